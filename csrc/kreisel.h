@@ -232,7 +232,7 @@ KR_API const kr_quantity *kr_quantity_find(const char *name);
 KR_API const char *kr_quantity_name(const kr_quantity *quantity);
 /* Returns a description of a quantity. */
 KR_API const char *kr_quantity_text(const kr_quantity *quantity);
-/* Returns the dimension of a quantity, such as "M L^2 T^-1". */
+/* Returns "rad", "rad/T" or "rad/T^2" for angular quantities, else a dimension: "M L^2 T^-1". */
 KR_API const char *kr_quantity_dimension(const kr_quantity *quantity);
 /* Returns the number of doubles in a value of a quantity: 1, 3, 4 or 9. */
 KR_API size_t kr_quantity_doubles(const kr_quantity *quantity);

@@ -25,12 +25,12 @@ typedef struct step_view {
 } step_view;
 
 /* Returns the unit of a state component, which is a power of two. The string that states the
- * physical dimension of a momentum begins with M; that of a rate begins with T. */
+ * physical dimension of a momentum begins with M; the unit of a rate is rad/T. */
 static double component_unit(const kr_top *top, double rate, int number)
 {
     if (number == KR_COMPONENT_ONE) return 1.0;
     const char letter = *kr_quantity_dimension(&kr_quantities[kr_component_of(number).quantity]);
-    return letter == 'M' ? top->momentum_unit * rate : letter == 'T' ? rate / top->time_unit : 1.0;
+    return letter == 'M' ? top->momentum_unit * rate : letter == 'r' ? rate / top->time_unit : 1.0;
 }
 static double dot4(kr_quat a, const double b[4])
 {

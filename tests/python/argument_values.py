@@ -93,7 +93,7 @@ RIGHT = {
     **dict.fromkeys(["inner", "outer", "gravity", "spin", "tilt", "precession"], SIZES),
     **dict.fromkeys(["energy", "vertical", "speed", "within", "offset", "nutation"], SIZES),
     **dict.fromkeys(["thickness", "elevation", "azimuth"], SIZES),
-    **dict.fromkeys(["unphysical", "shell", "degrees", "steady", "fast", "unwrap", "units"], FLAGS),
+    **dict.fromkeys(["unphysical", "shell", "degrees", "steady", "fast", "unwrap"], FLAGS),
     **dict.fromkeys(["back", "open", "terminal"], FLAGS),
     **dict.fromkeys(
         ["n", "every", "max_count", "i", "k", "which", "chunk", "fps", "repeats"], COUNTS

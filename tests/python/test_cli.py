@@ -30,7 +30,8 @@ def test_solve_writes_all_digits(tmp_path):
     path = kr.solve(SCENE, [-1, -2], "rk4", step=0.1)
     line = "solve --t -1,-2 --method rk4 --step 0.1"
     header, *rows = csv.reader(call(line, "--csv", "-", scene).splitlines())
-    assert header == ["t", "q_w", "q_x", "q_y", "q_z", "m_x", "m_y", "m_z"]
+    momenta = [f"m_{axis} [M L^2 T^-1]" for axis in "xyz"]
+    assert header == ["t [T]", "q_w", "q_x", "q_y", "q_z", *momenta]
     assert np.array_equal(np.array(rows, float), path.states)
     output = call(line, "--npz", tmp_path / "top.npz", scene)
     assert "2 states by rk4: 20 steps" in output and f"{path.m[-1, 0]:.15g}" in output
@@ -59,7 +60,8 @@ def test_solve_returns_the_wanted_quantities(tmp_path):
     line = "solve asymmetric --t 1,2,3 --want nutation,apex,q --csv - --npz"
     header, *rows = csv.reader(call(line, tmp_path / "top.npz").splitlines())
     path = kr.solve(kr.scenes.asymmetric, [1, 2, 3], want=("nutation", "apex", "q"))
-    assert header == ["t", "nutation", "apex_x", "apex_y", "apex_z", "q_w", "q_x", "q_y", "q_z"]
+    apex = ["apex_x", "apex_y", "apex_z"]
+    assert header == ["t [T]", "nutation [rad]", *apex, "q_w", "q_x", "q_y", "q_z"]
     assert np.array_equal(
         np.array(rows, float), np.column_stack([path.t, path.nutation, path.apex, path.q])
     )

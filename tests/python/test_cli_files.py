@@ -209,7 +209,7 @@ def test_rows_are_written_as_they_are_computed():
         lines = [run.stdout.readline() for _ in range(20_000)]
         run.stdout.close()
         assert run.wait(60) == 1 and run.stderr.read() == ""
-    assert lines[0].startswith("t,q_w") and float(lines[-1].split(",")[0]) == 19998 * 0.01
+    assert lines[0].startswith("t [T],q_w") and float(lines[-1].split(",")[0]) == 19998 * 0.01
 
 
 def test_a_disk_that_fills_up_keeps_earlier_rows(tmp_path, monkeypatch):

@@ -395,7 +395,7 @@ def test_a_fit_that_has_not_converged_ends_with_an_exit_code(has_converged, code
     monkeypatch.setattr(fit_command, "estimate", lambda *w, **more: calls.append((w, more)) or fit)
     result = CliRunner().invoke(cli.main, ["fit", "a.csv", "cusps"])
     assert result.exit_code == code and result.stdout == "summary\n"
-    assert calls[0] == ("a.csv", None, "t", (), [], False, None)
+    assert calls[0] == ("a.csv", None, "t", (), [], None, None)
     words = (kr.scenes.cusps, None, ["start", "moments"])
     assert calls[1] == (words, {"loss": "linear", "pieces": None, "max_evaluations": 500})
 
@@ -403,4 +403,4 @@ def test_a_fit_that_has_not_converged_ends_with_an_exit_code(has_converged, code
 def test_a_missing_record_is_a_usage_error(monkeypatch):
     monkeypatch.setattr(fit_command.Record, "from_csv", make_raiser(OSError("no disk")))
     with pytest.raises(parsers.UsageError, match=r"^no disk$"):
-        fit_command._read_measurement_record("a", None, "t", (), [], False, None)
+        fit_command._read_measurement_record("a", None, "t", (), [], None, None)

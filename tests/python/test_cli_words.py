@@ -104,7 +104,8 @@ def test_events_equal_those_of_python(word, event, tmp_path):
     path = kr.solve(kr.scenes.asymmetric, 20, events=[event])
     line = f"solve asymmetric --t 20 --events {word} --events-csv - --json"
     header, *rows = csv.reader(call(line, tmp_path / "a.json").splitlines())
-    assert header == ["event", "t", "direction", "q_w", "q_x", "q_y", "q_z", "m_x", "m_y", "m_z"]
+    assert header[:4] == ["event", "t [T]", "direction", "q_w"]
+    assert header[-1] == "m_z [M L^2 T^-1]"
     assert [float(row[1]) for row in rows] == path.events.t.tolist()
     assert [int(row[2]) for row in rows] == path.events.direction.tolist()
     assert {row[0] for row in rows} == {word}
@@ -118,12 +119,12 @@ def test_events_are_shown_with_the_wanted_quantities(tmp_path):
     show_events = call(f"solve thesis --t 20 {words} --degrees --events-csv", tmp_path / "e.csv")
     with open(tmp_path / "e.csv", newline="") as file:
         rows = list(csv.DictReader(file))
-    assert list(rows[0]) == ["event", "t", "direction", "nutation"]
+    assert list(rows[0]) == ["event", "t [T]", "direction", "nutation [deg]"]
     assert [row["event"] for row in rows] == [
         ("nutation", "plane:0,1,0")[i] for i in path.events.which
     ]
     np.testing.assert_allclose(
-        [float(row["nutation"]) for row in rows],
+        [float(row["nutation [deg]"]) for row in rows],
         np.degrees(path.events.path.nutation),
         rtol=1e-7,
         atol=1e-6,

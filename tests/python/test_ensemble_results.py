@@ -189,7 +189,7 @@ def test_varied_parameters_have_units(degrees):
     tops = top.vary(
         tilt=[[1.0], [2.0]], gravity=9.0, shaking=[[0.1, 1, 0], [0.1, 2, 0]], degrees=degrees
     )
-    units = {"tilt": angle, "shaking": "L, T^-1, rad"}
+    units = {"tilt": angle, "shaking": f"L, {angle}/T, {angle}"}
     copies = tops, tops[1:], tops[[0, 1]], tops.reshape(4), pickle.loads(pickle.dumps(tops))
     for ensemble in copies:
         reductions = kr.reduce(ensemble, 1.0, {"spin": "max"})

@@ -298,11 +298,11 @@ def test_names_and_units_of_parameters():
     parameters = make_parameters("velocity moments lever damping shaking", scene, [record])
     names, units, values, _ = parameters.list_user_parameters_and_jacobian(parameters.start)
     rows = [
-        *((f"body_velocity_{x}", "T^-1", w) for x, w in zip("xyz", (1.0, 2.0, 2.0), strict=True)),
+        *((f"body_velocity_{x}", "rad/T", w) for x, w in zip("xyz", (1.0, 2.0, 2.0), strict=True)),
         *(("I1 = I2", "M L^2", 1.0), ("I3", "M L^2", 0.6), ("lever", "L", 1.3)),
         *(("damping_1 = damping_3", "M L^2 T^-1", 0.1), ("damping_2", "M L^2 T^-1", 0.3)),
-        *(("shaking_amplitude", "L", 0.05), ("shaking_rate", "T^-1", 7.0)),
-        *(("shaking_phase", "", 0.4), ("bias[0].body_velocity_x", "T^-1", 0.0)),
+        *(("shaking_amplitude", "L", 0.05), ("shaking_rate", "rad/T", 7.0)),
+        *(("shaking_phase", "rad", 0.4), ("bias[0].body_velocity_x", "rad/T", 0.0)),
         *((f"bias[0].frame_{k}", "", 0.0) for k in range(9)),
     ]
     assert names == [row[0] for row in rows] and units == [row[1] for row in rows]

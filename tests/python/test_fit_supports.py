@@ -368,11 +368,11 @@ def test_results_contain_friction_turning_and_shaking():
     scene = HEAVY.replace(friction=0.5, turning=TURNING, shaking=SHAKING)
     fit = kr.fit(scene, gyroscope(scene, n=60), ("start", "turning", "shaking", "friction"))
     units = dict(zip(fit.names, fit.units, strict=True))
-    assert units["friction"] == "M L^2 T^-2" and units["turning_y"] == "T^-1"
+    assert units["friction"] == "M L^2 T^-2" and units["turning_y"] == "rad/T"
     assert [units[f"shaking_{part}"] for part in ("amplitude", "rate", "phase")] == [
         "L",
-        "T^-1",
-        "",
+        "rad/T",
+        "rad",
     ]
     again = kr.Scene.from_toml(fit.to_toml())
     assert again == fit.scene and again.friction == fit.values["friction"]

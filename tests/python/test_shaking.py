@@ -139,7 +139,7 @@ def test_a_sweep_names_the_components(tmp_path):
     source = kr.Source.grid(HEAVY, shaking=[(0.1, 2.0, 0.0), (0.2, 7.0, 1.0)])
     sweep = kr.sweep(source, [1.0], folder=tmp_path / "swept", want=("nutation",))
     assert sweep["shaking_rate"].tolist() == [2.0, 7.0]
-    assert sweep.units["shaking_amplitude"] == "L" and sweep.units["shaking_rate"] == "T^-1"
+    assert sweep.units["shaking_amplitude"] == "L" and sweep.units["shaking_rate"] == "rad/T"
 
 
 @pytest.mark.parametrize("digits", [16, 30])

@@ -83,7 +83,7 @@ def test_a_part_describes_itself(runs):
     assert sweep.hash in metadata and '"part": 2' in metadata and f'"{kr.__version__}"' in metadata
     units = {field.name: field.metadata[b"units"].decode() for field in file.schema_arrow}
     assert units == sweep.units
-    assert units["spin"] == "rad T^-1" and units["reached"] == "T" and units["apex_x_mean"] == ""
+    assert units["spin"] == "rad/T" and units["reached"] == "T" and units["apex_x_mean"] == ""
 
 
 def test_reductions_equal_those_of_the_ensemble(tmp_path):

@@ -66,7 +66,7 @@ def test_columns_may_be_combined_with_flags(tmp_path):
     sweep = kr.sweep(
         kr.Source.columns(scene, tmp_path / "TOPS.CSV", degrees=True), 1, folder=tmp_path / "runs"
     )
-    assert [sweep.units[name] for name in ("spin", "tilt")] == ["deg T^-1", "deg"]
+    assert [sweep.units[name] for name in ("spin", "tilt")] == ["deg/T", "deg"]
 
 
 def test_sweeps_of_ensembles_keep_the_unit_of_angles(tmp_path):

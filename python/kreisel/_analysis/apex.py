@@ -26,7 +26,7 @@ class Nutation(NamedTuple):
 
     least, greatest  least and greatest nutation, 0 .. pi [rad]
     period           period of the nutation [T]
-    precession_rate  mean rate of the apex about the vertical [T^-1]
+    precession_rate  mean rate of the apex about the vertical [rad/T]
     """
 
     least: float

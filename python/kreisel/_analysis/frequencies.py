@@ -61,17 +61,17 @@ _NEAR = 0.1  # allowed difference between mean rate and line, as an angle over t
 class Frequencies(ReadOnlyArrays):
     """The angular frequencies of a motion. Arrays are read-only.
 
-    precession_rate  mean rate of the axis about the vertical [T^-1]. The poles are the vertical and
-                     its opposite. If the axis passes a pole within 1e-11 rad, the half turn of this
-                     pass is not counted. NaN if the axis stays at a pole, or passes a pole at a
-                     distance below the errors of the path. NaN if the path is too short or has too
-                     few states
-    nutation         frequency of the strongest line of the height of the axis [T^-1]; for Lagrange
+    precession_rate  mean rate of the axis about the vertical [rad/T]. The poles are the vertical
+                     and its opposite. If the axis passes a pole within 1e-11 rad, the half turn of
+                     this pass is not counted. NaN if the axis stays at a pole, or passes a pole at
+                     a distance below the errors of the path. NaN if the path is too short or has
+                     too few states
+    nutation         frequency of the strongest line of the height of the axis [rad/T]; for Lagrange
                      tops and free bodies, 2 pi divided by the time from one lowest point to the
                      next. 0 if the height is constant
-    spin_angle_rate  mean rate of the body about the axis, in addition to the precession [T^-1]; NaN
-                     if the precession rate is NaN, or if the path has too few states
-    lines            (n,) frequencies of apex_x + i apex_y, the strongest first [T^-1]
+    spin_angle_rate  mean rate of the body about the axis, in addition to the precession [rad/T];
+                     NaN if the precession rate is NaN, or if the path has too few states
+    lines            (n,) frequencies of apex_x + i apex_y, the strongest first [rad/T]
     amplitudes       (n,) complex amplitudes: apex_x + i apex_y is approximately the sum of
                      amplitudes * exp(i * lines * t)
     rest             root mean square of the difference between apex_x + i apex_y and this sum,

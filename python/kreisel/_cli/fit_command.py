@@ -28,7 +28,7 @@ from .parsers import (
 )
 from .parsers import find_or_read_scene as a_scene
 
-_OPTIONS = ("free", "sigma", "loss", "pieces", "point", "max_evaluations")
+_OPTIONS = ("degrees", "free", "sigma", "loss", "pieces", "point", "max_evaluations")
 _NOT_CONVERGED = 1  # exit code
 
 
@@ -106,7 +106,12 @@ def _parse_sigma_options(options: tuple[str, ...]) -> float | dict[str, float] |
     metavar="X,Y,Z",
     help="Position of an accelerometer (specific_force) in the frame of the body.",
 )
-@click.option("--degrees", is_flag=True, help="Angles and rates in the file are in degrees.")
+@click.option(
+    "--degrees",
+    is_flag=True,
+    default=None,
+    help="Angles and rates in RECORD are in degrees; default: as the heads of its columns say.",
+)
 @click.option("--loss", type=click.Choice(LOSSES), default="linear", help="soft: for outliers.")
 @click.option(
     "--pieces", type=int, help="Number of pieces of a chaotic motion; default: as needed."
@@ -132,7 +137,7 @@ def fit(
     sigma: tuple[str, ...],
     instrument: list[str],
     point: list[float] | None,
-    degrees: bool,
+    degrees: bool | None,
     loss: LossName,
     pieces: int | None,
     max_evaluations: int,
@@ -199,7 +204,7 @@ def _read_measurement_record(
     time: str,
     sigma: tuple[str, ...],
     instrument: list[InstrumentName],
-    degrees: bool,
+    degrees: bool | None,
     point: list[float] | None,
 ) -> Record:
     try:

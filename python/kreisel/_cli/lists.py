@@ -104,4 +104,4 @@ def scenes(name: str | None) -> None:
 def quantities() -> None:
     """List the quantities accepted by --want."""
     rows = [(q.name, q.dimension, q.text) for q in (TIME, *RECORDABLE.values())]
-    _print_text_table(("quantity", "[M L T]", "description"), rows)
+    _print_text_table(("quantity", "unit", "description"), rows)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
 import sys
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from typing import Protocol
@@ -20,11 +18,16 @@ from rich.table import Table as Grid
 
 from .._core import values as values_of
 from .._core import version
-from .._options.quantities import LOW
+from .._options.quantities import LOW, TIME
 from .._results.path import Events, Path
 from .._results.serialization import encode_path_as_archive
 from .._results.state_quantities import NO_STATES
-from .._results.tables import build_quantity_value_pairs, columns
+from .._results.tables import (
+    build_quantity_value_pairs,
+    columns,
+    encode_table_as_csv,
+    format_column_heads,
+)
 from .._utils.atomic_io import atomic_open, atomic_write
 from .._utils.counts import format_count
 from .._utils.validation import Array
@@ -33,7 +36,6 @@ from .text_grid import print_text_grid
 
 _MET = "which", "direction"
 _SHOWN = 20  # largest number of events in the summary
-Columns = Mapping[str, Sequence[object]]
 
 
 class PathPieceReceiver(Protocol):
@@ -63,16 +65,6 @@ def convert_columns_to_lists(table: Mapping[str, Array]) -> dict[str, list[float
     return {name: column.tolist() for name, column in table.items()}
 
 
-def encode_table_as_csv(table: Columns, head: bool = True) -> bytes:
-    """Return a table in CSV format, with all significant digits of each number."""
-    text = io.StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\n")
-    if head:
-        writer.writerow(table)
-    writer.writerows(zip(*table.values(), strict=True))
-    return text.getvalue().encode()
-
-
 class CsvOutput:
     """A CSV file that is written in chunks, so that memory use stays constant."""
 
@@ -81,8 +73,12 @@ class CsvOutput:
         self._grow: Callable[[bytes], None] | None = None
 
     def receive_path_piece(self, piece: Path) -> None:
-        table = convert_columns_to_lists(self._angles.columns(piece, list_output_quantities(piece)))
-        rows = encode_table_as_csv(table, head=self._grow is None)
+        names = list_output_quantities(piece)
+        table = convert_columns_to_lists(self._angles.columns(piece, names))
+        heads = format_column_heads(piece, names, self._angles.degrees)
+        rows = encode_table_as_csv(
+            {heads[name]: column for name, column in table.items()}, head=self._grow is None
+        )
         if self._grow is None:
             self._grow = self._make_csv_write_function()
         self._grow(rows)
@@ -150,6 +146,13 @@ class EventCollector:
             for name, column in (rows | table).items():
                 lists.setdefault(name, []).extend(column)
         return lists
+
+    def encode_as_csv(self) -> bytes:
+        """Return the table in CSV format, with units in the heads of its columns."""
+        events, names = self.parts[0]
+        heads = format_column_heads(events.path, names, self.degrees)
+        table = self.build_event_table()
+        return encode_table_as_csv({heads.get(name, name): table[name] for name in table})
 
     def print_output(self) -> None:
         """Print a table of the first few events, unless no piece of the run was received."""
@@ -230,15 +233,18 @@ def encode_path_as_json(
         "stats": path.stats._asdict(),
         "stopped": reason,
     }
-    quantities = {"t": path.t.tolist()}
+    quantities, units = {"t": path.t.tolist()}, {"t": TIME.dimension}
     for quantity, values in build_quantity_value_pairs(
         path, list_output_quantities(path), angles.degrees, angles.unwrap
     ):
         quantities[quantity.name] = _replace_nonfinite(values.tolist())
+        units[quantity.name] = quantity.dimension
     events = (
         {} if collector is None else {"events": _replace_nonfinite(collector.build_event_table())}
     )
-    return (json.dumps({**head, **quantities, **events}, allow_nan=False) + "\n").encode()
+    return (
+        json.dumps({**head, "units": units, **quantities, **events}, allow_nan=False) + "\n"
+    ).encode()
 
 
 def _replace_nonfinite(value: object) -> object:

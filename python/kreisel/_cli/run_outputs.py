@@ -17,7 +17,6 @@ from .outputs import (
     RunSummaryPrinter,
     encode_path_as_json,
     encode_path_as_npz,
-    encode_table_as_csv,
     write_bytes,
 )
 from .parsers import UsageError
@@ -63,7 +62,9 @@ _OPTIONS = (
         type=FILE,
         help="Write the state of the run when it ends or is stopped, for `kreisel resume`.",
     ),
-    click.option("--degrees", is_flag=True, help="Write angles in degrees, except in .npz."),
+    click.option(
+        "--degrees", is_flag=True, help="Write angles and rates in degrees, except in .npz."
+    ),
     click.option(
         "--unwrap",
         is_flag=True,
@@ -185,6 +186,4 @@ class RunOutputs:
 
     def _write_events(self) -> None:
         if self._met and self._met.parts and "--events-csv" in self.files:
-            write_bytes(
-                self.files["--events-csv"], encode_table_as_csv(self._met.build_event_table())
-            )
+            write_bytes(self.files["--events-csv"], self._met.encode_as_csv())

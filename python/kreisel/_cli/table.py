@@ -12,7 +12,7 @@ from rich.table import Table as Grid
 
 from .._options.quantities import ANGLES
 from .._results.path import Path
-from .._results.tables import columns, units
+from .._results.tables import columns, format_column_heads
 from .._utils.counts import format_count
 from .._utils.validation import Array
 from .text_grid import print_text_grid
@@ -25,7 +25,7 @@ Row = tuple[float, ...]
 class AngleOptions:
     """Options for the representation of angles in tables.
 
-    degrees  True: angles are in degrees
+    degrees  True: angles and rates are in degrees
     unwrap   True: jumps of whole turns are removed, also between consecutive pieces
     """
 
@@ -64,11 +64,7 @@ class StateTablePrinter:
     def add_states(self, piece: Path, names: tuple[str, ...]) -> None:
         table = self._angles.columns(piece, names)
         if not self._heads:
-            units_by_name = units(piece, names, self._angles.degrees)
-            self._heads = {
-                name: f"{name} [{units_by_name[name]}]" if units_by_name[name] else name
-                for name in table
-            }
+            self._heads = format_column_heads(piece, names, self._angles.degrees)
         self._update_has_jumps(table)
         count = len(piece)
         self.rows += count

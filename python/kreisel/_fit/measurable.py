@@ -17,6 +17,3 @@ SEEN_FROM_BODY = frozenset(
     for name in MEASURABLE
     if name.startswith("body_") or name in ("inertial_velocity", SPECIFIC_FORCE.name)
 )
-ANGULAR = frozenset(  # angular velocities and accelerations, which may be in degrees
-    name for name in MEASURABLE if MEASURABLE[name].dimension in ("T^-1", "T^-2")
-)

@@ -20,6 +20,7 @@ from .._model.environment import advance_shaking_phase
 from .._model.scene import Scene
 from .._results.specific_force import SPECIFIC_FORCE
 from .._utils.errors import unknown_name_message
+from .._utils.units import PARAMETER_UNITS
 from .._utils.validation import Array, Vector, short_repr
 from .measurable import MEASURABLE
 from .records import Record
@@ -66,24 +67,8 @@ _JUMPING = ("body_acceleration", SPECIFIC_FORCE.name)
 _EQUAL = 1e-12  # relative difference of equal moments and of equal dampings
 _NO_FRICTION = 1e-12  # friction that replaces 0, relative to the energy of the scene
 _SHAKING = ("amplitude", "rate", "phase")
-_UNITS: dict[str, str | tuple[str, ...]] = {
-    "attitude": "",
-    "velocity": "T^-1",
-    "moments": "M L^2",
-    "com": "L",
-    "lever": "L",
-    "gravity": "L T^-2",
-    "mass": "M",
-    "damping": "M L^2 T^-1",
-    "friction": "M L^2 T^-2",
-    "rotor": "M L^2 T^-1",
-    "turning": "T^-1",
-    "shaking": ("L", "T^-1", ""),
-    "axes": "",
-    "mounting": "",
-    "delay": "T",
-    "scale": "",
-}
+_ROTATIONS = "attitude", "axes", "mounting"  # reported as rotation vectors
+_UNITS = {**PARAMETER_UNITS, **dict.fromkeys(_ROTATIONS, "rad"), "delay": "T", "scale": ""}
 _MOMENTS_BY_DENSITY = np.ones((3, 3)) - np.eye(3)
 
 

@@ -15,6 +15,12 @@ from .._options.quantities import ANGLES, QUANTITIES
 from .._results.specific_force import SPECIFIC_FORCE
 from .._utils.counts import format_count
 from .._utils.errors import unknown_name_message
+from .._utils.units import (
+    RADIANS_PER_DEGREE,
+    find_unit_of_angles,
+    is_angular,
+    split_column_head,
+)
 from .._utils.validation import (
     Array,
     ReadOnlyArrays,
@@ -25,7 +31,7 @@ from .._utils.validation import (
     freeze_arrays,
     short_repr,
 )
-from .measurable import ANGULAR, MEASURABLE, SEEN_FROM_BODY
+from .measurable import MEASURABLE, SEEN_FROM_BODY
 from .table_columns import read_csv_columns, read_data_frame_columns, select_measured_columns
 
 if TYPE_CHECKING:
@@ -200,7 +206,7 @@ class Record(ReadOnlyArrays):
         sigma: Sigma = None,
         free: InstrumentName | Iterable[InstrumentName] = (),
         *,
-        degrees: bool = False,
+        degrees: bool | None = None,
         point: ArrayLike | None = None,
     ) -> Record:
         """Read a record from a CSV file whose first line contains the column names.
@@ -208,15 +214,20 @@ class Record(ReadOnlyArrays):
         columns  {quantity: names of its columns}, as in {"body_velocity": ("wx", "wy", "wz")}. The
                  default is all columns except t, which then have names such as body_velocity_x
         t        the name of the column of times
+        degrees  as in kreisel.Record. By default, the units in the heads of the columns decide, as
+                 in "spin [deg/s]", and radians are assumed without units
 
-        Fields may be separated by commas, semicolons or tabs. Empty fields and NaN mark values that
-        were not measured. The remaining arguments are described in kreisel.Record. Raises
-        ValueError for missing or unknown columns and for fields that are not numbers, and OSError
-        if the file cannot be read.
+        The names of columns may omit the units in their heads. Files of path.to_csv and of `kreisel
+        solve --csv` have such heads. Fields may be separated by commas, semicolons or tabs. Empty
+        fields and NaN mark values that were not measured. The remaining arguments are described in
+        kreisel.Record. Raises ValueError for missing or unknown columns, for fields that are not
+        numbers, and for units that contradict `degrees` or a quantity. Raises OSError if the file
+        cannot be read.
         """
-        table = read_csv_columns(file)
-        times, values = select_measured_columns(table, columns, t, _PARTS)
-        return cls(times, values, sigma, free, degrees=degrees, point=point)
+        table = read_csv_columns(file, columns, t)
+        times, values, heads = select_measured_columns(table, columns, t, _PARTS)
+        in_degrees = _find_unit_of_angles(heads, {}, degrees)
+        return cls(times, values, sigma, free, degrees=in_degrees, point=point)
 
     @classmethod
     def from_pandas(
@@ -227,19 +238,35 @@ class Record(ReadOnlyArrays):
         sigma: Sigma = None,
         free: InstrumentName | Iterable[InstrumentName] = (),
         *,
-        degrees: bool = False,
+        degrees: bool | None = None,
         point: ArrayLike | None = None,
     ) -> Record:
         """Return a record built from the columns of a pandas.DataFrame.
 
         The arguments have the same meaning as in kreisel.Record.from_csv. Without a column `t`, the
-        times are taken from an index named `t`. Raises TypeError if the first argument is not a
-        DataFrame.
+        times are taken from an index named `t`. The units may also be in frame.attrs["units"], as
+        in the result of path.to_pandas. Raises TypeError if the first argument is not a DataFrame.
         """
-        times, values = select_measured_columns(
-            read_data_frame_columns(frame, t), columns, t, _PARTS
-        )
-        return cls(times, values, sigma, free, degrees=degrees, point=point)
+        table = read_data_frame_columns(frame, t)
+        times, values, heads = select_measured_columns(table, columns, t, _PARTS)
+        in_degrees = _find_unit_of_angles(heads, frame.attrs.get("units", {}), degrees)
+        return cls(times, values, sigma, free, degrees=in_degrees, point=point)
+
+
+def _find_unit_of_angles(
+    heads: Iterable[tuple[str, str]], units: Mapping[str, str], degrees: bool | None
+) -> bool:
+    """Return True if the columns of a record are in degrees.
+
+    `heads` has the head of each column, and the quantity or component that it contains. `units`
+    takes precedence over the units in the heads.
+    """
+    columns = []
+    for head, name in heads:
+        quantity = _KNOWN.get(name if name in _KNOWN else _PARTS.get(name, ("", 0))[0])
+        unit = units.get(head, split_column_head(head)[1])
+        columns.append((head, unit, quantity.dimension if quantity else ""))
+    return find_unit_of_angles(columns, degrees)
 
 
 def _count_measured_numbers(series: Series) -> int:
@@ -310,16 +337,15 @@ def _validate_measurement_series(
     is_measured: Mask = np.logical_not(np.isnan(numbers))
     if quantity == "q":
         numbers, is_measured = _normalize_attitudes(numbers, is_measured)
-    is_in_degrees = degrees and quantity in ANGLES | ANGULAR
-    unit = np.pi / 180.0 if is_in_degrees else 1.0
-    numbers = np.where(is_measured, numbers, 0.0) * (1.0 if quantity == "q" else unit)
+    is_rescaled = degrees and is_angular(MEASURABLE[quantity].dimension)
+    numbers = np.where(is_measured, numbers, 0.0) * (RADIANS_PER_DEGREE if is_rescaled else 1.0)
     if quantity in ANGLES and not degrees and np.abs(numbers).max(initial=0.0) > _MANY_TURNS:
         largest = float(np.abs(numbers).max())
         raise ValueError(
             f"{name} is up to {largest:g}, which is more than two turns: angles are in radians, or "
             "in degrees with degrees=True"
         )
-    unit = np.pi / 180.0 if degrees and quantity == "q" else unit
+    unit = RADIANS_PER_DEGREE if is_rescaled or (degrees and quantity == "q") else 1.0
     width = 3 if quantity == "q" else numbers.shape[1]
     deviation = _validate_series_sigma(name, sigma, is_measured[:, :width], unit)
     return Series(name, quantity, part, numbers, is_measured, deviation, unit)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import csv
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .._utils.errors import unknown_name_message
+from .._utils.units import split_column_head
 from .._utils.validation import Array, as_array, short_repr
 
 if TYPE_CHECKING:
@@ -19,8 +20,14 @@ if TYPE_CHECKING:
 _DELIMITERS = ",;\t"
 
 
-def read_csv_columns(file: str | os.PathLike[str]) -> dict[str, Array]:
-    """Read the columns of a CSV file; empty fields are NaN."""
+def read_csv_columns(
+    file: str | os.PathLike[str], columns: object = None, t: object = ""
+) -> dict[str, Array]:
+    """Read the columns of a CSV file; empty fields are NaN.
+
+    Columns that are neither `t` nor in `columns` may contain words, and are NaN; if `columns` is
+    None, all are needed.
+    """
     name = os.fspath(file)
     rows = _read_csv_rows(name)
     if len(rows) < 2:
@@ -28,12 +35,22 @@ def read_csv_columns(file: str | os.PathLike[str]) -> dict[str, Array]:
     names = [word.strip() for word in rows[0]]
     if len(set(names)) < len(names):
         raise ValueError(f"{name}: two columns have the same name: {', '.join(names)}")
-    numbers = np.empty((len(rows) - 1, len(names)))
+    is_needed = [True] * len(names)
+    if isinstance(columns, Mapping):
+        needed = [t, *_list_names(columns.values())]
+        is_needed = [head in needed or split_column_head(head)[0] in needed for head in names]
+    numbers = np.full((len(rows) - 1, len(names)), np.nan)
     for i, row in enumerate(rows[1:]):
         if len(row) != len(names):
             raise ValueError(f"{name}: row {i + 1} has {len(row)} fields instead of {len(names)}")
-        numbers[i] = [_parse_number_field(name, i + 1, word) for word in row]
+        for k in np.flatnonzero(is_needed):
+            numbers[i, k] = _parse_number_field(name, i + 1, row[k])
     return {word: numbers[:, k] for k, word in enumerate(names)}
+
+
+def _list_names(values: Iterable[str | Sequence[str]]) -> list[str]:
+    """Return the names of columns in the values of `columns`."""
+    return [name for value in values for name in ([value] if isinstance(value, str) else value)]
 
 
 def _read_csv_rows(name: str) -> list[list[str]]:
@@ -65,8 +82,9 @@ def read_data_frame_columns(frame: DataFrame, t: str) -> dict[str, Array]:
     if not hasattr(frame, "columns") or not hasattr(frame, "index"):
         raise TypeError(f"frame must be a pandas.DataFrame, not {short_repr(frame)}")
     table = {str(name): np.asarray(frame[name]) for name in frame.columns}
-    if t not in table and frame.index.name == t:
-        table[t] = np.asarray(frame.index)
+    head = str(frame.index.name)
+    if t not in table and t in (head, split_column_head(head)[0]):
+        table[head] = np.asarray(frame.index)
     return table
 
 
@@ -75,36 +93,46 @@ def select_measured_columns(
     columns: Mapping[str, str | Sequence[str]] | None,
     t: str,
     parts: Mapping[str, tuple[str, int]],
-) -> tuple[Array, dict[str, Array]]:
+) -> tuple[Array, dict[str, Array], list[tuple[str, str]]]:
     """Select the times and the measured quantities from a table.
 
+    The last item returned has the head of each selected column, and its quantity or component.
     `parts` maps component names, such as "apex_x", to pairs of a quantity and an index.
     """
-    _check_column_exists("column of times", t, table)
+    time = _find_column("column of times", t, table)
     if columns is None:
-        return table[t], _join_vector_components({n: c for n, c in table.items() if n != t}, parts)
+        measured = [split_column_head(head)[0] for head in table if head != time]
+        heads = {name: _find_column("column", name, table) for name in measured}
+        values = _join_vector_components({n: table[head] for n, head in heads.items()}, parts)
+        return table[time], values, [(head, name) for name, head in heads.items()]
     if not isinstance(columns, Mapping):
         raise TypeError(
             "columns must map quantities to names of columns, as in "
             f"{{'spin': 'rpm'}}, not {short_repr(columns)}"
         )
-    values = {}
+    values, selection = {}, []
     for quantity, names in columns.items():
-        for name in [names] if isinstance(names, str) else names:
-            _check_column_exists("column", name, table)
+        words = [names] if isinstance(names, str) else names
+        found = [_find_column("column", name, table) for name in words]
         values[quantity] = (
-            table[names]
+            table[found[0]]
             if isinstance(names, str)
-            else np.stack([as_array(name, table[name], "numbers") for name in names], axis=-1)
+            else np.stack([as_array(head, table[head], "numbers") for head in found], axis=-1)
         )
-    return table[t], values
+        selection += [(head, quantity) for head in found]
+    return table[time], values, selection
 
 
-def _check_column_exists(kind: str, name: object, table: Mapping[str, Array]) -> None:
+def _find_column(kind: str, name: object, table: Mapping[str, Array]) -> str:
+    """Return the head of the column that has this head, or this name before its unit."""
     if not isinstance(name, str):
         raise TypeError(f"a {kind} must have a name, not {short_repr(name)}")
-    if name not in table:
+    heads = [name] if name in table else [h for h in table if split_column_head(h)[0] == name]
+    if not heads:
         raise ValueError(unknown_name_message(kind, name, table))
+    if len(heads) > 1:
+        raise ValueError(f"several columns are called {name}: {', '.join(heads)}")
+    return heads[0]
 
 
 def _join_vector_components(

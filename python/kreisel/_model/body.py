@@ -270,7 +270,7 @@ class Body(ShapeConstructors[float, float | Vector]):
     def with_rotor(self, *, spin: float, inertia: float, axis: ArrayLike) -> Body:
         """Return a copy of the body with an additional rotor.
 
-        spin     angular velocity of the rotor relative to the body, about `axis` [T^-1]. A motor
+        spin     angular velocity of the rotor relative to the body, about `axis` [rad/T]. A motor
                  keeps it constant
         inertia  moment of the rotor about its axis [M L^2]. The body's own inertia and mass already
                  include the rotor

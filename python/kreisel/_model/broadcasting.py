@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from .._utils.units import convert_parameter_to_radians
 from .._utils.validation import (
     Array,
     as_array,
@@ -39,6 +40,12 @@ class BatchParameter(NamedTuple):
     name: str
     values: Array  # (*shape, *value)
     value: Shape  # shape of one value
+    degrees: bool = False  # True if angles and rates are in degrees
+
+    @property
+    def radians(self) -> Array:
+        """The values, with angles and rates in radians."""
+        return convert_parameter_to_radians(self.name, self.values) if self.degrees else self.values
 
     @property
     def shape(self) -> Shape:
@@ -72,7 +79,7 @@ def convert_to_python_numbers(value: Any) -> Any:
 
 
 def validate_parameter(
-    name: str, numbers: object, value: Shape = (), form: str = ""
+    name: str, numbers: object, value: Shape = (), form: str = "", *, degrees: bool = False
 ) -> BatchParameter:
     """Convert an argument to a BatchParameter with finite values, each of shape `value`.
 
@@ -96,7 +103,7 @@ def validate_parameter(
             if len(value) == 1
             else f"{name} must be {description}, not {short_repr(numbers)}"
         )
-    parameter = BatchParameter(name, values, value)
+    parameter = BatchParameter(name, values, value, degrees)
     if not np.isfinite(collapse_broadcast_axes(values)).all():
         finite = np.isfinite(values)
         trailing_axes = tuple(range(-len(value), 0))

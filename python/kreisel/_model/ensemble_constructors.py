@@ -47,7 +47,6 @@ from .euler_angles import (
 )
 
 Components = tuple[Array, Array, Array]
-_DEGREE = math.pi / 180.0
 
 
 class EnsembleConstructors(EnsembleBase[S]):
@@ -69,9 +68,9 @@ class EnsembleConstructors(EnsembleBase[S]):
     ) -> Self:
         """Build an array of tops from z-x-z Euler angles and their rates (see Scene.from_euler).
 
-        `angles` [rad] and `rates` [T^-1] have the shape (..., 3): precession, nutation and spin.
-        With degrees=True, angles and rates are in degrees. The arguments from `gravity` to
-        `friction` have the same meaning as in the constructor of Ensemble.
+        `angles` [rad] and `rates` [rad/T] have the shape (..., 3): precession, nutation and spin.
+        `degrees` applies to all tops. The arguments from `gravity` to `friction` have the same
+        meaning as in the constructor of Ensemble.
 
         >>> import kreisel as kr
         >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -79,24 +78,21 @@ class EnsembleConstructors(EnsembleBase[S]):
         (2,)
         """
         bodies, in_degrees = validate_body_type(body), as_bool("degrees", degrees)
-        angle_parameter, rate_parameter = (
-            validate_parameter("angles", angles, (3,)),
-            validate_parameter("rates", rates, (3,)),
-        )
-        make = partial(cls._one.from_euler, degrees=in_degrees)
+        parameters = [
+            validate_parameter("angles", angles, (3,), degrees=in_degrees),
+            validate_parameter("rates", rates, (3,), degrees=in_degrees),
+        ]
         angle_components, rate_components = (
-            split_vector_components(convert_array_to_radians(each.values, in_degrees))
-            for each in (angle_parameter, rate_parameter)
+            split_vector_components(each.radians) for each in parameters
         )
         environment = EnvironmentArguments(gravity, damping, turning, shaking, friction)
         return cls._build_from_euler_angles(
             bodies,
-            [angle_parameter, rate_parameter],
+            parameters,
             angle_components,
             rate_components,
-            environment,
-            make,
-            in_degrees,
+            environment.mark_as_degrees() if in_degrees else environment,
+            partial(cls._one.from_euler, degrees=in_degrees),
         )
 
     @classmethod
@@ -108,7 +104,6 @@ class EnsembleConstructors(EnsembleBase[S]):
         rates: Components,
         environment: EnvironmentArguments,
         one: Callable[..., S],
-        in_degrees: bool,
     ) -> Self:
         """Build tops whose Euler angles and rates have already been computed.
 
@@ -130,11 +125,9 @@ class EnsembleConstructors(EnsembleBase[S]):
             )
         columns["momentum"] = compute_start_momenta(body, start, q, columns["turning"])
         columns["attitude"] = q
-        tops = cls.__new__(cls)._store_ensemble_columns(
+        return cls.__new__(cls)._store_ensemble_columns(
             body, [*parameters, *environment_parameters], columns, one
         )
-        tops.__dict__["_in_degrees"] = in_degrees
-        return tops
 
     @classmethod
     def _compute_euler_frame_attitudes(cls, body: Body | Bodies) -> Array:
@@ -178,32 +171,30 @@ class EnsembleConstructors(EnsembleBase[S]):
         """
         bodies, in_degrees = validate_body_type(body), as_bool("degrees", degrees)
         one: Any = partial(cls._one.spinning, degrees=in_degrees)
-        parameters = [validate_parameter("spin", spin), validate_tilts(tilt, in_degrees)]
-        rate, angle = (convert_array_to_radians(each.values, in_degrees) for each in parameters)
+        parameters = [
+            validate_parameter("spin", spin, degrees=in_degrees),
+            validate_tilts(tilt, in_degrees),
+        ]
+        rate, angle = (each.radians for each in parameters)
         find_symmetry_moments_of_bodies(bodies)
         environment = EnvironmentArguments(gravity, damping, turning, shaking, friction)
+        environment = environment.mark_as_degrees() if in_degrees else environment
         if is_steady_precession_requested(steady, fast, precession, environment):
             one = partial(one, steady=True, fast=fast)
             precession_rate = compute_steady_precession_rates(
-                bodies, [*parameters, validate_gravities(gravity, bodies)], in_degrees, fast, one
+                bodies, [*parameters, validate_gravities(gravity, bodies)], fast, one
             )
         else:
-            parameters.append(
-                validate_parameter("precession", 0.0 if precession is None else precession)
-            )
-            precession_rate = convert_array_to_radians(parameters[-1].values, in_degrees)
+            initial = 0.0 if precession is None else precession
+            parameters.append(validate_parameter("precession", initial, degrees=in_degrees))
+            precession_rate = parameters[-1].radians
         compute_common_top_shape(bodies, parameters)
         nothing = np.zeros(())
         with np.errstate(all="ignore"):
             rates = precession_rate, nothing, rate - precession_rate * cos(angle)
         return cls._build_from_euler_angles(
-            bodies, parameters, (nothing, angle, nothing), rates, environment, one, in_degrees
+            bodies, parameters, (nothing, angle, nothing), rates, environment, one
         )
-
-
-def convert_array_to_radians(values: Array, degrees: bool) -> Array:
-    """Convert degrees to radians if `degrees` is True, with the same rounding as math.radians."""
-    return values * _DEGREE if degrees else values
 
 
 def split_vector_components(vector: Array) -> Components:
@@ -214,12 +205,12 @@ def split_vector_components(vector: Array) -> Components:
 
 def validate_tilts(tilts: ArrayLike, degrees: bool) -> BatchParameter:
     """Validate the parameter `tilt`; raise ValueError for angles outside [0, pi]."""
-    parameter = validate_parameter("tilt", tilts)
-    angle = convert_array_to_radians(parameter.values, degrees)
+    parameter = validate_parameter("tilt", tilts, degrees=degrees)
+    angle = parameter.radians
     bad = ~((angle >= 0.0) & (angle <= math.pi))
     if bad.any():
         parameter.raise_error_of_first_bad_value(
-            bad, lambda _, one: validate_tilt_angle(one, degrees)
+            bad, lambda _, one: validate_tilt_angle(one, parameter.degrees)
         )
     return parameter
 
@@ -244,7 +235,6 @@ def find_symmetry_moments_of_bodies(body: Body | Bodies) -> tuple[Array, Array]:
 def compute_steady_precession_rates(
     body: Body | Bodies,
     parameters: Sequence[BatchParameter],
-    degrees: bool,
     fast: bool,
     one: Callable[..., object],
 ) -> Array:
@@ -254,8 +244,7 @@ def compute_steady_precession_rates(
     """
     refuse_rotor_in_steady_precession(body)
     shape = compute_common_top_shape(body, parameters)
-    spin, tilt, gravity = (each.values for each in parameters)
-    rate, angle = convert_array_to_radians(spin, degrees), convert_array_to_radians(tilt, degrees)
+    rate, angle, gravity = (each.radians for each in parameters)
     i1, i3 = find_symmetry_moments_of_bodies(body)
     x, y, z = split_components(np.asarray(body.com))
     with np.errstate(all="ignore"):

@@ -97,6 +97,7 @@ class EnsembleBase(BatchBase[S]):
         if isinstance(body, Bodies):
             words, bodies = body._list_varying_parameters() + words, body._broadcast_to(shape)
         self.__dict__["_bodies"] = bodies
+        in_degrees = any(each.degrees for each in words)
         states = [(name, column, _count_value_dimensions(name)) for name, column in columns.items()]
         varied = [(each.name, each.values, len(each.value)) for each in words]
         names = name_varying_dimensions(shape, words)
@@ -105,6 +106,7 @@ class EnsembleBase(BatchBase[S]):
             names,
             broadcast_named_columns(states, shape),
             broadcast_named_columns(varied, shape),
+            in_degrees,
         )
         status, index = self._core_scenes.check()
         if status != "OK":
@@ -224,12 +226,12 @@ class EnsembleBase(BatchBase[S]):
 
     @property
     def turning(self) -> Array:
-        """(*shape, 3) angular velocity of the support, in space [T^-1]."""
+        """(*shape, 3) angular velocity of the support, in space [rad/T]."""
         return self._columns["turning"]
 
     @property
     def shaking(self) -> Array:
-        """(*shape, 3) amplitude [L], rate [T^-1] and phase [rad] of the support."""
+        """(*shape, 3) amplitude [L], rate [rad/T] and phase [rad] of the support."""
         return self._columns["shaking"]
 
     @property
@@ -360,7 +362,7 @@ def compute_start_momenta(
     if start.name == "momentum":
         return start.values
     moments, axes = np.asarray(body.moments), np.asarray(body.axes)
-    arrays = [moments, axes, q, start.values]
+    arrays = [moments, axes, q, start.radians]
     if np.any(body.rotor) or np.any(turning):
         for vectors in (np.asarray(body.principal_rotor), turning):
             arrays.append(np.where(vectors == 0.0, -0.0, vectors))

@@ -12,6 +12,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .._utils.units import convert_parameter_to_radians
 from .._utils.validation import Array, Vector, as_float, as_three_floats, short_repr
 from .bodies import Bodies
 from .body import Body
@@ -45,6 +46,26 @@ class EnvironmentArguments(NamedTuple):
             validate_shaking(self.shaking),
             validate_friction(self.friction),
         )
+
+    def convert_from_degrees(self) -> EnvironmentArguments:
+        """Return the arguments of one top with `turning` and `shaking` converted to radians."""
+        vectors = {"turning": validate_turning, "shaking": validate_shaking}
+        return self._replace(
+            **{
+                name: convert_parameter_to_radians(name, np.array(validate(value))).tolist()
+                for name, validate in vectors.items()
+                if (value := getattr(self, name)) is not None
+            }
+        )
+
+    def mark_as_degrees(self) -> EnvironmentArguments:
+        """Return the arguments of an ensemble with `turning` and `shaking` marked as degrees."""
+        vectors: dict[str, Any] = {
+            name: validate_parameter(name, value, (3,), degrees=True)
+            for name in ("turning", "shaking")
+            if (value := getattr(self, name)) is not None
+        }
+        return self._replace(**vectors)
 
 
 def resolve_gravity(gravity: Any, body: Body | Bodies) -> Any:
@@ -202,7 +223,7 @@ def validate_ensemble_environment(
         parameter = validate_parameter(name, value, shape)
         _raise_if_parameter_invalid(parameter, check)
         parameters.append(parameter)
-        columns[name] = parameter.values
+        columns[name] = parameter.radians
     return parameters, columns
 
 

@@ -58,7 +58,7 @@ class Scene(metaclass=HintingType):
     """A rigid body in its environment, and its state at t = 0.
 
     momentum  angular momentum about the fixed point, in space [M L^2 T^-1]. Alternatively, exactly
-              one of: velocity (angular velocity in space [T^-1]), or body_momentum, body_velocity
+              one of: velocity (angular velocity in space [rad/T]), or body_momentum, body_velocity
               (components in the frame in which the body is described)
     attitude  unit quaternion (w, x, y, z), scalar first, from the frame of the body into space, or
               a single scipy Rotation. Alternatively, attitude_xyzw, scalar last
@@ -67,10 +67,10 @@ class Scene(metaclass=HintingType):
     damping   linear drag [M L^2 T^-1], one number for each principal axis or one for all: the
               torque about an axis is -damping times the angular velocity about it. kr.fit
               estimates one number or three, as given
-    turning   constant angular velocity of the support, as of a turntable, along e1, e2, e3 [T^-1].
+    turning   constant angular velocity of the support, as of a turntable, along e1, e2, e3 [rad/T].
               The axes e1, e2, e3 turn with the support, and attitudes and velocities are relative
               to it. Momenta are those in the inertial frame, with components along these axes
-    shaking   (amplitude [L], rate [T^-1], phase [rad]): the fixed point moves along e3 by
+    shaking   (amplitude [L], rate [rad/T], phase [rad]): the fixed point moves along e3 by
               amplitude * cos(rate * t + phase), and t = 0 is the start of the scene
     friction  dry friction [M L^2 T^-2]: a torque of this size about the apex, against the spin
 
@@ -254,9 +254,9 @@ class Scene(metaclass=HintingType):
 
         - Scene.from_euler: angles, rates. An omitted argument is taken from the scene.
 
-        `degrees` applies to the parameters of Scene.spinning and Scene.from_euler. If the only
-        parameter that varies along a dimension is a scalar and varies along no other dimension, the
-        dimension is named after it; see tops.axes and tops.coords.
+        With degrees=True, all given angles and rates are in degrees, also turning and the rate and
+        phase of shaking. If the only parameter that varies along a dimension is a scalar and varies
+        along no other dimension, the dimension is named after it; see tops.axes and tops.coords.
 
         >>> import kreisel as kr, numpy as np
         >>> top = kr.scenes.sleeping
@@ -311,7 +311,7 @@ class Scene(metaclass=HintingType):
         """Build a scene from z-x-z Euler angles (precession, nutation, spin) and their rates.
 
         The angles are path.precession_angle, .nutation and .spin_angle at t = 0 [rad], and the
-        rates are their time derivatives [T^-1]. Precession, nutation and spin are rotations about
+        rates are their time derivatives [rad/T]. Precession, nutation and spin are rotations about
         e3, the line of nodes and the apex (the direction of the centre of mass), respectively. If
         the apex is the third axis of the frame of description, the attitude is
 
@@ -320,8 +320,8 @@ class Scene(metaclass=HintingType):
         If the apex is not the third axis, the angles describe a body-fixed frame whose third axis
         is the apex.
 
-        degrees  True: angles and rates are in degrees; the arguments gravity to friction are as in
-                 Scene
+        degrees  True: angles and rates are in degrees, also turning and the rate and phase of
+                 shaking; the arguments gravity to friction are otherwise as in Scene
 
         >>> import kreisel as kr
         >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -339,6 +339,7 @@ class Scene(metaclass=HintingType):
         attitude = attitude_from_euler(reference._block, reference._start_state, angle_vector)
         velocity = velocity_from_euler(angle_vector, rate_vector)
         environment = EnvironmentArguments(gravity, damping, turning, shaking, friction)
+        environment = environment.convert_from_degrees() if in_degrees else environment
         return cls(body, attitude=attitude, velocity=velocity, **environment._asdict())
 
     @classmethod
@@ -361,15 +362,15 @@ class Scene(metaclass=HintingType):
         """Build a symmetric top that spins about its symmetry axis, tilted from the vertical.
 
         spin        component of the angular velocity along the axis, from the fixed point towards
-                    the centre of mass, as path.spin [T^-1]. Without damping, friction and turning,
+                    the centre of mass, as path.spin [rad/T]. Without damping, friction and turning,
                     the spin is constant
         tilt        angle between the axis and the vertical, 0 .. pi; the axis is tilted about e1
-        precession  initial rate of the axis about the vertical [T^-1]. The default is 0: the axis
+        precession  initial rate of the axis about the vertical [rad/T]. The default is 0: the axis
                     is released from rest
         steady      True: the top precesses without nutation, slowly or, with fast=True, fast. At
                     tilt 0 or pi it stands or hangs vertically, without precession
-        degrees     True: tilt is in degrees, spin and precession in degrees per unit of time; the
-                    arguments gravity to friction are as in Scene
+        degrees     True: angles and rates are in degrees, also turning and the rate and phase of
+                    shaking; the arguments gravity to friction are otherwise as in Scene
 
         Raises ValueError for a body that is not symmetric about its apex, and for steady=True with
         `precession`, a rotor, damping, friction or a moving support. Also raises ValueError if no
@@ -388,6 +389,7 @@ class Scene(metaclass=HintingType):
         rate = math.radians(rate) if in_degrees else rate
         angle = validate_tilt_angle(tilt, in_degrees)
         environment = EnvironmentArguments(gravity, damping, turning, shaking, friction)
+        environment = environment.convert_from_degrees() if in_degrees else environment
         if is_steady_precession_requested(steady, fast, precession, environment):
             refuse_rotor_in_steady_precession(body)
             torque = body.mass * validate_gravity(gravity, body) * math.hypot(*body.com)
@@ -458,8 +460,8 @@ class Ensemble(EnsembleConstructors[Scene]):
               at the fixed point
     damping   one number for all tops, or (..., 3) along the principal axes, or (..., 1) if the
               three axes of a top have the same damping [M L^2 T^-1]
-    turning   (..., 3) angular velocities of the supports [T^-1]
-    shaking   (..., 3) amplitudes [L], rates [T^-1] and phases [rad]
+    turning   (..., 3) angular velocities of the supports [rad/T]
+    shaking   (..., 3) amplitudes [L], rates [rad/T] and phases [rad]
     friction  (...,) dry friction about the apex [M L^2 T^-2]
 
     `tops[i, j]` is a kr.Scene; slices, index arrays and masks return ensembles. Iteration yields

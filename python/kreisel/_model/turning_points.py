@@ -19,8 +19,8 @@ class TurningPoints:
 
     least, greatest      least and greatest nutation [rad]
     t_least, t_greatest  first times at which they occur [T]
-    critical_spin        spin above which an upright top is a sleeping top [T^-1]; a rotor along the
-                         apex reduces it
+    critical_spin        spin above which an upright top is a sleeping top [rad/T]; a rotor along
+                         the apex reduces it
     motion_type          the type of motion, as text
     rows                 (n, 10) rows of the core: the numbers above, and coefficients of the
                          potential

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from .._core import cosine, logarithm, sine, values
 from .._utils.errors import unknown_name_message
+from .._utils.units import get_parameter_unit
 from .._utils.validation import Array, as_bool, as_int, short_repr
 from ..quaternion import multiply
 from .bodies import Bodies
@@ -27,7 +28,6 @@ from .ensemble_constructors import (
     Components,
     EnsembleConstructors,
     compute_steady_precession_rates,
-    convert_array_to_radians,
     split_vector_components,
     validate_tilts,
 )
@@ -69,9 +69,11 @@ def vary(ensemble_class: type[E], scene: Any, words: Mapping[str, Any]) -> E:
         raise ValueError(
             f"{start_names[0]} and {start_names[1]} both describe the start: give only one kind"
         )
+    if as_bool("degrees", changes.get("degrees", False)):
+        changes |= _mark_as_degrees(changes)
+    in_degrees = any(getattr(value, "degrees", False) for value in changes.values())
     body = _vary_body(scene, changes)
     environment = _override_scene_environment(scene, changes)
-    in_degrees = as_bool("degrees", changes.get("degrees", False))
     steady, fast = changes.get("steady", False), changes.get("fast", False)
     is_steady = False
     if steady is not False or fast is not False:
@@ -85,7 +87,7 @@ def vary(ensemble_class: type[E], scene: Any, words: Mapping[str, Any]) -> E:
     elif is_steady:
         raise ValueError(f"steady=True requires spin and tilt instead of {start_names[0]}")
     elif kinds[2]:
-        start = _compute_varied_euler_start(scene, changes, in_degrees)
+        start = _compute_varied_euler_start(scene, changes)
     else:
         plain = {name: changes[name] for name in kinds[0]}
         if not plain.keys() & set(ONE_OF):
@@ -93,9 +95,16 @@ def vary(ensemble_class: type[E], scene: Any, words: Mapping[str, Any]) -> E:
         if not plain.keys() & {"attitude", "attitude_xyzw"}:
             plain["attitude"] = scene.attitude
         return ensemble_class(body, **environment._asdict(), **plain)
-    return ensemble_class._build_from_euler_angles(
-        body, *start, environment, _accept_any_arguments, in_degrees
-    )
+    return ensemble_class._build_from_euler_angles(body, *start, environment, _accept_any_arguments)
+
+
+def _mark_as_degrees(changes: Mapping[str, Any]) -> dict[str, BatchParameter]:
+    """Return the angles and rates in `changes` as parameters in degrees."""
+    return {
+        name: validate_parameter(name, value, () if name in _SPINNING else (3,), degrees=True)
+        for name, value in changes.items()
+        if "rad" in get_parameter_unit(name, degrees=False)
+    }
 
 
 def _override_scene_environment(scene: Any, changes: Mapping[str, Any]) -> EnvironmentArguments:
@@ -177,9 +186,7 @@ def _compute_varied_spin_start(
         if name in changes
     }
     rate, angle, turning = [
-        convert_array_to_radians(parameters[name].values, degrees)
-        if name in parameters
-        else np.asarray(defaults[name])
+        parameters[name].radians if name in parameters else np.asarray(defaults[name])
         for name in _SPINNING
     ]
     compute_common_top_shape(body, list(parameters.values()))
@@ -191,7 +198,7 @@ def _compute_varied_spin_start(
         one = partial(type(scene).spinning, steady=True, fast=steady[1], degrees=degrees)
         gravity_parameter = validate_gravities(gravity, body)
         turning = compute_steady_precession_rates(
-            body, [*spin_and_tilt, gravity_parameter], degrees, steady[1], one
+            body, [*spin_and_tilt, gravity_parameter], steady[1], one
         )
     with np.errstate(all="ignore"):
         nutation = np.asarray(0.0 if steady[0] else state.nutation)
@@ -201,10 +208,11 @@ def _compute_varied_spin_start(
 
 
 def _make_angle_batch_parameter(name: str, radian: float, degrees: bool) -> BatchParameter:
-    return BatchParameter(name, np.asarray(math.degrees(radian) if degrees else radian), ())
+    value = math.degrees(radian) if degrees else radian
+    return BatchParameter(name, np.asarray(value), (), degrees)
 
 
-def _compute_varied_euler_start(scene: Any, changes: Mapping[str, Any], degrees: bool) -> _Start:
+def _compute_varied_euler_start(scene: Any, changes: Mapping[str, Any]) -> _Start:
     """Return the varied parameters, and the Euler angles and rates computed from them.
 
     Parameters that do not vary are taken from the scene.
@@ -217,9 +225,7 @@ def _compute_varied_euler_start(scene: Any, changes: Mapping[str, Any], degrees:
     }
     angles, rates = (
         split_vector_components(
-            convert_array_to_radians(parameters[name].values, degrees)
-            if name in parameters
-            else np.asarray(defaults[name])
+            parameters[name].radians if name in parameters else np.asarray(defaults[name])
         )
         for name in _EULER
     )

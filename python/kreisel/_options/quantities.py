@@ -14,7 +14,7 @@ class QuantityDescription(NamedTuple):
     doubles     the number of components
     components  the names of the components
     turns       True if the quantity changes when the top is rotated about the vertical
-    dimension   in terms of M, L and T; empty for a pure number
+    dimension   rad, rad/T or rad/T^2, or in terms of M, L and T; empty for a pure number
     text        a description
     """
 
@@ -56,8 +56,7 @@ LOW = {low.name: low for low in map(_make_low_word_quantity, ("q", "m"))}
 RECORDABLE = QUANTITIES | LOW  # the quantities that `want` may contain
 TIME = QuantityDescription("t", 1, ["t"], False, "T", "times")
 HEADING_DEPENDENT = frozenset(name for name, quantity in RECORDABLE.items() if quantity.turns)
-# An angle is a pure number, so only the description tells that it is one.
-ANGLES = frozenset(name for name, quantity in QUANTITIES.items() if "in radians" in quantity.text)
+ANGLES = frozenset(name for name, quantity in QUANTITIES.items() if quantity.dimension == "rad")
 
 
 def get_quantity_derivative_shape(name: str) -> tuple[int, ...]:

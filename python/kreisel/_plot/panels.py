@@ -36,14 +36,14 @@ def apply_chart_style(chart: Axes) -> None:
 
 
 def format_axis_label(name: str, dimension: str, time_unit: str) -> str:
-    """Return the label of an axis: a name and, if there is one, a dimension such as M L^2 T^-1.
+    """Return the label of an axis: a name and, if there is one, a unit such as M L^2 T^-1.
 
-    The letter T in `dimension` is replaced by the unit of time.
+    The letter T in `dimension` is replaced by the unit of time, and deg by the sign of degrees.
     """
     if not dimension:
         return name
     parts = [
-        base.replace("T", time_unit) + power.translate(_SUPERSCRIPTS)
+        base.replace("T", time_unit).replace("deg", "°") + power.translate(_SUPERSCRIPTS)
         for base, _, power in (factor.partition("^") for factor in dimension.split())
     ]
     return f"{name} [{' '.join(parts)}]"

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._model.parameter_units import get_parameter_unit
 from .._model.scene import Ensemble
-from .._options.quantities import ANGLES, QUANTITIES, TIME, QuantityDescription
+from .._options.quantities import QUANTITIES, TIME, QuantityDescription
 from .._utils.optional import optional_dependency
+from .._utils.units import get_parameter_unit
 from .._utils.validation import Array
 from .ensemble_result import EnsembleResult
 from .tables import DIMENSIONS, TABLES, QuantityRows
@@ -107,9 +107,8 @@ def _yield_reductions_with_units(
         quantity = QUANTITIES.get(name) or next(
             each for each in QUANTITIES.values() if name in each.components
         )
-        unit = "rad" if quantity.name in ANGLES else quantity.dimension
         for kind, values in kinds.items():
-            dimension = unit
+            dimension = unit = quantity.dimension
             if kind.startswith("where_"):
                 dimension = TIME.dimension
             elif kind == "variance" and unit:

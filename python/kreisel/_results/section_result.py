@@ -11,11 +11,12 @@ import numpy.typing as npt
 from .._core import Work, Worker
 from .._model.scene import Ensemble
 from .._options.ensemble_options import EnsembleOptions
-from .._options.quantities import ANGLES, QUANTITIES, TIME
+from .._options.quantities import QUANTITIES, TIME
 from .._utils.counts import format_count
 from .._utils.errors import suggest_name, unknown_name_message
 from .._utils.html import format_picture_as_html
 from .._utils.quantity_attributes import QuantityAttributes
+from .._utils.units import get_angular_unit, is_angular
 from .._utils.validation import (
     Array,
     as_bool,
@@ -134,7 +135,7 @@ class Section(EnsembleResult, QuantityAttributes):
                    spin_angle and axial_momentum, which are conjugate, preserves areas
         indicator  an indicator of chaos of the same tops. Colours then tell regular, chaotic and
                    doubtful tops apart; otherwise each top has a colour of its own
-        degrees    False: angles in radians instead of degrees
+        degrees    False: angles and rates in radians instead of degrees
         time_unit  the unit of time in which the scenes are described, for the labels
 
             >>> import kreisel as kr
@@ -182,8 +183,8 @@ class Section(EnsembleResult, QuantityAttributes):
         values = getattr(self, quantity.name).reshape(len(self.states), -1)
         column: Array = values[:, quantity.components.index(name)]
         dimension = quantity.dimension
-        if quantity.name in ANGLES:
-            column, dimension = (np.degrees(column), "°") if degrees else (column, "rad")
+        if degrees and is_angular(dimension):
+            column, dimension = np.degrees(column), get_angular_unit(dimension, True)
         return column, format_axis_label(name.replace("_", " "), dimension, unit)
 
     def _repr_html_(self) -> str | None:

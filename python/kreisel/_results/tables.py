@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -15,6 +15,7 @@ from .._utils.atomic_io import atomic_write
 from .._utils.errors import unknown_name_message
 from .._utils.optional import optional_dependency
 from .._utils.quantity_attributes import QuantityName
+from .._utils.units import format_column_head, get_angular_unit
 from .._utils.validation import Array, as_bool, short_repr
 from .state_quantities import PathBase
 
@@ -45,26 +46,35 @@ DIMENSIONS: dict[tuple[int, ...], dict[str, list[str]]] = {
 }
 
 
+def describe_quantities(
+    path: HasQuantities, names: Iterable[str], degrees: bool
+) -> list[QuantityDescription]:
+    """Return the requested quantities, in degrees instead of radians if `degrees` is True.
+
+    If `names` is empty, all quantities that the path stores are returned. The name 't' is ignored,
+    because all tables contain the times.
+    """
+    in_degrees, requested = as_bool("degrees", degrees), list(names)
+    _validate_quantity_names(requested)
+    quantities = [
+        RECORDABLE[name]
+        for name in dict.fromkeys(requested or _list_default_quantity_names(path))
+        if name != TIME.name
+    ]
+    return [q._replace(dimension=get_angular_unit(q.dimension, in_degrees)) for q in quantities]
+
+
 def build_quantity_value_pairs(
     path: HasQuantities, names: Iterable[str], degrees: bool, unwrap: bool
 ) -> QuantityRows:
-    """Return the requested quantities with their values at all states.
-
-    If `names` is empty, all quantities that the path stores are returned. The name 't' is ignored,
-    because all tables contain the times. For an angle, the unit 'rad' or 'deg' takes the place of
-    the dimension.
-    """
-    in_degrees, is_unwrapped = as_bool("degrees", degrees), as_bool("unwrap", unwrap)
-    rows, requested = [], list(names)
-    _validate_quantity_names(requested)
-    for name in dict.fromkeys(requested or _list_default_quantity_names(path)):
-        if name == TIME.name:
-            continue
-        quantity, values = RECORDABLE[name], getattr(path, name)
-        if name in ANGLES:
-            values = np.unwrap(values) if is_unwrapped else values
-            values = np.degrees(values) if in_degrees else values
-            quantity = quantity._replace(dimension="deg" if in_degrees else "rad")
+    """Return the quantities of `describe_quantities` with their values at all states."""
+    is_unwrapped, rows = as_bool("unwrap", unwrap), []
+    for quantity in describe_quantities(path, names, degrees):
+        values = getattr(path, quantity.name)
+        if is_unwrapped and quantity.name in ANGLES:
+            values = np.unwrap(values)
+        if quantity.dimension.startswith("deg"):
+            values = np.degrees(values)
         rows.append((quantity, values))
     return rows
 
@@ -103,26 +113,25 @@ def _build_component_columns(path: PathBase, rows: QuantityRows) -> dict[str, Ar
 
 
 def units(path: HasQuantities, names: Iterable[str], degrees: bool) -> dict[str, str]:
-    """Return the unit or dimension of the time and of every component of the given quantities."""
-    return _list_component_units(build_quantity_value_pairs(path, names, degrees, False))
-
-
-def _list_component_units(rows: QuantityRows) -> dict[str, str]:
-    """Map the time and each component listed in `rows` to its unit or dimension."""
-    quantities = [TIME, *(quantity for quantity, _ in rows)]
+    """Return the unit of the time and of every component of the given quantities."""
+    quantities = [TIME, *describe_quantities(path, names, degrees)]
     return {name: each.dimension for each in quantities for name in each.components}
 
 
-def format_csv_table(table: Mapping[str, Array], heads: Iterable[str] | None = None) -> str:
-    """Return the columns as CSV text in full precision.
+def format_column_heads(path: HasQuantities, names: Iterable[str], degrees: bool) -> dict[str, str]:
+    """Return the head of each of these columns: its name and unit."""
+    heads = units(path, names, degrees)
+    return {name: format_column_head(name, unit) for name, unit in heads.items()}
 
-    The first line contains the strings in `heads`, or the column names if `heads` is None.
-    """
+
+def encode_table_as_csv(table: Mapping[str, Sequence[object]], head: bool = True) -> bytes:
+    """Return a table in CSV format, with all significant digits of each number."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(table if heads is None else heads)
-    writer.writerows(zip(*(column.tolist() for column in table.values()), strict=True))
-    return text.getvalue()
+    if head:
+        writer.writerow(table)
+    writer.writerows(zip(*table.values(), strict=True))
+    return text.getvalue().encode()
 
 
 class TableExportMethods(PathBase):
@@ -154,9 +163,10 @@ class TableExportMethods(PathBase):
             >>> list(table), table.attrs["units"]["nutation"]
             (['nutation', 'm_x', 'm_y', 'm_z'], 'deg')
 
-        `attrs` contains the method, the scene and, under `units`, the dimension [M L T] of each
-        column. The unit of an angle is 'rad' or, with degrees=True, 'deg'. unwrap=True removes
-        jumps of whole turns from angles. Raises ValueError for an unknown name, and TypeError for a
+        `attrs` contains the method, the scene and, under `units`, the unit of each column: 'rad',
+        'rad/T' or 'rad/T^2' for angles and their derivatives, and a dimension [M L T] for others.
+        With degrees=True, degrees take the place of radians. unwrap=True removes jumps of whole
+        turns from angles. Raises ValueError for an unknown name, and TypeError for a
         name that is not a string. Raises AttributeError for a quantity that `want` excludes, and
         ImportError if pandas is not installed.
         """
@@ -164,7 +174,7 @@ class TableExportMethods(PathBase):
             import pandas as pd
         rows = build_quantity_value_pairs(self, names, degrees, unwrap)
         frame = pd.DataFrame(_build_component_columns(self, rows)).set_index("t")
-        frame.attrs = self._list_run_attributes() | {"units": _list_component_units(rows)}
+        frame.attrs = self._list_run_attributes() | {"units": units(self, names, degrees)}
         return frame
 
     def to_xarray(self, *names: str, degrees: bool = False, unwrap: bool = False) -> Dataset:
@@ -178,10 +188,10 @@ class TableExportMethods(PathBase):
             >>> kr.solve(kr.scenes.cusps, [0.0, 1.0]).to_xarray("frame")["frame"].dims
             ('time', 'principal_axis', 'axis')
 
-        Each variable has the attributes `long_name` and `units`. The units are a dimension such as
-        'M L^2 T^-1', or 'rad' or 'deg'. The attributes of the Dataset are the method, its step, tol
-        and digits if given, and the scene in TOML format. The arguments and exceptions are the same
-        as for to_pandas, but ImportError is raised if xarray is not installed.
+        Each variable has the attributes `long_name` and `units`; the units are as in to_pandas. The
+        attributes of the Dataset are the method, its step, tol and digits if given, and the scene
+        in TOML format. The arguments and exceptions are the same as for to_pandas, but ImportError
+        is raised if xarray is not installed.
         """
         with optional_dependency(TABLES):
             import xarray as xr
@@ -205,39 +215,30 @@ class TableExportMethods(PathBase):
         *names: str,
         degrees: bool = False,
         unwrap: bool = False,
-        units: bool = False,
     ) -> None:
         """Write t and the components of the quantities in `names` as CSV, in full precision.
 
         If no names are given, all quantities that the path stores are written. The first line of
-        the file contains the column names.
+        the file contains the names and units of the columns. Numbers without a unit have none.
 
             >>> import pathlib, tempfile
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.cusps, [0.0, 1.0])
             >>> with tempfile.TemporaryDirectory() as folder:
             ...     file = pathlib.Path(folder, "top.csv")
-            ...     path.to_csv(file, "m", units=True)
+            ...     path.to_csv(file, "m", "spin", degrees=True)
             ...     file.read_text().splitlines()[0]
-            't [T],m_x [M L^2 T^-1],m_y [M L^2 T^-1],m_z [M L^2 T^-1]'
+            't [T],m_x [M L^2 T^-1],m_y [M L^2 T^-1],m_z [M L^2 T^-1],spin [deg/T]'
 
-        units  True: append units to the names of the columns, as in 'm_x [M L^2 T^-1]' or
-               'nutation [deg]'; dimensionless columns have no unit
-
-        Unless units=True, pandas.read_csv(file, index_col="t") returns the table of to_pandas.
-        pandas 3.1 or later reads bitwise equal values; older versions need
-        float_precision="round_trip". The file is replaced atomically. Raises OSError if the file
-        cannot be written. Raises the same exceptions as to_pandas, but never ImportError, because
-        pandas is not required.
+        kr.Record.from_csv and `kreisel fit` read the units. pandas 3.1 or later reads bitwise equal
+        values; older versions need float_precision="round_trip". The file is replaced atomically.
+        Raises OSError if the file cannot be written. Raises the same exceptions as to_pandas, but
+        never ImportError, because pandas is not required.
         """
-        rows = build_quantity_value_pairs(self, names, degrees, unwrap)
-        heads = None
-        if as_bool("units", units):
-            heads = [
-                f"{name} [{unit}]" if unit else name
-                for name, unit in _list_component_units(rows).items()
-            ]
-        atomic_write(file, format_csv_table(_build_component_columns(self, rows), heads).encode())
+        table = columns(self, names, degrees, unwrap)
+        heads = format_column_heads(self, names, degrees)
+        lists = {heads[name]: column.tolist() for name, column in table.items()}
+        atomic_write(file, encode_table_as_csv(lists))
 
     def _list_run_attributes(self) -> dict[str, object]:
         words = {"method": self.method, "step": self.step, "tol": self.tol, "digits": self.digits}

@@ -85,8 +85,8 @@ class Exact(_ClosedFormBase):
     period           the period of the nutation: the time from one lowest point of the axis to the
                      next; inf if the height of the axis is constant [T]
     precession_rate  the mean rate of the axis about the vertical, or without torque about the
-                     angular momentum [T^-1]
-    spin_angle_rate  the mean rate of the Euler angle spin_angle [T^-1]. It does not include the
+                     angular momentum [rad/T]
+    spin_angle_rate  the mean rate of the Euler angle spin_angle [rad/T]. It does not include the
                      precession: the angular velocity about the axis is `path.spin`
 
     For a heavy top, the axis is the apex. For a free symmetric body, it is the axis of symmetry.
@@ -172,7 +172,7 @@ class Exact(_ClosedFormBase):
 
     @property
     def critical_spin(self) -> float:
-        """The spin above which the upright body is stable as a sleeping top [T^-1].
+        """The spin above which the upright body is stable as a sleeping top [rad/T].
 
         The critical spin is (2 sqrt(I1 mass |gravity| |com|) - h) / I3, where h is the momentum of
         the rotor along the apex.
@@ -242,7 +242,7 @@ class ExactTorus(Exact):
     for times at which the top has turned by more than 1e9 rad. Raises ValueError if a neighbouring
     motion required for a finite difference has no closed-form solution.
 
-    frequencies  (first, second, precession_rate) [T^-1]. The frequencies of the attitude matrix in
+    frequencies  (first, second, precession_rate) [rad/T]. The frequencies of the attitude matrix in
                  space are integer combinations of all three. The frequencies of quantities seen
                  from the body are integer combinations of the first two
     certificate  the largest relative residual of the equations that the closed form and its initial

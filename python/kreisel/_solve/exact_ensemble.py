@@ -216,17 +216,17 @@ class ExactEnsemble:
 
     @property
     def precession_rate(self) -> Array:
-        """(*shape) the mean rate of precession, as in kreisel.Exact [T^-1]."""
+        """(*shape) the mean rate of precession, as in kreisel.Exact [rad/T]."""
         return self._reshape_to_ensemble(self._mean_rates[:, 1])
 
     @property
     def spin_angle_rate(self) -> Array:
-        """(*shape) the mean rate of the spin angle, as in kreisel.Exact [T^-1]."""
+        """(*shape) the mean rate of the spin angle, as in kreisel.Exact [rad/T]."""
         return self._reshape_to_ensemble(self._mean_rates[:, 2])
 
     @property
     def frequencies(self) -> Array:
-        """(*shape, 3) the frequencies of the torus, as in kreisel.ExactTorus [T^-1]."""
+        """(*shape, 3) the frequencies of the torus, as in kreisel.ExactTorus [rad/T]."""
         return freeze_array(self._frequencies_and_certificates[:, :3].reshape(*self.tops.shape, 3))
 
     @property
@@ -263,7 +263,7 @@ class ExactEnsemble:
 
     @property
     def critical_spin(self) -> Array:
-        """(*shape) the spin above which the body sleeps upright, as in kreisel.Exact [T^-1]."""
+        """(*shape) the spin above which the body sleeps upright, as in kreisel.Exact [rad/T]."""
         return self._reshape_to_ensemble(self._turning_points.critical_spin)
 
 

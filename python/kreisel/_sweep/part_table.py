@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .._model.parameter_units import get_parameter_unit
 from .._options.quantities import RECORDABLE, TIME
 from .._results.ensemble_buffers import STATUSES
 from .._results.ensemble_events import EnsembleEvents
@@ -23,6 +22,7 @@ from .._results.indicators import Indicator
 from .._results.reductions import Reductions
 from .._results.section_result import Section
 from .._results.tables import build_quantity_value_pairs
+from .._utils.units import get_parameter_unit
 from .start_parameters import list_parameter_component_names
 from .sweep_plan import SweepPlan
 from .task import ChaosTask, TaskResult
@@ -55,7 +55,6 @@ def tabulate_sweep_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> Pa
     names = [name for name, _, _ in results]
     part = PartResults({"top": np.arange(tops.start, tops.stop, dtype=np.int64)}, {}, {"top": ""})
     ensemble = plan.build_ensemble_of_tops(tops) if isinstance(outcome, Indicator) else outcome.tops
-    degrees = plan.source._flags.get("degrees", False)
     for name, one in plan.source._list_varying_values(tops.start, tops.stop, ensemble).items():
         flat = one.values.reshape(len(one.values), -1)
         for i, component in enumerate(list_parameter_component_names(name, one.value)):
@@ -63,7 +62,7 @@ def tabulate_sweep_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> Pa
             column = f"{component}_given" if component in names else component
             part.columns[column], part.units[column] = (
                 flat[:, i],
-                get_parameter_unit(name, degrees, i),
+                get_parameter_unit(name, one.degrees, i),
             )
     for name, values, dimension in results:
         part.columns[name], part.units[name] = values, dimension

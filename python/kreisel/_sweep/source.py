@@ -177,7 +177,7 @@ class Source:
         scene: Scene,
         file: str | os.PathLike[str],
         *,
-        degrees: bool = False,
+        degrees: bool | None = None,
         steady: bool = False,
         fast: bool = False,
     ) -> Source:
@@ -186,15 +186,17 @@ class Source:
         Each column contains a parameter of Scene.vary, such as gravity, or one of its components,
         such as momentum_x or angles_0. A parameter must have all its components.
 
-        file  the name of a .parquet or .csv file
+        file     the name of a .parquet or .csv file
+        degrees  as in Scene.vary. By default, the units in the heads of the columns decide, as in
+                 "spin [deg/T]", and radians are assumed without units
 
-        degrees, steady and fast are as in Scene.vary, and apply to all tops. Raises TypeError or
-        ValueError if a column is neither a parameter nor a component, or has invalid values. Raises
-        OSError if the file cannot be read, and ImportError if pyarrow is not installed.
+        steady and fast are as in Scene.vary, and apply to all tops. Raises TypeError or ValueError
+        if a column is neither a parameter nor a component, or has invalid values or a wrong unit.
+        Raises OSError if the file cannot be read, and ImportError if pyarrow is not installed.
         """
-        arguments = read_parameters_of_tops(os.fspath(file))
+        arguments, in_degrees = read_parameters_of_tops(os.fspath(file), degrees)
         parameters, flags = _validate_parameters_and_flags(
-            scene, {**arguments, "degrees": degrees, "steady": steady, "fast": fast}
+            scene, {**arguments, "degrees": in_degrees, "steady": steady, "fast": fast}
         )
         lengths = {name: one.shape for name, one in parameters.items()}
         is_row = all(len(lead) == 1 and lead[0] > 0 for lead in lengths.values())
@@ -215,11 +217,9 @@ class Source:
         if isinstance(tops.body, Bodies):
             columns |= {name: tops.body._columns[name] for name in _BODY}
         scene = tops._select_member((0,) * tops.ndim)
-        arguments, varied = (
-            _collapse_broadcast_columns(group, tops.ndim) for group in (columns, tops._varied)
-        )
-        flags = {"degrees": True} if tops._in_degrees else {}
-        return cls(scene, tops.shape, tops.axes, arguments, varied, flags)
+        arguments = _collapse_broadcast_columns(columns, tops.ndim)
+        varied = _collapse_broadcast_columns(tops._varied, tops.ndim, tops._in_degrees)
+        return cls(scene, tops.shape, tops.axes, arguments, varied)
 
     @cached_property
     def size(self) -> int:
@@ -307,8 +307,7 @@ class Source:
             body = {name: arguments.pop(name) for name in _BODY}
             body["unphysical"] = body["unphysical"].values.astype(bool)
             arguments["body"] = Bodies(**body)
-        arguments |= self._flags
-        return vary(Ensemble, self.scene, arguments)
+        return vary(Ensemble, self.scene, {**arguments, **self._flags})
 
     def _list_varying_values(
         self, begin: int, end: int, tops: Ensemble
@@ -331,7 +330,10 @@ class Source:
 def _validate_parameters_and_flags(
     scene: Scene, arguments: Mapping[str, object]
 ) -> tuple[dict[str, BatchParameter], dict[str, bool]]:
-    """Validate the arguments, and divide them into numerical parameters and Boolean flags."""
+    """Validate the arguments, and divide them into numerical parameters and Boolean flags.
+
+    The flag `degrees` becomes part of the parameters.
+    """
     validate_type("scene", scene, Scene)
     parameters: dict[str, BatchParameter] = {}
     flags: dict[str, bool] = {}
@@ -342,6 +344,8 @@ def _validate_parameters_and_flags(
             parameters[name] = validate_sweep_parameter(name, value)
         elif as_bool(name, value):
             flags[name] = True
+    if flags.pop("degrees", False):
+        parameters = {name: one._replace(degrees=True) for name, one in parameters.items()}
     return parameters, {name: True for name in FLAGS if name in flags}
 
 
@@ -374,12 +378,15 @@ def _reshape_parameter_along_axis(one: BatchParameter, axes: tuple[str, ...]) ->
 
 
 def _collapse_broadcast_columns(
-    columns: Mapping[str, npt.NDArray[Any]], dims: int
+    columns: Mapping[str, npt.NDArray[Any]], dims: int, degrees: bool = False
 ) -> dict[str, BatchParameter]:
     """Return the columns of an ensemble, with repeated values stored only once."""
     return {
         name: BatchParameter(
-            name, collapse_broadcast_axes(column, dims).astype(np.float64), column.shape[dims:]
+            name,
+            collapse_broadcast_axes(column, dims).astype(np.float64),
+            column.shape[dims:],
+            degrees,
         )
         for name, column in columns.items()
     }

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from .._utils.errors import unknown_name_message
 from .._utils.optional import optional_dependency
+from .._utils.units import find_unit_of_angles, get_parameter_unit, split_column_head
 from .._utils.validation import Array
 from .start_parameters import (
     PARAMETERS,
@@ -22,15 +23,28 @@ PARQUET = "'kreisel[sweep]'"
 _VALUES = (3, 3), (4,), (3,), (1,), ()  # possible shapes of a value, the largest first
 
 
-def read_parameters_of_tops(file: str) -> dict[str, Array]:
+def read_parameters_of_tops(file: str, degrees: bool | None) -> tuple[dict[str, Array], bool]:
     """Read parameters from a table, and return each as an array with one row per top.
 
-    Raises ValueError for an unknown column name, and ImportError if pyarrow is not installed.
+    The second item returned is True if angles and rates are in degrees: the heads of the columns
+    decide, or else `degrees`. Raises ValueError for an unknown column name or a wrong unit, and
+    ImportError if pyarrow is not installed.
     """
     ending = Path(file).suffix.lower()
     if ending not in (".parquet", ".csv"):
         raise ValueError(f"{file}: a table of starts ends in .parquet or .csv")
-    return _join_vector_components(file, _read_start_table_columns(file, ending))
+    columns = _read_start_table_columns(file, ending)
+    names = {head: split_column_head(head) for head in columns}
+    table = {names[head][0]: values for head, values in columns.items()}
+    parameters = _join_vector_components(file, table)
+    units = [(head, unit, _find_unit(name)) for head, (name, unit) in names.items()]
+    return parameters, find_unit_of_angles(units, degrees)
+
+
+def _find_unit(column: str) -> str:
+    """Return the unit of a column in radians."""
+    [(parameter, names), *_] = list_component_groups(column) or [(column, [column])]
+    return get_parameter_unit(parameter, False, names.index(column))
 
 
 def _read_start_table_columns(file: str, ending: str) -> dict[str, npt.NDArray[np.generic]]:
@@ -43,8 +57,9 @@ def _read_start_table_columns(file: str, ending: str) -> dict[str, npt.NDArray[n
             table = parquet.read_table(stream) if ending == ".parquet" else text.read_csv(stream)
     except pa.ArrowInvalid as error:
         raise ValueError(f"{file} cannot be read: {error}") from None
-    for name in table.column_names:
-        if table.column_names.count(name) > 1:
+    names = [split_column_head(head)[0] for head in table.column_names]
+    for name in names:
+        if names.count(name) > 1:
             raise ValueError(f"{file}: it has several columns {name!r}")
     holes = [name for name in table.column_names if table[name].null_count]
     if holes:

@@ -159,7 +159,7 @@ def make_file_name_from_array_hash(values: Array) -> str:
 
 
 def _list_parameters_as_json(parameters: Iterable[BatchParameter]) -> list[list[Any]]:
-    """Return the name, the shape and the values of each parameter in JSON form.
+    """Return the name, the shape and the values of each parameter, and True if it is in degrees.
 
     If an array is too long for the plan file, it is replaced by the name of the file that contains
     it.
@@ -171,6 +171,7 @@ def _list_parameters_as_json(parameters: Iterable[BatchParameter]) -> list[list[
             make_file_name_from_array_hash(one.values)
             if one.values.size > _MAX_INLINE
             else one.values.tolist(),
+            *[True] * one.degrees,
         ]
         for one in parameters
     ]
@@ -238,12 +239,12 @@ def build_plan_from_dict(plan: Mapping[str, Any], load: Callable[[str], Array]) 
 def _build_sweep_source_from_dict(plan: Mapping[str, Any], load: Callable[[str], Array]) -> Source:
     def build_batch_parameters(rows: list[list[Any]]) -> dict[str, BatchParameter]:
         parameters = {}
-        for name, value, numbers in rows:
+        for name, value, numbers, *degrees in rows:
             is_file = isinstance(numbers, str)
             values = load(numbers) if is_file else np.asarray(numbers, np.float64)
             if not np.isfinite(values).all():
                 raise ValueError(f"{name} must be finite")
-            parameters[name] = BatchParameter(name, values, tuple(value))
+            parameters[name] = BatchParameter(name, values, tuple(value), bool(degrees))
         return parameters
 
     random = None
