@@ -77,9 +77,8 @@ python/kreisel/viewer.html: .venv/requirements.txt $(core) $(wildcard python/vie
 	@echo "building the viewer"
 	@.venv/bin/python python/viewer/build.py build/viewer $@
 
-.venv/requirements.txt: pyproject.toml .ci/requirements .ci/locked.txt
+.venv/requirements.txt: .ci/locked.txt
 	@echo "installing the dependencies of report and tests into .venv; the first time takes minutes"
 	@.venv/bin/python -m pip --version >/dev/null 2>&1 || { rm -rf build/venv && python3 -m venv --clear .venv; }
-	@.venv/bin/python .ci/requirements >$@.new
-	@.venv/bin/python -m pip install -q --no-compile --disable-pip-version-check -r $@.new
-	@mv $@.new $@
+	@.venv/bin/python -m pip install -q --no-compile --disable-pip-version-check -r .ci/locked.txt
+	@cp .ci/locked.txt $@

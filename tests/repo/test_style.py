@@ -15,9 +15,7 @@ PYTHON = [
     "examples",
     "cmake",
     ".ci/names",
-    ".ci/requirements",
     ".ci/wheel.py",
-    ".ci/wheels",
 ]
 
 

@@ -1,55 +1,26 @@
-"""Tests of third-party software.
-
-The licences, versions and hashes of installed packages are checked.
-"""
+"""Tests of the versions and licences of third-party software."""
 
 import importlib.metadata
 import json
 import re
-import runpy
 import shutil
 import subprocess
+import tomllib
 
 import pytest
 from packaging.requirements import Requirement
-from packaging.utils import canonicalize_name
 from toolbox import ROOT
 
-
-@pytest.fixture
-def requirements(monkeypatch):
-    monkeypatch.chdir(ROOT)
-    return runpy.run_path(".ci/requirements")
+LOCKED = dict(re.findall(r"^([\w.-]+)==([\w.]+)", (ROOT / ".ci/locked.txt").read_text(), re.M))
 
 
-def test_packages_of_pip_have_versions_and_hashes(requirements):
-    """Check that each package has a fixed version and a hash.
-
-    If this test fails, run `.ci/lock`.
-    """
-    text = (ROOT / ".ci/locked.txt").read_text()
-    assert "//" not in text and "index" not in text
-    versions = {}
-    for block in requirements["locked"]():
-        name, version = re.match(r"([\w.-]+)==([\w.]+)", block).groups()
-        assert re.search(r"--hash=sha256:[0-9a-f]{64}", block), name
-        versions.setdefault(canonicalize_name(name), []).append(version)
-    for line in requirements["asked"]():
-        requirement = Requirement(line)
-        available = versions.get(canonicalize_name(requirement.name), [])
-        assert any(requirement.specifier.contains(version) for version in available), line
-
-
-def test_locked_txt_agrees_with_the_requirements(requirements):
-    lines = [line for line in (ROOT / ".ci/locked.txt").read_text().splitlines() if line[0] != "#"]
-    assert "".join(requirements["locked"]()).splitlines() == lines
-
-
-def test_users_install_no_development_tools(requirements):
-    names = requirements["of_users"]()
-    assert {"numpy", "click", "rich"} <= names and not names & {"pytest", "heyoka", "mypy"}
-    blocks = {block.split("==")[0] for block in requirements["locked"](names)}
-    assert blocks == names
+def test_the_locked_versions_satisfy_pyproject_toml():
+    """Check the versions in .ci/locked.txt. If this test fails, run `.ci/lock`."""
+    config = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    extras = config["project"]["optional-dependencies"] | config["dependency-groups"]
+    lines = config["build-system"]["requires"] + config["project"]["dependencies"]
+    for requirement in map(Requirement, sum(extras.values(), lines)):
+        assert requirement.specifier.contains(LOCKED[requirement.name]), requirement
 
 
 def test_the_wheel_contains_the_licence_of_pybind11():
@@ -60,11 +31,10 @@ def test_the_wheel_contains_the_licence_of_pybind11():
     assert "python/licences/pybind11.txt" in licences and "LICENSE" in licences
 
 
-def test_the_bill_of_materials_has_the_bundled_versions(requirements):
+def test_the_bill_of_materials_has_the_bundled_versions():
     bill = json.loads((ROOT / "python/materials.json.in").read_text())
     parts = {part["name"]: part["version"] for part in bill["components"]}
     assert parts.pop("pybind11") == "@pybind11_VERSION@"  # CMake fills in the version
-    (zig,) = requirements["locked"](["ziglang"])
     lock = json.loads((ROOT / "python/viewer/package-lock.json").read_text())["packages"]
     built_in = {
         name.removeprefix("node_modules/"): package["version"]
@@ -72,7 +42,7 @@ def test_the_bill_of_materials_has_the_bundled_versions(requirements):
         if name and not package.get("dev")
     }
     versions = {name: built_in[name] for name in lock[""]["dependencies"]}
-    assert parts == versions | {"ziglang": re.match(r"ziglang==(\S+)", zig)[1]}
+    assert parts == versions | {"ziglang": LOCKED["ziglang"]}
     for part in bill["components"][1:]:
         assert part["purl"].endswith(f"/{part['name']}@{part['version']}")
 
