@@ -6,7 +6,6 @@ import gc
 SLOW = (
     "test_gil",
     "test_amalgamation",
-    "test_embedding_examples",
     "test_embedding",
     "test_build_options",
     "test_thesis",
