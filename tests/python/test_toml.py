@@ -1,8 +1,14 @@
 """Tests of scenes in TOML files."""
 
+import inspect
+import re
+from pathlib import Path
+
 import kreisel as kr
 import numpy as np
 import pytest
+from click.testing import CliRunner
+from kreisel._cli import main
 from tops import CORNER, TILT
 
 THESIS = kr.scenes.thesis
@@ -261,3 +267,30 @@ def test_the_length_of_a_scene_is_limited(tmp_path):
                     load(file)
             else:
                 assert load(file) == THESIS
+
+
+def test_the_site_and_the_help_list_every_key_of_scene_files():
+    """Compare the table of docs/scene_files.md, and the help of kreisel solve, with signatures."""
+    makers = {"the file": kr.Scene, "[spinning]": kr.Scene.spinning, "[body]": kr.Body}
+    makers["[from_euler]"] = kr.Scene.from_euler
+    shapes = "cone cuboid cylinder disk ellipsoid from_com rod sphere symmetric tube"
+    makers |= {f"[body.{name}]": getattr(kr.Body, name) for name in shapes.split()}
+    expected = {
+        table: [key for key in inspect.signature(make).parameters if key != "body"]
+        for table, make in makers.items()
+    }
+    page = (Path(__file__).parents[2] / "docs/scene_files.md").read_text()
+    rows = re.findall(r"^\| `?(the file|\[.+\])`? \| (.+) \|$", page, re.MULTILINE)
+    assert {table: re.findall(r"`(\w+)`", keys) for table, keys in rows} == expected
+    shown = CliRunner().invoke(main, ["solve", "--help"]).output.partition("Keys of SCENE files")[2]
+    assert all(re.search(rf"\b{key}\b", shown) for keys in expected.values() for key in keys)
+    assert all(table in shown for table in expected)
+
+
+def test_the_scene_files_of_the_site_describe_one_top():
+    page = (Path(__file__).parents[2] / "docs/scene_files.md").read_text()
+    one, other = map(kr.Scene.from_toml, re.findall(r"```toml\n(.+?)```", page, re.DOTALL))
+    assert one.body.moments == pytest.approx(other.body.moments, rel=1e-12)
+    assert (one.gravity, one.body.com) == (other.gravity, other.body.com)
+    assert one.momentum == pytest.approx(other.momentum, rel=1e-12)
+    assert one.attitude == pytest.approx(other.attitude, rel=1e-12)

@@ -7,7 +7,7 @@ import sys
 import tomllib
 from pathlib import Path
 
-from toolbox import ROOT, compile_and_run, install_library, need, run
+from toolbox import ROOT, install_library, need, run
 
 
 def blocks(*languages):
@@ -55,15 +55,14 @@ def test_shell_blocks_run_beside_the_scenes(tmp_path):
     assert (tmp_path / "top.html").stat().st_size > 1 << 16
 
 
-def test_c_blocks_compile_and_run(tmp_path):
-    need("cmake", "gcc")
-    assert blocks("c")
-    for i, text in enumerate(blocks("c")):
-        source = tmp_path / f"block{i}.c"
-        source.write_text(text)
-        compile_and_run(
-            source, install_library(), "-std=c99", libraries=["-lm"], file=source.with_suffix("")
-        )
+def test_the_c_program_compiles_by_the_command_and_runs(tmp_path):
+    need("cmake", "gcc", "pkg-config")
+    (text,) = blocks("c")
+    (tmp_path / "top.c").write_text(text)
+    (lines,) = (text for text in blocks("sh") if "pkg-config" in text)
+    command = lines[lines.index("export PKG_CONFIG_PATH") :].replace("cc -std=c99", "gcc -std=c99")
+    run("sh", "-ec", command, cwd=tmp_path, PREFIX=str(install_library()))
+    assert "nutation" in run(tmp_path / "top")
 
 
 def test_make_targets_exist():

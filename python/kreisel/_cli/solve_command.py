@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from textwrap import wrap
 from typing import Unpack
 
 import click
 import numpy as np
 
-from .._model.scene import Scene
+from .._model.scene import Scene, list_scene_file_keys
 from .._options.solve_options import validate_recording_interval
 from .._options.times import check_resolvable_horizon, check_states_fit_in_memory, time_array
 from .._results.path import Path
@@ -36,6 +37,15 @@ from .progress import StopSignalHandler, write_path_pieces_to_outputs
 from .run_outputs import OutputFileOptions, RunOutputs, add_output_options
 
 _LONGEST = 1 << 24  # bytes read at most from a checkpoint; checkpoints are much smaller
+
+
+def _describe_scene_files() -> str:
+    """Return the keys of scene files, for the end of a help text."""
+    lines = ["\b", "Keys of SCENE files (TOML)"]
+    for table, keys in list_scene_file_keys().items():
+        text = f"{table or 'the file':<17} {', '.join(keys)}"
+        lines += wrap(text, 78, initial_indent="  ", subsequent_indent=" " * 20)
+    return "\n".join(lines)
 
 
 class _SolveCommandOptions(OutputFileOptions):
@@ -75,7 +85,7 @@ _EVERY = click.option(
 )
 
 
-@click.command()
+@click.command(epilog=_describe_scene_files())
 @click.argument("scene", type=str, shell_complete=A_SCENE)
 @_T
 @click.option(

@@ -491,6 +491,17 @@ _ABOVE = {word: "above [body]" for word in [*_WORDS, *_SCENE_MAKERS]}
 _BELOW = {word: "below [body]" for word in [*signature(Body).parameters, *MAKERS]}
 
 
+def list_scene_file_keys() -> dict[str, list[str]]:
+    """List the keys of each table of a scene file; those of the file itself are under ''."""
+    makers: dict[str, Callable[..., object]] = {"": Scene}
+    makers |= {f"[{name}]": make for name, make in _SCENE_MAKERS.items()} | {"[body]": Body}
+    makers |= {f"[body.{name}]": make for name, make in MAKERS.items()}
+    return {
+        table: [key for key in signature(make).parameters if key != "body"]
+        for table, make in makers.items()
+    }
+
+
 def parse_scene_toml(text: str) -> Scene:
     """Return the scene described by a TOML text."""
     return build_scene_from_table(parse_toml_tables(text))
