@@ -141,11 +141,11 @@ def test_the_shaking_rate_stays_positive_and_the_amplitude_keeps_its_sign(start,
 
 
 def test_distances_to_bounds_are_means_of_equal_parameters():
-    scene = make_scene((1.0, 1.0, 0.6), damping=(0.1, 0.3, 0.3), friction=0.2)
+    scene = make_scene((1.0, 1.0, 0.6), damping=(0.3, 0.3, 0.1), friction=0.2)
     parameters = make_parameters("velocity moments damping friction", scene)
     distances = parameters.compute_distances_to_lower_bounds(parameters.start)
     assert np.isinf(distances[:3]).all()
-    assert distances[3:] == pytest.approx([0.3, 0.7, 0.1, 0.3, 0.2])
+    assert distances[3:] == pytest.approx([0.3, 0.7, 0.3, 0.1, 0.2])
 
 
 @pytest.mark.parametrize(
@@ -294,13 +294,13 @@ def test_a_point_without_a_step_is_its_scene(free, turn):
 
 def test_names_and_units_of_parameters():
     record = kr.Record([0.0], {"body_velocity_x": [1.0], "frame": [np.eye(3)]}, 0.1, free="bias")
-    scene = make_scene((1.0, 1.0, 0.6), damping=(0.1, 0.3, 0.1), shaking=SHAKING)
+    scene = make_scene((1.0, 1.0, 0.6), damping=(0.1, 0.1, 0.3), shaking=SHAKING)
     parameters = make_parameters("velocity moments lever damping shaking", scene, [record])
     names, units, values, _ = parameters.list_user_parameters_and_jacobian(parameters.start)
     rows = [
         *((f"body_velocity_{x}", "rad/T", w) for x, w in zip("xyz", (1.0, 2.0, 2.0), strict=True)),
         *(("I1 = I2", "M L^2", 1.0), ("I3", "M L^2", 0.6), ("lever", "L", 1.3)),
-        *(("damping_1 = damping_3", "M L^2 T^-1", 0.1), ("damping_2", "M L^2 T^-1", 0.3)),
+        *(("damping_1 = damping_2", "M L^2 T^-1", 0.1), ("damping_3", "M L^2 T^-1", 0.3)),
         *(("shaking_amplitude", "L", 0.05), ("shaking_rate", "rad/T", 7.0)),
         *(("shaking_phase", "rad", 0.4), ("bias[0].body_velocity_x", "rad/T", 0.0)),
         *((f"bias[0].frame_{k}", "", 0.0) for k in range(9)),

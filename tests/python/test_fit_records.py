@@ -6,6 +6,7 @@ import pandas
 import pytest
 from fits import GUESS, HEAVY, SIGMA, gyroscope
 from kreisel._fit.records import _PARTS, slice_record
+from scipy.spatial.transform import Rotation
 
 T = [0.0, 0.1, 0.2]
 W = [[1.0, 2.0, 3.0]] * 3
@@ -18,7 +19,7 @@ W = [[1.0, 2.0, 3.0]] * 3
         (T, {"omega": W}, "did you mean 'velocity'"),
         (T, {"wobble": W}, "unknown quantity 'wobble'"),
         (T, {"kowalewski": T}, "kowalewski cannot be fitted"),
-        (T, {"q_w": T}, "give all four components as q"),
+        (T, {"q_w": T}, "give all four components as attitude"),
         (T, {"apex": W[:2]}, r"apex must have the shape \(3, 3\), .* not \(2, 3\)"),
         (T, {"spin": W}, r"spin must have the shape \(3,\)"),
         (T, {"spin": [1.0, np.inf, 2.0]}, "spin must be finite, or NaN"),
@@ -56,7 +57,7 @@ def test_a_sigma_of_an_absent_quantity_is_refused():
     "values, free, message",
     [
         ({"apex": W}, "drift", "unknown name in free: 'drift'; known are bias"),
-        ({"apex": W}, "mounting", "mounting needs q or a whole vector seen from the body"),
+        ({"apex": W}, "mounting", "mounting needs attitudes or a whole vector seen from the body"),
         ({"q": [[1.0, 0, 0, 0]] * 3}, "bias", "attitudes have no bias"),
     ],
 )
@@ -119,6 +120,37 @@ def test_single_components_can_be_compared():
     record = kr.Record(t, values, 0.1)
     fit = kr.fit(HEAVY, record)
     assert fit.chi2 < 1e-12 and fit.residuals[0]["apex_x"].shape == (100,)
+
+
+def test_attitudes_have_the_names_and_forms_of_a_scene(tmp_path):
+    rotations = Rotation.random(5, random_state=0)
+    q = np.roll(rotations.as_quat(), 1, axis=1)
+    table = np.column_stack((np.arange(5.0), rotations.as_quat()))
+    np.savetxt(tmp_path / "a.csv", table, delimiter=",", header="t,x,y,z,w", comments="")
+    last, first = rotations.as_quat(), q
+    records = [
+        kr.Record(np.arange(5.0), {name: values})
+        for name, values in (
+            *(("q", first), ("q_xyzw", last), ("attitude", first), ("attitude_xyzw", last)),
+            *((name, rotations) for name in ("q", "q_xyzw", "attitude", "attitude_xyzw")),
+        )
+    ]
+    records.append(kr.Record.from_csv(tmp_path / "a.csv", {"attitude_xyzw": ("x", "y", "z", "w")}))
+    for record in records:
+        assert record.size == 15 and np.allclose(record.series[0].values, q, rtol=0, atol=1e-15)
+    with pytest.raises(ValueError, match="the attitude twice, as q and attitude_xyzw"):
+        kr.Record(np.arange(5.0), {"q": q, "attitude_xyzw": last})
+
+
+@pytest.mark.parametrize("name, right", [("q", "q_xyzw"), ("attitude_xyzw", "attitude")])
+def test_quaternions_of_the_other_order_are_named(name, right):
+    body = kr.Body(1.0, (1.0, 1.3, 0.6), com=(0.05, 0.1, 0.4), unphysical=True)
+    scene = kr.Scene(body, body_velocity=(1, 2, 3), attitude=(0.6, 0.48, 0.64, 0), gravity=9.81)
+    t = np.linspace(0.0, 2.0, 60)
+    q = kr.solve(scene, t).q
+    wrong = np.roll(q, -1, axis=1) if name == "q" else q
+    with pytest.warns(UserWarning, match=f"name them {right}"):
+        kr.fit(scene, kr.Record(t, {name: wrong}, 1e-3), max_evaluations=200)
 
 
 @pytest.mark.parametrize("separator", [",", ";", "\t"])

@@ -449,7 +449,7 @@ def test_smoothing_keeps_local_cubics(power):
     coefficients = np.array((0.5, -1.0, 2.0))
     apex = (t[:, None] - 5.0) ** power * coefficients
     derivative = power * (t[:, None] - 5.0) ** max(power - 1, 0) * coefficients
-    values, changes = initial_guess._smooth_apex_by_local_cubics(ApexSamples(t, apex))
+    values, changes = initial_guess._smooth_by_local_cubics(t, apex)
     rows = slice(None) if power < 2 else slice(4, -4)
     assert np.allclose(values[rows], apex[rows], atol=1e-11)
     assert np.allclose(changes[rows], derivative[rows], atol=1e-11)
@@ -459,7 +459,7 @@ def test_smoothing_keeps_local_cubics(power):
 
 def test_smoothing_fits_a_cubic_to_nine_samples():
     t, apex = 0.25 * np.arange(20), np.random.default_rng(0).normal(size=(20, 3))
-    values, changes = initial_guess._smooth_apex_by_local_cubics(ApexSamples(t, apex))
+    values, changes = initial_guess._smooth_by_local_cubics(t, apex)
     for row in range(4, 16):
         window = slice(row - 4, row + 5)
         cubic = np.polyfit(t[window] - t[row], apex[window], 3)

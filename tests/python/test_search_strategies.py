@@ -331,67 +331,6 @@ def test_a_slow_search_begins_with_the_body_of_the_scene(monkeypatch):
         assert getattr(found, name) is getattr(start, name)
 
 
-@pytest.mark.parametrize(
-    ("pieces", "has_data_guess", "agreement", "chi2", "expected"),
-    [
-        # the search from the scene leads to a good fit
-        (None, True, 2.0, 1.0, "point chaos"),
-        (1, True, 2.0, 1.0, "point"),
-        (None, False, 0.5, 1.0, "point chaos"),
-        # the search from the scene does not lead to a good fit
-        (None, True, 2.0, 2.9, "point guess pieces-28 chaos"),
-        (None, True, 2.0, 9.0, "point guess pieces-28 guesses-1 pieces-8"),
-        (None, False, 2.0, 9.0, "point"),
-        (1, True, 2.0, 9.0, "point guess guesses-1"),
-        # the motion of the scene disagrees with the records
-        (None, True, 1.9, 9.0, "guess pieces-28 guesses-2 pieces-8"),
-        (None, True, 1.9, 1.0, "chaos"),
-        (1, True, 1.9, 9.0, "guess guesses-2"),
-        # the number of pieces is given
-        (3, True, 1.9, 9.0, "guess pieces-2-1"),
-        (3, True, 2.0, 9.0, "guess pieces-2-0"),
-        (3, False, 1.9, 9.0, "guess pieces-2-1"),
-    ],
-)
-def test_strategies_follow_one_another(
-    monkeypatch, pieces, has_data_guess, agreement, chi2, expected
-):
-    session = make_session()
-    session.best = make_best(session)
-    monkeypatch.setattr(session, "_compute_best_reduced_chi2", lambda: chi2)
-    other = replace(session.parameters.start, gravity=1.0)
-    calls, given = [], []
-
-    def guess(*_):
-        calls.append("guess")
-        return [Guess(other, None)]
-
-    def try_pieces(guesses, count, least):
-        assert count == pieces
-        given.extend(guesses)
-        calls.append(f"pieces-{least}" + ("" if count is None else f"-{len(guesses)}"))
-
-    def search_guesses(guesses):
-        given.extend(guesses[:1])
-        calls.append(f"guesses-{len(guesses)}")
-
-    monkeypatch.setattr(search_session, "guess_parameters_from_records", guess)
-    methods = {
-        "_find_match_end_and_cost": lambda point: (agreement, 1.0),
-        "_search_from_point": lambda point, end: calls.append("point"),
-        "_search_from_guesses": search_guesses,
-        "_try_multiple_shooting": try_pieces,
-        "_fit_chaotic_motion_in_segments": lambda point: calls.append("chaos"),
-        "_try_alternative_spins": lambda: given.append("spins"),
-    }
-    for name, method in methods.items():
-        monkeypatch.setattr(session, name, method)
-    session.search(pieces, has_data_guess)
-    assert " ".join(calls) == expected and given.pop() == "spins"
-    for one in given:
-        assert one.point is (other if has_data_guess else session.parameters.start)
-
-
 @pytest.mark.parametrize("count, is_divided", [(28, True), (27, False)])
 def test_very_chaotic_motions_are_divided(monkeypatch, count, is_divided):
     session = make_session(make_record(np.linspace(0.0, 2.0, 60)))

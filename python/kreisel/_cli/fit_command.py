@@ -119,9 +119,9 @@ def _parse_sigma_options(options: tuple[str, ...]) -> float | dict[str, float] |
 @click.option(
     "--max-evaluations",
     type=int,
-    default=500,
+    default=2000,
     show_default=True,
-    help="The largest number of paths that one search computes.",
+    help="The largest number of paths that the search computes.",
 )
 @click.option("--save", type=FILE, help="Write the fitted scene as TOML.")
 @click.option("--csv", "csv_file", type=FILE, help="Write the parameters as a table.")

@@ -12,11 +12,15 @@ from .fit_result import Fit, build_fit_from_search
 from .levenberg_marquardt import LossName
 from .noise import refuse_inestimable_sigmas
 from .parameters import FreeName, FreeParameters, expand_free_names
-from .records import Record
+from .records import SCALAR_LAST, Record, swap_quaternion_order
 from .search_session import SearchSession
 from .summary import describe_misfit, describe_residual_excess, has_residuals_as_large_as_data
 from .undefined_angles import search_with_defined_angles
 
+_MISFIT = 0.02  # residuals relative to the values that may be a motion that does not fit
+_ORDER_LIMIT = 300  # paths of a search with the other order of quaternions
+_CORRELATED = 0.5  # correlation of neighbouring residuals of a motion that does not fit
+_FAR_BETTER = 0.5  # residuals of the other order of quaternions, relative to those of the given one
 Progress = Callable[[int, float], object]
 LOSSES: tuple[LossName, ...] = ("linear", "soft")
 
@@ -41,14 +45,14 @@ def fit(
     *,
     loss: LossName = "linear",
     pieces: int | None = None,
-    max_evaluations: int = 500,
+    max_evaluations: int = 2000,
     progress: Progress | None = None,
 ) -> Fit:
     """Estimate the body and the initial state of a top from measurements of its motion.
 
     scene     the known values, and a first guess of the values in `free`. If its motion disagrees
-              with the records, another guess is computed from the records. For an Ensemble of
-              guesses, the search begins at each member, and the best result is returned
+              with the records, other guesses are computed from the records and at random. For an
+              Ensemble of guesses, the search begins at each member, and the best result is returned
     records   a kreisel.Record or several records of one motion
     free      names of parameters: "start" ("attitude" and "velocity"), "moments", "com" or its
               length "lever", "gravity", "mass", "damping", "friction", "rotor", "turning",
@@ -61,8 +65,8 @@ def fit(
     pieces    for chaotic motion: the number of pieces into which the motion is divided (multiple
               shooting). Each piece has its own initial state, and must join the next piece. None:
               as many as the growth of errors requires
-    max_evaluations   the largest number of paths through all records in one search; paths through
-                      parts of the records and in pieces are not counted
+    max_evaluations   the largest number of paths, through parts of the records as well, that the
+                      search from one scene computes
     progress  a function called after each improvement with the number of computed paths and the
               sum of squares per degree of freedom; an exception in it stops the fit
 
@@ -109,7 +113,7 @@ def fit(
     if progress is not None and not callable(progress):
         raise TypeError(f"progress must be a function, not {short_repr(progress)}")
 
-    def search(defined: tuple[Record, ...]) -> Fit:
+    def search(defined: tuple[Record, ...], limit: int = limit) -> Fit:
         sessions = [
             SearchSession(FreeParameters(guess, blocks, defined), defined, loss, limit, progress)
             for guess in guesses
@@ -120,8 +124,34 @@ def fit(
         return _run_search_sessions(sessions, count, is_multistart=isinstance(scene, Ensemble))
 
     best = search_with_defined_angles(record_tuple, guesses, search)
-    _warn_of_poor_fit(best)
+    _warn_of_poor_fit(best, _describe_better_quaternion_order(best, search))
     return best
+
+
+def _describe_better_quaternion_order(
+    best: Fit, search: Callable[[tuple[Record, ...], int], Fit]
+) -> str:
+    """Return a sentence if attitudes that fit badly fit well with the scalar at the other end."""
+    is_bad = best.is_plausible is False
+    if best.is_plausible is None:
+        is_bad = best.misfit > _MISFIT and best.residual_correlation > _CORRELATED
+    swapped, names = zip(*map(swap_quaternion_order, best.records), strict=True)
+    if not (is_bad and any(names)):
+        return ""
+    try:
+        other = search(swapped, _ORDER_LIMIT)
+    except FitInterrupted:
+        raise FitInterrupted("the fit was interrupted", best) from None
+    except (Error, ValueError):
+        return ""
+    if not other.misfit < _FAR_BETTER * best.misfit:
+        return ""
+    name = next(filter(None, names))
+    end = "last" if name in SCALAR_LAST else "first"
+    return (
+        f" The quaternions fit better scalar {end}, with a misfit of {other.misfit:.2g} instead of "
+        f"{best.misfit:.2g}: if they are, name them {name}."
+    )
 
 
 def _run_search_sessions(
@@ -149,16 +179,18 @@ def _run_search_sessions(
     return best
 
 
-def _warn_of_poor_fit(best: Fit) -> None:
+def _warn_of_poor_fit(best: Fit, hint: str) -> None:
     if has_residuals_as_large_as_data(best):
-        warn_user(describe_misfit(best))
+        warn_user(describe_misfit(best) + hint)
     elif not best.has_converged:
         warn_user(
             f"the fit did not converge within {best.evaluations} paths: the result is the best so "
             "far; raise max_evaluations or give a guess nearer to the motion"
         )
     elif best.excess:
-        warn_user(describe_residual_excess(best))
+        warn_user(describe_residual_excess(best) + hint)
+    elif hint:
+        warn_user(hint.strip())
     for sentence in best.uncertain_sigma:
         warn_user(f"{sentence}: give sigma, or add measurements")
 

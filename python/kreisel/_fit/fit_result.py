@@ -19,7 +19,7 @@ from .._utils.validation import Array, ReadOnlyArrays, as_int, freeze_arrays
 from .aliasing import describe_alternative_spin
 from .fit_model import predict_measurements_densely
 from .fit_path import solve_fitted_motion
-from .identifiability import describe_undetermined_directions
+from .identifiability import describe_half_turn, describe_undetermined_directions
 from .noise import describe_uncertain_sigmas
 from .parameters import FitPoint, FreeParameters
 from .records import Record
@@ -69,9 +69,10 @@ class Fit(ReadOnlyArrays):
     nonlinearity  |rise - 1|, where `rise` is the increase of chi2 one standard deviation along the
                   least certain direction, relative to that of a linear model. If it is large, the
                   errors are not normal. It is 0 for the soft loss and for a motion in pieces
-    unidentified  a sentence for each direction that the records do not determine
+    unidentified  a sentence for each direction that the records do not determine, and for each half
+                  turn of the body that fits as well; the nearest to the given scene is returned
     ambiguous     a sentence about another spin that fits as well, for records with few samples a
-                  turn; empty otherwise
+                  turn, and about another motion that fits as well; empty otherwise
     misfit        the root mean square of the residuals relative to that of the values, or to 1 rad.
                   For the soft loss it is estimated from the median
     excess        the size of the residuals in sigmas, if it is larger than noise explains;
@@ -318,8 +319,13 @@ def build_fit_from_search(session: SearchSession) -> Fit:
         stats.correlation,
         stats.inflation,
         _measure_fit_nonlinearity(session, best, spectrum, stats.inflation),
-        describe_undetermined_directions(p, best.point, spectrum.natural, spectrum.blind, names),
-        () if session.alias is None else (describe_alternative_spin(best.point, session.alias),),
+        (
+            *describe_undetermined_directions(
+                p, best.point, spectrum.natural, spectrum.blind, names
+            ),
+            *map(describe_half_turn, session.half_turns),
+        ),
+        _describe_other_motions(session, best.point),
         session.measure_relative_misfit(),
         session.measure_residual_excess(),
         describe_uncertain_sigmas(session.model, best.scaled_jacobian),
@@ -333,6 +339,19 @@ def build_fit_from_search(session: SearchSession) -> Fit:
         spectrum,
         best.pieces,
     )
+
+
+def _describe_other_motions(session: SearchSession, point: FitPoint) -> tuple[str, ...]:
+    sentences = []
+    if session.alias is not None:
+        sentences.append(describe_alternative_spin(point, session.alias))
+    if session.rival is not None:
+        names, _, values, _ = session.parameters.list_user_parameters_and_jacobian(session.rival)
+        numbers = ", ".join(
+            f"{name} = {value:.4g}" for name, value in zip(names, values, strict=True)
+        )
+        sentences.append(f"the motion: another one fits equally well, with {numbers}")
+    return tuple(sentences)
 
 
 def _compute_moment_ratios_and_errors(

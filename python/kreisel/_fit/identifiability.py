@@ -53,6 +53,11 @@ def describe_undetermined_directions(
     return (*sentences, *(_describe_parameter_direction(column, names) for column in reported.T))
 
 
+def describe_half_turn(k: int) -> str:
+    """Return a sentence about a half turn of the body about the principal axis k that fits."""
+    return f"a half turn of the body, with its com and its start, about principal axis {k + 1}"
+
+
 def _convert_to_reported_values(
     parameters: FreeParameters, point: FitPoint, natural: Array, directions: Array
 ) -> Array:

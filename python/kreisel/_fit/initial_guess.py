@@ -17,12 +17,15 @@ top satisfies
 
 where the first h is a constant vector, a = (I3 W3 + h3) / I1 at t = 0, k = M |c| / I1, and s = +-f
 / I1 until friction stops the spin. In a, the number h3 is the axial momentum of the rotor.
+
+A measured angular momentum m obeys m^ = M g e3 x R c without damping and friction, which gives the
+horizontal part of R c. The other parts of the first state are drawn at random.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -36,6 +39,7 @@ from .motion_data import (
     ApexSamples,
     MotionSamples,
     compute_apex_samples,
+    compute_momentum_samples,
     reconstruct_motions,
 )
 from .parameters import FitPoint, FreeParameters, convert_scene_to_fit_point
@@ -47,6 +51,7 @@ from .rotations import (
     convert_matrix_to_quaternion,
     cross_matrix,
     multiply_quaternions,
+    normalize_quaternion,
     rotation_matrix,
 )
 
@@ -108,6 +113,61 @@ def guess_parameters_from_records(
         for trace in compute_apex_samples(records, base)[:1]:
             guesses += _guess_parameters_from_apex(parameters, trace)
     return guesses
+
+
+def yield_random_starts(
+    parameters: FreeParameters, records: Sequence[Record]
+) -> Iterator[FitPoint]:
+    """Yield random initial states of the given body that agree with the first measured values.
+
+    If the momentum m is measured, its rate M g e3 x a gives the horizontal part of a, the vector to
+    the centre of mass. If the apex is measured, its velocity gives the angular velocity across the
+    apex. All else is random.
+    """
+    base, generator = parameters.start, np.random.default_rng(0)
+    torque = abs(base.gravity_force) * float(np.linalg.norm(base.com))
+    size = float(np.linalg.norm(base.rate)) + np.sqrt(torque / float(base.moments.max()))
+    axis = _compute_friction_axis(base)
+    back = conjugate_quaternions(compute_rotations_from_vertical(axis))
+    known = _find_first_measured_states(records, base)
+    while True:
+        turn = normalize_quaternion(generator.normal(size=4))
+        rate, t = size * generator.normal(size=3), 0.0
+        if known:
+            t, apex, change, momentum = known[int(generator.integers(len(known)))]
+            about_axis = compute_rotation_quaternions(generator.uniform(0.0, 2.0 * np.pi) * axis)
+            tilt = multiply_quaternions(compute_rotations_from_vertical(apex), back)
+            turn = multiply_quaternions(tilt, about_axis)
+            rotation = rotation_matrix(turn)
+            if momentum is not None:
+                rate = base.relative_angular_velocity(turn, momentum)
+            else:
+                rate = rotation.T @ np.cross(apex, change) + float(rate @ axis) * axis
+        yield _find_parameters_through_state(parameters, base, t, turn, rate)
+
+
+def _find_first_measured_states(
+    records: Sequence[Record], base: FitPoint
+) -> list[tuple[float, Array, Array, Array | None]]:
+    """Return (time, apex, its velocity, momentum or None) as far as the records determine them.
+
+    The momentum leaves two directions of the apex, one above and one below the horizontal plane.
+    """
+    lever = base.gravity_force * base.com
+    first = _SMOOTHING // 2
+    for times, momenta in compute_momentum_samples(records) if lever.any() else []:
+        m, change = (values[first] for values in _smooth_by_local_cubics(times, momenta))
+        t = float(times[first])
+        weight = base.mass * float(base.compute_effective_gravity(np.array(t)))
+        torque = change + np.cross(base.turning, m)
+        flat = np.array((torque[1], -torque[0], 0.0)) / weight / np.linalg.norm(base.com)
+        height = np.sqrt(max(1.0 - float(flat @ flat), 0.0))
+        tops = [flat + np.array((0.0, 0.0, sign * height)) for sign in (1.0, -1.0)]
+        return [(t, top / np.linalg.norm(top), np.zeros(3), m) for top in tops]
+    for trace in compute_apex_samples(records, base)[:1] if base.com.any() else []:
+        e, change = (values[first] for values in _smooth_by_local_cubics(*trace))
+        return [(float(trace.t[first]), e / np.linalg.norm(e), change, None)]
+    return []
 
 
 def _guess_parameters_from_motion(
@@ -382,7 +442,7 @@ def _guess_parameters_from_apex(parameters: FreeParameters, trace: ApexSamples) 
     base = parameters.start
     if not base.com.any() or len(trace.t) <= _SMOOTHING:
         return []
-    apex, change = _smooth_apex_by_local_cubics(trace)
+    apex, change = _smooth_by_local_cubics(*trace)
     t, turning = trace.t, base.turning
     transverse_rate = np.cross(apex, change + np.cross(turning, apex))
     rhs = transverse_rate + np.cross(turning, _integrate_by_trapezoids(t, transverse_rate))
@@ -488,8 +548,8 @@ def _build_spin_preserving_projection(parameters: FreeParameters, axis: Array) -
     return projection
 
 
-def _smooth_apex_by_local_cubics(trace: ApexSamples) -> tuple[Array, Array]:
-    """Smooth apex directions by local cubic fits, and return their values and derivatives.
+def _smooth_by_local_cubics(t: Array, values: Array) -> tuple[Array, Array]:
+    """Smooth vectors at evenly spaced times by local cubic fits; return values and derivatives.
 
     Source: Savitzky and Golay, Analytical Chemistry 36 (1964) 1627.
     """
@@ -498,11 +558,11 @@ def _smooth_apex_by_local_cubics(trace: ApexSamples) -> tuple[Array, Array]:
     weights = np.linalg.pinv(np.vander(offsets, 4, increasing=True))
     padded = np.concatenate(
         (
-            2.0 * trace.apex[:1] - trace.apex[half:0:-1],
-            trace.apex,
-            2.0 * trace.apex[-1:] - trace.apex[-2 : -half - 2 : -1],
+            2.0 * values[:1] - values[half:0:-1],
+            values,
+            2.0 * values[-1:] - values[-2 : -half - 2 : -1],
         )
     )
     windows = np.lib.stride_tricks.sliding_window_view(padded, _SMOOTHING, axis=0)
-    step = (trace.t[-1] - trace.t[0]) / (len(trace.t) - 1)
+    step = (t[-1] - t[0]) / (len(t) - 1)
     return windows @ weights[0], windows @ weights[1] / step

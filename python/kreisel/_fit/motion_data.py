@@ -64,7 +64,7 @@ def reconstruct_motions(records: Sequence[Record], point: FitPoint) -> list[Moti
     rotation = rotation_matrix(point.axes)
     motions: list[MotionSamples] = []
     for record in records:
-        table = {s.name: s for s in record.series if s.part is None}
+        table = {s.quantity: s for s in record.series if s.part is None}
         if "q" in table:
             t, q = _select_longest_gapless_samples(record.t, table["q"])
             motions += _reconstruct_motion_from_attitudes(
@@ -90,6 +90,18 @@ def reconstruct_motions(records: Sequence[Record], point: FitPoint) -> list[Moti
             motions += _reconstruct_motion_from_velocity(t, w)
     order = ("attitude", "vertical", "space", "gyroscope")
     return sorted(motions, key=lambda motion: order.index(motion.source))
+
+
+def compute_momentum_samples(records: Sequence[Record]) -> list[tuple[Array, Array]]:
+    """Return evenly spaced times and momenta of each record that contains enough momenta."""
+    samples = []
+    for record in records:
+        for series in record.series:
+            t, m = _select_longest_gapless_samples(record.t, series)
+            if series.name == "m" and len(t) > FEWEST:
+                grid = np.linspace(t[0], t[-1], len(t))
+                samples.append((grid, np.stack([np.interp(grid, t, x) for x in m.T], axis=1)))
+    return samples
 
 
 def compute_apex_samples(records: Sequence[Record], point: FitPoint) -> list[ApexSamples]:

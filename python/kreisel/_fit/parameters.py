@@ -65,6 +65,7 @@ _VECTORS = {  # {block: attribute of FitPoint that changes by the step}
 }
 _JUMPING = ("body_acceleration", SPECIFIC_FORCE.name)
 _EQUAL = 1e-12  # relative difference of equal moments and of equal dampings
+_THINNEST = 1e-4  # least moment of a search, relative to the largest, if the guess is no needle
 _NO_FRICTION = 1e-12  # friction that replaces 0, relative to the energy of the scene
 _SHAKING = ("amplitude", "rate", "phase")
 _ROTATIONS = "attitude", "axes", "mounting"  # reported as rotation vectors
@@ -269,6 +270,8 @@ class FreeParameters:
         self.damping = _build_damping_group_matrix(scene, self.start.damping, self.moments)
         if "axes" in free and ("rotor" in free or self.start.rotor.any()):
             raise ValueError("axes cannot be free for a body with a rotor, whose axis is given")
+        moments = self.start.moments
+        self._thinnest = min(_THINNEST, 0.1 * float(moments.min() / moments.max()))
         length = float(np.linalg.norm(self.start.com))
         if "lever" in free and not length > 0.0:
             raise ValueError("lever is free, but com is the fixed point: use com instead")
@@ -358,7 +361,10 @@ class FreeParameters:
             elif name in _VECTORS:
                 changes[_VECTORS[name]] = getattr(point, _VECTORS[name]) + delta
             elif name == "moments":
-                changes["densities"] = np.maximum(point.densities + self.moments @ delta, 0.0)
+                densities = np.maximum(point.densities + self.moments @ delta, 0.0)
+                changes["densities"] = np.maximum(
+                    densities, self._compute_least_densities(densities)
+                )
             elif name == "damping":
                 changes["damping"] = np.maximum(point.damping + self.damping @ delta, 0.0)
             elif name == "lever":
@@ -389,6 +395,35 @@ class FreeParameters:
             shaking[2] += np.pi
         return _wrap_shaking_phase(shaking)
 
+    def turn_body_by_half_turn(self, point: FitPoint, k: int) -> FitPoint | None:
+        """Return the point with the body turned by pi about principal axis k.
+
+        Returns None if the point then leaves the free parameters, or if the axis is the symmetry
+        axis of a body whose spin angle is arbitrary.
+        """
+        signs = np.where(np.arange(3) == k, 1.0, -1.0)
+        com, rotor = signs * point.com, signs * point.rotor
+        is_reachable = (self.can_vary("com") or (com == point.com).all()) and (
+            self.can_vary("rotor") or (rotor == point.rotor).all()
+        )
+        others = self.moments[np.arange(3) != k]
+        if not is_reachable or ((others[0] == others[1]).all() and (com == point.com).all()):
+            return None
+        turn = np.concatenate(([0.0], (signs + 1.0) / 2.0))
+        attitude = multiply_quaternions(point.attitude, turn)
+        return replace(point, attitude=attitude, com=com, rotor=rotor, rate=signs * point.rate)
+
+    def measure_distance_from_start(self, point: FitPoint) -> float:
+        """Return how far attitude, velocity and body are from the scene, in natural sizes."""
+        start = self.start
+        turn = multiply_quaternions(conjugate_quaternions(start.attitude), point.attitude)
+        distance = float((compute_rotation_vectors(turn) ** 2).sum())
+        for name in ("rate", "densities", "com", "rotor"):
+            old, new = getattr(start, name), getattr(point, name)
+            size = float(old @ old) + float(new @ new)
+            distance += float(((new - old) ** 2).sum()) / size if size else 0.0
+        return distance
+
     def _add_step_to_instrument_parameters(self, point: FitPoint, step: Array) -> dict[Key, Array]:
         instruments = {}
         for key, value in point.instruments.items():
@@ -403,8 +438,9 @@ class FreeParameters:
     def compute_distances_to_lower_bounds(self, point: FitPoint) -> Array:
         """Return the distance of each parameter from its lower bound."""
         distances = np.full(self.size, np.inf)
+        densities = point.densities - self._compute_least_densities(point.densities)
         for name, columns, values in (
-            ("moments", self.moments, point.densities),
+            ("moments", self.moments, densities),
             ("damping", self.damping, point.damping),
         ):
             if self.can_vary(name):
@@ -412,6 +448,15 @@ class FreeParameters:
         if self.can_vary("friction"):
             distances[self.get_parameter_slice("friction")] = point.friction
         return distances
+
+    def _compute_least_densities(self, densities: Array) -> Array:
+        """Return lower bounds of the densities, which are zero except for needles.
+
+        A needle with a rotor turns so fast about its axis that its path takes very many steps.
+        """
+        largest, total = float(densities.max()), float(densities.sum())
+        is_needle = total - largest <= (1.0 + _EQUAL) * self._thinnest * total
+        return np.where(is_needle & (densities < largest), 0.5 * self._thinnest * total, 0.0)
 
     def compute_moments_jacobian(self) -> Array:
         """Return the derivatives of the principal moments with respect to their free parameters."""

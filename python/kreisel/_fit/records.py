@@ -36,6 +36,7 @@ from .table_columns import read_csv_columns, read_data_frame_columns, select_mea
 
 if TYPE_CHECKING:
     from pandas import DataFrame
+    from scipy.spatial.transform import Rotation
 
 InstrumentName = Literal["bias", "scale", "mounting", "delay"]
 Sigma = ArrayLike | Mapping[str, ArrayLike] | None
@@ -46,6 +47,8 @@ INSTRUMENT: tuple[InstrumentName, ...] = ("bias", "scale", "mounting", "delay")
 _UNIT_RTOL = 1e-3  # measured quaternions may differ from unit quaternions by rounding to 3 digits
 _LARGEST = 1e100  # largest value, and inverse of the smallest
 _MANY_TURNS = 4.0 * np.pi  # a larger measured angle is probably in degrees [rad]
+SCALAR_LAST = {"attitude_xyzw": "attitude", "q_xyzw": "q"}  # and the names of scalar first
+ATTITUDE_NAMES = ("attitude", "q", *SCALAR_LAST)
 _KNOWN = QUANTITIES | MEASURABLE
 _PARTS = {c: (name, k) for name, q in _KNOWN.items() for k, c in enumerate(q.components)}
 
@@ -108,9 +111,12 @@ class Record(ReadOnlyArrays):
 
     t        (n,) times since the start of the motion, which do not decrease [T]
     values   {quantity: (n, ...)}: names of quantities or of their components, as "apex_x", and
-             their values. NaN where nothing was measured. q is scalar first, and -q equals q
+             their values. NaN where nothing was measured. An attitude is named "attitude" or "q",
+             as quaternions (w, x, y, z) or a SciPy Rotation, or "attitude_xyzw" or "q_xyzw", scalar
+             last; -q equals q
     sigma    standard deviation of the errors: a number, or an array that broadcasts to the values,
-             or {quantity: number or array}. The standard deviation of q is an angle [rad].
+             or {quantity: number or array}. The standard deviation of an attitude is an angle
+             [rad].
              None: it is estimated from the residuals of the fit, for each quantity
     free     properties of the instrument that the fit estimates: "bias" and "scale" of each
              component, "mounting", the rotation from the instrument to the frame of the body, and
@@ -148,7 +154,7 @@ class Record(ReadOnlyArrays):
     def __init__(
         self,
         t: ArrayLike,
-        values: Mapping[str, ArrayLike],
+        values: Mapping[str, ArrayLike | Rotation],
         sigma: Sigma = None,
         free: InstrumentName | Iterable[InstrumentName] = (),
         *,
@@ -170,6 +176,9 @@ class Record(ReadOnlyArrays):
         )
         if not any(one.measured.any() for one in series):
             raise ValueError("values has no measurement: all numbers are NaN")
+        attitudes = [one.name for one in series if one.is_attitude]
+        if len(attitudes) > 1:
+            raise ValueError(f"values has the attitude twice, as {' and '.join(attitudes)}")
         fields = self.__dict__
         fields["t"], fields["series"], fields["free"] = (
             times,
@@ -290,7 +299,7 @@ def _validate_measurement_times(t: ArrayLike) -> Array:
     return times
 
 
-def _check_sigma_names(sigma: Sigma, values: Mapping[str, ArrayLike]) -> None:
+def _check_sigma_names(sigma: Sigma, values: Mapping[str, ArrayLike | Rotation]) -> None:
     if isinstance(sigma, Mapping):
         for name in sigma:
             if name not in values:
@@ -301,25 +310,33 @@ def _resolve_quantity_and_component(name: object) -> tuple[str, int | None]:
     """Find the quantity and the component index that `name` denotes."""
     if not isinstance(name, str):
         raise TypeError(f"the names in values must be strings, not {short_repr(name)}")
+    if name in ATTITUDE_NAMES:
+        return "q", None
     quantity, part = (name, None) if name in _KNOWN else _PARTS.get(name, (name, None))
     if quantity not in _KNOWN:
         parts = [part for part, (known, _) in _PARTS.items() if known in MEASURABLE]
         raise ValueError(
-            unknown_name_message("quantity", name, dict.fromkeys([*MEASURABLE, *parts]))
+            unknown_name_message(
+                "quantity", name, dict.fromkeys([*MEASURABLE, *ATTITUDE_NAMES, *parts])
+            )
         )
     if quantity not in MEASURABLE:
         raise ValueError(f"{name} cannot be fitted: it is constant, or NaN for most bodies")
     if quantity == "q" and part is not None:
-        raise ValueError(f"{name} cannot be fitted alone: give all four components as q")
+        raise ValueError(f"{name} cannot be fitted alone: give all four components as attitude")
     return quantity, part
 
 
 def _validate_measurement_series(
-    name: str, values: Mapping[str, ArrayLike], sigma: Sigma, t: Array, degrees: bool
+    name: str, values: Mapping[str, ArrayLike | Rotation], sigma: Sigma, t: Array, degrees: bool
 ) -> Series:
     quantity, part = _resolve_quantity_and_component(name)
     shape = MEASURABLE[quantity].shape if part is None else ()
-    array = as_array(name, values[name], "numbers")
+    given = values[name]
+    is_scalar_last = name in SCALAR_LAST
+    if quantity == "q" and hasattr(given, "as_quat"):
+        given, is_scalar_last = given.as_quat(), True
+    array = as_array(name, given, "numbers")
     if array.shape != (len(t), *shape):
         raise ValueError(
             f"{name} must have the shape {(len(t), *shape)}, one row for each time, "
@@ -336,7 +353,9 @@ def _validate_measurement_series(
         )
     is_measured: Mask = np.logical_not(np.isnan(numbers))
     if quantity == "q":
-        numbers, is_measured = _normalize_attitudes(numbers, is_measured)
+        if is_scalar_last:
+            numbers, is_measured = np.roll(numbers, 1, axis=1), np.roll(is_measured, 1, axis=1)
+        numbers, is_measured = _normalize_attitudes(name, numbers, is_measured)
     is_rescaled = degrees and is_angular(MEASURABLE[quantity].dimension)
     numbers = np.where(is_measured, numbers, 0.0) * (RADIANS_PER_DEGREE if is_rescaled else 1.0)
     if quantity in ANGLES and not degrees and np.abs(numbers).max(initial=0.0) > _MANY_TURNS:
@@ -351,13 +370,13 @@ def _validate_measurement_series(
     return Series(name, quantity, part, numbers, is_measured, deviation, unit)
 
 
-def _normalize_attitudes(q: Array, is_measured: Mask) -> tuple[Array, Mask]:
+def _normalize_attitudes(name: str, q: Array, is_measured: Mask) -> tuple[Array, Mask]:
     is_complete: Mask = np.asarray(is_measured.all(axis=1))
     norm = np.sqrt((np.where(is_complete[:, None], q, 0.5) ** 2).sum(axis=1))
     bad = np.flatnonzero(np.abs(norm - 1.0) > _UNIT_RTOL)
     if bad.size:
         raise ValueError(
-            f"q must be unit quaternions (w, x, y, z); the norm of q[{bad[0]}] is {norm[bad[0]]:g}"
+            f"{name} must be unit quaternions; the norm of {name}[{bad[0]}] is {norm[bad[0]]:g}"
         )
     return q / norm[:, None], np.repeat(is_complete[:, None], 4, axis=1)
 
@@ -413,7 +432,7 @@ def _validate_free_instrument_parameters(
     if "mounting" in names and not any(
         one.is_attitude or (one.quantity in SEEN_FROM_BODY and one.part is None) for one in series
     ):
-        raise ValueError("mounting needs q or a whole vector seen from the body")
+        raise ValueError("mounting needs attitudes or a whole vector seen from the body")
     if {"bias", "scale"} & set(names) and all(one.is_attitude for one in series):
         raise ValueError("attitudes have no bias and no scale: use 'mounting'")
     return tuple(name for name in INSTRUMENT if name in names)
@@ -438,6 +457,20 @@ def slice_record(record: Record, begin: int, end: int, origin: float = 0.0) -> R
     )
     fields["point"] = record.point
     return part
+
+
+def swap_quaternion_order(record: Record) -> tuple[Record, str]:
+    """Return a record whose attitudes have the scalar at the other end, and their name then."""
+    names = {first: last for last, first in SCALAR_LAST.items()}
+    part, name, series = slice_record(record, 0, len(record.t)), "", list(record.series)
+    for k, one in enumerate(series):
+        if one.is_attitude:
+            is_last = one.name in SCALAR_LAST
+            name = SCALAR_LAST[one.name] if is_last else names[one.name]
+            values = np.roll(one.values, -1 if is_last else 1, axis=1)
+            series[k] = one._replace(name=name, values=values)
+    part.__dict__["series"] = tuple(series)
+    return part, name
 
 
 def leave_out_rows(record: Record, names: Collection[str], rows: Mask) -> Record:

@@ -29,6 +29,7 @@ from .rotations import (
 )
 
 _STEPS = 4  # a trial may take this many times the steps of the guesses
+_STEPS_OF_GUESS = 10  # a guess may take this many times the steps of earlier guesses
 STEPS_MOST = 10**6  # steps of a guess, and of a trial before the path of any guess is known
 _FEWEST_STEPS = 1000
 _AGREE = 0.4  # residuals relative to the spread of the data up to which a motion agrees
@@ -106,6 +107,7 @@ class ResidualModel:
     rows         the series and their places in the residuals
     size         the number of residuals; rows that were not measured are zero
     evaluations  the number of paths computed so far
+    max_steps    the largest number of steps of a trial, or 0 if no path is known
     end          the state at the time `end` of the last evaluated point, if `end` was given
     origin       the time of the motion from which the times of the records count
     """
@@ -128,7 +130,7 @@ class ResidualModel:
         times = np.concatenate([*(record.t for record in records), self._end_time])
         self.span = max(float(np.ptp(times)), float(np.abs(times).max()), 1e-300)
         self._unshifted = self._merge_measurement_times(times)
-        self._max_steps = 0
+        self.max_steps = 0
         self._tangents = self._list_required_tangent_names()
         self._bits = sum(TANGENTS[name][0] for name in self._tangents)
 
@@ -212,9 +214,9 @@ class ResidualModel:
         for times in (t[:split][::-1], t[split:]):
             if len(times) or not len(t):
                 parts.append(self._solve_one_time_direction(scene, times, tangents))
-        if not self._max_steps or not tangents:
+        if not self.max_steps or not tangents:
             steps = max(path.stats.steps for path in parts)
-            self._max_steps = max(self._max_steps, _FEWEST_STEPS + _STEPS * steps)
+            self.max_steps = max(self.max_steps, _FEWEST_STEPS + _STEPS * steps)
         orders = [slice(None, None, -1)] * (split > 0) + [slice(None)]
         columns = [
             [getattr(path, name)[order] for path, order in zip(parts, orders, strict=False)]
@@ -228,8 +230,9 @@ class ResidualModel:
     def _solve_one_time_direction(self, scene: Scene, t: Array, tangents: tuple[str, ...]) -> Path:
         """Compute the path forwards or backwards in time from the initial state."""
         if not tangents:
-            return solve(scene, t, "taylor", max_steps=STEPS_MOST)
-        names, most = cast(TangentSpec, tangents), self._max_steps or STEPS_MOST
+            most = min(_STEPS_OF_GUESS * self.max_steps, STEPS_MOST) or STEPS_MOST
+            return solve(scene, t, "taylor", max_steps=most)
+        names, most = cast(TangentSpec, tangents), self.max_steps or STEPS_MOST
         return solve(scene, t, "taylor", max_steps=most, tangents=names)
 
     def _differentiate_scene_attributes(self, point: FitPoint) -> Array:

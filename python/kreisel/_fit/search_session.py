@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +13,7 @@ from .._results.path import Error
 from .._solve.solve import solve
 from .._utils.validation import Array
 from .aliasing import list_spin_aliases_of_point
-from .initial_guess import Guess, guess_parameters_from_records
+from .initial_guess import Guess, guess_parameters_from_records, yield_random_starts
 from .levenberg_marquardt import (
     WEAKEST,
     LossName,
@@ -21,6 +22,7 @@ from .levenberg_marquardt import (
     compute_cost,
     minimize_cost,
 )
+from .motion_data import reconstruct_motions
 from .multiple_shooting import (
     SegmentStartStates,
     ShootingModel,
@@ -47,6 +49,8 @@ _GROWTH = 1.4  # least factor from one part of the records to the next
 _PARTS_MOST = 40
 _UNSTABLE = 8  # pieces from which a motion that disagrees is searched in pieces
 _CHAOTIC = 28  # pieces from which errors grow more than a millionfold
+_STARTS_COMPARED = 16  # random initial states, from the nearest of which a search begins
+_STARTS_AGREE = 3  # starts that reach the best minimum again, after which it counts as the only one
 _PIECES_TRIED = 8  # pieces of a part of the records that must fit before many more are tried
 _FITS = 3.0  # largest chi2 per degree of freedom of a motion that needs no pieces
 _CHANCE = 3.0  # standard deviations of chi2 up to which a fit needs no other guess
@@ -54,6 +58,7 @@ _PLAUSIBLE = 1.3  # chi2 per degree of freedom from the median with a tenth of o
 _MEDIAN_SPREAD = 2.34  # its standard deviation for one normally distributed residual
 _ROUGHLY = 1.5  # largest chi2 per degree of freedom of a good fit if sigma is estimated
 _FAR = 100.0  # longest time before the first measurement, relative to the length of the records
+_SAME_MOMENTS = 1e-3  # relative difference of moments of the same motion
 _SAME = 1e-6  # relative difference of equal costs
 _BLIND_TO_SIGN = {"body_velocity", "inertial_velocity", "body_acceleration"}
 _BLIND_TO_SIGN |= {"body_momentum", "kinetic"}
@@ -112,7 +117,9 @@ class SearchSession:
         self.model = ResidualModel(parameters, records, estimate_initial_sigmas(records))
         self.best: BestFit | None = None
         self.alias: FitPoint | None = None  # another start that fits as well
-        self.evaluations = 0  # of parts and of pieces
+        self.rival: FitPoint | None = None  # another motion that fits as well
+        self.half_turns: list[int] = []  # principal axes of half turns that fit as well
+        self.evaluations = 0  # of parts, of pieces and of former models
         self._piece_count = 0  # the number of pieces of the last search in pieces
         self._end = max(float(np.abs(record.t).max()) for record in records)
 
@@ -197,6 +204,10 @@ class SearchSession:
                 self._try_multiple_shooting(
                     [] if has_agreement else self._sort_guesses(guesses), pieces, 2
                 )
+        has_attitudes = any(series.is_attitude for r in self.records for series in r.series)
+        if is_single and has_data_guess and self.best is not None and not has_attitudes:
+            has_motion = bool(reconstruct_motions(self.records, self.parameters.start))
+            self._search_from_random_starts(has_rivals=not (is_done or has_motion))
         if (
             pieces is None
             and self._has_small_misfit()
@@ -206,6 +217,7 @@ class SearchSession:
             self._fit_chaotic_motion_in_segments(self.best.point)
         self._reverse_com_to_match_scene()
         self._align_best_solution_with_scene()
+        self._choose_half_turn_nearest_to_scene()
         self._refine_with_estimated_sigmas()
         self._try_alternative_spins()
 
@@ -229,6 +241,44 @@ class SearchSession:
             self._search_from_point(nearest[2], self._end)
         if points and not self._is_plausible():
             self._fit_slowly_growing_time_spans(points[0][2])
+
+    def _search_from_random_starts(self, has_rivals: bool) -> None:
+        """Search from random initial states until noise explains the residuals.
+
+        If several starts reach the best minimum, it is the global one, and the model is not exact.
+        With `has_rivals`, other motions may fit as well, and the search goes on until the best
+        minimum is reached again or another motion that fits as well is found.
+        """
+        count, starts = 0, yield_random_starts(self.parameters, self.records)
+        while count < _STARTS_AGREE and self._remaining_evaluations:
+            if self._is_plausible() and (not has_rivals or self.rival is not None):
+                return
+            old = self.best
+            guesses = [Guess(point, None) for point in islice(starts, _STARTS_COMPARED)]
+            point = self._sort_guesses(guesses)[0].point
+            minimum = self._search_from_point(point, self._find_match_end_and_cost(point)[0])
+            found = minimum.point
+            assert isinstance(found, FitPoint)
+            old_cost, cost = np.inf if old is None else old.cost, minimum.cost
+            rise = _AS_WELL * max(min(old_cost, cost) / self.dof, 1.0)
+            is_equal = abs(cost - old_cost) <= _SAME * max(old_cost, 1.0)
+            if old is not None and is_equal and self._has_moments_of(found, old.point):
+                count += 1
+            elif old is not None and minimum.has_converged and abs(cost - old_cost) < rise:
+                self._store_rival(found, old, is_equal)
+            elif cost < old_cost:
+                count, self.rival = 0, None
+
+    def _has_moments_of(self, point: FitPoint, other: FitPoint) -> bool:
+        return np.allclose(point.moments, other.moments, rtol=_SAME_MOMENTS, atol=0.0)
+
+    def _store_rival(self, point: FitPoint, old: BestFit, is_equal: bool) -> None:
+        """Store the other of two motions that fit as well; of equal ones, the farther one."""
+        assert self.best is not None
+        measure = self.parameters.measure_distance_from_start
+        if is_equal and measure(point) < measure(old.point):
+            self._try_equivalent(self.best, point)
+        self.rival = old.point if self.best.point is not old.point else point
 
     def _fit_slowly_growing_time_spans(self, point: FitPoint) -> None:
         """Fit ever longer parts of the records, starting from the body given in the scene.
@@ -287,13 +337,10 @@ class SearchSession:
             return 0.0
         return float(np.sqrt(self._compute_best_reduced_chi2()))
 
-    def _get_search_settings(self, ftol: float, model: ResidualModel, limit: int) -> SearchSettings:
-        """Return the settings of a search that reports each minimum it finds."""
-
-        def store_minimum(minimum: Minimum) -> None:
-            self._store_minimum_if_best(minimum, model)
-
-        return SearchSettings(self.loss, limit, ftol, store_minimum, weakest=WEAKEST)
+    @property
+    def _remaining_evaluations(self) -> int:
+        """The number of paths that the search may still compute."""
+        return max(self.limit - self.evaluations - self.model.evaluations, 0)
 
     def _store_minimum_if_best(self, minimum: Minimum, model: ResidualModel) -> None:
         """Report the cost of a fit to all records, and store the fit if it is the best."""
@@ -310,17 +357,25 @@ class SearchSession:
         if self.progress is not None:
             self.progress(self.evaluations + self.model.evaluations, cost / self.dof)
 
-    def _search_from_point(self, point: FitPoint, agreement: float) -> None:
+    def _search_from_point(self, point: FitPoint, agreement: float) -> Minimum:
         """Search from a point by fitting ever longer parts of the records."""
         old_best = self.best
         point = self._fit_growing_time_spans(point, agreement)
-        settings = self._get_search_settings(_FTOL, self.model, self.limit)
+        limit = self.model.evaluations + self._remaining_evaluations
+        settings = SearchSettings(
+            self.loss,
+            limit,
+            _FTOL,
+            lambda minimum: self._store_minimum_if_best(minimum, self.model),
+            weakest=WEAKEST,
+        )
         minimum = minimize_cost(self.model, point, settings)
         if np.isfinite(minimum.cost):
             self._store_minimum_if_best(minimum, self.model)
         has_ended = old_best is not None and old_best.has_converged
         if old_best is not None and has_ended and minimum.cost > (1.0 - _SAME) * old_best.cost:
             self.best = old_best  # equal minima differ by rounding: the nearer guess counts
+        return minimum
 
     def _reverse_com_to_match_scene(self) -> None:
         """Reverse the fitted `com` if it points away from the scene's `com`.
@@ -353,11 +408,35 @@ class SearchSession:
         turning = rotation_matrix(turn) @ source
         self._try_equivalent(best, replace(best.point, attitude=attitude, turning=turning))
 
+    def _choose_half_turn_nearest_to_scene(self) -> None:
+        """Turn the body by pi about a principal axis if that fits as well and is nearer the scene.
+
+        Instruments in space cannot detect such a turn if the centre of mass and the rotor are
+        turned as well.
+        """
+        p, best = self.parameters, self.best
+        if best is None or best.pieces or not (p.can_vary("attitude") and p.can_vary("velocity")):
+            return
+        if any(series.is_attitude for record in self.records for series in record.series):
+            return
+        twins = {k: p.turn_body_by_half_turn(best.point, k) for k in range(3)}
+        most = best.cost + _SAME * max(best.cost, 1.0)
+        points = [best.point]
+        for k, twin in twins.items():
+            if twin is not None:
+                residuals = self.model.evaluate_residuals(twin, has_jacobian=False).residuals
+                if compute_cost(residuals, self.loss) <= most:
+                    points.append(twin)
+                    self.half_turns.append(k)
+        nearest = min(points, key=p.measure_distance_from_start)
+        if nearest is not best.point:
+            self._try_equivalent(best, nearest)
+
     def _try_equivalent(self, best: BestFit, twin: FitPoint) -> None:
         """Replace the best solution by the equivalent point `twin` if it fits equally well."""
         evaluation = self.model.evaluate_residuals(twin)
         cost = compute_cost(evaluation.residuals, self.loss)
-        if cost <= (1.0 + _SAME) * best.cost:
+        if cost <= best.cost + _SAME * max(best.cost, 1.0):
             natural = self.model.estimate_parameter_scales(twin)
             self.best = BestFit(twin, *evaluation, natural, cost, best.has_converged)
 
@@ -373,7 +452,7 @@ class SearchSession:
             return
         rise = _AS_WELL * max(best.cost / self.dof, 1.0)
         for alias in aliases:
-            limit = min(self.model.evaluations + _ALIAS_LIMIT, self.limit)
+            limit = self.model.evaluations + min(_ALIAS_LIMIT, self._remaining_evaluations)
             settings = SearchSettings(
                 self.loss, limit, _ALIAS_FTOL, self._report_cost_of_minimum, weakest=WEAKEST
             )
@@ -407,7 +486,7 @@ class SearchSession:
         least = float(times[min(len(times) - 1, 2 * self.parameters.size)])
         for _ in range(_PARTS_MOST):
             horizon = max(0.0 if is_slow else agreement, _GROWTH * horizon, least)
-            if horizon >= self._end or self.model.evaluations >= self.limit:
+            if horizon >= self._end or not self._remaining_evaluations:
                 break
             part = self._build_residual_model_until(horizon)
             if part is not None:
@@ -420,7 +499,7 @@ class SearchSession:
     def _fit_point_roughly(self, part: ResidualModel | SubspaceModel, point: FitPoint) -> FitPoint:
         settings = SearchSettings(
             self.loss,
-            _ROUGH_LIMIT,
+            min(_ROUGH_LIMIT, self._remaining_evaluations),
             _ROUGH_FTOL,
             self._report_cost_of_minimum,
             weakest=WEAKEST,
@@ -435,7 +514,9 @@ class SearchSession:
         records, sigmas = self._select_records_until(horizon)
         if sum(record.size for record in records) < self.parameters.size:
             return None
-        return ResidualModel(self.parameters, records, sigmas)
+        part = ResidualModel(self.parameters, records, sigmas)
+        part.max_steps = self.model.max_steps
+        return part
 
     def _select_records_until(self, horizon: float) -> tuple[list[Record], list[Array]]:
         """Return the records restricted to |t| <= horizon, and their standard deviations."""
@@ -512,7 +593,11 @@ class SearchSession:
         old_best = self.best
         self.best = None
         minimum = minimize_by_multiple_shooting(
-            model, begin, self.loss, lambda m: self._set_best_piecewise_fit(m, model), self.limit
+            model,
+            begin,
+            self.loss,
+            lambda m: self._set_best_piecewise_fit(m, model),
+            self._remaining_evaluations,
         )
         self.evaluations += model.evaluations
         if np.isfinite(minimum.cost):
