@@ -101,7 +101,7 @@ def list_tasks(problems, size, store):
     yield Task(f"chaos/kowalewski/{name}", lambda: list(measure_kowalewski(numbers)), 4.0)
     yield Task(f"chaos/layer/{name}", lambda: list(measure_layer(numbers["swings"])), 2.0)
     measure = partial(measure_frequencies, numbers["turning"])
-    yield Task(f"chaos/frequencies/{name}", measure, 12.0)
+    yield Task(f"chaos/frequencies/{name}", measure, 5.0)
     yield Task(f"chaos/exponents/{name}", partial(measure_exponents, numbers), 20.0)
 
 

@@ -65,7 +65,7 @@ def list_tasks(problems, size, store):
     n, each = 10 * size.members, {"quick": 6, "default": 2}.get(size.name, 1)
     for kind in SCENES:
         measure = partial(measure_ensemble, kind, n, size.rounds, each)
-        yield Task(f"many/{kind}/{n}", measure, 5.0 + 0.002 * n)
+        yield Task(f"many/{kind}/{n}", measure, 0.008 * n)
     yield Task("many tops mapped", time_sleeping_map, 2.0)
 
 

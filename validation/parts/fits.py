@@ -66,7 +66,7 @@ def list_tasks(problems, size, store):
     times = TIMES[:SHORT] if size.quick else TIMES
     for name in load_fitters():
         own, rounds = name == "kreisel", size.rounds if name == "kreisel" else 1
-        yield Task(f"fits/{name}", partial(measure_fit, name, times, rounds), 0.2 if own else 20.0)
+        yield Task(f"fits/{name}", partial(measure_fit, name, times, rounds), 0.2 if own else 4.0)
 
 
 def load_findings(problems, store):
