@@ -71,8 +71,8 @@ static void park_lane(kr_lanes *l, int lane)
     if (l->tangents) park_tangent(l->tangents, lane);
 }
 /* Chooses the fastest Taylor order for the tolerance `tol`. The internal tolerance is set below
- * `tol`, so that the resulting error meets `tol`. The orders and tolerances in this table were
- * determined by validation/studies/lane_orders.py. */
+ * `tol`, so that the resulting error meets `tol`. docs/theory/ensembles.md states how the orders and
+ * tolerances of this table were measured. */
 static void choose_order(kr_lanes *l, double tol)
 {
     static const struct {

@@ -11,8 +11,7 @@
  * One constant factor is fitted for each linear combination of term classes, because these
  * combinations contain fewer terms than the classes themselves. Poisson summation is exact. The
  * rules that determine the class and the sign of each term were found numerically and have not been
- * proved (kowalewski_theta.h). The study validation/studies/torus_edges.py compares states with
- * 30-digit solutions near every known kind of separatrix.
+ * proved (kowalewski_theta.h). docs/theory/closed_form.md gives the errors near separatrices.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_DUAL_H

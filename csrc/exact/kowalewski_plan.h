@@ -27,8 +27,7 @@ typedef struct kowalewski_work {
 
 /* Returns 1 if the initial values of Kowalewski's variables w1 and w2 lie on the arcs. The arc of
  * w1 ends at k, and the arc of w2 ends at the smallest real branch point. The choice of these end
- * points was confirmed for 1e6 random tops (validation/studies/torus_accuracy.py), but has not been
- * proved. */
+ * points was confirmed for 1e6 random tops (docs/theory/closed_form.md), but has not been proved. */
 static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
 {
     const double slack = 1e-12;

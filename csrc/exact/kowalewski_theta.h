@@ -4,9 +4,9 @@
  * with beta = 0 for P, Q and R, and without the factor i for Q. The class and the sign of each term
  * of a theta sum depend on how the real roots of phi and the numbers k and -k are ordered. A theta
  * sum need not contain terms of every class. The rules were found numerically and have not been
- * proved. The study validation/studies/torus_accuracy.py tests these rules on 1e6 random tops. A
- * solution is rejected if its theta sums do not reproduce known states of the top. The constants of
- * S and T are the null vector of the equations
+ * proved, but confirmed for 1e6 random tops (docs/theory/closed_form.md). A solution is rejected if
+ * its theta sums do not reproduce known states of the top. The constants of S and T are the null
+ * vector of the equations
  *     (1 - g3)(S - T) = (g1 - i g2)(S + T)
  * at points of the torus. The constant factors of the theta sums P, Q and R are determined by
  * linear least squares.

@@ -49,8 +49,8 @@ const kr_isa *kr_taylor_isa(int i)
     };
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
-/* Returns log2 of the tolerance for one step. The tolerances for integration with 20 and 30 digits
- * were determined by the command `taylor_kernel_study.py depth` in validation/studies. */
+/* Returns log2 of the tolerance for one step. docs/theory/taylor.md states how the tolerances for
+ * 20 and 30 digits were measured. */
 static double log2_tolerance(const kr_motion *motion)
 {
     if (motion->digits > 20) return motion->tol > 0.0 ? log2(motion->tol) : -100.0;
@@ -59,9 +59,8 @@ static double log2_tolerance(const kr_motion *motion)
 }
 /* Returns the kernel of the order that is fastest for the given tolerance. If the last Taylor terms
  * are equally large, truncating the series at a higher order causes a larger error. For high
- * orders, the tolerance is therefore lowered, but not below the rounding error of a double. The
- * available Taylor orders and these tolerances were determined by the command
- * `taylor_kernel_study.py orders` in validation/studies. */
+ * orders, the tolerance is therefore lowered, but not below the rounding error of a double.
+ * docs/theory/taylor.md states how the orders and these tolerances were measured. */
 static const kr_kernel *choose_kernel(const kr_isa *isa, const kr_motion *motion, double *log2_tol)
 {
     static const struct {

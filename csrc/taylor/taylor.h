@@ -22,14 +22,12 @@
  * Taylor term computed in double-double precision, and LAST is the index of the last Taylor term.
  * Taylor terms with an index above HEAD are so small that double precision suffices for them. A
  * product that is summed in doubles may exceed the tolerance by a factor of at most 2^LESS, about
- * the reciprocal of the relative rounding error 2^-53. These numbers of terms were determined by
- * the command `taylor_kernel_study.py depth` in validation/studies. */
-#ifndef KR_HEAD_20
-#  define KR_HEAD_20 8
-#  define KR_LAST_20 28
-#  define KR_HEAD_30 20
-#  define KR_LAST_30 36
-#endif
+ * the reciprocal of the relative rounding error 2^-53. docs/theory/taylor.md states how these
+ * numbers of terms were measured. */
+#define KR_HEAD_20 8
+#define KR_LAST_20 28
+#define KR_HEAD_30 20
+#define KR_LAST_30 36
 #define KR_LESS_20 58.0
 #define KR_LESS_30 52.0
 enum { KR_TAYLOR_MAX = KR_LAST_30 };

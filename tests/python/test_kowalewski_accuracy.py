@@ -1,6 +1,6 @@
 """Accuracy tests of the closed-form solution for numerically difficult Kowalewski tops.
 
-The tops include the worst of 10,000 random tops examined by torus_accuracy.py.
+The tops include those with the largest errors among 10,000 random tops.
 """
 
 import kreisel as kr

@@ -1,7 +1,7 @@
 """Chaos indicators, computed from the growth of one tangent vector per top of an ensemble.
 
-The thresholds for classifying motions were determined by counting misclassifications in
-validation/studies/chaos_classification.py.
+The thresholds for classifying motions follow from counts of wrong classifications, which
+docs/theory/tangents.md states.
 """
 
 from __future__ import annotations
