@@ -17,7 +17,6 @@ from validation.references.problems import (
     load_problem,
     problem_of_scene,
 )
-from validation.studies import error_estimates
 
 TIMES = [(name, t) for name, end in HORIZONS.items() for t in (SHORT, end)]
 
@@ -88,9 +87,26 @@ def exact_attitudes(exactly):
     return scene, times, exactly(scene, times)
 
 
-@pytest.mark.parametrize("way", error_estimates.WAYS)
-def test_error_estimates_of_paths_are_near_the_true_error(way, exact_attitudes):
-    assert 1 / 3 < error_estimates.estimate_ratio(*exact_attitudes, way) < 3
+@pytest.mark.parametrize(
+    "method, options",
+    [
+        ("auto", {}),
+        ("strang", {"step": 0.01}),
+        ("kahan_li8", {"step": 0.02}),
+        ("extrap", {"tol": 1e-7}),
+        ("geometric", {"error": 1e-6}),
+        ("taylor", {}),
+        ("taylor", {"digits": 20}),
+        ("taylor", {"digits": 30}),
+    ],
+)
+def test_error_estimates_of_paths_are_near_the_true_error(method, options, exact_attitudes):
+    scene, times, truth = exact_attitudes
+    path = kr.solve(scene, times, method, **options)
+    error = multiprecision.rotation_angles(multiprecision.path_attitudes(path), truth).max()
+    most = 10 if path.digits == 30 else 3  # for 30 digits, the estimate is a bound
+    assert error / 3 < path.error < most * error
+    assert error <= options.get("error", math.inf)
 
 
 @pytest.mark.parametrize("name", HORIZONS)

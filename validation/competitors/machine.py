@@ -10,9 +10,9 @@ from importlib.metadata import version
 from pathlib import Path
 
 import kreisel as kr
+from kreisel import _core
 
-from . import compiled_core
-
+CORE = Path(_core.__file__)
 GSL_MISSING = "not included in this build; gsl_rk8pd and gsl_bsimp are missing"
 
 
@@ -36,9 +36,7 @@ def describe_cores():
 
 def compiler_version():
     """Return the names and versions of the compilers that built the extension."""
-    compilers = re.findall(
-        rb"(GCC|clang version)(?:: \([^)\0]*\))? ([\d.]+)", compiled_core.FILE.read_bytes()
-    )
+    compilers = re.findall(rb"(GCC|clang version)(?:: \([^)\0]*\))? ([\d.]+)", CORE.read_bytes())
     names = {f"{name.split()[0].decode().lower()} {number.decode()}" for name, number in compilers}
     return ", ".join(sorted(names)) or "not known"
 
@@ -59,7 +57,7 @@ def fingerprint(*more):
     """
     folder = Path(__file__).parents[1]
     files = [
-        compiled_core.FILE,
+        CORE,
         *sorted(Path(kr.__file__).parent.rglob("*.py")),
         *sorted(folder.rglob("*.py")),
         *sorted(folder.rglob("*.json")),

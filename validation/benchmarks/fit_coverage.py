@@ -1,6 +1,6 @@
 """The coverage of kr.fit: how often the true value lies within 1, 2 and 3 standard errors.
 
-    python -m validation.studies.fit_coverage [--seeds 1000] [KIND ...]
+    python -m validation.benchmarks.fit_coverage [--seeds 1000] [KIND ...]
 
 Measurements are simulated for tops with known parameters. The noise is normally distributed, with a
 standard deviation of 1 % of the signal or 0.01 rad. The fit starts from wrong moments of inertia, a
