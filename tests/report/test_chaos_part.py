@@ -118,7 +118,7 @@ def findings():
     }
 
 
-def test_the_part_shows_its_figures_and_conclusion(findings):
+def test_the_part_shows_its_figures_and_tables(findings):
     context = part.build_context(findings)
     pictures = [
         context["order"],
@@ -129,16 +129,6 @@ def test_the_part_shows_its_figures_and_conclusion(findings):
         context["rotation"],
     ]
     assert all(svg.startswith("<svg") and drawing.INK not in svg for svg in pictures)
-    conclusion = part.conclude(findings)
-    for word in (
-        "conserve their energy to",
-        "on all ten kinds of sections, within the theoretical bounds on 10 of 10",
-        "Over four decades the chaotic layer",
-        "Melnikov's integral",
-        "error of random Lagrange tops",
-        "None of 12 starts of the Lagrange top are chaotic",
-    ):
-        assert word in conclusion
     assert findings["order"]["energy"] < 1e-11 and findings["frequencies"]["off"] < 1e-12
     files = dict(part.list_files(findings, None))
     assert [row["region"] for row in csv.DictReader(io.StringIO(files["kowalewski.csv"]))][

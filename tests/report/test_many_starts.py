@@ -37,64 +37,9 @@ def test_a_start_keeps_the_character_of_the_motion():
     assert 0.8 < many_starts.draw_starts(fast, 1)[0].rate / fast.rate < 1.2
 
 
-def make_findings(times, scene="thesis"):
-    """Return artificial results for one scene, in which programs have the given run times.
-
-    An infinite run time represents a program that fails.
-    """
-    runs = [
-        {"scene": scene, "start": i, "program": program, "seconds": t, "attitude_error": 1e-13}
-        for program, own in times.items()
-        for i, t in enumerate(own)
-        if np.isfinite(t)
-    ]
-    starts = len(next(iter(times.values())))
-    return {"scene": scene, "starts": starts, "compiling": [0.5], "runs": runs}
-
-
-def test_the_conclusion_states_the_ratios_of_the_figure():
-    """Check the ratios of median run times if some programs fail.
-
-    The conclusion must mention that the third and fourth programs fail for half of the initial
-    states.
-    """
-    programs = list(many_starts.list_programs())
-    titles = list(many_starts.list_programs().values())
-    half = [1e-2, 1e-2, np.inf, np.inf]
-    times = dict.fromkeys(programs, half)
-    symmetric = times | {programs[0]: [1e-3, 2e-3, 3e-3, 9e-3], programs[1]: [15e-3] * 4}
-    others = times | {programs[0]: [2e-3] * 4, programs[1]: [1e-3, 5e-3, 5e-3, 8e-3]}
-    scenes = [make_findings(symmetric), make_findings(others, "asymmetric")]
-    conclusion = many_starts.conclude(scenes)
-    assert conclusion.startswith("8 random starts of two scenes, 10 turns each. Symmetric tops")
-    assert f"kreisel takes 3.00 ms for 1e-9 rad, {titles[1]} 5 times as long. Other" in conclusion
-    assert f"kreisel takes 2.00 ms for 1e-9 rad, {titles[1]} 2.5 times as long. " in conclusion
-    middle = many_starts.make_bands(scenes[:1])
-    k = many_starts.CURVE.index(1e-9)
-    assert middle[titles[1]][1][k] / middle["kreisel"][1][k] == pytest.approx(5)
-    shares = f"kreisel on 100 %, {titles[1]} on 100 %, {titles[2]} on 50 %"
-    assert shares in conclusion and f"{titles[3]} on 50 %" in conclusion
-    assert "digits" not in conclusion
-
-
-def test_the_conclusion_states_the_share_reached_with_more_digits():
-    times = dict.fromkeys(many_starts.list_programs(), [np.inf] * 4)
-    scenes = [make_findings(times) | {"precise": [1e-13, 1e-13, 1e-13, 1e-3]}]
-    conclusion = many_starts.conclude(scenes)
-    assert (
-        "kreisel takes" not in conclusion and "1e-12 rad is reached by kreisel on 0 %" in conclusion
-    )
-    assert conclusion.endswith("With digits=20, kreisel reaches it on 75 %.")
-
-
 def test_a_measured_scene_has_runs_with_more_digits(findings):
     (scene,) = findings
     assert len(scene["precise"]) == scene["starts"] and max(scene["precise"]) < 1e-13
-
-
-def test_the_text_states_the_tolerances_of_the_runs():
-    runs = [{"runs": [{"tol": 1e-3}, {"tol": 1e-8}]}, {"runs": [{"tol": 1e-5}]}]
-    assert many_starts.find_tolerances(runs) == (1e-3, 1e-8)
 
 
 def test_a_quantile_is_infinite_if_too_many_starts_fail():

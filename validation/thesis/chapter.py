@@ -11,8 +11,7 @@ from ..competitors import machine
 from ..parts.result_cache import write_atomic
 from ..report import page
 from . import (
-    errata_maps,
-    errata_mechanics,
+    errata,
     experiments,
     figures_chapter5,
     figures_chapter6,
@@ -32,23 +31,6 @@ FORMS = {
     "extrap": ("rest frame (extrap)", BLUE, "o-"),
     "extrap_kirchhoff": ("body (extrap_kirchhoff)", ORANGE, "s-"),
 }
-ERRATA = (  # 1 .. 15
-    errata_maps.third_integral,
-    errata_maps.second_form,
-    errata_maps.which_rotation,
-    errata_maps.moments,
-    errata_maps.gravity,
-    errata_maps.unit_of_momentum,
-    errata_mechanics.rotation_matrix,
-    errata_mechanics.products,
-    errata_mechanics.curvature,
-    errata_mechanics.slips,
-    errata_mechanics.rods,
-    errata_mechanics.stationary,
-    errata_mechanics.kirchhoff,
-    errata_mechanics.integral_k,
-    errata_maps.first_order,
-)
 
 
 @dataclass(frozen=True)
@@ -136,11 +118,6 @@ def check_sentences(results):
     ]
 
 
-def compute_errata():
-    """Check all errata of the thesis by computation, in the order of their numbers."""
-    return [make_erratum() for make_erratum in ERRATA]
-
-
 def draw_forms(forms, scene):
     groups = []
     for form, (label, colour, marker) in FORMS.items():
@@ -189,7 +166,7 @@ def render_chapter(results, seconds):
         six=draw_chapter6(results),
         five=draw_chapter5(results),
         sentences=sentences,
-        errata=compute_errata(),
+        errata=errata.compute_errata(),
         held=sum(sentence.holds for sentence in sentences),
         forms=[draw_forms(results.forms, scene) for scene in ("thesis", "asymmetric")],
         rows=results.forms,

@@ -1,33 +1,19 @@
 """Errata of the thesis, with the numerical errors of the printed text and of the correction."""
 
-from dataclasses import dataclass
+import tomllib
+from pathlib import Path
+
+from . import errata_maps, errata_mechanics
+
+DATA = Path(__file__).with_suffix(".toml")
+MODULES = {"errata_maps": errata_maps, "errata_mechanics": errata_mechanics}
 
 
-@dataclass(frozen=True)
-class Erratum:
-    """An erratum.
-
-    `printed_error` is the numerical error of the formula as printed, and `corrected_error` that of
-    the corrected formula. `measure` describes how the two errors are measured.
-    """
-
-    number: int
-    where: str
-    says: str
-    is_right: str
-    measure: str
-    printed_error: float
-    corrected_error: float
-
-
-def register_erratum(number, place, statement, is_right, measure):
-    """Register a function that computes the errors of a formula as printed and as corrected."""
-
-    def make_erratum(compute):
-        def compute_erratum():
-            printed, corrected = map(float, compute())
-            return Erratum(number, place, statement, is_right, measure, printed, corrected)
-
-        return compute_erratum
-
-    return make_erratum
+def compute_errata():
+    """Return the rows of errata.toml, in the order of their numbers, with both errors computed."""
+    errata = tomllib.loads(DATA.read_text(encoding="utf-8"))["errata"]
+    for number, erratum in enumerate(errata, 1):
+        module, name = erratum["errors"].split(".")
+        printed, corrected = map(float, getattr(MODULES[module], name)())
+        erratum.update(number=number, printed_error=printed, corrected_error=corrected)
+    return errata

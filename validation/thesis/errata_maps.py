@@ -4,7 +4,6 @@ import kreisel as kr
 import numpy as np
 
 from . import su2
-from .errata import register_erratum
 from .scaled_units import scaled_units
 from .trajectories import HALF, SCENE, solve_theorem42, solve_truth
 
@@ -19,26 +18,12 @@ def attitude_error_at(q, scene, end):
     return kr.attitude_error(q, su2.exact_attitude(scene, end))
 
 
-@register_erratum(
-    1,
-    "theorem 4.2",
-    "c = <m, p>",
-    "c = <m, a>",
-    f"attitude error at t = {END:g}, eps = {STEP:g}, tilted start [rad]",
-)
 def third_integral():
     return (
         attitude_error_at(su2.run_theorem42(TILTED, STEP, END, c_of=c), TILTED, END) for c in "pa"
     )
 
 
-@register_erratum(
-    2,
-    "theorem 4.2",
-    "the second form of xi has the factor 2/c",
-    "2/eps",
-    "difference of the two forms of xi, relative",
-)
 def second_form():
     m, a = np.array(TILTED.momentum), np.array((0.0, -np.sin(0.6), np.cos(0.6)))
     alpha, g = TILTED.body.moments[2], TILTED.body.mass * TILTED.gravity
@@ -52,13 +37,6 @@ def second_form():
     )
 
 
-@register_erratum(
-    3,
-    "theorem 4.2, 4.2.2",
-    "g is the rotation from rest to body frame, g_(k+1) = w_k g_k",
-    "g is the rotation from body to rest frame (Phi^-1 of theorem 3.5)",
-    f"attitude error at t = {END:g} [rad]",
-)
 def which_rotation():
     return (
         attitude_error_at(su2.run_theorem42(TILTED, STEP, END, side=side), TILTED, END)
@@ -76,13 +54,6 @@ def integrate_alpha():
     return (x**2 + y**2).sum() / (y**2 + z**2).sum()
 
 
-@register_erratum(
-    4,
-    "4.2.1",
-    "I1 = M/3 (C_N^2 + C_T^2), alpha = 2 C_N^2 / (C_N^2 + C_T^2) = 0.780",
-    "I1 = M/3 (C_N^2 + 4 C_T^2), alpha = 2 C_N^2 / (C_N^2 + 4 C_T^2) = 0.2759",
-    "alpha against the moments summed over the cuboid, relative",
-)
 def moments():
     n, _, t = HALF
     alpha = integrate_alpha()
@@ -97,13 +68,6 @@ def scale_scene(i1, alpha, p):
     )
 
 
-@register_erratum(
-    5,
-    "4.2.1",
-    "p = g / C_T = 1",
-    "p = M g C_T / I1 = 0.6466: in units with I1 = 1 the mass is not 1",
-    "frame error L at t = 1 in the units of the text [rad]",
-)
 def gravity():
     n, _, t = HALF
     mass, i1 = SCENE.body.mass, SCENE.body.moments[0]
@@ -115,13 +79,6 @@ def gravity():
     )
 
 
-@register_erratum(
-    6,
-    "4.2.1, 6.1.4",
-    "m is in mu lu^2/s^2; the first two terms of H_eps are the energy",
-    "mu lu^2/s; they are the energy but for the constant (1/alpha - 1) <m, a>^2 / 2",
-    "attitude error at t = 1 after going to units of two seconds and back [rad]",
-)
 def unit_of_momentum():
     faster = SCENE.replace(gravity=4 * SCENE.gravity)
     return (
@@ -144,12 +101,5 @@ def fit_order(scene, steps=(0.02, 0.01, 0.005), end=4.0):
     return np.polyfit(np.log(steps), np.log(errors), 1)[0]
 
 
-@register_erratum(
-    15,
-    "chapter 6",
-    "(not stated) all experiments start upright, where the attitude converges with order 2",
-    "order 1 in general: an upright start hides that half a kick is missing",
-    "difference of the order from 1, for an upright and a tilted start",
-)
 def first_order():
     return (abs(fit_order(scene) - 1) for scene in (SCALED, TILTED))

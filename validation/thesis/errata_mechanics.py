@@ -4,18 +4,10 @@ import kreisel as kr
 import numpy as np
 
 from . import su2
-from .errata import register_erratum
 from .integrals import body_velocity, special_scene
 from .trajectories import SCENE, solve_truth
 
 
-@register_erratum(
-    7,
-    "theorem 3.4",
-    "Phi = cos(a/2) Id + sin(a/2) V, and Phi^-1 X Phi turns by a",
-    "Phi = cos(a/2) Id + 2 sin(a/2) V, and it turns by -a",
-    "error of the rotated vector, a = 0.7",
-)
 def rotation_matrix():
     angle, axis, x = 0.7, np.array((2, -1, 2)) / 3, np.array((0.3, 0.5, -0.2))
     expected = (
@@ -30,13 +22,6 @@ def rotation_matrix():
     )
 
 
-@register_erratum(
-    8,
-    "(3.1)",
-    "e_i e_j = eps_ijk e_k / 2, with eps_012 = 1",
-    "so for i \N{NOT EQUAL TO} j; e_i e_i = -Id/4; eps_123 = 1",
-    "largest element of the difference, over all i and j",
-)
 def products():
     text, right = [], []
     for i in range(3):
@@ -62,13 +47,6 @@ def moving(h=1e-4, t=3.0):
     )
 
 
-@register_erratum(
-    9,
-    "theorem 3.5",
-    "the proof puts e2 for e3 in <T', N>, and (Phi')^-1 for (Phi^-1)'; the formula for U is right",
-    "U = kappa2 e1 - kappa1 e2 - tau e3, as printed",
-    "difference of kappa1 = -2 tr((Phi^-1 e Phi)' N) from <T', N>",
-)
 def curvature():
     Phi, change, (n, b, _), rates = moving()
     back = np.linalg.inv(Phi)
@@ -84,13 +62,6 @@ def curvature():
     return abs(values[0] - kappa1), max(abs(values[1] - kappa1), abs(change @ back - formula).max())
 
 
-@register_erratum(
-    10,
-    "(3.4), 3.4, 4.2.2",
-    "a = a1 e2 + a2 e3 + a3 e3; N_eps = (Phi H)^-1 e2 Phi H; B' twice; p = g e2",
-    "a = a1 e1 + a2 e2 + a3 e3; e1 for N; T'; p = g e3",
-    "largest difference from a and from N, at t = 3",
-)
 def slips():
     path = solve_truth(SCENE, [3.0]).path
     a, Phi = path.apex[0], np.linalg.inv(su2.from_quaternion(path.q[0]))
@@ -101,13 +72,6 @@ def slips():
     )
 
 
-@register_erratum(
-    11,
-    "(3.11), theorems 3.8, 3.9",
-    "alpha1 = I_N, alpha2 = I_B, b = |a| p; (3.10) times 2 I_N is the Lagrangian",
-    "alpha1 = I_B, alpha2 = I_N, b = -M A_T p; I_N / 2",
-    "largest difference of (3.11) from twice the Lagrangian, relative",
-)
 def rods():
     path = solve_truth(special_scene("kowalewski"), np.linspace(0, 20, 201)).path
     rod, lagrangian = kr.rod(path), path.kinetic - path.potential
@@ -134,26 +98,11 @@ def action(angle, end, n=400):
     return change.mean() / (weight * angle**2)
 
 
-@register_erratum(
-    12,
-    "extremal, theorem 3.1; 6.2, 6.3",
-    "a motion minimizes the action; Extrap is a multi-step method, Runge-Kutta a 4 step one",
-    "makes it stationary; both are one-step methods, Runge-Kutta of four stages",
-    "decrease of the action below that of the motion for swings of 0.1 in 10 units; first "
-    "variation",
-)
 def stationary():
     slope = (action(1e-3, 10.0) * 1e-3 - action(-1e-3, 10.0) * 1e-3) / 2
     return max(0.0, -action(0.1, 10.0)), abs(slope)
 
 
-@register_erratum(
-    13,
-    "3.4",
-    "(right as printed: Kirchhoff's equations and (3.9); here with the other sign of M P x A)",
-    "M' = M x J^-1 M + M P x A",
-    "difference from the change of M along the path, relative",
-)
 def kirchhoff():
     h = 1e-4
     scene = kr.scenes.asymmetric
@@ -171,13 +120,6 @@ def kirchhoff():
     )
 
 
-@register_erratum(
-    14,
-    "(5.1), (5.2)",
-    "K, with the centre of mass along T as axis 1: H = .. - p1",
-    "axis 1 is -T, for the potential is +<p, a>; G is constant only while <m, p> = 0",
-    "change of K to t = 20, axis 1 = T and axis 1 = -T",
-)
 def integral_k():
     path = solve_truth(special_scene("kowalewski"), np.linspace(0, 20, 201)).path
     body, i1 = path.scene.body, max(path.scene.body.moments)

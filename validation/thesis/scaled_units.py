@@ -1,4 +1,4 @@
-"""Conversion of Lagrange tops to the units of length and mass of Bobenko and Suris, and back.
+"""Conversion of Lagrange tops to the units of length and mass of Bobenko and Suris.
 
 The scaled units are described in section 4.2.1 of the thesis (Bodack 2008).
 """
@@ -16,20 +16,26 @@ import numpy as np
 class Units:
     """The units of length [L] and mass [M] in the Bobenko-Suris form of the equations.
 
-    The unit of time is the same in both systems of units. Call units.into(scene) to convert a scene
-    to these units, and units.back(scene) to convert it back.
+    The unit of time is the same in both systems of units.
     """
 
     length: float
     mass: float
 
     def into(self, scene: kr.Scene) -> kr.Scene:
-        """Convert a scene to the scaled units of Bobenko and Suris."""
-        return _scale_scene(scene, 1.0 / self.length, 1.0 / self.mass)
-
-    def back(self, scene: kr.Scene) -> kr.Scene:
-        """Convert a scene from the units of Bobenko and Suris back to its original units."""
-        return _scale_scene(scene, self.length, self.mass)
+        """Convert a scene without rotor, damping, friction and moving support to these units."""
+        body, moment = scene.body, self.mass * self.length**2
+        scaled = kr.Body(
+            body.mass / self.mass,
+            np.array(body.inertia) / moment,
+            np.array(body.com) / self.length,
+            unphysical=body.unphysical,
+        )
+        return scene.replace(
+            body=scaled,
+            momentum=np.array(scene.momentum) / moment,
+            gravity=scene.gravity / self.length,
+        )
 
 
 def scaled_units(body: kr.Body) -> Units:
@@ -71,24 +77,3 @@ def _lagrange_moments(body: kr.Body) -> tuple[float, float]:
     moments = body.moments
     odd = int(np.argmax(np.abs(body.principal_com)))
     return moments[odd - 1], moments[odd]
-
-
-def _scale_scene(scene: kr.Scene, length: float, mass: float) -> kr.Scene:
-    body, inertia = scene.body, mass * length**2
-    new = kr.Body(
-        mass * body.mass,
-        inertia * np.array(body.inertia),
-        length * np.array(body.com),
-        inertia_rtol=body.inertia_rtol,
-        unphysical=body.unphysical,
-        rotor=inertia * np.array(body.rotor),
-    )
-    amplitude, rate, phase = scene.shaking
-    return scene.replace(
-        body=new,
-        momentum=inertia * np.array(scene.momentum),
-        gravity=length * scene.gravity,
-        damping=inertia * np.array(scene.damping),
-        shaking=(length * amplitude, rate, phase),
-        friction=inertia * scene.friction,
-    )
