@@ -3,6 +3,7 @@
 No assertion depends on run times.
 """
 
+import re
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
@@ -76,6 +77,11 @@ def test_taylor_is_right_under_strong_damping(name):
 def test_invalid_bodies_are_refused_with_their_message():
     for cell in examine_case("shape: no body, I3 > I1 + I2").values():
         assert cell["verdict"] == "refused" and "not physical" in cell["message"]
+
+
+def test_every_method_refuses_times_at_which_the_attitude_cannot_be_resolved():
+    for cell in examine_case("long: Lagrange, 2^54 rad").values():
+        assert cell["verdict"] == "refused" and re.search("turns|count", cell["message"]), cell
 
 
 def test_steps_far_too_large_blow_up_or_lose_the_attitude():
