@@ -21,8 +21,8 @@ _ERROR_PER_CERTIFICATE: Final = 10.0  # see kreisel.ExactTorus
 class _TorusFormCosts(NamedTuple):
     """The cost of a closed-form solution, in units of the cost of one Taylor-series step.
 
-    The cost parameters were measured as described in docs/theory/closed_form.md. In about 1 % of
-    the cases in which the closed-form solution is chosen, the Taylor series would be faster.
+    With these parameters, the Taylor series was slower for all random tops for which the
+    closed-form solution is chosen (docs/theory/closed_form.md).
 
     ratio   the ratio of each equal moment to the third one
     set_up  the time of the set-up [steps]
