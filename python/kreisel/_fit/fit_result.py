@@ -49,7 +49,7 @@ class Fit(ReadOnlyArrays):
     records       the records, without angles that are undefined where the apex is vertical
     names         names of the free parameters. The moments are the principal ones; vectors are
                   given in the frame of description, but turning in space
-    units         their units: rad, rad/T, or dimensions in terms of M, L and T; empty for pure numbers
+    units         their units: rad, rad/T, or dimensions of M, L and T; empty for pure numbers
     values        {name: value}; the attitude is a rotation vector [rad]
     error         {name: standard deviation}; infinite where the records do not determine it. The
                   error of the attitude is that of a small rotation in the body frame [rad]
