@@ -3,7 +3,6 @@
 Test modules import further private names directly.
 """
 
-import numpy as np
 from kreisel import _cli as cli
 from kreisel import _core as core
 from kreisel import _view as view
@@ -22,18 +21,7 @@ __all__ = [
     "core",
     "core_calls",
     "page_of_methods",
-    "solid_of",
     "state_quantities",
     "table_of_costs",
     "view",
 ]
-
-
-def solid_of(body):
-    """Return the solid that represents a body in plots.
-
-    Requires matplotlib.
-    """
-    from kreisel._plot.solids import build_solid_faces
-
-    return build_solid_faces(body.mass, np.array(body.moments), np.array(body.principal_com))

@@ -1,0 +1,87 @@
+"""Tests of what notebooks display: pictures of results, and tables."""
+
+import sys
+
+import kreisel as kr
+import numpy as np
+import pytest
+from tops import GENERAL
+
+TOP = kr.scenes.asymmetric
+TOPS = kr.starts(TOP.body, energy=2, vertical=1, n=5, seed=2, gravity=1)
+PICTURES = {
+    "path": lambda: kr.solve(GENERAL, [0.0, 1.0]),
+    "wanted path": lambda: kr.solve(GENERAL, [1.0], want=("apex", "nutation", "precession_angle")),
+    "section": lambda: kr.section(TOPS, n=3),
+    "indicator": lambda: kr.megno(TOPS, 10.0),
+    "map of an indicator": lambda: kr.oli(TOP.vary(gravity=[[0.5], [1.0]], spin=[1.0, 2.0]), 10.0),
+    "frequencies": lambda: kr.frequencies(kr.solve(kr.scenes.cusps, np.linspace(0, 50, 1001))),
+    "rod": lambda: kr.rod(kr.solve(kr.scenes.cusps, np.linspace(0, 5, 101))),
+}
+WITHOUT = {
+    "path without states": lambda: kr.solve(GENERAL, []),
+    "path without apex": lambda: kr.solve(GENERAL, [1.0], want=("energy",)),
+    "section of no top": lambda: kr.section(TOPS[:0], n=3),
+    "indicator of no top": lambda: kr.oli(TOPS[:0], 1.0),
+    "indicator of three dimensions": lambda: kr.oli(
+        kr.Ensemble(TOP.body, momentum=np.ones((2, 1, 2, 3)), gravity=1), 1.0
+    ),
+    "rod of one state": lambda: kr.rod(kr.solve(kr.scenes.cusps, [1.0])),
+}
+
+
+@pytest.mark.parametrize("kind", PICTURES)
+def test_notebooks_show_pictures_of_results(kind):
+    pytest.importorskip("matplotlib")
+    result = PICTURES[kind]()
+    html = result._repr_html_()
+    assert 'src="data:image/png;base64,iVBORw0KGgo' in html
+    assert type(result).__name__ in html
+
+
+@pytest.mark.parametrize("kind", WITHOUT)
+def test_notebooks_show_text_if_there_is_nothing_to_draw(kind):
+    assert WITHOUT[kind]()._repr_html_() is None
+
+
+def test_notebooks_show_plots_and_no_pictures_of_long_paths():
+    pytest.importorskip("matplotlib")
+    assert kr.plot(kr.solve(GENERAL, [0.0, 1.0]))._repr_png_().startswith(b"\x89PNG\r\n")
+    assert kr.solve(kr.scenes.cusps, np.linspace(0.0, 1.0, 300_000))._repr_html_() is None
+
+
+@pytest.mark.parametrize("kind", PICTURES)
+def test_without_matplotlib_notebooks_show_text(kind, monkeypatch):
+    result = PICTURES[kind]()
+    for name in [name for name in sys.modules if name.startswith("kreisel._plot.")]:
+        monkeypatch.delitem(sys.modules, name)
+    for name in ("matplotlib", "matplotlib.axes"):
+        monkeypatch.setitem(sys.modules, name, None)
+    assert result._repr_html_() is None
+
+
+def test_notebooks_show_fits_as_tables():
+    t = np.arange(60) * 0.1
+    record = kr.Record(t, {"apex": kr.solve(kr.scenes.cusps, t).apex}, sigma=0.01)
+    fit = kr.fit(kr.scenes.cusps, record, ("start", "moments"))
+    html, text = fit._repr_html_(), str(fit).splitlines()
+    assert html.startswith(f"<p>{text[0]}</p>\n<table>")
+    assert html.count("<tr>") == 1 + len(fit.names) + len(fit.moment_ratios)
+    for name, error in fit.error.items():
+        error_text = f"+- {error:.2g}" if np.isfinite(error) else "not identified"
+        assert f">{name}<" in html and f"{error_text}<" in html
+    assert html.count("<p>Not identified: ") == len(fit.unidentified) == 2
+
+
+def test_plans_and_tables_are_html_tables():
+    plan = kr.plan(GENERAL, 1.0, step=0.1, method="rk4")
+    html = plan._repr_html_()
+    assert html.count("<tr>") == len(str(plan).splitlines())
+    assert ">rk4: requested by name</td>" in html
+    many = kr.plan(TOPS, 1.0)._repr_html_()
+    assert ">tops</td>" in many and ">the first top</td>" in many
+    rows = kr.compare(GENERAL, 0.5, ["rk4"], [0.1, 0.05], repeats=1)._repr_html_()
+    assert rows.count("<tr>") == 3 and rows.count("<th") == 11 and ">rk4</td>" in rows
+    failed = kr.Table((kr.Row("<b>", "rk4", None, None, 1, 1, 1, 1, 1, 1, "a < b & c"),))
+    html = failed._repr_html_()
+    assert "&lt;b&gt;" in html and "a &lt; b &amp; c" in html
