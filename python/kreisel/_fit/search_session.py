@@ -207,7 +207,8 @@ class SearchSession:
         has_attitudes = any(series.is_attitude for r in self.records for series in r.series)
         if is_single and has_data_guess and self.best is not None and not has_attitudes:
             has_motion = bool(reconstruct_motions(self.records, self.parameters.start))
-            self._search_from_random_starts(has_rivals=not (is_done or has_motion))
+            has_rivals = self.parameters.can_vary("moments") and not (is_done or has_motion)
+            self._search_from_random_starts(has_rivals)
         if (
             pieces is None
             and self._has_small_misfit()
