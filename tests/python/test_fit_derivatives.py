@@ -5,7 +5,6 @@ from dataclasses import replace
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._fit import residuals
 from kreisel._fit.measurable import MEASURABLE, SEEN_FROM_BODY
 from kreisel._fit.parameters import FreeParameters, expand_free_names
 from kreisel._fit.residuals import ResidualModel
@@ -184,25 +183,6 @@ def test_the_span_reaches_from_the_start_to_all_times(t, end, span):
     record = kr.Record(t, {"spin": np.ones(len(t))}, 0.1)
     parameters = FreeParameters(make_scene("turned"), ("velocity",), [record])
     assert ResidualModel(parameters, [record], [record.series[0].sigma], end).span == span
-
-
-def test_trials_may_take_four_times_the_steps_of_the_guess(monkeypatch):
-    limits, steps = [], []
-
-    def solve(*arguments, max_steps, **words):
-        path = kr.solve(*arguments, max_steps=max_steps, **words)
-        limits.append(max_steps)
-        steps.append(path.stats.steps)
-        return path
-
-    monkeypatch.setattr(residuals, "solve", solve)
-    model, point = make_model("apex", make_scene("turned"), ("start",))
-    for has_jacobian in (True, True, False, True):
-        model.evaluate_residuals(point, has_jacobian)
-    assert model.evaluations == 4 and len(limits) == 8  # backwards and forwards
-    own = 1000 + 4 * max(steps[:2])
-    assert limits[:2] == limits[4:6] == [10**6] * 2 and limits[2:4] == [own] * 2
-    assert limits[6:] == [max(own, 1000 + 4 * max(steps[4:6]))] * 2
 
 
 def test_a_motion_that_cannot_be_computed_has_infinite_residuals():
