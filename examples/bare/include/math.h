@@ -10,6 +10,7 @@
 
 double atan2(double y, double x);
 double ceil(double x);
+double copysign(double magnitude, double sign);
 double cos(double x);
 double cosh(double x);
 double exp(double x);
