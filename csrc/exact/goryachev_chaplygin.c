@@ -294,8 +294,8 @@ static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *t
     return fmax(miss, fabs(grown - sine));
 }
 /* Returns the certificate of a closed-form solution, which is an estimate of its error. The
- * certificate is the largest of four errors: the truncation error, the error of a state near the
- * initial time, and two rounding errors. That of the heading is inversely proportional to the rate
+ * certificate is the largest of five errors: the truncation error, the error of a state near the
+ * initial time, and three rounding errors. That of a state is KR_TORUS_ROUNDING. That of the heading is inversely proportional to the rate
  * of the slower torus angle. Both torus angles change slowly if the angular momentum is small. That
  * of the attitude is largest where |m| is smallest, because the attitude is a quotient of sums of
  * the size sqrt|m|, whose errors do not become smaller with |m|. */
@@ -304,7 +304,8 @@ static double certify_plan(const chaplygin_memory *m, const chaplygin_top *top, 
     const kr_chaplygin_plan *plan = &m->plan;
     const double heading = 0x1p-59 / fmin(plan->angle[0].rate, plan->angle[1].rate),
                  quotient = 0x1p-57 / sqrt(least_momentum(&m->curve, m->work.arc));
-    return fmax(fmax(m->work.tail, fmax(heading, quotient)), miss_of_plan(plan, top, attitude));
+    const double rounding = fmax(KR_TORUS_ROUNDING, fmax(heading, quotient));
+    return fmax(fmax(m->work.tail, rounding), miss_of_plan(plan, top, attitude));
 }
 /* Converts the solution to the user's units, or to internal units if `own` is nonzero
  * (across.h). */

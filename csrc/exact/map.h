@@ -179,7 +179,7 @@ static int own_map(const exact_top *top, map_link k, kr_exact_map_form *map)
         return 1;
     }
     const map_curve r = map_curve_of(&k);
-    if (!(r.kp2.hi > 1e-20)) return 0;
+    if (!(r.kp2.hi > 1e-18)) return 0; /* the error grows like 1e-31 / kp2 */
     const dd k1 = turn_per_step(&k, &r, k.s2, 1.0, r.y1),
              k2 = turn_per_step(&k, &r, k.s1, -1.0, r.y2);
     const dd first = dd_add(k1, twist), second = dd_sub(k2, twist);

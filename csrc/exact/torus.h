@@ -19,6 +19,9 @@ typedef struct kr_torus {
     kr_phase turn[3];
 } kr_torus;
 
+/* A tenth of the rounding error of a state, below which no certificate lies. */
+#define KR_TORUS_ROUNDING 0x1p-50
+
 /* Functions that set up a single solution and evaluate a single state. If `own` is nonzero, the
  * solution is expressed in internal axes and units. For the argument `bound`, see
  * kr_kowalewski_plan. */
