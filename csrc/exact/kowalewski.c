@@ -127,8 +127,8 @@ static kr_kowalewski_refusal fill_plan(kowalewski_memory *memory, const kowalews
      * after 1000 radians.
      * It matters only near separatrices, where a rounding error of the start changes the motion far
      * more. */
-    plan->head.certificate = fmax(fmax(*error, dual ? 6.0 * of_sums : KR_TORUS_ROUNDING),
-                                  1e3 * w->separatrix);
+    plan->head.certificate =
+        fmax(fmax(*error, dual ? 6.0 * of_sums : KR_TORUS_ROUNDING), 1e3 * w->separatrix);
     return refusal;
 }
 /* Computes the closed-form solution in internal units. If the error exceeds INACCURATE, the periods
