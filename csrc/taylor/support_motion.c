@@ -15,6 +15,9 @@
 /* Relative threshold below which a spin or friction torque is treated as zero. */
 #define NEGLIGIBLE_SPIN 0x1p-48
 #define NEGLIGIBLE_SPIN_DEEP 0x1p-92
+/* Rounding error of the spin of an initial state, which is given in doubles, relative to the terms
+ * of which the spin is the sum. */
+#define ROUNDED_SPIN 0x1p-44
 /* An acceleration of the spin against the direction of sliding counts only if it is larger, in the
  * units of the series. This threshold is far above rounding errors. A smaller acceleration has no
  * effect, because the spin stays negligible until the acceleration has changed its sign. */
@@ -262,14 +265,21 @@ static void decide_hold(kr_taylor *p, const kr_motion *motion, double needed)
     const double along = (needed > 0.0) == (motion->step >= 0.0) ? 1.0 : -1.0;
     p->sliding = fabs(needed) <= 1.0 ? 0.0 : along;
 }
-/* Returns the threshold below which a spin is treated as zero, in the units of the series. This
- * threshold for the spin is lowered if damping is much faster than all other effects. */
+/* Returns the threshold below which the spin of the initial state is treated as zero, in the units
+ * of the series. If damping is much faster than all other effects, the threshold is lower, but never
+ * below the rounding error of the state: the terms of the spin <W - O, apex> may cancel. */
 static double negligible_spin(const kr_motion *motion)
 {
     const kr_taylor *p = taylor_of(motion);
-    const kr_vec3 W = v_scale(p->rate, v_of(p->series->end_w + 1));
-    const double part = fmin(1.0, 2.0 * kr_support_rate(motion, W, 0) / p->rate);
-    return part * (kr_taylor_is_deep(motion) ? NEGLIGIBLE_SPIN_DEEP : NEGLIGIBLE_SPIN);
+    const kr_series *s = p->series;
+    const kr_vec3 W = v_scale(p->rate, v_of(s->end_w + 1)), h = motion->rotor,
+                  M = v_add(v_times(motion->inertia, W), h),
+                  eased = v_over(v_of(s->apex + 1), motion->inertia);
+    const double part = fmin(1.0, 2.0 * kr_support_rate(motion, W, 0) / p->rate),
+                 terms = v_largest(eased) * (v_largest(M) + v_largest(h)) / p->rate +
+                         v_largest(v_of(s->turn + 1));
+    return fmax(part * (kr_taylor_is_deep(motion) ? NEGLIGIBLE_SPIN_DEEP : NEGLIGIBLE_SPIN),
+                ROUNDED_SPIN * terms);
 }
 void kr_support_start(const kr_motion *motion)
 {

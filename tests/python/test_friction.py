@@ -189,6 +189,20 @@ def test_backward_in_time_a_stopped_top_has_no_unique_past():
         kr.solve(path.end, [-1.0])
 
 
+@pytest.mark.parametrize("digits", [None, 20, 30])
+@pytest.mark.parametrize("turning", [(0, 0, 0), (0, 4.7e-5, 5.5e-5), (1, 2, 30)])
+@pytest.mark.parametrize("rate", [0, 50, 5e5])
+def test_a_stopped_top_with_a_rotor_on_a_turning_support_has_no_unique_past(rate, turning, digits):
+    wheel = kr.Body.disk(0.05, (0, 0, -0.06), mass=0.5)
+    wheel = wheel.with_rotor(spin=rate, inertia=1e-5, axis=(0, 0, 1))
+    losses = {"damping": 1e-2, "friction": 0.2, "turning": turning}
+    top = kr.Scene.spinning(wheel, spin=100, tilt=2.5, gravity=9.81, **losses)
+    for end in (10.0, 20.0):
+        stopped = kr.solve(top, [end], digits=digits).end
+        with pytest.raises(kr.Error, match="stopped"):
+            kr.solve(stopped, [-1e-3], digits=digits)
+
+
 def test_runs_are_resumed_across_a_stop():
     top = SPUN.replace(friction=1.0)
     stop = kr.solve(top, 20.0, events=[kr.events.stopped()]).events.t[0]
