@@ -232,9 +232,12 @@ def test_derivatives_of_accelerations_are_those_of_differences(scene, k, is_late
 def find_unit(kind, name):
     """Return the unit (powers of M, L and T) that the documentation of a quantity states."""
     first_line = inspect.getdoc(getattr(kind, name)).splitlines()[0]
-    unit = "".join(re.findall(r"\[([MLT^0-9 -]+)\]", first_line))
-    powers = {base: int(power or 1) for base, power in re.findall(r"([MLT])(?:\^(-?\d+))?", unit)}
-    return np.array([powers.get(base, 0) for base in "MLT"])
+    above, _, below = "".join(re.findall(r"\[((?:rad|[MLT])[^\]]*)\]", first_line)).partition("/")
+    powers = np.zeros(3, int)
+    for sign, units in ((1, above), (-1, below)):
+        for base, power in re.findall(r"([MLT])(?:\^(-?\d+))?", units):
+            powers["MLT".index(base)] += sign * int(power or 1)
+    return powers
 
 
 SCENE_UNITS = {
