@@ -210,9 +210,12 @@ double kr_friction_torque(const kr_scene *scene, kr_vec3 M, kr_vec3 O, kr_vec3 g
                  size = v_largest(eased) * (v_largest(M) + v_largest(h)) + v_largest(O);
     /* The terms of the spin may cancel, so that its rounding error is proportional to their
      * magnitude. A spin that is not larger than its rounding error is treated as zero. Friction
-     * then holds the top if the required torque is within its limit. */
-    *holds = fabs(spin) <= SPIN_OF_HELD * size && fabs(needed) <= most;
-    return *holds ? needed : spin > 0.0 ? -most : most;
+     * then holds the top if the required torque is within its limit, else opposes the spin that the
+     * top is about to gain. */
+    const int is_zero = fabs(spin) <= SPIN_OF_HELD * size;
+    *holds = is_zero && fabs(needed) <= most;
+    if (is_zero) return fmax(-most, fmin(needed, most));
+    return spin > 0.0 ? -most : most;
 }
 kr_vec3 kr_state_body_acceleration(const kr_scene *scene, const kr_state *s)
 {

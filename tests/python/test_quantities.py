@@ -37,12 +37,9 @@ EFFECTS = {
 
 
 @st.composite
-def tops(draw):
+def tops(draw, kinds=tuple(BODIES)):
     """Draw a scene with any body, order of axes, frame of description, rotor and support."""
-    kind, rotor = (
-        draw(st.sampled_from(sorted(BODIES))),
-        draw(st.sampled_from((None, "axial", "any"))),
-    )
+    kind, rotor = draw(st.sampled_from(kinds)), draw(st.sampled_from((None, "axial", "any")))
     moments, com = map(np.array, BODIES[kind])
     order = draw(st.permutations(range(3)))
     carried = {
@@ -103,8 +100,8 @@ def compute_acceleration(motion, t, y, spin, size):
         motion.scene.friction,
     )
     holding = motion.find_holding(t, y)
-    is_held = abs(spin) <= 1e-12 * size and abs(holding) <= friction
-    torque = holding if is_held else -friction * np.sign(spin)
+    is_zero = abs(spin) <= 1e-12 * size
+    torque = np.clip(holding, -friction, friction) if is_zero else -friction * np.sign(spin)
     total = motion.torque(t, y) + torque * motion.apex - np.cross(relative + turning, own)
     return motion.inverse @ total - np.cross(turning, relative)
 
@@ -268,11 +265,14 @@ def scale_scene(scene, scale):
     return kr.Scene(other, attitude=scene.attitude, shaking=shaking, **words)
 
 
-@EXAMPLES
-@given(tops(), st.tuples(*[st.integers(-9, 9)] * 3), st.booleans())
-def test_every_quantity_scales_as_its_unit_says(scene, powers, is_ensemble):
+@pytest.mark.parametrize("kind", BODIES)
+@settings(EXAMPLES, max_examples=20)
+@given(st.data(), st.tuples(*[st.integers(1, 9)] * 3), st.booleans())
+def test_every_quantity_scales_as_its_unit_says(kind, data, powers, is_ensemble):
     def scale(unit):
         return 2.0 ** int(np.dot(unit, powers))
+
+    scene = data.draw(tops((kind,)))
 
     other, t, place = (
         scale_scene(scene, scale),
