@@ -397,7 +397,7 @@ def test_a_fit_that_has_not_converged_ends_with_an_exit_code(has_converged, code
     assert result.exit_code == code and result.stdout == "summary\n"
     assert calls[0] == ("a.csv", None, "t", (), [], None, None)
     words = (kr.scenes.cusps, None, ["start", "moments"])
-    assert calls[1] == (words, {"loss": "linear", "pieces": None, "max_evaluations": 500})
+    assert calls[1] == (words, {"loss": "linear", "pieces": None, "max_evaluations": 2000})
 
 
 def test_a_missing_record_is_a_usage_error(monkeypatch):

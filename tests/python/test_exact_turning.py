@@ -290,7 +290,7 @@ def test_tops_beyond_the_range_of_doubles_have_no_closed_form():
 
 def test_failures_of_the_core_are_worded(monkeypatch):
     """Test the messages for C library errors that can be produced only by replacing functions."""
-    monkeypatch.setattr(exact, "torus_plan", lambda *_: ("ERR_MEMORY", *[None] * 5))
+    monkeypatch.setattr(exact, "torus_plan", lambda *_: ("ERR_MEMORY", *[None] * 4))
     kowalewski = kr.Body(1.0, (2.0, 2.0, 1.0), (1.0, 0.0, 0.0), unphysical=True)
     with pytest.raises(ValueError, match=f"^{core.statuses['ERR_MEMORY'][1]}: Scene"):
         kr.exact(kr.Scene(kowalewski, (0.3, 3.0, 2.8), TILTED, gravity=1))

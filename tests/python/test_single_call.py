@@ -94,7 +94,8 @@ def test_plain_times_give_the_path_of_validated_times(method, want, sign, forbid
 @pytest.mark.parametrize("want", [None, WANTED])
 @pytest.mark.parametrize("words", [{}, {"digits": 20}, {"digits": 30}, {"tol": 1e-5}])
 def test_a_path_from_a_single_call_is_complete(words, want):
-    path, scene = kr.solve(TOP, TIMES, want=want, **words), OwnScene(TOP.body, TOP.momentum)
+    scene = OwnScene(TOP.body, TOP.momentum, gravity=1.0)
+    path = kr.solve(TOP, TIMES, want=want, **words)
     for again in (pickle.loads(pickle.dumps(path)), copy.deepcopy(path), path[:]):
         assert collect_attributes(again) == collect_attributes(path)
         assert again._low is path._low is None or again._low.tobytes() == path._low.tobytes()
@@ -203,7 +204,7 @@ def test_a_reset_by_plain_numbers_equals_a_validated_one(method, attitude, forbi
 
 
 def test_a_refused_reset_changes_nothing():
-    run, own = kr.start(TOP), kr.start(OwnScene(TOP.body, TOP.momentum))
+    run, own = kr.start(TOP), kr.start(OwnScene(TOP.body, TOP.momentum, gravity=1.0))
     run.to(1.0)
     before = run.scene, run.t, run.stats, run.checkpoint
     for bad in ((1.0, 2.0), (1.0, 2.0, float("nan")), "abc", 1.0):

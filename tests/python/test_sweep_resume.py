@@ -92,7 +92,7 @@ def test_a_client_killed_during_writing_leaves_no_partial_file(tmp_path, complet
     assert parts(tmp_path) == ["part-000000.parquet", "part-000001.parquet"]
     (partial_file,) = tmp_path.glob(".*.new")
     run_sweep(tmp_path)
-    assert hash_rows(tmp_path) == complete_hash and partial_file.exists()
+    assert hash_rows(tmp_path) == complete_hash and not partial_file.exists()
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT])

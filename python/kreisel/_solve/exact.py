@@ -315,8 +315,8 @@ class ExactTorus(Exact):
                 turns.append((one, two))
         pairs = np.array(turns, dtype=np.float64).reshape(-1, 2)
         times = math.tau * pairs.sum(axis=1) / (first + second)
-        rows = np.column_stack([pairs, times])
-        return rows[times < self.scene._resolvable_horizon]
+        rows: Array = np.column_stack([pairs, times])[times < self.scene._resolvable_horizon]
+        return rows
 
     def __call__(self, t: Numbers, *, tangents: TangentSpec | None = None) -> Path:
         """Return the path at the times `t` [T], with `tangents` as in kreisel.solve if given."""
