@@ -779,7 +779,7 @@ typedef struct kr_exact_map {
     double private_[83];
 } kr_exact_map;
 /* Solves the Bobenko-Suris map in closed form. Returns KR_ERR_STEP_SIZE if the step is too large,
- * or if the motion is too close to a separatrix of the map (complementary modulus k'^2 < 1e-20).
+ * or if the motion is too close to a separatrix of the map (complementary modulus k'^2 < 1e-18).
  * Returns KR_ERR_ARGUMENT if the step is outside 2^-100 .. 2^40 times the time in which the top
  * rotates by one radian. */
 KR_API kr_status kr_exact_map_plan(const kr_scene *scene, double step, kr_exact_map *map);

@@ -482,7 +482,7 @@ def _build_bobenko_suris_closed_form(scene: Scene, map: str, step: float | None)
     if status == "ERR_STEP_SIZE":
         raise ValueError(
             f"the Bobenko-Suris map has no known closed form for the step {h!r} and this start, "
-            "which lies within k'^2 = 1e-20 of a separatrix: choose another step"
+            "which lies within k'^2 = 1e-18 of a separatrix: choose another step"
         )
     if status != "OK":
         raise ValueError(f"{statuses[status][1]}: step {h!r}, {scene!r}")
