@@ -101,8 +101,8 @@ def fit(
     kreisel.Error if no motion can be computed from the initial guesses. Ctrl-C raises
     kreisel.FitInterrupted (a KeyboardInterrupt), whose attribute `fit` is the best fit so far.
     Warns (UserWarning) if the search does not converge, if no motion fits the measurements, and if
-    noise of the given sigma does not explain chi2 (see `Fit.is_plausible`). Also warns if another
-    motion fits as well, and if few numbers determine an unknown standard deviation.
+    noise of the given sigma does not explain chi2 (see `Fit.is_plausible`). Also warns if few
+    numbers determine an unknown standard deviation.
     """
     guesses = _validate_start_scenes(scene)
     blocks, record_tuple = expand_free_names(free), _validate_records(records)
@@ -191,8 +191,6 @@ def _warn_of_poor_fit(best: Fit, hint: str) -> None:
         warn_user(describe_residual_excess(best) + hint)
     elif hint:
         warn_user(hint.strip())
-    for sentence in best.ambiguous:
-        warn_user(f"another motion fits as well: {sentence}")
     for sentence in best.uncertain_sigma:
         warn_user(f"{sentence}: give sigma, or add measurements")
 
