@@ -32,7 +32,7 @@ E20 = np.radians(20.0)
 
 
 class Frame(NamedTuple):
-    """What a frame shows: the time, the tip of the apex, its trace, and the corners of faces."""
+    """The time, the tip of the apex, its trace and the corners of faces in a frame of a film."""
 
     clock: str
     tip: np.ndarray

@@ -56,7 +56,7 @@ def upright(x):
     return "dashed", [x, x], [0.0, 1.0]
 
 
-def unwrapped(path):
+def unwrap_angle(path):
     return np.unwrap(path.precession_angle)
 
 
@@ -89,7 +89,7 @@ def is_drawn(expected, artists):
 
 
 class Chart(NamedTuple):
-    """What a chart shows: its labels, and each of its lines and groups of dots."""
+    """The labels, lines and dots of a chart."""
 
     axes: object
     x_label: str
@@ -108,15 +108,15 @@ CHARTS = {
     ),
     "precession": lambda: Chart(
         kr.plot(CUSPS)[2], "time [T]", "precession [°]",
-        [("line", CUSPS.t, np.degrees(unwrapped(CUSPS)))],
+        [("line", CUSPS.t, np.degrees(unwrap_angle(CUSPS)))],
     ),
     "precession in radians": lambda: Chart(
         BACK.plot(degrees=False, time_unit="s")[2], "time [s]", "precession [rad]",
-        [("line", BACK.t, unwrapped(BACK))],
+        [("line", BACK.t, unwrap_angle(BACK))],
     ),
     "axes of the caller": lambda: Chart(
         kr.plot([CUSPS, OTHER], axes=Figure().subplots(6), time_unit="ms")[5],
-        "time [ms]", "precession [°]", [("line", OTHER.t, np.degrees(unwrapped(OTHER)))],
+        "time [ms]", "precession [°]", [("line", OTHER.t, np.degrees(unwrap_angle(OTHER)))],
     ),
     "second of two paths": lambda: Chart(
         kr.plot([CUSPS, OTHER])[4], "", "", [("line", OTHER.t, np.degrees(OTHER.nutation))],
@@ -131,8 +131,8 @@ CHARTS = {
     "precession at events": lambda: Chart(
         kr.plot(EVENTS, degrees=False)[2], "time [T]", "precession [rad]",
         [
-            ("line", EVENTS.t, unwrapped(EVENTS)),
-            ("dots", EVENTS.events.t, np.interp(EVENTS.events.t, EVENTS.t, unwrapped(EVENTS))),
+            ("line", EVENTS.t, unwrap_angle(EVENTS)),
+            ("dots", EVENTS.events.t, np.interp(EVENTS.events.t, EVENTS.t, unwrap_angle(EVENTS))),
         ],
     ),
     "path of one state": lambda: Chart(
