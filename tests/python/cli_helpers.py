@@ -1,13 +1,21 @@
-"""Helper functions for the command-line tests."""
+"""The command `kreisel` of the installed distribution, run within the process of the tests."""
 
 import re
+from importlib.metadata import entry_points
 
 from click.testing import CliRunner
-from internals import cli
+
+[KREISEL] = {entry.load() for entry in entry_points(group="console_scripts", name="kreisel")}
+
+
+def invoke(words, text=None, **options):
+    """Run the command with these words and this standard input, and return the result of click."""
+    return CliRunner().invoke(KREISEL, [str(word) for word in words], input=text, **options)
 
 
 def call(line, *more, code=0, text=None):
-    result = CliRunner().invoke(cli.main, [*line.split(), *map(str, more)], input=text)
+    """Run a command line that ends with this exit code, and return its output and its errors."""
+    result = invoke([*line.split(), *more], text)
     assert result.exit_code == code and (code == 0 or result.exc_info[0] is SystemExit), (
         result.output
     )
