@@ -1,7 +1,7 @@
 /* Laws of both closed forms on a torus, those of Kowalewski and of Goryachev-Chaplygin tops: their
  * states are those of heyoka and of the Taylor series at 30 digits, scales and axes of description
  * do not matter, batches and instruction sets give bitwise equal results, and tops, checkpoints and
- * ensembles use them. test_kowalewski.c and test_goryachev_chaplygin.c test single forms. */
+ * ensembles use them. test_torus_edges.c tests motions near the edges of their range. */
 #include <stdlib.h>
 #include "exact/torus.h"
 #include "goryachev_chaplygin_truth.h"

@@ -1,0 +1,372 @@
+/* Closed forms on a torus, of Kowalewski and of Goryachev-Chaplygin tops, at and near the edges of
+ * their range: each motion agrees with the Taylor series of 30 digits within a multiple of its
+ * certificate, or is refused by name. test_torus_forms.c has the laws that hold in the interior. */
+#include <stdlib.h>
+#include "torus_tops.h"
+
+static void *memory;
+static const kr_vec3 none = {0.0, 0.0, 0.0}, turn = {0.3, -0.7, 0.5}, lean = {0.0, 0.6, -0.4};
+
+/* A planned top of either kind: its state at a time, a frequency that sets the times of comparison,
+ * and its certificate. */
+typedef struct planned_top {
+    const kr_kowalewski *kowalewski;
+    const kr_goryachev_chaplygin *chaplygin;
+    double rate, certificate;
+} planned_top;
+static int is_kowalewski(const kr_scene *s)
+{
+    return v_largest(s->body.inertia) <
+           3.0 * fmin(s->body.inertia.x, fmin(s->body.inertia.y, s->body.inertia.z));
+}
+/* Plans a top, and writes why it is refused if it is. Returns 1 if it is planned. */
+static int plan(const kr_scene *s, planned_top *top, int *refusal)
+{
+    const planned_top empty = {0};
+    kr_status status;
+    *top = empty;
+    if (is_kowalewski(s)) {
+        status = kr_kowalewski_plan(s, 0.0, memory, &top->kowalewski);
+        *refusal = ((const kr_kowalewski *)memory)->refusal;
+        if (top->kowalewski)
+            top->rate = top->kowalewski->second, top->certificate = top->kowalewski->certificate;
+    } else {
+        status = kr_goryachev_chaplygin_plan(s, 0.0, memory, &top->chaplygin);
+        *refusal = ((const kr_goryachev_chaplygin *)memory)->refusal;
+        if (top->chaplygin)
+            top->rate = top->chaplygin->first, top->certificate = top->chaplygin->certificate;
+    }
+    IS(status == KR_OK || status == KR_ERR_METHOD);
+    IS((status == KR_OK) == (top->kowalewski || top->chaplygin));
+    return status == KR_OK;
+}
+static kr_state state_of(const planned_top *top, double t)
+{
+    return top->kowalewski ? kr_kowalewski_state(top->kowalewski, t)
+                           : kr_goryachev_chaplygin_state(top->chaplygin, t);
+}
+static void check_state(const kr_scene *s, const planned_top *top, double t, double floor)
+{
+    const double miss = error_of(s, state_of(top, t), by_series(s, t)),
+                 most = floor + 10.0 * top->certificate;
+    if (!(miss <= most))
+        printf("start (%g %g %g %g), (%g %g %g), t = %g:\n", s->start.q.w, s->start.q.x,
+               s->start.q.y, s->start.q.z, s->start.m.x, s->start.m.y, s->start.m.z, t);
+    NEAR(miss, 0.0, most);
+}
+/* Checks the state at `periods` over the rate of the top, if it is planned. Returns 1 if it is. */
+static int is_met(const kr_scene *s, double periods, double floor)
+{
+    planned_top top;
+    int refusal;
+    if (!plan(s, &top, &refusal)) return 0;
+    check_state(s, &top, periods / top.rate, floor);
+    return 1;
+}
+/* Checks the state at the time t of a top that must be planned. */
+static void must_meet(kr_scene s, double t, double floor)
+{
+    planned_top top;
+    int refusal = 0;
+    const int is_planned = plan(&s, &top, &refusal);
+    if (!is_planned) printf("refusal %d:\n", refusal);
+    IS(is_planned);
+    if (is_planned) check_state(&s, &top, t, floor);
+}
+
+/* The integrals of a motion are constant until late times. */
+static void check_integrals(kr_scene s, double (*integral)(const kr_scene *, const kr_state *),
+                            int power)
+{
+    planned_top top;
+    int refusal;
+    if (!plan(&s, &top, &refusal)) return;
+    const double scale = scale_of(&s), unit = scale * scale / v_largest(s.body.inertia),
+                 size = pow(scale / v_largest(s.body.inertia), power),
+                 within = 3e-14 + 30.0 * top.certificate;
+    for (int k = 0; k < 8; k++) {
+        const kr_state now = state_of(&top, pow(10.0, uniform(-2, 7)));
+        NEAR(q_dot(now.q, now.q), 1.0, 2e-15);
+        NEAR((now.m.z - s.start.m.z) / scale, 0.0, within);
+        NEAR((kr_state_energy(&s, &now) - kr_state_energy(&s, &s.start)) / unit, 0.0, within);
+        NEAR((integral(&s, &now) - integral(&s, &s.start)) / size, 0.0, 2e-12);
+    }
+}
+static void test_integrals(void)
+{
+    for (int i = 0; i < 300; i++) {
+        kr_scene level = drawn_top_of_ratio(4.0);
+        level.start.m.z = 0.0;
+        check_integrals(drawn_top_of_ratio(2.0), kr_state_kowalewski, 4);
+        check_integrals(level, kr_state_goryachev_chaplygin, 3);
+    }
+}
+/* Motions at the distance 10^-i from rest, rotations, pendulums, Delone's motions and fast ones. */
+static void test_motions_near_edges(void)
+{
+    int met[2] = {0, 0};
+    for (int i = 1; i <= 8; i++) {
+        const double e = pow(10.0, -i);
+        const kr_vec3 d = v_scale(e, lean), w = v_scale(e, turn);
+        const kr_scene edges[2][7] = {
+            {
+                kowalewski_top_of(v3(-1.0, d.y, d.z), w), /* rest upright */
+                kowalewski_top_of(v3(1.0, d.y, d.z), w),  /* rest hanging */
+                kowalewski_top_of(v3(-1.0, d.y, d.z),
+                                  v3(1.3 + w.x, w.y, w.z)), /* turning upright */
+                kowalewski_top_of(v3(cos(1.0), sin(1.0), d.z), v3(w.x, w.y, 1.1)), /* pendulums */
+                kowalewski_top_of(v3(cos(1.0), d.y, sin(1.0)), v3(w.x, 1.1, w.z)),
+                kowalewski_top_of(v3(0.09 + e, -0.4, 0.912), v3(0.4, 0.5, 0.8)), /* Delone's */
+                kowalewski_top_of(v3(0.4, -0.3, 0.7), v_scale(1.0 / e, turn)),   /* fast */
+            },
+            {
+                chaplygin_top_of(v3(1.0, d.y, d.z), w),                           /* rest upright */
+                chaplygin_top_of(v3(-1.0, d.y, d.z), w),                          /* rest hanging */
+                chaplygin_top_of(v3(cos(1.0), sin(1.0), d.z), v3(w.x, w.y, 1.1)), /* pendulum */
+                chaplygin_top_of(v3(0.3, e, 0.9), v3(0.3, 1.2, 0.0)), /* e3 nearly across axis 2 */
+                chaplygin_top_of(v3(0.3, e, 0.9), v3(-4.0 * e, 1.2, 0.0)), /* pendulum */
+                chaplygin_top_of(v3(0.3, -0.5, 0.8), v3(1.0, 0.6, e)), /* m nearly across axis 3 */
+                chaplygin_top_of(v3(0.4, -0.3, 0.7), v_scale(0.1 / e, turn)), /* fast */
+            },
+        };
+        for (int k = 0; k < 14; k++)
+            met[k / 7] += is_met(&edges[k / 7][k % 7], 10.0, k < 7 ? 1e-14 : 1e-13);
+        must_meet(
+            kowalewski_top_of(v3(1.0, -0.4 * e, 0.3 * e), v3(1.3 + 0.5 * e, 0.7 * e, -0.6 * e)),
+            90.0, 3e-14); /* nearly a uniform rotation, hanging */
+    }
+    IS(met[0] > 47 && met[1] > 40); /* of 56 */
+}
+/* At the first two starts w1 is close to an end of its arc and w2 is large, so that w1 stays close.
+ * Then a branch point is on the circle through the complex roots and a pole, or beside it. Delone's
+ * motions have k = 0. */
+static void test_special_kowalewski_tops(void)
+{
+    const kr_scene slow[2] = {
+        scene_of(v3(8.0, 4.0, 8.0), v3(0.0, 0.0, 1.5838076150419798), 1.0,
+                 (kr_quat){0.4469138384788995, 0.18098687250299558, -0.34282535216903415,
+                           -0.8062149532648338},
+                 v3(-0.21565738291419392, -0.35312562393205915, -0.5980376352409914)),
+        scene_of(v3(8.0, 16.0, 16.0), v3(0.0, 0.0, 0.3146801408140646), 1.0,
+                 (kr_quat){-0.8953572710284634, 0.09986373266527335, 0.30937260232759217,
+                           0.3043865717203618},
+                 v3(0.19228212970655273, -0.288048672097125, -0.6373228824924703))};
+    const double beside[] = {0.0, 1e-14, -1e-12, 1e-9, -1e-5};
+    for (int i = 0; i < 2; i++) IS(is_met(&slow[i], 10.0, 5e-14));
+    for (int i = 0; i < 5; i++)
+        must_meet(
+            kowalewski_top_of(v3(beside[i], -1.0, -1.0), v3(beside[i], 0.0, i % 2 ? 1.29 : 1.3)),
+            9.0, 2e-14);
+    for (int i = 0; i < 24; i++) { /* fast */
+        const double rate = pow(10.0, 1.0 + i / 6.0);
+        must_meet(kowalewski_top_of(random_vec(1.0), v_scale(rate, v3(0.7, -0.4, 0.5))),
+                  300.0 / rate, 3e-14);
+    }
+    const kr_scene delone =
+        kowalewski_top_of(v3(0.09, -0.4, sqrt(1.0 - 0.09 * 0.09 - 0.4 * 0.4)), v3(0.4, 0.5, 0.8));
+    NEAR(kr_state_kowalewski(&delone, &delone.start), 0.0, 1e-15);
+    must_meet(delone, 70.0, 2e-14);
+}
+/* Near a saddle the terms of the theta functions cancel, and dual sums take their place, with
+ * larger errors between the samples of the closed form. */
+static void test_saddles(void)
+{
+    int found = 0;
+    for (int i = 0; i < 300; i++) {
+        const double e = pow(10.0, uniform(-7, -2)), side = 0.7, rise = sqrt(1.0 - side * side);
+        const kr_vec3 d = random_vec(e), g = random_vec(e),
+                      rotation = v_scale(1.0 / sqrt(side), v3(-side, 0.0, rise));
+        const kr_scene saddles[] = {
+            kowalewski_top_of(v3(-1.0, g.y, g.z), v3(-1.3 + d.x, d.y, d.z)),
+            kowalewski_top_of(v3(-1.0, g.y, g.z), d),
+            kowalewski_top_of(v3(-side, g.y, rise + g.z), v_add(rotation, d)),
+        };
+        planned_top top;
+        int refusal;
+        if (!plan(&saddles[i % 3], &top, &refusal)) continue;
+        found++;
+        for (double t = 7.0; t < 60.0; t *= 1.7) check_state(&saddles[i % 3], &top, t, 2e-14);
+        enum { TIMES = 11 };
+        double t[TIMES];
+        kr_state many[TIMES];
+        for (int k = 0; k < TIMES; k++) t[k] = 40.0 - 11.7 * k;
+        kr_kowalewski_states(top.kowalewski, TIMES, t, many);
+        for (int k = 0; k < TIMES; k++) IS(same(many[k], state_of(&top, t[k])));
+    }
+    IS(found > 100);
+    for (int i = 0; i < 24; i++) { /* a rounding error changes these states by up to 1e-7 radians */
+        const double near = pow(10.0, -1.0 - 0.25 * i);
+        const kr_vec3 a = random_vec(near), w = random_vec(near);
+        for (double t = 1.0; t < 60.0; t *= 7.0)
+            must_meet(kowalewski_top_of(v3(-1.0, a.y, a.z), w), t, 5e-14);
+    }
+}
+/* Starts at turning points of u1 or u2, where rounding errors must not decide any sign; G = 0
+ * without a planar motion; a term of the heading whose phase hardly changes. */
+static void test_special_chaplygin_tops(void)
+{
+    const kr_scene turning[] = {
+        chaplygin_top_of(v3(0.0, 0.6, 0.8), v3(1.1, 0.0, 0.0)),
+        chaplygin_top_of(v3(0.6, 0.0, 0.8), v3(0.8, 0.0, -0.6)),
+        chaplygin_top_of(v3(-0.6, 0.0, 0.8), v3(0.8, 0.0, 0.6)),
+        chaplygin_top_of(v3(0.0, 0.0, 1.0), v3(1.5, 0.0, 0.0)),
+        chaplygin_top_of(v3(0.0, 0.0, 1.0), v3(1.0, 1.7, 0.0)),
+    };
+    const kr_scene without_G[] = {
+        chaplygin_top_of(v3(0.0, -0.6, 0.8), v3(0.0, 2.0, 1.5)),
+        chaplygin_top_of(v3(0.0, 0.8, 0.6), v3(0.0, -1.2, 1.6)),
+        chaplygin_top_of(v3(-0.6, 0.8, 0.0), v3(1.6, 1.2, 0.0)),
+        chaplygin_top_of(v3(0.6, 1e-11, 0.8), v3(1e-11, 2.0, 0.0)),
+        chaplygin_top_of(v3(0.6, 0.8, 1e-9), v3(1e-9, 0.0, 1.25)),
+    };
+    for (int i = 0; i < 5; i++) {
+        IS(is_met(&turning[i], 3.0, 2e-14) && is_met(&turning[i], -3.0, 2e-14));
+        must_meet(without_G[i], 9.0, 3e-14);
+    }
+    for (int i = 0; i < 4; i++) {
+        const double a = i & 1 ? -0.5 : 0.5, b = i & 2 ? -1.0 : 1.0;
+        const kr_vec3 up = v_unit(v3(1.0, -b, 0.0)), L = v3(a, a * b, 0.125);
+        must_meet(chaplygin_top_of(up, v_sub(L, v_scale(v_dot(L, up), up))), -40.0, 2e-14);
+    }
+}
+/* Bisects for the separatrix between the two kinds of motion of u2, in which chi librates or
+ * rotates. */
+static void test_separatrix_of_chaplygin_tops(void)
+{
+    double low = 0.2, high = 2.5;
+    int refused[KR_CHAPLYGIN_REFUSAL_COUNT] = {0};
+    for (int i = 0; i < 50; i++) {
+        const double size = 0.5 * (low + high);
+        const kr_scene s = chaplygin_top_of(v3(0.4, -0.3, 0.7), v_scale(size, v3(0.6, 1.0, 0.8)));
+        const kr_vec3 L = q_turn_back(s.start.q, s.start.m), g = q_vertical(s.start.q);
+        const double across = L.x * L.x + L.y * L.y, H = 0.5 * (across + 4.0 * L.z * L.z) + g.x,
+                     G = fabs(L.z * across - L.x * g.z);
+        planned_top top;
+        int refusal;
+        *(H - 1.0 > 6.0 * pow(G / 8.0, 2.0 / 3.0) ? &high : &low) = size;
+        if (plan(&s, &top, &refusal))
+            check_state(&s, &top, 5.0 / top.rate, 1e-13);
+        else
+            refused[refusal]++;
+    }
+    IS(refused[KR_CHAPLYGIN_SEPARATRIX] > 0 && refused[KR_CHAPLYGIN_INTEGRALS] > 0);
+    IS(!refused[KR_CHAPLYGIN_OTHER] && !refused[KR_CHAPLYGIN_REST]);
+}
+/* Starts as users write them: the vertical and the angular velocity have components 0, 1 and -1,
+ * times a simple number. Many of these motions are degenerate. Nearly all others are planned. */
+static void test_simple_starts(void)
+{
+    const double rates[3] = {0.5, 1.0, 1.3}, times[2] = {7.0, -20.0};
+    int planned[2] = {0, 0}, all = 0;
+    for (int i = 0; i < 27; i++)
+        for (int j = 0; j < 27 && i != 13; j++, all++) { /* number 13 is the zero vector */
+            const kr_vec3 up = v3(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1), e = v_unit(up),
+                          w = v_scale(rates[(i + j) % 3], v3(j % 3 - 1, j / 3 % 3 - 1, j / 9 - 1)),
+                          L = v_times(v3(1.0, 1.0, 0.25), w);
+            const kr_scene starts[2] = {kowalewski_top_of(up, w),
+                                        chaplygin_top_of(up, v_axpy(-v_dot(L, e), e, L))};
+            for (int k = 0; k < 2; k++) {
+                planned_top top;
+                int refusal;
+                if (!plan(&starts[k], &top, &refusal)) continue;
+                planned[k]++;
+                check_state(&starts[k], &top, times[(i + 2 * j) % 2], 3e-14);
+            }
+        }
+    IS(planned[0] > 0.8 * all && planned[1] > 0.75 * all);
+}
+static kr_scene with_gravity(kr_scene s, double gravity) { return s.gravity = gravity, s; }
+static kr_scene with_damping(kr_scene s) { return s.damping.x = 0.125, s; }
+static kr_scene with_vertical_momentum(kr_scene s) { return s.start.m.z = 1e-6, s; }
+/* Degenerate motions, and motions near them, are refused by name. */
+static void test_refusals(void)
+{
+    const double side = 0.7, rise = sqrt(1.0 - side * side), rate = 1.0 / sqrt(side);
+    const kr_scene kowalewski = kowalewski_top_of(v3(0.6, 0.8, 0.0), v3(0.3, 0.2, 0.1)),
+                   chaplygin = chaplygin_top_of(v3(0.4, -0.3, 0.7), v3(0.6, 1.0, 0.8));
+    const struct {
+        kr_scene scene;
+        int refusal;
+    } motions[] = {
+        {kowalewski_top_of(v3(1.0, 0.0, 0.0), none), KR_KOWALEWSKI_REST},
+        {kowalewski_top_of(v3(-1.0, 0.0, 0.0), none), KR_KOWALEWSKI_REST},
+        {kowalewski_top_of(v3(-1.0, 3e-9, -6e-9), v3(7e-9, -4e-9, 5e-9)), KR_KOWALEWSKI_REST},
+        {kowalewski_top_of(v3(1.0, 0.0, 0.0), v3(1.5, 0.0, 0.0)), KR_KOWALEWSKI_ROTATION},
+        {kowalewski_top_of(v3(-1.0, 0.0, 0.0), v3(-3.0, 0.0, 0.0)), KR_KOWALEWSKI_ROTATION},
+        {kowalewski_top_of(v3(-side, 0.0, rise), v3(-side * rate, 0.0, rise * rate)),
+         KR_KOWALEWSKI_ROTATION},
+        {kowalewski_top_of(v3(0.6, 0.8, 0.0), v3(0.0, 0.0, 1.25)), KR_KOWALEWSKI_PLANAR},
+        {kowalewski_top_of(v3(0.6, 0.0, 0.8), none), KR_KOWALEWSKI_PLANAR},
+        {kowalewski_top_of(v3(0.6, 0.0, 0.8), v3(0.0, 3.0, 0.0)), KR_KOWALEWSKI_PLANAR},
+        /* Axis 3 is vertical at the start: -k is a root of phi. */
+        {kowalewski_top_of(v3(0.0, 0.0, 1.0), v3(0.5, 0.5, 0.5)), KR_KOWALEWSKI_SEPARATRIX},
+        /* q, r and g3 are zero: phi has a double root. */
+        {kowalewski_top_of(v3(-0.6, 0.8, 0.0), v3(1.0, 0.0, 0.0)), KR_KOWALEWSKI_SEPARATRIX},
+        {kowalewski_top_of(v3(-1.0, 3e-10, -6e-10), v3(-1.3 + 7e-10, -4e-10, 5e-10)),
+         KR_KOWALEWSKI_SEPARATRIX},
+        {kowalewski_top_of(v3(0.0, 0.0, 1.0), v3(1.0, 1.0, 1.0)), KR_KOWALEWSKI_COINCIDENT},
+        {kowalewski_top_of(v3(0.4, -0.3, 0.7), v3(3e6, -7e6, 5e6)), KR_KOWALEWSKI_COINCIDENT},
+        {kowalewski_top_of(v3(1.0, 3e-10, -6e-10), v3(1.3 + 7e-10, -4e-10, 5e-10)),
+         KR_KOWALEWSKI_INTEGRALS},
+        {kowalewski_top_of(v3(-side, 1e-6, rise), v3(-side * rate, -7e-7, rise * rate + 3e-7)),
+         KR_KOWALEWSKI_CERTIFICATE},
+        {with_gravity(kowalewski, 1e-300), KR_KOWALEWSKI_WEIGHTLESS},
+        {with_damping(kowalewski), KR_KOWALEWSKI_OTHER},
+        {chaplygin_top_of(v3(1.0, 0.0, 0.0), none), KR_CHAPLYGIN_REST},
+        {chaplygin_top_of(v3(-1.0, 0.0, 0.0), none), KR_CHAPLYGIN_REST},
+        {chaplygin_top_of(v3(-1.0, 1e-9, 0.0), none), KR_CHAPLYGIN_REST},
+        {chaplygin_top_of(v3(0.6, 0.8, 0.0), v3(0.0, 0.0, 1.25)), KR_CHAPLYGIN_PLANAR},
+        {chaplygin_top_of(v3(0.6, 0.8, 0.0), none), KR_CHAPLYGIN_PLANAR},
+        {chaplygin_top_of(v3(1.0, 0.0, 0.0), v3(0.0, 2.0, 0.0)), KR_CHAPLYGIN_PLANAR},
+        {chaplygin_top_of(v3(1.0, 1e-5, 2e-5), v3(1e-5, 0.0, 1e-5)), KR_CHAPLYGIN_ZERO},
+        {chaplygin_top_of(v3(1.0, 3e-3, -6e-3), v3(7e-3, -4e-3, 1.25e-3)), KR_CHAPLYGIN_INTEGRALS},
+        {chaplygin_top_of(v3(cos(1.0), sin(1.0), 3e-4), v3(5e-4, -4e-4, 0.275)),
+         KR_CHAPLYGIN_HEADING},
+        {chaplygin_top_of(v3(0.0, 0.0, 1.0), v3(1.0, 0.0, 0.0)), KR_CHAPLYGIN_COINCIDENT},
+        {chaplygin_top_of(v3(0.4, -0.3, 0.7), v3(6e5, 1e6, 8e5)), KR_CHAPLYGIN_COINCIDENT},
+        {with_vertical_momentum(chaplygin), KR_CHAPLYGIN_VERTICAL},
+        {with_gravity(chaplygin, 1e-300), KR_CHAPLYGIN_WEIGHTLESS},
+        {with_damping(chaplygin), KR_CHAPLYGIN_OTHER},
+    };
+    for (size_t i = 0; i < sizeof motions / sizeof *motions; i++) {
+        planned_top top;
+        int refusal = -1;
+        IS(!plan(&motions[i].scene, &top, &refusal));
+        if (refusal != motions[i].refusal) printf("motion %d: refusal %d\n", (int)i, refusal);
+        IS(refusal == motions[i].refusal);
+    }
+    for (int i = -1; i <= KR_KOWALEWSKI_REFUSAL_COUNT; i++)
+        IS(!kr_kowalewski_refusal_text(i) == (i < 0 || i == KR_KOWALEWSKI_REFUSAL_COUNT));
+    for (int i = -1; i <= KR_CHAPLYGIN_REFUSAL_COUNT; i++)
+        IS(!kr_goryachev_chaplygin_refusal_text(i) == (i < 0 || i == KR_CHAPLYGIN_REFUSAL_COUNT));
+}
+/* The method `exact` needs <m, e3> = 0 exactly. Without gravity it does not. */
+static void test_level_starts(void)
+{
+    const kr_method *exact = kr_method_find("exact");
+    kr_scene s = chaplygin_top_of(v3(0.4, -0.3, 0.7), v3(0.6, 1.0, 0.8));
+    kr_top *top = NULL;
+    IS(kr_method_applies(exact, &s.body) && kr_method_suits(exact, &s));
+    s.start.m.z = 1e-16;
+    IS(!kr_method_suits(exact, &s));
+    IS(kr_top_create(&s, exact, (kr_config){0}, &top) == KR_ERR_METHOD && !top);
+    s.gravity = 0.0;
+    IS(kr_method_suits(exact, &s));
+}
+
+int main(void)
+{
+    const size_t one = kr_kowalewski_size(), other = kr_goryachev_chaplygin_size();
+    memory = malloc(one > other ? one : other);
+    test_integrals();
+    test_motions_near_edges();
+    test_special_kowalewski_tops();
+    test_saddles();
+    test_special_chaplygin_tops();
+    test_separatrix_of_chaplygin_tops();
+    test_simple_starts();
+    test_refusals();
+    test_level_starts();
+    free(memory);
+    return check_result();
+}
