@@ -88,49 +88,6 @@ static double apart(kr_quat a, kr_quat b)
     return 2.0 * atan2(v_length(q_vec(d)), d.w);
 }
 
-static double energy(const problem *p, const kr_state *s)
-{
-    const kr_vec3 M = q_turn_back(s->q, s->m), I = p->inertia;
-    return 0.5 * (M.x * M.x / I.x + M.y * M.y / I.y + M.z * M.z / I.z) + q_turn(s->q, p->lever).z;
-}
-
-/* A free symmetric top has constant m, and q = exp(t m / I1) q0 exp(t <m, a> (1/I3 - 1/I1) e3). */
-static void test_free_top(const kr_method *method)
-{
-    problem p = thesis;
-    p.lever = v3(0.0, 0.0, 0.0);
-    p.start.q = q_exp(v3(0.3, -0.7, 0.4));
-    for (double t = -10.0; t <= 10.0; t += 20.0) {
-        const kr_state s = solve(method, &p, 1e-12, t, NULL);
-        const double spin =
-            t * v_dot(p.start.m, q_axis(p.start.q)) * (1.0 / p.inertia.z - 1.0 / p.inertia.x);
-        const kr_quat turn = q_exp(v_scale(t / p.inertia.x, p.start.m));
-        NEAR(apart(s.q, q_mul(q_mul(turn, p.start.q), q_exp(v3(0.0, 0.0, spin)))), 0.0, 1e-10);
-        NEAR(off(s.m, p.start.m), 0.0, 1e-10);
-    }
-}
-/* Returns a top in steady precession, with the angular velocity rate * e3 + spin * a, where rate
- * (I3 (spin + rate cos tilt) - I1 rate cos tilt) = lever. */
-static problem precession(double rate, double tilt, double *spin)
-{
-    problem p = thesis;
-    const double c = cos(tilt), along = (p.lever.z / rate + p.inertia.x * rate * c) / p.inertia.z;
-    *spin = along - rate * c;
-    p.start.q = q_exp(v3(tilt, 0.0, 0.0));
-    p.start.m = q_turn(p.start.q, v3(0.0, p.inertia.y * rate * sin(tilt), p.inertia.z * along));
-    return p;
-}
-static void test_steady_precession(const kr_method *method)
-{
-    double spin;
-    const problem p = precession(0.5, 0.8, &spin);
-    for (double t = -8.0; t <= 8.0; t += 16.0) {
-        const kr_state s = solve(method, &p, 1e-12, t, NULL);
-        const kr_quat turn = q_exp(v3(0.0, 0.0, 0.5 * t));
-        NEAR(apart(s.q, q_mul(q_mul(turn, p.start.q), q_exp(v3(0.0, 0.0, spin * t)))), 0.0, 1e-9);
-        NEAR(off(s.m, q_turn(turn, p.start.m)), 0.0, 1e-9);
-    }
-}
 /* With this tolerance, the top turns by more than half a turn in a step. The sign of q must still
  * be that of the continuous path. */
 static void test_long_steps(const kr_method *method)
@@ -165,7 +122,6 @@ static void test_error_follows_tolerance(const kr_method *method, const problem 
         NEAR(error, 0.0, 500.0 * tol);
         IS(error > 0.05 * tol);
         NEAR(off(s.m, p->at_10.m), 0.0, 5000.0 * tol);
-        NEAR(energy(p, &s), energy(p, &p->start), 1000.0 * tol);
         NEAR(s.m.z, p->start.m.z, 1000.0 * tol);
         NEAR((double)stats.evaluations, digits * 200.0, digits * 190.0);
         if (digits == 6) at_six = error;
@@ -227,13 +183,6 @@ static void test_independence_of_memory(void)
     mallopt(M_PERTURB, 0);
 #  endif
     IS(rejected[0] == rejected[1] && clock[0] == clock[1]);
-}
-static void test_agreement_with_gsl(void)
-{
-    const kr_state ours = solve(&kr_method_extrap, &general, 1e-13, 10.0, NULL);
-    const kr_state gsl = solve(&kr_method_gsl_rk8pd, &general, 1e-13, 10.0, NULL);
-    NEAR(apart(ours.q, gsl.q), 0.0, 1e-10);
-    NEAR(off(ours.m, gsl.m), 0.0, 1e-10);
 }
 #endif
 
@@ -371,8 +320,6 @@ int main(void)
     for (size_t i = 0; i < METHODS; i++) {
         const kr_method *method = methods[i];
         IS(method->flags & KR_METHOD_ADAPTIVE && method->flags & KR_METHOD_ABSOLUTE);
-        test_free_top(method);
-        test_steady_precession(method);
         test_long_steps(method);
         test_error_follows_tolerance(method, &thesis);
         test_error_follows_tolerance(method, &general);
@@ -390,7 +337,6 @@ int main(void)
 #ifdef KREISEL_GSL
     test_independence_of_memory();
     test_jacobian();
-    test_agreement_with_gsl();
 #endif
     return check_result();
 }
