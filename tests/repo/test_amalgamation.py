@@ -1,7 +1,4 @@
-"""Tests of the single-file library written by cmake/amalgamate.py.
-
-The script .ci/test also runs the C tests against the single-file library.
-"""
+"""Tests of the single-file library written by cmake/amalgamate.py."""
 
 import sys
 from collections import defaultdict
@@ -38,8 +35,7 @@ def kernels_of(text):
     return kernels
 
 
-# "cc" is the command in docs/embedding.md. ccache compiles it only once, because the CMake option
-# KREISEL_AMALGAMATED runs the same command.
+# "cc" is the command in docs/embedding.md.
 COMMANDS = {
     "cc": "cc -O2 -std=c99",
     "clang": "clang -O2 -std=gnu17 -Wall -Wextra -Wpedantic -Werror",
