@@ -18,7 +18,8 @@ def estimate_turn_durations(tops: Ensemble) -> Array:
     """
     body = tops.body
     largest = np.max(body.moments, axis=-1)
-    momentum = np.linalg.norm(tops.momentum, axis=-1) + np.linalg.norm(body.rotor, axis=-1)
+    # Unlike the root of a sum of squares, hypot does not overflow for momenta above 1e154.
+    momentum = np.hypot.reduce(tops.momentum, axis=-1) + np.hypot.reduce(body.rotor, axis=-1)
     rate = momentum / largest
     amplitude, shaking = tops.shaking[..., 0], tops.shaking[..., 1]
     largest_pull = np.abs(tops.gravity) + np.abs(amplitude) * shaking**2

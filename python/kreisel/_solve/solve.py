@@ -132,9 +132,9 @@ def solve(
     For an ensemble, the arguments apply to every top. The result is a kreisel.Paths; the first
     dimensions of its arrays are those of the ensemble. The result for each top does not depend,
     even in its last bit, on the other tops, the threads or the executor. A top gives the same
-    result in an ensemble of one top and in a larger ensemble. However, the method taylor may have
-    different rounding errors for a kreisel.Scene and for an ensemble, and 'auto' may select
-    different methods. `t` can also be an array of shape (*shape, k), which contains separate times
+    result in an ensemble of one top and in a larger ensemble. However, the methods taylor and exact
+    may have different rounding errors for a kreisel.Scene and for an ensemble, and 'auto' may
+    select different methods. `t` can also be an array of shape (*shape, k), which contains separate times
     for each top. `progress` is called with the fraction of tops that have been computed, between 0
     and 1. An ensemble has further arguments:
 
