@@ -295,10 +295,11 @@ static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *t
 }
 /* Returns the certificate of a closed-form solution, which is an estimate of its error. The
  * certificate is the largest of five errors: the truncation error, the error of a state near the
- * initial time, and three rounding errors. That of a state is KR_TORUS_ROUNDING. That of the heading is inversely proportional to the rate
- * of the slower torus angle. Both torus angles change slowly if the angular momentum is small. That
- * of the attitude is largest where |m| is smallest, because the attitude is a quotient of sums of
- * the size sqrt|m|, whose errors do not become smaller with |m|. */
+ * initial time, and three rounding errors. That of a state is KR_TORUS_ROUNDING. That of the heading
+ * is inversely proportional to the rate of the slower torus angle. Both torus angles change slowly
+ * if the angular momentum is small. That of the attitude is largest where |m| is smallest, because
+ * the attitude is a quotient of sums of the size sqrt|m|, whose errors do not become smaller with
+ * |m|. */
 static double certify_plan(const chaplygin_memory *m, const chaplygin_top *top, kr_quat attitude)
 {
     const kr_chaplygin_plan *plan = &m->plan;

@@ -19,8 +19,9 @@ typedef struct kr_torus {
     kr_phase turn[3];
 } kr_torus;
 
-/* A tenth of the rounding error of a state, below which no certificate lies. */
-#define KR_TORUS_ROUNDING 0x1p-50
+/* A tenth of the largest rounding error of a state within 300 radians, in random and degenerate
+ * motions. No certificate is smaller. */
+#define KR_TORUS_ROUNDING 0x1p-48
 
 /* Functions that set up a single solution and evaluate a single state. If `own` is nonzero, the
  * solution is expressed in internal axes and units. For the argument `bound`, see

@@ -246,7 +246,9 @@ class ExactTorus(Exact):
                  space are integer combinations of all three. The frequencies of quantities seen
                  from the body are integer combinations of the first two
     certificate  the largest relative residual of the equations that the closed form and its initial
-                 state must satisfy; the attitude error at any time is at most about ten times this
+                 state must satisfy; the attitude error at any time is at most about ten times this.
+                 For a Goryachev-Chaplygin top with G near 0, each radian of rotation about the
+                 vertical adds one rounding error
 
     The moments, the centre of mass and the momentum must satisfy the conditions of the closed form
     exactly. For moments (2 * x, 2 * x, x) and (4 * x, 4 * x, x), they do for any float `x`. Near a
