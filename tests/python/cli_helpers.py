@@ -1,8 +1,10 @@
 """The command `kreisel` of the installed distribution, run within the process of the tests."""
 
+import csv
 import re
 from importlib.metadata import entry_points
 
+import numpy as np
 from click.testing import CliRunner
 
 [KREISEL] = {entry.load() for entry in entry_points(group="console_scripts", name="kreisel")}
@@ -22,6 +24,16 @@ def call(line, *more, code=0, text=None):
     return result.output
 
 
+def read_csv(text):
+    """Return the columns of a CSV file as arrays by their heads."""
+    head, *rows = csv.reader(text.splitlines())
+    columns = zip(*rows, strict=True) if rows else [()] * len(head)
+    return {
+        name: np.array(column, str if name == "event" else float)
+        for name, column in zip(head, columns, strict=True)
+    }
+
+
 def make_raiser(error):
     """Return a function that raises `error`, whatever its arguments."""
 
@@ -33,26 +45,3 @@ def make_raiser(error):
 
 def join_lines(text):
     return re.sub(r"\s+", " ", text)
-
-
-def record_console_calls(monkeypatch, *modules):
-    """Replace the consoles of the given modules by stubs, and return a list of recorded calls."""
-    calls = []
-
-    class StubConsole:
-        width = 80
-
-        def __init__(self, **words):
-            self.words = words
-
-        def print(self, grid, crop=True):
-            calls.append((self.words, grid))
-
-    for module in modules:
-        monkeypatch.setattr(module, "Console", StubConsole)
-    return calls
-
-
-def list_cells_by_column(grid):
-    """Return a dictionary that maps the header of each column of a rich.Table to its cells."""
-    return {str(column.header): list(column.cells) for column in grid.columns}

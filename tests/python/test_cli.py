@@ -1,219 +1,377 @@
-"""Tests of the command-line interface."""
+"""The command line: options mean the same as in Python, and commands print what Python returns."""
 
 import csv
-import importlib
 import json
+import math
 import re
-import subprocess
-import sys
+import tempfile
 import tomllib
+from importlib.metadata import version
 from pathlib import Path
-from types import SimpleNamespace
+from typing import get_args
 
 import kreisel as kr
 import numpy as np
 import pytest
-from cli_helpers import call, join_lines, make_raiser
-from click.testing import CliRunner
-from ensembles import same_bits
-from internals import RECORDABLE, cli
-from kreisel._options.times import CHUNK_SIZE
-from toolbox import HANG
-from tops import GENERAL, LAGRANGE
+from cli_helpers import call, invoke, join_lines, read_csv
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from tops import LAGRANGE
 
-SCENE = GENERAL.replace(gravity=1 / 3)
+UNITS = {
+    "": ["q", "frame", "apex", "body_vertical", "q_low"],
+    "rad": ["precession_angle", "nutation", "spin_angle"],
+    "rad/T": ["velocity", "body_velocity", "inertial_velocity", "spin"],
+    "rad/T^2": ["body_acceleration"],
+    "M L^2 T^-1": ["m", "body_momentum", "vertical_momentum", "axial_momentum", "m_low"],
+    "M L^2 T^-2": ["torque", "kinetic", "potential", "energy"],
+    "T^-4": ["kowalewski"],
+    "T^-3": ["goryachev_chaplygin"],
+}
+UNIT = {name: unit for unit, names in UNITS.items() for name in names}
+ENDINGS = {
+    (): [""],
+    (3,): ["_x", "_y", "_z"],
+    (4,): ["_w", "_x", "_y", "_z"],
+    (3, 3): [f"_{row}{column}" for row in "NBT" for column in "xyz"],
+}
 
-
-def test_solve_writes_all_digits(tmp_path):
-    scene = tmp_path / "top.toml"
-    SCENE.to_toml(scene)
-    path = kr.solve(SCENE, [-1, -2], "rk4", step=0.1)
-    line = "solve --t -1,-2 --method rk4 --step 0.1"
-    header, *rows = csv.reader(call(line, "--csv", "-", scene).splitlines())
-    momenta = [f"m_{axis} [M L^2 T^-1]" for axis in "xyz"]
-    assert header == ["t [T]", "q_w", "q_x", "q_y", "q_z", *momenta]
-    assert np.array_equal(np.array(rows, float), path.states)
-    output = call(line, "--npz", tmp_path / "top.npz", scene)
-    assert "2 states by rk4: 20 steps" in output and f"{path.m[-1, 0]:.15g}" in output
-    with np.load(tmp_path / "top.npz") as archive:
-        assert np.array_equal(archive["t"], path.t) and np.array_equal(archive["q"], path.q)
-        assert np.array_equal(archive["m"], path.m) and str(archive["scene"]) == SCENE.to_toml()
-
-
-def test_solve_json_contains_everything_that_determines_the_path():
-    path = kr.solve(SCENE, [0, 0.5, 1], "taylor", digits=20)
-    data = json.loads(call("solve - --t 0,0.5,1 --digits 20 --json -", text=SCENE.to_toml()))
-    assert data["scene"] == tomllib.loads(SCENE.to_toml())
-    assert data["kreisel"] == kr.__version__ and data["stopped"] is None
-    assert (data["method"], data["digits"], data["tol"]) == ("taylor", 20, path.tol)
-    assert data["stats"]["steps"] == path.stats.steps and data["t"] == [0, 0.5, 1]
-    assert np.array_equal(data["q"], path.q) and np.array_equal(data["m"], path.m)
-
-
-def test_json_has_null_for_missing_numbers():
-    line = "solve asymmetric --t 1 --want kowalewski --json -"
-    data = json.loads(call(line), parse_constant=pytest.fail)
-    assert data["kowalewski"] == [None, None]
-
-
-def test_solve_returns_the_wanted_quantities(tmp_path):
-    line = "solve asymmetric --t 1,2,3 --want nutation,apex,q --csv - --npz"
-    header, *rows = csv.reader(call(line, tmp_path / "top.npz").splitlines())
-    path = kr.solve(kr.scenes.asymmetric, [1, 2, 3], want=("nutation", "apex", "q"))
-    apex = ["apex_x", "apex_y", "apex_z"]
-    assert header == ["t [T]", "nutation [rad]", *apex, "q_w", "q_x", "q_y", "q_z"]
-    assert np.array_equal(
-        np.array(rows, float), np.column_stack([path.t, path.nutation, path.apex, path.q])
-    )
-    with np.load(tmp_path / "top.npz") as archive:
-        assert np.array_equal(archive["apex"], path.apex)
-        assert set(archive) == {"t", "nutation", "apex", "q", "scene", "head"}
-    assert kr.load(tmp_path / "top.npz").want == path.want
-    assert "nutation" in call("solve asymmetric --t 3 --want nutation")
-
-
-def test_angles_are_in_degrees_on_request():
-    line = "solve cusps --t 1,2 --want nutation,apex --csv -"
-    radians, degrees = (
-        np.array([row.split(",") for row in call(more).splitlines()[1:]], float)
-        for more in (line, line + " --degrees")
-    )
-    np.testing.assert_allclose(degrees[:, 1], np.degrees(radians[:, 1]), rtol=1e-15)
-    assert np.array_equal(degrees[:, 2:], radians[:, 2:])
-    data = json.loads(call("solve cusps --t 1,2 --want nutation --json - --degrees"))
-    assert data["nutation"] == degrees[:, 1].tolist()
-
-
-def test_long_paths_are_written_in_chunks_with_the_same_bits(tmp_path):
-    line = "solve asymmetric --t 0:40:0.001 --method strang --step 0.01 --csv"
-    path = kr.solve(kr.scenes.asymmetric, np.arange(40001) * 0.001, "strang", step=0.01)
-    output = call(line, tmp_path / "a.csv", "--npz", tmp_path / "a.npz")
-    rows = np.loadtxt(tmp_path / "a.csv", delimiter=",", skiprows=1)
-    assert same_bits(rows, path.states)
-    with np.load(tmp_path / "a.npz") as archive:
-        assert same_bits(archive["q"], path.q)
-    assert "40001 states" in output and f"energy error {path.energy_error:.2g}" in output
-    again = kr.load(tmp_path / "a.npz")
-    assert same_bits(again.states, path.states) and again.stats == path.stats
-    want_output = call(line.replace("--csv", "--want nutation --npz"), tmp_path / "b.npz")
-    assert "40001 states" in want_output
-    with np.load(tmp_path / "b.npz") as archive:
-        assert same_bits(archive["nutation"], path.nutation)
-
-
-def test_events_of_long_paths_are_joined(tmp_path):
-    call("solve asymmetric --t 0:40:0.001 --events nutation --npz", tmp_path / "a.npz")
-    found = kr.load(tmp_path / "a.npz").events
-    expected = kr.solve(kr.scenes.asymmetric, 40.0, events=[kr.events.nutation()]).events
-    assert np.allclose(found.t, expected.t, atol=1e-12) and len(found) > 10
-    assert (found.direction == expected.direction).all() and (found.which == 0).all()
-
-
-def test_every_records_each_nth_step():
-    line = "solve thesis --t 1 --method rk4 --step 0.1 --every 5 --csv -"
-    times = [row.split(",")[0] for row in call(line).splitlines()[1:]]
-    assert times == ["0.0", "0.5", "1.0"]
-
-
-def test_geometric_prints_its_choice():
-    output = call("solve asymmetric_regular --t 5 --method geometric --error 1e-6")
-    path = kr.solve(kr.scenes.asymmetric_regular, 5, "geometric", error=1e-6)
-    assert str(path.plan.choice) in output and path.method in output
-
-
-def test_tops_with_unequal_damping_have_no_energy_error_and_no_viewer(tmp_path):
-    kr.scenes.asymmetric.replace(damping=(0.1, 0.2, 0.1)).to_toml(tmp_path / "top.toml")
-    assert "energy error" not in call("solve --t 5", tmp_path / "top.toml")
-    assert "one damping" in call("view", tmp_path / "top.toml", "--save", tmp_path / "a", code=2)
-
-
-def test_compare_shows_and_writes_its_rows(tmp_path):
-    line = (
-        "compare thesis --t 2 --methods rk4,extrap --steps 0.1,0.05 --tols 1e-9 --repeats 1 --csv"
-    )
-    output = call(line, tmp_path / "table.csv")
-    with open(tmp_path / "table.csv", newline="") as file:
-        rows = list(csv.DictReader(file))
-    assert [(row["method"], row["step"], row["tol"]) for row in rows] == [
-        ("rk4", "0.1", ""), ("rk4", "0.05", ""), ("extrap", "", "1e-09"),
-    ]  # fmt: skip
-    assert all(f"{float(row['attitude_error']):.1e}" in output for row in rows)
-
-
-def test_compare_writes_to_standard_output():
-    line = "compare thesis --t 0:2:0.5 --methods rk4 --steps 0.1 --repeats 1 --csv -"
-    rows = list(csv.DictReader(call(line).splitlines()))
-    assert [(row["scene"], row["method"], row["steps"]) for row in rows] == [
-        ("thesis", "rk4", "20")
-    ]
-
-
-def test_methods_are_listed_and_described():
-    assert all(name in call("methods") for name in kr.methods)
-    assert kr.methods["rk4"].reference in call("methods rk4")
-
-
-def test_scenes_are_listed_and_written(tmp_path):
-    output = call("scenes")
-    assert all(name in output for name in kr.scenes.about)
-    (tmp_path / "top.toml").write_text(call("scenes dzhanibekov"))
-    assert kr.Scene.from_toml(tmp_path / "top.toml") == kr.scenes.dzhanibekov
-
-
-def test_quantities_are_listed():
-    output = call("quantities")
-    assert all(name in output for name in RECORDABLE)
-
-
-def test_the_version_is_printed_by_the_command_and_the_module():
-    assert kr.__version__ in call("--version")
-    words = [sys.executable, "-m", "kreisel", "--version"]
-    output = subprocess.run(words, capture_output=True, text=True, check=True).stdout
-    assert output == f"kreisel, version {kr.__version__}\n"
-
-
-def test_report_outside_the_source_tree_explains_where_to_run(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert "top folder of the source" in join_lines(call("report --quick", code=2))
-    for word in ("-h", "--help"):
-        output = join_lines(call(f"report {word}"))
-        assert "accuracy, speed and stability" in output and "--thesis" in output
-
-
-def test_report_runs_the_validation_of_the_source_tree(tmp_path):
-    (tmp_path / "validation").mkdir()
-    (tmp_path / "validation/__main__.py").write_text(
-        "def main(argv):\n    print('made with', argv)\n    return 3\n"
-    )
-    result = subprocess.run(
-        [sys.executable, "-m", "kreisel", "report", "--quick", "-h"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-    )
-    assert (result.returncode, result.stdout) == (3, "made with ['--quick', '-h']\n")
-
-
+TOP = kr.scenes.asymmetric
 PRECESSING = kr.Scene.spinning(LAGRANGE.body, spin=1.0, tilt=1.0, precession=2.0, gravity=1)
+SCENES = {"asymmetric": TOP, "cusps": kr.scenes.cusps, "-": PRECESSING}
+METHODS = {
+    "": {},
+    "--method strang --step 0.125": {"method": "strang", "step": 0.125},
+    "--method rk4 --step 0.0625 --every 4": {"method": "rk4", "step": 0.0625, "every": 4},
+    "--method extrap --tol 1e-9": {"method": "extrap", "tol": 1e-9},
+    "--digits 20": {"digits": 20},
+    "--method taylor --max-steps 5000": {"method": "taylor", "max_steps": 5000},
+    "--method geometric --error 1e-3": {"method": "geometric", "error": 1e-3},
+}
+TIMES = {  # {times: (the same in Python, the times of the first part)}
+    "6": (6.0, "3"),
+    "-2.5": (-2.5, "-1.5"),
+    "0:8:0.5": (np.arange(17) * 0.5, "0:4:0.5"),
+    "0,0.5,1:4:0.5": ([0.0, *np.arange(1, 9) * 0.5], "0,0.5,1"),
+    "0:-4:0.5": (np.arange(9) * -0.5, "0:-2:0.5"),
+}
+WANTS = ["", "nutation", "precession_angle,spin_angle,velocity", "q,energy,torque", "spin,m,frame"]
+EVENTS = {
+    "": None,
+    "nutation": (kr.events.nutation(),),
+    "nutation:direction=-1 crossing:2*m_x-apex_z*apex_z+.5": (
+        kr.events.nutation(direction=-1),
+        kr.events.crossing({"m_x": 2.0, "apex_z*apex_z": -1.0, "1": 0.5}),
+    ),
+}
 
 
-def table(text):
-    """Return the heading and the numbers of a printed table."""
-    _, head, *lines = text.splitlines()
-    return head, np.array(
-        [line.split() for line in lines if re.match(r" *[-\d.e+]+  ", line)], float
-    )
+def lay_out(t, quantities):
+    """Return columns by their heads, for quantities given as {name: (values, unit)}."""
+    table = {"t [T]": np.asarray(t)}
+    for name, (values, unit) in quantities.items():
+        endings = ENDINGS[values.shape[1:]]
+        columns = values.reshape(len(t), len(endings)).T
+        for ending, column in zip(endings, columns, strict=True):
+            table[f"{name}{ending} [{unit}]" if unit else name + ending] = column
+    return table
 
 
-def test_solve_prints_a_table_with_units(tmp_path):
-    path = kr.solve(GENERAL, np.linspace(0, 2, 21))
-    GENERAL.to_toml(tmp_path / "top.toml")
-    output = call("solve --t 0:2:0.1 --want nutation,energy,m --degrees", tmp_path / "top.toml")
-    head, rows = table(output)
-    assert "nutation [deg]" in head and "energy [M L^2 T^-2]" in head
-    assert "t [T]" in head and "m_x [M L^2 T^-1]" in head
-    expected = np.column_stack([path.t, np.degrees(path.nutation), path.energy, path.m])
-    assert rows == pytest.approx(expected, rel=1e-7, abs=1e-12)
+def tabulate(path, names, degrees=False, unwrap=False):
+    """Return the columns of these quantities by their heads, as a user would compute them."""
+    quantities = {}
+    for name in names:
+        values, unit = getattr(path, name), UNIT[name]
+        if unwrap and unit == "rad":
+            values = np.unwrap(values)
+        if degrees and unit.startswith("rad"):
+            values, unit = np.degrees(values), unit.replace("rad", "deg")
+        quantities[name] = values, unit
+    return lay_out(path.t, quantities)
+
+
+def list_names(path):
+    """Return the names of the quantities that kreisel solve writes."""
+    return path.want or (("q", "m", "q_low", "m_low") if (path.digits or 0) > 16 else ("q", "m"))
+
+
+def read_printed_table(text):
+    """Return the columns of a printed table of states by their heads."""
+    lines = [line for line in text.splitlines() if re.match(r" +\S", line) and "─" not in line]
+    head, *rows = [re.split(r"  +", line.strip()) for line in lines]
+    if head == ["first", "last"]:
+        return {name: np.array(numbers, float) for name, *numbers in rows}
+    return dict(zip(head, np.array(rows, float).T, strict=True))
+
+
+def read_json(text):
+    """Return the object, and its columns by their heads."""
+    data = json.loads(text, parse_constant=pytest.fail)
+    units = data["units"]
+    quantities = {name: (np.array(data[name]), units[name]) for name in units if name != "t"}
+    return data, lay_out(data["t"], quantities)
+
+
+def check_table(found, expected, rtol=1e-13):
+    assert list(found) == list(expected)
+    for head in expected:
+        np.testing.assert_allclose(found[head], expected[head], rtol, 1e-12, err_msg=head)
+
+
+def check_events(rows, words, path, degrees):
+    """Check the columns of --events-csv."""
+    expected = path.events
+    table = tabulate(expected.path, list_names(path), degrees)
+    if not len(expected):
+        assert list(rows) == ["event", "t [T]", "direction", *list(table)[1:]]
+        return
+    assert list(rows.pop("event")) == [words[i] for i in expected.which]
+    assert rows.pop("direction").tolist() == expected.direction.tolist()
+    check_table(rows, table)
+
+
+SOLVE = st.fixed_dictionaries(
+    {
+        "scene": st.sampled_from(list(SCENES)),
+        "method": st.sampled_from(list(METHODS)),
+        "t": st.sampled_from(list(TIMES)),
+        "want": st.sampled_from(WANTS),
+        "events": st.sampled_from(list(EVENTS)),
+        "degrees": st.booleans(),
+        "unwrap": st.booleans(),
+    }
+)
+
+
+def draw_solve_command(options):
+    """Return a command line, its words without times, its events, and the path by Python."""
+    words, (t, _) = METHODS[options["method"]], TIMES[options["t"]]
+    assume("every" not in words or isinstance(t, float))
+    assume(not options["events"] or words.get("method", "taylor") == "taylor")
+    names = options["events"].split()
+    line = " ".join([options["method"], *(f"--events {name}" for name in names)])
+    line += f" --want {options['want']}" if options["want"] else ""
+    want = options["want"].split(",") if options["want"] else None
+    top = SCENES[options["scene"]]
+    path = kr.solve(top, t, want=want, events=EVENTS[options["events"]], **words)
+    flags = "".join(f" --{flag}" for flag in ("degrees", "unwrap") if options[flag])
+    return line, flags, names, path
+
+
+@pytest.mark.parametrize("route", ["csv", "json", "npz", "print"])
+@settings(max_examples=40, deadline=None)
+@given(options=SOLVE)
+def test_every_option_of_solve_means_the_same_as_in_python(route, options):
+    line, flags, names, path = draw_solve_command(options)
+    line = f"solve {options['scene']} --t {options['t']} {line}{flags}"
+    text = PRECESSING.to_toml() if options["scene"] == "-" else None
+    angles = {"degrees": options["degrees"], "unwrap": options["unwrap"]}
+    expected = tabulate(path, list_names(path), **angles)
+    with tempfile.TemporaryDirectory() as folder:
+        events_file = Path(folder, "events")
+        if names:
+            line += f" --events-csv {events_file}"
+        if route == "csv":
+            check_table(read_csv(call(f"{line} --csv -", text=text)), expected)
+        elif route == "json":
+            data, table = read_json(call(f"{line} --json -", text=text))
+            check_table(table, expected)
+            assert data["scene"] == tomllib.loads(path.scene.to_toml()) and data["stopped"] is None
+            for word in ("method", "step", "tol", "digits"):
+                assert data[word] == getattr(path, word)
+            assert data["stats"] == path.stats._asdict() and data["kreisel"] == kr.__version__
+            if names:
+                assert data["events"]["t"] == path.events.t.tolist()
+        elif route == "npz":
+            call(f"{line} --npz {folder}/top", text=text)
+            again = kr.load(f"{folder}/top.npz")
+            check_table(tabulate(again, list_names(path), **angles), expected)
+            assert again.scene == path.scene and again.stats == path.stats
+        else:
+            output = call(f"{line} --all-rows", text=text)
+            if not names:  # the printed table of events follows
+                check_table(read_printed_table(output), expected, rtol=1e-7)
+            assert f"{len(path)} states by {path.method}: {path.stats.steps} step" in output
+        if names:
+            check_events(read_csv(events_file.read_text()), names, path, options["degrees"])
+
+
+@settings(max_examples=40, deadline=None)
+@given(options=SOLVE)
+def test_a_resumed_run_continues_with_the_same_bits(options):
+    """Check two parts of a run against the whole, with every option except --unwrap."""
+    assume("geometric" not in options["method"])
+    line, _, names, path = draw_solve_command(options)
+    line += " --degrees" if options["degrees"] else ""
+    text = PRECESSING.to_toml() if options["scene"] == "-" else None
+    with tempfile.TemporaryDirectory() as folder:
+        start = f"solve {options['scene']} {line} --save {folder}/run"
+        kept = " ".join(re.findall("--every [0-9]+|--degrees", line))
+        tables, met = [], []
+        for command, t in (
+            (start, TIMES[options["t"]][1]),
+            (f"resume {folder}/run {kept}", options["t"]),
+            (start, options["t"]),
+        ):
+            files = f"--csv - --events-csv {folder}/events" if names else "--csv -"
+            tables.append(call(f"{command} --t {t} {files}", text=text).splitlines())
+            met += [Path(folder, "events").read_text().splitlines()[1:]] if names else []
+        assert kr.resume(f"{folder}/run").t == path.t[-1]
+    first, rest, whole = tables
+    assert first[0] == rest[0] == whole[0]
+    asked = set(path.t.tolist())
+    assert [row for row in first[1:] + rest[1:] if float(row.partition(",")[0]) in asked] == whole[
+        1:
+    ]
+    if names:
+        first, rest, whole = ([row.partition(",")[2] for row in rows] for rows in met)
+        assert first + rest == whole
+
+
+# Times and events
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ("3", [0, 3]),
+        ("-3", [0, -3]),
+        ("0:1:0.25", [0, 0.25, 0.5, 0.75, 1]),
+        ("0:1:0.4", [0, 0.4, 0.8]),
+        ("0:1:2.5", [0]),
+        ("0:0.29999999:0.1", [0, 0.1, 0.2]),
+        ("0:-1:-0.5", [0, -0.5, -1]),
+        ("2:3:0.5,7,8:10:2", [2, 2.5, 3, 7, 8, 10]),
+        ("1:1:5", [1]),
+        ("2:2:-1", [2]),
+        ("1,1", [1, 1]),
+    ],
+)
+def test_times_are_numbers_and_grids(words, expected):
+    table = read_csv(call(f"solve thesis --t {words} --want nutation --csv -"))
+    assert table["t [T]"].tolist() == expected
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(1, 300), st.floats(0.1, 1e3), st.sampled_from([1.0, -1.0]))
+def test_a_time_grid_ends_at_its_end_without_drift(steps, end, sign):
+    end, step = sign * end, sign * end / steps
+    table = read_csv(call(f"solve thesis --t 0:{end!r}:{step!r} --want nutation --csv -"))
+    assert table["t [T]"].tolist() == [k * step for k in range(steps + 1)]
+    assert math.isclose(table["t [T]"][-1], end, rel_tol=4e-16)
+
+
+EVENT_WORDS = {
+    "nutation:direction=1:max_count=2": kr.events.nutation(direction=1, max_count=2),
+    "nutation:max_count=3:terminal": kr.events.nutation(max_count=3, terminal=True),
+    "plane:0,1,0": kr.events.plane((0, 1, 0)),
+    "plane:0,1,0:0.1:of=m": kr.events.plane((0, 1, 0), 0.1, of="m"),
+    "plane:normal=0,1,0:offset=.1": kr.events.plane((0, 1, 0), 0.1),
+    "cusp:9e-1": kr.events.cusp(0.9),
+    "cusp:within=0.9": kr.events.cusp(within=0.9),
+    "kinetic:2.5": kr.events.kinetic(2.5),
+    "separatrix": kr.events.separatrix(TOP),
+    "crossing:m_x:0.5:where=apex_z": kr.events.crossing({"m_x": 1}, 0.5, where={"apex_z": 1}),
+    "crossing:--m_x - -1e-3 --+-2.e-1*m_y": kr.events.crossing(
+        {"m_x": 1.0, "1": 1e-3, "m_y": -0.2}
+    ),
+    "crossing:1e-3*m_x-2e+2*3*q_w": kr.events.crossing({"m_x": 1e-3, "q_w": -600.0}),
+    "extremum:m_x+m_x-3*m_x+2*m_y": kr.events.extremum({"m_x": -1.0, "m_y": 2.0}),
+}
+
+
+@pytest.mark.parametrize("word", EVENT_WORDS)
+def test_events_are_described_as_in_python(word):
+    path = kr.solve(TOP, 20, events=EVENT_WORDS[word])
+    words = ["solve", "asymmetric", "--t", 20, "--events", word, "--events-csv", "-"]
+    rows = read_csv(invoke(words).stdout)
+    check_events(rows, [word], path, degrees=False)
+    assert path.events or word == "separatrix"
+
+
+# What is printed
+
+
+TRANSCRIPTS = [  # (command line, words that its output contains in this order)
+    ("--version", [f"kreisel, version {kr.__version__}", version("kreisel")]),
+    ("--help", ["compare", "fit", "resume", "solve", "sweep", "view", "130"]),
+    ("solve --help", ["--t TIME[,...]", "[required]", "[default: auto]", "nutation:max_count=3"]),
+    ("resume --help", ["counts whole turns from the first state"]),
+    ("compare --help", ["--steps NUMBER[,...]", "[default: taylor]", "[default: 5]"]),
+    ("fit --help", ["[default: start,moments]", "[default: t]"]),
+    ("sweep --help", ["run", "status"]),
+    ("sweep run --help", ["--parts A:B", "--dask ADDRESS"]),
+    ("report --help", ["accuracy, speed and stability", "--thesis"]),
+    ("methods", list(kr.methods)),
+    ("methods rk4", ["order      4", "kind       algebraic", "rotors", "Kutta 1901"]),
+    ("methods exact", ["kind       closed form", kr.methods["exact"].reference]),
+    ("methods --markdown", [f"| {name} |" for name in kr.methods]),
+    ("scenes", [*kr.scenes.about]),
+    ("scenes cusps", [kr.scenes.about["cusps"], kr.scenes.cusps.to_toml()]),
+    ("quantities", [f"{name} {UNIT[name]}".rstrip() for name in get_args(kr.QuantityName)[1:]]),
+    ("solve asymmetric --t 1 --want kowalewski --json -", ['"kowalewski": [null, null]']),
+    ("solve cusps --t 1 --want nutation,spin --degrees",
+     ["nutation [deg] 53.13010235", "spin [deg/T] 343.774677"]),
+    ("solve asymmetric_regular --t 5 --method geometric --error 1e-6",
+     [str(kr.solve(kr.scenes.asymmetric_regular, 5, "geometric", error=1e-6).plan.choice)]),
+    ("solve cusps --t 0:39:1 --want nutation", ["40 states by exact"]),
+    ("solve cusps --t 0:40:1 --want nutation", [" 19 ", "... 1 row omitted: --all-rows", " 21 "]),
+    ("solve cusps --t 0:99:1 --want nutation", [" 19 ", "... 60 rows omitted", "--csv", " 80 "]),
+    ("solve asymmetric --t 0:50:1 --want spin_angle", ["angles jump by whole turns: --unwrap"]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("line", "words"), TRANSCRIPTS, ids=[line for line, _ in TRANSCRIPTS])
+def test_commands_print_these_words(line, words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    output, place = join_lines(call(line)), 0
+    for word in map(join_lines, words):
+        assert word in output[place:], word
+        place = output.index(word, place)
+
+
+def test_a_run_prints_its_energy_error_and_its_first_events():
+    events = [kr.events.nutation()]
+    path = kr.solve(kr.scenes.thesis, 0.125 * np.arange(2401), "taylor", tol=1e-7, events=events)
+    output = call("solve thesis --t 0:300:0.125 --method taylor --tol 1e-7 --events nutation")
+    assert f"energy error {path.energy_error:.2g}" in output
+    count = len(path.events)
+    assert count > 21 and f"... {count - 20} more events: --events-csv" in output
+    rows = np.array(re.findall(r"^  nutation +(\S+) +([+-]1) +$", output, re.MULTILINE), float)
+    expected = np.column_stack([path.events.t, path.events.direction])[:20]
+    np.testing.assert_allclose(rows, expected, rtol=1e-13)
+    damped = TOP.replace(damping=(0.1, 0.2, 0.1)).to_toml()
+    assert "energy error" not in call("solve - --t 5", text=damped)
+
+
+def test_long_paths_are_written_in_chunks_as_one_path(tmp_path):
+    """Check the joints of the chunks, also of unwrapped angles and of archives with events."""
+    files = f"--csv {tmp_path}/a --npz {tmp_path}/a --events nutation"
+    call(f"solve asymmetric --t 0:2000:0.05 --want spin_angle,m --unwrap {files}")
+    times = 0.05 * np.arange(40001)
+    path = kr.solve(TOP, times, want=["spin_angle", "m"], events=[kr.events.nutation()])
+    table = read_csv((tmp_path / "a").read_text())
+    check_table(table, tabulate(path, path.want, unwrap=True), rtol=1e-9)
+    again = kr.load(tmp_path / "a.npz")
+    assert np.array_equal(again.t, times) and again.want == path.want
+    np.testing.assert_allclose(again.events.t, path.events.t, atol=1e-9)
+    assert np.array_equal(again.events.direction, path.events.direction)
+
+
+def test_a_resumed_run_counts_turns_from_its_first_state(tmp_path):
+    line, run = "solve asymmetric --want spin_angle --csv -", tmp_path / "run"
+    whole = read_csv(call(f"{line} --t 0:50:0.05 --unwrap"))["spin_angle [rad]"]
+    call(f"{line} --t 20 --save", run)
+    rest = read_csv(call(f"resume {run} --t 0:50:0.05 --unwrap --csv -"))["spin_angle [rad]"]
+    turns = (whole[-len(rest) :] - rest) / (2.0 * np.pi)
+    assert abs(rest[0]) <= np.pi and np.round(turns[0]) != 0.0
+    assert turns == pytest.approx(np.full(len(rest), np.round(turns[0])), abs=1e-12)
+
+
+def test_resume_reads_a_run_from_standard_input(tmp_path):
+    call("solve thesis --t 5 --save", tmp_path / "run")
+    output = call("resume - --t 7 --csv -", text=(tmp_path / "run").read_bytes())
+    assert read_csv(output)["t [T]"].tolist() == [7]
 
 
 @pytest.mark.parametrize(
@@ -231,109 +389,97 @@ def test_narrow_terminals_cut_no_number_and_no_word(line, monkeypatch):
     words = {}
     for columns in ("500", "20"):
         monkeypatch.setenv("COLUMNS", columns)
-        words[columns] = sorted(call(line).split())
-        words[columns] = [word for word in words[columns] if not set(word) <= {"─"}]
-    if line.startswith("compare"):  # its run times differ
-        assert len(words["20"]) == len(words["500"]) and "..." not in "".join(words["20"])
-    else:
-        assert words["20"] == words["500"]
-    assert "…" not in "".join(words["20"])
+        words[columns] = sorted(word for word in call(line).split() if not set(word) <= {"─"})
+    assert len(words["20"]) == len(words["500"]) and "…" not in "".join(words["20"])
+    assert words["20"] == words["500"] or line.startswith("compare")  # its run times differ
 
 
-def test_long_tables_show_both_ends_and_the_number_of_omitted_rows():
-    output = call("solve cusps --t 0:10:0.1 --want nutation")
-    _, rows = table(output)
-    assert rows[:, 0] == pytest.approx([*(0.1 * np.arange(20)), *(8.1 + 0.1 * np.arange(20))])
-    assert "... 61 rows omitted: --all-rows prints them, --csv writes them" in output
-    _, rows = table(call("solve cusps --t 0:10:0.1 --want nutation --all-rows"))
-    assert rows[:, 0] == pytest.approx(0.1 * np.arange(101))
-    for count in (40, 41):
-        output = call(f"solve cusps --t 0:{count - 1}:1 --want nutation")
-        assert ("... 1 row omitted" in output) == (count == 41)
-        assert len(table(output)[1]) == 40
-    assert "first" in call("solve cusps --t 0:1:1 --want nutation")
+# Other commands
 
 
-def test_angles_are_continuous_with_unwrap(tmp_path):
-    scene = tmp_path / "top.toml"
-    PRECESSING.to_toml(scene)
-    line = "solve --t 0:20:0.1 --want precession_angle,spin_angle"
-    path = kr.solve(PRECESSING, 0.1 * np.arange(201))
-    for degrees in ("", " --degrees"):
-        whole = path.euler(degrees=bool(degrees), unwrap=True)[:, [0, 2]]
-        default_output = call(line + degrees, scene)
-        assert "angles jump by whole turns: --unwrap makes them continuous" in default_output
-        output = call(line + degrees + " --unwrap --all-rows", scene)
-        assert "jump" not in output and table(output)[1][:, 1:] == pytest.approx(whole, rel=1e-7)
-        text = call(line + degrees + " --unwrap --csv -", scene)
-        rows = np.array([*csv.reader(text.splitlines()[1:])], float)
-        assert rows[:, 1:] == pytest.approx(whole, abs=1e-9)
-        data = json.loads(call(line + degrees + " --unwrap --json -", scene))
-        assert data["precession_angle"] == pytest.approx(whole[:, 0], abs=1e-9)
+@pytest.mark.parametrize(
+    ("options", "t", "words"),
+    [
+        (
+            "--t 2 --methods rk4,extrap --steps 0.1,0.05 --tols 1e-9",
+            2.0,
+            {"methods": ["rk4", "extrap"], "steps": [0.1, 0.05], "tols": [1e-9]},
+        ),
+        (
+            "--t 0:2:0.5 --methods rk4 --steps 0.1 --truth exact",
+            [0, 0.5, 1, 1.5, 2],
+            {"methods": ["rk4"], "steps": [0.1], "truth": "exact"},
+        ),
+        ("--t 1 --steps 2", 1.0, {"steps": [2.0]}),
+    ],
+)
+def test_compare_measures_the_same_errors_as_in_python(options, t, words, tmp_path):
+    table = kr.compare(kr.scenes.thesis, t, repeats=1, **{"truth": "taylor"} | words)
+    output = call(f"compare thesis {options} --repeats 1 --csv", tmp_path / "a.csv")
+    rows = [*csv.DictReader((tmp_path / "a.csv").read_text().splitlines())]
+    for row, expected in zip(rows, table, strict=True):
+        for name in ("scene", "method", "steps", "evaluations", "failure"):
+            assert row[name] == str(getattr(expected, name))
+        for name in ("step", "tol", "attitude_error", "energy_error"):
+            value = getattr(expected, name)
+            assert row[name] == ("" if value is None else repr(value))
+        assert row["method"] in output and f"{expected.attitude_error:.1e}" in output
+        assert not row["failure"] or join_lines(row["failure"])[:20] in join_lines(output)
+    assert call(f"compare thesis {options} --repeats 1 --csv -").count("\n") == len(rows) + 1
 
 
-def test_unwrapped_angles_are_continuous_across_chunks():
-    line = "solve asymmetric --t 0:2000:0.05 --want spin_angle --unwrap"
-    path = kr.solve(kr.scenes.asymmetric, 0.05 * np.arange(40001), want=["spin_angle"])
-    rows = np.array([*csv.reader(call(line, "--csv", "-").splitlines()[1:])], float)
-    assert len(rows) == 40001 > CHUNK_SIZE
-    assert rows[:, 1] == pytest.approx(np.unwrap(path.spin_angle), abs=1e-9)
+def test_an_interrupted_comparison_prints_its_finished_rows(monkeypatch):
+    ticks = iter(range(3))
+
+    def read_clock():
+        try:
+            return float(next(ticks))
+        except StopIteration:
+            raise KeyboardInterrupt from None
+
+    monkeypatch.setattr("time.perf_counter", read_clock)
+    output = call("compare asymmetric --t 1 --methods taylor,extrap --repeats 1", code=130)
+    assert "taylor" in output and "extrap " not in output and "1 of 2 runs" in output
 
 
-# The table of methods, and the report
+def test_scenes_come_from_names_files_and_standard_input(tmp_path):
+    kr.scenes.thesis.to_toml(tmp_path / "thesis.toml")
+    (tmp_path / "written.toml").write_text(call("scenes thesis"))
+    text = kr.scenes.thesis.to_toml()
+    outputs = {
+        call(f"solve {scene} --t 5 --csv -", text=text)
+        for scene in ("thesis", tmp_path / "thesis.toml", tmp_path / "written.toml", "-")
+    }
+    assert len(outputs) == 1
 
 
-@pytest.fixture
-def source_tree(tmp_path, monkeypatch):
-    (tmp_path / "validation").mkdir()
-    (tmp_path / "validation/__main__.py").touch()
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "path", list(sys.path))
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_can_be_switched_on(shell):
+    output = invoke([], env={"_KREISEL_COMPLETE": f"{shell}_source"}, prog_name="kreisel").output
+    assert f"_KREISEL_COMPLETE={shell}_complete" in output
 
 
-def test_the_table_of_methods_is_markdown():
-    lines = call("methods --markdown").splitlines()
-    rows = {cells[0]: cells for cells in (line.strip("| ").split(" | ") for line in lines)}
-    assert rows["rk4"][2:5] == ["1.0"] * 3 and rows["exact"][1] == "varies"
-    assert rows.keys() >= kr.methods.keys()
-
-
-@pytest.mark.usefixtures("source_tree")
-def test_a_report_without_its_dependencies_names_them(monkeypatch):
-    missing = ModuleNotFoundError("No module named 'heyoka'", name="heyoka")
-    monkeypatch.setattr(importlib, "import_module", make_raiser(missing))
-    output = call("report --quick", code=1)
-    assert "the report needs heyoka: pip install 'kreisel[report]'" in output
-    assert "--thesis" in call("report --help")
-
-
-@pytest.mark.usefixtures("source_tree")
-def test_a_missing_module_of_the_report_is_not_hidden(monkeypatch):
-    missing = ModuleNotFoundError("no", name="validation.parts")
-    monkeypatch.setattr(importlib, "import_module", make_raiser(missing))
-    result = CliRunner().invoke(cli.main, ["report"])
-    assert result.exception is missing
-
-
-@pytest.mark.usefixtures("source_tree")
-@pytest.mark.parametrize("code", [0, 3])
-def test_report_returns_the_exit_code_of_validation(monkeypatch, code):
-    machinery = SimpleNamespace(main=lambda words: code if words == ["--quick"] else 9)
-    monkeypatch.setattr(importlib, "import_module", lambda name: machinery)
-    call("report --quick", code=code)
-
-
-def test_report_runs_the_validation_of_the_working_directory(tmp_path):
-    folder = tmp_path / "validation"
-    folder.mkdir()
-    (folder / "__init__.py").write_text("")
-    (folder / "__main__.py").write_text("def main(words):\n    print('made here', words)\n")
-    kreisel = Path(sys.executable).parent / "kreisel"  # its folder is the first in sys.path
-    result = subprocess.run(
-        [kreisel, "report", "--quick"],
-        capture_output=True,
-        text=True,
-        cwd=tmp_path,
-        timeout=HANG,
-    )
-    assert result.stdout == "made here ['--quick']\n" and result.returncode == 0
+@pytest.mark.parametrize(
+    ("line", "completion"),
+    [
+        ("solve thes", "thesis"),
+        ("view dzh", "dzhanibekov"),
+        ("scenes kow", "kowalewski"),
+        ("methods bobenko_suris4", "bobenko_suris4"),
+        ("solve thesis --method geo", "geometric"),
+        ("compare thesis --methods rk4,str", "rk4,strang"),
+        ("compare thesis --truth tay", "taylor"),
+        ("solve thesis --want nutation,prec", "nutation,precession_angle"),
+        ("solve thesis --events sep", "separatrix"),
+        ("fit a.csv thesis --free start,mom", "start,moments"),
+    ],
+)
+def test_names_are_completed(line, completion):
+    words = ["kreisel", *line.split()]
+    environment = {
+        "_KREISEL_COMPLETE": "bash_complete",
+        "COMP_WORDS": " ".join(words),
+        "COMP_CWORD": str(len(words) - 1),
+    }
+    result = invoke([], env=environment, prog_name="kreisel")
+    assert f"plain,{completion}" in result.output.splitlines()

@@ -1,29 +1,34 @@
-"""Tests of public names and attitude conventions."""
+"""Public names: methods, conventions, help, representations, and what the package imports."""
+
+import pydoc
+import re
+from typing import get_args
 
 import kreisel as kr
 import numpy as np
 import pytest
-from internals import core
 from kreisel import quaternion
 from toolbox import ROOT, python
 from tops import CORNER, unit
 
 PACKAGE = ROOT / "python/kreisel"
+TOP = kr.scenes.asymmetric
+QUANTITIES = get_args(kr.QuantityName)
 
 
-def test_public_modules_have_unique_names():
-    modules = {file.stem for file in PACKAGE.glob("*.py") if not file.stem.startswith("_")}
-    assert modules == {"events", "quaternion", "scenes"} and modules <= set(kr.__all__)
-    assert all(getattr(kr, name).__name__ == f"kreisel.{name}" for name in modules)
+def list_public_names(value):
+    return {name for name in dir(value) if not name.startswith("_")}
 
 
-def test_subpackages_are_private():
-    rooms = [folder.name for folder in PACKAGE.iterdir() if (folder / "__init__.py").is_file()]
-    assert len(rooms) == 10 and all(name.startswith("_") for name in rooms)
+def test_public_modules_are_documented_and_all_others_are_private():
+    files = {file.stem for file in PACKAGE.glob("*.py") if not file.stem.startswith("_")}
+    assert files == {"events", "quaternion", "scenes"} and files <= set(kr.__all__)
+    folders = [folder.name for folder in PACKAGE.iterdir() if (folder / "__init__.py").is_file()]
+    assert all(name.startswith("_") for name in folders)
+    assert set(kr.__all__) <= set(dir(kr))
 
 
 def test_methods_describe_themselves():
-    assert {"bobenko_suris", "bobenko_suris2", "strang", "rk4", "extrap"} <= set(kr.methods)
     rk4, strang = kr.methods["rk4"], kr.methods["strang"]
     assert (rk4.name, rk4.order) == ("rk4", 4) and rk4.algebraic
     assert not rk4.symplectic and not rk4.adaptive and kr.methods["extrap"].adaptive
@@ -32,8 +37,15 @@ def test_methods_describe_themselves():
         method.text and method.conserves and method.reference for method in kr.methods.values()
     )
     assert rk4.applies_to(CORNER) and not kr.methods["bobenko_suris"].applies_to(CORNER)
-    with pytest.raises(KeyError, match="did you mean 'strang'"):
-        kr.methods["strng"]
+    lines = repr(kr.methods).splitlines()
+    assert [line.split()[0] for line in lines] == list(kr.methods)
+    assert "strang             2  kick, free drift, kick" in repr(kr.methods)
+
+
+@pytest.mark.parametrize("name", ["gsl_rk8pd", "gsl_bsimp"])
+def test_a_build_without_gsl_explains_its_missing_methods(name):
+    with pytest.raises(KeyError, match="GNU Scientific Library"):
+        type(kr.methods)()[name]
 
 
 def test_the_attitude_error_is_the_angle_between():
@@ -56,23 +68,113 @@ def test_conventions_agree_with_the_core():
     assert "scalar first" in kr.conventions() and "(0.0, 1.0, 0.0)" in kr.conventions()
 
 
-def test_the_core_matches_its_stub():
-    stub = (ROOT / "python/kreisel/_core.pyi").read_text()
-    public = {name for name in dir(core) if not name.startswith("_")}
-    names = {
-        line.split("(")[0].removeprefix("def ").split(":")[0]
-        for line in stub.splitlines()
-        if line[:1].isalpha()
-    }
-    names = {
-        word.removeprefix("class ")
-        for word in names
-        if not word.startswith(("class _", "from ", "import "))
-    }
-    assert public == names
+# Lists of names and one-line representations
 
 
-def test_import_needs_only_numpy():
-    optional = {"scipy", "rich", "click", "matplotlib", "heyoka", "pandas", "xarray", "pyarrow"}
-    result = python(f"import sys, kreisel; print(sorted(sys.modules.keys() & {optional}))")
-    assert (result.returncode, result.stdout) == (0, "[]\n")
+@pytest.mark.parametrize(
+    "words",
+    [
+        {}, {"want": ("energy",)}, {"want": ("q", "q_low", "kinetic", "energy")},
+        {"want": ("precession_angle", "nutation", "spin_angle")}, {"want": ("q",), "digits": 20},
+        {"want": ("apex", "kinetic", "energy")},
+        {"want": ("frame",), "method": "geometric", "error": 1e-6},
+    ],
+)  # fmt: skip
+def test_dir_lists_the_quantities_of_a_path(words):
+    path = kr.solve(TOP, [1.0, 2.0], **words)
+    use = {
+        "euler": lambda: path.euler(),
+        "scene_at": lambda: path.scene_at(0),
+        "specific_force": lambda: path.specific_force((1, 0, 0)),
+        "modified_energy": lambda: path.modified_energy(0.1),
+        "modified_energy4": lambda: path.modified_energy4(0.1),
+        "plot": lambda: (path.apex, path.nutation, path.precession_angle),
+        "animate": lambda: (path.q, path.apex),
+    }
+    for name in list_public_names(kr.solve(TOP, [1.0])) | {"states"}:
+        try:
+            use.get(name, lambda name=name: getattr(path, name))()
+        except AttributeError:
+            assert name not in dir(path)
+        else:
+            assert name in dir(path) or name.endswith("_low")
+    if "want" not in words:
+        assert list_public_names(path) >= {"states", "end", "rotation", "euler", *QUANTITIES}
+
+
+def test_dir_lists_public_names():
+    assert set(dir(kr.scenes)) == {*kr.scenes.about, "about", "get_scene", "name_of"}
+    assert dir(kr.events) == sorted(kr.events.__all__)
+    assert dir(kr.quaternion) == sorted(kr.quaternion.__all__)
+    names = "change checkpoint ended plan push reset save start_time stream to"
+    assert sorted(list_public_names(kr.Run)) == names.split()
+
+
+ONE_LINE = [  # (object, regular expression)
+    (lambda: kr.exact([kr.scenes.thesis] * 3), "<kreisel.ExactEnsemble: 3 scenes>"),
+    (lambda: kr.apex(kr.solve(kr.scenes.thesis, [])), ".*no points.*"),
+    (
+        lambda: kr.apex(kr.solve(kr.scenes.thesis, [0.0, 1.0, 100.0])),
+        r"<kreisel.Apex: 3 points, t = 0 .. 100; heights 0\..*kind 'lagrange'>",
+    ),
+    (lambda: kr.megno(TOP, 5.0), r".* at t = 5; regular, in doubt: under 100 turns>"),
+    (
+        lambda: kr.megno(TOP.scatter(3, seed=1, momentum=0.1), [2.0, 5.0]),
+        ".*3 tops at t = 5; 0 chaotic, 3 in doubt, 0 failed>",
+    ),
+]
+
+
+@pytest.mark.parametrize(("make", "pattern"), ONE_LINE)
+def test_representations_take_one_line(make, pattern):
+    assert re.fullmatch(pattern, repr(make()))
+
+
+def test_help_describes_the_numbers_of_a_closed_form():
+    text = pydoc.plain(pydoc.render_doc(kr.Exact)).split("Method resolution order")[0]
+    for name in ("period", "precession_rate", "spin_angle_rate"):
+        assert re.search(rf"^ \|  {name} +the ", text, re.MULTILINE)
+
+
+# Other packages
+
+
+MISSING = """
+import sys
+import numpy
+libraries = "pandas xarray matplotlib scipy pyarrow distributed heyoka".split()
+sys.modules |= dict.fromkeys(libraries)
+import kreisel as kr
+print(sorted(sys.modules.keys() & {"rich", "click"}))
+path = kr.solve(kr.scenes.thesis, [0.0, 1.0])
+path.to_csv("record.csv", "spin")
+plan = 't = 1.0\\nscene = "thesis"\\nwant = ["spin"]\\ngrid = { spin = [1.0] }'
+open("plan.toml", "w").write(plan)
+for use in path.to_pandas, path.to_xarray, path.plot, lambda: path.rotation:
+    try:
+        use()
+    except ImportError as error:
+        print(error)
+from importlib.metadata import entry_points
+[command] = entry_points(group="console_scripts", name="kreisel")
+for line in "fit record.csv thesis --plot a.png", "sweep plan.toml --folder runs":
+    print(command.load().main(line.split(), standalone_mode=False))
+"""
+
+
+def test_missing_packages_are_named_with_their_installation(tmp_path):
+    result = python(MISSING, cwd=tmp_path)
+    lines = result.stdout.splitlines()
+    assert lines[0] == "[]"  # `import kreisel` needs NumPy alone
+    hints = {
+        "pandas": "kreisel[tables]",
+        "xarray": "kreisel[tables]",
+        "matplotlib": "kreisel[plot]",
+        "scipy": "pip install scipy",
+    }
+    for line, (name, hint) in zip(lines[1:5], hints.items(), strict=True):
+        assert name in line and hint in line
+    told = result.stderr.splitlines()
+    assert len(told) == 2 and all(line.startswith("Error: this needs ") for line in told), told
+    assert "kreisel[plot]" in told[0] and "kreisel[sweep]" in told[1]
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["plan.toml", "record.csv"]

@@ -1,24 +1,32 @@
-"""Tests of the conversion of paths to tables."""
+"""Tables of paths and ensembles in pandas, xarray and CSV, and rotations for scipy."""
 
 import copy
 import pickle
-import sys
+from typing import get_args
 
 import kreisel as kr
 import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from internals import RECORDABLE
 from scipy.spatial.transform import Rotation
 from tops import GENERAL
 
-THESIS = kr.scenes.thesis
-MANY = THESIS.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
-
 TOP = kr.scenes.asymmetric
+MANY = kr.scenes.thesis.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
 TIMES = np.linspace(0.0, 20.0, 201)
-STATE = ["q_w", "q_x", "q_y", "q_z", "m_x", "m_y", "m_z"]
+QUANTITIES = get_args(kr.QuantityName)[1:]
+ENDINGS = {  # {size of a quantity: endings of the names of its components}
+    1: [""],
+    3: ["_x", "_y", "_z"],
+    4: ["_w", "_x", "_y", "_z"],
+    9: [f"_{axis}{component}" for axis in "NBT" for component in "xyz"],
+}
+
+
+def list_components(path, name):
+    size = getattr(path, name)[0].size
+    return [name + ending for ending in ENDINGS[size]]
 
 
 @pytest.fixture(scope="module")
@@ -28,25 +36,32 @@ def path():
 
 def test_states_in_a_pandas_table(path):
     table = path.to_pandas()
-    assert table.index.name == "t" and list(table) == STATE
+    state = [*list_components(path, "q"), *list_components(path, "m")]
+    assert table.index.name == "t" and list(table) == state
     assert np.array_equal(table.index, path.t)
     assert np.array_equal(table.to_numpy(), path.states[:, 1:])
-    units = {"t": "T"} | dict.fromkeys(STATE[:4], "") | dict.fromkeys(STATE[4:], "M L^2 T^-1")
+    units = {"t": "T"} | dict.fromkeys(state[:4], "") | dict.fromkeys(state[4:], "M L^2 T^-1")
     assert table.attrs == {"method": "taylor", "scene": TOP.to_toml(), "units": units}
     table.loc[0.0, "q_w"] = 2.0  # the caller may change a table
     assert path.q[0, 0] != 2.0
 
 
-@pytest.mark.parametrize("name", RECORDABLE)
-def test_every_quantity_has_a_column_per_component(name, path):
-    table, data = path.to_pandas(name), path.to_xarray(name)
-    values, quantity = getattr(path, name), RECORDABLE[name]
-    assert list(table) == quantity.components
-    assert np.array_equal(table.to_numpy().reshape(values.shape), values, equal_nan=True)
-    assert np.array_equal(data[name].values, values, equal_nan=True)
-    assert data[name].dims[0] == "time" and data[name].shape == values.shape
-    assert data[name].attrs["long_name"] == quantity.text
-    assert set(data[name].attrs["units"]) <= set("MLT^-0123456789 rad/")
+@pytest.mark.parametrize("words", [{}, {"digits": 20}])
+def test_every_quantity_has_a_column_per_component(words):
+    """Check all quantities in all formats, with angles in degrees."""
+    path = kr.solve(TOP, TIMES[::20], **words)
+    for name in QUANTITIES:
+        table, data = path.to_pandas(name, degrees=True), path.to_xarray(name, degrees=True)
+        plain, [column] = path.to_pandas(name), {*data.data_vars}
+        values = getattr(path, name)
+        unit = plain.attrs["units"][next(iter(plain))]
+        values = np.degrees(values) if "rad" in unit else values
+        assert list(table) == list(plain) == list_components(path, name) and column == name
+        assert np.array_equal(table.to_numpy().reshape(values.shape), values, equal_nan=True)
+        assert np.array_equal(data[name].values, values, equal_nan=True)
+        assert data[name].dims[0] == "time" and data[name].attrs["long_name"]
+        assert data[name].attrs["units"] == unit.replace("rad", "deg")
+        assert set(table.attrs["units"].values()) == {"T", unit.replace("rad", "deg")}
 
 
 def test_tables_have_each_quantity_once_and_named_dimensions(path):
@@ -56,11 +71,12 @@ def test_tables_have_each_quantity_once_and_named_dimensions(path):
     assert np.array_equal(data["frame"].sel(principal_axis="T", axis="z"), path.frame[:, 2, 2])
     assert np.array_equal(data["q"].sel(quaternion="w"), path.q[:, 0])
     assert np.array_equal(data["apex"].sel(axis="z", time=20.0), path.apex[-1, 2])
-    assert data["time"].attrs["units"] == "T" and data["nutation"].attrs["units"] == "rad"
+    assert data["time"].attrs["units"] == "T"
+    assert xr.Dataset.from_dict(data.to_dict()).identical(data)
 
 
 @pytest.mark.parametrize(
-    "words, names",
+    ("words", "names"),
     [
         ({"want": ("frame", "energy")}, ["frame", "energy"]),
         ({"digits": 20}, ["q", "m", "q_low", "m_low"]),
@@ -73,18 +89,25 @@ def test_a_table_contains_the_recorded_quantities(words, names, times, tmp_path)
     path = kr.solve(TOP, times, **words)
     data, table = path.to_xarray(), path.to_pandas()
     assert list(data.data_vars) == names and data.sizes["time"] == len(table) == len(times)
-    components = [each for name in names for each in RECORDABLE[name].components]
-    assert list(table) == components
     assert data.attrs["method"] == "taylor" and data.attrs["scene"] == TOP.to_toml()
-    assert [data.attrs.get(word) for word in ("digits", "tol", "step")] == [
-        words.get("digits"),
-        words.get("tol"),
-        None,
-    ]
+    options = [data.attrs.get(word) for word in ("digits", "tol", "step")]
+    assert options == [words.get("digits"), words.get("tol"), None]
     path.to_csv(tmp_path / "table.csv")
     again = pd.read_csv(tmp_path / "table.csv", index_col="t [T]")
-    assert [head.partition(" ")[0] for head in again] == components
+    assert [head.partition(" ")[0] for head in again] == list(table)
     assert np.array_equal(again.to_numpy(), table.to_numpy())
+
+
+def test_csv_is_read_back_bit_for_bit(path, tmp_path):
+    names = ("nutation", "frame", "kowalewski")
+    path.to_csv(str(tmp_path / "table.csv"), *names, degrees=True)
+    again = pd.read_csv(tmp_path / "table.csv", index_col="t [T]")
+    table = path.to_pandas(*names, degrees=True)
+    assert np.array_equal(again.index, table.index)
+    assert np.array_equal(again.to_numpy(), table.to_numpy(), equal_nan=True)
+    assert again["kowalewski [T^-4]"].isna().all()
+    path.to_csv(tmp_path / "t.csv", "t")
+    assert (tmp_path / "t.csv").read_text().splitlines() == ["t [T]", *map(repr, path.t.tolist())]
 
 
 def test_events_in_a_table():
@@ -94,45 +117,7 @@ def test_events_in_a_table():
     assert np.array_equal(table["nutation"], np.degrees(path.events.path.nutation))
 
 
-def test_csv_is_read_back_bit_for_bit(path, tmp_path):
-    path.to_csv(str(tmp_path / "table.csv"), "nutation", "frame", "kowalewski", degrees=True)
-    again = pd.read_csv(tmp_path / "table.csv", index_col="t [T]")
-    table = path.to_pandas("nutation", "frame", "kowalewski", degrees=True)
-    assert np.array_equal(again.index, table.index)
-    assert np.array_equal(again.to_numpy(), table.to_numpy(), equal_nan=True)
-    assert again["kowalewski [T^-4]"].isna().all()
-
-
-def test_a_missing_folder_is_reported(path, tmp_path):
-    with pytest.raises(FileNotFoundError):
-        path.to_csv(tmp_path / "none" / "table.csv")
-
-
-@pytest.mark.parametrize("way", ["to_pandas", "to_xarray", "to_csv"])
-@pytest.mark.parametrize(
-    "names, words, kind, message",
-    [
-        (["nutaton"], {}, ValueError, "did you mean 'nutation'"),
-        (["energy_error"], {}, ValueError, "unknown quantity"),
-        ([["nutation"]], {}, TypeError, r"must be names, .* not \['nutation'\]"),
-        ([3], {}, TypeError, "quantities must be names"),
-        ([], {"degrees": "yes"}, TypeError, "degrees must be True or False, not 'yes'"),
-        ([], {"unwrap": 1}, TypeError, "unwrap must be True or False"),
-    ],
-)
-def test_invalid_tables_are_refused(way, names, words, kind, message, path, tmp_path):
-    file = [tmp_path / "table.csv"] if way == "to_csv" else []
-    with pytest.raises(kind, match=message):
-        getattr(path, way)(*file, *names, **words)
-    assert not any(tmp_path.iterdir())
-
-
-def test_tables_refuse_quantities_that_were_not_wanted():
-    path = kr.solve(TOP, 1.0, want=("energy",))
-    with pytest.raises(AttributeError, match="add 'nutation' to want"):
-        path.to_pandas("nutation")
-    with pytest.raises(AttributeError, match="add 'precession_angle' to want"):
-        path.euler()
+# Angles
 
 
 def test_euler_angles_reproduce_the_attitude():
@@ -159,21 +144,7 @@ def test_unwrapped_angles_have_no_jumps(path):
     assert kr.solve(TOP, []).euler(unwrap=True, degrees=True).shape == (0, 3)
 
 
-def test_the_time_alone_has_a_table(path, tmp_path):
-    frame = path.to_pandas("t")
-    assert list(frame) == [] and frame.index.tolist() == path.t.tolist()
-    path.to_csv(tmp_path / "t.csv", "t")
-    assert (tmp_path / "t.csv").read_text().splitlines() == ["t [T]", *map(repr, path.t.tolist())]
-    tops = kr.solve(TOP.vary(gravity=[0.5, 1.0]), [0.0, 1.0])
-    for paths in path, tops:
-        data = paths.to_xarray("t")
-        assert list(data.variables) == [*data.coords] and np.array_equal(data["time"], paths.t)
-
-
-def test_tables_survive_conversion_and_pickling(path, tmp_path):
-    data = path.to_xarray("frame", "nutation")
-    assert xr.Dataset.from_dict(data.to_dict()).identical(data)
-    pd.testing.assert_frame_equal(pickle.loads(pickle.dumps(path.to_pandas())), path.to_pandas())
+# Rotations and copies
 
 
 def test_rotations_accept_the_read_only_arrays_of_a_path(path):
@@ -183,10 +154,7 @@ def test_rotations_accept_the_read_only_arrays_of_a_path(path):
         expected = plain.apply(np.array(vectors, float))
         assert np.array_equal(turns.apply(vectors), expected)
         assert np.array_equal(turns.inv().apply(vectors), plain.inv().apply(np.array(vectors)))
-        back = plain.apply(np.array(vectors), inverse=True)
-        assert np.array_equal(turns.apply(vectors, inverse=True), back)
-    back = turns.inv() * turns
-    np.testing.assert_allclose(back.apply(path.apex), path.apex, atol=1e-15)
+    np.testing.assert_allclose((turns.inv() * turns).apply(path.apex), path.apex, atol=1e-15)
     assert np.array_equal(turns[3].apply(path.apex[3]), plain[3].apply(path.apex[3].copy()))
     assert len(turns[2:5]) == 3 and turns[2:5].apply(path.apex[2:5]).shape == (3, 3)
     each = [turn.apply(apex) for turn, apex in zip(turns, path.apex, strict=True)]
@@ -195,11 +163,9 @@ def test_rotations_accept_the_read_only_arrays_of_a_path(path):
         assert np.array_equal(again.apply(path.apex), turns.apply(path.apex))
 
 
-def pickle_copy(path):
-    return pickle.loads(pickle.dumps(path))
-
-
-@pytest.mark.parametrize("copy_path", [copy.copy, copy.deepcopy, pickle_copy])
+@pytest.mark.parametrize(
+    "copy_path", [copy.copy, copy.deepcopy, lambda path: pickle.loads(pickle.dumps(path))]
+)
 @pytest.mark.parametrize("words", [{}, {"want": ("q", "apex")}, {"digits": 20}])
 def test_arrays_stay_read_only(copy_path, words):
     path = kr.solve(TOP, TIMES, **words, events=[kr.events.nutation()])
@@ -212,43 +178,44 @@ def test_arrays_stay_read_only(copy_path, words):
     assert not any(array.flags.writeable for array in arrays)
 
 
-MISSED = {
-    "pandas": (lambda path: path.to_pandas(), r"pip install 'kreisel\[tables\]'"),
-    "xarray": (lambda path: path.to_xarray(), r"pip install 'kreisel\[tables\]'"),
-    "matplotlib": (lambda path: path.plot(), r"pip install 'kreisel\[plot\]'"),
-    "scipy": (lambda path: path.rotation, "pip install scipy"),
-}
+# Ensembles
 
 
-@pytest.mark.parametrize("library", MISSED)
-def test_missing_libraries_raise_with_an_installation_hint(library, path, monkeypatch):
-    for name in [name for name in sys.modules if name.split(".")[0] == library]:
-        monkeypatch.delitem(sys.modules, name)
-    rooms = ("kreisel._plot.", "kreisel._results.scipy_rotation")
-    for name in [name for name in sys.modules if name.startswith(rooms)]:
-        monkeypatch.delitem(sys.modules, name)
-    monkeypatch.setitem(sys.modules, library, None)
-    use, hint = MISSED[library]
-    with pytest.raises(ImportError, match=f"this needs {library}.*: {hint}"):
-        use(path)
-    assert path.energy_error < 1e-10  # needs no optional library
-
-
-# Boundary values
-
-
-def test_reduced_vectors_name_their_components():
-    pytest.importorskip("xarray")
+def test_tables_of_ensembles_name_their_dimensions(path):
     reductions = kr.reduce(MANY, 1.0, {"apex": "mean", "energy": "max"}).to_xarray()
-    (name,) = (name for name in reductions.data_vars if reductions[name].ndim == 3)
-    inner = reductions[name].dims[-1]
-    assert reductions[inner].values.tolist() == ["x", "y", "z"]
-
-
-def test_tables_of_ensembles_have_the_times_of_each_top():
-    pytest.importorskip("xarray")
-    tops = THESIS.vary(spin=[1.0, 2.0, 3.0])
+    [name] = [name for name in reductions.data_vars if reductions[name].ndim == 3]
+    assert reductions[reductions[name].dims[-1]].values.tolist() == ["x", "y", "z"]
+    tops = kr.scenes.thesis.vary(spin=[1.0, 2.0, 3.0])
     own = np.arange(6.0).reshape(3, 2)
     data = kr.solve(tops, own).to_xarray("energy")
     assert data["t"].dims == ("spin", "time") and np.array_equal(data["t"], own)
     assert kr.solve(tops, [1.0, 2.0]).to_xarray("energy")["time"].values.tolist() == [1.0, 2.0]
+    for paths in path, kr.solve(TOP.vary(gravity=[0.5, 1.0]), [0.0, 1.0]):
+        data = paths.to_xarray("t")
+        assert list(data.variables) == [*data.coords] and np.array_equal(data["time"], paths.t)
+
+
+# Refusals
+
+
+@pytest.mark.parametrize("way", ["to_pandas", "to_xarray", "to_csv"])
+def test_bad_arguments_are_refused(way, path, tmp_path):
+    file = [tmp_path / "table.csv"] if way == "to_csv" else []
+    for names, words, kind, word in [
+        (["nutaton"], {}, ValueError, "did you mean 'nutation'"),
+        (["energy_error"], {}, ValueError, "unknown quantity"),
+        ([["nutation"]], {}, TypeError, "names"),
+        ([3], {}, TypeError, "names"),
+        ([], {"degrees": "yes"}, TypeError, "degrees"),
+        ([], {"unwrap": 1}, TypeError, "unwrap"),
+    ]:
+        with pytest.raises(kind, match=word):
+            getattr(path, way)(*file, *names, **words)
+    with pytest.raises(AttributeError, match="add 'nutation' to want"):
+        getattr(kr.solve(TOP, 1.0, want=("energy",)), way)(*file, "nutation")
+    assert not any(tmp_path.iterdir())
+
+
+def test_a_missing_folder_is_reported(path, tmp_path):
+    with pytest.raises(FileNotFoundError):
+        path.to_csv(tmp_path / "none" / "table.csv")
