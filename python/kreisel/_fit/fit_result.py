@@ -52,7 +52,8 @@ class Fit(ReadOnlyArrays):
     units         their units: rad, rad/T, or dimensions of M, L and T; empty for pure numbers
     values        {name: value}; the attitude is a rotation vector [rad]
     error         {name: standard deviation}; infinite where the records do not determine it. The
-                  error of the attitude is that of a small rotation in the body frame [rad]
+                  error of the attitude is that of a small rotation in the body frame [rad], those
+                  of the axes and of a mounting in their own frames
     moment_ratios  {"I1 / I3": (value, standard deviation)} of the moments to the last one; empty if
                   the moments are not free
     covariance    (k, k) in the order of `names`; infinite and NaN for infinite errors

@@ -620,6 +620,8 @@ class FreeParameters:
         part = self.get_parameter_slice(name)
         if name == "attitude":
             rows[:, part] = rotation
+            if self.can_vary("axes"):  # the axes turn in the body, and not the body in space
+                rows[:, self.get_parameter_slice("axes")] = -rotation
             inverse = conjugate_quaternions(point.axes)
             return compute_rotation_vectors(multiply_quaternions(point.attitude, inverse))
         if name in ("turning", "shaking"):
