@@ -57,7 +57,7 @@ def _read_csv_rows(name: str) -> list[list[str]]:
     """Return the fields of each row of a CSV file, skipping rows in which all fields are empty."""
     with open(name, encoding="utf-8-sig", newline="") as text:
         try:
-            head = text.readline()
+            head = next((line for line in text if line.strip()), "")
             delimiter = max(_DELIMITERS, key=head.count)
             lines = chain([head], text)  # a pipe cannot be read again from its beginning
             return [
