@@ -5,11 +5,8 @@ import re
 import subprocess
 import sys
 from pathlib import Path
-from typing import get_args
 
-import kreisel as kr
 import pytest
-from internals import RECORDABLE
 from toolbox import ROOT, run
 
 SCRIPTS = ROOT / "tests/python/typed"
@@ -56,12 +53,6 @@ def test_misspelt_names_are_the_only_type_errors(checker, tmp_path):
 
 def test_a_right_script_runs():
     run(sys.executable, SCRIPTS / "right.py")
-
-
-def test_type_checkers_know_the_names_of_the_core():
-    names = set(get_args(kr.MethodName))
-    assert names - {"gsl_rk8pd", "gsl_bsimp"} <= {"auto", *kr.methods} <= names
-    assert list(get_args(kr.QuantityName)) == ["t", *RECORDABLE]
 
 
 def test_literal_types_agree_with_the_tables():
