@@ -37,7 +37,17 @@ EVENTS = (
     kr.events.extremum({"body_velocity_y": 1, "spin*apex_x": 0.5}),
     kr.events.crossing("body_momentum_y"),
 )
-QUANTITIES = ("energy", "nutation", "q", "m", "apex", "spin", "body_velocity", "frame", "torque")
+DERIVED = (
+    "energy",
+    "nutation",
+    "apex",
+    "spin",
+    "body_velocity",
+    "frame",
+    "torque",
+    "body_acceleration",
+)
+QUANTITIES = ("q", "m", *DERIVED)
 EXACT_ONLY = "kowalewski", "goryachev-chaplygin"  # kinds without closed form after rounding
 EFFECTS = ("rotor", "damping", "friction", "turning", "shaking")
 

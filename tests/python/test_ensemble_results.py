@@ -1,328 +1,364 @@
-"""Tests of the results of kreisel.solve for ensembles."""
+"""Tests of results of ensembles: failures, reductions, tables, plans, interruption, refusals.
 
-import itertools
+tests/python/test_laws.py has the law that a member of an ensemble is the top alone.
+"""
+
+import contextlib
 import pickle
-import time
+import signal
+import threading
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
 import kreisel as kr
 import numpy as np
 import pytest
-from ensembles import MIXED, SCENES, TIMES, UNDAMPED, random_ensemble, same, same_bits, same_path
-
-THESIS = kr.scenes.thesis
-MANY = THESIS.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
+from drawn_tops import assert_same_bits
+from ensembles import MIXED, SCENES, TIMES, UNDAMPED, random_ensemble, same, same_path
 
 GRID = kr.scenes.cusps.vary(spin=np.linspace(5, 20, 4)[:, None], tilt=np.linspace(0.1, 1, 3))
 PATHS = kr.solve(GRID, TIMES)
-QUANTITIES = ["apex", "frame", "nutation", "energy", "body_velocity", "kowalewski", "spin_angle"]
+LOW = kr.events.nutation(direction=1)
+N = 120
+TOPS = random_ensemble(N)
+WHOLE = kr.solve(TOPS, TIMES)
+SPIN = {"spin": "max"}
 
 
-def test_quantities_equal_those_of_single_paths_bitwise():
+def verb_of(words):
+    return kr.reduce if "reductions" in words else kr.solve
+
+
+# Independence of threads, shapes and executors
+
+
+def test_results_do_not_depend_on_threads_shapes_and_other_requests():
+    square = kr.solve(TOPS.reshape(10, 12), TIMES)
+    assert np.array_equal(square.states.reshape(N, len(TIMES), 8), WHOLE.states)
+    assert same(square[3, 2:5], WHOLE[38:41]) and same_path(square[9, 11], WHOLE[-1])
+    for selection in (slice(7, 8), slice(3, 100, 7), [5, 99, 5, 0], slice(None, None, -1)):
+        assert same(kr.solve(TOPS[selection], TIMES), WHOLE[selection])
+    more = kr.solve(TOPS, [0.0, 0.1, 0.5, 1.7, 2.0, 5.0])
+    assert np.array_equal(more.states[:, [0, 2, 4, 5]], WHOLE.states)
+    assert all(same(kr.solve(TOPS, TIMES, threads=threads), WHOLE) for threads in (1, 3))
+    results = []
+    threads = [threading.Thread(target=lambda: results.append(kr.solve(TOPS, TIMES))) for _ in "ab"]
+    for go in (threading.Thread.start, threading.Thread.join):
+        list(map(go, threads))
+    assert len(results) == 2 and same(*results) and same(results[0], WHOLE)
+
+
+def test_executors_report_the_same_results_failures_and_messages():
+    square = TOPS[:40].reshape(5, 8)
+    with ThreadPoolExecutor(2) as threads, ProcessPoolExecutor(2) as processes:
+        assert same(kr.solve(TOPS, TIMES, executor=threads), WHOLE)
+        assert same(kr.solve(TOPS, np.tile(TIMES, (N, 1)), executor=processes), WHOLE)
+        for words in (
+            {"digits": 20},
+            {"events": [LOW]},
+            {"want": ["nutation", "q_low"]},
+            {"method": "taylor", "max_steps": 12},
+            {"method": "geometric", "error": 1e-14},
+        ):
+            own = kr.solve(square, TIMES, **words)
+            pooled = kr.solve(square, TIMES, executor=processes, **words)
+            assert np.array_equal(own.status, pooled.status)
+            for place in np.ndindex(5, 8):
+                assert same_path(own[place], pooled[place], events="events" in words)
+                assert own.message(place) == pooled.message(place)
+        one, other = (kr.reduce(TOPS, TIMES, SPIN, executor=pool) for pool in (None, processes))
+        assert np.array_equal(one["spin"]["max"], other["spin"]["max"])
+
+
+# Failed members
+
+
+def test_a_failed_member_is_reported_and_leaves_the_others_alone():
+    paths = kr.solve(TOPS, TIMES, "taylor", max_steps=12)
+    has_failed = paths.status != 0
+    assert 0 < has_failed.sum() < N and paths.failed.tolist() == np.flatnonzero(has_failed).tolist()
+    for selection in (has_failed, ~has_failed):
+        assert same(paths[selection], kr.solve(TOPS[selection], TIMES, "taylor", max_steps=12))
+    good = np.arange(len(TIMES)) < paths.state_counts[:, None]
+    assert np.isnan(paths.q[~good]).all() and np.isnan(paths.energy[~good]).all()
+    assert kr.attitude_error(paths.q[good], WHOLE.q[good]).max() < 1e-11
+    assert set(paths.status_names[has_failed]) == {"ERR_LIMIT"} and (paths.steps <= 12).all()
+    with pytest.raises(kr.Error, match=rf"top\[{paths.failed[0]}\]") as error:
+        paths.check()
+    assert error.value.paths is paths and same_path(error.value.path, paths[int(paths.failed[0])])
+    again = pickle.loads(pickle.dumps(error.value))
+    assert str(again) == str(error.value) and same(again.paths, paths)
+    reductions = kr.reduce(UNDAMPED, [1.0, 9.0], SPIN, "rk4", step=0.1, max_steps=20)
+    assert np.isnan(reductions["spin"]["max"]).all() and (reductions.state_counts == 1).all()
+    with pytest.raises(kr.Error, match=r"top\[0\]") as error:
+        reductions.check()
+    assert error.value.path.t.tolist() == [reductions.reached[0]]
+
+
+def test_a_failed_member_has_the_message_of_a_failed_single_run():
+    words = {"method": "rk4", "step": 0.01, "max_steps": 500}
+    paths = kr.solve(UNDAMPED, [1.0, 100.0], **words)
+    for i, scene in enumerate(UNDAMPED):
+        with pytest.raises(kr.Error) as alone:
+            kr.solve(scene, [1.0, 100.0], **words)
+        assert same_path(paths[i], alone.value.path) and paths.message(i) == str(alone.value)
+        assert paths.reached[i] == alone.value.path.t[-1]
+    fast = kr.Ensemble(TOPS[1].body, momentum=[(0, 0, 1), (0, 0, 1e300)], gravity=1)
+    late = kr.solve(fast, [[1.0, 2.0], [1.0, 2.0]])
+    assert late.status_names.tolist() == ["OK", "ERR_RESOLUTION"]
+    assert "turns" in late.message(1) and late.message(0) == "success"
+    steps = kr.Ensemble(kr.scenes.cusps.body, momentum=(0, 0, 3), gravity=[1.0, 1e9])
+    large = kr.solve(steps, 1.0, "bobenko_suris4", step=0.1)
+    assert large.status_names.tolist() == ["OK", "ERR_STEP_SIZE"]
+
+
+def test_geometric_chooses_a_method_for_each_top():
+    many = kr.solve(UNDAMPED, [0.5, 2.0], "geometric", error=1e-6)
+    assert many.method == "geometric" and not many.failed.size
+    for i, scene in enumerate(UNDAMPED):
+        alone = kr.solve(scene, [0.5, 2.0], "geometric", error=1e-6)
+        assert same_path(many[i], alone) and many[i].plan.choice == alone.plan.choice
+    failed = kr.solve(UNDAMPED, [0.5, 2.0], "geometric", error=2e-15, want=["nutation"])
+    assert len(failed.failed) > 0 and "cannot be met" in failed.message(int(failed.failed[0]))
+
+
+# Results
+
+
+def test_quantities_events_and_streams_equal_those_of_the_paths():
     many = kr.solve(MIXED, TIMES)
-    for name in QUANTITIES:
+    for name in ("apex", "frame", "nutation", "energy", "kowalewski", "spin_angle"):
         values = getattr(many, name)
         assert not values.flags.writeable and values is getattr(many, name)
         for i in range(len(SCENES)):
-            assert same_bits(values[i], getattr(many[i], name))
-    assert same_bits(many.q_xyzw, np.roll(many.q, -1, axis=-1))
-    assert not many.q_low.any() and many.m_low.shape == many.m.shape
-
-
-def test_only_wanted_quantities_are_stored():
-    for want in (("nutation", "energy"), ("q_low", "apex"), ("m",)):
-        paths = kr.solve(MIXED, TIMES, want=want)
-        for name in want:
-            expected = getattr(kr.solve(MIXED, TIMES), name)
-            assert np.allclose(getattr(paths, name), expected, rtol=0, atol=1e-12)
-        for i, scene in enumerate(SCENES):
-            assert paths[i].want == want and len(paths[i]) == len(TIMES)
-            if kr.methods["exact"].suits(scene):
-                assert same_path(paths[i], kr.solve(scene, TIMES, want=want))
-        with pytest.raises(AttributeError, match="add 'torque' to want"):
-            _ = paths.torque
-        with pytest.raises(AttributeError, match="solve without want"):
-            _ = paths.states
-    failed_paths = kr.solve(
-        UNDAMPED, [1.0, 50.0], "rk4", step=0.1, max_steps=20, want=("nutation",)
-    )
-    assert np.isnan(failed_paths.nutation[:, 1]).all() and len(failed_paths[0]) == 2
-
-
-def test_indexing_follows_numpy():
-    numbers = np.arange(12).reshape(4, 3)
-    for key in (
-        0,
-        -1,
-        slice(1, 3),
-        (slice(None), 1),
-        ...,
-        None,
-        [2, 0],
-        numbers % 2 == 0,
-        (1, ...),
-    ):
-        selection = PATHS[key]
-        assert np.array_equal(selection.states, PATHS.states.reshape(12, -1, 8)[numbers[key]])
-        assert selection.shape == numbers[key].shape and same(selection, kr.solve(GRID[key], TIMES))
-    assert [len(row) for row in PATHS] == [3] * 4 and PATHS[2, 1].scene == GRID[2, 1]
-    for key in (4, (0, 3), (0, 0, 0)):
-        with pytest.raises(IndexError):
-            PATHS[key]
-    with pytest.raises(IndexError, match="is not the index of one top"):
-        PATHS.message(0)
-    with pytest.raises(TypeError, match=r"paths\[0\]"):
-        kr.apex(PATHS)
-    with pytest.raises(TypeError, match="not an array"):
-        np.asarray(PATHS)
-    with pytest.raises(AttributeError, match="did you mean 'nutation'"):
-        _ = PATHS.nutatio
-
-
-def test_results_survive_pickling():
-    for paths in (PATHS, kr.solve(GRID, TIMES, want=["q"]), kr.solve(GRID, TIMES, digits=20)):
-        again = pickle.loads(pickle.dumps(paths))
-        assert np.array_equal(again.q, paths.q) and same_path(again[1, 2], paths[1, 2])
-    reductions = kr.reduce(GRID, TIMES, {"apex": "max"})
-    assert np.array_equal(
-        pickle.loads(pickle.dumps(reductions))["apex"]["max"], reductions["apex"]["max"]
-    )
-    failed_paths = kr.solve(UNDAMPED, 9, "rk4", step=0.1, max_steps=5)
-    with pytest.raises(kr.Error) as error:
-        failed_paths.check()
-    again = pickle.loads(pickle.dumps(error.value))
-    assert str(again) == str(error.value) and same(again.paths, failed_paths)
-
-
-def test_reductions_equal_those_of_the_states():
-    kinds = "min", "max", "mean", "variance", "last", "where_min", "where_max"
-    reductions = kr.reduce(GRID, TIMES, {"nutation": kinds, "apex": ("max",), "m_x": "last"})
-    nutation, t = PATHS.nutation, np.array(TIMES)
-    for kind in ("min", "max"):
-        assert np.array_equal(reductions["nutation"][kind], getattr(nutation, kind)(axis=-1))
-        times = t[getattr(nutation, f"arg{kind}")(axis=-1)]
-        assert np.array_equal(reductions["nutation"][f"where_{kind}"], times)
-    assert np.array_equal(reductions["nutation"]["last"], nutation[..., -1])
-    assert np.allclose(reductions["nutation"]["mean"], nutation.mean(axis=-1), rtol=1e-14)
-    assert np.allclose(reductions["nutation"]["variance"], nutation.var(axis=-1), rtol=1e-12)
-    assert np.array_equal(reductions["apex"]["max"], PATHS.apex.max(axis=-2))
-    assert np.array_equal(reductions["m_x"]["last"], PATHS.m[..., -1, 0])
-    assert (
-        list(reductions) == ["nutation", "apex", "m_x"] == list(reductions.keys())
-        and len(reductions) == 3
-    )
-    assert (
-        "apex" in reductions
-        and "spin" not in reductions
-        and not reductions["apex"]["max"].flags.writeable
-    )
-    assert np.array_equal(reductions[1]["apex"]["max"], reductions["apex"]["max"][1])
-    with pytest.raises(TypeError, match="contain no paths"):
-        reductions[0, 0]
-    with pytest.raises(KeyError, match="did you mean 'nutation'"):
-        reductions["nutatio"]
-
-
-def test_reductions_of_failed_tops_are_nan():
-    reductions = kr.reduce(UNDAMPED, [1.0, 9.0], {"spin": "max"}, "rk4", step=0.1, max_steps=20)
-    assert np.isnan(reductions["spin"]["max"]).all() and (reductions.state_counts == 1).all()
-    with pytest.raises(kr.Error, match=r"top\[0\], the first of 5 of 5") as error:
-        reductions.check()
-    assert error.value.paths is reductions and error.value.path.t.tolist() == [
-        reductions.reached[0]
-    ]
-
-
-def test_states_are_written_into_a_given_array():
+            assert_same_bits(values[i], getattr(many[i], name))
+    assert_same_bits(many.q_xyzw, np.roll(many.q, -1, axis=-1))
+    found = kr.solve(MIXED.reshape(2, 3), 9.0, events=LOW, want=["spin"]).events
+    assert found.top.shape == (len(found), 2) and found.q.shape == (len(found), 4)
+    assert found.count.sum() == len(found)
+    own = kr.solve(MIXED, 9.0, events=LOW)
+    assert np.array_equal(own.events.t[own.events.top == 4], own[4].events.t)
+    assert own[[3, 1]].events.t.tolist() == [*own[3].events.t, *own[1].events.t]
+    pieces = list(kr.stream(GRID, TIMES, chunk=20))
+    assert [len(piece) for piece in pieces] == [5, 5, 2]
+    states = np.concatenate([piece.states for piece in pieces])
+    assert np.array_equal(states, PATHS.states.reshape(12, -1, 8))
     out = np.full((4, 3, len(TIMES), 8), 7.0)
     paths = kr.solve(GRID, TIMES, out=out)
     assert np.shares_memory(paths.states, out) and np.array_equal(out, PATHS.states)
     assert not paths.states.flags.writeable and out.flags.writeable
 
 
-def test_tables_have_the_names_of_the_axes_and_units():
-    pytest.importorskip("xarray")
-    data = PATHS.to_xarray("apex", "nutation", degrees=True)
-    assert data["apex"].dims == ("spin", "tilt", "time", "axis")
-    assert data["nutation"].attrs["units"] == "deg" and data["time"].attrs["units"] == "T"
-    assert np.array_equal(data["apex"], PATHS.apex) and data.attrs["method"] == "auto"
-    assert np.array_equal(data["spin"], np.linspace(5, 20, 4)) and data["status"].shape == (4, 3)
-    own = kr.solve(GRID, np.broadcast_to(TIMES, (4, 3, 4))).to_xarray()
-    assert own["t"].dims == ("spin", "tilt", "time") and own["q"].dims[-1] == "quaternion"
-    reductions = kr.reduce(GRID, TIMES, {"nutation": "variance", "apex": "where_max", "m_x": "min"})
-    table = reductions.to_xarray()
-    assert table["nutation_variance"].attrs["units"] == "(rad)^2"
-    assert table["apex_where_max"].dims == ("spin", "tilt", "axis")
-    assert table["apex_where_max"].attrs["units"] == "T"
-    frame = reductions.to_pandas()
-    assert len(frame) == 12 and frame.attrs["units"]["m_x_min"] == "M L^2 T^-1"
-    assert (
-        frame["apex_z_where_max"].tolist()
-        == reductions["apex"]["where_max"][..., 2].ravel().tolist()
-    )
-    assert frame["tilt"].tolist() == np.tile(np.linspace(0.1, 1, 3), 4).tolist()
+def test_results_survive_pickling():
+    for paths in (PATHS, kr.solve(GRID, TIMES, want=["q"]), kr.solve(GRID, TIMES, digits=20)):
+        again = pickle.loads(pickle.dumps(paths))
+        assert np.array_equal(again.q, paths.q) and same_path(again[1, 2], paths[1, 2])
+    reductions = kr.reduce(GRID, TIMES, {"apex": "max", "nutation": ("min", "mean")})
+    again = pickle.loads(pickle.dumps(reductions))
+    assert np.array_equal(again["apex"]["max"], reductions["apex"]["max"])
+    assert list(reductions) == list(reductions.keys()) == ["apex", "nutation"]
+    assert "spin" not in reductions and not again["apex"]["max"].flags.writeable
+    assert np.array_equal(reductions[1]["apex"]["max"], reductions["apex"]["max"][1])
 
 
-@pytest.mark.parametrize(
-    "parameters",
-    [
-        {"spin": [1.0, 5.0, 9.0]},
-        {"spin": [1.0, 5.0, 9.0], "gravity": [1.0, 2.0, 3.0]},
-        {"spin": [[1.0], [5.0]], "tilt": [0.1, 0.2]},
-        {"body_velocity": [[1.0, 2.0, 3.0], [3.0, 2.0, 1.0]]},
-    ],
-)
-def test_a_parameter_named_like_a_quantity_gets_a_suffix(parameters):
-    pytest.importorskip("xarray")
-    tops, name = kr.scenes.asymmetric.vary(**parameters), next(iter(parameters))
-    paths = kr.solve(tops, [0.0, 1.0], want=(name, "energy"))
-    data, renamed_dims = paths.to_xarray(), {"spin": "spin_given"}
-    assert np.array_equal(data[name].values, getattr(paths, name))
-    assert np.array_equal(np.ravel(data[f"{name}_given"].values), np.ravel(parameters[name]))
-    dims = [renamed_dims.get(axis, axis) for axis in tops.axes]
-    assert data["energy"].dims == (*dims, "time") and name not in data.coords
-    assert name in paths.to_xarray("energy").coords
+def test_no_tops_and_no_times_give_empty_results():
+    no_tops = MIXED[:0]
+    for words in ({}, {"digits": 20}, {"events": LOW}, {"want": ["apex"]}):
+        reports = []
+        paths = kr.solve(no_tops, TIMES, progress=reports.append, **words).check()
+        assert len(paths) == 0 and paths.apex.shape == (0, 4, 3) and reports == [1.0]
+    assert kr.solve(no_tops, 9.0, events=LOW).events.states.shape == (0, 8)
+    assert kr.reduce(no_tops, 1.0, SPIN)["spin"]["max"].shape == (0,)
+    assert kr.solve(no_tops, 1.0, "geometric", error=1e-3).q.shape == (0, 2, 4)
+    assert kr.exact(no_tops)([1.0, 2.0]).shape == (0, 2, 8) and list(kr.stream(no_tops, 1.0)) == []
+    no_times = kr.solve(MIXED, [])
+    assert no_times.q.shape == (6, 0, 4) and not no_times.failed.size and len(no_times[0]) == 0
+    assert np.isnan(kr.reduce(MIXED, [], SPIN)["spin"]["max"]).all()
 
 
 @pytest.mark.parametrize("degrees", [False, True])
-def test_varied_parameters_have_units(degrees):
-    top, angle = kr.scenes.sleeping, "deg" if degrees else "rad"
-    tops = top.vary(
-        tilt=[[1.0], [2.0]], gravity=9.0, shaking=[[0.1, 1, 0], [0.1, 2, 0]], degrees=degrees
-    )
+def test_tables_have_the_names_of_the_axes_and_units(degrees):
+    pytest.importorskip("xarray")
+    angle = "deg" if degrees else "rad"
+    data = PATHS.to_xarray("apex", "nutation", degrees=degrees)
+    assert data["apex"].dims == ("spin", "tilt", "time", "axis")
+    assert data["nutation"].attrs["units"] == angle and data["time"].attrs["units"] == "T"
+    factor = 180.0 / np.pi if degrees else 1.0
+    np.testing.assert_allclose(data["nutation"], PATHS.nutation * factor, rtol=1e-15)
+    kinds = {"nutation": "variance", "apex": "where_max", "m_x": "min"}
+    reductions = kr.reduce(GRID, TIMES, kinds)
+    table, frame = reductions.to_xarray(), reductions.to_pandas()
+    assert table["nutation_variance"].attrs["units"] == "(rad)^2"
+    assert table["apex_where_max"].attrs["units"] == "T" and len(frame) == 12
+    assert frame.attrs["units"]["m_x_min"] == "M L^2 T^-1"
+    expected = reductions["apex"]["where_max"][..., 2].ravel()
+    assert frame["apex_z_where_max"].tolist() == expected.tolist()
+    varied = {"tilt": [[1.0], [2.0]], "shaking": [[0.1, 1, 0], [0.1, 2, 0]]}
+    tops = kr.scenes.sleeping.vary(**varied, degrees=degrees)
     units = {"tilt": angle, "shaking": f"L, {angle}/T, {angle}"}
-    copies = tops, tops[1:], tops[[0, 1]], tops.reshape(4), pickle.loads(pickle.dumps(tops))
-    for ensemble in copies:
-        reductions = kr.reduce(ensemble, 1.0, {"spin": "max"})
-        dataset, table = reductions.to_xarray(), reductions.to_pandas()
+    for some in (tops, tops[1:], tops[[0, 1]], tops.reshape(4), pickle.loads(pickle.dumps(tops))):
+        dataset = kr.reduce(some, 1.0, SPIN).to_xarray()
         assert {name: dataset[name].attrs["units"] for name in units} == units
-        assert {name: table.attrs["units"][name] for name in units} == units
-    indicator = kr.megno(top.vary(gravity=[1.0, 2.0]), 30.0)
-    assert indicator.to_pandas().attrs["units"]["gravity"] == "L T^-2"
 
 
-@pytest.mark.parametrize("digits", [20, 30])
-def test_low_words_equal_those_of_single_tops(digits):
-    many = kr.solve(MIXED, TIMES, digits=digits)
-    quantities = kr.solve(MIXED, TIMES, digits=digits, want=["q_low", "nutation"])
-    assert np.array_equal(quantities.q_low, many.q_low) and many.method == "auto"
-    for i, scene in enumerate(SCENES):
-        alone = kr.solve(scene, TIMES, digits=digits)
-        assert same_path(many[i], alone) and np.array_equal(many[i].q_low, alone.q_low)
-        assert np.array_equal(many.m_low[i], alone.m_low) and many[i].stats == alone.stats
-    assert not np.array_equal(many[1:3][0].q_low, 0 * many[1].q)
-
-
-def test_events_equal_those_of_single_tops():
-    low, high = kr.events.nutation(direction=1), kr.events.nutation(direction=-1, max_count=1)
-    ends = kr.events.nutation(direction=-1, max_count=1, terminal=True)
-    for events in (low, [low, high], [low, ends]):
-        many = kr.solve(MIXED, [1.0, 5.0, 10.0], events=events)
-        found = many.events
-        assert found.count.sum() == len(found) and (np.diff(found.top) >= 0).all()
-        for i, scene in enumerate(SCENES):
-            alone = kr.solve(scene, [1.0, 5.0, 10.0], events=events)
-            assert same_path(many[i], alone, events=True), i
-            assert np.array_equal(found.t[found.top == i], alone.events.t)
-        assert many[2:4].events.count.tolist() == found.count[2:4].tolist()
-        assert many[[3, 1]].events.t.tolist() == [*many[3].events.t, *many[1].events.t]
-    assert (many.state_counts < 3).any() and not many.failed.size
-    none = kr.solve(MIXED, 1.0).events
-    assert len(none) == 0 and none.q.shape == (0, 4) and none.m.shape == (0, 3)
-    square = kr.solve(MIXED.reshape(2, 3), 9.0, events=low, want=["spin"]).events
-    assert square.top.shape == (len(square), 2) and square.q.shape == (len(square), 4)
-
-
-def test_geometric_chooses_a_method_for_each_top():
-    tops = MIXED[:5]
-    many = kr.solve(tops, [0.5, 2.0], "geometric", error=1e-6)
-    assert many.method == "geometric" and not many.failed.size
-    for i, scene in enumerate(tops):
-        alone = kr.solve(scene, [0.5, 2.0], "geometric", error=1e-6)
-        assert same_path(many[i], alone) and many[i].plan.choice == alone.plan.choice
-    failed_paths = kr.solve(tops, [0.5, 2.0], "geometric", error=2e-15, want=["nutation"])
-    assert len(failed_paths.failed) > 0 and "cannot be met" in failed_paths.message(
-        int(failed_paths.failed[0])
-    )
-    still = kr.solve(tops, [0.0, 0.0], "geometric", error=1e-6)
-    assert np.array_equal(still.q[:, 1], tops.attitude) and not still.failed.size
-
-
-def test_streams_equal_the_whole_result():
-    pieces = list(kr.stream(GRID, TIMES, chunk=20))
-    assert [len(piece) for piece in pieces] == [5, 5, 2]
-    assert np.array_equal(
-        np.concatenate([p.states for p in pieces]), PATHS.states.reshape(12, -1, 8)
-    )
-    own = np.arange(1.0, 13.0).reshape(4, 3, 1)
-    ends = [t for piece in kr.stream(GRID, own, chunk=1) for t in piece.states[:, 0, 0]]
-    assert ends == list(range(1, 13))
-    reports = []
-    list(kr.stream(random_ensemble(9), 1.0, chunk=4, progress=reports.append))
-    assert reports[-1] == 1.0 and len(reports) == 5
+@pytest.mark.parametrize("parameters", [{"spin": [1.0, 5.0]}, {"body_velocity": np.eye(3)}])
+def test_a_parameter_named_like_a_quantity_gets_a_suffix(parameters):
+    pytest.importorskip("xarray")
+    tops, (name, values) = kr.scenes.asymmetric.vary(**parameters), *parameters.items()
+    paths = kr.solve(tops, [0.0, 1.0], want=(name, "energy"))
+    data = paths.to_xarray()
+    assert np.array_equal(data[name].values, getattr(paths, name))
+    assert np.array_equal(np.ravel(data[f"{name}_given"].values), np.ravel(values))
 
 
 def test_plans_count_tops_by_solver_and_bytes():
     plan = kr.plan(MIXED, TIMES, threads=2)
     assert (plan.closed_form, plan.lanes, plan.alone) == (3, 2, 1) and plan.threads == 2
-    assert plan.states == 4 and plan.seconds > 0.0
-    assert "3 by closed form, 2 in lanes, 1 one by one" in str(plan)
+    assert plan.states == 4 and plan.seconds > 0.0 and "2 in lanes" in str(plan)
     assert kr.plan(MIXED).seconds is None and kr.plan(MIXED).bytes == 64
     assert kr.plan(UNDAMPED, TIMES, method="strang", step=0.1).alone == 5
     assert kr.plan(MIXED, TIMES, digits=20).alone == 6 and kr.plan(GRID).closed_form == 12
     small = kr.plan(MIXED, range(1000), reduce={"spin": "max"})
     assert small.bytes < kr.plan(MIXED, range(1000), want=["spin"]).bytes / 50
-    assert kr.plan(MIXED[:0], TIMES).seconds == 0.0
-    assert kr.plan(MIXED, [1.0]).seconds > 0.0 == kr.plan(MIXED, []).seconds
+    assert kr.plan(MIXED[:0], TIMES).seconds == kr.plan(MIXED, []).seconds == 0.0
 
 
-@pytest.mark.parametrize(
-    "words", [{}, {"want": ("spin", "m")}, {"digits": 20}, {"reduce": {"apex": ("min", "max")}}]
-)
-def test_plans_have_the_size_of_the_results(words):
-    reductions = words.get("reduce")
-    result = kr.reduce(MIXED, TIMES, reductions) if reductions else kr.solve(MIXED, TIMES, **words)
-    buffers = result._buffers
-    arrays = {**buffers._get_allocated_arrays_by_name(), **buffers.columns}
-    assert kr.plan(MIXED, TIMES, **words).bytes == sum(one.nbytes for one in arrays.values())
+# Progress and interruption
+
+LONG = np.linspace(0.0, 1e6, 101)  # this run would take minutes
 
 
-def test_the_time_estimate_scales_with_duration_and_states(monkeypatch):
-    """Estimate run times with a timer that advances by one second at each call."""
-    monkeypatch.setattr(time, "perf_counter", itertools.count().__next__)
-    words = {"method": "strang", "step": 0.001, "threads": 1}
-    ends = {end: kr.plan(UNDAMPED, [end], **words).seconds for end in (0.0, 1.0, 5.0, 1e3)}
-    steps = {0.0: 1.0, 1.0: 1.0, 5.0: 5e3 / 2048, 1e3: 1e6 / 2048}
-    assert ends == pytest.approx(steps, rel=1e-9)
-    assert kr.plan(UNDAMPED, [0.8], method="strang", step=1e-4, threads=4).seconds == pytest.approx(
-        8000 / 2048 / 4, rel=1e-9
-    )
-    few, many = (kr.plan(UNDAMPED, np.linspace(1, 2, n), **words).seconds for n in (100, 10**5))
-    assert few == 1.0 and many == pytest.approx(10**5 / 2048, rel=1e-12)
+@contextlib.contextmanager
+def send_sigint(delay):
+    """Raise KeyboardInterrupt after `delay` seconds, with the signal handler of SIGINT."""
+    before = signal.signal(signal.SIGALRM, signal.default_int_handler)
+    signal.setitimer(signal.ITIMER_REAL, delay)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
 
 
-# Boundary values
+def short_and_long_times(n=N, end=1e6):
+    """Return short integration times for the first 40 tops, and long ones for the other tops."""
+    times = np.tile(LONG * end / 1e6, (n, 1))
+    times[:40] = LONG * 1e-6
+    return times
 
 
-def test_members_with_a_single_time_equal_single_tops():
-    for t, step in ((1.0, 0.125), (-1.0, -0.125)):
-        path = kr.solve(MANY, [t], "strang", step=0.125)
-        assert path[0, 1].t.tolist() == [t] and path[0, 1].step == step
-        alone = kr.solve(MANY[0, 1], [t], "strang", step=0.125)
-        assert np.array_equal(path[0, 1].states, alone.states)
-    assert kr.solve(MANY, [-1.0, 0.0][:1], "strang", step=0.125)[1, 2].step == -0.125
+@pytest.mark.parametrize("words", [{}, {"digits": 20}, {"want": ["nutation"]}, {"threads": 1}])
+def test_ctrl_c_keeps_finished_members(words):
+    with send_sigint(0.3), pytest.raises(kr.Interrupted, match=r"top\[\d+\]") as stop:
+        kr.solve(TOPS, short_and_long_times(), "taylor", **words)
+    paths = stop.value.paths
+    is_complete = paths.status == 0
+    assert 0 < is_complete.sum() < N
+    assert set(paths.status_names[~is_complete]) == {"ERR_INTERRUPTED"}
+    times = short_and_long_times()[is_complete]
+    finished = kr.solve(TOPS[is_complete], times, "taylor", **words)
+    assert np.array_equal(finished.nutation, paths.nutation[is_complete])
+    assert np.isnan(paths.nutation[~is_complete][:, -1]).all()
+    assert stop.value.path.t[-1] == paths.reached[int(paths.failed[0])]
 
 
-def test_reductions_are_a_mapping_that_shows_its_names():
-    reductions = kr.reduce(MANY, 1.0, {"nutation": ("min", "max"), "apex": "mean"})
-    assert list(reductions.keys()) == ["nutation", "apex"]
-    shapes = {
-        name: {kind: x.shape for kind, x in kinds.items()} for name, kinds in reductions.items()
-    }
-    assert shapes == {"nutation": {"min": (2, 3), "max": (2, 3)}, "apex": {"mean": (2, 3, 3)}}
-    np.testing.assert_allclose(reductions["nutation"]["min"], [[0.2] * 3, [0.4] * 3], rtol=1e-14)
-    assert "shape (2, 3), nutation: min max, apex: mean" in repr(reductions)
+@pytest.mark.parametrize("words", [{"method": "geometric", "error": 1e-9}, {"reductions": SPIN}])
+def test_ctrl_c_ends_every_kind_of_request(words):
+    with send_sigint(0.3), pytest.raises(kr.Interrupted) as stop:
+        verb_of(words)(TOPS, 1e6, **words)
+    assert len(stop.value.paths.status) == N and stop.value.paths.failed.size
 
 
-def test_an_empty_ensemble_has_no_events():
-    events = kr.solve(MANY[:0], 9.0, events=kr.events.nutation()).events
-    assert events.t.shape == (0,) and events.states.shape == (0, 8) and events.count.shape == (0, 3)
+def test_ctrl_c_interrupts_a_thread_that_waits_for_another():
+    times = short_and_long_times(64)
+    times[40:-1] = times[0]
+    for place in (63, 0):  # either of the threads may have the long run
+        times[[63, place]] = times[[place, 63]]
+        with send_sigint(0.2), pytest.raises(kr.Interrupted) as stop:
+            kr.solve(TOPS[:64], times, "taylor", threads=2)
+        assert list(stop.value.paths.failed) == [place]
+
+
+@pytest.mark.parametrize("pool", [ThreadPoolExecutor, ProcessPoolExecutor])
+def test_ctrl_c_ends_the_work_of_an_executor(pool):
+    with pool(2) as executor:
+        # the test does not wait for the other processes, so they must end by themselves
+        times = short_and_long_times(end=5e3)
+        times[0, -1] = 1e300  # a double cannot resolve the attitude at this time
+        with send_sigint(0.3), pytest.raises(kr.Interrupted) as stop:
+            kr.solve(TOPS, times, "taylor", executor=executor)
+        names = stop.value.paths.status_names
+        assert "ERR_INTERRUPTED" in names
+        assert names[0] == "ERR_RESOLUTION" or pool is ProcessPoolExecutor
+
+
+def test_progress_rises_to_one_and_may_stop_the_call():
+    reports = []
+
+    def stop(part):
+        reports.append(part)
+        if len(reports) == 3:
+            raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        kr.solve(TOPS, short_and_long_times(), progress=stop)
+    assert reports == sorted(reports) and 0.0 <= reports[0] <= reports[-1] < 1.0
+    kr.solve(TOPS, 1.0, progress=reports.append)
+    assert reports[-1] == 1.0
+
+
+# Refusals: callable, valid arguments, argument, bad value, exception, word
+
+SHAPE = (len(MIXED), len(TIMES), 8)
+SOLVE, REDUCE = {"scene": MIXED, "t": TIMES}, {"tops": MIXED, "t": TIMES, "reductions": SPIN}
+GEOMETRIC = SOLVE | {"method": "geometric", "error": 1e-3}
+BACK = np.array([[1.0, 2.0]] * 4 + [[1.0, 0.5]] * 2)
+AWAY = np.array([[1.0, 2.0]] * 3 + [[1.0, -2.0]] * 3)
+UPWARD = np.broadcast_to([0.0, 0.0, 1.0], (10**6, 3))
+MANY = kr.Ensemble(SCENES[0].body, UPWARD, gravity=1)
+MILLION = {"scene": MANY, "method": "strang", "step": 0.01}
+REFUSALS = [
+    (kr.solve, SOLVE, "method", "exact", ValueError, r"top\[0\]"),
+    (kr.solve, SOLVE | {"step": 0.1}, "method", "strang", ValueError, r"top\[5\]"),
+    (kr.solve, SOLVE, "method", "geometric", ValueError, "error"),
+    (kr.solve, GEOMETRIC, "tol", 1e-3, ValueError, "tol"),
+    (kr.solve, GEOMETRIC, "error", 0.5, ValueError, "0.1"),
+    (kr.solve, GEOMETRIC, "error", -1e-6, ValueError, "positive"),
+    (kr.solve, SOLVE, "error", 1e-3, ValueError, "geometric"),
+    (kr.solve, SOLVE, "threads", 0, ValueError, "threads"),
+    (kr.solve, SOLVE, "executor", 3, TypeError, "executor"),
+    (kr.solve, SOLVE, "progress", 3, TypeError, "progress"),
+    (kr.solve, SOLVE | {"method": "rk4"}, "events", [LOW], ValueError, "rk4"),
+    (kr.solve, SOLVE, "out", [1.0], TypeError, "out"),
+    (kr.solve, SOLVE, "out", np.empty(SHAPE, np.float32), ValueError, "float64"),
+    (kr.solve, SOLVE, "out", np.empty(SHAPE[::-1]).T, ValueError, "C order"),
+    (kr.solve, SOLVE | {"want": ["spin"]}, "out", np.empty(SHAPE), ValueError, "out"),
+    (kr.solve, SOLVE, "t", [0.0, np.inf], ValueError, r"t\[1\]"),
+    (kr.solve, SOLVE, "t", np.ones((5, 4)), ValueError, "shape"),
+    (kr.solve, SOLVE, "t", [[1.0], [2.0, 3.0]], ValueError, "t must"),
+    (kr.solve, SOLVE, "t", BACK, ValueError, r"t\[4, 1\]"),
+    (kr.solve, SOLVE, "t", AWAY, ValueError, r"t\[3, 0\]"),
+    (kr.solve, MILLION | {"every": 1}, "t", 1e5, MemoryError, "GB"),
+    (kr.solve, MILLION, "t", 1e300, ValueError, "steps"),
+    (kr.reduce, REDUCE, "reductions", {"nutatio": "max"}, ValueError, "nutation"),
+    (kr.reduce, REDUCE, "reductions", {"q_low": "max"}, ValueError, "q_low"),
+    (kr.reduce, REDUCE, "reductions", {"spin": "maxx"}, ValueError, "max"),
+    (kr.reduce, REDUCE, "reductions", {}, ValueError, "quantity"),
+    (kr.reduce, REDUCE, "reductions", ["spin"], TypeError, "reductions"),
+    (kr.reduce, REDUCE, "digits", 20, ValueError, "16"),
+    (kr.stream, SOLVE, "t", iter([1.0]), TypeError, "iterator"),
+    (kr.start, {}, "scene", MIXED, TypeError, "index"),
+    (kr.compare, {"t": 1}, "scene", MIXED, TypeError, "index"),
+    (kr.plan, {"scene": MIXED}, "method", "geometric", ValueError, "plan"),
+    (kr.plan, {"scene": SCENES[0], "t": [1.0]}, "reduce", SPIN, ValueError, "reduce"),
+    (kr.exact, {}, "scene", UNDAMPED[[0, 2]], ValueError, r"top\[0\]"),
+    (kr.exact(GRID), {}, "t", 1e300, ValueError, r"top\[0, 0\]"),
+    (kr.exact(GRID), {}, "t", np.ones((3, 4, 2)), ValueError, "shape"),
+    (kr.apex, {}, "path", PATHS, TypeError, r"paths\[0\]"),
+    (PATHS.message, {}, "index", 0, IndexError, "index"),
+]
+
+
+@pytest.mark.parametrize(("call", "valid", "name", "bad", "error", "word"), REFUSALS)
+def test_bad_arguments_are_refused(call, valid, name, bad, error, word):
+    with pytest.raises(error, match=word):
+        call(**valid | {name: bad})
