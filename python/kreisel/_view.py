@@ -223,6 +223,8 @@ def _validate_viewer_methods(names: str | list[str] | None, scene: Scene) -> lis
         return ["taylor"]
     if names is None:
         return ["bobenko_suris" if scene.body.kind == "lagrange" else "strang"]
+    if not isinstance(names, (str, list, tuple)):
+        raise TypeError(f"methods must be a name or a list of names, not {short_repr(names)}")
     method_names = [names] if isinstance(names, str) else list(names)
     if not 1 <= len(method_names) <= 3:
         raise ValueError(

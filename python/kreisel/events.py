@@ -164,7 +164,8 @@ def plane(normal: ArrayLike, offset: float = 0.0, of: str = "apex", **more: Unpa
     if of not in _VECTORS:
         raise ValueError(unknown_name_message("vector", str(of), _VECTORS))
     pairs = zip("xyz", as_three_floats("normal", normal), strict=True)
-    return crossing({f"{of}_{i}": n for i, n in pairs if n}, offset, **more)
+    level = as_float("offset", offset)
+    return crossing({f"{of}_{i}": n for i, n in pairs if n}, level, **more)
 
 
 def nutation(**more: Unpack[_More]) -> Event:

@@ -1,6 +1,7 @@
 """Valid and invalid values for the parameters of the public API."""
 
 import fractions
+import inspect
 import itertools
 
 import kreisel as kr
@@ -82,166 +83,251 @@ TIMES = [0.5, [0.0, 0.25, 0.5], np.array([0.5, 1]), -0.5, 0, []]
 FUNCTIONS = ["apex_z", {"m_x": 2.0, "apex_z*apex_z": 1, "1": -0.5}]
 FILES = ["top.npz", "top.toml", "top.run", "top.csv", "top.html", "new"]
 
-RIGHT = {
-    **dict.fromkeys(["attitude", "attitude_xyzw", "q", "a", "b"], ATTITUDES),
-    **dict.fromkeys(
-        ["com", "pivot", "by", "normal", "v", "point", "momentum", "velocity", "impulse"], VECTORS
-    ),
-    **dict.fromkeys(["body_momentum", "body_velocity", "angles", "rates"], VECTORS),
-    **dict.fromkeys(["inertia", "inertia_about_com"], INERTIAS),
-    **dict.fromkeys(["mass", "radius", "height", "density", "length", "i1", "i3"], SIZES),
-    **dict.fromkeys(["inner", "outer", "gravity", "spin", "tilt", "precession"], SIZES),
-    **dict.fromkeys(["energy", "vertical", "speed", "within", "offset", "nutation"], SIZES),
-    **dict.fromkeys(["thickness", "elevation", "azimuth"], SIZES),
-    **dict.fromkeys(["unphysical", "shell", "degrees", "steady", "fast", "unwrap"], FLAGS),
-    **dict.fromkeys(["back", "open", "terminal"], FLAGS),
-    **dict.fromkeys(
-        ["n", "every", "max_count", "i", "k", "which", "chunk", "fps", "repeats"], COUNTS
-    ),
-    **dict.fromkeys(["function", "where"], FUNCTIONS),
-    **dict.fromkeys(["file", "source", "path"], FILES),
-    "t": TIMES,
-    "inertia_rtol": [0.0, 1e-3],
-    "keep": ["momentum", "velocity"],
-    "damping": [0.1, (0.1, 0.2, 0.3)],
-    "rotor": [(0.0, 0.0, 0.5), (0.1, -0.2, 0.3)],
-    "turning": [(0.0, 0.0, 0.5), (0.1, -0.2, 0.3)],
-    "shaking": [(0.1, 5.0, 0.3), (0.0, 0.0, 0.0)],
-    "friction": [0.1, 0],
-    "axis": [(0.0, 0.0, 1.0), (1.0, -2.0, 0.5)],
-    "body": [TOP.body, LAGRANGE.body, CORNER, MADE_UP, PLATE],
-    "scene": SCENES,
-    "what": [*SCENES, PATHS[1]],
-    "method": ["auto", "strang", "taylor", "rk4", "exact", "extrap", "geometric", *kr.methods],
-    "methods": ["strang", ["rk4", "taylor"], None],
-    "step": [0.125, 0.01],
-    "steps": [[0.1], (0.125, 0.25)],
-    "tol": [1e-6, 1e-12],
-    "tols": [[1e-6], (1e-3, 1e-6)],
-    "digits": [16, 20, 30],
-    "max_steps": [MOST, 10],
-    "error": [1e-3, 1e-6],
-    "want": [["energy"], ("nutation", "q"), ()],
-    "names": ["energy", "apex", "nutation"],
-    "quantity": ["energy", "apex", "q"],
-    "progress": [lambda *_: None, None],
-    "events": [[LOW], [kr.events.loop(), kr.events.plane((0, 1, 0))], []],
-    "truth": ["auto", "exact", PATHS[0]],
-    "checkpoint": [CHECKPOINT, "top.run"],
-    "grid": [None, [[0.1, 0.2], [0.3, 0.4]]],
-    "event": [None, LOW],
-    "max_wait": [None, 20.0, -5],
-    "seed": [0, 7],
-    "map": ["bobenko_suris", None],
-    "rotation": [PATHS[0].rotation[0]],
-    "direction": [1, -1, 0],
-    "of": ["apex", "m"],
-    "name": ["thesis", "energy", "asymmetric"],
-    "size": [16, 32],
-    "axes": [None],
-    "x": ["spin_angle", "t"],
-    "y": ["axial_momentum", "q_w"],
-    "indicator": [None],
-    "time_unit": ["s", "T"],
-    "length_unit": ["m", "T"],
-    "colour": [None, "red"],
-    "message": ["it stopped"],
-    "status": ["ERR_LIMIT"],
-    "table": [None],
-    "key": ["taylor", "rk4"],
-    "threads": [None, 1, 2],
-    "executor": [None],
-    "reduce": [None, KEEPING, {"spin": "last"}],
-    "reductions": [KEEPING, {"spin": "last"}],
-    "out": [None],
-    "index": [0, 1, (0, 1)],
-    "tangents": [None, "start", ["gravity", "start"]],
-    "paths": MANY,
-    "scenes": [[TOP, LAGRANGE], [[TOP], [FREE]]],
-    "shape": [-1, 1, (1, -1)],
-    "tops": [*SOURCES, *ENSEMBLES],
-    "part_size": [None, 1, 7],
-    "task": ["solve", "lyapunov", "section"],
-    "parts": [None, range(1), range(0)],
-    "folder": ["swept", "half", "runs1"],
-    "partial": FLAGS,
-    "sweep": [None],
-    "records": [*RECORDS, RECORDS],
-    "free": [("start", "moments"), "velocity", ["start", "lever"]],
-    "loss": ["linear", "soft"],
-    "pieces": [None, 1, 2],
-    "max_evaluations": [1, 30],
-    "values": [{"spin": np.zeros(3)}, {"apex_x": [0.0] * 3, "energy": [1.0] * 3}],
-    "sigma": [None, 0.1],
-    "columns": [None, {"spin": "spin"}],
-    "frame": [TABLE],
-    "fit": [None, FITS[0]],
-}
-WORDS = {  # the keywords that a function accepts through **more, **changes, **words or **arguments
-    "more": ["direction", "where", "max_count", "terminal"],
-    "changes": [
-        *["body", "momentum", "attitude", "gravity", "velocity", "damping"],
-        *["turning", "shaking", "friction"],
-    ],
-    "words": ["spin", "tilt", "steady", "angles", "momentum", "mass", "body", "gravity", "degrees"],
-}
-WORDS["arguments"] = [name for name in WORDS["words"] if name != "body"]
-PLACES = [0, -1, slice(None), (0, ...), ..., None, [0, 0], np.array([0]), (slice(1), 0), ()]
-PARTICULAR = {  # values of parameters whose meaning differs from call to call
-    **{f"Record{name}.free": [(), "bias", ["delay"]] for name in ("", ".from_csv", ".from_pandas")},
-    **{f"Record.{name}.t": ["t"] for name in ("from_csv", "from_pandas")},
-    "Record.t": [[0.0, 0.5, 1.0]],
-    "Record.from_csv.file": ["record.csv"],
-    "fit.scene": [LAGRANGE, TOP, ENSEMBLES[0]],
-    "Fit.error_of.function": [lambda scene: scene.gravity, lambda scene: scene.body.moments],
-    **dict.fromkeys(["apex.path", "rod.path", "Event.value.path"], PATHS),
-    **dict.fromkeys(["events.crossing.value", "events.kinetic.value"], SIZES),
-    "plot.path": [*PATHS, PATHS[:2]],
-    "plot.more": PATHS,
-    "Body.cuboid.half": VECTORS,
-    "Body.ellipsoid.half": VECTORS,
-    "section.tops": [*SCENES, *ENSEMBLES],
-    "reduce.tops": ENSEMBLES,
-    "frequencies.path": [SWAY, *PATHS],
-    **{f"{verb}.scene": [TOP, LAGRANGE, *ENSEMBLES] for verb in ("lyapunov", "megno", "oli")},
-    **{f"{verb}.t": [1.0, [0.5, 2.0], -1.0] for verb in ("lyapunov", "megno", "oli")},
-    **{f"{verb}.direction": [None, [0.1] * 6] for verb in ("lyapunov", "megno", "oli")},
-    "ExactGoryachevChaplygin.__call__.tangents": [None, "gravity"],  # those of "start" take 1 s
-    "exact.scene": [*SCENES, SCENES[:2], *ENSEMBLES],
-    "compare.t": [0.5, [0.25, 0.5]],
-    **{f"{name}.__getitem__.key": PLACES for name in ("Bodies", "Ensemble", "Paths", "Section")},
-    "Reductions.__getitem__.key": ["nutation", "m_x", *PLACES],
-    **{f"{verb}.scene": [*SCENES, *ENSEMBLES] for verb in ("solve", "stream", "plan")},
-    **{f"Bodies.{name}.mass": [1, [1, 2]] for name in ("cone", "cuboid", "symmetric")},
-    **{f"Ensemble{name}.body": [TOP.body, *BODIES] for name in ("", ".from_euler", ".spinning")},
-    **{
-        f"Bodies.{name}.half": [(1, 2, 3), [(1, 1, 2), (3, 2, 1)]]
-        for name in ("cuboid", "ellipsoid")
-    },
-    "Bodies.unphysical": [True, [True, False]],
-    "Ensemble.momentum": [(0, 0, 1), np.ones((2, 3)), np.ones((3, 1, 3))],
-    "Ensemble.gravity": [1.0, [1.0, 2.0], -1],
-    "Ensemble.spinning.tilt": [0.5, [0.0, 0.5]],
-    "Scene.scatter.momentum": [0.1, (0.1, 0, 0)],
-    "Scene.scatter.attitude": [0.1, (0.1, 0, 0)],
-    "Source.scatter.momentum": [0.1, (0.1, 0, 0)],
-    "Source.scatter.attitude": [0.1, (0.1, 0, 0)],
-    "Source.columns.file": ["tops.parquet"],
-    "sweep.folder": [f"runs{i}" for i in range(40)],
-    "Source.of.tops": ENSEMBLES,
-    "Source.__getitem__.key": [0, -1, slice(1, 3), slice(None)],
-    "SweepResult.__getitem__.name": ["status", "nutation_min", "top"],
-    "SweepResult.part.i": [0, 1],
-}
 
-
-class Unit:
-    """A number with a unit."""
+class Metres(np.ndarray):
+    """An array with a unit that NumPy drops silently."""
 
     unit = "m"
 
-    def __float__(self):
-        return 1.0
+
+NAN, INF = float("nan"), float("inf")
+LONG = "x" * 100_000
+MANY_ROWS = np.full((300, 5), 0.123456789)
+NO_NUMBERS = [NAN, INF, -INF, "1", True, 1j, None, 10**400, LONG, MANY_ROWS]
+NOT_POSITIVE = [*NO_NUMBERS, 0, -1.5]
+NO_VECTORS = [(1, 2), (0, 1, NAN), (0, -INF, 0), "abc", {1, 2, 3}, (1, 2, 2 + 1j), MANY_ROWS]
+NO_VECTORS += [np.ma.array([1.0, 2.0, 3.0], mask=[False, True, False]), np.ones(3).view(Metres)]
+NO_SIDES = [*NO_VECTORS, (1, 0, 1), (1, -1, 1)]
+NO_INERTIAS = [(1, 2), np.ones((3, 2)), (1, 2, NAN), (1, 2, "3"), ((1, 2), (3,)), MANY_ROWS]
+NO_INERTIAS += [((2, 0.1, 0), (0.2, 2, 0), (0, 0, 2))]
+NO_MOMENTS = [(1, 2, 0), (1, -2, 2), (1, 2, 3.1), np.zeros((3, 3))]
+NO_ATTITUDES = [(1, 0, 0), (1, 1, 0, 0), (0, 0, 0, 0), (0.7071, 0, 0, 0.7071), (1, 0, 0, NAN)]
+NO_ATTITUDES += ["abcd", 3, MANY_ROWS]
+NO_FLAGS = [1, "yes", MANY_ROWS]
+NO_COUNTS = [-1, 1.5, "2", True, 2**70, LONG]
+NO_TIMES = [NAN, [1, INF], "10", None, True, [1, 2j], [[1, 2], 3], [1, 3, 2], [1, -1], [-1, -0.5]]
+NO_TIMES += [np.ma.array([1.0, 2.0], mask=[False, True]), ["soon"] * 100_000]
+NO_OBJECTS = [3, None, LONG, kr.Body, {}]
+NO_NAMES = ["qqq", "", 4, LONG]
+# The names of parameters, values that they may have, and values that are refused.
+PARAMETERS = [
+    ("q a b", ATTITUDES, ["abcd", 3, (1, 0, 0)]),
+    ("attitude attitude_xyzw", ATTITUDES, NO_ATTITUDES),
+    ("com pivot normal point momentum impulse angles", VECTORS, NO_VECTORS),
+    ("velocity body_momentum body_velocity rates", VECTORS, NO_VECTORS),
+    ("by v", VECTORS, [(1, 2), "abc"]),
+    ("inertia inertia_about_com", INERTIAS, NO_INERTIAS),
+    ("mass radius length density i1 i3 speed fps", SIZES, NOT_POSITIVE),
+    ("height outer gravity spin tilt precession energy vertical value", SIZES, NO_NUMBERS),
+    ("offset within thickness elevation azimuth", SIZES, NO_NUMBERS),
+    ("inner", SIZES, [*NO_NUMBERS, -1, 3]),
+    ("nutation", SIZES, [LONG, 1j]),
+    ("unphysical shell degrees steady fast unwrap back terminal partial", FLAGS, NO_FLAGS),
+    ("open", FLAGS, []),
+    ("n", COUNTS, NO_COUNTS),
+    ("every max_count chunk repeats", COUNTS, [*NO_COUNTS, 0]),
+    ("max_evaluations", [1, 30], [*NO_COUNTS, 0]),
+    ("part_size pieces threads", [None, 1, 2], [*NO_COUNTS, 0]),
+    ("seed", [0, 7], NO_COUNTS),
+    ("max_steps", [300, 10], NO_COUNTS),
+    ("i k which", COUNTS, [1.5, "2"]),
+    ("index", [0, 1, (0, 1)], []),
+    ("digits", [16, 20, 30], [0, 31, 20.5, "20", True, 10**6]),
+    ("size", [16, 32], [*NO_COUNTS, 0]),
+    ("step tol", [0.125, 1e-6], NOT_POSITIVE),
+    ("steps tols", [[0.1], (0.125, 0.25)], [0.1, ["a"], [0], [NAN]]),
+    ("error", [1e-3, 1e-6], [NAN, "1", 0, -1]),
+    ("inertia_rtol", [0.0, 1e-3], [NAN, -5e-324, 1, "1", True, LONG]),
+    ("sigma", [None, 0.1], [NAN, 0, -1, "x"]),
+    ("max_wait", [None, 20.0, -5], [NAN, "1", 0]),
+    ("damping", [0.1, (0.1, 0.2, 0.3)], [NAN, -1, "1", (1, 2), (0, 0, -1)]),
+    ("friction", [0.1, 0], [NAN, -1, "1", True]),
+    ("rotor turning", [(0.0, 0.0, 0.5), (0.1, -0.2, 0.3)], NO_VECTORS),
+    ("shaking", [(0.1, 5.0, 0.3), (0.0, 0.0, 0.0)], [*NO_VECTORS, (0.1, -5.0, 0.3)]),
+    ("axis", [(0.0, 0.0, 1.0), (1.0, -2.0, 0.5)], [*NO_VECTORS, (0, 0, 0)]),
+    ("half", [(1, 2, 3), np.ones(3)], NO_SIDES),
+    ("t", TIMES, NO_TIMES),
+    ("body", [TOP.body, LAGRANGE.body, CORNER, MADE_UP, PLATE], [*NO_OBJECTS, TOP]),
+    ("scene", SCENES, [*NO_OBJECTS, TOP.body]),
+    ("what", [*SCENES, PATHS[1]], NO_OBJECTS),
+    ("tops", [*SOURCES, *ENSEMBLES], NO_OBJECTS),
+    ("scenes", [[TOP, LAGRANGE], [[TOP], [FREE]]], [3, [TOP, 3], [[TOP], [TOP, FREE]]]),
+    ("paths", MANY, []),
+    ("axes", [None], [[1, 2, 3], True]),
+    ("sweep table executor out message status colour", [None, "red"], []),
+    ("records", [*RECORDS, RECORDS], [3, [], [3]]),
+    ("fit", [None, FITS[0]], []),
+    ("frame", [TABLE], []),
+    ("method", ["auto", "strang", "taylor", "rk4", "exact", "extrap", *kr.methods], NO_NAMES),
+    ("methods", ["strang", ["rk4", "taylor"], None], [["rk5"], ["rk4", LONG], 4]),
+    ("task", ["solve", "lyapunov", "section"], NO_NAMES),
+    ("loss", ["linear", "soft"], NO_NAMES),
+    ("map", ["bobenko_suris", None], NO_NAMES),
+    ("keep", ["momentum", "velocity"], NO_NAMES),
+    ("truth", ["auto", "exact", PATHS[0]], NO_NAMES),
+    ("want", [["energy"], ("nutation", "q"), ()], ["energi", [LONG], 3]),
+    ("tangents", [None, "start", ["gravity", "start"]], ["starts", 3, [], LONG]),
+    ("names quantity", ["energy", "apex", "nutation"], ["energi", LONG]),
+    ("free", [("start", "moments"), "velocity", ["start", "lever"]], ["lenght", 3, LONG]),
+    ("events", [[LOW], [kr.events.loop(), kr.events.plane((0, 1, 0))], []], [3, "loop", [3]]),
+    ("event", [None, LOW], [3, "loop"]),
+    ("function where", FUNCTIONS, ["m_q", 3, {}, LONG, {"m_x": NAN}]),
+    ("of", ["apex", "m"], ["apexx", 3, LONG]),
+    ("direction", [1, -1, 0], [2, 0.5, "up"]),
+    ("reduce reductions", [None, KEEPING, {"spin": "last"}], [3, {"spinn": "last"}, {"spin": "x"}]),
+    ("parts", [None, range(1), range(0)], [3.5, "x"]),
+    ("progress", [lambda *_: None, None], []),
+    ("checkpoint", [CHECKPOINT, "top.run"], [b"x"]),
+    ("grid", [None, [[0.1, 0.2], [0.3, 0.4]]], [3, (3, 3, 3, 3), (3, 0), (3, 1.5)]),
+    ("rotation", [PATHS[0].rotation[0]], [3]),
+    ("values", [{"spin": np.zeros(3)}, {"apex_x": [0.0] * 3, "energy": [1.0] * 3}], [3, {}]),
+    ("columns", [None, {"spin": "spin"}], [3]),
+    ("name", ["energy", "thesis", "asymmetric"], []),
+    ("x y", ["spin_angle", "t", "axial_momentum", "q_w"], ["qqq"]),
+    ("indicator", [None], ["x"]),
+    ("time_unit length_unit", ["s", "T"], [3]),
+    ("key", ["taylor", "rk4"], []),
+    ("shape", [-1, 1, (1, -1)], []),
+    ("file source path folder", FILES, []),
+]
+RIGHT = {name: right for names, right, _ in PARAMETERS for name in names.split()}
+WRONG = {name: wrong for names, _, wrong in PARAMETERS for name in names.split()}
+WORDS = {  # the keywords that a function accepts through **more, **changes, **words or **arguments
+    "more": ["direction", "where", "max_count", "terminal"],
+    "changes": ["body", "momentum", "attitude", "gravity", "damping", "turning", "friction"],
+    "words": ["spin", "tilt", "steady", "angles", "momentum", "mass", "body", "degrees"],
+}
+WORDS["arguments"] = [name for name in WORDS["words"] if name != "body"]
+PLACES = [0, -1, slice(None), (0, ...), ..., None, [0, 0], np.array([0]), (slice(1), 0), ()]
+
+
+def spread(table):
+    """Return a dictionary whose keys are the words of the keys of a table."""
+    return {name: value for names, value in table.items() for name in names.split()}
+
+
+# Values of parameters whose meaning differs from call to call
+PARTICULAR = spread(
+    {
+        "Record.free Record.from_csv.free Record.from_pandas.free": [(), "bias", ["delay"]],
+        "Record.from_csv.t Record.from_pandas.t": ["t"],
+        "Record.t": [[0.0, 0.5, 1.0]],
+        "Record.from_csv.file": ["record.csv"],
+        "fit.scene": [LAGRANGE, TOP, ENSEMBLES[0]],
+        "Fit.error_of.function": [lambda scene: scene.gravity, lambda scene: scene.body.moments],
+        "apex.path rod.path Event.value.path plot.more": PATHS,
+        "plot.path": [*PATHS, PATHS[:2]],
+        "section.tops solve.scene stream.scene plan.scene": [*SCENES, *ENSEMBLES],
+        "reduce.tops Source.of.tops": ENSEMBLES,
+        "frequencies.path": [SWAY, *PATHS],
+        "lyapunov.scene megno.scene oli.scene": [TOP, LAGRANGE, *ENSEMBLES],
+        "lyapunov.t megno.t oli.t": [1.0, [0.5, 2.0], -1.0],
+        "lyapunov.direction megno.direction oli.direction": [None, [0.1] * 6],
+        "ExactGoryachevChaplygin.__call__.tangents": [None, "gravity"],  # "start" takes 1 s
+        "exact.scene": [*SCENES, SCENES[:2], *ENSEMBLES],
+        "compare.t": [0.5, [0.25, 0.5]],
+        "Bodies.__getitem__.key Ensemble.__getitem__.key": PLACES,
+        "Paths.__getitem__.key Section.__getitem__.key": PLACES,
+        "Reductions.__getitem__.key": ["nutation", "m_x", *PLACES],
+        "Bodies.cone.mass Bodies.cuboid.mass Bodies.symmetric.mass": [1, [1, 2]],
+        "Ensemble.body Ensemble.from_euler.body Ensemble.spinning.body": [TOP.body, *BODIES],
+        "Bodies.cuboid.half Bodies.ellipsoid.half": [(1, 2, 3), [(1, 1, 2), (3, 2, 1)]],
+        "Bodies.unphysical": [True, [True, False]],
+        "Ensemble.momentum": [(0, 0, 1), np.ones((2, 3)), np.ones((3, 1, 3))],
+        "Ensemble.gravity": [1.0, [1.0, 2.0], -1],
+        "Ensemble.spinning.tilt": [0.5, [0.0, 0.5]],
+        "Scene.scatter.momentum Scene.scatter.attitude": [0.1, (0.1, 0, 0)],
+        "Source.scatter.momentum Source.scatter.attitude": [0.1, (0.1, 0, 0)],
+        "Source.columns.file": ["tops.parquet"],
+        "sweep.folder": [f"runs{i}" for i in range(40)],
+        "Source.__getitem__.key": [0, -1, slice(1, 3), slice(None)],
+        "SweepResult.__getitem__.name": ["status", "nutation_min", "top"],
+        "SweepResult.part.i": [0, 1],
+    }
+)
+UNORDERED = NO_TIMES[:7]  # the times of closed forms may have any order
+NO_WIDTHS = [NAN, -1, "1", (1, 2), True]
+PARTICULAR_WRONG = spread(
+    {
+        "Exact.__call__.t ExactEnsemble.__call__.t ExactTorus.__call__.t": UNORDERED,
+        "ExactKowalewski.__call__.t ExactGoryachevChaplygin.__call__.t": UNORDERED,
+        "ExactMap.__call__.k": [0.5, 2**53, -(2**53), [[1, 2]], [1, 2.5], "1", True],
+        "Path.modified_energy.step Path.modified_energy4.step": NO_NUMBERS,
+        "Scene.scatter.momentum Scene.scatter.attitude": NO_WIDTHS,
+        "Source.scatter.momentum Source.scatter.attitude": NO_WIDTHS,
+        "lyapunov.direction megno.direction oli.direction": [(1, 2), "up", [NAN] * 6, [0] * 6],
+        "Record.from_csv.t Record.from_pandas.t sweep.direction scenes.name_of.scene": [],
+        "Source.of.tops sweep.tops": NO_OBJECTS[:2],
+    }
+)
+# Further arguments of a valid call, if the first valid values of the required ones are not enough
+FURTHER = spread(
+    {
+        "Body.cone Body.cylinder Body.ellipsoid Body.sphere Body.tube": {"mass": 1},
+        "Bodies.cone Bodies.cylinder Bodies.ellipsoid Bodies.sphere Bodies.tube": {"mass": 1},
+        "Body.rod Bodies.rod": {"pivot": (1, 0, 0)},
+        "Body Bodies": {"com": (0, 0, 0.5), "inertia": (1, 2, 2.5)},
+        "Body.shift": {"by": (0, 0, 1e-3)},
+        "Body.turn": {"by": TILT},
+        "Body.with_rotor": {"inertia": 0.1},
+        "Scene Ensemble": {"momentum": (0.1, 0.2, 0.3), "gravity": 1},
+        "Scene.from_euler Scene.spinning": {"body": LAGRANGE.body, "gravity": 1},
+        "Ensemble.from_euler Ensemble.spinning": {"body": LAGRANGE.body, "gravity": 1},
+        "Scene.from_toml": {"source": "top.toml"},
+        "Scene.scatter Source.scatter": {"attitude": 0.1},
+        "Source.grid": {"spin": [1, 2]},
+        "Source.random": {"spin": (1, 2)},
+        "Paths.message Reductions.message Section.message": {"index": (0, 0)},
+        "Run.change": {"gravity": 2},
+        "Run.reset": {"momentum": (1, 2, 3)},
+        "Run.stream stream": {"t": [0.5, 1.0]},
+        "Table.__getitem__": {"i": 0},
+        "compare": {"methods": ["taylor"], "tols": [0.1], "steps": [0.1]},
+        "exact": {"scene": LAGRANGE},
+        "load": {"file": "top.run"},
+        "read_sweep": {"folder": "swept"},
+        "reduce": {"reductions": KEEPING},
+        "rod": {"path": PATHS[1]},
+        "scenes.get_scene": {"name": "thesis"},
+        "starts": {"energy": 5, "vertical": 1, "n": 2, "gravity": 1},
+        "sweep": {"t": [1.0]},
+    }
+)
+VARIABLE = inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD
+
+
+def get_valid_values(name, word):
+    return PARTICULAR.get(f"{name}.{word}") or RIGHT[word]
+
+
+def get_wrong_values(name, word):
+    """Return values of a parameter that a function refuses."""
+    values = PARTICULAR_WRONG.get(f"{name}.{word}", WRONG[word])
+    if name.startswith(("Bodies", "Ensemble")):  # which may have an array of each number
+        return [value for value in values if value is not MANY_ROWS]
+    return values
+
+
+def get_arguments(name, parameters):
+    """Return the arguments of a valid call by name."""
+    required = [p.name for p in parameters if p.default is p.empty and p.kind not in VARIABLE]
+    arguments = {word: get_valid_values(name, word)[0] for word in required}
+    if any(p.name == "max_steps" for p in parameters):
+        arguments["max_steps"] = MOST
+    return arguments | FURTHER.get(name, {})
+
+
+def write_files():
+    """Write the files that valid arguments name to the working directory."""
+    kr.solve(TOP, [1, 2]).save("top.npz")
+    TABLE.to_csv("record.csv", index=False)
+    kr.scenes.thesis.to_toml("top.toml")
+    kr.start(TOP).save("top.run")
+    for folder, parts in {"swept": None, "half": range(1)}.items():
+        words = {"part_size": 3, "parts": parts, "reduce": {"nutation": "min"}}
+        kr.sweep(SOURCES[0], [1.0], folder=folder, **words)
+    tops = pandas.DataFrame({"spin": [1.0, 2.0], "tilt": [0.1, 0.2]})
+    tops.to_parquet("tops.parquet")
 
 
 class Array:
@@ -253,7 +339,6 @@ class Array:
 
 KNOT = []
 KNOT.append(KNOT)
-LONG = "x" * 100_000
 ODD = [
     *(None, True, False, np.False_, 0, -0.0, -1, 0.5, 2**31, 2**63, 2**64, -(2**63), 10**400),
     *(float("nan"), float("inf"), -float("inf"), 5e-324, 1e-308, 1e-160, 1e160, 1e308, 1j),
@@ -262,19 +347,20 @@ ODD = [
     *(range(3), range(10**12), iter([1.0, 2.0]), itertools.count(), fractions.Fraction(1, 3)),
     *([0, 0, 0], [0] * 4, [1, 2], [1] * 9, ["a", "b", "c"], [[1, 2], [3]], [None] * 3, [0.1] * 50),
     *([5e-324] * 3, [1e308] * 3, [1e308] * 4, [1, float("nan"), 1], [1e-200, 1, 1e200], [LONG]),
-    *(slice(None), slice(0, 10**30, 0), Unit(), Array(), memoryview(b"abcdefgh"), lambda: None),
+    *(
+        slice(None),
+        slice(0, 10**30, 0),
+        NO_VECTORS[-1],
+        Array(),
+        memoryview(b"abcdefgh"),
+        lambda: None,
+    ),
     *(TOP, MADE_UP, PATHS[0], WANTED, LOW, kr.methods["rk4"], kr.events, kr.Body, kr.Scene),
     *(np.array(1.0), np.array("x"), np.array(None), np.array([], int), np.zeros((0, 3)), np.eye(3)),
     *(np.zeros((2, 3, 4)), np.array([1, "x"], object), np.ma.array([1, 2, 3], mask=[0, 1, 0])),
     *(np.float16(1), np.longdouble(3), np.complex64(1), np.int8(-1), np.uint64(2**64 - 1)),
     *(np.str_("x"), np.datetime64("2026-01-01"), np.zeros(3, "i4,f8"), np.broadcast_to(1.0, 10**6)),
-    *(
-        np.full(3, np.nan),
-        np.zeros(3, bool),
-        np.zeros(3, "S3"),
-        np.zeros(6)[::-2],
-        np.zeros(3, ">f8"),
-    ),
+    *(np.zeros(3, bool), np.zeros(3, "S3"), np.zeros(6)[::-2], np.zeros(3, ">f8")),
 ]
 SCALARS = st_numpy.scalar_dtypes() | st_numpy.unicode_string_dtypes(max_len=4)
 SHAPES = st_numpy.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=4)

@@ -9,13 +9,7 @@ from argument_values import DAMPED, FREE, LAGRANGE, LOW, MOST, PATHS, RIGHT, TOP
 from kreisel import quaternion
 
 DUNDERS = "__call__", "__getitem__", "__getattr__", "__len__", "__iter__", "__repr__"
-FAILURES = (
-    kr.Error,
-    kr.Interrupted,
-    kr.CompareInterrupted,
-    kr.FitInterrupted,
-    kr.SweepInterrupted,
-)
+FAILURES = kr.Error, kr.Interrupted, kr.CompareInterrupted, kr.FitInterrupted, kr.SweepInterrupted
 NAMES = "MethodName", "QuantityName"  # types of strings, which are never called
 NAMESPACES = kr, kr.events, quaternion, kr.scenes
 
@@ -83,14 +77,8 @@ SELVES = {  # factories of an instance for each class with methods
     kr.View: [always(kr.view(TOP, open=False))],
 }
 
-
-USERS = (
-    kr.Body,
-    kr.Bodies,
-    kr.Ensemble,
-    kr.Record,
-    kr.Scene,
-)  # classes that users instantiate; objects of all other classes come from kreisel
+# classes that users instantiate; objects of all other classes come from kreisel
+USERS = kr.Body, kr.Bodies, kr.Ensemble, kr.Record, kr.Scene
 RECORDS = [cls for cls in SELVES if dataclasses.is_dataclass(cls) and cls not in USERS]
 
 
@@ -140,13 +128,15 @@ def members(cls):
 def member(cls, name, attribute):
     if isinstance(attribute, classmethod):
         return [always(getattr(cls, name))], parameters(getattr(cls, name))
-    if inspect.isfunction(attribute):
-        return [
-            lambda make_self=make_self: getattr(make_self(), name) for make_self in SELVES[cls]
-        ], parameters(attribute)[1:]
-    return [
-        lambda make_self=make_self: lambda: getattr(make_self(), name) for make_self in SELVES[cls]
-    ], []
+    takes = parameters(attribute)[1:] if inspect.isfunction(attribute) else []
+    is_read = not inspect.isfunction(attribute)
+
+    def get_from(make_self):
+        return lambda: (
+            (lambda: getattr(make_self(), name)) if is_read else getattr(make_self(), name)
+        )
+
+    return [get_from(make_self) for make_self in SELVES[cls]], takes
 
 
 def parameters(thing):

@@ -266,10 +266,10 @@ def _list_runs_to_compare(
     tolerances: list[float],
 ) -> list[_TimedMethodRun]:
     """Return the runs to measure: one for each method and each step size or tolerance."""
-    if isinstance(methods, str):
-        raise TypeError(f"methods must be a list of names, not {short_repr(methods)}")
     if methods is None:
         methods = [method.name for method in known.values() if method.suits(scene)]
+    if isinstance(methods, str) or not isinstance(methods, Iterable):
+        raise TypeError(f"methods must be a list of names, not {short_repr(methods)}")
     runs = []
     for name in methods:
         method = resolve_method(name, scene)

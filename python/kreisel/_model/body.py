@@ -261,7 +261,7 @@ class Body(ShapeConstructors[float, float | Vector]):
         >>> [round(x, 9) + 0.0 for x in upright.turn((0.5**0.5, 0.5**0.5, 0, 0)).com]
         [0.0, -3.0, 0.0]
         """
-        q = unit("turn", by)
+        q = unit("by", by)
         axes = np.array([turn(q, (x, y, z)) for x, y, z in np.eye(3).tolist()])
         tensor = axes.T @ validate_inertia_tensor("inertia", self.inertia) @ axes
         com, rotor = np.array(self.com) @ axes, np.array(self.rotor) @ axes
