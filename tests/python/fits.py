@@ -52,12 +52,15 @@ def measure(scene, t, quantity, settings):
         word, _, rest = name.partition("[")
         if "." not in rest or f".{quantity}" in rest:
             parts[word].append(value)
-    values = solve_at(scene, t - np.sum(parts["delay"]), quantity)
+    whole, _, axis = quantity.rpartition("_")
+    is_component = axis in ("x", "y", "z")
+    values = solve_at(scene, t - np.sum(parts["delay"]), whole if is_component else quantity)
     turn = Rotation.from_rotvec(parts["mounting"] or np.zeros(3))
     if quantity == "q":
         return np.roll((to_rotation(values) * turn).as_quat(), 1, axis=1)
     if parts["mounting"]:
         values = turn.inv().apply(values)
+    values = values[:, "xyz".index(axis)] if is_component else values
     rows = values.reshape(len(t), -1) * (parts["scale"] or 1.0) + (parts["bias"] or 0.0)
     return rows.reshape(values.shape)
 
@@ -200,6 +203,11 @@ def differentiate_record(scene, t, names, quantity, settings):
     def compute_change(x):
         changes = dict(zip(names, x, strict=True))
         moved = {name: value + changes[name] for name, value in settings.items()}
+        mounting = [name for name in settings if name.startswith("mounting")]
+        turns = [[values[name] for name in mounting] for values in (settings, changes)]
+        if mounting:
+            first, second = map(Rotation.from_rotvec, turns)
+            moved |= dict(zip(mounting, (first * second).as_rotvec(), strict=True))
         other = change_parameters(scene, {n: d for n, d in changes.items() if n not in moved})
         return subtract(quantity, measure(other, t, quantity, moved), base)
 

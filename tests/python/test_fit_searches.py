@@ -120,13 +120,7 @@ def test_a_guess_of_another_motion_is_enough(name):
 def test_the_apex_alone_is_enough(scene, sigmas, free, words):
     """Check records of a tip or its angles, also from a turntable and beyond a stop."""
     t = np.linspace(0.0, 6.0 if scene.friction else 4.0, 200)
-    rng, values = np.random.default_rng(4), {}
-    for name, sigma in sigmas.items():
-        whole, _, axis = name.partition("_") if name.startswith("apex") else (name, "", "")
-        column = solve_at(scene, t, whole)
-        column = column[:, "xyz".index(axis)] if axis else column
-        values[name] = column + sigma * rng.normal(size=column.shape)
-    record = kr.Record(t, values, sigmas)
+    record = simulate(scene, t, sigmas, seed=4)
     found = kr.fit(SYMMETRIC_GUESS.replace(**words), record, free)
     assert 0.8 < found.chi2 / found.dof < 1.2 and found.scene.body.kind == "lagrange"
     assert abs(found.values["I1 = I2"] - 1.0) < 4.0 * found.error["I1 = I2"] < 0.05
