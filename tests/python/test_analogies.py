@@ -29,7 +29,7 @@ def test_the_rod_has_the_lagrangian_and_the_curvature_of_its_centre_line(name):
     lagrangian = path.kinetic - path.potential
     assert rod.lagrangian_density == pytest.approx(lagrangian, abs=1e-13 * energy)
     n, b, t = rod.frame.transpose(1, 0, 2)
-    assert np.cross(n, b) == pytest.approx(t, abs=1e-14), "right-handed"
+    assert np.cross(n, b) == pytest.approx(t, abs=1e-14)
     slope, tolerance = differentiate(t, rod.s), 2e-6 * size**5
     for curve, normal in zip(rod.curvature.T, (n, b), strict=True):
         assert (slope * normal[2:-2]).sum(-1) == pytest.approx(curve[2:-2], abs=tolerance)

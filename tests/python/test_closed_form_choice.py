@@ -95,14 +95,3 @@ def test_tiny_asymmetries_and_tilts_make_a_top_fall():
     for upright in ((1, 0, 0, 0), (0, 1, 0, 0), (0.6, 0, 0, 0.8)):
         stands = kr.exact(kr.Scene(SLEEPER, (0, 0, 0.5), upright, gravity=1))
         assert stands.period == np.inf and stands(1e3).nutation[0] in (0, np.pi)
-
-
-@pytest.mark.parametrize("words", [{}, {"method": "strang", "step": 0.001}])
-def test_without_gravity_the_centre_of_mass_does_not_matter(words):
-    ends = []
-    for com in ((0, 0, 0), (0.6, 0.5, 0.4)):
-        body = kr.Body(1, (1, 1 + 0.8e-12, 1 - 0.15e-12), com, unphysical=True)
-        path = kr.solve(kr.Scene(body, (0.3, -0.9, 1.1), TILT, gravity=0), 1000, **words)
-        ends.append(path.q[-1])
-        assert path.error < 2e-12
-    assert kr.attitude_error(*ends) < 2e-12

@@ -126,22 +126,6 @@ def test_a_sleeping_top_has_no_period_and_a_free_body_returns_after_two():
     assert np.abs(half) == pytest.approx(np.abs(first), abs=1e-12)
 
 
-def test_closed_forms_of_an_ensemble_equal_single_ones():
-    tops = THESIS.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
-    ensemble, own = kr.exact(tops), np.arange(12.0).reshape(2, 3, 2) - 5.0
-    assert len(ensemble) == 2 and len(ensemble.scenes) == 6 and ensemble([]).shape == (2, 3, 0, 8)
-    states, at_once = ensemble(own), ensemble([0.5, -0.5, 0.0])
-    for i in np.ndindex(2, 3):
-        one = kr.exact(tops[i])
-        assert same_bits(states[i], one(own[i]).states)
-        assert same_bits(at_once[i], one([0.5, -0.5, 0.0]).states)
-        assert ensemble.t_least[i] == one.t_least and ensemble.motion_type[i] == one.motion_type
-    assert not ensemble.motion_type.flags.writeable and "shape (2, 3)" in repr(ensemble)
-    own[1, 1, 0] = 1e17
-    with pytest.raises(ValueError, match=r"^top\[1, 1\]: by t = 1e\+17"):
-        ensemble(own)
-
-
 # The closed form of the map
 
 

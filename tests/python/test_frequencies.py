@@ -8,23 +8,25 @@ import pytest
 from kreisel import quaternion
 from tops import FREE, LAGRANGE, TILT, unit
 
-RATES = "precession_rate", "nutation", "spin_angle_rate"
-
 
 def analyse(scene, end=200.0, states=4001, method="taylor", **words):
     return kr.frequencies(kr.solve(scene, np.linspace(0.0, end, states), method, **words))
 
 
+def list_rates(found):
+    nutation = found.nutation if hasattr(found, "nutation") else math.tau / found.period
+    return [found.precession_rate, found.spin_angle_rate, nutation]
+
+
 def find_largest_error(found, exact):
     """Return the largest relative error of the rates."""
-    pairs = [(getattr(found, name), getattr(exact, name)) for name in RATES[::2]]
-    pairs.append((found.nutation, math.tau / exact.period))
+    pairs = zip(list_rates(found), list_rates(exact), strict=True)
     return max(abs(one / other - 1.0) if other else abs(one) for one, other in pairs)
 
 
 def assert_rates_near(found, expected, tolerance, precession=0.0):
     """Assert that rates agree, after a change of the precession."""
-    one, other = ([getattr(x, name) for name in RATES] for x in (found, expected))
+    one, other = list_rates(found), list_rates(expected)
     other[0] += precession
     assert one == pytest.approx(other, abs=tolerance, nan_ok=True)
 
@@ -59,22 +61,13 @@ def test_frequencies_of_random_tops(gravity):
         exact = kr.exact(scene)
         found = analyse(scene, 40.0 * min(exact.period, 40.0), 4096)
         assert find_largest_error(found, exact) < 1e-12
-
-
-@pytest.mark.parametrize("side", [1, -1])
-def test_frequencies_of_tops_that_pass_near_a_pole(side):
-    rng = np.random.default_rng(17)
-    for _ in range(8):
+        # a start near a pole
         lean = 10 ** rng.uniform(-7, -0.83)
-        angles = (rng.uniform(0, 6), lean if side > 0 else math.pi - lean, rng.uniform(0, 6))
-        body = draw_top(rng, 1).body
-        attitude = kr.Scene.from_euler(body, angles=angles, gravity=1).attitude
-        velocity = rng.normal(size=3) * (1, 1, 2)
-        scene = kr.Scene(body, body_velocity=velocity, attitude=attitude, gravity=1)
-        exact, found = kr.exact(scene), analyse(scene, 300.0)
-        assert abs(found.precession_rate - exact.precession_rate) < 1e-10
-        assert abs(found.spin_angle_rate - exact.spin_angle_rate) < 1e-10
-        assert abs(found.nutation - math.tau / exact.period) < 1e-10
+        angles = (rng.uniform(0, 6), rng.choice([lean, math.pi - lean]), rng.uniform(0, 6))
+        start = kr.Scene.from_euler(scene.body, angles=angles, gravity=gravity)
+        beside = start.replace(body_velocity=rng.normal(size=3) * (1, 1, 2))
+        exact, found = kr.exact(beside), analyse(beside, 300.0)
+        assert_rates_near(found, exact, 1e-10)
 
 
 def test_a_path_whose_errors_hide_the_side_of_the_pole_has_no_mean_rates():
@@ -133,8 +126,7 @@ def test_chaotic_paths_have_a_large_remainder():
     )
     assert regular.rest < 1e-4 < 0.1 < chaotic.rest
     half = kr.frequencies(kr.solve(scene, t[:7501]), 40)
-    for name in RATES:
-        assert getattr(half, name) == pytest.approx(getattr(regular, name), rel=1e-9)
+    assert list_rates(half) == pytest.approx(list_rates(regular), rel=1e-9)
     # its apex passes a pole on irregularly alternating sides
     undetermined = analyse(kr.scenes.asymmetric_regular, 2000, 20001, "auto")
     assert math.isnan(undetermined.precession_rate) and math.isnan(undetermined.spin_angle_rate)

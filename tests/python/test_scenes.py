@@ -1,7 +1,6 @@
 """Tests of scenes: starts in every frame, attitudes, gravity, named scenes."""
 
 import dataclasses
-import json
 import math
 import pickle
 from functools import partial
@@ -10,7 +9,6 @@ import kreisel as kr
 import numpy as np
 import pytest
 from kreisel import quaternion
-from toolbox import ROOT
 from tops import CORNER, FIXED, GENERAL, MOMENTUM, TILT, matrix, unit
 
 NAMES = {"Scene": kr.Scene, "Body": kr.Body}  # in the repr of a scene
@@ -111,18 +109,6 @@ def test_scenes_and_bodies_can_be_compared_copied_and_replaced():
 
 
 # Named scenes
-
-
-def test_named_scenes_are_the_problems_of_the_report():
-    problems = json.loads((ROOT / "validation/references/problems.json").read_text())["scenes"]
-    assert set(problems) <= set(kr.scenes.about)
-    for name, problem in problems.items():
-        scene = getattr(kr.scenes, name)
-        read = {key: tuple(map(float.fromhex, x)) for key, x in problem["principal"].items()}
-        assert (scene.body.mass, scene.gravity) == (1.0, 1.0)
-        assert scene.body.moments == read["inertia"]
-        assert scene.body.principal_com == read["mass_g_com"]
-        assert scene.attitude == read["q0"] and scene.momentum == tuple(problem["momentum"])
 
 
 def test_named_scenes_move_as_described():
