@@ -134,6 +134,7 @@ class worker
             if (shared) shared->stopped = true;
             throw;
         }
+        if (shared && waiting.is_over()) shared->stopped = true; // progress raises only once
         const auto a_while = std::chrono::milliseconds(5);
         for (auto &other : others) {
             do {

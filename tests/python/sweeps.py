@@ -1,23 +1,23 @@
-"""Helper functions for the tests of sweeps."""
+"""Helper functions for the tests of sweeps and files."""
 
 import hashlib
+import io
 import os
-import subprocess
+import signal
 import sys
+import warnings
 from pathlib import Path
 
 import kreisel as kr
 import numpy as np
 import pyarrow.parquet as parquet
 
-HERE = Path(__file__).parent
 TOP = kr.scenes.asymmetric
 LOW = kr.events.nutation(direction=1)
-SOURCE = kr.Source.grid(TOP, spin=np.linspace(0, 9, 12), gravity=np.linspace(-1, 1, 25))
+SOURCE = kr.Source.grid(TOP, spin=np.linspace(0, 9, 6), gravity=np.linspace(-1, 1, 5))
 # Some of these tops fail, and some have a closed form.
 REDUCED = {"t": [1.0, 4.0], "reduce": {"nutation": ("min", "max"), "apex": "mean"}}
-REDUCED |= {"max_steps": 14, "part_size": 64}
-WATCHED = {"t": [0.5, 4.0], "method": "taylor", "events": [LOW], "max_steps": 14, "part_size": 64}
+REDUCED |= {"max_steps": 14, "part_size": 7}
 PARTS = 5
 
 # If a cluster starts slowly, the sockets that probe for the cluster stay open.
@@ -25,7 +25,7 @@ SOCKETS_LEFT = "ignore:Exception ignored in. .socket:pytest.PytestUnraisableExce
 
 
 def run_sweep(folder, words=REDUCED, source=SOURCE, **more):
-    return kr.sweep(source, folder=folder, **words, **more)
+    return kr.sweep(source, folder=folder, **{**words, **more})
 
 
 def hash_rows(folder):
@@ -48,17 +48,51 @@ def hex_doubles(value):
     return value.hex() if isinstance(value, float) else value
 
 
-def start_python(code, *words, **more):
-    """Start a Python process that runs `code` and can import the modules of the tests."""
-    from toolbox import HEEDING  # toolbox imports pytest, which started processes do not need
+def flip_bit(data, position):
+    """Return `data` with one bit flipped."""
+    changed = bytearray(data)
+    changed[position // 8] ^= 1 << position % 8
+    return bytes(changed)
 
-    repo = str(HERE.parent / "repo")
-    path = os.pathsep.join([str(HERE), repo, os.environ.get("PYTHONPATH", "")])
-    return subprocess.Popen(
-        [sys.executable, "-W", "error", "-c", HEEDING + code, *map(str, words)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "PYTHONPATH": path},
-        **more,
-    )
+
+def make_replace(number, act):
+    """Return a substitute of os.replace that calls `act` before the file of a part is complete."""
+    replace = os.replace
+
+    def act_and_replace(old, new):
+        if Path(new).name == f"part-{number:06}.parquet":
+            act()
+        replace(old, new)
+
+    return act_and_replace
+
+
+def kill_worker_once(flag):
+    """Let the worker process that first completes part 2 be killed; `flag` is a file."""
+
+    def kill():
+        if not os.path.exists(flag):
+            Path(flag).touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    os.replace = make_replace(2, kill)
+
+
+def fork(call):
+    """Make a call in a child process, and return the exit code: 0, 1, or the number of an error."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # the other threads hold no locks
+        child = os.fork()
+    if not child:
+        code = 1
+        try:
+            sys.stdout = sys.stderr = io.StringIO()
+            call()
+            code = 0
+        except OSError as error:
+            code = error.errno
+        except kr.SweepInterrupted as interruption:
+            code = 200 + len(interruption.sweep.missing)
+        finally:
+            os._exit(code)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])

@@ -1,25 +1,40 @@
-"""Tests of runs that end early because of failures or interruptions."""
+"""Tests of progress, and of runs that end early because of failures, exceptions or Ctrl-C."""
 
 import gc
+import json
 import pickle
 import signal
 import threading
 import weakref
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._solve import run, variational
+from ensembles import same_bits
 from toolbox import python
-from tops import GENERAL
+from tops import GENERAL, WILD
 
 TOP = kr.scenes.asymmetric
+TOPS = TOP.vary(gravity=np.linspace(0.5, 1.0, 64))
+LOWEST = kr.events.nutation(direction=1)
 
 
-def test_max_steps_ends_a_run():
-    with pytest.raises(
-        kr.Error, match=r"largest number of steps.*rk4 reached t = 0.1 of 1 in 10 steps"
-    ) as failure:
+@pytest.fixture
+def default_handlers():
+    """Let signals raise KeyboardInterrupt, and check that these handlers are restored."""
+    numbers = signal.SIGINT, signal.SIGTERM
+    before = {number: signal.signal(number, signal.default_int_handler) for number in numbers}
+    yield
+    after = {number: signal.signal(number, before[number]) for number in numbers}
+    assert after == dict.fromkeys(numbers, signal.default_int_handler)
+
+
+# Failures
+
+
+def test_a_failed_run_keeps_its_path_and_is_pickled():
+    with pytest.raises(kr.Error, match=r"rk4 reached t = 0.1 of 1 in 10 steps") as failure:
         kr.solve(GENERAL, [0, 0.055, 1], "rk4", step=0.01, max_steps=10)
     error = failure.value
     assert error.status == "ERR_LIMIT" and isinstance(error, RuntimeError)
@@ -31,15 +46,14 @@ def test_max_steps_ends_a_run():
     assert np.array_equal(again.path.states, full.states)
 
 
-@pytest.mark.parametrize("first, times", [(0.0, [0, 1.5]), (1.0, [1, 1.5]), (50.0, [1.5])])
-def test_a_state_that_is_not_finite_ends_a_run(first, times):
-    wild = GENERAL.replace(momentum=(5, -10, 5), attitude=(1, 0, 0, 0))
-    with pytest.raises(kr.Error, match=r"finite.* in 3 steps") as failure:
-        kr.solve(wild, [first, 50.0], "rk4", step=0.5)
-    path = failure.value.path
-    assert failure.value.status == "ERR_NOT_FINITE" and path.t.tolist() == times
-    assert np.isfinite(path.states).all()
-    assert np.array_equal(path.states[-1], kr.solve(wild, 1.5, "rk4", step=0.5).states[-1])
+@pytest.mark.parametrize("want", [None, ("energy",)])
+@pytest.mark.parametrize("first, times", [(0.0, [0]), (0.5, [0.5]), (50.0, [0.5])])
+def test_a_state_that_is_not_finite_ends_a_run(first, times, want):
+    with pytest.raises(kr.Error, match="finite") as failure:
+        kr.solve(WILD, [first, 50.0], "rk4", step=0.5, want=want)
+    path, whole = failure.value.path, kr.solve(WILD, 0.5, "rk4", step=0.5)
+    assert failure.value.status == "ERR_NOT_FINITE" and path.t.tolist()[:1] == times
+    assert path.energy[-1] == whole.energy[-1] and np.isfinite(path.energy).all()
 
 
 def test_an_unreachable_tolerance_ends_a_run():
@@ -51,133 +65,100 @@ def test_an_unreachable_tolerance_ends_a_run():
 # Progress
 
 
-def make_third_call_raise(run):
-    """Call `run` with a progress callback that raises an exception at its third call."""
+CALLS = {  # calls of every kind that end at 3, with a callback
+    "states": lambda progress: kr.solve(TOP, 3.0, progress=progress),
+    "wanted": lambda progress: kr.solve(
+        TOP, np.linspace(0, 3, 40000), want=("energy",), progress=progress
+    ),
+    "events": lambda progress: kr.solve(TOP, 3.0, events=[LOWEST], progress=progress),
+    "step search": lambda progress: kr.solve(TOP, 3.0, "geometric", error=1e-3, progress=progress),
+    "run": lambda progress: kr.start(TOP).to(3.0, progress=progress),
+    "stream": lambda progress: list(kr.stream(TOP, [1.0, 2.0, 3.0], chunk=1, progress=progress)),
+}
+
+
+@pytest.mark.parametrize("kind", CALLS)
+def test_progress_ends_with_the_final_time(kind):
     times = []
-
-    def note(t):
-        times.append(t)
-        if len(times) == 3:
-            raise ArithmeticError("enough")
-
-    with pytest.raises(ArithmeticError, match="enough"):
-        run(note)
-    return times
+    CALLS[kind](times.append)
+    assert times[-1] == 3.0 and times == sorted(times)
 
 
-def stream_top(progress):
-    list(kr.stream(TOP, 1e9, "strang", step=1e-2, every=1, chunk=7, progress=progress))
+LONG_CALLS = {  # calls of every kind that would take hours
+    "fixed": lambda **more: kr.solve(TOP, 1e9, "rk4", step=1e-3, **more),
+    "wanted": lambda **more: kr.solve(
+        TOP, 1e5, "strang", step=1e-2, every=1, want=("energy",), **more
+    ),
+    "stream": lambda **more: list(
+        kr.stream(TOP, 1e9, "strang", step=1e-2, every=1, chunk=7, **more)
+    ),
+    "many tops": lambda **more: kr.solve(TOPS, 1e8, **more),
+    "many tops, threads": lambda **more: kr.solve(TOPS, 1e8, threads=3, **more),
+    "reductions": lambda **more: kr.reduce(TOPS, 1e8, {"spin": "max"}, **more),
+    "sections": lambda **more: kr.section(TOPS, n=20_000, **more),
+    "tangents": lambda **more: kr.megno(TOPS, 1e6, threads=3, **more),
+}
 
 
-def solve_energy(progress):
-    kr.solve(TOP, 1e5, "strang", step=1e-2, every=1, want=("energy",), progress=progress)
-
-
-def solve_top(progress):
-    kr.solve(TOP, 1e9, "rk4", step=1e-3, progress=progress)
-
-
-@pytest.mark.parametrize("run, end", [(solve_top, 1e9), (stream_top, 1e9), (solve_energy, 1e5)])
-def test_progress_is_reported_with_short_chunks(run, end):
-    first, second, third = make_third_call_raise(run)
-    assert 0 <= first < second < third < end  # `first` may be 0 on a slow machine
-
-
-def test_progress_works_in_any_thread_and_must_not_advance_the_run():
-    failures = []
-
-    def work():
-        run = kr.start(TOP, "rk4", step=1e-3)
-        try:
-            run.to(1e9, progress=lambda t: run.to(2e9))
-        except RuntimeError as error:
-            failures.append(str(error))
-
-    thread = threading.Thread(target=work)
-    thread.start()
-    thread.join(60)
-    assert failures == [
-        "this run is under way: another thread leads it, or a call that has not yet returned"
-    ]
-
-
-def test_exceptions_in_progress_are_not_kept_alive():
+@pytest.mark.parametrize("kind", LONG_CALLS)
+def test_an_exception_in_progress_ends_the_call_and_is_not_kept_alive(kind):
     class Big:
         pass
 
-    def once():
-        run, big = kr.start(TOP, "rk4", step=1e-3), Big()
+    def call_until_exception():
+        reports, big = [], Big()
 
-        def stop(t):
-            raise ValueError(f"enough of {big}")
+        def stop(report):
+            reports.append((report, threading.get_ident()))
+            if len(reports) == 3:
+                raise ArithmeticError(f"enough of {big}")
 
-        with pytest.raises(ValueError, match="enough"):
-            run.to(1e9, progress=stop)
+        with pytest.raises(ArithmeticError, match="enough"):
+            LONG_CALLS[kind](progress=stop)
+        values = [value for value, _ in reports]
+        assert len(values) == 3 and values == sorted(values) and values[0] >= 0.0
+        assert {thread for _, thread in reports} == {threading.get_ident()}
         return weakref.ref(big)
 
-    big = once()
+    big = call_until_exception()
     gc.collect()
     assert big() is None
 
 
-@pytest.mark.parametrize(
-    "run",
-    [
-        lambda progress: kr.solve(TOP, 3.0, progress=progress),
-        lambda progress: kr.solve(TOP, [1.0, 3.0], progress=progress, want=("energy",)),
-        lambda progress: kr.solve(
-            TOP, np.linspace(0, 3, 40000), progress=progress, want=("energy",)
-        ),
-        lambda progress: kr.solve(TOP, 3.0, progress=progress, events=[kr.events.nutation()]),
-        lambda progress: kr.solve(TOP, 3.0, "geometric", error=1e-3, progress=progress),
-        lambda progress: kr.start(TOP).to(3.0, progress=progress),
-        lambda progress: list(kr.stream(TOP, [1.0, 2.0, 3.0], chunk=1, progress=progress)),
-    ],
-)
-def test_progress_ends_with_the_final_time(run):
-    times = []
-    run(times.append)
-    assert times[-1] == 3.0 and times == sorted(times)
+@pytest.mark.parametrize("threads", [1, 3])
+@pytest.mark.parametrize("task", [kr.solve, kr.megno])
+def test_progress_of_many_tops_ends_with_one(task, threads):
+    reports = []
+    task(TOPS, 10.0, threads=threads, progress=reports.append)
+    assert reports == sorted(reports) and reports[0] >= 0.0 and reports[-1] == 1.0
 
 
-def test_a_refused_call_does_not_change_the_time():
-    run, times = kr.start(TOP, "rk4", step=1e-3), []
+def test_a_run_refuses_to_be_led_during_a_call():
+    run, failures, times = kr.start(TOP, "rk4", step=1e-3), [], []
 
-    def note(t):
-        with pytest.raises(RuntimeError, match="under way"):
-            run.to(2e9)
+    def lead(_):
         times.append(run.t)
-        if len(times) == 2:
-            raise ArithmeticError
+        try:
+            run.to(2e9)
+        except RuntimeError as error:
+            failures.append(str(error))
+            raise ArithmeticError from None
 
-    with pytest.raises(ArithmeticError):
-        run.to(1e9, progress=note)
-    assert times == [0.0, 0.0] and run.t > 0.0
+    def work():
+        with pytest.raises(ArithmeticError):
+            run.to(1e9, progress=lead)
 
-
-# Ctrl-C and other signals
-
-
-@pytest.mark.parametrize("pieces", [1, 2, 4])
-def test_ctrl_c_between_two_chunks_keeps_the_path(monkeypatch, pieces):
-    record, sizes = kr.start(TOP)._record_path.__func__, []
-
-    def record_or_stop(self, times, progress):
-        if len(sizes) == pieces:
-            raise KeyboardInterrupt
-        sizes.append(len(times))
-        return record(self, times, progress)
-
-    monkeypatch.setattr(kr.Run, "_record_path", record_or_stop)
-    times = np.linspace(0, 10, 100_000)
-    with pytest.raises(kr.Interrupted) as interruption:
-        kr.solve(TOP, times, want=("energy",))
-    path = interruption.value.path
-    assert len(path) == sum(sizes) == len(path.energy) and path.want == ("energy",)
-    assert np.array_equal(path.t, times[: len(path)])
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join(60)
+    assert "under way" in failures[0] and times == [0.0] and run.t > 0.0
 
 
-STOPS = {
+# Ctrl-C
+
+
+STOPS = {  # long calls; the first of them keeps nothing if it is interrupted
+    "closed form": "send(0), [kr.exact(thesis)(np.arange(1e6)) for _ in range(1000)]",
     "fixed": 'kr.solve(top, 1e8, "rk4", step=1e-3, progress=send)',
     "adaptive": "kr.solve(top, 1e8, tol=1e-12, progress=send)",
     "detours": 'kr.solve(top, np.arange(0, 4e5) * 0.1005, "strang", step=1e-3, progress=send)',
@@ -188,47 +169,90 @@ STOPS = {
     "exact": "kr.solve(kr.scenes.thesis, np.linspace(0, 10, 10_000_000), progress=send)",
     "wanted": 'kr.solve(top, np.linspace(0, 1e8, 10_000_000), want=("energy",), progress=send)',
     "stream": 'list(kr.stream(top, math.inf, "strang", step=.01, every=200, progress=send))',
-    "between": "send(0), replace(kr.solve(top, [1], 'strang', step=1e-3), states=far)([3, 1e8])",
-    "by itself": 'kr.solve(top, 1e9, "rk4", step=1e-3, progress=stop)',
+    "between": "send(0), kr.solve(top, 1e9, 'strang', step=1, every=10**9)([3, 1e8 + 0.5])",
+    "compare": 'kr.compare(thesis, 1e6, ["exact", "rk4"], [1e-4], truth="exact", progress=send)',
+    "reference": 'send(0), kr.compare(thesis, 1e6, ["exact", "rk4"], steps=[1e-4], truth="rk4")',
 }
-INTERRUPTED = """
-import math, numpy as np, os, signal, sys, threading, kreisel as kr
-from dataclasses import replace
-top = kr.scenes.asymmetric
-far = np.array([[1e8, 1, 0, 0, 0, 0, 0, 1.0]])
-def stop(t):
-    raise KeyboardInterrupt
+STOP = """
+import json, math, numpy as np, os, signal, sys, threading, kreisel as kr
+top, thesis = kr.scenes.asymmetric, kr.scenes.thesis
 def kill():
     os.kill(os.getpid(), signal.SIGINT)
-def send(t, timers=[]):
+def send(_):
     if not timers:
         timers.append(threading.Timer(0.02, kill))
         timers[0].start()
-try:
-    eval(sys.argv[1])
-except kr.Interrupted as stopped:
-    assert isinstance(stopped, KeyboardInterrupt) and stopped.status == "ERR_INTERRUPTED"
-    print(len(stopped.path.t), stopped.path.t[-1])
+for kind, call in json.loads(sys.argv[1]).items():
+    timers = []
+    try:
+        eval(call)
+    except KeyboardInterrupt as stopped:
+        name, path = type(stopped).__name__, getattr(stopped, "path", None)
+        if path is None:
+            print(json.dumps([kind, name, len(getattr(stopped, "table", [])), 0]))
+        else:
+            assert np.array_equal(path(path.t[:2]).energy, path[:2].energy), kind
+            print(json.dumps([kind, name, len(path), path.t[-1]]))
 """
 
 
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs signals")
-@pytest.mark.parametrize("kind", STOPS)
-def test_ctrl_c_stops_every_long_call(kind):
+def test_ctrl_c_stops_every_long_call():
     """Check that SIGINT interrupts calls that would otherwise run for a very long time."""
-    result = python(INTERRUPTED, STOPS[kind])
-    assert result.returncode == 0 and result.stdout, result.stderr
-    states, end = map(float, result.stdout.split())
-    assert states >= 1 and end >= 0
-    assert kind not in ("fixed", "adaptive", "detours") or (states >= 2 and end > 0)
+    result = python(STOP, json.dumps(STOPS))
+    assert result.returncode == 0, result.stdout + result.stderr
+    rows = {kind: row for kind, *row in map(json.loads, result.stdout.splitlines())}
+    assert list(rows) == list(STOPS)
+    assert rows.pop("closed form") == ["KeyboardInterrupt", 0, 0]
+    assert rows.pop("compare") == ["CompareInterrupted", 1, 0]
+    assert rows.pop("reference") == ["CompareInterrupted", 0, 0]
+    assert {name for name, _, _ in rows.values()} == {"Interrupted"}
+    assert all(states >= 1 and end >= 0 for _, states, end in rows.values())
+    assert all(rows[kind][1] >= 2 and rows[kind][2] > 0 for kind in ("fixed", "adaptive"))
+
+
+def test_an_interrupted_command_shows_finished_rows():
+    code = """
+import importlib.metadata, os, signal, sys, threading
+[command] = importlib.metadata.entry_points(group="console_scripts", name="kreisel")
+main = command.load()
+threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+main()
+"""
+    line = "compare thesis --t 1e6 --methods exact,rk4 --steps 1e-4 --truth exact"
+    result = python(code, *line.split())
+    assert result.returncode == 130, result.stderr
+    assert "exact" in result.stdout and "rk4" not in result.stdout
+    assert "interrupted: 1 of 2 runs" in result.stderr
+
+
+@pytest.mark.parametrize("count", [1, 3, 5, 7])
+def test_an_interrupted_comparison_keeps_its_rows(count):
+    words = {"methods": ["rk4", "strang", "taylor"], "steps": [0.1, 0.05], "repeats": 2}
+    reports = []
+
+    def stop(part):
+        reports.append(part)
+        if len(reports) == count:
+            raise KeyboardInterrupt
+
+    with pytest.raises(kr.CompareInterrupted) as interruption:
+        kr.compare(TOP, 1.0, progress=stop, **words)
+    again = pickle.loads(pickle.dumps(interruption.value)).table
+    whole = kr.compare(TOP, 1.0, progress=reports.append, **words)
+    assert reports == pytest.approx([i / 10 for i in (*range(1, count + 1), *range(1, 11))])
+    assert len(again) == len(interruption.value.table) == min(count, 5) and len(whole) == 5
+    for row, full in zip(again, whole, strict=False):
+        assert (row.method, row.step, row.steps) == (full.method, full.step, full.steps)
+        assert row.attitude_error == full.attitude_error and row.seconds > 0
 
 
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs a timer with a signal")
 def test_other_signals_raise_the_exception_of_their_handler():
-    def handler(*_):
+    def raise_timeout(*_):
         raise TimeoutError("enough")
 
-    before = signal.signal(signal.SIGALRM, handler)
+    before = signal.signal(signal.SIGALRM, raise_timeout)
     signal.setitimer(signal.ITIMER_REAL, 0.1)
     try:
         with pytest.raises(TimeoutError, match="enough"):
@@ -238,30 +262,87 @@ def test_other_signals_raise_the_exception_of_their_handler():
         signal.signal(signal.SIGALRM, before)
 
 
-# Boundary values
+# Executors
 
 
-@pytest.mark.parametrize("words", [{"tangents": "start"}, {"events": [kr.events.nutation()]}])
-def test_a_top_refused_by_the_core_takes_no_step(words, monkeypatch):
-    for verb in run, variational:
-        monkeypatch.setattr(verb, "start_top", lambda *_: ("ERR_NOT_FINITE", None))
-    with pytest.raises(kr.Error) as error:
-        kr.solve(TOP, [1.0], **words)
-    assert tuple(error.value.path.stats) == (0, 0, 0, 0) and len(error.value.path) == 1
+class CopyingExecutor(Executor):
+    """An executor that runs each task when it is submitted, using pickled arguments."""
+
+    def submit(self, function, *arguments):
+        future = Future()
+        copied, words = pickle.loads(pickle.dumps((function, arguments)))
+        future.set_result(copied(*words))
+        return future
 
 
-def test_ctrl_c_while_quantities_are_computed_loses_nothing(monkeypatch):
-    real, calls = kr.Path.only, []
+@pytest.mark.parametrize(
+    "words",
+    [{}, {"method": "geometric", "error": 1e-6}, {"want": ["energy"]}, {"method": "taylor"}],
+)
+def test_workers_that_share_no_memory_give_the_same_bits(words):
+    reports = []
+    paths = kr.solve(TOPS, [0.0, 1.0], executor=CopyingExecutor(), progress=reports.append, **words)
+    expected = kr.solve(TOPS, [0.0, 1.0], **words)
+    assert same_bits(paths.energy, expected.energy) and same_bits(paths.steps, expected.steps)
+    assert reports == sorted(reports) and reports[-1] == 1.0
 
-    def only(path, want):
-        if not calls:
-            calls.append(path)
+
+class InterruptedPool(ThreadPoolExecutor):
+    """An executor that receives a signal while it submits a task, and while it cancels one."""
+
+    def __init__(self, number):
+        super().__init__(1)
+        self.number, self.submitted, self.cancelled = number, 0, 0
+
+    def submit(self, function, /, *arguments):
+        self.submitted += 1
+        if self.submitted == 3:
+            signal.raise_signal(self.number)
+        future = super().submit(function, *arguments)
+        cancel = future.cancel
+
+        def cancel_and_count():
+            signal.raise_signal(self.number)
+            self.cancelled += 1
+            return cancel()
+
+        future.cancel = cancel_and_count
+        return future
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("words", [{"t": 50.0}, {"t": 5.0, "method": "geometric", "error": 1e-6}])
+def test_ctrl_c_interrupts_no_call_of_an_executor_and_keeps_the_tops_that_ended(
+    default_handlers, words, number
+):
+    tops = TOP.vary(gravity=np.linspace(0.5, 1.0, 1000))
+    with InterruptedPool(number) as pool, pytest.raises(KeyboardInterrupt) as stopped:
+        kr.solve(tops, executor=pool, threads=None, **words)
+    assert isinstance(stopped.value, kr.Interrupted) and pool.submitted >= 3
+    paths = stopped.value.paths
+    has_ended = paths.status == 0
+    assert 0 < has_ended.sum() < 1000 and pool.cancelled > 0
+    assert same_bits(paths.states[has_ended], kr.solve(tops[has_ended], **words).states)
+
+
+def test_a_call_in_another_thread_changes_no_handler(default_handlers):
+    handlers = []
+
+    def note(_):
+        handlers.append(signal.getsignal(signal.SIGINT))
+
+    with ThreadPoolExecutor(1) as pool:
+        call = pool.submit(kr.solve, TOPS, 1.0, executor=CopyingExecutor(), progress=note)
+        assert (call.result().status == 0).all()
+    assert handlers and set(handlers) == {signal.default_int_handler}
+
+
+@pytest.mark.parametrize("task", [kr.solve, kr.megno])
+def test_ctrl_c_after_the_last_top_is_not_hidden(task):
+    def interrupt_at_end(part):
+        if part == 1.0:
             raise KeyboardInterrupt
-        return real(path, want)
 
-    monkeypatch.setattr(kr.Path, "only", only)
-    with pytest.raises(kr.Interrupted) as interruption:
-        list(kr.stream(TOP, [1.0, 2.0], want=["energy", "q_low"]))  # Python computes q_low
-    assert (
-        len(interruption.value.path.energy) == 2 and interruption.value.status == "ERR_INTERRUPTED"
-    )
+    with pytest.raises(KeyboardInterrupt) as stopped:
+        task(TOPS, 1.0, threads=2, progress=interrupt_at_end)
+    assert type(stopped.value) is KeyboardInterrupt

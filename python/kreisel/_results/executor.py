@@ -68,11 +68,11 @@ def run_jobs(
         with defer_signals():
             stop()
             pending = [future for future in running if not future.cancel()]
-        if has_thread_workers(executor):
-            wait(pending)
-        for future in pending:
-            if future.done() and not future.cancelled() and future.exception() is None:
-                collect(running[future], future)
+            if has_thread_workers(executor):
+                wait(pending)  # until no thread writes results any more, even after another Ctrl-C
+            for future in pending:
+                if future.done() and not future.cancelled() and future.exception() is None:
+                    collect(running[future], future)
         raise
 
 
