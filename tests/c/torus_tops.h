@@ -5,17 +5,6 @@
 #include "random.h"
 #include "tops.h"
 
-/* A top and its state at the time t, computed by heyoka in quadruple precision. */
-typedef struct torus_truth {
-    kr_vec3 inertia, com;
-    double gravity;
-    kr_quat q;
-    kr_vec3 m;
-    double t;
-    kr_quat q_at;
-    kr_vec3 m_at;
-} torus_truth;
-
 static inline kr_scene scene_of(kr_vec3 inertia, kr_vec3 com, double gravity, kr_quat q, kr_vec3 m)
 {
     const kr_scene s = {{1.0, inertia, com, {1, 0, 0, 0}, 0, {0, 0, 0}},

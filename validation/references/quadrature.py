@@ -63,9 +63,9 @@ def attitude_of_axes(n, b, t):
     return normalize(max(zip(sizes, rows, strict=True), key=lambda row: row[0])[1])
 
 
-def cubic_roots(c2, c1, c0):
+def cubic_roots(c2, c1, c0, digits=DIGITS):
     """Return the three real roots of x^3 + c2 x^2 + c1 x + c0 in ascending order."""
-    with mp.workdps(3 * DIGITS):
+    with mp.workdps(3 * digits):
         p, q = c1 - c2**2 / 3, c2 * (2 * c2**2 - 9 * c1) / 27 + c0
         size = 2 * mp.sqrt(max(-p / 3, 0))
         angle = mp.acos(min(1, max(-1, 3 * q / (p * size)))) / 3 if size else mp.mpf(0)
@@ -91,7 +91,7 @@ class Quadrature:
         n = int(mp.nint(x / (2 * self.quarter)))
         rest, sign = x - 2 * n * self.quarter, -1 if n % 2 else 1
         sn, cn, dn = (mp.ellipfun(f, rest, q=self.nome) for f in ("sn", "cn", "dn"))
-        return sign * sn, sign * cn, dn, n
+        return sign * sn, sign * abs(cn), dn, n  # cn >= 0 for |x'| <= K, in spite of rounding
 
     def third(self, x, a, b):
         """Integrate dx / (a + b sn^2) from the initial value to x, where a > 0 and a + b > 0."""
@@ -130,8 +130,9 @@ class Lagrange:
     gravity * com. The symmetry axis must not rest in a vertical position.
     """
 
-    def __init__(self, i1, i3, lever, q, m):
-        with mp.workdps(DIGITS):
+    def __init__(self, i1, i3, lever, q, m, digits=DIGITS):
+        self.digits = digits
+        with mp.workdps(digits):
             self.i1, self.i3, self.lower_bound = mp.mpf(i1), mp.mpf(i3), lever < 0
             q, m = normalize(q), [mp.mpf(x) for x in m]
             if self.lower_bound:
@@ -146,10 +147,13 @@ class Lagrange:
         self.climb = cross(w, a)[2]
         e = dot(w, w) + self.g * u
         if self.g:  # u'^2 = (e - g u - w3^2)(1 - u^2) - (wz - w3 u)^2, a cubic in u over g
-            with mp.workdps(3 * DIGITS):
+            with mp.workdps(3 * self.digits):
                 h, g = e - self.w3**2, self.g
                 u1, u2, u3 = cubic_roots(
-                    -(h + self.w3**2) / g, (2 * self.wz * self.w3 - g) / g, (h - self.wz**2) / g
+                    -(h + self.w3**2) / g,
+                    (2 * self.wz * self.w3 - g) / g,
+                    (h - self.wz**2) / g,
+                    self.digits,
                 )
                 self.u1, self.d, self.g31, k2 = u1, u2 - u1, g * (u3 - u1), (u2 - u1) / (u3 - u1)
                 v = min(1, max(0, (u - u1) / self.d)) if self.d else mp.mpf(0)
@@ -183,7 +187,7 @@ class Lagrange:
         start, end = (
             y / (2 * self.curve.quarter) for y in (self.curve.start, self.curve.start + x)
         )
-        if abs(a if at_bottom else a + b) > mp.mpf(10) ** (5 - DIGITS):
+        if abs(a if at_bottom else a + b) > mp.mpf(10) ** (5 - self.digits):
             return mp.mpf(0)  # the pole is not reached
         shift = mp.mpf(10) ** -10 - (0 if at_bottom else mp.mpf(1) / 2)
         return mp.pi * (mp.floor(end + shift) - mp.floor(start + shift))
@@ -193,7 +197,7 @@ class Lagrange:
 
         The symmetry axis must not be vertical at this time.
         """
-        with mp.workdps(DIGITS):
+        with mp.workdps(self.digits):
             x = self.rate * mp.mpf(t)
             sn, cn, dn, _ = self.curve.functions(x)
             plus, minus = 1 + self.u1 + self.d * sn**2, 1 - self.u1 - self.d * sn**2
