@@ -36,11 +36,8 @@ def error(scene, method, step):
     try:
         path = kr.solve(scene, STEPS * step, method=method, step=step, every=1)
     except ValueError as refusal:
-        match = re.search(
-            r"the step is too large.* with step = (\S+), where (\S+) would suffice", str(refusal)
-        )
-        assert match and float(match[1]) == step
-        kr.solve(scene, STEPS * step, method=method, step=float(match[2]))
+        smaller = re.search(r"where (\S+) would suffice", str(refusal))
+        kr.solve(scene, STEPS * step, method=method, step=float(smaller[1]))
         return None
     return kr.attitude_error(path.q, kr.solve(scene, path.t, tol=1e-12, method="taylor").q).max()
 
@@ -52,7 +49,7 @@ def test_bobenko_suris4_refuses_steps_beyond_its_series():
     this test, E and the torque are divided by the transverse moment of inertia I1.
     """
     count = 0
-    for scene, step in random_bodies(200, ["lagrange"], 1):
+    for scene, step in random_bodies(100, ["lagrange"], 1):
         i1, i3 = scene.body.moments[0], scene.body.moments[2]
         start = kr.solve(scene, [0.0])
         energy = start.energy[0] / i1 - 0.5 * (1 / i3 - 1 / i1) * start.axial_momentum[0] ** 2 / i1
@@ -63,7 +60,7 @@ def test_bobenko_suris4_refuses_steps_beyond_its_series():
         else:
             assert max(torque, size) < 1.3 and attitude_error < 0.3
         count += attitude_error is not None
-    assert 50 < count < 150
+    assert 25 < count < 75
 
 
 @pytest.mark.parametrize(
@@ -81,7 +78,7 @@ def test_modified_kicks_and_rotations_have_a_largest_step(method, kinds, most):
     step.
     """
     count = 0
-    for scene, step in random_bodies(200, kinds, 2):
+    for scene, step in random_bodies(100, kinds, 2):
         least, energy = min(scene.body.moments), kr.solve(scene, [0.0]).energy[0]
         turn = step * np.sqrt(2 * (energy + lever(scene)) / least)
         heavy = step**2 * lever(scene) / least
@@ -89,7 +86,7 @@ def test_modified_kicks_and_rotations_have_a_largest_step(method, kinds, most):
         assert (attitude_error is None) == (turn > most or heavy > 2), (turn, heavy, attitude_error)
         assert attitude_error is None or attitude_error < 1.0, (turn, heavy)
         count += attitude_error is not None
-    assert 50 < count < 180
+    assert 25 < count < 90
 
 
 def test_takahashi_imada4_allows_large_steps_of_a_fast_lagrange_top():
@@ -97,16 +94,13 @@ def test_takahashi_imada4_allows_large_steps_of_a_fast_lagrange_top():
     scene = kr.scenes.thesis.replace(momentum=(20.0, -40.0, 400.0))
     assert error(scene, "takahashi_imada4", 0.1) < 1e-3
     assert error(scene, "takahashi_imada4", 0.5) < 0.2
+    with pytest.raises(ValueError, match="step is too large"):
+        kr.solve(kr.scenes.thesis, 100, method="takahashi_imada4", step=20.0)
 
 
 @pytest.mark.parametrize("method", ["strang", "suzuki4", "kahan_li8"])
 def test_steps_of_many_turns_stay_finite(method):
     """Check that attitudes remain normalized even if the results are inaccurate."""
-    for scene, step in random_bodies(100, ["asymmetric"], 3):
+    for scene, step in random_bodies(30, ["asymmetric"], 3):
         path = kr.solve(scene, 3000 * step, method=method, step=10 * step, every=1)
         assert np.abs(np.linalg.norm(path.q, axis=1) - 1).max() < 1e-14
-
-
-def test_a_large_step_of_takahashi_imada4_is_refused():
-    with pytest.raises(ValueError, match="step is too large"):
-        kr.solve(kr.scenes.thesis, 100, method="takahashi_imada4", step=20.0)
