@@ -1,5 +1,4 @@
-/* Runs with 20 and 30 digits, compared with heyoka in 128-bit arithmetic
- * (validation/references/reference.json), and their low words. */
+/* Runs with 20 and 30 digits, and their low words. test_support.c compares them with true states. */
 #include "math/su2_dd.h"
 #include "tops.h"
 
@@ -33,41 +32,6 @@ static kr_scene heavy(void)
     return s;
 }
 
-/* The reference is the attitude at t = 100 to 34 digits, in two words. */
-static void test_truth(void)
-{
-    kr_scene s = kr_scene_default();
-    s.body = thesis_body();
-    const deep want = {
-        {100.0,
-         {0x1.596bdbe6c4be4p-1, 0x1.7d1de20e97b5bp-3, -0x1.cd594600f1a57p-4, -0x1.6924a07d8f6b3p-1},
-         {0, 0, 0}},
-        {0.0,
-         {-0x1.58579de3fe5fap-55, -0x1.3d76fad57a73fp-57, 0x1.85d5a6faa81fcp-58,
-          0x1.ebb7d3eb07125p-59},
-         {0, 0, 0}},
-    };
-    deep twenty = run_to(&s, 20, 100), thirty = run_to(&s, 30, 100);
-    twenty.high.m = twenty.low.m = thirty.high.m = thirty.low.m = v3(0, 0, 0);
-    NEAR(apart(twenty, want), 0.0, 2e-16);
-    NEAR(apart(thirty, want), 0.0, 3e-29);
-    IS(apart(twenty, want) > 1e-20);
-}
-static void test_truth_of_asymmetric(void)
-{
-    const kr_scene s = asymmetric();
-    const deep want = {
-        {30.0,
-         {0x1.2955932a0ceb4p-1, -0x1.843051ea62496p-4, -0x1.87212b636e44ap-1, 0x1.0f4a0522e92d1p-2},
-         {0, 0, 0}},
-        {0.0,
-         {-0x1.bf467b072c22cp-55, -0x1.15de6d0a52be1p-59, 0x1.a3e1c6570dfe9p-55,
-          -0x1.eca201dc222e0p-56},
-         {0, 0, 0}}};
-    deep thirty = run_to(&s, 30, 30);
-    thirty.high.m = thirty.low.m = v3(0, 0, 0);
-    NEAR(apart(thirty, want), 0.0, 1e-27);
-}
 /* Errors decrease with the digits, a run back in time returns to the start, and the vertical
  * momentum is constant. */
 static void test_accuracy(void)
@@ -206,25 +170,6 @@ static void test_energy_to_the_last_digits(void)
     }
 }
 
-/* A number of digits between the available ones selects the next larger one, for tops and for
- * workers. */
-static void test_digits_between(void)
-{
-    static const int asked[6] = {1, 16, 17, 20, 21, 30}, given[6] = {16, 16, 20, 20, 30, 30};
-    const kr_scene s = heavy();
-    const double t = 3.0;
-    for (int i = 0; i < 6; i++) {
-        const deep end = run_to(&s, asked[i], t), same_end = run_to(&s, given[i], t);
-        kr_state many;
-        kr_outcome outcome;
-        const kr_tops tops = {1, &s, 1, &t, 0, &many, .outcomes = &outcome};
-        IS(same(end.high, same_end.high) && same(end.low, same_end.low));
-        kr_worker *worker = make_worker(taylor(), (kr_config){.digits = asked[i]});
-        IS(kr_worker_run(worker, &tops) == KR_OK && outcome.status == KR_OK);
-        IS(given[i] == 16 || same(many, end.high));
-        kr_worker_free(worker);
-    }
-}
 /* All options of taylor use kernels of the same instruction set. */
 static void test_instruction_sets(void)
 {
@@ -243,10 +188,7 @@ static void test_instruction_sets(void)
 
 int main(void)
 {
-    test_digits_between();
     test_instruction_sets();
-    test_truth();
-    test_truth_of_asymmetric();
     test_accuracy();
     test_exact_time();
     test_scaling();
