@@ -2,10 +2,13 @@
 
 import csv
 import re
+import subprocess
+import sys
 from importlib.metadata import entry_points
 
 import numpy as np
 from click.testing import CliRunner
+from toolbox import HANG, HEEDING
 
 [KREISEL] = {entry.load() for entry in entry_points(group="console_scripts", name="kreisel")}
 
@@ -22,6 +25,35 @@ def call(line, *more, code=0, text=None):
         result.output
     )
     return result.output
+
+
+# A process that runs the command and heeds Ctrl-C, even in the background.
+PROGRAM = f"{HEEDING}import runpy\nrunpy.run_module('kreisel', run_name='__main__')"
+PLAN = """
+t = [1.0, 4.0]
+part_size = 64
+max_steps = 14
+scene = "asymmetric"
+[reduce]
+nutation = ["min", "max"]
+[grid]
+spin = { from = 0, to = 9, n = 12 }
+gravity = { from = -1, to = 1, n = 25 }
+"""
+
+
+def start_process(line, program=PROGRAM, **options):
+    """Start a command in a separate process."""
+    options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True} | options
+    return subprocess.Popen([sys.executable, "-c", program, *line.split()], **options)
+
+
+def run_process(line, **options):
+    """Run a command in a separate process; return its exit code, its output and its errors."""
+    with start_process(line, **options) as run:
+        output, errors = run.communicate(timeout=HANG)
+    assert "Traceback" not in errors and "Exception ignored" not in errors
+    return run.returncode, output, errors
 
 
 def read_csv(text):

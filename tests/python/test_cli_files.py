@@ -3,41 +3,15 @@
 import io
 import json
 import os
-import subprocess
-import sys
-from subprocess import PIPE
+from functools import partial
 
 import kreisel as kr
 import numpy as np
 import pytest
-from cli_helpers import call, invoke, read_csv
+from cli_helpers import call, invoke, read_csv, run_process, start_process
 from toolbox import HANG
 
-COMMAND = [sys.executable, "-m", "kreisel"]
 needs_full = pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
-
-
-def run_process(line, **options):
-    """Run a command in a separate process, and assert that it prints no traceback."""
-    result = subprocess.run(
-        [*COMMAND, *line.split()], stderr=PIPE, text=True, timeout=HANG, **options
-    )
-    assert "Traceback" not in result.stderr and "Exception ignored" not in result.stderr
-    return result
-
-
-def test_the_module_is_the_command():
-    output = run_process("--version", stdout=PIPE).stdout
-    assert output == f"kreisel, version {kr.__version__}\n"
-
-
-def test_several_outputs_may_go_to_one_device():
-    call("solve thesis --t 1 --csv /dev/null --json /dev/null --save /dev/null")
-
-
-def test_archives_get_the_suffix_of_numpy(tmp_path):
-    call("solve thesis --t 1 --npz", tmp_path / "a_h0.1")
-    assert os.listdir(tmp_path) == ["a_h0.1.npz"]
 
 
 def test_archives_and_runs_can_go_to_standard_output():
@@ -68,9 +42,8 @@ def test_a_full_disk_is_reported_and_other_outputs_are_complete(tmp_path, monkey
 @pytest.mark.parametrize("line", ["solve thesis --t 1 --csv -", "solve thesis --t 1"])
 def test_full_standard_output_causes_no_traceback(line):
     with open("/dev/full", "w") as full:
-        result = run_process(line, stdout=full)
-    assert result.returncode == 1 and "No space left on device" in result.stderr
-    assert result.stderr.count("\n") == 1
+        code, _, errors = run_process(line, stdout=full)
+    assert code == 1 and "No space left on device" in errors and errors.count("\n") == 1
 
 
 def fill_disk_once(monkeypatch, error):
@@ -133,21 +106,11 @@ def test_a_failed_rename_keeps_the_other_outputs(tmp_path, monkeypatch):
 
 
 def test_rows_are_written_as_they_are_computed_until_the_pipe_closes():
-    line = "solve asymmetric --t 0:1e9:0.01 --csv -"
-    words = [*COMMAND, *line.split()]
-    with subprocess.Popen(words, stdout=PIPE, stderr=PIPE, text=True) as run:
+    with start_process("solve asymmetric --t 0:1e9:0.01 --csv -") as run:
         lines = [run.stdout.readline() for _ in range(20_000)]
         run.stdout.close()
         assert run.wait(HANG) == 1 and run.stderr.read() == ""
     assert lines[0].startswith("t [T],q_w") and float(lines[-1].split(",")[0]) == 19998 * 0.01
-
-
-def test_a_closed_pipe_ends_a_command_quietly():
-    read_end, write_end = os.pipe()
-    os.close(read_end)
-    result = run_process("scenes", stdout=write_end)
-    os.close(write_end)
-    assert (result.returncode, result.stderr) == (1, "")
 
 
 @pytest.mark.parametrize(
@@ -161,15 +124,9 @@ def test_a_closed_pipe_ends_a_command_quietly():
     ],
 )
 def test_closed_streams_cause_no_traceback(tmp_path, line, stream, code, message):
-    result = subprocess.run(
-        ["/bin/sh", "-c", f'exec "$@" {stream}>&-', "sh", *COMMAND, *line.split()],
-        capture_output=True,
-        text=True,
-        timeout=HANG,
-        cwd=tmp_path,
-    )
-    assert result.returncode == code and message in result.stderr
-    assert result.stderr.count("\n") == (1 if message else 0)
+    close = partial(os.close, stream)
+    found_code, _, errors = run_process(line, preexec_fn=close, cwd=tmp_path)
+    assert found_code == code and message in errors and errors.count("\n") == bool(message)
     assert (tmp_path / "a.csv").exists() == (code == 0)
 
 
@@ -181,9 +138,9 @@ def test_report_runs_the_validation_of_the_working_directory(tmp_path):
     folder.mkdir()
     program = "def main(words):\n    print('made here', words)\n    return 3\n"
     (folder / "__main__.py").write_text(program)
-    result = run_process("report --quick -h", stdout=PIPE, cwd=tmp_path)
-    assert (result.returncode, result.stdout) == (3, "made here ['--quick', '-h']\n")
+    code, output, _ = run_process("report --quick -h", cwd=tmp_path)
+    assert (code, output) == (3, "made here ['--quick', '-h']\n")
     error = "raise ModuleNotFoundError('none', name='heyoka')\n"
     (folder / "__main__.py").write_text(error)
-    result = run_process("report", stdout=PIPE, cwd=tmp_path)
-    assert result.returncode == 1 and "pip install 'kreisel[report]'" in result.stderr
+    code, _, errors = run_process("report", cwd=tmp_path)
+    assert code == 1 and "pip install 'kreisel[report]'" in errors

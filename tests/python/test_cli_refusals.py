@@ -6,15 +6,8 @@ from typing import get_args
 import kreisel as kr
 import numpy as np
 import pytest
-from cli_helpers import KREISEL, call, invoke, join_lines
+from cli_helpers import KREISEL, PLAN, call, invoke, join_lines
 
-PLAN = """
-t = [1.0, 4.0]
-part_size = 64
-scene = "asymmetric"
-reduce = { nutation = "max" }
-grid = { spin = { from = 0, to = 9, n = 12 }, gravity = { from = -1, to = 1, n = 25 } }
-"""
 ENDLESS = "solve asymmetric --t 1e9 --max-steps 100000"
 
 
@@ -32,7 +25,7 @@ def inputs(tmp_path_factory):
     texts = {"plan.toml": PLAN, "wrong.toml": "tt = 1", "noise": "no run", "light": light}
     for name, text in texts.items():
         (folder / name).write_text(text)
-    for link, name in {"link": "top", "link_to_run": "run", "a_link": "a"}.items():
+    for link, name in {"link": "top", "a_link": "a"}.items():
         (folder / link).symlink_to(name)
     for name in ("folder", "folder.npz"):
         (folder / name).mkdir()
@@ -50,33 +43,23 @@ REFUSALS = [  # (command line, words that the message contains)
     ("look", "No such command"),
     ("solve thesi --t 1", "did you mean 'thesis'"),
     ("solve qqqq --t 1", "known are thesis, kowalewski"),
-    ("scenes thesi", "did you mean 'thesis'"),
     ("methods strng", "did you mean 'strang'"),
     ("solve thesis --t 1 --stp 3", "--step"),
     ("solve thesis --t 1 --method rk5", "did you mean 'rk4'"),
     ("compare thesis --t 1 --methods rk5 --steps .1", "did you mean 'rk4'"),
-    ("compare thesis --t 1 --methods rk4 --steps .1 --truth rk44", "'rk44'"),
     ("solve thesis --t 1 --want nutatoin", "did you mean 'nutation'"),
     # times
     ("solve thesis", "--t"),
     ("resume run", "--t"),
-    ("compare thesis", "--t"),
     ("solve thesis --t 1,x", "'x'"),
     ("solve thesis --t ''", "is not a number"),
     ("solve thesis --t 0:10", "'0:10'"),
     ("solve thesis --t 0:10:0", "from 0 to 10"),
-    ("solve thesis --t 0:10:-1", "from 0 to 10"),
-    ("solve thesis --t 0:5e-324:-1", "from 0 to"),
-    ("solve thesis --t 0:1e300:1e-300", "too many times"),
-    (f"solve thesis --t 0:{2**53}:1", "too many times"),
     ("solve thesis --t 0:1e12:1e-3 --npz a", "record fewer"),
     ("solve thesis --t 1e15 --method rk4 --step 1 --every 1 --npz a", "record fewer"),
     ("solve thesis --t nan", "finite"),
-    ("solve thesis --t 0:inf:1", "finite"),
     ("solve thesis --t 2,1", "1.0 goes back from 2.0"),
-    ("solve thesis --t -1,1", "goes back"),
     ("solve thesis --t 0:5:1,4:6:1", "4.0 goes back from 5.0"),
-    ("solve thesis --t 1,1,0", "goes back"),
     # options that need each other, or exclude each other
     ("solve thesis --t 1 --method rk4", "give --step"),
     ("solve thesis --t 1 --every 3", "--t as a grid"),
@@ -87,32 +70,22 @@ REFUSALS = [  # (command line, words that the message contains)
     ("solve thesis --t 1 --max-steps -1", "--max-steps must be at least 0"),
     ("solve thesis --t 1 --events-csv a.csv", "needs --events"),
     ("solve thesis --t 9 --method geometric --error 1e-3 --save a", "--save"),
-    ("solve thesis --t 9 --error 1e-3 --save a", "--save"),
     ("solve asymmetric --t 1 --method geometric --error 1e-6 --events nutation", "--events"),
     ("compare thesis --t 1 --methods rk4", "give --steps"),
     ("compare thesis --t 1 --methods rk4 --steps 0", "positive"),
-    ("compare thesis --t 1 --methods rk4 --steps x", "'x'"),
     # events
     ("solve asymmetric --t 1 --events nutatoin", "did you mean 'nutation'"),
-    ("solve asymmetric --t 1 --events ''", "unknown event ''"),
     ("solve asymmetric --t 1 --events plane:0,1", "3 numbers"),
-    ("solve asymmetric --t 1 --events plane", "normal"),
     ("solve asymmetric --t 1 --events plane:0,1,0:0:m:9", "'9'"),
-    ("solve asymmetric --t 1 --events plane:0,1,0:zero", "'zero'"),
     ("solve asymmetric --t 1 --events crossing:omega", "'omega'"),
-    ("solve asymmetric --t 1 --events crossing:m_x+:0.5", "'m_x+'"),
     ("solve asymmetric --t 1 --events crossing:2*-m_x", "'2*-m_x'"),
-    ("solve asymmetric --t 1 --events crossing:", "sum of products"),
     (f"solve asymmetric --t 1 --events crossing:{40 * 'm'}+", "sum of products"),
     ("solve asymmetric --t 1 --events nutation:direction=2", "direction"),
     ("solve asymmetric --t 1 --events nutation:direction=up", "'up'"),
     ("solve asymmetric --t 1 --events nutation:direction=1:direction=-1", "already given"),
-    ("solve asymmetric --t 1 --events nutation:terminal:terminal", "already given"),
     ("solve asymmetric --t 1 --events nutation:terminal=no", "terminal"),
     ("solve asymmetric --t 1 --events nutation:max_count=1.5", "'1.5'"),
-    ("solve asymmetric --t 1 --events cusp:0.5:within=0.25", "within is already given"),
     ("solve asymmetric --t 1 --events separatrix:scene=cusps", "scene is already given"),
-    ("solve asymmetric --t 1 --events separatrix:1", "unexpected"),
     # scenes
     ("solve /dev/zero --t 1", "1048576 bytes"),
     ("solve light --t 1", "gravity"),
@@ -120,12 +93,10 @@ REFUSALS = [  # (command line, words that the message contains)
     ("compare - --t 1", "standard input"),
     # saved runs
     ("resume run --t 5", "reached t = 5.0"),
-    ("resume run --t 0:4:1", "reached t = 5.0"),
     ("resume run --t -9", "goes back"),
     ("resume run --t 9 --max-steps -1", "--max-steps must be at least 0"),
     ("resume run --t 9 --every 2", "fixed step"),
     ("resume top --t 9", "top: "),
-    ("resume noise --t 9", "not a saved run"),
     ("resume /dev/zero --t 9", "not a saved run"),
     ("resume nothing --t 9", "No such file"),
     # output files
@@ -139,10 +110,7 @@ REFUSALS = [  # (command line, words that the message contains)
             ("a.xlsx", ".xlsx"),
         ]
     ),
-    ("compare thesis --t 1 --methods rk4 --steps .1 --csv no/file", "there is no folder"),
-    ("view --save no/file", "there is no folder"),
     ("view cusps --save a.csv", "--save writes .html"),
-    ("resume run --t 9 --csv run/a", "there is no folder"),
     *(
         (f"{ENDLESS.replace('asymmetric', 'top')} {files}", "is the same file")
         for files in (
@@ -157,31 +125,22 @@ REFUSALS = [  # (command line, words that the message contains)
         )
     ),
     ("compare top --t 1 --methods rk4 --steps 0.1 --csv top", "is the same file"),
-    ("view top --save ./top", "is the same file"),
     ("view top --save link", "is the same file"),
     ("fit record top --plot record", "is the same file"),
-    ("fit record top --csv record", "is the same file"),
     ("fit record top --save top", "is the same file"),
-    ("resume run --t 9 --csv run", "is the same file"),
-    ("resume run --t 9 --json link_to_run", "is the same file"),
-    ("resume run --t 9 --save run --csv run", "is the same file"),
+    ("resume run --t 9 --csv ./run", "is the same file"),
     # fits
     ("fit nothing.csv asymmetric", "nothing.csv"),
     ("fit record asymmetric --free strat", "did you mean 'start'"),
     ("fit record asymmetric --max-evaluations 0", "--max-evaluations must be at least 1"),
-    ("fit record asymmetric --sigma x", "--sigma x"),
     ("fit record asymmetric --sigma q=x", "--sigma q=x"),
-    ("fit record asymmetric --sigma =1", "--sigma =1"),
-    ("fit record asymmetric --sigma 0.5 --sigma q=1", "--sigma"),
     ("fit record asymmetric --sigma spin=1 --sigma spin=2", "already given"),
     ("fit record asymmetric --column spin=a --column spin=c", "already given"),
     ("fit record asymmetric --column spin", "--column spin"),
     ("fit record asymmetric --column spin=none", "none"),
-    ("fit record asymmetric --time seconds", "seconds"),
     ("fit record asymmetric --point 1,2", "--point"),
     ("fit record asymmetric --degrees", "--degrees"),
     ("fit record asymmetric --instrument bais", "bias"),
-    ("fit record asymmetric --loss hard", "--loss"),
     *(
         (f"fit record asymmetric --plot {file}", file)
         for file in ("a", "a.foo", "a.jpg", "-.foo", "a.toml", "no/a.png")

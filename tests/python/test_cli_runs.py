@@ -5,25 +5,16 @@ import pty
 import re
 import signal
 import subprocess
-import sys
-import threading
 from functools import partial
 
 import kreisel as kr
 import numpy as np
 import pytest
-from cli_helpers import call, invoke, join_lines, read_csv
-from toolbox import HANG, HEEDING
+from cli_helpers import PLAN, PROGRAM, call, join_lines, read_csv, start_process
+from toolbox import HANG
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs signals")
 TOP = kr.scenes.asymmetric
-PROGRAM = f"{HEEDING}import runpy\nrunpy.run_module('kreisel', run_name='__main__')"
-
-
-def start_process(line, program=PROGRAM, **options):
-    """Start a command in a separate process that heeds Ctrl-C."""
-    options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True} | options
-    return subprocess.Popen([sys.executable, "-c", program, *line.split()], **options)
 
 
 # Failures
@@ -87,13 +78,12 @@ def test_a_signal_between_rows_neither_loses_nor_repeats_rows(tmp_path, number, 
     is_asked = np.isin(rows["t [T]"], np.arange(len(rows["t [T]"])) * 0.05)
     assert (~is_asked).sum() <= 1  # the last valid state may lie between two requested times
     whole = f"solve asymmetric --t 0:{last + 100!r}:0.05 {options} --csv -"
-    expected = read_csv(invoke(whole.split()).stdout)
+    expected = read_csv(call(whole))
     assert all(np.array_equal(rows[head][is_asked], expected[head]) for head in expected)
 
 
 def test_an_ignored_ctrl_c_stays_ignored():
-    heeding = "signal.default_int_handler"
-    program = PROGRAM.replace(heeding, "signal.SIG_IGN")
+    program = PROGRAM.replace("signal.default_int_handler", "signal.SIG_IGN")
     assert program != PROGRAM
     with start_process("solve asymmetric --t 0:1000:0.05 --csv -", program) as run:
         run.stdout.readline()
@@ -115,22 +105,6 @@ def test_a_signal_ends_other_commands_in_one_line(tmp_path, number):
         assert re.fullmatch(r"Error: interrupted.*\n", run.stderr.read())
 
 
-def test_a_command_restores_the_handlers_of_signals():
-    numbers = signal.SIGINT, signal.SIGTERM
-    before = [signal.getsignal(number) for number in numbers]
-    call("solve asymmetric --t 1")
-    assert [signal.getsignal(number) for number in numbers] == before
-
-
-def test_a_command_runs_in_another_thread_too():
-    results = []
-    line = ["solve", "asymmetric", "--t", "1"]
-    thread = threading.Thread(target=lambda: results.append(invoke(line)))
-    thread.start()
-    thread.join()
-    assert results[0].exit_code == 0 and results[0].output == invoke(line).output
-
-
 # Progress
 
 
@@ -145,10 +119,7 @@ def read_screen(screen):
 @pytest.mark.parametrize("line", ["solve asymmetric --t 0:-3000:0.05", "sweep {} --folder {}.runs"])
 def test_a_terminal_shows_the_progress_of_a_command(line, tmp_path):
     plan = tmp_path / "plan.toml"
-    plan.write_text(
-        't = 4.0\nscene = "asymmetric"\nreduce = { nutation = "max" }\n'
-        "part_size = 64\ngrid = { spin = { from = 0, to = 9, n = 300 } }\n"
-    )
+    plan.write_text(PLAN)
     terminal, run_side = pty.openpty()
     with os.fdopen(terminal, "rb", buffering=0) as screen:
         process = start_process(line.format(plan, plan), stderr=run_side, stdout=subprocess.DEVNULL)

@@ -3,30 +3,17 @@
 import os
 import signal
 import subprocess
-import sys
 from contextlib import suppress
 
 import kreisel as kr
 import numpy as np
 import pytest
-from cli_helpers import call, join_lines, make_raiser
+from cli_helpers import PLAN, call, join_lines, make_raiser, start_process
 from distributed import LocalCluster
 from sweeps import SOCKETS_LEFT, hash_rows
-from toolbox import HANG, HEEDING
+from toolbox import HANG
 
-PLAN = """
-t = [1.0, 4.0]
-part_size = 64
-max_steps = 14
-scene = "asymmetric"
-[reduce]
-nutation = ["min", "max"]
-[grid]
-spin = { from = 0, to = 9, n = 12 }
-gravity = { from = -1, to = 1, n = 25 }
-"""
 LONG_PLAN = PLAN.replace("n = 25", "n = 2500").replace("4.0", "400.0")
-PROGRAM = f"{HEEDING}import runpy\nrunpy.run_module('kreisel', run_name='__main__')"
 
 
 @pytest.fixture
@@ -72,18 +59,6 @@ def test_a_plan_runs_and_status_reports_its_parts(plan, plan_hash):
     assert kr.read_sweep("runs").hash[:16] in output
 
 
-def test_status_lists_the_first_ranges_of_missing_parts(plan):
-    small = PLAN.replace("n = 12", "n = 14").replace("n = 25", "n = 1").replace("64", "1")
-    (plan / "plan.toml").write_text(small.replace("max_steps = 14", "max_steps = 0"))
-    call("sweep plan.toml --folder runs")
-    for i in (0, 2, 3, 5, 7, 9, 11):
-        (plan / f"runs/part-{i:06}.parquet").unlink()
-    told, ranges = call("sweep status runs"), "0:1, 2:4, 5:6, 7:8, 9:10, 11:12"
-    assert f"missing: 7 parts, {ranges}\n" in told and "failed" not in told
-    (plan / "runs/part-000013.parquet").unlink()
-    assert f"missing: 8 parts, {ranges}, ...\n" in call("sweep status runs")
-
-
 @pytest.mark.filterwarnings(SOCKETS_LEFT)
 def test_processes_and_a_cluster_compute_the_parts(plan, plan_hash):
     call("sweep plan.toml --folder processes --workers 2")
@@ -105,13 +80,7 @@ def test_processes_and_a_cluster_compute_the_parts(plan, plan_hash):
 )
 def test_a_stopped_sweep_leaves_no_worker_and_can_be_resumed(plan, more, number, code):
     (plan / "plan.toml").write_text(LONG_PLAN)
-    words = f"sweep plan.toml --folder runs {more}".split()
-    with subprocess.Popen(
-        [sys.executable, "-c", PROGRAM, *words],
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    ) as run:
+    with start_process(f"sweep plan.toml --folder runs {more}", start_new_session=True) as run:
         while run.poll() is None and not list(plan.glob("runs/part-*")):
             with suppress(subprocess.TimeoutExpired):
                 run.wait(0.02)
@@ -129,15 +98,6 @@ def test_a_stopped_sweep_leaves_no_worker_and_can_be_resumed(plan, more, number,
         assert "of 469 parts are left" in output and output.count("\n") == 1
     assert 0 < len(kr.read_sweep("runs", partial=True).check().present) < 469
     call("sweep plan.toml --folder runs --parts 0:2")
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="file names need not be UTF-8 on Linux only")
-def test_a_folder_whose_name_is_not_utf_8_is_written_and_read(plan):
-    folder = os.fsdecode(b"lat\xfcn")
-    os.mkdir(folder)
-    call(f"sweep plan.toml --folder {folder}/runs --workers 1")
-    assert "5 of 5 parts" in call(f"sweep status {folder}/runs")
-    assert kr.read_sweep(f"{folder}/runs")["spin"].shape == (12, 25)
 
 
 def test_an_error_of_a_worker_takes_one_line(plan, monkeypatch):

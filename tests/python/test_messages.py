@@ -47,34 +47,17 @@ CALLS = {
     "gravity": lambda x: GENERAL.replace(gravity=x),
     "step": lambda x: kr.solve(GENERAL, 1, "strang", step=x),
     "tol": lambda x: kr.solve(GENERAL, 1, tol=x),
-    "digits": lambda x: kr.solve(GENERAL, 1, digits=x),
     "every": lambda x: kr.solve(GENERAL, 1, "strang", step=0.1, every=x),
-    "max_steps": lambda x: kr.solve(GENERAL, 1, max_steps=x),
-    "error": lambda x: kr.solve(GENERAL, 1, "geometric", error=x),
-    "progress": lambda x: kr.solve(GENERAL, 1, progress=x),
     "method": lambda x: kr.solve(GENERAL, 1, x),
     "want": lambda x: kr.solve(GENERAL, 1, want=x),
     "events": lambda x: kr.solve(GENERAL, 1, events=x),
     "scene": lambda x: kr.solve(x, 1),
-    "back": lambda x: kr.start(GENERAL, back=x),
-    "chunk": lambda x: kr.stream(GENERAL, [1.0], chunk=x),
     "steps": lambda x: kr.compare(GENERAL, 1, ["rk4"], steps=[x]),
-    "methods": lambda x: kr.compare(GENERAL, 1, methods=[x]),
-    "repeats": lambda x: kr.compare(GENERAL, 1, ["taylor"], repeats=x),
-    "map": lambda x: kr.exact(LAGRANGE, map=x, step=0.1),
     "function": lambda x: kr.events.crossing(x),
     "value": lambda x: kr.events.crossing("spin", x),
-    "factor": lambda x: kr.events.crossing({"spin": x}),
     "direction": lambda x: kr.events.nutation(direction=x),
-    "terminal": lambda x: kr.events.nutation(terminal=x),
     "max_count": lambda x: kr.events.nutation(max_count=x),
     "normal": lambda x: kr.events.plane(x),
-    "of": lambda x: kr.events.plane((0, 1, 0), of=x),
-    "within": lambda x: kr.events.cusp(within=x),
-    "what": lambda x: kr.view(x, open=False),
-    "path": lambda x: kr.plot(x),
-    "tops": lambda x: kr.lyapunov(x, 1.0),
-    "change": lambda x: kr.lyapunov(GENERAL, 1.0, direction=x),
 }
 
 
@@ -92,9 +75,7 @@ OF_TIMES = {
     "stream": lambda t: kr.stream(GENERAL, t),
     "plan": lambda t: kr.plan(GENERAL, t),
     "exact": lambda t: kr.exact(LAGRANGE)(t),
-    "all": lambda t: kr.exact([LAGRANGE])(t),
     "map": lambda t: kr.exact(LAGRANGE, map="bobenko_suris", step=0.1)(t),
-    "path": lambda t: kr.solve(GENERAL, 1)(t),
     "compare": lambda t: kr.compare(GENERAL, t, ["taylor"]),
 }
 
@@ -106,34 +87,20 @@ def test_an_invalid_time_is_named_by_its_index(call, times):
         call(times)
 
 
-@pytest.mark.parametrize("call", OF_TIMES.values(), ids=OF_TIMES)
-def test_times_with_a_unit_are_refused(call):
-    for times in (
-        np.array([1.0, 2.0]).view(Quantity),
-        np.array(1.0).view(Quantity),
-        QuantityWithUnit([1.0, 2.0]),
-        [QuantityWithUnit(1.0), QuantityWithUnit(2.0)],
-        QuantityWithUnit(1.0),
-    ):
-        if np.ndim(times) or call is not OF_TIMES["stream"]:  # stream does not accept a number
-            with pytest.raises(TypeError, match=r"without a unit|must be a number"):
-                call(times)
+WITH_UNITS = {  # {argument or function: a value, to which a unit is given}
+    **dict.fromkeys(OF_TIMES, (1.0, 2.0)),
+    **dict.fromkeys(["momentum", "velocity", "normal"], (1.0, 2.0, 3.0)),
+    **dict.fromkeys(["attitude", "attitude_xyzw"], (0.0, 0.0, 0.0, 1.0)),
+    **dict.fromkeys(["steps", "value", "step"], 1.0),
+}
 
 
-@pytest.mark.parametrize(
-    "name",
-    ["momentum", "attitude", "velocity", "attitude_xyzw", "steps", "value", "step", "normal"],
-)
+@pytest.mark.parametrize("name", WITH_UNITS)
 def test_numbers_with_a_unit_are_refused(name):
-    row = {"attitude": (1.0, 0, 0, 0), "attitude_xyzw": (0.0, 0, 0, 1)}.get(name, (1.0, 2.0, 3.0))
-    if name in ("steps", "value", "step"):
-        row = 1.0
-    for value in (np.array(row).view(Quantity), QuantityWithUnit(row)):
+    number, call = WITH_UNITS[name], (CALLS | OF_TIMES)[name]
+    for value in (np.array(number).view(Quantity), QuantityWithUnit(number)):
         with pytest.raises(TypeError, match=r"without a unit|must be a number"):
-            CALLS[name](value)
-
-
-# Messages about a tolerance or a step
+            call(value)
 
 
 @pytest.mark.parametrize(
@@ -150,8 +117,7 @@ def test_the_plan_shows_the_rotation_per_step():
     plan = kr.plan(LAGRANGE, method="strang", step=20)
     speed = np.linalg.norm(kr.solve(LAGRANGE, [0.0]).velocity)
     assert plan.turn >= 20 * speed * (1 - 1e-15)
-    assert f"step       20: the top turns by about {plan.turn:.2g} rad in each step" in str(plan)
-    assert kr.plan(GENERAL).turn is None and "in each" not in str(kr.plan(GENERAL, step=1))
+    assert f"{plan.turn:.2g} rad in each step" in str(plan) and kr.plan(GENERAL).turn is None
     still = kr.Scene(BODY, momentum=(0, 0, 0), gravity=0)
     assert kr.plan(still, method="strang", step=1).turn == 0.0
 
@@ -168,9 +134,7 @@ HINTS = [  # (a call or an attribute, words of the message)
     (lambda: kr.solve(GENERAL, 10, degrees=1), "radians"),
     (lambda: kr.stream(GENERAL, [1.0], chunks=1), "'chunk'"),
     (lambda: kr.exact(LAGRANGE, steps=1), "'step'"),
-    (lambda: kr.start(GENERAL, event=1), "'events'"),
     (lambda: kr.fit(GENERAL, [], lose=1), "'loss'"),
-    (lambda: kr.megno(GENERAL, 1, thread=1), "'threads'"),
     (lambda: kr.Scene(BODY, momentm=1), "'momentum'"),
     (lambda: kr.Scene.spinning(BODY, degree=1), "'degrees'"),
     (lambda: kr.Body(1.0, inertia_about_con=1), "'inertia_about_com'"),
@@ -182,7 +146,6 @@ HINTS = [  # (a call or an attribute, words of the message)
     (lambda: kr.Record.from_csv("none.csv", column=1), "'columns'"),
     (lambda: kr.events.nutation(directon=1), "'direction'"),
     (lambda: GENERAL.replace(gravty=1), "'gravity'"),
-    (lambda: GENERAL.vary(gravty=1), "'gravity'"),
     (lambda: PATH.to_pandas(degree=1), "'degrees'"),
     (lambda: PATH.plot(time_units=1), "'time_unit'"),
     (lambda: RUN.change(gravty=1), "'gravity'"),
@@ -197,7 +160,6 @@ HINTS = [  # (a call or an attribute, words of the message)
     (lambda: kr.Scene.spining, "'spinning'"),
     (lambda: PATH.quaternion, "'q'"),
     (lambda: PATH.position, "'apex'"),
-    (lambda: PATH.times, "'t'"),
     (lambda: PATH.to_dataframe, "'to_pandas'"),
     # names of quantities, methods and scenes
     (lambda: PATH.omega_y, "'velocity'"),
@@ -205,7 +167,6 @@ HINTS = [  # (a call or an attribute, words of the message)
     (lambda: kr.solve(GENERAL, 1, want=["omega"]), "'velocity'"),
     (lambda: kr.solve(GENERAL, 1, want=["theta"]), "'nutation'"),
     (lambda: kr.solve(GENERAL, 1, want=["phi"]), "'precession_angle'"),
-    (lambda: kr.solve(GENERAL, 1, want=["psi"]), "'spin_angle'"),
     (lambda: kr.solve(GENERAL, 1, "strng"), "'strang'"),
     (lambda: kr.methods["rk5"], "'rk4'"),
     (lambda: kr.scenes.get_scene("kowalevski"), "'kowalewski'"),

@@ -1,123 +1,67 @@
 """Scenes in TOML files: the same scene is read back, and each key means what its argument means."""
 
 import inspect
+import json
 import re
 from pathlib import Path
 
 import kreisel as kr
-import numpy as np
 import pytest
 from cli_helpers import call
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from tops import CORNER
 
 PAGE = Path(__file__).parents[2] / "docs/scene_files.md"
 BODY = "[body]\nmass = 1\ninertia = [2, 2, 1]\ncom = [0, 0, 0]\n"
-NUMBERS = st.floats(-10.0, 10.0).filter(lambda x: abs(x) > 1e-3)
-VECTORS = st.tuples(NUMBERS, NUMBERS, NUMBERS)
-
-
-@settings(max_examples=40, deadline=None)
-@given(
-    scale=st.sampled_from([1e-40, 1.0, 1e40]),
-    pivot=VECTORS,
-    rotor=VECTORS,
-    attitude=st.tuples(NUMBERS, *[NUMBERS] * 3),
-    support=st.fixed_dictionaries(
-        {},
-        optional={
-            "damping": st.tuples(*[st.floats(0.0, 2.0)] * 3),
-            "friction": st.floats(0.0, 0.5),
-            "turning": VECTORS,
-            "shaking": st.tuples(*[st.floats(0.01, 3.0)] * 3),
-        },
+BODIES = [  # (name of the constructor, its arguments)
+    ("", {"mass": 1, "inertia": [[2, 0, 0], [0, 2, 0], [0, 0, 1]], "com": [0, 0, 1]}),
+    ("", {"mass": 1, "inertia_about_com": [2, 2, 1], "com": [0, 0, 1]}),
+    ("", {"mass": 1, "inertia": [1, 2, 3.01], "com": [0, 0, 0], "inertia_rtol": 0.004}),
+    ("", {"mass": 1, "inertia": [2, 2, 1], "com": [0, 0, 1], "rotor": [0, 1, 0.5]}),
+    ("cuboid", {"half": [0.6, 0.8, 1], "pivot": [0.1, -0.2, -1]}),
+    ("symmetric", {"mass": 1, "i1": 2, "i3": 1.5, "height": 0.5}),
+    ("symmetric", {"mass": 1, "i1": 1, "i3": 0.5, "height": 1, "unphysical": True}),
+    (
+        "from_com",
+        {"mass": 1, "inertia_about_com": [2, 2, 1.5], "com": [0, 0, 1], "pivot": [0, 0.5, 0]},
     ),
-    velocity=VECTORS,
+    ("cylinder", {"radius": 1, "height": 2, "pivot": [0, 0, -1], "mass": 3}),
+    ("tube", {"inner": 0.5, "outer": 1, "height": 2, "pivot": [0, 0, -1], "density": 3}),
+    ("disk", {"radius": 1, "pivot": [0, 0, -1], "mass": 3}),
+    ("rod", {"length": 2, "pivot": [1, 0, 0], "mass": 3}),
+    ("sphere", {"radius": 1, "pivot": [0, 0, -1], "mass": 3, "shell": True}),
+    ("ellipsoid", {"half": [1, 2, 3], "pivot": [0, 0, -1], "mass": 3}),
+    ("cone", {"radius": 1, "height": 2, "pivot": [0, 0, 0], "mass": 3}),
+]
+STARTS = [
+    ("from_euler", {"angles": [30, 60, 0], "rates": [1, 2, 3], "degrees": True}),
+    ("spinning", {"spin": 60, "tilt": 1, "steady": True}),
+    ("spinning", {"spin": 60, "damping": 0.3, "friction": 0.1}),
+    ("", {"body_velocity": [0, 0.1, 2], "attitude_xyzw": [0, 0, 1, 0], "turning": [0, 0, 1]}),
+]
+
+
+def write_table(name, words):
+    """Return the lines of a TOML table."""
+    lines = [f"{word} = {json.dumps(value)}" for word, value in words.items()]
+    return "\n".join([f"[{name}]", *lines, ""])
+
+
+@pytest.mark.parametrize(
+    ("body", "start"),
+    [*((body, STARTS[-1]) for body in BODIES), *((BODIES[-1], start) for start in STARTS)],
 )
-def test_toml_preserves_every_bit(scale, pivot, rotor, attitude, support, velocity):
-    half, pivot = np.array((0.6, 0.8, 1.0)) * scale, np.array(pivot) * scale
-    cuboid = kr.Body.cuboid(half=half, pivot=pivot)
-    body = kr.Body(cuboid.mass, cuboid.inertia, cuboid.com, rotor=rotor)
-    if "friction" in support:
-        support.pop("shaking", None)
-    attitude = np.array(attitude) / np.linalg.norm(attitude)
-    scene = kr.Scene(body, velocity=velocity, attitude=attitude, gravity=-0.1 * scale, **support)
-    again = kr.Scene.from_toml(scene.to_toml())
-    assert again == scene and again.to_toml() == scene.to_toml()
-    for name in ("momentum", "attitude", "gravity", "damping", "friction", "turning", "shaking"):
-        assert np.array_equal(getattr(again, name), getattr(scene, name))
-    assert again.body.axes == body.axes and again.body.moments == body.moments
-
-
-BODIES = {  # {text: the same body}
-    "cuboid = { half = [0.6, 0.8, 1], pivot = [0.1, -0.2, -1] }": CORNER,
-    "symmetric = { mass = 1, i1 = 2, i3 = 1.5, height = 0.5 }": kr.Body.symmetric(1, 2, 1.5, 0.5),
-    "from_com = { mass = 1, inertia_about_com = [2, 2, 1.5], com = [0, 0, 1], "
-    "pivot = [0, 0.5, 0] }": kr.Body.from_com(1, (2, 2, 1.5), (0, 0, 1), (0, 0.5, 0)),
-    "mass = 1\ninertia = [[2, 0, 0], [0, 2, 0], [0, 0, 1]]\ncom = [0, 0, 1]": kr.Body(
-        1, (2, 2, 1), (0, 0, 1)
-    ),
-    "cylinder = { radius = 1, height = 2, pivot = [0, 0, -1], mass = 3 }": kr.Body.cylinder(
-        1, 2, (0, 0, -1), mass=3
-    ),
-    "tube = { inner = 0.5, outer = 1, height = 2, pivot = [0, 0, -1], density = 3 }": kr.Body.tube(
-        0.5, 1, 2, (0, 0, -1), density=3
-    ),
-    "disk = { radius = 1, pivot = [0, 0, -1], mass = 3 }": kr.Body.disk(1, (0, 0, -1), mass=3),
-    "rod = { length = 2, pivot = [1, 0, 0], mass = 3 }": kr.Body.rod(2, (1, 0, 0), mass=3),
-    "sphere = { radius = 1, pivot = [0, 0, -1], mass = 3, shell = true }": kr.Body.sphere(
-        1, (0, 0, -1), mass=3, shell=True
-    ),
-    "ellipsoid = { half = [1, 2, 3], pivot = [0, 0, -1], mass = 3 }": kr.Body.ellipsoid(
-        (1, 2, 3), (0, 0, -1), mass=3
-    ),
-    "cone = { radius = 1, height = 2, pivot = [0, 0, 0], mass = 3 }": kr.Body.cone(
-        1, 2, (0, 0, 0), mass=3
-    ),
-    "mass = 1\ninertia_about_com = [2, 2, 1]\ncom = [0, 0, 1]": kr.Body(
-        1, inertia_about_com=(2, 2, 1), com=(0, 0, 1)
-    ),
-    "symmetric = { mass = 1, i1 = 1, i3 = 0.5, height = 1, unphysical = true }": kr.Body.symmetric(
-        1, 1, 0.5, 1, unphysical=True
-    ),
-    "mass = 1\ninertia = [1, 2, 3.01]\ncom = [0, 0, 0]\ninertia_rtol = 0.004": kr.Body(
-        1, (1, 2, 3.01), (0, 0, 0), inertia_rtol=0.004
-    ),
-}
-
-
-@pytest.mark.parametrize("text", BODIES, ids=[text.partition(" ")[0] for text in BODIES])
-def test_the_keys_of_a_body_are_the_arguments_of_its_constructor(text, tmp_path):
-    start = "body_velocity = [0, 0.1, 2]\nattitude_xyzw = [0, 0, 1, 0]\ngravity = 1\n"
-    expected = kr.Scene(
-        BODIES[text], body_velocity=(0, 0.1, 2), attitude_xyzw=(0, 0, 1, 0), gravity=1
+def test_the_keys_of_a_table_are_the_arguments_of_a_constructor(body, start, tmp_path):
+    (body_name, body_words), (start_name, start_words) = body, start
+    make_body = getattr(kr.Body, body_name) if body_name else kr.Body
+    make_scene = getattr(kr.Scene, start_name) if start_name else kr.Scene
+    expected = make_scene(make_body(**body_words), gravity=2, **start_words)
+    head = write_table(start_name, start_words)
+    text = f"gravity = 2\n{head.removeprefix('[]')}" + write_table(
+        ".".join(filter(None, ["body", body_name])), body_words
     )
-    text = f"{start}[body]\n{text}\n"
     file = tmp_path / "eps=0.1.toml"
     file.write_text(text)
-    for given_text in (text, file, str(file), expected.to_toml()):
-        assert kr.Scene.from_toml(given_text) == expected
-
-
-STARTS = {  # {text: the same start}
-    "[from_euler]\nangles = [30, 60, 0]\nrates = [1, 2, 3]\ndegrees = true\ngravity = 9.81": (
-        lambda body: kr.Scene.from_euler(body, (30, 60, 0), (1, 2, 3), degrees=True, gravity=9.81)
-    ),
-    "[spinning]\nspin = 60\ntilt = 1\nsteady = true\ngravity = 1": (
-        lambda body: kr.Scene.spinning(body, 60, 1, steady=True, gravity=1)
-    ),
-    "gravity = 2\nfriction = 0.1\n[spinning]\nspin = 60\ndamping = 0.3": (
-        lambda body: kr.Scene.spinning(body, 60, gravity=2, damping=0.3, friction=0.1)
-    ),
-}
-
-
-@pytest.mark.parametrize("text", STARTS)
-def test_the_keys_of_a_start_are_the_arguments_of_its_constructor(text):
-    body = kr.Body.cone(1, 2, (0, 0, 0), mass=3)
-    words = "radius = 1\nheight = 2\npivot = [0, 0, 0]\nmass = 3\n"
-    assert kr.Scene.from_toml(f"{text}\n[body.cone]\n{words}") == STARTS[text](body)
+    for source in (text, file, str(file), expected.to_toml()):
+        assert kr.Scene.from_toml(source) == expected
 
 
 def test_a_byte_order_mark_is_ignored(tmp_path):
@@ -145,33 +89,21 @@ REFUSALS = [  # (text, exception, words of the message)
     (START + BODY.replace("mass", "mas"), ValueError, "did you mean 'mass'"),
     (START + "[body]\ncubiod = {}\n", ValueError, "did you mean 'cuboid'"),
     (START + "[body]\ncuboid = { half = [1, 1, 1] }\n", ValueError, "no pivot"),
-    (START + "[body]\ncuboid = 3\n", TypeError, "cuboid must be a table"),
     (START + BODY + "cuboid = {}\n", ValueError, "one way"),
     ("momentum = [0, 0, 1]", FileNotFoundError, "momentum"),  # a single line is a file name
     (START + "gravity = 1\n", ValueError, r"table \[body\] is missing"),
     ("body = 1\n" + START, TypeError, "body must be a table"),
-    ("momentum = [0, '0', 1]\n" + BODY, TypeError, "momentum must be 3 numbers"),
     (BODY, ValueError, "exactly one of momentum"),
-    ("momentum = [0, nan, 1]\n" + BODY, ValueError, "momentum must be finite"),
     ("momentum = [0, 0, 1\n" + BODY, ValueError, "Unclosed array|line"),
     (BODY + START, ValueError, r"momentum belongs above \[body\]"),
-    (BODY + "gravity = 9.81\n", ValueError, r"gravity belongs above \[body\]"),
     ("[body.cone]\nradius = 1\nvelocity = [0, 0, 1]\n", ValueError, "velocity belongs above"),
-    ("[body]\nmass = 1\n[body.spinning]\nspin = 1\n", ValueError, "spinning belongs above"),
     ("mass = 1\n" + START + BODY, ValueError, r"mass belongs below \[body\]"),
-    ("cone = { radius = 1 }\n" + BODY, ValueError, r"cone belongs below \[body\]"),
     ("degrees = true\nspinning = { spin = 1 }\n" + BODY, ValueError, r"in \[spinning\]"),
     ("gravity = 2\nspinning = { spin = 1, gravity = 2 }\n" + BODY, ValueError, "twice"),
     (START + "spinning = { spin = 1 }\n" + BODY, ValueError, "momentum, spinning"),
-    (
-        "from_euler = { angles = [0, 0, 0] }\nspinning = { spin = 1 }\n" + BODY,
-        ValueError,
-        "from_euler, spinning",
-    ),
     ("spinning = { spn = 1 }\n" + BODY, ValueError, "did you mean 'spin'"),
     ("spinning = { tilt = 1 }\n" + BODY, ValueError, r"\[spinning\] has no spin"),
     ("spinning = 3\n" + BODY, TypeError, "spinning must be a table"),
-    (START + "[body]\nmass = 1\ncom = [0, 0, 0]\n", ValueError, "exactly one of"),
     (START + "[body]\nmass = 1\ninertia = [1, 1, 1]\n", TypeError, "com"),
 ]
 
