@@ -18,6 +18,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from tops import LAGRANGE
 
+METHODS_PAGE = Path(__file__).parents[2] / "METHODS.md"
 UNITS = {
     "": ["q", "frame", "apex", "body_vertical", "q_low"],
     "rad": ["precession_angle", "nutation", "spin_angle"],
@@ -170,7 +171,9 @@ def test_every_option_of_solve_means_the_same_as_in_python(route, options):
                 assert data[word] == getattr(path, word)
             assert data["stats"] == path.stats._asdict() and data["kreisel"] == kr.__version__
             if names:
-                assert data["events"]["t"] == path.events.t.tolist()
+                met = tabulate(path.events.path, list_names(path), options["degrees"])
+                found = [data["events"][head.partition(" ")[0]] for head in met]
+                np.testing.assert_allclose(found, [*met.values()], 1e-13, 1e-12)
         elif route == "npz":
             call(f"{line} --npz {folder}/top", text=text)
             again = kr.load(f"{folder}/top.npz")
@@ -284,7 +287,6 @@ TRANSCRIPTS = [  # (command line, words that its output contains in this order)
     ("report --help", ["accuracy, speed and stability", "--thesis"]),
     ("methods", list(kr.methods)),
     ("methods rk4", ["order      4", "kind       algebraic", "rotors", "Kutta 1901"]),
-    ("methods --markdown", [f"| {name} |" for name in kr.methods]),
     ("scenes", [*kr.scenes.about]),
     ("scenes cusps", [kr.scenes.about["cusps"], kr.scenes.cusps.to_toml()]),
     ("quantities", [f"{name} {UNIT[name]}".rstrip() for name in get_args(kr.QuantityName)[1:]]),
@@ -307,6 +309,19 @@ def test_commands_print_these_words(line, words, tmp_path, monkeypatch):
     for word in map(join_lines, words):
         assert word in output[place:], word
         place = output.index(word, place)
+
+
+def test_methods_md_is_up_to_date():
+    """Check all but the measured costs of the page, which `kreisel methods --markdown` writes."""
+
+    def read_rows(text):
+        lines = [line.strip("| ").split(" | ") for line in text.splitlines()]
+        return {cells[0]: cells for cells in lines if cells[0] in kr.methods}
+
+    now, page = read_rows(call("methods --markdown")), read_rows(METHODS_PAGE.read_text())
+    assert now.keys() == page.keys() == kr.methods.keys() and now["rk4"][2:5] == ["1.0"] * 3
+    for name, cells in page.items():
+        assert (*cells[:2], *cells[-3:]) == (*now[name][:2], *now[name][-3:])
 
 
 def test_a_run_prints_its_energy_error_and_its_first_events():
