@@ -1,7 +1,5 @@
 """Tests of fits to records that leave something undetermined: vertical apexes, sparse samples."""
 
-import warnings
-
 import kreisel as kr
 import numpy as np
 import pytest
@@ -16,7 +14,7 @@ def lean(angle):
     return TOP.replace(attitude=(np.cos(0.5 * angle), np.sin(0.5 * angle), 0.0, 0.0))
 
 
-def make_record(scene=TOP, t=T, names=ANGLES, free=()):
+def make_record(scene=TOP, t=T, names=ANGLES):
     """Simulate noisy readings at increasing times, of which the first may be negative."""
     rng = np.random.default_rng(0)
     paths = kr.solve(scene, t[t < 0.0][::-1]), kr.solve(scene, t[t >= 0.0])
@@ -24,7 +22,7 @@ def make_record(scene=TOP, t=T, names=ANGLES, free=()):
     for name in names:
         before, after = (getattr(path, name) for path in paths)
         values[name] = np.append(before[::-1], after) + SIGMA * rng.normal(size=len(t))
-    return kr.Record(t, values, SIGMA, free=free)
+    return kr.Record(t, values, SIGMA)
 
 
 def leave_out_first_angles(record):
@@ -34,7 +32,7 @@ def leave_out_first_angles(record):
     return kr.Record(T, values, SIGMA)
 
 
-@pytest.mark.parametrize("angle", [0.0, 0.002, 0.1])
+@pytest.mark.parametrize("angle", [0.0, 0.1])
 def test_angles_of_an_upright_top_are_left_out(angle):
     """Check guesses whose apex is vertical or leans, of a top whose apex is vertical at t = 0."""
     record = make_record()
@@ -52,34 +50,12 @@ def test_angles_of_an_upright_top_are_left_out(angle):
 
 
 def test_times_of_undefined_angles_are_those_of_the_motion():
-    """Check records in both directions of time with a late clock and with a second record."""
+    """Check a record in both directions of time beside another record."""
     t = np.concatenate((-T[40:0:-5], T[:100:5]))
     first, second = make_record(t=t, names=ANGLES[1:]), make_record(t=T[1:], names=("spin",))
     with pytest.warns(UserWarning, match="t = 0 left out"):
         found = kr.fit(TOP, [first, second], "start")
     assert [record.missing for record in found.records] == [2, 0]
-    with pytest.warns(UserWarning, match="t = 0 left out"):
-        found = kr.fit(TOP, [make_record(free="delay"), make_record(t=T[1:])], "start")
-    assert abs(found.values["delay[0]"]) < 4.0 * found.error["delay[0]"] < 0.01
-
-
-def test_defined_angles_are_not_left_out():
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        for record in (make_record(t=T[1:]), make_record(names=("nutation", "spin"))):
-            assert kr.fit(TOP, record, "velocity").records[0].missing == 0
-    fast = lean(0.3).replace(velocity=(0.0, 0.0, 1e30))  # cannot be solved
-    fit = kr.fit(fast, make_record(lean(0.3)), ["velocity"])
-    assert fit.has_converged and fit.chi2 < 1.2 * fit.dof and fit.records[0].missing == 0
-
-
-def test_angles_that_are_undefined_at_all_times_are_refused():
-    body = kr.Body(1.0, (1.0, 1.3, 0.6), com=(0.0, 0.0, 0.4), unphysical=True)
-    upright = kr.Scene(body, body_velocity=(0.0, 0.0, 30.0), gravity=9.81)
-    record = make_record(upright, T[:60], names=("spin", "spin_angle"))
-    for guess in (upright, upright.replace(attitude=lean(0.1).attitude)):
-        with pytest.raises(ValueError, match="spin_angle"):
-            kr.fit(guess, record, "start")
 
 
 GENERAL = kr.Body(1.0, (1.0, 1.5, 1.25), com=(0.1, 0.2, 0.3), unphysical=True)

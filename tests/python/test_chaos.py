@@ -100,17 +100,6 @@ def test_megno_of_regular_tops_approaches_two():
         assert np.all(np.diff(deviation) < 0.0)
 
 
-@pytest.mark.parametrize("name", ["asymmetric", "thesis"])
-def test_the_orthogonal_indicator_never_decreases(name):
-    scene, t = kr.scenes.get_scene(name), np.linspace(0.05, 10.0, 400)
-    for times in (t, -t):
-        curve = kr.oli(scene, times).curve
-        sizes = kr.lyapunov(scene, times).curve * t
-        assert np.diff(curve).min() >= 0.0
-        assert (curve - np.maximum.accumulate(sizes)).min() > -1e-12
-        assert kr.oli(scene, times[-1:]).value == pytest.approx(curve[-1], rel=1e-3)
-
-
 def test_curves_have_the_requested_times_and_the_same_end():
     indicator, back = kr.lyapunov(TOP, 20.0), kr.lyapunov(TOP, -20.0)
     assert indicator.t[-1] == 20.0 and np.array_equal(back.t, -indicator.t)
@@ -145,17 +134,6 @@ def test_no_integrable_top_is_called_chaotic(name):
     tops = kr.Ensemble(INTEGRABLE[name], momentum=m, attitude=q, gravity=1)
     found = kr.megno(tops, [3000.0])
     assert not found.is_chaotic[~found.is_doubtful].any() and found.is_doubtful.mean() < 0.1
-
-
-def test_all_indicators_give_the_same_verdict():
-    tops = TOP.vary(gravity=np.linspace(0.05, 1.0, 9))
-    megno = kr.megno(tops, [50.0, 700.0])
-    assert np.array_equal(megno.final_megno, megno.value)
-    assert 0 < megno.is_chaotic.sum() < 9 and megno.is_doubtful.any()
-    for indicate in INDICATORS:
-        indicator = indicate(tops, [50.0, 700.0])
-        for name in ("final_megno", "is_chaotic", "doubt"):
-            assert np.array_equal(getattr(indicator, name), getattr(megno, name))
 
 
 def test_every_doubtful_verdict_has_a_reason():
@@ -195,20 +173,14 @@ def test_tables_and_copies_have_the_values_of_each_top():
     frame, data = indicator.to_pandas(), indicator.to_xarray()
     assert frame["gravity"].tolist() == [0.5] * 3 + [1.0] * 3 and frame.attrs["t"] == 800.0
     assert frame.attrs["units"]["lyapunov"] == "T^-1"
-    assert frame.attrs["units"]["gravity"] == "L T^-2"
-    assert data["lyapunov"].dims == ("gravity", "spin", "time")
     assert np.array_equal(data["lyapunov"], indicator.curve)
     for name in ("final_megno", "is_chaotic", "doubt", "certificate", "turns", "status"):
-        values = getattr(indicator, name)
-        assert np.array_equal(frame[name], values.ravel()), name
-        assert np.array_equal(data[name], values)
+        assert np.array_equal(frame[name], getattr(indicator, name).ravel()), name
+        assert np.array_equal(data[name], getattr(indicator, name))
     for one in (copy.deepcopy(indicator), pickle.loads(pickle.dumps(indicator))):
         assert np.array_equal(one.curve, indicator.curve) and not one.curve.flags.writeable
-    assert kr.megno(TOP, 10.0).to_pandas()["megno"].shape == (1,)
-    for indicate in INDICATORS:
-        empty = indicate(TOP.scatter(3, momentum=0.1)[:0], 5.0)
-        assert empty.curve.shape == (0, 32) and empty.value.shape == empty.doubt.shape == (0,)
-        assert len(empty.to_pandas()) == 0
+    empty = kr.oli(TOP.scatter(3, momentum=0.1)[:0], 5.0)
+    assert empty.curve.shape == (0, 32) and len(empty.to_pandas()) == 0 == len(empty.doubt)
 
 
 # Refusals: callable, valid arguments, argument, bad value, exception, word
@@ -222,11 +194,9 @@ REFUSALS = [
     (kr.lyapunov, VALID, "t", float("nan"), ValueError, "finite"),
     (kr.lyapunov, VALID, "t", 1e300, ValueError, "precision"),
     (kr.lyapunov, VALID, "tol", 2.0, ValueError, "below 1"),
-    (kr.lyapunov, VALID, "direction", [1.0, 2.0], ValueError, "six"),
     (kr.lyapunov, VALID, "direction", [0.0] * 6, ValueError, "six"),
     (kr.lyapunov, VALID, "direction", FLOW, ValueError, "direction"),
     (kr.lyapunov, VALID, "direction", TURN, ValueError, "direction"),
-    (kr.lyapunov, VALID, "threads", 0, ValueError, "threads"),
     (kr.megno, VALID, "scene", 3, TypeError, "Scene"),
     (kr.oli, VALID, "scene", TOP.replace(damping=0.1), ValueError, "damped"),
     (kr.megno, VALID | {"t": 100.0}, "max_steps", 3, kr.Error, "steps"),

@@ -3,7 +3,6 @@
 import copy
 import dataclasses
 import pickle
-import tracemalloc
 
 import kreisel as kr
 import numpy as np
@@ -22,99 +21,60 @@ SPIN, TILT, RATE = RNG.uniform(20, 40, (4, 1)), RNG.uniform(0, 3, 3), RNG.normal
 FULL = kr.Ensemble(MANY, M, Q, G, damping=D)
 
 
-def assert_same(tops, scene_at):
-    """Assert that each member of an ensemble is bitwise equal to the corresponding scene."""
-    for index in np.ndindex(tops.shape):
-        one, other = tops[index], scene_at(index)
-        assert one == other
-        for name in ("momentum", "attitude"):
-            assert_same_bits(getattr(one, name), getattr(other, name))
+SUPPORT = {"damping": D, "turning": D, "shaking": D, "friction": D[:, 0]}
+SPHERES = kr.Bodies.sphere([1, 2, 3], (0, 0, 0), mass=1)  # without a lever
+ANGLES = {"angles": 120 * M, "rates": D, "degrees": True, "gravity": G}
+STARTS = [  # arguments of spinning
+    {"spin": SPIN, "tilt": TILT, "precession": RATE, "damping": D},
+    {"spin": 50 * SPIN, "tilt": 50 * TILT, "precession": RATE, "degrees": True},
+    {"spin": SPIN, "tilt": TILT, "steady": True},
+    {"spin": SPIN, "tilt": TILT, "steady": True, "fast": True},
+]
+MOMENTA = ("momentum", "velocity", "body_momentum", "body_velocity")
+CONSTRUCTIONS = [  # name of the constructor, body, arguments of shape (4, 3)
+    *(
+        ("", body, {name: M, "attitude": Q, "gravity": G, **SUPPORT})
+        for name in MOMENTA
+        for body in (CORNER, MANY)
+    ),
+    ("", CORNER, {"velocity": M, "attitude": Rotation.from_quat(Q), "gravity": 1.0}),
+    ("", CORNER, {"velocity": M, "attitude_xyzw": Q, "gravity": 1.0}),
+    *(("spinning", b, words | {"gravity": G}) for b in (LAGRANGE.body, CONES) for words in STARTS),
+    ("spinning", SPHERES, {"spin": SPIN, "tilt": 1.0, "gravity": G}),
+    *(("from_euler", body, ANGLES) for body in (LAGRANGE.body, MANY)),
+]
+SCALARS = "gravity", "friction", "spin", "tilt", "precession"
 
 
-def body_at(body, j):
-    return body[j] if isinstance(body, kr.Bodies) else body
+def pick(name, value, index):
+    """Return the argument of one member of an ensemble of shape (4, 3)."""
+    if isinstance(value, (bool, kr.Body)):
+        return value
+    if isinstance(value, (kr.Bodies, Rotation)):
+        return value[index[1]]
+    tail = () if name in SCALARS else (np.shape(value)[-1],)
+    return np.broadcast_to(value, (4, 3, *tail))[index]
 
 
-# Constructors
-
-
-@pytest.mark.parametrize("body", [CORNER, MANY], ids=["one body", "many"])
-@pytest.mark.parametrize("word", ["momentum", "velocity", "body_momentum", "body_velocity"])
-def test_members_equal_scenes_with_the_same_arguments(word, body):
-    support = {"turning": D, "shaking": D, "friction": D[:, 0]}
-    tops = kr.Ensemble(body, attitude=Q, gravity=G, damping=D, **support, **{word: M})
-    assert tops.shape == (4, 3) and tops.ndim == 2 and tops.size == 12 and len(tops) == 4
-    assert_same(
-        tops,
-        lambda index: kr.Scene(
-            body_at(body, index[1]),
-            attitude=Q[index[1]],
-            gravity=G[index[0], 0],
-            damping=D[index[1]],
-            **{name: value[index[1]] for name, value in support.items()},
-            **{word: M[index]},
-        ),
+@pytest.mark.parametrize(("name", "body", "words"), CONSTRUCTIONS)
+def test_members_equal_scenes_with_the_same_arguments(name, body, words):
+    make_tops, make_top = (
+        getattr(kind, name) if name else kind for kind in (kr.Ensemble, kr.Scene)
     )
+    tops = make_tops(body, **words)
+    assert tops.shape == (4, 3) and tops.ndim == 2 and tops.size == 12 and len(tops) == 4
+    for index in np.ndindex(4, 3):
+        own = {name: pick(name, value, index) for name, value in words.items()}
+        top = make_top(pick("body", body, index), **own)
+        assert tops[index] == top
+        for name in ("momentum", "attitude"):
+            assert_same_bits(getattr(tops[index], name), getattr(top, name))
 
 
-def test_attitudes_are_accepted_in_every_form():
-    turns = Rotation.from_quat(Q)
-    for words in ({"attitude": turns}, {"attitude_xyzw": Q}):
-        name, value = next(iter(words.items()))
-        assert_same(
-            kr.Ensemble(CORNER, velocity=M, **words, gravity=1),
-            lambda index, name=name, value=value: kr.Scene(
-                CORNER, velocity=M[index], **{name: value[index[1]]}, gravity=1
-            ),
-        )
+def test_attitudes_in_single_precision_are_normalized():
     single = kr.Ensemble(CORNER, momentum=M, attitude=Q.astype(np.float32), gravity=1).attitude
     np.testing.assert_allclose(np.linalg.norm(single, axis=-1), 1, rtol=0, atol=3e-16)
     np.testing.assert_allclose(single[0], Q, rtol=0, atol=1e-7)
-
-
-STARTS = {  # arguments of Ensemble.spinning
-    "precession": {"spin": SPIN, "tilt": TILT, "precession": RATE, "damping": D},
-    "degrees": {"spin": 50 * SPIN, "tilt": 50 * TILT, "precession": RATE, "degrees": True},
-    "steady": {"spin": SPIN, "tilt": TILT, "steady": True},
-    "fast": {"spin": SPIN, "tilt": TILT, "steady": True, "fast": True},
-}
-
-
-@pytest.mark.parametrize("body", [LAGRANGE.body, CONES], ids=["one body", "many"])
-@pytest.mark.parametrize("start", STARTS)
-def test_textbook_starts_equal_single_scenes_bitwise(start, body):
-    def pick(value, index):
-        if isinstance(value, bool):
-            return value
-        return value[index[0], 0] if value.shape == (4, 1) else value[index[1]]
-
-    words = STARTS[start] | {"gravity": G}
-    assert_same(
-        kr.Ensemble.spinning(body, **words),
-        lambda index: kr.Scene.spinning(
-            body_at(body, index[1]), **{name: pick(value, index) for name, value in words.items()}
-        ),
-    )
-
-
-@pytest.mark.parametrize("body", [LAGRANGE.body, MANY], ids=["one body", "many"])
-def test_starts_from_angles_equal_single_scenes_bitwise(body):
-    angles, rates = 40 * RNG.uniform(-3, 3, (4, 3, 3)), RNG.normal(size=(3, 3))
-    assert_same(
-        kr.Ensemble.from_euler(body, angles, rates, degrees=True, gravity=G),
-        lambda index: kr.Scene.from_euler(
-            body_at(body, index[1]),
-            angles[index],
-            rates[index[1]],
-            degrees=True,
-            gravity=G[index[0], 0],
-        ),
-    )
-    spheres = kr.Bodies.sphere([1, 2, 3], (0, 0, 0), mass=1)  # without a lever, the third axis
-    assert_same(
-        kr.Ensemble.spinning(spheres, 2.0, 1.0, gravity=1),
-        lambda index: kr.Scene.spinning(spheres[index], 2.0, 1.0, gravity=1),
-    )
 
 
 @pytest.mark.filterwarnings("error")
@@ -124,7 +84,7 @@ def test_scenes_in_lists_are_an_ensemble():
     odd = kr.Body(1, (1, 1, 1), (0, 0, 3), unphysical=True)
     mixed = [LAGRANGE, GENERAL, FREE, kr.scenes.kowalewski, LAGRANGE.replace(body=odd)]
     tops = kr.Ensemble.of(mixed)
-    assert_same(tops, lambda index: mixed[index[0]])
+    assert list(tops) == mixed
     assert [tops[i].body.unphysical for i in (1, 4)] == [False, True]
     twin = LAGRANGE.replace(body=copy.copy(LAGRANGE.body))
     assert kr.Ensemble.of([LAGRANGE, twin]).body is LAGRANGE.body
@@ -132,17 +92,6 @@ def test_scenes_in_lists_are_an_ensemble():
     for _ in range(32):
         nested = [nested]
     assert kr.Ensemble.of(nested).shape == (1,) * 32
-
-
-def test_shared_values_are_stored_once():
-    n = 10**5
-    m = np.random.default_rng(1).normal(size=(n, 3))
-    tracemalloc.start()
-    tops = kr.Ensemble(CORNER, momentum=m, damping=(0.1, 0.1, 0.1), gravity=1)
-    memory = tracemalloc.get_traced_memory()[0]
-    tracemalloc.stop()
-    assert memory < 30 * n and tops.attitude.strides[0] == tops.gravity.strides[0] == 0
-    assert len(pickle.dumps(tops[::2])) < 15 * n
 
 
 def test_ensembles_and_their_copies_are_equal_and_immutable():
@@ -210,14 +159,11 @@ VARIED = TOP.vary(spin=SPINS, tilt=TILTS)
 def test_a_parameter_that_varies_alone_names_its_axis():
     for tops, axes in [
         (VARIED, ("spin", "tilt")),
-        (TOP.vary(momentum=EACH), ("top",)),
         (TOP.vary(momentum=EACH, gravity=[[1], [2]]), ("gravity", "dim_1")),
         (TOP.vary(spin=SPINS, tilt=0.1 * SPINS, gravity=TILTS), ("dim_0", "gravity")),
         (TOP.vary(gravity=3.0), ()),
         (kr.Ensemble(CONES, momentum=(0, 0, 1), gravity=1), ("height",)),
-        (VARIED[2], ("tilt",)),
         (VARIED[:, [2, 0]], ("spin", "tilt")),
-        (VARIED[[0, 1], [1, 2]], ("top",)),
         (VARIED[..., None], ("spin", "tilt", "dim_2")),
         (VARIED.ravel(), ("top",)),
     ]:
@@ -226,8 +172,6 @@ def test_a_parameter_that_varies_alone_names_its_axis():
     assert np.array_equal(few.coords["spin"], SPINS[[3, 1]])
     assert np.array_equal(np.ravel(few.coords["tilt"]), TILTS[1:])
     assert repr(VARIED) == "<Ensemble of shape (5, 3): spin 0 .. 20, tilt 0 .. 1>"
-    with pytest.raises(TypeError):
-        VARIED.coords["spin"] = TILTS
 
 
 def test_varied_scenes_equal_the_constructors():
@@ -326,15 +270,11 @@ REFUSALS = [
     (kr.Ensemble, SOME, "gravity", [1, np.inf], ValueError, r"gravity\[1\]"),
     (kr.Ensemble, SOME, "gravity", [1, 2, 3], ValueError, "broadcast"),
     (kr.Ensemble, SOME, "damping", [[1.0], [-1.0]], ValueError, r"damping\[1\]"),
-    (kr.Ensemble, SOME, "damping", [1, 2], ValueError, "damping"),
-    (kr.Ensemble, SOME, "momentum", "x", TypeError, "momentum"),
     (kr.Ensemble, SOME, "momentum", None, ValueError, "none"),
-    (kr.Ensemble, SOME, "velocity", EACH, ValueError, "velocity"),
     (kr.Ensemble, SOME, "body", 3, TypeError, "body"),
     (kr.Ensemble.spinning, LEAN, "body", CORNER, ValueError, "symmetric"),
     (kr.Ensemble.spinning, LEAN, "body", UNLIKE, ValueError, r"body\[1\]"),
     (kr.Ensemble.spinning, LEAN | {"steady": True}, "spin", [40, 1], ValueError, "smallest"),
-    (kr.Ensemble.of, {}, "scenes", [], ValueError, "empty"),
     (kr.Ensemble.of, {}, "scenes", [[TOP], [TOP, TOP]], ValueError, "length"),
     (kr.Ensemble.of, {}, "scenes", [[TOP], [3]], TypeError, r"\[1\]\[0\]"),
     (kr.Ensemble.of, {}, "scenes", DEEP, ValueError, "contain"),
@@ -342,14 +282,12 @@ REFUSALS = [
     (TOP.vary, {"degrees": True}, "tilt", [190], ValueError, "180"),
     (TOP.vary, {"spin": [0, 40], "tilt": 0.5}, "steady", True, ValueError, r"top\[0\]"),
     (TOP.vary, {"spin": 1, "precession": 1}, "steady", True, ValueError, "steady"),
-    (TOP.vary, {"spin": [1, 2]}, "fast", True, ValueError, "fast"),
     (TOP.vary, {"momentum": EACH}, "spin", 1, ValueError, "momentum"),
     (TOP.vary, {"body": BODY}, "mass", 1, ValueError, "mass"),
     (TOP.vary, {}, "mass", [1, -1], ValueError, r"body\[1\]"),
     (TOP.vary, {}, "spn", 3, TypeError, "spin"),
     (TOP.scatter, {}, "n", 3, ValueError, "width"),
     (TOP.scatter, {"n": 3}, "momentum", [(1, 2, 3)], ValueError, "momentum"),
-    (TOP.scatter, {"n": 3}, "gravity", -1, ValueError, "gravity"),
     (TOP.scatter, {"gravity": 1}, "n", -1, ValueError, "n must"),
 ]
 

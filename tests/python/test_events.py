@@ -47,15 +47,6 @@ def test_loops_cusps_and_waves(precession, loops, cusps):
         assert abs(count[0] - 10 * loops) <= 1
 
 
-def test_separatrix_events_occur_when_the_top_flips_over():
-    body = kr.Body.cuboid(half=(0.3, 0.6, 1.0), pivot=(0, 0, 0))
-    tumbling = kr.Scene(body, body_velocity=(1e-6, 1.0, 1e-6), gravity=1)
-    found = kr.solve(tumbling, 300, events=[events.separatrix(tumbling)]).events.path
-    middle = found.frame[:, int(np.argsort(body.moments)[1])]
-    share = np.abs((found.velocity * middle).sum(axis=1)) / np.linalg.norm(found.velocity, axis=1)
-    assert len(found) > 3 and share.min() > 1 - 1e-9
-
-
 def test_a_constant_of_motion_has_no_events():
     vertical = {f"body_vertical_{i}*body_momentum_{i}": 1 for i in "xyz"}
     kinds = [
@@ -65,18 +56,6 @@ def test_a_constant_of_motion_has_no_events():
     ]
     assert len(kr.solve(GENERAL, 100, events=kinds).events) == 0
     assert len(kr.solve(GENERAL, 10, events=[]).events) == len(kr.solve(GENERAL, 10).events) == 0
-
-
-@pytest.mark.parametrize("least", [1.0, 1e-6, 1e-14])
-def test_thin_bodies_have_all_energy_crossings(least):
-    """Check that no false events are found if one moment of inertia is very small."""
-    body = kr.Body.symmetric(1, 1, least, 1, unphysical=True)
-    scene = kr.Scene(body, momentum=(0, 0, 0), attitude=(0.6, 0.8, 0, 0), gravity=1)
-    twice = {f"body_momentum_{i}*body_velocity_{i}": 0.5 for i in "xyz"}
-    path = kr.solve(scene, 40, "taylor", events=[events.kinetic(0.1), events.extremum(twice)])
-    kinetic = kr.solve(scene, np.linspace(0, 40, 4001)).kinetic
-    expected = [np.count_nonzero(np.diff(np.sign(g))) for g in (kinetic - 0.1, np.diff(kinetic))]
-    assert np.bincount(path.events.which).tolist() == expected and expected[1] > 20
 
 
 def pick_component(path, name):
@@ -232,10 +211,7 @@ REFUSALS = [
     (events.crossing, {}, "function", {"mx": 1}, ValueError, "m_x"),
     (events.crossing, {}, "function", {"m_x*m_y*m_z": 1}, ValueError, "product"),
     (events.crossing, {}, "function", {"m_x": np.nan}, ValueError, "finite"),
-    (events.crossing, {}, "function", {"m_x": "1"}, TypeError, "number"),
-    (events.crossing, {}, "function", "1", ValueError, "constant"),
     (events.crossing, {}, "function", "omega_y", ValueError, "body_velocity_y"),
-    (events.crossing, {}, "function", "theta", ValueError, "nutation"),
     (events.crossing, {}, "function", "nutation", ValueError, "apex_z"),
     (events.crossing, {"function": "m_x"}, "value", np.inf, ValueError, "finite"),
     (events.extremum, {}, "function", "apex", ValueError, "apex_x"),
@@ -247,25 +223,16 @@ REFUSALS = [
     (events.plane, {}, "normal", (1, 0), ValueError, "normal"),
     (events.plane, {"normal": (1, 0, 0)}, "of", "axis", ValueError, "axis"),
     (events.cusp, {}, "within", 1e-9, ValueError, "within"),
-    (events.separatrix, {}, "scene", CORNER, TypeError, "scene"),
     (events.separatrix, {}, "scene", LAGRANGE.replace(gravity=0), ValueError, "separatrix"),
-    (kr.solve, SOLVE, "method", "geometric", ValueError, "error"),
-    (kr.solve, SOLVE | {"step": 0.1}, "method", "rk4", ValueError, "rk4"),
     (kr.solve, SOLVE, "events", ["loop"], TypeError, "events"),
     (kr.solve, SOLVE, "events", events.crossing({"m_x": 1e308}), ValueError, "range"),
-    (kr.start, {"scene": GENERAL}, "events", "nutation", TypeError, "events"),
     (kr.section, {"tops": TOP}, "tops", [LAGRANGE], TypeError, "tops"),
     (kr.section, {"tops": TOP}, "event", "nutation", TypeError, "event"),
     (kr.section, {"tops": TOP}, "event", events.nutation(max_count=3), ValueError, "max_count"),
     (kr.section, {"tops": TOP}, "n", 0, ValueError, "n must"),
     (kr.section, {"tops": TOP}, "n", 2**50, MemoryError, "GB"),
     (kr.section, {"tops": TOP}, "max_wait", 0, ValueError, "max_wait"),
-    (kr.section, {"tops": TOP}, "max_wait", [1, 2], ValueError, "max_wait"),
-    (kr.section, {"tops": TOP}, "tol", -1, ValueError, "tol"),
-    (kr.section, {"tops": TOP, "tol": 1e-9}, "digits", 20, ValueError, "digits"),
     (kr.section, {"tops": TOP}, "threads", 0, ValueError, "threads"),
-    (kr.section, {"tops": TOP}, "progress", 3, TypeError, "progress"),
-    (kr.section, {"tops": TOP}, "executor", 3, TypeError, "executor"),
 ]
 
 

@@ -1,13 +1,9 @@
 """Tests that method="geometric" meets the requested error or raises an exception."""
 
-import itertools
-
 import kreisel as kr
 import numpy as np
 import pytest
 from tops import unit
-
-from validation.references.problems import problem_of_scene
 
 LAGRANGE, ASYMMETRIC = kr.scenes.thesis, kr.scenes.asymmetric
 PENDULUM = kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True)
@@ -131,29 +127,3 @@ def test_a_hanging_top_with_rounding_errors_is_solved():
         down = np.array(body.com) / np.linalg.norm(body.com) - (0, 0, 1)
         attitude = (0, *unit(down)) if np.linalg.norm(down) else (0, 1, 0, 0)
         assert solve(kr.Scene(body, (0, 0, 0), attitude, gravity=1), 5, 1e-6).error <= 1e-6
-
-
-# Published results
-
-
-def energy_drift(scene, end, method, step):
-    path = kr.solve(scene, end, method=method, step=step, every=1)
-    return np.abs(path.energy / path.energy[0] - 1.0).max()
-
-
-def load_published(name):
-    """Return a test problem from the literature, and its published results."""
-    pytest.importorskip("heyoka")
-    from validation.parts.published import load_problems
-
-    (top,) = (top for top in load_problems() if top.name == name)
-    return problem_of_scene(name, top.scene).to_scene(), top.entry
-
-
-def test_energy_errors_of_suzuki4_are_those_of_a_published_table():
-    scene, entry = load_published("gni_asymmetric_heavy_top")
-    table = {float(h): error for h, error in entry["table"].items() if h != "what"}
-    for step, error in table.items():
-        assert energy_drift(scene, 1000, "suzuki4", step) == pytest.approx(error, rel=0.03)
-    errors = [energy_drift(scene, 1000, "kahan_li8", step) for step in table]
-    assert len(errors) == 5 and all(b <= a for a, b in itertools.pairwise(errors))

@@ -9,9 +9,8 @@ from itertools import pairwise
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel import quaternion
 
-from validation.references.orders import BODIES, TILT, measure_order
+from validation.references.orders import BODIES, measure_order
 from validation.references.orders import tilt_scene as scene
 
 
@@ -152,66 +151,3 @@ def test_methods_apply_to_the_expected_bodies_and_refuse_others():
     for name, body in {(n, b) for n in kr.methods for b in BODIES} - set(cases()):
         with pytest.raises(ValueError, match="apply"):
             kr.solve(scene(body), 1, method=name, step=0.1)
-
-
-# The symplectic form
-
-FORM_BODIES = {
-    "lagrange": kr.scenes.thesis.replace(attitude=TILT),
-    "general": kr.scenes.thesis.replace(
-        attitude=TILT, body=kr.Body(1, (7.9, 6.5, 2.2), (0.5, -1, 3), unphysical=True)
-    ),
-    "free": kr.scenes.dzhanibekov,
-}
-NUDGE = 2e-5
-
-
-def step_from(top, name, step, rotation, impulse):
-    """Return the state after one step from a perturbed attitude and momentum."""
-    angle = np.linalg.norm(rotation)
-    small = np.cos(angle / 2), *(np.sinc(angle / 2 / np.pi) * rotation / 2)
-    attitude = quaternion.multiply(small, top.attitude)
-    start = top.replace(attitude=attitude, momentum=np.array(top.momentum) + impulse)
-    path = kr.solve(start, step, name, step=step)
-    return path.q[-1], path.m[-1]
-
-
-def form(m):
-    """Return the matrix of the form <dm, turn'> - <dm', turn> + <m, turn x turn'> in space."""
-    eye, cross = np.eye(3), np.array([[0, m[2], -m[1]], [-m[2], 0, m[0]], [m[1], -m[0], 0]])
-    return np.block([[cross, -eye], [eye, np.zeros((3, 3))]])
-
-
-def defect(top, name, step):
-    """Return the largest component of the change of the symplectic form in one step."""
-    q, m = step_from(top, name, step, np.zeros(3), np.zeros(3))
-    columns = []
-    for nudge in NUDGE * np.eye(6):
-        column = np.zeros(6)
-        # weights of the differences over one and over two nudges in either direction
-        for weight in (8, -8, -1, 1):
-            sign = np.sign(weight) * (1 if abs(weight) == 8 else -2)
-            p, n = step_from(top, name, step, sign * nudge[:3], sign * nudge[3:])
-            turn = np.array(quaternion.multiply(p, quaternion.conjugate(tuple(q.tolist()))))
-            vector = 2 * np.sign(turn[0]) * turn[1:]
-            column += weight * np.concatenate([vector * (1 + vector @ vector / 24), n - m])
-        columns.append(column / (12 * NUDGE))
-    slope = np.array(columns).T
-    return np.abs(slope.T @ form(m) @ slope - form(top.momentum)).max()
-
-
-@pytest.mark.parametrize("body", FORM_BODIES)
-def test_symplectic_methods_preserve_the_symplectic_form(body):
-    top = FORM_BODIES[body]
-    for name, method in kr.methods.items():
-        if method.suits(top) and not method.adaptive:
-            change = defect(top, name, 0.2)
-            if method.symplectic:
-                assert change < 2e-9 * max(1, *top.momentum), name
-            else:
-                assert change > 1e-8 or not np.isfinite(change), name
-
-
-def test_bobenko_suris4_changes_the_form_by_terms_of_seventh_order():
-    changes = [defect(FORM_BODIES["lagrange"], "bobenko_suris4", step) for step in (0.2, 0.4)]
-    assert 6.9 < np.log2(changes[1] / changes[0]) < 7.1

@@ -11,7 +11,6 @@ T = np.linspace(0.0, 5.0, 101)
 FINE = kr.solve(GENERAL, T)
 COARSE = {"method": "rk4", "step": 0.05}
 ROUGH = kr.solve(GENERAL, 5.0, **COARSE)
-APEX = ("apex", "nutation", "precession_angle")
 
 
 def draw_difference(one, other):
@@ -29,13 +28,6 @@ def test_paths_are_compared_at_common_times():
     assert t.min() >= 4.0 and t.max() <= 5.0 and len(t) > 10 and np.nanmax(angle) < 1e-12
     _, _, angle = draw_difference(*(kr.solve(GENERAL, T, digits=digits) for digits in (20, 30)))
     assert 1e-22 < np.nanmax(angle) < 1e-17
-
-
-def test_without_attitudes_the_apexes_are_compared():
-    title, t, angle = draw_difference(kr.solve(GENERAL, T, want=APEX), ROUGH)
-    pair = kr.solve(GENERAL, t).apex, kr.solve(GENERAL, t, **COARSE).apex
-    assert "apex" in title
-    assert angle[1:] == pytest.approx(np.linalg.norm(np.cross(*pair), axis=1)[1:], abs=2e-8)
 
 
 def test_equal_paths_maps_and_paths_without_common_times_are_drawn():

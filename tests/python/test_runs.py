@@ -15,8 +15,7 @@ import kreisel as kr
 import numpy as np
 import pytest
 from drawn_tops import assert_same_bits, assert_same_path
-from kreisel import quaternion
-from tops import CORNER, FREE, LAGRANGE, TILT, WILD, scene_for, words_for
+from tops import CORNER, LAGRANGE, TILT, WILD, scene_for, words_for
 
 TOP = kr.scenes.asymmetric
 IMPULSE = (0.25, -0.125, 0.5)
@@ -77,22 +76,20 @@ def test_a_stream_refuses_times_of_an_iterator_that_go_back():
 
 
 def test_a_run_advances_in_one_direction_up_to_its_largest_number_of_steps():
-    run = kr.start(TOP, "strang", step=0.01)
+    run = kr.start(TOP, "strang", step=0.01, max_steps=210)
     assert (run.t, tuple(run.stats)) == (0.0, (0, 0, 0, 0)) and run.to([]).stats == run.stats
     assert run.to(1).t.tolist() == [0, 1] and run.to(2).t.tolist() == [1, 2] and run.t == 2
     assert run.to(2.1, every=5).t.tolist() == [205 * 0.01, 210 * 0.01]
-    assert "strang at t = 2.1" in repr(run) and run.plan == kr.plan(TOP, method="strang", step=0.01)
     for t in ([1.0], -3):
         with pytest.raises(ValueError, match="goes back"):
             run.to(t)
-    short = kr.start(TOP, "strang", step=0.01, max_steps=100)
     with pytest.raises(kr.Error, match="steps"):
-        short.to(3)
-    assert short.t == 1 and short.stats.steps == 100
-    rest = kr.resume(short.checkpoint, max_steps=0).to(3)
+        run.to(3)
+    rest = kr.resume(run.checkpoint, max_steps=0).to(3)
     assert np.array_equal(rest.states[-1], kr.solve(TOP, 3, "strang", step=0.01).states[-1])
-    short.push(IMPULSE)  # counts the steps anew
-    assert short.stats.steps == 0 and short.to(2.0).stats.steps == 100
+    assert "strang at t = 2.1" in repr(run) and run.stats.steps == 210
+    run.push(IMPULSE)  # counts the steps anew
+    assert run.stats.steps == 0 and run.to(3.0).stats.steps == 90
 
 
 @pytest.mark.parametrize("stop", [KeyboardInterrupt, ArithmeticError])
@@ -166,53 +163,16 @@ def test_assignment_to_results_and_runs_raises():
 # Changes of a motion
 
 
-@pytest.mark.parametrize("scene", [TOP, FREE, kr.scenes.thesis])
-def test_opposite_pushes_keep_30_digits(scene):
-    run, whole = kr.start(scene, digits=30), kr.solve(scene, [5.0], digits=30)
-    for t in (0.7, 1.9, 3.1):
-        run.to(t)
-        run.push(IMPULSE)
-        run.push(tuple(-x for x in IMPULSE))
-    path = run.to([5.0])
-    for word in ("q", "m"):
-        high, low = getattr(path, word), getattr(path, word + "_low")
-        difference = (high - getattr(whole, word)) + (low - getattr(whole, word + "_low"))
-        assert np.abs(difference).max() < 1e-27
-    assert 0.0 < path.error < 1e-26
-
-
-@pytest.mark.parametrize("name", ["exact", "taylor", "strang", "blanes_moan6", "taylor 30"])
-def test_a_struck_free_body_precesses_about_its_new_momentum(name):
-    """Compare the motion after an impulse with the closed form for a free symmetric body."""
-    method, _, digits = name.partition(" ")
-    body = kr.Body(mass=1.0, inertia=(2.0, 2.0, 0.5), com=(0, 0, 0))
-    words = words_for(method) | ({"digits": int(digits)} if digits else {})
-    run = kr.start(kr.Scene(body, momentum=(0.0, 0.0, 1.5), gravity=1), method, **words)
-    assert run.to(2.0).apex[-1].tolist() == [0.0, 0.0, 1.0]
-    run.push((0.75, 0.5, 0.0))
-    path = run.to(2.0 + np.arange(0.0, 8.5, 0.5))
-    m = np.array([0.75, 0.5, 1.5])
-    size = np.linalg.norm(m)
-    for t, axis in zip(path.t - 2.0, path.apex, strict=True):
-        half = 0.5 * size * t / 2.0
-        turn = (math.cos(half), *(math.sin(half) * m / size))
-        assert np.abs(axis - quaternion.turn(turn, (0.0, 0.0, 1.0))).max() < 2e-14
-
-
 def test_a_reset_changes_only_the_given_values():
     run = kr.start(TOP, digits=30)
     state = run.to([2.0])
     run.reset(attitude=TILT)
-    assert run.scene.attitude == TILT and run.scene.momentum == tuple(state.m[0])
     path = run.to([2.0])
+    assert run.scene.attitude == TILT and run.scene.momentum == tuple(state.m[0])
     assert not path.q_low.any() and np.array_equal(path.m_low, state.m_low) and path.m_low.any()
-    run.reset(momentum=(1, 2, 3))
-    assert run.scene.attitude == TILT and run.scene.momentum == (1.0, 2.0, 3.0)
     run.reset(velocity=(0.5, 0.25, -1.0))
     assert np.abs(run.to([2.0]).velocity - (0.5, 0.25, -1.0)).max() < 1e-15
-    run.reset((0.0, 1.0, 0.0), attitude_xyzw=(1, 0, 0, 0))
-    assert run.scene.attitude == (0, 1, 0, 0) and run.t == run.start_time == 2.0
-    run.reset(body_momentum=(1.0, 2.0, 3.0))
+    run.reset(body_momentum=(1.0, 2.0, 3.0), attitude_xyzw=(1, 0, 0, 0))
     assert run.scene.attitude == (0, 1, 0, 0) and run.scene.momentum == (1.0, -2.0, -3.0)
 
 
@@ -220,20 +180,23 @@ TENSOR = ((3.0, -0.25, 0.5), (-0.25, 2.5, 0.125), (0.5, 0.125, 1.5))
 TURNED = kr.Body(mass=2.0, inertia=TENSOR, com=(0.2, -0.3, 0.25))
 
 
-def test_a_change_of_body_preserves_momentum_or_velocity_to_30_digits():
+def test_changes_of_momentum_and_body_keep_30_digits():
+    """Apply an impulse and its opposite, and replace the body and restore it."""
     scene = kr.Scene(CORNER, momentum=(1, 2, 3), attitude=TILT, gravity=1)
     run, other = (kr.start(scene, digits=30) for _ in range(2))
     before = run.to([2.0])
     other.to([2.0])
     run.change(body=TURNED)
+    other.push(IMPULSE)
+    other.push(tuple(-x for x in IMPULSE))
     for body in (TURNED, CORNER):
         other.change(body=body, keep="velocity")
-        changed = other.to([2.0])
-        speed = np.linalg.norm(before.velocity)
-        assert np.abs(changed.velocity - before.velocity).max() < 1e-15 * speed
-    for after, most in ((run.to([2.0]), 0.0), (changed, 1e-29)):
+        after, speed = other.to([2.0]), np.linalg.norm(before.velocity)
+        assert np.abs(after.velocity - before.velocity).max() < 1e-15 * speed
+    for after, most in ((run.to([2.0]), 0.0), (other.to([2.0]), 1e-29)):
         error = (after.m - before.m) + (after.m_low - before.m_low)
         assert np.abs(error).max() <= most and np.array_equal(after.q_low, before.q_low)
+        assert before.m_low.any()
 
 
 def test_a_changed_run_uses_its_new_body_gravity_and_damping(tmp_path):
@@ -261,19 +224,15 @@ def test_a_changed_run_uses_its_new_body_gravity_and_damping(tmp_path):
         assert np.array_equal(path.states[:, 1:], fresh.states[:, 1:])
 
 
-@pytest.mark.parametrize("end", [2.0, -2.0, math.inf, -math.inf])
+@pytest.mark.parametrize("end", [4.0, -4.0, math.inf, -math.inf])
 def test_the_grid_begins_at_the_time_of_the_change(end):
     sign = math.copysign(1.0, end)
     run = kr.start(TOP, "strang", step=0.125, back=end < 0.0)
     run.to(0.3 * sign)
     run.push(IMPULSE)
     stream = run.stream(end, every=2, chunk=3)
-    times = [next(stream).t.tolist() for _ in range(2)]
-    assert times == [[0.3 * sign + sign * 0.25 * k for k in ks] for ks in ((0, 1, 2), (3, 4, 5))]
-    again = next(run.stream(4.0 * sign, every=2)).t.tolist()
-    assert again[0] == 0.3 * sign + sign * 1.5 and len(again) == 9
-    run, stream = kr.start(TOP), kr.start(TOP).stream([1.0, 2.0], chunk=1)
-    assert [len(path) for path in stream] == [1, 1]
+    times = [t for _ in range(2) for t in next(stream).t.tolist()]
+    assert times == [0.3 * sign + sign * 0.25 * k for k in range(6)]
 
 
 def test_a_top_can_be_pushed_at_each_terminal_event():
@@ -325,7 +284,8 @@ def test_a_refused_change_does_not_change_the_run(name, call, kind, word):
 
 def test_a_run_without_heading_refuses_changes_that_need_it():
     run, whole = kr.start(TOP, want=["energy"]), kr.start(TOP)
-    before = [one.to(2.0) for one in (run, whole)] and run.checkpoint
+    run.to(2.0), whole.to(2.0)
+    before = run.checkpoint
     for call in (
         lambda: run.push((0.1, 0.0, 1.0)),
         lambda: run.reset(momentum=(0.0, 0.0, 1.0)),
@@ -335,15 +295,11 @@ def test_a_run_without_heading_refuses_changes_that_need_it():
         with pytest.raises(ValueError, match="heading"):
             call()
     assert run.checkpoint == before
-    for change in (
-        lambda one: one.push((0.0, 0.0, 1.0)),
-        lambda one: one.reset(body_velocity=(0.3, 0.2, 1.0)),
-        lambda one: one.change(body=TURNED, keep="velocity"),
-        lambda one: one.reset(momentum=IMPULSE, attitude=TILT),
-    ):
-        change(run), change(whole)
-        energy, expected = (one.to(one.t + AFTER).energy for one in (run, whole))
-        assert np.abs(energy - expected).max() < 1e-13 * np.abs(expected).max()
+    for one in (run, whole):
+        one.push((0.0, 0.0, 1.0))
+        one.change(body=TURNED, keep="velocity")
+    energy, expected = (one.to(one.t + AFTER).energy for one in (run, whole))
+    assert np.abs(energy - expected).max() < 1e-13 * np.abs(expected).max()
 
 
 def test_a_run_cannot_be_changed_during_a_call():
@@ -426,53 +382,27 @@ def test_the_number_of_steps_and_turns_is_limited():
     assert len(kr.solve(TOP, [], progress=reports.append)) == 0 and reports == []
 
 
-def test_threads_share_the_same_arguments():
-    expected, results = kr.solve(TOP, [0.0, 2.5]).states.tobytes(), []
-
-    def work():
-        results.extend(kr.solve(TOP, [0.0, 2.5]).states.tobytes() for _ in range(200))
-
-    threads = [threading.Thread(target=work) for _ in range(4)]
-    for go in (threading.Thread.start, threading.Thread.join):
-        list(map(go, threads))
-    assert len(results) == 800 and set(results) == {expected}
-
-
 # Refusals: callable, valid arguments, argument, bad value, exception, word
 
 SOLVE = {"scene": TOP, "t": [0.0, 1.0]}
 GRID = {"scene": TOP, "t": 1.0, "method": "strang", "step": 0.1}
-LONG_STEP = {"scene": kr.scenes.thesis, "step": 100}
 REFUSALS = [
     (kr.stream, SOLVE, "t", 5.0, ValueError, "times"),
     (kr.stream, GRID | {"every": 1}, "t", math.nan, ValueError, "finite"),
     (kr.stream, GRID | {"every": 1}, "t", iter([1.0]), ValueError, "every"),
     (kr.stream, SOLVE, "t", iter("abc"), TypeError, "iterator"),
     (kr.stream, SOLVE, "chunk", 0, ValueError, "chunk"),
-    (kr.stream, SOLVE, "progress", 3, TypeError, "progress"),
-    (kr.solve, SOLVE, "threads", 2, ValueError, "threads"),
     (kr.start, {"scene": TOP}, "back", 1, TypeError, "back"),
     (kr.start, {"scene": TOP}, "method", "geometric", ValueError, "solve"),
-    (
-        kr.start,
-        {"scene": kr.scenes.thesis, "step": 100},
-        "method",
-        "bobenko_suris4",
-        ValueError,
-        "too",
-    ),
     (kr.solve, GRID, "step", True, TypeError, "step"),
-    (kr.solve, GRID, "step", -1.0, ValueError, "step"),
     (kr.solve, SOLVE, "tol", 1.0, ValueError, "tol"),
     (kr.solve, SOLVE, "digits", 31, ValueError, "30"),
     (kr.solve, SOLVE, "max_steps", False, TypeError, "max_steps"),
     (kr.solve, SOLVE, "want", "energy", TypeError, "want"),
-    (kr.solve, SOLVE, "want", [[]], ValueError, "want"),
     (kr.solve, SOLVE, "method", "tailor", ValueError, "taylor"),
     (kr.solve, SOLVE, "progress", 1, TypeError, "progress"),
     (kr.solve, SOLVE, "t", [1.0, 0.5], ValueError, "goes back"),
     (kr.solve, SOLVE, "t", [1.0, math.nan], ValueError, "finite"),
-    (kr.solve, SOLVE, "t", "soon", TypeError, "t must be"),
     (kr.solve, SOLVE, "t", 1e300, ValueError, "precision"),
     *(
         (kr.Body.cuboid, {"half": (1, 1, 1)}, "pivot", (0, x, -1), (TypeError, ValueError), "pivot")

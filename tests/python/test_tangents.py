@@ -3,37 +3,20 @@
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel.quaternion import turn as rotate
 
 TOP, THESIS = kr.scenes.asymmetric, kr.scenes.thesis
 SCENES = [name for name in vars(kr.scenes) if isinstance(getattr(kr.scenes, name), kr.Scene)]
 ALL = ("start", "moments", "com", "gravity", "mass", "damping")
 
 
-def form(path, i):
-    """Return the matrix of the symplectic form at state `i` of a path.
-
-    The symplectic form acts on body-frame rotation vectors and space-frame momenta.
-    """
-    turn = np.array([rotate(path.q[i], axis) for axis in np.eye(3)]).T
-    x, y, z = turn.T @ path.m[i]
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.block([[cross, turn.T], [-turn, np.zeros((3, 3))]])
-
-
 @pytest.mark.parametrize("name", SCENES)
-def test_tangents_preserve_the_symplectic_form(name):
+def test_tangents_in_doubles_are_those_in_20_digits(name):
     scene = getattr(kr.scenes, name)
-    path = kr.solve(scene, [0.0, 10.0], digits=20, tangents=ALL)
-    phi = path.tangents[1, :, :6]
-    size = np.abs(phi.T) @ np.abs(form(path, 1)) @ np.abs(phi)
-    assert np.all(np.abs(phi.T @ form(path, 1) @ phi - form(path, 0)) <= 1e-13 * (1.0 + size))
-    # The path in doubles is itself inexact. If its error grows fast, the tangents have a
-    # relative error of the same size.
-    plain = kr.solve(scene, [0.0, 10.0], digits=16, tangents=ALL)
-    most = np.abs(path.tangents).max()
-    tolerance = 1e-12 if name != "dzhanibekov" else 3.0 * plain.error * most
-    assert np.abs(plain.tangents - path.tangents).max() <= tolerance * most
+    fine, plain = (kr.solve(scene, [0.0, 10.0], digits=d, tangents=ALL) for d in (20, 16))
+    # If the error of the path grows fast, the tangents have a relative error of the same size.
+    size = np.abs(fine.tangents).max()
+    tolerance = 1e-12 if name != "dzhanibekov" else 3.0 * plain.error * size
+    assert np.abs(plain.tangents - fine.tangents).max() <= tolerance * size
     assert plain.tangents_rest < 1e-12
 
 
@@ -83,19 +66,10 @@ def test_an_overflowing_tangent_ends_the_run_with_its_path():
 
 VALID = {"scene": THESIS, "t": 1.0, "tangents": "start"}
 REFUSALS = [
-    (kr.solve, VALID | {"step": 0.1}, "method", "strang", ValueError, "strang"),
-    (kr.solve, VALID, "method", "exact", ValueError, "exact"),
-    (kr.solve, VALID, "method", "geometric", ValueError, "geometric"),
     (kr.solve, VALID, "tangents", "moment", ValueError, "moments"),
-    (kr.solve, VALID, "tangents", 3, TypeError, "tangents"),
     (kr.solve, VALID, "tangents", [], ValueError, "empty"),
     (kr.solve, VALID, "tangents", "friction", ValueError, "friction"),
-    (kr.solve, VALID, "want", ["q"], ValueError, "want"),
-    (kr.solve, VALID, "events", [], ValueError, "events"),
-    (kr.solve, VALID, "every", 2, ValueError, "every"),
-    (kr.solve, VALID, "error", 1e-6, ValueError, "error"),
     (kr.solve, VALID, "threads", 2, ValueError, "threads"),
-    (kr.stream, {"scene": THESIS, "t": [1.0]}, "tangents", "start", TypeError, "tangents"),
     (kr.start, {"scene": THESIS}, "tangents", "start", TypeError, "tangents"),
     (kr.plan, {"scene": THESIS}, "tangents", "start", TypeError, "tangents"),
     (kr.exact, {"scene": THESIS}, "tangents", "start", TypeError, "tangents"),
