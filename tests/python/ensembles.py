@@ -9,16 +9,8 @@ SCENES = [kr.scenes.asymmetric, LAGRANGE, GENERAL, FREE, kr.scenes.cusps, DAMPED
 MIXED = kr.Ensemble.of(SCENES)
 UNDAMPED = MIXED[:5]
 TIMES = [0.0, 0.5, 2.0, 5.0]
-FIELDS = (
-    "states",
-    "status",
-    "state_counts",
-    "reached",
-    "steps",
-    "evaluations",
-    "rejected",
-    "iterations",
-)
+FIELDS = ("states", "status", "state_counts", "reached", "steps")
+FIELDS += ("evaluations", "rejected", "iterations")
 
 
 def random_ensemble(n, seed=1):

@@ -1,6 +1,7 @@
 """Tests of Lyapunov exponents, other indicators of chaos and their verdicts."""
 
 import copy
+import itertools
 import pickle
 
 import kreisel as kr
@@ -51,21 +52,19 @@ def assert_regular(scene, t):
     assert max(exponent.certificate, mean.certificate, largest.certificate) < 1e-12
 
 
-@pytest.mark.parametrize("axis", range(3))
-@pytest.mark.parametrize("moments", [(1.11, 0.9375, 0.996), (1.0, 1.5, 2.0), (2.0, 1.0, 1.6)])
-def test_tangents_of_permanent_rotations_grow_as_the_formula_predicts(moments, axis):
-    own, one, other = np.roll(moments, -axis)
-    square = 1.25**2 * (own - one) * (other - own) / (one * other)
-    body = kr.Body(mass=1.0, inertia=moments, com=(0.0, 0.0, 0.0))
-    for attitude in (UP, (0.5, 0.5, 0.5, 0.5)):
+@pytest.mark.parametrize("moments", [(1.11, 0.9375, 0.996), (1.0, 1.5, 2.0)])
+def test_tangents_of_permanent_rotations_grow_as_the_formula_predicts(moments):
+    body, attitude = kr.Body(1.0, moments, com=(0.0, 0.0, 0.0)), (0.5, 0.5, 0.5, 0.5)
+    for axis, sign in itertools.product(range(3), (1.0, -1.0)):
+        own, one, other = np.roll(moments, -axis)
+        square = 1.25**2 * (own - one) * (other - own) / (one * other)
         velocity = 1.25 * np.eye(3)[axis]
         scene = kr.Scene(body, attitude=attitude, body_velocity=velocity, gravity=0.0)
-        for sign in (1.0, -1.0):
-            if square > 0.0:
-                rate = np.sqrt(square)
-                assert abs(slope(scene, rate, 2.0 * np.pi / 1.25, sign) - rate) < 1e-9
-            else:
-                assert_regular(scene, sign * 1000.0)
+        if square > 0.0:
+            rate = np.sqrt(square)
+            assert abs(slope(scene, rate, 2.0 * np.pi / 1.25, sign) - rate) < 1e-9
+        else:
+            assert_regular(scene, sign * 1000.0)
 
 
 @pytest.mark.parametrize("attitude", [UP, (0.0, 1.0, 0.0, 0.0)], ids=["sleeping", "hanging"])

@@ -163,13 +163,7 @@ def solve_to_json(path, names, words, folder):
     return kr.Record(data["t"], values, degrees="deg" in "".join(units))
 
 
-def solve_to_npz(path, names, words, folder):
-    run_command(path, names, words, f"--npz {folder / 'top.npz'}")
-    again = kr.load(folder / "top.npz")
-    return kr.Record(again.t, {name: getattr(again, name) for name in names})
-
-
-WRITERS = [write_pandas, write_csv, write_xarray, solve_to_csv, solve_to_json, solve_to_npz]
+WRITERS = [write_pandas, write_csv, write_xarray, solve_to_csv, solve_to_json]
 
 
 @pytest.mark.parametrize("write", WRITERS)

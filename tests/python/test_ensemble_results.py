@@ -208,16 +208,6 @@ def test_ctrl_c_keeps_finished_members(words):
     assert stop.value.path.t[-1] == paths.reached[int(paths.failed[0])]
 
 
-def test_ctrl_c_interrupts_a_thread_that_waits_for_another():
-    times = short_and_long_times(64)
-    times[40:-1] = times[0]
-    for place in (63, 0):  # either of the threads may have the long run
-        times[[63, place]] = times[[place, 63]]
-        with send_sigint(0.2), pytest.raises(kr.Interrupted) as stop:
-            kr.solve(TOPS[:64], times, "taylor", threads=2)
-        assert list(stop.value.paths.failed) == [place]
-
-
 @pytest.mark.parametrize("pool", [ThreadPoolExecutor, ProcessPoolExecutor])
 def test_ctrl_c_ends_the_work_of_an_executor(pool):
     with pool(2) as executor:

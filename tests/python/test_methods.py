@@ -131,14 +131,6 @@ def test_conserved_quantities_in_the_table_are_conserved(name):
                 assert np.ptp(getattr(path, quantity)) < limit, (body, quantity)
 
 
-@pytest.mark.parametrize("body", ["lagrange", "kowalewski"])
-def test_strang_is_exact_for_free_symmetric_bodies(body):
-    top = scene(body, gravity=0.0)
-    one, many = (kr.solve(top, 12.0, method="strang", step=h) for h in (12.0, 0.1))
-    assert kr.attitude_error(one.q[-1], many.q[-1]) < 1e-13
-    assert np.abs(one.m[-1] - top.momentum).max() < 1e-15
-
-
 def test_methods_apply_to_the_expected_bodies_and_refuse_others():
     expected = {
         "hirota_kimura": {"free"},
