@@ -16,7 +16,7 @@ export function toToml({ body, momentum, attitude, gravity, rotor, ...rest }) {
   const { half, pivot, density = 1, mass, inertia, com } = body;
   const bodyText = half
     ? `cuboid = { half = ${formatList(half)}, pivot = ${formatList(pivot)}, density = ${density} }`
-    : `mass = ${mass}\ninertia = ${formatRows(inertia)}\ncom = ${formatList(com)}`;
+    : `mass = ${mass}\ninertia = ${formatRows(inertia)}\ncom = ${formatList(com)}\nunphysical = true`;
   return `momentum = ${formatList(momentum)}
 attitude = ${formatList(attitude)}
 gravity = ${gravity}

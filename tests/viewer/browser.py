@@ -1,15 +1,17 @@
-"""Helper functions for the tests of the viewer."""
+"""The viewer in a browser, for its tests."""
 
 import json
+import urllib.parse
+from contextlib import contextmanager
+from pathlib import Path
 
 import kreisel as kr
 import numpy as np
-from internals import view
-from kreisel import _core
 from toolbox import HANG, ROOT, open_context
 
-PAGE = view._PAGE
-WIDE, PHONE, SMALL = (1280, 800), (390, 780), (720, 420)  # sizes of windows [pixels]
+PAGE = Path(kr.__file__).with_name("viewer.html")
+WIDE, PHONE = (1280, 800), (390, 780)  # sizes of windows [pixels]
+FINGERS = {"size": PHONE, "has_touch": True, "is_mobile": True}  # options of a phone's window
 COARSE = 0.25  # screen pixels per page pixel, for tests that do not look at the picture
 # While `sketches` is true, the first triangle of each part is drawn instead of the whole part, for
 # tests that do not look at the picture: rendering without a GPU spends its time on the triangles.
@@ -29,18 +31,10 @@ window.drawPicture = () => {
     sketches = true;
 };"""
 UPRIGHT = "Lagrange's top"  # the preset shown when a test of the shared page begins
-PRESETS = [p["name"] for p in json.loads((ROOT / "python/viewer/presets.json").read_text())]
-UNDAMPED = [  # presets whose energy is constant
-    p["name"]
-    for p in json.loads((ROOT / "python/viewer/presets.json").read_text())
-    if "damping" not in p
-]
+ALL = json.loads((ROOT / "python/viewer/presets.json").read_text(encoding="utf-8"))
+PRESETS = [preset["name"] for preset in ALL]
+IS_READY = "document.querySelector('#presets svg')?.childElementCount > 0"
 TICKS = 1_000_000  # the viewer counts time in ticks; number of ticks per unit of time
-LEVEL = [each for each in _core.quantities if each["doubles"] == 1 and not each["turns"]]
-# names of the quantities that the viewer records
-MEASURES = [*(each["name"] for each in LEVEL), "error", "modified_energy"]
-TRACE = 2048  # largest number of points in a trace
-ROD_SIDES = 12  # number of sides of the cross section of a rod, which is a polygon
 
 
 def wait_for(page, condition, arg=None):
@@ -72,155 +66,13 @@ def is_trouble(message):
     return message.type in {"error", "warning"} and "GPU stall" not in message.text
 
 
-def visit(browser, file=PAGE, size=WIDE, fragment="", scale=COARSE, **options):
-    """Open the viewer in a new window with `scale` screen pixels per CSS pixel."""
-    return open_viewer(open_window(browser, size, scale, **options), file, fragment)
-
-
-def open_window(browser, size=WIDE, scale=COARSE, **options):
-    """Open an empty window.
-
-    Errors, warnings and network requests are appended to the page's attribute `troubles`.
-    """
-    options = {"viewport": make_viewport(size), "device_scale_factor": scale, **options}
-    context = open_context(browser, offline=True, **options)
-    context.add_init_script(SKETCHES)
-    page = context.new_page()
-    page.troubles = troubles = []
-    page.on("pageerror", lambda error: troubles.append(str(error)))
-    page.on("console", lambda message: is_trouble(message) and troubles.append(message.text))
-    page.on(
-        "request",
-        lambda request: request.url.startswith(("http", "ws")) and troubles.append(request.url),
-    )
-    return page
-
-
-def open_viewer(page, file=PAGE, fragment=""):
-    """Open the viewer in an empty window."""
-    page.goto(file.as_uri() + fragment)
-    wait_until_ready(page)
-    return page
-
-
-def wait_until_ready(page):
-    """Wait until the viewer shows its presets, which are drawn last."""
-    wait_for(page, "document.querySelector('#presets svg')?.childElementCount > 0")
-
-
-def reload(page):
-    page.reload()
-    wait_until_ready(page)
-
-
-# Actions
-
-
-def load(page, preset=UPRIGHT, **changes):
-    """Load a preset with changed values, at its initial state. A running viewer keeps running."""
-    is_loaded = page.evaluate(
-        """([name, changes]) => {
-        const preset = kreisel.presets.find((preset) => preset.name === name);
-        return !!preset && kreisel.page.load({...preset, ...changes});
-    }""",
-        [preset, changes],
-    )
-    assert is_loaded, f"the viewer has no preset {preset}, or refuses {changes}"
-
-
-def advance(page, t):
-    page.evaluate(f"kreisel.advance({t})")
-
-
-def wait_until_time(page, t):
-    """Wait until the viewer has reached the time `t`."""
-    wait_for(page, f"kreisel.page.clock === {t} * {TICKS} && kreisel.page.goal === null")
-
-
-def drag(page, kind, offset, number=0, button="left", key=None):
-    """Drag a handle in the viewer, and return its positions before and after the drag."""
-    script = f"kreisel.locate('{kind}', 0, {number})"
-    x, y = page.evaluate(script)
-    if key:
-        page.keyboard.down(key)
-    page.mouse.move(x, y)
-    page.mouse.down(button=button)
-    page.mouse.move(x + offset[0] / 2, y + offset[1] / 2)
-    page.mouse.move(x + offset[0], y + offset[1])
-    page.mouse.up(button=button)
-    if key:
-        page.keyboard.up(key)
-    return np.array((x, y)), np.array(page.evaluate(script))
-
-
-# Queries
-
-
-def read_scene(page):
-    return page.evaluate("kreisel.page.scene")
-
-
 def list_changes(before, after):
     """Return the keys whose values differ between two scenes, ignoring the name and description."""
     return {key for key in before if before[key] != after[key]} - {"name", "about"}
 
 
-def read_clock(page):
-    return page.evaluate("kreisel.page.clock")
-
-
-def read_states(page):
-    """Return the time, attitude and momentum of each top in the viewer."""
-    return page.evaluate("kreisel.readStates()")
-
-
-def measure_top(page, top, name):
-    """Return the current value of the quantity `name` of a top."""
-    return page.evaluate(f"kreisel.simulation.measureTop({top}).{name}")
-
-
-def read_record(page, top, name):
-    """Return all values that the viewer has recorded for the quantity `name` of a top."""
-    values = page.evaluate(f"kreisel.simulation.getRecord({top}, '{name}')")
-    return np.array(values, float)
-
-
-def read_message(page):
-    """Return the text of the status message on the viewer's page."""
-    return page.locator("#words").inner_text()
-
-
-def count_colours(page):
-    """Return the number of different colours in the viewer's picture."""
-    return page.evaluate("""(() => {
-        const c = document.createElement('canvas'), x = c.getContext('2d');
-        [c.width, c.height] = [160, 100];
-        x.drawImage(kreisel.view.canvas, 0, 0, 160, 100);
-        return new Set(new Uint32Array(x.getImageData(0, 0, 160, 100).data.buffer)).size;
-    })()""")
-
-
-def turn_description(settings, turn):
-    """Return the same motion of a body given by numbers, in axes that `turn` rotates.
-
-    `turn` is a unit quaternion.
-    """
-    body = scene_in_python(settings).body.turn(turn)
-    inertia = np.array(body.inertia)
-    matrix = inertia if inertia.ndim == 2 else np.diag(inertia)
-    numbers = {"mass": body.mass, "inertia": matrix.ravel().tolist(), "com": list(body.com)}
-
-    def turn_back(attitude):
-        return list(kr.quaternion.multiply(tuple(attitude), kr.quaternion.conjugate(turn)))
-
-    second = settings["second"]
-    return {
-        **settings,
-        "body": numbers,
-        "attitude": turn_back(settings["attitude"]),
-        "second": second and [*turn_back(second[:4]), *second[4:]],
-        "rotor": list(kr.quaternion.turn(turn, settings["rotor"])),
-    }
+def encode_link(scene):
+    return "#scene=" + urllib.parse.quote(json.dumps(scene))
 
 
 def scene_in_python(settings, second=False):
@@ -239,3 +91,223 @@ def scene_in_python(settings, second=False):
     start = settings["second"] if second else [*settings["attitude"], *settings["momentum"]]
     disturbances = {name: settings[name] for name in ("damping", "friction", "turning")}
     return kr.Scene(top_body, start[4:], start[:4], settings["gravity"], **disturbances)
+
+
+def turn_description(settings, turn):
+    """Return the same motion of a body given by numbers, in axes that `turn` rotates.
+
+    `turn` is a unit quaternion.
+    """
+
+    def turn_back(start):
+        attitude = kr.quaternion.multiply(tuple(start[:4]), kr.quaternion.conjugate(turn))
+        return [*attitude, *start[4:]]
+
+    body = scene_in_python(settings).body.turn(turn)
+    given = kr.view(kr.Scene(body, settings["momentum"], gravity=1), open=False).scene
+    second = settings["second"] and turn_back(settings["second"])
+    turned = {"attitude": turn_back(settings["attitude"]), "second": second}
+    return {**settings, **turned, "body": given["body"], "rotor": given["rotor"]}
+
+
+SWIPE = """([pointerType, points]) => {
+    const {canvas} = kreisel.view;
+    canvas.setPointerCapture = canvas.releasePointerCapture = () => {};
+    const touch = {pointerId: 7, pointerType, button: 0, buttons: 1, isPrimary: true};
+    points.forEach(([clientX, clientY], i) => {
+        const name = i === 0 ? 'down' : i === points.length - 1 ? 'up' : 'move';
+        const event = {...touch, bubbles: true, cancelable: true, clientX, clientY};
+        canvas.dispatchEvent(new PointerEvent(`pointer${name}`, event));
+    });
+}"""
+
+
+class Viewer:
+    """A page of a browser that shows the viewer. Other attributes are those of the page.
+
+    Errors, warnings and network requests are appended to `troubles`.
+    """
+
+    def __init__(self, browser, size=WIDE, **options):
+        """Open an empty window, in which motions wait and few pixels are drawn."""
+        usual = {"device_scale_factor": COARSE, "reduced_motion": "reduce", "offline": True}
+        context = open_context(browser, viewport=make_viewport(size), **usual | options)
+        context.add_init_script(SKETCHES)
+        self.page, self.troubles = context.new_page(), []
+        note = self.troubles.append
+        self.page.on("pageerror", lambda error: note(str(error)))
+        self.page.on("console", lambda message: is_trouble(message) and note(message.text))
+        is_web = ("http", "ws")
+        self.page.on("request", lambda asked: asked.url.startswith(is_web) and note(asked.url))
+
+    def __getattr__(self, name):
+        return getattr(self.page, name)
+
+    def open(self, file=PAGE, fragment=""):
+        """Open the viewer, and wait until it shows its presets, which are drawn last."""
+        self.page.goto(file.as_uri() + fragment)
+        wait_for(self, IS_READY)
+        return self
+
+    def reload(self):
+        self.page.reload()
+        wait_for(self, IS_READY)
+
+    def close(self):
+        self.page.context.close()
+
+    # Actions
+
+    def load(self, preset=UPRIGHT, **changes):
+        """Load a preset with changed values, at its start. A running viewer keeps running."""
+        given = next(each for each in ALL if each["name"] == preset) | changes
+        assert self.load_scene(given), f"the viewer refuses {changes}"
+
+    def load_scene(self, given):
+        return self.evaluate("(given) => kreisel.page.load(given)", given)
+
+    def open_exercise(self, preset, exercise=None):
+        """Open a preset or one of its exercises, at its start and at rest."""
+        self.load(preset)
+        if exercise:
+            self.click_exercise(exercise)
+
+    def click_exercise(self, exercise):
+        self.find_button(exercise).click()
+        self.evaluate("kreisel.page.setRunning(false); kreisel.page.rewind()")
+
+    def follow_link(self, link):
+        """Follow a link in the open page, and return the displayed message."""
+        self.evaluate(
+            """(hash) => new Promise((done) => {
+            kreisel.page.showMessage('');
+            history.replaceState(null, '', '#');
+            addEventListener('hashchange', () => setTimeout(done), {once: true});
+            location.hash = hash;
+        })""",
+            link,
+        )
+        self.evaluate("history.replaceState(null, '', '#')")
+        return self.read_message()
+
+    def advance(self, t):
+        self.evaluate(f"kreisel.advance({t})")
+
+    def wait_until_time(self, t):
+        """Wait until the viewer has reached the time `t`."""
+        wait_for(self, f"kreisel.page.clock === {t} * {TICKS} && kreisel.page.goal === null")
+
+    def fill_field(self, name, value):
+        field = self.get_by_label(name, exact=True)
+        field.fill(str(value))
+        field.press("Tab")
+        return field
+
+    def find_button(self, name):
+        return self.get_by_role("button", name=name, exact=True)
+
+    def set_value(self, place, value):
+        """Set a value at a place of the scene, as its control does."""
+        self.evaluate("([place, value]) => kreisel.page.setValue(place, value)", [place, value])
+
+    def resize(self, size):
+        self.page.set_viewport_size(make_viewport(size))
+        width = "document.querySelector('main').getBoundingClientRect().width"
+        wait_for(self, f"Math.abs(kreisel.view.pixels[0] - {width}) < 1")
+
+    def locate(self, kind, top=0, number=0):
+        """Return the place of a handle in the window, in pixels."""
+        return self.evaluate(f"kreisel.locate('{kind}', {top}, {number})")
+
+    def drag(self, kind, offset, top=0, number=0, **how):
+        """Drag a handle, and return its positions before and after the drag."""
+        with self.hold(kind, offset, top, number, **how) as start:
+            pass
+        return np.array(start), np.array(self.locate(kind, top, number))
+
+    @contextmanager
+    def hold(self, kind, offset, top=0, number=0, button="left", key=None):
+        """Hold a dragged handle, and release it afterwards."""
+        x, y = self.locate(kind, top, number)
+        if key:
+            self.keyboard.down(key)
+        self.mouse.move(x, y)
+        self.mouse.down(button=button)
+        self.mouse.move(x + offset[0] / 2, y + offset[1] / 2)
+        self.mouse.move(x + offset[0], y + offset[1])
+        yield x, y
+        self.mouse.up(button=button)
+        if key:
+            self.keyboard.up(key)
+
+    def swipe(self, kind, offset, pointer="touch", number=0):
+        """Move a finger from a handle."""
+        x, y = self.locate(kind, 0, number)
+        points = [[x + k * offset[0], y + k * offset[1]] for k in (0, 0.5, 1, 1)]
+        self.evaluate(SWIPE, [pointer, points])
+
+    def download(self, name, file):
+        """Save a download of the viewer in `file`, and return `file`."""
+        with self.expect_download() as event:
+            self.find_button(name).click()
+        file.write_bytes(event.value.path().read_bytes())
+        return file
+
+    def run_program(self, only_start=False):
+        """Run the equivalent Python program of the scene, and return its names.
+
+        If `only_start` is true, run the part that builds the scenes.
+        """
+        text, names = self.get_by_label("Equivalent Python program").input_value(), {}
+        exec(text.partition("\nends")[0] if only_start else text, names)
+        return names
+
+    # Queries
+
+    def read_scene(self):
+        return self.evaluate("kreisel.page.scene")
+
+    def build_scene(self, second=False):
+        """Return the scene, or that of the second motion, as a kreisel.Scene."""
+        return scene_in_python(self.read_scene(), second)
+
+    def read_exact(self, second=False):
+        """Return the closed form of the motion."""
+        return kr.exact(self.build_scene(second))
+
+    def read_clock(self):
+        return self.evaluate("kreisel.page.clock")
+
+    def read_states(self):
+        """Return the time, attitude and momentum of each top."""
+        return self.evaluate("kreisel.readStates()")
+
+    def read_tops(self):
+        return self.evaluate("kreisel.page.tops")
+
+    def read_times(self):
+        """Return the times of the record."""
+        return np.array(self.evaluate("Array.from(kreisel.simulation.getTimes())"))
+
+    def read_record(self, top, name):
+        """Return all values that the viewer has recorded for the measure `name` of a top."""
+        values = self.evaluate(f"kreisel.simulation.getRecord({top}, '{name}')")
+        return np.array(values, float)
+
+    def measure_top(self, top, name):
+        """Return the current value of the measure `name` of a top."""
+        return self.evaluate(f"kreisel.simulation.measureTop({top}).{name}")
+
+    def read_message(self):
+        """Return the text of the status message."""
+        return self.locator("#words").inner_text()
+
+    def read_numbers(self):
+        """Return the numbers that the viewer displays over the picture, and the notes below."""
+        return dict(
+            self.evaluate("""(kreisel.page.onChange(),
+                [...document.querySelectorAll('#numbers div')].map((box) => [
+                    box.querySelector('dt').textContent,
+                    [box.querySelector('dd').textContent, box.querySelector('small').textContent],
+                ]))""")
+        )

@@ -1,7 +1,7 @@
 """Fixtures for the tests of the viewer."""
 
 import pytest
-from browser import PAGE, load, open_window, visit
+from browser import PAGE, WIDE, Viewer, make_viewport
 from toolbox import launch_chromium, need
 
 SOFTWARE = [  # options for rendering without a GPU
@@ -23,26 +23,30 @@ def browser():
 @pytest.fixture(scope="session")
 def shared_page(browser):
     """Open a page that several tests share."""
-    page = visit(browser, reduced_motion="reduce")
+    page = Viewer(browser).open()
     yield page
-    page.context.close()
+    page.close()
 
 
 @pytest.fixture
 def page(shared_page):
     """Return the shared page in its initial state, with all sections open."""
     shared_page.evaluate("""{
-        const {page, view} = kreisel;
+        const {page, view, drags} = kreisel;
         Object.assign(page, {isRunning: false, isResuming: false, goal: null});
         Object.assign(page, {undoStack: [], redoStack: [], gesture: null});
         Object.assign(view, {isHome: true, side: undefined});
+        drags.isPushing = false;
         document.activeElement.blur();
         document.getElementById('panel').hidden = false;
         for (const id of ['keys', 'share']) document.getElementById(id).close();
         document.querySelectorAll('details').forEach((part) => (part.open = true));
+        page.showMessage('');
     }""")
-    load(shared_page)
+    shared_page.load()
     yield shared_page
+    if shared_page.viewport_size != make_viewport(WIDE):
+        shared_page.set_viewport_size(make_viewport(WIDE))
     troubles, shared_page.troubles[:] = [*shared_page.troubles], []
     assert troubles == []
 
@@ -50,9 +54,9 @@ def page(shared_page):
 @pytest.fixture(scope="session")
 def shared_window(browser):
     """Open an empty window that several tests share."""
-    page = open_window(browser, reduced_motion="reduce")
+    page = Viewer(browser)
     yield page
-    page.context.close()
+    page.close()
 
 
 @pytest.fixture

@@ -1,277 +1,354 @@
-"""Tests of the controls and keyboard commands of the viewer.
-
-A control must change only the value that it shows.
-"""
+"""Tests of controls, keys, undo and the clock: a control changes only the value that it shows."""
 
 import kreisel as kr
 import numpy as np
 import pytest
-from browser import (
-    PRESETS,
-    TICKS,
-    advance,
-    list_changes,
-    load,
-    read_clock,
-    read_message,
-    read_scene,
-    read_states,
-    scene_in_python,
-    wait_for,
-    wait_until_time,
-)
+from browser import PRESETS, TICKS, UPRIGHT, list_changes, scene_in_python, wait_for
+
+FIELDS = [  # a value typed into a field, and the value of the scene
+    ("Step, number", "0.037", "step", [0.037]),
+    ("Speed, number", "3", "speed", 3),
+    ("Gravity, number", "2.5", "gravity", 2.5),
+    ("Momentum, first component", "2.5", "momentum", [2.5, -1.862, 1.46]),
+    ("Momentum, vertical component", "2.5", "momentum", [0.172, -1.862, 2.5]),
+    ("Stop at t", "7.004", "stop", 7),
+]
+EYE = "kreisel.view.camera.position.toArray()"
+
+
+def read_everything(page):
+    """Return the scene, the time, the states and the undo history of the viewer page."""
+    return page.evaluate(
+        "[kreisel.page.scene, kreisel.page.clock, kreisel.readStates(), kreisel.page.undoStack]"
+    )
+
+
+# Controls
 
 
 @pytest.mark.parametrize(
-    "role, name, keys, key, expected",
+    "role, name, keys, place, expected",
     [
-        ("slider", "Step", "ArrowRight", "step", lambda step: step == [0.011]),
-        ("slider", "Speed", "End", "speed", lambda speed: speed >= 10),
-        ("slider", "Gravity", "End", "gravity", lambda gravity: gravity == 10),
-        ("slider", "Opacity", "End", "show", lambda show: show["opacity"] == 1),
-        ("slider", "Thickness", "End", "show", lambda show: show["thickness"] == 4),
-        ("slider", "Distance", "Home", "distance", lambda distance: distance == 0),
-        ("checkbox", "Each with a second step", "Space", "step", lambda step: step == [0.01, 0.2]),
-        ("checkbox", "Ghost", "Space", "ghost", lambda ghost: ghost is True),
-        ("checkbox", "Trace of the apex", "Space", "show", lambda show: not show["trace"]),
-        ("checkbox", "Elastic rod", "Space", "show", lambda show: show["rod"]),
-        ("checkbox", "Principal axes", "Space", "show", lambda show: show["axes"]),
-        ("checkbox", "Floor", "Space", "show", lambda show: not show["floor"]),
-        ("checkbox", "2D view", "Space", "show", lambda show: show["flat"]),
+        ("slider", "Step", "ArrowRight", "step", [0.011]),
+        ("slider", "Speed", "End", "speed", 10),
+        ("slider", "Gravity", "End", "gravity", 10),
+        ("slider", "Opacity", "End", "show.opacity", 1),
+        ("slider", "Thickness", "End", "show.thickness", 4),
+        ("slider", "Distance", "Home", "distance", 0),
+        ("checkbox", "Each with a second step", "Space", "step", [0.01, 0.2]),
+        ("checkbox", "Ghost", "Space", "ghost", True),
+        ("checkbox", "Trace of the apex", "Space", "show.trace", False),
+        ("checkbox", "Elastic rod", "Space", "show.rod", True),
+        ("checkbox", "Principal axes", "Space", "show.axes", True),
+        ("checkbox", "Drop lines", "Space", "show.drops", True),
+        ("checkbox", "Floor", "Space", "show.floor", False),
+        ("checkbox", "2D view", "Space", "show.flat", True),
     ],
 )
-def test_a_control_changes_only_its_value(page, role, name, keys, key, expected):
-    before = read_scene(page)
+def test_a_control_changes_only_its_value_and_undo_restores_it(
+    page, role, name, keys, place, expected
+):
+    before = page.read_scene()
     page.get_by_role(role, name=name).first.press(keys)
-    assert list_changes(before, read_scene(page)) == {key} and expected(read_scene(page)[key])
+    scene = page.read_scene()
+    key, _, part = place.partition(".")
+    assert list_changes(before, scene) == {key}
+    assert (scene[key][part] if part else scene[key]) == expected
+    page.find_button("Undo").click()
+    assert page.read_scene() == before
 
 
-@pytest.mark.parametrize(
-    "name, value, key, expected",
-    [
-        ("Step, number", "0.037", "step", [0.037]),
-        ("Momentum, first component", "2.5", "momentum", [2.5, -1.862, 1.46]),
-        ("Momentum, second component", "2.5", "momentum", [0.172, 2.5, 1.46]),
-        ("Momentum, vertical component", "2.5", "momentum", [0.172, -1.862, 2.5]),
-        ("Stop at t", "7.004", "stop", 7),
-    ],
-)
-def test_a_number_field_changes_only_its_value(page, name, value, key, expected):
-    before = read_scene(page)
-    field = page.get_by_label(name, exact=True)
-    field.fill(value)
-    field.press("Tab")
-    assert list_changes(before, read_scene(page)) == {key} and read_scene(page)[key] == expected
+def test_a_number_field_changes_only_its_value(page):
+    for name, value, key, expected in FIELDS:
+        page.load()
+        before = page.read_scene()
+        page.fill_field(name, value)
+        assert list_changes(before, page.read_scene()) == {key}, name
+        assert page.read_scene()[key] == expected
 
 
-def test_menus_change_methods_and_charts(page):
+@pytest.mark.parametrize("name, key", [("Friction", "friction"), ("Damping", "damping")])
+def test_friction_and_damping_replace_a_method_for_undamped_tops(page, name, key):
+    page.fill_field(f"{name}, number", 0.25)
+    scene = page.read_scene()
+    assert scene[key] == 0.25 and scene["methods"] == ["taylor"] and scene["tol"] == 1e-15
+    assert "taylor" in page.read_message()
+    page.advance(2)
+    expected = kr.solve(scene_in_python(scene), [2.0]).states[0]
+    assert page.read_states()[0] == pytest.approx(expected.tolist(), abs=1e-10)
+
+
+def test_menus_change_methods_shapes_and_scenes(page):
     page.get_by_label("Beside it").select_option("rk4")
-    page.get_by_label("Method").first.select_option("strang")
-    assert (
-        read_scene(page)["methods"] == ["strang", "rk4"]
-        and page.evaluate("kreisel.page.tops.length") == 2
-    )
-    page.evaluate("kreisel.advance(1); kreisel.charts.update()")
-    page.get_by_label("Quantity in the chart").select_option("axial_momentum")
-    assert read_scene(page)["chart"] == "axial_momentum"
+    method = page.get_by_label("Method").first
+    method.select_option("strang")
+    assert page.get_by_text(kr.methods["strang"].text).is_visible()
+    assert [top["method"] for top in page.read_tops()] == ["strang", "rk4"]
+    method.select_option("bobenko_suris")
     page.get_by_label("Shape").select_option("kowalewski")
-    assert page.evaluate("kreisel.page.kind") == "kowalewski"
-    assert page.get_by_label("Method").first.locator("option[value=bobenko_suris]").is_disabled()
-    page.get_by_label("Shape").select_option("goryachev_chaplygin")
-    assert (
-        page.evaluate("kreisel.page.kind") == "goryachev_chaplygin"
-        and read_scene(page)["momentum"][2] == 0
-    )
+    assert page.read_scene()["methods"] == ["strang", "rk4"]
+    assert method.locator("option[value=bobenko_suris]").is_disabled()
     page.get_by_role("radio", name="Dzhanibekov effect").check()
-    assert (
-        read_scene(page)["name"] == "Dzhanibekov effect"
-        and page.evaluate("kreisel.page.kind") == "euler"
-    )
+    assert page.read_scene()["name"] == "Dzhanibekov effect" and page.read_clock() == 0
+    assert page.evaluate("kreisel.page.kind") == "euler"
 
 
-def test_jump_reaches_any_time_and_returns(page):
-    load(page, "Compare four", methods=["bobenko_suris", "rk4"])
-    field = page.get_by_label("Jump to t")
-    for t in (3200, 7):
-        field.fill(str(t))
-        field.press("Tab")
-        wait_until_time(page, t)
-        first, *_, last = (
-            kr.solve(
-                scene_in_python(read_scene(page)), t, method, step=step, every=round(t / step)
-            ).states[-1]
-            for method, step in (("bobenko_suris", 0.01), ("rk4", 0.2))
-        )
-        states = read_states(page)
-        assert (states[0], states[3]) == (first.tolist(), last.tolist())
-    assert not page.evaluate("kreisel.page.isRunning")
-    field.fill("-3")
-    field.press("Tab")
-    assert read_clock(page) == 7 * TICKS and "Cannot jump" in read_message(page)
-    field.fill("1e8")
-    field.press("Tab")
-    page.get_by_role("button", name="Stop").click()
-    assert read_clock(page) < 1e8 * TICKS and page.evaluate("kreisel.page.goal") is None
-
-
-def test_view_options_change_the_picture(page):
-    edge = "kreisel.view.tops[0].solid.children[2].scale.x"
-    thin = page.evaluate(edge)
-    page.get_by_role("slider", name="Thickness").press("End")
-    assert page.evaluate(edge) == pytest.approx(4 * thin, rel=1e-6)
-    width = page.evaluate("kreisel.view.tops[0].line.material.uniforms.width.value")
-    assert width == pytest.approx(9.6, rel=1e-6)
-    page.get_by_role("slider", name="Gravity").press("End")
-    up = page.evaluate(
-        "kreisel.view.tops[0].p.tip.getWorldPosition(kreisel.view.world.position.clone()).toArray()"
-    )
-    assert up == pytest.approx([0, 0, 24 / 14], abs=1e-6)
-    page.get_by_role("slider", name="Gravity").press("Home")
-    assert not page.evaluate("kreisel.view.tops[0].p.visible")
-
-
-@pytest.mark.parametrize("flat", [False, True])
-def test_the_next_side_button_shows_three_sides(page, flat):
-    page.evaluate(
-        f"kreisel.page.scene.show.flat = {str(flat).lower()};"
-        "kreisel.view.showScene(kreisel.page.scene)"
-    )
-    directions = []
-    for _ in range(3):
-        page.get_by_role("button", name="View next side").click()
-        camera, target = "kreisel.view.camera.position", "kreisel.view.orbit.target"
-        directions.append(page.evaluate(f"{camera}.clone().sub({target}).normalize().toArray()"))
-    assert (
-        np.abs(
-            np.sort(directions, axis=0) - np.sort([[0, -1, 0], [1, 0, 0], [0, 0, 1]], axis=0)
-        ).max()
-        < 2e-3
-    )
-
-
-def test_bad_numbers_change_nothing(page):
-    before = read_scene(page)
-    field = page.get_by_label("Step, number", exact=True)
-    field.fill("-1")
-    field.press("Tab")
-    assert read_scene(page) == before and "Step cannot be" in read_message(page)
-
-
-def test_buttons_and_keys_control_the_clock(page):
-    page.get_by_role("button", name="Step", exact=True).click()
-    assert read_clock(page) == 0.01 * TICKS
-    page.locator("canvas").first.focus()
-    page.keyboard.press(".")
-    assert read_clock(page) == 0.02 * TICKS
-    page.keyboard.press("r")
-    assert read_clock(page) == 0
-    page.keyboard.press("Space")
-    wait_for(page, "kreisel.page.clock > 0")
-    page.get_by_role("button", name="Stop").click()
-    assert not page.evaluate("kreisel.page.isRunning")
-    for key, option in {"t": "trace", "e": "rod", "p": "axes", "v": "flat"}.items():
-        before = read_scene(page)["show"][option]
-        page.keyboard.press("Escape")
-        page.locator("canvas").first.focus()
-        page.keyboard.press(key)
-        assert read_scene(page)["show"][option] != before
-    page.keyboard.press("3")
-    assert read_scene(page)["name"] == PRESETS[2]
-    page.keyboard.press("c")
-    assert page.evaluate("kreisel.page.tops.length") == 4
-    page.keyboard.press("h")
-    assert not page.locator("#panel").is_visible()
-    page.keyboard.press("h")
-    page.keyboard.press("?")
-    assert (
-        page.locator("#keys").is_visible()
-        and "Principal axes" in page.locator("#keys").inner_text()
-    )
-    page.keyboard.press("z")
-    # the viewer behind the open list does not change
-    assert page.evaluate("kreisel.page.tops.length") == 4
-    page.keyboard.press("Escape")
-    page.keyboard.press("z")
-    assert read_scene(page)["name"] == PRESETS[2] and page.evaluate("kreisel.page.tops.length") == 1
-
-
-def test_icon_buttons_have_a_tooltip(page):
-    script = """(button) => {
-        const {display, content} = getComputedStyle(button, '::after');
-        return [display, content];
-    }"""
-    for button in page.locator("#bar button, .strip button").all():
-        if button.is_disabled():
-            continue
-        name = button.get_attribute("aria-label")
-        button.hover()
-        display, words = button.evaluate(script)
-        assert display == "block" and name in words
-        page.mouse.move(300, 300)
-        assert button.evaluate(script)[0] == "none"
-
-
-def test_the_strip_of_scenes_scrolls_by_a_button(page):
-    place = "document.getElementById('presets').scrollLeft"
-    page.evaluate(f"{place} = 0")
-    places = [0]
-    for _ in range(40):
-        page.get_by_role("button", name="More scenes").click()
-        places.append(page.evaluate(place))
-        if places[-1] == 0:
-            break
-    assert places[-1] == 0 and len(places) > 4
-    assert all(np.diff(places[:-1]) > 0)
+def test_methods_have_separate_or_common_steps(page):
+    page.load(methods=["strang", "rk4"], step=[0.01])
+    own = page.get_by_label("Second step for the other methods only")
+    own.check()
+    assert [top["step"] for top in page.read_tops()] == [0.01, 0.2]
+    page.get_by_label("Each with a second step too").check()
+    assert [top["step"] for top in page.read_tops()] == [0.01, 0.2] * 2 and not own.is_checked()
 
 
 @pytest.mark.parametrize("preset", ["Fast precession", "Kowalewski", "Sleeping top"])
 def test_compare_four_keeps_the_top_the_start_and_the_time(page, preset):
-    load(page, preset)
-    advance(page, 3)
-    before = read_scene(page)
-    page.get_by_role("button", name="Compare four").click()
-    wait_until_time(page, 3)
-    after = read_scene(page)
+    page.load(preset)
+    page.advance(3)
+    before = page.read_scene()
+    page.find_button("Compare four").click()
+    page.wait_until_time(3)
+    after = page.read_scene()
     for key in ("body", "shape", "attitude", "momentum", "gravity", "taken", "speed", "show"):
         assert after[key] == before[key], key
     first = "strang" if preset == "Kowalewski" else "bobenko_suris"
     assert after["methods"] == [first, "extrap"] and after["step"] == [0.01, 0.2]
-    assert page.evaluate("kreisel.page.tops.length") == 4
     page.evaluate("kreisel.page.rewind()")
-    assert len({tuple(state) for state in read_states(page)}) == 1  # all tops have the same start
+    assert len({tuple(state) for state in page.read_states()}) == 1
 
 
-def test_the_clock_stops_at_the_stop_time(page):
-    page.evaluate(
-        "kreisel.page.editScene((s) => (s.stop = 0.5));"
-        "kreisel.page.setRunning(true); kreisel.advance(3)"
-    )
-    assert read_clock(page) == 0.5 * TICKS and not page.evaluate("kreisel.page.isRunning")
+def test_top_or_box_changes_nothing_else(page):
+    page.load(UPRIGHT, chart="spin")
+    before, choice = page.read_scene(), page.get_by_label("Show as")
+    page.advance(2)
+    states = page.read_states()
+    choice.select_option("top")
+    assert list_changes(before, page.read_scene()) == {"show"} and page.read_states() == states
+    page.get_by_label("Shape").select_option("kowalewski")
+    assert choice.input_value() == "box" and choice.locator("option[value=top]").is_disabled()
+    page.get_by_label("Shape").select_option("lagrange")
+    assert choice.input_value() == "top"
 
 
-def test_checkboxes_hide_tops_in_charts_and_table(page):
-    load(page, "Compare four")
-    advance(page, 2)
-    page.evaluate("kreisel.charts.update()")
-    page.get_by_role("checkbox", name="extrap 0.2").uncheck()
-    assert page.evaluate("kreisel.charts.plots[0].series.map((s) => s.show)") == [
-        True,
-        True,
-        True,
-        True,
-        False,
-    ]
-    page.get_by_role("checkbox", name="extrap 0.2").check()
-    rows = page.locator("#integrals .values").all_inner_texts()
-    assert len(rows) == 4 and all("\t1.4600" in row for row in rows)
+def test_the_pace_and_the_announced_values_follow_the_sliders(page):
+    pace = page.get_by_label("Pace")
+    pace.select_option("0.25")
+    assert page.read_scene()["speed"] == 0.25
+    page.get_by_role("slider", name="Speed").press("End")
+    assert pace.input_value() == "10"
+    step = page.get_by_role("slider", name="Step").first  # a logarithmic slider
+    assert step.get_attribute("aria-valuetext") == "0.01"
 
 
-def test_controls_have_accessible_names(page):
-    nameless = page.evaluate("""[
-        ...document.querySelectorAll('button, input, select, textarea, canvas')]
-        .filter((e) => !e.closest('.uplot'))
-        .filter((e) => !e.getAttribute('aria-label') && !e.getAttribute('aria-labelledby'))
-        .filter((e) => !e.labels?.[0]?.textContent.trim())
-        .filter((e) => e.tagName !== 'BUTTON' || !e.textContent.trim())
-        .map((e) => e.outerHTML)""")
-    assert nameless == []
+def test_scenes_are_chosen_by_arrow_keys_and_scrolled_by_a_button(page):
+    page.load(PRESETS[0])
+    page.get_by_role("radio", name=PRESETS[0]).focus()
+    for name in PRESETS[1:8]:
+        page.keyboard.press("ArrowRight")
+        assert page.read_scene()["name"] == name
+    page.evaluate("kreisel.page.setRunning(false)")
+    strip = page.locator("#presets").bounding_box()
+    box = page.locator("#presets label:has(:checked)").bounding_box()
+    assert strip["x"] <= box["x"] and box["x"] + box["width"] <= strip["x"] + strip["width"]
+    place = "document.getElementById('presets').scrollLeft"
+    page.evaluate(f"{place} = 0")
+    places = [0]
+    for _ in range(40):
+        page.find_button("More scenes").click()
+        places.append(page.evaluate(place))
+        if places[-1] == 0:
+            break
+    assert places[-1] == 0 and len(places) > 4 and all(np.diff(places[:-1]) > 0)
+
+
+def test_a_changed_scene_is_labelled_as_changed(page):
+    label = page.locator("#preset")
+    before = label.inner_text()
+    assert before.endswith(UPRIGHT)
+    page.set_value("momentum.0", 1.5)
+    assert label.inner_text() == f"{UPRIGHT}, changed"
+    page.keyboard.press("z")
+    assert label.inner_text() == before
+
+
+# The clock
+
+
+def test_buttons_and_keys_control_the_clock(page):
+    page.find_button("Step").click()
+    page.locator("canvas").first.focus()
+    page.keyboard.press(".")
+    assert page.read_clock() == 0.02 * TICKS
+    page.keyboard.press("r")
+    assert page.read_clock() == 0
+    for name, other in (("Start", "Stop"), ("Stop", "Start")):
+        page.keyboard.press("Space")
+        assert page.find_button(other).is_visible() and not page.find_button(name).is_visible()
+    page.find_button("Start").click()
+    wait_for(page, "kreisel.page.clock > 0")
+    page.find_button("Stop").click()
+    assert not page.evaluate("kreisel.page.isRunning")
+
+
+# Keys
+
+
+def test_keys_switch_options_scenes_and_panels(page):
+    page.find_button("Step").click()  # keys work after a click
+    for key, option in {"t": "trace", "e": "rod", "p": "axes", "v": "flat"}.items():
+        before = page.read_scene()["show"][option]
+        page.keyboard.press(key)
+        assert page.read_scene()["show"][option] != before
+    page.keyboard.press("3")
+    assert page.read_scene()["name"] == PRESETS[2]
+    page.keyboard.press("c")
+    assert len(page.read_tops()) == 4
+    assert page.read_scene()["log"] and page.evaluate("kreisel.charts.isLog('error')")
+    page.keyboard.press("h")
+    wait_for(page, "kreisel.view.canvas.clientWidth === innerWidth")
+    assert not page.locator("#panel").is_visible()
+    page.find_button("Panel").click()
+    assert page.locator("#panel").is_visible()
+
+
+def test_keys_are_ignored_while_their_list_is_open_and_if_switched_off(page):
+    page.advance(2)
+    keys = page.locator("#keys")
+    page.locator("canvas").first.focus()
+    page.keyboard.press("?")
+    assert "Principal axes" in keys.inner_text()
+    page.keyboard.press("r")
+    assert page.read_clock() > 0
+    page.keyboard.press("?")
+    assert not keys.is_visible()
+    page.keyboard.press("r")
+    assert page.read_clock() == 0
+    page.keyboard.press("?")
+    letters = page.get_by_label("Single letters are keys")
+    letters.uncheck()
+    page.find_button("Close").click()
+    page.keyboard.press("e")
+    assert not page.read_scene()["show"]["rod"]
+    page.find_button("Keys").click()
+    letters.check()
+    page.keyboard.press("Escape")
+    page.keyboard.press("e")
+    assert page.read_scene()["show"]["rod"]
+
+
+def test_keys_move_the_camera_above_the_floor_and_home_resets_it(page):
+    page.keyboard.press("Home")
+    home, before = page.evaluate(EYE), page.read_scene()
+    page.locator("canvas").first.focus()
+    for key in ("ArrowLeft", "ArrowUp", "w", "a", "+", "ArrowRight", "s", "d", "-", "ArrowDown"):
+        position = page.evaluate(EYE)
+        page.keyboard.press(key)
+        assert page.evaluate(EYE) != pytest.approx(position), key
+    for _ in range(60):
+        page.keyboard.press("ArrowDown")
+    page.keyboard.press("-")
+    assert page.evaluate("kreisel.view.camera.position.z") > -2.7
+    page.find_button("Home view").click()
+    assert page.evaluate(EYE) == pytest.approx(home) and page.read_scene() == before
+
+
+# Undo
+
+
+def test_undo_of_view_options_does_not_stop_the_motion(page):
+    page.advance(3)
+    before = read_everything(page)
+    for name in ("Floor", "2D view", "Elastic rod"):
+        page.get_by_role("checkbox", name=name).press("Space")
+        assert read_everything(page)[1:3] == before[1:3]
+        page.find_button("Undo").click()
+    assert read_everything(page) == before and page.find_button("Undo").is_disabled()
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda page: page.drag("tip", (30, 20)),
+        lambda page: page.drag("face", (40, 10)),
+        lambda page: page.drag("corner", (15, -15), number=5),
+        lambda page: page.get_by_role("radio", name="Kowalewski").check(),
+        lambda page: page.fill_field("Gravity, number", 3),
+        lambda page: page.get_by_role("slider", name="Gravity").press("End"),
+    ],
+    ids=["tip", "face", "corner", "scene", "field", "slider"],
+)
+def test_undo_restores_scene_and_time(page, change):
+    page.advance(3)
+    before = read_everything(page)
+    change(page)
+    assert page.read_clock() == 0 and page.read_scene() != before[0]
+    page.find_button("Undo").click()
+    page.wait_until_time(3)
+    assert read_everything(page) == before
+
+
+def test_one_undo_reverts_one_move_of_a_slider(page):
+    slider = page.get_by_role("slider", name="Gravity")
+    for _ in range(3):
+        slider.evaluate("(e) => (e.stepUp(), e.dispatchEvent(new Event('input', {bubbles: true})))")
+    assert page.read_scene()["gravity"] == pytest.approx(1.3)
+    page.find_button("Undo").click()
+    assert page.read_scene()["gravity"] == 1
+
+
+def test_undo_of_a_drag_ignores_the_focused_field(page):
+    before = page.read_scene()
+    page.get_by_label("Momentum, first component").focus()
+    page.drag("tip", (30, 20))
+    page.keyboard.press("Control+z")
+    assert page.read_scene() == before
+
+
+@pytest.mark.parametrize("key", ["Control+Shift+z", "Control+y"])
+def test_redo_restores_what_undo_reverted(page, key):
+    for gravity in (4, 5, 6):
+        page.set_value("gravity", gravity)
+    page.advance(2)
+    last = read_everything(page)[:3]
+    page.locator("canvas").first.focus()
+    gravities = []
+    for press in ("Control+z", "Control+z", key, key):
+        page.keyboard.press(press)
+        gravities.append(page.read_scene()["gravity"])
+    assert gravities == [5, 4, 5, 6] and page.find_button("Redo").is_disabled()
+    page.wait_until_time(2)
+    assert read_everything(page)[:3] == last
+    page.keyboard.press("Control+z")
+    page.set_value("step.0", -1)  # a refused value leaves redo
+    page.find_button("Redo").click()
+    assert page.read_scene()["gravity"] == 6
+    page.keyboard.press("Control+z")
+    page.set_value("gravity", 1)
+    assert page.find_button("Redo").is_disabled()
+
+
+def test_escape_cancels_a_drag_and_keys_are_ignored_during_it(page):
+    page.advance(3)
+    before = read_everything(page)
+    with page.hold("tip", (30, 20)):
+        state = read_everything(page)
+        assert state[0] != before[0]
+        for key in ("r", "t", "3", "c", "h", "z", "Space", "ArrowRight", ".", "?", "Control+z"):
+            page.keyboard.press(key)
+        assert read_everything(page) == state and page.locator("#panel").is_visible()
+        page.keyboard.press("Escape")
+        page.wait_until_time(3)
+        page.mouse.move(600, 300)
+    assert read_everything(page) == before
+
+
+def test_reset_returns_to_the_scene_as_loaded(page):
+    before = page.read_scene()
+    page.advance(3)
+    page.set_value("gravity", 2)
+    page.fill_field("Half edges, T", 1.5)
+    changed = page.read_scene()
+    assert changed["attitude"] == before["attitude"] and changed["momentum"] == before["momentum"]
+    page.find_button("Reset").click()
+    assert page.read_scene() == before and page.read_clock() == 0

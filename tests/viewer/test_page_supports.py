@@ -1,0 +1,256 @@
+"""Tests of friction, falls, rotors, turntables and the balancing game in the viewer."""
+
+import re
+
+import kreisel as kr
+import numpy as np
+import pytest
+from browser import PHONE, WIDE, Viewer, scene_in_python, turn_description
+
+GAME, GYROSCOPE, TURNTABLE = "How long can it stand?", "Gyroscope", "On a turntable"
+
+
+def solve_fall(page):
+    """Return the time at which the tilt of the top equals that of a rim on the floor."""
+    lowest = np.cos(page.evaluate("kreisel.page.contact"))
+    floor = kr.events.crossing("apex_z", lowest, terminal=True)
+    return kr.solve(page.build_scene(), [100.0], "taylor", events=floor).t[-1]
+
+
+def read_end(page, top=0):
+    return page.evaluate(f"kreisel.simulation.getEnd({top})")
+
+
+# The end on the floor
+
+
+@pytest.mark.parametrize("exercise", [None, "Start it upright", "Half the friction"])
+def test_the_time_until_the_rim_meets_the_floor_agrees_with_python(page, exercise):
+    page.open_exercise(GAME, exercise)
+    page.evaluate("kreisel.page.setRunning(true)")
+    page.advance(90)
+    expected = solve_fall(page)
+    assert read_end(page) == pytest.approx(expected, abs=1e-4)
+    assert f"t = {expected:.2f} s" in page.read_message()
+    assert page.read_numbers()["stood"][0] == f"{expected:.2f}"
+    assert page.find_button("Start").is_visible()
+
+
+def test_the_rim_is_on_the_floor_at_the_end(page):
+    page.load(GAME)
+    page.advance(90)
+    lowest, floor = page.evaluate("""(() => {
+        const {view} = kreisel;
+        view.world.updateMatrixWorld(true);
+        let lowest = Infinity;
+        for (const part of view.tops[0].solid.handles.slice(0, 2)) {
+            const {position} = part.geometry.attributes, at = view.camera.position.clone();
+            for (let k = 0; k < position.count; k++)
+                lowest = Math.min(lowest, part.localToWorld(at.fromBufferAttribute(position, k)).z);
+        }
+        return [lowest, view.floor.height];
+    })()""")
+    assert floor - 0.01 < lowest < floor + 0.08
+
+
+def test_large_steps_and_pairs_have_their_own_words(page):
+    page.load(GAME, step=[0.5], second={"tilt": 30, "spin": 20}, methods=["taylor", "taylor"])
+    low = np.floor(solve_fall(page) / 0.5) * 0.5
+    page.advance(90)
+    message = page.read_message()
+    assert "Right" in message and read_end(page, 1) < read_end(page, 0)
+    assert f"between t = {low:g} and {low + 0.5:g} s" in message[message.index("Left") :]
+
+
+def test_the_floor_is_the_same_for_a_body_described_in_any_axes(page):
+    page.load(GAME)
+    contact = page.evaluate("kreisel.page.contact")
+    for turn in ((0.5, 0.5, 0.5, 0.5), (0.8, 0.36, 0.48, 0.0)):
+        page.load_scene(turn_description(page.read_scene(), turn))
+        assert page.evaluate("kreisel.page.contact") == pytest.approx(contact)
+
+
+def test_other_tops_do_not_meet_the_floor(page):
+    for changes in (
+        {"damping": 0, "friction": 0},
+        {"start": {"tilt": 120, "spin": 5}},
+        {"body": {"half": [0.8, 0.8, 0.42], "pivot": [0, 0, 0], "density": 1}},
+    ):
+        page.load(GAME, **changes)
+        page.advance(60)
+        assert np.isnan(read_end(page)) and page.read_states()[0][0] == 60
+
+
+def test_the_motion_can_be_changed_and_restarted_after_its_end(page):
+    page.load(GAME)
+    page.advance(90)
+    end, states, message = read_end(page), page.read_states(), page.read_message()
+    page.set_value("tilt", 5)
+    assert np.isnan(read_end(page)) and page.read_states()[0][0] == 0 and page.read_message() == ""
+    page.find_button("Undo").click()
+    assert page.read_states() == states
+    page.advance(90)
+    assert read_end(page) == end and page.read_message().split(". ")[0] in message
+    page.find_button("Start").click()
+    assert page.evaluate("kreisel.page.isRunning && kreisel.page.clock < 2e6")
+    page.evaluate("kreisel.page.setRunning(false)")
+    assert np.isnan(read_end(page))
+
+
+def test_an_upright_top_sleeps_above_the_critical_spin_and_less_friction_lets_it_stand(page):
+    page.open_exercise(GAME, "Start it upright")
+    scene = page.build_scene().replace(damping=0, friction=0)
+    critical = kr.exact(scene).critical_spin
+    for t in range(1, 20):
+        page.advance(t)
+        if page.measure_top(0, "spin") < critical:
+            break
+        assert page.measure_top(0, "nutation") < np.radians(6)
+    assert page.measure_top(0, "spin") < critical and np.isnan(read_end(page))
+    ends = []
+    for exercise in (None, "Half the friction"):
+        page.open_exercise(GAME, exercise)
+        page.advance(90)
+        ends.append(read_end(page))
+    assert ends[1] > 1.5 * ends[0]
+
+
+# The game
+
+
+def test_only_the_longest_time_of_a_fair_start_counts(browser):
+    page = Viewer(browser).open()
+    page.load(GAME)
+    page.advance(90)
+    first = read_end(page)
+    assert "longest" in page.read_message()
+    page.load(GAME, start={"tilt": 40, "spin": 20})
+    page.advance(90)
+    assert read_end(page) < first and f"{first:.2f} s" in page.read_message()
+    page.load(GAME, start={"tilt": 15, "spin": 23})
+    page.advance(90)
+    energy = kr.solve(page.build_scene(), [0.0]).kinetic[0]
+    assert f"{energy:.4g} J" in page.read_message() and read_end(page) > first
+    page.load(GAME, damping=0.011)
+    page.advance(90)
+    assert "count" not in page.read_message() and "longest" not in page.read_message()
+    page.reload()
+    page.load(GAME)
+    assert page.read_numbers()["stands"][1] == f"longest {first:.2f} s"
+    page.close()
+
+
+# Rotors
+
+
+def test_a_new_rotor_keeps_the_rates_of_the_body(page):
+    page.load(GYROSCOPE)
+    rates = "kreisel.simulation.getVelocity(0)"
+    before = page.evaluate(rates)
+    page.fill_field("Rotor, number", 5)
+    assert page.read_scene()["rotor"] == [0, 0, 5]
+    assert page.evaluate(rates) == pytest.approx(before, abs=1e-12)
+
+
+def test_the_rotor_is_an_arrow_at_the_centre_of_mass(page):
+    page.load(GYROSCOPE)
+    arrow = page.evaluate("""(({h}) => [h.visible, h.tip.position.z / kreisel.view.momentumZoom,
+        h.position.z / kreisel.view.zoom])(kreisel.view.tops[0])""")
+    assert arrow == pytest.approx([True, 8, 1.1], rel=1e-6)
+    page.load()
+    assert not page.evaluate("kreisel.view.tops[0].h.visible")
+
+
+# Turntables
+
+
+def test_a_top_on_a_turntable_is_one_at_rest_seen_from_the_table(page):
+    page.load(TURNTABLE, start={"tilt": 70, "spin": 1, "precession": 0.3}, gravity=4)
+    page.advance(8)
+    resting = scene_in_python({**page.read_scene(), "turning": [0, 0, 0]})
+    x, y, z = kr.exact(resting)(8.0).apex[0]
+    c, s = np.cos(-0.6 * 8), np.sin(-0.6 * 8)
+    apex = kr.quaternion.turn(page.read_states()[0][1:5], (0, 0, 1))
+    assert apex == pytest.approx([c * x - s * y, s * x + c * y, z], abs=1e-9)
+
+
+@pytest.mark.parametrize("turning", [[0, 0, 0.6], [0.3, -0.2, 0.5]])
+def test_starts_are_relative_to_the_support(page, turning):
+    start = {"tilt": 50, "spin": 3, "precession": 0.7}
+    page.load(GYROSCOPE, start=start, turning=turning, methods=["taylor"])
+    tilt = np.radians(50)
+    apex = np.array([0, -np.sin(tilt), np.cos(tilt)])
+    expected = np.array([0, 0, 0.7]) + (3 - 0.7 * np.cos(tilt)) * apex
+    assert page.evaluate("kreisel.simulation.getVelocity(0)") == pytest.approx(expected, abs=1e-12)
+    page.set_value("spin", 5)
+    assert page.measure_top(0, "spin") == pytest.approx(5, rel=1e-12)
+
+
+def test_steady_precession_keeps_its_height_on_a_turntable(page):
+    start = {"tilt": 50, "spin": 3, "precession": "slow"}
+    page.load(GYROSCOPE, start=start, turning=[0, 0, 0.4], methods=["taylor"], tol=1e-15)
+    limits = page.evaluate("kreisel.page.tops[0].limits")
+    for t in (0, 1, 3, 7):
+        page.advance(t)
+        assert page.measure_top(0, "nutation") == pytest.approx(np.radians(50), abs=1e-10)
+    velocity = page.evaluate("kreisel.simulation.getVelocity(0)")
+    rate = (velocity[2] - 3 * np.cos(np.radians(50))) / np.sin(np.radians(50)) ** 2
+    assert limits["precession"] == pytest.approx(rate, rel=1e-9)
+
+
+def test_damping_aligns_the_axis_with_that_of_the_turntable(page):
+    page.open_exercise(TURNTABLE, "Let the bearings rub")
+    tilts = []
+    for t in (0, 10, 20, 40):
+        page.advance(t)
+        tilts.append(page.measure_top(0, "nutation"))
+    assert (np.diff(tilts) < 0).all() and tilts[-1] < 0.01
+
+
+def measure_heading_from_north(page):
+    """Return the angle about the vertical from the room's mark N to the apex."""
+    north = page.evaluate("(kreisel.view.render(), kreisel.view.floor.findNorth())")
+    apex = kr.quaternion.turn(page.read_states()[0][1:5], (0, 0, 1))
+    return np.angle(complex(*apex[:2]) / complex(north["x"], north["y"]))
+
+
+@pytest.mark.parametrize("exercise", [None, "Turn the table the other way"])
+def test_a_gyroscope_on_a_turntable_keeps_pointing_north(page, exercise):
+    page.load(TURNTABLE)
+    if exercise:
+        page.click_exercise(exercise)
+    page.set_value("methods.1", "extrap")
+    for t in (0, 2, 9, 3):  # back in time, too
+        page.evaluate(f"kreisel.page.jumpTo({t})")
+        page.wait_until_time(t)
+        assert measure_heading_from_north(page) == pytest.approx(0, abs=1e-9)
+    for act in ("startFromNow", "undo", "redo", "rewind", "reset"):
+        page.evaluate(f"kreisel.page.{act}()")
+        assert measure_heading_from_north(page) == pytest.approx(0, abs=1e-9), act
+        page.advance(4)
+        assert measure_heading_from_north(page) == pytest.approx(0, abs=1e-9), act
+
+
+def test_only_a_turntable_shows_a_table_and_the_north_of_the_room(page):
+    shown, start = "kreisel.view.floor.table.visible", {"tilt": 50, "spin": 3}
+    north = page.locator(".labels span", has_text=re.compile("^N$"))
+    for turning, is_table in (([0, 0, -1], True), ([0.1, 0, 1], False), ([0, 0, 0], False)):
+        page.load(GYROSCOPE, start=start, turning=turning, methods=["taylor"])
+        page.advance(2)
+        assert (page.evaluate(shown), north.count()) == (is_table, int(is_table))
+        assert page.evaluate("kreisel.view.floor.room.rotation.z") == (2 if is_table else 0)
+    page.get_by_role("slider", name="Turntable").press("ArrowRight")
+    assert page.evaluate(shown)
+    page.get_by_role("checkbox", name="Floor").uncheck()
+    assert not page.evaluate(shown)
+
+
+@pytest.mark.parametrize("size", [WIDE, PHONE])
+def test_the_north_is_in_the_picture(page, size):
+    page.resize(size)
+    page.load(TURNTABLE)
+    for t in (0, 3, 6, 9):
+        page.advance(t)
+        x, y = page.evaluate("kreisel.view.project(kreisel.view.floor.findNorth())")
+        width, height = page.evaluate("kreisel.view.pixels")
+        assert 0 < x < width and 0 < y < height
