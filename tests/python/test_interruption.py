@@ -56,12 +56,6 @@ def test_a_state_that_is_not_finite_ends_a_run(first, times, want):
     assert path.energy[-1] == whole.energy[-1] and np.isfinite(path.energy).all()
 
 
-def test_an_unreachable_tolerance_ends_a_run():
-    with pytest.raises(kr.Error) as failure:
-        kr.solve(GENERAL, 1, tol=1e-300)
-    assert failure.value.status == "ERR_STEP" and failure.value.path.t.tolist()[0] == 0
-
-
 # Progress
 
 
@@ -84,14 +78,11 @@ def test_progress_ends_with_the_final_time(kind):
     assert times[-1] == 3.0 and times == sorted(times)
 
 
+FIXED = {"method": "strang", "step": 0.01}
 LONG_CALLS = {  # calls of every kind that would take hours
     "fixed": lambda **more: kr.solve(TOP, 1e9, "rk4", step=1e-3, **more),
-    "wanted": lambda **more: kr.solve(
-        TOP, 1e5, "strang", step=1e-2, every=1, want=("energy",), **more
-    ),
-    "stream": lambda **more: list(
-        kr.stream(TOP, 1e9, "strang", step=1e-2, every=1, chunk=7, **more)
-    ),
+    "wanted": lambda **more: kr.solve(TOP, 1e5, every=1, want=("energy",), **FIXED, **more),
+    "stream": lambda **more: list(kr.stream(TOP, 1e9, every=1, chunk=7, **FIXED, **more)),
     "many tops": lambda **more: kr.solve(TOPS, 1e8, **more),
     "many tops, threads": lambda **more: kr.solve(TOPS, 1e8, threads=3, **more),
     "reductions": lambda **more: kr.reduce(TOPS, 1e8, {"spin": "max"}, **more),
@@ -125,35 +116,6 @@ def test_an_exception_in_progress_ends_the_call_and_is_not_kept_alive(kind):
     assert big() is None
 
 
-@pytest.mark.parametrize("threads", [1, 3])
-@pytest.mark.parametrize("task", [kr.solve, kr.megno])
-def test_progress_of_many_tops_ends_with_one(task, threads):
-    reports = []
-    task(TOPS, 10.0, threads=threads, progress=reports.append)
-    assert reports == sorted(reports) and reports[0] >= 0.0 and reports[-1] == 1.0
-
-
-def test_a_run_refuses_to_be_led_during_a_call():
-    run, failures, times = kr.start(TOP, "rk4", step=1e-3), [], []
-
-    def lead(_):
-        times.append(run.t)
-        try:
-            run.to(2e9)
-        except RuntimeError as error:
-            failures.append(str(error))
-            raise ArithmeticError from None
-
-    def work():
-        with pytest.raises(ArithmeticError):
-            run.to(1e9, progress=lead)
-
-    thread = threading.Thread(target=work)
-    thread.start()
-    thread.join(60)
-    assert "under way" in failures[0] and times == [0.0] and run.t > 0.0
-
-
 # Ctrl-C
 
 
@@ -163,11 +125,11 @@ STOPS = {  # long calls; the first of them keeps nothing if it is interrupted
     "adaptive": "kr.solve(top, 1e8, tol=1e-12, progress=send)",
     "detours": 'kr.solve(top, np.arange(0, 4e5) * 0.1005, "strang", step=1e-3, progress=send)',
     "digits": "kr.solve(top, 1e9, digits=30, progress=send)",
-    "dense": "kr.solve(top, np.linspace(0, 10, 10_000_000), progress=send)",
+    "dense": "kr.solve(top, np.linspace(0, 10, 3_000_000), progress=send)",
     "implicit": 'kr.solve(top, 1e9, "implicit_midpoint", step=0.01, progress=send)',
     "geometric": 'kr.solve(kr.scenes.thesis, 1e6, "geometric", error=1e-3, progress=send)',
-    "exact": "kr.solve(kr.scenes.thesis, np.linspace(0, 10, 10_000_000), progress=send)",
-    "wanted": 'kr.solve(top, np.linspace(0, 1e8, 10_000_000), want=("energy",), progress=send)',
+    "exact": "kr.solve(kr.scenes.thesis, np.linspace(0, 10, 3_000_000), progress=send)",
+    "wanted": 'kr.solve(top, np.linspace(0, 1e8, 3_000_000), want=("energy",), progress=send)',
     "stream": 'list(kr.stream(top, math.inf, "strang", step=.01, every=200, progress=send))',
     "between": "send(0), kr.solve(top, 1e9, 'strang', step=1, every=10**9)([3, 1e8 + 0.5])",
     "compare": 'kr.compare(thesis, 1e6, ["exact", "rk4"], [1e-4], truth="exact", progress=send)',
@@ -209,21 +171,6 @@ def test_ctrl_c_stops_every_long_call():
     assert {name for name, _, _ in rows.values()} == {"Interrupted"}
     assert all(states >= 1 and end >= 0 for _, states, end in rows.values())
     assert all(rows[kind][1] >= 2 and rows[kind][2] > 0 for kind in ("fixed", "adaptive"))
-
-
-def test_an_interrupted_command_shows_finished_rows():
-    code = """
-import importlib.metadata, os, signal, sys, threading
-[command] = importlib.metadata.entry_points(group="console_scripts", name="kreisel")
-main = command.load()
-threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
-main()
-"""
-    line = "compare thesis --t 1e6 --methods exact,rk4 --steps 1e-4 --truth exact"
-    result = python(code, *line.split())
-    assert result.returncode == 130, result.stderr
-    assert "exact" in result.stdout and "rk4" not in result.stdout
-    assert "interrupted: 1 of 2 runs" in result.stderr
 
 
 @pytest.mark.parametrize("count", [1, 3, 5, 7])
@@ -325,24 +272,15 @@ def test_ctrl_c_interrupts_no_call_of_an_executor_and_keeps_the_tops_that_ended(
     assert same_bits(paths.states[has_ended], kr.solve(tops[has_ended], **words).states)
 
 
-def test_a_call_in_another_thread_changes_no_handler(default_handlers):
-    handlers = []
-
-    def note(_):
-        handlers.append(signal.getsignal(signal.SIGINT))
-
-    with ThreadPoolExecutor(1) as pool:
-        call = pool.submit(kr.solve, TOPS, 1.0, executor=CopyingExecutor(), progress=note)
-        assert (call.result().status == 0).all()
-    assert handlers and set(handlers) == {signal.default_int_handler}
-
-
 @pytest.mark.parametrize("task", [kr.solve, kr.megno])
 def test_ctrl_c_after_the_last_top_is_not_hidden(task):
+    reports = []
+
     def interrupt_at_end(part):
+        reports.append(part)
         if part == 1.0:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt) as stopped:
         task(TOPS, 1.0, threads=2, progress=interrupt_at_end)
-    assert type(stopped.value) is KeyboardInterrupt
+    assert type(stopped.value) is KeyboardInterrupt and reports == sorted(reports)

@@ -3,7 +3,6 @@
 The environment variable KREISEL_CALLS sets how many randomly damaged files each test tries.
 """
 
-import copy
 import io
 import json
 import os
@@ -17,6 +16,7 @@ import zlib
 import kreisel as kr
 import numpy as np
 import pytest
+from drawn_tops import assert_same_bits, assert_same_path
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from tops import FREE, LAGRANGE
@@ -34,7 +34,6 @@ pytestmark = pytest.mark.filterwarnings(
 )
 TOP = kr.scenes.asymmetric
 LOWEST = kr.events.nutation(direction=1)
-DAMPED = LAGRANGE.replace(damping=(0.1, 0.2, 0.3))
 MOVED = TOP.replace(turning=(0.1, 0.2, 0.3), shaking=(0.1, 5.0, 0.3), friction=0.1)
 SOME = ("nutation", "frame", "energy")
 MOST = 300  # number of steps after which a run of a damaged file ends
@@ -46,8 +45,8 @@ def make_failed_path():
     return error.value.path
 
 
-def stream_part(**words):
-    return list(kr.stream(TOP, [0.0, 1.0, 2.0, 3.0, 4.0], chunk=2, **words))[1]
+def list_pieces(**words):
+    return list(kr.stream(TOP, [0.0, 1.0, 2.0, 3.0, 4.0], chunk=2, **words))
 
 
 def continue_run():
@@ -56,63 +55,34 @@ def continue_run():
     return run.to(-2.0, every=10)
 
 
-PATHS = {
+PATHS = {  # paths that do not come from a plain call of kreisel.solve, and those of damaged files
     "states": lambda: kr.solve(TOP, [1.0, 2.0, 2.0]),
-    "empty": lambda: kr.solve(TOP, []),
-    "empty, wanted": lambda: kr.solve(TOP, [], want=SOME),
-    "back": lambda: kr.solve(TOP, -2.0, "strang", step=0.1, every=3),
-    "tolerance": lambda: kr.solve(TOP, 3.0, "extrap", tol=1e-6, step=0.1),
     "20 digits": lambda: kr.solve(TOP, [1.0, 2.0], digits=20),
-    "30 digits back": lambda: kr.solve(TOP, -2.0, digits=30),
-    "wanted": lambda: kr.solve(TOP, [1.0, 2.0], want=SOME),
-    "wanted with low words": lambda: kr.solve(TOP, [1.0], digits=30, want=("q", "q_low")),
-    "events": lambda: kr.solve(TOP, 20.0, events=[kr.events.loop(), LOWEST]),
-    "events, wanted": lambda: kr.solve(TOP, 20.0, events=[LOWEST], want=SOME),
-    "events with 30 digits": lambda: kr.solve(TOP, 20.0, events=[LOWEST], digits=30),
-    "no event met": lambda: kr.solve(TOP, 0.1, events=[LOWEST]),
-    "damped": lambda: kr.solve(DAMPED, -2.0, digits=20, events=[LOWEST]),
-    "moved": lambda: kr.solve(MOVED, [1.0, 2.0]),
+    "events": lambda: kr.solve(TOP, 20.0, events=[kr.events.loop(), LOWEST], digits=20),
+    "wanted": lambda: kr.solve(TOP, 20.0, events=[LOWEST], want=SOME),
     "tangents": lambda: kr.solve(MOVED, [0.0, 1.0], tangents=("start", "gravity")),
-    "tangents with 20 digits": lambda: kr.solve(TOP, [0.0, -1.0], tangents="start", digits=20),
-    "geometric": lambda: kr.solve(LAGRANGE, 5.0, "geometric", error=1e-6),
-    "geometric, wanted": lambda: kr.solve(TOP, 5.0, "geometric", error=1e-6, want=SOME),
+    "geometric": lambda: kr.solve(LAGRANGE, 5.0, "geometric", error=1e-6, want=SOME),
+    "empty": lambda: kr.solve(TOP, [], want=SOME),
     "closed form": lambda: kr.exact(FREE)([3.0, -1.0]),
     "map": lambda: kr.exact(LAGRANGE, map="bobenko_suris", step=-0.01)([3, 1]),
     "failed": make_failed_path,
-    "streamed": stream_part,
-    "streamed, wanted": lambda: stream_part(want=SOME, digits=20),
-    "led on": continue_run,
-    "some": lambda: kr.solve(TOP, np.linspace(0.0, 1.0, 9), digits=20)[::-3],
+    "streamed": lambda: list_pieces(want=SOME, digits=20)[1],
+    "continued": continue_run,
+    "selected": lambda: kr.solve(TOP, np.linspace(0.0, 1.0, 9), digits=20)[::-3],
     "between": lambda: kr.solve(TOP, 9.0)([3.0, 2.0]),
     "only": lambda: kr.solve(TOP, 9.0).only(("q", "apex")),
 }
-COPIES = {
-    "saved": lambda path, file: (path.save(file), kr.load(file))[1],
-    "pickled": lambda path, file: pickle.loads(pickle.dumps(path)),
-    "copied": lambda path, file: copy.deepcopy(path),
-}
 
 
-def same_arrays(one, other):
-    """Return True if two arrays are equal bit for bit, and the second is read-only."""
-    bits = [(a.dtype, a.shape, a.tobytes()) for a in (one, other)]
-    return bits[0] == bits[1] and not other.flags.writeable
-
-
-def same_paths(one, other):
-    """Return True if two paths have the same arrays, events, tangents and options."""
-    names = ["t", *(one.want or ("q", "m", "q_low", "m_low"))]
-    names += ["tangents", "tangents_low"] * hasattr(one, "tangents")
-    are_equal = all(same_arrays(getattr(one, n), getattr(other, n)) for n in names)
-    words = "scene", "method", "step", "tol", "digits", "want", "stats", "start_time"
-    are_equal &= all(getattr(one, w) == getattr(other, w) for w in words)
-    events = [one.events, other.events]
-    are_equal &= len(events[0]) == len(events[1])
-    if are_equal and len(events[0]):
-        arrays = "which", "direction", "t"
-        are_equal &= all(same_arrays(*(getattr(each, n) for each in events)) for n in arrays)
-        are_equal &= same_paths(*(each.path for each in events))
-    return are_equal and repr(one) == repr(other) and one.plan == other.plan
+def check_same_paths(path, again):
+    """Check that a path was read back with all of its numbers, options and events."""
+    assert_same_path([again], path)
+    names = "scene", "method", "step", "tol", "digits", "start_time", "plan"
+    assert all(getattr(again, name) == getattr(path, name) for name in names)
+    assert repr(path) == repr(again) and not again.t.flags.writeable
+    assert len(path.events) == 0 or again.events.path.scene == path.scene
+    if hasattr(path, "tangents"):
+        assert_same_bits(again.tangents, path.tangents)
 
 
 @pytest.fixture
@@ -120,26 +90,24 @@ def file(tmp_path):
     return tmp_path / "any name"
 
 
-@pytest.mark.parametrize("way", COPIES)
 @pytest.mark.parametrize("kind", PATHS)
-def test_a_copy_of_a_path_is_equal_bit_for_bit(kind, way, file):
+def test_a_saved_or_pickled_path_is_equal_bit_for_bit(kind, file):
     path = PATHS[kind]()
-    again = COPIES[way](path, file)
-    assert same_paths(path, again) and same_paths(path, COPIES["saved"](again, file))
-    if path.want is None:
-        assert again.error == path.error and same_arrays(path.energy, again.energy)
+    path.save(file)
+    for again in (kr.load(file), pickle.loads(pickle.dumps(path))):
+        check_same_paths(path, again)
+        assert path.want or again.error == path.error
 
 
 def test_a_path_can_be_read_with_numpy(file):
-    path = kr.solve(TOP, 20.0, digits=20, events=[LOWEST])
+    path = PATHS["events"]()
     path.save(file)
     with np.load(file) as arrays:
-        states = ["t", "q", "m", "q_low", "m_low"]
-        assert all(np.array_equal(arrays[name], getattr(path, name)) for name in states)
+        for name in ("t", "q", "m", "q_low", "m_low"):
+            assert np.array_equal(arrays[name], getattr(path, name))
         assert np.array_equal(arrays["events_m_low"], path.events.path.m_low)
         assert str(arrays["scene"]) == TOP.to_toml()
-        head = json.loads(str(arrays["head"]))
-    assert head["method"] == "taylor" and head["digits"] == 20 and head["stats"] == [*path.stats]
+        assert json.loads(str(arrays["head"]))["stats"] == [*path.stats]
 
 
 def test_load_recognizes_scenes_and_runs(file):
@@ -149,7 +117,8 @@ def test_load_recognizes_scenes_and_runs(file):
     run.to(1.0)
     run.save(file)
     again = kr.load(file)
-    assert isinstance(again, kr.Run) and same_paths(run.to(2.0), again.to(2.0))
+    assert isinstance(again, kr.Run)
+    check_same_paths(run.to(2.0), again.to(2.0))
 
 
 # Files that are not what they seem
@@ -206,8 +175,8 @@ def check_refusal(file, members, word="any name", compress=zipfile.ZIP_STORED):
 
 @pytest.fixture
 def members(tmp_path):
-    """Return the members of the archive of a path with tangents or events."""
-    return unpack(kr.solve(TOP, 20.0, digits=20, events=[LOWEST]), tmp_path / "good")
+    """Return the members of the archive of a path with events."""
+    return unpack(PATHS["events"](), tmp_path / "good")
 
 
 WRONG = [None, True, 0, -1, 2, 1.5, 10**400, float("nan"), "", "taylr", [], [1], {}, [["q"]]]
@@ -306,16 +275,6 @@ def test_a_decompression_bomb_is_refused_before_it_is_read(compress, file, membe
         tracemalloc.stop()
 
 
-def test_members_that_share_their_bytes_are_refused(file, members):
-    with zipfile.ZipFile(file, "w") as archive:
-        for name, data in members.items():
-            archive.writestr(name, data)
-        archive.writestr("x.npy", bytes(1 << 16))
-        archive.filelist += [archive.infolist()[-1]] * 1000
-    with pytest.raises(ValueError, match="larger than the file"):
-        kr.load(file)
-
-
 def seal_checkpoint(body):
     """Return the bytes of a checkpoint with the checksum of its body."""
     return b"kreisel run\n%08x\n" % zlib.crc32(body) + body
@@ -339,37 +298,19 @@ def test_a_checkpoint_with_a_forged_header_is_refused(changes):
         kr.resume(seal_checkpoint(line + b"\n" + memory))
 
 
-@pytest.mark.parametrize("line", [b"[]", b"3", b"[" * 100_000, b"\xff"])
-def test_a_header_that_is_not_an_object_is_refused(line):
-    with pytest.raises(ValueError, match="not a checkpoint of a run"):
-        kr.resume(seal_checkpoint(line + b"\n"))
-
-
 # Files that are changed at random
 
 
-SPINNING = """gravity = 2
-[spinning]
-spin = 8.5
-tilt = 0.25
-degrees = false
-[body.cuboid]
-half = [0.5, 1, 2]
-pivot = [0, 0, -1]
-"""
-SCENES = [TOP.to_toml(), MOVED.to_toml(), kr.scenes.thesis.replace(damping=0.1).to_toml(), SPINNING]
+SCENES = [TOP.to_toml(), MOVED.to_toml(), kr.scenes.thesis.replace(damping=0.1).to_toml()]
 TOKENS = ["nan", "-inf", "-1", "0", "1e400", "1e308", "5e-324", "[]", "{}", "true", '"x"', "[[1]]"]
 TOKENS += [
     "9" * 400,
-    "1979-05-27",
     "[" * 500,
     "\0",
     "\udce9",
-    "é",
-    "mass",
-    "[body]",
     "[0, 0, 1]",
     "",
+    *["1979-05-27", "é", "mass", "[body]"],
 ]
 VALUES = [None, True, -1, 0, 1, 2.5, 1e308, 5e-324, 10**30, "", "x", "taylor", [], [1], {}, [[]]]
 VALUES += [{"x": 1}, ["energy"], float("nan"), float("inf"), "9" * 5000, [None] * 4, "state", "1"]
@@ -405,8 +346,6 @@ def corrupt_bytes(draw, data):
 @st.composite
 def corrupt_text(draw, text):
     """Return TOML text with a few random changes."""
-    if draw(st.booleans()):
-        return draw(corrupt_bytes(text.encode())).decode("utf-8", "surrogateescape")
     for _ in range(draw(st.integers(1, 3))):
         words = list(re.finditer(r"[\w.+-]+|\[.*\]|=|\n", text)) or [re.match("", text)]
         word = draw(st.sampled_from(words))
@@ -502,9 +441,5 @@ def test_damaged_bytes_of_a_path_are_refused_or_change_nothing(data, tmp_path_fa
     path = PATHS[data.draw(st.sampled_from(ARCHIVED))]()
     path.save(file)
     file.write_bytes(data.draw(corrupt_bytes(file.read_bytes())))
-    read_and_use(lambda: kr.load(file), lambda again: check_same(path, again))
-
-
-def check_same(path, again):
-    """Check that a damaged byte that is not noticed belongs to metadata such as a date."""
-    assert same_paths(path, again)
+    # a damaged byte that is not noticed belongs to metadata such as a date
+    read_and_use(lambda: kr.load(file), lambda again: check_same_paths(path, again))

@@ -9,13 +9,12 @@ from pathlib import Path
 
 import kreisel as kr
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as parquet
 import pytest
 from ensembles import MIXED
-from sweeps import LOW, PARTS, REDUCED, SOURCE, TOP, flip_bit, fork, hash_rows, run_sweep
+from sweeps import LOW, PARTS, REDUCED, SOURCE, TOP, flip_bit, fork, run_sweep
 from toolbox import python
 
+GRAVITIES = np.linspace(-1, 1, 5).tolist()
 SEAL = b"kreisel-sha256:"
 WATCHED = {"t": [0.5, 4.0], "method": "taylor", "events": [LOW], "part_size": 7}
 
@@ -64,26 +63,20 @@ def test_parts_up_to_the_last_can_be_requested(tmp_path):
             call()
 
 
-def test_a_partial_sweep_has_the_rows_of_its_parts(tmp_path):
-    whole = run_sweep(tmp_path / "whole").to_xarray()
-    run_sweep(tmp_path / "half", parts=range(1, 3))
+@pytest.mark.parametrize("words", [REDUCED, {"t": 5.0, "task": "lyapunov", "part_size": 7}])
+def test_a_partial_sweep_has_the_rows_of_its_parts(tmp_path, words):
+    whole = run_sweep(tmp_path / "whole", words).to_xarray()
+    run_sweep(tmp_path / "half", words, parts=range(1, 3))
     sweep = kr.read_sweep(tmp_path / "half", partial=True)
-    assert sweep["top"].tolist() == [*range(7, 21)] and len(sweep.to_pandas()) == 14
+    assert sweep["top"].tolist() == [*range(7, 21)]
     grid, is_present = sweep.to_xarray(), np.zeros(30, bool)
     is_present[7:21] = True
-    for name in ("nutation_min", "status", "steps"):
+    assert len(sweep.to_pandas()) % 14 == 0 and grid["gravity"].values.tolist() == GRAVITIES
+    for name in [name for name in ("status", *grid) if "time" not in grid[name].dims]:
         values, all_values = grid[name].values.ravel(), whole[name].values.ravel()
-        assert np.array_equal(values[is_present], all_values[is_present], equal_nan=True)
-        empty = values[~is_present]
-        assert (np.isnan(empty) if empty.dtype.kind == "f" else empty == -1).all()
-    assert grid["gravity"].values.tolist() == np.linspace(-1, 1, 5).tolist()
-
-
-def test_missing_tops_are_not_chaotic_in_a_dataset(tmp_path):
-    run_sweep(tmp_path, {"t": 5.0, "task": "lyapunov", "part_size": 10}, parts=range(1, 3))
-    grid = kr.read_sweep(tmp_path, partial=True).to_xarray()
-    for name in "is_chaotic", "is_doubtful":
-        assert grid[name].dtype == bool and not grid[name].values.ravel()[:10].any()
+        assert values[is_present].tobytes() == all_values[is_present].tobytes(), name
+        empty = {"f": np.isnan, "b": np.logical_not}.get(values.dtype.kind, lambda v: v == -1)
+        assert empty(values[~is_present]).all(), name
 
 
 def test_a_part_depends_only_on_the_plan_and_its_number(tmp_path, complete):
@@ -146,16 +139,31 @@ def test_damaged_parts_are_computed_again_with_a_warning(folder, complete):
     assert sweep.check() is sweep
 
 
-def test_swapped_parts_are_not_read(folder, complete):
-    part_file(folder, 1).write_bytes(complete["part-000002.parquet"])
+def make_old(folder):
+    """Let a part, with the right checksum, be of another version."""
+    file, version = part_file(folder, 2), kr.__version__.encode()
+    data = file.read_bytes().replace(b'"version": "' + version, b'"version": "x' + version[1:])
+    write_sealed(file, data)
+
+
+def swap_parts(folder):
+    part_file(folder, 2).write_bytes(part_file(folder, 1).read_bytes())
+
+
+@pytest.mark.parametrize(
+    "change, status", [(make_old, "of another version"), (swap_parts, "damaged")]
+)
+def test_swapped_and_old_parts_are_computed_again(folder, complete, change, status):
+    change(folder)
     sweep = kr.read_sweep(folder)
-    assert sweep.verify() == {"done": [0, 2, 3, 4], "damaged": [1]}
-    for load in (lambda: sweep["nutation_max"], sweep.check, sweep.to_xarray):
-        with pytest.raises(ValueError, match="part-000001"):
-            load()
-    with pytest.warns(UserWarning, match="part 1 computed again, damaged"):
+    assert sweep.verify() == {"done": [0, 1, 3, 4], status: [2]}
+    if change == swap_parts:
+        for load in (lambda: sweep["nutation_max"], sweep.check, sweep.to_xarray):
+            with pytest.raises(ValueError, match="part-000002"):
+                load()
+    with pytest.warns(UserWarning, match=f"part 2 computed again, {status}"):
         run_sweep(folder)
-    assert part_file(folder, 1).read_bytes() == complete["part-000001.parquet"]
+    assert part_file(folder, 2).read_bytes() == complete["part-000002.parquet"]
 
 
 # Files of something else
@@ -204,14 +212,6 @@ def write_sealed(file, data):
     file.write_bytes(data[:begin] + digest + data[begin + 64 :])
 
 
-def make_parquet(description):
-    table = pa.table({"top": [0]})
-    metadata = {"kreisel": description, "checksum": SEAL.decode() + "0" * 64}
-    out = pa.BufferOutputStream()
-    parquet.write_table(table.replace_schema_metadata(metadata), out)
-    return out.getvalue().to_pybytes()
-
-
 def put_part_of_another_plan(file):
     run_sweep(file.parent.with_name("other"), tol=1e-9, parts=range(1))
     shutil.copy(part_file(file.parent.with_name("other"), 0), file)
@@ -220,9 +220,7 @@ def put_part_of_another_plan(file):
 PRECIOUS = {
     "a folder": Path.mkdir,
     "a part of another plan": put_part_of_another_plan,
-    "a list": lambda file: write_sealed(file, make_parquet("[1]")),
-    "no JSON": lambda file: write_sealed(file, make_parquet("no JSON")),
-    "no Parquet": lambda file: write_sealed(file, SEAL + b"0" * 64),
+    "no Parquet, but sealed": lambda file: write_sealed(file, SEAL + b"0" * 64),
 }
 
 
@@ -242,16 +240,6 @@ def test_what_has_the_name_of_a_part_but_is_precious_stays_untouched(tmp_path, p
     assert kr.read_sweep(folder, partial=True).present == []
     assert list_files(folder) == ["part-000000.parquet", "plan.json"]
     assert data is None or part_file(folder, 0).read_bytes() == data
-
-
-def test_a_part_of_another_version_is_computed_again(folder, complete):
-    file, version = part_file(folder, 2), kr.__version__.encode()
-    old = file.read_bytes().replace(b'"version": "' + version, b'"version": "x' + version[1:])
-    write_sealed(file, old)
-    assert kr.read_sweep(folder).verify() == {"done": [0, 1, 3, 4], "of another version": [2]}
-    with pytest.warns(UserWarning, match="part 2 computed again, of another version"):
-        run_sweep(folder)
-    assert file.read_bytes() == complete[file.name]
 
 
 def test_a_read_only_folder_raises_permission_error(tmp_path):
@@ -285,23 +273,17 @@ def test_a_plan_can_be_stored_without_hard_links(tmp_path, monkeypatch):
 # Refusals
 
 
+CHAOS, SECTION = {"task": "oli", "t": 1}, {"task": "section"}
 GRID = "t = 1\nscene = 'thesis'\n[grid]\ngravity = [1, 2]\n"
 PLANS = [  # invalid plans in a file
     ("'tt'", "tt = 1\n" + GRID),
-    ("'threads'", "threads = 1\n" + GRID),
     ("t is missing", GRID.replace("t = 1\n", "")),
     ("scene", GRID.replace("scene = 'thesis'\n", "")),
-    ("scene", GRID.replace("'thesis'", "3")),
     ("did you mean 'thesis'", GRID.replace("thesis", "these")),
     ("exactly one", "t = 1\nscene = 'thesis'\n"),
     ("grid and random", GRID + "[random]\nn = 4\n"),
-    ("grid", "t = 1\nscene = 'thesis'\ngrid = 3\n"),
-    ("graviti", GRID.replace("gravity", "graviti")),
-    ("gravity", GRID.replace("[1, 2]", "'many'")),
     ("did you mean 'to'", GRID.replace("[1, 2]", "{ from = 1, too = 2, n = 3 }")),
     ("has no n", GRID.replace("[1, 2]", "{ from = 1, to = 2 }")),
-    ("at least 1", GRID.replace("[1, 2]", "{ from = 1, to = 2, n = 0 }")),
-    ("has no n", GRID.replace("[grid]", "[random]")),
     ("'spin'", GRID.replace("[grid]", "[scatter]\nn = 3\nspin = 3")),
     ("has no file", "t = 1\nscene = 'thesis'\n[columns]\n"),
     ("'loops'", GRID + "[[events]]\nevent = 'loops'\n"),
@@ -309,7 +291,6 @@ PLANS = [  # invalid plans in a file
     ("tables", GRID + "[events]\nevent = 'loop'\n"),
     ("table", "task = 'section'\nevent = 3\n" + GRID[6:]),
     ("reduce", "reduce = 3\n" + GRID),
-    ("want", "want = ['nutatoin']\n" + GRID),
     ("character", GRID + "["),
 ]
 
@@ -323,24 +304,17 @@ def test_an_invalid_plan_is_named_with_its_file(tmp_path, word, text):
 
 
 def test_an_invalid_top_is_named_with_its_index(tmp_path):
-    masses = np.ones(4000)
-    masses[2501] = -1.0
-    with pytest.raises(ValueError, match=r"^top\[2501\]: body: mass"):
-        run_sweep(tmp_path, REDUCED | {"part_size": 1000}, kr.Source.grid(TOP, mass=masses))
-    assert kr.read_sweep(tmp_path).present == [0, 1]
-    damping = np.zeros((4000, 3))
-    damping[2501] = 1.0
+    masses, damping = np.ones(4000), np.zeros((4000, 3))
+    masses[2501], damping[2501] = -1.0, 1.0
     words = {"t": 1, "method": "strang", "step": 0.1, "part_size": 1000}
-    with pytest.raises(ValueError, match=r"^top\[2501\]: the method 'strang'"):
-        run_sweep(tmp_path / "damped", words, kr.Source.grid(TOP, damping=damping))
-    masses[0] = -1.0
-    with pytest.raises(ValueError, match=r"^top\[0\]: body: mass"):
-        run_sweep(tmp_path / "none", source=kr.Source.grid(TOP, mass=masses))
+    for name, values, word in (("mass", masses, "mass"), ("damping", damping, "'strang'")):
+        with pytest.raises(ValueError, match=rf"^top\[2501\]: .*{word}"):
+            run_sweep(tmp_path / name, words, kr.Source.grid(TOP, **{name: values}))
+        assert kr.read_sweep(tmp_path / name).present == [0, 1]
     grid = kr.Source.grid(TOP, spin=np.arange(50.0), damping=[(0, 0, 0), (1, 1, 1)])
-    with pytest.raises(ValueError, match=r"^top\[0, [01]\]: the method 'exact'"):
-        run_sweep(tmp_path / "none", {"t": 1, "method": "exact"}, grid)
-    with pytest.raises(ValueError, match="damped"):
-        run_sweep(tmp_path / "none", {"t": 1, "task": "oli"}, grid)
+    for more, word in (({"method": "exact"}, r"top\[0, [01]\]: .*'exact'"), (CHAOS, "damped")):
+        with pytest.raises(ValueError, match=word):
+            run_sweep(tmp_path / "none", {"t": 1, **more}, grid)
     assert not (tmp_path / "none").exists()
 
 
@@ -352,7 +326,6 @@ COLUMNS = [  # the text of a file of columns, and a word of the error
         "missing: inertia_8",
     ),
     ("gravity,spin\n1,\n2,3\n", "missing values"),
-    ("gravity\na\nb\n", "must be numbers"),
     ("gravity\n1\ninf\n", "finite"),
     ("gravity\n", "numbers"),
     ("spin [deg]\n1\n", "must be in rad/T"),
@@ -400,7 +373,6 @@ for call in (
 
 
 MANY = kr.Source.grid(TOP, spin=np.linspace(0, 9, 10**5), gravity=np.linspace(-1, 1, 10**4))
-CHAOS, SECTION = {"task": "oli", "t": 1}, {"task": "section"}
 RANDOM = {"scene": TOP, "n": 5, "spin": (1, 2)}
 GRAVITY = {"scene": TOP, "gravity": [1, 2]}
 LONG = dict.fromkeys(["spin", "tilt", "gravity", "precession"], np.arange(2e4))
@@ -419,9 +391,7 @@ REFUSALS = [  # function, valid arguments, name, bad value, exception, word
     (sweep, {"t": 1}, "tops", TOP, TypeError, "tops"),
     (sweep, REDUCED, "t", None, TypeError, "t is missing"),
     (sweep, REDUCED, "t", np.zeros((6, 5, 2)), ValueError, "the same for all tops"),
-    (sweep, REDUCED, "t", [np.nan], ValueError, "finite"),
     (sweep, REDUCED, "t", [2, 1], ValueError, "away from 0"),
-    (sweep, REDUCED, "method", 3, TypeError, "method"),
     (sweep, REDUCED, "method", "strang", ValueError, "fixed step"),
     (sweep, REDUCED | {"step": 0.1}, "method", "bobenko_suris", ValueError, r"top\[0, 0\]"),
     (sweep, REDUCED, "reduce", {"nutatoin": "min"}, ValueError, "unknown quantity"),
@@ -429,33 +399,23 @@ REFUSALS = [  # function, valid arguments, name, bad value, exception, word
     (sweep, REDUCED | {"method": "taylor"}, "events", [LOW], ValueError, "reduce"),
     (sweep, REDUCED, "part_size", 0, ValueError, "part_size"),
     (sweep, {"t": [1.0] * 10**6, "tops": MANY}, "part_size", 10**9, MemoryError, "smaller parts"),
-    (sweep, REDUCED, "parts", [1], TypeError, "range"),
     (sweep, REDUCED, "parts", range(0, 4, 2), TypeError, "range"),
     (sweep, REDUCED, "parts", range(4, 6), ValueError, "between 0 and 5"),
-    (sweep, REDUCED, "parts", range(-1, 2), ValueError, "between 0 and 5"),
-    (sweep, REDUCED, "threads", 0, ValueError, "threads"),
     (sweep, REDUCED, "executor", 3, TypeError, "executor"),
-    (sweep, REDUCED | {"threads": 1}, "executor", 3, ValueError, "either threads"),
     (sweep, REDUCED, "progress", 3, TypeError, "progress"),
     (sweep, {"t": 1}, "max_wait", 3.0, ValueError, "max_wait"),
     (sweep, {"t": 1}, "task", "lyapunow", ValueError, "did you mean 'lyapunov'"),
     (sweep, CHAOS, "t", 0, ValueError, "0"),
     (sweep, CHAOS, "reduce", {"spin": "min"}, ValueError, "reduce"),
-    (sweep, CHAOS, "method", "taylor", ValueError, "method"),
     (sweep, CHAOS, "direction", [1, 2], ValueError, "six"),
     (sweep, SECTION, "t", 1, ValueError, "'t'"),
-    (sweep, SECTION, "events", LOW, ValueError, "events"),
     (sweep, SECTION, "n", 0, ValueError, "n must"),
     (sweep, SECTION, "n", 10**12, MemoryError, "smaller parts"),
     (sweep, SECTION, "max_wait", 0, ValueError, "zero"),
-    (sweep, SECTION, "max_wait", [1.0], ValueError, "max_wait"),
-    (sweep, SECTION, "max_wait", np.nan, ValueError, "finite"),
     (sweep, SECTION, "event", 3, TypeError, "event"),
     (sweep, SECTION, "event", kr.events.loop(max_count=3), ValueError, "max_count"),
     (kr.Source.grid, GRAVITY, "spinn", [1, 2], ValueError, "'spinn'"),
-    (kr.Source.grid, GRAVITY, "body", TOP.body, ValueError, "'body'"),
     (kr.Source.grid, GRAVITY, "gravity", 2.0, ValueError, "at least one parameter"),
-    (kr.Source.grid, GRAVITY, "spin", [1, np.inf], ValueError, "finite"),
     (kr.Source.grid, GRAVITY, "spin", [[1, 2]], ValueError, "spin"),
     (kr.Source.grid, GRAVITY, "momentum", [1, 2], ValueError, "3 numbers"),
     (kr.Source.grid, LONG, "scene", TOP, ValueError, "more tops"),
@@ -463,13 +423,10 @@ REFUSALS = [  # function, valid arguments, name, bad value, exception, word
     (kr.Source.random, RANDOM, "spin", [2, 1], ValueError, "range"),
     (kr.Source.random, RANDOM, "gravity", [-1e308, 1e308], ValueError, "finite"),
     (kr.Source.random, RANDOM, "attitude", [(1, 0, 0, 0)] * 2, ValueError, "no range"),
-    (kr.Source.random, RANDOM, "inertia", [(2, 3, 4)] * 2, ValueError, "no range"),
     (kr.Source.random, RANDOM, "n", 0, ValueError, "n must"),
-    (kr.Source.random, RANDOM, "seed", -1, ValueError, "seed"),
     (kr.Source.scatter, {"scene": TOP, "n": 5}, "momentum", None, ValueError, "at least one"),
     (kr.Source.scatter, {"scene": TOP, "n": 5}, "momentum", -1, ValueError, "width"),
     (kr.Source.of, {}, "tops", MIXED[:0], ValueError, "empty"),
-    (kr.Source.of, {}, "tops", TOP, TypeError, "tops"),
     (kr.Source.columns, {"scene": TOP}, "file", "tops.xlsx", ValueError, "csv"),
     (SOURCE.__getitem__, {}, "key", slice(None, None, 2), ValueError, "consecutive"),
     (SOURCE.__getitem__, {}, "key", 30, IndexError, "30"),
@@ -483,20 +440,14 @@ def test_bad_arguments_are_refused(tmp_path, monkeypatch, call, words, name, val
         call(**words | {name: value})
 
 
-@pytest.mark.parametrize(
-    ("read", "error", "word"),
-    [
-        (lambda sweep: sweep["nutation_maxx"], KeyError, "did you mean 'nutation_max'"),
-        (lambda sweep: sweep.part(3), IndexError, "part 3 of 5 is missing"),
-        (lambda sweep: sweep.part(5), IndexError, "5 parts"),
-        (lambda sweep: sweep.part(-1), ValueError, "at least 0"),
-    ],
-)
-def test_what_a_sweep_does_not_have_is_refused(tmp_path, read, error, word):
-    found = run_sweep(tmp_path, parts=range(2))
-    with pytest.raises(error, match=word):
-        read(found)
+def test_what_a_sweep_does_not_have_is_refused(tmp_path):
+    found = run_sweep(tmp_path / "runs", parts=range(2))
+    for i, error, word in ((3, IndexError, "missing"), (5, IndexError, "5"), (-1, ValueError, "0")):
+        with pytest.raises(error, match=word):
+            found.part(i)
+    with pytest.raises(KeyError, match="did you mean 'nutation_max'"):
+        found["nutation_maxx"]
     empty = run_sweep(tmp_path / "none", parts=range(0))
-    assert empty.missing == [*range(PARTS)] and hash_rows(tmp_path / "none") != hash_rows(tmp_path)
+    assert empty.missing == [*range(PARTS)]
     with pytest.raises(ValueError, match="no parts yet"):
         empty.columns  # noqa: B018

@@ -37,8 +37,8 @@ TOPS = {  # a source of each kind, and the same tops as an ensemble
         TOP.vary(spin=np.linspace(0, 9, 6)[:, None], gravity=np.linspace(-1, 1, 5)),
     ),
     "vectors": (
-        kr.Source.grid(TOP, momentum=[(0, 0, 1), (1, 2, 3)], gravity=[1, 2, 3], friction=0.1),
-        TOP.vary(momentum=np.array([[(0, 0, 1)], [(1, 2, 3)]]), gravity=[1, 2, 3], friction=0.1),
+        kr.Source.grid(TOP, momentum=[(0, 0, 1), (1, 2, 3)], gravity=[1, 2, 3], damping=0.1),
+        TOP.vary(momentum=np.array([[(0, 0, 1)], [(1, 2, 3)]]), gravity=[1, 2, 3], damping=0.1),
     ),
     "bodies": (
         kr.Source.grid(TOP, inertia=[(2, 2, 1), (2, 3, 2)], com=[(0, 0, 1), (0, 0, 2)], mass=2),
@@ -172,7 +172,7 @@ def test_a_source_has_the_tops_of_the_ensemble(kind):
     assert source[tops.size - 1] == source[-1] == tops.ravel()[-1]
     assert source[2:5] == tops.ravel()[2:5] and source[2:1].size == 0
     again = pickle.loads(pickle.dumps(source))
-    assert again[:] == source[:]
+    assert again[:] == source[:] and repr(source) == repr(again)
 
 
 def run_in_threads(folder, words, source, threads, **more):
@@ -219,22 +219,6 @@ def test_every_task_has_the_results_of_its_tops(tmp_path, task):
         whole = kr.solve(tops, **TASKS[task]).events
         for name in ("top", "states", "which", "direction", "count"):
             assert np.array_equal(getattr(sweep.events, name), getattr(whole, name)), name
-
-
-def test_degrees_are_the_unit_of_starts_in_degrees(tmp_path):
-    for i, kind in enumerate(("steady, in degrees", "ensemble in degrees")):
-        sweep = run_sweep(tmp_path / str(i), {"t": 1}, TOPS[kind][0])
-        assert sweep.units["tilt"] == sweep.to_xarray()["tilt"].units == "deg"
-
-
-def test_a_start_named_like_a_result_gets_a_suffix(tmp_path):
-    source = kr.Source.grid(TOP, spin=[1.0, 2.0])
-    sweep = run_sweep(tmp_path, {"t": [1.0], "want": ["spin"]}, source)
-    assert sweep["spin_given"].tolist() == [1, 2] and sweep["spin"].shape == (2, 1)
-    grid = sweep.to_xarray()
-    assert grid["spin"].dims == ("spin_given", "time") and "spin_given" in grid.coords
-    assert np.array_equal(grid["spin"].values, sweep["spin"])
-    assert {"spin_given", "spin"} <= set(sweep.to_pandas())
 
 
 # Sources
@@ -285,19 +269,18 @@ def test_columns_of_files_are_parameters(tmp_path, table, flags, tops, ending):
 
 
 def test_a_large_ensemble_has_a_file_beside_the_plan(tmp_path):
-    tops = kr.Ensemble(
-        TOP.body, momentum=np.random.default_rng(3).normal(size=(25000, 3)), gravity=1
-    )
-    words = {"t": [0.1], "reduce": {"energy": "last"}, "method": "strang", "step": 0.1}
-    sweep = kr.sweep(tops, folder=tmp_path, **words, part_size=10000)
+    momenta = np.random.default_rng(3).normal(size=(25000, 3))
+    tops = kr.Ensemble(TOP.body, momentum=momenta, gravity=1)
+    words = {"reduce": {"energy": "last"}, "method": "strang", "step": 0.1, "part_size": 10000}
+    kr.sweep(tops, [0.1], folder=tmp_path, **words)
     (file,) = tmp_path.glob("starts-*.npy")
     assert (tmp_path / "plan.json").stat().st_size < 10000
-    assert np.array_equal(np.load(file), tops.momentum)
+    sweep = kr.read_sweep(tmp_path)
     whole = kr.reduce(tops, [0.1], {"energy": "last"}, "strang", step=0.1)
-    assert np.array_equal(kr.read_sweep(tmp_path)["energy_last"], whole["energy"]["last"])
-    assert np.array_equal(sweep["momentum_y"], tops.momentum[:, 1])
+    assert np.array_equal(sweep["energy_last"], whole["energy"]["last"])
+    assert np.array_equal(sweep["momentum_y"], momenta[:, 1])
     with pytest.raises(ValueError, match="is of another plan"):
-        kr.sweep(tops[::-1], folder=tmp_path, **words, part_size=10000)
+        kr.sweep(tops[::-1], [0.1], folder=tmp_path, **words)
     np.save(file, np.zeros((25000, 3)))
     with pytest.raises(ValueError, match="damaged"):
         kr.read_sweep(tmp_path)
@@ -360,44 +343,19 @@ def test_a_plan_in_a_file_gives_the_sweep_of_the_same_arguments(tmp_path, plan, 
     one = kr.sweep(tmp_path / "plan.toml", folder=tmp_path / "file")
     other = kr.sweep(source, folder=tmp_path / "call", **words)
     assert hash_rows(one.folder) == hash_rows(other.folder)
-    assert one.hash == other.hash or "columns" in plan
+    assert (one.hash, one.plan) == (other.hash, other.plan) or "columns" in plan
     with pytest.raises(ValueError, match="whole plan"):
         kr.sweep(tmp_path / "plan.toml", folder=tmp_path / "file", part_size=3)
 
 
-EQUIVALENT = [  # arguments that give the same plan
-    ({"t": 1}, {"t": 1.0, "method": "auto", "max_steps": 0}),
-    ({"t": [1.0], "reduce": {"spin": ["min"]}}, {"t": (1,), "reduce": {"spin": "min"}}),
-    ({"t": 1, "want": ["energy", "apex"]}, {"t": 1, "want": ("energy", "apex")}),
-    ({"task": "section", "n": 500, "event": LOW}, {"task": "section"}),
-]
-
-
-@pytest.mark.parametrize("one, other", EQUIVALENT)
-def test_equivalent_arguments_give_one_plan(tmp_path, one, other):
-    flagged = kr.Source.grid(TOP, spin=[1.0, 2.0], steady=False, fast=False, degrees=False)
-    first = run_sweep(tmp_path, one, SPUN, parts=range(0))
-    assert run_sweep(tmp_path, other, flagged).hash == first.hash
-
-
-@pytest.mark.parametrize(
-    ("source", "words", "parts"),
-    [
-        (kr.Source.random(TOP, 10**18, spin=(0.0, 20.0)), {"parts": range(0)}, 7629394531250),
-        (
-            kr.Source.random(TOP, 10**9, spin=(0.0, 20.0)),
-            {"part_size": 1, "parts": range(10**9 - 2, 10**9)},
-            10**9,
-        ),
-    ],
-)
-def test_a_plan_of_many_parts_lists_only_existing_files(tmp_path, source, words, parts):
-    sweep = kr.sweep(source, 1.0, folder=tmp_path, reduce={"nutation": "max"}, **words)
-    assert sweep.parts == parts and sweep.present == list(words["parts"])
-    if sweep.present:
-        assert kr.read_sweep(tmp_path, partial=True)["top"].tolist() == sweep.present
+def test_a_plan_of_many_parts_lists_only_existing_files(tmp_path):
+    source, n = kr.Source.random(TOP, 10**15, spin=(0.0, 20.0)), 10**15
+    words = {"t": 1.0, "reduce": {"nutation": "max"}, "part_size": 1}
+    sweep = run_sweep(tmp_path, words, source, parts=range(n - 2, n))
+    assert sweep.parts == n and sweep.present == [n - 2, n - 1]
+    assert kr.read_sweep(tmp_path, partial=True)["top"].tolist() == sweep.present
     (tmp_path / "part-0000001.parquet").write_bytes(b"of no part")
-    (tmp_path / f"part-{parts}.parquet").write_bytes(b"of no part")
+    (tmp_path / f"part-{n}.parquet").write_bytes(b"of no part")
     assert kr.read_sweep(tmp_path).present == sweep.present
 
 
