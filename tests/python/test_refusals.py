@@ -11,7 +11,7 @@ import webbrowser
 import kreisel as kr
 import numpy as np
 import pytest
-from argument_values import VARIABLE, get_arguments, get_wrong_values, write_files
+from argument_values import VARIABLE, get_arguments, get_wrong_values, spread, write_files
 from public_api import calls
 
 CALLS = {name: call for name, call in calls().items() if call[1]}
@@ -22,18 +22,19 @@ SKIPPED = {  # no parameter by name, or no valid call
 }
 # The places of objects that have what a call needs: a symmetric body, a path with tangents.
 PLACES = {"Body.shift": 1, "Body.with_rotor": 1, "Path.derivative": 8, "Paths.derivative": 5}
-SAID = {  # words in messages other than the name of the parameter
-    **dict.fromkeys(["function", "where"], "function|where|quantity|factor|callable"),
-    **{
+SAID = spread(  # words in messages other than the name of the parameter
+    {
+        "function where": "function|where|quantity|factor|callable",
+        "i1 i3 inertia_about_com": "i1|i3|inertia_about_com|moments",
+        "methods truth": "method|truth",
+        "x y": "component",
         "of": "vector",
         "which": "states",
         "i": "part|ind|integer",
         "what": "view",
         "reduce": "reduc",
-    },
-    **{"i1": "i1|moments", "i3": "i3|moments", "inertia_about_com": "inertia_about_com|moments"},
-    **{"methods": "method", "x": "component", "y": "component", "truth": "truth|method"},
-}
+    }
+)
 pytestmark = pytest.mark.filterwarnings("ignore:.*no body has this inertia", "ignore:.*unphysical")
 
 
@@ -98,12 +99,10 @@ VALUE_ERRORS = [
     (kr.Body.cone, {"radius": 1, "height": 2, **AT}, {}, "not none"),
     (kr.Body.cone, {"radius": 1, "height": 2, **AT}, {"mass": 1, "density": 1}, "not both"),
     (kr.Body.sphere, {"radius": 1, **AT}, {"density": 1, "shell": True}, "thin"),
-    (kr.Body.sphere, {"radius": 1e160, **AT}, {"density": 1}, "mass of the sphere"),
     (kr.Body.tube, {"inner": 1, "outer": 1, "height": 1, **AT}, {"density": 1}, "thin"),
     (kr.Body.tube, {"inner": 2, "outer": 1, "height": 1, **AT}, {"mass": 1}, "inner"),
     (kr.Bodies.sphere, {"radius": [1, NAN], **AT}, {"mass": 1}, "radius[1] = nan"),
     (kr.Bodies.cuboid, {"half": [(1, 1, 1), (1, 0, 1)], **AT}, {}, "half[1]"),
-    (kr.Bodies.tube, {"inner": [1, 3], "outer": 2, "height": 1, **AT}, {"mass": 1}, "[1] = (3.0"),
     (kr.Bodies.sphere, {"radius": [1, 1e200], **AT}, {"density": 1}, "sphere[1] = inf"),
     (kr.Bodies.rod, {"length": 1, "pivot": [(1, 0, 0), (0, 0, 2)]}, {"mass": 3}, "body[1]: a thin"),
     (kr.Bodies, {"mass": 1, "com": (0, 0, 0)}, {"inertia": MANY}, "body[1]: the body is not phys"),
@@ -114,7 +113,6 @@ VALUE_ERRORS = [
         {"inertia": [np.eye(3), np.full((3, 3), NAN)]},
         "inertia[",
     ),
-    (kr.Bodies, BODY, {"inertia_rtol": [0, 1]}, "inertia_rtol[1]"),
     (kr.Bodies, BODY, {"mass": [1, 2], "com": np.ones((3, 3))}, "broadcast"),
     (kr.Scene, SCENE, {"momentum": None}, "exactly one of momentum"),
     (kr.Scene, SCENE, {"velocity": (1, 0, 0)}, "not momentum and velocity"),
@@ -138,7 +136,6 @@ VALUE_ERRORS = [
     (kr.starts, STARTS, {"n": 3, "grid": (1, 1, 1)}, "not both"),
     (kr.starts, STARTS, {"grid": (1, 1, 1), "energy": -3.9}, "finer grid"),
     (kr.starts, STARTS, {"n": 3, "vertical": 1e200}, "too large"),
-    (kr.starts, STARTS, {"n": 3, "energy": 1e308}, "too large"),
     (kr.starts, STARTS, {"grid": (2, 2), "gravity": 1e200}, "too large"),
     (kr.solve, SOLVE, {"t": [1, -1]}, "t[0] = 1.0 goes back from the start"),
     (kr.solve, SOLVE, {"t": [*range(777), NAN]}, "t[777] = nan"),

@@ -85,7 +85,9 @@ def test_an_attitude_off_by_rounding_is_normalized_in_double(dtype):
         for words in ({"attitude": q}, {"attitude_xyzw": q}, {"attitude": list(q)}):
             scene = kr.Scene(CORNER, MOMENTUM, gravity=1, **words)
             assert abs(math.hypot(*scene.attitude) - 1) < 4e-16
-        np.testing.assert_allclose(scene.attitude, q.astype(float), atol=4 * np.finfo(dtype).eps)
+        np.testing.assert_allclose(
+            scene.attitude, q.astype(float), rtol=0, atol=4 * np.finfo(dtype).eps
+        )
     for wrong in (q.astype(float) * (1 + 1e-7), q * dtype(1.1)):
         with pytest.raises(ValueError, match="divide by it"):
             kr.Scene(CORNER, MOMENTUM, wrong, gravity=1)
