@@ -52,11 +52,13 @@ TOPS = {
     ),
     "friction": (make_top(TURN, friction=0.2), ("start", "moments", "friction")),
     "lever": (make_top(damping=(0.1, 0.2, 0.3)), ("start", "lever", "damping")),
+    "turned lever": (make_top(TURN), ("start", "lever")),
     "gravity": (make_top(shaking=SUPPORT["shaking"]), ("start", "gravity")),
     "mass": (make_top(damping=(0.1, 0.2, 0.3)), ("start", "mass")),
 }
 CASES = [(name, top) for top in ("axes", "support") for name in MEASURABLE]
 CASES += [(name, "friction") for name in ("q", "spin", "energy")]
+CASES += [("spin_angle", "turned lever")]
 CASES += [
     (name, top)
     for top in ("lever", "gravity", "mass")

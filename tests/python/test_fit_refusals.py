@@ -209,6 +209,7 @@ def test_bad_arguments_are_refused(function, valid, argument, bad, exception, wo
         ("t,spin\n0,1\n1\n", "row 2"),
         ("t,spin,spin\n0,1,2\n", "same name"),
         ("t,spin\n0,\n", "no measurement"),
+        ("t,spin [rad/T],spin [deg/T]\n0,1,2\n", "several"),
         ("t,spin [deg/T],nutation [rad]\n0,1,1\n", "deg"),
         ("\xff\xfe", "UTF-8"),
     ],
