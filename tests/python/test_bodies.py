@@ -346,13 +346,6 @@ def test_unphysical_bodies_warn_once_at_the_calling_line(make):
             assert again.unphysical and again.inertia == body.inertia
 
 
-def test_the_warning_shows_the_remaining_moments_and_counts_bodies():
-    with pytest.warns(UserWarning, match=r"-0.0048, -0.0048, 0.0001.*inertia_about_com"):
-        kr.Body(**MISTAKE)
-    with pytest.warns(UserWarning, match=r"body\[1\] \(and 1 more\): no body has this inertia"):
-        kr.Bodies(1, (1, 1, 1), [(0, 0, 0.1), (0, 0, 3), (0, 3, 0)])
-
-
 @pytest.mark.parametrize("scale", [1e-30, 1, 1e30])
 def test_bodies_of_points_do_not_warn(scale):
     rng = np.random.default_rng(11)

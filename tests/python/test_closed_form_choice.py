@@ -45,8 +45,10 @@ def test_requests_and_scenes_without_closed_form_use_the_series(kind):
     still = make_top(kind, (0.0, 0.0, 0.0), (np.sqrt(0.5), 0.0, -np.sqrt(0.5), 0.0))
     damped = make_top(kind, damping=(0.1, 0.1, 0.1))
     leaning = make_top("goryachev_chaplygin", (0.3, 1.1, 1e-16))
-    for scene, why in ((still, "closed form of a"), (damped, "damping"), (leaning, "vertical")):
-        plan = kr.plan(scene, 1e9)
+    reasons = "closed form of a", "damping", "turning", "vertical"
+    tops = still, damped, scene.replace(turning=(0, 0, 0.1)), leaning
+    for top, why in zip(tops, reasons, strict=True):
+        plan = kr.plan(top, 1e9)
         assert plan.method == "taylor" and why in plan.why
 
 

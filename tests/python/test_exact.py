@@ -98,6 +98,8 @@ def test_rates_are_the_mean_rates_of_the_angles(name, gravity):
         assert abs(path.apex[-1, 2] - path.apex[0, 2]) < 1e-12
         assert top.precession_rate == pytest.approx(turned, rel=1e-12)
         assert top.spin_angle_rate == pytest.approx(spun, rel=1e-12)
+        many = kr.exact([scene])
+        assert many.t_least[0] == top.t_least and many.motion_type[0] == top.motion_type
         least, greatest = top.least_nutation, top.greatest_nutation
         assert least - 1e-12 < path.nutation.min() < path.nutation.max() < greatest + 1e-12
         for t, nutation in ((top.t_least, least), (top.t_greatest, greatest)):

@@ -72,6 +72,7 @@ CONE = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1.5)
 LINE = kr.Body.rod(0.12, (0, 0, -0.06), mass=0.02)
 SLOW = kr.Body(1.0, (1.0, 1.0, 0.5), (0, 0, 0))
 SLENDER = kr.Body(1.0, (1.0, 1.0, 1e-6), (0, 0, 0))  # spins a million times as fast as it turns
+GYROSTAT = kr.Body(1, (2, 2, 1), (0, 0, 1), rotor=(0, 0, 0.5))
 HEAVY = kr.Body(1, (20, 20, 10), (0, 0, 1))
 KOWALEWSKI = kr.Scene(kr.scenes.kowalewski.body, (0.3, 1.1, 0.8), gravity=1)
 PATH = kr.solve(ASYMMETRIC, np.linspace(0, 10, 101))
@@ -89,10 +90,8 @@ MANY = [(1, 1, 1), (1, 1, 3)]
 VALUE_ERRORS = [
     (kr.Body, BODY, {"inertia": np.zeros((3, 3))}, "not positive"),
     (kr.Body, BODY, {"inertia": (1, 2, 3 + 1e-11), "com": (0, 0, 0)}, "3.00000000001 > 1.0 + 2.0"),
-    (kr.Body, BODY, {"inertia": ((2, 2.1, 0), (2.1, 2, 0), (0, 0, 2))}, "not positive"),
     (kr.Body, BODY, {"inertia_about_com": (2, 2, 1)}, "not both"),
     (kr.Body, BODY, {"inertia": None}, "not none"),
-    (kr.Body.cuboid, AT, {"half": (1e-200, 1e-200, 1e-200)}, "mass of the cuboid"),
     (kr.Body.cuboid, AT, {"half": (1e200, 1e200, 1e200)}, "mass of the cuboid"),
     (kr.Body.cuboid, {"half": (1, 1, 1)}, {"pivot": (0, 1e200, 0)}, "inertia must be finite"),
     (kr.Body.cuboid, {"half": (1, 1, 1)}, {"pivot": (3e7, -4e7, 5e7)}, "smallest principal moment"),
@@ -104,7 +103,6 @@ VALUE_ERRORS = [
     (kr.Bodies.sphere, {"radius": [1, NAN], **AT}, {"mass": 1}, "radius[1] = nan"),
     (kr.Bodies.cuboid, {"half": [(1, 1, 1), (1, 0, 1)], **AT}, {}, "half[1]"),
     (kr.Bodies.sphere, {"radius": [1, 1e200], **AT}, {"density": 1}, "sphere[1] = inf"),
-    (kr.Bodies.rod, {"length": 1, "pivot": [(1, 0, 0), (0, 0, 2)]}, {"mass": 3}, "body[1]: a thin"),
     (kr.Bodies, {"mass": 1, "com": (0, 0, 0)}, {"inertia": MANY}, "body[1]: the body is not phys"),
     (kr.Bodies, {"mass": 1, "com": (0, 0, 0)}, {"inertia": [(2, 2, 1)] * 3}, "three matrices"),
     (
@@ -118,7 +116,6 @@ VALUE_ERRORS = [
     (kr.Scene, SCENE, {"velocity": (1, 0, 0)}, "not momentum and velocity"),
     (kr.Scene, {"body": HEAVY, "gravity": 1}, {"body_velocity": (1, 2, 1e308)}, "not finite"),
     (kr.Scene, SCENE, {"attitude": (1 + 2e-12, 0, 0, 0)}, "divide by it"),
-    (kr.Scene, SCENE, {"attitude": (0, 0, 0, 0)}, "upright is (1, 0, 0, 0)"),
     (kr.Scene, SCENE, {"attitude": (1, 0, 0, 0), "attitude_xyzw": (0, 0, 0, 1)}, "not both"),
     (kr.Scene, SCENE, {"body": LINE}, "thin rod"),
     (kr.Scene.spinning, SPINNING, {"body": GENERAL}, "symmetric body"),
@@ -132,7 +129,10 @@ VALUE_ERRORS = [
     (kr.Scene.spinning, SPINNING, {"steady": True, "damping": (0, 0, 1)}, "damping"),
     (kr.Scene.spinning, SPINNING, {"steady": True, "spin": 0.0, "tilt": np.pi / 2}, "falls"),
     (kr.Scene.spinning, SPINNING, {"steady": True, "tilt": np.pi / 2, "fast": True}, "only one"),
+    (kr.Scene.spinning, SPINNING, {"steady": True, "body": GYROSTAT}, "rotor"),
+    (kr.Ensemble.spinning, SPINNING, {"steady": True, "spin": [90.0, 0.01]}, "top[1]: there is no"),
     (kr.starts, STARTS, {}, "not none"),
+    (kr.starts, STARTS, {"n": 1, "body": GYROSTAT}, "rotor"),
     (kr.starts, STARTS, {"n": 3, "grid": (1, 1, 1)}, "not both"),
     (kr.starts, STARTS, {"grid": (1, 1, 1), "energy": -3.9}, "finer grid"),
     (kr.starts, STARTS, {"n": 3, "vertical": 1e200}, "too large"),
@@ -152,10 +152,8 @@ VALUE_ERRORS = [
     (kr.start, {"scene": TOP}, {"method": "geometric"}, "kreisel.solve"),
     (kr.stream, SOLVE, {"t": [1.0], "method": "geometric"}, "kreisel.solve"),
     (kr.compare, SOLVE, {"methods": ["rk4"]}, "give steps"),
-    (kr.compare, SOLVE, {"methods": ["geometric"]}, "only kreisel.solve"),
     (kr.compare, SOLVE, {"methods": ["extrap"], "truth": "rk4"}, "fixed step"),
     (kr.exact, {"scene": THESIS}, {"step": 0.1}, "step needs map"),
-    (kr.exact, MAP, {"map": "rk4"}, "only map"),
     (kr.exact, MAP, {"step": 0.0}, "zero"),
     (kr.exact, MAP, {"step": 1e200}, "out of range"),
     (kr.exact, MAP, {"scene": UPRIGHT}, "separatrix"),
@@ -165,6 +163,8 @@ VALUE_ERRORS = [
     (kr.exact, {"scene": THESIS.replace(friction=0.1)}, {}, "friction"),
     (kr.exact, {"scene": THESIS.replace(damping=0.1)}, {}, "damping"),
     (kr.exact, {"scene": THESIS.replace(turning=(0, 1, 0))}, {}, "turn"),
+    (kr.exact, {"scene": THESIS.replace(turning=(0, 0, 1))}, {}, "method='exact'"),
+    (kr.exact([THESIS, THESIS]), {}, {"t": np.ones((3, 2))}, "array of shape"),
     (kr.exact, {"scene": []}, {}, "empty"),
     (kr.exact, {"scene": [THESIS, ASYMMETRIC]}, {}, "scene[1]: no closed form"),
     (kr.exact, {"scene": [THESIS, ASYMMETRIC, ASYMMETRIC]}, {}, "scene[1], the first of 2 such"),
@@ -184,6 +184,9 @@ VALUE_ERRORS = [
     (kr.frequencies, {"path": PATH[:63]}, {}, "at least 64 states, not 63"),
     (kr.frequencies, {"path": kr.solve(TOP, np.linspace(1, 3, 80) ** 2)}, {}, "equally spaced"),
     (kr.rod, {"path": PATH}, {}, "centre of mass"),
+    (kr.rod, {"path": kr.solve(THESIS.replace(damping=0.1), [0, 1])}, {}, "damped"),
+    (kr.rod, {"path": kr.solve(THESIS.replace(body=GYROSTAT), [0, 1])}, {}, "rotor"),
+    (kr.rod(kr.solve(THESIS, [0.0])).plot, {}, {}, "1 state cannot be drawn"),
     (kr.apex(PATH).nutation, {}, {}, "Lagrange tops"),
     (kr.apex(kr.solve(THESIS, [])).nutation, {}, {}, "without states"),
     (kr.apex(kr.solve(THESIS, np.linspace(0, 8, 81))).nutation, {}, {}, "1 lowest points"),
