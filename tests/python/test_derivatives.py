@@ -1,7 +1,6 @@
 """Tests of tangents and derivatives of quantities against differences of 30-digit paths."""
 
 import itertools
-import pickle
 import typing
 from concurrent.futures import ThreadPoolExecutor
 
@@ -196,24 +195,6 @@ def test_derivatives_have_the_shape_of_the_quantity():
 def vary_members():
     """Return an ensemble of damped tops that differ in gravity and mass."""
     return SCENES["turned"].vary(gravity=[[0.0], [0.5], [1.25]], mass=[1.0, 1.5])
-
-
-@pytest.mark.parametrize("digits, threads", [(None, 3), (20, 1)])
-def test_ensemble_tangents_equal_those_of_single_tops(digits, threads):
-    tops, names = vary_members(), ("start", "damping", "com")
-    paths = kr.solve(tops, TIMES, digits=digits, tangents=names, threads=threads).check()
-    assert paths.tangents.shape == (3, 2, 2, 6, 12) == paths.tangents_low.shape
-    derivatives = paths.derivative("body_acceleration")
-    for index in np.ndindex(tops.shape):
-        alone = kr.solve(tops[index], TIMES, "taylor", digits=digits, tangents=names)
-        one = paths[index]
-        for tangents in (paths.tangents[index], one.tangents):
-            assert np.array_equal(tangents, alone.tangents)
-        assert np.array_equal(paths.tangents_low[index], alone.tangents_low)
-        assert paths.tangents_rest[index] == alone.tangents_rest == one.tangents_rest
-        assert np.array_equal(derivatives[index], alone.derivative("body_acceleration"))
-    assert np.array_equal(paths[1:, 0].tangents, paths.tangents[1:, 0])
-    assert np.array_equal(pickle.loads(pickle.dumps(paths)).tangents, paths.tangents)
 
 
 def test_ensemble_tangents_go_with_executors_and_memory_of_the_caller():

@@ -9,7 +9,8 @@ import pytest
 
 LAGRANGE = kr.Body(1.2, (1.3, 1.3, 1.7), (0, 0, 0.4), unphysical=True)
 GENERAL = kr.Body(1.2, (1.3, 1.7, 2.1), (0.1, -0.2, 0.4))
-TENSOR = [[1.3, 0.1, 0.2], [0.1, 1.8, -0.1], [0.2, -0.1, 2.0]]
+INERTIA = [[1.3, 0.1, 0.2], [0.1, 1.8, -0.1], [0.2, -0.1, 2.0]]
+TENSOR = kr.Body(1.2, INERTIA, (0.2, -0.3, 0.4))
 SPUN = kr.Scene.spinning(LAGRANGE, spin=2.0, tilt=0.7, precession=0.3, gravity=1.3)
 SLIDING = kr.Scene(GENERAL, gravity=1.3, body_velocity=(0.4, 0.3, 1.0), friction=0.3)
 # A body whose spin friction ends three times, and lets go twice.
@@ -69,20 +70,6 @@ def test_a_stopped_top_is_a_spherical_pendulum():
 def test_friction_at_rest_does_not_shorten_the_steps(friction):
     path = kr.solve(SPUN.replace(friction=friction), [0, 1, 5], max_steps=200)
     assert np.all(np.abs(path.spin[1:]) < 1e-15) and np.ptp(path.energy[1:]) < 1e-14
-
-
-def test_the_energy_decreases_by_the_power_of_damping_and_friction():
-    body = kr.Body(1.2, TENSOR, (0.2, -0.3, 0.4), unphysical=True, rotor=(0.3, -0.4, 0.8))
-    words = {"attitude": (0.5, 0.5, -0.5, 0.5), "gravity": 1.3, "body_velocity": (1.0, -2.0, 2.5)}
-    scene = kr.Scene(body, **words, friction=0.05, damping=(0.02, 0.03, 0.05))
-    t = np.linspace(0, 3, 2001)
-    path = kr.solve(scene, t)
-    axes = np.array([kr.quaternion.turn(body.axes, e) for e in np.eye(3)])
-    power = -((path.body_velocity @ axes.T) ** 2 @ scene.damping) - 0.05 * np.abs(path.spin)
-    assert np.abs(path.spin).min() > 1e-3  # no kink in the integrand
-    work = ((power[1:-1:2] * 4 + power[:-2:2] + power[2::2]) * t[1] / 3).sum()
-    assert path.energy[-1] - path.energy[0] == pytest.approx(work, abs=1e-10)
-    assert math.isnan(path.energy_error)
 
 
 @pytest.fixture(scope="module")
@@ -145,14 +132,6 @@ def normalize(q):
     return np.array(q) / np.linalg.norm(q)
 
 
-SHAKEN_SPHEROID = kr.Scene(
-    kr.Body(0.731, (0.857, 0.857, 1.713), (-0.315, -0.436, -0.763), unphysical=True),
-    momentum=(0.196, 0.512, 0.315),
-    attitude=normalize((-0.113, -0.589, -0.789, 0.133)),
-    gravity=1.15,
-    shaking=(0.05, 1.22, -0.482),
-    friction=0.173,
-)
 GYROSTAT = kr.Scene(
     kr.Body(0.286, (2, 2, 1), (-0.263, 0.826, 0), unphysical=True, rotor=(-0.124, -0.456, -0.938)),
     momentum=(0.723, -0.26, -0.328),
@@ -162,7 +141,7 @@ GYROSTAT = kr.Scene(
 )
 
 
-@pytest.mark.parametrize("scene", [SHAKEN_SPHEROID, GYROSTAT])
+@pytest.mark.parametrize("scene", [SLIPPING, GYROSTAT])
 def test_a_loose_tolerance_does_not_end_the_motion_at_a_release(scene):
     accurate = kr.solve(scene, 8.0, "taylor").q[-1]
     for tol in np.geomspace(1e-6, 1e-3, 60):
@@ -220,7 +199,7 @@ def test_a_strongly_damped_top_moves_as_if_it_had_no_inertia(friction):
 
 
 @pytest.mark.parametrize("damping", [(2e3, 1e4, 300.0), (0.0, 1e4, 1e4), (1e4, 0.0, 0.0)])
-@pytest.mark.parametrize("body", [STRONG.body, kr.Body(1.2, TENSOR, (0.2, -0.3, 0.4)), LAGRANGE])
+@pytest.mark.parametrize("body", [STRONG.body, TENSOR, LAGRANGE])
 def test_short_steps_give_the_same_path(body, damping):
     """Compare with a path that has tangents, and therefore steps as short as the fast motion."""
     both = {"turning": (0.1, 0.2, 0.3), "shaking": (0.1, 3.0, 0.2)}
@@ -305,13 +284,6 @@ def test_a_start_that_friction_cannot_hold_has_no_tangents():
     with pytest.raises(kr.Error, match="tangent"):
         kr.solve(top, [0.0, 1.0], tangents="start")
     assert np.isfinite(kr.solve(top, [0.0, 1.0], tangents="gravity").tangents).all()
-
-
-def test_conditioning_needs_tangents_by_the_friction():
-    with pytest.raises(AttributeError, match="not 0"):
-        _ = kr.solve(SLIDING, [1.0], tangents="start").conditioning
-    names = ("start", "moments", "com", "gravity", "mass", "friction")
-    assert 0 < kr.solve(SLIDING, [1.0], tangents=names).conditioning[-1] < 1e-13
 
 
 FREE = kr.Scene(kr.Body(1, (1, 2, 2.5), (0, 0, 0)), momentum=(0, 0, 1), friction=0.1)

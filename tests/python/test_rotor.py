@@ -136,19 +136,6 @@ def test_ensembles_vary_the_rotor_and_their_plans_count_it():
     assert (plan.closed_form, plan.lanes, plan.alone) == (0, 1, 2)
 
 
-def test_lanes_without_the_heading_give_the_same_quantities():
-    tops, times = draw_gyrostats(60), [0.0, 0.5, 2.0, 5.0]
-    names = ("nutation", "energy", "spin", "vertical_momentum")
-    level = kr.solve(tops, times, "taylor", want=names)
-    whole = kr.solve(tops, times, "taylor")
-    for name in names:
-        assert np.abs(getattr(level, name) - getattr(whole, name)).max() < 1e-12
-    rows = kr.reduce(tops, times, {"spin": ("max",)}, method="taylor")
-    assert np.abs(rows["spin"]["max"] - whole.spin.max(axis=1)).max() < 1e-12
-    plain = kr.Ensemble.of([top for top in tops if not any(top.body.rotor)])
-    assert np.array_equal(kr.solve(plain, times, "taylor").states, whole.states[::3])
-
-
 @pytest.mark.parametrize("body, axis", AXIAL[:4])
 def test_closed_forms_of_ensembles_with_axial_rotors_equal_single_ones(body, axis):
     tops = kr.Scene(body, **START).vary(rotor=np.outer((0.0, 0.7, -1.2), axis))
@@ -159,35 +146,6 @@ def test_closed_forms_of_ensembles_with_axial_rotors_equal_single_ones(body, axi
         assert form(t)[i].tobytes() == alone(t).states.tobytes()
         for name in names:
             assert getattr(form, name)[i] == getattr(alone, name)
-
-
-def test_events_of_bodies_with_rotors_are_complete():
-    path = kr.solve(HEAVY, np.linspace(0, 20, 20000))
-    level = float(path.kinetic[0]) * 1.2
-    found = kr.solve(HEAVY, 20.0, events=[kr.events.kinetic(level, rotor=ROTOR)]).events
-    assert len(found.t) == np.count_nonzero(np.diff(np.sign(path.kinetic - level))) > 2
-    assert np.abs(found.path.kinetic - level).max() < 1e-14
-    for name, column in {"m_x": path.m[:, 0], "body_momentum_y": path.body_momentum[:, 1]}.items():
-        level = 0.9 * float(np.median(column))
-        for scene in (HEAVY, HEAVY.replace(damping=1e-300)):
-            found = kr.solve(scene, 20.0, events=[kr.events.crossing(name, level)]).events
-            assert len(found.t) == np.count_nonzero(np.diff(np.sign(column - level))) > 0
-
-
-@pytest.mark.parametrize(
-    "event",
-    [kr.events.nutation(direction=1), kr.events.plane((0.3, -0.5, 0.8), of="body_velocity")],
-)
-def test_sections_have_every_event_of_each_top(event):
-    tops = draw_gyrostats(22, seed=6)
-    section = kr.section(tops, event, n=12, max_wait=60.0)
-    assert section.count.sum() > 120
-    for i in range(22):
-        found = kr.solve(tops[i], 40.0, "taylor", events=[event]).events
-        mine = section.states[section.top == i]
-        count = min(len(mine), len(found.t))
-        assert count == 12 or len(mine[mine[:, 0] <= 40.0]) == len(found.t)
-        assert np.abs(mine[:count] - found.states[:count]).max(initial=0.0) < 1e-7
 
 
 @pytest.mark.parametrize("axis", range(3))
@@ -218,34 +176,6 @@ def test_a_sleeping_gyrostat_falls_at_the_rate_of_the_formula(momentum):
     t = np.array([200.0, 300.0]) / rate
     first, last = kr.lyapunov(scene, t).curve * t
     assert abs((last - first) / (t[1] - t[0]) - rate) <= 1e-10 * rate
-
-
-def test_growths_are_those_of_the_tangents_of_each_path():
-    tops, t = draw_gyrostats(21, seed=8), [-5.0, -60.0]
-    indicator = kr.lyapunov(tops, t)
-    assert indicator.certificate.max() < 1e-12 and set(indicator.status) == {"OK"}
-    for i in (1, 2, 4, 13, 20):
-        path = kr.solve(tops[i], t, "taylor", tangents="start", digits=20)
-        size = np.log(np.abs(path.tangents).max(axis=(1, 2)))
-        assert np.abs(indicator.curve[i] * np.abs(t) - size).max() < 4.0
-        alone = kr.lyapunov(tops[i], t)
-        assert np.array_equal(alone.curve, indicator.curve[i])
-        assert alone.certificate == indicator.certificate[i]
-    plain = kr.lyapunov(tops[::3], t)
-    assert np.array_equal(plain.curve, indicator.curve[::3])
-
-
-@pytest.mark.parametrize("names", [("body_velocity", "apex"), ("kinetic", "m")])
-def test_a_fit_finds_the_body_that_carries_a_known_rotor(names):
-    truth, rng = HEAVY.replace(momentum=(1.0, -2.0, 3.0)), np.random.default_rng(4)
-    path = kr.solve(truth, np.linspace(0.0, 3.0, 200))
-    values = {name: np.array(getattr(path, name)) for name in names}
-    noisy = {name: x + 0.005 * rng.normal(size=x.shape) for name, x in values.items()}
-    guess = truth.replace(body=replace(GENERAL, inertia=(1.4, 2.0, 1.8)), momentum=(0.9, -1.9, 3.2))
-    fit = kr.fit(guess, kr.Record(path.t, noisy, 0.005))
-    assert fit.has_converged and fit.scene.body.rotor == ROTOR and fit.chi2 < 1.3 * fit.dof
-    for name, moment in {"I1": 1.3, "I2": 2.1, "I3": 1.7}.items():
-        assert abs(fit.values[name] - moment) < 4.0 * fit.error[name] < 0.1
 
 
 def test_bodies_keep_their_rotors(tmp_path):
