@@ -4,7 +4,6 @@
 #include "random_values.h"
 #include "claims.h"
 #include "tops.h"
-#include "call_counts.h"
 
 /* The last saved checkpoint, and its top. */
 static struct {

@@ -2,7 +2,6 @@
 #include "claims.h"
 #include <math.h>
 #include <string.h>
-#include "call_counts.h"
 
 enum { MARK = 0xa5 };
 

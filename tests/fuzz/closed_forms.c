@@ -5,7 +5,6 @@
 #include "claims.h"
 #include "math/su2.h"
 #include "scenes.h"
-#include "call_counts.h"
 
 static int same(kr_state one, kr_state other) { return same_bits(&one, &other, sizeof one); }
 static int is_nan(kr_state s)

@@ -6,7 +6,6 @@
 #include "claims.h"
 #include "scenes.h"
 #include "tops.h"
-#include "call_counts.h"
 
 enum { MOST = 19, TIMES = 4, REDUCTIONS = 3 };
 static struct {

@@ -5,7 +5,6 @@
 #include "claims.h"
 #include "tops.h"
 #include "scenes.h"
-#include "call_counts.h"
 
 /* Returns a component: mostly a valid one that does not depend on the heading. */
 static int any_component(void)

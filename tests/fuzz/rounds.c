@@ -7,7 +7,7 @@
 #include "random_values.h"
 #include "claims.h"
 
-uint64_t calls_made, calls_chosen;
+uint64_t calls_made;
 static int told;
 static failed_claim failed;
 static jmp_buf leave;
@@ -30,7 +30,7 @@ void print_detail(const char *format, ...)
 void print_call(const char *format, ...)
 {
     va_list list;
-    calls_chosen++;
+    calls_made++;
     va_start(list, format);
     tell_list(format, list);
     va_end(list);

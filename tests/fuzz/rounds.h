@@ -3,9 +3,7 @@
 #define KR_ROUNDS_H
 #include <stdint.h>
 
-/* Number of all calls that compute, including those of the checks (call_counts.h). */
-extern uint64_t calls_made;
-extern uint64_t calls_chosen; /* calls chosen by rounds */
+extern uint64_t calls_made; /* by rounds, without those of the checks */
 
 typedef struct failed_claim {
     const char *file, *what;

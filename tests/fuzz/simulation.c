@@ -7,7 +7,6 @@
 #include "math/su2.h"
 #include "viewer/mesh.h"
 #include "scenes.h"
-#include "call_counts.h"
 
 static kr_simulation stage;
 

@@ -5,7 +5,6 @@
 #include "random_values.h"
 #include "claims.h"
 #include "math/su2.h"
-#include "call_counts.h"
 
 /* A rotation about a fixed axis, and the growth rate of its tangents. */
 typedef struct {

@@ -6,7 +6,6 @@
 #include "claims.h"
 #include "math/su2.h"
 #include "scenes.h"
-#include "call_counts.h"
 
 enum { PLACES = 3 };
 #define X(by, bit, columns, name) | (bit)

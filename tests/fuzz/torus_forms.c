@@ -6,7 +6,6 @@
 #include "claims.h"
 #include "math/su2.h"
 #include "scenes.h"
-#include "call_counts.h"
 
 enum { MOST_MEMORY = 1 << 23, BEYOND = 1000 };
 static double memory[MOST_MEMORY / sizeof(double)], other_memory[MOST_MEMORY / sizeof(double)];

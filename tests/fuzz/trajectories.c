@@ -6,7 +6,6 @@
 #include "claims.h"
 #include "math/su2.h"
 #include "tops.h"
-#include "call_counts.h"
 
 void call_step(place *p)
 {

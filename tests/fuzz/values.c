@@ -7,7 +7,6 @@
 #include "claims.h"
 #include "math/su2.h"
 #include "scenes.h"
-#include "call_counts.h"
 
 static kr_vec3 spoiled_vector(double low, double high)
 {
