@@ -74,7 +74,7 @@ sphinx_gallery_conf = {
     "filename_pattern": "/",
     "run_stale_examples": True,  # each example runs at each build
     "within_subsection_order": "FileNameSortKey",
-    "image_scrapers": ("making.thumbnails.scraper", "matplotlib", "making.gallery.scraper"),
+    "image_scrapers": ("matplotlib", "making.gallery.scraper"),
     "reset_modules": ("matplotlib", "making.gallery.style"),
     "capture_repr": ("_repr_html_",),
     "write_computation_times": False,

@@ -11,6 +11,7 @@ import re
 import kreisel as kr
 from sphinx.util.inspect import stringify_signature
 
+PRIVATE = re.compile(r"\b_(?=[A-Z])")  # before the names of private types
 ROW = re.compile(r"(\S.{0,60}?)\s{2,}(\S.*)")
 MADE_BY_USERS = {"Body", "Bodies", "Scene", "Ensemble"}
 
@@ -64,18 +65,11 @@ def definitions(text):
 def plain(line):
     """Return a line in which reST markup is escaped and public names are links."""
     parts = re.split(r"(`[^`]+`)", line)
-    return "".join(code(p[1:-1]) if p[:1] == "`" else add_links(escape(p)) for p in parts)
-
-
-def code(text):
-    return f"``{text}``"
+    return "".join(f"`{part}`" if part[:1] == "`" else escape(part) for part in parts)
 
 
 def escape(text):
-    return re.sub(r"([\\*|])|(?<=\w)(_)(?!\w)", lambda mark: "\\" + mark[0], text)
-
-
-def add_links(text):
+    text = re.sub(r"([\\*|])|(?<=\w)(_)(?!\w)", lambda mark: "\\" + mark[0], text)
     return re.sub(r"\bkreisel\.(\w+(?:\.\w+)?)", link, text)
 
 
@@ -88,38 +82,28 @@ def link(found):
 
 
 def signature(app, what, name, thing, options, arguments, return_annotation):
-    """Return the signature with the names of types in the source code.
-
-    Classes that users do not construct have no signature.
-    """
+    """Return the signature with types as in the source code, unless users do not construct it."""
     if what in {"class", "exception"} and name.split(".")[-1] not in MADE_BY_USERS:
         return "", None
     if what not in {"class", "function", "method"} or not arguments:
         return None
     call_signature = inspect.signature(thing)
-    parameters = [simplify(p) for p in call_signature.parameters.values() if p.name != "self"]
+    parameters = [
+        # the docstring describes **kwargs
+        p.replace(annotation=inspect.Parameter.empty) if p.kind == p.VAR_KEYWORD else p
+        for p in call_signature.parameters.values()
+        if p.name != "self"
+    ]
     text = stringify_signature(inspect.Signature(parameters))
     result = call_signature.return_annotation
     is_typed = isinstance(result, str) and what != "class"
-    return make_public(text), make_public(result) if is_typed else None
-
-
-def simplify(parameter):
-    """Return a parameter without the annotation of **kwargs, which the docstring describes."""
-    is_more = parameter.kind == inspect.Parameter.VAR_KEYWORD
-    return parameter.replace(annotation=inspect.Parameter.empty) if is_more else parameter
-
-
-def make_public(text):
-    """Return a text in which names of private types have no underscore."""
-    return re.sub(r"\b_(?=[A-Z])", "", text)
+    return PRIVATE.sub("", text), PRIVATE.sub("", result) if is_typed else None
 
 
 def bases(app, name, thing, options, found):
-    """Keep only public base classes."""
     found[:] = [base for base in found if not base.__module__.startswith("kreisel._")] or [object]
 
 
 def skip_member(app, what, name, thing, skip, options):
-    """Skip the methods `count` and `index`, which named tuples inherit from tuple."""
+    """Skip the methods that named tuples inherit from tuple."""
     return True if name in {"count", "index"} and inspect.ismethoddescriptor(thing) else None

@@ -1,6 +1,6 @@
 """Formulas as MathML, which browsers render without scripts, fonts or network."""
 
-from docutils.nodes import SkipNode
+from docutils.nodes import SkipNode, math_block
 from latex2mathml.converter import convert
 
 BETTER = {  # corrections of the output of latex2mathml
@@ -10,22 +10,14 @@ BETTER = {  # corrections of the output of latex2mathml
 
 
 def setup(app):
-    app.add_html_math_renderer("mathml", (inline, None), (display, None))
+    app.add_html_math_renderer("mathml", (render, None), (render, None))
     app.config.html_math_renderer = "mathml"
 
 
-def inline(writer, node):
-    writer.body.append(mathml(node))
-    raise SkipNode
-
-
-def display(writer, node):
-    writer.body.append(f'<div class="formula">{mathml(node, display="block")}</div>')
-    raise SkipNode
-
-
-def mathml(node, **options):
-    text = convert(node.astext(), **options)
+def render(writer, node):
+    is_block = isinstance(node, math_block)
+    text = convert(node.astext(), **({"display": "block"} if is_block else {}))
     for symbol, better in BETTER.items():
         text = text.replace(symbol, better)
-    return text
+    writer.body.append(f'<div class="formula">{text}</div>' if is_block else text)
+    raise SkipNode

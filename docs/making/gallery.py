@@ -23,8 +23,6 @@ LOOK = {
     "figure.figsize": (7.6, 4.2),
     "font.size": 9.5,
     "grid.alpha": 0.25,
-    "grid.linewidth": 0.6,
-    "image.cmap": "viridis",
     "legend.frameon": False,
     "lines.linewidth": 1.3,
     "savefig.dpi": 110,
@@ -42,8 +40,7 @@ def scraper(block, block_vars, gallery_conf):
     Figures that pyplot manages are left to sphinx-gallery.
     """
     figure = figure_of(block_vars["example_globals"].get(LAST))
-    pyplots_own = hasattr(figure, "number")
-    if figure is None or pyplots_own or figure in shown_figures:
+    if figure is None or hasattr(figure, "number") or figure in shown_figures:
         return ""
     shown_figures.add(figure)
     file = next(block_vars["image_path_iterator"])

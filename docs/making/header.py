@@ -22,8 +22,8 @@ def setup(app):
 def functions(text):
     """Yield (subject, name, line) of each function that a header declares."""
     for found in DECLARED.finditer(text):
-        name = found[1]
-        yield found[2] or name.removeprefix("kr_"), name, text.count("\n", 0, found.start()) + 1
+        line = text.count("\n", 0, found.start()) + 1
+        yield found[2] or found[1].removeprefix("kr_"), found[1], line
 
 
 class Header(Directive):

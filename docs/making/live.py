@@ -1,6 +1,6 @@
 """Animated outputs of examples: the interactive viewer and films.
 
-All examples share one copy of the viewer, which reads the scene from its address. A film is shown
+Examples share one copy of the viewer, which reads the scene from its address. A film is shown
 as a GIF, because matplotlib's HTML player fetches icons from the network.
 """
 
@@ -12,12 +12,12 @@ from tempfile import TemporaryDirectory
 from urllib.parse import quote
 
 import kreisel as kr
-from kreisel._plot.film import Film
 
 
 def setup(app):
     kr.View._repr_html_ = in_a_frame
-    Film._repr_html_ = as_gif
+    film = kr.solve(kr.scenes.thesis, t=[0.0, 1.0]).animate()
+    type(film)._repr_html_ = as_gif
 
 
 def in_a_frame(view):

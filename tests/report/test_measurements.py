@@ -1,19 +1,25 @@
-"""Tests of how the report stores measurements and selects the fastest run."""
+"""Tests of how the report stores measurements, selects the fastest run and compares programs."""
 
 import os
 from dataclasses import replace
-from io import StringIO
+from math import isnan
 
 import kreisel as kr
+import mpmath as mp
+import numpy as np
 import pytest
-from rich.console import Console
 
-from validation.competitors import timing
+from validation.competitors import ensemble_runs, equal_error, peak, timing
+from validation.competitors.equal_error import Run
 from validation.competitors.method_families import group_methods
-from validation.parts import fastest, scene_runs
+from validation.competitors.single_runs import EPS, HeyokaRun, Setting
+from validation.parts import advice, calls, fastest, scene_runs, workprecision
 from validation.parts.result_cache import ResultStore, write_atomic
 from validation.parts.tasks import TYPICAL, Task, estimate_minutes, run_tasks
-from validation.report.main import make_progress
+from validation.references import random_ensembles, reference
+from validation.references.problems import attitude_error, attitude_errors, load_problem
+
+KINDS = list(random_ensembles.SCENES)
 
 
 def row(error, energy, seconds):
@@ -23,20 +29,19 @@ def row(error, energy, seconds):
 
 def test_accidentally_small_errors_do_not_win():
     lucky, honest, finer = row(1e-13, 1e-13, 1), row(5e-7, 1e-8, 2), row(1e-8, 1e-9, 3)
-    assert fastest.fastest_reaching([lucky, honest, finer], 1e-6) is lucky
-    assert fastest.fastest_reaching([lucky, honest, finer], 1e-9) is None, (
-        "the next tighter run is worse"
-    )
-    assert fastest.fastest_reaching([row(1e-13, 1e-5, 1), honest, finer], 1e-6) is honest, (
-        "the energy disagrees"
-    )
-    assert fastest.fastest_reaching([honest], 1e-6) is None, "nothing tighter bears it out"
-    closed_form = replace(honest, tol=None)
-    assert fastest.fastest_reaching([closed_form], 1e-6) is closed_form
+    closed_form, drifting = replace(honest, tol=None), row(1e-13, 1e-5, 1)
+    for rows, target, best in (
+        ([lucky, honest, finer], 1e-6, lucky),
+        ([lucky, honest, finer], 1e-9, None),  # the next tighter run is worse
+        ([drifting, honest, finer], 1e-6, honest),  # the energy disagrees
+        ([honest], 1e-6, None),  # nothing tighter bears it out
+        ([closed_form], 1e-6, closed_form),
+    ):
+        assert fastest.fastest_reaching(rows, target) is best
 
 
 def test_findings_are_stored_and_not_recomputed(tmp_path):
-    calls = []
+    calls, file = [], tmp_path / "findings.jsonl"
 
     def make(i):
         if i == 2 and len(calls) < 3:
@@ -50,13 +55,13 @@ def test_findings_are_stored_and_not_recomputed(tmp_path):
 
     tasks = [Task(f"task/{i}", lambda i=i: make(i)) for i in range(4)]
     with pytest.raises(KeyboardInterrupt):
-        run_tasks(tasks, ResultStore(tmp_path / "findings.jsonl", ["as before"]), Bar)
-    run_tasks(tasks, ResultStore(tmp_path / "findings.jsonl", ["as before"]), Bar)
+        run_tasks(tasks, ResultStore(file, ["as before"]), Bar)
+    run_tasks(tasks, ResultStore(file, ["as before"]), Bar)
     assert calls == [0, 1, "interrupted", 2, 3]
-    text = (tmp_path / "findings.jsonl").read_text()
-    (tmp_path / "findings.jsonl").write_text(text + "[cut off")
-    assert ResultStore(tmp_path / "findings.jsonl", ["as before"]).under("task/") == [0, 1, 2, 3]
-    assert ResultStore(tmp_path / "findings.jsonl", ["another machine"]).known == {}
+    file.write_text(file.read_text() + '["cu')
+    ResultStore(file, ["as before"]).put("after a truncated line", 4)
+    assert list(ResultStore(file, ["as before"]).known.values()) == [0, 1, 2, 3, 4]
+    assert ResultStore(file, ["another machine"]).known == {}
 
 
 def test_the_time_said_beforehand_is_that_of_the_remaining_tasks(tmp_path, monkeypatch):
@@ -68,28 +73,6 @@ def test_the_time_said_beforehand_is_that_of_the_remaining_tasks(tmp_path, monke
     store.put("task/0", 1)
     store.put("task/1", 1)
     assert estimate_minutes(tasks, store) == 9
-
-
-def test_a_report_without_a_terminal_prints_progress_in_tenths():
-    console = Console(file=StringIO(), width=80)
-    with make_progress(console) as bar:
-        task = bar.add_task("", total=40.0)
-        for i in range(40):
-            bar.update(task, description=f"part/{i} [x]")
-            bar.advance(task, 1.0)
-    lines = console.file.getvalue().splitlines()
-    for tenth, line in enumerate(lines[:10], 1):
-        assert line == f"{10 * tenth:3} %  part/{4 * tenth - 1} [x]"
-    assert len(lines) == 11 and "100 %" in lines[10]
-
-
-def test_findings_after_a_truncated_line_are_kept(tmp_path):
-    file = tmp_path / "findings.jsonl"
-    ResultStore(file, ["as before"]).put("a", 1)
-    with file.open("a") as out:
-        out.write('["cu')
-    ResultStore(file, ["as before"]).put("b", 2)
-    assert ResultStore(file, ["as before"]).known == {"a": 1, "b": 2}
 
 
 @pytest.mark.parametrize("call", ["fsync", "replace"])
@@ -105,8 +88,6 @@ def test_files_are_written_atomically(tmp_path, monkeypatch, call):
         with pytest.raises(OSError, match="No space"):
             write_atomic(file, "new")
     assert file.read_text() == "old" and os.listdir(tmp_path) == ["index.html"]
-    write_atomic(file, "new\r\n")
-    assert file.read_bytes() == b"new\r\n"
 
 
 def test_every_method_is_in_one_family_or_a_peer():
@@ -114,3 +95,102 @@ def test_every_method_is_in_one_family_or_a_peer():
     peers = next(iter(families))[1]
     places = [name for own, _ in families for name in own]
     assert sorted(places + [name for name in peers if name in kr.methods]) == sorted(kr.methods)
+
+
+def make_row(scene, method, seconds, step=None):
+    values = {"attitude_error": 1e-13, "energy_error": 1e-13, "samples": [seconds], "step": step}
+    return scene_runs.Measurement(scene, 1.0, method, method == "heyoka", **values)
+
+
+def test_the_advice_names_the_winner_of_each_group_with_its_ratios():
+    scenes = {"thesis": ("exact", 1e-6), "asymmetric": ("taylor", 1e-5)}
+    rows = []
+    for scene, (method, seconds) in scenes.items():
+        rows += [make_row(scene, method, seconds), make_row(scene, "heyoka", 8 * seconds)]
+        rows += [make_row(scene, "strang", 1e-3, step) for step in (0.2, 0.1)]
+    late = {"asymmetric": {"t": 1e6, "exact": 1e-3, "taylor": 0.5, "heyoka": 2.0}}
+    problems = [(load_problem(scene), 1.0) for scene in scenes]
+    lead = advice.build_lead(workprecision.Comparison(problems, {}, rows, late))
+    assert [group["method"] for group in lead["groups"]] == ["exact", "taylor"]
+    for group in lead["groups"]:
+        assert group["wins"] == group["cases"] == len(fastest.TARGETS)
+        assert group["ratios"] == pytest.approx([8.0] * 4) and group["rivals"] == ["heyoka"]
+    assert lead["late"]["ratios"] == [4.0] and lead["late"]["scenes"] == ["asymmetric"]
+    assert lead["fixed"] == [("strang", ["1e-3", "1e-6", "1e-9", "1e-12"], True)]
+
+
+def runs(errors, seconds):
+    return [
+        Run("it", str(i), 1, error, error, error, times)
+        for i, (error, times) in enumerate(zip(errors, seconds, strict=True))
+    ]
+
+
+STRAIGHT = runs([1e-2, 1e-6, 1e-10], [[1.0, 10.0], [2.0, 20.0], [4.0, 40.0]])
+LUCKY = runs([1e-7, 1e-6, 1e-10, 1e-10], [[1.0], [2.0], [4.0], [9.0]])
+
+
+@pytest.mark.parametrize(
+    ("target", "own", "seconds"),
+    [
+        (1e-6, STRAIGHT, [2.0, 20.0]),
+        (1e-4, STRAIGHT, [2**0.5, 10 * 2**0.5]),
+        (1.0, STRAIGHT, [1.0, 10.0]),
+        (0.9e-10, STRAIGHT, [np.nan, np.nan]),
+        (1e-7, LUCKY, [4**0.25]),  # 1e-6 is its error
+        (1e-10, LUCKY, [4.0]),
+    ],
+)
+def test_times_are_interpolated_between_settings(target, own, seconds):
+    assert equal_error.seconds_at(target, own) == pytest.approx(seconds, nan_ok=True)
+
+
+def test_ratios_are_medians_of_rounds_at_an_error_that_both_reach():
+    other = runs([1e-6], [[6.0, 40.0]])
+    assert equal_error.time_ratio(other, STRAIGHT, 1e-6) == pytest.approx((2.5, 23.0, 11.0))
+    assert isnan(equal_error.time_ratio(other, STRAIGHT, 1e-9)[0])
+    uneven = runs([1e-3, 4e-10, 6e-10], [[1.0] * 2, [2.0] * 2, [3.0] * 2])
+    target = equal_error.tightest_common_error(STRAIGHT, uneven)
+    assert target == pytest.approx(equal_error.NEAR * 6e-10)
+    assert not isnan(equal_error.time_ratio(uneven, STRAIGHT, target)[0])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_program_returns_the_tops_of_an_ensemble_in_order(kind):
+    tops = random_ensembles.draw_tops(kind, 11, end=10.0)
+    assert np.array_equal(tops.momenta[:3], random_ensembles.draw_tops(kind, 3).momenta)
+    true = random_ensembles.compute_truths(tops)
+    problem = replace(tops.problem, momentum=tuple(tops.momenta[1]))
+    (state,) = reference.integrate_states(problem, [tops.end])
+    assert attitude_error(true[1], [mp.nstr(x, 25) for x in state[:4]]) < 1e-18
+    for mover in ensemble_runs.select_movers(tops):
+        setting = Setting(tol=1e-13) if mover.settings[0].tol else mover.settings[0]
+        call = mover.make(tops.first(4) if mover.is_serial else tops, setting, 2)
+        for q in (call(), call()):
+            assert len(q) == (4 if mover.is_serial else 11)
+            assert attitude_errors(q, true[: len(q)]).max() < 1e-10, mover.name
+
+
+def test_all_timed_calls_compute_the_same_motion(monkeypatch):
+    problem, end = load_problem("goryachev_chaplygin"), 10.0
+    scene, peer = problem.to_scene(), HeyokaRun(problem, end, Setting(tol=EPS))
+    monkeypatch.setattr(calls, "LATEST", 15.0)  # a reused run begins anew at this time
+    again = calls.make_reused_call(scene, end, 1e-15)
+    attitudes = [
+        calls.make_heyoka_call(peer)()[:4],
+        peer.restart(problem).solve(),
+        calls.make_solve_call(scene, end, 1e-15)().q[-1],
+        *(again().q[-1] for _ in range(3)),
+        calls.FunctionRun(problem, end, 1e-13).solve(),
+    ]
+    truth = reference.truth_of(problem, end)["attitude"]
+    assert all(attitude_error(q, truth) < 1e-9 for q in attitudes)
+
+
+def test_the_operations_of_a_series_are_counted():
+    """Compare the operation count with an explicit count of the products in one Taylor step."""
+    path = kr.solve(kr.scenes.goryachev_chaplygin, [0.01], "taylor", tol=1e-3)
+    assert path.stats.steps == 1
+    terms = [(j, n - j) for n in range(path.plan.order) for j in range(n + 1)]
+    vectors = 4 * 3 + 2 * 3 + 3  # q W, P x W and the products of two components of W
+    assert peak.count_operations(path) == 2 * vectors * len(terms)

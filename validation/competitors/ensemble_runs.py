@@ -87,38 +87,27 @@ def make_ensemble_call(tops, setting, threads):
         )
         for integrator, *_ in results:
             check_end_time(integrator.propagate_res)
-        return np.concatenate([integrator.state[:4] for integrator, *_ in results], axis=1)[
-            :, : len(tops)
-        ].T
+        attitudes = np.concatenate([own.state[:4] for own, *_ in results], axis=1)
+        return attitudes[:, : len(tops)].T
 
     return move
 
 
 def make_scipy_call(tops, setting, threads):
-    """Return a function that integrates all tops with SciPy, one after another.
-
-    It is fair to divide the run time by the number of threads, because the tops could be
-    distributed over as many processes.
-    """
-    runs = [
-        ScipyRun(replace(tops.problem, momentum=momentum), tops.end, setting)
-        for momentum in tops.momenta
-    ]
+    """Return a function that integrates all tops with SciPy, one after another."""
+    problems = [replace(tops.problem, momentum=momentum) for momentum in tops.momenta]
+    runs = [ScipyRun(problem, tops.end, setting) for problem in problems]
     return lambda: np.array([run.solve() for run in runs])
 
 
 @dataclass(frozen=True)
 class Mover:
-    """An integrator for many tops, with tolerances or step sizes in order of increasing accuracy.
-
-    A slow integrator integrates only a fraction of the tops, which suffices because run times are
-    given per top.
-    """
+    """An integrator for many tops, with settings in order of increasing accuracy."""
 
     name: str
     make: Callable  # (tops, setting, threads) -> call
     settings: tuple
-    part: float = 1.0  # fraction of the tops
+    part: float = 1.0  # fraction of the tops that a slow integrator moves
     least: int = 0  # minimum number of tops
     is_timed_once: bool = False
     is_serial: bool = False  # True if it always uses one thread
@@ -132,39 +121,21 @@ def make_settings(decades, tightest=None):
     return (*(Setting(tol=10.0**-k) for k in decades), *more)
 
 
-HEYOKA, OWN_CALL = "heyoka, batches", "heyoka, ensemble"
+HEYOKA, OWN_CALL, GSL = "heyoka, batches", "heyoka, ensemble", "gsl_rk8pd"
+DECADES = range(4, 16)
 CLOSED = Mover("exact", partial(make_kreisel_call, "exact"), (Setting(),))
-SERIES = Mover(
-    "taylor", partial(make_kreisel_call, "taylor"), make_settings(range(4, 16), 2.0**-53)
-)
+SERIES = Mover("taylor", partial(make_kreisel_call, "taylor"), make_settings(DECADES, 2.0**-53))
 OWN = CLOSED.name, SERIES.name
 PEERS = (
-    Mover(HEYOKA, make_batch_call, make_settings(range(4, 16), EPS)),
+    Mover(HEYOKA, make_batch_call, make_settings(DECADES, EPS)),
     Mover(OWN_CALL, make_ensemble_call, make_settings(range(4, 15, 5), EPS), 0.1, 64),
-    Mover(
-        "gsl_rk8pd",
-        partial(make_kreisel_call, "gsl_rk8pd"),
-        make_settings(range(5, 15, 3)),
-        0.05,
-        64,
-    ),
-    Mover(
-        "scipy_dop853",
-        make_scipy_call,
-        make_settings(range(5, 14, 4)),
-        0.0,
-        8,
-        is_timed_once=True,
-        is_serial=True,
-    ),
+    Mover(GSL, partial(make_kreisel_call, GSL), make_settings(range(5, 15, 3)), 0.05, 64),
+    Mover("scipy_dop853", make_scipy_call, make_settings(range(5, 14, 4)), 0.0, 8, True, True),
 )
 
 
 def select_movers(tops, each=1):
-    """Return the integrators that support a given body, with kreisel first.
-
-    If `each` is n > 1, only every n-th tolerance or step size is used.
-    """
+    """Return the integrators that support a given body, with every n-th setting if `each` is n."""
     closed = (CLOSED,) if tops.problem.symmetric else ()
     return [
         replace(mover, settings=mover.settings[::-each][::-1])

@@ -28,18 +28,14 @@ class Run:
     worst: float
     seconds: list  # time per top, one value for each round
 
-    @property
-    def microseconds(self):
-        return 1e6 * median(self.seconds)
+    def summarize(self):
+        """Return the run as a row of a table."""
+        numbers = {key: value for key, value in vars(self).items() if key != "seconds"}
+        return numbers | {"microseconds": 1e6 * median(self.seconds)}
 
 
 def measure_runs(tops, movers, truths, rounds, threads=2):
-    """Measure the errors and the run times of all integrators.
-
-    The integrators run alternately, so that changes in the load of the machine affect them equally.
-    Errors are measured only for tops with a reference solution. If an integrator is timed only
-    once, its errors are computed from the timed integration.
-    """
+    """Measure the errors and the run times of all integrators, which run alternately."""
     settings = [
         (place / len(mover.settings), mover, setting, mover.tops(tops))
         for mover in movers
@@ -57,11 +53,10 @@ def measure_runs(tops, movers, truths, rounds, threads=2):
             _, mover, _, own = settings[i]
             if not mover.is_timed_once:
                 seconds[i].append(time_per_top(calls[i], mover, own, threads)[1])
+    results = zip(settings, errors, seconds, strict=True)
     return [
-        Run(mover.name, str(setting), len(own), *spread, seconds_once)
-        for (_, mover, setting, own), spread, seconds_once in zip(
-            settings, errors, seconds, strict=True
-        )
+        Run(mover.name, str(setting), len(own), *spread, times)
+        for (_, mover, setting, own), spread, times in results
     ]
 
 
@@ -73,11 +68,7 @@ def sample_errors(q, truths):
 
 
 def time_per_top(call, mover, tops, threads):
-    """Return the final attitudes and the run time [s] per top.
-
-    For a serial integrator, the run time is divided by the number of threads, as if the tops were
-    distributed over as many processes.
-    """
+    """Return the final attitudes and the run time [s] per top."""
     results = []
     with timing.pause_gc():
         seconds = timing.time_once(lambda: results.append(call()))
@@ -97,10 +88,7 @@ def tightest_common_error(own, other):
 
 
 def seconds_at(target, own):
-    """Return the run time per top at which the median error equals `target`, for each round.
-
-    The result is nan if the integrator does not reach the error `target`.
-    """
+    """Return the run time per top, or nan, at which the median error is `target`, by round."""
     errors = np.maximum.accumulate([run.middle for run in own][::-1])[::-1]
     indices = [0, *(i for i in range(1, len(own)) if errors[i] < errors[i - 1])]
     if target < errors[-1]:
@@ -111,10 +99,7 @@ def seconds_at(target, own):
 
 
 def time_ratio(other, own, target):
-    """Return the median ratio of run times at equal error, and the median run times [s].
-
-    All results are nan if one of the two integrators does not attain the error `target`.
-    """
+    """Return the median ratio of run times at equal error and the median run times [s], or nan."""
     theirs, ours = seconds_at(target, other), seconds_at(target, own)
     rounds = [b / a for a, b in zip(ours, theirs, strict=True)]
     return median(rounds), median(theirs), median(ours)

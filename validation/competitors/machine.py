@@ -10,9 +10,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 import kreisel as kr
-from kreisel import _core
 
-CORE = Path(_core.__file__)
 GSL_MISSING = "not included in this build; gsl_rk8pd and gsl_bsimp are missing"
 
 
@@ -34,9 +32,17 @@ def describe_cores():
     return f"{usable} core{'s' if usable != 1 else ''}"
 
 
+def list_package_files():
+    """Return the Python files and the compiled extension of kreisel."""
+    folders, suffixes = map(Path, kr.__path__), {".py", ".so", ".pyd"}
+    files = {file for folder in folders for file in folder.rglob("*") if file.suffix in suffixes}
+    return sorted(files)
+
+
 def compiler_version():
     """Return the names and versions of the compilers that built the extension."""
-    compilers = re.findall(rb"(GCC|clang version)(?:: \([^)\0]*\))? ([\d.]+)", CORE.read_bytes())
+    code = b"".join(file.read_bytes() for file in list_package_files() if file.suffix != ".py")
+    compilers = re.findall(rb"(GCC|clang version)(?:: \([^)\0]*\))? ([\d.]+)", code)
     names = {f"{name.split()[0].decode().lower()} {number.decode()}" for name, number in compilers}
     return ", ".join(sorted(names)) or "not known"
 
@@ -50,18 +56,10 @@ def commit_name():
 
 
 def fingerprint(*more):
-    """Return a list of everything that can affect the measured run times and errors.
-
-    The list contains a hash of the code, the machine, the commit, the program versions, and the
-    additional arguments `more`.
-    """
+    """Return a list of everything that can affect the measured run times and errors."""
     folder = Path(__file__).parents[1]
-    files = [
-        CORE,
-        *sorted(Path(kr.__file__).parent.rglob("*.py")),
-        *sorted(folder.rglob("*.py")),
-        *sorted(folder.rglob("*.json")),
-    ]
+    own = sorted(file for suffix in ("py", "jsonl", "toml") for file in folder.rglob(f"*.{suffix}"))
+    files = [*list_package_files(), *own]
     code = hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
     description = describe_machine()
     return [code, *(description[key] for key in ("machine", "commit", "versions")), *map(str, more)]

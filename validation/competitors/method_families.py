@@ -1,7 +1,4 @@
-"""Groups of methods that are shown in the same figure.
-
-Methods are grouped by their properties, so that new methods are included automatically.
-"""
+"""Groups of methods that are shown in the same figure."""
 
 import kreisel as kr
 

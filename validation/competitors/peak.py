@@ -33,9 +33,6 @@ def measure_peak():
 
 
 def count_operations(path):
-    """Return how many floating-point operations the products of Taylor series in a run require.
-
-    Each fused multiply-add counts as two operations.
-    """
+    """Return how many floating-point operations the products of Taylor series in a run require."""
     order = path.plan.order
     return 2 * PRODUCTS * path.stats.steps * order * (order + 1) // 2

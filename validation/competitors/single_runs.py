@@ -11,6 +11,7 @@ attribute is None.
 import math
 import time
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass
 from functools import cache, partial
 
@@ -80,6 +81,12 @@ class HeyokaRun:
         self.setup = time.perf_counter() - begin
         self.inertia, self.end = np.array(problem.inertia), end
 
+    def restart(self, problem):
+        """Return a run that reuses the compiled integrator for another initial state."""
+        run = copy(self)
+        run.start = equations.round_to(equations.start_state(problem), float)
+        return run
+
     def rewind(self):
         self.top.time = 0.0
         self.top.state[:] = self.start
@@ -131,9 +138,8 @@ class ScipyRun:
         return rates
 
     def integrate(self, times):
-        run = solve_ivp(
-            self.system, (0.0, self.end), self.start, "DOP853", times, rtol=self.tol, atol=self.tol
-        )
+        words = {"rtol": self.tol, "atol": self.tol}
+        run = solve_ivp(self.system, (0.0, self.end), self.start, "DOP853", times, **words)
         if not run.success:
             raise ArithmeticError(run.message)
         self.steps, self.evaluations = None, run.nfev
@@ -151,14 +157,10 @@ class ScipyRun:
 
 @cache
 def compile_general_heyoka(tol, coefficients):
-    """Compile a heyoka integrator that can be used for all tops.
-
-    An integrator for arbitrary tops is slower than one that is compiled for a single top.
-    """
+    """Compile a heyoka integrator for all tops, which is slower than one for a single top."""
     system = equations.build_general_system(float, coefficients)
-    return hy.taylor_adaptive(
-        system, np.zeros(7), pars=np.zeros(coefficients), tol=tol, compact_mode=True
-    )
+    words = {"pars": np.zeros(coefficients), "tol": tol, "compact_mode": True}
+    return hy.taylor_adaptive(system, np.zeros(7), **words)
 
 
 def series_order(tol):
@@ -175,12 +177,8 @@ def record_with_heyoka(problem, times, tol):
     outcome, _, _, steps, _, states = top.propagate_grid(times)
     if outcome != hy.taylor_outcome.time_limit or not np.isfinite(states).all():
         raise ArithmeticError(f"heyoka stopped: {outcome}")
-    return (
-        states[:, :4],
-        rotate_to_space(states[:, :4], states[:, 4:] * np.array(problem.inertia)),
-        steps,
-        steps * series_order(tol),
-    )
+    momenta = rotate_to_space(states[:, :4], states[:, 4:] * np.array(problem.inertia))
+    return states[:, :4], momenta, steps, steps * series_order(tol)
 
 
 def record_with_scipy(problem, times, tol):
@@ -206,7 +204,7 @@ class Contender:
 
 
 def control_of(method):
-    """Return the name of a method's control parameter: "step", "tol", or "" for a closed form."""
+    """Return what controls the accuracy of a method: "step", "tol", or "" for a closed form."""
     return "" if method.exact else "tol" if method.adaptive else "step"
 
 
@@ -224,23 +222,9 @@ def list_contenders(problem):
             yield Contender(name, method.text, control_of(method), factory, peer=is_of_gsl(name))
 
 
+SERIES = "Taylor series, compiled for each top; double precision"
+RUNGE_KUTTA = "Runge-Kutta of order 8 in Python, as most begin"
 PEERS = (
-    Contender(
-        "heyoka",
-        "Taylor series, compiled for each top; double precision",
-        "tol",
-        HeyokaRun,
-        EPS,
-        peer=True,
-    ),
-    Contender(
-        "scipy_dop853",
-        "Runge-Kutta of order 8 in Python, as most begin",
-        "tol",
-        ScipyRun,
-        1e-13,
-        8,
-        peer=True,
-        cost=256.0,
-    ),
+    Contender("heyoka", SERIES, "tol", HeyokaRun, EPS, peer=True),
+    Contender("scipy_dop853", RUNGE_KUTTA, "tol", ScipyRun, 1e-13, 8, peer=True, cost=256.0),
 )

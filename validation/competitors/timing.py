@@ -47,10 +47,7 @@ def time_in_turn(calls, seconds, rounds):
 
 
 def best_times(calls, rounds, trials=1):
-    """Return the shortest run time of each function.
-
-    The shortest time is the best estimate, because other processes can only slow a function down.
-    """
+    """Return the shortest run time of each function."""
     estimates = [min(time_once(call) for _ in range(trials)) for call in calls]
     return [min(times) for times in time_in_turn(calls, estimates, rounds)]
 

@@ -1,6 +1,8 @@
-"""A common style for all figures, with SVG text in the page's text colour."""
+"""Colours, markers and labels of curves, and figures as SVG in the text colour of the page."""
 
 import io
+from functools import wraps
+from pathlib import Path
 
 import matplotlib
 
@@ -8,87 +10,45 @@ matplotlib.use("svg")
 import matplotlib.pyplot as plt
 import numpy as np
 
+SHEET = Path(__file__).with_name("report.mplstyle")
 INK = "#010203"  # replaced by the text colour of the page
 FAINT = "#8c8c8c"
+LEAST = 1e-17  # value drawn for an error of zero
 # Eight hues, distinct under normal vision, protanopia and deuteranopia, on white and on black.
 COLOURS = ("#6289eb", "#9d3b00", "#14b162", "#894e62", "#893bff", "#00b1c4", "#b19d14", "#9d279d")
 # one more marker than colours, so that no (colour, marker) pair repeats within 72 lines
 MARKERS = "os^vDPX<>"
-STROKES = (
-    ((0, (4, 2)), "o"),
-    ((0, (1, 1.5)), "s"),
-    ((0, (5, 1.5, 1, 1.5)), "D"),
-    ((0, (2, 1)), "^"),
-)
-# LEADERS are the first methods of kreisel in each figure that shows them. PEER_STROKES holds the
-# places of the other integrators in STROKES, the same in all figures.
+DASHES = (0, (4, 2))
+# LEADERS are the first methods of kreisel in each figure that shows them. PEERS holds the strokes
+# and markers of the other integrators, the same in all figures.
 LEADERS = ("kreisel", "taylor", "exact")
-PEER_STROKES = {
-    **dict.fromkeys(("heyoka", "heyoka, batches"), 0),
-    **dict.fromkeys(("gsl_rk8pd", "GSL rk8pd"), 1),
-    **dict.fromkeys(("scipy_dop853", "SciPy DOP853"), 2),
-    **dict.fromkeys(("gsl_bsimp", "heyoka, ensemble"), 3),
-}
-POINTS = 72  # the resolution of SVG [points per inch]
-SIZE = 9  # the size of all type in all figures [pt]; the page does not scale figures up
-STYLE = {
-    "svg.fonttype": "none",
-    "font.size": SIZE,
-    **dict.fromkeys(("axes.titlesize", "figure.labelsize", "figure.titlesize"), SIZE),
-    "font.family": "sans-serif",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.edgecolor": INK,
-    "axes.labelcolor": INK,
-    "text.color": INK,
-    "xtick.color": INK,
-    "ytick.color": INK,
-    "grid.color": FAINT,
-    "grid.alpha": 0.25,
-    "savefig.transparent": True,
-    "legend.frameon": False,
+PEERS = {
+    **dict.fromkeys(("heyoka", "heyoka, batches"), (DASHES, "o")),
+    **dict.fromkeys(("gsl_rk8pd", "GSL rk8pd"), ((0, (1, 1.5)), "s")),
+    **dict.fromkeys(("scipy_dop853", "SciPy DOP853"), ((0, (5, 1.5, 1, 1.5)), "D")),
+    **dict.fromkeys(("gsl_bsimp", "heyoka, ensemble"), ((0, (2, 1)), "^")),
 }
 
 
-def figure_to_svg(figure, **options):
-    arrange_axes(figure)
-    page = io.StringIO()
-    figure.savefig(page, format="svg", metadata={"Date": None}, **options)
-    plt.close(figure)
-    svg = page.getvalue()
-    return svg[svg.index("<svg") :].replace(INK, "currentColor")
+def as_svg(draw):
+    """Let a function that returns a figure return the SVG code of the figure."""
 
+    @wraps(draw)
+    def draw_svg(*arguments, **words):
+        with plt.style.context(SHEET):
+            figure, page = draw(*arguments, **words), io.StringIO()
+            figure.savefig(page, format="svg", metadata={"Date": None})
+            plt.close(figure)
+        svg = page.getvalue()
+        return svg[svg.index("<svg") :].replace(INK, "currentColor")
 
-def arrange_axes(figure):
-    """Let the layout engine place the axes, so that saving the figure does not draw it twice."""
-    if engine := figure.get_layout_engine():
-        dpi, figure.dpi = figure.dpi, POINTS
-        engine.execute(figure)
-        figure.dpi = dpi
-        figure.set_layout_engine(None)
-
-
-def make_panel(height=3.1, width=4.9):
-    """Create a figure with room for labels on the right.
-
-    Sizes are in inches.
-    """
-    left, right, top, below = 0.72, 1.5, 0.1, 0.5
-    figure = plt.figure(figsize=(width, height))
-    return figure, figure.add_axes(
-        (left / width, below / height, 1 - (left + right) / width, 1 - (top + below) / height)
-    )
-
-
-def format_tick(x, _=None):
-    """Return a tick label such as 1e-9 or 1e0."""
-    return f"{x:.0e}".replace("e-0", "e-").replace("e+0", "e")
+    return draw_svg
 
 
 def set_power_ticks(axis, ticks=12):
-    """Set ticks at powers of ten, at most about `ticks` of them."""
+    """Set at most about `ticks` ticks at powers of ten, with labels such as 1e-9 or 1e0."""
     axis.set_major_locator(matplotlib.ticker.LogLocator(numticks=ticks))
-    axis.set_major_formatter(format_tick)
+    axis.set_major_formatter(lambda x, _=None: f"{x:.0e}".replace("e-0", "e-").replace("e+0", "e"))
     axis.set_minor_formatter(matplotlib.ticker.NullFormatter())
 
 
@@ -104,11 +64,10 @@ def spread_labels(heights, gap):
     heights = list(heights)
     for i in range(1, len(heights)):
         heights[i] = max(heights[i], heights[i - 1] + gap)
-    excess = max(0.0, heights[-1] - 1) if heights else 0.0
+    most = 1.0
     for i in reversed(range(len(heights))):
-        is_last = i == len(heights) - 1
-        most = 1 if is_last else heights[i + 1] - gap
-        heights[i] = min(heights[i] - (excess if is_last else 0.0), most)
+        heights[i] = min(heights[i], most)
+        most = heights[i] - gap
     return heights
 
 
@@ -118,35 +77,24 @@ def label_ends(axes, ends):
     `ends` contains the label, the end point and the style of each curve. If a curve has a marker,
     the same marker is drawn beside its label.
     """
-    gap = 11.0 / (72 * axes.get_position().height * axes.figure.get_figheight())
+    width, height = axes.get_position().size * axes.figure.get_size_inches()
     labels = sorted(
         ((axes_height(axes, y), x, y, name, style) for name, (x, y), style in ends),
         key=lambda label: label[:4],
     )
-    heights = spread_labels((place[0] for place in labels), gap)
-    after_marker = 1.045 + 5 / (72 * axes.get_position().width * axes.figure.get_figwidth())
-    for height, (_, x, y, name, style) in zip(heights, labels, strict=True):
-        colour, marker = style["color"], style.get("marker")
-        if marker:
-            key = {"color": colour, "marker": marker, "markersize": 4, "clip_on": False}
-            fill = {"markerfacecolor": style.get("markerfacecolor", colour)}
-            axes.plot(1.045, height, transform=axes.transAxes, linestyle="", **key, **fill)
+    places = spread_labels((label[0] for label in labels), 11.0 / (72 * height))
+    line = {"arrowstyle": "-", "linewidth": 0.5, "alpha": 0.5, "relpos": (0, 0.5), "shrinkB": 2}
+    for place, (_, x, y, name, style) in zip(places, labels, strict=True):
+        key = {word: value for word, value in style.items() if word != "linestyle"}
+        axes.plot(1.045, place, transform=axes.transAxes, linestyle="", clip_on=False, **key)
         axes.annotate(
             name,
             (x, np.clip(y, *axes.get_ylim())),
-            xytext=(after_marker if marker else 1.03, height),
+            xytext=(1.045 + 5 / (72 * width), place),
             textcoords="axes fraction",
-            color=INK if marker else colour,
             va="center",
             annotation_clip=False,
-            arrowprops={
-                "arrowstyle": "-",
-                "color": colour,
-                "linewidth": 0.5,
-                "alpha": 0.5,
-                "relpos": (0, 0.5),
-                "shrinkB": 2,
-            },
+            arrowprops=line | {"color": style["color"]},
         )
 
 
@@ -158,16 +106,12 @@ def choose_line_styles(family, peers):
     own = [name for name in LEADERS if name in family]
     own += [name for name in family if name not in (*peers, *own)]
     styles = {
-        name: {
-            "color": COLOURS[i % len(COLOURS)],
-            "marker": MARKERS[i % len(MARKERS)],
-            "linestyle": "-",
-        }
+        name: {"color": COLOURS[i % len(COLOURS)], "marker": MARKERS[i % len(MARKERS)]}
         for i, name in enumerate(own)
     }
-    hollow = {"color": INK, "markerfacecolor": "none"}
-    return styles | {
-        name: {**hollow, "linestyle": STROKES[place][0], "marker": STROKES[place][1]}
-        for name in peers
-        if (place := PEER_STROKES.get(name)) is not None
-    }
+    for name in peers:
+        if name in PEERS:
+            stroke, marker = PEERS[name]
+            hollow = {"color": INK, "markerfacecolor": "none"}
+            styles[name] = {**hollow, "linestyle": stroke, "marker": marker}
+    return styles

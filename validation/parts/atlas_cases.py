@@ -6,20 +6,23 @@ frequency.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
 from math import cos, pi, sin, tan
 
 import kreisel as kr
 
 from .verdicts import RESOLVED
 
-UPRIGHT, HANGING = (1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0)
+HANGING = (0.0, 1.0, 0.0, 0.0)
+SPUN = {"body_velocity": (0.5, 0.2, 3.0)}
+FAST = {"body_velocity": (0.0, 0.0, 5.0)}
+SLOW = {"body_velocity": (0.01, 0.005, 0.04)}
+REST = {"momentum": (0.0, 0.0, 0.0)}
+SLANTED = (0.8, 0.6 * cos(1.0), 0.6 * sin(1.0))  # a momentum without spin at a tilt of 1 rad
 
 
 @dataclass(frozen=True)
 class Case:
-    family: str
     name: str
     scene: Callable  # a function that makes the scene, so that invalid scenes can be reported too
     turns: float = 20.0
@@ -29,195 +32,116 @@ class Case:
     most: int = 100_000  # largest number of steps of an adaptive method
     # True if the run is so long that the reference is computed by quadrature
     closed: bool = False
+    family: str = ""
 
     @property
     def key(self):
         return f"atlas/{self.family}/{self.name}"
 
 
-def tilt_attitude(angle):
-    """Return an attitude that is tilted by an angle about the horizontal axis e1."""
-    return cos(angle / 2), sin(angle / 2), 0.0, 0.0
-
-
-def lagrange(i1=1.0, i3=0.5, mass=1.0, height=1.0):
-    return kr.Body.symmetric(mass, i1, i3, height, unphysical=True)
+def symmetric(i1=1.0, i3=0.5, mass=1.0, height=1.0):
+    return mass, (i1, i1, i3), (0.0, 0.0, height)
 
 
 def general(moments=(1.0, 0.8, 0.5), com=(0.3, -0.2, 0.6)):
-    return kr.Body(1.0, moments, com, unphysical=True)
+    return 1.0, moments, com
 
 
-def scene_factory(body, tilt=0.5, **start):
-    """Return a function that creates the scene of a test case."""
-    words = {"attitude": tilt_attitude(tilt), "gravity": 1} | start
-    return lambda: kr.Scene(body(), **words)
+LAGRANGE, GENERAL = symmetric(), general()
+BOTH = {"Lagrange": LAGRANGE, "general": GENERAL}
 
 
-SPUN = {"body_velocity": (0.5, 0.2, 3.0)}
+def start(body=LAGRANGE, tilt=0.5, **words):
+    """Return a function that makes a scene, by default tilted about the horizontal axis e1."""
+    words = {"attitude": (cos(tilt / 2), sin(tilt / 2), 0.0, 0.0), "gravity": 1} | words
+    return lambda: kr.Scene(kr.Body(*body, unphysical=True), **words)
 
 
 def spin_cases():
-    for power in range(7):
-        yield Case(
-            "spin",
-            f"Lagrange, spin 1e{power}",
-            scene_factory(lagrange, body_velocity=(0.1, 0.05, 10.0**power)),
-        )
-    for power in (2, 4, 6):
-        yield Case(
-            "spin",
-            f"general, spin 1e{power}",
-            scene_factory(general, body_velocity=(0.1, 0.05, 10.0**power)),
-        )
+    for kind, powers in (("Lagrange", range(7)), ("general", (2, 4, 6))):
+        for power in powers:
+            scene = start(BOTH[kind], body_velocity=(0.1, 0.05, 10.0**power))
+            yield Case(f"{kind}, spin 1e{power}", scene)
 
 
 def shape_cases():
-    needle = partial(lagrange, 1.0, 1e-8)
-    yield Case(
-        "shape", "needle, I3/I1 = 1e-8", scene_factory(needle, body_momentum=(0.3, 0.1, 1e-8))
-    )
-    yield Case("shape", "needle, spin 1e3", scene_factory(needle, body_momentum=(0.3, 0.1, 1e-5)))
-    yield Case("shape", "disc, I3 = 2 I1", scene_factory(partial(lagrange, 0.5, 1.0), **SPUN))
-    yield Case(
-        "shape",
-        "flat plate, I3 = I1 + I2",
-        scene_factory(partial(general, (0.3, 0.7, 1.0), (0.2, 0.4, 0.0)), **SPUN),
-    )
-    yield Case(
-        "shape",
-        "nearly a sphere, symmetric",
-        scene_factory(partial(lagrange, 1.0, 1.0 + 1e-10), **SPUN),
-    )
-    yield Case(
-        "shape",
-        "nearly a sphere, general",
-        scene_factory(partial(general, (1.0, 1.0 + 1e-12, 1.0 - 1e-12)), **SPUN),
-    )
-    yield Case("shape", "sphere", scene_factory(partial(lagrange, 1.0, 1.0, 1.0, 0.5), **SPUN))
-    yield Case("shape", "rod, I3 = 0", scene_factory(partial(lagrange, 1.0, 0.0), **SPUN))
-    yield Case(
-        "shape", "no body, I3 > I1 + I2", scene_factory(partial(general, (0.3, 0.6, 1.0)), **SPUN)
-    )
+    needle, nearly = symmetric(1.0, 1e-8), (1.0, 1.0 + 1e-12, 1.0 - 1e-12)
+    plate = general((0.3, 0.7, 1.0), (0.2, 0.4, 0.0))
+    yield Case("needle, I3/I1 = 1e-8", start(needle, body_momentum=(0.3, 0.1, 1e-8)))
+    yield Case("needle, spin 1e3", start(needle, body_momentum=(0.3, 0.1, 1e-5)))
+    yield Case("disc, I3 = 2 I1", start(symmetric(0.5, 1.0), **SPUN))
+    yield Case("flat plate, I3 = I1 + I2", start(plate, **SPUN))
+    yield Case("nearly a sphere, symmetric", start(symmetric(1.0, 1.0 + 1e-10), **SPUN))
+    yield Case("nearly a sphere, general", start(general(nearly), **SPUN))
+    yield Case("sphere", start(symmetric(1.0, 1.0, 1.0, 0.5), **SPUN))
+    yield Case("rod, I3 = 0", start(symmetric(1.0, 0.0), **SPUN))
+    yield Case("no body, I3 > I1 + I2", start(general((0.3, 0.6, 1.0)), **SPUN))
 
 
 def sleeping_cases():
-    for name, part in (
-        ("far below", 0.5),
-        ("just below", 0.999),
-        ("at", 1.0),
-        ("just above", 1.001),
-        ("far above", 2.0),
-    ):
-        yield Case(
-            "sleeping",
-            f"{name} critical spin",
-            scene_factory(lagrange, 0.01, body_momentum=(0.0, 0.0, 2.0 * part)),
-        )
-    yield Case(
-        "sleeping",
-        "far below, perfectly upright",
-        scene_factory(lagrange, 0.0, body_momentum=(0.0, 0.0, 1.0)),
-    )
+    parts = {
+        "far below": 0.5,
+        "just below": 0.999,
+        "at": 1.0,
+        "just above": 1.001,
+        "far above": 2.0,
+    }
+    for name, part in parts.items():
+        scene = start(tilt=0.01, body_momentum=(0.0, 0.0, 2.0 * part))
+        yield Case(f"{name} critical spin", scene)
+    yield Case("far below, perfectly upright", start(tilt=0.0, body_momentum=(0.0, 0.0, 1.0)))
 
 
 def separatrix_cases():
     for name, push in (("1e-3", 1e-3), ("1e-8", 1e-8), ("none", 0.0)):
-        yield Case(
-            "separatrix",
-            f"Dzhanibekov, push {name}",
-            scene_factory(general, body_velocity=(push, 3.0, 0.0), gravity=0.0),
-        )
+        scene = start(GENERAL, body_velocity=(push, 3.0, 0.0), gravity=0.0)
+        yield Case(f"Dzhanibekov, push {name}", scene)
     # Between two upright positions the lowest point is u = c^2 / 2 - 1, where
     # m = c (e3 + a) / (1 + u); here c = 1.
-    heavy = scene_factory(lagrange, 2 * pi / 3, momentum=(0.0, -(3.0**0.5), 1.0))
-    yield Case("separatrix", "heavy top, upright to upright", heavy, turns=4)
-    yield Case(
-        "separatrix",
-        "pendulum, up from below",
-        scene_factory(lagrange, attitude=HANGING, velocity=(2.0, 0.0, 0.0)),
-        turns=4,
-    )
+    heavy = start(tilt=2 * pi / 3, momentum=(0.0, -(3.0**0.5), 1.0))
+    yield Case("heavy top, upright to upright", heavy, turns=4)
+    pendulum = start(attitude=HANGING, velocity=(2.0, 0.0, 0.0))
+    yield Case("pendulum, up from below", pendulum, turns=4)
 
 
 def pole_cases():
-    spin = {"body_velocity": (0.0, 0.0, 5.0)}
-    yield Case("poles", "upright, spinning", scene_factory(lagrange, 0.0, **spin))
-    yield Case(
-        "poles", "upright, at rest", scene_factory(lagrange, 0.0, momentum=(0.0, 0.0, 0.0)), turns=4
-    )
-    yield Case(
-        "poles",
-        "hanging, at rest",
-        scene_factory(lagrange, attitude=HANGING, momentum=(0.0, 0.0, 0.0)),
-    )
-    yield Case("poles", "hanging, spinning", scene_factory(lagrange, attitude=HANGING, **spin))
-    yield Case("poles", "tilt 1e-8", scene_factory(lagrange, 1e-8, **spin))
-    yield Case("poles", "tilt 1e-160", scene_factory(lagrange, 1e-160, **spin))
-    yield Case(
-        "poles",
-        "through the upper pole",
-        scene_factory(lagrange, 0.0, body_velocity=(1.0, 0.0, 0.0)),
-        turns=10,
-    )
-    yield Case(
-        "poles",
-        "general, com upright",
-        scene_factory(partial(general, com=(0.0, 0.0, 0.6)), 0.0, body_velocity=(0.1, 0.0, 4.0)),
-    )
-    yield Case(
-        "poles", "attitude -1", scene_factory(lagrange, attitude=(-1.0, 0.0, 0.0, 0.0), **SPUN)
-    )
-    yield Case(
-        "poles",
-        "attitude with w = 0",
-        scene_factory(lagrange, attitude=(0.0, 0.6, 0.8, 0.0), **SPUN),
-    )
+    yield Case("upright, spinning", start(tilt=0.0, **FAST))
+    yield Case("upright, at rest", start(tilt=0.0, **REST), turns=4)
+    yield Case("hanging, at rest", start(attitude=HANGING, **REST))
+    yield Case("hanging, spinning", start(attitude=HANGING, **FAST))
+    yield Case("tilt 1e-8", start(tilt=1e-8, **FAST))
+    yield Case("tilt 1e-160", start(tilt=1e-160, **FAST))
+    through = start(tilt=0.0, body_velocity=(1.0, 0.0, 0.0))
+    yield Case("through the upper pole", through, turns=10)
+    upright = general(com=(0.0, 0.0, 0.6))
+    yield Case("general, com upright", start(upright, 0.0, body_velocity=(0.1, 0.0, 4.0)))
+    yield Case("attitude -1", start(attitude=(-1.0, 0.0, 0.0, 0.0), **SPUN))
+    yield Case("attitude with w = 0", start(attitude=(0.0, 0.6, 0.8, 0.0), **SPUN))
 
 
 def planar_cases():
-    yield Case("c = 0", "pendulum, let go", scene_factory(lagrange, 2.5, momentum=(0.0, 0.0, 0.0)))
-    yield Case(
-        "c = 0", "pendulum, over the top", scene_factory(lagrange, 0.5, velocity=(3.0, 0.0, 0.0))
-    )
-    yield Case(
-        "c = 0",
-        "spherical pendulum",
-        scene_factory(lagrange, 1.0, momentum=(0.5, 0.8 * cos(1.0), 0.8 * sin(1.0))),
-    )
-    yield Case(
-        "c = 0", "no vertical momentum", scene_factory(lagrange, 1.0, momentum=(0.5, 1.0, 0.0))
-    )
-    planar_body = partial(general, com=(0.0, 0.0, 0.6))
-    yield Case(
-        "c = 0",
-        "general, planar",
-        scene_factory(planar_body, 0.5, velocity=(2.0, 0.0, 0.0)),
-        turns=10,
-    )
+    yield Case("pendulum, let go", start(tilt=2.5, **REST))
+    yield Case("pendulum, over the top", start(velocity=(3.0, 0.0, 0.0)))
+    spherical = (0.5, 0.8 * cos(1.0), 0.8 * sin(1.0))
+    yield Case("spherical pendulum", start(tilt=1.0, momentum=spherical))
+    yield Case("no vertical momentum", start(tilt=1.0, momentum=(0.5, 1.0, 0.0)))
+    planar = start(general(com=(0.0, 0.0, 0.6)), velocity=(2.0, 0.0, 0.0))
+    yield Case("general, planar", planar, turns=10)
 
 
 def gravity_cases():
-    for name, body in (("Lagrange", lagrange), ("general", general)):
+    for name, body in BOTH.items():
         for g in (0.0, 1e-12, 1e12, -1.0):
-            yield Case(
-                "gravity", f"{name}, g = {g:g}", scene_factory(body, gravity=g, **SPUN), turns=10
-            )
-    centred = partial(general, com=(0.0, 0.0, 0.0))
-    yield Case("gravity", "held at the centre of mass", scene_factory(centred, **SPUN), turns=10)
+            yield Case(f"{name}, g = {g:g}", start(body, gravity=g, **SPUN), turns=10)
+    centred = general(com=(0.0, 0.0, 0.0))
+    yield Case("held at the centre of mass", start(centred, **SPUN), turns=10)
 
 
 def step_cases():
-    for name, body in (("Lagrange", lagrange), ("general", general)):
+    for name, body in BOTH.items():
         for number in (0.25, 0.5, 1, 2, 4, 8, 16, 64, 256, 1024, 1e4, 1e5):
-            yield Case(
-                "steps",
-                f"{name}, {number:g} a turn",
-                scene_factory(body, **SPUN),
-                2 if number > 2e3 else 8,
-                number,
-                begin=True,
-            )
+            turns, scene = 2 if number > 2e3 else 8, start(body, **SPUN)
+            yield Case(f"{name}, {number:g} a turn", scene, turns, number, begin=True)
 
 
 def antipodal_cases():
@@ -228,141 +152,67 @@ def antipodal_cases():
     = cot(gap / 2). All methods except the Bobenko-Suris map rotate the axis of the top by the angle
     h |w| in each step.
     """
-    momentum = (0.8, 0.6 * cos(1.0), 0.6 * sin(1.0))  # without spin, the rate is 1
-    light = scene_factory(lagrange, 1.0, momentum=momentum, gravity=1e-3)
+    light = start(tilt=1.0, momentum=SLANTED, gravity=1e-3)  # the rate is 1
     for gap in (1.0, 1e-1, 1e-2, 1e-4, 1e-8):
-        turns = 1 / tan(gap / 2) / pi
-        yield Case(
-            "antipodal",
-            f"Bobenko-Suris to {gap:g} rad from opposite",
-            light,
-            8 * turns,
-            1 / turns,
-            closed=gap < 0.1,
-        )
+        turns, name = 1 / tan(gap / 2) / pi, f"Bobenko-Suris to {gap:g} rad from opposite"
+        yield Case(name, light, 8 * turns, 1 / turns, closed=gap < 0.1)
     for name, number in (
         ("half a turn", 2.0),
         ("half a turn - 1e-4 rad", 2 / (1 - 1e-4 / pi)),
         ("half a turn - 1e-9 rad", 2 / (1 - 1e-9 / pi)),
         ("a whole turn", 1.0),
     ):
-        yield Case("antipodal", f"{name} a step", light, 8 / number, number)
-    yield Case(
-        "antipodal",
-        "half a turn a step, no gravity",
-        scene_factory(lagrange, 1.0, momentum=momentum, gravity=0.0),
-        4,
-        2.0,
-    )
+        yield Case(f"{name} a step", light, 8 / number, number)
+    free = start(tilt=1.0, momentum=SLANTED, gravity=0.0)
+    yield Case("half a turn a step, no gravity", free, 4, 2.0)
 
 
 def long_cases():
-    calm = partial(general, (1.0, 0.8, 0.5), (0.0, 0.0, 0.3))
+    calm = start(general(com=(0.0, 0.0, 0.3)), body_velocity=(0.1, 0.2, 6.0))
     for turns in (200, 1000):
-        yield Case("long", f"Lagrange, {turns} turns", scene_factory(lagrange, **SPUN), turns)
-        yield Case(
-            "long",
-            f"general, {turns} turns",
-            scene_factory(calm, body_velocity=(0.1, 0.2, 6.0)),
-            turns,
-        )
-    slow, rate = {"body_velocity": (0.01, 0.005, 0.04)}, 0.04
-    for name, scene in (
-        ("Lagrange", scene_factory(lagrange, gravity=4e-4, **slow)),
-        ("free body", scene_factory(general, gravity=0.0, **slow)),
-    ):
-        yield Case(
-            "long",
-            f"{name}, to t = 1e6",
-            scene,
-            1e6 * rate / (2 * pi),
-            RESOLVED,
-            rate,
-            closed=True,
-            most=2_000_000,
-        )
+        yield Case(f"Lagrange, {turns} turns", start(**SPUN), turns)
+        yield Case(f"general, {turns} turns", calm, turns)
+    rate = 0.04
+    words = {"rate": rate, "closed": True, "most": 2_000_000}
+    for name, body, gravity in (("Lagrange", LAGRANGE, 4e-4), ("free body", GENERAL, 0.0)):
+        scene, turns = start(body, gravity=gravity, **SLOW), 1e6 * rate / (2 * pi)
+        yield Case(f"{name}, to t = 1e6", scene, turns, RESOLVED, **words)
     # A time at which doubles cannot resolve the attitude.
-    yield Case(
-        "long", "Lagrange, 2^54 rad", scene_factory(lagrange, **SPUN), 2**54 / (2 * pi), closed=True
-    )
+    yield Case("Lagrange, 2^54 rad", start(**SPUN), 2**54 / (2 * pi), closed=True)
 
 
 def si_cases():
     """Yield test cases in SI units: a levitated particle, a toy gyroscope, and the Earth."""
-    nano, earth = (
-        partial(lagrange, 1.2e-33, 1e-33, 1e-18, 1e-9),
-        partial(lagrange, 8.008e37, 8.034e37, 5.97e24, 1e3),
-    )
-    yield Case(
-        "SI",
-        "nanoparticle, 1e9 rad/s",
-        scene_factory(nano, body_velocity=(1e6, 0.0, 1e9), gravity=9.81),
-    )
-    yield Case(
-        "SI", "nanoparticle, at rest", scene_factory(nano, momentum=(0.0, 0.0, 0.0), gravity=9.81)
-    )
-    toy = partial(lagrange, 3e-4, 1e-4, 0.1, 0.04)
-    yield Case(
-        "SI",
-        "gyroscope, 300 rad/s",
-        scene_factory(toy, body_velocity=(0.0, 0.0, 300.0), gravity=9.81),
-    )
-    yield Case(
-        "SI",
-        "planet",
-        scene_factory(earth, 0.41, body_velocity=(1e-8, 0.0, 7.292e-5), gravity=5.9e-3),
-    )
+    nano, toy = symmetric(1.2e-33, 1e-33, 1e-18, 1e-9), symmetric(3e-4, 1e-4, 0.1, 0.04)
+    earth = symmetric(8.008e37, 8.034e37, 5.97e24, 1e3)
+    fast, slow = (1e6, 0.0, 1e9), (1e-8, 0.0, 7.292e-5)
+    yield Case("nanoparticle, 1e9 rad/s", start(nano, body_velocity=fast, gravity=9.81))
+    yield Case("nanoparticle, at rest", start(nano, **REST, gravity=9.81))
+    yield Case("gyroscope, 300 rad/s", start(toy, body_velocity=(0.0, 0.0, 300.0), gravity=9.81))
+    yield Case("planet", start(earth, 0.41, body_velocity=slow, gravity=5.9e-3))
 
 
 def stiff_cases():
-    """Yield test cases in which the top spins 1e4 times faster than it precesses.
-
-    The step size resolves the precession but not the spin.
-    """
-    needle = scene_factory(partial(lagrange, 1.0, 1e-4), body_momentum=(0.2, 0.1, 1.0))
-    fast = scene_factory(lagrange, body_velocity=(0.0, 0.0, 1e2 * 2.0**0.5))
+    """Yield test cases in which the top spins 1e4 times faster than it precesses."""
+    needle = start(symmetric(1.0, 1e-4), body_momentum=(0.2, 0.1, 1.0))
+    fast = start(body_velocity=(0.0, 0.0, 1e2 * 2.0**0.5))
     for number in (16, 64, 256):
-        yield Case("stiff", f"needle, {number} a turn of precession", needle, 1, number, rate=1.0)
-        yield Case(
-            "stiff",
-            f"fast top, {number} a turn of precession",
-            fast,
-            0.25,
-            number,
-            rate=0.02 / 2.0**0.5,
-        )
+        yield Case(f"needle, {number} a turn of precession", needle, 1, number, 1.0)
+        yield Case(f"fast top, {number} a turn of precession", fast, 0.25, number, 0.02 / 2.0**0.5)
 
 
 def damping_cases():
-    """Yield test cases with damping.
-
-    Strong damping makes the equations of motion stiff.
-    """
+    """Yield test cases with damping."""
     for damping in (0.1, 10.0, 1e3, 1e5, 1e7, 1e9):
-        yield Case(
-            "damping",
-            f"Lagrange, damping {damping:g}",
-            scene_factory(lagrange, damping=damping, **SPUN),
-        )
+        yield Case(f"Lagrange, damping {damping:g}", start(damping=damping, **SPUN))
     for name, damping in (("two axes", (0.0, 1e4, 1e4)), ("all axes", (1e2, 2e3, 1e4))):
-        yield Case(
-            "damping",
-            f"general, {name} damped by up to 1e4",
-            scene_factory(general, damping=damping, **SPUN),
-        )
+        scene = start(GENERAL, damping=damping, **SPUN)
+        yield Case(f"general, {name} damped by up to 1e4", scene)
     for damping in (1e3, 1e6, 1e9):  # the fall takes about `damping` units of time
-        yield Case(
-            "damping",
-            f"Lagrange falls from rest, damping {damping:g}",
-            scene_factory(lagrange, momentum=(0.0, 0.0, 0.0), damping=damping),
-            turns=0.5,
-            rate=1 / damping,
-        )
-    yield Case(
-        "damping",
-        "free body, damping 1e9",
-        scene_factory(general, gravity=0.0, damping=1e9, **SPUN),
-    )
+        scene = start(**REST, damping=damping)
+        name = f"Lagrange falls from rest, damping {damping:g}"
+        yield Case(name, scene, turns=0.5, rate=1 / damping)
+    yield Case("free body, damping 1e9", start(GENERAL, gravity=0.0, damping=1e9, **SPUN))
 
 
 FAMILIES = {
@@ -400,6 +250,6 @@ FAMILIES = {
 
 def list_cases(quick=False):
     """Yield all test cases, or only the first two of each family if `quick` is true."""
-    for list_family, _ in FAMILIES.values():
-        cases = list(list_family())
+    for family, (list_family, _) in FAMILIES.items():
+        cases = [replace(case, family=family) for case in list_family()]
         yield from cases[:2] if quick else cases

@@ -1,8 +1,4 @@
-"""The results of the stability atlas for all methods and test cases.
-
-Each test case is integrated twice, with different tolerances or step sizes. The verdict depends on
-the difference between the two solutions and on a reference solution.
-"""
+"""The results of the stability atlas for all methods and test cases."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -26,16 +22,13 @@ MARKS = {"ERR_NOT_FINITE": verdicts.BLOW_UP, "ERR_CONVERGENCE": verdicts.NOT_CON
 
 @dataclass(frozen=True)
 class Candidate:
-    """A method of kreisel, or another integrator, that is tested in the stability atlas.
-
-    The function `run` takes a problem, a scene, the output times, and a step size or tolerance. The
-    function `run` returns the attitudes, the momenta, and the numbers of steps and evaluations.
-    Attitudes are those of the principal axes, and momenta are given in the space frame.
-    """
+    """A method of kreisel, or another integrator, that is tested in the stability atlas."""
 
     name: str
     steered: str  # control: "step", "tol" or ""
     order: int
+    # (problem, scene, times, setting) -> attitudes of the principal axes, momenta in the space
+    # frame, and the numbers of steps and evaluations
     run: Callable
     longest: float = float("inf")  # angle through which this candidate may follow a top [rad]
 
@@ -57,14 +50,9 @@ def make_peer_candidate(name):
 
 def list_candidates(scene, radians):
     """Return all methods that can integrate a motion through a total angle of `radians`."""
-    candidates = [
-        make_method_candidate(method) for method in kr.methods.values() if method.suits(scene)
-    ]
-    return candidates + [
-        candidate
-        for candidate in map(make_peer_candidate, single_runs.RECORDERS)
-        if radians <= candidate.longest
-    ]
+    own = (make_method_candidate(method) for method in kr.methods.values() if method.suits(scene))
+    candidates = [*own, *map(make_peer_candidate, single_runs.RECORDERS)]
+    return [candidate for candidate in candidates if radians <= candidate.longest]
 
 
 def choose_settings(case, candidate, step):
@@ -108,33 +96,22 @@ def describe_failure(error):
 def make_cell(case, problem, scene, candidate, true, end, step):
     """Return the result of one method on one test case."""
     setting, finer = choose_settings(case, candidate, step)
-    cell = {
-        "method": candidate.name,
-        "step": setting.get("step"),
-        "tol": setting.get("tol"),
-        "end": end,
-    }
+    cell = {"method": candidate.name, "end": end}
+    cell |= {"step": setting.get("step"), "tol": setting.get("tol")}
     times = step * np.unique(np.linspace(0, round(case.turns * case.steps), LOOKS + 1).round())
     try:
         cell |= measure_run(problem, scene, candidate, times, setting, true)
         again = measure_run(problem, scene, candidate, times, finer, true)
+        cell["second_run"] = attitude_error(again["q"], cell["q"])
+        cell = verdicts.judge_cell(cell, again["attitude_error"], problem, true, candidate)
     except (kr.Error, ArithmeticError, ValueError) as error:
-        return drop_attitude(cell) | describe_failure(error)
-    cell["second_run"] = attitude_error(again["q"], cell["q"])
-    return drop_attitude(
-        verdicts.judge_cell(cell, again["attitude_error"], problem, true, candidate)
-    )
-
-
-def drop_attitude(cell):
-    return {key: value for key, value in cell.items() if key != "q"}
+        cell |= describe_failure(error)
+    cell.pop("q", None)
+    return cell
 
 
 def make_cells(case, find_candidates=list_candidates):
-    """Return the results of all methods on one test case.
-
-    If the scene is invalid, the result for each method contains the error message.
-    """
+    """Return the results of all methods on one test case, or the message that refuses its scene."""
     description = {"family": case.family, "case": case.name, "turns": case.turns}
     try:
         scene = case.scene()

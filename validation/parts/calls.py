@@ -11,7 +11,7 @@ order of its Taylor series, heyoka is run with only one tolerance.
 
 import time
 from functools import partial
-from math import exp, inf
+from math import exp
 from statistics import median
 
 import heyoka as hy
@@ -23,8 +23,8 @@ from ..competitors import equal_error, machine, peak, timing
 from ..competitors.single_runs import EPS, HeyokaRun, KreiselRun, Setting
 from ..references import equations, reference
 from ..references.problems import attitude_error, load_problem
-from .formatting import format_brief, format_digits, format_power, join_sentences
-from .part import Part, write_csv
+from .formatting import format_digits, format_power
+from .part import write_csv
 from .tasks import Task
 
 ENDS = {  # scene: end of the run [T]
@@ -42,10 +42,6 @@ ORDERS = range(4, 20)  # orders of heyoka's series, below that of its tightest t
 DECADES = range(4, 14)  # negative exponents of the tolerances of DOP853
 LATEST = 1e4  # a run begins anew at this time, so that its times have enough digits [T]
 SOLVE, RUN, HEYOKA, FUNCTION = "kr.solve", "kr.Run", "heyoka", "heyoka.cfunc"
-COLUMNS = (
-    *("scene", "end", "error", "program", "seconds_median", "seconds_least", "compiling"),
-    *("operations", "peak"),
-)
 
 
 def make_solve_call(scene, end, tol):
@@ -116,10 +112,7 @@ def sample_in_turn(calls, rounds):
 
 
 def make_ladder(runs, truth):
-    """Return pairs of a run and its error, in order of decreasing tolerance.
-
-    Each run is assigned the largest error of all runs whose tolerance is not larger.
-    """
+    """Return pairs of a run and its error, in order of decreasing tolerance."""
     errors = [attitude_error(run.solve(), truth) for run in runs]
     return list(zip(runs, np.maximum.accumulate(errors[::-1])[::-1].tolist(), strict=True))
 
@@ -226,9 +219,9 @@ def compute_share(scene, band):
 
 
 def count_paying_runs(band):
-    """Return the number of runs after which the compilation of heyoka's integrator pays off."""
+    """Return the number of runs after which heyoka's compilation pays off, or None if never."""
     gain = median(band["seconds"][SOLVE]) - median(band["seconds"][HEYOKA])
-    return band["compiling"] / gain if gain > 0 else inf
+    return band["compiling"] / gain if gain > 0 else None
 
 
 def list_tasks(problems, size, store):
@@ -242,93 +235,59 @@ def load_findings(problems, store):
     return store.under("calls/")
 
 
-def list_bands(findings):
-    return [(scene, band) for scene in findings for band in scene["bands"]]
-
-
 def format_band(scene, band):
-    """Return a row of the table of run times."""
+    """Return a row of the tables of run times and of compilation."""
     seconds, function = band["seconds"], band["function"]
-    runs = count_paying_runs(band)
+    form = ".1e" if band["tightest"] else ".0e"
     return {
         "scene": scene["scene"],
         "end": f"{scene['end']:g}",
-        "error": format_digits(band["error"], ".1e")
-        if band["tightest"]
-        else format_power(band["error"]),
-        "times": [f"{1e6 * median(seconds[name]):.1f}" for name in (SOLVE, RUN, HEYOKA)],
-        "ratios": [
-            f"{middle:.2f} ({least:.2f})"
-            for middle, least in (compare(band, name) for name in (SOLVE, RUN))
-        ],
-        "share": format_digits(compute_share(scene, band), ".0%"),
-        "function": format_digits(function and 1e3 * function, ".1f"),
-        "compiling": f"{band['compiling']:.2f}",
-        "paid": "never" if runs == inf else format_digits(runs, ".1e"),
+        "error": format_power(band["error"], form),
+        "times": [1e6 * median(seconds[name]) for name in (SOLVE, RUN, HEYOKA)],
+        "ratios": [compare(band, name) for name in (SOLVE, RUN)],
+        "share": compute_share(scene, band),
+        "function": function and 1e3 * function,
+        "compiling": band["compiling"],
+        "paid": count_paying_runs(band),
     }
-
-
-def describe_payment(findings):
-    """Describe heyoka's compile time in relation to its run time."""
-    bands = [band for _, band in list_bands(findings)]
-    seconds = [band["compiling"] for band in bands]
-    runs = sorted(count for count in map(count_paying_runs, bands) if count < inf)
-    text = f"heyoka compiles an integrator for {min(seconds):.2f} to {max(seconds):.2f} s."
-    if not runs:
-        return f"{text} This is never paid, since its runs take longer than kr.solve."
-    return (
-        f"{text} This is paid in {len(runs)} of {len(bands)} rows, after at least {runs[0]:.1e} "
-        "runs; in the others kr.solve is faster."
-    )
-
-
-def conclude(findings):
-    bands = [band for _, band in list_bands(findings)]
-    sentences = []
-    for name, title in ((SOLVE, "kr.solve"), (RUN, "a kr.Run used again")):
-        ratios = [compare(band, name)[0] for band in bands]
-        sentences.append(
-            f"heyoka's integrator, used again, takes {format_brief(median(ratios))} times as long "
-            f"as {title} in the median of {len(bands)} rows, and {min(ratios):.2f} to "
-            f"{max(ratios):.2f} times in each."
-        )
-    return join_sentences(*sentences, describe_payment(findings))
 
 
 def build_context(findings):
+    rows = [format_band(scene, band) for scene in findings for band in scene["bands"]]
+    first = findings[0]
     return {
-        "rows": [format_band(*each) for each in list_bands(findings)],
-        "processor": findings[0]["processor"],
-        "rounds": findings[0]["rounds"],
-        "peak": findings[0]["peak"] and f"{1e-9 * findings[0]['peak']:.0f}",
-        "payment": describe_payment(findings),
+        "rows": rows,
+        "ratios": {
+            title: [row["ratios"][i][0] for row in rows]
+            for i, title in enumerate(("kr.solve", "a kr.Run used again"))
+        },
+        "compiling": [row["compiling"] for row in rows],
+        "paying": [row["paid"] for row in rows if row["paid"] is not None],
+        "processor": first["processor"],
+        "rounds": first["rounds"],
+        "peak": first["peak"] and f"{1e-9 * first['peak']:.0f}",
     }
 
 
-def list_rows(findings):
-    for scene, band in list_bands(findings):
-        columns = {"scene": scene["scene"], "end": scene["end"], "error": f"{band['error']:.3g}"}
-        for name, seconds in band["seconds"].items():
-            yield columns | {
-                "program": name,
-                "seconds_median": f"{median(seconds):.4g}",
-                "seconds_least": f"{min(seconds):.4g}",
-                "compiling": f"{band['compiling']:.3g}" if name == HEYOKA else None,
-                "operations": f"{band['operations']:.4g}" if name != HEYOKA else None,
-                "peak": format_digits(scene["peak"], ".4g") if name != HEYOKA else None,
-            }
-        if band["function"] is not None:
-            alone = f"{band['function']:.4g}"
-            yield columns | {"program": FUNCTION, "seconds_median": alone, "seconds_least": alone}
+def list_rows(scene, band):
+    """Yield the rows of the CSV file for one scene and one error."""
+    columns = {"scene": scene["scene"], "end": scene["end"], "error": f"{band['error']:.3g}"}
+    for name, seconds in band["seconds"].items():
+        own = {
+            "operations": f"{band['operations']:.4g}",
+            "peak": format_digits(scene["peak"], ".4g"),
+        }
+        yield columns | {
+            "program": name,
+            "seconds_median": f"{median(seconds):.4g}",
+            "seconds_least": f"{min(seconds):.4g}",
+            **({"compiling": f"{band['compiling']:.3g}"} if name == HEYOKA else own),
+        }
+    if band["function"] is not None:
+        alone = f"{band['function']:.4g}"
+        yield columns | {"program": FUNCTION, "seconds_median": alone, "seconds_least": alone}
 
 
-PART = Part(
-    "calls",
-    "Calls",
-    "Calls for one top, beside heyoka",
-    list_tasks,
-    load_findings,
-    build_context,
-    conclude,
-    list_files=lambda findings, metadata: [("calls.csv", write_csv(COLUMNS, list_rows(findings)))],
-)
+def list_files(findings, metadata):
+    rows = [row for scene in findings for band in scene["bands"] for row in list_rows(scene, band)]
+    yield "calls.csv", write_csv(rows)

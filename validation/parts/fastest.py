@@ -44,19 +44,31 @@ def fastest_row(rows, scene, target, is_candidate):
     return min(hits, key=lambda row: row.seconds, default=None)
 
 
+def fastest_with_step(rows, scene, target):
+    return fastest_row(rows, scene, target, lambda row: not row.peer and row.step is not None)
+
+
 def run_races(rows, scenes):
-    """Yield the fastest runs of kreisel and other integrators for each scene and target error."""
-    for scene in scenes:
-        for target in TARGETS:
-            own = fastest_row(rows, scene, target, lambda row: not row.peer)
-            yield scene, target, own, fastest_row(rows, scene, target, lambda row: row.peer)
+    """Return (scene, target, kreisel's fastest run, that of the others) for each target error."""
+    return [
+        (
+            scene,
+            target,
+            fastest_row(rows, scene, target, lambda row: not row.peer),
+            fastest_row(rows, scene, target, lambda row: row.peer),
+        )
+        for scene in scenes
+        for target in TARGETS
+    ]
+
+
+def is_faster(one, other):
+    """Return True if one run is clearly faster than the other."""
+    return bool(one and (not other or TIE * one.seconds < other.seconds))
 
 
 def times_to_targets(rows, scene):
-    """Yield, for each method, its smallest error and its run times for the target errors.
-
-    For each target error, the cell with the shortest run time is marked as the fastest.
-    """
+    """Yield each method, its smallest error, and pairs (time, is the fastest) by target error."""
     groups = group_by_method(rows, scene)
     seconds = {
         name: [hit and hit.seconds for hit in (fastest_reaching(own, target) for target in TARGETS)]
@@ -66,14 +78,11 @@ def times_to_targets(rows, scene):
     fastest = [min((s for s in column if s), default=None) for column in columns]
     for name, own in groups.items():
         errors = [row.attitude_error for row in own if not row.failure]
-        yield {
-            "method": name,
-            "smallest": format_digits(min(errors, default=None)),
-            "cells": [
-                {"text": format_milliseconds(s), "fastest": s is not None and s == least}
-                for s, least in zip(seconds[name], fastest, strict=True)
-            ],
-        }
+        cells = [
+            (format_milliseconds(s), s is not None and s == least)
+            for s, least in zip(seconds[name], fastest, strict=True)
+        ]
+        yield name, format_digits(min(errors, default=None)), cells
 
 
 def list_references(methods):
@@ -84,45 +93,28 @@ def list_references(methods):
 def summarize_races(rows, scenes):
     """Yield the run times of kreisel and other integrators for each scene and target error."""
     references = list_references({row.method for row in rows})
-
-    def seconds(scene, target, name):
-        hit = fastest_row(rows, scene, target, lambda row: row.method == name)
-        return format_milliseconds(hit and hit.seconds)
-
     for scene, target, own, _ in run_races(rows, scenes):
+        hits = [
+            fastest_row(rows, scene, target, lambda row, name=name: row.method == name)
+            for name in references
+        ]
         yield {
             "scene": scene,
             "target": format_power(target),
             "own": format_milliseconds(own and own.seconds),
             "method": own.method if own else "",
-            "others": [seconds(scene, target, name) for name in references],
+            "others": [format_milliseconds(hit and hit.seconds) for hit in hits],
         }
 
 
 def make_terminal_table(rows, scene, end):
-    table = Table(
-        title=f"{scene} to t = {end:g}: run time \\[ms] for an attitude error of",
-        title_justify="left",
-    )
+    title = f"{scene} to t = {end:g}: run time \\[ms] for an attitude error of"
+    table = Table(title=title, title_justify="left")
     table.add_column("method")
     for target in TARGETS:
         table.add_column(f"{format_power(target)} rad", justify="right")
     table.add_column("smallest", justify="right")
-    for line in times_to_targets(rows, scene):
-        cells = [
-            f"[bold]{cell['text']}[/]" if cell["fastest"] else cell["text"]
-            for cell in line["cells"]
-        ]
-        table.add_row(line["method"], *cells, line["smallest"])
+    for name, smallest, cells in times_to_targets(rows, scene):
+        texts = [f"[bold]{text}[/]" if is_fastest else text for text, is_fastest in cells]
+        table.add_row(name, *texts, smallest)
     return table
-
-
-def write_markdown(rows, scenes):
-    """Format the table of run times for README.md in Markdown."""
-    titles = list_references({row.method for row in rows}).values()
-    head = ["scene", "attitude error [rad]", "kreisel [ms]", *(f"{title} [ms]" for title in titles)]
-    lines = [head, ["---"] + ["---:"] * (len(head) - 1)]
-    for line in summarize_races(rows, scenes):
-        own = f"{line['own']} ({line['method']})" if line["method"] else line["own"]
-        lines.append([line["scene"], line["target"], own, *line["others"]])
-    return "".join(f"| {' | '.join(line)} |\n" for line in lines)

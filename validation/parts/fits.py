@@ -7,8 +7,7 @@ import kreisel as kr
 import numpy as np
 
 from ..competitors.timing import time_once
-from .formatting import format_brief
-from .part import Part, write_csv
+from .part import write_csv
 from .tasks import Task
 
 TIMES = np.linspace(0.0, 5.0, 334)
@@ -17,7 +16,7 @@ NOISE = 0.05  # standard deviation of the angular velocity [T^-1]
 SEED = 1
 OFF = 1.01  # factor of the guess of moments, lever and angular velocity
 MOMENT, LAST = 6, 8  # places of the first and the last moment among the parameters
-COLUMNS = ("name", "seconds", "moment", "error", "ratio", "messages")
+OWN = "kreisel"
 
 
 def load_fitters():
@@ -65,8 +64,8 @@ def measure_fit(name, times, rounds):
 def list_tasks(problems, size, store):
     times = TIMES[:SHORT] if size.quick else TIMES
     for name in load_fitters():
-        own, rounds = name == "kreisel", size.rounds if name == "kreisel" else 1
-        yield Task(f"fits/{name}", partial(measure_fit, name, times, rounds), 0.2 if own else 4.0)
+        weight, rounds = (0.2, size.rounds) if name == OWN else (4.0, 1)
+        yield Task(f"fits/{name}", partial(measure_fit, name, times, rounds), weight)
 
 
 def load_findings(problems, store):
@@ -75,33 +74,16 @@ def load_findings(problems, store):
 
 def build_context(rows):
     truth = make_scene(1.0).body.moments
+    seconds = {row["name"]: row["seconds"] for row in rows}
+    own = seconds.pop(OWN, None)
     return {
         "rows": rows,
         "numbers": rows[0]["numbers"],
         "truth": truth[0],
         "ratio": truth[0] / truth[2],
+        "faster": min(seconds.values()) / own if own and seconds else None,
     }
 
 
-def conclude(rows):
-    seconds = {row["name"]: row["seconds"] for row in rows}
-    others = [name for name in seconds if name != "kreisel"]
-    if not others or "kreisel" not in seconds:
-        return ""
-    faster = min(seconds[name] for name in others) / seconds["kreisel"]
-    return (
-        f"kreisel.fit is at least {format_brief(faster)} times as fast as a fit with differences "
-        "of integrated equations, and it names what the record does not determine."
-    )
-
-
-PART = Part(
-    "fits",
-    "Fits",
-    "Fits to measurements",
-    list_tasks,
-    load_findings,
-    build_context,
-    conclude,
-    list_files=lambda rows, metadata: [("fits.csv", write_csv(COLUMNS, rows))],
-)
+def list_files(rows, metadata):
+    yield "fits.csv", write_csv(rows)

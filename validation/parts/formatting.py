@@ -1,6 +1,7 @@
-"""Formatting of numbers and lists for the report."""
+"""Formatting of numbers and lists, used as filters in the templates of the report."""
 
 from collections import Counter
+from statistics import median
 
 NUMBERS = (
     *("no", "one", "two", "three", "four", "five", "six"),
@@ -8,17 +9,14 @@ NUMBERS = (
 )
 
 
-def number_word(n):
+def format_number(n):
+    """Return the English word for a small number."""
     return NUMBERS[n] if n < len(NUMBERS) else str(n)
 
 
-def count_word(n):
-    """Return the English word for a small number."""
-    return number_word(n) if n else "none"
-
-
-def verb_be(n):
-    return "are" if n > 1 else "is"
+def format_count(n):
+    """Return the English word for a small number, or 'none'."""
+    return format_number(n) if n else "none"
 
 
 def format_brief(x):
@@ -31,9 +29,9 @@ def format_large(x):
     return f"{float(f'{x:.2g}'):,.0f}" if x >= 10 else format_brief(x)
 
 
-def format_power(x):
+def format_power(x, form=".0e"):
     """Format a power of ten as in 1e-9."""
-    return f"{x:.0e}".replace("e-0", "e-")
+    return format(x, form).replace("e-0", "e-")
 
 
 def format_digits(value, form=".0e"):
@@ -50,12 +48,15 @@ def format_milliseconds(seconds):
     return f"{ms:.{places}f}"
 
 
+def format_span(values, form=format_brief):
+    """Format the smallest and the largest value, as in '3 to 8', or only one if they agree."""
+    return " to ".join(dict.fromkeys(form(bound(values)) for bound in (min, max)))
+
+
 def join_words(words):
     """Join words as in 'a, b and c'."""
-    words = list(words)
-    if not words:
-        return "none"
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+    *others, last = list(words) or ["none"]
+    return f"{', '.join(others)} and {last}" if others else last
 
 
 def join_counts(names):
@@ -63,6 +64,16 @@ def join_counts(names):
     return join_words(f"{name} ({count})" for name, count in Counter(names).most_common())
 
 
-def join_sentences(*sentences):
-    """Join all nonempty sentences with spaces."""
-    return " ".join(filter(None, sentences))
+FILTERS = {
+    "number": format_number,
+    "count_word": format_count,
+    "brief": format_brief,
+    "large": format_large,
+    "power": format_power,
+    "digits": format_digits,
+    "milliseconds": format_milliseconds,
+    "span": format_span,
+    "words": join_words,
+    "counts": join_counts,
+    "median": median,
+}

@@ -7,14 +7,13 @@ from ..competitors import timing
 from ..competitors.single_runs import EPS, HeyokaRun, KreiselRun, Setting
 from ..references import reference
 from ..references.problems import attitude_error
-from .formatting import format_large, format_milliseconds
+from .formatting import format_large
 from .tasks import Task
 
 LATE, QUICK = 1e6, 1e3  # time of the state [T]
 PART = 0.1  # heyoka runs to this fraction of the time; its run time is proportional to the time
 EARLY = 1e-3  # the error is measured at this fraction of the time; 128 bits are slow
 ROUNDS = 3
-INTEGRATORS = "taylor", "heyoka"
 
 
 def make_closed_form(problem):
@@ -40,10 +39,7 @@ def measure_late_state(problem, quick):
     """Return the run times [s] of exact, taylor and heyoka for the state at a large time."""
     t = QUICK if quick else LATE
     form = make_closed_form(problem)
-    exact, taylor = (
-        KreiselRun(method, problem, t, setting)
-        for method, setting in (("exact", Setting()), ("taylor", Setting()))
-    )
+    exact, taylor = (KreiselRun(name, problem, t, Setting()) for name in ("exact", "taylor"))
     heyoka = HeyokaRun(problem, PART * t, Setting(tol=EPS))
     calls = exact.solve, lambda: form(t), taylor.solve, heyoka.solve
     whole, state, series, part = timing.best_times(calls, ROUNDS)
@@ -59,19 +55,12 @@ def measure_late_state(problem, quick):
     }
 
 
-def describe_late_state(entry):
-    """Describe how long each method takes to compute the state of a top at a large time."""
-    if not entry:
-        return ""
-    times = {name: entry[name] for name in ("exact", "state", "taylor", "heyoka")}
-    texts = {name: format_milliseconds(seconds) for name, seconds in times.items()}
-    whole = " and ".join(format_large(entry[name] / entry["exact"]) for name in INTEGRATORS)
-    state = " and ".join(format_large(entry[name] / entry["state"]) for name in INTEGRATORS)
-    return (
-        f"One state at t = {entry['t']:g}: the closed form takes {texts['exact']} ms with its "
-        f"preparation and {texts['state']} ms without, taylor {texts['taylor']} ms, and heyoka "
-        f"about {texts['heyoka']} ms, scaled from a run to {PART:g} of this time. The integrators "
-        f"take {whole} times as long as the closed form with its preparation, and {state} times "
-        f"as long as without. At t = {EARLY * entry['t']:g}, the error of the closed form is "
-        f"{entry['error']:.0e} rad relative to heyoka in 128 bit."
-    )
+def late_context(entry):
+    """Return the measured run times and the ratios of taylor and heyoka to the closed form."""
+    ratios = {
+        f"over_{own}": " and ".join(
+            format_large(entry[name] / entry[own]) for name in ("taylor", "heyoka")
+        )
+        for own in ("exact", "state")
+    }
+    return entry | ratios | {"part": PART, "early": EARLY * entry["t"]}

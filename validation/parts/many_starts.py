@@ -16,20 +16,12 @@ import numpy as np
 
 from ..competitors import timing
 from ..competitors.single_runs import PEERS, HeyokaRun, KreiselRun, ScipyRun, Setting
-from ..drawing.cost_bands import draw_cost_bands
-from ..references import equations, reference
+from ..drawing.curves import draw_bands
+from ..references import reference
 from ..references.problems import attitude_error, load_problem, rotate_to_space
 from . import fastest
-from .formatting import (
-    format_brief,
-    format_large,
-    format_milliseconds,
-    format_power,
-    join_sentences,
-    join_words,
-    number_word,
-)
-from .part import Part, write_csv
+from .formatting import format_milliseconds, format_power
+from .part import write_csv
 from .tasks import Task
 
 SEED, TURNS = 9, 10.0
@@ -46,7 +38,6 @@ SYMMETRIC, OTHERS = "Symmetric tops, closed form", "Other tops, series"
 CURVE = [10.0 ** (-k / 2) for k in range(4, 27)]  # errors of the figure [rad]
 SHOWN = (1e-3, 1e-6, 1e-9, 1e-12)  # errors of the table [rad]
 BAND = (0.25, 0.75)  # quantiles of the band
-COLUMNS = ("scene", "start", "program", "tol", "seconds", "attitude_error")
 
 
 def list_programs():
@@ -56,10 +47,7 @@ def list_programs():
 
 
 def rotate_start(problem, random):
-    """Return a problem with a random initial state.
-
-    If the vertical momentum of the given problem is zero, it remains zero.
-    """
+    """Return a problem with a random start; a vertical momentum of zero remains zero."""
     axis = random.normal(size=3)
     half = random.uniform(0.0, ROTATION) / 2
     turn = np.array([np.cos(half), *(np.sin(half) * axis / np.linalg.norm(axis))])
@@ -82,23 +70,13 @@ def make_runs(starts, end, tol):
     setting = Setting(tol=tol)
     compiled_run = HeyokaRun(starts[0], end, setting)
     for name in list_programs():
-        if name == OWN:
-            yield name, [KreiselRun("auto", start, end, setting) for start in starts], None
-        elif name in kr.methods:
-            yield name, [KreiselRun(name, start, end, setting) for start in starts], None
-        elif name == PEERS[0].name:
-            yield name, [restart(compiled_run, start) for start in starts], compiled_run.setup
+        if name == PEERS[0].name:
+            yield name, [compiled_run.restart(start) for start in starts], compiled_run.setup
+        elif name == OWN or name in kr.methods:
+            method = "auto" if name == OWN else name
+            yield name, [KreiselRun(method, start, end, setting) for start in starts], None
         elif tol >= SCIPY_LEAST:
             yield name, [ScipyRun(start, end, setting) for start in starts], None
-
-
-def restart(compiled_run, start):
-    """Return a run that reuses the compiled integrator for another initial state."""
-    run = object.__new__(HeyokaRun)
-    vars(run).update(
-        vars(compiled_run), start=equations.round_to(equations.start_state(start), float)
-    )
-    return run
 
 
 def measure_run(run, truth):
@@ -110,7 +88,7 @@ def measure_run(run, truth):
             seconds = timing.perf_counter() - begin
             if seconds < LONG:
                 seconds = min(timing.time_once(run.solve) for _ in range(TRIALS))
-        return seconds, attitude_error(attitude, truth)
+        return {"seconds": seconds, "attitude_error": attitude_error(attitude, truth)}
     except (kr.Error, ArithmeticError, ValueError):
         return None
 
@@ -133,12 +111,11 @@ def measure_scene(problem, size):
         compiling += [setup for *_, setup in programs if setup is not None]
         for i, truth in enumerate(truths):
             for name, runs, _ in programs:
-                if (measurement := measure_run(runs[i], truth)) is not None:
-                    columns = dict(zip(COLUMNS, (problem.name, i, name, tol), strict=False))
-                    seconds, error = measurement
-                    results.append(columns | {"seconds": seconds, "attitude_error": error})
-    header = {"scene": problem.name, "starts": len(starts)}
-    return header | {"compiling": compiling, "precise": precise, "runs": results}
+                if measurement := measure_run(runs[i], truth):
+                    run = {"scene": problem.name, "start": i, "program": name, "tol": tol}
+                    results.append(run | measurement)
+    findings = {"scene": problem.name, "starts": len(starts), "compiling": compiling}
+    return findings | {"precise": precise, "runs": results}
 
 
 def list_tasks(problems, size, store):
@@ -184,38 +161,10 @@ def make_bands(findings):
     bands = {}
     for program, title in list_programs().items():
         times = [times_to_error(findings, program, target) for target in CURVE]
-        bands[title] = (
-            CURVE,
-            *(
-                [1e3 * compute_quantile(each, part) for each in times]
-                for part in (0.5, BAND[0], BAND[1])
-            ),
-        )
+        parts = (0.5, *BAND)
+        milliseconds = [[1e3 * compute_quantile(own, part) for own in times] for part in parts]
+        bands[title] = CURVE, *milliseconds
     return bands
-
-
-def draw_groups(findings):
-    panels = {
-        f"{title} ({count_starts(own)} starts)": make_bands(own)
-        for title, own in group_starts(findings).items()
-    }
-    return draw_cost_bands(panels, OWN, "attitude error at the end [rad]")
-
-
-def summarize_programs(findings):
-    """Yield a table row with the median run times of all programs for each target error."""
-    for target in SHOWN:
-        times = {name: times_to_error(findings, name, target) for name in list_programs()}
-        yield {
-            "target": format_power(target),
-            "cells": [
-                {
-                    "time": format_milliseconds(finite_or_none(compute_quantile(own, 0.5))),
-                    "reached": format_share(own),
-                }
-                for own in times.values()
-            ],
-        }
 
 
 def format_share(times):
@@ -223,16 +172,22 @@ def format_share(times):
     return f"{100 * np.isfinite(times).mean():.0f} %"
 
 
-def finite_or_none(x):
-    return x if np.isfinite(x) else None
+def summarize_programs(findings):
+    """Yield each target error with the median run time and the success of all programs."""
+    for target in SHOWN:
+        cells = []
+        for name in list_programs():
+            times = times_to_error(findings, name, target)
+            middle = compute_quantile(times, 0.5)
+            time = format_milliseconds(middle if np.isfinite(middle) else None)
+            cells.append((time, format_share(times)))
+        yield format_power(target), cells
 
 
 def compare_medians(findings, target):
-    """Return kreisel's median run time [s], and the other programs' medians relative to it.
+    """Return kreisel's median run time [s] or None, and the other programs' medians over it.
 
-    A program is omitted if it fails to reach the target error for at least a quarter of the initial
-    states. The median run time of kreisel is None if it fails for at least a quarter of the initial
-    states.
+    A program is omitted if it misses the target error for at least a quarter of the starts.
     """
     medians = {}
     for program, title in list_programs().items():
@@ -243,92 +198,42 @@ def compare_medians(findings, target):
     return own, {title: middle / own for title, middle in medians.items()} if own else {}
 
 
-def describe_group(title, findings, target):
-    """Compare in one sentence the run times of all programs at a given error."""
-    own, ratios = compare_medians(findings, target)
-    if own is None:
-        return ""
-    slower = [f"{name} {format_large(ratio)} times" for name, ratio in ratios.items()]
-    return (
-        f"{title}: kreisel takes {format_milliseconds(own)} ms for {format_power(target)} rad"
-        + (f", {join_words(slower)} as long." if slower else ".")
-    )
-
-
-def describe_reached(findings, target):
-    """Describe for which share of the initial states each program attains a given error."""
-    shares = [
-        f"{title} on {format_share(times_to_error(findings, program, target))}"
-        for program, title in list_programs().items()
-    ]
-    return f"{format_power(target)} rad is reached by {join_words(shares)} of the starts."
-
-
-def describe_digits(findings, target):
-    """Describe how often kreisel reaches a given error in extended-precision arithmetic."""
-    errors = [error for each in findings for error in each.get("precise", ())]
-    if not errors:
-        return ""
-    times = [0.0 if error <= target else np.inf for error in errors]
-    return f"With digits={DIGITS}, kreisel reaches it on {format_share(times)}."
-
-
-def describe_scenes(findings):
-    return "one scene" if len(findings) == 1 else f"{number_word(len(findings))} scenes"
-
-
-def conclude(findings):
-    return join_sentences(
-        f"{count_starts(findings)} random starts of {describe_scenes(findings)}, "
-        f"{TURNS:g} turns each.",
-        *(describe_group(title, own, SHOWN[2]) for title, own in group_starts(findings).items()),
-        "These are the medians of the figure and their ratios, for programs that reach the error "
-        "on three quarters of the starts.",
-        describe_reached(findings, SHOWN[3]),
-        describe_digits(findings, SHOWN[3]),
-    )
-
-
-def find_tolerances(findings):
-    """Return the largest and the smallest tolerance used."""
-    tolerances = {run["tol"] for each in findings for run in each["runs"]}
-    return max(tolerances), min(tolerances)
-
-
 def build_context(findings):
-    compiling = [seconds for each in findings for seconds in each["compiling"]]
+    groups, programs = group_starts(findings), list_programs()
+    compiling = median(seconds for each in findings for seconds in each["compiling"])
+    tolerances = {run["tol"] for each in findings for run in each["runs"]}
+    precise = [error for each in findings for error in each.get("precise", ())]
+    panels = {
+        f"{title} ({count_starts(own)} starts)": make_bands(own) for title, own in groups.items()
+    }
+    own_time = compute_quantile(times_to_error(findings, OWN, SHOWN[2]), 0.5)
     return {
-        "figure": draw_groups(findings),
-        "programs": list(list_programs().values()),
+        "figure": draw_bands(panels, OWN, "attitude error at the end [rad]"),
+        "programs": list(programs.values()),
         "groups": [
-            {"title": title, "starts": count_starts(own), "rows": list(summarize_programs(own))}
-            for title, own in group_starts(findings).items()
+            (title, list(summarize_programs(own)), *compare_medians(own, SHOWN[2]))
+            for title, own in groups.items()
         ],
+        "compared": SHOWN[2],
+        "least": SHOWN[3],
+        "reached": {
+            title: format_share(times_to_error(findings, program, SHOWN[3]))
+            for program, title in programs.items()
+        },
+        "precise": precise
+        and format_share([0.0 if error <= SHOWN[3] else np.inf for error in precise]),
         "starts": findings[0]["starts"],
-        "scenes": describe_scenes(findings),
+        "number_of_scenes": len(findings),
         "tops": count_starts(findings),
         "digits": DIGITS,
         "turns": f"{TURNS:g}",
         "rotation": f"{ROTATION:g}",
-        "tolerances": [f"{tol:.0e}".replace("e-0", "e-") for tol in find_tolerances(findings)],
+        "tolerances": (max(tolerances), min(tolerances)),
         "scales": [f"{factor:g}" for factor in SCALES],
-        "compiling": f"{median(compiling):.2f}",
-        "runs_in_compiling": format_brief(
-            median(compiling) / compute_quantile(times_to_error(findings, OWN, SHOWN[2]), 0.5)
-        ),
+        "compiling": compiling,
+        "runs_in_compiling": compiling / own_time,
     }
 
 
-PART = Part(
-    "many_starts",
-    "Many starts",
-    "Run time over error, many starts",
-    list_tasks,
-    load_findings,
-    build_context,
-    conclude,
-    list_files=lambda findings, metadata: [
-        ("many_starts.csv", write_csv(COLUMNS, (run for each in findings for run in each["runs"])))
-    ],
-    build_lead=build_context,
-)
+def list_files(findings, metadata):
+    yield "many_starts.csv", write_csv(run for each in findings for run in each["runs"])

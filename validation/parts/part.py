@@ -1,51 +1,43 @@
 """The interface that all parts of the report implement.
 
-A single list of parts determines the page, the tables and the command line of the report. A new
-part needs a Python file, a template with the same name, and two lines in report/contents.py. The
-Python file must end with the definition of a `Part` object.
+A part is a module of this folder and a template with the same name. The module has a few of the
+functions below; those that it lacks return nothing. The template has the blocks `lead` (shown above
+all parts), `conclusion`, `shown` and `body` (folded), of which only `body` is required.
+
+list_tasks(problems, size, store)  the computations of the part, in order
+load_findings(problems, store)     their results; a part without results is omitted
+build_context(findings)            values for the template
+list_files(findings, metadata)     the name and the text of each file
+terminal_lines(findings)           lines for the terminal
+list_methods(findings)             names of the methods that ran
 """
 
 import csv
 import io
-from collections.abc import Callable
 from dataclasses import dataclass
-
-
-def list_nothing(findings, *_):
-    return ()
+from types import ModuleType
 
 
 @dataclass(frozen=True)
 class Part:
-    """A part of the report, with its computations, texts and files.
-
-    A part is omitted from the report if its results are empty.
-    """
-
-    name: str  # used for --only, for links within the page, and as the name of the template
+    module: ModuleType
     title: str  # title in the navigation of the page
     heading: str  # heading of its section
-    list_tasks: Callable  # (problems with their ends, size, store) -> tasks, in order
-    load_findings: Callable  # (problems with their ends, store) -> findings
-    build_context: Callable  # findings -> values for the template, by name
-    conclude: Callable  # findings -> a paragraph
-    list_files: Callable = list_nothing  # (findings, metadata) -> (name, text) of each file
-    terminal_lines: Callable = list_nothing  # findings -> lines for the terminal
-    list_methods: Callable = list_nothing  # findings -> names of the methods that ran
-    # findings -> values for the template NAME_lead.html, which is shown above all parts
-    build_lead: Callable | None = None
-    is_lead_row: bool = False  # True if NAME_lead.html is a row of the list of advice
+    is_lead_row: bool = False  # True if its lead is a row of the list of advice
     accepts_user_scenes: bool = False  # True if it can run on the scenes of a user
 
+    @property
+    def name(self):
+        return self.module.__name__.rpartition(".")[2]
 
-def write_csv(columns, rows):
-    """Format a list of dictionaries as CSV.
+    def __getattr__(self, function):
+        return getattr(self.module, function, lambda *_: ())
 
-    Missing values are written as empty fields, and dictionary keys that are not in `columns` are
-    ignored.
-    """
-    text = io.StringIO(newline="")
-    writer = csv.DictWriter(text, columns, extrasaction="ignore")
+
+def write_csv(rows):
+    """Format dictionaries as CSV, with empty fields for missing values."""
+    rows, text = list(rows), io.StringIO(newline="")
+    writer = csv.DictWriter(text, list(dict.fromkeys(key for row in rows for key in row)))
     writer.writeheader()
     writer.writerows(rows)
     return text.getvalue()

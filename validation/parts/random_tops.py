@@ -16,11 +16,11 @@ import numpy as np
 from ..competitors import timing
 from ..competitors.method_families import group_methods
 from ..competitors.single_runs import Setting, control_of
-from ..drawing.distributions import draw_distributions
+from ..drawing.curves import draw_curves
+from ..drawing.style import LEAST, choose_line_styles
 from ..references import reference
 from ..references.problems import attitude_error, problem_of_scene
-from .formatting import join_sentences, number_word
-from .part import Part, write_csv
+from .part import write_csv
 from .tasks import Task
 
 SEED, TURNS = 6, 10.0
@@ -31,7 +31,7 @@ FAR = 3.0  # longer run times, as multiples of the given time, are not due to no
 PIECE = 50  # number of tops before the next method runs
 STEPS = 2000  # number of steps to measure the time of a step
 TOLERANCES = [10.0**-k for k in range(2, 15)]
-COLUMNS = ("kind", "top", "method", "setting", "seconds", "attitude_error", "failure")
+NAMED_AT = 0.97  # height of the names of curves
 KOWALEWSKI = (1.0, 2.0, 2.0)
 KINDS = {
     "Lagrange": "two equal moments, the centre of mass on the third axis",
@@ -124,7 +124,7 @@ def compute_true_attitude(problem):
 
 
 def measure_kind(kind, members):
-    """Integrate groups of tops by all methods in turn, so that machine load affects all equally."""
+    """Integrate pieces of the tops by all methods in turn, so that load affects all equally."""
     problems = draw_problems(kind, members)
     methods = [method for method in kr.methods.values() if method.suits(problems[0].user)]
     settings = {method.name: fit_setting(method, problems[:SOME]) for method in methods}
@@ -149,10 +149,7 @@ def load_findings(problems, store):
 
 
 def group_by_method(runs, kind):
-    """Return the runs and the sorted errors of each method for one kind of top.
-
-    If a run fails, its error is set to pi.
-    """
+    """Return the runs and the sorted errors of each method; the error of a failed run is pi."""
     groups = {}
     for run in runs:
         if run["kind"] == kind:
@@ -163,76 +160,76 @@ def group_by_method(runs, kind):
     }
 
 
-def table_row(kind, name, own, sizes):
-    return {
-        "kind": kind,
-        "method": name,
-        "setting": own[0]["setting"],
-        "ms": 1e3 * median(run.get("seconds", np.nan) for run in own),
-        "middle": float(np.median(sizes)),
-        "bad": float(np.quantile(sizes, 0.95)),
-        "worst": float(sizes[-1]),
-        "failed": sum("failure" in run for run in own),
+def summarize_methods(groups):
+    """Return a table with one row per method, in order of the median error."""
+    rows = [
+        {
+            "method": name,
+            "setting": own[0]["setting"],
+            "ms": 1e3 * median(run.get("seconds", np.nan) for run in own),
+            "middle": float(np.median(sizes)),
+            "bad": float(np.quantile(sizes, 0.95)),
+            "worst": float(sizes[-1]),
+            "failed": sum("failure" in run for run in own),
+        }
+        for name, (own, sizes) in groups.items()
+    ]
+    return sorted(rows, key=lambda row: row["middle"])
+
+
+def draw_distributions(groups):
+    """Yield the error distributions of each family of methods that has runs, with its title."""
+    lines = {
+        name: (np.maximum(sizes, LEAST), np.arange(1, len(sizes) + 1) / len(sizes))
+        for name, (_, sizes) in groups.items()
     }
 
+    def find_end(line):
+        return float(np.quantile(line[0], NAMED_AT)), NAMED_AT
 
-def summarize_methods(runs, kind):
-    """Return a table with one row per method, in order of the median error."""
-    groups = group_by_method(runs, kind)
-    order = sorted(groups, key=lambda name: float(np.median(groups[name][1])))
-    return [table_row(kind, name, *groups[name]) for name in order]
+    for title, (family, peers) in group_methods().items():
+        if any(name in lines for name in family):
+            yield (
+                title,
+                draw_curves(
+                    lines,
+                    choose_line_styles(family, peers),
+                    find_end,
+                    ticks=(7, None),
+                    yscale="linear",
+                    xlabel="attitude error at the end [rad]",
+                    ylabel="fraction of tops with at most this error",
+                    xlim=(3e-18, 10),
+                    ylim=(0, 1),
+                ),
+            )
 
 
 def kind_contexts(runs):
     for kind, description in KINDS.items():
-        errors = {name: sizes for name, (_, sizes) in group_by_method(runs, kind).items()}
-        if errors:
+        if groups := group_by_method(runs, kind):
             yield {
                 "kind": kind,
                 "about": description,
-                "panels": draw_panels(errors),
-                "tops": len(next(iter(errors.values()))),
-                "lines": summarize_methods(runs, kind),
+                "panels": list(draw_distributions(groups)),
+                "tops": len(next(iter(groups.values()))[1]),
+                "lines": summarize_methods(groups),
             }
 
 
-def draw_panels(errors):
-    return [
-        {"label": title, "svg": draw_distributions(errors, family, peers)}
-        for title, (family, peers) in group_methods().items()
-        if any(name in errors for name in family)
-    ]
-
-
 def build_context(runs):
-    return {"kinds": list(kind_contexts(runs)), "given": 1e3 * GIVEN, "turns": f"{TURNS:g}"}
+    return {
+        "kinds": list(kind_contexts(runs)),
+        "given": 1e3 * GIVEN,
+        "turns": f"{TURNS:g}",
+        "runs": len(runs),
+        "failures": sum("failure" in run for run in runs),
+    }
 
 
-def conclude(runs):
-    summaries = {kind: lines for kind in KINDS if (lines := summarize_methods(runs, kind))}
-    best = "; for ".join(f"{kind}: {describe_kind(lines)}" for kind, lines in summaries.items())
-    failures = sum("failure" in run for run in runs)
-    return join_sentences(
-        f"Smallest error in the given time: for {best}.",
-        f"{number_word(failures).capitalize() if failures else 'None'} of {len(runs)} runs failed.",
-    )
+def list_files(runs, metadata):
+    yield "random_tops.csv", write_csv(runs)
 
 
-def describe_kind(lines):
-    first, *others = lines
-    text = f"{first['method']} (median {first['middle']:.0e} rad, 95 % below {first['bad']:.0e})"
-    runner_up = [f"then {other['method']} ({other['middle']:.0e})" for other in others[:1]]
-    return ", ".join([text, *runner_up])
-
-
-PART = Part(
-    "random_tops",
-    "Random tops",
-    "Random tops, at equal time",
-    list_tasks,
-    load_findings,
-    build_context,
-    conclude,
-    list_files=lambda runs, metadata: [("random_tops.csv", write_csv(COLUMNS, runs))],
-    list_methods=lambda runs: {run["method"] for run in runs},
-)
+def list_methods(runs):
+    return {run["method"] for run in runs}

@@ -54,19 +54,23 @@ class Measurement:
         return min(self.samples, default=self.about)
 
     @property
-    def median_seconds(self):
-        return median(self.samples) if self.samples else self.about
-
-    @property
     def spread(self):
         return timing.relative_spread(self.samples) if self.samples else None
 
+    def summarize(self):
+        """Return the numbers of the run for a table, with those of its times."""
+        numbers = asdict(self) | {
+            "seconds": self.seconds,
+            "seconds_median": median(self.samples) if self.samples else self.about,
+            "seconds_spread": self.spread,
+            "rounds": len(self.samples),
+        }
+        numbers = {key: numbers[key] for key in numbers if key not in ("samples", "about", "peer")}
+        return {key: f"{x:.6g}" if isinstance(x, float) else x for key, x in numbers.items()}
+
 
 def turn_length(problem):
-    """Return a power of two that is close to the time [T] the top needs for one turn.
-
-    A power of two makes it possible to divide the final time exactly into steps.
-    """
+    """Return a power of two close to the time [T] of one turn, for exact divisions into steps."""
     return 2.0 ** round(math.log2(2 * math.pi / problem.rate))
 
 
@@ -111,11 +115,11 @@ class SceneRuns:
 
     def list_settings(self, contender):
         powers, tolerances = QUICK if self.size.quick else (TIGHTER, TOLERANCES)
-        if contender.steered != "tol":
+        if not contender.steered:
+            return [Setting()]
+        if contender.steered == "step":
             turn = turn_length(self.problem)
-            return (
-                [Setting(step=turn / 2.0**k) for k in powers] if contender.steered else [Setting()]
-            )
+            return [Setting(step=turn / 2.0**k) for k in powers]
         tightest = contender.tightest or 0.0
         settings = [Setting(tol=tol) for tol in tolerances if tol > tightest]
         return [*settings, Setting(tol=tightest)] if tightest else settings
@@ -139,10 +143,7 @@ class SceneRuns:
 
 
 def is_enough(rows, longest):
-    """Return True if more accurate runs would take too long or would not reduce the error.
-
-    A run takes too long with more than `longest` evaluations, or steps if these are not counted.
-    """
+    """Return True if more accurate runs would take too long or would not reduce the error."""
     errors = [row.attitude_error for row in rows if not row.failure]
     if not errors:
         return False

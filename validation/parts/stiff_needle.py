@@ -16,16 +16,18 @@ import kreisel as kr
 import numpy as np
 
 from ..competitors.single_runs import choose_setting
+from ..drawing.curves import draw_curves, last_point
+from ..drawing.style import COLOURS, LEAST, MARKERS
 from ..references.problems import attitude_error
 from .atlas_cases import stiff_cases
 from .atlas_cells import TOL
-from .formatting import join_sentences, join_words
-from .part import write_csv
 from .tasks import Task
 from .verdicts import LOST
 
 CASE, TURNS, LOOKS = "needle, 64 a turn of precession", 2, 64
-COLUMNS = ("method", "kind", "t", "attitude_error", "energy_error", "axial_error", "message")
+QUANTITIES = "attitude", "energy", "axial"
+ERRORS = ("t", *(f"{name}_error" for name in QUANTITIES))
+COURSES = {"attitude": "attitude error [rad]", "energy": "energy error, relative"}
 KINDS = {
     "closed form": lambda m: m.exact,
     "fixed step, implicit": lambda m: m.implicit and not m.adaptive,
@@ -55,7 +57,7 @@ def measure_line(scene, method, times, step, true):
     path, message = solve_or_stop(scene, times, method, step)
     line = {"method": method.name, "kind": kind_of(method), "message": message}
     if path is None:
-        return line | {"t": [], "attitude": [], "energy": [], "axial": []}
+        return line | {key: [] for key in ("t", *QUANTITIES)}
     body = scene.body
     weight = abs(body.mass * scene.gravity) * np.linalg.norm(body.com)
     size = np.abs(true.kinetic).max() + weight
@@ -90,33 +92,56 @@ def load_findings(store):
     return [line for lines in store.under("stiff/") for line in lines]
 
 
-def conclude(lines):
+def build_context(lines):
     """Name the methods that keep energy and attitude, lose the attitude, or stop before the end."""
     if not lines:
-        return ""
+        return {"courses": []}
+    kinds = dict.fromkeys(line["kind"] for line in lines)
+    looks = {
+        kind: {"color": colour, "marker": marker}
+        for kind, colour, marker in zip(kinds, COLOURS, MARKERS, strict=False)
+    }
+    styles = {line["method"]: looks[line["kind"]] for line in lines}
     end = max(line["t"][-1] for line in lines if line["t"])
     complete = [line for line in lines if line["t"] and line["t"][-1] == end]
     is_lost = {line["method"]: line["attitude"][-1] >= LOST for line in complete}
     energy = {line["method"]: max(line["energy"]) for line in complete}
-    both = [name for name in energy if not is_lost[name] and energy[name] < KEPT]
-    one = [name for name in energy if is_lost[name] and energy[name] < LOST]
-    incomplete = [line["method"] for line in lines if line not in complete]
-    sentences = [
-        f"these methods keep both energy and attitude: {join_words(both)};" if both else "",
-        f"these keep the relative energy error below {LOST:g} and lose the attitude: "
-        f"{join_words(one)};"
-        if one
-        else "",
-        f"these do not reach the end: {join_words(incomplete)};" if incomplete else "",
-    ]
-    return join_sentences("In these runs", *sentences).removesuffix(";") + "."
+    return {
+        "kinds": {kind: look["color"] for kind, look in looks.items()},
+        "courses": [
+            (label, draw_course(lines, quantity, label, styles))
+            for quantity, label in COURSES.items()
+        ],
+        "kept": [name for name in energy if not is_lost[name] and energy[name] < KEPT],
+        "turned": [name for name in energy if is_lost[name] and energy[name] < LOST],
+        "incomplete": [line["method"] for line in lines if line not in complete],
+    }
 
 
-def write_table(lines):
-    """Format the results as CSV, with a row for each method and time."""
-    rows = (
-        (line["method"], line["kind"], *(f"{x:.6g}" for x in row), line["message"])
-        for line in lines
-        for row in zip(line["t"], line["attitude"], line["energy"], line["axial"], strict=True)
+def draw_course(lines, quantity, label, styles):
+    """Plot an error against time, with one line for each run."""
+    return draw_curves(
+        {
+            line["method"]: (line["t"][1:], np.maximum(line[quantity][1:], LEAST))
+            for line in lines
+            if len(line["t"]) > 1
+        },
+        styles,
+        last_point,
+        (4.9, 4.2),
+        xscale="linear",
+        xlabel="time; one turn of the precession is 2 pi",
+        ylabel=label,
+        ylim=(LEAST, 10),
     )
-    return write_csv(COLUMNS, (dict(zip(COLUMNS, row, strict=True)) for row in rows))
+
+
+def list_rows(lines):
+    """Return the results as rows of a table, one for each method and time."""
+    return [
+        {"method": line["method"], "kind": line["kind"]}
+        | {name: f"{x:.6g}" for name, x in zip(ERRORS, numbers, strict=True)}
+        | {"message": line["message"]}
+        for line in lines
+        for numbers in zip(*(line[key] for key in ("t", *QUANTITIES)), strict=True)
+    ]

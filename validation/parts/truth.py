@@ -4,11 +4,9 @@ from functools import partial
 
 from ..references import reference
 from . import scene_runs
-from .formatting import format_brief, join_sentences, join_words
-from .part import Part, write_csv
+from .part import write_csv
 from .tasks import Task
 
-COLUMNS = ("scene", "t", "conditioning", "computed_by", "away")
 MANY = ("128", "30 digits")  # the names of high-precision computations contain one of these words
 
 
@@ -23,9 +21,8 @@ def list_tasks(problems, size, store):
 
 
 def compare_truths(problem, end, store):
-    return list(
-        reference.compare_computations(problem, end, store.known[scene_runs.truth_key(problem)])
-    )
+    truth = store.known[scene_runs.truth_key(problem)]
+    return list(reference.compare_computations(problem, end, truth))
 
 
 def load_findings(problems, store):
@@ -33,7 +30,7 @@ def load_findings(problems, store):
     return [
         {
             "scene": problem.name,
-            "end": end,
+            "t": end,
             "conditioning": store.known[scene_runs.truth_key(problem)]["conditioning"],
             "ways": [*store.known[ways_key(problem)], *heyoka_in_double(store, problem.name)],
         }
@@ -49,69 +46,30 @@ def heyoka_in_double(store, scene):
     return [("heyoka, double", errors[-1])] if errors else []
 
 
-def has_many_digits(way):
-    return any(word in way for word in MANY)
+def build_context(lines):
+    """Compare the deviations with the angle by which one rounding of the data moves the attitude.
 
-
-def summarize_agreement(lines):
-    """Yield the largest differences between several computations of the reference solution.
-
-    Each difference is divided by the change in attitude that rounding errors in the input cause.
+    The context has the largest ratio of each scene for computations with many digits, and the
+    largest ratio of all others.
     """
-    for line in lines:
-        ratios = [(angle / line["conditioning"], way) for way, angle in line["ways"]]
-        many = [angle for angle, way in ratios if has_many_digits(way)]
-        others = [each for each in ratios if not has_many_digits(each[1])]
-        yield line["scene"], max(many, default=0.0), max(others, default=(0.0, ""))
-
-
-def conclude(lines):
-    summary = list(summarize_agreement(lines))
-    return (
-        join_sentences(describe_high_precision(summary), describe_double_precision(summary))
-        if summary
-        else ""
-    )
-
-
-def describe_high_precision(summary):
-    outliers = [scene for scene, most, _ in summary if most > 1.0]
-    scenes = f"all scenes but {join_words(outliers)}" if outliers else "every scene"
-    most = max(most for _, most, _ in summary)
-    return (
-        f"On {scenes} the high-precision results agree within the conditioning. They differ by at "
-        f"most {most:.0e} times the angle by which rounding the data to doubles moves the attitude."
-    )
-
-
-def describe_double_precision(summary):
-    scene, _, (worst, way) = max(summary, key=lambda line: line[2][0])
-    if not way:
-        return ""
-    return (
-        f"Among the results in double and 80-bit precision, {way.replace(', ', ' in ')} has the "
-        "largest error: "
-        f"{format_brief(worst)} times this angle, on {scene}."
-    )
+    ratios = [
+        (angle / line["conditioning"], way, line["scene"])
+        for line in lines
+        for way, angle in line["ways"]
+    ]
+    high = {line["scene"]: 0.0 for line in lines}
+    for ratio, way, scene in ratios:
+        if any(word in way for word in MANY):
+            high[scene] = max(high[scene], ratio)
+    others = [each for each in ratios if not any(word in each[1] for word in MANY)]
+    return {"truths": lines, "high": high, "double": max(others, default=None)}
 
 
 def list_files(lines, metadata):
-    rows = [
-        (line["scene"], line["end"], line["conditioning"], *way)
+    rows = (
+        {key: line[key] for key in ("scene", "t", "conditioning")}
+        | {"computed_by": way, "away": angle}
         for line in lines
-        for way in line["ways"]
-    ]
-    yield "truths.csv", write_csv(COLUMNS, (dict(zip(COLUMNS, row, strict=True)) for row in rows))
-
-
-PART = Part(
-    "truth",
-    "Truth",
-    "Are the reference solutions accurate?",
-    list_tasks,
-    load_findings,
-    lambda lines: {"truths": lines},
-    conclude,
-    list_files=list_files,
-    accepts_user_scenes=True,
-)
+        for way, angle in line["ways"]
+    )
+    yield "truths.csv", write_csv(rows)

@@ -17,16 +17,9 @@ RESOLVED = 16  # steps per turn that resolve the motion
 COARSE = 4  # fewer steps per turn are obviously too few
 PROMISED = 10.0  # tolerated ratio of an adaptive method's error to `tolerance_angle`
 RIGHT, WITHIN_TOLERANCE, DEGRADED, SILENT = "right", "within tolerance", "degraded", "silent"
-VERDICTS = {
-    RIGHT: "error below LOST, and no larger than rounding explains: the conditioning, in random "
-    "directions once per step",
-    WITHIN_TOLERANCE: "error larger than rounding explains, but at most the requested tolerance",
-    DEGRADED: "error below LOST and larger than the tolerance, revealed by one of SIGNS",
-    "lost": "larger error, revealed by one of SIGNS",
-    "stopped": "the run ended early with a message",
-    "refused": "the run did not start",
-    SILENT: "silently wrong: no sign reveals the error",
-}
+# Right: rounding explains the error, in random directions once per step. Degraded: an error below
+# LOST, and lost: a larger one, which one of SIGNS reveals. Silent: no sign reveals the error.
+VERDICTS = (RIGHT, WITHIN_TOLERANCE, DEGRADED, "lost", "stopped", "refused", SILENT)
 CAME_TO_THE_END = (RIGHT, WITHIN_TOLERANCE, DEGRADED, "lost", SILENT)
 MET = (RIGHT, WITHIN_TOLERANCE)
 SIGNS = {
@@ -64,10 +57,8 @@ def rounding_effect(true):
 def rounding_angles(problem, true, cell, by_steps):
     """Return the attitude errors [rad] caused by random and by systematic rounding errors.
 
-    Random rounding errors are assumed to occur once in each step. Systematic rounding errors are
-    assumed to occur in each evaluation of the equations of motion, always in the same direction.
-    For an undamped top, methods with steps are assumed to make at least one rounding error per
-    radian. A closed form does not accumulate rounding errors.
+    Random errors occur once in each step, and in methods with steps at least once per radian.
+    Systematic errors occur in each evaluation of the equations, always in the same direction.
     """
     # A damped top comes to rest, so its roundings are those of its steps.
     radians = problem.rate * cell["end"] if by_steps and not problem.is_damped else 0.0
@@ -79,17 +70,15 @@ def rounding_angles(problem, true, cell, by_steps):
 def tolerance_angle(true, rounding, tol, steps):
     """Return the largest attitude error [rad] that is consistent with a given tolerance.
 
-    The local error of each step is assumed to be as large as the tolerance. The local error of each
-    step is assumed to grow at the same rate as a rounding error in the initial state.
+    Each step makes an error of this size, which grows as a rounding error of the start does.
     """
     return rounding + rounding_effect(true) / reference.ROUNDING * tol * steps
 
 
 def estimate_error(second_run, order):
-    """Return an error estimate [rad] from the difference of two runs, by Richardson extrapolation.
+    """Return an error estimate from the angle [rad] between two runs, by Richardson extrapolation.
 
-    The argument `second_run` is the angle [rad] by which the attitudes computed in the two runs
-    differ. For an adaptive method, `order` is zero, and `second_run` itself is the error estimate.
+    The order of adaptive methods is given as zero, and the angle itself is the estimate.
     """
     return second_run * 2.0**order / (2.0**order - 1.0) if order else second_run
 
@@ -97,10 +86,8 @@ def estimate_error(second_run, order):
 def find_sign(error, estimate, per_turn, thresholds):
     """Return an observation by which users can notice an attitude error, or None if there is none.
 
-    The argument `estimate` is the error estimate obtained by comparison with a second run.
-    `per_turn` is the number of steps per turn, which is infinite for adaptive methods. The argument
-    `thresholds` contains the largest errors that rounding or the tolerance could cause. An error
-    that is equal in two runs cannot be noticed by comparing them.
+    `estimate` is that of a second run, and `per_turn` the number of steps per turn, infinite for
+    adaptive methods. `thresholds` has the largest errors that rounding or the tolerance explains.
     """
     random, aligned, tolerance_error = thresholds
     is_visible = estimate >= error / PART
@@ -125,10 +112,7 @@ def choose_verdict(error, rounding, sign, tol=None):
 
 
 def has_order_reduction(order, error, finer, most):
-    """Return True if the observed order of convergence is below the nominal order by at least one.
-
-    The order of convergence cannot be observed if the errors are large or near rounding level.
-    """
+    """Return True if the observed order is below the nominal one by at least one."""
     return bool(order and finer > 10 * most and error < LOST and log2(error / finer) < order - 1)
 
 
@@ -158,11 +142,9 @@ def judge_cell(cell, finer, problem, true, candidate):
         "shown_by": "" if verdict in MET else sign,
         "rounding": rounding,
         "verdict": verdict,
-        "promised": tolerance_angle(true, rounding, cell["tol"], cell["steps"])
-        if cell["tol"]
-        else None,
-        "reduced": bool(
-            small and verdict not in MET and has_order_reduction(order, error, finer, most)
-        ),
+        "promised": None,
+        "reduced": small and verdict not in MET and has_order_reduction(order, error, finer, most),
     }
+    if cell["tol"]:
+        cell["promised"] = tolerance_angle(true, rounding, cell["tol"], cell["steps"])
     return cell | {"mark": choose_mark(cell)}

@@ -31,11 +31,9 @@ def start_state(problem, form="velocity", digits=40):
         q = [x / norm for x in q]
         back = [q[0]] + [-x for x in q[1:]]
         m = product(product(back, [0, *map(mp.mpf, problem.momentum)]), q)[1:]
-        return q + (
-            [x / mp.mpf(J) for x, J in zip(m, problem.inertia, strict=True)]
-            if form == "velocity"
-            else m
-        )
+        if form == "velocity":
+            m = [x / mp.mpf(J) for x, J in zip(m, problem.inertia, strict=True)]
+        return q + m
 
 
 def round_to(numbers, fp):
@@ -43,12 +41,7 @@ def round_to(numbers, fp):
 
 
 def compute_coefficients(problem, form="velocity", digits=40):
-    """Return the coefficients of the equations of motion in multiprecision.
-
-    The returned list contains the coefficients of the angular velocities, of the quadratic terms
-    and of the torque, in this order. For a damped top, the list ends with the decay rates due to
-    damping.
-    """
+    """Return the coefficients of the equations of motion in multiprecision."""
     with mp.workdps(digits):
         J, lever = [mp.mpf(x) for x in problem.inertia], [mp.mpf(x) for x in problem.lever]
         decay = [mp.mpf(d) / j for d, j in zip(problem.damping, J, strict=True)]
@@ -66,10 +59,7 @@ def coefficients_from(J, lever, form="velocity"):
 
 
 def build_equations(numbers, fp):
-    """Return the seven equations of motion as pairs of a variable and its time derivative.
-
-    Terms whose coefficient is zero are omitted from the equations.
-    """
+    """Return the seven equations of motion as pairs of a variable and its time derivative."""
     variables = hy.make_vars(*NAMES)
     q, s = variables[:4], variables[4:]  # s: velocity or momentum, in the body
     up = [
@@ -101,9 +91,8 @@ def build_equations(numbers, fp):
 
 def build_system(problem, fp=float, form="velocity"):
     """Return the equations of motion and the initial values of one top."""
-    return build_equations(round_to(compute_coefficients(problem, form), fp), fp), round_to(
-        start_state(problem, form), fp
-    )
+    coefficients = round_to(compute_coefficients(problem, form), fp)
+    return build_equations(coefficients, fp), round_to(start_state(problem, form), fp)
 
 
 def build_general_system(fp, coefficients=COEFFICIENTS):

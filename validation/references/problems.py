@@ -1,36 +1,22 @@
-"""Test problems from problems.json and from user-defined scenes.
+"""Test problems: the scenes of the report, and scenes of users."""
 
-All parameters are double-precision numbers and are taken as exact.
-"""
-
-import json
 import math
+import tomllib
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import kreisel as kr
 import numpy as np
 
-PROBLEMS = Path(__file__).with_name("problems.json")
+TABLES = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
 # The scenes of the report and their final times.
-HORIZONS = {
-    "thesis": 100.0,
-    "kowalewski": 100.0,
-    "goryachev_chaplygin": 100.0,
-    "asymmetric": 30.0,
-    "asymmetric_regular": 100.0,
-    "fast": 100.0,
-    "strong_gravity": 100.0,
-}
+HORIZONS = {name: scene["end"] for name, scene in TABLES["scenes"].items()}
 SHORT = 10.0  # final time of quick runs and of the tests
 
 
 @dataclass(frozen=True)
 class Problem:
-    """A top whose moments of inertia and lever arm are given along its principal axes.
-
-    The top has neither a rotor nor friction, and its support is at rest.
-    """
+    """A top whose moments of inertia and lever arm are given along its principal axes."""
 
     name: str
     inertia: tuple  # moments at the fixed point [M L^2]
@@ -42,11 +28,7 @@ class Problem:
     user: kr.Scene | None = None  # the scene from which the problem was made, if any
 
     def to_scene(self):
-        """Convert the problem to a scene.
-
-        With unit mass and unit gravity, the lever vector (mass times gravity times centre of mass)
-        equals the centre of mass.
-        """
+        """Convert the problem to a scene of unit mass and gravity, where com is the lever."""
         if self.user:
             return self.user
         return kr.Scene(
@@ -59,11 +41,9 @@ class Problem:
 
     def to_principal_axes(self, q):
         """Convert attitudes of the body to attitudes of its principal axes."""
-        return (
-            np.stack(kr.quaternion.multiply(np.asarray(q).T, self.user.body.axes), -1)
-            if self.user
-            else q
-        )
+        if not self.user:
+            return q
+        return np.stack(kr.quaternion.multiply(np.asarray(q).T, self.user.body.axes), -1)
 
     @property
     def symmetric(self):
@@ -90,10 +70,7 @@ class Problem:
         return float(np.max(np.linalg.norm(rotate_to_body(q, m) / self.inertia, axis=-1)))
 
     def energies(self, q, m):
-        """Return the kinetic and potential energies, computed in extended precision.
-
-        Extended precision makes the rounding errors of the energy negligible.
-        """
+        """Return the kinetic and potential energies, computed in extended precision."""
         q, m = np.asarray(q, np.longdouble), np.asarray(m, np.longdouble)
         q = q / np.sqrt((q * q).sum(-1, keepdims=True))
         kinetic = (rotate_to_body(q, m) ** 2 / np.array(self.inertia, np.longdouble)).sum(-1) / 2
@@ -101,11 +78,7 @@ class Problem:
         return kinetic, (up * np.array(self.lever, np.longdouble)).sum(-1)
 
     def energy_errors(self, q, m):
-        """Return the error of the energy relative to max(T + mass * gravity * |com|).
-
-        The first rows of `q` and `m` must contain the initial state. For a damped top, only an
-        increase of the energy counts as an error.
-        """
+        """Return the changes of the energy since the start, relative to max(T + |lever|)."""
         kinetic, potential = self.energies(q, m)
         energy = kinetic + potential
         scale = kinetic.max() + np.sqrt((np.array(self.lever, np.longdouble) ** 2).sum())
@@ -119,28 +92,23 @@ class Problem:
     def scale_to_internal_units(self):
         """Convert to units in which all moments of inertia and the rotation rate are at most 1.
 
-        Returns the problem in these units, and the units of moment of inertia and angular velocity.
-        The units are powers of two, so that the conversion is exact.
+        Returns the problem in these units, and the units of moment and rate, powers of two.
         """
-        moment, rate = (
-            2.0 ** math.frexp(x)[1] if x else 1.0 for x in (max(self.inertia), self.rate)
-        )
+        sizes = max(self.inertia), self.rate
+        moment, rate = (2.0 ** math.frexp(x)[1] if x else 1.0 for x in sizes)
 
         def by(unit, numbers):
             return tuple(x / unit for x in numbers)
 
-        return (
-            replace(
-                self,
-                user=None,
-                inertia=by(moment, self.inertia),
-                lever=by(rate, by(moment * rate, self.lever)),
-                momentum=by(moment * rate, self.momentum),
-                damping=by(moment * rate, self.damping),
-            ),
-            moment,
-            rate,
+        scaled = replace(
+            self,
+            user=None,
+            inertia=by(moment, self.inertia),
+            lever=by(rate, by(moment * rate, self.lever)),
+            momentum=by(moment * rate, self.momentum),
+            damping=by(moment * rate, self.damping),
         )
+        return scaled, moment, rate
 
 
 def rotate_to_body(q, v):
@@ -156,10 +124,7 @@ def rotate_to_space(q, v):
 
 
 def attitude_errors(q, truth):
-    """Return the angles [rad] between pairs of attitudes, from 0 to pi.
-
-    The arc tangent is used because 2 acos(|w|) would lose half of the digits for small angles.
-    """
+    """Return the angles [rad] between pairs of attitudes, from 0 to pi, also if they are small."""
     q, truth = np.asarray(q, np.longdouble), np.asarray(truth, np.longdouble)
     (a, u), (b, v) = (q[..., :1], q[..., 1:]), (truth[..., :1], truth[..., 1:])
     vec = a * v - b * u - np.cross(u, v)
@@ -172,33 +137,26 @@ def attitude_error(q, truth):
 
 
 def load_problem(name):
-    entry = json.loads(PROBLEMS.read_text())["scenes"][name]
-    own = {key: tuple(map(float.fromhex, values)) for key, values in entry["principal"].items()}
-    return Problem(name, own["inertia"], own["mass_g_com"], own["q0"], tuple(entry["momentum"]))
-
-
-def list_omissions(scene):
-    """Return the names of those parts of a scene that a problem does not contain."""
-    parts = {
-        "a rotor": scene.body.rotor,
-        "friction": (scene.friction,),
-        "a turning support": scene.turning,
-        "a shaken support": scene.shaking[:1],  # the amplitude
-    }
-    return [name for name, numbers in parts.items() if any(numbers)]
+    """Return a scene of the report as a problem."""
+    return replace(problem_of_scene(name, getattr(kr.scenes, name)), user=None)
 
 
 def problem_of_scene(name, scene):
     """Convert a scene to principal axes.
 
-    Raises ValueError if the top has a rotor, friction or a moving support. The equations of the
-    reference solutions have no terms for them.
+    Raises ValueError if the top has a rotor, friction or a moving support.
     """
-    omissions = list_omissions(scene)
-    if omissions:
+    effects = {
+        "a rotor": scene.body.rotor,
+        "friction": (scene.friction,),
+        "a turning support": scene.turning,
+        "a shaken support": scene.shaking[:1],  # the amplitude
+    }
+    if any(map(any, effects.values())):
         raise ValueError(
-            f"this top has {', '.join(omissions)}, but the reference solutions are only for tops "
-            "on a support at rest, without rotors and friction"
+            f"this top has {', '.join(name for name, numbers in effects.items() if any(numbers))}, "
+            "but the reference solutions are only for tops on a support at rest, without rotors "
+            "and friction"
         )
     body = scene.body
     lever = tuple(body.mass * scene.gravity * x for x in body.principal_com)

@@ -14,7 +14,6 @@ from .problems import Problem, load_problem, rotate_to_body
 
 SEED, SCATTER, END = 15, 0.3, 100.0
 SCENES = {"asymmetric": "asymmetric", "Lagrange": "thesis"}
-ROUNDING = 2.0**-53
 
 
 @dataclass(frozen=True)
@@ -65,17 +64,3 @@ def solve_end(scene, end, digits):
 def compute_truths(tops):
     """Compute the final attitudes of all tops in 30-digit arithmetic, with shape (n, 4)."""
     return np.array([solve_end(tops.scene(k), tops.end, 30) for k in range(len(tops))])
-
-
-def compute_conditioning(tops):
-    """Return the angle [rad] by which initial rounding errors change the final attitude.
-
-    Rounding the input to double precision is enough to cause an error of this size.
-    """
-
-    def of(scene):
-        path = kr.solve(scene, [tops.end], digits=20, tangents="start")
-        turns, push = path.tangents[0, :3], np.linalg.norm(scene.momentum)
-        return np.linalg.norm(turns * ([1.0] * 3 + [push] * 3), axis=0).sum() * ROUNDING
-
-    return np.array([of(tops.scene(k)) for k in range(len(tops))])

@@ -1,6 +1,6 @@
 """Reference solutions by heyoka in 128-bit arithmetic.
 
-The solutions for the scenes of the report are stored in reference.json by the command `python -m
+The solutions for the scenes of the report are stored in reference.jsonl by the command `python -m
 validation.references.reference`.
 
 Each solution is computed three times: from two forms of the equations in 128-bit arithmetic, and
@@ -10,7 +10,6 @@ each parameter and initial value by one double-precision rounding error. In doub
 error of any method is expected to be at least as large as the effect of rounding its input.
 """
 
-import argparse
 import json
 from dataclasses import replace
 from functools import cache
@@ -25,7 +24,7 @@ from . import equations, radau
 from .problems import HORIZONS, SHORT, attitude_error, attitude_errors, load_problem
 from .quadrature import Euler, Lagrange
 
-FILE = Path(__file__).with_name("reference.json")
+FILE = Path(__file__).with_suffix(".jsonl")
 DIGITS = 40
 TOLERANCES = {hy.real128: "1e-33", np.longdouble: "1e-20", float: "1e-17"}
 # The second precision, to check the reference solutions.
@@ -53,11 +52,7 @@ def build_integrator(fp, coefficients):
 
 
 def attitude_and_momentum(problem, form, t, q, s):
-    """Convert the variables of the integrator to the attitude and the body-frame momentum.
-
-    If `form` is "symmetric", the variables omit a uniform rotation about the symmetry axis, which
-    is restored here.
-    """
+    """Convert the variables of the integrator to the attitude and the body-frame momentum."""
     if form == "velocity":
         return q + [x * mp.mpf(J) for x, J in zip(s, problem.inertia, strict=True)]
     if form == "momentum":
@@ -76,10 +71,7 @@ def equivalent_sphere(problem):
 
 
 def integrate_states(problem, times, form="velocity", fp=hy.real128):
-    """Return the attitude and the body momentum at `times` in multiprecision.
-
-    The argument `form` is "velocity" or "momentum", or "symmetric" for Lagrange tops.
-    """
+    """Return the attitude and the body momentum at `times` in multiprecision."""
     own, moment, rate = problem.scale_to_internal_units()
     model = equivalent_sphere(own) if form == "symmetric" else own
     variables = "velocity" if form == "symmetric" else form
@@ -119,21 +111,12 @@ def compute_energy(problem, state):
 
 def energy_error(problem, state):
     with mp.workdps(DIGITS):
-        return float(
-            abs(
-                1
-                - compute_energy(problem, state)
-                / compute_energy(problem, equations.start_state(problem, "momentum"))
-            )
-        )
+        start = equations.start_state(problem, "momentum")
+        return abs(float(1 - compute_energy(problem, state) / compute_energy(problem, start)))
 
 
 def perturb_data(problem, nudge):
-    """Yield copies of a top, each with one perturbed parameter or initial value.
-
-    The relative perturbation is `nudge` times the rounding error of a double. The equal moments of
-    inertia of a symmetric body are perturbed together, so that the body remains symmetric.
-    """
+    """Yield copies of a top, each with one number changed by `nudge` roundings of a double."""
     with mp.workdps(DIGITS):
         more = 1 + mp.mpf(nudge * ROUNDING)
         for word in ("momentum", "inertia", "lever"):
@@ -145,26 +128,10 @@ def perturb_data(problem, nudge):
                 )
                 if numbers[i] and not (both and i):
                     yield replace(problem, **{word: values})
+        attitude = [mp.mpf(x) for x in problem.attitude]
         for i in range(3):
             little = [mp.mpf(1)] + [mp.mpf(nudge * ROUNDING / 2 * (j == i)) for j in range(3)]
-            yield replace(
-                problem,
-                attitude=tuple(equations.product([mp.mpf(x) for x in problem.attitude], little)),
-            )
-
-
-def compute_conditioning(problem, times, form, fp=FINER):
-    """Return the change in attitude [rad] if each parameter and initial value is rounded once."""
-    own, _, rate = problem.scale_to_internal_units()
-    times = [t * rate for t in times]
-    states = integrate_states(own, times, form, fp)
-    neighbours = [
-        integrate_states(neighbour, times, form, fp) for neighbour in perturb_data(own, NUDGES[fp])
-    ]
-    return [
-        sum(rotation_angle(state, neighbour[i]) for neighbour in neighbours) / NUDGES[fp]
-        for i, state in enumerate(states)
-    ]
+            yield replace(problem, attitude=tuple(equations.product(attitude, little)))
 
 
 def conditioning_by_tangents(problem, times):
@@ -172,9 +139,8 @@ def conditioning_by_tangents(problem, times):
     scene = problem.to_scene()
     path = kr.solve(scene, times, digits=20, tangents=("start", "moments", "com"))
     turns = path.tangents[:, :3]
-    data = np.concatenate(
-        [np.ones(3), scene.momentum, scene.body.moments, scene.body.principal_com]
-    )
+    body = scene.body
+    data = np.concatenate([np.ones(3), scene.momentum, body.moments, body.principal_com])
     changes = turns * data
     if problem.symmetric:  # keeps the moments equal
         changes[:, :, 6] += changes[:, :, 7]
@@ -183,12 +149,7 @@ def conditioning_by_tangents(problem, times):
 
 
 def compute_truth(problem, end):
-    """Return the reference solution of a scene of any kind.
-
-    The computation uses 128-bit arithmetic, or 80-bit arithmetic for long integrations. For a
-    damped top, an implicit method is used, because damping limits the step size of explicit
-    methods.
-    """
+    """Return the reference solution of a scene of any kind, in 80 bits if the run is long."""
     if problem.is_damped:
         return truth_of_damped(problem, end)
     form = "symmetric" if problem.symmetric else "velocity"
@@ -240,10 +201,7 @@ def conditioning_by_differences(problem, times):
 
 
 def truth_by_quadrature(problem, end):
-    """Return the reference solution of a Lagrange top or a free rigid body.
-
-    The final time may be very large, because the solution requires no time steps.
-    """
+    """Return the reference solution of a Lagrange top or a free rigid body at any time."""
 
     def state(top, t):
         start = equations.start_state(top, "momentum")
@@ -284,73 +242,57 @@ def compare_computations(problem, end, entry):
     """Yield the name of each independent computation and its deviation [rad] from the reference."""
     with mp.workdps(DIGITS):
         true = [mp.mpf(x) for x in entry["attitude"]]
-    yield (
-        "heyoka, 128 bit, momentum",
-        rotation_angle(true, integrate_states(problem, [end], "momentum")[0]),
-    )
-    if problem.symmetric:
-        yield (
-            "heyoka, 128 bit, spin apart",
-            rotation_angle(true, integrate_states(problem, [end], "symmetric")[0]),
-        )
-    yield (
-        "heyoka, 80 bit",
-        rotation_angle(true, integrate_states(problem, [end], "velocity", FINER)[0]),
-    )
+    forms = {
+        "128 bit, momentum": ("momentum", hy.real128),
+        **({"128 bit, spin apart": ("symmetric", hy.real128)} if problem.symmetric else {}),
+        "80 bit": ("velocity", FINER),
+    }
+    for name, form in forms.items():
+        (state,) = integrate_states(problem, [end], *form)
+        yield f"heyoka, {name}", rotation_angle(true, state)
+    scene = problem.to_scene()
     for name, method in kr.methods.items():
-        many, scene = method.digits, problem.to_scene()
+        many = method.digits
         if (many or method.exact) and method.suits(scene):
             path = kr.solve(scene, [end], name, **({"digits": 30} if many else {}))
             q = problem.to_principal_axes(path.q[-1])
             low = problem.to_principal_axes(path.q_low[-1]) if many else np.zeros(4)
             with mp.workdps(DIGITS):
-                yield (
-                    f"{name}, 30 digits" if many else name,
-                    rotation_angle(
-                        true, [mp.mpf(x) + mp.mpf(y) for x, y in zip(q, low, strict=True)]
-                    ),
-                )
+                sums = [mp.mpf(x) + mp.mpf(y) for x, y in zip(q, low, strict=True)]
+                yield f"{name}, 30 digits" if many else name, rotation_angle(true, sums)
 
 
-def compute_entry(problem, times):
-    """Return reference solutions at several times, together with estimates of their accuracy."""
-    form = "symmetric" if problem.symmetric else "velocity"
+def compute_entries(problem, times):
+    """Yield reference solutions at several times, together with estimates of their accuracy."""
     states, again = integrate_states(problem, times), integrate_states(problem, times, "momentum")
-    conditioning = compute_conditioning(problem, times, form)
-    return {
-        f"{t:g}": {
+    conditioning = conditioning_by_tangents(problem, times)
+    for t, state, other, condition in zip(times, states, again, conditioning, strict=True):
+        yield {
+            "scene": problem.name,
+            "t": t,
             "attitude": [mp.nstr(x, 34) for x in state[:4]],
             "body_momentum": [mp.nstr(x, 34) for x in state[4:]],
             "agreement": rotation_angle(state, other),
             "energy_error": energy_error(problem, state),
             "conditioning": condition,
         }
-        for t, state, other, condition in zip(times, states, again, conditioning, strict=True)
-    }
 
 
-def load_truth(name, t):
-    """Load a reference solution from reference.json."""
-    return json.loads(FILE.read_text())["truths"][name][f"{t:g}"]
+@cache
+def load_truths():
+    """Load the stored reference solutions, by scene and time."""
+    _, *rows = map(json.loads, FILE.read_text().splitlines())
+    return {(row["scene"], row["t"]): row for row in rows}
 
 
 def truth_of(problem, end):
-    """Load a reference solution from reference.json, or compute it."""
-    truths = json.loads(FILE.read_text())["truths"].get(problem.name, {})
-    return (
-        truths[f"{end:g}"]
-        if f"{end:g}" in truths and not problem.user
-        else compute_truth(problem, end)
-    )
+    """Load the reference solution of a scene of the report, or compute that of another one."""
+    stored = None if problem.user else load_truths().get((problem.name, end))
+    return stored or compute_truth(problem, end)
 
 
-def main(argv=None):
-    argparse.ArgumentParser(
-        prog="python -m validation.references.reference", description=__doc__.splitlines()[0]
-    ).parse_args(argv)
-    truths = {
-        name: compute_entry(load_problem(name), [SHORT, end]) for name, end in HORIZONS.items()
-    }
+def main():
+    """Compute and store the reference solutions of the scenes of the report."""
     header = {
         "command": "python -m validation.references.reference",
         "by": f"heyoka {hy.__version__}, real128, tolerance {TOLERANCES[hy.real128]}",
@@ -360,16 +302,13 @@ def main(argv=None):
         "energy_error": "relative, at this time",
         "conditioning": "angle [rad] by which roundings (2^-53) of all the data move it",
     }
-    FILE.write_text(json.dumps({**header, "truths": truths}, indent=1) + "\n")
-    for name, entries in truths.items():
-        for t, truth in entries.items():
-            print(
-                f"{name:20} t = {t:>4}  two ways agree to {truth['agreement']:.0e} rad, energy to "
-                f"{truth['energy_error']:.0e}; one rounding of the data moves it by "
-                f"{truth['conditioning']:.0e} rad"
-            )
-    return 0
+    rows = [
+        row
+        for name, end in HORIZONS.items()
+        for row in compute_entries(load_problem(name), [SHORT, end])
+    ]
+    FILE.write_text("".join(json.dumps(row) + "\n" for row in (header, *rows)))
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    main()

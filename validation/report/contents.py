@@ -13,17 +13,23 @@ from ..parts import (
     truth,
     workprecision,
 )
+from ..parts.part import Part
 
 PARTS = (
-    workprecision.PART,
-    many_starts.PART,
-    truth.PART,
-    atlas.PART,
-    ensembles.PART,
-    calls.PART,
-    chaos.PART,
-    random_tops.PART,
-    published.PART,
-    fits.PART,
-    omissions.PART,
+    Part(
+        workprecision,
+        "Error against run time",
+        "Error against run time, in short",
+        accepts_user_scenes=True,
+    ),
+    Part(many_starts, "Many starts", "Run time over error, many starts"),
+    Part(truth, "Truth", "Are the reference solutions accurate?", accepts_user_scenes=True),
+    Part(atlas, "Stability", "The stability atlas"),
+    Part(ensembles, "Many tops", "Many tops at once", is_lead_row=True),
+    Part(calls, "Calls", "Calls for one top, beside heyoka"),
+    Part(chaos, "Chaos", "Order and chaos", is_lead_row=True),
+    Part(random_tops, "Random tops", "Random tops, at equal time"),
+    Part(published, "Published problems", "Published problems"),
+    Part(fits, "Fits", "Fits to measurements"),
+    Part(omissions, "Left out", "Time saved by what is left out"),
 )

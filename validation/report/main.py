@@ -1,7 +1,4 @@
-"""The command that generates the report.
-
-python -m validation.report [scene.toml ...] [--quick | --full] [--only PART[,...]] [--out report]
-"""
+"""The command that generates the report."""
 
 import argparse
 import time
@@ -105,17 +102,14 @@ def load_problem_of_user(file):
 def load_problems(files, size):
     """Load the test problems in the given files, or by default the problems of the report."""
     if not files:
-        return [
-            (load_problem(name), SHORT if size.quick else end) for name, end in HORIZONS.items()
-        ]
-    problems = [load_problem_of_user(file) for file in files]
-    names = [problem.name for problem in problems]
-    for file, problem in zip(files, problems, strict=True):
-        if names.count(problem.name) > 1:
-            raise ValueError(
-                f"{file}: two scenes have the name {problem.name!r}; rename one of the files"
-            )
-    return [(problem, TURNS * turn_length(problem)) for problem in problems]
+        ends = {name: SHORT if size.quick else end for name, end in HORIZONS.items()}
+        return [(load_problem(name), end) for name, end in ends.items()]
+    problems = {}
+    for file in files:
+        if file.stem in problems:
+            raise ValueError(f"{file}: two scenes have the name {file.stem!r}; rename one file")
+        problems[file.stem] = load_problem_of_user(file)
+    return [(problem, TURNS * turn_length(problem)) for problem in problems.values()]
 
 
 def run_parts(out, problems, parts, size, console):
@@ -162,15 +156,9 @@ def make_report(options):
         console.print("interrupted; run again to continue")
         return 130
     metadata = machine.describe_machine() | {"size": size.name}
-    findings_by_part = [(part, part.load_findings(problems, store)) for part in PARTS]
-    findings = [(part, part_findings) for part, part_findings in findings_by_part if part_findings]
+    findings = [(part, own) for part in PARTS if (own := part.load_findings(problems, store))]
     files = write_report(options.out, findings, metadata)
     print_summary(console, findings)
     names = ", ".join(str(options.out / name) for name in files)
     console.print(f"{names} in {time.perf_counter() - begin:.0f} s")
     return 0
-
-
-def main(argv=None):
-    parser, _ = make_parser()
-    return make_report(parser.parse_args(argv))

@@ -10,8 +10,8 @@ from ..competitors.single_runs import PEERS
 from ..parts import fastest, formatting
 
 HERE = Path(__file__).parent
-FOLD = "<!-- fold -->"  # in the template of a part, what comes before this line is not folded
 FOLDERS = [HERE / "templates", HERE.with_name("parts")]
+BLOCKS = ("lead", "conclusion", "shown", "body")
 
 
 def load_template(name, *folders):
@@ -23,11 +23,7 @@ def load_template(name, *folders):
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {
-        "digits": formatting.format_digits,
-        "milliseconds": formatting.format_milliseconds,
-        "cite_peers": cite_peers,
-    }
+    environment.filters |= formatting.FILTERS | {"cite_peers": cite_peers}
     return environment.get_template(name)
 
 
@@ -39,36 +35,21 @@ def cite_peers(svg, metadata):
 
 
 def render_section(part, findings, metadata):
-    """Return the conclusion of one part of the report and its HTML fragments, by name."""
-    text = load_template(f"{part.name}.html").render(about=metadata, **part.build_context(findings))
-    summary, mark, details = text.partition(FOLD)
-    lead = ""
-    if part.build_lead:
-        lead = load_template(f"{part.name}_lead.html").render(
-            about=metadata, **part.build_lead(findings)
-        )
-    bodies = {"shown": summary, "body": details} if mark else {"shown": "", "body": text}
-    return {"part": part, "conclusion": part.conclude(findings), "lead": lead, **bodies}
+    """Return one part of the report and the blocks of its template, by name."""
+    template = load_template(f"{part.name}.html")
+    context = template.new_context({"about": metadata} | part.build_context(findings))
+    blocks = {name: "".join(block(context)) for name, block in template.blocks.items()}
+    return {"part": part} | {name: blocks.get(name, "").strip() for name in BLOCKS}
 
 
 def describe_methods(names):
     """Yield the name, the order, a description and a reference for each method."""
     for name, method in kr.methods.items():
         if name in names:
-            yield {
-                "name": name,
-                "order": method.order or "varies",
-                "text": method.text,
-                "reference": method.reference,
-            }
+            yield name, method.order or "varies", method.text, method.reference
     for peer in PEERS:
         if peer.name in names:
-            yield {
-                "name": peer.name,
-                "order": peer.order,
-                "text": peer.text,
-                "reference": "for comparison",
-            }
+            yield peer.name, peer.order, peer.text, "for comparison"
 
 
 def render_page(findings, metadata):

@@ -30,11 +30,9 @@ def second_form():
     m, b = su2.make_step(m, a, STEP, g)
     c = m @ a
     first = su2.compute_xi(1, m, a, b, c, alpha, STEP)
-    return (
-        np.linalg.norm(su2.compute_xi(2, m, a, b, c, alpha, STEP, factor) - first)
-        / np.linalg.norm(first)
-        for factor in (2 / c, 2 / STEP)
-    )
+    for factor in (2 / c, 2 / STEP):
+        second = su2.compute_xi(2, m, a, b, c, alpha, STEP, factor)
+        yield np.linalg.norm(second - first) / np.linalg.norm(first)
 
 
 def which_rotation():
@@ -45,10 +43,7 @@ def which_rotation():
 
 
 def integrate_alpha():
-    """Return the ratio I3 / I1 of the cuboid's moments about the centre of its lower face.
-
-    Gauss quadrature is exact here, because the integrand is a polynomial.
-    """
+    """Return I3 / I1 about the centre of the lower face, by a Gauss quadrature that is exact."""
     nodes = np.array((-1.0, 1.0)) / 3**0.5
     x, y, z = np.meshgrid(HALF[0] * nodes, HALF[1] * nodes, HALF[2] * (nodes + 1))
     return (x**2 + y**2).sum() / (y**2 + z**2).sum()
@@ -81,23 +76,15 @@ def gravity():
 
 def unit_of_momentum():
     faster = SCENE.replace(gravity=4 * SCENE.gravity)
-    return (
-        attitude_error_at(
-            solve_truth(faster.replace(momentum=factor * np.array(SCENE.momentum)), [0.5]).path.q[
-                -1
-            ],
-            SCENE,
-            1.0,
-        )
-        for factor in (4, 2)
-    )
+    for factor in (4, 2):
+        scene = faster.replace(momentum=factor * np.array(SCENE.momentum))
+        yield attitude_error_at(solve_truth(scene, [0.5]).path.q[-1], SCENE, 1.0)
 
 
 def fit_order(scene, steps=(0.02, 0.01, 0.005), end=4.0):
     """Return the observed order of convergence of the attitude."""
-    errors = [
-        attitude_error_at(solve_theorem42(scene, h, end).path.q[-1], scene, end) for h in steps
-    ]
+    paths = [solve_theorem42(scene, h, end).path for h in steps]
+    errors = [attitude_error_at(path.q[-1], scene, end) for path in paths]
     return np.polyfit(np.log(steps), np.log(errors), 1)[0]
 
 

@@ -86,11 +86,7 @@ def rods():
 
 
 def action(angle, end, n=400):
-    """Return the difference in action between a swinging and a hanging top.
-
-    The swing angle is `angle` * sin(pi t / end). The difference is divided by the typical size of
-    the terms in the action, which makes it dimensionless.
-    """
+    """Return the difference in action between a swinging and a hanging top."""
     i1, weight = SCENE.body.moments[0], SCENE.body.mass * SCENE.gravity * SCENE.body.com[2]
     phase = np.pi * (np.arange(n) + 0.5) / n
     speed = angle * np.pi / end * np.cos(phase)

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import product
 
 import kreisel as kr
 import numpy as np
@@ -29,23 +30,31 @@ def time_grid(step, end):
 
 
 class Comparison:
-    """Several trajectories that are compared with a reference trajectory."""
+    """Trajectories that are compared with a reference; L holds their frame errors by name."""
 
     @property
     def t(self):
         return self.true.t
 
+    @property
+    def tops(self):
+        """The four tops of the pictures; without a yellow one, the reference takes its place."""
+        yellow = getattr(self, "yellow", self.true)
+        return {"red": self.red, "blue": self.blue, "yellow": yellow, "green": self.green}
+
     def until(self, name, t):
         """Return the largest frame error of a trajectory up to the time `t`."""
         return largest_until(self.t, self.L[name], t)
 
+    def find_errors(self, **courses):
+        return {name: compute_frame_error(own, self.true) for name, own in courses.items()}
+
 
 @dataclass(frozen=True)
 class FourTops(Comparison):
-    """The trajectories of the four tops in section 6.1.1, and a reference trajectory.
+    """The four tops of section 6.1.1: Bobenko-Suris (red, blue) and Extrap (yellow, green).
 
-    The trajectories of the Bobenko-Suris method are red for the step size eps1 and blue for eps2.
-    The trajectories of the method `extrap` are yellow for the step size eps1 and green for eps2.
+    The step size is eps1 for red and yellow, and eps2 for blue and green.
     """
 
     scene: kr.Scene
@@ -60,21 +69,14 @@ class FourTops(Comparison):
 
     @cached_property
     def L(self):
-        """The error of the body frame as a function of time, for each pair of compared runs."""
-        return {
-            "BS": compute_frame_error(self.blue, self.true),
-            "Ext": compute_frame_error(self.green, self.true),
+        return self.find_errors(BS=self.blue, Ext=self.green) | {
             "BS text": compute_frame_error(self.blue, self.red),
             "Ext text": compute_frame_error(self.green, self.yellow),
         }
 
     @cached_property
     def term(self):
-        """The energy error of the Bobenko-Suris method, computed as in section 6.1.4.
-
-        In the units of Bobenko and Suris, the energy error is the change of -I1 eps2/2 <a x m, p>
-        since the initial time.
-        """
+        """The energy error of Bobenko-Suris by section 6.1.4, -I1 eps2/2 <a x m, p>, changed."""
         path = self.blue.path
         term = 0.5 * self.eps2 * (path.torque * path.m).sum(-1) / self.scene.body.moments[0]
         return -(term - term[0])
@@ -99,10 +101,8 @@ def run_four_tops(scene=SCENE, end=600.0, eps1=0.01, eps2=0.2):
 def measure_loose_tolerances(tolerances=(1e-4, 1e-3), end=600.0):
     """Return the largest error of the method extrap in experiment 6.1 for several tolerances."""
     true = solve_truth(SCENE, time_grid(0.2, end))
-    return {
-        tol: float(compute_frame_error(solve_with_restarts(SCENE, 0.2, end, tol), true).max())
-        for tol in tolerances
-    }
+    runs = {tol: solve_with_restarts(SCENE, 0.2, end, tol) for tol in tolerances}
+    return {tol: float(compute_frame_error(run, true).max()) for tol, run in runs.items()}
 
 
 def run_failing():
@@ -113,22 +113,14 @@ def run_failing():
 def measure_growth(end=20.0, eps=0.2):
     """Return the errors of the Bobenko-Suris method for several values of gravity and momentum.
 
-    Each row contains the gravity, the factor by which the momentum is multiplied, the largest
-    energy error, and the largest error of the body frame.
+    A row has the gravity, the factor of the momentum, and the largest errors of energy and frame.
     """
     rows = []
-    for gravity in (0.5, 1.0, 2.0, 5.0, 10.0):
-        for factor in (0.5, 1.0, 2.0, 4.0):
-            scene = SCENE.replace(gravity=gravity, momentum=factor * np.array(SCENE.momentum))
-            blue, true = solve_theorem42(scene, eps, end), solve_truth(scene, time_grid(eps, end))
-            rows.append(
-                (
-                    gravity,
-                    factor,
-                    np.abs(blue.energy_error).max(),
-                    compute_frame_error(blue, true).max(),
-                )
-            )
+    for gravity, factor in product((0.5, 1.0, 2.0, 5.0, 10.0), (0.5, 1.0, 2.0, 4.0)):
+        scene = SCENE.replace(gravity=gravity, momentum=factor * np.array(SCENE.momentum))
+        blue, true = solve_theorem42(scene, eps, end), solve_truth(scene, time_grid(eps, end))
+        errors = blue.energy_error, compute_frame_error(blue, true)
+        rows.append((gravity, factor, *(np.abs(error).max() for error in errors)))
     return np.array(rows)
 
 
@@ -148,35 +140,22 @@ class EqualTime(Comparison):
 
     @cached_property
     def L(self):
-        courses = {
-            "BS": self.blue,
-            "Ext": self.green,
-            "equal": self.equal,
-            "BS 0.01": self.red,
-            **self.improved,
-        }
-        errors = {name: compute_frame_error(course, self.true) for name, course in courses.items()}
-        return errors | {"BS text": compute_frame_error(self.blue, self.red)}
+        errors = self.find_errors(BS=self.blue, Ext=self.green, equal=self.equal, **self.improved)
+        return errors | self.find_errors(**{"BS 0.01": self.red})
 
 
 def solve_in_periods(substeps, end, method=None):
     """Integrate experiment 6.2 by a method of kreisel, or by the map of theorem 4.2 by default."""
     step = PERIOD / substeps
-    return (
-        solve_fixed_step(SCENE, method, step, end, substeps)
-        if method
-        else solve_theorem42(SCENE, step, end, substeps)
-    )
+    if method:
+        return solve_fixed_step(SCENE, method, step, end, substeps)
+    return solve_theorem42(SCENE, step, end, substeps)
 
 
 def time_period(green, rounds=9, count=40):
-    """Return the run times [s] of the methods bobenko_suris and extrap over five units of time.
-
-    The overhead of a Python call is subtracted. The shortest run time of all rounds is used.
-    """
-    starts = [
-        green.path.scene_at(i) for i in np.linspace(0, len(green.path) - 2, count).astype(int)
-    ]
+    """Return the run times [s] of bobenko_suris and extrap over five units of time."""
+    indices = np.linspace(0, len(green.path) - 2, count).astype(int)
+    starts = [green.path.scene_at(i) for i in indices]
     bs = {"method": "bobenko_suris", "step": PERIOD / SUBSTEPS}
     ext = {"method": "extrap", "tol": FINE_TOL, "step": FINE_FIRST}
 
@@ -205,52 +184,39 @@ def run_equal_time(end=3200.0):
 
 
 def find_crossings(equal_time, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
-    """Return the times at which the method extrap becomes less accurate than Bobenko-Suris.
+    """Return when the method extrap becomes less accurate than Bobenko-Suris.
 
-    Each row contains a tolerance of extrap, the time of this crossing (or None), and the final
-    error of extrap.
+    A row has the tolerance of extrap, the time or None, and the final error of extrap.
     """
     end, rows = equal_time.t[-1], []
     for tol in tolerances:
-        green = (
-            equal_time.green
-            if tol == FINE_TOL
-            else solve_with_restarts(SCENE, PERIOD, end, tol, FINE_FIRST)
-        )
+        green = equal_time.green
+        if tol != FINE_TOL:
+            green = solve_with_restarts(SCENE, PERIOD, end, tol, FINE_FIRST)
         error = compute_frame_error(green, equal_time.true)
         indices = np.flatnonzero(error > equal_time.L["BS"])
-        rows.append(
-            (tol, float(equal_time.t[indices[0]]) if indices.size else None, float(error[-1]))
-        )
+        crossing = float(equal_time.t[indices[0]]) if indices.size else None
+        rows.append((tol, crossing, float(error[-1])))
     return rows
 
 
 @dataclass(frozen=True)
 class EqualEvaluations(Comparison):
-    """Experiment 6.3, in which two methods evaluate the torque equally often.
+    """Experiment 6.3, in which two methods evaluate the torque equally often."""
 
-    A Runge-Kutta step evaluates the torque four times, so the Bobenko-Suris method takes four steps
-    of a quarter of the size.
-    """
-
-    eps2: float
     rk4: Trajectory
     bs: Trajectory
     true: Trajectory
 
     @cached_property
     def L(self):
-        return {
-            "rk4": compute_frame_error(self.rk4, self.true),
-            "BS": compute_frame_error(self.bs, self.true),
-        }
+        return self.find_errors(rk4=self.rk4, BS=self.bs)
 
 
 def run_equal_evaluations(end=30.0):
     """Run experiment 6.3 of the thesis for several step sizes."""
     return {
         h: EqualEvaluations(
-            h,
             solve_fixed_step(SCENE, "rk4", h, end),
             solve_theorem42(SCENE, h / 4, end, 4),
             solve_truth(SCENE, time_grid(h, end)),
@@ -261,11 +227,6 @@ def run_equal_evaluations(end=30.0):
 
 def measure_first_steps(equal_time, first=(0.15, 0.5, 1.5, 5.0), end=1000.0):
     """Return the largest error of extrap in thesis experiment 6.2 for each initial step size."""
-    times = equal_time.t[equal_time.t <= end]
-    true = solve_truth(SCENE, times)
-    return {
-        h: float(
-            compute_frame_error(solve_with_restarts(SCENE, PERIOD, end, FINE_TOL, h), true).max()
-        )
-        for h in first
-    }
+    true = solve_truth(SCENE, equal_time.t[equal_time.t <= end])
+    runs = {h: solve_with_restarts(SCENE, PERIOD, end, FINE_TOL, h) for h in first}
+    return {h: float(compute_frame_error(run, true).max()) for h, run in runs.items()}

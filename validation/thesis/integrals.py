@@ -32,20 +32,14 @@ class FourthIntegral:
 
 
 def measure_fourth_integral(kind):
-    """Compute the data of figure 5.5 of the thesis, or the corresponding data for the integral G.
-
-    The method `extrap` integrates over 300 units of time and is restarted every 0.1 units.
-    """
+    """Compute the data of figure 5.5 of the thesis, or those for the integral G."""
     course = solve_with_restarts(special_scene(kind), KOWALEWSKI_STEP, KOWALEWSKI_END)
     values = getattr(course.path, kind)
     return FourthIntegral(course.t, float(values[0]), values - values[0])
 
 
 def compute_k_values():
-    """Return the value of the Kowalewski integral for two cuboids in two systems of units.
-
-    The thesis sets I1 = 1 in the Hamiltonian, but it does not specify the unit of time.
-    """
+    """Return the Kowalewski integral for two cuboids, as the thesis leaves the units open."""
     values = {}
     for half in (0.8, 1.0):
         scene = special_scene("kowalewski", half)
@@ -87,11 +81,7 @@ def compare_forms_on(name, end, rounds):
 
 
 def frozen_frame_error(interval, end=100.0, scene=SCENE):
-    """Return the attitude error [rad] if the angular velocity is kept constant in each interval.
-
-    At the beginning of each interval, the angular velocity is set to its exact value; it is
-    constant within the interval.
-    """
+    """Return the attitude error [rad] if the exact velocity is kept for the rest of an interval."""
     exact = solve_truth(scene, np.arange(round(end / interval) + 1) * interval).path
     q = np.array(exact.q[0])
     for turn in rotation_quaternions(body_velocity(exact)[:-1] * interval):

@@ -1,9 +1,4 @@
-"""Conversion of Lagrange tops to the units of length and mass of Bobenko and Suris.
-
-The scaled units are described in section 4.2.1 of the thesis (Bodack 2008).
-"""
-
-from __future__ import annotations
+"""Conversion of Lagrange tops to the units of length and mass of Bobenko and Suris."""
 
 from dataclasses import dataclass
 from math import hypot
@@ -14,15 +9,12 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Units:
-    """The units of length [L] and mass [M] in the Bobenko-Suris form of the equations.
-
-    The unit of time is the same in both systems of units.
-    """
+    """The units of length [L] and mass [M]; the unit of time does not change."""
 
     length: float
     mass: float
 
-    def into(self, scene: kr.Scene) -> kr.Scene:
+    def into(self, scene):
         """Convert a scene without rotor, damping, friction and moving support to these units."""
         body, moment = scene.body, self.mass * self.length**2
         scaled = kr.Body(
@@ -38,37 +30,29 @@ class Units:
         )
 
 
-def scaled_units(body: kr.Body) -> Units:
-    """Return the units of length |com| and of mass I1 / |com|^2, in which |a| = 1 and I1 = 1.
-
-    For the cuboid of the thesis, I1 = M (C_N^2 + 4 C_T^2) / 3. Therefore, alpha = 2 C_N^2 / (C_N^2
-    + 4 C_T^2), and momenta are multiplied by 1 / I1. The mass is not 1 but 3 C_T^2 / (C_N^2 + 4
-    C_T^2). In the thesis, the mass is omitted as a factor of p. Raises ValueError if the body is
-    not a Lagrange top.
-    """
-    i1, _ = _lagrange_moments(body)
+def scaled_units(body):
+    """Return the units of length |com| and of mass I1 / |com|^2, in which |a| = 1 and I1 = 1."""
+    i1, _ = lagrange_moments(body)
     length = hypot(*body.com)
     return Units(length, i1 / length**2)
 
 
-def h_eps(path: kr.Path, step: float) -> np.ndarray:
+def h_eps(path, step):
     """Return the conserved quantity H_eps of the Bobenko-Suris method in scaled units [T^-2].
 
     In the notation of the thesis (6.1.4),
 
         H_eps = |m|^2 / 2 + <p, a> + step / 2 <a x m, p>
 
-    The energy is I1 (|m|^2 / 2 + <p, a> + (1 / alpha - 1) <m, a>^2 / 2), whose last term is
-    constant. The states of `path` may be given in any consistent units.
+    The energy is I1 (|m|^2 / 2 + <p, a> + (1 / alpha - 1) <m, a>^2 / 2). The states of `path` may
+    be given in any consistent units.
     """
-    i1, i3 = _lagrange_moments(path.scene.body)
-    value: np.ndarray = (
-        path.modified_energy(step) / i1 - (i1 / i3 - 1.0) * (path.axial_momentum / i1) ** 2 / 2.0
-    )
-    return value
+    i1, i3 = lagrange_moments(path.scene.body)
+    axial = (path.axial_momentum / i1) ** 2 / 2.0
+    return path.modified_energy(step) / i1 - (i1 / i3 - 1.0) * axial
 
 
-def _lagrange_moments(body: kr.Body) -> tuple[float, float]:
+def lagrange_moments(body):
     """Return the moments of inertia I1 = I2 and I3 of a Lagrange top."""
     if body.kind != "lagrange":
         raise ValueError(

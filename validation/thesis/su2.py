@@ -27,10 +27,7 @@ def rotate(Phi, x):
 
 
 def rotation_matrix(axis, angle):
-    """Return the SU(2) rotation matrix Phi defined in theorem 3.4 of the thesis.
-
-    If the factor of 2 that the thesis omits is included, X -> Phi^-1 X Phi is a rotation by -angle.
-    """
+    """Return Phi of theorem 3.4, with the omitted factor 2: Phi^-1 X Phi turns X by -angle."""
     return np.cos(angle / 2) * ID + 2 * np.sin(angle / 2) * to_matrix(axis)
 
 
@@ -44,15 +41,12 @@ def from_quaternion(q):
 
 
 def compute_xi(form, m, a, b, c, alpha, eps, second=None):
-    """Return xi_k of theorem 4.2 from m = m_(k+1), a = a_k and b = a_(k+1).
-
-    The thesis gives two forms of xi_k, and prints 2/c instead of 2/eps in the second.
-    """
+    """Return xi_k of theorem 4.2 from m = m_(k+1), a = a_k and b = a_(k+1)."""
+    middle = (b + a) / (1 + a @ b)
     if form == 1:
-        return m + c * (1 - alpha) / alpha * (b + a) / (1 + a @ b)
-    return (2 / eps if second is None else second) * np.cross(a, b) / (1 + a @ b) + c / alpha * (
-        b + a
-    ) / (1 + a @ b)
+        return m + c * (1 - alpha) / alpha * middle
+    factor = 2 / eps if second is None else second
+    return factor * np.cross(a, b) / (1 + a @ b) + c / alpha * middle
 
 
 def make_step(m, a, eps, g):
@@ -62,14 +56,11 @@ def make_step(m, a, eps, g):
     return m, to_vector(X @ to_matrix(a) @ np.linalg.inv(X))
 
 
-def run_theorem42(scaled, eps, end, c_of="a", side="left", form=1, text=False):
+def run_theorem42(scaled, eps, end, c_of="a", side="left", form=1):
     """Return the final attitude computed with theorem 4.2 of the thesis.
 
-    The argument `c_of` names the vector in the formula for c: 'p' as printed in the thesis, or 'a'
-    as corrected. The argument `side` determines whether the quaternion is multiplied by w_k from
-    the left or from the right. If `side` is 'inverse', the quaternion g rotates from the inertial
-    frame to the body frame. If `text` is True, the second form of xi_k contains the factor 2/c, as
-    printed in the thesis.
+    `c_of` names the vector in the formula for c: 'p' as printed, or 'a' as corrected. `side` tells
+    from where g is multiplied by w_k; if it is 'inverse', g rotates from space to body.
     """
     alpha = scaled.body.moments[2]
     g = scaled.body.mass * scaled.gravity
@@ -81,9 +72,7 @@ def run_theorem42(scaled, eps, end, c_of="a", side="left", form=1, text=False):
         before = a
         m, a = make_step(m, a, eps, g)
         c = m @ before if c_of == "a" else g * m[2]
-        w = ID + eps * to_matrix(
-            compute_xi(form, m, before, a, c, alpha, eps, 2 / c if text else None)
-        )
+        w = ID + eps * to_matrix(compute_xi(form, m, before, a, c, alpha, eps))
         w = w / np.sqrt(np.linalg.det(w).real)
         G = G @ w if side == "right" else w @ G
     return to_quaternion(np.linalg.inv(G) if side == "inverse" else G)

@@ -62,9 +62,8 @@ def solve_fixed_step(scene, method, step, end, every=1):
 def solve_theorem42(scene, step, end, every=1):
     """Compute a trajectory with the Bobenko-Suris method as described in the thesis.
 
-    The axis a and the momentum m are the same as in kreisel's method bobenko_suris. The map rotates
-    the top about its axis by 2 atan(h c / 2 I3) - 2 atan(h c / 2 I1) per step. kreisel replaces the
-    first term by h c / I3, which makes this rotation exact.
+    The map rotates the top about its axis by 2 atan(h c / 2 I3) - 2 atan(h c / 2 I1) per step.
+    kreisel replaces the first term by h c / I3, which makes this rotation exact.
     """
     course = solve_fixed_step(scene, "bobenko_suris", step, end, every)
     path = course.path
@@ -79,9 +78,8 @@ def solve_theorem42(scene, step, end, every=1):
 def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
     """Integrate by the method extrap, and restart it after each interval as in the thesis.
 
-    The length of an interval is the time between two successive pictures drawn by the program in
-    the thesis. After each restart, the initial step size is used again. `every` is the number of
-    intervals between two recorded states.
+    After each restart, the initial step size is used again. `every` is the number of intervals
+    between two recorded states.
     """
     n = round(end / interval)
     states, cost, start = [kr.solve(scene, [0.0]).states[0]], np.zeros(3, int), scene
@@ -96,10 +94,7 @@ def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
 
 
 def compute_frame_error(one, other):
-    """Return half the angle [rad] between two attitudes, which the thesis denotes by L.
-
-    Raises ValueError if the two trajectories are given at different times.
-    """
+    """Return half the angle [rad] between two attitudes, which the thesis denotes by L."""
     if not np.allclose(one.t, other.t, rtol=1e-9, atol=1e-9):
         raise ValueError("the two trajectories are given at different times")
     return 0.5 * kr.attitude_error(one.path.q, other.path.q)

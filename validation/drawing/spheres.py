@@ -1,8 +1,8 @@
-"""A drawing of a curve on the unit sphere, seen from slightly above."""
+"""Curves on the unit sphere, seen from slightly above."""
 
 import numpy as np
 
-from .style import COLOURS, FAINT, INK, STYLE, figure_to_svg, plt
+from .style import COLOURS, FAINT, INK, as_svg, plt
 
 ELEVATION = 20.0  # elevation of the eye above the horizontal plane [degrees]
 
@@ -18,41 +18,22 @@ def project(points, elevation=ELEVATION, azimuth=0.0):
     return horizontal, z * np.cos(e) + depth * np.sin(e), z * np.sin(e) - depth * np.cos(e)
 
 
-def draw_outline(axes):
+@as_svg
+def draw_apex_path(apex, size=2.6):
+    """Draw a path on the sphere, with the hidden part in a faint colour and a dot at its start."""
+    figure, axes = plt.subplots(figsize=(size, size), layout="constrained")
     angle = np.linspace(0, 2 * np.pi, 200)
     axes.plot(np.cos(angle), np.sin(angle), color=FAINT, linewidth=0.8)
-
-
-def draw_globe(axes):
-    """Draw the sphere with its equator and an upward arrow."""
-    draw_outline(axes)
-    angle = np.linspace(0, 2 * np.pi, 200)
     x, y, depth = project(np.stack([np.cos(angle), np.sin(angle), 0 * angle], -1))
     axes.plot(x, np.where(depth > 0, y, np.nan), color=FAINT, linewidth=0.6)
     x, y, _ = project(np.array([[0, 0, 1], [0, 0, 1.25]]))
     arrow = {"arrowstyle": "->", "color": FAINT}
     axes.annotate("", (x[1], y[1]), (x[0], y[0]), arrowprops=arrow, annotation_clip=False)
-    return x[1], y[1]
-
-
-def draw_trace(axes, apex, colour=COLOURS[0]):
-    """Draw a curve on the sphere, with the hidden part in a faint colour.
-
-    A dot marks the first point of the curve.
-    """
+    axes.annotate("up", (x[1], y[1]), ha="center", va="bottom", color=FAINT, annotation_clip=False)
     x, y, depth = project(apex)
-    axes.plot(x, y, color=colour, linewidth=0.5, alpha=0.4)
-    axes.plot(x, np.where(depth > 0, y, np.nan), color=colour, linewidth=1)
-    axes.plot(x[:1], y[:1], "o", color=INK, markersize=4)
+    axes.plot(x, y, color=COLOURS[0], linewidth=0.5, alpha=0.4)
+    axes.plot(x, np.where(depth > 0, y, np.nan), color=COLOURS[0], linewidth=1)
+    axes.plot(x[:1], y[:1], "o", color=INK)
     axes.set_aspect("equal")
     axes.axis("off")
-
-
-def draw_apex_path(apex):
-    """Draw the path of the centre of mass about the fixed point."""
-    with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(figsize=(2.6, 2.6))
-        top = draw_globe(axes)
-        axes.annotate("up", top, ha="center", va="bottom", color=FAINT, annotation_clip=False)
-        draw_trace(axes, apex)
-        return figure_to_svg(figure, bbox_inches="tight")
+    return figure

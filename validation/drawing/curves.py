@@ -1,0 +1,98 @@
+"""Named curves: errors against cost or time, distributions of errors, and bands of run times."""
+
+import numpy as np
+
+from .style import FAINT, as_svg, choose_line_styles, label_ends, plt, set_power_ticks
+
+GREY = {"color": FAINT, "linewidth": 0.8, "alpha": 0.45}
+LEFT, RIGHT, TOP, BELOW = 0.72, 1.5, 0.25, 0.5  # margins; labels are on the right [inch]
+
+
+def lowest_point(points):
+    """Return the point of a curve at which y is smallest."""
+    return min(zip(*points, strict=True), key=lambda point: point[1])
+
+
+def last_point(points):
+    x, y = points
+    return x[-1], y[-1]
+
+
+def mark_floor(axes, floor):
+    axes.axhline(floor, color=FAINT, linewidth=0.8)
+    axes.annotate(
+        "one rounding of the data",
+        (0, floor),
+        xycoords=("axes fraction", "data"),
+        xytext=(3, 0),
+        textcoords="offset points",
+        va="top",
+        color=FAINT,
+    )
+
+
+@as_svg
+def draw_curves(
+    lines, styles, find_end=lowest_point, size=(4.9, 3.1), floor=None, ticks=(8, 9), **properties
+):
+    """Draw curves in given styles, with their names on the right, and all other curves in grey.
+
+    `lines` maps each name to coordinates x and y. `find_end` returns the point of a curve to which
+    its name is connected. `properties` are those of the axes, which are logarithmic by default.
+    """
+    width, height = size
+    figure = plt.figure(figsize=size)
+    inner = (width - LEFT - RIGHT) / width, (height - 0.1 - BELOW) / height
+    axes = figure.add_axes((LEFT / width, BELOW / height, *inner))
+    axes.set(**{"xscale": "log", "yscale": "log"} | properties)
+    for name, (x, y) in lines.items():
+        if name not in styles:
+            axes.plot(x, y, marker="o" if len(x) == 1 else None, **GREY)
+    shown = {name: style for name, style in styles.items() if name in lines}
+    for name, style in shown.items():
+        x, y = lines[name]
+        axes.plot(x, y, linewidth=1.4, markevery=max(1, len(x) // 15), **style)
+    if floor:
+        mark_floor(axes, floor)
+    for axis, count in zip((axes.xaxis, axes.yaxis), ticks, strict=True):
+        if axis.get_scale() == "log":
+            set_power_ticks(axis, count)
+    axes.grid(True)
+    label_ends(axes, [(name, find_end(lines[name]), style) for name, style in shown.items()])
+    return figure
+
+
+@as_svg
+def draw_bands(panels, own, label, width=6.0, panel=2.0, gap=0.35):
+    """Draw one panel per group of initial states, with a line and a band for each integrator.
+
+    `panels` maps titles to curves, and each curve to its errors, medians, and lower and upper
+    limits. A line ends at the smallest error that the integrator reaches for most initial states.
+    """
+    height = TOP + len(panels) * (panel + gap) - gap + BELOW
+    figure, first = plt.figure(figsize=(width, height)), None
+    for i, (title, bands) in enumerate(panels.items()):
+        low = 1 - (TOP + i * (panel + gap) + panel) / height
+        place = (LEFT / width, low, 1 - (LEFT + RIGHT) / width, panel / height)
+        axes = figure.add_axes(place, sharex=first, sharey=first)
+        axes.set_title(title, loc="left")
+        axes.set(xscale="log", yscale="log", ylabel="run time [ms]")
+        if first is None:
+            axes.invert_xaxis()
+        first = first or axes
+        styles = choose_line_styles([own], [name for name in bands if name != own])
+        for name, band in bands.items():
+            errors, middle, low, high = (np.array(x)[np.isfinite(band[-1])] for x in band)
+            fill = {"color": styles[name]["color"], "alpha": 0.25 if name == own else 0.1}
+            axes.fill_between(errors, low, high, linewidth=0, **fill)
+            axes.plot(errors, middle, markevery=2, **styles[name])
+    for axes, bands in zip(figure.axes, panels.values(), strict=True):
+        set_power_ticks(axes.xaxis, 7)
+        set_power_ticks(axes.yaxis, 7)
+        axes.grid(True)
+        axes.tick_params(labelbottom=axes is figure.axes[-1])
+        finite = {n: [np.array(x)[np.isfinite(b[-1])] for x in b[:2]] for n, b in bands.items()}
+        ends = {name: last_point(line) for name, line in finite.items() if len(line[0])}
+        label_ends(axes, [(name, end, styles[name]) for name, end in ends.items()])
+    figure.axes[-1].set_xlabel(label)
+    return figure

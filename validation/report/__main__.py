@@ -1,5 +1,0 @@
-"""Command-line interface of the report, run as `python -m validation.report`."""
-
-from .main import main
-
-raise SystemExit(main())
