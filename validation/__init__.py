@@ -1,1 +1,1 @@
-"""Validation of kreisel: reference solutions, comparisons with other programs, and benchmarks."""
+"""Validation of kreisel: reference solutions, and comparisons with other programs."""

@@ -2,8 +2,8 @@
 
 The scenes defined first, from `thesis` to `strong_gravity`, are used in the report on the accuracy
 of the methods. They are given in principal axes with mass and gravity 1, so that com equals the
-lever mass * gravity * com. The numbers in these scenes are bitwise identical to those in
-validation/references/problems.json.
+lever mass * gravity * com. The reference solutions in validation/references/reference.jsonl start
+from these numbers, bitwise.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ static inline kr_scene tilted(void)
     s.start.q = q_exp(v3(0.6, -0.4, 0.3));
     return s;
 }
-/* Returns the body of the thesis, bitwise as used for the references in problems.json: mass and
+/* Returns the body of the thesis, bitwise as used for the references of the report: mass and
  * gravity are 1. */
 static inline kr_body thesis_body(void)
 {
@@ -26,7 +26,7 @@ static inline kr_body thesis_body(void)
                           {0, 0, 0}};
     return body;
 }
-/* Returns the scene `asymmetric` of problems.json, bitwise as used for its references. */
+/* Returns the scene `asymmetric` of the report, bitwise as used for its references. */
 static inline kr_scene asymmetric(void)
 {
     const kr_scene s = {
