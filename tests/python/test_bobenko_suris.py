@@ -3,9 +3,8 @@
 import kreisel as kr
 import numpy as np
 import pytest
-
-from validation.references.orders import BODIES, TILT
-from validation.references.orders import tilt_scene as scene
+from orders import BODIES, TILT
+from orders import tilt_scene as scene
 
 
 def find_modified_energy(method, path, step):

@@ -9,9 +9,8 @@ from itertools import pairwise
 import kreisel as kr
 import numpy as np
 import pytest
-
-from validation.references.orders import BODIES, measure_order
-from validation.references.orders import tilt_scene as scene
+from orders import BODIES, measure_order
+from orders import tilt_scene as scene
 
 
 def cases(is_member=lambda name, body: True, **flags):
