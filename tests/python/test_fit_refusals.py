@@ -4,7 +4,7 @@ import kreisel as kr
 import numpy as np
 import pandas
 import pytest
-from fits import HEAVY, PLACE, gyroscope
+from fits import HEAVY, PLACE, gyroscope, simulate
 
 W = [[1.0, 2.0, 3.0]] * 3
 Q = [[1.0, 0.0, 0.0, 0.0]] * 3
@@ -239,6 +239,17 @@ def test_records_before_a_start_that_friction_holds_are_refused(name):
     before = record(getattr(path, name), name, np.linspace(-2.0, 2.0, 50), 0.02)
     with pytest.raises(ValueError, match="friction holds"):
         kr.fit(late, before, ("start", "friction"), max_evaluations=30)
+
+
+def test_angles_of_a_top_that_stays_upright_are_refused():
+    """Check spin angles, which are undefined, and a guess that leans or stays upright."""
+    body = kr.Body(1.0, (1.0, 1.3, 0.6), com=(0.0, 0.0, 0.4), unphysical=True)
+    upright = kr.Scene(body, body_velocity=(0.0, 0.0, 30.0), gravity=9.81)
+    lean = upright.replace(attitude=(np.cos(0.05), np.sin(0.05), 0.0, 0.0))
+    readings = simulate(upright, np.linspace(0.0, 2.4, 60), {"spin": 0.02, "spin_angle": 0.02})
+    for guess, word in ((lean, "undefined at all"), (upright, "depend")):
+        with pytest.raises(ValueError, match=f"spin_angle .*{word}"):
+            kr.fit(guess, readings, "start")
 
 
 def test_a_motion_that_cannot_be_computed_is_refused():

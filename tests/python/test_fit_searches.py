@@ -147,6 +147,15 @@ def test_few_measurements_are_fitted_from_the_given_guess(quantity, count):
         assert is_near(found, true, most=0.01)
 
 
+def test_a_guess_whose_motion_cannot_be_computed_is_replaced_by_one_from_the_records():
+    top, t = kr.scenes.asymmetric_regular, np.linspace(0.0, 6.0, 100)
+    lean = top.replace(attitude=(np.cos(0.15), np.sin(0.15), 0.0, 0.0))
+    sigmas = dict.fromkeys(("nutation", "precession_angle", "spin_angle"), SIGMA)
+    record = simulate(lean, t, sigmas)
+    fit = kr.fit(lean.replace(velocity=(0.0, 0.0, 1e30)), record, "velocity")
+    assert fit.has_converged and fit.is_plausible and fit.records[0].missing == 0
+
+
 def simulate_far_fit(seed, names, free=("start", "moments"), rotor=(0.0, 0.0, 0.0), **words):
     """Fit simulated measurements, starting from an upright top with other moments and velocity."""
     rng, t = np.random.default_rng((1, seed)), np.linspace(0.02, 5.0, 80)
