@@ -115,7 +115,7 @@ PARAMETERS = [
     ("com pivot normal point momentum impulse angles", VECTORS, NO_VECTORS),
     ("velocity body_momentum body_velocity rates", VECTORS, NO_VECTORS),
     ("by v", VECTORS, [(1, 2), "abc"]),
-    ("inertia inertia_about_com", INERTIAS, NO_INERTIAS),
+    ("inertia inertia_about_com", INERTIAS, [*NO_INERTIAS, *NO_MOMENTS]),
     ("mass radius length density i1 i3 speed fps", SIZES, NOT_POSITIVE),
     ("height outer gravity spin tilt precession energy vertical value", SIZES, NO_NUMBERS),
     ("offset within thickness elevation azimuth", SIZES, NO_NUMBERS),

@@ -25,13 +25,12 @@ from public_api import FAILURES, NAMESPACES, RECORDS, SELVES, calls, of_class
 
 ASKED = os.environ.get("KREISEL_CALLS")
 EXAMPLES = settings(
-    max_examples=int(ASKED or 40),
+    max_examples=int(ASKED or 12),
     derandomize=not ASKED,
     deadline=None,
     database=None,
     suppress_health_check=list(HealthCheck),
 )
-CALLS_OF_EACH = int(ASKED or 12)
 SECONDS = 60  # seconds after which a call is considered endless
 LETTERS = 1000  # largest length of an error message; some messages list all valid names
 REFUSALS = TypeError, ValueError, MemoryError, kr.Error
@@ -157,7 +156,7 @@ def check_call(name, call, args, kwargs):
 def call_randomly(name):
     factories, parameters = CALLS[name]
 
-    @settings(EXAMPLES, max_examples=CALLS_OF_EACH)
+    @EXAMPLES
     @given(st.sampled_from(factories), draw_arguments(name, parameters))
     def check(factory, arguments):
         check_call(name, factory(), *arguments)
@@ -187,7 +186,7 @@ def test_every_public_name_is_tested():
                 assert f"{module}.{name}" in CALLS
 
 
-@settings(EXAMPLES, max_examples=20 * CALLS_OF_EACH)
+@settings(EXAMPLES, max_examples=20 * EXAMPLES.max_examples)
 @given(st.data())
 def test_records_with_invalid_fields_do_not_crash(data):
     cls = data.draw(st.sampled_from(RECORDS))

@@ -119,16 +119,16 @@ def test_lines_sum_to_the_motion_of_the_apex():
 
 
 def test_chaotic_paths_have_a_large_remainder():
-    t = np.linspace(0, 1500, 15001)
+    t = np.linspace(0, 1000, 8001)
     scene = kr.scenes.asymmetric_regular.replace(attitude=(0.8, 0.6, 0, 0))
     regular, chaotic = (
         kr.frequencies(kr.solve(top, t), 40) for top in (scene, kr.scenes.asymmetric)
     )
     assert regular.rest < 1e-4 < 0.1 < chaotic.rest
-    half = kr.frequencies(kr.solve(scene, t[:7501]), 40)
+    half = kr.frequencies(kr.solve(scene, t[:4001]), 40)
     assert list_rates(half) == pytest.approx(list_rates(regular), rel=1e-9)
     # its apex passes a pole on irregularly alternating sides
-    undetermined = analyse(kr.scenes.asymmetric_regular, 2000, 20001, "auto")
+    undetermined = analyse(kr.scenes.asymmetric_regular, 2000, 16001, "auto")
     assert math.isnan(undetermined.precession_rate) and math.isnan(undetermined.spin_angle_rate)
     assert undetermined.nutation > 1.0 and undetermined.rest < 1e-3
 
