@@ -2,7 +2,7 @@
 
 golden.txt contains hashes of the states of algebraic methods and of closed forms on a torus.
 kernels.txt contains hashes of results with and without fused multiply-add. The script
-.ci/snapshots updates golden.txt.
+.ci/golden updates golden.txt.
 """
 
 import pytest
