@@ -174,11 +174,12 @@ def test_every_program_returns_the_tops_of_an_ensemble_in_order(kind):
 def test_all_timed_calls_compute_the_same_motion(monkeypatch):
     problem, end = load_problem("goryachev_chaplygin"), 10.0
     scene, peer = problem.to_scene(), HeyokaRun(problem, end, Setting(tol=EPS))
+    other = HeyokaRun(replace(problem, momentum=(1.0, 2.0, 0.0)), end, Setting(tol=EPS))
     monkeypatch.setattr(calls, "LATEST", 15.0)  # a reused run begins anew at this time
     again = calls.make_reused_call(scene, end, 1e-15)
     attitudes = [
         calls.make_heyoka_call(peer)()[:4],
-        peer.restart(problem).solve(),
+        other.restart(problem).solve(),
         calls.make_solve_call(scene, end, 1e-15)().q[-1],
         *(again().q[-1] for _ in range(3)),
         calls.FunctionRun(problem, end, 1e-13).solve(),

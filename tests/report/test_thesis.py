@@ -8,7 +8,7 @@ import pytest
 from axe import SIZES, list_violations
 
 from validation.__main__ import main
-from validation.thesis import chapter, errata, errata_maps, integrals, su2, trajectories
+from validation.thesis import chapter, errata, errata_maps, su2, trajectories
 from validation.thesis.scaled_units import h_eps, scaled_units
 from validation.thesis.sentences import check_sentences
 from validation.thesis.trajectories import SCENE
@@ -111,11 +111,6 @@ def test_restarted_runs_equal_consecutive_runs():
     course = trajectories.solve_with_restarts(SCENE, 0.4, 0.8)
     assert np.array_equal(course.path.q[1:], [first.q[-1], second.q[-1]])
     assert course.evaluations == first.stats.evaluations + second.stats.evaluations
-
-
-def test_values_of_k_agree_with_the_thesis():
-    values = integrals.compute_k_values().values()
-    assert list(values) == pytest.approx([1.5255, 6.943, 0.5903, 4.198], rel=1e-3)
 
 
 def test_scaled_units_change_neither_times_nor_attitudes():

@@ -22,7 +22,7 @@ import numpy as np
 
 from . import equations, radau
 from .problems import HORIZONS, SHORT, attitude_error, attitude_errors, load_problem
-from .quadrature import Euler, Lagrange
+from .quadrature import Euler, Lagrange, rotate
 
 FILE = Path(__file__).with_suffix(".jsonl")
 DIGITS = 40
@@ -159,13 +159,8 @@ def compute_truth(problem, end):
     state = integrate_states(problem, [end], form)[0] if brief else finer
     again = finer if brief else integrate_states(problem, [end], form, float)[0]
     conditioning = conditioning_by_tangents(problem, np.linspace(0, end, LOOKS + 1)[1:])
-    return {
-        "attitude": [mp.nstr(x, 34) for x in state[:4]],
-        "agreement": rotation_angle(state, again),
-        "bits": 128 if brief else 80,
-        "conditioning": conditioning[-1],
-        "worst": max(conditioning),
-    }
+    attitude, bits = [mp.nstr(x, 34) for x in state[:4]], 128 if brief else 80
+    return describe_truth(attitude, rotation_angle(state, again), bits, conditioning)
 
 
 def truth_of_damped(problem, end):
@@ -173,13 +168,8 @@ def truth_of_damped(problem, end):
     (q,), _ = radau.integrate(problem, [end])
     (again,), _ = radau.integrate(problem, [end], radau.FINER_TOL)
     conditioning = conditioning_by_differences(problem, np.linspace(0, end, FEW + 1)[1:])
-    return {
-        "attitude": [np.format_float_scientific(x, precision=21, unique=False) for x in q],
-        "agreement": attitude_error(q, again),
-        "bits": 64,
-        "conditioning": conditioning[-1],
-        "worst": max(conditioning),
-    }
+    attitude = [np.format_float_scientific(x, precision=21, unique=False) for x in q]
+    return describe_truth(attitude, attitude_error(q, again), 64, conditioning)
 
 
 def conditioning_by_differences(problem, times):
@@ -205,13 +195,11 @@ def truth_by_quadrature(problem, end):
 
     def state(top, t):
         start = equations.start_state(top, "momentum")
-        m = rotate_vector(start[:4], start[4:])
-        kind = (
-            Lagrange(top.inertia[0], top.inertia[2], top.lever[2], start[:4], m)
-            if top.symmetric
-            else Euler(top.inertia, start[:4], m)
-        )
-        return kind(t)[0]
+        with mp.workdps(DIGITS):
+            q, m = start[:4], rotate(start[:4], start[4:])
+        if top.symmetric:
+            return Lagrange(top.inertia[0], top.inertia[2], top.lever[2], q, m)(t)[0]
+        return Euler(top.inertia, q, m)(t)[0]
 
     own, _, rate = problem.scale_to_internal_units()
     times = [rate * end * (i + 1) / FEW for i in range(FEW)]
@@ -223,19 +211,13 @@ def truth_by_quadrature(problem, end):
         sum(rotation_angle(q, neighbour[i]) for neighbour in neighbours) / NUDGES[FINER]
         for i, q in enumerate(attitudes)
     ]
-    return {
-        "attitude": [mp.nstr(x, 34) for x in attitudes[-1]],
-        "agreement": None,
-        "bits": int(DIGITS * 3.32),
-        "conditioning": angles[-1],
-        "worst": max(angles),
-    }
+    attitude = [mp.nstr(x, 34) for x in attitudes[-1]]
+    return describe_truth(attitude, None, int(DIGITS * 3.32), angles)
 
 
-def rotate_vector(q, v):
-    """Rotate the vector v by the unit quaternion q in multiprecision."""
-    with mp.workdps(DIGITS):
-        return equations.product(equations.product(q, [0, *v]), [q[0]] + [-x for x in q[1:]])[1:]
+def describe_truth(attitude, agreement, bits, conditioning):
+    angles = {"conditioning": conditioning[-1], "worst": max(conditioning)}
+    return {"attitude": attitude, "agreement": agreement, "bits": bits} | angles
 
 
 def compare_computations(problem, end, entry):
