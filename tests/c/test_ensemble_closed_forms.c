@@ -1,5 +1,4 @@
-/* Closed forms in a worker: missing arguments, times in the wrong order, limits of steps, late
- * starts and units. */
+/* Closed forms in a worker: times in the wrong order, limits of steps, and units. */
 #include "check.h"
 #include "tops.h"
 
@@ -11,36 +10,6 @@ static void run(const kr_scene *scene, const double t[3], kr_outcome *outcome, k
         .n = 1, .scenes = scene, .times = 3, .t = t, .states = out, .outcomes = outcome};
     IS(kr_worker_run(worker, &tops) == KR_OK);
     kr_worker_free(worker);
-}
-/* Missing scenes, times or outcomes are refused even for a single top at a single time. */
-static void test_missing_arguments(void)
-{
-    const kr_scene s = kr_scene_default();
-    const double t = 1.0;
-    kr_outcome outcome;
-    kr_worker *worker = make_worker(NULL, (kr_config){0});
-    for (int missing = 0; missing < 4; missing++) {
-        const kr_tops tops = {.n = 1,
-                              .scenes = missing == 0 ? NULL : &s,
-                              .times = 1,
-                              .t = missing == 1 ? NULL : &t,
-                              .outcomes = missing == 2 ? NULL : &outcome};
-        IS(kr_worker_run(worker, &tops) == (missing < 3 ? KR_ERR_ARGUMENT : KR_OK));
-    }
-    kr_worker_free(worker);
-}
-/* A top that starts beyond the times that doubles resolve is refused, as a single top is. */
-static void test_late_start(void)
-{
-    const double t[3] = {1e30, 1e30, 1e30};
-    kr_scene s = kr_scene_default();
-    kr_outcome outcome;
-    kr_state out[3];
-    kr_top *top = NULL;
-    s.start.t = 1e30;
-    run(&s, t, &outcome, out);
-    IS(outcome.status == KR_ERR_RESOLUTION && outcome.done == 0);
-    IS(kr_top_create(&s, kr_method_find("exact"), (kr_config){0}, &top) == KR_ERR_RESOLUTION);
 }
 /* If the closed form may exceed the range of doubles in the user's units, the top is computed in
  * its internal units. This holds with and without an array of states. */
@@ -116,9 +85,7 @@ static void test_time_order(void)
 int main(void)
 {
     test_limits_of_steps();
-    test_missing_arguments();
     test_time_order();
     test_units();
-    test_late_start();
     return check_result();
 }

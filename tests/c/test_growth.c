@@ -190,21 +190,6 @@ static void test_frames_of_description(void)
     }
     kr_worker_free(worker);
 }
-/* A lane without a top has a tangent of nonzero length, because tangents are divided by their
- * length. This tangent does not change. */
-static void test_empty_lanes(void)
-{
-    static came got;
-    const kr_scene scene = asymmetric();
-    kr_worker *worker = worker_with(KR_TANGENT_GROWTH, 0);
-    run(worker, &scene, 1, &got);
-    const kr_growth *end = &worker->lanes->tangents->end;
-    for (int lane = 0; lane < KR_LANES_MAX; lane++) {
-        for (int i = 0; i < 6; i++) IS(end->d[i / 3][i % 3][lane] == (i == 0));
-        IS(end->scale[lane] == 1.0 && end->power[lane] == 0.0);
-    }
-    kr_worker_free(worker);
-}
 static void grow(const kr_scene *scene, size_t n, const double *t, double (*rows)[KR_GROWTH_COUNT])
 {
     kr_outcome outcome;
@@ -294,32 +279,6 @@ static void test_steady_rotations(void)
         }
     }
 }
-/* If a step cannot be divided into parts that are short enough for its tangent, the run fails and
- * the tangent is NaN. */
-static void test_unreachable_tolerance(void)
-{
-    static came got;
-    kr_scene scenes[TOPS];
-    kr_worker *worker = worker_with(KR_TANGENT_GROWTH, 0);
-    const kr_tops tops = {.n = 2,
-                          .scenes = scenes + 2,
-                          .times = TIMES,
-                          .t = times,
-                          .states = got.states,
-                          .outcomes = got.outcomes,
-                          .growth = got.rows[0]};
-    some(scenes);
-    worker->tops = &tops;
-    kr_scheduler_reset(worker);
-    for (size_t i = 0; i < 2; i++) kr_scheduler_add(worker, i);
-    worker->lanes->tangents->truncation_limit = -1.0;
-    kr_scheduler_drain(worker);
-    for (int i = 0; i < 2; i++) {
-        IS(got.outcomes[i].status == KR_ERR_TANGENT && got.outcomes[i].done == 0);
-        for (int k = 0; k < TIMES; k++) IS(isnan(got.rows[i * TIMES + k][KR_GROWTH_LOG]));
-    }
-    kr_worker_free(worker);
-}
 int main(void)
 {
     test_independence();
@@ -328,10 +287,8 @@ int main(void)
     test_overflow_of_squares();
     test_directions();
     test_frames_of_description();
-    test_empty_lanes();
     test_equilibria();
     test_steady_rotations();
-    test_unreachable_tolerance();
     const kr_scene scenes[] = {kr_scene_default(), tilted(), asymmetric()};
     for (int i = 0; i < 3; i++) test_means(&scenes[i], 20.0);
     return check_result();
