@@ -62,6 +62,11 @@ def draw_curves(
     return figure
 
 
+def keep_finite(band):
+    """Return the columns of a band where its upper limit is finite."""
+    return [np.array(column)[np.isfinite(band[-1])] for column in band]
+
+
 @as_svg
 def draw_bands(panels, own, label, width=6.0, panel=2.0, gap=0.35):
     """Draw one panel per group of initial states, with a line and a band for each integrator.
@@ -72,8 +77,8 @@ def draw_bands(panels, own, label, width=6.0, panel=2.0, gap=0.35):
     height = TOP + len(panels) * (panel + gap) - gap + BELOW
     figure, first = plt.figure(figsize=(width, height)), None
     for i, (title, bands) in enumerate(panels.items()):
-        low = 1 - (TOP + i * (panel + gap) + panel) / height
-        place = (LEFT / width, low, 1 - (LEFT + RIGHT) / width, panel / height)
+        bottom = 1 - (TOP + i * (panel + gap) + panel) / height
+        place = (LEFT / width, bottom, 1 - (LEFT + RIGHT) / width, panel / height)
         axes = figure.add_axes(place, sharex=first, sharey=first)
         axes.set_title(title, loc="left")
         axes.set(xscale="log", yscale="log", ylabel="run time [ms]")
@@ -82,7 +87,7 @@ def draw_bands(panels, own, label, width=6.0, panel=2.0, gap=0.35):
         first = first or axes
         styles = choose_line_styles([own], [name for name in bands if name != own])
         for name, band in bands.items():
-            errors, middle, low, high = (np.array(x)[np.isfinite(band[-1])] for x in band)
+            errors, middle, low, high = keep_finite(band)
             fill = {"color": styles[name]["color"], "alpha": 0.25 if name == own else 0.1}
             axes.fill_between(errors, low, high, linewidth=0, **fill)
             axes.plot(errors, middle, markevery=2, **styles[name])
@@ -91,8 +96,8 @@ def draw_bands(panels, own, label, width=6.0, panel=2.0, gap=0.35):
         set_power_ticks(axes.yaxis, 7)
         axes.grid(True)
         axes.tick_params(labelbottom=axes is figure.axes[-1])
-        finite = {n: [np.array(x)[np.isfinite(b[-1])] for x in b[:2]] for n, b in bands.items()}
-        ends = {name: last_point(line) for name, line in finite.items() if len(line[0])}
-        label_ends(axes, [(name, end, styles[name]) for name, end in ends.items()])
+        curves = {name: keep_finite(band)[:2] for name, band in bands.items()}
+        ends = [(n, last_point(c), styles[n]) for n, c in curves.items() if len(c[0])]
+        label_ends(axes, ends)
     figure.axes[-1].set_xlabel(label)
     return figure
