@@ -200,13 +200,6 @@ def test_backward_a_top_from_rest_fails_soon_but_an_equilibrium_stays():
     assert np.array_equal(path.q[0], (1, 0, 0, 0)) and not path.m.any()
 
 
-def test_backward_an_event_before_the_refused_time_is_found():
-    level = kr.events.plane((0, 0, 1), of="apex", terminal=True)
-    top = kr.Scene(LAGRANGE, velocity=(30, 0, 0), gravity=1, damping=100.0)
-    near, far = (kr.solve(top, t, events=[level]).events for t in (-0.02, -1.0))
-    assert len(near) == 1 and far.path.t[0] == near.path.t[0]
-
-
 @pytest.mark.parametrize("body", [LAGRANGE, GENERAL])
 def test_events_of_the_slow_motion_are_found(body):
     damping, level = 1e8, kr.events.plane((0, 0, 1), of="apex")

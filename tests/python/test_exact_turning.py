@@ -141,15 +141,6 @@ def test_the_path_stays_between_turning_points_and_reaches_them(course, descript
         assert abs(top.t_least - top.t_greatest) == pytest.approx(top.period / 2, rel=1e-14)
 
 
-def test_times_of_turning_points_agree_with_events():
-    scene = COURSES["loops"].replace(momentum=(0.3, -0.8, 2.0))
-    top = kr.exact(scene)
-    found = kr.solve(scene, top.period, events=[kr.events.nutation()]).events
-    times = {1: top.t_greatest, -1: top.t_least}
-    assert len(found) == 2
-    assert found.t == pytest.approx([times[int(d)] for d in found.direction], abs=1e-12)
-
-
 def test_on_the_separatrix_the_upright_position_is_never_reached():
     rising = kr.exact(COURSES["separatrix"])
     assert rising.t_least == math.inf and rising.t_greatest == 0

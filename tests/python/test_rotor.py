@@ -42,14 +42,6 @@ AXIAL = [
 ]
 
 
-def draw_gyrostats(n, seed=3):
-    """Return `n` random tops, two thirds of which have a rotor."""
-    rng = np.random.default_rng(seed)
-    kinds = [list(BODIES.values())[i % len(BODIES)] for i in range(n)]
-    bodies = [replace(body, rotor=rng.normal(size=3) * (i % 3 > 0)) for i, body in enumerate(kinds)]
-    return kr.Ensemble.of([kr.Scene(body, rng.normal(size=3), gravity=1.3) for body in bodies])
-
-
 @pytest.mark.parametrize("t", [300.0, -300.0])
 @pytest.mark.parametrize("body, axis", AXIAL)
 def test_an_axial_rotor_shifts_the_spin(body, axis, t):
@@ -88,12 +80,6 @@ def test_the_integrals_of_zhukovsky_and_volterra():
     assert np.abs(np.linalg.norm(own, axis=1) - np.linalg.norm(own[0])).max() < 1e-14
     assert np.abs(energy - energy[0]).max() < 1e-14 and np.abs(path.energy - energy).max() < 1e-14
     assert np.ptp(own, axis=0).min() > 0.1
-
-
-def test_integrals_of_long_motions_are_constant():
-    paths = kr.solve(draw_gyrostats(66), [0.0, -200.0], "taylor")
-    for values in (paths.energy, paths.vertical_momentum):
-        assert np.abs(np.diff(values)).max() < 1e-12
 
 
 @pytest.mark.parametrize("t", [0.6, -0.6])
