@@ -261,6 +261,7 @@ export class PageState {
     if (!quietly) return this.restoreMoment(this.undoStack, this.redoStack);
     this.restoreMoment(this.undoStack, [], true);
     this.redoStack = this.redoBefore;
+    this.onChange();
   }
   redo() {
     this.restoreMoment(this.redoStack, this.undoStack);

@@ -194,8 +194,9 @@ class Viewer:
         self.evaluate(f"kreisel.advance({t})")
 
     def wait_until_time(self, t):
-        """Wait until the viewer has reached the time `t`."""
-        wait_for(self, f"kreisel.page.clock === {t} * {TICKS} && kreisel.page.goal === null")
+        """Wait until the viewer has ended a jump, which must lead to the time `t`."""
+        wait_for(self, "kreisel.page.goal === null")
+        assert self.read_clock() == t * TICKS
 
     def fill_field(self, name, value):
         field = self.get_by_label(name, exact=True)

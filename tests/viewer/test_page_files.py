@@ -194,12 +194,12 @@ def test_the_program_gives_the_states_of_the_viewer(page, preset, changes):
 @pytest.mark.usefixtures("full_picture")
 def test_downloaded_files_have_the_scene_the_states_and_the_record(page, window, tmp_path):
     page.load("Compare four", about=EVIL)
-    page.advance(2)
+    page.advance(300)
     scene = page.read_scene()
     with page.download("CSV", tmp_path / "top.csv").open() as file:
         head, *rows = csv.reader(file)
     rows = np.array(rows, float)
-    assert rows[:, 0].tolist() == page.read_times().tolist() and rows[-1, 0] == 2
+    assert rows[:, 0].tolist() == page.read_times().tolist() and rows[-1, 0] == 300
     for column, words in enumerate(head[1:], 1):
         name, number, method, step = words.replace(" ", ":").split(":")
         top = page.read_tops()[int(number)]
@@ -210,7 +210,7 @@ def test_downloaded_files_have_the_scene_the_states_and_the_record(page, window,
     picture = page.download("Picture", tmp_path / "top.png").read_bytes()
     assert picture.startswith(b"\x89PNG") and len(picture) > 5000
     other = window.open(page.download("This page", tmp_path / "top.html"))
-    other.advance(2)
+    other.advance(300)
     assert other.read_scene() == scene and other.read_states() == page.read_states()
     assert other.locator("#evil, img").count() == 0 and other.troubles == []
 

@@ -174,13 +174,6 @@ def test_axe_finds_nothing_on_the_viewer(page, size, scheme):
     assert found == []
 
 
-def test_axe_finds_a_button_without_a_name(page):
-    page.evaluate("document.getElementById('bar').prepend(document.createElement('button'))")
-    violations = check_page(page, "toolbar")
-    page.evaluate("document.querySelector('#bar button').remove()")
-    assert [(case, rule) for case, rule, _ in violations] == [("toolbar", "button-name")]
-
-
 def test_targets_have_room_for_fingers(page):
     small = page.evaluate("""[...document.querySelectorAll(
         'button, summary, select, input:not([type=checkbox]), .check')]
@@ -214,7 +207,6 @@ def test_tops_and_arrows_contrast_with_the_ground_and_with_each_other(page, sche
     assert len(tops) == 6
     for colour in [*tops, *arrows]:
         assert compute_contrast(colour, ground) >= 3, colour
-    assert not is_large or ground == ("#000000" if scheme == "dark" else "#ffffff")
     for vision in VISION:
         assert lab_distance(tops[0], tops[2], vision) > 60
         for one, other in [*itertools.combinations(tops, 2), (tops[0], arrows[0])]:
