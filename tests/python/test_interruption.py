@@ -258,18 +258,19 @@ class InterruptedPool(ThreadPoolExecutor):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("words", [{"t": 50.0}, {"t": 5.0, "method": "geometric", "error": 1e-6}])
+@pytest.mark.parametrize("words", [{"t": 50.0}, {"t": 3.0, "method": "geometric", "error": 1e-3}])
 def test_ctrl_c_interrupts_no_call_of_an_executor_and_keeps_the_tops_that_ended(
     default_handlers, words, number
 ):
     tops = TOP.vary(gravity=np.linspace(0.5, 1.0, 1000))
-    with InterruptedPool(number) as pool, pytest.raises(KeyboardInterrupt) as stopped:
-        kr.solve(tops, executor=pool, threads=None, **words)
-    assert isinstance(stopped.value, kr.Interrupted) and pool.submitted >= 3
-    paths = stopped.value.paths
-    has_ended = paths.status == 0
-    assert 0 < has_ended.sum() < 1000 and pool.cancelled > 0
-    assert same_bits(paths.states[has_ended], kr.solve(tops[has_ended], **words).states)
+    for _ in range(5):  # another thread may or may not compute tops at the time of the signal
+        with InterruptedPool(number) as pool, pytest.raises(KeyboardInterrupt) as stopped:
+            kr.solve(tops, executor=pool, **words)
+        assert isinstance(stopped.value, kr.Interrupted) and pool.cancelled > 0
+        paths = stopped.value.paths
+        has_ended = paths.status == 0
+        assert 0 < has_ended.sum() < 1000
+        assert same_bits(paths.states[has_ended], kr.solve(tops[has_ended], **words).states)
 
 
 @pytest.mark.parametrize("task", [kr.solve, kr.megno])

@@ -200,7 +200,9 @@ def test_a_sweep_has_the_results_of_its_tops(tmp_path_factory, data, task):
         if data.draw(st.booleans()):
             file.unlink()
     run_in_threads(folder, TASKS[task], source, data.draw(threads), part_size=size)
-    check_sweep(kr.read_sweep(folder), tops, TASKS[task])
+    sweep = kr.read_sweep(folder)
+    check_sweep(sweep, tops, TASKS[task])
+    assert ("deg" in "".join(sweep.units.values())) == ("degrees" in kind)
 
 
 @pytest.mark.parametrize("task", TASKS)
