@@ -21,6 +21,8 @@ def test_methods_describe_themselves():
     rk4, strang = kr.methods["rk4"], kr.methods["strang"]
     assert (rk4.name, rk4.order) == ("rk4", 4) and rk4.algebraic
     assert not rk4.symplectic and strang.symplectic and strang.reversible
+    exact = kr.methods["exact"]
+    assert exact.exact and exact.symplectic and exact.rotors and not exact.implicit
     assert all(
         method.text and method.conserves and method.reference for method in kr.methods.values()
     )
