@@ -286,7 +286,6 @@ TRANSCRIPTS = [  # (command line, words that its output contains in this order)
     ("--help", ["compare", "fit", "resume", "solve", "sweep", "view", "130"]),
     ("solve --help", ["--t TIME[,...]", "[required]", "[default: auto]", "nutation:max_count=3"]),
     ("resume --help", ["counts whole turns from the first state"]),
-    ("fit --help", ["[default: start,moments]", "[default: t]"]),
     ("sweep run --help", ["--parts A:B", "--dask ADDRESS"]),
     ("report --help", ["accuracy, speed and stability", "--thesis"]),
     ("methods", list(kr.methods)),
@@ -425,23 +424,10 @@ def test_an_interrupted_comparison_prints_its_finished_rows(monkeypatch):
     assert "taylor" in output and "extrap " not in output and "1 of 2 runs" in output
 
 
-def test_scenes_come_from_names_files_and_standard_input(tmp_path):
-    kr.scenes.thesis.to_toml(tmp_path / "thesis.toml")
-    (tmp_path / "written.toml").write_text(call("scenes thesis"))
-    text = kr.scenes.thesis.to_toml()
-    outputs = {
-        call(f"solve {scene} --t 5 --csv -", text=text)
-        for scene in ("thesis", tmp_path / "thesis.toml", tmp_path / "written.toml", "-")
-    }
-    assert len(outputs) == 1
-
-
 @pytest.mark.parametrize(
     ("line", "completion"),
     [
         ("solve thes", "thesis"),
-        ("scenes kow", "kowalewski"),
-        ("solve thesis --method geo", "geometric"),
         ("compare thesis --methods rk4,str", "rk4,strang"),
         ("solve thesis --want nutation,prec", "nutation,precession_angle"),
         ("solve thesis --events sep", "separatrix"),

@@ -46,7 +46,6 @@ REFUSALS = [  # (command line, words that the message contains)
     ("methods strng", "did you mean 'strang'"),
     ("solve thesis --t 1 --stp 3", "--step"),
     ("solve thesis --t 1 --method rk5", "did you mean 'rk4'"),
-    ("compare thesis --t 1 --methods rk5 --steps .1", "did you mean 'rk4'"),
     ("solve thesis --t 1 --want nutatoin", "did you mean 'nutation'"),
     # times
     ("solve thesis", "--t"),
@@ -64,7 +63,6 @@ REFUSALS = [  # (command line, words that the message contains)
     ("solve thesis --t 1 --method rk4", "give --step"),
     ("solve thesis --t 1 --every 3", "--t as a grid"),
     ("solve thesis --t 1 --method geometric", "--error"),
-    ("solve thesis --t 1 --error 1e-3", "geometric"),
     ("solve thesis --t 1 --method rk4 --step .1 --tol 1", "leave out --tol"),
     ("solve thesis --t 1 --digits 40", "--digits must be at most 30"),
     ("solve thesis --t 1 --max-steps -1", "--max-steps must be at least 0"),
@@ -76,7 +74,6 @@ REFUSALS = [  # (command line, words that the message contains)
     # events
     ("solve asymmetric --t 1 --events nutatoin", "did you mean 'nutation'"),
     ("solve asymmetric --t 1 --events plane:0,1", "3 numbers"),
-    ("solve asymmetric --t 1 --events plane:0,1,0:0:m:9", "'9'"),
     ("solve asymmetric --t 1 --events crossing:omega", "'omega'"),
     ("solve asymmetric --t 1 --events crossing:2*-m_x", "'2*-m_x'"),
     (f"solve asymmetric --t 1 --events crossing:{40 * 'm'}+", "sum of products"),
@@ -84,8 +81,6 @@ REFUSALS = [  # (command line, words that the message contains)
     ("solve asymmetric --t 1 --events nutation:direction=up", "'up'"),
     ("solve asymmetric --t 1 --events nutation:direction=1:direction=-1", "already given"),
     ("solve asymmetric --t 1 --events nutation:terminal=no", "terminal"),
-    ("solve asymmetric --t 1 --events nutation:max_count=1.5", "'1.5'"),
-    ("solve asymmetric --t 1 --events separatrix:scene=cusps", "scene is already given"),
     # scenes
     ("solve /dev/zero --t 1", "1048576 bytes"),
     ("solve light --t 1", "gravity"),
@@ -94,7 +89,6 @@ REFUSALS = [  # (command line, words that the message contains)
     # saved runs
     ("resume run --t 5", "reached t = 5.0"),
     ("resume run --t -9", "goes back"),
-    ("resume run --t 9 --max-steps -1", "--max-steps must be at least 0"),
     ("resume run --t 9 --every 2", "fixed step"),
     ("resume top --t 9", "top: "),
     ("resume /dev/zero --t 9", "not a saved run"),
@@ -133,11 +127,9 @@ REFUSALS = [  # (command line, words that the message contains)
     ("fit nothing.csv asymmetric", "nothing.csv"),
     ("fit record asymmetric --free strat", "did you mean 'start'"),
     ("fit record asymmetric --max-evaluations 0", "--max-evaluations must be at least 1"),
-    ("fit record asymmetric --sigma q=x", "--sigma q=x"),
     ("fit record asymmetric --sigma spin=1 --sigma spin=2", "already given"),
     ("fit record asymmetric --column spin=a --column spin=c", "already given"),
     ("fit record asymmetric --column spin", "--column spin"),
-    ("fit record asymmetric --column spin=none", "none"),
     ("fit record asymmetric --point 1,2", "--point"),
     ("fit record asymmetric --degrees", "--degrees"),
     ("fit record asymmetric --instrument bais", "bias"),
@@ -147,7 +139,6 @@ REFUSALS = [  # (command line, words that the message contains)
     ),
     # sweeps
     ("sweep plan.toml", "--folder"),
-    ("sweep none.toml --folder runs", "none.toml"),
     ("sweep wrong.toml --folder runs", "did you mean 't'"),
     ("sweep plan.toml --folder .", "not a folder of a sweep"),
     *(

@@ -47,7 +47,6 @@ CALLS = {
     "gravity": lambda x: GENERAL.replace(gravity=x),
     "step": lambda x: kr.solve(GENERAL, 1, "strang", step=x),
     "tol": lambda x: kr.solve(GENERAL, 1, tol=x),
-    "every": lambda x: kr.solve(GENERAL, 1, "strang", step=0.1, every=x),
     "method": lambda x: kr.solve(GENERAL, 1, x),
     "want": lambda x: kr.solve(GENERAL, 1, want=x),
     "events": lambda x: kr.solve(GENERAL, 1, events=x),
@@ -55,8 +54,6 @@ CALLS = {
     "steps": lambda x: kr.compare(GENERAL, 1, ["rk4"], steps=[x]),
     "function": lambda x: kr.events.crossing(x),
     "value": lambda x: kr.events.crossing("spin", x),
-    "direction": lambda x: kr.events.nutation(direction=x),
-    "max_count": lambda x: kr.events.nutation(max_count=x),
     "normal": lambda x: kr.events.plane(x),
 }
 
@@ -154,9 +151,7 @@ HINTS = [  # (a call or an attribute, words of the message)
     (lambda: kr.frequences, "'frequencies'"),
     (lambda: kr.scenes.kovalevskaya, "'kowalewski'"),
     (lambda: kr.events.max_nutation, "'nutation'"),
-    (lambda: kr.quaternion.multipy, "'multiply'"),
     (lambda: kr.Body.box, "'cuboid'"),
-    (lambda: kr.Bodies.cilinder, "'cylinder'"),
     (lambda: kr.Scene.spining, "'spinning'"),
     (lambda: PATH.quaternion, "'q'"),
     (lambda: PATH.position, "'apex'"),

@@ -66,10 +66,10 @@ def test_the_keys_of_a_table_are_the_arguments_of_a_constructor(body, start, tmp
 
 def test_a_constructor_may_have_a_rotor_beside_it():
     text = "momentum = [0, 0, 1]\ngravity = 1\n[body]\nrotor = [0, 0, 2]\n"
-    body = kr.Body.disk(1, (0, 0, -1), mass=3)
-    body = kr.Body(body.mass, body.inertia, body.com, rotor=(0, 0, 2))
+    disk = kr.Body.disk(1, (0, 0, -1), mass=3)
+    expected = kr.Body(disk.mass, disk.inertia, disk.com, rotor=(0, 0, 2))
     text += "disk = { radius = 1, pivot = [0, 0, -1], mass = 3 }\n"
-    assert kr.Scene.from_toml(text).body == body
+    assert kr.Scene.from_toml(text).body == expected
 
 
 def test_a_byte_order_mark_is_ignored(tmp_path):
