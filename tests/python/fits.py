@@ -88,17 +88,12 @@ def simulate(scene, t, sigmas, seed=0, noise=1.0, settings=None, **words):
     return kr.Record(t, values, point=point, **words)
 
 
-def gyroscope(scene=HEAVY, n=300, end=3.0, seed=0, sigma=SIGMA, **words):
+def simulate_gyroscope(scene=HEAVY, n=300, end=3.0, seed=0, sigma=SIGMA, **words):
     """Return noisy measurements of the angular velocity in the body frame."""
     return simulate(scene, np.linspace(0.0, end, n), {"body_velocity": sigma}, seed, **words)
 
 
-def tip(seed=0, n=200, end=4.0, sigma=0.005):
-    """Return noisy measurements of the apex of a symmetric top."""
-    return simulate(SYMMETRIC, np.linspace(0.0, end, n), {"apex": sigma}, seed)
-
-
-def ratios(scene):
+def compute_ratios(scene):
     """Return the parameter ratios that can be determined from gyroscope data."""
     moments, com = np.array(scene.body.moments), np.array(scene.body.com)
     weight = scene.body.mass * scene.gravity

@@ -6,7 +6,7 @@ import kreisel as kr
 import numpy as np
 import pandas
 import pytest
-from fits import HEAVY, PLACE, SIGMA, gyroscope, simulate, solve_at, to_rotation
+from fits import HEAVY, PLACE, SIGMA, simulate, simulate_gyroscope, solve_at, to_rotation
 
 T = np.linspace(0.0, 2.0, 40)
 FREE = ("start", "moments")
@@ -33,7 +33,7 @@ def rename(columns, names):
     return dict(zip(names, columns.values(), strict=True))
 
 
-def read(table, separator=",", **words):
+def read_table(table, separator=",", **words):
     """Return a function that writes a table to a file in a folder and reads them as a record."""
     words = {"sigma": SIGMA} | words
     return lambda folder: kr.Record.from_csv(
@@ -41,53 +41,55 @@ def read(table, separator=",", **words):
     )
 
 
-def rates(values=W, t=T, sigma=SIGMA, **words):
+def make_rates(values=W, t=T, sigma=SIGMA, **words):
     return lambda _: kr.Record(t, {"body_velocity": values}, sigma, **words)
 
 
-def attitudes(name, values):
+def make_attitudes(name, values):
     return lambda _: kr.Record(T, {name: values}, 0.01)
 
 
-HALVES = [rates(W[rows], T[rows])(None) for rows in (slice(25, None), slice(0, 25))]
+HALVES = [make_rates(W[rows], T[rows])(None) for rows in (slice(25, None), slice(0, 25))]
 GYROSCOPE_FORMS = {
-    "lists": rates(W.tolist(), T.tolist()),
-    "commas": read({"t": T, **COLUMNS}),
-    "semicolons": read({"t": T, **COLUMNS}, ";"),
-    "tabs": read({"t": T, **COLUMNS}, "\t"),
-    "named columns": read(rename({"t": T, **COLUMNS}, ("time", "a", "b", "c")), **NAMED),
-    "words in other columns": read(
+    "lists": make_rates(W.tolist(), T.tolist()),
+    "commas": read_table({"t": T, **COLUMNS}),
+    "semicolons": read_table({"t": T, **COLUMNS}, ";"),
+    "tabs": read_table({"t": T, **COLUMNS}, "\t"),
+    "named columns": read_table(rename({"t": T, **COLUMNS}, ("time", "a", "b", "c")), **NAMED),
+    "words in other columns": read_table(
         {**rename({"t": T, **COLUMNS}, ("time", "a", "b", "c")), "note": ["none"] * 40}, **NAMED
     ),
-    "heads with units": read({"t [T]": T, **DEGREES}, **IN_DEGREES),
-    "degrees in a file": read({"t": T, **rename(DEGREES, COLUMNS)}, degrees=True, **IN_DEGREES),
+    "heads with units": read_table({"t [T]": T, **DEGREES}, **IN_DEGREES),
+    "degrees in a file": read_table(
+        {"t": T, **rename(DEGREES, COLUMNS)}, degrees=True, **IN_DEGREES
+    ),
     "pandas": lambda _: kr.Record.from_pandas(TABLE, sigma=SIGMA),
     "an index": lambda _: kr.Record.from_pandas(TABLE.set_index("t"), sigma=SIGMA),
     "pandas in degrees": lambda _: kr.Record.from_pandas(
         pandas.DataFrame({"t": T, **DEGREES}), **IN_DEGREES
     ),
-    "degrees": rates(np.degrees(W), degrees=True, **IN_DEGREES),
+    "degrees": make_rates(np.degrees(W), degrees=True, **IN_DEGREES),
     "components": lambda _: kr.Record(T, COLUMNS, SIGMA),
     "two records": lambda _: HALVES,
-    "missing rows": rates(*HOLES),
-    "sigma by name": rates(sigma={"body_velocity": SIGMA}),
-    "sigmas of components": rates(sigma=[SIGMA] * 3),
-    "sigmas of rows": rates(sigma=[SIGMA] * 40),
-    "sigmas of all values": rates(sigma=np.full((40, 3), SIGMA)),
+    "missing rows": make_rates(*HOLES),
+    "sigma by name": make_rates(sigma={"body_velocity": SIGMA}),
+    "sigmas of components": make_rates(sigma=[SIGMA] * 3),
+    "sigmas of rows": make_rates(sigma=[SIGMA] * 40),
+    "sigmas of all values": make_rates(sigma=np.full((40, 3), SIGMA)),
 }
 ATTITUDE_FORMS = {
-    "other signs": attitudes("q", Q * SIGNS),
-    "scalar last": attitudes("q_xyzw", np.roll(Q, -1, axis=1)),
-    "attitude": attitudes("attitude", Q),
-    "attitude, scalar last": attitudes("attitude_xyzw", np.roll(Q, -1, axis=1)),
+    "other signs": make_attitudes("q", Q * SIGNS),
+    "scalar last": make_attitudes("q_xyzw", np.roll(Q, -1, axis=1)),
+    "attitude": make_attitudes("attitude", Q),
+    "attitude, scalar last": make_attitudes("attitude_xyzw", np.roll(Q, -1, axis=1)),
     **{
-        f"a rotation as {name}": attitudes(name, to_rotation(Q))
+        f"a rotation as {name}": make_attitudes(name, to_rotation(Q))
         for name in ("q", "q_xyzw", "attitude", "attitude_xyzw")
     },
-    "a file": read(
+    "a file": read_table(
         {"t": T, **dict(zip(("q_w", "q_x", "q_y", "q_z"), Q.T, strict=True))}, sigma=0.01
     ),
-    "a file, scalar last": read(
+    "a file, scalar last": read_table(
         {"t": T, **dict(zip("xyzw", np.roll(Q, -1, axis=1).T, strict=True))},
         columns={"attitude_xyzw": tuple("xyzw")},
         sigma=0.01,
@@ -98,7 +100,7 @@ ATTITUDE_FORMS = {
 
 @cache
 def fit_plain_record(is_attitude):
-    record = attitudes("q", Q) if is_attitude else rates()
+    record = make_attitudes("q", Q) if is_attitude else make_rates()
     return kr.fit(HEAVY, record(None), FREE)
 
 
@@ -156,7 +158,7 @@ def test_elements_of_a_frame_may_be_measured_alone(tmp_path):
 
 
 def test_missing_values_are_left_out_and_counted():
-    values = np.array(gyroscope(n=200, end=2.0).series[0].values)
+    values = np.array(simulate_gyroscope(n=200, end=2.0).series[0].values)
     values[::7] = values[3, 1] = np.nan
     times = np.linspace(0.0, 2.0, 200)
     record = kr.Record(times, {"body_velocity": values}, SIGMA)

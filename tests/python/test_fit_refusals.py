@@ -4,13 +4,13 @@ import kreisel as kr
 import numpy as np
 import pandas
 import pytest
-from fits import HEAVY, PLACE, gyroscope, simulate
+from fits import HEAVY, PLACE, simulate, simulate_gyroscope
 
 W = [[1.0, 2.0, 3.0]] * 3
 Q = [[1.0, 0.0, 0.0, 0.0]] * 3
 SPIN = {"spin": [1.0, 2.0, 3.0]}
 RECORD = {"t": [0.0, 0.1, 0.2], "values": SPIN}
-TWENTY = gyroscope(n=20)
+TWENTY = simulate_gyroscope(n=20)
 FIT = {"scene": HEAVY, "records": TWENTY, "free": "start"}
 TABLE = pandas.DataFrame({"t": [0.0, 1.0], "x": [0.1, 0.2], "y": [1.0, 2.0]})
 FRAME = {"frame": TABLE, "columns": {"spin": "x"}}
@@ -23,7 +23,7 @@ RUBBED = kr.Scene(
 ROTOR = HEAVY.replace(body=HEAVY.body.with_rotor(spin=5.0, inertia=0.3, axis=(1, 2, 3)))
 
 
-def record(values=W, quantity="body_velocity", t=None, sigma=0.1, **words):
+def make_record(values=W, quantity="body_velocity", t=None, sigma=0.1, **words):
     t = np.arange(float(len(values))) if t is None else t
     return kr.Record(t, {quantity: values}, sigma, **words)
 
@@ -138,11 +138,11 @@ ROWS = [
         ("record", TypeError, "Record"),
         (3, TypeError, "Record"),
         ([HEAVY], TypeError, "Record"),
-        (record(W[:1]), ValueError, "fewer"),
-        (record([W[0], W[0]], sigma=None), ValueError, "sigma"),
-        (record(W, "apex", [1000.0, 1000.2, 1000.5]), ValueError, "subtract"),
-        ([TWENTY, record([0.5], "velocity_x", [0.5], None)], ValueError, "sigma"),
-        ([TWENTY, record([1e90] * 2, "energy", [0, 1], 1e-180)], ValueError, "range"),
+        (make_record(W[:1]), ValueError, "fewer"),
+        (make_record([W[0], W[0]], sigma=None), ValueError, "sigma"),
+        (make_record(W, "apex", [1000.0, 1000.2, 1000.5]), ValueError, "subtract"),
+        ([TWENTY, make_record([0.5], "velocity_x", [0.5], None)], ValueError, "sigma"),
+        ([TWENTY, make_record([1e90] * 2, "energy", [0, 1], 1e-180)], ValueError, "range"),
     ),
     *list_rows(
         kr.fit,
@@ -157,7 +157,7 @@ ROWS = [
     ),
     *list_rows(
         kr.fit,
-        FIT | {"records": record([1.0] * 3, "vertical_momentum")},
+        FIT | {"records": make_record([1.0] * 3, "vertical_momentum")},
         "free",
         ("gravity", ValueError, "depend"),
     ),
@@ -171,8 +171,8 @@ ROWS = [
         kr.fit,
         FIT | {"scene": RUBBED},
         "records",
-        (record([0.1] * 9, "body_acceleration_x"), ValueError, "jumps"),
-        (record(W * 3, "specific_force", point=PLACE), ValueError, "jumps"),
+        (make_record([0.1] * 9, "body_acceleration_x"), ValueError, "jumps"),
+        (make_record(W * 3, "specific_force", point=PLACE), ValueError, "jumps"),
     ),
     *list_rows(kr.fit, FIT | {"scene": ROTOR}, "free", ("axes", ValueError, "rotor")),
     *list_rows(
@@ -236,7 +236,7 @@ def test_a_fit_refuses_bad_arguments_of_its_methods():
 def test_records_before_a_start_that_friction_holds_are_refused(name):
     scene = HEAVY.replace(friction=3.0)
     late, path = kr.solve(scene, [4.0]).end, kr.solve(scene, np.linspace(2.0, 6.0, 50))
-    before = record(getattr(path, name), name, np.linspace(-2.0, 2.0, 50), 0.02)
+    before = make_record(getattr(path, name), name, np.linspace(-2.0, 2.0, 50), 0.02)
     with pytest.raises(ValueError, match="friction holds"):
         kr.fit(late, before, ("start", "friction"), max_evaluations=30)
 
@@ -253,7 +253,7 @@ def test_angles_of_a_top_that_stays_upright_are_refused():
 
 
 def test_a_motion_that_cannot_be_computed_is_refused():
-    slow = record([1.0] * 20, "energy", np.linspace(0.0, 1.0, 20))
+    slow = make_record([1.0] * 20, "energy", np.linspace(0.0, 1.0, 20))
     with pytest.raises(ValueError, match="resolve"):
         kr.fit(HEAVY.replace(velocity=(0.0, 0.0, 1e30)), slow, "gravity")
 

@@ -8,7 +8,17 @@ from pathlib import Path
 import kreisel as kr
 import numpy as np
 import pytest
-from fits import GUESS, HEAVY, SIGMA, SYMMETRIC, gyroscope, is_near, ratios, simulate, solve_at
+from fits import (
+    GUESS,
+    HEAVY,
+    SIGMA,
+    SYMMETRIC,
+    compute_ratios,
+    is_near,
+    simulate,
+    simulate_gyroscope,
+    solve_at,
+)
 
 T = np.linspace(0.0, 2.0, 60)
 TIED = "damping_1 = damping_2 = damping_3"
@@ -97,7 +107,7 @@ def test_residuals_are_those_of_the_path(fit):
 
 
 def test_the_path_has_the_times_of_all_instruments():
-    records = [gyroscope(n=30), gyroscope(n=40, end=2.0)]
+    records = [simulate_gyroscope(n=30), simulate_gyroscope(n=40, end=2.0)]
     path = kr.fit(HEAVY, records, "velocity").path
     assert path.t.tolist() == np.unique(np.concatenate([r.t for r in records])).tolist()
 
@@ -148,7 +158,7 @@ def test_names_and_units_of_parameters():
 )
 def test_one_damping_stays_one_number_and_three_are_estimated_apart(guess, names):
     damping = np.full(3, 0.02) if len(names) == 1 else np.array((0.02, 0.03, 0.01))
-    record = gyroscope(HEAVY.replace(damping=damping), sigma=0.005)
+    record = simulate_gyroscope(HEAVY.replace(damping=damping), sigma=0.005)
     scene = kr.Scene.from_toml(HEAVY.replace(damping=guess).replace(gravity=9.81).to_toml())
     fit = kr.fit(scene, record, ("start", "damping"))
     assert fit.is_plausible and [name for name in fit.names if "damping" in name] == names
@@ -168,7 +178,7 @@ def test_attitudes_have_no_bias_beside_a_gyroscope():
     assert [found.values[name] for name in names] == pytest.approx([0.1, -0.2, 0.3], abs=1e-6)
 
 
-def drive(scene, slope, free):
+def fit_driven_spin(scene, slope, free):
     """Fit the spin of a top that a motor drives a little."""
     t = np.linspace(0.0, 3.0, 100)
     return kr.fit(scene, kr.Record(t, {"spin": solve_at(scene, t, "spin") + slope * t}, 0.1), free)
@@ -182,7 +192,7 @@ def drive(scene, slope, free):
     ],
 )
 def test_parameters_at_their_bounds_are_named(scene, free, name):
-    found = drive(scene, 0.03, free)
+    found = fit_driven_spin(scene, 0.03, free)
     [sentence] = found.at_bound
     assert found.values[name] == 0.0 and sentence.startswith(f"{name} is zero")
     assert f"At a bound: {sentence}" in str(found)
@@ -202,7 +212,7 @@ def test_moments_at_the_plate_limit_stay_physical():
     guess = plate.replace(body=kr.Body(1.0, (1.0, 1.8, 2.2), com=(0.0, 0.0, 0.0)))
     at_edge = 0
     for seed in range(6):
-        fit = kr.fit(guess, gyroscope(plate, seed=seed, end=10.0))
+        fit = kr.fit(guess, simulate_gyroscope(plate, seed=seed, end=10.0))
         a, b, c = fit.scene.body.moments
         assert c <= (a + b) * (1.0 + 1e-8)
         if fit.at_bound:
@@ -214,7 +224,7 @@ def test_moments_at_the_plate_limit_stay_physical():
 
 
 def test_nonlinearity_is_measured_for_single_motions_and_the_linear_loss():
-    record, free = gyroscope(n=40, end=1.0), ("start", "gravity")
+    record, free = simulate_gyroscope(n=40, end=1.0), ("start", "gravity")
     assert kr.fit(HEAVY, record, free).nonlinearity > 0.0
     for words in ({"loss": "soft"}, {"pieces": 2}):
         assert kr.fit(HEAVY, record, free, **words).nonlinearity == 0.0
@@ -237,7 +247,7 @@ def test_the_summary_shows_the_parameters_with_two_digits_of_their_errors(fit):
     assert f"<kreisel.Fit: {len(fit.names)} parameters, chi2" in repr(fit)
     page = fit._repr_html_()
     assert page.count("<p>") == len(lines) - len(fit.names) + 1 and "<td" in page
-    scale = kr.fit(HEAVY, gyroscope(n=50), ("start", "moments", "com"))
+    scale = kr.fit(HEAVY, simulate_gyroscope(n=50), ("start", "moments", "com"))
     assert "2 unidentified" in repr(scale) and "I1 / I3" in str(scale)
 
 
@@ -249,7 +259,7 @@ def test_a_fit_is_saved(fit, tmp_path):
     )
     copy = pickle.loads(pickle.dumps(fit))
     assert str(copy) == str(fit) and (copy.path.states == fit.path.states).all()
-    assert copy.error_of(ratios)[1].tolist() == fit.error_of(ratios)[1].tolist()
+    assert copy.error_of(compute_ratios)[1].tolist() == fit.error_of(compute_ratios)[1].tolist()
     table = fit.to_pandas()
     assert list(table.index) == list(fit.names) and table.index.name == "parameter"
     for column, values in (
@@ -290,7 +300,7 @@ def test_a_fit_in_pieces_and_a_fit_of_attitudes_are_drawn():
     assert len(upper.lines) == 4 and len(lower.lines) == 4, "three residuals and the line at zero"
     for k, line in enumerate(upper.lines):
         assert np.array_equal(line.get_ydata(), record.series[0].values[:, k])
-    pieces = kr.fit(HEAVY, gyroscope(n=60), "velocity", pieces=2)
+    pieces = kr.fit(HEAVY, simulate_gyroscope(n=60), "velocity", pieces=2)
     upper, _ = pieces.plot()
     assert upper.get_title() == "body_velocity" and len(upper.lines) == 6
     for k, line in enumerate(line for line in upper.lines if line.get_color() == "black"):

@@ -3,7 +3,7 @@
 import kreisel as kr
 import numpy as np
 import pytest
-from fits import SYMMETRIC, change_parameters, differentiate_record, gyroscope, simulate
+from fits import SYMMETRIC, change_parameters, differentiate_record, simulate, simulate_gyroscope
 
 HEADING = "the heading: a rotation of the start about the vertical"
 TURN_HEADING = "the heading: a rotation of the start and of turning about the vertical"
@@ -159,7 +159,7 @@ def test_the_apex_determines_the_axial_momentum_and_the_transverse_moment():
     momentum, error = fit.error_of(lambda scene: kr.solve(scene, [0.0]).axial_momentum[0])
     assert abs(momentum - 12.0) < 4.0 * error < 0.4
     ratios = [error for _, error in fit.moment_ratios.values()]
-    assert np.isinf(ratios).all() and "I1 = I2 / I3" not in fit.names
+    assert np.isinf(ratios).all()
 
 
 def test_a_gyroscope_with_an_unknown_bias_does_not_determine_the_spin():
@@ -181,7 +181,7 @@ def test_a_gyroscope_with_an_unknown_bias_does_not_determine_the_spin():
 
 
 def test_records_without_information_determine_nothing():
-    rough = gyroscope(n=50, noise=0.0, sigma=1e9)
+    rough = simulate_gyroscope(n=50, noise=0.0, sigma=1e9)
     found = kr.fit(top(), rough, "velocity")
     assert np.isinf(list(found.error.values())).all() and len(found.unidentified) == 3
     assert found.nonlinearity == 0.0 and "not identified" in str(found)
