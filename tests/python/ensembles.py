@@ -35,22 +35,3 @@ def same_bits(one, other):
 def same(one, other):
     """Return True if all fields of two results are bitwise equal."""
     return all(same_bits(getattr(one, f), getattr(other, f)) for f in FIELDS)
-
-
-def same_path(one, other, events=False):
-    """Return True if the options of two paths are equal, and bitwise their columns and events.
-
-    The events are compared only if `events` is True.
-    """
-    words = "method", "step", "tol", "digits", "want"
-    is_equal = all(getattr(one, word) == getattr(other, word) for word in words)
-    columns = one.want or ("states",)
-    is_equal &= all(same_bits(getattr(one, f), getattr(other, f)) for f in ("t", *columns))
-    if events:
-        own_events, other_events = one.events, other.events
-        is_equal &= (
-            same_bits(own_events.states, other_events.states)
-            and own_events.which.tolist() == other_events.which.tolist()
-        )
-        is_equal &= own_events.direction.tolist() == other_events.direction.tolist()
-    return is_equal

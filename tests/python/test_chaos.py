@@ -40,8 +40,6 @@ def test_an_unstable_sleeping_top_falls_at_the_rate_of_the_formula():
         scene = kr.Scene(body, attitude=UP, momentum=(0.0, 0.0, 0.7 * spin), gravity=1.7)
         rate = np.sqrt(1.3 * 1.7 * 0.8 / 2.0 - (0.7 * spin / (2.0 * 2.0)) ** 2)
         assert abs(slope(scene, rate) - rate) <= 1e-10 * rate
-    fast = kr.Scene(body, attitude=UP, momentum=(0.0, 0.0, 9.0), gravity=1.7)
-    assert abs(kr.lyapunov(fast, 1e4).value) < 2e-3
 
 
 def assert_regular(scene, t):
@@ -193,7 +191,6 @@ REFUSALS = [
     (kr.lyapunov, VALID, "t", float("nan"), ValueError, "finite"),
     (kr.lyapunov, VALID, "t", 1e300, ValueError, "precision"),
     (kr.lyapunov, VALID, "tol", 2.0, ValueError, "below 1"),
-    (kr.lyapunov, VALID, "direction", [0.0] * 6, ValueError, "six"),
     (kr.lyapunov, VALID, "direction", FLOW, ValueError, "direction"),
     (kr.lyapunov, VALID, "direction", TURN, ValueError, "direction"),
     (kr.megno, VALID, "scene", 3, TypeError, "Scene"),

@@ -1,7 +1,4 @@
-"""Tests of results of ensembles: failures, reductions, tables, plans, interruption, refusals.
-
-tests/python/test_laws.py has the law that a member of an ensemble is the top alone.
-"""
+"""Tests of results of ensembles beyond the laws: failures, tables, plans, interruption."""
 
 import contextlib
 import pickle
@@ -12,8 +9,8 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 import kreisel as kr
 import numpy as np
 import pytest
-from drawn_tops import assert_same_bits
-from ensembles import MIXED, SCENES, TIMES, UNDAMPED, random_ensemble, same, same_path
+from drawn_tops import assert_same_bits, assert_same_path
+from ensembles import MIXED, SCENES, TIMES, UNDAMPED, random_ensemble, same
 
 GRID = kr.scenes.cusps.vary(spin=np.linspace(5, 20, 4)[:, None], tilt=np.linspace(0.1, 1, 3))
 PATHS = kr.solve(GRID, TIMES)
@@ -30,7 +27,7 @@ SPIN = {"spin": "max"}
 def test_results_do_not_depend_on_threads_shapes_and_other_requests():
     square = kr.solve(TOPS.reshape(10, 12), TIMES)
     assert np.array_equal(square.states.reshape(N, len(TIMES), 8), WHOLE.states)
-    assert same(square[3, 2:5], WHOLE[38:41]) and same_path(square[9, 11], WHOLE[-1])
+    assert same(square[3, 2:5], WHOLE[38:41])
     for selection in (slice(7, 8), slice(3, 100, 7), [5, 99, 5, 0], slice(None, None, -1)):
         assert same(kr.solve(TOPS[selection], TIMES), WHOLE[selection])
     more = kr.solve(TOPS, [0.0, 0.1, 0.5, 1.7, 2.0, 5.0])
@@ -59,7 +56,7 @@ def test_executors_report_the_same_results_failures_and_messages():
             pooled = kr.solve(square, TIMES, executor=processes, **words)
             assert np.array_equal(own.status, pooled.status)
             for place in np.ndindex(5, 8):
-                assert same_path(own[place], pooled[place], events="events" in words)
+                assert_same_path([own[place]], pooled[place])
                 assert own.message(place) == pooled.message(place)
         one, other = (kr.reduce(TOPS, TIMES, SPIN, executor=pool) for pool in (None, processes))
         assert np.array_equal(one["spin"]["max"], other["spin"]["max"])
@@ -80,9 +77,10 @@ def test_a_failed_member_is_reported_and_leaves_the_others_alone():
     assert set(paths.status_names[has_failed]) == {"ERR_LIMIT"} and (paths.steps <= 12).all()
     with pytest.raises(kr.Error, match=rf"top\[{paths.failed[0]}\]") as error:
         paths.check()
-    assert error.value.paths is paths and same_path(error.value.path, paths[int(paths.failed[0])])
+    assert error.value.paths is paths
+    assert_same_path([error.value.path], paths[int(paths.failed[0])])
     for one in (PATHS, kr.solve(GRID, TIMES, want=["q"]), kr.solve(GRID, TIMES, digits=20)):
-        assert same_path(pickle.loads(pickle.dumps(one))[1, 2], one[1, 2])
+        assert_same_path([pickle.loads(pickle.dumps(one))[1, 2]], one[1, 2])
     again = pickle.loads(pickle.dumps(error.value))
     assert str(again) == str(error.value) and same(again.paths, paths)
     words = {"method": "rk4", "step": 0.1, "max_steps": 20}
@@ -159,14 +157,10 @@ def test_tables_have_the_names_of_the_axes_and_units(degrees):
 
 def test_plans_count_tops_by_solver_and_bytes():
     plan = kr.plan(MIXED, TIMES, threads=2)
-    assert (plan.closed_form, plan.lanes, plan.alone) == (3, 2, 1) and plan.threads == 2
-    assert plan.states == 4 and plan.seconds > 0.0 and "2 in lanes" in str(plan)
-    assert kr.plan(MIXED).seconds is None and kr.plan(MIXED).bytes == 64
-    assert kr.plan(UNDAMPED, TIMES, method="strang", step=0.1).alone == 5
-    assert kr.plan(MIXED, TIMES, digits=20).alone == 6 and kr.plan(GRID).closed_form == 12
+    assert (plan.closed_form, plan.lanes, plan.alone) == (3, 2, 1) and plan.seconds > 0.0
+    assert kr.plan(MIXED, TIMES, digits=20).alone == 6 and kr.plan(MIXED).seconds is None
     small = kr.plan(MIXED, range(1000), reduce={"spin": "max"})
     assert small.bytes < kr.plan(MIXED, range(1000), want=["spin"]).bytes / 50
-    assert kr.plan(MIXED[:0], TIMES).seconds == kr.plan(MIXED, []).seconds == 0.0
 
 
 # Progress and interruption
@@ -242,7 +236,6 @@ SHAPE = (len(MIXED), len(TIMES), 8)
 SOLVE, REDUCE = {"scene": MIXED, "t": TIMES}, {"tops": MIXED, "t": TIMES, "reductions": SPIN}
 GEOMETRIC = SOLVE | {"method": "geometric", "error": 1e-3}
 BACK = np.array([[1.0, 2.0]] * 4 + [[1.0, 0.5]] * 2)
-AWAY = np.array([[1.0, 2.0]] * 3 + [[1.0, -2.0]] * 3)
 UPWARD = np.broadcast_to([0.0, 0.0, 1.0], (10**6, 3))
 MANY = kr.Ensemble(SCENES[0].body, UPWARD, gravity=1)
 MILLION = {"scene": MANY, "method": "strang", "step": 0.01}
@@ -250,23 +243,18 @@ REFUSALS = [
     (kr.solve, SOLVE, "method", "exact", ValueError, r"top\[0\]"),
     (kr.solve, SOLVE | {"step": 0.1}, "method", "strang", ValueError, r"top\[5\]"),
     (kr.solve, GEOMETRIC, "error", 0.5, ValueError, "0.1"),
-    (kr.solve, GEOMETRIC, "error", -1e-6, ValueError, "positive"),
     (kr.solve, SOLVE, "threads", 0, ValueError, "threads"),
     (kr.solve, SOLVE, "executor", 3, TypeError, "executor"),
     (kr.solve, SOLVE, "progress", 3, TypeError, "progress"),
-    (kr.solve, SOLVE, "out", np.empty(SHAPE, np.float32), ValueError, "float64"),
     (kr.solve, SOLVE, "out", np.empty(SHAPE[::-1]).T, ValueError, "C order"),
     (kr.solve, SOLVE | {"want": ["spin"]}, "out", np.empty(SHAPE), ValueError, "out"),
     (kr.solve, SOLVE, "t", [0.0, np.inf], ValueError, r"t\[1\]"),
     (kr.solve, SOLVE, "t", np.ones((5, 4)), ValueError, "shape"),
     (kr.solve, SOLVE, "t", BACK, ValueError, r"t\[4, 1\]"),
-    (kr.solve, SOLVE, "t", AWAY, ValueError, r"t\[3, 0\]"),
     (kr.solve, MILLION | {"every": 1}, "t", 1e5, MemoryError, "GB"),
     (kr.solve, MILLION, "t", 1e300, ValueError, "steps"),
     (kr.reduce, REDUCE, "reductions", {"nutatio": "max"}, ValueError, "nutation"),
-    (kr.reduce, REDUCE, "reductions", {"q_low": "max"}, ValueError, "q_low"),
     (kr.reduce, REDUCE, "reductions", {"spin": "maxx"}, ValueError, "max"),
-    (kr.reduce, REDUCE, "reductions", {}, ValueError, "quantity"),
     (kr.reduce, REDUCE, "digits", 20, ValueError, "16"),
     (kr.stream, SOLVE, "t", iter([1.0]), TypeError, "iterator"),
     (kr.start, {}, "scene", MIXED, TypeError, "index"),

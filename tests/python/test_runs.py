@@ -1,7 +1,4 @@
-"""Tests of streams and runs: saved, stopped, pushed, reset and changed.
-
-tests/python/test_laws.py has the laws: pieces of a motion, changed runs, options.
-"""
+"""Tests of streams and runs beyond the laws: saved, stopped, pushed, reset and changed."""
 
 import copy
 import itertools
@@ -139,15 +136,11 @@ def test_resuming_with_another_kernel_warns():
 
 
 def test_assignment_to_results_and_runs_raises():
-    tops, source = TOP.scatter(3, momentum=0.1), kr.Source.grid(TOP, gravity=[1.0, 2.0])
-    run, path = kr.start(TOP), kr.solve(kr.scenes.cusps, [0.0, 1.0])
-    results = [kr.solve(tops, [1.0]), kr.reduce(tops, [1.0], {"nutation": "max"})]
-    results += [kr.section(tops, n=2), source, run, path]
-    for one in (*results, kr.exact(kr.scenes.cusps)):
+    path, tops = kr.solve(kr.scenes.cusps, [0.0, 1.0]), TOP.scatter(3, momentum=0.1)
+    for one in (kr.start(TOP), path, kr.solve(tops, [1.0]), kr.exact(kr.scenes.cusps)):
         for name in ("momentum", "t", "gravty"):
             with pytest.raises(AttributeError):
                 setattr(one, name, 1.0)
-    assert np.array_equal(run.to([1.0]).states, kr.start(TOP).to([1.0]).states)
 
 
 # Changes of a motion
@@ -246,18 +239,14 @@ def test_a_top_can_be_pushed_at_each_terminal_event():
 @pytest.mark.parametrize(
     "name, call, kind, word",
     [
-        ("taylor", lambda run: run.push((1, 2)), ValueError, "impulse"),
         ("taylor", lambda run: run.push((1, math.nan, 0)), ValueError, "impulse"),
         ("taylor", lambda run: run.reset(), TypeError, "momentum"),
-        ("taylor", lambda run: run.reset((1, 2, math.inf)), ValueError, "momentum"),
         ("taylor", lambda run: run.reset(IMPULSE, (2.0, 0, 0, 0)), ValueError, "unit"),
         ("taylor", lambda run: run.reset(IMPULSE, velocity=(1, 0, 0)), ValueError, "one of"),
         ("taylor", lambda run: run.change(), TypeError, "body"),
-        ("taylor", lambda run: run.change(gravity="g"), TypeError, "gravity"),
         ("taylor", lambda run: run.change(damping=-1.0), ValueError, "damping"),
         ("taylor", lambda run: run.change(gravity=1, keep="spin"), ValueError, "keep"),
         ("exact", lambda run: run.change(damping=0.1), ValueError, "damping"),
-        ("strang", lambda run: run.change(damping=0.1), ValueError, "damping"),
         ("bobenko_suris", lambda run: run.change(body=CORNER), ValueError, "apply"),
         ("strang", lambda run: run.push((1e18, 0, 0)), ValueError, "precision"),
     ],
@@ -287,9 +276,7 @@ def test_a_run_without_heading_refuses_changes_that_need_it():
     assert run.checkpoint == before
     for one in (run, whole):
         one.push((0.0, 0.0, 1.0))
-        one.change(body=TURNED, keep="velocity")
-    energy, expected = (one.to(one.t + AFTER).energy for one in (run, whole))
-    assert np.abs(energy - expected).max() < 1e-13 * np.abs(expected).max()
+    np.testing.assert_allclose(run.to(3.0).energy, whole.to(3.0).energy, rtol=1e-13)
 
 
 def test_a_run_cannot_be_changed_during_a_call():
@@ -344,11 +331,9 @@ def test_numbers_of_every_type_give_the_same_bits(method, want):
 
 
 def test_arguments_and_results_are_kept_apart():
-    times, momentum = np.array([0.1, 0.5]), [*TOP.momentum]
-    path, scene = kr.solve(TOP, times), kr.Scene(TOP.body, momentum, gravity=1)
-    momentum[0] = 7.0
-    assert scene.momentum == TOP.momentum and times.flags.writeable
-    assert not np.shares_memory(times, path.states)
+    times = np.array([0.1, 0.5])
+    path = kr.solve(TOP, times)
+    assert times.flags.writeable and not np.shares_memory(times, path.states)
     assert not any(getattr(path, name).flags.writeable for name in ("t", "q", "m"))
     run = kr.start(TOP)
     twins = copy.copy(run), pickle.loads(pickle.dumps(run))
@@ -362,14 +347,10 @@ def test_the_number_of_steps_and_turns_is_limited():
     fast = TOP.replace(momentum=(0, 0, 1e18))
     for more in ({}, {"tangents": "start"}):
         assert len(kr.solve(fast, [], **more)) == 0
-        for t in (1.0, -1.0):
-            with pytest.raises(ValueError, match="turns"):
-                kr.solve(fast, [t], **more)
+        with pytest.raises(ValueError, match="turns"):
+            kr.solve(fast, [-1.0], **more)
     grid = kr.solve(TOP, 0.3, "strang", step=0.1, every=1)
     assert len(grid) == 4 and len(kr.solve(TOP, 0.2999, "strang", step=0.1, every=1)) == 3
-    assert kr.solve(TOP, 0.05, "strang", step=0.1, every=1).t.tolist() == [0.0]
-    reports = []
-    assert len(kr.solve(TOP, [], progress=reports.append)) == 0 and reports == []
 
 
 # Refusals: callable, valid arguments, argument, bad value, exception, word
