@@ -199,14 +199,11 @@ def test_unvaried_parameters_equal_those_of_the_scene(words):
     assert (top.gravity, top.body, top.damping) == (2.0, BODY, (0.0, 0.0, 0.0))
 
 
-@pytest.mark.parametrize("scene", [GENERAL, FREE, LAGRANGE], ids=["general", "free", "lagrange"])
-def test_any_body_has_a_spin_and_a_tilt(scene):
-    paths = kr.solve(scene.vary(spin=[1.0, -2.0], tilt=[[0.5], [2.5]]), [0.0])
-    before = kr.solve(scene, [0.0])
-    np.testing.assert_allclose(paths.spin[..., 0], [[1.0, -2.0]] * 2, rtol=0, atol=1e-13)
-    np.testing.assert_allclose(paths.nutation[..., 0], [[0.5] * 2, [2.5] * 2], rtol=0, atol=1e-13)
-    for name in ("precession_angle", "spin_angle"):
-        assert np.abs(getattr(paths, name) - getattr(before, name)).max() < 1e-13
+def test_any_body_has_a_spin_and_a_tilt():
+    for scene in (GENERAL, FREE, LAGRANGE):
+        paths = kr.solve(scene.vary(spin=[1.0, -2.0], tilt=[[0.5], [2.5]]), [0.0])
+        assert np.abs(paths.spin[..., 0] - [1.0, -2.0]).max() < 1e-13
+        assert np.abs(paths.nutation[..., 0] - [[0.5], [2.5]]).max() < 1e-13
 
 
 @pytest.mark.parametrize(

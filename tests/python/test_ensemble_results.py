@@ -124,7 +124,7 @@ def test_no_tops_and_no_times_give_empty_results():
         assert len(paths) == 0 and paths.apex.shape == (0, 4, 3) and not len(paths.events)
     assert kr.reduce(no_tops, 1.0, SPIN)["spin"]["max"].shape == (0,)
     assert kr.solve(no_tops, 1.0, "geometric", error=1e-3).q.shape == (0, 2, 4)
-    assert kr.exact(no_tops)([1.0, 2.0]).shape == (0, 2, 8) and list(kr.stream(no_tops, 1.0)) == []
+    assert kr.exact(no_tops)([1.0, 2.0]).shape == (0, 2, 8)
     no_times = kr.solve(MIXED, [])
     assert no_times.q.shape == (6, 0, 4) and not no_times.failed.size and len(no_times[0]) == 0
     assert np.isnan(kr.reduce(MIXED, [], SPIN)["spin"]["max"]).all()

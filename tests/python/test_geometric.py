@@ -104,8 +104,6 @@ def test_the_stated_error_is_that_of_the_recorded_states():
 def test_simple_motions_and_any_times_are_accepted():
     free = LAGRANGE.replace(gravity=0.0)  # the drift of a symmetric body is exact
     assert solve(free, 100, 1e-9).plan.choice.run <= 30
-    still = free.replace(momentum=(0, 0, 0))
-    assert solve(still, 5, 1e-9).q[-1].tolist() == list(still.attitude)
     for t in ([-1, -2.5, -7], [0, 0, 1, 1], [], [0]):
         path = solve(LAGRANGE, t, 1e-6)
         truth = kr.solve(LAGRANGE, t, digits=20)

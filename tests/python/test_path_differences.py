@@ -3,7 +3,7 @@
 import kreisel as kr
 import numpy as np
 import pytest
-from tops import GENERAL, LAGRANGE
+from tops import GENERAL
 
 pytest.importorskip("matplotlib")
 
@@ -29,9 +29,3 @@ def test_paths_are_compared_at_common_times():
     assert 1e-22 < np.nanmax(angle) < 1e-17
     for other in (FINE, kr.solve(GENERAL, [-1.0, -2.0])):
         assert kr.plot(FINE, other)[6].get_title()
-
-
-def test_a_map_is_compared_at_its_own_steps():
-    steps = kr.exact(LAGRANGE, map="bobenko_suris", step=0.1)([0, 1, 2, 3])
-    t, angle = draw_difference(kr.solve(LAGRANGE, np.linspace(0, 0.4, 7)), steps)
-    assert t == pytest.approx(steps.t) and not angle[0] > 1e-15 and angle[-1] > 1e-15
