@@ -90,32 +90,6 @@ static void test_space_at_rest(void)
         IS(kr_method_suits(kr_method_at(i), &s));
     }
 }
-/* The energy changes by the power of damping and friction, and is Jacobi's integral without them.
- * The power is integrated by Simpson's rule. */
-static void test_power(void)
-{
-    kr_scene s = moved(TURNING | OTHERS);
-    s.friction = 0.125;
-    kr_top *top = make(&s, taylor(), kr_config_default());
-    const double first = kr_state_energy(&s, &s.start), step = 0x1p-9;
-    double lost = 0.0;
-    for (int i = 0; i <= 512; i++) {
-        IS(kr_top_advance(top, 0.25 + step * i) == KR_OK);
-        const kr_state now = kr_top_state(top);
-        double W[3], spin;
-        kr_quantity_values(kr_quantity_find("body_velocity"), &s, 1, &now, W);
-        kr_quantity_values(kr_quantity_find("spin"), &s, 1, &now, &spin);
-        const double power = v_dot(v_times(s.damping, v_of(W)), v_of(W)) + 0.125 * fabs(spin);
-        lost += (i % 512 == 0 ? 1.0 : i % 2 ? 4.0 : 2.0) * step / 3.0 * power;
-    }
-    const kr_state last = kr_top_state(top);
-    NEAR(kr_state_energy(&s, &last), first - lost, 1e-10);
-    kr_top_free(top);
-    s = moved(TURNING);
-    s.body.rotor = v3(0.25, -0.5, 0.375);
-    const kr_state late = state_at(20.0, &s, taylor(), kr_config_default());
-    NEAR(kr_state_energy(&s, &late), kr_state_energy(&s, &s.start), 1e-14);
-}
 /* The momentum about the axis of a free symmetric top decreases linearly to zero, and the rest of
  * the momentum stays. The time of the stop is an event. Friction holds the top from then on. */
 static void test_stop(double spin, int digits)
@@ -514,52 +488,6 @@ static void test_bad_numbers(void)
     still.shaking.phase = 1.0;
     IS(kr_scene_check(&still) == KR_OK);
 }
-/* Workers compute the same states as tops, and refuse the growth of tangents. */
-static void test_workers(void)
-{
-    const double t[] = {1.0, 2.0};
-    kr_scene s[3] = {moved(TURNING), moved(SHAKING), moved(0)};
-    kr_state states[6];
-    kr_outcome outcomes[3];
-    const kr_tops tops = {
-        .n = 3, .scenes = s, .times = 2, .t = t, .states = states, .outcomes = outcomes};
-    kr_config config = {.tangents = KR_TANGENT_GROWTH};
-    s[2].friction = 0.25;
-    kr_worker *worker = make_worker(NULL, kr_config_default());
-    IS(kr_worker_run(worker, &tops) == KR_OK);
-    for (int i = 0; i < 3; i++)
-        IS(same(states[2 * i + 1], state_at(2.0, &s[i], taylor(), kr_config_default())));
-    kr_worker_free(worker);
-    IS(kr_worker_create(taylor(), config, 0, NULL, &worker) == KR_OK);
-    IS(kr_worker_run(worker, &tops) == KR_OK);
-    IS(outcomes[0].status == KR_ERR_TURNING && outcomes[1].status == KR_ERR_SHAKING &&
-       outcomes[2].status == KR_ERR_FRICTION);
-    kr_worker_free(worker);
-}
-/* Units of time and mass that are powers of two scale all numbers exactly. */
-static void test_units(void)
-{
-    const kr_scene s = moved(TURNING | SHAKING | OTHERS);
-    kr_scene big = s;
-    const double time = 0x1p70, mass = 0x1p-90, momentum = mass / time;
-    big.body.mass *= mass;
-    big.body.inertia = v_scale(mass, s.body.inertia);
-    big.body.rotor = v_scale(momentum, s.body.rotor);
-    big.gravity /= time * time;
-    big.start.t *= time;
-    big.start.m = v_scale(momentum, s.start.m);
-    big.damping = v_scale(momentum, s.damping);
-    big.turning = v_scale(1.0 / time, s.turning);
-    big.shaking.rate /= time;
-    big.friction = 0.5 * momentum / time;
-    kr_scene own = s;
-    own.friction = 0.5;
-    const kr_state a = state_at(4.0, &own, taylor(), kr_config_default());
-    kr_state b = state_at(4.0 * time, &big, taylor(), kr_config_default());
-    b.t /= time;
-    b.m = v_scale(1.0 / momentum, b.m);
-    IS(same(a, b));
-}
 int main(void)
 {
     test_truth("support", 0, 0.0, 2e-14);
@@ -568,7 +496,6 @@ int main(void)
     test_truth("support", 30, 0.0, 1e-28);
     test_truth("stiff", 0, 0.0, 1e-13);
     test_space_at_rest();
-    test_power();
     test_stop(0.75, 0);
     test_stop(-0.75, 16);
     test_stop(0.5, 30);
@@ -589,7 +516,5 @@ int main(void)
     test_overflow();
     test_growth_backward();
     test_rotation_about_the_undamped_axis();
-    test_workers();
-    test_units();
     return check_result();
 }

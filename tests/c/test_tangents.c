@@ -189,22 +189,6 @@ static void test_times_between(const kr_scene *s, int digits)
     kr_top_free(one);
     kr_top_free(other);
 }
-/* If the series of the path has few nonzero terms, the steps are far too long for the tangents. */
-static void test_long_steps(const kr_scene *s, double tol)
-{
-    double doubles[36], digits[36];
-    kr_top *top = top_with(s, KR_TANGENT_START, 16, 0.0),
-           *fine = top_with(s, KR_TANGENT_START, 30, 0.0);
-    for (double t = 0.4; t < 12.0; t += 0.7) {
-        IS(kr_top_advance(top, t) == KR_OK && kr_top_advance(fine, t) == KR_OK);
-        IS(kr_top_tangents(top, doubles, NULL) == KR_OK);
-        IS(kr_top_tangents(fine, digits, NULL) == KR_OK);
-        for (int i = 0; i < 36; i++) NEAR(doubles[i], digits[i], tol * (1.0 + fabs(digits[i])));
-    }
-    IS(kr_top_tangent_truncation(top) < 1e-12);
-    kr_top_free(top);
-    kr_top_free(fine);
-}
 /* Tangents between the steps do not depend on the other requested times, also in steps that are
  * divided into parts. */
 static void test_outputs_in_parts(const kr_scene *s, int digits)
@@ -320,9 +304,6 @@ int main(void)
     test_outputs_in_parts(&steady, 16);
     test_outputs_in_parts(&steady, 20);
     test_start_and_refusals(&s);
-    const kr_scene sleeping = upright(9.0);
-    test_long_steps(&sleeping, 2e-14);
-    test_long_steps(&steady, 2e-13);
     test_after_a_step(s);
     test_overflow();
     test_overflow_in_user_units();
