@@ -1,7 +1,6 @@
 /* Damping, dry friction, and supports that turn or shake: paths against truths, laws that need no
  * integrator, refusals. */
 #include "kreisel.h"
-#include "math/dd.h"
 #include "event_helpers.h"
 #include "random.h"
 #include "truth.h"

@@ -9,7 +9,6 @@ void call_closed_forms(void); /* closed forms of the motion and of the Bobenko-S
 void call_torus_forms(void);  /* closed forms of Kowalewski and Goryachev-Chaplygin tops */
 void call_axes(void);         /* one motion in two orders of axes */
 void call_ensembles(void);    /* workers */
-void call_steady(void);       /* motions given by a formula */
 void call_simulation(void);   /* the viewer's simulation and its pictures */
 void call_top(void);          /* one call for one of the round's tops */
 /* Allows tops to move so far that a call takes hundreds of steps. Most rounds do not. */

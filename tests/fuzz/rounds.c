@@ -68,10 +68,7 @@ static void one_of_all(void)
             call_torus_forms();
         break;
     case 7:
-        if (odds(98))
-            call_ensembles();
-        else
-            call_steady();
+        call_ensembles();
         break;
     default:
         call_top();

@@ -3,7 +3,6 @@
 import base64
 import io
 import itertools
-import os
 import re
 import tempfile
 from typing import NamedTuple
@@ -130,20 +129,6 @@ def test_a_block_is_drawn_as_itself(tmp_path, monkeypatch):
         assert {frozenset(map(tuple, face.round(6) + 0.0)) for face in frame.faces} == expected
 
 
-def test_a_symmetric_body_without_a_lever_is_drawn_as_its_cylinder(tmp_path, monkeypatch):
-    """Check the ratio of width and height: I3 = m R^2 / 2, I1 = m R^2 / 4 + m h^2 / 3."""
-    scene = kr.Scene(kr.Body(1.0, (1.0, 1.0, 0.5), (0, 0, 0)), momentum=(0, 0, 1), gravity=1)
-    faces = record_frames(kr.solve(scene, 1.0).animate(fps=1, size=16), tmp_path, monkeypatch)[
-        0
-    ].faces
-    radius, half = 1.0, (3 * (1.0 - 0.25)) ** 0.5
-    scale = 0.8 / np.hypot(radius, half)
-    width, height = np.ptp(faces.reshape(-1, 2), axis=0)
-    assert width == pytest.approx(2 * scale * radius, rel=1e-3)
-    expected = 2 * scale * (half * np.cos(E20) + radius * np.sin(E20))
-    assert height == pytest.approx(expected, rel=1e-3)
-
-
 @pytest.mark.parametrize("height", [0.9, -0.9])
 def test_a_top_is_drawn_towards_its_centre_of_mass(height, tmp_path, monkeypatch):
     body = kr.Body.symmetric(1.0, 1.1, 0.5, height)
@@ -216,11 +201,6 @@ def test_a_gif_pauses_in_hundredths_of_a_second(tmp_path, fps, pause):
         assert image.n_frames == 3 and image.info["duration"] == pause and image.info["loop"] == 0
 
 
-def test_an_html_film_has_the_requested_frame_rate():
-    html = PATH.animate(speed=255, fps=4, size=16)._repr_html_()
-    assert "new Animation(frames, img_id, slider_id, 250," in html
-
-
 def test_mp4_films_receive_every_frame_at_the_requested_rate(tmp_path):
     """Check the arguments and the raw frames that an executable in place of ffmpeg receives."""
     program = tmp_path / "ffmpeg"
@@ -278,20 +258,6 @@ def test_uneven_times_are_resampled_evenly(scene, tmp_path):
     assert (tmp_path / "uneven.gif").read_bytes() == (tmp_path / "even.gif").read_bytes()
 
 
-@pytest.mark.parametrize("method", ["bobenko_suris", "strang", "rk4", "extrap", "taylor", "exact"])
-def test_paths_of_all_kinds_of_methods_become_films(method):
-    words = {} if kr.methods[method].adaptive else {"step": 0.05}
-    film = kr.solve(TOP, 2, method=method, **words).animate(fps=1, size=16)
-    assert film._repr_html_().count("data:image/png") == 9
-
-
-@pytest.mark.parametrize("name, begin", [("TOP.GIF", b"GIF89a"), ("Top.Html", b"<!doctype html>")])
-def test_suffixes_of_films_may_be_upper_case(tmp_path, name, begin):
-    PATH.animate(tmp_path / name, speed=255, fps=1, size=16)
-    assert (tmp_path / name).read_bytes().startswith(begin)
-    assert os.listdir(tmp_path) == [name]
-
-
 @pytest.mark.parametrize("name", ["top.gif", "top.html"])
 @pytest.mark.parametrize("old", [None, b"an older film"])
 def test_ctrl_c_leaves_the_old_file(name, old, tmp_path, monkeypatch):
@@ -340,27 +306,6 @@ def test_invalid_arguments_are_refused_before_anything_is_drawn(words, error, wo
     monkeypatch.setattr(Figure, "savefig", None)
     with pytest.raises(error, match=word):
         CUSPS.animate(**words)
-
-
-def test_an_unwritable_file_is_refused(tmp_path, monkeypatch):
-    film = LEANING.animate(fps=1, size=16)
-
-    def refuse(*_args, **_words):
-        raise PermissionError(13, "Permission denied")
-
-    with monkeypatch.context() as patch:
-        patch.setattr(os, "open", refuse)
-        with pytest.raises(PermissionError, match=r"top\.gif cannot be written"):
-            film.save(tmp_path / "top.gif")
-    assert os.listdir(tmp_path) == []
-
-
-def test_the_suggested_speed_is_accepted():
-    with pytest.raises(ValueError) as error:
-        CUSPS.animate(speed=1e-4)
-    speed = float(str(error.value).split("speed = ")[1].split(",")[0])
-    assert len(CUSPS.animate(speed=speed)) <= 1165
-    assert len(PATH.animate(speed=1, fps=1, size=1024)) == 256
 
 
 @pytest.mark.parametrize("t", [[], [1.0], [2.0, 2.0]])

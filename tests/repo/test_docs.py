@@ -2,10 +2,8 @@
 
 import re
 import sys
-import warnings
 
 import kreisel as kr
-import numpy as np
 import pytest
 from toolbox import CSRC, ROOT, run
 
@@ -39,17 +37,6 @@ def test_the_site_loads_nothing_from_other_servers():
         assert re.findall(r"(?:https?:)?//[\w-]+\.[\w.-]+", file.read_text()) == [], file
 
 
-def test_the_gallery_example_of_waves_shows_waves():
-    """Check that the nutation is visible and that several nutations occur per revolution."""
-    source = (DOCS / "examples/tops/loops_cusps_waves.py").read_text()
-    names = {}
-    exec(source.partition("\nt = ")[0], names)
-    waves = kr.exact(names["start_top"](3))
-    assert waves.motion_type == "waves" and "(-12, 0, 3)" in source
-    assert 5 < 2 * np.pi / waves.precession_rate / waves.period < 8
-    assert np.degrees(waves.greatest_nutation - waves.least_nutation) > 3
-
-
 def test_links_to_examples_are_valid():
     names = {f"{file.parent.name}/{file.stem}" for file in EXAMPLES}
     for file in TEXTS:
@@ -72,12 +59,6 @@ def read_table_rows(page, word):
     return [line.strip("| ").split(" | ") for line in lines if line[:1] == "|" and word in line]
 
 
-def test_the_page_of_events_lists_every_event():
-    rows = read_table_rows("theory/events.md", "kr.events.")
-    names = {name for first, *_ in rows for name in re.findall(r"kr\.events\.(\w+)\(", first)}
-    assert names == set(kr.events.__all__) - {"Event", "Events", "components"}
-
-
 def test_the_page_of_closed_forms_quotes_their_refusals():
     header = (CSRC / "kreisel.h").read_text().replace("G is near", "$G$ is near")
     quotes = [
@@ -87,43 +68,6 @@ def test_the_page_of_closed_forms_quotes_their_refusals():
         for quote in re.findall(r'"(.+?)"', cell)
     ]
     assert len(quotes) > 10 and [quote for quote in quotes if quote not in header] == []
-
-
-def test_the_recommended_symplectic_methods_are_symplectic():
-    ((_, names),) = read_table_rows("choosing.md", "a symplectic, reversible, fixed-step map")
-    methods = [kr.methods[name] for name in re.findall(r"`(\w+)`", names)]
-    assert len(methods) > 2
-    for method in methods:
-        assert method.symplectic and method.reversible and not method.adaptive
-        assert method.tops == "any body"
-
-
-def test_the_table_of_conventions_names_arguments_and_attributes():
-    ((_, text),) = read_table_rows("start.md", "unit quaternion")
-    path = kr.solve(
-        kr.Scene(kr.scenes.thesis.body, momentum=(0, 0, 1), attitude_xyzw=(0, 0, 0, 1), gravity=1),
-        [1.0],
-    )
-    assert "the argument `attitude_xyzw` and the attribute `path.q_xyzw`" in text
-    assert path.q_xyzw.shape == (1, 4)
-
-
-@pytest.mark.parametrize("options", [{}, {"unphysical": True}])
-def test_the_table_of_limits_names_the_options_that_lift_them(options):
-    def build(inertia, com=(0.0, 0.0, 0.1), **more):
-        return kr.Body(1.0, inertia, com, **options | more)
-
-    ((_, triangle),) = read_table_rows("scope.md", "the triangle inequality")
-    with pytest.raises(ValueError, match="none larger than the other two"):
-        build((1.0, 1.0, 2.001))
-    assert build((1.0, 1.0, 2.001), com=(0, 0, 0), inertia_rtol=0.01).inertia[2] == 2.001
-    assert "`inertia_rtol`" in triangle and "`unphysical" not in triangle
-    ((_, mass),) = read_table_rows("scope.md", "no mass distribution")
-    with warnings.catch_warnings(record=True) as warned:
-        warnings.simplefilter("always")
-        build((1.0, 1.0, 0.5), com=(0.0, 0.0, 1.0))
-    assert [one.category for one in warned] == ([] if options else [UserWarning])
-    assert mass == "UserWarning, unless `unphysical=True`"
 
 
 PROGRAMS = {"start": 6, "coming_from": 4, "scope": 1}  # numbers of programs of the pages
