@@ -264,48 +264,6 @@ static void test_reductions(void)
         IS(rows[i] == again[i] || (isnan(rows[i]) && isnan(again[i])));
     kr_worker_free(worker);
 }
-/* Statistics of a quantity that does not exist for a top are NaN, also for a single time. */
-static void test_reductions_of_missing_values(void)
-{
-    const kr_quantity *kowalewski = kr_quantity_find("kowalewski");
-    kr_reduction r[KR_REDUCE_COUNT];
-    for (int i = 0; i < KR_REDUCE_COUNT; i++) r[i] = (kr_reduction){kowalewski, 0, (kr_reduce)i};
-    const kr_scene s = tilted();
-    const double t[] = {5.0, 6.0};
-    kr_worker *worker = NULL;
-    IS(kr_worker_create(NULL, kr_config_default(), KR_REDUCE_COUNT, r, &worker) == KR_OK);
-    for (size_t times = 1; times <= 2; times++) {
-        double row[KR_REDUCE_COUNT];
-        kr_outcome outcome;
-        const kr_tops tops = {
-            .n = 1, .scenes = &s, .times = times, .t = t, .outcomes = &outcome, .reduced = row};
-        IS(kr_worker_run(worker, &tops) == KR_OK && outcome.done == times);
-        for (int i = 0; i < KR_REDUCE_COUNT; i++) IS(isnan(row[i]));
-    }
-    kr_worker_free(worker);
-}
-
-static void test_headless(void)
-{
-    const kr_config whole = {0}, level = {.skip_heading = 1};
-    ensemble f, g;
-    random_ensemble(&f);
-    g = f;
-    ask(&g, TOPS);
-    kr_worker *a = make_worker(taylor(), whole), *b = make_worker(taylor(), level);
-    ask(&g, TOPS);
-    IS(kr_worker_run(a, &f.tops) == KR_OK && kr_worker_run(b, &g.tops) == KR_OK);
-    for (size_t i = 0; i < TOPS * TIMES; i++) {
-        const kr_scene *s = &f.scenes[i / TIMES];
-        const kr_state *x = &f.states[i], *y = &g.states[i];
-        NEAR(kr_state_apex(s, y).z, kr_state_apex(s, x).z, 1e-8);
-        NEAR(y->m.z, x->m.z, 1e-10 * (1.0 + v_length(x->m)));
-        NEAR(kr_state_energy(s, y), kr_state_energy(s, x),
-             1e-9 * (1.0 + fabs(kr_state_energy(s, x))));
-    }
-    kr_worker_free(a);
-    kr_worker_free(b);
-}
 
 static int stop_at(void *context) { return --*(int *)context < 0; }
 /* Interrupts a worker after `after` polls, and checks that all tops keep their states. Returns
@@ -445,9 +403,7 @@ int main(void)
         if (kr_method_at(i) != taylor()) test_methods_without_lanes(kr_method_at(i));
     test_failures();
     test_reductions();
-    test_reductions_of_missing_values();
     test_polls_between_states();
-    test_headless();
     for (int after = 0; after < 60; after++) on_the_way += interrupt_worker(after);
     IS(on_the_way >= 0);
     test_pairs_and_reversal();

@@ -35,24 +35,6 @@ static void test_headless(void)
     kr_top_free(whole);
     kr_top_free(level);
 }
-static void test_nutation_of_lagrange_tops(void)
-{
-    for (int i = 0; i < 20; i++) {
-        kr_scene s = event_scene(0);
-        kr_exact closed;
-        kr_event e = {.terms = &height, .count = 1, .extremum = 1, .direction = 1};
-        double t[MANY];
-        s.start.q = random_quat();
-        s.start.m = random_vec(4.0);
-        IS(kr_exact_plan(&s, &closed) == KR_OK);
-        kr_top *top = watched(&s, (kr_config){.step = i % 2 ? -1.0 : 0.0}, &e, 1);
-        const int n = seek_all(top, (i % 2 ? -12.5 : 12.5) * closed.period, t, NULL);
-        IS(n == 12 || n == 13);
-        for (int k = 1; k < n; k++)
-            NEAR(fabs(t[k] - t[k - 1]), closed.period, 1e-12 * closed.period);
-        kr_top_free(top);
-    }
-}
 
 static void test_unchanged_path(void)
 {
@@ -243,30 +225,6 @@ static void test_agreement_of_kernels(void)
         kr_top_free(top);
     }
 }
-/* Units of length, mass and time that are powers of two scale the times of events exactly. */
-static void test_scaling(void)
-{
-    const double mass = 0x1p40, length = 0x1p-30, time = 0x1p20,
-                 momentum = mass * length * length / time;
-    const kr_scene s = event_scene(1);
-    kr_scene big = s;
-    big.body.mass *= mass;
-    big.body.inertia = v_scale(mass * length * length, s.body.inertia);
-    big.body.com = v_scale(length, s.body.com);
-    big.gravity *= length / (time * time);
-    big.start.m = v_scale(momentum, s.start.m);
-    const kr_term g[] = {term(1.0, "m_x", "body_velocity_y"), term(0.3, "spin", "1")};
-    const kr_term h[] = {term(1.0 / momentum * time, "m_x", "body_velocity_y"),
-                         term(0.3 * time, "spin", "1")};
-    kr_event e = {.terms = g, .count = 2}, f = {.terms = h, .count = 2};
-    double t[MANY], u[MANY];
-    kr_top *top = watched(&s, (kr_config){0}, &e, 1), *other = watched(&big, (kr_config){0}, &f, 1);
-    const int n = seek_all(top, 20.0, t, NULL);
-    IS(n > 3 && seek_all(other, 20.0 * time, u, NULL) == n);
-    for (int i = 0; i < n; i++) IS(u[i] == time * t[i]);
-    kr_top_free(top);
-    kr_top_free(other);
-}
 
 static void test_refusals(void)
 {
@@ -350,7 +308,6 @@ static void test_failures(void)
 int main(void)
 {
     height = term(1.0, "apex_z", "1");
-    test_nutation_of_lagrange_tops();
     test_unchanged_path();
     test_step_borders(0.0, 0x1p-54, 0.0);
     test_step_borders(1e6 + 0.3, 0x1p-37, 0.0); /* times are farther apart than internal times */
@@ -361,7 +318,6 @@ int main(void)
     test_simultaneous_events();
     test_headless();
     test_agreement_of_kernels();
-    test_scaling();
     test_refusals();
     test_lent_memory();
     test_failures();

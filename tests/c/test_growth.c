@@ -158,38 +158,6 @@ static void test_directions(void)
     }
     kr_worker_free(worker);
 }
-/* The growth of a tangent does not depend on the frame in which the body is described. */
-static void test_frames_of_description(void)
-{
-    static came got[2];
-    const kr_quat axes = q_unit(q4(0.6, v3(-0.3, 0.5, 0.4)));
-    const kr_vec3 rotation = v3(0.7, -0.2, 0.4), momentum = v3(-0.3, 0.5, 1.1);
-    kr_worker *worker = worker_with(KR_TANGENT_GROWTH, 0);
-    for (int i = 0; i < 2; i++) {
-        kr_scene s = asymmetric();
-        kr_vec3 turn = rotation;
-        if (i) {
-            s.body.axes = axes;
-            s.start.q = q_mul(s.start.q, q_conj(axes));
-            turn = q_turn(axes, rotation);
-        }
-        const double direction[6] = {turn.x, turn.y, turn.z, momentum.x, momentum.y, momentum.z};
-        const kr_tops tops = {.n = 1,
-                              .scenes = &s,
-                              .times = TIMES,
-                              .t = times,
-                              .outcomes = got[i].outcomes,
-                              .growth = got[i].rows[0],
-                              .direction = direction};
-        IS(kr_worker_run(worker, &tops) == KR_OK && got[i].outcomes->status == KR_OK);
-    }
-    for (int k = 1; k < TIMES; k++) {
-        const double growth = got[0].rows[k][KR_GROWTH_LOG];
-        IS(growth != 0.0);
-        NEAR(got[1].rows[k][KR_GROWTH_LOG], growth, 1e-10);
-    }
-    kr_worker_free(worker);
-}
 static void grow(const kr_scene *scene, size_t n, const double *t, double (*rows)[KR_GROWTH_COUNT])
 {
     kr_outcome outcome;
@@ -286,7 +254,6 @@ int main(void)
     test_failures();
     test_overflow_of_squares();
     test_directions();
-    test_frames_of_description();
     test_equilibria();
     test_steady_rotations();
     const kr_scene scenes[] = {kr_scene_default(), tilted(), asymmetric()};

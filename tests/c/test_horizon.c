@@ -135,22 +135,6 @@ static void test_times_beside_a_step(double step)
     IS(same(before, begin) && same(behind, end) && !same(begin, end));
     kr_top_free(top);
 }
-/* On a grid finer than the resolution of times, many points would have the same time. */
-static void test_fine_grids(void)
-{
-    kr_scene s = tilted();
-    const kr_method *strang = kr_method_find("strang");
-    const kr_config config = {.step = 0x1p-20};
-    kr_top *top = NULL;
-    s.start.t = 0x1p31;
-    IS(kr_top_create(&s, strang, config, &top) == KR_ERR_STEP && !top);
-    s.start.t = 0x1p30 - 0x1p-17;
-    top = make(&s, strang, config);
-    IS(kr_top_advance(top, 0x1p30 - 0x1p-19) == KR_OK);
-    IS(kr_top_advance(top, 0x1p30) == KR_ERR_STEP && kr_top_step(top) == KR_OK);
-    IS(kr_top_step(top) == KR_ERR_STEP && kr_top_state(top).t == 0x1p30 - 0x1p-20);
-    kr_top_free(top);
-}
 static int stop_at_once(void *context) { return (void)context, 1; }
 /* If the resolution of times is a quarter of a step, the state of an interrupted top belongs to its
  * time. Its next steps are those of a top that was not interrupted. */
@@ -186,7 +170,6 @@ static void test_steps_beyond(void)
 
 int main(void)
 {
-    test_fine_grids();
     test_late_stops();
     test_steps_beyond();
     test_times_beside_a_step(0.0);
