@@ -87,21 +87,6 @@ def test_a_lack_of_memory_leaves_no_file(tmp_path, monkeypatch):
     assert "not enough memory" in output and os.listdir(tmp_path) == []
 
 
-def test_a_failed_rename_keeps_the_other_outputs(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    replace = os.replace
-
-    def replace_or_fail(old, new):
-        if str(new).endswith(".json"):
-            raise PermissionError(13, "Permission denied")
-        replace(old, new)
-
-    monkeypatch.setattr(os, "replace", replace_or_fail)
-    line = "solve thesis --t 1 --json a.json --csv a.csv --npz a.npz --save run"
-    assert "Permission denied" in call(line, code=1)
-    assert sorted(os.listdir()) == ["a.csv", "a.npz"]
-
-
 # Pipes and closed streams
 
 

@@ -57,6 +57,7 @@ REFUSALS = [  # (command line, words that the message contains)
     ("solve thesis --t 0:1e12:1e-3 --npz a", "record fewer"),
     ("solve thesis --t 1e15 --method rk4 --step 1 --every 1 --npz a", "record fewer"),
     ("solve thesis --t nan", "finite"),
+    ("solve thesis --t 0:1e300:1e-300", "too many times"),
     ("solve thesis --t 2,1", "1.0 goes back from 2.0"),
     ("solve thesis --t 0:5:1,4:6:1", "4.0 goes back from 5.0"),
     # options that need each other, or exclude each other
@@ -81,6 +82,7 @@ REFUSALS = [  # (command line, words that the message contains)
     ("solve asymmetric --t 1 --events nutation:direction=up", "'up'"),
     ("solve asymmetric --t 1 --events nutation:direction=1:direction=-1", "already given"),
     ("solve asymmetric --t 1 --events nutation:terminal=no", "terminal"),
+    ("solve asymmetric --t 1 --events separatrix:1", "unexpected"),
     # scenes
     ("solve /dev/zero --t 1", "1048576 bytes"),
     ("solve light --t 1", "gravity"),
@@ -128,6 +130,7 @@ REFUSALS = [  # (command line, words that the message contains)
     ("fit record asymmetric --free strat", "did you mean 'start'"),
     ("fit record asymmetric --max-evaluations 0", "--max-evaluations must be at least 1"),
     ("fit record asymmetric --sigma spin=1 --sigma spin=2", "already given"),
+    ("fit record asymmetric --sigma x", "--sigma x"),
     ("fit record asymmetric --column spin=a --column spin=c", "already given"),
     ("fit record asymmetric --column spin", "--column spin"),
     ("fit record asymmetric --point 1,2", "--point"),

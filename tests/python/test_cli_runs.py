@@ -5,6 +5,7 @@ import pty
 import re
 import signal
 import subprocess
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
 import kreisel as kr
@@ -105,6 +106,17 @@ def test_a_signal_ends_other_commands_in_one_line(tmp_path, number):
         assert re.fullmatch(r"Error: interrupted.*\n", run.stderr.read())
 
 
+def test_a_command_runs_in_another_thread_and_keeps_an_ignored_sigterm():
+    before = signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    try:
+        with ThreadPoolExecutor() as pool:
+            output = pool.submit(call, "solve asymmetric --t 1").result()
+        assert output == call("solve asymmetric --t 1")
+        assert signal.getsignal(signal.SIGTERM) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
 # Progress
 
 
@@ -116,13 +128,27 @@ def read_screen(screen):
         return b""
 
 
-@pytest.mark.parametrize("line", ["solve asymmetric --t 0:-3000:0.05", "sweep {} --folder {}.runs"])
-def test_a_terminal_shows_the_progress_of_a_command(line, tmp_path):
-    plan = tmp_path / "plan.toml"
-    plan.write_text(PLAN)
+@pytest.mark.parametrize(
+    ("line", "number"),
+    [
+        ("solve asymmetric --t 0:-3000:0.05", None),
+        ("sweep plan.toml --folder runs", None),
+        ("solve asymmetric --t 1e7 --method rk4 --step 1e-3 --csv a --save run", signal.SIGINT),
+        ("solve asymmetric --t 1e7 --method rk4 --step 1e-3 --csv a --save run", signal.SIGTERM),
+    ],
+)
+def test_a_terminal_shows_the_progress_of_a_command_until_a_signal(line, number, tmp_path):
+    (tmp_path / "plan.toml").write_text(PLAN)
     terminal, run_side = pty.openpty()
-    with os.fdopen(terminal, "rb", buffering=0) as screen:
-        process = start_process(line.format(plan, plan), stderr=run_side, stdout=subprocess.DEVNULL)
+    options = {"stderr": run_side, "stdout": subprocess.DEVNULL, "cwd": tmp_path}
+    with os.fdopen(terminal, "rb", buffering=0) as screen, start_process(line, **options) as run:
         os.close(run_side)
-        output = b"".join(iter(partial(read_screen, screen), b"")).decode()
-    assert process.wait(HANG) == 0 and "100%" in output, output
+        output = read_screen(screen)
+        if number:
+            run.send_signal(number)
+        output += b"".join(iter(partial(read_screen, screen), b""))
+        assert run.wait(HANG) == (130 if number else 0)
+    assert (b"Error: interrupted" if number else b"100%") in output
+    if number:
+        last = read_csv((tmp_path / "a").read_text())["t [T]"][-1]
+        assert 0 < kr.resume(tmp_path / "run").t == last < 1e7

@@ -34,8 +34,3 @@ def test_examples_print_the_documented_output(part, tmp_path, monkeypatch):
         runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
         runner.run(test, out=messages.append)
     assert messages == [], "".join(messages)
-
-
-def test_the_main_functions_have_examples():
-    for function in kr.solve, kr.plan, kr.compare, kr.rod, kr.attitude_error, kr.stream:
-        assert ">>> " in function.__doc__, function

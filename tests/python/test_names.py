@@ -87,14 +87,6 @@ def test_dir_lists_the_quantities_of_a_path(words):
         assert list_public_names(path) >= {"states", "end", "rotation", "euler", *QUANTITIES}
 
 
-def test_dir_lists_public_names():
-    assert set(dir(kr.scenes)) == {*kr.scenes.about, "about", "get_scene", "name_of"}
-    assert dir(kr.events) == sorted(kr.events.__all__)
-    assert dir(kr.quaternion) == sorted(kr.quaternion.__all__)
-    names = "change checkpoint ended plan push reset save start_time stream to"
-    assert sorted(list_public_names(kr.Run)) == names.split()
-
-
 # Other packages
 
 

@@ -105,6 +105,7 @@ REFUSALS = [  # (text, exception, words of the message)
     ("momentum = [0, 0, 1\n" + BODY, ValueError, "Unclosed array|line"),
     (BODY + START, ValueError, r"momentum belongs above \[body\]"),
     ("[body.cone]\nradius = 1\nvelocity = [0, 0, 1]\n", ValueError, "velocity belongs above"),
+    ("[body]\nmomentum = [0, 0, 1]\ncone = {}\n", ValueError, "momentum belongs above"),
     ("mass = 1\n" + START + BODY, ValueError, r"mass belongs below \[body\]"),
     ("degrees = true\nspinning = { spin = 1 }\n" + BODY, ValueError, r"in \[spinning\]"),
     ("gravity = 2\nspinning = { spin = 1, gravity = 2 }\n" + BODY, ValueError, "twice"),
