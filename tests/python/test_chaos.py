@@ -93,6 +93,9 @@ def test_curves_have_the_requested_times_and_the_same_end():
     np.testing.assert_allclose(indicator.t, np.geomspace(0.02, 20.0, 32), rtol=1e-12)
     for t in ([20.0], np.linspace(0.1, 20.0, 200)):
         assert kr.lyapunov(TOP, t).value == indicator.value
+    stop = {}.__getitem__  # raises KeyError in a progress function
+    with pytest.raises(KeyError):
+        kr.megno(TOP.vary(gravity=np.linspace(0.5, 1.0, 2000)), 1e3, progress=stop)
     rough = kr.lyapunov(TOP, 20.0, tol=1e-5)
     assert rough.value == pytest.approx(indicator.value, rel=1e-2)
     assert rough.certificate > indicator.certificate

@@ -112,6 +112,9 @@ def test_quantities_events_and_streams_equal_those_of_the_paths():
     assert [len(piece) for piece in pieces] == [5, 5, 2]
     states = np.concatenate([piece.states for piece in pieces])
     assert np.array_equal(states, PATHS.states.reshape(12, -1, 8))
+    for name in ("torque", "states", "nutatio"):
+        with pytest.raises(AttributeError):
+            getattr(kr.solve(GRID, TIMES, want=["apex"]), name)
     out = np.full((4, 3, len(TIMES), 8), 7.0)
     paths = kr.solve(GRID, TIMES, out=out)
     assert np.shares_memory(paths.states, out) and np.array_equal(out, PATHS.states)
