@@ -34,7 +34,6 @@ LISTED = [  # a scene, arguments, the list, an entry, and whether the entry is i
     (TOP, {"t": [1, 2, 3]}, "left_out", "states in between", False),
     (FREE_TOP, {}, "left_out", "gravity", True),
     (THESIS, {"method": "strang", "step": 0.1}, "left_out", "two of the four rotations", True),
-    (TOP, {"method": "strang", "step": 0.1}, "left_out", "two of the four rotations", False),
     (TOP, {"want": ENERGY, "method": "strang", "step": 0.1}, "kept", "attitude", True),
     (TOP, {"want": ("apex",), "method": "strang", "step": 0.1}, "kept", "attitude", False),
     (TOP, {"want": ENERGY, "method": "taylor"}, "kept", "attitude", False),
