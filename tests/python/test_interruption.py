@@ -239,13 +239,14 @@ class InterruptedPool(ThreadPoolExecutor):
 
     def __init__(self, number):
         super().__init__(1)
-        self.number, self.submitted, self.cancelled = number, 0, 0
+        self.number, self.futures, self.cancelled = number, [], 0
 
     def submit(self, function, /, *arguments):
-        self.submitted += 1
-        if self.submitted == 3:
+        if len(self.futures) == 2:
+            self.futures[0].result()
             signal.raise_signal(self.number)
         future = super().submit(function, *arguments)
+        self.futures.append(future)
         cancel = future.cancel
 
         def cancel_and_count():
