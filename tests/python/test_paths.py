@@ -271,7 +271,6 @@ REFUSALS = [  # call, exception, word
     (lambda: EMPTY(0.1), ValueError, "outside"),
     (lambda: MAP(0.02), ValueError, "map"),
     (lambda: STATES[7], IndexError, "7"),
-    (lambda: STATES[[7]], IndexError, "out of bounds"),
     (lambda: STATES["q"], TypeError, "attributes"),
     (lambda: STATES[1.0], TypeError, "whole number"),
     (lambda: STATES.scene_at(8), IndexError, "8"),
