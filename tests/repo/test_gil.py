@@ -7,9 +7,9 @@ import sysconfig
 
 from toolbox import CSRC, ROOT, install_library, need, run
 
-FILES = ("ensemble_laws", "ensemble_results", "sections", "interruption", "exact")
-# Tests of arithmetic, and of other processes, which import the installed package.
-LEFT_OUT = ("taylor_errors", "process_pools", "ctrl_c_stops")
+FILES = ("ensemble_results", "interruption", "events")
+# Tests of other processes, which import the installed package.
+LEFT_OUT = ("ctrl_c_stops", "executor")
 # Makes Python import the package in the folder that its first argument names.
 PROGRAM = """
 import sys
