@@ -5,36 +5,6 @@
 
 static kr_term height; /* of the apex; set by main */
 
-/* A loaded top finds the same events as the saved top, whether the top was saved at an event,
- * between two events, or before the first event. */
-static void test_loaded_events(void)
-{
-    static char memory[1 << 16];
-    const kr_scene s = event_scene(2);
-    const kr_term level[] = {height, term(0.3, "1", "1")};
-    kr_event e[2] = {{.terms = &height, .count = 1, .extremum = 1}, {.terms = level, .count = 2}};
-    kr_event f[2] = {e[0], e[1]};
-    double t[MANY], u[MANY];
-    kr_event_hit hits[MANY], others[MANY];
-    kr_top *top = watched(&s, (kr_config){0}, e, 2), *other = watched(&s, (kr_config){0}, f, 2);
-    const size_t size = kr_top_save_size(top);
-    const int all = seek_all(other, 30.0, u, others);
-    IS(all > 10 && size <= sizeof memory && kr_top_save(top, size, memory) == KR_OK);
-    for (int i = 0; i < all; i++) {
-        IS(kr_top_load(other, size, memory) == KR_OK);
-        for (int k = 0; k < 2; k++)
-            IS(memcmp(e[k].private_, f[k].private_, sizeof e[k].private_) == 0);
-        const int n = seek_all(other, 30.0, t, hits);
-        IS(n == all - i && memcmp(t, u + i, (size_t)n * sizeof *t) == 0);
-        for (int k = 0; k < n; k++) IS(hits[k].index == others[i + k].index);
-        IS(kr_top_seek(top, 30.0, hits) == KR_OK && hits->index == others[i].index);
-        if (i % 3 == 0)
-            IS(kr_top_advance(top, 0.5 * (u[i] + (i + 1 < all ? u[i + 1] : 30.0))) == KR_OK);
-        IS(kr_top_save(top, size, memory) == KR_OK);
-    }
-    kr_top_free(top);
-    kr_top_free(other);
-}
 static void second_is_unlike(const kr_scene *s)
 {
     static char memory[1 << 16];
@@ -103,33 +73,10 @@ static void test_refused_load(void)
     IS(kr_top_load(top, size, before) == KR_OK);
     kr_top_free(top);
 }
-/* A reset restarts the search, even in the step that was searched last. */
-static void test_reset(void)
-{
-    kr_scene s = event_scene(2);
-    kr_event e[2] = {{.terms = &height, .count = 1, .extremum = 1},
-                     {.terms = &height, .count = 1, .extremum = 1}};
-    kr_event_hit hit;
-    kr_top *top = watched(&s, (kr_config){0}, e, 1);
-    IS(kr_top_seek(top, 30.0, &hit) == KR_OK && hit.index == 0);
-    const double just_before = kr_top_state(top).t - 0.01;
-    kr_top_free(top);
-    s.start = state_at(just_before, &s, taylor(), (kr_config){0});
-    top = watched(&s, (kr_config){0}, e, 2);
-    for (int i = 0; i < 4; i++) {
-        IS(kr_top_seek(top, just_before + 0.02, &hit) == KR_OK && hit.index == 0);
-        NEAR(kr_top_state(top).t, just_before + 0.01, 1e-12);
-        if (i % 2) IS(kr_top_seek(top, just_before + 0.02, &hit) == KR_OK && hit.index == 1);
-        IS(kr_top_stats(top).steps == 1 && kr_top_reset(top, &s.start) == KR_OK);
-    }
-    kr_top_free(top);
-}
 
 int main(void)
 {
     height = term(1.0, "apex_z", "1");
-    test_loaded_events();
     test_refused_load();
-    test_reset();
     return check_result();
 }

@@ -231,26 +231,6 @@ static void test_events(void)
     kr_top_free(top);
     kr_top_free(fresh);
 }
-/* With another body, the event is a height of the new body's apex. */
-static void test_events_of_another_body(void)
-{
-    const kr_term level[] = {{1.0, kr_component_find("apex_z"), KR_COMPONENT_ONE}};
-    kr_event event = {.terms = level, .count = 1};
-    const kr_config config = {0};
-    kr_scene s = tilted();
-    kr_top *top = make(&s, taylor(), config);
-    kr_event_hit hit = {-1, 0};
-    IS(kr_top_watch(top, 1, &event) == KR_OK && kr_top_advance(top, 2.0) == KR_OK);
-    s.body = general_body();
-    s.start = kr_top_state(top);
-    IS(kr_top_set_scene(top, &s) == KR_OK);
-    for (int i = 0; i < 5; i++) {
-        IS(kr_top_seek(top, 100.0, &hit) == KR_OK && hit.index == 0);
-        const kr_state now = kr_top_state(top);
-        NEAR(kr_state_apex(&s, &now).z, 0.0, 1e-13);
-    }
-    kr_top_free(top);
-}
 /* Returns the distance of two states with their low words. */
 static double distance_low(kr_state a, kr_state a_low, kr_state b, kr_state b_low)
 {
@@ -336,7 +316,6 @@ int main(void)
         test_tangents_of_a_new_scene((kr_config){.digits = digits});
     }
     test_memory_of_closed_forms();
-    test_events_of_another_body();
     test_low_words(thesis_body(), 30, 1e-28);
     test_low_words(general_body(), 30, 1e-28);
     test_low_words(general_body(), 20, 1e-19);

@@ -186,29 +186,6 @@ static void test_outcomes(const kr_event *event)
     IS(c.outcomes[1].status == KR_ERR_LIMIT && c.outcomes[1].done > 0 &&
        c.outcomes[1].done < MOST && isnan(c.states[MOST + c.outcomes[1].done].t));
 }
-/* The longest wait may be common to all tops. If no states are requested, no waiting time is
- * needed. */
-static void test_common_wait(const kr_event *event)
-{
-    cut own, all, none;
-    kr_worker *worker = make_worker(taylor(), (kr_config){0});
-    random_tops(&own, 40.0);
-    for (int i = 0; i < TOPS; i++) own.wait[i] = 40.0;
-    none = all = own;
-    for (int i = 1; i < TOPS; i++) all.wait[i] = NAN;
-    run(&own, TOPS, event, (kr_config){0});
-    kr_tops tops = all_of(&all, TOPS);
-    tops.own_times = 0;
-    IS(kr_worker_section(worker, event, &tops) == KR_OK);
-    for (size_t i = 0; i < TOPS; i++) IS(same_row(&all, i, &own, i));
-    tops = all_of(&none, TOPS);
-    tops.times = 0;
-    tops.t = NULL;
-    IS(kr_worker_section(worker, event, &tops) == KR_OK);
-    for (size_t i = 0; i < TOPS; i++)
-        IS(none.outcomes[i].status == KR_OK && same(none.outcomes[i].last, none.scenes[i].start));
-    kr_worker_free(worker);
-}
 static int stop_at(void *context) { return --*(int *)context < 0; }
 static void test_interruption(const kr_event *event)
 {
@@ -303,8 +280,6 @@ int main(void)
     test_lowest_points_of_lagrange_tops(&low, 0.0);
     test_lowest_points_of_lagrange_tops(&low, 1e-6);
     test_outcomes(&low);
-    test_common_wait(&low);
-    test_common_wait(&products);
     test_interruption(&low);
     test_refusals(&low);
     return check_result();

@@ -196,20 +196,6 @@ static void test_refusals(void)
     IS(kr_simulation_advance(&stage, step1, INT64_MAX) == step1);
     IS(kr_simulation_add(&stage, &scene, method, step1, 0.0, -1) == KR_ERR_ARGUMENT);
 }
-/* Steps whose common multiple exceeds the range of integers are accepted, but there is no
- * record. */
-static void test_steps_without_a_common_multiple(void)
-{
-    const int64_t primes[] = {2147483647, 2147483629, 2147483587, 2147483579};
-    const kr_scene scene = kr_scene_default();
-    kr_simulation_clear(&stage);
-    for (int i = 0; i < KR_SIMULATION_TOPS && i < 4; i++)
-        IS(kr_simulation_add(&stage, &scene, kr_method_find("exact"), primes[i], 0.0, i ? 0 : -1) ==
-           KR_OK);
-    IS(stage.common == 0);
-    IS(kr_simulation_advance(&stage, primes[0], INT64_MAX) == primes[0] && stage.rows <= 1);
-    IS(measured(0, number_of("energy")) < INFINITY && isnan(measured(1, KR_SIMULATION_ERROR)));
-}
 /* A top that fails stays at its last valid state; the others continue. */
 static void test_failure(void)
 {
@@ -222,22 +208,6 @@ static void test_failure(void)
     IS(kr_simulation_advance(&stage, 1000000000, INT64_MAX) == 1000000000);
     IS(stage.slots[1].status == KR_ERR_NOT_FINITE && isfinite(stage.slots[1].now.q.w));
     IS(stage.slots[0].status == KR_OK && stage.slots[0].steps == 1000);
-}
-/* If no top can continue, the time of the stage stops, and no comparison is reported. */
-static void test_all_fail(void)
-{
-    kr_scene scene = kr_scene_default();
-    kr_simulation_clear(&stage);
-    scene.start.m = (kr_vec3){1e3, -2e3, 1e3};
-    IS(kr_simulation_add(&stage, &scene, kr_method_find("rk4"), 1000000, 0.0, -1) == KR_OK);
-    IS(kr_simulation_advance(&stage, 1000000000, INT64_MAX) < 1000000000);
-    IS(stage.slots[0].status == KR_ERR_NOT_FINITE);
-    const int64_t stopped = stage.clock;
-    IS(kr_simulation_advance(&stage, 1000000000, INT64_MAX) == stopped);
-    scene = kr_scene_default();
-    IS(kr_simulation_add(&stage, &scene, kr_method_find("bobenko_suris"), 1000000, 0.0, 0) ==
-       KR_OK);
-    IS(isnan(measured(1, KR_SIMULATION_ERROR)) && isfinite(measured(1, number_of("energy"))));
 }
 /* A reference may be added after the top that is compared with it. A reference does not continue
  * alone. */
@@ -334,9 +304,7 @@ int main(void)
     test_extremes_are_not_lost("nutation", 0.1);
     test_track();
     test_refusals();
-    test_steps_without_a_common_multiple();
     test_failure();
-    test_all_fail();
     kr_simulation_clear(&stage);
     kr_simulation_clear(&other);
     return check_result();

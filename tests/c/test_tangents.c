@@ -189,42 +189,6 @@ static void test_times_between(const kr_scene *s, int digits)
     kr_top_free(one);
     kr_top_free(other);
 }
-/* Tangents between the steps do not depend on the other requested times, also in steps that are
- * divided into parts. */
-static void test_outputs_in_parts(const kr_scene *s, int digits)
-{
-    double often[6 * COLUMNS], once[6 * COLUMNS];
-    kr_top *top = top_with(s, ALL, digits, 0.0);
-    for (int i = 1; i < 120; i++) {
-        kr_top *other = top_with(s, ALL, digits, 0.0);
-        IS(kr_top_advance(top, i / 16.0) == KR_OK && kr_top_advance(other, i / 16.0) == KR_OK);
-        IS(kr_top_tangents(top, often, NULL) == KR_OK);
-        IS(kr_top_tangents(other, once, NULL) == KR_OK);
-        IS(memcmp(often, once, sizeof once) == 0);
-        kr_top_free(other);
-    }
-    kr_top_free(top);
-}
-/* In the user's units, the time at the end of a step is rounded. */
-static void test_after_a_step(kr_scene s)
-{
-    double high[36], low[36], others[36], rest[36];
-    s.start.t = 0.1;
-    kr_top *ahead = top_with(&s, 0, 30, 0.0), *top = top_with(&s, KR_TANGENT_START, 30, 0.0),
-           *other = top_with(&s, KR_TANGENT_START, 20, 0.0);
-    for (int step = 0; step < 20; step++) {
-        IS(kr_top_step(ahead) == KR_OK);
-        const double t = kr_top_time(ahead);
-        IS(kr_top_advance(top, t) == KR_OK && kr_top_advance(other, t) == KR_OK);
-        IS(kr_top_tangents(top, high, low) == KR_OK);
-        IS(kr_top_tangents(other, others, rest) == KR_OK);
-        for (int i = 0; i < 36; i++)
-            NEAR(high[i] - others[i] + (low[i] - rest[i]), 0.0, 1e-18 * (1.0 + fabs(high[i])));
-    }
-    kr_top_free(ahead);
-    kr_top_free(top);
-    kr_top_free(other);
-}
 /* At the start, and again after a reset, the tangents are the unit matrix. Impossible requests are
  * refused. */
 static void test_start_and_refusals(const kr_scene *s)
@@ -301,10 +265,7 @@ int main(void)
     test_differences_on_a_support(ball);
     const kr_scene steady = precessing();
     test_times_between(&steady, 16);
-    test_outputs_in_parts(&steady, 16);
-    test_outputs_in_parts(&steady, 20);
     test_start_and_refusals(&s);
-    test_after_a_step(s);
     test_overflow();
     test_overflow_in_user_units();
     return check_result();
