@@ -18,7 +18,10 @@ SLOW = (
 
 def pytest_collection_modifyitems(items):
     ranks = {name: i for i, name in enumerate(SLOW)}
-    items.sort(key=lambda item: ranks.get(item.path.stem, len(SLOW)))
+    # The tests in a browser follow, because each process starts a browser of its own.
+    items.sort(
+        key=lambda item: ranks.get(item.path.stem, len(SLOW) + (item.path.parent.name != "viewer"))
+    )
 
 
 def pytest_collection_finish():

@@ -472,15 +472,6 @@ def test_a_fit_shows_measurements_on_the_fitted_motion():
         assert len(t) >= len(RECORD.t) and y == pytest.approx(FIT.path(t).apex[:, k], abs=1e-9)
 
 
-def test_a_fit_of_hundreds_of_turns_is_drawn_at_the_measurements_only():
-    t = np.linspace(0.0, 1e4, 40)
-    fit = kr.fit(kr.scenes.cusps, kr.Record(t, {"apex": SOLVED(t).apex}, 1e-3), free="start")
-    artists = artists_of(fit.plot()[0])
-    assert {kind for kind, _, _ in artists} == {"dots"} and len(artists) == 6
-    for column in fit.path(t).apex.T:
-        assert any(np.allclose(y, column, atol=1e-6) for _, _, y in artists[3:])
-
-
 # Rods
 
 

@@ -7,7 +7,7 @@ import sysconfig
 
 from toolbox import CSRC, ROOT, install_library, need, run
 
-FILES = ("ensemble_results", "interruption", "events")
+FILES = ("ensemble_results", "events")
 # Tests of other processes, which import the installed package.
 LEFT_OUT = ("ctrl_c_stops", "executor")
 # Makes Python import the package in the folder that its first argument names.

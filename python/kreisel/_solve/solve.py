@@ -134,9 +134,9 @@ def solve(
     even in its last bit, on the other tops, the threads or the executor. A top gives the same
     result in an ensemble of one top and in a larger ensemble. However, the methods taylor and exact
     may have different rounding errors for a kreisel.Scene and for an ensemble, and 'auto' may
-    select different methods. `t` can also be an array of shape (*shape, k), which contains separate times
-    for each top. `progress` is called with the fraction of tops that have been computed, between 0
-    and 1. An ensemble has further arguments:
+    select different methods. `t` can also be an array of shape (*shape, k), which contains separate
+    times for each top. `progress` is called with the fraction of tops that have been computed,
+    between 0 and 1. An ensemble has further arguments:
 
     threads    the number of threads; default: the number of processors
     executor   an executor of concurrent.futures, instead of threads; workers in other processes
