@@ -99,37 +99,6 @@ static void test_failures(void)
     config.digits = 20;
     IS(kr_worker_create(taylor(), config, 0, NULL, &none) == KR_ERR_OPTION && !none);
 }
-/* Two moments differ so much that the square of a deviation exceeds the range of doubles. This is
- * refused. */
-static void test_overflow_of_squares(void)
-{
-    kr_scene scene = asymmetric();
-    kr_state state;
-    kr_outcome outcome;
-    double growth[KR_GROWTH_COUNT];
-    const double now = 0.0;
-    const kr_tops tops = {.n = 1,
-                          .scenes = &scene,
-                          .times = 1,
-                          .t = &now,
-                          .states = &state,
-                          .outcomes = &outcome,
-                          .growth = growth};
-    kr_worker *worker = worker_with(KR_TANGENT_GROWTH, 0);
-    for (int i = 0; i < 9; i++) {
-        const int thin = i / 3, about = i % 3;
-        scene.body.inertia = v3(thin == 0 ? 7.6e-255 : 2.5e-8, thin == 1 ? 7.6e-255 : 2.5e-8,
-                                thin == 2 ? 7.6e-255 : 2.5e-8);
-        scene.body.com = v3(0.0, 0.0, 0.0);
-        scene.start.q = q_one();
-        scene.start.m =
-            v3(about == 0 ? -16.0 : 0.0, about == 1 ? -16.0 : 0.0, about == 2 ? -16.0 : 0.0);
-        IS(kr_worker_run(worker, &tops) == KR_OK);
-        IS(outcome.status == KR_ERR_ARGUMENT && outcome.done == 0);
-        IS(isnan(growth[KR_GROWTH_LOG]));
-    }
-    kr_worker_free(worker);
-}
 /* A direction whose size is zero or not finite is refused. The size of any other direction does not
  * affect the growth. */
 static void test_directions(void)
@@ -252,7 +221,6 @@ int main(void)
     test_independence();
     test_instruction_sets();
     test_failures();
-    test_overflow_of_squares();
     test_directions();
     test_equilibria();
     test_steady_rotations();

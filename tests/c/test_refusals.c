@@ -209,21 +209,6 @@ static void test_omitted_parts(void)
     IS(same(state_at(3.0, &s, &small, (kr_config){0}),
             state_at(3.0, &s, taylor(), (kr_config){0})));
 }
-/* Checkpoints contain the beginning of a long method name. */
-static void test_long_name(void)
-{
-    static unsigned char saved[MOST];
-    const kr_scene s = tilted();
-    kr_method named = *kr_method_find("strang");
-    named.name = "a name that is longer than the room for it in a checkpoint";
-    kr_top *top = make(&s, &named, (kr_config){.step = 0.125});
-    const size_t size = kr_top_save_size(top);
-    IS(kr_top_advance(top, 1.0) == KR_OK && size <= MOST);
-    const kr_state at = kr_top_state(top);
-    IS(kr_top_save(top, size, saved) == KR_OK && kr_top_advance(top, 2.0) == KR_OK);
-    IS(kr_top_load(top, size, saved) == KR_OK && same(kr_top_state(top), at));
-    kr_top_free(top);
-}
 /* Each low word of a start must be smaller than half the spacing of doubles. The time has none. */
 static void test_low_words(void)
 {
@@ -263,7 +248,6 @@ static void test_missing_top(void)
 int main(void)
 {
     test_omitted_parts();
-    test_long_name();
     test_low_words();
     test_internal_units();
     test_missing_top();
