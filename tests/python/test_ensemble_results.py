@@ -218,6 +218,13 @@ def test_ctrl_c_ends_the_work_of_an_executor(pool):
         assert names[0] == "ERR_RESOLUTION" or pool is ProcessPoolExecutor
 
 
+def test_attitudes_in_single_precision_are_normalized():
+    q = np.array([(1.0, 2.0, 3.0, 4.0), (1.0, 0.0, 0.0, 0.0)]) / [[30.0**0.5], [1.0]]
+    tops = kr.Ensemble(SCENES[0].body, (0, 0, 1), attitude=q.astype(np.float32), gravity=1)
+    np.testing.assert_allclose(kr.solve(tops, [0.0]).q[:, 0], q, rtol=0, atol=1e-7)
+    np.testing.assert_allclose(np.linalg.norm(tops.attitude, axis=1), 1.0, rtol=1e-15)
+
+
 def test_progress_rises_to_one_and_may_stop_the_call():
     reports = []
 
@@ -242,7 +249,12 @@ BACK = np.array([[1.0, 2.0]] * 4 + [[1.0, 0.5]] * 2)
 UPWARD = np.broadcast_to([0.0, 0.0, 1.0], (10**6, 3))
 MANY = kr.Ensemble(SCENES[0].body, UPWARD, gravity=1)
 MILLION = {"scene": MANY, "method": "strang", "step": 0.01}
+LOOP = []
+LOOP.append(LOOP)
+HELD = {"body": SCENES[0].body, "momentum": [(0, 0, 1)], "gravity": 1, "attitude": (1, 0, 0, 0)}
 REFUSALS = [
+    (kr.Ensemble.of, {}, "scenes", LOOP, ValueError, "themselves"),
+    (kr.Ensemble, HELD, "attitude_xyzw", (0, 0, 0, 1), ValueError, "not both"),
     (kr.solve, SOLVE, "method", "exact", ValueError, r"top\[0\]"),
     (kr.solve, SOLVE | {"step": 0.1}, "method", "strang", ValueError, r"top\[5\]"),
     (kr.solve, GEOMETRIC, "error", 0.5, ValueError, "0.1"),
@@ -251,6 +263,9 @@ REFUSALS = [
     (kr.solve, SOLVE, "progress", 3, TypeError, "progress"),
     (kr.solve, SOLVE, "out", np.empty(SHAPE[::-1]).T, ValueError, "C order"),
     (kr.solve, SOLVE | {"want": ["spin"]}, "out", np.empty(SHAPE), ValueError, "out"),
+    (kr.solve, SOLVE, "out", [[0.0]], TypeError, "NumPy array"),
+    (kr.solve, SOLVE, "out", np.empty(SHAPE[1:]), ValueError, "float64 of shape"),
+    (kr.solve, SOLVE | {"every": 2}, "t", np.ones((6, 1)), ValueError, "every"),
     (kr.solve, SOLVE, "t", [0.0, np.inf], ValueError, r"t\[1\]"),
     (kr.solve, SOLVE, "t", np.ones((5, 4)), ValueError, "shape"),
     (kr.solve, SOLVE, "t", BACK, ValueError, r"t\[4, 1\]"),
@@ -258,6 +273,10 @@ REFUSALS = [
     (kr.solve, MILLION, "t", 1e300, ValueError, "steps"),
     (kr.reduce, REDUCE, "reductions", {"nutatio": "max"}, ValueError, "nutation"),
     (kr.reduce, REDUCE, "reductions", {"spin": "maxx"}, ValueError, "max"),
+    (kr.reduce, REDUCE, "reductions", ["spin"], TypeError, "quantities"),
+    (kr.reduce, REDUCE, "reductions", {}, ValueError, "no quantity"),
+    (kr.reduce, REDUCE, "reductions", {"spin": 3}, TypeError, "several"),
+    (kr.reduce, REDUCE, "reductions", {"spin": ()}, ValueError, "empty"),
     (kr.reduce, REDUCE, "digits", 20, ValueError, "16"),
     (kr.stream, SOLVE, "t", iter([1.0]), TypeError, "iterator"),
     (kr.start, {}, "scene", MIXED, TypeError, "index"),

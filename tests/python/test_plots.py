@@ -47,6 +47,13 @@ def project(points):
     return x, z * np.cos(E20) + y * np.sin(E20)
 
 
+WANT, WAYS = ("apex", "nutation", "precession_angle"), (("taylor", None), ("rk4", 0.02))
+
+
+def measure_angles(a, b):
+    return np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(axis=1))
+
+
 def level(y):
     """Return a dashed line across a chart."""
     return "dashed", [0.0, 1.0], [y, y]
@@ -150,6 +157,11 @@ CHARTS = {
     "difference in radians": lambda: Chart(
         kr.plot(OTHER, ROUGH, degrees=False)[6], "time [T]", "difference [rad]",
         [("line", GRID, [np.nan, *kr.attitude_error(OTHER.q, ROUGH.q)[1:]])],
+    ),
+    "difference of apexes": lambda: Chart(
+        kr.plot(*(kr.solve(GENERAL, GRID, way, step=step, want=WANT) for way, step in WAYS))[6],
+        "time [T]", "difference [°]",
+        [("line", GRID, np.degrees([np.nan, *measure_angles(OTHER.apex, ROUGH.apex)[1:]]))],
     ),
     "equal paths": lambda: Chart(
         kr.plot(CUSPS, CUSPS)[6], "time [T]", "difference [°]", [("line", GRID, 0.0 * GRID)],
