@@ -1,4 +1,4 @@
-"""How often the true parameters of simulated records lie within the stated errors of fits."""
+"""Tests that the errors that fits state are those of simulated records."""
 
 from typing import NamedTuple
 

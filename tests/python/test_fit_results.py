@@ -1,4 +1,4 @@
-"""What a fit returns: values, errors of functions, bounds, paths, residuals, tables and charts."""
+"""Tests of the results of fits: values, errors, bounds, paths, residuals, tables and charts."""
 
 import pickle
 import re

@@ -1,4 +1,4 @@
-"""What records do not determine is named, and has infinite errors."""
+"""Tests of parameters that the records of a fit do not determine."""
 
 import kreisel as kr
 import numpy as np

@@ -21,22 +21,12 @@ from operator import mul
 
 import mpmath as mp
 
+from .quadrature import product as multiply
+
 DIGITS = 44
 CYCLE = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
 SAMPLES = 16  # of a step, among which the spin must not change its sign twice
 NONE = (0, 0, 0)
-
-
-def multiply(a, b):
-    """Return the product of two quaternions."""
-    w, x, y, z = a
-    p, q, r, s = b
-    return [
-        w * p - x * q - y * r - z * s,
-        w * q + x * p + y * s - z * r,
-        w * r + y * p + z * q - x * s,
-        w * s + z * p + x * r - y * q,
-    ]
 
 
 def conjugate(q):
