@@ -53,12 +53,13 @@ export class Panel {
       charts,
       files,
       choosePreset,
-      sliderEnds: {},
       typedPlace: null,
       renderButton,
     });
   }
   draw() {
+    const { origin } = this.page;
+    if (this.origin !== origin) Object.assign(this, { origin, sliderEnds: {} }); // a new scene
     render([this.renderHeader(), this.renderChart(), ...this.renderSections()], this.place);
     letKeysScroll(document.getElementById("about"));
     const { name } = this.page.scene;
