@@ -4,21 +4,19 @@ import gc
 
 # Files with long tests or fixtures. They run first, so that no process ends long after the others.
 SLOW = (
-    "test_gil",
+    "test_report",
     "test_amalgamation",
     "test_embedding",
-    "test_build_options",
     "test_thesis",
-    "test_report",
+    "test_gil",
+    "test_atlas",
     "test_site_pages",
-    "test_style",
-    "test_typing",
 )
 
 
 def pytest_collection_modifyitems(items):
     ranks = {name: i for i, name in enumerate(SLOW)}
-    # The tests in a browser follow, because each process starts a browser of its own.
+    # The tests in a browser follow.
     items.sort(
         key=lambda item: ranks.get(item.path.stem, len(SLOW) + (item.path.parent.name != "viewer"))
     )
