@@ -9,10 +9,11 @@ section unique. All other sources follow
 one another unchanged, each header before its first use.
 """
 
+import functools
 import hashlib
 import re
 import sys
-from collections import Counter
+from collections import Counter, defaultdict
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -42,6 +43,8 @@ HEAD = """\
 #include "kreisel.h"
 {system}
 #if defined __OPTIMIZE_SIZE__       /* -Os */
+#  undef KR_SMALL
+#  undef KR_NO_BATCHES
 #  define KR_SMALL
 #  define KR_NO_BATCHES
 #endif
@@ -110,6 +113,7 @@ class Unit:
     def __init__(self, switches):
         self.switches = switches
         self.parts, self.defined, self.seen = [], set(), {PUBLIC}
+        self.texts = defaultdict(str)  # of each file as this unit includes it
 
     def add(self, file):
         """Add a file, without the lines for other values of the switches."""
@@ -133,16 +137,16 @@ class Unit:
                 continue
             self.defined |= set(DEFINE.findall(line))
             if included := INCLUDE.match(line):
-                self.parts.append((file, "".join(piece)))
+                self.append(file, "".join(piece))
                 piece = []
                 self.add(find_file(file, text, *included.groups()))
             else:
                 piece.append(line)
-        self.parts.append((file, "".join(piece)))
+        self.append(file, "".join(piece))
 
-    def text_of(self, file):
-        """Return the text of a file as this unit includes it."""
-        return "".join(text for source, text in self.parts if source == file)
+    def append(self, file, text):
+        self.parts.append((file, text))
+        self.texts[file] += text
 
 
 def find_file(source, text, name, macro):
@@ -169,6 +173,12 @@ def find_switches(files):
     return found
 
 
+@functools.cache
+def words_of(text):
+    return frozenset(re.findall(r"\w+", text))
+
+
+@functools.cache
 def split_items(text):
     """Return the items of a C text at file scope, without comments."""
     items, item = [], ""
@@ -188,14 +198,17 @@ def split_items(text):
     return items if not item.strip() else sys.exit(f"this is no whole item of C:\n{item}")
 
 
+@functools.cache
 def is_type(item):
     return re.match(r"(typedef|enum|struct|union)\b", item) is not None
 
 
+@functools.cache
 def is_static(item):
     return re.match(r"(static|[A-Z_]+) (?!.*\bKR_NAME)", item.split("(")[0]) is not None
 
 
+@functools.cache
 def names_of(item):
     """Return the names that a type or a static item defines at file scope."""
     flat = re.sub(r"\{.*\}| __attribute__.*(?=;)|\(.*\)", "", item, flags=re.S)
@@ -269,13 +282,14 @@ class Section:
         self.option = re.search(own, (ROOT / "CMakeLists.txt").read_text())
         self.entries, self.owners, self.macros, self.signatures = [], {}, {}, {}
         for file, text in unit.parts:
-            is_own = unit.text_of(file) != plain.text_of(file)
+            is_own = unit.texts[file] != plain.texts[file]
             for item in split_items(SYSTEM.sub("", text)):
                 if is_own or item.startswith("#") or (is_static(item) and not is_type(item)):
                     self.entries.append((file, item))
         self.prefixes = {file: self.prefix for file, _ in self.entries}
-        self.used_elsewhere = set()
+        self.used_elsewhere, self.indices = set(), defaultdict(list)
         for index, (file, item) in enumerate(self.entries):
+            self.indices[file].append(index)
             for name in DEFINE.findall(item):
                 self.macros.setdefault(name, []).append(index)
             if not item.startswith("#"):
@@ -287,9 +301,8 @@ class Section:
         file, line = self.entries[index]
         if file.suffix == ".c":
             return line
-        return "".join(
-            item for owner, item in self.entries[: index + 1] if owner == file and item[0] == "#"
-        )
+        items = (self.entries[i][1] for i in self.indices[file] if i <= index)
+        return "".join(item for item in items if item[0] == "#")
 
     def meaning(self, words, last):
         """Return all lines before the item `last` that define what the words mean as macros."""
@@ -298,7 +311,7 @@ class Section:
             indices = {i for name in new & self.macros.keys() for i in self.macros[name]}
             lines = {i: self.lines_of(i) for i in indices - found.keys() if i <= last}
             found |= lines
-            new = set(re.findall(r"\w+", "".join(lines.values())))
+            new = set().union(*map(words_of, lines.values()))
         return sorted(set(found.values()))
 
     def find_owner(self, word, last):
@@ -312,11 +325,10 @@ class Section:
         """Return all that the meaning of a file depends on."""
         if file not in self.signatures:
             self.signatures[file] = ""
-            last = max(i for i, (owner, _) in enumerate(self.entries) if owner == file)
-            text = "".join(item for owner, item in self.entries if owner == file)
-            words = set(re.findall(r"\w+", text))
-            macros = self.meaning(words, last)
-            words |= set(re.findall(r"\w+", "".join(macros)))
+            last = self.indices[file][-1]
+            text = "".join(self.entries[i][1] for i in self.indices[file])
+            macros = self.meaning(words_of(text), last)
+            words = words_of(text).union(*map(words_of, macros))
             others = {self.find_owner(word, last) for word in words} - {None, file}
             signs = [text, *macros, *(f"{other} {self.sign(other)}" for other in sorted(others))]
             signs.append(self.option[1] if self.option else "")
@@ -355,7 +367,7 @@ def share_headers(sections):
     by_prefix = {section.prefix: section for section in sections}
     for section in reversed(sections):
         end = len(section.entries)
-        for word in re.findall(r"\w+", "".join(section.find_items())):
+        for word in words_of("".join(section.find_items())):
             owner = by_prefix[section.prefixes.get(section.find_owner(word, end), section.prefix)]
             if owner is not section:
                 owner.used_elsewhere.add(word)
@@ -451,7 +463,7 @@ def read_units():
             units[file].add(file)
         else:
             plain.add(file)
-            plain.parts.append((None, undefine(set(DEFINE.findall(plain.text_of(file))))))
+            plain.parts.append((None, undefine(set(DEFINE.findall(plain.texts[file])))))
     return plain, units
 
 
@@ -467,7 +479,7 @@ def amalgamate():
         sections = [
             Section(source, unit, isa, plain)
             for source, unit in units.items()
-            if known & set(EXPORT.findall(unit.text_of(source)))
+            if known & set(EXPORT.findall(unit.texts[source]))
         ]
         share_headers(sections)
         text = "".join(section.write(isa, features) for section in sections)
