@@ -8,8 +8,9 @@ from toolbox import CSRC, ROOT, need, run
 
 WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Werror"]
 TESTS = ROOT / "tests/c"
-# The code for small sizes, without optimization, takes the least time to compile.
-ZIG = [sys.executable, "-m", "ziglang", "cc", "-O0", "-DKR_SMALL", "-DKR_NO_BATCHES"]
+# The code for small sizes, without optimization and zig's own sanitizer, compiles fastest.
+ZIG = [sys.executable, "-m", "ziglang", "cc", "-O0", "-g0", "-fno-sanitize=undefined"]
+ZIG += ["-DKR_SMALL", "-DKR_NO_BATCHES"]
 
 
 @pytest.fixture(scope="module")
@@ -59,15 +60,7 @@ def test_the_file_gives_the_same_bits_as_the_library(folder, tmp_path, name):
     assert (len(kernels) == 1) == (name == "plain" or "avx2" not in kernels)
 
 
-@pytest.mark.parametrize(
-    "target",
-    [
-        "x86_64-windows-gnu",
-        "aarch64-macos",
-        "wasm32-wasi",
-        "thumb-linux-musleabihf",
-    ],
-)
+@pytest.mark.parametrize("target", ["x86_64-windows-gnu", "aarch64-macos", "wasm32-wasi"])
 def test_zig_compiles_the_file_without_warning(folder, tmp_path, target):
     flags = ["-target", target, "-std=c99", *WARNINGS]
     if target != "x86_64-windows-gnu":  # the other targets get one instruction set

@@ -14,7 +14,7 @@ from toolbox import open_context
 from validation.__main__ import main
 from validation.competitors import machine
 from validation.parts import tasks
-from validation.references.problems import HORIZONS, load_problem
+from validation.references.problems import BRIEF, load_problem
 from validation.report import main as report
 from validation.report.contents import PARTS
 
@@ -64,7 +64,7 @@ def test_the_page_stands_alone_and_has_no_broken_link(quick_report, page):
 
 def test_every_suitable_method_is_measured_on_every_scene(quick_report):
     rows = read_table(quick_report / "workprecision.csv")
-    for name in HORIZONS:
+    for name in BRIEF:
         # the last run of each method has the tightest setting
         runs = {run["method"]: run for run in rows if run["scene"] == name}
         scene = load_problem(name).to_scene()
@@ -98,7 +98,7 @@ def test_figures_with_other_integrators_name_their_versions(page):
     assert re.match(r"heyoka [\d.]+, SciPy [\d.]+.*; \d{4}-\d\d-\d\d$", peers)
     figures = re.findall("<figure.*?</figure>", page, re.DOTALL)
     shown = [figure for figure in figures if re.search("heyoka|scipy_|gsl_", figure)]
-    assert len(shown) >= 3 * len(HORIZONS)
+    assert len(shown) >= 3 * len(BRIEF)
     assert all(peers in figure for figure in shown)
 
 
@@ -112,14 +112,14 @@ def test_links_and_printing_open_folded_sections(quick_report, browser):
     view.goto((quick_report / "index.html").as_uri())
     closed = "document.querySelectorAll('main details:not([open])').length"
     count = view.evaluate(closed)
-    assert count > len(HORIZONS) and not view.locator("#asymmetric").is_visible()
+    assert count > len(BRIEF) and not view.locator("#asymmetric").is_visible()
     view.evaluate("location.hash = '#asymmetric'")
     view.locator("#asymmetric").wait_for(state="visible")
-    assert count > view.evaluate(closed) > len(HORIZONS)
+    assert count > view.evaluate(closed) > len(BRIEF)
     view.evaluate("dispatchEvent(new Event('beforeprint'))")
     assert view.evaluate(closed) == 0
     view.evaluate("dispatchEvent(new Event('afterprint'))")
-    assert view.evaluate(closed) > len(HORIZONS)
+    assert view.evaluate(closed) > len(BRIEF)
     view.close()
 
 

@@ -12,7 +12,7 @@ from ..competitors import machine
 from ..parts.result_cache import ResultStore, write_atomic
 from ..parts.scene_runs import turn_length
 from ..parts.tasks import SIZES, estimate_minutes, run_tasks
-from ..references.problems import HORIZONS, SHORT, load_problem, problem_of_scene
+from ..references.problems import BRIEF, HORIZONS, SHORT, load_problem, problem_of_scene
 from . import page
 from .contents import PARTS
 
@@ -102,7 +102,7 @@ def load_problem_of_user(file):
 def load_problems(files, size):
     """Load the test problems in the given files, or by default the problems of the report."""
     if not files:
-        ends = {name: SHORT if size.quick else end for name, end in HORIZONS.items()}
+        ends = dict.fromkeys(BRIEF, SHORT) if size.quick else HORIZONS
         return [(load_problem(name), end) for name, end in ends.items()]
     problems = {}
     for file in files:
