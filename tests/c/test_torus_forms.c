@@ -136,12 +136,12 @@ static void drawn_tops_are_planned(const form_case *c)
     int refused = 0;
     for (int i = 0; i < c->drawn; i++) {
         const kr_scene s = c->draw();
-        if (i % 5) continue; /* a plan takes long */
         const void *plan = plan_of(c, &s);
-        refused += !plan;
         if (plan)
             NEAR(kr_attitude_error(c->state(plan, 0.0).q, s.start.q), 0.0,
                  2.0 * c->head(plan).certificate + 3e-15);
+        else
+            refused++;
     }
     IS(refused <= c->most_refused);
 }
@@ -508,7 +508,7 @@ static form_case kowalewski_case(void)
         .certificate = KR_KOWALEWSKI_CERTIFICATE,
         .inexact = KR_KOWALEWSKI_ROUNDED,
         .drawn = 2000,
-        .most_refused = 2,
+        .most_refused = 6,
         .series_error = 5e-15,
         .top_error = 3e-15,
         .family = "kowalewski",
@@ -533,7 +533,7 @@ static form_case chaplygin_case(void)
         .certificate = KR_CHAPLYGIN_CERTIFICATE,
         .inexact = KR_CHAPLYGIN_ROUNDED,
         .drawn = 1000,
-        .most_refused = 2,
+        .most_refused = 8,
         .series_error = 3e-14,
         .top_error = 5e-15,
         .family = "goryachev_chaplygin",
