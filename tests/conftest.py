@@ -16,7 +16,7 @@ SLOW = (
 
 def pytest_collection_modifyitems(items):
     ranks = {name: i for i, name in enumerate(SLOW)}
-    # The tests in a browser follow.
+    # The tests in a browser follow, because their files take long too.
     items.sort(
         key=lambda item: ranks.get(item.path.stem, len(SLOW) + (item.path.parent.name != "viewer"))
     )
