@@ -103,19 +103,26 @@ export class Panel {
   renderNumber(words, place, { off = false, none = "" } = {}) {
     const show = () => this.formatValue(place);
     const read = (input) => input.valueAsNumber;
+    const set = this.makeSetter(place, read, show);
     // The user is editing the field.
-    const beginEdit = () => {
-      this.typedPlace = place;
+    const beginEdit = ({ type }) => {
+      Object.assign(this, { typedPlace: place, isTyped: type === "input" });
       if (this.refused?.place === place) this.refused = null;
       this.draw();
     };
-    const endEdit = () => (this.typedPlace = null);
+    // The browser reports no change if the typed value is the one shown when the edit began,
+    // although the motion may have gone on since then.
+    const endEdit = (event) => {
+      const isMissed = this.typedPlace === place && this.isTyped && event.target.value !== show();
+      this.typedPlace = null;
+      if (isMissed) set(event);
+    };
     const why = this.refused?.place === place ? this.refused.why : "";
     return html`<span class="number"><input type="number" step="any" aria-label=${words}
       placeholder=${none} ?disabled=${off}
       .value=${this.typedPlace === place ? noChange : show()}
       @focus=${beginEdit} @input=${beginEdit}
-      @blur=${endEdit} @change=${this.makeSetter(place, read, show)}
+      @blur=${endEdit} @change=${set}
       ><span class="wrong" ?hidden=${!why}>${why}</span></span>`;
   }
   // Format the number at a place. Momentum, tilt and spin are the current ones.

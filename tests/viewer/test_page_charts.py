@@ -284,6 +284,16 @@ def test_the_shown_momentum_is_the_current_one_and_can_be_typed(page):
     assert page.read_scene()["attitude"] == list(end.attitude)
 
 
+def test_a_typed_value_is_set_even_if_the_field_showed_it_when_the_edit_began(page):
+    field = page.get_by_label("Tilt, degrees", exact=True)
+    shown = field.input_value()
+    field.focus()
+    page.advance(3)
+    page.fill_field("Tilt, degrees", shown)
+    assert page.read_scene()["taken"] == 3
+    assert np.degrees(page.measure_top(0, "nutation")) == pytest.approx(float(shown))
+
+
 @pytest.mark.parametrize("damping, text", [(0, "0"), (1e-6, "1e-6"), (1.2345e-7, "1.23e-7")])
 def test_fields_show_small_numbers_completely(page, damping, text):
     page.load("A spinning top", damping=damping)

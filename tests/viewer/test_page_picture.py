@@ -275,13 +275,14 @@ def test_bodies_and_rods_have_shadows_on_the_floor(page, preset):
 def test_the_tip_is_green_and_the_picture_returns_after_a_loss(browser):
     page = Viewer(browser).open()
     for width in (1280, 900):
-        page.set_viewport_size({"width": width, "height": 800})
-        wait_for(page, f"innerWidth === {width} && !kreisel.view.isDirty")
-        size = page.evaluate("kreisel.view.pixels")
-        x, y = page.locate("tip")
-        red, green, blue, _ = read_pixels(page, [round(each / 4) for each in size])[
-            round(y / 4), round(x / 4)
-        ]
+        page.resize((width, 800))
+        red, green, blue, _ = page.evaluate("""() => {
+            const {view} = kreisel, pen = new OffscreenCanvas(...view.pixels).getContext('2d');
+            drawPicture();
+            pen.drawImage(view.canvas, 0, 0, ...view.pixels);
+            const place = kreisel.locate('tip').map(Math.round);
+            return Array.from(pen.getImageData(...place, 1, 1).data);
+        }""")
         assert green > 1.1 * blue and green > 2 * red
     page.evaluate("""new Promise((done) => {
         const lose = kreisel.view.renderer.getContext().getExtension('WEBGL_lose_context');
