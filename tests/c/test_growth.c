@@ -171,7 +171,7 @@ static void at_rest(double gravity, const double t[LOOKS], double rows[LOOKS][KR
 static void test_equilibria(void)
 {
     const double pi = 3.14159265358979323846;
-    const double late[LOOKS] = {30.0, 100.0, 2000.0}, turns[LOOKS] = {pi, 2.0 * pi, 20.0 * pi};
+    const double late[LOOKS] = {30.0, 100.0, 900.0}, turns[LOOKS] = {pi, 2.0 * pi, 20.0 * pi};
     double rows[LOOKS][KR_GROWTH_COUNT];
     at_rest(2.0, late, rows);
     NEAR(rows[0][KR_GROWTH_LOG], 30.0, 2.0);
@@ -200,7 +200,7 @@ static void test_steady_rotations(void)
         if (i < 6) {
             IS(kr_body_symmetric(1.0, 1.0, 0.5, 0.5, &s.body) == KR_OK);
             s.gravity = i % 2 ? -1.0 : 1.0;
-            s.start.m = v3(0.0, 0.0, i < 2 ? 25.0 : i < 4 ? 500.0 : -5000.0);
+            s.start.m = v3(0.0, 0.0, i < 2 ? 25.0 : i < 4 ? 500.0 : -900.0);
         } else {
             const double tensor[9] = {1.0, 0.0, 0.0, 0.0, 1.5, 0.0, 0.0, 0.0, 2.0};
             IS(kr_body_from_tensor(1.0, tensor, v3(0.0, 0.0, 0.0), &s.body) == KR_OK);

@@ -94,7 +94,7 @@ static void check_integrals(kr_scene s, double (*integral)(const kr_scene *, con
 }
 static void test_integrals(void)
 {
-    for (int i = 0; i < 300; i++) {
+    for (int i = 0; i < 80; i++) {
         kr_scene level = drawn_top_of_ratio(4.0);
         level.start.m.z = 0.0;
         check_integrals(drawn_top_of_ratio(2.0), kr_state_kowalewski, 4);
@@ -172,7 +172,7 @@ static void test_special_kowalewski_tops(void)
 static void test_saddles(void)
 {
     int found = 0;
-    for (int i = 0; i < 300; i++) {
+    for (int i = 0; i < 120; i++) {
         const double e = pow(10.0, uniform(-7, -2)), side = 0.7, rise = sqrt(1.0 - side * side);
         const kr_vec3 d = random_vec(e), g = random_vec(e),
                       rotation = v_scale(1.0 / sqrt(side), v3(-side, 0.0, rise));
@@ -193,7 +193,7 @@ static void test_saddles(void)
         kr_kowalewski_states(top.kowalewski, TIMES, t, many);
         for (int k = 0; k < TIMES; k++) IS(same(many[k], state_of(&top, t[k])));
     }
-    IS(found > 100);
+    IS(found > 40);
     for (int i = 0; i < 24; i++) { /* a rounding error changes these states by up to 1e-7 radians */
         const double near = pow(10.0, -1.0 - 0.25 * i);
         const kr_vec3 a = random_vec(near), w = random_vec(near);
@@ -253,13 +253,13 @@ static void test_separatrix_of_chaplygin_tops(void)
     IS(!refused[KR_CHAPLYGIN_OTHER] && !refused[KR_CHAPLYGIN_REST]);
 }
 /* Starts as users write them: the vertical and the angular velocity have components 0, 1 and -1,
- * times a simple number. Many of these motions are degenerate. Nearly all others are planned. */
+ * times a simple number. Every other pair is tried. Many of these motions are degenerate. Nearly all others are planned. */
 static void test_simple_starts(void)
 {
     const double rates[3] = {0.5, 1.0, 1.3}, times[2] = {7.0, -20.0};
     int planned[2] = {0, 0}, all = 0;
     for (int i = 0; i < 27; i++)
-        for (int j = 0; j < 27 && i != 13; j++, all++) { /* number 13 is the zero vector */
+        for (int j = i % 2; j < 27 && i != 13; j += 2, all++) { /* number 13 is the zero vector */
             const kr_vec3 up = v3(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1), e = v_unit(up),
                           w = v_scale(rates[(i + j) % 3], v3(j % 3 - 1, j / 3 % 3 - 1, j / 9 - 1)),
                           L = v_times(v3(1.0, 1.0, 0.25), w);
