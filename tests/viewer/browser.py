@@ -110,8 +110,9 @@ def turn_description(settings, turn):
     return {**settings, **turned, "body": given["body"], "rotor": given["rotor"]}
 
 
-SWIPE = """([pointerType, points]) => {
-    const {canvas} = kreisel.view;
+SWIPE = """([pointerType, [dx, dy], ...handle]) => {
+    const {canvas} = kreisel.view, [x, y] = kreisel.locate(...handle);
+    const points = [0, 0.5, 1, 1].map((k) => [x + k * dx, y + k * dy]);
     canvas.setPointerCapture = canvas.releasePointerCapture = () => {};
     const touch = {pointerId: 7, pointerType, button: 0, buttons: 1, isPrimary: true};
     points.forEach(([clientX, clientY], i) => {
@@ -178,17 +179,26 @@ class Viewer:
 
     def follow_link(self, link):
         """Follow a link in the open page, and return the displayed message."""
-        self.evaluate(
-            """(hash) => new Promise((done) => {
-            kreisel.page.showMessage('');
-            history.replaceState(null, '', '#');
-            addEventListener('hashchange', () => setTimeout(done), {once: true});
-            location.hash = hash;
-        })""",
-            link,
+        return self.follow_links([link])[0][0]
+
+    def follow_links(self, links):
+        """Follow links in the open page, and return the messages and scenes after each."""
+        return self.evaluate(
+            """async (links) => {
+            const results = [], {page} = kreisel, words = document.getElementById('words');
+            for (const link of links) {
+                page.showMessage('');
+                await new Promise((done) => {
+                    addEventListener('hashchange', () => setTimeout(done), {once: true});
+                    location.hash = link;
+                });
+                history.replaceState(null, '', '#');
+                results.push([words.textContent, page.scene]);
+            }
+            return results;
+        }""",
+            links,
         )
-        self.evaluate("history.replaceState(null, '', '#')")
-        return self.read_message()
 
     def advance(self, t):
         self.evaluate(f"kreisel.advance({t})")
@@ -212,9 +222,18 @@ class Viewer:
         self.evaluate("([place, value]) => kreisel.page.setValue(place, value)", [place, value])
 
     def resize(self, size):
+        """Resize the window, and wait until the picture has the size of its frame."""
         self.page.set_viewport_size(make_viewport(size))
-        width = "document.querySelector('main').getBoundingClientRect().width"
-        wait_for(self, f"Math.abs(kreisel.view.pixels[0] - {width}) < 1")
+        wait_for(
+            self,
+            """([...size]) => {
+                const {width, height} = document.querySelector('main').getBoundingClientRect();
+                const {pixels: [across, down]} = kreisel.view;
+                return innerWidth === size[0] && innerHeight === size[1] &&
+                    Math.abs(across - width) < 1 && Math.abs(down - height) < 1;
+            }""",
+            size,
+        )
 
     def locate(self, kind, top=0, number=0):
         """Return the place of a handle in the window, in pixels."""
@@ -243,9 +262,7 @@ class Viewer:
 
     def swipe(self, kind, offset, pointer="touch", number=0):
         """Move a finger from a handle."""
-        x, y = self.locate(kind, 0, number)
-        points = [[x + k * offset[0], y + k * offset[1]] for k in (0, 0.5, 1, 1)]
-        self.evaluate(SWIPE, [pointer, points])
+        self.evaluate(SWIPE, [pointer, offset, kind, 0, number])
 
     def download(self, name, file):
         """Save a download of the viewer in `file`, and return `file`."""

@@ -31,22 +31,24 @@ def shared_page(browser):
 @pytest.fixture
 def page(shared_page):
     """Return the shared page in its initial state, with all sections open."""
-    shared_page.evaluate("""{
-        const {page, view, drags} = kreisel;
+    shared_page.evaluate("""async () => {
+        const {page, view, drags} = kreisel, panel = document.getElementById('panel');
         Object.assign(page, {isRunning: false, isResuming: false, goal: null});
         Object.assign(page, {undoStack: [], redoStack: [], gesture: null});
         Object.assign(view, {isHome: true, side: undefined});
         drags.isPushing = false;
         document.activeElement.blur();
-        document.getElementById('panel').hidden = false;
+        Object.assign(panel, {hidden: false, scrollTop: 0});
         for (const id of ['keys', 'share']) document.getElementById(id).close();
         document.querySelectorAll('details').forEach((part) => (part.open = true));
         page.showMessage('');
+        // The observers of the page have seen all changes when a new one reports.
+        await new Promise((done) => new ResizeObserver(done).observe(view.canvas));
     }""")
     shared_page.load()
     yield shared_page
     if shared_page.viewport_size != make_viewport(WIDE):
-        shared_page.set_viewport_size(make_viewport(WIDE))
+        shared_page.resize(WIDE)
     troubles, shared_page.troubles[:] = [*shared_page.troubles], []
     assert troubles == []
 

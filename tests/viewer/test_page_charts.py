@@ -108,6 +108,7 @@ def test_the_zoom_of_charts_stays_while_time_advances(page):
     assert read_spans(page)[:2] == zoomed
     page.mouse.dblclick(left, y)
     assert read_spans(page)[:2] == read_spans(page, 1)[:2] == [0, pytest.approx(60)]
+    page.mouse.move(60, 120)
 
 
 def test_charts_have_room_for_the_limits_of_the_tilt_and_continue_after_a_step(page):

@@ -87,9 +87,10 @@ def test_a_drag_starts_from_the_current_state_and_the_motion_continues_after_it(
     page.drag("tip", (20, 20))
     assert page.read_scene()["attitude"] == state[1:5] and page.read_clock() == 0
     assert page.read_scene()["taken"] == 3 and not page.evaluate("kreisel.page.isRunning")
+    momentum = page.read_scene()["momentum"]
     page.evaluate("kreisel.page.setRunning(true)")
-    page.drag("tip", (20, -20))
-    assert page.evaluate("kreisel.page.isRunning")
+    page.swipe("tip", (20, -20), "mouse")
+    assert page.evaluate("kreisel.page.isRunning") and page.read_scene()["momentum"] != momentum
     page.find_button("Stop").click()
 
 

@@ -5,7 +5,7 @@ import re
 
 import pytest
 from axe import SIZES, check_page
-from browser import ALL, PAGE, PHONE, WIDE, Viewer, make_viewport, wait_for
+from browser import ALL, PAGE, PHONE, WIDE, make_viewport, wait_for
 from colour_vision import VISION, compute_contrast, lab_distance
 from toolbox import open_context
 
@@ -138,8 +138,7 @@ def test_printed_pages_show_the_whole_picture_on_a_light_ground(page):
     page.evaluate("dispatchEvent(new Event('beforeprint'))")
     assert page.evaluate(GROUND) == light != dark
     page.emulate_media(media="print")
-    page.set_viewport_size({"width": 794, "height": 1100})
-    wait_for(page, "Math.abs(kreisel.view.pixels[0] - innerWidth) < 100")
+    page.resize((794, 1100))
     picture, frame = (page.locator(name).first.bounding_box() for name in ("canvas", "main"))
     panel = page.locator("#panel").bounding_box()
     page.emulate_media(media="screen")
@@ -224,8 +223,8 @@ def test_texts_identify_tops_not_only_by_colour():
                 assert re.search(r"\b(left|right|dashed)\b", context), sentence
 
 
-def test_the_colour_scheme_follows_the_system_until_chosen_and_is_remembered(browser):
-    page = Viewer(browser, color_scheme="light").open()
+def test_the_colour_scheme_follows_the_system_until_chosen_and_is_remembered(window):
+    page = window.open()
     light = page.evaluate(GROUND)
     page.emulate_media(color_scheme="dark")
     wait_for(page, f"{GROUND} !== '{light}'")
@@ -241,7 +240,6 @@ def test_the_colour_scheme_follows_the_system_until_chosen_and_is_remembered(bro
     page.reload()
     assert page.evaluate(GROUND) == dark != light
     assert page.troubles == []
-    page.context.close()
 
 
 def test_a_page_without_storage_can_be_used(browser):
