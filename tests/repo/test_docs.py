@@ -4,8 +4,7 @@ import re
 import sys
 
 import kreisel as kr
-import pytest
-from toolbox import CSRC, ROOT, run
+from toolbox import CSRC, ROOT, run_programs
 
 sys.path.insert(0, str(ROOT / "docs"))
 from making.header import functions
@@ -73,14 +72,13 @@ def test_the_page_of_closed_forms_quotes_their_refusals():
 PROGRAMS = {"start": 6, "coming_from": 4, "scope": 1}  # numbers of programs of the pages
 
 
-@pytest.mark.parametrize("page", PROGRAMS)
-def test_the_programs_of_a_page_run(page, tmp_path):
-    text = (DOCS / f"{page}.md").read_text()
-    blocks = re.findall(r"^```\{run\}\n(?::alt: [^\n]*\n\n)?(.*?)^```", text, re.M | re.S)
-    program = tmp_path / "program.py"
-    program.write_text("\n".join(blocks))
-    assert len(blocks) == PROGRAMS[page]
-    run(sys.executable, "-W", "error", program, cwd=tmp_path)
+def test_the_programs_of_the_pages_run(tmp_path):
+    for page, number in PROGRAMS.items():
+        text = (DOCS / f"{page}.md").read_text()
+        blocks = re.findall(r"^```\{run\}\n(?::alt: [^\n]*\n\n)?(.*?)^```", text, re.M | re.S)
+        assert len(blocks) == number
+        (tmp_path / f"{page}.py").write_text("\n".join(blocks))
+    run_programs(*(f"{page}.py" for page in PROGRAMS), cwd=tmp_path)
 
 
 def test_the_index_of_the_package_has_a_line_for_each_name():

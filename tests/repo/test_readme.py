@@ -7,7 +7,7 @@ import sys
 import tomllib
 from pathlib import Path
 
-from toolbox import ROOT, install_library, need, run
+from toolbox import ROOT, install_library, need, run, run_programs
 
 
 def blocks(*languages):
@@ -28,20 +28,13 @@ def commands(name):
     ]
 
 
-def test_each_python_block_runs_alone(tmp_path):
-    for i, text in enumerate(blocks("python")):
-        program = tmp_path / f"block{i}.py"
+def test_each_python_block_runs_alone_and_the_first_prints_its_comment(tmp_path):
+    programs = [tmp_path / f"block{i}.py" for i in range(len(blocks("python")))]
+    for program, text in zip(programs, blocks("python"), strict=True):
         program.write_text(text)
-        run(sys.executable, "-W", "error", program, cwd=tmp_path, MPLBACKEND="agg")
-    assert blocks("python") and (tmp_path / "top.npz").exists()
-
-
-def test_the_first_python_block_prints_its_comment(tmp_path):
-    text = blocks("python")[0]
-    program = tmp_path / "first.py"
-    program.write_text(text)
-    expected = re.search(r"print\(.*  # (.+)", text)[1]
-    assert run(sys.executable, program, cwd=tmp_path).strip() == expected
+    output = run_programs(*programs, cwd=tmp_path, MPLBACKEND="agg")
+    assert output.splitlines()[0] == re.search(r"print\(.*  # (.+)", blocks("python")[0])[1]
+    assert (tmp_path / "top.npz").exists()
 
 
 def test_shell_blocks_run_beside_the_scenes(tmp_path):
@@ -71,8 +64,8 @@ def test_make_targets_exist():
 
 
 def test_commands_exist():
-    for command in set(commands("kreisel")):
-        run(Path(sys.executable).parent / "kreisel", command, "--help")
+    text = run(Path(sys.executable).parent / "kreisel", "--help")
+    assert set(commands("kreisel")) <= set(re.findall(r"^  (\w+) ", text, re.MULTILINE))
 
 
 def test_the_package_shows_the_readme():

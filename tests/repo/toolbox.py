@@ -39,6 +39,12 @@ def run(*command, cwd=ROOT, **environment):
     return result.stdout
 
 
+def run_programs(*files, **options):
+    """Run Python programs in one process, each with names of its own, and return their output."""
+    code = "import runpy, sys\nfor file in sys.argv[1:]: runpy.run_path(file, run_name='__main__')"
+    return run(sys.executable, "-W", "error", "-c", code, *files, **options)
+
+
 HANG = 600  # seconds after which a program is taken to hang, even on a slow and busy machine
 
 
