@@ -61,6 +61,21 @@ def test_the_plan_equals_that_of_the_path(words):
 # Comparisons
 
 
+@pytest.mark.parametrize(
+    "tops, words, counts",
+    [
+        (THESIS.vary(turning=[(0, 0, 1), (0, 1, 0), (0, 0, 0)]), {}, (2, 0, 1)),
+        (THESIS.vary(gravity=[1, 2]), {"method": "exact"}, (2, 0, 0)),
+        (TOP.vary(gravity=[1, 2]), {"method": "rk4", "step": 0.1}, (0, 0, 2)),
+        (TOP.vary(gravity=[]), {}, (0, 0, 0)),
+    ],
+)
+def test_a_plan_of_many_tops_counts_them_by_the_way_they_are_computed(tops, words, counts):
+    plan = kr.plan(tops, 1.0, **words)
+    assert (plan.closed_form, plan.lanes, plan.alone) == counts
+    assert (plan.first is None) == (plan.seconds == 0) == (tops.size == 0)
+
+
 def test_rows_contain_errors_and_run_times(tmp_path):
     methods, steps, tols = ["rk4", "strang", "extrap"], [0.1, 0.02], [1e-6, 1e-10]
     reports = []

@@ -86,6 +86,11 @@ SOLVE = {"scene": TOP, "t": 10}
 FIXED = {"method": "rk4", "step": 0.1}
 MAP = {"scene": THESIS, "map": "bobenko_suris", "step": 0.1}
 MANY = [(1, 1, 1), (1, 1, 3)]
+PAIR = TOP.vary(gravity=[1.0, 2.0])
+TWO = {"scene": PAIR, "t": [0.0, 1.0]}
+UP = (1, 0, 0, 0)
+LOOP = []
+LOOP.append(LOOP)
 # A function, its valid arguments, invalid changes, and a word of the message.
 VALUE_ERRORS = [
     (kr.Body, BODY, {"inertia": (1, 2, 3 + 1e-11), "com": (0, 0, 0)}, "3.00000000001 > 1.0 + 2.0"),
@@ -150,6 +155,13 @@ VALUE_ERRORS = [
     (kr.solve, SOLVE, {"scene": ASYMMETRIC, **FIXED, "method": "bobenko_suris"}, "strang"),
     (kr.start, {"scene": TOP}, {"method": "geometric"}, "kreisel.solve"),
     (kr.stream, SOLVE, {"t": [1.0], "method": "geometric"}, "kreisel.solve"),
+    (kr.solve, TWO, {**FIXED, "t": [[1], [2]], "every": 2}, "every needs t as a number"),
+    (kr.solve, TWO, {"out": np.empty((2, 2, 8)), "want": ("q",)}, "leave out want"),
+    (kr.reduce, {"tops": PAIR, "t": 1}, {"reductions": {}}, "no quantity"),
+    (kr.reduce, {"tops": PAIR, "t": 1}, {"reductions": {"nutation": ()}}, "is empty"),
+    (kr.Ensemble.of, {"scenes": LOOP}, {}, "contain themselves"),
+    (kr.Ensemble, SCENE, {"attitude": UP, "attitude_xyzw": UP}, "not both"),
+    (kr.Ensemble.spinning, SPINNING, {"body": THESIS.body, "spin": [1.0, 1e308]}, "top[1]: "),
     (kr.compare, SOLVE, {"methods": ["rk4"]}, "give steps"),
     (kr.compare, SOLVE, {"methods": ["extrap"], "truth": "rk4"}, "fixed step"),
     (kr.exact, {"scene": THESIS}, {"step": 0.1}, "step needs map"),
@@ -198,6 +210,14 @@ OTHER_ERRORS = [
     (kr.Scene, SCENE, {"gravty": 1}, TypeError, "gravty"),
     (kr.Scene.from_toml, {}, {"source": "body = [1]\nmomentum = [1, 2]"}, TypeError, "body"),
     (kr.plan, {"scene": TOP}, {"mismatch": 1e-3}, TypeError, "mismatch"),
+    (kr.solve, TWO, {"out": [1.0]}, TypeError, "NumPy array"),
+    (
+        kr.reduce,
+        {"tops": PAIR, "t": 1},
+        {"reductions": {"nutation": 3}},
+        TypeError,
+        "one or several",
+    ),
     (kr.exact, {"scene": [THESIS, 3]}, {}, TypeError, "scene[1]"),
     (kr.exact, {"scene": [THESIS]}, {"step": 0.1}, TypeError, "scene"),
     (kr.solve, SOLVE, {**FIXED, "t": 1e14, "every": 1}, MemoryError, "larger every"),
