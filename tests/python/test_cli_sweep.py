@@ -9,7 +9,6 @@ import kreisel as kr
 import numpy as np
 import pytest
 from cli_helpers import PLAN, call, join_lines, make_raiser, start_process
-from distributed import LocalCluster
 from sweeps import SOCKETS_LEFT, hash_rows
 from toolbox import HANG
 
@@ -62,6 +61,8 @@ def test_a_plan_runs_and_status_reports_its_parts(plan, plan_hash):
 @pytest.mark.filterwarnings(SOCKETS_LEFT)
 def test_processes_and_a_cluster_compute_the_parts(plan, plan_hash):
     call("sweep plan.toml --folder processes --workers 2")
+    from distributed import LocalCluster
+
     with LocalCluster(
         n_workers=1, threads_per_worker=1, processes=False, dashboard_address=":0"
     ) as cluster:

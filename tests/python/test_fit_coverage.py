@@ -5,6 +5,7 @@ from typing import NamedTuple
 import kreisel as kr
 import numpy as np
 import pytest
+import scipy  # imports scipy.stats when it is used
 from fits import (
     HEAVY,
     SYMMETRIC,
@@ -13,7 +14,6 @@ from fits import (
     read_parameters,
     simulate,
 )
-from scipy.stats import chi2, f, kstest
 
 FITS = 10  # of each kind
 T = np.linspace(0.0, 2.0, 40)
@@ -124,12 +124,13 @@ def measure_coverage(kind, number):
         rows = [fit.names.index(name) for name in names]
         covariance = fit.covariance[np.ix_(rows, rows)]
         square = difference @ np.linalg.solve(covariance, difference)
-        law = chi2(len(rows)) if kind.is_known else f(len(rows), fit.dof, scale=len(rows))
+        n = len(rows)
+        law = scipy.stats.chi2(n) if kind.is_known else scipy.stats.f(n, fit.dof, scale=n)
         deviations.append(law.cdf(square))
         pairs = zip(kind.sigmas, fit.sigma, strict=True)
-        ratios = [found[n] / true[n] for true, found in pairs for n in true]
+        ratios = [found[name] / true[name] for true, found in pairs for name in true]
         size = fit.chi2 if kind.is_known else fit.dof * np.mean(np.square(ratios))
-        residuals.append(chi2(fit.dof).cdf(size))
+        residuals.append(scipy.stats.chi2(fit.dof).cdf(size))
         errors = np.array([fit.error[name] for name in names])
         assert errors == pytest.approx(np.sqrt(np.diag(covariance)))
         for name, ratio in zip(names, difference / errors, strict=True):
@@ -147,12 +148,13 @@ def test_true_parameters_lie_within_the_stated_errors(group):
     deviations, residuals = [], []
     for number, (name, kind) in enumerate(GROUPS[group].items()):
         shares, sizes, biases = measure_coverage(kind, number)
-        assert kstest(shares, "uniform").pvalue > 1e-3, f"{name}: errors {np.round(shares, 2)}"
-        assert kstest(sizes, "uniform").pvalue > 1e-3, f"{name}: residuals {np.round(sizes, 2)}"
+        for what, values in ("errors", shares), ("residuals", sizes):
+            chance = scipy.stats.kstest(values, "uniform").pvalue
+            assert chance > 1e-3, f"{name}: {what} {np.round(values, 2)}"
         for parameter, ratios in biases.items():
             mean = np.mean(ratios) * np.sqrt(len(ratios))
             assert abs(mean) < 4.0, f"{name}: the bias of {parameter} is {mean:.2g}"
         deviations += shares
         residuals += sizes
     for shares in (deviations, residuals):
-        assert kstest(shares, "uniform").pvalue > 1e-2, np.round(np.sort(shares), 2)
+        assert scipy.stats.kstest(shares, "uniform").pvalue > 1e-2, np.round(np.sort(shares), 2)

@@ -5,10 +5,8 @@ import pickle
 from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 
-import duckdb
 import kreisel as kr
 import numpy as np
-import polars
 import pyarrow as pa
 import pyarrow.csv as text
 import pyarrow.parquet as parquet
@@ -364,6 +362,9 @@ def test_a_plan_of_many_parts_lists_only_existing_files(tmp_path):
 
 
 def test_duckdb_and_polars_query_the_parts(tmp_path):
+    import duckdb
+    import polars
+
     sweep = run_sweep(tmp_path / "reduced")
     watched = run_sweep(tmp_path / "watched", TASKS["events"], part_size=7)
     is_complete = sweep["status"] == 0

@@ -24,10 +24,8 @@ sys.exit(pytest.main(sys.argv[2:]))
 def test_references_are_counted_only_with_the_gil(tmp_path):
     """Run tests of threads with an extension in which pybind11 checks that the GIL is held."""
     need("cmake", "gcc", "g++")
-    without_binaries = shutil.ignore_patterns("*.so", "__pycache__")
-    package = shutil.copytree(
-        ROOT / "python/kreisel", tmp_path / "kreisel", ignore=without_binaries
-    )
+    binaries = shutil.ignore_patterns("*.so", "__pycache__")
+    package = shutil.copytree(ROOT / "python/kreisel", tmp_path / "kreisel", ignore=binaries)
     whole = tmp_path / "whole.cpp"  # one file, because the headers of pybind11 compile slowly
     sources = sorted((ROOT / "python").glob("_*.cpp"))
     whole.write_text("".join(f'#include "{file.name}"\n' for file in sources))

@@ -26,9 +26,8 @@ def test_cmake_finds_the_package(prefix, tmp_path):
 
 def test_cmake_refuses_another_version(prefix, tmp_path):
     project = shutil.copytree(EXAMPLES / "find_package", tmp_path / "project") / "CMakeLists.txt"
-    project.write_text(
-        project.read_text().replace("find_package(kreisel 0.1", "find_package(kreisel 99.0")
-    )
+    text = project.read_text().replace("find_package(kreisel 0.1", "find_package(kreisel 99.0")
+    project.write_text(text)
     with pytest.raises(pytest.fail.Exception, match="compatible with requested"):
         run(
             "cmake", "-S", project.parent, "-B", tmp_path / "build", f"-DCMAKE_PREFIX_PATH={prefix}"

@@ -11,9 +11,8 @@ from toolbox import ROOT, install_library, need, run, run_programs
 
 
 def blocks(*languages):
-    pairs = re.findall(
-        r"^```(\w+)\n(.*?)^```", (ROOT / "README.md").read_text(), re.DOTALL | re.MULTILINE
-    )
+    text = (ROOT / "README.md").read_text()
+    pairs = re.findall(r"^```(\w+)\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
     return [text for language, text in pairs if language in languages]
 
 
@@ -69,6 +68,5 @@ def test_commands_exist():
 
 
 def test_the_package_shows_the_readme():
-    assert (
-        tomllib.loads((ROOT / "pyproject.toml").read_text())["project"].get("readme") == "README.md"
-    )
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert project.get("readme") == "README.md"

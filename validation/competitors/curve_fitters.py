@@ -8,7 +8,6 @@ angular velocity, the principal moments, and the lever arm.
 import warnings
 
 import kreisel as kr
-import lmfit
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import curve_fit
@@ -67,6 +66,8 @@ def fit_by_scipy(scene, t, values, sigma):
 
 def fit_by_lmfit(scene, t, values, sigma):
     """Return the fitted parameters, their standard errors or None, and a message about the fit."""
+    import lmfit  # imports pandas, which takes a second
+
     weight = scene.body.mass * scene.gravity
     start = lmfit.Parameters()
     for name, value in zip(NAMES, read_parameters(scene), strict=True):

@@ -21,7 +21,7 @@ OWN = "kreisel"
 
 def load_fitters():
     """Return a dictionary that maps the name of each program to its fitting function."""
-    from ..competitors.curve_fitters import FITTERS  # lmfit imports pandas, which takes a second
+    from ..competitors.curve_fitters import FITTERS  # imports SciPy's integrators
 
     return FITTERS
 
