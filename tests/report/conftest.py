@@ -14,18 +14,11 @@ from validation.competitors import timing
 
 
 @pytest.fixture(scope="session", autouse=True)
-def fast_compilation():
-    """Let heyoka compile without optimization, which takes a tenth of the time."""
+def short_measurements():
+    """Compile heyoka's integrators without optimization, and time each call only once."""
     with pytest.MonkeyPatch.context() as patch:
         for name in ("taylor_adaptive", "taylor_adaptive_batch"):
             patch.setattr(heyoka, name, partial(getattr(heyoka, name), opt_level=0))
-        yield
-
-
-@pytest.fixture(scope="session", autouse=True)
-def short_samples():
-    """Time each call only once, instead of repeating it for several milliseconds."""
-    with pytest.MonkeyPatch.context() as patch:
         patch.setattr(timing, "SAMPLE", 1e-9)
         yield
 

@@ -37,7 +37,7 @@ def as_svg(draw):
     def draw_svg(*arguments, **words):
         with plt.style.context(SHEET):
             figure, page = draw(*arguments, **words), io.StringIO()
-            figure.savefig(page, format="svg", metadata={"Date": None})
+            figure.canvas.print_svg(page, metadata={"Date": None})
             plt.close(figure)
         svg = page.getvalue()
         return svg[svg.index("<svg") :].replace(INK, "currentColor")

@@ -104,9 +104,9 @@ def measure_scene(problem, end, rounds):
 
 
 def list_tasks(problems, size, store):
-    rounds = max(LEAST_OF_FORMS, size.rounds)
+    rounds = size.rounds if size.quick else max(LEAST_OF_FORMS, size.rounds)
     yield Task("left out/form", partial(measure_forms, rounds), 1.0)
-    rounds = max(LEAST_OF_OMISSIONS, size.rounds)
+    rounds = size.rounds if size.quick else max(LEAST_OF_OMISSIONS, size.rounds)
     for problem, end in problems:
         yield Task(f"omissions/{problem.name}", partial(measure_scene, problem, end, rounds), 0.3)
 

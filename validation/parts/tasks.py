@@ -25,7 +25,7 @@ class Size:
 
 
 SIZES = {
-    "quick": Size("quick", inf, 2, 24),
+    "quick": Size("quick", inf, 2, 8),
     "default": Size("default", 2**19, 7, 200),
     "full": Size("full", 2**23, 15, 1000),
 }

@@ -137,7 +137,7 @@ def perturb_data(problem, nudge):
 def conditioning_by_tangents(problem, times):
     """Return the attitude change [rad] due to rounding the input, computed from derivatives."""
     scene = problem.to_scene()
-    path = kr.solve(scene, times, digits=20, tangents=("start", "moments", "com"))
+    path = kr.solve(scene, times, tangents=("start", "moments", "com"))
     turns = path.tangents[:, :3]
     body = scene.body
     data = np.concatenate([np.ones(3), scene.momentum, body.moments, body.principal_com])

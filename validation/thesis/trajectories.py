@@ -82,15 +82,17 @@ def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
     between two recorded states.
     """
     n = round(end / interval)
-    states, cost, start = [kr.solve(scene, [0.0]).states[0]], np.zeros(3, int), scene
+    run = kr.start(scene, method="extrap", tol=tol, step=first)
+    start, cost = run.to([0.0]), (0, 0, 0)
+    states = [start.states[0]]
     for k in range(1, n + 1):
-        path = kr.solve(start, interval, method="extrap", tol=tol, step=first)
-        cost += path.stats.evaluations, path.stats.steps, path.stats.rejected
-        start = path.end
+        path = run.to([k * interval])
+        stats, state = path.stats, path.states[-1]
+        cost = cost[0] + stats.evaluations, cost[1] + stats.steps, cost[2] + stats.rejected
+        run.reset(momentum=state[5:], attitude=state[1:5])
         if k % every == 0:
-            states.append(np.array([k * interval, *path.states[-1, 1:]]))
-    whole = replace(path, scene=scene, states=np.array(states))
-    return Trajectory(whole, *cost.tolist())
+            states.append(state)
+    return Trajectory(replace(start, states=np.array(states)), *cost)
 
 
 def compute_frame_error(one, other):
