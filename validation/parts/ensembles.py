@@ -54,7 +54,7 @@ def list_tasks(problems, size, store):
     n, each = 10 * size.members, {"quick": 6, "default": 2}.get(size.name, 1)
     for kind in SCENES:
         measure = partial(measure_ensemble, kind, n, size.rounds, each)
-        yield Task(f"many/{kind}/{n}", measure, 0.008 * n)
+        yield Task(f"many/{kind}/{n}", measure, 0.012 * n)
     side = SMALL if size.quick else SIDE
     yield Task("many tops mapped", partial(time_sleeping_map, side), 2.0)
 

@@ -121,7 +121,7 @@ def measure_scene(problem, size):
 def list_tasks(problems, size, store):
     for problem, _ in problems:
         key = f"starts/{problem.name}/{size.members}"
-        yield Task(key, partial(measure_scene, problem, size), 1.0 if size.quick else 9.0)
+        yield Task(key, partial(measure_scene, problem, size), 1.0 if size.quick else 12.0)
 
 
 def load_findings(problems, store):

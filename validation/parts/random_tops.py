@@ -140,7 +140,7 @@ def measure_kind(kind, members):
 
 def list_tasks(problems, size, store):
     for kind in ("Lagrange", "general") if size.quick else KINDS:
-        key, weight = f"ensemble/{kind}/{size.members}", size.members * 0.016
+        key, weight = f"ensemble/{kind}/{size.members}", size.members * 0.023
         yield Task(key, partial(measure_kind, kind, size.members), weight)
 
 

@@ -172,7 +172,7 @@ def list_tasks(problem, end, size, store):
         yield Task(
             f"times/{problem.name}/{i}",
             lambda: scene_runs.measure_times(load_runs(store, problem.name)),
-            0.1 if size.quick else 1.5,
+            0.1 if size.quick else 1.85,
         )
     yield Task(None, scene_runs.runs.clear)
 

@@ -40,7 +40,7 @@ class Task:
     weight: float = 0.0  # duration on a machine that needs `TYPICAL` for `compile_and_run` [s]
 
 
-TYPICAL = 0.65  # [s]
+TYPICAL = 0.45  # [s]
 
 
 def compile_and_run():
