@@ -135,7 +135,8 @@ export class Charts {
     const what = place.dataset.of;
     const earlier = new EarlierCurves(this.page, this.getMeasure(what), this.makeTransform(what));
     const plot = new uPlot(this.makeOptions(what, earlier), this.collectData(what), place);
-    return Object.assign(plot, { what, place, earlier, tops: this.tops });
+    const values = place.nextElementSibling;
+    return Object.assign(plot, { what, place, values, earlier, tops: this.tops });
   }
   getMeasure(what) {
     return findMeasure(what === "error" ? what : this.page.scene[what]);
@@ -170,7 +171,7 @@ export class Charts {
       axes: this.makeAxes(log),
       series: [{}, ...series],
       hooks: {
-        setCursor: [(plot) => this.showValues(plot)],
+        setCursor: [(plot) => plot.place && this.showValues([plot])],
         setScale: [noteZoom],
         drawAxes: [(plot) => earlier.draw(plot)],
       },
@@ -226,13 +227,17 @@ export class Charts {
     for (const plot of this.plots) {
       plot.setData(this.collectData(plot.what), !plot.isZoomed);
       if (plot.isZoomed) plot.redraw();
-      this.showValues(plot);
     }
+    this.showValues(this.plots);
   }
-  // Write below a chart its values under the cursor, or at the end.
-  showValues(plot) {
-    const place = plot.place?.nextElementSibling;
-    if (!place) return;
+  // Write below charts their values under the cursor, or at the end. All are written before they
+  // are measured, because each measurement after a change lets the browser compute the layout.
+  showValues(plots) {
+    const places = plots.filter((plot) => this.writeValues(plot)).map(({ values }) => values);
+    places.forEach(letKeysScroll);
+  }
+  // Write the values of a chart, and return whether they have changed.
+  writeValues(plot) {
     const row = plot.cursor.idx ?? plot.data[0].length - 1;
     const digits = [5, 5, 5, 3][plot.tops.length] ?? 2; // that fit into the line
     const words = plot.tops.map((top, i) => {
@@ -243,8 +248,11 @@ export class Charts {
       return value;
     });
     const more = plot.earlier.list().length ? [" (pale: before the change)"] : [];
-    place.replaceChildren(`t = ${+(plot.data[0][row] ?? 0).toPrecision(6)} s`, ...words, ...more);
-    letKeysScroll(place);
+    const all = [`t = ${+(plot.data[0][row] ?? 0).toPrecision(6)} s`, ...words, ...more];
+    const text = all.map((each) => each.textContent ?? each).join();
+    if (plot.written === text) return false;
+    plot.values.replaceChildren(...all);
+    return (plot.written = text);
   }
   // Return the cells of the table for top `i`: current values and changes since the start.
   formatIntegrals(i) {

@@ -224,16 +224,10 @@ class Viewer:
     def resize(self, size):
         """Resize the window, and wait until the picture has the size of its frame."""
         self.page.set_viewport_size(make_viewport(size))
-        wait_for(
-            self,
-            """([...size]) => {
-                const {width, height} = document.querySelector('main').getBoundingClientRect();
-                const {pixels: [across, down]} = kreisel.view;
-                return innerWidth === size[0] && innerHeight === size[1] &&
-                    Math.abs(across - width) < 1 && Math.abs(down - height) < 1;
-            }""",
-            size,
-        )
+        frame = "document.querySelector('main').getBoundingClientRect()"
+        fits = f"Math.abs(kreisel.view.pixels[i] - {frame}[key]) < 1"
+        fits = f"['width', 'height'].every((key, i) => {fits})"
+        wait_for(self, f"innerWidth === {size[0]} && innerHeight === {size[1]} && {fits}")
 
     def locate(self, kind, top=0, number=0):
         """Return the place of a handle in the window, in pixels."""

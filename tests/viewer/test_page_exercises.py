@@ -45,15 +45,6 @@ def largest_errors(page, *times):
     return np.array(errors)
 
 
-@pytest.mark.parametrize(
-    "preset, exercise", [("Steady precession", None), ("Elastic rod", "A helix")]
-)
-def test_steady_precession_keeps_its_tilt(page, preset, exercise):
-    page.open_exercise(preset, exercise)
-    page.advance(30)
-    assert largest_change(page, 0, "nutation") < 1e-12
-
-
 # Tops with a closed form
 
 
