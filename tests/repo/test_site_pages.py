@@ -11,10 +11,10 @@ SITE = ROOT / "build/docs"
 PAGES = {
     "index.html": SIZES,
     "start.html": SIZES[::2],  # tables, programs with their output and pictures
-    "gallery/index.html": SIZES[::2],
-    "gallery/tops/loops_cusps_waves.html": SIZES[::2],
-    "theory/equations.html": SIZES[::2],  # formulas
-    "api/events.html": SIZES[::2],
+    "gallery/index.html": SIZES[2:],
+    "gallery/tops/loops_cusps_waves.html": SIZES[:1],
+    "theory/equations.html": SIZES[2:],  # formulas
+    "api/events.html": SIZES[:1],
     "header.html": SIZES[2:],  # the colours of C
 }
 

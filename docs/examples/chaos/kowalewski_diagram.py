@@ -43,8 +43,8 @@ def draw_curves(chart, vertical):
 def draw_tops(chart, vertical):
     rows = []
     least = vertical**2 / 4 - 1  # the energy of a hanging top that turns about the vertical
-    for i, energy in enumerate(np.linspace(least, 3, 91)[1:]):
-        tops = kr.starts(body, energy=energy, vertical=vertical, n=14, seed=i, gravity=1)
+    for i, energy in enumerate(np.linspace(least, 3, 71)[1:]):
+        tops = kr.starts(body, energy=energy, vertical=vertical, n=11, seed=i, gravity=1)
         k = np.sqrt(kr.solve(tops, [0.0], want=("kowalewski",)).kowalewski[:, 0])
         for j in range(tops.size):
             try:
@@ -54,7 +54,7 @@ def draw_tops(chart, vertical):
             rows.append((energy, k[j], second / first))
     h, k, ratio = np.transpose(rows)
     return chart.scatter(
-        h, k, c=np.log2(ratio), s=10, linewidths=0, cmap="viridis", vmin=-2, vmax=3
+        h, k, c=np.log2(ratio), s=14, linewidths=0, cmap="viridis", vmin=-2, vmax=3
     )
 
 

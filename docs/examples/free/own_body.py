@@ -24,7 +24,7 @@ scene = kr.Scene.from_euler(
     hammer, angles=(0, 75, 0), rates=(180, 0, 3000), degrees=True, gravity=9.81
 )
 path = kr.solve(scene, np.linspace(0, 1.5, 900))
-path.animate(fps=20, size=320)
+path.animate(fps=15, size=320)
 
 # %%
 # A plot shows the path of the handle:

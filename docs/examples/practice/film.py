@@ -12,7 +12,7 @@ import numpy as np
 body = kr.Body.cone(radius=0.03, height=0.06, pivot=(0, 0, 0), mass=0.1)
 scene = kr.Scene.spinning(body, spin=200, tilt=0.6, gravity=9.81)
 path = kr.solve(scene, np.linspace(0, 0.5, 900))
-path.animate(fps=20, size=360, time_unit="s")
+path.animate(fps=15, size=360, time_unit="s")
 
 # %%
 # ``kr.plot`` draws a still picture of the same path:

@@ -3,7 +3,7 @@ How do I compute more tops than fit into memory?
 ================================================
 
 A sweep computes its tops in parts, which are written to a folder. It can be resumed after Ctrl-C,
-after a crash, or on another machine. This example has 60,000 tops in small parts. A billion tops
+after a crash, or on another machine. This example has 24,000 tops in small parts. A billion tops
 are described in the same way.
 """
 
@@ -15,11 +15,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 source = kr.Source.grid(
-    kr.scenes.sleeping, spin=np.linspace(0, 8, 300), tilt=np.linspace(0.01, 1.5, 200)
+    kr.scenes.sleeping, spin=np.linspace(0, 8, 200), tilt=np.linspace(0.01, 1.5, 120)
 )
 folder = TemporaryDirectory()
 runs = Path(folder.name) / "runs"
-options = {"reduce": {"nutation": ("max", "mean")}, "part_size": 10000}
+options = {"reduce": {"nutation": ("max", "mean")}, "part_size": 4000}
 print(kr.sweep(source, np.linspace(0, 20, 201), folder=runs, parts=range(2), **options))
 
 # %%
