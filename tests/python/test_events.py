@@ -1,6 +1,8 @@
 """Tests of events and sections beyond the laws: known motions, ends of paths, interruption."""
 
+import dataclasses
 import itertools
+import math
 import pickle
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
@@ -199,6 +201,33 @@ def test_a_top_without_events_is_reported():
     first = kr.section(TOP, n=1).t[0]
     waits = [kr.section(TOP, n=1, max_wait=x * first).count.tolist() for x in (0.999, 1.001)]
     assert waits == [[0], [1]]
+
+
+def test_the_tolerance_of_cusps_has_a_lower_bound():
+    assert events.cusp(within=1e-7)
+    with pytest.raises(ValueError, match="within must be at least 1e-7"):
+        events.cusp(within=math.nextafter(1e-7, 0.0))
+
+
+def test_the_separatrix_without_gravity_is_that_of_the_free_body():
+    free = TOP.replace(gravity=0.0)
+    assert events.separatrix(free) == events.separatrix(
+        TOP.replace(body=kr.Body(TOP.body.mass, TOP.body.inertia, (0, 0, 0)))
+    )
+
+
+def test_a_separatrix_under_gravity_has_its_own_direction():
+    for gravity, direction in ((1.0, -1), (-1.0, 1)):
+        scene = TOP.replace(gravity=gravity)
+        assert events.separatrix(scene).direction == direction
+        with pytest.raises(TypeError, match="leave direction out"):
+            events.separatrix(scene, direction=1)
+
+
+def test_an_event_cannot_be_changed():
+    event = events.nutation()
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        event.direction = 1
 
 
 # Refusals: callable, valid arguments, argument, bad value, exception, word

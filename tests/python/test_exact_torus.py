@@ -353,3 +353,44 @@ def test_ctrl_c_stops_the_preparation_of_many_tops():
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
+
+
+# Tops of one kind
+
+
+def test_a_pendulum_of_kowalewski_is_refused():
+    pendulum = KOWALEWSKI.replace(momentum=(0.0, 2.5, 0.0), attitude=(1, 0, 0, 0))
+    with pytest.raises(ValueError, match="no closed form"):
+        kr.exact(pendulum)
+    with pytest.raises(ValueError, match=r"does not apply: this motion.*in a plane"):
+        kr.solve(pendulum, 1.0, method="exact")
+
+
+def test_the_vertical_momentum_is_zero_at_any_time():
+    assert not kr.exact(CHAPLYGIN)(np.linspace(-1e6, 1e6, 101)).m[:, 2].any()
+
+
+def test_other_motions_are_refused_alone():
+    rest = CHAPLYGIN.replace(momentum=(0.0, 0.0, 0.0), attitude=LEVEL)
+    rising, exact = CHAPLYGIN.replace(momentum=(0.9, 2.1, 1e-3)), kr.methods["exact"]
+    assert exact.applies_to(CHAPLYGIN.body) and exact.suits(CHAPLYGIN) and not exact.suits(rising)
+    for top, word in ((rest, "equilibrium"), (rising, "vertical")):
+        for call in (lambda top=top: kr.exact(top), lambda top=top: kr.solve(top, 1.0, "exact")):
+            with pytest.raises(ValueError, match=word):
+                call()
+    paths = kr.solve(kr.Ensemble.of([CHAPLYGIN, rising]), 1.0, method="exact")
+    assert paths.failed.tolist() == [1]
+    assert np.array_equal(paths[0].q, kr.solve(CHAPLYGIN, 1.0, method="exact").q)
+
+
+def test_newtons_method_converges_near_a_separatrix():
+    """Check a solution for which the plain Newton iteration alternates between two points."""
+    momentum = (-0.019903457640552673, 0.20531745824418174, 0.0)
+    attitude = (0.7809338007617764, 0.4767702483489516, 0.3363007682902849, -0.2230119332331995)
+    scene = kr.Scene(CHAPLYGIN.body, momentum, attitude, gravity=-2.0)
+    top, t = kr.exact(scene), 7727.366551913936
+    before = top(t - 1.0)
+    start = scene.replace(momentum=before.m[0], attitude=before.q[0])
+    truth = kr.solve(start, 1.0, method="taylor")
+    assert np.abs(top(t).m[0] - truth.m[-1]).max() < 1e-11
+    assert kr.attitude_error(top(t).q[0], truth.q[-1]) < 1e-11
