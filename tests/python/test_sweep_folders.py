@@ -192,6 +192,15 @@ def test_a_file_other_than_a_plan_stays_untouched(tmp_path, text):
     assert file.read_text(encoding="latin-1") == text
 
 
+def test_a_pickled_result_refuses_a_folder_that_has_another_plan_now(tmp_path):
+    tops = kr.scenes.thesis.vary(gravity=[1.0, 2.0])
+    data = pickle.dumps(kr.sweep(tops, 1.0, folder=tmp_path))
+    shutil.rmtree(tmp_path)
+    kr.sweep(tops, 2.0, folder=tmp_path)
+    with pytest.raises(ValueError, match=r"has the plan \w+ now, not"):
+        pickle.loads(data)["status"]
+
+
 def test_another_plan_is_refused_with_the_differences(tmp_path):
     run_sweep(tmp_path, parts=range(1))
     before = {name: (tmp_path / name).read_bytes() for name in list_files(tmp_path)}
