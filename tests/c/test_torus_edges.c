@@ -253,7 +253,8 @@ static void test_separatrix_of_chaplygin_tops(void)
     IS(!refused[KR_CHAPLYGIN_OTHER] && !refused[KR_CHAPLYGIN_REST]);
 }
 /* Starts as users write them: the vertical and the angular velocity have components 0, 1 and -1,
- * times a simple number. Every other pair is tried. Many of these motions are degenerate. Nearly all others are planned. */
+ * times a simple number. Every other pair is tried. Many of these motions are degenerate. Nearly
+ * all others are planned. */
 static void test_simple_starts(void)
 {
     const double rates[3] = {0.5, 1.0, 1.3}, times[2] = {7.0, -20.0};

@@ -64,7 +64,8 @@ def load_findings(problems, store):
         each | {"groups": equal_error.group_by_mover([Run(**run) for run in each["runs"]])}
         for each in store.under("many/")
     ]
-    return {"kinds": kinds, "map": store.known["many tops mapped"]} if kinds else None
+    mapped = store.known.get("many tops mapped")  # missing if the report was stopped before
+    return {"kinds": kinds, "map": mapped} if kinds and mapped else None
 
 
 def compare_at_equal_error(groups):
