@@ -21,41 +21,33 @@ from ._analysis.frequencies import Frequencies, frequencies
 from ._analysis.plot import plot
 from ._analysis.rod import Rod, rod
 from ._core import version as __version__
-from ._fit.estimate import FitInterrupted, fit
-from ._fit.fit_result import Fit
+from ._fit.fit import FitInterrupted, fit
 from ._fit.records import Record
-from ._model.bodies import Bodies
-from ._model.body import Body
+from ._fit.result import Fit
+from ._model.body import Bodies, Body
 from ._model.scene import Ensemble, Scene
 from ._model.starts import starts
 from ._options.methods import Method, methods
 from ._options.plan import Plan, StepChoice
-from ._results.ensemble_events import EnsembleEvents
-from ._results.ensemble_paths import Paths
-from ._results.indicators import Indicator
-from ._results.path import Error, Events, Interrupted, Path, Stats
-from ._results.reductions import Reductions
-from ._results.section_result import Section
-from ._solve.chaos import lyapunov, megno, oli
+from ._results.path import Error, Events, Interrupted, Path
+from ._results.paths import EnsembleEvents, Paths, Reductions
+from ._results.quantities import Stats
+from ._solve.chaos import Indicator, lyapunov, megno, oli
 from ._solve.ensemble_plan import EnsemblePlan, plan
 from ._solve.exact import (
     Exact,
+    ExactEnsemble,
     ExactGoryachevChaplygin,
     ExactKowalewski,
     ExactMap,
     ExactTorus,
     exact,
 )
-from ._solve.exact_ensemble import ExactEnsemble
-from ._solve.load import load
 from ._solve.run import Run, resume, start
-from ._solve.section import section
-from ._solve.solve import solve
-from ._solve.solve_ensemble import reduce
-from ._solve.stream import stream
+from ._solve.section import Section, section
+from ._solve.solve import load, reduce, solve, stream
 from ._sweep.source import Source
-from ._sweep.sweep import SweepInterrupted, sweep
-from ._sweep.sweep_result import SweepResult, read_sweep
+from ._sweep.sweep import SweepInterrupted, SweepResult, read_sweep, sweep
 from ._utils.name_hints import explain_public_names
 from ._utils.quantity_attributes import MethodName, QuantityName
 from ._view import View, view

@@ -19,8 +19,8 @@ import numpy as np
 from ._model.scene import Scene
 from ._options.methods import resolve_method
 from ._results.path import Path
-from ._utils.atomic_io import atomic_write, check_file_is_writable
-from ._utils.validation import Quaternion, Vector, as_positive, short_repr
+from ._utils.arguments import Quaternion, Vector, as_positive, short_repr
+from ._utils.files import atomic_write, check_file_is_writable
 from .scenes import about, name_of
 
 _PAGE = File(__file__).with_name("viewer.html")

@@ -40,12 +40,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ._core import components, quantities, terms_value
-from ._model.environment import refuse_disturbances
+from ._model.parameters import refuse_disturbances
 from ._model.scene import Ensemble, Scene
 from ._options.methods import FALLBACK
 from ._results.path import Events, Path
-from ._utils.errors import unknown_name_message
-from ._utils.validation import Array, as_float, as_int, as_three_floats, short_repr, validate_type
+from ._utils.arguments import (
+    Array,
+    as_float,
+    as_int,
+    as_three_floats,
+    short_repr,
+    unknown_name_message,
+    validate_type,
+)
 from .quaternion import turn
 
 __all__ = [

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from ._core import INPUT_RTOL
 from ._core import attitude_error as error_of_rows
-from ._utils.validation import Array, Quaternion, R, as_finite_array, as_float_list, short_repr
+from ._utils.arguments import Array, Quaternion, R, as_finite_array, as_float_list, short_repr
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

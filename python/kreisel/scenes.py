@@ -10,8 +10,7 @@ from __future__ import annotations
 
 from ._model.body import Body
 from ._model.scene import Scene
-from ._utils.errors import unknown_name_message
-from ._utils.validation import Quaternion, Vector, short_repr
+from ._utils.arguments import Quaternion, Vector, short_repr, unknown_name_message
 
 about = {
     "thesis": "the Lagrange top of Bodack 2008, chapter 6, released upright: the apex nutates in "

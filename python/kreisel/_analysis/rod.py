@@ -10,11 +10,18 @@ import numpy as np
 
 from .._core import KIND_RTOL
 from .._model.body import Body
-from .._model.environment import refuse_disturbances
+from .._model.parameters import refuse_disturbances
 from .._results.path import Path
-from .._utils.counts import format_count
+from .._utils.arguments import (
+    Array,
+    Vector,
+    as_float,
+    as_positive,
+    as_unit_name,
+    format_count,
+    validate_type,
+)
 from .._utils.html import format_picture_as_html
-from .._utils.validation import Array, Vector, as_float, as_positive, as_unit_name, validate_type
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -127,8 +134,8 @@ class Rod:
         The rod should bend only slightly between neighbouring points. Raises ValueError if the rod
         has fewer than two states, and ImportError if matplotlib is not installed.
         """
-        from .._plot.panels import create_axes_in_new_figure
-        from .._plot.solids import (
+        from .._plot.charts import create_axes_in_new_figure
+        from .._plot.film import (
             ORANGE,
             compute_twist_free_normals,
             draw_start_and_scale_bar,

@@ -1,5 +1,5 @@
 """Command-line interface whose commands and options have the names used in the package."""
 
-from .main_command import main
+from .main import main
 
 __all__ = ["main"]

@@ -1,38 +1,140 @@
-"""Writers of the output files of a run, and of the printed summary."""
+"""Outputs of commands: tables, files and progress."""
 
 from __future__ import annotations
 
 import json
 import math
+import signal
 import sys
 import tomllib
-from collections.abc import Callable, Mapping
-from contextlib import ExitStack
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
-from typing import Protocol
+from types import FrameType
+from typing import Protocol, TypedDict, TypeVar
 
 import click
 import numpy as np
 from rich import box
+from rich.console import Console
+from rich.progress import Progress
 from rich.table import Table as Grid
 
 from .._core import values as values_of
 from .._core import version
-from .._options.quantities import LOW, TIME
-from .._results.path import Events, Path
-from .._results.serialization import encode_path_as_archive
-from .._results.state_quantities import NO_STATES
+from .._options.quantities import ANGLES, LOW, TIME
+from .._results.archive import encode_path_as_archive
+from .._results.path import Error, Events, Interrupted, Path
+from .._results.quantities import NO_STATES
 from .._results.tables import (
     build_quantity_value_pairs,
     columns,
     encode_table_as_csv,
     format_column_heads,
 )
-from .._utils.atomic_io import atomic_open, atomic_write
-from .._utils.counts import format_count
-from .._utils.validation import Array
-from .table import AngleOptions, StateTablePrinter
-from .text_grid import print_text_grid
+from .._solve.run import Run
+from .._utils.arguments import Array, format_count
+from .._utils.files import atomic_open, atomic_write
+from .._utils.processes import replace_signal_handlers
+from .options import FILE, UsageError, parse_output_files, print_text_grid
+
+_ENDS = 20  # rows printed at each end of a table that is not printed as a whole
+_WIDTH = 14  # smallest width of a column: 8 digits, a sign and an exponent
+Row = tuple[float, ...]
+
+
+class AngleOptions:
+    """Options for the representation of angles in tables.
+
+    degrees  True: angles and rates are in degrees
+    unwrap   True: jumps of whole turns are removed, also between consecutive pieces
+    """
+
+    def __init__(self, degrees: bool, unwrap: bool) -> None:
+        self.degrees, self.unwrap = degrees, unwrap
+        self._before: dict[str, float] = {}
+
+    def columns(self, piece: Path, names: Iterable[str]) -> dict[str, Array]:
+        """Return the time and the components of the given quantities as columns."""
+        table = columns(piece, names, self.degrees)
+        if self.unwrap and len(piece):
+            period = 360.0 if self.degrees else 2.0 * np.pi
+            for name in ANGLES & table.keys():
+                last_angles = [self._before[name]] if name in self._before else []
+                angles = np.unwrap([*last_angles, *table[name].tolist()], period=period)
+                self._before[name] = float(angles[-1])
+                table[name] = angles[len(last_angles) :]
+        return table
+
+
+class StateTablePrinter:
+    """A table of states that is printed to standard output.
+
+    is_whole  True: all rows are kept in memory and printed at the end
+    """
+
+    def __init__(self, angles: AngleOptions, is_whole: bool) -> None:
+        self._angles = angles
+        self._heads: dict[str, str] = {}
+        self._first: list[Row] = []
+        self._last: deque[Row] = deque(maxlen=None if is_whole else _ENDS)
+        self._before: dict[str, Array] = {}
+        self._has_jumps = False
+        self.rows = 0
+
+    def add_states(self, piece: Path, names: tuple[str, ...]) -> None:
+        table = self._angles.columns(piece, names)
+        if not self._heads:
+            self._heads = format_column_heads(piece, names, self._angles.degrees)
+        self._update_has_jumps(table)
+        count = len(piece)
+        self.rows += count
+        head = min(count, _ENDS - len(self._first))
+        self._first += _select_table_rows(table, slice(head))
+        begin = head if self._last.maxlen is None else max(head, count - _ENDS)
+        self._last.extend(_select_table_rows(table, slice(begin, None)))
+
+    def _update_has_jumps(self, table: dict[str, Array]) -> None:
+        half_turn = 180.0 if self._angles.degrees else np.pi
+        for name in ANGLES & table.keys():
+            values = np.append(self._before.get(name, []), table[name])
+            self._has_jumps |= bool((np.abs(np.diff(values)) > half_turn).any())
+            self._before[name] = values[-1:]
+
+    def print_table(self) -> None:
+        """Print the table of states."""
+        if self.rows <= 2:
+            self._print_first_and_last_rows()
+            return
+        width = {name: max(_WIDTH, len(head)) for name, head in self._heads.items()}
+        click.echo("  ".join(f"{head:>{width[name]}}" for name, head in self._heads.items()))
+        omitted_count = self.rows - len(self._first) - len(self._last)
+        for k, row in enumerate([*self._first, *self._last]):
+            if k == _ENDS and omitted_count:
+                click.echo(
+                    f"... {format_count(omitted_count, 'row')} omitted: --all-rows prints them, "
+                    "--csv writes them"
+                )
+            cells = zip(row, width.values(), strict=True)
+            click.echo("  ".join(f"{value:>{cell_width}.8g}" for value, cell_width in cells))
+        if self._has_jumps and not self._angles.unwrap:
+            click.echo("angles jump by whole turns: --unwrap makes them continuous")
+
+    def _print_first_and_last_rows(self) -> None:
+        grid = Grid(box=box.SIMPLE_HEAD)
+        for name in ("", "first", "last"):
+            grid.add_column(name, no_wrap=True)
+        for head, first, last in zip(
+            self._heads.values(), self._first[0], self._first[-1], strict=True
+        ):
+            grid.add_row(head, f"{first: .15g}", f"{last: .15g}")
+        print_text_grid(grid)
+
+
+def _select_table_rows(table: dict[str, Array], rows: slice) -> list[Row]:
+    return list(zip(*(column[rows].tolist() for column in table.values()), strict=True))
+
 
 _MET = "which", "direction"
 _SHOWN = 20  # largest number of events in the summary
@@ -259,3 +361,252 @@ def _replace_nonfinite(value: object) -> object:
 def encode_path_as_npz(path: Path) -> bytes:
     """Return the contents of the file that path.save would write."""
     return encode_path_as_archive(path, path._events_for_archive)
+
+
+class StopSignalHandler:
+    """A handler for Ctrl-C and SIGTERM during a run.
+
+    After the first signal, the run stops, and the results obtained so far are written to the output
+    files. A second signal of the same kind terminates the process immediately.
+    """
+
+    def __init__(self, end: float) -> None:
+        self._end, self.asked = end, False
+        self._bar: Progress | None = None
+
+    @contextmanager
+    def defer_signals(self) -> Iterator[None]:
+        """Return a context manager that records signals instead of raising KeyboardInterrupt."""
+        with replace_signal_handlers((signal.SIGINT, signal.SIGTERM), self._handle_stop_signal):
+            yield
+
+    def _handle_stop_signal(self, number: int, frame: FrameType | None) -> None:
+        self.asked = True
+        signal.signal(number, signal.SIG_DFL)
+
+    @contextmanager
+    def show_progress(self) -> Iterator[None]:
+        """Return a context manager that shows a progress bar if standard error is a terminal."""
+        console = Console(stderr=True)
+        with (
+            Progress(console=console, transient=True)
+            if console.is_terminal
+            else nullcontext() as bar
+        ):
+            if bar is not None:
+                self._bar, self._task = bar, bar.add_task("t", total=abs(self._end))
+            yield
+
+    def update_progress_bar(self, t: float) -> None:
+        """Update the progress bar; raise KeyboardInterrupt if a signal arrived before the end."""
+        if self._bar is not None:
+            self._bar.update(self._task, completed=abs(t))
+        if self.asked and t != self._end:
+            raise KeyboardInterrupt
+
+
+@dataclass
+class RunOutcome:
+    """The exception that stopped a run, if any, and a checkpoint for resuming the run.
+
+    The checkpoint corresponds to the last state that was written to all outputs.
+    """
+
+    stopped: BaseException | None = None
+    checkpoint: bytes | None = None
+
+
+def write_path_pieces_to_outputs(
+    outputs: list[PathPieceReceiver],
+    pieces: Iterator[Path],
+    run: Run | None,
+    stops: StopSignalHandler,
+) -> RunOutcome:
+    """Write a path to all outputs piece by piece, and return the outcome of the run.
+
+    `run` provides the checkpoint.
+    """
+    while True:
+        checkpoint = run.checkpoint if run else None
+        failure: BaseException | None = None
+        try:
+            piece = next(pieces, None)
+        except (Error, Interrupted) as error:
+            piece, failure = error.path, error
+        if piece is None:
+            return RunOutcome(None, checkpoint)
+        try:
+            for output in outputs:
+                output.receive_path_piece(piece)
+        except OSError as error:
+            return RunOutcome(error, checkpoint)
+        if failure is None and stops.asked:
+            failure = KeyboardInterrupt(f"interrupted at t = {piece.t[-1]:g}")
+        if failure is not None:
+            return RunOutcome(failure, run.checkpoint if run else None)
+
+
+_Command = TypeVar("_Command", bound=Callable[..., object])
+
+
+class OutputFileOptions(TypedDict):
+    """Options that select the output files and the output format."""
+
+    csv_file: str | None
+    json_file: str | None
+    npz_file: str | None
+    events_file: str | None
+    save_file: str | None
+    degrees: bool
+    unwrap: bool
+    all_rows: bool
+
+
+_OPTIONS = (
+    click.option(
+        "--csv", "csv_file", type=FILE, help="Write the states, or the quantities of --want."
+    ),
+    click.option(
+        "--json",
+        "json_file",
+        type=FILE,
+        help="Write the states, the scene and the options as one JSON object.",
+    ),
+    click.option(
+        "--npz",
+        "npz_file",
+        type=FILE,
+        help="Write the path for kreisel.load; numpy.load can also read its arrays.",
+    ),
+    click.option("--events-csv", "events_file", type=FILE, help="Write the events."),
+    click.option(
+        "--save",
+        "save_file",
+        type=FILE,
+        help="Write the state of the run when it ends or is stopped, for `kreisel resume`.",
+    ),
+    click.option(
+        "--degrees", is_flag=True, help="Write angles and rates in degrees, except in .npz."
+    ),
+    click.option(
+        "--unwrap",
+        is_flag=True,
+        help="Write continuous angles, without jumps of whole turns, except in .npz and at "
+        "events; successive states must be less than half a turn apart.",
+    ),
+    click.option("--all-rows", is_flag=True, help="Print all rows of the table of states."),
+)
+
+
+def add_output_options(command: _Command) -> _Command:
+    for option in reversed(_OPTIONS):
+        command = option(command)
+    return command
+
+
+class RunOutputs:
+    """The outputs of a run, to which the path is written in chunks.
+
+    `file` is the name of the file from which the scene or the run is read.
+    """
+
+    def __init__(
+        self,
+        options: OutputFileOptions,
+        file: str,
+        events: tuple[str, ...],
+        options_that_may_replace_file: tuple[str, ...] = (),
+    ) -> None:
+        if options["events_file"] and not events:
+            raise UsageError("--events-csv needs --events")
+        places = parse_output_files(
+            [
+                ("--csv", options["csv_file"]),
+                ("--json", options["json_file"]),
+                ("--npz", options["npz_file"]),
+                ("--events-csv", options["events_file"]),
+                ("--save", options["save_file"]),
+            ],
+            (file,),
+            options_that_may_replace_file,
+        )
+        self.files = {place.option: place.file for place in places}
+        self._shows = not any(place.is_stdout for place in places)
+        self._open, self._where = ExitStack(), options
+        self._summary, self._collector = (
+            RunSummaryPrinter(self._build_angle_output_options(), options["all_rows"]),
+            PathCollector(),
+        )
+        self._met = EventCollector(events, options["degrees"]) if events else None
+
+    def _build_angle_output_options(self) -> AngleOptions:
+        return AngleOptions(self._where["degrees"], self._where["unwrap"])
+
+    @property
+    def needs_whole_path(self) -> bool:
+        """True if the whole path must be kept in memory."""
+        return not {"--json", "--npz"}.isdisjoint(self.files)
+
+    def create_path_outputs(self) -> list[PathPieceReceiver]:
+        """Create the output objects to which the states of the run are written.
+
+        The CSV file is the first output, because only it can fail to receive a piece; all other
+        outputs must then end with the same piece as the CSV file.
+        """
+        outputs: list[PathPieceReceiver] = []
+        if "--csv" in self.files:
+            outputs.append(
+                CsvOutput(self.files["--csv"], self._build_angle_output_options(), self._open)
+            )
+        if self._met:
+            outputs.append(self._met)
+        if self._shows:
+            outputs.append(self._summary)
+        if self.needs_whole_path:
+            outputs.append(self._collector)
+        return outputs
+
+    def discard_output_files(self) -> None:
+        """Discard the output, and leave existing files unchanged."""
+        error = ValueError()
+        self._open.__exit__(ValueError, error, None)
+
+    def finish_outputs(self, end: RunOutcome) -> None:
+        """Finish all outputs, even if an error occurs in one of them, and save the run.
+
+        The saved state is the last one that has been written to all outputs. The run is not saved
+        if an output cannot be finished. Raises the exception that stopped the run or, if there is
+        none, the first error that occurred while writing an output.
+        """
+        failures = [end.stopped] if end.stopped else []
+        for write in (self._open.close, lambda: self._write_whole_path(end), self._write_events):
+            try:
+                write()
+            except OSError as error:
+                failures.append(error)
+        save = self.files.get("--save")
+        if save and end.checkpoint and failures == ([end.stopped] if end.stopped else []):
+            write_bytes(save, end.checkpoint)
+        if self._shows:
+            self._summary.print_output()
+            if self._met:
+                self._met.print_output()
+        if failures:
+            raise failures[0]
+
+    def _write_whole_path(self, end: RunOutcome) -> None:
+        if not self._collector.pieces:
+            return
+        path = self._collector.whole_path
+        reason = str(end.stopped) if end.stopped else None
+        if "--npz" in self.files:
+            write_bytes(self.files["--npz"], encode_path_as_npz(path))
+        if "--json" in self.files:
+            write_bytes(
+                self.files["--json"],
+                encode_path_as_json(path, self._met, self._build_angle_output_options(), reason),
+            )
+
+    def _write_events(self) -> None:
+        if self._met and self._met.parts and "--events-csv" in self.files:
+            write_bytes(self.files["--events-csv"], self._met.encode_as_csv())

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .._plot.dense_motion import compute_duration_of_turn, subdivide_times
-from .._utils.validation import Array
+from .._utils.arguments import Array
 from .parameters import FitPoint, FreeParameters
 from .records import Record, Series, slice_record
 from .residuals import ResidualModel

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import KIND_RTOL, cosine, sine, values
-from .._utils.validation import (
+from .._utils.arguments import (
     Array,
     Quaternion,
     R,
@@ -20,14 +20,13 @@ from .._utils.validation import (
     short_repr,
 )
 from ..quaternion import conjugate, multiply
-from .broadcasting import BatchParameter
-from .environment import EnvironmentArguments
+from .batch import BatchParameter
+from .parameters import EnvironmentArguments
 
 BoolArray = npt.NDArray[np.bool_]
 
 if TYPE_CHECKING:
-    from .bodies import Bodies
-    from .body import Body
+    from .body import Bodies, Body
 
 
 def convert_vector_to_radians(name: str, value: object, degrees: bool) -> Vector:

@@ -1,4 +1,4 @@
-"""Scenes and ensembles of scenes."""
+"""Scenes: a body, its environment and its start."""
 
 from __future__ import annotations
 
@@ -13,19 +13,28 @@ from typing import TYPE_CHECKING, Self, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import scene_horizon
-from .._utils.atomic_io import atomic_write
-from .._utils.errors import make_frozen_class_decorator
+from .._core import scene, scene_horizon
+from .._utils.arguments import (
+    Array,
+    Quaternion,
+    Vector,
+    as_bool,
+    as_float,
+    as_three_floats,
+    make_exception_from_status,
+    make_frozen_class_decorator,
+    validate_type,
+)
+from .._utils.files import atomic_write
 from .._utils.name_hints import (
     HintingType,
     NoKeywords,
     has_unknown_keywords,
     refuse_unknown_keywords,
 )
-from .._utils.validation import Array, Quaternion, Vector, as_bool, as_float, validate_type
+from ..quaternion import unit
 from .body import Body
-from .ensemble_constructors import EnsembleConstructors
-from .environment import EnvironmentArguments, validate_gravity
+from .ensemble import EnsembleConstructors, compute_angular_momentum
 from .euler_angles import (
     attitude_from_euler,
     compute_steady_precession_rate,
@@ -36,20 +45,94 @@ from .euler_angles import (
     validate_tilt_angle,
     velocity_from_euler,
 )
-from .kwargs_types import SceneKwargs, VaryKwargs
-from .scene_arguments import validate_scene_arguments, validate_scene_arguments_in_core
+from .parameters import EnvironmentArguments, SceneKwargs, VaryKwargs, validate_gravity
 from .toml import (
+    MAKERS,
+    build_body_from_table,
     call_constructor_with_table,
     format_toml_entries,
     parse_toml_tables,
     parse_toml_text_or_file,
     require_toml_table,
 )
-from .toml_body import MAKERS, build_body_from_table
-from .variation import scatter, vary
+from .vary import scatter, vary
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
+
+
+# momentum, attitude, gravity, damping, turning, shaking, friction, and the bytes of a kr_scene
+SceneData = tuple[Vector, Quaternion, float, Vector, Vector, Vector, float, bytes]
+
+
+def validate_scene_arguments_in_core(
+    body: Body,
+    arguments: dict[str, ArrayLike],
+    attitude: ArrayLike | Rotation | None,
+    environment: tuple[object, object, object, object, object],
+) -> SceneData | None:
+    """Return scene data validated by the C library, or None if Python must do the validation."""
+    if len(arguments) != 1:
+        return None
+    ((name, value),) = arguments.items()
+    g, d, u, s, f = environment
+    data = scene(body._block, value, attitude, g, d, u, s, f)
+    if isinstance(data, tuple) and name != "momentum":
+        v, q, environment_values = data[0], data[1], data[2:7]
+        data = scene(
+            body._block,
+            _convert_velocity_to_momentum(body, name, q, v, environment_values[2]),
+            q,
+            *environment_values,
+        )
+    return data if isinstance(data, tuple) else None
+
+
+def validate_scene_arguments(
+    body: Body,
+    arguments: dict[str, ArrayLike],
+    attitude: ArrayLike | Rotation | None,
+    attitude_xyzw: ArrayLike | None,
+    environment: EnvironmentArguments,
+) -> SceneData:
+    """Validate the arguments of a scene one by one."""
+    environment_values = environment.validate_single_top_environment(body)
+    if attitude_xyzw is not None:
+        if attitude is not None:
+            raise ValueError("give either attitude or attitude_xyzw, not both")
+        q = unit("attitude_xyzw", attitude_xyzw, last=True)
+    else:
+        q = (1.0, 0.0, 0.0, 0.0) if attitude is None else unit("attitude", attitude)
+    if len(arguments) != 1:
+        raise ValueError(
+            "give exactly one of momentum, velocity, body_momentum, body_velocity, not "
+            + (" and ".join(arguments) or "none")
+        )
+    ((name, value),) = arguments.items()
+    m = _convert_velocity_to_momentum(
+        body, name, q, as_three_floats(name, value), environment_values[2]
+    )
+    data = scene(body._block, m, q, *environment_values)
+    if not isinstance(data, tuple):
+        raise make_exception_from_status(
+            data or "ERR_ARGUMENT", f"momentum {m}, attitude {q}, gravity {environment_values[0]!r}"
+        )
+    return data
+
+
+def _convert_velocity_to_momentum(
+    body: Body, name: str, q: Quaternion, value: Vector, turning: Vector
+) -> Vector:
+    """Return the angular momentum of a top, given the `value` of the initial condition `name`."""
+    rotor = _replace_zeros_by_negative_zeros(body.principal_rotor) if any(body.rotor) else None
+    moving = _replace_zeros_by_negative_zeros(turning) if any(turning) else None
+    return compute_angular_momentum(name, body.moments, body.axes, q, value, rotor, moving)
+
+
+def _replace_zeros_by_negative_zeros(vector: Vector) -> Vector:
+    """Return the vector with zero components replaced by -0.0."""
+    x, y, z = vector
+    return x or -0.0, y or -0.0, z or -0.0
 
 
 @make_frozen_class_decorator("scene.replace({}=...) returns a new scene")

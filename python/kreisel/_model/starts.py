@@ -1,35 +1,22 @@
-"""Initial states with a given energy and vertical momentum, for example for Poincaré sections.
-
-Let P be the vertical direction and M the angular momentum, both with components along the principal
-axes, and let J be the inertia tensor. Let
-    M = m_v J P / <P, J P> + w    with <w, P> = 0.
-The vertical momentum is then m_v, and the energy is U(P) + <w, J^-1 w> / 2, where
-    U(P) = mass * gravity * <com, P> + m_v^2 / (2 <P, J P>)
-is the amended potential (Smale 1970). For each P with U(P) <= energy, there is an initial state of
-this energy for every direction of w. The energy determines the length of J^(-1/2) w, which is
-sqrt(2 (energy - U(P))).
-
-Let alpha be the angle of J^(-1/2) w in the plane orthogonal to J^(1/2) P. The volume element of the
-energy surface is dP dalpha / sqrt(<P, J P>), and random initial states are uniformly distributed in
-this volume. The height <apex, P> of the apex is stationary for the two directions of w that are
-orthogonal to J^-1 (apex x P).
-"""
+"""Starts at a given energy, and turning points of the nutation."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from numpy.typing import ArrayLike
 
-from .._core import cosine, sine
-from .._utils.validation import Array, as_float, as_int, short_repr, validate_type
-from .._utils.validation import as_finite_array as array_of
+from .._core import cosine, exact_turning, sine, statuses
+from .._utils.arguments import Array, as_float, as_int, freeze_array, short_repr, validate_type
+from .._utils.arguments import as_finite_array as array_of
 from ..quaternion import turn_back
 from .body import Body
-from .environment import validate_gravity
-from .scene import Ensemble
+from .parameters import list_disturbances, validate_gravity
+from .scene import Ensemble, Scene
 
 _TRIALS = 1 << 14  # largest number of draws for one start
 _ROWS, _WORDS = 1 << 12, 8  # starts drawn in one batch; random 64-bit words per draw
@@ -354,3 +341,57 @@ def _build_perpendicular_basis(normals: Array) -> tuple[Array, Array]:
     first = np.cross(normals, np.eye(3)[np.abs(normals).argmin(axis=1)])
     first /= np.linalg.norm(first, axis=1)[:, None]
     return first, np.cross(normals, first)
+
+
+@dataclass(frozen=True, eq=False)
+class TurningPoints:
+    """Turning points of the apex in n motions. All fields except `rows` are arrays of shape (n,).
+
+    least, greatest      least and greatest nutation [rad]
+    t_least, t_greatest  first times at which they occur [T]
+    critical_spin        spin above which an upright top is a sleeping top [rad/T]; a rotor along
+                         the apex reduces it
+    motion_type          the type of motion, as text
+    rows                 (n, 10) rows of the core: the numbers above, and coefficients of the
+                         potential
+    """
+
+    least: Array
+    greatest: Array
+    t_least: Array
+    t_greatest: Array
+    critical_spin: Array
+    motion_type: npt.NDArray[np.str_]
+    rows: Array
+
+
+def build_turning_points_from_rows(rows: Array, motion_type: npt.NDArray[np.str_]) -> TurningPoints:
+    """Build the turning points from the array computed by the C library."""
+    least, greatest, t_least, t_greatest, spin = (freeze_array(x.copy()) for x in rows.T[:5])
+    motion_type.flags.writeable = False
+    return TurningPoints(least, greatest, t_least, t_greatest, spin, motion_type, rows)
+
+
+def compute_turning_points(scene: Scene) -> TurningPoints:
+    """Compute the turning points of the motion of a scene; raise ValueError if there are none."""
+    status, row, motion_type = exact_turning(scene._block)
+    if status != "OK":
+        raise ValueError(explain_no_turning_points(status, scene))
+    return build_turning_points_from_rows(row[None], np.array([motion_type]))
+
+
+def explain_no_turning_points(status: str, scene: Scene) -> str:
+    """Explain why the turning points of a motion are not defined."""
+    if status != "ERR_METHOD":
+        return f"{statuses[status][1]}: {scene!r}"
+    description = (
+        "a damped top" if scene._has_damping else f"this one, of kind {scene.body.kind!r},"
+    )
+    description += " with a rotor" if any(scene.body.rotor) else ""
+    description += "".join(
+        [f" with {name}" for name in list_disturbances(scene) if name != "damping"]
+    )
+    return (
+        "turning points exist for a Lagrange top, and for a body that is symmetric about its apex "
+        f"and free of torque; the nutation of {description} is not periodic"
+    )

@@ -10,18 +10,18 @@ import numpy as np
 from .._core import start, values
 from .._model.body import Body
 from .._model.scene import Scene
+from .._utils.arguments import Array
 from .._utils.html import format_html_table
-from .._utils.validation import Array
-from .closed_form_choice import explain_taylor_choice
 from .methods import (
     EXACT,
     FALLBACK,
     describe_kind_of_top,
     explain_no_closed_form,
+    explain_taylor_choice,
     has_torus_closed_form,
 )
+from .options import CoreArguments, SolveOptions
 from .quantities import HEADING_DEPENDENT, count_quantity_components
-from .solve_options import CoreArguments, SolveOptions
 from .times import CHUNK_SIZE
 
 GEOMETRIC: str = "geometric"  # value of `method` for which trial runs choose the method

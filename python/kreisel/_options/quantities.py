@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from .._core import quantities
-from .._utils.errors import unknown_name_message
+from .._utils.arguments import unknown_name_message
 
 
 class QuantityDescription(NamedTuple):

@@ -11,7 +11,7 @@ import numpy as np
 
 from .._core import plain_times
 from .._model.scene import Scene
-from .._utils.validation import Array, Numbers, R, as_finite_array, as_float
+from .._utils.arguments import Array, Numbers, R, as_finite_array, as_float
 
 CHUNK_SIZE = 1 << 14  # largest number of states that are held in memory at a time
 COUNTABLE = 2.0**53  # largest number up to which doubles represent all integers

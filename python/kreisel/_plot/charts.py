@@ -1,21 +1,20 @@
-"""Charts of paths: the apex trace on a sphere, and nutation and precession over time."""
+"""Charts of paths, fits, sections and growth."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from .._model.scene import Scene
-from .._model.turning_points import TurningPoints, compute_turning_points
+from .._model.scene import Ensemble, Scene
+from .._model.starts import TurningPoints, compute_turning_points
+from .._utils.arguments import Array, as_bool, as_unit_name, optional_dependency, short_repr
 from .._utils.html import render_figure_as_png
-from .._utils.optional import optional_dependency
-from .._utils.validation import Array, as_bool, as_unit_name, short_repr
 from .dense_motion import DrawnMotion, PlottablePath, evaluate_densely
-from .panels import apply_chart_style, format_time_axis_label
-from .solids import (
+from .film import (
     BLUE,
     FAINT,
     ORANGE,
@@ -24,11 +23,61 @@ from .solids import (
     validate_axes_type,
 )
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 with optional_dependency("'kreisel[plot]'"):
     import matplotlib
     from matplotlib.axes import Axes
+    from matplotlib.colors import LogNorm, Normalize
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
+    from matplotlib.ticker import MaxNLocator
+
+
+# Classes of tops and their colours, which deuteranopes tell apart by hue and by lightness.
+CLASSES = (("regular", "#1f5fb5"), ("chaotic", "#f0810f"), ("in doubt", "#a0a0a0"))
+
+_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def create_axes_in_new_figure(width: float = 6.0, height: float = 4.0) -> Axes:
+    """Create a figure of the given size [in], and return its axes."""
+    return Figure(figsize=(width, height), layout="constrained").add_subplot()
+
+
+def apply_chart_style(chart: Axes) -> None:
+    """Set the grid, frame, ticks and font sizes of a chart."""
+    chart.grid(True, alpha=0.25, linewidth=0.6)
+    chart.spines[["top", "right"]].set_visible(False)
+    chart.tick_params(labelsize=8, length=3)
+    chart.tick_params(which="minor", labelsize=7)
+    if chart.get_yscale() != "log":
+        chart.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+    if chart.get_xscale() != "log":
+        chart.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+    chart.xaxis.label.set_fontsize(9)
+    chart.yaxis.label.set_fontsize(9)
+    chart.margins(x=0.01)
+
+
+def format_axis_label(name: str, dimension: str, time_unit: str) -> str:
+    """Return the label of an axis: a name and, if there is one, a unit such as M L^2 T^-1.
+
+    The letter T in `dimension` is replaced by the unit of time, and deg by the sign of degrees.
+    """
+    if not dimension:
+        return name
+    parts = [
+        base.replace("T", time_unit).replace("deg", "°") + power.translate(_SUPERSCRIPTS)
+        for base, _, power in (factor.partition("^") for factor in dimension.split())
+    ]
+    return f"{name} [{' '.join(parts)}]"
+
+
+def format_time_axis_label(unit: str) -> str:
+    """Return the label of a time axis."""
+    return format_axis_label("time", "T", unit)
 
 
 class AngleBetweenPaths(NamedTuple):
@@ -332,3 +381,274 @@ def draw_apex_trace(
     is_behind = depth[0] < 0.0
     axes.plot(x[:1], y[:1], "o", color=ink, markersize=4, alpha=0.4 if is_behind else 1.0)
     set_equal_scale_and_hide_frame(axes)
+
+
+_NAMES = {"lyapunov": ("largest exponent", "T^-1"), "megno": ("MEGNO", ""), "oli": ("OLI", "")}
+_LOWEST = {"megno": 0.1, "oli": 0.1}  # values below are left out of the logarithmic scale
+_CHAOTIC, _DOUBTFUL = 1, 2  # indices of CLASSES
+
+
+class IndicatorWithClasses(Protocol):
+    """The values of a chaos indicator and the classification of each top."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def t(self) -> Array: ...
+    @property
+    def curve(self) -> Array: ...
+    @property
+    def value(self) -> Array | float: ...
+    @property
+    def threshold(self) -> float: ...
+    @property
+    def is_chaotic(self) -> npt.NDArray[np.bool_] | bool: ...
+    @property
+    def is_doubtful(self) -> npt.NDArray[np.bool_] | bool: ...
+
+
+def classify_tops_by_chaos(indicator: IndicatorWithClasses) -> npt.NDArray[np.int8]:
+    """Return the class of each top: 0 if it is regular, 1 if it is chaotic, and 2 if uncertain."""
+    classes = np.where(np.ravel(indicator.is_chaotic), _CHAOTIC, 0).astype(np.int8)
+    classes[np.ravel(indicator.is_doubtful)] = _DOUBTFUL
+    return classes
+
+
+def draw_indicator_curves(indicator: IndicatorWithClasses, axes: Axes | None, unit: str) -> Axes:
+    """Plot a chaos indicator over time, in colours for regular, chaotic and uncertain tops."""
+    chart = create_axes_in_new_figure() if axes is None else validate_axes_type(axes)
+    curves = indicator.curve.reshape(-1, indicator.t.size)
+    lowest, classes = _LOWEST.get(indicator.name, 0.0), classify_tops_by_chaos(indicator)
+    visible = np.where(curves > lowest, curves, np.nan)
+    marker = "o" if indicator.t.size == 1 else ""
+    for k in np.unique(classes):
+        chart.plot(
+            np.abs(indicator.t), visible[classes == k].T, color=CLASSES[k][1], marker=marker,
+            linewidth=1.4 if len(curves) == 1 else 0.8, zorder=2.0 + 0.1 * float(k),
+            alpha=max(0.15, min(1.0, 20.0 / len(curves))),
+        )  # fmt: skip
+    marks = _make_legend_entry_per_class(classes)
+    if indicator.name == "megno":
+        chart.axhline(indicator.threshold, color=FAINT, linewidth=0.9, linestyle="--", zorder=1)
+        marks.append(Line2D([], [], color=FAINT, linewidth=0.9, linestyle="--", label="threshold"))
+    chart.legend(handles=marks, fontsize=8, frameon=False)
+    chart.set(xscale="log", yscale="log")
+    chart.set(
+        xlabel=format_time_axis_label(unit), ylabel=format_axis_label(*_NAMES[indicator.name], unit)
+    )
+    if indicator.t[-1] < 0.0:
+        chart.set_xlabel(f"{format_time_axis_label(unit)}, back from the start")
+    apply_chart_style(chart)
+    return chart
+
+
+def _make_legend_entry_per_class(classes: npt.NDArray[np.int8]) -> list[Line2D]:
+    """Return a legend entry for each class of tops that occurs."""
+    numbers, counts = np.unique(classes, return_counts=True)
+    marks = []
+    for k, n in zip(numbers, counts, strict=True):
+        name, colour = CLASSES[k]
+        label = name if len(classes) == 1 else f"{name} ({n})"
+        marks.append(Line2D([], [], color=colour, linewidth=2.0, label=label))
+    return marks
+
+
+def draw_chaos_indicator_map(
+    indicator: IndicatorWithClasses, tops: Ensemble, axes: Axes | None, unit: str
+) -> Axes:
+    """Plot the final values of an indicator over two parameters; dots mark borderline cases."""
+    chart = create_axes_in_new_figure() if axes is None else validate_axes_type(axes)
+    values = indicator.curve[..., -1]
+    (y_name, y), (x_name, x) = (_get_varied_axis_name_and_values(tops, d) for d in (0, 1))
+    scale: Normalize = Normalize()
+    if indicator.name != "lyapunov":
+        largest = float(np.max(values, where=np.isfinite(values), initial=10.0))
+        scale = LogNorm(1.0, largest)
+        values = np.maximum(values, 1.0)
+    field = chart.pcolormesh(x, y, values, cmap="cividis", norm=scale, rasterized=True)
+    doubtful = np.asarray(indicator.is_doubtful)
+    if doubtful.any():
+        rows, columns = np.nonzero(doubtful)
+        chart.plot(
+            x[columns], y[rows], ".", color="white", markersize=1.5,
+            markeredgewidth=0.0,
+        )  # fmt: skip
+        chart.set_title("dots: classification in doubt", fontsize=9)
+    chart.set(xlabel=x_name, ylabel=y_name)
+    apply_chart_style(chart)
+    chart.grid(visible=False)
+    figure = chart.get_figure()
+    assert isinstance(figure, Figure)
+    end = f"t = {indicator.t[-1]:g}"
+    figure.colorbar(
+        field, ax=chart, label=f"{format_axis_label(*_NAMES[indicator.name], unit)}, {end}"
+    )
+    return chart
+
+
+def _get_varied_axis_name_and_values(tops: Ensemble, dimension: int) -> tuple[str, Array]:
+    """Return the name of a dimension, and its monotonic parameter values or else its indices."""
+    name, n = tops.axes[dimension], tops.shape[dimension]
+    values: Any = tops.coords.get(name)
+    if values is not None and np.size(values) == n:
+        flat = np.ravel(values).astype(np.float64)
+        steps = np.diff(flat)
+        if (steps > 0.0).all() or (steps < 0.0).all():
+            return name.replace("_", " "), flat
+    return name.replace("_", " "), np.arange(n, dtype=np.float64)
+
+
+_NEAR = 1e-3  # largest difference of a line from a multiple, relative to the frequency of nutation
+_DECADES = 0.5  # empty part of the scale below the weakest and above the strongest line
+
+
+class SpectralLines(Protocol):
+    """The fundamental frequencies of a motion, and its spectral lines."""
+
+    @property
+    def precession_rate(self) -> float: ...
+    @property
+    def nutation(self) -> float: ...
+    @property
+    def lines(self) -> Array: ...
+    @property
+    def amplitudes(self) -> npt.NDArray[np.complex128]: ...
+    @property
+    def rest(self) -> float: ...
+
+
+def draw_spectral_lines(spectrum: SpectralLines, axes: Axes | None, unit: str) -> Axes:
+    """Plot the amplitude of each spectral line against its frequency, and return the axes."""
+    chart = create_axes_in_new_figure(6.4, 3.4) if axes is None else validate_axes_type(axes)
+    strengths = np.abs(spectrum.amplitudes)
+    is_present = strengths > 0.0
+    lines, strengths = spectrum.lines[is_present], strengths[is_present]
+    chart.set(
+        xlabel=format_axis_label("angular frequency", "T^-1", unit),
+        ylabel="amplitude of the apex",
+        yscale="log",
+    )
+    if len(lines):
+        floor = 10.0 ** (math.floor(np.log10(strengths.min()) - _DECADES))
+        chart.vlines(lines, floor, strengths, color=BLUE, linewidth=1.4)
+        chart.plot(lines, strengths, "o", color=BLUE, markersize=4)
+        chart.set_ylim(floor, strengths.max() * 10.0**_DECADES)
+    if math.isfinite(spectrum.precession_rate):
+        chart.axvline(
+            spectrum.precession_rate, color=ORANGE, linewidth=1.0, linestyle="--", zorder=1
+        )
+        _label_spectral_lines(chart, spectrum, lines, strengths)
+    title = f"{len(lines)} lines, rest {spectrum.rest:.0e}"
+    if math.isfinite(spectrum.precession_rate):
+        title += "; dashed: mean precession"
+    chart.set_title(title, fontsize=9)
+    apply_chart_style(chart)
+    chart.margins(x=0.06)
+    return chart
+
+
+def _label_spectral_lines(
+    chart: Axes, spectrum: SpectralLines, lines: Array, strengths: Array
+) -> None:
+    """Label each line near the precession plus k times the nutation frequency by the integer k."""
+    style: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "fontsize": 7.5}
+    if spectrum.nutation > 0.0:
+        multiples = (lines - spectrum.precession_rate) / spectrum.nutation
+        for line, strength, k in zip(lines, strengths, multiples, strict=True):
+            if abs(k - round(k)) < _NEAR:
+                chart.annotate(f"{round(k):+d}" if round(k) else "0", (line, strength),
+                               xytext=(0, 4), **style)  # fmt: skip
+
+
+_INK = 12000.0  # sum of the areas of all points [pt^2], within the limits below
+_SMALLEST, _LARGEST = 0.35, 9.0  # area of a point [pt^2]
+_DARKEST, _BRIGHTEST = 0.05, 0.85  # part of the colour map that is visible on white
+
+
+def draw_section_points(
+    axes: Axes | None,
+    points: tuple[Array, Array],
+    labels: tuple[str, str],
+    top: npt.NDArray[np.int64],
+    classes: npt.NDArray[np.int8] | None,
+) -> Axes:
+    """Draw the points of a Poincaré section, and return the axes.
+
+    points   the coordinates (e,) across and upwards
+    top      (e,) the index of the top of each point
+    classes  for each top, the index of its class in CLASSES; None: a colour for each top
+    """
+    chart = create_axes_in_new_figure(5.2, 4.4) if axes is None else validate_axes_type(axes)
+    x, y = points
+    size = float(np.clip(_INK / max(len(x), 1), _SMALLEST, _LARGEST))
+    if classes is None:
+        most = max(int(top.max(initial=0)), 1)
+        part = _DARKEST + (_BRIGHTEST - _DARKEST) * top / most
+        colours = matplotlib.colormaps["viridis"](part)
+    else:
+        palette = np.array([matplotlib.colors.to_rgba(colour) for _, colour in CLASSES])
+        colours = palette[classes[top]]
+        marks = [
+            Line2D([], [], color=colour, marker="o", markersize=4, linestyle="", label=name)
+            for k, (name, colour) in enumerate(CLASSES)
+            if (classes == k).any()
+        ]
+        chart.legend(
+            handles=marks, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, fontsize=8,
+            frameon=False,
+        )  # fmt: skip
+    chart.scatter(x, y, c=colours, s=size, linewidths=0, rasterized=True)
+    chart.set(xlabel=labels[0], ylabel=labels[1])
+    apply_chart_style(chart)
+    chart.grid(visible=False)
+    return chart
+
+
+_COLOURS = (BLUE, ORANGE, "#5a9e6f")
+_WIDTH, _HEIGHT = 4.5, 4.5  # size of a column of two charts [inches]
+
+
+class PlottableFitSeries(Protocol):
+    """The measurements of one quantity, and the residuals of the fit.
+
+    values and residuals have the shapes (n, j) and (n, k), where j > k for attitudes, and are NaN
+    where nothing was measured. sigma broadcasts to the residuals. motion has times and values of
+    the fitted motion that a line joins, or is None.
+    """
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def t(self) -> Array: ...
+    @property
+    def values(self) -> Array: ...
+    @property
+    def residuals(self) -> Array: ...
+    @property
+    def sigma(self) -> Array: ...
+    @property
+    def motion(self) -> tuple[Array, Array] | None: ...
+
+
+def plot_fit_panels(panels: list[PlottableFitSeries]) -> FigureAxes:
+    """Draw two charts per panel: one of measurements and fitted motion, and one of residuals."""
+    figure = Figure(figsize=(_WIDTH * len(panels), _HEIGHT), layout="constrained")
+    axes: list[Axes] = []
+    grid = figure.subplots(2, len(panels), sharex="col", squeeze=False, height_ratios=(2.0, 1.0))
+    for (upper, lower), panel in zip(grid.T, panels, strict=True):
+        for chart, columns in (upper, panel.values), (lower, panel.residuals):
+            for k in range(columns.shape[1]):
+                colour = _COLOURS[k % len(_COLOURS)]
+                chart.plot(panel.t, columns[:, k], ".", ms=3, color=colour)
+        if panel.motion is not None:
+            t, motion = panel.motion
+            for k in range(motion.shape[1]):
+                upper.plot(t, motion[:, k], color="black", lw=0.8)
+        elif panel.values.shape == panel.residuals.shape:
+            upper.plot(panel.t, panel.values + panel.residuals * panel.sigma, "k.", ms=1.5)
+        upper.set_title(panel.name)
+        lower.axhline(0.0, color="black", lw=0.8)
+        lower.set_xlabel(format_time_axis_label("T"))
+        lower.set_ylabel("residual [sigma]")
+        axes += [upper, lower]
+    return FigureAxes(axes)

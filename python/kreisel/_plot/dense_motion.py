@@ -8,7 +8,7 @@ import numpy as np
 
 from .._model.euler_angles import find_symmetry_moments
 from .._model.scene import Scene
-from .._utils.validation import Array
+from .._utils.arguments import Array
 
 _FEWEST_PER_TURN = 16  # states per turn from which lines between them show the motion
 POINTS_PER_TURN = 48

@@ -1,7 +1,4 @@
-"""Animations of a moving body, as GIF, MP4 or HTML.
-
-Each file is written only after the animation is complete.
-"""
+"""Films of moving tops."""
 
 from __future__ import annotations
 
@@ -20,28 +17,429 @@ import numpy as np
 
 from .._model.body import Body
 from .._model.scene import Scene
-from .._utils.atomic_io import atomic_write, check_file_is_writable
-from .._utils.errors import make_frozen_class_decorator
-from .._utils.optional import optional_dependency
-from .._utils.validation import Array, as_int, as_positive, as_unit_name
-from .dense_motion import MOST_POINTS, POINTS_PER_TURN, compute_duration_of_turn
-from .solids import (
-    CREAM,
-    FAINT,
-    RED,
-    build_solid_faces,
-    draw_solid_faces,
-    project_to_view,
-    set_equal_scale_and_hide_frame,
+from .._utils.arguments import (
+    Array,
+    as_int,
+    as_positive,
+    as_unit_name,
+    make_frozen_class_decorator,
+    optional_dependency,
+    short_repr,
 )
-from .stage import STAND, STEEL, draw_body_shadow, draw_floor_sphere_and_stand
+from .._utils.files import atomic_write, check_file_is_writable
+from .dense_motion import MOST_POINTS, POINTS_PER_TURN, compute_duration_of_turn
 
 with optional_dependency("'kreisel[plot]'"):
     import matplotlib
     from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, HTMLWriter
-    from matplotlib.colors import to_rgb
+    from matplotlib.axes import Axes
+    from matplotlib.collections import LineCollection, PathCollection, PolyCollection
+    from matplotlib.colors import to_rgb, to_rgba
     from matplotlib.figure import Figure
+    from matplotlib.path import Path as Outline
     from PIL import Image
+
+
+BLUE, ORANGE, FAINT = "#2f7de1", "#e8710a", "#8c8c8c"
+RED, CREAM = "#c73237", "#f7ecd2"  # colours of a body, as in the interactive viewer
+_LIGHT = np.array((-0.4, -0.5, 0.77))
+_SLICES = 96
+_PIECES = 4  # straight pieces that approximate each piece of a profile
+_ROUND = 24  # flat sides that approximate a round tube
+
+
+def project_to_view(
+    points: Array, elevation: float = 20.0, azimuth: float = 0.0
+) -> tuple[Array, Array, Array]:
+    """Project points onto three directions: right, up, and towards the viewer.
+
+    The viewing direction is given by its elevation above the horizontal plane and its azimuth
+    [degrees].
+    """
+    e, a = np.radians((elevation, azimuth))
+    x, y, z = np.moveaxis(np.asarray(points), -1, 0)
+    horizontal, distance = x * np.cos(a) + y * np.sin(a), y * np.cos(a) - x * np.sin(a)
+    return horizontal, z * np.cos(e) + distance * np.sin(e), z * np.sin(e) - distance * np.cos(e)
+
+
+def validate_axes_type(axes: object) -> Axes:
+    """Return `axes` if it is a matplotlib Axes; raise TypeError otherwise."""
+    if not isinstance(axes, Axes):
+        raise TypeError(
+            "axes must be axes of matplotlib, as returned by figure.add_subplot(), not "
+            f"{short_repr(axes)}"
+        )
+    return axes
+
+
+def draw_solid_faces(
+    axes: Axes,
+    corners: Array,
+    colour: str | Array,
+    elevation: float = 20.0,
+    azimuth: float = 0.0,
+    edge: float = 0.0,
+) -> PolyCollection:
+    """Draw the faces of a solid, given their corners in an array of shape (n, 4, 3).
+
+    The corners of each face are listed counterclockwise as seen from outside. Only the faces
+    visible to the viewer are drawn, in order of decreasing distance. Faces that are turned towards
+    the light are brighter. `colour` is either one colour for all faces or an array of colours.
+    `edge` is the line width of the outlines [pt].
+    """
+    x, y, depth = project_to_view(corners, elevation, azimuth)
+    is_visible = (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (
+        y[:, 2] - y[:, 0]
+    ) > 0.0
+    base = np.broadcast_to(to_rgb(colour) if isinstance(colour, str) else colour, (len(x), 3))
+    order = np.flatnonzero(is_visible)[np.argsort(depth[is_visible].mean(axis=-1))]
+    x, y, corners, base = x[order], y[order], corners[order], base[order]
+    normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    facing = normal @ _LIGHT / np.linalg.norm(normal, axis=-1)  # a visible face has area > 0
+    shade = 0.45 + 0.55 * np.clip(0.5 + 0.6 * facing, 0.0, 1.0)
+    colours = shade[:, None] * base
+    outline = {"edgecolors": 0.55 * base, "linewidths": edge} if edge else {"edgecolors": colours}
+    solid = PolyCollection(list(np.stack([x, y], axis=-1)), facecolors=colours, **outline)
+    axes.add_collection(solid)
+    return solid
+
+
+def set_equal_scale_and_hide_frame(axes: Axes) -> None:
+    """Hide the frame and the ticks, and set an equal scale on both axes."""
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    axes.axis("off")
+
+
+def draw_tube(
+    centre: Array,
+    normals: Array,
+    section: tuple[float, float],
+    axes: Axes,
+    thickness: float | None = None,
+    colour: str = ORANGE,
+    elevation: float = 20.0,
+    azimuth: float = 0.0,
+) -> None:
+    """Draw a tube of elliptical cross-section along a curve through n points.
+
+    The axes of the ellipse are parallel to the unit vectors in `normals`, an array of
+    shape (n, 2, 3). The axes of the ellipse have the ratio `section`, and the major axis has the
+    length `thickness`.
+    """
+    angle = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
+    ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1) * np.array(section)
+    ring *= 0.5 * _choose_tube_thickness(centre, thickness)
+    rims = centre[:, None] + np.einsum("cj,njk->nck", ring, normals)
+    pieces = np.arange(0, _ROUND, 2)[:, None] + np.arange(3)  # rim points of the end faces
+    first, last = (rims[k, pieces % _ROUND] for k in (0, -1))
+    middle = np.broadcast_to(centre[[0, -1], None, None], (2, len(pieces), 1, 3))
+    ends = [
+        np.concatenate([middle[0], first[:, ::-1]], axis=1),
+        np.concatenate([middle[1], last], axis=1),
+    ]
+    draw_solid_faces(
+        axes, np.concatenate([_connect_rings(rims), *ends]), colour, elevation, azimuth
+    )
+    set_equal_scale_and_hide_frame(axes)
+
+
+def draw_start_and_scale_bar(
+    centre: Array, axes: Axes, unit: str, elevation: float = 20.0, azimuth: float = 0.0
+) -> None:
+    """Mark the first point of a curve, and draw a scale bar below the curve.
+
+    The length of the scale bar is 1, 2 or 5 times a power of ten.
+    """
+    ink = matplotlib.rcParams["text.color"]
+    x, y, _ = project_to_view(centre, elevation, azimuth)
+    axes.plot(x[:1], y[:1], "o", color=ink, markersize=4, zorder=4)
+    style = {"textcoords": "offset points", "fontsize": 8, "color": ink}
+    extent = float(max(np.ptp(x), np.ptp(y)))
+    dx, dy = _find_direction_away_from_curve(x, y, 0.3 * extent)
+    axes.annotate(
+        "start", (x[0], y[0]), xytext=(9 * dx, 9 * dy),
+        ha=("center", "left", "right")[round(dx)],
+        va=("center", "bottom", "top")[round(dy)], **style,
+    )  # fmt: skip
+    if not extent > 0.0:
+        return
+    power = 10.0 ** np.floor(np.log10(0.25 * extent))
+    # The logarithm of a number just below a power of ten may be rounded up.
+    length = float(max(k for k in (0.5, 1.0, 2.0, 5.0) if k * power <= 0.25 * extent) * power)
+    left, bottom = float(x.max()) - length, float(y.min()) - 0.08 * extent
+    axes.plot(
+        [left, left + length], [bottom, bottom], color=ink, linewidth=2.0, solid_capstyle="butt"
+    )
+    axes.annotate(
+        f"{length:.12g} {unit}", (left + 0.5 * length, bottom), xytext=(0, -4), va="top",
+        ha="center", **style,
+    )  # fmt: skip
+
+
+def _find_direction_away_from_curve(x: Array, y: Array, reach: float) -> tuple[float, float]:
+    is_near = np.hypot(x - x[0], y - y[0]) <= reach
+    direction = complex(x[0] - x[is_near].mean(), y[0] - y[is_near].mean())
+    if not abs(direction) > 0.0:
+        return (-1.0, 0.0)
+    return (direction.real / abs(direction), direction.imag / abs(direction))
+
+
+def _choose_tube_thickness(centre: Array, thickness: float | None) -> float:
+    """Return the thickness of a tube, by default a thirtieth of the size of its centre line."""
+    return float(np.ptp(centre, axis=0).max()) / 30.0 if thickness is None else thickness
+
+
+def _connect_rings(rims: Array) -> Array:
+    """Return the faces that connect each ring of points with the next."""
+    shifted = np.roll(rims, -1, axis=1)
+    return np.stack([rims[:-1], shifted[:-1], shifted[1:], rims[1:]], axis=2).reshape(-1, 4, 3)
+
+
+def compute_twist_free_normals(tangent: Array) -> Array:
+    """Return two unit normals at each point of a curve; they do not twist about the curve."""
+    normals = np.empty_like(tangent)
+    normal = np.eye(3)[np.argmin(np.abs(tangent[0]))]
+    for k, direction in enumerate(tangent):
+        normal = normal - (normal @ direction) * direction
+        normal = normal / np.linalg.norm(normal)
+        normals[k] = normal
+    return np.stack([normals, np.cross(tangent, normals)], axis=1)
+
+
+def cuboid(mass: float, moments: Array, com: Array) -> tuple[Array, Array, Array]:
+    """Return the half-edge lengths, centre and axes of a homogeneous cuboid.
+
+    The cuboid has the given principal moments of inertia about the fixed point. If no cuboid of the
+    given mass has these moments of inertia, the mass is increased while mass * com is kept
+    constant. The increased mass is chosen to make the cuboid as large as possible. If no increased
+    mass suffices, the half-edge lengths are proportional to the square roots of the moments.
+    """
+    best = _find_cuboid_of_same_inertia(mass, moments, mass * com)
+    if best is None:
+        candidates = (
+            _find_cuboid_of_same_inertia(mass * 1.05**k, moments, mass * com)
+            for k in range(1, 1200)
+        )
+        best = max((c for c in candidates if c), key=lambda c: float(np.prod(c[0])), default=None)
+    return best or (np.sqrt(moments / moments.max()), np.zeros(3), np.eye(3))
+
+
+def _find_cuboid_of_same_inertia(
+    mass: float, moments: Array, lever: Array
+) -> tuple[Array, Array, Array] | None:
+    centre = lever / mass
+    central_inertia = np.diag(moments) - mass * (
+        centre @ centre * np.eye(3) - np.outer(centre, centre)
+    )
+    off_diagonal = np.abs(central_inertia - np.diag(np.diag(central_inertia))).max()
+    central_moments, axes = (
+        np.linalg.eigh(central_inertia)
+        if off_diagonal > 1e-12 * moments.max()
+        else (np.diag(central_inertia), np.eye(3))
+    )
+    squares = 1.5 / mass * (central_moments.sum() - 2.0 * central_moments)
+    min_square = 1e-4 * squares.max()
+    if squares.min() < -1e-9 * squares.max() or not min_square > 0.0:
+        return None
+    if np.linalg.det(axes) < 0.0:
+        axes = -axes
+    return np.sqrt(np.maximum(squares, min_square)), centre, axes.T
+
+
+def build_cuboid_faces(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]:
+    """Return the faces of a cuboid and their colours; one face is brighter than the others."""
+    square = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=np.float64)
+    corners = []
+    for k in range(3):
+        for side in -1.0, 1.0:
+            face = np.empty((4, 3))
+            face[:, k] = side
+            face[:, [(k + 1) % 3, (k + 2) % 3]] = square[:: int(side)]
+            corners.append(face)
+    shades = [RED, RED, "#d8575b", "#d8575b", "#a8262b", CREAM]
+    return centre + (np.array(corners) * half) @ axes, np.array([to_rgb(c) for c in shades])
+
+
+def build_faces_of_revolution(
+    radius: float, half: float, height: float, tip: bool
+) -> tuple[Array, Array]:
+    """Return the faces of a body of revolution about the third axis, together with their colours.
+
+    `radius`, `half` and `height` are the radius, half-length and centre height of a cylinder. If
+    `tip` is True, the cylinder is replaced by a spinning top of similar size that stands on the
+    origin. One sector of the surface is brighter, which makes the spin visible.
+    """
+    low = height - half
+    if tip:
+        foot = [(0.0, 0.0), (0.05, 0.02 * half)] if low > 0.3 * half else []
+        start = [(0.05, low)] if foot else [(0.0, min(low, 0.0))]
+        body = [(0.62, 0.55), (0.93, 0.9), (1.0, 1.1), (0.95, 1.3), (0.7, 1.5), (0.2, 1.62)]
+        stem = [(0.1, 1.68), (0.1, 2.15), (0.16, 2.2), (0.16, 2.35), (0.0, 2.4)]
+        profile = (
+            foot + start + [(r, low + z * half) for r, z in [*_compute_spline_points(body), *stem]]
+        )
+    else:
+        profile = [(0.0, low), (1.0, low), (1.0, low + 2 * half), (0.0, low + 2 * half)]
+    r, z = np.array(profile).T
+    angle = 2.0 * np.pi * np.arange(_SLICES + 1) / _SLICES
+    ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    rings = np.empty((len(r), _SLICES + 1, 3))
+    rings[..., :2] = radius * r[:, None, None] * ring
+    rings[..., 2] = z[:, None]
+    quads = np.stack([rings[:-1, :-1], rings[:-1, 1:], rings[1:, 1:], rings[1:, :-1]], axis=2)
+    is_marked = np.arange(_SLICES) < _SLICES // 6
+    colours = np.where(is_marked[:, None], to_rgb(CREAM), to_rgb(RED))
+    return quads.reshape(-1, 4, 3), np.tile(colours, (len(r) - 1, 1))
+
+
+def _compute_spline_points(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return points on a smooth curve (a Catmull-Rom spline) through points (r, z) with r <= 1."""
+    knots = np.array(points)
+    slopes = np.gradient(knots, axis=0)
+    u = np.linspace(0.0, 1.0, _PIECES, endpoint=False)[:, None]
+    parts = [
+        (1 + 2 * u) * (1 - u) ** 2 * p + u**2 * (3 - 2 * u) * q
+        + u * (1 - u) ** 2 * a - u**2 * (1 - u) * b
+        for p, q, a, b in zip(knots[:-1], knots[1:], slopes[:-1], slopes[1:], strict=True)
+    ]  # fmt: skip
+    curve = np.concatenate([*parts, knots[-1:]])
+    curve[:, 0] = np.minimum(curve[:, 0], 1.0)
+    return [(float(r), float(z)) for r, z in curve]
+
+
+def build_solid_faces(mass: float, moments: Array, com: Array) -> tuple[Array, Array]:
+    """Return the faces of a solid that represents a body, and their colours.
+
+    A body that is symmetric about its apex is drawn as a spinning top or, if its centre of mass is
+    the fixed point, as a cylinder. Any other body is drawn as a cuboid. The corners of the faces
+    are given in principal axes.
+    """
+    half, centre, axes = cuboid(mass, moments, com)
+    apex = int(np.argmax(np.abs(com))) if com.any() else 2
+    i, j = (apex + 1) % 3, (apex + 2) % 3
+    level = np.abs(com[[i, j]]).max() <= 1e-9 * np.abs(com).max(initial=0.0)
+    if not (level and abs(moments[i] - moments[j]) <= 1e-9 * moments.max()):
+        return build_cuboid_faces(half, centre, axes)
+    quads, colours = build_faces_of_revolution(
+        2.0 * half[i] / 3**0.5, half[apex], abs(centre[apex]), bool(com.any())
+    )
+    frame = np.eye(3)[[i, j, apex]]
+    if com[apex] < 0.0:
+        frame[1:] *= -1.0
+    return quads @ frame, colours
+
+
+GRID, SHADOW, STAND, STEEL = "#808894", "#0c1018", "#9a9389", "#aab2bd"
+_RADIUS = 1.5  # of the floor, which fades out
+_RINGS, _SPOKES = 6, 24
+_STRENGTH = 0.3  # opacity of the shadow
+_LAMP = np.array((-0.25, -0.3))  # horizontal parts of the direction to the lamp, for height 1
+_WIDTH = 0.05  # radius of the lamp, for height 1
+_POINTS = 7  # of the lamp; each casts a shadow of its own
+_MARGIN = 1.08  # half width of the picture
+
+
+def draw_floor_sphere_and_stand(axes: Axes, floor: float) -> None:
+    """Draw the floor, the unit sphere and the stand that supports the body."""
+    _set_square_axis_limits(axes, floor)
+    _draw_floor(axes, floor)
+    _draw_part_of_sphere_above_floor(axes, floor)
+    _draw_stand(axes, floor)
+
+
+def _set_square_axis_limits(axes: Axes, floor: float) -> None:
+    """Set the axis limits of a square picture that shows the sphere and part of the floor."""
+    _, y, _ = project_to_view(np.array([[0.0, -0.9, floor], [0.0, 0.0, 1.3]]))
+    low = min(float(y[0]), -_MARGIN if floor < -0.5 else 0.0)
+    middle = 0.5 * (low + float(y[1]))
+    axes.set(xlim=(-_MARGIN, _MARGIN), ylim=(middle - _MARGIN, middle + _MARGIN))
+    axes.set_autoscale_on(False)
+
+
+def _draw_floor(axes: Axes, height: float) -> None:
+    """Draw concentric circles and spokes that fade towards the edge of the floor."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 121)
+    radii = np.linspace(0.0, _RADIUS, 31)
+    lines = [
+        r * _convert_azimuths_to_directions(turn) for r in np.linspace(0.0, _RADIUS, _RINGS + 1)[1:]
+    ]
+    lines += list(
+        _convert_azimuths_to_directions(turn[:: 120 // _SPOKES][:-1])[:, None] * radii[:, None]
+    )
+    pieces = np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in lines])
+    distance = np.linalg.norm(pieces.mean(axis=1), axis=-1) / _RADIUS
+    colours = np.tile(to_rgba(GRID), (len(pieces), 1))
+    colours[:, 3] = 0.35 * np.clip(1.0 - distance, 0.0, 1.0) ** 0.5
+    segments = _project_horizontal_points(pieces, height)
+    axes.add_collection(LineCollection(list(segments), colors=colours, linewidths=0.6, zorder=0.1))
+
+
+def _draw_part_of_sphere_above_floor(axes: Axes, floor: float) -> None:
+    """Draw the outline of the unit sphere above the floor, and the circle where they intersect."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 361)
+    x, y = _convert_azimuths_to_directions(turn).T
+    height = y * np.cos(np.radians(20.0))  # of the points of the outline
+    axes.plot(x, np.where(height >= floor, y, np.nan), color=FAINT, linewidth=0.8, zorder=0.6)
+    if floor > -1.0:
+        rim = _project_horizontal_points(
+            (1.0 - floor * floor) ** 0.5 * _convert_azimuths_to_directions(turn), floor
+        )
+        axes.plot(*rim.T, color=FAINT, linewidth=0.7, alpha=0.7, zorder=0.6)
+    base, tip = (tuple(_project_horizontal_points(np.zeros(2), z).tolist()) for z in (1.0, 1.22))
+    axes.annotate("", tip, base, arrowprops={"arrowstyle": "->", "color": FAINT})
+
+
+def _draw_stand(axes: Axes, floor: float) -> None:
+    """Draw the fixed point and a needle that supports it above the floor."""
+    axes.plot(*np.stack([_project_horizontal_points(np.zeros(2), z) for z in (0.0, floor)]).T,
+              color=STAND, linewidth=2.0, solid_capstyle="round", zorder=1.5)  # fmt: skip
+    axes.plot([0.0], [0.0], "o", color=STAND, markersize=4.5, zorder=1.6)
+
+
+def draw_body_shadow(axes: Axes, corners: Array, floor: float) -> PathCollection:
+    """Draw the shadow of a body on the floor, given the corners of its faces.
+
+    Because the light source has a finite size, the shadow is sharp only where the body is close to
+    the floor.
+    """
+    height = corners[..., 2:] - floor
+    outlines = []
+    for k in range(_POINTS):  # the points of the lamp lie on a spiral
+        radius, turn = _WIDTH * np.sqrt((k + 0.5) / _POINTS), 2.39996 * k
+        lamp = _LAMP + radius * np.array((np.cos(turn), np.sin(turn)))
+        outlines.append(
+            _join_faces_to_outline(
+                _project_horizontal_points(corners[..., :2] - height * lamp, floor)
+            )
+        )
+    opacity = 1.0 - (1.0 - _STRENGTH) ** (1.0 / _POINTS)
+    shadow = PathCollection(
+        outlines, facecolors=[to_rgba(SHADOW, opacity)], linewidths=0.0, zorder=0.4
+    )
+    axes.add_collection(shadow)
+    return shadow
+
+
+def _join_faces_to_outline(faces: Array) -> Outline:
+    """Combine the faces into a single path that encloses their union."""
+    x, y = np.moveaxis(faces, -1, 0)
+    area = (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (y[:, 2] - y[:, 0])
+    faces = faces[area > 0.0]  # faces away from the lamp cover the same area
+    corners = np.concatenate([faces, faces[:, :1]], axis=1).reshape(-1, 2)
+    codes = np.tile([Outline.MOVETO, *[Outline.LINETO] * 3, Outline.CLOSEPOLY], len(faces))
+    return Outline(corners, codes.astype(np.uint8))
+
+
+def _convert_azimuths_to_directions(angle: Array) -> Array:
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+
+
+def _project_horizontal_points(places: Array, height: float) -> Array:
+    """Project points in a horizontal plane onto the picture."""
+    points = np.concatenate([places, np.full_like(places[..., :1], height)], axis=-1)
+    return np.stack(project_to_view(points)[:2], axis=-1)
+
 
 MOST_PIXELS = 2**28  # largest number of pixels of all frames; a GIF needs a byte of memory for each
 BETWEEN = 8  # fewest points of the trace per frame

@@ -1,57 +1,66 @@
-"""Paths, which contain the states of a run and compute physical quantities on access."""
+"""The path of one top: its states, quantities and events."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from operator import index
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 import numpy.typing as npt
 
-from .._core import statuses
-from .._model.environment import advance_shaking_phase
+from .._core import Request, statuses
+from .._model.parameters import advance_shaking_phase
 from .._model.scene import Scene
-from .._options.methods import EXACT
+from .._options.methods import EXACT, FALLBACK, compute_closed_form_error_limit, get_method, methods
+from .._options.options import (
+    Progress,
+    SolveOptions,
+    make_solve_options,
+    validate_requested_quantities,
+)
 from .._options.plan import Plan, StepChoice, make_solve_plan
-from .._options.solve_options import SolveOptions, validate_requested_quantities
-from .._utils.archive import Integers
-from .._utils.atomic_io import atomic_write
-from .._utils.counts import format_count
+from .._options.times import CHUNK_SIZE
+from .._utils.arguments import Array, Numbers, ReadOnlyArrays, format_count
+from .._utils.files import Integers, atomic_write
 from .._utils.html import format_picture_as_html
 from .._utils.quantity_attributes import QuantityName
-from .._utils.validation import Array, Numbers, ReadOnlyArrays
-from .core_calls import (
+from .archive import encode_path_as_archive
+from .error import (
     ORIGIN,
-    CoreResult,
-    RunStart,
-    compute_states_at_unordered_times,
-    make_core_start_error,
-)
-from .error_estimate import (
     ROUNDING,
     SERIES,
+    CoreResult,
+    RunStart,
     compute_max_angle_between_attitudes,
+    compute_states_at_times,
+    compute_states_at_unordered_times,
     estimate_attitude_error,
     estimate_rounding_growth,
+    make_core_start_error,
 )
-from .indexing import StateIndex, normalize_path_index, validate_times_within_path
-from .serialization import encode_path_as_archive
-from .state_quantities import NO_STATES, STATE_COLUMNS
-from .state_quantities import Stats as Stats
+from .quantities import (
+    NO_STATES,
+    STATE_COLUMNS,
+    StateIndex,
+    Stats,
+    TangentData,
+    normalize_path_index,
+    validate_times_within_path,
+)
 from .tables import TableExportMethods
-from .tangent_data import TangentData
-
-MOST_DISPLAYED = 100_000  # number of states of the longest path that notebooks display as a picture
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from .._plot.charts import FigureAxes
     from .._plot.film import Film
+
+
+MOST_DISPLAYED = 100_000  # number of states of the longest path that notebooks display as a picture
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -508,3 +517,182 @@ def format_progress(path: Path, end: float) -> str:
     last = path.t[-1] if len(path) else 0.0
     steps = format_count(path.stats.steps, "step")
     return f"{path.method} reached t = {last:g} of {end:g} in {steps}"
+
+
+CoreEvents = tuple[Array, Array, npt.NDArray[np.intc], npt.NDArray[np.intc]]
+
+
+def record_path(
+    scene: Scene, options: SolveOptions, times: Array, progress: Progress | None
+) -> Path:
+    """Return the path of a scene at times that have already been validated."""
+    result = compute_states_at_times(scene, options, times, progress)
+    return report_final_time(build_path_or_raise(scene, options, result), progress)
+
+
+def report_final_time(path: Path, progress: Progress | None) -> Path:
+    """Report the final time of a path to the callback `progress`, and return the path."""
+    if progress is not None and len(path):
+        progress(float(path.t[-1]))
+    return path
+
+
+def add_events_to_path(path: Path, core_events: CoreEvents) -> Path:
+    """Return a copy of a path to which the recorded events are added.
+
+    For each event, `core_events` contains the state, its low-order part, and the index and
+    direction of the event.
+    """
+    states, low, which, direction = core_events
+    event_path = replace(path, states=states, _low=low)
+    return replace(path, _events=Events(event_path, which, direction))
+
+
+def _join_path_events(event_parts: list[Events]) -> Events:
+    """Concatenate the events of consecutive paths, and return the result."""
+    states = np.concatenate([one.states for one in event_parts])
+    low = np.concatenate([low for one in event_parts if (low := one.path._low) is not None])
+    path = replace(event_parts[-1].path, states=states, _low=low)
+    which, direction = (
+        [getattr(one, name) for one in event_parts] for name in ("which", "direction")
+    )
+    return Events(path, np.concatenate(which), np.concatenate(direction))
+
+
+class ColumnRecorder:
+    """A buffer for quantities and events that are recorded in chunks."""
+
+    def __init__(self, want: tuple[QuantityName, ...], n: int) -> None:
+        self._want, self._n, self._done = want, n, 0
+        self._arrays: dict[str, Array] = {}
+        self._events: list[Events] = []
+
+    def append_path_part(self, part: Path) -> None:
+        """Append the recorded quantities and events of the path `part`."""
+        for name in ("t", *self._want):
+            column = getattr(part, name)
+            if name not in self._arrays:
+                self._arrays[name] = np.empty((self._n, *column.shape[1:]))
+            self._arrays[name][self._done : self._done + len(part)] = column
+        self._done += len(part)
+        if part._events is not None:
+            self._events.append(part._events)
+
+    def build_recorded_path(self, last: Path) -> Path:
+        """Build a path from the recorded quantities and events."""
+        columns = {name: column[: self._done] for name, column in self._arrays.items()}
+        events = _join_path_events(self._events) if self._events else None
+        options = replace(last._options, want=self._want)
+        return replace(
+            last, states=NO_STATES, _options=options, _low=None, _events=events, _columns=columns
+        )
+
+
+def record_quantities_in_chunks(
+    times: Array,
+    want: tuple[QuantityName, ...],
+    record: Callable[[Array], tuple[str, Path]],
+    has_ended: Callable[[], bool],
+) -> tuple[str, Path]:
+    """Record selected quantities in chunks, and return the status and the path of the run.
+
+    The first chunk is a single state, so that Ctrl-C leaves a path that is not empty.
+    """
+    columns = ColumnRecorder(want, times.size)
+    status, part = record(times[:1])
+    columns.append_path_part(part)
+    try:
+        for first in range(1, times.size, CHUNK_SIZE):
+            if status != "OK" or has_ended():
+                break
+            status, part = record(times[first : first + CHUNK_SIZE])
+            columns.append_path_part(part)
+    except KeyboardInterrupt:
+        status = "ERR_INTERRUPTED"
+    return status, columns.build_recorded_path(part)
+
+
+@lru_cache(maxsize=256, typed=True)
+def build_request_from_solve_arguments(
+    method: object,
+    step: object = None,
+    tol: object = None,
+    digits: object = None,
+    max_steps: object = 0,
+    want: object = None,
+) -> Request:
+    """Validate arguments of kreisel.solve, and return them as a reusable request.
+
+    With method='auto', the method is chosen separately for each scene. Raises TypeError or
+    ValueError for an invalid argument, and TypeError for an argument that is not hashable.
+    """
+    controls = step, tol, digits, max_steps, method, want
+    if method != "auto":
+        return _build_request(make_solve_options(get_method(method), *controls))
+    series = make_solve_options(methods[FALLBACK], *controls)
+    if digits is not None:
+        return _build_request(series)
+    closed_form = _build_request(make_solve_options(methods[EXACT], *controls))
+    is_open = step is tol is None
+    return _build_request(series, closed_form, compute_closed_form_error_limit if is_open else None)
+
+
+def build_request_from_solve_options(options: SolveOptions) -> Request | None:
+    """Build a request from the options, or return None if it needs several C library calls."""
+    if options.error is not None or options.requests_events or options.tangents:
+        return None
+    controls = options.step, options.tol, options.digits, options.max_steps
+    names = options.requested_method, options.want
+    return _get_cached_request(options.method.name, options.keeps_heading, *controls, *names)
+
+
+@lru_cache(maxsize=256, typed=True)
+def _get_cached_request(method: str, keeps_heading: bool, *controls: object) -> Request:
+    options = make_solve_options(methods[method], *controls)
+    return _build_request(options.copy_options_with_heading() if keeps_heading else options)
+
+
+def _build_request(
+    options: SolveOptions,
+    closed_form: Request | None = None,
+    decide: Callable[..., float] | None = None,
+) -> Request:
+    want, path_options = options.want, options.copy_with_default_run_settings
+    if want is not None:
+        path_options = replace(path_options, want=want)
+    core, most, limit = (
+        options.core_arguments,
+        options.max_time_with_exact_step_count,
+        options.chunk_size,
+    )
+    classes = Path, Stats, Scene
+    return Request(classes, options, path_options, core, want, most, limit, closed_form, decide)
+
+
+def try_to_solve_in_core(
+    scene: Scene,
+    t: object,
+    method: object,
+    step: object,
+    tol: object,
+    digits: object,
+    max_steps: object,
+    want: object,
+    progress: Progress | None,
+) -> Path | None:
+    """Return the path of a scene, or None if Python code must first validate the arguments.
+
+    Raises the exception returned by make_stop_exception if the run fails.
+    """
+    names = tuple(want) if type(want) is list else want
+    if names is not None and type(names) is not tuple:
+        return None  # an iterator, which can be read only once
+    try:
+        request = build_request_from_solve_arguments(method, step, tol, digits, max_steps, names)
+    except (TypeError, ValueError):
+        return None
+    path: Path | tuple[SolveOptions, CoreResult] | None = request.solve(scene, t, progress)
+    if not isinstance(path, tuple):
+        return path
+    options, result = path
+    return report_final_time(build_path_or_raise(scene, options, result), progress)

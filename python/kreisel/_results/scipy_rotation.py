@@ -7,8 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._utils.optional import optional_dependency
-from .._utils.validation import Array
+from .._utils.arguments import Array, optional_dependency
 
 with optional_dependency("scipy"):
     from scipy.spatial.transform import Rotation

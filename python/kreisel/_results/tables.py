@@ -11,17 +11,23 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from .._options.quantities import ANGLES, LOW, RECORDABLE, TIME, QuantityDescription
-from .._utils.atomic_io import atomic_write
-from .._utils.errors import unknown_name_message
-from .._utils.optional import optional_dependency
+from .._utils.arguments import (
+    Array,
+    as_bool,
+    format_column_head,
+    get_angular_unit,
+    optional_dependency,
+    short_repr,
+    unknown_name_message,
+)
+from .._utils.files import atomic_write
 from .._utils.quantity_attributes import QuantityName
-from .._utils.units import format_column_head, get_angular_unit
-from .._utils.validation import Array, as_bool, short_repr
-from .state_quantities import PathBase
+from .quantities import PathBase
 
 if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
+
 
 QuantityRows = list[tuple[QuantityDescription, Array]]
 

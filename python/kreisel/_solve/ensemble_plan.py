@@ -11,23 +11,27 @@ import numpy as np
 
 from .._core import Worker, unsuited
 from .._model.scene import Ensemble, Scene
-from .._options.ensemble_options import (
+from .._options.methods import FALLBACK
+from .._options.options import (
     EnsembleOptions,
     ReductionSpec,
     get_member_by_flat_index,
     validate_ensemble_times,
+    validate_solve_options,
     validate_thread_count,
 )
-from .._options.methods import FALLBACK
 from .._options.plan import GEOMETRIC, Plan, make_solve_plan
-from .._options.solve_options import validate_solve_options
 from .._options.times import time_array
-from .._results.ensemble_buffers import LANES, SCALAR, EnsembleBuffers
+from .._results.buffers import LANES, SCALAR, EnsembleBuffers
+from .._utils.arguments import Array, Numbers
 from .._utils.html import format_html_table
 from .._utils.quantity_attributes import MethodName, QuantityName
-from .._utils.validation import Array, Numbers
-from .keywords import MethodKeywords
-from .solve_ensemble import SolveArguments, refuse_ensemble_arguments, validate_ensemble_arguments
+from .solve import (
+    MethodKeywords,
+    SolveArguments,
+    refuse_ensemble_arguments,
+    validate_ensemble_arguments,
+)
 
 _SAMPLES = 16  # maximal number of tops that are run to estimate the run time
 _MAX_STATES, _MAX_STEPS = 1 << 11, 1 << 11  # limits of each of these runs

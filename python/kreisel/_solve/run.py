@@ -1,4 +1,4 @@
-"""Runs: motions that can be advanced in several calls, saved to a file, and resumed exactly."""
+"""Runs: one top that moves on, is saved and continued."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import warnings
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path as File
 from typing import TYPE_CHECKING, Literal, NamedTuple, cast
 
@@ -17,19 +18,17 @@ from numpy.typing import ArrayLike
 from .._core import start as start_top
 from .._core import statuses
 from .._model.body import Body
-from .._model.environment import EnvironmentArguments
-from .._model.exact_momentum import add_impulse_to_momentum, compute_momentum_after_body_change
-from .._model.kwargs_types import SceneKwargs
+from .._model.parameters import EnvironmentArguments, SceneKwargs
 from .._model.scene import Scene, parse_scene_toml
 from .._options.methods import FALLBACK, resolve_method
-from .._options.plan import Plan, make_solve_plan
-from .._options.solve_options import (
+from .._options.options import (
     Progress,
     SolveOptions,
     validate_progress_callback,
     validate_recording_interval,
     validate_solve_options,
 )
+from .._options.plan import Plan, make_solve_plan
 from .._options.times import (
     CHUNK_SIZE,
     check_resolvable_horizon,
@@ -37,28 +36,139 @@ from .._options.times import (
     iterate_time_chunks,
     time_array,
 )
-from .._results.core_calls import ORIGIN, CoreResult, RunStart
+from .._results.error import ORIGIN, CoreResult, RunStart
 from .._results.path import (
     Path,
-    Stats,
+    add_events_to_path,
     build_path_from_core_result,
+    build_request_from_solve_options,
     drop_unrequested_quantities,
     format_progress,
     make_stop_exception,
+    record_quantities_in_chunks,
+    report_final_time,
 )
-from .._results.recorder import add_events_to_path, record_quantities_in_chunks, report_final_time
-from .._results.requests import build_request_from_solve_options
-from .._utils.atomic_io import atomic_write
-from .._utils.counts import format_count
-from .._utils.errors import make_frozen_class_decorator
+from .._results.quantities import Stats
+from .._utils.arguments import (
+    Array,
+    Numbers,
+    Vector,
+    as_int,
+    as_three_floats,
+    format_count,
+    make_frozen_class_decorator,
+    short_repr,
+)
+from .._utils.files import atomic_write
 from .._utils.quantity_attributes import MethodName, QuantityName
-from .._utils.validation import Array, Numbers, Vector, as_int, as_three_floats, short_repr
 from ..events import Event, from_record, refuse_kinetic, to_core_events, to_record, validate_events
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
     from .._core import Run as Motion
+
+
+_Rational = tuple[Fraction, ...]
+
+
+def add_impulse_to_momentum(momentum: Vector, low: Array, impulse: Vector) -> tuple[Vector, Vector]:
+    """Add an angular impulse to a momentum, and return the leading and low-order parts of the sum.
+
+    `low` contains the low-order parts of the components of `momentum`. If the sum
+    overflows, its components are infinite or NaN.
+    """
+    x, y, z = map(_add_with_low_word, momentum, low.tolist(), impulse)
+    return (x[0], y[0], z[0]), (x[1], y[1], z[1])
+
+
+def _add_with_low_word(a: float, low: float, b: float) -> tuple[float, float]:
+    """Return a + low + b as the sum of two doubles, using Knuth's two-sum algorithm."""
+    total = a + b
+    part = total - a
+    rest = ((a - (total - part)) + (b - part)) + low
+    high = total + rest
+    return high, rest - (high - total)
+
+
+def compute_momentum_after_body_change(
+    old: Body, new: Body, attitude: Array, attitude_low: Array, momentum: Array, low: Array
+) -> tuple[Vector, Vector]:
+    """Return the angular momentum after a change of the body that keeps the angular velocity.
+
+    The momentum is computed in rational arithmetic and rounded once at the end.
+
+    The bodies `old` and `new` have the same attitude, and `momentum` is the angular momentum of
+    `old`. `attitude_low` and `low` are the low-order parts (beyond double precision) of the
+    attitude and of the momentum. Returns the momentum in double precision, and its low-order part.
+    Raises ValueError if the momentum overflows.
+    """
+    q = _convert_doubles_to_fractions(attitude, attitude_low)
+    m = _rotate_rational_vector(
+        _conjugate_rational_quaternion(q), _convert_doubles_to_fractions(momentum, low)
+    )
+    principal_momentum = _rotate_rational_vector(
+        _conjugate_rational_quaternion(_convert_doubles_to_fractions(old.axes)), m
+    )
+    rate = [
+        (x - Fraction(rotor)) / Fraction(moment)
+        for x, moment, rotor in zip(
+            principal_momentum, old.moments, old.principal_rotor, strict=True
+        )
+    ]
+    velocity = _rotate_rational_vector(_convert_doubles_to_fractions(old.axes), rate)
+    principal_velocity = _rotate_rational_vector(
+        _conjugate_rational_quaternion(_convert_doubles_to_fractions(new.axes)), velocity
+    )
+    new_momentum = [
+        x * Fraction(moment) + Fraction(rotor)
+        for x, moment, rotor in zip(
+            principal_velocity, new.moments, new.principal_rotor, strict=True
+        )
+    ]
+    return _split_into_high_and_low_words(
+        _rotate_rational_vector(
+            q, _rotate_rational_vector(_convert_doubles_to_fractions(new.axes), new_momentum)
+        )
+    )
+
+
+def _convert_doubles_to_fractions(
+    high: Sequence[float] | Array, low: Array | None = None
+) -> _Rational:
+    """Convert sums of a double and a low-order part to rational numbers."""
+    rest = np.zeros(len(high)) if low is None else low
+    return tuple(Fraction(float(a)) + Fraction(float(b)) for a, b in zip(high, rest, strict=True))
+
+
+def _conjugate_rational_quaternion(q: _Rational) -> _Rational:
+    w, x, y, z = q
+    return w, -x, -y, -z
+
+
+def _rotate_rational_vector(q: _Rational, v: Sequence[Fraction]) -> _Rational:
+    """Return q v q* / |q|^2."""
+    w, *u = q
+    square = w * w + sum(x * x for x in u)
+    dot = sum((x * y for x, y in zip(u, v, strict=True)), Fraction(0))
+    factor = w * w - sum(x * x for x in u)
+    components = []
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        cross = u[j] * v[k] - u[k] * v[j]
+        components.append((factor * v[i] + 2 * dot * u[i] + 2 * w * cross) / square)
+    return tuple(components)
+
+
+def _split_into_high_and_low_words(exact: Sequence[Fraction]) -> tuple[Vector, Vector]:
+    """Return the doubles nearest to three rational numbers, and the rounded remainders."""
+    try:
+        x, y, z = (float(number) for number in exact)
+    except OverflowError:
+        raise ValueError("the momentum after the change exceeds the range of doubles") from None
+    rest = [float(number - Fraction(high)) for number, high in zip(exact, (x, y, z), strict=True)]
+    return (x, y, z), (rest[0], rest[1], rest[2])
+
 
 MAGIC = b"kreisel run\n"  # the first bytes of a checkpoint
 _FUSED = {"avx512", "avx2", "neon"}  # kernels that give identical results, with fused multiply-add

@@ -1,29 +1,293 @@
-"""kreisel.section: the states of the tops of an ensemble at the occurrences of an event."""
+"""Sections: the states in which tops meet an event."""
 
 from __future__ import annotations
 
 from concurrent.futures import Executor
 from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
+import numpy.typing as npt
 from numpy.typing import ArrayLike
 
-from .._core import horizons
+from .._core import Work, Worker, horizons
 from .._model.scene import Ensemble, Scene
-from .._options.ensemble_options import (
+from .._options.methods import FALLBACK
+from .._options.options import (
     EnsembleOptions,
+    Progress,
     check_result_memory,
     validate_ensemble_options,
+    validate_progress_callback,
     validate_thread_count,
 )
-from .._options.methods import FALLBACK
-from .._options.solve_options import Progress, validate_progress_callback
-from .._results.executor import WorkerPool
-from .._results.run_ensemble import run_ensemble
-from .._results.section_result import SECTION, Section
-from .._results.turn_times import estimate_turn_durations
-from .._utils.validation import Array, as_finite_array, as_int, short_repr, validate_type
+from .._options.quantities import QUANTITIES, TIME
+from .._results.buffers import (
+    STATUSES,
+    Counts,
+    EnsembleBuffers,
+    SliceRunner,
+    compute_quantity_values,
+)
+from .._results.path import Path, make_stop_exception
+from .._results.paths import EnsembleResult, run_ensemble
+from .._results.quantities import STATE_COLUMNS, add_quantity_properties, find_flat_index
+from .._utils.arguments import (
+    Array,
+    as_bool,
+    as_finite_array,
+    as_int,
+    as_unit_name,
+    format_count,
+    freeze_array,
+    get_angular_unit,
+    is_angular,
+    short_repr,
+    suggest_name,
+    unknown_name_message,
+    validate_type,
+)
+from .._utils.html import format_picture_as_html
+from .._utils.processes import WorkerPool
+from .._utils.quantity_attributes import QuantityAttributes
 from ..events import Event, nutation, refuse_kinetic, to_core_events, validate_events
+from .chaos import Indicator, estimate_turn_durations
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+_DRAWABLE = (TIME, *QUANTITIES.values())
+
+
+class Section(EnsembleResult, QuantityAttributes):
+    """The states of an ensemble at the occurrences of an event, computed by kreisel.section.
+
+    The arrays of states and quantities have one row for each of the e states, sorted by top and
+    then by time. All arrays are read-only; quantities other than t, q and m are computed on first
+    access.
+
+    tops        the ensemble
+    section[i]  a kreisel.Path with the states of one top; slices, lists and masks give the
+                kreisel.Section of several tops
+    """
+
+    def __repr__(self) -> str:
+        counts = format_count(len(self.states), "state"), format_count(self.size, "top")
+        count_text = " of ".join(counts)
+        return f"<kreisel.Section of shape {self.shape}, {count_text}: {self._format_summary()}>"
+
+    @property
+    def n(self) -> int:
+        """The number of states requested for each top."""
+        return int(self._t.shape[1])
+
+    @property
+    def count(self) -> Counts:
+        """(*shape) the number of states found for each top."""
+        return self.state_counts
+
+    @property
+    def max_wait(self) -> Array:
+        """(*shape) the longest allowed time from the start, or an event, to the next event [T].
+
+        The times are negative if the section is computed backwards in time.
+        """
+        return self._reshape_to_ensemble(self._t[:, 0].copy())
+
+    @cached_property
+    def _found_state_mask(self) -> npt.NDArray[np.bool_]:
+        """(tops, n) True if the top has a state with this index."""
+        return np.arange(self.n) < self._buffers.done[:, None]
+
+    def _drop_missing_states(self, rows: Array) -> Array:
+        """Return the entries of `rows`, whose shape is (tops, n, ...), for all states found."""
+        is_complete = bool(self._found_state_mask.all())
+        return freeze_array(
+            rows.reshape(-1, *rows.shape[2:]) if is_complete else rows[self._found_state_mask]
+        )
+
+    @cached_property
+    def top(self) -> Counts:
+        """(e,) the index of the top of each state.
+
+        For e states, the array shape is (e,) for one-dimensional ensembles and (e, ndim) otherwise.
+        """
+        row: Counts = np.nonzero(self._found_state_mask)[0].astype(np.int64)
+        index = np.array(np.unravel_index(row, self.shape), dtype=np.int64)
+        top: Counts = row if self.ndim == 1 else index.T.reshape(len(row), self.ndim)
+        top.flags.writeable = False
+        return top
+
+    @cached_property
+    def states(self) -> Array:
+        """(e, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]."""
+        assert self._buffers.states is not None
+        return self._drop_missing_states(self._buffers.states)
+
+    @property
+    def t(self) -> Array:
+        """(e,) times [T]."""
+        return self.states[:, 0]
+
+    @property
+    def q(self) -> Array:
+        """(e, 4) unit quaternions (w, x, y, z), from the frame of description to space."""
+        return self.states[:, STATE_COLUMNS["q"]]
+
+    @property
+    def m(self) -> Array:
+        """(e, 3) angular momentum about the fixed point [M L^2 T^-1]."""
+        return self.states[:, STATE_COLUMNS["m"]]
+
+    def plot(
+        self,
+        axes: Axes | None = None,
+        *,
+        x: str = "spin_angle",
+        y: str = "apex_z",
+        indicator: Indicator | None = None,
+        degrees: bool = True,
+        time_unit: str = "T",
+    ) -> Axes:
+        """Plot each state of the section as a point with matplotlib, and return the axes.
+
+        axes       the axes to draw in; default: a new figure
+        x, y       the names of the components to draw, as in path.to_pandas, or "t". A section over
+                   spin_angle and axial_momentum, which are conjugate, preserves areas
+        indicator  an indicator of chaos of the same tops. Colours then tell regular, chaotic and
+                   doubtful tops apart; otherwise each top has a colour of its own
+        degrees    False: angles and rates in radians instead of degrees
+        time_unit  the unit of time in which the scenes are described, for the labels
+
+            >>> import kreisel as kr
+            >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2, vertical=1, gravity=1, n=5)
+            >>> axes = kr.section(tops, n=20).plot(indicator=kr.megno(tops, 1000))
+            >>> axes.get_xlabel(), axes.get_ylabel()
+            ('spin angle [°]', 'apex z')
+
+        Raises ValueError for an unknown name, or for an indicator whose shape differs from that of
+        the section. Raises TypeError for arguments of a wrong type, and ImportError if matplotlib
+        is not installed.
+        """
+        if indicator is not None:
+            validate_type("indicator", indicator, Indicator)
+            is_one = self.size == 1 and not indicator.status.shape  # both of a single scene
+            if indicator.status.shape != self.shape and not is_one:
+                raise ValueError(
+                    f"indicator must be of the same tops, of shape {self.shape}, not of shape "
+                    f"{indicator.status.shape}"
+                )
+        unit, in_degrees = as_unit_name("time_unit", time_unit), as_bool("degrees", degrees)
+        x_axis = self._get_axis_values_and_label("x", x, in_degrees, unit)
+        y_axis = self._get_axis_values_and_label("y", y, in_degrees, unit)
+        from .._plot.charts import classify_tops_by_chaos, draw_section_points
+
+        classes = None if indicator is None else classify_tops_by_chaos(indicator)
+        row: Counts = np.nonzero(self._found_state_mask)[0].astype(np.int64)
+        return draw_section_points(
+            axes, (x_axis[0], y_axis[0]), (x_axis[1], y_axis[1]), row, classes
+        )
+
+    def _get_axis_values_and_label(
+        self, axis: str, name: str, degrees: bool, unit: str
+    ) -> tuple[Array, str]:
+        """Return the values of the component `name`, together with the label of its axis."""
+        if not isinstance(name, str):
+            raise TypeError(f"{axis} must be the name of a component, not {short_repr(name)}")
+        quantities = {part: quantity for quantity in _DRAWABLE for part in quantity.components}
+        if name not in quantities:
+            raise ValueError(unknown_name_message("component", name, quantities))
+        from .._plot.charts import format_axis_label
+
+        quantity = quantities[name]
+        values = getattr(self, quantity.name).reshape(len(self.states), -1)
+        column: Array = values[:, quantity.components.index(name)]
+        dimension = quantity.dimension
+        if degrees and is_angular(dimension):
+            column, dimension = np.degrees(column), get_angular_unit(dimension, True)
+        return column, format_axis_label(name.replace("_", " "), dimension, unit)
+
+    def _repr_html_(self) -> str | None:
+        """Return the section as a picture, or None if there is nothing to draw."""
+        return format_picture_as_html(self.plot, repr(self)) if len(self.states) else None
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> NoReturn:
+            """Raise AttributeError, with a suggestion if the name is misspelled."""
+            if name.startswith("_"):
+                raise AttributeError(name)
+            names = [word for word in sorted(dir(type(self))) if word[0] != "_"]
+            raise AttributeError(
+                f"a section has no {short_repr(name)}; {suggest_name(name, names)}"
+            )
+
+    def _select_member(self, i: int) -> Path:
+        assert self._buffers.states is not None
+        return self._build_path_of_top(
+            i, self._buffers.states[i, : int(self._buffers.done[i])], None
+        )
+
+    def _make_top_error(self, i: int) -> BaseException:
+        done, reached = int(self._buffers.done[i]), float(self._buffers.reached[i])
+        wait_text = f", after waiting for {abs(float(self._t[i, 0])):g}"
+        count_text = f"{done} of {self.n} events found by t = {reached:g}"
+        name = STATUSES[self._buffers.status[i]]
+        text = count_text + wait_text if name == "ERR_EVENT" else count_text
+        return make_stop_exception(name, self._select_member(i), text)
+
+    def __getitem__(self, key: Any) -> Any:
+        """Return the path of one top, or the section of several tops, selected by a NumPy index.
+
+        >>> import kreisel as kr
+        >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2, vertical=1, gravity=1, n=5)
+        >>> kr.section(tops, n=20)[2:4]
+        <kreisel.Section of shape (2,), 40 states of 2 tops: taylor, none failed>
+        """
+        i = find_flat_index(self.shape, key)
+        return self._select_tops(key) if i is None else self._select_member(i)
+
+    def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
+        """Raise TypeError, because a section cannot be converted to a single array."""
+        raise TypeError("a section is not an array: use an array such as section.q")
+
+
+def _compute_quantity_at_section_states(section: Section, name: str) -> Array:
+    return section._drop_missing_states(
+        compute_quantity_values(name, section.tops, section._buffers)
+    )
+
+
+add_quantity_properties(Section, ("e",), _compute_quantity_at_section_states)
+
+
+def compute_sections_of_slice(
+    buffers: EnsembleBuffers,
+    options: EnsembleOptions,
+    tops: Ensemble,
+    begin: int,
+    end: int,
+    t: Array,
+    work: Work | None,
+) -> EnsembleBuffers:
+    """Compute the Poincaré sections of a slice of an ensemble.
+
+    Each row of `t` contains the maximum waiting time of one top.
+    """
+    part = buffers.select_buffer_rows(slice(begin, end))
+    assert part.states is not None and options.core_events is not None
+    wait = np.ascontiguousarray(t[begin:end, 0])
+    Worker(*options.core_arguments, (), work).section(
+        tops._core_scenes, begin, end, options.core_events, part.states.shape[1], wait,
+        part.status, part.done, part.counts, part.reached, part.states,
+    )  # fmt: skip
+    return part
+
+
+SECTION = SliceRunner(compute_sections_of_slice, is_native=True)
+
 
 _TURNS = 1024.0  # the default of max_wait, in estimated turns of a top
 

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._utils.optional import optional_dependency
-from .checksum import PLACEHOLDER
-from .part_table import COUNT, Column, PartResults
-from .start_table import PARQUET
+from .._utils.arguments import optional_dependency
+from .._utils.files import PLACEHOLDER
+from .plan import COUNT, Column, PartResults
+from .source import PARQUET
 
 with optional_dependency(PARQUET):
     import pyarrow as pa

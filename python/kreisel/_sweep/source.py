@@ -1,7 +1,4 @@
-"""Source objects, which describe many tops and construct them only when a sweep needs them.
-
-Each top is constructed from its index and the parameters of a Source object.
-"""
+"""Sources of tops for sweeps: grids, random starts and tables of starts."""
 
 from __future__ import annotations
 
@@ -9,25 +6,186 @@ import math
 import os
 import re
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import Any, NamedTuple, Unpack, overload
 
 import numpy as np
 import numpy.typing as npt
 from numpy.typing import ArrayLike
 
-from .._model.bodies import Bodies
-from .._model.broadcasting import BatchParameter, Shape, collapse_broadcast_axes
-from .._model.kwargs_types import VaryKwargs
+from .._model.batch import BatchParameter, Shape, collapse_broadcast_axes
+from .._model.body import Bodies
+from .._model.parameters import VaryKwargs
 from .._model.scene import Ensemble, Scene
-from .._model.variation import scatter, vary
-from .._options.ensemble_options import format_index, unravel_index
-from .._utils.errors import make_frozen_class_decorator
-from .._utils.validation import as_bool, as_int, short_repr, validate_type
-from .start_parameters import FLAGS, validate_sweep_parameter
-from .start_table import read_parameters_of_tops
+from .._model.vary import scatter, vary
+from .._options.options import format_index, unravel_index
+from .._utils.arguments import (
+    Array,
+    as_bool,
+    as_finite_array,
+    as_int,
+    find_unit_of_angles,
+    get_parameter_unit,
+    make_frozen_class_decorator,
+    optional_dependency,
+    short_repr,
+    split_column_head,
+    unknown_name_message,
+    validate_type,
+)
+
+_AXES, _TURNS = "xyz", "012"
+_ENDINGS: dict[str, Sequence[str]] = {  # {parameter: the endings of the names of its components}
+    **dict.fromkeys(["mass", "gravity", "friction", "spin", "tilt", "precession"], ""),
+    **dict.fromkeys(
+        ["com", "rotor", "turning", "momentum", "velocity", "body_momentum", "body_velocity"], _AXES
+    ),
+    **dict.fromkeys(["inertia", "angles", "rates", "damping"], _TURNS),
+    "shaking": ("amplitude", "rate", "phase"),
+    "attitude": "wxyz",
+    "attitude_xyzw": "xyzw",
+}
+FLAGS = "steady", "fast", "degrees"
+PARAMETERS = tuple(_ENDINGS)
+
+
+def validate_sweep_parameter(name: str, numbers: object) -> BatchParameter:
+    """Validate the values of the parameter `name`, and return them as an array.
+
+    Raises ValueError for an unknown name, and TypeError or ValueError for invalid values.
+    """
+    if name not in _ENDINGS:
+        raise ValueError(unknown_name_message("parameter", name, [*PARAMETERS, *FLAGS]))
+    n = len(_ENDINGS[name])
+    description = f"{n} numbers, or rows of {n} numbers" if n else "a number, or a list of numbers"
+    values = as_finite_array(name, numbers, description)
+    shape = values.shape
+    if name == "inertia" and shape[-2:] == (3, 3):
+        return BatchParameter(name, values, (3, 3))
+    if name == "damping" and not shape:
+        return BatchParameter(name, values.repeat(3), (3,))
+    if name == "damping" and shape[-1:] == (1,):
+        return BatchParameter(name, values, (1,))
+    value_shape = (n,) if n else ()
+    if value_shape and shape[-1:] != value_shape:
+        raise ValueError(f"{name} must be {description}, not of the shape {shape}")
+    return BatchParameter(name, values, value_shape)
+
+
+def list_component_groups(name: str) -> list[tuple[str, list[str]]]:
+    """Return the parameters that have a component `name`, with the names of all their components.
+
+    A parameter occurs several times if its value can have several shapes.
+    """
+    groups = []
+    for parameter, endings in _ENDINGS.items():
+        shapes: list[Shape] = [(len(endings),)] if endings else []
+        shapes += [(3, 3)] if parameter == "inertia" else []
+        for shape in shapes:
+            names = list_parameter_component_names(parameter, shape)
+            if name in names:
+                groups.append((parameter, names))
+    return groups
+
+
+def list_parameter_component_names(name: str, value: Shape) -> list[str]:
+    """Return the names of the components of a parameter, such as momentum_x.
+
+    The argument `value` is the shape of the parameter's value for a single top, such as (3,) for a
+    vector.
+    """
+    if not value:
+        return [name]
+    n, endings = math.prod(value), _ENDINGS.get(name, "")
+    return [f"{name}_{endings[i] if len(endings) == n else i}" for i in range(n)]
+
+
+PARQUET = "'kreisel[sweep]'"
+_VALUES = (3, 3), (4,), (3,), (1,), ()  # possible shapes of a value, the largest first
+
+
+def read_parameters_of_tops(file: str, degrees: bool | None) -> tuple[dict[str, Array], bool]:
+    """Read parameters from a table, and return each as an array with one row per top.
+
+    The second item returned is True if angles and rates are in degrees: the heads of the columns
+    decide, or else `degrees`. Raises ValueError for an unknown column name or a wrong unit, and
+    ImportError if pyarrow is not installed.
+    """
+    ending = Path(file).suffix.lower()
+    if ending not in (".parquet", ".csv"):
+        raise ValueError(f"{file}: a table of starts ends in .parquet or .csv")
+    columns = _read_start_table_columns(file, ending)
+    names = {head: split_column_head(head) for head in columns}
+    table = {names[head][0]: values for head, values in columns.items()}
+    parameters = _join_vector_components(file, table)
+    units = [(head, unit, _find_unit(name)) for head, (name, unit) in names.items()]
+    return parameters, find_unit_of_angles(units, degrees)
+
+
+def _find_unit(column: str) -> str:
+    """Return the unit of a column in radians."""
+    [(parameter, names), *_] = list_component_groups(column) or [(column, [column])]
+    return get_parameter_unit(parameter, False, names.index(column))
+
+
+def _read_start_table_columns(file: str, ending: str) -> dict[str, npt.NDArray[np.generic]]:
+    with optional_dependency(PARQUET):
+        import pyarrow as pa
+        import pyarrow.csv as text
+        import pyarrow.parquet as parquet
+    try:
+        with pa.OSFile(os.fsencode(file)) as stream:  # pyarrow refuses a str that is not UTF-8
+            table = parquet.read_table(stream) if ending == ".parquet" else text.read_csv(stream)
+    except pa.ArrowInvalid as error:
+        raise ValueError(f"{file} cannot be read: {error}") from None
+    names = [split_column_head(head)[0] for head in table.column_names]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"{file}: it has several columns {name!r}")
+    holes = [name for name in table.column_names if table[name].null_count]
+    if holes:
+        raise ValueError(f"{file}: its column {holes[0]!r} has missing values")
+    columns = {name: table[name].to_numpy() for name in table.column_names}
+    for name, values in columns.items():
+        if values.dtype.kind not in "fiub":
+            raise ValueError(f"{file}: its column {name!r} must be numbers, not {table[name].type}")
+    return columns
+
+
+def _join_vector_components(
+    file: str, columns: dict[str, npt.NDArray[np.generic]]
+) -> dict[str, Array]:
+    """Combine columns that contain components of the same parameter."""
+    parameters, remainder = {}, dict(columns)
+    for name in PARAMETERS:
+        for value in _VALUES:
+            names = list_parameter_component_names(name, value)
+            if remainder.keys() >= set(names):
+                parts = [remainder.pop(one) for one in names]
+                parameters[name] = np.stack(parts, axis=-1).reshape(-1, *value)
+    if remainder:
+        raise ValueError(f"{file}: {_describe_unused_column(next(iter(remainder)), columns)}")
+    return {name: np.asarray(values) for name, values in parameters.items()}
+
+
+def _describe_unused_column(name: str, columns: Collection[str]) -> str:
+    """Return the reason why a column is not a parameter, nor a component of a whole parameter."""
+    absent = [
+        (parameter, [one for one in names if one not in columns])
+        for parameter, names in list_component_groups(name)
+    ]
+    if absent:
+        parameter, names = min(absent, key=lambda group: len(group[1]))
+        missing = "columns are" if len(names) > 1 else "column is"
+        return (
+            f"the column {name!r} is a component of {parameter}, whose other {missing} missing: "
+            f"{', '.join(names)}"
+        )
+    return unknown_name_message("column", name, PARAMETERS)
+
 
 _DRAWS = 4  # random numbers drawn per top and parameter; no random parameter has more components
 _BODY = "mass", "inertia", "com", "inertia_rtol", "rotor", "unphysical"

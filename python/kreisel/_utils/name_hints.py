@@ -9,7 +9,7 @@ from inspect import Parameter, getattr_static, isfunction, signature
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, NoReturn, TypedDict, TypeVar, cast
 
-from .errors import suggest_name
+from .arguments import suggest_name
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 _TIMES = "t gives the times of the states: a number for the start and the end, or a list"

@@ -1,0 +1,435 @@
+"""The command `kreisel`: its commands, lists and pages."""
+
+from __future__ import annotations
+
+import errno
+import importlib
+import os
+import re
+import signal
+import sys
+import warnings
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path as File
+
+import click
+from rich import box
+from rich.console import Console, JustifyMethod
+from rich.table import Table as Grid
+
+from .._analysis.compare import CompareInterrupted, Table, format_methods_page
+from .._analysis.compare import compare as compare_methods
+from .._core import version
+from .._options.methods import Method, unknown_method_message
+from .._options.methods import methods as known
+from .._options.quantities import RECORDABLE, TIME
+from .._results.path import Error
+from .._utils.arguments import suggest_name
+from .._utils.quantity_attributes import MethodName
+from .._view import open_viewer
+from .._view import view as open_view
+from ..scenes import about, get_scene
+from .fit import fit
+from .options import (
+    A_METHOD,
+    A_SCENE,
+    FILE,
+    HELP,
+    METAVAR,
+    METHODS,
+    SEVERAL,
+    TimeSequence,
+    UsageError,
+    convert_errors_to_usage_errors,
+    make_name_completer,
+    method,
+    parse_method_list,
+    parse_number_list,
+    parse_output_files,
+    parse_times,
+    print_text_grid,
+)
+from .options import find_or_read_scene as a_scene
+from .solve import resume, solve
+from .sweep import sweep
+
+
+def _print_text_table(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> None:
+    grid = Grid(box=box.SIMPLE_HEAD)
+    for i, column in enumerate(columns):
+        grid.add_column(column, no_wrap=i == 0)
+    for row in rows:
+        grid.add_row(*row)
+    print_text_grid(grid)
+
+
+@click.command()
+@click.argument("name", required=False, shell_complete=make_name_completer(known))
+@click.option(
+    "--markdown",
+    is_flag=True,
+    help="Print a Markdown table with measured costs of a step (METHODS.md).",
+)
+def methods(name: str | None, markdown: bool) -> None:
+    """List the methods available in this build, or describe a single method."""
+    if markdown:
+        click.echo(format_methods_page(known), nl=False)
+    elif name is None:
+        rows = [
+            (m.name, _format_method_order(m), _format_method_properties(m), m.text)
+            for m in known.values()
+        ]
+        _print_text_table(("method", "order", "kind", "description"), rows)
+    elif name not in known:
+        raise UsageError(unknown_method_message(name))
+    else:
+        _print_method_description(known[name])
+
+
+def _print_method_description(method: Method) -> None:
+    console = Console(markup=False, highlight=False)
+    for word, value in {
+        "name": method.name,
+        "text": method.text,
+        "order": _format_method_order(method),
+        "kind": _format_method_properties(method),
+        "conserves": method.conserves,
+        "for": method.tops,
+        "with": _format_disturbances(method),
+        "reference": method.reference,
+    }.items():
+        console.print(f"{word:<10} {value}")
+
+
+def _format_disturbances(method: Method) -> str:
+    disturbances = {
+        "rotors": method.rotors,
+        "damping": method.damped,
+        "friction": method.friction,
+        "turning supports": method.turning,
+        "shaken supports": method.shaking,
+    }
+    return ", ".join(name for name, is_known in disturbances.items() if is_known)
+
+
+def _format_method_order(method: Method) -> str:
+    return str(method.order) if method.order else "varies"
+
+
+def _format_method_properties(method: Method) -> str:
+    if method.exact:
+        return "closed form"
+    kinds = ("adaptive", "symplectic", "reversible", "implicit", "algebraic")
+    return ", ".join(kind for kind in kinds if getattr(method, kind))
+
+
+@click.command()
+@click.argument("name", required=False, shell_complete=make_name_completer(about))
+def scenes(name: str | None) -> None:
+    """List all named scenes, or print the one called NAME in TOML format."""
+    if name is None:
+        _print_text_table(("scene", "description"), list(about.items()))
+    elif name not in about:
+        raise UsageError(f"unknown scene {name!r}; {suggest_name(name, about)}")
+    else:
+        click.echo(f"# {about[name]}\n{get_scene(name).to_toml()}", nl=False)
+
+
+@click.command()
+def quantities() -> None:
+    """List the quantities accepted by --want."""
+    rows = [(q.name, q.dimension, q.text) for q in (TIME, *RECORDABLE.values())]
+    _print_text_table(("quantity", "unit", "description"), rows)
+
+
+_REPORT = "validation.__main__"
+
+
+@click.command()
+@click.argument("scene", type=str, default="thesis", shell_complete=A_SCENE)
+@click.option("--save", "file", type=FILE, help="Write the viewer to a file instead of opening it.")
+def view(scene: str, file: str | None) -> None:
+    """Open an interactive viewer of the scene in a browser.
+
+    The viewer shows the moving top, lets you change it, and compares methods. The viewer is a
+    single, self-contained HTML file. Its location is printed. If no browser is available, save the
+    page with --save and open it on another computer.
+    """
+    top = a_scene(scene)
+    parse_output_files([("view --save", file)], (scene,))
+    with convert_errors_to_usage_errors(()):
+        page = open_view(top, open=False)
+    text = page.html
+    if file == "-":
+        click.echo(text, nl=False)
+    elif file:
+        page.save(file)
+    else:
+        place, is_open = open_viewer(page)
+        click.echo(f"wrote {place}" + ("" if is_open else "; no browser was found to open it"))
+
+
+@click.command(
+    add_help_option=False,
+    options_metavar="[OPTIONS] [SCENE.toml ...]",
+    context_settings={"ignore_unknown_options": True},
+)
+@click.argument("arguments", nargs=-1, type=click.UNPROCESSED, metavar="")
+@click.pass_context
+def report(ctx: click.Context, arguments: tuple[str, ...]) -> None:
+    """Report the accuracy, speed and stability of all methods.
+
+    The measurements use standard scenes unless SCENE.toml files are given. Run this command in the
+    root folder of the source tree, which contains the programs that it needs. The report takes
+    minutes. In the source tree, --help describes these options in full:
+
+    \b
+    --quick, --full     fewer runs, or more runs
+    --thesis            only the chapter on the thesis
+    --only PART[,...]   only these parts
+    --out FOLDER        the output folder; default: report/
+    """
+    folder = File.cwd()
+    has_help_option = not {"-h", "--help"}.isdisjoint(arguments)
+    if not (folder / "validation/__main__.py").is_file():
+        if has_help_option:
+            click.echo(ctx.get_help())
+            return
+        raise UsageError(
+            f"the report needs the source tree, but {folder} has no folder validation/: run `make "
+            "report` in the top folder of the source"
+        )
+    sys.path.insert(0, str(folder))
+    try:
+        machinery = importlib.import_module(_REPORT)
+    except ModuleNotFoundError as error:
+        if (error.name or "").startswith("validation"):
+            raise
+        if has_help_option:
+            click.echo(ctx.get_help())
+            return
+        raise click.ClickException(
+            f"the report needs {error.name}: pip install 'kreisel[report]'"
+        ) from None
+    ctx.exit(machinery.main(list(arguments)) or 0)
+
+
+_OPTIONS = ("t", "methods", "steps", "tols", "truth", "repeats")
+
+
+@click.command()
+@click.argument("scene", type=str, shell_complete=A_SCENE)
+@click.option(
+    "--t",
+    type=parse_times,
+    required=True,
+    metavar=METAVAR,
+    help=HELP,
+)
+@click.option(
+    "--methods",
+    type=parse_method_list,
+    metavar="NAME[,...]",
+    shell_complete=METHODS,
+    help="Names of methods; default: all that apply to the scene.",
+)
+@click.option(
+    "--steps", type=parse_number_list, metavar=SEVERAL, help="The step of fixed-step methods."
+)
+@click.option(
+    "--tols", type=parse_number_list, metavar=SEVERAL, help="The tolerance of adaptive methods."
+)
+@click.option(
+    "--truth",
+    type=method,
+    default="taylor",
+    show_default=True,
+    metavar="NAME",
+    shell_complete=A_METHOD,
+    help="The method of the reference solution, with 20 digits, tol 1e-13 or a fine step.",
+)
+@click.option(
+    "--repeats",
+    type=int,
+    default=5,
+    show_default=True,
+    help="Number of runs of each method; the fastest is used.",
+)
+@click.option("--csv", "csv_file", type=FILE, help="Write the table with all digits.")
+def compare(
+    scene: str,
+    t: TimeSequence,
+    methods: list[MethodName] | None,
+    steps: list[float] | None,
+    tols: list[float] | None,
+    truth: MethodName,
+    repeats: int,
+    csv_file: str | None,
+) -> None:
+    """Compare the errors and run times of integration methods for one scene.
+
+    If the comparison is interrupted, the results obtained so far are printed.
+    """
+    interruption: CompareInterrupted | None = None
+    top = a_scene(scene)
+    parse_output_files([("--csv", csv_file)], (scene,))
+    with convert_errors_to_usage_errors(_OPTIONS):
+        words = methods, steps or (), tols or (), truth, repeats
+        try:
+            table = compare_methods(top, t.to_solve_argument(), *words)
+        except CompareInterrupted as error:
+            table, interruption = error.table, error
+    if csv_file == "-":
+        click.echo(table.to_csv(), nl=False)
+    else:
+        if csv_file:
+            table.to_csv(csv_file)
+        print_text_grid(_format_comparison_table(table))
+    if interruption:
+        raise interruption
+
+
+_LEFT = ("method", "")  # the columns of text, which are aligned to the left
+_COLUMNS = ("method", "step", "tol", "ms", "steps", "attitude error [rad]", "energy error", "")
+
+
+def _format_comparison_table(table: Table) -> Grid:
+    grid = Grid(box=box.SIMPLE_HEAD)
+    for name in _COLUMNS:
+        justify: JustifyMethod = "left" if name in _LEFT else "right"
+        grid.add_column(name, justify=justify, no_wrap=name == "method")
+    for row in table:
+        setting = ("" if x is None else f"{x:g}" for x in (row.step, row.tol))
+        errors = f"{row.attitude_error:.1e}", f"{row.energy_error:.1e}"
+        grid.add_row(
+            row.method, *setting, f"{1e3 * row.seconds:.3g}", str(row.steps), *errors, row.failure
+        )
+    return grid
+
+
+_CODES = """\b
+Exit codes
+  0    done
+  1    a run failed, or a file could not be written; results so far are kept;
+       or a package that the command needs is not installed
+  2    invalid arguments; nothing was computed
+  130  stopped by Ctrl-C or SIGTERM; results so far are kept"""
+
+
+class _MainCommandGroup(click.Group):
+    def make_context(
+        self,
+        info_name: str | None,
+        args: list[str],
+        parent: click.Context | None = None,
+        **extra: object,
+    ) -> click.Context:
+        with print_errors_on_one_line():
+            return super().make_context(info_name, args, parent, **extra)
+
+    def invoke(self, ctx: click.Context) -> None:
+        with (
+            print_errors_on_one_line(),
+            convert_sigterm_to_interrupt(),
+            _print_warnings_on_one_line(),
+        ):
+            super().invoke(ctx)
+
+
+@contextmanager
+def print_errors_on_one_line() -> Iterator[None]:
+    """Return a context manager that prints an exception as a single line and sets the exit code."""
+    try:
+        yield
+    except click.exceptions.NoArgsIsHelpError:
+        raise
+    except click.UsageError as error:
+        command = error.ctx.command_path if error.ctx else "kreisel"
+        code, message = 2, f"{error.format_message()} (see {command} --help)"
+    except click.ClickException as error:
+        code, message = error.exit_code, error.format_message()
+    except Error as error:
+        code, message = 1, str(error)
+    except KeyboardInterrupt as error:
+        code, message = 130, str(error) or "interrupted"
+    except OSError as error:
+        if error.errno == errno.EPIPE:
+            raise
+        code, message = 1, str(error)
+    else:
+        return
+    drop_unwritable_stdout()
+    message = re.sub(r"\[Errno \d+\] ", "", message)
+    click.echo(f"Error: {message}", err=True)
+    raise click.exceptions.Exit(code)
+
+
+@contextmanager
+def convert_sigterm_to_interrupt() -> Iterator[None]:
+    """Return a context manager that treats SIGTERM like Ctrl-C, unless the signal is ignored."""
+    if signal.getsignal(signal.SIGTERM) is signal.SIG_IGN:
+        yield
+        return
+    try:
+        handler = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    except ValueError:  # only the main thread can set signal handlers
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, handler)
+
+
+@contextmanager
+def _print_warnings_on_one_line() -> Iterator[None]:
+    """Return a context manager that prints each warning as a single line on standard error."""
+    with warnings.catch_warnings():
+        warnings.showwarning = lambda message, *_, **__: click.echo(f"Warning: {message}", err=True)
+        yield
+
+
+def drop_unwritable_stdout() -> None:
+    """Redirect standard output to the null device if its buffer cannot be flushed.
+
+    Without this redirection of standard output, the interpreter would report the same error again
+    on exit. Does nothing if the process was started without a standard output.
+    """
+    if sys.stdout is None:
+        return
+    try:
+        sys.stdout.flush()
+    except OSError:
+        with suppress(OSError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+@click.group(
+    "kreisel",
+    cls=_MainCommandGroup,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog=_CODES,
+)
+@click.version_option(version, prog_name="kreisel")
+def main() -> None:
+    """Compute the motion of spinning tops.
+
+    A SCENE is a TOML file, the name of a scene (see `kreisel scenes`), or - for TOML from standard
+    input. Use - as the file name to write to standard output.
+    """
+
+
+for _command in (
+    solve,
+    resume,
+    compare,
+    sweep,
+    fit,
+    methods,
+    scenes,
+    quantities,
+    view,
+    report,
+):
+    main.add_command(_command)

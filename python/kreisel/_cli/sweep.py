@@ -1,0 +1,255 @@
+"""`kreisel sweep`."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future, InvalidStateError, ProcessPoolExecutor
+from contextlib import contextmanager, nullcontext
+from itertools import islice, pairwise
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import click
+import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TimeRemainingColumn
+
+from .._sweep.store import DONE, MISSING
+from .._sweep.sweep import SweepResult, list_missing_ranges, read_sweep
+from .._sweep.sweep import sweep as run_sweep
+from .._utils.arguments import format_count, optional_dependency
+from .options import UsageError, convert_errors_to_usage_errors
+
+_OPTIONS = "parts", "folder"
+_SHOWN = 6  # largest number of ranges of parts in a printed line
+_STOP_SIGNALS = signal.SIGINT, signal.SIGTERM
+_GRACE_SECONDS = 3.0  # time after SIGTERM in which the parent process can end a worker
+Watch = Callable[[float], object]
+
+
+class _SweepCommandGroup(click.Group):
+    """The command group `kreisel sweep`, whose default command is `run`."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        if args and args[0] not in self.commands and args[0] not in ("-h", "--help"):
+            args = ["run", *args]
+        return super().parse_args(ctx, args)
+
+
+@click.group("sweep", cls=_SweepCommandGroup)
+def sweep() -> None:
+    """Run a task on many tops, and store the results in parts: kreisel sweep PLAN --folder FOLDER.
+
+    The name of the default command `run` can be omitted. To resume an interrupted sweep, repeat the
+    command.
+    """
+
+
+def _parse_parts_option(_: click.Context, __: click.Parameter, word: str | None) -> range | None:
+    """Parse a range of sweep parts such as 0:100, which excludes part 100."""
+    if word is None:
+        return None
+    first, colon, last = word.partition(":")
+    if not (colon and first.isdecimal() and last.isdecimal() and int(first) <= int(last)):
+        raise click.BadParameter(
+            f"{word!r} is not a range of parts such as 0:100, which excludes 100"
+        )
+    return range(int(first), int(last))
+
+
+@sweep.command()
+@click.argument("plan", type=click.Path())
+@click.option("--folder", required=True, type=click.Path(), help="The folder of the parts.")
+@click.option(
+    "--parts",
+    callback=_parse_parts_option,
+    metavar="A:B",
+    help="Compute only these parts, for example in one of many jobs; 0:0 only writes the plan.",
+)
+@click.option(
+    "--workers",
+    type=click.IntRange(1),
+    help="Number of processes; each computes one part at a time.",
+)
+@click.option(
+    "--dask",
+    metavar="ADDRESS",
+    help="Compute on the workers of the Dask scheduler at this address.",
+)
+def run(plan: str, folder: str, parts: range | None, workers: int | None, dask: str | None) -> None:
+    """Compute all missing parts of the sweep described in the TOML file PLAN."""
+    if workers is not None and dask is not None:
+        raise UsageError("give either --workers or --dask")
+    with (
+        convert_errors_to_usage_errors(_OPTIONS),
+        _convert_sweep_errors_to_cli_errors(),
+        _open_progress_bar() as progress,
+        _open_executor(workers, dask) as executor,
+    ):
+        result = run_sweep(
+            Path(plan), folder=folder, parts=parts, executor=executor, progress=progress
+        )
+    click.echo(_format_sweep_summary(result, result.present))
+
+
+@contextmanager
+def _convert_sweep_errors_to_cli_errors() -> Iterator[None]:
+    """Return a context manager that converts exceptions of a sweep to command-line errors."""
+    try:
+        yield
+    except (FileExistsError, FileNotFoundError) as error:
+        raise UsageError(str(error)) from None
+    except (ModuleNotFoundError, RuntimeError) as error:
+        raise click.ClickException(str(error)) from None
+
+
+@contextmanager
+def _open_executor(workers: int | None, dask: str | None) -> Iterator[Executor | None]:
+    """Return a context manager that opens an executor if one is requested."""
+    if dask is not None:
+        with optional_dependency("'kreisel[dask]'"):
+            import distributed
+        connect: Callable[..., Any] = distributed.Client
+        with connect(dask) as client:
+            yield client.get_executor()
+    elif workers is not None:
+        context = multiprocessing.get_context("spawn")
+        with _WorkerProcessPool(workers, context, initializer=prepare_worker_process) as pool:
+            try:
+                yield pool
+            except BaseException:
+                threading.excepthook = report_thread_exception
+                pool.shutdown(wait=False, cancel_futures=True)
+                for child in multiprocessing.active_children():
+                    child.kill()  # SIGTERM would end a worker only after _GRACE_SECONDS
+                raise
+    else:
+        yield None
+
+
+def report_thread_exception(failure: threading.ExceptHookArgs) -> None:
+    """Report an uncaught exception of a thread, but ignore InvalidStateError.
+
+    A process pool may raise InvalidStateError during shutdown, if a worker process exits after its
+    task was cancelled.
+    """
+    if failure.exc_type is not InvalidStateError:
+        threading.__excepthook__(failure)
+
+
+class _WorkerProcessPool(ProcessPoolExecutor):
+    """A pool of processes that block SIGINT and SIGTERM until they have set their handlers."""
+
+    def submit(self, *words: Any, **more: Any) -> Future[Any]:
+        """Submit a task; this may start a worker, which inherits the blocked signals."""
+        if not hasattr(signal, "pthread_sigmask"):  # on Windows
+            return super().submit(*words, **more)
+        mask = signal.pthread_sigmask(signal.SIG_BLOCK, _STOP_SIGNALS)
+        try:
+            return super().submit(*words, **more)
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+
+
+def prepare_worker_process() -> None:
+    """Ignore Ctrl-C in a worker process, and end the process a moment after SIGTERM.
+
+    Terminals and batch systems send a signal to all processes of a command. The parent process
+    handles the signal, and ends its workers. If a worker ended earlier, the pool would fail.
+    """
+    threading.Thread(target=_end_process_with_parent, daemon=True).start()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if not hasattr(signal, "pthread_sigmask"):  # on Windows
+        return
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    if signal.getsignal(signal.SIGTERM) is not signal.SIG_IGN:
+        signal.signal(signal.SIGTERM, _end_process_after_grace_period)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, _STOP_SIGNALS)
+
+
+def _end_process_with_parent() -> None:
+    """Wait for the end of the parent process, and end this process, which would wait for tasks."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _end_process_after_grace_period(number: int, frame: FrameType | None) -> None:
+    signal.signal(number, signal.SIG_IGN)
+    signal.setitimer(signal.ITIMER_REAL, _GRACE_SECONDS)  # SIGALRM ends the process
+
+
+@contextmanager
+def _open_progress_bar() -> Iterator[Watch | None]:
+    """Return a context manager that opens a progress bar and yields a function to update it.
+
+    If standard error is not a terminal, no progress bar is shown. The remaining time is estimated
+    from the average speed since the command started.
+    """
+    console = Console(stderr=True)
+    columns = BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
+    display = Progress(*columns, console=console, transient=True, speed_estimate_period=1e9)
+    with display if console.is_terminal else nullcontext() as bar:
+        if bar is None:
+            yield None
+            return
+        task = bar.add_task("tops", total=1.0)
+        yield lambda share: bar.update(task, completed=share)
+
+
+@sweep.command()
+@click.argument("folder", type=click.Path())
+def status(folder: str) -> None:
+    """Verify the parts in FOLDER, and count the complete, missing and damaged ones."""
+    with convert_errors_to_usage_errors(_OPTIONS), _convert_sweep_errors_to_cli_errors():
+        result = read_sweep(folder, partial=True)
+        parts_by_state, numbers = result._verify_existing_parts()
+        failure_count = sum(
+            int(np.count_nonzero(result.part(i)["status"])) for i in parts_by_state[DONE]
+        )
+    click.echo(_format_sweep_summary(result, parts_by_state[DONE]))
+    if missing_count := result.parts - len(numbers):
+        click.echo(
+            f"{MISSING}: {format_count(missing_count, 'part')}, "
+            f"{_format_ranges(list_missing_ranges(numbers, result.parts))}"
+        )
+    for state, parts in parts_by_state.items():
+        if state != DONE:
+            count = format_count(len(parts), "part")
+            click.echo(f"{state}: {count}, {_format_ranges(_group_into_ranges(parts))}")
+    if failure_count:
+        click.echo(f"failed: {format_count(failure_count, 'top')}, whose status is not 0")
+    file_count = sum(1 for _ in Path(folder).glob(".*.new"))
+    if file_count:
+        click.echo(
+            f"also {format_count(file_count, 'file')} .*.new, left by processes that are still "
+            "writing or were killed"
+        )
+
+
+def _format_sweep_summary(result: SweepResult, done: list[int]) -> str:
+    size = sum(file.stat().st_size for file in Path(result.folder).glob("part-*"))
+    tops, folder = format_count(result.size, "top"), click.format_filename(result.folder)
+    return (
+        f"{folder}: {len(done)} of {result.parts} parts, {tops} in all, "
+        f"{1e-6 * size:.3g} MB; plan {result.hash[:16]}"
+    )
+
+
+def _group_into_ranges(numbers: list[int]) -> Iterator[range]:
+    """Yield the ranges of consecutive integers in an ascending list."""
+    breaks = [k for k in range(1, len(numbers)) if numbers[k] != numbers[k - 1] + 1]
+    for a, b in pairwise([0, *breaks, len(numbers)]):
+        yield range(numbers[a], numbers[b - 1] + 1)
+
+
+def _format_ranges(runs: Iterator[range]) -> str:
+    """Return the first few ranges as text, such as 3:7 for the numbers 3 to 6."""
+    first = [f"{run.start}:{run.stop}" for run in islice(runs, _SHOWN + 1)]
+    return ", ".join(first[:_SHOWN]) + (", ..." if first[_SHOWN:] else "")

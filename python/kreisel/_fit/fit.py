@@ -1,0 +1,234 @@
+"""Fits of scenes to records."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+
+from .._model.scene import Ensemble, Scene
+from .._results.path import Error
+from .._utils.arguments import as_int, short_repr, unknown_name_message, validate_type, warn_user
+from .minimize import LossName, refuse_inestimable_sigmas
+from .parameters import FreeName, FreeParameters, expand_free_names
+from .records import SCALAR_LAST, Record, swap_quaternion_order
+from .result import (
+    Fit,
+    build_fit_from_search,
+    describe_misfit,
+    describe_residual_excess,
+    has_residuals_as_large_as_data,
+    search_with_defined_angles,
+)
+from .search import SearchSession
+
+_MISFIT = 0.02  # residuals relative to the values that may be a motion that does not fit
+_ORDER_LIMIT = 300  # paths of a search with the other order of quaternions
+_CORRELATED = 0.5  # correlation of neighbouring residuals of a motion that does not fit
+_FAR_BETTER = 0.5  # residuals of the other order of quaternions, relative to those of the given one
+Progress = Callable[[int, float], object]
+LOSSES: tuple[LossName, ...] = ("linear", "soft")
+
+
+class FitInterrupted(KeyboardInterrupt):
+    """Exception raised by Ctrl-C in kreisel.fit, with the best fit so far (or None) in `.fit`."""
+
+    __module__ = "kreisel"  # a traceback shows the public name
+
+    def __init__(self, message: str, fit: Fit | None) -> None:
+        super().__init__(message)
+        self.fit = fit
+
+    def __reduce__(self) -> tuple[type[FitInterrupted], tuple[str, Fit | None]]:
+        return type(self), (str(self), self.fit)
+
+
+def fit(
+    scene: Scene | Ensemble,
+    records: Record | Iterable[Record],
+    free: FreeName | Iterable[FreeName] = ("start", "moments"),
+    *,
+    loss: LossName = "linear",
+    pieces: int | None = None,
+    max_evaluations: int = 2000,
+    progress: Progress | None = None,
+) -> Fit:
+    """Estimate the body and the initial state of a top from measurements of its motion.
+
+    scene     the known values, and a first guess of the values in `free`. If its motion disagrees
+              with the records, other guesses are computed from the records and at random. For an
+              Ensemble of guesses, the search begins at each member, and the best result is returned
+    records   a kreisel.Record or several records of one motion
+    free      names of parameters: "start" ("attitude" and "velocity"), "moments", "com" or its
+              length "lever", "gravity", "mass", "damping", "friction", "rotor", "turning",
+              "shaking" and "axes", the principal axes in the frame of description. Moments
+              that are equal in `scene` stay equal. A damping given as one number stays one number,
+              and three numbers are estimated apart, except about axes with equal moments if they
+              are equal. A rotor excludes "axes"
+    loss      "linear": least squares. "soft": large residuals count linearly, for records with
+              outliers
+    pieces    for chaotic motion: the number of pieces into which the motion is divided (multiple
+              shooting). Each piece has its own initial state, and must join the next piece. None:
+              as many as the growth of errors requires
+    max_evaluations   the largest number of paths, through parts of the records as well, that the
+                      search from one scene computes
+    progress  a function called after each improvement with the number of computed paths and the
+              sum of squares per degree of freedom; an exception in it stops the fit
+
+    During the search, the moments of inertia obey the triangle inequalities, and the friction is
+    nonnegative. The initial guesses of `turning` and `shaking` are taken from `scene`. On a turning
+    support, a gyroscope measures "inertial_velocity", whereas "body_velocity" is the angular
+    velocity relative to the support. The reported errors are first-order standard deviations. The
+    errors are enlarged if the residuals are correlated or larger than expected from the given
+    standard deviations. Along directions in parameter space that the data do not determine, the
+    parameters remain near the values of the initial guess, and their errors are infinite. The
+    attribute `unidentified` of the fit describes these directions.
+
+        >>> import kreisel as kr
+        >>> import numpy as np
+        >>> top = kr.scenes.asymmetric
+        >>> t = np.linspace(0.0, 10.0, 200)
+        >>> noise = 0.01 * np.random.default_rng(1).normal(size=(200, 3))
+        >>> record = kr.Record(t, {"body_velocity": kr.solve(top, t).body_velocity + noise}, 0.01)
+        >>> found = kr.fit(top, record)
+        >>> found.unidentified
+        ('the heading: a rotation of the start about the vertical',)
+        >>> abs(found.values["I1"] - top.body.moments[0]) < 3 * found.error["I1"]
+        True
+
+    The angles precession_angle and spin_angle are undefined where the apex is vertical. If the apex
+    of a guess or of the fitted motion is vertical at the time of such an angle, this angle is left
+    out with a warning.
+
+    Raises TypeError or ValueError for invalid arguments, for fewer measured values than free
+    parameters, for a quantity that no free parameter affects, for a quantity without sigma whose
+    values the free parameters fit exactly, and for angles that are undefined at all times. Raises
+    kreisel.Error if no motion can be computed from the initial guesses. Ctrl-C raises
+    kreisel.FitInterrupted (a KeyboardInterrupt), whose attribute `fit` is the best fit so far.
+    Warns (UserWarning) if the search does not converge, if no motion fits the measurements, and if
+    noise of the given sigma does not explain chi2 (see `Fit.is_plausible`). Also warns if few
+    numbers determine an unknown standard deviation.
+    """
+    guesses = _validate_start_scenes(scene)
+    blocks, record_tuple = expand_free_names(free), _validate_records(records)
+    if loss not in LOSSES:
+        raise ValueError(unknown_name_message("loss", str(loss), LOSSES))
+    limit = as_int("max_evaluations", max_evaluations, 1)
+    count = None if pieces is None else as_int("pieces", pieces, 1)
+    if progress is not None and not callable(progress):
+        raise TypeError(f"progress must be a function, not {short_repr(progress)}")
+
+    def search(defined: tuple[Record, ...], limit: int = limit) -> Fit:
+        sessions = [
+            SearchSession(FreeParameters(guess, blocks, defined), defined, loss, limit, progress)
+            for guess in guesses
+        ]
+        for session in sessions:
+            session.check_measurement_count_and_start()
+            session.check_measurements_per_segment(count)
+        return _run_search_sessions(sessions, count, is_multistart=isinstance(scene, Ensemble))
+
+    best = search_with_defined_angles(record_tuple, guesses, search)
+    _warn_of_poor_fit(best, _describe_better_quaternion_order(best, search))
+    return best
+
+
+def _describe_better_quaternion_order(
+    best: Fit, search: Callable[[tuple[Record, ...], int], Fit]
+) -> str:
+    """Return a sentence if attitudes that fit badly fit well with the scalar at the other end."""
+    is_bad = best.is_plausible is False
+    if best.is_plausible is None:
+        is_bad = best.misfit > _MISFIT and best.residual_correlation > _CORRELATED
+    swapped, names = zip(*map(swap_quaternion_order, best.records), strict=True)
+    if not (is_bad and any(names)):
+        return ""
+    try:
+        other = search(swapped, _ORDER_LIMIT)
+    except FitInterrupted:
+        raise FitInterrupted("the fit was interrupted", best) from None
+    except (Error, ValueError):
+        return ""
+    if not other.misfit < _FAR_BETTER * best.misfit:
+        return ""
+    name = next(filter(None, names))
+    end = "last" if name in SCALAR_LAST else "first"
+    return (
+        f" The quaternions fit better scalar {end}, with a misfit of {other.misfit:.2g} instead of "
+        f"{best.misfit:.2g}: if they are, name them {name}."
+    )
+
+
+def _run_search_sessions(
+    sessions: Sequence[SearchSession], pieces: int | None, is_multistart: bool
+) -> Fit:
+    best: Fit | None = None
+    for session in sessions:
+        try:
+            session.search(pieces, has_data_guess=not is_multistart)
+        except KeyboardInterrupt:
+            session_best = session.best
+            result = (
+                best
+                if session_best is None
+                else _select_better_fit(best, build_fit_from_search(session))
+            )
+            raise FitInterrupted("the fit was interrupted", result) from None
+        if session.best is not None:
+            session.refuse_start_held_by_friction()
+            session.refuse_insensitive_quantities()
+            refuse_inestimable_sigmas(session.model, session.best.scaled_jacobian)
+            best = _select_better_fit(best, build_fit_from_search(session))
+    if best is None:
+        raise _find_error_of_start_scene(sessions[0])
+    return best
+
+
+def _warn_of_poor_fit(best: Fit, hint: str) -> None:
+    if has_residuals_as_large_as_data(best):
+        warn_user(describe_misfit(best) + hint)
+    elif not best.has_converged:
+        warn_user(
+            f"the fit did not converge within {best.evaluations} paths: the result is the best so "
+            "far; raise max_evaluations or give a guess nearer to the motion"
+        )
+    elif best.excess:
+        warn_user(describe_residual_excess(best) + hint)
+    elif hint:
+        warn_user(hint.strip())
+    for sentence in best.uncertain_sigma:
+        warn_user(f"{sentence}: give sigma, or add measurements")
+
+
+def _select_better_fit(first: Fit | None, second: Fit) -> Fit:
+    """Return the fit with the smaller cost, or `second` if `first` is None."""
+    return second if first is None or second.cost < first.cost else first
+
+
+def _find_error_of_start_scene(session: SearchSession) -> Error:
+    """Return the exception raised while computing the motion of the initial scene."""
+    session.refuse_start_held_by_friction()
+    try:
+        session.check_start_scene_is_solvable()
+    except Error as error:
+        return error
+    raise ValueError("the residuals leave the range of doubles: check the values and their sigma")
+
+
+def _validate_start_scenes(scene: object) -> list[Scene]:
+    if isinstance(scene, Ensemble):
+        if not scene.size:
+            raise ValueError("scene is an ensemble without members")
+        flat = scene.reshape(-1) if hasattr(scene, "reshape") else scene
+        return list(flat)
+    return [validate_type("scene", scene, Scene)]
+
+
+def _validate_records(records: object) -> tuple[Record, ...]:
+    items = [records] if isinstance(records, Record) else records
+    if not isinstance(items, Iterable) or isinstance(items, str):
+        raise TypeError(f"records must be kreisel.Record objects, not {short_repr(records)}")
+    record_tuple = tuple(items)
+    if not record_tuple:
+        raise ValueError("records is empty: give at least one kreisel.Record")
+    for i, record in enumerate(record_tuple):
+        validate_type(f"records[{i}]", record, Record)
+    return record_tuple

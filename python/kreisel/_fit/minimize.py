@@ -1,0 +1,307 @@
+"""Least squares by Levenberg and Marquardt, and the noise of records."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Literal, NamedTuple, Protocol, TypeVar
+
+import numpy as np
+
+from .._utils.arguments import Array
+from .parameters import (
+    compute_rotation_vectors,
+    conjugate_quaternions,
+    multiply_quaternions,
+    wrap_angle,
+)
+from .records import Record, Series
+from .residuals import ResidualEvaluation, ResidualModel
+
+LossName = Literal["linear", "soft"]
+
+WEAKEST = 1.0  # weaker eigenvalues mean that one sigma is larger than the natural size
+_RANK_RTOL = 1e-13  # smaller eigenvalues of J^T J are rounding errors, relative to the largest
+_CHANCE = 9.0  # decrease of the cost that noise explains, relative to the mean square residual
+_DAMPING = 1e-6  # first damping, relative to the largest eigenvalue (to the median one if is_stiff)
+_DAMPING_MOST = 1e3
+_DAMPING_LEAST = 1e-14
+_FACTOR = 16.0  # change of the damping after a failed and after a successful step
+_FAR = 100.0  # mean square residual of points that are far from the records
+_FAR_MEDIAN = 6.0  # the same for the median of the absolute residuals, without outliers
+_SLOW = 1e-2  # relative improvement there that is slow
+_SLOW_MOST = 5  # slow improvements in succession after which a search far away ends
+_NOISELESS = 1e-22  # mean square residual that is rounding error
+
+P = TypeVar("P")
+
+
+class LeastSquaresModel(Protocol[P]):
+    """Interface of a model that can be fitted by least squares."""
+
+    @property
+    def evaluations(self) -> int: ...
+    @property
+    def size(self) -> int: ...
+    def evaluate_residuals(self, point: P) -> ResidualEvaluation: ...
+    def estimate_parameter_scales(self, point: P) -> Array: ...
+    def add_step_within_bounds(self, point: P, step: Array) -> P: ...
+    def compute_distances_to_lower_bounds(self, point: P) -> Array: ...
+
+
+class Minimum(NamedTuple):
+    """The point with the lowest cost that a search has found.
+
+    has_converged  False if the search ended at its limit, or if no cost was finite
+    """
+
+    point: object
+    evaluation: ResidualEvaluation
+    cost: float
+    has_converged: bool
+
+
+def compute_cost(residuals: Array, loss: LossName) -> float:
+    """Return the sum of r^2, or of 2 (sqrt(1 + r^2) - 1) for the soft loss."""
+    if loss == "linear":
+        return float(residuals @ residuals)
+    return float(2.0 * (np.hypot(1.0, residuals) - 1.0).sum())
+
+
+def apply_loss_weights(evaluation: ResidualEvaluation, loss: LossName) -> ResidualEvaluation:
+    """Return the residuals and Jacobian with each row scaled by the square root of its weight."""
+    if loss == "linear":
+        return evaluation
+    weight = (1.0 + evaluation.residuals**2) ** -0.25
+    return ResidualEvaluation(evaluation.residuals * weight, evaluation.jacobian * weight[:, None])
+
+
+class SearchSettings(NamedTuple):
+    """Settings of a search.
+
+    limit     the largest number of evaluations of the model, including those before the search
+    ftol      relative improvement of the cost that ends the search
+    report    a function that receives each improved minimum
+    is_stiff  True if some residuals have far smaller sigmas, as the gaps between pieces
+    weakest   eigenvalue of J^T J below which a direction is changed only if the cost falls by more
+              than noise explains. With residuals in sigmas, it is 1 for directions along which one
+              standard deviation is as large as the parameters
+    """
+
+    loss: LossName
+    limit: int
+    ftol: float
+    report: Callable[[Minimum], None]
+    is_stiff: bool = False
+    weakest: float = 0.0
+
+
+def minimize_cost(model: LeastSquaresModel[P], point: P, search: SearchSettings) -> Minimum:
+    """Search for a local minimum of the cost, starting from `point`, and return the minimum.
+
+    The search stops early if the residuals are large and hardly decrease.
+    """
+    evaluation = model.evaluate_residuals(point)
+    best = Minimum(point, evaluation, _compute_cost_or_infinity(evaluation, search.loss), False)
+    damping, natural = _DAMPING, model.estimate_parameter_scales(point)
+    if not np.isfinite(best.cost):
+        return best
+    search.report(best)
+    slow_count = 0
+    while model.evaluations < search.limit:
+        if best.cost <= _NOISELESS * model.size:
+            return best._replace(has_converged=True)
+        weighted = apply_loss_weights(best.evaluation, search.loss)
+        distances = model.compute_distances_to_lower_bounds(point)
+        steps = _DampedSteps(weighted, natural, distances, search.is_stiff, search.weakest)
+        trial, damping = _find_cost_reducing_step(model, point, steps, damping, best.cost, search)
+        if trial is None:
+            return best._replace(has_converged=model.evaluations < search.limit)
+        gain = best.cost - trial.cost
+        point, best = trial.point, trial  # type: ignore[assignment]
+        search.report(best)
+        is_slow = gain < _SLOW * best.cost and _has_large_residuals(best, search.loss)
+        slow_count = slow_count + 1 if is_slow else 0
+        if gain <= search.ftol * best.cost or slow_count > _SLOW_MOST:
+            return best._replace(has_converged=True)
+    return best
+
+
+def _has_large_residuals(minimum: Minimum, loss: LossName) -> bool:
+    """Return True if the residuals are much larger than expected from noise."""
+    residuals = minimum.evaluation.residuals
+    if loss == "linear":
+        return minimum.cost > _FAR * residuals.size
+    return bool(np.median(np.abs(residuals)) > _FAR_MEDIAN)
+
+
+def _compute_cost_or_infinity(evaluation: ResidualEvaluation, loss: LossName) -> float:
+    with np.errstate(all="ignore"):
+        cost = compute_cost(evaluation.residuals, loss)
+    return cost if np.isfinite(cost) else np.inf
+
+
+class _DampedSteps:
+    """Damped Gauss-Newton steps from a given point."""
+
+    def __init__(
+        self,
+        evaluation: ResidualEvaluation,
+        natural: Array,
+        distances: Array,
+        is_stiff: bool,
+        weakest: float = 0.0,
+    ) -> None:
+        scaled = evaluation.jacobian * natural
+        gradient = scaled.T @ evaluation.residuals
+        is_held = (distances <= 0.0) & (gradient > 0.0)  # a step would leave the bounds
+        scaled[:, is_held] = 0.0
+        self.values, self.vectors = np.linalg.eigh(scaled.T @ scaled)
+        self.natural, largest = natural, float(self.values[-1])
+        self.along = self.vectors.T @ np.where(is_held, 0.0, gradient)
+        self.is_seen = self.values > _RANK_RTOL * largest
+        excess = max(float(np.mean(evaluation.residuals**2)), 1.0)
+        is_gain_significant = self.along**2 > _CHANCE * excess * self.values
+        self.is_seen &= (self.values > weakest) | is_gain_significant
+        self.scale = float(np.median(self.values)) if is_stiff else largest
+
+    def compute_damped_step(self, damping: float) -> Array:
+        divisor = self.values + damping * self.scale
+        part = np.divide(self.along, divisor, out=np.zeros_like(divisor), where=self.is_seen)
+        step: Array = -self.natural * (self.vectors @ part)
+        return step
+
+
+def _find_cost_reducing_step(
+    model: LeastSquaresModel[P],
+    point: P,
+    steps: _DampedSteps,
+    damping: float,
+    cost: float,
+    search: SearchSettings,
+) -> tuple[Minimum | None, float]:
+    """Increase the Levenberg-Marquardt damping until a step does not increase the cost."""
+    while model.evaluations < search.limit:
+        candidate = model.add_step_within_bounds(point, steps.compute_damped_step(damping))
+        evaluation = model.evaluate_residuals(candidate)
+        trial_cost = _compute_cost_or_infinity(evaluation, search.loss)
+        if trial_cost <= cost:
+            minimum = Minimum(candidate, evaluation, trial_cost, False)
+            return minimum, max(damping / _FACTOR, _DAMPING_LEAST)
+        predicted_gain = float(
+            (steps.along * steps.along)[steps.is_seen]
+            @ (1.0 / (steps.values[steps.is_seen] + damping * steps.scale))
+        )
+        if damping > _DAMPING_MOST or predicted_gain <= search.ftol * cost * 1e-2:
+            break
+        damping *= _FACTOR
+    return None, damping
+
+
+_FEWEST = 6  # values that an estimate needs
+_UNKNOWN = 0.1  # standard deviation without an estimate, relative to the spread
+_LEAST = 1e-12  # least standard deviation, relative to the spread
+_NO_DOF = 0.5  # degrees of freedom from which a standard deviation cannot be estimated
+_FEW_DOF = 4.0  # degrees of freedom from which the estimate is reliable
+MEDIAN = 1.4826  # standard deviation of a normal distribution, relative to its median deviation
+
+
+def estimate_initial_sigmas(records: tuple[Record, ...]) -> list[Array]:
+    """Return the standard deviations of each series, either given or estimated from its values."""
+    sigmas: list[Array] = []
+    for record in records:
+        for series in record.series:
+            shape = len(record.t), series.residuals_per_row
+            if series.sigma is None:
+                sigmas.append(np.full(shape, _estimate_series_noise(series)))
+            else:
+                sigmas.append(series.sigma)
+    return sigmas
+
+
+def _estimate_series_noise(series: Series) -> float:
+    """Return the noise level of a series, estimated from second differences of its values."""
+    values = series.values[series.measured.all(axis=1)]
+    if len(values) < _FEWEST:
+        return _UNKNOWN * series.typical_value_scale
+    if series.is_attitude:
+        steps = compute_rotation_vectors(
+            multiply_quaternions(conjugate_quaternions(values[:-1]), values[1:])
+        )
+    else:
+        steps = np.diff(values, axis=0)
+        steps = wrap_angle(steps) if series.is_angle else steps
+    noise = MEDIAN * float(np.median(np.abs(np.diff(steps, axis=0)))) / np.sqrt(6.0)
+    return float(np.clip(noise, _LEAST * series.typical_value_scale, series.typical_value_scale))
+
+
+def estimate_sigmas_from_residuals(
+    model: ResidualModel, residuals: Array, scaled_jacobian: Array, loss: LossName
+) -> list[Array]:
+    """Estimate unknown standard deviations from the residuals of a fit."""
+    dofs = compute_degrees_of_freedom(model, scaled_jacobian)
+    total = int(model.measured.sum())
+    share = max(total - model.parameters.size, 1) / max(sum(dofs), 1.0)
+    sigmas: list[Array] = []
+    for rows, dof in zip(model.rows, dofs, strict=True):
+        sample = rows.select_series_residuals(residuals)[rows.measured_mask]
+        if rows.series.sigma is not None or not sample.size or dof < _NO_DOF:
+            sigmas.append(rows.sigma)
+            continue
+        if loss == "soft":
+            factor = MEDIAN * float(np.median(np.abs(sample)))
+        else:
+            factor = float(np.sqrt((sample @ sample) / (dof * min(share, 1.0))))
+        least = _LEAST * rows.series.typical_value_scale
+        sigmas.append(np.maximum(rows.sigma * factor, least))
+    return sigmas
+
+
+def compute_degrees_of_freedom(model: ResidualModel, scaled_jacobian: Array) -> list[float]:
+    """Return the number of values of each series minus the share that the parameters absorb.
+
+    This share is the sum of the diagonal elements of the hat matrix, which takes the measured
+    values to the fitted ones. Directions that the data do not determine absorb nothing.
+
+    scaled_jacobian  (m, k) derivatives of the residuals, and of the gaps between pieces, with
+                     respect to the parameters in their natural units
+    """
+    triangle = np.linalg.qr(scaled_jacobian, mode="r")  # fewer rows, for a faster decomposition
+    _, values, vectors = np.linalg.svd(triangle, full_matrices=False)
+    is_seen = values**2 > WEAKEST
+    left = scaled_jacobian @ (vectors[is_seen].T / values[is_seen])
+    absorbed = (left**2).sum(axis=1)
+    return [
+        float(rows.measured_mask.sum() - absorbed[rows.residual_slice].sum()) for rows in model.rows
+    ]
+
+
+def refuse_inestimable_sigmas(model: ResidualModel, scaled_jacobian: Array) -> None:
+    """Raise ValueError if the parameters absorb all numbers of a quantity without a sigma."""
+    for name, dof in _yield_estimated_series(model, scaled_jacobian):
+        if dof < _NO_DOF:
+            raise ValueError(
+                f"the sigma of {name} cannot be estimated, because the free parameters fit its "
+                "numbers exactly: give sigma, add measurements, or remove names from free"
+            )
+
+
+def describe_uncertain_sigmas(model: ResidualModel, scaled_jacobian: Array) -> tuple[str, ...]:
+    """Return a sentence for each standard deviation that is estimated from few numbers."""
+    return tuple(
+        f"the sigma of {name} is estimated from {dof:.1f} degrees of freedom, too few for reliable "
+        "errors"
+        for name, dof in _yield_estimated_series(model, scaled_jacobian)
+        if dof < _FEW_DOF
+    )
+
+
+def _yield_estimated_series(
+    model: ResidualModel, scaled_jacobian: Array
+) -> Iterator[tuple[str, float]]:
+    """Yield the names and degrees of freedom of the quantities whose sigma is estimated."""
+    if all(rows.series.sigma is not None for rows in model.rows):
+        return
+    dofs = compute_degrees_of_freedom(model, scaled_jacobian)
+    for rows, dof in zip(model.rows, dofs, strict=True):
+        if rows.series.sigma is None and rows.measured_mask.any():
+            yield rows.series.name, dof

@@ -1,0 +1,743 @@
+"""The search for the best minimum of a fit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from itertools import islice
+from typing import NamedTuple
+
+import numpy as np
+
+from .._results.path import Error
+from .._solve.solve import solve
+from .._utils.arguments import Array
+from .guess import Guess, guess_parameters_from_records, reconstruct_motions, yield_random_starts
+from .minimize import (
+    MEDIAN,
+    WEAKEST,
+    LossName,
+    Minimum,
+    SearchSettings,
+    compute_cost,
+    estimate_initial_sigmas,
+    estimate_sigmas_from_residuals,
+    minimize_cost,
+)
+from .parameters import (
+    FitPoint,
+    FreeParameters,
+    compute_rotation_quaternions,
+    multiply_quaternions,
+    rotation_matrix,
+)
+from .records import Record, slice_record
+from .residuals import STEPS_MOST, ResidualModel, SubspaceModel, find_time_of_large_residuals
+from .shooting import (
+    SegmentStartStates,
+    ShootingModel,
+    choose_segment_count,
+    minimize_by_multiple_shooting,
+    try_segment_fit,
+)
+from .uncertainty import classify_fit_directions, compute_largest_reduced_chi2
+
+_FEW = 4.0  # samples per turn from which an angular velocity is determined
+
+
+def list_spin_aliases_of_point(
+    parameters: FreeParameters, point: FitPoint, records: Sequence[Record]
+) -> list[FitPoint]:
+    """Return parameters whose motion differs by one full turn between successive measurements.
+
+    Returns an empty list if the body rotates so slowly that the measurements resolve every turn. If
+    the measurements contain fewer than two samples per turn of the body, the returned list also
+    contains a faster rotation in the same direction. If the moments of inertia are free parameters,
+    the list also contains motions with another moment of inertia but the same angular momentum.
+    """
+    pauses = [np.diff(np.unique(record.t)) for record in records]
+    interval = min((float(np.median(p)) for p in pauses if p.size), default=0.0)
+    if not (interval > 0.0 and parameters.can_vary("velocity")):
+        return []
+    turn, aliases = 2.0 * np.pi / interval, []
+    for axis, rate in _yield_fast_rotation_axes(point, turn / _FEW):
+        reverse_rate = rate - math.copysign(turn, rate)
+        for other_rate in (
+            (reverse_rate, 2.0 * rate - reverse_rate) if abs(rate) > 0.5 * turn else (reverse_rate,)
+        ):
+            alias = replace(point, rate=point.rate + (other_rate - rate) * axis)
+            aliases.append(alias)
+            aliases += _rescale_moment_for_same_momentum(
+                parameters, alias, axis, rate / other_rate if other_rate else 0.0
+            )
+    return aliases
+
+
+def _yield_fast_rotation_axes(point: FitPoint, least: float) -> Iterator[tuple[Array, float]]:
+    """Yield each axis about which the body rotates fast, together with the rotation rate."""
+    rate = float(np.linalg.norm(point.rate))
+    if rate > least:
+        yield point.rate / rate, rate
+    for axis, component in zip(np.eye(3), point.rate, strict=True):
+        if abs(component) > least:
+            yield axis, float(component)
+
+
+def _rescale_moment_for_same_momentum(
+    p: FreeParameters, alias: FitPoint, axis: Array, factor: float
+) -> list[FitPoint]:
+    """Return a list with one point whose moment about `axis` is rescaled, or an empty list."""
+    k = int(np.abs(axis).argmax())
+    is_principal = abs(axis[k]) == 1.0 and float(p.moments[:, p.moments[k].argmax()].sum()) == 1.0
+    if not (p.can_vary("moments") and is_principal and 0.0 < factor < np.inf):
+        return []
+    moments = alias.moments.copy()
+    moments[k] *= factor
+    densities = 0.5 * moments.sum() - moments
+    return [replace(alias, densities=densities)] if densities.min() >= 0.0 else []
+
+
+def describe_alternative_spin(point: FitPoint, alias: FitPoint) -> str:
+    """Return a sentence that describes another initial angular velocity that fits equally well."""
+    speed, alias_speed = (float(np.linalg.norm(one.rate)) for one in (point, alias))
+    return (
+        f"the spin: the records have fewer than {_FEW:g} samples per turn, and the angular "
+        f"velocity {alias_speed:.4g} instead of {speed:.4g} fits equally well"
+    )
+
+
+_FTOL = 1e-10  # relative improvement of the cost that ends a search
+_ROUGH_FTOL = 1e-3  # the same for a part of the records
+_ROUGH_LIMIT = 12  # evaluations for a part of the records
+_GROWTH = 1.4  # least factor from one part of the records to the next
+_PARTS_MOST = 40
+_UNSTABLE = 8  # pieces from which a motion that disagrees is searched in pieces
+_CHAOTIC = 28  # pieces from which errors grow more than a millionfold
+_STARTS_COMPARED = 16  # random initial states, from the nearest of which a search begins
+_STARTS_AGREE = 3  # starts that reach the best minimum again, after which it counts as the only one
+_PIECES_TRIED = 8  # pieces of a part of the records that must fit before many more are tried
+_FITS = 3.0  # largest chi2 per degree of freedom of a motion that needs no pieces
+_CHANCE = 3.0  # standard deviations of chi2 up to which a fit needs no other guess
+_PLAUSIBLE = 1.3  # chi2 per degree of freedom from the median with a tenth of outliers
+_MEDIAN_SPREAD = 2.34  # its standard deviation for one normally distributed residual
+_ROUGHLY = 1.5  # largest chi2 per degree of freedom of a good fit if sigma is estimated
+_FAR = 100.0  # longest time before the first measurement, relative to the length of the records
+_SAME_MOMENTS = 1e-3  # relative difference of moments of the same motion
+_SAME = 1e-6  # relative difference of equal costs
+_BLIND_TO_SIGN = {"body_velocity", "inertial_velocity", "body_acceleration"}
+_BLIND_TO_SIGN |= {"body_momentum", "kinetic"}
+_ROUNDS = 6  # estimates of unknown standard deviations
+_SIGMA_RTOL = 0.01  # change of a standard deviation that needs another round
+_RELATED = 1e4  # chi2 per degree of freedom up to which another spin may be the right one
+_ALIAS_LIMIT = 25  # evaluations for another spin
+_ALIAS_FTOL = 1e-6
+_AS_WELL = 9.0  # rise of chi2 up to which another motion fits as well, three standard deviations
+_INSENSITIVE = 1e-9  # a series that changes less, relative to its spread, tells nothing
+
+
+class BestFit(NamedTuple):
+    """The best fit so far.
+
+    point      the parameters
+    residuals  (n,) of the records
+    jacobian   (m, k) of the residuals and of the gaps; its first columns are the parameters
+    natural    (k,) natural sizes of the columns
+    pieces     ((begin, point), ...) of a motion in pieces, or empty
+    """
+
+    point: FitPoint
+    residuals: Array
+    jacobian: Array
+    natural: Array
+    cost: float
+    has_converged: bool
+    pieces: tuple[tuple[float, FitPoint], ...] = ()
+
+    @property
+    def scaled_jacobian(self) -> Array:
+        """The Jacobian matrix with respect to the parameters in their natural sizes."""
+        scaled: Array = self.jacobian * self.natural
+        return scaled
+
+
+class SearchSession:
+    """A search for the best fit, starting from one scene.
+
+    model  the residuals of all records
+    best   the best solution so far, or None
+    """
+
+    def __init__(
+        self,
+        parameters: FreeParameters,
+        records: tuple[Record, ...],
+        loss: LossName,
+        limit: int,
+        progress: Callable[[int, float], object] | None,
+    ) -> None:
+        self.parameters, self.records, self.loss = parameters, records, loss
+        self.limit, self.progress = limit, progress
+        self.is_sigma_known = all(s.sigma is not None for r in records for s in r.series)
+        self.model = ResidualModel(parameters, records, estimate_initial_sigmas(records))
+        self.best: BestFit | None = None
+        self.alias: FitPoint | None = None  # another start that fits as well
+        self.rival: FitPoint | None = None  # another motion that fits as well
+        self.half_turns: list[int] = []  # principal axes of half turns that fit as well
+        self.evaluations = 0  # of parts, of pieces and of former models
+        self._piece_count = 0  # the number of pieces of the last search in pieces
+        self._end = max(float(np.abs(record.t).max()) for record in records)
+
+    @property
+    def dof(self) -> int:
+        return max(int(self.model.measured.sum()) - self.parameters.size, 1)
+
+    @property
+    def sigmas(self) -> list[Array]:
+        return [rows.sigma for rows in self.model.rows]
+
+    def check_start_scene_is_solvable(self) -> None:
+        """Compute the motion of the scene; raise kreisel.Error if the computation fails."""
+        times = np.unique(np.concatenate([record.t for record in self.records]))
+        for t in (times[times < 0.0][::-1], times[times >= 0.0]):
+            solve(self.parameters.start.to_scene(), t, "taylor", max_steps=STEPS_MOST)
+
+    def refuse_start_held_by_friction(self) -> None:
+        """Raise ValueError if no motion fits and friction holds the top in its initial state.
+
+        Many different motions end in a state in which friction holds the top.
+        """
+        if self._has_small_misfit() or not self.parameters.start.friction:
+            return
+        try:
+            self.check_start_scene_is_solvable()
+        except Error as error:
+            if error.status == "ERR_STOPPED":
+                raise ValueError(
+                    "the records begin before the start at t = 0, where friction holds the top, "
+                    "and many motions lead there: subtract the first time from t"
+                ) from None
+
+    def check_measurement_count_and_start(self) -> None:
+        """Raise ValueError if there are too few measurements or if they start too late."""
+        times = np.concatenate([record.t for record in self.records])
+        first, span = float(np.abs(times).min()), float(np.ptp(times))
+        if first > _FAR * span > 0.0:
+            raise ValueError(
+                f"the records begin at t = {first:g}, long after the start at t = 0, and last only "
+                f"{span:g}: subtract the first time from t"
+            )
+        count = sum(record.size for record in self.records)
+        if count < self.parameters.size:
+            raise ValueError(
+                f"the records have {count} numbers, fewer than the {self.parameters.size} free "
+                "parameters: add measurements, or remove names from free"
+            )
+        if count == self.parameters.size and not self.is_sigma_known:
+            raise ValueError(
+                f"the records have {count} numbers, as many as free parameters, so that sigma "
+                "cannot be estimated: give sigma, add measurements, or remove names from free"
+            )
+
+    def check_measurements_per_segment(self, pieces: int | None) -> None:
+        """Raise ValueError if the records have fewer than two measurement times per segment."""
+        most = max(len(np.unique(np.concatenate([r.t for r in self.records]))) // 2, 1)
+        if pieces is not None and pieces > most:
+            raise ValueError(
+                f"pieces must be at most {most}, one for two times of the records, not {pieces}"
+            )
+
+    def search(self, pieces: int | None, has_data_guess: bool) -> None:
+        """Find the best solution."""
+        base = Guess(self.parameters.start, None)
+        is_single = pieces is None or pieces == 1
+        agreement, _ = self._find_match_end_and_cost(base.point)
+        is_done = is_single and (agreement >= self._end or not has_data_guess)
+        if is_done:
+            self._search_from_point(base.point, agreement)
+        if not self._has_good_fit() and (has_data_guess or not is_single):
+            guesses = guess_parameters_from_records(self.parameters, self.records)
+            guesses = guesses if has_data_guess else [g._replace(point=base.point) for g in guesses]
+            if pieces is None:
+                self._try_multiple_shooting(guesses, None, _CHAOTIC)
+            if is_single and not self._has_small_misfit():
+                self._search_from_guesses(guesses if is_done else [*guesses, base])
+            if pieces is None and not self._has_small_misfit():
+                self._try_multiple_shooting(guesses, None, _UNSTABLE)
+            elif not is_single:
+                has_agreement = agreement >= self._end
+                self._try_multiple_shooting(
+                    [] if has_agreement else self._sort_guesses(guesses), pieces, 2
+                )
+        has_attitudes = any(series.is_attitude for r in self.records for series in r.series)
+        if is_single and has_data_guess and self.best is not None and not has_attitudes:
+            has_motion = bool(reconstruct_motions(self.records, self.parameters.start))
+            has_rivals = self.parameters.can_vary("moments") and not (is_done or has_motion)
+            self._search_from_random_starts(has_rivals)
+        if (
+            pieces is None
+            and self._has_small_misfit()
+            and self.best is not None
+            and not self.best.pieces
+        ):
+            self._fit_chaotic_motion_in_segments(self.best.point)
+        self._reverse_com_to_match_scene()
+        self._align_best_solution_with_scene()
+        self._choose_half_turn_nearest_to_scene()
+        self._refine_with_estimated_sigmas()
+        self._try_alternative_spins()
+
+    def _fit_chaotic_motion_in_segments(self, point: FitPoint) -> None:
+        """Fit the motion in segments if it is too chaotic to fit it from one start state."""
+        count = choose_segment_count(point, self.records)
+        if count >= _CHAOTIC:
+            model = ShootingModel(self.parameters, self.records, self.sigmas, count)
+            self._fit_by_multiple_shooting(model, model.build_segment_starts(point), np.inf)
+
+    def _search_from_guesses(self, guesses: list[Guess]) -> None:
+        """Search from each guess until the fit is good, beginning with the best match."""
+        points = [(*self._find_match_end_and_cost(p), p) for p in map(self._refine_guess, guesses)]
+        points.sort(key=lambda entry: (-entry[0], entry[1]))
+        for agreement, _, point in points:
+            if self._has_good_fit():
+                return
+            self._search_from_point(point, agreement)
+        if points and self.loss == "soft":  # outliers look like disagreement
+            nearest = min(points, key=lambda entry: entry[1])
+            self._search_from_point(nearest[2], self._end)
+        if points and not self._is_plausible():
+            self._fit_slowly_growing_time_spans(points[0][2])
+
+    def _search_from_random_starts(self, has_rivals: bool) -> None:
+        """Search from random initial states until noise explains the residuals.
+
+        If several starts reach the best minimum, it is the global one, and the model is not exact.
+        With `has_rivals`, other motions may fit as well, and the search goes on until the best
+        minimum is reached again or another motion that fits as well is found.
+        """
+        count, starts = 0, yield_random_starts(self.parameters, self.records)
+        while count < _STARTS_AGREE and self._remaining_evaluations:
+            if self._is_plausible() and (not has_rivals or self.rival is not None):
+                return
+            old = self.best
+            guesses = [Guess(point, None) for point in islice(starts, _STARTS_COMPARED)]
+            point = self._sort_guesses(guesses)[0].point
+            minimum = self._search_from_point(point, self._find_match_end_and_cost(point)[0])
+            found = minimum.point
+            assert isinstance(found, FitPoint)
+            old_cost, cost = np.inf if old is None else old.cost, minimum.cost
+            rise = _AS_WELL * max(min(old_cost, cost) / self.dof, 1.0)
+            is_equal = abs(cost - old_cost) <= _SAME * max(old_cost, 1.0)
+            if old is not None and is_equal and self._has_moments_of(found, old.point):
+                count += 1
+            elif old is not None and minimum.has_converged and abs(cost - old_cost) < rise:
+                self._store_rival(found, old, is_equal)
+            elif cost < old_cost:
+                count, self.rival = 0, None
+
+    def _has_moments_of(self, point: FitPoint, other: FitPoint) -> bool:
+        return np.allclose(point.moments, other.moments, rtol=_SAME_MOMENTS, atol=0.0)
+
+    def _store_rival(self, point: FitPoint, old: BestFit, is_equal: bool) -> None:
+        """Store the other of two motions that fit as well; of equal ones, the farther one."""
+        assert self.best is not None
+        measure = self.parameters.measure_distance_from_start
+        if is_equal and measure(point) < measure(old.point):
+            self._try_equivalent(self.best, point)
+        self.rival = old.point if self.best.point is not old.point else point
+
+    def _fit_slowly_growing_time_spans(self, point: FitPoint) -> None:
+        """Fit ever longer parts of the records, starting from the body given in the scene.
+
+        If the fitted time span grows slowly, the computed oscillations stay in phase with the
+        records. Moments estimated from noisy data are biased and would give wrong frequencies.
+        """
+        body = self.parameters.start
+        start = replace(
+            point,
+            densities=body.densities,
+            com=body.com,
+            damping=body.damping,
+            friction=body.friction,
+        )
+        self._search_from_point(start, 0.0)
+
+    def _refine_guess(self, guess: Guess) -> FitPoint:
+        """Refine a guess in its subspace `allowed` of parameter changes; return the result."""
+        if guess.allowed is None:
+            return guess.point
+        return self._fit_point_roughly(SubspaceModel(self.model, guess.allowed), guess.point)
+
+    def _compute_best_reduced_chi2(self) -> float:
+        """Return chi2 per degree of freedom (a median-based estimate for the soft loss)."""
+        if self.best is None:
+            return np.inf
+        if self.loss == "linear":
+            return self.best.cost / self.dof
+        residuals = np.abs(self.best.residuals[self.model.measured])
+        return float(MEDIAN * np.median(residuals)) ** 2
+
+    def _has_small_misfit(self) -> bool:
+        return self._compute_best_reduced_chi2() <= _FITS
+
+    def _has_good_fit(self) -> bool:
+        """Return True if the residuals are as small as the noise.
+
+        For a soft-loss fit the result is always False, because a wrong motion can agree with most
+        measurements.
+        """
+        return self.loss == "linear" and self._is_plausible()
+
+    def _is_plausible(self) -> bool:
+        """Return True if noise and, for the soft loss, a few outliers can explain the residuals."""
+        if self.loss == "soft":
+            count = int(self.model.measured.sum())
+            limit = _PLAUSIBLE + _CHANCE * _MEDIAN_SPREAD / np.sqrt(count)
+        else:
+            limit = compute_largest_reduced_chi2(self.dof) if self.is_sigma_known else _ROUGHLY
+        return bool(self._compute_best_reduced_chi2() <= limit)
+
+    def measure_residual_excess(self) -> float:
+        """Return the typical |residual| / sigma if noise does not explain it, otherwise 0."""
+        if not self.is_sigma_known or self._is_plausible():
+            return 0.0
+        return float(np.sqrt(self._compute_best_reduced_chi2()))
+
+    @property
+    def _remaining_evaluations(self) -> int:
+        """The number of paths that the search may still compute."""
+        return max(self.limit - self.evaluations - self.model.evaluations, 0)
+
+    def _store_minimum_if_best(self, minimum: Minimum, model: ResidualModel) -> None:
+        """Report the cost of a fit to all records, and store the fit if it is the best."""
+        self._report_cost(minimum.cost)
+        if self.best is None or minimum.cost <= self.best.cost:
+            point = minimum.point
+            assert isinstance(point, FitPoint)
+            natural = model.estimate_parameter_scales(point)
+            self.best = BestFit(
+                point, *minimum.evaluation, natural, minimum.cost, minimum.has_converged
+            )
+
+    def _report_cost(self, cost: float) -> None:
+        if self.progress is not None:
+            self.progress(self.evaluations + self.model.evaluations, cost / self.dof)
+
+    def _search_from_point(self, point: FitPoint, agreement: float) -> Minimum:
+        """Search from a point by fitting ever longer parts of the records."""
+        old_best = self.best
+        point = self._fit_growing_time_spans(point, agreement)
+        limit = self.model.evaluations + self._remaining_evaluations
+        settings = SearchSettings(
+            self.loss,
+            limit,
+            _FTOL,
+            lambda minimum: self._store_minimum_if_best(minimum, self.model),
+            weakest=WEAKEST,
+        )
+        minimum = minimize_cost(self.model, point, settings)
+        if np.isfinite(minimum.cost):
+            self._store_minimum_if_best(minimum, self.model)
+        has_ended = old_best is not None and old_best.has_converged
+        if old_best is not None and has_ended and minimum.cost > (1.0 - _SAME) * old_best.cost:
+            self.best = old_best  # equal minima differ by rounding: the nearer guess counts
+        return minimum
+
+    def _reverse_com_to_match_scene(self) -> None:
+        """Reverse the fitted `com` if it points away from the scene's `com`.
+
+        The vertical is reversed as well, so the readings of body-mounted instruments do not change.
+        """
+        p, best = self.parameters, self.best
+        quantities = {series.quantity for record in self.records for series in record.series}
+        if best is None or best.pieces or not (p.can_vary("com") and p.can_vary("attitude")):
+            return
+        if quantities <= _BLIND_TO_SIGN and best.point.com @ p.start.com < 0.0:
+            half_turn = np.array([0.0, 1.0, 0.0, 0.0])
+            attitude = multiply_quaternions(half_turn, best.point.attitude)
+            self._try_equivalent(best, replace(best.point, attitude=attitude, com=-best.point.com))
+
+    def _align_best_solution_with_scene(self) -> None:
+        """Rotate the best fit about e3 so that `turning` has the same azimuth as in the scene.
+
+        Body-mounted instruments cannot detect a rotation of the whole scene about the vertical.
+        """
+        p, best = self.parameters, self.best
+        if best is None or best.pieces or not (p.can_vary("attitude") and p.can_vary("turning")):
+            return
+        target, source = p.start.turning, best.point.turning
+        if not (target[:2].any() and source[:2].any()):
+            return
+        angle = np.arctan2(target[1], target[0]) - np.arctan2(source[1], source[0])
+        turn = compute_rotation_quaternions(np.array([0.0, 0.0, angle]))
+        attitude = multiply_quaternions(turn, best.point.attitude)
+        turning = rotation_matrix(turn) @ source
+        self._try_equivalent(best, replace(best.point, attitude=attitude, turning=turning))
+
+    def _choose_half_turn_nearest_to_scene(self) -> None:
+        """Turn the body by pi about a principal axis if that fits as well and is nearer the scene.
+
+        Instruments in space cannot detect such a turn if the centre of mass and the rotor are
+        turned as well.
+        """
+        p, best = self.parameters, self.best
+        if best is None or best.pieces or not (p.can_vary("attitude") and p.can_vary("velocity")):
+            return
+        if any(series.is_attitude for record in self.records for series in record.series):
+            return
+        twins = {k: p.turn_body_by_half_turn(best.point, k) for k in range(3)}
+        most = best.cost + _SAME * max(best.cost, 1.0)
+        points = [best.point]
+        for k, twin in twins.items():
+            if twin is not None:
+                residuals = self.model.evaluate_residuals(twin, has_jacobian=False).residuals
+                if compute_cost(residuals, self.loss) <= most:
+                    points.append(twin)
+                    self.half_turns.append(k)
+        nearest = min(points, key=p.measure_distance_from_start)
+        if nearest is not best.point:
+            self._try_equivalent(best, nearest)
+
+    def _try_equivalent(self, best: BestFit, twin: FitPoint) -> None:
+        """Replace the best solution by the equivalent point `twin` if it fits equally well."""
+        evaluation = self.model.evaluate_residuals(twin)
+        cost = compute_cost(evaluation.residuals, self.loss)
+        if cost <= best.cost + _SAME * max(best.cost, 1.0):
+            natural = self.model.estimate_parameter_scales(twin)
+            self.best = BestFit(twin, *evaluation, natural, cost, best.has_converged)
+
+    def _try_alternative_spins(self) -> None:
+        """Search from alternative spins, and store a solution that fits as well or better."""
+        best = self.best
+        if best is None or best.cost > _RELATED * self.dof:
+            return
+        if best.pieces and self._has_small_misfit():
+            return
+        aliases = list_spin_aliases_of_point(self.parameters, best.point, self.records)
+        if not (aliases and self._can_determine_velocity(best)):
+            return
+        rise = _AS_WELL * max(best.cost / self.dof, 1.0)
+        for alias in aliases:
+            limit = self.model.evaluations + min(_ALIAS_LIMIT, self._remaining_evaluations)
+            settings = SearchSettings(
+                self.loss, limit, _ALIAS_FTOL, self._report_cost_of_minimum, weakest=WEAKEST
+            )
+            minimum = minimize_cost(self.model, alias, settings)
+            solution = minimum.point
+            assert isinstance(solution, FitPoint)
+            change = float(np.linalg.norm(solution.rate - best.point.rate))
+            is_other = change > 0.5 * float(np.linalg.norm(alias.rate - best.point.rate))
+            if not is_other or minimum.cost > best.cost + rise:
+                continue
+            if minimum.cost < best.cost - rise:
+                self._store_minimum_if_best(minimum, self.model)
+                self._search_from_point(solution, self._find_match_end_and_cost(solution)[0])
+                return self._try_alternative_spins()
+            self.alias = solution if self._has_small_misfit() else None
+            return
+
+    def _can_determine_velocity(self, best: BestFit) -> bool:
+        spectrum = classify_fit_directions(best.jacobian, best.natural, 1.0, self.parameters.size)
+        jacobian = np.zeros((3, self.parameters.size))
+        jacobian[:, self.parameters.get_parameter_slice("velocity")] = np.eye(3)
+        return bool(np.isfinite(spectrum.propagate_errors(jacobian)[1]).all())
+
+    def _report_cost_of_minimum(self, minimum: Minimum) -> None:
+        self._report_cost(minimum.cost)
+
+    def _fit_growing_time_spans(self, point: FitPoint, agreement: float) -> FitPoint:
+        """Fit ever longer parts of the records, and return the parameters."""
+        is_slow = agreement == 0.0
+        horizon, times = 0.0, np.unique(np.abs(np.concatenate([r.t for r in self.records])))
+        least = float(times[min(len(times) - 1, 2 * self.parameters.size)])
+        for _ in range(_PARTS_MOST):
+            horizon = max(0.0 if is_slow else agreement, _GROWTH * horizon, least)
+            if horizon >= self._end or not self._remaining_evaluations:
+                break
+            part = self._build_residual_model_until(horizon)
+            if part is not None:
+                point = self._fit_point_roughly(part, point)
+            agreement, cost = self._find_match_end_and_cost(point)
+            if not np.isfinite(cost):
+                break  # the motion takes too many steps, or leaves the range of doubles
+        return point
+
+    def _fit_point_roughly(self, part: ResidualModel | SubspaceModel, point: FitPoint) -> FitPoint:
+        settings = SearchSettings(
+            self.loss,
+            min(_ROUGH_LIMIT, self._remaining_evaluations),
+            _ROUGH_FTOL,
+            self._report_cost_of_minimum,
+            weakest=WEAKEST,
+        )
+        minimum = minimize_cost(part, point, settings)
+        self.evaluations += part.evaluations
+        assert isinstance(minimum.point, FitPoint)
+        return minimum.point
+
+    def _build_residual_model_until(self, horizon: float) -> ResidualModel | None:
+        """Return the residual model for |t| <= horizon, or None for insufficient data."""
+        records, sigmas = self._select_records_until(horizon)
+        if sum(record.size for record in records) < self.parameters.size:
+            return None
+        part = ResidualModel(self.parameters, records, sigmas)
+        part.max_steps = self.model.max_steps
+        return part
+
+    def _select_records_until(self, horizon: float) -> tuple[list[Record], list[Array]]:
+        """Return the records restricted to |t| <= horizon, and their standard deviations."""
+        records, sigmas, sigma_iterator = [], [], iter(self.sigmas)
+        for record in self.records:
+            low = int(np.searchsorted(record.t, -horizon))
+            high = int(np.searchsorted(record.t, horizon, side="right"))
+            records.append(slice_record(record, low, high))
+            sigmas += [next(sigma_iterator)[low:high] for _ in record.series]
+        return records, sigmas
+
+    def _find_match_end_and_cost(self, point: FitPoint) -> tuple[float, float]:
+        """Return the time up to which a motion agrees with the records, and the motion's cost.
+
+        The cost is the sum of all soft losses.
+        """
+        trial = self.model.evaluate_residuals(point, has_jacobian=False)
+        if not np.isfinite(trial.residuals).all():
+            return 0.0, np.inf
+        end = self._end
+        for rows in self.model.rows:
+            time = find_time_of_large_residuals(rows, trial, np.abs(self.records[rows.record].t))
+            end = min(end, time)
+        return end, compute_cost(trial.residuals, "soft")
+
+    def _try_multiple_shooting(self, guesses: list[Guess], pieces: int | None, least: int) -> None:
+        """Try multiple shooting with `least` segments or more; keep a far better fit."""
+        for guess in guesses:
+            count = pieces or choose_segment_count(guess.point, self.records)
+            if count < least or guess.motion is None:
+                continue
+            if count == self._piece_count:
+                return  # these pieces have been tried
+            if least == _CHAOTIC and self._has_guess_agreeing_with_records(guesses):
+                return
+            self._piece_count = count
+            if pieces is None and count > _PIECES_TRIED and not self._try_gapped_fit(guess, count):
+                return
+            model = ShootingModel(self.parameters, self.records, self.sigmas, count)
+            begin = model.data_starts(guess.point, guess.motion)
+            self._fit_by_multiple_shooting(model, begin, 0.5)
+            return
+        if pieces is not None:
+            model = ShootingModel(self.parameters, self.records, self.sigmas, pieces)
+            begin = model.build_segment_starts(self.parameters.start)
+            self._fit_by_multiple_shooting(model, begin, 0.5)
+
+    def _sort_guesses(self, guesses: list[Guess]) -> list[Guess]:
+        """Return the guesses, sorted by how well they fit the records."""
+        entries = [(*self._find_match_end_and_cost(guess.point), guess) for guess in guesses]
+        return [guess for _, _, guess in sorted(entries, key=lambda entry: (-entry[0], entry[1]))]
+
+    def _has_guess_agreeing_with_records(self, guesses: list[Guess]) -> bool:
+        """Return True if the motion of any guess fits all records.
+
+        If one guess fits all records, other guesses with chaotic motions are probably wrong.
+        """
+        return any(self._find_match_end_and_cost(guess.point)[0] >= self._end for guess in guesses)
+
+    def _try_gapped_fit(self, guess: Guess, count: int) -> bool:
+        """Return True if segments separated by gaps fit part of the records."""
+        records, sigmas = self._select_records_until(self._end * _PIECES_TRIED / count)
+        if sum(record.size for record in records) < self.parameters.size or guess.motion is None:
+            return True
+        model = ShootingModel(self.parameters, records, sigmas, _PIECES_TRIED)
+        is_near = try_segment_fit(model, model.data_starts(guess.point, guess.motion), self.loss)
+        self.evaluations += model.evaluations
+        return is_near
+
+    def _fit_by_multiple_shooting(
+        self, model: ShootingModel, begin: SegmentStartStates, factor: float
+    ) -> None:
+        """Fit the motion in segments, and keep the result if it reduces the cost sufficiently."""
+        old_best = self.best
+        self.best = None
+        minimum = minimize_by_multiple_shooting(
+            model,
+            begin,
+            self.loss,
+            lambda m: self._set_best_piecewise_fit(m, model),
+            self._remaining_evaluations,
+        )
+        self.evaluations += model.evaluations
+        if np.isfinite(minimum.cost):
+            self._set_best_piecewise_fit(minimum, model)
+        if old_best is not None and (self.best is None or self.best.cost > factor * old_best.cost):
+            self.best = old_best
+
+    def _set_best_piecewise_fit(self, minimum: Minimum, model: ShootingModel) -> None:
+        self._report_cost(minimum.cost)
+        pieces = minimum.point
+        assert isinstance(pieces, SegmentStartStates)
+        residuals, jacobian = minimum.evaluation
+        self.best = BestFit(
+            pieces.points[model.first],
+            residuals[: model.data_size],
+            jacobian,
+            model.estimate_parameter_scales(pieces),
+            minimum.cost,
+            minimum.has_converged,
+            tuple(zip(map(float, model.edges[:-1]), pieces.points, strict=True)),
+        )
+
+    def _refine_with_estimated_sigmas(self) -> None:
+        """Estimate the unknown measurement errors from the residuals, and fit again."""
+        for k in range(0 if self.is_sigma_known else _ROUNDS):
+            if self.best is None or not self.best.has_converged:
+                return
+            sigmas = estimate_sigmas_from_residuals(
+                self.model, self.best.residuals, self.best.scaled_jacobian, self.loss
+            )
+            pairs = zip(self.sigmas, sigmas, strict=True)
+            change = max(abs(float((new / old).flat[0]) - 1.0) for old, new in pairs)
+            if k and change < _SIGMA_RTOL:
+                return
+            self._refit_with_sigmas(sigmas)
+
+    def _refit_with_sigmas(self, sigmas: list[Array]) -> None:
+        best = self.best
+        assert best is not None
+        self.evaluations += self.model.evaluations
+        self.model = ResidualModel(self.parameters, self.records, sigmas)
+        self.best = None
+        if best.pieces:
+            model = ShootingModel(self.parameters, self.records, sigmas, len(best.pieces))
+            self._fit_by_multiple_shooting(
+                model, SegmentStartStates(tuple(point for _, point in best.pieces)), np.inf
+            )
+        else:
+            self._search_from_point(best.point, self._end)
+
+    def measure_relative_misfit(self) -> float:
+        """Return the size of the residuals relative to the measured values."""
+        assert self.best is not None
+        shares = [
+            rows.select_series_residuals(self.best.residuals)[rows.measured_mask]
+            * rows.sigma[rows.measured_mask]
+            / rows.series.size
+            for rows in self.model.rows
+        ]
+        misfits = np.concatenate(shares)
+        if self.loss == "soft":
+            return float(MEDIAN * np.median(np.abs(misfits)))
+        return float(np.sqrt((misfits @ misfits) / misfits.size))
+
+    def refuse_insensitive_quantities(self) -> None:
+        """Raise ValueError if a measured quantity does not depend on any free parameter."""
+        assert self.best is not None
+        scaled = np.abs(self.best.scaled_jacobian)
+        for rows in self.model.rows:
+            mask = rows.measured_mask
+            sensitivities = scaled[rows.residual_slice][mask.ravel()]
+            scale = rows.series.typical_value_scale / rows.sigma.mean(where=mask | ~mask.any())
+            if mask.any() and sensitivities.max() <= _INSENSITIVE * scale:
+                raise ValueError(
+                    f"{rows.series.name} does not depend on the free parameters "
+                    f"({', '.join(self.parameters.free)}): add names to free, or leave it out"
+                )

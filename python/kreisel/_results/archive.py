@@ -1,0 +1,233 @@
+"""Saved paths."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict, fields, replace
+from typing import Any, BinaryIO, NamedTuple
+
+import numpy as np
+
+from .._core import tangents as TANGENTS
+from .._core import version
+from .._model.scene import Scene, parse_scene_toml
+from .._options.methods import methods, unknown_method_message
+from .._options.options import (
+    SolveOptions,
+    validate_options_for_method,
+    validate_requested_quantities,
+)
+from .._options.plan import StepChoice
+from .._options.quantities import LOW, QUANTITIES, RECORDABLE
+from .._utils.arguments import Array, as_float, as_int, short_repr
+from .._utils.files import ArchiveReader, Integers, pack_archive
+from .error import ORIGIN, RunStart
+from .quantities import NO_STATES, PathBase, Stats, TangentData
+
+_FORMAT = 1  # version of the archive's layout: the header's entries and the names of the arrays
+_EVENTS = "events_"
+_MET = "which", "direction"
+
+
+class PathConstructorArguments(NamedTuple):
+    """The constructor arguments of a kreisel.Path."""
+
+    scene: Scene
+    states: Array
+    stats: Stats
+    options: SolveOptions
+    is_back: bool
+    low: Array | None = None
+    columns: dict[str, Array] | None = None
+    events: Any = None  # a kreisel.Events
+    choice: StepChoice | None = None
+    carried: TangentData | None = None
+    origin: RunStart = ORIGIN
+
+    @property
+    def t(self) -> Array:
+        """(n,) times [T]."""
+        return self.states[:, 0] if self.columns is None else self.columns["t"]
+
+
+EventArrays = tuple[PathBase, Integers, Integers]  # states at the events, indices, directions
+
+
+def encode_path_as_archive(path: PathBase, events: EventArrays | None) -> bytes:
+    """Write a path and its recorded events to an archive, and return its bytes."""
+    head = {
+        "kreisel": version,
+        "format": _FORMAT,
+        "method": path.method,
+        "asked": path._options.requested_method,
+        "step": path.step,
+        "tol": path.tol,
+        "digits": path.digits,
+        "want": path.want,
+        "low": path._low is not None,
+        "start": path._origin.to_json(),
+        "stats": path.stats,
+        "choice": path._choice and asdict(path._choice),
+        "tangents": path._tangent_data
+        and {"by": path._tangent_data.by, "rest": path._tangent_data.truncation},
+        "events": events and {"want": events[0].want, "low": events[0]._low is not None},
+    }
+    arrays: dict[str, Array | Integers] = dict(_get_state_arrays_by_name(path, ""))
+    if path._tangent_data:
+        arrays |= {"tangents": path._tangent_data.high, "tangents_low": path._tangent_data.low}
+    if events:
+        event_path, *rest = events
+        arrays |= _get_state_arrays_by_name(event_path, _EVENTS)
+        arrays |= {_EVENTS + name: array for name, array in zip(_MET, rest, strict=True)}
+    return pack_archive({"head": json.dumps(head), "scene": path.scene.to_toml()}, arrays)
+
+
+def _get_state_arrays_by_name(path: PathBase, prefix: str) -> dict[str, Array]:
+    if path._columns is not None:
+        arrays = path._columns
+    else:
+        arrays = {name: getattr(path, name) for name in ("t", "q", "m")}
+        if path._low is not None:
+            arrays |= {name: getattr(path, name) for name in LOW}
+    return {prefix + name: array for name, array in arrays.items()}
+
+
+def read_saved_path_arguments(
+    file: BinaryIO, size: int
+) -> tuple[PathConstructorArguments, tuple[PathConstructorArguments, Integers, Integers] | None]:
+    """Read a path from a file of `size` bytes, together with its events if there are any.
+
+    The events are returned as a tuple (path, indices, directions), where the path holds their
+    states. Raises ValueError if the file is not an archive written by encode_path_as_archive.
+    """
+    archive = ArchiveReader(file, size)
+    try:
+        head = _require_json_object(json.loads(archive.read_archive_text("head")))
+        if as_int("format", head["format"], 1) != _FORMAT:
+            raise ValueError(f"its format {head['format']} belongs to a later version of kreisel")
+        words = _parse_archive_header(head, parse_scene_toml(archive.read_archive_text("scene")))
+        if head["events"] is not None:
+            words = words._replace(options=replace(words.options, events=()))
+        path = _read_path_arrays(archive, "", words, head)
+        if head.get("tangents") is not None:
+            path = path._replace(
+                carried=_read_tangents_from_archive(archive, len(path.t), head["tangents"])
+            )
+        if head["events"] is None:
+            return path, None
+        event_arguments = _read_path_arrays(
+            archive, _EVENTS, words, _require_json_object(head["events"])
+        )
+    except (KeyError, RecursionError, TypeError) as error:
+        raise ValueError(f"its header is damaged: {error}") from None
+    which, direction = (
+        archive.read_archive_integers(_EVENTS + name, len(event_arguments.t)) for name in _MET
+    )
+    if not (np.abs(direction) == 1).all() or which.min(initial=0) < 0:
+        raise ValueError("its events are damaged")
+    return path, (event_arguments, which, direction)
+
+
+def _require_json_object(value: object) -> dict[str, object]:
+    if not isinstance(value, dict):
+        raise TypeError(f"{short_repr(value)} is not a table")
+    return value
+
+
+def _parse_archive_header(head: dict[str, object], scene: Scene) -> PathConstructorArguments:
+    """Return a path without arrays, built from the JSON object `head` in the archive header.
+
+    Raises KeyError, TypeError or ValueError if a field of the header is missing or invalid.
+    """
+    method, requested_method, stats = head["method"], head["asked"], head["stats"]
+    if (
+        not isinstance(method, str)
+        or not isinstance(requested_method, str)
+        or not isinstance(stats, list)
+    ):
+        raise TypeError("method and asked must be texts, and stats a list of numbers")
+    if method not in methods:
+        raise ValueError(unknown_method_message(method))
+    step = None if head["step"] is None else as_float("step", head["step"])
+    size = None if step is None else abs(step)
+    options = validate_options_for_method(
+        methods[method], size, head["tol"], head["digits"], 0, requested_method, None
+    )
+    costs = Stats(*(as_int("a number of the stats", n, 0) for n in stats))
+    choice = (
+        None
+        if head["choice"] is None
+        else _build_step_choice_from_dict(_require_json_object(head["choice"]))
+    )
+    is_back = step is not None and step < 0.0
+    origin = RunStart.from_json(head.get("start"))
+    return PathConstructorArguments(
+        scene,
+        NO_STATES,
+        costs,
+        options.copy_for_scene(scene),
+        is_back,
+        choice=choice,
+        origin=origin,
+    )
+
+
+def _build_step_choice_from_dict(words: dict[str, object]) -> StepChoice:
+    """Return the step chosen by method='geometric', parsed from the JSON object `words`.
+
+    Raises KeyError or TypeError if a field of the JSON object is missing or has the wrong type.
+    """
+    for field in fields(StepChoice):
+        if type(words[field.name]).__name__ != field.type:
+            raise TypeError(
+                f"choice.{field.name} = {short_repr(words[field.name])} is not a {field.type}"
+            )
+    make: Callable[..., StepChoice] = StepChoice
+    return make(**words)
+
+
+def _read_tangents_from_archive(archive: ArchiveReader, n: int, head: object) -> TangentData:
+    """Read the tangents of `n` states from an archive, and return them."""
+    words = _require_json_object(head)
+    names, rest = words["by"], as_float("rest", words["rest"])
+    if (
+        not isinstance(names, list)
+        or not names
+        or names != [name for name in TANGENTS if name in names]
+    ):
+        raise ValueError(f"its tangents have the invalid columns {short_repr(names)}")
+    shape = n, 6, sum(TANGENTS[name][1] for name in names)
+    high, low = (
+        archive.read_archive_doubles(name, *shape) for name in ("tangents", "tangents_low")
+    )
+    return TangentData.from_flat_arrays(high, low, rest, tuple(names))
+
+
+def _read_path_arrays(
+    archive: ArchiveReader, prefix: str, words: PathConstructorArguments, head: dict[str, object]
+) -> PathConstructorArguments:
+    """Read the arrays of a path from an archive."""
+    want, is_low = head["want"], head["low"]
+    if not isinstance(is_low, bool):
+        raise TypeError(f"low must be true or false, not {short_repr(is_low)}")
+    t = archive.read_archive_doubles(f"{prefix}t", None)
+    if want is not None:
+        names = validate_requested_quantities(want) or ()
+        columns = {
+            name: archive.read_archive_doubles(prefix + name, len(t), *RECORDABLE[name].shape)
+            for name in names
+        }
+        options = replace(words.options, want=names)
+        return words._replace(options=options, columns={"t": t} | columns)
+    low = None
+    if is_low:
+        rest = (
+            archive.read_archive_doubles(prefix + name, len(t), *LOW[name].shape) for name in LOW
+        )
+        low = np.column_stack([np.zeros(len(t)), *rest])
+    rows = (
+        archive.read_archive_doubles(prefix + name, len(t), *QUANTITIES[name].shape)
+        for name in ("q", "m")
+    )
+    return words._replace(states=np.column_stack([t, *rows]), low=low)

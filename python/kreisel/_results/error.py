@@ -1,0 +1,307 @@
+"""Calls of the core with failures as exceptions, and estimates of the error of a path."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import combinations
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .._core import KIND_RTOL, Work, record, start
+from .._core import tangents as TANGENTS
+from .._model.parameters import refuse_disturbances
+from .._model.scene import Scene
+from .._options.methods import (
+    EXACT,
+    FALLBACK,
+    explain_no_closed_form,
+    has_torus_closed_form,
+    methods,
+)
+from .._options.options import Progress, SolveOptions
+from .._utils.arguments import (
+    Array,
+    Quaternion,
+    as_finite_array,
+    as_float,
+    make_exception_from_status,
+)
+from .._utils.quantity_attributes import MethodName
+from ..quaternion import conjugate, multiply, turn
+
+# The name of the status; the states reached (n, 8), as t, q, m; the low words of these states or
+# None; the numbers of steps, rejected steps, evaluations and iterations; the last requested time.
+CoreResult = tuple[str, Array, Array | None, tuple[int, int, int, int], float]
+
+
+class RunStart(NamedTuple):
+    """The time [T] of a run's initial state, and the low-order words of that state, if any.
+
+    The time is nonzero only after a `push`, a `reset` or a change of the scene.
+    """
+
+    begin: float = 0.0
+    low: Array | None = None
+
+    def to_json(self) -> list[object] | None:
+        """Convert this RunStart object to a JSON value, or to None for the default start."""
+        if not self.begin and self.low is None:
+            return None
+        return [self.begin, None if self.low is None else self.low.tolist()]
+
+    @classmethod
+    def from_json(cls, value: object) -> RunStart:
+        """Build a RunStart object from its JSON value. Raises TypeError or ValueError."""
+        if value is None:
+            return ORIGIN
+        if not isinstance(value, list) or len(value) != 2:
+            raise TypeError("the start must be a time and low words")
+        low = None if value[1] is None else as_finite_array("low", value[1], "8 numbers")
+        if low is not None and low.shape != (8,):
+            raise ValueError(f"the low words of the start must be 8 numbers, not {low.size}")
+        return cls(as_float("the time of the start", value[0]), low)
+
+
+ORIGIN = RunStart()
+
+
+def compute_states_at_times(
+    scene: Scene,
+    options: SolveOptions,
+    times: Array,
+    progress: Progress | Work | None = None,
+    origin: RunStart = ORIGIN,
+) -> CoreResult:
+    """Record the states of the motion at the given times, which must have been validated before.
+
+    `progress` is either a callback that receives the current time, or a Work object that can stop
+    the run.
+    """
+    begin, low = origin
+    return record(
+        scene._block, *options.core_arguments, times, progress=progress, begin=begin, low=low
+    )
+
+
+def compute_states_at_unordered_times(
+    scene: Scene, options: SolveOptions, times: Array, origin: RunStart = ORIGIN
+) -> CoreResult:
+    """Compute the states at given times, which may be negative and need not be sorted.
+
+    States at negative and at positive times are computed in separate runs. If a run fails, the
+    result contains only the states that this run reached before the failure.
+    """
+    states = np.empty((times.size, 8))
+    low = np.empty((times.size, 8)) if options.has_extended_precision else None
+    counts, end = np.zeros(4, dtype=np.int64), 0.0
+    for side in (times < 0.0, times >= 0.0):
+        indices = np.flatnonzero(side)
+        indices = indices[np.argsort(np.abs(times[indices]), kind="stable")]
+        if not indices.size:
+            continue
+        result = compute_states_at_times(scene, options, times[indices], None, origin)
+        if result[0] != "OK":
+            return result
+        states[indices], end, counts = result[1], result[-1], counts + result[3]
+        if low is not None:
+            low[indices] = result[2]
+    steps, rejected, evaluations, iterations = counts.tolist()
+    return "OK", states, low, (steps, rejected, evaluations, iterations), end
+
+
+def make_core_start_error(
+    status: str, scene: Scene, method: str, step: float | None, tol: float | None
+) -> Exception:
+    """Return the exception that explains why the C library cannot start a run.
+
+    If `step` is too large, the message suggests a smaller step that the C library accepts.
+    """
+    if status == "ERR_METHOD" and has_torus_closed_form(scene):
+        return ValueError(f"the method {method!r} does not apply: {explain_no_closed_form(scene)}")
+    hint = ""
+    if status == "ERR_STEP_SIZE" and step:
+        smaller_step = step
+        while smaller_step and start(scene._block, method, smaller_step, 0.0, 0, 0)[0] == status:
+            smaller_step /= 2.0
+        hint = f", where {smaller_step!r} would suffice"
+    return make_exception_from_status(
+        status, f"{method} with step = {step!r}{hint}, tol = {tol!r} and {scene!r}"
+    )
+
+
+CLOSED_FORM = SolveOptions(methods[EXACT], requested_method=EXACT)
+SERIES = SolveOptions(methods[FALLBACK], requested_method=FALLBACK)
+LONGER_SERIES = SolveOptions(methods[FALLBACK], digits=20, requested_method=FALLBACK)
+LONGEST_SERIES = SolveOptions(methods[FALLBACK], digits=30, requested_method=FALLBACK)
+# Runs with 30 digits and shorter steps, whose rounding errors differ from those of LONGEST_SERIES.
+SHORTER_STEPS = [
+    SolveOptions(methods[FALLBACK], tol=2.0**-n, digits=30, requested_method=FALLBACK)
+    for n in (108, 109, 110)
+]
+
+# No error of 200 runs with 30 digits is beyond this multiple of the largest difference.
+FACTOR_30 = 3.0
+
+ROUNDING = 2.0**-53
+_MAX_POINTS = 1024  # maximal number of times of a path at which tangents are computed
+# The error of a closed form is far below this multiple of the error caused by rounding the start.
+ROUNDINGS = 128
+
+
+def has_cheap_exact_form(scene: Scene) -> bool:
+    """Return True if the scene has a cheap closed form that is exact for its body.
+
+    A closed form is inexact if it treats nearly equal moments of inertia as equal, or if it moves
+    the centre of mass or the rotor to a nearby principal axis. Closed forms of Kowalewski and
+    Goryachev-Chaplygin tops are not cheap, because they take long to set up.
+    """
+    if not CLOSED_FORM.method.suits(scene) or has_torus_closed_form(scene):
+        return False
+    tolerance = 2.0 * KIND_RTOL
+    pairs = combinations(scene.body.moments, 2)
+    if any(a != b and abs(a - b) <= tolerance * max(a, b) for a, b in pairs):
+        return False
+    com, rotor = scene.body.principal_com, scene.body.principal_rotor
+    reach, most = max(map(abs, com)), max(map(abs, rotor))
+    if any(0.0 < abs(h) <= tolerance * most for h in rotor):
+        return False
+    return not scene.gravity or not any(0.0 < abs(c) <= tolerance * reach for c in com)
+
+
+def estimate_attitude_error(
+    scene: Scene,
+    method: MethodName,
+    digits: int | None,
+    angle_to: Callable[[SolveOptions], float],
+    growth: Callable[[], float],
+) -> float:
+    """Estimate the attitude error [rad] of a path that `method` computed with `digits` digits.
+
+    `angle_to(options)` returns the largest angle between the path and a second run with these
+    options. `growth()` returns the factor by which the motion amplifies rounding errors in the
+    initial state. The returned error is pi if nothing is known about the accuracy of the attitude.
+    """
+    if not digits and method != EXACT and has_cheap_exact_form(scene):
+        error = angle_to(CLOSED_FORM)
+        if error >= ROUNDINGS * ROUNDING * growth():
+            return error
+    if digits == 30:
+        # No other run is more accurate than the path, whose error may therefore exceed its distance
+        # from each of them. All runs have the error by rounding the start in common.
+        errors = [*map(angle_to, SHORTER_STEPS), ROUNDING**2 * growth()]
+        return min(FACTOR_30 * max(errors), math.pi)
+    error = 0.0 if digits else angle_to(LONGER_SERIES)
+    # A closed form rounds only once, but the motion can magnify the rounding errors of a series.
+    # A large difference may therefore be an error of the series with 20 digits: use 30 digits.
+    is_unsure = method == EXACT and error > ROUNDINGS * ROUNDING
+    return angle_to(LONGEST_SERIES) if digits or is_unsure else error
+
+
+def compute_state_changes_by_rounding(scene: Scene, digits: int = 16) -> Array:
+    """Return a matrix whose columns are changes of attitude and momentum caused by rounding.
+
+    Each column is the change of the state per unit of relative rounding error. For at most 16
+    digits, the rounding error of the momentum is proportional to the largest moment of inertia and
+    the estimated angular velocity. If more than 16 digits are requested, the C library stores the
+    momentum in the body frame. If the momentum is stored in the body frame, rounding the attitude
+    also rotates the momentum in space, and each of its components has its own rounding error.
+    """
+    if digits <= 16:
+        return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._rotation_rate] * 3)
+    rotation, principal = _rotation_matrix(scene.attitude), _rotation_matrix(scene.body.axes)
+    body_momentum = rotation.T @ np.array(scene.momentum)
+    turns = _compute_rounding_rotations(scene)
+    momentum_changes = rotation @ np.cross(turns.T, body_momentum).T
+    momentum_roundings = rotation @ (principal * (principal.T @ body_momentum))
+    return np.block([[turns, np.zeros((3, 3))], [momentum_changes, momentum_roundings]])
+
+
+def _compute_rounding_rotations(scene: Scene) -> Array:
+    """Return the rotation vectors [rad], in the body frame, that result from rounding the attitude.
+
+    The C library stores the attitude of the principal axes as a quaternion. Each component of the
+    quaternion is a sum of products, each of which has a relative rounding error.
+    """
+    axes = scene.body.axes
+    each: Any = np.diag(scene.attitude)
+    sizes: Any = np.diag(np.linalg.norm(multiply(each, axes), axis=1))
+    products = multiply(sizes, conjugate(axes))
+    return 2.0 * np.array(multiply(conjugate(scene.attitude), products))[1:]
+
+
+def _rotation_matrix(q: Quaternion) -> Array:
+    axes = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+    return np.array([turn(q, axis) for axis in axes]).T
+
+
+def estimate_rounding_growth(
+    scene: Scene,
+    times: Array,
+    digits: int = 16,
+    max_steps: int = 0,
+    progress: Progress | Work | None = None,
+    origin: RunStart = ORIGIN,
+) -> tuple[CoreResult, float]:
+    """Estimate how much a motion amplifies rounding errors of its initial state.
+
+    The amplification is the change of attitude [rad] divided by the relative rounding error. The
+    estimate is based on tangents from the Taylor series, regardless of the method that computed the
+    path. If at most 16 digits are requested, the largest amplification of a single rounding error
+    is returned. For more than 16 digits, all rounding errors are combined as if they were
+    independent. The amplification is infinite if a tangent overflows. Returns the result of the
+    Taylor-series run that provides the tangents, and the amplification. If the run fails, the
+    states after the failure are missing.
+    """
+    directions, most = compute_state_changes_by_rounding(scene, digits), 1.0
+    result: CoreResult = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0
+    series = replace(SERIES, max_steps=max_steps)
+    for side in (times[times < 0.0], times[times > 0.0]):
+        if not side.size:
+            continue
+        is_back, columns = bool(side[0] < 0.0), TANGENTS["start"][0]
+        _, top = start(
+            scene._block, *series.core_arguments, is_back, [], columns, begin=origin.begin
+        )
+        if top is None:
+            refuse_disturbances(scene, "the growth of rounding errors is not known for tops")
+        assert top is not None
+        each = -(-side.size // _MAX_POINTS)
+        # Every `each`-th time, counted back from the last time, which is thus included.
+        check_times = side[np.argsort(np.abs(side))][::-each][::-1]
+        result, high, *_ = top.record_tangents(check_times, False, progress)
+        if result[0] == "ERR_TANGENT":
+            return ("OK", *result[1:]), math.inf
+        if result[0] != "OK":
+            states = result[1] if len(result[1]) else scene._start_state.copy()
+            return (result[0], states, *result[2:]), most
+        turns = np.linalg.norm(high.reshape(-1, 6, 6)[:, :3] @ directions, axis=1)
+        growths = turns.max(axis=1) if digits <= 16 else np.linalg.norm(turns, axis=1)
+        most = max(most, float(growths.max()))
+    return result, most
+
+
+def compute_max_angle_between_attitudes(
+    one: tuple[Array, Array], other: tuple[Array, Array]
+) -> float:
+    """Return the largest angle [rad] between corresponding attitudes in two arrays."""
+    return float(compute_angles_between_attitudes(one, other).max())
+
+
+def compute_angles_between_attitudes(one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
+    """Return the angles [rad] between corresponding attitudes in two arrays.
+
+    Each argument is a pair of arrays: n attitude quaternions, and their low-order parts (beyond
+    double precision). The quaternions are subtracted before they are multiplied, so that small
+    angles keep their relative accuracy.
+    """
+    (p, p_low), (q, q_low) = one, other
+    dot = (p * q).sum(axis=1)
+    sign = np.where(dot < 0.0, -1.0, 1.0)[:, None]
+    d = (sign * q - p) + (sign * q_low - p_low)
+    # The vector part of conjugate(p) * (q - p), in terms of d = q - p.
+    vec = p[:, :1] * d[:, 1:] - d[:, :1] * p[:, 1:] - np.cross(p[:, 1:], d[:, 1:])
+    angles: Array = 2.0 * np.arctan2(np.sqrt((vec**2).sum(axis=1)), np.abs(dot))
+    return angles

@@ -1,0 +1,775 @@
+"""Plans of sweeps, their tasks, and the tables of their parts."""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal, NamedTuple, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from .._core import Worker
+from .._model.batch import BatchParameter
+from .._model.scene import Ensemble, Scene, build_scene_from_table
+from .._model.toml import parse_toml_tables, parse_toml_text_or_file, require_toml_table
+from .._options.methods import FALLBACK
+from .._options.options import (
+    EnsembleOptions,
+    Progress,
+    resolve_method_for_ensemble,
+    validate_ensemble_options,
+    validate_ensemble_times,
+)
+from .._options.quantities import RECORDABLE, TIME
+from .._options.times import get_total_memory
+from .._results.buffers import LANES, STATUSES
+from .._results.paths import (
+    EnsembleEvents,
+    EnsembleResult,
+    Paths,
+    Reductions,
+    run_ensemble,
+    yield_reduction_columns,
+)
+from .._results.tables import build_quantity_value_pairs
+from .._solve.chaos import Indicator, lyapunov, megno, oli, validate_indicator_arguments
+from .._solve.section import Section, section, validate_section_arguments, validate_section_event
+from .._solve.solve import SolveArguments, select_slice_runner, validate_ensemble_arguments
+from .._utils.arguments import (
+    Array,
+    Numbers,
+    as_float,
+    as_int,
+    get_parameter_unit,
+    short_repr,
+    suggest_name,
+    unknown_name_message,
+)
+from .._utils.processes import WorkerPool
+from ..events import MAKERS, Event, from_record, to_record, validate_events
+from ..scenes import about, get_scene
+from .source import Places, RandomSpec, Source, list_parameter_component_names
+
+TaskName = Literal["solve", "lyapunov", "megno", "oli", "section"]
+TaskResult = Paths | Reductions | Indicator | Section
+
+
+class SweepTask(Protocol):
+    """A task of a sweep: the kreisel function that is called for every top, and its arguments."""
+
+    @property
+    def as_json(self) -> dict[str, Any]:
+        """The task of the sweep as a JSON object."""
+
+    def normalize_arguments(self, options: EnsembleOptions) -> SweepTask:
+        """Return the task in canonical form, so that equivalent arguments lead to equal plans."""
+
+    def validate_options_and_times(self, tops: Ensemble) -> tuple[EnsembleOptions, Array]:
+        """Return the validated options of the task, and the requested times of the given ensemble.
+
+        For a section, the times are `n` copies of the longest waiting time allowed for the first
+        top. Raises TypeError or ValueError for an invalid argument.
+        """
+
+    def compute_results_of_tops(
+        self,
+        tops: Ensemble,
+        options: EnsembleOptions,
+        times: Array,
+        threads: int,
+        progress: Progress | None,
+    ) -> TaskResult:
+        """Run the task on all tops in an ensemble, and return the results.
+
+        Raises TypeError or ValueError for the first top to which the task does not apply.
+        """
+
+
+class SolveTask(NamedTuple):
+    """A task that calls kreisel.solve, or kreisel.reduce if statistics are requested."""
+
+    t: Numbers
+    method: str
+    arguments: SolveArguments
+
+    @property
+    def as_json(self) -> dict[str, Any]:
+        controls = self.arguments
+        solve = _drop_none_values(controls._asdict())
+        if controls.events is not None:
+            solve["events"] = [
+                to_record(event) for event in validate_events(FALLBACK, controls.events)
+            ]
+        if controls.want is not None:
+            solve["want"] = list(controls.want)
+        if controls.reduce is not None:
+            solve["reduce"] = [[name, kinds] for name, kinds in controls.reduce.items()]
+        return {"t": self.t, "method": self.method, "solve": solve}
+
+    def normalize_arguments(self, options: EnsembleOptions) -> SolveTask:
+        controls = self.arguments
+        reduce = None
+        if controls.reduce is not None:
+            reduce = {
+                name: [kinds] if isinstance(kinds, str) else list(dict.fromkeys(kinds))
+                for name, kinds in controls.reduce.items()
+            }
+        arguments = controls._replace(
+            step=_float_or_none(controls.step),
+            tol=_float_or_none(controls.tol),
+            error=_float_or_none(controls.error),
+            digits=options.solve.digits,
+            every=None if controls.every is None else int(controls.every),
+            max_steps=int(controls.max_steps),
+            want=None if options.reductions else options.solve.want,
+            reduce=reduce,
+        )
+        return SolveTask(_float_or_list(self.t), self.method, arguments)
+
+    def validate_options_and_times(self, tops: Ensemble) -> tuple[EnsembleOptions, Array]:
+        options = validate_ensemble_arguments(tops, self.method, self.arguments)
+        return options, validate_ensemble_times(tops, self.t, options)
+
+    def compute_results_of_tops(
+        self,
+        tops: Ensemble,
+        options: EnsembleOptions,
+        times: Array,
+        threads: int,
+        progress: Progress | None,
+    ) -> Paths | Reductions:
+        if not (options.is_auto or options.has_step_search):
+            resolve_method_for_ensemble(options.solve.method.name, tops)
+        kind: type[Paths | Reductions] = Reductions if options.reductions else Paths
+        runner = LANES if options.reductions else select_slice_runner(options)
+        return run_ensemble(kind, tops, times, options, WorkerPool(threads), runner, progress)
+
+
+class ChaosTask(NamedTuple):
+    """A task that calls kreisel.lyapunov, kreisel.megno or kreisel.oli."""
+
+    name: str
+    t: Numbers
+    direction: Sequence[float] | None = None
+    tol: float | None = None
+    max_steps: int = 0
+
+    @property
+    def as_json(self) -> dict[str, Any]:
+        arguments = _drop_none_values(self._asdict())
+        return {arguments.pop("name"): arguments}
+
+    def normalize_arguments(self, options: EnsembleOptions) -> ChaosTask:
+        direction = None if self.direction is None else _float_or_list(self.direction)
+        controls = direction, _float_or_none(self.tol), int(self.max_steps)
+        return ChaosTask(self.name, _float_or_list(self.t), *controls)
+
+    def validate_options_and_times(self, tops: Ensemble) -> tuple[EnsembleOptions, Array]:
+        times, _ = validate_indicator_arguments(tops, *self[1:])
+        return validate_ensemble_options(
+            tops, FALLBACK, tol=self.tol, max_steps=self.max_steps
+        ), times
+
+    def compute_results_of_tops(
+        self,
+        tops: Ensemble,
+        options: EnsembleOptions,
+        times: Array,
+        threads: int,
+        progress: Progress | None,
+    ) -> Indicator:
+        arguments = self._asdict()
+        indicator = INDICATORS[arguments.pop("name")]
+        return indicator(tops, **arguments, threads=threads, progress=progress)
+
+
+class SectionTask(NamedTuple):
+    """A call to kreisel.section."""
+
+    event: Event | None = None
+    n: int = 500
+    max_wait: float | None = None
+    tol: float | None = None
+    digits: int | None = None
+    max_steps: int = 0
+
+    @property
+    def as_json(self) -> dict[str, Any]:
+        event = {"event": to_record(validate_section_event(self.event))}
+        return {"section": _drop_none_values(self._asdict()) | event}
+
+    def normalize_arguments(self, options: EnsembleOptions) -> SectionTask:
+        return SectionTask(
+            validate_section_event(self.event),
+            int(self.n),
+            _float_or_none(self.max_wait),
+            _float_or_none(self.tol),
+            options.solve.digits,
+            int(self.max_steps),
+        )
+
+    def validate_options_and_times(self, tops: Ensemble) -> tuple[EnsembleOptions, Array]:
+        waits, options = validate_section_arguments(tops, *self)
+        return options, waits[0]
+
+    def compute_results_of_tops(
+        self,
+        tops: Ensemble,
+        options: EnsembleOptions,
+        times: Array,
+        threads: int,
+        progress: Progress | None,
+    ) -> Section:
+        return section(tops, **self._asdict(), threads=threads, progress=progress)
+
+
+INDICATORS: dict[str, Callable[..., Indicator]] = {"lyapunov": lyapunov, "megno": megno, "oli": oli}
+# Parts of a sweep are tables, which cannot store tangents.
+_SOLVE_ARGUMENTS = tuple(name for name in SolveArguments._fields if name != "tangents")
+_ARGUMENTS: dict[str, tuple[str, ...]] = {
+    "solve": ("t", "method", *_SOLVE_ARGUMENTS),
+    **dict.fromkeys(INDICATORS, ChaosTask._fields[1:]),
+    "section": SectionTask._fields,
+}
+ARGUMENTS = tuple(dict.fromkeys(name for names in _ARGUMENTS.values() for name in names))
+
+
+def build_task_from_arguments(task: object, arguments: Mapping[str, Any]) -> SweepTask:
+    """Return the task of a sweep that has the given name and arguments.
+
+    Raises TypeError or ValueError for an unknown task, and for an argument that the task does not
+    accept. Every argument of a task has the same value for all tops of the sweep.
+    """
+    if not isinstance(task, str) or task not in _ARGUMENTS:
+        raise ValueError(unknown_name_message("task", str(task), list(_ARGUMENTS)))
+    argument_names = _ARGUMENTS[task]
+    for name in arguments:
+        if name not in argument_names:
+            raise ValueError(f"{task} has no argument {name!r}: it has {', '.join(argument_names)}")
+    if "t" in argument_names:
+        if "t" not in arguments:
+            raise TypeError("t is missing: give the final time or a list of times")
+        if np.ndim(arguments["t"]) > 1:
+            raise ValueError(
+                "t must be a number or a list of times, the same for all tops of a sweep"
+            )
+    if np.ndim(arguments.get("max_wait", 0.0)):
+        raise ValueError("max_wait must be a number, the same for all tops of a sweep")
+    if task == "section":
+        return SectionTask(**arguments)
+    if task in INDICATORS:
+        return ChaosTask(task, **arguments)
+    return _validate_solve_task(**arguments)
+
+
+def _validate_solve_task(t: Numbers, method: object = "auto", **arguments: Any) -> SolveTask:
+    if not isinstance(method, str):
+        raise TypeError(f"method must be the name of a method, not {short_repr(method)}")
+    if "want" in arguments:
+        arguments["want"] = _iterator_to_list(arguments["want"])
+    reduce = arguments.get("reduce")
+    if isinstance(reduce, Mapping):
+        arguments["reduce"] = {name: _iterator_to_list(kinds) for name, kinds in reduce.items()}
+    return SolveTask(t, method, SolveArguments(**arguments))
+
+
+def _iterator_to_list(names: Any) -> Any:
+    """Convert an iterator to a list, because iterators can be read only once."""
+    return list(names) if isinstance(names, Iterator) else names
+
+
+def _drop_none_values(arguments: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in arguments.items() if value is not None}
+
+
+def _float_or_none(value: float | None) -> float | None:
+    return None if value is None else float(value)
+
+
+def _float_or_list(values: Numbers) -> Any:
+    """Return a single number as a float, and several numbers as a list of floats."""
+    return np.asarray(values, dtype=np.float64).tolist()
+
+
+def build_task_from_dict(plan: Mapping[str, Any]) -> SweepTask:
+    """Return the task that is stored in the JSON form of a plan.
+
+    Raises KeyError, TypeError or ValueError if the task is invalid.
+    """
+    task = next((name for name in _ARGUMENTS if name in plan), "solve")
+    arguments: dict[str, Any] = dict(plan[task])
+    if task == "solve":
+        arguments |= {"t": plan["t"], "method": plan["method"]}
+    if "events" in arguments:
+        arguments["events"] = [from_record(row) for row in arguments["events"]]
+    if "event" in arguments:
+        arguments["event"] = from_record(arguments["event"])
+    if "reduce" in arguments:
+        arguments["reduce"] = dict(arguments["reduce"])
+    return build_task_from_arguments(task, arguments)
+
+
+FORMAT = 1  # version of the layout of plans and parts
+_MAX_PART, _PART_BYTES = 1 << 17, 1 << 26  # default limits of tops and bytes in a part
+_MAX_INLINE = 1 << 16  # numbers in an array; a longer array is stored in a separate file
+_ROW_BYTES = 64  # estimated bytes per top for its index, parameters and status
+
+
+@dataclass(frozen=True, eq=False)
+class SweepPlan:
+    """The plan of a sweep: a source of tops, a task, and the number of tops per part.
+
+    `sample` contains the indices and the ensemble of the tops on which the plan was validated.
+    """
+
+    source: Source
+    task: SweepTask
+    part_size: int
+    options: EnsembleOptions
+    times: Array
+    sample: tuple[Places, Ensemble]
+
+    @cached_property
+    def states(self) -> int:
+        """The number of states per top."""
+        return int(self.times.size)
+
+    @cached_property
+    def parts(self) -> int:
+        """The number of parts."""
+        return -(-self.source.size // self.part_size)
+
+    def list_tops_of_part(self, i: int) -> range:
+        """Return the indices of the tops of part `i`."""
+        begin = i * self.part_size
+        return range(begin, min(begin + self.part_size, self.source.size))
+
+    def count_tops_in_parts(self, parts: Sequence[int]) -> int:
+        """Return the total number of tops in the given parts."""
+        shortage = self.parts * self.part_size - self.source.size if self.parts - 1 in parts else 0
+        return len(parts) * self.part_size - shortage
+
+    @cached_property
+    def as_json(self) -> dict[str, Any]:
+        """The plan as a JSON object."""
+        source = self.source
+        random = source._random
+        plan: dict[str, Any] = {
+            "format": FORMAT,
+            "scene": source.scene.to_toml(),
+            "shape": list(source.shape),
+            "axes": list(source.axes),
+            "parameters": _list_parameters_as_json(source._parameters.values()),
+            "varied": _list_varying_names_as_json(source),
+            "flags": dict(source._flags),
+            "part_size": self.part_size,
+        } | self.task.as_json
+        if random is not None:
+            plan["random"] = {
+                "seed": random.seed,
+                "ranges": _list_parameters_as_json(random.ranges.values()),
+                "widths": dict(random.widths),
+            }
+        return plan
+
+    @cached_property
+    def hash(self) -> str:
+        """The SHA-256 hash of the plan's canonical JSON."""
+        return hash_plan(self.as_json)
+
+    @property
+    def long_parameter_arrays(self) -> list[Array]:
+        """The arrays of parameter values that are too long to be stored in the plan file."""
+        parameters = *self.source._parameters.values(), *self.source._varied.values()
+        return [one.values for one in parameters if one.values.size > _MAX_INLINE]
+
+    @cached_property
+    def kernel(self) -> str:
+        """The instruction set that is used to evaluate Taylor series on this machine.
+
+        All instruction sets with fused multiply-add give bitwise identical results.
+        """
+        return (
+            ""
+            if self.options.has_step_search
+            else Worker(*self.options.core_arguments, []).kernel[0]
+        )
+
+    def build_ensemble_of_tops(self, tops: range) -> Ensemble:
+        """Return an ensemble of the tops with the given indices.
+
+        The sample ensemble used to validate the plan is reused if it contains exactly the requested
+        tops.
+        """
+        places, ensemble = self.sample
+        if len(places) == len(tops) and (places[0], places[-1]) == (tops[0], tops[-1]):
+            return ensemble
+        return self.source[tops.start : tops.stop]
+
+    def compute_results_of_tops(
+        self, tops: range, threads: int, progress: Progress | None
+    ) -> TaskResult:
+        """Run the task of the sweep on the tops with the given indices, and return the results.
+
+        Raises TypeError or ValueError for the first invalid top; the message states its index.
+        """
+        try:
+            ensemble = self.build_ensemble_of_tops(tops)
+            return self.task.compute_results_of_tops(
+                ensemble, self.options, self.times, threads, progress
+            )
+        except (TypeError, ValueError) as error:
+            places = np.arange(tops.start, tops.stop, dtype=np.int64)
+            raise self.source._find_error_of_first_invalid_top(
+                self.task.validate_options_and_times, places, error
+            ) from None
+
+
+def hash_plan(plan: Mapping[str, Any]) -> str:
+    """Return the SHA-256 hash of a plan's canonical JSON."""
+    return hashlib.sha256(dump_canonical_json(plan).encode()).hexdigest()
+
+
+def dump_canonical_json(plan: Mapping[str, Any]) -> str:
+    """Return a plan as JSON with sorted keys and without spaces; equal plans give equal text."""
+    return json.dumps(plan, sort_keys=True, separators=(",", ":"), allow_nan=False)
+
+
+def make_file_name_from_array_hash(values: Array) -> str:
+    """Return the file name of an array, which is derived from a hash of its shape and values."""
+    digest = hashlib.sha256(str(values.shape).encode())
+    digest.update(np.ascontiguousarray(values, dtype="<f8").data)
+    return f"starts-{digest.hexdigest()}.npy"
+
+
+def _list_parameters_as_json(parameters: Iterable[BatchParameter]) -> list[list[Any]]:
+    """Return the name, the shape and the values of each parameter, and True if it is in degrees.
+
+    If an array is too long for the plan file, it is replaced by the name of the file that contains
+    it.
+    """
+    return [
+        [
+            one.name,
+            list(one.value),
+            make_file_name_from_array_hash(one.values)
+            if one.values.size > _MAX_INLINE
+            else one.values.tolist(),
+            *[True] * one.degrees,
+        ]
+        for one in parameters
+    ]
+
+
+def _list_varying_names_as_json(source: Source) -> list[str | list[Any]]:
+    """Return the names of the varying parameters as JSON data.
+
+    The values of a parameter are stored with its name unless the plan already contains them.
+    """
+    return [
+        name if source._parameters.get(name) is one else _list_parameters_as_json([one])[0]
+        for name, one in source._varied.items()
+    ]
+
+
+def make_sweep_plan(source: Source, task: SweepTask, part_size: int | None = None) -> SweepPlan:
+    """Return the plan for a sweep, after validating it on a sample of the tops.
+
+    Raises TypeError or ValueError if the task or a top is invalid. Raises MemoryError if a part
+    does not fit in memory.
+    """
+    sample = source._choose_validation_tops()
+    try:
+        ensemble = source._build_tops(sample)
+        options, times = task.validate_options_and_times(ensemble)
+    except (TypeError, ValueError) as error:
+        raise source._find_error_of_first_invalid_top(
+            task.validate_options_and_times, sample, error
+        ) from None
+    states = times.shape[-1]
+    results = 8 * len(options.reductions) or states * (8 + options.bytes_per_state)
+    row = _ROW_BYTES + results
+    if part_size is None:
+        size = max(1, min(_MAX_PART, _PART_BYTES // row))
+    else:
+        size = as_int("part_size", part_size, 1)
+    byte_count = min(size, source.size) * row
+    if byte_count > get_total_memory():
+        raise MemoryError(
+            f"a part of {size} tops with {states} states each needs {1e-9 * byte_count:.3g} GB, "
+            "more than this machine has: use smaller parts, fewer times or fewer quantities"
+        )
+    return SweepPlan(
+        source, task.normalize_arguments(options), size, options, times, (sample, ensemble)
+    )
+
+
+def build_plan_from_dict(plan: Mapping[str, Any], load: Callable[[str], Array]) -> SweepPlan:
+    """Return the plan stored in a JSON object.
+
+    `load` reads an array, given the name of its file. Raises ValueError if the object is not a
+    plan, or has the format of a different version of kreisel.
+    """
+    try:
+        source, task = _build_sweep_source_from_dict(plan, load), build_task_from_dict(plan)
+        result = make_sweep_plan(source, task, plan["part_size"])
+    except (KeyError, TypeError) as error:
+        raise ValueError(f"it is not a plan of a sweep: {error}") from None
+    if result.hash != hash_plan(plan):
+        raise ValueError("it is a plan in a format of another version")
+    return result
+
+
+def _build_sweep_source_from_dict(plan: Mapping[str, Any], load: Callable[[str], Array]) -> Source:
+    def build_batch_parameters(rows: list[list[Any]]) -> dict[str, BatchParameter]:
+        parameters = {}
+        for name, value, numbers, *degrees in rows:
+            is_file = isinstance(numbers, str)
+            values = load(numbers) if is_file else np.asarray(numbers, np.float64)
+            if not np.isfinite(values).all():
+                raise ValueError(f"{name} must be finite")
+            parameters[name] = BatchParameter(name, values, tuple(value), bool(degrees))
+        return parameters
+
+    random = None
+    if "random" in plan:
+        spec = plan["random"]
+        random = RandomSpec(spec["seed"], build_batch_parameters(spec["ranges"]), spec["widths"])
+    parameters = build_batch_parameters(plan["parameters"])
+    varied: dict[str, BatchParameter] = {}
+    for row in plan["varied"]:
+        varied |= {row: parameters[row]} if isinstance(row, str) else build_batch_parameters([row])
+    scene, shape, axes = Scene.from_toml(plan["scene"]), tuple(plan["shape"]), tuple(plan["axes"])
+    return Source(scene, shape, axes, parameters, varied, plan["flags"], random)
+
+
+Column = npt.NDArray[Any]
+ColumnWithUnit = tuple[str, Column, str]  # name, values, unit
+COUNT = "events"  # name of the column with the number of events of each top
+RATE = {"lyapunov": "T^-1"}  # units of indicators of chaos; all other indicators are dimensionless
+_STATES = {"t": TIME, "q": RECORDABLE["q"], "m": RECORDABLE["m"]}
+EVENT_STATE = [name for quantity in _STATES.values() for name in quantity.components]
+
+
+@dataclass
+class PartResults:
+    """A table of the results and events of the tops in one part of a sweep.
+
+    columns  {name: values (n,) or (n, k)} of the tops
+    ragged   {name: values (e,)} of the events, sorted by top
+    units    {name: dimension [M L T]}; an empty string for a dimensionless column
+    """
+
+    columns: dict[str, Column] = field(default_factory=dict)
+    ragged: dict[str, Column] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)
+
+
+def tabulate_sweep_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> PartResults:
+    """Return a table of the tops with the given indices, including their results."""
+    results = _build_result_columns(plan, outcome)
+    names = [name for name, _, _ in results]
+    part = PartResults({"top": np.arange(tops.start, tops.stop, dtype=np.int64)}, {}, {"top": ""})
+    ensemble = plan.build_ensemble_of_tops(tops) if isinstance(outcome, Indicator) else outcome.tops
+    for name, one in plan.source._list_varying_values(tops.start, tops.stop, ensemble).items():
+        flat = one.values.reshape(len(one.values), -1)
+        for i, component in enumerate(list_parameter_component_names(name, one.value)):
+            # A recorded quantity can have the name of a parameter, as spin with want=("spin",).
+            column = f"{component}_given" if component in names else component
+            part.columns[column], part.units[column] = (
+                flat[:, i],
+                get_parameter_unit(name, one.degrees, i),
+            )
+    for name, values, dimension in results:
+        part.columns[name], part.units[name] = values, dimension
+    if isinstance(outcome, Section):
+        _add_event_columns(part, outcome)
+    elif isinstance(outcome, Paths) and outcome._options.core_events is not None:
+        part.ragged = {"event_which": outcome.events.which}
+        part.ragged |= {"event_direction": outcome.events.direction}
+        _add_event_columns(part, outcome.events)
+    return part
+
+
+def _build_result_columns(plan: SweepPlan, outcome: TaskResult) -> list[ColumnWithUnit]:
+    """Return the columns that contain the results of the tops, excluding their parameters."""
+    if isinstance(outcome, Indicator):
+        assert isinstance(plan.task, ChaosTask)
+        return _build_chaos_indicator_columns(plan.task.name, outcome)
+    columns = _build_status_columns(outcome)
+    if isinstance(outcome, Reductions):
+        columns += yield_reduction_columns(outcome, dict(outcome.items()))
+    elif isinstance(outcome, Paths):
+        columns += _build_state_columns(outcome)
+    return columns
+
+
+def _build_chaos_indicator_columns(name: str, outcome: Indicator) -> list[ColumnWithUnit]:
+    """Return the status, final value, classification and time series of an indicator as columns."""
+    unit, curve = RATE.get(name, ""), outcome.curve
+    names, indices = np.unique(outcome.status, return_inverse=True)
+    codes = np.array([STATUSES.index(each) for each in names], dtype=np.int8)
+    return [
+        ("status", codes[indices], ""),
+        (name, curve[:, -1], unit),
+        ("certificate", outcome.certificate, ""),
+        ("is_chaotic", np.asarray(outcome.is_chaotic), ""),
+        ("is_doubtful", np.asarray(outcome.is_doubtful), ""),
+        ("t", np.broadcast_to(outcome.t, curve.shape), TIME.dimension),
+        (f"{name}_curve", curve, unit),
+    ]
+
+
+def _build_state_columns(outcome: Paths) -> list[ColumnWithUnit]:
+    """Return the columns that contain the times and the recorded quantities of all tops."""
+    times = np.broadcast_to(outcome.t, (outcome.size, outcome.t.shape[-1]))
+    columns = [("t", times, TIME.dimension)]
+    for quantity, values in build_quantity_value_pairs(outcome, (), False, False):
+        flat = values.reshape(*values.shape[:2], quantity.doubles)
+        for i, name in enumerate(quantity.components):
+            columns.append((name, flat[:, :, i], quantity.dimension))
+    return columns
+
+
+def _build_status_columns(outcome: EnsembleResult) -> list[ColumnWithUnit]:
+    """Return the columns that contain the status, the final time and the number of steps."""
+    buffers = outcome._buffers
+    return [
+        ("status", buffers.status, ""),
+        ("reached", buffers.reached, TIME.dimension),
+        ("steps", buffers.counts[:, 0], ""),
+    ]
+
+
+def _add_event_columns(part: PartResults, events: EnsembleEvents | Section) -> None:
+    """Add columns that contain the recorded events and the number of events of each top."""
+    part.columns[COUNT], part.units[COUNT] = events.count, ""
+    for name, quantity in _STATES.items():
+        values = getattr(events, name).reshape(-1, quantity.doubles)
+        for i, component in enumerate(quantity.components):
+            part.ragged[f"event_{component}"] = values[:, i]
+            part.units[f"event_{component}"] = quantity.dimension
+
+
+_CONSTRUCTORS: dict[str, Callable[..., Source]] = {
+    "grid": Source.grid,
+    "random": Source.random,
+    "scatter": Source.scatter,
+    "columns": Source.columns,
+}
+_KEYS = ["task", *ARGUMENTS, "part_size"]
+
+
+def read_sweep_plan(file: Path) -> SweepPlan:
+    """Read a plan from a file.
+
+    Raises TypeError or ValueError if the plan is invalid; the message states the file name.
+    """
+    return parse_toml_text_or_file(
+        file, lambda text: _build_plan_from_tables(parse_toml_tables(text), file.parent)
+    )
+
+
+def _build_plan_from_tables(tables: dict[str, Any], folder: Path) -> SweepPlan:
+    for name in tables:
+        if name not in (*_KEYS, *_CONSTRUCTORS, "scene"):
+            raise ValueError(
+                unknown_name_message("key in a plan:", name, [*_KEYS, *_CONSTRUCTORS, "scene"])
+            )
+    arguments = {name: tables[name] for name in ARGUMENTS if name in tables}
+    if "t" in arguments:
+        arguments["t"] = _expand_range_to_values("t", arguments["t"])
+    if "events" in arguments:
+        arguments["events"] = [
+            _build_event_from_table(row) for row in _validate_event_tables(arguments["events"])
+        ]
+    if "event" in arguments:
+        arguments["event"] = _build_event_from_table(
+            dict(require_toml_table("event", arguments["event"]))
+        )
+    if "reduce" in arguments:
+        require_toml_table("reduce", arguments["reduce"])
+    task = build_task_from_arguments(tables.get("task", "solve"), arguments)
+    return make_sweep_plan(
+        _build_sweep_source_from_tables(tables, folder), task, tables.get("part_size")
+    )
+
+
+def _build_sweep_source_from_tables(tables: dict[str, Any], folder: Path) -> Source:
+    names = [name for name in _CONSTRUCTORS if name in tables]
+    if len(names) != 1:
+        finding = f"not {' and '.join(names)}" if names else "and there is none"
+        raise ValueError(
+            f"a plan must have exactly one of the tables {', '.join(_CONSTRUCTORS)}, {finding}"
+        )
+    if "scene" not in tables:
+        raise ValueError("a plan needs a scene: a name, a file, or a table [scene]")
+    scene, name = _build_scene_of_plan(tables["scene"], folder), names[0]
+    table = require_toml_table(name, tables[name])
+    arguments = {key: _expand_range_to_values(key, value) for key, value in table.items()}
+    if name == "columns" and "file" in arguments:
+        arguments["file"] = folder / str(arguments["file"])
+    constructor = _CONSTRUCTORS[name]
+    parameters = inspect.signature(constructor).parameters
+    if not any(each.kind is each.VAR_KEYWORD for each in parameters.values()):
+        _check_argument_names(name, arguments, [key for key in parameters if key != "scene"])
+    for key, each in parameters.items():
+        is_needed = each.default is each.empty and each.kind is each.POSITIONAL_OR_KEYWORD
+        if is_needed and key not in ("scene", *arguments):
+            raise ValueError(f"[{name}] has no {key}")
+    return constructor(scene, **arguments)
+
+
+def _check_argument_names(name: str, arguments: Mapping[str, Any], candidates: list[str]) -> None:
+    for key in arguments:
+        if key not in candidates:
+            raise ValueError(unknown_name_message(f"key in [{name}]:", key, candidates))
+
+
+def _build_scene_of_plan(value: object, folder: Path) -> Scene:
+    if isinstance(value, str):
+        try:
+            return get_scene(value) if value in about else Scene.from_toml(folder / value)
+        except FileNotFoundError:
+            raise ValueError(
+                f"there is no file or named scene {value!r}; {suggest_name(value, about)}"
+            ) from None
+    return build_scene_from_table(dict(require_toml_table("scene", value)))
+
+
+def _expand_range_to_values(name: str, value: object) -> Any:
+    """Return the given values, or evenly spaced values if `value` is a table { from, to, n }."""
+    if not isinstance(value, dict):
+        return value
+    _check_argument_names(name, value, ["from", "to", "n"])
+    missing_keys = {"from", "to", "n"} - value.keys()
+    if missing_keys:
+        raise ValueError(
+            f"{name} has no {sorted(missing_keys)[0]}: give the first and the last value"
+        )
+    ends = (np.asarray(value[end], dtype=np.float64) for end in ("from", "to"))
+    begin, end = (as_float(name, one[()]) if not one.ndim else one for one in ends)
+    return np.linspace(begin, end, as_int(f"n of {name}", value["n"], 1))
+
+
+def _validate_event_tables(value: object) -> list[dict[str, Any]]:
+    if not isinstance(value, list):
+        raise TypeError(f"events must be tables [[events]], not {short_repr(value)}")
+    return [dict(require_toml_table("events", row)) for row in value]
+
+
+def _build_event_from_table(row: dict[str, Any]) -> Event:
+    name = row.pop("event", None)
+    if name not in MAKERS:
+        raise ValueError(unknown_name_message("event", str(name), MAKERS))
+    try:
+        return MAKERS[name](**row)
+    except (TypeError, ValueError) as error:
+        text = str(error).replace(f"{name}()", "it")
+        raise ValueError(f"event {name}: {text}") from None

@@ -1,0 +1,407 @@
+"""Checks of arguments, units, and the messages of refusals."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import re
+import reprlib
+import sys
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import FrozenInstanceError
+from numbers import Integral, Real
+from typing import Protocol, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from .._core import statuses
+
+
+def format_count(number: int, noun: str) -> str:
+    """Return a number and its noun in the singular or plural, such as '1 step' or '2 steps'."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+Array = npt.NDArray[np.float64]
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+
+class SupportsArray(Protocol):
+    """An object that NumPy can convert to an array."""
+
+    def __array__(self) -> npt.NDArray[np.generic]: ...
+
+
+Numbers = (
+    float | SupportsArray | Sequence[float] | Sequence[SupportsArray]
+)  # a number or a sequence of numbers, not a str
+
+R = TypeVar("R", float, Array)  # a float, or an array of values
+
+_PLAIN = {float, int, np.float64}
+_T = TypeVar("_T")
+_SHORT = reprlib.Repr()
+_SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxother = 2, 60, 80
+
+
+def short_repr(value: object) -> str:
+    """Return a short representation of a value for error messages."""
+    if isinstance(value, np.ndarray) and value.size > 4:
+        return f"an array of shape {value.shape}"
+    try:
+        return " ".join(_SHORT.repr(value).split())
+    except ValueError:  # Python limits the digits of an int in a str
+        return f"{type(value).__name__} with too many digits"
+
+
+def validate_type(name: str, value: object, expected: type[_T]) -> _T:
+    """Return `value` if it is an instance of `expected`; raise TypeError otherwise."""
+    if not isinstance(value, expected):
+        is_ensemble = getattr(type(value), "_one", None) is expected
+        one = f": select one member by its index, as in {name}s[0]" if is_ensemble else ""
+        raise TypeError(
+            f"{name} must be a kreisel.{expected.__name__}, not {short_repr(value)}{one}"
+        )
+    return value
+
+
+def has_unit_attribute(value: object) -> bool:
+    return hasattr(value, "unit") or hasattr(value, "units")
+
+
+def as_float(name: str, value: object) -> float:
+    """Return `value` as a finite float."""
+    if has_unit_attribute(value):
+        raise TypeError(f"{name} must be a number without a unit, not {short_repr(value)}")
+    scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
+    if isinstance(scalar, bool) or not isinstance(scalar, Real):
+        raise TypeError(f"{name} must be a number, not {short_repr(value)}")
+    try:
+        real = float(scalar)
+    except OverflowError:
+        real = math.inf
+    if not math.isfinite(real):
+        raise ValueError(f"{name} must be finite in double precision, not {short_repr(value)}")
+    return real
+
+
+def as_positive(name: str, value: object) -> float:
+    """Return `value` as a finite, positive float."""
+    real = as_float(name, value)
+    if not real > 0.0:
+        raise ValueError(f"{name} must be positive, not {short_repr(value)}")
+    return real
+
+
+def as_non_negative(name: str, value: object) -> float:
+    """Return `value` as a finite, nonnegative float."""
+    real = as_float(name, value)
+    if not real >= 0.0:
+        raise ValueError(f"{name} must not be negative, not {short_repr(value)}")
+    return real
+
+
+def as_int(name: str, value: object, least: int) -> int:
+    """Return `value` as an integer n with least <= n < 2**63."""
+    if isinstance(value, bool) or not isinstance(value, Integral):
+        raise TypeError(f"{name} must be a whole number, not {short_repr(value)}")
+    n = int(value)
+    if not least <= n < 2**63:
+        raise ValueError(
+            f"{name} must be at least {least} and less than 2**63, not {short_repr(value)}"
+        )
+    return n
+
+
+def as_bool(name: str, value: object) -> bool:
+    """Return `value` as a bool; raise TypeError if it is neither True nor False."""
+    if not isinstance(value, bool | np.bool_):
+        raise TypeError(f"{name} must be True or False, not {short_repr(value)}")
+    return bool(value)
+
+
+def as_unit_name(name: str, value: object) -> str:
+    """Return `value` as the name of a unit, which must be a nonempty, printable str."""
+    if not isinstance(value, str):
+        raise TypeError(f"{name} must be the name of a unit such as 's', not {short_repr(value)}")
+    if not value.strip() or not value.isprintable():
+        raise ValueError(f"{name} must be the name of a unit such as 's', not {short_repr(value)}")
+    return value
+
+
+def as_array(name: str, value: object, description: str) -> Array:
+    """Convert `value` to a new array of doubles.
+
+    Error messages describe the expected value by the text `description`.
+    """
+    # No array is masked unless numpy.ma is loaded; importing it only for this check is slow.
+    if "numpy.ma" in sys.modules and np.ma.is_masked(value):
+        raise TypeError(f"{name} must be {description} without masked values")
+    kinds = set(map(type, value)) if isinstance(value, (list, tuple)) else set()
+    if any(map(has_unit_attribute, (value, *kinds))):
+        raise TypeError(
+            f"{name} must be {description} without a unit: pass plain numbers in your units"
+        )
+    try:
+        numbers = np.asarray(value)
+    except ValueError:
+        raise ValueError(f"{name} must be {description}, not {short_repr(value)}") from None
+    if numbers.dtype.kind not in "iuf":
+        raise TypeError(f"{name} must be {description}, not {short_repr(value)}")
+    with np.errstate(over="ignore"):
+        return numbers.astype(np.float64)
+
+
+def as_finite_array(name: str, value: object, description: str) -> Array:
+    """Convert `value` to a new array of finite doubles."""
+    numbers = as_array(name, value, description)
+    if not np.isfinite(numbers).all():
+        if numbers.ndim == 0:
+            raise ValueError(f"{name} must be finite, not {short_repr(value)}")
+        index = tuple(map(int, np.argwhere(~np.isfinite(numbers))[0]))
+        suffix = "".join(f"[{i}]" for i in index)
+        raise ValueError(f"{name} must be finite, not {name}{suffix} = {numbers[index]}")
+    return numbers
+
+
+def as_float_list(name: str, value: object, n: int, description: str) -> list[float]:
+    """Return `value` as a list of exactly `n` finite floats."""
+    if (type(value) is tuple or type(value) is list) and _PLAIN.issuperset(map(type, value)):
+        with contextlib.suppress(OverflowError):  # the common case: this is ten times as fast
+            plain = [float(x) for x in value]
+            if len(plain) == n and all(map(math.isfinite, plain)):
+                return plain
+    numbers = as_finite_array(name, value, description)
+    if numbers.shape != (n,):
+        raise ValueError(f"{name} must be {description}, not {short_repr(value)}")
+    return [float(x) for x in numbers]
+
+
+def as_three_floats(name: str, value: object) -> Vector:
+    """Return `value` as three finite floats."""
+    x, y, z = as_float_list(name, value, 3, "3 numbers")
+    return x, y, z
+
+
+def freeze_array(values: Array) -> Array:
+    """Make the array `values` read-only, and return it."""
+    values.flags.writeable = False
+    return values
+
+
+def freeze_arrays(value: object) -> None:
+    """Make all arrays in `value` read-only, including those in tuples, lists and dictionaries."""
+    if isinstance(value, np.ndarray):
+        value.flags.writeable = False
+    elif isinstance(value, (tuple, list)):
+        for part in value:
+            freeze_arrays(part)
+    elif isinstance(value, dict):
+        for part in value.values():
+            freeze_arrays(part)
+
+
+class ReadOnlyArrays:
+    """Base class that keeps the arrays of copied and unpickled objects read-only."""
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        self.__dict__.update(state)
+        freeze_arrays(state)
+
+
+@contextmanager
+def optional_dependency(requirement: str) -> Iterator[None]:
+    """Return a context manager that adds an installation hint to the error for a missing module."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(
+            f"this needs {error.name}, which is not installed: pip install {requirement}",
+            name=error.name,
+        ) from None
+
+
+_Class = TypeVar("_Class")
+_SKIPPED_PACKAGES = {
+    __package__.partition(".")[0],
+    "dataclasses",
+}  # warnings point at the nearest caller outside these packages
+
+
+def make_exception_from_status(status: str, detail: str) -> Exception:
+    """Return the exception for a status code of the C library."""
+    kind, text = statuses[status]
+    return (MemoryError if kind == "MEMORY" else ValueError)(f"{text}: {detail}")
+
+
+_MAX_LENGTH = 100  # characters of an unknown name that are compared with the known names
+_SYNONYMS = {  # words of textbooks and of other packages
+    "angular_momentum": "m",
+    "angular_velocity": "velocity",
+    "attitude": "q",
+    "box": "cuboid",
+    "integrate": "solve",
+    "kovalevskaya": "kowalewski",
+    "omega": "velocity",
+    "orientation": "q",
+    "phi": "precession_angle",
+    "position": "apex",
+    "psi": "spin_angle",
+    "quaternion": "q",
+    "simulate": "solve",
+    "theta": "nutation",
+    "times": "t",
+    "to_dataframe": "to_pandas",
+}
+
+
+def unknown_name_message(kind: str, name: str, candidates: Iterable[str]) -> str:
+    """Return an error message that reports an unknown name and suggests the nearest known one."""
+    return f"unknown {kind} {short_repr(name)}; {suggest_name(name, candidates)}"
+
+
+def suggest_name(name: str, candidates: Iterable[str]) -> str:
+    """Return a suggestion of the known name nearest to `name`, or the list of all known names."""
+    import difflib  # imported here because most programs never need it
+
+    names = list(candidates)
+    whole = name.lower().replace("-", "_")
+    word, _, axis = whole.partition("_")
+    word = _SYNONYMS.get(whole) or "_".join(filter(None, (_SYNONYMS.get(word, word), axis)))
+    matches = difflib.get_close_matches(word[:_MAX_LENGTH], names, n=1)
+    return f"did you mean {matches[0]!r}?" if matches else "known are " + ", ".join(names)
+
+
+def make_frozen_class_decorator(advice: str) -> Callable[[type[_Class]], type[_Class]]:
+    """Return a class decorator that makes every attribute assignment raise FrozenInstanceError.
+
+    The error message ends with the text `advice`, in which {} is replaced by the attribute name.
+    """
+
+    def refuse_all_assignments(cls: type[_Class]) -> type[_Class]:
+        def refuse_assignment(_: object, name: str, __: object) -> None:
+            raise FrozenInstanceError(f"cannot assign to field {name!r}: {advice.format(name)}")
+
+        type.__setattr__(cls, "__setattr__", refuse_assignment)
+        return cls
+
+    return refuse_all_assignments
+
+
+def warn_user(message: str) -> None:
+    """Issue a UserWarning that refers to the user's line of code, however deep the call stack."""
+    level, frame = 2, sys._getframe(1)
+    while (
+        frame.f_back and frame.f_globals.get("__name__", "").partition(".")[0] in _SKIPPED_PACKAGES
+    ):
+        level, frame = level + 1, frame.f_back
+    warnings.warn(message, stacklevel=level)
+
+
+RADIANS_PER_DEGREE = math.pi / 180.0
+PARAMETER_UNITS: Mapping[str, str | tuple[str, ...]] = {
+    **dict.fromkeys(["radius", "height", "half", "length", "inner", "outer", "pivot"], "L"),
+    **dict.fromkeys(["i1", "i3", "inertia_about_com", "inertia", "moments"], "M L^2"),
+    **dict.fromkeys(["com", "lever"], "L"),
+    **dict.fromkeys(["rotor", "momentum", "body_momentum", "damping"], "M L^2 T^-1"),
+    **dict.fromkeys(["velocity", "body_velocity", "turning"], "rad/T"),
+    **dict.fromkeys(["spin", "precession", "rates"], "rad/T"),
+    **dict.fromkeys(["tilt", "angles"], "rad"),
+    "density": "M L^-3",
+    "mass": "M",
+    "gravity": "L T^-2",
+    "shaking": ("L", "rad/T", "rad"),
+    "friction": "M L^2 T^-2",
+}
+_ANGULAR = re.compile(r"(rad|deg|°)(?:ians?|rees?)?\s*(.*)")  # the unit of an angle, and the rest
+_HEAD = re.compile(r"(.*\S)\s*\[([^\[\]]*)\]")  # the name and the unit in the head of a column
+
+
+def is_angular(unit: str) -> bool:
+    """Return True if `unit` is that of an angle, or of its derivative by time."""
+    return unit.startswith("rad")
+
+
+def get_angular_unit(unit: str, degrees: bool) -> str:
+    """Return `unit` with deg in place of rad if `degrees` is True."""
+    return unit.replace("rad", "deg") if degrees else unit
+
+
+def get_parameter_unit(name: str, degrees: bool, component: int | None = None) -> str:
+    """Return the unit of a parameter, in which deg replaces rad if `degrees` is True.
+
+    The three components of `shaking` have different units; without `component`, all three are
+    listed.
+    """
+    unit = PARAMETER_UNITS.get(name, "")
+    if not isinstance(unit, str):
+        unit = ", ".join(unit) if component is None else unit[component]
+    return get_angular_unit(unit, degrees)
+
+
+def convert_parameter_to_radians(name: str, values: Array) -> Array:
+    """Convert the angles and rates of a parameter from degrees, with the rounding of math.radians.
+
+    The values of parameters that are not angular are returned unchanged.
+    """
+    unit = PARAMETER_UNITS.get(name, "")
+    units = [unit] if isinstance(unit, str) else unit
+    if not any(map(is_angular, units)):
+        return values
+    factors = np.array([RADIANS_PER_DEGREE if is_angular(one) else 1.0 for one in units])
+    product: Array = values * (factors[0] if len(factors) == 1 else factors)
+    return product
+
+
+def _find_order(unit: str) -> int | None:
+    """Return the order of the derivative of an angle that has this unit, or None for others."""
+    match = _ANGULAR.fullmatch(unit)
+    if match is None:
+        return None
+    return 0 if not match[2] else 2 if re.search("[2²]", match[2]) else 1
+
+
+def find_unit_of_angles(columns: Iterable[tuple[str, str, str]], degrees: bool | None) -> bool:
+    """Return True if the angles and rates of a table are in degrees.
+
+    `columns` has the name of each column, the unit that its head states, and the unit of the
+    quantity that it contains. If no head states a unit, `degrees` decides. Raises ValueError if
+    heads contradict each other, `degrees` or a quantity.
+    """
+    if degrees is not None:
+        as_bool("degrees", degrees)
+    stated: dict[bool, str] = {}
+    for name, unit, expected in columns:
+        match = _ANGULAR.fullmatch(unit)
+        if match is None and (not is_angular(expected) or len(unit) < 2):
+            continue  # as body_velocity [x]
+        if match is None or _find_order(unit) != _find_order(expected):
+            right = f"{expected} or {get_angular_unit(expected, True)}" if expected else "no unit"
+            raise ValueError(f"the column {name!r} is in {unit}, but it must be in {right}")
+        stated[match[1] != "rad"] = name
+    if len(stated) == 2:
+        raise ValueError(
+            f"the column {stated[False]!r} is in radians, but {stated[True]!r} is in degrees"
+        )
+    if stated and degrees not in (None, *stated):
+        given = "degrees" if degrees else "radians"
+        raise ValueError(
+            f"degrees={degrees} contradicts the column {stated[not degrees]!r}, whose head says "
+            f"that it is not in {given}"
+        )
+    return bool(degrees) if not stated else True in stated
+
+
+def format_column_head(name: str, unit: str) -> str:
+    """Return the head of a column, as 'spin [deg/T]', or the name alone if there is no unit."""
+    return f"{name} [{unit}]" if unit else name
+
+
+def split_column_head(head: str) -> tuple[str, str]:
+    """Return the name and the unit in the head of a column, or an empty string without a unit."""
+    match = _HEAD.fullmatch(head.strip())
+    return (match[1], match[2].strip()) if match else (head.strip(), "")

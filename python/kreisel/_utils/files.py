@@ -1,0 +1,313 @@
+"""Files that are written whole or not at all, archives of arrays, and checksums."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import io
+import math
+import os
+import re
+import struct
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO
+
+import numpy as np
+import numpy.typing as npt
+
+from .arguments import Array
+
+if TYPE_CHECKING:
+    from zipfile import ZipFile
+
+
+class BlockAppender:
+    """A file that is written in blocks."""
+
+    def __init__(self, descriptor: int, name: str) -> None:
+        self._descriptor, self._whole, self._name = descriptor, 0, name
+
+    @property
+    def is_empty(self) -> bool:
+        """True if nothing has been written to the file so far."""
+        return self._whole == 0
+
+    def append_bytes(self, data: bytes) -> None:
+        """Append all of `data`.
+
+        If an error occurs, the file is truncated to its previous length.
+        """
+        remainder = memoryview(data)
+        try:
+            while remainder:
+                remainder = remainder[os.write(self._descriptor, remainder) :]
+        except BaseException as error:
+            with contextlib.suppress(OSError):
+                os.ftruncate(self._descriptor, self._whole)
+            if isinstance(error, OSError):
+                error.filename = self._name
+            raise
+        self._whole += len(data)
+
+
+@contextlib.contextmanager
+def atomic_open(path: str | os.PathLike[str]) -> Iterator[BlockAppender]:
+    """Open a temporary file that replaces the file `path` at the end of a `with` block.
+
+    If an exception occurs or nothing is written, the file `path` is left unchanged. If `path` is a
+    device or a pipe, no temporary file is used.
+    """
+    file, name = Path(os.path.realpath(path)), os.fspath(path)
+    if _is_device_or_pipe(path):  # it cannot be replaced by a rename
+        with open(path, "wb", buffering=0) as stream:
+            yield BlockAppender(stream.fileno(), name)
+        return
+    new, descriptor = _create_temp_file(file, name)
+    try:
+        with _hold_lock(descriptor):
+            with open(descriptor, "wb") as stream:
+                appender = BlockAppender(stream.fileno(), name)
+                yield appender
+                os.fsync(stream.fileno())
+            if appender.is_empty:
+                new.unlink()
+            else:
+                os.replace(new, file)
+    except BaseException:
+        new.unlink(missing_ok=True)
+        raise
+    sync_folder(file.parent)
+
+
+def atomic_write(path: str | os.PathLike[str], data: bytes) -> None:
+    """Write data to a file atomically, and sync the file to disk.
+
+    Raises OSError if the file cannot be written, and leaves an existing file unchanged.
+    """
+    with atomic_open(path) as file:
+        file.append_bytes(data)
+
+
+def sync_folder(folder: Path) -> None:
+    """Sync `folder` to disk. Does nothing on systems that cannot sync folders."""
+    try:
+        descriptor = os.open(folder, os.O_RDONLY)
+    except OSError:
+        return
+    try:
+        os.fsync(descriptor)
+    except OSError:
+        pass
+    finally:
+        os.close(descriptor)
+
+
+def check_file_is_writable(path: str | os.PathLike[str]) -> None:
+    """Raise OSError if a file cannot be written."""
+    file = Path(os.path.realpath(path))
+    if file.is_dir():
+        raise IsADirectoryError(f"{os.fspath(path)} is a folder")
+    if _is_device_or_pipe(path):
+        if not os.access(path, os.W_OK):
+            raise PermissionError(f"{os.fspath(path)} must not be written")
+        return
+    if not file.parent.is_dir():
+        raise FileNotFoundError(f"{os.fspath(path)}: there is no folder {file.parent}")
+    new = _make_random_temp_path(file)
+    try:
+        os.close(os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600))
+    except OSError as error:
+        raise type(error)(f"{os.fspath(path)} cannot be written: {error.strerror}") from None
+    new.unlink(missing_ok=True)
+
+
+def _is_device_or_pipe(path: str | os.PathLike[str]) -> bool:
+    """Return True if `path` exists and is not a regular file.
+
+    `path` must not be resolved, because a pipe such as /dev/stdout has no other name.
+    """
+    return Path(path).exists() and not Path(path).is_file()
+
+
+def _make_random_temp_path(file: Path) -> Path:
+    return file.with_name(f".{os.urandom(8).hex()}.new")
+
+
+def _create_temp_file(file: Path, name: str) -> tuple[Path, int]:
+    """Create and lock a temporary file with the permissions of the final file."""
+    key = hashlib.blake2b(os.fsencode(file.name), digest_size=8).hexdigest()
+    new = file.with_name(f".{key}.new")
+    _remove_if_abandoned(new)
+    try:
+        permissions = file.stat().st_mode & 0o777 if file.exists() else 0o666
+        try:
+            descriptor = os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, permissions)
+        except FileExistsError:  # another process is writing the same file
+            new = _make_random_temp_path(file)
+            descriptor = os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, permissions)
+    except OSError as error:
+        error.filename = name
+        raise
+    _lock(descriptor, is_waiting=True)
+    if os.fstat(descriptor).st_nlink:
+        return new, descriptor
+    os.close(descriptor)  # it was removed before it was locked
+    return _create_temp_file(file, name)
+
+
+def _remove_if_abandoned(new: Path) -> None:
+    """Remove a temporary file that no process is writing."""
+    with contextlib.suppress(OSError):
+        descriptor = os.open(new, os.O_WRONLY)
+        try:
+            if _lock(descriptor, is_waiting=False):
+                new.unlink()
+        finally:
+            os.close(descriptor)
+
+
+def _lock(descriptor: int, is_waiting: bool) -> bool:
+    """Lock a file until it is closed; return False if it is locked or cannot be locked."""
+    if sys.platform == "win32":
+        return False
+    import fcntl
+
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if is_waiting else fcntl.LOCK_NB))
+    except OSError:
+        return False
+    return True
+
+
+@contextlib.contextmanager
+def _hold_lock(descriptor: int) -> Iterator[None]:
+    """Keep a file locked after its descriptor is closed, until the end of a `with` block."""
+    held = None if sys.platform == "win32" else os.dup(descriptor)
+    try:
+        yield
+    finally:
+        if held is not None:
+            os.close(held)
+
+
+Integers = npt.NDArray[np.intc]
+_HEADER = re.compile(
+    rb"\x93NUMPY\x01\x00..\{'descr': '<(f8|i4|U[0-9]{1,12})', 'fortran_order': False, "
+    rb"'shape': \(([0-9, ]{0,200})\), \} *\n",
+    re.DOTALL,
+)
+_MAX_ERROR_LENGTH = 100  # characters kept of a message of zipfile, which may quote the file
+
+
+def pack_archive(texts: Mapping[str, str], arrays: Mapping[str, Array | Integers]) -> bytes:
+    """Return the bytes of an archive that contains `texts` and `arrays`."""
+    from zipfile import ZipFile  # imported here to keep `import kreisel` fast
+
+    buffer = io.BytesIO()
+    with ZipFile(buffer, "w") as archive:
+        for name, text in texts.items():
+            _write_array(archive, name, np.array(text, dtype=f"<U{len(text)}"))
+        for name, array in arrays.items():
+            _write_array(archive, name, array.astype("<i4" if array.dtype.kind == "i" else "<f8"))
+    return buffer.getvalue()
+
+
+def _write_array(archive: ZipFile, name: str, array: npt.NDArray[np.generic]) -> None:
+    from zipfile import ZipInfo
+
+    with archive.open(ZipInfo(f"{name}.npy"), "w", force_zip64=True) as member:
+        data = np.ascontiguousarray(array).reshape(array.shape)
+        np.lib.format.write_array(member, data, version=(1, 0), allow_pickle=False)
+
+
+class ArchiveReader:
+    """An archive that is opened for reading.
+
+    Raises ValueError if the file is damaged or is not an archive.
+    """
+
+    def __init__(self, file: BinaryIO, size: int) -> None:
+        from zipfile import BadZipFile, ZipFile
+
+        try:
+            with ZipFile(file) as archive:
+                self._members = _read_archive_members(archive, size)
+        except (EOFError, OSError, RuntimeError, struct.error, BadZipFile) as error:
+            raise ValueError(f"the archive is damaged: {str(error)[:_MAX_ERROR_LENGTH]}") from None
+
+    def read_archive_text(self, name: str) -> str:
+        """Return the text stored in the archive member `name`."""
+        return str(self._read_archive_member(name, "U", ()), "utf-32-le").rstrip("\0")
+
+    def read_archive_doubles(self, name: str, n: int | None, *shape: int) -> Array:
+        """Return the archive member `name` as an array of doubles of shape (n, *shape).
+
+        If `n` is None, the first dimension can have any length.
+        """
+        data = self._read_archive_member(name, "f8", (n, *shape))
+        rows = len(data) // (8 * math.prod(shape)) if n is None else n
+        return np.frombuffer(data, "<f8").reshape(rows, *shape).astype(np.float64, copy=False)
+
+    def read_archive_integers(self, name: str, n: int) -> Integers:
+        """Return the archive member `name` as an array of `n` integers."""
+        return np.frombuffer(self._read_archive_member(name, "i4", (n,)), "<i4").astype(np.intc)
+
+    def _read_archive_member(
+        self, name: str, kind: str, shape: tuple[int | None, ...]
+    ) -> memoryview:
+        """Return the raw bytes of the archive member `name` after checking its type and shape."""
+        data = self._members.get(name)
+        if data is None:
+            raise ValueError(f"it has no member {name}")
+        header = _HEADER.match(data)
+        if header is None or not header[1].decode().startswith(kind):
+            raise ValueError(f"its {name} is damaged or has another type")
+        sizes = [int(word) for word in header[2].decode().split(",") if word.strip()]
+        is_match = len(sizes) == len(shape) and all(
+            n in (None, size) for n, size in zip(shape, sizes, strict=True)
+        )
+        size = 4 * int(header[1][1:]) if kind == "U" else int(header[1][1:])
+        rest = memoryview(data)[header.end() :]
+        if not is_match or math.prod(sizes) * size != len(rest):
+            raise ValueError(f"its {name} has the wrong size: its shape is {tuple(sizes)}")
+        return rest
+
+
+def _read_archive_members(archive: ZipFile, size: int) -> dict[str, bytes]:
+    """Return the contents of all members of a zip file.
+
+    Raises ValueError if a member is compressed, or if the members are larger than the file.
+    """
+    from zipfile import ZIP_STORED
+
+    members = archive.infolist()
+    if any(each.compress_type != ZIP_STORED for each in members):
+        raise ValueError("its members are compressed")
+    if sum(each.file_size for each in members) > size:
+        raise ValueError("its members are larger than the file")
+    return {each.filename.removesuffix(".npy"): archive.read(each) for each in members}
+
+
+_MARK, _SIZE = b"kreisel-sha256:", 64
+# The text before the digest, followed by zeros in place of the digest.
+PLACEHOLDER = (_MARK + b"0" * _SIZE).decode()
+
+
+def fill_in_checksum(data: bytearray) -> bytearray:
+    """Replace the last placeholder in the contents of a file by the checksum."""
+    position = data.rindex(PLACEHOLDER.encode()) + len(_MARK)
+    data[position : position + _SIZE] = hashlib.sha256(data).hexdigest().encode()
+    return data
+
+
+def has_correct_checksum(data: bytes) -> bool:
+    """Return True if the contents of a file include a correct checksum."""
+    position = data.rfind(_MARK) + len(_MARK)
+    if position < len(_MARK):
+        return False
+    view, digest = memoryview(data), hashlib.sha256()
+    for piece in (view[:position], PLACEHOLDER.encode()[len(_MARK) :], view[position + _SIZE :]):
+        digest.update(piece)
+    return digest.hexdigest().encode() == data[position : position + _SIZE]

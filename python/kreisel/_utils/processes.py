@@ -1,0 +1,224 @@
+"""Ctrl-C, and workers in threads and processes."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from dataclasses import dataclass
+from types import FrameType
+from typing import Any, Generic, NamedTuple, TypeVar
+
+from .._core import Work
+from .._options.options import Progress
+
+Handler = Callable[[int, FrameType | None], object]
+# Signals that interrupt a program: Ctrl-C, a request to terminate, and a timer (not on Windows).
+_INTERRUPTION_SIGNALS = [
+    signal.Signals[name]
+    for name in ("SIGINT", "SIGTERM", "SIGALRM")
+    if name in signal.Signals.__members__
+]
+
+
+@contextmanager
+def replace_signal_handlers(
+    numbers: Iterable[int], handler: Handler
+) -> Iterator[dict[int, Handler]]:
+    """Return a context manager that replaces the handlers of signals.
+
+    Only handlers that are Python functions are replaced, and only in the main thread. The context
+    manager yields a dictionary that maps the signal numbers to the replaced handlers.
+    """
+    handlers: dict[int, Handler] = {
+        number: original for number in numbers if callable(original := signal.getsignal(number))
+    }
+    if threading.current_thread() is not threading.main_thread():
+        handlers = {}  # only the main thread can set signal handlers
+    try:
+        for number in handlers:
+            signal.signal(number, handler)
+        yield handlers
+    finally:
+        for number, original in handlers.items():
+            signal.signal(number, original)
+
+
+@contextmanager
+def defer_signals() -> Iterator[Callable[[], None]]:
+    """Return a context manager that defers SIGINT, SIGTERM and SIGALRM.
+
+    An exception that a signal handler raises, such as KeyboardInterrupt, can leave a lock of the
+    standard library locked, so that other threads wait for the lock forever. The context manager
+    yields a function that handles the signals received so far. Other signals are handled at the
+    end; an exception discards them.
+    """
+    received: list[tuple[int, FrameType | None]] = []
+
+    def handle_received_signals() -> None:
+        while received:
+            number, frame = received.pop(0)
+            handlers[number](number, frame)
+
+    with replace_signal_handlers(
+        _INTERRUPTION_SIGNALS, lambda number, frame: received.append((number, frame))
+    ) as handlers:
+        yield handle_received_signals
+    handle_received_signals()
+
+
+MIN_SLICE, MAX_SLICE = 64, 1 << 15  # members in a slice; a small ensemble has smaller slices
+LANES = 8  # number of tops that one thread integrates simultaneously, in the lanes of vectors
+# The size of a slice is (remaining members) / (threads * SLICE_SHARE). Slices thus become smaller,
+# and all threads finish at about the same time.
+SLICE_SHARE = 4
+SLICES_AHEAD = 4  # number of submitted slices per thread, running or waiting
+POLL_SECONDS, PROGRESS_SECONDS = 0.02, 0.1
+_K = TypeVar("_K")
+_R = TypeVar("_R")
+
+Job = tuple[Callable[..., _R], tuple[Any, ...]]  # a function and its arguments
+
+
+def has_thread_workers(executor: Executor) -> bool:
+    """Return True if the workers of `executor` share memory with this process."""
+    return isinstance(executor, ThreadPoolExecutor)
+
+
+def run_jobs(
+    executor: Executor,
+    jobs: Iterator[tuple[_K, Job[_R]]],
+    max_in_flight: int,
+    collect: Callable[[_K, Future[_R]], object],
+    poll: Callable[[], object],
+    stop: Callable[[], object],
+) -> None:
+    """Run jobs in parallel, and pass the key and the future of each finished job to `collect`.
+
+    `poll` is called regularly. After an exception or Ctrl-C, waiting jobs are cancelled, and `stop`
+    is called to end the running jobs. Before the exception is raised again, the results of all
+    finished jobs are passed to `collect`. After an exception, run_jobs waits for jobs that run in
+    threads, but not for jobs in other processes.
+    """
+    running: dict[Future[_R], _K] = {}
+
+    def submit_jobs_up_to_limit() -> bool:
+        while len(running) < max_in_flight:
+            following = next(jobs, None)
+            if following is None:
+                break
+            key, (function, arguments) = following
+            running[executor.submit(function, *arguments)] = key
+        return bool(running)
+
+    try:
+        with defer_signals() as handle_received_signals:
+            while submit_jobs_up_to_limit():
+                futures, _ = wait(running, timeout=POLL_SECONDS, return_when=FIRST_COMPLETED)
+                for future in futures:
+                    collect(running.pop(future), future)
+                poll()
+                handle_received_signals()
+    except BaseException:
+        with defer_signals():
+            stop()
+            pending = [future for future in running if not future.cancel()]
+            if has_thread_workers(executor):
+                wait(pending)  # until no thread writes results any more, even after another Ctrl-C
+            for future in pending:
+                if future.done() and not future.cancelled() and future.exception() is None:
+                    collect(running[future], future)
+        raise
+
+
+@dataclass
+class DivisibleTask(Generic[_R]):
+    """A computation for the n members of an ensemble, divisible into consecutive slices.
+
+    job        a function that returns the job for the members begin..end
+    collect    a function that receives the first index and the result of each slice
+    work       the object that can stop running jobs, and that counts finished members
+    is_native  True if the core distributes the members to its own threads
+    """
+
+    n: int
+    job: Callable[[int, int], Job[_R]]
+    collect: Callable[[int, _R], object]
+    work: Work
+    progress: Progress | None = None
+    is_native: bool = False
+
+
+class WorkerPool(NamedTuple):
+    """A pool of threads, or an executor supplied by the user."""
+
+    threads: int
+    executor: Executor | None = None
+
+    @property
+    def has_workers_in_other_processes(self) -> bool:
+        """True if the workers do not share memory with this process."""
+        return self.executor is not None and not has_thread_workers(self.executor)
+
+    def run_task(self, task: DivisibleTask[Any]) -> None:
+        """Run a task until it is complete.
+
+        Raises KeyboardInterrupt after Ctrl-C, and re-raises any exception from a job.
+        """
+        threads = 1 if task.n <= LANES else self.threads
+        if self.executor is not None:
+            _run_task_with_executor(self.executor, self, task)
+        elif threads == 1 or task.is_native:
+            _run_task_in_calling_thread(task, threads)
+        else:
+            with ThreadPoolExecutor(self.threads) as executor:
+                _run_task_with_executor(executor, self, task)
+
+    def yield_slice_bounds(self, n: int) -> Iterator[tuple[int, int]]:
+        """Divide n members into ever smaller slices, so that all threads finish almost together."""
+        begin, least = 0, min(MIN_SLICE, -(-n // self.threads))
+        while begin < n:
+            size = min(max((n - begin) // (SLICE_SHARE * self.threads), least), MAX_SLICE)
+            end = min(begin + -(-size // LANES) * LANES, n)
+            yield begin, end
+            begin = end
+
+
+def _run_task_in_calling_thread(task: DivisibleTask[Any], threads: int) -> None:
+    """Run a task in the calling thread, while checking for signals and reporting progress."""
+    task.work.listen(task.n, task.progress)
+    slices: Any = WorkerPool(1).yield_slice_bounds(task.n)
+    if task.is_native:
+        task.work.share(threads)
+        slices = [(0, task.n)]
+    for begin, end in slices:
+        function, arguments = task.job(begin, end)
+        task.collect(begin, function(*arguments))
+        task.work.end()
+        if task.work.stopped:
+            raise KeyboardInterrupt
+
+
+def _run_task_with_executor(executor: Executor, pool: WorkerPool, task: DivisibleTask[Any]) -> None:
+    """Run a task on the workers of an executor."""
+    done, last_call = 0, time.monotonic()
+
+    def collect(part: tuple[int, int], future: Future[Any]) -> None:
+        nonlocal done
+        task.collect(part[0], future.result())
+        done += part[1] - part[0]
+
+    def report_progress() -> None:
+        nonlocal last_call
+        now = time.monotonic()
+        if task.progress is not None and now - last_call >= PROGRESS_SECONDS:
+            last_call = now
+            task.progress(
+                (done if pool.has_workers_in_other_processes else task.work.done) / task.n
+            )
+
+    jobs = ((part, task.job(*part)) for part in pool.yield_slice_bounds(task.n))
+    run_jobs(executor, jobs, SLICES_AHEAD * pool.threads, collect, report_progress, task.work.stop)
