@@ -15,7 +15,7 @@ import numpy as np
 from .._model.scene import Scene
 from .._options.methods import Method, Methods, resolve_method
 from .._options.methods import methods as known
-from .._options.options import Progress, validate_progress_callback, validate_solve_options
+from .._options.options import validate_progress_callback, validate_solve_options
 from .._options.times import check_resolvable_horizon, time_array
 from .._results.path import Error, Path
 from .._results.quantities import Stats
@@ -23,6 +23,7 @@ from .._solve.solve import solve
 from .._utils.arguments import Numbers, as_int, as_positive, short_repr, validate_type
 from .._utils.files import atomic_write
 from .._utils.html import format_html_table
+from .._utils.processes import Progress
 from .._utils.quantity_attributes import MethodName
 from ..quaternion import attitude_error
 from ..scenes import asymmetric, dzhanibekov, name_of, thesis

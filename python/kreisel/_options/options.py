@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
@@ -26,6 +26,7 @@ from .._utils.arguments import (
     unknown_name_message,
     validate_type,
 )
+from .._utils.processes import Progress
 from .._utils.quantity_attributes import QuantityName
 from .methods import (
     EXACT,
@@ -47,7 +48,6 @@ from .times import (
     too_many_steps_message,
 )
 
-Progress = Callable[[float], object]
 # The arguments of the core: name, step, tol, digits, max_steps and leave_heading.
 CoreArguments = tuple[str, float, float, int, int, bool]
 

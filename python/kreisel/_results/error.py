@@ -21,7 +21,7 @@ from .._options.methods import (
     has_torus_closed_form,
     methods,
 )
-from .._options.options import Progress, SolveOptions
+from .._options.options import SolveOptions
 from .._utils.arguments import (
     Array,
     Quaternion,
@@ -29,6 +29,7 @@ from .._utils.arguments import (
     as_float,
     make_exception_from_status,
 )
+from .._utils.processes import Progress
 from .._utils.quantity_attributes import MethodName
 from ..quaternion import conjugate, multiply, turn
 

@@ -17,7 +17,6 @@ from .._model.parameters import advance_shaking_phase
 from .._model.scene import Scene
 from .._options.methods import EXACT, FALLBACK, compute_closed_form_error_limit, get_method, methods
 from .._options.options import (
-    Progress,
     SolveOptions,
     make_solve_options,
     validate_requested_quantities,
@@ -27,6 +26,7 @@ from .._options.times import CHUNK_SIZE
 from .._utils.arguments import Array, Numbers, ReadOnlyArrays, format_count
 from .._utils.files import Integers, atomic_write
 from .._utils.html import format_picture_as_html
+from .._utils.processes import Progress
 from .._utils.quantity_attributes import QuantityName
 from .archive import encode_path_as_archive
 from .error import (

@@ -16,7 +16,6 @@ from .._model.scene import Ensemble
 from .._options.methods import methods
 from .._options.options import (
     EnsembleOptions,
-    Progress,
     SolveOptions,
     format_index,
     get_member_by_flat_index,
@@ -42,7 +41,7 @@ from .._utils.arguments import (
     suggest_name,
     unknown_name_message,
 )
-from .._utils.processes import DivisibleTask, Job, WorkerPool
+from .._utils.processes import DivisibleTask, Job, Progress, WorkerPool
 from .._utils.quantity_attributes import QuantityAttributes, QuantityName
 from .buffers import (
     INTERRUPTED,

@@ -14,7 +14,6 @@ from .._model.parameters import refuse_disturbances
 from .._model.scene import Ensemble, Scene
 from .._options.methods import FALLBACK, methods
 from .._options.options import (
-    Progress,
     SolveOptions,
     validate_progress_callback,
     validate_thread_count,
@@ -40,7 +39,7 @@ from .._utils.arguments import (
     short_repr,
 )
 from .._utils.html import format_picture_as_html
-from .._utils.processes import DivisibleTask, Job, WorkerPool
+from .._utils.processes import DivisibleTask, Job, Progress, WorkerPool
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -47,7 +47,6 @@ from .._options.methods import (
     resolve_method,
 )
 from .._options.options import (
-    Progress,
     SolveOptions,
     format_index,
     get_member_by_flat_index,
@@ -71,7 +70,7 @@ from .._utils.arguments import (
     short_repr,
     validate_type,
 )
-from .._utils.processes import DivisibleTask, Job, WorkerPool
+from .._utils.processes import DivisibleTask, Job, Progress, WorkerPool
 from .tangents import TangentSpec, validate_tangent_names
 from .torus import (
     check_tangent_times,

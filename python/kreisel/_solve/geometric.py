@@ -15,7 +15,6 @@ from .._model.scene import Ensemble, Scene
 from .._options.methods import methods
 from .._options.options import (
     EnsembleOptions,
-    Progress,
     SolveOptions,
     get_member_by_flat_index,
     validate_requested_quantities,
@@ -45,6 +44,7 @@ from .._results.path import (
 )
 from .._results.quantities import Stats
 from .._utils.arguments import Array, as_int, as_positive
+from .._utils.processes import Progress
 from .._utils.quantity_attributes import MethodName
 from ..quaternion import attitude_error
 

@@ -22,7 +22,6 @@ from .._model.parameters import EnvironmentArguments, SceneKwargs
 from .._model.scene import Scene, parse_scene_toml
 from .._options.methods import FALLBACK, resolve_method
 from .._options.options import (
-    Progress,
     SolveOptions,
     validate_progress_callback,
     validate_recording_interval,
@@ -60,6 +59,7 @@ from .._utils.arguments import (
     short_repr,
 )
 from .._utils.files import atomic_write
+from .._utils.processes import Progress
 from .._utils.quantity_attributes import MethodName, QuantityName
 from ..events import Event, from_record, refuse_kinetic, to_core_events, to_record, validate_events
 

@@ -16,7 +16,6 @@ from .._model.scene import Ensemble, Scene
 from .._options.methods import FALLBACK
 from .._options.options import (
     EnsembleOptions,
-    Progress,
     check_result_memory,
     validate_ensemble_options,
     validate_progress_callback,
@@ -49,7 +48,7 @@ from .._utils.arguments import (
     validate_type,
 )
 from .._utils.html import format_picture_as_html
-from .._utils.processes import WorkerPool
+from .._utils.processes import Progress, WorkerPool
 from .._utils.quantity_attributes import QuantityAttributes
 from ..events import Event, nutation, refuse_kinetic, to_core_events, validate_events
 from .chaos import Indicator, estimate_turn_durations

@@ -14,7 +14,6 @@ from .._model.scene import Ensemble, Scene
 from .._options.methods import FALLBACK
 from .._options.options import (
     EnsembleOptions,
-    Progress,
     ReductionSpec,
     SolveOptions,
     check_result_memory,
@@ -38,7 +37,7 @@ from .._results.path import Events, Path, record_path, try_to_solve_in_core
 from .._results.paths import Paths, Reductions, run_ensemble
 from .._utils.arguments import Array, Numbers, as_int, short_repr, validate_type
 from .._utils.name_hints import has_unknown_keywords, refuse_unknown_keywords
-from .._utils.processes import WorkerPool
+from .._utils.processes import Progress, WorkerPool
 from .._utils.quantity_attributes import MethodName, QuantityName
 from ..events import refuse_kinetic, to_core_events, validate_events
 from .exact import record_exact_path_with_tangents

@@ -13,7 +13,6 @@ from .._core import tangents as TANGENTS
 from .._model.scene import Ensemble, Scene
 from .._options.methods import FALLBACK, Method, has_torus_closed_form
 from .._options.options import (
-    Progress,
     SolveOptions,
     validate_recording_interval,
     validate_solve_options,
@@ -28,6 +27,7 @@ from .._results.path import (
 )
 from .._results.quantities import TangentData
 from .._utils.arguments import Numbers, short_repr, unknown_name_message, validate_type
+from .._utils.processes import Progress
 from .torus import check_torus_tangent_names
 
 TangentName = Literal[

@@ -21,7 +21,6 @@ from .._model.toml import parse_toml_tables, parse_toml_text_or_file, require_to
 from .._options.methods import FALLBACK
 from .._options.options import (
     EnsembleOptions,
-    Progress,
     resolve_method_for_ensemble,
     validate_ensemble_options,
     validate_ensemble_times,
@@ -51,7 +50,7 @@ from .._utils.arguments import (
     suggest_name,
     unknown_name_message,
 )
-from .._utils.processes import WorkerPool
+from .._utils.processes import Progress, WorkerPool
 from ..events import MAKERS, Event, from_record, to_record, validate_events
 from ..scenes import about, get_scene
 from .source import Places, RandomSpec, Source, list_parameter_component_names

@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 
 from .._core import version
-from .._options.options import Progress
 from .._utils.arguments import Array, format_count
 from .._utils.files import (
     atomic_write,
@@ -26,7 +25,7 @@ from .._utils.files import (
     has_correct_checksum,
     sync_folder,
 )
-from .._utils.processes import defer_signals, has_thread_workers, run_jobs
+from .._utils.processes import Progress, defer_signals, has_thread_workers, run_jobs
 from .plan import (
     PartResults,
     SweepPlan,

@@ -15,7 +15,6 @@ import numpy.typing as npt
 
 from .._model.scene import Ensemble
 from .._options.options import (
-    Progress,
     ReductionSpec,
     validate_progress_callback,
     validate_thread_count,
@@ -35,6 +34,7 @@ from .._utils.arguments import (
     validate_type,
     warn_user,
 )
+from .._utils.processes import Progress
 from .._utils.quantity_attributes import MethodName, QuantityName
 from ..events import Event
 from .plan import (

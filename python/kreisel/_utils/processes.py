@@ -13,9 +13,9 @@ from types import FrameType
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from .._core import Work
-from .._options.options import Progress
 
 Handler = Callable[[int, FrameType | None], object]
+Progress = Callable[[float], object]
 # Signals that interrupt a program: Ctrl-C, a request to terminate, and a timer (not on Windows).
 _INTERRUPTION_SIGNALS = [
     signal.Signals[name]
