@@ -192,3 +192,20 @@ def test_bad_arguments_are_refused(way, path, tmp_path):
     assert not any(tmp_path.iterdir())
     with pytest.raises(FileNotFoundError):
         path.to_csv(tmp_path / "none" / "table.csv")
+
+
+def test_tables_of_many_tops_hold_the_tables_of_each(tmp_path):
+    tops = kr.scenes.cusps.vary(gravity=[0.5, 1.0])
+    many = kr.solve(tops, [0.0, 1.0, 2.0])
+    frame = many.to_pandas("nutation", "m", degrees=True)
+    assert frame.index.names == ["gravity", "t"] and frame.attrs["units"]["nutation"] == "deg"
+    many.to_csv(tmp_path / "tops.csv", "nutation", "m")
+    read = pd.read_csv(tmp_path / "tops.csv")
+    for path, gravity in zip(many, [0.5, 1.0], strict=True):
+        names = ["nutation", "m_x", "m_y", "m_z"]
+        expected = path.to_pandas("nutation", "m", degrees=True)
+        assert frame.loc[gravity][names].equals(expected[names])
+        rows = read[read["gravity [L T^-2]"] == gravity]
+        assert rows["t [T]"].tolist() == [0.0, 1.0, 2.0]
+        assert np.allclose(rows["nutation [rad]"], path.nutation, rtol=1e-15)
+    assert many.euler(unwrap=True).shape == (2, 3, 3)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import os
 import time
@@ -19,6 +17,7 @@ from .._options.options import validate_progress_callback, validate_solve_option
 from .._options.times import check_resolvable_horizon, time_array
 from .._results.path import Error, Path
 from .._results.quantities import Stats
+from .._results.tables import encode_table_as_csv
 from .._solve.solve import solve
 from .._utils.arguments import Numbers, as_int, as_positive, short_repr, validate_type
 from .._utils.files import atomic_write
@@ -89,13 +88,11 @@ class Table:
 
         Missing values are empty.
         """
-        text = io.StringIO(newline="")
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(_COLUMNS)
-        writer.writerows(map(_list_row_values, self.rows))
+        table = {name: [getattr(row, name) for row in self.rows] for name in _COLUMNS}
+        text = encode_table_as_csv(table).decode()
         if path is not None:
-            atomic_write(path, text.getvalue().encode())
-        return text.getvalue()
+            atomic_write(path, text.encode())
+        return text
 
 
 _COLUMNS = tuple(column.name for column in fields(Row))

@@ -23,15 +23,15 @@ from rich.table import Table as Grid
 
 from .._core import values as values_of
 from .._core import version
-from .._options.quantities import ANGLES, LOW, TIME
+from .._options.quantities import ANGLES, LOW
 from .._results.archive import encode_path_as_archive
 from .._results.path import Error, Events, Interrupted, Path
 from .._results.quantities import NO_STATES
 from .._results.tables import (
-    build_quantity_value_pairs,
     columns,
     encode_table_as_csv,
     format_column_heads,
+    list_quantity_columns,
 )
 from .._solve.run import Run
 from .._utils.arguments import Array, format_count
@@ -335,12 +335,11 @@ def encode_path_as_json(
         "stats": path.stats._asdict(),
         "stopped": reason,
     }
-    quantities, units = {"t": path.t.tolist()}, {"t": TIME.dimension}
-    for quantity, values in build_quantity_value_pairs(
-        path, list_output_quantities(path), angles.degrees, angles.unwrap
-    ):
-        quantities[quantity.name] = _replace_nonfinite(values.tolist())
-        units[quantity.name] = quantity.dimension
+    quantities, units = {}, {}
+    names = list_output_quantities(path)
+    for column in list_quantity_columns(path, names, angles.degrees, angles.unwrap):
+        quantities[column.name] = _replace_nonfinite(column.values.tolist())
+        units[column.name] = column.unit
     events = (
         {} if collector is None else {"events": _replace_nonfinite(collector.build_event_table())}
     )

@@ -45,13 +45,14 @@ from .error import (
 from .quantities import (
     NO_STATES,
     STATE_COLUMNS,
+    PathBase,
     StateIndex,
     Stats,
     TangentData,
     normalize_path_index,
     validate_times_within_path,
 )
-from .tables import TableExportMethods
+from .tables import ColumnTable, TableExportMethods, list_quantity_columns
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -64,7 +65,7 @@ MOST_DISPLAYED = 100_000  # number of states of the longest path that notebooks 
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class Path(ReadOnlyArrays, TableExportMethods):
+class Path(ReadOnlyArrays, PathBase, TableExportMethods):
     """The computed motion of a scene, sampled at n times.
 
     All arrays are read-only, but copies of them are writeable. The arrays t, q and m are views of
@@ -319,6 +320,15 @@ class Path(ReadOnlyArrays, TableExportMethods):
         """
         events = self._events
         return None if events is None else (events.path, events.which, events.direction)
+
+    def _tabulate(self, names: Iterable[str], degrees: bool, unwrap: bool) -> ColumnTable:
+        controls = {"method": self.method, "step": self.step, "tol": self.tol}
+        attributes = {**controls, "digits": self.digits, "scene": self.scene.to_toml()}
+        return ColumnTable(
+            {"time": len(self)},
+            list_quantity_columns(self, names, degrees, unwrap),
+            {name: value for name, value in attributes.items() if value is not None},
+        )
 
     def plot(
         self,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import ItemsView, Iterator, KeysView, Mapping, ValuesView
+from collections.abc import ItemsView, Iterable, Iterator, KeysView, Mapping, Sequence, ValuesView
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NoReturn, Self, TypeVar, cast, overload
@@ -26,7 +26,6 @@ from .._options.quantities import (
     QUANTITIES,
     RECORDABLE,
     TIME,
-    QuantityDescription,
     validate_quantity_name,
 )
 from .._utils.arguments import (
@@ -34,15 +33,13 @@ from .._utils.arguments import (
     ReadOnlyArrays,
     format_count,
     freeze_array,
-    get_parameter_unit,
     make_frozen_class_decorator,
-    optional_dependency,
     short_repr,
     suggest_name,
     unknown_name_message,
 )
 from .._utils.processes import DivisibleTask, Job, Progress, WorkerPool
-from .._utils.quantity_attributes import QuantityAttributes, QuantityName
+from .._utils.quantity_attributes import QuantityName
 from .buffers import (
     INTERRUPTED,
     STATUSES,
@@ -72,7 +69,16 @@ from .quantities import (
     find_flat_index,
     list_flat_indices,
 )
-from .tables import DIMENSIONS, TABLES, QuantityRows, build_quantity_value_pairs
+from .tables import (
+    ColumnTable,
+    TableColumn,
+    TableExportMethods,
+    describe_quantities,
+    list_component_labels,
+    list_parameter_columns,
+    list_quantity_columns,
+    name_axes,
+)
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -343,6 +349,31 @@ class EnsembleResult(ReadOnlyArrays):
         """Return the result of one or several tops, selected by a NumPy index."""
         raise NotImplementedError
 
+    def _make_column_table(
+        self,
+        columns: Sequence[TableColumn],
+        taken: Iterable[str] = (),
+        times: Mapping[str, int] | None = None,
+    ) -> ColumnTable:
+        """Return a table of `columns`, the varying parameters, `status` and `reached`.
+
+        A parameter with one of the names `taken` is called, for example, spin_given.
+        """
+        axes = name_axes(self.tops, taken)
+        text = "the time of the last valid state"
+        states = [
+            TableColumn(
+                "status", axes, self.status, "", "0 if the run succeeded", is_coordinate=True
+            ),
+            TableColumn("reached", axes, self.reached, TIME.dimension, text, is_coordinate=True),
+        ]
+        controls = {"method": self.method, "step": self.step, "tol": self.tol}
+        return ColumnTable(
+            {**dict(zip(axes, self.shape, strict=True)), **(times or {})},
+            [*list_parameter_columns(self.tops, taken), *states, *columns],
+            {k: v for k, v in (controls | {"digits": self.digits}).items() if v is not None},
+        )
+
     def _format_summary(self) -> str:
         """Return a summary of the method, its parameters and the number of failures."""
         values = {"step": self.step, "tol": self.tol, "digits": self.digits}
@@ -422,173 +453,6 @@ def convert_columns_to_ensemble_events(
     for array in (top, events.states, events.which, events.direction, count):
         array.flags.writeable = False
     return EnsembleEvents(top, events.states, events.which, events.direction, count)
-
-
-Reduced = Mapping[str, Mapping[str, Array]]  # {name of a quantity: {kind of reduction: values}}
-Variable = tuple[tuple[str, ...], Any, dict[str, object]]
-
-
-def build_state_dataset(paths: EnsembleResult, rows: QuantityRows) -> Dataset:
-    """Build a Dataset from quantities at all states of an ensemble."""
-    with optional_dependency(TABLES):
-        import xarray as xr
-    names = _name_parameters_apart_from_quantities(paths.tops, rows)
-    axes, variables = tuple(names.get(axis, axis) for axis in paths.tops.axes), {}
-    coordinates: dict[str, Variable] = {
-        names.get(name, name): (tuple(names.get(dim, dim) for dim in dims), values, attributes)
-        for name, (dims, values, attributes) in _build_dataset_coordinates(paths).items()
-    }
-    has_own_times = paths.t.ndim > 1
-    for quantity, values in rows:
-        inner = _get_component_dimension_labels(quantity)
-        coordinates |= {name: ((name,), words, {}) for name, words in inner.items()}
-        variables[quantity.name] = (
-            (*axes, "time", *inner),
-            np.array(values),
-            _make_unit_attributes(quantity),
-        )
-    time = "t" if has_own_times else "time"
-    dimensions = (*axes, "time") if has_own_times else ("time",)
-    coordinates[time] = (dimensions, np.array(paths.t), _make_unit_attributes(TIME))
-    return xr.Dataset(variables, coordinates, _list_run_attributes(paths))
-
-
-def _name_parameters_apart_from_quantities(tops: Ensemble, rows: QuantityRows) -> dict[str, str]:
-    """Return other names for those parameters and dimensions that are also names of quantities.
-
-    In xarray, a variable with the name of a dimension must have only this dimension.
-    """
-    quantity_names = {quantity.name for quantity, _ in rows}
-    return {name: f"{name}_given" for name in (*tops.axes, *tops.coords) if name in quantity_names}
-
-
-def build_reduction_dataset(result: EnsembleResult, reductions: Reduced) -> Dataset:
-    """Return a Dataset of the reductions for all tops."""
-    with optional_dependency(TABLES):
-        import xarray as xr
-    axes = result.tops.axes
-    coordinates, variables = _build_dataset_coordinates(result), {}
-    for name, quantity, values in _yield_reductions_with_units(reductions):
-        inner = _get_component_dimension_labels(quantity) if values.ndim > result.ndim else {}
-        coordinates |= {dim: ((dim,), words, {}) for dim, words in inner.items()}
-        variables[name] = ((*axes, *inner), np.array(values), _make_unit_attributes(quantity))
-    return xr.Dataset(variables, coordinates, _list_run_attributes(result))
-
-
-def build_reduction_data_frame(result: EnsembleResult, reductions: Reduced) -> DataFrame:
-    """Return a DataFrame of the reductions, with one row per top."""
-    with optional_dependency(TABLES):
-        import pandas as pd
-    columns: dict[str, Any] = {}
-    units: dict[str, str] = {}
-    for name, (dims, values, attributes) in _build_dataset_coordinates(result).items():
-        columns[name] = list_values_per_top(result.tops, dims, values)
-        units[name] = str(attributes["units"])
-    for column, values, unit in yield_reduction_columns(result, reductions):
-        columns[column], units[column] = values, unit
-    frame = pd.DataFrame(columns)
-    frame.attrs = _list_run_attributes(result) | {"units": units}
-    return frame
-
-
-def yield_reduction_columns(
-    result: EnsembleResult, reductions: Reduced
-) -> Iterator[tuple[str, Array, str]]:
-    """Yield a column (name, values, unit) for each component of each reduction."""
-    n = len(result._buffers.status)
-    for name, quantity, values in _yield_reductions_with_units(reductions):
-        kind = name.removeprefix(quantity.name)
-        parts = values.reshape(n, -1)
-        for i in range(parts.shape[1]):
-            column = name if parts.shape[1] == 1 else quantity.components[i] + kind
-            yield column, parts[:, i], quantity.dimension
-
-
-def _yield_reductions_with_units(
-    reductions: Reduced,
-) -> Iterator[tuple[str, QuantityDescription, Array]]:
-    """Yield the name of each statistic, a description of its quantity, and its values."""
-    for name, kinds in reductions.items():
-        quantity = QUANTITIES.get(name) or next(
-            each for each in QUANTITIES.values() if name in each.components
-        )
-        for kind, values in kinds.items():
-            dimension = unit = quantity.dimension
-            if kind.startswith("where_"):
-                dimension = TIME.dimension
-            elif kind == "variance" and unit:
-                dimension = f"({unit})^2"
-            text = f"{kind} over the times: {quantity.text}"
-            yield (
-                f"{name}_{kind}",
-                quantity._replace(name=name, dimension=dimension, text=text),
-                values,
-            )
-
-
-def _get_component_dimension_labels(quantity: QuantityDescription) -> dict[str, list[str]]:
-    """Return the names of the dimensions of a vector or matrix quantity, and their labels."""
-    labels = {f"{quantity.name}_component": quantity.components}
-    return DIMENSIONS.get(quantity.shape, labels)
-
-
-def _make_unit_attributes(quantity: QuantityDescription) -> dict[str, object]:
-    return {"units": quantity.dimension, "long_name": quantity.text}
-
-
-def _list_run_attributes(result: EnsembleResult) -> dict[str, object]:
-    values = {
-        "method": result.method,
-        "step": result.step,
-        "tol": result.tol,
-        "digits": result.digits,
-    }
-    return {name: value for name, value in values.items() if value is not None}
-
-
-def _build_dataset_coordinates(result: EnsembleResult) -> dict[str, Variable]:
-    """Return xarray variables for all parameters that vary, for `status` and for `reached`."""
-    axes, rows = result.tops.axes, build_parameter_variables(result.tops)
-    codes: dict[str, object] = {"units": "", "long_name": "0 if the run succeeded"}
-    rows["status"] = (axes, np.array(result.status), codes)
-    attributes: dict[str, object] = {
-        "units": TIME.dimension,
-        "long_name": "the time of the last valid state",
-    }
-    rows["reached"] = (axes, np.array(result.reached), attributes)
-    return rows
-
-
-def build_parameter_variables(tops: Ensemble) -> dict[str, Variable]:
-    """Return one xarray variable for each parameter that varies between tops."""
-    axes = tops.axes
-    rows: dict[str, Variable] = {}
-    for word, values in tops.coords.items():
-        shape = np.shape(values)[: tops.ndim]
-        inner = np.shape(values)[tops.ndim :]
-        dimensions = [d for d, n in enumerate(shape) if n > 1 or tops.shape[d] == 1]
-        dims = tuple(axes[d] for d in dimensions)
-        if word in axes and dims != (word,):
-            continue  # in xarray, a variable named like a dimension must have only this dimension
-        array = np.array(values).reshape([shape[d] for d in dimensions] + list(inner))
-        inner_dims = tuple(f"{word}_component" for _ in inner)
-        unit = get_parameter_unit(word, tops._in_degrees)
-        rows[word] = ((*dims, *inner_dims), array, {"units": unit})
-    return rows
-
-
-def list_values_per_top(tops: Ensemble, dims: tuple[str, ...], values: Any) -> Any:
-    """Broadcast values to the ensemble's shape, and return a list with one value per top.
-
-    Vector values are returned as tuples.
-    """
-    axes = tops.axes
-    inner_dims = [d for d in dims if d not in axes]
-    shape = [n if axis in dims else 1 for axis, n in zip(axes, tops.shape, strict=True)]
-    inner = values.shape[len(dims) - len(inner_dims) :]
-    table = np.broadcast_to(values.reshape(*shape, *inner), (*tops.shape, *inner))
-    flat = table.reshape(tops.size, *inner)
-    return list(map(tuple, flat.tolist())) if inner else flat
 
 
 _Result = TypeVar("_Result", bound=EnsembleResult)
@@ -742,8 +606,7 @@ class Reductions(EnsembleResult):
         parameters, `status` and `reached` are stored as coordinates of the Dataset. Raises
         ImportError if xarray is not installed.
         """
-
-        return build_reduction_dataset(self, dict(self.items()))
+        return self._make_column_table(self._list_columns()).to_xarray()
 
     def to_pandas(self) -> DataFrame:
         """Return a pandas.DataFrame with one row per top, in C order.
@@ -753,10 +616,31 @@ class Reductions(EnsembleResult):
         `attrs` contains the units. Raises ImportError if pandas is not installed.
         """
 
-        return build_reduction_data_frame(self, dict(self.items()))
+        return self._make_column_table(self._list_columns()).to_pandas()
+
+    def _list_columns(self) -> list[TableColumn]:
+        """Return a column for each reduction of each quantity."""
+        columns = []
+        for name, kinds in self.items():
+            quantity = QUANTITIES.get(name) or next(
+                each for each in QUANTITIES.values() if name in each.components
+            )
+            for kind, values in kinds.items():
+                unit = quantity.dimension
+                if kind.startswith("where_"):
+                    unit = TIME.dimension
+                elif kind == "variance" and unit:
+                    unit = f"({unit})^2"
+                text = f"{kind} over the times: {quantity.text}"
+                parts = [f"{component}_{kind}" for component in quantity.components]
+                labels = list_component_labels(quantity) if values.ndim > self.ndim else {}
+                columns.append(
+                    TableColumn(f"{name}_{kind}", self.tops.axes, values, unit, text, parts, labels)
+                )
+        return columns
 
 
-class Paths(EnsembleResult, QuantityAttributes):
+class Paths(EnsembleResult, TableExportMethods):
     """The motions of all tops in an ensemble, each at k times.
 
     All arrays are read-only. The arrays q and m are views of `states`, and other quantities are
@@ -934,26 +818,11 @@ class Paths(EnsembleResult, QuantityAttributes):
         """Raise TypeError, because the paths cannot be converted to a single array."""
         raise TypeError("paths are not an array: use an array such as paths.q or paths.states")
 
-    def to_xarray(self, *names: str, degrees: bool = False, unwrap: bool = False) -> Dataset:
-        """Return an xarray.Dataset with one variable per quantity in `names`.
-
-        If no names are given, the Dataset contains all quantities that the paths store. The
-        dimensions are those of the ensemble, followed by time and by the component dimensions
-        described in Path.to_xarray. If each top has its own times, the coordinate t depends on the
-        ensemble dimensions and on time.
-
-            >>> import kreisel as kr
-            >>> tops = kr.scenes.thesis.vary(gravity=[0.5, 1.0])
-            >>> kr.solve(tops, [0.0, 1.0]).to_xarray("apex")["apex"].dims
-            ('gravity', 'time', 'axis')
-
-        The varying parameters, `status` and `reached` are stored as coordinates of the Dataset. A
-        parameter with the name of a quantity in the Dataset is called, for example, spin_given, and
-        so is its dimension. In other respects, the Dataset has the same form as that returned by
-        Path.to_xarray.
-        """
-
-        return build_state_dataset(self, build_quantity_value_pairs(self, names, degrees, unwrap))
+    def _tabulate(self, names: Iterable[str], degrees: bool, unwrap: bool) -> ColumnTable:
+        taken = [each.name for each in describe_quantities(self, names, degrees)]
+        axes = name_axes(self.tops, taken)
+        quantities = list_quantity_columns(self, names, degrees, unwrap, axes)
+        return self._make_column_table(quantities, taken, {"time": self.t.shape[-1]})
 
 
 add_quantity_properties(Paths, ("*shape", "k"), Paths._compute_quantity)

@@ -23,8 +23,7 @@ from .._options.quantities import TIME
 from .._options.times import check_resolvable_horizon, time_array
 from .._results.buffers import INTERRUPTED, STATUSES, Codes
 from .._results.path import Error, Interrupted, build_path_from_core_result
-from .._results.paths import Variable, build_parameter_variables, list_values_per_top
-from .._results.tables import TABLES
+from .._results.tables import ColumnTable, TableColumn, list_parameter_columns
 from .._utils.arguments import (
     Array,
     Numbers,
@@ -35,7 +34,6 @@ from .._utils.arguments import (
     as_unit_name,
     freeze_array,
     make_exception_from_status,
-    optional_dependency,
     short_repr,
 )
 from .._utils.html import format_picture_as_html
@@ -45,8 +43,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from pandas import DataFrame
     from xarray import Dataset
-
-    from .._plot.charts import IndicatorWithClasses
 
 
 def estimate_turn_durations(tops: Ensemble) -> Array:
@@ -81,52 +77,26 @@ _TEXTS = {
 }
 
 
-def build_indicator_data_frame(indicator: IndicatorWithClasses, tops: Ensemble | None) -> DataFrame:
-    """Return a DataFrame with one row per top."""
-    with optional_dependency(TABLES):
-        import pandas as pd
-    columns: dict[str, Any] = {}
-    units: dict[str, str] = {}
-    if tops is not None:
-        for name, (dims, values, attributes) in build_parameter_variables(tops).items():
-            columns[name] = list_values_per_top(tops, dims, values)
-            units[name] = str(attributes["units"])
-    columns[indicator.name] = np.atleast_1d(indicator.value).ravel()
-    for name in _TEXTS:
-        columns[name] = np.ravel(getattr(indicator, name))
-    units |= {indicator.name: _UNITS[indicator.name], **dict.fromkeys(_TEXTS, "")}
-    frame = pd.DataFrame(columns)
-    frame.attrs = _make_indicator_table_attributes(indicator) | {
-        "t": float(indicator.t[-1]),
-        "units": units,
-    }
-    return frame
-
-
-def build_indicator_dataset(indicator: IndicatorWithClasses, tops: Ensemble | None) -> Dataset:
-    """Return a Dataset that contains each top's indicator over time and its classification."""
-    with optional_dependency(TABLES):
-        import xarray as xr
+def _tabulate_indicator(indicator: Indicator, has_curve: bool) -> ColumnTable:
+    """Return a table of the indicator of each top, over time or at the end, and of its class."""
+    name, tops = indicator.name, indicator._tops
     axes = () if tops is None else tops.axes
-    variables: dict[str, Variable] = {} if tops is None else build_parameter_variables(tops)
-    coordinates = set(variables) | {"time"}
-    attributes: dict[str, object] = {"units": TIME.dimension, "long_name": TIME.text}
-    variables["time"] = ("time",), np.array(indicator.t), attributes
-    value_attributes: dict[str, object] = {
-        "units": _UNITS[indicator.name],
-        "long_name": indicator.name,
-    }
-    variables[indicator.name] = (*axes, "time"), np.array(indicator.curve), value_attributes
-    for name, text in _TEXTS.items():
-        attributes = {"units": "", "long_name": text}
-        variables[name] = axes, np.array(getattr(indicator, name)), attributes
-    return xr.Dataset(variables, attrs=_make_indicator_table_attributes(indicator)).set_coords(
-        coordinates
-    )
-
-
-def _make_indicator_table_attributes(indicator: IndicatorWithClasses) -> dict[str, object]:
-    return {"indicator": indicator.name, "threshold": indicator.threshold}
+    sizes = dict(zip(axes, indicator.certificate.shape, strict=True))
+    columns = [] if tops is None else list_parameter_columns(tops)
+    if has_curve:
+        t, curve = indicator.t, indicator.curve
+        columns += [
+            TableColumn("t", ("time",), t, TIME.dimension, TIME.text, is_coordinate=True),
+            TableColumn(name, (*axes, "time"), curve, _UNITS[name], name),
+        ]
+        sizes["time"] = t.size
+    else:
+        columns.append(TableColumn(name, axes, indicator.curve[..., -1], _UNITS[name], name))
+    columns += [
+        TableColumn(each, axes, np.asarray(getattr(indicator, each)), "", text)
+        for each, text in _TEXTS.items()
+    ]
+    return ColumnTable(sizes, columns, {"indicator": name, "threshold": indicator.threshold})
 
 
 _T = TypeVar("_T", bound=np.generic)
@@ -318,8 +288,9 @@ class Indicator(ReadOnlyArrays):
             >>> list(kr.oli(tops, 1000).to_pandas())[:4]
             ['gravity', 'oli', 'final_megno', 'is_chaotic']
         """
-
-        return build_indicator_data_frame(self, self._tops)
+        frame = _tabulate_indicator(self, has_curve=False).to_pandas()
+        frame.attrs["t"] = float(self.t[-1])
+        return frame
 
     def to_xarray(self) -> Dataset:
         """Return an xarray.Dataset with the indicator over time and the classification of each top.
@@ -333,8 +304,7 @@ class Indicator(ReadOnlyArrays):
             >>> kr.megno(tops, 1000).to_xarray()["megno"].dims
             ('gravity', 'time')
         """
-
-        return build_indicator_dataset(self, self._tops)
+        return _tabulate_indicator(self, has_curve=True).to_xarray()
 
 
 def _freeze_or_unwrap_scalar(values: npt.NDArray[_T]) -> npt.NDArray[_T] | Any:

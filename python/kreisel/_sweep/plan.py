@@ -30,13 +30,11 @@ from .._options.times import get_total_memory
 from .._results.buffers import LANES, STATUSES
 from .._results.paths import (
     EnsembleEvents,
-    EnsembleResult,
     Paths,
     Reductions,
     run_ensemble,
-    yield_reduction_columns,
 )
-from .._results.tables import build_quantity_value_pairs
+from .._results.tables import TableColumn, list_quantity_columns
 from .._solve.chaos import Indicator, lyapunov, megno, oli, validate_indicator_arguments
 from .._solve.section import Section, section, validate_section_arguments, validate_section_event
 from .._solve.solve import SolveArguments, select_slice_runner, validate_ensemble_arguments
@@ -549,7 +547,6 @@ def _build_sweep_source_from_dict(plan: Mapping[str, Any], load: Callable[[str],
 
 
 Column = npt.NDArray[Any]
-ColumnWithUnit = tuple[str, Column, str]  # name, values, unit
 COUNT = "events"  # name of the column with the number of events of each top
 RATE = {"lyapunov": "T^-1"}  # units of indicators of chaos; all other indicators are dimensionless
 _STATES = {"t": TIME, "q": RECORDABLE["q"], "m": RECORDABLE["m"]}
@@ -572,7 +569,11 @@ class PartResults:
 
 def tabulate_sweep_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> PartResults:
     """Return a table of the tops with the given indices, including their results."""
-    results = _build_result_columns(plan, outcome)
+    results = [
+        (name, values, column.unit)
+        for column in _list_result_columns(outcome)
+        for name, values in column.split_components()
+    ]
     names = [name for name, _, _ in results]
     part = PartResults({"top": np.arange(tops.start, tops.stop, dtype=np.int64)}, {}, {"top": ""})
     ensemble = plan.build_ensemble_of_tops(tops) if isinstance(outcome, Indicator) else outcome.tops
@@ -596,54 +597,35 @@ def tabulate_sweep_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> Pa
     return part
 
 
-def _build_result_columns(plan: SweepPlan, outcome: TaskResult) -> list[ColumnWithUnit]:
+def _list_result_columns(outcome: TaskResult) -> list[TableColumn]:
     """Return the columns that contain the results of the tops, excluding their parameters."""
+    top, time = ("top",), ("top", "time")
     if isinstance(outcome, Indicator):
-        assert isinstance(plan.task, ChaosTask)
-        return _build_chaos_indicator_columns(plan.task.name, outcome)
-    columns = _build_status_columns(outcome)
-    if isinstance(outcome, Reductions):
-        columns += yield_reduction_columns(outcome, dict(outcome.items()))
-    elif isinstance(outcome, Paths):
-        columns += _build_state_columns(outcome)
-    return columns
-
-
-def _build_chaos_indicator_columns(name: str, outcome: Indicator) -> list[ColumnWithUnit]:
-    """Return the status, final value, classification and time series of an indicator as columns."""
-    unit, curve = RATE.get(name, ""), outcome.curve
-    names, indices = np.unique(outcome.status, return_inverse=True)
-    codes = np.array([STATUSES.index(each) for each in names], dtype=np.int8)
-    return [
-        ("status", codes[indices], ""),
-        (name, curve[:, -1], unit),
-        ("certificate", outcome.certificate, ""),
-        ("is_chaotic", np.asarray(outcome.is_chaotic), ""),
-        ("is_doubtful", np.asarray(outcome.is_doubtful), ""),
-        ("t", np.broadcast_to(outcome.t, curve.shape), TIME.dimension),
-        (f"{name}_curve", curve, unit),
-    ]
-
-
-def _build_state_columns(outcome: Paths) -> list[ColumnWithUnit]:
-    """Return the columns that contain the times and the recorded quantities of all tops."""
-    times = np.broadcast_to(outcome.t, (outcome.size, outcome.t.shape[-1]))
-    columns = [("t", times, TIME.dimension)]
-    for quantity, values in build_quantity_value_pairs(outcome, (), False, False):
-        flat = values.reshape(*values.shape[:2], quantity.doubles)
-        for i, name in enumerate(quantity.components):
-            columns.append((name, flat[:, :, i], quantity.dimension))
-    return columns
-
-
-def _build_status_columns(outcome: EnsembleResult) -> list[ColumnWithUnit]:
-    """Return the columns that contain the status, the final time and the number of steps."""
+        name, curve, unit = outcome.name, outcome.curve, RATE.get(outcome.name, "")
+        names, indices = np.unique(outcome.status, return_inverse=True)
+        codes = np.array([STATUSES.index(each) for each in names], dtype=np.int8)
+        return [
+            TableColumn("status", top, codes[indices]),
+            TableColumn(name, top, curve[:, -1], unit),
+            TableColumn("certificate", top, outcome.certificate),
+            TableColumn("is_chaotic", top, np.asarray(outcome.is_chaotic)),
+            TableColumn("is_doubtful", top, np.asarray(outcome.is_doubtful)),
+            TableColumn("t", time, np.broadcast_to(outcome.t, curve.shape), TIME.dimension),
+            TableColumn(f"{name}_curve", time, curve, unit),
+        ]
     buffers = outcome._buffers
-    return [
-        ("status", buffers.status, ""),
-        ("reached", buffers.reached, TIME.dimension),
-        ("steps", buffers.counts[:, 0], ""),
+    columns = [
+        TableColumn("status", top, buffers.status),
+        TableColumn("reached", top, buffers.reached, TIME.dimension),
+        TableColumn("steps", top, buffers.counts[:, 0]),
     ]
+    if isinstance(outcome, Reductions):
+        columns += outcome._list_columns()
+    elif isinstance(outcome, Paths):
+        t, *quantities = list_quantity_columns(outcome, axes=top)
+        times = np.broadcast_to(t.values, (outcome.size, t.values.shape[-1]))
+        columns += [t._replace(dims=time, values=times), *quantities]
+    return columns
 
 
 def _add_event_columns(part: PartResults, events: EnsembleEvents | Section) -> None:

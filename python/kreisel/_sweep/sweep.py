@@ -21,7 +21,7 @@ from .._options.options import (
 )
 from .._results.buffers import EventColumns
 from .._results.paths import EnsembleEvents, convert_columns_to_ensemble_events
-from .._results.tables import TABLES
+from .._results.tables import ColumnTable, TableColumn
 from .._solve.run import EventSpec
 from .._utils.arguments import (
     Numbers,
@@ -298,22 +298,21 @@ class SweepResult:
         `attrs` contains the units. The DataFrame contains the number of events of each top, but not
         the events themselves. Raises ImportError if pandas is not installed.
         """
-        with optional_dependency(TABLES):
-            import pandas as pd
-        has_states = any(values.ndim > 1 for values in self._empty_part_table.columns.values())
-        each = self._store.plan.states if has_states else 1
-        pieces = [
-            pd.DataFrame(
-                {
-                    name: values.reshape(-1) if values.ndim > 1 else np.repeat(values, each)
-                    for name, values in part.columns.items()
-                }
+        parts = [part.columns for part in self._read_existing_parts()]
+        empty = self._empty_part_table.columns
+        columns = [
+            TableColumn(
+                name,
+                ("top", "time")[: values.ndim],
+                np.concatenate([part[name] for part in parts] or [values]),
+                self.units[name],
             )
-            for part in self._read_existing_parts()
+            for name, values in empty.items()
         ]
-        frame = pd.concat(pieces, ignore_index=True)
-        frame.attrs = {"units": {name: self.units[name] for name in frame.columns}}
-        return frame
+        sizes = {"top": len(columns[0].values)}
+        if any(values.ndim > 1 for values in empty.values()):
+            sizes["time"] = self._store.plan.states
+        return ColumnTable(sizes, columns).to_pandas()
 
     def to_xarray(self) -> Dataset:
         """Return an xarray.Dataset with one variable per column, including its units.
@@ -325,30 +324,25 @@ class SweepResult:
         and truth values are False. The Dataset contains the number of events of each top, but not
         the events themselves. Raises ImportError if xarray is not installed.
         """
-        with optional_dependency(TABLES):
-            import xarray as xr
         table, source = self._read_all_columns(), self._store.plan.source
         names = list(table)
         parameters = {
             f"{axis}_given" if f"{axis}_given" in table else axis: axis for axis in self.axes
         }
         axes = tuple(parameters)
-        starts = names[1 : names.index(_STATUS[0])]
-        variables: dict[str, Any] = {}
-        coordinates: dict[str, Any] = {}
+        coordinates = {*names[1 : names.index(_STATUS[0])], *_STATUS, *axes}
+        columns = []
         for name, values in table.items():
-            unit = {"units": self.units[name]}
-            parameter = parameters.get(name, "")
-            if parameter in source._varied:
-                coordinates[name] = ((name,), source._varied[parameter].values.reshape(-1), unit)
+            dims, is_coordinate = (*axes, "time")[: values.ndim], name in coordinates
+            if parameters.get(name) in source._varied:
+                dims = (name,)
+                values = source._varied[parameters[name]].values.reshape(-1)
             elif name == "t":
-                coordinates["time"] = (("time",), self._store.plan.times, unit)
-            elif name in (*starts, *_STATUS, *axes):
-                coordinates[name] = (axes, values, unit)
-            elif name != "top":
-                inner = ("time",) * (values.ndim - len(self.shape))
-                variables[name] = ((*axes, *inner), values, unit)
-        return xr.Dataset(variables, coordinates, {"plan": self.hash})
+                dims, values, is_coordinate = ("time",), self._store.plan.times, True
+            if name != "top":
+                unit = self.units[name]
+                columns.append(TableColumn(name, dims, values, unit, is_coordinate=is_coordinate))
+        return ColumnTable({}, columns, {"plan": self.hash}).to_xarray()
 
     def _read_all_columns(self) -> dict[str, Column]:
         """Return each column as an array with the shape of the sweep."""
