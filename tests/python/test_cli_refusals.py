@@ -62,7 +62,7 @@ REFUSALS = [  # (command line, words that the message contains)
     ("solve thesis --t 0:5:1,4:6:1", "4.0 goes back from 5.0"),
     # options that need each other, or exclude each other
     ("solve thesis --t 1 --method rk4", "give --step"),
-    ("solve thesis --t 1 --every 3", "--t as a grid"),
+    ("solve thesis --t 1 --every 3", "give --t"),
     ("solve thesis --t 1 --method geometric", "--error"),
     ("solve thesis --t 1 --method rk4 --step .1 --tol 1", "leave out --tol"),
     ("solve thesis --t 1 --digits 40", "--digits must be at most 30"),

@@ -8,64 +8,46 @@ import os
 import re
 import signal
 import sys
-import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path as File
+from typing import Any
 
 import click
-from rich import box
-from rich.console import Console, JustifyMethod
-from rich.table import Table as Grid
+from rich.console import Console
 
-from .._analysis.compare import CompareInterrupted, Table, format_methods_page
+from .._analysis.compare import CompareInterrupted, format_methods_page
 from .._analysis.compare import compare as compare_methods
 from .._core import version
+from .._model.scene import Scene
 from .._options.methods import Method, unknown_method_message
 from .._options.methods import methods as known
 from .._options.quantities import RECORDABLE, TIME
 from .._results.path import Error
-from .._utils.arguments import suggest_name
-from .._utils.quantity_attributes import MethodName
+from .._utils.arguments import unknown_name_message
 from .._view import open_viewer
 from .._view import view as open_view
 from ..scenes import about, get_scene
 from .fit import fit
 from .options import (
-    A_METHOD,
-    A_SCENE,
-    FILE,
-    HELP,
-    METAVAR,
-    METHODS,
-    SEVERAL,
+    METHOD,
+    SCENE,
+    TIMES,
+    Command,
+    Name,
+    OutputFile,
     TimeSequence,
     UsageError,
-    convert_errors_to_usage_errors,
-    make_name_completer,
-    method,
-    parse_method_list,
     parse_number_list,
-    parse_output_files,
     parse_times,
-    print_text_grid,
 )
-from .options import find_or_read_scene as a_scene
+from .outputs import print_table, write_bytes
 from .solve import resume, solve
 from .sweep import sweep
 
 
-def _print_text_table(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> None:
-    grid = Grid(box=box.SIMPLE_HEAD)
-    for i, column in enumerate(columns):
-        grid.add_column(column, no_wrap=i == 0)
-    for row in rows:
-        grid.add_row(*row)
-    print_text_grid(grid)
-
-
-@click.command()
-@click.argument("name", required=False, shell_complete=make_name_completer(known))
+@click.command(cls=Command)
+@click.argument("name", required=False, type=Name(known))
 @click.option(
     "--markdown",
     is_flag=True,
@@ -80,37 +62,29 @@ def methods(name: str | None, markdown: bool) -> None:
             (m.name, _format_method_order(m), _format_method_properties(m), m.text)
             for m in known.values()
         ]
-        _print_text_table(("method", "order", "kind", "description"), rows)
+        print_table(("method", "order", "kind", "description"), rows)
     elif name not in known:
         raise UsageError(unknown_method_message(name))
     else:
-        _print_method_description(known[name])
-
-
-def _print_method_description(method: Method) -> None:
-    console = Console(markup=False, highlight=False)
-    for word, value in {
-        "name": method.name,
-        "text": method.text,
-        "order": _format_method_order(method),
-        "kind": _format_method_properties(method),
-        "conserves": method.conserves,
-        "for": method.tops,
-        "with": _format_disturbances(method),
-        "reference": method.reference,
-    }.items():
-        console.print(f"{word:<10} {value}")
-
-
-def _format_disturbances(method: Method) -> str:
-    disturbances = {
-        "rotors": method.rotors,
-        "damping": method.damped,
-        "friction": method.friction,
-        "turning supports": method.turning,
-        "shaken supports": method.shaking,
-    }
-    return ", ".join(name for name, is_known in disturbances.items() if is_known)
+        method, console = known[name], Console(markup=False, highlight=False)
+        tops = {
+            "rotors": method.rotors,
+            "damping": method.damped,
+            "friction": method.friction,
+            "turning supports": method.turning,
+            "shaken supports": method.shaking,
+        }
+        for word, value in {
+            "name": method.name,
+            "text": method.text,
+            "order": _format_method_order(method),
+            "kind": _format_method_properties(method),
+            "conserves": method.conserves,
+            "for": method.tops,
+            "with": ", ".join(name for name, is_known in tops.items() if is_known),
+            "reference": method.reference,
+        }.items():
+            console.print(f"{word:<10} {value}")
 
 
 def _format_method_order(method: Method) -> str:
@@ -124,14 +98,14 @@ def _format_method_properties(method: Method) -> str:
     return ", ".join(kind for kind in kinds if getattr(method, kind))
 
 
-@click.command()
-@click.argument("name", required=False, shell_complete=make_name_completer(about))
+@click.command(cls=Command)
+@click.argument("name", required=False, type=Name(about))
 def scenes(name: str | None) -> None:
     """List all named scenes, or print the one called NAME in TOML format."""
     if name is None:
-        _print_text_table(("scene", "description"), list(about.items()))
+        print_table(("scene", "description"), list(about.items()))
     elif name not in about:
-        raise UsageError(f"unknown scene {name!r}; {suggest_name(name, about)}")
+        raise UsageError(unknown_name_message("scene", name, about))
     else:
         click.echo(f"# {about[name]}\n{get_scene(name).to_toml()}", nl=False)
 
@@ -140,31 +114,26 @@ def scenes(name: str | None) -> None:
 def quantities() -> None:
     """List the quantities accepted by --want."""
     rows = [(q.name, q.dimension, q.text) for q in (TIME, *RECORDABLE.values())]
-    _print_text_table(("quantity", "unit", "description"), rows)
+    print_table(("quantity", "unit", "description"), rows)
 
 
-_REPORT = "validation.__main__"
-
-
-@click.command()
-@click.argument("scene", type=str, default="thesis", shell_complete=A_SCENE)
-@click.option("--save", "file", type=FILE, help="Write the viewer to a file instead of opening it.")
-def view(scene: str, file: str | None) -> None:
+@click.command(cls=Command)
+@click.argument("scene", type=SCENE, default="thesis")
+@click.option(
+    "--save",
+    type=OutputFile(".html", ".htm"),
+    help="Write the viewer to a file instead of opening it.",
+)
+def view(scene: Scene, save: str | None) -> None:
     """Open an interactive viewer of the scene in a browser.
 
     The viewer shows the moving top, lets you change it, and compares methods. The viewer is a
     single, self-contained HTML file. Its location is printed. If no browser is available, save the
     page with --save and open it on another computer.
     """
-    top = a_scene(scene)
-    parse_output_files([("view --save", file)], (scene,))
-    with convert_errors_to_usage_errors(()):
-        page = open_view(top, open=False)
-    text = page.html
-    if file == "-":
-        click.echo(text, nl=False)
-    elif file:
-        page.save(file)
+    page = open_view(scene, open=False)
+    if save is not None:
+        write_bytes(save, page.html.encode())
     else:
         place, is_open = open_viewer(page)
         click.echo(f"wrote {place}" + ("" if is_open else "; no browser was found to open it"))
@@ -202,7 +171,7 @@ def report(ctx: click.Context, arguments: tuple[str, ...]) -> None:
         )
     sys.path.insert(0, str(folder))
     try:
-        machinery = importlib.import_module(_REPORT)
+        machinery = importlib.import_module("validation.__main__")
     except ModuleNotFoundError as error:
         if (error.name or "").startswith("validation"):
             raise
@@ -215,38 +184,33 @@ def report(ctx: click.Context, arguments: tuple[str, ...]) -> None:
     ctx.exit(machinery.main(list(arguments)) or 0)
 
 
-_OPTIONS = ("t", "methods", "steps", "tols", "truth", "repeats")
-
-
-@click.command()
-@click.argument("scene", type=str, shell_complete=A_SCENE)
-@click.option(
-    "--t",
-    type=parse_times,
-    required=True,
-    metavar=METAVAR,
-    help=HELP,
-)
+@click.command(cls=Command)
+@click.argument("scene", type=SCENE)
+@click.option("--t", type=parse_times, required=True, metavar="TIME[,...]", help=TIMES)
 @click.option(
     "--methods",
-    type=parse_method_list,
+    type=Name(known, is_list=True),
     metavar="NAME[,...]",
-    shell_complete=METHODS,
     help="Names of methods; default: all that apply to the scene.",
 )
 @click.option(
-    "--steps", type=parse_number_list, metavar=SEVERAL, help="The step of fixed-step methods."
+    "--steps",
+    type=parse_number_list,
+    metavar="NUMBER[,...]",
+    help="The step of fixed-step methods.",
 )
 @click.option(
-    "--tols", type=parse_number_list, metavar=SEVERAL, help="The tolerance of adaptive methods."
+    "--tols",
+    type=parse_number_list,
+    metavar="NUMBER[,...]",
+    help="The tolerance of adaptive methods.",
 )
 @click.option(
     "--truth",
-    type=method,
+    type=METHOD,
     default="taylor",
     show_default=True,
     metavar="NAME",
-    shell_complete=A_METHOD,
     help="The method of the reference solution, with 20 digits, tol 1e-13 or a fine step.",
 )
 @click.option(
@@ -256,56 +220,39 @@ _OPTIONS = ("t", "methods", "steps", "tols", "truth", "repeats")
     show_default=True,
     help="Number of runs of each method; the fastest is used.",
 )
-@click.option("--csv", "csv_file", type=FILE, help="Write the table with all digits.")
+@click.option("--csv", type=OutputFile(".csv"), help="Write the table with all digits.")
 def compare(
-    scene: str,
+    scene: Scene,
     t: TimeSequence,
-    methods: list[MethodName] | None,
     steps: list[float] | None,
     tols: list[float] | None,
-    truth: MethodName,
-    repeats: int,
-    csv_file: str | None,
+    csv: str | None,
+    **words: Any,
 ) -> None:
     """Compare the errors and run times of integration methods for one scene.
 
     If the comparison is interrupted, the results obtained so far are printed.
     """
     interruption: CompareInterrupted | None = None
-    top = a_scene(scene)
-    parse_output_files([("--csv", csv_file)], (scene,))
-    with convert_errors_to_usage_errors(_OPTIONS):
-        words = methods, steps or (), tols or (), truth, repeats
-        try:
-            table = compare_methods(top, t.to_solve_argument(), *words)
-        except CompareInterrupted as error:
-            table, interruption = error.table, error
-    if csv_file == "-":
-        click.echo(table.to_csv(), nl=False)
-    else:
-        if csv_file:
-            table.to_csv(csv_file)
-        print_text_grid(_format_comparison_table(table))
+    try:
+        table = compare_methods(
+            scene, t.to_solve_argument(), steps=steps or (), tols=tols or (), **words
+        )
+    except CompareInterrupted as error:
+        table, interruption = error.table, error
+    if csv is not None:
+        write_bytes(csv, table.to_csv().encode())
+    if csv != "-":
+        head = ("method", "step", "tol", "ms", "steps", "attitude error [rad]", "energy error", "")
+        rows = []
+        for row in table:
+            setting = ("" if x is None else f"{x:g}" for x in (row.step, row.tol))
+            errors = f"{row.attitude_error:.1e}", f"{row.energy_error:.1e}"
+            cost = f"{1e3 * row.seconds:.3g}", str(row.steps)
+            rows.append((row.method, *setting, *cost, *errors, row.failure))
+        print_table(head, rows, head[1:-1])
     if interruption:
         raise interruption
-
-
-_LEFT = ("method", "")  # the columns of text, which are aligned to the left
-_COLUMNS = ("method", "step", "tol", "ms", "steps", "attitude error [rad]", "energy error", "")
-
-
-def _format_comparison_table(table: Table) -> Grid:
-    grid = Grid(box=box.SIMPLE_HEAD)
-    for name in _COLUMNS:
-        justify: JustifyMethod = "left" if name in _LEFT else "right"
-        grid.add_column(name, justify=justify, no_wrap=name == "method")
-    for row in table:
-        setting = ("" if x is None else f"{x:g}" for x in (row.step, row.tol))
-        errors = f"{row.attitude_error:.1e}", f"{row.energy_error:.1e}"
-        grid.add_row(
-            row.method, *setting, f"{1e3 * row.seconds:.3g}", str(row.steps), *errors, row.failure
-        )
-    return grid
 
 
 _CODES = """\b
@@ -329,11 +276,7 @@ class _MainCommandGroup(click.Group):
             return super().make_context(info_name, args, parent, **extra)
 
     def invoke(self, ctx: click.Context) -> None:
-        with (
-            print_errors_on_one_line(),
-            convert_sigterm_to_interrupt(),
-            _print_warnings_on_one_line(),
-        ):
+        with print_errors_on_one_line(), convert_sigterm_to_interrupt():
             super().invoke(ctx)
 
 
@@ -382,14 +325,6 @@ def convert_sigterm_to_interrupt() -> Iterator[None]:
         signal.signal(signal.SIGTERM, handler)
 
 
-@contextmanager
-def _print_warnings_on_one_line() -> Iterator[None]:
-    """Return a context manager that prints each warning as a single line on standard error."""
-    with warnings.catch_warnings():
-        warnings.showwarning = lambda message, *_, **__: click.echo(f"Warning: {message}", err=True)
-        yield
-
-
 def drop_unwritable_stdout() -> None:
     """Redirect standard output to the null device if its buffer cannot be flushed.
 
@@ -420,16 +355,5 @@ def main() -> None:
     """
 
 
-for _command in (
-    solve,
-    resume,
-    compare,
-    sweep,
-    fit,
-    methods,
-    scenes,
-    quantities,
-    view,
-    report,
-):
+for _command in solve, resume, compare, sweep, fit, methods, scenes, quantities, view, report:
     main.add_command(_command)

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from textwrap import wrap
-from typing import Unpack
+from typing import Any
 
 import click
 import numpy as np
 
 from .._model.scene import Scene, list_scene_file_keys
 from .._options.options import validate_recording_interval
+from .._options.quantities import RECORDABLE
 from .._options.times import check_resolvable_horizon, check_states_fit_in_memory, time_array
 from .._results.path import Path
 from .._solve.run import Run, start
@@ -19,30 +20,19 @@ from .._solve.solve import solve as solve_scene
 from .._utils.arguments import Array, as_int
 from ..events import MAKERS
 from .options import (
-    A_METHOD,
-    A_SCENE,
-    FILE,
-    HELP,
-    METAVAR,
-    QUANTITIES,
+    METHOD,
+    SCENE,
+    TIMES,
+    Command,
+    InputFile,
+    Name,
     TimeSequence,
     UsageError,
-    convert_errors_to_usage_errors,
     get_binary_stdin,
-    make_name_completer,
-    method,
-    parse_event_option,
-    parse_name_list,
+    parse_event,
     parse_times,
 )
-from .options import find_or_read_scene as a_scene
-from .outputs import (
-    OutputFileOptions,
-    RunOutputs,
-    StopSignalHandler,
-    add_output_options,
-    write_path_pieces_to_outputs,
-)
+from .outputs import RunOutputs, add_output_options
 
 _LONGEST = 1 << 24  # bytes read at most from a checkpoint; checkpoints are much smaller
 
@@ -56,53 +46,21 @@ def _describe_scene_files() -> str:
     return "\n".join(lines)
 
 
-class _SolveCommandOptions(OutputFileOptions):
-    method: str
-    step: float | None
-    tol: float | None
-    digits: int | None
-    error: float | None
-    every: int | None
-    max_steps: int
-    want: list[str] | None
-    events: tuple[str, ...]
-
-
-class _ResumeCommandOptions(OutputFileOptions):
-    every: int | None
-    max_steps: int | None
-
-
-_OPTIONS = (
-    "t",
-    *(
-        word
-        for word in _SolveCommandOptions.__annotations__
-        if word not in OutputFileOptions.__annotations__
-    ),
-)
-_T = click.option(
-    "--t",
-    type=parse_times,
-    required=True,
-    metavar=METAVAR,
-    help=HELP,
-)
+_T = click.option("--t", type=parse_times, required=True, metavar="TIME[,...]", help=TIMES)
 _EVERY = click.option(
     "--every", type=int, help="Record the state after every N steps, up to the time --t."
 )
 
 
-@click.command(epilog=_describe_scene_files())
-@click.argument("scene", type=str, shell_complete=A_SCENE)
+@click.command(cls=Command, epilog=_describe_scene_files())
+@click.argument("scene", type=SCENE)
 @_T
 @click.option(
     "--method",
-    type=method,
+    type=METHOD,
     default="auto",
     show_default=True,
     metavar="NAME",
-    shell_complete=A_METHOD,
     help="One of `kreisel methods`, auto, or geometric, which chooses a method that meets --error.",
 )
 @click.option("--step", type=float, help="The step of fixed-step methods.")
@@ -115,69 +73,55 @@ _EVERY = click.option(
 )
 @click.option(
     "--want",
-    type=parse_name_list,
+    type=Name(RECORDABLE, is_list=True),
     metavar="NAME[,...]",
-    shell_complete=QUANTITIES,
     help="Quantities to record instead of states, such as nutation,energy (see `kreisel "
     "quantities`).",
 )
 @click.option(
     "--events",
+    type=Name(MAKERS),
     multiple=True,
     metavar="NAME[:ARGUMENT...][:WORD=VALUE...]",
-    shell_complete=make_name_completer(MAKERS),
     help="An event to search for, as in kreisel.events; repeatable: nutation, "
     "plane:0,1,0:of=m, crossing:2*m_x+apex_z:0.5:direction=1, nutation:max_count=3:terminal.",
 )
 @add_output_options
-def solve(scene: str, t: TimeSequence, **words: Unpack[_SolveCommandOptions]) -> None:
+def solve(scene: Scene, t: TimeSequence, events: tuple[str, ...], **words: Any) -> None:
     """Compute the motion of a scene.
 
     If the computation fails or is interrupted, the output files contain all states up to the last
     valid one. Memory use is constant except with --json, --npz, --all-rows, --events, --error or
     the method geometric.
     """
-    top, stops = a_scene(scene), StopSignalHandler(t.end)
-    outputs = RunOutputs(words, scene, words["events"])
-    with convert_errors_to_usage_errors(_OPTIONS):
-        events = parse_event_option(top, words["events"])
-        if words["method"] == "geometric" or words["error"] is not None:
-            if "--save" in outputs.files:
-                raise UsageError(
-                    "--save needs a single method; geometric and --error cannot be saved"
-                )
-            if events:
-                raise UsageError(
-                    "--events need taylor, and cannot be combined with geometric or --error"
-                )
-            _run_and_write_outputs(
-                _yield_path_as_one_piece(top, t, words, stops), None, outputs, stops
-            )
-            return
-        begin: Callable[..., Run] = start  # start itself checks the types of the options
-        run = begin(
-            top,
-            words["method"],
-            step=words["step"],
-            tol=words["tol"],
-            digits=words["digits"],
-            max_steps=words["max_steps"],
-            want=words["want"],
-            events=events,
-            back=t.end < 0.0,
-        )
-        _run_and_write_outputs(
-            _iterate_path_pieces(run, t, words["every"], outputs, stops), run, outputs, stops
-        )
+    outputs = RunOutputs(words, events, t.end)
+    event_functions = [parse_event(scene, text) for text in events] or None
+    if words["method"] != "geometric" and words["error"] is None:
+        every = words.pop("every")
+        del words["error"]
+        run = start(scene, **words, events=event_functions, back=t.end < 0.0)
+        outputs.write_path(_iterate_path_pieces(run, t, every, outputs), run)
+        return
+    if "save" in outputs.files:
+        raise UsageError("--save needs a single method; geometric and --error cannot be saved")
+    if events:
+        raise UsageError("--events need taylor, and cannot be combined with geometric or --error")
+
+    def yield_path_as_one_piece() -> Iterator[Path]:
+        yield solve_scene(scene, t.to_solve_argument(), progress=outputs.report_progress, **words)
+
+    outputs.write_path(yield_path_as_one_piece())
 
 
-@click.command()
-@click.argument("run", type=FILE)
+@click.command(cls=Command)
+@click.argument("run", type=InputFile(allow_dash=True))
 @_T
 @_EVERY
 @click.option("--max-steps", type=int, help="A new limit on the number of steps.")
 @add_output_options
-def resume(run: str, t: TimeSequence, **words: Unpack[_ResumeCommandOptions]) -> None:
+def resume(
+    run: str, t: TimeSequence, every: int | None, max_steps: int | None, **words: Any
+) -> None:
     """Continue a saved RUN; the results are bitwise identical to those of an uninterrupted run.
 
     RUN is a file written by --save. Times up to the saved state are ignored, so --t can be the same
@@ -185,69 +129,26 @@ def resume(run: str, t: TimeSequence, **words: Unpack[_ResumeCommandOptions]) ->
     uninterrupted run: --unwrap counts whole turns from the first state of this command, and events
     are called event 1, event 2 and so on, in the order of --events.
     """
-    stops = StopSignalHandler(t.end)
-    with convert_errors_to_usage_errors(_OPTIONS):
-        if words["max_steps"] is not None:
-            as_int("max_steps", words["max_steps"], 0)
-        top = _read_run_checkpoint(run, words["max_steps"])
-        event_names = tuple(f"event {i + 1}" for i in range(len(top.events or ())))
-        outputs = RunOutputs(words, run, event_names, options_that_may_replace_file=("--save",))
-        _run_and_write_outputs(
-            _iterate_path_pieces(top, t, words["every"], outputs, stops), top, outputs, stops
-        )
-
-
-def _run_and_write_outputs(
-    pieces: Iterator[Path], run: Run | None, outputs: RunOutputs, stops: StopSignalHandler
-) -> None:
-    """Compute a path, and write it to the outputs."""
-    with stops.defer_signals():
-        try:
-            with stops.show_progress():
-                end = write_path_pieces_to_outputs(
-                    outputs.create_path_outputs(),
-                    pieces,
-                    run if "--save" in outputs.files else None,
-                    stops,
-                )
-        except MemoryError:
-            outputs.discard_output_files()
-            raise click.ClickException("not enough memory") from None
-        except BaseException:
-            outputs.discard_output_files()
-            raise
-        outputs.finish_outputs(end)
-
-
-def _yield_path_as_one_piece(
-    scene: Scene,
-    t: TimeSequence,
-    words: _SolveCommandOptions,
-    stops: StopSignalHandler,
-) -> Iterator[Path]:
-    """Yield the whole path at once, because method='geometric' cannot compute it in parts."""
-    solve_all: Callable[..., Path] = solve_scene
-    yield solve_all(
-        scene,
-        t.to_solve_argument(),
-        words["method"],
-        step=words["step"],
-        tol=words["tol"],
-        digits=words["digits"],
-        every=words["every"],
-        max_steps=words["max_steps"],
-        error=words["error"],
-        want=words["want"],
-        progress=stops.update_progress_bar,
-    )
+    if max_steps is not None:
+        as_int("max_steps", max_steps, 0)
+    try:
+        if run == "-":
+            data = get_binary_stdin().read(_LONGEST)
+        else:
+            with open(run, "rb") as stream:
+                data = stream.read(_LONGEST)
+        top = resume_run(data, max_steps=max_steps)
+    except OSError as error:
+        raise UsageError(str(error)) from None
+    except ValueError as error:
+        raise UsageError(f"{run}: {error}") from None
+    event_names = tuple(f"event {i + 1}" for i in range(len(top.events or ())))
+    outputs = RunOutputs(words, event_names, t.end)
+    outputs.write_path(_iterate_path_pieces(top, t, every, outputs), top)
 
 
 def _iterate_path_pieces(
-    run: Run,
-    t: TimeSequence,
-    every: int | None,
-    outputs: RunOutputs,
-    stops: StopSignalHandler,
+    run: Run, t: TimeSequence, every: int | None, outputs: RunOutputs
 ) -> Iterator[Path]:
     """Return an iterator over the parts of a path, starting at the current time of the run."""
     check_resolvable_horizon(run.scene, t.end, run.step)
@@ -263,33 +164,10 @@ def _iterate_path_pieces(
             check_states_fit_in_memory(len(rest), size)
     elif every is None:
         times = np.array([0.0, t.end] if run._fresh else [t.end])
-    elif outputs.needs_whole_path:
-        return run.stream(
-            _select_remaining_grid_times(run, t.end, every, size),
-            progress=stops.update_progress_bar,
-        )
+    elif outputs.needs_whole_path:  # refuse times that would not fit in memory
+        number = validate_recording_interval(run._options.method, every)
+        whole = time_array(t.end, run.step, number, size)
+        times, every = whole if run._fresh else whole[np.abs(whole) > abs(run.t)], None
     else:
         times = t.end
-    return run.stream(times, every=every, progress=stops.update_progress_bar)
-
-
-def _select_remaining_grid_times(run: Run, end: float, every: int, size: int) -> Array:
-    """Return those times of a grid that are later than the current time of the run.
-
-    Raises MemoryError if the states would not fit in memory.
-    """
-    times = time_array(end, run.step, validate_recording_interval(run._options.method, every), size)
-    return times if run._fresh else times[np.abs(times) > abs(run.t)]
-
-
-def _read_run_checkpoint(file: str, max_steps: int | None) -> Run:
-    """Read a saved run from a file, or from standard input if `file` is -."""
-    try:
-        if file == "-":
-            data = get_binary_stdin().read(_LONGEST)
-        else:
-            with open(file, "rb") as stream:
-                data = stream.read(_LONGEST)
-        return resume_run(data, max_steps=max_steps)
-    except (OSError, ValueError) as error:
-        raise UsageError(str(error) if isinstance(error, OSError) else f"{file}: {error}") from None
+    return run.stream(times, every=every, progress=outputs.report_progress)

@@ -8,7 +8,7 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, InvalidStateError, ProcessPoolExecutor
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from itertools import islice, pairwise
 from pathlib import Path
 from types import FrameType
@@ -16,20 +16,17 @@ from typing import Any
 
 import click
 import numpy as np
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TimeRemainingColumn
 
 from .._sweep.store import DONE, MISSING
 from .._sweep.sweep import SweepResult, list_missing_ranges, read_sweep
 from .._sweep.sweep import sweep as run_sweep
 from .._utils.arguments import format_count, optional_dependency
-from .options import UsageError, convert_errors_to_usage_errors
+from .options import Command, UsageError
+from .outputs import show_progress
 
-_OPTIONS = "parts", "folder"
 _SHOWN = 6  # largest number of ranges of parts in a printed line
 _STOP_SIGNALS = signal.SIGINT, signal.SIGTERM
 _GRACE_SECONDS = 3.0  # time after SIGTERM in which the parent process can end a worker
-Watch = Callable[[float], object]
 
 
 class _SweepCommandGroup(click.Group):
@@ -50,10 +47,8 @@ def sweep() -> None:
     """
 
 
-def _parse_parts_option(_: click.Context, __: click.Parameter, word: str | None) -> range | None:
+def _parse_parts(word: str) -> range:
     """Parse a range of sweep parts such as 0:100, which excludes part 100."""
-    if word is None:
-        return None
     first, colon, last = word.partition(":")
     if not (colon and first.isdecimal() and last.isdecimal() and int(first) <= int(last)):
         raise click.BadParameter(
@@ -62,12 +57,12 @@ def _parse_parts_option(_: click.Context, __: click.Parameter, word: str | None)
     return range(int(first), int(last))
 
 
-@sweep.command()
+@sweep.command(cls=Command)
 @click.argument("plan", type=click.Path())
 @click.option("--folder", required=True, type=click.Path(), help="The folder of the parts.")
 @click.option(
     "--parts",
-    callback=_parse_parts_option,
+    type=_parse_parts,
     metavar="A:B",
     help="Compute only these parts, for example in one of many jobs; 0:0 only writes the plan.",
 )
@@ -86,9 +81,8 @@ def run(plan: str, folder: str, parts: range | None, workers: int | None, dask: 
     if workers is not None and dask is not None:
         raise UsageError("give either --workers or --dask")
     with (
-        convert_errors_to_usage_errors(_OPTIONS),
         _convert_sweep_errors_to_cli_errors(),
-        _open_progress_bar() as progress,
+        show_progress(1.0) as progress,
         _open_executor(workers, dask) as executor,
     ):
         result = run_sweep(
@@ -104,7 +98,7 @@ def _convert_sweep_errors_to_cli_errors() -> Iterator[None]:
         yield
     except (FileExistsError, FileNotFoundError) as error:
         raise UsageError(str(error)) from None
-    except (ModuleNotFoundError, RuntimeError) as error:
+    except RuntimeError as error:
         raise click.ClickException(str(error)) from None
 
 
@@ -185,29 +179,11 @@ def _end_process_after_grace_period(number: int, frame: FrameType | None) -> Non
     signal.setitimer(signal.ITIMER_REAL, _GRACE_SECONDS)  # SIGALRM ends the process
 
 
-@contextmanager
-def _open_progress_bar() -> Iterator[Watch | None]:
-    """Return a context manager that opens a progress bar and yields a function to update it.
-
-    If standard error is not a terminal, no progress bar is shown. The remaining time is estimated
-    from the average speed since the command started.
-    """
-    console = Console(stderr=True)
-    columns = BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
-    display = Progress(*columns, console=console, transient=True, speed_estimate_period=1e9)
-    with display if console.is_terminal else nullcontext() as bar:
-        if bar is None:
-            yield None
-            return
-        task = bar.add_task("tops", total=1.0)
-        yield lambda share: bar.update(task, completed=share)
-
-
-@sweep.command()
+@sweep.command(cls=Command)
 @click.argument("folder", type=click.Path())
 def status(folder: str) -> None:
     """Verify the parts in FOLDER, and count the complete, missing and damaged ones."""
-    with convert_errors_to_usage_errors(_OPTIONS), _convert_sweep_errors_to_cli_errors():
+    with _convert_sweep_errors_to_cli_errors():
         result = read_sweep(folder, partial=True)
         parts_by_state, numbers = result._verify_existing_parts()
         failure_count = sum(
