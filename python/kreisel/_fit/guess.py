@@ -485,7 +485,7 @@ def _set_free_body_parameters(
         factor = abs(base.gravity_force) * size / lever_size
     changes: dict[str, Array | float] = {}
     if parameters.can_vary("moments"):
-        groups = parameters.moments
+        groups = parameters.columns["moments"]
         mean = groups @ (groups.T @ densities / groups.sum(axis=0))
         changes["densities"] = factor * mean
     else:

@@ -5,18 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal, get_args
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 
+from .._core import tangents as TANGENTS
 from .._model.body import Body
 from .._model.parameters import advance_shaking_phase
 from .._model.scene import Scene
 from .._results.quantities import SPECIFIC_FORCE
-from .._utils.arguments import PARAMETER_UNITS, Array, Vector, short_repr, unknown_name_message
-from .records import MEASURABLE, Record
+from .._utils.arguments import Array, Vector, short_repr, unknown_name_message
+from ..quaternion import multiply
+from .records import MEASURABLE, Record, Series
 
 _SMALL = 1e-4  # smaller angles use the limit of the series [rad]
+UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 def cross_matrix(v: Array) -> Array:
@@ -29,19 +32,13 @@ def cross_matrix(v: Array) -> Array:
 
 
 def multiply_quaternions(a: Array, b: Array) -> Array:
-    """Return the products a b of two arrays of quaternions."""
-    aw, ax, ay, az = a[..., 0], a[..., 1], a[..., 2], a[..., 3]
-    bw, bx, by, bz = b[..., 0], b[..., 1], b[..., 2], b[..., 3]
-    product = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    product[..., 0] = aw * bw - ax * bx - ay * by - az * bz
-    product[..., 1] = aw * bx + ax * bw + ay * bz - az * by
-    product[..., 2] = aw * by - ax * bz + ay * bw + az * bx
-    product[..., 3] = aw * bz + ax * by - ay * bx + az * bw
+    """Return the products a b of two arrays of quaternions, of shape (..., 4)."""
+    first, second = (tuple(np.moveaxis(q, -1, 0)) for q in (a, b))
+    product: Array = np.stack(multiply(first, second), axis=-1)
     return product
 
 
 def conjugate_quaternions(q: Array) -> Array:
-    """Return the conjugates of an array of quaternions."""
     conjugate: Array = q * np.array([1.0, -1.0, -1.0, -1.0])
     return conjugate
 
@@ -49,6 +46,11 @@ def conjugate_quaternions(q: Array) -> Array:
 def normalize_quaternion(q: Array) -> Array:
     unit: Array = q / np.linalg.norm(q)
     return unit
+
+
+def turn_quaternion(q: Array, v: Array) -> Array:
+    """Return a unit quaternion, turned in its own frame by the rotation vector v [rad]."""
+    return normalize_quaternion(multiply_quaternions(q, compute_rotation_quaternions(v)))
 
 
 def compute_rotation_quaternions(v: Array) -> Array:
@@ -140,23 +142,54 @@ FreeName = Literal[
 FREE: tuple[FreeName, ...] = get_args(FreeName)
 Key = tuple[str, int, str]  # block, record or -1 for the motion, series or empty
 
-_AXES = "xyz"
-_INERTIA_RTOL = 1e-9  # moments of plates exceed the sum of the others by rounding
-_VECTORS = {  # {block: attribute of FitPoint that changes by the step}
-    "velocity": "rate",
-    "com": "com",
-    "rotor": "rotor",
-    "turning": "turning",
-    "shaking": "shaking",
+
+class Block(NamedTuple):
+    """A block of free parameters: how it enters a motion, and how it is reported.
+
+    field    the attribute of FitPoint that a step changes, by the columns of FreeParameters
+    unit     of all its numbers, or of each; None for that of the measured quantity
+    kind     "rotation": a step turns a quaternion, which is reported as a rotation vector.
+             "vector": principal-axis components, reported in the frame of description. Else numbers
+    tangent  the tangent of the core by the field; "" if the field changes no number but the start
+    head     the beginning of the reported names
+    parts    the ends of the reported names
+    """
+
+    field: str
+    unit: str | tuple[str, ...] | None
+    kind: str = ""
+    tangent: str = ""
+    head: str = ""
+    parts: Sequence[str] = ("_x", "_y", "_z")
+
+
+BLOCKS = {
+    "attitude": Block("attitude", "rad", "rotation"),
+    "velocity": Block("rate", "rad/T", "vector", head="body_velocity"),
+    "moments": Block("densities", "M L^2", "", "moments", "I"),
+    "com": Block("com", "L", "vector", "com"),
+    "lever": Block("com", "L", "", "com"),
+    "gravity": Block("gravity", "L T^-2", "", "gravity"),
+    "mass": Block("mass", "M", "", "mass"),
+    "damping": Block("damping", "M L^2 T^-1", "", "damping", "damping_"),
+    "friction": Block("friction", "M L^2 T^-2", "", "friction"),
+    "rotor": Block("rotor", "M L^2 T^-1", "vector", "rotor"),
+    "turning": Block("turning", "rad/T", "", "turning"),
+    "shaking": Block(
+        "shaking", ("L", "rad/T", "rad"), "", "shaking", parts=("_amplitude", "_rate", "_phase")
+    ),
+    "axes": Block("axes", "rad", "rotation"),
+    "mounting": Block("", "rad", "rotation"),
+    "delay": Block("", "T"),
+    "bias": Block("", None),
+    "scale": Block("", ""),
 }
+_INERTIA_RTOL = 1e-9  # moments of plates exceed the sum of the others by rounding
 _JUMPING = ("body_acceleration", SPECIFIC_FORCE.name)
 _EQUAL = 1e-12  # relative difference of equal moments and of equal dampings
 _THINNEST = 1e-4  # least moment of a search, relative to the largest, if the guess is no needle
 _NO_FRICTION = 1e-12  # friction that replaces 0, relative to the energy of the scene
-_SHAKING = ("amplitude", "rate", "phase")
-_ROTATIONS = "attitude", "axes", "mounting"  # reported as rotation vectors
-_UNITS = {**PARAMETER_UNITS, **dict.fromkeys(_ROTATIONS, "rad"), "delay": "T", "scale": ""}
-_MOMENTS_BY_DENSITY = np.ones((3, 3)) - np.eye(3)
+MOMENTS_BY_DENSITY = np.ones((3, 3)) - np.eye(3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,6 +252,19 @@ class FitPoint:
         rotation = rotation_matrix(q)
         velocity: Array = (m @ rotation - self.rotor) / self.moments - self.turning @ rotation
         return velocity
+
+    def differentiate_momentum(self) -> dict[str, Array]:
+        """Return the derivatives of the momentum in space by the fields of blocks."""
+        rotation = rotation_matrix(self.attitude)
+        inertia = rotation * self.moments
+        support = cross_matrix(self.turning @ rotation)
+        return {
+            "attitude": inertia @ support - rotation @ cross_matrix(self.momentum),
+            "velocity": inertia,
+            "moments": (rotation * self.inertial_velocity) @ MOMENTS_BY_DENSITY,
+            "rotor": rotation,
+            "turning": inertia @ rotation.T,
+        }
 
     @property
     def gravity_force(self) -> float:
@@ -290,12 +336,6 @@ def _wrap_shaking_phase(shaking: Array) -> Array:
     return np.array((*shaking[:2], -wrap_angle(-shaking[2])))
 
 
-def _is_physical(point: FitPoint) -> bool:
-    """Return True if some mass distribution has the given moments, mass and centre of mass."""
-    second = np.diag(point.densities) - point.mass * np.outer(point.com, point.com)
-    return bool(np.linalg.eigvalsh(second)[0] >= 0.0)
-
-
 def expand_free_names(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
     """Return the names of parameters in a fixed order; "start" means attitude and velocity."""
     items = [free] if isinstance(free, str) else free
@@ -343,40 +383,56 @@ def _build_damping_group_matrix(scene: Scene, damping: Array, moments: Array) ->
 class FreeParameters:
     """Free parameters of a scene and of the instruments that recorded its motion.
 
-    slices   {key: slice}: the columns of each block
+    slices   {key: slice}: the places of each block
     size     the number of free parameters
-    moments  (3, groups): the moments that are equal in the scene stay equal, and have one column
-    damping  (3, groups): the same for the dampings, see _build_damping_group_matrix
+    columns  {block: derivatives of its field by its parameters}. Moments that are equal in the
+             scene stay equal, and have one column; for dampings see _build_damping_group_matrix
     """
 
     def __init__(self, scene: Scene, free: tuple[str, ...], records: Sequence[Record]) -> None:
         self.scene, self.free, self.records = scene, free, tuple(records)
-        self.start = convert_scene_to_fit_point(scene)
-        self.moments = _build_equal_group_matrix(self.start.moments)
-        self.damping = _build_damping_group_matrix(scene, self.start.damping, self.moments)
-        if "axes" in free and ("rotor" in free or self.start.rotor.any()):
+        self.start = start = convert_scene_to_fit_point(scene)
+        if "axes" in free and ("rotor" in free or start.rotor.any()):
             raise ValueError("axes cannot be free for a body with a rotor, whose axis is given")
-        moments = self.start.moments
-        self._thinnest = min(_THINNEST, 0.1 * float(moments.min() / moments.max()))
-        length = float(np.linalg.norm(self.start.com))
+        self._thinnest = min(_THINNEST, 0.1 * float(start.moments.min() / start.moments.max()))
+        length = float(np.linalg.norm(start.com))
         if "lever" in free and not length > 0.0:
             raise ValueError("lever is free, but com is the fixed point: use com instead")
         self._check_differentiability(length)
-        self.lever = self.start.com / length if length > 0.0 else self.start.com
-        self.slices: dict[Key, slice] = {}
-        self.size = 0
-        for name in free:
-            self._reserve_parameter_slice((name, -1, ""), self._count_free_components(name))
+        groups = _build_equal_group_matrix(start.moments)
+        self.columns = {name: np.eye(3) for name in BLOCKS} | {
+            "lever": start.com / length if length > 0.0 else start.com,
+            "moments": groups,
+            "damping": _build_damping_group_matrix(scene, start.damping, groups),
+            **dict.fromkeys(("gravity", "mass", "friction"), np.ones((1, 1))),
+        }
+        self.columns["lever"] = self.columns["lever"][:, None]
+        keys = [(name, -1, "") for name in free]
         instruments: dict[Key, Array] = {}
         for i, record in enumerate(records):
             for name in record.free:
-                instruments |= self._add_instrument_parameters(name, i, record)
-        densities = self.start.densities
-        if self.can_vary("moments"):
+                if name == "mounting":
+                    instruments[name, i, ""] = UNTURNED
+                elif name == "delay":
+                    instruments[name, i, ""] = np.zeros(1)
+                else:
+                    for series in record.series:
+                        if not series.is_attitude:
+                            value = np.full(series.residuals_per_row, float(name == "scale"))
+                            instruments[name, i, series.name] = value
+        self.slices: dict[Key, slice] = {}
+        self.size = 0
+        for key in (*keys, *instruments):
+            count = len(instruments[key]) if key in instruments else self.columns[key[0]].shape[1]
+            count = 3 if key[0] == "mounting" else count
+            self.slices[key] = slice(self.size, self.size + count)
+            self.size += count
+        densities, shaking = start.densities, start.shaking
+        if "moments" in free:
             densities = np.maximum(densities, 0.0)
-        self.start = replace(self.start, instruments=instruments, densities=densities)
-        if self.can_vary("shaking"):
-            self.start = replace(self.start, shaking=_wrap_shaking_phase(self.start.shaking))
+        if "shaking" in free:
+            shaking = _wrap_shaking_phase(shaking)
+        self.start = replace(start, instruments=instruments, densities=densities, shaking=shaking)
 
     def _check_differentiability(self, length: float) -> None:
         """Raise ValueError if shaking or friction makes a required derivative undefined."""
@@ -402,32 +458,6 @@ class FreeParameters:
                         "where the spin stops: leave it out"
                     )
 
-    def _reserve_parameter_slice(self, key: Key, count: int) -> None:
-        self.slices[key] = slice(self.size, self.size + count)
-        self.size += count
-
-    def _count_free_components(self, name: str) -> int:
-        """Return the number of free components of a parameter."""
-        if name in ("moments", "damping"):
-            return int((self.moments if name == "moments" else self.damping).shape[1])
-        return 1 if name in ("lever", "gravity", "mass", "friction") else 3
-
-    def _add_instrument_parameters(self, name: str, i: int, record: Record) -> dict[Key, Array]:
-        """Add parameters of an instrument to the fit, and return their initial values."""
-        if name in ("mounting", "delay"):
-            key = (name, i, "")
-            self._reserve_parameter_slice(key, 3 if name == "mounting" else 1)
-            return {key: np.array([1.0, 0.0, 0.0, 0.0]) if name == "mounting" else np.zeros(1)}
-        instruments: dict[Key, Array] = {}
-        for series in record.series:
-            if not series.is_attitude:
-                key = (name, i, series.name)
-                self._reserve_parameter_slice(key, series.residuals_per_row)
-                instruments[key] = np.full(
-                    series.residuals_per_row, 1.0 if name == "scale" else 0.0
-                )
-        return instruments
-
     def can_vary(self, name: str) -> bool:
         return (name, -1, "") in self.slices
 
@@ -436,50 +466,35 @@ class FreeParameters:
 
     def add_step_within_bounds(self, point: FitPoint, step: Array) -> FitPoint:
         """Move the point by `step`, an array of shape (size,), and clip it to the bounds."""
-        steps = {name: step[part] for (name, i, _), part in self.slices.items() if i < 0}
-        changes: dict[str, Array | float] = {}
-        for name, delta in steps.items():
-            if name == "attitude":
-                quaternion = multiply_quaternions(
-                    point.attitude, compute_rotation_quaternions(delta)
-                )
-                changes["attitude"] = normalize_quaternion(quaternion)
-            elif name in _VECTORS:
-                changes[_VECTORS[name]] = getattr(point, _VECTORS[name]) + delta
-            elif name == "moments":
-                densities = np.maximum(point.densities + self.moments @ delta, 0.0)
-                changes["densities"] = np.maximum(
-                    densities, self._compute_least_densities(densities)
-                )
-            elif name == "damping":
-                changes["damping"] = np.maximum(point.damping + self.damping @ delta, 0.0)
-            elif name == "lever":
-                changes["com"] = point.com + self.lever * delta
-            elif name == "axes":
-                quaternion = multiply_quaternions(point.axes, compute_rotation_quaternions(delta))
-                changes["axes"] = normalize_quaternion(quaternion)
+        changes: dict[str, Array] = {}
+        instruments: dict[Key, Array] = {}
+        for key, part in self.slices.items():
+            name, i, _ = key
+            block, delta = BLOCKS[name], step[part]
+            if i >= 0:
+                old = point.instruments[key]
+                is_turned = block.kind == "rotation"
+                instruments[key] = turn_quaternion(old, delta) if is_turned else old + delta
+            elif block.kind == "rotation":
+                changes[block.field] = turn_quaternion(getattr(point, block.field), delta)
             else:
-                changes[name] = float(getattr(point, name) + delta[0])
-        if "mass" in changes:
-            changes["mass"] = max(float(changes["mass"]), 1e-3 * point.mass)
-        if "friction" in changes:
-            changes["friction"] = max(float(changes["friction"]), 0.0)
+                changes[block.field] = getattr(point, block.field) + self.columns[name] @ delta
+        if "densities" in changes:
+            densities = np.maximum(changes["densities"], 0.0)
+            changes["densities"] = np.maximum(densities, self._compute_least_densities(densities))
+        for name, least in ("damping", 0.0), ("friction", 0.0), ("mass", 1e-3 * point.mass):
+            if name in changes:
+                changes[name] = np.maximum(changes[name], least)
         if "shaking" in changes:
-            changes["shaking"] = self._make_shaking_rate_positive(
-                np.array(changes["shaking"]), point
-            )
-        instruments = (
-            self._add_step_to_instrument_parameters(point, step) if point.instruments else {}
-        )
-        return replace(point, instruments=instruments, **changes)  # type: ignore[arg-type]
-
-    def _make_shaking_rate_positive(self, shaking: Array, point: FitPoint) -> Array:
-        """Make the shaking rate positive, and keep a nonnegative amplitude from changing sign."""
-        shaking[1] = max(shaking[1], 1e-3 * point.shaking[1])
-        if shaking[0] < 0.0 <= self.start.shaking[0]:
-            shaking[0] = -shaking[0]
-            shaking[2] += np.pi
-        return _wrap_shaking_phase(shaking)
+            shaking = changes["shaking"]
+            shaking[1] = max(shaking[1], 1e-3 * point.shaking[1])
+            if shaking[0] < 0.0 <= self.start.shaking[0]:
+                shaking[0] = -shaking[0]
+                shaking[2] += np.pi
+            changes["shaking"] = _wrap_shaking_phase(shaking)
+        scalars = {name: float(x[0]) for name, x in changes.items() if x.shape == (1,)}
+        fields: dict[str, Any] = changes | scalars
+        return replace(point, instruments=instruments, **fields)
 
     def turn_body_by_half_turn(self, point: FitPoint, k: int) -> FitPoint | None:
         """Return the point with the body turned by pi about principal axis k.
@@ -492,7 +507,7 @@ class FreeParameters:
         is_reachable = (self.can_vary("com") or (com == point.com).all()) and (
             self.can_vary("rotor") or (rotor == point.rotor).all()
         )
-        others = self.moments[np.arange(3) != k]
+        others = self.columns["moments"][np.arange(3) != k]
         if not is_reachable or ((others[0] == others[1]).all() and (com == point.com).all()):
             return None
         turn = np.concatenate(([0.0], (signs + 1.0) / 2.0))
@@ -510,30 +525,24 @@ class FreeParameters:
             distance += float(((new - old) ** 2).sum()) / size if size else 0.0
         return distance
 
-    def _add_step_to_instrument_parameters(self, point: FitPoint, step: Array) -> dict[Key, Array]:
-        instruments = {}
-        for key, value in point.instruments.items():
-            delta = step[self.slices[key]]
-            if key[0] == "mounting":
-                quaternion = multiply_quaternions(value, compute_rotation_quaternions(delta))
-                instruments[key] = normalize_quaternion(quaternion)
-            else:
-                instruments[key] = value + delta
-        return instruments
-
     def compute_distances_to_lower_bounds(self, point: FitPoint) -> Array:
         """Return the distance of each parameter from its lower bound."""
         distances = np.full(self.size, np.inf)
         densities = point.densities - self._compute_least_densities(point.densities)
-        for name, columns, values in (
-            ("moments", self.moments, densities),
-            ("damping", self.damping, point.damping),
+        for name, values in (
+            ("moments", densities),
+            ("damping", point.damping),
+            ("friction", point.friction),
         ):
             if self.can_vary(name):
-                distances[self.get_parameter_slice(name)] = columns.T @ values / columns.sum(axis=0)
-        if self.can_vary("friction"):
-            distances[self.get_parameter_slice("friction")] = point.friction
+                distances[self.get_parameter_slice(name)] = self.average_tied(name, values)
         return distances
+
+    def average_tied(self, name: str, values: Array | float) -> Array:
+        """Return the mean of the values that each parameter of a block ties together."""
+        columns = self.columns[name]
+        mean: Array = columns.T @ np.atleast_1d(values) / columns.sum(axis=0)
+        return mean
 
     def _compute_least_densities(self, densities: Array) -> Array:
         """Return lower bounds of the densities, which are zero except for needles.
@@ -544,36 +553,19 @@ class FreeParameters:
         is_needle = total - largest <= (1.0 + _EQUAL) * self._thinnest * total
         return np.where(is_needle & (densities < largest), 0.5 * self._thinnest * total, 0.0)
 
-    def compute_moments_jacobian(self) -> Array:
-        """Return the derivatives of the principal moments with respect to their free parameters."""
-        jacobian: Array = _MOMENTS_BY_DENSITY @ self.moments
-        return jacobian
-
     def estimate_parameter_scales(self, point: FitPoint, span: float) -> Array:
         """Return the typical magnitude of each parameter, the unit of its changes in the search.
 
         span  the length of the records [T]
         """
-        scales = np.ones(self.size)
-        sizes = self._estimate_parameter_scales_by_name(point, span)
-        for (name, i, label), part in self.slices.items():
-            if name in sizes:
-                scales[part] = sizes[name]
-            elif name == "bias":
-                scales[part] = next(
-                    s.typical_value_scale for s in self.records[i].series if s.name == label
-                )
-        return scales
-
-    def _estimate_parameter_scales_by_name(
-        self, point: FitPoint, span: float
-    ) -> dict[str, float | Array]:
         rate = float(np.linalg.norm(point.rate)) or 1.0 / span
         moments, lever = point.moments, float(np.linalg.norm(point.com)) or 1.0
-        density = self.moments.T @ point.densities / self.moments.sum(axis=0)
+        density = self.average_tied("moments", point.densities)
         largest = float(moments.max())
         slowest = 0.01 * largest / span
-        scales = {
+        amplitude, pace, _ = np.abs(point.shaking)
+        shaking = amplitude or (lever * (rate / pace) ** 2 if pace else 1.0), 1.0 / span, 1.0
+        sizes: dict[str, float | Array] = {
             "velocity": rate,
             "moments": np.minimum(largest, np.maximum(100.0 * density, 1e-3 * moments.min())),
             "com": lever,
@@ -583,14 +575,41 @@ class FreeParameters:
             "damping": max(float(point.damping.max()), slowest),
             "friction": max(point.friction, slowest * rate),
             "rotor": max(float(np.linalg.norm(point.rotor)), largest * rate),
+            "turning": max(float(np.linalg.norm(point.turning)), rate),
+            "shaking": np.array(shaking),
             "delay": 1.0 / rate,
         }
-        if self.can_vary("turning"):
-            scales["turning"] = max(float(np.linalg.norm(point.turning)), rate)
-        if self.can_vary("shaking"):
-            amplitude, pace, _ = np.abs(point.shaking)
-            scales["shaking"] = np.array((amplitude or lever * (rate / pace) ** 2, 1.0 / span, 1.0))
+        scales = np.ones(self.size)
+        for (name, i, label), part in self.slices.items():
+            scales[part] = sizes.get(name, 1.0)
+            if name == "bias":
+                scales[part] = self._find_series(i, label).typical_value_scale
         return scales
+
+    def differentiate_scene(self, point: FitPoint, tangents: Sequence[str], origin: float) -> Array:
+        """Return the derivatives of the numbers of the core's tangents by the free parameters."""
+        ends = np.cumsum([TANGENTS[name][1] for name in tangents])
+        places = {
+            name: slice(end - TANGENTS[name][1], end)
+            for name, end in zip(tangents, ends, strict=True)
+        }
+        transform = np.zeros((int(ends[-1]), self.size))
+        momentum = point.differentiate_momentum()
+        for name in self.free:
+            tangent, part = BLOCKS[name].tangent, self.get_parameter_slice(name)
+            columns = self.columns[name]
+            if name == "attitude":
+                transform[:3, part] = columns
+            if name in momentum:
+                transform[3:6, part] = momentum[name] @ columns
+            if tangent:
+                transform[places[tangent], part] = (
+                    MOMENTS_BY_DENSITY @ columns if name == "moments" else columns
+                )
+        if self.can_vary("shaking"):  # the phase at the origin depends on the rate
+            part = self.get_parameter_slice("shaking")
+            transform[places["shaking"].stop - 1, part.start + 1] = origin
+        return transform
 
     def build_differentiable_scene(self, point: FitPoint, origin: float = 0.0) -> Scene:
         """Return the scene in principal axes, with positive friction if friction is to be fitted.
@@ -599,58 +618,46 @@ class FreeParameters:
         friction.
         """
         if self.can_vary("friction") and not point.friction:
-            point = replace(point, friction=self._small_friction_instead_of_zero)
+            start = self.start
+            moment = float(start.moments.max())
+            energy = moment * float(start.rate @ start.rate)
+            energy += abs(start.gravity_force) * float(np.linalg.norm(start.com))
+            point = replace(point, friction=_NO_FRICTION * (energy or moment))
         return point.to_scene(origin)
-
-    @cached_property
-    def _small_friction_instead_of_zero(self) -> float:
-        start = self.start
-        moving = float(start.moments.max()) * float(start.rate @ start.rate)
-        energy = moving + abs(start.gravity_force) * float(np.linalg.norm(start.com))
-        return _NO_FRICTION * (energy or float(start.moments.max()))
 
     def to_scene(self, point: FitPoint, origin: float = 0.0) -> Scene:
         """Return the scene with the parameter values `point`, described in the user's body frame.
 
         origin  the start time of the scene, which the phase of the shaking takes into account
         """
-        old = self.scene.body
-        rotation = rotation_matrix(point.axes)
+        old, rotation = self.scene.body, rotation_matrix(point.axes)
         is_kept = not (self.can_vary("moments") or self.can_vary("axes"))
-        is_diagonal = abs(point.axes[0]) == 1.0
-        moments = point.moments
-        inertia = (
-            old.inertia
-            if is_kept
-            else moments
-            if is_diagonal
-            else rotation @ np.diag(moments) @ rotation.T
-        )
-        com = point.com if is_diagonal else rotation @ point.com
+        has_old_com = not any(self.can_vary(name) for name in ("com", "lever", "axes"))
+        inertia, com, is_diagonal = point.moments, point.com, abs(point.axes[0]) == 1.0
+        if not is_diagonal:
+            matrix = rotation @ np.diag(point.moments) @ rotation.T
+            inertia, com = 0.5 * (matrix + matrix.T), rotation @ point.com
+        second = np.diag(point.densities) - point.mass * np.outer(point.com, point.com)
         body = Body(
             point.mass,
-            inertia if is_kept or is_diagonal else 0.5 * (inertia + np.transpose(inertia)),
-            com
-            if self.can_vary("com") or self.can_vary("lever") or self.can_vary("axes")
-            else old.com,
+            old.inertia if is_kept else inertia,
+            old.com if has_old_com else com,
             inertia_rtol=old.inertia_rtol if is_kept else _INERTIA_RTOL,
             rotor=rotation @ point.rotor if self.can_vary("rotor") else old.rotor,
-            unphysical=old.unphysical or not _is_physical(point),
+            unphysical=old.unphysical or not np.linalg.eigvalsh(second)[0] >= 0.0,
         )
         attitude = multiply_quaternions(point.attitude, conjugate_quaternions(point.axes))
-        momentum = rotation_matrix(point.attitude) @ point.momentum
-        # The principal axes of the new body may be in another order.
-        order = (rotation_matrix(np.array(body.axes)).T @ rotation) ** 2
+        damping: Array | float = point.damping
+        if self.scene._has_common_damping:
+            damping = float(point.damping[0])
+        elif not is_diagonal:  # the principal axes of the new body may be in another order
+            damping = (rotation_matrix(np.array(body.axes)).T @ rotation) ** 2 @ point.damping
         return Scene(
             body,
-            momentum=momentum,
+            momentum=rotation_matrix(point.attitude) @ point.momentum,
             attitude=normalize_quaternion(attitude),
             gravity=point.gravity,
-            damping=float(point.damping[0])
-            if self.scene._has_common_damping
-            else point.damping
-            if is_diagonal
-            else order @ point.damping,
+            damping=damping,
             turning=point.turning,
             shaking=point.shift_shaking_phase(origin),
             friction=point.friction,
@@ -667,68 +674,46 @@ class FreeParameters:
         names: list[str] = []
         units: list[str] = []
         values, jacobian = np.zeros(self.size), np.eye(self.size)
+        rotation, inverse = rotation_matrix(point.axes), conjugate_quaternions(point.axes)
+        axes = self.get_parameter_slice("axes") if self.can_vary("axes") else slice(0)
         for key, part in self.slices.items():
-            name, i, label = key
-            words = self._name_parameter_components(key, part.stop - part.start)
-            names += words
-            unit = self._find_series_unit(i, label) if name == "bias" else _UNITS[name]
-            units += [unit] * len(words) if isinstance(unit, str) else unit
-            if i >= 0:
-                value = point.instruments[key]
-                values[part] = compute_rotation_vectors(value) if name == "mounting" else value
-            else:
-                values[part] = self._compute_group_values_and_jacobian(name, point, jacobian[part])
+            (name, i, label), block, count = key, BLOCKS[key[0]], part.stop - part.start
+            names += self._name_parameter_components(key, count)
+            unit = block.unit
+            if unit is None:
+                unit = MEASURABLE[self._find_series(i, label).quantity].dimension
+            units += [unit] * count if isinstance(unit, str) else unit
+            value = getattr(point, block.field) if i < 0 else point.instruments[key]
+            turned_back: Array | None = None  # the axes turn in the body, and not the body in space
+            if name == "attitude":
+                value, turned_back = multiply_quaternions(value, inverse), rotation
+            elif block.kind == "vector":
+                turned_back, value = rotation @ cross_matrix(value), rotation @ value
+            elif name in ("moments", "damping"):
+                first = self.columns[name].argmax(axis=0)
+                value = getattr(point, name)[first]
+                if name == "moments":
+                    jacobian[part, part] = (MOMENTS_BY_DENSITY @ self.columns[name])[first]
+            elif name == "lever":
+                value = point.com @ self.columns[name]
+            values[part] = compute_rotation_vectors(value) if block.kind == "rotation" else value
+            if turned_back is not None:
+                jacobian[part, part] = rotation
+                if self.can_vary("axes"):
+                    jacobian[part, axes] = -turned_back
         return names, units, values, jacobian
 
-    def _find_series_unit(self, i: int, label: str) -> str:
-        quantity = next(s.quantity for s in self.records[i].series if s.name == label)
-        return MEASURABLE[quantity].dimension
+    def _find_series(self, i: int, label: str) -> Series:
+        return next(series for series in self.records[i].series if series.name == label)
 
     def _name_parameter_components(self, key: Key, count: int) -> list[str]:
         name, i, label = key
+        block = BLOCKS[name]
         if name in ("moments", "damping"):
-            columns = self.moments if name == "moments" else self.damping
-            head = "I" if name == "moments" else "damping_"
-            groups = [np.flatnonzero(columns[:, k]) + 1 for k in range(count)]
-            return [" = ".join(f"{head}{j}" for j in group) for group in groups]
-        head = f"{name}[{i}]" if i >= 0 else "body_velocity" if name == "velocity" else name
-        if label:
-            head += f".{label}"
-        if name == "shaking":
-            return [f"{head}_{part}" for part in _SHAKING]
+            groups = [np.flatnonzero(column) + 1 for column in self.columns[name].T]
+            return [" = ".join(f"{block.head}{j}" for j in group) for group in groups]
+        head = f"{name}[{i}]" if i >= 0 else block.head or name
+        head += f".{label}" if label else ""
         if count == 1:
             return [head]
-        return [f"{head}_{_AXES[k] if count == 3 else k}" for k in range(count)]
-
-    def _compute_group_values_and_jacobian(self, name: str, point: FitPoint, rows: Array) -> Array:
-        """Return the components of the parameter `name`, and write their derivatives to `rows`."""
-        rotation = rotation_matrix(point.axes)
-        part = self.get_parameter_slice(name)
-        if name == "attitude":
-            rows[:, part] = rotation
-            if self.can_vary("axes"):  # the axes turn in the body, and not the body in space
-                rows[:, self.get_parameter_slice("axes")] = -rotation
-            inverse = conjugate_quaternions(point.axes)
-            return compute_rotation_vectors(multiply_quaternions(point.attitude, inverse))
-        if name in ("turning", "shaking"):
-            parameter: Array = getattr(point, name)
-            return parameter
-        if name in _VECTORS:
-            vector = getattr(point, _VECTORS[name])
-            rows[:, part] = rotation
-            if self.can_vary("axes"):
-                rows[:, self.get_parameter_slice("axes")] = -rotation @ cross_matrix(vector)
-            components: Array = rotation @ vector
-            return components
-        if name == "axes":
-            return compute_rotation_vectors(point.axes)
-        if name in ("moments", "damping"):
-            columns = self.moments if name == "moments" else self.damping
-            first = columns.argmax(axis=0)
-            if name == "moments":
-                rows[:, part] = self.compute_moments_jacobian()[first]
-            group_values: Array = (point.moments if name == "moments" else point.damping)[first]
-            return group_values
-        if name == "lever":
-            return np.array([float(point.com @ self.lever)])
-        return np.array([float(getattr(point, name))])
+        return [f"{head}{block.parts[k] if count == 3 else f'_{k}'}" for k in range(count)]

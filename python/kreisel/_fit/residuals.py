@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from .._core import derivatives, values
 from .._core import tangents as TANGENTS
 from .._model.scene import Scene
-from .._results.path import Error, Path
+from .._results.path import Error
 from .._results.quantities import SPECIFIC_FORCE, specific_force
 from .._solve.solve import solve
-from .._solve.tangents import TangentSpec
 from .._utils.arguments import Array
 from .parameters import (
+    BLOCKS,
     FitPoint,
     FreeParameters,
     compute_rotation_vectors,
@@ -37,15 +37,10 @@ _EULER = ("precession_angle", "nutation", "spin_angle")
 
 
 class Prediction(NamedTuple):
-    """Predicted values of a quantity and, if requested, their derivatives.
-
-    by    (n, k, size) by the free parameters of the motion
-    rate  (n, k) by time
-    """
+    """Predicted values (n, k) of a quantity, and their derivatives (n, k, columns)."""
 
     values: Array
     by: Array
-    rate: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,9 +50,10 @@ class QuantityPredictor:
     block      the scene of the point, for the core
     states     (n, 8)
     tangents   (n, 6, c) by the numbers of the scene, or (n, 6, 0)
-    bits the flags of the tangents, which select these numbers
+    bits       the flags of the tangents, which select these numbers
     transform  (c, size) derivatives of these numbers with respect to the free parameters
-    has_rate   True if time derivatives are needed
+    places     {block of parameters: its columns of derivatives}, empty without tangents; "time" is
+               the column of derivatives by time, if they are needed
     origin     the time of the motion at which the scene begins
     """
 
@@ -68,7 +64,7 @@ class QuantityPredictor:
     tangents: Array
     bits: int
     transform: Array
-    has_rate: bool
+    places: dict[str, slice]
     origin: float = 0.0
 
     @property
@@ -87,10 +83,12 @@ class QuantityPredictor:
     def attitude_jacobian(self) -> Array:
         """Derivatives of the attitude, expressed as rotation vectors."""
         jacobian: Array = self.tangents[:, :3] @ self.transform
+        if "time" in self.places:
+            jacobian = np.concatenate((jacobian, self._state_time_derivatives[:, :3, None]), axis=2)
         return jacobian
 
     @cached_property
-    def state_time_derivatives(self) -> Array:
+    def _state_time_derivatives(self) -> Array:
         """Time derivatives of the attitude (as a rotation vector) and of the angular momentum."""
         rotation, m = rotation_matrix(self.q), self.states[:, 5:]
         rate = values("body_velocity", self.block, self.states)
@@ -109,29 +107,23 @@ class QuantityPredictor:
         if name == "spin_angle" and not self._is_described_in_principal_axes:
             return self._predict_spin_angle()
         prediction = self._predict_quantity_of_core(name)
-        return (
-            self._transform_to_user_body_frame(prediction) if name in SEEN_FROM_BODY else prediction
-        )
+        return self._describe_for_user(prediction) if name in SEEN_FROM_BODY else prediction
 
     def _predict_quantity_of_core(self, name: str) -> Prediction:
         n = len(self.states)
-        quantities = values(name, self.block, self.states).reshape(n, MEASURABLE[name].doubles)
-        jacobian, rate = np.empty((n, 0, 0)), np.empty((n, 0))
-        if self.tangents.shape[2]:
+        predicted = values(name, self.block, self.states).reshape(n, MEASURABLE[name].doubles)
+        jacobian = np.empty((*predicted.shape, 0))
+        if self.places:
             jacobian = self._differentiate_quantity(name, self.bits, self.tangents) @ self.transform
-        if self.has_rate:
-            rate = self._differentiate_quantity_by_time(name)
-        return Prediction(quantities, jacobian, rate)
-
-    def _differentiate_quantity_by_time(self, name: str) -> Array:
-        pace = float(self.point.shaking[1]) if self.point.shaking[0] else 0.0
-        directions = np.zeros((len(self.states), 6, 9 if pace else 6))
-        directions[:, :, 0] = self.state_time_derivatives
-        jacobian = self._differentiate_quantity(
-            name, _START | (_SHAKING if pace else 0), directions
-        )
-        # time changes a quantity by the state and by the phase of the shaking
-        return jacobian[:, :, 0] + pace * jacobian[:, :, 8] if pace else jacobian[:, :, 0]
+        if "time" in self.places:  # time changes a quantity by the state and the phase of shaking
+            pace = float(self.point.shaking[1]) if self.point.shaking[0] else 0.0
+            directions = np.zeros((n, 6, 9 if pace else 6))
+            directions[:, :, 0] = self._state_time_derivatives
+            bits = _START | (_SHAKING if pace else 0)
+            change = self._differentiate_quantity(name, bits, directions)
+            change[:, :, 0] += pace * change[:, :, -1] if pace else 0.0
+            jacobian = np.concatenate((jacobian, change[:, :, :1]), axis=2)
+        return Prediction(predicted, jacobian)
 
     def _differentiate_quantity(self, name: str, bits: int, tangents: Array) -> Array:
         """Differentiate a quantity, replacing undefined derivatives by zero."""
@@ -150,142 +142,84 @@ class QuantityPredictor:
         is_at_pole: NDArray[np.bool_] = np.hypot(apex[:, 0], apex[:, 1]) < _POLE
         return is_at_pole
 
-    def _transform_to_user_body_frame(self, prediction: Prediction) -> Prediction:
-        """Transform a vector from the principal axes to the user's body frame."""
+    def _describe_for_user(self, prediction: Prediction) -> Prediction:
+        """Transform a vector from the principal axes to the frame of description."""
         if self._is_described_in_principal_axes:
             return prediction
-        jacobian = (
-            self.rotation_from_principal_axes @ prediction.by
-            if prediction.by.size
-            else prediction.by
-        )
-        if jacobian.size and self.parameters.can_vary("axes"):
-            jacobian[:, :, self.parameters.get_parameter_slice("axes")] -= (
-                self.rotation_from_principal_axes @ cross_matrix(prediction.values)
-            )
-        rate = (
-            prediction.rate @ self.rotation_from_principal_axes.T
-            if prediction.rate.size
-            else prediction.rate
-        )
-        return Prediction(prediction.values @ self.rotation_from_principal_axes.T, jacobian, rate)
+        rotation = self.rotation_from_principal_axes
+        jacobian = rotation @ prediction.by
+        if "axes" in self.places:
+            jacobian[:, :, self.places["axes"]] -= rotation @ cross_matrix(prediction.values)
+        return Prediction(prediction.values @ rotation.T, jacobian)
 
     def _predict_specific_force(self, place: Array) -> Prediction:
         """Return W' x r + W x (W x r) + g V at the position r, where V is the vertical."""
-        change = self._transform_to_user_body_frame(self._predict_angular_acceleration())
+        change = self._describe_for_user(self._predict_angular_acceleration())
         rate = self.predict_quantity("inertial_velocity")
-        vertical = self._transform_to_user_body_frame(
-            self._predict_quantity_of_core("body_vertical")
-        )
+        vertical = self._describe_for_user(self._predict_quantity_of_core("body_vertical"))
         t = self.origin + self.states[:, 0]
         weight = self.point.compute_effective_gravity(t)
         force = specific_force(change.values, rate.values, vertical.values, weight, place)
-        change_jacobian = -cross_matrix(place)
         w = rate.values
-        rate_jacobian = (
+        by_rate = (
             w[:, :, None] * place
             - 2.0 * place[:, None] * w[:, None]
             + (w @ place)[:, None, None] * np.eye(3)
         )
-        jacobian, rates = np.empty((len(w), 0, 0)), np.empty((len(w), 0))
-        if change.by.size:
-            jacobian = (
-                change_jacobian @ change.by
-                + rate_jacobian @ rate.by
-                + weight[:, None, None] * vertical.by
-            )
-            for name, gain in self._differentiate_effective_gravity(t):
-                jacobian[:, :, self.parameters.get_parameter_slice(name)] += (
-                    vertical.values[:, :, None] * gain[:, None]
-                )
-        if self.has_rate:
-            rates = change.rate @ change_jacobian.T + weight[:, None] * vertical.rate
-            rates += (rate_jacobian @ rate.rate[:, :, None])[:, :, 0]
-            amplitude, pace, phase = self.point.shaking
-            rates += (amplitude * pace**3 * np.sin(pace * t + phase))[:, None] * vertical.values
-        return Prediction(force, jacobian, rates)
-
-    def _differentiate_effective_gravity(self, t: Array) -> Iterator[tuple[str, Array]]:
-        """Yield the derivatives of the acceleration along -e3, one for each free parameter."""
-        if self.parameters.can_vary("gravity"):
-            yield "gravity", np.ones((len(t), 1))
-        if self.parameters.can_vary("shaking"):
-            amplitude, pace, phase = self.point.shaking
-            angle = pace * t + phase
-            sine, cosine = amplitude * pace**2 * np.sin(angle), np.cos(angle)
-            rate_derivative = t * sine - 2.0 * amplitude * pace * cosine
-            yield "shaking", np.stack((-(pace**2) * cosine, rate_derivative, sine), axis=-1)
-
-    @property
-    def _is_on_turning_support(self) -> bool:
-        return self.parameters.can_vary("turning") or self.point.is_support_turning
-
-    @cached_property
-    def _support_angular_velocity(self) -> Prediction:
-        """The angular velocity of the support, in principal-axis components."""
-        rotation = rotation_matrix(self.q)
-        velocity, jacobian = self.point.turning @ rotation, np.empty((len(rotation), 0, 0))
-        if self.tangents.shape[2]:
-            jacobian = cross_matrix(velocity) @ self.attitude_jacobian
-            if self.parameters.can_vary("turning"):
-                jacobian[:, :, self.parameters.get_parameter_slice("turning")] += np.swapaxes(
-                    rotation, 1, 2
-                )
-        rate = (
-            np.cross(velocity, self.state_time_derivatives[:, :3])
-            if self.has_rate
-            else np.empty((len(rotation), 0))
-        )
-        return Prediction(velocity, jacobian, rate)
+        jacobian = -cross_matrix(place) @ change.by + by_rate @ rate.by
+        jacobian += weight[:, None, None] * vertical.by
+        amplitude, pace, phase = self.point.shaking
+        sine, cosine = np.sin(pace * t + phase), np.cos(pace * t + phase)
+        by_angle = amplitude * pace**2 * sine
+        by_pace = t * by_angle - 2.0 * amplitude * pace * cosine
+        weight_jacobians = {
+            "gravity": np.ones((len(t), 1)),
+            "shaking": np.stack((-(pace**2) * cosine, by_pace, by_angle), axis=-1),
+            "time": pace * by_angle[:, None],
+        }
+        for name, gain in weight_jacobians.items():
+            if name in self.places:
+                jacobian[:, :, self.places[name]] += vertical.values[:, :, None] * gain[:, None]
+        return Prediction(force, jacobian)
 
     def _predict_angular_acceleration(self) -> Prediction:
         """Predict the angular acceleration relative to the inertial frame."""
-        relative = self._predict_quantity_of_core("body_acceleration")
-        if not self._is_on_turning_support:
-            return relative
-        (u, u_jacobian, u_rate), (o, o_jacobian, o_rate) = (
-            self._predict_quantity_of_core("body_velocity"),
-            self._support_angular_velocity,
-        )
-        acceleration, jacobian, rate = relative
-        if jacobian.size:
-            jacobian = jacobian + cross_matrix(o) @ u_jacobian - cross_matrix(u) @ o_jacobian
-        if rate.size:
-            rate = rate + np.cross(o, u_rate) + np.cross(o_rate, u)
-        return Prediction(acceleration + np.cross(o, u), jacobian, rate)
+        acceleration, jacobian = self._predict_quantity_of_core("body_acceleration")
+        if not (self.parameters.can_vary("turning") or self.point.is_support_turning):
+            return Prediction(acceleration, jacobian)
+        u, u_jacobian = self._predict_quantity_of_core("body_velocity")
+        rotation = rotation_matrix(self.q)
+        o = self.point.turning @ rotation  # the angular velocity of the support
+        o_jacobian = cross_matrix(o) @ self.attitude_jacobian
+        if "turning" in self.places:
+            o_jacobian[:, :, self.places["turning"]] += np.swapaxes(rotation, 1, 2)
+        jacobian = jacobian + cross_matrix(o) @ u_jacobian - cross_matrix(u) @ o_jacobian
+        return Prediction(acceleration + np.cross(o, u), jacobian)
 
     def _predict_spin_angle(self) -> Prediction:
         """Predict the spin angle if the user's body frame differs from the principal axes."""
-        p, axes, n = self.parameters, self.rotation_from_principal_axes, len(self.states)
-        body = p.to_scene(self.point)
+        p, axes = self.parameters, self.rotation_from_principal_axes
+        scene = p.to_scene(self.point)
         states = self.states.copy()
         states[:, 1:5] = multiply_quaternions(self.q, conjugate_quaternions(self.point.axes)[None])
-        predictor = QuantityPredictor(
-            p, self.point, body._block, states, self.tangents, 0, self.transform, False
-        )
+        angle = values("spin_angle", scene._block, states)[:, None]
+        if not self.places:
+            return Prediction(angle, np.empty((*angle.shape, 0)))
+        predictor = replace(self, block=scene._block, states=states)
         predictor.__dict__["_is_at_pole"] = self._is_at_pole
-        identity = np.zeros((n, 6, 9))
+        identity = np.zeros((len(states), 6, 9))
         identity[:, range(6), range(6)] = 1.0
-        gradient = predictor._differentiate_quantity(
-            "spin_angle", _START | TANGENTS["com"][0], identity
-        )
-        turn_jacobian = gradient[:, :, :3] @ axes
-        com_jacobian = gradient[:, :, 6:] @ rotation_matrix(np.array(body.body.axes)).T @ axes
-        angle = values("spin_angle", body._block, states)[:, None]
-        jacobian, rate = np.empty((n, 0, 0)), np.empty((n, 0))
-        if self.tangents.shape[2]:
-            jacobian = turn_jacobian @ self.attitude_jacobian
-            if p.can_vary("com"):
-                jacobian[:, :, p.get_parameter_slice("com")] += com_jacobian
-            if p.can_vary("lever"):
-                jacobian[:, :, p.get_parameter_slice("lever")] += com_jacobian @ p.lever[:, None]
-            if p.can_vary("axes"):
-                jacobian[:, :, p.get_parameter_slice("axes")] -= (
-                    turn_jacobian + com_jacobian @ cross_matrix(self.point.com)
-                )
-        if self.has_rate:
-            rate = (turn_jacobian @ self.state_time_derivatives[:, :3, None])[:, :, 0]
-        return Prediction(angle, jacobian, rate)
+        by = predictor._differentiate_quantity("spin_angle", _START | TANGENTS["com"][0], identity)
+        by_turn = by[:, :, :3] @ axes
+        by_com = by[:, :, 6:] @ rotation_matrix(np.array(scene.body.axes)).T @ axes
+        jacobian = by_turn @ self.attitude_jacobian
+        for name in ("com", "lever"):
+            if name in self.places:
+                jacobian[:, :, self.places[name]] += by_com @ p.columns[name]
+        if "axes" in self.places:
+            change = by_turn + by_com @ cross_matrix(self.point.com)
+            jacobian[:, :, self.places["axes"]] -= change
+        return Prediction(angle, jacobian)
 
 
 _STEPS = 4  # a trial may take this many times the steps of the guesses
@@ -330,34 +264,16 @@ class ResidualRows:
     begin: int
 
     @property
-    def shape(self) -> tuple[int, int]:
-        return len(self.series.values), self.series.residuals_per_row
-
-    @property
     def measured_mask(self) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
         return self.series.measured[:, : self.series.residuals_per_row]
 
     @property
     def residual_slice(self) -> slice:
-        return slice(self.begin, self.begin + self.shape[0] * self.shape[1])
+        return slice(self.begin, self.begin + self.measured_mask.size)
 
     def select_series_residuals(self, residuals: Array) -> Array:
         """Return the residuals of the series, as an array of shape (n, width)."""
-        return residuals[self.residual_slice].reshape(self.shape)
-
-
-def assign_residual_rows(
-    records: Sequence[Record], sigmas: Sequence[Array]
-) -> tuple[ResidualRows, ...]:
-    """Assign consecutive rows of the residual vector to the series of the records."""
-    all_rows: list[ResidualRows] = []
-    begin = 0
-    for i, record in enumerate(records):
-        for series in record.series:
-            rows = ResidualRows(i, series, sigmas[len(all_rows)], begin)
-            begin = rows.residual_slice.stop
-            all_rows.append(rows)
-    return tuple(all_rows)
+        return residuals[self.residual_slice].reshape(self.measured_mask.shape)
 
 
 class ResidualModel:
@@ -381,8 +297,12 @@ class ResidualModel:
         origin: float = 0.0,
     ) -> None:
         self.parameters, self.records, self.origin = parameters, tuple(records), origin
-        self.rows = assign_residual_rows(records, sigmas)
-        self.size = self.rows[-1].residual_slice.stop
+        series = [(i, one) for i, record in enumerate(records) for one in record.series]
+        rows, self.size = [], 0
+        for (i, one), sigma in zip(series, sigmas, strict=True):
+            rows.append(ResidualRows(i, one, sigma, self.size))
+            self.size = rows[-1].residual_slice.stop
+        self.rows = tuple(rows)
         self.measured = np.concatenate([rows.measured_mask.ravel() for rows in self.rows])
         self.evaluations = 0
         self.end: SegmentEndState | None = None
@@ -391,17 +311,14 @@ class ResidualModel:
         self.span = max(float(np.ptp(times)), float(np.abs(times).max()), 1e-300)
         self._unshifted = self._merge_measurement_times(times)
         self.max_steps = 0
-        self._tangents = self._list_required_tangent_names()
-        self._bits = sum(TANGENTS[name][0] for name in self._tangents)
+        needs = {"start", *(BLOCKS[name].tangent for name in parameters.free)}
+        self._tangents = tuple(name for name in TANGENTS if name in needs)
+        self._places = {n: part for (n, i, _), part in parameters.slices.items() if i < 0}
+        self.add_step_within_bounds = parameters.add_step_within_bounds
+        self.compute_distances_to_lower_bounds = parameters.compute_distances_to_lower_bounds
 
     def estimate_parameter_scales(self, point: FitPoint) -> Array:
         return self.parameters.estimate_parameter_scales(point, self.span)
-
-    def add_step_within_bounds(self, point: FitPoint, step: Array) -> FitPoint:
-        return self.parameters.add_step_within_bounds(point, step)
-
-    def compute_distances_to_lower_bounds(self, point: FitPoint) -> Array:
-        return self.parameters.compute_distances_to_lower_bounds(point)
 
     def evaluate_residuals(self, point: FitPoint, has_jacobian: bool = True) -> ResidualEvaluation:
         """Return the residuals for given parameters, or inf if the motion cannot be computed."""
@@ -413,34 +330,42 @@ class ResidualModel:
             )
 
     def _evaluate_residuals(self, point: FitPoint, has_jacobian: bool) -> ResidualEvaluation:
-        times, time_indices = self._correct_clock_delays(point)
-        scene = self.parameters.build_differentiable_scene(point, self.origin)
+        p, places = self.parameters, self._places if has_jacobian else {}
+        delays = [point.instruments.get(("delay", i, "")) for i in range(len(self.records))]
+        times, time_indices = self._unshifted
+        if any(delay is not None for delay in delays):
+            pairs = zip(self.records, delays, strict=True)
+            parts = [record.t if d is None else record.t - d[0] for record, d in pairs]
+            times, time_indices = self._merge_measurement_times(
+                np.concatenate([*parts, self._end_time])
+            )
+        scene = p.build_differentiable_scene(point, self.origin)
         states, tangents = self._solve_both_time_directions(
             scene, times, self._tangents if has_jacobian else ()
         )
-        transform = (
-            self._differentiate_scene_attributes(point) if has_jacobian else np.empty((0, 0))
-        )
+        transform = np.empty((0, 0))
+        if has_jacobian:
+            transform = p.differentiate_scene(point, self._tangents, self.origin)
         if self._end_time:
             last = int(time_indices[-1][0])
-            end_jacobian = tangents[last] @ transform if has_jacobian else np.empty(0)
-            self.end = SegmentEndState(states[last, 1:5], states[last, 5:], end_jacobian)
-        residuals = np.zeros(self.size)
-        jacobian = np.zeros((self.size if has_jacobian else 0, self.parameters.size))
-        for i, record in enumerate(self.records):
-            solution = states[time_indices[i]], tangents[time_indices[i]], self._bits, transform
-            has_rate = has_jacobian and "delay" in record.free
-            motion = QuantityPredictor(
-                self.parameters, point, scene._block, *solution, has_rate, self.origin
+            self.end = SegmentEndState(
+                states[last, 1:5], states[last, 5:], tangents[last] @ transform
             )
+        bits = sum(TANGENTS[name][0] for name in self._tangents)
+        residuals = np.zeros(self.size)
+        jacobian = np.zeros((self.size if has_jacobian else 0, p.size))
+        for i, record in enumerate(self.records):
+            solution = states[time_indices[i]], tangents[time_indices[i]], bits, transform
+            columns = places
+            if has_jacobian and "delay" in record.free:
+                columns = places | {"time": slice(p.size, p.size + 1)}
+            motion = QuantityPredictor(p, point, scene._block, *solution, columns, self.origin)
             for rows in self.rows:
                 if rows.record == i:
-                    single_series = _SeriesResiduals(rows, motion, record.point)
-                    residuals[rows.residual_slice] = single_series.residuals.ravel()
+                    found, change = _compute_series_residuals(rows, motion, record.point)
+                    residuals[rows.residual_slice] = found.ravel()
                     if has_jacobian:
-                        jacobian[rows.residual_slice] = (
-                            single_series.differentiate_residuals().reshape(-1, jacobian.shape[1])
-                        )
+                        jacobian[rows.residual_slice] = change.reshape(-1, p.size)
         return ResidualEvaluation(residuals, jacobian)
 
     def _merge_measurement_times(self, times: Array) -> tuple[Array, list[Indices]]:
@@ -449,93 +374,27 @@ class ResidualModel:
         ends = np.cumsum([len(record.t) for record in self.records])
         return distinct, np.split(inverse, ends if self._end_time else ends[:-1])
 
-    def _correct_clock_delays(self, point: FitPoint) -> tuple[Array, list[Indices]]:
-        """Return the measurement times of all records, corrected for instrument delays."""
-        delays = [point.instruments.get(("delay", i, "")) for i in range(len(self.records))]
-        if all(delay is None for delay in delays):
-            return self._unshifted
-        parts = [
-            r.t if d is None else r.t - d[0] for r, d in zip(self.records, delays, strict=True)
-        ]
-        return self._merge_measurement_times(np.concatenate([*parts, self._end_time]))
-
-    def _list_required_tangent_names(self) -> tuple[str, ...]:
-        needs = {"start", *self.parameters.free}
-        needs |= {"com"} if "lever" in needs else set()
-        return tuple(name for name in TANGENTS if name in needs)
-
     def _solve_both_time_directions(
         self, scene: Scene, t: Array, tangents: tuple[str, ...]
     ) -> tuple[Array, Array]:
         """Return the states and tangents at increasing times, which may be negative."""
         self.evaluations += 1
-        split = int(np.searchsorted(t, 0.0))
-        parts: list[Path] = []
-        for times in (t[:split][::-1], t[split:]):
-            if len(times) or not len(t):
-                parts.append(self._solve_one_time_direction(scene, times, tangents))
-        if not self.max_steps or not tangents:
-            steps = max(path.stats.steps for path in parts)
-            self.max_steps = max(self.max_steps, _FEWEST_STEPS + _STEPS * steps)
-        orders = [slice(None, None, -1)] * (split > 0) + [slice(None)]
-        columns = [
-            [getattr(path, name)[order] for path, order in zip(parts, orders, strict=False)]
-            for name in ("states", *(["tangents"] if tangents else []))
-        ]
-        states, *tangent_columns = [
-            part[0] if len(part) == 1 else np.concatenate(part) for part in columns
-        ]
-        return states, tangent_columns[0] if tangent_columns else np.empty((len(states), 6, 0))
-
-    def _solve_one_time_direction(self, scene: Scene, t: Array, tangents: tuple[str, ...]) -> Path:
-        """Compute the path forwards or backwards in time from the initial state."""
+        most = self.max_steps or STEPS_MOST
         if not tangents:
             most = min(_STEPS_OF_GUESS * self.max_steps, STEPS_MOST) or STEPS_MOST
-            return solve(scene, t, "taylor", max_steps=most)
-        names, most = cast(TangentSpec, tangents), self.max_steps or STEPS_MOST
-        return solve(scene, t, "taylor", max_steps=most, tangents=names)
-
-    def _differentiate_scene_attributes(self, point: FitPoint) -> Array:
-        """Return the Jacobian matrix of the scene's attributes with respect to the parameters."""
-        p, places, begin = self.parameters, {}, 0
-        for name in self._tangents:
-            places[name] = slice(begin, begin + TANGENTS[name][1])
-            begin = places[name].stop
-        transform = np.zeros((begin, p.size))
-        rotation = rotation_matrix(point.attitude)
-        for name in p.free:
-            part = p.get_parameter_slice(name)
-            if name == "attitude":
-                transform[:3, part] = np.eye(3)
-                transform[3:6, part] = -rotation @ cross_matrix(point.momentum)
-                if point.is_support_turning:
-                    support = cross_matrix(point.turning @ rotation)
-                    transform[3:6, part] += (rotation * point.moments) @ support
-            elif name == "velocity":
-                transform[3:6, part] = rotation * point.moments
-            elif name == "moments":
-                transform[3:6, part] = (
-                    rotation * point.inertial_velocity
-                ) @ p.compute_moments_jacobian()
-                transform[places[name], part] = p.compute_moments_jacobian()
-            elif name == "lever":
-                transform[places["com"], part] = p.lever[:, None]
-            elif name == "damping":
-                transform[places[name], part] = p.damping
-            elif name == "rotor":
-                transform[3:6, part] = rotation
-                transform[places[name], part] = np.eye(3)
-            elif name != "axes":
-                transform[places[name], part] = np.eye(part.stop - part.start)
-        if p.can_vary("turning"):
-            transform[3:6, p.get_parameter_slice("turning")] = (
-                rotation * point.moments
-            ) @ rotation.T
-        if p.can_vary("shaking"):  # the phase at the origin depends on the rate
-            transform[places["shaking"].stop - 1, p.get_parameter_slice("shaking").start + 1] = (
-                self.origin
-            )
-        return transform
+        words: dict[str, Any] = {"tangents": tangents} if tangents else {}
+        split, parts = int(np.searchsorted(t, 0.0)), []
+        for times, order in ((t[:split][::-1], -1), (t[split:], 1)):
+            if len(times) or not len(t):
+                path = solve(scene, times, "taylor", max_steps=most, **words)
+                parts.append((path, order))
+        if not self.max_steps or not tangents:
+            steps = max(path.stats.steps for path, _ in parts)
+            self.max_steps = max(self.max_steps, _FEWEST_STEPS + _STEPS * steps)
+        states = np.concatenate([path.states[::order] for path, order in parts])
+        if not tangents:
+            return states, np.empty((len(states), 6, 0))
+        return states, np.concatenate([path.tangents[::order] for path, order in parts])
 
 
 class SubspaceModel:
@@ -556,127 +415,62 @@ class SubspaceModel:
         return ResidualEvaluation(residuals, jacobian @ self._allowed)
 
 
-class _SeriesResiduals:
-    """The residuals of one measured series for given parameters, and their derivatives."""
-
-    def __init__(self, rows: ResidualRows, motion: QuantityPredictor, place: Array | None) -> None:
-        self.rows, self.motion = rows, motion
-        self.parameters, self.point = motion.parameters, motion.point
-        mounting = self._get_instrument_parameter("mounting")
-        # the rotation from the frame of description to the instrument
-        self.view = None if mounting is None else rotation_matrix(mounting).T
-        self.weight = np.where(rows.measured_mask, 1.0 / rows.sigma, 0.0)
-        self.residuals = self.weight * (
-            self._compute_attitude_residuals()
-            if rows.series.is_attitude
-            else self._compute_value_residuals(place)
-        )
-
-    def _get_instrument_parameter(self, name: str) -> Array | None:
-        """Return a fitted property of the measuring instrument, or None if it is not fitted."""
-        label = "" if name in ("mounting", "delay") else self.rows.series.name
-        return self.point.instruments.get((name, self.rows.record, label))
-
-    def _get_instrument_parameter_columns(self, name: str) -> slice | None:
-        """Return the Jacobian columns of an instrument property, or None if it is not fitted."""
-        label = "" if name in ("mounting", "delay") else self.rows.series.name
-        return self.parameters.slices.get((name, self.rows.record, label))
-
-    def _compute_attitude_residuals(self) -> Array:
-        mounting = self._get_instrument_parameter("mounting")
-        turn = self.point.axes
-        if mounting is not None:
-            turn = multiply_quaternions(conjugate_quaternions(mounting), turn)
-        attitudes = multiply_quaternions(self.rows.series.values, turn[None])
-        inverse = conjugate_quaternions(self.motion.q)
-        self.turned = compute_rotation_vectors(multiply_quaternions(inverse, attitudes))
-        return -self.turned
-
-    def _compute_value_residuals(self, place: Array | None) -> Array:
-        series = self.rows.series
-        prediction = self.motion.predict_quantity(series.quantity, place)
-        if self.view is not None and series.quantity in SEEN_FROM_BODY:
-            prediction = self._transform_prediction_to_instrument(prediction)
-        self.whole = prediction.values
-        self.found = (
-            prediction
-            if series.part is None
-            else _select_predicted_component(prediction, series.part)
-        )
-        values, scale, bias = (
-            self.found.values,
-            self._get_instrument_parameter("scale"),
-            self._get_instrument_parameter("bias"),
-        )
-        values = values if scale is None else values * scale
-        change = values - series.values if bias is None else values + bias - series.values
-        return wrap_angle(change) if series.is_angle else change
-
-    def _transform_prediction_to_instrument(self, prediction: Prediction) -> Prediction:
-        assert self.view is not None
-        jacobian = self.view @ prediction.by if prediction.by.size else prediction.by
-        rate = prediction.rate @ self.view.T if prediction.rate.size else prediction.rate
-        return Prediction(prediction.values @ self.view.T, jacobian, rate)
-
-    def differentiate_residuals(self) -> Array:
-        """Return the derivatives of the residuals with respect to the parameters."""
-        if self.rows.series.is_attitude:
-            jacobian = self._differentiate_attitude_residuals()
-        else:
-            jacobian = self._differentiate_value_residuals()
-        jacobian *= self.weight[:, :, None]
-        return jacobian
-
-    def _differentiate_attitude_residuals(self) -> Array:
-        p = self.parameters
-        left, right = inverse_left_jacobian(self.turned), inverse_left_jacobian(-self.turned)
-        jacobian: Array = left @ self.motion.attitude_jacobian
-        if p.can_vary("axes"):
-            jacobian[:, :, p.get_parameter_slice("axes")] -= right
-        mounting, delay = (
-            self._get_instrument_parameter_columns("mounting"),
-            self._get_instrument_parameter_columns("delay"),
-        )
-        if mounting is not None and self.view is not None:
-            jacobian[:, :, mounting] += (
-                right @ (self.view @ self.motion.rotation_from_principal_axes).T
-            )
-        if delay is not None:
-            jacobian[:, :, delay] -= left @ self.motion.state_time_derivatives[:, :3, None]
-        return jacobian
-
-    def _differentiate_value_residuals(self) -> Array:
-        prediction, part, jacobian = self.found, self.rows.series.part, self.found.by
-        mounting, delay = (
-            self._get_instrument_parameter_columns("mounting"),
-            self._get_instrument_parameter_columns("delay"),
-        )
-        if mounting is not None and self.rows.series.quantity in SEEN_FROM_BODY:
-            skew_matrices = cross_matrix(self.whole)
-            jacobian[:, :, mounting] += (
-                skew_matrices if part is None else skew_matrices[:, part : part + 1]
-            )
-        if delay is not None:
-            jacobian[:, :, delay] -= prediction.rate[:, :, None]
-        scale, scales, bias = (
-            self._get_instrument_parameter("scale"),
-            self._get_instrument_parameter_columns("scale"),
-            self._get_instrument_parameter_columns("bias"),
-        )
-        width = range(prediction.values.shape[1])
-        if scale is not None and scales is not None:
-            jacobian *= scale[None, :, None]
-            jacobian[:, width, range(scales.start, scales.stop)] += prediction.values
-        if bias is not None:
-            jacobian[:, width, range(bias.start, bias.stop)] += 1.0
-        return jacobian
-
-
-def _select_predicted_component(prediction: Prediction, part: int) -> Prediction:
-    columns = slice(part, part + 1)
-    return Prediction(
-        prediction.values[:, columns], prediction.by[:, columns], prediction.rate[:, columns]
-    )
+def _compute_series_residuals(
+    rows: ResidualRows, motion: QuantityPredictor, place: Array | None
+) -> tuple[Array, Array]:
+    """Return the residuals (n, k) of a measured series, and their derivatives (n, k, size)."""
+    series, p, point, i = rows.series, motion.parameters, motion.point, rows.record
+    keys = {name: (name, i, "") for name in ("mounting", "delay")}
+    keys |= {name: (name, i, series.name) for name in ("scale", "bias")}
+    instrument = {n: point.instruments[key] for n, key in keys.items() if key in p.slices}
+    columns = {n: p.slices[keys[n]] for n in instrument} if motion.places else {}
+    weight = np.where(rows.measured_mask, 1.0 / rows.sigma, 0.0)
+    # the rotation from the frame of description to the instrument
+    view = rotation_matrix(instrument["mounting"]).T if "mounting" in instrument else None
+    if series.is_attitude:
+        turn = point.axes
+        if view is not None:
+            turn = multiply_quaternions(conjugate_quaternions(instrument["mounting"]), turn)
+        attitudes = multiply_quaternions(series.values, turn[None])
+        inverse = conjugate_quaternions(motion.q)
+        turned = compute_rotation_vectors(multiply_quaternions(inverse, attitudes))
+        change = -turned
+        if not motion.places:
+            return weight * change, np.empty((*change.shape, 0))
+        left, right = inverse_left_jacobian(turned), inverse_left_jacobian(-turned)
+        jacobian: Array = left @ motion.attitude_jacobian
+        if "axes" in motion.places:
+            jacobian[:, :, motion.places["axes"]] -= right
+        if view is not None:
+            axes = motion.rotation_from_principal_axes
+            jacobian[:, :, columns["mounting"]] += right @ (view @ axes).T
+    else:
+        found, jacobian = motion.predict_quantity(series.quantity, place)
+        if view is not None and series.quantity in SEEN_FROM_BODY:
+            found, jacobian = found @ view.T, view @ jacobian
+            if "mounting" in columns:
+                jacobian[:, :, columns["mounting"]] += cross_matrix(found)
+        if series.part is not None:
+            part = slice(series.part, series.part + 1)
+            found, jacobian = found[:, part], jacobian[:, part]
+        shown, width = found, range(found.shape[1])
+        if "scale" in instrument:
+            shown = found * instrument["scale"]
+            jacobian = jacobian * instrument["scale"][None, :, None]
+        if "bias" in instrument:
+            shown = shown + instrument["bias"]
+        change = shown - series.values
+        if series.is_angle:
+            change = wrap_angle(change)
+        for name, gain in ("scale", found), ("bias", 1.0):
+            if name in columns:
+                part = columns[name]
+                jacobian[:, width, range(part.start, part.stop)] += gain
+    if "delay" in columns:
+        jacobian[:, :, columns["delay"]] -= jacobian[:, :, motion.places["time"]]
+    if motion.places:
+        jacobian = weight[:, :, None] * jacobian[:, :, : p.size]
+    return weight * change, jacobian
 
 
 def find_time_of_large_residuals(rows: ResidualRows, trial: ResidualEvaluation, t: Array) -> float:

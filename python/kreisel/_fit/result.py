@@ -37,7 +37,6 @@ from .uncertainty import (
     FitCovariance,
     classify_fit_directions,
     compute_residual_statistics,
-    describe_half_turn,
     describe_undetermined_directions,
     measure_cost_nonlinearity,
 )
@@ -554,7 +553,10 @@ def build_fit_from_search(session: SearchSession) -> Fit:
             *describe_undetermined_directions(
                 p, best.point, spectrum.natural, spectrum.blind, names
             ),
-            *map(describe_half_turn, session.half_turns),
+            *(
+                f"a half turn of the body, with its com and its start, about principal axis {k + 1}"
+                for k in session.half_turns
+            ),
         ),
         _describe_other_motions(session, best.point),
         session.measure_relative_misfit(),
@@ -635,7 +637,7 @@ def _describe_reached_bounds(p: FreeParameters, point: FitPoint, natural: Array)
     """Return one sentence for each density, damping or friction parameter that is zero."""
     sentences = []
     distances = p.compute_distances_to_lower_bounds(point)
-    for name, columns in (("moments", p.moments), ("damping", p.damping)):
+    for name, columns in (("moments", p.columns["moments"]), ("damping", p.columns["damping"])):
         if not p.can_vary(name):
             continue
         part = p.get_parameter_slice(name)

@@ -89,7 +89,10 @@ def _rescale_moment_for_same_momentum(
 ) -> list[FitPoint]:
     """Return a list with one point whose moment about `axis` is rescaled, or an empty list."""
     k = int(np.abs(axis).argmax())
-    is_principal = abs(axis[k]) == 1.0 and float(p.moments[:, p.moments[k].argmax()].sum()) == 1.0
+    is_principal = (
+        abs(axis[k]) == 1.0
+        and float(p.columns["moments"][:, p.columns["moments"][k].argmax()].sum()) == 1.0
+    )
     if not (p.can_vary("moments") and is_principal and 0.0 < factor < np.inf):
         return []
     moments = alias.moments.copy()

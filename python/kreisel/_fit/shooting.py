@@ -19,7 +19,6 @@ from .parameters import (
     FreeParameters,
     compute_rotation_vectors,
     conjugate_quaternions,
-    cross_matrix,
     inverse_left_jacobian,
     multiply_quaternions,
     rotation_matrix,
@@ -197,24 +196,16 @@ class ShootingModel:
         turn = compute_rotation_vectors(
             multiply_quaternions(conjugate_quaternions(end.q), following.attitude)
         )
-        rotation, moments = rotation_matrix(end.q), point.moments
-        momentum, rate = rotation.T @ end.m, point.relative_angular_velocity(end.q, end.m)
+        rate = point.relative_angular_velocity(end.q, end.m)
         scale = float(np.linalg.norm(rate)) or 1.0
         gap = np.concatenate((turn, (following.rate - rate) / scale)) / self.gap
-        p = self.models[k].parameters
-        rate_jacobian = np.concatenate((cross_matrix(momentum), rotation.T), axis=1) @ end.by
-        rate_jacobian /= moments[:, None]
-        support = point.turning @ rotation
-        rate_jacobian -= cross_matrix(support) @ end.by[:3]
-        if p.can_vary("moments"):
-            ratio = (rate + support) / moments
-            rate_jacobian[:, p.get_parameter_slice("moments")] -= (
-                ratio[:, None] * p.compute_moments_jacobian()
-            )
-        if p.can_vary("rotor"):
-            rate_jacobian[:, p.get_parameter_slice("rotor")] -= np.diag(1.0 / moments)
-        if p.can_vary("turning"):
-            rate_jacobian[:, p.get_parameter_slice("turning")] -= rotation.T
+        rotation, p = rotation_matrix(end.q), self.models[k].parameters
+        by = replace(point, attitude=end.q, rate=rate).differentiate_momentum()
+        change = end.by[3:] - by["attitude"] @ end.by[:3]  # of the momentum, at a fixed attitude
+        for name in ("moments", "rotor", "turning"):
+            if p.can_vary(name):
+                change[:, p.get_parameter_slice(name)] -= by[name] @ p.columns[name]
+        rate_jacobian = rotation.T @ change / point.moments[:, None]
         jacobian = np.zeros((6, self.width))
         jacobian[:3, self.columns[k]] = -inverse_left_jacobian(turn) @ end.by[:3]
         jacobian[3:, self.columns[k]] = -rate_jacobian / scale
