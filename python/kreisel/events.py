@@ -32,9 +32,9 @@ backwards in time.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TypedDict, Unpack
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -42,8 +42,6 @@ from numpy.typing import ArrayLike
 from ._core import components, quantities, terms_value
 from ._model.parameters import refuse_disturbances
 from ._model.scene import Ensemble, Scene
-from ._options.methods import FALLBACK
-from ._results.path import Events, Path
 from ._utils.arguments import (
     Array,
     as_float,
@@ -57,7 +55,6 @@ from .quaternion import turn
 
 __all__ = [
     "Event",
-    "Events",
     "components",
     "crossing",
     "cusp",
@@ -78,6 +75,10 @@ def __dir__() -> list[str]:
 
 Function = Mapping[str, float] | str
 Terms = tuple[tuple[float, int, int], ...]
+
+
+CoreEvent = tuple[list[tuple[float, int, int]], list[tuple[float, int, int]], bool, int, int, bool]
+_NAMES = {component: name for name, component in components.items()}
 
 
 class _Count(TypedDict, total=False):
@@ -118,10 +119,40 @@ class Event:
     max_count: int | None = None
     terminal: bool = False
 
-    def value(self, path: Path) -> Array:
-        """Return the values of the event function at all states of a path."""
-        validate_type("path", path, Path)
+    def value(self, path: Any) -> Array:
+        """Return the values of the event function at all states of a kreisel.Path."""
+        if not isinstance(getattr(path, "scene", None), Scene):
+            raise TypeError(f"path must be a kreisel.Path, not {short_repr(path)}")
         return terms_value(path.scene._block, path.states, list(self.terms))
+
+    @property
+    def _core_arguments(self) -> CoreEvent:
+        terms, where = list(self.terms), list(self.where)
+        return terms, where, self.extremum, self.direction, self.max_count or 0, self.terminal
+
+    def _to_json(self) -> dict[str, Any]:
+        """Return the event as JSON data.
+
+        Components are stored by name, because their indices may differ between builds of the core.
+        """
+        by_name = {
+            name: [(float(factor), _NAMES[one], _NAMES[other]) for factor, one, other in terms]
+            for name, terms in (("terms", self.terms), ("where", self.where))
+        }
+        return asdict(self) | by_name
+
+    @classmethod
+    def _from_json(cls, row: Mapping[str, Any]) -> Event:
+        """Return the event stored as JSON data.
+
+        Raises KeyError, TypeError or ValueError if the data are invalid.
+        """
+        terms, where = (
+            tuple((as_float("a factor", f), components[a], components[b]) for f, a, b in row[name])
+            for name in ("terms", "where")
+        )
+        rest = (row[name] for name in ("extremum", "direction", "max_count", "terminal"))
+        return _event(terms, where, *rest)
 
 
 def crossing(
@@ -229,11 +260,14 @@ def refuse_kinetic(tops: Scene | Ensemble, events: Iterable[Event]) -> None:
     A kinetic-energy event is valid only if it takes the rotor of the body into account and the
     support does not turn.
     """
+    is_turning, has_rotor = np.any(tops.turning), np.any(tops.body.rotor)
+    if not (is_turning or has_rotor):
+        return
     half = {term for term in _validate_terms("function", dict.fromkeys(_KINETIC, 0.5)) if term[0]}
     kinetics = [e for e in events if half == {term for term in e.terms if term[1] and term[2]}]
-    if kinetics and np.any(tops.turning):
+    if kinetics and is_turning:
         raise ValueError("kinetic does not support turning supports")
-    if np.any(tops.body.rotor) and any(
+    if has_rotor and any(
         not any(first and not second for _, first, second in event.terms) for event in kinetics
     ):
         raise ValueError(
@@ -388,90 +422,3 @@ def _event(
 MAKERS: dict[str, Callable[..., Event]] = {  # by their names in commands and files
     name: globals()[name] for name in __all__ if name.islower() and callable(globals()[name])
 }
-
-
-def validate_events(method: str, events: object) -> tuple[Event, ...]:
-    """Return the requested events as a tuple.
-
-    Raises ValueError if the method cannot find events, and TypeError for an object that is not an
-    event.
-    """
-    if method != FALLBACK:
-        raise ValueError(
-            f"events need the polynomials of method={FALLBACK!r}; {method!r} computes none"
-        )
-    event_list = [events] if isinstance(events, Event) else events
-    if not isinstance(event_list, Sequence) or not all(
-        isinstance(event, Event) for event in event_list
-    ):
-        raise TypeError(
-            "events must be an event of kreisel.events, such as kr.events.loop(), or a list of "
-            f"them, not {short_repr(events)}"
-        )
-    return tuple(event_list)
-
-
-CoreEvents = list[
-    tuple[list[tuple[float, int, int]], list[tuple[float, int, int]], bool, int, int, bool]
-]
-
-
-def to_core_events(events: Iterable[Event]) -> CoreEvents:
-    """Convert the events to tuples for the C library."""
-    return [
-        (list(e.terms), list(e.where), e.extremum, e.direction, e.max_count or 0, e.terminal)
-        for e in events
-    ]
-
-
-_NAMES = {component: name for name, component in components.items()}
-
-
-class EventRecord(TypedDict):
-    """An event as stored in a checkpoint.
-
-    The components of the state are stored by name, because their indices may differ between builds
-    of the C library.
-    """
-
-    terms: list[tuple[float, str, str]]
-    where: list[tuple[float, str, str]]
-    extremum: bool
-    direction: int
-    max_count: int | None
-    terminal: bool
-
-
-def to_record(event: Event) -> EventRecord:
-    """Convert an event to a record that can be stored in a checkpoint."""
-    return {
-        "terms": _terms_by_name(event.terms),
-        "where": _terms_by_name(event.where),
-        "extremum": event.extremum,
-        "direction": event.direction,
-        "max_count": event.max_count,
-        "terminal": event.terminal,
-    }
-
-
-def _terms_by_name(terms: Terms) -> list[tuple[float, str, str]]:
-    return [(float(factor), _NAMES[first], _NAMES[second]) for factor, first, second in terms]
-
-
-def from_record(row: EventRecord) -> Event:
-    """Convert a record from a checkpoint to an event.
-
-    Raises KeyError, TypeError or ValueError if the record is invalid.
-    """
-    return _event(
-        _terms_by_index(row["terms"]),
-        _terms_by_index(row["where"]),
-        row["extremum"],
-        row["direction"],
-        row["max_count"],
-        row["terminal"],
-    )
-
-
-def _terms_by_index(terms: Iterable[tuple[float, str, str]]) -> Terms:
-    return tuple((as_float("a factor", f), components[a], components[b]) for f, a, b in terms)

@@ -13,7 +13,7 @@ import numpy as np
 from .._model.scene import Scene
 from .._options.methods import Method, Methods, resolve_method
 from .._options.methods import methods as known
-from .._options.options import validate_progress_callback, validate_solve_options
+from .._options.options import make_options, validate_progress_callback
 from .._options.times import check_resolvable_horizon, time_array
 from .._results.path import Error, Path
 from .._results.quantities import Stats
@@ -199,7 +199,7 @@ def compare(
     )
     runs = _list_runs_to_compare(scene, t, methods, step_sizes, tolerances)
     for run in runs:
-        validate_solve_options(scene, run.method, run.step, run.tol)
+        make_options(run.method, step=run.step, tol=run.tol).for_tops(scene)
     _validate_times_and_truth(scene, t, truth)
     rounds = as_int("repeats", repeats, 1)
     report_progress = validate_progress_callback(progress)

@@ -165,7 +165,7 @@ def _iterate_path_pieces(
     elif every is None:
         times = np.array([0.0, t.end] if run._fresh else [t.end])
     elif outputs.needs_whole_path:  # refuse times that would not fit in memory
-        number = validate_recording_interval(run._options.method, every)
+        number = validate_recording_interval(run._options.integrator, every)
         whole = time_array(t.end, run.step, number, size)
         times, every = whole if run._fresh else whole[np.abs(whole) > abs(run.t)], None
     else:

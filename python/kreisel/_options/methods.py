@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Final, NamedTuple, cast
 
 import numpy as np
@@ -38,7 +38,17 @@ class Method:
                closed form
     algebraic  True if only + - * / and square roots are used, so that results are equal to the last
                bit for all compilers and machines
+    exact      True if the method evaluates the closed-form solution, without steps or a tolerance.
+               Closed-form solutions exist only for integrable tops
     digits     True if the method can compute more digits than a double has
+    tangents   True if the method can compute derivatives of the state
+    splitting  True if the steps consist of kicks and drifts. The drift (free motion) is computed
+               exactly if two principal moments are equal
+
+    symplectic, reversible and implicit are properties of the map of a step. skips_heading is True
+    if the heading of the top (its rotation about the vertical) can be omitted. damped, rotors,
+    turning, shaking and friction are True if the method also applies to damped tops, bodies with
+    rotors, supports that turn about other axes than e3 or are shaken, and tops with dry friction.
     """
 
     name: MethodName
@@ -47,82 +57,21 @@ class Method:
     conserves: str
     reference: str
     flags: int
-
-    @property
-    def symplectic(self) -> bool:
-        return bool(self.flags & FLAGS["symplectic"])
-
-    @property
-    def reversible(self) -> bool:
-        return bool(self.flags & FLAGS["reversible"])
-
-    @property
-    def adaptive(self) -> bool:
-        return bool(self.flags & FLAGS["adaptive"])
-
-    @property
-    def implicit(self) -> bool:
-        return bool(self.flags & FLAGS["implicit"])
-
-    @property
-    def algebraic(self) -> bool:
-        return bool(self.flags & FLAGS["algebraic"])
-
-    @property
-    def digits(self) -> bool:
-        """True if the method can compute in more than double precision."""
-        return bool(self.flags & FLAGS["digits"])
-
-    @property
-    def splitting(self) -> bool:
-        """True if the method is a splitting method, whose steps consist of kicks and drifts.
-
-        The drift (free motion) is computed exactly if two principal moments are equal.
-        """
-        return bool(self.flags & FLAGS["splitting"])
-
-    @property
-    def skips_heading(self) -> bool:
-        """True if the heading of the top (its rotation about the vertical) can be omitted."""
-        return bool(self.flags & FLAGS["skips_heading"])
-
-    @property
-    def exact(self) -> bool:
-        """True if the method evaluates the closed-form solution, without steps or a tolerance.
-
-        Closed-form solutions exist only for integrable tops.
-        """
-        return bool(self.flags & FLAGS["integrable"])
-
-    @property
-    def damped(self) -> bool:
-        """True if the method also applies to damped tops."""
-        return bool(self.flags & FLAGS["damped"])
-
-    @property
-    def rotors(self) -> bool:
-        """True if the method also applies to bodies with rotors."""
-        return bool(self.flags & FLAGS["rotors"])
-
-    @property
-    def turning(self) -> bool:
-        """True if the method also applies to supports that turn about axes other than e3."""
-        return bool(self.flags & FLAGS["turning"])
-
-    @property
-    def shaking(self) -> bool:
-        """True if the method also applies to shaken supports."""
-        return bool(self.flags & FLAGS["shaking"])
-
-    @property
-    def friction(self) -> bool:
-        """True if the method also applies to tops with dry friction."""
-        return bool(self.flags & FLAGS["friction"])
-
-    @property
-    def tangents(self) -> bool:
-        """True if the method can compute derivatives of the state."""
-        return bool(self.flags & FLAGS["tangents"])
+    symplectic: bool = field(repr=False)
+    reversible: bool = field(repr=False)
+    adaptive: bool = field(repr=False)
+    implicit: bool = field(repr=False)
+    algebraic: bool = field(repr=False)
+    digits: bool = field(repr=False)
+    splitting: bool = field(repr=False)
+    skips_heading: bool = field(repr=False)
+    exact: bool = field(repr=False)
+    damped: bool = field(repr=False)
+    rotors: bool = field(repr=False)
+    turning: bool = field(repr=False)
+    shaking: bool = field(repr=False)
+    friction: bool = field(repr=False)
+    tangents: bool = field(repr=False)
 
     @property
     def tops(self) -> str:
@@ -189,7 +138,19 @@ def unknown_method_message(name: str) -> str:
     return unknown_name("method", str(name), ["auto", *methods])
 
 
-methods = Methods({row["name"]: Method(**row) for row in core_methods})
+_FLAGS = [field.name for field in fields(Method) if field.type == "bool"]
+methods = Methods(
+    {
+        row["name"]: Method(
+            **row,
+            **{
+                name: bool(row["flags"] & FLAGS["integrable" if name == "exact" else name])
+                for name in _FLAGS
+            },
+        )
+        for row in core_methods
+    }
+)
 
 
 TORUS_KINDS = {"kowalewski": "Kowalewski", "goryachev_chaplygin": "Goryachev-Chaplygin"}

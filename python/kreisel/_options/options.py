@@ -1,25 +1,24 @@
-"""Validated options of `kr.solve`, for one top and for ensembles."""
+"""The validated options of `kr.solve`, for one top and for many."""
 
 from __future__ import annotations
 
 import math
 import os
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, TypedDict
 
 import numpy as np
 
+from .._core import plain_times, unsuited
 from .._core import reductions as KINDS
 from .._core import tangents as TANGENTS
-from .._core import unsuited
 from .._model.scene import Ensemble, Scene
 from .._utils.arguments import (
     Array,
-    as_finite_array,
     as_int,
     as_positive,
     short_repr,
@@ -28,6 +27,7 @@ from .._utils.arguments import (
 )
 from .._utils.processes import Progress
 from .._utils.quantity_attributes import QuantityName
+from ..events import CoreEvent, Event
 from .methods import (
     EXACT,
     FALLBACK,
@@ -39,31 +39,108 @@ from .methods import (
     resolve_method,
 )
 from .quantities import HEADING_DEPENDENT, QUANTITIES, RECORDABLE, count_quantity_components
-from .times import (
-    CHUNK_SIZE,
-    COUNTABLE,
-    check_times_are_monotonic,
-    compute_recording_times,
-    get_total_memory,
-    too_many_steps_message,
+from .times import CHUNK_SIZE, COUNTABLE, get_total_memory, time_array
+
+AUTO = "auto"
+GEOMETRIC = "geometric"  # the value of `method` for which trial runs choose the method
+EventSpec = Event | Sequence[Event]
+Kind = Literal["min", "max", "mean", "variance", "last", "where_min", "where_max"]
+ReductionSpec = Mapping[str, Kind | Iterable[Kind]]  # maps quantities to kinds of reduction
+TangentName = Literal[
+    "start",
+    "moments",
+    "com",
+    "gravity",
+    "mass",
+    "damping",
+    "rotor",
+    "turning",
+    "shaking",
+    "friction",
+]
+TangentSpec = TangentName | Iterable[TangentName]
+TORUS_TANGENTS = ("start", "gravity", "mass")  # changes that keep the closed form on a torus
+# The arguments of the core: name or None for 'auto', step, tol, digits, max_steps, leave_heading.
+CoreArguments = tuple[Any, float, float, int, int, bool]
+Index = tuple[int, ...]
+Shape = tuple[int, ...]
+_MAX_THREADS = 1024
+# The entries of a run's JSON data that are arguments of kreisel.solve.
+ARGUMENTS = (
+    "step",
+    "tol",
+    "digits",
+    "every",
+    "max_steps",
+    "error",
+    "want",
+    "events",
+    "reduce",
+    "tangents",
 )
 
-# The arguments of the core: name, step, tol, digits, max_steps and leave_heading.
-CoreArguments = tuple[str, float, float, int, int, bool]
+
+class MethodKeywords(TypedDict, total=False):
+    """Keyword arguments that control the integration method."""
+
+    step: float | None
+    tol: float | None
+    digits: int | None
+    every: int | None
+
+
+class StreamKeywords(MethodKeywords, total=False):
+    """Keyword arguments of kreisel.stream for a single scene."""
+
+    max_steps: int
+    want: Iterable[QuantityName] | None
+    events: EventSpec | None
+    progress: Progress | None
+
+
+class SolveKeywords(StreamKeywords, total=False):
+    """Keyword arguments of kreisel.solve for a single scene."""
+
+    error: float | None
+    tangents: TangentSpec | None
+
+
+class EnsembleKeywords(SolveKeywords, total=False):
+    """Keyword arguments of kreisel.solve for an ensemble."""
+
+    threads: int | None
+    executor: Executor | None
+    out: Array | None
+
+
+class Reduction(NamedTuple):
+    """A statistic of one component of a quantity over all output times.
+
+    `component` is the index of the component, and `kind` is the index of the statistic. `name` is
+    the name of the quantity or component, as given by the user.
+    """
+
+    quantity: str
+    component: int
+    kind: int
+    name: str
 
 
 @dataclass(frozen=True)
-class SolveOptions:
-    """The validated arguments of kreisel.solve, except the scene and the times.
+class Options:
+    """What kreisel.solve is asked for, except the tops and the times.
 
-    An argument is None if the method has no such parameter, or if its default is used. If `error`
-    is given, the cheapest suitable method is found by a search and replaces `method`. `events`
-    contains kreisel.events.Event objects. `tangents` contains the names of the parameters with
-    respect to which the state is differentiated. `keeps_heading` prevents the method from skipping
-    the heading, on which the motion depends if the support turns.
+    `make_options` validates the arguments of a call, and `for_tops` what depends on the tops.
+
+    method            the name of the method; 'auto' if each top uses exact if it applies, and
+                      taylor otherwise; 'geometric' if a search chooses the method
+    requested_method  the name that the user gave
+    want              the quantities to record; for reductions those that they need
+    keeps_heading     True: the method must compute the heading, on which the motion depends if the
+                      support turns
     """
 
-    method: Method
+    method: str = AUTO
     step: float | None = None
     tol: float | None = None
     digits: int | None = None
@@ -72,14 +149,40 @@ class SolveOptions:
     requested_method: str = ""
     every: int | None = None
     error: float | None = None
-    events: tuple[Any, ...] | None = None
+    events: tuple[Event, ...] | None = None
+    reductions: tuple[Reduction, ...] = ()
     tangents: tuple[str, ...] = ()
     keeps_heading: bool = False
+
+    @property
+    def integrator(self) -> Method:
+        """The method; for 'auto' that of tops without a closed form."""
+        return methods[FALLBACK if self.method == AUTO else self.method]
+
+    @property
+    def is_auto(self) -> bool:
+        """True if each top uses the closed form if it has one."""
+        return self.method == AUTO
+
+    @property
+    def has_step_search(self) -> bool:
+        """True if a search chooses the method and the step for each top."""
+        return self.error is not None
 
     @property
     def requests_events(self) -> bool:
         """True if events are to be found along the path."""
         return self.events is not None
+
+    @property
+    def uses_one_run_per_top(self) -> bool:
+        """True if the tops of an ensemble cannot share the lanes of a vector."""
+        return self.requests_events or bool(self.tangents) or self.has_extended_precision
+
+    @property
+    def has_extended_precision(self) -> bool:
+        """True if the states are recorded with more digits than double precision."""
+        return (self.digits or 0) > 16
 
     @property
     def tangent_bit_mask(self) -> int:
@@ -91,18 +194,37 @@ class SolveOptions:
         """The number of columns in the matrix of tangents."""
         return sum(TANGENTS[name][1] for name in self.tangents)
 
+    @property
+    def reduce(self) -> dict[str, list[str]]:
+        """The kinds of reduction of each quantity."""
+        kinds: dict[str, list[str]] = {}
+        for one in self.reductions:
+            kinds.setdefault(one.name, [])
+            if KINDS[one.kind] not in kinds[one.name]:
+                kinds[one.name].append(KINDS[one.kind])
+        return kinds
+
     @cached_property
     def core_arguments(self) -> CoreArguments:
         """The method and its parameters, as passed to the C library."""
         level = self.want is not None and HEADING_DEPENDENT.isdisjoint(self.want)
-        precise = self.has_extended_precision or self.requests_events
-        can_leave = self.method.skips_heading and not self.keeps_heading
-        leave_heading = level and can_leave and not precise
+        is_fixed = self.has_extended_precision or self.requests_events or self.keeps_heading
+        leave_heading = level and not is_fixed and self.integrator.skips_heading
         accuracy = self.step or 0.0, self.tol or 0.0, self.digits or 0
-        return self.method.name, *accuracy, self.max_steps, leave_heading
+        return None if self.is_auto else self.method, *accuracy, self.max_steps, leave_heading
 
     @cached_property
-    def copy_with_default_run_settings(self) -> SolveOptions:
+    def core_reductions(self) -> list[tuple[str, int, int]]:
+        """The requested statistics, as passed to the C library."""
+        return [one[:3] for one in self.reductions]
+
+    @cached_property
+    def core_events(self) -> list[CoreEvent]:
+        """The requested events, as passed to the C library."""
+        return [event._core_arguments for event in self.events or ()]
+
+    @cached_property
+    def copy_with_default_run_settings(self) -> Options:
         """A copy of the options without the settings that are specific to a single run."""
         events = () if self.requests_events else None
         options = replace(self, max_steps=0, every=None, want=None, events=events, tangents=())
@@ -111,26 +233,7 @@ class SolveOptions:
     @property
     def can_skip_heading_angle(self) -> bool:
         """True if the heading is not computed, because no requested quantity depends on it."""
-        return self.core_arguments[-1]
-
-    def copy_options_with_heading(self) -> SolveOptions:
-        """Return a copy of the options with which the heading of the top is always computed.
-
-        This also holds for copies of the copy that record other quantities.
-        """
-        return self if self.keeps_heading else replace(self, keeps_heading=True)
-
-    def copy_for_scene(self, scene: Scene) -> SolveOptions:
-        """Return a copy of the options with which the method computes all that the motion needs."""
-        return self.copy_options_with_heading() if any(scene.turning) else self
-
-    def check_heading_is_computed(self, action: str) -> None:
-        """Raise ValueError if the heading, which `action` needs, is not computed."""
-        if self.can_skip_heading_angle:
-            raise ValueError(
-                "the heading of this run is not computed, because no quantity in want depends on "
-                f"it: {action} needs it, so add 'q' to want"
-            )
+        return bool(self.core_arguments[-1])
 
     @cached_property
     def max_time_with_exact_step_count(self) -> float:
@@ -142,109 +245,200 @@ class SolveOptions:
         """The largest number of states that are held in memory at a time."""
         return sys.maxsize if self.want is None else CHUNK_SIZE
 
-    @property
+    @cached_property
     def bytes_per_state(self) -> int:
-        """The number of bytes stored for each state, excluding the array of requested times."""
-        return 64 if self.want is None else 8 * sum(map(count_quantity_components, self.want))
-
-    @property
-    def has_extended_precision(self) -> bool:
-        """True if the states are recorded with more digits than double precision."""
-        return (self.digits or 0) > 16
+        """The number of bytes stored for each state."""
+        if self.reductions:
+            return 0
+        numbers = 8 if self.want is None else sum(map(count_quantity_components, self.want))
+        numbers += 6 * self.tangent_column_count
+        return 8 * numbers * (2 if self.has_extended_precision else 1)
 
     def get_signed_step(self, is_back: bool) -> float | None:
         """Return the step size, which is negative if `is_back` is True."""
         return -self.step if is_back and self.step is not None else self.step
 
+    def check_heading_is_computed(self, action: str) -> None:
+        """Raise ValueError if the heading, which `action` needs, is not computed."""
+        if self.can_skip_heading_angle:
+            raise ValueError(
+                "the heading of this run is not computed, because no quantity in want depends on "
+                f"it: {action} needs it, so add 'q' to want"
+            )
 
-def validate_solve_options(
-    scene: object,
-    method: object,
+    def with_method(self, name: str) -> Options:
+        """Return the options with a method in place of 'auto'. exact ignores step and tol."""
+        if name == EXACT and (self.step is not None or self.tol is not None):
+            return replace(self, method=name, step=None, tol=None)
+        return self if name == self.method else replace(self, method=name)
+
+    def with_heading(self, tops: Scene) -> Options:
+        """Return options that compute the heading if the support of the scene turns."""
+        if self.keeps_heading or not any(tops.turning):
+            return self
+        return replace(self, keeps_heading=True)
+
+    def for_member(self, scene: Scene) -> Options:
+        """Return the options for one of many tops, to which the method applies or has failed."""
+        name = resolve_method(AUTO, scene).name if self.is_auto else self.method
+        return self.with_method(name).with_heading(scene)
+
+    def for_tops(self, tops: Scene | Ensemble, t: object = None) -> Options:
+        """Return the options with which the motion of one or of many tops is computed.
+
+        For a scene, 'auto' becomes the name of a method, which for Kowalewski and
+        Goryachev-Chaplygin tops depends on the times `t`. Raises ValueError if the method does not
+        apply to a top, or if tangents are not defined.
+        """
+        if self.error is not None:
+            return self
+        options = self
+        if not isinstance(tops, Scene):
+            if self.method not in (AUTO, FALLBACK):  # taylor suits every top
+                _check_method_suits_ensemble(self.integrator, tops)
+                options = self.with_method(self.method)
+        elif self.method == AUTO:
+            name = resolve_method(AUTO, tops).name
+            is_open = t is not None and self.step is self.tol is None
+            if is_open and has_torus_closed_form(tops) and prefers_closed_form(tops, t):
+                name = EXACT
+            options = self.with_method(name).with_heading(tops)
+        else:
+            if self.method != FALLBACK:
+                options = self.with_method(resolve_method(self.method, tops).name)
+            options = options.with_heading(tops)
+        if self.tangents:
+            _check_tangents_exist(options, tops)
+        return options
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the options as JSON data, for checkpoints, saved paths and plans of sweeps."""
+        return {
+            "method": self.method,
+            "asked": self.requested_method,
+            "keeps_heading": self.keeps_heading,
+            **{name: getattr(self, name) for name in ARGUMENTS},
+            "want": None if self.reductions or self.want is None else list(self.want),
+            "events": None if self.events is None else [one._to_json() for one in self.events],
+            "reduce": list(map(list, self.reduce.items())) or None,
+            "tangents": list(self.tangents) or None,
+        }
+
+    @classmethod
+    def from_json(cls, words: Mapping[str, Any]) -> Options:
+        """Return the options stored as JSON data.
+
+        Saved paths and runs have further entries, and lack those that do not concern them. Raises
+        KeyError, TypeError or ValueError if an entry is invalid.
+        """
+        given = {name: words.get(name) for name in ARGUMENTS}
+        given |= {name: words[name] for name in ("step", "tol", "digits")}
+        given["max_steps"] = words.get("max_steps", 0)
+        if given["events"] is not None:
+            given["events"] = [Event._from_json(row) for row in given["events"]]
+        if given["reduce"] is not None:
+            given["reduce"] = dict(given["reduce"])
+        asked = words["asked"]
+        if not isinstance(asked, str):
+            raise TypeError(f"the requested method must be a name, not {short_repr(asked)}")
+        options = make_options(words["method"], **given)
+        keeps_heading = bool(words.get("keeps_heading", False))
+        return replace(options, requested_method=asked, keeps_heading=keeps_heading)
+
+
+def make_options(
+    method: object = AUTO,
+    *,
     step: object = None,
     tol: object = None,
     digits: object = None,
+    every: object = None,
     max_steps: object = 0,
+    error: object = None,
     want: object = None,
-    every: object = None,
-    requested_method: object = None,
-    t: object = None,
-) -> SolveOptions:
-    """Return the validated options for solving `scene`.
+    events: object = None,
+    reduce: object = None,
+    tangents: object = None,
+) -> Options:
+    """Return the options of a call of kreisel.solve, whose arguments are validated here.
 
-    `requested_method` is the name of the method given by the user. `t` contains the requested
-    times, or is None if they are unknown. Raises TypeError or ValueError for an invalid argument.
+    What depends on the tops is validated by `Options.for_tops`. If digits, events or tangents are
+    given, 'auto' is taylor. Raises TypeError or ValueError for an invalid argument.
     """
-    top = scene if type(scene) is Scene else validate_type("scene", scene, Scene)
-    resolved_method = resolve_method(
-        FALLBACK if method == "auto" and digits is not None else method, top
-    )
-    is_open = (
-        resolved_method.name == FALLBACK and method == "auto" and step is tol is digits is None
-    )
-    if is_open and t is not None and has_torus_closed_form(top) and prefers_closed_form(top, t):
-        resolved_method = methods[EXACT]
-    name = method if requested_method is None else requested_method
-    options = make_solve_options(resolved_method, step, tol, digits, max_steps, name, want, every)
-    return options.copy_for_scene(top)
-
-
-def validate_options_for_method(
-    method: Method,
-    step: object,
-    tol: object,
-    digits: object,
-    max_steps: object,
-    requested_method: object,
-    want: object,
-    every: object = None,
-) -> SolveOptions:
-    """Return the validated options for a method, without any checks that depend on the scene.
-
-    Raises TypeError or ValueError for an invalid argument.
-    """
-    return SolveOptions(
-        method,
-        validate_step(method, step),
-        validate_tol(method, tol),
-        validate_digits(method, digits, tol),
-        as_int("max_steps", max_steps, 0),
-        validate_requested_quantities(want),
-        str(requested_method),
-        validate_recording_interval(method, every),
-    )
-
-
-_find_options = lru_cache(maxsize=256, typed=True)(validate_options_for_method)
-
-
-def make_solve_options(
-    method: Method,
-    step: object,
-    tol: object,
-    digits: object,
-    max_steps: object,
-    requested_method: object,
-    want: object,
-    every: object = None,
-) -> SolveOptions:
-    """Return the validated options for a method, from a cache if possible."""
-    if want is None or type(want) is tuple:
+    want = tuple(want) if type(want) is list else want
+    events = tuple(events) if type(events) is list else events
+    arguments = method, step, tol, digits, every, max_steps, error, want, events, reduce, tangents
+    if {type(want), type(events), type(tangents)} <= _HASHABLE:
         try:
-            return _find_options(
-                method, step, tol, digits, max_steps, requested_method, want, every
-            )
-        except TypeError:  # an argument is not hashable, or invalid
+            return _make_cached_options(*arguments)
+        except TypeError:  # another argument is not hashable, or invalid
             pass
-    return validate_options_for_method(
-        method, step, tol, digits, max_steps, requested_method, want, every
+    return _make_options(*arguments)
+
+
+def _make_options(
+    method: object,
+    step: object,
+    tol: object,
+    digits: object,
+    every: object,
+    max_steps: object,
+    error: object,
+    want: object,
+    events: object,
+    reduce: object,
+    tangents: object,
+) -> Options:
+    others = {"step": step, "tol": tol, "digits": digits, "every": every, "events": events}
+    others |= {"reduce": reduce, "tangents": tangents}
+    if isinstance(method, str) and method == GEOMETRIC:
+        target = _validate_error_tolerance(error, others)
+        names = validate_requested_quantities(want)
+        limit = as_int("max_steps", max_steps, 0)
+        return Options(GEOMETRIC, None, None, None, limit, names, GEOMETRIC, error=target)
+    if error is not None:
+        raise ValueError(
+            f"error is for method='geometric', which chooses its step; {method!r} takes step or tol"
+        )
+    if reduce is not None and (want is not None or events is not None):
+        reason = "give either want, for the path of each top, or reduce, not both"
+        raise ValueError(reason if events is None else "events need paths: leave out reduce")
+    parameters = () if tangents is None else validate_tangent_names(tangents)
+    for name, value in {"want": want, "events": events, "reduce": reduce}.items():
+        if parameters and value is not None:
+            raise ValueError(f"tangents are computed for all states of a path: leave out {name}")
+    is_auto = isinstance(method, str) and method == AUTO
+    needs_series = digits is not None or events is not None or bool(parameters)
+    one = get_method(FALLBACK if is_auto else method)
+    reductions = _validate_reductions(reduce)
+    quantities = validate_requested_quantities(want)
+    if reductions:
+        quantities = validate_requested_quantities([each.quantity for each in reductions])
+    options = Options(
+        AUTO if is_auto and not needs_series else one.name,
+        _validate_step(one, step),
+        validate_tol(one, tol),
+        _validate_digits(one, digits, tol),
+        as_int("max_steps", max_steps, 0),
+        quantities,
+        str(method),
+        validate_recording_interval(one, every),
+        None,
+        None if events is None else _validate_events(one.name, events),
+        reductions,
+        parameters,
     )
+    if reductions and options.has_extended_precision:
+        raise ValueError("reduce accepts at most 16 digits: its results are doubles")
+    return options
+
+
+_HASHABLE = {type(None), str, tuple, Event}
+_make_cached_options = lru_cache(maxsize=256, typed=True)(_make_options)
 
 
 def validate_requested_quantities(want: object) -> tuple[QuantityName, ...] | None:
-    """Return the names of the quantities to record, without duplicates.
-
-    Raises TypeError or ValueError for invalid names.
-    """
+    """Return the names of the quantities to record, without duplicates and without t."""
     if want is None:
         return None
     if isinstance(want, str) or not isinstance(want, Iterable):
@@ -263,24 +457,14 @@ def validate_requested_quantities(want: object) -> tuple[QuantityName, ...] | No
     return quantities
 
 
-def validate_step(method: Method, step: object) -> float | None:
-    """Return the step size, or None if the method takes no steps or chooses its first step.
-
-    Raises ValueError if `step` is None but the method has a fixed step.
-    """
-    if step is not None:
-        h = as_positive("step", step)
-        return None if method.exact else h
-    if not method.adaptive:
+def _validate_step(method: Method, step: object) -> float | None:
+    if step is None and not method.adaptive:
         raise ValueError(f"the method {method.name!r} has a fixed step: give step, as in step=0.01")
-    return None
+    return None if step is None else as_positive("step", step)
 
 
 def validate_tol(method: Method, tol: object) -> float | None:
-    """Validate the tolerance, and return it as a float, or None to use the default tolerance.
-
-    Raises ValueError if the method has no tolerance, or if `tol` is not between 0 and 1.
-    """
+    """Return the tolerance as a float, or None for the default one."""
     if tol is None:
         return None
     if not (method.adaptive or method.implicit):
@@ -290,14 +474,11 @@ def validate_tol(method: Method, tol: object) -> float | None:
         raise ValueError(
             f"tol must be below 1, since it is the relative error of a step; not {tol!r}"
         )
-    return None if method.exact else accuracy
+    return accuracy
 
 
-def validate_digits(method: Method, digits: object, tol: object) -> int | None:
-    """Return the number of digits, rounded up to 16, 20 or 30.
-
-    Raises ValueError if the method has a fixed precision, or if both `digits` and `tol` are given.
-    """
+def _validate_digits(method: Method, digits: object, tol: object) -> int | None:
+    """Return the number of digits, rounded up to 16, 20 or 30."""
     if digits is None:
         return None
     if not method.digits:
@@ -313,10 +494,7 @@ def validate_digits(method: Method, digits: object, tol: object) -> int | None:
 
 
 def validate_recording_interval(method: Method, every: object) -> int | None:
-    """Return the number of steps between two recorded states.
-
-    Raises ValueError for an adaptive method.
-    """
+    """Return the number of steps between two recorded states."""
     if every is None:
         return None
     if method.adaptive:
@@ -327,98 +505,134 @@ def validate_recording_interval(method: Method, every: object) -> int | None:
     return as_int("every", every, 1)
 
 
-def validate_progress_callback(progress: Progress | None) -> Progress | None:
-    """Return `progress`; raise TypeError if it is neither callable nor None."""
-    if progress is not None and not callable(progress):
-        raise TypeError(
-            f"progress must be a function that takes the time reached, not {short_repr(progress)}"
+def _validate_error_tolerance(error: object, others: Mapping[str, object]) -> float:
+    if error is None:
+        raise ValueError(
+            "method='geometric' chooses its step: give the allowed error [rad], as in error=1e-6"
         )
-    return progress
+    names = [name for name, value in others.items() if value is not None]
+    if names:
+        raise ValueError(f"method='geometric' chooses its steps: leave {' and '.join(names)} out")
+    target = as_positive("error", error)
+    if target > 0.1:
+        raise ValueError(
+            f"error must be at most 0.1 rad, not {target!r}: larger errors cannot be measured"
+        )
+    return target
 
 
-Kind = Literal["min", "max", "mean", "variance", "last", "where_min", "where_max"]
-ReductionSpec = Mapping[str, Kind | Iterable[Kind]]  # maps quantities to kinds of reduction
-CoreEvents = list[
-    tuple[list[tuple[float, int, int]], list[tuple[float, int, int]], bool, int, int, bool]
-]
-Index = tuple[int, ...]
-Shape = tuple[int, ...]
-_TIMES_FORM = "a number, a list of times, or an array of times of each top"
-_MAX_ROWS = 1 << 20  # largest number of times that are validated in one batch
-_MAX_THREADS = 1024
+def _validate_events(method: str, events: object) -> tuple[Event, ...]:
+    if method != FALLBACK:
+        raise ValueError(
+            f"events need the polynomials of method={FALLBACK!r}; {method!r} computes none"
+        )
+    several = [events] if isinstance(events, Event) else events
+    if not isinstance(several, Sequence) or not all(isinstance(one, Event) for one in several):
+        raise TypeError(
+            "events must be an event of kreisel.events, such as kr.events.loop(), or a list of "
+            f"them, not {short_repr(events)}"
+        )
+    return tuple(several)
 
 
-class Reduction(NamedTuple):
-    """A statistic of one component of a quantity over all output times.
-
-    `component` is the index of the component, and `kind` is the index of the statistic. `name` is
-    the name of the quantity or component, as given by the user.
-    """
-
-    quantity: str
-    component: int
-    kind: int
-    name: str
+_COMPONENTS = {
+    component: (quantity.name, i)
+    for quantity in QUANTITIES.values()
+    for i, component in enumerate(quantity.components)
+}
 
 
-@dataclass(frozen=True)
-class EnsembleOptions:
-    """The validated options for solving an ensemble.
+def _validate_reductions(reduce: object) -> tuple[Reduction, ...]:
+    """Validate a mapping of quantities to statistics, such as {"nutation": ("min", "max")}."""
+    if reduce is None:
+        return ()
+    if not isinstance(reduce, Mapping):
+        raise TypeError(
+            "reductions must name quantities, each with its kinds, as in "
+            f"{{'nutation': ('min', 'max')}}, not {short_repr(reduce)}"
+        )
+    if not reduce:
+        raise ValueError("the reductions name no quantity")
+    known = [*QUANTITIES, *_COMPONENTS]
+    reductions: list[Reduction] = []
+    for name, value in reduce.items():
+        if not isinstance(name, str) or name not in known:
+            raise ValueError(unknown_name_message("quantity in reductions:", str(name), known))
+        given = [value] if isinstance(value, str) else value
+        if not isinstance(given, Iterable):
+            raise TypeError(
+                f"reductions[{name!r}] must be one or several of {KINDS}, not {short_repr(value)}"
+            )
+        kinds = list(dict.fromkeys(given))
+        if not kinds:
+            words = ", ".join(KINDS)
+            raise ValueError(f"reductions[{name!r}] is empty: give one or several of {words}")
+        for kind in kinds:
+            if kind not in KINDS:
+                where = f"kind in reductions[{name!r}]:"
+                raise ValueError(unknown_name_message(where, str(kind), KINDS))
+            # The name of a quantity denotes all of its components.
+            components = [_COMPONENTS[name]] if name in _COMPONENTS else []
+            if name in QUANTITIES:
+                components = [(name, i) for i in range(QUANTITIES[name].doubles)]
+            reductions += [Reduction(*each, KINDS.index(kind), name) for each in components]
+    return tuple(reductions)
 
-    solve        options of all tops; if `is_auto` is True, the method in `solve` is used only for
-                 tops without a closed form
-    is_auto      True if tops with a closed form use the closed form
-    reductions   the reductions that replace the states of each top in the result
-    core_events  the events to search for, as arguments of the core
-    """
 
-    solve: SolveOptions
-    is_auto: bool = False
-    reductions: tuple[Reduction, ...] = ()
-    core_events: CoreEvents | None = None
+def validate_tangent_names(tangents: object) -> tuple[str, ...]:
+    """Return the names of the requested tangents without duplicates, in a fixed order."""
+    items = [tangents] if isinstance(tangents, str) else tangents
+    if not isinstance(items, Iterable):
+        raise TypeError(
+            f"tangents must be names, as in tangents='start' or ('start', 'gravity'), not "
+            f"{short_repr(tangents)}"
+        )
+    names = list(items)
+    for name in names:
+        if not isinstance(name, str) or name not in TANGENTS:
+            raise ValueError(unknown_name_message("name in tangents:", str(name), TANGENTS))
+    if not names:
+        raise ValueError("tangents is empty: leave it out for a path without tangents")
+    return tuple(name for name in TANGENTS if name in names)
 
-    @property
-    def has_step_search(self) -> bool:
-        """True if the method and step are chosen separately for each top."""
-        return self.solve.error is not None
 
-    @property
-    def uses_one_run_per_top(self) -> bool:
-        """True if the motion of each top must be computed in a separate run."""
-        is_one_by_one = self.core_events is not None or bool(self.solve.tangents)
-        return is_one_by_one or self.solve.has_extended_precision
+def check_torus_tangent_names(names: Iterable[str]) -> None:
+    """Raise ValueError for a parameter for which a closed form on a torus has no tangents."""
+    for name in names:
+        if name not in TORUS_TANGENTS:
+            reason = "damped tops have" if name == "damping" else "most changes of it have"
+            raise ValueError(
+                f"a closed form on a torus has no tangents with respect to {name!r}, because "
+                f"{reason} none: use {', '.join(map(repr, TORUS_TANGENTS))}, or "
+                f"kr.solve(scene, t, tangents={name!r})"
+            )
 
-    @cached_property
-    def core_arguments(self) -> tuple[str | None, float, float, int, int, bool]:
-        """The method and its parameters, as passed to the C library."""
-        name, step, tol, digits, most, leave_heading = self.solve.core_arguments
-        return None if self.is_auto else name, step, tol, digits, most, leave_heading
 
-    @cached_property
-    def core_reductions(self) -> list[tuple[str, int, int]]:
-        """The requested statistics, as passed to the C library."""
-        return [one[:3] for one in self.reductions]
-
-    @cached_property
-    def bytes_per_state(self) -> int:
-        """The number of bytes stored for each state."""
-        if self.reductions:
-            return 0
-        numbers = self.solve.bytes_per_state + 8 * 6 * self.solve.tangent_column_count
-        return numbers * (2 if self.solve.has_extended_precision else 1)
-
-    def make_options_for_top(self, scene: Scene) -> SolveOptions:
-        """Return the options for computing the motion of a single top."""
-        one, name = self.solve, self.solve.requested_method
-        if self.is_auto:
-            controls = one.step, one.tol, one.digits, one.max_steps, name, one.want
-            one = make_solve_options(resolve_method(name, scene), *controls)
-        return one.copy_for_scene(scene)
-
-    def copy_with_step_limit(self, max_steps: int) -> EnsembleOptions:
-        """Return a copy of the options with at most `max_steps` steps per top."""
-        steps = min(self.solve.max_steps or max_steps, max_steps)
-        return replace(self, solve=replace(self.solve, max_steps=steps))
+def _check_tangents_exist(options: Options, tops: Scene | Ensemble) -> None:
+    """Raise ValueError if the method computes no tangents, or if friction rules them out."""
+    method, names = options.integrator, options.tangents
+    if method.exact and isinstance(tops, Scene) and has_torus_closed_form(tops):
+        check_torus_tangent_names(names)
+    elif method.exact or not method.tangents:
+        reason = (
+            ", because most changes of the moments or of com lead to bodies without closed form"
+        )
+        raise ValueError(
+            f"the method {method.name!r} computes no tangents{reason if method.exact else ''}: "
+            "use method='taylor' or 'auto'"
+        )
+    has_friction = np.asarray(tops.friction) > 0.0
+    if "friction" in names and not has_friction.all():
+        raise ValueError(
+            "there are no tangents with respect to a friction of 0, because it cannot decrease: "
+            "leave out 'friction'"
+        )
+    has_no_com = ~np.any(np.asarray(tops.body.com), axis=-1)
+    if "com" in names and np.any(has_friction & has_no_com):
+        raise ValueError(
+            "there are no tangents with respect to com for tops with friction and com = 0, because "
+            "com gives the axis of friction: leave out 'com'"
+        )
 
 
 def format_index(index: Index) -> str:
@@ -436,140 +650,31 @@ def get_member_by_flat_index(tops: Ensemble, i: int) -> Scene:
     return tops._select_member(unravel_index(i, tops.shape))
 
 
-def resolve_method_for_ensemble(name: object, tops: Ensemble) -> Method:
-    """Return the method named `name` if it applies to all members of an ensemble.
-
-    Raises ValueError if the method does not apply to a member; the message states its index.
-    """
-    method = get_method(name)
-    if method.name == FALLBACK:  # suits every top
-        return method
+def _check_method_suits_ensemble(method: Method, tops: Ensemble) -> None:
+    """Raise ValueError if the method does not apply to a member; the message states its index."""
     first, count = unsuited(tops._core_scenes, method.name)
     if count:
         member = f"top{format_index(unravel_index(first, tops.shape))}"
         more = f", the first of {count} such members" if count > 1 else ""
         try:
-            resolve_method(name, get_member_by_flat_index(tops, first))
+            resolve_method(method.name, get_member_by_flat_index(tops, first))
         except ValueError as error:
             raise ValueError(f"{member}{more}: {error}") from None
-    return method
 
 
-def validate_ensemble_options(
-    tops: Ensemble,
-    method: object,
-    step: object = None,
-    tol: object = None,
-    digits: object = None,
-    max_steps: object = 0,
-    want: object = None,
-    reduce: object = None,
-    every: object = None,
-    requests_events: bool = False,
-) -> EnsembleOptions:
-    """Return the validated options for solving an ensemble.
+def validate_times(tops: Scene | Ensemble, t: object, options: Options) -> Array:
+    """Return the requested times (k,), or (tops, k) if each top of an ensemble has its own.
 
-    Raises TypeError or ValueError for an invalid argument.
+    Raises ValueError if they are not monotonic, or if reaching them takes 2**53 steps or more.
     """
-    is_auto = isinstance(method, str) and method == "auto"
-    resolved_method = resolve_method_for_ensemble(FALLBACK if is_auto else method, tops)
-    reductions = validate_reductions(reduce)
-    if reductions and want is not None:
-        raise ValueError("give either want, for the path of each top, or reduce, not both")
-    names = tuple(dict.fromkeys([one.quantity for one in reductions])) if reductions else want
-    solve = make_solve_options(resolved_method, step, tol, digits, max_steps, method, names, every)
-    if reductions and solve.has_extended_precision:
-        raise ValueError("reduce accepts at most 16 digits: its results are doubles")
-    if requests_events:
-        solve = replace(solve, events=())
-    return EnsembleOptions(solve, is_auto and digits is None and not requests_events, reductions)
+    times = plain_times(t) if options.every is None else None
+    if times is not None and (options.step is None or isinstance(tops, Scene)):
+        return times
+    shape = None if isinstance(tops, Scene) else tops.shape
+    return time_array(t, options.step, options.every, options.bytes_per_state, shape=shape)
 
 
-_COMPONENTS = {
-    component: (quantity.name, i)
-    for quantity in QUANTITIES.values()
-    for i, component in enumerate(quantity.components)
-}
-
-
-@lru_cache
-def find_components_by_name(name: str) -> list[tuple[str, int]]:
-    """Return all components with the given name, as pairs (quantity, index).
-
-    The name of a quantity denotes all of its components.
-    """
-    if name in QUANTITIES:
-        return [(name, i) for i in range(QUANTITIES[name].doubles)]
-    return [_COMPONENTS[name]]
-
-
-def validate_reductions(reduce: object) -> tuple[Reduction, ...]:
-    """Validate a mapping of quantities to statistics, such as {"nutation": ("min", "max")}."""
-    if reduce is None:
-        return ()
-    if not isinstance(reduce, Mapping):
-        raise TypeError(
-            "reductions must name quantities, each with its kinds, as in "
-            f"{{'nutation': ('min', 'max')}}, not {short_repr(reduce)}"
-        )
-    if not reduce:
-        raise ValueError("the reductions name no quantity")
-    reductions: list[Reduction] = []
-    for name, kinds in reduce.items():
-        if not isinstance(name, str) or (name not in QUANTITIES and name not in _COMPONENTS):
-            raise ValueError(
-                unknown_name_message(
-                    "quantity in reductions:", str(name), [*QUANTITIES, *_COMPONENTS]
-                )
-            )
-        for kind in _validate_reduction_kinds(name, kinds):
-            for quantity, component in find_components_by_name(name):
-                reductions.append(Reduction(quantity, component, KINDS.index(kind), name))
-    return tuple(reductions)
-
-
-def _validate_reduction_kinds(name: str, value: object) -> list[str]:
-    """Return the statistics requested for a quantity, without duplicates."""
-    kinds = [value] if isinstance(value, str) else value
-    if not isinstance(kinds, Iterable):
-        raise TypeError(
-            f"reductions[{name!r}] must be one or several of {KINDS}, not {short_repr(value)}"
-        )
-    unique_kinds = list(dict.fromkeys(kinds))
-    for kind in unique_kinds:
-        if kind not in KINDS:
-            raise ValueError(
-                unknown_name_message(f"kind in reductions[{name!r}]:", str(kind), KINDS)
-            )
-    if not unique_kinds:
-        raise ValueError(
-            f"reductions[{name!r}] is empty: give one or several of {', '.join(KINDS)}"
-        )
-    return unique_kinds
-
-
-def validate_ensemble_times(tops: Ensemble, t: object, options: EnsembleOptions) -> Array:
-    """Return the requested times, with one row per top if the tops have different times.
-
-    Raises ValueError if the times are not monotonic, or if reaching them takes 2**53 steps or more.
-    """
-    step, every = options.solve.step, options.solve.every
-    times = as_finite_array("t", t, _TIMES_FORM)
-    if times.ndim > 1:
-        times = _validate_times_per_top(tops, times)
-        if every is not None:
-            raise ValueError("every needs t as a number; an array lists its own times")
-    elif times.ndim == 1:
-        check_times_are_monotonic(times, every)
-    else:
-        times = compute_recording_times(float(times), step, every, options.bytes_per_state)
-    end = float(np.abs(times).max(initial=0.0))
-    if step is not None and not end / step < COUNTABLE:
-        raise ValueError(too_many_steps_message(end, step))
-    return times
-
-
-def check_result_memory(tops: Ensemble, times: Array, options: EnsembleOptions) -> None:
+def check_result_memory(tops: Ensemble, times: Array, options: Options) -> None:
     """Raise MemoryError if the states of all tops would not fit into memory."""
     byte_count = tops.size * times.shape[-1] * options.bytes_per_state
     if byte_count > get_total_memory():
@@ -579,56 +684,13 @@ def check_result_memory(tops: Ensemble, times: Array, options: EnsembleOptions) 
         )
 
 
-def _validate_times_per_top(tops: Ensemble, times: Array) -> Array:
-    """Broadcast an array of times to the shape of the ensemble, and return one row per top.
-
-    Raises ValueError if `times` cannot be broadcast, or if the times of a top are not monotonic.
-    """
-    shape = (*tops.shape, times.shape[-1])
-    try:
-        all_times = np.broadcast_to(times, shape)
-    except ValueError:
-        raise ValueError(
-            f"t must be a number, a list of times for all tops, or an array of shape "
-            f"{(*tops.shape, 'k')} with k times of each, not an array of shape {times.shape}"
-        ) from None
-    rows = np.ascontiguousarray(all_times).reshape(tops.size, times.shape[-1])
-    most = max(1, _MAX_ROWS // max(1, times.shape[-1]))
-    for first in range(0, tops.size, most):
-        _check_times_per_top_monotonic(rows[first : first + most], first, tops.shape)
-    return rows
-
-
-def _check_times_per_top_monotonic(rows: Array, first: int, shape: Shape) -> None:
-    """Raise ValueError if the times of a top are not monotonic.
-
-    `first` is the ensemble index of the top in the first row.
-    """
-    distances = np.where(rows[:, -1:] < 0.0, -rows, rows)
-    is_backward = np.diff(distances, axis=1, prepend=0.0) < 0.0
-    if not is_backward.any():
-        return
-    i, k = (int(indices[0]) for indices in np.nonzero(is_backward))
-    index = unravel_index(first + i, shape)
-    origin = (
-        f"t{format_index((*index, k - 1))} = {float(rows[i, k - 1])!r}" if k else "the start at 0"
-    )
-    raise ValueError(
-        "the times of a top must move away from 0 in one direction; "
-        f"t{format_index((*index, k))} = {float(rows[i, k])!r} goes back from {origin}"
-    )
-
-
 def validate_output_array(
-    tops: Ensemble, out: object, times: Array, options: EnsembleOptions
+    tops: Ensemble, out: object, times: Array, options: Options
 ) -> Array | None:
-    """Validate the output array `out`, and reshape it to one row per top.
-
-    Raises TypeError or ValueError if `out` is not a suitable array.
-    """
+    """Return the output array `out` with one row per top."""
     if out is None:
         return None
-    if options.reductions or options.solve.want is not None:
+    if options.reductions or options.want is not None:
         raise ValueError("out receives states: leave out want and reduce")
     shape = (*tops.shape, times.shape[-1], 8)
     if not isinstance(out, np.ndarray):
@@ -642,12 +704,17 @@ def validate_output_array(
     return out.reshape(tops.size, times.shape[-1], 8)
 
 
-def validate_thread_count(threads: object, executor: object) -> int:
-    """Return the number of threads, which defaults to the number of available processors.
+def validate_progress_callback(progress: Progress | None) -> Progress | None:
+    """Return `progress`; raise TypeError if it is neither callable nor None."""
+    if progress is not None and not callable(progress):
+        raise TypeError(
+            f"progress must be a function that takes the time reached, not {short_repr(progress)}"
+        )
+    return progress
 
-    Raises TypeError or ValueError if an argument is invalid, or if both `threads` and `executor`
-    are given.
-    """
+
+def validate_thread_count(threads: object, executor: object = None) -> int:
+    """Return the number of threads, which defaults to the number of available processors."""
     if executor is not None:
         if threads is not None:
             raise ValueError("give either threads or an executor, not both")
@@ -659,3 +726,8 @@ def validate_thread_count(threads: object, executor: object) -> int:
     if threads is not None:
         return min(as_int("threads", threads, 1), _MAX_THREADS)
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def validate_tops(name: str, tops: object) -> Scene | Ensemble:
+    """Return `tops`; raise TypeError unless they are a scene or an ensemble."""
+    return tops if isinstance(tops, Ensemble) else validate_type(name, tops, Scene)

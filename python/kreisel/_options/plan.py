@@ -20,11 +20,10 @@ from .methods import (
     explain_taylor_choice,
     has_torus_closed_form,
 )
-from .options import CoreArguments, SolveOptions
+from .options import CoreArguments, Options
 from .quantities import HEADING_DEPENDENT, count_quantity_components
 from .times import CHUNK_SIZE
 
-GEOMETRIC: str = "geometric"  # value of `method` for which trial runs choose the method
 Reasons = tuple[tuple[str, str], ...]
 
 
@@ -130,7 +129,7 @@ class Plan:
 
 def make_solve_plan(
     scene: Scene,
-    options: SolveOptions,
+    options: Options,
     states: int | None = None,
     choice: StepChoice | None = None,
     times: Array | None = None,
@@ -139,17 +138,17 @@ def make_solve_plan(
 
     `times` are the requested times, which can affect the method chosen by 'auto'.
     """
-    is_series = options.method.name == FALLBACK
+    is_series = options.method == FALLBACK
     kernel, order = (
         _find_instruction_set_and_series_order(options.core_arguments)
         if is_series
-        else ("", options.method.order)
+        else ("", options.integrator.order)
     )
     columns = ("t", "q", "m") if options.want is None else ("t", *options.want)
     if options.want is None and options.has_extended_precision:
         columns += "q_low", "m_low"
     return Plan(
-        method=options.method.name,
+        method=options.method,
         why=_explain_method_choice(scene, options, times, choice),
         step=options.step,
         order=order,
@@ -176,19 +175,19 @@ def _find_instruction_set_and_series_order(core: CoreArguments) -> tuple[str, in
     return top.kernel if top else ("", 0)
 
 
-def _estimate_turn_per_step(scene: Scene, options: SolveOptions) -> float | None:
+def _estimate_turn_per_step(scene: Scene, options: Options) -> float | None:
     """Return the approximate angle of rotation per step, or None if the step size varies.
 
     Few methods are accurate if the top turns by one radian or more per step.
     """
-    if options.step is None or options.method.adaptive:
+    if options.step is None or options.integrator.adaptive:
         return None
     velocity = float(np.linalg.norm(values("velocity", scene._block, scene._start_state)))
     return options.step * max(velocity, scene._rotation_rate)
 
 
 def _explain_method_choice(
-    scene: Scene, options: SolveOptions, times: Array | None, choice: StepChoice | None
+    scene: Scene, options: Options, times: Array | None, choice: StepChoice | None
 ) -> str:
     if choice:
         return "the cheapest method that meets the allowed error"
@@ -196,12 +195,12 @@ def _explain_method_choice(
         return "requested by name"
     if options.digits is not None:
         return f"{options.digits} digits requested"
-    if not options.method.exact and has_torus_closed_form(scene):
+    if not options.integrator.exact and has_torus_closed_form(scene):
         if options.step is not None or options.tol is not None:
             return "the closed form has neither step nor tol"
         # A path can have times for which kreisel.solve would use the closed form.
         return explain_taylor_choice(scene, times) or explain_taylor_choice(scene, None) or ""
-    if not options.method.exact:
+    if not options.integrator.exact:
         return explain_no_closed_form(scene)
     reason = f"{describe_kind_of_top(scene)} has a closed form"
     if has_torus_closed_form(scene):
@@ -209,20 +208,20 @@ def _explain_method_choice(
     return reason if scene.gravity else f"{reason} without gravity"
 
 
-def _describe_integrated_equations(options: SolveOptions) -> str:
+def _describe_integrated_equations(options: Options) -> str:
     if options.can_skip_heading_angle:
         return "(W, P): the angular velocity and the vertical, both seen from the body"
-    if options.method.name == FALLBACK:
+    if options.method == FALLBACK:
         return "(q, W, P): attitude, and angular velocity and vertical seen from the body"
-    return options.method.text
+    return options.integrator.text
 
 
 def _is_torque_free(scene: Scene) -> bool:
     return scene.gravity == 0.0 or not any(scene.body.com)
 
 
-def _list_omitted_computations(scene: Scene, options: SolveOptions, states: int | None) -> Reasons:
-    want, name = options.want, options.method.name
+def _list_omitted_computations(scene: Scene, options: Options, states: int | None) -> Reasons:
+    want, name = options.want, options.method
     rows = []
     if options.can_skip_heading_angle:
         rows.append(
@@ -233,7 +232,7 @@ def _list_omitted_computations(scene: Scene, options: SolveOptions, states: int 
         rows.append(("steps", "any state at once, by the closed form"))
         if _is_torque_free(scene):
             rows.append(("gravity", "no torque acts: the free body's closed form"))
-    if options.method.splitting and scene.body.is_symmetric:
+    if options.integrator.splitting and scene.body.is_symmetric:
         rows.append(
             (
                 "two of the four rotations of a drift",
@@ -257,7 +256,7 @@ def _list_omitted_computations(scene: Scene, options: SolveOptions, states: int 
     return tuple(rows)
 
 
-def _explain_unneeded_attitude(options: SolveOptions) -> str:
+def _explain_unneeded_attitude(options: Options) -> str:
     if options.requests_events:
         return "events may need it"
     if options.has_extended_precision:
@@ -265,9 +264,9 @@ def _explain_unneeded_attitude(options: SolveOptions) -> str:
     return "the support turned at the start of the run"
 
 
-def _explain_unneeded_computations(scene: Scene, options: SolveOptions) -> Reasons:
+def _explain_unneeded_computations(scene: Scene, options: Options) -> Reasons:
     rows = []
-    if options.method.name == FALLBACK:
+    if options.method == FALLBACK:
         if (
             options.want is not None
             and not options.can_skip_heading_angle
@@ -289,12 +288,12 @@ def _explain_unneeded_computations(scene: Scene, options: SolveOptions) -> Reaso
     elif (
         options.want is not None
         and HEADING_DEPENDENT.isdisjoint(options.want)
-        and options.method.name != EXACT
+        and options.method != EXACT
     ):
         rows.append(
             (
                 "attitude",
-                f"{options.method.name} always computes it; only taylor can omit it",
+                f"{options.method} always computes it; only taylor can omit it",
             )
         )
     return tuple(rows)

@@ -9,28 +9,73 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from .._core import plain_times
 from .._model.scene import Scene
 from .._utils.arguments import Array, Numbers, R, as_finite_array, as_float
 
 CHUNK_SIZE = 1 << 14  # largest number of states that are held in memory at a time
 COUNTABLE = 2.0**53  # largest number up to which doubles represent all integers
 TIMES_FORM = "a number or a list of times"
+_MAX_ROWS = 1 << 20  # largest number of times that are validated in one batch
 
 
 def time_array(
-    t: object, step: float | None, every: int | None, size: int = 64, begin: float = 0.0
+    t: object,
+    step: float | None,
+    every: int | None,
+    size: int = 64,
+    begin: float = 0.0,
+    shape: tuple[int, ...] | None = None,
 ) -> Array:
     """Return the requested times, given either as a list or as a final time.
 
-    `size` is the number of bytes required for each state. Raises MemoryError if the states would
-    not fit into memory.
+    If `shape`, the shape of an ensemble, is given, the times may be an array with separate times of
+    each top; the result then has one row per top. `size` is the number of bytes required for each
+    state. Raises MemoryError if the states would not fit into memory.
     """
-    times = validate_time_list(t)
-    if times.ndim == 0:
-        return compute_recording_times(float(times), step, every, size, begin)
-    check_times_are_monotonic(times, every)
+    times = validate_time_list(t) if shape is None else as_finite_array("t", t, _TIMES_OF_TOPS)
+    if times.ndim > 1 and shape is not None:
+        times = _validate_times_per_top(times, shape)
+        if every is not None:
+            raise ValueError("every needs t as a number; an array lists its own times")
+    elif times.ndim == 1:
+        check_times_are_monotonic(times, every)
+    elif step is None or every is None:
+        times = np.array([begin, float(times)])
+    else:
+        return _compute_times_of_every_nth_step(float(times), step, every, size + 8, begin)
+    end = float(np.abs(times).max(initial=0.0))
+    if shape is not None and step is not None and not end / step < COUNTABLE:
+        raise ValueError(too_many_steps_message(end, step))
     return times
+
+
+_TIMES_OF_TOPS = "a number, a list of times, or an array of times of each top"
+
+
+def _validate_times_per_top(times: Array, shape: tuple[int, ...]) -> Array:
+    """Broadcast an array of times to the shape of the ensemble, and return one row per top."""
+    try:
+        all_times = np.broadcast_to(times, (*shape, times.shape[-1]))
+    except ValueError:
+        raise ValueError(
+            f"t must be a number, a list of times for all tops, or an array of shape "
+            f"{(*shape, 'k')} with k times of each, not an array of shape {times.shape}"
+        ) from None
+    rows = np.ascontiguousarray(all_times).reshape(math.prod(shape), times.shape[-1])
+    most = max(1, _MAX_ROWS // max(1, times.shape[-1]))
+    for first in range(0, len(rows), most):
+        block = rows[first : first + most]
+        distances = np.where(block[:, -1:] < 0.0, -block, block)
+        is_backward = np.diff(distances, axis=1, prepend=0.0) < 0.0
+        if is_backward.any():
+            i, k = (int(indices[0]) for indices in np.nonzero(is_backward))
+            at = [int(j) for j in np.unravel_index(first + i, shape)]
+            origin = f"t{[*at, k - 1]} = {float(block[i, k - 1])!r}" if k else "the start at 0"
+            raise ValueError(
+                "the times of a top must move away from 0 in one direction; "
+                f"t{[*at, k]} = {float(block[i, k])!r} goes back from {origin}"
+            )
+    return rows
 
 
 def validate_time_list(t: object) -> Array:
@@ -41,15 +86,6 @@ def validate_time_list(t: object) -> Array:
             f"t must be a number or a list of times, not an array of shape {times.shape}"
         )
     return times
-
-
-def compute_recording_times(
-    end: float, step: float | None, every: int | None, size: int = 64, begin: float = 0.0
-) -> Array:
-    """Return times at intervals of `every` steps, or only `begin` and `end` if `every` is None."""
-    if step is None or every is None:
-        return np.array([begin, end])
-    return _compute_times_of_every_nth_step(end, step, every, size + 8, begin)
 
 
 def check_times_are_monotonic(times: Array, every: int | None) -> None:
@@ -97,28 +133,13 @@ def iterate_time_chunks(
         return _split_time_iterator_into_chunks(t, size)
     if np.ndim(t) > 0 or isinstance(t, Sequence):
         times = time_array(t, step, every)
-        return _slice_times_into_chunks(times, size)
+        return (times[i : i + size] for i in range(0, times.size, size))
     if every is None or step is None:
         raise ValueError(
             "a stream needs times: every=10 with a method of fixed step, or t as a list or iterator"
         )
     end = float(t) if isinstance(t, float) and math.isinf(t) else as_float("t", t)
     return _split_time_grid_into_chunks(end, step, every, size, resume_time, begin)
-
-
-def find_time_direction_and_chunks(
-    t: Numbers | Iterator[float], step: float | None, every: int | None, size: int
-) -> tuple[bool, Iterator[Array]]:
-    """Return whether time runs backwards, and an iterator over arrays of the requested times."""
-    times = plain_times(t) if every is None else None
-    if times is None:
-        is_back, t = find_time_direction(t)
-        return is_back, iterate_time_chunks(t, step, every, size, None)
-    return times.size > 0 and bool(times[-1] < 0.0), _slice_times_into_chunks(times, size)
-
-
-def _slice_times_into_chunks(times: Array, size: int) -> Iterator[Array]:
-    return (times[i : i + size] for i in range(0, times.size, size))
 
 
 def find_time_direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:

@@ -12,12 +12,7 @@ import numpy as np
 from .._core import tangents as TANGENTS
 from .._core import version
 from .._model.scene import Scene, parse_scene_toml
-from .._options.methods import methods, unknown_method_message
-from .._options.options import (
-    SolveOptions,
-    validate_options_for_method,
-    validate_requested_quantities,
-)
+from .._options.options import Options, validate_requested_quantities
 from .._options.plan import StepChoice
 from .._options.quantities import LOW, QUANTITIES, RECORDABLE
 from .._utils.arguments import Array, as_float, as_int, short_repr
@@ -36,7 +31,7 @@ class PathConstructorArguments(NamedTuple):
     scene: Scene
     states: Array
     stats: Stats
-    options: SolveOptions
+    options: Options
     is_back: bool
     low: Array | None = None
     columns: dict[str, Array] | None = None
@@ -59,12 +54,8 @@ def encode_path_as_archive(path: PathBase, events: EventArrays | None) -> bytes:
     head = {
         "kreisel": version,
         "format": _FORMAT,
-        "method": path.method,
-        "asked": path._options.requested_method,
+        **path._options.to_json(),
         "step": path.step,
-        "tol": path.tol,
-        "digits": path.digits,
-        "want": path.want,
         "low": path._low is not None,
         "start": path._origin.to_json(),
         "stats": path.stats,
@@ -140,21 +131,12 @@ def _parse_archive_header(head: dict[str, object], scene: Scene) -> PathConstruc
 
     Raises KeyError, TypeError or ValueError if a field of the header is missing or invalid.
     """
-    method, requested_method, stats = head["method"], head["asked"], head["stats"]
-    if (
-        not isinstance(method, str)
-        or not isinstance(requested_method, str)
-        or not isinstance(stats, list)
-    ):
-        raise TypeError("method and asked must be texts, and stats a list of numbers")
-    if method not in methods:
-        raise ValueError(unknown_method_message(method))
+    if not isinstance(head["stats"], list):
+        raise TypeError("stats must be a list of numbers")
     step = None if head["step"] is None else as_float("step", head["step"])
-    size = None if step is None else abs(step)
-    options = validate_options_for_method(
-        methods[method], size, head["tol"], head["digits"], 0, requested_method, None
-    )
-    costs = Stats(*(as_int("a number of the stats", n, 0) for n in stats))
+    recorded = {"step": step and abs(step), "want": None, "events": None, "tangents": None}
+    options = Options.from_json(head | recorded)
+    costs = Stats(*(as_int("a number of the stats", n, 0) for n in head["stats"]))
     choice = (
         None
         if head["choice"] is None
@@ -166,7 +148,7 @@ def _parse_archive_header(head: dict[str, object], scene: Scene) -> PathConstruc
         scene,
         NO_STATES,
         costs,
-        options.copy_for_scene(scene),
+        options.with_heading(scene),
         is_back,
         choice=choice,
         origin=origin,

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from .._core import Work, Worker, alone, derivatives_of_tops, statuses, values_of_tops
 from .._model.scene import Ensemble
-from .._options.options import EnsembleOptions
+from .._options.options import Options
 from .._options.plan import StepChoice
 from .._options.quantities import QUANTITIES, RECORDABLE, get_quantity_derivative_shape
 from .._utils.arguments import Array
@@ -85,9 +85,7 @@ class EnsembleBuffers:
     chosen: dict[int, StepChoice] = field(default_factory=dict)
 
     @classmethod
-    def allocate_buffers(
-        cls, n: int, k: int, options: EnsembleOptions, out: Array | None = None
-    ) -> Self:
+    def allocate_buffers(cls, n: int, k: int, options: Options, out: Array | None = None) -> Self:
         """Allocate buffers for n tops at k times; `out` is an optional array for the states."""
         buffers = cls(
             np.full(n, _NOT_YET, dtype=np.int8),
@@ -97,16 +95,16 @@ class EnsembleBuffers:
         )
         if options.reductions:
             buffers.reduced = np.empty((n, len(options.reductions)))
-        elif options.solve.want is not None:
-            for name in options.solve.want:
+        elif options.want is not None:
+            for name in options.want:
                 buffers.columns[name] = np.empty((n, k, *RECORDABLE[name].shape))
         else:
             buffers.states = np.empty((n, k, 8)) if out is None else out
-            buffers.low = np.empty((n, k, 8)) if options.solve.has_extended_precision else None
-        if options.solve.tangents:
-            shape = n, k, 6, options.solve.tangent_column_count
+            buffers.low = np.empty((n, k, 8)) if options.has_extended_precision else None
+        if options.tangents:
+            shape = n, k, 6, options.tangent_column_count
             buffers.tangents, buffers.truncation = np.empty(shape), np.full(n, np.nan)
-            buffers.tangents_low = np.empty(shape) if options.solve.has_extended_precision else None
+            buffers.tangents_low = np.empty(shape) if options.has_extended_precision else None
         return buffers
 
     @property
@@ -195,13 +193,13 @@ class SliceRunner(NamedTuple):
     `is_native` is True if the C library distributes the tops over threads.
     """
 
-    run: Callable[[EnsembleBuffers, EnsembleOptions, Ensemble, int, int, Array, Work | None], Any]
+    run: Callable[[EnsembleBuffers, Options, Ensemble, int, int, Array, Work | None], Any]
     is_native: bool = False
 
 
 def run_slice_in_lanes(
     buffers: EnsembleBuffers,
-    options: EnsembleOptions,
+    options: Options,
     tops: Ensemble,
     begin: int,
     end: int,
@@ -226,7 +224,7 @@ def run_slice_in_lanes(
 
 def run_slice_sequentially(
     buffers: EnsembleBuffers,
-    options: EnsembleOptions,
+    options: Options,
     tops: Ensemble,
     begin: int,
     end: int,
@@ -239,13 +237,13 @@ def run_slice_sequentially(
     """
     part = buffers.select_buffer_rows(slice(begin, end))
     last, low, failures, event_tops, (states, rest, which, direction) = alone(
-        *options.solve.core_arguments, list(options.core_events or ()), work,
+        *options.core_arguments, options.core_events, work,
         tops._core_scenes, begin, end, t[begin:end] if t.ndim == 2 else t,
         part.status, part.done, part.counts, part.reached, part.states, part.low, part.columns,
-        options.solve.tangent_bit_mask, part.tangents, part.tangents_low, part.truncation,
+        options.tangent_bit_mask, part.tangents, part.tangents_low, part.truncation,
     )  # fmt: skip
     part.last = {i: np.array([last[j], low[j]]) for j, i in enumerate(failures.tolist())}
-    if options.core_events is not None:
+    if options.requests_events:
         part.events = [EventColumns(event_tops, states, rest, which, direction)]
     return part
 

@@ -19,9 +19,8 @@ from .._options.methods import (
     FALLBACK,
     explain_no_closed_form,
     has_torus_closed_form,
-    methods,
 )
-from .._options.options import SolveOptions
+from .._options.options import Options
 from .._utils.arguments import (
     Array,
     Quaternion,
@@ -71,7 +70,7 @@ ORIGIN = RunStart()
 
 def compute_states_at_times(
     scene: Scene,
-    options: SolveOptions,
+    options: Options,
     times: Array,
     progress: Progress | Work | None = None,
     origin: RunStart = ORIGIN,
@@ -88,7 +87,7 @@ def compute_states_at_times(
 
 
 def compute_states_at_unordered_times(
-    scene: Scene, options: SolveOptions, times: Array, origin: RunStart = ORIGIN
+    scene: Scene, options: Options, times: Array, origin: RunStart = ORIGIN
 ) -> CoreResult:
     """Compute the states at given times, which may be negative and need not be sorted.
 
@@ -133,14 +132,13 @@ def make_core_start_error(
     )
 
 
-CLOSED_FORM = SolveOptions(methods[EXACT], requested_method=EXACT)
-SERIES = SolveOptions(methods[FALLBACK], requested_method=FALLBACK)
-LONGER_SERIES = SolveOptions(methods[FALLBACK], digits=20, requested_method=FALLBACK)
-LONGEST_SERIES = SolveOptions(methods[FALLBACK], digits=30, requested_method=FALLBACK)
+CLOSED_FORM = Options(EXACT, requested_method=EXACT)
+SERIES = Options(FALLBACK, requested_method=FALLBACK)
+LONGER_SERIES = Options(FALLBACK, digits=20, requested_method=FALLBACK)
+LONGEST_SERIES = Options(FALLBACK, digits=30, requested_method=FALLBACK)
 # Runs with 30 digits and shorter steps, whose rounding errors differ from those of LONGEST_SERIES.
 SHORTER_STEPS = [
-    SolveOptions(methods[FALLBACK], tol=2.0**-n, digits=30, requested_method=FALLBACK)
-    for n in (108, 109, 110)
+    Options(FALLBACK, tol=2.0**-n, digits=30, requested_method=FALLBACK) for n in (108, 109, 110)
 ]
 
 # No error of 200 runs with 30 digits is beyond this multiple of the largest difference.
@@ -159,7 +157,7 @@ def has_cheap_exact_form(scene: Scene) -> bool:
     the centre of mass or the rotor to a nearby principal axis. Closed forms of Kowalewski and
     Goryachev-Chaplygin tops are not cheap, because they take long to set up.
     """
-    if not CLOSED_FORM.method.suits(scene) or has_torus_closed_form(scene):
+    if not CLOSED_FORM.integrator.suits(scene) or has_torus_closed_form(scene):
         return False
     tolerance = 2.0 * KIND_RTOL
     pairs = combinations(scene.body.moments, 2)
@@ -176,7 +174,7 @@ def estimate_attitude_error(
     scene: Scene,
     method: MethodName,
     digits: int | None,
-    angle_to: Callable[[SolveOptions], float],
+    angle_to: Callable[[Options], float],
     growth: Callable[[], float],
 ) -> float:
     """Estimate the attitude error [rad] of a path that `method` computed with `digits` digits.

@@ -15,10 +15,10 @@ import numpy.typing as npt
 from .._core import Request, statuses
 from .._model.parameters import advance_shaking_phase
 from .._model.scene import Scene
-from .._options.methods import EXACT, FALLBACK, compute_closed_form_error_limit, get_method, methods
+from .._options.methods import EXACT, FALLBACK, compute_closed_form_error_limit
 from .._options.options import (
-    SolveOptions,
-    make_solve_options,
+    Options,
+    make_options,
     validate_requested_quantities,
 )
 from .._options.plan import Plan, StepChoice, make_solve_plan
@@ -84,7 +84,7 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
     scene: Scene
     states: Array  # not set if the path has _columns
     stats: Stats
-    _options: SolveOptions
+    _options: Options
     _is_back: bool = False
     _low: Array | None = None  # low words of the states
     _columns: dict[str, Array] | None = None  # t and the quantities in want, instead of states
@@ -98,7 +98,7 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
         scene: Scene,
         states: Array,
         stats: Stats,
-        _options: SolveOptions,
+        _options: Options,
         _is_back: bool = False,
         _low: Array | None = None,
         _columns: dict[str, Array] | None = None,
@@ -171,7 +171,7 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
         build_path_or_raise(self.scene, SERIES, result, self._origin)
         return largest
 
-    def _compute_max_angle_to_second_run(self, second: SolveOptions) -> float:
+    def _compute_max_angle_to_second_run(self, second: Options) -> float:
         """Return the largest angle [rad] between the attitudes of this path and of a second run.
 
         The comparison includes the digits of both paths beyond double precision.
@@ -286,7 +286,7 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
         names = validate_requested_quantities(want) or ()
         words: tuple[str, ...] = ("t", *names)
         columns = {name: np.ascontiguousarray(getattr(self, name)) for name in words}
-        options = replace(self._options, want=names).copy_for_scene(self.scene)
+        options = replace(self._options, want=names).with_heading(self.scene)
         return replace(
             self,
             states=NO_STATES,
@@ -480,7 +480,7 @@ def make_stop_exception(status: str, path: Path, place: str) -> BaseException:
 
 
 def build_path_from_core_result(
-    scene: Scene, options: SolveOptions, result: CoreResult, origin: RunStart = ORIGIN
+    scene: Scene, options: Options, result: CoreResult, origin: RunStart = ORIGIN
 ) -> Path:
     """Build a path from a result of the C library."""
     _, states, low, counts, end = result
@@ -490,7 +490,7 @@ def build_path_from_core_result(
 
 
 def build_path_or_raise(
-    scene: Scene, options: SolveOptions, result: CoreResult, origin: RunStart = ORIGIN
+    scene: Scene, options: Options, result: CoreResult, origin: RunStart = ORIGIN
 ) -> Path:
     """Build a path with the requested quantities from a result of the C library.
 
@@ -532,9 +532,7 @@ def format_progress(path: Path, end: float) -> str:
 CoreEvents = tuple[Array, Array, npt.NDArray[np.intc], npt.NDArray[np.intc]]
 
 
-def record_path(
-    scene: Scene, options: SolveOptions, times: Array, progress: Progress | None
-) -> Path:
+def record_path(scene: Scene, options: Options, times: Array, progress: Progress | None) -> Path:
     """Return the path of a scene at times that have already been validated."""
     result = compute_states_at_times(scene, options, times, progress)
     return report_final_time(build_path_or_raise(scene, options, result), progress)
@@ -636,34 +634,28 @@ def build_request_from_solve_arguments(
     With method='auto', the method is chosen separately for each scene. Raises TypeError or
     ValueError for an invalid argument, and TypeError for an argument that is not hashable.
     """
-    controls = step, tol, digits, max_steps, method, want
-    if method != "auto":
-        return _build_request(make_solve_options(get_method(method), *controls))
-    series = make_solve_options(methods[FALLBACK], *controls)
-    if digits is not None:
-        return _build_request(series)
-    closed_form = _build_request(make_solve_options(methods[EXACT], *controls))
-    is_open = step is tol is None
-    return _build_request(series, closed_form, compute_closed_form_error_limit if is_open else None)
+    options = make_options(
+        method, step=step, tol=tol, digits=digits, max_steps=max_steps, want=want
+    )
+    if options.has_step_search:
+        raise ValueError("a search for the step takes several runs")
+    if not options.is_auto:
+        return _build_request(options.with_method(options.method))
+    closed_form = _build_request(options.with_method(EXACT))
+    decide = compute_closed_form_error_limit if step is tol is None else None
+    return _build_request(options.with_method(FALLBACK), closed_form, decide)
 
 
-def build_request_from_solve_options(options: SolveOptions) -> Request | None:
+def build_request_from_solve_options(options: Options) -> Request | None:
     """Build a request from the options, or return None if it needs several C library calls."""
     if options.error is not None or options.requests_events or options.tangents:
         return None
-    controls = options.step, options.tol, options.digits, options.max_steps
-    names = options.requested_method, options.want
-    return _get_cached_request(options.method.name, options.keeps_heading, *controls, *names)
+    return _build_request(replace(options, every=None))
 
 
 @lru_cache(maxsize=256, typed=True)
-def _get_cached_request(method: str, keeps_heading: bool, *controls: object) -> Request:
-    options = make_solve_options(methods[method], *controls)
-    return _build_request(options.copy_options_with_heading() if keeps_heading else options)
-
-
 def _build_request(
-    options: SolveOptions,
+    options: Options,
     closed_form: Request | None = None,
     decide: Callable[..., float] | None = None,
 ) -> Request:
@@ -701,7 +693,7 @@ def try_to_solve_in_core(
         request = build_request_from_solve_arguments(method, step, tol, digits, max_steps, names)
     except (TypeError, ValueError):
         return None
-    path: Path | tuple[SolveOptions, CoreResult] | None = request.solve(scene, t, progress)
+    path: Path | tuple[Options, CoreResult] | None = request.solve(scene, t, progress)
     if not isinstance(path, tuple):
         return path
     options, result = path

@@ -13,10 +13,8 @@ import numpy.typing as npt
 from .._core import Work, statuses
 from .._core import reductions as KINDS
 from .._model.scene import Ensemble
-from .._options.methods import methods
 from .._options.options import (
-    EnsembleOptions,
-    SolveOptions,
+    Options,
     format_index,
     get_member_by_flat_index,
     unravel_index,
@@ -100,7 +98,7 @@ class EnsembleResult(ReadOnlyArrays):
 
     tops: Ensemble
     _t: Array  # (k,), or (n, k) if each top has its own times
-    _options: EnsembleOptions
+    _options: Options
     _buffers: EnsembleBuffers
 
     @property
@@ -129,22 +127,22 @@ class EnsembleResult(ReadOnlyArrays):
         Lagrange tops, spherical bodies and bodies without torque if exact applies to the scene, and
         taylor for all other tops. Sections always use taylor.
         """
-        return self._options.solve.requested_method
+        return self._options.requested_method
 
     @property
     def step(self) -> float | None:
         """The magnitude of the step size [T], or None if the method has none or chooses its own."""
-        return self._options.solve.step
+        return self._options.step
 
     @property
     def tol(self) -> float | None:
         """The tolerance that was used, or None if the method has none or chooses its own."""
-        return self._options.solve.tol
+        return self._options.tol
 
     @property
     def digits(self) -> int | None:
         """The requested number of digits, or None if it was not given."""
-        return self._options.solve.digits
+        return self._options.digits
 
     def _reshape_to_ensemble(self, rows: npt.NDArray[_T]) -> npt.NDArray[_T]:
         """Return `rows`, an array with one row per top, reshaped to the ensemble's shape."""
@@ -257,12 +255,12 @@ class EnsembleResult(ReadOnlyArrays):
     def _select_times_of_top(self, i: int) -> Array:
         return self._t if self._t.ndim == 1 else self._t[i]
 
-    def _make_member_options(self, i: int) -> SolveOptions:
+    def _make_member_options(self, i: int) -> Options:
         """Return options to solve the i-th top alone and record complete states."""
         choice = self._buffers.chosen.get(i)
         if choice is not None:
-            return SolveOptions(methods[choice.method], abs(choice.step))
-        options = self._options.make_options_for_top(get_member_by_flat_index(self.tops, i))
+            return Options(choice.method, abs(choice.step))
+        options = self._options.for_member(get_member_by_flat_index(self.tops, i))
         return replace(options, want=None, error=None)
 
     def _select_member(self, i: int) -> Path:
@@ -297,7 +295,7 @@ class EnsembleResult(ReadOnlyArrays):
         rest = np.zeros_like(high) if low is None else low[i, :done]
         truncation = float(buffers.truncation[i])
         return TangentData(
-            freeze_array(high), freeze_array(rest), truncation, self._options.solve.tangents
+            freeze_array(high), freeze_array(rest), truncation, self._options.tangents
         )
 
     def _build_path_of_top(self, i: int, states: Array, low: Array | None) -> Path:
@@ -462,7 +460,7 @@ def run_ensemble(
     kind: type[_Result],
     tops: Ensemble,
     t: Array,
-    options: EnsembleOptions,
+    options: Options,
     pool: WorkerPool,
     runner: SliceRunner,
     progress: Progress | None = None,
@@ -503,7 +501,7 @@ def run_ensemble(
 
 
 def run_slice_in_worker(
-    runner: SliceRunner, options: EnsembleOptions, tops: Ensemble, t: Array
+    runner: SliceRunner, options: Options, tops: Ensemble, t: Array
 ) -> EnsembleBuffers:
     """Compute the motions of a slice of an ensemble in a worker process, and return the results."""
     buffers = EnsembleBuffers.allocate_buffers(len(tops), t.shape[-1], options)
@@ -538,12 +536,7 @@ class Reductions(EnsembleResult):
 
     def _group_reductions_by_quantity(self) -> dict[str, list[str]]:
         """Return a mapping from the name of each quantity to the statistics computed for it."""
-        names: dict[str, list[str]] = {}
-        for one in self._options.reductions:
-            kinds = names.setdefault(one.name, [])
-            if KINDS[one.kind] not in kinds:
-                kinds.append(KINDS[one.kind])
-        return names
+        return self._options.reduce
 
     def _select_reduced_values(self, name: str, kind: str) -> Array:
         assert self._buffers.reduced is not None
@@ -662,7 +655,7 @@ class Paths(EnsembleResult, TableExportMethods):
     @property
     def want(self) -> tuple[QuantityName, ...] | None:
         """The stored quantities other than t, or None if the paths store complete states."""
-        return self._options.solve.want
+        return self._options.want
 
     @property
     def _low(self) -> Array | None:
@@ -747,7 +740,7 @@ class Paths(EnsembleResult, TableExportMethods):
         Raises AttributeError if the paths store no tangents, and ValueError for an unknown name.
         """
         self._get_tangents_or_raise()
-        name, bits = validate_quantity_name(quantity), self._options.solve.tangent_bit_mask
+        name, bits = validate_quantity_name(quantity), self._options.tangent_bit_mask
         return self._reshape_to_ensemble(
             compute_quantity_derivatives(name, self.tops, self._buffers, bits)
         )
@@ -789,7 +782,7 @@ class Paths(EnsembleResult, TableExportMethods):
 
     def _select_member(self, i: int) -> Path:
         path = super()._select_member(i)
-        if self._options.core_events is None:
+        if not self._options.requests_events:
             return path
         columns = self._event_columns
         first, last = np.searchsorted(columns.top, [i, i + 1])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, SupportsIndex, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, SupportsIndex, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from .._core import derivatives, modified_energy, modified_energy4, values
 from .._core import tangents as TANGENTS
 from .._model.scene import Scene
-from .._options.options import SolveOptions
+from .._options.options import Options
 from .._options.plan import StepChoice
 from .._options.quantities import (
     QUANTITIES,
@@ -236,7 +236,7 @@ class PathBase(QuantityAttributes):
     scene: Scene
     states: Array  # not set if the path has _columns
     stats: Stats
-    _options: SolveOptions
+    _options: Options
     _is_back: bool
     _low: Array | None  # low words of the states
     _columns: dict[str, Array] | None  # t and the quantities in want, instead of states
@@ -247,7 +247,7 @@ class PathBase(QuantityAttributes):
     @property
     def method(self) -> MethodName:
         """The name of the method."""
-        return self._options.method.name
+        return cast(MethodName, self._options.method)
 
     @property
     def step(self) -> float | None:

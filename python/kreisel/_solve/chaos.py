@@ -14,7 +14,7 @@ from .._model.parameters import refuse_disturbances
 from .._model.scene import Ensemble, Scene
 from .._options.methods import FALLBACK, methods
 from .._options.options import (
-    SolveOptions,
+    Options,
     validate_progress_callback,
     validate_thread_count,
     validate_tol,
@@ -387,9 +387,7 @@ def _make_stop_error(
     scene = tops.ravel()[i]
     status = str(indicator.status.ravel()[i])
     result = status, np.empty((0, 8)), None, (0, 0, 0, 0), float(indicator.t[-1])
-    path = build_path_from_core_result(
-        scene, SolveOptions(methods[FALLBACK], requested_method=FALLBACK), result
-    )
+    path = build_path_from_core_result(scene, Options(FALLBACK, requested_method=FALLBACK), result)
     return kind(f"{text}: the tangent of {scene!r}", status, path, indicator)
 
 

@@ -13,25 +13,21 @@ from .._core import Worker, unsuited
 from .._model.scene import Ensemble, Scene
 from .._options.methods import FALLBACK
 from .._options.options import (
-    EnsembleOptions,
+    GEOMETRIC,
+    MethodKeywords,
+    Options,
     ReductionSpec,
     get_member_by_flat_index,
-    validate_ensemble_times,
-    validate_solve_options,
+    make_options,
     validate_thread_count,
+    validate_times,
 )
-from .._options.plan import GEOMETRIC, Plan, make_solve_plan
-from .._options.times import time_array
+from .._options.plan import Plan, make_solve_plan
 from .._results.buffers import LANES, SCALAR, EnsembleBuffers
 from .._utils.arguments import Array, Numbers
 from .._utils.html import format_html_table
 from .._utils.quantity_attributes import MethodName, QuantityName
-from .solve import (
-    MethodKeywords,
-    SolveArguments,
-    refuse_ensemble_arguments,
-    validate_ensemble_arguments,
-)
+from .solve import refuse_ensemble_arguments
 
 _SAMPLES = 16  # maximal number of tops that are run to estimate the run time
 _MAX_STATES, _MAX_STEPS = 1 << 11, 1 << 11  # limits of each of these runs
@@ -144,33 +140,29 @@ def plan(
     Raises the same exceptions for invalid arguments as kreisel.solve. Raises ValueError for
     method='geometric', which chooses an integration method and its step by trial runs.
     """
-    if isinstance(scene, Scene) and (threads is not None or reduce is not None):
-        refuse_ensemble_arguments(scene, threads=threads, reduce=reduce)
     if isinstance(method, str) and method == GEOMETRIC:
         raise ValueError("method='geometric' chooses by trial runs: call solve, and see path.plan")
-    if isinstance(scene, Ensemble):
-        arguments = SolveArguments(step, tol, digits, every, want=want, reduce=reduce)
-        return _make_ensemble_plan(
-            scene, t, method, arguments, validate_thread_count(threads, None)
-        )
-    options = validate_solve_options(scene, method, step, tol, digits, 0, want, every, t=t)
-    times = (
-        None if t is None else time_array(t, options.step, options.every, options.bytes_per_state)
+    options = make_options(
+        method, step=step, tol=tol, digits=digits, every=every, want=want, reduce=reduce
     )
-    states = None if times is None else times.size
-    return make_solve_plan(scene, options, states, times=times)
+    if isinstance(scene, Ensemble):
+        options = options.for_tops(scene)
+        return _make_ensemble_plan(scene, t, options, validate_thread_count(threads))
+    refuse_ensemble_arguments(scene, threads=threads, reduce=reduce)
+    options = options.for_tops(scene, t)
+    times = None if t is None else validate_times(scene, t, options)
+    return make_solve_plan(scene, options, None if times is None else times.size, times=times)
 
 
 def _make_ensemble_plan(
-    tops: Ensemble, t: Numbers | None, method: MethodName, arguments: SolveArguments, threads: int
+    tops: Ensemble, t: Numbers | None, options: Options, threads: int
 ) -> EnsemblePlan:
-    options = validate_ensemble_arguments(tops, method, arguments)
     exact_count, lanes = _count_exact_and_lane_tops(tops, options)
     row = 8 * len(options.reductions)
     size = row or options.bytes_per_state
     states, seconds, sample_count = None, None, 0
     if t is not None:
-        times = validate_ensemble_times(tops, t, options)
+        times = validate_times(tops, t, options)
         states = times.shape[-1]
         size = tops.size * (_ROW + (row or states * size))
         seconds, sample_count = _estimate_run_time(tops, times, options, threads)
@@ -188,11 +180,11 @@ def _make_ensemble_plan(
     )
 
 
-def _count_exact_and_lane_tops(tops: Ensemble, options: EnsembleOptions) -> tuple[int, int]:
+def _count_exact_and_lane_tops(tops: Ensemble, options: Options) -> tuple[int, int]:
     """Return the numbers of tops evaluated in closed form and of tops integrated in SIMD lanes."""
-    if options.solve.method.exact:
+    if options.integrator.exact:
         return tops.size, 0
-    if options.uses_one_run_per_top or options.solve.method.name != FALLBACK:
+    if options.uses_one_run_per_top or options.integrator.name != FALLBACK:
         return 0, 0
     is_damped, is_turning = tops.damping.any(axis=-1), tops.turning.any(axis=-1)
     is_shaken = tops.shaking[..., 0] != 0.0
@@ -206,23 +198,23 @@ def _count_exact_and_lane_tops(tops: Ensemble, options: EnsembleOptions) -> tupl
     return exact_count, tops.size - exact_count - alone_count
 
 
-def _plan_first_top(tops: Ensemble, options: EnsembleOptions, states: int | None) -> Plan | None:
+def _plan_first_top(tops: Ensemble, options: Options, states: int | None) -> Plan | None:
     if not tops.size:
         return None
     scene = get_member_by_flat_index(tops, 0)
-    plan = make_solve_plan(scene, options.make_options_for_top(scene), states)
+    plan = make_solve_plan(scene, options.for_tops(scene), states)
     kernel, order = Worker(*options.core_arguments, []).kernel
     is_alone = scene._has_disturbances
     if plan.method != FALLBACK or options.uses_one_run_per_top or not kernel or is_alone:
         return plan
-    level = options.solve.can_skip_heading_angle
+    level = options.can_skip_heading_angle
     form = "(P, W): vertical and angular velocity seen from the body"
     form += "; without the heading" if level else ", and from these the heading"
     return replace(plan, order=order, kernel=f"{kernel}, in lanes", form=form)
 
 
 def _estimate_run_time(
-    tops: Ensemble, t: Array, options: EnsembleOptions, threads: int
+    tops: Ensemble, t: Array, options: Options, threads: int
 ) -> tuple[float, int]:
     """Return an estimate of the run time [s], and the number of tops used for the estimate.
 
@@ -234,7 +226,8 @@ def _estimate_run_time(
     sample = tops[np.unravel_index(indices, tops.shape)] if tops.shape else tops.reshape(1)
     all_times = t[indices] if t.ndim == 2 else t
     times = all_times[..., :_MAX_STATES]
-    run_options = options.copy_with_step_limit(_MAX_STEPS)
+    most = min(options.max_steps or _MAX_STEPS, _MAX_STEPS)
+    run_options = replace(options, max_steps=most)
     buffers = EnsembleBuffers.allocate_buffers(indices.size, times.shape[-1], run_options)
     run = (SCALAR if run_options.uses_one_run_per_top else LANES).run
     start_time = time.perf_counter()

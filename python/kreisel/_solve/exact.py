@@ -47,14 +47,17 @@ from .._options.methods import (
     resolve_method,
 )
 from .._options.options import (
-    SolveOptions,
+    Options,
+    TangentSpec,
+    check_torus_tangent_names,
     format_index,
     get_member_by_flat_index,
+    make_options,
     unravel_index,
-    validate_ensemble_options,
+    validate_tangent_names,
     validate_thread_count,
 )
-from .._options.times import check_resolvable_horizon, time_array, validate_time_list
+from .._options.times import check_resolvable_horizon, validate_time_list
 from .._results.buffers import LANES, Codes
 from .._results.error import CLOSED_FORM
 from .._results.path import Path, record_path
@@ -71,10 +74,8 @@ from .._utils.arguments import (
     validate_type,
 )
 from .._utils.processes import DivisibleTask, Job, Progress, WorkerPool
-from .tangents import TangentSpec, validate_tangent_names
 from .torus import (
     check_tangent_times,
-    check_torus_tangent_names,
     compute_closed_form_tangents,
     compute_torus_action,
 )
@@ -160,7 +161,7 @@ class ExactEnsemble:
         is_away = t.all() and (np.diff(distances, axis=-1, prepend=0.0) > 0.0).all()
         if is_away and not self._has_any_torus_closed_form:
             pool = WorkerPool(validate_thread_count(None, None))
-            options = validate_ensemble_options(self.tops, EXACT)
+            options = make_options(EXACT)
             paths = run_ensemble(Paths, self.tops, t, options, pool, LANES)
             return paths.check().states.reshape(self.tops.size, t.shape[-1], 8)
         states = np.empty((self.tops.size, t.shape[-1], 8))
@@ -725,7 +726,7 @@ class ExactMap(_ClosedFormBase):
         ):
             raise ValueError(f"k must be whole and below 2**53, not {short_repr(k)}")
         states = exact_map_states(self._plan, numbers.astype(np.int64))
-        options = SolveOptions(methods[_MAP], abs(self.step), requested_method=EXACT)
+        options = Options(_MAP, abs(self.step), requested_method=EXACT)
         return Path(self.scene, states, _NO_STEPS, options, self.step < 0.0)
 
 
@@ -803,16 +804,12 @@ def _build_torus_closed_form(scene: Scene) -> ExactTorus:
 
 
 def record_exact_path_with_tangents(
-    scene: Scene, options: SolveOptions, t: Numbers, progress: Progress | None
+    scene: Scene, options: Options, times: Array, progress: Progress | None
 ) -> Path:
     """Compute a path and its tangents from the closed-form solution on a torus.
 
     Raises ValueError if the tangents cannot be computed.
     """
-    times = time_array(
-        t, options.step, None, options.bytes_per_state + 2 * 48 * options.tangent_column_count
-    )
-    check_resolvable_horizon(scene, float(times[-1]) if times.size else 0.0, options.step)
     check_tangent_times(scene, times)
     path = record_path(scene, options, times, progress)
     data = compute_closed_form_tangents(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -14,13 +13,10 @@ from .._model.parameters import refuse_disturbances
 from .._model.scene import Ensemble, Scene
 from .._options.methods import methods
 from .._options.options import (
-    EnsembleOptions,
-    SolveOptions,
+    Options,
     get_member_by_flat_index,
-    validate_requested_quantities,
-    validate_solve_options,
 )
-from .._options.plan import GEOMETRIC, StepChoice
+from .._options.plan import StepChoice
 from .._options.times import check_resolvable_horizon
 from .._results.buffers import STATUSES, EnsembleBuffers, SliceRunner
 from .._results.error import (
@@ -43,7 +39,7 @@ from .._results.path import (
     report_final_time,
 )
 from .._results.quantities import Stats
-from .._utils.arguments import Array, as_int, as_positive
+from .._utils.arguments import Array
 from .._utils.processes import Progress
 from .._utils.quantity_attributes import MethodName
 from ..quaternion import attitude_error
@@ -140,7 +136,7 @@ class StepSearch:
         """Return the union of two arrays of times, ordered from the start to the end of the run."""
         return math.copysign(1.0, self.end) * np.unique(np.abs(np.concatenate([a, b])))
 
-    def choose_reference_options(self) -> SolveOptions:
+    def choose_reference_options(self) -> Options:
         """Return the options for computing the reference solution.
 
         The reference is the closed-form solution, if it exists and its rounding errors are far
@@ -159,9 +155,7 @@ class StepSearch:
         error_check_times = self.error_check_times(steps)
         all_times = self.merge_sorted_times(error_check_times, self.times)
         evaluations = self.spent.evaluations
-        states = self.compute_states(
-            SolveOptions(methods[self.method], abs(self.end / steps)), all_times
-        )
+        states = self.compute_states(Options(self.method, abs(self.end / steps)), all_times)
         self.cost = self.spent.evaluations - evaluations
         if states is None:
             return None
@@ -174,7 +168,7 @@ class StepSearch:
             attitude_error(states[check_indices, 1:5], truth[:, 1:5]).max()
         )
 
-    def compute_states(self, options: SolveOptions, times: Array) -> Array | None:
+    def compute_states(self, options: Options, times: Array) -> Array | None:
         """Return the states at `times`, or None if the step size is too large for the method."""
         run_options = replace(options, max_steps=self.max_steps)
         result = compute_states_at_times(self.scene, run_options, times, self.progress)
@@ -186,7 +180,7 @@ class StepSearch:
             path = replace(
                 build_path_from_core_result(self.scene, run_options, result), stats=self.spent
             )
-            text = f"{options.method.name} reached t = {states[-1, 0]:g} of {self.end:g}"
+            text = f"{options.method} reached t = {states[-1, 0]:g} of {self.end:g}"
             raise make_stop_exception(status, path, text)
         return states
 
@@ -207,48 +201,8 @@ class StepSearch:
         )
 
 
-def validate_error_tolerance(error: float | None, others: Mapping[str, object]) -> float:
-    """Validate the error tolerance, and return it.
-
-    Raises ValueError if the tolerance is invalid, or if one of the arguments in `others` is given.
-    """
-    if error is None:
-        raise ValueError(
-            "method='geometric' chooses its step: give the allowed error [rad], as in error=1e-6"
-        )
-    names = [name for name, value in others.items() if value is not None]
-    if names:
-        raise ValueError(f"method='geometric' chooses its steps: leave {' and '.join(names)} out")
-    target = as_positive("error", error)
-    if target > 0.1:
-        raise ValueError(
-            f"error must be at most 0.1 rad, not {target!r}: larger errors cannot be measured"
-        )
-    return target
-
-
-def make_error_tolerance_refusal(method: object) -> ValueError:
-    """Return the exception to raise if `error` is given for a method other than 'geometric'."""
-    return ValueError(
-        f"error is for method='geometric', which chooses its step; {method!r} takes step or tol"
-    )
-
-
-def validate_geometric_method_options(
-    error: float | None, max_steps: object, want: object, exclusions: Mapping[str, object]
-) -> SolveOptions:
-    """Return the options for method='geometric'.
-
-    Raises ValueError if one of the arguments in `exclusions` is given.
-    """
-    target = validate_error_tolerance(error, exclusions)
-    most, names = as_int("max_steps", max_steps, 0), validate_requested_quantities(want)
-    placeholder = methods["strang"]
-    return SolveOptions(placeholder, None, None, None, most, names, GEOMETRIC, error=target)
-
-
 def solve_with_step_search(
-    scene: Scene, options: SolveOptions, times: Array, progress: Progress | None
+    scene: Scene, options: Options, times: Array, progress: Progress | None
 ) -> Path:
     """Solve a single scene with method='geometric', and return its path."""
     path = report_final_time(_find_path_by_step_search(scene, options, times, progress), progress)
@@ -256,11 +210,11 @@ def solve_with_step_search(
 
 
 def _find_path_by_step_search(
-    scene: Scene, options: SolveOptions, times: Array, progress: Listener
+    scene: Scene, options: Options, times: Array, progress: Listener
 ) -> Path:
     """Solve a single scene with method='geometric', recording all states."""
     if not times.any():  # only the initial state is requested
-        start_options = validate_solve_options(scene, "strang", step=1.0)
+        start_options = Options("strang", 1.0, requested_method="strang").with_heading(scene)
         return build_path_or_raise(
             scene, start_options, compute_states_at_times(scene, start_options, times)
         )
@@ -317,7 +271,7 @@ def _make_path_from_search(search: StepSearch, states: Array, error: float, step
         trials=search.spent.evaluations - search.cost,
         budget=search.budget,
     )
-    options = SolveOptions(methods[search.method], abs(choice.step))
+    options = Options(search.method, abs(choice.step))
     is_back = choice.step < 0.0
     return Path(search.scene, states, search.spent, options, is_back, _choice=choice)
 
@@ -352,7 +306,7 @@ _UNMET = STATUSES.index("ERR_CONVERGENCE")  # status of a top for which no step 
 
 def solve_slice_with_step_search(
     buffers: EnsembleBuffers,
-    options: EnsembleOptions,
+    options: Options,
     tops: Ensemble,
     begin: int,
     end: int,
@@ -382,7 +336,7 @@ def solve_slice_with_step_search(
 def _solve_top_into_buffers(
     part: EnsembleBuffers,
     i: int,
-    options: EnsembleOptions,
+    options: Options,
     scene: Scene,
     times: Array,
     work: Work | None,
@@ -390,7 +344,7 @@ def _solve_top_into_buffers(
     """Compute the motion of a single top, and write its path or an error message to the buffers."""
     path, status = None, 0
     try:
-        path = _find_path_by_step_search(scene, options.solve, times, work)
+        path = _find_path_by_step_search(scene, options, times, work)
     except Error as error:
         path, status, part.messages[i] = error.path, STATUSES.index(error.status), str(error)
     except ValueError as error:

@@ -7,7 +7,6 @@ import os
 import warnings
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path as File
 from typing import TYPE_CHECKING, Literal, NamedTuple, cast
@@ -20,12 +19,14 @@ from .._core import statuses
 from .._model.body import Body
 from .._model.parameters import EnvironmentArguments, SceneKwargs
 from .._model.scene import Scene, parse_scene_toml
-from .._options.methods import FALLBACK, resolve_method
+from .._options.methods import resolve_method, unknown_method_message
 from .._options.options import (
-    SolveOptions,
+    GEOMETRIC,
+    EventSpec,
+    Options,
+    make_options,
     validate_progress_callback,
     validate_recording_interval,
-    validate_solve_options,
 )
 from .._options.plan import Plan, make_solve_plan
 from .._options.times import (
@@ -57,11 +58,12 @@ from .._utils.arguments import (
     format_count,
     make_frozen_class_decorator,
     short_repr,
+    validate_type,
 )
 from .._utils.files import atomic_write
 from .._utils.processes import Progress
 from .._utils.quantity_attributes import MethodName, QuantityName
-from ..events import Event, from_record, refuse_kinetic, to_core_events, to_record, validate_events
+from ..events import Event, refuse_kinetic
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -172,7 +174,6 @@ def _split_into_high_and_low_words(exact: Sequence[Fraction]) -> tuple[Vector, V
 
 MAGIC = b"kreisel run\n"  # the first bytes of a checkpoint
 _FUSED = {"avx512", "avx2", "neon"}  # kernels that give identical results, with fused multiply-add
-EventSpec = Event | Sequence[Event]
 _ATTITUDES = {"attitude", "attitude_xyzw"}
 _IN_BODY = {"body_momentum", "body_velocity"}
 _UNDER_WAY = "this run is under way: another thread leads it, or a call that has not yet returned"
@@ -230,18 +231,18 @@ class Run:
     events: tuple[Event, ...] | None
     t: float
     stats: Stats
-    _options: SolveOptions
+    _options: Options
     _back: bool
     _fresh: bool
     _origin: RunStart
     _top: Motion
 
     def __init__(
-        self, scene: Scene, options: SolveOptions, back: bool, origin: RunStart = ORIGIN
+        self, scene: Scene, options: Options, back: bool, origin: RunStart = ORIGIN
     ) -> None:
         fields = self.__dict__  # ordinary assignments to attributes raise an exception
         fields["_options"], fields["_back"], fields["_fresh"] = options, back, True
-        fields["scene"], fields["method"], fields["want"] = scene, options.method.name, options.want
+        fields["scene"], fields["method"], fields["want"] = scene, options.method, options.want
         fields["events"] = options.events
         fields["step"], fields["tol"], fields["digits"] = options.step, options.tol, options.digits
         fields["t"], fields["stats"] = origin.begin, Stats(0, 0, 0, 0)
@@ -310,7 +311,7 @@ class Run:
         The run can be saved or changed between two paths of the iterator. After a change, the run
         continues with the remaining times.
         """
-        number = validate_recording_interval(self._options.method, every)
+        number = validate_recording_interval(self._options.integrator, every)
         last_time, size = None if self._fresh else self.t, as_int("chunk", chunk, 1)
         chunks = iterate_time_chunks(t, self.step, number, size, last_time, self.start_time)
         return self._yield_path_per_chunk(chunks, validate_progress_callback(progress))
@@ -332,7 +333,7 @@ class Run:
             progress(self.t)
 
     def _validate_times_to_record(self, t: Numbers, every: int | None) -> Array:
-        number = validate_recording_interval(self._options.method, every)
+        number = validate_recording_interval(self._options.integrator, every)
         times = time_array(t, self.step, number, self._options.bytes_per_state, self.start_time)
         if np.ndim(t) > 0 or self._fresh:
             return times
@@ -523,22 +524,14 @@ class Run:
     def checkpoint(self) -> bytes:
         """The complete state of the run; a resumed run gives bitwise identical results."""
         head = {
+            **self._options.to_json(),
             "scene": self.scene.to_toml(),
-            "method": self.method,
-            "step": self.step,
-            "tol": self.tol,
-            "digits": self.digits,
-            "max_steps": self._options.max_steps,
-            "want": self.want,
-            "keeps_heading": self._options.keeps_heading,
-            "asked": self._options.requested_method,
             "back": self._back,
             "fresh": self._fresh,
             "start": self._origin.to_json(),
             "t": self.t,
             "stats": self.stats,
             "kernel": self._top.kernel[0],
-            "events": None if self.events is None else [to_record(event) for event in self.events],
             "found": self._top.found,
         }
         body = json.dumps(head).encode() + b"\n" + self._top.save()
@@ -553,7 +546,7 @@ class Run:
         atomic_write(file, self.checkpoint)
 
 
-def _start_core_motion(scene: Scene, options: SolveOptions, back: bool, origin: RunStart) -> Motion:
+def _start_core_motion(scene: Scene, options: Options, back: bool, origin: RunStart) -> Motion:
     """Create the C object of a run.
 
     Raises an exception if the C library rejects the scene.
@@ -563,8 +556,8 @@ def _start_core_motion(scene: Scene, options: SolveOptions, back: bool, origin: 
         status, motion = request.start(scene._block, back, *origin)
     else:
         refuse_kinetic(scene, options.events or ())
-        events = to_core_events(options.events or ())
-        status, motion = start_top(scene._block, *options.core_arguments, back, events, 0, *origin)
+        arguments = *options.core_arguments, back, options.core_events, 0, *origin
+        status, motion = start_top(scene._block, *arguments)
     if motion is not None:
         return motion
     state = scene._start_state.copy()
@@ -613,18 +606,11 @@ def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run
     `line` is the JSON header of the checkpoint, and `memory` is the state of the C object.
     """
     head = json.loads(line)
-    limit = head["max_steps"] if max_steps is None else max_steps
-    method, step, tol, digits = (head[word] for word in ("method", "step", "tol", "digits"))
-    arguments = method, step, tol, digits, limit, head["want"], None, head["asked"]
     scene = parse_scene_toml(head["scene"])
     if not isinstance(head["back"], bool):
         raise TypeError(f"back must be true or false, not {head['back']!r}")
-    options, rows = validate_solve_options(scene, *arguments), head.get("events")
-    if head.get("keeps_heading", False):  # a support that turned may have been stopped
-        options = options.copy_options_with_heading()
-    if rows is not None:
-        events = validate_events(options.method.name, [from_record(row) for row in rows])
-        options = replace(options, events=events)
+    options = Options.from_json(head if max_steps is None else head | {"max_steps": max_steps})
+    options = options.for_tops(scene)  # a support that turned may have been stopped
     run = Run(scene, options, head["back"], RunStart.from_json(head.get("start")))
     event_counts = [as_int("a count of events", n, 0) for n in head.get("found", [])]
     status = run._top.load(memory, event_counts)
@@ -686,25 +672,20 @@ def start(
     """
     if not isinstance(back, bool):
         raise TypeError(f"back must be True or False, not {short_repr(back)}")
-    options = validate_run_options(scene, method, step, tol, digits, max_steps, want, events)
-    return Run(scene, options, back)
+    refuse_step_search(method)
+    options = make_options(
+        method,
+        step=step,
+        tol=tol,
+        digits=digits,
+        max_steps=max_steps,
+        want=want,
+        events=events,
+    )
+    return Run(scene, options.for_tops(validate_type("scene", scene, Scene)), back)
 
 
-def validate_run_options(
-    scene: object,
-    method: object,
-    step: object,
-    tol: object,
-    digits: object,
-    max_steps: object,
-    want: object,
-    events: object,
-    every: object = None,
-) -> SolveOptions:
-    """Return the validated options for a run. If events are given, 'auto' selects 'taylor'."""
-    controls = step, tol, digits, max_steps, want, every
-    if events is None:
-        return validate_solve_options(scene, method, *controls)
-    method_name = FALLBACK if method == "auto" else method
-    options = validate_solve_options(scene, method_name, *controls, requested_method=method)
-    return replace(options, events=validate_events(options.method.name, events))
+def refuse_step_search(method: object) -> None:
+    """Raise ValueError for method='geometric', which needs several runs."""
+    if isinstance(method, str) and method == GEOMETRIC:
+        raise ValueError(unknown_method_message(GEOMETRIC))

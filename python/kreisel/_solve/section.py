@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from concurrent.futures import Executor
-from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -15,9 +14,9 @@ from .._core import Work, Worker, horizons
 from .._model.scene import Ensemble, Scene
 from .._options.methods import FALLBACK
 from .._options.options import (
-    EnsembleOptions,
+    Options,
     check_result_memory,
-    validate_ensemble_options,
+    make_options,
     validate_progress_callback,
     validate_thread_count,
 )
@@ -50,7 +49,7 @@ from .._utils.arguments import (
 from .._utils.html import format_picture_as_html
 from .._utils.processes import Progress, WorkerPool
 from .._utils.quantity_attributes import QuantityAttributes
-from ..events import Event, nutation, refuse_kinetic, to_core_events, validate_events
+from ..events import Event, nutation, refuse_kinetic
 from .chaos import Indicator, estimate_turn_durations
 
 if TYPE_CHECKING:
@@ -264,7 +263,7 @@ add_quantity_properties(Section, ("e",), _compute_quantity_at_section_states)
 
 def compute_sections_of_slice(
     buffers: EnsembleBuffers,
-    options: EnsembleOptions,
+    options: Options,
     tops: Ensemble,
     begin: int,
     end: int,
@@ -276,7 +275,7 @@ def compute_sections_of_slice(
     Each row of `t` contains the maximum waiting time of one top.
     """
     part = buffers.select_buffer_rows(slice(begin, end))
-    assert part.states is not None and options.core_events is not None
+    assert part.states is not None
     wait = np.ascontiguousarray(t[begin:end, 0])
     Worker(*options.core_arguments, (), work).section(
         tops._core_scenes, begin, end, options.core_events, part.states.shape[1], wait,
@@ -357,23 +356,20 @@ def validate_section_arguments(
     tol: object,
     digits: object,
     max_steps: object,
-) -> tuple[Array, EnsembleOptions]:
+) -> tuple[Array, Options]:
     """Return the longest allowed waiting times for the next event, and the validated options.
 
     The waiting times form an array of shape (tops, n), in which all entries of a row are equal.
 
     Raises TypeError or ValueError for an invalid argument.
     """
-    options = validate_ensemble_options(
-        tops, FALLBACK, None, tol, digits, max_steps, requests_events=True
-    )
-    section_event = validate_section_event(event)
-    refuse_kinetic(tops, [section_event])
-    events = to_core_events([section_event])
+    one = validate_section_event(event)
+    options = make_options(FALLBACK, tol=tol, digits=digits, max_steps=max_steps, events=[one])
+    refuse_kinetic(tops, [one])
     waits = np.broadcast_to(
         _validate_or_estimate_max_waits(tops, max_wait)[:, None], (tops.size, as_int("n", n, 1))
     )
-    return waits, replace(options, core_events=events)
+    return waits, options
 
 
 def validate_section_event(event: object) -> Event:
@@ -383,7 +379,7 @@ def validate_section_event(event: object) -> Event:
     """
     if event is None:
         return nutation(direction=1)
-    [one] = validate_events(FALLBACK, [event])
+    [one] = make_options(FALLBACK, events=[event]).events or ()
     if one.max_count is not None or one.terminal:
         raise ValueError(
             "n sets the number of events: leave max_count and terminal out of the event"

@@ -8,70 +8,54 @@ from collections.abc import Iterable, Iterator
 from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path as File
-from typing import BinaryIO, Literal, NamedTuple, TypedDict, Unpack, cast, overload
+from typing import BinaryIO, Literal, Unpack, cast, overload
 
+from .._core import start as start_top
 from .._model.scene import Ensemble, Scene
-from .._options.methods import FALLBACK
 from .._options.options import (
-    EnsembleOptions,
+    EnsembleKeywords,
+    EventSpec,
+    Options,
     ReductionSpec,
-    SolveOptions,
+    SolveKeywords,
+    StreamKeywords,
+    TangentSpec,
     check_result_memory,
-    validate_ensemble_options,
-    validate_ensemble_times,
+    make_options,
     validate_output_array,
     validate_progress_callback,
-    validate_solve_options,
     validate_thread_count,
+    validate_times,
+    validate_tops,
 )
-from .._options.plan import GEOMETRIC
 from .._options.times import (
     CHUNK_SIZE,
     check_resolvable_horizon,
-    find_time_direction_and_chunks,
-    time_array,
+    find_time_direction,
+    iterate_time_chunks,
 )
 from .._results.archive import read_saved_path_arguments
 from .._results.buffers import LANES, SCALAR, SliceRunner
-from .._results.path import Events, Path, record_path, try_to_solve_in_core
+from .._results.path import (
+    Events,
+    Path,
+    build_path_from_core_result,
+    format_progress,
+    make_stop_exception,
+    record_path,
+    report_final_time,
+    try_to_solve_in_core,
+)
 from .._results.paths import Paths, Reductions, run_ensemble
+from .._results.quantities import TangentData
 from .._utils.arguments import Array, Numbers, as_int, short_repr, validate_type
 from .._utils.name_hints import has_unknown_keywords, refuse_unknown_keywords
 from .._utils.processes import Progress, WorkerPool
 from .._utils.quantity_attributes import MethodName, QuantityName
-from ..events import refuse_kinetic, to_core_events, validate_events
+from ..events import refuse_kinetic
 from .exact import record_exact_path_with_tangents
-from .geometric import (
-    STEP_SEARCH,
-    make_error_tolerance_refusal,
-    solve_with_step_search,
-    validate_geometric_method_options,
-)
-from .run import MAGIC, EventSpec, Run, resume, validate_run_options
-from .tangents import (
-    TangentSpec,
-    check_computes_tangents,
-    record_path_with_tangents,
-    refuse_arguments_with_tangents,
-    refuse_undefined_friction_tangents,
-    validate_tangent_names,
-    validate_tangent_options,
-)
-
-
-class SolveArguments(NamedTuple):
-    """Keyword arguments of kreisel.solve that control the method and select the recorded data."""
-
-    step: float | None = None
-    tol: float | None = None
-    digits: int | None = None
-    every: int | None = None
-    max_steps: int = 0
-    error: float | None = None
-    want: Iterable[QuantityName] | None = None
-    events: EventSpec | None = None
-    reduce: ReductionSpec | None = None
-    tangents: TangentSpec | None = None
+from .geometric import STEP_SEARCH, solve_with_step_search
+from .run import MAGIC, Run, refuse_step_search, resume
 
 
 def reduce(
@@ -107,81 +91,33 @@ def reduce(
     the computation for a top fails, its values are NaN, and `status` indicates the reason. The
     check() method of the result raises kreisel.Error for the first top whose computation failed.
     """
-    if type(tops) is not Ensemble:
-        validate_type("tops", tops, Ensemble)
-    controls = step, tol, digits, max_steps, None, reductions, every
-    options = validate_ensemble_options(tops, method, *controls)
-    if not options.reductions:
+    if reductions is None:
         raise TypeError("reductions must name quantities, as in {'nutation': ('min', 'max')}")
+    options = make_options(
+        method,
+        step=step,
+        tol=tol,
+        digits=digits,
+        every=every,
+        max_steps=max_steps,
+        reduce=reductions,
+    ).for_tops(validate_type("tops", tops, Ensemble))
     pool = WorkerPool(validate_thread_count(threads, executor), executor)
-    callback, times = (
-        validate_progress_callback(progress),
-        validate_ensemble_times(tops, t, options),
-    )
+    callback, times = validate_progress_callback(progress), validate_times(tops, t, options)
     return run_ensemble(Reductions, tops, times, options, pool, LANES, callback)
 
 
-def solve_ensemble(
-    tops: Ensemble,
-    t: Numbers,
-    method: str,
-    arguments: SolveArguments,
-    progress: Progress | None = None,
-    threads: int | None = None,
-    executor: Executor | None = None,
-    out: Array | None = None,
-) -> Paths:
-    """Compute the motions of all tops in an ensemble."""
-    options = validate_ensemble_arguments(tops, method, arguments)
-    pool = WorkerPool(validate_thread_count(threads, executor), executor)
-    callback, times = (
-        validate_progress_callback(progress),
-        validate_ensemble_times(tops, t, options),
-    )
-    check_result_memory(tops, times, options)
-    target = validate_output_array(tops, out, times, options)
-    return run_ensemble(
-        Paths, tops, times, options, pool, select_slice_runner(options), callback, target
-    )
-
-
-def select_slice_runner(options: EnsembleOptions) -> SliceRunner:
+def select_slice_runner(options: Options) -> SliceRunner:
     """Return the function that computes the motions of a slice of an ensemble."""
     if options.has_step_search:
         return STEP_SEARCH
     return SCALAR if options.uses_one_run_per_top else LANES
 
 
-def stream_ensemble(
-    tops: Ensemble,
-    t: Numbers,
-    method: str,
-    arguments: SolveArguments,
-    chunk: int,
-    progress: Progress | None = None,
-    threads: int | None = None,
-    executor: Executor | None = None,
-) -> Iterator[Paths]:
-    """Return an iterator over the paths of consecutive groups of tops in an ensemble.
-
-    Each group contains at least one top. A group of several tops has at most `chunk` states in
-    total.
-    """
-    options = validate_ensemble_arguments(tops, method, arguments)
-    pool = WorkerPool(validate_thread_count(threads, executor), executor)
-    callback, times = (
-        validate_progress_callback(progress),
-        validate_ensemble_times(tops, t, options),
-    )
-    return _yield_paths_of_batches(
-        tops, times, options, pool, callback, max(1, chunk // max(1, times.shape[-1]))
-    )
-
-
 def _yield_paths_of_batches(
     tops: Ensemble,
     t: Array,
-    options: EnsembleOptions,
+    options: Options,
     pool: WorkerPool,
     progress: Progress | None,
     size: int,
@@ -194,92 +130,12 @@ def _yield_paths_of_batches(
             progress(min(1.0, (begin + size) / len(row)))
 
 
-def validate_ensemble_arguments(
-    tops: Ensemble, method: str, arguments: SolveArguments
-) -> EnsembleOptions:
-    """Validate the arguments for solving an ensemble, and return the options.
-
-    Raises TypeError or ValueError for an invalid argument.
-    """
-    if isinstance(method, str) and method == GEOMETRIC:
-        exclusions = arguments._asdict()
-        error, max_steps, want = (exclusions.pop(name) for name in ("error", "max_steps", "want"))
-        return EnsembleOptions(
-            validate_geometric_method_options(error, max_steps, want, exclusions)
-        )
-    if arguments.tangents is not None:
-        return _validate_ensemble_tangent_options(tops, method, arguments)
-    step, tol, digits, every, max_steps, error, want, events, reduce, _ = arguments
-    if error is not None:
-        raise make_error_tolerance_refusal(method)
-    if events is not None and reduce is not None:
-        raise ValueError("events need paths: leave out reduce")
-    controls = step, tol, digits, max_steps, want, reduce, every
-    options = validate_ensemble_options(tops, method, *controls, requests_events=events is not None)
-    if events is None:
-        return options
-    event_list = validate_events(options.solve.method.name, events)
-    refuse_kinetic(tops, event_list)
-    return replace(options, core_events=to_core_events(event_list))
-
-
-def _validate_ensemble_tangent_options(
-    tops: Ensemble, method: str, arguments: SolveArguments
-) -> EnsembleOptions:
-    """Return the validated options for solving an ensemble with tangents."""
-    step, tol, digits, every, max_steps, error, want, events, reduce, tangents = arguments
-    names = validate_tangent_names(tangents)
-    refuse_arguments_with_tangents(
-        {"error": error, "want": want, "events": events, "reduce": reduce}
-    )
-    method_name = FALLBACK if method == "auto" else method
-    options = validate_ensemble_options(
-        tops, method_name, step, tol, digits, max_steps, every=every
-    )
-    check_computes_tangents(options.solve.method)
-    refuse_undefined_friction_tangents(tops, names)
-    return replace(options, solve=replace(options.solve, requested_method=method, tangents=names))
-
-
 def refuse_ensemble_arguments(scene: object, **arguments: object) -> None:
-    """Raise ValueError if arguments for ensembles are given for a single scene.
-
-    Raises TypeError if `scene` is not a kreisel.Scene.
-    """
+    """Raise ValueError if arguments for ensembles are given for a single scene."""
     validate_type("scene", scene, Scene)
-    names = [name for name, value in arguments.items() if value is not None]
-    raise ValueError(f"{' and '.join(names)}: only for a kreisel.Ensemble, not for a single scene")
-
-
-class MethodKeywords(TypedDict, total=False):
-    """Keyword arguments that control the integration method."""
-
-    step: float | None
-    tol: float | None
-    digits: int | None
-    every: int | None
-
-
-class StreamKeywords(MethodKeywords, total=False):
-    """Keyword arguments of kreisel.stream for a single scene."""
-
-    max_steps: int
-    want: Iterable[QuantityName] | None
-    events: EventSpec | None
-    progress: Progress | None
-
-
-class SolveKeywords(StreamKeywords, total=False):
-    """Keyword arguments of kreisel.solve that apply to both single scenes and ensembles."""
-
-    error: float | None
-
-
-class PoolKeywords(TypedDict, total=False):
-    """Keyword arguments that select the threads or the executor used to run an ensemble."""
-
-    threads: int | None
-    executor: Executor | None
+    if names := [name for name, value in arguments.items() if value is not None]:
+        text = " and ".join(names)
+        raise ValueError(f"{text}: only for a kreisel.Ensemble, not for a single scene")
 
 
 _ZIP = b"PK"  # the first bytes of an archive, which is a ZIP file
@@ -342,11 +198,6 @@ def _load_scene(name: str, size: int) -> Scene:
         raise ValueError(f"{error}; the file is neither {kinds}") from None
 
 
-class _EnsembleSolveKeywords(SolveKeywords, PoolKeywords, total=False):
-    out: Array | None
-    tangents: TangentSpec | None
-
-
 _NO_TIMES = cast(Numbers, None)  # refused like None, but after unknown keywords
 
 
@@ -355,8 +206,6 @@ def solve(
     scene: Scene,
     t: Numbers,
     method: MethodName | Literal["geometric"] = "auto",
-    *,
-    tangents: TangentSpec | None = None,
     **controls: Unpack[SolveKeywords],
 ) -> Path: ...
 @overload
@@ -364,7 +213,7 @@ def solve(
     scene: Ensemble,
     t: Numbers,
     method: MethodName | Literal["geometric"] = "auto",
-    **controls: Unpack[_EnsembleSolveKeywords],
+    **controls: Unpack[EnsembleKeywords],
 ) -> Paths: ...
 @has_unknown_keywords("solve", required="t")
 def solve(
@@ -466,81 +315,78 @@ def solve(
     """
     if unknown:
         refuse_unknown_keywords(solve, unknown)
-    is_for_many = threads is not None or executor is not None or out is not None
-    is_special = error is not None or events is not None or tangents is not None or is_for_many
+    is_special = error is not None or events is not None or tangents is not None
+    is_special |= threads is not None or executor is not None or out is not None
     is_checked = is_special or every is not None or not (progress is None or callable(progress))
     if isinstance(scene, Scene) and not is_checked:
         path = try_to_solve_in_core(scene, t, method, step, tol, digits, max_steps, want, progress)
         if path is not None:
             return path
+    options = make_options(
+        method,
+        step=step,
+        tol=tol,
+        digits=digits,
+        every=every,
+        max_steps=max_steps,
+        error=error,
+        want=want,
+        events=events,
+        tangents=tangents,
+    )
     if isinstance(scene, Ensemble):
-        controls = step, tol, digits, every, max_steps, error, want, events
-        arguments = SolveArguments(*controls, tangents=tangents)
-        return solve_ensemble(scene, t, method, arguments, progress, threads, executor, out)
-    request = scene, method, step, tol, digits, max_steps, want, every
-    if is_special or method == GEOMETRIC:
-        others: dict[str, object] = {"threads": threads, "executor": executor, "out": out}
-        options = _validate_special_solve_options(*request, error, events, tangents, others)
-    else:
-        options = validate_solve_options(*request, t=t)
-    return _solve_with_options(scene, options, t, validate_progress_callback(progress))
+        options = options.for_tops(scene)
+        if options.events:
+            refuse_kinetic(scene, options.events)
+        pool = WorkerPool(validate_thread_count(threads, executor), executor)
+        callback, times = validate_progress_callback(progress), validate_times(scene, t, options)
+        check_result_memory(scene, times, options)
+        target = validate_output_array(scene, out, times, options)
+        runner = select_slice_runner(options)
+        return run_ensemble(Paths, scene, times, options, pool, runner, callback, target)
+    if is_special:
+        refuse_ensemble_arguments(scene, threads=threads, executor=executor, out=out)
+    options = options.for_tops(validate_type("scene", scene, Scene), None if is_special else t)
+    return _solve_in_several_calls(scene, options, t, validate_progress_callback(progress))
 
 
-def _validate_special_solve_options(
-    scene: Scene,
-    method: str,
-    step: float | None,
-    tol: float | None,
-    digits: int | None,
-    max_steps: int,
-    want: Iterable[QuantityName] | None,
-    every: int | None,
-    error: float | None,
-    events: EventSpec | None,
-    tangents: TangentSpec | None,
-    others: dict[str, object],
-) -> SolveOptions:
-    """Return the validated options for a call with tangents, events or method='geometric'.
-
-    Raises TypeError or ValueError if an argument is invalid, or if an argument in `others` is
-    given.
-    """
-    if tangents is not None:
-        exclusions = {"error": error, "want": want, "events": events} | others
-        controls = step, tol, digits, max_steps
-        return validate_tangent_options(scene, method, tangents, controls, every, exclusions)
-    if any(value is not None for value in others.values()):
-        refuse_ensemble_arguments(scene, **others)
-    if method == GEOMETRIC:
-        exclusions = {"step": step, "tol": tol, "digits": digits, "every": every, "events": events}
-        validate_type("scene", scene, Scene)
-        return validate_geometric_method_options(error, max_steps, want, exclusions)
-    if error is not None:
-        raise make_error_tolerance_refusal(method)
-    return validate_run_options(scene, method, step, tol, digits, max_steps, want, events, every)
-
-
-def _solve_with_options(
-    scene: Scene, options: SolveOptions, t: Numbers, progress: Progress | None
+def _solve_in_several_calls(
+    scene: Scene, options: Options, t: Numbers, progress: Progress | None
 ) -> Path:
-    """Compute the motion of a scene, in several calls to the C library if necessary."""
-    if options.tangents:
-        record = (
-            record_exact_path_with_tangents if options.method.exact else record_path_with_tangents
-        )
-        return record(scene, options, t, progress)
-    times = time_array(t, options.step, options.every, options.bytes_per_state)
+    times = validate_times(scene, t, options)
     end = float(times[-1]) if times.size else 0.0
-    if options.error is not None:
+    if options.has_step_search:
         return solve_with_step_search(scene, options, times, progress)
     check_resolvable_horizon(scene, end, options.step)
+    if options.tangents:
+        record = record_exact_path_with_tangents
+        if not options.integrator.exact:
+            record = record_path_with_tangents
+        return record(scene, options, times, progress)
     if options.requests_events or times.size > options.chunk_size:
         return Run(scene, options, end < 0.0)._advance_to_times(times, progress)
     return record_path(scene, options, times, progress)
 
 
-class _EnsembleStreamKeywords(StreamKeywords, PoolKeywords, total=False):
-    pass
+def record_path_with_tangents(
+    scene: Scene, options: Options, times: Array, progress: Progress | None
+) -> Path:
+    """Compute the motion of a scene together with its tangents, and return the path."""
+    end = float(times[-1]) if times.size else 0.0
+    status, top = start_top(
+        scene._block, *options.core_arguments, end < 0.0, [], options.tangent_bit_mask
+    )
+    if top is None:
+        refused = status, scene._start_state.copy(), None, (0, 0, 0, 0), end
+        path = build_path_from_core_result(scene, options, refused)
+        raise make_stop_exception(status, path, format_progress(path, end))
+    result, high, low, rest = top.record_tangents(times, options.has_extended_precision, progress)
+    tangents = TangentData.from_flat_arrays(high, low, rest, options.tangents)
+    path = build_path_from_core_result(scene, options, result)
+    path = replace(path, _tangent_data=tangents)
+    if result[0] != "OK":
+        raise make_stop_exception(result[0], path, format_progress(path, end))
+    return report_final_time(path, progress)
 
 
 @overload
@@ -559,7 +405,9 @@ def stream(
     method: MethodName = "auto",
     *,
     chunk: int | None = None,
-    **controls: Unpack[_EnsembleStreamKeywords],
+    threads: int | None = None,
+    executor: Executor | None = None,
+    **controls: Unpack[StreamKeywords],
 ) -> Iterator[Paths]: ...
 def stream(
     scene: Scene | Ensemble,
@@ -608,20 +456,30 @@ def stream(
     contains the valid states of the last path.
     """
     most = None if chunk is None else as_int("chunk", chunk, 1)
+    refuse_step_search(method)
+    options = make_options(
+        method,
+        step=step,
+        tol=tol,
+        digits=digits,
+        every=every,
+        max_steps=max_steps,
+        want=want,
+        events=events,
+    ).for_tops(validate_tops("scene", scene))
+    callback = validate_progress_callback(progress)
     if isinstance(scene, Ensemble):
         if isinstance(t, Iterator):
             raise TypeError(
                 "times of an ensemble must be a number, a list or an array, not an iterator"
             )
-        arguments = SolveArguments(step, tol, digits, every, max_steps, None, want, events)
-        size = most or 1 << 20
-        return stream_ensemble(scene, t, method, arguments, size, progress, threads, executor)
-    if threads is not None or executor is not None:
-        refuse_ensemble_arguments(scene, threads=threads, executor=executor)
-    options = validate_run_options(scene, method, step, tol, digits, max_steps, want, events, every)
-    is_back, chunks = find_time_direction_and_chunks(
-        t, options.step, options.every, most or CHUNK_SIZE
-    )
-    return Run(scene, options, is_back)._yield_path_per_chunk(
-        chunks, validate_progress_callback(progress)
-    )
+        if options.events:
+            refuse_kinetic(scene, options.events)
+        pool = WorkerPool(validate_thread_count(threads, executor), executor)
+        rows = validate_times(scene, t, options)
+        size = max(1, (most or 1 << 20) // max(1, rows.shape[-1]))
+        return _yield_paths_of_batches(scene, rows, options, pool, callback, size)
+    refuse_ensemble_arguments(scene, threads=threads, executor=executor)
+    is_back, times = find_time_direction(t)
+    chunks = iterate_time_chunks(times, options.step, options.every, most or CHUNK_SIZE, None)
+    return Run(scene, options, is_back)._yield_path_per_chunk(chunks, callback)

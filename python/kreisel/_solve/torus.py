@@ -72,7 +72,6 @@ def _resolve_in_momentum_frame(columns: Array, momentum: Array) -> tuple[Array, 
 
 ComputeStates = Callable[[Scene, Array], Array]
 
-PARAMETERS: Final = ("start", "gravity", "mass")  # changes that keep the kind of the body
 # Weights of the quotients (f(k h) - f(-k h)) / (2 k h), k = 1 .. 4, of order 8 and of order 6.
 _ORDER_8: Final = np.array((8.0 / 5.0, -4.0 / 5.0, 8.0 / 35.0, -1.0 / 35.0))
 _ORDER_6: Final = np.array((3.0 / 2.0, -3.0 / 5.0, 1.0 / 10.0, 0.0))
@@ -129,20 +128,6 @@ def compute_closed_form_tangents(
             blocks[-1] = blocks[-1] * (scene.gravity / scene.body.mass)
     high = np.concatenate(blocks, axis=2)
     return TangentData.from_flat_arrays(high, np.zeros_like(high), rest, names)
-
-
-def check_torus_tangent_names(names: tuple[str, ...]) -> None:
-    """Raise ValueError for a parameter for which tangents cannot be computed."""
-    for name in names:
-        if name not in PARAMETERS:
-            reason = (
-                "damped tops have none" if name == "damping" else "most changes of it have none"
-            )
-            raise ValueError(
-                f"a closed form on a torus has no tangents with respect to {name!r}, because "
-                f"{reason}: use {', '.join(map(repr, PARAMETERS))}, or kr.solve(scene, t, "
-                f"tangents={name!r})"
-            )
 
 
 def check_tangent_times(scene: Scene, times: Array) -> None:

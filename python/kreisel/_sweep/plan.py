@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import inspect
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -20,10 +20,12 @@ from .._model.scene import Ensemble, Scene, build_scene_from_table
 from .._model.toml import parse_toml_tables, parse_toml_text_or_file, require_toml_table
 from .._options.methods import FALLBACK
 from .._options.options import (
-    EnsembleOptions,
-    resolve_method_for_ensemble,
-    validate_ensemble_options,
-    validate_ensemble_times,
+    ARGUMENTS as OPTIONS,
+)
+from .._options.options import (
+    Options,
+    make_options,
+    validate_times,
 )
 from .._options.quantities import RECORDABLE, TIME
 from .._options.times import get_total_memory
@@ -37,7 +39,7 @@ from .._results.paths import (
 from .._results.tables import TableColumn, list_quantity_columns
 from .._solve.chaos import Indicator, lyapunov, megno, oli, validate_indicator_arguments
 from .._solve.section import Section, section, validate_section_arguments, validate_section_event
-from .._solve.solve import SolveArguments, select_slice_runner, validate_ensemble_arguments
+from .._solve.solve import select_slice_runner
 from .._utils.arguments import (
     Array,
     Numbers,
@@ -49,7 +51,7 @@ from .._utils.arguments import (
     unknown_name_message,
 )
 from .._utils.processes import Progress, WorkerPool
-from ..events import MAKERS, Event, from_record, to_record, validate_events
+from ..events import MAKERS, Event, refuse_kinetic
 from ..scenes import about, get_scene
 from .source import Places, RandomSpec, Source, list_parameter_component_names
 
@@ -64,10 +66,10 @@ class SweepTask(Protocol):
     def as_json(self) -> dict[str, Any]:
         """The task of the sweep as a JSON object."""
 
-    def normalize_arguments(self, options: EnsembleOptions) -> SweepTask:
+    def normalize_arguments(self, options: Options) -> SweepTask:
         """Return the task in canonical form, so that equivalent arguments lead to equal plans."""
 
-    def validate_options_and_times(self, tops: Ensemble) -> tuple[EnsembleOptions, Array]:
+    def validate_options_and_times(self, tops: Ensemble) -> tuple[Options, Array]:
         """Return the validated options of the task, and the requested times of the given ensemble.
 
         For a section, the times are `n` copies of the longest waiting time allowed for the first
@@ -77,7 +79,7 @@ class SweepTask(Protocol):
     def compute_results_of_tops(
         self,
         tops: Ensemble,
-        options: EnsembleOptions,
+        options: Options,
         times: Array,
         threads: int,
         progress: Progress | None,
@@ -91,58 +93,33 @@ class SweepTask(Protocol):
 class SolveTask(NamedTuple):
     """A task that calls kreisel.solve, or kreisel.reduce if statistics are requested."""
 
-    t: Numbers
-    method: str
-    arguments: SolveArguments
+    t: Any
+    options: Options
 
     @property
     def as_json(self) -> dict[str, Any]:
-        controls = self.arguments
-        solve = _drop_none_values(controls._asdict())
-        if controls.events is not None:
-            solve["events"] = [
-                to_record(event) for event in validate_events(FALLBACK, controls.events)
-            ]
-        if controls.want is not None:
-            solve["want"] = list(controls.want)
-        if controls.reduce is not None:
-            solve["reduce"] = [[name, kinds] for name, kinds in controls.reduce.items()]
-        return {"t": self.t, "method": self.method, "solve": solve}
+        words = _drop_none_values(self.options.to_json())
+        solve = {name: words[name] for name in _SOLVE_ARGUMENTS if name in words}
+        return {"t": self.t, "method": self.options.requested_method, "solve": solve}
 
-    def normalize_arguments(self, options: EnsembleOptions) -> SolveTask:
-        controls = self.arguments
-        reduce = None
-        if controls.reduce is not None:
-            reduce = {
-                name: [kinds] if isinstance(kinds, str) else list(dict.fromkeys(kinds))
-                for name, kinds in controls.reduce.items()
-            }
-        arguments = controls._replace(
-            step=_float_or_none(controls.step),
-            tol=_float_or_none(controls.tol),
-            error=_float_or_none(controls.error),
-            digits=options.solve.digits,
-            every=None if controls.every is None else int(controls.every),
-            max_steps=int(controls.max_steps),
-            want=None if options.reductions else options.solve.want,
-            reduce=reduce,
-        )
-        return SolveTask(_float_or_list(self.t), self.method, arguments)
+    def normalize_arguments(self, options: Options) -> SolveTask:
+        return self
 
-    def validate_options_and_times(self, tops: Ensemble) -> tuple[EnsembleOptions, Array]:
-        options = validate_ensemble_arguments(tops, self.method, self.arguments)
-        return options, validate_ensemble_times(tops, self.t, options)
+    def validate_options_and_times(self, tops: Ensemble) -> tuple[Options, Array]:
+        options = self.options.for_tops(tops)
+        refuse_kinetic(tops, options.events or ())
+        return options, validate_times(tops, self.t, options)
 
     def compute_results_of_tops(
         self,
         tops: Ensemble,
-        options: EnsembleOptions,
+        options: Options,
         times: Array,
         threads: int,
         progress: Progress | None,
     ) -> Paths | Reductions:
         if not (options.is_auto or options.has_step_search):
-            resolve_method_for_ensemble(options.solve.method.name, tops)
+            options.for_tops(tops)
         kind: type[Paths | Reductions] = Reductions if options.reductions else Paths
         runner = LANES if options.reductions else select_slice_runner(options)
         return run_ensemble(kind, tops, times, options, WorkerPool(threads), runner, progress)
@@ -162,21 +139,19 @@ class ChaosTask(NamedTuple):
         arguments = _drop_none_values(self._asdict())
         return {arguments.pop("name"): arguments}
 
-    def normalize_arguments(self, options: EnsembleOptions) -> ChaosTask:
+    def normalize_arguments(self, options: Options) -> ChaosTask:
         direction = None if self.direction is None else _float_or_list(self.direction)
         controls = direction, _float_or_none(self.tol), int(self.max_steps)
         return ChaosTask(self.name, _float_or_list(self.t), *controls)
 
-    def validate_options_and_times(self, tops: Ensemble) -> tuple[EnsembleOptions, Array]:
+    def validate_options_and_times(self, tops: Ensemble) -> tuple[Options, Array]:
         times, _ = validate_indicator_arguments(tops, *self[1:])
-        return validate_ensemble_options(
-            tops, FALLBACK, tol=self.tol, max_steps=self.max_steps
-        ), times
+        return make_options(FALLBACK, tol=self.tol, max_steps=self.max_steps), times
 
     def compute_results_of_tops(
         self,
         tops: Ensemble,
-        options: EnsembleOptions,
+        options: Options,
         times: Array,
         threads: int,
         progress: Progress | None,
@@ -198,27 +173,27 @@ class SectionTask(NamedTuple):
 
     @property
     def as_json(self) -> dict[str, Any]:
-        event = {"event": to_record(validate_section_event(self.event))}
+        event = {"event": validate_section_event(self.event)._to_json()}
         return {"section": _drop_none_values(self._asdict()) | event}
 
-    def normalize_arguments(self, options: EnsembleOptions) -> SectionTask:
+    def normalize_arguments(self, options: Options) -> SectionTask:
         return SectionTask(
             validate_section_event(self.event),
             int(self.n),
             _float_or_none(self.max_wait),
             _float_or_none(self.tol),
-            options.solve.digits,
+            options.digits,
             int(self.max_steps),
         )
 
-    def validate_options_and_times(self, tops: Ensemble) -> tuple[EnsembleOptions, Array]:
+    def validate_options_and_times(self, tops: Ensemble) -> tuple[Options, Array]:
         waits, options = validate_section_arguments(tops, *self)
         return options, waits[0]
 
     def compute_results_of_tops(
         self,
         tops: Ensemble,
-        options: EnsembleOptions,
+        options: Options,
         times: Array,
         threads: int,
         progress: Progress | None,
@@ -228,7 +203,7 @@ class SectionTask(NamedTuple):
 
 INDICATORS: dict[str, Callable[..., Indicator]] = {"lyapunov": lyapunov, "megno": megno, "oli": oli}
 # Parts of a sweep are tables, which cannot store tangents.
-_SOLVE_ARGUMENTS = tuple(name for name in SolveArguments._fields if name != "tangents")
+_SOLVE_ARGUMENTS = tuple(name for name in OPTIONS if name != "tangents")
 _ARGUMENTS: dict[str, tuple[str, ...]] = {
     "solve": ("t", "method", *_SOLVE_ARGUMENTS),
     **dict.fromkeys(INDICATORS, ChaosTask._fields[1:]),
@@ -268,17 +243,7 @@ def build_task_from_arguments(task: object, arguments: Mapping[str, Any]) -> Swe
 def _validate_solve_task(t: Numbers, method: object = "auto", **arguments: Any) -> SolveTask:
     if not isinstance(method, str):
         raise TypeError(f"method must be the name of a method, not {short_repr(method)}")
-    if "want" in arguments:
-        arguments["want"] = _iterator_to_list(arguments["want"])
-    reduce = arguments.get("reduce")
-    if isinstance(reduce, Mapping):
-        arguments["reduce"] = {name: _iterator_to_list(kinds) for name, kinds in reduce.items()}
-    return SolveTask(t, method, SolveArguments(**arguments))
-
-
-def _iterator_to_list(names: Any) -> Any:
-    """Convert an iterator to a list, because iterators can be read only once."""
-    return list(names) if isinstance(names, Iterator) else names
+    return SolveTask(_float_or_list(t), make_options(method, **arguments))
 
 
 def _drop_none_values(arguments: Mapping[str, Any]) -> dict[str, Any]:
@@ -302,13 +267,11 @@ def build_task_from_dict(plan: Mapping[str, Any]) -> SweepTask:
     task = next((name for name in _ARGUMENTS if name in plan), "solve")
     arguments: dict[str, Any] = dict(plan[task])
     if task == "solve":
-        arguments |= {"t": plan["t"], "method": plan["method"]}
-    if "events" in arguments:
-        arguments["events"] = [from_record(row) for row in arguments["events"]]
+        method = {"method": plan["method"], "asked": plan["method"]}
+        words = dict.fromkeys(_SOLVE_ARGUMENTS) | {"max_steps": 0} | arguments | method
+        return SolveTask(plan["t"], Options.from_json(words))
     if "event" in arguments:
-        arguments["event"] = from_record(arguments["event"])
-    if "reduce" in arguments:
-        arguments["reduce"] = dict(arguments["reduce"])
+        arguments["event"] = Event._from_json(arguments["event"])
     return build_task_from_arguments(task, arguments)
 
 
@@ -328,7 +291,7 @@ class SweepPlan:
     source: Source
     task: SweepTask
     part_size: int
-    options: EnsembleOptions
+    options: Options
     times: Array
     sample: tuple[Places, Ensemble]
 
@@ -590,7 +553,7 @@ def tabulate_sweep_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> Pa
         part.columns[name], part.units[name] = values, dimension
     if isinstance(outcome, Section):
         _add_event_columns(part, outcome)
-    elif isinstance(outcome, Paths) and outcome._options.core_events is not None:
+    elif isinstance(outcome, Paths) and outcome._options.requests_events:
         part.ragged = {"event_which": outcome.events.which}
         part.ragged |= {"event_direction": outcome.events.direction}
         _add_event_columns(part, outcome.events)

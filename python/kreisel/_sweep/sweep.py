@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from .._model.scene import Ensemble
 from .._options.options import (
+    EventSpec,
     ReductionSpec,
     validate_progress_callback,
     validate_thread_count,
@@ -22,7 +23,6 @@ from .._options.options import (
 from .._results.buffers import EventColumns
 from .._results.paths import EnsembleEvents, convert_columns_to_ensemble_events
 from .._results.tables import ColumnTable, TableColumn
-from .._solve.run import EventSpec
 from .._utils.arguments import (
     Numbers,
     as_bool,
