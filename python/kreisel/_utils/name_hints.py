@@ -7,7 +7,7 @@ from collections.abc import Callable, Container, Iterable
 from functools import update_wrapper
 from inspect import Parameter, getattr_static, isfunction, signature
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, NoReturn, TypedDict, TypeVar, cast
+from typing import TYPE_CHECKING, Any, NoReturn, TypedDict, TypeVar
 
 from .arguments import suggest_name
 
@@ -27,9 +27,11 @@ class NoKeywords(TypedDict):
     """The type of `unknown`, for which type checkers allow no keyword."""
 
 
-def unknown_keyword_message(function: Callable[..., Any], name: str, word: str) -> str:
-    """Return the message for a keyword argument that a function does not have."""
-    known: list[str] = []
+def refuse_unknown_keywords(
+    function: Callable[..., Any], unknown: Iterable[str], name: str = ""
+) -> NoReturn:
+    """Raise TypeError for the first of the keyword arguments that a function does not have."""
+    word, known = next(iter(unknown)), []
     for parameter in signature(function).parameters.values():
         if parameter.kind is not Parameter.VAR_KEYWORD:
             known.append(parameter.name)
@@ -39,12 +41,8 @@ def unknown_keyword_message(function: Callable[..., Any], name: str, word: str) 
     needed, hint = _ADVICE.get(word, ("self", _RADIANS if word == "degrees" else ""))
     if not hint or needed not in [*known, "self"]:
         hint = suggest_name(word, [one for one in known if one not in ("self", "cls")])
-    return f"{name}() got an unexpected keyword argument {word!r}: {hint}"
-
-
-def refuse_unknown_keywords(function: Callable[..., Any], unknown: Iterable[str]) -> NoReturn:
-    """Raise TypeError for the first of the unknown keyword arguments of a function."""
-    raise TypeError(unknown_keyword_message(function, function.__qualname__, next(iter(unknown))))
+    public = name or function.__qualname__
+    raise TypeError(f"{public}() got an unexpected keyword argument {word!r}: {hint}")
 
 
 def has_unknown_keywords(name: str, required: Container[str] = ()) -> Callable[[_F], _F]:
@@ -69,7 +67,7 @@ def has_unknown_keywords(name: str, required: Container[str] = ()) -> Callable[[
     return decorate
 
 
-def _explain_type_errors(function: _F, name: str) -> _F:
+def _explain_type_errors(function: Callable[..., Any], name: str) -> Callable[..., Any]:
     """Return the function with messages that give its public name and suggest keywords."""
 
     def call(*args: Any, **words: Any) -> Any:
@@ -77,32 +75,15 @@ def _explain_type_errors(function: _F, name: str) -> _F:
             return function(*args, **words)
         except TypeError as error:
             found = re.search(r"got an unexpected keyword argument '(\w+)'", str(error))
-            if found and found[1] in words:
-                message = unknown_keyword_message(function, name, found[1])
-            elif error.__traceback__ is not None and error.__traceback__.tb_next is None:
-                message = str(error).replace(f"{function.__qualname__}()", f"{name}()")
-            else:
+            is_of_call = error.__traceback__ is not None and error.__traceback__.tb_next is None
+            if not is_of_call and not (found and found[1] in words):
                 raise
+            message = str(error).replace(f"{function.__qualname__}()", f"{name}()")
+        if found:
+            refuse_unknown_keywords(function, [found[1]], name)
         raise TypeError(message)
 
-    return cast(_F, update_wrapper(call, function))
-
-
-def _is_explained(function: object) -> bool:
-    return not isfunction(function) or not {"__signature__", "__wrapped__"}.isdisjoint(
-        vars(function)
-    )
-
-
-def _explain_methods(kind: type, names: Iterable[str]) -> None:
-    for name in names:
-        method = getattr_static(kind, name)
-        function = method.__func__ if isinstance(method, (classmethod, staticmethod)) else method
-        if _is_explained(function) or len(signature(function).parameters) < 2:
-            continue
-        public = kind.__name__ if name == "__init__" else f"{kind.__name__}.{name}"
-        wrapper = _explain_type_errors(function, public)
-        setattr(kind, name, wrapper if function is method else type(method)(wrapper))
+    return update_wrapper(call, function)
 
 
 def explain_public_names(module: ModuleType, constructible: Iterable[type] = ()) -> None:
@@ -111,16 +92,29 @@ def explain_public_names(module: ModuleType, constructible: Iterable[type] = ())
     Unknown attributes of the module suggest names. `constructible` are the classes that users call.
     """
     names = getattr(module, "__all__", None) or dir(module)
+    package = __name__.partition(".")[0]
+    owners: list[tuple[Any, str, str]] = [
+        (kind, "__init__", kind.__name__) for kind in constructible
+    ]
     for name in names:
         value = getattr(module, name)
-        if isinstance(value, type) and value.__module__.startswith(__name__.partition(".")[0]):
-            _explain_methods(value, [one for one in dir(value) if one[0] != "_"])
-        elif not _is_explained(value):
-            wrapper = _explain_type_errors(value, name)
+        if isinstance(value, type) and value.__module__.startswith(package):
+            owners += [(value, one, f"{name}.{one}") for one in dir(value) if one[0] != "_"]
+        else:
+            owners.append((module, name, name))
+    for owner, name, public in owners:
+        member = getattr_static(owner, name)
+        function = getattr(member, "__func__", member)
+        if not isfunction(function) or not vars(function).keys().isdisjoint(
+            ("__signature__", "__wrapped__")
+        ):
+            continue
+        if owner is not module and len(signature(function).parameters) < 2:
+            continue
+        wrapper = _explain_type_errors(function, public)
+        if owner is module:
             wrapper.__module__ = module.__name__  # where pickle finds it
-            setattr(module, name, wrapper)
-    for kind in constructible:
-        _explain_methods(kind, ["__init__"])
+        setattr(owner, name, wrapper if function is member else type(member)(wrapper))
 
     def refuse_attribute(name: str) -> NoReturn:
         hint = "" if name.startswith("_") else f"; {suggest_name(name, names)}"

@@ -5,7 +5,7 @@ Generated from tables in csrc by `.ci/names > python/kreisel/_utils/quantity_att
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, Never
 
 if TYPE_CHECKING:
     from .arguments import Array
@@ -62,67 +62,36 @@ QuantityName = Literal[
 ]
 
 
+class Quantity:
+    """A read-only attribute with the values of a quantity."""
+
+    if TYPE_CHECKING:
+
+        def __get__(self, path: object, kind: object = None) -> Array: ...
+        def __set__(self, path: object, value: Never) -> None: ...
+
+
 class QuantityAttributes:
     """The quantities of a path except t, q and m, generated from csrc/quantities.def."""
 
     if TYPE_CHECKING:
-
-        @property
-        def velocity(self) -> Array: ...
-
-        @property
-        def torque(self) -> Array: ...
-
-        @property
-        def frame(self) -> Array: ...
-
-        @property
-        def apex(self) -> Array: ...
-
-        @property
-        def body_velocity(self) -> Array: ...
-
-        @property
-        def body_momentum(self) -> Array: ...
-
-        @property
-        def body_vertical(self) -> Array: ...
-
-        @property
-        def spin(self) -> Array: ...
-
-        @property
-        def precession_angle(self) -> Array: ...
-
-        @property
-        def nutation(self) -> Array: ...
-
-        @property
-        def spin_angle(self) -> Array: ...
-
-        @property
-        def kinetic(self) -> Array: ...
-
-        @property
-        def potential(self) -> Array: ...
-
-        @property
-        def energy(self) -> Array: ...
-
-        @property
-        def vertical_momentum(self) -> Array: ...
-
-        @property
-        def axial_momentum(self) -> Array: ...
-
-        @property
-        def kowalewski(self) -> Array: ...
-
-        @property
-        def goryachev_chaplygin(self) -> Array: ...
-
-        @property
-        def body_acceleration(self) -> Array: ...
-
-        @property
-        def inertial_velocity(self) -> Array: ...
+        velocity: Quantity
+        torque: Quantity
+        frame: Quantity
+        apex: Quantity
+        body_velocity: Quantity
+        body_momentum: Quantity
+        body_vertical: Quantity
+        spin: Quantity
+        precession_angle: Quantity
+        nutation: Quantity
+        spin_angle: Quantity
+        kinetic: Quantity
+        potential: Quantity
+        energy: Quantity
+        vertical_momentum: Quantity
+        axial_momentum: Quantity
+        kowalewski: Quantity
+        goryachev_chaplygin: Quantity
+        body_acceleration: Quantity
+        inertial_velocity: Quantity
