@@ -36,7 +36,7 @@ from .._utils.arguments import (
     suggest_name,
     unknown_name_message,
 )
-from .._utils.processes import DivisibleTask, Job, Progress, WorkerPool
+from .._utils.processes import Job, Progress, WorkerPool
 from .._utils.quantity_attributes import QuantityName
 from .buffers import (
     INTERRUPTED,
@@ -487,7 +487,7 @@ def run_ensemble(
         else (make_local_job, buffers.add_events_and_failures)
     )
     try:
-        pool.run_task(DivisibleTask(n, job, collect, work, progress, runner.is_native))
+        pool.run_slices(n, job, collect, work, progress, runner.is_native)
     except KeyboardInterrupt:
         buffers.mark_unrun_tops_interrupted(t)
         indices = np.flatnonzero(buffers.status == INTERRUPTED)

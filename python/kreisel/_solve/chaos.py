@@ -37,7 +37,7 @@ from .._utils.arguments import (
     short_repr,
 )
 from .._utils.html import format_picture_as_html
-from .._utils.processes import DivisibleTask, Job, Progress, WorkerPool
+from .._utils.processes import Job, Progress, WorkerPool
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -350,7 +350,7 @@ def compute_chaos_indicator(
         return Indicator(t, *parts, names, name, megno.reshape(shape), turns, tops)
 
     try:
-        pool.run_task(DivisibleTask(n, make_indicator_job, store_slice_results, work, progress))
+        pool.run_slices(n, make_indicator_job, store_slice_results, work, progress)
     except KeyboardInterrupt:
         indices = np.flatnonzero(status == INTERRUPTED)
         if not indices.size:

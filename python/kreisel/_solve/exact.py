@@ -73,7 +73,7 @@ from .._utils.arguments import (
     short_repr,
     validate_type,
 )
-from .._utils.processes import DivisibleTask, Job, Progress, WorkerPool
+from .._utils.processes import Job, Progress, WorkerPool
 from .torus import (
     check_tangent_times,
     compute_closed_form_tangents,
@@ -207,7 +207,7 @@ class ExactEnsemble:
                 failures.append((result[1], result[0]))
 
         pool = WorkerPool(validate_thread_count(None, None))
-        pool.run_task(DivisibleTask(self.tops.size, make_range_job, note_slice_failure, work))
+        pool.run_slices(self.tops.size, make_range_job, note_slice_failure, work)
         if failures:
             first, status = min(failures)
             error = (

@@ -12,15 +12,12 @@ import struct
 import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO
+from typing import BinaryIO
 
 import numpy as np
 import numpy.typing as npt
 
 from .arguments import Array
-
-if TYPE_CHECKING:
-    from zipfile import ZipFile
 
 
 class BlockAppender:
@@ -203,23 +200,20 @@ _MAX_ERROR_LENGTH = 100  # characters kept of a message of zipfile, which may qu
 
 def pack_archive(texts: Mapping[str, str], arrays: Mapping[str, Array | Integers]) -> bytes:
     """Return the bytes of an archive that contains `texts` and `arrays`."""
-    from zipfile import ZipFile  # imported here to keep `import kreisel` fast
+    from zipfile import ZipFile, ZipInfo  # imported here to keep `import kreisel` fast
 
     buffer = io.BytesIO()
     with ZipFile(buffer, "w") as archive:
-        for name, text in texts.items():
-            _write_array(archive, name, np.array(text, dtype=f"<U{len(text)}"))
+        members: dict[str, npt.NDArray[np.generic]] = {
+            name: np.array(text, dtype=f"<U{len(text)}") for name, text in texts.items()
+        }
         for name, array in arrays.items():
-            _write_array(archive, name, array.astype("<i4" if array.dtype.kind == "i" else "<f8"))
+            members[name] = array.astype("<i4" if array.dtype.kind == "i" else "<f8")
+        for name, values in members.items():
+            with archive.open(ZipInfo(f"{name}.npy"), "w", force_zip64=True) as member:
+                data = np.ascontiguousarray(values).reshape(values.shape)
+                np.lib.format.write_array(member, data, version=(1, 0), allow_pickle=False)
     return buffer.getvalue()
-
-
-def _write_array(archive: ZipFile, name: str, array: npt.NDArray[np.generic]) -> None:
-    from zipfile import ZipInfo
-
-    with archive.open(ZipInfo(f"{name}.npy"), "w", force_zip64=True) as member:
-        data = np.ascontiguousarray(array).reshape(array.shape)
-        np.lib.format.write_array(member, data, version=(1, 0), allow_pickle=False)
 
 
 class ArchiveReader:
@@ -229,11 +223,18 @@ class ArchiveReader:
     """
 
     def __init__(self, file: BinaryIO, size: int) -> None:
-        from zipfile import BadZipFile, ZipFile
+        from zipfile import ZIP_STORED, BadZipFile, ZipFile
 
         try:
             with ZipFile(file) as archive:
-                self._members = _read_archive_members(archive, size)
+                members = archive.infolist()
+                if any(each.compress_type != ZIP_STORED for each in members):
+                    raise ValueError("its members are compressed")
+                if sum(each.file_size for each in members) > size:
+                    raise ValueError("its members are larger than the file")
+                self._members = {
+                    each.filename.removesuffix(".npy"): archive.read(each) for each in members
+                }
         except (EOFError, OSError, RuntimeError, struct.error, BadZipFile) as error:
             raise ValueError(f"the archive is damaged: {str(error)[:_MAX_ERROR_LENGTH]}") from None
 
@@ -273,21 +274,6 @@ class ArchiveReader:
         if not is_match or math.prod(sizes) * size != len(rest):
             raise ValueError(f"its {name} has the wrong size: its shape is {tuple(sizes)}")
         return rest
-
-
-def _read_archive_members(archive: ZipFile, size: int) -> dict[str, bytes]:
-    """Return the contents of all members of a zip file.
-
-    Raises ValueError if a member is compressed, or if the members are larger than the file.
-    """
-    from zipfile import ZIP_STORED
-
-    members = archive.infolist()
-    if any(each.compress_type != ZIP_STORED for each in members):
-        raise ValueError("its members are compressed")
-    if sum(each.file_size for each in members) > size:
-        raise ValueError("its members are larger than the file")
-    return {each.filename.removesuffix(".npy"): archive.read(each) for each in members}
 
 
 _MARK, _SIZE = b"kreisel-sha256:", 64

@@ -8,9 +8,9 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
-from dataclasses import dataclass
+from itertools import islice
 from types import FrameType
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from .._core import Work
 
@@ -104,19 +104,13 @@ def run_jobs(
     threads, but not for jobs in other processes.
     """
     running: dict[Future[_R], _K] = {}
-
-    def submit_jobs_up_to_limit() -> bool:
-        while len(running) < max_in_flight:
-            following = next(jobs, None)
-            if following is None:
-                break
-            key, (function, arguments) = following
-            running[executor.submit(function, *arguments)] = key
-        return bool(running)
-
     try:
         with defer_signals() as handle_received_signals:
-            while submit_jobs_up_to_limit():
+            while True:
+                for key, (function, arguments) in islice(jobs, max_in_flight - len(running)):
+                    running[executor.submit(function, *arguments)] = key
+                if not running:
+                    break
                 futures, _ = wait(running, timeout=POLL_SECONDS, return_when=FIRST_COMPLETED)
                 for future in futures:
                     collect(running.pop(future), future)
@@ -134,24 +128,6 @@ def run_jobs(
         raise
 
 
-@dataclass
-class DivisibleTask(Generic[_R]):
-    """A computation for the n members of an ensemble, divisible into consecutive slices.
-
-    job        a function that returns the job for the members begin..end
-    collect    a function that receives the first index and the result of each slice
-    work       the object that can stop running jobs, and that counts finished members
-    is_native  True if the core distributes the members to its own threads
-    """
-
-    n: int
-    job: Callable[[int, int], Job[_R]]
-    collect: Callable[[int, _R], object]
-    work: Work
-    progress: Progress | None = None
-    is_native: bool = False
-
-
 class WorkerPool(NamedTuple):
     """A pool of threads, or an executor supplied by the user."""
 
@@ -163,19 +139,67 @@ class WorkerPool(NamedTuple):
         """True if the workers do not share memory with this process."""
         return self.executor is not None and not has_thread_workers(self.executor)
 
-    def run_task(self, task: DivisibleTask[Any]) -> None:
-        """Run a task until it is complete.
+    def run_slices(
+        self,
+        n: int,
+        job: Callable[[int, int], Job[_R]],
+        collect: Callable[[int, _R], object],
+        work: Work,
+        progress: Progress | None = None,
+        is_native: bool = False,
+    ) -> None:
+        """Run a computation for n members, divided into slices, until it is complete.
+
+        job        a function that returns the job for the members begin..end
+        collect    a function that receives the first index and the result of each slice
+        work       the object that can stop running jobs, and that counts finished members
+        is_native  True if the core distributes the members to its own threads
 
         Raises KeyboardInterrupt after Ctrl-C, and re-raises any exception from a job.
         """
-        threads = 1 if task.n <= LANES else self.threads
+        threads = 1 if n <= LANES else self.threads
         if self.executor is not None:
-            _run_task_with_executor(self.executor, self, task)
-        elif threads == 1 or task.is_native:
-            _run_task_in_calling_thread(task, threads)
+            self._run_slices_on_executor(self.executor, n, job, collect, work, progress)
+        elif threads > 1 and not is_native:
+            with ThreadPoolExecutor(threads) as executor:
+                self._run_slices_on_executor(executor, n, job, collect, work, progress)
         else:
-            with ThreadPoolExecutor(self.threads) as executor:
-                _run_task_with_executor(executor, self, task)
+            work.listen(n, progress)
+            if is_native:
+                work.share(threads)
+            for begin, end in [(0, n)] if is_native else WorkerPool(1).yield_slice_bounds(n):
+                function, arguments = job(begin, end)
+                collect(begin, function(*arguments))
+                work.end()
+                if work.stopped:
+                    raise KeyboardInterrupt
+
+    def _run_slices_on_executor(
+        self,
+        executor: Executor,
+        n: int,
+        job: Callable[[int, int], Job[_R]],
+        collect: Callable[[int, _R], object],
+        work: Work,
+        progress: Progress | None,
+    ) -> None:
+        done, last_call = 0, time.monotonic()
+
+        def collect_future(part: tuple[int, int], future: Future[_R]) -> None:
+            nonlocal done
+            collect(part[0], future.result())
+            done += part[1] - part[0]
+
+        def report_progress() -> None:
+            nonlocal last_call
+            now = time.monotonic()
+            if progress is not None and now - last_call >= PROGRESS_SECONDS:
+                last_call = now
+                progress((done if self.has_workers_in_other_processes else work.done) / n)
+
+        jobs = ((part, job(*part)) for part in self.yield_slice_bounds(n))
+        most = SLICES_AHEAD * self.threads
+        run_jobs(executor, jobs, most, collect_future, report_progress, work.stop)
 
     def yield_slice_bounds(self, n: int) -> Iterator[tuple[int, int]]:
         """Divide n members into ever smaller slices, so that all threads finish almost together."""
@@ -185,40 +209,3 @@ class WorkerPool(NamedTuple):
             end = min(begin + -(-size // LANES) * LANES, n)
             yield begin, end
             begin = end
-
-
-def _run_task_in_calling_thread(task: DivisibleTask[Any], threads: int) -> None:
-    """Run a task in the calling thread, while checking for signals and reporting progress."""
-    task.work.listen(task.n, task.progress)
-    slices: Any = WorkerPool(1).yield_slice_bounds(task.n)
-    if task.is_native:
-        task.work.share(threads)
-        slices = [(0, task.n)]
-    for begin, end in slices:
-        function, arguments = task.job(begin, end)
-        task.collect(begin, function(*arguments))
-        task.work.end()
-        if task.work.stopped:
-            raise KeyboardInterrupt
-
-
-def _run_task_with_executor(executor: Executor, pool: WorkerPool, task: DivisibleTask[Any]) -> None:
-    """Run a task on the workers of an executor."""
-    done, last_call = 0, time.monotonic()
-
-    def collect(part: tuple[int, int], future: Future[Any]) -> None:
-        nonlocal done
-        task.collect(part[0], future.result())
-        done += part[1] - part[0]
-
-    def report_progress() -> None:
-        nonlocal last_call
-        now = time.monotonic()
-        if task.progress is not None and now - last_call >= PROGRESS_SECONDS:
-            last_call = now
-            task.progress(
-                (done if pool.has_workers_in_other_processes else task.work.done) / task.n
-            )
-
-    jobs = ((part, task.job(*part)) for part in pool.yield_slice_bounds(task.n))
-    run_jobs(executor, jobs, SLICES_AHEAD * pool.threads, collect, report_progress, task.work.stop)
