@@ -5,11 +5,11 @@ from __future__ import annotations
 import hashlib
 import inspect
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Any, Literal, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -19,30 +19,18 @@ from .._model.batch import BatchParameter
 from .._model.scene import Ensemble, Scene, build_scene_from_table
 from .._model.toml import parse_toml_tables, parse_toml_text_or_file, require_toml_table
 from .._options.methods import FALLBACK
-from .._options.options import (
-    ARGUMENTS as OPTIONS,
-)
-from .._options.options import (
-    Options,
-    make_options,
-    validate_times,
-)
+from .._options.options import ARGUMENTS as OPTIONS
+from .._options.options import Options, make_options, validate_times
 from .._options.quantities import RECORDABLE, TIME
 from .._options.times import get_total_memory
 from .._results.buffers import LANES, STATUSES
-from .._results.paths import (
-    EnsembleEvents,
-    Paths,
-    Reductions,
-    run_ensemble,
-)
+from .._results.paths import EnsembleEvents, Paths, Reductions, run_ensemble
 from .._results.tables import TableColumn, list_quantity_columns
 from .._solve.chaos import Indicator, lyapunov, megno, oli, validate_indicator_arguments
 from .._solve.section import Section, section, validate_section_arguments, validate_section_event
 from .._solve.solve import select_slice_runner
 from .._utils.arguments import (
     Array,
-    Numbers,
     as_float,
     as_int,
     get_parameter_unit,
@@ -59,15 +47,41 @@ TaskName = Literal["solve", "lyapunov", "megno", "oli", "section"]
 TaskResult = Paths | Reductions | Indicator | Section
 
 
-class SweepTask(Protocol):
-    """A task of a sweep: the kreisel function that is called for every top, and its arguments."""
+@dataclass(frozen=True)
+class SweepTask:
+    """The kreisel function that is called for all tops, and its arguments.
+
+    arguments  those that are not None or that are stored in the plan, except `options`
+    options    the other arguments of kreisel.solve or kreisel.reduce
+    """
+
+    name: TaskName
+    arguments: Mapping[str, Any]
+    options: Options | None = None
 
     @property
     def as_json(self) -> dict[str, Any]:
         """The task of the sweep as a JSON object."""
+        words = {name: value for name, value in self.arguments.items() if value is not None}
+        if self.options is not None:
+            given = {n: v for n, v in self.options.to_json().items() if v is not None}
+            solve = {name: given[name] for name in _SOLVE_ARGUMENTS if name in given}
+            return {**words, "method": self.options.requested_method, "solve": solve}
+        if "event" in words:
+            words["event"] = words["event"]._to_json()
+        return {self.name: words}
 
     def normalize_arguments(self, options: Options) -> SweepTask:
         """Return the task in canonical form, so that equivalent arguments lead to equal plans."""
+        words = dict(self.arguments)
+        for name in {"t", "direction", "tol", "max_wait"} & words.keys():
+            if words[name] is not None:
+                words[name] = np.asarray(words[name], dtype=np.float64).tolist()
+        for name in {"n", "max_steps"} & words.keys():
+            words[name] = int(words[name])
+        if self.name == "section":
+            words |= {"event": validate_section_event(words["event"]), "digits": options.digits}
+        return replace(self, arguments=words)
 
     def validate_options_and_times(self, tops: Ensemble) -> tuple[Options, Array]:
         """Return the validated options of the task, and the requested times of the given ensemble.
@@ -75,6 +89,16 @@ class SweepTask(Protocol):
         For a section, the times are `n` copies of the longest waiting time allowed for the first
         top. Raises TypeError or ValueError for an invalid argument.
         """
+        if self.options is not None:
+            options = self.options.for_tops(tops)
+            refuse_kinetic(tops, options.events or ())
+            return options, validate_times(tops, self.arguments["t"], options)
+        if self.name == "section":
+            waits, options = validate_section_arguments(tops, **self.arguments)
+            return options, waits[0]
+        times, _ = validate_indicator_arguments(tops, **self.arguments)
+        controls = {name: self.arguments[name] for name in ("tol", "max_steps")}
+        return make_options(FALLBACK, **controls), times
 
     def compute_results_of_tops(
         self,
@@ -88,36 +112,12 @@ class SweepTask(Protocol):
 
         Raises TypeError or ValueError for the first top to which the task does not apply.
         """
-
-
-class SolveTask(NamedTuple):
-    """A task that calls kreisel.solve, or kreisel.reduce if statistics are requested."""
-
-    t: Any
-    options: Options
-
-    @property
-    def as_json(self) -> dict[str, Any]:
-        words = _drop_none_values(self.options.to_json())
-        solve = {name: words[name] for name in _SOLVE_ARGUMENTS if name in words}
-        return {"t": self.t, "method": self.options.requested_method, "solve": solve}
-
-    def normalize_arguments(self, options: Options) -> SolveTask:
-        return self
-
-    def validate_options_and_times(self, tops: Ensemble) -> tuple[Options, Array]:
-        options = self.options.for_tops(tops)
-        refuse_kinetic(tops, options.events or ())
-        return options, validate_times(tops, self.t, options)
-
-    def compute_results_of_tops(
-        self,
-        tops: Ensemble,
-        options: Options,
-        times: Array,
-        threads: int,
-        progress: Progress | None,
-    ) -> Paths | Reductions:
+        if self.options is None:
+            function = _FUNCTIONS[self.name]
+            result: TaskResult = function(
+                tops, **self.arguments, threads=threads, progress=progress
+            )
+            return result
         if not (options.is_auto or options.has_step_search):
             options.for_tops(tops)
         kind: type[Paths | Reductions] = Reductions if options.reductions else Paths
@@ -125,138 +125,49 @@ class SolveTask(NamedTuple):
         return run_ensemble(kind, tops, times, options, WorkerPool(threads), runner, progress)
 
 
-class ChaosTask(NamedTuple):
-    """A task that calls kreisel.lyapunov, kreisel.megno or kreisel.oli."""
-
-    name: str
-    t: Numbers
-    direction: Sequence[float] | None = None
-    tol: float | None = None
-    max_steps: int = 0
-
-    @property
-    def as_json(self) -> dict[str, Any]:
-        arguments = _drop_none_values(self._asdict())
-        return {arguments.pop("name"): arguments}
-
-    def normalize_arguments(self, options: Options) -> ChaosTask:
-        direction = None if self.direction is None else _float_or_list(self.direction)
-        controls = direction, _float_or_none(self.tol), int(self.max_steps)
-        return ChaosTask(self.name, _float_or_list(self.t), *controls)
-
-    def validate_options_and_times(self, tops: Ensemble) -> tuple[Options, Array]:
-        times, _ = validate_indicator_arguments(tops, *self[1:])
-        return make_options(FALLBACK, tol=self.tol, max_steps=self.max_steps), times
-
-    def compute_results_of_tops(
-        self,
-        tops: Ensemble,
-        options: Options,
-        times: Array,
-        threads: int,
-        progress: Progress | None,
-    ) -> Indicator:
-        arguments = self._asdict()
-        indicator = INDICATORS[arguments.pop("name")]
-        return indicator(tops, **arguments, threads=threads, progress=progress)
-
-
-class SectionTask(NamedTuple):
-    """A call to kreisel.section."""
-
-    event: Event | None = None
-    n: int = 500
-    max_wait: float | None = None
-    tol: float | None = None
-    digits: int | None = None
-    max_steps: int = 0
-
-    @property
-    def as_json(self) -> dict[str, Any]:
-        event = {"event": validate_section_event(self.event)._to_json()}
-        return {"section": _drop_none_values(self._asdict()) | event}
-
-    def normalize_arguments(self, options: Options) -> SectionTask:
-        return SectionTask(
-            validate_section_event(self.event),
-            int(self.n),
-            _float_or_none(self.max_wait),
-            _float_or_none(self.tol),
-            options.digits,
-            int(self.max_steps),
-        )
-
-    def validate_options_and_times(self, tops: Ensemble) -> tuple[Options, Array]:
-        waits, options = validate_section_arguments(tops, *self)
-        return options, waits[0]
-
-    def compute_results_of_tops(
-        self,
-        tops: Ensemble,
-        options: Options,
-        times: Array,
-        threads: int,
-        progress: Progress | None,
-    ) -> Section:
-        return section(tops, **self._asdict(), threads=threads, progress=progress)
-
-
-INDICATORS: dict[str, Callable[..., Indicator]] = {"lyapunov": lyapunov, "megno": megno, "oli": oli}
+_FUNCTIONS: dict[str, Callable[..., TaskResult]] = {
+    "lyapunov": lyapunov,
+    "megno": megno,
+    "oli": oli,
+    "section": section,
+}
 # Parts of a sweep are tables, which cannot store tangents.
 _SOLVE_ARGUMENTS = tuple(name for name in OPTIONS if name != "tangents")
-_ARGUMENTS: dict[str, tuple[str, ...]] = {
-    "solve": ("t", "method", *_SOLVE_ARGUMENTS),
-    **dict.fromkeys(INDICATORS, ChaosTask._fields[1:]),
-    "section": SectionTask._fields,
+_OF_CHAOS = {"t": None, "direction": None, "tol": None, "max_steps": 0}
+_OF_SECTION = {"event": None, "n": 500, "max_wait": None, "tol": None, "digits": None}
+_DEFAULTS: dict[str, dict[str, Any]] = {  # {task: the arguments with their defaults}
+    "solve": {"t": None, "method": "auto", **dict.fromkeys(_SOLVE_ARGUMENTS)},
+    **dict.fromkeys(("lyapunov", "megno", "oli"), _OF_CHAOS),
+    "section": {**_OF_SECTION, "max_steps": 0},
 }
-ARGUMENTS = tuple(dict.fromkeys(name for names in _ARGUMENTS.values() for name in names))
+ARGUMENTS = tuple(dict.fromkeys(name for names in _DEFAULTS.values() for name in names))
 
 
-def build_task_from_arguments(task: object, arguments: Mapping[str, Any]) -> SweepTask:
+def build_task_from_arguments(task: Any, arguments: Mapping[str, Any]) -> SweepTask:
     """Return the task of a sweep that has the given name and arguments.
 
     Raises TypeError or ValueError for an unknown task, and for an argument that the task does not
     accept. Every argument of a task has the same value for all tops of the sweep.
     """
-    if not isinstance(task, str) or task not in _ARGUMENTS:
-        raise ValueError(unknown_name_message("task", str(task), list(_ARGUMENTS)))
-    argument_names = _ARGUMENTS[task]
-    for name in arguments:
-        if name not in argument_names:
-            raise ValueError(f"{task} has no argument {name!r}: it has {', '.join(argument_names)}")
-    if "t" in argument_names:
-        if "t" not in arguments:
-            raise TypeError("t is missing: give the final time or a list of times")
-        if np.ndim(arguments["t"]) > 1:
-            raise ValueError(
-                "t must be a number or a list of times, the same for all tops of a sweep"
-            )
+    if not isinstance(task, str) or task not in _DEFAULTS:
+        raise ValueError(unknown_name_message("task", str(task), list(_DEFAULTS)))
+    defaults, name = _DEFAULTS[task], cast(TaskName, task)
+    for word in arguments:
+        if word not in defaults:
+            raise ValueError(f"{task} has no argument {word!r}: it has {', '.join(defaults)}")
+    if "t" in defaults and "t" not in arguments:
+        raise TypeError("t is missing: give the final time or a list of times")
+    if np.ndim(arguments.get("t", 0.0)) > 1:
+        raise ValueError("t must be a number or a list of times, the same for all tops of a sweep")
     if np.ndim(arguments.get("max_wait", 0.0)):
         raise ValueError("max_wait must be a number, the same for all tops of a sweep")
-    if task == "section":
-        return SectionTask(**arguments)
-    if task in INDICATORS:
-        return ChaosTask(task, **arguments)
-    return _validate_solve_task(**arguments)
-
-
-def _validate_solve_task(t: Numbers, method: object = "auto", **arguments: Any) -> SolveTask:
+    if task != "solve":
+        return SweepTask(name, {**defaults, **arguments})
+    words = {"method": "auto", **arguments}
+    t, method = words.pop("t"), words.pop("method")
     if not isinstance(method, str):
         raise TypeError(f"method must be the name of a method, not {short_repr(method)}")
-    return SolveTask(_float_or_list(t), make_options(method, **arguments))
-
-
-def _drop_none_values(arguments: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in arguments.items() if value is not None}
-
-
-def _float_or_none(value: float | None) -> float | None:
-    return None if value is None else float(value)
-
-
-def _float_or_list(values: Numbers) -> Any:
-    """Return a single number as a float, and several numbers as a list of floats."""
-    return np.asarray(values, dtype=np.float64).tolist()
+    return SweepTask(name, {"t": t}, make_options(method, **words))
 
 
 def build_task_from_dict(plan: Mapping[str, Any]) -> SweepTask:
@@ -264,12 +175,12 @@ def build_task_from_dict(plan: Mapping[str, Any]) -> SweepTask:
 
     Raises KeyError, TypeError or ValueError if the task is invalid.
     """
-    task = next((name for name in _ARGUMENTS if name in plan), "solve")
+    task = next((name for name in _DEFAULTS if name in plan), "solve")
     arguments: dict[str, Any] = dict(plan[task])
     if task == "solve":
         method = {"method": plan["method"], "asked": plan["method"]}
         words = dict.fromkeys(_SOLVE_ARGUMENTS) | {"max_steps": 0} | arguments | method
-        return SolveTask(plan["t"], Options.from_json(words))
+        return SweepTask("solve", {"t": plan["t"]}, Options.from_json(words))
     if "event" in arguments:
         arguments["event"] = Event._from_json(arguments["event"])
     return build_task_from_arguments(task, arguments)
@@ -325,15 +236,18 @@ class SweepPlan:
             "scene": source.scene.to_toml(),
             "shape": list(source.shape),
             "axes": list(source.axes),
-            "parameters": _list_parameters_as_json(source._parameters.values()),
-            "varied": _list_varying_names_as_json(source),
+            "parameters": list(map(_encode_parameter, source._parameters.values())),
+            "varied": [
+                name if source._parameters.get(name) is one else _encode_parameter(one)
+                for name, one in source._varied.items()
+            ],
             "flags": dict(source._flags),
             "part_size": self.part_size,
         } | self.task.as_json
         if random is not None:
             plan["random"] = {
                 "seed": random.seed,
-                "ranges": _list_parameters_as_json(random.ranges.values()),
+                "ranges": list(map(_encode_parameter, random.ranges.values())),
                 "widths": dict(random.widths),
             }
         return plan
@@ -393,12 +307,8 @@ class SweepPlan:
 
 def hash_plan(plan: Mapping[str, Any]) -> str:
     """Return the SHA-256 hash of a plan's canonical JSON."""
-    return hashlib.sha256(dump_canonical_json(plan).encode()).hexdigest()
-
-
-def dump_canonical_json(plan: Mapping[str, Any]) -> str:
-    """Return a plan as JSON with sorted keys and without spaces; equal plans give equal text."""
-    return json.dumps(plan, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    text = json.dumps(plan, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def make_file_name_from_array_hash(values: Array) -> str:
@@ -408,34 +318,22 @@ def make_file_name_from_array_hash(values: Array) -> str:
     return f"starts-{digest.hexdigest()}.npy"
 
 
-def _list_parameters_as_json(parameters: Iterable[BatchParameter]) -> list[list[Any]]:
-    """Return the name, the shape and the values of each parameter, and True if it is in degrees.
+def _encode_parameter(one: BatchParameter) -> list[Any]:
+    """Return the name, the shape and the values of a parameter, and True if it is in degrees.
 
-    If an array is too long for the plan file, it is replaced by the name of the file that contains
-    it.
+    An array that is too long for the plan file is replaced by the name of the file with it.
     """
-    return [
-        [
-            one.name,
-            list(one.value),
-            make_file_name_from_array_hash(one.values)
-            if one.values.size > _MAX_INLINE
-            else one.values.tolist(),
-            *[True] * one.degrees,
-        ]
-        for one in parameters
-    ]
+    is_long = one.values.size > _MAX_INLINE
+    values = make_file_name_from_array_hash(one.values) if is_long else one.values.tolist()
+    return [one.name, list(one.value), values, *[True] * one.degrees]
 
 
-def _list_varying_names_as_json(source: Source) -> list[str | list[Any]]:
-    """Return the names of the varying parameters as JSON data.
-
-    The values of a parameter are stored with its name unless the plan already contains them.
-    """
-    return [
-        name if source._parameters.get(name) is one else _list_parameters_as_json([one])[0]
-        for name, one in source._varied.items()
-    ]
+def _decode_parameter(row: list[Any], load: Callable[[str], Array]) -> BatchParameter:
+    name, value, numbers, *degrees = row
+    values = load(numbers) if isinstance(numbers, str) else np.asarray(numbers, np.float64)
+    if not np.isfinite(values).all():
+        raise ValueError(f"{name} must be finite")
+    return BatchParameter(name, values, tuple(value), bool(degrees))
 
 
 def make_sweep_plan(source: Source, task: SweepTask, part_size: int | None = None) -> SweepPlan:
@@ -477,36 +375,31 @@ def build_plan_from_dict(plan: Mapping[str, Any], load: Callable[[str], Array]) 
     plan, or has the format of a different version of kreisel.
     """
     try:
-        source, task = _build_sweep_source_from_dict(plan, load), build_task_from_dict(plan)
-        result = make_sweep_plan(source, task, plan["part_size"])
+        parameters = {row[0]: _decode_parameter(row, load) for row in plan["parameters"]}
+        varied = [
+            parameters[row] if isinstance(row, str) else _decode_parameter(row, load)
+            for row in plan["varied"]
+        ]
+        random = None
+        if "random" in plan:
+            spec = plan["random"]
+            ranges = {row[0]: _decode_parameter(row, load) for row in spec["ranges"]}
+            random = RandomSpec(spec["seed"], ranges, spec["widths"])
+        source = Source(
+            Scene.from_toml(plan["scene"]),
+            tuple(plan["shape"]),
+            tuple(plan["axes"]),
+            parameters,
+            {one.name: one for one in varied},
+            plan["flags"],
+            random,
+        )
+        result = make_sweep_plan(source, build_task_from_dict(plan), plan["part_size"])
     except (KeyError, TypeError) as error:
         raise ValueError(f"it is not a plan of a sweep: {error}") from None
     if result.hash != hash_plan(plan):
         raise ValueError("it is a plan in a format of another version")
     return result
-
-
-def _build_sweep_source_from_dict(plan: Mapping[str, Any], load: Callable[[str], Array]) -> Source:
-    def build_batch_parameters(rows: list[list[Any]]) -> dict[str, BatchParameter]:
-        parameters = {}
-        for name, value, numbers, *degrees in rows:
-            is_file = isinstance(numbers, str)
-            values = load(numbers) if is_file else np.asarray(numbers, np.float64)
-            if not np.isfinite(values).all():
-                raise ValueError(f"{name} must be finite")
-            parameters[name] = BatchParameter(name, values, tuple(value), bool(degrees))
-        return parameters
-
-    random = None
-    if "random" in plan:
-        spec = plan["random"]
-        random = RandomSpec(spec["seed"], build_batch_parameters(spec["ranges"]), spec["widths"])
-    parameters = build_batch_parameters(plan["parameters"])
-    varied: dict[str, BatchParameter] = {}
-    for row in plan["varied"]:
-        varied |= {row: parameters[row]} if isinstance(row, str) else build_batch_parameters([row])
-    scene, shape, axes = Scene.from_toml(plan["scene"]), tuple(plan["shape"]), tuple(plan["axes"])
-    return Source(scene, shape, axes, parameters, varied, plan["flags"], random)
 
 
 Column = npt.NDArray[Any]
@@ -630,13 +523,12 @@ def _build_plan_from_tables(tables: dict[str, Any], folder: Path) -> SweepPlan:
     if "t" in arguments:
         arguments["t"] = _expand_range_to_values("t", arguments["t"])
     if "events" in arguments:
-        arguments["events"] = [
-            _build_event_from_table(row) for row in _validate_event_tables(arguments["events"])
-        ]
+        rows = arguments["events"]
+        if not isinstance(rows, list):
+            raise TypeError(f"events must be tables [[events]], not {short_repr(rows)}")
+        arguments["events"] = [_build_event_from_table("events", row) for row in rows]
     if "event" in arguments:
-        arguments["event"] = _build_event_from_table(
-            dict(require_toml_table("event", arguments["event"]))
-        )
+        arguments["event"] = _build_event_from_table("event", arguments["event"])
     if "reduce" in arguments:
         require_toml_table("reduce", arguments["reduce"])
     task = build_task_from_arguments(tables.get("task", "solve"), arguments)
@@ -654,7 +546,17 @@ def _build_sweep_source_from_tables(tables: dict[str, Any], folder: Path) -> Sou
         )
     if "scene" not in tables:
         raise ValueError("a plan needs a scene: a name, a file, or a table [scene]")
-    scene, name = _build_scene_of_plan(tables["scene"], folder), names[0]
+    place, name = tables["scene"], names[0]
+    if not isinstance(place, str):
+        scene = build_scene_from_table(dict(require_toml_table("scene", place)))
+    elif place in about:
+        scene = get_scene(place)
+    else:
+        try:
+            scene = Scene.from_toml(folder / place)
+        except FileNotFoundError:
+            hint = suggest_name(place, about)
+            raise ValueError(f"there is no file or named scene {place!r}; {hint}") from None
     table = require_toml_table(name, tables[name])
     arguments = {key: _expand_range_to_values(key, value) for key, value in table.items()}
     if name == "columns" and "file" in arguments:
@@ -676,17 +578,6 @@ def _check_argument_names(name: str, arguments: Mapping[str, Any], candidates: l
             raise ValueError(unknown_name_message(f"key in [{name}]:", key, candidates))
 
 
-def _build_scene_of_plan(value: object, folder: Path) -> Scene:
-    if isinstance(value, str):
-        try:
-            return get_scene(value) if value in about else Scene.from_toml(folder / value)
-        except FileNotFoundError:
-            raise ValueError(
-                f"there is no file or named scene {value!r}; {suggest_name(value, about)}"
-            ) from None
-    return build_scene_from_table(dict(require_toml_table("scene", value)))
-
-
 def _expand_range_to_values(name: str, value: object) -> Any:
     """Return the given values, or evenly spaced values if `value` is a table { from, to, n }."""
     if not isinstance(value, dict):
@@ -702,13 +593,8 @@ def _expand_range_to_values(name: str, value: object) -> Any:
     return np.linspace(begin, end, as_int(f"n of {name}", value["n"], 1))
 
 
-def _validate_event_tables(value: object) -> list[dict[str, Any]]:
-    if not isinstance(value, list):
-        raise TypeError(f"events must be tables [[events]], not {short_repr(value)}")
-    return [dict(require_toml_table("events", row)) for row in value]
-
-
-def _build_event_from_table(row: dict[str, Any]) -> Event:
+def _build_event_from_table(key: str, value: object) -> Event:
+    row: dict[str, Any] = dict(require_toml_table(key, value))
     name = row.pop("event", None)
     if name not in MAKERS:
         raise ValueError(unknown_name_message("event", str(name), MAKERS))
