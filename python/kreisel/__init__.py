@@ -33,16 +33,13 @@ from ._results.path import Error, Events, Interrupted, Path
 from ._results.paths import EnsembleEvents, Paths, Reductions
 from ._results.quantities import Stats
 from ._solve.chaos import Indicator, lyapunov, megno, oli
-from ._solve.ensemble_plan import EnsemblePlan, plan
 from ._solve.exact import (
     Exact,
-    ExactEnsemble,
-    ExactGoryachevChaplygin,
-    ExactKowalewski,
     ExactMap,
     ExactTorus,
     exact,
 )
+from ._solve.plan import plan
 from ._solve.run import Run, resume, start
 from ._solve.section import Section, section
 from ._solve.solve import load, reduce, solve, stream
@@ -61,14 +58,10 @@ __all__ = [
     "CompareInterrupted",
     "Ensemble",
     "EnsembleEvents",
-    "EnsemblePlan",
     "Error",
     "Event",
     "Events",
     "Exact",
-    "ExactEnsemble",
-    "ExactGoryachevChaplygin",
-    "ExactKowalewski",
     "ExactMap",
     "ExactTorus",
     "Fit",

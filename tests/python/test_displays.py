@@ -84,7 +84,7 @@ def test_plans_and_tables_are_html_tables():
     assert html.count("<tr>") == len(str(plan).splitlines())
     assert ">rk4: requested by name</td>" in html
     many = kr.plan(TOPS, 1.0)._repr_html_()
-    assert ">tops</td>" in many and ">the first top</td>" in many
+    assert ">tops</td>" in many and ">first top</td>" in many
     rows = kr.compare(GENERAL, 0.5, ["rk4"], [0.1, 0.05], repeats=1)._repr_html_()
     assert rows.count("<tr>") == 3 and rows.count("<th") == 11 and ">rk4</td>" in rows
     failed = kr.Table((kr.Row("<b>", "rk4", None, None, 1, 1, 1, 1, 1, 1, "a < b & c"),))

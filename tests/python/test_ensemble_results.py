@@ -127,7 +127,7 @@ def test_no_tops_and_no_times_give_empty_results():
         assert len(paths) == 0 and paths.apex.shape == (0, 4, 3) and not len(paths.events)
     assert kr.reduce(no_tops, 1.0, SPIN)["spin"]["max"].shape == (0,)
     assert kr.solve(no_tops, 1.0, "geometric", error=1e-3).q.shape == (0, 2, 4)
-    assert kr.exact(no_tops)([1.0, 2.0]).shape == (0, 2, 8)
+    assert kr.exact(no_tops)([1.0, 2.0]).states.shape == (0, 2, 8)
     no_times = kr.solve(MIXED, [])
     assert no_times.q.shape == (6, 0, 4) and not no_times.failed.size and len(no_times[0]) == 0
     assert np.isnan(kr.reduce(MIXED, [], SPIN)["spin"]["max"]).all()
@@ -163,7 +163,7 @@ def test_plans_count_tops_by_solver_and_bytes():
     assert (plan.closed_form, plan.lanes, plan.alone) == (3, 2, 1) and plan.seconds > 0.0
     assert kr.plan(MIXED, TIMES, digits=20).alone == 6 and kr.plan(MIXED).seconds is None
     small = kr.plan(MIXED, range(1000), reduce={"spin": "max"})
-    assert small.bytes < kr.plan(MIXED, range(1000), want=["spin"]).bytes / 50
+    assert small.size < kr.plan(MIXED, range(1000), want=["spin"]).size / 50
 
 
 # Progress and interruption

@@ -23,7 +23,6 @@ LEVEL = (math.sqrt(0.5), 0.0, -math.sqrt(0.5), 0.0)  # at rest, the top has no c
 class Form:
     """A type of closed-form solution, and a top to which it applies."""
 
-    result: type
     ratio: float
     momentum: tuple[float, float, float]
     kind: str
@@ -38,8 +37,8 @@ class Form:
 
 
 FORMS = [
-    Form(kr.ExactKowalewski, 2.0, (0.3, 1.1, 0.8), "kowalewski"),
-    Form(kr.ExactGoryachevChaplygin, 4.0, (0.9, 2.1, 0.0), "goryachev_chaplygin"),
+    Form(2.0, (0.3, 1.1, 0.8), "kowalewski"),
+    Form(4.0, (0.9, 2.1, 0.0), "goryachev_chaplygin"),
 ]
 KOWALEWSKI, CHAPLYGIN = (form.scene for form in FORMS)
 SCENES = [
@@ -79,7 +78,7 @@ def test_states_agree_with_30_digits_for_any_axes_and_gravity(form, axes, gravit
 
 def test_a_path_has_the_same_bits_for_one_time_or_many_tops(form):
     top, t = kr.exact(form.scene), np.linspace(-1e6, 1e6, 14)
-    assert isinstance(top, form.result) and isinstance(top, kr.ExactTorus)
+    assert isinstance(top, kr.ExactTorus) and top.kind == form.kind
     path = top(t)
     assert np.ptp(path.energy) < 1e-13 and np.ptp(path.m[:, 2]) < 1e-13
     assert np.ptp(getattr(path, form.kind)) < 1e-13
@@ -316,8 +315,8 @@ def test_an_ensemble_equals_single_tops():
     assert not paths.failed.size
     for i in np.ndindex(2, 2):
         one = kr.exact(TOPS[i])
-        assert same_bits(forms(own)[i], one(own[i]).states)
-        assert same_bits(forms([3.0, -1.0, 0.0])[i], one([3.0, -1.0, 0.0]).states)
+        assert same_bits(forms(own)[i].states, one(own[i]).states)
+        assert same_bits(forms([3.0, -1.0, 0.0])[i].states, one([3.0, -1.0, 0.0]).states)
         if i != (1, 0):
             assert np.array_equal(forms.frequencies[i], one.frequencies)
             assert same_bits(paths[i].states, kr.solve(TOPS[i], t, method="exact").states)

@@ -73,7 +73,7 @@ def test_the_plan_equals_that_of_the_path(words):
 def test_a_plan_of_many_tops_counts_them_by_the_way_they_are_computed(tops, words, counts):
     plan = kr.plan(tops, 1.0, **words)
     assert (plan.closed_form, plan.lanes, plan.alone) == counts
-    assert (plan.first is None) == (plan.seconds == 0) == (tops.size == 0)
+    assert (plan.method == "") == (plan.seconds == 0) == (tops.size == 0)
 
 
 def test_rows_contain_errors_and_run_times(tmp_path):

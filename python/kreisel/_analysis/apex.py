@@ -438,7 +438,7 @@ class Apex:
             angle = self._measure_azimuth_change(low, top.precession_rate)
         return Nutation(least, greatest, span / (len(low) - 1), angle / span)
 
-    def _measure_steady_nutation(self, top: Exact) -> Nutation:
+    def _measure_steady_nutation(self, top: Exact[float, Path]) -> Nutation:
         radius = np.hypot(*self.trace[:, :2].T)
         nutation = np.arctan2(radius, self.height)
         angle, duration = self.azimuth[-1] - self.azimuth[0], self.t[-1] - self.t[0]
@@ -448,7 +448,7 @@ class Apex:
             rate = top.precession_rate
         return Nutation(float(nutation.min()), float(nutation.max()), math.nan, rate)
 
-    def _refuse_coarse_sampling(self, top: Exact) -> None:
+    def _refuse_coarse_sampling(self, top: Exact[float, Path]) -> None:
         """Raise ValueError if the states are too far apart to resolve the turning points."""
         period, spacing = (
             2.0 * abs(top.t_least - top.t_greatest),

@@ -325,7 +325,7 @@ def _transform_path_to_inertial_frame(path: Path, turning: float) -> Path:
     return Path(scene, states, path.stats, path._options, path._is_back)
 
 
-def _compute_closed_form_rates(form: Exact) -> tuple[float, float, float] | None:
+def _compute_closed_form_rates(form: Exact[float, Path]) -> tuple[float, float, float] | None:
     """Return precession, nutation and spin rates of a closed form, or None near a separatrix."""
     if isinstance(form, ExactTorus):
         return compute_torus_rates(form)

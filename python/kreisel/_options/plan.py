@@ -66,6 +66,8 @@ class StepChoice:
 class Plan:
     """A printable description of a computation: what is computed, what is omitted, and why.
 
+    For an ensemble, the fields up to `turn` describe the first top.
+
     method    the name of the method
     why       the reason for this method
     step      [T], or None if the method has none or chooses it
@@ -73,12 +75,22 @@ class Plan:
     form      the equations that are integrated
     kernel    the instruction set of the Taylor series; empty for other methods
     columns   the quantities that are recorded for each state
-    bytes     the size of these quantities
+    bytes     the size of these quantities, or of the reductions of a top
     left_out  pairs (what, why): computations that are left out because nothing needs their results
     kept      pairs (what, why): computations that are done although nothing needs their results
     choice    the choice that method='geometric' made; None for other methods
     turn      approximate angle by which the top turns in a step, at its initial rate or, if faster,
               that of a pendulum [rad]; None if the method chooses its steps
+    shape     the shape of the ensemble; () for a single scene
+    closed_form  the number of tops computed in closed form
+    lanes     the number of tops integrated several at a time, in the lanes of vectors
+    alone     the number of tops integrated one by one in each thread
+    threads   the number of threads
+    states    the number of states of each top; None without times
+    size      the size of the result [bytes]; None without times
+    seconds   for an ensemble with times: an estimate of the run time [s]; otherwise None
+    measured  the number of tops that were run to estimate `seconds`; they are spread evenly over
+              the ensemble
     """
 
     method: str
@@ -93,6 +105,15 @@ class Plan:
     kept: Reasons
     choice: StepChoice | None = None
     turn: float | None = None
+    shape: tuple[int, ...] = ()
+    closed_form: int = 0
+    lanes: int = 0
+    alone: int = 0
+    threads: int = 1
+    states: int | None = None
+    size: int | None = None
+    seconds: float | None = None
+    measured: int = 0
 
     def _list_description_rows(self) -> list[tuple[str, str]]:
         """Return pairs (heading, text) that describe the computation."""
@@ -101,18 +122,36 @@ class Plan:
             if self.order
             else "no fixed order: a closed form, or an order chosen by the tolerance"
         )
+        counts = {
+            "by closed form": self.closed_form,
+            "in lanes": self.lanes,
+            "one by one": self.alone,
+        }
+        ways = ", ".join(f"{n} {way}" for way, n in counts.items() if n) or "none"
+        tops = f"{self.shape}: {ways}; by {self.threads} threads"
+        memory = self.size and f"{self.states} states each: {1e-6 * self.size:.3g} MB in all"
+        clock = f"about {self.seconds or 0.0:.2g} s, measured on {self.measured} of the tops"
         parts = {
+            "tops": [tops] if self.shape else [],
+            "result": [memory] if self.shape and memory else [],
+            "time": [clock] if self.seconds is not None else [],
+            "first top": [""] if self.shape and self.method else [],
             "method": [f"{self.method}: {self.why}"],
             "equations": [self.form],
             "step": []
             if self.turn is None
             else [f"{self.step:g}: the top turns by about {self.turn:.2g} rad in each step"],
             "order": [f"{order}, kernel {self.kernel}" if self.kernel else order],
-            "recorded": [f"{', '.join(self.columns)}: {self.bytes} bytes a state"],
+            "recorded": [
+                f"{', '.join(self.columns)}: {self.bytes} bytes a "
+                f"{'state' if 't' in self.columns else 'top'}"
+            ],
             "left out": [f"{item}: {reason}" for item, reason in self.left_out],
             "kept": [f"{item}: {reason}" for item, reason in self.kept],
             "chosen": [str(self.choice)] if self.choice else [],
         }
+        if not self.method:  # there is no first top
+            parts = {"tops": parts["tops"]}
         return [
             (name if i == 0 else "", text)
             for name, texts in parts.items()
@@ -147,6 +186,8 @@ def make_solve_plan(
     columns = ("t", "q", "m") if options.want is None else ("t", *options.want)
     if options.want is None and options.has_extended_precision:
         columns += "q_low", "m_low"
+    size = 8 * sum(map(count_quantity_components, columns))
+    is_exact = options.integrator.exact
     return Plan(
         method=options.method,
         why=_explain_method_choice(scene, options, times, choice),
@@ -155,11 +196,15 @@ def make_solve_plan(
         form=_describe_integrated_equations(options),
         kernel=kernel,
         columns=columns,
-        bytes=8 * sum(map(count_quantity_components, columns)),
+        bytes=size,
         left_out=_list_omitted_computations(scene, options, states),
         kept=_explain_unneeded_computations(scene, options),
         choice=choice,
         turn=_estimate_turn_per_step(scene, options),
+        closed_form=int(is_exact),
+        alone=int(not is_exact),
+        states=states,
+        size=None if states is None else states * size,
     )
 
 

@@ -1,4 +1,4 @@
-"""Closed forms of one top and of ensembles."""
+"""Closed forms of one top and of many."""
 
 from __future__ import annotations
 
@@ -6,10 +6,9 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import Final, Literal, overload
+from typing import Any, Final, Generic, Literal, TypeVar, cast, overload
 
 import numpy as np
-import numpy.typing as npt
 
 from .._core import (
     TorusPlan,
@@ -52,13 +51,12 @@ from .._options.options import (
     check_torus_tangent_names,
     format_index,
     get_member_by_flat_index,
-    make_options,
     unravel_index,
     validate_tangent_names,
     validate_thread_count,
 )
 from .._options.times import check_resolvable_horizon, validate_time_list
-from .._results.buffers import LANES, Codes
+from .._results.buffers import LANES, Codes, EnsembleBuffers
 from .._results.error import CLOSED_FORM
 from .._results.path import Path, record_path
 from .._results.paths import Paths, run_ensemble
@@ -70,70 +68,290 @@ from .._utils.arguments import (
     as_float,
     as_int,
     freeze_array,
+    make_frozen_class_decorator,
     short_repr,
     validate_type,
 )
 from .._utils.processes import Job, Progress, WorkerPool
-from .torus import (
-    check_tangent_times,
-    compute_closed_form_tangents,
-    compute_torus_action,
-)
+from .torus import check_tangent_times, compute_closed_form_tangents, compute_torus_action
+
+_Values = TypeVar("_Values")  # a float for one top, an array for many
+_Paths = TypeVar("_Paths")  # a Path for one top, Paths for many
+_MAP: Final = "bobenko_suris"
+_COUNTABLE = 2.0**53  # doubles represent all smaller whole numbers
+_NO_STEPS = Stats(0, 0, 0, 0)
+_KINDS: dict[str, Literal["kowalewski", "goryachev_chaplygin"]] = {
+    "kowalewski": "kowalewski",
+    "goryachev_chaplygin": "goryachev_chaplygin",
+}
 
 
-@dataclass(frozen=True, eq=False)
-class ExactEnsemble:
-    """The motions of all tops in an ensemble, given in closed form.
+@make_frozen_class_decorator("call kreisel.exact for other tops")
+class Exact(Generic[_Values, _Paths]):
+    """The motions of one or many tops, given in closed form.
 
-    Calling the object with a single time returns the states in an array of shape (*shape, 8). Each
-    state consists of t, q (w, x, y, z) and m, as in a kreisel.Path. Calling it with k times, or
-    with an array (*shape, k) of separate times for each top, returns an array (*shape, k, 8).
-    `shape` is the shape of the ensemble, or (n,) for a list of n scenes.
+    Calling the object with a time or an array of times returns a kreisel.Path, and for many tops a
+    kreisel.Paths. Times may be positive or negative, and in any order. For many tops, the times can
+    also be an array (*shape, k), with separate times for each top. exact[i] is the closed form of
+    one of the tops; slices, lists and masks give that of several.
 
-    period, precession_rate, spin_angle_rate and the attributes of the turning points are arrays of
-    shape `shape`, computed on first access. The attributes agree with those of kreisel.exact for a
-    single scene; the states are even bitwise identical. Accessing the turning-point attributes
-    raises ValueError if any of the motions has no turning points.
+    The attributes are numbers for a single scene, whose `shape` is the empty tuple, and arrays of
+    the shape of an ensemble, or (n,) for a list of n scenes. They are computed on first access.
 
-    The attributes frequencies and certificate are NaN unless the top is a Kowalewski or
-    Goryachev-Chaplygin top.
+    For a heavy top, the axis is the apex. For a free symmetric body, it is the axis of symmetry.
+    For a free asymmetric body, it is the principal axis about which the momentum precesses in the
+    body frame. The axis of a free body is oriented so that it makes an acute angle with the angular
+    momentum. The nutation of a free asymmetric body has half the period of body_velocity, the
+    angular velocity in the body frame. The period of body_velocity is denoted by T in Landau and
+    Lifshitz, Mechanics, section 37.
+
+    If the axis of the body passes exactly through the vertical, the precession angle jumps by half
+    a turn. The mean rate `precession_rate` does not include jumps of the precession angle by half a
+    turn.
+
+    States at t = 1e6 are as accurate and as cheap as states at t = 1. Ctrl-C raises
+    KeyboardInterrupt, and no partial results are returned.
+
+        >>> import kreisel as kr
+        >>> top = kr.exact(kr.scenes.cusps)
+        >>> top.motion_type, round(top.least_nutation, 4), round(top.greatest_nutation, 4)
+        ('cusps', 0.9273, 1.1414)
+        >>> top(top.t_greatest).nutation.round(4)
+        array([1.1414])
 
     The example computes how far tops fall after release, for several spins and tilts [degrees]:
 
         >>> import numpy as np
-        >>> import kreisel as kr
-        >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
+        >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
         >>> spins, tilts = np.linspace(10, 30, 3), np.linspace(0, 1, 2)
-        >>> tops = kr.Ensemble.spinning(top, spin=spins[:, None], tilt=tilts, gravity=1)
+        >>> tops = kr.Ensemble.spinning(body, spin=spins[:, None], tilt=tilts, gravity=1)
         >>> np.degrees(kr.exact(tops).greatest_nutation).round(1)
         array([[  0. , 104.7],
                [  0. ,  69.2],
                [  0. ,  62.2]])
+
+    The attributes from least_nutation to critical_spin and the potential exist only for tops that
+    are symmetric about their apex axis: ValueError if one of the tops is not.
     """
 
-    tops: Ensemble
-    _word: str = "top"  # the word for a member in messages: "top" or "scene"
+    _tops: Scene | Ensemble
+    _word: str  # the word for a member in messages: "top" or "scene"
+
+    def __init__(
+        self,
+        tops: Scene | Ensemble,
+        mean_rates: tuple[float, float, float] | None = None,
+        plan: object = None,
+        word: str = "top",
+    ) -> None:
+        fields = self.__dict__
+        fields["_tops"], fields["_plan"], fields["_word"] = tops, plan, word
+        if mean_rates is not None:
+            fields["_mean_rates"] = mean_rates
 
     def __repr__(self) -> str:
-        shape = self.tops.shape
-        count = f"{len(self)} scenes" if len(shape) == 1 else f"scenes of shape {shape}"
-        return f"<kreisel.ExactEnsemble: {count}>"
+        name = f"kreisel.{type(self).__name__}"
+        if not isinstance(self._tops, Scene):
+            return f"<{name} of shape {self.shape}>"
+        rates = f"period {self.period:.6g}, precession {self.precession_rate:.6g}"
+        return f"<{name}: {rates}, spin angle {self.spin_angle_rate:.6g}; {self._tops!r}>"
 
-    def __len__(self) -> int:
-        return len(self.tops)
+    def __eq__(self, other: object) -> bool:
+        return type(other) is type(self) and bool(self._tops == other._tops)
+
+    def __hash__(self) -> int:
+        return hash(self._tops)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The shape of the ensemble; () for a single scene."""
+        return () if isinstance(self._tops, Scene) else self._tops.shape
+
+    @property
+    def scene(self) -> Scene:
+        """The scene of a single top."""
+        if not isinstance(self._tops, Scene):
+            raise AttributeError("closed forms of several tops have no scene: use tops or scenes")
+        return self._tops
+
+    @property
+    def tops(self) -> Ensemble:
+        """The tops as an ensemble."""
+        return Ensemble.of([self._tops]) if isinstance(self._tops, Scene) else self._tops
 
     @property
     def scenes(self) -> tuple[Scene, ...]:
-        """The scenes of the ensemble in C order."""
+        """The scenes in C order."""
         return tuple(get_member_by_flat_index(self.tops, i) for i in range(self.tops.size))
 
-    def __call__(self, t: Numbers) -> Array:
-        """Return the states at the times `t` [T]: (*shape, k, 8) numbers t, q and m.
+    def __len__(self) -> int:
+        if isinstance(self._tops, Scene):
+            raise TypeError("the closed form of a single top has no length")
+        return len(self._tops)
 
-        `t` is a list of k times for all tops, or an array (*shape, k) with the times of each. For a
-        single number, the result has the shape (*shape, 8).
+    def __getitem__(self, key: Any) -> Any:
+        """Return the closed form of one or several tops, selected by a NumPy index."""
+        if isinstance(self._tops, Scene):
+            raise TypeError("the closed form of a single top has no index: call it with times")
+        return exact(self._tops[key])
+
+    def _shape_values(self, rows: Any) -> _Values:
+        """Return one value for a scene, or an array of the ensemble's shape."""
+        if isinstance(self._tops, Scene):
+            return cast(_Values, np.reshape(rows, -1)[0].item())
+        values = np.reshape(rows, self.shape)
+        values.flags.writeable = False
+        return cast(_Values, values)
+
+    @cached_property
+    def _mean_rates(self) -> Any:
+        """The period, the precession rate and the rate of the spin angle, one row for each."""
+        rates = np.empty((self.tops.size, 3))
+        self._call_core_in_slices(exact_rates, rates)
+        return rates.T
+
+    @property
+    def period(self) -> _Values:
+        """The period of the nutation, from one lowest point of the axis to the next [T].
+
+        It is inf if the height of the axis is constant, and NaN for a motion on a torus.
         """
-        n, shape = self.tops.size, self.tops.shape
+        return self._shape_values(self._mean_rates[0])
+
+    @property
+    def precession_rate(self) -> _Values:
+        """The mean rate of the axis about the vertical [rad/T].
+
+        Without torque, the rate refers to the angular momentum. NaN for a motion on a torus.
+        """
+        return self._shape_values(self._mean_rates[1])
+
+    @property
+    def spin_angle_rate(self) -> _Values:
+        """The mean rate of the Euler angle spin_angle [rad/T]; NaN for a motion on a torus.
+
+        It does not include the precession: the angular velocity about the axis is `path.spin`.
+        """
+        return self._shape_values(self._mean_rates[2])
+
+    @cached_property
+    def _heads(self) -> Array:
+        """(n, 4) the three frequencies and the certificate of motions on tori, otherwise NaN."""
+        heads = np.full((self.tops.size, 4), np.nan)
+        if unsuited(self.tops._core_scenes, "auto")[1]:
+            self._call_core_in_slices(torus_heads, heads)
+        return heads
+
+    @property
+    def frequencies(self) -> Any:
+        """(*shape, 3) the frequencies of a motion on a torus [rad/T], as in kreisel.ExactTorus.
+
+        They are NaN for all other motions.
+        """
+        if isinstance(self._tops, Scene):
+            first, second, third = self._heads[0, :3].tolist()
+            return first, second, third
+        return freeze_array(self._heads[:, :3].reshape(*self.shape, 3))
+
+    @property
+    def certificate(self) -> _Values:
+        """The largest relative residual of a motion on a torus, as in kreisel.ExactTorus."""
+        return self._shape_values(self._heads[:, 3])
+
+    @cached_property
+    def _turning_points(self) -> TurningPoints:
+        if isinstance(self._tops, Scene):
+            return compute_turning_points(self._tops)
+        rows, numbers = np.empty((self.tops.size, 10)), np.zeros(self.tops.size, dtype=np.int8)
+        self._call_core_in_slices(exact_turnings, rows, numbers)
+        return build_turning_points_from_rows(rows, np.array(courses)[numbers])
+
+    @property
+    def least_nutation(self) -> _Values:
+        """The smallest nutation, between 0 and pi [rad]."""
+        return self._shape_values(self._turning_points.least)
+
+    @property
+    def greatest_nutation(self) -> _Values:
+        """The largest nutation, between 0 and pi [rad]."""
+        return self._shape_values(self._turning_points.greatest)
+
+    @property
+    def t_least(self) -> _Values:
+        """The first time t >= 0 at which the nutation is smallest [T].
+
+        It is 0 if the nutation is constant, and inf if the smallest nutation is never reached.
+        """
+        return self._shape_values(self._turning_points.t_least)
+
+    @property
+    def t_greatest(self) -> _Values:
+        """The first time t >= 0 at which the nutation is largest [T].
+
+        It is 0 if the nutation is constant, and inf if the largest nutation is never reached.
+        """
+        return self._shape_values(self._turning_points.t_greatest)
+
+    @property
+    def motion_type(self) -> Any:
+        """The type of the apex's motion about the vertical.
+
+        - If the nutation changes, the name depends on the precession rates at the two turning
+          points. The motion type is 'waves' if the precession rates at both turning points have the
+          same sign, and 'loops' if they have opposite signs. The motion type is 'cusps' if the
+          precession rate is zero at the turning point with the higher potential.
+
+        - If the nutation is constant, the name is 'sleeping' (upright against gravity), 'hanging'
+          or 'steady'.
+
+        - If the apex passes through or approaches the vertical, the name is 'pendulum' (motion in a
+          plane), 'rosette', or 'separatrix' (the apex approaches the upright position in infinite
+          time).
+
+        - Without torque, the name is 'circle' or 'resting'.
+
+        In this classification, values are considered equal if they differ by at most 1e-12.
+        """
+        return self._shape_values(self._turning_points.motion_type)
+
+    @property
+    def critical_spin(self) -> _Values:
+        """The spin above which the upright body is stable as a sleeping top [rad/T].
+
+        The critical spin is (2 sqrt(I1 mass |gravity| |com|) - h) / I3, where h is the momentum of
+        the rotor along the apex.
+        """
+        return self._shape_values(self._turning_points.critical_spin)
+
+    def potential(self, nutation: Numbers) -> Array:
+        """Return the effective potential at each nutation [rad] [M L^2 T^-2].
+
+        The shape is that of the tops, followed by that of `nutation`:
+
+            (m3 - c cos)^2 / (2 I1 sin^2) + (c - h)^2 / (2 I3) + mass gravity |com| cos
+
+        with m3 = <m, e3>, c = <m, apex>, and the momentum h of the rotor along the apex. The energy
+        is the sum of the effective potential and I1 / 2 times the square of the nutation rate. At
+        turning points where the axis is not vertical, the effective potential equals the energy.
+        The potential at nutation 0 or pi is inf if the apex cannot reach this angle.
+        """
+        angles = as_finite_array("nutation", nutation, "a number or an array of angles")
+        values = [turning_potential(row, angles.reshape(-1)) for row in self._turning_points.rows]
+        return np.array(values).reshape(self.shape + angles.shape)
+
+    def __call__(self, t: Numbers) -> _Paths:
+        """Return the path, or the paths of many tops, at the times `t` [T].
+
+        `t` is a number or a list in any order, and for many tops also an array (*shape, k) with the
+        times of each.
+        """
+        if isinstance(self._tops, Scene):
+            states = self._try_to_compute_states(t, self._tops._resolvable_horizon)
+            if states is None:
+                states = self._try_to_compute_states(self._validate_evaluation_times(t), math.inf)
+            assert states is not None
+            return cast(_Paths, Path(self._tops, states, _NO_STEPS, CLOSED_FORM))
+        n, shape = self._tops.size, self.shape
         times = as_finite_array(
             "t", t, "a number, a list of times, or an array of times of each top"
         )
@@ -145,31 +363,40 @@ class ExactEnsemble:
                 )
             times = times.reshape(n, times.shape[-1])
         self._check_precision_at_times(times)
-        time_list = np.atleast_1d(times)
-        return self._compute_closed_form_states(time_list).reshape(*shape, *times.shape[-1:], 8)
-
-    def _compute_closed_form_states(self, t: Array) -> Array:
-        """Return the states at the given times, as an array of shape (n, k, 8).
-
-        Computing all states in one run of the ensemble is faster than evaluating the closed form
-        directly, but requires nonzero times that move strictly away from 0 in one direction. At
-        time 0, a run returns the initial state without evaluating the closed form. Closed forms on
-        a torus are always evaluated directly, because the states of a run would differ from them by
-        rounding errors.
-        """
-        distances = np.where(t[..., -1:] < 0.0, -t, t)
-        is_away = t.all() and (np.diff(distances, axis=-1, prepend=0.0) > 0.0).all()
-        if is_away and not self._has_any_torus_closed_form:
-            pool = WorkerPool(validate_thread_count(None, None))
-            options = make_options(EXACT)
-            paths = run_ensemble(Paths, self.tops, t, options, pool, LANES)
-            return paths.check().states.reshape(self.tops.size, t.shape[-1], 8)
-        states = np.empty((self.tops.size, t.shape[-1], 8))
-        if t.ndim == 2:
-            self._call_core_in_slices(exact_states_of_tops, states, t)
+        times = np.atleast_1d(times)
+        # Computing all states in one run of the ensemble is faster than evaluating the closed form
+        # directly, but requires nonzero times that move strictly away from 0 in one direction. At
+        # time 0, a run returns the initial state without evaluating the closed form. Closed forms
+        # on a torus are always evaluated directly, because the states of a run would differ from
+        # them by rounding errors.
+        distances = np.where(times[..., -1:] < 0.0, -times, times)
+        is_away = times.all() and (np.diff(distances, axis=-1, prepend=0.0) > 0.0).all()
+        if is_away and np.isnan(self._heads).all():
+            pool = WorkerPool(validate_thread_count(None))
+            paths = run_ensemble(Paths, self._tops, times, CLOSED_FORM, pool, LANES)
+            return cast(_Paths, paths.check())
+        buffers = EnsembleBuffers.allocate_buffers(n, times.shape[-1], CLOSED_FORM)
+        buffers.status[:], buffers.done[:] = 0, times.shape[-1]
+        buffers.reached[:] = times[..., -1] if times.size else 0.0
+        states = cast(Array, buffers.states)
+        if times.ndim == 2:
+            self._call_core_in_slices(exact_states_of_tops, states, times)
         else:
-            self._call_core_in_slices(partial(exact_states_of_tops, t=t), states)
-        return states
+            self._call_core_in_slices(partial(exact_states_of_tops, t=times), states)
+        return cast(_Paths, Paths(self._tops, times, CLOSED_FORM, buffers))
+
+    def _try_to_compute_states(self, t: object, most: float) -> Array | None:
+        """Return one state of a scene per row, or None if the times must be validated in Python.
+
+        Times are validated in Python unless the C library can convert them and all |t| are below
+        `most`.
+        """
+        return exact_states(cast(Array, self.__dict__["_plan"]), t, most)
+
+    def _validate_evaluation_times(self, t: Numbers) -> Array:
+        times = validate_time_list(t)
+        check_resolvable_horizon(self.scene, float(np.abs(times).max(initial=0.0)), None)
+        return times.reshape(-1)
 
     def _check_precision_at_times(self, times: Array) -> None:
         """Raise ValueError if double precision cannot resolve the attitude at one of the times."""
@@ -206,318 +433,19 @@ class ExactEnsemble:
             if result[0] != "OK":
                 failures.append((result[1], result[0]))
 
-        pool = WorkerPool(validate_thread_count(None, None))
+        pool = WorkerPool(validate_thread_count(None))
         pool.run_slices(self.tops.size, make_range_job, note_slice_failure, work)
         if failures:
             first, status = min(failures)
-            error = (
-                _make_no_turning_points_error
-                if function is exact_turnings
-                else make_no_closed_form_error
-            )
-            raise error(
-                status, get_member_by_flat_index(self.tops, first), self._format_error_prefix(first)
-            )
-
-    @cached_property
-    def _has_any_torus_closed_form(self) -> bool:
-        """True if any of the motions has a closed-form solution on a torus."""
-        return unsuited(self.tops._core_scenes, "auto")[1] > 0
-
-    @cached_property
-    def _frequencies_and_certificates(self) -> Array:
-        """An array with one row per top: the three frequencies and the certificate."""
-        heads = np.full((self.tops.size, 4), np.nan)
-        if self._has_any_torus_closed_form:
-            self._call_core_in_slices(torus_heads, heads)
-        return heads
-
-    @cached_property
-    def _mean_rates(self) -> Array:
-        rates = np.empty((self.tops.size, 3))
-        self._call_core_in_slices(exact_rates, rates)
-        return rates
-
-    @cached_property
-    def _turning_points(self) -> TurningPoints:
-        rows, numbers = np.empty((self.tops.size, 10)), np.zeros(self.tops.size, dtype=np.int8)
-        self._call_core_in_slices(exact_turnings, rows, numbers)
-        return build_turning_points_from_rows(rows, np.array(courses)[numbers])
-
-    def _reshape_to_ensemble(self, row: Array) -> Array:
-        return freeze_array(row.reshape(self.tops.shape))
-
-    @property
-    def period(self) -> Array:
-        """(*shape) the period of the nutation, as in kreisel.Exact [T]."""
-        return self._reshape_to_ensemble(self._mean_rates[:, 0])
-
-    @property
-    def precession_rate(self) -> Array:
-        """(*shape) the mean rate of precession, as in kreisel.Exact [rad/T]."""
-        return self._reshape_to_ensemble(self._mean_rates[:, 1])
-
-    @property
-    def spin_angle_rate(self) -> Array:
-        """(*shape) the mean rate of the spin angle, as in kreisel.Exact [rad/T]."""
-        return self._reshape_to_ensemble(self._mean_rates[:, 2])
-
-    @property
-    def frequencies(self) -> Array:
-        """(*shape, 3) the frequencies of the torus, as in kreisel.ExactTorus [rad/T]."""
-        return freeze_array(self._frequencies_and_certificates[:, :3].reshape(*self.tops.shape, 3))
-
-    @property
-    def certificate(self) -> Array:
-        """(*shape) the largest relative residual, as in kreisel.ExactTorus."""
-        return self._reshape_to_ensemble(self._frequencies_and_certificates[:, 3])
-
-    @property
-    def least_nutation(self) -> Array:
-        """(*shape) the least nutation, as in kreisel.Exact [rad]."""
-        return self._reshape_to_ensemble(self._turning_points.least)
-
-    @property
-    def greatest_nutation(self) -> Array:
-        """(*shape) the greatest nutation, as in kreisel.Exact [rad]."""
-        return self._reshape_to_ensemble(self._turning_points.greatest)
-
-    @property
-    def t_least(self) -> Array:
-        """(*shape) the first time at which the nutation is least, as in kreisel.Exact [T]."""
-        return self._reshape_to_ensemble(self._turning_points.t_least)
-
-    @property
-    def t_greatest(self) -> Array:
-        """(*shape) the first time at which the nutation is greatest, as in kreisel.Exact [T]."""
-        return self._reshape_to_ensemble(self._turning_points.t_greatest)
-
-    @property
-    def motion_type(self) -> npt.NDArray[np.str_]:
-        """(*shape) the name of the apex's motion about the vertical, as in kreisel.Exact."""
-        course = self._turning_points.motion_type.reshape(self.tops.shape)
-        course.flags.writeable = False
-        return course
-
-    @property
-    def critical_spin(self) -> Array:
-        """(*shape) the spin above which the body sleeps upright, as in kreisel.Exact [rad/T]."""
-        return self._reshape_to_ensemble(self._turning_points.critical_spin)
-
-
-def _make_no_turning_points_error(status: str, scene: Scene, prefix: str) -> ValueError:
-    return ValueError(prefix + explain_no_turning_points(status, scene))
-
-
-def make_exact_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
-    """Return the closed-form solutions for all tops in an ensemble.
-
-    Raises ValueError if the motion of a top has no closed-form solution.
-    """
-    first, count = unsuited(tops._core_scenes, EXACT)
-    if count:
-        more = f", the first of {count} such" if count > 1 else ""
-        prefix = f"{word}{format_index(unravel_index(first, tops.shape))}{more}: "
-        raise make_no_closed_form_error("ERR_METHOD", get_member_by_flat_index(tops, first), prefix)
-    refuse_turning_support(tops)
-    forms = ExactEnsemble(tops, word)
-    _ = (
-        forms._frequencies_and_certificates
-    )  # many motions of Kowalewski and Goryachev-Chaplygin tops are refused: check them now
-    return forms
-
-
-def refuse_turning_support(tops: Scene | Ensemble) -> None:
-    """Raise ValueError for tops on supports that turn about e3, without any other disturbance.
-
-    The turning points and angular rates of a closed-form solution refer to the inertial frame and
-    not to the support.
-    """
-    if has_equivalent_support_at_rest(tops):
-        raise ValueError(
-            "kreisel.exact does not support turning supports: solve with method='exact' has the "
-            "states for a support that turns about e3, and replace(turning=None) gives the same "
-            "motion, seen from the inertial frame"
-        )
-
-
-def make_exact_ensemble_of_list(scenes: Sequence[Scene]) -> ExactEnsemble:
-    """Return the closed-form solutions for a list of scenes."""
-    for i, scene in enumerate(scenes):
-        validate_type(f"scene[{i}]", scene, Scene)
-    if not scenes:
-        raise ValueError("a list of scenes must not be empty")
-    return make_exact_ensemble(Ensemble.of(scenes), "scene")
-
-
-def make_no_closed_form_error(status: str, scene: Scene, prefix: str = "") -> ValueError:
-    """Return the exception to raise for a scene whose motion has no closed-form solution."""
-    if status != "ERR_METHOD":
-        return ValueError(f"{prefix}{statuses[status][1]}: {scene!r}")
-    exact, reason = methods[EXACT], explain_no_closed_form(scene)
-    if exact.applies_to(scene.body) or any(scene.body.rotor):
-        return ValueError(f"{prefix}{reason}: {scene!r}")
-    return ValueError(f"{prefix}{reason}: closed forms are known for {exact.tops}")
-
-
-_MAP: Final = "bobenko_suris"
-_COUNTABLE = 2.0**53  # doubles represent all smaller whole numbers
-_NO_STEPS = Stats(0, 0, 0, 0)
-
-
-@dataclass(frozen=True)
-class _ClosedFormBase:
-    """Base class of all closed-form solutions."""
-
-    scene: Scene
-    period: float
-    precession_rate: float
-    spin_angle_rate: float
-    _plan: Array = field(repr=False, compare=False)
-
-
-@dataclass(frozen=True)
-class Exact(_ClosedFormBase):
-    """The motion of a top, given in closed form.
-
-    The object can be called with a time or an array of times, and returns a kreisel.Path.
-
-    period           the period of the nutation: the time from one lowest point of the axis to the
-                     next; inf if the height of the axis is constant [T]
-    precession_rate  the mean rate of the axis about the vertical, or without torque about the
-                     angular momentum [rad/T]
-    spin_angle_rate  the mean rate of the Euler angle spin_angle [rad/T]. It does not include the
-                     precession: the angular velocity about the axis is `path.spin`
-
-    For a heavy top, the axis is the apex. For a free symmetric body, it is the axis of symmetry.
-    For a free asymmetric body, it is the principal axis about which the momentum precesses in the
-    body frame. The axis of a free body is oriented so that it makes an acute angle with the angular
-    momentum. The nutation of a free asymmetric body has half the period of body_velocity, the
-    angular velocity in the body frame. The period of body_velocity is denoted by T in Landau and
-    Lifshitz, Mechanics, section 37.
-
-    If the axis of the body passes exactly through the vertical, the precession angle jumps by half
-    a turn. The mean rate `precession_rate` does not include jumps of the precession angle by half a
-    turn.
-
-    States at t = 1e6 are as accurate and as cheap as states at t = 1. Times may be positive or
-    negative, and in any order. Ctrl-C raises KeyboardInterrupt, and no partial results are
-    returned.
-
-        >>> import kreisel as kr
-        >>> top = kr.exact(kr.scenes.cusps)
-        >>> top.motion_type, round(top.least_nutation, 4), round(top.greatest_nutation, 4)
-        ('cusps', 0.9273, 1.1414)
-        >>> top(top.t_greatest).nutation.round(4)
-        array([1.1414])
-
-    The six attributes from least_nutation to critical_spin exist only for tops that are symmetric
-    about their apex axis. For bodies without this symmetry, accessing a turning-point attribute
-    raises ValueError.
-    """
-
-    @cached_property
-    def _turning_points(self) -> TurningPoints:
-        return compute_turning_points(self.scene)
-
-    @property
-    def least_nutation(self) -> float:
-        """The smallest nutation, between 0 and pi [rad]."""
-        return float(self._turning_points.least[0])
-
-    @property
-    def greatest_nutation(self) -> float:
-        """The largest nutation, between 0 and pi [rad]."""
-        return float(self._turning_points.greatest[0])
-
-    @property
-    def t_least(self) -> float:
-        """The first time t >= 0 at which the nutation is smallest [T].
-
-        The returned time is 0 if the nutation is constant, and inf if the smallest nutation is
-        never reached.
-        """
-        return float(self._turning_points.t_least[0])
-
-    @property
-    def t_greatest(self) -> float:
-        """The first time t >= 0 at which the nutation is largest [T].
-
-        The returned time is 0 if the nutation is constant, and inf if the largest nutation is never
-        reached.
-        """
-        return float(self._turning_points.t_greatest[0])
-
-    @property
-    def motion_type(self) -> str:
-        """The type of the apex's motion about the vertical.
-
-        - If the nutation changes, the name depends on the precession rates at the two turning
-          points. The motion type is 'waves' if the precession rates at both turning points have the
-          same sign, and 'loops' if they have opposite signs. The motion type is 'cusps' if the
-          precession rate is zero at the turning point with the higher potential.
-
-        - If the nutation is constant, the name is 'sleeping' (upright against gravity), 'hanging'
-          or 'steady'.
-
-        - If the apex passes through or approaches the vertical, the name is 'pendulum' (motion in a
-          plane), 'rosette', or 'separatrix' (the apex approaches the upright position in infinite
-          time).
-
-        - Without torque, the name is 'circle' or 'resting'.
-
-        In this classification, values are considered equal if they differ by at most 1e-12.
-        """
-        return str(self._turning_points.motion_type[0])
-
-    @property
-    def critical_spin(self) -> float:
-        """The spin above which the upright body is stable as a sleeping top [rad/T].
-
-        The critical spin is (2 sqrt(I1 mass |gravity| |com|) - h) / I3, where h is the momentum of
-        the rotor along the apex.
-        """
-        return float(self._turning_points.critical_spin[0])
-
-    def potential(self, nutation: Numbers) -> Array:
-        """Return the effective potential at each nutation [rad], in the same shape [M L^2 T^-2].
-
-            (m3 - c cos)^2 / (2 I1 sin^2) + (c - h)^2 / (2 I3) + mass gravity |com| cos
-
-        with m3 = <m, e3>, c = <m, apex>, and the momentum h of the rotor along the apex. The energy
-        is the sum of the effective potential and I1 / 2 times the square of the nutation rate. At
-        turning points where the axis is not vertical, the effective potential equals the energy.
-        The potential at nutation 0 or pi is inf if the apex cannot reach this angle.
-        """
-        angles = as_finite_array("nutation", nutation, "a number or an array of angles")
-        values = turning_potential(self._turning_points.rows[0], angles.reshape(-1))
-        return values.reshape(angles.shape)
-
-    def __call__(self, t: Numbers) -> Path:
-        """Return the path at the times `t` [T], a number or a list in any order."""
-        states = self._try_to_compute_states(t, self.scene._resolvable_horizon)
-        if states is None:
-            states = self._try_to_compute_states(self._validate_evaluation_times(t), math.inf)
-        assert states is not None
-        return Path(self.scene, states, _NO_STEPS, CLOSED_FORM)
-
-    def _try_to_compute_states(self, t: object, most: float) -> Array | None:
-        """Return one state per row, or None if the times must be validated in Python.
-
-        Times are validated in Python unless the C library can convert them and all |t| are below
-        `most`.
-        """
-        return exact_states(self._plan, t, most)
-
-    def _validate_evaluation_times(self, t: Numbers) -> Array:
-        times = validate_time_list(t)
-        check_resolvable_horizon(self.scene, float(np.abs(times).max(initial=0.0)), None)
-        return times.reshape(-1)
-
-
-@dataclass(frozen=True)
-class ExactTorus(Exact):
-    """Base class of kreisel.ExactKowalewski and kreisel.ExactGoryachevChaplygin.
+            scene = get_member_by_flat_index(self.tops, first)
+            prefix = self._format_error_prefix(first)
+            if function is exact_turnings:
+                raise ValueError(prefix + explain_no_turning_points(status, scene))
+            raise _make_no_closed_form_error(status, scene, prefix)
+
+
+class ExactTorus(Exact[float, Path]):
+    """The motion of a Kowalewski or Goryachev-Chaplygin top, given in closed form.
 
     The motion is described by angle variables on a torus instead of Euler angles. The object can be
     called with a time or an array of times, and returns a kreisel.Path.
@@ -542,6 +470,9 @@ class ExactTorus(Exact):
     for times at which the top has turned by more than 1e9 rad. Raises ValueError if a neighbouring
     motion required for a finite difference has no closed-form solution.
 
+    kind         "kowalewski", whose closed form has theta functions of two variables, or
+                 "goryachev_chaplygin", whose <m, e3> must be zero and whose mean precession rate is
+                 zero
     frequencies  (first, second, precession_rate) [rad/T]. The frequencies of the attitude matrix in
                  space are integer combinations of all three. The frequencies of quantities seen
                  from the body are integer combinations of the first two
@@ -550,6 +481,12 @@ class ExactTorus(Exact):
                  For a Goryachev-Chaplygin top with G near 0, each radian of rotation about the
                  vertical adds one rounding error
 
+        >>> body = kr.Body(1, (4, 4, 1), (1, 0, 0), unphysical=True)
+        >>> scene = kr.Scene(body, momentum=(0.9, 2.1, 0), attitude=(0.8, 0, 0.6, 0), gravity=1)
+        >>> top = kr.exact(scene)
+        >>> top.kind, top.certificate < 1e-13, top.frequencies[2]
+        ('goryachev_chaplygin', True, 0.0)
+
     The moments, the centre of mass and the momentum must satisfy the conditions of the closed form
     exactly. For moments (2 * x, 2 * x, x) and (4 * x, 4 * x, x), they do for any float `x`. Near a
     separatrix, bodies that differ by rounding errors alone move apart by any angle.
@@ -557,9 +494,21 @@ class ExactTorus(Exact):
     period, precession_rate and spin_angle_rate are NaN; use `frequencies` instead.
     """
 
-    frequencies: tuple[float, float, float]
-    certificate: float
-    _torus: TorusPlan = field(repr=False, compare=False)
+    def __init__(
+        self, scene: Scene, heads: tuple[float, float, float, float], plan: TorusPlan
+    ) -> None:
+        super().__init__(scene, (math.nan, math.nan, math.nan), plan)
+        self.__dict__["_heads"] = np.array([heads])
+
+    def __repr__(self) -> str:
+        rates = ", ".join(f"{rate:.6g}" for rate in self.frequencies)
+        form = f"{self.kind}, frequencies {rates}, certificate {self.certificate:.1e}"
+        return f"<kreisel.ExactTorus: {form}; {self.scene!r}>"
+
+    @property
+    def kind(self) -> Literal["kowalewski", "goryachev_chaplygin"]:
+        """The kind of the body."""
+        return _KINDS[self.scene.body.kind]
 
     @cached_property
     def actions(self) -> tuple[float, float, float]:
@@ -581,7 +530,7 @@ class ExactTorus(Exact):
         Raises ValueError if the motion is too close to a separatrix. Source: Arnold, Mathematical
         Methods of Classical Mechanics, section 50.
         """
-        is_level = self.scene.body.kind == "goryachev_chaplygin"
+        is_level = self.kind == "goryachev_chaplygin"
         first, second = (
             compute_torus_action(self._compute_states_at_angles, j, is_level) for j in (0, 1)
         )
@@ -622,11 +571,11 @@ class ExactTorus(Exact):
 
     def __call__(self, t: Numbers, *, tangents: TangentSpec | None = None) -> Path:
         """Return the path at the times `t` [T], with `tangents` as in kreisel.solve if given."""
+        path = super().__call__(t)
         if tangents is None:
-            return super().__call__(t)
+            return path
         names = validate_tangent_names(tangents)
         check_torus_tangent_names(names)
-        path = super().__call__(t)
         check_tangent_times(self.scene, path.t)
         data = compute_closed_form_tangents(
             self.scene, path.states, names, _compute_closed_form_states
@@ -639,10 +588,10 @@ class ExactTorus(Exact):
         All returned states share the rotation of the initial state about the vertical; for a
         Goryachev-Chaplygin top, this rotation is arbitrary.
         """
-        return torus_states_at(self._torus, turns)
+        return torus_states_at(self.__dict__["_plan"], turns)
 
     def _try_to_compute_states(self, t: object, most: float) -> Array | None:
-        return torus_states(self._torus, t, most)
+        return torus_states(self.__dict__["_plan"], t, most)
 
     def __reduce__(self) -> tuple[Callable[[Scene], ExactTorus], tuple[Scene]]:
         return _build_torus_closed_form, (self.scene,)
@@ -665,43 +614,7 @@ def _iterate_convergents(ratio: float) -> Iterator[tuple[int, int]]:
 
 
 @dataclass(frozen=True)
-class ExactKowalewski(ExactTorus):
-    """The motion of a Kowalewski top in closed form, given by theta functions of two variables.
-
-    The object can be called with a time or an array of times, and returns a kreisel.Path. The
-    attributes are described in kreisel.ExactTorus.
-
-        >>> import kreisel as kr
-        >>> body = kr.Body(1, (2, 2, 1), (1, 0, 0), unphysical=True)
-        >>> scene = kr.Scene(body, momentum=(0.3, 1.1, 0.8), attitude=(0.8, 0.6, 0, 0), gravity=1)
-        >>> top = kr.exact(scene)
-        >>> top.certificate < 1e-13
-        True
-        >>> round(float(top(1e6).m[0, 2]), 12)
-        0.8
-    """
-
-
-@dataclass(frozen=True)
-class ExactGoryachevChaplygin(ExactTorus):
-    """The motion of a Goryachev-Chaplygin top, given in closed form.
-
-    The vertical component of the angular momentum must be zero. The object
-    can be called with a time or an array of times, and returns a kreisel.Path. The attributes are
-    described in kreisel.ExactTorus. The mean precession rate of such a Goryachev-Chaplygin top is
-    zero.
-
-        >>> import kreisel as kr
-        >>> body = kr.Body(1, (4, 4, 1), (1, 0, 0), unphysical=True)
-        >>> scene = kr.Scene(body, momentum=(0.9, 2.1, 0), attitude=(0.8, 0, 0.6, 0), gravity=1)
-        >>> top = kr.exact(scene)
-        >>> top.certificate < 1e-13, top.frequencies[2]
-        (True, 0.0)
-    """
-
-
-@dataclass(frozen=True)
-class ExactMap(_ClosedFormBase):
+class ExactMap:
     """A closed form for the states that the method bobenko_suris computes with the given `step`.
 
     The object can be called with one or several step numbers, and returns a kreisel.Path.
@@ -711,6 +624,11 @@ class ExactMap(_ClosedFormBase):
     errors of the method.
     """
 
+    scene: Scene
+    period: float
+    precession_rate: float
+    spin_angle_rate: float
+    _plan: Array = field(repr=False, compare=False)
     step: float
 
     def __call__(self, k: Numbers) -> Path:
@@ -730,37 +648,63 @@ class ExactMap(_ClosedFormBase):
         return Path(self.scene, states, _NO_STEPS, options, self.step < 0.0)
 
 
+def _refuse_turning_support(tops: Scene | Ensemble) -> None:
+    """Raise ValueError for tops on supports that turn about e3, without any other disturbance.
+
+    The turning points and angular rates of a closed-form solution refer to the inertial frame and
+    not to the support.
+    """
+    if has_equivalent_support_at_rest(tops):
+        raise ValueError(
+            "kreisel.exact does not support turning supports: solve with method='exact' has the "
+            "states for a support that turns about e3, and replace(turning=None) gives the same "
+            "motion, seen from the inertial frame"
+        )
+
+
+def _make_no_closed_form_error(status: str, scene: Scene, prefix: str = "") -> ValueError:
+    if status != "ERR_METHOD":
+        return ValueError(f"{prefix}{statuses[status][1]}: {scene!r}")
+    form, reason = methods[EXACT], explain_no_closed_form(scene)
+    if form.applies_to(scene.body) or any(scene.body.rotor):
+        return ValueError(f"{prefix}{reason}: {scene!r}")
+    return ValueError(f"{prefix}{reason}: closed forms are known for {form.tops}")
+
+
 @overload
-def exact(scene: Scene) -> Exact: ...
+def exact(scene: Scene) -> Exact[float, Path]: ...
 @overload
-def exact(scene: Ensemble | Sequence[Scene]) -> ExactEnsemble: ...
+def exact(scene: Ensemble | Sequence[Scene]) -> Exact[Array, Paths]: ...
 @overload
 def exact(scene: Scene, *, map: Literal["bobenko_suris"], step: float) -> ExactMap: ...
 def exact(
     scene: Scene | Ensemble | Sequence[Scene], *, map: str | None = None, step: float | None = None
-) -> Exact | ExactEnsemble | ExactMap:
-    """Return the motion of a top in closed form.
+) -> Exact[float, Path] | Exact[Array, Paths] | ExactMap:
+    """Return the motion of one or many tops in closed form.
 
-    The result is a kreisel.Exact for Lagrange tops, spherical bodies and torque-free bodies. The
-    result is a kreisel.ExactKowalewski for most Kowalewski tops. The result is a
-    kreisel.ExactGoryachevChaplygin for most Goryachev-Chaplygin tops whose vertical momentum is
-    zero.
+    The result is a kreisel.ExactTorus for most Kowalewski tops, and for most Goryachev-Chaplygin
+    tops whose vertical momentum is zero.
 
-    scene  a kreisel.Scene; or a kreisel.Ensemble or a list of scenes, for a kreisel.ExactEnsemble
+    scene  a kreisel.Scene, a kreisel.Ensemble, or a list of scenes
     map    "bobenko_suris": return the closed form of the states that this method computes for a
            Lagrange top, a kreisel.ExactMap, instead of the closed form of the motion
     step   only with `map`: the step of the method, positive or negative [T]
 
-    Raises ValueError if the motion has no closed-form solution, or if the support turns about e3.
-    For a support that turns about e3, use solve(scene, t, "exact") to compute the states.
+    Raises ValueError if a motion has no closed-form solution, or if the support turns about e3. For
+    a support that turns about e3, use solve(scene, t, "exact") to compute the states.
     """
-    if isinstance(scene, (list, tuple)) and map is None and step is None:
-        return make_exact_ensemble_of_list(scene)
-    if isinstance(scene, Ensemble) and map is None and step is None:
-        return make_exact_ensemble(scene)
+    if map is None and step is None and not isinstance(scene, Scene):
+        if isinstance(scene, (list, tuple)):
+            for i, one in enumerate(scene):
+                validate_type(f"scene[{i}]", one, Scene)
+            if not scene:
+                raise ValueError("a list of scenes must not be empty")
+            return _build_closed_forms(Ensemble.of(scene), "scene")
+        if isinstance(scene, Ensemble):
+            return _build_closed_forms(scene, "top")
     top = validate_type("scene", scene, Scene)
-    if methods[EXACT].suits(top):
-        refuse_turning_support(top)
+    if any(top.turning) and methods[EXACT].suits(top):
+        _refuse_turning_support(top)
     if map is not None:
         return _build_bobenko_suris_closed_form(top, map, step)
     if step is not None:
@@ -769,8 +713,21 @@ def exact(
         return _build_torus_closed_form(top)
     status, period, precession_rate, spin_angle_rate, plan = exact_plan(top._block)
     if status != "OK":
-        raise make_no_closed_form_error(status, top)
-    return Exact(top, period, precession_rate, spin_angle_rate, plan)
+        raise _make_no_closed_form_error(status, top)
+    return Exact(top, (period, precession_rate, spin_angle_rate), plan)
+
+
+def _build_closed_forms(tops: Ensemble, word: str) -> Exact[Array, Paths]:
+    first, count = unsuited(tops._core_scenes, EXACT)
+    if count:
+        more = f", the first of {count} such" if count > 1 else ""
+        prefix = f"{word}{format_index(unravel_index(first, tops.shape))}{more}: "
+        scene = get_member_by_flat_index(tops, first)
+        raise _make_no_closed_form_error("ERR_METHOD", scene, prefix)
+    _refuse_turning_support(tops)
+    forms: Exact[Array, Paths] = Exact(tops, word=word)
+    _ = forms._heads  # many motions of Kowalewski and Goryachev-Chaplygin tops are refused
+    return forms
 
 
 def _build_bobenko_suris_closed_form(scene: Scene, map: str, step: float | None) -> ExactMap:
@@ -797,10 +754,7 @@ def _build_torus_closed_form(scene: Scene) -> ExactTorus:
         raise ValueError(f"{explain_no_closed_form(scene)}: {scene!r}")
     if status != "OK":
         raise ValueError(f"{statuses[status][1]}: {scene!r}")
-    rates = math.nan, math.nan, math.nan
-    has_theta = scene.body.kind == "kowalewski"
-    form = ExactKowalewski if has_theta else ExactGoryachevChaplygin
-    return form(scene, *rates, np.empty(0), frequencies, certificate, plan)
+    return ExactTorus(scene, (*frequencies, certificate), plan)
 
 
 def record_exact_path_with_tangents(

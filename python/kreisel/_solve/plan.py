@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Unpack, overload
 
 import numpy as np
@@ -25,68 +25,12 @@ from .._options.options import (
 from .._options.plan import Plan, make_solve_plan
 from .._results.buffers import LANES, SCALAR, EnsembleBuffers
 from .._utils.arguments import Array, Numbers
-from .._utils.html import format_html_table
 from .._utils.quantity_attributes import MethodName, QuantityName
 from .solve import refuse_ensemble_arguments
 
 _SAMPLES = 16  # maximal number of tops that are run to estimate the run time
 _MAX_STATES, _MAX_STEPS = 1 << 11, 1 << 11  # limits of each of these runs
 _ROW = 49  # bytes per top for status, number of states, step counts and time reached
-
-
-@dataclass(frozen=True)
-class EnsemblePlan:
-    """A printable description of how the motions of an ensemble are computed.
-
-    shape        the shape of the ensemble
-    closed_form  the number of tops computed in closed form
-    lanes        the number of tops integrated several at a time, in the lanes of vectors
-    alone        the number of tops integrated one by one in each thread
-    threads      the number of threads
-    states       the number of states of each top; None without times
-    bytes        the size of the result; without times, of a state or of the reductions of a top
-    seconds      an estimate of the run time [s]; None without times
-    measured     the number of tops that were run to estimate `seconds`; they are spread evenly over
-                 the ensemble
-    first        the plan of the first top; None for an ensemble without tops
-    """
-
-    shape: tuple[int, ...]
-    closed_form: int
-    lanes: int
-    alone: int
-    threads: int
-    states: int | None
-    bytes: int
-    seconds: float | None
-    measured: int
-    first: Plan | None
-
-    def _list_description_rows(self) -> list[tuple[str, str]]:
-        """Return pairs (heading, text) that describe the computation of an ensemble."""
-        counts = {
-            "by closed form": self.closed_form,
-            "in lanes": self.lanes,
-            "one by one": self.alone,
-        }
-        ways = ", ".join(f"{n} {way}" for way, n in counts.items() if n) or "none"
-        parts = {"tops": f"{self.shape}: {ways}; by {self.threads} threads"}
-        if self.states is None:
-            parts["recorded"] = f"{self.bytes} bytes a state"
-        else:
-            parts["recorded"] = f"{self.states} states each: {1e-6 * self.bytes:.3g} MB in all"
-        if self.seconds is not None:
-            parts["time"] = f"about {self.seconds:.2g} s, measured on {self.measured} of the tops"
-        return list(parts.items())
-
-    def __str__(self) -> str:
-        lines = [f"{name:<11}{text}" for name, text in self._list_description_rows()]
-        return "\n".join([*lines, *([f"the first top:\n{self.first}"] if self.first else [])])
-
-    def _repr_html_(self) -> str:
-        """Return the plan as an HTML table for display in notebooks."""
-        first = [("the first top", ""), *self.first._list_description_rows()] if self.first else []
-        return format_html_table([*self._list_description_rows(), *first])
 
 
 @overload
@@ -107,7 +51,7 @@ def plan(
     threads: int | None = None,
     reduce: ReductionSpec | None = None,
     **controls: Unpack[MethodKeywords],
-) -> EnsemblePlan: ...
+) -> Plan: ...
 def plan(
     scene: Scene | Ensemble,
     t: Numbers | None = None,
@@ -120,7 +64,7 @@ def plan(
     every: int | None = None,
     threads: int | None = None,
     reduce: ReductionSpec | None = None,
-) -> Plan | EnsemblePlan:
+) -> Plan:
     """Return a plan, which describes how kreisel.solve would compute a motion.
 
     For an ensemble with times `t`, a few tops are integrated for a limited number of steps to
@@ -147,36 +91,39 @@ def plan(
     )
     if isinstance(scene, Ensemble):
         options = options.for_tops(scene)
-        return _make_ensemble_plan(scene, t, options, validate_thread_count(threads))
+        return _plan_ensemble(scene, t, options, validate_thread_count(threads))
     refuse_ensemble_arguments(scene, threads=threads, reduce=reduce)
     options = options.for_tops(scene, t)
     times = None if t is None else validate_times(scene, t, options)
     return make_solve_plan(scene, options, None if times is None else times.size, times=times)
 
 
-def _make_ensemble_plan(
-    tops: Ensemble, t: Numbers | None, options: Options, threads: int
-) -> EnsemblePlan:
+def _plan_ensemble(tops: Ensemble, t: Numbers | None, options: Options, threads: int) -> Plan:
     exact_count, lanes = _count_exact_and_lane_tops(tops, options)
-    row = 8 * len(options.reductions)
-    size = row or options.bytes_per_state
-    states, seconds, sample_count = None, None, 0
+    states, seconds, sample_count, size = None, None, 0, None
     if t is not None:
         times = validate_times(tops, t, options)
         states = times.shape[-1]
-        size = tops.size * (_ROW + (row or states * size))
+        row = 8 * len(options.reductions) or states * options.bytes_per_state
+        size = tops.size * (_ROW + row)
         seconds, sample_count = _estimate_run_time(tops, times, options, threads)
-    return EnsemblePlan(
+    plan = Plan(options.method, "", None, 0, "", "", (), 0, (), ())
+    if tops.size:
+        plan = _plan_first_top(tops, options, states)
+    return replace(
+        plan,
+        method=plan.method if tops.size else "",
+        bytes=8 * len(options.reductions) or plan.bytes,
+        columns=tuple(options.reduce) or plan.columns,
         shape=tops.shape,
         closed_form=exact_count,
         lanes=lanes,
         alone=tops.size - exact_count - lanes,
         threads=threads,
         states=states,
-        bytes=size,
+        size=size,
         seconds=seconds,
         measured=sample_count,
-        first=_plan_first_top(tops, options, states),
     )
 
 
@@ -198,11 +145,9 @@ def _count_exact_and_lane_tops(tops: Ensemble, options: Options) -> tuple[int, i
     return exact_count, tops.size - exact_count - alone_count
 
 
-def _plan_first_top(tops: Ensemble, options: Options, states: int | None) -> Plan | None:
-    if not tops.size:
-        return None
+def _plan_first_top(tops: Ensemble, options: Options, states: int | None) -> Plan:
     scene = get_member_by_flat_index(tops, 0)
-    plan = make_solve_plan(scene, options.for_tops(scene), states)
+    plan = make_solve_plan(scene, options.for_member(scene), states)
     kernel, order = Worker(*options.core_arguments, []).kernel
     is_alone = scene._has_disturbances
     if plan.method != FALLBACK or options.uses_one_run_per_top or not kernel or is_alone:
