@@ -8,9 +8,9 @@ import os
 import re
 import threading
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -145,10 +145,15 @@ def open_sweep_store(folder: str | os.PathLike[str], expected: str | None = None
     """
     root = Path(os.path.abspath(folder))
     content = _read_plan_file(root)
+
+    def read_parameter_array(name: str) -> Array:
+        values: Array = np.load(root / name, allow_pickle=False)
+        if make_file_name_from_array_hash(values) != name:
+            raise ValueError(f"{root / name} is damaged: its numbers do not match its name")
+        return values
+
     try:
-        plan = build_plan_from_dict(
-            content["plan"], lambda name: _read_parameter_array(root / name)
-        )
+        plan = build_plan_from_dict(content["plan"], read_parameter_array)
     except ValueError as error:
         raise ValueError(f"{root / PLAN}: {error}") from None
     if expected is not None and plan.hash != expected:
@@ -183,17 +188,6 @@ def _read_plan_file(root: Path) -> dict[str, Any]:
     if content.get("hash") != hash_plan(content.get("plan", {})):
         raise ValueError(f"{file} is damaged: its hash does not match its plan")
     return content
-
-
-def _read_parameter_array(file: Path) -> Array:
-    """Read a large array of parameter values from the file that contains it.
-
-    Raises ValueError if the hash of the array does not match the hash in the file name.
-    """
-    values: Array = np.load(file, allow_pickle=False)
-    if make_file_name_from_array_hash(values) != file.name:
-        raise ValueError(f"{file} is damaged: its numbers do not match its name")
-    return values
 
 
 def create_or_open_sweep_store(folder: str | os.PathLike[str], plan: SweepPlan) -> SweepStore:
@@ -239,11 +233,15 @@ def _write_plan_to_new_folder(root: Path, plan: SweepPlan) -> bool:
         "tops": plan.source.size,
         "parts": plan.parts,
     }
-    plan_lines, lines = (
-        _format_json_one_entry_per_line(plan.as_json, 1),
-        _format_json_one_entry_per_line(content, 0)[:-2],
+    head, body = (
+        ",\n".join(
+            f"{space}{json.dumps(name)}: {json.dumps(value)}" for name, value in rows.items()
+        )
+        for space, rows in [("", content), (" ", plan.as_json)]
     )
-    return _write_file_if_missing(root / PLAN, f'{lines},\n"plan": {plan_lines}\n}}\n'.encode())
+    return _write_file_if_missing(
+        root / PLAN, f'{{\n{head},\n"plan": {{\n{body}\n}}\n}}\n'.encode()
+    )
 
 
 def _write_parameter_arrays(root: Path, plan: SweepPlan) -> None:
@@ -254,13 +252,6 @@ def _write_parameter_arrays(root: Path, plan: SweepPlan) -> None:
             buffer = io.BytesIO()
             np.lib.format.write_array(buffer, np.ascontiguousarray(values), allow_pickle=False)
             atomic_write(file, buffer.getvalue())
-
-
-def _format_json_one_entry_per_line(content: Mapping[str, Any], indent: int) -> str:
-    """Return a JSON object as text, with one entry per line."""
-    space = " " * indent
-    lines = [f"{space}{json.dumps(name)}: {json.dumps(value)}" for name, value in content.items()]
-    return "{\n" + ",\n".join(lines) + "\n}"
 
 
 def _write_file_if_missing(file: Path, data: bytes) -> bool:
@@ -282,29 +273,14 @@ def _write_file_if_missing(file: Path, data: bytes) -> bool:
 
 def _describe_plan_mismatch(root: Path, content: dict[str, Any], plan: SweepPlan) -> str:
     """Return a message that describes how the plan in a folder differs from `plan`."""
-    entries, plan_entries = content["plan"], plan.as_json
-    names = [
-        name
-        for name in sorted({*entries, *plan_entries})
-        if entries.get(name) != plan_entries.get(name)
-    ]
-    lines = [
-        f"  {name}: {_shorten_json(entries.get(name))} there, "
-        f"{_shorten_json(plan_entries.get(name))} here"
-        for name in names
-    ]
-    return "\n".join(
-        [
-            f"{root} is of another plan: {content['hash'][:16]} there, {plan.hash[:16]} here; in",
-            *lines,
-            "use another folder, or the plan in this folder",
-        ]
-    )
-
-
-def _shorten_json(value: object) -> str:
-    text = json.dumps(value)
-    return text if len(text) <= 120 else f"{text[:100]} ... {text[-16:]}"
+    there, here = content["plan"], plan.as_json
+    lines = [f"{root} is of another plan: {content['hash'][:16]} there, {plan.hash[:16]} here; in"]
+    for name in sorted({*there, *here}):
+        if there.get(name) != here.get(name):
+            texts = [json.dumps(entries.get(name)) for entries in (there, here)]
+            old, new = (t if len(t) <= 120 else f"{t[:100]} ... {t[-16:]}" for t in texts)
+            lines.append(f"  {name}: {old} there, {new} here")
+    return "\n".join([*lines, "use another folder, or the plan in this folder"])
 
 
 # Maximal number of unfinished parts submitted to an executor. It exceeds the number of workers of
@@ -333,101 +309,87 @@ class PartsLostError(RuntimeError):
     """Error raised if an executor fails, or loses parts of a sweep in two attempts."""
 
 
-class SweepPartsRunner:
-    """The computation of selected parts of a sweep."""
+def compute_parts(
+    store: SweepStore,
+    parts: Sequence[int],
+    threads: int,
+    executor: Executor | None,
+    progress: Progress | None,
+) -> None:
+    """Compute parts of a sweep, and write their files.
 
-    def __init__(self, store: SweepStore, parts: Sequence[int], progress: Progress | None) -> None:
-        self.store, self.progress = store, progress
-        self.left = list(parts)
-        self.tops = store.plan.count_tops_in_parts(parts)
-        self.done, self._reported = 0, 0.0
-        self._stopped = threading.Event()
+    Without an executor, a second thread writes a part while the next part is being computed. Parts
+    that an executor failed to complete are submitted a second time. Raises PartsLostError if the
+    executor fails, or if some parts are still missing after the second attempt.
+    """
+    plan, total, reported = store.plan, store.plan.count_tops_in_parts(parts), 0.0
 
-    def compute_parts_locally(self, threads: int) -> None:
-        """Compute the requested parts of the sweep in the current process, without workers.
+    def report(tops: float, is_last: bool = False) -> None:
+        """Report the number of tops computed so far, at most about ten times per second."""
+        nonlocal reported
+        now = time.monotonic()
+        if progress is not None and (is_last or now - reported >= _PROGRESS_SECONDS):
+            reported = now
+            progress(tops / total)
 
-        While a part is being computed, a second thread writes the previous part to its file.
-        """
+    def report_part(done: int, tops: int, share: float) -> None:
+        report(done + share * tops)
+
+    if executor is not None:
+        _compute_parts_on_executor(store, parts, executor, report)
+    else:
+        done = 0
         with ThreadPoolExecutor(1) as writer:
             future: Future[None] | None = None
-            for i in tuple(self.left):
-                tops = self.store.plan.list_tops_of_part(i)
-                part = compute_sweep_part(
-                    self.store, tops, threads, self._make_part_progress(len(tops))
-                )
+            for i in parts:
+                tops = plan.list_tops_of_part(i)
+                report_share = progress and partial(report_part, done, len(tops))
+                part = compute_sweep_part(store, tops, threads, report_share)
                 with defer_signals():
                     if future is not None:
                         future.result()
-                    future = writer.submit(self.store.write_part, i, part)
-                self.done += len(tops)
+                    future = writer.submit(store.write_part, i, part)
+                done += len(tops)
         if future is not None:
             future.result()
-            self._report_progress(self.done, last=True)
+    if parts:
+        report(total, is_last=True)
 
-    def _make_part_progress(self, tops: int) -> Progress | None:
-        """Return a function that reports the progress of a part, or None if none is requested."""
-        return self.progress and (lambda share: self._report_progress(self.done + share * tops))
 
-    def _report_progress(self, tops: float, last: bool = False) -> None:
-        """Report the number of tops computed so far, at most about ten times per second."""
-        now = time.monotonic()
-        if self.progress is not None and (last or now - self._reported >= _PROGRESS_SECONDS):
-            self._reported = now
-            self.progress(tops / self.tops)
+def _compute_parts_on_executor(
+    store: SweepStore, parts: Sequence[int], executor: Executor, report: Progress
+) -> None:
+    left, done, stopped = list(parts), 0, threading.Event()
 
-    def compute_parts_on_executor(self, executor: Executor) -> None:
-        """Compute the requested parts of a sweep on the workers of an executor.
+    def raise_if_stopped(_: float) -> None:
+        if stopped.is_set():
+            raise KeyboardInterrupt
 
-        Parts that the executor failed to complete are submitted a second time. Raises
-        PartsLostError if the executor fails, or if some parts of the sweep are still missing after
-        the second attempt.
-        """
-        for _ in range(2):
-            self._submit_all_parts(executor)
-            if not self.left:
-                self._report_progress(self.done, last=True)
-                return
-        raise PartsLostError(
-            f"the executor lost {format_count(len(self.left), 'part')}, the first of them part "
-            f"{self.left[0]}; all others are stored, and repeating the call computes the missing "
-            "parts"
-        )
+    def mark_part_as_done(i: int, future: Future[int]) -> None:
+        nonlocal done
+        tops = len(store.plan.list_tops_of_part(i))
+        if not future.cancelled() and future.result() == tops and store.part_file_path(i).exists():
+            left.remove(i)
+            done += tops
 
-    def _submit_all_parts(self, executor: Executor) -> None:
-        check = (self._raise_if_stopped,) if has_thread_workers(executor) else ()
-        jobs = ((i, (compute_and_store_part, (self.store, i, *check))) for i in tuple(self.left))
+    check = (raise_if_stopped,) if has_thread_workers(executor) else ()
+    for _ in range(2):
+        jobs = ((i, (compute_and_store_part, (store, i, *check))) for i in tuple(left))
         try:
             run_jobs(
-                executor,
-                jobs,
-                _IN_FLIGHT,
-                self._mark_part_as_done,
-                self._report_finished_tops,
-                self._stopped.set,
+                executor, jobs, _IN_FLIGHT, mark_part_as_done, lambda: report(done), stopped.set
             )
         except BrokenExecutor as error:
-            parts = format_count(len(self.left), "part")
             raise PartsLostError(
-                f"the executor failed with {parts} left, the first of them part "
-                f"{self.left[0]}: {error}; the stored parts are kept, and repeating the call "
+                f"the executor failed with {format_count(len(left), 'part')} left, the first of "
+                f"them part {left[0]}: {error}; the stored parts are kept, and repeating the call "
                 "computes the others"
             ) from None
         finally:
-            self._stopped.clear()
-
-    def _report_finished_tops(self) -> None:
-        self._report_progress(self.done)
-
-    def _raise_if_stopped(self, _: float) -> None:
-        """Raise KeyboardInterrupt if the computation has been stopped."""
-        if self._stopped.is_set():
-            raise KeyboardInterrupt
-
-    def _mark_part_as_done(self, i: int, future: Future[int]) -> None:
-        """Add the tops of part i to the number of computed tops if the file of the part exists."""
-        if future.cancelled():
+            stopped.clear()
+        if not left:
             return
-        tops = len(self.store.plan.list_tops_of_part(i))
-        if future.result() == tops and self.store.part_file_path(i).exists():
-            self.left.remove(i)
-            self.done += tops
+    raise PartsLostError(
+        f"the executor lost {format_count(len(left), 'part')}, the first of them part {left[0]}; "
+        "all others are stored, and repeating the call computes the missing parts"
+    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from functools import cached_property
 from itertools import chain, islice, pairwise
@@ -42,7 +42,6 @@ from .plan import (
     COUNT,
     EVENT_STATE,
     PartResults,
-    SweepPlan,
     TaskName,
     build_task_from_arguments,
     make_sweep_plan,
@@ -56,8 +55,8 @@ from .store import (
     MISSING,
     OLD,
     REPAIR,
-    SweepPartsRunner,
     SweepStore,
+    compute_parts,
     create_or_open_sweep_store,
     open_sweep_store,
 )
@@ -80,10 +79,11 @@ class SweepResult:
     the column has values at k times, the array has an additional last dimension of length k. Only
     the requested columns are read from the files.
 
+    folder   the folder that contains the parts
     shape, axes, size  as in the source
     parts    the number of parts
     plan     the plan as in plan.json
-    hash     the SHA-256 of the plan
+    hash     the SHA-256 of the plan, which is also stored in every part
     columns  the names of the columns
     units    the dimension [M L T] of each column
 
@@ -94,12 +94,29 @@ class SweepResult:
     are treated as missing.
     """
 
+    folder: str
+    shape: tuple[int, ...]
+    axes: tuple[str, ...]
+    size: int
+    parts: int
+    hash: str
     _store: SweepStore
     _partial: bool
     _found: list[int]
 
     def __init__(self, store: SweepStore, partial: bool = False) -> None:
-        self.__dict__.update(_store=store, _partial=partial, _found=store.list_existing_parts())
+        plan = store.plan
+        self.__dict__.update(
+            folder=str(store.folder),
+            shape=plan.source.shape,
+            axes=plan.source.axes,
+            size=plan.source.size,
+            parts=plan.parts,
+            hash=plan.hash,
+            _store=store,
+            _partial=partial,
+            _found=store.list_existing_parts(),
+        )
 
     @cached_property
     def present(self) -> list[int]:
@@ -113,31 +130,6 @@ class SweepResult:
         return f"<kreisel.SweepResult of shape {self.shape}: {done}>"
 
     @property
-    def folder(self) -> str:
-        """The folder that contains the parts."""
-        return str(self._store.folder)
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """The shape of the array of tops in the sweep."""
-        return self._store.plan.source.shape
-
-    @property
-    def axes(self) -> tuple[str, ...]:
-        """The names of the dimensions of the sweep."""
-        return self._store.plan.source.axes
-
-    @property
-    def size(self) -> int:
-        """The total number of tops in the sweep."""
-        return self._store.plan.source.size
-
-    @property
-    def parts(self) -> int:
-        """The number of parts into which the sweep is divided."""
-        return self._store.plan.parts
-
-    @property
     def missing(self) -> list[int]:
         """The numbers of the parts that are not in `present`."""
         return [i for gap in list_missing_ranges(self.present, self.parts) for i in gap]
@@ -146,11 +138,6 @@ class SweepResult:
     def plan(self) -> dict[str, Any]:
         """The plan, as stored in plan.json."""
         return dict(self._store.plan.as_json)
-
-    @property
-    def hash(self) -> str:
-        """The SHA-256 hash of the plan, which is also stored in every part."""
-        return self._store.plan.hash
 
     @cached_property
     def _empty_part_table(self) -> PartResults:
@@ -273,10 +260,14 @@ class SweepResult:
         if "event_which" not in self._empty_part_table.ragged:
             return None
         parts = self._read_existing_parts(["top", COUNT, *self._empty_part_table.ragged])
-        columns = zip(*[_extract_part_events(part) for part in parts], strict=True)
-        return convert_columns_to_ensemble_events(
-            EventColumns(*map(np.concatenate, columns)), self.shape
-        )
+        rows = []
+        for part in parts:
+            top = np.repeat(part.columns["top"], part.columns[COUNT])
+            states = np.column_stack([part.ragged[f"event_{name}"] for name in EVENT_STATE])
+            which, direction = part.ragged["event_which"], part.ragged["event_direction"]
+            rows.append((top, states, np.zeros_like(states), which, direction))
+        columns = EventColumns(*map(np.concatenate, zip(*rows, strict=True)))
+        return convert_columns_to_ensemble_events(columns, self.shape)
 
     def to_arrow(self) -> Table:
         """Return a pyarrow.Table with one row per top.
@@ -362,14 +353,6 @@ def list_missing_ranges(numbers: list[int], end: int) -> Iterator[range]:
     for low, high in pairwise([-1, *numbers, end]):
         if high > low + 1:
             yield range(low + 1, high)
-
-
-def _extract_part_events(part: PartResults) -> EventColumns:
-    """Return the events of a part, together with the indices of their tops in the sweep."""
-    top = np.repeat(part.columns["top"], part.columns[COUNT])
-    states = np.column_stack([part.ragged[f"event_{name}"] for name in EVENT_STATE])
-    which, direction = part.ragged["event_which"], part.ragged["event_direction"]
-    return EventColumns(top, states, np.zeros_like(states), which, direction)
 
 
 def read_sweep(folder: str | os.PathLike[str], *, partial: bool = False) -> SweepResult:
@@ -493,64 +476,36 @@ def sweep(
     installed. During the computation, raises OSError if a file cannot be written, and RuntimeError
     if an executor loses parts. Ctrl-C raises kreisel.SweepInterrupted. Finished parts are kept.
     """
-    arguments = _select_nondefault_arguments(
-        locals()
-    )  # first, so that locals() contains only the arguments
-    plan = _make_sweep_plan(tops, task, arguments, part_size)
+    given, defaults = locals(), {"method": "auto", "max_steps": 0}
+    arguments = {}
+    for name in ARGUMENTS:
+        value, default = given[name], defaults.get(name)
+        if value is not None and not (type(value) is type(default) and value == default):
+            arguments[name] = value
+    if not isinstance(tops, (str, os.PathLike)):
+        source = (
+            tops if isinstance(tops, Source) else Source.of(validate_type("tops", tops, Ensemble))
+        )
+        plan = make_sweep_plan(source, build_task_from_arguments(task, arguments), part_size)
+    elif task != "solve" or arguments or part_size is not None:
+        raise ValueError(f"{os.fspath(tops)} is a whole plan: give no other arguments than folder")
+    else:
+        plan = read_sweep_plan(Path(tops))
     callback = validate_progress_callback(progress)
     count = validate_thread_count(threads, executor)
     part_range = _validate_part_range(parts, plan.parts)
     store = create_or_open_sweep_store(folder, plan)
-    runner = SweepPartsRunner(store, _list_incomplete_parts(store, part_range), callback)
-    return _run_selected_sweep_parts(runner, part_range, count, executor)
-
-
-def _select_nondefault_arguments(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the arguments of a task that differ from their defaults."""
-    defaults = {"method": "auto", "max_steps": 0}
-    arguments = {}
-    for name in ARGUMENTS:
-        value, default = values[name], defaults.get(name)
-        if value is not None and not (type(value) is type(default) and value == default):
-            arguments[name] = value
-    return arguments
-
-
-def _run_selected_sweep_parts(
-    runner: SweepPartsRunner, part_range: range, threads: int, executor: Executor | None
-) -> SweepResult:
-    """Compute the selected parts of a sweep, and return the results of all parts that exist.
-
-    Raises SweepInterrupted after Ctrl-C.
-    """
-    store = runner.store
     try:
-        if executor is None:
-            runner.compute_parts_locally(threads)
-        else:
-            runner.compute_parts_on_executor(executor)
+        compute_parts(store, _list_incomplete_parts(store, part_range), count, executor, callback)
     except KeyboardInterrupt:
         result = SweepResult(store)
         done = sum(i in part_range for i in result.present)
-        remainder = f"{len(part_range) - done} of {len(part_range)} parts are left"
         message = (
-            f"interrupted: {remainder}; repeating the call resumes the sweep in {store.folder}"
+            f"interrupted: {len(part_range) - done} of {len(part_range)} parts are left; "
+            f"repeating the call resumes the sweep in {store.folder}"
         )
         raise SweepInterrupted(message, result) from None
     return SweepResult(store)
-
-
-def _make_sweep_plan(
-    tops: Any, task: str, arguments: Mapping[str, Any], part_size: int | None
-) -> SweepPlan:
-    if isinstance(tops, (str, os.PathLike)):
-        if task != "solve" or arguments or part_size is not None:
-            raise ValueError(
-                f"{os.fspath(tops)} is a whole plan: give no other arguments than folder"
-            )
-        return read_sweep_plan(Path(tops))
-    source = Source.of(tops) if isinstance(tops, Ensemble) else validate_type("tops", tops, Source)
-    return make_sweep_plan(source, build_task_from_arguments(task, arguments), part_size)
 
 
 def _validate_part_range(parts: object, count: int) -> range:
