@@ -3,27 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
+
+import numpy as np
 
 from .._model.scene import Ensemble, Scene
 from .._results.path import Error
-from .._utils.arguments import as_int, short_repr, unknown_name_message, validate_type, warn_user
+from .._solve.solve import solve
+from .._utils.arguments import (
+    Array,
+    as_int,
+    format_count,
+    short_repr,
+    unknown_name_message,
+    validate_type,
+    warn_user,
+)
 from .minimize import LossName, refuse_inestimable_sigmas
 from .parameters import FreeName, FreeParameters, expand_free_names
-from .records import SCALAR_LAST, Record, swap_quaternion_order
-from .result import (
-    Fit,
-    build_fit_from_search,
-    describe_misfit,
-    describe_residual_excess,
-    has_residuals_as_large_as_data,
-    search_with_defined_angles,
-)
+from .records import SCALAR_LAST, Mask, Record, leave_out_rows, swap_quaternion_order
+from .residuals import STEPS_MOST
+from .result import Fit, build_fit_from_search
 from .search import SearchSession
 
 _MISFIT = 0.02  # residuals relative to the values that may be a motion that does not fit
 _ORDER_LIMIT = 300  # paths of a search with the other order of quaternions
 _CORRELATED = 0.5  # correlation of neighbouring residuals of a motion that does not fit
 _FAR_BETTER = 0.5  # residuals of the other order of quaternions, relative to those of the given one
+_UNDEFINED = ("precession_angle", "spin_angle")
+_VERTICAL = 1e-3  # lean [rad] up to which these angles change too fast for linear equations
 Progress = Callable[[int, float], object]
 LOSSES: tuple[LossName, ...] = ("linear", "soft")
 
@@ -107,7 +115,12 @@ def fit(
     noise of the given sigma does not explain chi2 (see `Fit.is_plausible`). Also warns if few
     numbers determine an unknown standard deviation.
     """
-    guesses = _validate_start_scenes(scene)
+    if isinstance(scene, Ensemble):
+        if not scene.size:
+            raise ValueError("scene is an ensemble without members")
+        guesses = list(scene.reshape(-1))
+    else:
+        guesses = [validate_type("scene", scene, Scene)]
     blocks, record_tuple = expand_free_names(free), _validate_records(records)
     if loss not in LOSSES:
         raise ValueError(unknown_name_message("loss", str(loss), LOSSES))
@@ -116,18 +129,33 @@ def fit(
     if progress is not None and not callable(progress):
         raise TypeError(f"progress must be a function, not {short_repr(progress)}")
 
-    def search(defined: tuple[Record, ...], limit: int = limit) -> Fit:
+    def search(kept: tuple[Record, ...], limit: int = limit) -> Fit:
         sessions = [
-            SearchSession(FreeParameters(guess, blocks, defined), defined, loss, limit, progress)
+            SearchSession(FreeParameters(guess, blocks, kept), kept, loss, limit, progress)
             for guess in guesses
         ]
         for session in sessions:
-            session.check_measurement_count_and_start()
-            session.check_measurements_per_segment(count)
+            session.refuse_too_few_measurements(count)
         return _run_search_sessions(sessions, count, is_multistart=isinstance(scene, Ensemble))
 
-    best = search_with_defined_angles(record_tuple, guesses, search)
-    _warn_of_poor_fit(best, _describe_better_quaternion_order(best, search))
+    best = _search_with_defined_angles(record_tuple, guesses, search)
+    hint, misfit, excess = "", best._describe_misfit(), best._describe_excess()
+    is_bad = best.is_plausible is False
+    if best.is_plausible is None:
+        is_bad = best.misfit > _MISFIT and best.residual_correlation > _CORRELATED
+    if is_bad:
+        hint = _describe_better_quaternion_order(best, search)
+    if misfit:
+        warn_user(misfit + hint)
+    elif not best.has_converged:
+        warn_user(
+            f"the fit did not converge within {best.evaluations} paths: the result is the best so "
+            "far; raise max_evaluations or give a guess nearer to the motion"
+        )
+    elif excess or hint:
+        warn_user((excess + hint).strip())
+    for sentence in best.uncertain_sigma:
+        warn_user(f"{sentence}: give sigma, or add measurements")
     return best
 
 
@@ -135,11 +163,9 @@ def _describe_better_quaternion_order(
     best: Fit, search: Callable[[tuple[Record, ...], int], Fit]
 ) -> str:
     """Return a sentence if attitudes that fit badly fit well with the scalar at the other end."""
-    is_bad = best.is_plausible is False
-    if best.is_plausible is None:
-        is_bad = best.misfit > _MISFIT and best.residual_correlation > _CORRELATED
     swapped, names = zip(*map(swap_quaternion_order, best.records), strict=True)
-    if not (is_bad and any(names)):
+    name = next(filter(None, names), "")
+    if not name:
         return ""
     try:
         other = search(swapped, _ORDER_LIMIT)
@@ -149,11 +175,9 @@ def _describe_better_quaternion_order(
         return ""
     if not other.misfit < _FAR_BETTER * best.misfit:
         return ""
-    name = next(filter(None, names))
-    end = "last" if name in SCALAR_LAST else "first"
     return (
-        f" The quaternions fit better scalar {end}, with a misfit of {other.misfit:.2g} instead of "
-        f"{best.misfit:.2g}: if they are, name them {name}."
+        f" The quaternions fit better scalar {'last' if name in SCALAR_LAST else 'first'}, with a "
+        f"misfit of {other.misfit:.2g} instead of {best.misfit:.2g}: if they are, name them {name}."
     )
 
 
@@ -161,65 +185,102 @@ def _run_search_sessions(
     sessions: Sequence[SearchSession], pieces: int | None, is_multistart: bool
 ) -> Fit:
     best: Fit | None = None
+
+    def choose_better(session: SearchSession) -> Fit | None:
+        found = build_fit_from_search(session) if session.best is not None else best
+        return found if best is None or found is None or found.cost < best.cost else best
+
     for session in sessions:
         try:
             session.search(pieces, has_data_guess=not is_multistart)
         except KeyboardInterrupt:
-            session_best = session.best
-            result = (
-                best
-                if session_best is None
-                else _select_better_fit(best, build_fit_from_search(session))
-            )
-            raise FitInterrupted("the fit was interrupted", result) from None
+            raise FitInterrupted("the fit was interrupted", choose_better(session)) from None
         if session.best is not None:
             session.refuse_start_held_by_friction()
             session.refuse_insensitive_quantities()
             refuse_inestimable_sigmas(session.model, session.best.scaled_jacobian)
-            best = _select_better_fit(best, build_fit_from_search(session))
+            best = choose_better(session)
     if best is None:
-        raise _find_error_of_start_scene(sessions[0])
+        sessions[0].refuse_start_held_by_friction()
+        sessions[0].check_start_scene_is_solvable()
+        raise ValueError(
+            "the residuals leave the range of doubles: check the values and their sigma"
+        )
     return best
 
 
-def _warn_of_poor_fit(best: Fit, hint: str) -> None:
-    if has_residuals_as_large_as_data(best):
-        warn_user(describe_misfit(best) + hint)
-    elif not best.has_converged:
-        warn_user(
-            f"the fit did not converge within {best.evaluations} paths: the result is the best so "
-            "far; raise max_evaluations or give a guess nearer to the motion"
-        )
-    elif best.excess:
-        warn_user(describe_residual_excess(best) + hint)
-    elif hint:
-        warn_user(hint.strip())
-    for sentence in best.uncertain_sigma:
-        warn_user(f"{sentence}: give sigma, or add measurements")
+def _search_with_defined_angles(
+    records: tuple[Record, ...],
+    guesses: Iterable[Scene],
+    search: Callable[[tuple[Record, ...]], Fit],
+) -> Fit:
+    """Search for the best fit to those angles that are defined in the motions of all guesses.
+
+    If angles are undefined in the fitted motion, the search is repeated without them. Otherwise
+    they would hold the apex at the vertical, because the least lean can explain any such angle. If
+    all angles of a quantity are undefined, the guess says nothing about them, and they are kept.
+    """
+    if not any(series.quantity in _UNDEFINED for record in records for series in record.series):
+        return search(records)
+    masks = [np.zeros(len(record.t), dtype=bool) for record in records]
+    for scene in guesses:
+        for record, mask in zip(records, masks, strict=True):
+            for rows in (np.flatnonzero(record.t < 0.0)[::-1], np.flatnonzero(record.t >= 0.0)):
+                # the search reports scenes that cannot be solved
+                with suppress(Error, ValueError):
+                    path = solve(scene, record.t[rows], "taylor", max_steps=STEPS_MOST)
+                    mask[rows] |= _is_vertical(path.apex)
+    records = _leave_out_angles(records, masks, "scene")
+    while True:
+        found = search(records)
+        is_vertical, t = _is_vertical(found.path.apex), found.path.t
+        masks = [
+            is_vertical[np.searchsorted(t, record.t - found.values.get(f"delay[{i}]", 0.0))]
+            for i, record in enumerate(records)
+        ]
+        fewer = _leave_out_angles(records, masks, "fitted motion")
+        if all(new is old for new, old in zip(fewer, records, strict=True)):
+            return found
+        records = fewer
 
 
-def _select_better_fit(first: Fit | None, second: Fit) -> Fit:
-    """Return the fit with the smaller cost, or `second` if `first` is None."""
-    return second if first is None or second.cost < first.cost else first
+def _is_vertical(apex: Array) -> Mask:
+    is_vertical: Mask = np.hypot(apex[:, 0], apex[:, 1]) < _VERTICAL
+    return is_vertical
 
 
-def _find_error_of_start_scene(session: SearchSession) -> Error:
-    """Return the exception raised while computing the motion of the initial scene."""
-    session.refuse_start_held_by_friction()
-    try:
-        session.check_start_scene_is_solvable()
-    except Error as error:
-        return error
-    raise ValueError("the residuals leave the range of doubles: check the values and their sigma")
-
-
-def _validate_start_scenes(scene: object) -> list[Scene]:
-    if isinstance(scene, Ensemble):
-        if not scene.size:
-            raise ValueError("scene is an ensemble without members")
-        flat = scene.reshape(-1) if hasattr(scene, "reshape") else scene
-        return list(flat)
-    return [validate_type("scene", scene, Scene)]
+def _leave_out_angles(
+    records: tuple[Record, ...], masks: Sequence[Mask], motion: str
+) -> tuple[Record, ...]:
+    """Return the records without angles at the times in `masks`; others are the same objects."""
+    kept = []
+    for record, is_vertical in zip(records, masks, strict=True):
+        rows: Mask = np.zeros(len(record.t), dtype=bool)
+        names: list[str] = []
+        for series in record.series:
+            is_measured = series.measured[:, 0]
+            is_undefined = is_measured & is_vertical
+            if series.quantity not in _UNDEFINED or not is_undefined.any():
+                continue
+            if (is_undefined != is_measured).any():
+                names.append(series.name)
+                rows |= is_undefined
+            elif motion != "scene":
+                raise ValueError(
+                    f"{series.name} is undefined at all its times, because the apex of the {motion}"
+                    " is vertical then: leave it out, or give a scene that leans"
+                )
+        if names:
+            t = record.t[rows]
+            times = ", ".join(f"{time:g}" for time in t[:3])
+            if len(t) > 3:
+                times += f" and {format_count(len(t) - 3, 'other time')}"
+            warn_user(
+                f"{' and '.join(names)} at t = {times} left out: undefined where the apex of the "
+                f"{motion} is vertical"
+            )
+        kept.append(leave_out_rows(record, names, rows) if names else record)
+    return tuple(kept)
 
 
 def _validate_records(records: object) -> tuple[Record, ...]:

@@ -1,38 +1,36 @@
-"""The result of a fit, and its summary."""
+"""The result of a fit, its summary and the fitted motion."""
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .._model.scene import Ensemble, Scene
-from .._results.path import Error, Path
+from .._plot.dense_motion import compute_duration_of_turn, subdivide_times
+from .._results.path import Path
 from .._solve.solve import solve
 from .._utils.arguments import (
     Array,
     ReadOnlyArrays,
     as_int,
-    format_count,
     freeze_arrays,
     optional_dependency,
-    warn_user,
 )
 from .._utils.files import atomic_write
 from .._utils.html import format_html_table
-from .fit_model import predict_measurements_densely
 from .minimize import describe_uncertain_sigmas
 from .parameters import FitPoint, FreeParameters
-from .records import Mask, Record, leave_out_rows
-from .residuals import STEPS_MOST
-from .search import BestFit, SearchSession, describe_alternative_spin
+from .records import Record, Series, slice_record
+from .residuals import ResidualModel
+from .search import SearchSession, describe_alternative_spin
 from .uncertainty import (
     FitCovariance,
     classify_fit_directions,
@@ -46,228 +44,13 @@ if TYPE_CHECKING:
 
     from .._plot.charts import FigureAxes
 
-
-class HasSigma(Protocol):
-    """Interface of a measured quantity, with the attributes required to summarize a fit."""
-
-    @property
-    def sigma(self) -> object: ...
-
-
-class RecordLike(Protocol):
-    """Interface of a record, with the attributes required to summarize a fit."""
-
-    @property
-    def series(self) -> Sequence[HasSigma]: ...
-
-    @property
-    def size(self) -> int: ...
-    @property
-    def missing(self) -> int: ...
-
-
-class FitLike(Protocol):
-    """Interface of a fit, with the attributes required to format its summary."""
-
-    @property
-    def records(self) -> Sequence[RecordLike]: ...
-    @property
-    def names(self) -> Sequence[str]: ...
-    @property
-    def units(self) -> Sequence[str]: ...
-    @property
-    def values(self) -> dict[str, float]: ...
-    @property
-    def error(self) -> dict[str, float]: ...
-    @property
-    def moment_ratios(self) -> dict[str, tuple[float, float]]: ...
-    @property
-    def chi2(self) -> float: ...
-    @property
-    def dof(self) -> int: ...
-    @property
-    def residual_correlation(self) -> float: ...
-    @property
-    def inflation(self) -> float: ...
-    @property
-    def nonlinearity(self) -> float: ...
-    @property
-    def unidentified(self) -> Sequence[str]: ...
-    @property
-    def ambiguous(self) -> Sequence[str]: ...
-    @property
-    def misfit(self) -> float: ...
-    @property
-    def excess(self) -> float: ...
-    @property
-    def is_plausible(self) -> bool | None: ...
-    @property
-    def uncertain_sigma(self) -> Sequence[str]: ...
-    @property
-    def at_bound(self) -> Sequence[str]: ...
-    @property
-    def has_converged(self) -> bool: ...
-    @property
-    def evaluations(self) -> int: ...
-    @property
-    def piece_starts(self) -> Sequence[float]: ...
-
-
+_DIFFERENCE = 1e-5  # steps of numerical derivatives, relative to the natural sizes
+_AT_BOUND = 1e-6  # distance to a bound that counts as zero, relative to the natural size
 _MISFIT = 100.0  # chi2 per degree of freedom from which the model is wrong
 _AS_LARGE = 0.5  # residuals relative to the values that no motion explains
 _CORRELATED = 0.2  # correlation of neighbouring residuals that is mentioned
 _ENLARGED = 1.05  # inflation that is mentioned
-_NONLINEAR = 0.3  # deviation of the rise of chi2 along one sigma that is mentioned
-
-
-def format_fit_summary(fit: FitLike) -> str:
-    """Return the summary: a row for each parameter, then sentences about the quality of the fit."""
-    rows = _list_parameter_rows(fit)
-    width = max(len(name) for name, *_ in rows)
-    lines = [f"  {name:<{width}}  {value} {unit}".rstrip() for name, value, unit in rows]
-    return "\n".join([_format_summary_head(fit), *lines, *_list_fit_quality_sentences(fit)])
-
-
-def format_fit_summary_as_html(fit: FitLike) -> str:
-    """Return the summary as HTML, with the parameters in a table."""
-    head, *sentences = [
-        f"<p>{escape(text)}</p>"
-        for text in (_format_summary_head(fit), *_list_fit_quality_sentences(fit))
-    ]
-    table = format_html_table(_list_parameter_rows(fit), ("parameter", "value", "unit"))
-    return "\n".join([head, table, *sentences])
-
-
-def _format_summary_head(fit: FitLike) -> str:
-    count = sum(record.size for record in fit.records)
-    verdict = {True: " (plausible)", False: " (not plausible)", None: ""}[fit.is_plausible]
-    return (
-        f"Fit of {len(fit.names)} parameters to {count} numbers: "
-        f"chi2 {fit.chi2 / fit.dof:.3g} per degree of freedom{verdict}, {fit.evaluations} paths"
-    )
-
-
-def _list_parameter_rows(fit: FitLike) -> list[tuple[str, str, str]]:
-    """Return rows (name, value ± error, unit), also of moment ratios if an error is infinite."""
-    ratios = {} if all(map(math.isfinite, fit.error.values())) else fit.moment_ratios
-    rows = [
-        (
-            name,
-            format_value_with_error(fit.values[name], fit.error[name]),
-            f"[{unit}]" if unit else "",
-        )
-        for name, unit in zip(fit.names, fit.units, strict=True)
-    ]
-    return rows + [(name, format_value_with_error(*pair), "") for name, pair in ratios.items()]
-
-
-def format_value_with_error(value: float, error: float) -> str:
-    """Return a value and its error as text, with as many digits as are significant."""
-    if not math.isfinite(error):
-        return "not identified"
-    if not error > 0.0:
-        return f"{value:.12g} +- {error:.2g}"
-    size = max(abs(value), error)
-    digits = min(max(2 + math.floor(math.log10(size)) - math.floor(math.log10(error)), 2), 17)
-    return f"{value:#.{digits}g} +- {error:.2g}"
-
-
-def has_residuals_as_large_as_data(fit: FitLike) -> bool:
-    """Return True if the residuals are of the order of the measured values and exceed the noise."""
-    is_estimated = any(series.sigma is None for record in fit.records for series in record.series)
-    return fit.misfit > _AS_LARGE and (is_estimated or fit.chi2 > _MISFIT * fit.dof)
-
-
-def describe_misfit(fit: FitLike) -> str:
-    return (
-        "No motion of this scene fits the records: the residuals are "
-        f"{100.0 * fit.misfit:.0f} % of the values, or of 1 rad for angles."
-    )
-
-
-def describe_residual_excess(fit: FitLike) -> str:
-    return (
-        f"The residuals are {fit.excess:.3g} times as large as sigma explains: the fit is a false "
-        "minimum, the records are of another top, or sigma is too small."
-    )
-
-
-def _list_fit_quality_sentences(fit: FitLike) -> list[str]:
-    sentences = []
-    if not fit.has_converged:
-        sentences.append("The search did not converge; this is the best so far.")
-    if has_residuals_as_large_as_data(fit):
-        sentences.append(describe_misfit(fit))
-    elif fit.excess:
-        sentences.append(describe_residual_excess(fit))
-    if ties := [name for name in fit.names if " = " in name]:
-        sentences.append(
-            f"Kept equal, as in the given scene: {', '.join(ties)}. Give different numbers to "
-            "estimate them apart."
-        )
-    sentences += _list_labelled_sentences(fit)
-    if fit.residual_correlation > _CORRELATED and fit.inflation > _ENLARGED:
-        sentences.append(
-            f"Neighbouring residuals are correlated ({fit.residual_correlation:.2f}): the "
-            "model does not include all forces on the top."
-        )
-    if fit.inflation > _ENLARGED:
-        sentences.append(
-            f"Errors were enlarged {fit.inflation:.3g} times, because residuals are large or "
-            "correlated."
-        )
-    if fit.nonlinearity > _NONLINEAR:
-        sentences.append(
-            "Errors are not normally distributed: along the least certain direction, the change of "
-            f"chi2 for one sigma differs from 1 by {fit.nonlinearity:.2g}."
-        )
-    if missing_count := sum(record.missing for record in fit.records):
-        sentences.append(f"{missing_count} values are left out: not measured, or undefined angles.")
-    if fit.piece_starts:
-        sentences.append(
-            f"The motion consists of {len(fit.piece_starts)} joined pieces, each with its own "
-            "start."
-        )
-    return sentences
-
-
-def _list_labelled_sentences(fit: FitLike) -> list[str]:
-    labels = {
-        "Not identified": fit.unidentified,
-        "Ambiguous": fit.ambiguous,
-        "Uncertain": fit.uncertain_sigma,
-        "At a bound": fit.at_bound,
-    }
-    return [f"{label}: {text}." for label, texts in labels.items() for text in texts]
-
-
-def solve_fitted_motion(
-    parameters: FreeParameters, pieces: tuple[tuple[float, FitPoint], ...], t: Array
-) -> Path:
-    """Return the path at increasing times; each state is computed from the start of its segment."""
-    scene = parameters.to_scene(next(point for begin, point in pieces if begin == 0.0))
-    begins = np.array([begin for begin, _ in pieces])
-    owner = np.maximum(np.searchsorted(begins, t, side="right") - 1, 0)
-    states, steps = [], []
-    path = solve(scene, np.empty(0), "taylor")
-    for k, (begin, point) in enumerate(pieces):
-        times = t[owner == k] - begin
-        for part in (times[times < 0.0][::-1], times[times >= 0.0]):
-            if len(part):
-                path = solve(parameters.to_scene(point, begin), part, "taylor")
-                rows = path.states if part[0] >= 0.0 else path.states[::-1]
-                shifted = rows.copy()
-                shifted[:, 0] += begin
-                states.append(shifted)
-                steps.append(path.stats)
-    if len(states) == 1 and len(pieces) == 1 and path.t[0] >= 0.0:
-        return path
-    all_states = np.ascontiguousarray(np.concatenate(states))
-    return Path(scene, all_states, steps[-1], path._options)
-
-
-_DIFFERENCE = 1e-5  # steps of numerical derivatives, relative to the natural sizes
-_AT_BOUND = 1e-6  # distance to a bound that counts as zero, relative to the natural size
+_NONLINEAR = 0.3  # deviation from a quadratic chi2 that is mentioned
 
 
 @dataclass(frozen=True, eq=False)
@@ -314,7 +97,6 @@ class Fit(ReadOnlyArrays):
     has_converged  False if the search ended at a limit on the number of paths. A search may
                   converge to a wrong minimum, see is_plausible
     evaluations   the number of computed paths
-    piece_starts  the times at which the pieces of the motion begin; empty for a single motion
     """
 
     scene: Scene
@@ -340,7 +122,6 @@ class Fit(ReadOnlyArrays):
     at_bound: tuple[str, ...]
     has_converged: bool
     evaluations: int
-    piece_starts: tuple[float, ...]
     cost: float
     _parameters: FreeParameters
     _point: FitPoint
@@ -370,12 +151,25 @@ class Fit(ReadOnlyArrays):
             delay = self._point.instruments.get(("delay", i, ""))
             times.append(record.t if delay is None else record.t - delay[0])
         t = np.unique(np.concatenate(times))
-        return solve_fitted_motion(self._parameters, self._motion_pieces, t)
+        begins = np.array([begin for begin, _ in self._pieces])
+        owner = np.maximum(np.searchsorted(begins, t, side="right") - 1, 0)
+        states, path = [], solve(self.scene, np.empty(0), "taylor")
+        for k, (begin, point) in enumerate(self._pieces):
+            own = t[owner == k] - begin
+            for part, order in ((own[own < 0.0][::-1], -1), (own[own >= 0.0], 1)):
+                if len(part):
+                    path = solve(self._parameters.to_scene(point, begin), part, "taylor")
+                    states.append(path.states[::order].copy())
+                    states[-1][:, 0] += begin
+        if len(states) == 1 and not self.piece_starts and path.t[0] >= 0.0:
+            return path
+        joined = np.ascontiguousarray(np.concatenate(states))
+        return Path(self.scene, joined, path.stats, path._options)
 
     @property
-    def _motion_pieces(self) -> tuple[tuple[float, FitPoint], ...]:
-        """The initial times of the pieces of the motion, and their parameters."""
-        return self._pieces or ((0.0, self._point),)
+    def piece_starts(self) -> tuple[float, ...]:
+        """The times at which the pieces of the motion begin; empty for a single motion."""
+        return tuple(begin for begin, _ in self._pieces) if len(self._pieces) > 1 else ()
 
     def error_of(self, function: Callable[[Scene], ArrayLike]) -> tuple[Any, Any]:
         """Return the value of a function of the fitted scene, and its standard deviation.
@@ -396,27 +190,21 @@ class Fit(ReadOnlyArrays):
 
         Raises TypeError if the function returns anything other than numbers.
         """
-        value = _convert_to_float_array(function(self.scene))
-        columns = []
-        for k in range(self._parameters.size):
-            step = np.zeros(self._parameters.size)
-            step[k] = _DIFFERENCE * self._spectrum.natural[k]
-            ends = [
-                self._parameters.add_step_within_bounds(self._point, sign * step)
-                for sign in (1.0, -1.0)
-            ]
-            lengths = [min(1.0, self._compute_distance_to_lower_bound(k) / step[k]), 1.0]
-            end_values = [
-                _convert_to_float_array(function(self._parameters.to_scene(end))) for end in ends
-            ]
-            columns.append((end_values[0] - end_values[1]).ravel() / (step[k] * sum(lengths)))
+        p, point = self._parameters, self._point
+        value, columns = _convert_to_float_array(function(self.scene)), []
+        distances = p.compute_distances_to_lower_bounds(point)
+        for step, distance in zip(
+            np.diag(_DIFFERENCE * self._spectrum.natural), distances, strict=True
+        ):
+            size = step.sum()
+            upper, lower = (
+                _convert_to_float_array(function(p.to_scene(p.add_step_within_bounds(point, end))))
+                for end in (step, -step)
+            )
+            columns.append((upper - lower).ravel() / (size * (1.0 + min(1.0, distance / size))))
         _, errors = self._spectrum.propagate_errors(np.stack(columns, axis=-1))
         error_array = errors.reshape(value.shape)
         return (value, error_array) if value.ndim else (float(value), float(error_array))
-
-    def _compute_distance_to_lower_bound(self, k: int) -> float:
-        """Return the distance of parameter k from its lower bound."""
-        return float(self._parameters.compute_distances_to_lower_bounds(self._point)[k])
 
     def scatter(self, n: int, *, seed: int = 0) -> Ensemble:
         """Return an ensemble of n random scenes, drawn with the covariance of the fit.
@@ -424,16 +212,10 @@ class Fit(ReadOnlyArrays):
         The random scenes vary only in those directions of parameter space that the data determine.
         Moments of inertia, damping and friction are clipped to their bounds.
         """
-        count, key = as_int("n", n, 1), as_int("seed", seed, 0)
+        count, key, p = as_int("n", n, 1), as_int("seed", seed, 0), self._parameters
         steps = self._spectrum.draw_random_parameter_changes(np.random.default_rng(key), count)
-        return Ensemble.of(
-            [
-                self._parameters.to_scene(
-                    self._parameters.add_step_within_bounds(self._point, step)
-                )
-                for step in steps
-            ]
-        )
+        points = [p.add_step_within_bounds(self._point, step) for step in steps]
+        return Ensemble.of([p.to_scene(point) for point in points])
 
     def plot(self) -> FigureAxes:
         """Plot measurements, fitted motion and residuals with matplotlib, and return the axes.
@@ -477,11 +259,91 @@ class Fit(ReadOnlyArrays):
         return text
 
     def __str__(self) -> str:
-        return format_fit_summary(self)
+        """Return the summary: a row for each parameter, then sentences about the quality."""
+        head, rows, sentences = self._summarize()
+        width = max(len(name) for name, *_ in rows)
+        lines = [f"  {name:<{width}}  {value} {unit}".rstrip() for name, value, unit in rows]
+        return "\n".join([head, *lines, *sentences])
 
     def _repr_html_(self) -> str:
         """Return the summary as HTML, with a table of the parameters, for display in notebooks."""
-        return format_fit_summary_as_html(self)
+        head, rows, sentences = self._summarize()
+        first, *others = [f"<p>{escape(text)}</p>" for text in (head, *sentences)]
+        return "\n".join([first, format_html_table(rows, ("parameter", "value", "unit")), *others])
+
+    def _summarize(self) -> tuple[str, list[tuple[str, str, str]], list[str]]:
+        """Return the head of the summary, rows (name, value +- error, unit), and sentences."""
+        verdict = {True: " (plausible)", False: " (not plausible)", None: ""}[self.is_plausible]
+        head = (
+            f"Fit of {len(self.names)} parameters to {sum(r.size for r in self.records)} numbers: "
+            f"chi2 {self.chi2 / self.dof:.3g} per degree of freedom{verdict}, "
+            f"{self.evaluations} paths"
+        )
+        rows = [
+            (name, _format_with_error(self.values[name], self.error[name]), unit and f"[{unit}]")
+            for name, unit in zip(self.names, self.units, strict=True)
+        ]
+        if not all(map(math.isfinite, self.error.values())):
+            ratios = self.moment_ratios.items()
+            rows += [(name, _format_with_error(*pair), "") for name, pair in ratios]
+        sentences = []
+        if not self.has_converged:
+            sentences.append("The search did not converge; this is the best so far.")
+        if text := self._describe_misfit() or self._describe_excess():
+            sentences.append(text)
+        if ties := [name for name in self.names if " = " in name]:
+            sentences.append(
+                f"Kept equal, as in the given scene: {', '.join(ties)}. Give different numbers to "
+                "estimate them apart."
+            )
+        for label, texts in (
+            ("Not identified", self.unidentified),
+            ("Ambiguous", self.ambiguous),
+            ("Uncertain", self.uncertain_sigma),
+            ("At a bound", self.at_bound),
+        ):
+            sentences += [f"{label}: {text}." for text in texts]
+        if self.residual_correlation > _CORRELATED and self.inflation > _ENLARGED:
+            sentences.append(
+                f"Neighbouring residuals are correlated ({self.residual_correlation:.2f}): the "
+                "model does not include all forces on the top."
+            )
+        if self.inflation > _ENLARGED:
+            sentences.append(
+                f"Errors were enlarged {self.inflation:.3g} times, because residuals are large or "
+                "correlated."
+            )
+        if self.nonlinearity > _NONLINEAR:
+            sentences.append(
+                "Errors are not normally distributed: along the least certain direction, the "
+                f"change of chi2 for one sigma differs from 1 by {self.nonlinearity:.2g}."
+            )
+        if missing := sum(record.missing for record in self.records):
+            sentences.append(f"{missing} values are left out: not measured, or undefined angles.")
+        if self.piece_starts:
+            sentences.append(
+                f"The motion consists of {len(self.piece_starts)} joined pieces, each with its own "
+                "start."
+            )
+        return head, rows, sentences
+
+    def _describe_misfit(self) -> str:
+        """Return a sentence if the residuals are as large as the values and exceed the noise."""
+        is_large = self.is_plausible is None or self.chi2 > _MISFIT * self.dof
+        if not (is_large and self.misfit > _AS_LARGE):
+            return ""
+        return (
+            "No motion of this scene fits the records: the residuals are "
+            f"{100.0 * self.misfit:.0f} % of the values, or of 1 rad for angles."
+        )
+
+    def _describe_excess(self) -> str:
+        if not self.excess:
+            return ""
+        return (
+            f"The residuals are {self.excess:.3g} times as large as sigma explains: the fit is a "
+            "false minimum, the records are of another top, or sigma is too small."
+        )
 
     def __repr__(self) -> str:
         ratio = self.chi2 / self.dof
@@ -505,7 +367,7 @@ class _SeriesChartData(NamedTuple):
 
 
 def _yield_series_chart_data(fit: Fit) -> Iterator[_SeriesChartData]:
-    motions = predict_measurements_densely(fit._parameters, fit._motion_pieces, fit.records)
+    motions = predict_measurements_densely(fit._parameters, fit._pieces, fit.records)
     for i, record in enumerate(fit.records):
         for series in record.series:
             values = np.where(series.measured, series.values / series.unit, np.nan)
@@ -523,97 +385,85 @@ def _convert_to_float_array(value: ArrayLike) -> Array:
     return numbers.astype(float)
 
 
+def _format_with_error(value: float, error: float) -> str:
+    """Return a value and its error as text, with as many digits as are significant."""
+    if not math.isfinite(error):
+        return "not identified"
+    if not error > 0.0:
+        return f"{value:.12g} +- {error:.2g}"
+    size = max(abs(value), error)
+    digits = min(max(2 + math.floor(math.log10(size)) - math.floor(math.log10(error)), 2), 17)
+    return f"{value:#.{digits}g} +- {error:.2g}"
+
+
 def build_fit_from_search(session: SearchSession) -> Fit:
     """Build a Fit from the best solution found by a search."""
-    best, p, loss = session.best, session.parameters, session.loss
+    best, p, loss, model = session.best, session.parameters, session.loss, session.model
     assert best is not None
-    stats = compute_residual_statistics(session.model, best.residuals, loss, session.is_sigma_known)
+    stats = compute_residual_statistics(model, best.residuals, loss, session.is_sigma_known)
     spectrum = classify_fit_directions(best.jacobian, best.natural, stats.inflation, p.size)
     names, units, values, jacobian = p.list_user_parameters_and_jacobian(best.point)
     covariance, errors = spectrum.propagate_errors(jacobian)
     residuals, sigma = _group_residuals_and_sigmas_by_series(session, best.residuals)
     freeze_arrays((covariance, residuals, sigma))
+    ratios = {}
+    if p.can_vary("moments"):
+        *others, last = range(p.size)[p.get_parameter_slice("moments")]
+        for k in others:
+            ratio = values[k] / values[last]
+            gradient = (jacobian[k] - ratio * jacobian[last]) / values[last]
+            _, [error] = spectrum.propagate_errors(gradient[None])
+            ratios[f"{names[k]} / {names[last]}"] = (float(ratio), float(error))
+    nonlinearity = 0.0
+    if not best.pieces and loss == "linear":
+        optimum = model, best.point, best.residuals
+        nonlinearity = measure_cost_nonlinearity(*optimum, spectrum, stats.inflation)
+    unidentified = describe_undetermined_directions(
+        p, best.point, spectrum.natural, spectrum.blind, names
+    )
+    ambiguous = []
+    if session.alias is not None:
+        ambiguous.append(describe_alternative_spin(best.point, session.alias))
+    if session.rival is not None:
+        words, _, numbers, _ = p.list_user_parameters_and_jacobian(session.rival)
+        pairs = [f"{name} = {x:.4g}" for name, x in zip(words, numbers, strict=True)]
+        ambiguous.append(f"the motion: another one fits equally well, with {', '.join(pairs)}")
     return Fit(
-        p.to_scene(best.point),
-        session.records,
-        tuple(names),
-        tuple(units),
-        dict(zip(names, map(float, values), strict=True)),
-        dict(zip(names, map(float, errors), strict=True)),
-        _compute_moment_ratios_and_errors(p, names, values, jacobian, spectrum),
-        covariance,
-        residuals,
-        sigma,
-        stats.chi2,
-        stats.dof,
-        stats.correlation,
-        stats.inflation,
-        _measure_fit_nonlinearity(session, best, spectrum, stats.inflation),
-        (
-            *describe_undetermined_directions(
-                p, best.point, spectrum.natural, spectrum.blind, names
-            ),
+        scene=p.to_scene(best.point),
+        records=session.records,
+        names=tuple(names),
+        units=tuple(units),
+        values=dict(zip(names, map(float, values), strict=True)),
+        error=dict(zip(names, map(float, errors), strict=True)),
+        moment_ratios=ratios,
+        covariance=covariance,
+        residuals=residuals,
+        sigma=sigma,
+        chi2=stats.chi2,
+        dof=stats.dof,
+        residual_correlation=stats.correlation,
+        inflation=stats.inflation,
+        nonlinearity=nonlinearity,
+        unidentified=(
+            *unidentified,
             *(
                 f"a half turn of the body, with its com and its start, about principal axis {k + 1}"
                 for k in session.half_turns
             ),
         ),
-        _describe_other_motions(session, best.point),
-        session.measure_relative_misfit(),
-        session.measure_residual_excess(),
-        describe_uncertain_sigmas(session.model, best.scaled_jacobian),
-        _describe_reached_bounds(p, best.point, best.natural),
-        best.has_converged,
-        session.evaluations + session.model.evaluations,
-        tuple(begin for begin, _ in best.pieces),
-        best.cost,
-        p,
-        best.point,
-        spectrum,
-        best.pieces,
+        ambiguous=tuple(ambiguous),
+        misfit=session.measure_relative_misfit(),
+        excess=session.measure_residual_excess(),
+        uncertain_sigma=describe_uncertain_sigmas(model, best.scaled_jacobian),
+        at_bound=tuple(_describe_reached_bounds(p, best.point, best.natural, names)),
+        has_converged=best.has_converged,
+        evaluations=session.evaluations + model.evaluations,
+        cost=best.cost,
+        _parameters=p,
+        _point=best.point,
+        _spectrum=spectrum,
+        _pieces=best.pieces or ((0.0, best.point),),
     )
-
-
-def _describe_other_motions(session: SearchSession, point: FitPoint) -> tuple[str, ...]:
-    sentences = []
-    if session.alias is not None:
-        sentences.append(describe_alternative_spin(point, session.alias))
-    if session.rival is not None:
-        names, _, values, _ = session.parameters.list_user_parameters_and_jacobian(session.rival)
-        numbers = ", ".join(
-            f"{name} = {value:.4g}" for name, value in zip(names, values, strict=True)
-        )
-        sentences.append(f"the motion: another one fits equally well, with {numbers}")
-    return tuple(sentences)
-
-
-def _compute_moment_ratios_and_errors(
-    p: FreeParameters,
-    names: list[str],
-    values: Array,
-    jacobian: Array,
-    spectrum: FitCovariance,
-) -> dict[str, tuple[float, float]]:
-    """Return the ratio of each free moment of inertia to the last one, and its standard error."""
-    if not p.can_vary("moments"):
-        return {}
-    *others, last = range(*p.get_parameter_slice("moments").indices(p.size))
-    ratios = {}
-    for k in others:
-        ratio = values[k] / values[last]
-        gradient = (jacobian[k] - ratio * jacobian[last]) / values[last]
-        _, [error] = spectrum.propagate_errors(gradient[None])
-        ratios[f"{names[k]} / {names[last]}"] = (float(ratio), float(error))
-    return ratios
-
-
-def _measure_fit_nonlinearity(
-    session: SearchSession, best: BestFit, spectrum: FitCovariance, inflation: float
-) -> float:
-    if best.pieces or session.loss != "linear":
-        return 0.0
-    optimum = session.model, best.point, best.residuals
-    return measure_cost_nonlinearity(*optimum, spectrum, inflation)
 
 
 def _group_residuals_and_sigmas_by_series(
@@ -633,134 +483,88 @@ def _group_residuals_and_sigmas_by_series(
     return residual_tables, sigma
 
 
-def _describe_reached_bounds(p: FreeParameters, point: FitPoint, natural: Array) -> tuple[str, ...]:
-    """Return one sentence for each density, damping or friction parameter that is zero."""
-    sentences = []
+def _describe_reached_bounds(
+    p: FreeParameters, point: FitPoint, natural: Array, names: list[str]
+) -> Iterator[str]:
+    """Yield one sentence for each density, damping or friction parameter that is zero."""
     distances = p.compute_distances_to_lower_bounds(point)
-    for name, columns in (("moments", p.columns["moments"]), ("damping", p.columns["damping"])):
-        if not p.can_vary(name):
-            continue
-        part = p.get_parameter_slice(name)
-        for k in np.flatnonzero(distances[part] <= _AT_BOUND * natural[part]):
-            axes = [int(i) + 1 for i in np.flatnonzero(columns[:, k])]
-            sentences.append(_describe_reached_bound(name, axes))
-    if p.can_vary("friction") and not point.friction:
-        sentences.append("friction is zero: negative friction is excluded")
-    return tuple(sentences)
-
-
-def _describe_reached_bound(name: str, axes: list[int]) -> str:
-    if name == "damping":
-        return " = ".join(f"damping_{i}" for i in axes) + " is zero: negative damping is excluded"
-    if len(axes) == 1:
-        rest = [i for i in (1, 2, 3) if i not in axes]
-        return (
-            f"I{axes[0]} = I{rest[0]} + I{rest[1]}: the body is a plate normal to axis "
-            f"{axes[0]}, or flatter than any rigid body"
-        )
-    return "the body is a rod: one moment is zero"
-
-
-_UNDEFINED = ("precession_angle", "spin_angle")
-_VERTICAL = 1e-3  # lean [rad] up to which these angles change too fast for linear equations
-_TIMES_NAMED = 3
-_GUESS, _FIT = "scene", "fitted motion"
-
-
-def search_with_defined_angles(
-    records: tuple[Record, ...],
-    guesses: Iterable[Scene],
-    search: Callable[[tuple[Record, ...]], Fit],
-) -> Fit:
-    """Search for the best fit to those angles that are defined in the motions of all guesses.
-
-    If angles are undefined in the fitted motion, the search is repeated without them. Otherwise
-    they would hold the apex at the vertical, because the least lean can explain any such angle. If
-    all angles of a quantity are undefined, the guess says nothing about them, and they are kept.
-
-    Warns if angles are left out. Raises ValueError if all angles of a quantity are undefined in the
-    fitted motion.
-    """
-    if not any(series.quantity in _UNDEFINED for record in records for series in record.series):
-        return search(records)
-    leaning = _leave_out_angles(records, _find_vertical_times_of_scenes(guesses, records), _GUESS)
-    while True:
-        fit = search(leaning)
-        masks = _find_vertical_times_of_fit(fit)
-        fewer = _leave_out_angles(leaning, masks, _FIT)
-        if fewer is leaning:
-            return fit
-        leaning = fewer
-
-
-def _find_vertical_times_of_scenes(
-    scenes: Iterable[Scene], records: tuple[Record, ...]
-) -> list[Mask]:
-    """Return masks of the times at which the apex of a scene is vertical, one for each record."""
-    masks: list[Mask] = [np.zeros(len(record.t), dtype=bool) for record in records]
-    for scene in scenes:
-        for record, mask in zip(records, masks, strict=True):
-            for rows in (np.flatnonzero(record.t < 0.0)[::-1], np.flatnonzero(record.t >= 0.0)):
-                try:
-                    path = solve(scene, record.t[rows], "taylor", max_steps=STEPS_MOST)
-                except (Error, ValueError):
-                    continue  # the search reports scenes that cannot be solved
-                mask[rows] |= _is_vertical(path.apex)
-    return masks
-
-
-def _find_vertical_times_of_fit(fit: Fit) -> list[Mask]:
-    path, is_vertical = fit.path, _is_vertical(fit.path.apex)
-    return [
-        is_vertical[np.searchsorted(path.t, record.t - fit.values.get(f"delay[{i}]", 0.0))]
-        for i, record in enumerate(fit.records)
-    ]
-
-
-def _is_vertical(apex: Array) -> Mask:
-    is_vertical: Mask = np.hypot(apex[:, 0], apex[:, 1]) < _VERTICAL
-    return is_vertical
-
-
-def _leave_out_angles(
-    records: tuple[Record, ...], masks: list[Mask], motion: str
-) -> tuple[Record, ...]:
-    """Return the records without the angles at the times in `masks`, or the same tuple."""
-    found = tuple(
-        _leave_out_angles_of_record(record, mask, motion)
-        for record, mask in zip(records, masks, strict=True)
-    )
-    is_same = all(new is old for new, old in zip(found, records, strict=True))
-    return records if is_same else found
-
-
-def _leave_out_angles_of_record(record: Record, is_vertical: Mask, motion: str) -> Record:
-    rows: Mask = np.zeros(len(record.t), dtype=bool)
-    names: list[str] = []
-    for series in record.series:
-        is_measured = series.measured[:, 0]
-        is_undefined = is_measured & is_vertical
-        if series.quantity not in _UNDEFINED or not is_undefined.any():
-            continue
-        if (is_undefined == is_measured).all():
-            if motion == _GUESS:
-                continue
-            raise ValueError(
-                f"{series.name} is undefined at all its times, because the apex of the {motion} is "
-                "vertical then: leave it out, or give a scene that leans"
+    for k in np.flatnonzero(distances <= _AT_BOUND * natural[: p.size]):
+        name = next(name for (name, *_), part in p.slices.items() if part.start <= k < part.stop)
+        if name != "moments":
+            yield f"{names[k]} is zero: negative {name} is excluded"
+        elif " = " in names[k]:
+            yield "the body is a rod: one moment is zero"
+        else:
+            first, second = {"I1", "I2", "I3"} - {names[k]}
+            first, second = sorted((first, second))
+            yield (
+                f"{names[k]} = {first} + {second}: the body is a plate normal to axis "
+                f"{names[k][1:]}, or flatter than any rigid body"
             )
-        names.append(series.name)
-        rows |= is_undefined
-    if not names:
-        return record
-    warn_user(
-        f"{' and '.join(names)} at {_name_times(record.t[rows])} left out: undefined where the "
-        f"apex of the {motion} is vertical"
+
+
+def predict_measurements_densely(
+    parameters: FreeParameters,
+    pieces: Sequence[tuple[float, FitPoint]],
+    records: Sequence[Record],
+) -> list[dict[str, tuple[Array, Array]]]:
+    """Return for each record {quantity: (times, values)}, dense enough to be joined by lines.
+
+    A line is interrupted by NaN where an angle jumps and between the pieces of the motion. A
+    quantity is missing if it is an attitude, or if the motion has too many turns for a line.
+    """
+    turn = compute_duration_of_turn(parameters.to_scene(pieces[0][1]), is_seen_from_body=True)
+    dense = [_sample_record(record, turn) for record in records]
+    lines: list[dict[str, tuple[Array, Array]]] = [{} for _ in records]
+    begins = np.array([begin for begin, _ in pieces])
+    for k, (begin, point) in enumerate(pieces):
+        edges = [begin if k else -np.inf, *begins[k + 1 : k + 2], np.inf][:2]
+        places = [np.searchsorted(record.t, edges) for record in dense]
+        parts = [
+            slice_record(record, int(first), int(last), begin)
+            for record, (first, last) in zip(dense, places, strict=True)
+        ]
+        if not any(part.series for part in parts):
+            break
+        sigmas = [np.ones_like(series.values) for part in parts for series in part.series]
+        model = ResidualModel(parameters, parts, sigmas, origin=begin)
+        residuals = model.evaluate_residuals(point, has_jacobian=False).residuals
+        for rows in model.rows:
+            series, t = rows.series, parts[rows.record].t + begin
+            values = (series.values + rows.select_series_residuals(residuals)) / series.unit
+            line = _insert_gaps(t, values, np.pi / series.unit if series.is_angle else np.inf)
+            begun = lines[rows.record].get(series.name, (t[:0], values[:0]))
+            t, values = (np.concatenate(pair) for pair in zip(begun, line, strict=True))
+            lines[rows.record][series.name] = t, values
+    return lines
+
+
+def _sample_record(record: Record, turn: float) -> Record:
+    """Return a record at dense times, with the values measured nearest to each time.
+
+    The residuals of angles refer to the nearest turn of these values. The record has no series if
+    too many times would be needed.
+    """
+    times = subdivide_times(record.t, turn)
+    part = slice_record(record, 0, 0)
+    part.__dict__["t"] = record.t[:0] if times is None else times
+    part.__dict__["series"] = tuple(
+        _sample_series(record.t, one, times)
+        for one in record.series
+        if times is not None and not one.is_attitude and one.measured.any()
     )
-    return leave_out_rows(record, names, rows)
+    return part
 
 
-def _name_times(t: Array) -> str:
-    named = ", ".join(f"{time:g}" for time in t[:_TIMES_NAMED])
-    rest = len(t) - _TIMES_NAMED
-    return f"t = {named}" + (f" and {format_count(rest, 'other time')}" if rest > 0 else "")
+def _sample_series(t: Array, series: Series, times: Array) -> Series:
+    rows = np.flatnonzero(series.measured.any(axis=1))
+    near = rows[np.rint(np.interp(times, t[rows], np.arange(len(rows)))).astype(int)]
+    values = series.values[near]
+    return series._replace(values=values, measured=np.ones(values.shape, bool), sigma=None)
+
+
+def _insert_gaps(t: Array, values: Array, jump: float) -> tuple[Array, Array]:
+    """Insert NaN before each change of a value by more than `jump`, and at the end."""
+    gaps = np.flatnonzero((np.abs(np.diff(values, axis=0)) > jump).any(axis=1)) + 1
+    gaps = np.append(gaps, len(t))
+    return np.insert(t, gaps, np.nan), np.insert(values, gaps, np.nan, axis=0)

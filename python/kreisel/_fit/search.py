@@ -221,8 +221,8 @@ class SearchSession:
                     "and many motions lead there: subtract the first time from t"
                 ) from None
 
-    def check_measurement_count_and_start(self) -> None:
-        """Raise ValueError if there are too few measurements or if they start too late."""
+    def refuse_too_few_measurements(self, pieces: int | None) -> None:
+        """Raise ValueError if there are too few measurements, or if they start too late."""
         times = np.concatenate([record.t for record in self.records])
         first, span = float(np.abs(times).min()), float(np.ptp(times))
         if first > _FAR * span > 0.0:
@@ -241,10 +241,7 @@ class SearchSession:
                 f"the records have {count} numbers, as many as free parameters, so that sigma "
                 "cannot be estimated: give sigma, add measurements, or remove names from free"
             )
-
-    def check_measurements_per_segment(self, pieces: int | None) -> None:
-        """Raise ValueError if the records have fewer than two measurement times per segment."""
-        most = max(len(np.unique(np.concatenate([r.t for r in self.records]))) // 2, 1)
+        most = max(len(np.unique(times)) // 2, 1)
         if pieces is not None and pieces > most:
             raise ValueError(
                 f"pieces must be at most {most}, one for two times of the records, not {pieces}"
