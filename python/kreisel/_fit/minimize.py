@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Literal, NamedTuple, Protocol, TypeVar
+from typing import Any, Generic, Literal, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
@@ -19,7 +19,9 @@ from .residuals import ResidualEvaluation, ResidualModel
 
 LossName = Literal["linear", "soft"]
 
-WEAKEST = 1.0  # weaker eigenvalues mean that one sigma is larger than the natural size
+# Along eigenvectors of J^T J with weaker eigenvalues, one sigma is larger than the natural size.
+# They are followed only if the cost falls by more than noise explains.
+WEAKEST = 1.0
 _RANK_RTOL = 1e-13  # smaller eigenvalues of J^T J are rounding errors, relative to the largest
 _CHANCE = 9.0  # decrease of the cost that noise explains, relative to the mean square residual
 _DAMPING = 1e-6  # first damping, relative to the largest eigenvalue (to the median one if is_stiff)
@@ -48,31 +50,26 @@ class LeastSquaresModel(Protocol[P]):
     def compute_distances_to_lower_bounds(self, point: P) -> Array: ...
 
 
-class Minimum(NamedTuple):
+class Minimum(NamedTuple, Generic[P]):
     """The point with the lowest cost that a search has found.
 
     has_converged  False if the search ended at its limit, or if no cost was finite
     """
 
-    point: object
+    point: P
     evaluation: ResidualEvaluation
     cost: float
     has_converged: bool
 
 
 def compute_cost(residuals: Array, loss: LossName) -> float:
-    """Return the sum of r^2, or of 2 (sqrt(1 + r^2) - 1) for the soft loss."""
-    if loss == "linear":
-        return float(residuals @ residuals)
-    return float(2.0 * (np.hypot(1.0, residuals) - 1.0).sum())
-
-
-def apply_loss_weights(evaluation: ResidualEvaluation, loss: LossName) -> ResidualEvaluation:
-    """Return the residuals and Jacobian with each row scaled by the square root of its weight."""
-    if loss == "linear":
-        return evaluation
-    weight = (1.0 + evaluation.residuals**2) ** -0.25
-    return ResidualEvaluation(evaluation.residuals * weight, evaluation.jacobian * weight[:, None])
+    """Return the sum of r^2, or of 2 (sqrt(1 + r^2) - 1) for the soft loss; inf beyond doubles."""
+    with np.errstate(all="ignore"):
+        if loss == "linear":
+            cost = float(residuals @ residuals)
+        else:
+            cost = float(2.0 * (np.hypot(1.0, residuals) - 1.0).sum())
+    return cost if np.isfinite(cost) else np.inf
 
 
 class SearchSettings(NamedTuple):
@@ -82,119 +79,68 @@ class SearchSettings(NamedTuple):
     ftol      relative improvement of the cost that ends the search
     report    a function that receives each improved minimum
     is_stiff  True if some residuals have far smaller sigmas, as the gaps between pieces
-    weakest   eigenvalue of J^T J below which a direction is changed only if the cost falls by more
-              than noise explains. With residuals in sigmas, it is 1 for directions along which one
-              standard deviation is as large as the parameters
     """
 
     loss: LossName
     limit: int
     ftol: float
-    report: Callable[[Minimum], None]
+    report: Callable[[Minimum[Any]], None]
     is_stiff: bool = False
-    weakest: float = 0.0
 
 
-def minimize_cost(model: LeastSquaresModel[P], point: P, search: SearchSettings) -> Minimum:
+def minimize_cost(model: LeastSquaresModel[P], point: P, search: SearchSettings) -> Minimum[P]:
     """Search for a local minimum of the cost, starting from `point`, and return the minimum.
 
-    The search stops early if the residuals are large and hardly decrease.
+    Each iteration increases the damping of a Gauss-Newton step until the cost does not rise. The
+    search stops early if the residuals are large and hardly decrease.
     """
+    loss, natural = search.loss, model.estimate_parameter_scales(point)
     evaluation = model.evaluate_residuals(point)
-    best = Minimum(point, evaluation, _compute_cost_or_infinity(evaluation, search.loss), False)
-    damping, natural = _DAMPING, model.estimate_parameter_scales(point)
+    best = Minimum(point, evaluation, compute_cost(evaluation.residuals, loss), False)
     if not np.isfinite(best.cost):
         return best
     search.report(best)
-    slow_count = 0
+    damping, slow_count = _DAMPING, 0
     while model.evaluations < search.limit:
         if best.cost <= _NOISELESS * model.size:
             return best._replace(has_converged=True)
-        weighted = apply_loss_weights(best.evaluation, search.loss)
-        distances = model.compute_distances_to_lower_bounds(point)
-        steps = _DampedSteps(weighted, natural, distances, search.is_stiff, search.weakest)
-        trial, damping = _find_cost_reducing_step(model, point, steps, damping, best.cost, search)
-        if trial is None:
-            return best._replace(has_converged=model.evaluations < search.limit)
-        gain = best.cost - trial.cost
-        point, best = trial.point, trial  # type: ignore[assignment]
+        residuals, scaled = best.evaluation.residuals, best.evaluation.jacobian * natural
+        if loss == "soft":
+            weight = (1.0 + residuals**2) ** -0.25
+            residuals, scaled = residuals * weight, scaled * weight[:, None]
+        gradient = scaled.T @ residuals
+        # steps along these parameters would leave the bounds
+        is_held = (model.compute_distances_to_lower_bounds(best.point) <= 0.0) & (gradient > 0.0)
+        scaled[:, is_held] = 0.0
+        values, vectors = np.linalg.eigh(scaled.T @ scaled)
+        along = vectors.T @ np.where(is_held, 0.0, gradient)
+        excess = max(float(np.mean(residuals**2)), 1.0)
+        is_seen = values > _RANK_RTOL * values[-1]
+        is_seen &= (values > WEAKEST) | (along**2 > _CHANCE * excess * values)
+        scale = float(np.median(values)) if search.is_stiff else float(values[-1])
+        gain = -1.0
+        while gain < 0.0:
+            divisor = values + damping * scale
+            part = np.divide(along, divisor, out=np.zeros_like(divisor), where=is_seen)
+            candidate = model.add_step_within_bounds(best.point, -natural * (vectors @ part))
+            evaluation = model.evaluate_residuals(candidate)
+            cost = compute_cost(evaluation.residuals, loss)
+            gain = best.cost - cost
+            predicted = float(along[is_seen] ** 2 @ (1.0 / divisor[is_seen]))
+            is_stuck = damping > _DAMPING_MOST or predicted <= search.ftol * best.cost * 1e-2
+            if gain < 0.0 and (is_stuck or model.evaluations >= search.limit):
+                return best._replace(has_converged=model.evaluations < search.limit)
+            damping = damping * _FACTOR if gain < 0.0 else max(damping / _FACTOR, _DAMPING_LEAST)
+        best = Minimum(candidate, evaluation, cost, False)
         search.report(best)
-        is_slow = gain < _SLOW * best.cost and _has_large_residuals(best, search.loss)
-        slow_count = slow_count + 1 if is_slow else 0
-        if gain <= search.ftol * best.cost or slow_count > _SLOW_MOST:
+        if loss == "linear":
+            is_far = cost > _FAR * evaluation.residuals.size
+        else:
+            is_far = bool(np.median(np.abs(evaluation.residuals)) > _FAR_MEDIAN)
+        slow_count = slow_count + 1 if gain < _SLOW * cost and is_far else 0
+        if gain <= search.ftol * cost or slow_count > _SLOW_MOST:
             return best._replace(has_converged=True)
     return best
-
-
-def _has_large_residuals(minimum: Minimum, loss: LossName) -> bool:
-    """Return True if the residuals are much larger than expected from noise."""
-    residuals = minimum.evaluation.residuals
-    if loss == "linear":
-        return minimum.cost > _FAR * residuals.size
-    return bool(np.median(np.abs(residuals)) > _FAR_MEDIAN)
-
-
-def _compute_cost_or_infinity(evaluation: ResidualEvaluation, loss: LossName) -> float:
-    with np.errstate(all="ignore"):
-        cost = compute_cost(evaluation.residuals, loss)
-    return cost if np.isfinite(cost) else np.inf
-
-
-class _DampedSteps:
-    """Damped Gauss-Newton steps from a given point."""
-
-    def __init__(
-        self,
-        evaluation: ResidualEvaluation,
-        natural: Array,
-        distances: Array,
-        is_stiff: bool,
-        weakest: float = 0.0,
-    ) -> None:
-        scaled = evaluation.jacobian * natural
-        gradient = scaled.T @ evaluation.residuals
-        is_held = (distances <= 0.0) & (gradient > 0.0)  # a step would leave the bounds
-        scaled[:, is_held] = 0.0
-        self.values, self.vectors = np.linalg.eigh(scaled.T @ scaled)
-        self.natural, largest = natural, float(self.values[-1])
-        self.along = self.vectors.T @ np.where(is_held, 0.0, gradient)
-        self.is_seen = self.values > _RANK_RTOL * largest
-        excess = max(float(np.mean(evaluation.residuals**2)), 1.0)
-        is_gain_significant = self.along**2 > _CHANCE * excess * self.values
-        self.is_seen &= (self.values > weakest) | is_gain_significant
-        self.scale = float(np.median(self.values)) if is_stiff else largest
-
-    def compute_damped_step(self, damping: float) -> Array:
-        divisor = self.values + damping * self.scale
-        part = np.divide(self.along, divisor, out=np.zeros_like(divisor), where=self.is_seen)
-        step: Array = -self.natural * (self.vectors @ part)
-        return step
-
-
-def _find_cost_reducing_step(
-    model: LeastSquaresModel[P],
-    point: P,
-    steps: _DampedSteps,
-    damping: float,
-    cost: float,
-    search: SearchSettings,
-) -> tuple[Minimum | None, float]:
-    """Increase the Levenberg-Marquardt damping until a step does not increase the cost."""
-    while model.evaluations < search.limit:
-        candidate = model.add_step_within_bounds(point, steps.compute_damped_step(damping))
-        evaluation = model.evaluate_residuals(candidate)
-        trial_cost = _compute_cost_or_infinity(evaluation, search.loss)
-        if trial_cost <= cost:
-            minimum = Minimum(candidate, evaluation, trial_cost, False)
-            return minimum, max(damping / _FACTOR, _DAMPING_LEAST)
-        predicted_gain = float(
-            (steps.along * steps.along)[steps.is_seen]
-            @ (1.0 / (steps.values[steps.is_seen] + damping * steps.scale))
-        )
-        if damping > _DAMPING_MOST or predicted_gain <= search.ftol * cost * 1e-2:
-            break
-        damping *= _FACTOR
-    return None, damping
 
 
 _FEWEST = 6  # values that an estimate needs

@@ -37,146 +37,6 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 
-_DELIMITERS = ",;\t"
-
-
-def read_csv_columns(
-    file: str | os.PathLike[str], columns: object = None, t: object = ""
-) -> dict[str, Array]:
-    """Read the columns of a CSV file; empty fields are NaN.
-
-    Columns that are neither `t` nor in `columns` may contain words, and are NaN; if `columns` is
-    None, all are needed.
-    """
-    name = os.fspath(file)
-    rows = _read_csv_rows(name)
-    if len(rows) < 2:
-        raise ValueError(f"{name}: it needs a line of names and at least one line of numbers")
-    names = [word.strip() for word in rows[0]]
-    if len(set(names)) < len(names):
-        raise ValueError(f"{name}: two columns have the same name: {', '.join(names)}")
-    is_needed = [True] * len(names)
-    if isinstance(columns, Mapping):
-        needed = [t, *_list_names(columns.values())]
-        is_needed = [head in needed or split_column_head(head)[0] in needed for head in names]
-    numbers = np.full((len(rows) - 1, len(names)), np.nan)
-    for i, row in enumerate(rows[1:]):
-        if len(row) != len(names):
-            raise ValueError(f"{name}: row {i + 1} has {len(row)} fields instead of {len(names)}")
-        for k in np.flatnonzero(is_needed):
-            numbers[i, k] = _parse_number_field(name, i + 1, row[k])
-    return {word: numbers[:, k] for k, word in enumerate(names)}
-
-
-def _list_names(values: Iterable[str | Sequence[str]]) -> list[str]:
-    """Return the names of columns in the values of `columns`."""
-    return [name for value in values for name in ([value] if isinstance(value, str) else value)]
-
-
-def _read_csv_rows(name: str) -> list[list[str]]:
-    """Return the fields of each row of a CSV file, skipping rows in which all fields are empty."""
-    with open(name, encoding="utf-8-sig", newline="") as text:
-        try:
-            head = next((line for line in text if line.strip()), "")
-            delimiter = max(_DELIMITERS, key=head.count)
-            lines = chain([head], text)  # a pipe cannot be read again from its beginning
-            return [
-                row for row in csv.reader(lines, delimiter=delimiter) if any(map(str.strip, row))
-            ]
-        except (UnicodeDecodeError, csv.Error) as error:
-            raise ValueError(f"{name} is not a CSV file in UTF-8: {error}") from None
-
-
-def _parse_number_field(file: str, row: int, word: str) -> float:
-    try:
-        return float(word) if word.strip() else np.nan
-    except ValueError:
-        hint = "; write decimal points, not commas" if "," in word else ""
-        raise ValueError(
-            f"{file}: row {row} has {short_repr(word)}, which is not a number{hint}"
-        ) from None
-
-
-def read_data_frame_columns(frame: DataFrame, t: str) -> dict[str, Array]:
-    """Return the columns of a data frame, and its index if the index is named `t`."""
-    if not hasattr(frame, "columns") or not hasattr(frame, "index"):
-        raise TypeError(f"frame must be a pandas.DataFrame, not {short_repr(frame)}")
-    table = {str(name): np.asarray(frame[name]) for name in frame.columns}
-    head = str(frame.index.name)
-    if t not in table and t in (head, split_column_head(head)[0]):
-        table[head] = np.asarray(frame.index)
-    return table
-
-
-def select_measured_columns(
-    table: Mapping[str, Array],
-    columns: Mapping[str, str | Sequence[str]] | None,
-    t: str,
-    parts: Mapping[str, tuple[str, int]],
-) -> tuple[Array, dict[str, Array], list[tuple[str, str]]]:
-    """Select the times and the measured quantities from a table.
-
-    The last item returned has the head of each selected column, and its quantity or component.
-    `parts` maps component names, such as "apex_x", to pairs of a quantity and an index.
-    """
-    time = _find_column("column of times", t, table)
-    if columns is None:
-        measured = [split_column_head(head)[0] for head in table if head != time]
-        heads = {name: _find_column("column", name, table) for name in measured}
-        values = _join_vector_components({n: table[head] for n, head in heads.items()}, parts)
-        return table[time], values, [(head, name) for name, head in heads.items()]
-    if not isinstance(columns, Mapping):
-        raise TypeError(
-            "columns must map quantities to names of columns, as in "
-            f"{{'spin': 'rpm'}}, not {short_repr(columns)}"
-        )
-    values, selection = {}, []
-    for quantity, names in columns.items():
-        words = [names] if isinstance(names, str) else names
-        found = [_find_column("column", name, table) for name in words]
-        values[quantity] = (
-            table[found[0]]
-            if isinstance(names, str)
-            else np.stack([as_array(head, table[head], "numbers") for head in found], axis=-1)
-        )
-        selection += [(head, quantity) for head in found]
-    return table[time], values, selection
-
-
-def _find_column(kind: str, name: object, table: Mapping[str, Array]) -> str:
-    """Return the head of the column that has this head, or this name before its unit."""
-    if not isinstance(name, str):
-        raise TypeError(f"a {kind} must have a name, not {short_repr(name)}")
-    heads = [name] if name in table else [h for h in table if split_column_head(h)[0] == name]
-    if not heads:
-        raise ValueError(unknown_name_message(kind, name, table))
-    if len(heads) > 1:
-        raise ValueError(f"several columns are called {name}: {', '.join(heads)}")
-    return heads[0]
-
-
-def _join_vector_components(
-    table: dict[str, Array], parts: Mapping[str, tuple[str, int]]
-) -> dict[str, Array]:
-    """Merge the component columns of each vector quantity in a table into one array."""
-    for name in table:
-        if name not in parts:
-            hint = unknown_name_message("quantity in the name of a column:", name, parts)
-            raise ValueError(f"{hint}; or pass columns")
-    names_by_quantity: dict[str, list[str]] = {}
-    for name, (quantity, _) in parts.items():
-        names_by_quantity.setdefault(quantity, []).append(name)
-    values: dict[str, Array] = {}
-    for name, column in table.items():
-        quantity = parts[name][0]
-        names = names_by_quantity[quantity]
-        if len(names) == 1 or not all(n in table for n in names) or len(names) == 9:
-            values[name] = column
-        elif quantity not in values:
-            values[quantity] = np.stack([table[n] for n in names], axis=-1)
-    return values
-
-
 _INTEGRALS = ("kowalewski", "goryachev_chaplygin")  # constant, or NaN for most bodies
 MEASURABLE: dict[str, QuantityDescription] = {
     quantity.name: quantity
@@ -204,6 +64,105 @@ SCALAR_LAST = {"attitude_xyzw": "attitude", "q_xyzw": "q"}  # and the names of s
 ATTITUDE_NAMES = ("attitude", "q", *SCALAR_LAST)
 _KNOWN = QUANTITIES | MEASURABLE
 _PARTS = {c: (name, k) for name, q in _KNOWN.items() for k, c in enumerate(q.components)}
+
+
+Table = dict[str, Array]  # the columns by their heads
+
+
+def _read_csv_table(file: str | os.PathLike[str], columns: object, t: object) -> Table:
+    """Read the columns of a CSV file; empty fields are NaN.
+
+    Columns that are neither `t` nor in `columns` may contain words, and are NaN; if `columns` is
+    None, all are needed.
+    """
+    name = os.fspath(file)
+    with open(name, encoding="utf-8-sig", newline="") as text:
+        try:
+            head = next((line for line in text if line.strip()), "")
+            delimiter = max(",;\t", key=head.count)
+            lines = chain([head], text)  # a pipe cannot be read again from its beginning
+            rows = [row for row in csv.reader(lines, delimiter=delimiter) if "".join(row).strip()]
+        except (UnicodeDecodeError, csv.Error) as error:
+            raise ValueError(f"{name} is not a CSV file in UTF-8: {error}") from None
+    if len(rows) < 2:
+        raise ValueError(f"{name}: it needs a line of names and at least one line of numbers")
+    names = [word.strip() for word in rows[0]]
+    if len(set(names)) < len(names):
+        raise ValueError(f"{name}: two columns have the same name: {', '.join(names)}")
+    needed: set[object] = set(names)
+    if isinstance(columns, Mapping):
+        needed = {t, *chain(*([x] if isinstance(x, str) else x for x in columns.values()))}
+    numbers = np.full((len(rows) - 1, len(names)), np.nan)
+    for i, row in enumerate(rows[1:]):
+        if len(row) != len(names):
+            raise ValueError(f"{name}: row {i + 1} has {len(row)} fields instead of {len(names)}")
+        for k, (head, word) in enumerate(zip(names, row, strict=True)):
+            if word.strip() and not needed.isdisjoint((head, split_column_head(head)[0])):
+                try:
+                    numbers[i, k] = float(word)
+                except ValueError:
+                    hint = "; write decimal points, not commas" if "," in word else ""
+                    raise ValueError(
+                        f"{name}: row {i + 1} has {short_repr(word)}, which is not a number{hint}"
+                    ) from None
+    return dict(zip(names, numbers.T, strict=True))
+
+
+def _select_measured_columns(
+    table: Table, columns: Columns | None, t: str
+) -> tuple[Array, Table, list[tuple[str, str]]]:
+    """Select the times and the measured quantities from a table.
+
+    The last item returned has the head of each selected column, and its quantity or component.
+    """
+    time = _find_column("column of times", t, table)
+    if columns is None:
+        measured = [split_column_head(head)[0] for head in table if head != time]
+        heads = {name: _find_column("column", name, table) for name in measured}
+        values = _join_vector_components({name: table[head] for name, head in heads.items()})
+        return table[time], values, [(head, name) for name, head in heads.items()]
+    if not isinstance(columns, Mapping):
+        raise TypeError(
+            "columns must map quantities to names of columns, as in "
+            f"{{'spin': 'rpm'}}, not {short_repr(columns)}"
+        )
+    values, selection = {}, []
+    for quantity, names in columns.items():
+        words = [names] if isinstance(names, str) else names
+        found = [_find_column("column", name, table) for name in words]
+        parts = [as_array(head, table[head], "numbers") for head in found]
+        values[quantity] = parts[0] if isinstance(names, str) else np.stack(parts, axis=-1)
+        selection += [(head, quantity) for head in found]
+    return table[time], values, selection
+
+
+def _find_column(kind: str, name: object, table: Table) -> str:
+    """Return the head of the column that has this head, or this name before its unit."""
+    if not isinstance(name, str):
+        raise TypeError(f"a {kind} must have a name, not {short_repr(name)}")
+    heads = [name] if name in table else [h for h in table if split_column_head(h)[0] == name]
+    if not heads:
+        raise ValueError(unknown_name_message(kind, name, table))
+    if len(heads) > 1:
+        raise ValueError(f"several columns are called {name}: {', '.join(heads)}")
+    return heads[0]
+
+
+def _join_vector_components(table: Table) -> Table:
+    """Merge the component columns of each vector quantity in a table into one array."""
+    for name in table:
+        if name not in _PARTS:
+            hint = unknown_name_message("quantity in the name of a column:", name, _PARTS)
+            raise ValueError(f"{hint}; or pass columns")
+    values: Table = {}
+    for name, column in table.items():
+        quantity = _PARTS[name][0]
+        names = _KNOWN[quantity].components
+        if len(names) == 1 or not all(n in table for n in names) or len(names) == 9:
+            values[name] = column
+        elif quantity not in values:
+            values[quantity] = np.stack([table[n] for n in names], axis=-1)
+    return values
 
 
 class Series(NamedTuple):
@@ -323,7 +282,9 @@ class Record(ReadOnlyArrays):
         if not values:
             raise ValueError("values is empty: give at least one quantity")
         in_degrees = as_bool("degrees", degrees)
-        _check_sigma_names(sigma, values)
+        for name in sigma if isinstance(sigma, Mapping) else ():
+            if name not in values:
+                raise ValueError(unknown_name_message("name in sigma:", str(name), values))
         series = tuple(
             _validate_measurement_series(name, values, sigma, times, in_degrees) for name in values
         )
@@ -344,7 +305,8 @@ class Record(ReadOnlyArrays):
     @property
     def size(self) -> int:
         """The number of measured values, where each attitude counts as three."""
-        return sum(int(_count_measured_numbers(one)) for one in self.series)
+        masks = (one.measured[:, : one.residuals_per_row] for one in self.series)
+        return sum(int(mask.sum()) for mask in masks)
 
     @property
     def missing(self) -> int:
@@ -386,10 +348,8 @@ class Record(ReadOnlyArrays):
         numbers, and for units that contradict `degrees` or a quantity. Raises OSError if the file
         cannot be read.
         """
-        table = read_csv_columns(file, columns, t)
-        times, values, heads = select_measured_columns(table, columns, t, _PARTS)
-        in_degrees = _find_unit_of_angles(heads, {}, degrees)
-        return cls(times, values, sigma, free, degrees=in_degrees, point=point)
+        table = _read_csv_table(file, columns, t)
+        return cls._from_table(table, {}, columns, t, sigma, free, degrees, point)
 
     @classmethod
     def from_pandas(
@@ -409,33 +369,42 @@ class Record(ReadOnlyArrays):
         times are taken from an index named `t`. The units may also be in frame.attrs["units"], as
         in the result of path.to_pandas. Raises TypeError if the first argument is not a DataFrame.
         """
-        table = read_data_frame_columns(frame, t)
-        times, values, heads = select_measured_columns(table, columns, t, _PARTS)
-        in_degrees = _find_unit_of_angles(heads, frame.attrs.get("units", {}), degrees)
+        if not hasattr(frame, "columns") or not hasattr(frame, "index"):
+            raise TypeError(f"frame must be a pandas.DataFrame, not {short_repr(frame)}")
+        table = {str(name): np.asarray(frame[name]) for name in frame.columns}
+        head = str(frame.index.name)
+        if t not in table and t in (head, split_column_head(head)[0]):
+            table[head] = np.asarray(frame.index)
+        units = frame.attrs.get("units", {})
+        return cls._from_table(table, units, columns, t, sigma, free, degrees, point)
+
+    @classmethod
+    def _from_table(
+        cls,
+        table: Table,
+        units: Mapping[str, str],
+        columns: Columns | None,
+        t: str,
+        sigma: Sigma,
+        free: InstrumentName | Iterable[InstrumentName],
+        degrees: bool | None,
+        point: ArrayLike | None,
+    ) -> Record:
+        """Return the record in a table; `units` takes precedence over the units in its heads."""
+        times, values, heads = _select_measured_columns(table, columns, t)
+        stated = []
+        for head, name in heads:
+            quantity = _KNOWN.get(name if name in _KNOWN else _PARTS.get(name, ("", 0))[0])
+            unit = units.get(head, split_column_head(head)[1])
+            stated.append((head, unit, quantity.dimension if quantity else ""))
+        in_degrees = find_unit_of_angles(stated, degrees)
         return cls(times, values, sigma, free, degrees=in_degrees, point=point)
 
-
-def _find_unit_of_angles(
-    heads: Iterable[tuple[str, str]], units: Mapping[str, str], degrees: bool | None
-) -> bool:
-    """Return True if the columns of a record are in degrees.
-
-    `heads` has the head of each column, and the quantity or component that it contains. `units`
-    takes precedence over the units in the heads.
-    """
-    columns = []
-    for head, name in heads:
-        quantity = _KNOWN.get(name if name in _KNOWN else _PARTS.get(name, ("", 0))[0])
-        unit = units.get(head, split_column_head(head)[1])
-        columns.append((head, unit, quantity.dimension if quantity else ""))
-    return find_unit_of_angles(columns, degrees)
-
-
-def _count_measured_numbers(series: Series) -> int:
-    """Return the number of independent measured values in a series."""
-    if series.is_attitude:
-        return 3 * int(series.measured[:, 0].sum())
-    return int(series.measured.sum())
+    def _replace(self, t: Array, series: Iterable[Series]) -> Record:
+        """Return a record of the same instrument with other times and series."""
+        record = object.__new__(Record)
+        record.__dict__.update(t=t, series=tuple(series), free=self.free, point=self.point)
+        return record
 
 
 def _validate_measurement_times(t: ArrayLike) -> Array:
@@ -450,13 +419,6 @@ def _validate_measurement_times(t: ArrayLike) -> Array:
             "sort the rows by their times, or split the record where its clock was reset"
         )
     return times
-
-
-def _check_sigma_names(sigma: Sigma, values: Mapping[str, ArrayLike | Rotation]) -> None:
-    if isinstance(sigma, Mapping):
-        for name in sigma:
-            if name not in values:
-                raise ValueError(unknown_name_message("name in sigma:", str(name), values))
 
 
 def _resolve_quantity_and_component(name: object) -> tuple[str, int | None]:
@@ -593,49 +555,37 @@ def _validate_free_instrument_parameters(
 
 def slice_record(record: Record, begin: int, end: int, origin: float = 0.0) -> Record:
     """Return rows `begin` to `end` - 1 of a record, with times measured from `origin`."""
-    part = object.__new__(Record)
-    series = tuple(
+    rows = slice(begin, end)
+    series = [
         one._replace(
-            values=one.values[begin:end],
-            measured=one.measured[begin:end],
-            sigma=None if one.sigma is None else one.sigma[begin:end],
+            values=one.values[rows],
+            measured=one.measured[rows],
+            sigma=None if one.sigma is None else one.sigma[rows],
         )
         for one in record.series
-    )
-    fields = part.__dict__
-    fields["t"], fields["series"], fields["free"] = (
-        record.t[begin:end] - origin,
-        series,
-        record.free,
-    )
-    fields["point"] = record.point
-    return part
+    ]
+    return record._replace(record.t[rows] - origin, series)
 
 
 def swap_quaternion_order(record: Record) -> tuple[Record, str]:
     """Return a record whose attitudes have the scalar at the other end, and their name then."""
-    names = {first: last for last, first in SCALAR_LAST.items()}
-    part, name, series = slice_record(record, 0, len(record.t)), "", list(record.series)
+    names = SCALAR_LAST | {first: last for last, first in SCALAR_LAST.items()}
+    name, series = "", list(record.series)
     for k, one in enumerate(series):
         if one.is_attitude:
-            is_last = one.name in SCALAR_LAST
-            name = SCALAR_LAST[one.name] if is_last else names[one.name]
-            values = np.roll(one.values, -1 if is_last else 1, axis=1)
+            name = names[one.name]
+            values = np.roll(one.values, -1 if one.name in SCALAR_LAST else 1, axis=1)
             series[k] = one._replace(name=name, values=values)
-    part.__dict__["series"] = tuple(series)
-    return part, name
+    return record._replace(record.t, series), name
 
 
 def leave_out_rows(record: Record, names: Collection[str], rows: Mask) -> Record:
     """Return a record in which some rows of the series `names` count as not measured."""
     keep = ~rows[:, None]
-    series = tuple(
-        one._replace(values=np.where(keep, one.values, 0.0), measured=one.measured & keep)
-        if one.name in names
-        else one
-        for one in record.series
-    )
+    series = list(record.series)
+    for k, one in enumerate(series):
+        if one.name in names:
+            values = np.where(keep, one.values, 0.0)
+            series[k] = one._replace(values=values, measured=one.measured & keep)
     freeze_arrays(series)
-    part = slice_record(record, 0, len(record.t))
-    part.__dict__["series"] = series
-    return part
+    return record._replace(record.t, series)

@@ -546,14 +546,16 @@ def _sample_record(record: Record, turn: float) -> Record:
     too many times would be needed.
     """
     times = subdivide_times(record.t, turn)
-    part = slice_record(record, 0, 0)
-    part.__dict__["t"] = record.t[:0] if times is None else times
-    part.__dict__["series"] = tuple(
-        _sample_series(record.t, one, times)
-        for one in record.series
-        if times is not None and not one.is_attitude and one.measured.any()
+    if times is None:
+        return record._replace(record.t[:0], ())
+    return record._replace(
+        times,
+        (
+            _sample_series(record.t, one, times)
+            for one in record.series
+            if not one.is_attitude and one.measured.any()
+        ),
     )
-    return part
 
 
 def _sample_series(t: Array, series: Series, times: Array) -> Series:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import islice
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from .._utils.arguments import Array
 from .guess import Guess, guess_parameters_from_records, reconstruct_motions, yield_random_starts
 from .minimize import (
     MEDIAN,
-    WEAKEST,
     LossName,
     Minimum,
     SearchSettings,
@@ -35,11 +34,11 @@ from .parameters import (
 from .records import Record, slice_record
 from .residuals import STEPS_MOST, ResidualModel, SubspaceModel, find_time_of_large_residuals
 from .shooting import (
-    SegmentStartStates,
+    Segments,
     ShootingModel,
     choose_segment_count,
+    fits_with_gaps,
     minimize_by_multiple_shooting,
-    try_segment_fit,
 )
 from .uncertainty import classify_fit_directions, compute_largest_reduced_chi2
 
@@ -61,44 +60,28 @@ def list_spin_aliases_of_point(
     if not (interval > 0.0 and parameters.can_vary("velocity")):
         return []
     turn, aliases = 2.0 * np.pi / interval, []
-    for axis, rate in _yield_fast_rotation_axes(point, turn / _FEW):
-        reverse_rate = rate - math.copysign(turn, rate)
-        for other_rate in (
-            (reverse_rate, 2.0 * rate - reverse_rate) if abs(rate) > 0.5 * turn else (reverse_rate,)
-        ):
-            alias = replace(point, rate=point.rate + (other_rate - rate) * axis)
+    speed, columns = float(np.linalg.norm(point.rate)), parameters.columns["moments"]
+    spins = [
+        (point.rate / (speed or 1.0), speed),
+        *zip(np.eye(3), point.rate.tolist(), strict=True),
+    ]
+    for axis, rate in spins:
+        if abs(rate) <= turn / _FEW:
+            continue
+        others = [rate - math.copysign(turn, rate)]
+        if abs(rate) > 0.5 * turn:
+            others.append(2.0 * rate - others[0])
+        k = int(np.abs(axis).argmax())
+        is_principal = abs(axis[k]) == 1.0 and columns[:, columns[k].argmax()].sum() == 1.0
+        for other in others:
+            alias = replace(point, rate=point.rate + (other - rate) * axis)
             aliases.append(alias)
-            aliases += _rescale_moment_for_same_momentum(
-                parameters, alias, axis, rate / other_rate if other_rate else 0.0
-            )
+            if parameters.can_vary("moments") and is_principal and other and rate / other > 0.0:
+                moments = alias.moments.copy()
+                moments[k] *= rate / other
+                densities = 0.5 * moments.sum() - moments
+                aliases += [replace(alias, densities=densities)] if densities.min() >= 0.0 else []
     return aliases
-
-
-def _yield_fast_rotation_axes(point: FitPoint, least: float) -> Iterator[tuple[Array, float]]:
-    """Yield each axis about which the body rotates fast, together with the rotation rate."""
-    rate = float(np.linalg.norm(point.rate))
-    if rate > least:
-        yield point.rate / rate, rate
-    for axis, component in zip(np.eye(3), point.rate, strict=True):
-        if abs(component) > least:
-            yield axis, float(component)
-
-
-def _rescale_moment_for_same_momentum(
-    p: FreeParameters, alias: FitPoint, axis: Array, factor: float
-) -> list[FitPoint]:
-    """Return a list with one point whose moment about `axis` is rescaled, or an empty list."""
-    k = int(np.abs(axis).argmax())
-    is_principal = (
-        abs(axis[k]) == 1.0
-        and float(p.columns["moments"][:, p.columns["moments"][k].argmax()].sum()) == 1.0
-    )
-    if not (p.can_vary("moments") and is_principal and 0.0 < factor < np.inf):
-        return []
-    moments = alias.moments.copy()
-    moments[k] *= factor
-    densities = 0.5 * moments.sum() - moments
-    return [replace(alias, densities=densities)] if densities.min() >= 0.0 else []
 
 
 def describe_alternative_spin(point: FitPoint, alias: FitPoint) -> str:
@@ -324,7 +307,6 @@ class SearchSession:
             point = self._sort_guesses(guesses)[0].point
             minimum = self._search_from_point(point, self._find_match_end_and_cost(point)[0])
             found = minimum.point
-            assert isinstance(found, FitPoint)
             old_cost, cost = np.inf if old is None else old.cost, minimum.cost
             rise = _AS_WELL * max(min(old_cost, cost) / self.dof, 1.0)
             is_equal = abs(cost - old_cost) <= _SAME * max(old_cost, 1.0)
@@ -408,36 +390,27 @@ class SearchSession:
         """The number of paths that the search may still compute."""
         return max(self.limit - self.evaluations - self.model.evaluations, 0)
 
-    def _store_minimum_if_best(self, minimum: Minimum, model: ResidualModel) -> None:
+    def _store_minimum_if_best(self, minimum: Minimum[FitPoint]) -> None:
         """Report the cost of a fit to all records, and store the fit if it is the best."""
-        self._report_cost(minimum.cost)
+        self._report_cost(minimum)
         if self.best is None or minimum.cost <= self.best.cost:
-            point = minimum.point
-            assert isinstance(point, FitPoint)
-            natural = model.estimate_parameter_scales(point)
-            self.best = BestFit(
-                point, *minimum.evaluation, natural, minimum.cost, minimum.has_converged
-            )
+            point, evaluation, cost, has_converged = minimum
+            natural = self.model.estimate_parameter_scales(point)
+            self.best = BestFit(point, *evaluation, natural, cost, has_converged)
 
-    def _report_cost(self, cost: float) -> None:
+    def _report_cost(self, minimum: Minimum[Any]) -> None:
         if self.progress is not None:
-            self.progress(self.evaluations + self.model.evaluations, cost / self.dof)
+            self.progress(self.evaluations + self.model.evaluations, minimum.cost / self.dof)
 
-    def _search_from_point(self, point: FitPoint, agreement: float) -> Minimum:
+    def _search_from_point(self, point: FitPoint, agreement: float) -> Minimum[FitPoint]:
         """Search from a point by fitting ever longer parts of the records."""
         old_best = self.best
         point = self._fit_growing_time_spans(point, agreement)
         limit = self.model.evaluations + self._remaining_evaluations
-        settings = SearchSettings(
-            self.loss,
-            limit,
-            _FTOL,
-            lambda minimum: self._store_minimum_if_best(minimum, self.model),
-            weakest=WEAKEST,
-        )
+        settings = SearchSettings(self.loss, limit, _FTOL, self._store_minimum_if_best)
         minimum = minimize_cost(self.model, point, settings)
         if np.isfinite(minimum.cost):
-            self._store_minimum_if_best(minimum, self.model)
+            self._store_minimum_if_best(minimum)
         has_ended = old_best is not None and old_best.has_converged
         if old_best is not None and has_ended and minimum.cost > (1.0 - _SAME) * old_best.cost:
             self.best = old_best  # equal minima differ by rounding: the nearer guess counts
@@ -519,18 +492,15 @@ class SearchSession:
         rise = _AS_WELL * max(best.cost / self.dof, 1.0)
         for alias in aliases:
             limit = self.model.evaluations + min(_ALIAS_LIMIT, self._remaining_evaluations)
-            settings = SearchSettings(
-                self.loss, limit, _ALIAS_FTOL, self._report_cost_of_minimum, weakest=WEAKEST
-            )
+            settings = SearchSettings(self.loss, limit, _ALIAS_FTOL, self._report_cost)
             minimum = minimize_cost(self.model, alias, settings)
             solution = minimum.point
-            assert isinstance(solution, FitPoint)
             change = float(np.linalg.norm(solution.rate - best.point.rate))
             is_other = change > 0.5 * float(np.linalg.norm(alias.rate - best.point.rate))
             if not is_other or minimum.cost > best.cost + rise:
                 continue
             if minimum.cost < best.cost - rise:
-                self._store_minimum_if_best(minimum, self.model)
+                self._store_minimum_if_best(minimum)
                 self._search_from_point(solution, self._find_match_end_and_cost(solution)[0])
                 return self._try_alternative_spins()
             self.alias = solution if self._has_small_misfit() else None
@@ -541,9 +511,6 @@ class SearchSession:
         jacobian = np.zeros((3, self.parameters.size))
         jacobian[:, self.parameters.get_parameter_slice("velocity")] = np.eye(3)
         return bool(np.isfinite(spectrum.propagate_errors(jacobian)[1]).all())
-
-    def _report_cost_of_minimum(self, minimum: Minimum) -> None:
-        self._report_cost(minimum.cost)
 
     def _fit_growing_time_spans(self, point: FitPoint, agreement: float) -> FitPoint:
         """Fit ever longer parts of the records, and return the parameters."""
@@ -563,16 +530,10 @@ class SearchSession:
         return point
 
     def _fit_point_roughly(self, part: ResidualModel | SubspaceModel, point: FitPoint) -> FitPoint:
-        settings = SearchSettings(
-            self.loss,
-            min(_ROUGH_LIMIT, self._remaining_evaluations),
-            _ROUGH_FTOL,
-            self._report_cost_of_minimum,
-            weakest=WEAKEST,
-        )
+        limit = min(_ROUGH_LIMIT, self._remaining_evaluations)
+        settings = SearchSettings(self.loss, limit, _ROUGH_FTOL, self._report_cost)
         minimum = minimize_cost(part, point, settings)
         self.evaluations += part.evaluations
-        assert isinstance(minimum.point, FitPoint)
         return minimum.point
 
     def _build_residual_model_until(self, horizon: float) -> ResidualModel | None:
@@ -648,43 +609,39 @@ class SearchSession:
         if sum(record.size for record in records) < self.parameters.size or guess.motion is None:
             return True
         model = ShootingModel(self.parameters, records, sigmas, _PIECES_TRIED)
-        is_near = try_segment_fit(model, model.data_starts(guess.point, guess.motion), self.loss)
+        begin = model.data_starts(guess.point, guess.motion)
+        minimum = minimize_by_multiple_shooting(
+            model, begin, self.loss, self._remaining_evaluations
+        )
         self.evaluations += model.evaluations
-        return is_near
+        return fits_with_gaps(model, minimum)
 
     def _fit_by_multiple_shooting(
-        self, model: ShootingModel, begin: SegmentStartStates, factor: float
+        self, model: ShootingModel, begin: Segments, factor: float
     ) -> None:
         """Fit the motion in segments, and keep the result if it reduces the cost sufficiently."""
-        old_best = self.best
-        self.best = None
-        minimum = minimize_by_multiple_shooting(
-            model,
-            begin,
-            self.loss,
-            lambda m: self._set_best_piecewise_fit(m, model),
-            self._remaining_evaluations,
-        )
+        old_best, self.best = self.best, None
+
+        def store(minimum: Minimum[Segments]) -> None:
+            self._report_cost(minimum)
+            pieces, (residuals, jacobian) = minimum.point, minimum.evaluation
+            self.best = BestFit(
+                pieces[model.first],
+                residuals[: model.data_size],
+                jacobian,
+                model.estimate_parameter_scales(pieces),
+                minimum.cost,
+                minimum.has_converged,
+                tuple(zip(map(float, model.edges[:-1]), pieces, strict=True)),
+            )
+
+        limit = self._remaining_evaluations
+        minimum = minimize_by_multiple_shooting(model, begin, self.loss, limit, store)
         self.evaluations += model.evaluations
         if np.isfinite(minimum.cost):
-            self._set_best_piecewise_fit(minimum, model)
+            store(minimum)
         if old_best is not None and (self.best is None or self.best.cost > factor * old_best.cost):
             self.best = old_best
-
-    def _set_best_piecewise_fit(self, minimum: Minimum, model: ShootingModel) -> None:
-        self._report_cost(minimum.cost)
-        pieces = minimum.point
-        assert isinstance(pieces, SegmentStartStates)
-        residuals, jacobian = minimum.evaluation
-        self.best = BestFit(
-            pieces.points[model.first],
-            residuals[: model.data_size],
-            jacobian,
-            model.estimate_parameter_scales(pieces),
-            minimum.cost,
-            minimum.has_converged,
-            tuple(zip(map(float, model.edges[:-1]), pieces.points, strict=True)),
-        )
 
     def _refine_with_estimated_sigmas(self) -> None:
         """Estimate the unknown measurement errors from the residuals, and fit again."""
@@ -708,9 +665,7 @@ class SearchSession:
         self.best = None
         if best.pieces:
             model = ShootingModel(self.parameters, self.records, sigmas, len(best.pieces))
-            self._fit_by_multiple_shooting(
-                model, SegmentStartStates(tuple(point for _, point in best.pieces)), np.inf
-            )
+            self._fit_by_multiple_shooting(model, tuple(point for _, point in best.pieces), np.inf)
         else:
             self._search_from_point(best.point, self._end)
 

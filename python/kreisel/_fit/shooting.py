@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from .._results.path import Error
 from .._solve.solve import solve
 from .._utils.arguments import Array
 from .guess import MotionSamples, interpolate_motion
-from .minimize import WEAKEST, LossName, Minimum, SearchSettings, minimize_cost
+from .minimize import LossName, Minimum, SearchSettings, minimize_cost
 from .parameters import (
     FitPoint,
     FreeParameters,
@@ -36,13 +36,7 @@ _STAGE_LIMIT = 40  # evaluations of all pieces in a stage
 _START = ("attitude", "velocity")
 
 
-class SegmentStartStates(NamedTuple):
-    """The initial states of all segments of a motion, with the parameters of the segments.
-
-    Parameters other than initial states have the same values in all segments.
-    """
-
-    points: tuple[FitPoint, ...]
+Segments = tuple[FitPoint, ...]  # with the start of each segment, and equal other parameters
 
 
 def choose_segment_count(point: FitPoint, records: Sequence[Record]) -> int:
@@ -80,106 +74,85 @@ class ShootingModel:
         first, last = min(float(times.min()), 0.0), max(float(times.max()), 0.0)
         self.edges = np.linspace(first, last, count + 1)
         self.edges[np.abs(self.edges[:-1]).argmin()] = 0.0  # a piece begins at the start
-        self.models: list[ResidualModel] = []
-        self.rows: list[Indices] = []
-        for k in range(count):
-            self._add_segment(k, records, sigmas)
         self.first = int(np.flatnonzero(self.edges[:-1] <= 0.0)[-1])  # the piece with the start
-        self.columns = self._list_jacobian_columns_of_segments()
+        self.models: list[ResidualModel] = []
+        self.rows: list[Indices] = []  # of each segment
+        self.columns: list[Indices] = []
+        self.width = parameters.size
+        names = [name for name in parameters.free if name not in _START]
+        for k, (begin, end) in enumerate(itertools.pairwise(self.edges.tolist())):
+            parts, segment_sigmas, rows, offset, series = [], [], [], 0, iter(sigmas)
+            for record in records:
+                low = int(np.searchsorted(record.t, begin)) if k else 0
+                high = int(np.searchsorted(record.t, end)) if k < count - 1 else len(record.t)
+                parts.append(slice_record(record, low, high, begin))
+                for one in record.series:
+                    segment_sigmas.append(next(series)[low:high])
+                    width = one.residuals_per_row
+                    rows.append(offset + np.arange(low * width, high * width))
+                    offset += len(record.t) * width
+            free = parameters.free if k == self.first else (*_START, *names)
+            own = FreeParameters(parameters.scene, free, parts)
+            self.models.append(ResidualModel(own, parts, segment_sigmas, end - begin, begin))
+            self.rows.append(np.concatenate(rows))
+            columns = np.empty(own.size, dtype=np.intp)
+            for key, part in own.slices.items():
+                if k != self.first and key[0] in _START:
+                    columns[part] = np.arange(self.width, self.width + 3)
+                    self.width += 3
+                else:
+                    columns[part] = np.arange(self.width)[parameters.slices[key]]
+            self.columns.append(columns)
         self.data_size = sum(len(rows) for rows in self.rows)
         self.size = self.data_size + 6 * (count - 1)
         self.evaluations = 0
 
-    def _add_segment(self, k: int, records: Sequence[Record], sigmas: Sequence[Array]) -> None:
-        begin, end = self.edges[k], self.edges[k + 1]
-        is_last = k == len(self.edges) - 2
-        parts, segment_sigmas, rows = [], [], []
-        series, offset = iter(sigmas), 0
-        for record in records:
-            low = int(np.searchsorted(record.t, begin)) if k else 0
-            high = len(record.t) if is_last else int(np.searchsorted(record.t, end))
-            parts.append(slice_record(record, low, high, float(begin)))
-            for one in record.series:
-                segment_sigmas.append(next(series)[low:high])
-                rows.append(
-                    offset + np.arange(low * one.residuals_per_row, high * one.residuals_per_row)
-                )
-                offset += len(record.t) * one.residuals_per_row
-        names = [n for n in self.parameters.free if n not in _START]
-        is_first = begin == 0.0
-        free = self.parameters.free if is_first else (*_START, *names)
-        segment_parameters = FreeParameters(self.parameters.scene, free, parts)
-        model = ResidualModel(
-            segment_parameters, parts, segment_sigmas, float(end - begin), float(begin)
-        )
-        self.models.append(model)
-        self.rows.append(np.concatenate(rows))
-
-    def _list_jacobian_columns_of_segments(self) -> list[Indices]:
-        """Return the column indices of the parameters of each segment."""
-        column_lists, width = [], self.parameters.size
-        for k, model in enumerate(self.models):
-            columns = np.empty(model.parameters.size, dtype=np.intp)
-            for key, part in model.parameters.slices.items():
-                if k != self.first and key[0] in _START:
-                    columns[part] = np.arange(width, width + 3)
-                    width += 3
-                else:
-                    columns[part] = np.arange(width)[self.parameters.slices[key]]
-            column_lists.append(columns)
-        self.width = width
-        return column_lists
-
-    def data_starts(self, point: FitPoint, motion: MotionSamples) -> SegmentStartStates:
+    def data_starts(self, point: FitPoint, motion: MotionSamples) -> Segments:
         """Take the state at t = 0 from `point`, and all other states from a measured motion."""
         points = []
         for k, edge in enumerate(self.edges[:-1]):
             attitude, rate = interpolate_motion(motion, float(edge))
-            start_point = replace(point, attitude=attitude, rate=rate)
-            points.append(point if k == self.first else start_point)
-        return SegmentStartStates(tuple(points))
+            own = replace(point, attitude=attitude, rate=rate)
+            points.append(point if k == self.first else own)
+        return tuple(points)
 
-    def build_segment_starts(self, point: FitPoint) -> SegmentStartStates:
+    def build_segment_starts(self, point: FitPoint) -> Segments:
         """Set the initial states of all segments to states of the motion that starts at `point`."""
         points = {}
         scene, edges = point.to_scene(), self.edges[:-1]
         for times in (edges[edges < 0.0][::-1], edges[edges >= 0.0]):
             path = solve(scene, times, "taylor")
             for t, q, m in zip(times, path.q, path.m, strict=True):
-                points[float(t)] = replace(
-                    point, attitude=q, rate=point.relative_angular_velocity(q, m)
-                )
-        return SegmentStartStates(tuple(points[float(t)] for t in edges))
+                rate = point.relative_angular_velocity(q, m)
+                points[float(t)] = replace(point, attitude=q, rate=rate)
+        return tuple(points[float(t)] for t in edges)
 
-    def add_step_within_bounds(self, pieces: SegmentStartStates, step: Array) -> SegmentStartStates:
-        points = [
-            model.add_step_within_bounds(point, step[columns])
-            for model, point, columns in zip(self.models, pieces.points, self.columns, strict=True)
-        ]
-        return SegmentStartStates(tuple(points))
+    def add_step_within_bounds(self, pieces: Segments, step: Array) -> Segments:
+        parts = zip(self.models, pieces, self.columns, strict=True)
+        return tuple(
+            model.add_step_within_bounds(point, step[columns]) for model, point, columns in parts
+        )
 
-    def estimate_parameter_scales(self, pieces: SegmentStartStates) -> Array:
+    def estimate_parameter_scales(self, pieces: Segments) -> Array:
         scales = np.ones(self.width)
         span = float(self.edges[-1] - self.edges[0])
         for k in sorted(range(len(self.models)), key=lambda k: k == self.first):
-            segment_scales = self.models[k].parameters.estimate_parameter_scales(
-                pieces.points[k], span
-            )
-            scales[self.columns[k]] = segment_scales
+            own = self.models[k].parameters.estimate_parameter_scales(pieces[k], span)
+            scales[self.columns[k]] = own
         return scales
 
-    def compute_distances_to_lower_bounds(self, pieces: SegmentStartStates) -> Array:
+    def compute_distances_to_lower_bounds(self, pieces: Segments) -> Array:
         distances = np.full(self.width, np.inf)
         distances[self.columns[self.first]] = self.models[
             self.first
-        ].compute_distances_to_lower_bounds(pieces.points[self.first])
+        ].compute_distances_to_lower_bounds(pieces[self.first])
         return distances
 
-    def evaluate_residuals(self, pieces: SegmentStartStates) -> ResidualEvaluation:
+    def evaluate_residuals(self, pieces: Segments) -> ResidualEvaluation:
         self.evaluations += 1
         residuals, jacobian = np.zeros(self.size), np.zeros((self.size, self.width))
         for k, model in enumerate(self.models):
-            evaluation = model.evaluate_residuals(pieces.points[k])
+            evaluation = model.evaluate_residuals(pieces[k])
             if not np.isfinite(evaluation.residuals).all():
                 return ResidualEvaluation(np.full(self.size, np.inf), jacobian)
             residuals[self.rows[k]] = evaluation.residuals
@@ -189,9 +162,9 @@ class ShootingModel:
             residuals[rows], jacobian[rows] = self._compute_gap_after_segment(pieces, k)
         return ResidualEvaluation(residuals, jacobian)
 
-    def _compute_gap_after_segment(self, pieces: SegmentStartStates, k: int) -> tuple[Array, Array]:
+    def _compute_gap_after_segment(self, pieces: Segments, k: int) -> tuple[Array, Array]:
         """Return the jump of the state from segment k to segment k + 1, and its derivatives."""
-        end, point, following = self.models[k].end, pieces.points[k], pieces.points[k + 1]
+        end, point, following = self.models[k].end, pieces[k], pieces[k + 1]
         assert end is not None
         turn = compute_rotation_vectors(
             multiply_quaternions(conjugate_quaternions(end.q), following.attitude)
@@ -219,40 +192,27 @@ class ShootingModel:
 
 def minimize_by_multiple_shooting(
     model: ShootingModel,
-    pieces: SegmentStartStates,
+    pieces: Segments,
     loss: LossName,
-    report: Callable[[Minimum], None],
     limit: int,
-) -> Minimum:
+    report: Callable[[Minimum[Segments]], None] | None = None,
+) -> Minimum[Segments]:
     """Fit a motion in segments, and close the gaps between them in several stages.
 
     The search stops early if the segments do not fit the measurements even with gaps between them.
+    Without `report`, it is only tried whether they do.
     """
-    minimum: Minimum | None = None
     for gap in GAPS:
         model.gap = gap
         stage = min(model.evaluations + _STAGE_LIMIT, limit)
-        report_minimum = report if gap == GAPS[-1] else _do_not_report_minimum
-        minimum = minimize_cost(
-            model,
-            pieces,
-            SearchSettings(loss, stage, _FTOL, report_minimum, is_stiff=True, weakest=WEAKEST),
-        )
-        pieces = minimum.point  # type: ignore[assignment]
-        if not minimum.cost <= _HOPELESS * model.size:
+        shown = report if report and gap == GAPS[-1] else lambda _: None
+        settings = SearchSettings(loss, stage, _FTOL, shown, is_stiff=True)
+        minimum = minimize_cost(model, pieces, settings)
+        pieces = minimum.point
+        if report is None or not fits_with_gaps(model, minimum):
             break
-    assert minimum is not None
     return minimum
 
 
-def try_segment_fit(model: ShootingModel, pieces: SegmentStartStates, loss: LossName) -> bool:
-    """Return True if the segments fit the records when gaps between the segments are allowed."""
-    model.gap = GAPS[0]
-    search = SearchSettings(
-        loss, _STAGE_LIMIT, _FTOL, _do_not_report_minimum, is_stiff=True, weakest=WEAKEST
-    )
-    return minimize_cost(model, pieces, search).cost <= _HOPELESS * model.size
-
-
-def _do_not_report_minimum(_: Minimum) -> None:
-    """Ignore a minimum at which gaps between successive segments of the motion remain."""
+def fits_with_gaps(model: ShootingModel, minimum: Minimum[Segments]) -> bool:
+    return minimum.cost <= _HOPELESS * model.size
