@@ -25,6 +25,7 @@ from .._options.methods import methods as known
 from .._options.quantities import RECORDABLE, TIME
 from .._results.path import Error
 from .._utils.arguments import unknown_name_message
+from .._utils.processes import replace_signal_handlers
 from .._view import open_viewer
 from .._view import view as open_view
 from ..scenes import about, get_scene
@@ -265,18 +266,13 @@ Exit codes
 
 
 class _MainCommandGroup(click.Group):
-    def make_context(
-        self,
-        info_name: str | None,
-        args: list[str],
-        parent: click.Context | None = None,
-        **extra: object,
-    ) -> click.Context:
+    def make_context(self, *args: Any, **more: Any) -> click.Context:
         with print_errors_on_one_line():
-            return super().make_context(info_name, args, parent, **extra)
+            return super().make_context(*args, **more)
 
     def invoke(self, ctx: click.Context) -> None:
-        with print_errors_on_one_line(), convert_sigterm_to_interrupt():
+        stop = signal.default_int_handler  # an ignored SIGTERM stays ignored
+        with print_errors_on_one_line(), replace_signal_handlers([signal.SIGTERM], stop, True):
             super().invoke(ctx)
 
 
@@ -302,42 +298,15 @@ def print_errors_on_one_line() -> Iterator[None]:
         code, message = 1, str(error)
     else:
         return
-    drop_unwritable_stdout()
+    if sys.stdout is not None:
+        try:
+            sys.stdout.flush()
+        except OSError:  # the interpreter would report the same error again on exit
+            with suppress(OSError):
+                os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     message = re.sub(r"\[Errno \d+\] ", "", message)
     click.echo(f"Error: {message}", err=True)
     raise click.exceptions.Exit(code)
-
-
-@contextmanager
-def convert_sigterm_to_interrupt() -> Iterator[None]:
-    """Return a context manager that treats SIGTERM like Ctrl-C, unless the signal is ignored."""
-    if signal.getsignal(signal.SIGTERM) is signal.SIG_IGN:
-        yield
-        return
-    try:
-        handler = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    except ValueError:  # only the main thread can set signal handlers
-        yield
-        return
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, handler)
-
-
-def drop_unwritable_stdout() -> None:
-    """Redirect standard output to the null device if its buffer cannot be flushed.
-
-    Without this redirection of standard output, the interpreter would report the same error again
-    on exit. Does nothing if the process was started without a standard output.
-    """
-    if sys.stdout is None:
-        return
-    try:
-        sys.stdout.flush()
-    except OSError:
-        with suppress(OSError):
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 @click.group(

@@ -37,7 +37,12 @@ def encode_part_as_parquet(part: PartResults, description: Mapping[str, Any]) ->
     """
     table = convert_to_arrow_table(part)
     stream = pa.BufferOutputStream()
-    doubles = [name for name, kind in list_parquet_column_types(table) if kind == pa.float64()]
+    doubles = []
+    for field in table.schema:
+        if field.type == pa.float64():
+            doubles.append(field.name)
+        elif pa.types.is_large_list(field.type) and field.type.value_type == pa.float64():
+            doubles.append(f"{field.name}.list.element")
     with parquet.ParquetWriter(
         stream,
         table.schema,
@@ -52,47 +57,32 @@ def encode_part_as_parquet(part: PartResults, description: Mapping[str, Any]) ->
     return bytearray(stream.getvalue())
 
 
-def list_parquet_column_types(table: Table) -> list[tuple[str, Any]]:
-    """Return the path of each column in the Parquet schema, and the type of its values."""
-    return [
-        (f"{field.name}.list.element", field.type.value_type)
-        if pa.types.is_large_list(field.type)
-        else (field.name, field.type)
-        for field in table.schema
-    ]
-
-
 def convert_to_arrow_table(part: PartResults) -> Table:
     """Return the rows of a part as a pyarrow.Table.
 
     The entry `units` in the metadata of each column states the physical unit of its values. The
     metadata entry `per` states whether a column has values per top, per time or per event.
     """
-    columns = {name: _to_arrow_array(values) for name, values in part.columns.items()}
-    scopes = {name: "top" if part.columns[name].ndim == 1 else "time" for name in columns}
-    if part.ragged:
-        offsets = np.concatenate([[0], np.cumsum(part.columns[COUNT])]).astype(np.int64)
-        columns |= {name: _to_arrow_list(offsets, values) for name, values in part.ragged.items()}
-    fields = [
-        pa.field(
-            name,
-            column.type,
-            metadata={"units": part.units.get(name, ""), "per": scopes.get(name, "event")},
-        )
-        for name, column in columns.items()
-    ]
-    return pa.Table.from_arrays(list(columns.values()), schema=pa.schema(fields))
+    arrays, fields = [], []
 
+    def add_column(name: str, scope: str, values: Column, ends: Column | None = None) -> None:
+        array = pa.array(values)
+        if ends is not None:
+            offsets = pa.array(np.concatenate([[0], ends]).astype(np.int64))
+            array = pa.LargeListArray.from_arrays(offsets, array)
+        metadata = {"units": part.units.get(name, ""), "per": scope}
+        arrays.append(array)
+        fields.append(pa.field(name, array.type, metadata=metadata))
 
-def _to_arrow_array(values: Column) -> Any:
-    if values.ndim == 1:
-        return pa.array(values)
-    n, k = values.shape
-    return _to_arrow_list(np.arange(n + 1, dtype=np.int64) * k, values.reshape(-1))
-
-
-def _to_arrow_list(offsets: Column, values: Column) -> Any:
-    return pa.LargeListArray.from_arrays(pa.array(offsets), pa.array(values))
+    for name, values in part.columns.items():
+        if values.ndim == 1:
+            add_column(name, "top", values)
+        else:
+            n, k = values.shape
+            add_column(name, "time", values.reshape(-1), np.arange(1, n + 1) * k)
+    for name, values in part.ragged.items():
+        add_column(name, "event", values, np.cumsum(part.columns[COUNT]))
+    return pa.Table.from_arrays(arrays, schema=pa.schema(fields))
 
 
 def read_part_description(data: bytes) -> dict[str, Any]:
@@ -101,23 +91,16 @@ def read_part_description(data: bytes) -> dict[str, Any]:
     Raises ValueError if the data are not a part of a sweep.
     """
     try:
-        return _parse_sweep_part_metadata(parquet.read_metadata(pa.BufferReader(data)).metadata)
+        return _parse_description(parquet.read_metadata(pa.BufferReader(data)).metadata)
     except (pa.ArrowException, OSError) as error:
         raise ValueError(f"it is not a part of a sweep: {error}") from None
 
 
-def _parse_sweep_part_metadata(metadata: Mapping[bytes, bytes] | None) -> dict[str, Any]:
-    """Return the dictionary `description` from the metadata of a file.
-
-    Raises ValueError if the metadata contain no valid dictionary.
-    """
+def _parse_description(metadata: Mapping[bytes, bytes] | None) -> dict[str, Any]:
     try:
-        description = json.loads((metadata or {})[_ABOUT.encode()])
-    except (KeyError, ValueError) as error:
+        return dict(json.loads((metadata or {})[_ABOUT.encode()]))
+    except (KeyError, TypeError, ValueError) as error:
         raise ValueError(f"it is not a part of a sweep: {error}") from None
-    if not isinstance(description, dict):
-        raise ValueError("it is not a part of a sweep")
-    return description
 
 
 def decode_part_from_parquet(
@@ -135,7 +118,7 @@ def decode_part_from_parquet(
             pa.OSFile(os.fsencode(file)) as stream,  # pyarrow refuses a str that is not UTF-8
             parquet.ParquetFile(stream, page_checksum_verification=True) as source,
         ):
-            description = _parse_sweep_part_metadata(source.metadata.metadata)
+            description = _parse_description(source.metadata.metadata)
             if any(description.get(name) != value for name, value in expected.items()):
                 raise ValueError(f"it is not part {expected['part']} of this plan")
             table = (
@@ -146,26 +129,22 @@ def decode_part_from_parquet(
         missing_names = {*(column_names or ())} - {*table.column_names}
         if missing_names:
             raise ValueError(f"it has no {', '.join(sorted(missing_names))}")
-        return _convert_arrow_to_part_results(table, states)
+        part = PartResults()
+        for field, column in zip(table.schema, table.columns, strict=True):
+            array, metadata = column.combine_chunks(), field.metadata or {}
+            part.units[field.name] = metadata.get(b"units", b"").decode()
+            scope = metadata.get(b"per")
+            if scope not in _PER or pa.types.is_primitive(field.type) != (scope == b"top"):
+                raise ValueError(f"its schema does not specify the shape of {field.name!r}")
+            flat = array if scope == b"top" else array.flatten()
+            values = flat.to_numpy(zero_copy_only=False)
+            if scope == b"event":
+                part.ragged[field.name] = values
+            elif scope == b"time":
+                part.columns[field.name] = values.reshape(len(array), states)
+            else:
+                part.columns[field.name] = values.reshape(len(array))
+        return part
     except (pa.ArrowException, OSError, AttributeError, TypeError, ValueError) as error:
         # Parquet has no checksum of the schema, so a damaged schema can cause any of these errors.
         raise ValueError(f"{file} is damaged, or not a part of this sweep: {error}") from None
-
-
-def _convert_arrow_to_part_results(table: Table, states: int) -> PartResults:
-    """Convert an Arrow table to a PartResults."""
-    part = PartResults()
-    for field, column in zip(table.schema, table.columns, strict=True):
-        array, metadata = column.combine_chunks(), field.metadata or {}
-        part.units[field.name] = metadata.get(b"units", b"").decode()
-        scope = metadata.get(b"per")
-        if scope not in _PER or pa.types.is_primitive(field.type) != (scope == b"top"):
-            raise ValueError(f"its schema does not specify the shape of {field.name!r}")
-        flat = array if scope == b"top" else array.flatten()
-        values = flat.to_numpy(zero_copy_only=False)
-        if scope == b"event":
-            part.ragged[field.name] = values
-        else:
-            shape = (len(array),) if scope == b"top" else (len(array), states)
-            part.columns[field.name] = values.reshape(shape)
-    return part

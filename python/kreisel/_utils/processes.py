@@ -26,18 +26,20 @@ _INTERRUPTION_SIGNALS = [
 
 @contextmanager
 def replace_signal_handlers(
-    numbers: Iterable[int], handler: Handler
-) -> Iterator[dict[int, Handler]]:
+    numbers: Iterable[int], handler: Handler, replaces_default: bool = False
+) -> Iterator[dict[int, Any]]:
     """Return a context manager that replaces the handlers of signals.
 
-    Only handlers that are Python functions are replaced, and only in the main thread. The context
-    manager yields a dictionary that maps the signal numbers to the replaced handlers.
+    Only handlers that are Python functions (and, if `replaces_default` is True, the default) are
+    replaced, and only in the main thread. The context manager yields a dictionary that maps the
+    signal numbers to the replaced handlers.
     """
-    handlers: dict[int, Handler] = {
-        number: original for number in numbers if callable(original := signal.getsignal(number))
-    }
-    if threading.current_thread() is not threading.main_thread():
-        handlers = {}  # only the main thread can set signal handlers
+    handlers: dict[int, Any] = {}
+    if threading.current_thread() is threading.main_thread():  # only it can set signal handlers
+        for number in numbers:
+            original = signal.getsignal(number)
+            if callable(original) or (replaces_default and original is signal.SIG_DFL):
+                handlers[number] = original
     try:
         for number in handlers:
             signal.signal(number, handler)
