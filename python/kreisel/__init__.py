@@ -30,7 +30,7 @@ from ._model.starts import starts
 from ._options.methods import Method, methods
 from ._options.plan import Plan, StepChoice
 from ._results.path import Error, Events, Interrupted, Path
-from ._results.paths import EnsembleEvents, Paths, Reductions
+from ._results.paths import Reductions
 from ._results.quantities import Stats
 from ._solve.chaos import Indicator, lyapunov, megno, oli
 from ._solve.exact import (
@@ -57,7 +57,6 @@ __all__ = [
     "Body",
     "CompareInterrupted",
     "Ensemble",
-    "EnsembleEvents",
     "Error",
     "Event",
     "Events",
@@ -73,7 +72,6 @@ __all__ = [
     "MethodName",
     "Nutation",
     "Path",
-    "Paths",
     "Plan",
     "QuantityName",
     "Record",

@@ -18,7 +18,7 @@ import numpy as np
 
 from ._model.scene import Scene
 from ._options.methods import resolve_method
-from ._results.path import Path
+from ._results.path import Path, check_is_one
 from ._utils.arguments import Quaternion, Vector, as_positive, short_repr
 from ._utils.files import atomic_write, check_file_is_writable
 from .scenes import about, name_of
@@ -157,7 +157,9 @@ def view(
     """
     if not isinstance(what, (Scene, Path)):
         raise TypeError(f"view needs a kreisel.Scene or a kreisel.Path, not {short_repr(what)}")
-    scene = what if isinstance(what, Scene) else what.scene
+    if isinstance(what, Path):
+        check_is_one("the viewer shows", what)
+    scene: Scene = what if isinstance(what, Scene) else what.scene
     if len(set(scene.damping)) > 1:
         raise ValueError("the viewer has one damping for all axes: use path.plot()")
     if scene._is_shaken:

@@ -121,8 +121,11 @@ class Event:
 
     def value(self, path: Any) -> Array:
         """Return the values of the event function at all states of a kreisel.Path."""
-        if not isinstance(getattr(path, "scene", None), Scene):
+        if not isinstance(getattr(path, "scene", None), Scene | Ensemble):
             raise TypeError(f"path must be a kreisel.Path, not {short_repr(path)}")
+        if path.shape:
+            values: Array = path._compute_per_state(self.value)
+            return values
         return terms_value(path.scene._block, path.states, list(self.terms))
 
     @property

@@ -51,7 +51,7 @@ def test_a_plan_runs_and_status_reports_its_parts(plan, plan_hash):
     output = call("sweep status runs")
     assert f"5 of 5 parts, 300 tops in all, {1e-6 * size:.3g} MB" in output
     assert "missing" not in output and "damaged" not in output
-    failures = int((kr.read_sweep("runs")["status"] != 0).sum())
+    failures = int((kr.read_sweep("runs")["status"] != "OK").sum())
     assert failures > 1 and f"failed: {failures} tops" in output
     assert hash_rows(plan / "runs") == plan_hash
     assert kr.read_sweep("runs").hash == kr.read_sweep("expected").hash

@@ -213,7 +213,7 @@ def test_ensemble_tangents_go_with_executors_and_memory_of_the_caller():
 def test_a_failed_top_of_an_ensemble_keeps_its_valid_tangents():
     paths = kr.solve(vary_members(), np.linspace(0.0, 40.0, 50), tangents="start", max_steps=9)
     counts = paths.state_counts
-    assert (paths.status_names == "ERR_LIMIT").all() and (counts > 0).all() and (counts < 50).all()
+    assert (paths.status == "ERR_LIMIT").all() and (counts > 0).all() and (counts < 50).all()
     finite = np.isfinite(paths.tangents).all(axis=(-1, -2))
     assert np.array_equal(finite, np.arange(50) < counts[..., None])
     assert np.array_equal(finite, np.isfinite(paths.derivative("spin")).all(axis=-1))
@@ -224,7 +224,7 @@ def test_a_failed_top_of_an_ensemble_keeps_its_valid_tangents():
     assert len(error.value.path.tangents) == counts[0, 0]
     upright = kr.scenes.sleeping.replace(momentum=(0.0, 0.0, 0.0)).vary(gravity=[1.0, 2.0])
     unstable = kr.solve(upright, np.arange(0.0, 4000.0, 10.0), tangents="start")
-    assert (unstable.status_names == "ERR_TANGENT").all() and len(unstable[0].tangents) > 10
+    assert (unstable.status == "ERR_TANGENT").all() and len(unstable[0].tangents) > 10
 
 
 PATH = kr.solve(kr.scenes.thesis, [0.0, 1.0], tangents="start")

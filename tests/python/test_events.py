@@ -130,7 +130,7 @@ def test_ctrl_c_keeps_the_events_found():
     with pytest.raises(kr.Interrupted) as stopped:
         kr.section(TOP.vary(gravity=np.linspace(0.5, 1, 1000)), n=2000, progress=stop)
     section = stopped.value.paths
-    assert isinstance(section, kr.Section) and (section.status_names == "ERR_INTERRUPTED").any()
+    assert isinstance(section, kr.Section) and (section.status == "ERR_INTERRUPTED").any()
     assert np.isfinite(section.states).all() and len(section.states) == section.count.sum()
 
 
@@ -162,7 +162,7 @@ def test_integrals_are_constant_on_sections():
     assert np.ptp(section.energy) < 1e-12 and np.ptp(section.vertical_momentum) < 1e-12
 
 
-FIELDS = "states", "top", "count", "status", "reached", "steps", "max_wait"
+FIELDS = "states", "top", "count", "status", "reached", "stats", "max_wait"
 
 
 def test_sections_do_not_depend_on_other_tops_threads_or_executors():
@@ -189,7 +189,7 @@ def test_sections_do_not_depend_on_other_tops_threads_or_executors():
 def test_a_top_without_events_is_reported():
     tops = kr.Ensemble.of([kr.scenes.steady_precession, kr.scenes.thesis, kr.scenes.thesis])
     section = kr.section(tops, n=10, max_wait=[50, 50, 3])
-    assert section.status_names.tolist() == ["ERR_EVENT", "OK", "ERR_EVENT"]
+    assert section.status.tolist() == ["ERR_EVENT", "OK", "ERR_EVENT"]
     assert section.count.tolist() == [0, 10, 0] and section.failed.tolist() == [0, 2]
     assert section.reached[0] == pytest.approx(50) and len(section.t) == 10 == len(section.energy)
     assert "0 of 10 events" in section.message(0)

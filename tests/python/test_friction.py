@@ -148,7 +148,7 @@ def test_a_loose_tolerance_does_not_end_the_motion_at_a_release(scene):
         path = kr.solve(scene, 8.0, "taylor", tol=tol)
         assert kr.attitude_error(path.q[-1], accurate) < 50.0 * tol
     members = kr.solve(kr.Ensemble.of([scene] * 2), [8.0], "taylor", tol=1e-4)
-    assert not members.status.any()
+    assert not members.failed.size
 
 
 def test_the_spin_grows_backward_and_a_held_top_has_no_unique_past():

@@ -230,7 +230,9 @@ def test_workers_that_share_no_memory_give_the_same_bits(words):
     reports = []
     paths = kr.solve(TOPS, [0.0, 1.0], executor=CopyingExecutor(), progress=reports.append, **words)
     expected = kr.solve(TOPS, [0.0, 1.0], **words)
-    assert same_bits(paths.energy, expected.energy) and same_bits(paths.steps, expected.steps)
+    assert same_bits(paths.energy, expected.energy) and same_bits(
+        paths.stats.steps, expected.stats.steps
+    )
     assert reports == sorted(reports) and reports[-1] == 1.0
 
 
@@ -269,7 +271,7 @@ def test_ctrl_c_interrupts_no_call_of_an_executor_and_keeps_the_tops_that_ended(
             kr.solve(tops, executor=pool, **words)
         assert isinstance(stopped.value, kr.Interrupted) and pool.cancelled > 0
         paths = stopped.value.paths
-        has_ended = paths.status == 0
+        has_ended = paths.status == "OK"
         assert 0 < has_ended.sum() < 1000
         assert same_bits(paths.states[has_ended], kr.solve(tops[has_ended], **words).states)
 

@@ -481,10 +481,10 @@ def test_a_member_of_an_ensemble_is_the_top_alone(scenes, data):
     own_times = np.tile(t, (len(many), 1)) if data.draw(st.booleans()) else t
     paths = kr.solve(kr.Ensemble.of(many), own_times, threads=threads, **words)
     is_bitwise = bool({n for n in ("step", "digits", "events", "tangents") if words.get(n)})
-    assert paths.status_names[place] != "OK" and place in paths.failed
+    assert paths.status[place] != "OK" and place in paths.failed
     for i in set(range(len(many))) - {place}:
         alone, status = solve_alone(many[i], t, **words)
-        assert status in (paths.status_names[i], "refused")
+        assert status in (paths.status[i], "refused")
         assert (status == "OK") == (i not in paths.failed)
         single = kr.solve(kr.Ensemble.of(many[i : i + 1]), t, **words)
         assert_same_path([single[0]], paths[i])
@@ -519,7 +519,7 @@ def test_reductions_are_those_of_the_states(scenes, data):
     paths = kr.solve(tops, t, max_steps=most, want=names)
     found = kr.reduce(tops, t, dict.fromkeys(names, REDUCTIONS), max_steps=most)
     assert np.array_equal(found.status, paths.status)
-    for name, i in itertools.product(names, np.flatnonzero(paths.status == 0)):
+    for name, i in itertools.product(names, np.flatnonzero(paths.status == "OK")):
         values, kinds = getattr(paths, name)[i], {k: v[i] for k, v in found[name].items()}
         ranks = np.sort(values, axis=0)
         expected = (ranks[0], ranks[-1], values.mean(axis=0), values.var(axis=0), values[-1])
@@ -529,7 +529,7 @@ def test_reductions_are_those_of_the_states(scenes, data):
             where = t[getattr(values, f"arg{kind}")(axis=0)]
             assert np.all((kinds[f"where_{kind}"] == where) | (gap < 1e-9)), (name, kind)
     for name, kind in itertools.product(names, REDUCTIONS[:5]):
-        assert np.all(np.isnan(found[name][kind][paths.status != 0]))
+        assert np.all(np.isnan(found[name][kind][paths.status != "OK"]))
 
 
 @LAWS

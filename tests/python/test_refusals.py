@@ -17,11 +17,11 @@ from public_api import calls
 CALLS = {name: call for name, call in calls().items() if call[1]}
 SKIPPED = {  # no parameter by name, or no valid call
     *("methods.__getitem__", "Bodies.reshape", "Ensemble.reshape"),
-    *("Path.__getattr__", "Paths.__getattr__", "Section.__getattr__"),
+    *("Path.__getattr__", "Section.__getattr__"),
     *(name for name in CALLS if name.endswith("potential") and name != "Exact.potential"),
 }
 # The places of objects that have what a call needs: a symmetric body, a path with tangents.
-PLACES = {"Body.shift": 1, "Body.with_rotor": 1, "Path.derivative": 8, "Paths.derivative": 5}
+PLACES = {"Body.shift": 1, "Body.with_rotor": 1, "Path.derivative": 8}
 SAID = spread(  # words in messages other than the name of the parameter
     {
         "function where": "function|where|quantity|factor|callable",

@@ -117,7 +117,7 @@ def list_columns(tops, words):
         columns = {task: whole.value, f"{task}_curve": whole.curve}
         columns |= {n: getattr(whole, n) for n in ("certificate", "is_chaotic", "is_doubtful")}
         return columns | {"t": np.broadcast_to(whole.t, whole.curve.shape)}
-    columns = {name: getattr(whole, name) for name in ("status", "reached", "steps")}
+    columns = {"status": whole.status, "reached": whole.reached, "steps": whole.stats.steps}
     if task == "section":
         columns |= {"events": whole.count, "event_t": whole.t}
         columns |= split_components("q", whole.q) | split_components("m", whole.m)
@@ -367,7 +367,7 @@ def test_duckdb_and_polars_query_the_parts(tmp_path):
 
     sweep = run_sweep(tmp_path / "reduced")
     watched = run_sweep(tmp_path / "watched", TASKS["events"], part_size=7)
-    is_complete = sweep["status"] == 0
+    is_complete = sweep["status"] == "OK"
     assert 0 < is_complete.sum() < sweep.size
     files = f"'{tmp_path}/reduced/*.parquet'"
     query = f"SELECT spin, max(nutation_max) FROM {files} WHERE status = 0 GROUP BY spin"

@@ -110,7 +110,7 @@ def measure_outcomes(problems, truths, name, setting):
         return [{"failure": str(error)}] * len(problems)
     return [
         {"seconds": seconds, "attitude_error": attitude_error(problem.to_principal_axes(q), true)}
-        if status == 0
+        if status == "OK"
         else {"failure": paths.message(i)}
         for i, (problem, true, q, status) in enumerate(
             zip(problems, truths, paths.q[:, -1], paths.status, strict=True)

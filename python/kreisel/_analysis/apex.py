@@ -12,10 +12,10 @@ import numpy.typing as npt
 
 from .._model.parameters import refuse_disturbances
 from .._model.scene import Scene
-from .._results.path import Path
+from .._results.path import Path, check_is_one
 from .._solve.exact import Exact, exact
 from .._solve.solve import solve
-from .._utils.arguments import Array, format_count, validate_type
+from .._utils.arguments import Array, format_count
 
 Waves = npt.NDArray[np.complex128]
 Flags = npt.NDArray[np.bool_]
@@ -297,7 +297,7 @@ def _compute_projected_axis_at_times(
     result = solve(tops, times)
     axis = body_axis @ result.frame
     z, rate = _project_axis_horizontally(axis, result.velocity, space_axis, east)
-    z[result.status != 0] = np.nan
+    z[result.status != "OK"] = np.nan
     return [(z[:, k], rate[:, k]) for k in range(times.shape[1])]
 
 
@@ -523,7 +523,7 @@ def apex(path: Path) -> Apex:
     If the centre of mass coincides with the fixed point, return the curve traced by the third
     principal axis.
     """
-    validate_type("path", path, Path)
+    check_is_one("kreisel.apex needs", path)
     return Apex(path.t, path.apex, np.cross(path.velocity, path.apex), path.scene)
 
 

@@ -15,7 +15,7 @@ from .._options.methods import Method, Methods, resolve_method
 from .._options.methods import methods as known
 from .._options.options import make_options, validate_progress_callback
 from .._options.times import check_resolvable_horizon, time_array
-from .._results.path import Error, Path
+from .._results.path import Error, Path, check_is_one
 from .._results.quantities import Stats
 from .._results.tables import encode_table_as_csv
 from .._solve.solve import solve
@@ -226,6 +226,8 @@ def _validate_times_and_truth(scene: Scene, t: Numbers, truth: Path | MethodName
     times = time_array(t, None, None)
     if times.size:
         check_resolvable_horizon(scene, float(times[-1]), None)
+    if isinstance(truth, Path):
+        check_is_one("truth must be a path of", truth)
     if isinstance(truth, Path) and not np.array_equal(times, truth.t):
         raise ValueError("truth must be a path at the requested times")
 

@@ -11,7 +11,7 @@ import numpy as np
 from .._model.parameters import refuse_disturbances
 from .._model.scene import Scene
 from .._options.methods import EXACT, methods
-from .._results.path import Path
+from .._results.path import Path, check_is_one
 from .._solve.exact import Exact, ExactTorus, exact
 from .._utils.arguments import (
     Array,
@@ -19,7 +19,6 @@ from .._utils.arguments import (
     as_int,
     as_unit_name,
     freeze_arrays,
-    validate_type,
 )
 from .._utils.html import format_picture_as_html
 from ..quaternion import multiply, turn
@@ -272,7 +271,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     support that shakes or turns about an axis other than e3. For a torque-free body, the support
     must not turn, and the rotor must be aligned with the axis of symmetry.
     """
-    validate_type("path", path, Path)
+    check_is_one("kreisel.frequencies needs", path)
     count, t = as_int("n", n, 1), path.t
     if count > len(t) >= _FEWEST:
         raise ValueError(f"n must be at most the number of states, {len(t)}, not {count}")

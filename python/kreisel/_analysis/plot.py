@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from .._results.error import compute_angles_between_attitudes
-from .._results.path import Path
+from .._results.path import Path, list_drawn_paths
 from .._utils.arguments import Array, short_repr, validate_type
 
 if TYPE_CHECKING:
@@ -64,9 +64,6 @@ def _get_attitudes_with_low_words(path: Path) -> tuple[Array, Array]:
     return path.q, path.q_low if has_low else np.zeros_like(path.q)
 
 
-MOST = 8
-
-
 def plot(
     path: Path | Sequence[Path],
     *more: Path | Iterable[Axes] | None,
@@ -78,8 +75,8 @@ def plot(
 
     Returns three matplotlib axes for each path. A notebook displays the returned axes as an image.
 
-    path       one path or up to 8 paths, as a list or as separate arguments. Several paths are
-               drawn side by side
+    path       one path or several paths, as a list or as separate arguments, of up to 8 tops in
+               total, which are drawn side by side
     axes       the axes to draw in instead of a new figure: three for each path, and for two paths
                optionally a seventh for their difference. It may also be given as the second
                argument without its name
@@ -114,10 +111,7 @@ def plot(
     paths, axes = _validate_plot_paths_and_axes(path, more, axes)
     for i, one in enumerate(paths):
         validate_type(f"path[{i}]", one, Path)
-    if not 1 <= len(paths) <= MOST:
-        raise ValueError(
-            f"path must be one path or a list of up to {MOST} paths, not of {len(paths)}"
-        )
+    paths = list_drawn_paths(*paths)
     from .._plot.charts import plot_paths
 
     paths_with_events = [(one, one.events.path if len(one.events) else None) for one in paths]

@@ -11,7 +11,7 @@ import numpy as np
 from .._core import KIND_RTOL
 from .._model.body import Body
 from .._model.parameters import refuse_disturbances
-from .._results.path import Path
+from .._results.path import Path, check_is_one
 from .._utils.arguments import (
     Array,
     Vector,
@@ -19,7 +19,6 @@ from .._utils.arguments import (
     as_positive,
     as_unit_name,
     format_count,
-    validate_type,
 )
 from .._utils.html import format_picture_as_html
 
@@ -182,7 +181,7 @@ def rod(path: Path) -> Rod:
         >>> rod.centre.shape, bool(rod.stiffness[0] == rod.stiffness[1])
         ((101, 3), True)
     """
-    validate_type("path", path, Path)
+    check_is_one("kreisel.rod needs", path)
     if path.scene._has_damping:
         raise ValueError("Kirchhoff's analogy has no rod for a damped top")
     refuse_disturbances(path.scene, "Kirchhoff's analogy has no rod for a top")

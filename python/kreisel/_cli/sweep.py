@@ -187,7 +187,7 @@ def status(folder: str) -> None:
         result = read_sweep(folder, partial=True)
         parts_by_state, numbers = result._verify_existing_parts()
         failure_count = sum(
-            int(np.count_nonzero(result.part(i)["status"])) for i in parts_by_state[DONE]
+            int(np.count_nonzero(result.part(i)["status"] != "OK")) for i in parts_by_state[DONE]
         )
     click.echo(_format_sweep_summary(result, parts_by_state[DONE]))
     if missing_count := result.parts - len(numbers):

@@ -33,6 +33,7 @@ from .._utils.arguments import (
     suggest_name,
 )
 from .._utils.quantity_attributes import MethodName, QuantityAttributes, QuantityName
+from .buffers import compute_quantity_derivatives, compute_quantity_values
 from .error import RunStart
 
 if TYPE_CHECKING:
@@ -146,7 +147,7 @@ class TangentData(NamedTuple):
 
     high: Array
     low: Array
-    truncation: float
+    truncation: float | Any  # an array (*shape) for many tops
     by: tuple[str, ...]
 
     @classmethod
@@ -233,7 +234,7 @@ class Stats(NamedTuple):
 class PathBase(QuantityAttributes):
     """The quantities of a kreisel.Path as attributes."""
 
-    scene: Scene
+    scene: Scene  # a kreisel.Ensemble for many tops
     states: Array  # not set if the path has _columns
     stats: Stats
     _options: Options
@@ -243,10 +244,32 @@ class PathBase(QuantityAttributes):
     _choice: StepChoice | None  # the choice of method='geometric'
     _tangent_data: TangentData | None
     _origin: RunStart
+    _many: Any  # the result of an ensemble with the same states; None for one top
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The shape of the ensemble; () for one top."""
+        return () if self._many is None else self._many.shape
+
+    @property
+    def ndim(self) -> int:
+        """The number of dimensions of the ensemble; 0 for one top."""
+        return len(self.shape)
+
+    @property
+    def size(self) -> int:
+        """The number of tops."""
+        return math.prod(self.shape)
 
     @property
     def method(self) -> MethodName:
-        """The name of the method."""
+        """The name of the method; for many tops, of the requested method.
+
+        For each top of an ensemble, 'auto' uses exact for Lagrange tops, spherical bodies and
+        bodies without torque if exact applies to the scene, and taylor for all other tops.
+        """
+        if self._many is not None:
+            return cast(MethodName, self._options.requested_method)
         return cast(MethodName, self._options.method)
 
     @property
@@ -277,7 +300,25 @@ class PathBase(QuantityAttributes):
         return self._options.want
 
     def __len__(self) -> int:
-        return len(self.t)
+        """Return the number of states of one top, or the first dimension of an ensemble."""
+        return len(self.t if self._many is None else self._many)
+
+    def _list_members(self) -> list[Any]:
+        """Return the path of each top, in C order."""
+        return [self._many._select_member(i) for i in range(self.size)]
+
+    def _compute_per_top(self, compute: Callable[[Any], Any]) -> Any:
+        """Return an array (*shape) of the value of `compute` for the path of each top."""
+        values = [compute(path) for path in self._list_members()]
+        return freeze_array(np.array(values or np.empty(0)).reshape(self.shape))
+
+    def _compute_per_state(self, compute: Callable[[Any], Array]) -> Array:
+        """Return an array (*shape, k) of the values of `compute` for the path of each top."""
+        rows = np.full((self.size, self.t.shape[-1]), np.nan)
+        counts = np.ravel(self._many.state_counts).tolist()
+        for row, n, path in zip(rows, counts, self._list_members(), strict=True):
+            row[:n] = compute(path)[:n]  # a path can end with a state between the times
+        return freeze_array(rows.reshape(*self.shape, -1) if rows.size else rows)
 
     def __dir__(self) -> list[str]:
         """Return the names of the available attributes, omitting quantities that are not stored."""
@@ -318,12 +359,15 @@ class PathBase(QuantityAttributes):
     def _select_state_component(self, name: str) -> Array:
         if self._columns is not None and name in self._columns:
             return self._columns[name]
-        part = self.states[:, STATE_COLUMNS[name]]
-        return part[:, 0] if name == "t" else part
+        if name == "t" and self._many is not None:
+            times: Array = self._many.t
+            return times
+        part = self.states[..., STATE_COLUMNS[name]]
+        return part[..., 0] if name == "t" else part
 
     @property
     def t(self) -> Array:
-        """(n,) times [T]."""
+        """(n,) times [T]; (*shape, n) if each top of an ensemble has its own times."""
         return self._select_state_component("t")
 
     @property
@@ -334,7 +378,7 @@ class PathBase(QuantityAttributes):
     @property
     def q_xyzw(self) -> Array:
         """(n, 4) unit quaternions (x, y, z, w), with the scalar component last."""
-        return self.q[:, [1, 2, 3, 0]]
+        return self.q[..., [1, 2, 3, 0]]
 
     @property
     def m(self) -> Array:
@@ -356,7 +400,7 @@ class PathBase(QuantityAttributes):
 
     def _select_low_words(self, name: str) -> Array:
         if self._low is not None:
-            return self._low[:, STATE_COLUMNS[name]]
+            return self._low[..., STATE_COLUMNS[name]]
         if self.want is not None and (self.digits or 0) > 16:
             raise AttributeError(name)
         return freeze_array(np.zeros_like(getattr(self, name)))
@@ -409,7 +453,10 @@ class PathBase(QuantityAttributes):
         error of at most 2^-53. Raises AttributeError unless the path stores the tangents with
         respect to every parameter that is not zero.
         """
-        return self._get_tangents_or_raise().conditioning(self.scene)
+        data = self._get_tangents_or_raise()
+        if self._many is not None:
+            return self._compute_per_state(lambda path: path.conditioning)
+        return data.conditioning(self.scene)
 
     def derivative(self, quantity: QuantityName) -> Array:
         """Return the derivatives of a quantity; `tangents` must have been passed to solve.
@@ -441,10 +488,11 @@ class PathBase(QuantityAttributes):
             hint = TANGENT_ATTRIBUTES["derivative"]
             raise AttributeError(f"this path has no derivatives: {hint}")
         name, data = validate_quantity_name(quantity), self._tangent_data
-        block = self.scene._block
-        return freeze_array(
-            derivatives(name, block, self.states, data.parameter_bit_mask, data.high)
-        )
+        bits = data.parameter_bit_mask
+        if self._many is not None:
+            rows = compute_quantity_derivatives(name, self._many.scene, self._many._buffers, bits)
+            return freeze_array(rows.reshape(*self.shape, *rows.shape[1:]))
+        return freeze_array(derivatives(name, self.scene._block, self.states, bits, data.high))
 
     def _get_tangents_or_raise(self) -> TangentData:
         if self._tangent_data is None:
@@ -478,11 +526,11 @@ class PathBase(QuantityAttributes):
         """
         place = np.array(as_three_floats("point", point))
         scene, rate, change = self.scene, self.inertial_velocity, self.body_acceleration
-        if any(scene.turning):
+        if np.any(scene.turning):
             change = change + np.cross(rate - self.body_velocity, self.body_velocity)
-        weight: float | Array = scene.gravity
-        if scene._is_shaken:
-            amplitude, pace, phase = scene.shaking
+        weight = np.asarray(scene.gravity)[..., None]
+        amplitude, pace, phase = np.moveaxis(np.asarray(scene.shaking)[..., None, :], -1, 0)
+        if amplitude.any():
             weight = weight - amplitude * pace**2 * np.cos(pace * self.t + phase)
         return freeze_array(specific_force(change, rate, self.body_vertical, weight, place))
 
@@ -493,6 +541,8 @@ class PathBase(QuantityAttributes):
         E + step <torque, m> / (2 I1). All energies are NaN unless the body is a Lagrange top. Like
         `path.step`, the argument `step` is negative if the path runs backwards in time.
         """
+        if self._many is not None:
+            return self._compute_per_state(lambda path: path.modified_energy(step))
         return modified_energy(self.scene._block, self.states, as_float("step", step))
 
     def modified_energy4(self, step: float) -> Array:
@@ -502,6 +552,8 @@ class PathBase(QuantityAttributes):
         of order step^4. The values are NaN if the body is not a Lagrange top, or if the step is too
         large.
         """
+        if self._many is not None:
+            return self._compute_per_state(lambda path: path.modified_energy4(step))
         return modified_energy4(self.scene._block, self.states, as_float("step", step))
 
     @cached_property
@@ -512,6 +564,8 @@ class PathBase(QuantityAttributes):
         states. The relative error is zero if the path has no states. The value is NaN for scenes
         with damping, friction or a shaken support, because the energy is then not conserved.
         """
+        if self._many is not None:
+            return cast(float, self._compute_per_top(lambda path: path.energy_error))
         if self.scene._is_losing_energy or self.scene._is_shaken:
             return np.nan
         if not len(self):
@@ -555,7 +609,11 @@ def _make_quantity_property(
 
 
 def _compute_path_quantity(path: PathBase, name: str) -> Array:
-    return freeze_array(values(name, path.scene._block, path.states))
+    if path._many is None:
+        return freeze_array(values(name, path.scene._block, path.states))
+    states = path.states  # raises AttributeError if the path has only some quantities
+    rows = compute_quantity_values(name, path._many.scene, path._many._buffers)
+    return freeze_array(rows.reshape(*states.shape[:-1], *rows.shape[2:]))
 
 
 add_quantity_properties(PathBase, ("n",), _compute_path_quantity)

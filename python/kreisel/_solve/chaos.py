@@ -22,7 +22,7 @@ from .._options.options import (
 from .._options.quantities import TIME
 from .._options.times import check_resolvable_horizon, time_array
 from .._results.buffers import INTERRUPTED, STATUSES, Codes
-from .._results.path import Error, Interrupted, build_path_from_core_result
+from .._results.path import Error, Interrupted, build_path_from_core_result, list_failed
 from .._results.tables import ColumnTable, TableColumn, list_parameter_columns
 from .._utils.arguments import (
     Array,
@@ -33,6 +33,7 @@ from .._utils.arguments import (
     as_int,
     as_unit_name,
     freeze_array,
+    freeze_arrays,
     make_exception_from_status,
     short_repr,
 )
@@ -135,7 +136,8 @@ class Indicator(ReadOnlyArrays):
                  largest of three values. Two values are the changes of the derivatives of the
                  energy and of <m, e3> along the tangent, which should be constant. The third value
                  is the last term of the tangent's Taylor series
-    status       (*shape,) "OK", or the name of the failure; the curve of a failed top is NaN
+    status       (*shape,) "OK", or the name of the failure; a str for one scene. The curve of a
+                 failed top is NaN
     name         the name of the indicator: "lyapunov", "megno" or "oli"
     final_megno  (*shape,) MEGNO at the last time, which every indicator computes
     turns        (*shape,) the number of slow turns up to the last time, t * rate / (2 pi), where
@@ -148,16 +150,14 @@ class Indicator(ReadOnlyArrays):
     t: Array
     curve: Array
     certificate: Array
-    status: npt.NDArray[np.str_]
+    status: npt.NDArray[np.str_] | Any
     name: str
     final_megno: Array
     turns: Array
     _tops: Ensemble | None  # None for a single scene
 
     def __post_init__(self) -> None:
-        for array in (self.t, self.curve, self.certificate, self.status, self.final_megno):
-            array.flags.writeable = False
-        self.turns.flags.writeable = False
+        freeze_arrays(vars(self))
 
     @property
     def value(self) -> Array | float:
@@ -167,8 +167,11 @@ class Indicator(ReadOnlyArrays):
 
     @property
     def failed(self) -> npt.NDArray[np.intp]:
-        """(f,) the indices of the failed tops, in C order."""
-        return np.flatnonzero(self.status != "OK")
+        """(f,) the indices of the failed tops.
+
+        For f failed tops, the shape is (f,) for one-dimensional ensembles and (f, ndim) otherwise.
+        """
+        return list_failed(self.status)
 
     @property
     def threshold(self) -> float:
@@ -272,7 +275,7 @@ class Indicator(ReadOnlyArrays):
 
     def _repr_html_(self) -> str | None:
         """Return the indicator as a picture, or None if it cannot be drawn."""
-        if self.curve.ndim > 3 or not self.status.size:
+        if self.curve.ndim > 3 or not self.certificate.size:
             return None
         return format_picture_as_html(self.plot, repr(self))
 
@@ -401,7 +404,7 @@ def extract_single_top_indicator(indicator: Indicator) -> Indicator:
         indicator,
         curve=indicator.curve[0],
         certificate=take_first_value(indicator.certificate),
-        status=take_first_value(indicator.status),
+        status=str(indicator.status[0]),
         final_megno=take_first_value(indicator.final_megno),
         turns=take_first_value(indicator.turns),
         _tops=None,

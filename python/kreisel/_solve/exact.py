@@ -58,8 +58,8 @@ from .._options.options import (
 from .._options.times import check_resolvable_horizon, validate_time_list
 from .._results.buffers import LANES, Codes, EnsembleBuffers
 from .._results.error import CLOSED_FORM
-from .._results.path import Path, record_path
-from .._results.paths import Paths, run_ensemble
+from .._results.path import EnsemblePath, Path, record_path
+from .._results.paths import run_ensemble
 from .._results.quantities import Stats
 from .._utils.arguments import (
     Array,
@@ -76,7 +76,7 @@ from .._utils.processes import Job, Progress, WorkerPool
 from .torus import check_tangent_times, compute_closed_form_tangents, compute_torus_action
 
 _Values = TypeVar("_Values")  # a float for one top, an array for many
-_Paths = TypeVar("_Paths")  # a Path for one top, Paths for many
+_Paths = TypeVar("_Paths")  # a Path of one top or of many
 _MAP: Final = "bobenko_suris"
 _COUNTABLE = 2.0**53  # doubles represent all smaller whole numbers
 _NO_STEPS = Stats(0, 0, 0, 0)
@@ -90,10 +90,10 @@ _KINDS: dict[str, Literal["kowalewski", "goryachev_chaplygin"]] = {
 class Exact(Generic[_Values, _Paths]):
     """The motions of one or many tops, given in closed form.
 
-    Calling the object with a time or an array of times returns a kreisel.Path, and for many tops a
-    kreisel.Paths. Times may be positive or negative, and in any order. For many tops, the times can
-    also be an array (*shape, k), with separate times for each top. exact[i] is the closed form of
-    one of the tops; slices, lists and masks give that of several.
+    Calling the object with a time or an array of times returns a kreisel.Path. Times may be
+    positive or negative, and in any order. For many tops, the times can also be an array
+    (*shape, k), with separate times for each top. exact[i] is the closed form of one of the
+    tops; slices, lists and masks give that of several.
 
     The attributes are numbers for a single scene, whose `shape` is the empty tuple, and arrays of
     the shape of an ensemble, or (n,) for a list of n scenes. They are computed on first access.
@@ -373,7 +373,7 @@ class Exact(Generic[_Values, _Paths]):
         is_away = times.all() and (np.diff(distances, axis=-1, prepend=0.0) > 0.0).all()
         if is_away and np.isnan(self._heads).all():
             pool = WorkerPool(validate_thread_count(None))
-            paths = run_ensemble(Paths, self._tops, times, CLOSED_FORM, pool, LANES)
+            paths = run_ensemble(EnsemblePath._of_many, self._tops, times, CLOSED_FORM, pool, LANES)
             return cast(_Paths, paths.check())
         buffers = EnsembleBuffers.allocate_buffers(n, times.shape[-1], CLOSED_FORM)
         buffers.status[:], buffers.done[:] = 0, times.shape[-1]
@@ -383,7 +383,7 @@ class Exact(Generic[_Values, _Paths]):
             self._call_core_in_slices(exact_states_of_tops, states, times)
         else:
             self._call_core_in_slices(partial(exact_states_of_tops, t=times), states)
-        return cast(_Paths, Paths(self._tops, times, CLOSED_FORM, buffers))
+        return cast(_Paths, EnsemblePath._of_many(self._tops, times, CLOSED_FORM, buffers))
 
     def _try_to_compute_states(self, t: object, most: float) -> Array | None:
         """Return one state of a scene per row, or None if the times must be validated in Python.
@@ -674,12 +674,12 @@ def _make_no_closed_form_error(status: str, scene: Scene, prefix: str = "") -> V
 @overload
 def exact(scene: Scene) -> Exact[float, Path]: ...
 @overload
-def exact(scene: Ensemble | Sequence[Scene]) -> Exact[Array, Paths]: ...
+def exact(scene: Ensemble | Sequence[Scene]) -> Exact[Array, EnsemblePath]: ...
 @overload
 def exact(scene: Scene, *, map: Literal["bobenko_suris"], step: float) -> ExactMap: ...
 def exact(
     scene: Scene | Ensemble | Sequence[Scene], *, map: str | None = None, step: float | None = None
-) -> Exact[float, Path] | Exact[Array, Paths] | ExactMap:
+) -> Exact[float, Path] | Exact[Array, EnsemblePath] | ExactMap:
     """Return the motion of one or many tops in closed form.
 
     The result is a kreisel.ExactTorus for most Kowalewski tops, and for most Goryachev-Chaplygin
@@ -717,7 +717,7 @@ def exact(
     return Exact(top, (period, precession_rate, spin_angle_rate), plan)
 
 
-def _build_closed_forms(tops: Ensemble, word: str) -> Exact[Array, Paths]:
+def _build_closed_forms(tops: Ensemble, word: str) -> Exact[Array, EnsemblePath]:
     first, count = unsuited(tops._core_scenes, EXACT)
     if count:
         more = f", the first of {count} such" if count > 1 else ""
@@ -725,7 +725,7 @@ def _build_closed_forms(tops: Ensemble, word: str) -> Exact[Array, Paths]:
         scene = get_member_by_flat_index(tops, first)
         raise _make_no_closed_form_error("ERR_METHOD", scene, prefix)
     _refuse_turning_support(tops)
-    forms: Exact[Array, Paths] = Exact(tops, word=word)
+    forms: Exact[Array, EnsemblePath] = Exact(tops, word=word)
     _ = forms._heads  # many motions of Kowalewski and Goryachev-Chaplygin tops are refused
     return forms
 

@@ -28,8 +28,8 @@ from .._results.buffers import (
     SliceRunner,
     compute_quantity_values,
 )
-from .._results.path import Path, make_stop_exception
-from .._results.paths import EnsembleResult, run_ensemble
+from .._results.path import EnsembleResult, Path, make_stop_exception, unravel_rows
+from .._results.paths import run_ensemble
 from .._results.quantities import STATE_COLUMNS, add_quantity_properties, find_flat_index
 from .._utils.arguments import (
     Array,
@@ -66,7 +66,7 @@ class Section(EnsembleResult, QuantityAttributes):
     then by time. All arrays are read-only; quantities other than t, q and m are computed on first
     access.
 
-    tops        the ensemble
+    scene       the ensemble
     section[i]  a kreisel.Path with the states of one top; slices, lists and masks give the
                 kreisel.Section of several tops
     """
@@ -113,9 +113,7 @@ class Section(EnsembleResult, QuantityAttributes):
         For e states, the array shape is (e,) for one-dimensional ensembles and (e, ndim) otherwise.
         """
         row: Counts = np.nonzero(self._found_state_mask)[0].astype(np.int64)
-        index = np.array(np.unravel_index(row, self.shape), dtype=np.int64)
-        top: Counts = row if self.ndim == 1 else index.T.reshape(len(row), self.ndim)
-        top.flags.writeable = False
+        top: Counts = unravel_rows(row, self.shape)
         return top
 
     @cached_property
@@ -171,11 +169,11 @@ class Section(EnsembleResult, QuantityAttributes):
         """
         if indicator is not None:
             validate_type("indicator", indicator, Indicator)
-            is_one = self.size == 1 and not indicator.status.shape  # both of a single scene
-            if indicator.status.shape != self.shape and not is_one:
+            is_one = self.size == 1 and not indicator.certificate.shape  # both of a single scene
+            if indicator.certificate.shape != self.shape and not is_one:
                 raise ValueError(
                     f"indicator must be of the same tops, of shape {self.shape}, not of shape "
-                    f"{indicator.status.shape}"
+                    f"{indicator.certificate.shape}"
                 )
         unit, in_degrees = as_unit_name("time_unit", time_unit), as_bool("degrees", degrees)
         x_axis = self._get_axis_values_and_label("x", x, in_degrees, unit)
@@ -254,7 +252,7 @@ class Section(EnsembleResult, QuantityAttributes):
 
 def _compute_quantity_at_section_states(section: Section, name: str) -> Array:
     return section._drop_missing_states(
-        compute_quantity_values(name, section.tops, section._buffers)
+        compute_quantity_values(name, section.scene, section._buffers)
     )
 
 

@@ -37,6 +37,7 @@ from .._options.times import (
 from .._results.archive import read_saved_path_arguments
 from .._results.buffers import LANES, SCALAR, SliceRunner
 from .._results.path import (
+    EnsemblePath,
     Events,
     Path,
     build_path_from_core_result,
@@ -46,7 +47,7 @@ from .._results.path import (
     report_final_time,
     try_to_solve_in_core,
 )
-from .._results.paths import Paths, Reductions, run_ensemble
+from .._results.paths import Reductions, run_ensemble
 from .._results.quantities import TangentData
 from .._utils.arguments import Array, Numbers, as_int, short_repr, validate_type
 from .._utils.name_hints import has_unknown_keywords, refuse_unknown_keywords
@@ -121,11 +122,13 @@ def _yield_paths_of_batches(
     pool: WorkerPool,
     progress: Progress | None,
     size: int,
-) -> Iterator[Paths]:
+) -> Iterator[EnsemblePath]:
     row, runner = tops.ravel(), select_slice_runner(options)
     for begin in range(0, len(row), size):
         times = t[begin : begin + size] if t.ndim == 2 else t
-        yield run_ensemble(Paths, row[begin : begin + size], times, options, pool, runner)
+        yield run_ensemble(
+            EnsemblePath._of_many, row[begin : begin + size], times, options, pool, runner
+        )
         if progress is not None:
             progress(min(1.0, (begin + size) / len(row)))
 
@@ -214,7 +217,7 @@ def solve(
     t: Numbers,
     method: MethodName | Literal["geometric"] = "auto",
     **controls: Unpack[EnsembleKeywords],
-) -> Paths: ...
+) -> EnsemblePath: ...
 @has_unknown_keywords("solve", required="t")
 def solve(
     scene: Scene | Ensemble,
@@ -235,7 +238,7 @@ def solve(
     out: Array | None = None,
     tangents: TangentSpec | None = None,
     **unknown: object,
-) -> Path | Paths:
+) -> Path:
     """Compute the motion of a top, or of every top in an ensemble, starting at t = 0.
 
     t          a list: record the states at these times, which must be monotonic and on one side of
@@ -286,7 +289,7 @@ def solve(
         >>> [f"{t:.6f}" for t in lows.t[:2]]
         ['1.174941', '3.524823']
 
-    For an ensemble, the arguments apply to every top. The result is a kreisel.Paths; the first
+    For an ensemble, the arguments apply to every top. The result is a kreisel.Path; the first
     dimensions of its arrays are those of the ensemble. The result for each top does not depend,
     even in its last bit, on the other tops, the threads or the executor. A top gives the same
     result in an ensemble of one top and in a larger ensemble. However, the methods taylor and exact
@@ -343,7 +346,8 @@ def solve(
         check_result_memory(scene, times, options)
         target = validate_output_array(scene, out, times, options)
         runner = select_slice_runner(options)
-        return run_ensemble(Paths, scene, times, options, pool, runner, callback, target)
+        kind = EnsemblePath._of_many
+        return run_ensemble(kind, scene, times, options, pool, runner, callback, target)
     if is_special:
         refuse_ensemble_arguments(scene, threads=threads, executor=executor, out=out)
     options = options.for_tops(validate_type("scene", scene, Scene), None if is_special else t)
@@ -408,7 +412,7 @@ def stream(
     threads: int | None = None,
     executor: Executor | None = None,
     **controls: Unpack[StreamKeywords],
-) -> Iterator[Paths]: ...
+) -> Iterator[EnsemblePath]: ...
 def stream(
     scene: Scene | Ensemble,
     t: Numbers | Iterator[float],
@@ -425,7 +429,7 @@ def stream(
     progress: Progress | None = None,
     threads: int | None = None,
     executor: Executor | None = None,
-) -> Iterator[Path] | Iterator[Paths]:
+) -> Iterator[Path] | Iterator[EnsemblePath]:
     """Yield the states of kreisel.solve as paths of at most `chunk` states, in constant memory.
 
     The yielded states are bitwise identical to those of kreisel.solve with the same method. The
@@ -442,8 +446,8 @@ def stream(
         >>> [len(path) for path in kr.stream(kr.scenes.asymmetric, 1000, chunk=4000, **words)]
         [4000, 4000, 2001]
 
-    For an ensemble, yield a kreisel.Paths for each group of consecutive tops in C order. Each
-    kreisel.Paths has at most `chunk` states in total (default 2**20), but at least one top. t must
+    For an ensemble, yield a kreisel.Path for each group of consecutive tops in C order. Each
+    path has at most `chunk` states in total (default 2**20), but at least one top. t must
     not be an iterator. threads, executor and progress are as in kreisel.solve.
 
     The statistics of each path refer to the entire run up to the last state of the path. Each path

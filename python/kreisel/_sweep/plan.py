@@ -8,7 +8,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from pathlib import Path
+from pathlib import Path as File
 from typing import Any, Literal, cast
 
 import numpy as np
@@ -24,7 +24,8 @@ from .._options.options import Options, make_options, validate_times
 from .._options.quantities import RECORDABLE, TIME
 from .._options.times import get_total_memory
 from .._results.buffers import LANES, STATUSES
-from .._results.paths import EnsembleEvents, Paths, Reductions, run_ensemble
+from .._results.path import Events, Path
+from .._results.paths import Reductions, run_ensemble
 from .._results.tables import TableColumn, list_quantity_columns
 from .._solve.chaos import Indicator, lyapunov, megno, oli, validate_indicator_arguments
 from .._solve.section import Section, section, validate_section_arguments, validate_section_event
@@ -44,7 +45,7 @@ from ..scenes import about, get_scene
 from .source import Places, RandomSpec, Source, list_parameter_component_names
 
 TaskName = Literal["solve", "lyapunov", "megno", "oli", "section"]
-TaskResult = Paths | Reductions | Indicator | Section
+TaskResult = Path | Reductions | Indicator | Section
 
 
 @dataclass(frozen=True)
@@ -114,15 +115,15 @@ class SweepTask:
         """
         if self.options is None:
             function = _FUNCTIONS[self.name]
-            result: TaskResult = function(
-                tops, **self.arguments, threads=threads, progress=progress
-            )
-            return result
+            done: TaskResult = function(tops, **self.arguments, threads=threads, progress=progress)
+            return done
         if not (options.is_auto or options.has_step_search):
             options.for_tops(tops)
-        kind: type[Paths | Reductions] = Reductions if options.reductions else Paths
+        kind: Any = Reductions if options.reductions else Path._of_many
         runner = LANES if options.reductions else select_slice_runner(options)
-        return run_ensemble(kind, tops, times, options, WorkerPool(threads), runner, progress)
+        pool = WorkerPool(threads)
+        result: TaskResult = run_ensemble(kind, tops, times, options, pool, runner, progress)
+        return result
 
 
 _FUNCTIONS: dict[str, Callable[..., TaskResult]] = {
@@ -432,7 +433,9 @@ def tabulate_sweep_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> Pa
     ]
     names = [name for name, _, _ in results]
     part = PartResults({"top": np.arange(tops.start, tops.stop, dtype=np.int64)}, {}, {"top": ""})
-    ensemble = plan.build_ensemble_of_tops(tops) if isinstance(outcome, Indicator) else outcome.tops
+    ensemble: Any = (
+        plan.build_ensemble_of_tops(tops) if isinstance(outcome, Indicator) else outcome.scene
+    )
     for name, one in plan.source._list_varying_values(tops.start, tops.stop, ensemble).items():
         flat = one.values.reshape(len(one.values), -1)
         for i, component in enumerate(list_parameter_component_names(name, one.value)):
@@ -446,7 +449,7 @@ def tabulate_sweep_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> Pa
         part.columns[name], part.units[name] = values, dimension
     if isinstance(outcome, Section):
         _add_event_columns(part, outcome)
-    elif isinstance(outcome, Paths) and outcome._options.requests_events:
+    elif isinstance(outcome, Path) and outcome._options.requests_events:
         part.ragged = {"event_which": outcome.events.which}
         part.ragged |= {"event_direction": outcome.events.direction}
         _add_event_columns(part, outcome.events)
@@ -469,7 +472,8 @@ def _list_result_columns(outcome: TaskResult) -> list[TableColumn]:
             TableColumn("t", time, np.broadcast_to(outcome.t, curve.shape), TIME.dimension),
             TableColumn(f"{name}_curve", time, curve, unit),
         ]
-    buffers = outcome._buffers
+    result: Any = outcome._many if isinstance(outcome, Path) else outcome
+    buffers = result._buffers
     columns = [
         TableColumn("status", top, buffers.status),
         TableColumn("reached", top, buffers.reached, TIME.dimension),
@@ -477,16 +481,16 @@ def _list_result_columns(outcome: TaskResult) -> list[TableColumn]:
     ]
     if isinstance(outcome, Reductions):
         columns += outcome._list_columns()
-    elif isinstance(outcome, Paths):
+    elif isinstance(outcome, Path):
         t, *quantities = list_quantity_columns(outcome, axes=top)
         times = np.broadcast_to(t.values, (outcome.size, t.values.shape[-1]))
         columns += [t._replace(dims=time, values=times), *quantities]
     return columns
 
 
-def _add_event_columns(part: PartResults, events: EnsembleEvents | Section) -> None:
+def _add_event_columns(part: PartResults, events: Events | Section) -> None:
     """Add columns that contain the recorded events and the number of events of each top."""
-    part.columns[COUNT], part.units[COUNT] = events.count, ""
+    part.columns[COUNT], part.units[COUNT] = np.asarray(events.count), ""
     for name, quantity in _STATES.items():
         values = getattr(events, name).reshape(-1, quantity.doubles)
         for i, component in enumerate(quantity.components):
@@ -503,7 +507,7 @@ _CONSTRUCTORS: dict[str, Callable[..., Source]] = {
 _KEYS = ["task", *ARGUMENTS, "part_size"]
 
 
-def read_sweep_plan(file: Path) -> SweepPlan:
+def read_sweep_plan(file: File) -> SweepPlan:
     """Read a plan from a file.
 
     Raises TypeError or ValueError if the plan is invalid; the message states the file name.
@@ -513,7 +517,7 @@ def read_sweep_plan(file: Path) -> SweepPlan:
     )
 
 
-def _build_plan_from_tables(tables: dict[str, Any], folder: Path) -> SweepPlan:
+def _build_plan_from_tables(tables: dict[str, Any], folder: File) -> SweepPlan:
     for name in tables:
         if name not in (*_KEYS, *_CONSTRUCTORS, "scene"):
             raise ValueError(
@@ -537,7 +541,7 @@ def _build_plan_from_tables(tables: dict[str, Any], folder: Path) -> SweepPlan:
     )
 
 
-def _build_sweep_source_from_tables(tables: dict[str, Any], folder: Path) -> Source:
+def _build_sweep_source_from_tables(tables: dict[str, Any], folder: File) -> Source:
     names = [name for name in _CONSTRUCTORS if name in tables]
     if len(names) != 1:
         finding = f"not {' and '.join(names)}" if names else "and there is none"

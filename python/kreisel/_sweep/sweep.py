@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Executor
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import chain, islice, pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -20,8 +20,9 @@ from .._options.options import (
     validate_progress_callback,
     validate_thread_count,
 )
-from .._results.buffers import EventColumns
-from .._results.paths import EnsembleEvents, convert_columns_to_ensemble_events
+from .._results.buffers import STATUSES, EventColumns
+from .._results.path import Events, build_event_path
+from .._results.path import Path as TopPath
 from .._results.tables import ColumnTable, TableColumn
 from .._utils.arguments import (
     Numbers,
@@ -186,12 +187,19 @@ class SweepResult:
                 f"{', ...' if missing_count > 8 else ''}; repeating the call of kreisel.sweep "
                 "computes them, and read_sweep(folder, partial=True) reads the others"
             )
-        return (self._store.read_part(i, names) for i in self.present)
+        return (self._read_part(i, names) for i in self.present)
+
+    def _read_part(self, i: int, names: list[str] | None = None) -> PartResults:
+        """Read a part, with the names of the statuses in place of their codes."""
+        part = self._store.read_part(i, names)
+        if "status" in part.columns:
+            part.columns["status"] = np.array(STATUSES)[part.columns["status"]]
+        return part
 
     def __iter__(self) -> Iterator[dict[str, Column]]:
         """Yield the results in each existing part as a mapping from column names to arrays."""
         for i in self.present:
-            part = self._store.read_part(i)
+            part = self._read_part(i)
             yield {**part.columns, **part.ragged}
 
     def part(self, i: int) -> dict[str, Column]:
@@ -204,7 +212,7 @@ class SweepResult:
             raise IndexError(f"there is no part {number}: the sweep has {self.parts} parts")
         if number not in self._found:
             raise IndexError(f"part {number} of {self.parts} is missing")
-        part = self._store.read_part(number)
+        part = self._read_part(number)
         return {**part.columns, **part.ragged}
 
     def check(self) -> SweepResult:
@@ -249,7 +257,7 @@ class SweepResult:
         return parts, numbers
 
     @property
-    def events(self) -> EnsembleEvents | None:
+    def events(self) -> Events | None:
         """The events of all tops, or None if no events were requested.
 
         The events of tops in missing parts of the sweep are omitted. If the task is "section", the
@@ -266,8 +274,14 @@ class SweepResult:
             states = np.column_stack([part.ragged[f"event_{name}"] for name in EVENT_STATE])
             which, direction = part.ragged["event_which"], part.ragged["event_direction"]
             rows.append((top, states, np.zeros_like(states), which, direction))
-        columns = EventColumns(*map(np.concatenate, zip(*rows, strict=True)))
-        return convert_columns_to_ensemble_events(columns, self.shape)
+        events = EventColumns(*map(np.concatenate, zip(*rows, strict=True)))
+        return Events._of_many(events, self.shape, partial(self._build_event_path, events))
+
+    def _build_event_path(self, events: EventColumns) -> TopPath:
+        plan = self._store.plan
+        tops = plan.build_ensemble_of_tops(range(self.size))
+        options, _ = plan.task.validate_options_and_times(tops)
+        return build_event_path(tops, options, events)
 
     def to_arrow(self) -> Table:
         """Return a pyarrow.Table with one row per top.
@@ -342,7 +356,7 @@ class SweepResult:
             places = part.columns["top"]
             for name, values in part.columns.items():
                 if name not in table:
-                    empty = {"f": np.nan, "b": False}.get(values.dtype.kind, -1)
+                    empty = {"f": np.nan, "b": False, "U": ""}.get(values.dtype.kind, -1)
                     table[name] = np.full((self.size, *values.shape[1:]), empty, values.dtype)
                 table[name][places] = values
         return {n: values.reshape(*self.shape, *values.shape[1:]) for n, values in table.items()}

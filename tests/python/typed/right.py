@@ -58,11 +58,9 @@ print(
     kr.Ensemble.of([scene]).gravity,
 )
 paths = kr.solve(tops, times, want=("nutation",), threads=2)
-print(
-    paths.nutation.max(), paths.failed, paths.check().status_names, paths.message(0), paths.t.shape
-)
+print(paths.nutation.max(), paths.failed, paths.check().status, paths.message(0), paths.t.shape)
 reductions = kr.reduce(tops, 10, {"nutation": ("min", "max"), "apex_z": "mean"})
-print(reductions["nutation"]["max"].shape, reductions.steps.sum(), kr.plan(tops, 10).seconds)
+print(reductions["nutation"]["max"].shape, reductions.stats.steps.sum(), kr.plan(tops, 10).seconds)
 print([piece.q.shape for piece in kr.stream(tops, [1, 2], chunk=2)], kr.exact(tops[:0]).period)
 source = kr.Source.grid(scene, spin=np.linspace(0, 5, 3), tilt=[0.1, 0.2])
 print(
