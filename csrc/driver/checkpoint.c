@@ -47,19 +47,14 @@ static size_t tangents_size(const kr_top *top)
     return kr_tangents_size(top->method, &top->config) * sizeof(double);
 }
 
-/* Copies `name` to `to`, truncated to `size` - 1 characters. */
-static void put_name(char *to, size_t size, const char *name)
-{
-    for (size_t i = 0; i + 1 < size && name[i]; i++) to[i] = name[i];
-}
 /* Returns the header of a checkpoint of `top`, with its checksum set to zero. */
 static checkpoint_header make_header(const kr_top *top)
 {
     checkpoint_header made = {
+        .what = "kreisel top",
+        .version = KR_VERSION,
         .layout = {0x0102030405060708, SAVED_BYTES, work_size(top), (uint64_t)motion_count(top)}};
-    put_name(made.what, sizeof made.what, "kreisel top");
-    put_name(made.version, sizeof made.version, kr_version());
-    put_name(made.method, sizeof made.method, top->method->name);
+    memcpy(made.method, top->method->name, strlen(top->method->name));
     return made;
 }
 /* Returns a checksum of `bytes`. Changing any single 64-bit word always changes the checksum,

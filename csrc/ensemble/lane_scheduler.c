@@ -134,12 +134,12 @@ static kr_vec3 with_negative_zeros(kr_vec3 v)
     return v3(-(0.0 - v.x), -(0.0 - v.y), -(0.0 - v.z));
 }
 /* Returns `apart`, the difference between two moments of inertia. If the top has a rotor, a
- * difference near zero is replaced by a tiny nonzero number, because the rotor terms of the series
- * are divided by the difference of the moments. */
+ * difference of zero is replaced by a tiny number, because the rotor terms of the series are
+ * divided by the difference of the moments. */
 static double product_factor(double apart, double moment, double h1, double h2)
 {
     const double least = KR_LEAST_FACTOR * moment + DBL_MIN;
-    return (h1 != 0.0 || h2 != 0.0) && fabs(apart) < least ? (apart < 0.0 ? -least : least) : apart;
+    return (h1 != 0.0 || h2 != 0.0) && fabs(apart) < least ? least : apart;
 }
 /* Returns the differences of the moments of inertia, after product_factor has replaced values near
  * zero. */

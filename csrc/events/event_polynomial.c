@@ -361,7 +361,7 @@ static void sum_event_at_end(const kr_top *top, const kr_step_polynomial *p, con
 static int is_stop(const kr_event *e)
 {
     const kr_term *t = e->terms;
-    if (e->extremum || e->count != 1 || t->factor == 0.0) return 0;
+    if (e->extremum || e->count != 1) return 0;
     const int one = t->first == KR_COMPONENT_ONE ? t->second : t->first;
     return (t->first == KR_COMPONENT_ONE || t->second == KR_COMPONENT_ONE) &&
            one != KR_COMPONENT_ONE && kr_component_of(one).quantity == KR_QUANTITY_spin;

@@ -149,8 +149,9 @@ static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t ind
     int unit;
     if (!kr_swing_time(&known->swing, most, &unit)) return 0;
     const int power = known->power + known->gravity_power + 2 * unit;
-    /* Scale factors above 2^1000 or below 2^-1000 could cause overflow or underflow. */
-    if (power < -1000 || power > 1000 || unit < -1000 || unit > 1000) return 0;
+    /* Scale factors above 2^1000 or below 2^-1000 could cause overflow or underflow. `power` is not
+     * large, because the unit of time is at most about the time of the fall. */
+    if (power < -1000 || unit < -1000 || unit > 1000) return 0;
     const double gravity = known->gravity_fraction, scale = power_of_2(power),
                  time = power_of_2(unit), lever = known->mass * (gravity * known->reach);
     const double numbers[] = {known->mass,         gravity, known->reach,  scale,

@@ -37,11 +37,11 @@ kr_state kr_exact_form_state(const kr_exact_form *form, double t)
 void kr_exact_form_states(const kr_exact_form *form, size_t n, const double t[], kr_state out[])
 {
     const kr_exact_isa *isa = widest_isa();
-    if (isa->evaluate) {
-        isa->evaluate(form, n, t, out);
-        return;
-    }
+#ifdef KR_NO_BATCHES
     for (size_t i = 0; i < n; i++) out[i] = isa->scalar->state(form, t[i]);
+#else
+    isa->evaluate(form, n, t, out);
+#endif
 }
 /* The aliasing rules described in layout.h permit the cast from kr_exact to kr_exact_form. */
 static const kr_exact_form *form_of(const kr_exact *exact)
@@ -109,26 +109,22 @@ const kr_exact_batch_isa *kr_exact_batch_isa_at(int i)
     };
     return i < (int)(sizeof widths / sizeof *widths) ? &widths[i] : NULL;
 }
-/* Computes the requested solutions and states one top at a time. */
-static void run_singly(const kr_exact_scalar *one, const kr_exact_request *request)
-{
-    for (size_t i = 0; i < request->n; i++) {
-        const double *t = request->own_times ? request->t + i * request->times : request->t;
-        kr_exact_form form;
-        request->status[i] = one->plan(&request->scenes[i], 0, &form);
-        if (request->status[i] != KR_OK) continue;
-        if (request->plans) request->plans[i] = form;
-        for (size_t k = 0; k < request->times; k++)
-            request->states[i * request->times + k] = one->state(&form, t[k]);
-    }
-}
 void kr_exact_run(const kr_exact_request *request)
 {
     int i = 0;
     while (!kr_exact_batch_isa_at(i)->runs_here()) i++; /* untaken: if the first one runs */
     const kr_exact_batch_isa *isa = kr_exact_batch_isa_at(i);
-    if (isa->batch)
-        isa->batch(isa->scalar, request);
-    else
-        run_singly(isa->scalar, request);
+#ifdef KR_NO_BATCHES
+    for (size_t top = 0; top < request->n; top++) {
+        const double *t = request->own_times ? request->t + top * request->times : request->t;
+        kr_exact_form form;
+        request->status[top] = isa->scalar->plan(&request->scenes[top], 0, &form);
+        if (request->status[top] != KR_OK) continue;
+        if (request->plans) request->plans[top] = form;
+        for (size_t k = 0; k < request->times; k++)
+            request->states[top * request->times + k] = isa->scalar->state(&form, t[k]);
+    }
+#else
+    isa->batch(isa->scalar, request);
+#endif
 }

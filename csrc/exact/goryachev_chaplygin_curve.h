@@ -54,10 +54,9 @@ static double find_cubic_roots(dd h, dd G, dd root[3])
     const dd p = dd_half(dd_neg(h)), q = dd_times(-0.25, G);
     double x = sqrt(fabs(p.hi)) + 1.0;
     while (x * x * x < fabs(p.hi) * x + fabs(q.hi)) x *= 1.5;
-    for (int i = 0; i < 200; i++) {
-        const double next = x - ((x * x + p.hi) * x + q.hi) / (3.0 * x * x + p.hi);
+    for (double next;; x = next) {
+        next = x - ((x * x + p.hi) * x + q.hi) / (3.0 * x * x + p.hi);
         if (!(x - next > 1e-14 * x)) break;
-        x = next;
     }
     dd u = dd_of(x);
     for (int i = 0; i < 4; i++)

@@ -180,7 +180,7 @@ static int make_angle_series(const chaplygin_curve *o, series_work *w, int j, kr
         e->is_sine[k] = has_sine;
         e->is_whole[k] = has_sine == has_cosine;
     }
-    for (int M = LEAST_POINTS; M <= MOST_POINTS; M *= 2) {
+    for (int M = LEAST_POINTS;; M *= 2) {
         double tail = 0.0;
         sample_angle(o, w, j, M);
         memcpy(w->row, w->part[j], sizeof w->row);
@@ -202,7 +202,6 @@ static int make_angle_series(const chaplygin_curve *o, series_work *w, int j, kr
         }
         return tail < 1e-13;
     }
-    return 0;
 }
 /* Computes the two-dimensional Fourier coefficients of the heading rate. The first grid holds the
  * coefficients of sines of the first angle, and the second grid those of cosines. Each row of a

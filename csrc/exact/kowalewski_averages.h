@@ -40,9 +40,8 @@ static int make_poles(const kowalewski_curve *o, const kowalewski_arc *arc, head
         heading_pole *p = &pole[count];
         p->a = infinite ? arc->A : dd_mul(arc->C, rest);
         p->b = infinite ? rest : root_less_pole(o, arc->high, w);
-        const double side =
-            infinite ? -1.0 : 1.0; /* sign of arc - pole, if the pole is in the next gap */
-        const int adjacent = side * rest.hi >= 0.0 && side * dd_sub(w, next).hi >= 0.0;
+        const double side = infinite ? -1.0 : 1.0; /* sign of arc - pole: poles lie in gaps */
+        const int adjacent = side * dd_sub(w, next).hi >= 0.0; /* is it in the next gap? */
         if (o->l.hi == 0.0 && !(adjacent && rest.hi == 0.0)) continue;
         p->value = adjacent ? dd_half(dd_sqrt(dd_mul(p->a, p->b))) : dd_of(0.0);
         p->whole = !adjacent ? 0.0 : 0.5 * side;
@@ -90,17 +89,17 @@ static void sample_at(const kowalewski_curve *o, const kowalewski_arc *arc, int 
         out->size[k] += weight * fabs(out->v[k][i].hi);
     }
 }
-/* Corrects the integrand for the heading angle at an end of the arc, where a nearby pole makes it
- * inaccurate.
+/* Corrects the integrand for the heading angle at the lower end of the arc of w1, where a nearby
+ * pole makes it inaccurate. No pole is near the arc of w2, which ends at or below -k.
  * The new value is interpolated by an even polynomial through the neighbouring samples. */
-static void mend_end(samples *v, int end, int stride)
+static void mend_end(samples *v, int stride)
 {
-    const int way = end ? -stride : stride;
-    const dd *f = &v->v[2][end];
-    const dd near = dd_add(dd_scale(4.0, dd_times(0.4, f[way])), dd_times(-0.8, f[2 * way])),
-             far = dd_div(dd_sub(dd_scale(8.0, f[3 * way]), f[4 * way]), dd_of(35.0));
+    const dd *f = &v->v[2][GRID];
+    const dd near =
+                 dd_add(dd_scale(4.0, dd_times(0.4, f[-stride])), dd_times(-0.8, f[-2 * stride])),
+             far = dd_div(dd_sub(dd_scale(8.0, f[-3 * stride]), f[-4 * stride]), dd_of(35.0));
     const dd value = dd_add(near, far), change = dd_sub(value, f[0]);
-    v->v[2][end] = value;
+    v->v[2][GRID] = value;
     v->sum[2] = dd_add(v->sum[2], dd_half(change));
 }
 /* Computes the averages of three integrands over an arc: dt/dx, w dt/dx, and the integrand of the
@@ -129,7 +128,7 @@ static int fill_samples(const kowalewski_curve *o, kowalewski_arc *arc, cosine_t
         int settled = n >= (mends ? 64 : 16);
         refine_cosines(table, stride);
         for (int i = stride; i < GRID; i += 2 * stride) sample_at(o, arc, poles, pole, table, i, v);
-        if (mends && n >= 8) mend_end(v, arc->low == NO_ROOT ? 0 : GRID, stride);
+        if (mends && n >= 8) mend_end(v, stride);
         for (int k = 0; k < 3; k++) {
             const dd now = dd_div(v->sum[k], dd_of(n));
             settled &= fabs(dd_sub(now, mean[k]).hi) <=

@@ -78,12 +78,11 @@ static dd find_lone_root(const kowalewski_curve *o)
     double x = sqrt(fabs(slope)) + 1.0;
     while (x * x * x < 2.0 * (fabs(slope) * x + fabs(there))) x *= 1.5;
     dd w = dd_of(bend + side * x);
-    for (int i = 0; i < 200; i++) {
+    for (double next;; w.hi = next) {
         const double f = (w.hi + h) * (w.hi * w.hi + c) - 0.5 * l * l,
                      d = (w.hi * w.hi + c) + 2.0 * w.hi * (w.hi + h);
-        const double next = d != 0.0 ? w.hi - f / d : w.hi;
+        next = d != 0.0 ? w.hi - f / d : w.hi;
         if (!(side * (w.hi - next) > 1e-14 * x)) break;
-        w.hi = next;
     }
     return polish(o, w, 4);
 }
@@ -304,12 +303,12 @@ static int line_of(cdd c)
 }
 /* Returns the smallest value of sinh |Im x| among the singularities x of the integrands. The values
  * `height` and `crosswise` describe the nearest singularity that a Landen transformation can
- * remove. Sets `crosswise` to -1 if no singularity can be removed in this way. */
+ * remove, such as that of a real branch point. */
 static double find_nearest(const singularities *v, dd *height, int *crosswise)
 {
     double least = INFINITY;
     *height = dd_of(INFINITY);
-    *crosswise = -1;
+    *crosswise = 0;
     for (int i = 0; i < v->count; i++) {
         const dd here = height_of(v->cosine[i]);
         const int line = line_of(v->cosine[i]);
@@ -371,7 +370,7 @@ static double fold_arc(const kowalewski_curve *o, kowalewski_arc *arc)
     int crosswise, folds = 0;
     double best = find_nearest(&now, &height, &crosswise);
     for (arc->folds = 0; arc->folds < FOLDS && best < 0.6;) {
-        if (crosswise < 0 || !(height.hi > 1e-12)) break;
+        if (!(height.hi > 1e-12)) break;
         const dd m = modulus_for(height);
         arc->fold[arc->folds] = m;
         arc->crosswise[arc->folds++] = crosswise;

@@ -96,7 +96,7 @@ static void make_basis(int kind, int sum, dual_basis *b)
             b->half[0][i] = sign_of_term(kind, sum, k1 + 2, k2 + (pairs ? 0 : 2)) < 0.0;
             b->half[1][i] = sign_of_term(kind, sum, k1, k2 + (pairs ? 2 : 4)) < 0.0;
         }
-    for (int k = 0; k < 64 && found < b->count; k++)
+    for (int k = 0; found < b->count; k++) /* at most 64 in all kinds and sums */
         for (int which = 0; which < b->count; which++)
             for (int part = 0; part < 2; part++) {
                 double weight[CLASSES] = {0.0};

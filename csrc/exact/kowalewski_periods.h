@@ -37,18 +37,18 @@ typedef struct kowalewski_path {
     double settled;
 } kowalewski_path;
 
-static cx root_of(const kowalewski_curve *o, int i)
+/* Returns the index of the root that holds the real part of root i. */
+static int real_part_of(const kowalewski_curve *o, int i) { return o->pair && i == 2 ? 1 : i; }
+static double imaginary_part(const kowalewski_curve *o, int i)
 {
-    if (!o->pair || i == 0 || i >= ROOT_K) return cx_of(o->root[i].hi, 0.0);
-    return cx_of(o->root[1].hi, i == 1 ? o->root[2].hi : -o->root[2].hi);
+    if (!o->pair || (i != 1 && i != 2)) return 0.0;
+    return i == 1 ? o->root[2].hi : -o->root[2].hi;
 }
 /* Returns root i minus root j, computed without cancellation. */
 static cx root_less_root(const kowalewski_curve *o, int i, int j)
 {
-    const int pi = o->pair && (i == 1 || i == 2), pj = o->pair && (j == 1 || j == 2);
-    const dd re = root_apart(o, pi ? 1 : i, pj ? 1 : j);
-    const double im = (pi ? root_of(o, i).im : 0.0) - (pj ? root_of(o, j).im : 0.0);
-    return cx_of(re.hi + 0.0, im); /* not -0 */
+    const dd re = root_apart(o, real_part_of(o, i), real_part_of(o, j));
+    return cx_of(re.hi + 0.0, imaginary_part(o, i) - imaginary_part(o, j)); /* not -0 */
 }
 /* Returns the point nearest to zero on the segment from a to b. The quotient of any point of the
  * segment and the returned point has a positive real part. For accuracy, the position on the
@@ -147,7 +147,6 @@ static int integrate_part(const kowalewski_path *p, path_part part, cx out[2])
     cx sum[2] = {{0.0, 0.0}}, old[2] = {{0.0, 0.0}};
     double size[2] = {0.0, 0.0};
     out[0] = out[1] = cx_of(0.0, 0.0);
-    if (!part.all && part.most == 0.0) return 1;
     add_node(p, part, 0.0, sum, size);
     for (int n = 2; n <= NODES_MOST; n *= 2) {
         const double step = 1.0 / n;
@@ -201,8 +200,6 @@ typedef struct kowalewski_matrix {
     double b11, b12, b22, asymmetry, shift[2];
 } kowalewski_matrix;
 
-/* Returns the real part of the branch point with index i. */
-static dd base_of(const kowalewski_curve *o, int i) { return o->root[o->pair && i == 2 ? 1 : i]; }
 /* Returns the integration path from the real root with index i to the complex root in the upper
  * half plane. In the variable z = (w - real)/(w - complex), the path is a ray. The map to z takes
  * the upper half plane to the outside of a circle through 0. The ray points away from the centre of
@@ -221,7 +218,8 @@ static kowalewski_path path_upwards(const kowalewski_curve *o, int i)
     const double scale = sqrt(sqrt(least * most)) / cx_abs(way);
     return path_between(o, i, 1, cx_scale(-scale, from), cx_of(1.0, 0.0));
 }
-/* Returns the path from the i-th real root in ascending order to the next lower real root. */
+/* Returns the path from the i-th real root in ascending order, which is not the last one, to the
+ * next lower real root. */
 static kowalewski_path path_over_gap(const kowalewski_curve *o, int i)
 {
     const int high = o->order[i], low = o->order[i - 1];
@@ -229,20 +227,8 @@ static kowalewski_path path_over_gap(const kowalewski_curve *o, int i)
     if (i >= 2)
         mu *= root_less_root(o, high, o->order[i - 2]).re /
               root_less_root(o, low, o->order[i - 2]).re;
-    if (i + 1 < o->real)
-        mu *= root_less_root(o, o->order[i + 1], high).re /
-              root_less_root(o, o->order[i + 1], low).re;
+    mu *= root_less_root(o, o->order[i + 1], high).re / root_less_root(o, o->order[i + 1], low).re;
     return path_between(o, high, low, cx_of(sqrt(mu), 0.0), cx_of(1.0, 0.0));
-}
-/* Computes the imaginary part of the normalized integral over a path, from its start to tan^2(x/2)
- * = `most`. Returns 0 if the integral does not converge. */
-static int integrate_normalised(const kowalewski_path *p, double most, const based_periods *m,
-                                double v[2])
-{
-    cx r[2];
-    if (!integrate_path(p, most, r)) return 0;
-    normalise(m, r[0].im, r[1].im, v);
-    return 1;
 }
 /* Computes B. Returns 0 if an integral does not converge or B is not positive definite. */
 static int make_matrix(const kowalewski_curve *o, const kowalewski_arc arc[2],
@@ -253,7 +239,9 @@ static int make_matrix(const kowalewski_curve *o, const kowalewski_arc arc[2],
         const int at = j == 0 ? o->real - 2 : o->pair ? 0 : 1, root = o->order[at];
         const kowalewski_path p = o->pair ? path_upwards(o, root) : path_over_gap(o, at);
         const based_periods m = periods_from(arc, rates, o->root[root]);
-        if (!integrate_normalised(&p, INFINITY, &m, row[j])) return 0;
+        cx r[2];
+        if (!integrate_path(&p, INFINITY, r)) return 0;
+        normalise(&m, r[0].im, r[1].im, row[j]);
         const double scale = row[j][j] < 0.0 ? -2.0 : 2.0;
         row[j][0] *= scale;
         row[j][1] *= scale;
@@ -271,14 +259,14 @@ static int add_path(const kowalewski_curve *o, const kowalewski_arc arc[2],
                     const kowalewski_rates *rates, const kowalewski_path *p, int from, double most,
                     double part, kowalewski_matrix *out)
 {
-    const based_periods m = periods_from(arc, rates, base_of(o, from));
+    const based_periods m = periods_from(arc, rates, o->root[from]);
     cx r[2], v[2];
     double shift[2];
     if (most == 0.0) return 1;
     if (!integrate_path(p, most, r)) return 0;
     /* The integrals over the path use w - root, but the periods use w minus the real part of the
      * root. */
-    r[1] = cx_add(r[1], cx_mul(cx_of(0.0, root_of(o, from).im), r[0]));
+    r[1] = cx_add(r[1], cx_mul(cx_of(0.0, imaginary_part(o, from)), r[0]));
     const double c = 1.0 / (1.0 + most), s = most < INFINITY ? most * c : 1.0;
     const cx D = path_at(p, s, c, v),
              F = cx_div(cx_scale(sqrt(s * c), p->across), cx_mul(v[0], cx_mul(D, D)));

@@ -184,10 +184,7 @@ static int append_rows(kr_theta_sums *plan, const theta_work *t, int sum, int wh
                 if (end == begin) row.k2 = n->k2;
                 if (*terms == SUM_TERMS) return 0;
                 plan->term[(*terms)++] = scale * (real && (k1 != 0 || n->k2 != 0) ? 2.0 * c : c);
-                if (fabs(c) > 1e-18 * most)
-                    end = *terms;
-                else if (end == begin)
-                    *terms = begin;
+                if (fabs(c) > 1e-18 * most) end = *terms;
             }
             *terms = end;
             row.count = end - begin;

@@ -28,9 +28,10 @@ typedef struct arc_point {
     double angle;
 } arc_point;
 
+/* Returns the i-th root of phi. */
 static cdd root_dd(const kowalewski_curve *o, int i)
 {
-    if (!o->pair || i == 0 || i >= ROOT_K) return cdd_real(o->root[i]);
+    if (!o->pair || i == 0) return cdd_real(o->root[i]);
     return cdd_of(o->root[1], i == 1 ? o->root[2] : dd_neg(o->root[2]));
 }
 static void make_roots(const kowalewski_curve *o, kowalewski_roots *out)

@@ -55,9 +55,7 @@ static inline dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
 /* Returns agm(a, b) in double precision. */
 static inline wide elliptic_agm(wide a, wide b)
 {
-    for (int i = 0; i < 40; i++) {
-        const mask live = wide_more(wide_abs(a - b), 1e-8 * a);
-        if (!mask_any(live)) break;
+    for (mask live; live = wide_more(wide_abs(a - b), 1e-8 * a), mask_any(live);) {
         const wide mean = 0.5 * (a + b);
         b = wide_choose(live, wide_sqrt(a * b), b);
         a = wide_choose(live, mean, a);

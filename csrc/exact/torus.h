@@ -79,11 +79,11 @@ static inline void kr_torus_states(const kr_torus_form *form, const void *plan, 
                                    const double t[], kr_state out[])
 {
     const kr_torus_isa *isa = kr_torus_widest_isa(form);
-    if (isa->evaluate) {
-        isa->evaluate(plan, n, t, out);
-        return;
-    }
+#ifdef KR_NO_BATCHES
     for (size_t i = 0; i < n; i++) out[i] = isa->scalar->state(plan, t[i]);
+#else
+    isa->evaluate(plan, n, t, out);
+#endif
 }
 /* Returns 1 if the initial vertical momentum of a validated scene is zero. */
 int kr_chaplygin_is_level(const kr_scene *scene);

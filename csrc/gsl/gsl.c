@@ -173,7 +173,7 @@ static kr_status ode_step(kr_motion *motion, double until)
         if (try_step(motion, h, p, &next)) {
             /* A step that was shortened to end at `until` does not affect the size of the next
              * step. */
-            if (lands && !rejected) next.h = p->h;
+            if (lands) next.h = p->h;
             *p = next;
             motion->clock = end;
             return KR_OK;

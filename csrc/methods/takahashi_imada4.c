@@ -73,7 +73,7 @@ static int takahashi_is_valid(const void *work)
 {
     takahashi_state p;
     memcpy(&p, work, sizeof p);
-    return p.c.stages >= 0 && p.c.stages <= COMPOSE_MOST;
+    return p.c.stages >= 1 && p.c.stages <= COMPOSE_MOST;
 }
 
 const kr_method kr_method_takahashi_imada4 = {

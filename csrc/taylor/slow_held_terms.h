@@ -70,7 +70,7 @@ static double NAME(improve_held)(NAME(terms) * s, const slow_axes *slow,
                                  const NAME(directions) * held, int order)
 {
     double moved = 0.0;
-    for (int n = 0; n <= order; n++) {
+    for (int n = 0;; n++) {
         if (slow->shakes) NAME(pull)(s, n);
         const double change = NAME(follow_held)(s, slow, held, n);
         if (2 * n <= order) moved = fmax(moved, change);

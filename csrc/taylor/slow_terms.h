@@ -114,7 +114,7 @@ static double NAME(improve)(NAME(terms) * s, const slow_axes *slow, int order)
 {
     const int u = U_OF(slow);
     double moved = 0.0;
-    for (int n = 0; n <= order; n++) {
+    for (int n = 0;; n++) {
         if (GP_OF(slow) != ROW_P) NAME(pull)(s, n);
         const double change = NAME(follow)(s, slow, n);
         if (2 * n <= order) moved = fmax(moved, change);

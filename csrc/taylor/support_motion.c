@@ -151,8 +151,7 @@ static dd reduce_angle(dd angle)
 {
     const dd turn = dd_scale(2.0, dd_pi());
     dd rest = angle;
-    for (int i = 0; i < 2 && fabs(rest.hi) > 0.5 * turn.hi; i++)
-        rest = dd_sub(rest, dd_times(rint(rest.hi / turn.hi), turn));
+    for (int i = 0; i < 2; i++) rest = dd_sub(rest, dd_times(rint(rest.hi / turn.hi), turn));
     return rest;
 }
 /* Computes the cosine and sine of the shaking phase to double precision. `since` is the time since

@@ -207,7 +207,7 @@ static void pass_stop(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_taylor *p = series_work(motion);
     dd factor;
-    if (KR_HAS_SUPPORTS && motion->scene && motion->scene->friction > 0.0 &&
+    if (KR_HAS_SUPPORTS && motion->scene->friction > 0.0 &&
         kr_support_jumps(motion, order_of(motion), &factor))
         kr_support_jump_tangents(motion, p->rate, p->series, tangent(motion, memory, 0), n, factor);
 }

@@ -118,8 +118,7 @@ static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
         const double ahead = -h[(i + 2) % 3], behind = h[(i + 1) % 3];
         dd k = dd_make(s[0].k[i + 1], s[1].k[i + 1]);
         if (ahead == 0.0 && behind == 0.0) continue;
-        if (!(fabs(k.hi) >= KR_LEAST_FACTOR))
-            k = dd_of(k.hi < 0.0 ? -KR_LEAST_FACTOR : KR_LEAST_FACTOR);
+        if (!(fabs(k.hi) >= KR_LEAST_FACTOR)) k = dd_of(KR_LEAST_FACTOR);
         s[0].k[i + 1] = k.hi;
         s[1].k[i + 1] = k.lo;
         set_shift(s, i + 1, ahead, A[i], k);
@@ -297,11 +296,9 @@ static void taylor_at(kr_motion *motion, double clock, kr_state *s)
     else
         plain_state(p, motion, p->series->at_x, p->series->at_w, s);
 }
-/* Returns 1 if `wanted` is one of the n kernels in a table. A null pointer counts as an empty
- * table. */
+/* Returns 1 if `wanted` is one of the n kernels in a table. */
 static int is_in_table(const kr_kernel *kernels, int n, const kr_kernel *wanted)
 {
-    if (!kernels) return 0;
     while (n > 0 && &kernels[n - 1] != wanted) n--;
     return n > 0;
 }
@@ -313,7 +310,7 @@ const kr_isa *kr_taylor_isa_of(const kr_motion *motion)
     const kr_isa *isa = kr_taylor_isa(0);
     for (int i = 1; isa; isa = kr_taylor_isa(i++))
         if (is_in_table(isa->plain, KR_ORDERS, k) || is_in_table(isa->headless, KR_ORDERS, k) ||
-            is_in_table(isa->deep, KR_DEPTHS, k))
+            FOR_DIGITS(is_in_table(isa->deep, KR_DEPTHS, k)))
             break;
     return isa;
 }

@@ -21,7 +21,7 @@ static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
     const kr_vec3 squares = v_scale(1.5 / mass, twice);
     /* the edge of length 0 of a plate is replaced by a short edge */
     const double thin = 1e-8 * v_largest(squares);
-    if (!(fmin(squares.x, fmin(squares.y, squares.z)) > -thin && thin > 1e-16 * square)) return 0.0;
+    if (!(thin > 1e-16 * square)) return 0.0;
     box->half =
         v3(sqrt(fmax(squares.x, thin)), sqrt(fmax(squares.y, thin)), sqrt(fmax(squares.z, thin)));
     box->centre = q_turn(body->axes, c);
