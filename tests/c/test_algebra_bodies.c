@@ -1,6 +1,5 @@
 /* Quaternions, trigonometry and bodies. */
 #include "model/body.h"
-#include "random.h"
 #include "tops.h"
 
 static void test_trigonometry(void)

@@ -2,26 +2,10 @@
  * lanes are as accurate as those of a single top. */
 #include <stdlib.h>
 #include "ensemble/worker.h"
-#include "random.h"
 #include "tops.h"
 
 enum { TOPS = 141, TIMES = 7 }; /* more tops than are set up together */
 
-/* Returns a body with three different moments and its centre of mass off the axes. Every fourth
- * body is symmetric, two of five bodies have a rotor, and every seventh is described in other axes
- * than its principal axes. */
-static kr_scene random_scene(int i)
-{
-    kr_scene s = kr_scene_default();
-    const kr_vec3 half = v3(uniform(0.2, 2.0), uniform(0.2, 2.0), uniform(0.2, 2.0));
-    if (i % 4 != 3) kr_body_cuboid(1.0, half, random_vec(1.5), &s.body);
-    if (i % 7 == 6) s.body.axes = random_quat();
-    s.gravity = uniform(-2.0, 3.0);
-    s.start.q = random_quat();
-    s.start.m = v_scale(s.body.inertia.x, random_vec(1.5));
-    if (i % 5 < 2) s.body.rotor = v_scale(i % 5 ? 0.1 : 1.0, s.start.m);
-    return s;
-}
 typedef struct {
     kr_scene scenes[TOPS];
     double t[TOPS * TIMES];
@@ -262,10 +246,12 @@ static void test_reductions(void)
     IS(kr_worker_run(worker, &f.tops) == KR_OK);
     for (size_t i = 0; i < TOPS * ALL; i++)
         IS(rows[i] == again[i] || (isnan(rows[i]) && isnan(again[i])));
+    f.tops.times = 0;
+    IS(kr_worker_run(worker, &f.tops) == KR_OK && f.outcomes[3].status == KR_OK);
+    for (size_t i = 0; i < TOPS * ALL; i++) IS(isnan(again[i])); /* of no states */
     kr_worker_free(worker);
 }
 
-static int stop_at(void *context) { return --*(int *)context < 0; }
 /* Interrupts a worker after `after` polls, and checks that all tops keep their states. Returns
  * twice the number of tops that were stopped after their first state, minus the number of lanes. */
 static int interrupt_worker(int after)
@@ -323,6 +309,13 @@ static void test_polls_between_states(void)
         IS(kr_worker_run(worker, &tops) == KR_OK);
         const int steps = i == 0 ? 1 : (int)outcomes[0].stats.steps * FEW;
         IS(polls >= FEW * MANY / 65536 && polls <= 2 * FEW + 3 * steps);
+        for (int after = polls; after-- > 0;) { /* each poll can stop the worker */
+            int left = after;
+            const kr_config stopped = {.poll = stop_at, .context = &left};
+            kr_worker *other = make_worker(NULL, stopped);
+            IS(kr_worker_run(other, &tops) == KR_ERR_INTERRUPTED);
+            kr_worker_free(other);
+        }
         polls = 0;
         kr_worker_free(worker);
     }
@@ -354,6 +347,9 @@ static void test_refusals(void)
     f.tops.outcomes = NULL;
     IS(kr_worker_run(worker, &f.tops) == KR_ERR_ARGUMENT);
     f.tops.outcomes = f.outcomes;
+    f.tops.scenes = NULL;
+    IS(kr_worker_run(worker, &f.tops) == KR_ERR_ARGUMENT);
+    f.tops.scenes = f.scenes;
     f.tops.t = NULL;
     IS(kr_worker_run(worker, &f.tops) == KR_ERR_ARGUMENT);
     f.tops.times = 0;

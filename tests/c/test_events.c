@@ -3,7 +3,6 @@
 #include "driver/top.h"
 #include "events/event_polynomial.h"
 #include "model/quantities.h"
-#include "random.h"
 #include "taylor/taylor.h"
 #include "event_helpers.h"
 

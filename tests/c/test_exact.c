@@ -1,7 +1,6 @@
 /* The closed form, compared with quadrature and with stepping: integrals, scaling, frames, batches
  * of any size, and bitwise equal results on every instruction set. */
 #include "exact/dispatch.h"
-#include "random.h"
 #include "truth.h"
 
 static kr_scene random_top(int number)
@@ -14,12 +13,6 @@ static kr_scene random_top(int number)
                   q_exp(v_scale(near, random_vec(1))));
     return lagrange_top(i1, i1 * pow(10.0, uniform(-2, 0.3)),
                         (number % 3 ? 1.0 : -1.0) * pow(10.0, uniform(-4, 3)), q, random_vec(size));
-}
-static kr_exact closed_form(const kr_scene *s)
-{
-    kr_exact closed = {0};
-    IS(kr_exact_plan(s, &closed) == KR_OK);
-    return closed;
 }
 static kr_state extrapolated(const kr_scene *s, double t)
 {

@@ -1,8 +1,7 @@
 /* Numbers near the ends of the range of doubles: results equal those of ordinary units up to a
  * power of two, or the call is refused. */
 #include <float.h>
-#include "random.h"
-#include "tops.h"
+#include "event_helpers.h"
 
 static const double many_units[] = {0x1p-1040, 0x1p-700, 0x1p-300, 0x1p300, 0x1p600};
 
@@ -85,8 +84,7 @@ static void test_paces(void)
 }
 static kr_exact closed(const kr_scene *s)
 {
-    kr_exact exact = {0};
-    IS(kr_exact_plan(s, &exact) == KR_OK);
+    const kr_exact exact = closed_form(s);
     NEAR(kr_attitude_error(kr_exact_state(&exact, s->start.t).q, s->start.q), 0.0, 1e-14);
     return exact;
 }
@@ -147,6 +145,35 @@ static void test_smallest_numbers(void)
         for (double t = 0.5; t < 4000.0; t *= 1.5) IS(is_state(kr_exact_state(&about, t)));
     }
 }
+/* Checks that a worker stops the top where it stops alone, with and without an array of states, and
+ * in sections: when the apex reaches `height`. */
+static void stop_in_ensemble(const kr_scene *s, const kr_method *method, double height)
+{
+    enum { TIMES = 1000 };
+    static kr_state out[TIMES];
+    double t[TIMES], wait = 2.4e-7;
+    size_t done;
+    kr_outcome outcome;
+    kr_top *top = make(s, method, (kr_config){0});
+    kr_worker *worker = make_worker(method, (kr_config){0});
+    for (int k = 0; k < TIMES; k++) t[k] = 2.5e-10 * (k + 1);
+    kr_tops tops = {.n = 1, .scenes = s, .times = TIMES, .t = t, .outcomes = &outcome};
+    IS(kr_top_record(top, TIMES, t, out, &done) == KR_ERR_NOT_FINITE && done > 0);
+    for (int i = 0; i < 2; i++) {
+        IS(kr_worker_run(worker, &tops) == KR_OK && outcome.status == KR_ERR_NOT_FINITE);
+        IS(outcome.done == done && same(outcome.last, kr_top_state(top)));
+        tops.states = out;
+    }
+    const kr_term level[] = {term(1.0, "apex_z", "1"), term(-height, "1", "1")};
+    const kr_event event = {.terms = level, .count = 2};
+    tops.t = &wait;
+    tops.times = 2;
+    if (method == taylor())
+        IS(kr_worker_section(worker, &event, &tops) == KR_OK &&
+           outcome.status == KR_ERR_NOT_FINITE);
+    kr_worker_free(worker);
+    kr_top_free(top);
+}
 /* A pendulum whose momentum leaves the range of doubles in the user's units stops at its last valid
  * state, even between two points of its grid. */
 static void test_overflows(void)
@@ -174,6 +201,8 @@ static void test_overflows(void)
         fell++;
     }
     IS(fell > 15);
+    stop_in_ensemble(&s, kr_method_find("exact"), 0.0);
+    for (int i = 0; i < 2; i++) stop_in_ensemble(&s, taylor(), i ? -0.95 : -2.0);
 }
 /* Rates and units outside the range of doubles are refused, and so are steps of the Bobenko-Suris
  * map outside the range of units. */
@@ -193,16 +222,22 @@ static void test_refusals(void)
     thin.start.m = v3(0, 0, 1.0); /* sleeping */
     thin.start.q = q_one();
     IS(kr_exact_map_plan(&thin, 0.1, &map) == KR_ERR_STEP_SIZE);
-    s.body.inertia = v_scale(0x1p-1050, s.body.inertia);
-    s.start.m = v_scale(0x1p-1050, s.start.m);
-    s.gravity = 0.0;
-    IS(kr_body_check(&s.body) == KR_OK && kr_exact_plan(&s, &exact) == KR_ERR_ARGUMENT);
-    for (size_t i = 0; i < kr_method_count(); i++) {
-        const kr_status status =
-            kr_top_create(&s, kr_method_at(i), (kr_config){.step = 0.01}, &top);
-        IS(status == KR_ERR_ARGUMENT || status == KR_ERR_METHOD);
+    const int powers[3][2] = {{-1050, -1050}, {-1024, -1024}, {-900, -1060}};
+    for (int k = 0; k < 3; k++) {
+        kr_scene small = s;
+        kr_turning turning;
+        small.body.inertia = v_scale(ldexp(1.0, powers[k][0]), s.body.inertia);
+        small.start.m = v_scale(ldexp(1.0, powers[k][1]), s.start.m);
+        small.gravity = 0.0;
+        IS(kr_body_check(&small.body) == KR_OK && kr_scene_horizon(&small) == 0.0);
+        IS(kr_exact_plan(&small, &exact) == KR_ERR_ARGUMENT);
+        IS(kr_exact_turning(&small, &turning) == KR_ERR_ARGUMENT);
+        for (size_t i = 0; i < kr_method_count(); i++) {
+            const kr_status status =
+                kr_top_create(&small, kr_method_at(i), (kr_config){.step = 0.01}, &top);
+            IS((status == KR_ERR_ARGUMENT || status == KR_ERR_METHOD) && top == NULL);
+        }
     }
-    IS(top == NULL && kr_scene_horizon(&s) == 0.0);
 }
 
 int main(void)

@@ -2,7 +2,6 @@
  * resolution fails with a status that says so. */
 #include <float.h>
 #include "driver/top.h"
-#include "random.h"
 #include "tops.h"
 
 enum { TOPS = 50 };

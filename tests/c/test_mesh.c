@@ -172,7 +172,7 @@ static void test_limits(void)
         {.body = flat, .damping = {0.1, 0.2, 0.05}, .near = 0.5},
         {.body = plain.body, .turning = {0.0, 0.0, 0.7}, .near = 0.7},
         {.body = plain.body, .turning = {0.9, -0.6, 0.7}, .near = 0.3},
-        {.body = plain.body, .rotor = {1.0, 2.0, -1.0}, .turning = {0.9, -0.6, 0.7}, .near = 0.2},
+        {.body = plain.body, .rotor = {1.0, 2.0, -1.0}, .turning = {0.0, -0.9, 0.7}, .near = 0.2},
         {.body = plain.body, .damping = {3.0, 3.0, 3.0}, .turning = {0.0, 0.0, 20.0}, .near = 0.2},
     };
     for (size_t i = 0; i < sizeof tops / sizeof *tops; i++) {

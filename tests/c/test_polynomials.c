@@ -2,7 +2,6 @@
 #include "events/sign_changes.h"
 #include "events/event_polynomial.h"
 #include "model/quantities.h"
-#include "random.h"
 #include "tops.h"
 
 enum { MANY = 64 };

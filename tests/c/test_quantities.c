@@ -1,8 +1,6 @@
 /* Quantities: their table, definitions, Euler angles and components. */
-#include <string.h>
 #include "model/quantities.h"
-#include "check.h"
-#include "random.h"
+#include "tops.h"
 
 static const double pi = 3.14159265358979323846;
 /* Returns a random top in a random state. */
@@ -30,7 +28,6 @@ static kr_vec3 vector(const char *name, const kr_scene *s)
     kr_quantity_values(kr_quantity_find(name), s, 1, &s->start, &out.x);
     return out;
 }
-static double apart(kr_vec3 a, kr_vec3 b) { return v_length(v_sub(a, b)); }
 static double angle_apart(double a, double b) { return fabs(remainder(a - b, 2.0 * pi)); }
 static kr_quat about(kr_vec3 axis, double angle) { return q_exp(v_scale(angle, axis)); }
 
@@ -106,7 +103,7 @@ static void test_eulers_angles(void)
         const kr_quat r = q_mul(about(v3(0, 0, 1), precession),
                                 q_mul(about(v3(1, 0, 0), nutation), about(v3(0, 0, 1), spin)));
         NEAR(kr_attitude_error(r, q_mul(s.start.q, tilt_to(described))), 0.0, 4e-15);
-        NEAR(apart(q_axis(r), apex), 0.0, 2e-15);
+        NEAR(off(q_axis(r), apex), 0.0, 2e-15);
         IS(precession > -pi && precession <= pi && spin > -pi && spin <= pi);
         IS(nutation >= 0.0 && nutation <= pi);
         /* e3 x apex points along the line of nodes */
@@ -177,7 +174,7 @@ static void test_apex_without_a_lever(void)
     kr_vec3 frame[3];
     s.body.com = v3(0.0, 0.0, 0.0);
     kr_state_frame(&s, &s.start, frame);
-    NEAR(apart(kr_state_apex(&s, &s.start), frame[2]), 0.0, 1e-15);
+    NEAR(off(kr_state_apex(&s, &s.start), frame[2]), 0.0, 1e-15);
     NEAR(v_length(kr_state_torque(&s, &s.start)), 0.0, 0.0);
 }
 /* For steps of zero, or nearly zero, the modified energies equal the energy. For small steps, those
@@ -258,7 +255,7 @@ static void test_acceleration_with_friction(void)
     for (int i = 0; i < 2; i++) {
         s.friction = i ? 4.0 : 0.25;
         /* M x W = (0, 0, -1): friction cancels it, or slows the gain of spin */
-        NEAR(apart(vector("body_acceleration", &s), v3(0.0, 0.0, i ? 0.0 : -0.1875)), 0.0, 1e-15);
+        NEAR(off(vector("body_acceleration", &s), v3(0.0, 0.0, i ? 0.0 : -0.1875)), 0.0, 1e-15);
     }
     for (int k = 0; k < 6; k++) column[k][k] = 1.0;
     for (int i = 0; i < 2; i++) {

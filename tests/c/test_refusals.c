@@ -4,7 +4,6 @@
 #include <string.h>
 #include "driver/top.h"
 #include "events/event_polynomial.h"
-#include "random.h"
 #include "tops.h"
 
 enum { NUMBERS = sizeof(kr_scene) / sizeof(double), MOST = 1 << 15 };
@@ -118,6 +117,7 @@ static void test_configs(void)
     IS(kr_top_create(&bad, strang, good, &top) == KR_ERR_ARGUMENT);
     IS(!kr_method_find("nope") && !kr_method_find(NULL) && !kr_method_at(1000));
     for (int i = 0; i <= KR_STATUS_COUNT; i++) IS(strlen(kr_status_text((kr_status)i)) > 3);
+    IS(strlen(kr_kind_name((kr_kind)KR_KIND_COUNT)) > 3 && kr_flag_find(NULL) == 0);
     IS(kr_top_create(NULL, strang, good, &top) == KR_ERR_ARGUMENT);
     IS(kr_top_create(&s, NULL, good, &top) == KR_ERR_NO_METHOD);
     IS(kr_top_create(&s, strang, good, NULL) == KR_ERR_ARGUMENT && !top);
@@ -224,7 +224,7 @@ static void test_low_words(void)
         }
     kr_top_free(top);
 }
-/* A step beyond the range of doubles in internal units is refused. */
+/* A step or damping beyond the range of doubles in internal units is refused. */
 static void test_internal_units(void)
 {
     kr_scene s = tilted();
@@ -233,6 +233,11 @@ static void test_internal_units(void)
     IS(kr_top_create(&s, kr_method_find("rk4"), (kr_config){.step = 1e300}, &top) ==
        KR_ERR_ARGUMENT);
     IS(kr_top_create(&s, taylor(), (kr_config){.step = -1e300}, &top) == KR_ERR_ARGUMENT && !top);
+    s = tilted();
+    s.body.inertia = v_scale(1e-20, s.body.inertia);
+    s.start.m = v_scale(1e-20, s.start.m);
+    s.damping.z = 1e300;
+    IS(kr_top_create(&s, taylor(), (kr_config){0}, &top) == KR_ERR_ARGUMENT && !top);
 }
 /* kr_top_record and kr_top_tangents return KR_ERR_ARGUMENT if the top is NULL. */
 static void test_missing_top(void)

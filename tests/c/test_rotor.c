@@ -102,12 +102,11 @@ static void test_closed_form_of_a_tiny_momentum(void)
                   .start.q = q_unit(q4(0.7, v3(-0.1, -0.6, 0.2)))};
     for (int power = 0; power <= 1060; power += 20) {
         s.start.m = v_scale(ldexp(1.0, -power), v3(-0.3, 0.8, -0.6));
-        kr_exact plan;
-        IS(kr_exact_plan(&s, &plan) == KR_OK);
+        const kr_exact plan = closed_form(&s);
         const kr_state end = kr_exact_state(&plan, 3.0),
                        truth = state_at(3.0, &s, &kr_method_taylor, (kr_config){0});
-        kr_turning turning;
-        IS(kr_exact_turning(&s, &turning) == KR_OK && turning.least <= turning.greatest);
+        const kr_turning turning = turning_of(&s);
+        IS(turning.least <= turning.greatest);
         IS(turning.least > 0.0 && turning.greatest < 3.1416);
         NEAR(q_dot(end.q, end.q), 1.0, 1e-14);
         NEAR(kr_attitude_error(end.q, truth.q), 0.0, 1e-13);

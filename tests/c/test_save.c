@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include "driver/top.h"
-#include "random.h"
 #include "tops.h"
 
 enum { BEFORE = 7, AFTER = 6, MOST = 1 << 15 };
@@ -83,7 +82,6 @@ static void test_failure_after_load(double share)
     kr_top_free(top);
     kr_top_free(other);
 }
-static int stop(void *context) { return --*(int *)context < 0; }
 /* A top that was saved after a failure goes on, if the loaded top has no such limit, with the bits
  * of an uninterrupted run. A state that is not finite fails again. */
 static void test_after_failures(void)
@@ -96,7 +94,7 @@ static void test_after_failures(void)
         kr_config config, loaded;
         kr_status status;
     } runs[] = {{{.step = 0.0625, .max_steps = 1000}, plain, KR_ERR_LIMIT},
-                {{.step = 0.0625, .poll = stop, .context = &left}, plain, KR_ERR_INTERRUPTED},
+                {{.step = 0.0625, .poll = stop_at, .context = &left}, plain, KR_ERR_INTERRUPTED},
                 {wild, wild, KR_ERR_NOT_FINITE}};
     for (int i = 0; i < 3; i++) {
         kr_scene s = tilted();
@@ -262,6 +260,7 @@ int main(void)
 {
     test_hostile_work("suzuki4");
     test_hostile_work("kahan_li8");
+    test_hostile_work("takahashi_imada4");
     test_hostile_work("extrap");
     test_hostile_work("extrap_kirchhoff");
     for (size_t i = 0; i < kr_method_count(); i++) {

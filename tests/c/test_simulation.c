@@ -196,18 +196,28 @@ static void test_refusals(void)
     IS(kr_simulation_advance(&stage, step1, INT64_MAX) == step1);
     IS(kr_simulation_add(&stage, &scene, method, step1, 0.0, -1) == KR_ERR_ARGUMENT);
 }
+/* Steps whose common multiple no clock counts have no common times, and no record. */
+static void test_steps_without_a_common_multiple(void)
+{
+    const kr_scene scene = kr_scene_default();
+    kr_simulation_clear(&stage);
+    for (int i = 0; i < 4; i++)
+        IS(kr_simulation_add(&stage, &scene, taylor(), INT32_MAX - 2 * i, 0.0, -1) == KR_OK);
+    IS(stage.common == 0 && stage.rows == 0);
+}
 /* A top that fails stays at its last valid state; the others continue. */
 static void test_failure(void)
 {
     kr_scene scene = kr_scene_default();
     kr_simulation_clear(&stage);
-    IS(kr_simulation_add(&stage, &scene, kr_method_find("bobenko_suris"), 1000000, 0.0, -1) ==
+    IS(kr_simulation_add(&stage, &scene, kr_method_find("bobenko_suris"), 1000000, 0.0, 1) ==
        KR_OK);
     scene.start.m = (kr_vec3){1e3, -2e3, 1e3};
     IS(kr_simulation_add(&stage, &scene, kr_method_find("rk4"), 1000000, 0.0, -1) == KR_OK);
     IS(kr_simulation_advance(&stage, 1000000000, INT64_MAX) == 1000000000);
     IS(stage.slots[1].status == KR_ERR_NOT_FINITE && isfinite(stage.slots[1].now.q.w));
     IS(stage.slots[0].status == KR_OK && stage.slots[0].steps == 1000);
+    IS(isnan(measured(0, KR_SIMULATION_ERROR)));
 }
 /* A reference may be added after the top that is compared with it. A reference does not continue
  * alone. */
@@ -304,6 +314,7 @@ int main(void)
     test_extremes_are_not_lost("nutation", 0.1);
     test_track();
     test_refusals();
+    test_steps_without_a_common_multiple();
     test_failure();
     kr_simulation_clear(&stage);
     kr_simulation_clear(&other);

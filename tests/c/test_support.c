@@ -2,7 +2,6 @@
  * integrator, refusals. */
 #include "kreisel.h"
 #include "event_helpers.h"
-#include "random.h"
 #include "truth.h"
 
 enum { TURNING = 1, SHAKING = 2, OTHERS = 4 /* damping, a rotor, and a start at t = 0.25 */ };

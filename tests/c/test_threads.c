@@ -1,7 +1,6 @@
 /* Threads, each with tops of every method, all get bitwise equal results. A second build uses the
  * race detector of the compiler if it has one. */
 #include <pthread.h>
-#include "random.h"
 #include "tops.h"
 
 enum {

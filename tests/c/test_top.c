@@ -87,8 +87,6 @@ static void test_frames(const kr_method *method)
     }
 }
 
-static int stop_at(void *context) { return --*(int *)context < 0; }
-
 static void test_limits(void)
 {
     const kr_scene s = tilted();

@@ -4,7 +4,7 @@
 #define KR_TOPS_H
 #include <string.h>
 #include "check.h"
-#include "math/su2.h"
+#include "random.h"
 
 /* Returns the top of the thesis with a tilted start. At an upright start no torque acts, which
  * would hide errors. */
@@ -69,6 +69,36 @@ static inline kr_scene lagrange_top(double i1, double i3, double lever, kr_quat 
                         .start = {0.0, q, m}};
     return s;
 }
+
+/* Returns a scene with three different moments and the centre of mass off the axes. Every fourth
+ * body is symmetric, two of five have a rotor, and every seventh is described in other axes than
+ * its principal axes. */
+static inline kr_scene random_scene(int i)
+{
+    kr_scene s = kr_scene_default();
+    const kr_vec3 half = v3(uniform(0.2, 2.0), uniform(0.2, 2.0), uniform(0.2, 2.0));
+    if (i % 4 != 3) kr_body_cuboid(1.0, half, random_vec(1.5), &s.body);
+    if (i % 7 == 6) s.body.axes = random_quat();
+    s.gravity = uniform(-2.0, 3.0);
+    s.start.q = random_quat();
+    s.start.m = v_scale(s.body.inertia.x, random_vec(1.5));
+    if (i % 5 < 2) s.body.rotor = v_scale(i % 5 ? 0.1 : 1.0, s.start.m);
+    return s;
+}
+static inline kr_exact closed_form(const kr_scene *s)
+{
+    kr_exact closed = {0};
+    IS(kr_exact_plan(s, &closed) == KR_OK);
+    return closed;
+}
+static inline kr_turning turning_of(const kr_scene *s)
+{
+    kr_turning turning = {0};
+    IS(kr_exact_turning(s, &turning) == KR_OK);
+    return turning;
+}
+/* A poll that stops after a number of calls. */
+static inline int stop_at(void *context) { return --*(int *)context < 0; }
 
 static inline const kr_method *taylor(void) { return kr_method_find("taylor"); }
 static inline kr_top *make(const kr_scene *s, const kr_method *method, kr_config config)

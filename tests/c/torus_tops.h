@@ -2,7 +2,6 @@
  * errors of their states relative to the Taylor series with 30 digits. */
 #ifndef KR_TORUS_TOPS_H
 #define KR_TORUS_TOPS_H
-#include "random.h"
 #include "tops.h"
 
 static inline kr_scene scene_of(kr_vec3 inertia, kr_vec3 com, double gravity, kr_quat q, kr_vec3 m)
