@@ -9,7 +9,7 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, InvalidStateError, ProcessPoolExecutor
 from contextlib import contextmanager
-from itertools import islice, pairwise
+from itertools import chain, islice, pairwise
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -185,11 +185,12 @@ def status(folder: str) -> None:
     """Verify the parts in FOLDER, and count the complete, missing and damaged ones."""
     with _convert_sweep_errors_to_cli_errors():
         result = read_sweep(folder, partial=True)
-        parts_by_state, numbers = result._verify_existing_parts()
+        parts_by_state = result._verify_existing_parts()
         failure_count = sum(
             int(np.count_nonzero(result.part(i)["status"] != "OK")) for i in parts_by_state[DONE]
         )
     click.echo(_format_sweep_summary(result, parts_by_state[DONE]))
+    numbers = sorted(chain(*parts_by_state.values()))
     if missing_count := result.parts - len(numbers):
         click.echo(
             f"{MISSING}: {format_count(missing_count, 'part')}, "

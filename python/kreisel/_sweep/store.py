@@ -39,7 +39,6 @@ PLAN = "plan.json"
 REPAIR = (
     "repeating the call of kreisel.sweep replaces it, and read_sweep(folder, partial=True) skips it"
 )
-_MOVE = "it is not overwritten; move or delete it, and call again"
 _PROGRAM = "sweep"  # the value of the entry "kreisel" in a plan file
 _MAX_BYTES = 1 << 30  # limit of bytes read, because the file could be an endless device
 DONE, MISSING, DAMAGED, OLD = "done", "missing", "damaged", "of another version"
@@ -98,40 +97,38 @@ class SweepStore:
         except ValueError as error:
             raise ValueError(f"{error}; {REPAIR}") from None
 
-    def determine_part_status(self, i: int) -> str:
-        """Verify part i, and return its status."""
+    def determine_part_status(self, i: int, refuses_foreign: bool = False) -> str:
+        """Verify part i, and return its status.
+
+        A folder, or a complete part of another plan, is foreign. Raises FileExistsError for it if
+        `refuses_foreign` is True.
+        """
+        file = self.part_file_path(i)
         try:
-            data = self.part_file_path(i).read_bytes()
+            data = file.read_bytes()
         except FileNotFoundError:
             return MISSING
         except IsADirectoryError:
-            return FOREIGN
-        if not has_correct_checksum(data):
-            return DAMAGED
-        try:
-            description = self._format.read_part_description(data)
-        except ValueError:
-            return FOREIGN
-        if description.get("plan") != self.plan.hash:
-            return FOREIGN
-        if description.get("part") != i:
-            return DAMAGED
-        return DONE if description.get("version") == version else OLD
-
-    def make_misplaced_file_error(self, i: int) -> FileExistsError:
-        """Return the exception for a file or folder that wrongly has the name of part i."""
-        file = self.part_file_path(i)
-        if file.is_dir():
-            return FileExistsError(f"{file} is a folder, in the place of part {i}: {_MOVE}")
-        try:
-            description = self._format.read_part_description(file.read_bytes())
-        except ValueError:
-            description = {}
-        return FileExistsError(
-            f"{file} is part {description.get('part')} of the plan "
-            f"{str(description.get('plan'))[:16]}, in the place of part {i} of the plan "
-            f"{self.plan.hash[:16]}: {_MOVE}"
-        )
+            found = "a folder"
+        else:
+            if not has_correct_checksum(data):
+                return DAMAGED
+            try:
+                description = self._format.read_part_description(data)
+            except ValueError:
+                description = {}
+            if description.get("plan") == self.plan.hash:
+                if description.get("part") != i:
+                    return DAMAGED
+                return DONE if description.get("version") == version else OLD
+            plan = str(description.get("plan"))[:16]
+            found = f"part {description.get('part')} of the plan {plan}"
+        if refuses_foreign:
+            raise FileExistsError(
+                f"{file} is {found}, in the place of part {i} of the plan {self.plan.hash[:16]}: "
+                "it is not overwritten; move or delete it, and call again"
+            )
+        return FOREIGN
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _open_cached_store, (str(self.folder), self.plan.hash)
@@ -239,25 +236,8 @@ def _write_plan_to_new_folder(root: Path, plan: SweepPlan) -> bool:
         )
         for space, rows in [("", content), (" ", plan.as_json)]
     )
-    return _write_file_if_missing(
-        root / PLAN, f'{{\n{head},\n"plan": {{\n{body}\n}}\n}}\n'.encode()
-    )
-
-
-def _write_parameter_arrays(root: Path, plan: SweepPlan) -> None:
-    """Write each array that is too long for the plan file to a separate file."""
-    for values in plan.long_parameter_arrays:
-        file = root / make_file_name_from_array_hash(values)
-        if not file.exists():
-            buffer = io.BytesIO()
-            np.lib.format.write_array(buffer, np.ascontiguousarray(values), allow_pickle=False)
-            atomic_write(file, buffer.getvalue())
-
-
-def _write_file_if_missing(file: Path, data: bytes) -> bool:
-    """Write a file unless it already exists. Returns True if the file has been written."""
-    new = file.with_name(f".{os.urandom(8).hex()}.plan.new")
-    atomic_write(new, data)
+    file, new = root / PLAN, root / f".{os.urandom(8).hex()}.plan.new"
+    atomic_write(new, f'{{\n{head},\n"plan": {{\n{body}\n}}\n}}\n'.encode())
     try:
         os.link(new, file)
     except FileExistsError:
@@ -269,6 +249,16 @@ def _write_file_if_missing(file: Path, data: bytes) -> bool:
     finally:
         new.unlink(missing_ok=True)
     return True
+
+
+def _write_parameter_arrays(root: Path, plan: SweepPlan) -> None:
+    """Write each array that is too long for the plan file to a separate file."""
+    for values in plan.long_parameter_arrays:
+        file = root / make_file_name_from_array_hash(values)
+        if not file.exists():
+            buffer = io.BytesIO()
+            np.lib.format.write_array(buffer, np.ascontiguousarray(values), allow_pickle=False)
+            atomic_write(file, buffer.getvalue())
 
 
 def _describe_plan_mismatch(root: Path, content: dict[str, Any], plan: SweepPlan) -> str:

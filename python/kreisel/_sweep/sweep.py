@@ -52,7 +52,6 @@ from .source import PARQUET, Source
 from .store import (
     DAMAGED,
     DONE,
-    FOREIGN,
     MISSING,
     OLD,
     REPAIR,
@@ -222,10 +221,7 @@ class SweepResult:
         of a different plan, has the file name of a part of this sweep.
         """
         for i in self._found:
-            status = self._store.determine_part_status(i)
-            if status == FOREIGN:
-                raise self._store.make_misplaced_file_error(i)
-            if status == DAMAGED:
+            if self._store.determine_part_status(i, refuses_foreign=True) == DAMAGED:
                 raise ValueError(f"{self._store.part_file_path(i)} is damaged; {REPAIR}")
         return self
 
@@ -237,24 +233,18 @@ class SweepResult:
         kreisel.sweep again computes the parts whose status is not 'done', but raises
         FileExistsError if a part is foreign.
         """
-        parts, numbers = self._verify_existing_parts()
+        parts = self._verify_existing_parts()
+        numbers = sorted(chain(*parts.values()))
         missing_numbers = [i for gap in list_missing_ranges(numbers, self.parts) for i in gap]
         return parts | ({MISSING: missing_numbers} if missing_numbers else {})
 
-    def _verify_existing_parts(self) -> tuple[dict[str, list[int]], list[int]]:
-        """Verify the files of all existing parts of the sweep.
-
-        Return a mapping from each status to the indices of the parts with this status, and a list
-        of the indices of all existing parts.
-        """
+    def _verify_existing_parts(self) -> dict[str, list[int]]:
+        """Return the numbers of the parts whose files exist, grouped by status."""
         parts: dict[str, list[int]] = {DONE: []}
-        numbers = []
         for i in self._store.list_existing_parts():
-            status = self._store.determine_part_status(i)
-            if status != MISSING:
-                parts.setdefault(status, []).append(i)
-                numbers.append(i)
-        return parts, numbers
+            parts.setdefault(self._store.determine_part_status(i), []).append(i)
+        parts.pop(MISSING, None)  # removed in the meantime
+        return parts
 
     @property
     def events(self) -> Events | None:
@@ -544,9 +534,7 @@ def _list_incomplete_parts(store: SweepStore, part_range: range) -> list[int]:
     numbers: list[int] = []
     replacements: dict[str, list[int]] = {DAMAGED: [], OLD: []}
     for i in part_range:
-        status = store.determine_part_status(i)
-        if status == FOREIGN:
-            raise store.make_misplaced_file_error(i)
+        status = store.determine_part_status(i, refuses_foreign=True)
         if status != DONE:
             numbers.append(i)
         if status in replacements:

@@ -322,7 +322,6 @@ _HEAD = re.compile(r"(.*\S)\s*\[([^\[\]]*)\]")  # the name and the unit in the h
 
 
 def is_angular(unit: str) -> bool:
-    """Return True if `unit` is that of an angle, or of its derivative by time."""
     return unit.startswith("rad")
 
 
@@ -349,20 +348,11 @@ def convert_parameter_to_radians(name: str, values: Array) -> Array:
     The values of parameters that are not angular are returned unchanged.
     """
     unit = PARAMETER_UNITS.get(name, "")
-    units = [unit] if isinstance(unit, str) else unit
-    if not any(map(is_angular, units)):
-        return values
-    factors = np.array([RADIANS_PER_DEGREE if is_angular(one) else 1.0 for one in units])
-    product: Array = values * (factors[0] if len(factors) == 1 else factors)
+    if isinstance(unit, str):
+        return values * RADIANS_PER_DEGREE if is_angular(unit) else values
+    factors = [RADIANS_PER_DEGREE if is_angular(one) else 1.0 for one in unit]
+    product: Array = values * np.array(factors)
     return product
-
-
-def _find_order(unit: str) -> int | None:
-    """Return the order of the derivative of an angle that has this unit, or None for others."""
-    match = _ANGULAR.fullmatch(unit)
-    if match is None:
-        return None
-    return 0 if not match[2] else 2 if re.search("[2²]", match[2]) else 1
 
 
 def find_unit_of_angles(columns: Iterable[tuple[str, str, str]], degrees: bool | None) -> bool:
@@ -375,11 +365,16 @@ def find_unit_of_angles(columns: Iterable[tuple[str, str, str]], degrees: bool |
     if degrees is not None:
         as_bool("degrees", degrees)
     stated: dict[bool, str] = {}
+
+    def find_order(match: re.Match[str] | None) -> int | None:
+        """Return the order of the derivative of an angle that has this unit."""
+        return match and (0 if not match[2] else 2 if re.search("[2²]", match[2]) else 1)
+
     for name, unit, expected in columns:
         match = _ANGULAR.fullmatch(unit)
         if match is None and (not is_angular(expected) or len(unit) < 2):
             continue  # as body_velocity [x]
-        if match is None or _find_order(unit) != _find_order(expected):
+        if match is None or find_order(match) != find_order(_ANGULAR.fullmatch(expected)):
             right = f"{expected} or {get_angular_unit(expected, True)}" if expected else "no unit"
             raise ValueError(f"the column {name!r} is in {unit}, but it must be in {right}")
         stated[match[1] != "rad"] = name

@@ -24,12 +24,7 @@ class BlockAppender:
     """A file that is written in blocks."""
 
     def __init__(self, descriptor: int, name: str) -> None:
-        self._descriptor, self._whole, self._name = descriptor, 0, name
-
-    @property
-    def is_empty(self) -> bool:
-        """True if nothing has been written to the file so far."""
-        return self._whole == 0
+        self._descriptor, self.size, self._name = descriptor, 0, name
 
     def append_bytes(self, data: bytes) -> None:
         """Append all of `data`.
@@ -42,11 +37,11 @@ class BlockAppender:
                 remainder = remainder[os.write(self._descriptor, remainder) :]
         except BaseException as error:
             with contextlib.suppress(OSError):
-                os.ftruncate(self._descriptor, self._whole)
+                os.ftruncate(self._descriptor, self.size)
             if isinstance(error, OSError):
                 error.filename = self._name
             raise
-        self._whole += len(data)
+        self.size += len(data)
 
 
 @contextlib.contextmanager
@@ -62,19 +57,24 @@ def atomic_open(path: str | os.PathLike[str]) -> Iterator[BlockAppender]:
             yield BlockAppender(stream.fileno(), name)
         return
     new, descriptor = _create_temp_file(file, name)
+    held = None
     try:
-        with _hold_lock(descriptor):
-            with open(descriptor, "wb") as stream:
-                appender = BlockAppender(stream.fileno(), name)
-                yield appender
-                os.fsync(stream.fileno())
-            if appender.is_empty:
-                new.unlink()
-            else:
-                os.replace(new, file)
+        if sys.platform != "win32":
+            held = os.dup(descriptor)  # keeps the file locked after the stream is closed
+        with open(descriptor, "wb") as stream:
+            appender = BlockAppender(stream.fileno(), name)
+            yield appender
+            os.fsync(stream.fileno())
+        if appender.size:
+            os.replace(new, file)
+        else:
+            new.unlink()
     except BaseException:
         new.unlink(missing_ok=True)
         raise
+    finally:
+        if held is not None:
+            os.close(held)
     sync_folder(file.parent)
 
 
@@ -136,7 +136,13 @@ def _create_temp_file(file: Path, name: str) -> tuple[Path, int]:
     """Create and lock a temporary file with the permissions of the final file."""
     key = hashlib.blake2b(os.fsencode(file.name), digest_size=8).hexdigest()
     new = file.with_name(f".{key}.new")
-    _remove_if_abandoned(new)
+    with contextlib.suppress(OSError):
+        descriptor = os.open(new, os.O_WRONLY)
+        try:
+            if _lock(descriptor, is_waiting=False):  # no process is writing it
+                new.unlink()
+        finally:
+            os.close(descriptor)
     try:
         permissions = file.stat().st_mode & 0o777 if file.exists() else 0o666
         try:
@@ -154,17 +160,6 @@ def _create_temp_file(file: Path, name: str) -> tuple[Path, int]:
     return _create_temp_file(file, name)
 
 
-def _remove_if_abandoned(new: Path) -> None:
-    """Remove a temporary file that no process is writing."""
-    with contextlib.suppress(OSError):
-        descriptor = os.open(new, os.O_WRONLY)
-        try:
-            if _lock(descriptor, is_waiting=False):
-                new.unlink()
-        finally:
-            os.close(descriptor)
-
-
 def _lock(descriptor: int, is_waiting: bool) -> bool:
     """Lock a file until it is closed; return False if it is locked or cannot be locked."""
     if sys.platform == "win32":
@@ -176,17 +171,6 @@ def _lock(descriptor: int, is_waiting: bool) -> bool:
     except OSError:
         return False
     return True
-
-
-@contextlib.contextmanager
-def _hold_lock(descriptor: int) -> Iterator[None]:
-    """Keep a file locked after its descriptor is closed, until the end of a `with` block."""
-    held = None if sys.platform == "win32" else os.dup(descriptor)
-    try:
-        yield
-    finally:
-        if held is not None:
-            os.close(held)
 
 
 Integers = npt.NDArray[np.intc]
