@@ -12,53 +12,20 @@ import tempfile
 import warnings
 from dataclasses import dataclass
 from pathlib import Path as File
-from typing import TypedDict
+from typing import Any
 
 import numpy as np
 
 from ._model.scene import Scene
 from ._options.methods import resolve_method
 from ._results.path import Path, check_is_one
-from ._utils.arguments import Quaternion, Vector, as_positive, short_repr
+from ._utils.arguments import as_positive, short_repr
 from ._utils.files import atomic_write, check_file_is_writable
 from .scenes import about, name_of
 
 _PAGE = File(__file__).with_name("viewer.html")
 _PLACE = re.compile(r'(<script type="application/json" id="scene">)null(</script>)')
 _TICK = 1e-6  # the viewer counts time in multiples of this [T]
-
-
-class _ViewerMassProperties(TypedDict):
-    mass: float
-    inertia: list[float]
-    com: Vector
-
-
-class _ViewerTrackData(TypedDict):
-    name: str
-    step: float
-    states: str
-
-
-class _ViewerSceneData(TypedDict):
-    """The data read by the viewer: a scene and its display options."""
-
-    version: int
-    name: str
-    about: str
-    body: _ViewerMassProperties
-    attitude: Quaternion
-    momentum: Vector
-    gravity: float
-    damping: float
-    friction: float
-    turning: Vector
-    rotor: Vector
-    methods: list[str]
-    step: list[float]
-    speed: float
-    tol: float
-    tracks: list[_ViewerTrackData]
 
 
 @dataclass(frozen=True)
@@ -68,7 +35,7 @@ class View:
     scene  the data of the scene, in the format of the viewer's JSON export
     """
 
-    scene: _ViewerSceneData
+    scene: dict[str, Any]
 
     @property
     def html(self) -> str:
@@ -108,9 +75,9 @@ def open_viewer(page: View) -> tuple[File, bool]:
     """Write the viewer to a file, and open it in a browser if one is found."""
     import webbrowser  # imported here to keep `import kreisel` fast
 
-    name = page.scene["name"]
+    name, text = page.scene["name"], page.html  # fails before the folder is created
     file = _create_viewer_folder() / f"{name if name in about else 'top'}.html"
-    page.save(file)
+    atomic_write(file, text.encode())
     return file, webbrowser.open(file.as_uri())
 
 
@@ -167,49 +134,6 @@ def view(
     tracks = [_make_viewer_track(what)] if isinstance(what, Path) else []
     if step is None and isinstance(what, Path):
         step = what.step if what.step and _is_whole_millionths(what.step) else tracks[0]["step"]
-    page = View(
-        _build_viewer_scene(
-            scene,
-            _validate_viewer_methods(methods, scene),
-            step,
-            as_positive("speed", speed),
-            tracks,
-        )
-    )
-    if open and not _is_in_notebook():
-        page.open()
-    return page
-
-
-def _build_viewer_scene(
-    scene: Scene,
-    methods: list[str],
-    step: float | None,
-    speed: float,
-    tracks: list[_ViewerTrackData],
-) -> _ViewerSceneData:
-    name = name_of(scene)
-    return {
-        "version": 1,
-        "name": name or "a scene from Python",
-        "about": about.get(name, ""),
-        "body": _build_viewer_mass_properties(scene),
-        "attitude": scene.attitude,
-        "momentum": scene.momentum,
-        "gravity": scene.gravity,
-        "damping": scene.damping[0],
-        "friction": scene.friction,
-        "turning": scene.turning,
-        "rotor": scene.body.rotor,
-        "methods": methods,
-        "step": [_validate_viewer_step(0.01 if step is None else step)],
-        "speed": speed,
-        "tol": 1e-15 if scene._has_disturbances else 1e-5,
-        "tracks": tracks,
-    }
-
-
-def _build_viewer_mass_properties(scene: Scene) -> _ViewerMassProperties:
     if scene.body.inertia_rtol:
         raise ValueError(
             "the viewer does not support a tolerance of the inertia: view a body without "
@@ -217,7 +141,34 @@ def _build_viewer_mass_properties(scene: Scene) -> _ViewerMassProperties:
         )
     inertia = np.asarray(scene.body.inertia)
     rows = np.diag(inertia) if inertia.ndim == 1 else inertia
-    return {"mass": scene.body.mass, "inertia": rows.ravel().tolist(), "com": scene.body.com}
+    name, starts = name_of(scene), _validate_viewer_methods(methods, scene)
+    page = View(
+        {
+            "version": 1,
+            "name": name or "a scene from Python",
+            "about": about.get(name, ""),
+            "body": {
+                "mass": scene.body.mass,
+                "inertia": rows.ravel().tolist(),
+                "com": scene.body.com,
+            },
+            "attitude": scene.attitude,
+            "momentum": scene.momentum,
+            "gravity": scene.gravity,
+            "damping": scene.damping[0],
+            "friction": scene.friction,
+            "turning": scene.turning,
+            "rotor": scene.body.rotor,
+            "methods": starts,
+            "step": [_validate_viewer_step(0.01 if step is None else step)],
+            "speed": as_positive("speed", speed),
+            "tol": 1e-15 if scene._has_disturbances else 1e-5,
+            "tracks": tracks,
+        }
+    )
+    if open and not _is_in_notebook():
+        page.open()
+    return page
 
 
 def _validate_viewer_methods(names: str | list[str] | None, scene: Scene) -> list[str]:
@@ -252,7 +203,7 @@ def _validate_viewer_step(step: float) -> float:
     return round(length / _TICK) / 1e6
 
 
-def _make_viewer_track(path: Path) -> _ViewerTrackData:
+def _make_viewer_track(path: Path) -> dict[str, Any]:
     n = len(path)
     step = float(path.t[-1]) / (n - 1) if n > 1 else 0.0
     is_even = (

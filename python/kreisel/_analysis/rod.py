@@ -133,16 +133,15 @@ class Rod:
         The rod should bend only slightly between neighbouring points. Raises ValueError if the rod
         has fewer than two states, and ImportError if matplotlib is not installed.
         """
-        from .._plot.charts import create_axes_in_new_figure
+        from .._plot.charts import open_chart
         from .._plot.film import (
             ORANGE,
             compute_twist_free_normals,
             draw_start_and_scale_bar,
             draw_tube,
-            validate_axes_type,
         )
 
-        target = create_axes_in_new_figure() if axes is None else validate_axes_type(axes)
+        target = open_chart(axes)
         side = None if thickness is None else as_positive("thickness", thickness)
         view = as_float("elevation", elevation), as_float("azimuth", azimuth)
         unit = as_unit_name("length_unit", length_unit)

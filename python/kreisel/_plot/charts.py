@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import numpy as np
 import numpy.typing as npt
 
-from .._model.scene import Ensemble, Scene
-from .._model.starts import TurningPoints, compute_turning_points
+from .._model.scene import Ensemble
+from .._model.starts import compute_turning_points
 from .._utils.arguments import Array, as_bool, as_unit_name, optional_dependency, short_repr
 from .._utils.html import render_figure_as_png
-from .dense_motion import DrawnMotion, PlottablePath, evaluate_densely
+from .dense_motion import evaluate_densely, insert_gaps
 from .film import (
     BLUE,
     FAINT,
@@ -41,8 +41,10 @@ CLASSES = (("regular", "#1f5fb5"), ("chaotic", "#f0810f"), ("in doubt", "#a0a0a0
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def create_axes_in_new_figure(width: float = 6.0, height: float = 4.0) -> Axes:
-    """Create a figure of the given size [in], and return its axes."""
+def open_chart(axes: Axes | None, width: float = 6.0, height: float = 4.0) -> Axes:
+    """Return `axes`, by default those of a new figure of the given size [in]."""
+    if axes is not None:
+        return validate_axes_type(axes)
     return Figure(figsize=(width, height), layout="constrained").add_subplot()
 
 
@@ -59,6 +61,11 @@ def apply_chart_style(chart: Axes) -> None:
     chart.xaxis.label.set_fontsize(9)
     chart.yaxis.label.set_fontsize(9)
     chart.margins(x=0.01)
+
+
+def make_legend_entry(label: str, colour: str, **style: Any) -> Line2D:
+    style = {"linewidth": 0.9} | style
+    return Line2D([], [], color=colour, label=label, **style)
 
 
 def format_axis_label(name: str, dimension: str, time_unit: str) -> str:
@@ -124,7 +131,7 @@ class FigureAxes(tuple[Axes, ...]):
 
 
 def plot_paths(
-    paths: Sequence[tuple[PlottablePath, PlottablePath | None]],
+    paths: Sequence[tuple[Any, Any]],
     axes: Iterable[Axes] | None,
     degrees: bool,
     time_unit: str,
@@ -193,76 +200,69 @@ def _validate_chart_axes(axes: Iterable[Axes], paths: int) -> FigureAxes:
 
 def _draw_path_panels(
     axes: Sequence[Axes],
-    path: PlottablePath,
-    events: PlottablePath | None,
+    path: Any,
+    events: Any,
     angle: tuple[float, str],
     time: str,
 ) -> None:
     """Draw a path and its events, with angles in the given unit."""
     sphere, nutation_axes, precession_axes = axes
     unit, sign = angle
-    limits = _turning_points_or_none(path.scene)
-    heights = [] if limits is None else [np.cos(limits.least[0]), np.cos(limits.greatest[0])]
+    try:
+        limits = compute_turning_points(path.scene)
+    except ValueError:  # not known in closed form
+        limits = None
+    angles = [] if limits is None else [float(limits.least[0]), float(limits.greatest[0])]
     drawn = evaluate_densely(path)
     shown = path[:1] if drawn.line is None else drawn.line
-    draw_apex_trace(sphere, shown.apex, limits=heights)
+    draw_apex_trace(sphere, shown.apex, limits=np.cos(angles))
     motion = path.scene.body.kind if limits is None else str(limits.motion_type[0])
     method = "closed form" if path.method == "exact" else path.method
     sphere.set_title(f"{motion} ({method})", fontsize=10)
-    _draw_angles_over_time(nutation_axes, precession_axes, drawn.line, unit)
-    for height in [] if limits is None else [limits.least[0], limits.greatest[0]]:
+    if drawn.line is not None:
+        line, style = drawn.line, dict[str, Any](color=BLUE, linewidth=1.2)
+        nutation_axes.plot(line.t, unit * line.nutation, **style)
+        precession = np.unwrap(line.precession_angle)
+        change = np.abs(np.diff(precession))
+        # The angle jumps if the apex passes close to the vertical.
+        jumps = change > max(0.5, 8.0 * float(np.median(change)) if len(change) else 0.0)
+        precession_axes.plot(*insert_gaps(line.t, unit * precession, jumps), **style)
+    for angle_limit in angles:
         nutation_axes.axhline(
-            unit * float(height), color=ORANGE, linewidth=0.9, linestyle="--", zorder=1
+            unit * angle_limit, color=ORANGE, linewidth=0.9, linestyle="--", zorder=1
         )
     if drawn.has_marks:
         _draw_dots(axes, path, drawn.line, unit, BLUE, 3.0)
     if events is not None:
         _draw_dots(axes, events, drawn.line, unit, ORANGE, 4.0)
-    _draw_legend(sphere, bool(heights), events is not None, drawn)
+    dots = [("start", matplotlib.rcParams["text.color"], 4.0)]
+    if drawn.has_marks:
+        dots.append(
+            ("states" if drawn.line is not None else "states (motion not drawn)", BLUE, 3.0)
+        )
+    if events is not None:
+        dots.append(("events", ORANGE, 4.0))
+    marks = [
+        make_legend_entry(label, colour, marker="o", markersize=size, linestyle="")
+        for label, colour, size in dots
+    ]
+    if angles:
+        marks.append(make_legend_entry("limits", ORANGE, linestyle="--"))
+    sphere.legend(
+        handles=marks, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=4, fontsize=7.5,
+        frameon=False, borderpad=0.0, handlelength=1.5, columnspacing=1.2,
+    )  # fmt: skip
     nutation_axes.set_ylabel(f"nutation [{sign}]")
     precession_axes.set(xlabel=time, ylabel=f"precession [{sign}]")
-    _widen_narrow_axis(nutation_axes, unit)
+    low, high = nutation_axes.get_ylim()
+    if high - low < 1e-6 * unit:  # constant up to rounding errors
+        middle, half = 0.5 * (low + high), 0.05 * unit
+        nutation_axes.set_ylim(middle - half, middle + half)
     nutation_axes.tick_params(
         labelbottom=not nutation_axes.get_shared_x_axes().joined(nutation_axes, precession_axes)
     )
     for chart in nutation_axes, precession_axes:
         apply_chart_style(chart)
-
-
-def _draw_angles_over_time(
-    nutation_axes: Axes, precession_axes: Axes, line: PlottablePath | None, unit: float
-) -> None:
-    if line is None:
-        return
-    nutation_axes.plot(line.t, unit * line.nutation, color=BLUE, linewidth=1.2)
-    precession = np.unwrap(line.precession_angle)
-    precession_axes.plot(
-        *_insert_gaps_at_jumps(line.t, unit * precession, _find_precession_jumps(precession)),
-        color=BLUE,
-        linewidth=1.2,
-    )
-
-
-def _draw_legend(sphere: Axes, has_limits: bool, has_events: bool, drawn: DrawnMotion) -> None:
-    """Draw a legend below a sphere that explains its dots and dashed lines."""
-    ink = matplotlib.rcParams["text.color"]
-    dots = [("start", ink, 4.0)]
-    if drawn.has_marks:
-        dots.append(
-            ("states" if drawn.line is not None else "states (motion not drawn)", BLUE, 3.0)
-        )
-    if has_events:
-        dots.append(("events", ORANGE, 4.0))
-    marks = [
-        Line2D([], [], color=colour, marker="o", markersize=size, linestyle="", label=label)
-        for label, colour, size in dots
-    ]
-    if has_limits:
-        marks.append(Line2D([], [], color=ORANGE, linewidth=0.9, linestyle="--", label="limits"))
-    sphere.legend(
-        handles=marks, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=4, fontsize=7.5,
-        frameon=False, borderpad=0.0, handlelength=1.5, columnspacing=1.2,
-    )  # fmt: skip
 
 
 def _draw_angle_between_paths(
@@ -285,28 +285,10 @@ def _draw_angle_between_paths(
     apply_chart_style(chart)
 
 
-def _find_precession_jumps(precession: Array) -> npt.NDArray[np.intp]:
-    """Find the time intervals in which the precession angle jumps, and return their indices.
-
-    The precession angle jumps if the apex passes close to the vertical. A jump is a change by more
-    than 0.5 rad and by more than 8 times the median change.
-    """
-    change = np.abs(np.diff(precession))
-    median = float(np.median(change)) if len(change) else 0.0
-    return np.flatnonzero(change > max(0.5, 8.0 * median))
-
-
-def _insert_gaps_at_jumps(
-    t: Array, values: Array, intervals: npt.NDArray[np.intp]
-) -> tuple[Array, Array]:
-    """Insert a NaN into each of the given intervals, so that drawn curves are interrupted there."""
-    return np.insert(t, intervals + 1, np.nan), np.insert(values, intervals + 1, np.nan)
-
-
 def _draw_dots(
     axes: Sequence[Axes],
-    states: PlottablePath,
-    line: PlottablePath | None,
+    states: Any,
+    line: Any,
     unit: float,
     colour: str,
     size: float,
@@ -324,31 +306,6 @@ def _draw_dots(
     ]
     for chart, (across, up) in zip(axes, points, strict=True):
         chart.plot(across, up, "o", color=colour, markersize=size, zorder=4)
-
-
-def _turning_points_or_none(scene: Scene) -> TurningPoints | None:
-    try:
-        return compute_turning_points(scene)
-    except ValueError:
-        return None
-
-
-def _widen_narrow_axis(chart: Axes, unit: float) -> None:
-    """Widen the vertical range of a chart if the nutation is constant up to rounding errors."""
-    low, high = chart.get_ylim()
-    if high - low < 1e-6 * unit:
-        middle, half = 0.5 * (low + high), 0.05 * unit
-        chart.set_ylim(middle - half, middle + half)
-
-
-def draw_unit_sphere(axes: Axes, elevation: float = 20.0) -> None:
-    """Draw the outline of the unit sphere, its equator, and an upward arrow."""
-    angle = np.linspace(0.0, 2.0 * np.pi, 200)
-    axes.plot(np.cos(angle), np.sin(angle), color=FAINT, linewidth=0.8)
-    _draw_circle_of_latitude(axes, 0.0, elevation, FAINT, "-")
-    x, y, _ = project_to_view(np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.25]]), elevation)
-    axes.annotate("", (x[1], y[1]), (x[0], y[0]), arrowprops={"arrowstyle": "->", "color": FAINT})
-    axes.set(xlim=(-1.05, 1.05), ylim=(-1.05, 1.3))
 
 
 def _draw_circle_of_latitude(
@@ -371,7 +328,12 @@ def draw_apex_trace(
     The initial state is marked by a dot, and the vertical by an arrow. Dashed circles mark the
     limiting heights of the apex, given by `limits`.
     """
-    draw_unit_sphere(axes, elevation)
+    angle = np.linspace(0.0, 2.0 * np.pi, 200)
+    axes.plot(np.cos(angle), np.sin(angle), color=FAINT, linewidth=0.8)
+    _draw_circle_of_latitude(axes, 0.0, elevation, FAINT, "-")
+    x, y, _ = project_to_view(np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.25]]), elevation)
+    axes.annotate("", (x[1], y[1]), (x[0], y[0]), arrowprops={"arrowstyle": "->", "color": FAINT})
+    axes.set(xlim=(-1.05, 1.05), ylim=(-1.05, 1.3))
     for height in limits:
         _draw_circle_of_latitude(axes, float(height), elevation, ORANGE, "--")
     x, y, depth = project_to_view(trace, elevation)
@@ -388,35 +350,16 @@ _LOWEST = {"megno": 0.1, "oli": 0.1}  # values below are left out of the logarit
 _CHAOTIC, _DOUBTFUL = 1, 2  # indices of CLASSES
 
 
-class IndicatorWithClasses(Protocol):
-    """The values of a chaos indicator and the classification of each top."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def t(self) -> Array: ...
-    @property
-    def curve(self) -> Array: ...
-    @property
-    def value(self) -> Array | float: ...
-    @property
-    def threshold(self) -> float: ...
-    @property
-    def is_chaotic(self) -> npt.NDArray[np.bool_] | bool: ...
-    @property
-    def is_doubtful(self) -> npt.NDArray[np.bool_] | bool: ...
-
-
-def classify_tops_by_chaos(indicator: IndicatorWithClasses) -> npt.NDArray[np.int8]:
+def classify_tops_by_chaos(indicator: Any) -> npt.NDArray[np.int8]:
     """Return the class of each top: 0 if it is regular, 1 if it is chaotic, and 2 if uncertain."""
     classes = np.where(np.ravel(indicator.is_chaotic), _CHAOTIC, 0).astype(np.int8)
     classes[np.ravel(indicator.is_doubtful)] = _DOUBTFUL
     return classes
 
 
-def draw_indicator_curves(indicator: IndicatorWithClasses, axes: Axes | None, unit: str) -> Axes:
+def draw_indicator_curves(indicator: Any, axes: Axes | None, unit: str) -> Axes:
     """Plot a chaos indicator over time, in colours for regular, chaotic and uncertain tops."""
-    chart = create_axes_in_new_figure() if axes is None else validate_axes_type(axes)
+    chart = open_chart(axes)
     curves = indicator.curve.reshape(-1, indicator.t.size)
     lowest, classes = _LOWEST.get(indicator.name, 0.0), classify_tops_by_chaos(indicator)
     visible = np.where(curves > lowest, curves, np.nan)
@@ -427,10 +370,14 @@ def draw_indicator_curves(indicator: IndicatorWithClasses, axes: Axes | None, un
             linewidth=1.4 if len(curves) == 1 else 0.8, zorder=2.0 + 0.1 * float(k),
             alpha=max(0.15, min(1.0, 20.0 / len(curves))),
         )  # fmt: skip
-    marks = _make_legend_entry_per_class(classes)
+    marks = []
+    for k, n in zip(*np.unique(classes, return_counts=True), strict=True):
+        name, colour = CLASSES[k]
+        label = name if len(classes) == 1 else f"{name} ({n})"
+        marks.append(make_legend_entry(label, colour, linewidth=2.0))
     if indicator.name == "megno":
         chart.axhline(indicator.threshold, color=FAINT, linewidth=0.9, linestyle="--", zorder=1)
-        marks.append(Line2D([], [], color=FAINT, linewidth=0.9, linestyle="--", label="threshold"))
+        marks.append(make_legend_entry("threshold", FAINT, linestyle="--"))
     chart.legend(handles=marks, fontsize=8, frameon=False)
     chart.set(xscale="log", yscale="log")
     chart.set(
@@ -442,22 +389,9 @@ def draw_indicator_curves(indicator: IndicatorWithClasses, axes: Axes | None, un
     return chart
 
 
-def _make_legend_entry_per_class(classes: npt.NDArray[np.int8]) -> list[Line2D]:
-    """Return a legend entry for each class of tops that occurs."""
-    numbers, counts = np.unique(classes, return_counts=True)
-    marks = []
-    for k, n in zip(numbers, counts, strict=True):
-        name, colour = CLASSES[k]
-        label = name if len(classes) == 1 else f"{name} ({n})"
-        marks.append(Line2D([], [], color=colour, linewidth=2.0, label=label))
-    return marks
-
-
-def draw_chaos_indicator_map(
-    indicator: IndicatorWithClasses, tops: Ensemble, axes: Axes | None, unit: str
-) -> Axes:
+def draw_chaos_indicator_map(indicator: Any, tops: Ensemble, axes: Axes | None, unit: str) -> Axes:
     """Plot the final values of an indicator over two parameters; dots mark borderline cases."""
-    chart = create_axes_in_new_figure() if axes is None else validate_axes_type(axes)
+    chart = open_chart(axes)
     values = indicator.curve[..., -1]
     (y_name, y), (x_name, x) = (_get_varied_axis_name_and_values(tops, d) for d in (0, 1))
     scale: Normalize = Normalize()
@@ -502,24 +436,9 @@ _NEAR = 1e-3  # largest difference of a line from a multiple, relative to the fr
 _DECADES = 0.5  # empty part of the scale below the weakest and above the strongest line
 
 
-class SpectralLines(Protocol):
-    """The fundamental frequencies of a motion, and its spectral lines."""
-
-    @property
-    def precession_rate(self) -> float: ...
-    @property
-    def nutation(self) -> float: ...
-    @property
-    def lines(self) -> Array: ...
-    @property
-    def amplitudes(self) -> npt.NDArray[np.complex128]: ...
-    @property
-    def rest(self) -> float: ...
-
-
-def draw_spectral_lines(spectrum: SpectralLines, axes: Axes | None, unit: str) -> Axes:
+def draw_spectral_lines(spectrum: Any, axes: Axes | None, unit: str) -> Axes:
     """Plot the amplitude of each spectral line against its frequency, and return the axes."""
-    chart = create_axes_in_new_figure(6.4, 3.4) if axes is None else validate_axes_type(axes)
+    chart = open_chart(axes, 6.4, 3.4)
     strengths = np.abs(spectrum.amplitudes)
     is_present = strengths > 0.0
     lines, strengths = spectrum.lines[is_present], strengths[is_present]
@@ -537,7 +456,14 @@ def draw_spectral_lines(spectrum: SpectralLines, axes: Axes | None, unit: str) -
         chart.axvline(
             spectrum.precession_rate, color=ORANGE, linewidth=1.0, linestyle="--", zorder=1
         )
-        _label_spectral_lines(chart, spectrum, lines, strengths)
+        if spectrum.nutation > 0.0:
+            multiples = (lines - spectrum.precession_rate) / spectrum.nutation
+            for line, strength, k in zip(lines, strengths, multiples, strict=True):
+                if abs(k - round(k)) < _NEAR:
+                    chart.annotate(
+                        f"{round(k):+d}" if round(k) else "0", (line, strength), xytext=(0, 4),
+                        textcoords="offset points", ha="center", fontsize=7.5,
+                    )  # fmt: skip
     title = f"{len(lines)} lines, rest {spectrum.rest:.0e}"
     if math.isfinite(spectrum.precession_rate):
         title += "; dashed: mean precession"
@@ -545,19 +471,6 @@ def draw_spectral_lines(spectrum: SpectralLines, axes: Axes | None, unit: str) -
     apply_chart_style(chart)
     chart.margins(x=0.06)
     return chart
-
-
-def _label_spectral_lines(
-    chart: Axes, spectrum: SpectralLines, lines: Array, strengths: Array
-) -> None:
-    """Label each line near the precession plus k times the nutation frequency by the integer k."""
-    style: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "fontsize": 7.5}
-    if spectrum.nutation > 0.0:
-        multiples = (lines - spectrum.precession_rate) / spectrum.nutation
-        for line, strength, k in zip(lines, strengths, multiples, strict=True):
-            if abs(k - round(k)) < _NEAR:
-                chart.annotate(f"{round(k):+d}" if round(k) else "0", (line, strength),
-                               xytext=(0, 4), **style)  # fmt: skip
 
 
 _INK = 12000.0  # sum of the areas of all points [pt^2], within the limits below
@@ -578,7 +491,7 @@ def draw_section_points(
     top      (e,) the index of the top of each point
     classes  for each top, the index of its class in CLASSES; None: a colour for each top
     """
-    chart = create_axes_in_new_figure(5.2, 4.4) if axes is None else validate_axes_type(axes)
+    chart = open_chart(axes, 5.2, 4.4)
     x, y = points
     size = float(np.clip(_INK / max(len(x), 1), _SMALLEST, _LARGEST))
     if classes is None:
@@ -589,7 +502,7 @@ def draw_section_points(
         palette = np.array([matplotlib.colors.to_rgba(colour) for _, colour in CLASSES])
         colours = palette[classes[top]]
         marks = [
-            Line2D([], [], color=colour, marker="o", markersize=4, linestyle="", label=name)
+            make_legend_entry(name, colour, marker="o", markersize=4, linestyle="")
             for k, (name, colour) in enumerate(CLASSES)
             if (classes == k).any()
         ]
@@ -608,30 +521,14 @@ _COLOURS = (BLUE, ORANGE, "#5a9e6f")
 _WIDTH, _HEIGHT = 4.5, 4.5  # size of a column of two charts [inches]
 
 
-class PlottableFitSeries(Protocol):
-    """The measurements of one quantity, and the residuals of the fit.
+def plot_fit_panels(panels: Sequence[Any]) -> FigureAxes:
+    """Draw two charts per panel: one of measurements and fitted motion, and one of residuals.
 
-    values and residuals have the shapes (n, j) and (n, k), where j > k for attitudes, and are NaN
-    where nothing was measured. sigma broadcasts to the residuals. motion has times and values of
-    the fitted motion that a line joins, or is None.
+    Each panel has the attributes name, t, values, residuals, sigma and motion. values and residuals
+    have the shapes (n, j) and (n, k), where j > k for attitudes, and are NaN where nothing was
+    measured. sigma broadcasts to the residuals. motion has times and values of the fitted motion
+    that a line joins, or is None.
     """
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def t(self) -> Array: ...
-    @property
-    def values(self) -> Array: ...
-    @property
-    def residuals(self) -> Array: ...
-    @property
-    def sigma(self) -> Array: ...
-    @property
-    def motion(self) -> tuple[Array, Array] | None: ...
-
-
-def plot_fit_panels(panels: list[PlottableFitSeries]) -> FigureAxes:
-    """Draw two charts per panel: one of measurements and fitted motion, and one of residuals."""
     figure = Figure(figsize=(_WIDTH * len(panels), _HEIGHT), layout="constrained")
     axes: list[Axes] = []
     grid = figure.subplots(2, len(panels), sharex="col", squeeze=False, height_ratios=(2.0, 1.0))

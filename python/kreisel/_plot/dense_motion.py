@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from .._model.euler_angles import find_symmetry_moments
 from .._model.scene import Scene
@@ -16,33 +17,13 @@ MOST_POINTS = 30_000  # a line of more points would show a filled band
 _AGREE = 1e-6  # distance of two apex directions that is not visible
 
 
-class PlottablePath(Protocol):
-    """A path that can be plotted, and evaluated at other times."""
-
-    @property
-    def scene(self) -> Scene: ...
-    @property
-    def method(self) -> str: ...
-    @property
-    def t(self) -> Array: ...
-    @property
-    def apex(self) -> Array: ...
-    @property
-    def nutation(self) -> Array: ...
-    @property
-    def precession_angle(self) -> Array: ...
-    def __len__(self) -> int: ...
-    def __getitem__(self, which: slice, /) -> PlottablePath: ...
-    def __call__(self, t: Array, /) -> PlottablePath: ...
-
-
 class DrawnMotion(NamedTuple):
     """The states that a line joins, and whether the states of the path are to be marked.
 
     line   the path itself, or the same motion at more times; None if no line shows the motion
     """
 
-    line: PlottablePath | None
+    line: Any
     has_marks: bool
 
 
@@ -78,7 +59,7 @@ def subdivide_times(t: Array, turn: float) -> Array | None:
     return np.append(inner, times[-1])
 
 
-def evaluate_densely(path: PlottablePath) -> DrawnMotion:
+def evaluate_densely(path: Any) -> DrawnMotion:
     """Return the motion of a path for a line, from the first state to the last.
 
     The motion is evaluated between the states if they are too far apart. No line is drawn if the
@@ -101,3 +82,9 @@ def evaluate_densely(path: PlottablePath) -> DrawnMotion:
     if not (np.abs(motion.apex[states] - path.apex) < _AGREE).all():
         return DrawnMotion(None, True)
     return DrawnMotion(motion, True)
+
+
+def insert_gaps(t: Array, values: Array, is_jump: npt.NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Insert a NaN into each interval where `is_jump`, so that drawn curves are interrupted."""
+    gaps = np.flatnonzero(is_jump) + 1
+    return np.insert(t, gaps, np.nan), np.insert(values, gaps, np.nan, axis=0)

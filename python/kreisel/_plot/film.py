@@ -6,17 +6,17 @@ import math
 import os
 import tempfile
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from decimal import ROUND_UP, Decimal
 from functools import cached_property
 from io import BytesIO
 from itertools import chain
 from pathlib import Path as File
-from typing import Protocol
+from typing import Any
 
 import numpy as np
 
 from .._model.body import Body
-from .._model.scene import Scene
 from .._utils.arguments import (
     Array,
     as_int,
@@ -27,6 +27,7 @@ from .._utils.arguments import (
     short_repr,
 )
 from .._utils.files import atomic_write, check_file_is_writable
+from ..quaternion import multiply, turn
 from .dense_motion import MOST_POINTS, POINTS_PER_TURN, compute_duration_of_turn
 
 with optional_dependency("'kreisel[plot]'"):
@@ -62,6 +63,10 @@ def project_to_view(
     return horizontal, z * np.cos(e) + distance * np.sin(e), z * np.sin(e) - distance * np.cos(e)
 
 
+def _rotate(q: Array, points: Array) -> Array:
+    return np.stack(turn(tuple(q), tuple(np.moveaxis(points, -1, 0))), axis=-1)
+
+
 def validate_axes_type(axes: object) -> Axes:
     """Return `axes` if it is a matplotlib Axes; raise TypeError otherwise."""
     if not isinstance(axes, Axes):
@@ -70,6 +75,12 @@ def validate_axes_type(axes: object) -> Axes:
             f"{short_repr(axes)}"
         )
     return axes
+
+
+def _compute_signed_areas(x: Array, y: Array) -> Array:
+    """Return twice the area of each face, positive if its corners run counterclockwise."""
+    area: Array = (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1])
+    return area - (x[:, 3] - x[:, 1]) * (y[:, 2] - y[:, 0])
 
 
 def draw_solid_faces(
@@ -88,9 +99,7 @@ def draw_solid_faces(
     `edge` is the line width of the outlines [pt].
     """
     x, y, depth = project_to_view(corners, elevation, azimuth)
-    is_visible = (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (
-        y[:, 2] - y[:, 0]
-    ) > 0.0
+    is_visible = _compute_signed_areas(x, y) > 0.0
     base = np.broadcast_to(to_rgb(colour) if isinstance(colour, str) else colour, (len(x), 3))
     order = np.flatnonzero(is_visible)[np.argsort(depth[is_visible].mean(axis=-1))]
     x, y, corners, base = x[order], y[order], corners[order], base[order]
@@ -125,11 +134,11 @@ def draw_tube(
 
     The axes of the ellipse are parallel to the unit vectors in `normals`, an array of
     shape (n, 2, 3). The axes of the ellipse have the ratio `section`, and the major axis has the
-    length `thickness`.
+    length `thickness`, by default a thirtieth of the size of the curve.
     """
     angle = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1) * np.array(section)
-    ring *= 0.5 * _choose_tube_thickness(centre, thickness)
+    ring *= 0.5 * (np.ptp(centre, axis=0).max() / 30.0 if thickness is None else thickness)
     rims = centre[:, None] + np.einsum("cj,njk->nck", ring, normals)
     pieces = np.arange(0, _ROUND, 2)[:, None] + np.arange(3)  # rim points of the end faces
     first, last = (rims[k, pieces % _ROUND] for k in (0, -1))
@@ -138,9 +147,9 @@ def draw_tube(
         np.concatenate([middle[0], first[:, ::-1]], axis=1),
         np.concatenate([middle[1], last], axis=1),
     ]
-    draw_solid_faces(
-        axes, np.concatenate([_connect_rings(rims), *ends]), colour, elevation, azimuth
-    )
+    shifted = np.roll(rims, -1, axis=1)
+    sides = np.stack([rims[:-1], shifted[:-1], shifted[1:], rims[1:]], axis=2).reshape(-1, 4, 3)
+    draw_solid_faces(axes, np.concatenate([sides, *ends]), colour, elevation, azimuth)
     set_equal_scale_and_hide_frame(axes)
 
 
@@ -156,7 +165,10 @@ def draw_start_and_scale_bar(
     axes.plot(x[:1], y[:1], "o", color=ink, markersize=4, zorder=4)
     style = {"textcoords": "offset points", "fontsize": 8, "color": ink}
     extent = float(max(np.ptp(x), np.ptp(y)))
-    dx, dy = _find_direction_away_from_curve(x, y, 0.3 * extent)
+    is_near = np.hypot(x - x[0], y - y[0]) <= 0.3 * extent
+    dx, dy = x[0] - x[is_near].mean(), y[0] - y[is_near].mean()  # away from the curve
+    distance = float(np.hypot(dx, dy))
+    dx, dy = (dx / distance, dy / distance) if distance > 0.0 else (-1.0, 0.0)
     axes.annotate(
         "start", (x[0], y[0]), xytext=(9 * dx, 9 * dy),
         ha=("center", "left", "right")[round(dx)],
@@ -175,25 +187,6 @@ def draw_start_and_scale_bar(
         f"{length:.12g} {unit}", (left + 0.5 * length, bottom), xytext=(0, -4), va="top",
         ha="center", **style,
     )  # fmt: skip
-
-
-def _find_direction_away_from_curve(x: Array, y: Array, reach: float) -> tuple[float, float]:
-    is_near = np.hypot(x - x[0], y - y[0]) <= reach
-    direction = complex(x[0] - x[is_near].mean(), y[0] - y[is_near].mean())
-    if not abs(direction) > 0.0:
-        return (-1.0, 0.0)
-    return (direction.real / abs(direction), direction.imag / abs(direction))
-
-
-def _choose_tube_thickness(centre: Array, thickness: float | None) -> float:
-    """Return the thickness of a tube, by default a thirtieth of the size of its centre line."""
-    return float(np.ptp(centre, axis=0).max()) / 30.0 if thickness is None else thickness
-
-
-def _connect_rings(rims: Array) -> Array:
-    """Return the faces that connect each ring of points with the next."""
-    shifted = np.roll(rims, -1, axis=1)
-    return np.stack([rims[:-1], shifted[:-1], shifted[1:], rims[1:]], axis=2).reshape(-1, 4, 3)
 
 
 def compute_twist_free_normals(tangent: Array) -> Array:
@@ -308,26 +301,30 @@ def _compute_spline_points(points: list[tuple[float, float]]) -> list[tuple[floa
     return [(float(r), float(z)) for r, z in curve]
 
 
-def build_solid_faces(mass: float, moments: Array, com: Array) -> tuple[Array, Array]:
+def build_solid_faces(body: Body) -> tuple[Array, Array]:
     """Return the faces of a solid that represents a body, and their colours.
 
     A body that is symmetric about its apex is drawn as a spinning top or, if its centre of mass is
     the fixed point, as a cylinder. Any other body is drawn as a cuboid. The corners of the faces
-    are given in principal axes.
+    are given in the user's body frame, and scaled to fit into the unit sphere.
     """
-    half, centre, axes = cuboid(mass, moments, com)
+    moments, com = np.array(body.moments), np.array(body.principal_com)
+    half, centre, axes = cuboid(body.mass, moments, com)
     apex = int(np.argmax(np.abs(com))) if com.any() else 2
     i, j = (apex + 1) % 3, (apex + 2) % 3
     level = np.abs(com[[i, j]]).max() <= 1e-9 * np.abs(com).max(initial=0.0)
-    if not (level and abs(moments[i] - moments[j]) <= 1e-9 * moments.max()):
-        return build_cuboid_faces(half, centre, axes)
-    quads, colours = build_faces_of_revolution(
-        2.0 * half[i] / 3**0.5, half[apex], abs(centre[apex]), bool(com.any())
-    )
-    frame = np.eye(3)[[i, j, apex]]
-    if com[apex] < 0.0:
-        frame[1:] *= -1.0
-    return quads @ frame, colours
+    if level and abs(moments[i] - moments[j]) <= 1e-9 * moments.max():
+        quads, colours = build_faces_of_revolution(
+            2.0 * half[i] / 3**0.5, half[apex], abs(centre[apex]), bool(com.any())
+        )
+        frame = np.eye(3)[[i, j, apex]]
+        if com[apex] < 0.0:
+            frame[1:] *= -1.0
+        quads = quads @ frame
+    else:
+        quads, colours = build_cuboid_faces(half, centre, axes)
+    quads = _rotate(np.array(body.axes), quads)
+    return quads * (_REACH / np.linalg.norm(quads, axis=-1).max()), colours
 
 
 GRID, SHADOW, STAND, STEEL = "#808894", "#0c1018", "#9a9389", "#aab2bd"
@@ -341,59 +338,44 @@ _MARGIN = 1.08  # half width of the picture
 
 
 def draw_floor_sphere_and_stand(axes: Axes, floor: float) -> None:
-    """Draw the floor, the unit sphere and the stand that supports the body."""
-    _set_square_axis_limits(axes, floor)
-    _draw_floor(axes, floor)
-    _draw_part_of_sphere_above_floor(axes, floor)
-    _draw_stand(axes, floor)
+    """Draw the floor, the unit sphere above it, and the needle that supports the body.
 
-
-def _set_square_axis_limits(axes: Axes, floor: float) -> None:
-    """Set the axis limits of a square picture that shows the sphere and part of the floor."""
+    The floor has concentric circles and spokes that fade towards its edge. The limits of the axes
+    are those of a square picture that shows the sphere and part of the floor.
+    """
     _, y, _ = project_to_view(np.array([[0.0, -0.9, floor], [0.0, 0.0, 1.3]]))
     low = min(float(y[0]), -_MARGIN if floor < -0.5 else 0.0)
     middle = 0.5 * (low + float(y[1]))
     axes.set(xlim=(-_MARGIN, _MARGIN), ylim=(middle - _MARGIN, middle + _MARGIN))
     axes.set_autoscale_on(False)
 
-
-def _draw_floor(axes: Axes, height: float) -> None:
-    """Draw concentric circles and spokes that fade towards the edge of the floor."""
-    turn = np.linspace(0.0, 2.0 * np.pi, 121)
+    turn_angle = np.linspace(0.0, 2.0 * np.pi, 121)
+    circle = np.stack([np.cos(turn_angle), np.sin(turn_angle)], axis=-1)
+    lines = [r * circle for r in np.linspace(0.0, _RADIUS, _RINGS + 1)[1:]]
     radii = np.linspace(0.0, _RADIUS, 31)
-    lines = [
-        r * _convert_azimuths_to_directions(turn) for r in np.linspace(0.0, _RADIUS, _RINGS + 1)[1:]
-    ]
-    lines += list(
-        _convert_azimuths_to_directions(turn[:: 120 // _SPOKES][:-1])[:, None] * radii[:, None]
-    )
+    lines += list(circle[:: 120 // _SPOKES][:-1][:, None] * radii[:, None])
     pieces = np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in lines])
     distance = np.linalg.norm(pieces.mean(axis=1), axis=-1) / _RADIUS
     colours = np.tile(to_rgba(GRID), (len(pieces), 1))
     colours[:, 3] = 0.35 * np.clip(1.0 - distance, 0.0, 1.0) ** 0.5
-    segments = _project_horizontal_points(pieces, height)
-    axes.add_collection(LineCollection(list(segments), colors=colours, linewidths=0.6, zorder=0.1))
+    segments = list(_project_horizontal_points(pieces, floor))
+    axes.add_collection(LineCollection(segments, colors=colours, linewidths=0.6, zorder=0.1))
 
-
-def _draw_part_of_sphere_above_floor(axes: Axes, floor: float) -> None:
-    """Draw the outline of the unit sphere above the floor, and the circle where they intersect."""
-    turn = np.linspace(0.0, 2.0 * np.pi, 361)
-    x, y = _convert_azimuths_to_directions(turn).T
-    height = y * np.cos(np.radians(20.0))  # of the points of the outline
+    turn_angle = np.linspace(0.0, 2.0 * np.pi, 361)
+    x, y = np.cos(turn_angle), np.sin(turn_angle)
+    height = y * np.cos(np.radians(20.0))  # of the points of the outline of the sphere
     axes.plot(x, np.where(height >= floor, y, np.nan), color=FAINT, linewidth=0.8, zorder=0.6)
     if floor > -1.0:
-        rim = _project_horizontal_points(
-            (1.0 - floor * floor) ** 0.5 * _convert_azimuths_to_directions(turn), floor
-        )
-        axes.plot(*rim.T, color=FAINT, linewidth=0.7, alpha=0.7, zorder=0.6)
-    base, tip = (tuple(_project_horizontal_points(np.zeros(2), z).tolist()) for z in (1.0, 1.22))
-    axes.annotate("", tip, base, arrowprops={"arrowstyle": "->", "color": FAINT})
-
-
-def _draw_stand(axes: Axes, floor: float) -> None:
-    """Draw the fixed point and a needle that supports it above the floor."""
-    axes.plot(*np.stack([_project_horizontal_points(np.zeros(2), z) for z in (0.0, floor)]).T,
-              color=STAND, linewidth=2.0, solid_capstyle="round", zorder=1.5)  # fmt: skip
+        rim = (1.0 - floor * floor) ** 0.5 * np.stack([x, y], axis=-1)
+        places = _project_horizontal_points(rim, floor)
+        axes.plot(*places.T, color=FAINT, linewidth=0.7, alpha=0.7, zorder=0.6)
+    tip, base, origin, foot = (
+        _project_horizontal_points(np.zeros(2), z) for z in (1.22, 1.0, 0.0, floor)
+    )
+    arrow = {"arrowstyle": "->", "color": FAINT}
+    axes.annotate("", tuple(tip.tolist()), tuple(base.tolist()), arrowprops=arrow)
+    needle = np.stack([origin, foot]).T
+    axes.plot(*needle, color=STAND, linewidth=2.0, solid_capstyle="round", zorder=1.5)
     axes.plot([0.0], [0.0], "o", color=STAND, markersize=4.5, zorder=1.6)
 
 
@@ -424,15 +406,10 @@ def draw_body_shadow(axes: Axes, corners: Array, floor: float) -> PathCollection
 def _join_faces_to_outline(faces: Array) -> Outline:
     """Combine the faces into a single path that encloses their union."""
     x, y = np.moveaxis(faces, -1, 0)
-    area = (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (y[:, 2] - y[:, 0])
-    faces = faces[area > 0.0]  # faces away from the lamp cover the same area
+    faces = faces[_compute_signed_areas(x, y) > 0.0]  # faces away from the lamp cover the same area
     corners = np.concatenate([faces, faces[:, :1]], axis=1).reshape(-1, 2)
     codes = np.tile([Outline.MOVETO, *[Outline.LINETO] * 3, Outline.CLOSEPOLY], len(faces))
     return Outline(corners, codes.astype(np.uint8))
-
-
-def _convert_azimuths_to_directions(angle: Array) -> Array:
-    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 
 def _project_horizontal_points(places: Array, height: float) -> Array:
@@ -452,21 +429,8 @@ _LEVEL = 0.02  # depth below the fixed point that is drawn as if the body stood 
 _ASIDE = 30.0  # angle by which the lean is turned towards the eye [degrees]
 
 
-class AnimatablePath(Protocol):
-    """A path that can be animated."""
-
-    @property
-    def scene(self) -> Scene: ...
-    @property
-    def t(self) -> Array: ...
-    @property
-    def q(self) -> Array: ...
-    @property
-    def apex(self) -> Array: ...
-    def __call__(self, t: Array, /) -> AnimatablePath: ...
-
-
 @make_frozen_class_decorator("path.animate({}=...) returns a new film")
+@dataclass(frozen=True, eq=False, repr=False)
 class Film:
     """An animation of a path, to be saved to a file or displayed in a notebook.
 
@@ -478,26 +442,10 @@ class Film:
     fps: int
     _body: Body
     _q: Array
-    _apex: Array
+    _apex: Array  # (n - 1) * between + 1 directions
     _size: int
     _time_unit: str | None
-    _between: int  # points of _apex per frame
-    _is_joined: bool  # False: the points are too far apart to be joined by a line
-
-    def __init__(
-        self,
-        body: Body,
-        t: Array,
-        q: Array,
-        apex: Array,
-        fps: int,
-        size: int,
-        time_unit: str | None = None,
-        is_joined: bool = True,
-    ) -> None:
-        self.__dict__.update(t=t, fps=fps, _body=body, _q=q, _apex=apex, _size=size)
-        self.__dict__.update(_time_unit=time_unit, _is_joined=is_joined)
-        self.__dict__["_between"] = (len(apex) - 1) // (len(t) - 1)
+    _is_joined: bool  # False: the points of _apex are too far apart to be joined by a line
 
     def __len__(self) -> int:
         return len(self.t)
@@ -511,8 +459,7 @@ class Film:
 
         Raises ValueError for an unknown suffix, and OSError if the file cannot be written.
         """
-        make = select_film_encoder(file)
-        atomic_write(file, make(self))
+        atomic_write(file, select_film_encoder(file)(self))
 
     def _repr_html_(self) -> str:
         return self._html_animation
@@ -525,7 +472,8 @@ class Film:
         """Yield the figure once for each frame, after redrawing it."""
         figure = Figure(figsize=(self._size / _DPI,) * 2, dpi=_DPI)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        quads, colours, edge = _build_body_faces(self._body)
+        quads, colours = build_solid_faces(self._body)
+        edge = 0.8 if len(quads) == 6 else 0.0  # outlines of a cuboid
         floor = _find_floor_height(quads, self._q, self._apex)
         set_equal_scale_and_hide_frame(axes)
         draw_floor_sphere_and_stand(axes, floor)
@@ -537,11 +485,11 @@ class Film:
         (lever,) = axes.plot([], [], color=STEEL, linewidth=2.6)
         clock = axes.text(0.03, 0.03, "", transform=axes.transAxes, fontsize=9)
         x, y, depth = project_to_view(self._apex)
-        begin, end = _measure_extent_along_apex(
-            quads @ _rotation_matrix(self._q[0]).T, self._apex[0]
-        )
+        between = (len(self._apex) - 1) // (len(self.t) - 1)
+        heights = _rotate(self._q[0], quads) @ self._apex[0]  # extent of the body along its apex
+        begin, end = max(float(heights.min()), 0.0), float(heights.max())
         for i, (t, q) in enumerate(zip(self.t, self._q, strict=True)):
-            index = i * self._between
+            index = i * between
             span = slice(0, index + 1)
             back_trace.set_data(x[span], np.where(depth[span] <= 0.0, y[span], np.nan))
             trace.set_data(x[span], np.where(depth[span] > 0.0, y[span], np.nan))
@@ -552,7 +500,7 @@ class Film:
             for part in needle, tip:
                 part.set_zorder(4.0 if depth[index] > 0.0 else 1.0)
             lever.set_zorder(1.7 if depth[index] > 0.0 else 2.5)  # the body has zorder 2.0
-            corners = quads @ _rotation_matrix(q).T
+            corners = _rotate(q, quads)
             solid = draw_solid_faces(axes, corners, colours, edge=edge)
             solid.set_zorder(2.0)
             shadow = draw_body_shadow(axes, corners, floor)
@@ -562,24 +510,18 @@ class Film:
             shadow.remove()
 
 
-def _measure_extent_along_apex(corners: Array, apex: Array) -> tuple[float, float]:
-    """Return the smallest (at least 0) and largest coordinate of a body along its apex axis."""
-    heights = corners @ apex
-    return max(float(heights.min()), 0.0), float(heights.max())
-
-
 def _find_floor_height(quads: Array, q: Array, apex: Array) -> float:
     """Return the height of a floor that lies below the body and the trace of its apex.
 
     If the body always stays above the fixed point, the floor is at height 0.
     """
     corners = np.unique(quads.reshape(-1, 3), axis=0)
-    lowest = min(float((corners @ _rotation_matrix(one)[2]).min()) for one in q)
+    lowest = min(float(_rotate(one, corners)[:, 2].min()) for one in q)
     return max(min(lowest, float(apex[:, 2].min())), -1.0) if lowest < -_LEVEL else 0.0
 
 
 def make_film(
-    path: AnimatablePath,
+    path: Any,
     file: str | os.PathLike[str] | None,
     speed: float | None,
     fps: int,
@@ -593,7 +535,10 @@ def make_film(
     make = None if file is None else select_film_encoder(file)
     rate, wide = as_int("fps", fps, 1), as_int("size", size, 16)
     unit = None if time_unit is None else as_unit_name("time_unit", time_unit)
-    begin, end = _get_first_and_last_time(path.t)
+    low, high = path.t.min(initial=np.inf), path.t.max(initial=-np.inf)
+    if not low < high:
+        raise ValueError("a film needs a path of positive duration: solve to a later time")
+    begin, end = map(float, (low, high) if path.t[-1] >= path.t[0] else (high, low))
     pace = abs(end - begin) / SECONDS if speed is None else as_positive("speed", speed)
     steps = _count_steps_between_frames(abs(end - begin) * rate, pace, wide)
     turns = abs(end - begin) / compute_duration_of_turn(path.scene)
@@ -602,7 +547,7 @@ def make_film(
     t = np.linspace(begin, end, steps * between + 1)
     states = path(t)
     q, apex = _rotate_lean_to_side(states.q, states.apex)
-    film = Film(path.scene.body, t[::between], q[::between], apex, rate, wide, unit, is_joined)
+    film = Film(t[::between], rate, path.scene.body, q[::between], apex, wide, unit, is_joined)
     if file is not None and make is not None:
         atomic_write(file, make(film))
     return film
@@ -621,49 +566,7 @@ def _rotate_lean_to_side(q: Array, apex: Array) -> tuple[Array, Array]:
         return q, apex
     angle = -np.radians(_ASIDE) - np.arctan2(apex[index, 1], apex[index, 0])
     rotation = np.array([np.cos(0.5 * angle), 0.0, 0.0, np.sin(0.5 * angle)])
-    w, x, y, z = q.T
-    first, _, _, last = rotation
-    components = [
-        first * w - last * z,
-        first * x - last * y,
-        first * y + last * x,
-        first * z + last * w,
-    ]
-    return np.stack(components, axis=-1), apex @ _rotation_matrix(rotation).T
-
-
-def _get_first_and_last_time(t: Array) -> tuple[float, float]:
-    """Return the first and the last time of a path, which may run backwards in time."""
-    low, high = float(t.min(initial=np.inf)), float(t.max(initial=-np.inf))
-    if not low < high:
-        raise ValueError("a film needs a path of positive duration: solve to a later time")
-    return (low, high) if t[-1] >= t[0] else (high, low)
-
-
-def _build_body_faces(body: Body) -> tuple[Array, Array, float]:
-    """Return the faces of a body, their colours, and the line width of their outlines [pt].
-
-    The corners are given in the user's body frame, after scaling the body to fit into the unit
-    sphere. For a body of revolution, the line width is 0, so that no outlines are drawn.
-    """
-    quads, colours = build_solid_faces(
-        body.mass, np.array(body.moments), np.array(body.principal_com)
-    )
-    quads = quads @ _rotation_matrix(np.array(body.axes)).T
-    edge = 0.8 if len(quads) == 6 else 0.0
-    return quads * (_REACH / np.linalg.norm(quads, axis=-1).max()), colours, edge
-
-
-def _rotation_matrix(q: Array) -> Array:
-    """Return the rotation matrix of a unit quaternion (w, x, y, z)."""
-    w, x, y, z = q
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (z * x + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (z * z + x * x), 2 * (y * z - w * x)],
-            [2 * (z * x - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    return np.stack(multiply(tuple(rotation), tuple(q.T)), axis=-1), _rotate(rotation, apex)
 
 
 def _count_steps_between_frames(length: float, speed: float, size: int) -> int:
@@ -701,7 +604,15 @@ def select_film_encoder(file: str | os.PathLike[str]) -> Callable[[Film], bytes]
 
 def _encode_gif(film: Film) -> bytes:
     """Encode an animation as a GIF with one byte per pixel and the palette of the first frame."""
-    images = _render_film_images(film)
+
+    def render_images() -> Iterator[Image.Image]:
+        for figure in film._draw_frames():
+            raw = BytesIO()
+            figure.savefig(raw, format="rgba", dpi=_DPI)
+            size = figure.canvas.get_width_height()
+            yield Image.frombytes("RGBA", size, raw.getvalue()).convert("RGB")
+
+    images = render_images()
     first_image = next(images)
     palette = _choose_gif_palette(first_image)
     frames = (
@@ -736,32 +647,12 @@ def _choose_gif_palette(image: Image.Image) -> Image.Image:
     return palette_image
 
 
-def _render_film_images(film: Film) -> Iterator[Image.Image]:
-    for figure in film._draw_frames():
-        raw = BytesIO()
-        figure.savefig(raw, format="rgba", dpi=_DPI)
-        size = figure.canvas.get_width_height()
-        yield Image.frombytes("RGBA", size, raw.getvalue()).convert("RGB")
-
-
 def _encode_html(film: Film) -> bytes:
     with matplotlib.rc_context({"animation.embed_limit": 500.0}):
-        return _encode_frames_to_bytes(film, HTMLWriter(fps=film.fps, embed_frames=True), ".html")
+        return _encode_frames(film, HTMLWriter(fps=film.fps, embed_frames=True), ".html")
 
 
-def _encode_html_document(film: Film) -> bytes:
-    return (
-        b'<!doctype html>\n<html><head><meta charset="utf-8"></head>\n'
-        + _encode_html(film)
-        + b"</html>\n"
-    )
-
-
-def _encode_mp4(film: Film) -> bytes:
-    return _encode_frames_to_bytes(film, FFMpegWriter(fps=film.fps, codec="h264"), ".mp4")
-
-
-def _encode_frames_to_bytes(film: Film, writer: AbstractMovieWriter, suffix: str) -> bytes:
+def _encode_frames(film: Film, writer: AbstractMovieWriter, suffix: str) -> bytes:
     """Write the frames to a temporary file, and return its contents."""
     frames = film._draw_frames()
     with tempfile.TemporaryDirectory() as folder:
@@ -773,4 +664,9 @@ def _encode_frames_to_bytes(film: Film, writer: AbstractMovieWriter, suffix: str
         return file.read_bytes()
 
 
-_MAKERS = {".gif": _encode_gif, ".mp4": _encode_mp4, ".html": _encode_html_document}
+_DOCUMENT = b'<!doctype html>\n<html><head><meta charset="utf-8"></head>\n%b</html>\n'
+_MAKERS: dict[str, Callable[[Film], bytes]] = {
+    ".gif": _encode_gif,
+    ".mp4": lambda film: _encode_frames(film, FFMpegWriter(fps=film.fps, codec="h264"), ".mp4"),
+    ".html": lambda film: _DOCUMENT % _encode_html(film),
+}
