@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import inspect
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path as File
@@ -14,7 +14,6 @@ from typing import Any, Literal, cast
 import numpy as np
 import numpy.typing as npt
 
-from .._core import Worker
 from .._model.batch import BatchParameter
 from .._model.scene import Ensemble, Scene, build_scene_from_table
 from .._model.toml import parse_toml_tables, parse_toml_text_or_file, require_toml_table
@@ -189,7 +188,7 @@ def build_task_from_dict(plan: Mapping[str, Any]) -> SweepTask:
 
 FORMAT = 1  # version of the layout of plans and parts
 _MAX_PART, _PART_BYTES = 1 << 17, 1 << 26  # default limits of tops and bytes in a part
-_MAX_INLINE = 1 << 16  # numbers in an array; a longer array is stored in a separate file
+MAX_INLINE = 1 << 16  # numbers in an array; a longer array is stored in a separate file
 _ROW_BYTES = 64  # estimated bytes per top for its index, parameters and status
 
 
@@ -222,11 +221,6 @@ class SweepPlan:
         begin = i * self.part_size
         return range(begin, min(begin + self.part_size, self.source.size))
 
-    def count_tops_in_parts(self, parts: Sequence[int]) -> int:
-        """Return the total number of tops in the given parts."""
-        shortage = self.parts * self.part_size - self.source.size if self.parts - 1 in parts else 0
-        return len(parts) * self.part_size - shortage
-
     @cached_property
     def as_json(self) -> dict[str, Any]:
         """The plan as a JSON object."""
@@ -257,24 +251,6 @@ class SweepPlan:
     def hash(self) -> str:
         """The SHA-256 hash of the plan's canonical JSON."""
         return hash_plan(self.as_json)
-
-    @property
-    def long_parameter_arrays(self) -> list[Array]:
-        """The arrays of parameter values that are too long to be stored in the plan file."""
-        parameters = *self.source._parameters.values(), *self.source._varied.values()
-        return [one.values for one in parameters if one.values.size > _MAX_INLINE]
-
-    @cached_property
-    def kernel(self) -> str:
-        """The instruction set that is used to evaluate Taylor series on this machine.
-
-        All instruction sets with fused multiply-add give bitwise identical results.
-        """
-        return (
-            ""
-            if self.options.has_step_search
-            else Worker(*self.options.core_arguments, []).kernel[0]
-        )
 
     def build_ensemble_of_tops(self, tops: range) -> Ensemble:
         """Return an ensemble of the tops with the given indices.
@@ -324,7 +300,7 @@ def _encode_parameter(one: BatchParameter) -> list[Any]:
 
     An array that is too long for the plan file is replaced by the name of the file with it.
     """
-    is_long = one.values.size > _MAX_INLINE
+    is_long = one.values.size > MAX_INLINE
     values = make_file_name_from_array_hash(one.values) if is_long else one.values.tolist()
     return [one.name, list(one.value), values, *[True] * one.degrees]
 

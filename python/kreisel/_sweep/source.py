@@ -75,22 +75,6 @@ def validate_sweep_parameter(name: str, numbers: object) -> BatchParameter:
     return BatchParameter(name, values, value_shape)
 
 
-def list_component_groups(name: str) -> list[tuple[str, list[str]]]:
-    """Return the parameters that have a component `name`, with the names of all their components.
-
-    A parameter occurs several times if its value can have several shapes.
-    """
-    groups = []
-    for parameter, endings in _ENDINGS.items():
-        shapes: list[Shape] = [(len(endings),)] if endings else []
-        shapes += [(3, 3)] if parameter == "inertia" else []
-        for shape in shapes:
-            names = list_parameter_component_names(parameter, shape)
-            if name in names:
-                groups.append((parameter, names))
-    return groups
-
-
 def list_parameter_component_names(name: str, value: Shape) -> list[str]:
     """Return the names of the components of a parameter, such as momentum_x.
 
@@ -114,24 +98,29 @@ def read_parameters_of_tops(file: str, degrees: bool | None) -> tuple[dict[str, 
     decide, or else `degrees`. Raises ValueError for an unknown column name or a wrong unit, and
     ImportError if pyarrow is not installed.
     """
+    columns = _read_start_table_columns(file)
+    parameters, units, remainder = {}, [], dict(columns)
+    for parameter in PARAMETERS:
+        for value in _VALUES:
+            names = list_parameter_component_names(parameter, value)
+            if remainder.keys() >= set(names):
+                parts = [remainder.pop(name)[1] for name in names]
+                parameters[parameter] = np.stack(parts, axis=-1).reshape(-1, *value)
+                for i, name in enumerate(names):
+                    head = columns[name][0]
+                    unit = get_parameter_unit(parameter, False, i)
+                    units.append((head, split_column_head(head)[1], unit))
+    for name in remainder:
+        raise ValueError(f"{file}: {_describe_unused_column(name, columns)}")
+    in_degrees = find_unit_of_angles(units, degrees)
+    return {name: np.asarray(values) for name, values in parameters.items()}, in_degrees
+
+
+def _read_start_table_columns(file: str) -> dict[str, tuple[str, npt.NDArray[np.generic]]]:
+    """Return the head and the values of each column of numbers by its name."""
     ending = Path(file).suffix.lower()
     if ending not in (".parquet", ".csv"):
         raise ValueError(f"{file}: a table of starts ends in .parquet or .csv")
-    columns = _read_start_table_columns(file, ending)
-    names = {head: split_column_head(head) for head in columns}
-    table = {names[head][0]: values for head, values in columns.items()}
-    parameters = _join_vector_components(file, table)
-    units = [(head, unit, _find_unit(name)) for head, (name, unit) in names.items()]
-    return parameters, find_unit_of_angles(units, degrees)
-
-
-def _find_unit(column: str) -> str:
-    """Return the unit of a column in radians."""
-    [(parameter, names), *_] = list_component_groups(column) or [(column, [column])]
-    return get_parameter_unit(parameter, False, names.index(column))
-
-
-def _read_start_table_columns(file: str, ending: str) -> dict[str, npt.NDArray[np.generic]]:
     with optional_dependency(PARQUET):
         import pyarrow as pa
         import pyarrow.csv as text
@@ -141,50 +130,35 @@ def _read_start_table_columns(file: str, ending: str) -> dict[str, npt.NDArray[n
             table = parquet.read_table(stream) if ending == ".parquet" else text.read_csv(stream)
     except pa.ArrowInvalid as error:
         raise ValueError(f"{file} cannot be read: {error}") from None
-    names = [split_column_head(head)[0] for head in table.column_names]
-    for name in names:
-        if names.count(name) > 1:
+    columns: dict[str, tuple[str, npt.NDArray[np.generic]]] = {}
+    for head, column in zip(table.column_names, table.columns, strict=True):
+        name, _ = split_column_head(head)
+        if name in columns:
             raise ValueError(f"{file}: it has several columns {name!r}")
-    holes = [name for name in table.column_names if table[name].null_count]
-    if holes:
-        raise ValueError(f"{file}: its column {holes[0]!r} has missing values")
-    columns = {name: table[name].to_numpy() for name in table.column_names}
-    for name, values in columns.items():
-        if values.dtype.kind not in "fiub":
-            raise ValueError(f"{file}: its column {name!r} must be numbers, not {table[name].type}")
+        if column.null_count:
+            raise ValueError(f"{file}: its column {head!r} has missing values")
+        columns[name] = head, column.to_numpy()
+        if columns[name][1].dtype.kind not in "fiub":
+            raise ValueError(f"{file}: its column {head!r} must be numbers, not {column.type}")
     return columns
-
-
-def _join_vector_components(
-    file: str, columns: dict[str, npt.NDArray[np.generic]]
-) -> dict[str, Array]:
-    """Combine columns that contain components of the same parameter."""
-    parameters, remainder = {}, dict(columns)
-    for name in PARAMETERS:
-        for value in _VALUES:
-            names = list_parameter_component_names(name, value)
-            if remainder.keys() >= set(names):
-                parts = [remainder.pop(one) for one in names]
-                parameters[name] = np.stack(parts, axis=-1).reshape(-1, *value)
-    if remainder:
-        raise ValueError(f"{file}: {_describe_unused_column(next(iter(remainder)), columns)}")
-    return {name: np.asarray(values) for name, values in parameters.items()}
 
 
 def _describe_unused_column(name: str, columns: Collection[str]) -> str:
     """Return the reason why a column is not a parameter, nor a component of a whole parameter."""
-    absent = [
-        (parameter, [one for one in names if one not in columns])
-        for parameter, names in list_component_groups(name)
-    ]
-    if absent:
-        parameter, names = min(absent, key=lambda group: len(group[1]))
-        missing = "columns are" if len(names) > 1 else "column is"
-        return (
-            f"the column {name!r} is a component of {parameter}, whose other {missing} missing: "
-            f"{', '.join(names)}"
-        )
-    return unknown_name_message("column", name, PARAMETERS)
+    absent = []
+    for parameter, endings in _ENDINGS.items():
+        for value in ((3, 3), (3,)) if parameter == "inertia" else ((len(endings),),):
+            names = list_parameter_component_names(parameter, value) if endings else []
+            if name in names:
+                absent.append((parameter, [one for one in names if one not in columns]))
+    if not absent:
+        return unknown_name_message("column", name, PARAMETERS)
+    parameter, names = min(absent, key=lambda group: len(group[1]))
+    missing = "columns are" if len(names) > 1 else "column is"
+    return (
+        f"the column {name!r} is a component of {parameter}, whose other {missing} missing: "
+        f"{', '.join(names)}"
+    )
 
 
 _DRAWS = 4  # random numbers drawn per top and parameter; no random parameter has more components

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from .._core import version
+from .._core import Worker, version
 from .._utils.arguments import Array, format_count
 from .._utils.files import (
     atomic_write,
@@ -27,6 +27,7 @@ from .._utils.files import (
 )
 from .._utils.processes import Progress, defer_signals, has_thread_workers, run_jobs
 from .plan import (
+    MAX_INLINE,
     PartResults,
     SweepPlan,
     build_plan_from_dict,
@@ -62,16 +63,12 @@ class SweepStore:
 
     def write_part(self, i: int, part: PartResults) -> None:
         """Write part i to a file that includes a checksum."""
-        description = {
-            "plan": self.plan.hash,
-            "part": i,
-            "version": version,
-            "kernel": self.plan.kernel,
-        }
-        atomic_write(
-            self.part_file_path(i),
-            bytes(fill_in_checksum(self._format.encode_part_as_parquet(part, description))),
-        )
+        options, kernel = self.plan.options, ""  # the instruction set of Taylor series
+        if not options.has_step_search:
+            kernel = Worker(*options.core_arguments, []).kernel[0]
+        words = {"plan": self.plan.hash, "part": i, "version": version, "kernel": kernel}
+        data = fill_in_checksum(self._format.encode_part_as_parquet(part, words))
+        atomic_write(self.part_file_path(i), bytes(data))
 
     def list_existing_parts(self) -> list[int]:
         """Return the numbers of all parts whose files exist, in ascending order."""
@@ -253,12 +250,13 @@ def _write_plan_to_new_folder(root: Path, plan: SweepPlan) -> bool:
 
 def _write_parameter_arrays(root: Path, plan: SweepPlan) -> None:
     """Write each array that is too long for the plan file to a separate file."""
-    for values in plan.long_parameter_arrays:
-        file = root / make_file_name_from_array_hash(values)
-        if not file.exists():
-            buffer = io.BytesIO()
-            np.lib.format.write_array(buffer, np.ascontiguousarray(values), allow_pickle=False)
-            atomic_write(file, buffer.getvalue())
+    for one in (*plan.source._parameters.values(), *plan.source._varied.values()):
+        if one.values.size > MAX_INLINE:
+            file, buffer = root / make_file_name_from_array_hash(one.values), io.BytesIO()
+            if not file.exists():
+                values = np.ascontiguousarray(one.values)
+                np.lib.format.write_array(buffer, values, allow_pickle=False)
+                atomic_write(file, buffer.getvalue())
 
 
 def _describe_plan_mismatch(root: Path, content: dict[str, Any], plan: SweepPlan) -> str:
@@ -312,7 +310,8 @@ def compute_parts(
     that an executor failed to complete are submitted a second time. Raises PartsLostError if the
     executor fails, or if some parts are still missing after the second attempt.
     """
-    plan, total, reported = store.plan, store.plan.count_tops_in_parts(parts), 0.0
+    plan, reported = store.plan, 0.0
+    total = sum(len(plan.list_tops_of_part(i)) for i in parts)
 
     def report(tops: float, is_last: bool = False) -> None:
         """Report the number of tops computed so far, at most about ten times per second."""
