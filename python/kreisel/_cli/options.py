@@ -63,7 +63,6 @@ class Command(click.Command):
 
 
 def parse_number_list(words: str) -> list[float]:
-    """Parse a comma-separated list of numbers."""
     try:
         return [float(word) for word in words.split(",")]
     except ValueError:
@@ -219,7 +218,6 @@ class TimeSequence:
 
     @property
     def end(self) -> float:
-        """The last time."""
         start, step, counts = self.grids[-1]
         return start + counts[-1] * step
 

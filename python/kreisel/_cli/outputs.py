@@ -66,7 +66,6 @@ def print_table(
 
 
 def write_bytes(file: str, data: bytes) -> None:
-    """Write bytes to a file, or to standard output."""
     if file != "-":
         atomic_write(file, data)
         return
@@ -158,7 +157,6 @@ class RunOutputs:
 
     @property
     def needs_whole_path(self) -> bool:
-        """True if the whole path must be kept in memory."""
         return not {"json", "npz"}.isdisjoint(self.files)
 
     def report_progress(self, t: float) -> None:
@@ -283,7 +281,6 @@ class RunOutputs:
             raise failures[0]
 
     def _tabulate_events(self, has_units: bool = True) -> dict[str, list[Any]]:
-        """Return a table with one row for each event."""
         events = _join_events(self._events)
         table = columns(events.path, self._names, self._degrees)
         heads = format_column_heads(events.path, self._names, self._degrees) if has_units else {}

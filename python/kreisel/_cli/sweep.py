@@ -48,7 +48,6 @@ def sweep() -> None:
 
 
 def _parse_parts(word: str) -> range:
-    """Parse a range of sweep parts such as 0:100, which excludes part 100."""
     first, colon, last = word.partition(":")
     if not (colon and first.isdecimal() and last.isdecimal() and int(first) <= int(last)):
         raise click.BadParameter(
@@ -93,7 +92,6 @@ def run(plan: str, folder: str, parts: range | None, workers: int | None, dask: 
 
 @contextmanager
 def _convert_sweep_errors_to_cli_errors() -> Iterator[None]:
-    """Return a context manager that converts exceptions of a sweep to command-line errors."""
     try:
         yield
     except (FileExistsError, FileNotFoundError) as error:
@@ -104,7 +102,6 @@ def _convert_sweep_errors_to_cli_errors() -> Iterator[None]:
 
 @contextmanager
 def _open_executor(workers: int | None, dask: str | None) -> Iterator[Executor | None]:
-    """Return a context manager that opens an executor if one is requested."""
     if dask is not None:
         with optional_dependency("'kreisel[dask]'"):
             import distributed
@@ -127,11 +124,7 @@ def _open_executor(workers: int | None, dask: str | None) -> Iterator[Executor |
 
 
 def report_thread_exception(failure: threading.ExceptHookArgs) -> None:
-    """Report an uncaught exception of a thread, but ignore InvalidStateError.
-
-    A process pool may raise InvalidStateError during shutdown, if a worker process exits after its
-    task was cancelled.
-    """
+    """Report an exception except InvalidStateError, as of a closed pool whose worker exits."""
     if failure.exc_type is not InvalidStateError:
         threading.__excepthook__(failure)
 
@@ -220,7 +213,6 @@ def _format_sweep_summary(result: SweepResult, done: list[int]) -> str:
 
 
 def _group_into_ranges(numbers: list[int]) -> Iterator[range]:
-    """Yield the ranges of consecutive integers in an ascending list."""
     breaks = [k for k in range(1, len(numbers)) if numbers[k] != numbers[k - 1] + 1]
     for a, b in pairwise([0, *breaks, len(numbers)]):
         yield range(numbers[a], numbers[b - 1] + 1)

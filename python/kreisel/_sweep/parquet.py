@@ -31,10 +31,7 @@ _ABOUT, _CHECKSUM = "kreisel", "kreisel seal"  # keys in the metadata of a file
 
 
 def encode_part_as_parquet(part: PartResults, description: Mapping[str, Any]) -> bytearray:
-    """Encode a part as a Parquet file with a placeholder for its checksum.
-
-    The dictionary `description` is stored as JSON in the metadata of the file.
-    """
+    """Encode a part and its description as a file with a placeholder for its checksum."""
     table = convert_to_arrow_table(part)
     stream = pa.BufferOutputStream()
     doubles = []
@@ -86,10 +83,7 @@ def convert_to_arrow_table(part: PartResults) -> Table:
 
 
 def read_part_description(data: bytes) -> dict[str, Any]:
-    """Return the dictionary `description` that is stored in a part.
-
-    Raises ValueError if the data are not a part of a sweep.
-    """
+    """Return the description stored in a part; raise ValueError if there is none."""
     try:
         return _parse_description(parquet.read_metadata(pa.BufferReader(data)).metadata)
     except (pa.ArrowException, OSError) as error:
@@ -106,12 +100,7 @@ def _parse_description(metadata: Mapping[bytes, bytes] | None) -> dict[str, Any]
 def decode_part_from_parquet(
     file: str, expected: Mapping[str, Any], names: Iterable[str] | None, states: int
 ) -> PartResults:
-    """Read a part from a file, optionally only the columns in `names`.
-
-    If `names` is an empty list, the returned table has all columns but no rows. `states` is the
-    number of states per top. Raises ValueError if the file is damaged, or if it is not the part
-    described by `expected`.
-    """
+    """Read the columns `names`, or all; an empty list gives all columns without rows."""
     column_names = None if names is None else list(names)
     try:
         with (

@@ -61,7 +61,6 @@ class SweepTask:
 
     @property
     def as_json(self) -> dict[str, Any]:
-        """The task of the sweep as a JSON object."""
         words = {name: value for name, value in self.arguments.items() if value is not None}
         if self.options is not None:
             given = {n: v for n, v in self.options.to_json().items() if v is not None}
@@ -84,11 +83,7 @@ class SweepTask:
         return replace(self, arguments=words)
 
     def validate_options_and_times(self, tops: Ensemble) -> tuple[Options, Array]:
-        """Return the validated options of the task, and the requested times of the given ensemble.
-
-        For a section, the times are `n` copies of the longest waiting time allowed for the first
-        top. Raises TypeError or ValueError for an invalid argument.
-        """
+        """Return the options and the requested times; for a section, n times the longest wait."""
         if self.options is not None:
             options = self.options.for_tops(tops)
             refuse_kinetic(tops, options.events or ())
@@ -108,10 +103,7 @@ class SweepTask:
         threads: int,
         progress: Progress | None,
     ) -> TaskResult:
-        """Run the task on all tops in an ensemble, and return the results.
-
-        Raises TypeError or ValueError for the first top to which the task does not apply.
-        """
+        """Run the task; refuse the first top to which it does not apply."""
         if self.options is None:
             function = _FUNCTIONS[self.name]
             done: TaskResult = function(tops, **self.arguments, threads=threads, progress=progress)
@@ -144,11 +136,7 @@ ARGUMENTS = tuple(dict.fromkeys(name for names in _DEFAULTS.values() for name in
 
 
 def build_task_from_arguments(task: Any, arguments: Mapping[str, Any]) -> SweepTask:
-    """Return the task of a sweep that has the given name and arguments.
-
-    Raises TypeError or ValueError for an unknown task, and for an argument that the task does not
-    accept. Every argument of a task has the same value for all tops of the sweep.
-    """
+    """Return a task, each of whose arguments has the same value for all tops of the sweep."""
     if not isinstance(task, str) or task not in _DEFAULTS:
         raise ValueError(unknown_name_message("task", str(task), list(_DEFAULTS)))
     defaults, name = _DEFAULTS[task], cast(TaskName, task)
@@ -171,10 +159,6 @@ def build_task_from_arguments(task: Any, arguments: Mapping[str, Any]) -> SweepT
 
 
 def build_task_from_dict(plan: Mapping[str, Any]) -> SweepTask:
-    """Return the task that is stored in the JSON form of a plan.
-
-    Raises KeyError, TypeError or ValueError if the task is invalid.
-    """
     task = next((name for name in _DEFAULTS if name in plan), "solve")
     arguments: dict[str, Any] = dict(plan[task])
     if task == "solve":
@@ -208,22 +192,18 @@ class SweepPlan:
 
     @cached_property
     def states(self) -> int:
-        """The number of states per top."""
         return int(self.times.size)
 
     @cached_property
     def parts(self) -> int:
-        """The number of parts."""
         return -(-self.source.size // self.part_size)
 
     def list_tops_of_part(self, i: int) -> range:
-        """Return the indices of the tops of part `i`."""
         begin = i * self.part_size
         return range(begin, min(begin + self.part_size, self.source.size))
 
     @cached_property
     def as_json(self) -> dict[str, Any]:
-        """The plan as a JSON object."""
         source = self.source
         random = source._random
         plan: dict[str, Any] = {
@@ -249,15 +229,10 @@ class SweepPlan:
 
     @cached_property
     def hash(self) -> str:
-        """The SHA-256 hash of the plan's canonical JSON."""
         return hash_plan(self.as_json)
 
     def build_ensemble_of_tops(self, tops: range) -> Ensemble:
-        """Return an ensemble of the tops with the given indices.
-
-        The sample ensemble used to validate the plan is reused if it contains exactly the requested
-        tops.
-        """
+        """Return an ensemble of the tops with these indices: the sample, if it is these tops."""
         places, ensemble = self.sample
         if len(places) == len(tops) and (places[0], places[-1]) == (tops[0], tops[-1]):
             return ensemble
@@ -266,10 +241,7 @@ class SweepPlan:
     def compute_results_of_tops(
         self, tops: range, threads: int, progress: Progress | None
     ) -> TaskResult:
-        """Run the task of the sweep on the tops with the given indices, and return the results.
-
-        Raises TypeError or ValueError for the first invalid top; the message states its index.
-        """
+        """Run the task on these tops; errors name the index of the first invalid top."""
         try:
             ensemble = self.build_ensemble_of_tops(tops)
             return self.task.compute_results_of_tops(
@@ -296,10 +268,7 @@ def make_file_name_from_array_hash(values: Array) -> str:
 
 
 def _encode_parameter(one: BatchParameter) -> list[Any]:
-    """Return the name, the shape and the values of a parameter, and True if it is in degrees.
-
-    An array that is too long for the plan file is replaced by the name of the file with it.
-    """
+    """Return a parameter as JSON data; a long array is replaced by the name of its file."""
     is_long = one.values.size > MAX_INLINE
     values = make_file_name_from_array_hash(one.values) if is_long else one.values.tolist()
     return [one.name, list(one.value), values, *[True] * one.degrees]
@@ -314,11 +283,7 @@ def _decode_parameter(row: list[Any], load: Callable[[str], Array]) -> BatchPara
 
 
 def make_sweep_plan(source: Source, task: SweepTask, part_size: int | None = None) -> SweepPlan:
-    """Return the plan for a sweep, after validating it on a sample of the tops.
-
-    Raises TypeError or ValueError if the task or a top is invalid. Raises MemoryError if a part
-    does not fit in memory.
-    """
+    """Return the plan for a sweep, after validating it on a sample of the tops."""
     sample = source._choose_validation_tops()
     try:
         ensemble = source._build_tops(sample)
@@ -346,11 +311,7 @@ def make_sweep_plan(source: Source, task: SweepTask, part_size: int | None = Non
 
 
 def build_plan_from_dict(plan: Mapping[str, Any], load: Callable[[str], Array]) -> SweepPlan:
-    """Return the plan stored in a JSON object.
-
-    `load` reads an array, given the name of its file. Raises ValueError if the object is not a
-    plan, or has the format of a different version of kreisel.
-    """
+    """Return the plan stored in a JSON object; `load` reads an array, given its file name."""
     try:
         parameters = {row[0]: _decode_parameter(row, load) for row in plan["parameters"]}
         varied = [
@@ -484,10 +445,6 @@ _KEYS = ["task", *ARGUMENTS, "part_size"]
 
 
 def read_sweep_plan(file: File) -> SweepPlan:
-    """Read a plan from a file.
-
-    Raises TypeError or ValueError if the plan is invalid; the message states the file name.
-    """
     return parse_toml_text_or_file(
         file, lambda text: _build_plan_from_tables(parse_toml_tables(text), file.parent)
     )

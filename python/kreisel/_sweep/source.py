@@ -53,10 +53,6 @@ PARAMETERS = tuple(_ENDINGS)
 
 
 def validate_sweep_parameter(name: str, numbers: object) -> BatchParameter:
-    """Validate the values of the parameter `name`, and return them as an array.
-
-    Raises ValueError for an unknown name, and TypeError or ValueError for invalid values.
-    """
     if name not in _ENDINGS:
         raise ValueError(unknown_name_message("parameter", name, [*PARAMETERS, *FLAGS]))
     n = len(_ENDINGS[name])
@@ -76,11 +72,7 @@ def validate_sweep_parameter(name: str, numbers: object) -> BatchParameter:
 
 
 def list_parameter_component_names(name: str, value: Shape) -> list[str]:
-    """Return the names of the components of a parameter, such as momentum_x.
-
-    The argument `value` is the shape of the parameter's value for a single top, such as (3,) for a
-    vector.
-    """
+    """Return names such as momentum_x; `value` is the shape of the value for a single top."""
     if not value:
         return [name]
     n, endings = math.prod(value), _ENDINGS.get(name, "")
@@ -386,13 +378,7 @@ class Source:
         return f"<kreisel.Source of shape {self.shape}: {', '.join(varied) or 'all equal'}>"
 
     def _choose_validation_tops(self) -> Places:
-        """Return the indices of the tops on which a plan is validated.
-
-        The indices of the selected tops are evenly spaced, and include those of the first and the
-        last top of the source.
-        If the tops are random, the first ones are selected, because all tops are statistically
-        equivalent.
-        """
+        """Return the first tops of random ones, or evenly spaced ones with the first and last."""
         if self._random is not None:
             return np.arange(min(self.size, _SAMPLE_SIZE), dtype=np.int64)
         step = max(1, self.size // _SAMPLE_SIZE)
@@ -402,10 +388,7 @@ class Source:
     def _find_error_of_first_invalid_top(
         self, validate: Callable[[Ensemble], object], places: Places, common: Exception
     ) -> Exception:
-        """Return the error for the first invalid top, with the index of this top in its message.
-
-        If each top passes the validation on its own, return `common`, the error of the whole group.
-        """
+        """Return the error of the first top that is invalid alone, with its index, or `common`."""
         while places.size > 1:
             middle = places.size // 2
             try:
@@ -444,10 +427,7 @@ class Source:
     def _list_varying_values(
         self, begin: int, end: int, tops: Ensemble
     ) -> dict[str, BatchParameter]:
-        """Return the values of the varying parameters for consecutive tops of this source.
-
-        `tops` is the ensemble of the tops in the slice.
-        """
+        """Return the values of the varying parameters for consecutive tops, the ensemble `tops`."""
         rows = _select_parameters_of_tops(
             self._varied, self.shape, np.arange(begin, end, dtype=np.int64)
         )
@@ -462,10 +442,7 @@ class Source:
 def _validate_parameters_and_flags(
     scene: Scene, arguments: Mapping[str, object]
 ) -> tuple[dict[str, BatchParameter], dict[str, bool]]:
-    """Validate the arguments, and divide them into numerical parameters and Boolean flags.
-
-    The flag `degrees` becomes part of the parameters.
-    """
+    """Validate arguments; `degrees` becomes part of the parameters, others remain flags."""
     validate_type("scene", scene, Scene)
     parameters: dict[str, BatchParameter] = {}
     flags: dict[str, bool] = {}
@@ -482,7 +459,6 @@ def _validate_parameters_and_flags(
 
 
 def _check_random_range(name: str, one: BatchParameter) -> None:
-    """Raise ValueError unless a parameter has a range (low, high) of finite length."""
     if name in _WITHOUT_RANGE:
         raise ValueError(f"{name} has no range: give one value, or make kreisel.Source.columns")
     if one.shape != (2,) or (one.values[0] > one.values[1]).any():
@@ -499,10 +475,7 @@ def _check_random_range(name: str, one: BatchParameter) -> None:
 
 
 def _reshape_parameter_along_axis(one: BatchParameter, axes: tuple[str, ...]) -> BatchParameter:
-    """Reshape the values of a parameter so that they vary along an axis of the same name.
-
-    A parameter that does not vary along an axis has a single value.
-    """
+    """Let the values of a parameter vary along the axis of its name alone, if there is one."""
     lead = [1] * len(axes)
     if one.name in axes:
         lead[axes.index(one.name)] = len(one.values)

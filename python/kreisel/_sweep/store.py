@@ -58,11 +58,9 @@ class SweepStore:
         self.folder, self.plan, self._format = folder, plan, parquet
 
     def part_file_path(self, i: int) -> Path:
-        """Return the file path of part i."""
         return self.folder / f"part-{i:06}.parquet"
 
     def write_part(self, i: int, part: PartResults) -> None:
-        """Write part i to a file that includes a checksum."""
         options, kernel = self.plan.options, ""  # the instruction set of Taylor series
         if not options.has_step_search:
             kernel = Worker(*options.core_arguments, []).kernel[0]
@@ -81,11 +79,7 @@ class SweepStore:
         return sorted(numbers)
 
     def read_part(self, i: int, names: Iterable[str] | None = None) -> PartResults:
-        """Read part `i` of the sweep from its file, or only the columns `names` of this part.
-
-        If `names` is an empty list, the returned table has all columns but no rows. Raises
-        ValueError if the file is damaged, or is not part i of this plan.
-        """
+        """Read part `i` or only its columns `names`; [] gives all columns without rows."""
         expected = {"plan": self.plan.hash, "part": i}
         try:
             return self._format.decode_part_from_parquet(
@@ -132,11 +126,7 @@ class SweepStore:
 
 
 def open_sweep_store(folder: str | os.PathLike[str], expected: str | None = None) -> SweepStore:
-    """Open the folder of a sweep.
-
-    Raises ValueError if `folder` contains no sweep, or if the hash of the plan differs from
-    `expected`.
-    """
+    """Open the folder of a sweep, whose plan must have the hash `expected`, if given."""
     root = Path(os.path.abspath(folder))
     content = _read_plan_file(root)
 
@@ -162,11 +152,7 @@ def _open_cached_store(folder: str, expected: str) -> SweepStore:
 
 
 def _read_plan_file(root: Path) -> dict[str, Any]:
-    """Return the contents of the plan file in a folder.
-
-    Raises FileNotFoundError if the folder does not exist, and ValueError if the plan file is
-    missing or damaged.
-    """
+    """Return the contents of the plan file in a folder."""
     file = root / PLAN
     if not root.is_dir():
         raise FileNotFoundError(f"there is no folder {root}")
@@ -185,12 +171,7 @@ def _read_plan_file(root: Path) -> dict[str, Any]:
 
 
 def create_or_open_sweep_store(folder: str | os.PathLike[str], plan: SweepPlan) -> SweepStore:
-    """Create the folder of a plan, or open the folder if it already exists.
-
-    Raises ValueError if the folder contains a sweep with a different plan. Raises FileExistsError
-    if the folder is neither empty nor the folder of a sweep. Raises OSError if the folder cannot be
-    written, and ImportError if pyarrow is not installed.
-    """
+    """Create the folder of a plan, or open the folder of the same plan."""
     root = Path(os.path.abspath(folder))
     store = SweepStore(root, plan)
     if root.exists() and not root.is_dir():
@@ -206,10 +187,7 @@ def create_or_open_sweep_store(folder: str | os.PathLike[str], plan: SweepPlan) 
 
 
 def _write_plan_to_new_folder(root: Path, plan: SweepPlan) -> bool:
-    """Write the plan to a new or empty folder.
-
-    Returns False if another process has written a plan to the folder in the meantime.
-    """
+    """Write a plan to a new or empty folder, unless another process has written one."""
     if root.is_dir():
         for name in sorted(os.listdir(root)):
             if not name.startswith((".", "starts-")) and name != PLAN:
@@ -280,7 +258,6 @@ _PROGRESS_SECONDS = 0.1  # minimal time between two calls of progress
 def compute_sweep_part(
     store: SweepStore, tops: range, threads: int, progress: Progress | None
 ) -> PartResults:
-    """Compute a table of the results for the tops with the given indices."""
     return tabulate_sweep_part(
         store.plan, tops, store.plan.compute_results_of_tops(tops, threads, progress)
     )

@@ -173,10 +173,7 @@ class SweepResult:
         return values
 
     def _read_existing_parts(self, names: list[str] | None = None) -> Iterator[PartResults]:
-        """Return an iterator over the existing parts, limited to the columns `names` if given.
-
-        Raises ValueError if parts are missing, unless the sweep was opened with partial=True.
-        """
+        """Return the parts, or their columns `names`; refuse missing parts unless partial=True."""
         missing_count = self.parts - len(self.present)
         if missing_count and not self._partial:
             numbers = chain.from_iterable(list_missing_ranges(self.present, self.parts))
@@ -340,7 +337,6 @@ class SweepResult:
         return ColumnTable({}, columns, {"plan": self.hash}).to_xarray()
 
     def _read_all_columns(self) -> dict[str, Column]:
-        """Return each column as an array with the shape of the sweep."""
         table: dict[str, Column] = {}
         for part in self._read_existing_parts():
             places = part.columns["top"]
@@ -513,7 +509,6 @@ def sweep(
 
 
 def _validate_part_range(parts: object, count: int) -> range:
-    """Validate and return the requested range of part numbers; the default is all parts."""
     if parts is None:
         return range(count)
     if not isinstance(parts, range) or parts.step != 1:
@@ -526,11 +521,7 @@ def _validate_part_range(parts: object, count: int) -> range:
 
 
 def _list_incomplete_parts(store: SweepStore, part_range: range) -> list[int]:
-    """Return the requested parts that must be computed, and warn about damaged and outdated files.
-
-    Raises FileExistsError if the name of a part is used by a folder, or by a part of a different
-    plan.
-    """
+    """Return the parts to be computed, and warn about damaged and outdated files."""
     numbers: list[int] = []
     replacements: dict[str, list[int]] = {DAMAGED: [], OLD: []}
     for i in part_range:

@@ -74,7 +74,6 @@ def has_unit_attribute(value: object) -> bool:
 
 
 def as_float(name: str, value: object) -> float:
-    """Return `value` as a finite float."""
     if has_unit_attribute(value):
         raise TypeError(f"{name} must be a number without a unit, not {short_repr(value)}")
     scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
@@ -90,7 +89,6 @@ def as_float(name: str, value: object) -> float:
 
 
 def as_positive(name: str, value: object) -> float:
-    """Return `value` as a finite, positive float."""
     real = as_float(name, value)
     if not real > 0.0:
         raise ValueError(f"{name} must be positive, not {short_repr(value)}")
@@ -98,7 +96,6 @@ def as_positive(name: str, value: object) -> float:
 
 
 def as_non_negative(name: str, value: object) -> float:
-    """Return `value` as a finite, nonnegative float."""
     real = as_float(name, value)
     if not real >= 0.0:
         raise ValueError(f"{name} must not be negative, not {short_repr(value)}")
@@ -134,10 +131,7 @@ def as_unit_name(name: str, value: object) -> str:
 
 
 def as_array(name: str, value: object, description: str) -> Array:
-    """Convert `value` to a new array of doubles.
-
-    Error messages describe the expected value by the text `description`.
-    """
+    """Convert `value`, which errors describe by `description`, to a new array of doubles."""
     # No array is masked unless numpy.ma is loaded; importing it only for this check is slow.
     if "numpy.ma" in sys.modules and np.ma.is_masked(value):
         raise TypeError(f"{name} must be {description} without masked values")
@@ -157,7 +151,6 @@ def as_array(name: str, value: object, description: str) -> Array:
 
 
 def as_finite_array(name: str, value: object, description: str) -> Array:
-    """Convert `value` to a new array of finite doubles."""
     numbers = as_array(name, value, description)
     if not np.isfinite(numbers).all():
         if numbers.ndim == 0:
@@ -182,7 +175,6 @@ def as_float_list(name: str, value: object, n: int, description: str) -> list[fl
 
 
 def as_three_floats(name: str, value: object) -> Vector:
-    """Return `value` as three finite floats."""
     x, y, z = as_float_list(name, value, 3, "3 numbers")
     return x, y, z
 
@@ -233,7 +225,6 @@ _SKIPPED_PACKAGES = {
 
 
 def make_exception_from_status(status: str, detail: str) -> Exception:
-    """Return the exception for a status code of the C library."""
     kind, text = statuses[status]
     return (MemoryError if kind == "MEMORY" else ValueError)(f"{text}: {detail}")
 
@@ -326,16 +317,11 @@ def is_angular(unit: str) -> bool:
 
 
 def get_angular_unit(unit: str, degrees: bool) -> str:
-    """Return `unit` with deg in place of rad if `degrees` is True."""
     return unit.replace("rad", "deg") if degrees else unit
 
 
 def get_parameter_unit(name: str, degrees: bool, component: int | None = None) -> str:
-    """Return the unit of a parameter, in which deg replaces rad if `degrees` is True.
-
-    The three components of `shaking` have different units; without `component`, all three are
-    listed.
-    """
+    """Return the unit of a parameter or of a component of it, in degrees or in radians."""
     unit = PARAMETER_UNITS.get(name, "")
     if not isinstance(unit, str):
         unit = ", ".join(unit) if component is None else unit[component]

@@ -79,10 +79,7 @@ def atomic_open(path: str | os.PathLike[str]) -> Iterator[BlockAppender]:
 
 
 def atomic_write(path: str | os.PathLike[str], data: bytes) -> None:
-    """Write data to a file atomically, and sync the file to disk.
-
-    Raises OSError if the file cannot be written, and leaves an existing file unchanged.
-    """
+    """Write data to a file as a whole, or raise OSError and leave an existing file unchanged."""
     with atomic_open(path) as file:
         file.append_bytes(data)
 
@@ -183,7 +180,6 @@ _MAX_ERROR_LENGTH = 100  # characters kept of a message of zipfile, which may qu
 
 
 def pack_archive(texts: Mapping[str, str], arrays: Mapping[str, Array | Integers]) -> bytes:
-    """Return the bytes of an archive that contains `texts` and `arrays`."""
     from zipfile import ZipFile, ZipInfo  # imported here to keep `import kreisel` fast
 
     buffer = io.BytesIO()
@@ -223,20 +219,15 @@ class ArchiveReader:
             raise ValueError(f"the archive is damaged: {str(error)[:_MAX_ERROR_LENGTH]}") from None
 
     def read_archive_text(self, name: str) -> str:
-        """Return the text stored in the archive member `name`."""
         return str(self._read_archive_member(name, "U", ()), "utf-32-le").rstrip("\0")
 
     def read_archive_doubles(self, name: str, n: int | None, *shape: int) -> Array:
-        """Return the archive member `name` as an array of doubles of shape (n, *shape).
-
-        If `n` is None, the first dimension can have any length.
-        """
+        """Return an array of shape (n, *shape), of any length n if `n` is None."""
         data = self._read_archive_member(name, "f8", (n, *shape))
         rows = len(data) // (8 * math.prod(shape)) if n is None else n
         return np.frombuffer(data, "<f8").reshape(rows, *shape).astype(np.float64, copy=False)
 
     def read_archive_integers(self, name: str, n: int) -> Integers:
-        """Return the archive member `name` as an array of `n` integers."""
         return np.frombuffer(self._read_archive_member(name, "i4", (n,)), "<i4").astype(np.intc)
 
     def _read_archive_member(

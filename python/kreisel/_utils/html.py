@@ -20,7 +20,6 @@ def format_html_table(rows: Iterable[Sequence[str]], head: Sequence[str] = ()) -
 
 
 def render_figure_as_png(figure: Any) -> bytes:
-    """Render a figure of matplotlib as PNG, and return the bytes."""
     file = BytesIO()
     figure.savefig(file, format="png", dpi=120)
     return file.getvalue()
