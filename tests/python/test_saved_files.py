@@ -445,3 +445,31 @@ def test_damaged_bytes_of_a_path_are_refused_or_change_nothing(data, tmp_path_fa
     file.write_bytes(data.draw(corrupt_bytes(file.read_bytes())))
     # a damaged byte that is not noticed belongs to metadata such as a date
     read_and_use(lambda: kr.load(file), lambda again: check_same_paths(path, again))
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        {},
+        {"want": ("nutation", "q")},
+        {"digits": 20, "max_steps": 9},
+        {"tangents": "start"},
+        {"events": kr.events.nutation()},
+        {"method": "geometric", "error": 1e-3},
+    ],
+)
+def test_the_path_of_many_tops_is_loaded_as_it_was_saved(tmp_path, words):
+    tops = kr.scenes.asymmetric.vary(gravity=[0.5, 1.0], spin=[[5.0], [6.0], [7.0]], tilt=0.3)
+    saved = kr.solve(tops, [0.0, 1.0, 9.0], **words)
+    saved.save(tmp_path / "tops.npz")
+    path = kr.load(tmp_path / "tops.npz")
+    assert path.scene.axes == tops.axes and path.scene[2, 1] == tops[2, 1]
+    assert path.to_pandas("q").equals(saved.to_pandas("q"))
+    assert path.status.tolist() == saved.status.tolist() and path.want == saved.want
+    assert [path[i, 0].stats for i in range(3)] == [saved[i, 0].stats for i in range(3)]
+    assert path.message((2, 1)) == saved.message((2, 1))
+    assert path.events.states.tobytes() == saved.events.states.tobytes()
+    if "digits" in words:
+        assert path.q_low.tobytes() == saved.q_low.tobytes()
+    if "tangents" in words:
+        assert path.tangents.tobytes() == saved.tangents.tobytes()

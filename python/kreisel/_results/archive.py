@@ -11,12 +11,13 @@ import numpy as np
 
 from .._core import tangents as TANGENTS
 from .._core import version
-from .._model.scene import Scene, parse_scene_toml
+from .._model.scene import Ensemble, Scene, parse_scene_toml
 from .._options.options import Options, validate_requested_quantities
 from .._options.plan import StepChoice
 from .._options.quantities import LOW, QUANTITIES, RECORDABLE
 from .._utils.arguments import Array, as_float, as_int, short_repr
 from .._utils.files import ArchiveReader, Integers, pack_archive
+from .buffers import STATUSES, EnsembleBuffers, EventColumns
 from .error import ORIGIN, RunStart
 from .quantities import NO_STATES, PathBase, Stats, TangentData
 
@@ -74,6 +75,91 @@ def encode_path_as_archive(path: PathBase, events: EventArrays | None) -> bytes:
     return pack_archive({"head": json.dumps(head), "scene": path.scene.to_toml()}, arrays)
 
 
+SavedEnsemble = tuple[Ensemble, Array, Options, EnsembleBuffers]
+
+
+def encode_ensemble_as_archive(
+    tops: Ensemble, t: Array, options: Options, buffers: EnsembleBuffers
+) -> bytes:
+    """Write the results of an ensemble to an archive, and return its bytes."""
+    events = [np.concatenate(column) for column in zip(*buffers.events, strict=True)]
+    given = {f"given_{name}": np.asarray(values) for name, values in tops.coords.items()}
+    head = {
+        "kreisel": version,
+        "format": _FORMAT,
+        **options.to_json(),
+        "shape": tops.shape,
+        "scenes": [scene.to_toml() for scene in tops.ravel()],
+        "names": tops._names,
+        "given": {name: values.shape for name, values in given.items()},
+        "in_degrees": tops._in_degrees,
+        "times": t.shape,
+        "last": [[i, *states.shape] for i, states in buffers.last.items()],
+        "chosen": [[i, asdict(choice)] for i, choice in buffers.chosen.items()],
+        "messages": list(buffers.messages.items()),
+        "event_count": len(events[0]) if events else 0,
+    }
+    arrays: dict[str, Any] = {"t": t, **buffers.get_allocated_arrays_by_name(), **given}
+    arrays |= {f"column_{name}": column for name, column in buffers.columns.items()}
+    arrays |= {f"last_{i}": states for i, states in buffers.last.items()}
+    if events:
+        names = [_EVENTS + name for name in EventColumns._fields]
+        arrays |= zip(names, events, strict=True)
+    # Doubles hold the integers of all arrays exactly.
+    doubles = {name: np.asarray(array, np.float64) for name, array in arrays.items()}
+    return pack_archive({"head": json.dumps(head)}, doubles)
+
+
+def _read_saved_ensemble(archive: ArchiveReader, head: dict[str, Any]) -> SavedEnsemble:
+    """Return the ensemble of an archive, with its times, options and results."""
+    scenes = [parse_scene_toml(text) for text in head["scenes"]]
+    tops, options = Ensemble.of(scenes).reshape(tuple(head["shape"])), Options.from_json(head)
+    given = {
+        name.removeprefix("given_"): archive.read_archive_doubles(name, *shape)
+        for name, shape in head["given"].items()
+    }
+    varied = {
+        name: np.broadcast_to(values, tops.shape + values.shape[tops.ndim :])
+        for name, values in given.items()
+    }
+    if len(head["names"]) != tops.ndim:
+        raise ValueError("its dimensions have no names")
+    vars(tops).update(_names=tuple(head["names"]), _varied=varied)
+    vars(tops)["_in_degrees"] = bool(head["in_degrees"])
+    t = archive.read_archive_doubles("t", *head["times"])
+    if t.ndim not in (1, 2) or (t.ndim == 2 and len(t) != tops.size):
+        raise ValueError("its times have the wrong shape")
+    buffers = EnsembleBuffers.allocate_buffers(tops.size, t.shape[-1], options)
+    arrays = buffers.get_allocated_arrays_by_name()
+    arrays |= {f"column_{name}": column for name, column in buffers.columns.items()}
+    for name, array in arrays.items():
+        array[...] = archive.read_archive_doubles(name, *array.shape)
+    is_known = (buffers.status >= 0) & (buffers.status < len(STATUSES))
+    if not (is_known & (buffers.done >= 0) & (buffers.done <= t.shape[-1])).all():
+        raise ValueError("the statuses of its tops are damaged")
+    for i, *shape in head["last"]:
+        if shape not in ([1, 8], [2, 8]):
+            raise ValueError("its last states have the wrong shape")
+        buffers.last[int(i)] = archive.read_archive_doubles(f"last_{i}", *shape)
+    for i, choice in head["chosen"]:
+        buffers.chosen[int(i)] = _build_step_choice_from_dict(_require_json_object(choice))
+    buffers.messages = {int(i): str(text) for i, text in head["messages"]}
+    k = as_int("event_count", head["event_count"], 0)
+    if options.requests_events:
+        integers: Any = (
+            archive.read_archive_doubles(_EVENTS + name, k).astype(kind)
+            for name, kind in (("top", np.int64), ("which", np.intc), ("direction", np.intc))
+        )
+        top, which, direction = integers
+        if k and not (top.min() >= 0 and top.max() < tops.size and which.min() >= 0):
+            raise ValueError("its events are damaged")
+        states, low = (
+            archive.read_archive_doubles(_EVENTS + name, k, 8) for name in ("states", "low")
+        )
+        buffers.events = [EventColumns(top, states, low, which, direction)]
+    return tops, t, options, buffers
+
+
 def _get_state_arrays_by_name(path: PathBase, prefix: str) -> dict[str, Array]:
     if path._columns is not None:
         arrays = path._columns
@@ -86,7 +172,10 @@ def _get_state_arrays_by_name(path: PathBase, prefix: str) -> dict[str, Array]:
 
 def read_saved_path_arguments(
     file: BinaryIO, size: int
-) -> tuple[PathConstructorArguments, tuple[PathConstructorArguments, Integers, Integers] | None]:
+) -> (
+    SavedEnsemble
+    | tuple[PathConstructorArguments, tuple[PathConstructorArguments, Integers, Integers] | None]
+):
     """Read a path from a file of `size` bytes, together with its events if there are any.
 
     The events are returned as a tuple (path, indices, directions), where the path holds their
@@ -97,6 +186,8 @@ def read_saved_path_arguments(
         head = _require_json_object(json.loads(archive.read_archive_text("head")))
         if as_int("format", head["format"], 1) != _FORMAT:
             raise ValueError(f"its format {head['format']} belongs to a later version of kreisel")
+        if "scenes" in head:
+            return _read_saved_ensemble(archive, head)
         words = _parse_archive_header(head, parse_scene_toml(archive.read_archive_text("scene")))
         if head["events"] is not None:
             words = words._replace(options=replace(words.options, events=()))

@@ -112,7 +112,7 @@ class EnsembleBuffers:
         """The number of tops."""
         return len(self.status)
 
-    def _get_allocated_arrays_by_name(self) -> dict[str, npt.NDArray[np.generic]]:
+    def get_allocated_arrays_by_name(self) -> dict[str, npt.NDArray[np.generic]]:
         names = ["status", "done", "counts", "reached", "states", "low", "reduced"]
         names += ["tangents", "tangents_low", "truncation"]
         arrays = {name: getattr(self, name) for name in names}
@@ -124,7 +124,7 @@ class EnsembleBuffers:
         If `selection` is a slice, the arrays of the returned buffers are views.
         """
         arrays = {
-            name: array[selection] for name, array in self._get_allocated_arrays_by_name().items()
+            name: array[selection] for name, array in self.get_allocated_arrays_by_name().items()
         }
         columns = {name: array[selection] for name, array in self.columns.items()}
         part = EnsembleBuffers(**arrays, columns=columns)  # type: ignore[arg-type]
@@ -155,8 +155,8 @@ class EnsembleBuffers:
     def insert_part_at_row(self, begin: int, part: EnsembleBuffers) -> None:
         """Copy the results of a slice of the ensemble from `part` to the rows from `begin` on."""
         end = begin + part.size
-        arrays, columns = self._get_allocated_arrays_by_name(), self.columns
-        for name, array in part._get_allocated_arrays_by_name().items():
+        arrays, columns = self.get_allocated_arrays_by_name(), self.columns
+        for name, array in part.get_allocated_arrays_by_name().items():
             arrays[name][begin:end] = array
         for name, array in part.columns.items():
             columns[name][begin:end] = array

@@ -42,7 +42,7 @@ from .._utils.files import Integers, atomic_write
 from .._utils.html import format_picture_as_html
 from .._utils.processes import Progress
 from .._utils.quantity_attributes import QuantityAttributes, QuantityName
-from .archive import encode_path_as_archive
+from .archive import encode_ensemble_as_archive, encode_path_as_archive
 from .buffers import (
     INTERRUPTED,
     STATUSES,
@@ -460,7 +460,7 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
         )
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the path of one top to a file that can be read by kreisel.load.
+        """Write the path to a file that can be read by kreisel.load.
 
         The file is replaced atomically. Raises OSError if the file cannot be written.
 
@@ -471,9 +471,16 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
         - head, in JSON: method, step, tol, digits, want, stats, the choice of method="geometric";
         - events_t, events_q, events_m, events_which and events_direction, if there are events;
         - tangents and tangents_low, if there are tangents.
+
+        For many tops, head also contains the scenes, and the entries are t, status, done, counts,
+        reached, states or column_nutation and so on, and those of events and tangents.
         """
-        check_is_one("an archive holds", self)
-        atomic_write(file, encode_path_as_archive(self, self._events_for_archive))
+        if self._many is not None:
+            many = self._many
+            data = encode_ensemble_as_archive(many.scene, many._t, many._options, many._buffers)
+        else:
+            data = encode_path_as_archive(self, self._events_for_archive)
+        atomic_write(file, data)
 
     @property
     def _events_for_archive(self) -> tuple[Path, Integers, Integers] | None:

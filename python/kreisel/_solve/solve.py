@@ -182,9 +182,12 @@ def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
 
 def _load_path(name: str, file: BinaryIO, size: int) -> Path:
     try:
-        path, event_data = read_saved_path_arguments(file, size)
+        saved = read_saved_path_arguments(file, size)
     except ValueError as error:
         raise ValueError(f"{name} is not a saved path: {error}") from None
+    if len(saved) == 4:
+        return EnsemblePath._of_many(*saved)
+    path, event_data = saved
     if event_data is None:
         return Path(*path)
     event_arguments, which, direction = event_data
