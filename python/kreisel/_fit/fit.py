@@ -19,7 +19,7 @@ from .._utils.arguments import (
     validate_type,
     warn_user,
 )
-from .minimize import LossName, refuse_inestimable_sigmas
+from .minimize import LossName, describe_uncertain_sigmas
 from .parameters import FreeName, FreeParameters, expand_free_names
 from .records import SCALAR_LAST, Mask, Record, leave_out_rows, swap_quaternion_order
 from .residuals import STEPS_MOST
@@ -198,7 +198,8 @@ def _run_search_sessions(
         if session.best is not None:
             session.refuse_start_held_by_friction()
             session.refuse_insensitive_quantities()
-            refuse_inestimable_sigmas(session.model, session.best.scaled_jacobian)
+            jacobian = session.best.scaled_jacobian
+            describe_uncertain_sigmas(session.model, jacobian, refuses=True)
             best = choose_better(session)
     if best is None:
         sessions[0].refuse_start_held_by_friction()

@@ -14,6 +14,7 @@ from .._results.path import Error
 from .._solve.solve import solve
 from .._utils.arguments import Array
 from .parameters import (
+    UNTURNED,
     FitPoint,
     FreeParameters,
     compute_rotation_quaternions,
@@ -61,11 +62,11 @@ class MotionSamples(NamedTuple):
         return self._replace(t=t, attitude=attitude, rate=rate)
 
 
-class ApexSamples(NamedTuple):
-    """The directions of the apex at n evenly spaced times, as an array of shape (n, 3)."""
+class Trace(NamedTuple):
+    """Vectors of shape (n, 3) at n evenly spaced times, as directions of the apex."""
 
     t: Array
-    apex: Array
+    vectors: Array
 
 
 def reconstruct_motions(records: Sequence[Record], point: FitPoint) -> list[MotionSamples]:
@@ -74,87 +75,76 @@ def reconstruct_motions(records: Sequence[Record], point: FitPoint) -> list[Moti
     motions: list[MotionSamples] = []
     for record in records:
         table = {s.quantity: s for s in record.series if s.part is None}
-        if "q" in table:
-            t, q = _select_longest_gapless_samples(record.t, table["q"])
-            motions += _reconstruct_motion_from_attitudes(
-                t, multiply_quaternions(q, point.axes[None])
-            )
-        for name in ("body_velocity", "inertial_velocity"):
+        for name in ("q", "body_velocity", "inertial_velocity", "velocity"):
             if name not in table:
                 continue
-            t, w = _select_longest_gapless_samples(record.t, table[name])
-            vertical = table.get("body_vertical")
-            first = (
-                _find_measured_vertical_near_time(record.t, vertical, t)
-                if vertical is not None and len(t)
-                else None
-            )
-            reconstructions = _reconstruct_motion_from_gyroscope(
-                t, w @ rotation, None if first is None else first @ rotation
-            )
-            is_at_rest = name == "inertial_velocity" and point.is_support_turning
-            motions += [motion._replace(is_at_rest=is_at_rest) for motion in reconstructions]
-        if "velocity" in table:
-            t, w = _select_longest_gapless_samples(record.t, table["velocity"])
-            motions += _reconstruct_motion_from_velocity(t, w)
+            t, values = _select_longest_gapless_samples(record.t, table[name])
+            if len(t) < FEWEST:
+                continue
+            if name == "q":
+                attitudes = multiply_quaternions(values, point.axes[None])
+                motions.append(_reconstruct_motion_from_attitudes(t, attitudes))
+            elif name == "velocity":
+                attitudes = _integrate_angular_velocity(t, values, UNTURNED, is_in_space=True)
+                rate = (values[:, None, :] @ rotation_matrix(attitudes))[:, 0]
+                motions.append(MotionSamples(t, attitudes, rate, "space"))
+            else:
+                first, source, rate = UNTURNED, "gyroscope", values @ rotation
+                if "body_vertical" in table:
+                    series = table["body_vertical"]
+                    rows = np.flatnonzero(series.measured.all(axis=1) & series.values.any(axis=1))
+                    if rows.size:
+                        near = series.values[rows[np.abs(record.t[rows] - t[0]).argmin()]]
+                        vertical = near @ rotation / np.linalg.norm(near @ rotation)
+                        first = conjugate_quaternions(compute_rotations_from_vertical(vertical))
+                        source = "vertical"
+                attitudes = _integrate_angular_velocity(t, rate, first, is_in_space=False)
+                is_at_rest = name == "inertial_velocity" and point.is_support_turning
+                motions.append(MotionSamples(t, attitudes, rate, source, is_at_rest))
     order = ("attitude", "vertical", "space", "gyroscope")
     return sorted(motions, key=lambda motion: order.index(motion.source))
 
 
-def compute_momentum_samples(records: Sequence[Record]) -> list[tuple[Array, Array]]:
-    """Return evenly spaced times and momenta of each record that contains enough momenta."""
-    samples = []
+def _find_momentum_trace(records: Sequence[Record]) -> Trace | None:
+    """Return the trace of the momentum in the first record that contains enough momenta."""
     for record in records:
         for series in record.series:
-            t, m = _select_longest_gapless_samples(record.t, series)
-            if series.name == "m" and len(t) > FEWEST:
-                grid = np.linspace(t[0], t[-1], len(t))
-                samples.append((grid, np.stack([np.interp(grid, t, x) for x in m.T], axis=1)))
-    return samples
+            if series.name == "m":
+                t, m = _select_longest_gapless_samples(record.t, series)
+                if len(t) > FEWEST:
+                    return _resample_evenly(t, m)
+    return None
 
 
-def compute_apex_samples(records: Sequence[Record], point: FitPoint) -> list[ApexSamples]:
-    """Extract the trace of the apex from each record that contains apex directions."""
-    samples = []
+def _find_apex_trace(records: Sequence[Record], point: FitPoint) -> Trace | None:
+    """Return the trace of the apex in the first record that contains enough directions."""
     for record in records:
-        directions = _compute_measured_apex_directions(record, point)
-        if directions is not None:
-            t, apex = directions
-            grid = np.linspace(t[0], t[-1], len(t))
-            apex = np.stack([np.interp(grid, t, apex[:, k]) for k in range(3)], axis=1)
-            samples.append(ApexSamples(grid, apex / np.linalg.norm(apex, axis=1)[:, None]))
-    return samples
+        table = {s.name: s for s in record.series}
+        if "apex" in table:
+            t, e = _select_longest_gapless_samples(record.t, table["apex"])
+        else:
+            pairs = [("apex_x", "apex_y"), ("nutation", "precession_angle")]
+            pair = next((p for p in pairs if table.keys() >= set(p)), None)
+            if pair is None:
+                continue
+            rows = np.logical_and(*(table[name].measured[:, 0] for name in pair))
+            t, (u, v) = record.t[rows], (table[name].values[rows, 0] for name in pair)
+            if pair[0] == "apex_x":
+                side = np.sign((rotation_matrix(point.attitude) @ point.com)[2]) or 1.0
+                e = np.stack((u, v, side * np.sqrt(np.maximum(1.0 - u * u - v * v, 0.0))), axis=1)
+            else:
+                e = np.stack((np.sin(u) * np.sin(v), -np.sin(u) * np.cos(v), np.cos(u)), axis=1)
+        t, first = np.unique(t, return_index=True)
+        regular = _compute_inlier_mask(e[first], is_attitude=False)
+        if regular.sum() >= FEWEST:
+            grid, apex = _resample_evenly(t[regular], e[first][regular])
+            return Trace(grid, apex / np.linalg.norm(apex, axis=1)[:, None])
+    return None
 
 
-def _compute_measured_apex_directions(
-    record: Record, point: FitPoint
-) -> tuple[Array, Array] | None:
-    table = {s.name: s for s in record.series}
-    if "apex" in table:
-        t, e = _select_longest_gapless_samples(record.t, table["apex"])
-    elif {"apex_x", "apex_y"} <= table.keys():
-        is_measured = table["apex_x"].measured & table["apex_y"].measured
-        t = record.t[is_measured[:, 0]]
-        x, y = (table[name].values[is_measured[:, 0], 0] for name in ("apex_x", "apex_y"))
-        side = np.sign((rotation_matrix(point.attitude) @ point.com)[2]) or 1.0
-        e = np.stack((x, y, side * np.sqrt(np.maximum(1.0 - x * x - y * y, 0.0))), axis=1)
-    elif {"nutation", "precession_angle"} <= table.keys():
-        is_measured = table["nutation"].measured & table["precession_angle"].measured
-        t = record.t[is_measured[:, 0]]
-        tilt, turn = (
-            table[n].values[is_measured[:, 0], 0] for n in ("nutation", "precession_angle")
-        )
-        e = np.stack(
-            (np.sin(tilt) * np.sin(turn), -np.sin(tilt) * np.cos(turn), np.cos(tilt)), axis=1
-        )
-    else:
-        return None
-    t, first = np.unique(t, return_index=True)
-    e = e[first]
-    if len(t) >= FEWEST:
-        regular = _compute_inlier_mask(e, is_attitude=False)
-        t, e = t[regular], e[regular]
-    return (t, e) if len(t) >= FEWEST else None
+def _resample_evenly(t: Array, vectors: Array) -> Trace:
+    grid = np.linspace(t[0], t[-1], len(t))
+    return Trace(grid, np.stack([np.interp(grid, t, x) for x in vectors.T], axis=1))
 
 
 def _select_longest_gapless_samples(t: Array, series: Series) -> tuple[Array, Array]:
@@ -199,57 +189,20 @@ def _compute_inlier_mask(values: Array, is_attitude: bool) -> NDArray[np.bool_]:
     return regular
 
 
-def _reconstruct_motion_from_attitudes(t: Array, q: Array) -> list[MotionSamples]:
+def _reconstruct_motion_from_attitudes(t: Array, q: Array) -> MotionSamples:
     """Reconstruct a motion, computing each angular velocity from two well-separated attitudes."""
-    if len(t) < FEWEST:
-        return []
-    angle = np.median(
-        np.linalg.norm(compute_rotation_vectors(_compute_relative_rotations(q, 1)), axis=1)
-    )
-    stride = min(max(round(_TURN / max(float(angle), 1e-9)), 1), len(t) // 4)
-    turns = compute_rotation_vectors(_compute_relative_rotations(q, stride))
-    rate = turns / (t[stride:] - t[:-stride])[:, None]
-    middle = 0.5 * (t[stride:] + t[:-stride])
-    halfway = multiply_quaternions(q[:-stride], compute_rotation_quaternions(0.5 * turns))
-    return [MotionSamples(middle, halfway, rate, "attitude")]
 
-
-def _compute_relative_rotations(q: Array, stride: int) -> Array:
-    """Return the rotation from each attitude to the attitude `stride` rows later."""
-    return multiply_quaternions(conjugate_quaternions(q[:-stride]), q[stride:])
-
-
-def _reconstruct_motion_from_gyroscope(
-    t: Array, rate: Array, vertical: Array | None
-) -> list[MotionSamples]:
-    if len(t) < FEWEST:
-        return []
-    first = np.array([1.0, 0.0, 0.0, 0.0])
-    if vertical is not None:
-        first = conjugate_quaternions(
-            compute_rotations_from_vertical(vertical / np.linalg.norm(vertical))
+    def find_turns(stride: int) -> Array:
+        return compute_rotation_vectors(
+            multiply_quaternions(conjugate_quaternions(q[:-stride]), q[stride:])
         )
-    attitude = _integrate_angular_velocity(t, rate, first, False)
-    source = "gyroscope" if vertical is None else "vertical"
-    return [MotionSamples(t, attitude, rate, source)]
 
-
-def _find_measured_vertical_near_time(t: Array, series: Series, times: Array) -> Array | None:
-    """Return the measured vertical nearest in time to `times[0]`, or None if there is none."""
-    indices = np.flatnonzero(series.measured.all(axis=1))
-    if not indices.size:
-        return None
-    index = indices[np.abs(t[indices] - times[0]).argmin()]
-    vertical: Array = series.values[index]
-    return vertical if np.linalg.norm(vertical) > 0.0 else None
-
-
-def _reconstruct_motion_from_velocity(t: Array, velocity: Array) -> list[MotionSamples]:
-    if len(t) < FEWEST:
-        return []
-    attitude = _integrate_angular_velocity(t, velocity, np.array([1.0, 0.0, 0.0, 0.0]), True)
-    rate = (velocity[:, None, :] @ rotation_matrix(attitude))[:, 0]
-    return [MotionSamples(t, attitude, rate, "space")]
+    angle = float(np.median(np.linalg.norm(find_turns(1), axis=1)))
+    stride = min(max(round(_TURN / max(angle, 1e-9)), 1), len(t) // 4)
+    turns = find_turns(stride)
+    rate = turns / (t[stride:] - t[:-stride])[:, None]
+    halfway = multiply_quaternions(q[:-stride], compute_rotation_quaternions(0.5 * turns))
+    return MotionSamples(0.5 * (t[stride:] + t[:-stride]), halfway, rate, "attitude")
 
 
 def _integrate_angular_velocity(t: Array, rate: Array, first: Array, is_in_space: bool) -> Array:
@@ -259,12 +212,8 @@ def _integrate_angular_velocity(t: Array, rate: Array, first: Array, is_in_space
     attitudes[1:] = compute_rotation_quaternions(0.5 * np.diff(t)[:, None] * (rate[1:] + rate[:-1]))
     shift = 1
     while shift < len(t):  # products of 2, 4, 8, ... neighbours
-        ends = (
-            (attitudes[shift:], attitudes[:-shift])
-            if is_in_space
-            else (attitudes[:-shift], attitudes[shift:])
-        )
-        attitudes[shift:] = multiply_quaternions(*ends)
+        ends = attitudes[:-shift], attitudes[shift:]
+        attitudes[shift:] = multiply_quaternions(*(ends[::-1] if is_in_space else ends))
         shift *= 2
     return attitudes
 
@@ -281,8 +230,6 @@ def interpolate_motion(motion: MotionSamples, t: float) -> tuple[Array, Array]:
 
 _LEAST = 1e-3  # least density of a guess, relative to its largest moment
 _SMOOTHING = 9  # samples of the local cubic that smooths a trace
-_PADDING = 4  # length of a Fourier transform, relative to the data
-_LINES = 3  # frequencies of nutation that are tried
 _STOPPED = 0.05  # spin that friction has nearly stopped, relative to the largest
 _SHORT = 4  # number of samples, relative to that of the shorter guess
 _EPSILON = np.zeros((3, 3, 3))
@@ -293,13 +240,11 @@ for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
 class Guess(NamedTuple):
     """An initial guess of the parameters, and the measured motion from which it was computed.
 
-    motion   its attitudes are from the principal axes of the point to space
-    allowed  (size, size) projection on the changes to which a first search is confined, or None
+    The attitudes of the motion are from the principal axes of the point to space.
     """
 
     point: FitPoint
     motion: MotionSamples | None
-    allowed: Array | None = None
 
 
 class _LinearBodyEstimates(NamedTuple):
@@ -310,13 +255,6 @@ class _LinearBodyEstimates(NamedTuple):
     vertical: Array
     damping: float
     friction: float
-
-
-class _EnergyLossFlags(NamedTuple):
-    """The types of energy loss that are included in the momentum equation."""
-
-    is_damped: bool
-    is_rubbed: bool
 
 
 def guess_parameters_from_records(
@@ -333,10 +271,8 @@ def guess_parameters_from_records(
             guesses += _guess_parameters_from_motion(
                 parameters, motion, motion.select_first_samples(count)
             )
-    if not guesses:
-        for trace in compute_apex_samples(records, base)[:1]:
-            guesses += _guess_parameters_from_apex(parameters, trace)
-    return guesses
+    trace = None if guesses else _find_apex_trace(records, base)
+    return guesses if trace is None else _guess_parameters_from_apex(parameters, trace)
 
 
 def yield_random_starts(
@@ -377,18 +313,19 @@ def _find_first_measured_states(
 
     The momentum leaves two directions of the apex, one above and one below the horizontal plane.
     """
-    lever = base.gravity_force * base.com
-    first = _SMOOTHING // 2
-    for times, momenta in compute_momentum_samples(records) if lever.any() else []:
-        m, change = (values[first] for values in _smooth_by_local_cubics(times, momenta))
-        t = float(times[first])
+    lever, first = base.gravity_force * base.com, _SMOOTHING // 2
+    momenta = _find_momentum_trace(records) if lever.any() else None
+    if momenta is not None:
+        m, change = (values[first] for values in _smooth_by_local_cubics(*momenta))
+        t = float(momenta.t[first])
         weight = base.mass * float(base.compute_effective_gravity(np.array(t)))
         torque = change + np.cross(base.turning, m)
         flat = np.array((torque[1], -torque[0], 0.0)) / weight / np.linalg.norm(base.com)
         height = np.sqrt(max(1.0 - float(flat @ flat), 0.0))
         tops = [flat + np.array((0.0, 0.0, sign * height)) for sign in (1.0, -1.0)]
         return [(t, top / np.linalg.norm(top), np.zeros(3), m) for top in tops]
-    for trace in compute_apex_samples(records, base)[:1] if base.com.any() else []:
+    trace = _find_apex_trace(records, base) if base.com.any() else None
+    if trace is not None:
         e, change = (values[first] for values in _smooth_by_local_cubics(*trace))
         return [(float(trace.t[first]), e / np.linalg.norm(e), change, None)]
     return []
@@ -397,15 +334,17 @@ def _find_first_measured_states(
 def _guess_parameters_from_motion(
     parameters: FreeParameters, motion: MotionSamples, part: MotionSamples
 ) -> list[Guess]:
+    """Compute guesses from the momentum equation of a part of the motion."""
     base = parameters.start
     is_heavy = base.gravity_force != 0.0 and bool(base.com.any() or parameters.can_vary("com"))
-    axis = _compute_friction_axis(base)
     is_rubbed = part.source != "space" and (parameters.can_vary("friction") or base.friction > 0.0)
     if is_rubbed:
-        part = _select_samples_before_spin_stops(part, axis)
+        spin = np.abs(part.rate @ _compute_friction_axis(base))
+        stopped = np.flatnonzero(spin < _STOPPED * spin.max())
+        if stopped.size and stopped[0] >= FEWEST:
+            part = part.select_first_samples(int(stopped[0]))
     is_damped = bool(parameters.can_vary("damping") or base.damping.any())
-    losses = _EnergyLossFlags(is_damped, is_rubbed)
-    solution = _fit_momentum_equation(part, base, is_heavy, losses)
+    solution = _fit_momentum_equation(part, base, is_heavy, is_damped, is_rubbed)
     if solution is None:
         return []
     twins = [solution]
@@ -421,52 +360,32 @@ def _guess_parameters_from_motion(
 def _make_guess_from_linear_solution(
     parameters: FreeParameters, motion: MotionSamples, solution: _LinearBodyEstimates
 ) -> Guess:
-    turn = np.array([1.0, 0.0, 0.0, 0.0])  # from the axes of the motion to the principal axes
-    if motion.source == "space":
-        turn = convert_matrix_to_quaternion(
-            _orient_principal_axes_like_scene(solution, parameters.start)
-        )
+    base, turn, first = parameters.start, UNTURNED, UNTURNED
+    if motion.source == "space":  # the axes of the motion are not the principal axes
+        turn = convert_matrix_to_quaternion(_orient_principal_axes_like_scene(solution, base))
+    if motion.source == "gyroscope":
+        v = solution.vertical
+        east = np.cross(np.eye(3)[np.abs(v).argmin()], v)
+        east /= np.linalg.norm(east)
+        first = convert_matrix_to_quaternion(np.stack((east, np.cross(v, east), v)))
     rotation = rotation_matrix(turn)
     moments = np.diag(rotation.T @ solution.inertia @ rotation).copy()
-    lever = rotation.T @ solution.lever
-    first = np.array([1.0, 0.0, 0.0, 0.0])
-    if motion.source == "gyroscope":
-        first = convert_matrix_to_quaternion(_build_frame_from_vertical(solution.vertical))
+    t, rate = motion.t, motion.rate @ rotation
     attitude = multiply_quaternions(multiply_quaternions(first, motion.attitude), turn)
-    samples = motion._replace(attitude=attitude, rate=motion.rate @ rotation)
-    if motion.is_at_rest:
-        samples = _transform_motion_to_support_frame(samples, parameters.start.turning)
-    point = _set_free_body_parameters(parameters, moments, lever, solution)
-    rate = samples.rate[:3].mean(axis=0)
-    return Guess(
-        _find_parameters_through_state(parameters, point, samples.t[0], samples.attitude[0], rate),
-        samples,
-    )
-
-
-def _transform_motion_to_support_frame(motion: MotionSamples, turning: Array) -> MotionSamples:
-    """Return the motion relative to a support that initially coincides with the inertial frame."""
-    rotations = compute_rotation_quaternions((motion.t[0] - motion.t)[:, None] * turning)
-    attitude = multiply_quaternions(rotations, motion.attitude)
-    rate = motion.rate - turning @ rotation_matrix(attitude)
-    return motion._replace(attitude=attitude, rate=rate, is_at_rest=False)
+    if motion.is_at_rest:  # the support coincides with the inertial frame at the first sample
+        rotations = compute_rotation_quaternions((t[0] - t)[:, None] * base.turning)
+        attitude = multiply_quaternions(rotations, attitude)
+        rate = rate - base.turning @ rotation_matrix(attitude)
+    point = _set_free_body_parameters(parameters, moments, rotation.T @ solution.lever, solution)
+    mean = rate[:3].mean(axis=0)
+    start = _find_parameters_through_state(parameters, point, t[0], attitude[0], mean)
+    return Guess(start, MotionSamples(t, attitude, rate, motion.source))
 
 
 def _compute_friction_axis(base: FitPoint) -> Array:
     length = float(np.linalg.norm(base.com))
     axis: Array = base.com / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
     return axis
-
-
-def _select_samples_before_spin_stops(motion: MotionSamples, axis: Array) -> MotionSamples:
-    """Return the samples of a motion up to the time at which its spin about `axis` nearly stops."""
-    spin = np.abs(motion.rate @ axis)
-    indices = np.flatnonzero(spin < _STOPPED * spin.max())
-    return (
-        motion.select_first_samples(int(indices[0]))
-        if indices.size and indices[0] >= FEWEST
-        else motion
-    )
 
 
 def _set_free_body_parameters(
@@ -526,18 +445,42 @@ def _find_parameters_through_state(
 
 
 def _fit_momentum_equation(
-    motion: MotionSamples, base: FitPoint, is_heavy: bool, losses: _EnergyLossFlags
+    motion: MotionSamples, base: FitPoint, is_heavy: bool, is_damped: bool, is_rubbed: bool
 ) -> _LinearBodyEstimates | None:
     """Solve the momentum equation using the singular vector of the smallest singular value.
 
-    Returns None if there are too few samples, or if the body has a rotor and its principal axes are
-    unknown.
+    The momentum minus the integrals of the torques is constant. Returns None if there are too few
+    samples, or if the body has a rotor and its principal axes are unknown.
     """
-    rotor, is_full = base.rotor, motion.source == "space"
+    rotor, is_full, is_free = base.rotor, motion.source == "space", motion.source == "gyroscope"
     if rotor.any() and is_full:
         return None
-    columns = _list_momentum_equation_columns(motion, base, is_heavy, losses)
-    matrix = np.concatenate(columns, axis=2).reshape(3 * len(motion.t), -1)
+    t, rotation, turning = motion.t, rotation_matrix(motion.attitude), base.turning
+    if motion.is_at_rest or is_free:
+        turning = np.zeros(3)
+    elif motion.source == "vertical":
+        turning = turning * np.array([0.0, 0.0, 1.0])
+    rate = motion.rate + turning @ rotation
+    momenta = [rotation @ _build_inertia_to_momentum_matrices(rate, is_full)]
+    momenta += [(rotation @ rotor)[:, :, None]] if rotor.any() else []
+    columns = [one + cross_matrix(turning) @ _integrate_by_trapezoids(t, one) for one in momenta]
+    columns.append(-np.broadcast_to(np.eye(3), rotation.shape))
+    if is_heavy:
+        weight = base.compute_effective_gravity(t) / base.gravity
+        integral = _integrate_by_trapezoids(t, weight[:, None, None] * rotation)
+        columns.append(
+            -np.einsum("ikj,njl->nikl", _EPSILON, integral).reshape(len(t), 3, 9)
+            if is_free
+            else -cross_matrix(np.array([0.0, 0.0, 1.0])) @ integral
+        )
+    if is_damped:
+        space_rate = (rotation @ motion.rate[:, :, None])[:, :, 0]
+        columns.append(_integrate_by_trapezoids(t, space_rate)[:, :, None])
+    if is_rubbed:
+        axis = _compute_friction_axis(base)
+        sense = np.sign(motion.rate @ axis)[:, None]
+        columns.append(_integrate_by_trapezoids(t, sense * (rotation @ axis))[:, :, None])
+    matrix = np.concatenate(columns, axis=2).reshape(3 * len(t), -1)
     sizes = np.linalg.norm(matrix, axis=0)
     sizes[sizes == 0.0] = 1.0
     if len(matrix) < matrix.shape[1] or not np.isfinite(matrix).all():
@@ -546,73 +489,22 @@ def _fit_momentum_equation(
     solution = np.linalg.eigh(normal)[1][:, 0] / sizes
     if rotor.any():
         solution = np.delete(solution, 3)  # the size of the rotor, after three moments
-    return _unpack_linear_solution(solution, motion, is_heavy, losses)
-
-
-def _list_momentum_equation_columns(
-    motion: MotionSamples, base: FitPoint, is_heavy: bool, losses: _EnergyLossFlags
-) -> list[Array]:
-    """Return the columns of the matrix of the momentum equation as arrays of shape (n, 3, k)."""
-    t, rotation, rotor = motion.t, rotation_matrix(motion.attitude), base.rotor
-    turning = _get_turning_in_momentum_equation(motion, base)
-    rate = motion.rate + turning @ rotation
-    momenta = [rotation @ _build_inertia_to_momentum_matrices(rate, motion.source == "space")]
-    momenta += [(rotation @ rotor)[:, :, None]] if rotor.any() else []
-    columns = [one + cross_matrix(turning) @ _integrate_by_trapezoids(t, one) for one in momenta]
-    columns.append(-np.broadcast_to(np.eye(3), rotation.shape))
-    if is_heavy:
-        weight = base.compute_effective_gravity(t) / base.gravity
-        integral = _integrate_by_trapezoids(t, weight[:, None, None] * rotation)
-        columns.append(
-            -cross_matrix(np.array([0.0, 0.0, 1.0])) @ integral
-            if motion.source != "gyroscope"
-            else -np.einsum("ikj,njl->nikl", _EPSILON, integral).reshape(len(t), 3, 9)
-        )
-    if losses.is_damped:
-        space_rate = (rotation @ motion.rate[:, :, None])[:, :, 0]
-        columns.append(_integrate_by_trapezoids(t, space_rate)[:, :, None])
-    if losses.is_rubbed:
-        axis = _compute_friction_axis(base)
-        sense = np.sign(motion.rate @ axis)[:, None]
-        columns.append(_integrate_by_trapezoids(t, sense * (rotation @ axis))[:, :, None])
-    return columns
-
-
-def _get_turning_in_momentum_equation(motion: MotionSamples, base: FitPoint) -> Array:
-    """Return the part of the support's angular velocity that is used in the momentum equation.
-
-    The returned vector is zero if the motion is described relative to the inertial frame.
-    """
-    if motion.is_at_rest or motion.source == "gyroscope":
-        return np.zeros(3)
-    is_upright = motion.source == "vertical"
-    return base.turning * np.array([0.0, 0.0, 1.0]) if is_upright else base.turning
-
-
-def _unpack_linear_solution(
-    solution: Array, motion: MotionSamples, is_heavy: bool, losses: _EnergyLossFlags
-) -> _LinearBodyEstimates | None:
-    is_full = motion.source == "space"
-    count = 6 if is_full else 3
     inertia = np.diag(solution[:3])
     if is_full:
         inertia[(1, 2, 0), (2, 0, 1)] = inertia[(2, 0, 1), (1, 2, 0)] = solution[3:6]
     sign = np.sign(np.trace(inertia))
     if not sign:
         return None
-    solution, inertia = sign * solution, sign * inertia
-    rest = solution[count + 3 :]
+    rest = sign * solution[9 if is_full else 6 :]  # after the constant momentum
     lever, vertical = np.zeros(3), np.array([0.0, 0.0, 1.0])
-    if is_heavy and motion.source != "gyroscope":
-        lever = rest[:3]
+    if is_heavy and is_free:
+        left, products, right = np.linalg.svd(rest[:9].reshape(3, 3))
+        lever, vertical = products[0] * right[0], left[:, 0]
     elif is_heavy:
-        left, sizes, right = np.linalg.svd(rest[:9].reshape(3, 3))
-        lever, vertical = sizes[0] * right[0], left[:, 0]
-    coefficients = rest[len(rest) - sum(losses) :].tolist()
-    damping = coefficients.pop(0) if losses.is_damped else 0.0
-    return _LinearBodyEstimates(
-        inertia, lever, vertical, damping, coefficients[0] if losses.is_rubbed else 0.0
-    )
+        lever = rest[:3]
+    friction = float(rest[-1]) if is_rubbed else 0.0
+    damping = float(rest[-1 - is_rubbed]) if is_damped else 0.0
+    return _LinearBodyEstimates(sign * inertia, lever, vertical, damping, friction)
 
 
 def _build_inertia_to_momentum_matrices(rate: Array, is_full: bool) -> Array:
@@ -654,15 +546,12 @@ def _orient_principal_axes_like_scene(solution: _LinearBodyEstimates, base: FitP
     return best_frame
 
 
-def _build_frame_from_vertical(vertical: Array) -> Array:
-    """Return a rotation matrix whose last row is the unit vector `vertical`."""
-    first = np.cross(np.eye(3)[np.abs(vertical).argmin()], vertical)
-    first /= np.linalg.norm(first)
-    return np.stack((first, np.cross(vertical, first), vertical))
+def _guess_parameters_from_apex(parameters: FreeParameters, trace: Trace) -> list[Guess]:
+    """Compute guesses from apex directions, assuming that the body is symmetric about its apex.
 
-
-def _guess_parameters_from_apex(parameters: FreeParameters, trace: ApexSamples) -> list[Guess]:
-    """Compute guesses from apex directions, assuming that the body is symmetric about its apex."""
+    The momentum equation is linear in a = I3 s / I1 for the spin s, in k = M g |c| / I1, in the
+    initial momentum, and in the loss of a by friction.
+    """
     base = parameters.start
     if not base.com.any() or len(trace.t) <= _SMOOTHING:
         return []
@@ -682,55 +571,7 @@ def _guess_parameters_from_apex(parameters: FreeParameters, trace: ApexSamples) 
         columns.append((weighted - apex_integral)[:, :, None])
     matrix = np.concatenate(columns, axis=2)
     solution = np.linalg.lstsq(matrix.reshape(-1, matrix.shape[2]), rhs.ravel(), rcond=None)[0]
-    slowing = float(solution[5]) if len(solution) > 5 else 0.0
-    triples = [(float(solution[0]), float(solution[1]), slowing)]
-    triples += [(*pair, 0.0) for pair in _estimate_spin_and_torque_ratios(trace, float(turning[2]))]
-    return [
-        _guess_from_apex_and_spin(parameters, trace, (apex, change), triple) for triple in triples
-    ]
-
-
-def _estimate_mean_precession_rate(trace: ApexSamples) -> float:
-    angle = np.unwrap(np.arctan2(trace.apex[:, 0], -trace.apex[:, 1]))
-    return float(np.polyfit(trace.t, angle, 1)[0])
-
-
-def _estimate_spin_and_torque_ratios(
-    trace: ApexSamples, turning: float
-) -> list[tuple[float, float]]:
-    """Estimate a and k = M g |c| / I1 from the strongest spectral lines of the apex height.
-
-    A small nutation about the steady precession at the rate w and the angle n has the frequency
-    sqrt((w sin n)^2 + (a - 2 w cos n)^2), and k = a w - w^2 cos n. The precession rate w is
-    measured in the inertial frame.
-    """
-    height, n, rate = (
-        trace.apex[:, 2],
-        len(trace.t),
-        _estimate_mean_precession_rate(trace) + turning,
-    )
-    mean = min(max(float(height.mean()), -1.0), 1.0)
-    lines = np.abs(np.fft.rfft((height - mean) * np.hanning(n), _PADDING * n))
-    lines[: 2 * _PADDING] = 0.0  # slower lines are trends
-    is_peak = (lines[1:-1] > lines[:-2]) & (lines[1:-1] >= lines[2:])
-    peaks = np.flatnonzero(is_peak) + 1
-    peaks = peaks[np.argsort(-lines[peaks])][:_LINES]
-    unit = 2.0 * np.pi * (n - 1) / (trace.t[-1] - trace.t[0]) / (_PADDING * n)
-    pairs = []
-    for frequency in peaks * unit:
-        root = np.sqrt(max(frequency**2 - rate**2 * (1.0 - mean**2), 0.0))
-        for a in (2.0 * rate * mean + root, 2.0 * rate * mean - root):
-            pairs.append((float(a), float(a * rate - rate**2 * mean)))
-    return pairs
-
-
-def _guess_from_apex_and_spin(
-    parameters: FreeParameters,
-    trace: ApexSamples,
-    smoothed: tuple[Array, Array],
-    ratios: tuple[float, float, float],
-) -> Guess:
-    base, (a, k, slowing) = parameters.start, ratios
+    a, k, slowing = float(solution[0]), float(solution[1]), float([*solution, 0.0][5])
     axis = base.com / np.linalg.norm(base.com)
     i3 = float(axis @ (base.moments * axis))
     i1 = 0.5 * (base.moments.sum() - i3)
@@ -740,36 +581,20 @@ def _guess_from_apex_and_spin(
         i3 = min(i3, 1.9 * i1)
     moments = i3 * axis**2 + i1 * (1.0 - axis**2)
     point = _set_free_body_parameters(parameters, moments, base.gravity_force * base.com, None)
-    apex, change = smoothed
-    i3, i1 = (float(m) for m in (axis @ (point.moments * axis), i1))
+    i3, i1 = float(axis @ (point.moments * axis)), float(i1)
     turn = compute_rotations_from_vertical(axis)
     tilts = compute_rotations_from_vertical(apex / np.linalg.norm(apex, axis=1)[:, None])
     attitude = multiply_quaternions(tilts, conjugate_quaternions(turn)[None])
     spin = (a * i1 - float(axis @ base.rotor)) / i3 - float(base.turning @ apex[0])
     if parameters.can_vary("friction"):
         point = replace(point, friction=max(i1 * slowing * np.sign(spin), 0.0))
-    spin_loss = point.friction / i3 * (trace.t - trace.t[0])
+    spin_loss = point.friction / i3 * (t - t[0])
     spins = np.copysign(np.maximum(abs(spin) - spin_loss, 0.0), spin)
     velocity = np.cross(apex, change) + spins[:, None] * apex
     rate = (velocity[:, None, :] @ rotation_matrix(attitude))[:, 0]
-    motion = MotionSamples(trace.t, attitude, rate, "apex")
-    start = _find_parameters_through_state(parameters, point, trace.t[0], attitude[0], rate[0])
-    return Guess(start, motion, _build_spin_preserving_projection(parameters, axis))
-
-
-def _build_spin_preserving_projection(parameters: FreeParameters, axis: Array) -> Array:
-    """Return the projection onto changes in initial state and instrument parameters at fixed spin.
-
-    The nutation frequency is known accurately, so it is held fixed while the phase is fitted.
-    """
-    projection = np.eye(parameters.size)
-    for name in parameters.free:
-        if name not in ("attitude", "velocity"):
-            projection[:, parameters.get_parameter_slice(name)] = 0.0
-    if parameters.can_vary("velocity"):
-        part = parameters.get_parameter_slice("velocity")
-        projection[part, part] -= np.outer(axis, axis)
-    return projection
+    motion = MotionSamples(t, attitude, rate, "apex")
+    start = _find_parameters_through_state(parameters, point, t[0], attitude[0], rate[0])
+    return [Guess(start, motion)]
 
 
 def _smooth_by_local_cubics(t: Array, values: Array) -> tuple[Array, Array]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any, Generic, Literal, NamedTuple, Protocol, TypeVar
 
 import numpy as np
@@ -221,33 +221,27 @@ def compute_degrees_of_freedom(model: ResidualModel, scaled_jacobian: Array) -> 
     ]
 
 
-def refuse_inestimable_sigmas(model: ResidualModel, scaled_jacobian: Array) -> None:
-    """Raise ValueError if the parameters absorb all numbers of a quantity without a sigma."""
-    for name, dof in _yield_estimated_series(model, scaled_jacobian):
-        if dof < _NO_DOF:
-            raise ValueError(
-                f"the sigma of {name} cannot be estimated, because the free parameters fit its "
-                "numbers exactly: give sigma, add measurements, or remove names from free"
+def describe_uncertain_sigmas(
+    model: ResidualModel, scaled_jacobian: Array, *, refuses: bool = False
+) -> tuple[str, ...]:
+    """Return a sentence for each standard deviation that is estimated from few numbers.
+
+    With `refuses`, raises ValueError if the parameters fit all numbers of a quantity exactly.
+    """
+    sentences = []
+    if any(rows.series.sigma is None for rows in model.rows):
+        dofs = compute_degrees_of_freedom(model, scaled_jacobian)
+        for rows, dof in zip(model.rows, dofs, strict=True):
+            name = rows.series.name
+            if rows.series.sigma is not None or not rows.measured_mask.any() or dof >= _FEW_DOF:
+                continue
+            if refuses and dof < _NO_DOF:
+                raise ValueError(
+                    f"the sigma of {name} cannot be estimated, because the free parameters fit its "
+                    "numbers exactly: give sigma, add measurements, or remove names from free"
+                )
+            sentences.append(
+                f"the sigma of {name} is estimated from {dof:.1f} degrees of freedom, too few for "
+                "reliable errors"
             )
-
-
-def describe_uncertain_sigmas(model: ResidualModel, scaled_jacobian: Array) -> tuple[str, ...]:
-    """Return a sentence for each standard deviation that is estimated from few numbers."""
-    return tuple(
-        f"the sigma of {name} is estimated from {dof:.1f} degrees of freedom, too few for reliable "
-        "errors"
-        for name, dof in _yield_estimated_series(model, scaled_jacobian)
-        if dof < _FEW_DOF
-    )
-
-
-def _yield_estimated_series(
-    model: ResidualModel, scaled_jacobian: Array
-) -> Iterator[tuple[str, float]]:
-    """Yield the names and degrees of freedom of the quantities whose sigma is estimated."""
-    if all(rows.series.sigma is not None for rows in model.rows):
-        return
-    dofs = compute_degrees_of_freedom(model, scaled_jacobian)
-    for rows, dof in zip(model.rows, dofs, strict=True):
-        if rows.series.sigma is None and rows.measured_mask.any():
-            yield rows.series.name, dof
+    return tuple(sentences)

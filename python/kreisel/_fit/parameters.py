@@ -353,31 +353,18 @@ def expand_free_names(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
     return tuple(name for name in FREE if name in names)
 
 
-def _build_equal_group_matrix(values: Array) -> Array:
-    """Return a matrix of zeros and ones in which each column marks one group of equal values."""
+def _group_axes_with_equal(*values: Array) -> Array:
+    """Return a matrix whose columns mark the groups of axes on which all given values are equal."""
     columns: list[Array] = []
     indices = [0, 1, 2]
     while indices:
-        group = [
-            k for k in indices if abs(values[k] - values[indices[0]]) <= _EQUAL * abs(values).max()
-        ]
+        first, group = indices[0], []
+        for k in indices:
+            if all(abs(v[k] - v[first]) <= _EQUAL * abs(v).max() for v in values):
+                group.append(k)
         columns.append(np.isin(np.arange(3), group).astype(float))
         indices = [k for k in indices if k not in group]
     return np.stack(columns, axis=-1)
-
-
-def _build_damping_group_matrix(scene: Scene, damping: Array, moments: Array) -> Array:
-    """Return one column for all axes if the damping is one number, and otherwise one for each axis.
-
-    Axes with equal moments, marked by a column of `moments`, and equal dampings are arbitrary, and
-    have a common column.
-    """
-    if scene._has_common_damping:
-        return np.ones((3, 1))
-    groups = moments[:, :, None] * _build_equal_group_matrix(damping)[:, None]
-    columns = groups.reshape(3, -1)[:, groups.any(axis=0).ravel()]
-    ordered: Array = columns[:, np.argsort(columns.argmax(axis=0))]
-    return ordered
 
 
 class FreeParameters:
@@ -386,7 +373,8 @@ class FreeParameters:
     slices   {key: slice}: the places of each block
     size     the number of free parameters
     columns  {block: derivatives of its field by its parameters}. Moments that are equal in the
-             scene stay equal, and have one column; for dampings see _build_damping_group_matrix
+             scene stay equal, and have one column; so have equal dampings about such axes, and
+             a damping given as one number
     """
 
     def __init__(self, scene: Scene, free: tuple[str, ...], records: Sequence[Record]) -> None:
@@ -399,11 +387,11 @@ class FreeParameters:
         if "lever" in free and not length > 0.0:
             raise ValueError("lever is free, but com is the fixed point: use com instead")
         self._check_differentiability(length)
-        groups = _build_equal_group_matrix(start.moments)
+        damping = _group_axes_with_equal(start.moments, start.damping)
         self.columns = {name: np.eye(3) for name in BLOCKS} | {
             "lever": start.com / length if length > 0.0 else start.com,
-            "moments": groups,
-            "damping": _build_damping_group_matrix(scene, start.damping, groups),
+            "moments": _group_axes_with_equal(start.moments),
+            "damping": np.ones((3, 1)) if scene._has_common_damping else damping,
             **dict.fromkeys(("gravity", "mass", "friction"), np.ones((1, 1))),
         }
         self.columns["lever"] = self.columns["lever"][:, None]

@@ -273,7 +273,16 @@ class Record(ReadOnlyArrays):
         degrees: bool = False,
         point: ArrayLike | None = None,
     ) -> None:
-        times = _validate_measurement_times(t)
+        times = as_finite_array("t", t, "a list of times")
+        if times.ndim != 1 or not times.size:
+            raise ValueError(f"t must be a list of times, not an array of shape {times.shape}")
+        decreases = np.flatnonzero(np.diff(times) < 0.0)
+        if decreases.size:
+            i = int(decreases[0])
+            raise ValueError(
+                f"t must not decrease, but t[{i + 1}] = {times[i + 1]} follows t[{i}] = {times[i]}:"
+                " sort the rows by their times, or split the record where its clock was reset"
+            )
         if not isinstance(values, Mapping):
             raise TypeError(
                 "values must map names of quantities to arrays, as in "
@@ -293,14 +302,20 @@ class Record(ReadOnlyArrays):
         attitudes = [one.name for one in series if one.is_attitude]
         if len(attitudes) > 1:
             raise ValueError(f"values has the attitude twice, as {' and '.join(attitudes)}")
-        fields = self.__dict__
-        fields["t"], fields["series"], fields["free"] = (
-            times,
-            series,
-            _validate_free_instrument_parameters(free, series),
-        )
-        fields["point"] = _validate_accelerometer_position(point, series)
-        freeze_arrays((times, series, fields["point"]))
+        has_force = any(one.quantity == SPECIFIC_FORCE.name for one in series)
+        if has_force and point is None:
+            raise ValueError(
+                "specific_force needs point=(x, y, z), the place of the accelerometer from the "
+                "fixed point, in the frame of the body"
+            )
+        if point is not None and not has_force:
+            raise ValueError(
+                "point is the place of an accelerometer, but values has no specific_force"
+            )
+        place = None if point is None else np.array(as_three_floats("point", point))
+        names = _validate_free_instrument_parameters(free, series)
+        self.__dict__.update(t=times, free=names, series=series, point=place)
+        freeze_arrays((times, series, place))
 
     @property
     def size(self) -> int:
@@ -407,20 +422,6 @@ class Record(ReadOnlyArrays):
         return record
 
 
-def _validate_measurement_times(t: ArrayLike) -> Array:
-    times = as_finite_array("t", t, "a list of times")
-    if times.ndim != 1 or not times.size:
-        raise ValueError(f"t must be a list of times, not an array of shape {times.shape}")
-    decreases = np.flatnonzero(np.diff(times) < 0.0)
-    if decreases.size:
-        i = int(decreases[0])
-        raise ValueError(
-            f"t must not decrease, but t[{i + 1}] = {times[i + 1]} follows t[{i}] = {times[i]}: "
-            "sort the rows by their times, or split the record where its clock was reset"
-        )
-    return times
-
-
 def _resolve_quantity_and_component(name: object) -> tuple[str, int | None]:
     """Find the quantity and the component index that `name` denotes."""
     if not isinstance(name, str):
@@ -516,22 +517,6 @@ def _validate_series_sigma(name: str, sigma: Sigma, is_measured: Mask, unit: flo
     if not (np.isfinite(numbers) & (numbers > 0.0)).all():
         raise ValueError(f"{label} must be positive and finite; leave it out if it is unknown")
     return numbers * unit
-
-
-def _validate_accelerometer_position(
-    point: ArrayLike | None, series: tuple[Series, ...]
-) -> Array | None:
-    is_needed = any(one.quantity == SPECIFIC_FORCE.name for one in series)
-    if point is None:
-        if is_needed:
-            raise ValueError(
-                "specific_force needs point=(x, y, z), the place of the accelerometer from the "
-                "fixed point, in the frame of the body"
-            )
-        return None
-    if not is_needed:
-        raise ValueError("point is the place of an accelerometer, but values has no specific_force")
-    return np.array(as_three_floats("point", point))
 
 
 def _validate_free_instrument_parameters(

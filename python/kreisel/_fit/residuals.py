@@ -397,24 +397,6 @@ class ResidualModel:
         return states, np.concatenate([path.tangents[::order] for path, order in parts])
 
 
-class SubspaceModel:
-    """A least-squares model restricted to a subspace of the parameter space."""
-
-    def __init__(self, model: ResidualModel, projection: Array) -> None:
-        self._model, self._allowed, self.evaluations = model, projection, 0
-        self.size = model.size
-        self.estimate_parameter_scales = model.estimate_parameter_scales
-        self.add_step_within_bounds = model.add_step_within_bounds
-        self.compute_distances_to_lower_bounds = model.compute_distances_to_lower_bounds
-
-    def evaluate_residuals(self, point: FitPoint) -> ResidualEvaluation:
-        evaluations = self._model.evaluations
-        residuals, jacobian = self._model.evaluate_residuals(point)
-        self.evaluations += self._model.evaluations - evaluations
-        self._model.evaluations = evaluations  # the session counts the paths of parts separately
-        return ResidualEvaluation(residuals, jacobian @ self._allowed)
-
-
 def _compute_series_residuals(
     rows: ResidualRows, motion: QuantityPredictor, place: Array | None
 ) -> tuple[Array, Array]:

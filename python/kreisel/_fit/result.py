@@ -28,7 +28,7 @@ from .._utils.files import atomic_write
 from .._utils.html import format_html_table
 from .minimize import describe_uncertain_sigmas
 from .parameters import FitPoint, FreeParameters
-from .records import Record, Series, slice_record
+from .records import Record, slice_record
 from .residuals import ResidualModel
 from .search import SearchSession, describe_alternative_spin
 from .uncertainty import (
@@ -230,7 +230,16 @@ class Fit(ReadOnlyArrays):
         """
         from .._plot.charts import plot_fit_panels
 
-        return plot_fit_panels([*_yield_series_chart_data(self)])
+        motions = _predict_measurements_densely(self._parameters, self._pieces, self.records)
+        panels = []
+        for i, record in enumerate(self.records):
+            for series in record.series:
+                values = np.where(series.measured, series.values / series.unit, np.nan)
+                residuals, sigma = self.residuals[i][series.name], self.sigma[i][series.name]
+                rows = residuals.reshape(len(record.t), series.residuals_per_row)
+                motion = motions[i].get(series.name)
+                panels.append(_Panel(series.name, record.t, values, rows, sigma, motion))
+        return plot_fit_panels(panels)
 
     def to_pandas(self) -> DataFrame:
         """Return a pandas.DataFrame with the value, error and unit of each parameter.
@@ -355,7 +364,7 @@ class Fit(ReadOnlyArrays):
         )
 
 
-class _SeriesChartData(NamedTuple):
+class _Panel(NamedTuple):
     """The measurements, residuals and fitted motion of one quantity, for a chart."""
 
     name: str
@@ -364,18 +373,6 @@ class _SeriesChartData(NamedTuple):
     residuals: Array
     sigma: Array
     motion: tuple[Array, Array] | None
-
-
-def _yield_series_chart_data(fit: Fit) -> Iterator[_SeriesChartData]:
-    motions = predict_measurements_densely(fit._parameters, fit._pieces, fit.records)
-    for i, record in enumerate(fit.records):
-        for series in record.series:
-            values = np.where(series.measured, series.values / series.unit, np.nan)
-            residuals = fit.residuals[i][series.name]
-            residual_rows = residuals.reshape(len(record.t), series.residuals_per_row)
-            sigma = np.asarray(fit.sigma[i][series.name])
-            motion = motions[i].get(series.name)
-            yield _SeriesChartData(series.name, record.t, values, residual_rows, sigma, motion)
 
 
 def _convert_to_float_array(value: ArrayLike) -> Array:
@@ -404,7 +401,16 @@ def build_fit_from_search(session: SearchSession) -> Fit:
     spectrum = classify_fit_directions(best.jacobian, best.natural, stats.inflation, p.size)
     names, units, values, jacobian = p.list_user_parameters_and_jacobian(best.point)
     covariance, errors = spectrum.propagate_errors(jacobian)
-    residuals, sigma = _group_residuals_and_sigmas_by_series(session, best.residuals)
+    residuals: tuple[dict[str, Array], ...] = tuple({} for _ in session.records)
+    sigma: tuple[dict[str, Array], ...] = tuple({} for _ in session.records)
+    for rows in model.rows:
+        mask, name = rows.measured_mask, rows.series.name
+        own = np.where(mask, rows.select_series_residuals(best.residuals), np.nan)
+        residuals[rows.record][name] = own[:, 0] if own.shape[1] == 1 else own
+        deviation = np.where(mask, rows.sigma / rows.series.unit, np.nan)
+        known = deviation[mask]
+        is_constant = known.size > 0 and bool((known == known[0]).all())
+        sigma[rows.record][name] = known[0] if is_constant else deviation
     freeze_arrays((covariance, residuals, sigma))
     ratios = {}
     if p.can_vary("moments"):
@@ -466,23 +472,6 @@ def build_fit_from_search(session: SearchSession) -> Fit:
     )
 
 
-def _group_residuals_and_sigmas_by_series(
-    session: SearchSession, residuals: Array
-) -> tuple[tuple[dict[str, Array], ...], tuple[dict[str, Array], ...]]:
-    residual_tables: tuple[dict[str, Array], ...] = tuple({} for _ in session.records)
-    sigma: tuple[dict[str, Array], ...] = tuple({} for _ in session.records)
-    for rows in session.model.rows:
-        values = np.where(rows.measured_mask, rows.select_series_residuals(residuals), np.nan)
-        residual_tables[rows.record][rows.series.name] = (
-            values[:, 0] if values.shape[1] == 1 else values
-        )
-        deviation = np.where(rows.measured_mask, rows.sigma / rows.series.unit, np.nan)
-        known = deviation[rows.measured_mask]
-        is_constant = known.size > 0 and bool((known == known[0]).all())
-        sigma[rows.record][rows.series.name] = known[0] if is_constant else deviation
-    return residual_tables, sigma
-
-
 def _describe_reached_bounds(
     p: FreeParameters, point: FitPoint, natural: Array, names: list[str]
 ) -> Iterator[str]:
@@ -503,7 +492,7 @@ def _describe_reached_bounds(
             )
 
 
-def predict_measurements_densely(
+def _predict_measurements_densely(
     parameters: FreeParameters,
     pieces: Sequence[tuple[float, FitPoint]],
     records: Sequence[Record],
@@ -532,7 +521,10 @@ def predict_measurements_densely(
         for rows in model.rows:
             series, t = rows.series, parts[rows.record].t + begin
             values = (series.values + rows.select_series_residuals(residuals)) / series.unit
-            line = _insert_gaps(t, values, np.pi / series.unit if series.is_angle else np.inf)
+            jump = np.pi / series.unit if series.is_angle else np.inf
+            gaps = np.flatnonzero((np.abs(np.diff(values, axis=0)) > jump).any(axis=1)) + 1
+            gaps = np.append(gaps, len(t))
+            line = np.insert(t, gaps, np.nan), np.insert(values, gaps, np.nan, axis=0)
             begun = lines[rows.record].get(series.name, (t[:0], values[:0]))
             t, values = (np.concatenate(pair) for pair in zip(begun, line, strict=True))
             lines[rows.record][series.name] = t, values
@@ -545,28 +537,13 @@ def _sample_record(record: Record, turn: float) -> Record:
     The residuals of angles refer to the nearest turn of these values. The record has no series if
     too many times would be needed.
     """
-    times = subdivide_times(record.t, turn)
-    if times is None:
-        return record._replace(record.t[:0], ())
-    return record._replace(
-        times,
-        (
-            _sample_series(record.t, one, times)
-            for one in record.series
-            if not one.is_attitude and one.measured.any()
-        ),
-    )
-
-
-def _sample_series(t: Array, series: Series, times: Array) -> Series:
-    rows = np.flatnonzero(series.measured.any(axis=1))
-    near = rows[np.rint(np.interp(times, t[rows], np.arange(len(rows)))).astype(int)]
-    values = series.values[near]
-    return series._replace(values=values, measured=np.ones(values.shape, bool), sigma=None)
-
-
-def _insert_gaps(t: Array, values: Array, jump: float) -> tuple[Array, Array]:
-    """Insert NaN before each change of a value by more than `jump`, and at the end."""
-    gaps = np.flatnonzero((np.abs(np.diff(values, axis=0)) > jump).any(axis=1)) + 1
-    gaps = np.append(gaps, len(t))
-    return np.insert(t, gaps, np.nan), np.insert(values, gaps, np.nan, axis=0)
+    times, sampled = subdivide_times(record.t, turn), []
+    for series in record.series:
+        rows = np.flatnonzero(series.measured.any(axis=1))
+        if times is not None and not series.is_attitude and rows.size:
+            t = record.t[rows]
+            near = rows[np.rint(np.interp(times, t, np.arange(len(rows)))).astype(int)]
+            values = series.values[near]
+            mask = np.ones(values.shape, bool)
+            sampled.append(series._replace(values=values, measured=mask, sigma=None))
+    return record._replace(record.t[:0] if times is None else times, sampled)

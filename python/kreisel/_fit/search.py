@@ -32,7 +32,7 @@ from .parameters import (
     rotation_matrix,
 )
 from .records import Record, slice_record
-from .residuals import STEPS_MOST, ResidualModel, SubspaceModel, find_time_of_large_residuals
+from .residuals import STEPS_MOST, ResidualModel, find_time_of_large_residuals
 from .shooting import (
     Segments,
     ShootingModel,
@@ -257,47 +257,37 @@ class SearchSession:
             has_motion = bool(reconstruct_motions(self.records, self.parameters.start))
             has_rivals = self.parameters.can_vary("moments") and not (is_done or has_motion)
             self._search_from_random_starts(has_rivals)
-        if (
-            pieces is None
-            and self._has_small_misfit()
-            and self.best is not None
-            and not self.best.pieces
-        ):
-            self._fit_chaotic_motion_in_segments(self.best.point)
-        self._reverse_com_to_match_scene()
-        self._align_best_solution_with_scene()
-        self._choose_half_turn_nearest_to_scene()
+        best = self.best
+        if pieces is None and best is not None and self._has_small_misfit() and not best.pieces:
+            count = choose_segment_count(best.point, self.records)
+            if count >= _CHAOTIC:  # too chaotic to fit the motion from one start
+                model = ShootingModel(self.parameters, self.records, self.sigmas, count)
+                begin = model.build_segment_starts(best.point)
+                self._fit_by_multiple_shooting(model, begin, np.inf)
+        self._choose_equivalent_nearest_to_scene()
         self._refine_with_estimated_sigmas()
         self._try_alternative_spins()
 
-    def _fit_chaotic_motion_in_segments(self, point: FitPoint) -> None:
-        """Fit the motion in segments if it is too chaotic to fit it from one start state."""
-        count = choose_segment_count(point, self.records)
-        if count >= _CHAOTIC:
-            model = ShootingModel(self.parameters, self.records, self.sigmas, count)
-            self._fit_by_multiple_shooting(model, model.build_segment_starts(point), np.inf)
-
     def _search_from_guesses(self, guesses: list[Guess]) -> None:
         """Search from each guess until the fit is good, beginning with the best match."""
-        points = [(*self._find_match_end_and_cost(p), p) for p in map(self._refine_guess, guesses)]
-        points.sort(key=lambda entry: (-entry[0], entry[1]))
-        for agreement, _, point in points:
+        points = [(*self._find_match_end_and_cost(g.point), g.point) for g in guesses]
+        for agreement, _, point in sorted(points, key=lambda entry: (-entry[0], entry[1])):
             if self._has_good_fit():
                 return
             self._search_from_point(point, agreement)
         if points and self.loss == "soft":  # outliers look like disagreement
             nearest = min(points, key=lambda entry: entry[1])
             self._search_from_point(nearest[2], self._end)
-        if points and not self._is_plausible():
-            self._fit_slowly_growing_time_spans(points[0][2])
 
     def _search_from_random_starts(self, has_rivals: bool) -> None:
         """Search from random initial states until noise explains the residuals.
 
         If several starts reach the best minimum, it is the global one, and the model is not exact.
         With `has_rivals`, other motions may fit as well, and the search goes on until the best
-        minimum is reached again or another motion that fits as well is found.
+        minimum is reached again or another motion that fits as well is found. Of two motions that
+        fit equally, the farther one from the scene is the rival.
         """
+        distance = self.parameters.measure_distance_from_start
         count, starts = 0, yield_random_starts(self.parameters, self.records)
         while count < _STARTS_AGREE and self._remaining_evaluations:
             if self._is_plausible() and (not has_rivals or self.rival is not None):
@@ -306,49 +296,21 @@ class SearchSession:
             guesses = [Guess(point, None) for point in islice(starts, _STARTS_COMPARED)]
             point = self._sort_guesses(guesses)[0].point
             minimum = self._search_from_point(point, self._find_match_end_and_cost(point)[0])
-            found = minimum.point
-            old_cost, cost = np.inf if old is None else old.cost, minimum.cost
-            rise = _AS_WELL * max(min(old_cost, cost) / self.dof, 1.0)
-            is_equal = abs(cost - old_cost) <= _SAME * max(old_cost, 1.0)
-            if old is not None and is_equal and self._has_moments_of(found, old.point):
+            if old is None:
+                continue
+            found, cost = minimum.point, minimum.cost
+            rise = _AS_WELL * max(min(old.cost, cost) / self.dof, 1.0)
+            is_equal = abs(cost - old.cost) <= _SAME * max(old.cost, 1.0)
+            has_same_moments = np.allclose(found.moments, old.point.moments, _SAME_MOMENTS, 0.0)
+            if is_equal and has_same_moments:
                 count += 1
-            elif old is not None and minimum.has_converged and abs(cost - old_cost) < rise:
-                self._store_rival(found, old, is_equal)
-            elif cost < old_cost:
+            elif minimum.has_converged and abs(cost - old.cost) < rise:
+                assert self.best is not None
+                if is_equal and distance(found) < distance(old.point):
+                    self._try_equivalent(found)
+                self.rival = old.point if self.best.point is not old.point else found
+            elif cost < old.cost:
                 count, self.rival = 0, None
-
-    def _has_moments_of(self, point: FitPoint, other: FitPoint) -> bool:
-        return np.allclose(point.moments, other.moments, rtol=_SAME_MOMENTS, atol=0.0)
-
-    def _store_rival(self, point: FitPoint, old: BestFit, is_equal: bool) -> None:
-        """Store the other of two motions that fit as well; of equal ones, the farther one."""
-        assert self.best is not None
-        measure = self.parameters.measure_distance_from_start
-        if is_equal and measure(point) < measure(old.point):
-            self._try_equivalent(self.best, point)
-        self.rival = old.point if self.best.point is not old.point else point
-
-    def _fit_slowly_growing_time_spans(self, point: FitPoint) -> None:
-        """Fit ever longer parts of the records, starting from the body given in the scene.
-
-        If the fitted time span grows slowly, the computed oscillations stay in phase with the
-        records. Moments estimated from noisy data are biased and would give wrong frequencies.
-        """
-        body = self.parameters.start
-        start = replace(
-            point,
-            densities=body.densities,
-            com=body.com,
-            damping=body.damping,
-            friction=body.friction,
-        )
-        self._search_from_point(start, 0.0)
-
-    def _refine_guess(self, guess: Guess) -> FitPoint:
-        """Refine a guess in its subspace `allowed` of parameter changes; return the result."""
-        if guess.allowed is None:
-            return guess.point
-        return self._fit_point_roughly(SubspaceModel(self.model, guess.allowed), guess.point)
 
     def _compute_best_reduced_chi2(self) -> float:
         """Return chi2 per degree of freedom (a median-based estimate for the soft loss)."""
@@ -416,68 +378,51 @@ class SearchSession:
             self.best = old_best  # equal minima differ by rounding: the nearer guess counts
         return minimum
 
-    def _reverse_com_to_match_scene(self) -> None:
-        """Reverse the fitted `com` if it points away from the scene's `com`.
-
-        The vertical is reversed as well, so the readings of body-mounted instruments do not change.
-        """
+    def _choose_equivalent_nearest_to_scene(self) -> None:
+        """Choose the motion nearest to the scene among those that the instruments cannot tell."""
         p, best = self.parameters, self.best
         quantities = {series.quantity for record in self.records for series in record.series}
-        if best is None or best.pieces or not (p.can_vary("com") and p.can_vary("attitude")):
+        if best is None or best.pieces or not p.can_vary("attitude"):
             return
-        if quantities <= _BLIND_TO_SIGN and best.point.com @ p.start.com < 0.0:
-            half_turn = np.array([0.0, 1.0, 0.0, 0.0])
-            attitude = multiply_quaternions(half_turn, best.point.attitude)
-            self._try_equivalent(best, replace(best.point, attitude=attitude, com=-best.point.com))
-
-    def _align_best_solution_with_scene(self) -> None:
-        """Rotate the best fit about e3 so that `turning` has the same azimuth as in the scene.
-
-        Body-mounted instruments cannot detect a rotation of the whole scene about the vertical.
-        """
-        p, best = self.parameters, self.best
-        if best is None or best.pieces or not (p.can_vary("attitude") and p.can_vary("turning")):
-            return
-        target, source = p.start.turning, best.point.turning
-        if not (target[:2].any() and source[:2].any()):
-            return
-        angle = np.arctan2(target[1], target[0]) - np.arctan2(source[1], source[0])
-        turn = compute_rotation_quaternions(np.array([0.0, 0.0, angle]))
-        attitude = multiply_quaternions(turn, best.point.attitude)
-        turning = rotation_matrix(turn) @ source
-        self._try_equivalent(best, replace(best.point, attitude=attitude, turning=turning))
-
-    def _choose_half_turn_nearest_to_scene(self) -> None:
-        """Turn the body by pi about a principal axis if that fits as well and is nearer the scene.
-
-        Instruments in space cannot detect such a turn if the centre of mass and the rotor are
-        turned as well.
-        """
-        p, best = self.parameters, self.best
-        if best is None or best.pieces or not (p.can_vary("attitude") and p.can_vary("velocity")):
-            return
-        if any(series.is_attitude for record in self.records for series in record.series):
-            return
-        twins = {k: p.turn_body_by_half_turn(best.point, k) for k in range(3)}
-        most = best.cost + _SAME * max(best.cost, 1.0)
+        point, old = best.point, p.start
+        # Instruments on the body do not show a reversal of com and of the vertical,
+        if p.can_vary("com") and quantities <= _BLIND_TO_SIGN and point.com @ old.com < 0.0:
+            attitude = multiply_quaternions(np.array([0.0, 1.0, 0.0, 0.0]), point.attitude)
+            best = self._try_equivalent(replace(point, attitude=attitude, com=-point.com))
+        # or a rotation of the whole scene about the vertical,
+        point, target = best.point, old.turning
+        if p.can_vary("turning") and target[:2].any() and point.turning[:2].any():
+            source = point.turning
+            angle = np.arctan2(target[1], target[0]) - np.arctan2(source[1], source[0])
+            turn = compute_rotation_quaternions(np.array([0.0, 0.0, angle]))
+            attitude = multiply_quaternions(turn, point.attitude)
+            turning = rotation_matrix(turn) @ source
+            best = self._try_equivalent(replace(point, attitude=attitude, turning=turning))
+        # and instruments in space do not show a half turn of the body with its com and rotor.
         points = [best.point]
-        for k, twin in twins.items():
-            if twin is not None:
-                residuals = self.model.evaluate_residuals(twin, has_jacobian=False).residuals
-                if compute_cost(residuals, self.loss) <= most:
-                    points.append(twin)
-                    self.half_turns.append(k)
-        nearest = min(points, key=p.measure_distance_from_start)
-        if nearest is not best.point:
-            self._try_equivalent(best, nearest)
+        most = _SAME * max(best.cost, 1.0)
+        if p.can_vary("velocity") and "q" not in quantities:
+            for k in range(3):
+                twin = p.turn_body_by_half_turn(best.point, k)
+                if twin is not None:
+                    residuals = self.model.evaluate_residuals(twin, has_jacobian=False).residuals
+                    if compute_cost(residuals, self.loss) <= best.cost + most:
+                        points.append(twin)
+                        self.half_turns.append(k)
+            nearest = min(points, key=p.measure_distance_from_start)
+            if nearest is not best.point:
+                self._try_equivalent(nearest)
 
-    def _try_equivalent(self, best: BestFit, twin: FitPoint) -> None:
+    def _try_equivalent(self, twin: FitPoint) -> BestFit:
         """Replace the best solution by the equivalent point `twin` if it fits equally well."""
+        best = self.best
+        assert best is not None
         evaluation = self.model.evaluate_residuals(twin)
         cost = compute_cost(evaluation.residuals, self.loss)
         if cost <= best.cost + _SAME * max(best.cost, 1.0):
             natural = self.model.estimate_parameter_scales(twin)
-            self.best = BestFit(twin, *evaluation, natural, cost, best.has_converged)
+            self.best = best = BestFit(twin, *evaluation, natural, cost, best.has_converged)
+        return best
 
     def _try_alternative_spins(self) -> None:
         """Search from alternative spins, and store a solution that fits as well or better."""
@@ -487,7 +432,11 @@ class SearchSession:
         if best.pieces and self._has_small_misfit():
             return
         aliases = list_spin_aliases_of_point(self.parameters, best.point, self.records)
-        if not (aliases and self._can_determine_velocity(best)):
+        if not aliases:
+            return
+        spectrum = classify_fit_directions(best.jacobian, best.natural, 1.0, self.parameters.size)
+        velocity = np.eye(self.parameters.size)[self.parameters.get_parameter_slice("velocity")]
+        if np.isinf(spectrum.propagate_errors(velocity)[1]).any():
             return
         rise = _AS_WELL * max(best.cost / self.dof, 1.0)
         for alias in aliases:
@@ -506,14 +455,11 @@ class SearchSession:
             self.alias = solution if self._has_small_misfit() else None
             return
 
-    def _can_determine_velocity(self, best: BestFit) -> bool:
-        spectrum = classify_fit_directions(best.jacobian, best.natural, 1.0, self.parameters.size)
-        jacobian = np.zeros((3, self.parameters.size))
-        jacobian[:, self.parameters.get_parameter_slice("velocity")] = np.eye(3)
-        return bool(np.isfinite(spectrum.propagate_errors(jacobian)[1]).all())
-
     def _fit_growing_time_spans(self, point: FitPoint, agreement: float) -> FitPoint:
-        """Fit ever longer parts of the records, and return the parameters."""
+        """Fit ever longer parts of the records, and return the parameters.
+
+        A motion that agrees nowhere is fitted to slowly growing parts, up to the end.
+        """
         is_slow = agreement == 0.0
         horizon, times = 0.0, np.unique(np.abs(np.concatenate([r.t for r in self.records])))
         least = float(times[min(len(times) - 1, 2 * self.parameters.size)])
@@ -521,29 +467,18 @@ class SearchSession:
             horizon = max(0.0 if is_slow else agreement, _GROWTH * horizon, least)
             if horizon >= self._end or not self._remaining_evaluations:
                 break
-            part = self._build_residual_model_until(horizon)
-            if part is not None:
-                point = self._fit_point_roughly(part, point)
+            records, sigmas = self._select_records_until(horizon)
+            if sum(record.size for record in records) >= self.parameters.size:
+                part = ResidualModel(self.parameters, records, sigmas)
+                part.max_steps = self.model.max_steps
+                limit = min(_ROUGH_LIMIT, self._remaining_evaluations)
+                settings = SearchSettings(self.loss, limit, _ROUGH_FTOL, self._report_cost)
+                point = minimize_cost(part, point, settings).point
+                self.evaluations += part.evaluations
             agreement, cost = self._find_match_end_and_cost(point)
             if not np.isfinite(cost):
                 break  # the motion takes too many steps, or leaves the range of doubles
         return point
-
-    def _fit_point_roughly(self, part: ResidualModel | SubspaceModel, point: FitPoint) -> FitPoint:
-        limit = min(_ROUGH_LIMIT, self._remaining_evaluations)
-        settings = SearchSettings(self.loss, limit, _ROUGH_FTOL, self._report_cost)
-        minimum = minimize_cost(part, point, settings)
-        self.evaluations += part.evaluations
-        return minimum.point
-
-    def _build_residual_model_until(self, horizon: float) -> ResidualModel | None:
-        """Return the residual model for |t| <= horizon, or None for insufficient data."""
-        records, sigmas = self._select_records_until(horizon)
-        if sum(record.size for record in records) < self.parameters.size:
-            return None
-        part = ResidualModel(self.parameters, records, sigmas)
-        part.max_steps = self.model.max_steps
-        return part
 
     def _select_records_until(self, horizon: float) -> tuple[list[Record], list[Array]]:
         """Return the records restricted to |t| <= horizon, and their standard deviations."""
@@ -646,28 +581,24 @@ class SearchSession:
     def _refine_with_estimated_sigmas(self) -> None:
         """Estimate the unknown measurement errors from the residuals, and fit again."""
         for k in range(0 if self.is_sigma_known else _ROUNDS):
-            if self.best is None or not self.best.has_converged:
+            best = self.best
+            if best is None or not best.has_converged:
                 return
             sigmas = estimate_sigmas_from_residuals(
-                self.model, self.best.residuals, self.best.scaled_jacobian, self.loss
+                self.model, best.residuals, best.scaled_jacobian, self.loss
             )
             pairs = zip(self.sigmas, sigmas, strict=True)
             change = max(abs(float((new / old).flat[0]) - 1.0) for old, new in pairs)
             if k and change < _SIGMA_RTOL:
                 return
-            self._refit_with_sigmas(sigmas)
-
-    def _refit_with_sigmas(self, sigmas: list[Array]) -> None:
-        best = self.best
-        assert best is not None
-        self.evaluations += self.model.evaluations
-        self.model = ResidualModel(self.parameters, self.records, sigmas)
-        self.best = None
-        if best.pieces:
-            model = ShootingModel(self.parameters, self.records, sigmas, len(best.pieces))
-            self._fit_by_multiple_shooting(model, tuple(point for _, point in best.pieces), np.inf)
-        else:
-            self._search_from_point(best.point, self._end)
+            self.evaluations += self.model.evaluations
+            self.model, self.best = ResidualModel(self.parameters, self.records, sigmas), None
+            if best.pieces:
+                model = ShootingModel(self.parameters, self.records, sigmas, len(best.pieces))
+                begin = tuple(point for _, point in best.pieces)
+                self._fit_by_multiple_shooting(model, begin, np.inf)
+            else:
+                self._search_from_point(best.point, self._end)
 
     def measure_relative_misfit(self) -> float:
         """Return the size of the residuals relative to the measured values."""
