@@ -194,7 +194,7 @@ def status(folder: str) -> None:
             count = format_count(len(parts), "part")
             click.echo(f"{state}: {count}, {_format_ranges(_group_into_ranges(parts))}")
     if failure_count:
-        click.echo(f"failed: {format_count(failure_count, 'top')}, whose status is not 0")
+        click.echo(f"failed: {format_count(failure_count, 'top')}, whose status is not OK")
     file_count = sum(1 for _ in Path(folder).glob(".*.new"))
     if file_count:
         click.echo(

@@ -260,7 +260,17 @@ class Source:
                 "random tops need the range of at least one parameter, as in spin=(0, 20)"
             )
         for name, one in ranges.items():
-            _check_random_range(name, one)
+            shown = short_repr(one.values.tolist())
+            if name in _WITHOUT_RANGE:
+                raise ValueError(
+                    f"{name} has no range: give one value, or make kreisel.Source.columns"
+                )
+            if one.shape != (2,) or (one.values[0] > one.values[1]).any():
+                raise ValueError(f"{name} must be one value or a range (low, high), not {shown}")
+            with np.errstate(over="ignore"):
+                is_finite = np.isfinite(one.values[1] - one.values[0]).all()
+            if not is_finite:
+                raise ValueError(f"{name} must lie in a range of finite width, not {shown}")
         constants = {
             n: _reshape_parameter_along_axis(one, ("top",))
             for n, one in parameters.items()
@@ -456,22 +466,6 @@ def _validate_parameters_and_flags(
     if flags.pop("degrees", False):
         parameters = {name: one._replace(degrees=True) for name, one in parameters.items()}
     return parameters, {name: True for name in FLAGS if name in flags}
-
-
-def _check_random_range(name: str, one: BatchParameter) -> None:
-    if name in _WITHOUT_RANGE:
-        raise ValueError(f"{name} has no range: give one value, or make kreisel.Source.columns")
-    if one.shape != (2,) or (one.values[0] > one.values[1]).any():
-        raise ValueError(
-            f"{name} must be one value or a range (low, high), not "
-            f"{short_repr(one.values.tolist())}"
-        )
-    with np.errstate(over="ignore"):
-        is_finite = np.isfinite(one.values[1] - one.values[0]).all()
-    if not is_finite:
-        raise ValueError(
-            f"{name} must lie in a range of finite width, not {short_repr(one.values.tolist())}"
-        )
 
 
 def _reshape_parameter_along_axis(one: BatchParameter, axes: tuple[str, ...]) -> BatchParameter:

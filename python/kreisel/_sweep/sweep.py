@@ -316,7 +316,16 @@ class SweepResult:
         and truth values are False. The Dataset contains the number of events of each top, but not
         the events themselves. Raises ImportError if xarray is not installed.
         """
-        table, source = self._read_all_columns(), self._store.plan.source
+        source = self._store.plan.source
+        flat: dict[str, Column] = {}
+        for part in self._read_existing_parts():
+            places = part.columns["top"]
+            for name, values in part.columns.items():
+                if name not in flat:
+                    empty = {"f": np.nan, "b": False, "U": ""}.get(values.dtype.kind, -1)
+                    flat[name] = np.full((self.size, *values.shape[1:]), empty, values.dtype)
+                flat[name][places] = values
+        table = {n: rows.reshape(*self.shape, *rows.shape[1:]) for n, rows in flat.items()}
         names = list(table)
         parameters = {
             f"{axis}_given" if f"{axis}_given" in table else axis: axis for axis in self.axes
@@ -335,17 +344,6 @@ class SweepResult:
                 unit = self.units[name]
                 columns.append(TableColumn(name, dims, values, unit, is_coordinate=is_coordinate))
         return ColumnTable({}, columns, {"plan": self.hash}).to_xarray()
-
-    def _read_all_columns(self) -> dict[str, Column]:
-        table: dict[str, Column] = {}
-        for part in self._read_existing_parts():
-            places = part.columns["top"]
-            for name, values in part.columns.items():
-                if name not in table:
-                    empty = {"f": np.nan, "b": False, "U": ""}.get(values.dtype.kind, -1)
-                    table[name] = np.full((self.size, *values.shape[1:]), empty, values.dtype)
-                table[name][places] = values
-        return {n: values.reshape(*self.shape, *values.shape[1:]) for n, values in table.items()}
 
 
 def list_missing_ranges(numbers: list[int], end: int) -> Iterator[range]:

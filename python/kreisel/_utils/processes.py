@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from itertools import islice
 from types import FrameType
 from typing import Any, NamedTuple, TypeVar
@@ -160,12 +160,7 @@ class WorkerPool(NamedTuple):
         Raises KeyboardInterrupt after Ctrl-C, and re-raises any exception from a job.
         """
         threads = 1 if n <= LANES else self.threads
-        if self.executor is not None:
-            self._run_slices_on_executor(self.executor, n, job, collect, work, progress)
-        elif threads > 1 and not is_native:
-            with ThreadPoolExecutor(threads) as executor:
-                self._run_slices_on_executor(executor, n, job, collect, work, progress)
-        else:
+        if self.executor is None and (threads == 1 or is_native):
             work.listen(n, progress)
             if is_native:
                 work.share(threads)
@@ -175,16 +170,7 @@ class WorkerPool(NamedTuple):
                 work.end()
                 if work.stopped:
                     raise KeyboardInterrupt
-
-    def _run_slices_on_executor(
-        self,
-        executor: Executor,
-        n: int,
-        job: Callable[[int, int], Job[_R]],
-        collect: Callable[[int, _R], object],
-        work: Work,
-        progress: Progress | None,
-    ) -> None:
+            return
         done, last_call = 0, time.monotonic()
 
         def collect_future(part: tuple[int, int], future: Future[_R]) -> None:
@@ -201,7 +187,10 @@ class WorkerPool(NamedTuple):
 
         jobs = ((part, job(*part)) for part in self.yield_slice_bounds(n))
         most = SLICES_AHEAD * self.threads
-        run_jobs(executor, jobs, most, collect_future, report_progress, work.stop)
+        own = None if self.executor else ThreadPoolExecutor(threads)
+        with own or nullcontext(self.executor) as executor:
+            assert executor is not None
+            run_jobs(executor, jobs, most, collect_future, report_progress, work.stop)
 
     def yield_slice_bounds(self, n: int) -> Iterator[tuple[int, int]]:
         """Divide n members into ever smaller slices, so that all threads finish almost together."""
