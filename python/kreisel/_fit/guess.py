@@ -57,7 +57,6 @@ class MotionSamples(NamedTuple):
     is_at_rest: bool = False
 
     def select_first_samples(self, count: int) -> MotionSamples:
-        """Return the first `count` samples of the motion."""
         t, attitude, rate = self.t[:count], self.attitude[:count], self.rate[:count]
         return self._replace(t=t, attitude=attitude, rate=rate)
 
@@ -219,7 +218,6 @@ def _integrate_angular_velocity(t: Array, rate: Array, first: Array, is_in_space
 
 
 def interpolate_motion(motion: MotionSamples, t: float) -> tuple[Array, Array]:
-    """Return the attitude and the angular velocity of a motion at the time t."""
     k = min(max(int(np.searchsorted(motion.t, t)), 1), len(motion.t) - 1)
     k -= int(t - motion.t[k - 1] < motion.t[k] - t)
     window = slice(max(k - 2, 0), k + 3)
@@ -519,7 +517,6 @@ def _build_inertia_to_momentum_matrices(rate: Array, is_full: bool) -> Array:
 
 
 def _integrate_by_trapezoids(t: Array, values: Array) -> Array:
-    """Integrate sampled values cumulatively by the trapezoidal rule."""
     steps = np.diff(t).reshape(-1, *[1] * (values.ndim - 1))
     integrals = np.zeros_like(values)
     np.cumsum(0.5 * steps * (values[1:] + values[:-1]), axis=0, out=integrals[1:])
@@ -535,15 +532,11 @@ def _orient_principal_axes_like_scene(solution: _LinearBodyEstimates, base: FitP
     _, axes = np.linalg.eigh(solution.inertia)
     frame = np.empty((3, 3))
     frame[:, np.argsort(base.moments, kind="stable")] = axes
-    best, best_frame = -np.inf, frame
-    for signs in itertools.product((1.0, -1.0), repeat=3):
-        candidate = frame * np.array(signs)
-        if np.linalg.det(candidate) < 0.0:
-            continue
-        agreement = float((candidate.T @ solution.lever) @ base.com) * np.sign(base.gravity_force)
-        if agreement > best:
-            best, best_frame = agreement, candidate
-    return best_frame
+    frames = [frame * np.array(signs) for signs in itertools.product((1.0, -1.0), repeat=3)]
+    lever = solution.lever * np.sign(base.gravity_force)
+    return max(
+        (one for one in frames if np.linalg.det(one) > 0.0), key=lambda one: lever @ one @ base.com
+    )
 
 
 def _guess_parameters_from_apex(parameters: FreeParameters, trace: Trace) -> list[Guess]:

@@ -183,7 +183,6 @@ def _estimate_series_noise(series: Series) -> float:
 def estimate_sigmas_from_residuals(
     model: ResidualModel, residuals: Array, scaled_jacobian: Array, loss: LossName
 ) -> list[Array]:
-    """Estimate unknown standard deviations from the residuals of a fit."""
     dofs = compute_degrees_of_freedom(model, scaled_jacobian)
     total = int(model.measured.sum())
     share = max(total - model.parameters.size, 1) / max(sum(dofs), 1.0)

@@ -54,7 +54,6 @@ def turn_quaternion(q: Array, v: Array) -> Array:
 
 
 def compute_rotation_quaternions(v: Array) -> Array:
-    """Return the unit quaternions that correspond to rotation vectors [rad]."""
     angle = np.sqrt((v * v).sum(axis=-1, keepdims=True))
     return np.concatenate((np.cos(0.5 * angle), 0.5 * np.sinc(angle / (2.0 * np.pi)) * v), axis=-1)
 
@@ -69,7 +68,6 @@ def compute_rotation_vectors(q: Array) -> Array:
 
 
 def rotation_matrix(q: Array) -> Array:
-    """Return the rotation matrices that correspond to unit quaternions."""
     w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
     matrix = np.empty((*q.shape[:-1], 3, 3))
     matrix[..., 0, 0] = 1.0 - 2.0 * (y * y + z * z)
@@ -230,7 +228,6 @@ class FitPoint:
 
     @cached_property
     def is_support_turning(self) -> bool:
-        """True if the support turns."""
         return bool(self.turning.any())
 
     @cached_property
@@ -243,7 +240,6 @@ class FitPoint:
 
     @cached_property
     def momentum(self) -> Array:
-        """The angular momentum, with components along the principal axes."""
         total: Array = self.moments * self.inertial_velocity + self.rotor
         return total
 
@@ -306,7 +302,6 @@ class FitPoint:
 
 
 def convert_scene_to_fit_point(scene: Scene) -> FitPoint:
-    """Return the parameters of a scene."""
     body = scene.body
     moments = np.array(body.moments)
     densities = 0.5 * moments.sum() - moments  # negative for an unphysical body
@@ -332,7 +327,6 @@ def convert_scene_to_fit_point(scene: Scene) -> FitPoint:
 
 
 def _wrap_shaking_phase(shaking: Array) -> Array:
-    """Return the parameters of shaking with the phase in (-pi, pi]."""
     return np.array((*shaking[:2], -wrap_angle(-shaking[2])))
 
 
@@ -423,7 +417,6 @@ class FreeParameters:
         self.start = replace(start, instruments=instruments, densities=densities, shaking=shaking)
 
     def _check_differentiability(self, length: float) -> None:
-        """Raise ValueError if shaking or friction makes a required derivative undefined."""
         start, free = self.start, self.free
         if "shaking" in free and not start.shaking[1]:
             raise ValueError(
@@ -514,7 +507,6 @@ class FreeParameters:
         return distance
 
     def compute_distances_to_lower_bounds(self, point: FitPoint) -> Array:
-        """Return the distance of each parameter from its lower bound."""
         distances = np.full(self.size, np.inf)
         densities = point.densities - self._compute_least_densities(point.densities)
         for name, values in (

@@ -149,7 +149,6 @@ def _find_column(kind: str, name: object, table: Table) -> str:
 
 
 def _join_vector_components(table: Table) -> Table:
-    """Merge the component columns of each vector quantity in a table into one array."""
     for name in table:
         if name not in _PARTS:
             hint = unknown_name_message("quantity in the name of a column:", name, _PARTS)
@@ -423,7 +422,6 @@ class Record(ReadOnlyArrays):
 
 
 def _resolve_quantity_and_component(name: object) -> tuple[str, int | None]:
-    """Find the quantity and the component index that `name` denotes."""
     if not isinstance(name, str):
         raise TypeError(f"the names in values must be strings, not {short_repr(name)}")
     if name in ATTITUDE_NAMES:

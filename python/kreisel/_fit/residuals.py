@@ -100,7 +100,6 @@ class QuantityPredictor:
         return np.concatenate((rate, (rotation @ gain[:, :, None])[:, :, 0]), axis=1)
 
     def predict_quantity(self, name: str, place: Array | None = None) -> Prediction:
-        """Predict the values of a quantity along the motion."""
         if name == SPECIFIC_FORCE.name:
             assert place is not None
             return self._predict_specific_force(place)
@@ -143,7 +142,6 @@ class QuantityPredictor:
         return is_at_pole
 
     def _describe_for_user(self, prediction: Prediction) -> Prediction:
-        """Transform a vector from the principal axes to the frame of description."""
         if self._is_described_in_principal_axes:
             return prediction
         rotation = self.rotation_from_principal_axes
@@ -197,7 +195,6 @@ class QuantityPredictor:
         return Prediction(acceleration + np.cross(o, u), jacobian)
 
     def _predict_spin_angle(self) -> Prediction:
-        """Predict the spin angle if the user's body frame differs from the principal axes."""
         p, axes = self.parameters, self.rotation_from_principal_axes
         scene = p.to_scene(self.point)
         states = self.states.copy()

@@ -394,7 +394,6 @@ def _format_with_error(value: float, error: float) -> str:
 
 
 def build_fit_from_search(session: SearchSession) -> Fit:
-    """Build a Fit from the best solution found by a search."""
     best, p, loss, model = session.best, session.parameters, session.loss, session.model
     assert best is not None
     stats = compute_residual_statistics(model, best.residuals, loss, session.is_sigma_known)

@@ -85,7 +85,6 @@ def list_spin_aliases_of_point(
 
 
 def describe_alternative_spin(point: FitPoint, alias: FitPoint) -> str:
-    """Return a sentence that describes another initial angular velocity that fits equally well."""
     speed, alias_speed = (float(np.linalg.norm(one.rate)) for one in (point, alias))
     return (
         f"the spin: the records have fewer than {_FEW:g} samples per turn, and the angular "
@@ -142,7 +141,6 @@ class BestFit(NamedTuple):
 
     @property
     def scaled_jacobian(self) -> Array:
-        """The Jacobian matrix with respect to the parameters in their natural sizes."""
         scaled: Array = self.jacobian * self.natural
         return scaled
 
@@ -183,7 +181,6 @@ class SearchSession:
         return [rows.sigma for rows in self.model.rows]
 
     def check_start_scene_is_solvable(self) -> None:
-        """Compute the motion of the scene; raise kreisel.Error if the computation fails."""
         times = np.unique(np.concatenate([record.t for record in self.records]))
         for t in (times[times < 0.0][::-1], times[times >= 0.0]):
             solve(self.parameters.start.to_scene(), t, "taylor", max_steps=STEPS_MOST)
@@ -205,7 +202,6 @@ class SearchSession:
                 ) from None
 
     def refuse_too_few_measurements(self, pieces: int | None) -> None:
-        """Raise ValueError if there are too few measurements, or if they start too late."""
         times = np.concatenate([record.t for record in self.records])
         first, span = float(np.abs(times).min()), float(np.ptp(times))
         if first > _FAR * span > 0.0:
@@ -231,7 +227,6 @@ class SearchSession:
             )
 
     def search(self, pieces: int | None, has_data_guess: bool) -> None:
-        """Find the best solution."""
         base = Guess(self.parameters.start, None)
         is_single = pieces is None or pieces == 1
         agreement, _ = self._find_match_end_and_cost(base.point)
@@ -248,10 +243,10 @@ class SearchSession:
             if pieces is None and not self._has_small_misfit():
                 self._try_multiple_shooting(guesses, None, _UNSTABLE)
             elif not is_single:
-                has_agreement = agreement >= self._end
-                self._try_multiple_shooting(
-                    [] if has_agreement else self._sort_guesses(guesses), pieces, 2
-                )
+                if agreement >= self._end:
+                    guesses = []
+                ranked = [guess for _, _, guess in self._rank_guesses(guesses)]
+                self._try_multiple_shooting(ranked, pieces, 2)
         has_attitudes = any(series.is_attitude for r in self.records for series in r.series)
         if is_single and has_data_guess and self.best is not None and not has_attitudes:
             has_motion = bool(reconstruct_motions(self.records, self.parameters.start))
@@ -270,14 +265,13 @@ class SearchSession:
 
     def _search_from_guesses(self, guesses: list[Guess]) -> None:
         """Search from each guess until the fit is good, beginning with the best match."""
-        points = [(*self._find_match_end_and_cost(g.point), g.point) for g in guesses]
-        for agreement, _, point in sorted(points, key=lambda entry: (-entry[0], entry[1])):
+        ranked = self._rank_guesses(guesses)
+        for agreement, _, guess in ranked:
             if self._has_good_fit():
                 return
-            self._search_from_point(point, agreement)
-        if points and self.loss == "soft":  # outliers look like disagreement
-            nearest = min(points, key=lambda entry: entry[1])
-            self._search_from_point(nearest[2], self._end)
+            self._search_from_point(guess.point, agreement)
+        if ranked and self.loss == "soft":  # outliers look like disagreement
+            self._search_from_point(min(ranked, key=lambda entry: entry[1])[2].point, self._end)
 
     def _search_from_random_starts(self, has_rivals: bool) -> None:
         """Search from random initial states until noise explains the residuals.
@@ -294,8 +288,8 @@ class SearchSession:
                 return
             old = self.best
             guesses = [Guess(point, None) for point in islice(starts, _STARTS_COMPARED)]
-            point = self._sort_guesses(guesses)[0].point
-            minimum = self._search_from_point(point, self._find_match_end_and_cost(point)[0])
+            agreement, _, guess = self._rank_guesses(guesses)[0]
+            minimum = self._search_from_point(guess.point, agreement)
             if old is None:
                 continue
             found, cost = minimum.point, minimum.cost
@@ -349,7 +343,6 @@ class SearchSession:
 
     @property
     def _remaining_evaluations(self) -> int:
-        """The number of paths that the search may still compute."""
         return max(self.limit - self.evaluations - self.model.evaluations, 0)
 
     def _store_minimum_if_best(self, minimum: Minimum[FitPoint]) -> None:
@@ -365,7 +358,6 @@ class SearchSession:
             self.progress(self.evaluations + self.model.evaluations, minimum.cost / self.dof)
 
     def _search_from_point(self, point: FitPoint, agreement: float) -> Minimum[FitPoint]:
-        """Search from a point by fitting ever longer parts of the records."""
         old_best = self.best
         point = self._fit_growing_time_spans(point, agreement)
         limit = self.model.evaluations + self._remaining_evaluations
@@ -512,7 +504,8 @@ class SearchSession:
                 continue
             if count == self._piece_count:
                 return  # these pieces have been tried
-            if least == _CHAOTIC and self._has_guess_agreeing_with_records(guesses):
+            # if one guess fits all records, others with chaotic motions are probably wrong
+            if least == _CHAOTIC and self._rank_guesses(guesses)[0][0] >= self._end:
                 return
             self._piece_count = count
             if pieces is None and count > _PIECES_TRIED and not self._try_gapped_fit(guess, count):
@@ -526,17 +519,10 @@ class SearchSession:
             begin = model.build_segment_starts(self.parameters.start)
             self._fit_by_multiple_shooting(model, begin, 0.5)
 
-    def _sort_guesses(self, guesses: list[Guess]) -> list[Guess]:
-        """Return the guesses, sorted by how well they fit the records."""
-        entries = [(*self._find_match_end_and_cost(guess.point), guess) for guess in guesses]
-        return [guess for _, _, guess in sorted(entries, key=lambda entry: (-entry[0], entry[1]))]
-
-    def _has_guess_agreeing_with_records(self, guesses: list[Guess]) -> bool:
-        """Return True if the motion of any guess fits all records.
-
-        If one guess fits all records, other guesses with chaotic motions are probably wrong.
-        """
-        return any(self._find_match_end_and_cost(guess.point)[0] >= self._end for guess in guesses)
+    def _rank_guesses(self, guesses: list[Guess]) -> list[tuple[float, float, Guess]]:
+        """Return the match end and the cost of each guess with the guess, the best match first."""
+        ranked = [(*self._find_match_end_and_cost(guess.point), guess) for guess in guesses]
+        return sorted(ranked, key=lambda entry: (-entry[0], entry[1]))
 
     def _try_gapped_fit(self, guess: Guess, count: int) -> bool:
         """Return True if segments separated by gaps fit part of the records."""
@@ -601,7 +587,6 @@ class SearchSession:
                 self._search_from_point(best.point, self._end)
 
     def measure_relative_misfit(self) -> float:
-        """Return the size of the residuals relative to the measured values."""
         assert self.best is not None
         shares = [
             rows.select_series_residuals(self.best.residuals)[rows.measured_mask]
@@ -615,7 +600,6 @@ class SearchSession:
         return float(np.sqrt((misfits @ misfits) / misfits.size))
 
     def refuse_insensitive_quantities(self) -> None:
-        """Raise ValueError if a measured quantity does not depend on any free parameter."""
         assert self.best is not None
         scaled = np.abs(self.best.scaled_jacobian)
         for rows in self.model.rows:

@@ -132,7 +132,6 @@ def compute_largest_reduced_chi2(dof: int) -> float:
 def compute_residual_statistics(
     model: ResidualModel, residuals: Array, loss: LossName, is_sigma_known: bool
 ) -> ResidualStatistics:
-    """Return the statistics of the residuals of a fit."""
     sample = residuals[model.measured]
     dof = max(sample.size - model.parameters.size, 1)
     if loss == "linear":
