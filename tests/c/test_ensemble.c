@@ -311,12 +311,10 @@ static void test_polls_between_states(void)
         IS(polls >= FEW * MANY / 65536 && polls <= 2 * FEW + 3 * steps);
         for (int after = polls; after-- > 0;) { /* each poll can stop the worker */
             int left = after;
-            const kr_config stopped = {.poll = stop_at, .context = &left};
-            kr_worker *other = make_worker(NULL, stopped);
+            kr_worker *other = make_worker(NULL, (kr_config){.poll = stop_at, .context = &left});
             IS(kr_worker_run(other, &tops) == KR_ERR_INTERRUPTED);
             kr_worker_free(other);
         }
-        polls = 0;
         kr_worker_free(worker);
     }
 }

@@ -198,9 +198,10 @@ static void test_interruption(const kr_event *event)
 static void test_refusals(const kr_event *good)
 {
     cut c;
-    const kr_config tangent = {.tangents = KR_TANGENT_GROWTH};
-    kr_worker *worker = make_worker(taylor(), (kr_config){0}), *other = NULL, *level = NULL,
-              *grows = NULL;
+    kr_worker *worker = make_worker(taylor(), (kr_config){0}),
+              *other = make_worker(NULL, (kr_config){0}),
+              *level = make_worker(taylor(), (kr_config){.skip_heading = 1}),
+              *grows = make_worker(taylor(), (kr_config){.tangents = KR_TANGENT_GROWTH});
     random_tops(&c, 40.0);
     const kr_tops tops = all_of(&c, 2);
     kr_event none = *good, bare = *good, aslant = *good, turning = *good;
@@ -213,7 +214,6 @@ static void test_refusals(const kr_event *good)
     IS(kr_worker_section(NULL, good, &tops) == KR_ERR_ARGUMENT);
     IS(kr_worker_section(worker, &none, &tops) == KR_ERR_ARGUMENT);
     IS(kr_worker_section(worker, &bare, &tops) == KR_ERR_ARGUMENT);
-    IS(kr_worker_create(taylor(), tangent, 0, NULL, &grows) == KR_OK);
     IS(kr_worker_section(grows, good, &tops) == KR_ERR_ARGUMENT);
     for (int i = 0; i < 4; i++) { /* no such direction or component */
         kr_term lost = term(1.0, "apex_z", "1");
@@ -226,9 +226,7 @@ static void test_refusals(const kr_event *good)
     const kr_tops none_asked = {.n = 2, .scenes = c.scenes, .outcomes = c.outcomes};
     IS(kr_worker_section(worker, good, &none_asked) == KR_OK);
     IS(c.outcomes[1].status == KR_OK && c.outcomes[1].done == 0);
-    IS(kr_worker_create(NULL, (kr_config){0}, 0, NULL, &other) == KR_OK);
     IS(kr_worker_section(other, good, &tops) == KR_ERR_NO_EVENTS);
-    IS(kr_worker_create(taylor(), (kr_config){.skip_heading = 1}, 0, NULL, &level) == KR_OK);
     IS(kr_worker_section(level, &turning, &tops) == KR_OK);
     IS(c.outcomes[0].status == KR_ERR_ARGUMENT);
     IS(kr_worker_section(level, good, &tops) == KR_OK && c.outcomes[0].status == KR_OK);

@@ -277,6 +277,7 @@ static void test_simple_starts(void)
     IS(planned[0] > 0.8 * all && planned[1] > 0.75 * all);
 }
 static kr_scene with_gravity(kr_scene s, double gravity) { return s.gravity = gravity, s; }
+static kr_scene with_moment(kr_scene s, double i) { return s.body.inertia.y = i, s; }
 static kr_scene with_damping(kr_scene s) { return s.damping.x = 0.125, s; }
 static kr_scene with_vertical_momentum(kr_scene s) { return s.start.m.z = 1e-6, s; }
 /* Degenerate motions, and motions near them, are refused by name. */
@@ -311,6 +312,12 @@ static void test_refusals(void)
          KR_KOWALEWSKI_INTEGRALS},
         {kowalewski_top_of(v3(-side, 1e-6, rise), v3(-side * rate, -7e-7, rise * rate + 3e-7)),
          KR_KOWALEWSKI_CERTIFICATE},
+        {kowalewski_top_of(v3(2.0, -0.5, 0.0), v3(-1.680985356248839, 0.0, 0.0)),
+         KR_KOWALEWSKI_COINCIDENT},
+        {kowalewski_top_of(v3(-1.0, 0.0, -1.5e-10), v3(0.0, -9.5e-9, 2.9e-7)),
+         KR_KOWALEWSKI_INTEGRALS},
+        {kowalewski_top_of(v3(-1.0, 8e-9, -5e-9), v3(-0.85, 5e-9, -9.6e-9)), KR_KOWALEWSKI_SUMS},
+        {with_moment(kowalewski, 2.0 + 1e-15), KR_KOWALEWSKI_ROUNDED},
         {with_gravity(kowalewski, 1e-300), KR_KOWALEWSKI_WEIGHTLESS},
         {with_damping(kowalewski), KR_KOWALEWSKI_OTHER},
         {chaplygin_top_of(v3(1.0, 0.0, 0.0), none), KR_CHAPLYGIN_REST},
@@ -320,6 +327,9 @@ static void test_refusals(void)
         {chaplygin_top_of(v3(0.6, 0.8, 0.0), none), KR_CHAPLYGIN_PLANAR},
         {chaplygin_top_of(v3(1.0, 0.0, 0.0), v3(0.0, 2.0, 0.0)), KR_CHAPLYGIN_PLANAR},
         {chaplygin_top_of(v3(1.0, 1e-5, 2e-5), v3(1e-5, 0.0, 1e-5)), KR_CHAPLYGIN_ZERO},
+        {chaplygin_top_of(v3(-1.0, 2e-8, 2e-8), v3(-1e-9, 1e-9, -1e-9)), KR_CHAPLYGIN_ZERO},
+        {chaplygin_top_of(v3(1.0, -0.5, -0.45), v3(-0.5, 0.84, 0.0)), KR_CHAPLYGIN_INTEGRALS},
+        {chaplygin_top_of(v3(0.5, 0.2, 0.07), v3(1.6e-4, -3.2e-4, -7e-5)), KR_CHAPLYGIN_HEADING},
         {chaplygin_top_of(v3(1.0, 3e-3, -6e-3), v3(7e-3, -4e-3, 1.25e-3)), KR_CHAPLYGIN_INTEGRALS},
         {chaplygin_top_of(v3(cos(1.0), sin(1.0), 3e-4), v3(5e-4, -4e-4, 0.275)),
          KR_CHAPLYGIN_HEADING},
@@ -357,8 +367,7 @@ static void test_level_starts(void)
 
 int main(void)
 {
-    const size_t one = kr_kowalewski_size(), other = kr_goryachev_chaplygin_size();
-    memory = malloc(one > other ? one : other);
+    memory = malloc(kr_kowalewski_size() + kr_goryachev_chaplygin_size());
     test_integrals();
     test_motions_near_edges();
     test_special_kowalewski_tops();
