@@ -16,12 +16,12 @@ import sys
 
 from . import events, quaternion, scenes
 from ._analysis.apex import Apex, Nutation, apex
-from ._analysis.compare import CompareInterrupted, Row, Table, compare
+from ._analysis.compare import Row, Table, compare
 from ._analysis.frequencies import Frequencies, frequencies
 from ._analysis.plot import plot
 from ._analysis.rod import Rod, rod
 from ._core import version as __version__
-from ._fit.fit import FitInterrupted, fit
+from ._fit.fit import fit
 from ._fit.records import Record
 from ._fit.result import Fit
 from ._model.body import Bodies, Body
@@ -32,7 +32,7 @@ from ._options.plan import Plan, StepChoice
 from ._results.path import Error, Events, Interrupted, Path
 from ._results.paths import Reductions
 from ._results.quantities import Stats
-from ._solve.chaos import Indicator, lyapunov, megno, oli
+from ._solve.chaos import Chaos, chaos
 from ._solve.exact import (
     Exact,
     ExactMap,
@@ -44,7 +44,7 @@ from ._solve.run import Run, resume, start
 from ._solve.section import Section, section
 from ._solve.solve import load, reduce, solve, stream
 from ._sweep.source import Source
-from ._sweep.sweep import SweepInterrupted, SweepResult, read_sweep, sweep
+from ._sweep.sweep import SweepResult, read_sweep, sweep
 from ._utils.name_hints import explain_public_names
 from ._utils.quantity_attributes import MethodName, QuantityName
 from ._view import View, view
@@ -55,7 +55,7 @@ __all__ = [
     "Apex",
     "Bodies",
     "Body",
-    "CompareInterrupted",
+    "Chaos",
     "Ensemble",
     "Error",
     "Event",
@@ -64,9 +64,7 @@ __all__ = [
     "ExactMap",
     "ExactTorus",
     "Fit",
-    "FitInterrupted",
     "Frequencies",
-    "Indicator",
     "Interrupted",
     "Method",
     "MethodName",
@@ -84,13 +82,13 @@ __all__ = [
     "Source",
     "Stats",
     "StepChoice",
-    "SweepInterrupted",
     "SweepResult",
     "Table",
     "View",
     "__version__",
     "apex",
     "attitude_error",
+    "chaos",
     "compare",
     "conventions",
     "events",
@@ -99,10 +97,7 @@ __all__ = [
     "frequencies",
     "from_rotation",
     "load",
-    "lyapunov",
-    "megno",
     "methods",
-    "oli",
     "plan",
     "plot",
     "quaternion",

@@ -7,7 +7,7 @@ the components of the same vector along the axes of space.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -128,10 +128,18 @@ def unit(name: str, given: object, last: bool = False) -> Quaternion:
     )
 
 
-def attitude_error(a: ArrayLike, b: ArrayLike) -> Array:
+class HasAttitudes(Protocol):
+    """A path."""
+
+    @property
+    def q(self) -> Array: ...
+
+
+def attitude_error(a: ArrayLike | HasAttitudes, b: ArrayLike | HasAttitudes) -> Array:
     """Return the angle [rad], between 0 and pi, of the rotation between two attitudes.
 
-    `a` and `b` have the shape (..., 4), scalar first, and are broadcast against each other. The
+    `a` and `b` are a kreisel.Path, a kreisel.Paths, or quaternions of the shape (..., 4), scalar
+    first, and are broadcast against each other. The
     shape of the result is the broadcast shape of `a` and `b` without its last dimension. The
     formula 2 atan2(|v|, |w|) for the quaternion a* b = (w, v) is accurate even for small angles.
     The angle between q and -q is 0, because both represent the same attitude.
@@ -141,8 +149,8 @@ def attitude_error(a: ArrayLike, b: ArrayLike) -> Array:
         1.854590436003
     """
     p, q = (
-        as_finite_array("a", a, "of shape (..., 4)"),
-        as_finite_array("b", b, "of shape (..., 4)"),
+        as_finite_array(name, getattr(value, "q", value), "of shape (..., 4)")
+        for name, value in (("a", a), ("b", b))
     )
     if p.shape[-1:] != (4,) or q.shape[-1:] != (4,):
         raise ValueError(f"attitudes must be of shape (..., 4), not {p.shape} and {q.shape}")

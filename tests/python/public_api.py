@@ -9,7 +9,7 @@ from argument_values import DAMPED, FREE, LAGRANGE, LOW, MOST, PATHS, RIGHT, TOP
 from kreisel import quaternion
 
 DUNDERS = "__call__", "__getitem__", "__getattr__", "__len__", "__iter__", "__repr__"
-FAILURES = kr.Error, kr.Interrupted, kr.CompareInterrupted, kr.FitInterrupted, kr.SweepInterrupted
+FAILURES = kr.Error, kr.Interrupted
 NAMES = "MethodName", "QuantityName"  # types of strings, which are never called
 NAMESPACES = kr, kr.events, quaternion, kr.scenes
 
@@ -46,9 +46,9 @@ SELVES = {  # factories of an instance for each class with methods
         always(kr.exact(scene)) for scene in (kr.scenes.kowalewski, kr.scenes.goryachev_chaplygin)
     ],
     kr.ExactMap: [always(kr.exact(LAGRANGE, map="bobenko_suris", step=0.1))],
-    kr.Indicator: [
-        always(kr.lyapunov(TOP, 2.0)),
-        always(kr.megno(argument_values.ENSEMBLES[0], [1.0])),
+    kr.Chaos: [
+        always(kr.chaos(TOP, 2.0)),
+        always(kr.chaos(argument_values.ENSEMBLES[0], [1.0])),
     ],
     kr.Method: [always(method) for method in kr.methods.values()],
     kr.Nutation: [always(kr.Nutation(0.1, 0.2, 3.0, 4.0))],

@@ -91,8 +91,8 @@ def fork(call):
             code = 0
         except OSError as error:
             code = error.errno
-        except kr.SweepInterrupted as interruption:
-            code = 200 + len(interruption.sweep.missing)
+        except kr.Interrupted as interruption:
+            code = 200 + len(interruption.result.missing)
         finally:
             os._exit(code)
     return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])

@@ -14,8 +14,10 @@ PICTURES = {
     "path": lambda: kr.solve(GENERAL, [0.0, 1.0]),
     "wanted path": lambda: kr.solve(GENERAL, [1.0], want=("apex", "nutation", "precession_angle")),
     "section": lambda: kr.section(TOPS, n=3),
-    "indicator": lambda: kr.megno(TOPS, 10.0),
-    "map of an indicator": lambda: kr.oli(TOP.vary(gravity=[[0.5], [1.0]], spin=[1.0, 2.0]), 10.0),
+    "indicator": lambda: kr.chaos(TOPS, 10.0),
+    "map of an indicator": lambda: kr.chaos(
+        TOP.vary(gravity=[[0.5], [1.0]], spin=[1.0, 2.0]), 10.0
+    ),
     "frequencies": lambda: kr.frequencies(kr.solve(kr.scenes.cusps, np.linspace(0, 50, 1001))),
     "rod": lambda: kr.rod(kr.solve(kr.scenes.cusps, np.linspace(0, 5, 101))),
 }
@@ -23,8 +25,8 @@ WITHOUT = {
     "path without states": lambda: kr.solve(GENERAL, []),
     "path without apex": lambda: kr.solve(GENERAL, [1.0], want=("energy",)),
     "section of no top": lambda: kr.section(TOPS[:0], n=3),
-    "indicator of no top": lambda: kr.oli(TOPS[:0], 1.0),
-    "indicator of three dimensions": lambda: kr.oli(
+    "indicator of no top": lambda: kr.chaos(TOPS[:0], 1.0),
+    "indicator of three dimensions": lambda: kr.chaos(
         kr.Ensemble(TOP.body, momentum=np.ones((2, 1, 2, 3)), gravity=1), 1.0
     ),
     "rod of one state": lambda: kr.rod(kr.solve(kr.scenes.cusps, [1.0])),

@@ -77,12 +77,12 @@ def test_a_failed_member_is_reported_and_leaves_the_others_alone():
     assert set(paths.status[has_failed]) == {"ERR_LIMIT"} and (paths.stats.steps <= 12).all()
     with pytest.raises(kr.Error, match=rf"top\[{paths.failed[0]}\]") as error:
         paths.check()
-    assert error.value.paths is paths
+    assert error.value.result is paths
     assert_same_path([error.value.path], paths[int(paths.failed[0])])
     for one in (PATHS, kr.solve(GRID, TIMES, want=["q"]), kr.solve(GRID, TIMES, digits=20)):
         assert_same_path([pickle.loads(pickle.dumps(one))[1, 2]], one[1, 2])
     again = pickle.loads(pickle.dumps(error.value))
-    assert str(again) == str(error.value) and same(again.paths, paths)
+    assert str(again) == str(error.value) and same(again.result, paths)
     words = {"method": "rk4", "step": 0.1, "max_steps": 20}
     with pytest.raises(kr.Error) as alone:
         kr.solve(UNDAMPED[1], [1.0, 9.0], **words)
@@ -194,7 +194,7 @@ def short_and_long_times(n=N, end=1e6):
 def test_ctrl_c_keeps_finished_members(words):
     with send_sigint(0.3), pytest.raises(kr.Interrupted, match=r"top\[\d+\]") as stop:
         kr.solve(TOPS, short_and_long_times(), "taylor", **words)
-    paths = stop.value.paths
+    paths = stop.value.result
     is_complete = paths.status == "OK"
     assert 0 < is_complete.sum() < N
     assert set(paths.status[~is_complete]) == {"ERR_INTERRUPTED"}
@@ -213,7 +213,7 @@ def test_ctrl_c_ends_the_work_of_an_executor(pool):
         times[0, -1] = 1e300  # a double cannot resolve the attitude at this time
         with send_sigint(0.3), pytest.raises(kr.Interrupted) as stop:
             kr.solve(TOPS, times, "taylor", executor=executor)
-        names = stop.value.paths.status
+        names = stop.value.result.status
         assert "ERR_INTERRUPTED" in names
         assert names[0] == "ERR_RESOLUTION" or pool is ProcessPoolExecutor
 

@@ -129,7 +129,7 @@ def test_ctrl_c_keeps_the_events_found():
     assert 0 < stopped.value.path.t[-1] < 1e7 and len(stopped.value.path.events) == 5
     with pytest.raises(kr.Interrupted) as stopped:
         kr.section(TOP.vary(gravity=np.linspace(0.5, 1, 1000)), n=2000, progress=stop)
-    section = stopped.value.paths
+    section = stopped.value.result
     assert isinstance(section, kr.Section) and (section.status == "ERR_INTERRUPTED").any()
     assert np.isfinite(section.states).all() and len(section.states) == section.count.sum()
 
@@ -195,12 +195,12 @@ def test_a_top_without_events_is_reported():
     assert "0 of 10 events" in section.message(0)
     with pytest.raises(kr.Error, match=r"top\[0\]") as failure:
         section.check()
-    assert failure.value.paths is section and len(failure.value.path) == 0
+    assert failure.value.result is section and len(failure.value.path) == 0
     rest = kr.Scene(FREE.body, attitude=(1, 0, 0, 0), momentum=(0, 0, 0), gravity=0.0)
     assert kr.section(kr.Ensemble.of([rest, TOP]), n=2).count.tolist() == [0, 2]
     first = kr.section(TOP, n=1).t[0]
     waits = [kr.section(TOP, n=1, max_wait=x * first).count.tolist() for x in (0.999, 1.001)]
-    assert waits == [[0], [1]]
+    assert waits == [0, 1]
 
 
 def test_the_tolerance_of_cusps_has_a_lower_bound():

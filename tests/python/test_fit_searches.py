@@ -340,7 +340,7 @@ def test_pieces_agree_with_a_single_motion(scene, sigmas, free, begin):
 
 def test_a_chaotic_motion_is_fitted_by_multiple_shooting():
     """Check that a record of many Lyapunov times determines moments from a wrong guess."""
-    rate = kr.lyapunov(CHAOTIC, 200.0).value
+    rate = kr.chaos(CHAOTIC, 200.0).lyapunov
     record = simulate(CHAOTIC, np.linspace(0.0, 20.0 / rate, 400), {"q": 0.01})
     body = CHAOTIC.body
     wrong = kr.Body(
@@ -490,9 +490,9 @@ def interrupt_after(count, scene, record):
         if len(costs) == count:
             raise KeyboardInterrupt
 
-    with pytest.raises(kr.FitInterrupted) as interruption:
+    with pytest.raises(kr.Interrupted) as interruption:
         kr.fit(scene, record, BODY, progress=interrupt)
-    return pickle.loads(pickle.dumps(interruption.value)).fit, costs
+    return pickle.loads(pickle.dumps(interruption.value)).result, costs
 
 
 def test_ctrl_c_keeps_the_best_fit_so_far():
@@ -519,9 +519,9 @@ def test_ctrl_c_while_another_order_of_quaternions_is_tried_keeps_the_fit():
     with pytest.warns(UserWarning, match="name them q_xyzw"):
         whole = kr.fit(HEAVY, wrong, "velocity", max_evaluations=50, progress=report)
     limit, reports = len(reports), []
-    with pytest.raises(kr.FitInterrupted) as interruption:
+    with pytest.raises(kr.Interrupted) as interruption:
         kr.fit(HEAVY, wrong, "velocity", max_evaluations=50, progress=report)
-    assert interruption.value.fit.cost == whole.cost
+    assert interruption.value.result.cost == whole.cost
 
 
 def test_ctrl_c_before_the_first_motion_keeps_nothing():

@@ -300,8 +300,8 @@ FREE = kr.Scene(kr.Body(1, (1, 2, 2.5), (0, 0, 0)), momentum=(0, 0, 1), friction
         lambda: kr.solve(SLIDING, 1.0, "exact"),
         lambda: kr.solve(SLIDING, 1.0, "strang", step=0.1),
         lambda: kr.solve(SLIDING, 1.0, "geometric", error=1e-3),
-        lambda: kr.lyapunov(SLIDING, 10.0),
-        lambda: kr.megno(SLIDING.vary(mass=[1.0, 2.0]), 10.0),
+        lambda: kr.chaos(SLIDING, 10.0),
+        lambda: kr.chaos(SLIDING.vary(mass=[1.0, 2.0]), 10.0),
         lambda: kr.rod(kr.solve(SLIDING, np.linspace(0, 10, 101))),
         lambda: kr.frequencies(kr.solve(SLIDING, np.linspace(0, 10, 101))),
         lambda: kr.Scene.spinning(

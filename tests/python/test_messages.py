@@ -195,7 +195,7 @@ def test_missing_arguments_are_named_without_inner_classes():
 
 
 def test_functions_with_hints_keep_signatures_and_can_be_pickled():
-    for function in kr.solve, kr.exact, kr.megno, kr.events.nutation, kr.Body.cuboid, kr.Scene:
+    for function in kr.solve, kr.exact, kr.chaos, kr.events.nutation, kr.Body.cuboid, kr.Scene:
         assert pickle.loads(pickle.dumps(function)) == function
     assert [*inspect.signature(kr.solve).parameters][:3] == ["scene", "t", "method"]
     assert inspect.signature(kr.solve).parameters["t"].default is inspect.Parameter.empty

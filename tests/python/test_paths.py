@@ -77,7 +77,7 @@ RESULTS = {
     "events": lambda: kr.solve(TOPS, [9.0], events=kr.events.nutation()).events,
     "reduced": lambda: kr.reduce(TOPS, [1.0], {"nutation": "max"}),
     "section": lambda: kr.section(TOPS, n=3),
-    "indicator": lambda: kr.lyapunov(TOPS, 5.0),
+    "indicator": lambda: kr.chaos(TOPS, 5.0),
     "frequencies": lambda: kr.frequencies(kr.solve(GENERAL, np.linspace(0, 9, 99))),
 }
 FRESH = "failed", "q_xyzw"  # computed anew at each access

@@ -26,9 +26,9 @@ ONE = kr.solve(GENERAL, [1.0])
 TOP = kr.scenes.asymmetric
 TOPS = kr.starts(TOP.body, energy=2, vertical=1, n=5, seed=2, gravity=1)
 SECTION = kr.section(TOPS, n=20)
-CURVES = kr.megno(TOPS, 1000.0)
-BACKWARD = kr.lyapunov(TOPS, -200.0)
-GROWTH = kr.oli(TOP, 800.0)
+CHAOS = kr.chaos(TOPS, 1000.0)
+BACKWARD = kr.chaos(TOPS, -200.0)
+GROWTH = kr.chaos(TOP, 800.0)
 LINES = kr.frequencies(kr.solve(kr.scenes.cusps, np.linspace(0.0, 200.0, 4001)))
 ROUGH = kr.solve(GENERAL, GRID, "rk4", step=0.02)
 RECORD = kr.Record(
@@ -66,11 +66,11 @@ def unwrap_angle(path):
     return np.unwrap(path.precession_angle)
 
 
-def select(indicator, lowest):
+def select(chaos, name, lowest):
     """Return the curves of an indicator that a logarithmic scale can show."""
     return [
-        ("line", np.abs(indicator.t), np.where(row > lowest, row, np.nan))
-        for row in indicator.curve.reshape(-1, indicator.t.size)
+        ("line", np.abs(chaos.t), np.where(row > lowest, row, np.nan))
+        for row in getattr(chaos, f"{name}_curve").reshape(-1, chaos.t.size)
     ]
 
 
@@ -182,13 +182,16 @@ CHARTS = {
         [("dots", LINES.lines, np.abs(LINES.amplitudes)), upright(LINES.precession_rate)],
     ),
     "exponents back in time": lambda: Chart(
-        BACKWARD.plot(time_unit="s"), "time [s], back from the start", "largest exponent [s⁻¹]",
-        select(BACKWARD, 0.0),
+        BACKWARD.plot(indicator="lyapunov", time_unit="s"), "time [s], back from the start",
+        "largest exponent [s⁻¹]", select(BACKWARD, "lyapunov", 0.0),
     ),
     "megno": lambda: Chart(
-        CURVES.plot(), "time [T]", "MEGNO", [*select(CURVES, 0.1), level(CURVES.threshold)],
+        CHAOS.plot(), "time [T]", "MEGNO",
+        [*select(CHAOS, "megno", 0.1), level(CHAOS.threshold)],
     ),
-    "oli": lambda: Chart(GROWTH.plot(), "time [T]", "OLI", select(GROWTH, 0.1)),
+    "oli": lambda: Chart(
+        GROWTH.plot(indicator="oli"), "time [T]", "OLI", select(GROWTH, "oli", 0.1)
+    ),
     "residuals of a fit": lambda: Chart(
         FIT.plot()[1], "time [T]", "residual [sigma]",
         [("dots", RECORD.t, r) for r in FIT.residuals[0]["apex"].T]
@@ -386,8 +389,8 @@ def test_a_section_has_a_colour_for_each_top_or_class():
     "tops", [TOPS, TOP, TOP.vary(gravity=[[0.5], [1.0]], spin=[0.0, 1.0, 2.0])]
 )
 def test_a_section_shows_the_class_of_each_top(tops):
-    section, indicator = kr.section(tops, n=3), kr.oli(tops, 800.0)
-    axes = section.plot(indicator=indicator)
+    section, indicator = kr.section(tops, n=3), kr.chaos(tops, 800.0)
+    axes = section.plot(chaos=indicator)
     legend = axes.get_legend()
     colour_of = {
         text.get_text(): to_rgb(mark.get_color())
@@ -396,18 +399,20 @@ def test_a_section_shows_the_class_of_each_top(tops):
     doubtful, chaotic = np.ravel(indicator.is_doubtful), np.ravel(indicator.is_chaotic)
     names = np.where(doubtful, "in doubt", np.where(chaotic, "chaotic", "regular"))
     assert set(colour_of) == set(names)
-    top = section.top if section.top.ndim == 1 else section.top @ [tops.shape[1], 1]
+    top = section.top
+    if top.ndim == 2:  # of a grid, or of a single scene
+        top = top @ [tops.shape[1], 1] if top.shape[1] else np.zeros(len(top), dtype=int)
     expected = np.array([colour_of[name] for name in names[top]])
     assert axes.collections[0].get_facecolors()[:, :3] == pytest.approx(expected)
 
 
 def test_curves_have_the_colours_of_their_classes():
-    axes = CURVES.plot()
+    axes = CHAOS.plot()
     texts, marks = axes.get_legend().get_texts(), axes.get_legend().get_lines()
-    doubtful = CURVES.is_doubtful
+    doubtful = CHAOS.is_doubtful
     counts = {
-        "regular": sum(~CURVES.is_chaotic & ~doubtful),
-        "chaotic": sum(CURVES.is_chaotic & ~doubtful),
+        "regular": sum(~CHAOS.is_chaotic & ~doubtful),
+        "chaotic": sum(CHAOS.is_chaotic & ~doubtful),
         "in doubt": sum(doubtful),
     }
     expected = [f"{name} ({n})" for name, n in counts.items() if n]
@@ -421,10 +426,10 @@ def test_curves_have_the_colours_of_their_classes():
 
 def test_maps_show_the_value_of_each_top():
     tops = TOP.vary(gravity=np.array([[0.5], [1.0], [1.5]]), spin=[0.0, 1.0])
-    indicator = kr.lyapunov(tops, 100.0)
-    axes = indicator.plot(Figure().add_subplot(), time_unit="s")
+    indicator = kr.chaos(tops, 100.0)
+    axes = indicator.plot(Figure().add_subplot(), indicator="lyapunov", time_unit="s")
     mesh = axes.collections[0]
-    assert np.array_equal(mesh.get_array().reshape(3, 2), indicator.value)
+    assert np.array_equal(mesh.get_array().reshape(3, 2), indicator.lyapunov)
     corners = mesh.get_coordinates()
     centres = np.asarray(0.5 * (corners[1:, 1:] + corners[:-1, :-1]))
     expected = np.stack(np.meshgrid([0.0, 1.0], [0.5, 1.0, 1.5]), axis=-1)
@@ -438,18 +443,18 @@ def test_maps_show_the_value_of_each_top():
 
 def test_maps_of_growth_begin_at_one_and_may_be_without_doubt():
     tops = kr.scenes.thesis.vary(gravity=np.array([[0.5], [1.0]]), spin=[8.0, 9.0])
-    indicator = kr.megno(tops, 5000.0)
+    indicator = kr.chaos(tops, 5000.0)
     assert not np.any(indicator.is_doubtful)
     axes = indicator.plot()
     shown = np.asarray(axes.collections[0].get_array()).reshape(2, 2)
-    assert shown == pytest.approx(np.maximum(indicator.value, 1.0))
+    assert shown == pytest.approx(np.maximum(indicator.megno, 1.0))
     assert not len(axes.lines) and axes.get_title() == ""
     assert axes.figure.axes[1].get_ylabel().startswith("MEGNO, t = 5000")
 
 
 def test_maps_over_unsorted_values_have_numbered_axes():
     tops = TOP.vary(gravity=np.array([[0.5], [1.5], [1.0]]), spin=[1.0, 0.0])
-    axes = kr.lyapunov(tops, 20.0).plot()
+    axes = kr.chaos(tops, 20.0).plot()
     assert axes.get_ylim() == (-0.5, 2.5) and sorted(axes.get_xlim()) == [-0.5, 1.5]
 
 
@@ -552,15 +557,15 @@ REFUSED = [
     (lambda: SECTION.plot(x="spin_angel"), ValueError, "did you mean 'spin_angle'"),
     (lambda: SECTION.plot(y="apex"), ValueError, "unknown component 'apex'"),
     (lambda: SECTION.plot(y=3), TypeError, "y must be"),
-    (lambda: SECTION.plot(indicator=CURVES.value), TypeError, "indicator must be"),
-    (lambda: SECTION.plot(indicator=GROWTH), ValueError, "the same tops"),
+    (lambda: SECTION.plot(chaos=CHAOS.megno), TypeError, "chaos must be"),
+    (lambda: SECTION.plot(chaos=GROWTH), ValueError, "the same tops"),
     (lambda: SECTION.plot(degrees=1), TypeError, "degrees must be"),
     (lambda: SECTION.plot(time_unit=" "), ValueError, "time_unit must be"),
     (lambda: SECTION.plot(time_unit=1.0), TypeError, "time_unit must be"),
     (lambda: SECTION.plot(axes=1), TypeError, "axes must be"),
     (lambda: kr.rod(kr.solve(kr.scenes.cusps, [1.0])).plot(), ValueError, "1 state cannot"),
     (
-        lambda: kr.oli(
+        lambda: kr.chaos(
             kr.Ensemble(TOP.body, momentum=np.ones((2, 1, 2, 3)), gravity=1), 1.0
         ).plot(),
         ValueError,

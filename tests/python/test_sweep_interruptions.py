@@ -99,15 +99,15 @@ def test_ctrl_c_keeps_stored_parts_and_the_same_call_resumes(
 ):
     """Interrupt a sweep when a part drawn at random is being written."""
     last = random.Random(name).randrange(PARTS - 1)
-    with monkeypatch.context() as patch, pytest.raises(kr.SweepInterrupted) as interruption:
+    with monkeypatch.context() as patch, pytest.raises(kr.Interrupted) as interruption:
         patch.setattr(os, "replace", make_replace(last, lambda: os.kill(os.getpid(), 2)))
         run_sweep(tmp_path, TASKS[name], **start_executor(words))
-    error, sweep = interruption.value, interruption.value.sweep
+    error, sweep = interruption.value, interruption.value.result
     assert isinstance(error, KeyboardInterrupt) and "repeating the call" in str(error)
     assert f"{len(sweep.missing)} of 5 parts are left" in str(error)
     assert kr.read_sweep(tmp_path).check().present == sweep.present == [*range(len(sweep.present))]
     assert len(sweep.present) >= last
-    assert pickle.loads(pickle.dumps(error)).sweep.present == sweep.present
+    assert pickle.loads(pickle.dumps(error)).result.present == sweep.present
     run_sweep(tmp_path, TASKS[name])
     assert hash_rows(tmp_path) == hashes[name]
 

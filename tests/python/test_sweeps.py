@@ -74,13 +74,14 @@ TASKS = {
     "events": {"t": [0.5, 4.0], "method": "taylor", "events": [LOW, PLANE], "max_steps": 14},
     "reduced": {name: word for name, word in REDUCED.items() if name != "part_size"},
     "moments": {"t": [0.5, 1.0], "reduce": {"m_x": "variance", "spin": ["where_max", "last"]}},
+    "chaos": {"task": "chaos", "t": 2.0},
     "lyapunov": {"task": "lyapunov", "t": 3, "tol": 1e-9},
     "megno": {"task": "megno", "t": [-1, -3.5], "direction": DIRECTION},
     "oli": {"task": "oli", "t": 3.0, "max_steps": 20},
     "section": {"task": "section", "n": 5, "max_wait": -4},
     "plane": {"task": "section", "n": 3, "event": PLANE, "max_wait": 2.5, "max_steps": 50},
 }
-GROWTH = "lyapunov", "megno", "oli"
+GROWTH = "chaos", "lyapunov", "megno", "oli"
 COMPONENTS = {"q": "wxyz", "m": "xyz", "q_low": "wxyz", "m_low": "xyz", "apex": "xyz"}
 COMPONENTS |= {"frame": ["".join(pair) for pair in product("NBT", "xyz")]}
 
@@ -107,16 +108,18 @@ def call_task(tops, words):
     task = words.pop("task", "solve")
     if "reduce" in words:
         return kr.reduce(tops, reductions=words.pop("reduce"), **words)
-    return getattr(kr, task)(tops, **words)
+    return getattr(kr, "chaos" if task in GROWTH else task)(tops, **words)
 
 
 def list_columns(tops, words):
     """Return the expected columns of a sweep, with the shape of the tops."""
     whole, task = call_task(tops, words), words.get("task", "solve")
     if task in GROWTH:
-        columns = {task: whole.value, f"{task}_curve": whole.curve}
-        columns |= {n: getattr(whole, n) for n in ("certificate", "is_chaotic", "is_doubtful")}
-        return columns | {"t": np.broadcast_to(whole.t, whole.curve.shape)}
+        names = ["lyapunov", "megno", "oli"] if task == "chaos" else [task]
+        names += [f"{name}_curve" for name in names]
+        names += ["certificate", "is_chaotic", "is_doubtful"]
+        columns = {name: getattr(whole, name) for name in names}
+        return columns | {"t": np.broadcast_to(whole.t, whole.oli_curve.shape)}
     columns = {"status": whole.status, "reached": whole.reached, "steps": whole.stats.steps}
     if task == "section":
         columns |= {"events": whole.count, "event_t": whole.t}

@@ -132,7 +132,7 @@ def map_exponents(side):
         attitude=np.concatenate([ensembles[k].attitude for k in indices]),
         gravity=1,
     )
-    exponents = kr.lyapunov(ensemble, [MAPPED_LONG]).value.reshape(-1, STARTS)
+    exponents = kr.chaos(ensemble, [MAPPED_LONG]).lyapunov.reshape(-1, STARTS)
     values[indices] = exponents.max(axis=1)
     return values.reshape(side, side)
 
@@ -140,8 +140,8 @@ def map_exponents(side):
 def summarize_exponents(name, n):
     """Return statistics of the Lyapunov exponents for `n` random initial states."""
     tops = draw_starts(name, n)
-    indicator = kr.lyapunov(tops, [LONG])
-    chaotic = indicator.value[indicator.value > TIMES * np.log(LONG) / LONG]
+    indicator = kr.chaos(tops, [LONG])
+    chaotic = indicator.lyapunov[indicator.lyapunov > TIMES * np.log(LONG) / LONG]
     count = len(chaotic)
     return {
         "top": name,

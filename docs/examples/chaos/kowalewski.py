@@ -30,11 +30,11 @@ below.set(xlabel="time", ylabel="K, relative change")
 # if they do not separate at all. In the case of Goryachev and Chaplygin, the additional integral
 # exists only if the vertical momentum is zero:
 
-print(f"Kowalewski: {kr.megno(scene, 20000).value:.3f}")
+print(f"Kowalewski: {kr.chaos(scene, 20000).megno:.3f}")
 case = kr.scenes.goryachev_chaplygin
-print(f"Goryachev and Chaplygin: {kr.megno(case, 20000).value:.3f}")
+print(f"Goryachev and Chaplygin: {kr.chaos(case, 20000).megno:.3f}")
 x, y, _ = case.momentum
-print(f"with a vertical momentum: {kr.megno(case.replace(momentum=(x, y, 1.5)), 20000).value:.1f}")
+print(f"with a vertical momentum: {kr.chaos(case.replace(momentum=(x, y, 1.5)), 20000).megno:.1f}")
 
 # %%
 # The viewer shows Kowalewski's top and can also draw a chart of K:

@@ -14,7 +14,7 @@ import numpy as np
 scene = kr.scenes.asymmetric
 t = np.linspace(0.5, 250, 500)
 truth = kr.solve(scene, t, digits=30)
-exponent = kr.lyapunov(scene, 2000).value
+exponent = kr.chaos(scene, 2000).lyapunov
 print(f"exponent {exponent:.3f}")
 
 figure, axes = plt.subplots(layout="constrained")

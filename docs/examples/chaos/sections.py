@@ -27,13 +27,13 @@ for chart, gravity in zip(axes, (0.05, 2.0, 4.0), strict=True):
 # tops from regular ones. The classification is doubtful if MEGNO is near the threshold:
 
 for gravity, section in sections.items():
-    megno = kr.megno(section.tops, 1500)
-    print(f"gravity {gravity}: {megno}")
-section.plot(indicator=megno, y="axial_momentum")
+    chaos = kr.chaos(section.tops, 1500)
+    print(f"gravity {gravity}: {chaos}")
+section.plot(chaos=chaos, y="axial_momentum")
 
 # %%
 # The spin angle and the axial momentum are conjugate, so the Poincaré map preserves areas in this
 # plane. In a plot of the indicator over time, the curves of regular motions tend to a common value,
 # and those of chaotic motions grow:
 
-megno.plot()
+chaos.plot()

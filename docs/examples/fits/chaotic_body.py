@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 top = kr.scenes.asymmetric
-end = 15 / kr.lyapunov(top, 2000).value
+end = 15 / kr.chaos(top, 2000).lyapunov
 t = np.linspace(0, end, 900)
 path = kr.solve(top, t)
 

@@ -15,7 +15,7 @@ from .._options.methods import Method, Methods, resolve_method
 from .._options.methods import methods as known
 from .._options.options import make_options, validate_progress_callback
 from .._options.times import check_resolvable_horizon, time_array
-from .._results.path import Error, Path, check_is_one
+from .._results.path import Error, Interrupted, Path, check_is_one
 from .._results.quantities import Stats
 from .._results.tables import encode_table_as_csv
 from .._solve.solve import solve
@@ -190,7 +190,7 @@ def compare(
 
     Raises the same exceptions as kreisel.solve for invalid arguments, before any run starts. If a
     run fails, the reason is stored in the field `failure` of the table row. Ctrl-C raises
-    kreisel.CompareInterrupted, whose attribute `table` contains the completed runs.
+    kreisel.Interrupted, whose attribute `result` has a row for each completed run.
     """
     validate_type("scene", scene, Scene)
     step_sizes, tolerances = (
@@ -217,7 +217,7 @@ def compare(
     except KeyboardInterrupt:
         table = _build_comparison_table(scene, runs, reference)
         total = f"{len(table)} of {len(runs)} runs were completed"
-        raise CompareInterrupted(f"interrupted: {total}", table) from None
+        raise Interrupted(f"interrupted: {total}", result=table) from None
     return _build_comparison_table(scene, runs, reference)
 
 
@@ -240,19 +240,6 @@ def _build_comparison_table(
         return Table(())
     attempts = [run for run in runs if run.seconds or run.failure]
     return Table(tuple(run.make_comparison_row(name_of(scene), truth) for run in attempts))
-
-
-class CompareInterrupted(KeyboardInterrupt):
-    """Exception raised by Ctrl-C in kreisel.compare; `table` has a row for each completed run."""
-
-    __module__ = "kreisel"  # a traceback shows the public name
-
-    def __init__(self, message: str, table: Table) -> None:
-        super().__init__(message)
-        self.table = table
-
-    def __reduce__(self) -> tuple[type[CompareInterrupted], tuple[str, Table]]:
-        return type(self), (str(self), self.table)
 
 
 def _list_runs_to_compare(

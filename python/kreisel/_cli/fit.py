@@ -9,12 +9,13 @@ from typing import Any
 
 import click
 
-from .._fit.fit import LOSSES, FitInterrupted
+from .._fit.fit import LOSSES
 from .._fit.fit import fit as estimate
 from .._fit.parameters import FREE
 from .._fit.records import INSTRUMENT, Record
 from .._fit.result import Fit
 from .._model.scene import Scene
+from .._results.path import Interrupted
 from .options import SCENE, Command, InputFile, Name, OutputFile, UsageError, parse_number_list
 from .outputs import write_bytes
 
@@ -150,11 +151,11 @@ def fit(
         )
     except OSError as error:
         raise UsageError(str(error)) from None
-    interruption: FitInterrupted | None = None
+    interruption: Interrupted | None = None
     try:
         result: Fit | None = estimate(scene, measurements, **words)
-    except FitInterrupted as error:
-        result, interruption = error.fit, error
+    except Interrupted as error:
+        result, interruption = error.result, error
     if result is not None:
         if "-" not in (save, csv, plot):
             click.echo(str(result))

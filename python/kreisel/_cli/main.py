@@ -16,14 +16,14 @@ from typing import Any
 import click
 from rich.console import Console
 
-from .._analysis.compare import CompareInterrupted, format_methods_page
 from .._analysis.compare import compare as compare_methods
+from .._analysis.compare import format_methods_page
 from .._core import version
 from .._model.scene import Scene
 from .._options.methods import Method, unknown_method_message
 from .._options.methods import methods as known
 from .._options.quantities import RECORDABLE, TIME
-from .._results.path import Error
+from .._results.path import Error, Interrupted
 from .._utils.arguments import unknown_name_message
 from .._utils.processes import replace_signal_handlers
 from .._view import open_viewer
@@ -234,13 +234,13 @@ def compare(
 
     If the comparison is interrupted, the results obtained so far are printed.
     """
-    interruption: CompareInterrupted | None = None
+    interruption: Interrupted | None = None
     try:
         table = compare_methods(
             scene, t.to_solve_argument(), steps=steps or (), tols=tols or (), **words
         )
-    except CompareInterrupted as error:
-        table, interruption = error.table, error
+    except Interrupted as error:
+        table, interruption = error.result, error
     if csv is not None:
         write_bytes(csv, table.to_csv().encode())
     if csv != "-":

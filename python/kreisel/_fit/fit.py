@@ -8,7 +8,7 @@ from contextlib import suppress
 import numpy as np
 
 from .._model.scene import Ensemble, Scene
-from .._results.path import Error
+from .._results.path import Error, Interrupted
 from .._solve.solve import solve
 from .._utils.arguments import (
     Array,
@@ -34,19 +34,6 @@ _UNDEFINED = ("precession_angle", "spin_angle")
 _VERTICAL = 1e-3  # lean [rad] up to which these angles change too fast for linear equations
 Progress = Callable[[int, float], object]
 LOSSES: tuple[LossName, ...] = ("linear", "soft")
-
-
-class FitInterrupted(KeyboardInterrupt):
-    """Exception raised by Ctrl-C in kreisel.fit, with the best fit so far (or None) in `.fit`."""
-
-    __module__ = "kreisel"  # a traceback shows the public name
-
-    def __init__(self, message: str, fit: Fit | None) -> None:
-        super().__init__(message)
-        self.fit = fit
-
-    def __reduce__(self) -> tuple[type[FitInterrupted], tuple[str, Fit | None]]:
-        return type(self), (str(self), self.fit)
 
 
 def fit(
@@ -110,7 +97,7 @@ def fit(
     parameters, for a quantity that no free parameter affects, for a quantity without sigma whose
     values the free parameters fit exactly, and for angles that are undefined at all times. Raises
     kreisel.Error if no motion can be computed from the initial guesses. Ctrl-C raises
-    kreisel.FitInterrupted (a KeyboardInterrupt), whose attribute `fit` is the best fit so far.
+    kreisel.Interrupted, whose attribute `result` is the best fit so far or None.
     Warns (UserWarning) if the search does not converge, if no motion fits the measurements, and if
     noise of the given sigma does not explain chi2 (see `Fit.is_plausible`). Also warns if few
     numbers determine an unknown standard deviation.
@@ -169,8 +156,8 @@ def _describe_better_quaternion_order(
         return ""
     try:
         other = search(swapped, _ORDER_LIMIT)
-    except FitInterrupted:
-        raise FitInterrupted("the fit was interrupted", best) from None
+    except Interrupted:
+        raise Interrupted("the fit was interrupted", result=best) from None
     except (Error, ValueError):
         return ""
     if not other.misfit < _FAR_BETTER * best.misfit:
@@ -194,7 +181,8 @@ def _run_search_sessions(
         try:
             session.search(pieces, has_data_guess=not is_multistart)
         except KeyboardInterrupt:
-            raise FitInterrupted("the fit was interrupted", choose_better(session)) from None
+            interrupted = Interrupted("the fit was interrupted", result=choose_better(session))
+            raise interrupted from None
         if session.best is not None:
             session.refuse_start_held_by_friction()
             session.refuse_insensitive_quantities()

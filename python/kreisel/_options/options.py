@@ -731,3 +731,9 @@ def validate_thread_count(threads: object, executor: object = None) -> int:
 def validate_tops(name: str, tops: object) -> Scene | Ensemble:
     """Return `tops`; raise TypeError unless they are a scene or an ensemble."""
     return tops if isinstance(tops, Ensemble) else validate_type(name, tops, Scene)
+
+
+def as_ensemble(name: str, tops: object) -> Ensemble:
+    """Return an ensemble, of shape () for a scene; raise TypeError for anything else."""
+    one = validate_tops(name, tops)
+    return one if isinstance(one, Ensemble) else Ensemble.of([one]).reshape(())

@@ -350,57 +350,55 @@ _LOWEST = {"megno": 0.1, "oli": 0.1}  # values below are left out of the logarit
 _CHAOTIC, _DOUBTFUL = 1, 2  # indices of CLASSES
 
 
-def classify_tops_by_chaos(indicator: Any) -> npt.NDArray[np.int8]:
+def classify_tops_by_chaos(chaos: Any) -> npt.NDArray[np.int8]:
     """Return the class of each top: 0 if it is regular, 1 if it is chaotic, and 2 if uncertain."""
-    classes = np.where(np.ravel(indicator.is_chaotic), _CHAOTIC, 0).astype(np.int8)
-    classes[np.ravel(indicator.is_doubtful)] = _DOUBTFUL
+    classes = np.where(np.ravel(chaos.is_chaotic), _CHAOTIC, 0).astype(np.int8)
+    classes[np.ravel(chaos.is_doubtful)] = _DOUBTFUL
     return classes
 
 
-def draw_indicator_curves(indicator: Any, axes: Axes | None, unit: str) -> Axes:
+def draw_indicator_curves(chaos: Any, name: str, axes: Axes | None, unit: str) -> Axes:
     """Plot a chaos indicator over time, in colours for regular, chaotic and uncertain tops."""
     chart = open_chart(axes)
-    curves = indicator.curve.reshape(-1, indicator.t.size)
-    lowest, classes = _LOWEST.get(indicator.name, 0.0), classify_tops_by_chaos(indicator)
+    curves = getattr(chaos, f"{name}_curve").reshape(-1, chaos.t.size)
+    lowest, classes = _LOWEST.get(name, 0.0), classify_tops_by_chaos(chaos)
     visible = np.where(curves > lowest, curves, np.nan)
-    marker = "o" if indicator.t.size == 1 else ""
+    marker = "o" if chaos.t.size == 1 else ""
     for k in np.unique(classes):
         chart.plot(
-            np.abs(indicator.t), visible[classes == k].T, color=CLASSES[k][1], marker=marker,
+            np.abs(chaos.t), visible[classes == k].T, color=CLASSES[k][1], marker=marker,
             linewidth=1.4 if len(curves) == 1 else 0.8, zorder=2.0 + 0.1 * float(k),
             alpha=max(0.15, min(1.0, 20.0 / len(curves))),
         )  # fmt: skip
     marks = []
     for k, n in zip(*np.unique(classes, return_counts=True), strict=True):
-        name, colour = CLASSES[k]
-        label = name if len(classes) == 1 else f"{name} ({n})"
+        verdict, colour = CLASSES[k]
+        label = verdict if len(classes) == 1 else f"{verdict} ({n})"
         marks.append(make_legend_entry(label, colour, linewidth=2.0))
-    if indicator.name == "megno":
-        chart.axhline(indicator.threshold, color=FAINT, linewidth=0.9, linestyle="--", zorder=1)
+    if name == "megno":
+        chart.axhline(chaos.threshold, color=FAINT, linewidth=0.9, linestyle="--", zorder=1)
         marks.append(make_legend_entry("threshold", FAINT, linestyle="--"))
     chart.legend(handles=marks, fontsize=8, frameon=False)
     chart.set(xscale="log", yscale="log")
-    chart.set(
-        xlabel=format_time_axis_label(unit), ylabel=format_axis_label(*_NAMES[indicator.name], unit)
-    )
-    if indicator.t[-1] < 0.0:
+    chart.set(xlabel=format_time_axis_label(unit), ylabel=format_axis_label(*_NAMES[name], unit))
+    if chaos.t[-1] < 0.0:
         chart.set_xlabel(f"{format_time_axis_label(unit)}, back from the start")
     apply_chart_style(chart)
     return chart
 
 
-def draw_chaos_indicator_map(indicator: Any, tops: Ensemble, axes: Axes | None, unit: str) -> Axes:
+def draw_chaos_indicator_map(chaos: Any, name: str, axes: Axes | None, unit: str) -> Axes:
     """Plot the final values of an indicator over two parameters; dots mark borderline cases."""
     chart = open_chart(axes)
-    values = indicator.curve[..., -1]
-    (y_name, y), (x_name, x) = (_get_varied_axis_name_and_values(tops, d) for d in (0, 1))
+    values = getattr(chaos, f"{name}_curve")[..., -1]
+    (y_name, y), (x_name, x) = (_get_varied_axis_name_and_values(chaos.scene, d) for d in (0, 1))
     scale: Normalize = Normalize()
-    if indicator.name != "lyapunov":
+    if name != "lyapunov":
         largest = float(np.max(values, where=np.isfinite(values), initial=10.0))
         scale = LogNorm(1.0, largest)
         values = np.maximum(values, 1.0)
     field = chart.pcolormesh(x, y, values, cmap="cividis", norm=scale, rasterized=True)
-    doubtful = np.asarray(indicator.is_doubtful)
+    doubtful = np.asarray(chaos.is_doubtful)
     if doubtful.any():
         rows, columns = np.nonzero(doubtful)
         chart.plot(
@@ -413,10 +411,8 @@ def draw_chaos_indicator_map(indicator: Any, tops: Ensemble, axes: Axes | None, 
     chart.grid(visible=False)
     figure = chart.get_figure()
     assert isinstance(figure, Figure)
-    end = f"t = {indicator.t[-1]:g}"
-    figure.colorbar(
-        field, ax=chart, label=f"{format_axis_label(*_NAMES[indicator.name], unit)}, {end}"
-    )
+    end = f"t = {chaos.t[-1]:g}"
+    figure.colorbar(field, ax=chart, label=f"{format_axis_label(*_NAMES[name], unit)}, {end}")
     return chart
 
 

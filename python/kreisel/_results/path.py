@@ -727,19 +727,28 @@ class RunStoppedException(BaseException):
 
     status  the name of the status in kreisel.h without its prefix: 'ERR_LIMIT', 'ERR_NOT_FINITE',
             ...
-    path    the requested states that were reached, and the last valid state if it is later
-    paths   the kreisel.Path, kreisel.Reductions or kreisel.Indicator of an ensemble, otherwise
-            None; `path` is then the path of the first top that failed or was not finished
+    path    the requested states that were reached, and the last valid state if it is later; of
+            several tops the path of the first that failed or was not finished; None for sweeps,
+            fits and comparisons
+    result  all that was computed: the path, or of several tops a kreisel.Path, kreisel.Reductions,
+            kreisel.Section or kreisel.Chaos; the finished parts of a sweep; the rows of a
+            comparison; the best fit so far or None
     """
 
-    def __init__(self, message: str, status: str, path: Path, paths: Any = None) -> None:
+    def __init__(
+        self,
+        message: str,
+        status: str = "ERR_INTERRUPTED",
+        path: Path | None = None,
+        result: Any = None,
+    ) -> None:
         super().__init__(message)
         self.status = status
-        self.path = path
-        self.paths = paths
+        self.path: Any = path
+        self.result: Any = path if result is None else result
 
-    def __reduce__(self) -> tuple[type[RunStoppedException], tuple[str, str, Path, object]]:
-        return type(self), (str(self), self.status, self.path, self.paths)
+    def __reduce__(self) -> tuple[type[RunStoppedException], tuple[str, str, Any, object]]:
+        return type(self), (str(self), self.status, self.path, self.result)
 
 
 class Error(RunStoppedException, RuntimeError):
@@ -749,7 +758,7 @@ class Error(RunStoppedException, RuntimeError):
 
 
 class Interrupted(RunStoppedException, KeyboardInterrupt):
-    """Exception for a run interrupted by Ctrl-C, with the computed states in `.path`."""
+    """Exception for a computation interrupted by Ctrl-C, with what was computed in `.result`."""
 
     __module__ = "kreisel"
 
@@ -943,7 +952,7 @@ class EnsembleResult(ReadOnlyArrays):
         Raises kreisel.Error, or kreisel.Interrupted after Ctrl-C, for the first top that did not
         reach its final time. The error message states the index of this top and the total number of
         failed tops. The attribute `path` of the exception is the path of the failed top, and
-        `paths` is this result.
+        `result` is this result.
         """
         self._check_all(self)
         return self

@@ -59,13 +59,16 @@ def run_ensemble(
     runner: SliceRunner,
     progress: Progress | None = None,
     out: Array | None = None,
+    buffers: EnsembleBuffers | None = None,
 ) -> _Result:
     """Compute the motions of all tops in an ensemble at times that have been validated.
 
     Raises kreisel.Interrupted, with all results obtained so far, after Ctrl-C.
     """
     n = tops.size
-    buffers, work = EnsembleBuffers.allocate_buffers(n, t.shape[-1], options, out), Work()
+    if buffers is None:
+        buffers = EnsembleBuffers.allocate_buffers(n, t.shape[-1], options, out)
+    work = Work()
     flat = tops.ravel() if pool.has_workers_in_other_processes else tops
 
     def make_local_job(begin: int, end: int) -> Job[EnsembleBuffers]:

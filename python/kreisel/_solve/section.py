@@ -15,6 +15,7 @@ from .._model.scene import Ensemble, Scene
 from .._options.methods import FALLBACK
 from .._options.options import (
     Options,
+    as_ensemble,
     check_result_memory,
     make_options,
     validate_progress_callback,
@@ -50,7 +51,7 @@ from .._utils.html import format_picture_as_html
 from .._utils.processes import Progress, WorkerPool
 from .._utils.quantity_attributes import QuantityAttributes
 from ..events import Event, nutation, refuse_kinetic
-from .chaos import Indicator, estimate_turn_durations
+from .chaos import Chaos, estimate_turn_durations
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -143,7 +144,7 @@ class Section(EnsembleResult, QuantityAttributes):
         *,
         x: str = "spin_angle",
         y: str = "apex_z",
-        indicator: Indicator | None = None,
+        chaos: Chaos | None = None,
         degrees: bool = True,
         time_unit: str = "T",
     ) -> Axes:
@@ -152,35 +153,31 @@ class Section(EnsembleResult, QuantityAttributes):
         axes       the axes to draw in; default: a new figure
         x, y       the names of the components to draw, as in path.to_pandas, or "t". A section over
                    spin_angle and axial_momentum, which are conjugate, preserves areas
-        indicator  an indicator of chaos of the same tops. Colours then tell regular, chaotic and
-                   doubtful tops apart; otherwise each top has a colour of its own
+        chaos      the result of kreisel.chaos for the same tops. Colours then tell regular, chaotic
+                   and doubtful tops apart; otherwise each top has a colour of its own
         degrees    False: angles and rates in radians instead of degrees
         time_unit  the unit of time in which the scenes are described, for the labels
 
             >>> import kreisel as kr
             >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2, vertical=1, gravity=1, n=5)
-            >>> axes = kr.section(tops, n=20).plot(indicator=kr.megno(tops, 1000))
+            >>> axes = kr.section(tops, n=20).plot(chaos=kr.chaos(tops, 1000))
             >>> axes.get_xlabel(), axes.get_ylabel()
             ('spin angle [°]', 'apex z')
 
-        Raises ValueError for an unknown name, or for an indicator whose shape differs from that of
+        Raises ValueError for an unknown name, or for indicators whose shape differs from that of
         the section. Raises TypeError for arguments of a wrong type, and ImportError if matplotlib
         is not installed.
         """
-        if indicator is not None:
-            validate_type("indicator", indicator, Indicator)
-            is_one = self.size == 1 and not indicator.certificate.shape  # both of a single scene
-            if indicator.certificate.shape != self.shape and not is_one:
-                raise ValueError(
-                    f"indicator must be of the same tops, of shape {self.shape}, not of shape "
-                    f"{indicator.certificate.shape}"
-                )
+        if chaos is not None and validate_type("chaos", chaos, Chaos).shape != self.shape:
+            raise ValueError(
+                f"chaos must be of the same tops, of shape {self.shape}, not of shape {chaos.shape}"
+            )
         unit, in_degrees = as_unit_name("time_unit", time_unit), as_bool("degrees", degrees)
         x_axis = self._get_axis_values_and_label("x", x, in_degrees, unit)
         y_axis = self._get_axis_values_and_label("y", y, in_degrees, unit)
         from .._plot.charts import classify_tops_by_chaos, draw_section_points
 
-        classes = None if indicator is None else classify_tops_by_chaos(indicator)
+        classes = None if chaos is None else classify_tops_by_chaos(chaos)
         row: Counts = np.nonzero(self._found_state_mask)[0].astype(np.int64)
         return draw_section_points(
             axes, (x_axis[0], y_axis[0]), (x_axis[1], y_axis[1]), row, classes
@@ -325,6 +322,8 @@ def section(
         >>> section.spin_angle.shape, section.top[:3].tolist(), section.count.tolist()
         ((100,), [0, 0, 0], [20, 20, 20, 20, 20])
 
+    For a single scene, the shape is ().
+
     Raises TypeError or ValueError for invalid arguments, before any computation starts. Raises
     MemoryError if the states do not fit in memory. Raises kreisel.Interrupted after Ctrl-C; the
     exception contains all results obtained so far. The status of the computation for each top is
@@ -334,9 +333,7 @@ def section(
     Sources: Poincaré (1892). Dullin and Wittek (Journal of Physics A 28, 1995) construct sections
     that are crossed by every motion.
     """
-    ensemble = (
-        Ensemble.of([tops]) if isinstance(tops, Scene) else validate_type("tops", tops, Ensemble)
-    )
+    ensemble = as_ensemble("tops", tops)
     waits, options = validate_section_arguments(
         ensemble, event, n, max_wait, tol, digits, max_steps
     )

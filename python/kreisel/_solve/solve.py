@@ -20,6 +20,7 @@ from .._options.options import (
     SolveKeywords,
     StreamKeywords,
     TangentSpec,
+    as_ensemble,
     check_result_memory,
     make_options,
     validate_output_array,
@@ -60,7 +61,7 @@ from .run import MAGIC, Run, refuse_step_search, resume
 
 
 def reduce(
-    tops: Ensemble,
+    tops: Scene | Ensemble,
     t: Numbers,
     reductions: ReductionSpec,
     method: MethodName = "auto",
@@ -74,7 +75,7 @@ def reduce(
     threads: int | None = None,
     executor: Executor | None = None,
 ) -> Reductions:
-    """Compute statistics of the path of each top in an ensemble, without storing the states.
+    """Compute statistics of the path of one or of many tops, without storing the states.
 
     reductions  a mapping from names of quantities or of their components to one or several of min,
                 max, mean, variance, last, where_min, where_max, as in {"nutation": ("min", "max")}
@@ -88,8 +89,9 @@ def reduce(
         array([1.023, 1.13 ])
 
     Raises TypeError or ValueError for invalid arguments, before any computation starts. Raises
-    kreisel.Interrupted after Ctrl-C; its attribute `paths` contains the results obtained so far. If
-    the computation for a top fails, its values are NaN, and `status` indicates the reason. The
+    kreisel.Interrupted after Ctrl-C; its attribute `result` contains the results obtained so far.
+    Raises kreisel.Error if the computation for a single scene fails. If it fails for a top of an
+    ensemble, its values are NaN, and `status` indicates the reason. The
     check() method of the result raises kreisel.Error for the first top whose computation failed.
     """
     if reductions is None:
@@ -102,10 +104,13 @@ def reduce(
         every=every,
         max_steps=max_steps,
         reduce=reductions,
-    ).for_tops(validate_type("tops", tops, Ensemble))
+    )
+    ensemble = as_ensemble("tops", tops)
+    options = options.for_tops(ensemble)
     pool = WorkerPool(validate_thread_count(threads, executor), executor)
-    callback, times = validate_progress_callback(progress), validate_times(tops, t, options)
-    return run_ensemble(Reductions, tops, times, options, pool, LANES, callback)
+    callback, times = validate_progress_callback(progress), validate_times(ensemble, t, options)
+    result = run_ensemble(Reductions, ensemble, times, options, pool, LANES, callback)
+    return result.check() if isinstance(tops, Scene) else result
 
 
 def select_slice_runner(options: Options) -> SliceRunner:

@@ -17,16 +17,15 @@ import numpy.typing as npt
 from .._model.batch import BatchParameter
 from .._model.scene import Ensemble, Scene, build_scene_from_table
 from .._model.toml import parse_toml_tables, parse_toml_text_or_file, require_toml_table
-from .._options.methods import FALLBACK
 from .._options.options import ARGUMENTS as OPTIONS
 from .._options.options import Options, make_options, validate_times
 from .._options.quantities import RECORDABLE, TIME
 from .._options.times import get_total_memory
-from .._results.buffers import LANES, STATUSES
+from .._results.buffers import LANES
 from .._results.path import Events, Path
 from .._results.paths import Reductions, run_ensemble
 from .._results.tables import TableColumn, list_quantity_columns
-from .._solve.chaos import Indicator, lyapunov, megno, oli, validate_indicator_arguments
+from .._solve.chaos import INDICATORS, Chaos, chaos, validate_chaos_arguments
 from .._solve.section import Section, section, validate_section_arguments, validate_section_event
 from .._solve.solve import select_slice_runner
 from .._utils.arguments import (
@@ -43,8 +42,8 @@ from ..events import MAKERS, Event, refuse_kinetic
 from ..scenes import about, get_scene
 from .source import Places, RandomSpec, Source, list_parameter_component_names
 
-TaskName = Literal["solve", "lyapunov", "megno", "oli", "section"]
-TaskResult = Path | Reductions | Indicator | Section
+TaskName = Literal["solve", "chaos", "lyapunov", "megno", "oli", "section"]
+TaskResult = Path | Reductions | Chaos | Section
 
 
 @dataclass(frozen=True)
@@ -91,9 +90,8 @@ class SweepTask:
         if self.name == "section":
             waits, options = validate_section_arguments(tops, **self.arguments)
             return options, waits[0]
-        times, _ = validate_indicator_arguments(tops, **self.arguments)
-        controls = {name: self.arguments[name] for name in ("tol", "max_steps")}
-        return make_options(FALLBACK, **controls), times
+        times, options, _ = validate_chaos_arguments(tops, **self.arguments)
+        return options, times
 
     def compute_results_of_tops(
         self,
@@ -105,8 +103,8 @@ class SweepTask:
     ) -> TaskResult:
         """Run the task; refuse the first top to which it does not apply."""
         if self.options is None:
-            function = _FUNCTIONS[self.name]
-            done: TaskResult = function(tops, **self.arguments, threads=threads, progress=progress)
+            function: Callable[..., TaskResult] = section if self.name == "section" else chaos
+            done = function(tops, **self.arguments, threads=threads, progress=progress)
             return done
         if not (options.is_auto or options.has_step_search):
             options.for_tops(tops)
@@ -117,19 +115,14 @@ class SweepTask:
         return result
 
 
-_FUNCTIONS: dict[str, Callable[..., TaskResult]] = {
-    "lyapunov": lyapunov,
-    "megno": megno,
-    "oli": oli,
-    "section": section,
-}
+_CHAOS = ("chaos", *INDICATORS)  # all indicators, or one
 # Parts of a sweep are tables, which cannot store tangents.
 _SOLVE_ARGUMENTS = tuple(name for name in OPTIONS if name != "tangents")
 _OF_CHAOS = {"t": None, "direction": None, "tol": None, "max_steps": 0}
 _OF_SECTION = {"event": None, "n": 500, "max_wait": None, "tol": None, "digits": None}
 _DEFAULTS: dict[str, dict[str, Any]] = {  # {task: the arguments with their defaults}
     "solve": {"t": None, "method": "auto", **dict.fromkeys(_SOLVE_ARGUMENTS)},
-    **dict.fromkeys(("lyapunov", "megno", "oli"), _OF_CHAOS),
+    **dict.fromkeys(_CHAOS, _OF_CHAOS),
     "section": {**_OF_SECTION, "max_steps": 0},
 }
 ARGUMENTS = tuple(dict.fromkeys(name for names in _DEFAULTS.values() for name in names))
@@ -342,7 +335,6 @@ def build_plan_from_dict(plan: Mapping[str, Any], load: Callable[[str], Array]) 
 
 Column = npt.NDArray[Any]
 COUNT = "events"  # name of the column with the number of events of each top
-RATE = {"lyapunov": "T^-1"}  # units of indicators of chaos; all other indicators are dimensionless
 _STATES = {"t": TIME, "q": RECORDABLE["q"], "m": RECORDABLE["m"]}
 EVENT_STATE = [name for quantity in _STATES.values() for name in quantity.components]
 
@@ -365,13 +357,13 @@ def tabulate_sweep_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> Pa
     """Return a table of the tops with the given indices, including their results."""
     results = [
         (name, values, column.unit)
-        for column in _list_result_columns(outcome)
+        for column in _list_result_columns(plan.task.name, outcome)
         for name, values in column.split_components()
     ]
     names = [name for name, _, _ in results]
     part = PartResults({"top": np.arange(tops.start, tops.stop, dtype=np.int64)}, {}, {"top": ""})
     ensemble: Any = (
-        plan.build_ensemble_of_tops(tops) if isinstance(outcome, Indicator) else outcome.scene
+        plan.build_ensemble_of_tops(tops) if isinstance(outcome, Chaos) else outcome.scene
     )
     for name, one in plan.source._list_varying_values(tops.start, tops.stop, ensemble).items():
         flat = one.values.reshape(len(one.values), -1)
@@ -393,21 +385,28 @@ def tabulate_sweep_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> Pa
     return part
 
 
-def _list_result_columns(outcome: TaskResult) -> list[TableColumn]:
+def _list_result_columns(task: str, outcome: TaskResult) -> list[TableColumn]:
     """Return the columns that contain the results of the tops, excluding their parameters."""
     top, time = ("top",), ("top", "time")
-    if isinstance(outcome, Indicator):
-        name, curve, unit = outcome.name, outcome.curve, RATE.get(outcome.name, "")
-        names, indices = np.unique(outcome.status, return_inverse=True)
-        codes = np.array([STATUSES.index(each) for each in names], dtype=np.int8)
+    if isinstance(outcome, Chaos):
+        names = [task] if task in INDICATORS else [*INDICATORS]
+        ends, curves = (
+            [
+                TableColumn(
+                    name + ending, dims, getattr(outcome, name + ending), INDICATORS[name][0]
+                )
+                for name in names
+            ]
+            for dims, ending in ((top, ""), (time, "_curve"))
+        )
+        verdict = ("certificate", "is_chaotic", "is_doubtful")
+        times = np.broadcast_to(outcome.t, (outcome.size, outcome.t.size))
         return [
-            TableColumn("status", top, codes[indices]),
-            TableColumn(name, top, curve[:, -1], unit),
-            TableColumn("certificate", top, outcome.certificate),
-            TableColumn("is_chaotic", top, np.asarray(outcome.is_chaotic)),
-            TableColumn("is_doubtful", top, np.asarray(outcome.is_doubtful)),
-            TableColumn("t", time, np.broadcast_to(outcome.t, curve.shape), TIME.dimension),
-            TableColumn(f"{name}_curve", time, curve, unit),
+            TableColumn("status", top, outcome._buffers.status),
+            *ends,
+            *(TableColumn(name, top, getattr(outcome, name)) for name in verdict),
+            TableColumn("t", time, times, TIME.dimension),
+            *curves,
         ]
     result: Any = outcome._many if isinstance(outcome, Path) else outcome
     buffers = result._buffers

@@ -21,7 +21,7 @@ from .._options.options import (
     validate_thread_count,
 )
 from .._results.buffers import STATUSES, EventColumns
-from .._results.path import Events, build_event_path
+from .._results.path import Events, Interrupted, build_event_path
 from .._results.path import Path as TopPath
 from .._results.tables import ColumnTable, TableColumn
 from .._utils.arguments import (
@@ -374,22 +374,6 @@ def read_sweep(folder: str | os.PathLike[str], *, partial: bool = False) -> Swee
     return SweepResult(open_sweep_store(folder), as_bool("partial", partial))
 
 
-class SweepInterrupted(KeyboardInterrupt):
-    """Exception raised by Ctrl-C during a sweep; calling kreisel.sweep again continues the sweep.
-
-    sweep  a kreisel.SweepResult with the finished parts
-    """
-
-    __module__ = "kreisel"  # a traceback then shows the public name
-
-    def __init__(self, message: str, sweep: SweepResult) -> None:
-        super().__init__(message)
-        self.sweep = sweep
-
-    def __reduce__(self) -> tuple[type[SweepInterrupted], tuple[str, SweepResult]]:
-        return type(self), (str(self), self.sweep)
-
-
 def sweep(
     tops: Source | Ensemble | str | os.PathLike[str],
     t: Numbers | None = None,
@@ -472,7 +456,8 @@ def sweep(
     ValueError if the folder contains a different plan, and FileExistsError if it contains files but
     no plan. Raises OSError if the folder cannot be written, and ImportError if pyarrow is not
     installed. During the computation, raises OSError if a file cannot be written, and RuntimeError
-    if an executor loses parts. Ctrl-C raises kreisel.SweepInterrupted. Finished parts are kept.
+    if an executor loses parts. Ctrl-C raises kreisel.Interrupted, whose `result` has the finished
+    parts; calling kreisel.sweep again continues the sweep.
     """
     given, defaults = locals(), {"method": "auto", "max_steps": 0}
     arguments = {}
@@ -502,7 +487,7 @@ def sweep(
             f"interrupted: {len(part_range) - done} of {len(part_range)} parts are left; "
             f"repeating the call resumes the sweep in {store.folder}"
         )
-        raise SweepInterrupted(message, result) from None
+        raise Interrupted(message, result=result) from None
     return SweepResult(store)
 
 

@@ -75,7 +75,7 @@ with tempfile.TemporaryDirectory() as folder:
 try:
     kr.solve(tops, 10).check()
 except kr.Error as error:
-    print(error.path.t, error.paths.failed)
+    print(error.path.t, error.result.failed)
 record = kr.Record(times, {"apex": kr.solve(scene, times).apex}, sigma=0.1, free="delay")
 fit = kr.fit(scene, [record], ("start", "lever"), loss="soft", max_evaluations=50)
 value, sigma = fit.error_of(lambda top: top.body.moments)
