@@ -55,7 +55,6 @@ def _parse_sigma_options(texts: tuple[str, ...]) -> float | dict[str, float] | N
     type=Name(FREE, is_list=True),
     default="start,moments",
     show_default=True,
-    metavar="NAME[,...]",
     help="The parameters to estimate.",
 )
 @click.option(
@@ -74,7 +73,6 @@ def _parse_sigma_options(texts: tuple[str, ...]) -> float | dict[str, float] | N
 @click.option(
     "--instrument",
     type=Name(INSTRUMENT, is_list=True),
-    metavar="NAME[,...]",
     help="Properties of the instrument to estimate: bias, scale, mounting, delay.",
 )
 @click.option(

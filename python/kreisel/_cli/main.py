@@ -33,14 +33,13 @@ from .fit import fit
 from .options import (
     METHOD,
     SCENE,
-    TIMES,
     Command,
     Name,
     OutputFile,
+    T,
     TimeSequence,
     UsageError,
     parse_number_list,
-    parse_times,
 )
 from .outputs import print_table, write_bytes
 from .solve import resume, solve
@@ -187,11 +186,10 @@ def report(ctx: click.Context, arguments: tuple[str, ...]) -> None:
 
 @click.command(cls=Command)
 @click.argument("scene", type=SCENE)
-@click.option("--t", type=parse_times, required=True, metavar="TIME[,...]", help=TIMES)
+@T
 @click.option(
     "--methods",
     type=Name(known, is_list=True),
-    metavar="NAME[,...]",
     help="Names of methods; default: all that apply to the scene.",
 )
 @click.option(
@@ -211,7 +209,6 @@ def report(ctx: click.Context, arguments: tuple[str, ...]) -> None:
     type=METHOD,
     default="taylor",
     show_default=True,
-    metavar="NAME",
     help="The method of the reference solution, with 20 digits, tol 1e-13 or a fine step.",
 )
 @click.option(

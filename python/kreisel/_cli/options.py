@@ -79,6 +79,7 @@ class Name(click.types.StringParamType):
 
     def __init__(self, known: Iterable[str], is_list: bool = False) -> None:
         self._known, self._is_list = tuple(known), is_list
+        self.name = "NAME[,...]" if is_list else "NAME"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         return value.split(",") if self._is_list and isinstance(value, str) else value
@@ -182,20 +183,21 @@ class OutputFile(click.Path):
 
 def _refuse_second_use_of_file(file: str, param: click.Parameter, ctx: click.Context) -> None:
     """Raise UsageError if a file that a command writes is also another file of the command."""
-    is_output = isinstance(param.type, OutputFile)
-    if (file == "-" and not is_output) or (file != "-" and File(file).is_char_device()):
+    option = param.opts[0] if isinstance(param.type, OutputFile) else ""
+    if (file == "-" and not option) or (file != "-" and File(file).is_char_device()):
         return  # standard input, or a device such as /dev/null, which several outputs may share
-    path = "-" if file == "-" else os.path.realpath(file)
-    owner = f"{param.opts[0]} {file}" if is_output else file
+    owner = f"{option} {file}".lstrip()
     name = param.type.replaces if isinstance(param.type, OutputFile) else param.name
-    other, is_other_output, other_name = ctx.meta.get(path, (owner, False, name))
-    if (is_output or is_other_output) and not (is_output != is_other_output and name == other_name):
-        output, file = (owner, other) if is_output else (other, owner)
-        raise UsageError(f"{output}: {file} is the same file")
-    ctx.meta[path] = owner, is_output, name
+    path = "-" if file == "-" else os.path.realpath(file)
+    if path in ctx.meta:
+        other_option, other, other_name = ctx.meta[path]
+        is_replaced = bool(option) != bool(other_option) and name == other_name
+        if (option or other_option) and not is_replaced:
+            output, file = (owner, other) if option else (other, owner)
+            raise UsageError(f"{output}: {file} is the same file")
+    ctx.meta[path] = option, owner, name
 
 
-TIMES = "The final time, or the times to record: comma-separated numbers and grids start:end:step."
 _COUNTABLE = 2.0**53
 
 
@@ -258,6 +260,16 @@ def parse_times(words: str) -> TimeSequence:
                 )
             last = t
     return TimeSequence(grids, len(grids) == 1 and ":" not in words)
+
+
+T = click.option(
+    "--t",
+    type=parse_times,
+    required=True,
+    metavar="TIME[,...]",
+    help="The final time, or the times to record: comma-separated numbers and grids "
+    "start:end:step.",
+)
 
 
 def _parse_time_grid(word: str) -> tuple[float, float, range]:

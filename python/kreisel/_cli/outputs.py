@@ -25,7 +25,7 @@ from .._core import values as values_of
 from .._core import version
 from .._options.quantities import ANGLES, LOW
 from .._results.archive import encode_path_as_archive
-from .._results.path import Error, Events, Interrupted, Path
+from .._results.path import Error, Events, Interrupted, Path, join_path_events
 from .._results.quantities import NO_STATES
 from .._results.tables import (
     columns,
@@ -281,7 +281,7 @@ class RunOutputs:
             raise failures[0]
 
     def _tabulate_events(self, has_units: bool = True) -> dict[str, list[Any]]:
-        events = _join_events(self._events)
+        events = join_path_events(self._events)
         table = columns(events.path, self._names, self._degrees)
         heads = format_column_heads(events.path, self._names, self._degrees) if has_units else {}
         return {
@@ -333,7 +333,7 @@ def _join_paths(pieces: list[Path]) -> Path:
     if len(pieces) == 1:
         return last
     parts = [piece._events for piece in pieces if piece._events is not None]
-    events = _join_events(parts) if parts else None
+    events = join_path_events(parts) if parts else None
     if last.want is not None:
         names: tuple[str, ...] = ("t", *last.want)
         table = {n: np.concatenate([getattr(p, n) for p in pieces]) for n in names}
@@ -341,13 +341,6 @@ def _join_paths(pieces: list[Path]) -> Path:
     low = None if last._low is None else np.concatenate([p._low for p in pieces])
     states = np.concatenate([piece.states for piece in pieces])
     return replace(last, states=states, _events=events, _low=low)
-
-
-def _join_events(parts: list[Events]) -> Events:
-    which, direction = (
-        np.concatenate([getattr(part, name) for part in parts]) for name in ("which", "direction")
-    )
-    return Events(_join_paths([part.path for part in parts]), which, direction)
 
 
 _ENDS = 20  # rows printed at each end of a table that is not printed as a whole

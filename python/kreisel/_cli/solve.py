@@ -22,15 +22,14 @@ from ..events import MAKERS
 from .options import (
     METHOD,
     SCENE,
-    TIMES,
     Command,
     InputFile,
     Name,
+    T,
     TimeSequence,
     UsageError,
     get_binary_stdin,
     parse_event,
-    parse_times,
 )
 from .outputs import RunOutputs, add_output_options
 
@@ -46,7 +45,6 @@ def _describe_scene_files() -> str:
     return "\n".join(lines)
 
 
-_T = click.option("--t", type=parse_times, required=True, metavar="TIME[,...]", help=TIMES)
 _EVERY = click.option(
     "--every", type=int, help="Record the state after every N steps, up to the time --t."
 )
@@ -54,13 +52,12 @@ _EVERY = click.option(
 
 @click.command(cls=Command, epilog=_describe_scene_files())
 @click.argument("scene", type=SCENE)
-@_T
+@T
 @click.option(
     "--method",
     type=METHOD,
     default="auto",
     show_default=True,
-    metavar="NAME",
     help="One of `kreisel methods`, auto, or geometric, which chooses a method that meets --error.",
 )
 @click.option("--step", type=float, help="The step of fixed-step methods.")
@@ -74,7 +71,6 @@ _EVERY = click.option(
 @click.option(
     "--want",
     type=Name(RECORDABLE, is_list=True),
-    metavar="NAME[,...]",
     help="Quantities to record instead of states, such as nutation,energy (see `kreisel "
     "quantities`).",
 )
@@ -115,7 +111,7 @@ def solve(scene: Scene, t: TimeSequence, events: tuple[str, ...], **words: Any) 
 
 @click.command(cls=Command)
 @click.argument("run", type=InputFile(allow_dash=True))
-@_T
+@T
 @_EVERY
 @click.option("--max-steps", type=int, help="A new limit on the number of steps.")
 @add_output_options

@@ -1246,7 +1246,7 @@ def add_events_to_path(path: Path, core_events: CoreEvents) -> Path:
     return replace(path, _events=Events(event_path, which, direction))
 
 
-def _join_path_events(event_parts: list[Events]) -> Events:
+def join_path_events(event_parts: list[Events]) -> Events:
     """Concatenate the events of consecutive paths, and return the result."""
     states = np.concatenate([one.states for one in event_parts])
     low = np.concatenate([low for one in event_parts if (low := one.path._low) is not None])
@@ -1279,7 +1279,7 @@ class ColumnRecorder:
     def build_recorded_path(self, last: Path) -> Path:
         """Build a path from the recorded quantities and events."""
         columns = {name: column[: self._done] for name, column in self._arrays.items()}
-        events = _join_path_events(self._events) if self._events else None
+        events = join_path_events(self._events) if self._events else None
         options = replace(last._options, want=self._want)
         return replace(
             last, states=NO_STATES, _options=options, _low=None, _events=events, _columns=columns

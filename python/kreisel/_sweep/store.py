@@ -255,18 +255,11 @@ _IN_FLIGHT = 256
 _PROGRESS_SECONDS = 0.1  # minimal time between two calls of progress
 
 
-def compute_sweep_part(
-    store: SweepStore, tops: range, threads: int, progress: Progress | None
-) -> PartResults:
-    return tabulate_sweep_part(
-        store.plan, tops, store.plan.compute_results_of_tops(tops, threads, progress)
-    )
-
-
 def compute_and_store_part(store: SweepStore, i: int, progress: Progress | None = None) -> int:
     """Compute part i in a single thread and write its file; return the number of tops."""
     tops = store.plan.list_tops_of_part(i)
-    store.write_part(i, compute_sweep_part(store, tops, 1, progress))
+    outcome = store.plan.compute_results_of_tops(tops, 1, progress)
+    store.write_part(i, tabulate_sweep_part(store.plan, tops, outcome))
     return len(tops)
 
 
@@ -310,7 +303,8 @@ def compute_parts(
             for i in parts:
                 tops = plan.list_tops_of_part(i)
                 report_share = progress and partial(report_part, done, len(tops))
-                part = compute_sweep_part(store, tops, threads, report_share)
+                outcome = plan.compute_results_of_tops(tops, threads, report_share)
+                part = tabulate_sweep_part(plan, tops, outcome)
                 with defer_signals():
                     if future is not None:
                         future.result()
