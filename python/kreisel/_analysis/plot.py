@@ -20,12 +20,7 @@ if TYPE_CHECKING:
 
 
 def compute_angle_between_paths(a: Path, b: Path) -> AngleBetweenPaths:
-    """Return the angle between the attitudes along two paths at common times.
-
-    If one of the paths does not store its attitude, the angle between the apex directions of the
-    two tops is returned. If the paths have different times, they are compared in the time interval
-    common to both. One of the paths is recomputed at the times of the other.
-    """
+    """Return the angle between the attitudes or else apexes of two paths at common times."""
     from .._plot.charts import AngleBetweenPaths
 
     a, b = _restrict_paths_to_common_times(a, b)
@@ -59,7 +54,6 @@ def _restrict_paths_to_common_times(a: Path, b: Path) -> tuple[Path, Path]:
 
 
 def _get_attitudes_with_low_words(path: Path) -> tuple[Array, Array]:
-    """Return the attitudes along a path, and their low-order parts (beyond double precision)."""
     has_low = path.want is None or "q_low" in path.want
     return path.q, path.q_low if has_low else np.zeros_like(path.q)
 
@@ -132,7 +126,6 @@ def _compute_angle_between_motions(a: Path, b: Path) -> AngleBetweenPaths:
 def _validate_plot_paths_and_axes(
     path: object, more: tuple[object, ...], axes: Iterable[Axes] | None
 ) -> tuple[Sequence[Path], Any]:
-    """Return the paths and the axes given by the arguments of `plot`."""
     if isinstance(path, Path) and more and all(isinstance(one, Path) for one in more):
         return [path, *cast(tuple[Path, ...], more)], axes
     if len(more) > 1 or (more and axes is not None):

@@ -49,7 +49,6 @@ def open_chart(axes: Axes | None, width: float = 6.0, height: float = 4.0) -> Ax
 
 
 def apply_chart_style(chart: Axes) -> None:
-    """Set the grid, frame, ticks and font sizes of a chart."""
     chart.grid(True, alpha=0.25, linewidth=0.6)
     chart.spines[["top", "right"]].set_visible(False)
     chart.tick_params(labelsize=8, length=3)
@@ -69,10 +68,7 @@ def make_legend_entry(label: str, colour: str, **style: Any) -> Line2D:
 
 
 def format_axis_label(name: str, dimension: str, time_unit: str) -> str:
-    """Return the label of an axis: a name and, if there is one, a unit such as M L^2 T^-1.
-
-    The letter T in `dimension` is replaced by the unit of time, and deg by the sign of degrees.
-    """
+    """Return the label of an axis: a name and, if there is one, a unit such as M L^2 T^-1."""
     if not dimension:
         return name
     parts = [
@@ -83,7 +79,6 @@ def format_axis_label(name: str, dimension: str, time_unit: str) -> str:
 
 
 def format_time_axis_label(unit: str) -> str:
-    """Return the label of a time axis."""
     return format_axis_label("time", "T", unit)
 
 
@@ -205,7 +200,6 @@ def _draw_path_panels(
     angle: tuple[float, str],
     time: str,
 ) -> None:
-    """Draw a path and its events, with angles in the given unit."""
     sphere, nutation_axes, precession_axes = axes
     unit, sign = angle
     try:
@@ -481,12 +475,7 @@ def draw_section_points(
     top: npt.NDArray[np.int64],
     classes: npt.NDArray[np.int8] | None,
 ) -> Axes:
-    """Draw the points of a Poincaré section, and return the axes.
-
-    points   the coordinates (e,) across and upwards
-    top      (e,) the index of the top of each point
-    classes  for each top, the index of its class in CLASSES; None: a colour for each top
-    """
+    """Draw points (e,) of tops; colours tell the tops, or their classes in CLASSES, apart."""
     chart = open_chart(axes, 5.2, 4.4)
     x, y = points
     size = float(np.clip(_INK / max(len(x), 1), _SMALLEST, _LARGEST))

@@ -52,11 +52,7 @@ _ROUND = 24  # flat sides that approximate a round tube
 def project_to_view(
     points: Array, elevation: float = 20.0, azimuth: float = 0.0
 ) -> tuple[Array, Array, Array]:
-    """Project points onto three directions: right, up, and towards the viewer.
-
-    The viewing direction is given by its elevation above the horizontal plane and its azimuth
-    [degrees].
-    """
+    """Project points onto the directions right, up and towards the viewer (angles in degrees)."""
     e, a = np.radians((elevation, azimuth))
     x, y, z = np.moveaxis(np.asarray(points), -1, 0)
     horizontal, distance = x * np.cos(a) + y * np.sin(a), y * np.cos(a) - x * np.sin(a)
@@ -114,7 +110,6 @@ def draw_solid_faces(
 
 
 def set_equal_scale_and_hide_frame(axes: Axes) -> None:
-    """Hide the frame and the ticks, and set an equal scale on both axes."""
     axes.set_aspect("equal")
     axes.autoscale_view()
     axes.axis("off")
@@ -156,10 +151,7 @@ def draw_tube(
 def draw_start_and_scale_bar(
     centre: Array, axes: Axes, unit: str, elevation: float = 20.0, azimuth: float = 0.0
 ) -> None:
-    """Mark the first point of a curve, and draw a scale bar below the curve.
-
-    The length of the scale bar is 1, 2 or 5 times a power of ten.
-    """
+    """Mark the first point of a curve, and draw a scale bar of 1, 2 or 5 times a power of ten."""
     ink = matplotlib.rcParams["text.color"]
     x, y, _ = project_to_view(centre, elevation, azimuth)
     axes.plot(x[:1], y[:1], "o", color=ink, markersize=4, zorder=4)
@@ -380,11 +372,7 @@ def draw_floor_sphere_and_stand(axes: Axes, floor: float) -> None:
 
 
 def draw_body_shadow(axes: Axes, corners: Array, floor: float) -> PathCollection:
-    """Draw the shadow of a body on the floor, given the corners of its faces.
-
-    Because the light source has a finite size, the shadow is sharp only where the body is close to
-    the floor.
-    """
+    """Draw the shadow, which is sharp only near the floor, as the lamp has a finite size."""
     height = corners[..., 2:] - floor
     outlines = []
     for k in range(_POINTS):  # the points of the lamp lie on a spiral
@@ -404,7 +392,6 @@ def draw_body_shadow(axes: Axes, corners: Array, floor: float) -> PathCollection
 
 
 def _join_faces_to_outline(faces: Array) -> Outline:
-    """Combine the faces into a single path that encloses their union."""
     x, y = np.moveaxis(faces, -1, 0)
     faces = faces[_compute_signed_areas(x, y) > 0.0]  # faces away from the lamp cover the same area
     corners = np.concatenate([faces, faces[:, :1]], axis=1).reshape(-1, 2)
@@ -413,7 +400,6 @@ def _join_faces_to_outline(faces: Array) -> Outline:
 
 
 def _project_horizontal_points(places: Array, height: float) -> Array:
-    """Project points in a horizontal plane onto the picture."""
     points = np.concatenate([places, np.full_like(places[..., :1], height)], axis=-1)
     return np.stack(project_to_view(points)[:2], axis=-1)
 
@@ -469,7 +455,6 @@ class Film:
         return _encode_html(self).decode()
 
     def _draw_frames(self) -> Iterator[Figure]:
-        """Yield the figure once for each frame, after redrawing it."""
         figure = Figure(figsize=(self._size / _DPI,) * 2, dpi=_DPI)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         quads, colours = build_solid_faces(self._body)
@@ -511,10 +496,7 @@ class Film:
 
 
 def _find_floor_height(quads: Array, q: Array, apex: Array) -> float:
-    """Return the height of a floor that lies below the body and the trace of its apex.
-
-    If the body always stays above the fixed point, the floor is at height 0.
-    """
+    """Return the height of a floor below the body and its trace; 0 above the fixed point."""
     corners = np.unique(quads.reshape(-1, 3), axis=0)
     lowest = min(float(_rotate(one, corners)[:, 2].min()) for one in q)
     return max(min(lowest, float(apex[:, 2].min())), -1.0) if lowest < -_LEVEL else 0.0
@@ -528,10 +510,7 @@ def make_film(
     size: int,
     time_unit: str | None = None,
 ) -> Film:
-    """Return an animation of a path, and save it if `file` is given.
-
-    All arguments are validated before any state is computed.
-    """
+    """Return an animation of a path; all arguments are validated before any state is computed."""
     make = None if file is None else select_film_encoder(file)
     rate, wide = as_int("fps", fps, 1), as_int("size", size, 16)
     unit = None if time_unit is None else as_unit_name("time_unit", time_unit)
@@ -554,12 +533,7 @@ def make_film(
 
 
 def _rotate_lean_to_side(q: Array, apex: Array) -> tuple[Array, Array]:
-    """Rotate all states about the vertical so that the body leans to the side in the picture.
-
-    After the rotation, the apex of the first clearly tilted state points to the right of the
-    picture and slightly towards the viewer. If no state is clearly tilted, the most tilted state is
-    used instead.
-    """
+    """Rotate all states about the vertical so that the first clear tilt is seen from the side."""
     lean = np.hypot(apex[:, 0], apex[:, 1])
     index = int(np.argmax(lean >= min(_LEAN, float(lean.max()))))
     if not lean[index] > 0.0:
@@ -570,10 +544,7 @@ def _rotate_lean_to_side(q: Array, apex: Array) -> tuple[Array, Array]:
 
 
 def _count_steps_between_frames(length: float, speed: float, size: int) -> int:
-    """Return the number of frames minus one, for a path of `length` frames at the speed 1.
-
-    Raises ValueError if all frames together have too many pixels.
-    """
+    """Return the number of frames minus one, for a path of `length` frames at the speed 1."""
     frames, most = max(length / speed + 1.0, 2.0), MOST_PIXELS // size**2
     if frames <= MOST_PIXELS and round(frames) <= most:
         return round(frames) - 1
@@ -589,10 +560,7 @@ def _count_steps_between_frames(length: float, speed: float, size: int) -> int:
 
 
 def select_film_encoder(file: str | os.PathLike[str]) -> Callable[[Film], bytes]:
-    """Return the function that encodes animations in the format of the given file.
-
-    Raises ValueError for an unknown suffix, and OSError if the file cannot be written.
-    """
+    """Return the encoder for the suffix of a file, which must be writable."""
     suffix = File(file).suffix.lower()
     if suffix not in _MAKERS:
         raise ValueError(f"file must end in one of {', '.join(_MAKERS)}, not {os.fspath(file)!r}")
@@ -626,11 +594,7 @@ def _encode_gif(film: Film) -> bytes:
 
 
 def _choose_gif_palette(image: Image.Image) -> Image.Image:
-    """Return an image that contains the palette of an animation.
-
-    The palette contains the most frequent colours of the first frame. The colours of thin lines and
-    of text are added to the palette, because they are rare in the first frame.
-    """
+    """Return the palette of the first frame, with the rare colours of thin lines and text."""
     ground = np.array(image.getpixel((0, 0)))
     ink = matplotlib.rcParams["text.color"]
     shades = [(colour, part) for colour in (ink, RED, FAINT) for part in (1.0, 0.75, 0.5, 0.25)]
@@ -653,7 +617,6 @@ def _encode_html(film: Film) -> bytes:
 
 
 def _encode_frames(film: Film, writer: AbstractMovieWriter, suffix: str) -> bytes:
-    """Write the frames to a temporary file, and return its contents."""
     frames = film._draw_frames()
     with tempfile.TemporaryDirectory() as folder:
         file = File(folder, f"film{suffix}")

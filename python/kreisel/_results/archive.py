@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, fields, replace
-from typing import Any, BinaryIO, NamedTuple
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from .._core import tangents as TANGENTS
 from .._core import version
-from .._model.scene import Ensemble, Scene, parse_scene_toml
+from .._model.scene import Ensemble, parse_scene_toml
 from .._options.options import Options, validate_requested_quantities
 from .._options.plan import StepChoice
-from .._options.quantities import LOW, QUANTITIES, RECORDABLE
+from .._options.quantities import LOW, QUANTITIES, RECORDABLE, QuantityDescription
 from .._utils.arguments import Array, as_float, as_int, short_repr
 from .._utils.files import ArchiveReader, Integers, pack_archive
 from .buffers import STATUSES, EnsembleBuffers, EventColumns
-from .error import ORIGIN, RunStart
+from .error import RunStart
 from .quantities import NO_STATES, PathBase, Stats, TangentData
 
 _FORMAT = 1  # version of the archive's layout: the header's entries and the names of the arrays
@@ -26,32 +26,11 @@ _EVENTS = "events_"
 _MET = "which", "direction"
 
 
-class PathConstructorArguments(NamedTuple):
-    """The constructor arguments of a kreisel.Path."""
-
-    scene: Scene
-    states: Array
-    stats: Stats
-    options: Options
-    is_back: bool
-    low: Array | None = None
-    columns: dict[str, Array] | None = None
-    events: Any = None  # a kreisel.Events
-    choice: StepChoice | None = None
-    carried: TangentData | None = None
-    origin: RunStart = ORIGIN
-
-    @property
-    def t(self) -> Array:
-        """(n,) times [T]."""
-        return self.states[:, 0] if self.columns is None else self.columns["t"]
-
-
+PathArguments = dict[str, Any]  # keyword arguments of kreisel.Path
 EventArrays = tuple[PathBase, Integers, Integers]  # states at the events, indices, directions
 
 
 def encode_path_as_archive(path: PathBase, events: EventArrays | None) -> bytes:
-    """Write a path and its recorded events to an archive, and return its bytes."""
     head = {
         "kreisel": version,
         "format": _FORMAT,
@@ -81,7 +60,6 @@ SavedEnsemble = tuple[Ensemble, Array, Options, EnsembleBuffers]
 def encode_ensemble_as_archive(
     tops: Ensemble, t: Array, options: Options, buffers: EnsembleBuffers
 ) -> bytes:
-    """Write the results of an ensemble to an archive, and return its bytes."""
     events = [np.concatenate(column) for column in zip(*buffers.events, strict=True)]
     given = {f"given_{name}": np.asarray(values) for name, values in tops.coords.items()}
     head = {
@@ -111,7 +89,6 @@ def encode_ensemble_as_archive(
 
 
 def _read_saved_ensemble(archive: ArchiveReader, head: dict[str, Any]) -> SavedEnsemble:
-    """Return the ensemble of an archive, with its times, options and results."""
     scenes = [parse_scene_toml(text) for text in head["scenes"]]
     tops, options = Ensemble.of(scenes).reshape(tuple(head["shape"])), Options.from_json(head)
     given = {
@@ -142,7 +119,7 @@ def _read_saved_ensemble(archive: ArchiveReader, head: dict[str, Any]) -> SavedE
             raise ValueError("its last states have the wrong shape")
         buffers.last[int(i)] = archive.read_archive_doubles(f"last_{i}", *shape)
     for i, choice in head["chosen"]:
-        buffers.chosen[int(i)] = _build_step_choice_from_dict(_require_json_object(choice))
+        buffers.chosen[int(i)] = _build_step_choice_from_dict(choice)
     buffers.messages = {int(i): str(text) for i, text in head["messages"]}
     k = as_int("event_count", head["event_count"], 0)
     if options.requests_events:
@@ -172,15 +149,8 @@ def _get_state_arrays_by_name(path: PathBase, prefix: str) -> dict[str, Array]:
 
 def read_saved_path_arguments(
     file: BinaryIO, size: int
-) -> (
-    SavedEnsemble
-    | tuple[PathConstructorArguments, tuple[PathConstructorArguments, Integers, Integers] | None]
-):
-    """Read a path from a file of `size` bytes, together with its events if there are any.
-
-    The events are returned as a tuple (path, indices, directions), where the path holds their
-    states. Raises ValueError if the file is not an archive written by encode_path_as_archive.
-    """
+) -> SavedEnsemble | tuple[PathArguments, tuple[PathArguments, Integers, Integers] | None]:
+    """Read a path with its events (path, indices, directions), or the results of an ensemble."""
     archive = ArchiveReader(file, size)
     try:
         head = _require_json_object(json.loads(archive.read_archive_text("head")))
@@ -188,27 +158,36 @@ def read_saved_path_arguments(
             raise ValueError(f"its format {head['format']} belongs to a later version of kreisel")
         if "scenes" in head:
             return _read_saved_ensemble(archive, head)
-        words = _parse_archive_header(head, parse_scene_toml(archive.read_archive_text("scene")))
-        if head["events"] is not None:
-            words = words._replace(options=replace(words.options, events=()))
-        path = _read_path_arrays(archive, "", words, head)
+        scene = parse_scene_toml(archive.read_archive_text("scene"))
+        if not isinstance(head["stats"], list):
+            raise TypeError("stats must be a list of numbers")
+        step = None if head["step"] is None else as_float("step", head["step"])
+        recorded = {"step": step and abs(step), "want": None, "events": None, "tangents": None}
+        options = Options.from_json(head | recorded).with_heading(scene)
+        choice, events = head["choice"], head["events"]
+        words: PathArguments = {
+            "scene": scene,
+            "stats": Stats(*(as_int("a number of the stats", n, 0) for n in head["stats"])),
+            "_options": options if events is None else replace(options, events=()),
+            "_is_back": step is not None and step < 0.0,
+            "_choice": None if choice is None else _build_step_choice_from_dict(choice),
+            "_origin": RunStart.from_json(head.get("start")),
+        }
+        path = words | _read_path_arrays(archive, "", words["_options"], head)
         if head.get("tangents") is not None:
-            path = path._replace(
-                carried=_read_tangents_from_archive(archive, len(path.t), head["tangents"])
+            path["_tangent_data"] = _read_tangents_from_archive(
+                archive, len(path["states"]), head["tangents"]
             )
-        if head["events"] is None:
+        if events is None:
             return path, None
-        event_arguments = _read_path_arrays(
-            archive, _EVENTS, words, _require_json_object(head["events"])
-        )
+        rows = _read_path_arrays(archive, _EVENTS, words["_options"], _require_json_object(events))
     except (KeyError, RecursionError, TypeError) as error:
         raise ValueError(f"its header is damaged: {error}") from None
-    which, direction = (
-        archive.read_archive_integers(_EVENTS + name, len(event_arguments.t)) for name in _MET
-    )
+    n = len(rows["_columns"]["t"] if "_columns" in rows else rows["states"])
+    which, direction = (archive.read_archive_integers(_EVENTS + name, n) for name in _MET)
     if not (np.abs(direction) == 1).all() or which.min(initial=0) < 0:
         raise ValueError("its events are damaged")
-    return path, (event_arguments, which, direction)
+    return path, (words | rows, which, direction)
 
 
 def _require_json_object(value: object) -> dict[str, object]:
@@ -217,40 +196,8 @@ def _require_json_object(value: object) -> dict[str, object]:
     return value
 
 
-def _parse_archive_header(head: dict[str, object], scene: Scene) -> PathConstructorArguments:
-    """Return a path without arrays, built from the JSON object `head` in the archive header.
-
-    Raises KeyError, TypeError or ValueError if a field of the header is missing or invalid.
-    """
-    if not isinstance(head["stats"], list):
-        raise TypeError("stats must be a list of numbers")
-    step = None if head["step"] is None else as_float("step", head["step"])
-    recorded = {"step": step and abs(step), "want": None, "events": None, "tangents": None}
-    options = Options.from_json(head | recorded)
-    costs = Stats(*(as_int("a number of the stats", n, 0) for n in head["stats"]))
-    choice = (
-        None
-        if head["choice"] is None
-        else _build_step_choice_from_dict(_require_json_object(head["choice"]))
-    )
-    is_back = step is not None and step < 0.0
-    origin = RunStart.from_json(head.get("start"))
-    return PathConstructorArguments(
-        scene,
-        NO_STATES,
-        costs,
-        options.with_heading(scene),
-        is_back,
-        choice=choice,
-        origin=origin,
-    )
-
-
-def _build_step_choice_from_dict(words: dict[str, object]) -> StepChoice:
-    """Return the step chosen by method='geometric', parsed from the JSON object `words`.
-
-    Raises KeyError or TypeError if a field of the JSON object is missing or has the wrong type.
-    """
+def _build_step_choice_from_dict(head: object) -> StepChoice:
+    words = _require_json_object(head)
     for field in fields(StepChoice):
         if type(words[field.name]).__name__ != field.type:
             raise TypeError(
@@ -261,7 +208,6 @@ def _build_step_choice_from_dict(words: dict[str, object]) -> StepChoice:
 
 
 def _read_tangents_from_archive(archive: ArchiveReader, n: int, head: object) -> TangentData:
-    """Read the tangents of `n` states from an archive, and return them."""
     words = _require_json_object(head)
     names, rest = words["by"], as_float("rest", words["rest"])
     if (
@@ -278,29 +224,25 @@ def _read_tangents_from_archive(archive: ArchiveReader, n: int, head: object) ->
 
 
 def _read_path_arrays(
-    archive: ArchiveReader, prefix: str, words: PathConstructorArguments, head: dict[str, object]
-) -> PathConstructorArguments:
-    """Read the arrays of a path from an archive."""
+    archive: ArchiveReader, prefix: str, options: Options, head: dict[str, object]
+) -> PathArguments:
+    def read(t: Array, quantities: Iterable[QuantityDescription]) -> list[Array]:
+        return [
+            archive.read_archive_doubles(prefix + each.name, len(t), *each.shape)
+            for each in quantities
+        ]
+
     want, is_low = head["want"], head["low"]
     if not isinstance(is_low, bool):
         raise TypeError(f"low must be true or false, not {short_repr(is_low)}")
     t = archive.read_archive_doubles(f"{prefix}t", None)
     if want is not None:
         names = validate_requested_quantities(want) or ()
-        columns = {
-            name: archive.read_archive_doubles(prefix + name, len(t), *RECORDABLE[name].shape)
-            for name in names
-        }
-        options = replace(words.options, want=names)
-        return words._replace(options=options, columns={"t": t} | columns)
-    low = None
-    if is_low:
-        rest = (
-            archive.read_archive_doubles(prefix + name, len(t), *LOW[name].shape) for name in LOW
+        columns = {"t": t} | dict(
+            zip(names, read(t, [RECORDABLE[name] for name in names]), strict=True)
         )
-        low = np.column_stack([np.zeros(len(t)), *rest])
-    rows = (
-        archive.read_archive_doubles(prefix + name, len(t), *QUANTITIES[name].shape)
-        for name in ("q", "m")
-    )
-    return words._replace(states=np.column_stack([t, *rows]), low=low)
+        options = replace(options, want=names)
+        return {"states": NO_STATES, "_options": options, "_columns": columns}
+    low = np.column_stack([np.zeros(len(t)), *read(t, LOW.values())]) if is_low else None
+    states = np.column_stack([t, *read(t, [QUANTITIES["q"], QUANTITIES["m"]])])
+    return {"states": states, "_low": low}

@@ -42,7 +42,6 @@ class EventColumns(NamedTuple):
     def select_and_renumber_events(
         self, indices: npt.NDArray[np.intp], numbers: Counts
     ) -> EventColumns:
-        """Return the events at `indices`, with the column `top` replaced by `numbers`."""
         states, low = self.states[indices], self.low[indices]
         return EventColumns(numbers, states, low, self.which[indices], self.direction[indices])
 
@@ -119,10 +118,7 @@ class EnsembleBuffers:
         return {name: array for name, array in arrays.items() if array is not None}
 
     def select_buffer_rows(self, selection: Which) -> EnsembleBuffers:
-        """Return buffers that contain only the rows selected by `selection`.
-
-        If `selection` is a slice, the arrays of the returned buffers are views.
-        """
+        """Return buffers of the selected rows; for a slice, their arrays are views."""
         arrays = {
             name: array[selection] for name, array in self.get_allocated_arrays_by_name().items()
         }
@@ -137,7 +133,6 @@ class EnsembleBuffers:
         return part
 
     def _select_events_of_rows(self, selection: Which) -> list[EventColumns]:
-        """Return the events of the rows in `selection`, with the rows renumbered from 0."""
         numbers = np.arange(self.size)[selection]
         event_parts = []
         for events in self.events:
@@ -153,7 +148,6 @@ class EnsembleBuffers:
         return event_parts
 
     def insert_part_at_row(self, begin: int, part: EnsembleBuffers) -> None:
-        """Copy the results of a slice of the ensemble from `part` to the rows from `begin` on."""
         end = begin + part.size
         arrays, columns = self.get_allocated_arrays_by_name(), self.columns
         for name, array in part.get_allocated_arrays_by_name().items():
@@ -206,11 +200,7 @@ def run_slice_in_lanes(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Compute the motions of a slice of an ensemble in SIMD lanes, and return the output buffers.
-
-    The returned arrays are views of `buffers`. `work` can stop the run, and specifies the number of
-    threads.
-    """
+    """Compute the motions of a slice in SIMD lanes; `work` can stop the run."""
     part = buffers if end - begin == buffers.size else buffers.select_buffer_rows(slice(begin, end))
     failures, last = Worker(*options.core_arguments, options.core_reductions, work).run(
         tops._core_scenes, begin, end, t[begin:end] if t.ndim == 2 else t,
@@ -231,10 +221,7 @@ def run_slice_sequentially(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Integrate the tops of a slice one at a time, with their events and tangents.
-
-    The arguments are the same as for run_slice_in_lanes.
-    """
+    """Compute the motions of a slice one at a time, with their events and tangents."""
     part = buffers.select_buffer_rows(slice(begin, end))
     last, low, failures, event_tops, (states, rest, which, direction) = alone(
         *options.core_arguments, options.core_events, work,
@@ -264,10 +251,7 @@ def compute_quantity_values(name: str, tops: Ensemble, buffers: EnsembleBuffers)
 def compute_quantity_derivatives(
     name: str, tops: Ensemble, buffers: EnsembleBuffers, bits: int
 ) -> Array:
-    """Return the derivatives of a quantity for all tops, as an array of shape (n, k, ..., c).
-
-    `bits` is a bit mask of the parameters with respect to which tangents were computed.
-    """
+    """Return the derivatives of a quantity for all tops, as an array of shape (n, k, ..., c)."""
     assert buffers.states is not None and buffers.tangents is not None
     n, k, _, columns = buffers.tangents.shape
     out = np.empty((n, k, *get_quantity_derivative_shape(name), columns))

@@ -47,14 +47,12 @@ class RunStart(NamedTuple):
     low: Array | None = None
 
     def to_json(self) -> list[object] | None:
-        """Convert this RunStart object to a JSON value, or to None for the default start."""
         if not self.begin and self.low is None:
             return None
         return [self.begin, None if self.low is None else self.low.tolist()]
 
     @classmethod
     def from_json(cls, value: object) -> RunStart:
-        """Build a RunStart object from its JSON value. Raises TypeError or ValueError."""
         if value is None:
             return ORIGIN
         if not isinstance(value, list) or len(value) != 2:
@@ -75,11 +73,6 @@ def compute_states_at_times(
     progress: Progress | Work | None = None,
     origin: RunStart = ORIGIN,
 ) -> CoreResult:
-    """Record the states of the motion at the given times, which must have been validated before.
-
-    `progress` is either a callback that receives the current time, or a Work object that can stop
-    the run.
-    """
     begin, low = origin
     return record(
         scene._block, *options.core_arguments, times, progress=progress, begin=begin, low=low
@@ -89,11 +82,7 @@ def compute_states_at_times(
 def compute_states_at_unordered_times(
     scene: Scene, options: Options, times: Array, origin: RunStart = ORIGIN
 ) -> CoreResult:
-    """Compute the states at given times, which may be negative and need not be sorted.
-
-    States at negative and at positive times are computed in separate runs. If a run fails, the
-    result contains only the states that this run reached before the failure.
-    """
+    """Compute the states at times of any sign and order, up to the first failure of a run."""
     states = np.empty((times.size, 8))
     low = np.empty((times.size, 8)) if options.has_extended_precision else None
     counts, end = np.zeros(4, dtype=np.int64), 0.0
@@ -115,10 +104,7 @@ def compute_states_at_unordered_times(
 def make_core_start_error(
     status: str, scene: Scene, method: str, step: float | None, tol: float | None
 ) -> Exception:
-    """Return the exception that explains why the C library cannot start a run.
-
-    If `step` is too large, the message suggests a smaller step that the C library accepts.
-    """
+    """Return the exception that explains why a run cannot start; suggest a smaller step."""
     if status == "ERR_METHOD" and has_torus_closed_form(scene):
         return ValueError(f"the method {method!r} does not apply: {explain_no_closed_form(scene)}")
     hint = ""
@@ -200,13 +186,11 @@ def estimate_attitude_error(
 
 
 def compute_state_changes_by_rounding(scene: Scene, digits: int = 16) -> Array:
-    """Return a matrix whose columns are changes of attitude and momentum caused by rounding.
+    """Return a matrix whose columns are changes of the state per unit of relative rounding error.
 
-    Each column is the change of the state per unit of relative rounding error. For at most 16
-    digits, the rounding error of the momentum is proportional to the largest moment of inertia and
-    the estimated angular velocity. If more than 16 digits are requested, the C library stores the
-    momentum in the body frame. If the momentum is stored in the body frame, rounding the attitude
-    also rotates the momentum in space, and each of its components has its own rounding error.
+    Up to 16 digits, the rounding error of the momentum is proportional to the largest moment and
+    the estimated rate. Beyond, the C library stores the momentum in the body frame, so that
+    rounding the attitude also rotates the momentum in space.
     """
     if digits <= 16:
         return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._rotation_rate] * 3)
@@ -221,8 +205,7 @@ def compute_state_changes_by_rounding(scene: Scene, digits: int = 16) -> Array:
 def _compute_rounding_rotations(scene: Scene) -> Array:
     """Return the rotation vectors [rad], in the body frame, that result from rounding the attitude.
 
-    The C library stores the attitude of the principal axes as a quaternion. Each component of the
-    quaternion is a sum of products, each of which has a relative rounding error.
+    Each component of the stored quaternion of the principal axes is a sum of rounded products.
     """
     axes = scene.body.axes
     each: Any = np.diag(scene.attitude)
@@ -244,15 +227,11 @@ def estimate_rounding_growth(
     progress: Progress | Work | None = None,
     origin: RunStart = ORIGIN,
 ) -> tuple[CoreResult, float]:
-    """Estimate how much a motion amplifies rounding errors of its initial state.
+    """Return a run of the Taylor series, and how much it amplifies rounding errors of the start.
 
-    The amplification is the change of attitude [rad] divided by the relative rounding error. The
-    estimate is based on tangents from the Taylor series, regardless of the method that computed the
-    path. If at most 16 digits are requested, the largest amplification of a single rounding error
-    is returned. For more than 16 digits, all rounding errors are combined as if they were
-    independent. The amplification is infinite if a tangent overflows. Returns the result of the
-    Taylor-series run that provides the tangents, and the amplification. If the run fails, the
-    states after the failure are missing.
+    The amplification is the change of attitude [rad] per relative rounding error: up to 16 digits
+    of the worst single error, beyond of all errors as if they were independent. It is infinite if a
+    tangent overflows. If the run fails, the states after the failure are missing.
     """
     directions, most = compute_state_changes_by_rounding(scene, digits), 1.0
     result: CoreResult = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0
@@ -285,16 +264,14 @@ def estimate_rounding_growth(
 def compute_max_angle_between_attitudes(
     one: tuple[Array, Array], other: tuple[Array, Array]
 ) -> float:
-    """Return the largest angle [rad] between corresponding attitudes in two arrays."""
     return float(compute_angles_between_attitudes(one, other).max())
 
 
 def compute_angles_between_attitudes(one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
-    """Return the angles [rad] between corresponding attitudes in two arrays.
+    """Return the angles [rad] between attitudes, given as pairs of arrays (q, low words of q).
 
-    Each argument is a pair of arrays: n attitude quaternions, and their low-order parts (beyond
-    double precision). The quaternions are subtracted before they are multiplied, so that small
-    angles keep their relative accuracy.
+    The quaternions are subtracted before they are multiplied, so that small angles keep their
+    relative accuracy.
     """
     (p, p_low), (q, q_low) = one, other
     dot = (p * q).sum(axis=1)

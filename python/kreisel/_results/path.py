@@ -255,7 +255,7 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
         Raises kreisel.Error, or kreisel.Interrupted after Ctrl-C, for the first top that did not
         reach its final time. The error message states the index of this top and the total number of
         failed tops. The attribute `path` of the exception is the path of the failed top, and
-        `paths` is the path of all tops.
+        `result` is the path of all tops.
         """
         if self._many is not None:
             self._many._check_all(self)
@@ -308,10 +308,6 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
         return largest
 
     def _compute_max_angle_to_second_run(self, second: Options) -> float:
-        """Return the largest angle [rad] between the attitudes of this path and of a second run.
-
-        The comparison includes the digits of both paths beyond double precision.
-        """
         result = compute_states_at_unordered_times(self.scene, second, self.t, self._origin)
         other = build_path_or_raise(self.scene, second, result, self._origin)
         return compute_max_angle_between_attitudes((self.q, self.q_low), (other.q, other.q_low))
@@ -335,8 +331,9 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
         if self._events is not None:
             return self._events
         if self._many is not None:
-            find_path = partial(_make_event_path, self._many)
-            return Events._of_many(self._many._event_columns, self.shape, find_path)
+            many, found = self._many, self._many._event_columns
+            find_path = partial(build_event_path, many.scene, many._options, found)
+            return Events._of_many(found, self.shape, find_path)
         empty = np.empty(0, dtype=np.intc)
         return Events(self[:0], empty, empty.copy())
 
@@ -484,11 +481,6 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
 
     @property
     def _events_for_archive(self) -> tuple[Path, Integers, Integers] | None:
-        """The events in the form in which path.save writes them.
-
-        The tuple contains the path of the states at the events, the indices of the events, and
-        their directions.
-        """
         events = self._events
         return None if events is None else (events.path, events.which, events.direction)
 
@@ -530,12 +522,7 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
         )
 
     def _repr_html_(self) -> str | None:
-        """Return this path as a picture for display in notebooks.
-
-        Returns None if matplotlib is not installed, if the path is empty or too long, or if a
-        quantity needed for the picture is missing. If no picture is returned, the notebook displays
-        the repr.
-        """
+        """Return a picture, or None if it is empty, too large, or lacks a quantity."""
         quantities = {"apex", "nutation", "precession_angle"}
         is_stored = self.want is None or quantities.issubset(self.want)
         if not is_stored or not 0 < self.size <= MOST_DRAWN:
@@ -707,11 +694,6 @@ def _compute_event_quantity(events: Events, name: str) -> Array:
 add_quantity_properties(Events, ("k",), _compute_event_quantity)
 
 
-def _make_event_path(many: EnsembleResult) -> Path:
-    """Return a path with the top and one state of each event of an ensemble."""
-    return build_event_path(many.scene, many._options, many._event_columns)
-
-
 def build_event_path(tops: Ensemble, options: Options, columns: EventColumns) -> Path:
     """Return a path of shape (k,) with the top and one state of each of k events."""
     k, t = len(columns.top), columns.states[:, :1].copy()
@@ -764,11 +746,7 @@ class Interrupted(RunStoppedException, KeyboardInterrupt):
 
 
 def make_stop_exception(status: str, path: Path, place: str) -> BaseException:
-    """Return the exception for the status with which a run ended.
-
-    The exception is a RunStoppedException that contains the path, unless the input was invalid. The
-    text `place` states the time that the run reached.
-    """
+    """Return the exception for the status of a run that ended at the time in the text `place`."""
     kinds: dict[str, type[RunStoppedException]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
     kind, text = statuses[status]
     if path.tol is not None and status in ("ERR_STEP", "ERR_CONVERGENCE"):
@@ -783,7 +761,6 @@ def make_stop_exception(status: str, path: Path, place: str) -> BaseException:
 def build_path_from_core_result(
     scene: Scene, options: Options, result: CoreResult, origin: RunStart = ORIGIN
 ) -> Path:
-    """Build a path from a result of the C library."""
     _, states, low, counts, end = result
     is_back = end < 0.0 and options.step is not None
     stats, options = Stats(*counts), options.copy_with_default_run_settings
@@ -793,10 +770,7 @@ def build_path_from_core_result(
 def build_path_or_raise(
     scene: Scene, options: Options, result: CoreResult, origin: RunStart = ORIGIN
 ) -> Path:
-    """Build a path with the requested quantities from a result of the C library.
-
-    If the status of the result is not 'OK', the exception given by make_stop_exception is raised.
-    """
+    """Return the path of a result with the requested quantities; raise unless it is "OK"."""
     path = drop_unrequested_quantities(
         build_path_from_core_result(scene, options, result, origin), options.want, result[-1]
     )
@@ -808,12 +782,7 @@ def build_path_or_raise(
 def drop_unrequested_quantities(
     path: Path, want: tuple[QuantityName, ...] | None, end: float
 ) -> Path:
-    """Return a copy of the path with only t and the quantities in `want`.
-
-    If `want` is None, the path itself is returned. If Ctrl-C interrupts the computation of these
-    quantities, it is repeated, and kreisel.Interrupted is raised with the complete path. `end`
-    is the last requested time.
-    """
+    """Return the path with only `want`; if Ctrl-C interrupts, finish and raise Interrupted."""
     if want is None:
         return path
     try:
@@ -824,7 +793,6 @@ def drop_unrequested_quantities(
 
 
 def format_progress(path: Path, end: float) -> str:
-    """Return a message with the time that a path reached and the last requested time `end`."""
     last = path.t[-1] if len(path) else 0.0
     steps = format_count(path.stats.steps, "step")
     return f"{path.method} reached t = {last:g} of {end:g} in {steps}"
@@ -981,14 +949,6 @@ class EnsembleResult(ReadOnlyArrays):
     def _select_times_of_top(self, i: int) -> Array:
         return self._t if self._t.ndim == 1 else self._t[i]
 
-    def _make_member_options(self, i: int) -> Options:
-        """Return options to solve the i-th top alone and record complete states."""
-        choice = self._buffers.chosen.get(i)
-        if choice is not None:
-            return Options(choice.method, abs(choice.step))
-        options = self._options.for_member(get_member_by_flat_index(self.scene, i))
-        return replace(options, want=None, error=None)
-
     def _select_member(self, i: int) -> Path:
         """Return the path of the i-th top, counted in C order.
 
@@ -1001,7 +961,12 @@ class EnsembleResult(ReadOnlyArrays):
             low = None if buffers.low is None else buffers.low[i, :done]
         path = self._build_path_of_top(i, states, low)
         if buffers.tangents is not None:
-            return replace(path, _tangent_data=self._build_tangent_data_of_top(i))
+            assert buffers.truncation is not None
+            high, low = buffers.tangents[i, :done], buffers.tangents_low
+            rest = np.zeros_like(high) if low is None else low[i, :done]
+            error, by = float(buffers.truncation[i]), self._options.tangents
+            data = TangentData(freeze_array(high), freeze_array(rest), error, by)
+            return replace(path, _tangent_data=data)
         if buffers.columns:
             columns = {name: column[i, :done] for name, column in buffers.columns.items()}
             path = replace_states_by_quantities(
@@ -1030,26 +995,18 @@ class EnsembleResult(ReadOnlyArrays):
         times = self._select_times_of_top(i)
         return float(times[-1]) if times.size else 0.0
 
-    def _build_tangent_data_of_top(self, i: int) -> TangentData:
-        """Return the tangents of the i-th top."""
-        buffers, done = self._buffers, int(self._buffers.done[i])
-        assert buffers.tangents is not None and buffers.truncation is not None
-        high, low = buffers.tangents[i, :done], buffers.tangents_low
-        rest = np.zeros_like(high) if low is None else low[i, :done]
-        truncation = float(buffers.truncation[i])
-        return TangentData(
-            freeze_array(high), freeze_array(rest), truncation, self._options.tangents
-        )
-
     def _build_path_of_top(self, i: int, states: Array, low: Array | None) -> Path:
         steps, rejected, evaluations, iterations = self._buffers.counts[i].tolist()
         counts = steps, rejected, evaluations, iterations
         result = "OK", states, low, counts, self._select_last_time(i)
-        path = build_path_from_core_result(
-            get_member_by_flat_index(self.scene, i), self._make_member_options(i), result
-        )
-        choice = self._buffers.chosen.get(i)
-        return path if choice is None else replace(path, _choice=choice)
+        scene, choice = get_member_by_flat_index(self.scene, i), self._buffers.chosen.get(i)
+        if choice is None:
+            options = replace(self._options.for_member(scene), want=None, error=None)
+        else:
+            options = Options(choice.method, abs(choice.step))
+        path = build_path_from_core_result(scene, options, result)
+        vars(path)["_choice"] = choice
+        return path
 
     def _append_last_valid_state(self, i: int, path: Path) -> Path:
         """Return the path of the i-th top; append its last valid state if the path lacks it."""
@@ -1074,18 +1031,15 @@ class EnsembleResult(ReadOnlyArrays):
         )
 
     def _select_tops(self, key: Any) -> Self:
-        """Return the result for the tops selected by `key`."""
         return type(self)(*self._select_rows(key))
 
     def _select_rows(self, key: Any) -> tuple[Ensemble, Array, Options, EnsembleBuffers]:
-        """Return the tops selected by `key`, with their times, options and results."""
         indices = list_flat_indices(self.shape, key)
         rows = key if isinstance(key, slice) and self.ndim == 1 else indices.reshape(-1)
         t = self._t if self._t.ndim == 1 else self._t[rows]
         return self.scene[key], t, self._options, self._buffers.select_buffer_rows(rows)
 
     def _only(self, path: Path, want: tuple[QuantityName, ...]) -> Path:
-        """Return the path of these tops with only t and the quantities in `want`."""
         columns: dict[str, Array] = {
             name: np.array(getattr(path, name)).reshape(
                 self.size, self._t.shape[-1], *RECORDABLE[name].shape
@@ -1113,10 +1067,7 @@ class EnsembleResult(ReadOnlyArrays):
         taken: Iterable[str] = (),
         times: Mapping[str, int] | None = None,
     ) -> ColumnTable:
-        """Return a table of `columns`, the varying parameters, `status` and `reached`.
-
-        A parameter with one of the names `taken` is called, for example, spin_given.
-        """
+        """Return a table of the varying parameters, apart from the names `taken`, and `columns`."""
         axes = name_axes(self.scene, taken)
         text = "the time of the last valid state"
         states = [
@@ -1138,7 +1089,6 @@ class EnsembleResult(ReadOnlyArrays):
         )
 
     def _format_summary(self) -> str:
-        """Return a summary of the method, its parameters and the number of failures."""
         values = {"step": self.step, "tol": self.tol, "digits": self.digits}
         controls = "".join(f", {k}={v!r}" for k, v in values.items() if v is not None)
         count = int(np.count_nonzero(self._buffers.status))
@@ -1147,7 +1097,6 @@ class EnsembleResult(ReadOnlyArrays):
 
 
 def replace_states_by_quantities(path: Path, columns: dict[str, Array]) -> Path:
-    """Return a copy of the path that stores the quantities `columns` instead of states."""
     want = cast(tuple[QuantityName, ...], tuple(name for name in columns if name != "t"))
     options = replace(path._options, want=want)
     return replace(path, states=NO_STATES, _options=options, _low=None, _columns=columns)
@@ -1223,31 +1172,23 @@ CoreEvents = tuple[Array, Array, npt.NDArray[np.intc], npt.NDArray[np.intc]]
 
 
 def record_path(scene: Scene, options: Options, times: Array, progress: Progress | None) -> Path:
-    """Return the path of a scene at times that have already been validated."""
     result = compute_states_at_times(scene, options, times, progress)
     return report_final_time(build_path_or_raise(scene, options, result), progress)
 
 
 def report_final_time(path: Path, progress: Progress | None) -> Path:
-    """Report the final time of a path to the callback `progress`, and return the path."""
     if progress is not None and len(path):
         progress(float(path.t[-1]))
     return path
 
 
 def add_events_to_path(path: Path, core_events: CoreEvents) -> Path:
-    """Return a copy of a path to which the recorded events are added.
-
-    For each event, `core_events` contains the state, its low-order part, and the index and
-    direction of the event.
-    """
     states, low, which, direction = core_events
     event_path = replace(path, states=states, _low=low)
     return replace(path, _events=Events(event_path, which, direction))
 
 
 def join_path_events(event_parts: list[Events]) -> Events:
-    """Concatenate the events of consecutive paths, and return the result."""
     states = np.concatenate([one.states for one in event_parts])
     low = np.concatenate([low for one in event_parts if (low := one.path._low) is not None])
     path = replace(event_parts[-1].path, states=states, _low=low)
@@ -1255,35 +1196,6 @@ def join_path_events(event_parts: list[Events]) -> Events:
         [getattr(one, name) for one in event_parts] for name in ("which", "direction")
     )
     return Events(path, np.concatenate(which), np.concatenate(direction))
-
-
-class ColumnRecorder:
-    """A buffer for quantities and events that are recorded in chunks."""
-
-    def __init__(self, want: tuple[QuantityName, ...], n: int) -> None:
-        self._want, self._n, self._done = want, n, 0
-        self._arrays: dict[str, Array] = {}
-        self._events: list[Events] = []
-
-    def append_path_part(self, part: Path) -> None:
-        """Append the recorded quantities and events of the path `part`."""
-        for name in ("t", *self._want):
-            column = getattr(part, name)
-            if name not in self._arrays:
-                self._arrays[name] = np.empty((self._n, *column.shape[1:]))
-            self._arrays[name][self._done : self._done + len(part)] = column
-        self._done += len(part)
-        if part._events is not None:
-            self._events.append(part._events)
-
-    def build_recorded_path(self, last: Path) -> Path:
-        """Build a path from the recorded quantities and events."""
-        columns = {name: column[: self._done] for name, column in self._arrays.items()}
-        events = join_path_events(self._events) if self._events else None
-        options = replace(last._options, want=self._want)
-        return replace(
-            last, states=NO_STATES, _options=options, _low=None, _events=events, _columns=columns
-        )
 
 
 def record_quantities_in_chunks(
@@ -1296,18 +1208,31 @@ def record_quantities_in_chunks(
 
     The first chunk is a single state, so that Ctrl-C leaves a path that is not empty.
     """
-    columns = ColumnRecorder(want, times.size)
-    status, part = record(times[:1])
-    columns.append_path_part(part)
+    columns: dict[str, Array] = {}
+    event_parts: list[Events] = []
+    done, status = 0, "OK"
     try:
-        for first in range(1, times.size, CHUNK_SIZE):
-            if status != "OK" or has_ended():
+        for first in (0, *range(1, times.size, CHUNK_SIZE)):
+            if first and (status != "OK" or has_ended()):
                 break
-            status, part = record(times[first : first + CHUNK_SIZE])
-            columns.append_path_part(part)
+            status, part = record(times[first : first + CHUNK_SIZE if first else 1])
+            for name in ("t", *want):
+                column = getattr(part, name)
+                if name not in columns:
+                    columns[name] = np.empty((times.size, *column.shape[1:]))
+                columns[name][done : done + len(part)] = column
+            done += len(part)
+            event_parts += [] if part._events is None else [part._events]
     except KeyboardInterrupt:
+        if not done:
+            raise
         status = "ERR_INTERRUPTED"
-    return status, columns.build_recorded_path(part)
+    columns = {name: column[:done] for name, column in columns.items()}
+    options = replace(part._options, want=want)
+    events = join_path_events(event_parts) if event_parts else None
+    return status, replace(
+        part, states=NO_STATES, _options=options, _low=None, _events=events, _columns=columns
+    )
 
 
 @lru_cache(maxsize=256, typed=True)
@@ -1319,11 +1244,7 @@ def build_request_from_solve_arguments(
     max_steps: object = 0,
     want: object = None,
 ) -> Request:
-    """Validate arguments of kreisel.solve, and return them as a reusable request.
-
-    With method='auto', the method is chosen separately for each scene. Raises TypeError or
-    ValueError for an invalid argument, and TypeError for an argument that is not hashable.
-    """
+    """Validate arguments of kreisel.solve, and return them as a reusable request."""
     options = make_options(
         method, step=step, tol=tol, digits=digits, max_steps=max_steps, want=want
     )

@@ -67,11 +67,7 @@ ResolvedIndex = slice | npt.NDArray[np.intp]
 
 
 def normalize_path_index(n: int, key: StateIndex) -> ResolvedIndex:
-    """Convert an index to a slice or an array of integers.
-
-    An integer is converted to a slice of length 1. Raises TypeError or IndexError for an invalid
-    index.
-    """
+    """Convert an index to a slice, of length 1 for an integer, or an array of integers."""
     if isinstance(key, slice):
         return key
     numbers = np.asarray(key)
@@ -91,12 +87,7 @@ def normalize_path_index(n: int, key: StateIndex) -> ResolvedIndex:
 
 
 def validate_times_within_path(path_times: Array, t: Numbers, begin: float) -> Array:
-    """Return the times `t` as a one-dimensional array.
-
-    Raises ValueError for times outside the time range of the path.
-
-    `path_times` contains the times of the path, and `begin` is its initial time.
-    """
+    """Return the times as an array; raise ValueError for times that a path does not span."""
     times = validate_time_list(t)
     low, high = float(path_times.min(initial=begin)), float(path_times.max(initial=begin))
     indices = np.flatnonzero((times < low) | (times > high))
@@ -117,10 +108,7 @@ def list_flat_indices(shape: tuple[int, ...], key: Any) -> npt.NDArray[np.intp]:
 
 
 def find_flat_index(shape: tuple[int, ...], key: Any) -> int | None:
-    """Return the flat index of the member that `key` selects, or None if it selects several.
-
-    `shape` is the shape of the ensemble.
-    """
+    """Return the flat index of the member that `key` selects, or None if it selects several."""
     if type(key) is int and len(shape) == 1 and -shape[0] <= key < shape[0]:
         return key % shape[0]
     element = np.arange(math.prod(shape)).reshape(shape)[key]
@@ -154,7 +142,6 @@ class TangentData(NamedTuple):
     def from_flat_arrays(
         cls, high: Array, low: Array, truncation: float, names: tuple[str, ...]
     ) -> TangentData:
-        """Build a TangentData object from flat arrays returned by the C library."""
         columns = sum(TANGENTS[name][1] for name in names)
         shape = (len(high), 6, columns)
         return cls(
@@ -162,12 +149,10 @@ class TangentData(NamedTuple):
         )
 
     def select_tangents_at_states(self, index: ResolvedIndex) -> TangentData:
-        """Return the tangents of the states selected by `index`."""
         return self._replace(high=freeze_array(self.high[index]), low=freeze_array(self.low[index]))
 
     @property
     def parameter_bit_mask(self) -> int:
-        """The bit mask that represents the parameters in the C library."""
         return sum(TANGENTS[name][0] for name in self.by)
 
     def conditioning(self, scene: Scene) -> Array:
@@ -187,7 +172,6 @@ class TangentData(NamedTuple):
 
 
 def collect_scene_numbers(scene: Scene) -> dict[str, tuple[float, ...]]:
-    """Return the numbers that define a scene, with the names of the related tangents as keys."""
     return {
         # a change of a unit quaternion rotates by twice its size
         "start": (2.0, 2.0, 2.0, *scene.momentum),
@@ -304,7 +288,6 @@ class PathBase(QuantityAttributes):
         return len(self.t if self._many is None else self._many)
 
     def _list_members(self) -> list[Any]:
-        """Return the path of each top, in C order."""
         return [self._many._select_member(i) for i in range(self.size)]
 
     def _compute_per_top(self, compute: Callable[[Any], Any]) -> Any:
@@ -584,11 +567,7 @@ class PathBase(QuantityAttributes):
 def add_quantity_properties(
     kind: type[Recorded], lead: tuple[str, ...], column: Callable[[Recorded, str], Array]
 ) -> None:
-    """Add a property to the class `kind` for each quantity that the class does not define.
-
-    lead      the names of the dimensions that precede the dimensions of a quantity
-    column    a function that returns the values of a quantity
-    """
+    """Add a property for each quantity, computed by `column`, after the dimensions `lead`."""
     for name in [name for name in QUANTITIES if name not in vars(kind)]:
         attribute = _make_quantity_property(QUANTITIES[name], lead, column)
         attribute.__set_name__(kind, name)

@@ -92,7 +92,6 @@ class ColumnTable(NamedTuple):
         return flat
 
     def list_units(self) -> dict[str, str]:
-        """Return the unit of each column of the flat table."""
         return {name: each.unit for each in self.columns for name, _ in each.split_components()}
 
     def number_dimensions(self) -> ColumnTable:

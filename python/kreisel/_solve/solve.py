@@ -194,9 +194,9 @@ def _load_path(name: str, file: BinaryIO, size: int) -> Path:
         return EnsemblePath._of_many(*saved)
     path, event_data = saved
     if event_data is None:
-        return Path(*path)
+        return Path(**path)
     event_arguments, which, direction = event_data
-    return Path(*path._replace(events=Events(Path(*event_arguments), which, direction)))
+    return Path(**path, _events=Events(Path(**event_arguments), which, direction))
 
 
 def _load_scene(name: str, size: int) -> Scene:
