@@ -209,6 +209,35 @@ KR_API kr_scene kr_scene_default(void);
 /* Returns KR_OK if the scene is valid, else the status that describes the error. */
 KR_API kr_status kr_scene_check(const kr_scene *scene);
 
+/* Starts given by other numbers than attitude and momentum. The body, the support and, for the
+ * first three functions, the attitude of the scene must already be set. Numbers that are not finite
+ * give a scene that kr_scene_check refuses. */
+
+/* Sets the momentum from the angular velocity relative to the support, along e1, e2, e3 [T^-1]. */
+KR_API void kr_scene_set_velocity(kr_scene *scene, kr_vec3 velocity);
+/* Sets the momentum from the angular velocity relative to the support, with components in the frame
+ * of description [T^-1]. */
+KR_API void kr_scene_set_body_velocity(kr_scene *scene, kr_vec3 velocity);
+/* Sets the momentum from its components in the frame of description [M L^2 T^-1]. */
+KR_API void kr_scene_set_body_momentum(kr_scene *scene, kr_vec3 momentum);
+/* Sets attitude and momentum from precession_angle, nutation and spin_angle [rad] and their
+ * rates [T^-1], in this order. The quantities below define the angles. */
+KR_API void kr_scene_set_euler(kr_scene *scene, kr_vec3 angles, kr_vec3 rates);
+/* Returns 1 if the body is symmetric about its apex, up to KR_KIND_RTOL, else 0. Writes its moments
+ * about axes normal to the apex and about the apex [M L^2]. */
+KR_API int kr_body_symmetry(const kr_body *body, double *across, double *along);
+/* Sets attitude and momentum of a symmetric top from its spin [T^-1], from the angle 0 .. pi of its
+ * apex with the vertical, about e1, and from the rate at which the apex begins to precess about the
+ * vertical [T^-1]. Returns KR_ERR_ARGUMENT for other tilts, and for bodies without symmetry. */
+KR_API kr_status kr_scene_set_spinning(kr_scene *scene, double spin, double tilt,
+                                       double precession);
+/* Writes the rate of the steady precession of a symmetric top without rotor, damping, friction and
+ * moving support: the slower or, if `fast` is nonzero, the faster of two. It is 0 for a vertical
+ * apex. Returns KR_ERR_ARGUMENT if there is none; *least_spin is then the smallest spin with one if
+ * the spin is too small, and else 0. */
+KR_API kr_status kr_scene_steady_precession(const kr_scene *scene, double spin, double tilt,
+                                            int fast, double *precession, double *least_spin);
+
 /* The table of physical quantities that can be computed from a state. Vectors refer to the space
  * frame, or to the frame of description if their name begins with body_. The Euler angles (z-x-z)
  * rotate the space axes into a body-fixed frame. The rotations are by precession_angle about e3, by

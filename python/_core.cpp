@@ -82,16 +82,6 @@ static doubles attitude_error(const doubles &a, const doubles &b)
 }
 
 // Returns the name of the status, the body, and whether it is physical.
-static py::tuple body_from_tensor(double mass, const doubles &inertia, const doubles &com,
-                                  double inertia_rtol, const doubles &rotor)
-{
-    kr_body body = {};
-    if (inertia.size() != 9) throw py::value_error("an array has the wrong shape");
-    const kr_status status = kr_body_from_rounded_tensor(
-        mass, inertia.data(), value_of<kr_vec3>(com), inertia_rtol, &body);
-    kr_body_set_rotor(&body, value_of<kr_vec3>(rotor));
-    return py::make_tuple(name_of(status), block_of(body), kr_body_is_physical(&body) != 0);
-}
 static const char *body_kind(const kr_body &body, double rtol)
 {
     return kr_kind_name(kr_body_kind(&body, rtol));
@@ -194,8 +184,6 @@ PYBIND11_MODULE(_core, m, py::mod_gil_not_used())
     m.attr("INPUT_RTOL") = KR_INPUT_RTOL;
     m.def("method_applies", method_applies, "method"_a, "body"_a);
     m.def("method_suits", method_suits, "method"_a, "scene"_a);
-    m.def("body_from_tensor", body_from_tensor, "mass"_a, "inertia"_a, "com"_a, "inertia_rtol"_a,
-          "rotor"_a);
     m.def("body_kind", body_kind, "body"_a, "rtol"_a);
     m.def("values", values, "name"_a, "scene"_a, "states"_a);
     m.def("derivatives", derivatives, "name"_a, "scene"_a, "states"_a, "by"_a, "tangents"_a);

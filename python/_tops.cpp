@@ -15,19 +15,80 @@ static py::bytes block(const tops &all, size_t index)
     all.fill(index, index + 1, &scene);
     return block_of(scene);
 }
-// Returns a quantity of each top at its start, as rows of doubles.
-static doubles start_values(const tops &all, const std::string &name)
+static void check_count(const tops &all, const doubles &given, size_t width)
 {
-    const kr_quantity *quantity = kr_quantity_find(name.c_str());
-    if (!quantity) throw py::key_error(name);
-    const size_t width = kr_quantity_doubles(quantity);
+    if (size_t(given.size()) != width * all.size())
+        throw py::value_error("an array has the wrong shape");
+}
+// Returns rows of `width` doubles, which write(i, scene, row) writes for each top.
+template <class Write> static doubles rows_of(const tops &all, size_t width, Write write)
+{
     doubles out({py::ssize_t(all.size()), py::ssize_t(width)});
     double *to = out.mutable_data();
     in_pieces(py::ssize_t(all.size()), [&](py::ssize_t begin, py::ssize_t end) {
         kr_scene scene;
         for (size_t i = size_t(begin); i < size_t(end); i++) {
             all.fill(i, i + 1, &scene);
-            kr_quantity_values(quantity, &scene, 1, &scene.start, to + width * i);
+            write(i, scene, to + width * i);
+        }
+    });
+    return out;
+}
+// Returns a quantity of each top at its start, as rows of doubles.
+static doubles start_values(const tops &all, const std::string &name)
+{
+    const kr_quantity *quantity = kr_quantity_find(name.c_str());
+    if (!quantity) throw py::key_error(name);
+    return rows_of(all, kr_quantity_doubles(quantity), [&](size_t, kr_scene &scene, double *row) {
+        kr_quantity_values(quantity, &scene, 1, &scene.start, row);
+    });
+}
+// Returns the momenta of tops that start with `vectors`, of the kind with this index in set_start.
+static doubles momenta(const tops &all, size_t kind, const doubles &vectors)
+{
+    check_count(all, vectors, 3);
+    const double *v = vectors.data();
+    return rows_of(all, 3, [&](size_t i, kr_scene &scene, double *row) {
+        set_start[kind](&scene, {v[3 * i], v[3 * i + 1], v[3 * i + 2]});
+        std::memcpy(row, &scene.start.m, sizeof scene.start.m);
+    });
+}
+// Returns the attitudes and momenta of tops with these Euler angles and rates, as rows.
+static doubles euler(const tops &all, const doubles &angles, const doubles &rates)
+{
+    check_count(all, angles, 3);
+    check_count(all, rates, 3);
+    const double *a = angles.data(), *r = rates.data();
+    return rows_of(all, 7, [&](size_t i, kr_scene &scene, double *row) {
+        kr_scene_set_euler(&scene, {a[3 * i], a[3 * i + 1], a[3 * i + 2]},
+                           {r[3 * i], r[3 * i + 1], r[3 * i + 2]});
+        std::memcpy(row, &scene.start.q, sizeof scene.start.q);
+        std::memcpy(row + 4, &scene.start.m, sizeof scene.start.m);
+    });
+}
+// Returns for each top the rate of its steady precession, NaN if there is none, and the smallest
+// spin that would have one.
+static doubles steady(const tops &all, const doubles &spins, const doubles &tilts, bool is_fast)
+{
+    check_count(all, spins, 1);
+    check_count(all, tilts, 1);
+    const double *spin = spins.data(), *tilt = tilts.data();
+    return rows_of(all, 2, [&](size_t i, kr_scene &scene, double *row) {
+        if (kr_scene_steady_precession(&scene, spin[i], tilt[i], is_fast, row, row + 1) != KR_OK)
+            row[0] = NAN;
+    });
+}
+// Returns whether each body is symmetric about its apex.
+static py::array_t<bool> symmetric(const tops &all)
+{
+    py::array_t<bool> out{py::ssize_t(all.size())};
+    bool *is_symmetric = out.mutable_data();
+    in_pieces(py::ssize_t(all.size()), [&](py::ssize_t begin, py::ssize_t end) {
+        kr_scene scene;
+        double across, along;
+        for (size_t i = size_t(begin); i < size_t(end); i++) {
+            all.fill(i, i + 1, &scene);
+            is_symmetric[i] = kr_body_symmetry(&scene.body, &across, &along) != 0;
         }
     });
     return out;
@@ -76,7 +137,11 @@ void bind_tops(py::module_ &m)
         .def("__len__", &tops::size)
         .def("check", check)
         .def("block", block, "index"_a)
-        .def("values", start_values, "name"_a);
+        .def("values", start_values, "name"_a)
+        .def("momenta", momenta, "kind"_a, "vectors"_a)
+        .def("euler", euler, "angles"_a, "rates"_a)
+        .def("steady", steady, "spins"_a, "tilts"_a, "is_fast"_a)
+        .def("symmetric", symmetric);
     m.def("bodies", bodies, "shape"_a, "columns"_a, "are_matrices"_a);
     m.def("cosine", py::vectorize(cosine), "x"_a);
     m.def("sine", py::vectorize(sine), "x"_a);

@@ -84,6 +84,12 @@ template <size_t N> class columns
     }
 };
 
+// The functions that set the start of a scene from a momentum, velocity, body_momentum or
+// body_velocity.
+static void (*const set_start[])(kr_scene *, kr_vec3) = {
+    [](kr_scene *scene, kr_vec3 momentum) { scene->start.m = momentum; }, kr_scene_set_velocity,
+    kr_scene_set_body_momentum, kr_scene_set_body_velocity};
+
 // Returns true if gravity acts on a Kowalewski or a Goryachev-Chaplygin top.
 inline bool has_torus(const kr_scene &scene)
 {

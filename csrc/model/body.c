@@ -51,8 +51,6 @@ static int is_equal(double a, double b, double rtol)
  * the coordinate axis with index i. */
 static const kr_quat axis_cycles[3] = {
     {0.5, 0.5, 0.5, 0.5}, {0.5, -0.5, -0.5, -0.5}, {1.0, 0.0, 0.0, 0.0}};
-/* Returns component i of v. */
-static double component_at(kr_vec3 v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
 
 /* Returns the index of the principal axis about which the inertia tensor is symmetric. Returns -1
  * if all three moments differ. For a spherical body, returns the axis nearest to the direction of

@@ -3,6 +3,8 @@
 #define KR_BODY_H
 #include "math/su2.h"
 
+/* Returns component i of v. */
+static inline double component_at(kr_vec3 v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
 typedef struct kr_working {
     /* Working -> principal axes. For a symmetric body, T is the distinct axis, whose moment differs
      * from the other two. For a spherical body, T passes through the centre of mass, or is along

@@ -24,7 +24,7 @@ from ._core import version as __version__
 from ._fit.fit import fit
 from ._fit.records import Record
 from ._fit.result import Fit
-from ._model.body import Bodies, Body
+from ._model.body import Body
 from ._model.scene import Ensemble, Scene
 from ._model.starts import starts
 from ._options.methods import Method, methods
@@ -53,7 +53,6 @@ from .quaternion import attitude_error, conventions, from_rotation
 
 __all__ = [
     "Apex",
-    "Bodies",
     "Body",
     "Chaos",
     "Ensemble",
@@ -117,4 +116,4 @@ __all__ = [
 
 for _module in (events, quaternion, scenes):
     explain_public_names(_module)
-explain_public_names(sys.modules[__name__], (Bodies, Ensemble, Record))
+explain_public_names(sys.modules[__name__], (Ensemble, Record))

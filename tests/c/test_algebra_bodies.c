@@ -141,6 +141,42 @@ static void test_bodies(void)
     IS(kr_body_kind(&b, 1e-12) == KR_KIND_LAGRANGE);
     NEAR(off(kr_body_working(&b).com, v3(0, 0, 1.3)), 0.0, 1e-15);
 }
+/* Starts given by Euler angles, spin, and velocities agree with the quantities of the state. */
+static void test_starts(void)
+{
+    kr_scene s = kr_scene_default();
+    double out[3], rate, least;
+    const kr_vec3 angles = v3(0.3, 1.2, -0.7), rates = v3(0.4, -0.5, 6.0), wish = v3(1, 2, 3);
+    s.turning = v3(0.1, 0.2, 0.3);
+    kr_scene_set_euler(&s, angles, rates);
+    kr_quantity_values(kr_quantity_find("precession_angle"), &s, 1, &s.start, out);
+    NEAR(out[0], angles.x, 1e-15);
+    kr_quantity_values(kr_quantity_find("nutation"), &s, 1, &s.start, out);
+    NEAR(out[0], angles.y, 1e-15);
+    kr_quantity_values(kr_quantity_find("spin"), &s, 1, &s.start, out);
+    NEAR(out[0], rates.z + rates.x * cos(angles.y), 1e-14);
+    kr_scene_set_velocity(&s, wish);
+    kr_quantity_values(kr_quantity_find("velocity"), &s, 1, &s.start, out);
+    NEAR(off(v_of(out), wish), 0.0, 1e-14);
+    kr_scene_set_body_velocity(&s, wish);
+    kr_quantity_values(kr_quantity_find("body_velocity"), &s, 1, &s.start, out);
+    NEAR(off(v_of(out), wish), 0.0, 1e-14);
+    kr_scene_set_body_momentum(&s, wish);
+    NEAR(off(q_turn_back(s.start.q, s.start.m), wish), 0.0, 1e-14);
+    /* In a steady precession, the rate of the momentum is its precession. */
+    s.turning = v3(0, 0, 0);
+    for (int fast = 0; fast < 2; fast++) {
+        IS(kr_scene_steady_precession(&s, 20.0, 1.0, fast, &rate, &least) == KR_OK);
+        IS(kr_scene_set_spinning(&s, 20.0, 1.0, rate) == KR_OK);
+        kr_quantity_values(kr_quantity_find("torque"), &s, 1, &s.start, out);
+        NEAR(off(v_of(out), v_cross(v3(0, 0, rate), s.start.m)), 0.0, 1e-12);
+    }
+    IS(kr_scene_steady_precession(&s, 0.1, 1.0, 0, &rate, &least) == KR_ERR_ARGUMENT);
+    IS(kr_scene_steady_precession(&s, least * (1 + 1e-9), 1.0, 0, &rate, &least) == KR_OK);
+    IS(kr_scene_set_spinning(&s, 1.0, 4.0, 0.0) == KR_ERR_ARGUMENT);
+    s.body.inertia.x *= 1.1;
+    IS(kr_scene_set_spinning(&s, 1.0, 1.0, 0.0) == KR_ERR_ARGUMENT);
+}
 /* The moments of inertia of a water molecule, given to three digits, violate the triangle
  * inequality by 0.002. */
 static void test_rounded_moments(void)
@@ -207,6 +243,7 @@ int main(void)
     test_quaternions();
     test_tensors();
     test_bodies();
+    test_starts();
     test_exact_kinds();
     test_rounded_moments();
     test_body_can_be();

@@ -18,9 +18,9 @@ PLATE = kr.Body(1, (1, 2, 3), (0, 0, 0))
 MOVED = GENERAL.replace(turning=(0.1, 0.2, 0.3), shaking=(0.1, 5.0, 0.3), friction=0.1)
 SCENES = [TOP, LAGRANGE, GENERAL, FREE, DAMPED, MOVED, kr.Scene(MADE_UP, (0, 0, 0), gravity=-1)]
 BODIES = [
-    kr.Bodies.symmetric(1, i1=[2, 3], i3=1, height=0.5),
-    kr.Bodies.cuboid(half=[[(1, 1, 1)], [(1, 2, 3)]], pivot=(0.1, 0.2, 0)),
-    kr.Bodies(1, (2, 2, 1), (0, 0, 0.5)),
+    kr.Body.symmetric(1, i1=[2, 3], i3=1, height=0.5),
+    kr.Body.cuboid(half=[[(1, 1, 1)], [(1, 2, 3)]], pivot=(0.1, 0.2, 0)),
+    kr.Body(1, (2, 2, 1), (0, 0, 0.5)),
 ]
 ENSEMBLES = [
     LAGRANGE.vary(spin=[[1.0], [2.0]], tilt=[0.0, 0.5, 1.0]),
@@ -225,13 +225,13 @@ PARTICULAR = spread(
         "ExactTorus.__call__.tangents": [None, "gravity"],  # "start" takes 1 s
         "exact.scene": [*SCENES, SCENES[:2], *ENSEMBLES],
         "compare.t": [0.5, [0.25, 0.5]],
-        "Bodies.__getitem__.key Ensemble.__getitem__.key": PLACES,
+        "Body.__getitem__.key Ensemble.__getitem__.key": PLACES,
         "Section.__getitem__.key": PLACES,
         "Reductions.__getitem__.key": ["nutation", "m_x", *PLACES],
-        "Bodies.cone.mass Bodies.cuboid.mass Bodies.symmetric.mass": [1, [1, 2]],
+        "Body.cone.mass Body.cuboid.mass Body.symmetric.mass": [1, [1, 2]],
         "Ensemble.body Ensemble.from_euler.body Ensemble.spinning.body": [TOP.body, *BODIES],
-        "Bodies.cuboid.half Bodies.ellipsoid.half": [(1, 2, 3), [(1, 1, 2), (3, 2, 1)]],
-        "Bodies.unphysical": [True, [True, False]],
+        "Body.cuboid.half Body.ellipsoid.half": [(1, 2, 3), [(1, 1, 2), (3, 2, 1)]],
+        "Body.unphysical": [True, [True, False]],
         "Ensemble.momentum": [(0, 0, 1), np.ones((2, 3)), np.ones((3, 1, 3))],
         "Ensemble.gravity": [1.0, [1.0, 2.0], -1],
         "Ensemble.spinning.tilt": [0.5, [0.0, 0.5]],
@@ -262,9 +262,8 @@ PARTICULAR_WRONG = spread(
 FURTHER = spread(
     {
         "Body.cone Body.cylinder Body.ellipsoid Body.sphere Body.tube": {"mass": 1},
-        "Bodies.cone Bodies.cylinder Bodies.ellipsoid Bodies.sphere Bodies.tube": {"mass": 1},
-        "Body.rod Bodies.rod": {"pivot": (1, 0, 0)},
-        "Body Bodies": {"com": (0, 0, 0.5), "inertia": (1, 2, 2.5)},
+        "Body.rod": {"pivot": (1, 0, 0)},
+        "Body": {"com": (0, 0, 0.5), "inertia": (1, 2, 2.5)},
         "Body.shift": {"by": (0, 0, 1e-3)},
         "Body.turn": {"by": TILT},
         "Body.with_rotor": {"inertia": 0.1},
@@ -301,7 +300,7 @@ def get_valid_values(name, word):
 def get_wrong_values(name, word):
     """Return values of a parameter that a function refuses."""
     values = PARTICULAR_WRONG.get(f"{name}.{word}", WRONG[word])
-    if name.startswith(("Bodies", "Ensemble")):  # which may have an array of each number
+    if name.startswith(("Body", "Ensemble")):  # which may have an array of each number
         return [value for value in values if value is not MANY_ROWS]
     return values
 

@@ -33,8 +33,7 @@ def run(scene, method="auto", **more):
 
 SELVES = {  # factories of an instance for each class with methods
     kr.Apex: [always(kr.apex(PATHS[0])), always(kr.apex(PATHS[4]))],
-    kr.Bodies: [always(bodies) for bodies in argument_values.BODIES],
-    kr.Body: [always(body) for body in RIGHT["body"]],
+    kr.Body: [always(body) for body in (*RIGHT["body"], *argument_values.BODIES)],
     kr.StepChoice: [always(kr.solve(LAGRANGE, 1, "geometric", error=1e-3).plan.choice)],
     kr.Ensemble: [always(tops) for tops in argument_values.ENSEMBLES],
     kr.Event: [always(LOW), always(kr.events.loop(max_count=2, terminal=True))],
@@ -75,7 +74,7 @@ SELVES = {  # factories of an instance for each class with methods
 }
 
 # classes that users instantiate; objects of all other classes come from kreisel
-USERS = kr.Body, kr.Bodies, kr.Ensemble, kr.Record, kr.Scene
+USERS = kr.Body, kr.Ensemble, kr.Record, kr.Scene
 RECORDS = [cls for cls in SELVES if dataclasses.is_dataclass(cls) and cls not in USERS]
 
 

@@ -276,8 +276,8 @@ MAKERS = [  # a constructor, and its arguments; those of the last dictionary are
 def test_members_equal_single_bodies_bitwise(name, scalars, vectors):
     scalars = dict(scalars)
     matrices = {scalars.pop("matrix"): MATRICES} if "matrix" in scalars else {}
-    many, one = (getattr(cls, name) if name else cls for cls in (kr.Bodies, kr.Body))
-    bodies = many(**scalars, **vectors, **matrices)
+    one = getattr(kr.Body, name) if name else kr.Body
+    bodies = one(**scalars, **vectors, **matrices)
     assert bodies.shape == (4, 3)
     for i in np.ndindex(4, 3):
         words = {word: np.broadcast_to(x, (4, 3))[i].item() for word, x in scalars.items()}
@@ -293,18 +293,18 @@ def test_members_equal_single_bodies_bitwise(name, scalars, vectors):
 
 def test_shared_values_are_stored_once():
     n = 10**5
-    bodies = kr.Bodies.symmetric(1.0, i1=np.linspace(2, 3, n), i3=1.0, height=0.5)
+    bodies = kr.Body.symmetric(1.0, i1=np.linspace(2, 3, n), i3=1.0, height=0.5)
     assert bodies.mass.strides == (0,) and bodies.com.strides[0] == 0
     assert len(pickle.dumps(bodies)) < 60 * n
     assert not any(x.flags.writeable for x in (bodies.mass, bodies.inertia, bodies.unphysical))
 
 
 def test_slices_are_bodies_and_compare_by_members():
-    bodies = kr.Bodies.cylinder(R, H, PLACES, mass=2)
+    bodies = kr.Body.cylinder(R, H, PLACES, mass=2)
     assert bodies[1:, 2][0] == bodies[1, 2] and bodies.ravel()[7] == bodies[2, 1]
     assert bodies[[3, 0]][1, 1] == bodies[0, 1] and pickle.loads(pickle.dumps(bodies)) == bodies
     assert bodies != bodies[::-1] and bodies != 3 and bodies[:2] != bodies and len(bodies) == 4
-    assert repr(bodies).startswith("<Bodies of shape (4, 3): radius ")
+    assert repr(bodies).startswith("<Body of shape (4, 3): radius ")
     assert [*bodies.coords] == ["radius", "height", "pivot"]
 
 
@@ -322,7 +322,7 @@ def test_slices_are_bodies_and_compare_by_members():
         lambda: kr.Body.from_com(1, (1, 1, 2.1), (0, 0, 1), (0, 0, 0)),
         lambda: dataclasses.replace(kr.Body.cone(1, 2, (0, 0, 0), mass=1), mass=2),
         lambda: kr.Scene.from_toml(MISTAKE_TOML + "inertia = [2e-4, 2e-4, 1e-4]").body,
-        lambda: kr.Bodies(1, (1, 1, 1), [(0, 0, 0.1), (0, 0, 3), (0, 3, 0)])[1],
+        lambda: kr.Body(1, (1, 1, 1), [(0, 0, 0.1), (0, 0, 3), (0, 3, 0)])[1],
     ],
 )
 def test_unphysical_bodies_warn_once_at_the_calling_line(make):
@@ -364,7 +364,7 @@ def test_bodies_passed_as_unphysical_do_not_warn_and_keep_the_flag():
     one = dataclasses.replace(kr.Body(1, (3, 3, 1), (0, 0, 0.5)), unphysical=True)
     assert one.unphysical and dataclasses.replace(one, com=(0, 0, 5)).unphysical
     assert kr.Scene.from_toml(kr.Scene(one, (0, 0, 1), gravity=1).to_toml()).body == one
-    mixed = kr.Bodies(1, (1, 1, 1), [(0, 0, 0.1), (0, 0, 3)], unphysical=[False, True])
+    mixed = kr.Body(1, (1, 1, 1), [(0, 0, 0.1), (0, 0, 3)], unphysical=[False, True])
     assert mixed[1].unphysical and not mixed[0].unphysical
     made_up = [name for name in kr.scenes.about if kr.scenes.get_scene(name).body.unphysical]
     assert len(made_up) == 10 and "dzhanibekov" not in made_up

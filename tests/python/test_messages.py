@@ -137,7 +137,7 @@ HINTS = [  # (a call or an attribute, words of the message)
     (lambda: kr.Body(1.0, inertia_about_con=1), "'inertia_about_com'"),
     (lambda: kr.Body.cuboid(halves=1), "'half'"),
     (lambda: kr.Body.cuboid(size=1), "half, pivot"),
-    (lambda: kr.Bodies.cuboid(masses=1), "'mass'"),
+    (lambda: kr.Body.cuboid(masses=1), "'mass'"),
     (lambda: kr.Ensemble(BODY, gravty=1), "'gravity'"),
     (lambda: kr.Record([0.0], {}, sgma=1), "'sigma'"),
     (lambda: kr.Record.from_csv("none.csv", column=1), "'columns'"),
@@ -186,8 +186,8 @@ def test_known_names_are_listed_once():
 
 
 def test_missing_arguments_are_named_without_inner_classes():
-    for call in kr.Scene, kr.Body, kr.Body.cuboid, kr.Bodies.cuboid, kr.Record, kr.exact:
-        with pytest.raises(TypeError, match=r"^(Body\.|Bodies\.)?\w+\(\) missing"):
+    for call in kr.Scene, kr.Body, kr.Body.cuboid, kr.Record, kr.exact:
+        with pytest.raises(TypeError, match=r"^(Body\.)?\w+\(\) missing"):
             call()
     for matrix in np.eye(3), np.eye(3).tolist():
         with pytest.raises(ValueError, match=r"Rotation\.from_matrix"):

@@ -16,12 +16,12 @@ from public_api import calls
 
 CALLS = {name: call for name, call in calls().items() if call[1]}
 SKIPPED = {  # no parameter by name, or no valid call
-    *("methods.__getitem__", "Bodies.reshape", "Ensemble.reshape"),
-    *("Path.__getattr__", "Section.__getattr__"),
+    *("methods.__getitem__", "Body.reshape", "Ensemble.reshape"),
+    *(f"{name}.__getattr__" for name in ("Body", "Ensemble", "Path", "Section")),
     *(name for name in CALLS if name.endswith("potential") and name != "Exact.potential"),
 }
 # The places of objects that have what a call needs: a symmetric body, a path with tangents.
-PLACES = {"Body.shift": 1, "Body.with_rotor": 1, "Path.derivative": 8}
+PLACES = {"Body.__getitem__": -3, "Body.shift": 1, "Body.with_rotor": 1, "Path.derivative": 8}
 SAID = spread(  # words in messages other than the name of the parameter
     {
         "function where": "function|where|quantity|factor|callable",
@@ -104,18 +104,18 @@ VALUE_ERRORS = [
     (kr.Body.sphere, {"radius": 1, **AT}, {"density": 1, "shell": True}, "thin"),
     (kr.Body.tube, {"inner": 1, "outer": 1, "height": 1, **AT}, {"density": 1}, "thin"),
     (kr.Body.tube, {"inner": 2, "outer": 1, "height": 1, **AT}, {"mass": 1}, "inner"),
-    (kr.Bodies.sphere, {"radius": [1, NAN], **AT}, {"mass": 1}, "radius[1] = nan"),
-    (kr.Bodies.cuboid, {"half": [(1, 1, 1), (1, 0, 1)], **AT}, {}, "half[1]"),
-    (kr.Bodies.sphere, {"radius": [1, 1e200], **AT}, {"density": 1}, "sphere[1] = inf"),
-    (kr.Bodies, {"mass": 1, "com": (0, 0, 0)}, {"inertia": MANY}, "body[1]: the body is not phys"),
-    (kr.Bodies, {"mass": 1, "com": (0, 0, 0)}, {"inertia": [(2, 2, 1)] * 3}, "three matrices"),
+    (kr.Body.sphere, {"radius": [1, NAN], **AT}, {"mass": 1}, "radius[1] = nan"),
+    (kr.Body.cuboid, {"half": [(1, 1, 1), (1, 0, 1)], **AT}, {}, "half[1]"),
+    (kr.Body.sphere, {"radius": [1, 1e200], **AT}, {"density": 1}, "sphere[1] = inf"),
+    (kr.Body, {"mass": 1, "com": (0, 0, 0)}, {"inertia": MANY}, "body[1]: the body is not phys"),
+    (kr.Body, {"mass": 1, "com": (0, 0, 0)}, {"inertia": [(2, 2, 1)] * 3}, "three matrices"),
     (
-        kr.Bodies,
+        kr.Body,
         {"mass": 1, "com": (0, 0, 0)},
         {"inertia": [np.eye(3), np.full((3, 3), NAN)]},
         "inertia[",
     ),
-    (kr.Bodies, BODY, {"mass": [1, 2], "com": np.ones((3, 3))}, "broadcast"),
+    (kr.Body, BODY, {"mass": [1, 2], "com": np.ones((3, 3))}, "broadcast"),
     (kr.Scene, SCENE, {"momentum": None}, "exactly one of momentum"),
     (kr.Scene, SCENE, {"velocity": (1, 0, 0)}, "not momentum and velocity"),
     (kr.Scene, {"body": HEAVY, "gravity": 1}, {"body_velocity": (1, 2, 1e308)}, "not finite"),

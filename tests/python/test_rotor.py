@@ -204,7 +204,7 @@ def make_wheel(**words):
             (lambda x=x: replace(GENERAL, rotor=x), "rotor")
             for x in ((math.nan, 0, 0), (0, math.inf, 0), "x", (1, 2), 1.0)
         ],
-        (lambda: kr.Bodies([1, 2], (1, 1, 1), (0, 0, 0), rotor=(1, 2)), "rotor"),
+        (lambda: kr.Body([1, 2], (1, 1, 1), (0, 0, 0), rotor=(1, 2)), "rotor"),
         (lambda: HEAVY.vary(rotor=1.0), "rotor"),
         (make_wheel(spin=math.nan), "spin"),
         (make_wheel(inertia=-1.0), "inertia"),

@@ -144,7 +144,7 @@ HEAVY = kr.Body.symmetric(1.0, 1.0, 0.5, 0.8, unphysical=True)
 HEAVY_TOML = "[body.symmetric]\nmass = 1\ni1 = 1\ni3 = 0.5\nheight = 0.8\nunphysical = true\n"
 WEIGHTLESS = kr.Body(1.0, (1.0, 1.0, 1.5), (0.0, 0.0, 0.0))
 FLOATING = kr.Scene(WEIGHTLESS, momentum=(0.1, 0.2, 3.0))
-ROW = kr.Bodies(1, (1, 1, 1), [(0, 0, 0), (0, 0, 0.3)])
+ROW = kr.Body(1, (1, 1, 1), [(0, 0, 0), (0, 0, 0.3)])
 
 
 def read_toml(text):

@@ -23,7 +23,7 @@ EXAMPLES = settings(
     phases=[Phase.generate],  # a sweep takes long to be made simpler
 )
 SLEEPING = kr.scenes.sleeping
-BODIES = kr.Bodies.symmetric(1, i1=[2, 3, 4], i3=1, height=0.5)
+BODIES = kr.Body.symmetric(1, i1=[2, 3, 4], i3=1, height=0.5)
 DIRECTION = [0, 0, 0, 1, 0, 0]
 PLANE = kr.events.plane((0, 0, 1), 0.3)
 SCATTER = {"seed": 3, "attitude": 0.01, "momentum": (0.1, 0.2, 0.3), "gravity": 0.1}

@@ -22,6 +22,7 @@ double fmax(double x, double y);
 double fmin(double x, double y);
 double fmod(double x, double y);
 double frexp(double x, int *exponent);
+double hypot(double x, double y);
 int ilogb(double x);
 double ldexp(double x, int exponent);
 double log10(double x);

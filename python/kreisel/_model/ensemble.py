@@ -1,101 +1,285 @@
-"""Ensembles: arrays of scenes."""
+"""Ensembles: arrays of scenes, and starts that the core computes."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import INPUT_RTOL, statuses, values
+from .._core import INPUT_RTOL, cosine, euler, spinning
 from .._core import Tops as CoreTops
-from .._utils.arguments import Array, R, as_bool, short_repr, validate_type
-from ..quaternion import conjugate, multiply, turn, turn_back, unit
-from .batch import (
-    BatchBase,
+from .._utils.arguments import (
+    Array,
+    as_bool,
+    make_exception_from_status,
+    make_frozen_class_decorator,
+    validate_type,
+)
+from ..quaternion import unit
+from .batch import BatchBase, broadcast_shapes, stack_components
+from .body import Body
+from .parameters import (
+    ENVIRONMENT,
+    PARAMETERS,
+    STARTS,
     BatchParameter,
-    ColumnMap,
+    Column,
     Index,
     Shape,
-    broadcast_named_columns,
-    broadcast_named_shapes,
-    compute_vectors_in_blocks,
-    convert_to_python_numbers,
-    name_varying_dimensions,
-    split_components,
-    stack_components,
-    validate_parameter,
+    collapse_broadcast_axes,
+    get_member,
+    read_environment,
+    read_parameter,
+    refuse_first,
 )
-from .body import Bodies, Body
-from .euler_angles import (
-    cos,
-    find_symmetry_moments,
-    find_symmetry_moments_of_body,
-    is_steady_precession_requested,
-    quaternion_from_euler,
-    refuse_rotor_in_steady_precession,
-    solve_steady_precession,
-    validate_tilt_angle,
-    velocity_from_euler,
-)
-from .parameters import EnvironmentArguments, validate_ensemble_environment, validate_gravities
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-
-def compute_angular_momentum(
-    name: str,
-    moments: tuple[R, R, R],
-    axes: tuple[R, R, R, R],
-    q: tuple[R, R, R, R],
-    v: tuple[R, R, R],
-    rotor: tuple[R, R, R] | None = None,
-    turning: tuple[R, R, R] | None = None,
-) -> tuple[R, R, R]:
-    """Compute the angular momentum in the space frame from one of the four initial conditions.
-
-    `name` is the name of the given initial condition, and `v` is its value. `q` is the attitude,
-    `moments` are the principal moments of inertia, and `axes` is the rotation from the principal
-    axes to the body frame. `rotor` has components along the principal axes. If the support rotates
-    with the angular velocity `turning` in space, velocities are relative to the support. Zero
-    components of `rotor` and `turning` must be -0.0, because adding -0.0 leaves every
-    floating-point number unchanged.
-    """
-    if name == "momentum":
-        return v
-    if name == "body_momentum":
-        return turn(q, v)
-    if name == "body_velocity":
-        v = turn(q, v)
-    if turning is not None:
-        v = v[0] + turning[0], v[1] + turning[1], v[2] + turning[2]
-    principal = multiply(q, axes)
-    x, y, z = turn_back(principal, v)
-    i1, i2, i3 = moments
-    components = i1 * x, i2 * y, i3 * z
-    if rotor is not None:
-        components = components[0] + rotor[0], components[1] + rotor[1], components[2] + rotor[2]
-    return turn(principal, components)
-
-
-S = TypeVar("S")
-ONE_OF = "momentum", "velocity", "body_momentum", "body_velocity"
+_NUMBERS = "momentum", "attitude", *ENVIRONMENT
 _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
-class EnsembleBase(BatchBase[S]):
-    """The data of kr.Ensemble: bodies, and columns of initial states and environments."""
+class VaryKwargs(TypedDict, total=False):
+    """Keyword arguments of Scene.vary."""
+
+    body: Body
+    mass: ArrayLike
+    inertia: ArrayLike
+    com: ArrayLike
+    rotor: ArrayLike
+    momentum: ArrayLike
+    velocity: ArrayLike
+    body_momentum: ArrayLike
+    body_velocity: ArrayLike
+    attitude: ArrayLike | Rotation
+    attitude_xyzw: ArrayLike
+    spin: ArrayLike
+    tilt: ArrayLike
+    precession: ArrayLike
+    angles: ArrayLike
+    rates: ArrayLike
+    steady: bool
+    fast: bool
+    degrees: bool
+    gravity: ArrayLike
+    damping: ArrayLike
+    turning: ArrayLike
+    shaking: ArrayLike
+    friction: ArrayLike
+
+
+class SceneKwargs(TypedDict, total=False):
+    """Keyword arguments of Scene.replace, which are those of the constructor of Scene."""
+
+    body: Body
+    momentum: ArrayLike
+    velocity: ArrayLike
+    body_momentum: ArrayLike
+    body_velocity: ArrayLike
+    attitude: ArrayLike | Rotation
+    attitude_xyzw: ArrayLike
+    gravity: float | None
+    damping: ArrayLike | None
+    turning: ArrayLike | None
+    shaking: ArrayLike | None
+    friction: float | None
+
+
+class SceneConstructors:
+    """Constructors of Scene and Ensemble from Euler angles and rates."""
+
+    @classmethod
+    def from_euler(
+        cls,
+        body: Body,
+        angles: ArrayLike,
+        rates: ArrayLike = (0.0, 0.0, 0.0),
+        *,
+        degrees: bool = False,
+        gravity: ArrayLike | None = None,
+        damping: ArrayLike | None = None,
+        turning: ArrayLike | None = None,
+        shaking: ArrayLike | None = None,
+        friction: ArrayLike | None = None,
+    ) -> Self:
+        """Build a scene from z-x-z Euler angles (precession, nutation, spin) and their rates.
+
+        The angles are path.precession_angle, .nutation and .spin_angle at t = 0 [rad], and the
+        rates are their time derivatives [rad/T]. Precession, nutation and spin are rotations about
+        e3, the line of nodes and the apex (the direction of the centre of mass), respectively. If
+        the apex is the third axis of the frame of description, the attitude is
+
+            Rz(precession) Rx(nutation) Rz(spin).
+
+        If the apex is not the third axis, the angles describe a body-fixed frame whose third axis
+        is the apex.
+
+        degrees  True: angles and rates are in degrees, also turning and the rate and phase of
+                 shaking; the arguments gravity to friction are otherwise as in Scene
+
+        For an Ensemble, angles and rates may be arrays of the shape (..., 3), and the other
+        arguments arrays as in Ensemble.
+
+        >>> import kreisel as kr
+        >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
+        >>> scene = kr.Scene.from_euler(top, (30, 60, 0), (0, 0, 720), degrees=True, gravity=1)
+        >>> round(float(kr.solve(scene, [0.0]).nutation[0]), 12)
+        1.047197551197
+        """
+        in_degrees = as_bool("degrees", degrees)
+        around = gravity, damping, turning, shaking, friction
+        if not validate_type("body", body, Body).shape and cls is not Ensemble:
+            numbers = euler(body._block, angles, rates, in_degrees, around)
+            if numbers is not None:
+                return cls._from_numbers(body, numbers, damping)
+        given = read_environment(body, dict(zip(ENVIRONMENT, around, strict=True)), in_degrees)
+        words = [
+            read_parameter("angles", angles, degrees=in_degrees),
+            read_parameter("rates", rates, degrees=in_degrees),
+        ]
+        tops = build_from_euler(body, words, words[0].radians, words[1].radians, given)
+        return cls._from_tops(tops, damping)
+
+    @classmethod
+    def spinning(
+        cls,
+        body: Body,
+        spin: ArrayLike,
+        tilt: ArrayLike = 0.0,
+        precession: ArrayLike | None = None,
+        *,
+        steady: bool = False,
+        fast: bool = False,
+        degrees: bool = False,
+        gravity: ArrayLike | None = None,
+        damping: ArrayLike | None = None,
+        turning: ArrayLike | None = None,
+        shaking: ArrayLike | None = None,
+        friction: ArrayLike | None = None,
+    ) -> Self:
+        """Build a symmetric top that spins about its symmetry axis, tilted from the vertical.
+
+        spin        component of the angular velocity along the axis, from the fixed point towards
+                    the centre of mass, as path.spin [rad/T]. Without damping, friction and turning,
+                    the spin is constant
+        tilt        angle between the axis and the vertical, 0 .. pi; the axis is tilted about e1
+        precession  initial rate of the axis about the vertical [rad/T]. The default is 0: the axis
+                    is released from rest
+        steady      True: the top precesses without nutation, slowly or, with fast=True, fast. At
+                    tilt 0 or pi it stands or hangs vertically, without precession
+        degrees     True: angles and rates are in degrees, also turning and the rate and phase of
+                    shaking; the arguments gravity to friction are otherwise as in Scene
+
+        Raises ValueError for a body that is not symmetric about its apex, and for steady=True with
+        `precession`, a rotor, damping, friction or a moving support. Also raises ValueError if no
+        steady precession exists. If the spin is too small, the message states the least possible
+        spin.
+
+        For an Ensemble, spin, tilt and precession may be arrays, and the other arguments arrays as
+        in Ensemble. Messages give the index of the first top that is refused.
+
+        >>> import kreisel as kr
+        >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
+        >>> scene = kr.Scene.spinning(top, spin=50, tilt=1.0, steady=True, gravity=1)
+        >>> path = kr.solve(scene, 10)
+        >>> bool(abs(path.nutation - 1.0).max() < 1e-12)
+        True
+        >>> tops = kr.Ensemble.spinning(top, spin=[[20], [40]], tilt=[0.1, 0.2], gravity=1)
+        >>> tops.shape, tops.axes
+        ((2, 2), ('spin', 'tilt'))
+        """
+        in_degrees = as_bool("degrees", degrees)
+        is_steady, is_fast = as_bool("steady", steady), as_bool("fast", fast)
+        around = gravity, damping, turning, shaking, friction
+        if not validate_type("body", body, Body).shape and cls is not Ensemble:
+            flags = is_steady, is_fast, in_degrees
+            numbers = spinning(body._block, spin, tilt, precession, *flags, around)
+            if numbers is not None:
+                return cls._from_numbers(body, numbers, damping)
+        words = [
+            read_parameter("spin", spin, degrees=in_degrees),
+            read_tilts(tilt, in_degrees),
+        ]
+        check_symmetry(body)
+        given = read_environment(body, dict(zip(ENVIRONMENT, around, strict=True)), in_degrees)
+        if is_steady_precession_requested(steady, fast, precession, given):
+            rate = compute_steady_precession(body, words[0], words[1], given["gravity"], is_fast)
+        else:
+            initial = 0.0 if precession is None else precession
+            words.append(read_parameter("precession", initial, degrees=in_degrees))
+            rate = words[2].radians
+        broadcast_shapes({"body": body.shape, **{one.name: one.shape for one in words}})
+        tops = build_spinning(
+            body, words, (0.0, words[1].radians, 0.0), words[0].radians, rate, given
+        )
+        return cls._from_tops(tops, damping)
+
+    @classmethod
+    def _from_numbers(cls, body: Body, numbers: tuple[Any, ...], damping: object) -> Self:
+        raise NotImplementedError
+
+    @classmethod
+    def _from_tops(cls, tops: Ensemble, damping: object) -> Self:
+        raise NotImplementedError
+
+
+@make_frozen_class_decorator("kreisel.Ensemble(..., {}=...) constructs a new ensemble")
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Ensemble(SceneConstructors, BatchBase[Any]):
+    """An array of scenes, whose parameters broadcast to a common shape.
+
+    Each parameter of kr.Scene may be a single value or an array of values. All parameters broadcast
+    to one shape, such as (n,), (500, 500) or ().
+
+    body      a kr.Body, of one body for all tops or of many
+    momentum  (..., 3) in space [M L^2 T^-1]. Alternatively, velocity, body_momentum or
+              body_velocity (..., 3)
+    attitude  (..., 4) unit quaternions (w, x, y, z), or an array of scipy Rotations. Alternatively,
+              attitude_xyzw (..., 4)
+    gravity   (...,) acceleration along -e3 [L T^-2]; required unless each centre of mass is exactly
+              at the fixed point
+    damping   one number for all tops, or (..., 3) along the principal axes, or (..., 1) if the
+              three axes of a top have the same damping [M L^2 T^-1]
+    turning   (..., 3) angular velocities of the supports [rad/T]
+    shaking   (..., 3) amplitudes [L], rates [rad/T] and phases [rad]
+    friction  (...,) dry friction about the apex [M L^2 T^-2]
+
+    `tops[i, j]` is a kr.Scene; slices, index arrays and masks return ensembles. Iteration yields
+    scenes or, if there are several dimensions, ensembles. Each member is bitwise equal to the
+    kr.Scene with the same parameters. A single value that is given for all members is stored only
+    once. Two ensembles are equal if all their parameters are equal.
+
+    The parameters are attributes with the shapes (*shape, 3), (*shape, 4) or (*shape,). `tops.body`
+    is one body for all tops, or an array of bodies with the shape of the ensemble.
+
+    Raises the same exceptions as Scene, with the index of the first invalid value in the message.
+
+    >>> import kreisel as kr
+    >>> body = kr.scenes.thesis.body
+    >>> tops = kr.Ensemble(body, momentum=[(0, 0, 1), (0, 0, 2)], gravity=[[1], [2], [3]])
+    >>> tops.shape, tops[2, 0].gravity, tops[:, 1].momentum.shape
+    ((3, 2), 3.0, (3, 3))
+    """
 
     _one: ClassVar[Any]  # the class of one top
-    _bodies: Body | Bodies
+    body: Body
+    momentum: Array
+    attitude: Array
+    gravity: Array
+    damping: Array
+    turning: Array
+    shaking: Array
+    friction: Array
 
     def __init__(
         self,
-        body: Body | Bodies,
+        body: Body,
         momentum: ArrayLike | None = None,
         attitude: ArrayLike | Rotation | None = None,
         gravity: ArrayLike | None = None,
@@ -109,60 +293,78 @@ class EnsembleBase(BatchBase[S]):
         shaking: ArrayLike | None = None,
         friction: ArrayLike | None = None,
     ) -> None:
-        arguments = dict(
-            zip(ONE_OF, (momentum, velocity, body_momentum, body_velocity), strict=True)
-        )
-        bodies, start = validate_body_type(body), select_momentum_parameter(arguments)
-        attitude_parameter, q = validate_attitudes(attitude, attitude_xyzw)
-        environment = EnvironmentArguments(gravity, damping, turning, shaking, friction)
-        environment_parameters, columns = validate_ensemble_environment(environment, bodies)
-        parameters = [start, attitude_parameter, *environment_parameters]
-        compute_common_top_shape(bodies, parameters)
-        momenta = compute_start_momenta(bodies, start, q, columns["turning"])
-        self._store_ensemble_columns(
-            bodies, parameters, {"momentum": momenta, "attitude": q, **columns}, self._one
-        )
-
-    def _store_ensemble_columns(
-        self,
-        body: Body | Bodies,
-        parameters: Sequence[BatchParameter],
-        columns: Mapping[str, Array],
-        one: Callable[..., S],
-    ) -> Self:
-        """Validate the parameter arrays of the ensemble, and store them as columns.
-
-        Raises the exception that the constructor `one` would raise for the first invalid member of
-        the ensemble.
-        """
-        shape = compute_common_top_shape(body, parameters)
-        for name, column in columns.items():
-            shape = np.broadcast_shapes(
-                shape, column.shape[: column.ndim - _count_value_dimensions(name)]
+        validate_type("body", body, Body)
+        values = momentum, velocity, body_momentum, body_velocity
+        starts = {n: x for n, x in zip(STARTS, values, strict=True) if x is not None}
+        if len(starts) != 1:
+            raise ValueError(
+                f"give exactly one of {', '.join(STARTS)}, not {' and '.join(starts) or 'none'}"
             )
-        words = [each for each in parameters if each.values.ndim > len(each.value)]
-        bodies = body
-        if isinstance(body, Bodies):
-            words, bodies = body._list_varying_parameters() + words, body._broadcast_to(shape)
-        self.__dict__["_bodies"] = bodies
-        in_degrees = any(each.degrees for each in words)
-        states = [(name, column, _count_value_dimensions(name)) for name, column in columns.items()]
-        varied = [(each.name, each.values, len(each.value)) for each in words]
-        names = name_varying_dimensions(shape, words)
-        self._set_shape_and_columns(
-            shape,
-            names,
-            broadcast_named_columns(states, shape),
-            broadcast_named_columns(varied, shape),
-            in_degrees,
-        )
+        ((name, value),) = starts.items()
+        start = read_parameter(name, value)
+        attitudes, q = _read_attitudes(attitude, attitude_xyzw)
+        around = gravity, damping, turning, shaking, friction
+        given = read_environment(body, dict(zip(ENVIRONMENT, around, strict=True)))
+        words = [start, attitudes, *given.values()]
+        broadcast_shapes({"body": body.shape, **{one.name: one.shape for one in words}})
+        momenta = start.values
+        if name != "momentum":
+            kind = STARTS.index(name)
+            momenta = _call_core(
+                lambda tops, vectors: tops.momenta(kind, vectors),
+                body,
+                q,
+                given.get("turning"),
+                start.radians,
+            )
+        self._store_starts(body, words, momenta, q, given)
+
+    def _store_starts(
+        self,
+        body: Body,
+        words: list[BatchParameter],
+        momenta: Array,
+        q: Array,
+        given: Mapping[str, BatchParameter],
+    ) -> Self:
+        """Store the columns of the ensemble. `words` are the parameters that the user gave."""
+        columns: dict[str, tuple[Column, int]] = {"momentum": (momenta, 1), "attitude": (q, 1)}
+        for name in ENVIRONMENT:
+            width = len(PARAMETERS[name].shapes[0])
+            values = given[name].radians if name in given else np.zeros((3,) * width)
+            if name == "damping":
+                values = np.broadcast_to(values, (*values.shape[:-1], 3))
+            columns[name] = values, width
+        leads = [values.shape[: values.ndim - width] for values, width in columns.values()]
+        words = [*body._list_varying_parameters(), *words]
+        shape = np.broadcast_shapes(body.shape, *leads, *[one.shape for one in words])
+        self._store(shape, columns, words)
+        self.__dict__["body"] = body._broadcast_to(shape) if body.shape else body
         status, index = self._core_scenes.check()
         if status != "OK":
             place = tuple(map(int, np.unravel_index(index, shape)))
-            raise make_invalid_member_error(
-                body, parameters, one, shape, place, statuses[status][1]
-            )
+            numbers = [get_member(getattr(self, name), place) for name in _NUMBERS[:3]]
+            text = "momentum {}, attitude {}, gravity {!r}".format(*numbers)
+            error = make_exception_from_status(status, text)
+            raise type(error)(f"top{list(place)}: {error}" if place else str(error))
         return self
+
+    @classmethod
+    def _from_tops(cls, tops: Any, damping: object) -> Self:
+        made: Self = tops
+        return made
+
+    def _get_numbers_of_one(self) -> tuple[Any, ...]:
+        """Return the numbers of the only top; raise ValueError if there are many."""
+        if self.shape:
+            name = next(iter(self._varied), "body")
+            form, why = PARAMETERS[name][3:] if name in PARAMETERS else ("one body", "")
+            raise (ValueError if name in PARAMETERS and PARAMETERS[name].endings else TypeError)(
+                f"{name} must be {form}, not an array of them: {why}{'; ' if why else ''}a Scene "
+                "is one top, and kreisel.Ensemble makes many"
+            )
+        numbers = [get_member(getattr(self, name), ()) for name in _NUMBERS]
+        return (*numbers, self._core_scenes.block(0))
 
     @classmethod
     def of(cls, scenes: Sequence[Any]) -> Self:
@@ -189,53 +391,32 @@ class EnsembleBase(BatchBase[S]):
             index = "".join(f"[{i}]" for i in np.unravel_index(k, shape)) if shape else ""
             validate_type(f"scenes{index}", scene, cls._one)
         rows = np.frombuffer(b"".join(scene._block for scene in members)).reshape(*shape, 34)
-        columns = {
-            "momentum": rows[..., 21:24],
-            "attitude": rows[..., 17:21],
-            "gravity": rows[..., 15],
-            "damping": rows[..., 24:27],
-            "turning": rows[..., 27:30],
-            "shaking": rows[..., 30:33],
-            "friction": rows[..., 33],
+        body = Body._combine_bodies([scene.body for scene in members], shape)
+        places: tuple[Any, ...] = 15, slice(24, 27), slice(27, 30), slice(30, 33), 33
+        around = {
+            name: BatchParameter(name, rows[..., place], PARAMETERS[name].shapes[0])
+            for name, place in zip(ENVIRONMENT, places, strict=True)
         }
-        body = Bodies._combine_bodies([scene.body for scene in members], shape)
-        return cls.__new__(cls)._store_ensemble_columns(body, (), columns, cls._one)
+        tops = cls.__new__(cls)
+        return tops._store_starts(body, [], rows[..., 21:24], rows[..., 17:21], around)
 
-    def _apply_to_columns(
-        self, change: ColumnMap, shape: Shape, names: tuple[str | None, ...]
+    def _with(
+        self, shape: Shape, names: tuple[str | None, ...], change: Callable[[Column], Column]
     ) -> Self:
-        ensemble = super()._apply_to_columns(change, shape, names)
-        body = self._bodies
-        bodies = body._apply_to_columns(change, shape, names) if isinstance(body, Bodies) else body
-        ensemble.__dict__["_bodies"] = bodies
-        return ensemble
+        tops, body = super()._with(shape, names, change), self.body
+        tops.__dict__["body"] = body._with(shape, names, change) if body.shape else body
+        return tops
 
-    def _select_body_of_top(self, index: Index) -> Body:
-        body = self._bodies
-        return body._select_member(index) if isinstance(body, Bodies) else body
-
-    def _select_member(self, index: Index) -> S:
-        words = {
-            name: convert_to_python_numbers(column[index]) for name, column in self._columns.items()
-        }
-        scene: S = self._one(self._select_body_of_top(index), **words)
-        return scene
+    def _select_member(self, index: Index) -> Any:
+        body = self.body._select_member(index) if self.body.shape else self.body
+        return self._one(
+            body, **{name: get_member(getattr(self, name), index) for name in _NUMBERS}
+        )
 
     @cached_property
     def _core_scenes(self) -> CoreTops:
         """The scenes as an array in the memory layout that the C library requires."""
-        shape, columns = self.shape, self._columns
-        body, nothing = self._bodies, np.broadcast_to(np.zeros(()), self.shape)
-        if isinstance(body, Bodies):
-            parts = [body.mass, body.moments, body.principal_com, body.axes, body.inertia_rtol]
-            parts += [body.principal_rotor]
-        else:
-            row = np.frombuffer(body._block)
-            fields = row[0], row[1:4], row[4:7], row[7:11], row[11], row[12:]
-            parts = [np.broadcast_to(field, shape + field.shape) for field in fields]
-        start = [columns["gravity"], nothing, columns["attitude"], columns["momentum"]]
-        environment = [columns[name] for name in ("damping", "turning", "shaking", "friction")]
-        return CoreTops(shape, [*parts, *start, *environment])
+        return _make_core_tops(self.body, self.shape, {n: getattr(self, n) for n in _NUMBERS})
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -245,390 +426,207 @@ class EnsembleBase(BatchBase[S]):
         scalar and varies along no other dimension. All other dimensions are named 'dim_k', where k
         is the index, or 'top' if the ensemble has only one dimension.
         """
-        return self._dimension_names
-
-    @property
-    def body(self) -> Body | Bodies:
-        """The body shared by all members, or an array of bodies with the shape of the ensemble."""
-        return self._bodies
-
-    @property
-    def momentum(self) -> Array:
-        """(*shape, 3) angular momentum about the fixed point, in space [M L^2 T^-1]."""
-        return self._columns["momentum"]
-
-    @property
-    def attitude(self) -> Array:
-        """(*shape, 4) unit quaternion (w, x, y, z) from the body into space."""
-        return self._columns["attitude"]
-
-    @property
-    def gravity(self) -> Array:
-        """(*shape,) acceleration along -e3 [L T^-2]."""
-        return self._columns["gravity"]
-
-    @property
-    def damping(self) -> Array:
-        """(*shape, 3) linear drag along the principal axes [M L^2 T^-1]."""
-        return self._columns["damping"]
-
-    @property
-    def turning(self) -> Array:
-        """(*shape, 3) angular velocity of the support, in space [rad/T]."""
-        return self._columns["turning"]
-
-    @property
-    def shaking(self) -> Array:
-        """(*shape, 3) amplitude [L], rate [rad/T] and phase [rad] of the support."""
-        return self._columns["shaking"]
-
-    @property
-    def friction(self) -> Array:
-        """(*shape,) dry friction about the apex [M L^2 T^-2]."""
-        return self._columns["friction"]
+        unnamed = "top" if len(self.shape) == 1 else "dim_{}"
+        return tuple(name or unnamed.format(k) for k, name in enumerate(self._names))
 
     def __eq__(self, other: object) -> bool:
-        if not isinstance(other, EnsembleBase):
+        if not isinstance(other, Ensemble):
             return NotImplemented
-        return super().__eq__(other) and bool(self._bodies == other._bodies)
+        return (
+            self.shape == other.shape
+            and self.body == other.body
+            and all(np.array_equal(getattr(self, n), getattr(other, n)) for n in _NUMBERS)
+        )
 
-    __hash__ = None
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        return self._describe()
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**super().__getstate__(), "body": self._bodies}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__["_bodies"] = state["body"]
-        super().__setstate__(state)
+        return {name: x for name, x in self.__dict__.items() if name != "_core_scenes"}
 
 
-def _count_value_dimensions(name: str) -> int:
-    """Return the number of dimensions of one value of the parameter `name`: 0 or 1."""
-    return int(name not in ("gravity", "friction"))
+def _make_core_tops(body: Body, shape: Shape, columns: Mapping[str, Array]) -> CoreTops:
+    """Return tops as the core reads them; missing columns are zero, or upright."""
+    start: dict[str, Any] = {"gravity": 0.0, "t": 0.0, "attitude": _UPRIGHT}
+    start |= dict.fromkeys(("momentum", "damping", "turning", "shaking"), np.zeros(3))
+    start |= {"friction": 0.0, **columns}
+    body_names = "mass", "moments", "principal_com", "axes", "inertia_rtol", "principal_rotor"
+    parts = {**{name: getattr(body, name) for name in body_names}, **start}
+    numbers = "mass", "inertia_rtol", "gravity", "t", "friction"
+    arrays = []
+    for name, values in parts.items():
+        array = np.asarray(values, dtype=np.float64)
+        arrays.append(np.broadcast_to(array, shape + (() if name in numbers else array.shape[-1:])))
+    return CoreTops(shape, arrays)
 
 
-def validate_body_type(body: object) -> Body | Bodies:
-    """Return `body` if it is a Body or Bodies; raise TypeError otherwise."""
-    if isinstance(body, Body | Bodies):
-        return body
-    raise TypeError(f"body must be a kreisel.Body or kreisel.Bodies, not {short_repr(body)}")
+def _call_core(
+    compute: Callable[..., Array],
+    body: Body,
+    q: Array,
+    turning: BatchParameter | None,
+    *vectors: Array,
+) -> Array:
+    """Return rows that the core computes from the vectors, once for tops that share them."""
+    columns = {"attitude": q, "turning": np.zeros(3) if turning is None else turning.radians}
+    small = [collapse_broadcast_axes(x, x.ndim - 1) for x in (*columns.values(), *vectors)]
+    shape = np.broadcast_shapes(body.shape, *[x.shape[:-1] for x in small])
+    tops = _make_core_tops(body, shape, dict(zip(columns, small, strict=False)))
+    rows = [np.broadcast_to(x, (*shape, 3)).reshape(-1, 3) for x in small[2:]]
+    result: Array = compute(tops, *rows)
+    return result.reshape(*shape, result.shape[-1])
 
 
-def compute_common_top_shape(body: Body | Bodies, parameters: Sequence[BatchParameter]) -> Shape:
-    """Return the shape to which the bodies and parameters broadcast.
-
-    Raises ValueError if the shapes do not broadcast.
-    """
-    body_shape = body.shape if isinstance(body, Bodies) else ()
-    shapes = [each.values.shape[: each.values.ndim - len(each.value)] for each in parameters]
-    try:
-        return np.broadcast_shapes(body_shape, *shapes)
-    except ValueError:
-        return broadcast_named_shapes(
-            ["body", *[each.name for each in parameters]], [body_shape, *shapes]
-        )
-
-
-def make_invalid_member_error(
-    body: Body | Bodies,
-    parameters: Sequence[BatchParameter],
-    one: Callable[..., object],
-    shape: Shape,
-    index: Index,
-    text: str = "not a top",
-) -> Exception:
-    """Return the exception that the constructor `one` of a single top raises for an invalid top.
-
-    If no exception is raised, a ValueError with the message `text` is returned.
-    """
-    words = {
-        each.name: convert_to_python_numbers(each.broadcast_to(shape)[index]) for each in parameters
-    }
-    member_body = (
-        body._broadcast_to(shape)._select_member(index) if isinstance(body, Bodies) else body
+def build_from_euler(
+    body: Body,
+    words: list[BatchParameter],
+    angles: Array,
+    rates: Array,
+    given: Mapping[str, BatchParameter],
+) -> Ensemble:
+    """Build tops from Euler angles [rad] and their rates, and the parameters of the user."""
+    words = [*words, *given.values()]
+    broadcast_shapes({"body": body.shape, **{one.name: one.shape for one in words}})
+    rows = _call_core(
+        lambda tops, *vectors: tops.euler(*vectors),
+        body,
+        _UPRIGHT,
+        given.get("turning"),
+        angles,
+        rates,
     )
-    place = f"top{list(index)}: " if index else ""
-    try:
-        one(member_body, **words)
-    except (TypeError, ValueError) as error:
-        return type(error)(f"{place}{error}")
-    return ValueError(f"{place}{text}")
+    return Ensemble.__new__(Ensemble)._store_starts(
+        body, words, rows[..., 4:], rows[..., :4], given
+    )
 
 
-def select_momentum_parameter(arguments: Mapping[str, ArrayLike | None]) -> BatchParameter:
-    """Return the one given parameter that determines the initial angular momentum.
+def build_spinning(
+    body: Body,
+    words: list[BatchParameter],
+    angles: tuple[Any, Any, Any],
+    spin: Any,
+    precession: Any,
+    given: Mapping[str, BatchParameter],
+    nutation: Any = 0.0,
+) -> Ensemble:
+    """Build tops from Euler angles [rad], the spin about the apex and the rates of two angles."""
+    with np.errstate(all="ignore"):
+        rates = precession, nutation, spin - precession * cosine(np.asarray(angles[1]))
+    return build_from_euler(
+        body,
+        words,
+        stack_components(*map(np.asarray, angles)),
+        stack_components(*map(np.asarray, rates)),
+        given,
+    )
 
-    Raises ValueError unless exactly one of momentum, velocity, body_momentum and body_velocity is
-    given.
-    """
-    names = [name for name, value in arguments.items() if value is not None]
-    if len(names) != 1:
+
+def read_tilts(tilts: ArrayLike | BatchParameter, degrees: bool) -> BatchParameter:
+    """Return the parameter `tilt`; raise ValueError for angles outside [0, pi]."""
+    parameter = read_parameter("tilt", tilts, degrees=degrees)
+    bad = ~((parameter.radians >= 0.0) & (parameter.radians <= math.pi))
+    if bad.any():
+        most = "180" if degrees else "pi, or up to 180 with degrees=True"
+        refuse_first("tilt", tilts, bad, f"must lie between 0 and {most}")
+    return parameter
+
+
+def check_symmetry(body: Body) -> None:
+    """Raise ValueError for the first body that is not symmetric about its apex."""
+    is_symmetric = _make_core_tops(body, body.shape, {}).symmetric().reshape(body.shape)
+    if not is_symmetric.all():
+        index = tuple(map(int, np.unravel_index(int(is_symmetric.argmin()), body.shape)))
+        one = body._select_member(index)
+        place = f"body{list(index)}: " if index else ""
         raise ValueError(
-            f"give exactly one of {', '.join(ONE_OF)}, not " + (" and ".join(names) or "none")
+            f"{place}spinning needs a symmetric body: its axis must be the line from the fixed "
+            "point to the centre of mass, or the third axis if these points coincide; this body "
+            f"has moments {one.moments} and com {one.principal_com} in principal axes"
         )
-    return validate_parameter(names[0], arguments[names[0]], (3,))
 
 
-def validate_attitudes(attitude: Any, xyzw: Any) -> tuple[BatchParameter, Array]:
-    """Validate the argument `attitude` or `attitude_xyzw`, and return the quaternions (w, x, y, z).
+def is_steady_precession_requested(
+    steady: object, fast: object, precession: object, given: Mapping[str, BatchParameter]
+) -> bool:
+    """Return True if a steady precession is requested.
 
-    Raises ValueError if both `attitude` and `attitude_xyzw` are given, or if a quaternion is not of
-    unit length.
+    Raises TypeError if `steady` or `fast` is not a bool, and ValueError for incompatible arguments.
+    """
+    if as_bool("fast", fast) and not steady:
+        raise ValueError("fast chooses between two steady precessions: also pass steady=True")
+    if not as_bool("steady", steady):
+        return False
+    others = ["precession"] if precession is not None else []
+    others += [name for name, one in given.items() if name != "gravity" and one.values.any()]
+    if others:
+        raise ValueError(f"steady=True cannot be combined with {' or '.join(others)}")
+    return True
+
+
+def compute_steady_precession(
+    body: Body, spin: BatchParameter, tilt: BatchParameter, gravity: BatchParameter, fast: bool
+) -> Array:
+    """Compute the rates of steady precession of tops.
+
+    Raises ValueError with the index of the first top for which no steady precession exists. If its
+    spin is too small, the message states the least possible spin.
+    """
+    if np.any(body.rotor):
+        raise ValueError("steady=True does not support bodies with rotors")
+    check_symmetry(body)
+    words = {one.name: one.shape for one in (spin, tilt, gravity)}
+    shape = broadcast_shapes({"body": body.shape, **words})
+    rows = [np.broadcast_to(one.radians, shape).reshape(-1) for one in (spin, tilt)]
+    tops = _make_core_tops(body, shape, {"gravity": gravity.values})
+    rates, least = np.moveaxis(tops.steady(rows[0], rows[1], fast), -1, 0)
+    if not np.isnan(rates).any():
+        found: Array = rates.reshape(shape)
+        return found
+    i = int(np.isnan(rates).argmax())
+    place = tuple(map(int, np.unravel_index(i, shape)))
+    text = "a horizontal axis without spin falls: there is no steady precession"
+    if least[i] > 0.0:
+        own = float(np.broadcast_to(spin.values, shape)[place])
+        other = math.degrees(least[i]) if spin.degrees else float(least[i])
+        text = (
+            f"there is no steady precession at this tilt with spin = {own!r}: the smallest spin "
+            f"with one is {other!r}"
+        )
+    elif fast and abs(math.cos(rows[1][i])) <= 1e-15:
+        text = "a horizontal axis has only one steady precession: leave out fast"
+    raise ValueError(f"top{list(place)}: {text}" if place else text)
+
+
+def _read_attitudes(attitude: Any, xyzw: Any) -> tuple[BatchParameter, Array]:
+    """Return the argument `attitude` or `attitude_xyzw`, and the quaternions (w, x, y, z).
+
+    Raises ValueError if both are given, or if a quaternion is not of unit length.
     """
     if attitude is not None and xyzw is not None:
         raise ValueError("give either attitude or attitude_xyzw, not both")
     if xyzw is None and hasattr(attitude, "as_quat"):
-        last = np.asarray(attitude.as_quat())
-        attitude = np.roll(last, 1, axis=-1)
+        attitude = np.roll(np.asarray(attitude.as_quat()), 1, axis=-1)
     name, value = ("attitude", attitude) if xyzw is None else ("attitude_xyzw", xyzw)
     if value is None:
         return BatchParameter(name, _UPRIGHT, (4,)), _UPRIGHT
-    parameter = validate_parameter(name, value, (4,))
+    parameter = read_parameter(name, value)
     q = parameter.values
-    deviation = np.abs(q[..., 0] ** 2 + q[..., 1] ** 2 + q[..., 2] ** 2 + q[..., 3] ** 2 - 1.0)
-    bad = deviation > INPUT_RTOL
+    bad = (
+        np.abs(q[..., 0] ** 2 + q[..., 1] ** 2 + q[..., 2] ** 2 + q[..., 3] ** 2 - 1.0) > INPUT_RTOL
+    )
     dtype = q.dtype if value is parameter else np.asarray(value).dtype
     if np.any(bad) and dtype.kind == "f" and dtype.itemsize < 8:
         norm = np.sqrt((q * q).sum(axis=-1))
         single = bad & (np.abs(norm - 1.0) <= 4.0 * np.finfo(dtype).eps)
         parameter = parameter._replace(values=np.where(single[..., None], q / norm[..., None], q))
         bad &= ~single
-    parameter.raise_error_of_first_bad_value(
-        bad, lambda _, one: unit(name, one, last=xyzw is not None)
-    )
-    return parameter, parameter.values if xyzw is None else np.roll(parameter.values, 1, axis=-1)
-
-
-def compute_start_momenta(
-    body: Body | Bodies, start: BatchParameter, q: Array, turning: Array
-) -> Array:
-    """Compute angular momenta in the space frame from velocities or momenta.
-
-    The quaternions `q` are the attitudes, and `turning` contains the angular velocities of the
-    supports.
-    """
-    if start.name == "momentum":
-        return start.values
-    moments, axes = np.asarray(body.moments), np.asarray(body.axes)
-    arrays = [moments, axes, q, start.radians]
-    if np.any(body.rotor) or np.any(turning):
-        for vectors in (np.asarray(body.principal_rotor), turning):
-            arrays.append(np.where(vectors == 0.0, -0.0, vectors))
-    shape = np.broadcast_shapes(*[values.shape[:-1] for values in arrays])
-
-    def compute_momentum_components(*components: Any) -> tuple[Array, ...]:
-        return compute_angular_momentum(start.name, *components)
-
-    return compute_vectors_in_blocks(compute_momentum_components, shape, 3, *arrays)
-
-
-Components = tuple[Array, Array, Array]
-
-
-class EnsembleConstructors(EnsembleBase[S]):
-    """Constructors of kr.Ensemble from Euler angles and rates."""
-
-    @classmethod
-    def from_euler(
-        cls,
-        body: Body | Bodies,
-        angles: ArrayLike,
-        rates: ArrayLike = (0.0, 0.0, 0.0),
-        *,
-        degrees: bool = False,
-        gravity: ArrayLike | None = None,
-        damping: ArrayLike | None = None,
-        turning: ArrayLike | None = None,
-        shaking: ArrayLike | None = None,
-        friction: ArrayLike | None = None,
-    ) -> Self:
-        """Build an array of tops from z-x-z Euler angles and their rates (see Scene.from_euler).
-
-        `angles` [rad] and `rates` [rad/T] have the shape (..., 3): precession, nutation and spin.
-        `degrees` applies to all tops. The arguments from `gravity` to `friction` have the same
-        meaning as in the constructor of Ensemble.
-
-        >>> import kreisel as kr
-        >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
-        >>> kr.Ensemble.from_euler(body, [(0, 1, 0), (0, 2, 0)], rates=(0, 0, 5), gravity=1).shape
-        (2,)
-        """
-        bodies, in_degrees = validate_body_type(body), as_bool("degrees", degrees)
-        parameters = [
-            validate_parameter("angles", angles, (3,), degrees=in_degrees),
-            validate_parameter("rates", rates, (3,), degrees=in_degrees),
-        ]
-        angle_components, rate_components = (
-            split_vector_components(each.radians) for each in parameters
-        )
-        environment = EnvironmentArguments(gravity, damping, turning, shaking, friction)
-        return cls._build_from_euler_angles(
-            bodies,
-            parameters,
-            angle_components,
-            rate_components,
-            environment.mark_as_degrees() if in_degrees else environment,
-            partial(cls._one.from_euler, degrees=in_degrees),
-        )
-
-    @classmethod
-    def _build_from_euler_angles(
-        cls,
-        body: Body | Bodies,
-        parameters: list[BatchParameter],
-        angles: Components,
-        rates: Components,
-        environment: EnvironmentArguments,
-        one: Callable[..., S],
-    ) -> Self:
-        """Build tops whose Euler angles and rates have already been computed.
-
-        Raises the same exception as the constructor `one` would for the first invalid member.
-        """
-        environment_parameters, columns = validate_ensemble_environment(environment, body)
-        compute_common_top_shape(body, [*parameters, *environment_parameters])
-        attitudes, frame_attitudes = (
-            stack_components(*quaternion_from_euler(angles)),
-            cls._compute_euler_frame_attitudes(body),
-        )
-        shape = np.broadcast_shapes(attitudes.shape[:-1], frame_attitudes.shape[:-1])
-        q = compute_vectors_in_blocks(
-            lambda a, b: multiply(a, conjugate(b)), shape, 4, attitudes, frame_attitudes
-        )
-        with np.errstate(all="ignore"):
-            start = BatchParameter(
-                "velocity", stack_components(*velocity_from_euler(angles, rates)), (3,)
-            )
-        columns["momentum"] = compute_start_momenta(body, start, q, columns["turning"])
-        columns["attitude"] = q
-        return cls.__new__(cls)._store_ensemble_columns(
-            body, [*parameters, *environment_parameters], columns, one
-        )
-
-    @classmethod
-    def _compute_euler_frame_attitudes(cls, body: Body | Bodies) -> Array:
-        """Return the quaternions for the Euler angles of bodies aligned with the space frame."""
-        names = "precession_angle", "nutation", "spin_angle"
-        if isinstance(body, Body):
-            one = cls._one(body, momentum=(0.0, 0.0, 0.0), gravity=0.0)
-            angles = [values(name, one._block, one._start_state)[0] for name in names]
-        else:
-            ensemble = cls(body, momentum=(0.0, 0.0, 0.0), gravity=0.0)
-            angles = [ensemble._core_scenes.values(name).reshape(ensemble.shape) for name in names]
-        return stack_components(*quaternion_from_euler((angles[0], angles[1], angles[2])))
-
-    @classmethod
-    def spinning(
-        cls,
-        body: Body | Bodies,
-        spin: ArrayLike,
-        tilt: ArrayLike = 0.0,
-        precession: ArrayLike | None = None,
-        *,
-        steady: bool = False,
-        fast: bool = False,
-        degrees: bool = False,
-        gravity: ArrayLike | None = None,
-        damping: ArrayLike | None = None,
-        turning: ArrayLike | None = None,
-        shaking: ArrayLike | None = None,
-        friction: ArrayLike | None = None,
-    ) -> Self:
-        """Build an array of symmetric tops that spin about their axes (see Scene.spinning).
-
-        `spin`, `tilt` and `precession` are numbers or arrays. The arguments `gravity` to `friction`
-        have the same meaning as in Ensemble. `steady`, `fast` and `degrees` apply to all tops.
-
-        >>> import kreisel as kr
-        >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
-        >>> tops = kr.Ensemble.spinning(body, spin=[[20], [40]], tilt=[0.1, 0.2], gravity=1)
-        >>> tops.shape, tops.axes
-        ((2, 2), ('spin', 'tilt'))
-        """
-        bodies, in_degrees = validate_body_type(body), as_bool("degrees", degrees)
-        one: Any = partial(cls._one.spinning, degrees=in_degrees)
-        parameters = [
-            validate_parameter("spin", spin, degrees=in_degrees),
-            validate_tilts(tilt, in_degrees),
-        ]
-        rate, angle = (each.radians for each in parameters)
-        find_symmetry_moments_of_bodies(bodies)
-        environment = EnvironmentArguments(gravity, damping, turning, shaking, friction)
-        environment = environment.mark_as_degrees() if in_degrees else environment
-        if is_steady_precession_requested(steady, fast, precession, environment):
-            one = partial(one, steady=True, fast=fast)
-            precession_rate = compute_steady_precession_rates(
-                bodies, [*parameters, validate_gravities(gravity, bodies)], fast, one
-            )
-        else:
-            initial = 0.0 if precession is None else precession
-            parameters.append(validate_parameter("precession", initial, degrees=in_degrees))
-            precession_rate = parameters[-1].radians
-        compute_common_top_shape(bodies, parameters)
-        nothing = np.zeros(())
-        with np.errstate(all="ignore"):
-            rates = precession_rate, nothing, rate - precession_rate * cos(angle)
-        return cls._build_from_euler_angles(
-            bodies, parameters, (nothing, angle, nothing), rates, environment, one
-        )
-
-
-def split_vector_components(vector: Array) -> Components:
-    """Split vectors into their three components."""
-    x, y, z = split_components(vector)
-    return x, y, z
-
-
-def validate_tilts(tilts: ArrayLike, degrees: bool) -> BatchParameter:
-    """Validate the parameter `tilt`; raise ValueError for angles outside [0, pi]."""
-    parameter = validate_parameter("tilt", tilts, degrees=degrees)
-    angle = parameter.radians
-    bad = ~((angle >= 0.0) & (angle <= math.pi))
-    if bad.any():
-        parameter.raise_error_of_first_bad_value(
-            bad, lambda _, one: validate_tilt_angle(one, parameter.degrees)
-        )
-    return parameter
-
-
-def find_symmetry_moments_of_bodies(body: Body | Bodies) -> tuple[Array, Array]:
-    """Return the transverse and axial moments of inertia of symmetric bodies.
-
-    Raises ValueError with the index of the first body that is not symmetric about its apex.
-    """
-    i1, i3, is_symmetric = find_symmetry_moments(
-        np.asarray(body.moments), np.asarray(body.principal_com)
-    )
-    if not is_symmetric.all():
-        index = tuple(map(int, np.unravel_index(int(is_symmetric.argmin()), is_symmetric.shape)))
+    if np.any(bad):
+        place = tuple(map(int, np.unravel_index(int(np.argmax(bad)), bad.shape)))
+        one = get_member(q if value is parameter else value, place)
         try:
-            find_symmetry_moments_of_body(body if isinstance(body, Body) else body[index])
+            unit(name, one, last=xyzw is not None)
         except ValueError as error:
-            raise ValueError(f"body{list(index)}: {error}" if index else str(error)) from None
-    return i1, i3
-
-
-def compute_steady_precession_rates(
-    body: Body | Bodies,
-    parameters: Sequence[BatchParameter],
-    fast: bool,
-    one: Callable[..., object],
-) -> Array:
-    """Compute the rates of steady precession of several tops.
-
-    Raises ValueError with the index of the first member for which no steady precession exists.
-    """
-    refuse_rotor_in_steady_precession(body)
-    shape = compute_common_top_shape(body, parameters)
-    rate, angle, gravity = (each.radians for each in parameters)
-    i1, i3 = find_symmetry_moments_of_bodies(body)
-    x, y, z = split_components(np.asarray(body.com))
-    with np.errstate(all="ignore"):
-        lever = np.hypot(np.hypot(x, y), z) if isinstance(body, Bodies) else math.hypot(x, y, z)
-        torque = np.asarray(body.mass) * gravity * lever
-    rates, exists = solve_steady_precession(i1, i3, torque, rate, angle, fast)
-    exists = np.broadcast_to(exists, shape)
-    if not exists.all():
-        index = tuple(map(int, np.unravel_index(int(exists.argmin()), shape)))
-        raise make_invalid_member_error(body, parameters, one, shape, index)
-    return rates
+            raise ValueError(f"{name}{list(place)}: {error}" if place else str(error)) from None
+    return parameter, parameter.values if xyzw is None else np.roll(parameter.values, 1, axis=-1)

@@ -1,80 +1,216 @@
-"""The parameters of a scene: gravity, damping, friction, and a support that turns and shakes."""
+"""The parameters of bodies and scenes, and values of them for one top or for many."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypedDict
+from typing import Any, Final, NamedTuple, NoReturn
 
 import numpy as np
-from numpy.typing import ArrayLike
+import numpy.typing as npt
 
+from .._core import INPUT_RTOL
 from .._utils.arguments import (
     Array,
     Vector,
-    as_float,
-    as_three_floats,
+    as_array,
     convert_parameter_to_radians,
     short_repr,
 )
-from .batch import BatchParameter, validate_parameter
-from .body import Bodies, Body
 
-if TYPE_CHECKING:
-    from scipy.spatial.transform import Rotation
-
-
-_STILL: Final = (0.0, 0.0, 0.0)
-_SHAKING_FORM: Final = "three numbers (amplitude, rate, phase)"
+Shape = tuple[int, ...]
+Index = tuple[int, ...]
+Column = npt.NDArray[Any]
+BoolArray = npt.NDArray[np.bool_]
 # 2 pi to 75 decimal places
 _TURN: Final = Fraction(
     "6.283185307179586476925286766559005768394338798750211641949889184615632812572"
 )
 
 
-class EnvironmentArguments(NamedTuple):
-    """The environment parameters of a scene or an ensemble, before validation."""
+class Check(NamedTuple):
+    """A condition on the values of a parameter, and what it demands of them."""
 
-    gravity: Any = None
-    damping: ArrayLike | None = None
-    turning: ArrayLike | None = None
-    shaking: ArrayLike | None = None
-    friction: ArrayLike | None = None
-
-    def validate_single_top_environment(
-        self, body: Body
-    ) -> tuple[float, Vector, Vector, Vector, float]:
-        """Validate the values for a single top; raise TypeError or ValueError if any is invalid."""
-        return (
-            validate_gravity(self.gravity, body),
-            validate_damping(self.damping),
-            validate_turning(self.turning),
-            validate_shaking(self.shaking),
-            validate_friction(self.friction),
-        )
-
-    def convert_from_degrees(self) -> EnvironmentArguments:
-        """Return the arguments of one top with `turning` and `shaking` converted to radians."""
-        vectors = {"turning": validate_turning, "shaking": validate_shaking}
-        return self._replace(
-            **{
-                name: convert_parameter_to_radians(name, np.array(validate(value))).tolist()
-                for name, validate in vectors.items()
-                if (value := getattr(self, name)) is not None
-            }
-        )
-
-    def mark_as_degrees(self) -> EnvironmentArguments:
-        """Return the arguments of an ensemble with `turning` and `shaking` marked as degrees."""
-        vectors: dict[str, Any] = {
-            name: validate_parameter(name, value, (3,), degrees=True)
-            for name in ("turning", "shaking")
-            if (value := getattr(self, name)) is not None
-        }
-        return self._replace(**vectors)
+    is_met: Callable[[Array], Any]
+    text: str
 
 
-def resolve_gravity(gravity: Any, body: Body | Bodies) -> Any:
+POSITIVE = Check(lambda x: x > 0.0, "must be positive")
+NON_NEGATIVE = Check(lambda x: x >= 0.0, "must not be negative")
+
+
+def _is_symmetric(tensors: Array) -> BoolArray:
+    with np.errstate(over="ignore"):
+        skew = np.abs(tensors - tensors.swapaxes(-1, -2)).max(axis=(-1, -2))
+    symmetric: BoolArray = skew <= INPUT_RTOL * np.abs(tensors).max(axis=(-1, -2))
+    return symmetric
+
+
+def _has_rate(shaking: Array) -> BoolArray:
+    amplitude, rate = shaking[..., 0], shaking[..., 1]
+    good: BoolArray = (rate >= 0.0) & ((amplitude == 0.0) | (rate > 0.0))
+    return good
+
+
+class Parameter(NamedTuple):
+    """A parameter: the shapes that one value can have, its components, and what it must be."""
+
+    shapes: tuple[Shape, ...] = ((),)
+    endings: Sequence[str] = ""  # of the names of its components in tables
+    check: Check | None = None
+    form: str = "a number"
+    why: str = ""  # added to the messages of refusals
+
+
+def _vector(endings: Sequence[str], check: Check | None = None) -> Parameter:
+    n = len(endings)
+    return Parameter(((n,),), endings, check, f"{n} numbers")
+
+
+_TENSOR = Parameter(
+    ((3, 3), (3,)),
+    "012",
+    Check(
+        _is_symmetric,
+        "must be 3 moments or a symmetric 3x3 matrix (three bodies are three matrices by np.diag)",
+    ),
+    "3 moments or a symmetric 3x3 matrix",
+)
+_QUATERNION = "SciPy's Rotation.from_matrix(...) is accepted as well"
+PARAMETERS: Mapping[str, Parameter] = {
+    "mass": Parameter(check=POSITIVE),
+    "density": Parameter(check=POSITIVE),
+    "inertia": _TENSOR,
+    "inertia_about_com": _TENSOR,
+    "com": _vector("xyz"),
+    "pivot": _vector("xyz"),
+    "rotor": _vector("xyz"),
+    "inertia_rtol": Parameter(
+        check=Check(lambda x: (x >= 0.0) & (x < 1.0), "must be at least 0 and less than 1")
+    ),
+    **dict.fromkeys(["i1", "i3", "height", "inner"], Parameter()),
+    **dict.fromkeys(["radius", "outer", "length"], Parameter(check=POSITIVE)),
+    "half": _vector("xyz", Check(lambda x: (x > 0.0).all(axis=-1), "must be positive")),
+    "gravity": Parameter(why="it is the acceleration along -e3, positive is down"),
+    "damping": Parameter(
+        ((3,), (1,)),
+        "012",
+        Check(lambda d: (d >= 0.0).all(axis=-1), "must not be negative"),
+        "a number or 3 numbers",
+        "it removes energy",
+    ),
+    "turning": _vector("xyz"),
+    "shaking": Parameter(
+        ((3,),),
+        ("amplitude", "rate", "phase"),
+        Check(_has_rate, "needs a positive rate"),
+        "three numbers (amplitude, rate, phase)",
+        "shaking is (amplitude, rate, phase)",
+    ),
+    "friction": Parameter(check=NON_NEGATIVE, why="it removes energy"),
+    **dict.fromkeys(["momentum", "velocity", "body_momentum", "body_velocity"], _vector("xyz")),
+    "attitude": Parameter(((4,),), "wxyz", form=f"4 numbers (w, x, y, z); {_QUATERNION}"),
+    "attitude_xyzw": Parameter(((4,),), "xyzw", form="4 numbers (x, y, z, w)"),
+    **dict.fromkeys(["spin", "tilt", "precession"], Parameter()),
+    **dict.fromkeys(["angles", "rates"], _vector("012")),
+}
+STARTS = "momentum", "velocity", "body_momentum", "body_velocity"
+ENVIRONMENT = "gravity", "damping", "turning", "shaking", "friction"
+
+
+class BatchParameter(NamedTuple):
+    """A named parameter and its values."""
+
+    name: str
+    values: Array  # (*shape, *value)
+    value: Shape  # shape of one value
+    degrees: bool = False  # True if angles and rates are in degrees
+
+    @property
+    def radians(self) -> Array:
+        """The values, with angles and rates in radians."""
+        return convert_parameter_to_radians(self.name, self.values) if self.degrees else self.values
+
+    @property
+    def shape(self) -> Shape:
+        """The shape of the batch: the shape of `values` without the dimensions of one value."""
+        return self.values.shape[: self.values.ndim - len(self.value)]
+
+
+def read_parameter(
+    name: str, given: object, *, degrees: bool = False, check: Check | None = None
+) -> BatchParameter:
+    """Return the values of a parameter, for one top or for many.
+
+    Raises TypeError if they are not numbers, and ValueError for the first value that is not finite,
+    has another shape than the parameter, or fails its check (or `check` instead).
+    """
+    parameter = PARAMETERS[name]
+    hint = f": {parameter.why}" if parameter.why else ""
+    if isinstance(given, BatchParameter):
+        found, given = given, given.values
+    else:
+        shared = collapse_broadcast_axes(given) if type(given) is np.ndarray else given
+        try:
+            small = as_array(name, shared, parameter.form)
+        except TypeError as error:
+            raise TypeError(f"{error}{hint}") from None
+        values = np.broadcast_to(small, given.shape) if isinstance(given, np.ndarray) else small
+        if name == "damping" and not values.shape:
+            values = values[None]
+        found = _match_shape(name, given, values, degrees)
+    checks = [Check(_is_finite(len(found.value)), "must be finite")]
+    chosen = check or parameter.check
+    if parameter is _TENSOR and found.value == (3,):
+        chosen = None
+    for one in [*checks, *([chosen] if chosen else [])]:
+        if not one.is_met(collapse_broadcast_axes(found.values, len(found.shape))).all():
+            refuse_first(name, given, ~one.is_met(found.values), one.text, hint)
+    return found
+
+
+def _is_finite(dims: int) -> Callable[[Array], BoolArray]:
+    axes = tuple(range(-dims, 0))
+    return lambda values: np.asarray(np.isfinite(values).all(axis=axes))
+
+
+def _match_shape(name: str, given: object, values: Array, degrees: bool) -> BatchParameter:
+    parameter = PARAMETERS[name]
+    for shape in parameter.shapes:
+        if values.shape[values.ndim - len(shape) :] == shape and values.ndim >= len(shape):
+            return BatchParameter(name, values, shape, degrees)
+    many = ", or an array whose last dimension has them" if values.ndim > 1 else ""
+    raise ValueError(f"{name} must be {parameter.form}{many}, not {short_repr(given)}")
+
+
+def get_member(given: object, index: Index) -> Any:
+    """Return the value at an index of what the user gave, as Python numbers."""
+    if not index and not isinstance(given, np.ndarray):
+        return given
+    value = np.asarray(given)[index].tolist()
+    return tuple(value) if isinstance(value, list) else value
+
+
+def refuse_first(name: str, given: object, bad: Any, text: str, hint: str = "") -> NoReturn:
+    """Raise ValueError for the first value marked in `bad`."""
+    index = tuple(map(int, np.unravel_index(int(np.argmax(bad)), np.shape(bad))))
+    value = short_repr(get_member(given, index))
+    place = f"{name}{list(index)} = {value}: " if index else ""
+    raise ValueError(f"{place}{name} {text}, not {value}{hint}")
+
+
+def collapse_broadcast_axes(values: Column, lead: int | None = None) -> Column:
+    """Reduce broadcast dimensions, in which the stride is zero, to length 1.
+
+    If `lead` is given, only broadcast dimensions among the first `lead` ones are reduced.
+    """
+    strides = values.strides[:lead]
+    if 0 not in strides or not values.size:
+        return values
+    return values[tuple([slice(0, 1) if stride == 0 else slice(None) for stride in strides])]
+
+
+def resolve_gravity(gravity: Any, body: Any) -> Any:
     """Return `gravity`, or 0 if it is None and each centre of mass is exactly at the fixed point.
 
     There, gravity exerts no torque. Raises TypeError if `gravity` is None for other bodies.
@@ -89,54 +225,16 @@ def resolve_gravity(gravity: Any, body: Body | Bodies) -> Any:
     return 0.0
 
 
-def validate_gravity(value: object, body: Body) -> float:
-    known = resolve_gravity(value, body)
-    try:
-        return as_float("gravity", known)
-    except TypeError as error:
-        raise TypeError(f"{error}: it is the acceleration along -e3, positive is down") from None
-
-
-def validate_damping(damping: ArrayLike | None) -> Vector:
-    if damping is None:
-        return _STILL
-    components = (
-        (as_float("damping", damping),) * 3
-        if np.ndim(damping) == 0
-        else as_three_floats("damping", damping)
-    )
-    if min(components) < 0.0:
-        raise ValueError(
-            f"damping must not be negative, not {short_repr(damping)}: it removes energy"
-        )
-    return components
-
-
-def validate_turning(turning: ArrayLike | None) -> Vector:
-    return _STILL if turning is None else as_three_floats("turning", turning)
-
-
-def validate_shaking(shaking: ArrayLike | None) -> Vector:
-    if shaking is None:
-        return _STILL
-    if np.ndim(shaking) == 0:
-        raise TypeError(f"shaking must be {_SHAKING_FORM}, not {short_repr(shaking)}")
-    amplitude, rate, phase = as_three_floats("shaking", shaking)
-    if rate < 0.0 or (amplitude and not rate):
-        raise ValueError(
-            f"shaking needs a positive rate, not {short_repr(rate)}: shaking is "
-            "(amplitude, rate, phase)"
-        )
-    return amplitude, rate, phase
-
-
-def validate_friction(value: object) -> float:
-    friction = 0.0 if value is None else as_float("friction", value)
-    if friction < 0.0:
-        raise ValueError(
-            f"friction must not be negative, not {short_repr(value)}: it removes energy"
-        )
-    return friction
+def read_environment(
+    body: Any, around: Mapping[str, object], degrees: bool = False
+) -> dict[str, BatchParameter]:
+    """Return the gravity and the given ones of the other parameters in ENVIRONMENT."""
+    words = {**around, "gravity": resolve_gravity(around["gravity"], body)}
+    return {
+        name: read_parameter(name, value, degrees=degrees)
+        for name, value in words.items()
+        if value is not None
+    }
 
 
 def advance_shaking_phase(shaking: Vector, t: float) -> Vector:
@@ -198,121 +296,3 @@ def refuse_disturbances(
     raise ValueError(
         f"{statement} with {' and '.join(disturbances)}{': ' if reason else ''}{reason}"
     )
-
-
-def validate_gravities(gravity: ArrayLike | None, body: Body | Bodies) -> BatchParameter:
-    return validate_parameter("gravity", resolve_gravity(gravity, body))
-
-
-def validate_ensemble_environment(
-    environment: EnvironmentArguments, body: Body | Bodies
-) -> tuple[list[BatchParameter], dict[str, Array]]:
-    """Validate the environment parameters of an ensemble, and convert them to columns.
-
-    If turning, shaking or friction is None, its column is zero, and the returned list omits it.
-    """
-    gravity, (drag, dampings) = (
-        validate_gravities(environment.gravity, body),
-        _validate_dampings(environment.damping),
-    )
-    parameters, columns = [gravity, drag], {"gravity": gravity.values, "damping": dampings}
-    words: tuple[tuple[str, ArrayLike | None, Callable[[Any], object]], ...] = (
-        ("turning", environment.turning, validate_turning),
-        ("shaking", environment.shaking, validate_shaking),
-        ("friction", environment.friction, validate_friction),
-    )
-    for name, value, check in words:
-        shape = () if name == "friction" else (3,)
-        if value is None:
-            columns[name] = np.zeros(shape)
-            continue
-        parameter = validate_parameter(name, value, shape)
-        _raise_if_parameter_invalid(parameter, check)
-        parameters.append(parameter)
-        columns[name] = parameter.radians
-    return parameters, columns
-
-
-def _raise_if_parameter_invalid(parameter: BatchParameter, check: Callable[[Any], object]) -> None:
-    """Raise the exception that `check` raises for the first invalid value."""
-    values = parameter.values
-    bad = np.zeros(parameter.shape, dtype=np.bool_)
-    if parameter.name == "friction":
-        bad = values < 0.0
-    elif parameter.name == "shaking":
-        amplitude, rate = values[..., 0], values[..., 1]
-        bad = (rate < 0.0) | (amplitude != 0.0) & (rate == 0.0)
-    if np.any(bad):
-        parameter.raise_error_of_first_bad_value(bad, lambda _, one: check(one))
-
-
-def _validate_dampings(damping: ArrayLike | BatchParameter | None) -> tuple[BatchParameter, Array]:
-    """Parse `damping`; return the parameter and the damping constants along the principal axes."""
-    nothing = np.zeros(3)
-    if damping is None:
-        return BatchParameter("damping", nothing, (3,)), nothing
-    if isinstance(damping, BatchParameter):
-        parameter = damping
-        components = np.broadcast_to(parameter.values, (*parameter.values.shape[:-1], 3))
-    elif np.ndim(damping) == 0:
-        parameter = validate_parameter("damping", damping)
-        components = np.repeat(parameter.values, 3)
-        parameter = BatchParameter("damping", parameter.values[None], (1,))
-    else:
-        width = np.shape(damping)[-1:]
-        parameter = validate_parameter(
-            "damping", damping, width if width == (1,) else (3,), "3 numbers, or 1"
-        )
-        components = np.broadcast_to(parameter.values, (*parameter.shape, 3))
-    negative = (parameter.values < 0.0).any(axis=-1)
-    if negative.any():
-        parameter.raise_error_of_first_bad_value(
-            negative, lambda _, one: validate_damping(one[0] if len(one) == 1 else one)
-        )
-    return parameter, components
-
-
-class VaryKwargs(TypedDict, total=False):
-    """Keyword arguments of Scene.vary."""
-
-    body: Body | Bodies
-    mass: ArrayLike
-    inertia: ArrayLike
-    com: ArrayLike
-    rotor: ArrayLike
-    momentum: ArrayLike
-    velocity: ArrayLike
-    body_momentum: ArrayLike
-    body_velocity: ArrayLike
-    attitude: ArrayLike | Rotation
-    attitude_xyzw: ArrayLike
-    spin: ArrayLike
-    tilt: ArrayLike
-    precession: ArrayLike
-    angles: ArrayLike
-    rates: ArrayLike
-    steady: bool
-    fast: bool
-    degrees: bool
-    gravity: ArrayLike
-    damping: ArrayLike
-    turning: ArrayLike
-    shaking: ArrayLike
-    friction: ArrayLike
-
-
-class SceneKwargs(TypedDict, total=False):
-    """Keyword arguments of Scene.replace, which are those of the constructor of Scene."""
-
-    body: Body
-    momentum: ArrayLike
-    velocity: ArrayLike
-    body_momentum: ArrayLike
-    body_velocity: ArrayLike
-    attitude: ArrayLike | Rotation
-    attitude_xyzw: ArrayLike
-    gravity: float | None
-    damping: ArrayLike | None
-    turning: ArrayLike | None
-    shaking: ArrayLike | None
-    friction: float | None

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from inspect import signature
-from typing import TYPE_CHECKING, Self, Unpack
+from typing import TYPE_CHECKING, Any, Self, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,10 +18,6 @@ from .._utils.arguments import (
     Array,
     Quaternion,
     Vector,
-    as_bool,
-    as_float,
-    as_three_floats,
-    make_exception_from_status,
     make_frozen_class_decorator,
     validate_type,
 )
@@ -32,20 +28,10 @@ from .._utils.name_hints import (
     has_unknown_keywords,
     refuse_unknown_keywords,
 )
-from ..quaternion import unit
 from .body import Body
-from .ensemble import EnsembleConstructors, compute_angular_momentum
-from .euler_angles import (
-    attitude_from_euler,
-    compute_steady_precession_rate,
-    convert_vector_to_radians,
-    find_symmetry_moments_of_body,
-    is_steady_precession_requested,
-    refuse_rotor_in_steady_precession,
-    validate_tilt_angle,
-    velocity_from_euler,
-)
-from .parameters import EnvironmentArguments, SceneKwargs, VaryKwargs, validate_gravity
+from .ensemble import Ensemble as Ensemble
+from .ensemble import SceneConstructors, SceneKwargs, VaryKwargs
+from .parameters import ENVIRONMENT
 from .toml import (
     MAKERS,
     build_body_from_table,
@@ -61,83 +47,9 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 
-# momentum, attitude, gravity, damping, turning, shaking, friction, and the bytes of a kr_scene
-SceneData = tuple[Vector, Quaternion, float, Vector, Vector, Vector, float, bytes]
-
-
-def validate_scene_arguments_in_core(
-    body: Body,
-    arguments: dict[str, ArrayLike],
-    attitude: ArrayLike | Rotation | None,
-    environment: tuple[object, object, object, object, object],
-) -> SceneData | None:
-    """Return scene data validated by the C library, or None if Python must do the validation."""
-    if len(arguments) != 1:
-        return None
-    ((name, value),) = arguments.items()
-    g, d, u, s, f = environment
-    data = scene(body._block, value, attitude, g, d, u, s, f)
-    if isinstance(data, tuple) and name != "momentum":
-        v, q, environment_values = data[0], data[1], data[2:7]
-        data = scene(
-            body._block,
-            _convert_velocity_to_momentum(body, name, q, v, environment_values[2]),
-            q,
-            *environment_values,
-        )
-    return data if isinstance(data, tuple) else None
-
-
-def validate_scene_arguments(
-    body: Body,
-    arguments: dict[str, ArrayLike],
-    attitude: ArrayLike | Rotation | None,
-    attitude_xyzw: ArrayLike | None,
-    environment: EnvironmentArguments,
-) -> SceneData:
-    """Validate the arguments of a scene one by one."""
-    environment_values = environment.validate_single_top_environment(body)
-    if attitude_xyzw is not None:
-        if attitude is not None:
-            raise ValueError("give either attitude or attitude_xyzw, not both")
-        q = unit("attitude_xyzw", attitude_xyzw, last=True)
-    else:
-        q = (1.0, 0.0, 0.0, 0.0) if attitude is None else unit("attitude", attitude)
-    if len(arguments) != 1:
-        raise ValueError(
-            "give exactly one of momentum, velocity, body_momentum, body_velocity, not "
-            + (" and ".join(arguments) or "none")
-        )
-    ((name, value),) = arguments.items()
-    m = _convert_velocity_to_momentum(
-        body, name, q, as_three_floats(name, value), environment_values[2]
-    )
-    data = scene(body._block, m, q, *environment_values)
-    if not isinstance(data, tuple):
-        raise make_exception_from_status(
-            data or "ERR_ARGUMENT", f"momentum {m}, attitude {q}, gravity {environment_values[0]!r}"
-        )
-    return data
-
-
-def _convert_velocity_to_momentum(
-    body: Body, name: str, q: Quaternion, value: Vector, turning: Vector
-) -> Vector:
-    """Return the angular momentum of a top, given the `value` of the initial condition `name`."""
-    rotor = _replace_zeros_by_negative_zeros(body.principal_rotor) if any(body.rotor) else None
-    moving = _replace_zeros_by_negative_zeros(turning) if any(turning) else None
-    return compute_angular_momentum(name, body.moments, body.axes, q, value, rotor, moving)
-
-
-def _replace_zeros_by_negative_zeros(vector: Vector) -> Vector:
-    """Return the vector with zero components replaced by -0.0."""
-    x, y, z = vector
-    return x or -0.0, y or -0.0, z or -0.0
-
-
 @make_frozen_class_decorator("scene.replace({}=...) returns a new scene")
 @dataclass(frozen=True, init=False)
-class Scene(metaclass=HintingType):
+class Scene(SceneConstructors, metaclass=HintingType):
     """A rigid body in its environment, and its state at t = 0.
 
     momentum  angular momentum about the fixed point, in space [M L^2 T^-1]. Alternatively, exactly
@@ -199,30 +111,49 @@ class Scene(metaclass=HintingType):
     ) -> None:
         if unknown:
             refuse_unknown_keywords(Scene.__init__, unknown)
-        validate_type("body", body, Body)
-        arguments = {} if momentum is None else {"momentum": momentum}
-        if velocity is not None:
-            arguments["velocity"] = velocity
-        if body_momentum is not None:
-            arguments["body_momentum"] = body_momentum
-        if body_velocity is not None:
-            arguments["body_velocity"] = body_velocity
-        environment = gravity, damping, turning, shaking, friction
-        data = (
-            None
-            if attitude_xyzw is not None
-            else validate_scene_arguments_in_core(body, arguments, attitude, environment)
-        )
-        if data is None:
-            data = validate_scene_arguments(
-                body, arguments, attitude, attitude_xyzw, EnvironmentArguments(*environment)
-            )
+        if not isinstance(body, Body):
+            validate_type("body", body, Body)
+        numbers = None
+        if attitude_xyzw is None and "_block" in body.__dict__:
+            starts = momentum, velocity, body_momentum, body_velocity
+            around = gravity, damping, turning, shaking, friction
+            numbers = scene(body._block, starts, attitude, around)
+        if numbers is None:
+            numbers = Ensemble(
+                body,
+                momentum,
+                attitude,
+                gravity,
+                velocity=velocity,
+                body_momentum=body_momentum,
+                body_velocity=body_velocity,
+                attitude_xyzw=attitude_xyzw,
+                damping=damping,
+                turning=turning,
+                shaking=shaking,
+                friction=friction,
+            )._get_numbers_of_one()
+        self._store_numbers(body, numbers, damping)
+
+    def _store_numbers(self, body: Body, numbers: tuple[Any, ...], damping: object) -> None:
+        """Store the numbers of a scene, as scene() of the core returns them."""
         fields = self.__dict__
         fields["body"] = body
-        m, q, g, d, u, s, f, block = data
+        m, q, g, d, u, s, f, block = numbers
         fields["momentum"], fields["attitude"], fields["gravity"], fields["damping"] = m, q, g, d
         fields["turning"], fields["shaking"], fields["friction"], fields["_block"] = u, s, f, block
-        fields["_has_common_damping"] = damping is None or np.ndim(damping) == 0 or not any(d)
+        fields["_has_common_damping"] = damping is None or np.ndim(damping) == 0 or not any(d)  # type: ignore[arg-type]
+
+    @classmethod
+    def _from_numbers(cls, body: Body, numbers: tuple[Any, ...], damping: object) -> Self:
+        made = cls.__new__(cls)
+        made._store_numbers(body, numbers, damping)
+        return made
+
+    @classmethod
+    def _from_tops(cls, tops: Ensemble, damping: object) -> Self:
+        numbers = tops._get_numbers_of_one()
+        return cls._from_numbers(tops.body, numbers, damping)
 
     def __repr__(self) -> str:
         """Return the constructor call as text, omitting a support at rest and zero friction."""
@@ -291,7 +222,7 @@ class Scene(metaclass=HintingType):
         torque = weight * math.hypot(*self.body.com)
         moving = momentum + math.hypot(*self.body.rotor)
         bound = max(moving / largest, math.sqrt(torque / largest))
-        return max(bound + math.hypot(*self.turning), rate if amplitude else 0.0)
+        return float(max(bound + math.hypot(*self.turning), rate if amplitude else 0.0))
 
     @cached_property
     def _resolvable_horizon(self) -> float:
@@ -324,7 +255,7 @@ class Scene(metaclass=HintingType):
 
         Parameters are broadcast as in kr.Ensemble. They may be the parameters of
 
-        - Scene: gravity, damping, turning, shaking, friction, body (a Body or kr.Bodies), attitude
+        - Scene: gravity, damping, turning, shaking, friction, body, attitude
           or attitude_xyzw, and one of momentum, velocity, body_momentum, body_velocity. If none of
           these four is given, the ensemble keeps the space-frame momentum of this scene.
 
@@ -347,7 +278,7 @@ class Scene(metaclass=HintingType):
         >>> tops.shape, tops.axes
         ((5, 3), ('spin', 'tilt'))
         """
-        return vary(Ensemble, self, words)
+        return vary(self, words)
 
     def scatter(
         self,
@@ -375,115 +306,7 @@ class Scene(metaclass=HintingType):
         >>> tops[3] == kr.scenes.thesis.scatter(10, seed=7, attitude=0.01)[3]
         True
         """
-        return scatter(Ensemble, self, n, seed, momentum, attitude, gravity)
-
-    @classmethod
-    def from_euler(
-        cls,
-        body: Body,
-        angles: ArrayLike,
-        rates: ArrayLike = (0.0, 0.0, 0.0),
-        *,
-        degrees: bool = False,
-        gravity: float | None = None,
-        damping: ArrayLike | None = None,
-        turning: ArrayLike | None = None,
-        shaking: ArrayLike | None = None,
-        friction: float | None = None,
-    ) -> Self:
-        """Build a scene from z-x-z Euler angles (precession, nutation, spin) and their rates.
-
-        The angles are path.precession_angle, .nutation and .spin_angle at t = 0 [rad], and the
-        rates are their time derivatives [rad/T]. Precession, nutation and spin are rotations about
-        e3, the line of nodes and the apex (the direction of the centre of mass), respectively. If
-        the apex is the third axis of the frame of description, the attitude is
-
-            Rz(precession) Rx(nutation) Rz(spin).
-
-        If the apex is not the third axis, the angles describe a body-fixed frame whose third axis
-        is the apex.
-
-        degrees  True: angles and rates are in degrees, also turning and the rate and phase of
-                 shaking; the arguments gravity to friction are otherwise as in Scene
-
-        >>> import kreisel as kr
-        >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
-        >>> scene = kr.Scene.from_euler(top, (30, 60, 0), (0, 0, 720), degrees=True, gravity=1)
-        >>> round(float(kr.solve(scene, [0.0]).nutation[0]), 12)
-        1.047197551197
-        """
-        validate_type("body", body, Body)
-        in_degrees = as_bool("degrees", degrees)
-        angle_vector, rate_vector = (
-            convert_vector_to_radians("angles", angles, in_degrees),
-            convert_vector_to_radians("rates", rates, in_degrees),
-        )
-        reference = cls(body, momentum=(0.0, 0.0, 0.0), gravity=gravity)
-        attitude = attitude_from_euler(reference._block, reference._start_state, angle_vector)
-        velocity = velocity_from_euler(angle_vector, rate_vector)
-        environment = EnvironmentArguments(gravity, damping, turning, shaking, friction)
-        environment = environment.convert_from_degrees() if in_degrees else environment
-        return cls(body, attitude=attitude, velocity=velocity, **environment._asdict())
-
-    @classmethod
-    def spinning(
-        cls,
-        body: Body,
-        spin: float,
-        tilt: float = 0.0,
-        precession: float | None = None,
-        *,
-        steady: bool = False,
-        fast: bool = False,
-        degrees: bool = False,
-        gravity: float | None = None,
-        damping: ArrayLike | None = None,
-        turning: ArrayLike | None = None,
-        shaking: ArrayLike | None = None,
-        friction: float | None = None,
-    ) -> Self:
-        """Build a symmetric top that spins about its symmetry axis, tilted from the vertical.
-
-        spin        component of the angular velocity along the axis, from the fixed point towards
-                    the centre of mass, as path.spin [rad/T]. Without damping, friction and turning,
-                    the spin is constant
-        tilt        angle between the axis and the vertical, 0 .. pi; the axis is tilted about e1
-        precession  initial rate of the axis about the vertical [rad/T]. The default is 0: the axis
-                    is released from rest
-        steady      True: the top precesses without nutation, slowly or, with fast=True, fast. At
-                    tilt 0 or pi it stands or hangs vertically, without precession
-        degrees     True: angles and rates are in degrees, also turning and the rate and phase of
-                    shaking; the arguments gravity to friction are otherwise as in Scene
-
-        Raises ValueError for a body that is not symmetric about its apex, and for steady=True with
-        `precession`, a rotor, damping, friction or a moving support. Also raises ValueError if no
-        steady precession exists. If the spin is too small, the message states the least possible
-        spin.
-
-        >>> import kreisel as kr
-        >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
-        >>> scene = kr.Scene.spinning(top, spin=50, tilt=1.0, steady=True, gravity=1)
-        >>> path = kr.solve(scene, 10)
-        >>> bool(abs(path.nutation - 1.0).max() < 1e-12)
-        True
-        """
-        i1, i3 = find_symmetry_moments_of_body(validate_type("body", body, Body))
-        rate, in_degrees = as_float("spin", spin), as_bool("degrees", degrees)
-        rate = math.radians(rate) if in_degrees else rate
-        angle = validate_tilt_angle(tilt, in_degrees)
-        environment = EnvironmentArguments(gravity, damping, turning, shaking, friction)
-        environment = environment.convert_from_degrees() if in_degrees else environment
-        if is_steady_precession_requested(steady, fast, precession, environment):
-            refuse_rotor_in_steady_precession(body)
-            torque = body.mass * validate_gravity(gravity, body) * math.hypot(*body.com)
-            precession_rate = compute_steady_precession_rate(
-                i1, i3, torque, rate, angle, fast, degrees
-            )
-        else:
-            precession_rate = 0.0 if precession is None else as_float("precession", precession)
-            precession_rate = math.radians(precession_rate) if in_degrees else precession_rate
-        rates = precession_rate, 0.0, rate - precession_rate * math.cos(angle)
-        return cls.from_euler(body, (0.0, angle, 0.0), rates, **environment._asdict())
+        return scatter(self, n, seed, momentum, attitude, gravity)
 
     @classmethod
     def from_toml(cls, source: str | os.PathLike[str]) -> Scene:
@@ -527,43 +350,7 @@ class Scene(metaclass=HintingType):
         return text
 
 
-@make_frozen_class_decorator("kreisel.Ensemble(..., {}=...) constructs a new ensemble")
-class Ensemble(EnsembleConstructors[Scene]):
-    """An array of scenes, whose parameters broadcast to a common shape.
-
-    Each parameter of kr.Scene may be a single value or an array of values. All parameters broadcast
-    to one shape, such as (n,), (500, 500) or ().
-
-    body      a kr.Body for all tops, or kr.Bodies
-    momentum  (..., 3) in space [M L^2 T^-1]. Alternatively, velocity, body_momentum or
-              body_velocity (..., 3)
-    attitude  (..., 4) unit quaternions (w, x, y, z), or an array of scipy Rotations. Alternatively,
-              attitude_xyzw (..., 4)
-    gravity   (...,) acceleration along -e3 [L T^-2]; required unless each centre of mass is exactly
-              at the fixed point
-    damping   one number for all tops, or (..., 3) along the principal axes, or (..., 1) if the
-              three axes of a top have the same damping [M L^2 T^-1]
-    turning   (..., 3) angular velocities of the supports [rad/T]
-    shaking   (..., 3) amplitudes [L], rates [rad/T] and phases [rad]
-    friction  (...,) dry friction about the apex [M L^2 T^-2]
-
-    `tops[i, j]` is a kr.Scene; slices, index arrays and masks return ensembles. Iteration yields
-    scenes or, if there are several dimensions, ensembles. Each member is bitwise equal to the
-    kr.Scene with the same parameters. Attitudes given in single precision may differ from those of
-    kr.Scene in the last bit. A single value that is given for all members is stored only once. Two
-    ensembles are equal if all their parameters are equal.
-
-    Raises the same exceptions as Scene, with the index of the first invalid value in the message.
-
-    >>> import kreisel as kr
-    >>> body = kr.scenes.thesis.body
-    >>> tops = kr.Ensemble(body, momentum=[(0, 0, 1), (0, 0, 2)], gravity=[[1], [2], [3]])
-    >>> tops.shape, tops[2, 0].gravity, tops[:, 1].momentum.shape
-    ((3, 2), 3.0, (3, 3))
-    """
-
-    _one = Scene
-
+Ensemble._one = Scene
 
 _WORDS = [word for word in signature(Scene).parameters if word != "body"]
 _SCENE_MAKERS: dict[str, Callable[..., Scene]] = {
@@ -606,7 +393,7 @@ def build_scene_from_table(table: dict[str, object]) -> Scene:
     for word in others:
         if word in words:
             raise ValueError(f"{word} is given twice: above [body] and in [{name}]")
-        if word in EnvironmentArguments._fields:
+        if word in ENVIRONMENT:
             words[word] = table[word]
         elif word in signature(make).parameters:
             raise ValueError(f"{word} belongs in [{name}]")

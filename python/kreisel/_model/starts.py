@@ -15,7 +15,7 @@ from .._utils.arguments import Array, as_float, as_int, freeze_array, short_repr
 from .._utils.arguments import as_finite_array as array_of
 from ..quaternion import turn_back
 from .body import Body
-from .parameters import list_disturbances, validate_gravity
+from .parameters import list_disturbances, resolve_gravity
 from .scene import Ensemble, Scene
 
 _TRIALS = 1 << 14  # largest number of draws for one start
@@ -148,12 +148,12 @@ def starts(
     >>> [round(float(kr.solve(top, [0.0]).energy[0]), 12) for top in tops]
     [2.0, 2.0, 2.0]
     """
-    validate_type("body", body, Body)
+    _ = validate_type("body", body, Body)._block  # refuses many bodies
     if any(body.rotor):
         raise ValueError(
             "starts does not support a body with a rotor: the energy surface depends on the rotor"
         )
-    g = validate_gravity(gravity, body)
+    g = as_float("gravity", resolve_gravity(gravity, body))
     surface = _EnergySurface(
         np.array(body.moments),
         body.mass * g * np.array(body.principal_com),

@@ -647,7 +647,8 @@ def unravel_index(i: int, shape: Shape) -> Index:
 
 def get_member_by_flat_index(tops: Ensemble, i: int) -> Scene:
     """Return the i-th member of an ensemble in C order."""
-    return tops._select_member(unravel_index(i, tops.shape))
+    scene: Scene = tops._select_member(unravel_index(i, tops.shape))
+    return scene
 
 
 def _check_method_suits_ensemble(method: Method, tops: Ensemble) -> None:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .._model.euler_angles import find_symmetry_moments
+from .._core import body_symmetry
 from .._model.scene import Scene
 from .._utils.arguments import Array
 
@@ -33,8 +33,8 @@ def compute_duration_of_turn(scene: Scene, *, is_seen_from_body: bool = False) -
     The apex of a symmetric top does not feel its spin, which quantities seen from the body do.
     """
     moments = np.array(scene.body.moments)
-    transverse, _, is_symmetric = find_symmetry_moments(moments, np.array(scene.body.principal_com))
-    moment = transverse if is_symmetric and not is_seen_from_body else moments.min()
+    symmetry = body_symmetry(scene.body._block)
+    moment = symmetry[0] if symmetry and not is_seen_from_body else moments.min()
     rate = scene._rotation_rate * float(moments.max() / moment)
     return 2.0 * np.pi / rate if rate > 0.0 else np.inf
 

@@ -17,7 +17,8 @@ from numpy.typing import ArrayLike
 from .._core import start as start_top
 from .._core import statuses
 from .._model.body import Body
-from .._model.parameters import EnvironmentArguments, SceneKwargs
+from .._model.ensemble import SceneKwargs
+from .._model.parameters import ENVIRONMENT
 from .._model.scene import Scene, parse_scene_toml
 from .._options.methods import resolve_method, unknown_method_message
 from .._options.options import (
@@ -457,10 +458,11 @@ class Run:
         the new top. Raises ValueError if the support begins to turn but the heading (rotation about
         the vertical), on which the motion then depends, is not computed: add 'q' to `want`.
         """
-        environment = EnvironmentArguments(gravity, damping, turning, shaking, friction)
-        arguments = _drop_missing_arguments(body=body, **environment._asdict())
+        around = gravity, damping, turning, shaking, friction
+        given = dict(zip(ENVIRONMENT, around, strict=True))
+        arguments = _drop_missing_arguments(body=body, **given)
         if not arguments:
-            raise TypeError(f"change needs a body, {', '.join(environment._fields)}")
+            raise TypeError(f"change needs a body, {', '.join(ENVIRONMENT)}")
         if keep not in ("momentum", "velocity"):
             raise ValueError(f"keep must be 'momentum' or 'velocity', not {short_repr(keep)}")
         state, low = self._read_present_state(), None

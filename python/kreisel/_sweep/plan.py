@@ -14,7 +14,7 @@ from typing import Any, Literal, cast
 import numpy as np
 import numpy.typing as npt
 
-from .._model.batch import BatchParameter
+from .._model.parameters import BatchParameter
 from .._model.scene import Ensemble, Scene, build_scene_from_table
 from .._model.toml import parse_toml_tables, parse_toml_text_or_file, require_toml_table
 from .._options.options import ARGUMENTS as OPTIONS

@@ -16,9 +16,9 @@ import numpy as np
 import numpy.typing as npt
 from numpy.typing import ArrayLike
 
-from .._model.batch import BatchParameter, Shape, collapse_broadcast_axes
-from .._model.body import Bodies
-from .._model.parameters import VaryKwargs
+from .._model.body import Body
+from .._model.ensemble import VaryKwargs
+from .._model.parameters import BatchParameter, Shape, collapse_broadcast_axes
 from .._model.scene import Ensemble, Scene
 from .._model.vary import scatter, vary
 from .._options.options import format_index, unravel_index
@@ -300,7 +300,7 @@ class Source:
         """
         validate_type("scene", scene, Scene)
         count, key = as_int("n", n, 1), as_int("seed", seed, 0)
-        scatter(Ensemble, scene, 1, key, momentum, attitude, gravity)
+        scatter(scene, 1, key, momentum, attitude, gravity)
         deviations = {"momentum": momentum, "attitude": attitude, "gravity": gravity}
         widths = {name: np.asarray(w).tolist() for name, w in deviations.items() if w is not None}
         return cls(scene, (count,), ("top",), _random=RandomSpec(key, {}, widths))
@@ -348,7 +348,7 @@ class Source:
         if not tops.size:
             raise ValueError("an empty ensemble cannot be swept")
         columns: dict[str, npt.NDArray[Any]] = dict(tops._columns)
-        if isinstance(tops.body, Bodies):
+        if tops.body.shape:
             columns |= {name: tops.body._columns[name] for name in _BODY}
         scene = tops._select_member((0,) * tops.ndim)
         arguments = _collapse_broadcast_columns(columns, tops.ndim)
@@ -424,15 +424,15 @@ class Source:
         if random is not None and random.widths:
             momentum, attitude, gravity = map(random.widths.get, _SCATTERED)
             widths = momentum, attitude, gravity
-            return scatter(Ensemble, self.scene, places.size, random.seed, *widths, begin=first)
+            return scatter(self.scene, places.size, random.seed, *widths, begin=first)
         arguments: dict[str, Any] = _select_parameters_of_tops(self._parameters, self.shape, places)
         if random is not None:
             arguments |= _draw_uniform_parameters(random, first, places.size)
         if "unphysical" in arguments:
             body = {name: arguments.pop(name) for name in _BODY}
             body["unphysical"] = body["unphysical"].values.astype(bool)
-            arguments["body"] = Bodies(**body)
-        return vary(Ensemble, self.scene, {**arguments, **self._flags})
+            arguments["body"] = Body(**body)
+        return vary(self.scene, {**arguments, **self._flags})
 
     def _list_varying_values(
         self, begin: int, end: int, tops: Ensemble
@@ -444,7 +444,7 @@ class Source:
         if self._random is not None:
             rows |= _draw_uniform_parameters(self._random, begin, end - begin)
             for name in self._random.widths:
-                values = tops._columns[name]
+                values: Array = getattr(tops, name)
                 rows[name] = BatchParameter(name, values, values.shape[1:])
         return rows
 

@@ -51,7 +51,7 @@ print(
 )
 ensemble = scene.vary(spin=np.linspace(0, 5, 3)[:, None], tilt=[0.1, 0.2], degrees=False)
 print(ensemble.coords["spin"], ensemble.attitude.max(), scene.scatter(5, seed=1, attitude=0.1).size)
-bodies = kr.Bodies.cone(radius=[1, 2], height=2, pivot=(0, 0, 0), mass=1)
+bodies = kr.Body.cone(radius=[1, 2], height=2, pivot=(0, 0, 0), mass=1)
 print(
     kr.Ensemble.spinning(bodies, 5.0, gravity=1).body,
     bodies.moments,

@@ -1,0 +1,111 @@
+/* Starts given by velocities, Euler angles, or spin and tilt. */
+#include <math.h>
+#include "quantities.h"
+#include "scene.h"
+
+/* Returns a + b; a zero component of b leaves even a negative zero of a unchanged. */
+static kr_vec3 add_nonzero(kr_vec3 a, kr_vec3 b)
+{
+    return v3(b.x == 0.0 ? a.x : a.x + b.x, b.y == 0.0 ? a.y : a.y + b.y,
+              b.z == 0.0 ? a.z : a.z + b.z);
+}
+/* Returns a b. The sums are rounded in another order than by q_mul: published starts depend on their
+ * last bits. */
+static kr_quat product(kr_quat a, kr_quat b)
+{
+    return q4(a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z,
+              v3(a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
+                 a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x,
+                 a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w));
+}
+void kr_scene_set_velocity(kr_scene *scene, kr_vec3 velocity)
+{
+    const kr_quat q = product(scene->start.q, scene->body.axes);
+    const kr_vec3 W = q_turn_back(q, add_nonzero(velocity, scene->turning));
+    scene->start.m = q_turn(q, add_nonzero(v_times(scene->body.inertia, W), scene->body.rotor));
+}
+void kr_scene_set_body_velocity(kr_scene *scene, kr_vec3 velocity)
+{
+    kr_scene_set_velocity(scene, q_turn(scene->start.q, velocity));
+}
+void kr_scene_set_body_momentum(kr_scene *scene, kr_vec3 momentum)
+{
+    scene->start.m = q_turn(scene->start.q, momentum);
+}
+
+/* Returns the rotation with the z-x-z Euler angles precession, nutation and spin. */
+static kr_quat euler_rotation(kr_vec3 angles)
+{
+    const double c = cos(0.5 * angles.y), s = sin(0.5 * angles.y),
+                 sum = 0.5 * angles.x + 0.5 * angles.z,
+                 difference = 0.5 * angles.x - 0.5 * angles.z;
+    return q4(c * cos(sum), v3(s * cos(difference), s * sin(difference), c * sin(sum)));
+}
+/* Returns the rotation of the frame that the Euler angles describe, in an upright body. */
+static kr_quat euler_frame(const kr_scene *scene)
+{
+    static const kr_state upright = {.q = {1.0, 0.0, 0.0, 0.0}};
+    const kr_vec3 apex = kr_state_apex(scene, &upright);
+    if (apex.x == 0.0 && apex.y == 0.0 && apex.z > 0.0) return q_one();
+    return euler_rotation(v3(kr_state_precession_angle(scene, &upright),
+                             kr_state_nutation(scene, &upright),
+                             kr_state_spin_angle(scene, &upright)));
+}
+void kr_scene_set_euler(kr_scene *scene, kr_vec3 angles, kr_vec3 rates)
+{
+    const double c = cos(angles.x), s = sin(angles.x), level = rates.z * sin(angles.y);
+    scene->start.q = product(euler_rotation(angles), q_conj(euler_frame(scene)));
+    kr_scene_set_velocity(scene, v3(rates.y * c + level * s, rates.y * s - level * c,
+                                    rates.x + rates.z * cos(angles.y)));
+}
+
+int kr_body_symmetry(const kr_body *body, double *across, double *along)
+{
+    const kr_vec3 i = body->inertia, com = body->com;
+    const double reach = v_largest(com), largest = v_largest(i), least = fmin(i.x, fmin(i.y, i.z));
+    int axis = 2, count = reach == 0.0;
+    for (int k = 2; k >= 0 && reach > 0.0; k--)
+        if (fabs(component_at(com, k)) > KR_KIND_RTOL * reach) axis = k, count++;
+    const double side = component_at(i, (axis + 2) % 3), other = component_at(i, (axis + 1) % 3);
+    const int is_round = largest - least <= KR_KIND_RTOL * largest;
+    *across = is_round ? i.z : 0.5 * (side + other);
+    *along = is_round ? i.z : component_at(i, axis);
+    return is_round || (count == 1 && fabs(side - other) <= KR_KIND_RTOL * largest);
+}
+kr_status kr_scene_steady_precession(const kr_scene *scene, double spin, double tilt, int fast,
+                                     double *precession, double *least_spin)
+{
+    double i1, i3;
+    if (!kr_body_symmetry(&scene->body, &i1, &i3) || !isfinite(spin) || !isfinite(tilt))
+        return KR_ERR_ARGUMENT;
+    /* The rate W solves I1 cos(tilt) W^2 - I3 spin W + m g l = 0 (Goldstein, Classical Mechanics,
+     * 5.7). The larger root is computed without cancellation, and the smaller one from the product
+     * of the roots. */
+    const kr_vec3 com = scene->body.com;
+    const double torque = scene->body.mass * scene->gravity * hypot(hypot(com.x, com.y), com.z);
+    const double a = fabs(cos(tilt)) > 1e-15 ? i1 * cos(tilt) : 0.0, b = i3 * spin, size = fabs(b),
+                 root = 2.0 * sqrt(fabs(a)) * sqrt(fabs(torque));
+    const int is_hanging = a * torque <= 0.0,
+              is_too_slow = !is_hanging && size < root * (1 - 1e-12);
+    const double more =
+                     is_hanging ? hypot(b, root) : sqrt(fmax(size - root, 0.0)) * sqrt(size + root),
+                 larger = 0.5 * copysign(size + more, b);
+    *least_spin = is_too_slow ? root / i3 : 0.0;
+    *precession = 0.0;
+    if (fabs(sin(tilt)) < 1e-15) return KR_OK;
+    if (is_too_slow || (larger == 0.0 && torque != 0.0) || (fast && a == 0.0))
+        return KR_ERR_ARGUMENT;
+    if (fast) *precession = larger / a;
+    if (!fast && larger != 0.0) *precession = torque / larger;
+    return KR_OK;
+}
+kr_status kr_scene_set_spinning(kr_scene *scene, double spin, double tilt, double precession)
+{
+    static const double pi = 3.14159265358979323846;
+    double i1, i3;
+    if (!kr_body_symmetry(&scene->body, &i1, &i3) || !(tilt >= 0.0 && tilt <= pi))
+        return KR_ERR_ARGUMENT;
+    kr_scene_set_euler(scene, v3(0.0, tilt, 0.0),
+                       v3(precession, 0.0, spin - precession * cos(tilt)));
+    return KR_OK;
+}
