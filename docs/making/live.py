@@ -12,10 +12,11 @@ from tempfile import TemporaryDirectory
 from urllib.parse import quote
 
 import kreisel as kr
+from kreisel.types import View
 
 
 def setup(app):
-    kr.View._repr_html_ = in_a_frame
+    View._repr_html_ = in_a_frame
     film = kr.solve(kr.scenes.thesis, t=[0.0, 1.0]).animate()
     type(film)._repr_html_ = as_gif
 

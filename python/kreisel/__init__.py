@@ -9,17 +9,17 @@
 Attitudes are unit quaternions (w, x, y, z), scalar first, that rotate vectors from the body frame
 to the space frame. Vector components refer to the space frame unless stated otherwise. Any
 consistent set of units can be used; dimensions are given in terms of mass, length and time [M L T].
-See also kreisel.conventions(), kreisel.methods and kreisel.scenes.
+See also kreisel.quaternion.conventions(), kreisel.methods, kreisel.scenes and kreisel.types.
 """
 
 import sys
 
-from . import events, quaternion, scenes
-from ._analysis.apex import Apex, Nutation, apex
-from ._analysis.compare import Row, Table, compare
+from . import events, quaternion, scenes, types
+from ._analysis.apex import Apex, apex
+from ._analysis.compare import compare
 from ._analysis.frequencies import Frequencies, frequencies
 from ._analysis.plot import plot
-from ._analysis.rod import Rod, rod
+from ._analysis.rod import rod
 from ._core import version as __version__
 from ._fit.fit import fit
 from ._fit.records import Record
@@ -28,17 +28,11 @@ from ._model.body import Body
 from ._model.scene import Ensemble, Scene
 from ._model.starts import starts
 from ._options.methods import Method, methods
-from ._options.plan import Plan, StepChoice
+from ._options.plan import Plan
 from ._results.path import Error, Events, Interrupted, Path
 from ._results.paths import Reductions
-from ._results.quantities import Stats
 from ._solve.chaos import Chaos, chaos
-from ._solve.exact import (
-    Exact,
-    ExactMap,
-    ExactTorus,
-    exact,
-)
+from ._solve.exact import Exact, ExactTorus, exact
 from ._solve.plan import plan
 from ._solve.run import Run, resume, start
 from ._solve.section import Section, section
@@ -46,10 +40,9 @@ from ._solve.solve import load, reduce, solve, stream
 from ._sweep.source import Source
 from ._sweep.sweep import SweepResult, read_sweep, sweep
 from ._utils.name_hints import explain_public_names
-from ._utils.quantity_attributes import MethodName, QuantityName
-from ._view import View, view
+from ._view import view
 from .events import Event
-from .quaternion import attitude_error, conventions, from_rotation
+from .quaternion import attitude_error, from_rotation
 
 __all__ = [
     "Apex",
@@ -60,36 +53,25 @@ __all__ = [
     "Event",
     "Events",
     "Exact",
-    "ExactMap",
     "ExactTorus",
     "Fit",
     "Frequencies",
     "Interrupted",
     "Method",
-    "MethodName",
-    "Nutation",
     "Path",
     "Plan",
-    "QuantityName",
     "Record",
     "Reductions",
-    "Rod",
-    "Row",
     "Run",
     "Scene",
     "Section",
     "Source",
-    "Stats",
-    "StepChoice",
     "SweepResult",
-    "Table",
-    "View",
     "__version__",
     "apex",
     "attitude_error",
     "chaos",
     "compare",
-    "conventions",
     "events",
     "exact",
     "fit",
@@ -114,6 +96,12 @@ __all__ = [
     "view",
 ]
 
-for _module in (events, quaternion, scenes):
+
+def __dir__() -> list[str]:
+    """List the public names."""
+    return sorted(__all__)
+
+
+for _module in (events, quaternion, scenes, types):
     explain_public_names(_module)
-explain_public_names(sys.modules[__name__], (Ensemble, Record))
+explain_public_names(sys.modules[__name__], (Ensemble, Event, Record))

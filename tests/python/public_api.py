@@ -6,12 +6,12 @@ import inspect
 import argument_values
 import kreisel as kr
 from argument_values import DAMPED, FREE, LAGRANGE, LOW, MOST, PATHS, RIGHT, TOP
-from kreisel import quaternion
+from kreisel import quaternion, types
 
 DUNDERS = "__call__", "__getitem__", "__getattr__", "__len__", "__iter__", "__repr__"
 FAILURES = kr.Error, kr.Interrupted
 NAMES = "MethodName", "QuantityName"  # types of strings, which are never called
-NAMESPACES = kr, kr.events, quaternion, kr.scenes
+NAMESPACES = kr, types, kr.events, quaternion, kr.scenes
 
 
 def always(thing):
@@ -34,7 +34,7 @@ def run(scene, method="auto", **more):
 SELVES = {  # factories of an instance for each class with methods
     kr.Apex: [always(kr.apex(PATHS[0])), always(kr.apex(PATHS[4]))],
     kr.Body: [always(body) for body in (*RIGHT["body"], *argument_values.BODIES)],
-    kr.StepChoice: [always(kr.solve(LAGRANGE, 1, "geometric", error=1e-3).plan.choice)],
+    types.StepChoice: [always(kr.solve(LAGRANGE, 1, "geometric", error=1e-3).plan.choice)],
     kr.Ensemble: [always(tops) for tops in argument_values.ENSEMBLES],
     kr.Event: [always(LOW), always(kr.events.loop(max_count=2, terminal=True))],
     kr.Events: [always(PATHS[2].events), always(argument_values.MANY[2].events)],
@@ -44,20 +44,20 @@ SELVES = {  # factories of an instance for each class with methods
     kr.ExactTorus: [
         always(kr.exact(scene)) for scene in (kr.scenes.kowalewski, kr.scenes.goryachev_chaplygin)
     ],
-    kr.ExactMap: [always(kr.exact(LAGRANGE, map="bobenko_suris", step=0.1))],
+    types.ExactMap: [always(kr.exact(LAGRANGE, map="bobenko_suris", step=0.1))],
     kr.Chaos: [
         always(kr.chaos(TOP, 2.0)),
         always(kr.chaos(argument_values.ENSEMBLES[0], [1.0])),
     ],
     kr.Method: [always(method) for method in kr.methods.values()],
-    kr.Nutation: [always(kr.Nutation(0.1, 0.2, 3.0, 4.0))],
+    types.Nutation: [always(types.Nutation(0.1, 0.2, 3.0, 4.0))],
     kr.Path: [always(path) for path in [*PATHS, *argument_values.MANY]],
     kr.Plan: [always(path.plan) for path in PATHS]
     + [always(kr.plan(argument_values.ENSEMBLES[0], 1))],
     kr.Record: [always(record) for record in argument_values.RECORDS],
     kr.Reductions: [always(reduced) for reduced in argument_values.REDUCED],
-    kr.Rod: [always(kr.rod(kr.exact(LAGRANGE)([0, 1, 2])))],
-    kr.Row: [always(table()[0])],
+    types.Rod: [always(kr.rod(kr.exact(LAGRANGE)([0, 1, 2])))],
+    types.Row: [always(table()[0])],
     kr.Run: [
         run(TOP),
         run(DAMPED),
@@ -68,9 +68,9 @@ SELVES = {  # factories of an instance for each class with methods
     kr.Section: [always(section) for section in argument_values.SECTIONS],
     kr.Source: [always(source) for source in argument_values.SOURCES],
     kr.SweepResult: [sweep_reader("swept"), sweep_reader("half")],
-    kr.Stats: [always(PATHS[0].stats)],
-    kr.Table: [always(table())],
-    kr.View: [always(kr.view(TOP, open=False))],
+    types.Stats: [always(PATHS[0].stats)],
+    types.Table: [always(table())],
+    types.View: [always(kr.view(TOP, open=False))],
 }
 
 # classes that users instantiate; objects of all other classes come from kreisel
@@ -84,7 +84,7 @@ def calls():
         "methods.__getitem__": ([always(kr.methods.__getitem__)], parameters(lambda key: key))
     }
     for space in NAMESPACES:
-        prefix = "" if space is kr else space.__name__.removeprefix("kreisel.") + "."
+        prefix = "" if space in (kr, types) else space.__name__.removeprefix("kreisel.") + "."
         for name, thing in functions(space):
             if thing not in SELVES or thing in USERS:
                 callables[prefix + name] = [always(thing)], parameters(thing)
@@ -97,7 +97,7 @@ def functions(space):
     """Yield the public functions and classes defined in the module `space`."""
     for name in getattr(space, "__all__", None) or vars(space):
         thing = getattr(space, name)
-        own = space is kr or getattr(thing, "__module__", "") == space.__name__
+        own = space in (kr, types) or getattr(thing, "__module__", "") == space.__name__
         is_callable = inspect.isclass(thing) or inspect.isroutine(thing)
         if name[0] != "_" and own and name not in NAMES and is_callable:
             yield name, thing

@@ -21,6 +21,7 @@ import pytest
 from argument_values import HOSTILE, MOST, WORDS, get_valid_values, write_files
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
+from kreisel import types
 from public_api import FAILURES, NAMESPACES, RECORDS, SELVES, calls, of_class
 
 ASKED = os.environ.get("KREISEL_CALLS")
@@ -176,11 +177,16 @@ def test_every_call_returns_or_raises_a_documented_exception(group):
 
 def test_every_public_name_is_tested():
     names = {name for name in kr.__all__ if inspect.isroutine(getattr(kr, name))}
-    classes = {name for name in kr.__all__ if inspect.isclass(getattr(kr, name))}
+    classes = {
+        name
+        for space in (kr, types)
+        for name in space.__all__
+        if inspect.isclass(getattr(space, name))
+    }
     assert names | classes <= {name.partition(".")[0] for name in CALLS} | {"Nutation", "Stats"}
     assert {cls.__name__ for cls in (*SELVES, *FAILURES)} == classes
     for space in NAMESPACES:
-        module = space.__name__.partition(".")[2]
+        module = space is not types and space.__name__.partition(".")[2]
         for name in getattr(space, "__all__", ()):
             if module and inspect.isroutine(getattr(space, name)):
                 assert f"{module}.{name}" in CALLS

@@ -16,6 +16,7 @@ import pytest
 from cli_helpers import call, invoke, join_lines, read_csv
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from kreisel.types import QuantityName
 from tops import LAGRANGE
 
 METHODS_PAGE = Path(__file__).parents[2] / "METHODS.md"
@@ -292,7 +293,7 @@ TRANSCRIPTS = [  # (command line, words that its output contains in this order)
     ("methods rk4", ["order      4", "kind       algebraic", "rotors", "Kutta 1901"]),
     ("scenes", [*kr.scenes.about]),
     ("scenes cusps", [kr.scenes.about["cusps"], kr.scenes.cusps.to_toml()]),
-    ("quantities", [f"{name} {UNIT[name]}".rstrip() for name in get_args(kr.QuantityName)[1:]]),
+    ("quantities", [f"{name} {UNIT[name]}".rstrip() for name in get_args(QuantityName)[1:]]),
     ("solve asymmetric --t 1 --want kowalewski --json -", ['"kowalewski": [null, null]']),
     ("solve cusps --t 1 --want nutation,spin --degrees",
      ["nutation [deg] 53.13010235", "spin [deg/T] 343.774677"]),

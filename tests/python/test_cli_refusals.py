@@ -7,6 +7,7 @@ import kreisel as kr
 import numpy as np
 import pytest
 from cli_helpers import KREISEL, PLAN, call, invoke, join_lines
+from kreisel.types import QuantityName
 
 ENDLESS = "solve asymmetric --t 1e9 --max-steps 100000"
 
@@ -191,7 +192,7 @@ WORDS = {  # {name of an argument or option: words}
     "steps": f"0.1,0.2 {NUMBERS}",
     "tols": f"1e-9 {NUMBERS}",
     "digits": f"16 20 30 {COUNTS}",
-    "want": " ".join([*get_args(kr.QuantityName), 6 * "nutation,energy , nutatoin "]),
+    "want": " ".join([*get_args(QuantityName), 6 * "nutation,energy , nutatoin "]),
     "events": "nutation loop plane:0,1,0 crossing:m_x:1 separatrix nutation:terminal extremum:1 "
     "crossing:m_x*q_w*q_x kinetic:x plane ::: loop:= cusp:0",
 }

@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 import kreisel as kr
 import numpy as np
 import pytest
+from kreisel.types import QuantityName
 
 ALWAYS = {"start": 6, "moments": 3, "com": 3, "gravity": 1, "mass": 1}
 EFFECTS = {"damping": 3, "rotor": 3, "turning": 3, "shaking": 3, "friction": 1}
@@ -15,9 +16,7 @@ COM, DAMPING = (0.2, -0.1, 0.9), (0.1, 0.25, 0.4)
 START = {"momentum": (0.3, -0.7, 1.5), "attitude": (0.8, 0.6, 0.0, 0.0), "gravity": 1.25}
 ANGLES = ("precession_angle", "nutation", "spin_angle")
 OF_THE_APEX = ("apex", "spin", "axial_momentum", *ANGLES)
-QUANTITIES = [
-    name for name in typing.get_args(kr.QuantityName) if name not in ("t", "q_low", "m_low")
-]
+QUANTITIES = [name for name in typing.get_args(QuantityName) if name not in ("t", "q_low", "m_low")]
 # Central differences of eighth order.
 WEIGHTS, STEP = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}, 2.0**-9
 

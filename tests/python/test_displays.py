@@ -5,6 +5,7 @@ from pathlib import Path
 import kreisel as kr
 import numpy as np
 import pytest
+from kreisel.types import Row, Table
 from toolbox import python
 from tops import GENERAL
 
@@ -89,6 +90,6 @@ def test_plans_and_tables_are_html_tables():
     assert ">tops</td>" in many and ">first top</td>" in many
     rows = kr.compare(GENERAL, 0.5, ["rk4"], [0.1, 0.05], repeats=1)._repr_html_()
     assert rows.count("<tr>") == 3 and rows.count("<th") == 11 and ">rk4</td>" in rows
-    failed = kr.Table((kr.Row("<b>", "rk4", None, None, 1, 1, 1, 1, 1, 1, "a < b & c"),))
+    failed = Table((Row("<b>", "rk4", None, None, 1, 1, 1, 1, 1, 1, "a < b & c"),))
     html = failed._repr_html_()
     assert "&lt;b&gt;" in html and "a &lt; b &amp; c" in html

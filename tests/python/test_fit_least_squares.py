@@ -19,6 +19,7 @@ from fits import (
     solve_at,
     subtract,
 )
+from kreisel.types import QuantityName
 from scipy.optimize import curve_fit, least_squares
 
 T = np.linspace(-0.5, 2.0, 26)
@@ -27,7 +28,7 @@ JUMPING = ("body_acceleration", "specific_force")  # friction jumps at a stop
 SEEN_FROM_BODY = (*JUMPING, "q", "body_velocity", "body_momentum", "body_vertical")
 SEEN_FROM_BODY = (*SEEN_FROM_BODY, "inertial_velocity")
 CONSTANT = ("t", "kowalewski", "goryachev_chaplygin")
-MEASURABLE = [name for name in get_args(kr.QuantityName) if name not in CONSTANT]
+MEASURABLE = [name for name in get_args(QuantityName) if name not in CONSTANT]
 MEASURABLE = [name for name in MEASURABLE if not name.endswith("_low")] + ["specific_force"]
 ANCHOR = {"q": 0.003, "body_velocity": 0.01}  # determines all parameters of the top a little
 

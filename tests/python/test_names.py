@@ -6,11 +6,12 @@ import kreisel as kr
 import numpy as np
 import pytest
 from kreisel import quaternion
+from kreisel.types import QuantityName
 from toolbox import python
 from tops import CORNER, unit
 
 TOP = kr.scenes.asymmetric
-QUANTITIES = get_args(kr.QuantityName)
+QUANTITIES = get_args(QuantityName)
 
 
 def list_public_names(value):
@@ -55,7 +56,9 @@ def test_conventions_agree_with_the_core():
     assert quaternion.turn(quarter.attitude, (1.0, 0.0, 0.0)) == pytest.approx((0, 1, 0), abs=1e-15)
     expected = quaternion.turn(quarter.attitude, quaternion.turn(CORNER.axes, (1.0, 0.0, 0.0)))
     assert kr.solve(quarter, [0.0]).frame[0, 0] == pytest.approx(expected, abs=1e-15)
-    assert "scalar first" in kr.conventions() and "(0.0, 1.0, 0.0)" in kr.conventions()
+    assert (
+        "scalar first" in quaternion.conventions() and "(0.0, 1.0, 0.0)" in quaternion.conventions()
+    )
 
 
 # Lists of names

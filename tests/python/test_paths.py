@@ -10,13 +10,14 @@ import kreisel as kr
 import numpy as np
 import pytest
 from ensembles import same_bits
+from kreisel.types import QuantityName
 from tops import GENERAL, LAGRANGE
 
 TOP = kr.scenes.asymmetric
 TOPS = TOP.scatter(3, seed=1, momentum=0.1)
 LOWEST = kr.events.nutation(direction=1)
 SOME = ("nutation", "frame")
-NAMES = [name for name in get_args(kr.QuantityName) if name[-4:] != "_low" and name != "t"]
+NAMES = [name for name in get_args(QuantityName) if name[-4:] != "_low" and name != "t"]
 
 
 def same(one, other):

@@ -13,9 +13,10 @@ import pytest
 from drawn_tops import KINDS, LAWS, change_body, scale_scene, subtract_paths, tops
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from kreisel.types import QuantityName
 from moving_tops import Motion, turn
 
-NAMES = [name for name in get_args(kr.QuantityName) if not name.endswith("_low")]
+NAMES = [name for name in get_args(QuantityName) if not name.endswith("_low")]
 EXTREMES = (
     *({}, {"friction": 3.0}, {"body_velocity": (0, 0, 0)}, {"attitude": (1, 0, 0, 0)}),
     {"turning": (0.0, 4.7e-5, 5.5e-5)},

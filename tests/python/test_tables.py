@@ -9,13 +9,14 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from kreisel.types import QuantityName
 from scipy.spatial.transform import Rotation
 from tops import GENERAL
 
 TOP = kr.scenes.asymmetric
 MANY = kr.scenes.thesis.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
 TIMES = np.linspace(0.0, 20.0, 201)
-QUANTITIES = get_args(kr.QuantityName)[1:]
+QUANTITIES = get_args(QuantityName)[1:]
 ENDINGS = {  # {size of a quantity: endings of the names of its components}
     1: [""],
     3: ["_x", "_y", "_z"],

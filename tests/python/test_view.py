@@ -12,6 +12,7 @@ import kreisel as kr
 import numpy as np
 import pytest
 from cli_helpers import call, join_lines
+from kreisel.types import View
 
 TOP = kr.scenes.thesis
 
@@ -131,7 +132,7 @@ def test_the_viewer_may_run_only_its_own_script():
 
 def test_text_in_a_scene_cannot_end_the_script():
     page = kr.view(TOP, open=False)
-    named = kr.View({**page.scene, "name": "</script>"})
+    named = View({**page.scene, "name": "</script>"})
     assert named.html.count("</script>") == page.html.count("</script>")
     assert "\\u003c/script>" in named.html
 

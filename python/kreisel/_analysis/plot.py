@@ -89,7 +89,7 @@ def plot(
 
     If the states are sparser than the motion, the motion between them is computed by calling
     `path(t)`, and the states are marked. Only the states are drawn if the path cannot be evaluated
-    between them, as for a kreisel.ExactMap, or if the motion has hundreds of turns.
+    between them, as for a kreisel.types.ExactMap, or if the motion has hundreds of turns.
 
         >>> import kreisel as kr
         >>> path = kr.solve(kr.scenes.cusps, [0.1 * i for i in range(100)])

@@ -354,8 +354,8 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
         state. The returned path contains the quantities in `want`, but neither events nor tangents.
 
         Raises ValueError for times outside the range of the path. Raises ValueError for the path of
-        a kreisel.ExactMap, which is defined only at whole steps of the method. Raises kreisel.Error
-        and kreisel.Interrupted under the same conditions as kreisel.solve.
+        a kreisel.types.ExactMap, which is defined only at whole steps of the method. Raises
+        kreisel.Error and kreisel.Interrupted under the same conditions as kreisel.solve.
         """
         if self._many is not None:
             return _stack_paths(self._many, t, [path(t) for path in self._list_members()])

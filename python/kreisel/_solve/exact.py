@@ -687,7 +687,7 @@ def exact(
 
     scene  a kreisel.Scene, a kreisel.Ensemble, or a list of scenes
     map    "bobenko_suris": return the closed form of the states that this method computes for a
-           Lagrange top, a kreisel.ExactMap, instead of the closed form of the motion
+           Lagrange top, a kreisel.types.ExactMap, instead of the closed form of the motion
     step   only with `map`: the step of the method, positive or negative [T]
 
     Raises ValueError if a motion has no closed-form solution, or if the support turns about e3. For

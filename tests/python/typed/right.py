@@ -5,6 +5,7 @@ import tempfile
 
 import kreisel as kr
 import numpy as np
+from kreisel.types import MethodName, QuantityName
 
 body = kr.Body.cuboid(half=(0.8, 0.8, 1), pivot=(0, 0, -1))
 scene = kr.Scene(body, momentum=(0.172, -1.862, 1.46), gravity=1)
@@ -14,8 +15,8 @@ for t in (10, 10.0, [1, 2.5], (1, 2), range(3), times, np.arange(3), np.float32(
     path = kr.solve(scene, t, "taylor")
 several = kr.solve(scene, [np.float64(1), np.float64(2)], want=("energy", "apex", "t"))
 nutation_path = kr.solve(scene, 3, want=["nutation"], method="geometric", error=1e-3)
-name: kr.MethodName = "strang"
-names: list[kr.QuantityName] = ["energy", "spin"]
+name: MethodName = "strang"
+names: list[QuantityName] = ["energy", "spin"]
 named_path = kr.solve(scene, 1.0, name, step=0.1, want=names)
 again = kr.solve(scene, 1.0, named_path.method, step=0.1, want=named_path.want)
 print(path.energy.max(), path.velocity[0], path.q_low, path.error, path[0].apex, path(0.5).t)

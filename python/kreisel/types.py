@@ -1,0 +1,29 @@
+"""Types for annotations: names of methods and quantities, and classes that users do not build.
+
+from kreisel.types import QuantityName
+want: list[QuantityName] = ["apex", "energy"]
+"""
+
+from __future__ import annotations
+
+from ._analysis.apex import Nutation
+from ._analysis.compare import Row, Table
+from ._analysis.rod import Rod
+from ._options.plan import StepChoice
+from ._results.quantities import Stats
+from ._solve.exact import ExactMap
+from ._utils.quantity_attributes import MethodName, QuantityName
+from ._view import View
+
+__all__ = [
+    "ExactMap",
+    "MethodName",
+    "Nutation",
+    "QuantityName",
+    "Rod",
+    "Row",
+    "Stats",
+    "StepChoice",
+    "Table",
+    "View",
+]
