@@ -261,12 +261,6 @@ def estimate_rounding_growth(
     return result, most
 
 
-def compute_max_angle_between_attitudes(
-    one: tuple[Array, Array], other: tuple[Array, Array]
-) -> float:
-    return float(compute_angles_between_attitudes(one, other).max())
-
-
 def compute_angles_between_attitudes(one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
     """Return the angles [rad] between attitudes, given as pairs of arrays (q, low words of q).
 

@@ -56,7 +56,7 @@ from .error import (
     SERIES,
     CoreResult,
     RunStart,
-    compute_max_angle_between_attitudes,
+    compute_angles_between_attitudes,
     compute_states_at_times,
     compute_states_at_unordered_times,
     estimate_attitude_error,
@@ -292,25 +292,21 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
             return 0.0
         if self._choice and self._columns is not None and "q" not in self._columns:
             return self._choice.error
-        return estimate_attitude_error(
-            self.scene,
-            self.method,
-            self.digits,
-            self._compute_max_angle_to_second_run,
-            self._estimate_rounding_growth,
-        )
 
-    def _estimate_rounding_growth(self) -> float:
-        result, largest = estimate_rounding_growth(
-            self.scene, self.t, self.digits or 16, origin=self._origin
-        )
-        build_path_or_raise(self.scene, SERIES, result, self._origin)
-        return largest
+        def angle_to(second: Options) -> float:  # including digits beyond double precision
+            result = compute_states_at_unordered_times(self.scene, second, self.t, self._origin)
+            other = build_path_or_raise(self.scene, second, result, self._origin)
+            pairs = (self.q, self.q_low), (other.q, other.q_low)
+            return float(compute_angles_between_attitudes(*pairs).max())
 
-    def _compute_max_angle_to_second_run(self, second: Options) -> float:
-        result = compute_states_at_unordered_times(self.scene, second, self.t, self._origin)
-        other = build_path_or_raise(self.scene, second, result, self._origin)
-        return compute_max_angle_between_attitudes((self.q, self.q_low), (other.q, other.q_low))
+        def growth() -> float:
+            result, largest = estimate_rounding_growth(
+                self.scene, self.t, self.digits or 16, origin=self._origin
+            )
+            build_path_or_raise(self.scene, SERIES, result, self._origin)
+            return largest
+
+        return estimate_attitude_error(self.scene, self.method, self.digits, angle_to, growth)
 
     @cached_property
     def plan(self) -> Plan:
@@ -394,9 +390,12 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
             columns = {name: column[indices] for name, column in self._columns.items()}
             return replace(self, states=NO_STATES, _columns=columns, _events=None)
         low = None if self._low is None else self._low[indices]
-        tangent_data = self._tangent_data and self._tangent_data.select_tangents_at_states(indices)
+        data = self._tangent_data
+        if data is not None:
+            high, rest = freeze_array(data.high[indices]), freeze_array(data.low[indices])
+            data = data._replace(high=high, low=rest)
         return replace(
-            self, states=self.states[indices], _low=low, _events=None, _tangent_data=tangent_data
+            self, states=self.states[indices], _low=low, _events=None, _tangent_data=data
         )
 
     def __iter__(self) -> Iterator[Path]:

@@ -127,25 +127,9 @@ class Reductions(EnsembleResult):
     """
 
     def __repr__(self) -> str:
-        listing = ", ".join(
-            f"{name}: {' '.join(kinds)}"
-            for name, kinds in self._group_reductions_by_quantity().items()
-        )
+        items = self._options.reduce.items()
+        listing = ", ".join(f"{name}: {' '.join(kinds)}" for name, kinds in items)
         return f"<kreisel.Reductions of shape {self.shape}, {listing}: {self._format_summary()}>"
-
-    def _group_reductions_by_quantity(self) -> dict[str, list[str]]:
-        """Return a mapping from the name of each quantity to the statistics computed for it."""
-        return self._options.reduce
-
-    def _select_reduced_values(self, name: str, kind: str) -> Array:
-        assert self._buffers.reduced is not None
-        reductions = self._options.reductions
-        indices = [
-            i for i, one in enumerate(reductions) if one.name == name and KINDS[one.kind] == kind
-        ]
-        columns = self._buffers.reduced[:, indices[0] : indices[-1] + 1]
-        shape = QUANTITIES[name].shape if name in QUANTITIES else ()
-        return self._reshape_to_ensemble(columns.reshape(len(columns), *shape))
 
     @overload
     def __getitem__(self, key: str) -> dict[str, Array]: ...
@@ -158,10 +142,21 @@ class Reductions(EnsembleResult):
         array.
         """
         if isinstance(key, str):
-            names = self._group_reductions_by_quantity()
+            names, reduced = self._options.reduce, self._buffers.reduced
             if key not in names:
                 raise KeyError(unknown_name_message("quantity among the reductions:", key, names))
-            return {kind: self._select_reduced_values(key, kind) for kind in names[key]}
+            assert reduced is not None
+            shape = QUANTITIES[key].shape if key in QUANTITIES else ()
+            values = {}
+            for kind in names[key]:
+                rows = [
+                    i
+                    for i, one in enumerate(self._options.reductions)
+                    if one.name == key and KINDS[one.kind] == kind
+                ]
+                columns = reduced[:, rows[0] : rows[-1] + 1]
+                values[kind] = self._reshape_to_ensemble(columns.reshape(len(columns), *shape))
+            return values
         if find_flat_index(self.shape, key) is not None:
             raise TypeError(
                 "reductions contain no paths: index their arrays, as in "
@@ -170,18 +165,18 @@ class Reductions(EnsembleResult):
         return self._select_tops(key)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._group_reductions_by_quantity())
+        return iter(self._options.reduce)
 
     def __len__(self) -> int:
         """Return the number of quantities for which reductions were computed."""
-        return len(self._group_reductions_by_quantity())
+        return len(self._options.reduce)
 
     def __contains__(self, name: object) -> bool:
-        return name in self._group_reductions_by_quantity()
+        return name in self._options.reduce
 
     def keys(self) -> KeysView[str]:
         """Return the quantity names."""
-        return self._group_reductions_by_quantity().keys()
+        return self._options.reduce.keys()
 
     def items(self) -> ItemsView[str, dict[str, Array]]:
         """Return pairs of a quantity name and a dictionary {kind of reduction: array}."""
@@ -207,7 +202,6 @@ class Reductions(EnsembleResult):
         columns of the DataFrame also include `status`, `reached` and the varying parameters.
         `attrs` contains the units. Raises ImportError if pandas is not installed.
         """
-
         return self._make_column_table(self._list_columns()).to_pandas()
 
     def _list_columns(self) -> list[TableColumn]:

@@ -122,7 +122,6 @@ TANGENT_ATTRIBUTES = {  # {attribute of a path with tangents: the hint if it is 
     "conditioning": "solve with tangents with respect to 'start' and all parameters that are not 0",
     "derivative": "solve with tangents='start' to have it",
 }
-_ROUNDING = 2.0**-53
 
 
 class TangentData(NamedTuple):
@@ -148,43 +147,9 @@ class TangentData(NamedTuple):
             freeze_array(high.reshape(shape)), freeze_array(low.reshape(shape)), truncation, names
         )
 
-    def select_tangents_at_states(self, index: ResolvedIndex) -> TangentData:
-        return self._replace(high=freeze_array(self.high[index]), low=freeze_array(self.low[index]))
-
     @property
     def parameter_bit_mask(self) -> int:
         return sum(TANGENTS[name][0] for name in self.by)
-
-    def conditioning(self, scene: Scene) -> Array:
-        """Return bounds on the attitude error [rad] caused by rounding the numbers in a scene.
-
-        Every number that defines `scene` is assumed to have a rounding error. Raises AttributeError
-        if the tangents with respect to a required parameter are missing. No tangents are required
-        with respect to parameters equal to zero, because zero carries no rounding error.
-        """
-        data = collect_scene_numbers(scene)
-        if any(name not in self.by and any(numbers) for name, numbers in data.items()):
-            hint = TANGENT_ATTRIBUTES["conditioning"]
-            raise AttributeError(f"this path has no 'conditioning': {hint}")
-        sizes = np.abs([number for name in self.by for number in data[name]])
-        changes = np.sqrt((self.high[:, :3] ** 2).sum(axis=1))
-        return freeze_array(_ROUNDING * (changes * sizes).sum(axis=1))
-
-
-def collect_scene_numbers(scene: Scene) -> dict[str, tuple[float, ...]]:
-    return {
-        # a change of a unit quaternion rotates by twice its size
-        "start": (2.0, 2.0, 2.0, *scene.momentum),
-        "moments": scene.body.moments,
-        "com": scene.body.principal_com,
-        "gravity": (scene.gravity,),
-        "mass": (scene.body.mass,),
-        "damping": scene.damping,
-        "rotor": scene.body.principal_rotor,
-        "turning": scene.turning,
-        "shaking": scene.shaking if scene._is_shaken else (0.0, 0.0, 0.0),
-        "friction": (scene.friction,),
-    }
 
 
 Recorded = TypeVar("Recorded")
@@ -439,7 +404,27 @@ class PathBase(QuantityAttributes):
         data = self._get_tangents_or_raise()
         if self._many is not None:
             return self._compute_per_state(lambda path: path.conditioning)
-        return data.conditioning(self.scene)
+        scene, body = self.scene, self.scene.body
+        numbers: dict[str, tuple[float, ...]] = {
+            # a change of a unit quaternion rotates by twice its size
+            "start": (2.0, 2.0, 2.0, *scene.momentum),
+            "moments": body.moments,
+            "com": body.principal_com,
+            "gravity": (scene.gravity,),
+            "mass": (body.mass,),
+            "damping": scene.damping,
+            "rotor": body.principal_rotor,
+            "turning": scene.turning,
+            "shaking": scene.shaking if scene._is_shaken else (0.0, 0.0, 0.0),
+            "friction": (scene.friction,),
+        }
+        # Parameters equal to zero carry no rounding error.
+        if any(name not in data.by and any(each) for name, each in numbers.items()):
+            hint = TANGENT_ATTRIBUTES["conditioning"]
+            raise AttributeError(f"this path has no 'conditioning': {hint}")
+        sizes = np.abs([number for name in data.by for number in numbers[name]])
+        changes = np.sqrt((data.high[:, :3] ** 2).sum(axis=1))
+        return freeze_array(2.0**-53 * (changes * sizes).sum(axis=1))
 
     def derivative(self, quantity: QuantityName) -> Array:
         """Return the derivatives of a quantity; `tangents` must have been passed to solve.
@@ -569,22 +554,18 @@ def add_quantity_properties(
 ) -> None:
     """Add a property for each quantity, computed by `column`, after the dimensions `lead`."""
     for name in [name for name in QUANTITIES if name not in vars(kind)]:
-        attribute = _make_quantity_property(QUANTITIES[name], lead, column)
+        quantity = QUANTITIES[name]
+
+        def of(path: Recorded, name: str = name) -> Array:
+            return column(path, name)
+
+        sizes = [*lead, *map(str, quantity.shape)]
+        shape = ", ".join(sizes) + ("," if len(sizes) == 1 else "")
+        unit = f" [{quantity.dimension}]" if quantity.dimension else ""
+        of.__doc__ = f"({shape}) {quantity.text}{unit}."
+        attribute = cached_property(of)
         attribute.__set_name__(kind, name)
         setattr(kind, name, attribute)
-
-
-def _make_quantity_property(
-    quantity: QuantityDescription, lead: tuple[str, ...], column: Callable[[Recorded, str], Array]
-) -> cached_property[Array]:
-    def of(path: Recorded) -> Array:
-        return column(path, quantity.name)
-
-    sizes = [*lead, *map(str, quantity.shape)]
-    shape = ", ".join(sizes) + ("," if len(sizes) == 1 else "")
-    unit = f" [{quantity.dimension}]" if quantity.dimension else ""
-    of.__doc__ = f"({shape}) {quantity.text}{unit}."
-    return cached_property(of)
 
 
 def _compute_path_quantity(path: PathBase, name: str) -> Array:

@@ -6,7 +6,7 @@ import csv
 import io
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -191,19 +191,8 @@ def _name_apart_from(names: Iterable[str], taken: Iterable[str]) -> list[str]:
     return [f"{name}_given" if name in taken else name for name in names]
 
 
-class HasQuantities(Protocol):
-    """An object with physical quantities as attributes: a path or the paths of an ensemble."""
-
-    @property
-    def t(self) -> Array: ...
-    @property
-    def want(self) -> tuple[QuantityName, ...] | None: ...
-    @property
-    def _low(self) -> Array | None: ...
-
-
 def describe_quantities(
-    path: HasQuantities, names: Iterable[str], degrees: bool
+    path: TableExportMethods, names: Iterable[str], degrees: bool
 ) -> list[QuantityDescription]:
     """Return the requested quantities, in degrees instead of radians if `degrees` is True.
 
@@ -229,7 +218,7 @@ def describe_quantities(
 
 
 def list_quantity_columns(
-    path: HasQuantities,
+    path: TableExportMethods,
     names: Iterable[str] = (),
     degrees: bool = False,
     unwrap: bool = False,
@@ -252,7 +241,9 @@ def list_quantity_columns(
     return columns
 
 
-def columns(path: HasQuantities, names: Iterable[str], degrees: bool = False) -> dict[str, Array]:
+def columns(
+    path: TableExportMethods, names: Iterable[str], degrees: bool = False
+) -> dict[str, Array]:
     """Return t and the components of the quantities in `names` as one-dimensional columns."""
     return dict(
         part
@@ -261,7 +252,9 @@ def columns(path: HasQuantities, names: Iterable[str], degrees: bool = False) ->
     )
 
 
-def format_column_heads(path: HasQuantities, names: Iterable[str], degrees: bool) -> dict[str, str]:
+def format_column_heads(
+    path: TableExportMethods, names: Iterable[str], degrees: bool
+) -> dict[str, str]:
     """Return the head of each of these columns: its name and unit."""
     quantities = [TIME, *describe_quantities(path, names, degrees)]
     return {
