@@ -7,7 +7,7 @@
 #include "arrays.hpp"
 
 // N arrays of doubles over one shape, each with a fixed number of doubles per member, traversed
-// together in C order. As in numpy's broadcast_to, a column that does not vary has the stride zero.
+// together in C order. They broadcast to the shape: a column that does not vary has the stride zero.
 template <size_t N> class columns
 {
     struct column {
@@ -23,18 +23,21 @@ template <size_t N> class columns
 
     static column column_of(const py::array &given, const std::vector<size_t> &shape, size_t width)
     {
-        const size_t dims = shape.size();
+        const size_t dims = shape.size(), inner = width > 1, own = size_t(given.ndim()) - inner;
         bool fits = py::isinstance<py::array_t<double>>(given) &&
                     (given.flags() & py::detail::npy_api::NPY_ARRAY_ALIGNED_) != 0 &&
-                    size_t(given.ndim()) == dims + (width > 1);
-        for (size_t d = 0; fits && d < dims; d++)
-            fits = given.shape(py::ssize_t(d)) == py::ssize_t(shape[d]);
-        if (!fits || (width > 1 && given.shape(py::ssize_t(dims)) != py::ssize_t(width)))
+                    size_t(given.ndim()) >= inner && own <= dims;
+        column made = {given, nullptr, std::vector<py::ssize_t>(dims), 0, 0, width};
+        for (size_t d = 0; fits && d < own; d++) {
+            const size_t n = size_t(given.shape(py::ssize_t(d))), place = dims - own + d;
+            if (n != 1) made.strides[place] = given.strides(py::ssize_t(d));
+            fits = n == 1 || n == shape[place];
+        }
+        if (!fits || (inner && given.shape(py::ssize_t(own)) != py::ssize_t(width)))
             throw py::value_error("a column has the wrong shape or type");
-        column made = {given, static_cast<const char *>(given.data()), {}, 0, 0, width};
-        made.strides.assign(given.strides(), given.strides() + dims);
+        made.data = static_cast<const char *>(given.data());
         if (dims > 0) made.step = made.strides.back();
-        if (width > 1) made.inner = given.strides(py::ssize_t(dims));
+        if (inner) made.inner = given.strides(py::ssize_t(own));
         return made;
     }
     void find(size_t index, const char *(&at)[N]) const

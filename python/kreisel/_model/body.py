@@ -196,9 +196,9 @@ class Body(ShapeConstructors):
         }
         self._store(shape, columns, words)
         own, dims = self._columns, len(shape)
-        given = [np.asarray(getattr(self, name)) for name in _GIVEN]
+        given = [own[name] for name in _GIVEN]
         if matrices:
-            given[1] = given[1].reshape(*shape, 9)
+            given[1] = given[1].reshape(*given[1].shape[:-2], 9)
         status, at, can_be, rows = bodies(shape, given, matrices)
         if status != "OK":
             self._refuse_member(status, tuple(map(int, np.unravel_index(at, shape))))

@@ -416,7 +416,7 @@ class Ensemble(SceneConstructors, BatchBase[Any]):
     @cached_property
     def _core_scenes(self) -> CoreTops:
         """The scenes as an array in the memory layout that the C library requires."""
-        return _make_core_tops(self.body, self.shape, {n: getattr(self, n) for n in _NUMBERS})
+        return _make_core_tops(self.body, self.shape, self._columns)
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -452,14 +452,10 @@ def _make_core_tops(body: Body, shape: Shape, columns: Mapping[str, Array]) -> C
     start: dict[str, Any] = {"gravity": 0.0, "t": 0.0, "attitude": _UPRIGHT}
     start |= dict.fromkeys(("momentum", "damping", "turning", "shaking"), np.zeros(3))
     start |= {"friction": 0.0, **columns}
-    body_names = "mass", "moments", "principal_com", "axes", "inertia_rtol", "principal_rotor"
-    parts = {**{name: getattr(body, name) for name in body_names}, **start}
-    numbers = "mass", "inertia_rtol", "gravity", "t", "friction"
-    arrays = []
-    for name, values in parts.items():
-        array = np.asarray(values, dtype=np.float64)
-        arrays.append(np.broadcast_to(array, shape + (() if name in numbers else array.shape[-1:])))
-    return CoreTops(shape, arrays)
+    names = "mass", "moments", "principal_com", "axes", "inertia_rtol", "principal_rotor"
+    own = [body._columns[name] if body.shape else getattr(body, name) for name in names]
+    parts = [*own, *start.values()]
+    return CoreTops(shape, [np.asarray(values, dtype=np.float64) for values in parts])
 
 
 def _call_core(
