@@ -246,7 +246,20 @@ def search_path_within_error(
             )
         run = search.integrate_and_measure_error(steps)
         if run and run[1] <= _ENOUGH * target:
-            return _make_path_from_search(search, *run, steps)
+            states, error = run
+            choice = StepChoice(
+                method=search.method,
+                step=search.end / steps,
+                order=search.order,
+                target=target,
+                error=error,
+                conditioning=search.conditioning,
+                run=search.cost,
+                trials=search.spent.evaluations - search.cost,
+                budget=search.budget,
+            )
+            options, is_back = Options(search.method, abs(choice.step)), choice.step < 0.0
+            return Path(scene, states, search.spent, options, is_back, _choice=choice)
         error = run[1] if run else math.inf
         is_stalled = 0.5 * least < error < _UNLIKE
         stalls += is_stalled
@@ -257,23 +270,6 @@ def search_path_within_error(
     raise search.make_unmet_error_exception(
         f"rounding errors reach {least:.1e} rad, and finer steps add more"
     )
-
-
-def _make_path_from_search(search: StepSearch, states: Array, error: float, steps: int) -> Path:
-    choice = StepChoice(
-        method=search.method,
-        step=search.end / steps,
-        order=search.order,
-        target=search.target,
-        error=error,
-        conditioning=search.conditioning,
-        run=search.cost,
-        trials=search.spent.evaluations - search.cost,
-        budget=search.budget,
-    )
-    options = Options(search.method, abs(choice.step))
-    is_back = choice.step < 0.0
-    return Path(search.scene, states, search.spent, options, is_back, _choice=choice)
 
 
 def _is_drift_exact(scene: Scene) -> bool:

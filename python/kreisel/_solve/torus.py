@@ -149,14 +149,32 @@ def _list_parameter_perturbations(scene: Scene, name: str) -> list[_ParameterPer
         # All neighbours have gravity of the same sign, because a free body is of another kind.
         largest = 0.125 * abs(scene.gravity)
         return [
-            _ParameterPerturbation(size, largest, 1, _change_gravity, _subtract_gravities_of_scenes)
+            _ParameterPerturbation(
+                size,
+                largest,
+                1,
+                lambda scene, _, size: scene.replace(gravity=scene.gravity + size),
+                lambda one, other: np.array([other.gravity - one.gravity]),
+            )
         ]
     columns = 2 if body.kind == "goryachev_chaplygin" else 3
     size = scene._rotation_rate * max(body.moments)
     return [
-        _ParameterPerturbation(1.0, math.inf, 3, _change_attitude, _subtract_attitudes_of_scenes),
         _ParameterPerturbation(
-            size, math.inf, columns, _change_momentum, _subtract_momenta_of_scenes
+            1.0,
+            math.inf,
+            3,
+            _change_attitude,
+            lambda one, other: _compute_rotation_between(
+                np.array([one.attitude]), np.array([other.attitude])
+            )[0],
+        ),
+        _ParameterPerturbation(
+            size,
+            math.inf,
+            columns,
+            _change_momentum,
+            lambda one, other: np.subtract(other.momentum, one.momentum),
         ),
     ]
 
@@ -168,31 +186,10 @@ def _change_attitude(scene: Scene, axis: int, angle: float) -> Scene:
     return scene.replace(attitude=multiply(scene.attitude, (w, x, y, z)))
 
 
-def _subtract_attitudes_of_scenes(one: Scene, other: Scene) -> Array:
-    return _compute_rotation_between(np.array([one.attitude]), np.array([other.attitude])).reshape(
-        3
-    )
-
-
 def _change_momentum(scene: Scene, axis: int, size: float) -> Scene:
     momentum = list(scene.momentum)
     momentum[axis] += size
     return scene.replace(momentum=momentum)
-
-
-def _subtract_momenta_of_scenes(one: Scene, other: Scene) -> Array:
-    """Return the difference between the angular momenta of two scenes."""
-    return np.array([b - a for a, b in zip(one.momentum, other.momentum, strict=True)])
-
-
-def _change_gravity(scene: Scene, axis: int, size: float) -> Scene:
-    """Return a copy of a scene in which gravity is increased by `size`."""
-    return scene.replace(gravity=scene.gravity + size)
-
-
-def _subtract_gravities_of_scenes(one: Scene, other: Scene) -> Array:
-    """Return the difference in gravitational acceleration between two scenes."""
-    return np.array([other.gravity - one.gravity])
 
 
 def _compute_rotation_between(one: Array, other: Array) -> Array:
