@@ -6,7 +6,7 @@ import math
 import os
 import re
 import zlib
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from .._model.body import Body
 from .._model.ensemble import VaryKwargs
+from .._model.parameters import PARAMETERS as TABLE
 from .._model.parameters import BatchParameter, Shape, collapse_broadcast_axes
 from .._model.scene import Ensemble, Scene
 from .._model.vary import scatter, vary
@@ -37,17 +38,12 @@ from .._utils.arguments import (
     validate_type,
 )
 
-_AXES, _TURNS = "xyz", "012"
-_ENDINGS: dict[str, Sequence[str]] = {  # {parameter: the endings of the names of its components}
-    **dict.fromkeys(["mass", "gravity", "friction", "spin", "tilt", "precession"], ""),
-    **dict.fromkeys(
-        ["com", "rotor", "turning", "momentum", "velocity", "body_momentum", "body_velocity"], _AXES
-    ),
-    **dict.fromkeys(["inertia", "angles", "rates", "damping"], _TURNS),
-    "shaking": ("amplitude", "rate", "phase"),
-    "attitude": "wxyz",
-    "attitude_xyzw": "xyzw",
-}
+_NAMES = (
+    "mass gravity friction spin tilt precession com rotor turning momentum velocity body_momentum "
+    "body_velocity inertia angles rates damping shaking attitude attitude_xyzw"
+)
+# {parameter: the endings of the names of its components}
+_ENDINGS = {name: TABLE[name].endings for name in _NAMES.split()}
 FLAGS = "steady", "fast", "degrees"
 PARAMETERS = tuple(_ENDINGS)
 
