@@ -5,6 +5,14 @@
 #include <string>
 #include <vector>
 #include "paths.hpp"
+// All files are one unit, because the headers of pybind11 take most of the time to compile.
+#include "_alone.cpp"
+#include "_events.cpp"
+#include "_exact.cpp"
+#include "_run.cpp"
+#include "_scene.cpp"
+#include "_tops.cpp"
+#include "_worker.cpp"
 
 static py::ssize_t rows(const doubles &a, py::ssize_t width)
 {
@@ -154,14 +162,6 @@ static bool method_suits(const std::string &method, const kr_scene &scene)
 {
     return kr_method_suits(method_of(method), &scene) != 0;
 }
-
-void bind_alone(py::module_ &m);  // _alone.cpp
-void bind_events(py::module_ &m); // _events.cpp
-void bind_exact(py::module_ &m);  // _exact.cpp
-void bind_run(py::module_ &m);    // _run.cpp
-void bind_scene(py::module_ &m);  // _scene.cpp
-void bind_tops(py::module_ &m);   // _tops.cpp
-void bind_worker(py::module_ &m); // _worker.cpp
 
 PYBIND11_MODULE(_core, m, py::mod_gil_not_used())
 {

@@ -54,7 +54,7 @@ static doubles momenta(const tops &all, size_t kind, const doubles &vectors)
     });
 }
 // Returns the attitudes and momenta of tops with these Euler angles and rates, as rows.
-static doubles euler(const tops &all, const doubles &angles, const doubles &rates)
+static doubles euler_starts(const tops &all, const doubles &angles, const doubles &rates)
 {
     check_count(all, angles, 3);
     check_count(all, rates, 3);
@@ -139,7 +139,7 @@ void bind_tops(py::module_ &m)
         .def("block", block, "index"_a)
         .def("values", start_values, "name"_a)
         .def("momenta", momenta, "kind"_a, "vectors"_a)
-        .def("euler", euler, "angles"_a, "rates"_a)
+        .def("euler", euler_starts, "angles"_a, "rates"_a)
         .def("steady", steady, "spins"_a, "tilts"_a, "is_fast"_a)
         .def("symmetric", symmetric);
     m.def("bodies", bodies, "shape"_a, "columns"_a, "are_matrices"_a);

@@ -10,13 +10,12 @@ SLOW = (
     "test_thesis",
     "test_gil",
     "test_atlas",
-    "test_site_pages",
 )
 
 
 def pytest_collection_modifyitems(items):
-    ranks = {name: i for i, name in enumerate(SLOW)}
-    # The tests in a browser follow, because their files take long too.
+    # The tests in a browser follow, because their files take long too. The site is built meanwhile.
+    ranks = {name: i for i, name in enumerate(SLOW)} | {"test_site_pages": len(SLOW) + 2}
     items.sort(
         key=lambda item: ranks.get(item.path.stem, len(SLOW) + (item.path.parent.name != "viewer"))
     )

@@ -1,5 +1,6 @@
 """Tests of the built site in a browser. `make docs` builds it."""
 
+import fcntl
 import os
 
 import pytest
@@ -21,6 +22,8 @@ PAGES = {
 
 @pytest.fixture(scope="module")
 def browser():
+    with (ROOT / "build/docs.lock").open("a") as lock:
+        fcntl.flock(lock, fcntl.LOCK_SH)  # waits for `make docs`
     with open_browser() as browser:
         yield browser
 

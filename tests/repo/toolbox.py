@@ -10,7 +10,6 @@ import shutil
 import subprocess
 import sys
 import uuid
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -96,18 +95,6 @@ def open_context(browser, **options):
     context = browser.new_context(**options)
     context.set_default_timeout(1000 * HANG)
     return context
-
-
-def compile_objects(compiler, flags, sources, folder):
-    """Compile the sources in parallel, and return the object files."""
-    objects = [Path(folder) / f"{i}.o" for i in range(len(sources))]
-
-    def one(source, file):
-        run(compiler, *flags, "-c", source, "-o", file)
-
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        list(pool.map(one, sources, objects))
-    return objects
 
 
 # Restores the default handling of Ctrl-C in a program. Tests in the background, started by nohup
