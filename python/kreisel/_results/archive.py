@@ -91,13 +91,9 @@ def encode_ensemble_as_archive(
 def _read_saved_ensemble(archive: ArchiveReader, head: dict[str, Any]) -> SavedEnsemble:
     scenes = [parse_scene_toml(text) for text in head["scenes"]]
     tops, options = Ensemble.of(scenes).reshape(tuple(head["shape"])), Options.from_json(head)
-    given = {
+    varied = {
         name.removeprefix("given_"): archive.read_archive_doubles(name, *shape)
         for name, shape in head["given"].items()
-    }
-    varied = {
-        name: np.broadcast_to(values, tops.shape + values.shape[tops.ndim :])
-        for name, values in given.items()
     }
     if len(head["names"]) != tops.ndim:
         raise ValueError("its dimensions have no names")
