@@ -266,9 +266,7 @@ def guess_parameters_from_records(
     guesses: list[Guess] = []
     for motion in reconstruct_motions(records, base)[:2]:
         for count in {len(motion.t), max(len(motion.t) // _SHORT, min(len(motion.t), 40))}:
-            guesses += _guess_parameters_from_motion(
-                parameters, motion, motion.select_first_samples(count)
-            )
+            guesses += _guess_parameters_from_motion(parameters, motion, count)
     trace = None if guesses else _find_apex_trace(records, base)
     return guesses if trace is None else _guess_parameters_from_apex(parameters, trace)
 
@@ -330,10 +328,10 @@ def _find_first_measured_states(
 
 
 def _guess_parameters_from_motion(
-    parameters: FreeParameters, motion: MotionSamples, part: MotionSamples
+    parameters: FreeParameters, motion: MotionSamples, count: int
 ) -> list[Guess]:
-    """Compute guesses from the momentum equation of a part of the motion."""
-    base = parameters.start
+    """Compute a guess from the momentum equation of the first `count` samples of a motion."""
+    base, part = parameters.start, motion.select_first_samples(count)
     is_heavy = base.gravity_force != 0.0 and bool(base.com.any() or parameters.can_vary("com"))
     is_rubbed = part.source != "space" and (parameters.can_vary("friction") or base.friction > 0.0)
     if is_rubbed:
@@ -345,24 +343,12 @@ def _guess_parameters_from_motion(
     solution = _fit_momentum_equation(part, base, is_heavy, is_damped, is_rubbed)
     if solution is None:
         return []
-    twins = [solution]
-    if part.source == "gyroscope" and is_heavy:
-        twins.append(solution._replace(lever=-solution.lever, vertical=-solution.vertical))
-        if (solution.lever @ base.com) * base.gravity_force < 0.0:
-            twins.reverse()
-        if base.com.any():
-            twins = twins[:1]
-    return [_make_guess_from_linear_solution(parameters, motion, one) for one in twins]
-
-
-def _make_guess_from_linear_solution(
-    parameters: FreeParameters, motion: MotionSamples, solution: _LinearBodyEstimates
-) -> Guess:
-    base, turn, first = parameters.start, UNTURNED, UNTURNED
+    turn, first, v = UNTURNED, UNTURNED, solution.vertical
     if motion.source == "space":  # the axes of the motion are not the principal axes
         turn = convert_matrix_to_quaternion(_orient_principal_axes_like_scene(solution, base))
-    if motion.source == "gyroscope":
-        v = solution.vertical
+    if motion.source == "gyroscope":  # which does not tell (com, vertical) from (-com, -vertical)
+        if (solution.lever @ base.com) * base.gravity_force < 0.0:
+            solution, v = solution._replace(lever=-solution.lever), -v
         east = np.cross(np.eye(3)[np.abs(v).argmin()], v)
         east /= np.linalg.norm(east)
         first = convert_matrix_to_quaternion(np.stack((east, np.cross(v, east), v)))
@@ -377,7 +363,7 @@ def _make_guess_from_linear_solution(
     point = _set_free_body_parameters(parameters, moments, rotation.T @ solution.lever, solution)
     mean = rate[:3].mean(axis=0)
     start = _find_parameters_through_state(parameters, point, t[0], attitude[0], mean)
-    return Guess(start, MotionSamples(t, attitude, rate, motion.source))
+    return [Guess(start, MotionSamples(t, attitude, rate, motion.source))]
 
 
 def _compute_friction_axis(base: FitPoint) -> Array:

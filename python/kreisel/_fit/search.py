@@ -265,13 +265,10 @@ class SearchSession:
 
     def _search_from_guesses(self, guesses: list[Guess]) -> None:
         """Search from each guess until the fit is good, beginning with the best match."""
-        ranked = self._rank_guesses(guesses)
-        for agreement, _, guess in ranked:
+        for agreement, _, guess in self._rank_guesses(guesses):
             if self._has_good_fit():
                 return
             self._search_from_point(guess.point, agreement)
-        if ranked and self.loss == "soft":  # outliers look like disagreement
-            self._search_from_point(min(ranked, key=lambda entry: entry[1])[2].point, self._end)
 
     def _search_from_random_starts(self, has_rivals: bool) -> None:
         """Search from random initial states until noise explains the residuals.
