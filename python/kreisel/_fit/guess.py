@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from .._results.path import Error
 from .._solve.solve import solve
 from .._utils.arguments import Array
 from .parameters import (
+    BLOCKS,
     UNTURNED,
     FitPoint,
     FreeParameters,
@@ -22,7 +24,6 @@ from .parameters import (
     compute_rotations_from_vertical,
     conjugate_quaternions,
     convert_matrix_to_quaternion,
-    convert_scene_to_fit_point,
     cross_matrix,
     multiply_quaternions,
     normalize_quaternion,
@@ -55,10 +56,6 @@ class MotionSamples(NamedTuple):
     rate: Array
     source: str
     is_at_rest: bool = False
-
-    def select_first_samples(self, count: int) -> MotionSamples:
-        t, attitude, rate = self.t[:count], self.attitude[:count], self.rate[:count]
-        return self._replace(t=t, attitude=attitude, rate=rate)
 
 
 class Trace(NamedTuple):
@@ -229,7 +226,6 @@ def interpolate_motion(motion: MotionSamples, t: float) -> tuple[Array, Array]:
 _LEAST = 1e-3  # least density of a guess, relative to its largest moment
 _SMOOTHING = 9  # samples of the local cubic that smooths a trace
 _STOPPED = 0.05  # spin that friction has nearly stopped, relative to the largest
-_SHORT = 4  # number of samples, relative to that of the shorter guess
 _EPSILON = np.zeros((3, 3, 3))
 for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
     _EPSILON[_i, _j, _k], _EPSILON[_i, _k, _j] = 1.0, -1.0
@@ -265,8 +261,7 @@ def guess_parameters_from_records(
     base = parameters.start
     guesses: list[Guess] = []
     for motion in reconstruct_motions(records, base)[:2]:
-        for count in {len(motion.t), max(len(motion.t) // _SHORT, min(len(motion.t), 40))}:
-            guesses += _guess_parameters_from_motion(parameters, motion, count)
+        guesses += _guess_parameters_from_motion(parameters, motion)
     trace = None if guesses else _find_apex_trace(records, base)
     return guesses if trace is None else _guess_parameters_from_apex(parameters, trace)
 
@@ -327,18 +322,17 @@ def _find_first_measured_states(
     return []
 
 
-def _guess_parameters_from_motion(
-    parameters: FreeParameters, motion: MotionSamples, count: int
-) -> list[Guess]:
-    """Compute a guess from the momentum equation of the first `count` samples of a motion."""
-    base, part = parameters.start, motion.select_first_samples(count)
+def _guess_parameters_from_motion(parameters: FreeParameters, motion: MotionSamples) -> list[Guess]:
+    """Compute a guess from the momentum equation, or none if it cannot be solved."""
+    base, part = parameters.start, motion
     is_heavy = base.gravity_force != 0.0 and bool(base.com.any() or parameters.can_vary("com"))
     is_rubbed = part.source != "space" and (parameters.can_vary("friction") or base.friction > 0.0)
     if is_rubbed:
         spin = np.abs(part.rate @ _compute_friction_axis(base))
         stopped = np.flatnonzero(spin < _STOPPED * spin.max())
         if stopped.size and stopped[0] >= FEWEST:
-            part = part.select_first_samples(int(stopped[0]))
+            t, attitude, rate = (x[: stopped[0]] for x in motion[:3])
+            part = MotionSamples(t, attitude, rate, motion.source, motion.is_at_rest)
     is_damped = bool(parameters.can_vary("damping") or base.damping.any())
     solution = _fit_momentum_equation(part, base, is_heavy, is_damped, is_rubbed)
     if solution is None:
@@ -376,56 +370,45 @@ def _set_free_body_parameters(
     parameters: FreeParameters, moments: Array, lever: Array, losses: _LinearBodyEstimates | None
 ) -> FitPoint:
     """Return the scene's parameters, with the free parameters of the body replaced by estimates."""
-    base = parameters.start
+    base, can_vary = parameters.start, parameters.can_vary
     densities = 0.5 * moments.sum() - moments
     densities = np.maximum(densities, _LEAST * np.abs(moments).max())
-    size, lever_size = float(np.linalg.norm(base.com)), float(np.linalg.norm(lever))
-    is_size_known = (
-        lever_size > 0.0 and base.gravity_force != 0.0 and not parameters.can_vary("com")
-    )
     factor = base.moments.sum() / (2.0 * densities.sum())
-    if is_size_known and size > 0.0:
-        factor = abs(base.gravity_force) * size / lever_size
-    changes: dict[str, Array | float] = {}
-    if parameters.can_vary("moments"):
-        groups = parameters.columns["moments"]
-        mean = groups @ (groups.T @ densities / groups.sum(axis=0))
-        changes["densities"] = factor * mean
-    else:
-        factor = base.moments.sum() / (2.0 * densities.sum())
-    if base.gravity_force and lever_size > 0.0 and parameters.can_vary("com"):
-        changes["com"] = factor * lever / base.gravity_force
-    if parameters.can_vary("damping"):
+    torque = base.gravity_force * float(np.linalg.norm(base.com))
+    lever_size = float(np.linalg.norm(lever))
+    fields: dict[str, Any] = {}
+    if can_vary("moments"):
+        if lever_size > 0.0 and torque and not can_vary("com"):  # the torque gives the scale
+            factor = abs(torque) / lever_size
+        mean = parameters.columns["moments"] @ parameters.average_tied("moments", densities)
+        fields["densities"] = factor * mean
+    if base.gravity_force and lever_size > 0.0 and can_vary("com"):
+        fields["com"] = factor * lever / base.gravity_force
+    if can_vary("damping"):
         drag = 0.0 if losses is None else losses.damping
-        changes["damping"] = np.full(3, max(factor * drag, 0.0))
-    if parameters.can_vary("friction") and losses is not None:
-        changes["friction"] = max(factor * losses.friction, 0.0)
-    return replace(base, **changes)  # type: ignore[arg-type]
+        fields["damping"] = np.full(3, max(factor * drag, 0.0))
+    if can_vary("friction") and losses is not None:
+        fields["friction"] = max(factor * losses.friction, 0.0)
+    return replace(base, **fields)
 
 
 def _find_parameters_through_state(
     parameters: FreeParameters, point: FitPoint, time: float, attitude: Array, rate: Array
 ) -> FitPoint:
     """Return the parameters for which the motion passes through a given state at `time`."""
-    trial = replace(
-        point,
-        attitude=attitude if parameters.can_vary("attitude") else point.attitude,
-        rate=rate if parameters.can_vary("velocity") else point.rate,
-    )
-    if time == 0.0:
-        return trial
-    try:
-        path = solve(trial.to_scene(time), [-time], "taylor", max_steps=10000)
-    except (Error, ValueError):
-        return trial
-    start = convert_scene_to_fit_point(
-        trial.to_scene().replace(momentum=path.m[0], attitude=path.q[0])
-    )
-    return replace(
-        trial,
-        attitude=start.attitude if parameters.can_vary("attitude") else trial.attitude,
-        rate=start.rate if parameters.can_vary("velocity") else trial.rate,
-    )
+    names = [name for name in ("attitude", "velocity") if parameters.can_vary(name)]
+
+    def start_at(attitude: Array, rate: Array) -> FitPoint:
+        fields: dict[str, Any] = {"attitude": attitude, "rate": rate}
+        return replace(point, **{BLOCKS[name].field: fields[BLOCKS[name].field] for name in names})
+
+    trial = start_at(attitude, rate)
+    if time != 0.0:
+        with suppress(Error, ValueError):
+            path = solve(trial.to_scene(time), [-time], "taylor", max_steps=10000)
+            q, m = path.q[0], path.m[0]
+            return start_at(q, trial.relative_angular_velocity(q, m))
+    return trial
 
 
 def _fit_momentum_equation(

@@ -30,7 +30,7 @@ from .minimize import describe_uncertain_sigmas
 from .parameters import FitPoint, FreeParameters
 from .records import Record, slice_record
 from .residuals import ResidualModel
-from .search import SearchSession, describe_alternative_spin
+from .search import FEW_PER_TURN, SearchSession
 from .uncertainty import (
     FitCovariance,
     classify_fit_directions,
@@ -428,7 +428,11 @@ def build_fit_from_search(session: SearchSession) -> Fit:
     )
     ambiguous = []
     if session.alias is not None:
-        ambiguous.append(describe_alternative_spin(best.point, session.alias))
+        speed, other = (float(np.linalg.norm(one.rate)) for one in (best.point, session.alias))
+        ambiguous.append(
+            f"the spin: the records have fewer than {FEW_PER_TURN:g} samples per turn, and the "
+            f"angular velocity {other:.4g} instead of {speed:.4g} fits equally well"
+        )
     if session.rival is not None:
         words, _, numbers, _ = p.list_user_parameters_and_jacobian(session.rival)
         pairs = [f"{name} = {x:.4g}" for name, x in zip(words, numbers, strict=True)]

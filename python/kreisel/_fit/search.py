@@ -42,7 +42,7 @@ from .shooting import (
 )
 from .uncertainty import classify_fit_directions, compute_largest_reduced_chi2
 
-_FEW = 4.0  # samples per turn from which an angular velocity is determined
+FEW_PER_TURN = 4.0  # samples per turn from which an angular velocity is determined
 
 
 def list_spin_aliases_of_point(
@@ -66,7 +66,7 @@ def list_spin_aliases_of_point(
         *zip(np.eye(3), point.rate.tolist(), strict=True),
     ]
     for axis, rate in spins:
-        if abs(rate) <= turn / _FEW:
+        if abs(rate) <= turn / FEW_PER_TURN:
             continue
         others = [rate - math.copysign(turn, rate)]
         if abs(rate) > 0.5 * turn:
@@ -82,14 +82,6 @@ def list_spin_aliases_of_point(
                 densities = 0.5 * moments.sum() - moments
                 aliases += [replace(alias, densities=densities)] if densities.min() >= 0.0 else []
     return aliases
-
-
-def describe_alternative_spin(point: FitPoint, alias: FitPoint) -> str:
-    speed, alias_speed = (float(np.linalg.norm(one.rate)) for one in (point, alias))
-    return (
-        f"the spin: the records have fewer than {_FEW:g} samples per turn, and the angular "
-        f"velocity {alias_speed:.4g} instead of {speed:.4g} fits equally well"
-    )
 
 
 _FTOL = 1e-10  # relative improvement of the cost that ends a search
@@ -501,9 +493,6 @@ class SearchSession:
                 continue
             if count == self._piece_count:
                 return  # these pieces have been tried
-            # if one guess fits all records, others with chaotic motions are probably wrong
-            if least == _CHAOTIC and self._rank_guesses(guesses)[0][0] >= self._end:
-                return
             self._piece_count = count
             if pieces is None and count > _PIECES_TRIED and not self._try_gapped_fit(guess, count):
                 return
