@@ -231,19 +231,19 @@ class SearchSession:
             if pieces is None:
                 self._try_multiple_shooting(guesses, None, _CHAOTIC)
             if is_single and not self._has_small_misfit():
-                self._search_from_guesses(guesses if is_done else [*guesses, base])
+                for end, _, guess in self._rank_guesses(guesses if is_done else [*guesses, base]):
+                    if not self._has_good_fit():
+                        self._search_from_point(guess.point, end)
             if pieces is None and not self._has_small_misfit():
                 self._try_multiple_shooting(guesses, None, _UNSTABLE)
             elif not is_single:
-                if agreement >= self._end:
-                    guesses = []
-                ranked = [guess for _, _, guess in self._rank_guesses(guesses)]
-                self._try_multiple_shooting(ranked, pieces, 2)
+                ranked = self._rank_guesses([] if agreement >= self._end else guesses)
+                self._try_multiple_shooting([guess for _, _, guess in ranked], pieces, 2)
         has_attitudes = any(series.is_attitude for r in self.records for series in r.series)
         if is_single and has_data_guess and self.best is not None and not has_attitudes:
-            has_motion = bool(reconstruct_motions(self.records, self.parameters.start))
-            has_rivals = self.parameters.can_vary("moments") and not (is_done or has_motion)
-            self._search_from_random_starts(has_rivals)
+            is_known = is_done or bool(reconstruct_motions(self.records, base.point))
+            can_differ = self.parameters.can_vary("moments")
+            self._search_from_random_starts(has_rivals=can_differ and not is_known)
         best = self.best
         if pieces is None and best is not None and self._has_small_misfit() and not best.pieces:
             count = choose_segment_count(best.point, self.records)
@@ -254,13 +254,6 @@ class SearchSession:
         self._choose_equivalent_nearest_to_scene()
         self._refine_with_estimated_sigmas()
         self._try_alternative_spins()
-
-    def _search_from_guesses(self, guesses: list[Guess]) -> None:
-        """Search from each guess until the fit is good, beginning with the best match."""
-        for agreement, _, guess in self._rank_guesses(guesses):
-            if self._has_good_fit():
-                return
-            self._search_from_point(guess.point, agreement)
 
     def _search_from_random_starts(self, has_rivals: bool) -> None:
         """Search from random initial states until noise explains the residuals.
@@ -308,21 +301,18 @@ class SearchSession:
         return self._compute_best_reduced_chi2() <= _FITS
 
     def _has_good_fit(self) -> bool:
-        """Return True if the residuals are as small as the noise.
+        """Return True if noise explains the residuals, and a wrong motion cannot do so.
 
-        For a soft-loss fit the result is always False, because a wrong motion can agree with most
-        measurements.
+        For the soft loss, a wrong motion can agree with most measurements.
         """
         return self.loss == "linear" and self._is_plausible()
 
     def _is_plausible(self) -> bool:
         """Return True if noise and, for the soft loss, a few outliers can explain the residuals."""
+        limit = compute_largest_reduced_chi2(self.dof) if self.is_sigma_known else _ROUGHLY
         if self.loss == "soft":
-            count = int(self.model.measured.sum())
-            limit = _PLAUSIBLE + _CHANCE * _MEDIAN_SPREAD / np.sqrt(count)
-        else:
-            limit = compute_largest_reduced_chi2(self.dof) if self.is_sigma_known else _ROUGHLY
-        return bool(self._compute_best_reduced_chi2() <= limit)
+            limit = _PLAUSIBLE + _CHANCE * _MEDIAN_SPREAD / math.sqrt(self.model.measured.sum())
+        return self._compute_best_reduced_chi2() <= limit
 
     def measure_residual_excess(self) -> float:
         """Return the typical |residual| / sigma if noise does not explain it, otherwise 0."""
