@@ -231,9 +231,18 @@ class SearchSession:
             if pieces is None:
                 self._try_multiple_shooting(guesses, None, _CHAOTIC)
             if is_single and not self._has_small_misfit():
-                for end, _, guess in self._rank_guesses(guesses if is_done else [*guesses, base]):
+                ranked = self._rank_guesses(guesses if is_done else [*guesses, base])
+                for end, _, guess in ranked:
                     if not self._has_good_fit():
                         self._search_from_point(guess.point, end)
+                if ranked and self.loss == "soft":  # outliers look like disagreement
+                    _, _, nearest = min(ranked, key=lambda entry: entry[1])
+                    self._search_from_point(nearest.point, self._end)
+                if ranked and not self._is_plausible():
+                    # noise biases the moments of guesses, and so their frequencies
+                    body = ("densities", "com", "damping", "friction")
+                    fields: dict[str, Any] = {name: getattr(base.point, name) for name in body}
+                    self._search_from_point(replace(ranked[0][2].point, **fields), 0.0)
             if pieces is None and not self._has_small_misfit():
                 self._try_multiple_shooting(guesses, None, _UNSTABLE)
             elif not is_single:
