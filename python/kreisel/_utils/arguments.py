@@ -95,13 +95,6 @@ def as_positive(name: str, value: object) -> float:
     return real
 
 
-def as_non_negative(name: str, value: object) -> float:
-    real = as_float(name, value)
-    if not real >= 0.0:
-        raise ValueError(f"{name} must not be negative, not {short_repr(value)}")
-    return real
-
-
 def as_int(name: str, value: object, least: int) -> int:
     """Return `value` as an integer n with least <= n < 2**63."""
     if isinstance(value, bool) or not isinstance(value, Integral):
