@@ -16,12 +16,13 @@ from public_api import calls
 
 CALLS = {name: call for name, call in calls().items() if call[1]}
 SKIPPED = {  # no parameter by name, or no valid call
-    *("methods.__getitem__", "Body.reshape", "Ensemble.reshape"),
+    *("methods.__getitem__", "Body.reshape", "Ensemble.reshape", "ExactTorus.__getitem__"),
     *(f"{name}.__getattr__" for name in ("Body", "Ensemble", "Path", "Section")),
     *(name for name in CALLS if name.endswith("potential") and name != "Exact.potential"),
 }
-# The places of objects that have what a call needs: a symmetric body, a path with tangents.
+# The places of objects that have what a call needs: many tops, a symmetric body, tangents.
 PLACES = {"Body.__getitem__": -3, "Body.shift": 1, "Body.with_rotor": 1, "Path.derivative": 8}
+PLACES |= {"Chaos.__getitem__": 1, "Chaos.message": 1, "Exact.__getitem__": 2}
 SAID = spread(  # words in messages other than the name of the parameter
     {
         "function where": "function|where|quantity|factor|callable",
