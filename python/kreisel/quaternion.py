@@ -138,10 +138,10 @@ class HasAttitudes(Protocol):
 def attitude_error(a: ArrayLike | HasAttitudes, b: ArrayLike | HasAttitudes) -> Array:
     """Return the angle [rad], between 0 and pi, of the rotation between two attitudes.
 
-    `a` and `b` are a kreisel.Path, a kreisel.Paths, or quaternions of the shape (..., 4), scalar
-    first, and are broadcast against each other. The
-    shape of the result is the broadcast shape of `a` and `b` without its last dimension. The
-    formula 2 atan2(|v|, |w|) for the quaternion a* b = (w, v) is accurate even for small angles.
+    `a` and `b` are a kreisel.Path, or quaternions of the shape (..., 4), scalar first, and are
+    broadcast against each other. The shape of the result is the broadcast shape of `a` and `b`
+    without its last dimension. The formula 2 atan2(|v|, |w|) for the quaternion a* b = (w, v) is
+    accurate even for small angles.
     The angle between q and -q is 0, because both represent the same attitude.
 
         >>> import kreisel as kr

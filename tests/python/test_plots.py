@@ -379,12 +379,6 @@ def test_the_wanted_quantities_suffice_for_a_plot():
 # Sections, spectra, indicators and fits
 
 
-def test_a_section_has_a_colour_for_each_top_or_class():
-    colours = SECTION.plot().collections[0].get_facecolors()
-    assert len(np.unique(colours[SECTION.top == 0], axis=0)) == 1
-    assert len(np.unique(colours, axis=0)) == 5
-
-
 @pytest.mark.parametrize(
     "tops", [TOPS, TOP, TOP.vary(gravity=[[0.5], [1.0]], spin=[0.0, 1.0, 2.0])]
 )

