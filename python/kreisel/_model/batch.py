@@ -150,6 +150,9 @@ class BatchBase(ReadOnlyArrays, Generic[_M], metaclass=HintingType):
         """The number of members."""
         return int(np.prod(self.shape, dtype=np.int64))
 
+    def __bool__(self) -> bool:
+        return self.size > 0
+
     def __len__(self) -> int:
         if not self.shape:
             raise TypeError(f"{type(self).__name__} of shape () has no length")

@@ -830,6 +830,9 @@ class EnsembleResult(ReadOnlyArrays):
         """The number of tops."""
         return self.scene.size
 
+    def __bool__(self) -> bool:
+        return self.size > 0
+
     def __len__(self) -> int:
         return len(self.scene)
 

@@ -184,6 +184,9 @@ class Exact(Generic[_Values, _Paths]):
         """The scenes in C order."""
         return tuple(get_member_by_flat_index(self.tops, i) for i in range(self.tops.size))
 
+    def __bool__(self) -> bool:
+        return isinstance(self._tops, Scene) or self._tops.size > 0
+
     def __len__(self) -> int:
         if isinstance(self._tops, Scene):
             raise TypeError("the closed form of a single top has no length")
