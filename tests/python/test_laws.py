@@ -428,8 +428,8 @@ def test_a_section_consists_of_the_first_events(motion, event, direction):
     assert error < 1e-7 + 1e3 * truth.allowed.max()
     tops = kr.Ensemble.of([kr.scenes.cusps, scene, kr.scenes.asymmetric])
     many = kr.section(tops, event, **words)
-    assert_same_bits(many[1].states, section[0].states)
-    assert many.count[1] == section.count[0] and many.status[1] == section.status[0]
+    assert_same_bits(many[1].states, section.states)
+    assert many.count[1] == section.count and many.status[1] == section.status
 
 
 # Members of ensembles
