@@ -27,7 +27,7 @@ for chart, gravity in zip(axes, (0.05, 2.0, 4.0), strict=True):
 # tops from regular ones. The classification is doubtful if MEGNO is near the threshold:
 
 for gravity, section in sections.items():
-    chaos = kr.chaos(section.tops, 1500)
+    chaos = kr.chaos(section.scene, 1500)
     print(f"gravity {gravity}: {chaos}")
 section.plot(chaos=chaos, y="axial_momentum")
 
