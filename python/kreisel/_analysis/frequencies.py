@@ -13,13 +13,7 @@ from .._model.scene import Scene
 from .._options.methods import EXACT, methods
 from .._results.path import Path, check_is_one
 from .._solve.exact import Exact, ExactTorus, exact
-from .._utils.arguments import (
-    Array,
-    ReadOnlyArrays,
-    as_int,
-    as_unit_name,
-    freeze_arrays,
-)
+from .._utils.arguments import Array, ReadOnlyArrays, as_int, as_unit_name, freeze_arrays
 from .._utils.html import format_picture_as_html
 from ..quaternion import multiply, turn
 from .apex import Indices, Waves, compute_axis_motion_about_direction, measure_angle_increments

@@ -12,14 +12,7 @@ from .._core import KIND_RTOL
 from .._model.body import Body
 from .._model.parameters import refuse_disturbances
 from .._results.path import Path, check_is_one
-from .._utils.arguments import (
-    Array,
-    Vector,
-    as_float,
-    as_positive,
-    as_unit_name,
-    format_count,
-)
+from .._utils.arguments import Array, Vector, as_float, as_positive, as_unit_name, format_count
 from .._utils.html import format_picture_as_html
 
 if TYPE_CHECKING:

@@ -17,13 +17,7 @@ from .._model.scene import Ensemble, Scene
 from .._plot.dense_motion import compute_duration_of_turn, subdivide_times
 from .._results.path import Path
 from .._solve.solve import solve
-from .._utils.arguments import (
-    Array,
-    ReadOnlyArrays,
-    as_int,
-    freeze_arrays,
-    optional_dependency,
-)
+from .._utils.arguments import Array, ReadOnlyArrays, as_int, freeze_arrays, optional_dependency
 from .._utils.files import atomic_write
 from .._utils.html import format_html_table
 from .minimize import describe_uncertain_sigmas

@@ -10,13 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import INPUT_RTOL
-from .._utils.arguments import (
-    Array,
-    Vector,
-    as_array,
-    convert_parameter_to_radians,
-    short_repr,
-)
+from .._utils.arguments import Array, Vector, as_array, convert_parameter_to_radians, short_repr
 
 Shape = tuple[int, ...]
 Index = tuple[int, ...]

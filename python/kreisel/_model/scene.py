@@ -14,13 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import scene, scene_horizon
-from .._utils.arguments import (
-    Array,
-    Quaternion,
-    Vector,
-    make_frozen_class_decorator,
-    validate_type,
-)
+from .._utils.arguments import Array, Quaternion, Vector, make_frozen_class_decorator, validate_type
 from .._utils.files import atomic_write
 from .._utils.name_hints import (
     HintingType,

@@ -11,13 +11,7 @@ from numpy.typing import ArrayLike
 
 from .._utils.arguments import Array, as_bool
 from .batch import BatchBase, broadcast_shapes, stack_components
-from .parameters import (
-    NON_NEGATIVE,
-    POSITIVE,
-    BatchParameter,
-    read_parameter,
-    refuse_first,
-)
+from .parameters import NON_NEGATIVE, POSITIVE, BatchParameter, read_parameter, refuse_first
 
 
 class ShapeMoments(NamedTuple):

@@ -128,7 +128,7 @@ class Reduction(NamedTuple):
 
 @dataclass(frozen=True)
 class Options:
-    """What kreisel.solve is asked for, except the tops and the times.
+    """The options of a run: all arguments of kreisel.solve but the tops and the times.
 
     `make_options` validates the arguments of a call, and `for_tops` what depends on the tops.
 

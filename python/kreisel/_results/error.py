@@ -14,12 +14,7 @@ from .._core import KIND_RTOL, Work, record, start
 from .._core import tangents as TANGENTS
 from .._model.parameters import refuse_disturbances
 from .._model.scene import Scene
-from .._options.methods import (
-    EXACT,
-    FALLBACK,
-    explain_no_closed_form,
-    has_torus_closed_form,
-)
+from .._options.methods import EXACT, FALLBACK, explain_no_closed_form, has_torus_closed_form
 from .._options.options import Options
 from .._utils.arguments import (
     Array,

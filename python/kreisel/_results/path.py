@@ -6,28 +6,27 @@ import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, partial
 from operator import index
 from typing import TYPE_CHECKING, Any, NoReturn, Self, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from .._core import Request, statuses
+from .._core import statuses
 from .._model.parameters import advance_shaking_phase
 from .._model.scene import Ensemble, Scene
-from .._options.methods import EXACT, FALLBACK, compute_closed_form_error_limit
+from .._options.methods import EXACT
 from .._options.options import (
     Options,
     format_index,
     get_member_by_flat_index,
-    make_options,
     unravel_index,
     validate_requested_quantities,
 )
 from .._options.plan import Plan, StepChoice, make_solve_plan
 from .._options.quantities import RECORDABLE, TIME
-from .._options.times import CHUNK_SIZE, validate_time_list
+from .._options.times import validate_time_list
 from .._utils.arguments import (
     Array,
     Numbers,
@@ -40,16 +39,9 @@ from .._utils.arguments import (
 )
 from .._utils.files import Integers, atomic_write
 from .._utils.html import format_picture_as_html
-from .._utils.processes import Progress
 from .._utils.quantity_attributes import QuantityAttributes, QuantityName
 from .archive import encode_ensemble_as_archive, encode_path_as_archive
-from .buffers import (
-    INTERRUPTED,
-    STATUSES,
-    Counts,
-    EnsembleBuffers,
-    EventColumns,
-)
+from .buffers import INTERRUPTED, STATUSES, Counts, EnsembleBuffers, EventColumns
 from .error import (
     ORIGIN,
     ROUNDING,
@@ -57,7 +49,6 @@ from .error import (
     CoreResult,
     RunStart,
     compute_angles_between_attitudes,
-    compute_states_at_times,
     compute_states_at_unordered_times,
     estimate_attitude_error,
     estimate_rounding_growth,
@@ -1173,17 +1164,6 @@ def check_is_one(what: str, path: Path) -> None:
 CoreEvents = tuple[Array, Array, npt.NDArray[np.intc], npt.NDArray[np.intc]]
 
 
-def record_path(scene: Scene, options: Options, times: Array, progress: Progress | None) -> Path:
-    result = compute_states_at_times(scene, options, times, progress)
-    return report_final_time(build_path_or_raise(scene, options, result), progress)
-
-
-def report_final_time(path: Path, progress: Progress | None) -> Path:
-    if progress is not None and len(path):
-        progress(float(path.t[-1]))
-    return path
-
-
 def add_events_to_path(path: Path, core_events: CoreEvents) -> Path:
     states, low, which, direction = core_events
     event_path = replace(path, states=states, _low=low)
@@ -1198,116 +1178,3 @@ def join_path_events(event_parts: list[Events]) -> Events:
         [getattr(one, name) for one in event_parts] for name in ("which", "direction")
     )
     return Events(path, np.concatenate(which), np.concatenate(direction))
-
-
-def record_quantities_in_chunks(
-    times: Array,
-    want: tuple[QuantityName, ...],
-    record: Callable[[Array], tuple[str, Path]],
-    has_ended: Callable[[], bool],
-) -> tuple[str, Path]:
-    """Record selected quantities in chunks, and return the status and the path of the run.
-
-    The first chunk is a single state, so that Ctrl-C leaves a path that is not empty.
-    """
-    columns: dict[str, Array] = {}
-    event_parts: list[Events] = []
-    done, status = 0, "OK"
-    try:
-        for first in (0, *range(1, times.size, CHUNK_SIZE)):
-            if first and (status != "OK" or has_ended()):
-                break
-            status, part = record(times[first : first + CHUNK_SIZE if first else 1])
-            for name in ("t", *want):
-                column = getattr(part, name)
-                if name not in columns:
-                    columns[name] = np.empty((times.size, *column.shape[1:]))
-                columns[name][done : done + len(part)] = column
-            done += len(part)
-            event_parts += [] if part._events is None else [part._events]
-    except KeyboardInterrupt:
-        if not done:
-            raise
-        status = "ERR_INTERRUPTED"
-    columns = {name: column[:done] for name, column in columns.items()}
-    options = replace(part._options, want=want)
-    events = join_path_events(event_parts) if event_parts else None
-    return status, replace(
-        part, states=NO_STATES, _options=options, _low=None, _events=events, _columns=columns
-    )
-
-
-@lru_cache(maxsize=256, typed=True)
-def build_request_from_solve_arguments(
-    method: object,
-    step: object = None,
-    tol: object = None,
-    digits: object = None,
-    max_steps: object = 0,
-    want: object = None,
-) -> Request:
-    """Validate arguments of kreisel.solve, and return them as a reusable request."""
-    options = make_options(
-        method, step=step, tol=tol, digits=digits, max_steps=max_steps, want=want
-    )
-    if options.has_step_search:
-        raise ValueError("a search for the step takes several runs")
-    if not options.is_auto:
-        return _build_request(options.with_method(options.method))
-    closed_form = _build_request(options.with_method(EXACT))
-    decide = compute_closed_form_error_limit if step is tol is None else None
-    return _build_request(options.with_method(FALLBACK), closed_form, decide)
-
-
-def build_request_from_solve_options(options: Options) -> Request | None:
-    """Build a request from the options, or return None if it needs several C library calls."""
-    if options.error is not None or options.requests_events or options.tangents:
-        return None
-    return _build_request(replace(options, every=None))
-
-
-@lru_cache(maxsize=256, typed=True)
-def _build_request(
-    options: Options,
-    closed_form: Request | None = None,
-    decide: Callable[..., float] | None = None,
-) -> Request:
-    want, path_options = options.want, options.copy_with_default_run_settings
-    if want is not None:
-        path_options = replace(path_options, want=want)
-    core, most, limit = (
-        options.core_arguments,
-        options.max_time_with_exact_step_count,
-        options.chunk_size,
-    )
-    classes = Path, Stats, Scene
-    return Request(classes, options, path_options, core, want, most, limit, closed_form, decide)
-
-
-def try_to_solve_in_core(
-    scene: Scene,
-    t: object,
-    method: object,
-    step: object,
-    tol: object,
-    digits: object,
-    max_steps: object,
-    want: object,
-    progress: Progress | None,
-) -> Path | None:
-    """Return the path of a scene, or None if Python code must first validate the arguments.
-
-    Raises the exception returned by make_stop_exception if the run fails.
-    """
-    names = tuple(want) if type(want) is list else want
-    if names is not None and type(names) is not tuple:
-        return None  # an iterator, which can be read only once
-    try:
-        request = build_request_from_solve_arguments(method, step, tol, digits, max_steps, names)
-    except (TypeError, ValueError):
-        return None
-    path: Path | tuple[Options, CoreResult] | None = request.solve(scene, t, progress)
-    if not isinstance(path, tuple):
-        return path
-    options, result = path
-    return report_final_time(build_path_or_raise(scene, options, result), progress)

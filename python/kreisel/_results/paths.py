@@ -2,13 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import (
-    Callable,
-    ItemsView,
-    Iterator,
-    KeysView,
-    ValuesView,
-)
+from collections.abc import Callable, ItemsView, Iterator, KeysView, ValuesView
 from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 import numpy as np
@@ -16,31 +10,14 @@ import numpy as np
 from .._core import Work
 from .._core import reductions as KINDS
 from .._model.scene import Ensemble
-from .._options.options import (
-    Options,
-)
-from .._options.quantities import (
-    QUANTITIES,
-    TIME,
-)
-from .._utils.arguments import (
-    Array,
-    unknown_name_message,
-)
+from .._options.options import Options
+from .._options.quantities import QUANTITIES, TIME
+from .._utils.arguments import Array, unknown_name_message
 from .._utils.processes import Job, Progress, WorkerPool
-from .buffers import (
-    INTERRUPTED,
-    EnsembleBuffers,
-    SliceRunner,
-)
+from .buffers import INTERRUPTED, EnsembleBuffers, SliceRunner
 from .path import EnsembleResult, Path
-from .quantities import (
-    find_flat_index,
-)
-from .tables import (
-    TableColumn,
-    list_component_labels,
-)
+from .quantities import find_flat_index
+from .tables import TableColumn, list_component_labels
 
 if TYPE_CHECKING:
     from pandas import DataFrame

@@ -58,9 +58,10 @@ from .._options.options import (
 from .._options.times import check_resolvable_horizon, validate_time_list
 from .._results.buffers import LANES, Codes, EnsembleBuffers
 from .._results.error import CLOSED_FORM
-from .._results.path import EnsemblePath, Path, record_path
+from .._results.path import EnsemblePath, Path
 from .._results.paths import run_ensemble
 from .._results.quantities import Stats
+from .._results.requests import record_path
 from .._utils.arguments import (
     Array,
     Numbers,

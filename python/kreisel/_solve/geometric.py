@@ -12,10 +12,7 @@ from .._core import Work, values
 from .._model.parameters import refuse_disturbances
 from .._model.scene import Ensemble, Scene
 from .._options.methods import methods
-from .._options.options import (
-    Options,
-    get_member_by_flat_index,
-)
+from .._options.options import Options, get_member_by_flat_index
 from .._options.plan import StepChoice
 from .._options.times import check_resolvable_horizon
 from .._results.buffers import STATUSES, EnsembleBuffers, SliceRunner
@@ -36,9 +33,9 @@ from .._results.path import (
     build_path_from_core_result,
     build_path_or_raise,
     make_stop_exception,
-    report_final_time,
 )
 from .._results.quantities import Stats
+from .._results.requests import report_final_time
 from .._utils.arguments import Array
 from .._utils.processes import Progress
 from .._utils.quantity_attributes import MethodName

@@ -42,14 +42,16 @@ from .._results.path import (
     Path,
     add_events_to_path,
     build_path_from_core_result,
-    build_request_from_solve_options,
     drop_unrequested_quantities,
     format_progress,
     make_stop_exception,
+)
+from .._results.quantities import Stats
+from .._results.requests import (
+    build_request_from_solve_options,
     record_quantities_in_chunks,
     report_final_time,
 )
-from .._results.quantities import Stats
 from .._utils.arguments import (
     Array,
     Numbers,

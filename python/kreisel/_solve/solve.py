@@ -44,12 +44,10 @@ from .._results.path import (
     build_path_from_core_result,
     format_progress,
     make_stop_exception,
-    record_path,
-    report_final_time,
-    try_to_solve_in_core,
 )
 from .._results.paths import Reductions, run_ensemble
 from .._results.quantities import TangentData
+from .._results.requests import record_path, report_final_time, try_to_solve_in_core
 from .._utils.arguments import Array, Numbers, as_int, short_repr, validate_type
 from .._utils.name_hints import has_unknown_keywords, refuse_unknown_keywords
 from .._utils.processes import Progress, WorkerPool

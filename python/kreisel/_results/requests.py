@@ -1,0 +1,145 @@
+"""Requests: validated arguments of a call of the core, and the paths that it records."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from .._core import Request
+from .._model.scene import Scene
+from .._options.methods import EXACT, FALLBACK, compute_closed_form_error_limit
+from .._options.options import Options, make_options
+from .._options.times import CHUNK_SIZE
+from .._utils.arguments import Array
+from .._utils.processes import Progress
+from .._utils.quantity_attributes import QuantityName
+from .error import CoreResult, compute_states_at_times
+from .path import Events, Path, build_path_or_raise, join_path_events
+from .quantities import NO_STATES, Stats
+
+
+def record_path(scene: Scene, options: Options, times: Array, progress: Progress | None) -> Path:
+    result = compute_states_at_times(scene, options, times, progress)
+    return report_final_time(build_path_or_raise(scene, options, result), progress)
+
+
+def report_final_time(path: Path, progress: Progress | None) -> Path:
+    if progress is not None and len(path):
+        progress(float(path.t[-1]))
+    return path
+
+
+def record_quantities_in_chunks(
+    times: Array,
+    want: tuple[QuantityName, ...],
+    record: Callable[[Array], tuple[str, Path]],
+    has_ended: Callable[[], bool],
+) -> tuple[str, Path]:
+    """Record selected quantities in chunks, and return the status and the path of the run.
+
+    The first chunk is a single state, so that Ctrl-C leaves a path that is not empty.
+    """
+    columns: dict[str, Array] = {}
+    event_parts: list[Events] = []
+    done, status = 0, "OK"
+    try:
+        for first in (0, *range(1, times.size, CHUNK_SIZE)):
+            if first and (status != "OK" or has_ended()):
+                break
+            status, part = record(times[first : first + CHUNK_SIZE if first else 1])
+            for name in ("t", *want):
+                column = getattr(part, name)
+                if name not in columns:
+                    columns[name] = np.empty((times.size, *column.shape[1:]))
+                columns[name][done : done + len(part)] = column
+            done += len(part)
+            event_parts += [] if part._events is None else [part._events]
+    except KeyboardInterrupt:
+        if not done:
+            raise
+        status = "ERR_INTERRUPTED"
+    columns = {name: column[:done] for name, column in columns.items()}
+    options = replace(part._options, want=want)
+    events = join_path_events(event_parts) if event_parts else None
+    return status, replace(
+        part, states=NO_STATES, _options=options, _low=None, _events=events, _columns=columns
+    )
+
+
+@lru_cache(maxsize=256, typed=True)
+def build_request_from_solve_arguments(
+    method: object,
+    step: object = None,
+    tol: object = None,
+    digits: object = None,
+    max_steps: object = 0,
+    want: object = None,
+) -> Request:
+    """Validate arguments of kreisel.solve, and return them as a reusable request."""
+    options = make_options(
+        method, step=step, tol=tol, digits=digits, max_steps=max_steps, want=want
+    )
+    if options.has_step_search:
+        raise ValueError("a search for the step takes several runs")
+    if not options.is_auto:
+        return _build_request(options.with_method(options.method))
+    closed_form = _build_request(options.with_method(EXACT))
+    decide = compute_closed_form_error_limit if step is tol is None else None
+    return _build_request(options.with_method(FALLBACK), closed_form, decide)
+
+
+def build_request_from_solve_options(options: Options) -> Request | None:
+    """Build a request from the options, or return None if it needs several C library calls."""
+    if options.error is not None or options.requests_events or options.tangents:
+        return None
+    return _build_request(replace(options, every=None))
+
+
+@lru_cache(maxsize=256, typed=True)
+def _build_request(
+    options: Options,
+    closed_form: Request | None = None,
+    decide: Callable[..., float] | None = None,
+) -> Request:
+    want, path_options = options.want, options.copy_with_default_run_settings
+    if want is not None:
+        path_options = replace(path_options, want=want)
+    core, most, limit = (
+        options.core_arguments,
+        options.max_time_with_exact_step_count,
+        options.chunk_size,
+    )
+    classes = Path, Stats, Scene
+    return Request(classes, options, path_options, core, want, most, limit, closed_form, decide)
+
+
+def try_to_solve_in_core(
+    scene: Scene,
+    t: object,
+    method: object,
+    step: object,
+    tol: object,
+    digits: object,
+    max_steps: object,
+    want: object,
+    progress: Progress | None,
+) -> Path | None:
+    """Return the path of a scene, or None if Python code must first validate the arguments.
+
+    Raises the exception returned by make_stop_exception if the run fails.
+    """
+    names = tuple(want) if type(want) is list else want
+    if names is not None and type(names) is not tuple:
+        return None  # an iterator, which can be read only once
+    try:
+        request = build_request_from_solve_arguments(method, step, tol, digits, max_steps, names)
+    except (TypeError, ValueError):
+        return None
+    path: Path | tuple[Options, CoreResult] | None = request.solve(scene, t, progress)
+    if not isinstance(path, tuple):
+        return path
+    options, result = path
+    return report_final_time(build_path_or_raise(scene, options, result), progress)
