@@ -357,7 +357,7 @@ class Ensemble(SceneConstructors, BatchBase[Any]):
     def _get_numbers_of_one(self) -> tuple[Any, ...]:
         """Return the numbers of the only top; raise ValueError if there are many."""
         if self.shape:
-            name = next(iter(self._varied), "body")
+            name = "body" if self.body.shape else next(iter(self._varied), "body")
             form, why = PARAMETERS[name][3:] if name in PARAMETERS else ("one body", "")
             raise (ValueError if name in PARAMETERS and PARAMETERS[name].endings else TypeError)(
                 f"{name} must be {form}, not an array of them: {why}{'; ' if why else ''}a Scene "
