@@ -15,11 +15,9 @@ See also kreisel.quaternion.conventions(), kreisel.methods, kreisel.scenes and k
 import sys
 
 from . import events, quaternion, scenes, types
-from ._analysis.apex import Apex, apex
 from ._analysis.compare import compare
+from ._analysis.curves import Apex, apex, plot, rod
 from ._analysis.frequencies import Frequencies, frequencies
-from ._analysis.plot import plot
-from ._analysis.rod import rod
 from ._core import version as __version__
 from ._fit.fit import fit
 from ._fit.records import Record

@@ -6,9 +6,8 @@ want: list[QuantityName] = ["apex", "energy"]
 
 from __future__ import annotations
 
-from ._analysis.apex import Nutation
 from ._analysis.compare import Row, Table
-from ._analysis.rod import Rod
+from ._analysis.curves import Nutation, Rod
 from ._options.plan import StepChoice
 from ._results.quantities import Stats
 from ._solve.exact import ExactMap

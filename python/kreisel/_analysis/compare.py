@@ -13,8 +13,12 @@ import numpy as np
 from .._model.scene import Scene
 from .._options.methods import Method, Methods, resolve_method
 from .._options.methods import methods as known
-from .._options.options import make_options, validate_progress_callback
-from .._options.times import check_resolvable_horizon, time_array
+from .._options.options import (
+    check_resolvable_horizon,
+    make_options,
+    time_array,
+    validate_progress_callback,
+)
 from .._results.path import Error, Interrupted, Path, check_is_one
 from .._results.quantities import Stats
 from .._results.tables import encode_table_as_csv

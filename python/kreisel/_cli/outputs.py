@@ -23,7 +23,7 @@ from rich.table import Table
 
 from .._core import values as values_of
 from .._core import version
-from .._options.quantities import ANGLES, LOW
+from .._options.options import ANGLES, LOW
 from .._results.archive import encode_path_as_archive
 from .._results.path import Error, Events, Interrupted, Path, join_path_events
 from .._results.quantities import NO_STATES

@@ -10,9 +10,13 @@ import click
 import numpy as np
 
 from .._model.scene import Scene, list_scene_file_keys
-from .._options.options import validate_recording_interval
-from .._options.quantities import RECORDABLE
-from .._options.times import check_resolvable_horizon, check_states_fit_in_memory, time_array
+from .._options.options import (
+    RECORDABLE,
+    check_resolvable_horizon,
+    check_states_fit_in_memory,
+    time_array,
+    validate_recording_interval,
+)
 from .._results.path import Path
 from .._solve.run import Run, start
 from .._solve.run import resume as resume_run

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._options.quantities import ANGLES, QUANTITIES, QuantityDescription
+from .._options.options import ANGLES, QUANTITIES, QuantityDescription
 from .._results.quantities import SPECIFIC_FORCE
 from .._utils.arguments import (
     RADIANS_PER_DEGREE,

@@ -17,12 +17,12 @@ from .._model.scene import Scene
 from .._utils.arguments import Array, as_finite_array, short_repr, validate_type
 from .._utils.arguments import unknown_name_message as unknown_name
 from .._utils.quantity_attributes import MethodName
-from .times import TIMES_FORM
 
 # flags of methods that apply to some bodies only
 _SOME = FLAGS["lagrange_only"] | FLAGS["integrable"] | FLAGS["symmetric_only"] | FLAGS["euler_only"]
 # The method 'auto' selects EXACT if the closed form suits the scene, else FALLBACK. For Kowalewski
 # and Goryachev-Chaplygin tops see closed_form_choice.py.
+TIMES_FORM = "a number or a list of times"
 EXACT: Final = "exact"
 FALLBACK: Final = "taylor"
 

@@ -20,9 +20,13 @@ from .methods import (
     explain_taylor_choice,
     has_torus_closed_form,
 )
-from .options import CoreArguments, Options
-from .quantities import HEADING_DEPENDENT, count_quantity_components
-from .times import CHUNK_SIZE
+from .options import (
+    CHUNK_SIZE,
+    HEADING_DEPENDENT,
+    CoreArguments,
+    Options,
+    count_quantity_components,
+)
 
 Reasons = tuple[tuple[str, str], ...]
 

@@ -12,9 +12,15 @@ import numpy as np
 from .._core import tangents as TANGENTS
 from .._core import version
 from .._model.scene import Ensemble, parse_scene_toml
-from .._options.options import Options, validate_requested_quantities
+from .._options.options import (
+    LOW,
+    QUANTITIES,
+    RECORDABLE,
+    Options,
+    QuantityDescription,
+    validate_requested_quantities,
+)
 from .._options.plan import StepChoice
-from .._options.quantities import LOW, QUANTITIES, RECORDABLE, QuantityDescription
 from .._utils.arguments import Array, as_float, as_int, short_repr
 from .._utils.files import ArchiveReader, Integers, pack_archive
 from .buffers import STATUSES, EnsembleBuffers, EventColumns

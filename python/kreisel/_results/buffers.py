@@ -11,9 +11,8 @@ import numpy.typing as npt
 
 from .._core import Work, Worker, alone, derivatives_of_tops, statuses, values_of_tops
 from .._model.scene import Ensemble
-from .._options.options import Options
+from .._options.options import QUANTITIES, RECORDABLE, Options, get_quantity_derivative_shape
 from .._options.plan import StepChoice
-from .._options.quantities import QUANTITIES, RECORDABLE, get_quantity_derivative_shape
 from .._utils.arguments import Array
 
 Codes = npt.NDArray[np.int8]

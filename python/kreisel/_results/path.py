@@ -18,15 +18,16 @@ from .._model.parameters import advance_shaking_phase
 from .._model.scene import Ensemble, Scene
 from .._options.methods import EXACT
 from .._options.options import (
+    RECORDABLE,
+    TIME,
     Options,
     format_index,
     get_member_by_flat_index,
     unravel_index,
     validate_requested_quantities,
+    validate_time_list,
 )
 from .._options.plan import Plan, StepChoice, make_solve_plan
-from .._options.quantities import RECORDABLE, TIME
-from .._options.times import validate_time_list
 from .._utils.arguments import (
     Array,
     Numbers,

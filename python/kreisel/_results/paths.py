@@ -10,8 +10,7 @@ import numpy as np
 from .._core import Work
 from .._core import reductions as KINDS
 from .._model.scene import Ensemble
-from .._options.options import Options
-from .._options.quantities import QUANTITIES, TIME
+from .._options.options import QUANTITIES, TIME, Options
 from .._utils.arguments import Array, unknown_name_message
 from .._utils.processes import Job, Progress, WorkerPool
 from .buffers import INTERRUPTED, EnsembleBuffers, SliceRunner

@@ -14,15 +14,15 @@ from numpy.typing import ArrayLike
 from .._core import derivatives, modified_energy, modified_energy4, values
 from .._core import tangents as TANGENTS
 from .._model.scene import Scene
-from .._options.options import Options
-from .._options.plan import StepChoice
-from .._options.quantities import (
+from .._options.options import (
     QUANTITIES,
     RECORDABLE,
+    Options,
     QuantityDescription,
     validate_quantity_name,
+    validate_time_list,
 )
-from .._options.times import validate_time_list
+from .._options.plan import StepChoice
 from .._utils.arguments import (
     Array,
     Numbers,

@@ -11,8 +11,7 @@ import numpy as np
 from .._core import Request
 from .._model.scene import Scene
 from .._options.methods import EXACT, FALLBACK, compute_closed_form_error_limit
-from .._options.options import Options, make_options
-from .._options.times import CHUNK_SIZE
+from .._options.options import CHUNK_SIZE, Options, make_options
 from .._utils.arguments import Array
 from .._utils.processes import Progress
 from .._utils.quantity_attributes import QuantityName

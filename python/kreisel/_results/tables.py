@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._model.scene import Ensemble
-from .._options.quantities import ANGLES, LOW, RECORDABLE, TIME, QuantityDescription
+from .._options.options import ANGLES, LOW, RECORDABLE, TIME, QuantityDescription
 from .._utils.arguments import (
     Array,
     as_bool,

@@ -14,16 +14,17 @@ from .._model.parameters import refuse_disturbances
 from .._model.scene import Ensemble, Scene
 from .._options.methods import FALLBACK
 from .._options.options import (
+    TIME,
     Options,
     as_ensemble,
+    check_resolvable_horizon,
     get_member_by_flat_index,
     make_options,
+    time_array,
     validate_progress_callback,
     validate_thread_count,
     validate_tops,
 )
-from .._options.quantities import TIME
-from .._options.times import check_resolvable_horizon, time_array
 from .._results.buffers import STATUSES, EnsembleBuffers, SliceRunner
 from .._results.path import EnsembleResult, Error, Path, build_path_from_core_result
 from .._results.paths import run_ensemble

@@ -48,14 +48,15 @@ from .._options.methods import (
 from .._options.options import (
     Options,
     TangentSpec,
+    check_resolvable_horizon,
     check_torus_tangent_names,
     format_index,
     get_member_by_flat_index,
     unravel_index,
     validate_tangent_names,
     validate_thread_count,
+    validate_time_list,
 )
-from .._options.times import check_resolvable_horizon, validate_time_list
 from .._results.buffers import LANES, Codes, EnsembleBuffers
 from .._results.error import CLOSED_FORM
 from .._results.path import EnsemblePath, Path

@@ -12,9 +12,8 @@ from .._core import Work, values
 from .._model.parameters import refuse_disturbances
 from .._model.scene import Ensemble, Scene
 from .._options.methods import methods
-from .._options.options import Options, get_member_by_flat_index
+from .._options.options import Options, check_resolvable_horizon, get_member_by_flat_index
 from .._options.plan import StepChoice
-from .._options.times import check_resolvable_horizon
 from .._results.buffers import STATUSES, EnsembleBuffers, SliceRunner
 from .._results.error import (
     CLOSED_FORM,

@@ -22,21 +22,19 @@ from .._model.parameters import ENVIRONMENT
 from .._model.scene import Scene, parse_scene_toml
 from .._options.methods import resolve_method, unknown_method_message
 from .._options.options import (
+    CHUNK_SIZE,
     GEOMETRIC,
     EventSpec,
     Options,
+    check_resolvable_horizon,
+    check_times_continue_monotonically,
+    iterate_time_chunks,
     make_options,
+    time_array,
     validate_progress_callback,
     validate_recording_interval,
 )
 from .._options.plan import Plan, make_solve_plan
-from .._options.times import (
-    CHUNK_SIZE,
-    check_resolvable_horizon,
-    check_times_continue_monotonically,
-    iterate_time_chunks,
-    time_array,
-)
 from .._results.error import ORIGIN, CoreResult, RunStart
 from .._results.path import (
     Path,

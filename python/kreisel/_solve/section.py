@@ -14,6 +14,8 @@ from .._core import Work, Worker, horizons
 from .._model.scene import Ensemble, Scene
 from .._options.methods import FALLBACK
 from .._options.options import (
+    QUANTITIES,
+    TIME,
     Options,
     as_ensemble,
     check_result_memory,
@@ -21,7 +23,6 @@ from .._options.options import (
     validate_progress_callback,
     validate_thread_count,
 )
-from .._options.quantities import QUANTITIES, TIME
 from .._results.buffers import (
     STATUSES,
     Counts,

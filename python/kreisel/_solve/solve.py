@@ -13,6 +13,7 @@ from typing import BinaryIO, Literal, Unpack, cast, overload
 from .._core import start as start_top
 from .._model.scene import Ensemble, Scene
 from .._options.options import (
+    CHUNK_SIZE,
     EnsembleKeywords,
     EventSpec,
     Options,
@@ -21,19 +22,16 @@ from .._options.options import (
     StreamKeywords,
     TangentSpec,
     as_ensemble,
+    check_resolvable_horizon,
     check_result_memory,
+    find_time_direction,
+    iterate_time_chunks,
     make_options,
     validate_output_array,
     validate_progress_callback,
     validate_thread_count,
     validate_times,
     validate_tops,
-)
-from .._options.times import (
-    CHUNK_SIZE,
-    check_resolvable_horizon,
-    find_time_direction,
-    iterate_time_chunks,
 )
 from .._results.archive import read_saved_path_arguments
 from .._results.buffers import LANES, SCALAR, SliceRunner

@@ -18,9 +18,14 @@ from .._model.parameters import BatchParameter
 from .._model.scene import Ensemble, Scene, build_scene_from_table
 from .._model.toml import parse_toml_tables, parse_toml_text_or_file, require_toml_table
 from .._options.options import ARGUMENTS as OPTIONS
-from .._options.options import Options, make_options, validate_times
-from .._options.quantities import RECORDABLE, TIME
-from .._options.times import get_total_memory
+from .._options.options import (
+    RECORDABLE,
+    TIME,
+    Options,
+    get_total_memory,
+    make_options,
+    validate_times,
+)
 from .._results.buffers import LANES
 from .._results.path import Events, Path
 from .._results.paths import Reductions, run_ensemble

@@ -1,0 +1,606 @@
+"""Curves that belong to a path: the trace of the apex, the elastic rod, and pictures."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from math import hypot
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .._core import KIND_RTOL
+from .._model.body import Body
+from .._model.parameters import refuse_disturbances
+from .._model.scene import Scene
+from .._results.path import Path, check_is_one
+from .._solve.exact import Exact, exact
+from .._utils.arguments import Array, Vector, as_float, as_positive, as_unit_name, format_count
+from .._utils.html import format_picture_as_html
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
+from functools import partial
+from typing import TYPE_CHECKING, cast
+
+from .._results.error import compute_angles_between_attitudes
+from .._results.path import list_drawn_paths
+from .._utils.arguments import short_repr, validate_type
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from .._plot.charts import AngleBetweenPaths, FigureAxes
+
+
+_LEVEL = 1e-9  # approximate error of the height in a solution with a tolerance of 1e-10
+_FEWEST = 4  # states per nutation: with 3 the period can be wrong by 1 %, with 2 by 50 %
+
+
+class Nutation(NamedTuple):
+    """The nutation and precession of a Lagrange top.
+
+    least, greatest  least and greatest nutation, 0 .. pi [rad]
+    period           period of the nutation [T]
+    precession_rate  mean rate of the apex about the vertical [rad/T]
+    """
+
+    least: float
+    greatest: float
+    period: float
+    precession_rate: float
+
+
+@dataclass(frozen=True, eq=False)
+class Apex:
+    """The trace of the apex on the unit sphere, sampled at n times.
+
+    t      (n,) times [T]
+    trace  (n, 3) unit vectors from the fixed point towards the centre of mass
+    rate   (n, 3) time derivatives of these vectors [T^-1]
+    scene  the scene of the path
+    """
+
+    t: Array
+    trace: Array
+    rate: Array
+    scene: Scene
+
+    def __repr__(self) -> str:
+        kind = self.scene.body.kind
+        if not len(self.t):
+            return f"<kreisel.Apex: no points; kind {kind!r}>"
+        span = f"t = {self.t[0]:g} .. {self.t[-1]:g}"
+        heights = f"heights {self.height.min():.3g} .. {self.height.max():.3g}"
+        points = format_count(len(self.t), "point")
+        return f"<kreisel.Apex: {points}, {span}; {heights}; kind {kind!r}>"
+
+    @property
+    def height(self) -> Array:
+        """(n,) heights <apex, e3>, from -1 to 1."""
+        return self.trace[:, 2]
+
+    @cached_property
+    def azimuth(self) -> Array:
+        """(n,) angles about the vertical, measured from e1, without jumps by whole turns [rad].
+
+        The azimuth of the apex is undefined where the trace passes through the vertical. After each
+        passage of the apex through the vertical, the azimuth is known only up to multiples of 2 pi.
+        """
+        return np.unwrap(np.arctan2(self.trace[:, 1], self.trace[:, 0]))
+
+    def nutation(self) -> Nutation:
+        """Return the nutation and precession of a Lagrange top, averaged over complete periods.
+
+        The averages are taken over the interval from the first to the last minimum of the apex
+        height. The function kreisel.exact computes the same values directly from a scene. The
+        minima and maxima of the apex height are found by cubic interpolation between the states of
+        the path. Unless the apex comes close to the vertical, the averages are accurate to four
+        digits for 50 states per nutation period, and to seven digits for 400 states. If the apex
+        height varies by less than 1e-9, the motion counts as a steady precession, and the nutation
+        period is NaN.
+
+        Where the apex comes close to the vertical, the states do not determine the turns of the
+        azimuth. Where the apex passes exactly through the vertical, the azimuth jumps by half a
+        turn. So for each nutation, the number of half turns is taken from the closed form, in which
+        the jumps do not count as precession. If the apex stays within 4e-5 of the vertical, the
+        whole precession is taken from the closed form. With damping or dry friction, there is no
+        closed form, and the precession is that of the azimuth of the states.
+
+        Raises ValueError for a moving support, and for any body other than a Lagrange top. Also
+        raises ValueError if the path contains no complete nutation period, or fewer than four
+        states per period.
+        """
+        body = self.scene.body
+        refuse_disturbances(
+            self.scene,
+            "nutations are not defined for tops",
+            ("damping", "friction"),
+            "kr.events.nutation() finds the times at which the apex is highest and lowest",
+        )
+        if body.kind != "lagrange":
+            raise ValueError(
+                "nutation and precession are defined for Lagrange tops, not for a body of kind "
+                f"{body.kind!r}"
+            )
+        if not len(self.t):
+            raise ValueError("a path without states has no nutation: call solve with times")
+        if self.t[-1] < self.t[0]:
+            backward = slice(None, None, -1)
+            arrays = self.t[backward], self.trace[backward], self.rate[backward]
+            return Apex(*arrays, self.scene)._measure_nutation()
+        return self._measure_nutation()
+
+    @property
+    def _loses_energy(self) -> bool:
+        """True for a top with damping or dry friction, whose motion has no closed form."""
+        return any(self.scene.damping) or self.scene.friction > 0.0
+
+    def _measure_nutation(self) -> Nutation:
+        """Return the nutation and precession of a trace whose times increase."""
+        top = exact(self.scene.replace(damping=None, friction=None))
+        if np.ptp(self.height) < _LEVEL:
+            return self._measure_steady_nutation(top)
+        self._refuse_coarse_sampling(top)
+        low, high = (
+            self._find_times_of_height_extrema(1.0),
+            self._find_times_of_height_extrema(-1.0),
+        )
+        if len(low) < 2:
+            raise ValueError(
+                f"the apex has {len(low)} lowest points in this path, but two are needed to "
+                "measure a nutation: solve for a longer time"
+            )
+        span = low[-1] - low[0]
+        greatest, least = (
+            float(np.mean([self._interpolate_nutation(t) for t in times])) for times in (low, high)
+        )
+        if self._loses_energy:
+            first, last = (self._interpolate_values_at_time(self.azimuth, low[i]) for i in (0, -1))
+            angle = last - first
+        else:
+            angle = self._measure_azimuth_change(low, top.precession_rate)
+        return Nutation(least, greatest, span / (len(low) - 1), angle / span)
+
+    def _measure_steady_nutation(self, top: Exact[float, Path]) -> Nutation:
+        radius = np.hypot(*self.trace[:, :2].T)
+        nutation = np.arctan2(radius, self.height)
+        angle, duration = self.azimuth[-1] - self.azimuth[0], self.t[-1] - self.t[0]
+        rate = float(angle / duration) if duration else math.nan
+        # Near the vertical, a nutation may be hidden.
+        if float(radius.max()) ** 2 < 2.0 * _LEVEL and not self._loses_energy:
+            rate = top.precession_rate
+        return Nutation(float(nutation.min()), float(nutation.max()), math.nan, rate)
+
+    def _refuse_coarse_sampling(self, top: Exact[float, Path]) -> None:
+        """Raise ValueError if the states are too far apart to resolve the turning points."""
+        period, spacing = (
+            2.0 * abs(top.t_least - top.t_greatest),
+            float(np.abs(np.diff(self.t)).max()),
+        )
+        if period and _FEWEST * spacing > period * (1.0 + 1e-9):
+            raise ValueError(
+                f"the states are up to {spacing:g} apart, and a nutation takes {period:g}: request "
+                f"at least {_FEWEST} states per nutation, or use kr.exact(path.scene)"
+            )
+
+    def _measure_azimuth_change(self, low: list[float], rate: float) -> float:
+        """Return the change of the azimuth from the first to the last lowest point.
+
+        In each nutation, the change is measured up to half turns. Of the possible values, the one
+        closest to the mean rate of the closed form is chosen.
+        """
+        position, velocity = (
+            self._interpolate_horizontal_part(vectors, low) for vectors in (self.trace, self.rate)
+        )
+        # At a lowest point, the velocity is perpendicular to the position, so both turn alike. The
+        # position vanishes at the vertical, and the velocity at a cusp.
+        times = np.diff(low)
+        is_far = np.abs(position).min() > np.abs(velocity).min() * times.mean() / math.tau
+        direction = position if is_far else velocity
+        angles = np.angle(direction[1:] * direction[:-1].conj())
+        return float(np.sum(angles + math.pi * np.round((rate * times - angles) / math.pi)))
+
+    def _find_times_of_height_extrema(self, sign: float) -> list[float]:
+        """Return the times of the minima (`sign` = 1) or maxima (`sign` = -1) of the height."""
+        rise = sign * self.rate[:, 2]
+        indices = np.flatnonzero((rise[:-1] < 0.0) & (rise[1:] >= 0.0)) + 1
+        return [
+            _find_zero_of_interpolant(*self._select_four_nearest_samples(i, rise))
+            for i in indices.tolist()
+        ]
+
+    def _select_four_nearest_samples(self, i: int, values: Array) -> tuple[Array, Array]:
+        """Return four consecutive times around t[i], and the values at these times."""
+        first = min(max(i - 2, 0), max(len(self.t) - 4, 0))
+        return self.t[first : first + 4], values[first : first + 4]
+
+    def _interpolate_nutation(self, t: float) -> float:
+        """Return the nutation angle at a time between two states, by interpolation.
+
+        The nutation angle is computed from the height of the apex and its squared distance from the
+        vertical. Both the height and the squared distance are smooth functions of time, so the
+        interpolation is accurate even if the apex is close to the vertical.
+        """
+        square = self._interpolate_values_at_time(self.trace[:, 0] ** 2 + self.trace[:, 1] ** 2, t)
+        return math.atan2(
+            math.sqrt(max(square, 0.0)), self._interpolate_values_at_time(self.height, t)
+        )
+
+    def _interpolate_horizontal_part(
+        self, vectors: Array, times: list[float]
+    ) -> npt.NDArray[np.complex128]:
+        """Return x + i y of the vectors at times between the states, by interpolation."""
+        x, y = (
+            np.array([self._interpolate_values_at_time(values, t) for t in times])
+            for values in vectors.T[:2]
+        )
+        return x + 1j * y
+
+    def _interpolate_values_at_time(self, values: Array, t: float) -> float:
+        return _interpolate_polynomial(
+            *self._select_four_nearest_samples(int(np.searchsorted(self.t, t)), values), t
+        )
+
+
+def apex(path: Path) -> Apex:
+    """Return the curve traced on the unit sphere by the direction of the centre of mass.
+
+    If the centre of mass coincides with the fixed point, return the curve traced by the third
+    principal axis.
+    """
+    check_is_one("kreisel.apex needs", path)
+    return Apex(path.t, path.apex, np.cross(path.velocity, path.apex), path.scene)
+
+
+def _interpolate_polynomial(t: Array, values: Array, time: float) -> float:
+    """Return the value at `time` of the polynomial that interpolates the points (t, values)."""
+    total = 0.0
+    for i, value in enumerate(values.tolist()):
+        others = np.delete(t, i)
+        total += value * float(np.prod((time - others) / (t[i] - others)))
+    return total
+
+
+def _find_zero_of_interpolant(t: Array, values: Array) -> float:
+    """Return the time at which an interpolating polynomial changes from negative to positive."""
+    i = int(np.flatnonzero((values[:-1] < 0.0) & (values[1:] >= 0.0))[0])
+    low, high = float(t[i]), float(t[i + 1])
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (
+            (middle, high) if _interpolate_polynomial(t, values, middle) < 0.0 else (low, middle)
+        )
+    return 0.5 * (low + high)
+
+
+@dataclass(frozen=True, eq=False)
+class Rod:
+    """An elastic rod in equilibrium.
+
+    The arc length s along the rod corresponds to time in the motion of the top. The tangent T of
+    the rod corresponds to the direction from the fixed point to the centre of mass.
+
+    s          (n,) arc length [T]
+    centre     (n, 3) centre line, beginning at the origin [T]: the integral over s of T,
+               interpolated by a cubic polynomial in each interval
+    frame      (n, 3, 3) N, B, T in space
+    curvature  (n, 2) kappa1 = <T', N>, kappa2 = <T', B> [T^-1]
+    torsion    (n,) tau = <N', B> [T^-1]
+    stiffness  alpha1, alpha2 against bending in the directions N and B, and alpha against twist;
+               they equal I_B, I_N, I_T [M L^2]
+    load       vector b = -mass * gravity * |com| * e3, along which a force acts on the ends
+               [M L^2 T^-2]
+
+    Source: Bodack 2008, theorems 3.8 and 3.9. Compared with Bodack (2008), the bending stiffnesses
+    alpha1 and alpha2 are interchanged, and the load has the opposite sign.
+    """
+
+    s: Array
+    centre: Array
+    frame: Array
+    curvature: Array
+    torsion: Array
+    stiffness: Vector
+    load: Vector
+
+    def __repr__(self) -> str:
+        kind = "isotropic" if self.isotropic else "anisotropic"
+        return f"<kreisel.Rod: {kind}, {len(self.s)} frames, stiffness {self.stiffness}>"
+
+    @property
+    def isotropic(self) -> bool:
+        """True if the bending stiffness is the same in all directions, up to rounding errors.
+
+        The rod that corresponds to a Lagrange top is isotropic.
+        """
+        alpha1, alpha2, _ = self.stiffness
+        return abs(alpha1 - alpha2) <= KIND_RTOL * max(alpha1, alpha2)
+
+    @property
+    def elastic_energy_density(self) -> Array:
+        """(n,) energy of bending and twist per length [M L^2 T^-2].
+
+        This is the kinetic energy of the top:
+        (alpha1 kappa1^2 + alpha2 kappa2^2 + alpha tau^2) / 2.
+        """
+        alpha1, alpha2, alpha = self.stiffness
+        bending = self.curvature**2 @ np.array((alpha1, alpha2))
+        density: Array = (bending + alpha * self.torsion**2) / 2.0
+        return density
+
+    @property
+    def lagrangian_density(self) -> Array:
+        """(n,) elastic_energy_density + <load, T> [M L^2 T^-2].
+
+        The Lagrangian density of the rod is the Lagrangian of the top, with time replaced by arc
+        length. In equilibrium, the integral of the Lagrangian density along the rod is stationary.
+        """
+        total: Array = self.elastic_energy_density + self.frame[:, 2] @ np.array(self.load)
+        return total
+
+    @property
+    def section(self) -> tuple[float, float]:
+        """The thicknesses of the cross-section along its axes N and B, relative to the larger one.
+
+        For elliptical and rectangular cross-sections, the bending stiffness in a direction is
+        proportional to the squared thickness in this direction. The thicknesses are therefore
+        proportional to the square roots of the bending stiffnesses alpha1 and alpha2.
+        """
+        alpha1, alpha2, _ = self.stiffness
+        largest = max(alpha1, alpha2)
+        return (alpha1 / largest) ** 0.5, (alpha2 / largest) ** 0.5
+
+    def plot(
+        self,
+        axes: Axes | None = None,
+        *,
+        thickness: float | None = None,
+        colour: str | None = None,
+        elevation: float = 20.0,
+        azimuth: float = 0.0,
+        length_unit: str = "T",
+    ) -> Axes:
+        """Draw the rod as a solid body with matplotlib, and return the axes.
+
+        The cross-section is a circle if the rod is isotropic, and an ellipse otherwise. A dot marks
+        the start of the rod, and a bar shows the scale.
+
+        axes                the axes to draw in; default: a new figure
+        thickness           the larger diameter [T]; default: a thirtieth of the rod's extent
+        colour              a colour of matplotlib
+        elevation, azimuth  direction of view [degrees]
+        length_unit         the unit of length for the label of the scale. The arc length is the
+                            time of the top
+
+            >>> import kreisel as kr
+            >>> path = kr.solve(kr.scenes.cusps, [0.1 * k for k in range(201)])
+            >>> [text.get_text() for text in kr.rod(path).plot(length_unit="m").texts]
+            ['start', '2 m']
+
+        The rod should bend only slightly between neighbouring points. Raises ValueError if the rod
+        has fewer than two states, and ImportError if matplotlib is not installed.
+        """
+        from .._plot.charts import open_chart
+        from .._plot.film import (
+            ORANGE,
+            compute_twist_free_normals,
+            draw_start_and_scale_bar,
+            draw_tube,
+        )
+
+        target = open_chart(axes)
+        side = None if thickness is None else as_positive("thickness", thickness)
+        view = as_float("elevation", elevation), as_float("azimuth", azimuth)
+        unit = as_unit_name("length_unit", length_unit)
+        if len(self.s) < 2:
+            states = format_count(len(self.s), "state")
+            raise ValueError(f"a rod of {states} cannot be drawn: solve for more times")
+        normals = (
+            compute_twist_free_normals(self.frame[:, 2]) if self.isotropic else self.frame[:, :2]
+        )
+        section = (1.0, 1.0) if self.isotropic else self.section
+        # The points of a path back in time are reversed, so that they follow the tangents.
+        order = slice(None, None, -1 if self.s[-1] < self.s[0] else 1)
+        draw_tube(
+            self.centre[order], normals[order], section, target, side, colour or ORANGE, *view
+        )
+        draw_start_and_scale_bar(self.centre, target, unit, *view)
+        return target
+
+    def _repr_html_(self) -> str | None:
+        """Return an image of the rod, or None if the rod has fewer than two states."""
+        return format_picture_as_html(self.plot, repr(self)) if len(self.s) > 1 else None
+
+
+def rod(path: Path) -> Rod:
+    """Return the elastic rod that corresponds to a path under Kirchhoff's analogy.
+
+    The rod is isotropic if the moments about both axes normal to its tangent are equal, as for a
+    Lagrange top. The rod carries no load if the centre of mass coincides with the fixed
+    point.
+
+    Raises ValueError if there is damping, friction, a rotor or a moving support. Also raises
+    ValueError if the centre of mass lies on no principal axis.
+
+        >>> import kreisel as kr
+        >>> rod = kr.rod(kr.solve(kr.scenes.thesis, [0.1 * k for k in range(101)]))
+        >>> rod.centre.shape, bool(rod.stiffness[0] == rod.stiffness[1])
+        ((101, 3), True)
+    """
+    check_is_one("kreisel.rod needs", path)
+    if path.scene._has_damping:
+        raise ValueError("Kirchhoff's analogy has no rod for a damped top")
+    refuse_disturbances(path.scene, "Kirchhoff's analogy has no rod for a top")
+    body = path.scene.body
+    if any(body.rotor):
+        raise ValueError("Kirchhoff's analogy has no rod for a body with a rotor")
+    axes = _choose_elastic_rod_frame(body)
+    frame = np.einsum("ij,njk->nik", axes, path.frame)
+    i_n, i_b, i_t = ((axes**2) @ np.array(body.moments)).tolist()
+    rate_n, rate_b, rate_t = np.einsum("nij,nj->in", frame, path.velocity)
+    tangent_rate = np.cross(path.velocity, frame[:, 2])
+    weight = body.mass * path.scene.gravity * hypot(*body.com)
+    return Rod(
+        s=path.t,
+        centre=_integrate_cubic_interpolant(path.t, frame[:, 2], tangent_rate),
+        frame=frame,
+        # Bending towards N rotates the frame about B, and bending towards B about -N.
+        curvature=np.stack([rate_b, -rate_n], axis=-1),
+        torsion=rate_t,
+        stiffness=(i_b, i_n, i_t),
+        load=(0.0, 0.0, -weight),
+    )
+
+
+def _choose_elastic_rod_frame(body: Body) -> Array:
+    """Return the principal-axis components of the rod's two cross-section axes and of its tangent.
+
+    Raises ValueError if the centre of mass lies on no principal axis.
+    """
+    com, moments = np.array(body.principal_com), np.array(body.moments)
+    reach = float(np.linalg.norm(com))
+    t = com / reach if reach > 0.0 else np.array((0.0, 0.0, 1.0))
+    moment = (moments * t) @ t
+    if np.linalg.norm(moments * t - moment * t) > KIND_RTOL * moments.max():
+        raise ValueError(
+            "Kirchhoff's analogy has no rod for this top, because its centre of mass, "
+            f"{body.principal_com} along the principal axes, lies on none of them"
+        )
+    k = int(np.argmin(np.abs(t)))
+    n = np.eye(3)[k] - t[k] * t
+    n /= np.linalg.norm(n)
+    return np.stack([n, np.cross(t, n), t])
+
+
+def _integrate_cubic_interpolant(t: Array, values: Array, slopes: Array) -> Array:
+    """Return the integrals of a cubic Hermite interpolant from the first time to each time.
+
+    The integral over an interval is the trapezoidal rule with a correction by the slopes.
+    """
+    h = np.diff(t)[:, None]
+    pieces = h / 2.0 * (values[1:] + values[:-1]) - h**2 / 12.0 * (slopes[1:] - slopes[:-1])
+    return np.concatenate([np.zeros((1, 3)), np.cumsum(pieces, axis=0)])
+
+
+def compute_angle_between_paths(a: Path, b: Path) -> AngleBetweenPaths:
+    """Return the angle between the attitudes or else apexes of two paths at common times."""
+    from .._plot.charts import AngleBetweenPaths
+
+    a, b = _restrict_paths_to_common_times(a, b)
+    if all(path.want is None or "q" in path.want for path in (a, b)):
+        return AngleBetweenPaths(
+            a.t,
+            compute_angles_between_attitudes(
+                _get_attitudes_with_low_words(a), _get_attitudes_with_low_words(b)
+            ),
+            "attitudes",
+        )
+    sines = np.linalg.norm(np.cross(a.apex, b.apex), axis=1)
+    return AngleBetweenPaths(a.t, np.arctan2(sines, (a.apex * b.apex).sum(axis=1)), "apexes")
+
+
+def _restrict_paths_to_common_times(a: Path, b: Path) -> tuple[Path, Path]:
+    """Return both paths at common times, or empty paths if their time intervals are disjoint."""
+    if np.array_equal(a.t, b.t):
+        return a, b
+    low, high = max(a.t.min(), b.t.min()), min(a.t.max(), b.t.max())
+    part_a, part_b = (path[(path.t >= low) & (path.t <= high)] for path in (a, b))
+    alternatives: list[Callable[[], tuple[Path, Path]]] = [
+        lambda: (part_a, b(part_a.t)),
+        lambda: (a(part_b.t), part_b),
+    ]
+    for restrict in alternatives if len(part_a) >= len(part_b) else reversed(alternatives):
+        with suppress(ValueError):  # a closed form of a map has no states between its steps
+            return restrict()
+    _, i, j = np.intersect1d(a.t, b.t, return_indices=True)
+    return a[i], b[j]
+
+
+def _get_attitudes_with_low_words(path: Path) -> tuple[Array, Array]:
+    has_low = path.want is None or "q_low" in path.want
+    return path.q, path.q_low if has_low else np.zeros_like(path.q)
+
+
+def plot(
+    path: Path | Sequence[Path],
+    *more: Path | Iterable[Axes] | None,
+    axes: Iterable[Axes] | None = None,
+    degrees: bool = True,
+    time_unit: str = "T",
+) -> FigureAxes:
+    """Plot the apex trace on a sphere, and nutation and precession over time, using matplotlib.
+
+    Returns three matplotlib axes for each path. A notebook displays the returned axes as an image.
+
+    path       one path or several paths, as a list or as separate arguments, of up to 8 tops in
+               total, which are drawn side by side
+    axes       the axes to draw in instead of a new figure: three for each path, and for two paths
+               optionally a seventh for their difference. It may also be given as the second
+               argument without its name
+    degrees    False: angles in radians instead of degrees
+    time_unit  the unit of time in which the scene is described, for the labels: "s" for seconds
+
+    For two paths, an additional chart shows the angle between their attitudes on a logarithmic
+    scale. If a path does not store its attitude, this chart shows the angle between the apex
+    directions of the two paths. If the times of the paths differ, one of the paths is recomputed at
+    the times of the other.
+
+    Dashed lines mark the least and greatest nutation angles of the motion if they are known in
+    closed form. Dots mark the initial state and the events of a path. The precession curve is
+    interrupted where the angle jumps because the apex passes close to the vertical. The figure is
+    not registered with pyplot; to save it, call `kr.plot(path).figure.savefig("top.png")`.
+
+    If the states are sparser than the motion, the motion between them is computed by calling
+    `path(t)`, and the states are marked. Only the states are drawn if the path cannot be evaluated
+    between them, as for a kreisel.types.ExactMap, or if the motion has hundreds of turns.
+
+        >>> import kreisel as kr
+        >>> path = kr.solve(kr.scenes.cusps, [0.1 * i for i in range(100)])
+        >>> sphere, nutation, precession = kr.plot(path, time_unit="s")
+        >>> nutation.get_ylabel(), precession.get_xlabel()
+        ('nutation [°]', 'time [s]')
+        >>> rough = kr.solve(kr.scenes.cusps, path.t, "rk4", step=0.1)
+        >>> kr.plot(path, rough)[-1].get_ylabel()
+        'difference [°]'
+
+    Raises ValueError for a path without states, and ImportError if matplotlib is not installed.
+    """
+    paths, axes = _validate_plot_paths_and_axes(path, more, axes)
+    for i, one in enumerate(paths):
+        validate_type(f"path[{i}]", one, Path)
+    paths = list_drawn_paths(*paths)
+    from .._plot.charts import plot_paths
+
+    paths_with_events = [(one, one.events.path if len(one.events) else None) for one in paths]
+    pair = partial(_compute_angle_between_motions, *paths) if len(paths) == 2 else None
+    return plot_paths(paths_with_events, axes, degrees, time_unit, pair)
+
+
+def _compute_angle_between_motions(a: Path, b: Path) -> AngleBetweenPaths:
+    """Return the angle between two paths at the times at which their motions are drawn."""
+    from .._plot.dense_motion import evaluate_densely
+
+    lines = [evaluate_densely(path).line for path in (a, b)]
+    if any(line is None for line in lines):
+        return compute_angle_between_paths(a, b)
+    return compute_angle_between_paths(*cast(list[Path], lines))
+
+
+def _validate_plot_paths_and_axes(
+    path: object, more: tuple[object, ...], axes: Iterable[Axes] | None
+) -> tuple[Sequence[Path], Any]:
+    if isinstance(path, Path) and more and all(isinstance(one, Path) for one in more):
+        return [path, *cast(tuple[Path, ...], more)], axes
+    if len(more) > 1 or (more and axes is not None):
+        raise TypeError("pass the paths as arguments or as one list, and axes as a keyword")
+    paths = [path] if isinstance(path, Path) else path
+    if not isinstance(paths, (list, tuple)):
+        raise TypeError(f"path must be a kreisel.Path or a list of them, not {short_repr(path)}")
+    return paths, more[0] if more else axes
