@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Self
+from typing import NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -180,58 +180,56 @@ class EnsembleBuffers:
             self.states[waiting, :, 0] = t[waiting] if t.ndim == 2 else t
 
 
+class Slice(NamedTuple):
+    """Consecutive tops of an ensemble, whose results are to be computed with the same options.
+
+    rows   the buffers for the results of these tops
+    times  (k,), or (end - begin, k) if each top has its own times
+    work   the object that counts finished tops and can stop the run; None in a worker process
+    """
+
+    rows: EnsembleBuffers
+    options: Options
+    tops: Ensemble
+    begin: int
+    end: int
+    times: Array
+    work: Work | None = None
+
+
 class SliceRunner(NamedTuple):
-    """A function that computes the motions of a slice of an ensemble.
+    """A function that computes the results of a slice and writes them to its rows.
 
     `is_native` is True if the C library distributes the tops over threads.
     """
 
-    run: Callable[[EnsembleBuffers, Options, Ensemble, int, int, Array, Work | None], Any]
+    run: Callable[[Slice], object]
     is_native: bool = False
 
 
-def run_slice_in_lanes(
-    buffers: EnsembleBuffers,
-    options: Options,
-    tops: Ensemble,
-    begin: int,
-    end: int,
-    t: Array,
-    work: Work | None,
-) -> EnsembleBuffers:
-    """Compute the motions of a slice in SIMD lanes; `work` can stop the run."""
-    part = buffers if end - begin == buffers.size else buffers.select_buffer_rows(slice(begin, end))
+def run_slice_in_lanes(part: Slice) -> None:
+    """Compute the motions of a slice in SIMD lanes."""
+    rows, options, tops, begin, end, t, work = part
     failures, last = Worker(*options.core_arguments, options.core_reductions, work).run(
-        tops._core_scenes, begin, end, t[begin:end] if t.ndim == 2 else t,
-        part.status, part.done, part.counts, part.reached, part.states, part.reduced, part.columns,
+        tops._core_scenes, begin, end, t,
+        rows.status, rows.done, rows.counts, rows.reached, rows.states, rows.reduced, rows.columns,
     )  # fmt: skip
-    part.last = (
+    rows.last = (
         {i: last[j : j + 1] for j, i in enumerate(failures.tolist())} if failures.size else {}
     )
-    return part
 
 
-def run_slice_sequentially(
-    buffers: EnsembleBuffers,
-    options: Options,
-    tops: Ensemble,
-    begin: int,
-    end: int,
-    t: Array,
-    work: Work | None,
-) -> EnsembleBuffers:
+def run_slice_sequentially(part: Slice) -> None:
     """Compute the motions of a slice one at a time, with their events and tangents."""
-    part = buffers.select_buffer_rows(slice(begin, end))
+    rows, options, tops, begin, end, t, work = part
     last, low, failures, event_tops, (states, rest, which, direction) = alone(
-        *options.core_arguments, options.core_events, work,
-        tops._core_scenes, begin, end, t[begin:end] if t.ndim == 2 else t,
-        part.status, part.done, part.counts, part.reached, part.states, part.low, part.columns,
-        options.tangent_bit_mask, part.tangents, part.tangents_low, part.truncation,
+        *options.core_arguments, options.core_events, work, tops._core_scenes, begin, end, t,
+        rows.status, rows.done, rows.counts, rows.reached, rows.states, rows.low, rows.columns,
+        options.tangent_bit_mask, rows.tangents, rows.tangents_low, rows.truncation,
     )  # fmt: skip
-    part.last = {i: np.array([last[j], low[j]]) for j, i in enumerate(failures.tolist())}
+    rows.last = {i: np.array([last[j], low[j]]) for j, i in enumerate(failures.tolist())}
     if options.requests_events:
-        part.events = [EventColumns(event_tops, states, rest, which, direction)]
-    return part
+        rows.events = [EventColumns(event_tops, states, rest, which, direction)]
 
 
 LANES = SliceRunner(run_slice_in_lanes, is_native=True)

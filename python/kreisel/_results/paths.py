@@ -13,7 +13,7 @@ from .._model.scene import Ensemble
 from .._options.options import QUANTITIES, TIME, Options
 from .._utils.arguments import Array, unknown_name_message
 from .._utils.processes import Job, Progress, WorkerPool
-from .buffers import INTERRUPTED, EnsembleBuffers, SliceRunner
+from .buffers import INTERRUPTED, EnsembleBuffers, Slice, SliceRunner
 from .path import EnsembleResult, Path
 from .quantities import find_flat_index
 from .tables import TableColumn, list_component_labels
@@ -44,23 +44,19 @@ def run_ensemble(
     n = tops.size
     if buffers is None:
         buffers = EnsembleBuffers.allocate_buffers(n, t.shape[-1], options, out)
-    work = Work()
-    flat = tops.ravel() if pool.has_workers_in_other_processes else tops
+    work, is_remote = Work(), pool.has_workers_in_other_processes
+    flat = tops.ravel() if is_remote else tops
 
-    def make_local_job(begin: int, end: int) -> Job[EnsembleBuffers]:
-        return runner.run, (buffers, options, tops, begin, end, t, work)
-
-    def make_remote_job(begin: int, end: int) -> Job[EnsembleBuffers]:
+    def make_job(begin: int, end: int) -> Job[EnsembleBuffers]:
         times = t[begin:end] if t.ndim == 2 else t
-        return run_slice_in_worker, (runner, options, flat[begin:end], times)
+        if is_remote:
+            return run_slice_in_worker, (runner, options, flat[begin:end], times)
+        rows = buffers if end - begin == n else buffers.select_buffer_rows(slice(begin, end))
+        return run_slice, (runner, Slice(rows, options, tops, begin, end, times, work))
 
-    job, collect = (
-        (make_remote_job, buffers.insert_part_at_row)
-        if pool.has_workers_in_other_processes
-        else (make_local_job, buffers.add_events_and_failures)
-    )
+    collect = buffers.insert_part_at_row if is_remote else buffers.add_events_and_failures
     try:
-        pool.run_slices(n, job, collect, work, progress, runner.is_native)
+        pool.run_slices(n, make_job, collect, work, progress, runner.is_native)
     except KeyboardInterrupt:
         buffers.mark_unrun_tops_interrupted(t)
         indices = np.flatnonzero(buffers.status == INTERRUPTED)
@@ -75,13 +71,18 @@ def run_ensemble(
     return kind(tops, t, options, buffers)
 
 
+def run_slice(runner: SliceRunner, part: Slice) -> EnsembleBuffers:
+    """Compute the results of a slice, and return its rows."""
+    runner.run(part)
+    return part.rows
+
+
 def run_slice_in_worker(
     runner: SliceRunner, options: Options, tops: Ensemble, t: Array
 ) -> EnsembleBuffers:
-    """Compute the motions of a slice of an ensemble in a worker process, and return the results."""
-    buffers = EnsembleBuffers.allocate_buffers(len(tops), t.shape[-1], options)
-    part: EnsembleBuffers = runner.run(buffers, options, tops, 0, len(tops), t, None)
-    return part
+    """Compute the results of some tops in a worker process, and return them."""
+    rows = EnsembleBuffers.allocate_buffers(len(tops), t.shape[-1], options)
+    return run_slice(runner, Slice(rows, options, tops, 0, len(tops), t))
 
 
 class Reductions(EnsembleResult):

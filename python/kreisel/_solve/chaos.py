@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from .._core import Work, growth, statuses
+from .._core import growth, statuses
 from .._model.parameters import refuse_disturbances
 from .._model.scene import Ensemble, Scene
 from .._options.methods import FALLBACK
@@ -25,7 +25,7 @@ from .._options.options import (
     validate_thread_count,
     validate_tops,
 )
-from .._results.buffers import STATUSES, EnsembleBuffers, SliceRunner
+from .._results.buffers import STATUSES, EnsembleBuffers, Slice, SliceRunner
 from .._results.path import EnsembleResult, Error, Path, build_path_from_core_result
 from .._results.paths import run_ensemble
 from .._results.quantities import find_flat_index
@@ -370,26 +370,16 @@ for _name in ("reached", "state_counts", "stats"):
     setattr(Chaos, _name, property(_refuse_costs))
 
 
-def _follow_tangents_of_slice(
-    buffers: EnsembleBuffers,
-    options: Options,
-    tops: Ensemble,
-    begin: int,
-    end: int,
-    t: Array,
-    work: Work | None,
-    direction: Sequence[float],
-) -> EnsembleBuffers:
-    part = buffers.select_buffer_rows(slice(begin, end))
-    rows, accuracy = np.empty((end - begin, t.size, 6)), (options.tol or 0.0, options.max_steps)
-    growth(tops._core_scenes, begin, end, t, *accuracy, direction, part.status, rows, work)
-    part.columns["lyapunov"][:] = rows[..., _LOG] / np.abs(t)
-    part.columns["megno"][:] = rows[..., _MEGNO]
+def _follow_tangents_of_slice(part: Slice, direction: Sequence[float]) -> None:
+    rows, options, tops, begin, end, t, work = part
+    numbers, accuracy = np.empty((end - begin, t.size, 6)), (options.tol or 0.0, options.max_steps)
+    growth(tops._core_scenes, begin, end, t, *accuracy, direction, rows.status, numbers, work)
+    rows.columns["lyapunov"][:] = numbers[..., _LOG] / np.abs(t)
+    rows.columns["megno"][:] = numbers[..., _MEGNO]
     # The core evaluates the norm of a tangent at a few times of each step, which differ for a step
     # that ends at a requested time. Its largest logarithm so far can therefore fall slightly.
-    part.columns["oli"][:] = np.maximum.accumulate(rows[..., _MOST], axis=-1)
-    part.columns["certificate"][:] = rows[..., [_ENERGY, _MOMENTUM, _REST]].max(axis=(1, 2))
-    return part
+    rows.columns["oli"][:] = np.maximum.accumulate(numbers[..., _MOST], axis=-1)
+    rows.columns["certificate"][:] = numbers[..., [_ENERGY, _MOMENTUM, _REST]].max(axis=(1, 2))
 
 
 def chaos(

@@ -10,11 +10,11 @@ import numpy.typing as npt
 
 from .._core import Work, values
 from .._model.parameters import refuse_disturbances
-from .._model.scene import Ensemble, Scene
+from .._model.scene import Scene
 from .._options.methods import methods
 from .._options.options import Options, check_resolvable_horizon, get_member_by_flat_index
 from .._options.plan import StepChoice
-from .._results.buffers import STATUSES, EnsembleBuffers, SliceRunner
+from .._results.buffers import STATUSES, EnsembleBuffers, Slice, SliceRunner
 from .._results.error import (
     CLOSED_FORM,
     LONGER_SERIES,
@@ -296,25 +296,15 @@ def _compute_top_rate_and_error_weight(scene: Scene) -> tuple[float, float]:
 _UNMET = STATUSES.index("ERR_CONVERGENCE")  # status of a top for which no step meets the error
 
 
-def solve_slice_with_step_search(
-    buffers: EnsembleBuffers,
-    options: Options,
-    tops: Ensemble,
-    begin: int,
-    end: int,
-    t: Array,
-    work: Work | None,
-) -> EnsembleBuffers:
+def solve_slice_with_step_search(part: Slice) -> None:
     """Solve a slice of an ensemble with the cheapest method that meets the error tolerance."""
-    part = buffers.select_buffer_rows(slice(begin, end))
+    rows, options, tops, begin, end, t, work = part
     for i in range(end - begin):
         if work is not None and work.stopped:
             break
-        times = t[begin + i] if t.ndim == 2 else t
+        scene = get_member_by_flat_index(tops, begin + i)
         try:
-            _solve_top_into_buffers(
-                part, i, options, get_member_by_flat_index(tops, begin + i), times, work
-            )
+            _solve_top_into_buffers(rows, i, options, scene, t[i] if t.ndim == 2 else t, work)
         except Interrupted:  # only a trial run was interrupted, whose states are not a result
             if work is None:
                 raise
@@ -322,7 +312,6 @@ def solve_slice_with_step_search(
             break
         if work is not None:
             work.did(1)
-    return part
 
 
 def _solve_top_into_buffers(

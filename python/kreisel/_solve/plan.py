@@ -23,7 +23,7 @@ from .._options.options import (
     validate_times,
 )
 from .._options.plan import Plan, make_solve_plan
-from .._results.buffers import LANES, SCALAR, EnsembleBuffers
+from .._results.buffers import LANES, SCALAR, EnsembleBuffers, Slice
 from .._utils.arguments import Array, Numbers
 from .._utils.quantity_attributes import MethodName, QuantityName
 from .solve import refuse_ensemble_arguments
@@ -174,9 +174,9 @@ def _estimate_run_time(
     most = min(options.max_steps or _MAX_STEPS, _MAX_STEPS)
     run_options = replace(options, max_steps=most)
     buffers = EnsembleBuffers.allocate_buffers(indices.size, times.shape[-1], run_options)
-    run = (SCALAR if run_options.uses_one_run_per_top else LANES).run
+    runner = SCALAR if run_options.uses_one_run_per_top else LANES
     start_time = time.perf_counter()
-    run(buffers, run_options, sample, 0, indices.size, times, None)
+    runner.run(Slice(buffers, run_options, sample, 0, indices.size, times))
     duration = time.perf_counter() - start_time
     is_complete = buffers.done == times.shape[-1]
     part = np.where(is_complete, buffers.done / all_times.shape[-1], np.inf)

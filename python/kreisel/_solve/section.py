@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.typing import ArrayLike
 
-from .._core import Work, Worker, horizons
+from .._core import Worker, horizons
 from .._model.scene import Ensemble, Scene
 from .._options.methods import FALLBACK
 from .._options.options import (
@@ -26,7 +26,7 @@ from .._options.options import (
 from .._results.buffers import (
     STATUSES,
     Counts,
-    EnsembleBuffers,
+    Slice,
     SliceRunner,
     compute_quantity_values,
 )
@@ -257,27 +257,14 @@ def _compute_quantity_at_section_states(section: Section, name: str) -> Array:
 add_quantity_properties(Section, ("e",), _compute_quantity_at_section_states)
 
 
-def compute_sections_of_slice(
-    buffers: EnsembleBuffers,
-    options: Options,
-    tops: Ensemble,
-    begin: int,
-    end: int,
-    t: Array,
-    work: Work | None,
-) -> EnsembleBuffers:
-    """Compute the Poincaré sections of a slice of an ensemble.
-
-    Each row of `t` contains the maximum waiting time of one top.
-    """
-    part = buffers.select_buffer_rows(slice(begin, end))
-    assert part.states is not None
-    wait = np.ascontiguousarray(t[begin:end, 0])
+def compute_sections_of_slice(part: Slice) -> None:
+    """Compute the sections of a slice, whose times are the longest waiting time of each top."""
+    rows, options, tops, begin, end, t, work = part
+    assert rows.states is not None
     Worker(*options.core_arguments, (), work).section(
-        tops._core_scenes, begin, end, options.core_events, part.states.shape[1], wait,
-        part.status, part.done, part.counts, part.reached, part.states,
+        tops._core_scenes, begin, end, options.core_events, t.shape[1], np.array(t[:, 0]),
+        rows.status, rows.done, rows.counts, rows.reached, rows.states,
     )  # fmt: skip
-    return part
 
 
 SECTION = SliceRunner(compute_sections_of_slice, is_native=True)
