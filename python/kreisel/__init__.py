@@ -13,15 +13,13 @@ See also kreisel.quaternion.conventions(), kreisel.methods, kreisel.scenes and k
 """
 
 import sys
+from typing import TYPE_CHECKING
 
 from . import events, quaternion, scenes, types
 from ._analysis.compare import compare
 from ._analysis.curves import Apex, apex, plot, rod
 from ._analysis.frequencies import Frequencies, frequencies
 from ._core import version as __version__
-from ._fit.fit import fit
-from ._fit.records import Record
-from ._fit.result import Fit
 from ._model.body import Body
 from ._model.scene import Ensemble, Scene
 from ._model.starts import starts
@@ -35,12 +33,17 @@ from ._solve.plan import plan
 from ._solve.run import Run, resume, start
 from ._solve.section import Section, section
 from ._solve.solve import load, reduce, solve, stream
-from ._sweep.source import Source
-from ._sweep.sweep import SweepResult, read_sweep, sweep
 from ._utils.name_hints import explain_public_names
 from ._view import view
 from .events import Event
 from .quaternion import attitude_error, from_rotation
+
+if TYPE_CHECKING:  # beside the core: imported on first access
+    from ._fit.fit import fit
+    from ._fit.records import Record
+    from ._fit.result import Fit
+    from ._sweep.source import Source
+    from ._sweep.sweep import SweepResult, read_sweep, sweep
 
 __all__ = [
     "Apex",
@@ -102,4 +105,16 @@ def __dir__() -> list[str]:
 
 for _module in (events, quaternion, scenes, types):
     explain_public_names(_module)
-explain_public_names(sys.modules[__name__], (Ensemble, Event, Record))
+explain_public_names(
+    sys.modules[__name__],
+    constructible=("Ensemble", "Event", "Record"),
+    later={
+        "Fit": "._fit.result",
+        "Record": "._fit.records",
+        "Source": "._sweep.source",
+        "SweepResult": "._sweep.sweep",
+        "fit": "._fit.fit",
+        "read_sweep": "._sweep.sweep",
+        "sweep": "._sweep.sweep",
+    },
+)

@@ -149,7 +149,6 @@ PARAMETERS = [
     ("body", [TOP.body, LAGRANGE.body, CORNER, MADE_UP, PLATE], [*NO_OBJECTS, TOP]),
     ("scene", SCENES, [*NO_OBJECTS, TOP.body]),
     ("what", [*SCENES, PATHS[1]], NO_OBJECTS),
-    ("tops", [*SOURCES, *ENSEMBLES], NO_OBJECTS),
     ("scenes", [[TOP, LAGRANGE], [[TOP], [FREE]]], [3, [TOP, 3], [[TOP], [TOP, FREE]]]),
     ("paths", MANY, []),
     ("axes", [None], [[1, 2, 3], True]),
@@ -217,10 +216,10 @@ PARTICULAR = spread(
         "Fit.error_of.function": [lambda scene: scene.gravity, lambda scene: scene.body.moments],
         "apex.path rod.path Event.value.path plot.more": PATHS,
         "plot.path": [*PATHS, PATHS[:2]],
-        "section.tops solve.scene stream.scene plan.scene": [*SCENES, *ENSEMBLES],
-        "reduce.tops Source.of.tops": ENSEMBLES,
+        "section.scene solve.scene stream.scene plan.scene": [*SCENES, *ENSEMBLES],
+        "reduce.scene Source.of.scene": ENSEMBLES,
         "frequencies.path": [SWAY, *PATHS],
-        "chaos.tops": [TOP, LAGRANGE, *ENSEMBLES],
+        "chaos.scene": [TOP, LAGRANGE, *ENSEMBLES],
         "chaos.t": [1.0, [0.5, 2.0], -1.0],
         "chaos.direction": [None, [0.1] * 6],
         "ExactTorus.__call__.tangents": [None, "gravity"],  # "start" takes 1 s
@@ -239,6 +238,7 @@ PARTICULAR = spread(
         "Scene.scatter.momentum Scene.scatter.attitude": [0.1, (0.1, 0, 0)],
         "Source.scatter.momentum Source.scatter.attitude": [0.1, (0.1, 0, 0)],
         "Source.columns.file": ["tops.parquet"],
+        "sweep.scene": [*SOURCES, *ENSEMBLES],
         "sweep.folder": [f"runs{i}" for i in range(40)],
         "Source.__getitem__.key": [0, -1, slice(1, 3), slice(None)],
         "SweepResult.__getitem__.name": ["status", "nutation_min", "top"],
@@ -257,7 +257,7 @@ PARTICULAR_WRONG = spread(
         "Source.scatter.momentum Source.scatter.attitude": NO_WIDTHS,
         "chaos.direction": [(1, 2), "up", [NAN] * 6, [0] * 6],
         "Record.from_csv.t Record.from_pandas.t sweep.direction scenes.name_of.scene": [],
-        "Source.of.tops sweep.tops": NO_OBJECTS[:2],
+        "Source.of.scene sweep.scene": NO_OBJECTS[:2],
     }
 )
 # Further arguments of valid calls, for which the first valid values are not enough

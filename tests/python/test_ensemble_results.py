@@ -243,7 +243,7 @@ def test_progress_rises_to_one_and_may_stop_the_call():
 # Refusals: callable, valid arguments, argument, bad value, exception, word
 
 SHAPE = (len(MIXED), len(TIMES), 8)
-SOLVE, REDUCE = {"scene": MIXED, "t": TIMES}, {"tops": MIXED, "t": TIMES, "reductions": SPIN}
+SOLVE, REDUCE = {"scene": MIXED, "t": TIMES}, {"scene": MIXED, "t": TIMES, "reductions": SPIN}
 GEOMETRIC = SOLVE | {"method": "geometric", "error": 1e-3}
 BACK = np.array([[1.0, 2.0]] * 4 + [[1.0, 0.5]] * 2)
 UPWARD = np.broadcast_to([0.0, 0.0, 1.0], (10**6, 3))

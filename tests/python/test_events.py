@@ -248,12 +248,12 @@ REFUSALS = [
     (events.cusp, {}, "within", 1e-9, ValueError, "within"),
     (events.separatrix, {}, "scene", LAGRANGE.replace(gravity=0), ValueError, "separatrix"),
     (kr.solve, SOLVE, "events", events.crossing({"m_x": 1e308}), ValueError, "range"),
-    (kr.section, {"tops": TOP}, "tops", [LAGRANGE], TypeError, "tops"),
-    (kr.section, {"tops": TOP}, "event", "nutation", TypeError, "event"),
-    (kr.section, {"tops": TOP}, "event", events.nutation(max_count=3), ValueError, "max_count"),
-    (kr.section, {"tops": TOP}, "n", 0, ValueError, "n must"),
-    (kr.section, {"tops": TOP}, "n", 2**50, MemoryError, "GB"),
-    (kr.section, {"tops": TOP}, "threads", 0, ValueError, "threads"),
+    (kr.section, {"scene": TOP}, "scene", [LAGRANGE], TypeError, "scene"),
+    (kr.section, {"scene": TOP}, "event", "nutation", TypeError, "event"),
+    (kr.section, {"scene": TOP}, "event", events.nutation(max_count=3), ValueError, "max_count"),
+    (kr.section, {"scene": TOP}, "n", 0, ValueError, "n must"),
+    (kr.section, {"scene": TOP}, "n", 2**50, MemoryError, "GB"),
+    (kr.section, {"scene": TOP}, "threads", 0, ValueError, "threads"),
 ]
 
 

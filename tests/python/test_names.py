@@ -99,7 +99,8 @@ import numpy
 libraries = "pandas xarray matplotlib scipy pyarrow distributed heyoka".split()
 sys.modules |= dict.fromkeys(libraries)
 import kreisel as kr
-print(sorted(sys.modules.keys() & {"rich", "click"}))
+beside = {"rich", "click", *(f"kreisel.{name}" for name in ("_cli", "_fit", "_plot", "_sweep"))}
+print(sorted(sys.modules.keys() & beside), kr.fit.__name__, "Record" in dir(kr))
 path = kr.solve(kr.scenes.thesis, [0.0, 1.0])
 path.to_csv("record.csv", "spin")
 plan = 't = 1.0\\nscene = "thesis"\\nwant = ["spin"]\\ngrid = { spin = [1.0] }'
@@ -119,7 +120,7 @@ for line in "fit record.csv thesis --plot a.png", "sweep plan.toml --folder runs
 def test_missing_packages_are_named_with_their_installation(tmp_path):
     result = python(MISSING, cwd=tmp_path)
     lines = result.stdout.splitlines()
-    assert lines[0] == "[]"  # `import kreisel` needs NumPy alone
+    assert lines[0] == "[] fit True"  # `import kreisel` needs NumPy and the core alone
     hints = {
         "pandas": "kreisel[tables]",
         "xarray": "kreisel[tables]",

@@ -392,13 +392,13 @@ def sweep(**words):
     """Sweep in a folder that must not be created."""
     folder = Path("new")
     try:
-        return kr.sweep(words.pop("tops", SOURCE), folder=folder, **words)
+        return kr.sweep(words.pop("scene", SOURCE), folder=folder, **words)
     finally:
         assert not folder.exists()
 
 
 REFUSALS = [  # function, valid arguments, name, bad value, exception, word
-    (sweep, {"t": 1}, "tops", TOP, TypeError, "tops"),
+    (sweep, {"t": 1}, "scene", TOP, TypeError, "scene"),
     (sweep, REDUCED, "t", None, TypeError, "t is missing"),
     (sweep, REDUCED, "t", np.zeros((6, 5, 2)), ValueError, "the same for all tops"),
     (sweep, REDUCED, "t", [2, 1], ValueError, "away from 0"),
@@ -409,7 +409,7 @@ REFUSALS = [  # function, valid arguments, name, bad value, exception, word
     (sweep, REDUCED, "want", ["energy"], ValueError, "either want"),
     (sweep, REDUCED | {"method": "taylor"}, "events", [LOW], ValueError, "reduce"),
     (sweep, REDUCED, "part_size", 0, ValueError, "part_size"),
-    (sweep, {"t": [1.0] * 10**6, "tops": MANY}, "part_size", 10**9, MemoryError, "smaller parts"),
+    (sweep, {"t": [1.0] * 10**6, "scene": MANY}, "part_size", 10**9, MemoryError, "smaller parts"),
     (sweep, REDUCED, "parts", range(0, 4, 2), TypeError, "range"),
     (sweep, REDUCED, "parts", range(4, 6), ValueError, "between 0 and 5"),
     (sweep, REDUCED, "executor", 3, TypeError, "executor"),
@@ -438,7 +438,7 @@ REFUSALS = [  # function, valid arguments, name, bad value, exception, word
     (kr.Source.random, RANDOM, "n", 0, ValueError, "n must"),
     (kr.Source.scatter, {"scene": TOP, "n": 5}, "momentum", None, ValueError, "at least one"),
     (kr.Source.scatter, {"scene": TOP, "n": 5}, "momentum", -1, ValueError, "width"),
-    (kr.Source.of, {}, "tops", MIXED[:0], ValueError, "empty"),
+    (kr.Source.of, {}, "scene", MIXED[:0], ValueError, "empty"),
     (kr.Source.columns, {"scene": TOP}, "file", "tops.xlsx", ValueError, "csv"),
     (SOURCE.__getitem__, {}, "key", slice(None, None, 2), ValueError, "consecutive"),
     (SOURCE.__getitem__, {}, "key", 30, IndexError, "30"),

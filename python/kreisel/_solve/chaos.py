@@ -383,7 +383,7 @@ def _follow_tangents_of_slice(part: Slice, direction: Sequence[float]) -> None:
 
 
 def chaos(
-    tops: Scene | Ensemble,
+    scene: Scene | Ensemble,
     t: Numbers,
     *,
     direction: Sequence[float] | None = None,
@@ -394,7 +394,7 @@ def chaos(
 ) -> Chaos:
     """Compute the largest Lyapunov exponent, MEGNO and OLI of each motion in one integration.
 
-    tops       an undamped kreisel.Scene or kreisel.Ensemble
+    scene      an undamped kreisel.Scene or kreisel.Ensemble
     t          a number: the curves have 32 times up to t, evenly spaced on a logarithmic scale over
                three decades; or a monotonic list of times on one side of 0 [T]
     direction  the tangent at the start: three components of a rotation vector seen from the body
@@ -431,14 +431,14 @@ def chaos(
     Astronomy and Astrophysics Supplement Series 147 (2000). Fouchard, Lega, Froeschle and
     Froeschle, Celestial Mechanics and Dynamical Astronomy 83 (2002).
     """
-    times, options, vector = validate_chaos_arguments(tops, t, direction, tol, max_steps)
+    times, options, vector = validate_chaos_arguments(scene, t, direction, tol, max_steps)
     pool, callback = (
         WorkerPool(validate_thread_count(threads)),
         validate_progress_callback(progress),
     )
-    ensemble = as_ensemble("tops", tops)
-    if isinstance(tops, Scene):
-        check_resolvable_horizon(tops, float(times[-1]), None)
+    ensemble = as_ensemble("scene", scene)
+    if isinstance(scene, Scene):
+        check_resolvable_horizon(scene, float(times[-1]), None)
     n = ensemble.size
     buffers = EnsembleBuffers.allocate_buffers(n, 0, options)
     buffers.states = None
@@ -446,7 +446,7 @@ def chaos(
     buffers.columns["certificate"] = np.full(n, np.nan)
     runner = SliceRunner(partial(_follow_tangents_of_slice, direction=vector.tolist()))
     result = run_ensemble(Chaos, ensemble, times, options, pool, runner, callback, buffers=buffers)
-    if isinstance(tops, Scene) and result._buffers.status[0]:
+    if isinstance(scene, Scene) and result._buffers.status[0]:
         raise result._make_top_error(0)
     return result
 
@@ -458,7 +458,7 @@ def validate_chaos_arguments(
 
     Raises TypeError or ValueError for an invalid argument.
     """
-    validate_tops("tops", tops)
+    validate_tops("scene", tops)
     times = time_array(t, None, None, 16)
     if np.ndim(t) == 0:
         times = as_float("t", t) * np.logspace(-_DECADES, 0.0, _POINTS)

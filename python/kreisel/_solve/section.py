@@ -274,7 +274,7 @@ _TURNS = 1024.0  # the default of max_wait, in estimated turns of a top
 
 
 def section(
-    tops: Ensemble | Scene,
+    scene: Ensemble | Scene,
     event: Event | None = None,
     n: int = 500,
     *,
@@ -321,7 +321,7 @@ def section(
     Sources: Poincaré (1892). Dullin and Wittek (Journal of Physics A 28, 1995) construct sections
     that are crossed by every motion.
     """
-    ensemble = as_ensemble("tops", tops)
+    ensemble = as_ensemble("scene", scene)
     waits, options = validate_section_arguments(
         ensemble, event, n, max_wait, tol, digits, max_steps
     )

@@ -57,7 +57,7 @@ from .run import MAGIC, Run, refuse_step_search, resume
 
 
 def reduce(
-    tops: Scene | Ensemble,
+    scene: Scene | Ensemble,
     t: Numbers,
     reductions: ReductionSpec,
     method: MethodName = "auto",
@@ -101,12 +101,12 @@ def reduce(
         max_steps=max_steps,
         reduce=reductions,
     )
-    ensemble = as_ensemble("tops", tops)
+    ensemble = as_ensemble("scene", scene)
     options = options.for_tops(ensemble)
     pool = WorkerPool(validate_thread_count(threads, executor), executor)
     callback, times = validate_progress_callback(progress), validate_times(ensemble, t, options)
     result = run_ensemble(Reductions, ensemble, times, options, pool, LANES, callback)
-    return result.check() if isinstance(tops, Scene) else result
+    return result.check() if isinstance(scene, Scene) else result
 
 
 def select_slice_runner(options: Options) -> SliceRunner:

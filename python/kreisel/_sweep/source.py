@@ -338,18 +338,18 @@ class Source:
         return cls(scene, shape, ("top",), parameters, parameters, flags)
 
     @classmethod
-    def of(cls, tops: Ensemble) -> Source:
+    def of(cls, scene: Ensemble) -> Source:
         """Return a source of tops for a sweep, created from an ensemble."""
-        validate_type("tops", tops, Ensemble)
-        if not tops.size:
+        validate_type("scene", scene, Ensemble)
+        if not scene.size:
             raise ValueError("an empty ensemble cannot be swept")
-        columns: dict[str, npt.NDArray[Any]] = dict(tops._columns)
-        if tops.body.shape:
-            columns |= {name: tops.body._columns[name] for name in _BODY}
-        scene = tops._select_member((0,) * tops.ndim)
-        arguments = _collapse_broadcast_columns(columns, tops.ndim)
-        varied = _collapse_broadcast_columns(tops._varied, tops.ndim, tops._in_degrees)
-        return cls(scene, tops.shape, tops.axes, arguments, varied)
+        columns: dict[str, npt.NDArray[Any]] = dict(scene._columns)
+        if scene.body.shape:
+            columns |= {name: scene.body._columns[name] for name in _BODY}
+        first = scene._select_member((0,) * scene.ndim)
+        arguments = _collapse_broadcast_columns(columns, scene.ndim)
+        varied = _collapse_broadcast_columns(scene._varied, scene.ndim, scene._in_degrees)
+        return cls(first, scene.shape, scene.axes, arguments, varied)
 
     @cached_property
     def size(self) -> int:

@@ -32,7 +32,6 @@ from .._utils.arguments import (
     optional_dependency,
     short_repr,
     unknown_name_message,
-    validate_type,
     warn_user,
 )
 from .._utils.processes import Progress
@@ -375,7 +374,7 @@ def read_sweep(folder: str | os.PathLike[str], *, partial: bool = False) -> Swee
 
 
 def sweep(
-    tops: Source | Ensemble | str | os.PathLike[str],
+    scene: Source | Ensemble | str | os.PathLike[str],
     t: Numbers | None = None,
     method: MethodName | Literal["geometric"] = "auto",
     *,
@@ -414,7 +413,7 @@ def sweep(
     parts that belong to a different plan are never replaced. Requires pyarrow: pip install
     'kreisel[sweep]'.
 
-    tops       a kreisel.Source or kreisel.Ensemble; or the name of a TOML file. The file contains
+    scene      a kreisel.Source or kreisel.Ensemble; or the name of a TOML file. The file contains
                all arguments up to part_size except folder, and the scene (a name, a file or a
                table). It has one
                of the tables [grid], [random], [scatter], [columns], with the arguments of the
@@ -465,15 +464,13 @@ def sweep(
         value, default = given[name], defaults.get(name)
         if value is not None and not (type(value) is type(default) and value == default):
             arguments[name] = value
-    if not isinstance(tops, (str, os.PathLike)):
-        source = (
-            tops if isinstance(tops, Source) else Source.of(validate_type("tops", tops, Ensemble))
-        )
+    if not isinstance(scene, (str, os.PathLike)):
+        source = scene if isinstance(scene, Source) else Source.of(scene)
         plan = make_sweep_plan(source, build_task_from_arguments(task, arguments), part_size)
     elif task != "solve" or arguments or part_size is not None:
-        raise ValueError(f"{os.fspath(tops)} is a whole plan: give no other arguments than folder")
+        raise ValueError(f"{os.fspath(scene)} is a whole plan: give no other arguments than folder")
     else:
-        plan = read_sweep_plan(Path(tops))
+        plan = read_sweep_plan(Path(scene))
     callback = validate_progress_callback(progress)
     count = validate_thread_count(threads, executor)
     part_range = _validate_part_range(parts, plan.parts)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Container, Iterable
+from collections.abc import Callable, Container, Iterable, Mapping
 from functools import update_wrapper
+from importlib import import_module
 from inspect import Parameter, getattr_static, isfunction, signature
-from types import ModuleType
+from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any, NoReturn, TypedDict, TypeVar
 
 from .arguments import suggest_name
@@ -86,41 +87,52 @@ def _explain_type_errors(function: Callable[..., Any], name: str) -> Callable[..
     return update_wrapper(call, function)
 
 
-def explain_public_names(module: ModuleType, constructible: Iterable[type] = ()) -> None:
-    """Let the functions of a module, and the methods of its classes, explain wrong arguments.
+def explain_public_names(
+    module: ModuleType,
+    constructible: Container[str] = (),
+    later: Mapping[str, str] = MappingProxyType({}),
+) -> None:
+    """Let all public functions, methods, calls of objects and constructors explain wrong arguments.
 
-    Unknown attributes of the module suggest names. `constructible` are the classes that users call.
+    Unknown attributes of the module suggest names. `constructible` are the classes that users call,
+    and `later` maps names to the modules from which they are imported on first access.
     """
     names = getattr(module, "__all__", None) or dir(module)
     package = __name__.partition(".")[0]
-    owners: list[tuple[Any, str, str]] = [
-        (kind, "__init__", kind.__name__) for kind in constructible
-    ]
-    for name in names:
-        value = getattr(module, name)
-        if isinstance(value, type) and value.__module__.startswith(package):
-            owners += [(value, one, f"{name}.{one}") for one in dir(value) if one[0] != "_"]
-        else:
-            owners.append((module, name, name))
-    for owner, name, public in owners:
-        member = getattr_static(owner, name)
-        function = getattr(member, "__func__", member)
-        if not isfunction(function) or not vars(function).keys().isdisjoint(
-            ("__signature__", "__wrapped__")
-        ):
-            continue
-        if owner is not module and len(signature(function).parameters) < 2:
-            continue
-        wrapper = _explain_type_errors(function, public)
-        if owner is module:
-            wrapper.__module__ = module.__name__  # where pickle finds it
-        setattr(owner, name, wrapper if function is member else type(member)(wrapper))
 
-    def refuse_attribute(name: str) -> NoReturn:
+    def explain(public: str) -> Any:
+        value = getattr(module, public)
+        owners: list[tuple[Any, str, str]] = [(module, public, public)]
+        if isinstance(value, type) and value.__module__.startswith(package):
+            called = ["__call__", *(["__init__"] if public in constructible else [])]
+            owners = [
+                (value, name, f"{public}.{name}" if name[0] != "_" else public)
+                for name in dir(value)
+                if name[0] != "_" or name in called
+            ]
+        for owner, name, shown in owners:
+            member = getattr_static(owner, name)
+            function = getattr(member, "__func__", member)
+            if not isfunction(function) or vars(function).keys() & {"__signature__", "__wrapped__"}:
+                continue
+            if owner is module or len(signature(function).parameters) > 1:
+                wrapper = _explain_type_errors(function, shown)
+                if owner is module:
+                    wrapper.__module__ = module.__name__  # where pickle finds it
+                setattr(owner, name, wrapper if function is member else type(member)(wrapper))
+        return getattr(module, public)
+
+    def import_or_refuse(name: str) -> Any:
+        if name in later:
+            setattr(module, name, getattr(import_module(later[name], package), name))
+            return explain(name)
         hint = "" if name.startswith("_") else f"; {suggest_name(name, names)}"
         raise AttributeError(f"module {module.__name__!r} has no attribute {name!r}{hint}")
 
-    vars(module)["__getattr__"] = refuse_attribute
+    for name in names:
+        if name not in later:
+            explain(name)
+    vars(module)["__getattr__"] = import_or_refuse
 
 
 class HintingType(type):
