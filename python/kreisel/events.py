@@ -14,16 +14,15 @@ the constant 1. help(kreisel.Path) describes the quantities to which the compone
     {"m_x": 2.0, "apex_z*apex_z": 1.0, "1": -0.5}       2 m_x + apex_z^2 - 0.5
     "body_velocity_y"                                   this component alone
 
-Events of general Python functions cannot be located, because the method requires polynomials. For a
-Python function f, compute a path with closely spaced states, and search it for sign changes with
-np.where(np.diff(np.sign(f(path)))). Searching the states for sign changes can miss events.
+Events of general Python functions cannot be located: the method requires polynomials. Sign changes
+of a Python function f of a path with closely spaced states, np.where(np.diff(np.sign(f(path)))),
+can miss events.
 
 Within each step of method='taylor', the event function is a polynomial in time. Events are the sign
 changes of a polynomial or, for an extremum, of its derivative. The search finds every event within
-a step, and does not change the states of the path. The initial state does not count as an event. An
-event function is considered zero if its absolute value is below 2^-50 times a bound on the
-magnitude of its terms. Points at which a function touches zero without changing sign are not
-events.
+a step, and does not change the states of the path. The initial state does not count as an event,
+nor do points at which a function touches zero without changing sign. An event function is
+considered zero if its absolute value is below 2^-50 times a bound on the magnitude of its terms.
 
 The times of events are as accurate as the path itself. Event times are stored as doubles, even if
 the path has more digits. Rising and falling refer to increasing time, even if the path runs
@@ -42,15 +41,8 @@ from numpy.typing import ArrayLike
 from ._core import components, quantities, terms_value
 from ._model.parameters import refuse_disturbances
 from ._model.scene import Ensemble, Scene
-from ._utils.arguments import (
-    Array,
-    as_float,
-    as_int,
-    as_three_floats,
-    short_repr,
-    unknown_name_message,
-    validate_type,
-)
+from ._utils import arguments
+from ._utils.arguments import Array, short_repr, unknown_name_message
 from .quaternion import turn
 
 __all__ = [
@@ -75,23 +67,17 @@ def __dir__() -> list[str]:
 
 Function = Mapping[str, float] | str
 Terms = tuple[tuple[float, int, int], ...]
-
-
 CoreEvent = tuple[list[tuple[float, int, int]], list[tuple[float, int, int]], bool, int, int, bool]
 _NAMES = {component: name for name, component in components.items()}
 
 
 class _Count(TypedDict, total=False):
-    """Keyword arguments that all functions of this module accept."""
-
     direction: int
     max_count: int | None
     terminal: bool
 
 
 class _More(_Count, total=False):
-    """Keyword arguments that most functions of this module accept."""
-
     where: Function | None
 
 
@@ -119,6 +105,18 @@ class Event:
     max_count: int | None = None
     terminal: bool = False
 
+    def __post_init__(self) -> None:
+        if not any(first for _, first, _ in self.terms):
+            raise ValueError("the function is constant and has no events: give a nonzero factor")
+        if self.direction not in (-1, 0, 1):
+            raise ValueError(f"direction must be 1, -1 or 0, not {short_repr(self.direction)}")
+        for name in ("extremum", "terminal"):
+            arguments.as_bool(name, getattr(self, name))
+        limit = None
+        if self.max_count is not None:
+            limit = arguments.as_int("max_count", self.max_count, 1)
+        self.__dict__.update(direction=int(self.direction), max_count=limit)
+
     def value(self, path: Any) -> Array:
         """Return the values of the event function at all states of a kreisel.Path."""
         if not isinstance(getattr(path, "scene", None), Scene | Ensemble):
@@ -134,10 +132,7 @@ class Event:
         return terms, where, self.extremum, self.direction, self.max_count or 0, self.terminal
 
     def _to_json(self) -> dict[str, Any]:
-        """Return the event as JSON data.
-
-        Components are stored by name, because their indices may differ between builds of the core.
-        """
+        """Return JSON data with names of components, whose indices depend on the build."""
         by_name = {
             name: [(float(factor), _NAMES[one], _NAMES[other]) for factor, one, other in terms]
             for name, terms in (("terms", self.terms), ("where", self.where))
@@ -146,16 +141,16 @@ class Event:
 
     @classmethod
     def _from_json(cls, row: Mapping[str, Any]) -> Event:
-        """Return the event stored as JSON data.
-
-        Raises KeyError, TypeError or ValueError if the data are invalid.
-        """
+        """Return the event of JSON data. Raises KeyError, TypeError or ValueError if invalid."""
         terms, where = (
-            tuple((as_float("a factor", f), components[a], components[b]) for f, a, b in row[name])
+            tuple(
+                (arguments.as_float("a factor", f), components[a], components[b])
+                for f, a, b in row[name]
+            )
             for name in ("terms", "where")
         )
         rest = (row[name] for name in ("extremum", "direction", "max_count", "terminal"))
-        return _event(terms, where, *rest)
+        return cls(terms, where, *rest)
 
 
 def crossing(
@@ -169,14 +164,13 @@ def crossing(
 ) -> Event:
     """Find the times at which a function crosses a given value.
 
-    `value` has the same units as the function. The arguments `direction`, `max_count` and
-    `terminal` are described in kreisel.events.Event. A crossing is an event only if the function
-    `where` is positive there. Raises TypeError or ValueError if `function` or `where` is invalid,
-    or if `function` is constant.
+    `value` has the units of the function. `direction`, `max_count` and `terminal` are described in
+    kreisel.events.Event. A crossing is an event only if the function `where` is positive there.
+    Raises TypeError or ValueError if a function is invalid, or if `function` is constant.
     """
-    level = as_float("value", value)
+    level = arguments.as_float("value", value)
     terms = _validate_terms("function", function) + (((-level, 0, 0),) if level else ())
-    return _event(terms, _validate_condition(where), False, direction, max_count, terminal)
+    return Event(terms, _validate_condition(where), False, direction, max_count, terminal)
 
 
 def extremum(
@@ -192,20 +186,20 @@ def extremum(
     The other arguments are the same as for kreisel.events.crossing.
     """
     terms = _validate_terms("function", function)
-    return _event(terms, _validate_condition(where), True, direction, max_count, terminal)
+    return Event(terms, _validate_condition(where), True, direction, max_count, terminal)
 
 
 def plane(normal: ArrayLike, offset: float = 0.0, of: str = "apex", **more: Unpack[_More]) -> Event:
     """Find the points of a Poincaré section, where a motion crosses the plane <normal, v> = offset.
 
     `of` is the name of the vector v: 'apex', 'm', 'body_vertical', 'body_velocity' or
-    'body_momentum'. `offset` is given in the units of the vector v. The other arguments are the
-    same as for kreisel.events.crossing.
+    'body_momentum', in the units of which `offset` is given. The other arguments are the same as
+    for kreisel.events.crossing.
     """
     if of not in _VECTORS:
         raise ValueError(unknown_name_message("vector", str(of), _VECTORS))
-    pairs = zip("xyz", as_three_floats("normal", normal), strict=True)
-    level = as_float("offset", offset)
+    pairs = zip("xyz", arguments.as_three_floats("normal", normal), strict=True)
+    level = arguments.as_float("offset", offset)
     return crossing({f"{of}_{i}": n for i, n in pairs if n}, level, **more)
 
 
@@ -220,9 +214,9 @@ def nutation(**more: Unpack[_More]) -> Event:
 def loop(**more: Unpack[_More]) -> Event:
     """Find the points at which the apex reverses its precession about the vertical.
 
-    A trace with loops has two reversals per loop, whereas a wavy trace has none. At a cusp, the
-    precession rate touches zero. Because of small errors in the path, a cusp may appear as a small
-    loop or not at all. The arguments are the same as for kreisel.events.crossing.
+    A trace with loops has two reversals per loop, whereas a wavy trace has none. At a cusp, where
+    the precession rate touches zero, small errors in the path may cause a small loop or none. The
+    arguments are the same as for kreisel.events.crossing.
     """
     return crossing(_PRECESSION, **more)
 
@@ -230,12 +224,12 @@ def loop(**more: Unpack[_More]) -> Event:
 def cusp(within: float = 1e-6, **more: Unpack[_Count]) -> Event:
     """Find the points at which the apex comes to rest and reverses its direction.
 
-    A cusp is a highest or lowest point of the apex trace at which the apex is nearly at rest. At a
-    cusp, the angular speed of the apex is less than `within` times that of the body. `within` must
-    be at least 1e-7, because rounding errors dominate for smaller values. The other arguments are
-    the same as for kreisel.events.extremum, but without `where`.
+    A cusp is a highest or lowest point of the apex trace at which the angular speed of the apex is
+    less than `within` times that of the body. `within` must be at least 1e-7, because rounding
+    errors dominate for smaller values. The other arguments are the same as for
+    kreisel.events.extremum, but without `where`.
     """
-    if as_float("within", within) < 1e-7:
+    if arguments.as_float("within", within) < 1e-7:
         raise ValueError(
             f"within must be at least 1e-7, the effect of rounding, not {short_repr(within)}"
         )
@@ -253,26 +247,24 @@ def kinetic(value: float, *, rotor: ArrayLike = (0.0, 0.0, 0.0), **more: Unpack[
     arguments are the same as for kreisel.events.crossing.
     """
     terms = dict.fromkeys(_KINETIC, 0.5)
-    linear = zip("xyz", as_three_floats("rotor", rotor), strict=True)
+    linear = zip("xyz", arguments.as_three_floats("rotor", rotor), strict=True)
     return crossing(terms | {f"body_velocity_{i}": -0.5 * h for i, h in linear if h}, value, **more)
 
 
 def refuse_kinetic(tops: Scene | Ensemble, events: Iterable[Event]) -> None:
     """Raise ValueError if a kinetic-energy event cannot be used for the given tops.
 
-    A kinetic-energy event is valid only if it takes the rotor of the body into account and the
-    support does not turn.
+    The event must take the rotor of the body into account, and the support must not turn.
     """
     is_turning, has_rotor = np.any(tops.turning), np.any(tops.body.rotor)
     if not (is_turning or has_rotor):
         return
-    half = {term for term in _validate_terms("function", dict.fromkeys(_KINETIC, 0.5)) if term[0]}
+    half = set(_validate_terms("function", dict.fromkeys(_KINETIC, 0.5)))
     kinetics = [e for e in events if half == {term for term in e.terms if term[1] and term[2]}]
     if kinetics and is_turning:
         raise ValueError("kinetic does not support turning supports")
-    if has_rotor and any(
-        not any(first and not second for _, first, second in event.terms) for event in kinetics
-    ):
+    has_linear_terms = [any(i and not j for _, i, j in event.terms) for event in kinetics]
+    if has_rotor and not all(has_linear_terms):
         raise ValueError(
             "kinetic needs the rotor of this body: kreisel.events.kinetic(value, rotor=body.rotor)"
         )
@@ -281,10 +273,9 @@ def refuse_kinetic(tops: Scene | Ensemble, events: Iterable[Event]) -> None:
 def stopped(**more: Unpack[_More]) -> Event:
     """Find the times at which the spin vanishes, for example because dry friction stops it.
 
-    The spin is the angular velocity about the axis through the fixed point and the apex. Unless
-    friction stops the top, the events are instants at which the spin changes its sign. If friction
-    later lets a stopped top slide again, this is not an event. The arguments are the same as for
-    kreisel.events.crossing.
+    The spin is the angular velocity about the apex. Unless friction stops the top, the events are
+    instants at which the spin changes its sign. If friction later lets a stopped top slide again,
+    this is not an event. The arguments are the same as for kreisel.events.crossing.
 
         >>> import kreisel as kr
         >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -299,25 +290,20 @@ def stopped(**more: Unpack[_More]) -> Event:
 def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
     """Find the points at which a top is closest to its unstable equilibrium.
 
-    Motions on both sides of the separatrix are slow near the unstable equilibrium. Under gravity,
-    the events are the maxima of the potential energy. Without torque, the events are
-    extrema of the angular velocity about the intermediate principal axis. The states at the events
-    show how close a motion is to the unstable equilibrium.
+    Motions on both sides of the separatrix are slow near the unstable equilibrium, and the states
+    at the events show how close they are to it. Under gravity, the events are the maxima of the
+    potential energy. Without torque, they are extrema of the angular velocity about the
+    intermediate principal axis.
 
-    The other arguments are the same as for kreisel.events.extremum. Under gravity, passing the
-    argument `direction` raises TypeError. Raises ValueError for a torque-free body with two equal
-    moments, because it has no separatrix. Also raises ValueError if the support moves, or if a
-    torque-free body has a rotor.
+    The other arguments are the same as for kreisel.events.extremum; under gravity, `direction`
+    raises TypeError. Raises ValueError for a moving support, and for a torque-free body that has
+    two equal moments, and thus no separatrix, or a rotor.
     """
-    validate_type("scene", scene, Scene)
+    arguments.validate_type("scene", scene, Scene)
     if scene._is_shaken or any(scene.turning):
         hint = "find the highest points of the apex by kr.events.nutation()"
-        refuse_disturbances(
-            scene,
-            "the unstable equilibrium is not known for tops",
-            ("damping", "friction"),
-            hint,
-        )
+        why = "the unstable equilibrium is not known for tops"
+        refuse_disturbances(scene, why, ("damping", "friction"), hint)
     if scene.gravity and any(scene.body.com):
         if "direction" in more:
             raise TypeError("under gravity a separatrix has its own direction: leave direction out")
@@ -335,8 +321,7 @@ def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
         )
     middle = sorted(range(3), key=moments.__getitem__)[1]
     x, y, z = (float(i == middle) for i in range(3))
-    axis = turn(scene.body.axes, (x, y, z))
-    pairs = zip("xyz", axis, strict=True)
+    pairs = zip("xyz", turn(scene.body.axes, (x, y, z)), strict=True)
     return extremum({f"body_velocity_{i}": a for i, a in pairs if a}, **more)
 
 
@@ -362,7 +347,7 @@ def _validate_terms(name: str, function: object) -> Terms:
                 f"{key!r}"
             )
         first, second = sorted((_component(word) for word in [*words, "1"][:2]), reverse=True)
-        terms.append((as_float(f"the factor of {key!r}", factor), first, second))
+        terms.append((arguments.as_float(f"the factor of {key!r}", factor), first, second))
     return tuple(sorted((term for term in terms if term[0]), key=lambda term: term[1]))
 
 
@@ -376,14 +361,10 @@ _INSTEAD = {
 
 
 def _component(word: str) -> int:
-    """Return the index of the state component with the name `word`.
-
-    Raises ValueError if the component is unknown or has no Taylor series.
-    """
+    """Return the index of a component. Raises ValueError if it is unknown or has no series."""
     if word in components:
         return components[word]
-    rows = (row for row in quantities if word in (row["name"], *row["components"]))
-    row = next(rows, None)
+    row = next((row for row in quantities if word in (row["name"], *row["components"])), None)
     if row is None:
         raise ValueError(unknown_name_message("quantity", word, [*components, "nutation"]))
     name = row["name"]
@@ -396,30 +377,10 @@ def _component(word: str) -> int:
 
 
 def _validate_condition(where: Function | None) -> Terms:
-    """Return the terms of the event condition `where`, or an empty tuple if `where` is None."""
     condition = () if where is None else _validate_terms("where", where)
     if where is not None and not condition:
         raise ValueError("where is zero and never positive: give a nonzero factor")
     return condition
-
-
-def _event(
-    terms: Terms,
-    condition: Terms,
-    extremum: bool,
-    direction: int,
-    max_count: int | None,
-    terminal: bool,
-) -> Event:
-    if not any(first for _, first, _ in terms):
-        raise ValueError("the function is constant and has no events: give a nonzero factor")
-    if direction not in (-1, 0, 1):
-        raise ValueError(f"direction must be 1, -1 or 0, not {short_repr(direction)}")
-    for name, value in {"extremum": extremum, "terminal": terminal}.items():
-        if not isinstance(value, bool):
-            raise TypeError(f"{name} must be True or False, not {short_repr(value)}")
-    limit = None if max_count is None else as_int("max_count", max_count, 1)
-    return Event(terms, condition, extremum, int(direction), limit, terminal)
 
 
 MAKERS: dict[str, Callable[..., Event]] = {  # by their names in commands and files
