@@ -24,7 +24,6 @@ from .._core import (
     horizons,
     statuses,
     torus_heads,
-    torus_plan,
     torus_states,
     torus_states_at,
     turning_potential,
@@ -75,7 +74,12 @@ from .._utils.arguments import (
     validate_type,
 )
 from .._utils.processes import Job, Progress, WorkerPool
-from .torus import check_tangent_times, compute_closed_form_tangents, compute_torus_action
+from .torus import (
+    check_tangent_times,
+    compute_closed_form_tangents,
+    compute_torus_action,
+    plan_torus,
+)
 
 _Values = TypeVar("_Values")  # a float for one top, an array for many
 _Paths = TypeVar("_Paths")  # a Path of one top or of many
@@ -582,9 +586,7 @@ class ExactTorus(Exact[float, Path]):
         names = validate_tangent_names(tangents)
         check_torus_tangent_names(names)
         check_tangent_times(self.scene, path.t)
-        data = compute_closed_form_tangents(
-            self.scene, path.states, names, _compute_closed_form_states
-        )
+        data = compute_closed_form_tangents(self.scene, path.states, names)
         return replace(path, _tangent_data=data)
 
     def _compute_states_at_angles(self, turns: Array) -> Array:
@@ -754,11 +756,7 @@ def _build_bobenko_suris_closed_form(scene: Scene, map: str, step: float | None)
 
 
 def _build_torus_closed_form(scene: Scene) -> ExactTorus:
-    status, _, frequencies, certificate, plan = torus_plan(scene._block, 0.0)
-    if status == "ERR_METHOD":
-        raise ValueError(f"{explain_no_closed_form(scene)}: {scene!r}")
-    if status != "OK":
-        raise ValueError(f"{statuses[status][1]}: {scene!r}")
+    frequencies, certificate, plan = plan_torus(scene)
     return ExactTorus(scene, (*frequencies, certificate), plan)
 
 
@@ -771,14 +769,5 @@ def record_exact_path_with_tangents(
     """
     check_tangent_times(scene, times)
     path = record_path(scene, options, times, progress)
-    data = compute_closed_form_tangents(
-        scene, path.states, options.tangents, _compute_closed_form_states
-    )
+    data = compute_closed_form_tangents(scene, path.states, options.tangents)
     return replace(path, _tangent_data=data)
-
-
-def _compute_closed_form_states(scene: Scene, t: Array) -> Array:
-    """Return the states of the closed-form solution at the given times, one per row."""
-    states = _build_torus_closed_form(scene)._try_to_compute_states(t, math.inf)
-    assert states is not None
-    return states

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
+from .._core import TorusPlan, statuses, torus_plan, torus_states
 from .._model.scene import Scene
+from .._options.methods import explain_no_closed_form
 from .._results.quantities import TangentData
 from .._utils.arguments import Array
 from ..quaternion import conjugate, multiply, turn
@@ -20,19 +21,47 @@ _ASIDE = 0.1  # value of the other angle on a loop [turns]; no motion is special
 _AXES: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-def compute_torus_action(states_at: Callable[[Array], Array], angle: int, is_level: bool) -> float:
-    """Compute the action of the loop along which one torus angle makes a full turn.
+def plan_torus(scene: Scene) -> tuple[tuple[float, float, float], float, TorusPlan]:
+    """Return the frequencies, the certificate and the plan of a motion on a torus."""
+    status, _, frequencies, certificate, plan = torus_plan(scene._block, 0.0)
+    if status != "OK":
+        is_refused = status == "ERR_METHOD"
+        reason = explain_no_closed_form(scene) if is_refused else statuses[status][1]
+        raise ValueError(f"{reason}: {scene!r}")
+    return frequencies, certificate, plan
 
-    `angle` is the index of the torus angle that makes a full turn. `states_at` computes one state
-    for each pair of torus angles [turns]. If `is_level` is True, <m, e3> is zero and the rotation
-    about the vertical is arbitrary. Raises ValueError if the trapezoidal rule does not converge.
+
+def compute_torus_action(states_at: Callable[[Array], Array], angle: int, is_level: bool) -> float:
+    """Compute the action of the loop along which the torus angle with this index makes a full turn.
+
+    `states_at` computes one state for each pair of torus angles [turns]. If `is_level` is True,
+    <m, e3> is zero and the rotation about the vertical is arbitrary. Raises ValueError if the
+    trapezoidal rule does not converge.
+
+    Let e_j be the columns of the rotation matrix R; then <m, dR R^T> is the sum of (m x e_j) de_j
+    / 2. The derivative of R along the loop is computed by trigonometric interpolation.
     """
     n, last = _FEWEST_STATES, np.inf
     while n <= _MOST_STATES:
         turns = np.full((n, 2), _ASIDE)
         turns[:, angle] = np.arange(n) / n
-        action, size = _integrate_action_one_form(states_at(turns), is_level)
-        if abs(action - last) <= _SETTLED_ACTION * size:
+        states = states_at(turns)
+        w, x, y, z = states[:, 1:5].T
+        momentum = states[:, 5:8]
+        columns = np.array([turn((w, x, y, z), axis) for axis in _AXES]).transpose(0, 2, 1)
+        if is_level:  # use components along m/|m|, e3 x m/|m| and e3
+            size = np.hypot(momentum[:, 0], momentum[:, 1])
+            c, s = momentum[:, 0] / size, momentum[:, 1] / size
+            x, y, z = columns[..., 0], columns[..., 1], columns[..., 2]
+            columns = np.stack([c * x + s * y, c * y - s * x, z], axis=-1)
+            momentum = np.zeros_like(momentum)
+            momentum[:, 0] = size
+        order = np.fft.rfftfreq(n, 1.0 / n)
+        order[-1] = 0.0  # the derivative of the highest cosine is zero at all states
+        change = np.fft.irfft(1j * order[:, None] * np.fft.rfft(columns, axis=1), n, axis=1)
+        integrand = 0.5 * (np.cross(momentum, columns) * change).sum(axis=(0, 2))
+        action = float(integrand.mean())
+        if abs(action - last) <= _SETTLED_ACTION * float(np.abs(integrand).mean()):
             return action
         n, last = 2 * n, action
     raise ValueError(
@@ -40,37 +69,6 @@ def compute_torus_action(states_at: Callable[[Array], Array], angle: int, is_lev
         f"{_MOST_STATES} states on a loop of the torus are not enough"
     )
 
-
-def _integrate_action_one_form(states: Array, is_level: bool) -> tuple[float, float]:
-    """Return the action integral over a closed loop, and the mean absolute value of its integrand.
-
-    Let e_j be the columns of R; then <m, dR R^T> is the sum of (m x e_j) de_j / 2. The derivative
-    of the rotation matrix R along the loop is computed by trigonometric interpolation.
-    """
-    w, x, y, z = states[:, 1:5].T
-    momentum = states[:, 5:8]
-    columns = np.array([turn((w, x, y, z), axis) for axis in _AXES]).transpose(0, 2, 1)
-    if is_level:
-        columns, momentum = _resolve_in_momentum_frame(columns, momentum)
-    n = len(states)
-    order = np.fft.rfftfreq(n, 1.0 / n)
-    order[-1] = 0.0  # the derivative of the highest cosine is zero at all states
-    change = np.fft.irfft(1j * order[:, None] * np.fft.rfft(columns, axis=1), n, axis=1)
-    integrand = 0.5 * (np.cross(momentum, columns) * change).sum(axis=(0, 2))
-    return float(integrand.mean()), float(np.abs(integrand).mean())
-
-
-def _resolve_in_momentum_frame(columns: Array, momentum: Array) -> tuple[Array, Array]:
-    """Return the components of vectors along m/|m|, e3 x m/|m| and e3 for a horizontal vector m."""
-    size = np.hypot(momentum[:, 0], momentum[:, 1])
-    c, s = momentum[:, 0] / size, momentum[:, 1] / size
-    x, y, z = columns[..., 0], columns[..., 1], columns[..., 2]
-    heading_momentum = np.zeros_like(momentum)
-    heading_momentum[:, 0] = size
-    return np.stack([c * x + s * y, c * y - s * x, z], axis=-1), heading_momentum
-
-
-ComputeStates = Callable[[Scene, Array], Array]
 
 # Weights of the quotients (f(k h) - f(-k h)) / (2 k h), k = 1 .. 4, of order 8 and of order 6.
 _ORDER_8: Final = np.array((8.0 / 5.0, -4.0 / 5.0, 8.0 / 35.0, -1.0 / 35.0))
@@ -88,48 +86,6 @@ _LATEST: Final = 1e9  # latest time, as the angle by which the top turns
 _BLOCK: Final = 1 << 14  # number of times that are computed together, which bounds the memory
 
 
-@dataclass(frozen=True)
-class _ParameterPerturbation:
-    """Columns of the tangent matrix that belong to the same parameter.
-
-    size      the change of the parameter that changes the motion by about itself
-    largest   the largest step
-    columns   the number of components that change
-    change    returns the scene in which a component is changed by a number
-    subtract  returns the exact difference of the parameter between two scenes
-    """
-
-    size: float
-    largest: float
-    columns: int
-    change: Callable[[Scene, int, float], Scene]
-    subtract: Callable[[Scene, Scene], Array]
-
-
-def compute_closed_form_tangents(
-    scene: Scene, states: Array, names: tuple[str, ...], compute_states: ComputeStates
-) -> TangentData:
-    """Compute tangents with respect to parameters by finite differences of closed-form solutions.
-
-    `compute_states` evaluates the closed-form solution for a given scene at given times. The column
-    of the vertical momentum of a Goryachev-Chaplygin top is NaN, because changes of it destroy the
-    closed form. Raises ValueError if a neighbouring motion has no closed-form solution, or differs
-    too much from the motion of `scene`.
-    """
-    blocks, rest = [], 0.0
-    for name in names:
-        for group in _list_parameter_perturbations(scene, name):
-            block, miss = _compute_tangent_matrix_columns(scene, states, group, compute_states)
-            blocks.append(block)
-            rest = max(rest, miss)
-        if name == "start" and scene.body.kind == "goryachev_chaplygin":
-            blocks.append(np.full((len(states), 6, 1), np.nan))
-        if name == "mass":  # the motion depends on the product of mass and gravity
-            blocks[-1] = blocks[-1] * (scene.gravity / scene.body.mass)
-    high = np.concatenate(blocks, axis=2)
-    return TangentData.from_flat_arrays(high, np.zeros_like(high), rest, names)
-
-
 def check_tangent_times(scene: Scene, times: Array) -> None:
     """Raise ValueError if the times are too large for computing tangents by finite differences."""
     end = float(np.abs(times).max(initial=0.0))
@@ -140,64 +96,42 @@ def check_tangent_times(scene: Scene, times: Array) -> None:
         )
 
 
-def _list_parameter_perturbations(scene: Scene, name: str) -> list[_ParameterPerturbation]:
-    """Return perturbations of one parameter, each of which yields columns of the tangent matrix."""
-    body = scene.body
-    if name != "start":
-        arm = body.mass * math.hypot(*body.com)
-        size = scene._rotation_rate**2 * max(body.moments) / arm
-        # All neighbours have gravity of the same sign, because a free body is of another kind.
-        largest = 0.125 * abs(scene.gravity)
-        return [
-            _ParameterPerturbation(
-                size,
-                largest,
-                1,
-                lambda scene, _, size: scene.replace(gravity=scene.gravity + size),
-                lambda one, other: np.array([other.gravity - one.gravity]),
-            )
-        ]
-    columns = 2 if body.kind == "goryachev_chaplygin" else 3
-    size = scene._rotation_rate * max(body.moments)
-    return [
-        _ParameterPerturbation(
-            1.0,
-            math.inf,
-            3,
-            _change_attitude,
-            lambda one, other: _compute_rotation_between(
-                np.array([one.attitude]), np.array([other.attitude])
-            )[0],
-        ),
-        _ParameterPerturbation(
-            size,
-            math.inf,
-            columns,
-            _change_momentum,
-            lambda one, other: np.subtract(other.momentum, one.momentum),
-        ),
-    ]
+def compute_closed_form_tangents(
+    scene: Scene, states: Array, names: tuple[str, ...]
+) -> TangentData:
+    """Compute tangents with respect to parameters by finite differences of closed-form solutions.
 
-
-def _change_attitude(scene: Scene, axis: int, angle: float) -> Scene:
-    turn = [math.cos(0.5 * angle), 0.0, 0.0, 0.0]
-    turn[1 + axis] = math.sin(0.5 * angle)
-    w, x, y, z = turn
-    return scene.replace(attitude=multiply(scene.attitude, (w, x, y, z)))
-
-
-def _change_momentum(scene: Scene, axis: int, size: float) -> Scene:
-    momentum = list(scene.momentum)
-    momentum[axis] += size
-    return scene.replace(momentum=momentum)
+    The column of the vertical momentum of a Goryachev-Chaplygin top is NaN, because changes of it
+    destroy the closed form. Raises ValueError if a neighbouring motion has no closed-form solution,
+    or differs too much from the motion of `scene`.
+    """
+    angles = np.maximum(1.0, scene._rotation_rate * np.abs(states[:, 0]))
+    ranges = np.ceil(np.log(angles) / math.log(_RANGE))
+    blocks, rest = [], 0.0
+    for name in names:
+        for part in ("attitude", "momentum") if name == "start" else ("gravity",):
+            group = _ChangedParameter(scene, part)
+            block, miss = np.empty((len(states), 6, group.columns)), np.zeros(len(states))
+            for number in np.unique(ranges):
+                rows = np.flatnonzero(ranges == number)
+                for some in np.split(rows, range(_BLOCK, len(rows), _BLOCK)):
+                    step = _STEP * _RANGE**-number
+                    block[some], miss[some] = group.differentiate(states[some], step)
+            blocks.append(block)
+            rest = max(rest, float(miss.max(initial=0.0)) + _ROUNDING)
+        if name == "start" and scene.body.kind == "goryachev_chaplygin":
+            blocks.append(np.full((len(states), 6, 1), np.nan))
+        if name == "mass":  # the motion depends on the product of mass and gravity
+            blocks[-1] = blocks[-1] * (scene.gravity / scene.body.mass)
+    high = np.concatenate(blocks, axis=2)
+    return TangentData.from_flat_arrays(high, np.zeros_like(high), rest, names)
 
 
 def _compute_rotation_between(one: Array, other: Array) -> Array:
     """Return the small rotations, in the body frame, between corresponding attitudes in two arrays.
 
-    The result is twice the vector part of the quotient of the two quaternions. For small rotations,
-    the result is approximately the rotation vector. The difference of the quaternions is used
-    because it is exact for nearby quaternions.
+    The result is twice the vector part of the quotient of the two quaternions. The difference of
+    the quaternions is used because it is exact for nearby quaternions.
     """
     sign = np.where((one * other).sum(axis=1) < 0.0, -1.0, 1.0)
     change = sign[:, None] * other - one
@@ -205,92 +139,98 @@ def _compute_rotation_between(one: Array, other: Array) -> Array:
     return 2.0 * np.array(multiply((w, x, y, z), tuple(change.T)))[1:].T
 
 
-def _compute_tangent_matrix_columns(
-    scene: Scene, states: Array, group: _ParameterPerturbation, compute_states: ComputeStates
-) -> tuple[Array, float]:
-    """Return one group of columns of the tangent matrix, and their largest relative error."""
-    angles = np.maximum(1.0, scene._rotation_rate * np.abs(states[:, 0]))
-    ranges = np.ceil(np.log(angles) / math.log(_RANGE))
-    result, rest = np.empty((len(states), 6, group.columns)), np.zeros(len(states))
-    for number in np.unique(ranges):
-        step = _STEP * _RANGE**-number
-        rows = np.flatnonzero(ranges == number)
-        for block in np.split(rows, range(_BLOCK, len(rows), _BLOCK)):
-            result[block], rest[block] = _differentiate_with_best_steps(
-                scene, states[block], group, step, compute_states
-            )
-    return result, float(rest.max(initial=0.0)) + _ROUNDING
+class _ChangedParameter:
+    """Columns of the matrix of tangents that belong to a parameter of the scene.
 
-
-def _differentiate_with_best_steps(
-    scene: Scene,
-    states: Array,
-    group: _ParameterPerturbation,
-    step: float,
-    compute_states: ComputeStates,
-) -> tuple[Array, Array]:
-    """Compute tangents with several difference steps, and return the most accurate ones.
-
-    The difference step is reduced as long as the estimated error decreases.
+    size     the change of the parameter that changes the motion by about itself
+    largest  the largest step
+    columns  the number of components that change
     """
-    result, rest = np.full((len(states), 6, group.columns), np.nan), np.full(len(states), np.inf)
-    rows = np.arange(len(states))
-    refusal: ValueError | None = None
-    for number in range(_STEPS):
-        try:
-            one, miss = _compute_central_differences(
-                scene, states[rows], group, step * _SHRINK**number, compute_states
+
+    def __init__(self, scene: Scene, name: str) -> None:
+        self.scene, self.name, body = scene, name, scene.body
+        self.momentum = scene._rotation_rate * max(body.moments)
+        self.size, self.largest, self.columns = 1.0, math.inf, 3
+        if name == "momentum":
+            self.size = self.momentum
+            self.columns = 2 if body.kind == "goryachev_chaplygin" else 3
+        elif name == "gravity":
+            arm = body.mass * math.hypot(*body.com)
+            self.size, self.columns = scene._rotation_rate**2 * max(body.moments) / arm, 1
+            # All neighbours have gravity of the same sign, because a free body is of another kind.
+            self.largest = 0.125 * abs(scene.gravity)
+
+    def _change(self, i: int, size: float) -> Scene:
+        """Return the scene in which the i-th component of the parameter is changed."""
+        scene = self.scene
+        if self.name == "gravity":
+            return scene.replace(gravity=scene.gravity + size)
+        if self.name == "momentum":
+            momentum = list(scene.momentum)
+            momentum[i] += size
+            return scene.replace(momentum=momentum)
+        x, y, z = (math.sin(0.5 * size) if j == i else 0.0 for j in range(3))
+        return scene.replace(attitude=multiply(scene.attitude, (math.cos(0.5 * size), x, y, z)))
+
+    def _subtract(self, one: Scene, other: Scene) -> Array:
+        """Return the exact difference of the parameter between two scenes."""
+        lower: Array = np.array(getattr(one, self.name), ndmin=1)
+        upper: Array = np.array(getattr(other, self.name), ndmin=1)
+        if self.name == "attitude":
+            return np.ravel(_compute_rotation_between(lower[None], upper[None]))
+        return np.subtract(upper, lower)
+
+    def differentiate(self, states: Array, step: float) -> tuple[Array, Array]:
+        """Return the tangents, and their relative errors.
+
+        The difference step is reduced as long as the estimated error decreases.
+        """
+        result = np.full((len(states), 6, self.columns), np.nan)
+        rest, rows = np.full(len(states), np.inf), np.arange(len(states))
+        reason = "they do not change smoothly from one to the next"
+        for number in range(_STEPS):
+            try:
+                one, miss = self._compute_differences(states[rows], step * _SHRINK**number)
+            except ValueError as error:
+                reason = str(error)
+                continue
+            is_better = miss < rest[rows]
+            rows, one, miss = rows[is_better], one[is_better], miss[is_better]
+            result[rows], rest[rows] = one, miss
+            rows = rows[miss > _SETTLED_ROW]
+            if not len(rows):
+                break
+        if not (rest <= _LARGEST).all():
+            raise ValueError(
+                "the tangents are differences of the closed forms of neighbouring tops, which fail "
+                f"here: use kr.solve(scene, t, tangents=...). The reason is: {reason}"
             )
-        except ValueError as error:
-            refusal = error
-            continue
-        is_better = miss < rest[rows]
-        rows, one, miss = rows[is_better], one[is_better], miss[is_better]
-        result[rows], rest[rows] = one, miss
-        rows = rows[miss > _SETTLED_ROW]
-        if not len(rows):
-            break
-    if not (rest <= _LARGEST).all():
-        reason = str(refusal or "they do not change smoothly from one to the next")
-        raise ValueError(
-            "the tangents are differences of the closed forms of neighbouring tops, which fail "
-            f"here: use kr.solve(scene, t, tangents=...). The reason is: {reason}"
+        return result, rest
+
+    def _compute_differences(self, states: Array, step: float) -> tuple[Array, Array]:
+        """Return eighth-order central differences, and their relative deviation from sixth-order.
+
+        The deviation is divided by the dimensionless norm of the tangent, or by 1 if the norm is
+        smaller.
+        """
+        h = 2.0 ** math.floor(math.log2(min(step * self.size, self.largest)))
+        times = np.ascontiguousarray(states[:, 0])  # the only layout that the core accepts
+        quotients = []
+        for k in range(1, 5):
+            changes = np.empty((len(states), 6, self.columns))
+            distances = np.empty((self.columns, self.columns))
+            for j in range(self.columns):
+                scenes = [self._change(j, sign * k * h) for sign in (-1.0, 1.0)]
+                distances[:, j] = self._subtract(*scenes)[: self.columns]
+                ends: Any = [torus_states(plan_torus(one)[2], times, math.inf) for one in scenes]
+                turns = [_compute_rotation_between(states[:, 1:5], end[:, 1:5]) for end in ends]
+                changes[:, :3, j] = turns[1] - turns[0]
+                changes[:, 3:, j] = ends[1][:, 5:8] - ends[0][:, 5:8]
+            quotients.append(changes @ np.linalg.inv(distances))
+        best, other = (
+            sum((w * quotient for w, quotient in zip(weights, quotients, strict=True)), np.zeros(1))
+            for weights in (_ORDER_8, _ORDER_6)
         )
-    return result, rest
-
-
-def _compute_central_differences(
-    scene: Scene,
-    states: Array,
-    group: _ParameterPerturbation,
-    step: float,
-    compute_states: ComputeStates,
-) -> tuple[Array, Array]:
-    """Return eighth-order central differences, and their relative deviation from sixth-order ones.
-
-    The deviation is divided by the dimensionless norm of the tangent, or by 1 if the norm is
-    smaller.
-    """
-    h = 2.0 ** math.floor(math.log2(min(step * group.size, group.largest)))
-    times = np.ascontiguousarray(states[:, 0])  # the only layout that the core accepts
-    quotients = []
-    for k in range(1, 5):
-        changes = np.empty((len(states), 6, group.columns))
-        distances = np.empty((group.columns, group.columns))
-        for j in range(group.columns):
-            lower, upper = (group.change(scene, j, sign * k * h) for sign in (-1.0, 1.0))
-            distances[:, j] = group.subtract(lower, upper)[: group.columns]
-            ends = compute_states(lower, times), compute_states(upper, times)
-            turn = [_compute_rotation_between(states[:, 1:5], end[:, 1:5]) for end in ends]
-            changes[:, :3, j] = turn[1] - turn[0]
-            changes[:, 3:, j] = ends[1][:, 5:8] - ends[0][:, 5:8]
-        quotients.append(changes @ np.linalg.inv(distances))
-    best, other = (
-        sum((w * quotient for w, quotient in zip(weights, quotients, strict=True)), np.zeros(1))
-        for weights in (_ORDER_8, _ORDER_6)
-    )
-    units = (
-        np.repeat((1.0, scene._rotation_rate * max(scene.body.moments)), 3)[:, None] / group.size
-    )
-    sizes = np.maximum(np.linalg.norm(best / units, axis=1), 1.0)
-    return best, (np.linalg.norm((best - other) / units, axis=1) / sizes).max(axis=1)
+        units = np.repeat((1.0, self.momentum), 3)[:, None] / self.size
+        sizes = np.maximum(np.linalg.norm(best / units, axis=1), 1.0)
+        return best, (np.linalg.norm((best - other) / units, axis=1) / sizes).max(axis=1)
