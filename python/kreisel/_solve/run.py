@@ -6,171 +6,75 @@ import json
 import os
 import warnings
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from fractions import Fraction
 from pathlib import Path as File
-from typing import TYPE_CHECKING, Literal, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import start as start_top
-from .._core import statuses
+from .. import _core as core
 from .._model.body import Body
 from .._model.ensemble import SceneKwargs
 from .._model.parameters import ENVIRONMENT
 from .._model.scene import Scene, parse_scene_toml
+from .._options import options as checks
 from .._options.methods import resolve_method, unknown_method_message
-from .._options.options import (
-    CHUNK_SIZE,
-    GEOMETRIC,
-    EventSpec,
-    Options,
-    check_resolvable_horizon,
-    check_times_continue_monotonically,
-    iterate_time_chunks,
-    make_options,
-    time_array,
-    validate_progress_callback,
-    validate_recording_interval,
-)
+from .._options.options import CHUNK_SIZE, EventSpec, Options
 from .._options.plan import Plan, make_solve_plan
-from .._results.error import ORIGIN, CoreResult, RunStart
-from .._results.path import (
-    Path,
-    add_events_to_path,
-    build_path_from_core_result,
-    drop_unrequested_quantities,
-    format_progress,
-    make_stop_exception,
-)
+from .._results import path as paths
+from .._results import requests
+from .._results.error import ORIGIN, RunStart
+from .._results.path import Path
 from .._results.quantities import Stats
-from .._results.requests import (
-    build_request_from_solve_options,
-    record_quantities_in_chunks,
-    report_final_time,
-)
-from .._utils.arguments import (
-    Array,
-    Numbers,
-    Vector,
-    as_int,
-    as_three_floats,
-    format_count,
-    make_frozen_class_decorator,
-    short_repr,
-    validate_type,
-)
+from .._utils import arguments
+from .._utils.arguments import Array, Numbers, Vector, short_repr
 from .._utils.files import atomic_write
 from .._utils.processes import Progress
 from .._utils.quantity_attributes import MethodName, QuantityName
 from ..events import Event, refuse_kinetic
+from ..quaternion import conjugate, multiply
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
     from .._core import Run as Motion
 
-
-_Rational = tuple[Fraction, ...]
-
-
-def add_impulse_to_momentum(momentum: Vector, low: Array, impulse: Vector) -> tuple[Vector, Vector]:
-    """Add an angular impulse to a momentum, and return the leading and low-order parts of the sum.
-
-    `low` contains the low-order parts of the components of `momentum`. If the sum
-    overflows, its components are infinite or NaN.
-    """
-    x, y, z = map(_add_with_low_word, momentum, low.tolist(), impulse)
-    return (x[0], y[0], z[0]), (x[1], y[1], z[1])
+# Vectors and quaternions of rational numbers, with which a change of a run is rounded only once.
+_Rationals = Any
 
 
-def _add_with_low_word(a: float, low: float, b: float) -> tuple[float, float]:
-    """Return a + low + b as the sum of two doubles, using Knuth's two-sum algorithm."""
-    total = a + b
-    part = total - a
-    rest = ((a - (total - part)) + (b - part)) + low
-    high = total + rest
-    return high, rest - (high - total)
+def _add_exactly(*terms: Any) -> _Rationals:
+    return tuple(sum(map(Fraction, row), Fraction(0)) for row in zip(*terms, strict=True))
 
 
-def compute_momentum_after_body_change(
-    old: Body, new: Body, attitude: Array, attitude_low: Array, momentum: Array, low: Array
-) -> tuple[Vector, Vector]:
-    """Return the angular momentum after a change of the body that keeps the angular velocity.
-
-    The momentum is computed in rational arithmetic and rounded once at the end.
-
-    The bodies `old` and `new` have the same attitude, and `momentum` is the angular momentum of
-    `old`. `attitude_low` and `low` are the low-order parts (beyond double precision) of the
-    attitude and of the momentum. Returns the momentum in double precision, and its low-order part.
-    Raises ValueError if the momentum overflows.
-    """
-    q = _convert_doubles_to_fractions(attitude, attitude_low)
-    m = _rotate_rational_vector(
-        _conjugate_rational_quaternion(q), _convert_doubles_to_fractions(momentum, low)
-    )
-    principal_momentum = _rotate_rational_vector(
-        _conjugate_rational_quaternion(_convert_doubles_to_fractions(old.axes)), m
-    )
-    rate = [
-        (x - Fraction(rotor)) / Fraction(moment)
-        for x, moment, rotor in zip(
-            principal_momentum, old.moments, old.principal_rotor, strict=True
-        )
-    ]
-    velocity = _rotate_rational_vector(_convert_doubles_to_fractions(old.axes), rate)
-    principal_velocity = _rotate_rational_vector(
-        _conjugate_rational_quaternion(_convert_doubles_to_fractions(new.axes)), velocity
-    )
-    new_momentum = [
-        x * Fraction(moment) + Fraction(rotor)
-        for x, moment, rotor in zip(
-            principal_velocity, new.moments, new.principal_rotor, strict=True
-        )
-    ]
-    return _split_into_high_and_low_words(
-        _rotate_rational_vector(
-            q, _rotate_rational_vector(_convert_doubles_to_fractions(new.axes), new_momentum)
-        )
-    )
-
-
-def _convert_doubles_to_fractions(
-    high: Sequence[float] | Array, low: Array | None = None
-) -> _Rational:
-    """Convert sums of a double and a low-order part to rational numbers."""
-    rest = np.zeros(len(high)) if low is None else low
-    return tuple(Fraction(float(a)) + Fraction(float(b)) for a, b in zip(high, rest, strict=True))
-
-
-def _conjugate_rational_quaternion(q: _Rational) -> _Rational:
-    w, x, y, z = q
-    return w, -x, -y, -z
-
-
-def _rotate_rational_vector(q: _Rational, v: Sequence[Fraction]) -> _Rational:
-    """Return q v q* / |q|^2."""
-    w, *u = q
-    square = w * w + sum(x * x for x in u)
-    dot = sum((x * y for x, y in zip(u, v, strict=True)), Fraction(0))
-    factor = w * w - sum(x * x for x in u)
-    components = []
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        cross = u[j] * v[k] - u[k] * v[j]
-        components.append((factor * v[i] + 2 * dot * u[i] + 2 * w * cross) / square)
-    return tuple(components)
-
-
-def _split_into_high_and_low_words(exact: Sequence[Fraction]) -> tuple[Vector, Vector]:
-    """Return the doubles nearest to three rational numbers, and the rounded remainders."""
+def _round_twice(exact: _Rationals) -> tuple[Vector, Vector]:
+    """Return the doubles nearest to three numbers, and the rounded remainders."""
     try:
-        x, y, z = (float(number) for number in exact)
+        x, y, z = map(float, exact)
     except OverflowError:
-        raise ValueError("the momentum after the change exceeds the range of doubles") from None
-    rest = [float(number - Fraction(high)) for number, high in zip(exact, (x, y, z), strict=True)]
-    return (x, y, z), (rest[0], rest[1], rest[2])
+        raise ValueError("the new momentum exceeds the range of doubles") from None
+    u, v, w = map(float, _add_exactly(exact, (-x, -y, -z)))
+    return (x, y, z), (u, v, w)
+
+
+def _turn(q: _Rationals, v: _Rationals) -> _Rationals:
+    """Return q v q* / |q|^2."""
+    _, *vector = multiply(multiply(q, (0, *v)), conjugate(q))
+    return [x / sum(c * c for c in q) for x in vector]
+
+
+def _keep_velocity(old: Body, new: Body, q: _Rationals, momentum: _Rationals) -> _Rationals:
+    """Return the momentum of the body `new` with the attitude and the velocity of `old`."""
+    old_axes, new_axes = _add_exactly(old.axes), _add_exactly(new.axes)
+    m = _turn(conjugate(old_axes), _turn(conjugate(q), momentum))
+    rotor, moments = _add_exactly(old.principal_rotor), _add_exactly(old.moments)
+    rate = [(x - h) / moment for x, h, moment in zip(m, rotor, moments, strict=True)]
+    rate = _turn(conjugate(new_axes), _turn(old_axes, rate))
+    rotor, moments = _add_exactly(new.principal_rotor), _add_exactly(new.moments)
+    m = [w * moment + h for w, h, moment in zip(rate, rotor, moments, strict=True)]
+    return _turn(q, _turn(new_axes, m))
 
 
 MAGIC = b"kreisel run\n"  # the first bytes of a checkpoint
@@ -180,16 +84,7 @@ _IN_BODY = {"body_momentum", "body_velocity"}
 _UNDER_WAY = "this run is under way: another thread leads it, or a call that has not yet returned"
 
 
-class _PresentState(NamedTuple):
-    """The current state of a run."""
-
-    motion: Motion
-    scene: Scene
-    t: float
-    low: Array
-
-
-@make_frozen_class_decorator(
+@arguments.make_frozen_class_decorator(
     "run.push, run.reset and run.change change a run; "
     "kreisel.start(path.end.replace(momentum=...)) begins another one at the last state of its path"
 )
@@ -247,10 +142,10 @@ class Run:
         fields["events"] = options.events
         fields["step"], fields["tol"], fields["digits"] = options.step, options.tol, options.digits
         fields["t"], fields["stats"] = origin.begin, Stats(0, 0, 0, 0)
-        fields["_origin"], fields["_top"] = origin, _start_core_motion(scene, options, back, origin)
+        fields["_origin"], fields["_top"] = origin, start_motion(scene, options, back, origin)
 
     def __repr__(self) -> str:
-        steps = format_count(self.stats.steps, "step")
+        steps = arguments.format_count(self.stats.steps, "step")
         return f"<kreisel.Run: {self.method} at t = {self.t:g}, {steps}>"
 
     def to(self, t: Numbers, *, every: int | None = None, progress: Progress | None = None) -> Path:
@@ -261,11 +156,15 @@ class Run:
         the path contains exactly the states at these times. Raises the same exceptions as
         kreisel.solve; after an exception, the run is at its last valid state.
         """
-        if every is None and progress is None:
-            path = self._advance_in_one_call(t)
-            if path is not None:
-                return path
-        times = self._validate_times_to_record(t, every)
+        path = self._advance_in_one_call(t) if every is None and progress is None else None
+        if path is not None:
+            return path
+        number = checks.validate_recording_interval(self._options.integrator, every)
+        size = self._options.bytes_per_state
+        times = checks.time_array(t, self.step, number, size, self.start_time)
+        if np.ndim(t) == 0 and not self._fresh:
+            is_later = np.abs(times) > abs(self.t)
+            times = np.array([self.t, times[-1]]) if number is None else times[is_later]
         if times.size:
             self._check_requested_times(times)
         if self.ended:
@@ -273,31 +172,30 @@ class Run:
                 f"this run has ended at t = {self.t!r}, where a terminal event occurred: continue "
                 "from the scene path.end"
             )
-        return self._advance_to_times(times, validate_progress_callback(progress))
+        return self._advance_to_times(times, checks.validate_progress_callback(progress))
 
     def _advance_in_one_call(self, t: object, progress: Progress | None = None) -> Path | None:
         """Advance the run in a single call, or return None if `t` must be validated in Python."""
-        path: Path | CoreResult | None = self._top.advance(self, t, progress)
+        path = self._top.advance(self, t, progress)
         if not isinstance(path, tuple):
-            return path
-        status, *_, end = result = path
-        full_path = build_path_from_core_result(self.scene, self._options, result, self._origin)
-        part = drop_unrequested_quantities(full_path, self.want, end)
+            return cast(Path | None, path)
+        full = paths.build_path_from_core_result(self.scene, self._options, path, self._origin)
+        part = paths.drop_unrequested_quantities(full, self.want, path[-1])
         self.__dict__["stats"] = part.stats
-        raise make_stop_exception(status, part, format_progress(part, end))
+        raise paths.make_stop_exception(path[0], part, paths.format_progress(part, path[-1]))
 
     def _advance_to_times(self, times: Array, progress: Progress | None) -> Path:
         """Advance the run, and return the path at the given times."""
         if self.want is None:
             status, path = self._record_path(times, progress)
         else:
-            status, path = record_quantities_in_chunks(
+            status, path = requests.record_quantities_in_chunks(
                 times, self.want, lambda part: self._record_path(part, progress), lambda: self.ended
             )
         if status != "OK":
             end = float(times[-1]) if times.size else self.t
-            raise make_stop_exception(status, path, format_progress(path, end))
-        return report_final_time(path, progress)
+            raise paths.make_stop_exception(status, path, paths.format_progress(path, end))
+        return requests.report_final_time(path, progress)
 
     def stream(
         self,
@@ -312,40 +210,27 @@ class Run:
         The run can be saved or changed between two paths of the iterator. After a change, the run
         continues with the remaining times.
         """
-        number = validate_recording_interval(self._options.integrator, every)
-        last_time, size = None if self._fresh else self.t, as_int("chunk", chunk, 1)
-        chunks = iterate_time_chunks(t, self.step, number, size, last_time, self.start_time)
-        return self._yield_path_per_chunk(chunks, validate_progress_callback(progress))
+        number = checks.validate_recording_interval(self._options.integrator, every)
+        last, size = None if self._fresh else self.t, arguments.as_int("chunk", chunk, 1)
+        chunks = checks.iterate_time_chunks(t, self.step, number, size, last, self.start_time)
+        return self._yield_path_per_chunk(chunks, checks.validate_progress_callback(progress))
 
     def _yield_path_per_chunk(
         self, chunks: Iterator[Array], progress: Progress | None
     ) -> Iterator[Path]:
         while not self.ended and (chunk := next(chunks, None)) is not None:
-            if (path := self._advance_in_one_call(chunk, progress)) is not None:
-                yield path
-                continue
-            self._check_requested_times(chunk)
-            status, path = self._record_path(chunk, progress)
-            path = drop_unrequested_quantities(path, self.want, float(chunk[-1]))
-            if status != "OK":
-                raise make_stop_exception(status, path, format_progress(path, float(chunk[-1])))
+            path = self._advance_in_one_call(chunk, progress)
+            if path is None:
+                self._check_requested_times(chunk)
+                path = self._advance_to_times(chunk, progress)
             yield path
         if progress is not None and not self._fresh:
             progress(self.t)
 
-    def _validate_times_to_record(self, t: Numbers, every: int | None) -> Array:
-        number = validate_recording_interval(self._options.integrator, every)
-        times = time_array(t, self.step, number, self._options.bytes_per_state, self.start_time)
-        if np.ndim(t) > 0 or self._fresh:
-            return times
-        if number is not None:
-            return times[np.abs(times) > abs(self.t)]
-        return np.array([self.t, times[-1]])
-
     def _check_requested_times(self, times: Array) -> None:
         """Raise ValueError if the times are too large or not monotonic."""
-        check_times_continue_monotonically(times, self.t, self._back)
-        check_resolvable_horizon(self.scene, float(times[-1]), self.step)
+        checks.check_times_continue_monotonically(times, self.t, self._back)
+        checks.check_resolvable_horizon(self.scene, float(times[-1]), self.step)
 
     def _record_path(self, times: Array, progress: Progress | None) -> tuple[str, Path]:
         core_events, motion = None, self._top
@@ -360,9 +245,9 @@ class Run:
                 raise RuntimeError(_UNDER_WAY)
             is_fresh = self._fresh and not times.size
             self.__dict__.update(t=motion.t, _fresh=is_fresh)
-        path = build_path_from_core_result(self.scene, self._options, result, self._origin)
+        path = paths.build_path_from_core_result(self.scene, self._options, result, self._origin)
         if core_events is not None:
-            path = add_events_to_path(path, core_events)
+            path = paths.add_events_to_path(path, core_events)
         self.__dict__["stats"] = path.stats
         return result[0], path
 
@@ -383,12 +268,12 @@ class Run:
         >>> bool(run.to([3.5]).nutation[0] > 0.0), run.start_time
         (True, 3.0)
         """
-        jolt = as_three_floats("impulse", impulse)
+        jolt = arguments.as_three_floats("impulse", impulse)
         if jolt[0] or jolt[1]:
             self._options.check_heading_is_computed("a horizontal impulse")
-        state = self._read_present_state()
-        momentum, low = add_impulse_to_momentum(state.scene.momentum, state.low[5:], jolt)
-        self._restart_run(state, state.scene.replace(momentum=momentum), momentum_low=low)
+        motion, t, scene, low = self._read_present_state()
+        momentum, low[5:] = _round_twice(_add_exactly(scene.momentum, low[5:], jolt))
+        self._restart(motion, t, scene.replace(momentum=momentum), low)
 
     def reset(
         self,
@@ -413,7 +298,7 @@ class Run:
         is_common = velocity is None and body_momentum is None and body_velocity is None
         if is_common and attitude_xyzw is None and self._top.reset(self, momentum, attitude):
             return
-        arguments = _drop_missing_arguments(
+        given = _drop_missing_arguments(
             momentum=momentum,
             attitude=attitude,
             velocity=velocity,
@@ -421,17 +306,18 @@ class Run:
             body_velocity=body_velocity,
             attitude_xyzw=attitude_xyzw,
         )
-        if not arguments:
+        if not given:
             raise TypeError("reset needs a momentum, an attitude, or both")
-        attitudes, momenta = arguments.keys() & _ATTITUDES, arguments.keys() - _ATTITUDES
-        is_free = bool(attitudes and momenta) or arguments.keys() <= _IN_BODY
+        attitudes, momenta = given.keys() & _ATTITUDES, given.keys() - _ATTITUDES
+        is_free = bool(attitudes and momenta) or given.keys() <= _IN_BODY
         if not is_free:
             self._options.check_heading_is_computed("a reset of a part of the state")
-        state = self._read_present_state()
+        motion, t, scene, low = self._read_present_state()
         if attitudes:
-            state.low[1:5] = 0.0
-        momentum_low = (0.0, 0.0, 0.0) if momenta else None
-        self._restart_run(state, state.scene.replace(**arguments), momentum_low=momentum_low)
+            low[1:5] = 0.0
+        if momenta:
+            low[5:] = 0.0
+        self._restart(motion, t, scene.replace(**given), low)
 
     def change(
         self,
@@ -458,52 +344,44 @@ class Run:
         the new top. Raises ValueError if the support begins to turn but the heading (rotation about
         the vertical), on which the motion then depends, is not computed: add 'q' to `want`.
         """
-        around = gravity, damping, turning, shaking, friction
-        given = dict(zip(ENVIRONMENT, around, strict=True))
-        arguments = _drop_missing_arguments(body=body, **given)
-        if not arguments:
+        around = zip(ENVIRONMENT, (gravity, damping, turning, shaking, friction), strict=True)
+        given = _drop_missing_arguments(body=body, **dict(around))
+        if not given:
             raise TypeError(f"change needs a body, {', '.join(ENVIRONMENT)}")
         if keep not in ("momentum", "velocity"):
             raise ValueError(f"keep must be 'momentum' or 'velocity', not {short_repr(keep)}")
-        state, low = self._read_present_state(), None
-        scene = state.scene.replace(**arguments)
+        motion, t, old, low = self._read_present_state()
+        scene = old.replace(**given)
         if any(scene.turning):
             self._options.check_heading_is_computed("a turning support")
         if keep == "velocity" and body is not None:
-            old, q, m = state.scene.body, np.array(scene.attitude), np.array(scene.momentum)
-            momentum, low = compute_momentum_after_body_change(
-                old, scene.body, q, state.low[1:5], m, state.low[5:]
-            )
+            q, m = _add_exactly(old.attitude, low[1:5]), _add_exactly(old.momentum, low[5:])
+            momentum, low[5:] = _round_twice(_keep_velocity(old.body, scene.body, q, m))
             scene = scene.replace(momentum=momentum)
-        self._restart_run(state, scene, momentum_low=low)
+        self._restart(motion, t, scene, low)
 
-    def _read_present_state(self) -> _PresentState:
-        """Return the present state. Raises RuntimeError if another call is advancing the run."""
+    def _read_present_state(self) -> tuple[Motion, float, Scene, Array]:
+        """Return the motion, the time, the scene and the low words of the present state."""
         motion = self._top
         state, low = motion.state()
         t, *numbers = state.tolist()
         scene = self.scene.replace(attitude=tuple(numbers[:4]), momentum=tuple(numbers[4:]))
-        return _PresentState(motion, scene, t, low)
+        return motion, t, scene, low
 
-    def _restart_run(self, state: _PresentState, scene: Scene, momentum_low: Vector | None) -> None:
-        """Start a new motion of `scene` at the time of `state`.
-
-        `momentum_low` is the low-order part of the momentum; if None, that of `state` is kept.
-        """
+    def _restart(self, motion: Motion, t: float, scene: Scene, low: Array) -> None:
+        """Start a new motion of `scene`, of which `motion` has the present state at time t."""
         resolve_method(self.method, scene)
-        check_resolvable_horizon(scene, state.t, self.step)
-        if momentum_low is not None:
-            state.low[5:] = momentum_low
-        origin = RunStart(state.t, state.low if self._options.has_extended_precision else None)
+        checks.check_resolvable_horizon(scene, t, self.step)
+        origin = RunStart(t, low if self._options.has_extended_precision else None)
         changes = {
             "scene": scene,
-            "t": state.t,
+            "t": t,
             "stats": Stats(0, 0, 0, 0),
             "_fresh": True,
             "_origin": origin,
-            "_top": _start_core_motion(scene, self._options, self._back, origin),
+            "_top": start_motion(scene, self._options, self._back, origin),
         }
-        if self._top is not state.motion or state.motion.t != state.t:
+        if self._top is not motion or motion.t != t:
             raise RuntimeError(_UNDER_WAY)
         self.__dict__.update(changes)  # a single call, so that Ctrl-C finds all or nothing changed
 
@@ -548,31 +426,26 @@ class Run:
         atomic_write(file, self.checkpoint)
 
 
-def _start_core_motion(scene: Scene, options: Options, back: bool, origin: RunStart) -> Motion:
-    """Create the C object of a run.
-
-    Raises an exception if the C library rejects the scene.
-    """
-    request = build_request_from_solve_options(options)
+def start_motion(scene: Scene, options: Options, back: bool, origin: RunStart = ORIGIN) -> Motion:
+    """Start a motion, with its events or tangents. Raises an exception if the core rejects it."""
+    request = requests.build_request_from_solve_options(options)
     if request is not None:
         status, motion = request.start(scene._block, back, *origin)
     else:
         refuse_kinetic(scene, options.events or ())
-        arguments = *options.core_arguments, back, options.core_events, 0, *origin
-        status, motion = start_top(scene._block, *arguments)
+        given = back, options.core_events, options.tangent_bit_mask, *origin
+        status, motion = core.start(scene._block, *options.core_arguments, *given)
     if motion is not None:
         return motion
     state = scene._start_state.copy()
     state[0, 0] = origin.begin
     result = status, state, None, (0, 0, 0, 0), -0.1 if back else 0.0
-    path = build_path_from_core_result(scene, options, result, origin)
-    raise make_stop_exception(status, path, format_progress(path, origin.begin))
+    path = paths.build_path_from_core_result(scene, options, result, origin)
+    raise paths.make_stop_exception(status, path, paths.format_progress(path, origin.begin))
 
 
-def _drop_missing_arguments(**arguments: object) -> SceneKwargs:
-    """Return only those arguments that are not None."""
-    scene_arguments = {name: value for name, value in arguments.items() if value is not None}
-    return cast(SceneKwargs, scene_arguments)
+def _drop_missing_arguments(**given: object) -> SceneKwargs:
+    return cast(SceneKwargs, {name: value for name, value in given.items() if value is not None})
 
 
 def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None = None) -> Run:
@@ -603,10 +476,7 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
 
 
 def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run, str]:
-    """Return the run stored in a checkpoint, and the instruction set that the run used.
-
-    `line` is the JSON header of the checkpoint, and `memory` is the state of the C object.
-    """
+    """Return a run and its instruction set, from the header and the state of a checkpoint."""
     head = json.loads(line)
     scene = parse_scene_toml(head["scene"])
     if not isinstance(head["back"], bool):
@@ -614,12 +484,12 @@ def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run
     options = Options.from_json(head if max_steps is None else head | {"max_steps": max_steps})
     options = options.for_tops(scene)  # a support that turned may have been stopped
     run = Run(scene, options, head["back"], RunStart.from_json(head.get("start")))
-    event_counts = [as_int("a count of events", n, 0) for n in head.get("found", [])]
+    event_counts = [arguments.as_int("a count of events", n, 0) for n in head.get("found", [])]
     status = run._top.load(memory, event_counts)
     if status != "OK":
-        raise ValueError(statuses[status][1])
+        raise ValueError(core.statuses[status][1])
     t, stats, is_fresh, kernel = (head[word] for word in ("t", "stats", "fresh", "kernel"))
-    costs = [as_int("a number of the stats", n, 0) for n in stats]
+    costs = [arguments.as_int("a number of the stats", n, 0) for n in stats]
     if len(costs) != len(Stats._fields) or not isinstance(is_fresh, bool) or t != run._top.t:
         raise ValueError("its time, stats and motion are inconsistent")
     if not isinstance(kernel, str):
@@ -675,19 +545,14 @@ def start(
     if not isinstance(back, bool):
         raise TypeError(f"back must be True or False, not {short_repr(back)}")
     refuse_step_search(method)
-    options = make_options(
-        method,
-        step=step,
-        tol=tol,
-        digits=digits,
-        max_steps=max_steps,
-        want=want,
-        events=events,
+    options = checks.make_options(
+        method, step=step, tol=tol, digits=digits, max_steps=max_steps, want=want, events=events
     )
-    return Run(scene, options.for_tops(validate_type("scene", scene, Scene)), back)
+    top = arguments.validate_type("scene", scene, Scene)
+    return Run(scene, options.for_tops(top), back)
 
 
 def refuse_step_search(method: object) -> None:
     """Raise ValueError for method='geometric', which needs several runs."""
-    if isinstance(method, str) and method == GEOMETRIC:
-        raise ValueError(unknown_method_message(GEOMETRIC))
+    if isinstance(method, str) and method == checks.GEOMETRIC:
+        raise ValueError(unknown_method_message(method))

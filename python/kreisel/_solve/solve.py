@@ -10,7 +10,6 @@ from dataclasses import replace
 from pathlib import Path as File
 from typing import BinaryIO, Literal, Unpack, cast, overload
 
-from .._core import start as start_top
 from .._model.scene import Ensemble, Scene
 from .._options.options import (
     CHUNK_SIZE,
@@ -53,7 +52,7 @@ from .._utils.quantity_attributes import MethodName, QuantityName
 from ..events import refuse_kinetic
 from .exact import record_exact_path_with_tangents
 from .geometric import STEP_SEARCH, solve_with_step_search
-from .run import MAGIC, Run, refuse_step_search, resume
+from .run import MAGIC, Run, refuse_step_search, resume, start_motion
 
 
 def reduce(
@@ -381,13 +380,7 @@ def record_path_with_tangents(
 ) -> Path:
     """Compute the motion of a scene together with its tangents, and return the path."""
     end = float(times[-1]) if times.size else 0.0
-    status, top = start_top(
-        scene._block, *options.core_arguments, end < 0.0, [], options.tangent_bit_mask
-    )
-    if top is None:
-        refused = status, scene._start_state.copy(), None, (0, 0, 0, 0), end
-        path = build_path_from_core_result(scene, options, refused)
-        raise make_stop_exception(status, path, format_progress(path, end))
+    top = start_motion(scene, options, end < 0.0)
     result, high, low, rest = top.record_tangents(times, options.has_extended_precision, progress)
     tangents = TangentData.from_flat_arrays(high, low, rest, options.tangents)
     path = build_path_from_core_result(scene, options, result)
