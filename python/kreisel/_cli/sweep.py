@@ -17,8 +17,8 @@ from typing import Any
 import click
 import numpy as np
 
-from .._sweep.store import DONE, MISSING
-from .._sweep.sweep import SweepResult, list_missing_ranges, read_sweep
+from .._sweep.plan import DONE, MISSING
+from .._sweep.sweep import SweepResult, read_sweep
 from .._sweep.sweep import sweep as run_sweep
 from .._utils.arguments import format_count, optional_dependency
 from .options import Command, UsageError
@@ -187,7 +187,7 @@ def status(folder: str) -> None:
     if missing_count := result.parts - len(numbers):
         click.echo(
             f"{MISSING}: {format_count(missing_count, 'part')}, "
-            f"{_format_ranges(list_missing_ranges(numbers, result.parts))}"
+            f"{_format_ranges(_list_gaps(numbers, result.parts))}"
         )
     for state, parts in parts_by_state.items():
         if state != DONE:
@@ -210,6 +210,13 @@ def _format_sweep_summary(result: SweepResult, done: list[int]) -> str:
         f"{folder}: {len(done)} of {result.parts} parts, {tops} in all, "
         f"{1e-6 * size:.3g} MB; plan {result.hash[:16]}"
     )
+
+
+def _list_gaps(numbers: list[int], end: int) -> Iterator[range]:
+    """Yield the ranges of nonnegative integers below `end` that are missing from `numbers`."""
+    for low, high in pairwise([-1, *numbers, end]):
+        if high > low + 1:
+            yield range(low + 1, high)
 
 
 def _group_into_ranges(numbers: list[int]) -> Iterator[range]:

@@ -6,11 +6,11 @@ import math
 import os
 import re
 import zlib
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple, Unpack, overload
+from typing import Any, NamedTuple, TypeVar, Unpack, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -18,98 +18,45 @@ from numpy.typing import ArrayLike
 
 from .._model.body import Body
 from .._model.ensemble import VaryKwargs
-from .._model.parameters import PARAMETERS as TABLE
-from .._model.parameters import BatchParameter, Shape, collapse_broadcast_axes
+from .._model.parameters import PARAMETERS, BatchParameter, Shape, collapse_broadcast_axes
 from .._model.scene import Ensemble, Scene
 from .._model.vary import scatter, vary
 from .._options.options import format_index, unravel_index
-from .._utils.arguments import (
-    Array,
-    as_bool,
-    as_finite_array,
-    as_int,
-    find_unit_of_angles,
-    get_parameter_unit,
-    make_frozen_class_decorator,
-    optional_dependency,
-    short_repr,
-    split_column_head,
-    unknown_name_message,
-    validate_type,
-)
+from .._utils import arguments as checks
+from .._utils.arguments import Array, as_int, short_repr, validate_type
 
+# The parameters of the tops of a sweep, in the order in which they are read from a file.
 _NAMES = (
-    "mass gravity friction spin tilt precession com rotor turning momentum velocity body_momentum "
-    "body_velocity inertia angles rates damping shaking attitude attitude_xyzw"
+    *("mass", "gravity", "friction", "spin", "tilt", "precession", "com", "rotor", "turning"),
+    *("momentum", "velocity", "body_momentum", "body_velocity", "inertia", "angles", "rates"),
+    *("damping", "shaking", "attitude", "attitude_xyzw"),
 )
-# {parameter: the endings of the names of its components}
-_ENDINGS = {name: TABLE[name].endings for name in _NAMES.split()}
-FLAGS = "steady", "fast", "degrees"
-PARAMETERS = tuple(_ENDINGS)
+_FLAGS = "steady", "fast", "degrees"
+_BODY = "mass", "inertia", "com", "inertia_rtol", "rotor", "unphysical"
+_WITHOUT_RANGE = "attitude", "attitude_xyzw", "inertia"
+_DRAWS = 4  # random numbers drawn per top and parameter; no random parameter has more components
+_FIRST_TOP = re.compile(r"(\w+)\[0\](: | = )")  # beginning of an error message about the first top
+_SAMPLE_SIZE = 1 << 10  # approximate number of tops on which a plan is validated
+PARQUET = "'kreisel[sweep]'"
+Places = npt.NDArray[np.int64]
+Parameters = Mapping[str, BatchParameter]
+_T = TypeVar("_T")
 
 
-def validate_sweep_parameter(name: str, numbers: object) -> BatchParameter:
-    if name not in _ENDINGS:
-        raise ValueError(unknown_name_message("parameter", name, [*PARAMETERS, *FLAGS]))
-    n = len(_ENDINGS[name])
-    description = f"{n} numbers, or rows of {n} numbers" if n else "a number, or a list of numbers"
-    values = as_finite_array(name, numbers, description)
-    shape = values.shape
-    if name == "inertia" and shape[-2:] == (3, 3):
-        return BatchParameter(name, values, (3, 3))
-    if name == "damping" and not shape:
-        return BatchParameter(name, values.repeat(3), (3,))
-    if name == "damping" and shape[-1:] == (1,):
-        return BatchParameter(name, values, (1,))
-    value_shape = (n,) if n else ()
-    if value_shape and shape[-1:] != value_shape:
-        raise ValueError(f"{name} must be {description}, not of the shape {shape}")
-    return BatchParameter(name, values, value_shape)
-
-
-def list_parameter_component_names(name: str, value: Shape) -> list[str]:
+def list_component_names(name: str, value: Shape) -> list[str]:
     """Return names such as momentum_x; `value` is the shape of the value for a single top."""
     if not value:
         return [name]
-    n, endings = math.prod(value), _ENDINGS.get(name, "")
+    n, endings = math.prod(value), PARAMETERS[name].endings
     return [f"{name}_{endings[i] if len(endings) == n else i}" for i in range(n)]
 
 
-PARQUET = "'kreisel[sweep]'"
-_VALUES = (3, 3), (4,), (3,), (1,), ()  # possible shapes of a value, the largest first
-
-
-def read_parameters_of_tops(file: str, degrees: bool | None) -> tuple[dict[str, Array], bool]:
-    """Read parameters from a table, and return each as an array with one row per top.
-
-    The second item returned is True if angles and rates are in degrees: the heads of the columns
-    decide, or else `degrees`. Raises ValueError for an unknown column name or a wrong unit, and
-    ImportError if pyarrow is not installed.
-    """
-    columns = _read_start_table_columns(file)
-    parameters, units, remainder = {}, [], dict(columns)
-    for parameter in PARAMETERS:
-        for value in _VALUES:
-            names = list_parameter_component_names(parameter, value)
-            if remainder.keys() >= set(names):
-                parts = [remainder.pop(name)[1] for name in names]
-                parameters[parameter] = np.stack(parts, axis=-1).reshape(-1, *value)
-                for i, name in enumerate(names):
-                    head = columns[name][0]
-                    unit = get_parameter_unit(parameter, False, i)
-                    units.append((head, split_column_head(head)[1], unit))
-    for name in remainder:
-        raise ValueError(f"{file}: {_describe_unused_column(name, columns)}")
-    in_degrees = find_unit_of_angles(units, degrees)
-    return {name: np.asarray(values) for name, values in parameters.items()}, in_degrees
-
-
-def _read_start_table_columns(file: str) -> dict[str, tuple[str, npt.NDArray[np.generic]]]:
-    """Return the head and the values of each column of numbers by its name."""
+def _read_columns(file: str, degrees: bool | None) -> tuple[dict[str, Array], bool]:
+    """Read parameters, each as an array with one row per top, and whether angles are in degrees."""
     ending = Path(file).suffix.lower()
     if ending not in (".parquet", ".csv"):
         raise ValueError(f"{file}: a table of starts ends in .parquet or .csv")
-    with optional_dependency(PARQUET):
+    with checks.optional_dependency(PARQUET):
         import pyarrow as pa
         import pyarrow.csv as text
         import pyarrow.parquet as parquet
@@ -118,45 +65,42 @@ def _read_start_table_columns(file: str) -> dict[str, tuple[str, npt.NDArray[np.
             table = parquet.read_table(stream) if ending == ".parquet" else text.read_csv(stream)
     except pa.ArrowInvalid as error:
         raise ValueError(f"{file} cannot be read: {error}") from None
-    columns: dict[str, tuple[str, npt.NDArray[np.generic]]] = {}
+    columns: dict[str, npt.NDArray[Any]] = {}
+    heads: dict[str, str] = {}
     for head, column in zip(table.column_names, table.columns, strict=True):
-        name, _ = split_column_head(head)
+        name, _ = checks.split_column_head(head)
         if name in columns:
             raise ValueError(f"{file}: it has several columns {name!r}")
         if column.null_count:
             raise ValueError(f"{file}: its column {head!r} has missing values")
-        columns[name] = head, column.to_numpy()
-        if columns[name][1].dtype.kind not in "fiub":
+        columns[name], heads[name] = column.to_numpy(), head
+        if columns[name].dtype.kind not in "fiub":
             raise ValueError(f"{file}: its column {head!r} must be numbers, not {column.type}")
-    return columns
-
-
-def _describe_unused_column(name: str, columns: Collection[str]) -> str:
-    """Return the reason why a column is not a parameter, nor a component of a whole parameter."""
-    absent = []
-    for parameter, endings in _ENDINGS.items():
-        for value in ((3, 3), (3,)) if parameter == "inertia" else ((len(endings),),):
-            names = list_parameter_component_names(parameter, value) if endings else []
-            if name in names:
-                absent.append((parameter, [one for one in names if one not in columns]))
-    if not absent:
-        return unknown_name_message("column", name, PARAMETERS)
-    parameter, names = min(absent, key=lambda group: len(group[1]))
-    missing = "columns are" if len(names) > 1 else "column is"
-    return (
-        f"the column {name!r} is a component of {parameter}, whose other {missing} missing: "
-        f"{', '.join(names)}"
-    )
-
-
-_DRAWS = 4  # random numbers drawn per top and parameter; no random parameter has more components
-_BODY = "mass", "inertia", "com", "inertia_rtol", "rotor", "unphysical"
-_FIRST_TOP = re.compile(r"(\w+)\[0\](: | = )")  # beginning of an error message about the first top
-_SAMPLE_SIZE = 1 << 10  # approximate number of tops on which a plan is validated
-_SCATTERED = "momentum", "attitude", "gravity"
-_WITHOUT_RANGE = "attitude", "attitude_xyzw", "inertia"
-Places = npt.NDArray[np.int64]
-Parameters = Mapping[str, BatchParameter]
+    parameters, units = {}, []
+    incomplete: dict[str, tuple[str, list[str]]] = {}
+    for parameter in _NAMES:
+        for value in PARAMETERS[parameter].shapes:
+            names = list_component_names(parameter, value)
+            missing = [name for name in names if name not in columns]
+            for name in names if missing else ():
+                if name not in incomplete or len(missing) < len(incomplete[name][1]):
+                    incomplete[name] = parameter, missing
+            if not missing:
+                parts = [columns.pop(name) for name in names]
+                parameters[parameter] = np.asarray(np.stack(parts, axis=-1).reshape(-1, *value))
+                for i, name in enumerate(names):
+                    _, unit = checks.split_column_head(heads[name])
+                    expected = checks.get_parameter_unit(parameter, False, i)
+                    units.append((heads[name], unit, expected))
+    for name in columns:
+        if name not in incomplete:
+            raise ValueError(f"{file}: {checks.unknown_name_message('column', name, _NAMES)}")
+        parameter, missing = incomplete[name]
+        raise ValueError(
+            f"{file}: the column {name!r} is a component of {parameter}, of which are missing: "
+            f"{', '.join(missing)}"
+        )
+    return parameters, checks.find_unit_of_angles(units, degrees)
 
 
 class RandomSpec(NamedTuple):
@@ -167,7 +111,10 @@ class RandomSpec(NamedTuple):
     widths: Mapping[str, Any]
 
 
-@make_frozen_class_decorator("construct a new kreisel.Source")
+_NOT_RANDOM = RandomSpec(0, {}, {})
+
+
+@checks.make_frozen_class_decorator("construct a new kreisel.Source")
 @dataclass(frozen=True, eq=False)
 class Source:
     """A lazy description of many tops, from which kreisel.sweep constructs the tops of each part.
@@ -195,7 +142,7 @@ class Source:
     _parameters: Parameters = field(default_factory=dict)  # parameters from which tops are built
     _varied: Parameters = field(default_factory=dict)  # parameters that vary, as the user gave them
     _flags: Mapping[str, bool] = field(default_factory=dict)
-    _random: RandomSpec | None = None
+    _random: RandomSpec = _NOT_RANDOM
 
     @classmethod
     def grid(cls, scene: Scene, **arguments: Unpack[VaryKwargs]) -> Source:
@@ -211,7 +158,7 @@ class Source:
         >>> kr.Source.grid(kr.scenes.sleeping, gravity=[1, 2, 3], spin=[4, 5]).shape
         (3, 2)
         """
-        parameters, flags = _validate_parameters_and_flags(scene, arguments)
+        parameters, flags = _read_parameters_and_flags(scene, arguments)
         shapes = {name: one.shape for name, one in parameters.items()}
         axes = tuple(filter(shapes.__getitem__, shapes))
         if not axes:
@@ -224,11 +171,8 @@ class Source:
         shape = sum(map(shapes.__getitem__, axes), ())
         if math.prod(shape) >= 2**53:
             raise ValueError(f"a grid of shape {shape} has more tops than can be counted")
-        columns = {
-            name: _reshape_parameter_along_axis(one, axes) for name, one in parameters.items()
-        }
-        varied = {name: columns[name] for name in axes}
-        return cls(scene, shape, axes, columns, varied, flags)
+        columns = _spread_along_axes(parameters.values(), axes)
+        return cls(scene, shape, axes, columns, {name: columns[name] for name in axes}, flags)
 
     @classmethod
     def random(
@@ -249,7 +193,7 @@ class Source:
         [15.105, 16.434]
         """
         count, key = as_int("n", n, 1), as_int("seed", seed, 0)
-        parameters, flags = _validate_parameters_and_flags(scene, arguments)
+        parameters, flags = _read_parameters_and_flags(scene, arguments)
         ranges = {name: one for name, one in parameters.items() if one.shape}
         if not ranges:
             raise ValueError(
@@ -267,11 +211,9 @@ class Source:
                 is_finite = np.isfinite(one.values[1] - one.values[0]).all()
             if not is_finite:
                 raise ValueError(f"{name} must lie in a range of finite width, not {shown}")
-        constants = {
-            n: _reshape_parameter_along_axis(one, ("top",))
-            for n, one in parameters.items()
-            if n not in ranges
-        }
+        constants = _spread_along_axes(
+            [one for one in parameters.values() if not one.shape], ("top",)
+        )
         return cls(scene, (count,), ("top",), constants, {}, flags, RandomSpec(key, ranges, {}))
 
     @classmethod
@@ -324,18 +266,14 @@ class Source:
         if a column is neither a parameter nor a component, or has invalid values or a wrong unit.
         Raises OSError if the file cannot be read, and ImportError if pyarrow is not installed.
         """
-        arguments, in_degrees = read_parameters_of_tops(os.fspath(file), degrees)
-        parameters, flags = _validate_parameters_and_flags(
+        arguments, in_degrees = _read_columns(os.fspath(file), degrees)
+        parameters, flags = _read_parameters_and_flags(
             scene, {**arguments, "degrees": in_degrees, "steady": steady, "fast": fast}
         )
-        lengths = {name: one.shape for name, one in parameters.items()}
-        is_row = all(len(lead) == 1 and lead[0] > 0 for lead in lengths.values())
-        if len(set(lengths.values())) != 1 or not is_row:
-            raise ValueError(
-                f"{os.fspath(file)}: its columns must be rows of one length, not {lengths}"
-            )
-        shape = next(iter(lengths.values()))
-        return cls(scene, shape, ("top",), parameters, parameters, flags)
+        shapes = {one.shape for one in parameters.values()}
+        if len(shapes) != 1 or shapes <= {(), (0,)}:
+            raise ValueError(f"{os.fspath(file)}: a table of starts needs rows of numbers")
+        return cls(scene, shapes.pop(), ("top",), parameters, parameters, flags)
 
     @classmethod
     def of(cls, scene: Ensemble) -> Source:
@@ -347,8 +285,18 @@ class Source:
         if scene.body.shape:
             columns |= {name: scene.body._columns[name] for name in _BODY}
         first = scene._select_member((0,) * scene.ndim)
-        arguments = _collapse_broadcast_columns(columns, scene.ndim)
-        varied = _collapse_broadcast_columns(scene._varied, scene.ndim, scene._in_degrees)
+        arguments, varied = (
+            {
+                name: BatchParameter(
+                    name,
+                    collapse_broadcast_axes(column, scene.ndim).astype(np.float64),
+                    column.shape[scene.ndim :],
+                    degrees,
+                )
+                for name, column in given.items()
+            }
+            for given, degrees in ((columns, False), (scene._varied, scene._in_degrees))
+        )
         return cls(first, scene.shape, scene.axes, arguments, varied)
 
     @cached_property
@@ -379,22 +327,28 @@ class Source:
         return scene
 
     def __repr__(self) -> str:
-        random = self._random or RandomSpec(0, {}, {})
-        varied = [*self._varied, *random.ranges, *random.widths]
+        varied = [*self._varied, *self._random.ranges, *self._random.widths]
         return f"<kreisel.Source of shape {self.shape}: {', '.join(varied) or 'all equal'}>"
 
     def _choose_validation_tops(self) -> Places:
         """Return the first tops of random ones, or evenly spaced ones with the first and last."""
-        if self._random is not None:
+        if any(self._random[1:]):
             return np.arange(min(self.size, _SAMPLE_SIZE), dtype=np.int64)
         step = max(1, self.size // _SAMPLE_SIZE)
         places = np.arange(0, self.size, step, dtype=np.int64)
         return np.unique(np.append(places, self.size - 1))
 
-    def _find_error_of_first_invalid_top(
-        self, validate: Callable[[Ensemble], object], places: Places, common: Exception
-    ) -> Exception:
-        """Return the error of the first top that is invalid alone, with its index, or `common`."""
+    def _name_invalid_top(
+        self, places: Places, validate: Callable[[Ensemble], object], call: Callable[[], _T]
+    ) -> _T:
+        """Return the result of `call`; an error names the first of the tops that is invalid alone.
+
+        `validate` refuses invalid tops.
+        """
+        try:
+            return call()
+        except (TypeError, ValueError) as error:
+            common = error
         while places.size > 1:
             middle = places.size // 2
             try:
@@ -408,116 +362,91 @@ class Source:
         except (TypeError, ValueError) as error:
             match = _FIRST_TOP.match(str(error))
             if match is None:
-                return error
+                raise
             index = format_index(unravel_index(int(places[0]), self.shape))
             prefix = "" if match[1] == "top" else f"{match[1]}{match[2]}"
-            return type(error)(f"top{index}: {prefix}{str(error)[match.end() :]}")
-        return common
+            raise type(error)(f"top{index}: {prefix}{str(error)[match.end() :]}") from None
+        raise common
 
     def _build_tops(self, places: Places) -> Ensemble:
         """Build the tops with the given indices; random tops must have consecutive indices."""
-        random, first = self._random, int(places[0]) if places.size else 0
-        if random is not None and random.widths:
-            momentum, attitude, gravity = map(random.widths.get, _SCATTERED)
-            widths = momentum, attitude, gravity
-            return scatter(self.scene, places.size, random.seed, *widths, begin=first)
-        arguments: dict[str, Any] = _select_parameters_of_tops(self._parameters, self.shape, places)
-        if random is not None:
-            arguments |= _draw_uniform_parameters(random, first, places.size)
+        seed, _, widths = self._random
+        if widths:
+            first = int(places[0]) if places.size else 0
+            given = {name: widths.get(name) for name in ("momentum", "attitude", "gravity")}
+            return scatter(self.scene, places.size, seed, **given, begin=first)
+        arguments: dict[str, Any] = self._select_values(self._parameters, places)
         if "unphysical" in arguments:
             body = {name: arguments.pop(name) for name in _BODY}
             body["unphysical"] = body["unphysical"].values.astype(bool)
             arguments["body"] = Body(**body)
         return vary(self.scene, {**arguments, **self._flags})
 
-    def _list_varying_values(
-        self, begin: int, end: int, tops: Ensemble
-    ) -> dict[str, BatchParameter]:
+    def _list_varying_values(self, places: Places, tops: Ensemble) -> dict[str, BatchParameter]:
         """Return the values of the varying parameters for consecutive tops, the ensemble `tops`."""
-        rows = _select_parameters_of_tops(
-            self._varied, self.shape, np.arange(begin, end, dtype=np.int64)
-        )
-        if self._random is not None:
-            rows |= _draw_uniform_parameters(self._random, begin, end - begin)
-            for name in self._random.widths:
-                values: Array = getattr(tops, name)
-                rows[name] = BatchParameter(name, values, values.shape[1:])
+        rows = self._select_values(self._varied, places)
+        for name in self._random.widths:
+            values: Array = getattr(tops, name)
+            rows[name] = BatchParameter(name, values, values.shape[1:])
         return rows
 
+    def _select_values(self, parameters: Parameters, places: Places) -> dict[str, BatchParameter]:
+        """Return the values of the parameters, and of random ones, for the tops at `places`.
 
-def _validate_parameters_and_flags(
+        Random values are uniformly distributed. They depend only on the seed, the parameter and the
+        index of the top, because the Philox generator is a counter, whose state can be set.
+        """
+        indices = np.unravel_index(places, self.shape) if self.shape else ()
+        selection: dict[str, BatchParameter] = {}
+        for name, one in parameters.items():
+            lengths = one.values.shape[: len(self.shape)]
+            key = [i if n > 1 else np.zeros_like(i) for i, n in zip(indices, lengths, strict=True)]
+            values = one.values[tuple(key)] if key else one.values[None].repeat(places.size, axis=0)
+            selection[name] = one._replace(values=values)
+        n, first = places.size, int(places[0]) if places.size else 0
+        for name, one in self._random.ranges.items():
+            generator = np.random.Philox(key=self._random.seed | zlib.crc32(name.encode()) << 64)
+            raw = generator.advance(first).random_raw(n * _DRAWS).reshape(n, _DRAWS)
+            raw = raw[:, : math.prod(one.value)] >> np.uint64(11)
+            uniform = raw.astype(np.float64).reshape(n, *one.value) * 2.0**-53
+            low, high = one.values
+            selection[name] = one._replace(values=np.asarray(low + (high - low) * uniform))
+        return selection
+
+
+def _read_parameters_and_flags(
     scene: Scene, arguments: Mapping[str, object]
 ) -> tuple[dict[str, BatchParameter], dict[str, bool]]:
-    """Validate arguments; `degrees` becomes part of the parameters, others remain flags."""
-    validate_type("scene", scene, Scene)
-    parameters: dict[str, BatchParameter] = {}
-    flags: dict[str, bool] = {}
-    for name, value in arguments.items():
-        if value is None:
-            continue
-        if name not in FLAGS:
-            parameters[name] = validate_sweep_parameter(name, value)
-        elif as_bool(name, value):
-            flags[name] = True
-    if flags.pop("degrees", False):
-        parameters = {name: one._replace(degrees=True) for name, one in parameters.items()}
-    return parameters, {name: True for name in FLAGS if name in flags}
+    """Validate arguments; `degrees` becomes part of the parameters, others remain flags.
 
-
-def _reshape_parameter_along_axis(one: BatchParameter, axes: tuple[str, ...]) -> BatchParameter:
-    """Let the values of a parameter vary along the axis of its name alone, if there is one."""
-    lead = [1] * len(axes)
-    if one.name in axes:
-        lead[axes.index(one.name)] = len(one.values)
-    return one._replace(values=one.values.reshape(*lead, *one.value))
-
-
-def _collapse_broadcast_columns(
-    columns: Mapping[str, npt.NDArray[Any]], dims: int, degrees: bool = False
-) -> dict[str, BatchParameter]:
-    """Return the columns of an ensemble, with repeated values stored only once."""
-    return {
-        name: BatchParameter(
-            name,
-            collapse_broadcast_axes(column, dims).astype(np.float64),
-            column.shape[dims:],
-            degrees,
-        )
-        for name, column in columns.items()
-    }
-
-
-def _select_parameters_of_tops(
-    arguments: Parameters, shape: Shape, places: Places
-) -> dict[str, BatchParameter]:
-    """Return the values of the given parameters for the tops with the indices `places`."""
-    indices = np.unravel_index(places, shape) if shape else ()
-    first = np.zeros_like(places)
-    selection: dict[str, BatchParameter] = {}
-    for name, one in arguments.items():
-        if shape:
-            lengths = one.values.shape[: len(shape)]
-            key = [i if n > 1 else first for i, n in zip(indices, lengths, strict=True)]
-            values = one.values[tuple(key)]
-        else:
-            values = np.broadcast_to(one.values, (places.size, *one.value))
-        selection[name] = one._replace(values=values)
-    return selection
-
-
-def _draw_uniform_parameters(random: RandomSpec, begin: int, n: int) -> dict[str, BatchParameter]:
-    """Draw uniformly distributed values for `n` consecutive tops, starting with top `begin`.
-
-    Each value depends only on the seed, the parameter and the index of the top. The state of the
-    Philox generator can be set directly, because it is a counter.
+    Conditions on the values, such as a positive mass, are checked when tops are built.
     """
-    samples: dict[str, BatchParameter] = {}
-    for name, one in random.ranges.items():
-        key = random.seed | zlib.crc32(name.encode()) << 64
-        raw = np.random.Philox(key=key).advance(begin).random_raw(n * _DRAWS).reshape(n, _DRAWS)
-        parts = math.prod(one.value)
-        uniform = (raw[:, :parts] >> np.uint64(11)).astype(np.float64) * 2.0**-53
-        low, high = one.values
-        values = np.asarray(low + (high - low) * uniform.reshape(n, *one.value))
-        samples[name] = one._replace(values=values)
-    return samples
+    validate_type("scene", scene, Scene)
+    given = {name: value for name, value in arguments.items() if value is not None}
+    flags = {name: True for name in _FLAGS if checks.as_bool(name, given.pop(name, False))}
+    degrees = flags.pop("degrees", False)
+    parameters = {}
+    for name, value in given.items():
+        if name not in _NAMES:
+            raise ValueError(checks.unknown_name_message("parameter", name, [*_NAMES, *_FLAGS]))
+        form, shapes = PARAMETERS[name].form, PARAMETERS[name].shapes
+        values = checks.as_finite_array(name, value, f"{form}, or a list of such values")
+        if name == "damping" and not values.shape:
+            values = values.repeat(3)
+        fits = [one for one in shapes if values.shape[max(values.ndim - len(one), 0) :] == one]
+        if not fits:
+            raise ValueError(f"{name} must be {form}, or a list of such values, not {value!r}")
+        parameters[name] = BatchParameter(name, values, fits[0], degrees)
+    return parameters, flags
+
+
+def _spread_along_axes(
+    parameters: Iterable[BatchParameter], axes: tuple[str, ...]
+) -> dict[str, BatchParameter]:
+    """Let the values of each parameter vary along the axis of its name alone, if there is one."""
+    return {
+        one.name: one._replace(
+            values=one.values.reshape(*(-1 if one.name == axis else 1 for axis in axes), *one.value)
+        )
+        for one in parameters
+    }

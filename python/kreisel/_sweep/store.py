@@ -1,4 +1,8 @@
-"""The folder of a sweep, and the run of its parts."""
+"""The folder of a sweep, the Parquet files of its parts, and their computation.
+
+A file has one row per top. If a column has several values or events per top, each cell contains a
+list. To improve compression, the eight bytes of each double are stored in separate streams.
+"""
 
 from __future__ import annotations
 
@@ -8,65 +12,106 @@ import os
 import re
 import threading
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
-from functools import lru_cache, partial
+from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .._core import Worker, version
-from .._utils.arguments import Array, format_count
-from .._utils.files import (
-    atomic_write,
-    check_file_is_writable,
-    fill_in_checksum,
-    has_correct_checksum,
-    sync_folder,
-)
+from .._results.tables import TableColumn
+from .._utils import files
+from .._utils.arguments import Array, format_count, optional_dependency, warn_user
 from .._utils.processes import Progress, defer_signals, has_thread_workers, run_jobs
-from .plan import (
-    MAX_INLINE,
-    PartResults,
-    SweepPlan,
-    build_plan_from_dict,
-    hash_plan,
-    make_file_name_from_array_hash,
-    tabulate_sweep_part,
-)
+from . import plan as plans
+from .plan import DAMAGED, DONE, EVENT, OLD, REPAIR, TIMES, TOP, SweepPlan
+from .source import PARQUET
+
+with optional_dependency(PARQUET):
+    import pyarrow as pa
+    import pyarrow.parquet as parquet
+
+if TYPE_CHECKING:
+    from pyarrow import Table
 
 PLAN = "plan.json"
-REPAIR = (
-    "repeating the call of kreisel.sweep replaces it, and read_sweep(folder, partial=True) skips it"
-)
 _PROGRAM = "sweep"  # the value of the entry "kreisel" in a plan file
 _MAX_BYTES = 1 << 30  # limit of bytes read, because the file could be an endless device
-DONE, MISSING, DAMAGED, OLD = "done", "missing", "damaged", "of another version"
-FOREIGN = "foreign"
+_GROUP = 1 << 16  # number of rows that a reader decodes together: a row group of Parquet
+_ABOUT, _CHECKSUM = "kreisel", "kreisel seal"  # keys in the metadata of a file
+_DIMS = {dims[-1].encode(): dims for dims in (TOP, TIMES, EVENT)}
+# Maximal number of unfinished parts submitted to an executor. It exceeds the number of workers of
+# most executors, so no worker waits. It is small, because an exception must cancel these parts.
+_IN_FLIGHT = 256
+_PROGRESS_SECONDS = 0.1  # minimal time between two calls of progress
+
+
+def make_arrow_table(columns: Sequence[TableColumn]) -> Table:
+    """Return a table with one row per top.
+
+    The entry `units` in the metadata of each column states the physical unit of its values. The
+    entry `per` states whether it has values per top, time or event.
+    """
+    arrays, fields = [], []
+    for name, dims, values, unit, *_ in columns:
+        array = pa.array(values.reshape(-1))
+        if dims == TIMES:
+            offsets = np.arange(len(values) + 1) * values.shape[1]
+        elif dims == EVENT:
+            [counts] = (column.values for column in columns if column.name == plans.COUNT)
+            offsets = np.concatenate([[0], np.cumsum(counts)])
+        if dims != TOP:
+            array = pa.LargeListArray.from_arrays(pa.array(offsets.astype(np.int64)), array)
+        arrays.append(array)
+        metadata = {"units": unit, "per": dims[-1]}
+        fields.append(pa.field(name, array.type, metadata=metadata))
+    return pa.Table.from_arrays(arrays, schema=pa.schema(fields))
+
+
+def _parse_description(metadata: Mapping[bytes, bytes] | None) -> dict[str, Any]:
+    try:
+        return dict(json.loads((metadata or {})[_ABOUT.encode()]))
+    except (KeyError, TypeError, ValueError) as error:
+        raise ValueError(f"it is not a part of a sweep: {error}") from None
 
 
 class SweepStore:
-    """The folder in which the files of a sweep are stored.
-
-    Raises ImportError if pyarrow is not installed.
-    """
+    """The folder in which the files of a sweep are stored."""
 
     def __init__(self, folder: Path, plan: SweepPlan) -> None:
-        from . import parquet
-
-        self.folder, self.plan, self._format = folder, plan, parquet
+        self.folder, self.plan = folder, plan
 
     def part_file_path(self, i: int) -> Path:
         return self.folder / f"part-{i:06}.parquet"
 
-    def write_part(self, i: int, part: PartResults) -> None:
+    def write_part(self, i: int, columns: Sequence[TableColumn]) -> None:
+        """Write the file of part i, with a description and a checksum."""
         options, kernel = self.plan.options, ""  # the instruction set of Taylor series
         if not options.has_step_search:
             kernel = Worker(*options.core_arguments, []).kernel[0]
         words = {"plan": self.plan.hash, "part": i, "version": version, "kernel": kernel}
-        data = fill_in_checksum(self._format.encode_part_as_parquet(part, words))
-        atomic_write(self.part_file_path(i), bytes(data))
+        table, stream = make_arrow_table(columns), pa.BufferOutputStream()
+        doubles = []
+        for field in table.schema:
+            if field.type == pa.float64():
+                doubles.append(field.name)
+            elif pa.types.is_large_list(field.type) and field.type.value_type == pa.float64():
+                doubles.append(f"{field.name}.list.element")
+        with parquet.ParquetWriter(
+            stream,
+            table.schema,
+            compression="zstd",
+            compression_level=1,
+            use_dictionary=False,
+            use_byte_stream_split=doubles,
+            write_page_checksum=True,
+        ) as writer:
+            writer.write_table(table, row_group_size=_GROUP)
+            writer.add_key_value_metadata({_ABOUT: json.dumps(words), _CHECKSUM: files.PLACEHOLDER})
+        data = files.fill_in_checksum(bytearray(stream.getvalue()))
+        files.atomic_write(self.part_file_path(i), bytes(data))
 
     def list_existing_parts(self) -> list[int]:
         """Return the numbers of all parts whose files exist, in ascending order."""
@@ -78,35 +123,59 @@ class SweepStore:
                 numbers.append(i)
         return sorted(numbers)
 
-    def read_part(self, i: int, names: Iterable[str] | None = None) -> PartResults:
+    def read_part(self, i: int, names: list[str] | None = None) -> dict[str, TableColumn]:
         """Read part `i` or only its columns `names`; [] gives all columns without rows."""
-        expected = {"plan": self.plan.hash, "part": i}
+        file, expected = self.part_file_path(i), {"plan": self.plan.hash, "part": i}
         try:
-            return self._format.decode_part_from_parquet(
-                str(self.part_file_path(i)), expected, names, self.plan.states
-            )
-        except ValueError as error:
-            raise ValueError(f"{error}; {REPAIR}") from None
+            with (
+                pa.OSFile(os.fsencode(file)) as stream,  # pyarrow refuses a str that is not UTF-8
+                parquet.ParquetFile(stream, page_checksum_verification=True) as source,
+            ):
+                description = _parse_description(source.metadata.metadata)
+                if any(description.get(name) != value for name, value in expected.items()):
+                    raise ValueError(f"it is not part {i} of this plan")
+                table = source.schema_arrow.empty_table() if names == [] else source.read(names)
+            missing = {*(names or ())} - {*table.column_names}
+            if missing:
+                raise ValueError(f"it has no {', '.join(sorted(missing))}")
+            columns = {}
+            for field, column in zip(table.schema, table.columns, strict=True):
+                array, metadata = column.combine_chunks(), field.metadata or {}
+                dims = _DIMS.get(metadata.get(b"per", b""))
+                if dims is None or pa.types.is_primitive(field.type) != (dims == TOP):
+                    raise ValueError(f"its schema does not specify the shape of {field.name!r}")
+                flat = array if dims == TOP else array.flatten()
+                values = flat.to_numpy(zero_copy_only=False)
+                if dims != EVENT:
+                    values = values.reshape(len(array), *[self.plan.states] * (dims == TIMES))
+                unit = metadata.get(b"units", b"").decode()
+                columns[field.name] = TableColumn(field.name, dims, values, unit)
+        except (pa.ArrowException, OSError, AttributeError, TypeError, ValueError) as error:
+            # Parquet has no checksum of the schema, so a damaged one can cause any of these errors.
+            raise ValueError(
+                f"{file} is damaged, or not a part of this sweep: {error}; {REPAIR}"
+            ) from None
+        return columns
 
     def determine_part_status(self, i: int, refuses_foreign: bool = False) -> str:
         """Verify part i, and return its status.
 
-        A folder, or a complete part of another plan, is foreign. Raises FileExistsError for it if
-        `refuses_foreign` is True.
+        Raises FileExistsError for a foreign file if `refuses_foreign` is True.
         """
         file = self.part_file_path(i)
         try:
             data = file.read_bytes()
         except FileNotFoundError:
-            return MISSING
+            return plans.MISSING
         except IsADirectoryError:
             found = "a folder"
         else:
-            if not has_correct_checksum(data):
+            if not files.has_correct_checksum(data):
                 return DAMAGED
             try:
-                description = self._format.read_part_description(data)
-            except ValueError:
+                metadata = parquet.read_metadata(pa.BufferReader(data)).metadata
+                description = _parse_description(metadata)
+            except (pa.ArrowException, OSError, ValueError):
                 description = {}
             if description.get("plan") == self.plan.hash:
                 if description.get("part") != i:
@@ -119,7 +188,7 @@ class SweepStore:
                 f"{file} is {found}, in the place of part {i} of the plan {self.plan.hash[:16]}: "
                 "it is not overwritten; move or delete it, and call again"
             )
-        return FOREIGN
+        return plans.FOREIGN
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _open_cached_store, (str(self.folder), self.plan.hash)
@@ -132,12 +201,12 @@ def open_sweep_store(folder: str | os.PathLike[str], expected: str | None = None
 
     def read_parameter_array(name: str) -> Array:
         values: Array = np.load(root / name, allow_pickle=False)
-        if make_file_name_from_array_hash(values) != name:
+        if plans.name_array_file(values) != name:
             raise ValueError(f"{root / name} is damaged: its numbers do not match its name")
         return values
 
     try:
-        plan = build_plan_from_dict(content["plan"], read_parameter_array)
+        plan = plans.build_plan_from_dict(content["plan"], read_parameter_array)
     except ValueError as error:
         raise ValueError(f"{root / PLAN}: {error}") from None
     if expected is not None and plan.hash != expected:
@@ -165,7 +234,7 @@ def _read_plan_file(root: Path) -> dict[str, Any]:
         content = None
     if not isinstance(content, dict) or content.get("kreisel") != _PROGRAM:
         raise ValueError(f"{file} is not a plan of a sweep")
-    if content.get("hash") != hash_plan(content.get("plan", {})):
+    if content.get("hash") != plans.hash_plan(content.get("plan", {})):
         raise ValueError(f"{file} is damaged: its hash does not match its plan")
     return content
 
@@ -181,7 +250,7 @@ def create_or_open_sweep_store(folder: str | os.PathLike[str], plan: SweepPlan) 
     content = _read_plan_file(root)
     if content["hash"] != plan.hash:
         raise ValueError(_describe_plan_mismatch(root, content, plan))
-    check_file_is_writable(root / PLAN)
+    files.check_file_is_writable(root / PLAN)
     _write_parameter_arrays(root, plan)
     return store
 
@@ -196,7 +265,7 @@ def _write_plan_to_new_folder(root: Path, plan: SweepPlan) -> bool:
                 )
     else:
         root.mkdir()
-        sync_folder(root.parent)
+        files.sync_folder(root.parent)
     _write_parameter_arrays(root, plan)
     content = {
         "kreisel": _PROGRAM,
@@ -212,7 +281,7 @@ def _write_plan_to_new_folder(root: Path, plan: SweepPlan) -> bool:
         for space, rows in [("", content), (" ", plan.as_json)]
     )
     file, new = root / PLAN, root / f".{os.urandom(8).hex()}.plan.new"
-    atomic_write(new, f'{{\n{head},\n"plan": {{\n{body}\n}}\n}}\n'.encode())
+    files.atomic_write(new, f'{{\n{head},\n"plan": {{\n{body}\n}}\n}}\n'.encode())
     try:
         os.link(new, file)
     except FileExistsError:
@@ -229,12 +298,12 @@ def _write_plan_to_new_folder(root: Path, plan: SweepPlan) -> bool:
 def _write_parameter_arrays(root: Path, plan: SweepPlan) -> None:
     """Write each array that is too long for the plan file to a separate file."""
     for one in (*plan.source._parameters.values(), *plan.source._varied.values()):
-        if one.values.size > MAX_INLINE:
-            file, buffer = root / make_file_name_from_array_hash(one.values), io.BytesIO()
+        if one.values.size > plans.MAX_INLINE:
+            file, buffer = root / plans.name_array_file(one.values), io.BytesIO()
             if not file.exists():
                 values = np.ascontiguousarray(one.values)
                 np.lib.format.write_array(buffer, values, allow_pickle=False)
-                atomic_write(file, buffer.getvalue())
+                files.atomic_write(file, buffer.getvalue())
 
 
 def _describe_plan_mismatch(root: Path, content: dict[str, Any], plan: SweepPlan) -> str:
@@ -249,17 +318,10 @@ def _describe_plan_mismatch(root: Path, content: dict[str, Any], plan: SweepPlan
     return "\n".join([*lines, "use another folder, or the plan in this folder"])
 
 
-# Maximal number of unfinished parts submitted to an executor. It exceeds the number of workers of
-# most executors, so no worker waits. It is small, because an exception must cancel these parts.
-_IN_FLIGHT = 256
-_PROGRESS_SECONDS = 0.1  # minimal time between two calls of progress
-
-
 def compute_and_store_part(store: SweepStore, i: int, progress: Progress | None = None) -> int:
     """Compute part i in a single thread and write its file; return the number of tops."""
     tops = store.plan.list_tops_of_part(i)
-    outcome = store.plan.compute_results_of_tops(tops, 1, progress)
-    store.write_part(i, tabulate_sweep_part(store.plan, tops, outcome))
+    store.write_part(i, store.plan.compute_part(tops, 1, progress))
     return len(tops)
 
 
@@ -269,46 +331,51 @@ class PartsLostError(RuntimeError):
 
 def compute_parts(
     store: SweepStore,
-    parts: Sequence[int],
+    part_range: range,
     threads: int,
     executor: Executor | None,
     progress: Progress | None,
 ) -> None:
-    """Compute parts of a sweep, and write their files.
+    """Compute the parts that are missing, damaged or outdated, and write their files.
 
     Without an executor, a second thread writes a part while the next part is being computed. Parts
     that an executor failed to complete are submitted a second time. Raises PartsLostError if the
-    executor fails, or if some parts are still missing after the second attempt.
+    executor fails, or if some parts are still missing after the second attempt. Warns about damaged
+    and outdated files.
     """
-    plan, reported = store.plan, 0.0
+    plan, last_call, done = store.plan, 0.0, 0
+    states = {i: store.determine_part_status(i, refuses_foreign=True) for i in part_range}
+    parts = [i for i, status in states.items() if status != DONE]
+    for status in (DAMAGED, OLD):
+        if numbers := [i for i in parts if states[i] == status]:
+            more = f" and {len(numbers) - 1} more" if numbers[1:] else ""
+            warn_user(f"{store.folder}: part {numbers[0]}{more} computed again, {status}")
     total = sum(len(plan.list_tops_of_part(i)) for i in parts)
 
     def report(tops: float, is_last: bool = False) -> None:
         """Report the number of tops computed so far, at most about ten times per second."""
-        nonlocal reported
+        nonlocal last_call
         now = time.monotonic()
-        if progress is not None and (is_last or now - reported >= _PROGRESS_SECONDS):
-            reported = now
+        if progress is not None and (is_last or now - last_call >= _PROGRESS_SECONDS):
+            last_call = now
             progress(tops / total)
-
-    def report_part(done: int, tops: int, share: float) -> None:
-        report(done + share * tops)
 
     if executor is not None:
         _compute_parts_on_executor(store, parts, executor, report)
     else:
-        done = 0
         with ThreadPoolExecutor(1) as writer:
             future: Future[None] | None = None
             for i in parts:
                 tops = plan.list_tops_of_part(i)
-                report_share = progress and partial(report_part, done, len(tops))
-                outcome = plan.compute_results_of_tops(tops, threads, report_share)
-                part = tabulate_sweep_part(plan, tops, outcome)
+
+                def report_share(share: float, before: int = done, size: int = len(tops)) -> None:
+                    report(before + share * size)
+
+                columns = plan.compute_part(tops, threads, progress and report_share)
                 with defer_signals():
                     if future is not None:
                         future.result()
-                    future = writer.submit(store.write_part, i, part)
+                    future = writer.submit(store.write_part, i, columns)
                 done += len(tops)
         if future is not None:
             future.result()

@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from functools import cached_property, partial
-from itertools import chain, islice, pairwise
+from itertools import chain, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -14,63 +14,31 @@ import numpy as np
 import numpy.typing as npt
 
 from .._model.scene import Ensemble
-from .._options.options import (
-    EventSpec,
-    ReductionSpec,
-    validate_progress_callback,
-    validate_thread_count,
-)
+from .._options import options
 from .._results.buffers import STATUSES, EventColumns
 from .._results.path import Events, Interrupted, build_event_path
 from .._results.path import Path as TopPath
 from .._results.tables import ColumnTable, TableColumn
-from .._utils.arguments import (
-    Numbers,
-    as_bool,
-    as_int,
-    make_frozen_class_decorator,
-    optional_dependency,
-    short_repr,
-    unknown_name_message,
-    warn_user,
-)
+from .._utils import arguments as checks
+from .._utils.arguments import Numbers, optional_dependency, short_repr
 from .._utils.processes import Progress
 from .._utils.quantity_attributes import MethodName, QuantityName
 from ..events import Event
-from .plan import (
-    ARGUMENTS,
-    COUNT,
-    EVENT_STATE,
-    PartResults,
-    TaskName,
-    build_task_from_arguments,
-    make_sweep_plan,
-    read_sweep_plan,
-)
+from . import plan as plans
+from .plan import DAMAGED, DONE, EVENT, MISSING, OLD, REPAIR, TIMES, TaskName
 from .source import PARQUET, Source
-from .store import (
-    DAMAGED,
-    DONE,
-    MISSING,
-    OLD,
-    REPAIR,
-    SweepStore,
-    compute_parts,
-    create_or_open_sweep_store,
-    open_sweep_store,
-)
 
 if TYPE_CHECKING:
     from pandas import DataFrame
     from pyarrow import Table
     from xarray import Dataset
 
+    from .store import SweepStore
 
 Column = npt.NDArray[Any]
-_STATUS = "status", "reached"
 
 
-@make_frozen_class_decorator("results of kreisel.sweep are read-only")
+@checks.make_frozen_class_decorator("results of kreisel.sweep are read-only")
 class SweepResult:
     """The results of a sweep, read from its folder.
 
@@ -131,7 +99,8 @@ class SweepResult:
     @property
     def missing(self) -> list[int]:
         """The numbers of the parts that are not in `present`."""
-        return [i for gap in list_missing_ranges(self.present, self.parts) for i in gap]
+        present = {*self.present}
+        return [i for i in range(self.parts) if i not in present]
 
     @property
     def plan(self) -> dict[str, Any]:
@@ -139,8 +108,8 @@ class SweepResult:
         return dict(self._store.plan.as_json)
 
     @cached_property
-    def _empty_part_table(self) -> PartResults:
-        """A table without rows that has the columns of a part of the sweep."""
+    def _schema(self) -> dict[str, TableColumn]:
+        """The columns of a part of the sweep, without rows."""
         if not self.present:
             raise ValueError(f"{self.folder} has no parts yet")
         return self._store.read_part(self.present[0], [])
@@ -148,67 +117,62 @@ class SweepResult:
     @property
     def columns(self) -> tuple[str, ...]:
         """The names of the columns, with event columns last."""
-        return (*self._empty_part_table.columns, *self._empty_part_table.ragged)
+        return tuple(self._schema)
 
     @property
     def units(self) -> dict[str, str]:
         """The dimension [M L T] of each column, or an empty string for a dimensionless column."""
-        return {name: self._empty_part_table.units.get(name, "") for name in self.columns}
+        return {name: column.unit for name, column in self._schema.items()}
 
     def __getitem__(self, name: str) -> Column:
         """Return the values of a column for all tops, or for all events sorted by top.
 
         Raises KeyError for an unknown name.
         """
-        schema = self._empty_part_table
-        is_ragged = name in schema.ragged
-        if name not in schema.columns and not is_ragged:
-            raise KeyError(unknown_name_message("column", str(name), self.columns))
-        parts = self._read_existing_parts([name])
-        values = np.concatenate([(p.ragged if is_ragged else p.columns)[name] for p in parts])
-        if len(self.present) == self.parts and not is_ragged:
+        if name not in self._schema:
+            raise KeyError(checks.unknown_name_message("column", str(name), self.columns))
+        values: Column = np.concatenate([part[name].values for part in self._read_parts([name])])
+        if len(self.present) == self.parts and self._schema[name].dims != EVENT:
             values = values.reshape(*self.shape, *values.shape[1:])
         values.flags.writeable = False
         return values
 
-    def _read_existing_parts(self, names: list[str] | None = None) -> Iterator[PartResults]:
+    def _read_parts(self, names: list[str] | None = None) -> Iterator[dict[str, TableColumn]]:
         """Return the parts, or their columns `names`; refuse missing parts unless partial=True."""
         missing_count = self.parts - len(self.present)
         if missing_count and not self._partial:
-            numbers = chain.from_iterable(list_missing_ranges(self.present, self.parts))
-            examples = ", ".join(map(str, islice(numbers, 8)))
+            present = {*self.present}
+            numbers = islice((str(i) for i in range(self.parts) if i not in present), 8)
             raise ValueError(
-                f"{missing_count} of {self.parts} parts are missing: {examples}"
+                f"{missing_count} of {self.parts} parts are missing: {', '.join(numbers)}"
                 f"{', ...' if missing_count > 8 else ''}; repeating the call of kreisel.sweep "
                 "computes them, and read_sweep(folder, partial=True) reads the others"
             )
         return (self._read_part(i, names) for i in self.present)
 
-    def _read_part(self, i: int, names: list[str] | None = None) -> PartResults:
+    def _read_part(self, i: int, names: list[str] | None = None) -> dict[str, TableColumn]:
         """Read a part, with the names of the statuses in place of their codes."""
         part = self._store.read_part(i, names)
-        if "status" in part.columns:
-            part.columns["status"] = np.array(STATUSES)[part.columns["status"]]
+        if "status" in part:
+            codes = part["status"].values
+            part["status"] = part["status"]._replace(values=np.array(STATUSES)[codes])
         return part
 
     def __iter__(self) -> Iterator[dict[str, Column]]:
         """Yield the results in each existing part as a mapping from column names to arrays."""
-        for i in self.present:
-            part = self._read_part(i)
-            yield {**part.columns, **part.ragged}
+        return map(self.part, self.present)
 
     def part(self, i: int) -> dict[str, Column]:
         """Return part `i` of the sweep as a mapping from column names to arrays.
 
         Raises IndexError if the part does not exist.
         """
-        number = as_int("the number of a part", i, 0)
+        number = checks.as_int("the number of a part", i, 0)
         if number >= self.parts:
             raise IndexError(f"there is no part {number}: the sweep has {self.parts} parts")
         if number not in self._found:
             raise IndexError(f"part {number} of {self.parts} is missing")
-        part = self._read_part(number)
-        return {**part.columns, **part.ragged}
+        return {name: column.values for name, column in self._read_part(number).items()}
 
     def check(self) -> SweepResult:
         """Verify the checksums of all existing parts, and return this SweepResult.
@@ -230,9 +194,9 @@ class SweepResult:
         FileExistsError if a part is foreign.
         """
         parts = self._verify_existing_parts()
-        numbers = sorted(chain(*parts.values()))
-        missing_numbers = [i for gap in list_missing_ranges(numbers, self.parts) for i in gap]
-        return parts | ({MISSING: missing_numbers} if missing_numbers else {})
+        existing = {*chain(*parts.values())}
+        missing = [i for i in range(self.parts) if i not in existing]
+        return parts | ({MISSING: missing} if missing else {})
 
     def _verify_existing_parts(self) -> dict[str, list[int]]:
         """Return the numbers of the parts whose files exist, grouped by status."""
@@ -251,23 +215,22 @@ class SweepResult:
         result["events"] contains the number of states recorded at events. The columns
         result["event_t"], result["event_q_w"] and so on contain the states of all tops.
         """
-        if "event_which" not in self._empty_part_table.ragged:
+        ragged = [name for name, column in self._schema.items() if column.dims == EVENT]
+        if "event_which" not in ragged:
             return None
-        parts = self._read_existing_parts(["top", COUNT, *self._empty_part_table.ragged])
         rows = []
-        for part in parts:
-            top = np.repeat(part.columns["top"], part.columns[COUNT])
-            states = np.column_stack([part.ragged[f"event_{name}"] for name in EVENT_STATE])
-            which, direction = part.ragged["event_which"], part.ragged["event_direction"]
+        for part in self._read_parts(["top", plans.COUNT, *ragged]):
+            top = np.repeat(part["top"].values, part[plans.COUNT].values)
+            states = np.column_stack([part[f"event_{name}"].values for name in plans.EVENT_STATE])
+            which, direction = part["event_which"].values, part["event_direction"].values
             rows.append((top, states, np.zeros_like(states), which, direction))
         events = EventColumns(*map(np.concatenate, zip(*rows, strict=True)))
-        return Events._of_many(events, self.shape, partial(self._build_event_path, events))
 
-    def _build_event_path(self, events: EventColumns) -> TopPath:
-        plan = self._store.plan
-        tops = plan.build_ensemble_of_tops(range(self.size))
-        options, _ = plan.task.validate_options_and_times(tops)
-        return build_event_path(tops, options, events)
+        def build_path(columns: EventColumns) -> TopPath:
+            tops = self._store.plan.build_tops(range(self.size))
+            return build_event_path(tops, self._store.plan.validate(tops)[0], columns)
+
+        return Events._of_many(events, self.shape, partial(build_path, events))
 
     def to_arrow(self) -> Table:
         """Return a pyarrow.Table with one row per top.
@@ -278,10 +241,8 @@ class SweepResult:
         with optional_dependency(PARQUET):
             import pyarrow as pa
 
-            from .parquet import convert_to_arrow_table
-        return pa.concat_tables(
-            [convert_to_arrow_table(part) for part in self._read_existing_parts()]
-        )
+            from .store import make_arrow_table
+        return pa.concat_tables([make_arrow_table([*part.values()]) for part in self._read_parts()])
 
     def to_pandas(self) -> DataFrame:
         """Return a pandas.DataFrame with one row per top, or per state if states are stored.
@@ -289,21 +250,16 @@ class SweepResult:
         `attrs` contains the units. The DataFrame contains the number of events of each top, but not
         the events themselves. Raises ImportError if pandas is not installed.
         """
-        parts = [part.columns for part in self._read_existing_parts()]
-        empty = self._empty_part_table.columns
-        columns = [
-            TableColumn(
-                name,
-                ("top", "time")[: values.ndim],
-                np.concatenate([part[name] for part in parts] or [values]),
-                self.units[name],
-            )
-            for name, values in empty.items()
+        columns = {name: one for name, one in self._schema.items() if one.dims != EVENT}
+        parts = [*self._read_parts([*columns])] or [columns]
+        table = [
+            column._replace(values=np.concatenate([part[name].values for part in parts]))
+            for name, column in columns.items()
         ]
-        sizes = {"top": len(columns[0].values)}
-        if any(values.ndim > 1 for values in empty.values()):
+        sizes = {"top": len(table[0].values)}
+        if any(column.dims == TIMES for column in table):
             sizes["time"] = self._store.plan.states
-        return ColumnTable(sizes, columns).to_pandas()
+        return ColumnTable(sizes, table).to_pandas()
 
     def to_xarray(self) -> Dataset:
         """Return an xarray.Dataset with one variable per column, including its units.
@@ -315,41 +271,32 @@ class SweepResult:
         and truth values are False. The Dataset contains the number of events of each top, but not
         the events themselves. Raises ImportError if xarray is not installed.
         """
-        source = self._store.plan.source
         flat: dict[str, Column] = {}
-        for part in self._read_existing_parts():
-            places = part.columns["top"]
-            for name, values in part.columns.items():
+        names = [name for name, column in self._schema.items() if column.dims != EVENT]
+        for part in self._read_parts(names):
+            for name, column in part.items():
+                values = column.values
                 if name not in flat:
                     empty = {"f": np.nan, "b": False, "U": ""}.get(values.dtype.kind, -1)
                     flat[name] = np.full((self.size, *values.shape[1:]), empty, values.dtype)
-                flat[name][places] = values
+                flat[name][part["top"].values] = values
         table = {n: rows.reshape(*self.shape, *rows.shape[1:]) for n, rows in flat.items()}
-        names = list(table)
         parameters = {
             f"{axis}_given" if f"{axis}_given" in table else axis: axis for axis in self.axes
         }
-        axes = tuple(parameters)
-        coordinates = {*names[1 : names.index(_STATUS[0])], *_STATUS, *axes}
+        axes, varied = tuple(parameters), self._store.plan.source._varied
+        coordinates = {*names[: names.index("status")], "status", "reached", *axes}
         columns = []
-        for name, values in table.items():
-            dims, is_coordinate = (*axes, "time")[: values.ndim], name in coordinates
-            if parameters.get(name) in source._varied:
-                dims = (name,)
-                values = source._varied[parameters[name]].values.reshape(-1)
+        for name in names[1:]:
+            values, is_coordinate = table[name], name in coordinates
+            dims = (*axes, "time")[: values.ndim]
+            if parameters.get(name) in varied:
+                dims, values = (name,), varied[parameters[name]].values.reshape(-1)
             elif name == "t":
                 dims, values, is_coordinate = ("time",), self._store.plan.times, True
-            if name != "top":
-                unit = self.units[name]
-                columns.append(TableColumn(name, dims, values, unit, is_coordinate=is_coordinate))
+            unit = self._schema[name].unit
+            columns.append(TableColumn(name, dims, values, unit, is_coordinate=is_coordinate))
         return ColumnTable({}, columns, {"plan": self.hash}).to_xarray()
-
-
-def list_missing_ranges(numbers: list[int], end: int) -> Iterator[range]:
-    """Yield the ranges of nonnegative integers below `end` that are missing from `numbers`."""
-    for low, high in pairwise([-1, *numbers, end]):
-        if high > low + 1:
-            yield range(low + 1, high)
 
 
 def read_sweep(folder: str | os.PathLike[str], *, partial: bool = False) -> SweepResult:
@@ -370,7 +317,9 @@ def read_sweep(folder: str | os.PathLike[str], *, partial: bool = False) -> Swee
     'runs/*.parquet'. Raises FileNotFoundError if the folder does not exist, and ValueError if it is
     not the folder of a sweep. Raises ImportError if pyarrow is not installed.
     """
-    return SweepResult(open_sweep_store(folder), as_bool("partial", partial))
+    from . import store  # it needs pyarrow
+
+    return SweepResult(store.open_sweep_store(folder), checks.as_bool("partial", partial))
 
 
 def sweep(
@@ -387,8 +336,8 @@ def sweep(
     max_steps: int = 0,
     error: float | None = None,
     want: Iterable[QuantityName] | None = None,
-    events: EventSpec | None = None,
-    reduce: ReductionSpec | None = None,
+    events: options.EventSpec | None = None,
+    reduce: options.ReductionSpec | None = None,
     direction: Sequence[float] | None = None,
     event: Event | None = None,
     n: int | None = None,
@@ -460,58 +409,41 @@ def sweep(
     """
     given, defaults = locals(), {"method": "auto", "max_steps": 0}
     arguments = {}
-    for name in ARGUMENTS:
+    for name in plans.ARGUMENTS:
         value, default = given[name], defaults.get(name)
         if value is not None and not (type(value) is type(default) and value == default):
             arguments[name] = value
     if not isinstance(scene, (str, os.PathLike)):
-        source = scene if isinstance(scene, Source) else Source.of(scene)
-        plan = make_sweep_plan(source, build_task_from_arguments(task, arguments), part_size)
+        if not isinstance(scene, Source):
+            scene = Source.of(scene)
+        plan = plans.make_sweep_plan(scene, task, arguments, part_size)
     elif task != "solve" or arguments or part_size is not None:
         raise ValueError(f"{os.fspath(scene)} is a whole plan: give no other arguments than folder")
     else:
-        plan = read_sweep_plan(Path(scene))
-    callback = validate_progress_callback(progress)
-    count = validate_thread_count(threads, executor)
-    part_range = _validate_part_range(parts, plan.parts)
-    store = create_or_open_sweep_store(folder, plan)
+        plan = plans.read_sweep_plan(Path(scene))
+    callback = options.validate_progress_callback(progress)
+    count = options.validate_thread_count(threads, executor)
+    if parts is None:
+        parts = range(plan.parts)
+    elif not isinstance(parts, range) or parts.step != 1:
+        raise TypeError(
+            f"parts must be a range of numbers such as range(0, 100), not {short_repr(parts)}"
+        )
+    if parts and not (parts.start >= 0 and parts.stop <= plan.parts):
+        raise ValueError(
+            f"parts must lie between 0 and {plan.parts}, not {parts.start} to {parts.stop}"
+        )
+    from . import store as stores  # it needs pyarrow
+
+    store = stores.create_or_open_sweep_store(folder, plan)
     try:
-        compute_parts(store, _list_incomplete_parts(store, part_range), count, executor, callback)
+        stores.compute_parts(store, parts, count, executor, callback)
     except KeyboardInterrupt:
         result = SweepResult(store)
-        done = sum(i in part_range for i in result.present)
+        done = sum(i in parts for i in result.present)
         message = (
-            f"interrupted: {len(part_range) - done} of {len(part_range)} parts are left; "
+            f"interrupted: {len(parts) - done} of {len(parts)} parts are left; "
             f"repeating the call resumes the sweep in {store.folder}"
         )
         raise Interrupted(message, result=result) from None
     return SweepResult(store)
-
-
-def _validate_part_range(parts: object, count: int) -> range:
-    if parts is None:
-        return range(count)
-    if not isinstance(parts, range) or parts.step != 1:
-        raise TypeError(
-            f"parts must be a range of numbers such as range(0, 100), not {short_repr(parts)}"
-        )
-    if parts and not (parts.start >= 0 and parts.stop <= count):
-        raise ValueError(f"parts must lie between 0 and {count}, not {parts.start} to {parts.stop}")
-    return parts
-
-
-def _list_incomplete_parts(store: SweepStore, part_range: range) -> list[int]:
-    """Return the parts to be computed, and warn about damaged and outdated files."""
-    numbers: list[int] = []
-    replacements: dict[str, list[int]] = {DAMAGED: [], OLD: []}
-    for i in part_range:
-        status = store.determine_part_status(i, refuses_foreign=True)
-        if status != DONE:
-            numbers.append(i)
-        if status in replacements:
-            replacements[status].append(i)
-    for status, parts in replacements.items():
-        if parts:
-            first = f"part {parts[0]}" + (f" and {len(parts) - 1} more" if parts[1:] else "")
-            warn_user(f"{store.folder}: {first} computed again, {status}")
-    return numbers
