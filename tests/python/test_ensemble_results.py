@@ -65,6 +65,47 @@ def test_executors_report_the_same_results_failures_and_messages():
 # Failed members
 
 
+@pytest.mark.parametrize(
+    "key",
+    [
+        np.s_[:, :, -1],
+        np.s_[..., -1],
+        np.s_[1, 1:, ::-2],
+        np.s_[::2, 0, [3, 0, 3]],
+        np.s_[[2, 0], :, 1],
+        np.s_[GRID.coords["spin"][:, 0] > 9, -1, 1:],
+        np.s_[2, 1, 1:],
+        np.s_[-1, 0, 0],
+    ],
+)
+def test_an_index_selects_tops_and_then_states(key):
+    """Compare with the array of states, of which a whole number keeps its dimension."""
+    *tops, rows = key
+    keeps = (*tops, slice(rows, rows + 1 or None) if isinstance(rows, int) else rows)
+    path, states = PATHS[key], PATHS.states[(*keeps, slice(None))]
+    assert path.shape == states.shape[:-2]
+    assert np.array_equal(path.states, states)
+    assert np.array_equal(path.nutation, PATHS.nutation[keeps])
+    assert np.array_equal(path.t, np.array(TIMES)[keeps[-1]])
+
+
+def test_selected_states_keep_times_tangents_and_failures():
+    own_times = np.outer(np.arange(1, 5), TIMES)
+    paths = kr.solve(GRID[:, 0], own_times, tangents="gravity")
+    assert np.array_equal(paths[:, 1:3].t, own_times[:, 1:3])
+    assert np.array_equal(paths[:, -1].derivative("energy"), paths.derivative("energy")[:, -1:])
+    wanted = kr.solve(GRID, TIMES, want=["nutation", "q"], events=LOW)
+    assert np.array_equal(wanted[..., 2:].nutation, wanted.nutation[..., 2:])
+    assert len(wanted[..., 2:].events) == 0 < len(wanted.events)
+    failed = kr.solve(GRID[:, 0], [0.0, 1.0, 2000.0], "taylor", max_steps=50)
+    assert failed[:, 1:].state_counts.tolist() == [1] * 4
+    assert np.isnan(failed[:, ::-1].apex[:, 0]).all()
+    assert failed[1, -1].t.tolist() == [failed.reached[1]]
+    for key in (np.s_[0, 0, 0, 0], np.s_[..., None], np.s_[[0, 1], 0, [1, 2]], np.s_[0, 0, 9]):
+        with pytest.raises(IndexError):
+            PATHS[key]
+
+
 def test_a_failed_member_is_reported_and_leaves_the_others_alone():
     paths = kr.solve(TOPS, TIMES, "taylor", max_steps=12)
     has_failed = paths.status != "OK"

@@ -112,6 +112,30 @@ def test_each_frame_shows_the_state_at_its_time(path, tmp_path, monkeypatch):
     assert len(x) > 64 and x == pytest.approx(passed[:, 0], abs=1e-9)
 
 
+def test_tops_move_side_by_side_over_the_time_that_their_paths_share(monkeypatch, tmp_path):
+    tops = kr.scenes.cusps.vary(gravity=[0.5, 1.0, 2.0])
+    many = kr.solve(tops, np.outer([1.5, 3.0, 2.0], [0.0, 0.5, 1.0]))
+    film, tips, save = many.animate(fps=1, size=16), [], Figure.savefig
+
+    def record(figure, *args, **words):
+        places = [axes.get_position().bounds for axes in figure.axes]
+        assert places == [(0.0, 0.5, 0.5, 0.5), (0.5, 0.5, 0.5, 0.5), (0.0, 0.0, 0.5, 0.5)]
+        tips.append([axes.lines[-2].get_xydata()[0] for axes in figure.axes])
+        return save(figure, *args, **words)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Figure, "savefig", record)
+        film.save(tmp_path / "tops.gif")
+    assert film.t[-1] == 1.5 and len(tips) == 9
+    with Image.open(tmp_path / "tops.gif") as image:
+        assert image.size == (32, 32)
+    for k in range(3):
+        own = record_frames(many[k]([0.0, 1.5]).animate(fps=1, size=16), tmp_path, monkeypatch)
+        assert np.array([tip[k] for tip in tips]) == pytest.approx(np.array([f.tip for f in own]))
+    with pytest.raises(ValueError, match="8"):
+        kr.solve(tops[[0] * 9], 1.0).animate()
+
+
 def test_a_block_is_drawn_as_itself(tmp_path, monkeypatch):
     """Check that the faces of a frame are those of the block that the eye sees."""
     film = LEANING.animate(fps=1, size=16)

@@ -19,8 +19,9 @@ from .._options.options import (
     time_array,
     validate_progress_callback,
 )
-from .._results.path import Error, Interrupted, Path, check_is_one
-from .._results.quantities import Stats
+from .._results.error import Stats
+from .._results.path import Path, check_is_one
+from .._results.results import Error, Interrupted
 from .._results.tables import encode_table_as_csv
 from .._solve.solve import solve
 from .._utils.arguments import Numbers, as_int, as_positive, short_repr, validate_type
@@ -368,4 +369,4 @@ def _measure_step_time(method: Method, top: Scene) -> float:
         path = solve(top, 20.0, method.name, tol=_TOL)
     else:
         path = solve(top, _STEPS * _STEP, method.name, step=_STEP)
-    return (time.perf_counter() - begin) / max(1, path.stats.steps)
+    return (time.perf_counter() - begin) / float(max(1, path.stats.steps))

@@ -15,7 +15,7 @@ from .._fit.parameters import FREE
 from .._fit.records import INSTRUMENT, Record
 from .._fit.result import Fit
 from .._model.scene import Scene
-from .._results.path import Interrupted
+from .._results.results import Interrupted
 from .options import SCENE, Command, InputFile, Name, OutputFile, UsageError, parse_number_list
 from .outputs import write_bytes
 

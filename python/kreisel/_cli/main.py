@@ -23,7 +23,7 @@ from .._model.scene import Scene
 from .._options.methods import Method, unknown_method_message
 from .._options.methods import methods as known
 from .._options.options import RECORDABLE, TIME
-from .._results.path import Error, Interrupted
+from .._results.results import Error, Interrupted
 from .._utils.arguments import unknown_name_message
 from .._utils.processes import replace_signal_handlers
 from .._view import open_viewer

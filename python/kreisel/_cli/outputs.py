@@ -10,7 +10,6 @@ import tomllib
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import replace
 from typing import Any, TypeVar
 
 import click
@@ -24,9 +23,9 @@ from rich.table import Table
 from .._core import values as values_of
 from .._core import version
 from .._options.options import ANGLES, LOW
-from .._results.archive import encode_path_as_archive
-from .._results.path import Error, Events, Interrupted, Path, join_path_events
-from .._results.quantities import NO_STATES
+from .._results.archive import encode_as_archive
+from .._results.path import Events, Path, join_events, join_paths
+from .._results.results import Error, Interrupted
 from .._results.tables import (
     columns,
     encode_table_as_csv,
@@ -255,10 +254,9 @@ class RunOutputs:
 
         def write_whole_path() -> None:
             if self._pieces:
-                path = _join_paths(self._pieces)
+                path = join_paths(self._pieces)
                 if "npz" in self.files:
-                    data = encode_path_as_archive(path, path._events_for_archive)
-                    write_bytes(self.files["npz"], data)
+                    write_bytes(self.files["npz"], encode_as_archive(path))
                 if "json" in self.files:
                     write_bytes(self.files["json"], self._encode_as_json(path, failure))
 
@@ -281,7 +279,7 @@ class RunOutputs:
             raise failures[0]
 
     def _tabulate_events(self, has_units: bool = True) -> dict[str, list[Any]]:
-        events = join_path_events(self._events)
+        events = join_events(self._events)
         table = columns(events.path, self._names, self._degrees)
         heads = format_column_heads(events.path, self._names, self._degrees) if has_units else {}
         return {
@@ -326,21 +324,6 @@ def _replace_nonfinite(value: Any) -> Any:
     if isinstance(value, list):
         return [_replace_nonfinite(part) for part in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _join_paths(pieces: list[Path]) -> Path:
-    last = pieces[-1]
-    if len(pieces) == 1:
-        return last
-    parts = [piece._events for piece in pieces if piece._events is not None]
-    events = join_path_events(parts) if parts else None
-    if last.want is not None:
-        names: tuple[str, ...] = ("t", *last.want)
-        table = {n: np.concatenate([getattr(p, n) for p in pieces]) for n in names}
-        return replace(last, states=NO_STATES, _events=events, _columns=table)
-    low = None if last._low is None else np.concatenate([p._low for p in pieces])
-    states = np.concatenate([piece.states for piece in pieces])
-    return replace(last, states=states, _events=events, _low=low)
 
 
 _ENDS = 20  # rows printed at each end of a table that is not printed as a whole

@@ -8,7 +8,7 @@ from contextlib import suppress
 import numpy as np
 
 from .._model.scene import Ensemble, Scene
-from .._results.path import Error, Interrupted
+from .._results.results import Error, Interrupted
 from .._solve.solve import solve
 from .._utils.arguments import (
     Array,

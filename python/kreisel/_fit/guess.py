@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .._results.path import Error
+from .._results.results import Error
 from .._solve.solve import solve
 from .._utils.arguments import Array
 from .parameters import (

@@ -13,7 +13,7 @@ from .._core import tangents as TANGENTS
 from .._model.body import Body
 from .._model.parameters import advance_shaking_phase
 from .._model.scene import Scene
-from .._results.quantities import SPECIFIC_FORCE
+from .._results.results import SPECIFIC_FORCE
 from .._utils.arguments import Array, Vector, short_repr, unknown_name_message
 from ..quaternion import multiply
 from .records import MEASURABLE, Record, Series

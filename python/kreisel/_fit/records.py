@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._options.options import ANGLES, QUANTITIES, QuantityDescription
-from .._results.quantities import SPECIFIC_FORCE
+from .._results.results import SPECIFIC_FORCE
 from .._utils.arguments import (
     RADIANS_PER_DEGREE,
     Array,

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from .._core import derivatives, values
 from .._core import tangents as TANGENTS
 from .._model.scene import Scene
-from .._results.path import Error
-from .._results.quantities import SPECIFIC_FORCE, specific_force
+from .._results.results import SPECIFIC_FORCE, Error, specific_force
 from .._solve.solve import solve
 from .._utils.arguments import Array
 from .parameters import (

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._results.path import Error
+from .._results.results import Error
 from .._solve.solve import solve
 from .._utils.arguments import Array
 from .guess import Guess, guess_parameters_from_records, reconstruct_motions, yield_random_starts

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .._results.path import Error
+from .._results.results import Error
 from .._solve.solve import solve
 from .._utils.arguments import Array
 from .guess import MotionSamples, interpolate_motion

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 import os
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from decimal import ROUND_UP, Decimal
 from functools import cached_property
 from io import BytesIO
 from itertools import chain
 from pathlib import Path as File
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -329,6 +329,11 @@ _POINTS = 7  # of the lamp; each casts a shadow of its own
 _MARGIN = 1.08  # half width of the picture
 
 
+def _project_horizontal_points(places: Array, height: float) -> Array:
+    points = np.concatenate([places, np.full_like(places[..., :1], height)], axis=-1)
+    return np.stack(project_to_view(points)[:2], axis=-1)
+
+
 def draw_floor_sphere_and_stand(axes: Axes, floor: float) -> None:
     """Draw the floor, the unit sphere above it, and the needle that supports the body.
 
@@ -378,30 +383,18 @@ def draw_body_shadow(axes: Axes, corners: Array, floor: float) -> PathCollection
     for k in range(_POINTS):  # the points of the lamp lie on a spiral
         radius, turn = _WIDTH * np.sqrt((k + 0.5) / _POINTS), 2.39996 * k
         lamp = _LAMP + radius * np.array((np.cos(turn), np.sin(turn)))
-        outlines.append(
-            _join_faces_to_outline(
-                _project_horizontal_points(corners[..., :2] - height * lamp, floor)
-            )
-        )
+        faces = _project_horizontal_points(corners[..., :2] - height * lamp, floor)
+        # The faces that are turned away from the lamp cover the same area.
+        faces = faces[_compute_signed_areas(*np.moveaxis(faces, -1, 0)) > 0.0]
+        codes = np.tile([Outline.MOVETO, *[Outline.LINETO] * 3, Outline.CLOSEPOLY], len(faces))
+        closed = np.concatenate([faces, faces[:, :1]], axis=1).reshape(-1, 2)
+        outlines.append(Outline(closed, codes.astype(np.uint8)))
     opacity = 1.0 - (1.0 - _STRENGTH) ** (1.0 / _POINTS)
     shadow = PathCollection(
         outlines, facecolors=[to_rgba(SHADOW, opacity)], linewidths=0.0, zorder=0.4
     )
     axes.add_collection(shadow)
     return shadow
-
-
-def _join_faces_to_outline(faces: Array) -> Outline:
-    x, y = np.moveaxis(faces, -1, 0)
-    faces = faces[_compute_signed_areas(x, y) > 0.0]  # faces away from the lamp cover the same area
-    corners = np.concatenate([faces, faces[:, :1]], axis=1).reshape(-1, 2)
-    codes = np.tile([Outline.MOVETO, *[Outline.LINETO] * 3, Outline.CLOSEPOLY], len(faces))
-    return Outline(corners, codes.astype(np.uint8))
-
-
-def _project_horizontal_points(places: Array, height: float) -> Array:
-    points = np.concatenate([places, np.full_like(places[..., :1], height)], axis=-1)
-    return np.stack(project_to_view(points)[:2], axis=-1)
 
 
 MOST_PIXELS = 2**28  # largest number of pixels of all frames; a GIF needs a byte of memory for each
@@ -415,6 +408,60 @@ _LEVEL = 0.02  # depth below the fixed point that is drawn as if the body stood 
 _ASIDE = 30.0  # angle by which the lean is turned towards the eye [degrees]
 
 
+class FilmedTop(NamedTuple):
+    """The body of a top, its attitudes (n, 4) in the frames, and the trace of its apex.
+
+    apex       ((n - 1) * between + 1, 3) directions
+    is_joined  False: the directions are too far apart to be joined by a line
+    """
+
+    body: Body
+    q: Array
+    apex: Array
+    is_joined: bool
+
+    def draw_frames(self, axes: Axes, captions: list[str]) -> Iterator[None]:
+        """Draw the top as it is in each of the frames in turn, with a caption."""
+        quads, colours = build_solid_faces(self.body)
+        edge = 0.8 if len(quads) == 6 else 0.0  # outlines of a cuboid
+        extent = np.unique(quads.reshape(-1, 3), axis=0)
+        lowest = min(float(_rotate(one, extent)[:, 2].min()) for one in self.q)
+        floor = max(min(lowest, float(self.apex[:, 2].min())), -1.0) if lowest < -_LEVEL else 0.0
+        set_equal_scale_and_hide_frame(axes)
+        draw_floor_sphere_and_stand(axes, floor)
+        style = "-" if self.is_joined else ","
+        (back_trace,) = axes.plot([], [], style, color=RED, linewidth=0.7, alpha=0.45)
+        (trace,) = axes.plot([], [], style, color=RED, linewidth=1.2, alpha=0.85, zorder=3)
+        (needle,) = axes.plot([], [], color=STEEL, linewidth=2.0)
+        (tip,) = axes.plot([], [], "o", color=RED, markersize=4)
+        (lever,) = axes.plot([], [], color=STEEL, linewidth=2.6)
+        text = axes.text(0.03, 0.03, "", transform=axes.transAxes, fontsize=9)
+        x, y, depth = project_to_view(self.apex)
+        between = (len(self.apex) - 1) // (len(self.q) - 1)
+        heights = _rotate(self.q[0], quads) @ self.apex[0]  # extent of the body along its apex
+        begin, end = max(float(heights.min()), 0.0), float(heights.max())
+        frames = zip(range(0, len(x), between), self.q, captions, strict=True)
+        for index, q, caption in frames:
+            span = slice(0, index + 1)
+            back_trace.set_data(x[span], np.where(depth[span] <= 0.0, y[span], np.nan))
+            trace.set_data(x[span], np.where(depth[span] > 0.0, y[span], np.nan))
+            needle.set_data([end * x[index], x[index]], [end * y[index], y[index]])
+            tip.set_data([x[index]], [y[index]])
+            if begin > 0.0:
+                lever.set_data([0.0, begin * x[index]], [0.0, begin * y[index]])
+            for part in needle, tip:
+                part.set_zorder(4.0 if depth[index] > 0.0 else 1.0)
+            lever.set_zorder(1.7 if depth[index] > 0.0 else 2.5)  # the body has zorder 2.0
+            corners = _rotate(q, quads)
+            solid = draw_solid_faces(axes, corners, colours, edge=edge)
+            solid.set_zorder(2.0)
+            shadow = draw_body_shadow(axes, corners, floor)
+            text.set_text(caption)
+            yield
+            solid.remove()
+            shadow.remove()
+
+
 @make_frozen_class_decorator("path.animate({}=...) returns a new film")
 @dataclass(frozen=True, eq=False, repr=False)
 class Film:
@@ -426,12 +473,9 @@ class Film:
 
     t: Array
     fps: int
-    _body: Body
-    _q: Array
-    _apex: Array  # (n - 1) * between + 1 directions
-    _size: int
+    _tops: list[FilmedTop]
+    _size: int  # height and width of the picture of one top
     _time_unit: str | None
-    _is_joined: bool  # False: the points of _apex are too far apart to be joined by a line
 
     def __len__(self) -> int:
         return len(self.t)
@@ -455,102 +499,83 @@ class Film:
         return _encode_html(self).decode()
 
     def _draw_frames(self) -> Iterator[Figure]:
-        figure = Figure(figsize=(self._size / _DPI,) * 2, dpi=_DPI)
-        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        quads, colours = build_solid_faces(self._body)
-        edge = 0.8 if len(quads) == 6 else 0.0  # outlines of a cuboid
-        floor = _find_floor_height(quads, self._q, self._apex)
-        set_equal_scale_and_hide_frame(axes)
-        draw_floor_sphere_and_stand(axes, floor)
-        style = "-" if self._is_joined else ","
-        (back_trace,) = axes.plot([], [], style, color=RED, linewidth=0.7, alpha=0.45)
-        (trace,) = axes.plot([], [], style, color=RED, linewidth=1.2, alpha=0.85, zorder=3)
-        (needle,) = axes.plot([], [], color=STEEL, linewidth=2.0)
-        (tip,) = axes.plot([], [], "o", color=RED, markersize=4)
-        (lever,) = axes.plot([], [], color=STEEL, linewidth=2.6)
-        clock = axes.text(0.03, 0.03, "", transform=axes.transAxes, fontsize=9)
-        x, y, depth = project_to_view(self._apex)
-        between = (len(self._apex) - 1) // (len(self.t) - 1)
-        heights = _rotate(self._q[0], quads) @ self._apex[0]  # extent of the body along its apex
-        begin, end = max(float(heights.min()), 0.0), float(heights.max())
-        for i, (t, q) in enumerate(zip(self.t, self._q, strict=True)):
-            index = i * between
-            span = slice(0, index + 1)
-            back_trace.set_data(x[span], np.where(depth[span] <= 0.0, y[span], np.nan))
-            trace.set_data(x[span], np.where(depth[span] > 0.0, y[span], np.nan))
-            needle.set_data([end * x[index], x[index]], [end * y[index], y[index]])
-            tip.set_data([x[index]], [y[index]])
-            if begin > 0.0:
-                lever.set_data([0.0, begin * x[index]], [0.0, begin * y[index]])
-            for part in needle, tip:
-                part.set_zorder(4.0 if depth[index] > 0.0 else 1.0)
-            lever.set_zorder(1.7 if depth[index] > 0.0 else 2.5)  # the body has zorder 2.0
-            corners = _rotate(q, quads)
-            solid = draw_solid_faces(axes, corners, colours, edge=edge)
-            solid.set_zorder(2.0)
-            shadow = draw_body_shadow(axes, corners, floor)
-            clock.set_text(f"t = {t:.4g}" + (f" {self._time_unit}" if self._time_unit else ""))
+        rows, columns = arrange_pictures(len(self._tops))
+        inches = self._size / _DPI
+        figure = Figure(figsize=(columns * inches, rows * inches), dpi=_DPI)
+        pictures, unit = [], f" {self._time_unit}" if self._time_unit else ""
+        clock = [f"t = {t:.4g}{unit}" for t in self.t]
+        for k, top in enumerate(self._tops):
+            place = (k % columns) / columns, 1.0 - (k // columns + 1) / rows
+            axes = figure.add_axes((*place, 1.0 / columns, 1.0 / rows))
+            has_clock = k == (rows - 1) * columns  # in the lower left corner
+            pictures.append(top.draw_frames(axes, clock if has_clock else [""] * len(self)))
+        for _ in zip(*pictures, strict=True):
             yield figure
-            solid.remove()
-            shadow.remove()
 
 
-def _find_floor_height(quads: Array, q: Array, apex: Array) -> float:
-    """Return the height of a floor below the body and its trace; 0 above the fixed point."""
-    corners = np.unique(quads.reshape(-1, 3), axis=0)
-    lowest = min(float(_rotate(one, corners)[:, 2].min()) for one in q)
-    return max(min(lowest, float(apex[:, 2].min())), -1.0) if lowest < -_LEVEL else 0.0
+def arrange_pictures(n: int) -> tuple[int, int]:
+    """Return the numbers of rows and columns in which n square pictures are arranged."""
+    columns = math.ceil(math.sqrt(n))
+    return -(-n // columns), columns
 
 
 def make_film(
-    path: Any,
+    paths: Sequence[Any],
     file: str | os.PathLike[str] | None,
     speed: float | None,
     fps: int,
     size: int,
     time_unit: str | None = None,
 ) -> Film:
-    """Return an animation of a path; all arguments are validated before any state is computed."""
+    """Return an animation of the paths of tops, side by side, over the time that they share.
+
+    All arguments are validated before any state is computed.
+    """
     make = None if file is None else select_film_encoder(file)
     rate, wide = as_int("fps", fps, 1), as_int("size", size, 16)
     unit = None if time_unit is None else as_unit_name("time_unit", time_unit)
-    low, high = path.t.min(initial=np.inf), path.t.max(initial=-np.inf)
+    low = max(float(path.t.min(initial=np.inf)) for path in paths)
+    high = min(float(path.t.max(initial=-np.inf)) for path in paths)
     if not low < high:
         raise ValueError("a film needs a path of positive duration: solve to a later time")
-    begin, end = map(float, (low, high) if path.t[-1] >= path.t[0] else (high, low))
-    pace = abs(end - begin) / SECONDS if speed is None else as_positive("speed", speed)
-    steps = _count_steps_between_frames(abs(end - begin) * rate, pace, wide)
-    turns = abs(end - begin) / compute_duration_of_turn(path.scene)
-    is_joined = turns * POINTS_PER_TURN <= MOST_POINTS
-    between = max(BETWEEN, math.ceil(turns * POINTS_PER_TURN / steps) if is_joined else 0)
+    begin, end = (low, high) if paths[0].t[-1] >= paths[0].t[0] else (high, low)
+    duration, pictures = high - low, math.prod(arrange_pictures(len(paths)))
+    pace = duration / SECONDS if speed is None else as_positive("speed", speed)
+    steps = _count_steps_between_frames(duration * rate, pace, wide, pictures)
+    turns = [duration / compute_duration_of_turn(path.scene) * POINTS_PER_TURN for path in paths]
+    joined = [number <= MOST_POINTS for number in turns]
+    drawn = [math.ceil(n / steps) for n, is_joined in zip(turns, joined, strict=True) if is_joined]
+    between = max([BETWEEN, *drawn])
     t = np.linspace(begin, end, steps * between + 1)
-    states = path(t)
-    q, apex = _rotate_lean_to_side(states.q, states.apex)
-    film = Film(t[::between], rate, path.scene.body, q[::between], apex, wide, unit, is_joined)
+    tops = []
+    for path, is_joined in zip(paths, joined, strict=True):
+        states = path(t)
+        q, apex = states.q[::between], states.apex
+        lean = np.hypot(apex[:, 0], apex[:, 1])
+        i = int(np.argmax(lean >= min(_LEAN, float(lean.max()))))
+        if lean[i] > 0.0:  # the first clear tilt is turned until it is seen from the side
+            half = -0.5 * (np.radians(_ASIDE) + np.arctan2(apex[i, 1], apex[i, 0]))
+            aside = np.array([np.cos(half), 0.0, 0.0, np.sin(half)])
+            q = np.stack(multiply(tuple(aside), tuple(q.T)), axis=-1)
+            apex = _rotate(aside, apex)
+        tops.append(FilmedTop(path.scene.body, q, apex, is_joined))
+    film = Film(t[::between], rate, tops, wide, unit)
     if file is not None and make is not None:
         atomic_write(file, make(film))
     return film
 
 
-def _rotate_lean_to_side(q: Array, apex: Array) -> tuple[Array, Array]:
-    """Rotate all states about the vertical so that the first clear tilt is seen from the side."""
-    lean = np.hypot(apex[:, 0], apex[:, 1])
-    index = int(np.argmax(lean >= min(_LEAN, float(lean.max()))))
-    if not lean[index] > 0.0:
-        return q, apex
-    angle = -np.radians(_ASIDE) - np.arctan2(apex[index, 1], apex[index, 0])
-    rotation = np.array([np.cos(0.5 * angle), 0.0, 0.0, np.sin(0.5 * angle)])
-    return np.stack(multiply(tuple(rotation), tuple(q.T)), axis=-1), _rotate(rotation, apex)
-
-
-def _count_steps_between_frames(length: float, speed: float, size: int) -> int:
+def _count_steps_between_frames(length: float, speed: float, size: int, pictures: int) -> int:
     """Return the number of frames minus one, for a path of `length` frames at the speed 1."""
-    frames, most = max(length / speed + 1.0, 2.0), MOST_PIXELS // size**2
+    area = size**2 * pictures
+    frames, most = max(length / speed + 1.0, 2.0), MOST_PIXELS // area
     if frames <= MOST_PIXELS and round(frames) <= most:
         return round(frames) - 1
-    problem = f"{frames:.7g} frames of {size} x {size} pixels are too many"
+    tops = f" for {pictures} tops" if pictures > 1 else ""
+    problem = f"{frames:.7g} frames of {size} x {size} pixels{tops} are too many"
     if most < 2:
-        raise ValueError(f"{problem}: the size must be at most {math.isqrt(MOST_PIXELS // 2)}")
+        largest = math.isqrt(MOST_PIXELS // (2 * pictures))
+        raise ValueError(f"{problem}: the size must be at most {largest}")
     slowest = Decimal(length / (most - 1))
     digits = Decimal((0, (1,), slowest.adjusted() - 2))
     raise ValueError(

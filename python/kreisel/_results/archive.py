@@ -24,8 +24,7 @@ from .._options.plan import StepChoice
 from .._utils.arguments import Array, as_float, as_int, short_repr
 from .._utils.files import ArchiveReader, Integers, pack_archive
 from .buffers import STATUSES, EnsembleBuffers, EventColumns
-from .error import RunStart
-from .quantities import NO_STATES, PathBase, Stats, TangentData
+from .error import NO_STATES, RunStart, Stats, TangentData
 
 _FORMAT = 1  # version of the archive's layout: the header's entries and the names of the arrays
 _EVENTS = "events_"
@@ -33,45 +32,41 @@ _MET = "which", "direction"
 
 
 PathArguments = dict[str, Any]  # keyword arguments of kreisel.Path
-EventArrays = tuple[PathBase, Integers, Integers]  # states at the events, indices, directions
 
 
-def encode_path_as_archive(path: PathBase, events: EventArrays | None) -> bytes:
-    head = {
-        "kreisel": version,
-        "format": _FORMAT,
-        **path._options.to_json(),
+def encode_as_archive(path: Any) -> bytes:
+    """Return the archive of a kreisel.Path, as described in Path.save."""
+    head = {"kreisel": version, "format": _FORMAT, **path._options.to_json()}
+    if path._is_many:
+        return _encode_many(head, path.scene, path._t, path._buffers)
+    data, events, choice = path._tangent_data, path._events, path._choice
+    head |= {
         "step": path.step,
         "low": path._low is not None,
         "start": path._origin.to_json(),
         "stats": path.stats,
-        "choice": path._choice and asdict(path._choice),
-        "tangents": path._tangent_data
-        and {"by": path._tangent_data.by, "rest": path._tangent_data.truncation},
-        "events": events and {"want": events[0].want, "low": events[0]._low is not None},
+        "choice": choice and asdict(choice),
+        "tangents": data and {"by": data.by, "rest": data.truncation},
+        "events": None
+        if events is None
+        else {"want": events.path.want, "low": events.path._low is not None},
     }
     arrays: dict[str, Array | Integers] = dict(_get_state_arrays_by_name(path, ""))
-    if path._tangent_data:
-        arrays |= {"tangents": path._tangent_data.high, "tangents_low": path._tangent_data.low}
-    if events:
-        event_path, *rest = events
-        arrays |= _get_state_arrays_by_name(event_path, _EVENTS)
-        arrays |= {_EVENTS + name: array for name, array in zip(_MET, rest, strict=True)}
+    if data:
+        arrays |= {"tangents": data.high, "tangents_low": data.low}
+    if events is not None:
+        arrays |= _get_state_arrays_by_name(events.path, _EVENTS)
+        arrays |= {_EVENTS + name: getattr(events, name) for name in _MET}
     return pack_archive({"head": json.dumps(head), "scene": path.scene.to_toml()}, arrays)
 
 
 SavedEnsemble = tuple[Ensemble, Array, Options, EnsembleBuffers]
 
 
-def encode_ensemble_as_archive(
-    tops: Ensemble, t: Array, options: Options, buffers: EnsembleBuffers
-) -> bytes:
+def _encode_many(head: dict[str, Any], tops: Ensemble, t: Array, buffers: EnsembleBuffers) -> bytes:
     events = [np.concatenate(column) for column in zip(*buffers.events, strict=True)]
     given = {f"given_{name}": np.asarray(values) for name, values in tops.coords.items()}
-    head = {
-        "kreisel": version,
-        "format": _FORMAT,
-        **options.to_json(),
+    head |= {
         "shape": tops.shape,
         "scenes": [scene.to_toml() for scene in tops.ravel()],
         "names": tops._names,
@@ -139,7 +134,7 @@ def _read_saved_ensemble(archive: ArchiveReader, head: dict[str, Any]) -> SavedE
     return tops, t, options, buffers
 
 
-def _get_state_arrays_by_name(path: PathBase, prefix: str) -> dict[str, Array]:
+def _get_state_arrays_by_name(path: Any, prefix: str) -> dict[str, Array]:
     if path._columns is not None:
         arrays = path._columns
     else:

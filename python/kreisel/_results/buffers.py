@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import NamedTuple, Self
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -130,6 +130,29 @@ class EnsembleBuffers:
             part.chosen = {j: self.chosen[i] for j, i in numbers if i in self.chosen}
         part.events = self._select_events_of_rows(selection) if self.events else []
         return part
+
+    def select_states(self, which: Which) -> EnsembleBuffers:
+        """Return buffers of the selected times, without events.
+
+        A top is done with all times up to the last selected one that it reached.
+        """
+
+        def select(array: Array | None) -> Any:
+            return None if array is None else np.ascontiguousarray(array[:, which])
+
+        k = next(a.shape[1] for a in (self.states, *self.columns.values()) if a is not None)
+        is_reached = np.arange(k)[which] < self.done[:, None]
+        done: Counts = (is_reached * np.arange(1, is_reached.shape[1] + 1)).max(axis=1, initial=0)
+        return replace(
+            self,
+            done=done,
+            states=select(self.states),
+            low=select(self.low),
+            tangents=select(self.tangents),
+            tangents_low=select(self.tangents_low),
+            columns={name: select(column) for name, column in self.columns.items()},
+            events=[],
+        )
 
     def _select_events_of_rows(self, selection: Which) -> list[EventColumns]:
         numbers = np.arange(self.size)[selection]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import combinations
 from typing import Any, NamedTuple
@@ -14,22 +13,50 @@ from .._core import KIND_RTOL, Work, record, start
 from .._core import tangents as TANGENTS
 from .._model.parameters import refuse_disturbances
 from .._model.scene import Scene
-from .._options.methods import EXACT, FALLBACK, explain_no_closed_form, has_torus_closed_form
+from .._options.methods import EXACT, FALLBACK, has_torus_closed_form
 from .._options.options import Options
-from .._utils.arguments import (
-    Array,
-    Quaternion,
-    as_finite_array,
-    as_float,
-    make_exception_from_status,
-)
+from .._utils.arguments import Array, as_finite_array, as_float, freeze_array
 from .._utils.processes import Progress
-from .._utils.quantity_attributes import MethodName
 from ..quaternion import conjugate, multiply, turn
 
 # The name of the status; the states reached (n, 8), as t, q, m; the low words of these states or
 # None; the numbers of steps, rejected steps, evaluations and iterations; the last requested time.
 CoreResult = tuple[str, Array, Array | None, tuple[int, int, int, int], float]
+
+
+NO_STATES = np.empty((0, 8))
+STATE_COLUMNS = {"t": slice(0, 1), "q": slice(1, 5), "m": slice(5, 8)}
+
+
+class Stats(NamedTuple):
+    """The numbers of steps, rejected steps, torque evaluations and solver iterations in a run."""
+
+    steps: int
+    rejected: int
+    evaluations: int
+    iterations: int
+
+
+class TangentData(NamedTuple):
+    """(n, 6, columns) tangents, their low words and their truncation error.
+
+    The truncation error is the largest magnitude among the last retained terms of the Taylor
+    series. `by` lists the parameters with respect to which the derivatives are taken, in the order
+    of the C library.
+    """
+
+    high: Array
+    low: Array
+    truncation: float | Any  # an array (*shape) for many tops
+    by: tuple[str, ...]
+
+    @classmethod
+    def from_flat_arrays(
+        cls, high: Array, low: Array, truncation: float, names: tuple[str, ...]
+    ) -> TangentData:
+        shape = len(high), 6, sum(TANGENTS[name][1] for name in names)
+        high, low = freeze_array(high.reshape(shape)), freeze_array(low.reshape(shape))
+        return cls(high, low, truncation, names)
 
 
 class RunStart(NamedTuple):
@@ -96,23 +123,6 @@ def compute_states_at_unordered_times(
     return "OK", states, low, (steps, rejected, evaluations, iterations), end
 
 
-def make_core_start_error(
-    status: str, scene: Scene, method: str, step: float | None, tol: float | None
-) -> Exception:
-    """Return the exception that explains why a run cannot start; suggest a smaller step."""
-    if status == "ERR_METHOD" and has_torus_closed_form(scene):
-        return ValueError(f"the method {method!r} does not apply: {explain_no_closed_form(scene)}")
-    hint = ""
-    if status == "ERR_STEP_SIZE" and step:
-        smaller_step = step
-        while smaller_step and start(scene._block, method, smaller_step, 0.0, 0, 0)[0] == status:
-            smaller_step /= 2.0
-        hint = f", where {smaller_step!r} would suffice"
-    return make_exception_from_status(
-        status, f"{method} with step = {step!r}{hint}, tol = {tol!r} and {scene!r}"
-    )
-
-
 CLOSED_FORM = Options(EXACT, requested_method=EXACT)
 SERIES = Options(FALLBACK, requested_method=FALLBACK)
 LONGER_SERIES = Options(FALLBACK, digits=20, requested_method=FALLBACK)
@@ -151,35 +161,6 @@ def has_cheap_exact_form(scene: Scene) -> bool:
     return not scene.gravity or not any(0.0 < abs(c) <= tolerance * reach for c in com)
 
 
-def estimate_attitude_error(
-    scene: Scene,
-    method: MethodName,
-    digits: int | None,
-    angle_to: Callable[[Options], float],
-    growth: Callable[[], float],
-) -> float:
-    """Estimate the attitude error [rad] of a path that `method` computed with `digits` digits.
-
-    `angle_to(options)` returns the largest angle between the path and a second run with these
-    options. `growth()` returns the factor by which the motion amplifies rounding errors in the
-    initial state. The returned error is pi if nothing is known about the accuracy of the attitude.
-    """
-    if not digits and method != EXACT and has_cheap_exact_form(scene):
-        error = angle_to(CLOSED_FORM)
-        if error >= ROUNDINGS * ROUNDING * growth():
-            return error
-    if digits == 30:
-        # No other run is more accurate than the path, whose error may therefore exceed its distance
-        # from each of them. All runs have the error by rounding the start in common.
-        errors = [*map(angle_to, SHORTER_STEPS), ROUNDING**2 * growth()]
-        return min(FACTOR_30 * max(errors), math.pi)
-    error = 0.0 if digits else angle_to(LONGER_SERIES)
-    # A closed form rounds only once, but the motion can magnify the rounding errors of a series.
-    # A large difference may therefore be an error of the series with 20 digits: use 30 digits.
-    is_unsure = method == EXACT and error > ROUNDINGS * ROUNDING
-    return angle_to(LONGEST_SERIES) if digits or is_unsure else error
-
-
 def compute_state_changes_by_rounding(scene: Scene, digits: int = 16) -> Array:
     """Return a matrix whose columns are changes of the state per unit of relative rounding error.
 
@@ -189,29 +170,17 @@ def compute_state_changes_by_rounding(scene: Scene, digits: int = 16) -> Array:
     """
     if digits <= 16:
         return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._rotation_rate] * 3)
-    rotation, principal = _rotation_matrix(scene.attitude), _rotation_matrix(scene.body.axes)
+    basis: Any = tuple(np.eye(3))
+    rotation, principal = (np.array(turn(q, basis)) for q in (scene.attitude, scene.body.axes))
+    # Each component of the stored quaternion of the principal axes is a sum of rounded products.
+    each: Any = np.diag(scene.attitude)
+    sizes: Any = np.diag(np.linalg.norm(multiply(each, scene.body.axes), axis=1))
+    products = multiply(sizes, conjugate(scene.body.axes))
+    turns = 2.0 * np.array(multiply(conjugate(scene.attitude), products))[1:]
     body_momentum = rotation.T @ np.array(scene.momentum)
-    turns = _compute_rounding_rotations(scene)
     momentum_changes = rotation @ np.cross(turns.T, body_momentum).T
     momentum_roundings = rotation @ (principal * (principal.T @ body_momentum))
     return np.block([[turns, np.zeros((3, 3))], [momentum_changes, momentum_roundings]])
-
-
-def _compute_rounding_rotations(scene: Scene) -> Array:
-    """Return the rotation vectors [rad], in the body frame, that result from rounding the attitude.
-
-    Each component of the stored quaternion of the principal axes is a sum of rounded products.
-    """
-    axes = scene.body.axes
-    each: Any = np.diag(scene.attitude)
-    sizes: Any = np.diag(np.linalg.norm(multiply(each, axes), axis=1))
-    products = multiply(sizes, conjugate(axes))
-    return 2.0 * np.array(multiply(conjugate(scene.attitude), products))[1:]
-
-
-def _rotation_matrix(q: Quaternion) -> Array:
-    axes = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-    return np.array([turn(q, axis) for axis in axes]).T
 
 
 def estimate_rounding_growth(

@@ -1,79 +1,52 @@
-"""The path of one top: its states, quantities and events."""
+"""The path of one or of many tops: their states, quantities and events."""
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from operator import index
-from typing import TYPE_CHECKING, Any, NoReturn, Self, TypeVar, cast
+from typing import TYPE_CHECKING, Any, NoReturn, Self, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from .._core import statuses
+from .._core import start, statuses
 from .._model.parameters import advance_shaking_phase
 from .._model.scene import Ensemble, Scene
-from .._options.methods import EXACT
+from .._options.methods import EXACT, explain_no_closed_form, has_torus_closed_form
 from .._options.options import (
     RECORDABLE,
-    TIME,
     Options,
-    format_index,
     get_member_by_flat_index,
-    unravel_index,
     validate_requested_quantities,
     validate_time_list,
 )
 from .._options.plan import Plan, StepChoice, make_solve_plan
-from .._utils.arguments import (
-    Array,
-    Numbers,
-    ReadOnlyArrays,
-    format_count,
-    freeze_array,
-    make_frozen_class_decorator,
-    short_repr,
-    validate_type,
-)
-from .._utils.files import Integers, atomic_write
+from .._utils import arguments
+from .._utils.arguments import Array, Numbers, format_count, freeze_array, short_repr
+from .._utils.files import atomic_write
 from .._utils.html import format_picture_as_html
 from .._utils.quantity_attributes import QuantityAttributes, QuantityName
-from .archive import encode_ensemble_as_archive, encode_path_as_archive
-from .buffers import INTERRUPTED, STATUSES, Counts, EnsembleBuffers, EventColumns
-from .error import (
-    ORIGIN,
-    ROUNDING,
-    SERIES,
-    CoreResult,
-    RunStart,
-    compute_angles_between_attitudes,
-    compute_states_at_unordered_times,
-    estimate_attitude_error,
-    estimate_rounding_growth,
-    make_core_start_error,
-)
-from .quantities import (
-    NO_STATES,
-    STATE_COLUMNS,
+from . import error as estimates
+from .archive import encode_as_archive
+from .buffers import STATUSES, Counts, EnsembleBuffers, EventColumns
+from .error import NO_STATES, ORIGIN, STATE_COLUMNS, CoreResult, RunStart, Stats, TangentData
+from .results import (
+    Error,
+    Interrupted,
     PathBase,
-    StateIndex,
-    Stats,
-    TangentData,
+    RunResult,
     add_quantity_properties,
     find_flat_index,
-    list_flat_indices,
-    normalize_path_index,
-    validate_times_within_path,
+    unravel_rows,
 )
 from .tables import (
     ColumnTable,
-    TableColumn,
     TableExportMethods,
     describe_quantities,
-    list_parameter_columns,
     list_quantity_columns,
     name_axes,
 )
@@ -86,10 +59,60 @@ if TYPE_CHECKING:
 
 
 MOST_DISPLAYED = 100_000  # number of states of the longest path that notebooks display as a picture
+MOST_DRAWN = 8  # number of tops in one picture
+
+
+def normalize_path_index(n: int, key: Any) -> slice | npt.NDArray[np.intp]:
+    """Convert an index of n states to a slice, of length 1 for an integer, or an integer array."""
+    if isinstance(key, slice):
+        return key
+    numbers = np.asarray(key)
+    kinds = "iub" if numbers.ndim else "iu"
+    if numbers.ndim > 1 or (numbers.size and numbers.dtype.kind not in kinds):
+        raise TypeError(
+            "the states of a path are indexed by a whole number, a slice or a list of numbers, not "
+            f"{short_repr(key)}; its quantities are attributes"
+        )
+    if numbers.ndim == 0:
+        i = int(numbers)
+        if not -n <= i < n:
+            raise IndexError(f"a path of {n} states has no state of index {i}")
+        return slice(i % n, i % n + 1)
+    indices: npt.NDArray[np.intp] = np.arange(n)[numbers if numbers.size else []]
+    return indices
+
+
+def split_index(ndim: int, key: Any) -> tuple[Any, Any]:
+    """Split an index of an array of shape (*shape, k) into those of the tops and of the states.
+
+    The index of the states is None if the key selects only tops, whose shape has `ndim` dimensions.
+    """
+    parts = list(key) if isinstance(key, tuple) else [key]
+    widths = []  # the number of dimensions that each part selects from
+    for part in parts:
+        is_mask = part is not None and np.asarray(part).dtype == np.bool_
+        widths.append(np.ndim(part) if is_mask else int(part is not None and part is not ...))
+    missing = ndim + 1 - sum(widths)
+    gaps = [place for place, part in enumerate(parts) if part is ...]
+    if not gaps and missing > 0:
+        return key, None
+    if missing < 0 or len(gaps) > 1 or widths[-1] > 1 or parts[-1] is None:
+        raise IndexError(
+            f"{short_repr(key)} is not an index of the {ndim} dimensions of the tops and of the "
+            "states, as in path[:, -1]"
+        )
+    for place in gaps:
+        parts[place : place + 1] = [slice(None)] * missing
+    *tops, states = parts
+    if any(isinstance(one, (list, np.ndarray)) for one in tops) and isinstance(
+        states, (list, np.ndarray)
+    ):
+        raise IndexError("select tops before states, as in path[tops][:, states]")
+    return tuple(tops), states
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class Path(ReadOnlyArrays, PathBase, TableExportMethods):
+class Path(PathBase, TableExportMethods):
     """The computed motion of one top or of all tops of an ensemble, sampled at n times.
 
     All arrays are read-only, but copies of them are writeable. The arrays t, q and m are views of
@@ -99,9 +122,10 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
     and numbers such as `error` are arrays of its shape. If a top failed, its values after the last
     valid state are NaN.
 
-    path[i]  for one top, a path with the selected states. For many tops, the path of one top with
-             the same values, or the path of several tops, selected as in NumPy. Calling the path of
-             one top with other times solves this top alone, and taylor may then round differently
+    path[i]     for one top, a path with the selected states. For many tops, the path of one top
+                with the same values, or the path of several tops. Calling the path of one top with
+                other times solves this top alone, and taylor may then round differently
+    path[:, j]  for many tops, the path of the selected tops with the selected states
 
     scene   the kreisel.Scene or kreisel.Ensemble
     states  (n, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]
@@ -115,7 +139,7 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
 
     scene: Scene
     states: Array  # not set if the path has _columns
-    stats: Stats
+    stats: Any
     _options: Options
     _is_back: bool = False
     _low: Array | None = None  # low words of the states
@@ -124,46 +148,27 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
     _choice: StepChoice | None = None  # the choice of method='geometric'
     _tangent_data: TangentData | None = None
     _origin: RunStart = ORIGIN
-    _many: EnsembleResult | None = None  # the result of an ensemble with the same states
     _failure: tuple[str, str] | None = None  # the status and the message of a failed run
+    _is_many: bool = False  # True: `_t` and `_buffers` have the same results of many tops
 
     def __init__(
-        self,
-        scene: Any,
-        states: Array,
-        stats: Stats,
-        _options: Options,
-        _is_back: bool = False,
-        _low: Array | None = None,
-        _columns: dict[str, Array] | None = None,
-        _events: Events | None = None,
-        _choice: StepChoice | None = None,
-        _tangent_data: TangentData | None = None,
-        _origin: RunStart = ORIGIN,
-        _many: EnsembleResult | None = None,
-        _failure: tuple[str, str] | None = None,
+        self, scene: Any, states: Array, stats: Any, _options: Options, *flag: bool, **fields: Any
     ) -> None:
-        fields = self.__dict__  # avoids the slow object.__setattr__ of frozen dataclasses
-        fields["scene"], fields["stats"], fields["_options"] = scene, stats, _options
-        fields["_is_back"], fields["_low"], fields["_columns"] = _is_back, _low, _columns
-        fields["_events"], fields["_choice"] = _events, _choice
-        fields["_tangent_data"], fields["_origin"] = _tangent_data, _origin
-        fields["_many"], fields["_failure"] = _many, _failure
-        if _low is not None:
-            _low.flags.writeable = False
-        if _columns is None:
-            states.flags.writeable = False
-            fields["states"] = states
-            return
-        for name, column in _columns.items():
-            column.flags.writeable = False
-            if name not in STATE_COLUMNS:
-                fields[name] = column
+        fields |= dict(zip(("_is_back",), flag, strict=False))
+        own = self.__dict__  # avoids the slow object.__setattr__ of frozen dataclasses
+        own.update(fields, scene=scene, stats=stats, _options=_options)
+        columns: dict[str, Array] | None = fields.get("_columns")
+        if columns is None:
+            own["states"] = states
+        for array in (states, fields.get("_low"), *(columns or {}).values()):
+            if array is not None:
+                array.flags.writeable = False
+        own.update({k: x for k, x in (columns or {}).items() if k not in STATE_COLUMNS})
 
     @classmethod
     def _of_many(cls, tops: Ensemble, t: Array, options: Options, buffers: EnsembleBuffers) -> Self:
         """Return the path of all tops of an ensemble, whose arrays are views of `buffers`."""
-        many = EnsembleResult(tops, t, options, buffers)
+        many = RunResult(tops, t, options, buffers)
         shape, states, columns, data = many._reshape_to_ensemble, NO_STATES, None, None
         if options.want is not None:
             columns = {"t": many.t} | {k: shape(rows) for k, rows in buffers.columns.items()}
@@ -176,85 +181,37 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
             data = TangentData(shape(high), shape(rest), truncation, options.tangents)
         low = None if buffers.low is None else shape(buffers.low)
         is_back = options.step is not None and t.size > 0 and bool((t[..., -1] < 0.0).all())
-        return cls(
-            tops, states, many.stats, options, is_back, low, columns, _tangent_data=data, _many=many
-        )
+        path = cls(
+            tops, states, many.stats, options, is_back, _low=low, _columns=columns,
+            _tangent_data=data, _is_many=True,
+        )  # fmt: skip
+        vars(path).update(_t=t, _buffers=buffers)
+        return path
 
     def __getstate__(self) -> dict[str, Any]:
-        return vars(self) if self._many is None else {"_many": self._many}
+        names = ("scene", "_t", "_options", "_buffers") if self._is_many else vars(self)
+        return {name: vars(self)[name] for name in names}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        many = state.get("_many")
-        if many is not None:
-            path = Path._of_many(many.scene, many._t, many._options, many._buffers)
-            state = vars(path) | state
+        if "_t" in state:
+            state = vars(Path._of_many(*state.values()))
         super().__setstate__(state)
 
     def __repr__(self) -> str:
-        if self._many is not None:
+        if self._is_many:
             states = format_count(self.t.shape[-1], "state")
-            summary = self._many._format_summary()
-            return f"<kreisel.Path of shape {self.shape}, {states} each: {summary}>"
-        values = {"step": self.step, "tol": self.tol, "digits": self.digits}
-        controls = "".join(f", {k}={v!r}" for k, v in values.items() if v is not None)
+            return f"<kreisel.Path of shape {self.shape}, {states} each: {self._format_summary()}>"
         span = f", t = {self.t[0]:g} .. {self.t[-1]:g}" if len(self) else ""
-        ran = f"{self.method}{controls}, {format_count(self.stats.steps, 'step')}"
+        ran = f"{self._format_controls()}, {format_count(self.stats.steps, 'step')}"
         return f"<kreisel.Path: {format_count(len(self), 'state')}{span}; {ran}>"
 
-    @property
-    def status(self) -> str:
-        """(*shape) the name of each top's status: 'OK', 'ERR_LIMIT', ...; a str for one top.
-
-        The names are those of the status constants in kreisel.h without the prefix KR_. The method
-        `message` describes a failure. The run of one top raises an exception if it fails; the path
-        of the exception has the status.
-        """
-        if self._many is not None:
-            return cast(str, self._many.status)
-        return "OK" if self._failure is None else self._failure[0]
-
-    @property
-    def failed(self) -> npt.NDArray[np.intp]:
-        """(f,) the indices of the tops that did not reach their last time.
-
-        For f failed tops, the shape is (f,) for one-dimensional ensembles and (f, ndim) otherwise.
-        """
-        return list_failed(self.status)
-
-    @property
-    def reached(self) -> float:
-        """(*shape) the time of the last valid state of each top [T]; a float for one top."""
-        if self._many is not None:
-            return cast(float, self._many.reached)
-        return float(self.t[-1]) if len(self) else self.start_time
-
-    @property
-    def state_counts(self) -> int:
-        """(*shape) the number of requested times that each top reached; an int for one top."""
-        return len(self) if self._many is None else cast(int, self._many.state_counts)
-
-    def message(self, index: int | tuple[int, ...] = ()) -> str:
-        """Return the reason why the top at `index` failed, or 'success' if it did not fail."""
-        if self._many is not None:
-            return self._many.message(index)
-        if index != ():
-            raise IndexError(f"{short_repr(index)} is not the index of one top, of the shape ()")
-        return statuses["OK"][1] if self._failure is None else self._failure[1]
-
-    def check(self) -> Path:
-        """Check that every top reached its final time, and return this path.
-
-        Raises kreisel.Error, or kreisel.Interrupted after Ctrl-C, for the first top that did not
-        reach its final time. The error message states the index of this top and the total number of
-        failed tops. The attribute `path` of the exception is the path of the failed top, and
-        `result` is the path of all tops.
-        """
-        if self._many is not None:
-            self._many._check_all(self)
-        elif self._failure is not None:
-            kind = Interrupted if statuses[self.status][0] == "INTERRUPT" else Error
-            raise kind(self._failure[1], self.status, self)
-        return self
+    @cached_property
+    def _buffers(self) -> EnsembleBuffers:  # type: ignore[override]
+        """The status of one top."""
+        reached = self.t[-1] if len(self) else self.start_time
+        code = STATUSES.index(self._failure[0]) if self._failure else 0
+        done, counts = np.array([len(self)]), np.array([self.stats])
+        return EnsembleBuffers(np.array([code], np.int8), done, counts, np.array([reached]))
 
     @cached_property
     def error(self) -> float:
@@ -278,27 +235,41 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
         Raises AttributeError if `want` was given without 'q' or, for 20 or 30 digits, without
         'q_low', unless the method was 'geometric'.
         """
-        if self._many is not None:
+        if self._is_many:
             return cast(float, self._compute_per_top(lambda path: path.error))
+        scene, digits, origin = self.scene, self.digits, self._origin
         if not len(self):
             return 0.0
         if self._choice and self._columns is not None and "q" not in self._columns:
             return self._choice.error
 
         def angle_to(second: Options) -> float:  # including digits beyond double precision
-            result = compute_states_at_unordered_times(self.scene, second, self.t, self._origin)
-            other = build_path_or_raise(self.scene, second, result, self._origin)
+            result = estimates.compute_states_at_unordered_times(scene, second, self.t, origin)
+            other = build_path_or_raise(scene, second, result, origin)
             pairs = (self.q, self.q_low), (other.q, other.q_low)
-            return float(compute_angles_between_attitudes(*pairs).max())
+            return float(estimates.compute_angles_between_attitudes(*pairs).max())
 
-        def growth() -> float:
-            result, largest = estimate_rounding_growth(
-                self.scene, self.t, self.digits or 16, origin=self._origin
+        def growth() -> float:  # the factor by which the motion amplifies rounding of the start
+            result, largest = estimates.estimate_rounding_growth(
+                scene, self.t, digits or 16, origin=origin
             )
-            build_path_or_raise(self.scene, SERIES, result, self._origin)
+            build_path_or_raise(scene, estimates.SERIES, result, origin)
             return largest
 
-        return estimate_attitude_error(self.scene, self.method, self.digits, angle_to, growth)
+        if not digits and self.method != EXACT and estimates.has_cheap_exact_form(scene):
+            error = angle_to(estimates.CLOSED_FORM)
+            if error >= estimates.ROUNDINGS * estimates.ROUNDING * growth():
+                return error
+        if digits == 30:
+            # No other run is more accurate than the path, whose error may therefore exceed its
+            # distance from each of them. All have the error by rounding the start in common.
+            errors = [*map(angle_to, estimates.SHORTER_STEPS), estimates.ROUNDING**2 * growth()]
+            return min(estimates.FACTOR_30 * max(errors), math.pi)
+        error = 0.0 if digits else angle_to(estimates.LONGER_SERIES)
+        # A closed form rounds only once, but the motion can magnify the rounding errors of a
+        # series. A large difference may be an error of the series with 20 digits: use 30 digits.
+        is_unsure = self.method == EXACT and error > estimates.ROUNDINGS * estimates.ROUNDING
+        return angle_to(estimates.LONGEST_SERIES) if digits or is_unsure else error
 
     @cached_property
     def plan(self) -> Plan:
@@ -306,11 +277,8 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
 
         For many tops, an array (*shape) with the plan of each top.
         """
-        if self._many is not None:
-            plans = np.empty(self.size, dtype=object)
-            plans[:] = [path.plan for path in self._list_members()]
-            plans.flags.writeable = False
-            return cast(Plan, plans.reshape(self.shape))
+        if self._is_many:
+            return cast(Plan, self._compute_per_top(lambda path: path.plan, object))
         return make_solve_plan(self.scene, self._options, len(self), self._choice, self.t)
 
     @cached_property
@@ -318,9 +286,9 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
         """The events that occurred during the run; empty if no events were requested."""
         if self._events is not None:
             return self._events
-        if self._many is not None:
-            many, found = self._many, self._many._event_columns
-            find_path = partial(build_event_path, many.scene, many._options, found)
+        if self._is_many:
+            found, tops = self._event_columns, cast(Any, self.scene)
+            find_path = partial(build_event_path, tops, self._options, found)
             return Events._of_many(found, self.shape, find_path)
         empty = np.empty(0, dtype=np.intc)
         return Events(self[:0], empty, empty.copy())
@@ -345,38 +313,74 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
         a kreisel.types.ExactMap, which is defined only at whole steps of the method. Raises
         kreisel.Error and kreisel.Interrupted under the same conditions as kreisel.solve.
         """
-        if self._many is not None:
-            return _stack_paths(self._many, t, [path(t) for path in self._list_members()])
+        if self._is_many:
+            return self._evaluate_all_tops(t)
         if self._options.requested_method == EXACT != self.method:
             raise ValueError(
                 f"this path is from the closed form of {self.method}, a map without states "
                 "between its steps: call the result of kreisel.exact with the numbers of steps"
             )
-        times = validate_times_within_path(self.t, t, self.start_time)
-        result = compute_states_at_unordered_times(self.scene, self._options, times, self._origin)
+        times, begin = validate_time_list(t), self.start_time
+        low, high = float(self.t.min(initial=begin)), float(self.t.max(initial=begin))
+        outside = np.flatnonzero((times < low) | (times > high))
+        if outside.size:
+            label = f"t[{outside[0]}]" if times.ndim else "t"
+            raise ValueError(
+                f"{label} = {float(times.reshape(-1)[outside[0]])!r} lies outside the path, whose "
+                f"times go from {low!r} to {high!r}: solve for a longer time"
+            )
+        result = estimates.compute_states_at_unordered_times(
+            self.scene, self._options, times.reshape(-1), self._origin
+        )
         path = build_path_or_raise(self.scene, self._options, result, self._origin)
         states = NO_STATES if path._columns else path.states
         return replace(path, states=states, _is_back=self._is_back, _choice=self._choice)
 
-    def __getitem__(self, which: StateIndex | Any) -> Path:
+    def _evaluate_all_tops(self, t: Numbers) -> Path:
+        paths, times = [path(t) for path in self._list_members()], np.ravel(validate_time_list(t))
+        options = replace(self._options, tangents=(), events=None)
+        buffers = EnsembleBuffers.allocate_buffers(len(paths), times.size, options)
+        buffers.status[:], buffers.done[:], buffers.chosen = 0, times.size, self._buffers.chosen
+        for i, path in enumerate(paths):
+            buffers.counts[i], buffers.reached[i] = path.stats, path.reached
+            for name, column in buffers.columns.items():
+                column[i] = getattr(path, name)
+            if buffers.states is not None:
+                buffers.states[i] = path.states
+            if buffers.low is not None:
+                buffers.low[i] = path._low
+        return Path._of_many(cast(Any, self.scene), times, options, buffers)
+
+    def __getitem__(self, which: Any) -> Path:
         """Return a path that contains the selected states, but no events, or the selected tops.
 
         For one top, an integer selects a single state. A slice, a list of integers or a Boolean
-        mask selects several states, as in NumPy. For many tops, an index of NumPy selects tops.
+        mask selects several states, as in NumPy.
+
+        For many tops, the index is that of an array of shape (*shape, k): first the dimensions of
+        the tops, then that of the states, which an integer does not remove. An index without an
+        entry for the states selects tops with all of their states and events. `path[-1]` is the
+        last top, `path[:, -1]` the last state of each top, and `path[2, ::10]` every tenth state of
+        one top. Values of a failed top after its last valid state are NaN.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.thesis, [0.0, 1.0, 2.0, 3.0])
             >>> len(path[-1]), path[::2].t.tolist(), path[path.t > 1.5].t.tolist()
             (1, [0.0, 2.0], [2.0, 3.0])
             >>> many = kr.solve(kr.scenes.thesis.vary(gravity=[0.0, 0.5, 1.0]), [0.0, 1.0, 2.0])
-            >>> many[2], many[1:].q.shape
-            (<kreisel.Path: 3 states, t = 0 .. 2; exact, 2 steps>, (2, 3, 4))
+            >>> many[2], many[1:].q.shape, many[:, -1].q.shape
+            (<kreisel.Path: 3 states, t = 0 .. 2; exact, 2 steps>, (2, 3, 4), (3, 1, 4))
         """
-        if self._many is not None:
-            i = find_flat_index(self.shape, which)
-            if i is not None:
-                return self._many._select_member(i)
-            return Path._of_many(*self._many._select_rows(which))
+        if self._is_many:
+            tops, states = split_index(self.ndim, which)
+            if states is not None:
+                rows = normalize_path_index(self._t.shape[-1], states)
+                options = replace(self._options, events=() if self._options.events else None)
+                buffers = self._buffers.select_states(rows)
+                chosen = self.scene, self._t[..., rows], options, buffers
+                return Path._of_many(*cast(Any, chosen))[tops]
+            i = find_flat_index(self.shape, tops)
+            return Path._of_many(*self._select_rows(tops)) if i is None else self._select_member(i)
         indices = normalize_path_index(len(self), which)
         if self._columns is not None:
             columns = {name: column[indices] for name, column in self._columns.items()}
@@ -389,10 +393,6 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
         return replace(
             self, states=self.states[indices], _low=low, _events=None, _tangent_data=data
         )
-
-    def __iter__(self) -> Iterator[Path]:
-        """Return an iterator over the states of one top, or over the first dimension."""
-        return (self[i] for i in range(len(self)))
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
         """Raise TypeError, because a path cannot be converted to a single array."""
@@ -415,7 +415,7 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
         IndexError if the path has no state with this index. For many tops, the result is a
         kreisel.Ensemble.
         """
-        if self._many is not None:
+        if self._is_many:
             scenes = Ensemble.of([path.scene_at(i) for path in self._list_members()])
             return cast(Scene, scenes.reshape(self.shape))
         (state,) = self.states[normalize_path_index(len(self), index(i))]
@@ -433,19 +433,21 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
     def only(self, want: Iterable[QuantityName]) -> Path:
         """Return a copy of the path that contains only t and the quantities in `want`."""
         names = validate_requested_quantities(want) or ()
-        if self._many is not None:
-            return self._many._only(self, names)
-        words: tuple[str, ...] = ("t", *names)
+        words: tuple[str, ...] = "t", *names
         columns = {name: np.ascontiguousarray(getattr(self, name)) for name in words}
-        options = replace(self._options, want=names).with_heading(self.scene)
-        return replace(
-            self,
-            states=NO_STATES,
-            _options=options,
-            _low=None,
-            _columns=columns,
-            _tangent_data=None,
-        )
+        if not self._is_many:
+            options = self._options.with_heading(self.scene)
+            path = replace(self, states=NO_STATES, _low=None, _columns=columns, _tangent_data=None)
+            vars(path)["_options"] = replace(options, want=names)
+            return path
+        rows: Any = {
+            name: columns[name].reshape(self.size, self._t.shape[-1], *RECORDABLE[name].shape)
+            for name in names
+        }
+        none: Any = dict.fromkeys(("states", "low", "tangents", "tangents_low"))
+        buffers = replace(self._buffers, **none, columns=rows)
+        options = replace(self._options, want=names, tangents=())
+        return Path._of_many(cast(Any, self.scene), self._t, options, buffers)
 
     def save(self, file: str | os.PathLike[str]) -> None:
         """Write the path to a file that can be read by kreisel.load.
@@ -463,30 +465,18 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
         For many tops, head also contains the scenes, and the entries are t, status, done, counts,
         reached, states or column_nutation and so on, and those of events and tangents.
         """
-        if self._many is not None:
-            many = self._many
-            data = encode_ensemble_as_archive(many.scene, many._t, many._options, many._buffers)
-        else:
-            data = encode_path_as_archive(self, self._events_for_archive)
-        atomic_write(file, data)
-
-    @property
-    def _events_for_archive(self) -> tuple[Path, Integers, Integers] | None:
-        events = self._events
-        return None if events is None else (events.path, events.which, events.direction)
+        atomic_write(file, encode_as_archive(self))
 
     def _tabulate(self, names: Iterable[str], degrees: bool, unwrap: bool) -> ColumnTable:
-        if self._many is not None:
+        if self._is_many:
             taken = [each.name for each in describe_quantities(self, names, degrees)]
-            axes = name_axes(self._many.scene, taken)
+            axes = name_axes(cast(Any, self.scene), taken)
             quantities = list_quantity_columns(self, names, degrees, unwrap, axes)
-            return self._many._make_column_table(quantities, taken, {"time": self.t.shape[-1]})
-        controls = {"method": self.method, "step": self.step, "tol": self.tol}
-        attributes = {**controls, "digits": self.digits, "scene": self.scene.to_toml()}
+            return self._make_column_table(quantities, taken, {"time": self.t.shape[-1]})
         return ColumnTable(
             {"time": len(self)},
             list_quantity_columns(self, names, degrees, unwrap),
-            {name: value for name, value in attributes.items() if value is not None},
+            {**self._list_controls(), "scene": self.scene.to_toml()},
         )
 
     def plot(
@@ -514,8 +504,7 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
 
     def _repr_html_(self) -> str | None:
         """Return a picture, or None if it is empty, too large, or lacks a quantity."""
-        quantities = {"apex", "nutation", "precession_angle"}
-        is_stored = self.want is None or quantities.issubset(self.want)
+        is_stored = self.want is None or {"apex", "nutation", "precession_angle"} <= {*self.want}
         if not is_stored or not 0 < self.size <= MOST_DRAWN:
             return None
         if not 0 < self.size * self.t.shape[-1] <= MOST_DISPLAYED:
@@ -546,7 +535,7 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
                    whole path in 8 seconds
         fps        frames per second; the duration of a frame of a GIF is rounded to 1/100 second,
                    at least 2/100
-        size       the height and width of a frame [pixels]
+        size       the height and width of the picture of a top [pixels]
         time_unit  the unit of time in which the scene is described, for the clock; default: none
 
             >>> import kreisel as kr
@@ -554,20 +543,136 @@ class Path(ReadOnlyArrays, PathBase, TableExportMethods):
             >>> path.animate(fps=5, size=120)
             <Film: 41 frames, 5 a second, t = 0 .. 2>
 
-        The frames are evenly spaced in time, regardless of the times of the path. The states in the
-        frames are computed by calling `path(t)`, which may raise exceptions. The trace contains the
-        motion between the frames or, if it has hundreds of turns, separate points. Raises
-        ValueError for a path without duration, an unknown suffix, or more than 2**28 pixels in
-        total. Raises OSError if the file cannot be written.
+        The frames are evenly spaced in time, regardless of the times of the path. Up to 8 tops move
+        side by side, over the time that their paths share. The states in the frames are computed by
+        calling `path(t)`, which may raise exceptions. The trace contains the motion between the
+        frames or, if it has hundreds of turns, separate points. Raises ValueError for a path
+        without duration, for more than 8 tops, for an unknown suffix, or for more than 2**28 pixels
+        in total. Raises OSError if the file cannot be written.
         """
         from .._plot.film import make_film
 
-        check_is_one("a film shows", self)
-        return make_film(self, file, speed, fps, size, time_unit)
+        return make_film(list_drawn_paths(self), file, speed, fps, size, time_unit)
+
+    def _select_member(self, i: int) -> Path:
+        return select_member(self, i) if self._is_many else self
+
+    def _make_top_error(self, i: int) -> BaseException:
+        if self._failure is None:
+            return make_top_error(self, i)
+        status, text = self._failure
+        return (Interrupted if status == "ERR_INTERRUPTED" else Error)(text, status, self)
+
+
+def replace_states_by_quantities(path: Path, columns: dict[str, Array]) -> Path:
+    options = replace(path._options, want=cast(Any, tuple(name for name in columns if name != "t")))
+    return replace(path, states=NO_STATES, _options=options, _low=None, _columns=columns)
+
+
+def get_last_time(result: RunResult, i: int) -> float:
+    """Return the last requested time of the i-th top."""
+    times = result._select_times_of_top(i)
+    return float(times[-1]) if times.size else 0.0
+
+
+def build_path_of_top(result: RunResult, i: int, states: Array, low: Array | None) -> Path:
+    """Return the path of the i-th of many tops, which went through these states."""
+    counts: Any = tuple(result._buffers.counts[i].tolist())
+    tops: Any = result.scene
+    scene, choice = get_member_by_flat_index(tops, i), result._buffers.chosen.get(i)
+    if choice is None:
+        options = replace(result._options.for_member(scene), want=None, error=None)
+    else:
+        options = Options(choice.method, abs(choice.step))
+    end = get_last_time(result, i)
+    path = build_path_from_core_result(scene, options, ("OK", states, low, counts, end))
+    vars(path)["_choice"] = choice
+    return path
+
+
+def select_member(result: RunResult, i: int) -> Path:
+    """Return the path of the i-th top, counted in C order.
+
+    If the top failed, the path ends with its last valid state, unless it stores tangents.
+    """
+    buffers, done = result._buffers, int(result._buffers.done[i])
+    states, low = NO_STATES, None
+    if buffers.states is not None:
+        states = buffers.states[i, :done]
+        low = None if buffers.low is None else buffers.low[i, :done]
+    path = build_path_of_top(result, i, states, low)
+    if buffers.tangents is not None:
+        assert buffers.truncation is not None
+        high, low = buffers.tangents[i, :done], buffers.tangents_low
+        rest = np.zeros_like(high) if low is None else low[i, :done]
+        error, by = float(buffers.truncation[i]), result._options.tangents
+        data = TangentData(freeze_array(high), freeze_array(rest), error, by)
+        return replace(path, _tangent_data=data)
+    if buffers.columns:
+        columns = {"t": result._select_times_of_top(i)[:done].copy()}
+        columns |= {name: column[i, :done] for name, column in buffers.columns.items()}
+        path = replace_states_by_quantities(path, columns)
+    if buffers.status[i]:
+        path = append_last_valid_state(result, i, path)
+        status = STATUSES[buffers.status[i]]
+        text = f"{statuses[status][1]}: {format_progress(path, get_last_time(result, i))}"
+        vars(path)["_failure"] = status, text
+    if result._options.requests_events:
+        found = result._event_columns
+        rows = slice(*map(int, np.searchsorted(found.top, [i, i + 1])))
+        states, low = found.states[rows].copy(), found.low[rows].copy()
+        at_events = build_path_of_top(result, i, states, low)
+        events = Events(at_events, found.which[rows].copy(), found.direction[rows].copy())
+        vars(path)["_events"] = events
+    return path
+
+
+def append_last_valid_state(result: RunResult, i: int, path: Path) -> Path:
+    """Return the path of the i-th top; append its last valid state if the path lacks it."""
+    last = result._buffers.last.get(i)
+    state = path.scene._start_state if last is None else last[:1]
+    if len(path) == result._t.shape[-1] or (len(path) and path.t[-1] == state[0, 0]):
+        return path
+    if path._columns is None:
+        low = None
+        if path._low is not None:
+            low = np.vstack([path._low, np.zeros((1, 8)) if last is None else last[1:]])
+        return build_path_of_top(result, i, np.vstack([path.states, state]), low)
+    more = build_path_of_top(result, i, state, None).only(path.want or ())
+    return replace_states_by_quantities(
+        path,
+        {name: np.concatenate([x, getattr(more, name)]) for name, x in path._columns.items()},
+    )
+
+
+def make_top_error(result: RunResult, i: int) -> BaseException:
+    """Return the exception that would be raised if the i-th of many tops were computed alone."""
+    if i in result._buffers.messages:
+        return ValueError(result._buffers.messages[i])
+    path = result._select_member(i)
+    place = format_progress(path, get_last_time(result, i))
+    return make_stop_exception(STATUSES[result._buffers.status[i]], path, place)
+
+
+def list_drawn_paths(*paths: Path) -> list[Path]:
+    """Return the path of each top. Raises ValueError if there are too many for a picture."""
+    count = sum(path.size for path in paths)
+    if not 1 <= count <= MOST_DRAWN:
+        raise ValueError(
+            f"path must be one path or a list of up to {MOST_DRAWN} paths, not of {count}: select "
+            f"tops, as in path[:{MOST_DRAWN}]"
+        )
+    return [one for path in paths for one in path._list_members()]
+
+
+def check_is_one(what: str, path: Path) -> None:
+    """Raise ValueError unless the path is of one top; `what` begins the message."""
+    if arguments.validate_type("path", path, Path).shape:
+        raise ValueError(f"{what} one top: select it, as in path[0], not of shape {path.shape}")
 
 
 @dataclass(frozen=True, eq=False)
-class Events(ReadOnlyArrays, QuantityAttributes):
+class Events(arguments.ReadOnlyArrays, QuantityAttributes):
     """k events along the path of one top, or of all tops of an ensemble.
 
     The events are sorted by top, and for each top in the order in which they occurred. Arrays are
@@ -659,9 +764,9 @@ if TYPE_CHECKING:  # Type checkers tell the path of an ensemble from that of one
         error: Array  # type: ignore[assignment]
         energy_error: Array  # type: ignore[assignment]
         tangents_rest: Array  # type: ignore[assignment]
-        status: npt.NDArray[np.str_]  # type: ignore[assignment]
-        reached: Array  # type: ignore[assignment]
-        state_counts: Counts  # type: ignore[assignment]
+        status: npt.NDArray[np.str_]
+        reached: Array
+        state_counts: Counts
         stats: Any
         plan: npt.NDArray[np.object_]  # type: ignore[assignment]
         events: EnsembleEvents
@@ -695,58 +800,33 @@ def build_event_path(tops: Ensemble, options: Options, columns: EventColumns) ->
     return Path._of_many(tops.ravel()[columns.top], t, options, buffers)
 
 
-class RunStoppedException(BaseException):
-    """Base class of exceptions for runs that ended before the last requested time.
-
-    status  the name of the status in kreisel.h without its prefix: 'ERR_LIMIT', 'ERR_NOT_FINITE',
-            ...
-    path    the requested states that were reached, and the last valid state if it is later; of
-            several tops the path of the first that failed or was not finished; None for sweeps,
-            fits and comparisons
-    result  all that was computed: the path, or of several tops a kreisel.Path, kreisel.Reductions,
-            kreisel.Section or kreisel.Chaos; the finished parts of a sweep; the rows of a
-            comparison; the best fit so far or None
-    """
-
-    def __init__(
-        self,
-        message: str,
-        status: str = "ERR_INTERRUPTED",
-        path: Path | None = None,
-        result: Any = None,
-    ) -> None:
-        super().__init__(message)
-        self.status = status
-        self.path: Any = path
-        self.result: Any = path if result is None else result
-
-    def __reduce__(self) -> tuple[type[RunStoppedException], tuple[str, str, Any, object]]:
-        return type(self), (str(self), self.status, self.path, self.result)
-
-
-class Error(RunStoppedException, RuntimeError):
-    """Exception for a failed run; `path` contains the valid states, and `status` is the reason."""
-
-    __module__ = "kreisel"  # a traceback then shows the public name
-
-
-class Interrupted(RunStoppedException, KeyboardInterrupt):
-    """Exception for a computation interrupted by Ctrl-C, with what was computed in `.result`."""
-
-    __module__ = "kreisel"
-
-
 def make_stop_exception(status: str, path: Path, place: str) -> BaseException:
     """Return the exception for the status of a run that ended at the time in the text `place`."""
-    kinds: dict[str, type[RunStoppedException]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
     kind, text = statuses[status]
-    if path.tol is not None and status in ("ERR_STEP", "ERR_CONVERGENCE"):
-        clause = ", which is below the rounding of doubles" if path.tol < ROUNDING else ""
-        text += f" at tol = {path.tol!r}{clause}"
-    if kind in kinds:
+    scene, method, step, tol = path.scene, path.method, path.step, path.tol
+    if tol is not None and status in ("ERR_STEP", "ERR_CONVERGENCE"):
+        clause = ", which is below the rounding of doubles" if tol < estimates.ROUNDING else ""
+        text += f" at tol = {tol!r}{clause}"
+    if kind in ("FAILURE", "INTERRUPT"):
         vars(path)["_failure"] = status, f"{text}: {place}"
-        return kinds[kind](f"{text}: {place}", status, path)
-    return make_core_start_error(status, path.scene, path.method, path.step, path.tol)
+        return (Error if kind == "FAILURE" else Interrupted)(f"{text}: {place}", status, path)
+    if status == "ERR_METHOD" and has_torus_closed_form(scene):
+        return ValueError(f"the method {method!r} does not apply: {explain_no_closed_form(scene)}")
+    hint = ""
+    if status == "ERR_STEP_SIZE" and step:
+        smaller_step = step
+        while smaller_step and start(scene._block, method, smaller_step, 0.0, 0, 0)[0] == status:
+            smaller_step /= 2.0
+        hint = f", where {smaller_step!r} would suffice"
+    return arguments.make_exception_from_status(
+        status, f"{method} with step = {step!r}{hint}, tol = {tol!r} and {scene!r}"
+    )
+
+
+def format_progress(path: Path, end: float) -> str:
+    last = path.t[-1] if len(path) else 0.0
+    steps = format_count(path.stats.steps, "step")
+    return f"{path.method} reached t = {last:g} of {end:g} in {steps}"
 
 
 def build_path_from_core_result(
@@ -755,7 +835,7 @@ def build_path_from_core_result(
     _, states, low, counts, end = result
     is_back = end < 0.0 and options.step is not None
     stats, options = Stats(*counts), options.copy_with_default_run_settings
-    return Path(scene, states, stats, options, is_back, low, _origin=origin)
+    return Path(scene, states, stats, options, is_back, _low=low, _origin=origin)
 
 
 def build_path_or_raise(
@@ -783,385 +863,6 @@ def drop_unrequested_quantities(
         raise make_stop_exception("ERR_INTERRUPTED", part, format_progress(part, end)) from None
 
 
-def format_progress(path: Path, end: float) -> str:
-    last = path.t[-1] if len(path) else 0.0
-    steps = format_count(path.stats.steps, "step")
-    return f"{path.method} reached t = {last:g} of {end:g} in {steps}"
-
-
-_T = TypeVar("_T", bound=np.generic)
-
-
-@make_frozen_class_decorator("call solve again for a different result")
-@dataclass(frozen=True, eq=False, repr=False)
-class EnsembleResult(ReadOnlyArrays):
-    """The results of all tops of an ensemble.
-
-    Arrays are read-only. The shape of each array starts with the shape of the ensemble.
-
-    scene  the ensemble
-    """
-
-    scene: Ensemble
-    _t: Array  # (k,), or (n, k) if each top has its own times
-    _options: Options
-    _buffers: EnsembleBuffers
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """The shape of the ensemble."""
-        return self.scene.shape
-
-    @property
-    def ndim(self) -> int:
-        """The number of dimensions of the ensemble."""
-        return len(self.scene.shape)
-
-    @property
-    def size(self) -> int:
-        """The number of tops."""
-        return self.scene.size
-
-    def __bool__(self) -> bool:
-        return self.size > 0
-
-    def __len__(self) -> int:
-        return len(self.scene)
-
-    @property
-    def method(self) -> str:
-        """The name of the requested method.
-
-        For each top of an ensemble, the 'auto' of kreisel.solve and kreisel.reduce uses exact for
-        Lagrange tops, spherical bodies and bodies without torque if exact applies to the scene, and
-        taylor for all other tops. Sections always use taylor.
-        """
-        return self._options.requested_method
-
-    @property
-    def step(self) -> float | None:
-        """The magnitude of the step size [T], or None if the method has none or chooses its own."""
-        return self._options.step
-
-    @property
-    def tol(self) -> float | None:
-        """The tolerance that was used, or None if the method has none or chooses its own."""
-        return self._options.tol
-
-    @property
-    def digits(self) -> int | None:
-        """The requested number of digits, or None if it was not given."""
-        return self._options.digits
-
-    def _reshape_to_ensemble(self, rows: npt.NDArray[_T]) -> npt.NDArray[_T]:
-        """Return `rows`, an array with one row per top, reshaped to the ensemble's shape."""
-        array = rows.reshape(self.shape + rows.shape[1:])
-        array.flags.writeable = False
-        return array
-
-    @property
-    def t(self) -> Array:
-        """(k,) times common to all tops, or (*shape, k) if each top has its own times [T]."""
-        return freeze_array(self._t[:]) if self._t.ndim == 1 else self._reshape_to_ensemble(self._t)
-
-    @property
-    def status(self) -> Any:
-        """(*shape) the name of each top's status: 'OK', 'ERR_LIMIT', ...
-
-        The names are those of the status constants in kreisel.h without the prefix KR_. The method
-        `message` describes a failure.
-        """
-        return self._reshape_to_ensemble(np.array(STATUSES)[self._buffers.status])
-
-    @property
-    def failed(self) -> npt.NDArray[np.intp]:
-        """(f,) the indices of the tops that did not reach their last time.
-
-        For f failed tops, the shape is (f,) for one-dimensional ensembles and (f, ndim) otherwise.
-        """
-        return list_failed(self.status)
-
-    @property
-    def reached(self) -> Array:
-        """(*shape) the time of the last valid state of each top [T]."""
-        return self._reshape_to_ensemble(self._buffers.reached)
-
-    @property
-    def state_counts(self) -> Counts:
-        """(*shape) the number of requested times that each top reached."""
-        return self._reshape_to_ensemble(self._buffers.done)
-
-    @property
-    def stats(self) -> Any:
-        """The cost of the run: four arrays (*shape) in a named tuple, such as `stats.steps`."""
-        arrays: Any = [
-            self._reshape_to_ensemble(column) for column in self._buffers.counts.T.copy()
-        ]
-        return Stats(*arrays)
-
-    def message(self, index: int | tuple[int, ...]) -> str:
-        """Return the reason why the top at `index` failed, or 'success' if it did not fail."""
-        i = find_flat_index(self.shape, index)
-        if i is None:
-            raise IndexError(
-                f"{short_repr(index)} is not the index of one top, of the shape {self.shape}"
-            )
-        return statuses["OK"][1] if self._buffers.status[i] == 0 else str(self._make_top_error(i))
-
-    def check(self) -> Self:
-        """Check that every top reached its final time, and return this result.
-
-        Raises kreisel.Error, or kreisel.Interrupted after Ctrl-C, for the first top that did not
-        reach its final time. The error message states the index of this top and the total number of
-        failed tops. The attribute `path` of the exception is the path of the failed top, and
-        `result` is this result.
-        """
-        self._check_all(self)
-        return self
-
-    def _check_all(self, result: object) -> None:
-        indices = np.flatnonzero(self._buffers.status)
-        if indices.size:
-            raise self._make_stop_error(int(indices[0]), indices.size, result)
-
-    def _make_top_error(self, i: int) -> BaseException:
-        """Return the exception that would be raised if the i-th top were solved alone."""
-        if i in self._buffers.messages:
-            return ValueError(self._buffers.messages[i])
-        path = self._select_member(i)
-        place = format_progress(path, self._select_last_time(i))
-        return make_stop_exception(STATUSES[self._buffers.status[i]], path, place)
-
-    def _make_stop_error(self, i: int, count: int, result: object) -> Error | Interrupted:
-        """Return the exception for `count` unfinished tops of `result`, first the `i`-th."""
-        is_interrupted = bool(self._buffers.status[i] == INTERRUPTED)
-        first = f", the first of {count} of {self.size}" if count > 1 else ""
-        text = f"top{format_index(unravel_index(i, self.shape))}{first}: {self._make_top_error(i)}"
-        kind = Interrupted if is_interrupted else Error
-        return kind(text, STATUSES[self._buffers.status[i]], self._select_member(i), result)
-
-    def _select_times_of_top(self, i: int) -> Array:
-        return self._t if self._t.ndim == 1 else self._t[i]
-
-    def _select_member(self, i: int) -> Path:
-        """Return the path of the i-th top, counted in C order.
-
-        If the top failed, the path ends with its last valid state, unless it stores tangents.
-        """
-        buffers, done = self._buffers, int(self._buffers.done[i])
-        states, low = NO_STATES, None
-        if buffers.states is not None:
-            states = buffers.states[i, :done]
-            low = None if buffers.low is None else buffers.low[i, :done]
-        path = self._build_path_of_top(i, states, low)
-        if buffers.tangents is not None:
-            assert buffers.truncation is not None
-            high, low = buffers.tangents[i, :done], buffers.tangents_low
-            rest = np.zeros_like(high) if low is None else low[i, :done]
-            error, by = float(buffers.truncation[i]), self._options.tangents
-            data = TangentData(freeze_array(high), freeze_array(rest), error, by)
-            return replace(path, _tangent_data=data)
-        if buffers.columns:
-            columns = {name: column[i, :done] for name, column in buffers.columns.items()}
-            path = replace_states_by_quantities(
-                path, {"t": self._select_times_of_top(i)[:done].copy()} | columns
-            )
-        if i in buffers.last or buffers.status[i]:
-            path = self._append_last_valid_state(i, path)
-        if buffers.status[i]:
-            name = STATUSES[buffers.status[i]]
-            place = format_progress(path, self._select_last_time(i))
-            vars(path)["_failure"] = name, f"{statuses[name][1]}: {place}"
-        if self._options.requests_events:
-            found = self._event_columns
-            rows = slice(*map(int, np.searchsorted(found.top, [i, i + 1])))
-            states, low = found.states[rows].copy(), found.low[rows].copy()
-            at_events = self._build_path_of_top(i, states, low)
-            events = Events(at_events, found.which[rows].copy(), found.direction[rows].copy())
-            vars(path)["_events"] = events
-        return path
-
-    @cached_property
-    def _event_columns(self) -> EventColumns:
-        return concatenate_slice_events(self._buffers.events)
-
-    def _select_last_time(self, i: int) -> float:
-        times = self._select_times_of_top(i)
-        return float(times[-1]) if times.size else 0.0
-
-    def _build_path_of_top(self, i: int, states: Array, low: Array | None) -> Path:
-        steps, rejected, evaluations, iterations = self._buffers.counts[i].tolist()
-        counts = steps, rejected, evaluations, iterations
-        result = "OK", states, low, counts, self._select_last_time(i)
-        scene, choice = get_member_by_flat_index(self.scene, i), self._buffers.chosen.get(i)
-        if choice is None:
-            options = replace(self._options.for_member(scene), want=None, error=None)
-        else:
-            options = Options(choice.method, abs(choice.step))
-        path = build_path_from_core_result(scene, options, result)
-        vars(path)["_choice"] = choice
-        return path
-
-    def _append_last_valid_state(self, i: int, path: Path) -> Path:
-        """Return the path of the i-th top; append its last valid state if the path lacks it."""
-        last = self._buffers.last.get(i)
-        state = get_member_by_flat_index(self.scene, i)._start_state if last is None else last[:1]
-        if len(path) == len(self._select_times_of_top(i)) or (
-            len(path) and path.t[-1] == state[0, 0]
-        ):
-            return path
-        low = None
-        if path._low is not None:
-            low = np.vstack([path._low, np.zeros((1, 8)) if last is None else last[1:]])
-        if path._columns is None:
-            return self._build_path_of_top(i, np.vstack([path.states, state]), low)
-        more = self._build_path_of_top(i, state, None).only(path.want or ())
-        return replace_states_by_quantities(
-            path,
-            {
-                name: np.concatenate([column, getattr(more, name)])
-                for name, column in path._columns.items()
-            },
-        )
-
-    def _select_tops(self, key: Any) -> Self:
-        return type(self)(*self._select_rows(key))
-
-    def _select_rows(self, key: Any) -> tuple[Ensemble, Array, Options, EnsembleBuffers]:
-        indices = list_flat_indices(self.shape, key)
-        rows = key if isinstance(key, slice) and self.ndim == 1 else indices.reshape(-1)
-        t = self._t if self._t.ndim == 1 else self._t[rows]
-        return self.scene[key], t, self._options, self._buffers.select_buffer_rows(rows)
-
-    def _only(self, path: Path, want: tuple[QuantityName, ...]) -> Path:
-        columns: dict[str, Array] = {
-            name: np.array(getattr(path, name)).reshape(
-                self.size, self._t.shape[-1], *RECORDABLE[name].shape
-            )
-            for name in want
-        }
-        buffers = replace(
-            self._buffers, states=None, low=None, tangents=None, tangents_low=None, columns=columns
-        )
-        return Path._of_many(
-            self.scene, self._t, replace(self._options, want=want, tangents=()), buffers
-        )
-
-    def __iter__(self) -> Iterator[Any]:
-        """Return an iterator over the results along the first dimension."""
-        return (self[i] for i in range(len(self)))
-
-    def __getitem__(self, key: Any) -> Any:
-        """Return the result of one or several tops, selected by a NumPy index."""
-        raise NotImplementedError
-
-    def _make_column_table(
-        self,
-        columns: Sequence[TableColumn],
-        taken: Iterable[str] = (),
-        times: Mapping[str, int] | None = None,
-    ) -> ColumnTable:
-        """Return a table of the varying parameters, apart from the names `taken`, and `columns`."""
-        axes = name_axes(self.scene, taken)
-        text = "the time of the last valid state"
-        states = [
-            TableColumn(
-                "status",
-                axes,
-                self.status,
-                "",
-                "OK, or the name of the failure",
-                is_coordinate=True,
-            ),
-            TableColumn("reached", axes, self.reached, TIME.dimension, text, is_coordinate=True),
-        ]
-        controls = {"method": self.method, "step": self.step, "tol": self.tol}
-        return ColumnTable(
-            {**dict(zip(axes, self.shape, strict=True)), **(times or {})},
-            [*list_parameter_columns(self.scene, taken), *states, *columns],
-            {k: v for k, v in (controls | {"digits": self.digits}).items() if v is not None},
-        )
-
-    def _format_summary(self) -> str:
-        values = {"step": self.step, "tol": self.tol, "digits": self.digits}
-        controls = "".join(f", {k}={v!r}" for k, v in values.items() if v is not None)
-        count = int(np.count_nonzero(self._buffers.status))
-        failures = f"{count} failed" if count else "none failed"
-        return f"{self.method}{controls}, {failures}"
-
-
-def replace_states_by_quantities(path: Path, columns: dict[str, Array]) -> Path:
-    want = cast(tuple[QuantityName, ...], tuple(name for name in columns if name != "t"))
-    options = replace(path._options, want=want)
-    return replace(path, states=NO_STATES, _options=options, _low=None, _columns=columns)
-
-
-def concatenate_slice_events(parts: list[EventColumns]) -> EventColumns:
-    """Return the events of several slices as one table, sorted by the index of the top."""
-    if not parts:
-        empty = np.empty(0, dtype=np.intc)
-        return EventColumns(
-            np.empty(0, dtype=np.int64), np.empty((0, 8)), np.empty((0, 8)), empty, empty
-        )
-    columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
-    order = np.argsort(columns[0], kind="stable")
-    return EventColumns(*(column[order] for column in columns))
-
-
-def unravel_rows(rows: Any, shape: tuple[int, ...]) -> Any:
-    """Return the indices of tops from their positions in C order.
-
-    The array has the shape (k,) for a one-dimensional ensemble, and otherwise (k, dimensions).
-    """
-    if len(shape) == 1:
-        return freeze_array(rows)
-    indices: Any = np.array(np.unravel_index(rows, shape) if shape else (), np.int64)
-    return freeze_array(indices.T.reshape(len(rows), len(shape)))
-
-
-def list_failed(status: Any) -> npt.NDArray[np.intp]:
-    """Return the indices of the tops whose status is not 'OK', as in Path.failed."""
-    indices = np.argwhere(np.asarray(status) != "OK")
-    return indices[:, 0] if np.ndim(status) == 1 else indices
-
-
-def _stack_paths(many: EnsembleResult, t: Numbers, paths: Sequence[Path]) -> Path:
-    """Return the paths of all tops of an ensemble, at times common to all, as one path."""
-    times = np.array(validate_time_list(t)).reshape(-1)
-    options = replace(many._options, tangents=(), events=None)
-    buffers = EnsembleBuffers.allocate_buffers(len(paths), times.size, options)
-    buffers.status[:], buffers.done[:], buffers.chosen = 0, times.size, many._buffers.chosen
-    for i, path in enumerate(paths):
-        buffers.counts[i], buffers.reached[i] = path.stats, path.reached
-        for name, column in buffers.columns.items():
-            column[i] = getattr(path, name)
-        if buffers.states is not None:
-            buffers.states[i] = path.states
-        if buffers.low is not None:
-            buffers.low[i] = path._low
-    return Path._of_many(many.scene, times, options, buffers)
-
-
-MOST_DRAWN = 8  # number of tops in one picture
-
-
-def list_drawn_paths(*paths: Path) -> list[Path]:
-    """Return the path of each top. Raises ValueError if there are too many for a picture."""
-    count = sum(path.size for path in paths)
-    if not 1 <= count <= MOST_DRAWN:
-        raise ValueError(
-            f"path must be one path or a list of up to {MOST_DRAWN} paths, not of {count}: select "
-            f"tops, as in path[:{MOST_DRAWN}]"
-        )
-    return [one for path in paths for one in (path._list_members() if path.shape else [path])]
-
-
-def check_is_one(what: str, path: Path) -> None:
-    """Raise ValueError unless the path is of one top; `what` begins the message."""
-    if validate_type("path", path, Path).shape:
-        raise ValueError(f"{what} one top: select it, as in path[0], not of shape {path.shape}")
-
-
 CoreEvents = tuple[Array, Array, npt.NDArray[np.intc], npt.NDArray[np.intc]]
 
 
@@ -1171,11 +872,26 @@ def add_events_to_path(path: Path, core_events: CoreEvents) -> Path:
     return replace(path, _events=Events(event_path, which, direction))
 
 
-def join_path_events(event_parts: list[Events]) -> Events:
-    states = np.concatenate([one.states for one in event_parts])
-    low = np.concatenate([low for one in event_parts if (low := one.path._low) is not None])
-    path = replace(event_parts[-1].path, states=states, _low=low)
-    which, direction = (
-        [getattr(one, name) for one in event_parts] for name in ("which", "direction")
+def join_events(found: list[Events]) -> Events:
+    """Return the events of consecutive pieces of the path of one top."""
+    states, which, direction = (
+        np.concatenate([getattr(one, name) for one in found])
+        for name in ("states", "which", "direction")
     )
-    return Events(path, np.concatenate(which), np.concatenate(direction))
+    low = np.concatenate([low for one in found if (low := one.path._low) is not None])
+    return Events(replace(found[-1].path, states=states, _low=low), which, direction)
+
+
+def join_paths(pieces: list[Path]) -> Path:
+    """Return consecutive pieces of the path of one top, with their events, as one path."""
+    last = pieces[-1]
+    found = [piece._events for piece in pieces if piece._events is not None]
+    events = join_events(found) if found else None
+    if last.want is not None:
+        names: tuple[str, ...] = "t", *last.want
+        columns = {n: np.concatenate([getattr(p, n) for p in pieces]) for n in names}
+        return replace(last, states=NO_STATES, _events=events, _columns=columns)
+    lows = [piece._low for piece in pieces if piece._low is not None]
+    states = np.concatenate([piece.states for piece in pieces])
+    low = np.concatenate(lows) if lows else None
+    return replace(last, states=states, _events=events, _low=low)

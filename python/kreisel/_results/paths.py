@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, ItemsView, Iterator, KeysView, ValuesView
-from typing import TYPE_CHECKING, Any, TypeVar, overload
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, TypeVar, cast, overload
 
 import numpy as np
 
@@ -11,11 +11,11 @@ from .._core import Work
 from .._core import reductions as KINDS
 from .._model.scene import Ensemble
 from .._options.options import QUANTITIES, TIME, Options
-from .._utils.arguments import Array, unknown_name_message
+from .._utils.arguments import Array, freeze_array, unknown_name_message
 from .._utils.processes import Job, Progress, WorkerPool
 from .buffers import INTERRUPTED, EnsembleBuffers, Slice, SliceRunner
-from .path import EnsembleResult, Path
-from .quantities import find_flat_index
+from .path import Path, make_top_error, select_member
+from .results import RunResult, find_flat_index
 from .tables import TableColumn, list_component_labels
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 
-_Result = TypeVar("_Result", bound=EnsembleResult | Path)
+_Result = TypeVar("_Result", bound=RunResult)
 
 
 def run_ensemble(
@@ -63,9 +63,7 @@ def run_ensemble(
         if not indices.size:
             raise
         result = kind(tops, t, options, buffers)
-        one = result._many if isinstance(result, Path) else result
-        assert one is not None
-        raise one._make_stop_error(int(indices[0]), indices.size, result) from None
+        raise result._make_stop_error(int(indices[0]), indices.size) from None
     if progress is not None:
         progress(1.0)
     return kind(tops, t, options, buffers)
@@ -85,8 +83,8 @@ def run_slice_in_worker(
     return run_slice(runner, Slice(rows, options, tops, 0, len(tops), t))
 
 
-class Reductions(EnsembleResult):
-    """The result of kreisel.reduce, which maps each quantity name to a dictionary of arrays.
+class Reductions(RunResult, Mapping[str, dict[str, Array]]):
+    """The result of kreisel.reduce, a mapping from quantity names to dictionaries of arrays.
 
     The possible keys of these dictionaries are 'min', 'max', 'mean', 'variance', 'last',
     'where_min' and 'where_max'. The arrays are read-only. The shape of each array is the shape of
@@ -94,7 +92,7 @@ class Reductions(EnsembleResult):
     are NaN. The variance is the mean squared deviation of the recorded values from their mean. The
     minimum and the maximum are first attained at the times where_min and where_max [T].
 
-    scene  the ensemble
+    scene  the scene or the ensemble
 
         >>> import kreisel as kr
         >>> tops = kr.scenes.cusps.vary(gravity=[0.5, 1.0])
@@ -102,6 +100,8 @@ class Reductions(EnsembleResult):
         >>> falls["nutation"]["max"].round(3)
         array([1.023, 1.13 ])
     """
+
+    __eq__, __hash__ = object.__eq__, object.__hash__
 
     def __repr__(self) -> str:
         items = self._options.reduce.items()
@@ -118,28 +118,26 @@ class Reductions(EnsembleResult):
         The reductions of a quantity are a mapping from the kind of reduction, such as 'min', to an
         array.
         """
-        if isinstance(key, str):
-            names, reduced = self._options.reduce, self._buffers.reduced
-            if key not in names:
-                raise KeyError(unknown_name_message("quantity among the reductions:", key, names))
-            assert reduced is not None
-            shape = QUANTITIES[key].shape if key in QUANTITIES else ()
-            values = {}
-            for kind in names[key]:
-                rows = [
-                    i
-                    for i, one in enumerate(self._options.reductions)
-                    if one.name == key and KINDS[one.kind] == kind
-                ]
-                columns = reduced[:, rows[0] : rows[-1] + 1]
-                values[kind] = self._reshape_to_ensemble(columns.reshape(len(columns), *shape))
-            return values
-        if find_flat_index(self.shape, key) is not None:
-            raise TypeError(
-                "reductions contain no paths: index their arrays, as in "
-                "reduced['nutation']['max'][3]"
-            )
-        return self._select_tops(key)
+        if not isinstance(key, str):
+            if find_flat_index(self.shape, key) is not None:
+                raise TypeError(
+                    "reductions contain no paths: index their arrays, as in "
+                    "reduced['nutation']['max'][3]"
+                )
+            return super().__getitem__(key)
+        if key not in self._options.reduce:
+            text = unknown_name_message("quantity among the reductions:", key, self._options.reduce)
+            raise KeyError(text)
+        assert self._buffers.reduced is not None
+        columns: dict[str, list[Array]] = {}
+        for one, column in zip(self._options.reductions, self._buffers.reduced.T, strict=True):
+            if one.name == key:
+                columns.setdefault(KINDS[one.kind], []).append(column)
+        shape = self.shape + (QUANTITIES[key].shape if key in QUANTITIES else ())
+        return {
+            kind: freeze_array(np.stack(rows, axis=-1).reshape(shape))
+            for kind, rows in columns.items()
+        }
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._options.reduce)
@@ -150,18 +148,6 @@ class Reductions(EnsembleResult):
 
     def __contains__(self, name: object) -> bool:
         return name in self._options.reduce
-
-    def keys(self) -> KeysView[str]:
-        """Return the quantity names."""
-        return self._options.reduce.keys()
-
-    def items(self) -> ItemsView[str, dict[str, Array]]:
-        """Return pairs of a quantity name and a dictionary {kind of reduction: array}."""
-        return {name: self[name] for name in self}.items()
-
-    def values(self) -> ValuesView[dict[str, Array]]:
-        """Return, for each quantity, a dictionary {kind of reduction: array}."""
-        return {name: self[name] for name in self}.values()
 
     def to_xarray(self) -> Dataset:
         """Return an xarray.Dataset with one variable per reduction, such as nutation_max.
@@ -183,7 +169,7 @@ class Reductions(EnsembleResult):
 
     def _list_columns(self) -> list[TableColumn]:
         """Return a column for each reduction of each quantity."""
-        columns = []
+        columns, tops = [], cast(Any, self.scene)
         for name, kinds in self.items():
             quantity = QUANTITIES.get(name) or next(
                 each for each in QUANTITIES.values() if name in each.components
@@ -197,9 +183,12 @@ class Reductions(EnsembleResult):
                 text = f"{kind} over the times: {quantity.text}"
                 parts = [f"{component}_{kind}" for component in quantity.components]
                 labels = list_component_labels(quantity) if values.ndim > self.ndim else {}
-                columns.append(
-                    TableColumn(
-                        f"{name}_{kind}", self.scene.axes, values, unit, text, parts, labels
-                    )
-                )
+                column = TableColumn(f"{name}_{kind}", tops.axes, values, unit, text, parts, labels)
+                columns.append(column)
         return columns
+
+    def _select_member(self, i: int) -> Path:
+        return select_member(self, i)
+
+    def _make_top_error(self, i: int) -> BaseException:
+        return make_top_error(self, i)

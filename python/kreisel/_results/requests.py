@@ -6,8 +6,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 
-import numpy as np
-
 from .._core import Request
 from .._model.scene import Scene
 from .._options.methods import EXACT, FALLBACK, compute_closed_form_error_limit
@@ -15,9 +13,8 @@ from .._options.options import CHUNK_SIZE, Options, make_options
 from .._utils.arguments import Array
 from .._utils.processes import Progress
 from .._utils.quantity_attributes import QuantityName
-from .error import CoreResult, compute_states_at_times
-from .path import Events, Path, build_path_or_raise, join_path_events
-from .quantities import NO_STATES, Stats
+from .error import CoreResult, Stats, compute_states_at_times
+from .path import Path, build_path_or_raise, join_paths
 
 
 def record_path(scene: Scene, options: Options, times: Array, progress: Progress | None) -> Path:
@@ -41,31 +38,21 @@ def record_quantities_in_chunks(
 
     The first chunk is a single state, so that Ctrl-C leaves a path that is not empty.
     """
-    columns: dict[str, Array] = {}
-    event_parts: list[Events] = []
-    done, status = 0, "OK"
+    pieces: list[Path] = []
+    status = "OK"
     try:
         for first in (0, *range(1, times.size, CHUNK_SIZE)):
             if first and (status != "OK" or has_ended()):
                 break
-            status, part = record(times[first : first + CHUNK_SIZE if first else 1])
-            for name in ("t", *want):
-                column = getattr(part, name)
-                if name not in columns:
-                    columns[name] = np.empty((times.size, *column.shape[1:]))
-                columns[name][done : done + len(part)] = column
-            done += len(part)
-            event_parts += [] if part._events is None else [part._events]
+            status, piece = record(times[first : first + CHUNK_SIZE if first else 1])
+            pieces.append(piece)
+            pieces[-1] = piece.only(want)
     except KeyboardInterrupt:
-        if not done:
+        if not pieces:
             raise
         status = "ERR_INTERRUPTED"
-    columns = {name: column[:done] for name, column in columns.items()}
-    options = replace(part._options, want=want)
-    events = join_path_events(event_parts) if event_parts else None
-    return status, replace(
-        part, states=NO_STATES, _options=options, _low=None, _events=events, _columns=columns
-    )
+    pieces[-1] = pieces[-1].only(want)
+    return status, join_paths(pieces)
 
 
 @lru_cache(maxsize=256, typed=True)

@@ -26,9 +26,9 @@ from .._options.options import (
     validate_tops,
 )
 from .._results.buffers import STATUSES, EnsembleBuffers, Slice, SliceRunner
-from .._results.path import EnsembleResult, Error, Path, build_path_from_core_result
+from .._results.path import Path, build_path_from_core_result
 from .._results.paths import run_ensemble
-from .._results.quantities import find_flat_index
+from .._results.results import Error, RunResult, find_flat_index
 from .._results.tables import ColumnTable, TableColumn, list_parameter_columns
 from .._utils.arguments import (
     Array,
@@ -97,7 +97,7 @@ def estimate_turn_durations(tops: Ensemble) -> Array:
     return turns
 
 
-class Chaos(EnsembleResult):
+class Chaos(RunResult):
     """The indicators of chaos of one or many motions, the result of kreisel.chaos.
 
     Arrays are read-only. For a single scene, `shape` is the empty tuple, and values are Python
@@ -119,11 +119,6 @@ class Chaos(EnsembleResult):
 
     A notebook displays the result as a picture, which the method `plot` draws.
     """
-
-    @property
-    def status(self) -> Any:
-        """(*shape) 'OK', or the name of the failure; a str for one scene."""
-        return self._unwrap(super().status)
 
     @property
     def lyapunov(self) -> Array | float:
@@ -154,13 +149,6 @@ class Chaos(EnsembleResult):
     def oli_curve(self) -> Array:
         """(*shape, k) OLI at each time."""
         return self._reshape_to_ensemble(self._buffers.columns["oli"])
-
-    def _unwrap(self, values: npt.NDArray[_T]) -> npt.NDArray[_T] | Any:
-        """Return a read-only array, or a Python scalar for a single scene."""
-        if values.ndim == 0:
-            return values.item()
-        values.flags.writeable = False
-        return values
 
     @property
     def certificate(self) -> Array | float:
@@ -250,7 +238,7 @@ class Chaos(EnsembleResult):
         """Return the indicators of the tops that a NumPy index selects."""
         i = find_flat_index(self.shape, key)
         if i is None:
-            return self._select_tops(key)
+            return Chaos(*self._select_rows(key))
         tops = as_ensemble("tops", get_member_by_flat_index(self.scene, i))
         rows = self._buffers.select_buffer_rows(slice(i, i + 1))
         return Chaos(tops, self._t, self._options, rows)

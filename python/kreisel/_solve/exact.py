@@ -57,10 +57,9 @@ from .._options.options import (
     validate_time_list,
 )
 from .._results.buffers import LANES, Codes, EnsembleBuffers
-from .._results.error import CLOSED_FORM
+from .._results.error import CLOSED_FORM, Stats
 from .._results.path import EnsemblePath, Path
 from .._results.paths import run_ensemble
-from .._results.quantities import Stats
 from .._results.requests import record_path
 from .._utils.arguments import (
     Array,

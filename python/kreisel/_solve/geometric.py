@@ -16,10 +16,10 @@ from .._options.plan import StepChoice
 from .._results import error as error_estimates
 from .._results import path as paths
 from .._results.buffers import STATUSES, EnsembleBuffers, Slice, SliceRunner
-from .._results.error import ROUNDING, SERIES, compute_states_at_times
+from .._results.error import ROUNDING, SERIES, Stats, compute_states_at_times
 from .._results.path import Path
-from .._results.quantities import Stats
 from .._results.requests import report_final_time
+from .._results.results import Error, Interrupted
 from .._utils.arguments import Array
 from .._utils.processes import Progress
 from .._utils.quantity_attributes import MethodName
@@ -239,12 +239,12 @@ def _search_steps_of_slice(part: Slice) -> None:
         path, name = None, "OK"
         try:
             path = _find_path(scene, options, times, work)
-        except paths.Interrupted:  # only a trial run was interrupted, whose states are not a result
+        except Interrupted:  # only a trial run was interrupted, whose states are not a result
             if work is None:
                 raise
             work.stop()
             break
-        except paths.Error as error:
+        except Error as error:
             path, name, rows.messages[i] = error.path, error.status, str(error)
         except ValueError as error:  # no step meets the error
             name, rows.messages[i] = "ERR_CONVERGENCE", str(error)

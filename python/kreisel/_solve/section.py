@@ -30,9 +30,10 @@ from .._results.buffers import (
     SliceRunner,
     compute_quantity_values,
 )
-from .._results.path import EnsembleResult, Path, make_stop_exception, unravel_rows
+from .._results.error import STATE_COLUMNS
+from .._results.path import Path, build_path_of_top, make_stop_exception
 from .._results.paths import run_ensemble
-from .._results.quantities import STATE_COLUMNS, add_quantity_properties, find_flat_index
+from .._results.results import RunResult, add_quantity_properties, find_flat_index, unravel_rows
 from .._utils.arguments import (
     Array,
     as_bool,
@@ -61,7 +62,7 @@ if TYPE_CHECKING:
 _DRAWABLE = (TIME, *QUANTITIES.values())
 
 
-class Section(EnsembleResult, QuantityAttributes):
+class Section(RunResult, QuantityAttributes):
     """The states of an ensemble at the occurrences of an event, computed by kreisel.section.
 
     The arrays of states and quantities have one row for each of the e states, sorted by top and
@@ -86,7 +87,8 @@ class Section(EnsembleResult, QuantityAttributes):
     @property
     def count(self) -> Counts:
         """(*shape) the number of states found for each top."""
-        return self.state_counts
+        counts: Counts = self.state_counts
+        return counts
 
     @property
     def max_wait(self) -> Array:
@@ -220,9 +222,8 @@ class Section(EnsembleResult, QuantityAttributes):
 
     def _select_member(self, i: int) -> Path:
         assert self._buffers.states is not None
-        return self._build_path_of_top(
-            i, self._buffers.states[i, : int(self._buffers.done[i])], None
-        )
+        states = self._buffers.states[i, : int(self._buffers.done[i])]
+        return build_path_of_top(self, i, states, None)
 
     def _make_top_error(self, i: int) -> BaseException:
         done, reached = int(self._buffers.done[i]), float(self._buffers.reached[i])
@@ -241,7 +242,7 @@ class Section(EnsembleResult, QuantityAttributes):
         <kreisel.Section of shape (2,), 40 states of 2 tops: taylor, none failed>
         """
         i = find_flat_index(self.shape, key)
-        return self._select_tops(key) if i is None else self._select_member(i)
+        return super().__getitem__(key) if i is None else self._select_member(i)
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
         """Raise TypeError, because a section cannot be converted to a single array."""

@@ -34,6 +34,7 @@ from .._options.options import (
 )
 from .._results.archive import read_saved_path_arguments
 from .._results.buffers import LANES, SCALAR, SliceRunner
+from .._results.error import TangentData
 from .._results.path import (
     EnsemblePath,
     Events,
@@ -43,7 +44,6 @@ from .._results.path import (
     make_stop_exception,
 )
 from .._results.paths import Reductions, run_ensemble
-from .._results.quantities import TangentData
 from .._results.requests import record_path, report_final_time, try_to_solve_in_core
 from .._utils.arguments import Array, Numbers, as_int, short_repr, validate_type
 from .._utils.name_hints import has_unknown_keywords, refuse_unknown_keywords

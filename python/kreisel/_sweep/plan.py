@@ -220,8 +220,7 @@ def _list_result_columns(task: str, outcome: Any) -> list[TableColumn]:
             TableColumn(f"{name}_curve", TIMES, values, INDICATORS[name][0])
             for name, values in curves.items()
         ]
-    many: Any = outcome._many if isinstance(outcome, Path) else outcome
-    buffers = many._buffers
+    buffers = outcome._buffers
     columns = [
         TableColumn("status", TOP, buffers.status),
         TableColumn("reached", TOP, buffers.reached, TIME.dimension),

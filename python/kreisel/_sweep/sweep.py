@@ -16,8 +16,9 @@ import numpy.typing as npt
 from .._model.scene import Ensemble
 from .._options import options
 from .._results.buffers import STATUSES, EventColumns
-from .._results.path import Events, Interrupted, build_event_path
+from .._results.path import Events, build_event_path
 from .._results.path import Path as TopPath
+from .._results.results import Interrupted
 from .._results.tables import ColumnTable, TableColumn
 from .._utils import arguments as checks
 from .._utils.arguments import Numbers, optional_dependency, short_repr

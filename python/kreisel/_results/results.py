@@ -1,43 +1,343 @@
-"""Quantities of states, and derivatives of states, read from the core."""
+"""Results of runs of one or of many tops: their statuses, and the quantities of their states."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, SupportsIndex, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Self, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
 from numpy.typing import ArrayLike
 
-from .._core import derivatives, modified_energy, modified_energy4, values
+from .._core import derivatives, modified_energy, modified_energy4, statuses, values
 from .._core import tangents as TANGENTS
-from .._model.scene import Scene
 from .._options.options import (
     QUANTITIES,
     RECORDABLE,
+    TIME,
     Options,
     QuantityDescription,
+    format_index,
+    unravel_index,
     validate_quantity_name,
-    validate_time_list,
 )
 from .._options.plan import StepChoice
-from .._utils.arguments import (
-    Array,
-    Numbers,
-    as_float,
-    as_three_floats,
-    freeze_array,
-    short_repr,
-    suggest_name,
-)
+from .._utils import arguments
+from .._utils.arguments import Array, as_float, freeze_array, short_repr
 from .._utils.quantity_attributes import MethodName, QuantityAttributes, QuantityName
-from .buffers import compute_quantity_derivatives, compute_quantity_values
-from .error import RunStart
+from .buffers import (
+    INTERRUPTED,
+    STATUSES,
+    EnsembleBuffers,
+    EventColumns,
+    compute_quantity_derivatives,
+    compute_quantity_values,
+)
+from .error import STATE_COLUMNS, RunStart, Stats, TangentData
+from .tables import (
+    ColumnTable,
+    TableColumn,
+    list_parameter_columns,
+    name_axes,
+)
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
+
+
+class RunStoppedException(BaseException):
+    """Base class of exceptions for runs that ended before the last requested time.
+
+    status  the name of the status in kreisel.h without its prefix: 'ERR_LIMIT', 'ERR_NOT_FINITE',
+            ...
+    path    the requested states that were reached, and the last valid state if it is later; of
+            several tops the path of the first that failed or was not finished; None for sweeps,
+            fits and comparisons
+    result  all that was computed: the path, or of several tops a kreisel.Path, kreisel.Reductions,
+            kreisel.Section or kreisel.Chaos; the finished parts of a sweep; the rows of a
+            comparison; the best fit so far or None
+    """
+
+    def __init__(
+        self,
+        message: str,
+        status: str = "ERR_INTERRUPTED",
+        path: Any = None,
+        result: Any = None,
+    ) -> None:
+        super().__init__(message)
+        self.status, self.path = status, path
+        self.result = path if result is None else result
+
+    def __reduce__(self) -> tuple[type[RunStoppedException], tuple[str, str, Any, object]]:
+        return type(self), (str(self), self.status, self.path, self.result)
+
+
+class Error(RunStoppedException, RuntimeError):
+    """Exception for a failed run; `path` contains the valid states, and `status` is the reason."""
+
+    __module__ = "kreisel"  # a traceback then shows the public name
+
+
+class Interrupted(RunStoppedException, KeyboardInterrupt):
+    """Exception for a computation interrupted by Ctrl-C, with what was computed in `.result`."""
+
+    __module__ = "kreisel"
+
+
+_T = TypeVar("_T", bound=np.generic)
+
+
+def find_flat_index(shape: tuple[int, ...], key: Any) -> int | None:
+    """Return the flat index of the member that `key` selects, or None if it selects several."""
+    if type(key) is int and len(shape) == 1 and -shape[0] <= key < shape[0]:
+        return key % shape[0]
+    element = np.arange(math.prod(shape)).reshape(shape)[key]
+    return None if isinstance(element, np.ndarray) else int(element)
+
+
+@arguments.make_frozen_class_decorator("call solve again for a different result")
+class RunResult(arguments.ReadOnlyArrays):
+    """What was computed for one top, or for all tops of an ensemble.
+
+    Arrays are read-only, and begin with the dimensions of the ensemble.
+
+    scene  the scene or the ensemble
+    """
+
+    scene: Any
+    _t: Array  # (k,), or (n, k) if each top has its own times
+    _options: Options
+    _buffers: EnsembleBuffers
+    _is_back: bool = False
+    _is_many: bool = True  # False: the path of a single scene
+
+    def __init__(self, scene: Any, t: Array, options: Options, buffers: EnsembleBuffers) -> None:
+        vars(self).update(scene=scene, _t=t, _options=options, _buffers=buffers)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The shape of the ensemble; () for one top."""
+        return cast(tuple[int, ...], self.scene.shape) if self._is_many else ()
+
+    @property
+    def ndim(self) -> int:
+        """The number of dimensions of the ensemble; 0 for one top."""
+        return len(self.shape)
+
+    @property
+    def size(self) -> int:
+        """The number of tops."""
+        return math.prod(self.shape)
+
+    def __bool__(self) -> bool:
+        return self.size > 0
+
+    def __len__(self) -> int:
+        return len(self.scene)
+
+    def __iter__(self) -> Iterator[Any]:
+        """Return an iterator over the first dimension, or over the states of one top."""
+        return (self[i] for i in range(len(self)))
+
+    @property
+    def method(self) -> MethodName:
+        """The name of the method; for many tops, of the requested method.
+
+        For each top of an ensemble, 'auto' uses exact for Lagrange tops, spherical bodies and
+        bodies without torque if exact applies to the scene, and taylor for all other tops. Sections
+        always use taylor.
+        """
+        options = self._options
+        return cast(MethodName, options.requested_method if self._is_many else options.method)
+
+    @property
+    def step(self) -> float | None:
+        """The step size [T], which is negative if a path runs backwards in time.
+
+        The value is None if the method has no step size, or if it chose the step size itself.
+        """
+        return self._options.get_signed_step(self._is_back)
+
+    @property
+    def tol(self) -> float | None:
+        """The tolerance that was used, or None if the method has none or chooses its own."""
+        return self._options.tol
+
+    @property
+    def digits(self) -> int | None:
+        """The number of digits, rounded up to 16, 20 or 30, or None if it was not given."""
+        return self._options.digits
+
+    def _list_controls(self) -> dict[str, object]:
+        """Return the method and its parameters, without those that are None."""
+        names = "method", "step", "tol", "digits"
+        return {name: x for name in names if (x := getattr(self, name)) is not None}
+
+    def _format_controls(self) -> str:
+        """Return the method and its parameters, as in "strang, step=0.01"."""
+        method, *others = self._list_controls().items()
+        return "".join([str(method[1]), *(f", {name}={value!r}" for name, value in others)])
+
+    def _format_summary(self) -> str:
+        count = int(np.count_nonzero(self._buffers.status))
+        return f"{self._format_controls()}, {count or 'none'} failed"
+
+    def _reshape_to_ensemble(self, rows: npt.NDArray[_T]) -> npt.NDArray[_T]:
+        """Return `rows`, an array with one row per top, reshaped to the ensemble's shape."""
+        array = rows.reshape(self.shape + rows.shape[1:])
+        array.flags.writeable = False
+        return array
+
+    def _unwrap(self, values: npt.NDArray[_T]) -> npt.NDArray[_T] | Any:
+        """Return a read-only array, or a Python scalar for one top."""
+        if values.ndim == 0:
+            return values.item()
+        values.flags.writeable = False
+        return values
+
+    @property
+    def t(self) -> Array:
+        """(k,) times common to all tops, or (*shape, k) if each top has its own times [T]."""
+        return freeze_array(self._t[:]) if self._t.ndim == 1 else self._reshape_to_ensemble(self._t)
+
+    @property
+    def status(self) -> Any:
+        """(*shape) the name of each top's status: 'OK', 'ERR_LIMIT', ...; a str for one top.
+
+        The names are those of the status constants in kreisel.h without the prefix KR_. The method
+        `message` describes a failure. `solve` of one top raises an exception if it fails; the path
+        of the exception has the status.
+        """
+        return self._unwrap(np.array(STATUSES)[self._buffers.status].reshape(self.shape))
+
+    @property
+    def failed(self) -> npt.NDArray[np.intp]:
+        """(f,) the indices of the tops that did not reach their last time.
+
+        For f failed tops, the shape is (f,) for one-dimensional ensembles and (f, ndim) otherwise.
+        """
+        return list_failed(self.status)
+
+    @property
+    def reached(self) -> Any:
+        """(*shape) the time of the last valid state of each top [T]; a float for one top."""
+        return self._unwrap(self._buffers.reached.reshape(self.shape))
+
+    @property
+    def state_counts(self) -> Any:
+        """(*shape) the number of requested times that each top reached; an int for one top."""
+        return self._unwrap(self._buffers.done.reshape(self.shape))
+
+    @cached_property
+    def stats(self) -> Any:
+        """The cost of the run: a named tuple of four arrays (*shape), such as `stats.steps`."""
+        arrays: Any = map(self._reshape_to_ensemble, self._buffers.counts.T.copy())
+        return Stats(*arrays)
+
+    def message(self, index: int | tuple[int, ...] = ()) -> str:
+        """Return the reason why the top at `index` failed, or 'success' if it did not fail."""
+        i = find_flat_index(self.shape, index)
+        if i is None:
+            raise IndexError(
+                f"{short_repr(index)} is not the index of one top, of the shape {self.shape}"
+            )
+        return statuses["OK"][1] if self._buffers.status[i] == 0 else str(self._make_top_error(i))
+
+    def check(self) -> Self:
+        """Check that every top reached its final time, and return this result.
+
+        Raises kreisel.Error, or kreisel.Interrupted after Ctrl-C, for the first top that did not
+        reach its final time. The error message states the index of this top and the total number of
+        failed tops. The attribute `path` of the exception is the path of the failed top, and
+        `result` is this result.
+        """
+        indices = np.flatnonzero(self._buffers.status)
+        if indices.size:
+            raise self._make_stop_error(int(indices[0]), indices.size)
+        return self
+
+    def _make_top_error(self, i: int) -> BaseException:
+        """Return the exception that would be raised if the i-th top were computed alone."""
+        raise NotImplementedError
+
+    def _make_stop_error(self, i: int, count: int) -> Error | Interrupted:
+        """Return the exception for `count` unfinished tops, first the `i`-th."""
+        text, code = str(self._make_top_error(i)), self._buffers.status[i]
+        if self._is_many:
+            first = f", the first of {count} of {self.size}" if count > 1 else ""
+            text = f"top{format_index(unravel_index(i, self.shape))}{first}: {text}"
+        kind = Interrupted if code == INTERRUPTED else Error
+        return kind(text, STATUSES[code], self._select_member(i), self)
+
+    def _select_times_of_top(self, i: int) -> Array:
+        return self._t if self._t.ndim == 1 else self._t[i]
+
+    def _select_member(self, i: int) -> Any:
+        """Return the path of the i-th top, counted in C order."""
+        raise NotImplementedError
+
+    def _select_rows(self, key: Any) -> tuple[Any, Array, Options, EnsembleBuffers]:
+        """Return the arguments of the result of the tops that a NumPy index selects."""
+        rows = key
+        if not (isinstance(key, slice) and self.ndim == 1):
+            rows = np.asarray(np.arange(self.size).reshape(self.shape)[key]).reshape(-1)
+        t = self._t if self._t.ndim == 1 else self._t[rows]
+        return self.scene[key], t, self._options, self._buffers.select_buffer_rows(rows)
+
+    def __getitem__(self, key: Any) -> Any:
+        """Return the result of one or several tops, selected by a NumPy index."""
+        return type(self)(*self._select_rows(key))
+
+    def _make_column_table(
+        self,
+        columns: Sequence[TableColumn],
+        taken: Iterable[str] = (),
+        times: Mapping[str, int] | None = None,
+    ) -> ColumnTable:
+        """Return a table of the varying parameters, apart from the names `taken`, and `columns`."""
+        axes, text = name_axes(self.scene, taken), "the time of the last valid state"
+        status = TableColumn(
+            "status", axes, self.status, "", "OK, or the name of the failure", is_coordinate=True
+        )
+        reached = TableColumn(
+            "reached", axes, self.reached, TIME.dimension, text, is_coordinate=True
+        )
+        return ColumnTable(
+            {**dict(zip(axes, self.shape, strict=True)), **(times or {})},
+            [*list_parameter_columns(self.scene, taken), status, reached, *columns],
+            self._list_controls(),
+        )
+
+    @cached_property
+    def _event_columns(self) -> EventColumns:
+        """The events of many tops, sorted by the index of the top."""
+        if not self._buffers.events:
+            empty = np.empty(0, dtype=np.intc)
+            states = np.empty((0, 8))
+            return EventColumns(empty.astype(np.int64), states, states.copy(), empty, empty.copy())
+        columns = [np.concatenate(column) for column in zip(*self._buffers.events, strict=True)]
+        order = np.argsort(columns[0], kind="stable")
+        return EventColumns(*(column[order] for column in columns))
+
+
+def unravel_rows(rows: Any, shape: tuple[int, ...]) -> Any:
+    """Return the indices of tops from their positions in C order.
+
+    The array has the shape (k,) for a one-dimensional ensemble, and otherwise (k, dimensions).
+    """
+    if len(shape) == 1:
+        return freeze_array(rows)
+    indices: Any = np.array(np.unravel_index(rows, shape) if shape else (), np.int64)
+    return freeze_array(indices.T.reshape(len(rows), len(shape)))
+
+
+def list_failed(status: Any) -> npt.NDArray[np.intp]:
+    """Return the indices of the tops whose status is not 'OK', as in Path.failed."""
+    indices = np.argwhere(np.asarray(status) != "OK")
+    return indices[:, 0] if np.ndim(status) == 1 else indices
 
 
 SPECIFIC_FORCE = QuantityDescription(
@@ -62,100 +362,13 @@ def specific_force(
     return force
 
 
-StateIndex = SupportsIndex | slice | Sequence[int] | npt.NDArray[np.integer | np.bool_]
-ResolvedIndex = slice | npt.NDArray[np.intp]
-
-
-def normalize_path_index(n: int, key: StateIndex) -> ResolvedIndex:
-    """Convert an index to a slice, of length 1 for an integer, or an array of integers."""
-    if isinstance(key, slice):
-        return key
-    numbers = np.asarray(key)
-    kinds = "iub" if numbers.ndim else "iu"
-    if numbers.ndim > 1 or (numbers.size and numbers.dtype.kind not in kinds):
-        raise TypeError(
-            "the states of a path are indexed by a whole number, a slice or a list of numbers, not "
-            f"{short_repr(key)}; its quantities are attributes"
-        )
-    if numbers.ndim == 0:
-        i = int(numbers)
-        if not -n <= i < n:
-            raise IndexError(f"a path of {n} states has no state of index {i}")
-        return slice(i % n, i % n + 1)
-    indices: npt.NDArray[np.intp] = np.arange(n)[numbers if numbers.size else []]
-    return indices
-
-
-def validate_times_within_path(path_times: Array, t: Numbers, begin: float) -> Array:
-    """Return the times as an array; raise ValueError for times that a path does not span."""
-    times = validate_time_list(t)
-    low, high = float(path_times.min(initial=begin)), float(path_times.max(initial=begin))
-    indices = np.flatnonzero((times < low) | (times > high))
-    if indices.size:
-        i = int(indices[0])
-        label = f"t[{i}]" if times.ndim else "t"
-        raise ValueError(
-            f"{label} = {float(times.reshape(-1)[i])!r} lies outside the path, whose times go "
-            f"from {low!r} to {high!r}: solve for a longer time"
-        )
-    return times.reshape(-1)
-
-
-def list_flat_indices(shape: tuple[int, ...], key: Any) -> npt.NDArray[np.intp]:
-    """Return the flat indices, in C order, of the elements that `key` selects from `shape`."""
-    every: npt.NDArray[np.intp] = np.arange(math.prod(shape)).reshape(shape)
-    return np.asarray(every[key])
-
-
-def find_flat_index(shape: tuple[int, ...], key: Any) -> int | None:
-    """Return the flat index of the member that `key` selects, or None if it selects several."""
-    if type(key) is int and len(shape) == 1 and -shape[0] <= key < shape[0]:
-        return key % shape[0]
-    element = np.arange(math.prod(shape)).reshape(shape)[key]
-    return None if isinstance(element, np.ndarray) else int(element)
-
-
+_Recorded = TypeVar("_Recorded")
+_START_HINT = "solve with tangents='start' to have it"
 TANGENT_ATTRIBUTES = {  # {attribute of a path with tangents: the hint if it is missing}
-    "tangents": "solve with tangents='start' to have it",
-    "tangents_low": "solve with tangents='start' to have it",
-    "tangents_rest": "solve with tangents='start' to have it",
+    **dict.fromkeys(("tangents", "tangents_low", "tangents_rest", "derivative"), _START_HINT),
     "conditioning": "solve with tangents with respect to 'start' and all parameters that are not 0",
-    "derivative": "solve with tangents='start' to have it",
 }
-
-
-class TangentData(NamedTuple):
-    """(n, 6, columns) tangents, their low words and their truncation error.
-
-    The truncation error is the largest magnitude among the last retained terms of the Taylor
-    series. `by` lists the parameters with respect to which the derivatives are taken, in the order
-    of the C library.
-    """
-
-    high: Array
-    low: Array
-    truncation: float | Any  # an array (*shape) for many tops
-    by: tuple[str, ...]
-
-    @classmethod
-    def from_flat_arrays(
-        cls, high: Array, low: Array, truncation: float, names: tuple[str, ...]
-    ) -> TangentData:
-        columns = sum(TANGENTS[name][1] for name in names)
-        shape = (len(high), 6, columns)
-        return cls(
-            freeze_array(high.reshape(shape)), freeze_array(low.reshape(shape)), truncation, names
-        )
-
-    @property
-    def parameter_bit_mask(self) -> int:
-        return sum(TANGENTS[name][0] for name in self.by)
-
-
-Recorded = TypeVar("Recorded")
-NO_STATES = np.empty((0, 8))
-STATE_COLUMNS = {"t": slice(0, 1), "q": slice(1, 5), "m": slice(5, 8)}
-DEPENDENCIES = {  # {attribute of a path: the quantities that it needs, or "states"}
+_DEPENDENCIES = {  # {attribute of a path: the quantities that it needs, or "states"}
     "q_xyzw": ["q"],
     "rotation": ["q"],
     "error": ["q"],
@@ -163,81 +376,21 @@ DEPENDENCIES = {  # {attribute of a path: the quantities that it needs, or "stat
     "energy_error": ["energy", "kinetic"],
     "plot": ["apex", "nutation", "precession_angle"],
     "animate": ["q", "apex"],
-    "end": ["states"],
-    "scene_at": ["states"],
     "specific_force": ["body_acceleration", "inertial_velocity", "body_velocity", "body_vertical"],
-    "modified_energy": ["states"],
-    "modified_energy4": ["states"],
+    **{name: ["states"] for name in ("end", "scene_at", "modified_energy", "modified_energy4")},
 }
 
 
-class Stats(NamedTuple):
-    """The numbers of steps, rejected steps, torque evaluations and solver iterations in a run."""
-
-    steps: int
-    rejected: int
-    evaluations: int
-    iterations: int
-
-
-class PathBase(QuantityAttributes):
+class PathBase(RunResult, QuantityAttributes):
     """The quantities of a kreisel.Path as attributes."""
 
-    scene: Scene  # a kreisel.Ensemble for many tops
     states: Array  # not set if the path has _columns
-    stats: Stats
-    _options: Options
-    _is_back: bool
+    stats: Any
     _low: Array | None  # low words of the states
     _columns: dict[str, Array] | None  # t and the quantities in want, instead of states
     _choice: StepChoice | None  # the choice of method='geometric'
     _tangent_data: TangentData | None
     _origin: RunStart
-    _many: Any  # the result of an ensemble with the same states; None for one top
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """The shape of the ensemble; () for one top."""
-        return () if self._many is None else self._many.shape
-
-    @property
-    def ndim(self) -> int:
-        """The number of dimensions of the ensemble; 0 for one top."""
-        return len(self.shape)
-
-    @property
-    def size(self) -> int:
-        """The number of tops."""
-        return math.prod(self.shape)
-
-    @property
-    def method(self) -> MethodName:
-        """The name of the method; for many tops, of the requested method.
-
-        For each top of an ensemble, 'auto' uses exact for Lagrange tops, spherical bodies and
-        bodies without torque if exact applies to the scene, and taylor for all other tops.
-        """
-        if self._many is not None:
-            return cast(MethodName, self._options.requested_method)
-        return cast(MethodName, self._options.method)
-
-    @property
-    def step(self) -> float | None:
-        """The step size [T], which is negative if the path runs backwards in time.
-
-        The value is None if the method has no step size, or if it chose the step size itself.
-        """
-        return self._options.get_signed_step(self._is_back)
-
-    @property
-    def tol(self) -> float | None:
-        """The tolerance that was used, or None if the method has none or chooses its own."""
-        return self._options.tol
-
-    @property
-    def digits(self) -> int | None:
-        """The number of digits, rounded up to 16, 20 or 30, or None if it was not given."""
-        return self._options.digits
 
     @property
     def want(self) -> tuple[QuantityName, ...] | None:
@@ -250,23 +403,26 @@ class PathBase(QuantityAttributes):
 
     def __len__(self) -> int:
         """Return the number of states of one top, or the first dimension of an ensemble."""
-        return len(self.t if self._many is None else self._many)
+        return super().__len__() if self._is_many else len(self.t)
+
+    def __bool__(self) -> bool:
+        return super().__bool__() if self._is_many else len(self.t) > 0
 
     def _list_members(self) -> list[Any]:
-        return [self._many._select_member(i) for i in range(self.size)]
+        return [self._select_member(i) for i in range(self.size)]
 
-    def _compute_per_top(self, compute: Callable[[Any], Any]) -> Any:
+    def _compute_per_top(self, compute: Callable[[Any], Any], kind: Any = np.float64) -> Any:
         """Return an array (*shape) of the value of `compute` for the path of each top."""
-        values = [compute(path) for path in self._list_members()]
-        return freeze_array(np.array(values or np.empty(0)).reshape(self.shape))
+        rows = np.empty(self.size, kind)
+        rows[:] = [compute(path) for path in self._list_members()]
+        return self._reshape_to_ensemble(rows)
 
     def _compute_per_state(self, compute: Callable[[Any], Array]) -> Array:
         """Return an array (*shape, k) of the values of `compute` for the path of each top."""
         rows = np.full((self.size, self.t.shape[-1]), np.nan)
-        counts = np.ravel(self._many.state_counts).tolist()
-        for row, n, path in zip(rows, counts, self._list_members(), strict=True):
+        for row, n, path in zip(rows, self._buffers.done, self._list_members(), strict=True):
             row[:n] = compute(path)[:n]  # a path can end with a state between the times
-        return freeze_array(rows.reshape(*self.shape, -1) if rows.size else rows)
+        return self._reshape_to_ensemble(rows)
 
     def __dir__(self) -> list[str]:
         """Return the names of the available attributes, omitting quantities that are not stored."""
@@ -274,13 +430,13 @@ class PathBase(QuantityAttributes):
         names -= set() if self._tangent_data else set(TANGENT_ATTRIBUTES)
         if self.want is not None:
             names -= {"states", *RECORDABLE} - set(self.want)
-            names -= {word for word in DEPENDENCIES if self._list_missing_quantities(word)}
+            names -= {word for word in _DEPENDENCIES if self._list_missing_quantities(word)}
             names |= {"error"} if self._choice else set()
         return sorted(names)
 
     def _list_missing_quantities(self, name: str) -> list[str]:
         """List the quantities, or "states", that the attribute `name` needs but the path lacks."""
-        needs = [name] if name in RECORDABLE else DEPENDENCIES.get(name, ["states"])
+        needs = [name] if name in RECORDABLE else _DEPENDENCIES.get(name, ["states"])
         if name == "error" and self._options.has_extended_precision:
             needs = [*needs, "q_low"]
         return [need for need in needs if need not in (self.want or ())]
@@ -302,21 +458,19 @@ class PathBase(QuantityAttributes):
             if name in TANGENT_ATTRIBUTES:
                 raise AttributeError(f"this path has no {name!r}: {TANGENT_ATTRIBUTES[name]}")
             names = [word for word in sorted({"states", *dir(type(self))}) if word[0] != "_"]
-            raise AttributeError(f"a path has no {short_repr(name)}; {suggest_name(name, names)}")
+            hint = arguments.suggest_name(name, names)
+            raise AttributeError(f"a path has no {short_repr(name)}; {hint}")
 
     def _select_state_component(self, name: str) -> Array:
         if self._columns is not None and name in self._columns:
             return self._columns[name]
-        if name == "t" and self._many is not None:
-            times: Array = self._many.t
-            return times
         part = self.states[..., STATE_COLUMNS[name]]
         return part[..., 0] if name == "t" else part
 
     @property
     def t(self) -> Array:
         """(n,) times [T]; (*shape, n) if each top of an ensemble has its own times."""
-        return self._select_state_component("t")
+        return super().t if self._is_many else self._select_state_component("t")
 
     @property
     def q(self) -> Array:
@@ -402,7 +556,7 @@ class PathBase(QuantityAttributes):
         respect to every parameter that is not zero.
         """
         data = self._get_tangents_or_raise()
-        if self._many is not None:
+        if self._is_many:
             return self._compute_per_state(lambda path: path.conditioning)
         scene, body = self.scene, self.scene.body
         numbers: dict[str, tuple[float, ...]] = {
@@ -456,11 +610,13 @@ class PathBase(QuantityAttributes):
             hint = TANGENT_ATTRIBUTES["derivative"]
             raise AttributeError(f"this path has no derivatives: {hint}")
         name, data = validate_quantity_name(quantity), self._tangent_data
-        bits = data.parameter_bit_mask
-        if self._many is not None:
-            rows = compute_quantity_derivatives(name, self._many.scene, self._many._buffers, bits)
-            return freeze_array(rows.reshape(*self.shape, *rows.shape[1:]))
-        return freeze_array(derivatives(name, self.scene._block, self.states, bits, data.high))
+        bits = sum(TANGENTS[name][0] for name in data.by)
+        if self._is_many:
+            return self._reshape_to_ensemble(
+                compute_quantity_derivatives(name, self.scene, self._buffers, bits)
+            )
+        rows = derivatives(name, self.scene._block, self.states, bits, data.high)
+        return freeze_array(rows)
 
     def _get_tangents_or_raise(self) -> TangentData:
         if self._tangent_data is None:
@@ -492,7 +648,7 @@ class PathBase(QuantityAttributes):
 
         point  its place from the fixed point, in the frame of the body [L]
         """
-        place = np.array(as_three_floats("point", point))
+        place = np.array(arguments.as_three_floats("point", point))
         scene, rate, change = self.scene, self.inertial_velocity, self.body_acceleration
         if np.any(scene.turning):
             change = change + np.cross(rate - self.body_velocity, self.body_velocity)
@@ -509,7 +665,7 @@ class PathBase(QuantityAttributes):
         E + step <torque, m> / (2 I1). All energies are NaN unless the body is a Lagrange top. Like
         `path.step`, the argument `step` is negative if the path runs backwards in time.
         """
-        if self._many is not None:
+        if self._is_many:
             return self._compute_per_state(lambda path: path.modified_energy(step))
         return modified_energy(self.scene._block, self.states, as_float("step", step))
 
@@ -520,7 +676,7 @@ class PathBase(QuantityAttributes):
         of order step^4. The values are NaN if the body is not a Lagrange top, or if the step is too
         large.
         """
-        if self._many is not None:
+        if self._is_many:
             return self._compute_per_state(lambda path: path.modified_energy4(step))
         return modified_energy4(self.scene._block, self.states, as_float("step", step))
 
@@ -532,7 +688,7 @@ class PathBase(QuantityAttributes):
         states. The relative error is zero if the path has no states. The value is NaN for scenes
         with damping, friction or a shaken support, because the energy is then not conserved.
         """
-        if self._many is not None:
+        if self._is_many:
             return cast(float, self._compute_per_top(lambda path: path.energy_error))
         if self.scene._is_losing_energy or self.scene._is_shaken:
             return np.nan
@@ -550,13 +706,13 @@ class PathBase(QuantityAttributes):
 
 
 def add_quantity_properties(
-    kind: type[Recorded], lead: tuple[str, ...], column: Callable[[Recorded, str], Array]
+    kind: type[_Recorded], lead: tuple[str, ...], column: Callable[[_Recorded, str], Array]
 ) -> None:
     """Add a property for each quantity, computed by `column`, after the dimensions `lead`."""
     for name in [name for name in QUANTITIES if name not in vars(kind)]:
         quantity = QUANTITIES[name]
 
-        def of(path: Recorded, name: str = name) -> Array:
+        def of(path: _Recorded, name: str = name) -> Array:
             return column(path, name)
 
         sizes = [*lead, *map(str, quantity.shape)]
@@ -569,11 +725,11 @@ def add_quantity_properties(
 
 
 def _compute_path_quantity(path: PathBase, name: str) -> Array:
-    if path._many is None:
+    if not path._is_many:
         return freeze_array(values(name, path.scene._block, path.states))
-    states = path.states  # raises AttributeError if the path has only some quantities
-    rows = compute_quantity_values(name, path._many.scene, path._many._buffers)
-    return freeze_array(rows.reshape(*states.shape[:-1], *rows.shape[2:]))
+    if path.want is not None:
+        return path.states  # raises AttributeError
+    return path._reshape_to_ensemble(compute_quantity_values(name, path.scene, path._buffers))
 
 
 add_quantity_properties(PathBase, ("n",), _compute_path_quantity)
