@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import importlib
+import io
 import os
 import re
 import signal
@@ -19,6 +20,9 @@ from rich.console import Console
 from .._analysis.compare import compare as compare_methods
 from .._analysis.compare import format_methods_page
 from .._core import version
+from .._fit.fit import fit as estimate
+from .._fit.records import Record
+from .._fit.result import Fit
 from .._model.scene import Scene
 from .._options.methods import Method, unknown_method_message
 from .._options.methods import methods as known
@@ -29,76 +33,52 @@ from .._utils.processes import replace_signal_handlers
 from .._view import open_viewer
 from .._view import view as open_view
 from ..scenes import about, get_scene
-from .fit import fit
 from .options import (
-    METHOD,
+    PICTURES,
     SCENE,
-    Command,
+    InputFile,
     Name,
-    OutputFile,
-    T,
     TimeSequence,
     UsageError,
-    parse_number_list,
+    command,
+    print_table,
+    write_bytes,
 )
-from .outputs import print_table, write_bytes
 from .solve import resume, solve
 from .sweep import sweep
 
 
-@click.command(cls=Command)
+@command()
 @click.argument("name", required=False, type=Name(known))
-@click.option(
-    "--markdown",
-    is_flag=True,
-    help="Print a Markdown table with measured costs of a step (METHODS.md).",
-)
 def methods(name: str | None, markdown: bool) -> None:
     """List the methods available in this build, or describe a single method."""
     if markdown:
         click.echo(format_methods_page(known), nl=False)
     elif name is None:
-        rows = [
-            (m.name, _format_method_order(m), _format_method_properties(m), m.text)
-            for m in known.values()
-        ]
+        rows = [(m.name, *_describe_order_and_kind(m), m.text) for m in known.values()]
         print_table(("method", "order", "kind", "description"), rows)
     elif name not in known:
         raise UsageError(unknown_method_message(name))
     else:
         method, console = known[name], Console(markup=False, highlight=False)
-        tops = {
-            "rotors": method.rotors,
-            "damping": method.damped,
-            "friction": method.friction,
-            "turning supports": method.turning,
-            "shaken supports": method.shaking,
-        }
-        for word, value in {
-            "name": method.name,
-            "text": method.text,
-            "order": _format_method_order(method),
-            "kind": _format_method_properties(method),
-            "conserves": method.conserves,
-            "for": method.tops,
-            "with": ", ".join(name for name, is_known in tops.items() if is_known),
-            "reference": method.reference,
-        }.items():
+        order, kind = _describe_order_and_kind(method)
+        words = {"name": name, "text": method.text, "order": order, "kind": kind}
+        words |= {"conserves": method.conserves, "for": method.tops}
+        tops = {"rotors": method.rotors, "damping": method.damped, "friction": method.friction}
+        tops |= {"turning supports": method.turning, "shaken supports": method.shaking}
+        words["with"] = ", ".join(word for word, is_possible in tops.items() if is_possible)
+        for word, value in {**words, "reference": method.reference}.items():
             console.print(f"{word:<10} {value}")
 
 
-def _format_method_order(method: Method) -> str:
-    return str(method.order) if method.order else "varies"
-
-
-def _format_method_properties(method: Method) -> str:
-    if method.exact:
-        return "closed form"
+def _describe_order_and_kind(method: Method) -> tuple[str, str]:
     kinds = ("adaptive", "symplectic", "reversible", "implicit", "algebraic")
-    return ", ".join(kind for kind in kinds if getattr(method, kind))
+    properties = ", ".join(kind for kind in kinds if getattr(method, kind))
+    order = str(method.order) if method.order else "varies"
+    return order, "closed form" if method.exact else properties
 
 
-@click.command(cls=Command)
+@command()
 @click.argument("name", required=False, type=Name(about))
 def scenes(name: str | None) -> None:
     """List all named scenes, or print the one called NAME in TOML format."""
@@ -117,13 +97,8 @@ def quantities() -> None:
     print_table(("quantity", "unit", "description"), rows)
 
 
-@click.command(cls=Command)
+@command("view cusps --save top.html")
 @click.argument("scene", type=SCENE, default="thesis")
-@click.option(
-    "--save",
-    type=OutputFile(".html", ".htm"),
-    help="Write the viewer to a file instead of opening it.",
-)
 def view(scene: Scene, save: str | None) -> None:
     """Open an interactive viewer of the scene in a browser.
 
@@ -184,41 +159,8 @@ def report(ctx: click.Context, arguments: tuple[str, ...]) -> None:
     ctx.exit(machinery.main(list(arguments)) or 0)
 
 
-@click.command(cls=Command)
+@command("compare thesis --t 10 --steps 0.01 --tols 1e-9")
 @click.argument("scene", type=SCENE)
-@T
-@click.option(
-    "--methods",
-    type=Name(known, is_list=True),
-    help="Names of methods; default: all that apply to the scene.",
-)
-@click.option(
-    "--steps",
-    type=parse_number_list,
-    metavar="NUMBER[,...]",
-    help="The step of fixed-step methods.",
-)
-@click.option(
-    "--tols",
-    type=parse_number_list,
-    metavar="NUMBER[,...]",
-    help="The tolerance of adaptive methods.",
-)
-@click.option(
-    "--truth",
-    type=METHOD,
-    default="taylor",
-    show_default=True,
-    help="The method of the reference solution, with 20 digits, tol 1e-13 or a fine step.",
-)
-@click.option(
-    "--repeats",
-    type=int,
-    default=5,
-    show_default=True,
-    help="Number of runs of each method; the fastest is used.",
-)
-@click.option("--csv", type=OutputFile(".csv"), help="Write the table with all digits.")
 def compare(
     scene: Scene,
     t: TimeSequence,
@@ -251,6 +193,94 @@ def compare(
         print_table(head, rows, head[1:-1])
     if interruption:
         raise interruption
+
+
+def _parse_assignments(option: str, texts: tuple[str, ...]) -> dict[str, str]:
+    """Parse the values QUANTITY=VALUE of a repeated option."""
+    values: dict[str, str] = {}
+    for text in texts:
+        name, _, value = text.partition("=")
+        if not (name and value):
+            raise UsageError(f"{option} {text}: write QUANTITY=VALUE")
+        if name in values:
+            raise UsageError(f"{option} {text}: {name} is already given")
+        values[name] = value
+    return values
+
+
+@command("fit record.csv top.toml --sigma 0.01 --plot fit.png")
+@click.argument("record", type=InputFile())
+@click.argument("scene", type=SCENE)
+def fit(
+    record: str,
+    scene: Scene,
+    column: tuple[str, ...],
+    time: str,
+    sigma: tuple[str, ...],
+    instrument: Any,
+    point: list[float] | None,
+    degrees: bool | None,
+    save: str | None,
+    csv: str | None,
+    plot: str | None,
+    **words: Any,
+) -> None:
+    """Estimate a body and its initial state from the CSV file RECORD, starting from SCENE.
+
+    If the motion of SCENE disagrees with the record, the initial guess is computed from the record.
+    If the fit is interrupted, the best fit found so far is printed.
+    """
+    form = "png"
+    if plot is not None:
+        ending = File(plot).suffix.lower()
+        if ending in PICTURES:
+            form = ending[1:]
+        elif plot != "-" and not (File(plot).exists() and not File(plot).is_file()):
+            raise UsageError(f"--plot writes .png, .svg or .pdf, not {plot}")
+        # fail before the fit if matplotlib is missing
+        importlib.import_module("kreisel._plot.charts")
+    columns: dict[str, str | list[str]] = {
+        name: value.split(",") if "," in value else value
+        for name, value in _parse_assignments("--column", column).items()
+    }
+    deviations: float | dict[str, float] | None = None
+    try:
+        if len(sigma) == 1 and "=" not in sigma[0]:
+            deviations = float(sigma[0])
+        elif sigma:
+            pairs = _parse_assignments("--sigma", sigma).items()
+            deviations = {name: float(value) for name, value in pairs}
+    except ValueError:
+        raise UsageError(f"--sigma {' '.join(sigma)}: the value must be a number") from None
+    try:
+        given = record, columns or None, time, deviations, instrument or ()
+        measurements = Record.from_csv(*given, degrees=degrees, point=point)
+    except OSError as error:
+        raise UsageError(str(error)) from None
+    interruption: Interrupted | None = None
+    try:
+        result: Fit | None = estimate(scene, measurements, **words)
+    except Interrupted as error:
+        result, interruption = error.result, error
+    if result is not None:
+        if "-" not in (save, csv, plot):
+            click.echo(str(result))
+        if save is not None:
+            write_bytes(save, result.to_toml().encode())
+        if csv is not None:
+            rows = [
+                f"{name},{result.values[name]!r},{result.error[name]!r},{unit}\n"
+                for name, unit in zip(result.names, result.units, strict=True)
+            ]
+            write_bytes(csv, ("parameter,value,error,unit\n" + "".join(rows)).encode())
+        if plot is not None:
+            picture = io.BytesIO()  # savefig would leave an incomplete file on a full disk
+            result.plot().figure.savefig(picture, format=form)
+            write_bytes(plot, picture.getvalue())
+    if interruption:
+        raise interruption
+    if result is not None and not result.has_converged:
+        raise click.exceptions.Exit(1)
 
 
 _CODES = """\b

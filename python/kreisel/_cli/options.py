@@ -1,4 +1,4 @@
-"""Commands, and the types of their arguments and options."""
+"""Commands, their options with the types of their values, and what they print."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import os
 import re
 import sys
 import warnings
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import suppress
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path as File
 from typing import Any, BinaryIO
@@ -18,12 +18,21 @@ from typing import Any, BinaryIO
 import click
 import numpy as np
 from click.shell_completion import CompletionItem
+from rich import box
+from rich.cells import cell_len
+from rich.console import Console, JustifyMethod
+from rich.progress import Progress
+from rich.table import Table
 
+from .._fit.fit import LOSSES
+from .._fit.parameters import FREE
+from .._fit.records import INSTRUMENT
 from .._model.scene import Scene, parse_scene_toml
 from .._model.toml import call_with_error_prefix, read_limited_text
 from .._options.methods import methods
+from .._options.options import RECORDABLE
 from .._utils.arguments import Array, suggest_name
-from .._utils.files import check_file_is_writable
+from .._utils.files import atomic_write, check_file_is_writable
 from ..events import MAKERS, Event
 from ..scenes import about, get_scene
 
@@ -262,16 +271,6 @@ def parse_times(words: str) -> TimeSequence:
     return TimeSequence(grids, len(grids) == 1 and ":" not in words)
 
 
-T = click.option(
-    "--t",
-    type=parse_times,
-    required=True,
-    metavar="TIME[,...]",
-    help="The final time, or the times to record: comma-separated numbers and grids "
-    "start:end:step.",
-)
-
-
 def _parse_time_grid(word: str) -> tuple[float, float, range]:
     try:
         numbers = [float(part) for part in word.split(":")]
@@ -364,3 +363,178 @@ def _parse_event_polynomial(text: str) -> dict[str, float]:
         key = "*".join(names) or "1"
         terms[key] = terms.get(key, 0.0) + factor
     return terms
+
+
+def _parse_parts(word: str) -> range:
+    first, colon, last = word.partition(":")
+    if not (colon and first.isdecimal() and last.isdecimal() and int(first) <= int(last)):
+        raise click.BadParameter(
+            f"{word!r} is not a range of parts such as 0:100, which excludes 100"
+        )
+    return range(int(first), int(last))
+
+
+PICTURES = ".png", ".svg", ".pdf"
+# {the commands that have an option, and its name: the text of its help}
+_OPTIONS = {
+    "solve resume compare --t": "The final time, or the times to record [T]: comma-separated "
+    "numbers and grids start:end:step.",
+    "solve --method": "One of `kreisel methods`, auto, or geometric, which chooses a method that "
+    "meets --error.",
+    "solve --step": "The step of fixed-step methods [T].",
+    "solve --tol": "The tolerance of adaptive methods.",
+    "solve --digits": "The digits of taylor, instead of --tol: 16, 20 or 30.",
+    "solve --error": "The largest attitude error for geometric [rad].",
+    "solve resume --every": "Record the state after every N steps, up to the time --t.",
+    "solve --max-steps": "Fail after this number of steps; 0: no limit.",
+    "resume --max-steps": "A new limit on the number of steps.",
+    "solve --want": "Quantities to record instead of states, such as nutation,energy (see `kreisel "
+    "quantities`).",
+    "solve --events": "An event to search for, as in kreisel.events; repeatable: nutation, "
+    "plane:0,1,0:of=m, crossing:2*m_x+apex_z:0.5:direction=1, nutation:max_count=3:terminal.",
+    "solve resume --csv": "Write the states, or the quantities of --want.",
+    "solve resume --json": "Write the states, the scene and the options as one JSON object.",
+    "solve resume --npz": "Write the path for kreisel.load; numpy.load can also read its arrays.",
+    "solve resume --events-csv": "Write the events.",
+    "solve resume --save": "Write the state of the run when it ends or is stopped, for `kreisel "
+    "resume`.",
+    "solve resume --degrees": "Write angles and rates in degrees, except in .npz.",
+    "solve resume --unwrap": "Write continuous angles, without jumps of whole turns, except in "
+    ".npz and at events; successive states must be less than half a turn apart.",
+    "solve resume --all-rows": "Print all rows of the table of states.",
+    "compare --methods": "Names of methods; default: all that apply to the scene.",
+    "compare --steps": "The step of fixed-step methods [T].",
+    "compare --tols": "The tolerance of adaptive methods.",
+    "compare --truth": "The method of the reference solution, with 20 digits, tol 1e-13 or a fine "
+    "step.",
+    "compare --repeats": "Number of runs of each method; the fastest is used.",
+    "compare --csv": "Write the table with all digits.",
+    "fit --free": "The parameters to estimate.",
+    "fit --column": "The columns of a quantity; default: all columns, by the names of components.",
+    "fit --time": "The column of times [T].",
+    "fit --sigma": "Standard deviation of the measurements; default: estimated from the residuals.",
+    "fit --instrument": "Properties of the instrument to estimate: bias, scale, mounting, delay.",
+    "fit --point": "Position of an accelerometer (specific_force) in the frame of the body [L].",
+    "fit --degrees": "Angles and rates in RECORD are in degrees; default: as the heads of its "
+    "columns say.",
+    "fit --loss": "soft: for outliers.",
+    "fit --pieces": "Number of pieces of a chaotic motion; default: as needed.",
+    "fit --max-evaluations": "The largest number of paths that the search computes.",
+    "fit --save": "Write the fitted scene as TOML.",
+    "fit --csv": "Write the parameters as a table.",
+    "fit --plot": "Draw data and residuals: .png, .svg or .pdf; standard output is PNG.",
+    "run --folder": "The folder of the parts.",
+    "run --parts": "Compute only these parts, for example in one of many jobs; 0:0 only writes the "
+    "plan.",
+    "run --workers": "Number of processes; each computes one part at a time.",
+    "run --dask": "Compute on the workers of the Dask scheduler at this address.",
+    "methods --markdown": "Print a Markdown table with measured costs of a step (METHODS.md).",
+    "view --save": "Write the viewer to a file instead of opening it.",
+}
+_SETTINGS: dict[str, dict[str, Any]] = {  # of these options for click; others are of type int
+    **{name: {"is_flag": True} for name in ("--degrees", "--unwrap", "--all-rows", "--markdown")},
+    **{name: {"type": float} for name in ("--step", "--tol", "--error")},
+    **{name: {"type": OutputFile(".csv")} for name in ("--csv", "--events-csv")},
+    "--steps": {"type": parse_number_list, "metavar": "NUMBER[,...]"},
+    "--tols": {"type": parse_number_list, "metavar": "NUMBER[,...]"},
+    "--t": {"type": parse_times, "required": True, "metavar": "TIME[,...]"},
+    "--method": {"type": METHOD, "default": "auto"},
+    "solve --max-steps": {"default": 0, "type": int},
+    "--want": {"type": Name(RECORDABLE, is_list=True)},
+    "--events": {
+        "type": Name(MAKERS),
+        "multiple": True,
+        "metavar": "NAME[:ARGUMENT...][:WORD=VALUE...]",
+    },
+    "--json": {"type": OutputFile(".json")},
+    "--npz": {"type": OutputFile(".npz")},
+    "--save": {"type": OutputFile(".kreisel", replaces="run")},
+    "--methods": {"type": Name(methods, is_list=True)},
+    "--truth": {"type": METHOD, "default": "taylor"},
+    "--repeats": {"default": 5},
+    "--free": {"type": Name(FREE, is_list=True), "default": "start,moments"},
+    "--column": {"type": str, "multiple": True, "metavar": "QUANTITY=NAME[,...]"},
+    "--time": {"type": str, "default": "t"},
+    "--sigma": {"type": str, "multiple": True, "metavar": "[QUANTITY=]NUMBER"},
+    "--instrument": {"type": Name(INSTRUMENT, is_list=True)},
+    "--point": {"type": parse_number_list, "metavar": "X,Y,Z"},
+    "fit --degrees": {"is_flag": True, "default": None},
+    "--loss": {"type": click.Choice(LOSSES), "default": "linear"},
+    "--max-evaluations": {"default": 2000},
+    "fit --save": {"type": OutputFile(".toml")},
+    "--plot": {"type": OutputFile(*PICTURES)},
+    "--folder": {"type": click.Path(), "required": True},
+    "--parts": {"type": _parse_parts, "metavar": "A:B"},
+    "--workers": {"type": click.IntRange(1)},
+    "--dask": {"type": str, "metavar": "ADDRESS"},
+    "view --save": {"type": OutputFile(".html", ".htm")},
+}
+
+
+def command(
+    example: str = "", group: Any = click, epilog: str = ""
+) -> Callable[[Callable[..., None]], click.Command]:
+    """Return a decorator for the function of a command, with the options of the command's name."""
+
+    def decorate(function: Callable[..., None]) -> click.Command:
+        name = function.__name__
+        for key, text in reversed(_OPTIONS.items()):
+            *commands, option = key.split()
+            if name in commands:
+                more = _SETTINGS.get(f"{name} {option}") or _SETTINGS.get(option, {"type": int})
+                add = click.option(option, help=text, show_default=True, **more)
+                function = add(function)
+        ending = f"Example: kreisel {example}\n\n{epilog}" if example else epilog
+        made: click.Command = group.command(cls=Command, epilog=ending)(function)
+        return made
+
+    return decorate
+
+
+def print_table(
+    head: Sequence[str], rows: Iterable[Sequence[str]], right: Collection[str] = ()
+) -> None:
+    """Print a table, which is wider than the terminal if a number or a word needs this.
+
+    The columns `right` are aligned to the right, and the first column is never wrapped.
+    """
+    grid = Table(box=box.SIMPLE_HEAD)
+    for name in head:
+        justify: JustifyMethod = "right" if name in right else "left"
+        grid.add_column(name, justify=justify, no_wrap=name is head[0])
+    for row in rows:
+        grid.add_row(*row)
+    for column in grid.columns:
+        texts = [str(column.header), *map(str, column.cells)]
+        parts = texts if column.no_wrap else [word for text in texts for word in text.split()]
+        column.min_width = max(map(cell_len, parts), default=0)
+    console = Console(markup=False, highlight=False)
+    least_width = 2 + sum((column.min_width or 0) + 3 for column in grid.columns)
+    console.width = max(console.width, least_width)
+    console.print(grid, crop=False)
+
+
+def write_bytes(file: str, data: bytes) -> None:
+    if file != "-":
+        atomic_write(file, data)
+        return
+    remainder = memoryview(data)
+    while remainder:  # an unbuffered standard output may write only some of the bytes
+        remainder = remainder[sys.stdout.buffer.write(remainder) :]
+    sys.stdout.buffer.flush()
+
+
+@contextmanager
+def show_progress(total: float) -> Iterator[Callable[[float], object]]:
+    """Return a context manager that shows a progress bar if standard error is a terminal.
+
+    It yields a function to update the bar. The remaining time is estimated from the average speed
+    since the start.
+    """
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield lambda done: None
+        return
+    with Progress(console=console, transient=True, speed_estimate_period=1e9) as bar:
+        task = bar.add_task("", total=total)
+        yield lambda done: bar.update(task, completed=done)

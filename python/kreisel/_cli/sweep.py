@@ -9,7 +9,7 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, InvalidStateError, ProcessPoolExecutor
 from contextlib import contextmanager
-from itertools import chain, islice, pairwise
+from itertools import chain, pairwise
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -21,8 +21,7 @@ from .._sweep.plan import DONE, MISSING
 from .._sweep.sweep import SweepResult, read_sweep
 from .._sweep.sweep import sweep as run_sweep
 from .._utils.arguments import format_count, optional_dependency
-from .options import Command, UsageError
-from .outputs import show_progress
+from .options import UsageError, command, show_progress
 
 _SHOWN = 6  # largest number of ranges of parts in a printed line
 _STOP_SIGNALS = signal.SIGINT, signal.SIGTERM
@@ -47,34 +46,8 @@ def sweep() -> None:
     """
 
 
-def _parse_parts(word: str) -> range:
-    first, colon, last = word.partition(":")
-    if not (colon and first.isdecimal() and last.isdecimal() and int(first) <= int(last)):
-        raise click.BadParameter(
-            f"{word!r} is not a range of parts such as 0:100, which excludes 100"
-        )
-    return range(int(first), int(last))
-
-
-@sweep.command(cls=Command)
+@command("sweep plan.toml --folder runs --workers 8", sweep)
 @click.argument("plan", type=click.Path())
-@click.option("--folder", required=True, type=click.Path(), help="The folder of the parts.")
-@click.option(
-    "--parts",
-    type=_parse_parts,
-    metavar="A:B",
-    help="Compute only these parts, for example in one of many jobs; 0:0 only writes the plan.",
-)
-@click.option(
-    "--workers",
-    type=click.IntRange(1),
-    help="Number of processes; each computes one part at a time.",
-)
-@click.option(
-    "--dask",
-    metavar="ADDRESS",
-    help="Compute on the workers of the Dask scheduler at this address.",
-)
 def run(plan: str, folder: str, parts: range | None, workers: int | None, dask: str | None) -> None:
     """Compute all missing parts of the sweep described in the TOML file PLAN."""
     if workers is not None and dask is not None:
@@ -172,7 +145,7 @@ def _end_process_after_grace_period(number: int, frame: FrameType | None) -> Non
     signal.setitimer(signal.ITIMER_REAL, _GRACE_SECONDS)  # SIGALRM ends the process
 
 
-@sweep.command(cls=Command)
+@command(group=sweep)
 @click.argument("folder", type=click.Path())
 def status(folder: str) -> None:
     """Verify the parts in FOLDER, and count the complete, missing and damaged ones."""
@@ -183,20 +156,18 @@ def status(folder: str) -> None:
             int(np.count_nonzero(result.part(i)["status"] != "OK")) for i in parts_by_state[DONE]
         )
     click.echo(_format_sweep_summary(result, parts_by_state[DONE]))
-    numbers = sorted(chain(*parts_by_state.values()))
-    if missing_count := result.parts - len(numbers):
-        click.echo(
-            f"{MISSING}: {format_count(missing_count, 'part')}, "
-            f"{_format_ranges(_list_gaps(numbers, result.parts))}"
-        )
-    for state, parts in parts_by_state.items():
-        if state != DONE:
-            count = format_count(len(parts), "part")
-            click.echo(f"{state}: {count}, {_format_ranges(_group_into_ranges(parts))}")
+    existing = [range(0), *_list_ranges(sorted(chain(*parts_by_state.values())))]
+    gaps = [range(a.stop, b.start) for a, b in pairwise([*existing, range(result.parts, 0)])]
+    ranges = {MISSING: [gap for gap in gaps if gap]}
+    ranges |= {state: _list_ranges(parts) for state, parts in parts_by_state.items()}
+    for state, runs in ranges.items():
+        if runs and state != DONE:
+            count = format_count(sum(map(len, runs)), "part")
+            first = [f"{one.start}:{one.stop}" for one in runs[:_SHOWN]]
+            click.echo(f"{state}: {count}, {', '.join([*first, *['...'] * (len(runs) > _SHOWN)])}")
     if failure_count:
         click.echo(f"failed: {format_count(failure_count, 'top')}, whose status is not OK")
-    file_count = sum(1 for _ in Path(folder).glob(".*.new"))
-    if file_count:
+    if file_count := sum(1 for _ in Path(folder).glob(".*.new")):
         click.echo(
             f"also {format_count(file_count, 'file')} .*.new, left by processes that are still "
             "writing or were killed"
@@ -212,20 +183,10 @@ def _format_sweep_summary(result: SweepResult, done: list[int]) -> str:
     )
 
 
-def _list_gaps(numbers: list[int], end: int) -> Iterator[range]:
-    """Yield the ranges of nonnegative integers below `end` that are missing from `numbers`."""
-    for low, high in pairwise([-1, *numbers, end]):
-        if high > low + 1:
-            yield range(low + 1, high)
-
-
-def _group_into_ranges(numbers: list[int]) -> Iterator[range]:
-    breaks = [k for k in range(1, len(numbers)) if numbers[k] != numbers[k - 1] + 1]
-    for a, b in pairwise([0, *breaks, len(numbers)]):
-        yield range(numbers[a], numbers[b - 1] + 1)
-
-
-def _format_ranges(runs: Iterator[range]) -> str:
-    """Return the first few ranges as text, such as 3:7 for the numbers 3 to 6."""
-    first = [f"{run.start}:{run.stop}" for run in islice(runs, _SHOWN + 1)]
-    return ", ".join(first[:_SHOWN]) + (", ..." if first[_SHOWN:] else "")
+def _list_ranges(numbers: list[int]) -> list[range]:
+    """Return the ranges that consist of these ascending numbers, such as 3:7 for 3 to 6."""
+    ranges: list[range] = []
+    for i in numbers:
+        begin = ranges.pop().start if ranges and ranges[-1].stop == i else i
+        ranges.append(range(begin, i + 1))
+    return ranges
