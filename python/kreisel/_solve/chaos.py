@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, Literal, NoReturn, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -12,34 +12,16 @@ import numpy.typing as npt
 from .._core import growth, statuses
 from .._model.parameters import refuse_disturbances
 from .._model.scene import Ensemble, Scene
+from .._options import options as checks
 from .._options.methods import FALLBACK
-from .._options.options import (
-    TIME,
-    Options,
-    as_ensemble,
-    check_resolvable_horizon,
-    get_member_by_flat_index,
-    make_options,
-    time_array,
-    validate_progress_callback,
-    validate_thread_count,
-    validate_tops,
-)
+from .._options.options import TIME, Options, get_member_by_flat_index
 from .._results.buffers import STATUSES, EnsembleBuffers, Slice, SliceRunner
 from .._results.path import Path, build_path_from_core_result
 from .._results.paths import run_ensemble
 from .._results.results import Error, RunResult, find_flat_index
 from .._results.tables import ColumnTable, TableColumn, list_parameter_columns
-from .._utils.arguments import (
-    Array,
-    Numbers,
-    as_finite_array,
-    as_float,
-    as_unit_name,
-    make_exception_from_status,
-    short_repr,
-    unknown_name_message,
-)
+from .._utils import arguments
+from .._utils.arguments import Array, Numbers, as_finite_array, short_repr
 from .._utils.html import format_picture_as_html
 from .._utils.processes import Progress, WorkerPool
 
@@ -49,7 +31,6 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 
-_T = TypeVar("_T", bound=np.generic)
 IndicatorName = Literal["lyapunov", "megno", "oli"]
 INDICATORS: dict[str, tuple[str, str]] = {  # the unit and the text of each indicator
     "lyapunov": ("T^-1", "largest Lyapunov exponent"),
@@ -79,10 +60,10 @@ _LOG, _MEGNO, _MOST, _ENERGY, _MOMENTUM, _REST = range(6)
 def estimate_turn_durations(tops: Ensemble) -> Array:
     """Estimate the time [T] that each top takes to turn once.
 
-    The time is 2 pi / w, where w is the larger of the angular velocity (|m| + |h|) / I and the
-    pendulum frequency sqrt(mass |gravity| |com| / I). Here, I is the largest moment of inertia, and
-    h the angular momentum of the rotor. For a shaken support, its largest acceleration is added to
-    |gravity|. For a torque-free top at rest, which never turns, the returned time is 1.
+    It is 2 pi / w with the larger w of the angular velocity (|m| + |h|) / I and the pendulum
+    frequency sqrt(mass |gravity| |com| / I), where I is the largest moment and h the rotor. For a
+    shaken support, its largest acceleration is added to |gravity|. For a torque-free top at rest,
+    which never turns, the returned time is 1.
     """
     body = tops.body
     largest = np.max(body.moments, axis=-1)
@@ -95,6 +76,20 @@ def estimate_turn_durations(tops: Ensemble) -> Array:
     rate = np.broadcast_to(np.maximum(rate, np.sqrt(torque / largest)), tops.shape).reshape(-1)
     turns: Array = np.divide(2.0 * np.pi, rate, out=np.ones(tops.size), where=rate > 0.0)
     return turns
+
+
+def _column(name: str, text: str, is_curve: bool = False) -> Any:
+    """Return a property for the values of an indicator at all times, or at the last time."""
+
+    def read(result: Chaos) -> Any:
+        rows = result._buffers.columns[name]
+        return (
+            result._reshape_to_ensemble(rows)
+            if is_curve
+            else result._unwrap(rows[:, -1].reshape(result.shape))
+        )
+
+    return property(read, doc=text)
 
 
 class Chaos(RunResult):
@@ -120,45 +115,20 @@ class Chaos(RunResult):
     A notebook displays the result as a picture, which the method `plot` draws.
     """
 
-    @property
-    def lyapunov(self) -> Array | float:
-        """(*shape) the largest Lyapunov exponent at the last time [T^-1]."""
-        return self._unwrap(self.lyapunov_curve[..., -1])
-
-    @property
-    def megno(self) -> Array | float:
-        """(*shape) MEGNO at the last time."""
-        return self._unwrap(self.megno_curve[..., -1])
-
-    @property
-    def oli(self) -> Array | float:
-        """(*shape) OLI at the last time."""
-        return self._unwrap(self.oli_curve[..., -1])
-
-    @property
-    def lyapunov_curve(self) -> Array:
-        """(*shape, k) the exponent at each time [T^-1]."""
-        return self._reshape_to_ensemble(self._buffers.columns["lyapunov"])
-
-    @property
-    def megno_curve(self) -> Array:
-        """(*shape, k) MEGNO at each time."""
-        return self._reshape_to_ensemble(self._buffers.columns["megno"])
-
-    @property
-    def oli_curve(self) -> Array:
-        """(*shape, k) OLI at each time."""
-        return self._reshape_to_ensemble(self._buffers.columns["oli"])
-
-    @property
-    def certificate(self) -> Array | float:
+    lyapunov: Array | float = _column("lyapunov", "(*shape) the exponent at the last time [T^-1].")
+    lyapunov_curve: Array = _column("lyapunov", "(*shape, k) the exponent at each time.", True)
+    megno: Array | float = _column("megno", "(*shape) MEGNO at the last time.")
+    megno_curve: Array = _column("megno", "(*shape, k) MEGNO at each time.", True)
+    oli: Array | float = _column("oli", "(*shape) OLI at the last time.")
+    oli_curve: Array = _column("oli", "(*shape, k) OLI at each time.", True)
+    certificate: Array | float = _column(
+        "certificate",
         """(*shape) an estimate of the largest relative error of the tangent.
 
-        It is the largest of three values. Two values are the changes of the derivatives of the
-        energy and of <m, e3> along the tangent, which should be constant. The third value is the
-        last term of the tangent's Taylor series.
-        """
-        return self._unwrap(self._buffers.columns["certificate"].reshape(self.shape))
+        It is the largest of the last term of the tangent's Taylor series, and of the changes of the
+        derivatives of the energy and of <m, e3> along the tangent, which should be constant.
+        """,
+    )
 
     @property
     def turns(self) -> Array | float:
@@ -195,20 +165,17 @@ class Chaos(RunResult):
     def doubt(self) -> npt.NDArray[np.str_] | str:
         """(*shape) the reason why `is_chaotic` is in doubt, or ''; a str for one scene.
 
-        The reasons are:
-
-        - the status of a failed top;
-        - a certificate above 0.01;
-        - a value of `megno` between 2.5 and 8, which is near the threshold;
-        - fewer than 100 turns, unless the motion is chaotic.
+        The reasons are the status of a failed top, a certificate above 0.01, a value of `megno`
+        between 2.5 and 8, which is near the threshold, and fewer than 100 turns, unless the motion
+        is chaotic.
 
         In a study of 1600 random tops, of which 536 were chaotic, no regular top was classified as
         chaotic with an empty `doubt`. Of the tops classified as regular with an empty `doubt`, 2 %
         were in fact chaotic for runs of 100 turns, 0.7 % for 300 turns, and 0 % for 1000 turns.
         """
         megno, (low, high) = np.asarray(self.megno), _NEAR
-        texts = np.where(self._buffers.status == 0, "", np.array(STATUSES)[self._buffers.status])
-        texts = texts.reshape(self.shape).astype(object)
+        names = np.array(STATUSES)[self._buffers.status].reshape(self.shape)
+        texts = np.where(names == "OK", "", names).astype(object)
         for text, mask in {
             f"certificate above {_WORST:g}": ~(np.asarray(self.certificate) <= _WORST),
             "MEGNO near the threshold": (low < megno) & (megno < high),
@@ -238,8 +205,8 @@ class Chaos(RunResult):
         """Return the indicators of the tops that a NumPy index selects."""
         i = find_flat_index(self.shape, key)
         if i is None:
-            return Chaos(*self._select_rows(key))
-        tops = as_ensemble("tops", get_member_by_flat_index(self.scene, i))
+            return self._select_tops(key)
+        tops = checks.as_ensemble("tops", get_member_by_flat_index(self.scene, i))
         rows = self._buffers.select_buffer_rows(slice(i, i + 1))
         return Chaos(tops, self._t, self._options, rows)
 
@@ -247,7 +214,9 @@ class Chaos(RunResult):
         scene, name = get_member_by_flat_index(self.scene, i), STATUSES[self._buffers.status[i]]
         kind, text = statuses[name]
         if kind == "INPUT":
-            return make_exception_from_status(name, f"no tangent of {scene!r} in this direction")
+            return arguments.make_exception_from_status(
+                name, f"no tangent of {scene!r} in this direction"
+            )
         return Error(f"{text}: the tangent of {scene!r}", name, self._select_member(i), self)
 
     def _select_member(self, i: int) -> Path:
@@ -283,9 +252,11 @@ class Chaos(RunResult):
         Raises ValueError for an unknown indicator and for ensembles with more than two dimensions,
         and ImportError if matplotlib is not installed.
         """
-        unit = as_unit_name("time_unit", time_unit)
+        unit = arguments.as_unit_name("time_unit", time_unit)
         if not isinstance(indicator, str) or indicator not in INDICATORS:
-            raise ValueError(unknown_name_message("indicator", str(indicator), INDICATORS))
+            raise ValueError(
+                arguments.unknown_name_message("indicator", str(indicator), INDICATORS)
+            )
         if self.ndim > 2:
             raise ValueError(
                 f"indicators of {self.ndim} dimensions cannot be drawn: select two of "
@@ -306,8 +277,7 @@ class Chaos(RunResult):
         """Return a pandas.DataFrame with one row per top, in C order.
 
         The columns are the varying parameters, `lyapunov`, `megno`, `oli`, `is_chaotic`, `doubt`,
-        `certificate`, `turns` and `status`. `attrs` contains the units. Raises ImportError if
-        pandas is not installed.
+        `certificate`, `turns` and `status`. `attrs` has the units.
 
             >>> import kreisel as kr
             >>> tops = kr.scenes.asymmetric.vary(gravity=[0.5, 1.0])
@@ -319,9 +289,8 @@ class Chaos(RunResult):
     def to_xarray(self) -> Dataset:
         """Return an xarray.Dataset of the indicators over time and the classification of each top.
 
-        The dimensions are those of the ensemble; the indicators have time as an additional
-        dimension. The varying parameters are stored as coordinates of the Dataset. Raises
-        ImportError if xarray is not installed.
+        The dimensions are those of the ensemble; the indicators have the further dimension time.
+        The varying parameters are coordinates.
 
             >>> import kreisel as kr
             >>> tops = kr.scenes.asymmetric.vary(gravity=[0.5, 1.0])
@@ -331,23 +300,18 @@ class Chaos(RunResult):
         return self._tabulate(has_curves=True).to_xarray()
 
     def _tabulate(self, has_curves: bool) -> ColumnTable:
-        """Return a table of the indicators of each top, over time or at the end, and its class."""
         axes, columns = self.scene.axes, list_parameter_columns(self.scene)
-        sizes = dict(zip(axes, self.shape, strict=True))
+        sizes, end, attributes = dict(zip(axes, self.shape, strict=True)), "", {"t": self.t[-1]}
         if has_curves:
-            sizes["time"] = self.t.size
+            sizes["time"], end, attributes = self.t.size, "_curve", {}
             t = TableColumn("t", ("time",), self.t, TIME.dimension, TIME.text, is_coordinate=True)
             columns.append(t)
         for name, (unit, text) in INDICATORS.items():
-            dims = (*axes, "time") if has_curves else axes
-            values = np.asarray(getattr(self, f"{name}_curve" if has_curves else name))
-            columns.append(TableColumn(name, dims, values, unit, text))
+            values = np.asarray(getattr(self, name + end))
+            columns.append(TableColumn(name, tuple(sizes), values, unit, text))
         for name, text in _TEXTS.items():
             columns.append(TableColumn(name, axes, np.asarray(getattr(self, name)), "", text))
-        attributes = {"threshold": self.threshold}
-        return ColumnTable(
-            sizes, columns, attributes if has_curves else attributes | {"t": self.t[-1]}
-        )
+        return ColumnTable(sizes, columns, {"threshold": self.threshold, **attributes})
 
 
 def _refuse_costs(_: Chaos) -> NoReturn:
@@ -367,7 +331,9 @@ def _follow_tangents_of_slice(part: Slice, direction: Sequence[float]) -> None:
     # The core evaluates the norm of a tangent at a few times of each step, which differ for a step
     # that ends at a requested time. Its largest logarithm so far can therefore fall slightly.
     rows.columns["oli"][:] = np.maximum.accumulate(numbers[..., _MOST], axis=-1)
-    rows.columns["certificate"][:] = numbers[..., [_ENERGY, _MOMENTUM, _REST]].max(axis=(1, 2))
+    rows.columns["certificate"][:] = numbers[..., [_ENERGY, _MOMENTUM, _REST]].max(axis=(1, 2))[
+        :, None
+    ]
 
 
 def chaos(
@@ -420,20 +386,16 @@ def chaos(
     Froeschle, Celestial Mechanics and Dynamical Astronomy 83 (2002).
     """
     times, options, vector = validate_chaos_arguments(scene, t, direction, tol, max_steps)
-    pool, callback = (
-        WorkerPool(validate_thread_count(threads)),
-        validate_progress_callback(progress),
-    )
-    ensemble = as_ensemble("scene", scene)
+    pool = WorkerPool(checks.validate_thread_count(threads))
+    callback, tops = checks.validate_progress_callback(progress), checks.as_ensemble("scene", scene)
     if isinstance(scene, Scene):
-        check_resolvable_horizon(scene, float(times[-1]), None)
-    n = ensemble.size
-    buffers = EnsembleBuffers.allocate_buffers(n, 0, options)
+        checks.check_resolvable_horizon(scene, float(times[-1]), None)
+    buffers = EnsembleBuffers.allocate_buffers(tops.size, 0, options)
     buffers.states = None
-    buffers.columns = {name: np.full((n, times.size), np.nan) for name in INDICATORS}
-    buffers.columns["certificate"] = np.full(n, np.nan)
+    buffers.columns = {name: np.full((tops.size, times.size), np.nan) for name in INDICATORS}
+    buffers.columns["certificate"] = np.full((tops.size, 1), np.nan)
     runner = SliceRunner(partial(_follow_tangents_of_slice, direction=vector.tolist()))
-    result = run_ensemble(Chaos, ensemble, times, options, pool, runner, callback, buffers=buffers)
+    result = run_ensemble(Chaos, tops, times, options, pool, runner, callback, buffers=buffers)
     if isinstance(scene, Scene) and result._buffers.status[0]:
         raise result._make_top_error(0)
     return result
@@ -442,17 +404,14 @@ def chaos(
 def validate_chaos_arguments(
     tops: Scene | Ensemble, t: Numbers, direction: object, tol: object, max_steps: object
 ) -> tuple[Array, Options, Array]:
-    """Return the times of the curves, the options, and the direction of the tangent or nothing.
-
-    Raises TypeError or ValueError for an invalid argument.
-    """
-    validate_tops("scene", tops)
-    times = time_array(t, None, None, 16)
+    """Return the times of the curves, the options, and the direction of the tangent or nothing."""
+    checks.validate_tops("scene", tops)
+    times = checks.time_array(t, None, None, 16)
     if np.ndim(t) == 0:
-        times = as_float("t", t) * np.logspace(-_DECADES, 0.0, _POINTS)
+        times = arguments.as_float("t", t) * np.logspace(-_DECADES, 0.0, _POINTS)
     if not times.size or not times.all():
         raise ValueError("t must contain only positive or only negative times, and not 0")
-    options = make_options(FALLBACK, tol=tol, max_steps=max_steps)
+    options = checks.make_options(FALLBACK, tol=tol, max_steps=max_steps)
     vector = np.empty(0)
     if direction is not None:
         vector = as_finite_array("direction", direction, "six numbers")
@@ -462,10 +421,7 @@ def validate_chaos_arguments(
                 f"and a change of the momentum in space; not {short_repr(direction)}"
             )
     if np.any(tops.damping):
-        raise ValueError(
-            "a damped top has no indicator of chaos: its motion decays, and energy and <m, e3> "
-            "are not conserved"
-        )
+        raise ValueError("a damped top has no indicator of chaos, because its motion decays")
     hint = "path.tangents of kr.solve(..., tangents='start') shows how changes of the start grow"
     refuse_disturbances(tops, "indicators of chaos do not support tops", reason=hint)
     return times, options, vector

@@ -7,48 +7,20 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
-import numpy.typing as npt
 from numpy.typing import ArrayLike
 
 from .._core import Worker, horizons
 from .._model.scene import Ensemble, Scene
+from .._options import options as checks
 from .._options.methods import FALLBACK
-from .._options.options import (
-    QUANTITIES,
-    TIME,
-    Options,
-    as_ensemble,
-    check_result_memory,
-    make_options,
-    validate_progress_callback,
-    validate_thread_count,
-)
-from .._results.buffers import (
-    STATUSES,
-    Counts,
-    Slice,
-    SliceRunner,
-    compute_quantity_values,
-)
+from .._options.options import QUANTITIES, TIME, Options
+from .._results.buffers import STATUSES, Counts, Slice, SliceRunner, compute_quantity_values
 from .._results.error import STATE_COLUMNS
 from .._results.path import Path, build_path_of_top, make_stop_exception
 from .._results.paths import run_ensemble
 from .._results.results import RunResult, add_quantity_properties, find_flat_index, unravel_rows
-from .._utils.arguments import (
-    Array,
-    as_bool,
-    as_finite_array,
-    as_int,
-    as_unit_name,
-    format_count,
-    freeze_array,
-    get_angular_unit,
-    is_angular,
-    short_repr,
-    suggest_name,
-    unknown_name_message,
-    validate_type,
-)
+from .._utils import arguments
+from .._utils.arguments import Array, as_bool, as_finite_array, as_int, short_repr
 from .._utils.html import format_picture_as_html
 from .._utils.processes import Progress, WorkerPool
 from .._utils.quantity_attributes import QuantityAttributes
@@ -75,9 +47,9 @@ class Section(RunResult, QuantityAttributes):
     """
 
     def __repr__(self) -> str:
-        counts = format_count(len(self.states), "state"), format_count(self.size, "top")
-        count_text = " of ".join(counts)
-        return f"<kreisel.Section of shape {self.shape}, {count_text}: {self._format_summary()}>"
+        states = arguments.format_count(len(self.states), "state")
+        counts = f"{states} of {arguments.format_count(self.size, 'top')}"
+        return f"<kreisel.Section of shape {self.shape}, {counts}: {self._format_summary()}>"
 
     @property
     def n(self) -> int:
@@ -98,27 +70,22 @@ class Section(RunResult, QuantityAttributes):
         """
         return self._reshape_to_ensemble(self._t[:, 0].copy())
 
-    @cached_property
-    def _found_state_mask(self) -> npt.NDArray[np.bool_]:
-        """(tops, n) True if the top has a state with this index."""
-        return np.arange(self.n) < self._buffers.done[:, None]
-
     def _drop_missing_states(self, rows: Array) -> Array:
         """Return the entries of `rows`, whose shape is (tops, n, ...), for all states found."""
-        is_complete = bool(self._found_state_mask.all())
-        return freeze_array(
-            rows.reshape(-1, *rows.shape[2:]) if is_complete else rows[self._found_state_mask]
+        is_found = np.arange(self.n) < self._buffers.done[:, None]
+        is_complete = bool(is_found.all())
+        return arguments.freeze_array(
+            rows.reshape(-1, *rows.shape[2:]) if is_complete else rows[is_found]
         )
 
     @cached_property
     def top(self) -> Counts:
-        """(e,) the index of the top of each state.
-
-        For e states, the array shape is (e,) for one-dimensional ensembles and (e, ndim) otherwise.
-        """
-        row: Counts = np.nonzero(self._found_state_mask)[0].astype(np.int64)
-        top: Counts = unravel_rows(row, self.shape)
+        """(e,) the index of the top of each state; (e, ndim) unless the shape has one dimension."""
+        top: Counts = unravel_rows(self._list_rows(), self.shape)
         return top
+
+    def _list_rows(self) -> Counts:
+        return np.repeat(np.arange(self.size), self._buffers.done)
 
     @cached_property
     def states(self) -> Array:
@@ -167,43 +134,36 @@ class Section(RunResult, QuantityAttributes):
             >>> axes.get_xlabel(), axes.get_ylabel()
             ('spin angle [°]', 'apex z')
 
-        Raises ValueError for an unknown name, or for indicators whose shape differs from that of
-        the section. Raises TypeError for arguments of a wrong type, and ImportError if matplotlib
-        is not installed.
+        Raises ValueError for an unknown name, or for indicators of another shape. Raises TypeError
+        for arguments of a wrong type, and ImportError if matplotlib is not installed.
         """
-        if chaos is not None and validate_type("chaos", chaos, Chaos).shape != self.shape:
-            raise ValueError(
-                f"chaos must be of the same tops, of shape {self.shape}, not of shape {chaos.shape}"
-            )
-        unit, in_degrees = as_unit_name("time_unit", time_unit), as_bool("degrees", degrees)
-        x_axis = self._get_axis_values_and_label("x", x, in_degrees, unit)
-        y_axis = self._get_axis_values_and_label("y", y, in_degrees, unit)
-        from .._plot.charts import classify_tops_by_chaos, draw_section_points
+        if chaos is not None:
+            shape = arguments.validate_type("chaos", chaos, Chaos).shape
+            if shape != self.shape:
+                raise ValueError(f"chaos must be of the same tops, not of shape {shape}")
+        unit = arguments.as_unit_name("time_unit", time_unit)
+        has_degrees = as_bool("degrees", degrees)
+        from .._plot import charts
 
-        classes = None if chaos is None else classify_tops_by_chaos(chaos)
-        row: Counts = np.nonzero(self._found_state_mask)[0].astype(np.int64)
-        return draw_section_points(
-            axes, (x_axis[0], y_axis[0]), (x_axis[1], y_axis[1]), row, classes
-        )
-
-    def _get_axis_values_and_label(
-        self, axis: str, name: str, degrees: bool, unit: str
-    ) -> tuple[Array, str]:
-        """Return the values of the component `name`, together with the label of its axis."""
-        if not isinstance(name, str):
-            raise TypeError(f"{axis} must be the name of a component, not {short_repr(name)}")
         quantities = {part: quantity for quantity in _DRAWABLE for part in quantity.components}
-        if name not in quantities:
-            raise ValueError(unknown_name_message("component", name, quantities))
-        from .._plot.charts import format_axis_label
-
-        quantity = quantities[name]
-        values = getattr(self, quantity.name).reshape(len(self.states), -1)
-        column: Array = values[:, quantity.components.index(name)]
-        dimension = quantity.dimension
-        if degrees and is_angular(dimension):
-            column, dimension = np.degrees(column), get_angular_unit(dimension, True)
-        return column, format_axis_label(name.replace("_", " "), dimension, unit)
+        columns, labels = [], []
+        for axis, name in {"x": x, "y": y}.items():
+            if not isinstance(name, str):
+                raise TypeError(f"{axis} must be the name of a component, not {short_repr(name)}")
+            if name not in quantities:
+                raise ValueError(arguments.unknown_name_message("component", name, quantities))
+            quantity = quantities[name]
+            values = getattr(self, quantity.name).reshape(len(self.states), -1)
+            column, unit_of_column = values[:, quantity.components.index(name)], quantity.dimension
+            if has_degrees and arguments.is_angular(unit_of_column):
+                column = np.degrees(column)
+                unit_of_column = arguments.get_angular_unit(unit_of_column, True)
+            columns.append(column)
+            labels.append(charts.format_axis_label(name.replace("_", " "), unit_of_column, unit))
+        classes = None if chaos is None else charts.classify_tops_by_chaos(chaos)
+        return charts.draw_section_points(
+            axes, (columns[0], columns[1]), (labels[0], labels[1]), self._list_rows(), classes
+        )
 
     def _repr_html_(self) -> str | None:
         """Return the section as a picture, or None if there is nothing to draw."""
@@ -213,12 +173,9 @@ class Section(RunResult, QuantityAttributes):
 
         def __getattr__(self, name: str) -> NoReturn:
             """Raise AttributeError, with a suggestion if the name is misspelled."""
-            if name.startswith("_"):
-                raise AttributeError(name)
             names = [word for word in sorted(dir(type(self))) if word[0] != "_"]
-            raise AttributeError(
-                f"a section has no {short_repr(name)}; {suggest_name(name, names)}"
-            )
+            hint = "" if name[0] == "_" else f"; {arguments.suggest_name(name, names)}"
+            raise AttributeError(f"a section has no {short_repr(name)}{hint}")
 
     def _select_member(self, i: int) -> Path:
         assert self._buffers.states is not None
@@ -227,10 +184,12 @@ class Section(RunResult, QuantityAttributes):
 
     def _make_top_error(self, i: int) -> BaseException:
         done, reached = int(self._buffers.done[i]), float(self._buffers.reached[i])
-        wait_text = f", after waiting for {abs(float(self._t[i, 0])):g}"
-        count_text = f"{done} of {self.n} events found by t = {reached:g}"
-        name = STATUSES[self._buffers.status[i]]
-        text = count_text + wait_text if name == "ERR_EVENT" else count_text
+        text, name = (
+            f"{done} of {self.n} events found by t = {reached:g}",
+            STATUSES[self._buffers.status[i]],
+        )
+        if name == "ERR_EVENT":
+            text += f", after waiting for {abs(float(self._t[i, 0])):g}"
         return make_stop_exception(name, self._select_member(i), text)
 
     def __getitem__(self, key: Any) -> Any:
@@ -249,16 +208,15 @@ class Section(RunResult, QuantityAttributes):
         raise TypeError("a section is not an array: use an array such as section.q")
 
 
-def _compute_quantity_at_section_states(section: Section, name: str) -> Array:
-    return section._drop_missing_states(
-        compute_quantity_values(name, section.scene, section._buffers)
-    )
+def _compute_quantity_at_states(section: Section, name: str) -> Array:
+    values = compute_quantity_values(name, section.scene, section._buffers)
+    return section._drop_missing_states(values)
 
 
-add_quantity_properties(Section, ("e",), _compute_quantity_at_section_states)
+add_quantity_properties(Section, ("e",), _compute_quantity_at_states)
 
 
-def compute_sections_of_slice(part: Slice) -> None:
+def _find_sections_of_slice(part: Slice) -> None:
     """Compute the sections of a slice, whose times are the longest waiting time of each top."""
     rows, options, tops, begin, end, t, work = part
     assert rows.states is not None
@@ -266,9 +224,6 @@ def compute_sections_of_slice(part: Slice) -> None:
         tops._core_scenes, begin, end, options.core_events, t.shape[1], np.array(t[:, 0]),
         rows.status, rows.done, rows.counts, rows.reached, rows.states,
     )  # fmt: skip
-
-
-SECTION = SliceRunner(compute_sections_of_slice, is_native=True)
 
 
 _TURNS = 1024.0  # the default of max_wait, in estimated turns of a top
@@ -314,22 +269,20 @@ def section(
     For a single scene, the shape is ().
 
     Raises TypeError or ValueError for invalid arguments, before any computation starts. Raises
-    MemoryError if the states do not fit in memory. Raises kreisel.Interrupted after Ctrl-C; the
-    exception contains all results obtained so far. The status of the computation for each top is
-    stored in section.status. The method section.check raises an exception for the first top whose
-    computation failed.
+    MemoryError if the states do not fit in memory. Raises kreisel.Interrupted after Ctrl-C, with
+    all results obtained so far. The status of each top is stored in section.status. The method
+    section.check raises an exception for the first top whose computation failed.
 
     Sources: Poincaré (1892). Dullin and Wittek (Journal of Physics A 28, 1995) construct sections
     that are crossed by every motion.
     """
-    ensemble = as_ensemble("scene", scene)
-    waits, options = validate_section_arguments(
-        ensemble, event, n, max_wait, tol, digits, max_steps
-    )
-    pool = WorkerPool(validate_thread_count(threads, executor), executor)
-    callback = validate_progress_callback(progress)
-    check_result_memory(ensemble, waits, options)
-    return run_ensemble(Section, ensemble, waits, options, pool, SECTION, callback)
+    tops = checks.as_ensemble("scene", scene)
+    waits, options = validate_section_arguments(tops, event, n, max_wait, tol, digits, max_steps)
+    pool = WorkerPool(checks.validate_thread_count(threads, executor), executor)
+    callback = checks.validate_progress_callback(progress)
+    checks.check_result_memory(tops, waits, options)
+    runner = SliceRunner(_find_sections_of_slice, is_native=True)
+    return run_ensemble(Section, tops, waits, options, pool, runner, callback)
 
 
 def validate_section_arguments(
@@ -341,49 +294,37 @@ def validate_section_arguments(
     digits: object,
     max_steps: object,
 ) -> tuple[Array, Options]:
-    """Return the longest allowed waiting times for the next event, and the validated options.
-
-    The waiting times form an array of shape (tops, n), in which all entries of a row are equal.
-
-    Raises TypeError or ValueError for an invalid argument.
-    """
+    """Return the longest allowed waiting times (tops, n), equal in each row, and the options."""
     one = validate_section_event(event)
-    options = make_options(FALLBACK, tol=tol, digits=digits, max_steps=max_steps, events=[one])
-    refuse_kinetic(tops, [one])
-    waits = np.broadcast_to(
-        _validate_or_estimate_max_waits(tops, max_wait)[:, None], (tops.size, as_int("n", n, 1))
+    options = checks.make_options(
+        FALLBACK, tol=tol, digits=digits, max_steps=max_steps, events=[one]
     )
-    return waits, options
+    refuse_kinetic(tops, [one])
+    if max_wait is None:
+        longest = np.empty(tops.size)
+        horizons(tops._core_scenes, longest)
+        waits = np.minimum(_TURNS * estimate_turn_durations(tops), 0.25 * longest)
+    else:
+        waits = as_finite_array("max_wait", max_wait, "a number, or one for each top")
+        if (waits == 0.0).any():
+            raise ValueError("max_wait must not be zero")
+        try:
+            waits = np.array(np.broadcast_to(waits, tops.shape)).reshape(-1)
+        except ValueError:
+            raise ValueError(
+                f"max_wait must be a number or an array of shape {tops.shape}, "
+                f"not {short_repr(max_wait)}"
+            ) from None
+    return np.broadcast_to(waits[:, None], (tops.size, as_int("n", n, 1))), options
 
 
 def validate_section_event(event: object) -> Event:
-    """Validate the event that defines a Poincare section, and return it.
-
-    Raises ValueError if the event is terminal or limits the number of its occurrences.
-    """
+    """Return the event. Raises ValueError if it is terminal or limits its occurrences."""
     if event is None:
         return nutation(direction=1)
-    [one] = make_options(FALLBACK, events=[event]).events or ()
+    [one] = checks.make_options(FALLBACK, events=[event]).events or ()
     if one.max_count is not None or one.terminal:
         raise ValueError(
             "n sets the number of events: leave max_count and terminal out of the event"
         )
     return one
-
-
-def _validate_or_estimate_max_waits(tops: Ensemble, max_wait: object) -> Array:
-    """Return the time [T] after which the search for an event of each top is abandoned."""
-    if max_wait is None:
-        horizon_times = np.empty(tops.size)
-        horizons(tops._core_scenes, horizon_times)
-        return np.minimum(_TURNS * estimate_turn_durations(tops), 0.25 * horizon_times)
-    waits = as_finite_array("max_wait", max_wait, "a number, or one for each top")
-    if (waits == 0.0).any():
-        raise ValueError("max_wait must not be zero")
-    try:
-        return np.array(np.broadcast_to(waits, tops.shape)).reshape(-1)
-    except ValueError:
-        raise ValueError(
-            f"max_wait must be a number or an array of shape {tops.shape}, "
-            f"not {short_repr(max_wait)}"
-        ) from None
