@@ -78,8 +78,6 @@ def _keep_velocity(old: Body, new: Body, q: _Rationals, momentum: _Rationals) ->
 
 MAGIC = b"kreisel run\n"  # the first bytes of a checkpoint
 _FUSED = {"avx512", "avx2", "neon"}  # kernels that give identical results, with fused multiply-add
-_ATTITUDES = {"attitude", "attitude_xyzw"}
-_IN_BODY = {"body_momentum", "body_velocity"}
 _UNDER_WAY = "this run is under way: another thread leads it, or a call that has not yet returned"
 
 
@@ -297,26 +295,19 @@ class Run:
         is_common = velocity is None and body_momentum is None and body_velocity is None
         if is_common and attitude_xyzw is None and self._top.reset(self, momentum, attitude):
             return
-        given = _drop_missing_arguments(
-            momentum=momentum,
-            attitude=attitude,
-            velocity=velocity,
-            body_momentum=body_momentum,
-            body_velocity=body_velocity,
-            attitude_xyzw=attitude_xyzw,
-        )
-        if not given:
+        in_body = _drop_missing_arguments(body_momentum=body_momentum, body_velocity=body_velocity)
+        momenta = in_body | _drop_missing_arguments(momentum=momentum, velocity=velocity)
+        attitudes = _drop_missing_arguments(attitude=attitude, attitude_xyzw=attitude_xyzw)
+        if not momenta and not attitudes:
             raise TypeError("reset needs a momentum, an attitude, or both")
-        attitudes, momenta = given.keys() & _ATTITUDES, given.keys() - _ATTITUDES
-        is_free = bool(attitudes and momenta) or given.keys() <= _IN_BODY
-        if not is_free:
+        if not in_body and not (momenta and attitudes):
             self._options.check_heading_is_computed("a reset of a part of the state")
         motion, t, scene, low = self._read_present_state()
         if attitudes:
             low[1:5] = 0.0
         if momenta:
             low[5:] = 0.0
-        self._restart(motion, t, scene.replace(**given), low)
+        self._restart(motion, t, scene.replace(**(momenta | attitudes)), low)
 
     def change(
         self,
@@ -464,37 +455,28 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
         raise ValueError(f"{name} is not a saved run, or is damaged")
     line, _, memory = body.partition(b"\n")
     try:
-        run, kernel = _restore_run(line, memory, max_steps)
+        head = json.loads(line)
+        scene, back, is_fresh = parse_scene_toml(head["scene"]), head["back"], head["fresh"]
+        arguments.as_bool("back", back)
+        options = Options.from_json(head if max_steps is None else head | {"max_steps": max_steps})
+        options = options.for_tops(scene)  # a support that turned may have been stopped
+        run = Run(scene, options, back, RunStart.from_json(head.get("start")))
+        event_counts = [arguments.as_int("a count of events", n, 0) for n in head.get("found", [])]
+        status = run._top.load(memory, event_counts)
+        if status != "OK":
+            raise ValueError(core.statuses[status][1])
+        costs = [arguments.as_int("a number of the stats", n, 0) for n in head["stats"]]
+        t, kernel, host = run._top.t, head["kernel"], run._top.kernel[0]
+        has_types = isinstance(is_fresh, bool) and isinstance(kernel, str)
+        if len(costs) != len(Stats._fields) or not has_types or head["t"] != t:
+            raise ValueError("its time, stats, kernel and motion are inconsistent")
+        run.__dict__.update(t=t, stats=Stats(*costs), _fresh=is_fresh)
     except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as error:
         raise ValueError(f"{name} is not a checkpoint of a run: {error}") from None
-    host = run._top.kernel[0]
     if kernel != host and not {kernel, host} <= _FUSED:
         text = f"{name} was made with the kernel {kernel!r}; {host!r} agrees only up to rounding"
         warnings.warn(text, stacklevel=2)
     return run
-
-
-def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run, str]:
-    """Return a run and its instruction set, from the header and the state of a checkpoint."""
-    head = json.loads(line)
-    scene = parse_scene_toml(head["scene"])
-    if not isinstance(head["back"], bool):
-        raise TypeError(f"back must be true or false, not {head['back']!r}")
-    options = Options.from_json(head if max_steps is None else head | {"max_steps": max_steps})
-    options = options.for_tops(scene)  # a support that turned may have been stopped
-    run = Run(scene, options, head["back"], RunStart.from_json(head.get("start")))
-    event_counts = [arguments.as_int("a count of events", n, 0) for n in head.get("found", [])]
-    status = run._top.load(memory, event_counts)
-    if status != "OK":
-        raise ValueError(core.statuses[status][1])
-    t, stats, is_fresh, kernel = (head[word] for word in ("t", "stats", "fresh", "kernel"))
-    costs = [arguments.as_int("a number of the stats", n, 0) for n in stats]
-    if len(costs) != len(Stats._fields) or not isinstance(is_fresh, bool) or t != run._top.t:
-        raise ValueError("its time, stats and motion are inconsistent")
-    if not isinstance(kernel, str):
-        raise TypeError(f"the kernel must be a name, not {short_repr(kernel)}")
-    run.__dict__.update(t=run._top.t, stats=Stats(*costs), _fresh=is_fresh)
-    return run, kernel
 
 
 def start(
@@ -541,8 +523,7 @@ def start(
                 os.fsync(kept.fileno())
                 run.save(file)
     """
-    if not isinstance(back, bool):
-        raise TypeError(f"back must be True or False, not {short_repr(back)}")
+    arguments.as_bool("back", back)
     refuse_step_search(method)
     options = checks.make_options(
         method, step=step, tol=tol, digits=digits, max_steps=max_steps, want=want, events=events
