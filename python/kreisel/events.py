@@ -81,6 +81,7 @@ class _More(_Count, total=False):
     where: Function | None
 
 
+_CONTROLS = "extremum", "direction", "max_count", "terminal"
 _VECTORS = [row["name"] for row in quantities if row["in_events"] and row["doubles"] == 3]
 _PRECESSION = {f"body_vertical_{i}*body_velocity_{i}": 1.0 for i in "xyz"} | {"apex_z*spin": -1.0}
 _SPEED = {f"body_velocity_{i}*body_velocity_{i}": 1.0 for i in "xyz"}
@@ -111,11 +112,10 @@ class Event:
         if self.direction not in (-1, 0, 1):
             raise ValueError(f"direction must be 1, -1 or 0, not {short_repr(self.direction)}")
         for name in ("extremum", "terminal"):
-            arguments.as_bool(name, getattr(self, name))
-        limit = None
+            self.__dict__[name] = arguments.as_bool(name, getattr(self, name))
+        self.__dict__["direction"] = int(self.direction)
         if self.max_count is not None:
-            limit = arguments.as_int("max_count", self.max_count, 1)
-        self.__dict__.update(direction=int(self.direction), max_count=limit)
+            self.__dict__["max_count"] = arguments.as_int("max_count", self.max_count, 1)
 
     def value(self, path: Any) -> Array:
         """Return the values of the event function at all states of a kreisel.Path."""
@@ -133,35 +133,23 @@ class Event:
 
     def _to_json(self) -> dict[str, Any]:
         """Return JSON data with names of components, whose indices depend on the build."""
-        by_name = {
+        rows = {"terms": self.terms, "where": self.where}
+        return asdict(self) | {
             name: [(float(factor), _NAMES[one], _NAMES[other]) for factor, one, other in terms]
-            for name, terms in (("terms", self.terms), ("where", self.where))
+            for name, terms in rows.items()
         }
-        return asdict(self) | by_name
 
     @classmethod
     def _from_json(cls, row: Mapping[str, Any]) -> Event:
         """Return the event of JSON data. Raises KeyError, TypeError or ValueError if invalid."""
-        terms, where = (
-            tuple(
-                (arguments.as_float("a factor", f), components[a], components[b])
-                for f, a, b in row[name]
-            )
-            for name in ("terms", "where")
-        )
-        rest = (row[name] for name in ("extremum", "direction", "max_count", "terminal"))
-        return cls(terms, where, *rest)
+        words: dict[str, Any] = {name: row[name] for name in _CONTROLS}
+        for name in ("terms", "where"):
+            terms = [(arguments.as_float("a factor", f), a, b) for f, a, b in row[name]]
+            words[name] = tuple((f, components[a], components[b]) for f, a, b in terms)
+        return cls(**words)
 
 
-def crossing(
-    function: Function,
-    value: float = 0.0,
-    *,
-    direction: int = 0,
-    where: Function | None = None,
-    max_count: int | None = None,
-    terminal: bool = False,
-) -> Event:
+def crossing(function: Function, value: float = 0.0, **more: Unpack[_More]) -> Event:
     """Find the times at which a function crosses a given value.
 
     `value` has the units of the function. `direction`, `max_count` and `terminal` are described in
@@ -170,23 +158,30 @@ def crossing(
     """
     level = arguments.as_float("value", value)
     terms = _validate_terms("function", function) + (((-level, 0, 0),) if level else ())
-    return Event(terms, _validate_condition(where), False, direction, max_count, terminal)
+    return _make_event(terms, False, **more)
 
 
-def extremum(
-    function: Function,
+def extremum(function: Function, **more: Unpack[_More]) -> Event:
+    """Find local minima (direction 1) or local maxima (direction -1) of a function.
+
+    The other arguments are the same as for kreisel.events.crossing.
+    """
+    return _make_event(_validate_terms("function", function), True, **more)
+
+
+def _make_event(
+    terms: Terms,
+    extremum: bool,
     *,
     direction: int = 0,
     where: Function | None = None,
     max_count: int | None = None,
     terminal: bool = False,
 ) -> Event:
-    """Find local minima (direction 1) or local maxima (direction -1) of a function.
-
-    The other arguments are the same as for kreisel.events.crossing.
-    """
-    terms = _validate_terms("function", function)
-    return Event(terms, _validate_condition(where), True, direction, max_count, terminal)
+    condition = () if where is None else _validate_terms("where", where)
+    if where is not None and not condition:
+        raise ValueError("where is zero and never positive: give a nonzero factor")
+    return Event(terms, condition, extremum, direction, max_count, terminal)
 
 
 def plane(normal: ArrayLike, offset: float = 0.0, of: str = "apex", **more: Unpack[_More]) -> Event:
@@ -374,13 +369,6 @@ def _component(word: str) -> int:
     names = ", ".join(row["name"] for row in quantities if row["in_events"])
     hint = _INSTEAD.get(name, f"these have: {names}")
     raise ValueError(f"events have no series of {name!r}, {row['text']}; {hint}")
-
-
-def _validate_condition(where: Function | None) -> Terms:
-    condition = () if where is None else _validate_terms("where", where)
-    if where is not None and not condition:
-        raise ValueError("where is zero and never positive: give a nonzero factor")
-    return condition
 
 
 MAKERS: dict[str, Callable[..., Event]] = {  # by their names in commands and files

@@ -52,7 +52,8 @@ def list_python_imports(file, modules):
         elif isinstance(node, ast.ImportFrom):
             package = name_module(file).rsplit(".", node.level)[0] if node.level else ""
             base = ".".join(filter(None, [package, node.module]))
-            names = [f"{base}.{alias.name}" for alias in node.names]
+            words = [alias.name for alias in node.names]
+            names = [f"{base}.{word}" for word in words if word != "_core"]  # a compiled module
         for name in names:
             yield modules.get(name) or modules.get(name.rpartition(".")[0])
 

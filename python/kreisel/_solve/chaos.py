@@ -82,12 +82,8 @@ def _column(name: str, text: str, is_curve: bool = False) -> Any:
     """Return a property for the values of an indicator at all times, or at the last time."""
 
     def read(result: Chaos) -> Any:
-        rows = result._buffers.columns[name]
-        return (
-            result._reshape_to_ensemble(rows)
-            if is_curve
-            else result._unwrap(rows[:, -1].reshape(result.shape))
-        )
+        values = result._reshape_to_ensemble(result._buffers.columns[name])
+        return values if is_curve else result._unwrap(values[..., -1])
 
     return property(read, doc=text)
 
@@ -201,11 +197,11 @@ class Chaos(RunResult):
         shape = "x".join(map(str, self.shape))
         return f"<kreisel.Chaos: {shape} tops at {end}; {counts}, {len(self.failed)} failed>"
 
-    def __getitem__(self, key: Any) -> Chaos:
+    def __getitem__(self, key: Any) -> Any:
         """Return the indicators of the tops that a NumPy index selects."""
         i = find_flat_index(self.shape, key)
         if i is None:
-            return self._select_tops(key)
+            return super().__getitem__(key)
         tops = checks.as_ensemble("tops", get_member_by_flat_index(self.scene, i))
         rows = self._buffers.select_buffer_rows(slice(i, i + 1))
         return Chaos(tops, self._t, self._options, rows)
