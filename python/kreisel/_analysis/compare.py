@@ -19,7 +19,6 @@ from .._options.options import (
     time_array,
     validate_progress_callback,
 )
-from .._results.error import Stats
 from .._results.path import Path, check_is_one
 from .._results.results import Error, Interrupted
 from .._results.tables import encode_table_as_csv
@@ -77,16 +76,21 @@ class Table:
         return self.rows[i]
 
     def __str__(self) -> str:
-        lines = [list(_COLUMNS), *self._format_table_cells()]
+        lines = [list(_COLUMNS), *self._format_cells()]
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
         return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
 
-    def _format_table_cells(self) -> list[list[str]]:
-        return [[_format_table_cell(value) for value in _list_row_values(row)] for row in self.rows]
+    def _format_cells(self) -> list[list[str]]:
+        return [
+            [
+                f"{value:.3g}" if isinstance(value, float) else "" if value is None else str(value)
+                for value in (getattr(row, name) for name in _COLUMNS)
+            ]
+            for row in self.rows
+        ]
 
     def _repr_html_(self) -> str:
-        """Return the table as HTML for display in notebooks."""
-        return format_html_table(self._format_table_cells(), _COLUMNS)
+        return format_html_table(self._format_cells(), _COLUMNS)
 
     def to_csv(self, path: str | os.PathLike[str] | None = None) -> str:
         """Return the table as CSV in full precision; if `path` is given, also write it to `path`.
@@ -103,30 +107,10 @@ class Table:
 _COLUMNS = tuple(column.name for column in fields(Row))
 
 
-def _list_row_values(row: Row) -> list[object]:
-    return [getattr(row, name) for name in _COLUMNS]
-
-
-def _format_table_cell(value: object) -> str:
-    return "" if value is None else f"{value:.3g}" if isinstance(value, float) else str(value)
-
-
-def _validate_steps_or_tols(name: str, values: Iterable[float]) -> list[float]:
-    try:
-        each = list(values)
-    except TypeError:
-        raise TypeError(
-            f"{name} must be a list, as in {name}=[1e-3], not {short_repr(values)}"
-        ) from None
-    return [as_positive(name, x) for x in each]
-
-
 @dataclass
-class _TimedMethodRun:
-    """A run of one method, repeated several times to measure the run time."""
+class _TimedRun:
+    """A method with its step or tolerance, the times of its runs, and the last path or failure."""
 
-    scene: Scene
-    t: Numbers
     method: MethodName
     step: float | None = None
     tol: float | None = None
@@ -134,31 +118,21 @@ class _TimedMethodRun:
     path: Path | None = None
     failure: str = ""
 
-    def solve_and_store_seconds(self) -> None:
-        begin = time.perf_counter()
-        try:
-            self.path = solve(self.scene, self.t, self.method, step=self.step, tol=self.tol)
-            self.seconds.append(time.perf_counter() - begin)
-        except Error as error:
-            self.path, self.failure = error.path, str(error)
-        except ValueError as error:  # a step that turns out to be too large
-            self.failure = str(error)
-
-    def make_comparison_row(self, scene: str, truth: Path) -> Row:
-        path, good = self.path, not self.failure
-        stats = path.stats if path else Stats(0, 0, 0, 0)
+    def make_row(self, scene: str, truth: Path) -> Row:
+        path, nan = self.path, math.nan
+        good = None if self.failure else path
         return Row(
-            scene=scene,
-            method=self.method,
-            step=self.step,
-            tol=self.tol,
-            seconds=min(self.seconds, default=math.nan),
-            median=float(np.median(self.seconds)) if good else math.nan,
-            steps=stats.steps,
-            evaluations=stats.evaluations,
-            attitude_error=_compute_max_attitude_error(path, truth) if path and good else math.nan,
-            energy_error=path.energy_error if path and good else math.nan,
-            failure=self.failure,
+            scene,
+            self.method,
+            self.step,
+            self.tol,
+            min(self.seconds, default=nan),
+            nan if self.failure else float(np.median(self.seconds)),
+            path.stats.steps if path else 0,
+            path.stats.evaluations if path else 0,
+            float(attitude_error(good.q, truth.q).max(initial=0.0)) if good else nan,
+            good.energy_error if good else nan,
+            self.failure,
         )
 
 
@@ -198,106 +172,86 @@ def compare(
     kreisel.Interrupted, whose attribute `result` has a row for each completed run.
     """
     validate_type("scene", scene, Scene)
-    step_sizes, tolerances = (
-        _validate_steps_or_tols("steps", steps),
-        _validate_steps_or_tols("tols", tols),
-    )
-    runs = _list_runs_to_compare(scene, t, methods, step_sizes, tolerances)
+    lists: list[list[float]] = []
+    for name, values in (("steps", steps), ("tols", tols)):
+        if not isinstance(values, Iterable):
+            given = short_repr(values)
+            raise TypeError(f"{name} must be a list, as in {name}=[1e-3], not {given}")
+        lists.append([as_positive(name, x) for x in values])
+    step_sizes, tolerances = lists
+    if methods is None:
+        methods = [method.name for method in known.values() if method.suits(scene)]
+    if isinstance(methods, str) or not isinstance(methods, Iterable):
+        raise TypeError(f"methods must be a list of names, not {short_repr(methods)}")
+    runs: list[_TimedRun] = []
+    for name in methods:
+        method = resolve_method(name, scene)
+        if method.adaptive:
+            each = tolerances if tolerances and not method.exact else [None]
+            runs += [_TimedRun(name, tol=tol) for tol in each]
+        elif step_sizes:
+            runs += [_TimedRun(name, step=step) for step in step_sizes]
+        else:
+            raise ValueError(
+                f"the method {name!r} has a fixed step: give steps, as in steps=[0.1, 0.01]"
+            )
     for run in runs:
         make_options(run.method, step=run.step, tol=run.tol).for_tops(scene)
-    _validate_times_and_truth(scene, t, truth)
-    rounds = as_int("repeats", repeats, 1)
-    report_progress = validate_progress_callback(progress)
-    reference: Path | None = None
-    try:
-        reference = (
-            truth
-            if isinstance(truth, Path)
-            else _compute_reference_path(scene, t, truth, step_sizes)
-        )
-        for done in range(rounds * len(runs)):
-            runs[done % len(runs)].solve_and_store_seconds()
-            if report_progress is not None:
-                report_progress((done + 1) / (rounds * len(runs)))
-    except KeyboardInterrupt:
-        table = _build_comparison_table(scene, runs, reference)
-        total = f"{len(table)} of {len(runs)} runs were completed"
-        raise Interrupted(f"interrupted: {total}", result=table) from None
-    return _build_comparison_table(scene, runs, reference)
-
-
-def _validate_times_and_truth(scene: Scene, t: Numbers, truth: Path | MethodName) -> None:
-    """Raise ValueError if the times are invalid, or if `truth` is a path at other times."""
     times = time_array(t, None, None)
     if times.size:
         check_resolvable_horizon(scene, float(times[-1]), None)
     if isinstance(truth, Path):
         check_is_one("truth must be a path of", truth)
-    if isinstance(truth, Path) and not np.array_equal(times, truth.t):
-        raise ValueError("truth must be a path at the requested times")
+        if not np.array_equal(times, truth.t):
+            raise ValueError("truth must be a path at the requested times")
+    total = as_int("repeats", repeats, 1) * len(runs)
+    report_progress = validate_progress_callback(progress)
+    reference: Path | None = None
+
+    def build_table() -> Table:
+        if reference is None:
+            return Table(())
+        done, name = [run for run in runs if run.seconds or run.failure], name_of(scene)
+        return Table(tuple(run.make_row(name, reference) for run in done))
+
+    try:
+        reference = truth if isinstance(truth, Path) else _solve_truth(scene, t, truth, step_sizes)
+        for i in range(total):
+            run = runs[i % len(runs)]
+            begin = time.perf_counter()
+            try:
+                run.path = solve(scene, t, run.method, step=run.step, tol=run.tol)
+                run.seconds.append(time.perf_counter() - begin)
+            except Error as error:
+                run.path, run.failure = error.path, str(error)
+            except ValueError as error:  # a step that turns out to be too large
+                run.failure = str(error)
+            if report_progress is not None:
+                report_progress((i + 1) / total)
+    except KeyboardInterrupt:
+        table = build_table()
+        message = f"interrupted: {len(table)} of {len(runs)} runs were completed"
+        raise Interrupted(message, result=table) from None
+    return build_table()
 
 
-def _build_comparison_table(
-    scene: Scene, runs: Iterable[_TimedMethodRun], truth: Path | None
-) -> Table:
-    """Return a table of all completed runs, or an empty table if there is no reference solution."""
-    if truth is None:
-        return Table(())
-    attempts = [run for run in runs if run.seconds or run.failure]
-    return Table(tuple(run.make_comparison_row(name_of(scene), truth) for run in attempts))
-
-
-def _list_runs_to_compare(
-    scene: Scene,
-    t: Numbers,
-    methods: Iterable[MethodName] | None,
-    step_sizes: list[float],
-    tolerances: list[float],
-) -> list[_TimedMethodRun]:
-    """Return the runs to measure: one for each method and each step size or tolerance."""
-    if methods is None:
-        methods = [method.name for method in known.values() if method.suits(scene)]
-    if isinstance(methods, str) or not isinstance(methods, Iterable):
-        raise TypeError(f"methods must be a list of names, not {short_repr(methods)}")
-    runs = []
-    for name in methods:
-        method = resolve_method(name, scene)
-        if not method.adaptive and not step_sizes:
-            raise ValueError(
-                f"the method {name!r} has a fixed step: give steps, as in steps=[0.1, 0.01]"
-            )
-        if method.adaptive:
-            tols = tolerances if tolerances and not method.exact else [None]
-            runs += [_TimedMethodRun(scene, t, name, tol=tol) for tol in tols]
-        else:
-            runs += [_TimedMethodRun(scene, t, name, step=step) for step in step_sizes]
-    return runs
-
-
-def _compute_max_attitude_error(path: Path, truth: Path) -> float:
-    """Return the largest angle [rad] between corresponding attitudes of two paths."""
-    return float(attitude_error(path.q, truth.q).max(initial=0.0))
-
-
-def _compute_reference_path(
-    scene: Scene, t: Numbers, method: MethodName, step_sizes: list[float]
-) -> Path:
-    resolved_method = resolve_method(method, scene)
-    if resolved_method.digits:
-        return solve(scene, t, method, digits=20)
-    if resolved_method.adaptive:
-        return solve(scene, t, method, tol=_TRUTH_TOL)
+def _solve_truth(scene: Scene, t: Numbers, name: MethodName, step_sizes: list[float]) -> Path:
+    method = resolve_method(name, scene)
+    if method.digits:
+        return solve(scene, t, name, digits=20)
+    if method.adaptive:
+        return solve(scene, t, name, tol=_TRUTH_TOL)
     if not step_sizes:
         raise ValueError(
-            f"the method {method!r} of truth has a fixed step: give steps; it uses a sixteenth "
+            f"the method {name!r} of truth has a fixed step: give steps; it uses a sixteenth "
             "of the smallest"
         )
-    return solve(scene, t, method, step=min(step_sizes) / 16.0)
+    return solve(scene, t, name, step=min(step_sizes) / 16.0)
 
 
 _STEPS, _STEP, _TOL = 4000, 0.02, 1e-10
 _REPEATS = 9
-_PEER = "rk4"
+_PEER: MethodName = "rk4"
 _METHOD_COLUMNS = (
     "| method | order | cost of a step: Lagrange | asymmetric | free | conserves to rounding "
     "| applies to | reference |"
@@ -320,8 +274,21 @@ about another axis than e3. These methods do not apply to bodies with rotors: {r
 
 
 def format_methods_page(methods: Methods) -> str:
-    """Return the text of METHODS.md."""
-    costs = _measure_step_times_of_methods(methods)
+    """Return the text of METHODS.md, after measuring the time of a step of each method."""
+    tops = [thesis, asymmetric.replace(attitude=thesis.attitude), dzhanibekov]
+    cases = [(method, top) for method in methods.values() for top in tops]
+    samples = [[_measure_step_time(method, top) for method, top in cases] for _ in range(_REPEATS)]
+    least = iter([min(sample) for sample in zip(*samples, strict=True)])
+    costs = {name: [next(least) for _ in tops] for name in methods}
+    lines = [_METHOD_COLUMNS, "| --- | ---: | ---: | ---: | ---: | --- | --- | --- |"]
+    for method in methods.values():
+        cells = [method.name, str(method.order) if method.order else "varies"]
+        for cost, peer in zip(costs[method.name], costs[_PEER], strict=True):
+            ratio = cost / peer
+            decimals = 2 if ratio < 1 else 1 if ratio < 10 else 0
+            cells.append(f"{ratio:.{decimals}f}" if cost else "")
+        cells += [method.conserves, method.tops, method.reference]
+        lines.append(f"| {' | '.join(cells)} |")
     rotorless = [method.name for method in methods.values() if not method.rotors]
     return _PAGE.format(
         peer=_PEER,
@@ -329,35 +296,8 @@ def format_methods_page(methods: Methods) -> str:
         rotorless=", ".join(rotorless[:-1]) + f" and {rotorless[-1]}",
         nanoseconds=1e9 * costs[_PEER][0],
         tol=_TOL,
-        table=_format_methods_table_rows(methods, costs),
+        table="\n".join(lines),
     )
-
-
-def _format_methods_table_rows(methods: Methods, costs: dict[str, list[float]]) -> str:
-    lines = [_METHOD_COLUMNS, "| --- | ---: | ---: | ---: | ---: | --- | --- | --- |"]
-    for method in methods.values():
-        cells = [method.name, str(method.order) if method.order else "varies"]
-        cells += [
-            _format_cost_ratio(cost / peer) if cost else ""
-            for cost, peer in zip(costs[method.name], costs[_PEER], strict=True)
-        ]
-        lines.append(
-            "| " + " | ".join([*cells, method.conserves, method.tops, method.reference]) + " |"
-        )
-    return "\n".join(lines)
-
-
-def _format_cost_ratio(ratio: float) -> str:
-    return f"{ratio:.2f}" if ratio < 1 else f"{ratio:.1f}" if ratio < 10 else f"{ratio:.0f}"
-
-
-def _measure_step_times_of_methods(methods: Methods) -> dict[str, list[float]]:
-    """Measure the run time per step, in seconds, of each method for three different tops."""
-    tops = [thesis, asymmetric.replace(attitude=thesis.attitude), dzhanibekov]
-    cases = [(method, top) for method in methods.values() for top in tops]
-    samples = [[_measure_step_time(method, top) for method, top in cases] for _ in range(_REPEATS)]
-    costs = iter([min(sample) for sample in zip(*samples, strict=True)])
-    return {name: [next(costs) for _ in tops] for name in methods}
 
 
 def _measure_step_time(method: Method, top: Scene) -> float:

@@ -3,41 +3,28 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property
-from math import hypot
-from typing import TYPE_CHECKING, Any, NamedTuple
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
-import numpy.typing as npt
 
 from .._core import KIND_RTOL
-from .._model.body import Body
 from .._model.parameters import refuse_disturbances
 from .._model.scene import Scene
-from .._results.path import Path, check_is_one
-from .._solve.exact import Exact, exact
-from .._utils.arguments import Array, Vector, as_float, as_positive, as_unit_name, format_count
+from .._results.error import compute_angles_between_attitudes
+from .._results.path import Path, check_is_one, list_drawn_paths
+from .._solve.exact import exact
+from .._utils import arguments
+from .._utils.arguments import Array, Vector, format_count
 from .._utils.html import format_picture_as_html
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-
-from collections.abc import Callable, Iterable, Sequence
-from contextlib import suppress
-from functools import partial
-from typing import TYPE_CHECKING, cast
-
-from .._results.error import compute_angles_between_attitudes
-from .._results.path import list_drawn_paths
-from .._utils.arguments import short_repr, validate_type
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from .._plot.charts import AngleBetweenPaths, FigureAxes
-
 
 _LEVEL = 1e-9  # approximate error of the height in a solution with a tolerance of 1e-10
 _FEWEST = 4  # states per nutation: with 3 the period can be wrong by 1 %, with 2 by 50 %
@@ -132,121 +119,93 @@ class Apex:
         if not len(self.t):
             raise ValueError("a path without states has no nutation: call solve with times")
         if self.t[-1] < self.t[0]:
-            backward = slice(None, None, -1)
-            arrays = self.t[backward], self.trace[backward], self.rate[backward]
-            return Apex(*arrays, self.scene)._measure_nutation()
-        return self._measure_nutation()
-
-    @property
-    def _loses_energy(self) -> bool:
-        """True for a top with damping or dry friction, whose motion has no closed form."""
-        return any(self.scene.damping) or self.scene.friction > 0.0
-
-    def _measure_nutation(self) -> Nutation:
-        """Return the nutation and precession of a trace whose times increase."""
+            return Apex(self.t[::-1], self.trace[::-1], self.rate[::-1], self.scene).nutation()
+        t, height, square = self.t, self.height, self.trace[:, 0] ** 2 + self.trace[:, 1] ** 2
         top = exact(self.scene.replace(damping=None, friction=None))
-        if np.ptp(self.height) < _LEVEL:
-            return self._measure_steady_nutation(top)
-        self._refuse_coarse_sampling(top)
-        low, high = (
-            self._find_times_of_height_extrema(1.0),
-            self._find_times_of_height_extrema(-1.0),
-        )
-        if len(low) < 2:
-            raise ValueError(
-                f"the apex has {len(low)} lowest points in this path, but two are needed to "
-                "measure a nutation: solve for a longer time"
-            )
-        span = low[-1] - low[0]
-        greatest, least = (
-            float(np.mean([self._interpolate_nutation(t) for t in times])) for times in (low, high)
-        )
-        if self._loses_energy:
-            first, last = (self._interpolate_values_at_time(self.azimuth, low[i]) for i in (0, -1))
-            angle = last - first
-        else:
-            angle = self._measure_azimuth_change(low, top.precession_rate)
-        return Nutation(least, greatest, span / (len(low) - 1), angle / span)
-
-    def _measure_steady_nutation(self, top: Exact[float, Path]) -> Nutation:
-        radius = np.hypot(*self.trace[:, :2].T)
-        nutation = np.arctan2(radius, self.height)
-        angle, duration = self.azimuth[-1] - self.azimuth[0], self.t[-1] - self.t[0]
-        rate = float(angle / duration) if duration else math.nan
-        # Near the vertical, a nutation may be hidden.
-        if float(radius.max()) ** 2 < 2.0 * _LEVEL and not self._loses_energy:
-            rate = top.precession_rate
-        return Nutation(float(nutation.min()), float(nutation.max()), math.nan, rate)
-
-    def _refuse_coarse_sampling(self, top: Exact[float, Path]) -> None:
-        """Raise ValueError if the states are too far apart to resolve the turning points."""
-        period, spacing = (
-            2.0 * abs(top.t_least - top.t_greatest),
-            float(np.abs(np.diff(self.t)).max()),
-        )
+        is_conservative = not (any(self.scene.damping) or self.scene.friction > 0.0)
+        if np.ptp(height) < _LEVEL:
+            radius = np.hypot(*self.trace[:, :2].T)
+            angle, duration = self.azimuth[-1] - self.azimuth[0], t[-1] - t[0]
+            rate = float(angle / duration) if duration else math.nan
+            # Near the vertical, a nutation may be hidden.
+            if float(radius.max()) ** 2 < 2.0 * _LEVEL and is_conservative:
+                rate = top.precession_rate
+            nutation = np.arctan2(radius, height)
+            return Nutation(float(nutation.min()), float(nutation.max()), math.nan, rate)
+        period, spacing = 2.0 * abs(top.t_least - top.t_greatest), float(np.abs(np.diff(t)).max())
         if period and _FEWEST * spacing > period * (1.0 + 1e-9):
             raise ValueError(
                 f"the states are up to {spacing:g} apart, and a nutation takes {period:g}: request "
                 f"at least {_FEWEST} states per nutation, or use kr.exact(path.scene)"
             )
+        low, high = _find_zeros(t, self.rate[:, 2]), _find_zeros(t, -self.rate[:, 2])
+        if len(low) < 2:
+            raise ValueError(
+                f"the apex has {len(low)} lowest points in this path, but two are needed to "
+                "measure a nutation: solve for a longer time"
+            )
+        # The height and its complement, `square`, are smooth even if the apex is near the vertical.
+        means = []
+        for times in (low, high):
+            pairs = zip(_interpolate(t, square, times), _interpolate(t, height, times), strict=True)
+            angles = [math.atan2(math.sqrt(max(s, 0.0)), h) for s, h in pairs]
+            means.append(float(np.mean(angles)))
+        greatest, least = means
+        if is_conservative:
+            # At a lowest point, the velocity is perpendicular to the position, so both turn alike.
+            # The position vanishes at the vertical, and the velocity at a cusp. Their turns are
+            # known up to half turns, of which those nearest to the closed form are chosen.
+            position, velocity = (
+                _interpolate(t, vectors[:, 0], low) + 1j * _interpolate(t, vectors[:, 1], low)
+                for vectors in (self.trace, self.rate)
+            )
+            lengths = np.diff(low)
+            is_far = np.abs(position).min() > np.abs(velocity).min() * lengths.mean() / math.tau
+            direction = position if is_far else velocity
+            turns = np.angle(direction[1:] * direction[:-1].conj())
+            rest = (top.precession_rate * lengths - turns) / math.pi
+            angle = float(np.sum(turns + math.pi * np.round(rest)))
+        else:
+            first, last = _interpolate(t, self.azimuth, [low[0], low[-1]]).tolist()
+            angle = last - first
+        span = low[-1] - low[0]
+        return Nutation(least, greatest, span / (len(low) - 1), angle / span)
 
-    def _measure_azimuth_change(self, low: list[float], rate: float) -> float:
-        """Return the change of the azimuth from the first to the last lowest point.
 
-        In each nutation, the change is measured up to half turns. Of the possible values, the one
-        closest to the mean rate of the closed form is chosen.
-        """
-        position, velocity = (
-            self._interpolate_horizontal_part(vectors, low) for vectors in (self.trace, self.rate)
-        )
-        # At a lowest point, the velocity is perpendicular to the position, so both turn alike. The
-        # position vanishes at the vertical, and the velocity at a cusp.
-        times = np.diff(low)
-        is_far = np.abs(position).min() > np.abs(velocity).min() * times.mean() / math.tau
-        direction = position if is_far else velocity
-        angles = np.angle(direction[1:] * direction[:-1].conj())
-        return float(np.sum(angles + math.pi * np.round((rate * times - angles) / math.pi)))
+def _interpolate(t: Array, values: Array, times: list[float]) -> Array:
+    """Return values between samples, each by the cubic through the four nearest samples."""
+    found = []
+    for time in times:
+        first = min(max(int(np.searchsorted(t, time)) - 2, 0), max(len(t) - 4, 0))
+        found.append(_evaluate_cubic(t[first : first + 4], values[first : first + 4], time))
+    return np.array(found)
 
-    def _find_times_of_height_extrema(self, sign: float) -> list[float]:
-        """Return the times of the minima (`sign` = 1) or maxima (`sign` = -1) of the height."""
-        rise = sign * self.rate[:, 2]
-        indices = np.flatnonzero((rise[:-1] < 0.0) & (rise[1:] >= 0.0)) + 1
-        return [
-            _find_zero_of_interpolant(*self._select_four_nearest_samples(i, rise))
-            for i in indices.tolist()
-        ]
 
-    def _select_four_nearest_samples(self, i: int, values: Array) -> tuple[Array, Array]:
-        """Return four consecutive times around t[i], and the values at these times."""
-        first = min(max(i - 2, 0), max(len(self.t) - 4, 0))
-        return self.t[first : first + 4], values[first : first + 4]
+def _evaluate_cubic(t: Array, values: Array, time: float) -> float:
+    """Return the value at `time` of the polynomial that interpolates the points (t, values)."""
+    total = 0.0
+    for i, value in enumerate(values.tolist()):
+        others = np.delete(t, i)
+        total += value * float(np.prod((time - others) / (t[i] - others)))
+    return total
 
-    def _interpolate_nutation(self, t: float) -> float:
-        """Return the nutation angle at a time between two states, by interpolation.
 
-        The nutation angle is computed from the height of the apex and its squared distance from the
-        vertical. Both the height and the squared distance are smooth functions of time, so the
-        interpolation is accurate even if the apex is close to the vertical.
-        """
-        square = self._interpolate_values_at_time(self.trace[:, 0] ** 2 + self.trace[:, 1] ** 2, t)
-        return math.atan2(
-            math.sqrt(max(square, 0.0)), self._interpolate_values_at_time(self.height, t)
-        )
-
-    def _interpolate_horizontal_part(
-        self, vectors: Array, times: list[float]
-    ) -> npt.NDArray[np.complex128]:
-        """Return x + i y of the vectors at times between the states, by interpolation."""
-        x, y = (
-            np.array([self._interpolate_values_at_time(values, t) for t in times])
-            for values in vectors.T[:2]
-        )
-        return x + 1j * y
-
-    def _interpolate_values_at_time(self, values: Array, t: float) -> float:
-        return _interpolate_polynomial(
-            *self._select_four_nearest_samples(int(np.searchsorted(self.t, t)), values), t
-        )
+def _find_zeros(t: Array, rise: Array) -> list[float]:
+    """Return the times at which interpolated values change from negative to positive."""
+    zeros = []
+    for i in (np.flatnonzero((rise[:-1] < 0.0) & (rise[1:] >= 0.0)) + 1).tolist():
+        first = min(max(i - 2, 0), max(len(t) - 4, 0))
+        near, values = t[first : first + 4], rise[first : first + 4]
+        k = int(np.flatnonzero((values[:-1] < 0.0) & (values[1:] >= 0.0))[0])
+        low, high = float(near[k]), float(near[k + 1])
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            if _evaluate_cubic(near, values, middle) < 0.0:
+                low = middle
+            else:
+                high = middle
+        zeros.append(0.5 * (low + high))
+    return zeros
 
 
 def apex(path: Path) -> Apex:
@@ -257,27 +216,6 @@ def apex(path: Path) -> Apex:
     """
     check_is_one("kreisel.apex needs", path)
     return Apex(path.t, path.apex, np.cross(path.velocity, path.apex), path.scene)
-
-
-def _interpolate_polynomial(t: Array, values: Array, time: float) -> float:
-    """Return the value at `time` of the polynomial that interpolates the points (t, values)."""
-    total = 0.0
-    for i, value in enumerate(values.tolist()):
-        others = np.delete(t, i)
-        total += value * float(np.prod((time - others) / (t[i] - others)))
-    return total
-
-
-def _find_zero_of_interpolant(t: Array, values: Array) -> float:
-    """Return the time at which an interpolating polynomial changes from negative to positive."""
-    i = int(np.flatnonzero((values[:-1] < 0.0) & (values[1:] >= 0.0))[0])
-    low, high = float(t[i]), float(t[i + 1])
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (
-            (middle, high) if _interpolate_polynomial(t, values, middle) < 0.0 else (low, middle)
-        )
-    return 0.5 * (low + high)
 
 
 @dataclass(frozen=True, eq=False)
@@ -396,9 +334,9 @@ class Rod:
         )
 
         target = open_chart(axes)
-        side = None if thickness is None else as_positive("thickness", thickness)
-        view = as_float("elevation", elevation), as_float("azimuth", azimuth)
-        unit = as_unit_name("length_unit", length_unit)
+        side = None if thickness is None else arguments.as_positive("thickness", thickness)
+        view = arguments.as_float("elevation", elevation), arguments.as_float("azimuth", azimuth)
+        unit = arguments.as_unit_name("length_unit", length_unit)
         if len(self.s) < 2:
             states = format_count(len(self.s), "state")
             raise ValueError(f"a rod of {states} cannot be drawn: solve for more times")
@@ -435,97 +373,41 @@ def rod(path: Path) -> Rod:
         ((101, 3), True)
     """
     check_is_one("kreisel.rod needs", path)
+    body = path.scene.body
     if path.scene._has_damping:
         raise ValueError("Kirchhoff's analogy has no rod for a damped top")
     refuse_disturbances(path.scene, "Kirchhoff's analogy has no rod for a top")
-    body = path.scene.body
     if any(body.rotor):
         raise ValueError("Kirchhoff's analogy has no rod for a body with a rotor")
-    axes = _choose_elastic_rod_frame(body)
+    com, moments = np.array(body.principal_com), np.array(body.moments)
+    reach = float(np.linalg.norm(com))
+    tangent = com / reach if reach > 0.0 else np.array((0.0, 0.0, 1.0))
+    moment = (moments * tangent) @ tangent
+    if np.linalg.norm(moments * tangent - moment * tangent) > KIND_RTOL * moments.max():
+        raise ValueError(
+            "Kirchhoff's analogy has no rod for this top, because its centre of mass, "
+            f"{body.principal_com} along the principal axes, lies on none of them"
+        )
+    k = int(np.argmin(np.abs(tangent)))
+    normal = np.eye(3)[k] - tangent[k] * tangent
+    normal /= np.linalg.norm(normal)
+    axes = np.stack([normal, np.cross(tangent, normal), tangent])  # along the principal axes
     frame = np.einsum("ij,njk->nik", axes, path.frame)
-    i_n, i_b, i_t = ((axes**2) @ np.array(body.moments)).tolist()
+    i_n, i_b, i_t = ((axes**2) @ moments).tolist()
     rate_n, rate_b, rate_t = np.einsum("nij,nj->in", frame, path.velocity)
-    tangent_rate = np.cross(path.velocity, frame[:, 2])
-    weight = body.mass * path.scene.gravity * hypot(*body.com)
+    # The integral of the cubic Hermite interpolant of the tangent over each interval.
+    slopes, h = np.cross(path.velocity, frame[:, 2]), np.diff(path.t)[:, None]
+    pieces = h / 2.0 * (frame[1:, 2] + frame[:-1, 2]) - h**2 / 12.0 * (slopes[1:] - slopes[:-1])
     return Rod(
         s=path.t,
-        centre=_integrate_cubic_interpolant(path.t, frame[:, 2], tangent_rate),
+        centre=np.concatenate([np.zeros((1, 3)), np.cumsum(pieces, axis=0)]),
         frame=frame,
         # Bending towards N rotates the frame about B, and bending towards B about -N.
         curvature=np.stack([rate_b, -rate_n], axis=-1),
         torsion=rate_t,
         stiffness=(i_b, i_n, i_t),
-        load=(0.0, 0.0, -weight),
+        load=(0.0, 0.0, -(body.mass * path.scene.gravity * math.hypot(*body.com))),
     )
-
-
-def _choose_elastic_rod_frame(body: Body) -> Array:
-    """Return the principal-axis components of the rod's two cross-section axes and of its tangent.
-
-    Raises ValueError if the centre of mass lies on no principal axis.
-    """
-    com, moments = np.array(body.principal_com), np.array(body.moments)
-    reach = float(np.linalg.norm(com))
-    t = com / reach if reach > 0.0 else np.array((0.0, 0.0, 1.0))
-    moment = (moments * t) @ t
-    if np.linalg.norm(moments * t - moment * t) > KIND_RTOL * moments.max():
-        raise ValueError(
-            "Kirchhoff's analogy has no rod for this top, because its centre of mass, "
-            f"{body.principal_com} along the principal axes, lies on none of them"
-        )
-    k = int(np.argmin(np.abs(t)))
-    n = np.eye(3)[k] - t[k] * t
-    n /= np.linalg.norm(n)
-    return np.stack([n, np.cross(t, n), t])
-
-
-def _integrate_cubic_interpolant(t: Array, values: Array, slopes: Array) -> Array:
-    """Return the integrals of a cubic Hermite interpolant from the first time to each time.
-
-    The integral over an interval is the trapezoidal rule with a correction by the slopes.
-    """
-    h = np.diff(t)[:, None]
-    pieces = h / 2.0 * (values[1:] + values[:-1]) - h**2 / 12.0 * (slopes[1:] - slopes[:-1])
-    return np.concatenate([np.zeros((1, 3)), np.cumsum(pieces, axis=0)])
-
-
-def compute_angle_between_paths(a: Path, b: Path) -> AngleBetweenPaths:
-    """Return the angle between the attitudes or else apexes of two paths at common times."""
-    from .._plot.charts import AngleBetweenPaths
-
-    a, b = _restrict_paths_to_common_times(a, b)
-    if all(path.want is None or "q" in path.want for path in (a, b)):
-        return AngleBetweenPaths(
-            a.t,
-            compute_angles_between_attitudes(
-                _get_attitudes_with_low_words(a), _get_attitudes_with_low_words(b)
-            ),
-            "attitudes",
-        )
-    sines = np.linalg.norm(np.cross(a.apex, b.apex), axis=1)
-    return AngleBetweenPaths(a.t, np.arctan2(sines, (a.apex * b.apex).sum(axis=1)), "apexes")
-
-
-def _restrict_paths_to_common_times(a: Path, b: Path) -> tuple[Path, Path]:
-    """Return both paths at common times, or empty paths if their time intervals are disjoint."""
-    if np.array_equal(a.t, b.t):
-        return a, b
-    low, high = max(a.t.min(), b.t.min()), min(a.t.max(), b.t.max())
-    part_a, part_b = (path[(path.t >= low) & (path.t <= high)] for path in (a, b))
-    alternatives: list[Callable[[], tuple[Path, Path]]] = [
-        lambda: (part_a, b(part_a.t)),
-        lambda: (a(part_b.t), part_b),
-    ]
-    for restrict in alternatives if len(part_a) >= len(part_b) else reversed(alternatives):
-        with suppress(ValueError):  # a closed form of a map has no states between its steps
-            return restrict()
-    _, i, j = np.intersect1d(a.t, b.t, return_indices=True)
-    return a[i], b[j]
-
-
-def _get_attitudes_with_low_words(path: Path) -> tuple[Array, Array]:
-    has_low = path.want is None or "q_low" in path.want
-    return path.q, path.q_low if has_low else np.zeros_like(path.q)
 
 
 def plot(
@@ -572,35 +454,57 @@ def plot(
 
     Raises ValueError for a path without states, and ImportError if matplotlib is not installed.
     """
-    paths, axes = _validate_plot_paths_and_axes(path, more, axes)
+    paths: Any = [path] if isinstance(path, Path) else path
+    if isinstance(path, Path) and more and all(isinstance(one, Path) for one in more):
+        paths = [path, *more]
+    elif len(more) > 1 or (more and axes is not None):
+        raise TypeError("pass the paths as arguments or as one list, and axes as a keyword")
+    elif more:
+        axes = cast(Any, more[0])
+    if not isinstance(paths, (list, tuple)):
+        given = arguments.short_repr(path)
+        raise TypeError(f"path must be a kreisel.Path or a list of them, not {given}")
     for i, one in enumerate(paths):
-        validate_type(f"path[{i}]", one, Path)
-    paths = list_drawn_paths(*paths)
+        arguments.validate_type(f"path[{i}]", one, Path)
+    drawn = list_drawn_paths(*paths)
     from .._plot.charts import plot_paths
 
-    paths_with_events = [(one, one.events.path if len(one.events) else None) for one in paths]
-    pair = partial(_compute_angle_between_motions, *paths) if len(paths) == 2 else None
+    paths_with_events = [(one, one.events.path if len(one.events) else None) for one in drawn]
+    pair = partial(_compute_angle_between_motions, *drawn) if len(drawn) == 2 else None
     return plot_paths(paths_with_events, axes, degrees, time_unit, pair)
 
 
 def _compute_angle_between_motions(a: Path, b: Path) -> AngleBetweenPaths:
-    """Return the angle between two paths at the times at which their motions are drawn."""
+    """Return the angle between attitudes, or else apexes, at the times of drawn motions."""
+    from .._plot.charts import AngleBetweenPaths
     from .._plot.dense_motion import evaluate_densely
 
     lines = [evaluate_densely(path).line for path in (a, b)]
-    if any(line is None for line in lines):
-        return compute_angle_between_paths(a, b)
-    return compute_angle_between_paths(*cast(list[Path], lines))
+    if lines[0] is not None and lines[1] is not None:
+        a, b = lines[0], lines[1]
+    a, b = _restrict_to_common_times(a, b)
+    if any(path.want is not None and "q" not in path.want for path in (a, b)):
+        sines = np.linalg.norm(np.cross(a.apex, b.apex), axis=1)
+        return AngleBetweenPaths(a.t, np.arctan2(sines, (a.apex * b.apex).sum(axis=1)), "apexes")
+    one, other = (
+        (path.q, path.q_low if path.want is None or "q_low" in path.want else np.zeros_like(path.q))
+        for path in (a, b)
+    )
+    return AngleBetweenPaths(a.t, compute_angles_between_attitudes(one, other), "attitudes")
 
 
-def _validate_plot_paths_and_axes(
-    path: object, more: tuple[object, ...], axes: Iterable[Axes] | None
-) -> tuple[Sequence[Path], Any]:
-    if isinstance(path, Path) and more and all(isinstance(one, Path) for one in more):
-        return [path, *cast(tuple[Path, ...], more)], axes
-    if len(more) > 1 or (more and axes is not None):
-        raise TypeError("pass the paths as arguments or as one list, and axes as a keyword")
-    paths = [path] if isinstance(path, Path) else path
-    if not isinstance(paths, (list, tuple)):
-        raise TypeError(f"path must be a kreisel.Path or a list of them, not {short_repr(path)}")
-    return paths, more[0] if more else axes
+def _restrict_to_common_times(a: Path, b: Path) -> tuple[Path, Path]:
+    """Return both paths at common times, or empty paths if their time intervals are disjoint."""
+    if np.array_equal(a.t, b.t):
+        return a, b
+    low, high = max(a.t.min(), b.t.min()), min(a.t.max(), b.t.max())
+    part_a, part_b = (path[(path.t >= low) & (path.t <= high)] for path in (a, b))
+    ways: list[Callable[[], tuple[Path, Path]]] = [
+        lambda: (part_a, b(part_a.t)),
+        lambda: (a(part_b.t), part_b),
+    ]
+    for restrict in ways if len(part_a) >= len(part_b) else ways[::-1]:
+        with suppress(ValueError):  # a closed form of a map has no states between its steps
+            return restrict()
+    _, i, j = np.intersect1d(a.t, b.t, return_indices=True)
+    return a[i], b[j]
