@@ -10,8 +10,7 @@ TURN_HEADING = "the heading: a rotation of the start and of turning about the ve
 DELAY = "the delay against the start"
 OTHER = ""  # a combination of parameters
 PRODUCT = "{} against {}: only mass * gravity * com counts"
-FACTOR = "the scale of the moments: moments, {} have an unknown common factor"
-RATIOS = "the scale of the moments: only their ratios, and {} over moments, matter"
+FACTOR = "the scale of the moments: moments{} have an unknown common factor"
 
 T = np.linspace(0.0, 4.0, 40)
 START = np.array((0.9, 0.3, 0.1, 0.3))
@@ -37,7 +36,7 @@ CASES = {
         top(**FREE_BODY),
         "body_velocity",
         "start moments",
-        [RATIOS.format("damping"), HEADING, OTHER, OTHER],
+        [FACTOR.format(" and damping"), HEADING, OTHER, OTHER],
     ),
     "spin angle": (top(**LAGRANGE), "apex", "start", [OTHER]),
     "spin": (top(**LAGRANGE), "apex", "start moments", [OTHER, OTHER]),
@@ -74,19 +73,19 @@ CASES = {
         top(friction=0.3, **DAMPING),
         "apex",
         "moments damping friction gravity",
-        [FACTOR.format("damping, friction and gravity")],
+        [FACTOR.format(", damping, friction and gravity")],
     ),
     "factor with a rotor": (
         top(rotor=(0.3, 0.5, 1.0)),
         "apex",
         "moments rotor lever",
-        [FACTOR.format("damping, rotor and lever")],
+        [FACTOR.format(", damping, rotor and lever")],
     ),
     "factor of tied moments": (
         top(**LAGRANGE, damping=0.1),
         "body_velocity",
         "velocity moments damping com",
-        [FACTOR.format("damping and com")],
+        [FACTOR.format(", damping and com")],
     ),
     "a fixed damping shows the scale": (
         top(**DAMPING),
@@ -105,13 +104,13 @@ CASES = {
         top(**FREE_BODY, **DAMPING),
         "body_velocity",
         "velocity moments damping",
-        [RATIOS.format("damping")],
+        [FACTOR.format(" and damping")],
     ),
     "ratios with a rotor": (
         top(**FREE_BODY, rotor=(0.3, 0.5, 1.0)),
         "body_velocity",
         "moments rotor",
-        [RATIOS.format("damping and rotor")],
+        [FACTOR.format(", damping and rotor")],
     ),
 }
 

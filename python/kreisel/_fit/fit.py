@@ -9,21 +9,20 @@ import numpy as np
 
 from .._model.scene import Ensemble, Scene
 from .._results.results import Error, Interrupted
-from .._solve.solve import solve
 from .._utils.arguments import (
     Array,
     as_int,
     format_count,
+    freeze_arrays,
     short_repr,
     unknown_name_message,
     validate_type,
     warn_user,
 )
-from .minimize import LossName, describe_uncertain_sigmas
 from .parameters import FreeName, FreeParameters, expand_free_names
-from .records import SCALAR_LAST, Mask, Record, leave_out_rows, swap_quaternion_order
-from .residuals import STEPS_MOST
-from .result import Fit, build_fit_from_search
+from .records import SCALAR_LAST, Mask, Record
+from .residuals import STEPS_MOST, LossName, describe_uncertain_sigmas, join_paths, solve_from_start
+from .result import Fit
 from .search import SearchSession
 
 _MISFIT = 0.02  # residuals relative to the values that may be a motion that does not fit
@@ -150,12 +149,20 @@ def _describe_better_quaternion_order(
     best: Fit, search: Callable[[tuple[Record, ...], int], Fit]
 ) -> str:
     """Return a sentence if attitudes that fit badly fit well with the scalar at the other end."""
-    swapped, names = zip(*map(swap_quaternion_order, best.records), strict=True)
-    name = next(filter(None, names), "")
+    names = SCALAR_LAST | {first: last for last, first in SCALAR_LAST.items()}
+    name, swapped = "", []
+    for record in best.records:
+        series = list(record.series)
+        for k, one in enumerate(series):
+            if one.is_attitude:
+                name = names[one.name]
+                values = np.roll(one.values, -1 if one.name in SCALAR_LAST else 1, axis=1)
+                series[k] = one._replace(name=name, values=values)
+        swapped.append(record._replace(record.t, series))
     if not name:
         return ""
     try:
-        other = search(swapped, _ORDER_LIMIT)
+        other = search(tuple(swapped), _ORDER_LIMIT)
     except Interrupted:
         raise Interrupted("the fit was interrupted", result=best) from None
     except (Error, ValueError):
@@ -172,23 +179,22 @@ def _run_search_sessions(
     sessions: Sequence[SearchSession], pieces: int | None, is_multistart: bool
 ) -> Fit:
     best: Fit | None = None
-
-    def choose_better(session: SearchSession) -> Fit | None:
-        found = build_fit_from_search(session) if session.best is not None else best
-        return found if best is None or found is None or found.cost < best.cost else best
-
     for session in sessions:
+        interruption: Interrupted | None = None
         try:
             session.search(pieces, has_data_guess=not is_multistart)
         except KeyboardInterrupt:
-            interrupted = Interrupted("the fit was interrupted", result=choose_better(session))
-            raise interrupted from None
+            interruption = Interrupted("the fit was interrupted")
         if session.best is not None:
-            session.refuse_start_held_by_friction()
-            session.refuse_insensitive_quantities()
-            jacobian = session.best.scaled_jacobian
-            describe_uncertain_sigmas(session.model, jacobian, refuses=True)
-            best = choose_better(session)
+            if interruption is None:
+                session.refuse_start_held_by_friction()
+                session.refuse_insensitive_quantities(session.best)
+                describe_uncertain_sigmas(session.best, refuses=True)
+            found = session.build_fit()
+            best = found if best is None or found.cost < best.cost else best
+        if interruption is not None:
+            interruption.result = best
+            raise interruption from None
     if best is None:
         sessions[0].refuse_start_held_by_friction()
         sessions[0].check_start_scene_is_solvable()
@@ -214,19 +220,15 @@ def _search_with_defined_angles(
     masks = [np.zeros(len(record.t), dtype=bool) for record in records]
     for scene in guesses:
         for record, mask in zip(records, masks, strict=True):
-            for rows in (np.flatnonzero(record.t < 0.0)[::-1], np.flatnonzero(record.t >= 0.0)):
-                # the search reports scenes that cannot be solved
-                with suppress(Error, ValueError):
-                    path = solve(scene, record.t[rows], "taylor", max_steps=STEPS_MOST)
-                    mask[rows] |= _is_vertical(path.apex)
+            with suppress(Error, ValueError):  # the search reports scenes that cannot be solved
+                paths = solve_from_start(scene, record.t, max_steps=STEPS_MOST)
+                mask |= _is_vertical(join_paths(paths, "apex"))
     records = _leave_out_angles(records, masks, "scene")
     while True:
         found = search(records)
         is_vertical, t = _is_vertical(found.path.apex), found.path.t
-        masks = [
-            is_vertical[np.searchsorted(t, record.t - found.values.get(f"delay[{i}]", 0.0))]
-            for i, record in enumerate(records)
-        ]
+        times = found._point.subtract_delays([record.t for record in records])
+        masks = [is_vertical[np.searchsorted(t, each)] for each in times]
         fewer = _leave_out_angles(records, masks, "fitted motion")
         if all(new is old for new, old in zip(fewer, records, strict=True)):
             return found
@@ -244,23 +246,26 @@ def _leave_out_angles(
     """Return the records without angles at the times in `masks`; others are the same objects."""
     kept = []
     for record, is_vertical in zip(records, masks, strict=True):
-        rows: Mask = np.zeros(len(record.t), dtype=bool)
-        names: list[str] = []
-        for series in record.series:
-            is_measured = series.measured[:, 0]
+        names, left_out, series = [], np.zeros(len(record.t), dtype=bool), list(record.series)
+        for k, one in enumerate(series):
+            is_measured = one.measured[:, 0]
             is_undefined = is_measured & is_vertical
-            if series.quantity not in _UNDEFINED or not is_undefined.any():
+            if one.quantity not in _UNDEFINED or not is_undefined.any():
                 continue
             if (is_undefined != is_measured).any():
-                names.append(series.name)
-                rows |= is_undefined
+                names.append(one.name)
+                left_out |= is_undefined
+                values = np.where(is_undefined[:, None], 0.0, one.values)
+                series[k] = one._replace(
+                    values=values, measured=one.measured & ~is_undefined[:, None]
+                )
             elif motion != "scene":
                 raise ValueError(
-                    f"{series.name} is undefined at all its times, because the apex of the {motion}"
+                    f"{one.name} is undefined at all its times, because the apex of the {motion}"
                     " is vertical then: leave it out, or give a scene that leans"
                 )
         if names:
-            t = record.t[rows]
+            t = record.t[left_out]
             times = ", ".join(f"{time:g}" for time in t[:3])
             if len(t) > 3:
                 times += f" and {format_count(len(t) - 3, 'other time')}"
@@ -268,7 +273,8 @@ def _leave_out_angles(
                 f"{' and '.join(names)} at t = {times} left out: undefined where the apex of the "
                 f"{motion} is vertical"
             )
-        kept.append(leave_out_rows(record, names, rows) if names else record)
+            freeze_arrays(series)
+        kept.append(record._replace(record.t, series) if names else record)
     return tuple(kept)
 
 

@@ -14,21 +14,8 @@ from numpy.typing import NDArray
 from .._results.results import Error
 from .._solve.solve import solve
 from .._utils.arguments import Array
-from .parameters import (
-    BLOCKS,
-    UNTURNED,
-    FitPoint,
-    FreeParameters,
-    compute_rotation_quaternions,
-    compute_rotation_vectors,
-    compute_rotations_from_vertical,
-    conjugate_quaternions,
-    convert_matrix_to_quaternion,
-    cross_matrix,
-    multiply_quaternions,
-    normalize_quaternion,
-    rotation_matrix,
-)
+from . import rotations
+from .parameters import FitPoint, FreeParameters
 from .records import Record, Series
 
 FEWEST = 8  # samples that a guess needs
@@ -58,16 +45,12 @@ class MotionSamples(NamedTuple):
     is_at_rest: bool = False
 
 
-class Trace(NamedTuple):
-    """Vectors of shape (n, 3) at n evenly spaced times, as directions of the apex."""
-
-    t: Array
-    vectors: Array
+Trace = tuple[Array, Array]  # n evenly spaced times; vectors (n, 3), as directions of the apex
 
 
 def reconstruct_motions(records: Sequence[Record], point: FitPoint) -> list[MotionSamples]:
     """Return the motions reconstructed from the records, those with known attitudes first."""
-    rotation = rotation_matrix(point.axes)
+    rotation = rotations.to_matrix(point.axes)
     motions: list[MotionSamples] = []
     for record in records:
         table = {s.quantity: s for s in record.series if s.part is None}
@@ -78,24 +61,26 @@ def reconstruct_motions(records: Sequence[Record], point: FitPoint) -> list[Moti
             if len(t) < FEWEST:
                 continue
             if name == "q":
-                attitudes = multiply_quaternions(values, point.axes[None])
+                attitudes = rotations.multiply(values, point.axes[None])
                 motions.append(_reconstruct_motion_from_attitudes(t, attitudes))
             elif name == "velocity":
-                attitudes = _integrate_angular_velocity(t, values, UNTURNED, is_in_space=True)
-                rate = (values[:, None, :] @ rotation_matrix(attitudes))[:, 0]
+                attitudes = _integrate_angular_velocity(
+                    t, values, rotations.UNTURNED, is_in_space=True
+                )
+                rate = (values[:, None, :] @ rotations.to_matrix(attitudes))[:, 0]
                 motions.append(MotionSamples(t, attitudes, rate, "space"))
             else:
-                first, source, rate = UNTURNED, "gyroscope", values @ rotation
+                first, source, rate = rotations.UNTURNED, "gyroscope", values @ rotation
                 if "body_vertical" in table:
                     series = table["body_vertical"]
                     rows = np.flatnonzero(series.measured.all(axis=1) & series.values.any(axis=1))
                     if rows.size:
                         near = series.values[rows[np.abs(record.t[rows] - t[0]).argmin()]]
-                        vertical = near @ rotation / np.linalg.norm(near @ rotation)
-                        first = conjugate_quaternions(compute_rotations_from_vertical(vertical))
+                        vertical = rotations.normalize(near @ rotation)
+                        first = rotations.conjugate(rotations.from_vertical(vertical))
                         source = "vertical"
                 attitudes = _integrate_angular_velocity(t, rate, first, is_in_space=False)
-                is_at_rest = name == "inertial_velocity" and point.is_support_turning
+                is_at_rest = name == "inertial_velocity" and bool(point.turning.any())
                 motions.append(MotionSamples(t, attitudes, rate, source, is_at_rest))
     order = ("attitude", "vertical", "space", "gyroscope")
     return sorted(motions, key=lambda motion: order.index(motion.source))
@@ -126,7 +111,7 @@ def _find_apex_trace(records: Sequence[Record], point: FitPoint) -> Trace | None
             rows = np.logical_and(*(table[name].measured[:, 0] for name in pair))
             t, (u, v) = record.t[rows], (table[name].values[rows, 0] for name in pair)
             if pair[0] == "apex_x":
-                side = np.sign((rotation_matrix(point.attitude) @ point.com)[2]) or 1.0
+                side = np.sign((rotations.to_matrix(point.attitude) @ point.com)[2]) or 1.0
                 e = np.stack((u, v, side * np.sqrt(np.maximum(1.0 - u * u - v * v, 0.0))), axis=1)
             else:
                 e = np.stack((np.sin(u) * np.sin(v), -np.sin(u) * np.cos(v), np.cos(u)), axis=1)
@@ -134,13 +119,13 @@ def _find_apex_trace(records: Sequence[Record], point: FitPoint) -> Trace | None
         regular = _compute_inlier_mask(e[first], is_attitude=False)
         if regular.sum() >= FEWEST:
             grid, apex = _resample_evenly(t[regular], e[first][regular])
-            return Trace(grid, apex / np.linalg.norm(apex, axis=1)[:, None])
+            return grid, rotations.normalize(apex)
     return None
 
 
 def _resample_evenly(t: Array, vectors: Array) -> Trace:
     grid = np.linspace(t[0], t[-1], len(t))
-    return Trace(grid, np.stack([np.interp(grid, t, x) for x in vectors.T], axis=1))
+    return grid, np.stack([np.interp(grid, t, x) for x in vectors.T], axis=1)
 
 
 def _select_longest_gapless_samples(t: Array, series: Series) -> tuple[Array, Array]:
@@ -189,15 +174,13 @@ def _reconstruct_motion_from_attitudes(t: Array, q: Array) -> MotionSamples:
     """Reconstruct a motion, computing each angular velocity from two well-separated attitudes."""
 
     def find_turns(stride: int) -> Array:
-        return compute_rotation_vectors(
-            multiply_quaternions(conjugate_quaternions(q[:-stride]), q[stride:])
-        )
+        return rotations.to_vector(rotations.multiply(rotations.conjugate(q[:-stride]), q[stride:]))
 
     angle = float(np.median(np.linalg.norm(find_turns(1), axis=1)))
     stride = min(max(round(_TURN / max(angle, 1e-9)), 1), len(t) // 4)
     turns = find_turns(stride)
     rate = turns / (t[stride:] - t[:-stride])[:, None]
-    halfway = multiply_quaternions(q[:-stride], compute_rotation_quaternions(0.5 * turns))
+    halfway = rotations.multiply(q[:-stride], rotations.from_vector(0.5 * turns))
     return MotionSamples(0.5 * (t[stride:] + t[:-stride]), halfway, rate, "attitude")
 
 
@@ -205,11 +188,11 @@ def _integrate_angular_velocity(t: Array, rate: Array, first: Array, is_in_space
     """Integrate angular velocities to obtain attitudes, starting from the attitude `first`."""
     attitudes = np.empty((len(t), 4))
     attitudes[0] = first
-    attitudes[1:] = compute_rotation_quaternions(0.5 * np.diff(t)[:, None] * (rate[1:] + rate[:-1]))
+    attitudes[1:] = rotations.from_vector(0.5 * np.diff(t)[:, None] * (rate[1:] + rate[:-1]))
     shift = 1
     while shift < len(t):  # products of 2, 4, 8, ... neighbours
         ends = attitudes[:-shift], attitudes[shift:]
-        attitudes[shift:] = multiply_quaternions(*(ends[::-1] if is_in_space else ends))
+        attitudes[shift:] = rotations.multiply(*(ends[::-1] if is_in_space else ends))
         shift *= 2
     return attitudes
 
@@ -219,16 +202,16 @@ def interpolate_motion(motion: MotionSamples, t: float) -> tuple[Array, Array]:
     k -= int(t - motion.t[k - 1] < motion.t[k] - t)
     window = slice(max(k - 2, 0), k + 3)
     rate = motion.rate[window].mean(axis=0)
-    turn = compute_rotation_quaternions((t - motion.t[k]) * rate)
-    return multiply_quaternions(motion.attitude[k], turn), rate
+    turn = rotations.from_vector((t - motion.t[k]) * rate)
+    return rotations.multiply(motion.attitude[k], turn), rate
 
 
 _LEAST = 1e-3  # least density of a guess, relative to its largest moment
 _SMOOTHING = 9  # samples of the local cubic that smooths a trace
 _STOPPED = 0.05  # spin that friction has nearly stopped, relative to the largest
-_EPSILON = np.zeros((3, 3, 3))
-for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-    _EPSILON[_i, _j, _k], _EPSILON[_i, _k, _j] = 1.0, -1.0
+_INERTIA = np.zeros((6, 3, 3))  # a basis of symmetric matrices, the diagonal ones first
+for _k, _place in enumerate(((0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1))):
+    _INERTIA[_k][_place] = _INERTIA[_k].T[_place] = 1.0
 
 
 class Guess(NamedTuple):
@@ -239,16 +222,6 @@ class Guess(NamedTuple):
 
     point: FitPoint
     motion: MotionSamples | None
-
-
-class _LinearBodyEstimates(NamedTuple):
-    """Solution of the momentum equation; all fields but `vertical` share one unknown factor."""
-
-    inertia: Array
-    lever: Array  # mass gravity com
-    vertical: Array
-    damping: float
-    friction: float
 
 
 def guess_parameters_from_records(
@@ -276,20 +249,19 @@ def yield_random_starts(
     apex. All else is random.
     """
     base, generator = parameters.start, np.random.default_rng(0)
-    torque = abs(base.gravity_force) * float(np.linalg.norm(base.com))
-    size = float(np.linalg.norm(base.rate)) + np.sqrt(torque / float(base.moments.max()))
+    size = float(np.linalg.norm(base.rate)) + np.sqrt(abs(base.torque) / float(base.moments.max()))
     axis = _compute_friction_axis(base)
-    back = conjugate_quaternions(compute_rotations_from_vertical(axis))
+    back = rotations.conjugate(rotations.from_vertical(axis))
     known = _find_first_measured_states(records, base)
     while True:
-        turn = normalize_quaternion(generator.normal(size=4))
+        turn = rotations.normalize(generator.normal(size=4))
         rate, t = size * generator.normal(size=3), 0.0
         if known:
             t, apex, change, momentum = known[int(generator.integers(len(known)))]
-            about_axis = compute_rotation_quaternions(generator.uniform(0.0, 2.0 * np.pi) * axis)
-            tilt = multiply_quaternions(compute_rotations_from_vertical(apex), back)
-            turn = multiply_quaternions(tilt, about_axis)
-            rotation = rotation_matrix(turn)
+            about_axis = rotations.from_vector(generator.uniform(0.0, 2.0 * np.pi) * axis)
+            tilt = rotations.multiply(rotations.from_vertical(apex), back)
+            turn = rotations.multiply(tilt, about_axis)
+            rotation = rotations.to_matrix(turn)
             if momentum is not None:
                 rate = base.relative_angular_velocity(turn, momentum)
             else:
@@ -308,53 +280,52 @@ def _find_first_measured_states(
     momenta = _find_momentum_trace(records) if lever.any() else None
     if momenta is not None:
         m, change = (values[first] for values in _smooth_by_local_cubics(*momenta))
-        t = float(momenta.t[first])
+        t = float(momenta[0][first])
         weight = base.mass * float(base.compute_effective_gravity(np.array(t)))
         torque = change + np.cross(base.turning, m)
         flat = np.array((torque[1], -torque[0], 0.0)) / weight / np.linalg.norm(base.com)
         height = np.sqrt(max(1.0 - float(flat @ flat), 0.0))
         tops = [flat + np.array((0.0, 0.0, sign * height)) for sign in (1.0, -1.0)]
-        return [(t, top / np.linalg.norm(top), np.zeros(3), m) for top in tops]
+        return [(t, rotations.normalize(top), np.zeros(3), m) for top in tops]
     trace = _find_apex_trace(records, base) if base.com.any() else None
     if trace is not None:
         e, change = (values[first] for values in _smooth_by_local_cubics(*trace))
-        return [(float(trace.t[first]), e / np.linalg.norm(e), change, None)]
+        return [(float(trace[0][first]), rotations.normalize(e), change, None)]
     return []
 
 
 def _guess_parameters_from_motion(parameters: FreeParameters, motion: MotionSamples) -> list[Guess]:
     """Compute a guess from the momentum equation, or none if it cannot be solved."""
-    base, part = parameters.start, motion
-    is_heavy = base.gravity_force != 0.0 and bool(base.com.any() or parameters.can_vary("com"))
-    is_rubbed = part.source != "space" and (parameters.can_vary("friction") or base.friction > 0.0)
+    base, free, part = parameters.start, parameters.places, motion
+    is_heavy = base.gravity_force != 0.0 and ("com" in free or bool(base.com.any()))
+    is_rubbed = part.source != "space" and ("friction" in free or base.friction > 0.0)
     if is_rubbed:
         spin = np.abs(part.rate @ _compute_friction_axis(base))
         stopped = np.flatnonzero(spin < _STOPPED * spin.max())
         if stopped.size and stopped[0] >= FEWEST:
             t, attitude, rate = (x[: stopped[0]] for x in motion[:3])
             part = MotionSamples(t, attitude, rate, motion.source, motion.is_at_rest)
-    is_damped = bool(parameters.can_vary("damping") or base.damping.any())
+    is_damped = "damping" in free or bool(base.damping.any())
     solution = _fit_momentum_equation(part, base, is_heavy, is_damped, is_rubbed)
     if solution is None:
         return []
-    turn, first, v = UNTURNED, UNTURNED, solution.vertical
+    inertia, lever, v, *losses = solution
+    turn, first = rotations.UNTURNED, rotations.UNTURNED
     if motion.source == "space":  # the axes of the motion are not the principal axes
-        turn = convert_matrix_to_quaternion(_orient_principal_axes_like_scene(solution, base))
+        turn = rotations.from_matrix(_orient_principal_axes_like_scene(inertia, lever, base))
     if motion.source == "gyroscope":  # which does not tell (com, vertical) from (-com, -vertical)
-        if (solution.lever @ base.com) * base.gravity_force < 0.0:
-            solution, v = solution._replace(lever=-solution.lever), -v
-        east = np.cross(np.eye(3)[np.abs(v).argmin()], v)
-        east /= np.linalg.norm(east)
-        first = convert_matrix_to_quaternion(np.stack((east, np.cross(v, east), v)))
-    rotation = rotation_matrix(turn)
-    moments = np.diag(rotation.T @ solution.inertia @ rotation).copy()
+        if (lever @ base.com) * base.gravity_force < 0.0:
+            lever, v = -lever, -v
+        first = rotations.conjugate(rotations.from_vertical(v))
+    rotation = rotations.to_matrix(turn)
+    moments = np.diag(rotation.T @ inertia @ rotation).copy()
     t, rate = motion.t, motion.rate @ rotation
-    attitude = multiply_quaternions(multiply_quaternions(first, motion.attitude), turn)
+    attitude = rotations.multiply(rotations.multiply(first, motion.attitude), turn)
     if motion.is_at_rest:  # the support coincides with the inertial frame at the first sample
-        rotations = compute_rotation_quaternions((t[0] - t)[:, None] * base.turning)
-        attitude = multiply_quaternions(rotations, attitude)
-        rate = rate - base.turning @ rotation_matrix(attitude)
-    point = _set_free_body_parameters(parameters, moments, rotation.T @ solution.lever, solution)
+        turned = rotations.from_vector((t[0] - t)[:, None] * base.turning)
+        attitude = rotations.multiply(turned, attitude)
+        rate = rate - base.turning @ rotations.to_matrix(attitude)
+    point = _set_free_body_parameters(parameters, moments, rotation.T @ lever, *losses)
     mean = rate[:3].mean(axis=0)
     start = _find_parameters_through_state(parameters, point, t[0], attitude[0], mean)
     return [Guess(start, MotionSamples(t, attitude, rate, motion.source))]
@@ -367,28 +338,28 @@ def _compute_friction_axis(base: FitPoint) -> Array:
 
 
 def _set_free_body_parameters(
-    parameters: FreeParameters, moments: Array, lever: Array, losses: _LinearBodyEstimates | None
+    parameters: FreeParameters, moments: Array, lever: Array, damping: float, friction: float
 ) -> FitPoint:
-    """Return the scene's parameters, with the free parameters of the body replaced by estimates."""
-    base, can_vary = parameters.start, parameters.can_vary
+    """Return the scene's parameters, with the free parameters of the body replaced by estimates.
+
+    Their common factor follows from the torque of gravity or from the moments of the scene.
+    """
+    base, free = parameters.start, parameters.places
     densities = 0.5 * moments.sum() - moments
     densities = np.maximum(densities, _LEAST * np.abs(moments).max())
-    factor = base.moments.sum() / (2.0 * densities.sum())
-    torque = base.gravity_force * float(np.linalg.norm(base.com))
-    lever_size = float(np.linalg.norm(lever))
+    factor, length = base.moments.sum() / (2.0 * densities.sum()), float(np.linalg.norm(lever))
     fields: dict[str, Any] = {}
-    if can_vary("moments"):
-        if lever_size > 0.0 and torque and not can_vary("com"):  # the torque gives the scale
-            factor = abs(torque) / lever_size
+    if "moments" in free:
+        if length > 0.0 and base.torque and "com" not in free:
+            factor = abs(base.torque) / length
         mean = parameters.columns["moments"] @ parameters.average_tied("moments", densities)
         fields["densities"] = factor * mean
-    if base.gravity_force and lever_size > 0.0 and can_vary("com"):
+    if base.gravity_force and length > 0.0 and "com" in free:
         fields["com"] = factor * lever / base.gravity_force
-    if can_vary("damping"):
-        drag = 0.0 if losses is None else losses.damping
-        fields["damping"] = np.full(3, max(factor * drag, 0.0))
-    if can_vary("friction") and losses is not None:
-        fields["friction"] = max(factor * losses.friction, 0.0)
+    if "damping" in free:
+        fields["damping"] = np.full(3, max(factor * damping, 0.0))
+    if "friction" in free:
+        fields["friction"] = max(factor * friction, 0.0)
     return replace(base, **fields)
 
 
@@ -396,11 +367,11 @@ def _find_parameters_through_state(
     parameters: FreeParameters, point: FitPoint, time: float, attitude: Array, rate: Array
 ) -> FitPoint:
     """Return the parameters for which the motion passes through a given state at `time`."""
-    names = [name for name in ("attitude", "velocity") if parameters.can_vary(name)]
 
     def start_at(attitude: Array, rate: Array) -> FitPoint:
-        fields: dict[str, Any] = {"attitude": attitude, "rate": rate}
-        return replace(point, **{BLOCKS[name].field: fields[BLOCKS[name].field] for name in names})
+        free, start = parameters.places, point.start_at(attitude, rate)
+        start = start if "attitude" in free else replace(start, attitude=point.attitude)
+        return start if "velocity" in free else replace(start, rate=point.rate)
 
     trial = start_at(attitude, rate)
     if time != 0.0:
@@ -413,32 +384,34 @@ def _find_parameters_through_state(
 
 def _fit_momentum_equation(
     motion: MotionSamples, base: FitPoint, is_heavy: bool, is_damped: bool, is_rubbed: bool
-) -> _LinearBodyEstimates | None:
-    """Solve the momentum equation using the singular vector of the smallest singular value.
+) -> tuple[Array, Array, Array, float, float] | None:
+    """Return inertia, mass gravity com, vertical, damping and friction, with an unknown factor.
 
-    The momentum minus the integrals of the torques is constant. Returns None if there are too few
-    samples, or if the body has a rotor and its principal axes are unknown.
+    The momentum minus the integrals of the torques is constant; this equation is solved using the
+    singular vector of the smallest singular value. Returns None if there are too few samples, or if
+    the body has a rotor and its principal axes are unknown.
     """
     rotor, is_full, is_free = base.rotor, motion.source == "space", motion.source == "gyroscope"
     if rotor.any() and is_full:
         return None
-    t, rotation, turning = motion.t, rotation_matrix(motion.attitude), base.turning
+    t, rotation, turning = motion.t, rotations.to_matrix(motion.attitude), base.turning
     if motion.is_at_rest or is_free:
         turning = np.zeros(3)
     elif motion.source == "vertical":
         turning = turning * np.array([0.0, 0.0, 1.0])
     rate = motion.rate + turning @ rotation
-    momenta = [rotation @ _build_inertia_to_momentum_matrices(rate, is_full)]
+    basis = _INERTIA[: 6 if is_full else 3]
+    momenta = [rotation @ np.einsum("kij,nj->nik", basis, rate)]
     momenta += [(rotation @ rotor)[:, :, None]] if rotor.any() else []
-    columns = [one + cross_matrix(turning) @ _integrate_by_trapezoids(t, one) for one in momenta]
+    columns = [one + rotations.cross(turning) @ _integrate_by_trapezoids(t, one) for one in momenta]
     columns.append(-np.broadcast_to(np.eye(3), rotation.shape))
     if is_heavy:
         weight = base.compute_effective_gravity(t) / base.gravity
         integral = _integrate_by_trapezoids(t, weight[:, None, None] * rotation)
         columns.append(
-            -np.einsum("ikj,njl->nikl", _EPSILON, integral).reshape(len(t), 3, 9)
+            -np.einsum("kij,njl->nikl", rotations.cross(np.eye(3)), integral).reshape(len(t), 3, 9)
             if is_free
-            else -cross_matrix(np.array([0.0, 0.0, 1.0])) @ integral
+            else -rotations.cross(np.array([0.0, 0.0, 1.0])) @ integral
         )
     if is_damped:
         space_rate = (rotation @ motion.rate[:, :, None])[:, :, 0]
@@ -456,13 +429,11 @@ def _fit_momentum_equation(
     solution = np.linalg.eigh(normal)[1][:, 0] / sizes
     if rotor.any():
         solution = np.delete(solution, 3)  # the size of the rotor, after three moments
-    inertia = np.diag(solution[:3])
-    if is_full:
-        inertia[(1, 2, 0), (2, 0, 1)] = inertia[(2, 0, 1), (1, 2, 0)] = solution[3:6]
+    inertia = np.einsum("k,kij->ij", solution[: len(basis)], basis)
     sign = np.sign(np.trace(inertia))
     if not sign:
         return None
-    rest = sign * solution[9 if is_full else 6 :]  # after the constant momentum
+    rest = sign * solution[len(basis) + 3 :]  # after the constant momentum
     lever, vertical = np.zeros(3), np.array([0.0, 0.0, 1.0])
     if is_heavy and is_free:
         left, products, right = np.linalg.svd(rest[:9].reshape(3, 3))
@@ -471,18 +442,7 @@ def _fit_momentum_equation(
         lever = rest[:3]
     friction = float(rest[-1]) if is_rubbed else 0.0
     damping = float(rest[-1 - is_rubbed]) if is_damped else 0.0
-    return _LinearBodyEstimates(sign * inertia, lever, vertical, damping, friction)
-
-
-def _build_inertia_to_momentum_matrices(rate: Array, is_full: bool) -> Array:
-    """Return (n, 3, k) matrices that map the k independent elements of the tensor J to J W."""
-    matrices = np.zeros((len(rate), 3, 6 if is_full else 3))
-    for k in range(3):
-        matrices[:, k, k] = rate[:, k]
-    if is_full:
-        for column, (a, b) in zip((3, 4, 5), ((1, 2), (2, 0), (0, 1)), strict=True):
-            matrices[:, a, column], matrices[:, b, column] = rate[:, b], rate[:, a]
-    return matrices
+    return sign * inertia, lever, vertical, damping, friction
 
 
 def _integrate_by_trapezoids(t: Array, values: Array) -> Array:
@@ -492,20 +452,17 @@ def _integrate_by_trapezoids(t: Array, values: Array) -> Array:
     return integrals
 
 
-def _orient_principal_axes_like_scene(solution: _LinearBodyEstimates, base: FitPoint) -> Array:
-    """Return the principal axes of a solution as columns, in the order of the scene's moments.
+def _orient_principal_axes_like_scene(inertia: Array, lever: Array, base: FitPoint) -> Array:
+    """Return the principal axes as columns, in the order of the scene's moments.
 
-    The signs of the axes are chosen so that the estimated centre of mass agrees best with that of
-    the scene.
+    Their signs are those for which the centre of mass agrees best with that of the scene.
     """
-    _, axes = np.linalg.eigh(solution.inertia)
     frame = np.empty((3, 3))
-    frame[:, np.argsort(base.moments, kind="stable")] = axes
+    frame[:, np.argsort(base.moments, kind="stable")] = np.linalg.eigh(inertia)[1]
+    lever = lever * np.sign(base.gravity_force)
     frames = [frame * np.array(signs) for signs in itertools.product((1.0, -1.0), repeat=3)]
-    lever = solution.lever * np.sign(base.gravity_force)
-    return max(
-        (one for one in frames if np.linalg.det(one) > 0.0), key=lambda one: lever @ one @ base.com
-    )
+    right_handed = [one for one in frames if np.linalg.det(one) > 0.0]
+    return max(right_handed, key=lambda one: lever @ one @ base.com)
 
 
 def _guess_parameters_from_apex(parameters: FreeParameters, trace: Trace) -> list[Guess]:
@@ -515,10 +472,10 @@ def _guess_parameters_from_apex(parameters: FreeParameters, trace: Trace) -> lis
     initial momentum, and in the loss of a by friction.
     """
     base = parameters.start
-    if not base.com.any() or len(trace.t) <= _SMOOTHING:
+    if not base.com.any() or len(trace[0]) <= _SMOOTHING:
         return []
     apex, change = _smooth_by_local_cubics(*trace)
-    t, turning = trace.t, base.turning
+    t, turning = trace[0], base.turning
     transverse_rate = np.cross(apex, change + np.cross(turning, apex))
     rhs = transverse_rate + np.cross(turning, _integrate_by_trapezoids(t, transverse_rate))
     apex_integral = _integrate_by_trapezoids(t, apex)
@@ -527,33 +484,32 @@ def _guess_parameters_from_apex(parameters: FreeParameters, trace: Trace) -> lis
     integral = _integrate_by_trapezoids(t, weight[:, None] * np.cross([0.0, 0.0, 1.0], apex))
     identity = np.broadcast_to(np.eye(3), (len(apex), 3, 3))
     columns = [-axial_column[:, :, None], integral[:, :, None], identity]
-    if parameters.can_vary("friction") or base.friction:
+    if "friction" in parameters.places or base.friction:
         weighted = (t - t[0])[:, None] * apex
         weighted += np.cross(turning, _integrate_by_trapezoids(t, weighted))
         columns.append((weighted - apex_integral)[:, :, None])
     matrix = np.concatenate(columns, axis=2)
     solution = np.linalg.lstsq(matrix.reshape(-1, matrix.shape[2]), rhs.ravel(), rcond=None)[0]
     a, k, slowing = float(solution[0]), float(solution[1]), float([*solution, 0.0][5])
-    axis = base.com / np.linalg.norm(base.com)
+    axis = rotations.normalize(base.com)
     i3 = float(axis @ (base.moments * axis))
     i1 = 0.5 * (base.moments.sum() - i3)
-    torque = base.gravity_force * float(np.linalg.norm(base.com))
-    if parameters.can_vary("moments") and torque * k > 0.0:
-        i1 = torque / k
+    if "moments" in parameters.places and base.torque * k > 0.0:
+        i1 = base.torque / k
         i3 = min(i3, 1.9 * i1)
     moments = i3 * axis**2 + i1 * (1.0 - axis**2)
-    point = _set_free_body_parameters(parameters, moments, base.gravity_force * base.com, None)
-    i3, i1 = float(axis @ (point.moments * axis)), float(i1)
-    turn = compute_rotations_from_vertical(axis)
-    tilts = compute_rotations_from_vertical(apex / np.linalg.norm(apex, axis=1)[:, None])
-    attitude = multiply_quaternions(tilts, conjugate_quaternions(turn)[None])
+    point = _set_free_body_parameters(parameters, moments, base.gravity_force * base.com, 0.0, 0.0)
+    i3 = float(axis @ (point.moments * axis))
+    turn = rotations.from_vertical(axis)
+    tilts = rotations.from_vertical(rotations.normalize(apex))
+    attitude = rotations.multiply(tilts, rotations.conjugate(turn)[None])
     spin = (a * i1 - float(axis @ base.rotor)) / i3 - float(base.turning @ apex[0])
-    if parameters.can_vary("friction"):
+    if "friction" in parameters.places:
         point = replace(point, friction=max(i1 * slowing * np.sign(spin), 0.0))
     spin_loss = point.friction / i3 * (t - t[0])
     spins = np.copysign(np.maximum(abs(spin) - spin_loss, 0.0), spin)
     velocity = np.cross(apex, change) + spins[:, None] * apex
-    rate = (velocity[:, None, :] @ rotation_matrix(attitude))[:, 0]
+    rate = (velocity[:, None, :] @ rotations.to_matrix(attitude))[:, 0]
     motion = MotionSamples(t, attitude, rate, "apex")
     start = _find_parameters_through_state(parameters, point, t[0], attitude[0], rate[0])
     return [Guess(start, motion)]

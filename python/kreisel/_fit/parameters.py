@@ -1,8 +1,9 @@
-"""Free parameters of a fit, and rotations that change attitudes."""
+"""Free parameters of a fit."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal, NamedTuple, get_args
@@ -14,112 +15,9 @@ from .._model.body import Body
 from .._model.parameters import advance_shaking_phase
 from .._model.scene import Scene
 from .._results.results import SPECIFIC_FORCE
-from .._utils.arguments import Array, Vector, short_repr, unknown_name_message
-from ..quaternion import multiply
+from .._utils.arguments import Array, short_repr, unknown_name_message
+from . import rotations
 from .records import MEASURABLE, Record, Series
-
-_SMALL = 1e-4  # smaller angles use the limit of the series [rad]
-UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
-
-
-def cross_matrix(v: Array) -> Array:
-    """Return the matrices, of shape (..., 3, 3), that map a vector w to v x w."""
-    matrix = np.zeros((*v.shape, 3))
-    x, y, z = v[..., 0], v[..., 1], v[..., 2]
-    matrix[..., 0, 1], matrix[..., 0, 2], matrix[..., 1, 2] = -z, y, -x
-    matrix[..., 1, 0], matrix[..., 2, 0], matrix[..., 2, 1] = z, -y, x
-    return matrix
-
-
-def multiply_quaternions(a: Array, b: Array) -> Array:
-    """Return the products a b of two arrays of quaternions, of shape (..., 4)."""
-    first, second = (tuple(np.moveaxis(q, -1, 0)) for q in (a, b))
-    product: Array = np.stack(multiply(first, second), axis=-1)
-    return product
-
-
-def conjugate_quaternions(q: Array) -> Array:
-    conjugate: Array = q * np.array([1.0, -1.0, -1.0, -1.0])
-    return conjugate
-
-
-def normalize_quaternion(q: Array) -> Array:
-    unit: Array = q / np.linalg.norm(q)
-    return unit
-
-
-def turn_quaternion(q: Array, v: Array) -> Array:
-    """Return a unit quaternion, turned in its own frame by the rotation vector v [rad]."""
-    return normalize_quaternion(multiply_quaternions(q, compute_rotation_quaternions(v)))
-
-
-def compute_rotation_quaternions(v: Array) -> Array:
-    angle = np.sqrt((v * v).sum(axis=-1, keepdims=True))
-    return np.concatenate((np.cos(0.5 * angle), 0.5 * np.sinc(angle / (2.0 * np.pi)) * v), axis=-1)
-
-
-def compute_rotation_vectors(q: Array) -> Array:
-    """Return the rotation vectors, of length 0 to pi [rad], that correspond to unit quaternions."""
-    q = np.where(q[..., :1] < 0.0, -q, q)
-    sine = np.sqrt((q[..., 1:] ** 2).sum(axis=-1, keepdims=True))
-    angle = 2.0 * np.arctan2(sine, q[..., :1])
-    factor: Array = np.where(sine > 1e-9, angle / np.maximum(sine, 1e-9), 2.0)
-    return factor * q[..., 1:]
-
-
-def rotation_matrix(q: Array) -> Array:
-    w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
-    matrix = np.empty((*q.shape[:-1], 3, 3))
-    matrix[..., 0, 0] = 1.0 - 2.0 * (y * y + z * z)
-    matrix[..., 1, 1] = 1.0 - 2.0 * (z * z + x * x)
-    matrix[..., 2, 2] = 1.0 - 2.0 * (x * x + y * y)
-    matrix[..., 0, 1], matrix[..., 1, 0] = 2.0 * (x * y - w * z), 2.0 * (x * y + w * z)
-    matrix[..., 0, 2], matrix[..., 2, 0] = 2.0 * (x * z + w * y), 2.0 * (x * z - w * y)
-    matrix[..., 1, 2], matrix[..., 2, 1] = 2.0 * (y * z - w * x), 2.0 * (y * z + w * x)
-    return matrix
-
-
-def convert_matrix_to_quaternion(matrix: Array) -> Array:
-    """Return the unit quaternion of a rotation matrix.
-
-    The quaternion is an eigenvector of a symmetric matrix; this method is accurate for all rotation
-    angles. Source: Bar-Itzhack, Journal of Guidance, Control, and Dynamics 23 (2000) 1085.
-    """
-    m, k = matrix, np.zeros((4, 4))
-    k[0, 0] = np.trace(m)
-    k[0, 1:] = k[1:, 0] = m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]
-    k[1:, 1:] = m + m.T - np.trace(m) * np.eye(3)
-    quaternion: Array = np.linalg.eigh(k)[1][:, -1]
-    return quaternion if quaternion[0] >= 0.0 else -quaternion
-
-
-def compute_rotations_from_vertical(direction: Array) -> Array:
-    """Return the quaternions of the smallest rotations that take e3 to the given unit vectors."""
-    x, y, z = direction[..., 0], direction[..., 1], direction[..., 2]
-    sine = np.hypot(x, y)
-    is_vertical = sine == 0.0
-    factor = np.arctan2(sine, z) / np.where(is_vertical, 1.0, sine)
-    rotations = compute_rotation_quaternions(
-        np.stack((-y * factor, x * factor, np.zeros_like(x)), axis=-1)
-    )
-    rotations[is_vertical & (z < 0.0)] = [0.0, 1.0, 0.0, 0.0]
-    return rotations
-
-
-def inverse_left_jacobian(v: Array) -> Array:
-    """Return the matrices L that satisfy log(exp(d) exp(v)) = v + L d for small vectors d."""
-    angle = np.sqrt((v * v).sum(axis=-1))[..., None, None]
-    k = cross_matrix(v)
-    safe = np.maximum(angle, _SMALL)
-    factor = 1.0 / safe**2 - 0.5 / (safe * np.tan(0.5 * safe))
-    inverse: Array = np.eye(3) - 0.5 * k + np.where(angle > _SMALL, factor, 1.0 / 12.0) * (k @ k)
-    return inverse
-
-
-def wrap_angle(angle: Array) -> Array:
-    """Return angles reduced to [-pi, pi) [rad]."""
-    return (angle + np.pi) % (2.0 * np.pi) - np.pi
-
 
 FreeName = Literal[
     "start",
@@ -138,7 +36,10 @@ FreeName = Literal[
     "axes",
 ]
 FREE: tuple[FreeName, ...] = get_args(FreeName)
-Key = tuple[str, int, str]  # block, record or -1 for the motion, series or empty
+START = ("attitude", "velocity")
+Places = dict[str, slice]  # {block: its columns of derivatives}
+Key = tuple[str, int, str]  # block, record or piece or -1 for the motion, series or _PIECE or empty
+_PIECE = "piece"
 
 
 class Block(NamedTuple):
@@ -194,15 +95,13 @@ MOMENTS_BY_DENSITY = np.ones((3, 3)) - np.eye(3)
 class FitPoint:
     """Values of all parameters, whether free or fixed; vectors are in principal-axis components.
 
-    attitude     quaternion from the principal axes to space
-    rate         angular velocity relative to the support
-    densities    (a, b, c) of the moments
-    axes         quaternion from the principal axes to the frame of description
-    rotor        momentum of the rotor
-    turning      angular velocity of the support, in space
-    shaking      amplitude, rate, and phase at the start of the motion
-    friction     dry friction about the apex
-    instruments  the values of the properties of instruments
+    attitude   quaternion from the principal axes to space
+    rate       angular velocity relative to the support
+    densities  (a, b, c) of the moments
+    axes       quaternion from the principal axes to the frame of description
+    turning    angular velocity of the support, in space
+    shaking    amplitude, rate, and phase at the start of the motion
+    extra      the properties of instruments, and the starts of further pieces of the motion
     """
 
     attitude: Array
@@ -217,7 +116,7 @@ class FitPoint:
     turning: Array
     shaking: Array
     friction: float
-    instruments: dict[Key, Array]
+    extra: dict[Key, Array]
 
     @cached_property
     def moments(self) -> Array:
@@ -227,72 +126,90 @@ class FitPoint:
         return safe
 
     @cached_property
-    def is_support_turning(self) -> bool:
-        return bool(self.turning.any())
-
-    @cached_property
     def inertial_velocity(self) -> Array:
         """The angular velocity in the inertial frame, with components along the principal axes."""
-        if not self.is_support_turning:
-            return self.rate
-        velocity: Array = self.rate + self.turning @ rotation_matrix(self.attitude)
+        velocity: Array = self.rate + self.turning @ rotations.to_matrix(self.attitude)
         return velocity
 
-    @cached_property
+    @property
     def momentum(self) -> Array:
         total: Array = self.moments * self.inertial_velocity + self.rotor
         return total
 
+    @property
+    def gravity_force(self) -> float:
+        return self.mass * self.gravity
+
+    @property
+    def torque(self) -> float:
+        """The largest torque of gravity, with the sign of gravity."""
+        return self.gravity_force * float(np.linalg.norm(self.com))
+
     def relative_angular_velocity(self, q: Array, m: Array) -> Array:
         """Return the angular velocity relative to the support for attitude q and momentum m."""
-        rotation = rotation_matrix(q)
+        rotation = rotations.to_matrix(q)
         velocity: Array = (m @ rotation - self.rotor) / self.moments - self.turning @ rotation
         return velocity
 
+    def start_at(self, attitude: Array, rate: Array) -> FitPoint:
+        return replace(self, attitude=attitude, rate=rate)
+
+    def at_piece(self, k: int) -> FitPoint:
+        """Return the point with the start of piece k of the motion."""
+        starts = [self.extra.get((name, k, _PIECE)) for name in START]
+        return self if starts[0] is None else self.start_at(*starts)  # type: ignore[arg-type]
+
+    def with_pieces(self, states: Iterable[tuple[Array, Array] | None]) -> FitPoint:
+        """Return the point with the attitude and rate of each piece; None for that at the start."""
+        extra = dict(self.extra)
+        for k, state in enumerate(states):
+            if state is not None:
+                extra |= {(n, k, _PIECE): x for n, x in zip(START, state, strict=True)}
+        return replace(self, extra=extra)
+
+    def subtract_delays(self, times: Sequence[Array]) -> list[Array]:
+        """Return the times of the motion at which clocks, one for each record, show `times`."""
+        delays = [self.extra.get(("delay", i, "")) for i in range(len(times))]
+        return [t if d is None else t - d[0] for t, d in zip(times, delays, strict=True)]
+
     def differentiate_momentum(self) -> dict[str, Array]:
         """Return the derivatives of the momentum in space by the fields of blocks."""
-        rotation = rotation_matrix(self.attitude)
+        rotation = rotations.to_matrix(self.attitude)
         inertia = rotation * self.moments
-        support = cross_matrix(self.turning @ rotation)
+        support = rotations.cross(self.turning @ rotation)
         return {
-            "attitude": inertia @ support - rotation @ cross_matrix(self.momentum),
+            "attitude": inertia @ support - rotation @ rotations.cross(self.momentum),
             "velocity": inertia,
             "moments": (rotation * self.inertial_velocity) @ MOMENTS_BY_DENSITY,
             "rotor": rotation,
             "turning": inertia @ rotation.T,
         }
 
-    @property
-    def gravity_force(self) -> float:
-        return self.mass * self.gravity
+    def to_scene(
+        self, origin: float = 0.0, body: Body | None = None, damping: Array | float | None = None
+    ) -> Scene:
+        """Build a scene that starts at time `origin`, described in the frame of `body`.
 
-    def to_scene(self, origin: float = 0.0) -> Scene:
-        """Build a scene that starts at time `origin`, described in the principal-axis frame."""
-        body = Body(
-            self.mass,
-            self.moments,
-            self.com,
-            inertia_rtol=_INERTIA_RTOL,
-            rotor=self.rotor,
-            unphysical=True,
-        )
+        By default, this is the frame of the principal axes.
+        """
+        attitude = self.attitude
+        if body is not None:
+            attitude = rotations.multiply(attitude, rotations.conjugate(self.axes))
+        words: dict[str, Any] = {"inertia_rtol": _INERTIA_RTOL, "rotor": self.rotor}
+        shaking = None
+        if self.shaking.any():  # with the phase at the origin
+            amplitude, rate, phase = self.shaking.tolist()
+            shaking = advance_shaking_phase((amplitude, rate, phase), origin)
         return Scene(
-            body,
-            attitude=normalize_quaternion(self.attitude),
-            body_momentum=self.momentum,
+            body or Body(self.mass, self.moments, self.com, unphysical=True, **words),
+            momentum=rotations.to_matrix(self.attitude) @ self.momentum,
+            attitude=rotations.normalize(attitude),
             gravity=self.gravity,
-            damping=self.damping,
-            turning=self.turning if self.is_support_turning else None,
-            shaking=self.shift_shaking_phase(origin),
+            damping=self.damping if damping is None else damping,
+            turning=self.turning,
+            shaking=shaking,
             friction=self.friction,
         )
-
-    def shift_shaking_phase(self, t: float) -> Vector | None:
-        """Return the shaking parameters, with the phase at time t as the initial phase."""
-        if not self.shaking.any():
-            return None
-        amplitude, rate, phase = self.shaking.tolist()
-        return advance_shaking_phase((amplitude, rate, phase), t)
 
     def compute_effective_gravity(self, t: Array) -> Array:
         """Return the acceleration along -e3 at times t due to gravity and shaking."""
@@ -304,30 +221,29 @@ class FitPoint:
 def convert_scene_to_fit_point(scene: Scene) -> FitPoint:
     body = scene.body
     moments = np.array(body.moments)
-    densities = 0.5 * moments.sum() - moments  # negative for an unphysical body
     axes = np.array(body.axes)
-    attitude = multiply_quaternions(np.array(scene.attitude), axes)
     point = FitPoint(
-        attitude,
-        np.zeros(3),
-        densities,
-        np.array(body.principal_com),
-        scene.gravity,
-        body.mass,
-        np.array(scene.damping, dtype=float),
-        axes,
-        np.array(body.principal_rotor),
-        np.array(scene.turning, dtype=float),
-        np.array(scene.shaking, dtype=float),
-        scene.friction,
-        {},
+        attitude=rotations.multiply(np.array(scene.attitude), axes),
+        rate=np.zeros(3),
+        densities=0.5 * moments.sum() - moments,  # negative for an unphysical body
+        com=np.array(body.principal_com),
+        gravity=scene.gravity,
+        mass=body.mass,
+        damping=np.array(scene.damping, dtype=float),
+        axes=axes,
+        rotor=np.array(body.principal_rotor),
+        turning=np.array(scene.turning, dtype=float),
+        shaking=np.array(scene.shaking, dtype=float),
+        friction=scene.friction,
+        extra={},
     )
     point.__dict__["moments"] = moments  # without the rounding error of the densities
-    return replace(point, rate=point.relative_angular_velocity(attitude, np.array(scene.momentum)))
+    rate = point.relative_angular_velocity(point.attitude, np.array(scene.momentum))
+    return replace(point, rate=rate)
 
 
 def _wrap_shaking_phase(shaking: Array) -> Array:
-    return np.array((*shaking[:2], -wrap_angle(-shaking[2])))
+    return np.array((*shaking[:2], -rotations.wrap(-shaking[2])))
 
 
 def expand_free_names(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
@@ -339,7 +255,7 @@ def expand_free_names(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
     for name in items:
         if name not in FREE:
             raise ValueError(unknown_name_message("name in free:", str(name), FREE))
-        names |= {"attitude", "velocity"} if name == "start" else {name}
+        names |= set(START) if name == "start" else {name}
     if not names:
         raise ValueError(f"free is empty; known are {', '.join(FREE)}")
     if {"com", "lever"} <= names:
@@ -349,23 +265,21 @@ def expand_free_names(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
 
 def _group_axes_with_equal(*values: Array) -> Array:
     """Return a matrix whose columns mark the groups of axes on which all given values are equal."""
-    columns: list[Array] = []
-    indices = [0, 1, 2]
-    while indices:
-        first, group = indices[0], []
-        for k in indices:
-            if all(abs(v[k] - v[first]) <= _EQUAL * abs(v).max() for v in values):
-                group.append(k)
-        columns.append(np.isin(np.arange(3), group).astype(float))
-        indices = [k for k in indices if k not in group]
-    return np.stack(columns, axis=-1)
+    is_equal = np.ones((3, 3), dtype=bool)
+    for v in values:
+        is_equal &= np.abs(v[:, None] - v) <= _EQUAL * np.abs(v).max()
+    first = is_equal.argmax(axis=0)
+    groups: Array = (first[:, None] == np.unique(first)).astype(float)
+    return groups
 
 
 class FreeParameters:
     """Free parameters of a scene and of the instruments that recorded its motion.
 
-    slices   {key: slice}: the places of each block
+    places   {block: slice} of the parameters of the motion
+    slices   {key: slice} of all parameters
     size     the number of free parameters
+    width    the same with the starts of further pieces of the motion, which follow
     columns  {block: derivatives of its field by its parameters}. Moments that are equal in the
              scene stay equal, and have one column; so have equal dampings about such axes, and
              a damping given as one number
@@ -373,51 +287,51 @@ class FreeParameters:
 
     def __init__(self, scene: Scene, free: tuple[str, ...], records: Sequence[Record]) -> None:
         self.scene, self.free, self.records = scene, free, tuple(records)
-        self.start = start = convert_scene_to_fit_point(scene)
-        if "axes" in free and ("rotor" in free or start.rotor.any()):
-            raise ValueError("axes cannot be free for a body with a rotor, whose axis is given")
+        start = convert_scene_to_fit_point(scene)
         self._thinnest = min(_THINNEST, 0.1 * float(start.moments.min() / start.moments.max()))
-        length = float(np.linalg.norm(start.com))
-        if "lever" in free and not length > 0.0:
-            raise ValueError("lever is free, but com is the fixed point: use com instead")
-        self._check_differentiability(length)
+        self._refuse_indeterminate_parameters(start)
+        length = float(np.linalg.norm(start.com)) or 1.0
         damping = _group_axes_with_equal(start.moments, start.damping)
         self.columns = {name: np.eye(3) for name in BLOCKS} | {
-            "lever": start.com / length if length > 0.0 else start.com,
+            "lever": start.com[:, None] / length,
             "moments": _group_axes_with_equal(start.moments),
             "damping": np.ones((3, 1)) if scene._has_common_damping else damping,
             **dict.fromkeys(("gravity", "mass", "friction"), np.ones((1, 1))),
         }
-        self.columns["lever"] = self.columns["lever"][:, None]
-        keys = [(name, -1, "") for name in free]
-        instruments: dict[Key, Array] = {}
+        extra: dict[Key, Array] = {}
         for i, record in enumerate(records):
+            whole = {"mounting": rotations.UNTURNED, "delay": np.zeros(1)}
             for name in record.free:
-                if name == "mounting":
-                    instruments[name, i, ""] = UNTURNED
-                elif name == "delay":
-                    instruments[name, i, ""] = np.zeros(1)
-                else:
-                    for series in record.series:
-                        if not series.is_attitude:
-                            value = np.full(series.residuals_per_row, float(name == "scale"))
-                            instruments[name, i, series.name] = value
+                if name in whole:
+                    extra[name, i, ""] = whole[name]
+                    continue
+                for series in record.series:
+                    if not series.is_attitude:
+                        value = np.full(series.residuals_per_row, float(name == "scale"))
+                        extra[name, i, series.name] = value
+        counts = {(name, -1, ""): self.columns[name].shape[1] for name in free}
+        counts |= {key: 3 if key[0] == "mounting" else len(x) for key, x in extra.items()}
         self.slices: dict[Key, slice] = {}
         self.size = 0
-        for key in (*keys, *instruments):
-            count = len(instruments[key]) if key in instruments else self.columns[key[0]].shape[1]
-            count = 3 if key[0] == "mounting" else count
+        for key, count in counts.items():
             self.slices[key] = slice(self.size, self.size + count)
             self.size += count
+        self.width = self.size
+        self.places: Places = {name: self.slices[name, -1, ""] for name in free}
         densities, shaking = start.densities, start.shaking
         if "moments" in free:
             densities = np.maximum(densities, 0.0)
         if "shaking" in free:
             shaking = _wrap_shaking_phase(shaking)
-        self.start = replace(start, instruments=instruments, densities=densities, shaking=shaking)
+        self.start = replace(start, extra=extra, densities=densities, shaking=shaking)
 
-    def _check_differentiability(self, length: float) -> None:
-        start, free = self.start, self.free
+    def _refuse_indeterminate_parameters(self, start: FitPoint) -> None:
+        """Raise ValueError for parameters by which the residuals have no derivatives."""
+        free, has_lever = self.free, bool(start.com.any())
+        if "axes" in free and ("rotor" in free or start.rotor.any()):
+            raise ValueError("axes cannot be free for a body with a rotor, whose axis is given")
+        if "lever" in free and not has_lever:
+            raise ValueError("lever is free, but com is the fixed point: use com instead")
         if "shaking" in free and not start.shaking[1]:
             raise ValueError(
                 "shaking is free, but its rate is 0: give a first guess (amplitude, rate, phase)"
@@ -426,7 +340,7 @@ class FreeParameters:
             return
         is_turned = abs(start.axes[0]) != 1.0
         for name in ("com", "axes", *(["moments"] if is_turned else [])):
-            if name in free and not length > 0.0:
+            if name in free and not has_lever:
                 raise ValueError(
                     f"{name} cannot be free for a top with friction and com = 0: friction then "
                     "acts about the third principal axis, which would change"
@@ -439,27 +353,36 @@ class FreeParameters:
                         "where the spin stops: leave it out"
                     )
 
-    def can_vary(self, name: str) -> bool:
-        return (name, -1, "") in self.slices
+    def with_piece_starts(self, pieces: Iterable[int]) -> FreeParameters:
+        """Return parameters that include the starts of further pieces of the motion."""
+        wide = copy(self)
+        wide.slices = dict(self.slices)
+        for k in pieces:
+            for name in START:
+                wide.slices[name, k, _PIECE] = slice(wide.width, wide.width + 3)
+                wide.width += 3
+        return wide
 
-    def get_parameter_slice(self, name: str) -> slice:
-        return self.slices[name, -1, ""]
+    def places_of_piece(self, k: int) -> Places:
+        own = {name: self.slices.get((name, k, _PIECE)) for name in START}
+        return self.places | {name: part for name, part in own.items() if part}
 
     def add_step_within_bounds(self, point: FitPoint, step: Array) -> FitPoint:
-        """Move the point by `step`, an array of shape (size,), and clip it to the bounds."""
+        """Move the point by `step`, an array of shape (width,), and clip it to the bounds."""
         changes: dict[str, Array] = {}
-        instruments: dict[Key, Array] = {}
+        extra: dict[Key, Array] = {}
         for key, part in self.slices.items():
             name, i, _ = key
             block, delta = BLOCKS[name], step[part]
-            if i >= 0:
-                old = point.instruments[key]
-                is_turned = block.kind == "rotation"
-                instruments[key] = turn_quaternion(old, delta) if is_turned else old + delta
-            elif block.kind == "rotation":
-                changes[block.field] = turn_quaternion(getattr(point, block.field), delta)
+            old = point.extra[key] if i >= 0 else getattr(point, block.field)
+            if block.kind == "rotation":
+                new = rotations.turn(old, delta)
             else:
-                changes[block.field] = getattr(point, block.field) + self.columns[name] @ delta
+                new = old + delta if i >= 0 else old + self.columns[name] @ delta
+            if i >= 0:
+                extra[key] = new
+            else:
+                changes[block.field] = new
         if "densities" in changes:
             densities = np.maximum(changes["densities"], 0.0)
             changes["densities"] = np.maximum(densities, self._compute_least_densities(densities))
@@ -475,7 +398,7 @@ class FreeParameters:
             changes["shaking"] = _wrap_shaking_phase(shaking)
         scalars = {name: float(x[0]) for name, x in changes.items() if x.shape == (1,)}
         fields: dict[str, Any] = changes | scalars
-        return replace(point, instruments=instruments, **fields)
+        return replace(point, extra=extra, **fields)
 
     def turn_body_by_half_turn(self, point: FitPoint, k: int) -> FitPoint | None:
         """Return the point with the body turned by pi about principal axis k.
@@ -485,37 +408,34 @@ class FreeParameters:
         """
         signs = np.where(np.arange(3) == k, 1.0, -1.0)
         com, rotor = signs * point.com, signs * point.rotor
-        is_reachable = (self.can_vary("com") or (com == point.com).all()) and (
-            self.can_vary("rotor") or (rotor == point.rotor).all()
-        )
-        others = self.columns["moments"][np.arange(3) != k]
-        if not is_reachable or ((others[0] == others[1]).all() and (com == point.com).all()):
+        is_same = {"com": (com == point.com).all(), "rotor": (rotor == point.rotor).all()}
+        is_reachable = all(same or name in self.places for name, same in is_same.items())
+        one, other = self.columns["moments"][np.arange(3) != k]
+        if not is_reachable or ((one == other).all() and is_same["com"]):
             return None
-        turn = np.concatenate(([0.0], (signs + 1.0) / 2.0))
-        attitude = multiply_quaternions(point.attitude, turn)
+        attitude = rotations.multiply(point.attitude, np.append(0.0, (signs + 1.0) / 2.0))
         return replace(point, attitude=attitude, com=com, rotor=rotor, rate=signs * point.rate)
 
     def measure_distance_from_start(self, point: FitPoint) -> float:
         """Return how far attitude, velocity and body are from the scene, in natural sizes."""
-        start = self.start
-        turn = multiply_quaternions(conjugate_quaternions(start.attitude), point.attitude)
-        distance = float((compute_rotation_vectors(turn) ** 2).sum())
+        turn = rotations.difference(self.start.attitude, point.attitude)
+        distance = float(turn @ turn)
         for name in ("rate", "densities", "com", "rotor"):
-            old, new = getattr(start, name), getattr(point, name)
+            old, new = getattr(self.start, name), getattr(point, name)
             size = float(old @ old) + float(new @ new)
             distance += float(((new - old) ** 2).sum()) / size if size else 0.0
         return distance
 
     def compute_distances_to_lower_bounds(self, point: FitPoint) -> Array:
-        distances = np.full(self.size, np.inf)
+        distances = np.full(self.width, np.inf)
         densities = point.densities - self._compute_least_densities(point.densities)
         for name, values in (
             ("moments", densities),
             ("damping", point.damping),
             ("friction", point.friction),
         ):
-            if self.can_vary(name):
-                distances[self.get_parameter_slice(name)] = self.average_tied(name, values)
+            if name in self.places:
+                distances[self.places[name]] = self.average_tied(name, values)
         return distances
 
     def average_tied(self, name: str, values: Array | float) -> Array:
@@ -559,49 +479,48 @@ class FreeParameters:
             "shaking": np.array(shaking),
             "delay": 1.0 / rate,
         }
-        scales = np.ones(self.size)
+        scales = np.ones(self.width)
         for (name, i, label), part in self.slices.items():
             scales[part] = sizes.get(name, 1.0)
             if name == "bias":
                 scales[part] = self._find_series(i, label).typical_value_scale
         return scales
 
-    def differentiate_scene(self, point: FitPoint, tangents: Sequence[str], origin: float) -> Array:
-        """Return the derivatives of the numbers of the core's tangents by the free parameters."""
-        ends = np.cumsum([TANGENTS[name][1] for name in tangents])
-        places = {
-            name: slice(end - TANGENTS[name][1], end)
-            for name, end in zip(tangents, ends, strict=True)
-        }
-        transform = np.zeros((int(ends[-1]), self.size))
+    def differentiate_scene(
+        self, point: FitPoint, tangents: Sequence[str], origin: float, places: Places
+    ) -> Array:
+        """Return the derivatives of the numbers of the core's tangents by the free parameters.
+
+        The scene starts at the time `origin` of the motion.
+        """
+        rows, count = {}, 0
+        for name in tangents:
+            rows[name] = slice(count, count + TANGENTS[name][1])
+            count = rows[name].stop
+        transform = np.zeros((count, self.width))
         momentum = point.differentiate_momentum()
-        for name in self.free:
-            tangent, part = BLOCKS[name].tangent, self.get_parameter_slice(name)
-            columns = self.columns[name]
+        for name, part in places.items():
+            tangent, columns = BLOCKS[name].tangent, self.columns[name]
             if name == "attitude":
                 transform[:3, part] = columns
             if name in momentum:
                 transform[3:6, part] = momentum[name] @ columns
             if tangent:
-                transform[places[tangent], part] = (
+                transform[rows[tangent], part] = (
                     MOMENTS_BY_DENSITY @ columns if name == "moments" else columns
                 )
-        if self.can_vary("shaking"):  # the phase at the origin depends on the rate
-            part = self.get_parameter_slice("shaking")
-            transform[places["shaking"].stop - 1, part.start + 1] = origin
+        if "shaking" in places:  # the phase at the origin depends on the rate
+            transform[rows["shaking"].stop - 1, places["shaking"].start + 1] = origin
         return transform
 
     def build_differentiable_scene(self, point: FitPoint, origin: float = 0.0) -> Scene:
         """Return the scene in principal axes, with positive friction if friction is to be fitted.
 
-        The friction must be positive, because derivatives with respect to it do not exist at zero
-        friction.
+        Derivatives by friction do not exist at zero friction.
         """
-        if self.can_vary("friction") and not point.friction:
-            start = self.start
-            moment = float(start.moments.max())
-            energy = moment * float(start.rate @ start.rate)
-            energy += abs(start.gravity_force) * float(np.linalg.norm(start.com))
+        if "friction" in self.places and not point.friction:
+            start, moment = self.start, float(self.start.moments.max())
+            energy = moment * float(start.rate @ start.rate) + abs(start.torque)
             point = replace(point, friction=_NO_FRICTION * (energy or moment))
         return point.to_scene(origin)
 
@@ -610,9 +529,8 @@ class FreeParameters:
 
         origin  the start time of the scene, which the phase of the shaking takes into account
         """
-        old, rotation = self.scene.body, rotation_matrix(point.axes)
-        is_kept = not (self.can_vary("moments") or self.can_vary("axes"))
-        has_old_com = not any(self.can_vary(name) for name in ("com", "lever", "axes"))
+        old, rotation, free = self.scene.body, rotations.to_matrix(point.axes), self.places.keys()
+        is_kept = free.isdisjoint(("moments", "axes"))
         inertia, com, is_diagonal = point.moments, point.com, abs(point.axes[0]) == 1.0
         if not is_diagonal:
             matrix = rotation @ np.diag(point.moments) @ rotation.T
@@ -621,27 +539,18 @@ class FreeParameters:
         body = Body(
             point.mass,
             old.inertia if is_kept else inertia,
-            old.com if has_old_com else com,
+            old.com if free.isdisjoint(("com", "lever", "axes")) else com,
             inertia_rtol=old.inertia_rtol if is_kept else _INERTIA_RTOL,
-            rotor=rotation @ point.rotor if self.can_vary("rotor") else old.rotor,
+            rotor=rotation @ point.rotor if "rotor" in free else old.rotor,
             unphysical=old.unphysical or not np.linalg.eigvalsh(second)[0] >= 0.0,
         )
-        attitude = multiply_quaternions(point.attitude, conjugate_quaternions(point.axes))
         damping: Array | float = point.damping
         if self.scene._has_common_damping:
             damping = float(point.damping[0])
         elif not is_diagonal:  # the principal axes of the new body may be in another order
-            damping = (rotation_matrix(np.array(body.axes)).T @ rotation) ** 2 @ point.damping
-        return Scene(
-            body,
-            momentum=rotation_matrix(point.attitude) @ point.momentum,
-            attitude=normalize_quaternion(attitude),
-            gravity=point.gravity,
-            damping=damping,
-            turning=point.turning,
-            shaking=point.shift_shaking_phase(origin),
-            friction=point.friction,
-        )
+            turn = rotations.to_matrix(np.array(body.axes)).T @ rotation
+            damping = turn**2 @ point.damping
+        return point.to_scene(origin, body, damping)
 
     def list_user_parameters_and_jacobian(
         self, point: FitPoint
@@ -654,8 +563,7 @@ class FreeParameters:
         names: list[str] = []
         units: list[str] = []
         values, jacobian = np.zeros(self.size), np.eye(self.size)
-        rotation, inverse = rotation_matrix(point.axes), conjugate_quaternions(point.axes)
-        axes = self.get_parameter_slice("axes") if self.can_vary("axes") else slice(0)
+        rotation, inverse = rotations.to_matrix(point.axes), rotations.conjugate(point.axes)
         for key, part in self.slices.items():
             (name, i, label), block, count = key, BLOCKS[key[0]], part.stop - part.start
             names += self._name_parameter_components(key, count)
@@ -663,12 +571,12 @@ class FreeParameters:
             if unit is None:
                 unit = MEASURABLE[self._find_series(i, label).quantity].dimension
             units += [unit] * count if isinstance(unit, str) else unit
-            value = getattr(point, block.field) if i < 0 else point.instruments[key]
+            value = getattr(point, block.field) if i < 0 else point.extra[key]
             turned_back: Array | None = None  # the axes turn in the body, and not the body in space
             if name == "attitude":
-                value, turned_back = multiply_quaternions(value, inverse), rotation
+                value, turned_back = rotations.multiply(value, inverse), rotation
             elif block.kind == "vector":
-                turned_back, value = rotation @ cross_matrix(value), rotation @ value
+                turned_back, value = rotation @ rotations.cross(value), rotation @ value
             elif name in ("moments", "damping"):
                 first = self.columns[name].argmax(axis=0)
                 value = getattr(point, name)[first]
@@ -676,11 +584,11 @@ class FreeParameters:
                     jacobian[part, part] = (MOMENTS_BY_DENSITY @ self.columns[name])[first]
             elif name == "lever":
                 value = point.com @ self.columns[name]
-            values[part] = compute_rotation_vectors(value) if block.kind == "rotation" else value
+            values[part] = rotations.to_vector(value) if block.kind == "rotation" else value
             if turned_back is not None:
                 jacobian[part, part] = rotation
-                if self.can_vary("axes"):
-                    jacobian[part, axes] = -turned_back
+                if "axes" in self.places:
+                    jacobian[part, self.places["axes"]] = -turned_back
         return names, units, values, jacobian
 
     def _find_series(self, i: int, label: str) -> Series:

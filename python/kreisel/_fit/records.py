@@ -5,10 +5,10 @@ from __future__ import annotations
 import csv
 import math
 import os
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -108,35 +108,7 @@ def _read_csv_table(file: str | os.PathLike[str], columns: object, t: object) ->
     return dict(zip(names, numbers.T, strict=True))
 
 
-def _select_measured_columns(
-    table: Table, columns: Columns | None, t: str
-) -> tuple[Array, Table, list[tuple[str, str]]]:
-    """Select the times and the measured quantities from a table.
-
-    The last item returned has the head of each selected column, and its quantity or component.
-    """
-    time = _find_column("column of times", t, table)
-    if columns is None:
-        measured = [split_column_head(head)[0] for head in table if head != time]
-        heads = {name: _find_column("column", name, table) for name in measured}
-        values = _join_vector_components({name: table[head] for name, head in heads.items()})
-        return table[time], values, [(head, name) for name, head in heads.items()]
-    if not isinstance(columns, Mapping):
-        raise TypeError(
-            "columns must map quantities to names of columns, as in "
-            f"{{'spin': 'rpm'}}, not {short_repr(columns)}"
-        )
-    values, selection = {}, []
-    for quantity, names in columns.items():
-        words = [names] if isinstance(names, str) else names
-        found = [_find_column("column", name, table) for name in words]
-        parts = [as_array(head, table[head], "numbers") for head in found]
-        values[quantity] = parts[0] if isinstance(names, str) else np.stack(parts, axis=-1)
-        selection += [(head, quantity) for head in found]
-    return table[time], values, selection
-
-
-def _find_column(kind: str, name: object, table: Table) -> str:
+def _find_column(name: object, table: Table, kind: str = "column") -> str:
     """Return the head of the column that has this head, or this name before its unit."""
     if not isinstance(name, str):
         raise TypeError(f"a {kind} must have a name, not {short_repr(name)}")
@@ -363,7 +335,8 @@ class Record(ReadOnlyArrays):
         cannot be read.
         """
         table = _read_csv_table(file, columns, t)
-        return cls._from_table(table, {}, columns, t, sigma, free, degrees, point)
+        words = {"sigma": sigma, "free": free, "point": point}
+        return cls._from_table(table, {}, columns, t, degrees, **words)
 
     @classmethod
     def from_pandas(
@@ -389,8 +362,8 @@ class Record(ReadOnlyArrays):
         head = str(frame.index.name)
         if t not in table and t in (head, split_column_head(head)[0]):
             table[head] = np.asarray(frame.index)
-        units = frame.attrs.get("units", {})
-        return cls._from_table(table, units, columns, t, sigma, free, degrees, point)
+        words = {"sigma": sigma, "free": free, "point": point}
+        return cls._from_table(table, frame.attrs.get("units", {}), columns, t, degrees, **words)
 
     @classmethod
     def _from_table(
@@ -399,20 +372,36 @@ class Record(ReadOnlyArrays):
         units: Mapping[str, str],
         columns: Columns | None,
         t: str,
-        sigma: Sigma,
-        free: InstrumentName | Iterable[InstrumentName],
         degrees: bool | None,
-        point: ArrayLike | None,
+        **words: Any,
     ) -> Record:
         """Return the record in a table; `units` takes precedence over the units in its heads."""
-        times, values, heads = _select_measured_columns(table, columns, t)
+        time, values = _find_column(t, table, "column of times"), {}
+        if columns is None:
+            names = [split_column_head(head)[0] for head in table if head != time]
+            selection = [(_find_column(name, table), name) for name in names]
+            values = _join_vector_components({name: table[head] for head, name in selection})
+        elif not isinstance(columns, Mapping):
+            raise TypeError(
+                "columns must map quantities to names of columns, as in "
+                f"{{'spin': 'rpm'}}, not {short_repr(columns)}"
+            )
+        else:
+            selection = []
+            for quantity, given in columns.items():
+                heads = [
+                    _find_column(x, table) for x in ([given] if isinstance(given, str) else given)
+                ]
+                parts = [as_array(head, table[head], "numbers") for head in heads]
+                values[quantity] = parts[0] if isinstance(given, str) else np.stack(parts, axis=-1)
+                selection += [(head, quantity) for head in heads]
         stated = []
-        for head, name in heads:
-            quantity = _KNOWN.get(name if name in _KNOWN else _PARTS.get(name, ("", 0))[0])
+        for head, name in selection:
+            known = _KNOWN.get(name if name in _KNOWN else _PARTS.get(name, ("", 0))[0])
             unit = units.get(head, split_column_head(head)[1])
-            stated.append((head, unit, quantity.dimension if quantity else ""))
+            stated.append((head, unit, known.dimension if known else ""))
         in_degrees = find_unit_of_angles(stated, degrees)
-        return cls(times, values, sigma, free, degrees=in_degrees, point=point)
+        return cls(table[time], values, degrees=in_degrees, **words)
 
     def _replace(self, t: Array, series: Iterable[Series]) -> Record:
         """Return a record of the same instrument with other times and series."""
@@ -538,37 +527,9 @@ def _validate_free_instrument_parameters(
 
 def slice_record(record: Record, begin: int, end: int, origin: float = 0.0) -> Record:
     """Return rows `begin` to `end` - 1 of a record, with times measured from `origin`."""
-    rows = slice(begin, end)
-    series = [
-        one._replace(
-            values=one.values[rows],
-            measured=one.measured[rows],
-            sigma=None if one.sigma is None else one.sigma[rows],
-        )
-        for one in record.series
-    ]
+    rows, series = slice(begin, end), []
+    for one in record.series:
+        sigma = None if one.sigma is None else one.sigma[rows]
+        values, measured = one.values[rows], one.measured[rows]
+        series.append(one._replace(values=values, measured=measured, sigma=sigma))
     return record._replace(record.t[rows] - origin, series)
-
-
-def swap_quaternion_order(record: Record) -> tuple[Record, str]:
-    """Return a record whose attitudes have the scalar at the other end, and their name then."""
-    names = SCALAR_LAST | {first: last for last, first in SCALAR_LAST.items()}
-    name, series = "", list(record.series)
-    for k, one in enumerate(series):
-        if one.is_attitude:
-            name = names[one.name]
-            values = np.roll(one.values, -1 if one.name in SCALAR_LAST else 1, axis=1)
-            series[k] = one._replace(name=name, values=values)
-    return record._replace(record.t, series), name
-
-
-def leave_out_rows(record: Record, names: Collection[str], rows: Mask) -> Record:
-    """Return a record in which some rows of the series `names` count as not measured."""
-    keep = ~rows[:, None]
-    series = list(record.series)
-    for k, one in enumerate(series):
-        if one.name in names:
-            values = np.where(keep, one.values, 0.0)
-            series[k] = one._replace(values=values, measured=one.measured & keep)
-    freeze_arrays(series)
-    return record._replace(record.t, series)

@@ -1,42 +1,279 @@
-"""The result of a fit, its summary and the fitted motion."""
+"""The result of a fit: its errors, its summary and the fitted motion."""
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
-from typing import TYPE_CHECKING, Any, NamedTuple
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .._core import values as values_of_core
 from .._model.scene import Ensemble, Scene
-from .._plot.dense_motion import compute_duration_of_turn, subdivide_times
+from .._plot.dense_motion import compute_duration_of_turn, insert_gaps, subdivide_times
 from .._results.path import Path
-from .._solve.solve import solve
-from .._utils.arguments import Array, ReadOnlyArrays, as_int, freeze_arrays, optional_dependency
+from .._utils.arguments import Array, ReadOnlyArrays, as_int, optional_dependency
 from .._utils.files import atomic_write
 from .._utils.html import format_html_table
-from .minimize import describe_uncertain_sigmas
+from . import rotations
 from .parameters import FitPoint, FreeParameters
-from .records import Record, slice_record
-from .residuals import ResidualModel
-from .search import FEW_PER_TURN, SearchSession
-from .uncertainty import (
-    FitCovariance,
-    classify_fit_directions,
-    compute_residual_statistics,
-    describe_undetermined_directions,
-    measure_cost_nonlinearity,
-)
+from .records import Record
+from .residuals import Minimum, ResidualModel, join_paths, solve_from_start
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
     from .._plot.charts import FigureAxes
+
+_CHANCE = 3.0  # standard deviations beyond which a deviation is not chance
+_RANK = 1e-9  # smaller singular values are rounding errors, relative to the largest
+_LOST = 0.1  # contribution of blind directions from which an error is infinite
+_LOST_IF_WEAK = 0.01  # the same if it exceeds the error by the determined directions
+_LOST_IF_HIDDEN = 1e-4  # the same for hidden directions if it exceeds `_CHANCE` times that error
+_PRESENT = 1e-3  # part of a blind direction that lies in the parameters
+_CLIP = 3.0  # standard deviations at which residuals are cut off for their correlation
+_FEWEST = 6  # residuals that a correlation needs
+
+
+@dataclass(frozen=True, eq=False)
+class FitCovariance:
+    """The covariance of fitted parameters, and the parameter changes that affect no residual.
+
+    natural  (size,) the natural sizes of the parameters, which are the units of the other fields
+    factor   (size, k) the matrix F for which F F^T is the covariance on the determined directions
+    blind    (size, l) unit vectors along all directions that the data do not determine
+    weak     (size, m) the same as `factor` for those of them that affect the residuals a little
+    hidden   (size, n) unit vectors along those of them that do not affect any residual
+    """
+
+    natural: Array
+    factor: Array
+    blind: Array
+    weak: Array
+    hidden: Array
+
+    def propagate_errors(self, gradient: Array) -> tuple[Array, Array]:
+        """Return the covariance matrix and standard deviations of k functions from their gradients.
+
+        The standard deviation includes the contribution of one standard deviation along the weak
+        directions, and of one natural size along the hidden ones. It is infinite if the function
+        depends mainly on them, in proportion to its natural size and to the contribution of the
+        determined directions.
+        """
+        scaled = gradient * self.natural
+        parts = [scaled @ part for part in (self.factor, self.weak, self.hidden)]
+        own, weak, hidden = (np.linalg.norm(part, axis=1) for part in parts)
+        size = np.linalg.norm(scaled, axis=1)
+        joined = np.concatenate(parts, axis=1)
+        covariance = joined @ joined.T
+        errors = np.sqrt(np.diag(covariance))
+        is_lost = weak > np.clip(own, _LOST_IF_WEAK * size, _LOST * size)
+        is_lost |= hidden > np.clip(_CHANCE * own, _LOST_IF_HIDDEN * size, _LOST * size)
+        errors = np.where(is_lost, np.inf, errors)
+        covariance[is_lost, :] = covariance[:, is_lost] = np.nan
+        covariance[is_lost, is_lost] = np.inf
+        return covariance, errors
+
+    def draw_random_parameter_changes(self, generator: np.random.Generator, n: int) -> Array:
+        """Draw n random parameter changes with no components along undetermined directions."""
+        normal = generator.standard_normal((n, self.factor.shape[1]))
+        return normal @ self.factor.T * self.natural
+
+
+def classify_fit_directions(best: Minimum, inflation: float) -> FitCovariance:
+    """Find the directions in the space of the reported parameters that the data determine.
+
+    A direction counts as undetermined if one standard deviation along it exceeds the typical
+    magnitude of the parameters.
+    """
+    size, natural = best.model.parameters.size, best.model.estimate_parameter_scales(best.point)
+    triangle = np.linalg.qr(best.jacobian * natural, mode="r")
+    _, values, vectors = np.linalg.svd(triangle)
+    values = np.concatenate((values, np.zeros(len(natural) - len(values))))
+    is_hidden = values <= _RANK * values[0]
+    is_seen = (values > inflation) & ~is_hidden
+    is_weak = ~is_seen & ~is_hidden
+    factor, weak = (vectors[x].T[:size] * (inflation / values[x]) for x in (is_seen, is_weak))
+    spans = []
+    for is_blind in (~is_seen, is_hidden):
+        # without the components along the starts of later pieces, unit vectors become shorter
+        directions, lengths, _ = np.linalg.svd(vectors[is_blind].T[:size], full_matrices=False)
+        spans.append(directions[:, lengths > _PRESENT])
+    return FitCovariance(natural[:size], factor, spans[0], weak, spans[1])
+
+
+def compute_largest_reduced_chi2(dof: int) -> float:
+    """Return the chi2 per degree of freedom up to which noise of the given sigma explains it.
+
+    This is the limit of three standard deviations. Source: Wilson and Hilferty, Proceedings of the
+    National Academy of Sciences 17 (1931) 684.
+    """
+    variance = 2.0 / (9.0 * dof)
+    return (1.0 - variance + _CHANCE * math.sqrt(variance)) ** 3
+
+
+def compute_residual_statistics(
+    best: Minimum, is_sigma_known: bool
+) -> tuple[float, int, float, float]:
+    """Return chi2, its degrees of freedom, the correlation of neighbours, and the inflation.
+
+    For the soft loss, chi2 is that of the residuals within 3 sigma. The inflation is the factor of
+    the standard deviations of the parameters.
+    """
+    model = best.model
+    sample = best.residuals[model.measured]
+    dof = max(sample.size - model.parameters.size, 1)
+    if model.loss == "linear":
+        chi2 = float(sample @ sample)
+        factor = chi2 / dof
+    else:
+        inliers = sample[np.abs(sample) <= _CLIP]
+        chi2 = float(inliers @ inliers)
+        influence = sample / np.hypot(1.0, sample)
+        slope = float(((1.0 + sample**2) ** -1.5).mean())
+        factor = float(influence @ influence) / dof / slope**2
+    correlations = []
+    for rows in model.rows:
+        residuals, measured = rows.select_series_residuals(best.residuals), rows.measured_mask
+        for k in range(residuals.shape[1]):
+            column = np.clip(residuals[measured[:, k], k], -_CLIP, _CLIP)
+            if column.size >= _FEWEST and np.ptp(column) > 0.0:
+                centred = column - column.mean()
+                correlations.append(float(centred[1:] @ centred[:-1] / (centred @ centred)))
+    correlation = float(np.mean(correlations)) if correlations else 0.0
+    if correlation > _CHANCE / math.sqrt(sample.size):
+        factor *= (1.0 + correlation) / max(1.0 - correlation, 1.0 / sample.size)
+    chance = 1.0 + _CHANCE * math.sqrt(2.0 / dof) if model.loss == "linear" else 1.0
+    if is_sigma_known and not factor > chance:
+        factor = 1.0
+    return chi2, dof, correlation, math.sqrt(factor)
+
+
+def measure_cost_nonlinearity(best: Minimum, spectrum: FitCovariance, inflation: float) -> float:
+    """Return the relative deviation of chi2 from a quadratic function at one standard deviation.
+
+    The deviation is computed for changes of both signs along the most uncertain direction in
+    parameter space, and the larger value is returned. It is 0 for the soft loss and for pieces.
+    """
+    model, worst = best.model, 0.0
+    if not spectrum.factor.size or model.loss == "soft" or len(model.pieces) > 1:
+        return worst
+    k = int(np.linalg.norm(spectrum.factor, axis=0).argmax())
+    step = spectrum.natural * spectrum.factor[:, k]
+    distances = model.parameters.compute_distances_to_lower_bounds(best.point)
+    for change in (step, -step):
+        if (-change > distances).any():
+            continue
+        trial = model.parameters.add_step_within_bounds(best.point, change)
+        residuals, _ = model.evaluate_residuals(trial, has_jacobian=False)
+        rise = model.compute_cost(residuals) - best.cost
+        worst = max(worst, abs(rise / inflation**2 - 1.0)) if np.isfinite(rise) else np.inf
+    return worst
+
+
+_ALIKE = 0.999  # cosine from which a generator lies in the blind directions
+_LARGEST = 4  # components that describe an unknown direction
+_SMALL = 0.1  # smaller components are not described
+_ROUNDING = 1e-4
+_LEVEL = 1e-3  # horizontal part of an angular velocity that a heading turns, relative to its size
+
+
+def describe_undetermined_directions(
+    p: FreeParameters, point: FitPoint, spectrum: FitCovariance
+) -> Iterator[str]:
+    """Describe each direction in parameter space that the residuals do not determine."""
+    natural, blind = spectrum.natural, spectrum.blind
+    basis, described, known = blind, np.zeros((p.size, 0)), set()
+    for sentence, change in _yield_symmetries(p, point):
+        length = float(np.linalg.norm(change / natural))
+        if not basis.shape[1] or not length > _ROUNDING**2:
+            continue
+        unit = change / natural / length
+        # A symmetry near to a described one, as of a nearly upright top, needs its own direction.
+        rest = unit - described @ (described.T @ unit)
+        coords = basis.T @ unit
+        is_apart = np.linalg.norm(coords) > max(_ROUNDING, _ALIKE * float(np.linalg.norm(rest)))
+        if np.linalg.norm(blind.T @ unit) > _ALIKE and is_apart:
+            if sentence not in known:
+                yield sentence
+            known.add(sentence)
+            coords /= np.linalg.norm(coords)
+            described = np.column_stack((described, basis @ coords))
+            complement = np.linalg.svd(np.eye(len(coords)) - np.outer(coords, coords))[0]
+            basis = basis @ complement[:, :-1]
+    names, _, _, jacobian = p.list_user_parameters_and_jacobian(point)
+    changes = rotations.normalize(jacobian * natural) @ basis
+    for direction in (changes / np.linalg.norm(changes, axis=0)).T:
+        largest = np.argsort(-np.abs(direction))[:_LARGEST]
+        terms = [f"{direction[k]:+.2f} {names[k]}" for k in largest if abs(direction[k]) > _SMALL]
+        if len(terms) == 1:
+            yield names[int(largest[0])]
+        else:
+            yield f"a combination of parameters: {' '.join(terms)}, in natural units"
+
+
+def _yield_symmetries(p: FreeParameters, point: FitPoint) -> Iterator[tuple[str, Array]]:
+    """Yield changes of the free parameters that many instruments do not show, and their names."""
+    delays = [part for (name, _, _), part in p.slices.items() if name == "delay"]
+    for sentence, blocks in _list_symmetries(p, point):
+        is_delay = "delay" in blocks
+        if blocks.keys() - {"delay"} <= p.places.keys() and len(delays) >= is_delay * len(
+            p.records
+        ):
+            change = np.zeros(p.size)
+            for name, value in blocks.items():
+                for part in delays if name == "delay" else [p.places[name]]:
+                    change[part] = value
+            yield sentence, change
+
+
+def _list_symmetries(
+    p: FreeParameters, point: FitPoint
+) -> Iterator[tuple[str, dict[str, Array | float]]]:
+    """Yield changes of the fields of blocks, all of which must be free, and their names."""
+    factors: dict[str, dict[str, Array | float]] = {
+        "com": {"com": point.com},
+        "lever": {"lever": point.com @ p.columns["lever"]},
+        "gravity": {"gravity": point.gravity},
+        "mass": {"mass": point.mass},
+    }
+    if "shaking" in p.places:
+        factors["gravity"]["shaking"] = point.shaking * (1.0, 0.0, 0.0)
+    sizes = {"damping": point.damping, "friction": np.array([point.friction]), "rotor": point.rotor}
+    free = [name for name in sizes if name in p.places]
+    if all(name in free or not value.any() for name, value in sizes.items()):
+        size: dict[str, Array | float] = {"moments": p.average_tied("moments", point.densities)}
+        size |= {name: p.average_tied(name, sizes[name]) for name in free}
+        amplitude, pace, _ = point.shaking
+        is_heavy = (point.gravity or amplitude * pace) and point.com.any()
+        for name in factors if is_heavy else [""]:
+            *others, last = dict.fromkeys(filter(None, ("moments", "damping", *free, name)))
+            words = f"{', '.join(others)} and {last} have an unknown common factor"
+            yield f"the scale of the moments: {words}", size | factors.get(name, {})
+    for pair in "gravity com", "gravity lever", "mass com", "mass lever", "gravity mass":
+        first, second = pair.split()
+        opposite = {name: -value for name, value in factors[second].items()}
+        sentence = f"{first} against {second}: only mass * gravity * com counts"
+        yield sentence, factors[first] | opposite
+    heading = {"attitude": rotations.to_matrix(point.attitude)[2]}
+    turning = np.cross([0.0, 0.0, 1.0], point.turning)
+    if np.linalg.norm(turning) > _LEVEL * np.linalg.norm(point.turning):
+        sentence = "the heading: a rotation of the start and of turning about the vertical"
+        yield sentence, {**heading, "turning": turning}
+    yield "the heading: a rotation of the start about the vertical", {**heading}
+    scene = point.to_scene()
+    [acceleration] = values_of_core("body_acceleration", scene._block, scene._start_state)
+    shift = {"attitude": point.rate, "velocity": acceleration, "delay": 1.0}
+    if "shaking" in p.places:
+        shift["shaking"] = np.array([0.0, 0.0, point.shaking[1]])
+    yield "the delay against the start: a shift in time", shift
+
 
 _DIFFERENCE = 1e-5  # steps of numerical derivatives, relative to the natural sizes
 _AT_BOUND = 1e-6  # distance to a bound that counts as zero, relative to the natural size
@@ -120,7 +357,7 @@ class Fit(ReadOnlyArrays):
     _parameters: FreeParameters
     _point: FitPoint
     _spectrum: FitCovariance
-    _pieces: tuple[tuple[float, FitPoint], ...]
+    _begins: tuple[float, ...]
 
     @property
     def is_plausible(self) -> bool | None:
@@ -140,30 +377,25 @@ class Fit(ReadOnlyArrays):
 
         If the motion was fitted in segments, each segment is computed from its own initial state.
         """
-        times = []
-        for i, record in enumerate(self.records):
-            delay = self._point.instruments.get(("delay", i, ""))
-            times.append(record.t if delay is None else record.t - delay[0])
+        times = self._point.subtract_delays([record.t for record in self.records])
         t = np.unique(np.concatenate(times))
-        begins = np.array([begin for begin, _ in self._pieces])
-        owner = np.maximum(np.searchsorted(begins, t, side="right") - 1, 0)
-        states, path = [], solve(self.scene, np.empty(0), "taylor")
-        for k, (begin, point) in enumerate(self._pieces):
-            own = t[owner == k] - begin
-            for part, order in ((own[own < 0.0][::-1], -1), (own[own >= 0.0], 1)):
-                if len(part):
-                    path = solve(self._parameters.to_scene(point, begin), part, "taylor")
-                    states.append(path.states[::order].copy())
-                    states[-1][:, 0] += begin
-        if len(states) == 1 and not self.piece_starts and path.t[0] >= 0.0:
-            return path
-        joined = np.ascontiguousarray(np.concatenate(states))
-        return Path(self.scene, joined, path.stats, path._options)
+        owner = np.maximum(np.searchsorted(self._begins, t, side="right") - 1, 0)
+        states = []
+        for k, begin in enumerate(self._begins):
+            if (owner == k).any():
+                own = self._point.at_piece(k) if begin else self._point
+                scene = self._parameters.to_scene(own, begin)
+                paths = solve_from_start(scene, t[owner == k] - begin)
+                states.append(join_paths(paths, "states"))
+                states[-1][:, 0] += begin
+        if not self.piece_starts and t[0] >= 0.0:
+            return paths[0]
+        return Path(self.scene, np.concatenate(states), paths[0].stats, paths[0]._options)
 
     @property
     def piece_starts(self) -> tuple[float, ...]:
         """The times at which the pieces of the motion begin; empty for a single motion."""
-        return tuple(begin for begin, _ in self._pieces) if len(self._pieces) > 1 else ()
+        return self._begins if len(self._begins) > 1 else ()
 
     def error_of(self, function: Callable[[Scene], ArrayLike]) -> tuple[Any, Any]:
         """Return the value of a function of the fitted scene, and its standard deviation.
@@ -224,16 +456,40 @@ class Fit(ReadOnlyArrays):
         """
         from .._plot.charts import plot_fit_panels
 
-        motions = _predict_measurements_densely(self._parameters, self._pieces, self.records)
-        panels = []
+        panels, motions = [], self._predict_measurements_densely()
         for i, record in enumerate(self.records):
             for series in record.series:
-                values = np.where(series.measured, series.values / series.unit, np.nan)
-                residuals, sigma = self.residuals[i][series.name], self.sigma[i][series.name]
-                rows = residuals.reshape(len(record.t), series.residuals_per_row)
-                motion = motions[i].get(series.name)
-                panels.append(_Panel(series.name, record.t, values, rows, sigma, motion))
+                name = series.name
+                panel = SimpleNamespace(name=name, t=record.t, motion=motions.get((i, name)))
+                panel.values = np.where(series.measured, series.values / series.unit, np.nan)
+                shape = len(record.t), series.residuals_per_row
+                panel.residuals = self.residuals[i][name].reshape(shape)
+                panel.sigma = self.sigma[i][name]
+                panels.append(panel)
         return plot_fit_panels(panels)
+
+    def _predict_measurements_densely(self) -> dict[tuple[int, str], tuple[Array, Array]]:
+        """Return {(record, quantity): (times, values)}, dense enough to be joined by lines.
+
+        A line is interrupted by NaN where an angle jumps and between the pieces of the motion. A
+        quantity is missing if it is an attitude, or if the motion has too many turns for a line.
+        """
+        turn = compute_duration_of_turn(self.scene, is_seen_from_body=True)
+        dense = [_sample_record(record, turn) for record in self.records]
+        if not any(record.series for record in dense):
+            return {}
+        sigmas = [np.ones_like(series.values) for record in dense for series in record.series]
+        model = ResidualModel(self._parameters, dense, sigmas, "linear", self._begins)
+        residuals, _ = model.evaluate_residuals(self._point, has_jacobian=False)
+        lines = {}
+        for rows in model.rows:
+            series, t = rows.series, dense[rows.record].t
+            values = (series.values + rows.select_series_residuals(residuals)) / series.unit
+            is_jump = np.diff(np.searchsorted(self._begins, t, side="right")) > 0
+            if series.is_angle:
+                is_jump |= (np.abs(np.diff(values, axis=0)) > np.pi / series.unit).any(axis=1)
+            lines[rows.record, series.name] = insert_gaps(t, values, is_jump)
+        return lines
 
     def to_pandas(self) -> DataFrame:
         """Return a pandas.DataFrame with the value, error and unit of each parameter.
@@ -358,17 +614,6 @@ class Fit(ReadOnlyArrays):
         )
 
 
-class _Panel(NamedTuple):
-    """The measurements, residuals and fitted motion of one quantity, for a chart."""
-
-    name: str
-    t: Array
-    values: Array
-    residuals: Array
-    sigma: Array
-    motion: tuple[Array, Array] | None
-
-
 def _convert_to_float_array(value: ArrayLike) -> Array:
     numbers = np.asarray(value)
     if numbers.dtype.kind not in "iuf":
@@ -387,145 +632,23 @@ def _format_with_error(value: float, error: float) -> str:
     return f"{value:#.{digits}g} +- {error:.2g}"
 
 
-def build_fit_from_search(session: SearchSession) -> Fit:
-    best, p, loss, model = session.best, session.parameters, session.loss, session.model
-    assert best is not None
-    stats = compute_residual_statistics(model, best.residuals, loss, session.is_sigma_known)
-    spectrum = classify_fit_directions(best.jacobian, best.natural, stats.inflation, p.size)
-    names, units, values, jacobian = p.list_user_parameters_and_jacobian(best.point)
-    covariance, errors = spectrum.propagate_errors(jacobian)
-    residuals: tuple[dict[str, Array], ...] = tuple({} for _ in session.records)
-    sigma: tuple[dict[str, Array], ...] = tuple({} for _ in session.records)
-    for rows in model.rows:
-        mask, name = rows.measured_mask, rows.series.name
-        own = np.where(mask, rows.select_series_residuals(best.residuals), np.nan)
-        residuals[rows.record][name] = own[:, 0] if own.shape[1] == 1 else own
-        deviation = np.where(mask, rows.sigma / rows.series.unit, np.nan)
-        known = deviation[mask]
-        is_constant = known.size > 0 and bool((known == known[0]).all())
-        sigma[rows.record][name] = known[0] if is_constant else deviation
-    freeze_arrays((covariance, residuals, sigma))
-    ratios = {}
-    if p.can_vary("moments"):
-        *others, last = range(p.size)[p.get_parameter_slice("moments")]
-        for k in others:
-            ratio = values[k] / values[last]
-            gradient = (jacobian[k] - ratio * jacobian[last]) / values[last]
-            _, [error] = spectrum.propagate_errors(gradient[None])
-            ratios[f"{names[k]} / {names[last]}"] = (float(ratio), float(error))
-    nonlinearity = 0.0
-    if not best.pieces and loss == "linear":
-        optimum = model, best.point, best.residuals
-        nonlinearity = measure_cost_nonlinearity(*optimum, spectrum, stats.inflation)
-    unidentified = describe_undetermined_directions(
-        p, best.point, spectrum.natural, spectrum.blind, names
-    )
-    ambiguous = []
-    if session.alias is not None:
-        speed, other = (float(np.linalg.norm(one.rate)) for one in (best.point, session.alias))
-        ambiguous.append(
-            f"the spin: the records have fewer than {FEW_PER_TURN:g} samples per turn, and the "
-            f"angular velocity {other:.4g} instead of {speed:.4g} fits equally well"
-        )
-    if session.rival is not None:
-        words, _, numbers, _ = p.list_user_parameters_and_jacobian(session.rival)
-        pairs = [f"{name} = {x:.4g}" for name, x in zip(words, numbers, strict=True)]
-        ambiguous.append(f"the motion: another one fits equally well, with {', '.join(pairs)}")
-    return Fit(
-        scene=p.to_scene(best.point),
-        records=session.records,
-        names=tuple(names),
-        units=tuple(units),
-        values=dict(zip(names, map(float, values), strict=True)),
-        error=dict(zip(names, map(float, errors), strict=True)),
-        moment_ratios=ratios,
-        covariance=covariance,
-        residuals=residuals,
-        sigma=sigma,
-        chi2=stats.chi2,
-        dof=stats.dof,
-        residual_correlation=stats.correlation,
-        inflation=stats.inflation,
-        nonlinearity=nonlinearity,
-        unidentified=(
-            *unidentified,
-            *(
-                f"a half turn of the body, with its com and its start, about principal axis {k + 1}"
-                for k in session.half_turns
-            ),
-        ),
-        ambiguous=tuple(ambiguous),
-        misfit=session.measure_relative_misfit(),
-        excess=session.measure_residual_excess(),
-        uncertain_sigma=describe_uncertain_sigmas(model, best.scaled_jacobian),
-        at_bound=tuple(_describe_reached_bounds(p, best.point, best.natural, names)),
-        has_converged=best.has_converged,
-        evaluations=session.evaluations + model.evaluations,
-        cost=best.cost,
-        _parameters=p,
-        _point=best.point,
-        _spectrum=spectrum,
-        _pieces=best.pieces or ((0.0, best.point),),
-    )
-
-
-def _describe_reached_bounds(
+def describe_reached_bounds(
     p: FreeParameters, point: FitPoint, natural: Array, names: list[str]
 ) -> Iterator[str]:
     """Yield one sentence for each density, damping or friction parameter that is zero."""
     distances = p.compute_distances_to_lower_bounds(point)
-    for k in np.flatnonzero(distances <= _AT_BOUND * natural[: p.size]):
+    for k in np.flatnonzero(distances <= _AT_BOUND * natural):
         name = next(name for (name, *_), part in p.slices.items() if part.start <= k < part.stop)
         if name != "moments":
             yield f"{names[k]} is zero: negative {name} is excluded"
         elif " = " in names[k]:
             yield "the body is a rod: one moment is zero"
         else:
-            first, second = {"I1", "I2", "I3"} - {names[k]}
-            first, second = sorted((first, second))
+            first, second = sorted({"I1", "I2", "I3"} - {names[k]})
             yield (
                 f"{names[k]} = {first} + {second}: the body is a plate normal to axis "
                 f"{names[k][1:]}, or flatter than any rigid body"
             )
-
-
-def _predict_measurements_densely(
-    parameters: FreeParameters,
-    pieces: Sequence[tuple[float, FitPoint]],
-    records: Sequence[Record],
-) -> list[dict[str, tuple[Array, Array]]]:
-    """Return for each record {quantity: (times, values)}, dense enough to be joined by lines.
-
-    A line is interrupted by NaN where an angle jumps and between the pieces of the motion. A
-    quantity is missing if it is an attitude, or if the motion has too many turns for a line.
-    """
-    turn = compute_duration_of_turn(parameters.to_scene(pieces[0][1]), is_seen_from_body=True)
-    dense = [_sample_record(record, turn) for record in records]
-    lines: list[dict[str, tuple[Array, Array]]] = [{} for _ in records]
-    begins = np.array([begin for begin, _ in pieces])
-    for k, (begin, point) in enumerate(pieces):
-        edges = [begin if k else -np.inf, *begins[k + 1 : k + 2], np.inf][:2]
-        places = [np.searchsorted(record.t, edges) for record in dense]
-        parts = [
-            slice_record(record, int(first), int(last), begin)
-            for record, (first, last) in zip(dense, places, strict=True)
-        ]
-        if not any(part.series for part in parts):
-            break
-        sigmas = [np.ones_like(series.values) for part in parts for series in part.series]
-        model = ResidualModel(parameters, parts, sigmas, origin=begin)
-        residuals = model.evaluate_residuals(point, has_jacobian=False).residuals
-        for rows in model.rows:
-            series, t = rows.series, parts[rows.record].t + begin
-            values = (series.values + rows.select_series_residuals(residuals)) / series.unit
-            jump = np.pi / series.unit if series.is_angle else np.inf
-            gaps = np.flatnonzero((np.abs(np.diff(values, axis=0)) > jump).any(axis=1)) + 1
-            gaps = np.append(gaps, len(t))
-            line = np.insert(t, gaps, np.nan), np.insert(values, gaps, np.nan, axis=0)
-            begun = lines[rows.record].get(series.name, (t[:0], values[:0]))
-            t, values = (np.concatenate(pair) for pair in zip(begun, line, strict=True))
-            lines[rows.record][series.name] = t, values
-    return lines
 
 
 def _sample_record(record: Record, turn: float) -> Record:

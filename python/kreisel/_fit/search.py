@@ -3,97 +3,64 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from .._results.results import Error
 from .._solve.solve import solve
-from .._utils.arguments import Array
-from .guess import Guess, guess_parameters_from_records, reconstruct_motions, yield_random_starts
-from .minimize import (
+from .._utils.arguments import Array, freeze_arrays
+from . import rotations
+from .guess import (
+    Guess,
+    guess_parameters_from_records,
+    interpolate_motion,
+    reconstruct_motions,
+    yield_random_starts,
+)
+from .parameters import FitPoint, FreeParameters
+from .records import Record, slice_record
+from .residuals import (
     MEDIAN,
+    STEPS_MOST,
     LossName,
     Minimum,
-    SearchSettings,
-    compute_cost,
+    ResidualModel,
+    describe_uncertain_sigmas,
     estimate_initial_sigmas,
     estimate_sigmas_from_residuals,
+    join_paths,
     minimize_cost,
+    solve_from_start,
 )
-from .parameters import (
-    FitPoint,
-    FreeParameters,
-    compute_rotation_quaternions,
-    multiply_quaternions,
-    rotation_matrix,
+from .result import (
+    Fit,
+    classify_fit_directions,
+    compute_largest_reduced_chi2,
+    compute_residual_statistics,
+    describe_reached_bounds,
+    describe_undetermined_directions,
+    measure_cost_nonlinearity,
 )
-from .records import Record, slice_record
-from .residuals import STEPS_MOST, ResidualModel, find_time_of_large_residuals
-from .shooting import (
-    Segments,
-    ShootingModel,
-    choose_segment_count,
-    fits_with_gaps,
-    minimize_by_multiple_shooting,
-)
-from .uncertainty import classify_fit_directions, compute_largest_reduced_chi2
 
-FEW_PER_TURN = 4.0  # samples per turn from which an angular velocity is determined
-
-
-def list_spin_aliases_of_point(
-    parameters: FreeParameters, point: FitPoint, records: Sequence[Record]
-) -> list[FitPoint]:
-    """Return parameters whose motion differs by one full turn between successive measurements.
-
-    Returns an empty list if the body rotates so slowly that the measurements resolve every turn. If
-    the measurements contain fewer than two samples per turn of the body, the returned list also
-    contains a faster rotation in the same direction. If the moments of inertia are free parameters,
-    the list also contains motions with another moment of inertia but the same angular momentum.
-    """
-    pauses = [np.diff(np.unique(record.t)) for record in records]
-    interval = min((float(np.median(p)) for p in pauses if p.size), default=0.0)
-    if not (interval > 0.0 and parameters.can_vary("velocity")):
-        return []
-    turn, aliases = 2.0 * np.pi / interval, []
-    speed, columns = float(np.linalg.norm(point.rate)), parameters.columns["moments"]
-    spins = [
-        (point.rate / (speed or 1.0), speed),
-        *zip(np.eye(3), point.rate.tolist(), strict=True),
-    ]
-    for axis, rate in spins:
-        if abs(rate) <= turn / FEW_PER_TURN:
-            continue
-        others = [rate - math.copysign(turn, rate)]
-        if abs(rate) > 0.5 * turn:
-            others.append(2.0 * rate - others[0])
-        k = int(np.abs(axis).argmax())
-        is_principal = abs(axis[k]) == 1.0 and columns[:, columns[k].argmax()].sum() == 1.0
-        for other in others:
-            alias = replace(point, rate=point.rate + (other - rate) * axis)
-            aliases.append(alias)
-            if parameters.can_vary("moments") and is_principal and other and rate / other > 0.0:
-                moments = alias.moments.copy()
-                moments[k] *= rate / other
-                densities = 0.5 * moments.sum() - moments
-                aliases += [replace(alias, densities=densities)] if densities.min() >= 0.0 else []
-    return aliases
-
-
+_FEW_PER_TURN = 4.0  # samples per turn from which an angular velocity is determined
 _FTOL = 1e-10  # relative improvement of the cost that ends a search
-_ROUGH_FTOL = 1e-3  # the same for a part of the records
-_ROUGH_LIMIT = 12  # evaluations for a part of the records
-_GROWTH = 1.4  # least factor from one part of the records to the next
-_PARTS_MOST = 40
+_PART_FTOL, _PART_LIMIT = 1e-3, 12  # the same, and evaluations, for a part of the records
+_GROWTH = 1.4  # factor from one part of the records to the next
+_AGREE = 0.4  # residuals relative to the spread of the data up to which a motion agrees
+_GAPS = (1e-2, 1e-5)  # standard deviations of the gaps in each stage [rad]
+_STAGE_FTOL, _STAGE_LIMIT = 1e-5, 40  # the end of a stage
+_HOPELESS = 3.0  # mean squared residual from which smaller gaps are not tried
+_PER_GROWTH = 2.0  # pieces for each factor e of the growth of errors
+_ROWS = 10  # fewest times of a piece
+_PIECES_MOST = 400
 _UNSTABLE = 8  # pieces from which a motion that disagrees is searched in pieces
 _CHAOTIC = 28  # pieces from which errors grow more than a millionfold
 _STARTS_COMPARED = 16  # random initial states, from the nearest of which a search begins
 _STARTS_AGREE = 3  # starts that reach the best minimum again, after which it counts as the only one
-_PIECES_TRIED = 8  # pieces of a part of the records that must fit before many more are tried
 _FITS = 3.0  # largest chi2 per degree of freedom of a motion that needs no pieces
 _CHANCE = 3.0  # standard deviations of chi2 up to which a fit needs no other guess
 _PLAUSIBLE = 1.3  # chi2 per degree of freedom from the median with a tenth of outliers
@@ -107,41 +74,72 @@ _BLIND_TO_SIGN |= {"body_momentum", "kinetic"}
 _ROUNDS = 6  # estimates of unknown standard deviations
 _SIGMA_RTOL = 0.01  # change of a standard deviation that needs another round
 _RELATED = 1e4  # chi2 per degree of freedom up to which another spin may be the right one
-_ALIAS_LIMIT = 25  # evaluations for another spin
-_ALIAS_FTOL = 1e-6
+_ALIAS_FTOL, _ALIAS_LIMIT = 1e-6, 25  # the end of a search from another spin
 _AS_WELL = 9.0  # rise of chi2 up to which another motion fits as well, three standard deviations
+_APART = 5.0  # standard deviations of values between two motions
 _INSENSITIVE = 1e-9  # a series that changes less, relative to its spread, tells nothing
 
 
-class BestFit(NamedTuple):
-    """The best fit so far.
+def _list_spin_aliases(
+    parameters: FreeParameters, point: FitPoint, records: Sequence[Record]
+) -> list[FitPoint]:
+    """Return parameters whose motion differs by one full turn between successive measurements.
 
-    point      the parameters
-    residuals  (n,) of the records
-    jacobian   (m, k) of the residuals and of the gaps; its first columns are the parameters
-    natural    (k,) natural sizes of the columns
-    pieces     ((begin, point), ...) of a motion in pieces, or empty
+    Returns an empty list if the body rotates so slowly that the measurements resolve every turn. If
+    the measurements contain fewer than two samples per turn of the body, the returned list also
+    contains a faster rotation in the same direction. If the moments of inertia are free parameters,
+    the list also contains motions with another moment of inertia but the same angular momentum.
     """
+    pauses = [np.diff(np.unique(record.t)) for record in records]
+    interval = min((float(np.median(p)) for p in pauses if p.size), default=0.0)
+    if not (interval > 0.0 and "velocity" in parameters.places):
+        return []
+    turn, aliases = 2.0 * np.pi / interval, []
+    speed, columns = float(np.linalg.norm(point.rate)), parameters.columns["moments"]
+    spins = [
+        (point.rate / (speed or 1.0), speed),
+        *zip(np.eye(3), point.rate.tolist(), strict=True),
+    ]
+    for axis, rate in spins:
+        if abs(rate) <= turn / _FEW_PER_TURN:
+            continue
+        others = [rate - math.copysign(turn, rate)]
+        if abs(rate) > 0.5 * turn:
+            others.append(2.0 * rate - others[0])
+        k = int(np.abs(axis).argmax())
+        is_principal = abs(axis[k]) == 1.0 and columns[:, columns[k].argmax()].sum() == 1.0
+        for other in others:
+            alias = replace(point, rate=point.rate + (other - rate) * axis)
+            aliases.append(alias)
+            if "moments" in parameters.places and is_principal and other and rate / other > 0.0:
+                moments = alias.moments.copy()
+                moments[k] *= rate / other
+                densities = 0.5 * moments.sum() - moments
+                aliases += [replace(alias, densities=densities)] if densities.min() >= 0.0 else []
+    return aliases
 
-    point: FitPoint
-    residuals: Array
-    jacobian: Array
-    natural: Array
-    cost: float
-    has_converged: bool
-    pieces: tuple[tuple[float, FitPoint], ...] = ()
 
-    @property
-    def scaled_jacobian(self) -> Array:
-        scaled: Array = self.jacobian * self.natural
-        return scaled
+def _choose_piece_count(point: FitPoint, records: Sequence[Record]) -> int:
+    """Return a number of pieces that is large enough to limit the growth of errors in each one."""
+    times = np.concatenate([record.t for record in records])
+    most = max(min(len(np.unique(times)) // _ROWS, _PIECES_MOST), 1)
+    end = float(times[np.abs(times).argmax()])
+    try:
+        path = solve(point.to_scene(), [end], "taylor", tangents="start", max_steps=10**6)
+    except (Error, ValueError):
+        return most
+    sizes = np.ones(6)
+    sizes[3:] = float(np.linalg.norm(point.momentum)) or 1.0
+    tangents = path.tangents[0] / sizes[:, None] * sizes
+    growth = math.log(max(float(np.linalg.norm(tangents, 2)), 1.0))
+    return min(max(math.ceil(_PER_GROWTH * growth), 2), most)
 
 
 class SearchSession:
     """A search for the best fit, starting from one scene.
 
     model  the residuals of all records
-    best   the best solution so far, or None
+    best   the best minimum so far, or None
     """
 
     def __init__(
@@ -155,27 +153,34 @@ class SearchSession:
         self.parameters, self.records, self.loss = parameters, records, loss
         self.limit, self.progress = limit, progress
         self.is_sigma_known = all(s.sigma is not None for r in records for s in r.series)
-        self.model = ResidualModel(parameters, records, estimate_initial_sigmas(records))
-        self.best: BestFit | None = None
+        self.models: list[ResidualModel] = []
+        self.model = self._make_model(records, estimate_initial_sigmas(records))
+        self.best: Minimum | None = None
         self.alias: FitPoint | None = None  # another start that fits as well
         self.rival: FitPoint | None = None  # another motion that fits as well
         self.half_turns: list[int] = []  # principal axes of half turns that fit as well
-        self.evaluations = 0  # of parts, of pieces and of former models
         self._piece_count = 0  # the number of pieces of the last search in pieces
-        self._end = max(float(np.abs(record.t).max()) for record in records)
+        self._times = np.concatenate([record.t for record in records])
+        self.dof = max(int(self.model.measured.sum()) - parameters.size, 1)
+
+    def _make_model(
+        self, records: Sequence[Record], sigmas: Sequence[Array], begins: Iterable[float] = (0.0,)
+    ) -> ResidualModel:
+        model = ResidualModel(self.parameters, records, sigmas, self.loss, tuple(begins))
+        self.models.append(model)
+        return model
 
     @property
-    def dof(self) -> int:
-        return max(int(self.model.measured.sum()) - self.parameters.size, 1)
+    def evaluations(self) -> int:
+        return sum(model.evaluations for model in self.models)
 
     @property
-    def sigmas(self) -> list[Array]:
-        return [rows.sigma for rows in self.model.rows]
+    def _remaining_evaluations(self) -> int:
+        return max(self.limit - self.evaluations, 0)
 
     def check_start_scene_is_solvable(self) -> None:
-        times = np.unique(np.concatenate([record.t for record in self.records]))
-        for t in (times[times < 0.0][::-1], times[times >= 0.0]):
-            solve(self.parameters.start.to_scene(), t, "taylor", max_steps=STEPS_MOST)
+        start = self.parameters.start.to_scene()
+        solve_from_start(start, np.unique(self._times), max_steps=STEPS_MOST)
 
     def refuse_start_held_by_friction(self) -> None:
         """Raise ValueError if no motion fits and friction holds the top in its initial state.
@@ -194,8 +199,7 @@ class SearchSession:
                 ) from None
 
     def refuse_too_few_measurements(self, pieces: int | None) -> None:
-        times = np.concatenate([record.t for record in self.records])
-        first, span = float(np.abs(times).min()), float(np.ptp(times))
+        first, span = float(np.abs(self._times).min()), float(np.ptp(self._times))
         if first > _FAR * span > 0.0:
             raise ValueError(
                 f"the records begin at t = {first:g}, long after the start at t = 0, and last only "
@@ -212,7 +216,7 @@ class SearchSession:
                 f"the records have {count} numbers, as many as free parameters, so that sigma "
                 "cannot be estimated: give sigma, add measurements, or remove names from free"
             )
-        most = max(len(np.unique(times)) // 2, 1)
+        most = max(len(np.unique(self._times)) // 2, 1)
         if pieces is not None and pieces > most:
             raise ValueError(
                 f"pieces must be at most {most}, one for two times of the records, not {pieces}"
@@ -220,49 +224,50 @@ class SearchSession:
 
     def search(self, pieces: int | None, has_data_guess: bool) -> None:
         base = Guess(self.parameters.start, None)
-        is_single = pieces is None or pieces == 1
-        agreement, _ = self._find_match_end_and_cost(base.point)
-        is_done = is_single and (agreement >= self._end or not has_data_guess)
-        if is_done:
-            self._search_from_point(base.point, agreement)
-        if not self._has_good_fit() and (has_data_guess or not is_single):
-            guesses = guess_parameters_from_records(self.parameters, self.records)
-            guesses = guesses if has_data_guess else [g._replace(point=base.point) for g in guesses]
-            if pieces is None:
-                self._try_multiple_shooting(guesses, None, _CHAOTIC)
-            if is_single and not self._has_small_misfit():
-                ranked = self._rank_guesses(guesses if is_done else [*guesses, base])
-                for end, _, guess in ranked:
-                    if not self._has_good_fit():
-                        self._search_from_point(guess.point, end)
-                if ranked and self.loss == "soft":  # outliers look like disagreement
-                    _, _, nearest = min(ranked, key=lambda entry: entry[1])
-                    self._search_from_point(nearest.point, self._end)
-                if ranked and not self._is_plausible():
-                    # noise biases the moments of guesses, and so their frequencies
-                    body = ("densities", "com", "damping", "friction")
-                    fields: dict[str, Any] = {name: getattr(base.point, name) for name in body}
-                    self._search_from_point(replace(ranked[0][2].point, **fields), 0.0)
-            if pieces is None and not self._has_small_misfit():
-                self._try_multiple_shooting(guesses, None, _UNSTABLE)
-            elif not is_single:
-                ranked = self._rank_guesses([] if agreement >= self._end else guesses)
-                self._try_multiple_shooting([guess for _, _, guess in ranked], pieces, 2)
-        has_attitudes = any(series.is_attitude for r in self.records for series in r.series)
-        if is_single and has_data_guess and self.best is not None and not has_attitudes:
-            is_known = is_done or bool(reconstruct_motions(self.records, base.point))
-            can_differ = self.parameters.can_vary("moments")
-            self._search_from_random_starts(has_rivals=can_differ and not is_known)
-        best = self.best
-        if pieces is None and best is not None and self._has_small_misfit() and not best.pieces:
-            count = choose_segment_count(best.point, self.records)
-            if count >= _CHAOTIC:  # too chaotic to fit the motion from one start
-                model = ShootingModel(self.parameters, self.records, self.sigmas, count)
-                begin = model.build_segment_starts(best.point)
-                self._fit_by_multiple_shooting(model, begin, np.inf)
+        if pieces is not None and pieces > 1:
+            self._search_in_given_pieces(pieces, has_data_guess)
+        else:
+            agrees, _ = self._compare_with_records(base.point)
+            is_done = agrees or not has_data_guess
+            if is_done:
+                self._search_from_point(base.point)
+            if not self._has_good_fit() and has_data_guess:
+                guesses = guess_parameters_from_records(self.parameters, self.records)
+                self._search_from_guesses(guesses if is_done else [*guesses, base], pieces)
+            has_attitudes = any(series.is_attitude for r in self.records for series in r.series)
+            if has_data_guess and self.best is not None and not has_attitudes:
+                is_known = is_done or bool(reconstruct_motions(self.records, base.point))
+                can_differ = "moments" in self.parameters.places
+                self._search_from_random_starts(has_rivals=can_differ and not is_known)
+            best = self.best
+            if pieces is None and best is not None and self._has_small_misfit():
+                count = _choose_piece_count(best.point, self.records)
+                if count >= _CHAOTIC and not self._is_in_pieces():
+                    # too chaotic to fit the motion from one start
+                    guess = Guess(best.point, None)
+                    self._fit_in_pieces(*self._place_pieces(count, guess), np.inf)
         self._choose_equivalent_nearest_to_scene()
         self._refine_with_estimated_sigmas()
         self._try_alternative_spins()
+
+    def _search_from_guesses(self, guesses: Sequence[Guess], pieces: int | None) -> None:
+        """Search from guesses, the nearest to the records first, and from the measured start."""
+        if pieces is None:
+            self._try_pieces(guesses, _CHAOTIC)
+        if not self._has_small_misfit():
+            ranked = self._rank(guesses)
+            for guess in ranked:
+                if not self._has_good_fit():
+                    self._search_from_point(guess.point)
+            if ranked and self.loss == "soft":  # outliers look like disagreement
+                self._search_from_point(ranked[0].point, is_near=True)
+            if ranked and not self._is_plausible():
+                # noise biases the moments of guesses, and so their frequencies
+                body = ("densities", "com", "damping", "friction")
+                fields: dict[str, Any] = {x: getattr(self.parameters.start, x) for x in body}
+                self._search_from_point(replace(ranked[0].point, **fields), is_near=False)
+        if pieces is None and not self._has_small_misfit():
+            self._try_pieces(guesses, _UNSTABLE)
 
     def _search_from_random_starts(self, has_rivals: bool) -> None:
         """Search from random initial states until noise explains the residuals.
@@ -278,9 +283,8 @@ class SearchSession:
             if self._is_plausible() and (not has_rivals or self.rival is not None):
                 return
             old = self.best
-            guesses = [Guess(point, None) for point in islice(starts, _STARTS_COMPARED)]
-            agreement, _, guess = self._rank_guesses(guesses)[0]
-            minimum = self._search_from_point(guess.point, agreement)
+            nearest = self._rank([Guess(x, None) for x in islice(starts, _STARTS_COMPARED)])[0]
+            minimum = self._search_from_point(nearest.point)
             if old is None:
                 continue
             found, cost = minimum.point, minimum.cost
@@ -303,7 +307,7 @@ class SearchSession:
             return np.inf
         if self.loss == "linear":
             return self.best.cost / self.dof
-        residuals = np.abs(self.best.residuals[self.model.measured])
+        residuals = np.abs(self.best.residuals[self.best.model.measured])
         return float(MEDIAN * np.median(residuals)) ** 2
 
     def _has_small_misfit(self) -> bool:
@@ -323,231 +327,202 @@ class SearchSession:
             limit = _PLAUSIBLE + _CHANCE * _MEDIAN_SPREAD / math.sqrt(self.model.measured.sum())
         return self._compute_best_reduced_chi2() <= limit
 
-    def measure_residual_excess(self) -> float:
-        """Return the typical |residual| / sigma if noise does not explain it, otherwise 0."""
-        if not self.is_sigma_known or self._is_plausible():
-            return 0.0
-        return float(np.sqrt(self._compute_best_reduced_chi2()))
+    def _is_in_pieces(self) -> bool:
+        return self.best is not None and len(self.best.model.pieces) > 1
 
-    @property
-    def _remaining_evaluations(self) -> int:
-        return max(self.limit - self.evaluations - self.model.evaluations, 0)
-
-    def _store_minimum_if_best(self, minimum: Minimum[FitPoint]) -> None:
+    def _store_if_best(self, minimum: Minimum) -> None:
         """Report the cost of a fit to all records, and store the fit if it is the best."""
         self._report_cost(minimum)
         if self.best is None or minimum.cost <= self.best.cost:
-            point, evaluation, cost, has_converged = minimum
-            natural = self.model.estimate_parameter_scales(point)
-            self.best = BestFit(point, *evaluation, natural, cost, has_converged)
+            self.best = minimum
 
-    def _report_cost(self, minimum: Minimum[Any]) -> None:
+    def _report_cost(self, minimum: Minimum) -> None:
         if self.progress is not None:
-            self.progress(self.evaluations + self.model.evaluations, minimum.cost / self.dof)
+            self.progress(self.evaluations, minimum.cost / self.dof)
 
-    def _search_from_point(self, point: FitPoint, agreement: float) -> Minimum[FitPoint]:
-        old_best = self.best
-        point = self._fit_growing_time_spans(point, agreement)
-        limit = self.model.evaluations + self._remaining_evaluations
-        settings = SearchSettings(self.loss, limit, _FTOL, self._store_minimum_if_best)
-        minimum = minimize_cost(self.model, point, settings)
+    def _search_from_point(self, point: FitPoint, is_near: bool | None = None) -> Minimum:
+        """Search from a point, unless it `is_near` the records first for growing parts of them."""
+        old = self.best
+        if is_near is None:
+            is_near, _ = self._compare_with_records(point)
+        point = point if is_near else self._fit_growing_parts(point)
+        limit = self._remaining_evaluations
+        minimum = minimize_cost(self.model, point, limit, _FTOL, self._store_if_best)
         if np.isfinite(minimum.cost):
-            self._store_minimum_if_best(minimum)
-        has_ended = old_best is not None and old_best.has_converged
-        if old_best is not None and has_ended and minimum.cost > (1.0 - _SAME) * old_best.cost:
-            self.best = old_best  # equal minima differ by rounding: the nearer guess counts
+            self._store_if_best(minimum)
+        if old is not None and old.has_converged and minimum.cost > (1.0 - _SAME) * old.cost:
+            self.best = old  # equal minima differ by rounding: the nearer guess counts
         return minimum
 
     def _choose_equivalent_nearest_to_scene(self) -> None:
         """Choose the motion nearest to the scene among those that the instruments cannot tell."""
         p, best = self.parameters, self.best
         quantities = {series.quantity for record in self.records for series in record.series}
-        if best is None or best.pieces or not p.can_vary("attitude"):
+        if best is None or self._is_in_pieces() or "attitude" not in p.places:
             return
         point, old = best.point, p.start
         # Instruments on the body do not show a reversal of com and of the vertical,
-        if p.can_vary("com") and quantities <= _BLIND_TO_SIGN and point.com @ old.com < 0.0:
-            attitude = multiply_quaternions(np.array([0.0, 1.0, 0.0, 0.0]), point.attitude)
+        if "com" in p.places and quantities <= _BLIND_TO_SIGN and point.com @ old.com < 0.0:
+            attitude = rotations.multiply(np.array([0.0, 1.0, 0.0, 0.0]), point.attitude)
             best = self._try_equivalent(replace(point, attitude=attitude, com=-point.com))
         # or a rotation of the whole scene about the vertical,
         point, target = best.point, old.turning
-        if p.can_vary("turning") and target[:2].any() and point.turning[:2].any():
+        if "turning" in p.places and target[:2].any() and point.turning[:2].any():
             source = point.turning
             angle = np.arctan2(target[1], target[0]) - np.arctan2(source[1], source[0])
-            turn = compute_rotation_quaternions(np.array([0.0, 0.0, angle]))
-            attitude = multiply_quaternions(turn, point.attitude)
-            turning = rotation_matrix(turn) @ source
+            turn = rotations.from_vector(np.array([0.0, 0.0, angle]))
+            attitude = rotations.multiply(turn, point.attitude)
+            turning = rotations.to_matrix(turn) @ source
             best = self._try_equivalent(replace(point, attitude=attitude, turning=turning))
         # and instruments in space do not show a half turn of the body with its com and rotor.
-        points = [best.point]
-        most = _SAME * max(best.cost, 1.0)
-        if p.can_vary("velocity") and "q" not in quantities:
-            for k in range(3):
-                twin = p.turn_body_by_half_turn(best.point, k)
-                if twin is not None:
-                    residuals = self.model.evaluate_residuals(twin, has_jacobian=False).residuals
-                    if compute_cost(residuals, self.loss) <= best.cost + most:
-                        points.append(twin)
-                        self.half_turns.append(k)
-            nearest = min(points, key=p.measure_distance_from_start)
-            if nearest is not best.point:
-                self._try_equivalent(nearest)
+        points, most = [best.point], best.cost + _SAME * max(best.cost, 1.0)
+        for k in range(3):
+            twin = p.turn_body_by_half_turn(best.point, k)
+            if twin is not None and "velocity" in p.places and "q" not in quantities:
+                residuals, _ = self.model.evaluate_residuals(twin, has_jacobian=False)
+                if self.model.compute_cost(residuals) <= most:
+                    points.append(twin)
+                    self.half_turns.append(k)
+        nearest = min(points, key=p.measure_distance_from_start)
+        if nearest is not best.point:
+            self._try_equivalent(nearest)
 
-    def _try_equivalent(self, twin: FitPoint) -> BestFit:
+    def _try_equivalent(self, twin: FitPoint) -> Minimum:
         """Replace the best solution by the equivalent point `twin` if it fits equally well."""
         best = self.best
         assert best is not None
-        evaluation = self.model.evaluate_residuals(twin)
-        cost = compute_cost(evaluation.residuals, self.loss)
+        residuals, jacobian = self.model.evaluate_residuals(twin)
+        cost = self.model.compute_cost(residuals)
         if cost <= best.cost + _SAME * max(best.cost, 1.0):
-            natural = self.model.estimate_parameter_scales(twin)
-            self.best = best = BestFit(twin, *evaluation, natural, cost, best.has_converged)
+            best = Minimum(self.model, twin, residuals, jacobian, cost, best.has_converged)
+            self.best = best
         return best
 
     def _try_alternative_spins(self) -> None:
         """Search from alternative spins, and store a solution that fits as well or better."""
-        best = self.best
+        best, p = self.best, self.parameters
         if best is None or best.cost > _RELATED * self.dof:
             return
-        if best.pieces and self._has_small_misfit():
+        aliases = _list_spin_aliases(p, best.point, self.records)
+        if not aliases or (self._is_in_pieces() and self._has_small_misfit()):
             return
-        aliases = list_spin_aliases_of_point(self.parameters, best.point, self.records)
-        if not aliases:
-            return
-        spectrum = classify_fit_directions(best.jacobian, best.natural, 1.0, self.parameters.size)
-        velocity = np.eye(self.parameters.size)[self.parameters.get_parameter_slice("velocity")]
+        spectrum = classify_fit_directions(best, 1.0)
+        velocity = np.eye(p.size)[p.places["velocity"]]
         if np.isinf(spectrum.propagate_errors(velocity)[1]).any():
             return
         rise = _AS_WELL * max(best.cost / self.dof, 1.0)
         for alias in aliases:
-            limit = self.model.evaluations + min(_ALIAS_LIMIT, self._remaining_evaluations)
-            settings = SearchSettings(self.loss, limit, _ALIAS_FTOL, self._report_cost)
-            minimum = minimize_cost(self.model, alias, settings)
-            solution = minimum.point
-            change = float(np.linalg.norm(solution.rate - best.point.rate))
+            limit = min(_ALIAS_LIMIT, self._remaining_evaluations)
+            minimum = minimize_cost(self.model, alias, limit, _ALIAS_FTOL, self._report_cost)
+            change = float(np.linalg.norm(minimum.point.rate - best.point.rate))
             is_other = change > 0.5 * float(np.linalg.norm(alias.rate - best.point.rate))
             if not is_other or minimum.cost > best.cost + rise:
                 continue
             if minimum.cost < best.cost - rise:
-                self._store_minimum_if_best(minimum)
-                self._search_from_point(solution, self._find_match_end_and_cost(solution)[0])
+                self._store_if_best(minimum)
+                self._search_from_point(minimum.point)
                 return self._try_alternative_spins()
-            self.alias = solution if self._has_small_misfit() else None
+            self.alias = minimum.point if self._has_small_misfit() else None
             return
 
-    def _fit_growing_time_spans(self, point: FitPoint, agreement: float) -> FitPoint:
-        """Fit ever longer parts of the records, and return the parameters.
-
-        A motion that agrees nowhere is fitted to slowly growing parts, up to the end.
-        """
-        is_slow = agreement == 0.0
-        horizon, times = 0.0, np.unique(np.abs(np.concatenate([r.t for r in self.records])))
-        least = float(times[min(len(times) - 1, 2 * self.parameters.size)])
-        for _ in range(_PARTS_MOST):
-            horizon = max(0.0 if is_slow else agreement, _GROWTH * horizon, least)
-            if horizon >= self._end or not self._remaining_evaluations:
-                break
-            records, sigmas = self._select_records_until(horizon)
-            if sum(record.size for record in records) >= self.parameters.size:
-                part = ResidualModel(self.parameters, records, sigmas)
+    def _fit_growing_parts(self, point: FitPoint) -> FitPoint:
+        """Fit ever longer parts of the records, and return the parameters."""
+        times = np.unique(np.abs(self._times))
+        horizon = float(times[min(len(times) - 1, 2 * self.parameters.size)])
+        while horizon < times[-1] and self._remaining_evaluations:
+            part = self._select_records_until(horizon)
+            if int(part.measured.sum()) >= self.parameters.size:
                 part.max_steps = self.model.max_steps
-                limit = min(_ROUGH_LIMIT, self._remaining_evaluations)
-                settings = SearchSettings(self.loss, limit, _ROUGH_FTOL, self._report_cost)
-                point = minimize_cost(part, point, settings).point
-                self.evaluations += part.evaluations
-            agreement, cost = self._find_match_end_and_cost(point)
-            if not np.isfinite(cost):
-                break  # the motion takes too many steps, or leaves the range of doubles
+                limit = min(_PART_LIMIT, self._remaining_evaluations)
+                point = minimize_cost(part, point, limit, _PART_FTOL, self._report_cost).point
+            horizon *= _GROWTH
         return point
 
-    def _select_records_until(self, horizon: float) -> tuple[list[Record], list[Array]]:
-        """Return the records restricted to |t| <= horizon, and their standard deviations."""
-        records, sigmas, sigma_iterator = [], [], iter(self.sigmas)
+    def _select_records_until(self, horizon: float) -> ResidualModel:
+        """Return the residuals at |t| <= horizon."""
+        records, sigmas, rows = [], [], iter(self.model.rows)
         for record in self.records:
             low = int(np.searchsorted(record.t, -horizon))
             high = int(np.searchsorted(record.t, horizon, side="right"))
             records.append(slice_record(record, low, high))
-            sigmas += [next(sigma_iterator)[low:high] for _ in record.series]
-        return records, sigmas
+            sigmas += [next(rows).sigma[low:high] for _ in record.series]
+        return self._make_model(records, sigmas)
 
-    def _find_match_end_and_cost(self, point: FitPoint) -> tuple[float, float]:
-        """Return the time up to which a motion agrees with the records, and the motion's cost.
-
-        The cost is the sum of all soft losses.
-        """
-        trial = self.model.evaluate_residuals(point, has_jacobian=False)
-        if not np.isfinite(trial.residuals).all():
-            return 0.0, np.inf
-        end = self._end
+    def _compare_with_records(self, point: FitPoint) -> tuple[bool, float]:
+        """Return whether a motion agrees with the records, and its cost by the soft loss."""
+        residuals, _ = self.model.evaluate_residuals(point, has_jacobian=False)
+        if not np.isfinite(residuals).all():
+            return False, np.inf
+        agrees = True
         for rows in self.model.rows:
-            time = find_time_of_large_residuals(rows, trial, np.abs(self.records[rows.record].t))
-            end = min(end, time)
-        return end, compute_cost(trial.residuals, "soft")
+            mask = rows.measured_mask
+            scale = np.hypot(rows.series.typical_value_scale, 3.0 * rows.sigma)
+            relative = np.abs(rows.select_series_residuals(residuals) * rows.sigma / scale)[mask]
+            if relative.size:
+                agrees &= bool((np.minimum(relative, 1.0) ** 2).mean() <= _AGREE**2)
+        return agrees, float((np.hypot(1.0, residuals) - 1.0).sum())
 
-    def _try_multiple_shooting(self, guesses: list[Guess], pieces: int | None, least: int) -> None:
-        """Try multiple shooting with `least` segments or more; keep a far better fit."""
+    def _rank(self, guesses: Iterable[Guess]) -> list[Guess]:
+        """Return the guesses, that of the motion nearest to the records first."""
+        return sorted(guesses, key=lambda guess: self._compare_with_records(guess.point)[1])
+
+    def _search_in_given_pieces(self, count: int, has_data_guess: bool) -> None:
+        start = self.parameters.start
+        guess = Guess(start, None)
+        if not self._compare_with_records(start)[0]:
+            guesses = guess_parameters_from_records(self.parameters, self.records)
+            if not has_data_guess:
+                guesses = [other._replace(point=start) for other in guesses]
+            guess = next(iter(self._rank(guesses)), guess)
+        self._fit_in_pieces(*self._place_pieces(count, guess), 0.5)
+
+    def _try_pieces(self, guesses: Iterable[Guess], least: int) -> None:
+        """Fit the motion in pieces, if `least` or more are needed; keep a far better fit."""
         for guess in guesses:
-            count = pieces or choose_segment_count(guess.point, self.records)
-            if count < least or guess.motion is None:
-                continue
-            if count == self._piece_count:
-                return  # these pieces have been tried
-            self._piece_count = count
-            if pieces is None and count > _PIECES_TRIED and not self._try_gapped_fit(guess, count):
+            count = _choose_piece_count(guess.point, self.records)
+            if count >= least and guess.motion is not None:
+                if count != self._piece_count:  # otherwise these pieces have been tried
+                    self._piece_count = count
+                    self._fit_in_pieces(*self._place_pieces(count, guess), 0.5)
                 return
-            model = ShootingModel(self.parameters, self.records, self.sigmas, count)
-            begin = model.data_starts(guess.point, guess.motion)
-            self._fit_by_multiple_shooting(model, begin, 0.5)
-            return
-        if pieces is not None:
-            model = ShootingModel(self.parameters, self.records, self.sigmas, pieces)
-            begin = model.build_segment_starts(self.parameters.start)
-            self._fit_by_multiple_shooting(model, begin, 0.5)
 
-    def _rank_guesses(self, guesses: list[Guess]) -> list[tuple[float, float, Guess]]:
-        """Return the match end and the cost of each guess with the guess, the best match first."""
-        ranked = [(*self._find_match_end_and_cost(guess.point), guess) for guess in guesses]
-        return sorted(ranked, key=lambda entry: (-entry[0], entry[1]))
+    def _place_pieces(self, count: int, guess: Guess) -> tuple[Sequence[float], FitPoint]:
+        """Return the times at which pieces begin, and the point with their starts.
 
-    def _try_gapped_fit(self, guess: Guess, count: int) -> bool:
-        """Return True if segments separated by gaps fit part of the records."""
-        records, sigmas = self._select_records_until(self._end * _PIECES_TRIED / count)
-        if sum(record.size for record in records) < self.parameters.size or guess.motion is None:
-            return True
-        model = ShootingModel(self.parameters, records, sigmas, _PIECES_TRIED)
-        begin = model.data_starts(guess.point, guess.motion)
-        minimum = minimize_by_multiple_shooting(
-            model, begin, self.loss, self._remaining_evaluations
-        )
-        self.evaluations += model.evaluations
-        return fits_with_gaps(model, minimum)
+        They are states of the measured motion of the guess or, without it, of its own motion.
+        """
+        point, motion = guess
+        first, last = min(float(self._times.min()), 0.0), max(float(self._times.max()), 0.0)
+        begins = np.linspace(first, last, count + 1)[:-1]
+        begins[np.abs(begins).argmin()] = 0.0
+        if motion is None:
+            paths = solve_from_start(point.to_scene(), begins)
+            pairs = zip(join_paths(paths, "q"), join_paths(paths, "m"), strict=True)
+            states = [(q, point.relative_angular_velocity(q, m)) for q, m in pairs]
+        else:
+            states = [interpolate_motion(motion, t) for t in begins.tolist()]
+        starts = [state if t else None for t, state in zip(begins, states, strict=True)]
+        return begins.tolist(), point.with_pieces(starts)
 
-    def _fit_by_multiple_shooting(
-        self, model: ShootingModel, begin: Segments, factor: float
-    ) -> None:
-        """Fit the motion in segments, and keep the result if it reduces the cost sufficiently."""
-        old_best, self.best = self.best, None
+    def _fit_in_pieces(self, begins: Sequence[float], point: FitPoint, factor: float) -> None:
+        """Fit the motion in pieces, and keep the result if it reduces the cost by a factor.
 
-        def store(minimum: Minimum[Segments]) -> None:
-            self._report_cost(minimum)
-            pieces, (residuals, jacobian) = minimum.point, minimum.evaluation
-            self.best = BestFit(
-                pieces[model.first],
-                residuals[: model.data_size],
-                jacobian,
-                model.estimate_parameter_scales(pieces),
-                minimum.cost,
-                minimum.has_converged,
-                tuple(zip(map(float, model.edges[:-1]), pieces, strict=True)),
-            )
-
-        limit = self._remaining_evaluations
-        minimum = minimize_by_multiple_shooting(model, begin, self.loss, limit, store)
-        self.evaluations += model.evaluations
+        The gaps between the pieces are closed in several stages. The search stops early if the
+        pieces do not fit the measurements even with gaps between them.
+        """
+        old, self.best = self.best, None
+        model = self._make_model(self.records, [rows.sigma for rows in self.model.rows], begins)
+        for model.gap in _GAPS:
+            limit = min(_STAGE_LIMIT, self._remaining_evaluations)
+            report = self._store_if_best if model.gap == _GAPS[-1] else lambda _: None
+            minimum = minimize_cost(model, point, limit, _STAGE_FTOL, report)
+            point = minimum.point
+            if minimum.cost > _HOPELESS * model.size:
+                break
         if np.isfinite(minimum.cost):
-            store(minimum)
-        if old_best is not None and (self.best is None or self.best.cost > factor * old_best.cost):
-            self.best = old_best
+            self._store_if_best(minimum)
+        if old is not None and (self.best is None or self.best.cost > factor * old.cost):
+            self.best = old
 
     def _refine_with_estimated_sigmas(self) -> None:
         """Estimate the unknown measurement errors from the residuals, and fit again."""
@@ -555,39 +530,20 @@ class SearchSession:
             best = self.best
             if best is None or not best.has_converged:
                 return
-            sigmas = estimate_sigmas_from_residuals(
-                self.model, best.residuals, best.scaled_jacobian, self.loss
-            )
-            pairs = zip(self.sigmas, sigmas, strict=True)
-            change = max(abs(float((new / old).flat[0]) - 1.0) for old, new in pairs)
+            sigmas = estimate_sigmas_from_residuals(best)
+            pairs = zip(self.model.rows, sigmas, strict=True)
+            change = max(abs(float((new / rows.sigma).flat[0]) - 1.0) for rows, new in pairs)
             if k and change < _SIGMA_RTOL:
                 return
-            self.evaluations += self.model.evaluations
-            self.model, self.best = ResidualModel(self.parameters, self.records, sigmas), None
-            if best.pieces:
-                model = ShootingModel(self.parameters, self.records, sigmas, len(best.pieces))
-                begin = tuple(point for _, point in best.pieces)
-                self._fit_by_multiple_shooting(model, begin, np.inf)
+            self.model, self.best = self._make_model(self.records, sigmas), None
+            if len(best.model.pieces) > 1:
+                self._fit_in_pieces(best.model.begins, best.point, np.inf)
             else:
-                self._search_from_point(best.point, self._end)
+                self._search_from_point(best.point, is_near=True)
 
-    def measure_relative_misfit(self) -> float:
-        assert self.best is not None
-        shares = [
-            rows.select_series_residuals(self.best.residuals)[rows.measured_mask]
-            * rows.sigma[rows.measured_mask]
-            / rows.series.size
-            for rows in self.model.rows
-        ]
-        misfits = np.concatenate(shares)
-        if self.loss == "soft":
-            return float(MEDIAN * np.median(np.abs(misfits)))
-        return float(np.sqrt((misfits @ misfits) / misfits.size))
-
-    def refuse_insensitive_quantities(self) -> None:
-        assert self.best is not None
-        scaled = np.abs(self.best.scaled_jacobian)
-        for rows in self.model.rows:
+    def refuse_insensitive_quantities(self, best: Minimum) -> None:
+        scaled = np.abs(best.scaled_jacobian)
+        for rows in best.model.rows:
             mask = rows.measured_mask
             sensitivities = scaled[rows.residual_slice][mask.ravel()]
             scale = rows.series.typical_value_scale / rows.sigma.mean(where=mask | ~mask.any())
@@ -596,3 +552,95 @@ class SearchSession:
                     f"{rows.series.name} does not depend on the free parameters "
                     f"({', '.join(self.parameters.free)}): add names to free, or leave it out"
                 )
+
+    def _measure_relative_misfit(self, best: Minimum) -> float:
+        shares = [
+            rows.select_series_residuals(best.residuals)[rows.measured_mask]
+            * rows.sigma[rows.measured_mask]
+            / rows.series.size
+            for rows in best.model.rows
+        ]
+        misfits = np.concatenate(shares)
+        if self.loss == "soft":
+            return float(MEDIAN * np.median(np.abs(misfits)))
+        return float(np.sqrt((misfits @ misfits) / misfits.size))
+
+    def build_fit(self) -> Fit:
+        best, p = self.best, self.parameters
+        assert best is not None
+        model, point = best.model, best.point
+        chi2, dof, correlation, inflation = compute_residual_statistics(best, self.is_sigma_known)
+        spectrum = classify_fit_directions(best, inflation)
+        names, units, values, jacobian = p.list_user_parameters_and_jacobian(point)
+        covariance, errors = spectrum.propagate_errors(jacobian)
+        residuals: tuple[dict[str, Array], ...] = tuple({} for _ in self.records)
+        sigma: tuple[dict[str, Array], ...] = tuple({} for _ in self.records)
+        for rows in model.rows:
+            mask, name = rows.measured_mask, rows.series.name
+            own = np.where(mask, rows.select_series_residuals(best.residuals), np.nan)
+            residuals[rows.record][name] = own[:, 0] if own.shape[1] == 1 else own
+            deviation = np.where(mask, rows.sigma / rows.series.unit, np.nan)
+            known = deviation[mask]
+            is_constant = known.size > 0 and bool((known == known[0]).all())
+            sigma[rows.record][name] = known[0] if is_constant else deviation
+        freeze_arrays((covariance, residuals, sigma))
+        ratios = {}
+        if "moments" in p.places:
+            *others, last = range(p.size)[p.places["moments"]]
+            for k in others:
+                ratio = values[k] / values[last]
+                gradient = (jacobian[k] - ratio * jacobian[last]) / values[last]
+                _, [error] = spectrum.propagate_errors(gradient[None])
+                ratios[f"{names[k]} / {names[last]}"] = (float(ratio), float(error))
+        turns = (
+            f"a half turn of the body, with its com and its start, about principal axis {k + 1}"
+            for k in self.half_turns
+        )
+        is_excessive = self.is_sigma_known and not self._is_plausible()
+        return Fit(
+            scene=p.to_scene(point),
+            records=self.records,
+            names=tuple(names),
+            units=tuple(units),
+            values=dict(zip(names, map(float, values), strict=True)),
+            error=dict(zip(names, map(float, errors), strict=True)),
+            moment_ratios=ratios,
+            covariance=covariance,
+            residuals=residuals,
+            sigma=sigma,
+            chi2=chi2,
+            dof=dof,
+            residual_correlation=correlation,
+            inflation=inflation,
+            nonlinearity=measure_cost_nonlinearity(best, spectrum, inflation),
+            unidentified=(*describe_undetermined_directions(p, point, spectrum), *turns),
+            ambiguous=tuple(self._describe_other_motions(names, values, errors)),
+            misfit=self._measure_relative_misfit(best),
+            excess=math.sqrt(self._compute_best_reduced_chi2()) if is_excessive else 0.0,
+            uncertain_sigma=describe_uncertain_sigmas(best),
+            at_bound=tuple(describe_reached_bounds(p, point, spectrum.natural, names)),
+            has_converged=best.has_converged,
+            evaluations=self.evaluations,
+            cost=best.cost,
+            _parameters=p,
+            _point=point,
+            _spectrum=spectrum,
+            _begins=model.begins,
+        )
+
+    def _describe_other_motions(
+        self, names: list[str], values: Array, errors: Array
+    ) -> Iterator[str]:
+        """Yield a sentence for each other motion that fits as well."""
+        assert self.best is not None
+        if self.alias is not None:
+            speed, other = (float(np.linalg.norm(x.rate)) for x in (self.best.point, self.alias))
+            yield (
+                f"the spin: the records have fewer than {_FEW_PER_TURN:g} samples per turn, and "
+                f"the angular velocity {other:.4g} instead of {speed:.4g} fits equally well"
+            )
+        if self.rival is not None:
+            _, _, numbers, _ = self.parameters.list_user_parameters_and_jacobian(self.rival)
+            if (np.abs(numbers - values) > _APART * errors).any():
+                pairs = [f"{name} = {x:.4g}" for name, x in zip(names, numbers, strict=True)]
+                yield f"the motion: another one fits equally well, with {', '.join(pairs)}"
