@@ -5,10 +5,9 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path as File
-from typing import Any, Literal, cast
+from typing import Any, Literal
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from .._options.options import RECORDABLE, TIME, Options, get_total_memory
 from .._results.buffers import LANES
 from .._results.path import Path
 from .._results.paths import Reductions, run_ensemble
+from .._results.results import RunResult
 from .._results.tables import TableColumn, list_quantity_columns
 from .._solve.chaos import INDICATORS, Chaos, chaos, validate_chaos_arguments
 from .._solve.section import Section, section, validate_section_arguments, validate_section_event
@@ -32,7 +32,6 @@ from ..scenes import about, get_scene
 from .source import Places, RandomSpec, Source, list_component_names
 
 TaskName = Literal["solve", "chaos", "lyapunov", "megno", "oli", "section"]
-TaskResult = Path | Reductions | Chaos | Section
 # The arguments of kreisel.solve but t and method. Parts are tables, which cannot store tangents.
 _SOLVE_ARGUMENTS = tuple(name for name in options_of.ARGUMENTS if name != "tangents")
 _OF_CHAOS = {"t": None, "direction": None, "tol": None, "max_steps": 0}
@@ -60,35 +59,85 @@ REPAIR = (
 )
 
 
-@dataclass(frozen=True, eq=False)
 class SweepPlan:
     """The plan of a sweep: a source of tops, a task, and the number of tops per part.
 
+    It is validated on a sample of the tops.
+
     task       the kreisel function that is called for all tops
     arguments  its arguments in canonical form, so that equivalent ones lead to equal plans; for
-               "solve" only t
+               "solve" only t. Each has the same value for all tops
     requested  for "solve" the other arguments of kreisel.solve or kreisel.reduce
     options    the validated options of the runs, and `times` the requested times; for a section n
                times the longest wait
-    sample     the indices and the ensemble of the tops on which the plan was validated
     """
 
-    source: Source
-    task: TaskName
-    arguments: Mapping[str, Any]
-    requested: Options | None
-    part_size: int
-    options: Options
-    times: Array
-    sample: tuple[Places, Ensemble]
+    def __init__(
+        self, source: Source, task: Any, arguments: Mapping[str, Any], part_size: object = None
+    ) -> None:
+        if not isinstance(task, str) or task not in _DEFAULTS:
+            raise ValueError(unknown_name_message("task", str(task), list(_DEFAULTS)))
+        defaults = _DEFAULTS[task]
+        for word in arguments:
+            if word not in defaults:
+                raise ValueError(f"{task} has no argument {word!r}: it has {', '.join(defaults)}")
+        if "t" in defaults and "t" not in arguments:
+            raise TypeError("t is missing: give the final time or a list of times")
+        if np.ndim(arguments.get("t", 0.0)) > 1:
+            raise ValueError("t must be a number or a list of times, the same for all tops")
+        if np.ndim(arguments.get("max_wait", 0.0)):
+            raise ValueError("max_wait must be a number, the same for all tops of a sweep")
+        self.source, self.task = source, task
+        self.requested: Options | None = None
+        self.arguments: dict[str, Any] = {**defaults, **arguments}
+        if task == "solve":
+            words = {"method": "auto", **arguments}
+            t, method = words.pop("t"), words.pop("method")
+            if not isinstance(method, str):
+                raise TypeError(f"method must be the name of a method, not {short_repr(method)}")
+            self.arguments, self.requested = {"t": t}, options_of.make_options(method, **words)
+        self._sample = source._choose_validation_tops()
+        self._tops, self.options, self.times = source._name_invalid_top(
+            self._sample, self.validate, self._build_and_validate
+        )
+        self.states = self.times.shape[-1]
+        results = 8 * len(self.options.reductions)
+        row = _ROW_BYTES + (results or self.states * (8 + self.options.bytes_per_state))
+        self.part_size = max(1, min(_MAX_PART, _PART_BYTES // row))
+        if part_size is not None:
+            self.part_size = checks.as_int("part_size", part_size, 1)
+        self.parts = -(-source.size // self.part_size)
+        byte_count = min(self.part_size, source.size) * row
+        if byte_count > get_total_memory():
+            raise MemoryError(
+                f"a part of {self.part_size} tops with {self.states} states each needs "
+                f"{1e-9 * byte_count:.3g} GB, more than this machine has: use smaller parts, fewer "
+                "times or fewer quantities"
+            )
+        for name, value in self.arguments.items():
+            if name in ("n", "max_steps"):
+                self.arguments[name] = int(value)
+            elif name in ("t", "direction", "tol", "max_wait") and value is not None:
+                self.arguments[name] = np.asarray(value, dtype=np.float64).tolist()
+        if task == "section":
+            self.arguments["event"] = validate_section_event(self.arguments["event"])
+            self.arguments["digits"] = self.options.digits
 
-    @cached_property
-    def states(self) -> int:
-        return int(self.times.size)
+    def validate(self, tops: Ensemble) -> tuple[Options, Array]:
+        """Return the options and the times for these tops; refuse tops without this task."""
+        if self.requested is not None:
+            options = self.requested.for_tops(tops)
+            refuse_kinetic(tops, options.events or ())
+            return options, options_of.validate_times(tops, self.arguments["t"], options)
+        if self.task == "section":
+            waits, options = validate_section_arguments(tops, **self.arguments)
+            return options, waits[0]
+        times, options, _ = validate_chaos_arguments(tops, **self.arguments)
+        return options, times
 
-    @cached_property
-    def parts(self) -> int:
-        return -(-self.source.size // self.part_size)
+    def _build_and_validate(self) -> tuple[Ensemble, Options, Array]:
+        tops = self.source._build_tops(self._sample)
+        return tops, *self.validate(tops)
 
     def list_tops_of_part(self, i: int) -> range:
         begin = i * self.part_size
@@ -132,15 +181,11 @@ class SweepPlan:
     def hash(self) -> str:
         return hash_plan(self.as_json)
 
-    def validate(self, tops: Ensemble) -> tuple[Options, Array]:
-        """Return the options and the times for these tops; refuse tops without this task."""
-        return _validate_task(self.task, self.arguments, self.requested, tops)
-
     def build_tops(self, tops: range) -> Ensemble:
         """Return an ensemble of the tops with these indices: the sample, if it is these tops."""
-        places, ensemble = self.sample
+        places = self._sample
         if len(places) == len(tops) and (places[0], places[-1]) == (tops[0], tops[-1]):
-            return ensemble
+            return self._tops
         return self.source[tops.start : tops.stop]
 
     def compute_part(
@@ -149,17 +194,17 @@ class SweepPlan:
         """Run the task on these tops; errors name the index of the first invalid top."""
         options = self.options
 
-        def run() -> TaskResult:
+        def run() -> RunResult:
             ensemble = self.build_tops(tops)
             if self.requested is None:
-                function: Callable[..., TaskResult] = section if self.task == "section" else chaos
+                function: Callable[..., RunResult] = section if self.task == "section" else chaos
                 return function(ensemble, **self.arguments, threads=threads, progress=progress)
             if not (options.is_auto or options.has_step_search):
                 options.for_tops(ensemble)
             kind: Any = Reductions if options.reductions else Path._of_many
             runner = LANES if options.reductions else select_slice_runner(options)
             pool = WorkerPool(threads)
-            result: TaskResult = run_ensemble(
+            result: RunResult = run_ensemble(
                 kind, ensemble, self.times, options, pool, runner, progress
             )
             return result
@@ -176,12 +221,7 @@ class SweepPlan:
         ]
         names = {column.name for column in results}
         parameters = []
-        tops = (
-            self.build_tops(range(places[0], places[-1] + 1))
-            if isinstance(outcome, Chaos)
-            else outcome.scene
-        )
-        for name, one in self.source._list_varying_values(places, tops).items():
+        for name, one in self.source._list_varying_values(places, outcome.scene).items():
             flat = one.values.reshape(len(one.values), -1)
             for i, component in enumerate(list_component_names(name, one.value)):
                 # A recorded quantity can have the name of a parameter, as spin with want=("spin",).
@@ -255,80 +295,6 @@ def _encode_parameter(one: BatchParameter) -> list[Any]:
     return [one.name, list(one.value), values, *[True] * one.degrees]
 
 
-def _validate_task(
-    task: str, words: Mapping[str, Any], requested: Options | None, tops: Ensemble
-) -> tuple[Options, Array]:
-    if requested is not None:
-        options = requested.for_tops(tops)
-        refuse_kinetic(tops, options.events or ())
-        return options, options_of.validate_times(tops, words["t"], options)
-    if task == "section":
-        waits, options = validate_section_arguments(tops, **words)
-        return options, waits[0]
-    times, options, _ = validate_chaos_arguments(tops, **words)
-    return options, times
-
-
-def make_sweep_plan(
-    source: Source, task: Any, arguments: Mapping[str, Any], part_size: int | None = None
-) -> SweepPlan:
-    """Return the plan for a sweep, after validating it on a sample of the tops.
-
-    Each argument has the same value for all tops.
-    """
-    if not isinstance(task, str) or task not in _DEFAULTS:
-        raise ValueError(unknown_name_message("task", str(task), list(_DEFAULTS)))
-    defaults = _DEFAULTS[task]
-    for word in arguments:
-        if word not in defaults:
-            raise ValueError(f"{task} has no argument {word!r}: it has {', '.join(defaults)}")
-    if "t" in defaults and "t" not in arguments:
-        raise TypeError("t is missing: give the final time or a list of times")
-    if np.ndim(arguments.get("t", 0.0)) > 1:
-        raise ValueError("t must be a number or a list of times, the same for all tops of a sweep")
-    if np.ndim(arguments.get("max_wait", 0.0)):
-        raise ValueError("max_wait must be a number, the same for all tops of a sweep")
-    words, requested = {**defaults, **arguments}, None
-    if task == "solve":
-        words = {"method": "auto", **arguments}
-        t, method = words.pop("t"), words.pop("method")
-        if not isinstance(method, str):
-            raise TypeError(f"method must be the name of a method, not {short_repr(method)}")
-        words, requested = {"t": t}, options_of.make_options(method, **words)
-
-    def validate(tops: Ensemble) -> tuple[Options, Array]:
-        return _validate_task(task, words, requested, tops)
-
-    def build_and_validate() -> tuple[Ensemble, Options, Array]:
-        tops = source._build_tops(sample)
-        return tops, *validate(tops)
-
-    sample = source._choose_validation_tops()
-    tops, options, times = source._name_invalid_top(sample, validate, build_and_validate)
-    states = times.shape[-1]
-    row = _ROW_BYTES + (8 * len(options.reductions) or states * (8 + options.bytes_per_state))
-    if part_size is None:
-        size = max(1, min(_MAX_PART, _PART_BYTES // row))
-    else:
-        size = checks.as_int("part_size", part_size, 1)
-    byte_count = min(size, source.size) * row
-    if byte_count > get_total_memory():
-        raise MemoryError(
-            f"a part of {size} tops with {states} states each needs {1e-9 * byte_count:.3g} GB, "
-            "more than this machine has: use smaller parts, fewer times or fewer quantities"
-        )
-    for name, value in words.items():
-        if name in ("n", "max_steps"):
-            words[name] = int(value)
-        elif name in ("t", "direction", "tol", "max_wait") and value is not None:
-            words[name] = np.asarray(value, dtype=np.float64).tolist()
-    if task == "section":
-        words |= {"event": validate_section_event(words["event"]), "digits": options.digits}
-    return SweepPlan(
-        source, cast(TaskName, task), words, requested, size, options, times, (sample, tops)
-    )
-
-
 def build_plan_from_dict(plan: Mapping[str, Any], load: Callable[[str], Array]) -> SweepPlan:
     """Return the plan stored in a JSON object; `load` reads an array, given its file name."""
 
@@ -361,7 +327,7 @@ def build_plan_from_dict(plan: Mapping[str, Any], load: Callable[[str], Array]) 
             arguments["events"] = [Event._from_json(row) for row in arguments["events"]]
         if "reduce" in arguments:
             arguments["reduce"] = dict(arguments["reduce"])
-        result = make_sweep_plan(source, task, arguments, plan["part_size"])
+        result = SweepPlan(source, task, arguments, plan["part_size"])
     except (KeyError, TypeError) as error:
         raise ValueError(f"it is not a plan of a sweep: {error}") from None
     if result.hash != hash_plan(plan):
@@ -429,7 +395,7 @@ def _build_plan_from_tables(tables: dict[str, Any], folder: File) -> SweepPlan:
     if name == "columns":
         words["file"] = folder / str(words["file"])
     source = toml.call_with_error_prefix(f"[{name}]", lambda: make(scene, **words))
-    return make_sweep_plan(source, tables.get("task", "solve"), arguments, tables.get("part_size"))
+    return SweepPlan(source, tables.get("task", "solve"), arguments, tables.get("part_size"))
 
 
 def _expand_range(name: str, value: object) -> Any:

@@ -417,7 +417,7 @@ def sweep(
     if not isinstance(scene, (str, os.PathLike)):
         if not isinstance(scene, Source):
             scene = Source.of(scene)
-        plan = plans.make_sweep_plan(scene, task, arguments, part_size)
+        plan = plans.SweepPlan(scene, task, arguments, part_size)
     elif task != "solve" or arguments or part_size is not None:
         raise ValueError(f"{os.fspath(scene)} is a whole plan: give no other arguments than folder")
     else:

@@ -9,7 +9,6 @@ import math
 import os
 import re
 import struct
-import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import BinaryIO
@@ -49,33 +48,56 @@ def atomic_open(path: str | os.PathLike[str]) -> Iterator[BlockAppender]:
     """Open a temporary file that replaces the file `path` at the end of a `with` block.
 
     If an exception occurs or nothing is written, the file `path` is left unchanged. If `path` is a
-    device or a pipe, no temporary file is used.
+    device or a pipe, no temporary file is used. The temporary file has no name, so that a process
+    that is killed leaves none, if the file system allows that.
     """
     file, name = Path(os.path.realpath(path)), os.fspath(path)
     if _is_device_or_pipe(path):  # it cannot be replaced by a rename
         with open(path, "wb", buffering=0) as stream:
             yield BlockAppender(stream.fileno(), name)
         return
-    new, descriptor = _create_temp_file(file, name)
-    held = None
     try:
-        if sys.platform != "win32":
-            held = os.dup(descriptor)  # keeps the file locked after the stream is closed
+        permissions = file.stat().st_mode & 0o777 if file.exists() else 0o666
+        descriptor, new = _create_temporary_file(file, permissions)
+    except OSError as error:
+        error.filename = name
+        raise
+    try:
         with open(descriptor, "wb") as stream:
             appender = BlockAppender(stream.fileno(), name)
             yield appender
             os.fsync(stream.fileno())
-        if appender.size:
-            os.replace(new, file)
-        else:
+            while appender.size and new is None:
+                key = hashlib.blake2b(os.fsencode(file.name), digest_size=8).hexdigest()
+                link = file.with_name(f".{key}.new")  # of a complete file
+                try:
+                    os.link(f"/proc/self/fd/{descriptor}", link, src_dir_fd=descriptor)
+                    new = link
+                except FileExistsError:  # another process was killed here, or is about to go on
+                    with contextlib.suppress(FileNotFoundError):
+                        os.replace(link, file)
+        if appender.size and new is not None:
+            try:
+                os.replace(new, file)
+            except FileNotFoundError:  # unless another process has done it
+                if not file.exists():
+                    raise
+        elif new is not None:
             new.unlink()
     except BaseException:
-        new.unlink(missing_ok=True)
+        if new is not None:
+            new.unlink(missing_ok=True)
         raise
-    finally:
-        if held is not None:
-            os.close(held)
     sync_folder(file.parent)
+
+
+def _create_temporary_file(file: Path, permissions: int) -> tuple[int, Path | None]:
+    """Create a file in the folder of `file`; return its descriptor, and its name if it has one."""
+    if hasattr(os, "O_TMPFILE") and os.path.isdir("/proc/self/fd"):
+        with contextlib.suppress(OSError):  # not all file systems have files without names
+            return os.open(file.parent, os.O_TMPFILE | os.O_WRONLY, permissions), None
+    new = file.with_name(f".{os.urandom(8).hex()}.new")
+    return os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, permissions), new
 
 
 def atomic_write(path: str | os.PathLike[str], data: bytes) -> None:
@@ -109,12 +131,13 @@ def check_file_is_writable(path: str | os.PathLike[str]) -> None:
         return
     if not file.parent.is_dir():
         raise FileNotFoundError(f"{os.fspath(path)}: there is no folder {file.parent}")
-    new = _make_random_temp_path(file)
     try:
-        os.close(os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600))
+        descriptor, new = _create_temporary_file(file, 0o600)
     except OSError as error:
         raise type(error)(f"{os.fspath(path)} cannot be written: {error.strerror}") from None
-    new.unlink(missing_ok=True)
+    os.close(descriptor)
+    if new is not None:
+        new.unlink(missing_ok=True)
 
 
 def _is_device_or_pipe(path: str | os.PathLike[str]) -> bool:
@@ -123,51 +146,6 @@ def _is_device_or_pipe(path: str | os.PathLike[str]) -> bool:
     `path` must not be resolved, because a pipe such as /dev/stdout has no other name.
     """
     return Path(path).exists() and not Path(path).is_file()
-
-
-def _make_random_temp_path(file: Path) -> Path:
-    return file.with_name(f".{os.urandom(8).hex()}.new")
-
-
-def _create_temp_file(file: Path, name: str) -> tuple[Path, int]:
-    """Create and lock a temporary file with the permissions of the final file."""
-    key = hashlib.blake2b(os.fsencode(file.name), digest_size=8).hexdigest()
-    new = file.with_name(f".{key}.new")
-    with contextlib.suppress(OSError):
-        descriptor = os.open(new, os.O_WRONLY)
-        try:
-            if _lock(descriptor, is_waiting=False):  # no process is writing it
-                new.unlink()
-        finally:
-            os.close(descriptor)
-    try:
-        permissions = file.stat().st_mode & 0o777 if file.exists() else 0o666
-        try:
-            descriptor = os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, permissions)
-        except FileExistsError:  # another process is writing the same file
-            new = _make_random_temp_path(file)
-            descriptor = os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, permissions)
-    except OSError as error:
-        error.filename = name
-        raise
-    _lock(descriptor, is_waiting=True)
-    if os.fstat(descriptor).st_nlink:
-        return new, descriptor
-    os.close(descriptor)  # it was removed before it was locked
-    return _create_temp_file(file, name)
-
-
-def _lock(descriptor: int, is_waiting: bool) -> bool:
-    """Lock a file until it is closed; return False if it is locked or cannot be locked."""
-    if sys.platform == "win32":
-        return False
-    import fcntl
-
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if is_waiting else fcntl.LOCK_NB))
-    except OSError:
-        return False
-    return True
 
 
 Integers = npt.NDArray[np.intc]
