@@ -25,8 +25,7 @@ from ._model.scene import Ensemble, Scene
 from ._model.starts import starts
 from ._options.methods import Method, methods
 from ._options.plan import Plan
-from ._results.path import Events, Path
-from ._results.paths import Reductions
+from ._results.path import Events, Path, Reductions
 from ._results.results import Error, Interrupted
 from ._solve.chaos import Chaos, chaos
 from ._solve.exact import Exact, ExactTorus, exact

@@ -25,6 +25,7 @@ from .scenes import about, name_of
 
 _PAGE = File(__file__).with_name("viewer.html")
 _PLACE = re.compile(r'(<script type="application/json" id="scene">)null(</script>)')
+_SAME = "attitude", "momentum", "gravity", "friction", "turning"  # as in the viewer
 _TICK = 1e-6  # the viewer counts time in multiples of this [T]
 
 
@@ -72,29 +73,27 @@ class View:
 
 
 def open_viewer(page: View) -> tuple[File, bool]:
-    """Write the viewer to a file, and open it in a browser if one is found."""
+    """Write the viewer to a file, and open it in a browser if one is found.
+
+    The folder is in the user's cache or, if that fails, a temporary one.
+    """
     import webbrowser  # imported here to keep `import kreisel` fast
 
     name, text = page.scene["name"], page.html  # fails before the folder is created
-    file = _create_viewer_folder() / f"{name if name in about else 'top'}.html"
-    atomic_write(file, text.encode())
-    return file, webbrowser.open(file.as_uri())
-
-
-def _create_viewer_folder() -> File:
-    """Return the viewer folder in the user's cache or, if that fails, a temporary folder."""
     home = os.path.expanduser("~")
     base = {
         "win32": os.environ.get("LOCALAPPDATA") or home,
         "darwin": os.path.join(home, "Library", "Caches"),
     }.get(sys.platform) or os.environ.get("XDG_CACHE_HOME")
-    folder = File(base or os.path.join(home, ".cache")) / "kreisel"
+    folder = File(base or os.path.join(home, ".cache"), "kreisel").absolute()
     try:
         folder.mkdir(parents=True, exist_ok=True)
         check_file_is_writable(folder / "top.html")
     except OSError:
-        return File(tempfile.mkdtemp(prefix="kreisel-"))
-    return folder.absolute()
+        folder = File(tempfile.mkdtemp(prefix="kreisel-"))
+    file = folder / f"{name if name in about else 'top'}.html"
+    atomic_write(file, text.encode())
+    return file, webbrowser.open(file.as_uri())
 
 
 def view(
@@ -127,19 +126,30 @@ def view(
     if isinstance(what, Path):
         check_is_one("the viewer shows", what)
     scene: Scene = what if isinstance(what, Scene) else what.scene
+    body = scene.body
     if len(set(scene.damping)) > 1:
         raise ValueError("the viewer has one damping for all axes: use path.plot()")
     if scene._is_shaken:
         raise ValueError("the viewer cannot integrate tops on shaken supports: use path.plot()")
-    tracks = [_make_viewer_track(what)] if isinstance(what, Path) else []
-    if step is None and isinstance(what, Path):
-        step = what.step if what.step and _is_whole_millionths(what.step) else tracks[0]["step"]
-    if scene.body.inertia_rtol:
+    tracks = []
+    if isinstance(what, Path):
+        n, interval = len(what), float(what.t[-1]) / (len(what) - 1) if len(what) > 1 else 0.0
+        late = np.abs(what.t - np.arange(n) * interval)
+        if not (_is_whole_millionths(interval) and late.max() < 0.01 * _TICK):
+            raise ValueError(
+                "the viewer plays states at equal intervals of whole millionths from t = 0 on: "
+                "solve with step=0.01, every=10, or with t=np.arange(n) * 0.1"
+            )
+        data = base64.b64encode(np.ascontiguousarray(what.states, dtype="<f8").tobytes()).decode()
+        tracks = [{"name": what.method, "step": _round_step(interval), "states": data}]
+        if step is None:
+            step = what.step if what.step and _is_whole_millionths(what.step) else interval
+    if body.inertia_rtol:
         raise ValueError(
             "the viewer does not support a tolerance of the inertia: view a body without "
-            f"inertia_rtol={scene.body.inertia_rtol!r}"
+            f"inertia_rtol={body.inertia_rtol!r}"
         )
-    inertia = np.asarray(scene.body.inertia)
+    inertia = np.asarray(body.inertia)
     rows = np.diag(inertia) if inertia.ndim == 1 else inertia
     name, starts = name_of(scene), _validate_viewer_methods(methods, scene)
     page = View(
@@ -147,26 +157,19 @@ def view(
             "version": 1,
             "name": name or "a scene from Python",
             "about": about.get(name, ""),
-            "body": {
-                "mass": scene.body.mass,
-                "inertia": rows.ravel().tolist(),
-                "com": scene.body.com,
-            },
-            "attitude": scene.attitude,
-            "momentum": scene.momentum,
-            "gravity": scene.gravity,
+            "body": {"mass": body.mass, "inertia": rows.ravel().tolist(), "com": body.com},
+            **{name: getattr(scene, name) for name in _SAME},
             "damping": scene.damping[0],
-            "friction": scene.friction,
-            "turning": scene.turning,
-            "rotor": scene.body.rotor,
+            "rotor": body.rotor,
             "methods": starts,
-            "step": [_validate_viewer_step(0.01 if step is None else step)],
+            "step": [_round_step(0.01 if step is None else step)],
             "speed": as_positive("speed", speed),
             "tol": 1e-15 if scene._has_disturbances else 1e-5,
             "tracks": tracks,
         }
     )
-    if open and not _is_in_notebook():
+    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
+    if open and type(shell).__name__ != "ZMQInteractiveShell":  # outside a notebook
         page.open()
     return page
 
@@ -194,38 +197,11 @@ def _is_whole_millionths(step: float) -> bool:
     return 0.5 < ticks < 2**31 and abs(ticks - round(ticks)) < 1e-6 * ticks
 
 
-def _validate_viewer_step(step: float) -> float:
+def _round_step(step: float) -> float:
+    """Return a step as a whole number of millionths; raise ValueError if it is none."""
     length = as_positive("step", step)
     if not _is_whole_millionths(length):
         raise ValueError(
             f"the viewer needs a step of whole millionths that is at most 2147, not step = {step!r}"
         )
     return round(length / _TICK) / 1e6
-
-
-def _make_viewer_track(path: Path) -> dict[str, Any]:
-    n = len(path)
-    step = float(path.t[-1]) / (n - 1) if n > 1 else 0.0
-    is_even = (
-        _is_whole_millionths(step) and np.abs(path.t - np.arange(n) * step).max() < 0.01 * _TICK
-    )
-    if not is_even:
-        raise ValueError(
-            "the viewer plays states at equal intervals of whole millionths from t = 0 on: solve "
-            "with step=0.01, every=10, or with t=np.arange(n) * 0.1"
-        )
-    states = np.ascontiguousarray(path.states, dtype="<f8")
-    return {
-        "name": path.method,
-        "step": _validate_viewer_step(step),
-        "states": base64.b64encode(states.tobytes()).decode(),
-    }
-
-
-def _is_in_notebook() -> bool:
-    shell = sys.modules.get("IPython")
-    return bool(
-        shell
-        and shell.get_ipython()
-        and shell.get_ipython().__class__.__name__ == "ZMQInteractiveShell"
-    )

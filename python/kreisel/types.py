@@ -9,7 +9,7 @@ from __future__ import annotations
 from ._analysis.compare import Row, Table
 from ._analysis.curves import Nutation, Rod
 from ._options.plan import StepChoice
-from ._results.error import Stats
+from ._results.calls import Stats
 from ._solve.exact import ExactMap
 from ._utils.quantity_attributes import MethodName, QuantityName
 from ._view import View

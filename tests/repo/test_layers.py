@@ -55,6 +55,8 @@ def list_python_imports(file, modules):
             words = [alias.name for alias in node.names]
             names = [f"{base}.{word}" for word in words if word != "_core"]  # a compiled module
         for name in names:
+            if name.endswith("._core"):  # the binding
+                continue
             yield modules.get(name) or modules.get(name.rpartition(".")[0])
 
 

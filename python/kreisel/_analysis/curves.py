@@ -14,7 +14,7 @@ import numpy as np
 from .._core import KIND_RTOL
 from .._model.parameters import refuse_disturbances
 from .._model.scene import Scene
-from .._results.error import compute_angles_between_attitudes
+from .._results.calls import compute_angles_between_attitudes
 from .._results.path import Path, check_is_one, list_drawn_paths
 from .._solve.exact import exact
 from .._utils import arguments
@@ -325,13 +325,8 @@ class Rod:
         The rod should bend only slightly between neighbouring points. Raises ValueError if the rod
         has fewer than two states, and ImportError if matplotlib is not installed.
         """
-        from .._plot.charts import open_chart
-        from .._plot.film import (
-            ORANGE,
-            compute_twist_free_normals,
-            draw_start_and_scale_bar,
-            draw_tube,
-        )
+        from .._plot.charts import ORANGE, open_chart
+        from .._plot.film import compute_twist_free_normals, draw_start_and_scale_bar, draw_tube
 
         target = open_chart(axes)
         side = None if thickness is None else arguments.as_positive("thickness", thickness)
@@ -476,10 +471,9 @@ def plot(
 
 def _compute_angle_between_motions(a: Path, b: Path) -> AngleBetweenPaths:
     """Return the angle between attitudes, or else apexes, at the times of drawn motions."""
-    from .._plot.charts import AngleBetweenPaths
-    from .._plot.dense_motion import evaluate_densely
+    from .._plot.charts import AngleBetweenPaths, evaluate_densely
 
-    lines = [evaluate_densely(path).line for path in (a, b)]
+    lines = [evaluate_densely(path) for path in (a, b)]
     if lines[0] is not None and lines[1] is not None:
         a, b = lines[0], lines[1]
     a, b = _restrict_to_common_times(a, b)

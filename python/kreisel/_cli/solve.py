@@ -21,7 +21,6 @@ from .._core import version
 from .._model.scene import Scene, list_scene_file_keys
 from .._options import options
 from .._results import tables
-from .._results.archive import encode_as_archive
 from .._results.path import Events, Path, join_events, join_paths
 from .._results.results import Error, Interrupted
 from .._solve.run import Run, start
@@ -122,10 +121,10 @@ class RunOutputs:
         """Write a piece to the CSV file, which can fail, before all other outputs receive it."""
         states = ("q", "m", *options.LOW) if (piece.digits or 0) > 16 else ("q", "m")
         self._names: tuple[str, ...] = piece.want or states
-        heads = tables.format_column_heads(piece, self._names, self._degrees)
-        table = {}
+        heads, table = {}, {}
         if "csv" in self.files or self._table:
-            table = tables.columns(piece, self._names, self._degrees)
+            whole = piece._tabulate(self._names, self._degrees, False)
+            heads, table = whole.list_heads(), whole.flatten()
             self._unwrap_angles(table)
         if "csv" in self.files:
             rows = {heads[name]: column.tolist() for name, column in table.items()}
@@ -163,7 +162,7 @@ class RunOutputs:
             if self._pieces:
                 path = join_paths(self._pieces)
                 if "npz" in self.files:
-                    write_bytes(self.files["npz"], encode_as_archive(path))
+                    write_bytes(self.files["npz"], tables.encode_as_archive(path))
                 if "json" in self.files:
                     write_bytes(self.files["json"], self._encode_as_json(path, failure))
 
@@ -193,8 +192,8 @@ class RunOutputs:
 
     def _tabulate_events(self, has_units: bool = False) -> dict[str, list[Any]]:
         events = join_events(self._events)
-        table = tables.columns(events.path, self._names, self._degrees)
-        heads = tables.format_column_heads(events.path, self._names, self._degrees)
+        whole = events.path._tabulate(self._names, self._degrees, False)
+        heads, table = whole.list_heads(), whole.flatten()
         named = {heads[n] if has_units else n: column.tolist() for n, column in table.items()}
         (head, times), *others = named.items()
         names = [self._event_names[i] for i in events.which]

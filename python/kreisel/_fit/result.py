@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike
 
 from .._core import values as values_of_core
 from .._model.scene import Ensemble, Scene
-from .._plot.dense_motion import compute_duration_of_turn, insert_gaps, subdivide_times
 from .._results.path import Path
 from .._utils.arguments import Array, ReadOnlyArrays, as_int, optional_dependency
 from .._utils.files import atomic_write
@@ -474,6 +473,8 @@ class Fit(ReadOnlyArrays):
         A line is interrupted by NaN where an angle jumps and between the pieces of the motion. A
         quantity is missing if it is an attitude, or if the motion has too many turns for a line.
         """
+        from .._plot.charts import compute_duration_of_turn, insert_gaps
+
         turn = compute_duration_of_turn(self.scene, is_seen_from_body=True)
         dense = [_sample_record(record, turn) for record in self.records]
         if not any(record.series for record in dense):
@@ -657,6 +658,8 @@ def _sample_record(record: Record, turn: float) -> Record:
     The residuals of angles refer to the nearest turn of these values. The record has no series if
     too many times would be needed.
     """
+    from .._plot.charts import subdivide_times
+
     times, sampled = subdivide_times(record.t, turn), []
     for series in record.series:
         rows = np.flatnonzero(series.measured.any(axis=1))

@@ -1,4 +1,4 @@
-"""Charts of paths, fits, sections and growth."""
+"""Charts of paths, fits, sections and indicators of chaos, and the motion between their states."""
 
 from __future__ import annotations
 
@@ -9,19 +9,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 import numpy as np
 import numpy.typing as npt
 
-from .._model.scene import Ensemble
+from .._core import body_symmetry
+from .._model.scene import Scene
 from .._model.starts import compute_turning_points
 from .._utils.arguments import Array, as_bool, as_unit_name, optional_dependency, short_repr
 from .._utils.html import render_figure_as_png
-from .dense_motion import evaluate_densely, insert_gaps
-from .film import (
-    BLUE,
-    FAINT,
-    ORANGE,
-    project_to_view,
-    set_equal_scale_and_hide_frame,
-    validate_axes_type,
-)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,17 +27,110 @@ with optional_dependency("'kreisel[plot]'"):
     from matplotlib.ticker import MaxNLocator
 
 
+BLUE, ORANGE, FAINT = "#2f7de1", "#e8710a", "#8c8c8c"
 # Classes of tops and their colours, which deuteranopes tell apart by hue and by lightness.
 CLASSES = (("regular", "#1f5fb5"), ("chaotic", "#f0810f"), ("in doubt", "#a0a0a0"))
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
+_FEWEST_PER_TURN = 16  # states per turn from which lines between them show the motion
+POINTS_PER_TURN = 48
+MOST_POINTS = 30_000  # a line of more points would show a filled band
+_AGREE = 1e-6  # distance of two apex directions that is not visible
+
+
+def compute_duration_of_turn(scene: Scene, *, is_seen_from_body: bool = False) -> float:
+    """Estimate the time of a turn about the fastest axis [T], or inf if nothing moves.
+
+    The apex of a symmetric top does not feel its spin, which quantities seen from the body do.
+    """
+    moments = np.array(scene.body.moments)
+    symmetry = body_symmetry(scene.body._block)
+    moment = symmetry[0] if symmetry and not is_seen_from_body else moments.min()
+    rate = scene._rotation_rate * float(moments.max() / moment)
+    return 2.0 * np.pi / rate if rate > 0.0 else np.inf
+
+
+def subdivide_times(t: Array, turn: float) -> Array | None:
+    """Return the distinct times `t` in increasing order, with enough times between them.
+
+    Times whose distances are short enough are returned as they are. Returns None if more than
+    MOST_POINTS times would be needed.
+    """
+    times = np.unique(t)
+    gaps = np.diff(times)
+    if (gaps * _FEWEST_PER_TURN <= turn).all():
+        return times
+    needed = np.maximum(np.ceil(gaps * POINTS_PER_TURN / turn), 1.0)
+    if needed.sum() >= MOST_POINTS:
+        return None
+    counts = needed.astype(int)
+    ends = np.cumsum(counts)
+    place = np.arange(ends[-1]) - np.repeat(ends - counts, counts)
+    inner = np.repeat(times[:-1], counts) + place * np.repeat(gaps / counts, counts)
+    return np.append(inner, times[-1])
+
+
+def evaluate_densely(path: Any) -> Any:
+    """Return the motion of a path for a line, from the first state to the last; or None.
+
+    The result is the path itself if its states are close enough, otherwise the motion at more
+    times. No line is drawn if the path cannot be evaluated, if its states are not those of a single
+    motion of its scene, or if the motion has too many turns for a picture.
+    """
+    times = subdivide_times(path.t, compute_duration_of_turn(path.scene))
+    if times is None:
+        return None
+    if path.t[-1] < path.t[0]:
+        times = times[::-1]
+    if np.array_equal(times, path.t):
+        return path
+    try:
+        motion = path(times)
+    except (ValueError, RuntimeError):  # a map has no states between its steps
+        return None
+    order = np.argsort(times)
+    states = order[np.searchsorted(times, path.t, sorter=order)]
+    return motion if (np.abs(motion.apex[states] - path.apex) < _AGREE).all() else None
+
+
+def insert_gaps(t: Array, values: Array, is_jump: npt.NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Insert a NaN into each interval where `is_jump`, so that drawn curves are interrupted."""
+    gaps = np.flatnonzero(is_jump) + 1
+    return np.insert(t, gaps, np.nan), np.insert(values, gaps, np.nan, axis=0)
+
+
+def project_to_view(
+    points: Array, elevation: float = 20.0, azimuth: float = 0.0
+) -> tuple[Array, Array, Array]:
+    """Project points onto the directions right, up and towards the viewer (angles in degrees)."""
+    e, a = np.radians((elevation, azimuth))
+    x, y, z = np.moveaxis(np.asarray(points), -1, 0)
+    horizontal, distance = x * np.cos(a) + y * np.sin(a), y * np.cos(a) - x * np.sin(a)
+    return horizontal, z * np.cos(e) + distance * np.sin(e), z * np.sin(e) - distance * np.cos(e)
+
+
+def set_equal_scale_and_hide_frame(axes: Axes) -> None:
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    axes.axis("off")
+
+
+def check_axes(axes: object) -> None:
+    if not isinstance(axes, Axes):
+        raise TypeError(
+            "axes must be axes of matplotlib, as returned by figure.add_subplot(), not "
+            f"{short_repr(axes)}"
+        )
+
+
 def open_chart(axes: Axes | None, width: float = 6.0, height: float = 4.0) -> Axes:
     """Return `axes`, by default those of a new figure of the given size [in]."""
-    if axes is not None:
-        return validate_axes_type(axes)
-    return Figure(figsize=(width, height), layout="constrained").add_subplot()
+    if axes is None:
+        return Figure(figsize=(width, height), layout="constrained").add_subplot()
+    check_axes(axes)
+    return axes
 
 
 def apply_chart_style(chart: Axes) -> None:
@@ -76,10 +161,6 @@ def format_axis_label(name: str, dimension: str, time_unit: str) -> str:
         for base, _, power in (factor.partition("^") for factor in dimension.split())
     ]
     return f"{name} [{' '.join(parts)}]"
-
-
-def format_time_axis_label(unit: str) -> str:
-    return format_axis_label("time", "T", unit)
 
 
 class AngleBetweenPaths(NamedTuple):
@@ -137,21 +218,42 @@ def plot_paths(
     For two paths, an additional chart may show the angle between them.
     """
     unit, name = (180.0 / np.pi, "°") if as_bool("degrees", degrees) else (1.0, "rad")
-    label = format_time_axis_label(as_unit_name("time_unit", time_unit))
+    label = format_axis_label("time", "T", as_unit_name("time_unit", time_unit))
     if not all(len(path.t) for path, _ in paths):
         raise ValueError("a path without states cannot be drawn: call solve with times")
-    n, has_difference = len(paths), compute_angle_between_paths is not None
-    picture = (
-        _create_path_axes(n, has_difference) if axes is None else _validate_chart_axes(axes, n)
-    )
+    n = len(paths)
+    if axes is None:
+        picture = _create_path_axes(n, compute_angle_between_paths is not None)
+    else:
+        try:
+            picture = FigureAxes(axes)
+        except TypeError:
+            raise TypeError(f"axes must be a list of {3 * n}, not {short_repr(axes)}") from None
+        if len(picture) != 3 * n and (len(picture), n) != (7, 2):
+            more = ", or 7 with their difference" if n == 2 else ""
+            raise ValueError(
+                f"axes must be {3 * n}, for trace, nutation and precession of each path{more}, not "
+                f"{len(picture)}"
+            )
+        for one in picture:
+            check_axes(one)
     for i, (path, events) in enumerate(paths):
-        one = picture[3 * i : 3 * i + 3]
-        _draw_path_panels(one, path, events, (unit, name), label)
+        own = picture[3 * i : 3 * i + 3]
+        _draw_path_panels(own, path, events, (unit, name), label)
         if i and axes is None:
-            for chart in one[1:]:
+            for chart in own[1:]:
                 chart.set_ylabel("")
     if compute_angle_between_paths is not None and len(picture) > 3 * n:
-        _draw_angle_between_paths(picture[-1], compute_angle_between_paths(), (unit, name), label)
+        t, angles, what = compute_angle_between_paths()
+        note = f"the {what} are equal" if len(t) else "the paths have no times in common"
+        if (angles > 0.0).any():
+            angles = np.where(angles > 0.0, angles, np.nan)
+            picture[-1].set_yscale("log")
+            note = f"angle between the {what}"
+        picture[-1].plot(t, unit * angles, color=BLUE, linewidth=1.2)
+        picture[-1].set(xlabel=label, ylabel=f"difference [{name}]")
+        picture[-1].set_title(note, fontsize=9)
+        apply_chart_style(picture[-1])
     return picture
 
 
@@ -160,9 +262,8 @@ def _create_path_axes(n: int, has_difference: bool) -> FigureAxes:
         figure = Figure(figsize=(8.4, 3.9), layout="constrained")
         grid = figure.add_gridspec(2, 2, width_ratios=(3, 4))
         sphere, nutation_axes = figure.add_subplot(grid[:, 0]), figure.add_subplot(grid[0, 1])
-        return FigureAxes(
-            (sphere, nutation_axes, figure.add_subplot(grid[1, 1], sharex=nutation_axes))
-        )
+        precession_axes = figure.add_subplot(grid[1, 1], sharex=nutation_axes)
+        return FigureAxes((sphere, nutation_axes, precession_axes))
     heights = (6, 4, 4, 4) if has_difference else (6, 4, 4)
     figure = Figure(figsize=(3.3 * n + 0.6, 6.4 * sum(heights) / 14), layout="constrained")
     grid = figure.add_gridspec(len(heights), n, height_ratios=heights)
@@ -174,23 +275,6 @@ def _create_path_axes(n: int, has_difference: bool) -> FigureAxes:
     if has_difference:
         axes.append(figure.add_subplot(grid[3, :]))
     return FigureAxes(axes)
-
-
-def _validate_chart_axes(axes: Iterable[Axes], paths: int) -> FigureAxes:
-    n = 3 * paths
-    try:
-        picture = FigureAxes(axes)
-    except TypeError:
-        raise TypeError(f"axes must be a list of {n}, not {short_repr(axes)}") from None
-    if len(picture) != n and (len(picture), paths) != (7, 2):
-        more = ", or 7 with their difference" if paths == 2 else ""
-        raise ValueError(
-            f"axes must be {n}, for trace, nutation and precession of each path{more}, not "
-            f"{len(picture)}"
-        )
-    for one in picture:
-        validate_axes_type(one)
-    return picture
 
 
 def _draw_path_panels(
@@ -207,14 +291,15 @@ def _draw_path_panels(
     except ValueError:  # not known in closed form
         limits = None
     angles = [] if limits is None else [float(limits.least[0]), float(limits.greatest[0])]
-    drawn = evaluate_densely(path)
-    shown = path[:1] if drawn.line is None else drawn.line
-    draw_apex_trace(sphere, shown.apex, limits=np.cos(angles))
+    line = evaluate_densely(path)
+    has_marks = line is not path or len(path) == 1
+    shown = path[:1] if line is None else line
+    draw_apex_trace(sphere, shown.apex, np.cos(angles))
     motion = path.scene.body.kind if limits is None else str(limits.motion_type[0])
     method = "closed form" if path.method == "exact" else path.method
     sphere.set_title(f"{motion} ({method})", fontsize=10)
-    if drawn.line is not None:
-        line, style = drawn.line, dict[str, Any](color=BLUE, linewidth=1.2)
+    if line is not None:
+        style = dict[str, Any](color=BLUE, linewidth=1.2)
         nutation_axes.plot(line.t, unit * line.nutation, **style)
         precession = np.unwrap(line.precession_angle)
         change = np.abs(np.diff(precession))
@@ -225,15 +310,13 @@ def _draw_path_panels(
         nutation_axes.axhline(
             unit * angle_limit, color=ORANGE, linewidth=0.9, linestyle="--", zorder=1
         )
-    if drawn.has_marks:
-        _draw_dots(axes, path, drawn.line, unit, BLUE, 3.0)
+    if has_marks:
+        _draw_dots(axes, path, line, unit, BLUE, 3.0)
     if events is not None:
-        _draw_dots(axes, events, drawn.line, unit, ORANGE, 4.0)
+        _draw_dots(axes, events, line, unit, ORANGE, 4.0)
     dots = [("start", matplotlib.rcParams["text.color"], 4.0)]
-    if drawn.has_marks:
-        dots.append(
-            ("states" if drawn.line is not None else "states (motion not drawn)", BLUE, 3.0)
-        )
+    if has_marks:
+        dots.append(("states" + " (motion not drawn)" * (line is None), BLUE, 3.0))
     if events is not None:
         dots.append(("events", ORANGE, 4.0))
     marks = [
@@ -259,33 +342,8 @@ def _draw_path_panels(
         apply_chart_style(chart)
 
 
-def _draw_angle_between_paths(
-    chart: Axes, difference: AngleBetweenPaths, angle: tuple[float, str], time: str
-) -> None:
-    """Plot the angle between two paths on a logarithmic scale, omitting angles equal to 0."""
-    unit, sign = angle
-    values = unit * difference.angle
-    chart.set(xlabel=time, ylabel=f"difference [{sign}]")
-    if (values > 0.0).any():
-        chart.plot(difference.t, np.where(values > 0.0, values, np.nan), color=BLUE, linewidth=1.2)
-        chart.set_yscale("log")
-        note = f"angle between the {difference.what}"
-    elif len(values):
-        chart.plot(difference.t, values, color=BLUE, linewidth=1.2)
-        note = f"the {difference.what} are equal"
-    else:
-        note = "the paths have no times in common"
-    chart.set_title(note, fontsize=9)
-    apply_chart_style(chart)
-
-
 def _draw_dots(
-    axes: Sequence[Axes],
-    states: Any,
-    line: Any,
-    unit: float,
-    colour: str,
-    size: float,
+    axes: Sequence[Axes], states: Any, line: Any, unit: float, colour: str, size: float
 ) -> None:
     """Mark states by dots in all charts, on the line, except on the far side of the sphere."""
     x, y, depth = project_to_view(states.apex)
@@ -293,30 +351,13 @@ def _draw_dots(
     if line is not None:
         order = np.argsort(line.t)
         precession = np.interp(states.t, line.t[order], np.unwrap(line.precession_angle)[order])
-    points = [
-        (x[depth > 0.0], y[depth > 0.0]),
-        (states.t, unit * states.nutation),
-        (states.t, unit * precession),
-    ]
+    angles = (states.t, unit * states.nutation), (states.t, unit * precession)
+    points = (x[depth > 0.0], y[depth > 0.0]), *angles
     for chart, (across, up) in zip(axes, points, strict=True):
         chart.plot(across, up, "o", color=colour, markersize=size, zorder=4)
 
 
-def _draw_circle_of_latitude(
-    axes: Axes, height: float, elevation: float, colour: str, style: str
-) -> None:
-    angle = np.linspace(0.0, 2.0 * np.pi, 200)
-    flat = (1.0 - height * height) ** 0.5
-    circle = np.stack(
-        [flat * np.cos(angle), flat * np.sin(angle), np.full_like(angle, height)], axis=-1
-    )
-    x, y, depth = project_to_view(circle, elevation)
-    axes.plot(x, np.where(depth > 0.0, y, np.nan), style, color=colour, linewidth=0.7)
-
-
-def draw_apex_trace(
-    axes: Axes, trace: Array, elevation: float = 20.0, limits: Iterable[float] = ()
-) -> None:
+def draw_apex_trace(axes: Axes, trace: Array, limits: Iterable[float]) -> None:
     """Draw a trace on the unit sphere, with fainter lines on the far side of the sphere.
 
     The initial state is marked by a dot, and the vertical by an arrow. Dashed circles mark the
@@ -324,18 +365,19 @@ def draw_apex_trace(
     """
     angle = np.linspace(0.0, 2.0 * np.pi, 200)
     axes.plot(np.cos(angle), np.sin(angle), color=FAINT, linewidth=0.8)
-    _draw_circle_of_latitude(axes, 0.0, elevation, FAINT, "-")
-    x, y, _ = project_to_view(np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.25]]), elevation)
+    x, y, _ = project_to_view(np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.25]]))
     axes.annotate("", (x[1], y[1]), (x[0], y[0]), arrowprops={"arrowstyle": "->", "color": FAINT})
     axes.set(xlim=(-1.05, 1.05), ylim=(-1.05, 1.3))
-    for height in limits:
-        _draw_circle_of_latitude(axes, float(height), elevation, ORANGE, "--")
-    x, y, depth = project_to_view(trace, elevation)
+    for height, colour, style in [(0.0, FAINT, "-"), *((z, ORANGE, "--") for z in limits)]:
+        radius = (1.0 - height * height) ** 0.5
+        circle = radius * np.cos(angle), radius * np.sin(angle), np.full_like(angle, height)
+        x, y, depth = project_to_view(np.stack(circle, axis=-1))
+        axes.plot(x, np.where(depth > 0.0, y, np.nan), style, color=colour, linewidth=0.7)
+    x, y, depth = project_to_view(trace)
     axes.plot(x, y, color=BLUE, linewidth=0.5, alpha=0.4)
     axes.plot(x, np.where(depth > 0.0, y, np.nan), color=BLUE, linewidth=1.0)
-    ink = matplotlib.rcParams["text.color"]
-    is_behind = depth[0] < 0.0
-    axes.plot(x[:1], y[:1], "o", color=ink, markersize=4, alpha=0.4 if is_behind else 1.0)
+    ink, opacity = matplotlib.rcParams["text.color"], 0.4 if depth[0] < 0.0 else 1.0
+    axes.plot(x[:1], y[:1], "o", color=ink, markersize=4, alpha=opacity)
     set_equal_scale_and_hide_frame(axes)
 
 
@@ -374,9 +416,8 @@ def draw_indicator_curves(chaos: Any, name: str, axes: Axes | None, unit: str) -
         marks.append(make_legend_entry("threshold", FAINT, linestyle="--"))
     chart.legend(handles=marks, fontsize=8, frameon=False)
     chart.set(xscale="log", yscale="log")
-    chart.set(xlabel=format_time_axis_label(unit), ylabel=format_axis_label(*_NAMES[name], unit))
-    if chaos.t[-1] < 0.0:
-        chart.set_xlabel(f"{format_time_axis_label(unit)}, back from the start")
+    time = format_axis_label("time", "T", unit) + ", back from the start" * bool(chaos.t[-1] < 0.0)
+    chart.set(xlabel=time, ylabel=format_axis_label(*_NAMES[name], unit))
     apply_chart_style(chart)
     return chart
 
@@ -385,41 +426,32 @@ def draw_chaos_indicator_map(chaos: Any, name: str, axes: Axes | None, unit: str
     """Plot the final values of an indicator over two parameters; dots mark borderline cases."""
     chart = open_chart(axes)
     values = getattr(chaos, f"{name}_curve")[..., -1]
-    (y_name, y), (x_name, x) = (_get_varied_axis_name_and_values(chaos.scene, d) for d in (0, 1))
+    axes_of_map = []  # the name of each parameter, and its monotonic values or else its indices
+    for name_of_axis, n in zip(chaos.scene.axes, values.shape, strict=True):
+        numbers = np.ravel(chaos.scene.coords.get(name_of_axis, ())).astype(np.float64)
+        steps = np.diff(numbers)
+        if len(numbers) != n or not ((steps > 0.0).all() or (steps < 0.0).all()):
+            numbers = np.arange(n, dtype=np.float64)
+        axes_of_map.append((name_of_axis.replace("_", " "), numbers))
+    (y_name, y), (x_name, x) = axes_of_map
     scale: Normalize = Normalize()
     if name != "lyapunov":
-        largest = float(np.max(values, where=np.isfinite(values), initial=10.0))
-        scale = LogNorm(1.0, largest)
+        scale = LogNorm(1.0, float(np.max(values, where=np.isfinite(values), initial=10.0)))
         values = np.maximum(values, 1.0)
     field = chart.pcolormesh(x, y, values, cmap="cividis", norm=scale, rasterized=True)
     doubtful = np.asarray(chaos.is_doubtful)
     if doubtful.any():
         rows, columns = np.nonzero(doubtful)
-        chart.plot(
-            x[columns], y[rows], ".", color="white", markersize=1.5,
-            markeredgewidth=0.0,
-        )  # fmt: skip
+        chart.plot(x[columns], y[rows], ".", color="white", markersize=1.5, markeredgewidth=0.0)
         chart.set_title("dots: classification in doubt", fontsize=9)
     chart.set(xlabel=x_name, ylabel=y_name)
     apply_chart_style(chart)
     chart.grid(visible=False)
     figure = chart.get_figure()
     assert isinstance(figure, Figure)
-    end = f"t = {chaos.t[-1]:g}"
-    figure.colorbar(field, ax=chart, label=f"{format_axis_label(*_NAMES[name], unit)}, {end}")
+    label = format_axis_label(*_NAMES[name], unit)
+    figure.colorbar(field, ax=chart, label=f"{label}, t = {chaos.t[-1]:g}")
     return chart
-
-
-def _get_varied_axis_name_and_values(tops: Ensemble, dimension: int) -> tuple[str, Array]:
-    """Return the name of a dimension, and its monotonic parameter values or else its indices."""
-    name, n = tops.axes[dimension], tops.shape[dimension]
-    values: Any = tops.coords.get(name)
-    if values is not None and np.size(values) == n:
-        flat = np.ravel(values).astype(np.float64)
-        steps = np.diff(flat)
-        if (steps > 0.0).all() or (steps < 0.0).all():
-            return name.replace("_", " "), flat
-    return name.replace("_", " "), np.arange(n, dtype=np.float64)
 
 
 _NEAR = 1e-3  # largest difference of a line from a multiple, relative to the frequency of nutation
@@ -432,31 +464,25 @@ def draw_spectral_lines(spectrum: Any, axes: Axes | None, unit: str) -> Axes:
     strengths = np.abs(spectrum.amplitudes)
     is_present = strengths > 0.0
     lines, strengths = spectrum.lines[is_present], strengths[is_present]
-    chart.set(
-        xlabel=format_axis_label("angular frequency", "T^-1", unit),
-        ylabel="amplitude of the apex",
-        yscale="log",
-    )
+    label = format_axis_label("angular frequency", "T^-1", unit)
+    chart.set(xlabel=label, ylabel="amplitude of the apex", yscale="log")
     if len(lines):
         floor = 10.0 ** (math.floor(np.log10(strengths.min()) - _DECADES))
         chart.vlines(lines, floor, strengths, color=BLUE, linewidth=1.4)
         chart.plot(lines, strengths, "o", color=BLUE, markersize=4)
         chart.set_ylim(floor, strengths.max() * 10.0**_DECADES)
-    if math.isfinite(spectrum.precession_rate):
-        chart.axvline(
-            spectrum.precession_rate, color=ORANGE, linewidth=1.0, linestyle="--", zorder=1
-        )
+    title, rate = f"{len(lines)} lines, rest {spectrum.rest:.0e}", spectrum.precession_rate
+    if math.isfinite(rate):
+        title += "; dashed: mean precession"
+        chart.axvline(rate, color=ORANGE, linewidth=1.0, linestyle="--", zorder=1)
         if spectrum.nutation > 0.0:
-            multiples = (lines - spectrum.precession_rate) / spectrum.nutation
+            multiples = (lines - rate) / spectrum.nutation
             for line, strength, k in zip(lines, strengths, multiples, strict=True):
                 if abs(k - round(k)) < _NEAR:
                     chart.annotate(
                         f"{round(k):+d}" if round(k) else "0", (line, strength), xytext=(0, 4),
                         textcoords="offset points", ha="center", fontsize=7.5,
                     )  # fmt: skip
-    title = f"{len(lines)} lines, rest {spectrum.rest:.0e}"
-    if math.isfinite(spectrum.precession_rate):
-        title += "; dashed: mean precession"
     chart.set_title(title, fontsize=9)
     apply_chart_style(chart)
     chart.margins(x=0.06)
@@ -530,7 +556,7 @@ def plot_fit_panels(panels: Sequence[Any]) -> FigureAxes:
             upper.plot(panel.t, panel.values + panel.residuals * panel.sigma, "k.", ms=1.5)
         upper.set_title(panel.name)
         lower.axhline(0.0, color="black", lw=0.8)
-        lower.set_xlabel(format_time_axis_label("T"))
+        lower.set_xlabel(format_axis_label("time", "T", "T"))
         lower.set_ylabel("residual [sigma]")
         axes += [upper, lower]
     return FigureAxes(axes)

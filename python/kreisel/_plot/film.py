@@ -24,11 +24,18 @@ from .._utils.arguments import (
     as_unit_name,
     make_frozen_class_decorator,
     optional_dependency,
-    short_repr,
 )
 from .._utils.files import atomic_write, check_file_is_writable
 from ..quaternion import multiply, turn
-from .dense_motion import MOST_POINTS, POINTS_PER_TURN, compute_duration_of_turn
+from .charts import (
+    FAINT,
+    MOST_POINTS,
+    ORANGE,
+    POINTS_PER_TURN,
+    compute_duration_of_turn,
+    project_to_view,
+    set_equal_scale_and_hide_frame,
+)
 
 with optional_dependency("'kreisel[plot]'"):
     import matplotlib
@@ -41,7 +48,6 @@ with optional_dependency("'kreisel[plot]'"):
     from PIL import Image
 
 
-BLUE, ORANGE, FAINT = "#2f7de1", "#e8710a", "#8c8c8c"
 RED, CREAM = "#c73237", "#f7ecd2"  # colours of a body, as in the interactive viewer
 _LIGHT = np.array((-0.4, -0.5, 0.77))
 _SLICES = 96
@@ -49,28 +55,8 @@ _PIECES = 4  # straight pieces that approximate each piece of a profile
 _ROUND = 24  # flat sides that approximate a round tube
 
 
-def project_to_view(
-    points: Array, elevation: float = 20.0, azimuth: float = 0.0
-) -> tuple[Array, Array, Array]:
-    """Project points onto the directions right, up and towards the viewer (angles in degrees)."""
-    e, a = np.radians((elevation, azimuth))
-    x, y, z = np.moveaxis(np.asarray(points), -1, 0)
-    horizontal, distance = x * np.cos(a) + y * np.sin(a), y * np.cos(a) - x * np.sin(a)
-    return horizontal, z * np.cos(e) + distance * np.sin(e), z * np.sin(e) - distance * np.cos(e)
-
-
 def _rotate(q: Array, points: Array) -> Array:
     return np.stack(turn(tuple(q), tuple(np.moveaxis(points, -1, 0))), axis=-1)
-
-
-def validate_axes_type(axes: object) -> Axes:
-    """Return `axes` if it is a matplotlib Axes; raise TypeError otherwise."""
-    if not isinstance(axes, Axes):
-        raise TypeError(
-            "axes must be axes of matplotlib, as returned by figure.add_subplot(), not "
-            f"{short_repr(axes)}"
-        )
-    return axes
 
 
 def _compute_signed_areas(x: Array, y: Array) -> Array:
@@ -107,12 +93,6 @@ def draw_solid_faces(
     solid = PolyCollection(list(np.stack([x, y], axis=-1)), facecolors=colours, **outline)
     axes.add_collection(solid)
     return solid
-
-
-def set_equal_scale_and_hide_frame(axes: Axes) -> None:
-    axes.set_aspect("equal")
-    axes.autoscale_view()
-    axes.axis("off")
 
 
 def draw_tube(

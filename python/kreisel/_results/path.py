@@ -1,24 +1,27 @@
-"""The path of one or of many tops: their states, quantities and events."""
+"""The path of one or of many tops, its events, and reductions of it."""
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from operator import index
-from typing import TYPE_CHECKING, Any, NoReturn, Self, cast
+from typing import TYPE_CHECKING, Any, NoReturn, Self, cast, overload
 
 import numpy as np
 import numpy.typing as npt
 
+from .._core import reductions as KINDS
 from .._core import start, statuses
 from .._model.parameters import advance_shaking_phase
 from .._model.scene import Ensemble, Scene
 from .._options.methods import EXACT, explain_no_closed_form, has_torus_closed_form
 from .._options.options import (
+    QUANTITIES,
     RECORDABLE,
+    TIME,
     Options,
     get_member_by_flat_index,
     validate_requested_quantities,
@@ -30,10 +33,20 @@ from .._utils.arguments import Array, Numbers, format_count, freeze_array, short
 from .._utils.files import atomic_write
 from .._utils.html import format_picture_as_html
 from .._utils.quantity_attributes import QuantityAttributes, QuantityName
-from . import error as estimates
-from .archive import encode_as_archive
-from .buffers import STATUSES, Counts, EnsembleBuffers, EventColumns
-from .error import NO_STATES, ORIGIN, STATE_COLUMNS, CoreResult, RunStart, Stats, TangentData
+from . import calls as estimates
+from .calls import (
+    NO_STATES,
+    ORIGIN,
+    STATE_COLUMNS,
+    STATUSES,
+    CoreResult,
+    Counts,
+    EnsembleBuffers,
+    EventColumns,
+    RunStart,
+    Stats,
+    TangentData,
+)
 from .results import (
     Error,
     Interrupted,
@@ -45,14 +58,19 @@ from .results import (
 )
 from .tables import (
     ColumnTable,
+    TableColumn,
     TableExportMethods,
     describe_quantities,
+    encode_as_archive,
+    list_component_labels,
     list_quantity_columns,
     name_axes,
 )
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from pandas import DataFrame
+    from xarray import Dataset
 
     from .._plot.charts import FigureAxes
     from .._plot.film import Film
@@ -669,6 +687,121 @@ def check_is_one(what: str, path: Path) -> None:
     """Raise ValueError unless the path is of one top; `what` begins the message."""
     if arguments.validate_type("path", path, Path).shape:
         raise ValueError(f"{what} one top: select it, as in path[0], not of shape {path.shape}")
+
+
+class Reductions(RunResult, Mapping[str, dict[str, Array]]):
+    """The result of kreisel.reduce, a mapping from quantity names to dictionaries of arrays.
+
+    The possible keys of these dictionaries are 'min', 'max', 'mean', 'variance', 'last',
+    'where_min' and 'where_max'. The arrays are read-only. The shape of each array is the shape of
+    the ensemble, followed by that of the quantity. If the computation of a top failed, its values
+    are NaN. The variance is the mean squared deviation of the recorded values from their mean. The
+    minimum and the maximum are first attained at the times where_min and where_max [T].
+
+    scene  the scene or the ensemble
+
+        >>> import kreisel as kr
+        >>> tops = kr.scenes.cusps.vary(gravity=[0.5, 1.0])
+        >>> falls = kr.reduce(tops, [0.0, 0.5, 1.0], {"nutation": ("min", "max")})
+        >>> falls["nutation"]["max"].round(3)
+        array([1.023, 1.13 ])
+    """
+
+    __eq__, __hash__ = object.__eq__, object.__hash__
+
+    def __repr__(self) -> str:
+        items = self._options.reduce.items()
+        listing = ", ".join(f"{name}: {' '.join(kinds)}" for name, kinds in items)
+        return f"<kreisel.Reductions of shape {self.shape}, {listing}: {self._format_summary()}>"
+
+    @overload
+    def __getitem__(self, key: str) -> dict[str, Array]: ...
+    @overload
+    def __getitem__(self, key: Any) -> Any: ...
+    def __getitem__(self, key: Any) -> Any:
+        """Return the reductions of the quantity named `key`, or of the tops that `key` selects.
+
+        The reductions of a quantity are a mapping from the kind of reduction, such as 'min', to an
+        array.
+        """
+        if not isinstance(key, str):
+            if find_flat_index(self.shape, key) is not None:
+                raise TypeError(
+                    "reductions contain no paths: index their arrays, as in "
+                    "reduced['nutation']['max'][3]"
+                )
+            return super().__getitem__(key)
+        if key not in self._options.reduce:
+            text = arguments.unknown_name_message(
+                "quantity among the reductions:", key, self._options.reduce
+            )
+            raise KeyError(text)
+        assert self._buffers.reduced is not None
+        columns: dict[str, list[Array]] = {}
+        for one, column in zip(self._options.reductions, self._buffers.reduced.T, strict=True):
+            if one.name == key:
+                columns.setdefault(KINDS[one.kind], []).append(column)
+        shape = self.shape + (QUANTITIES[key].shape if key in QUANTITIES else ())
+        return {
+            kind: freeze_array(np.stack(rows, axis=-1).reshape(shape))
+            for kind, rows in columns.items()
+        }
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._options.reduce)
+
+    def __len__(self) -> int:
+        """Return the number of quantities for which reductions were computed."""
+        return len(self._options.reduce)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._options.reduce
+
+    def to_xarray(self) -> Dataset:
+        """Return an xarray.Dataset with one variable per reduction, such as nutation_max.
+
+        Variables have units. The dimensions of the Dataset are those of the ensemble. The varying
+        parameters, `status` and `reached` are stored as coordinates of the Dataset. Raises
+        ImportError if xarray is not installed.
+        """
+        return self._make_column_table(self._list_columns()).to_xarray()
+
+    def to_pandas(self) -> DataFrame:
+        """Return a pandas.DataFrame with one row per top, in C order.
+
+        There is one column per statistic of a component, such as nutation_max or apex_z_mean. The
+        columns of the DataFrame also include `status`, `reached` and the varying parameters.
+        `attrs` contains the units. Raises ImportError if pandas is not installed.
+        """
+        return self._make_column_table(self._list_columns()).to_pandas()
+
+    def _list_columns(self) -> list[TableColumn]:
+        """Return a column for each reduction of each quantity."""
+        columns = []
+        for name, kinds in self.items():
+            quantity = QUANTITIES.get(name) or next(
+                each for each in QUANTITIES.values() if name in each.components
+            )
+            for kind, values in kinds.items():
+                unit = quantity.dimension
+                if kind.startswith("where_"):
+                    unit = TIME.dimension
+                elif kind == "variance" and unit:
+                    unit = f"({unit})^2"
+                text = f"{kind} over the times: {quantity.text}"
+                parts = [f"{component}_{kind}" for component in quantity.components]
+                labels = list_component_labels(quantity) if values.ndim > self.ndim else {}
+                column = TableColumn(
+                    f"{name}_{kind}", self.scene.axes, values, unit, text, parts, labels
+                )
+                columns.append(column)
+        return columns
+
+    def _select_member(self, i: int) -> Path:
+        return select_member(self, i)
+
+    def _make_top_error(self, i: int) -> BaseException:
+        return make_top_error(self, i)
 
 
 @dataclass(frozen=True, eq=False)

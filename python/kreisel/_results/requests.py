@@ -13,7 +13,7 @@ from .._options.options import CHUNK_SIZE, Options, make_options
 from .._utils.arguments import Array
 from .._utils.processes import Progress
 from .._utils.quantity_attributes import QuantityName
-from .error import CoreResult, Stats, compute_states_at_times
+from .calls import CoreResult, Stats, compute_states_at_times
 from .path import Path, build_path_or_raise, join_paths
 
 

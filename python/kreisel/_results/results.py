@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import cached_property
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, Self, TypeVar, cast
 
 import numpy as np
@@ -27,21 +27,19 @@ from .._options.plan import StepChoice
 from .._utils import arguments
 from .._utils.arguments import Array, as_float, freeze_array, short_repr
 from .._utils.quantity_attributes import MethodName, QuantityAttributes, QuantityName
-from .buffers import (
+from .calls import (
     INTERRUPTED,
+    STATE_COLUMNS,
     STATUSES,
     EnsembleBuffers,
     EventColumns,
+    RunStart,
+    Stats,
+    TangentData,
     compute_quantity_derivatives,
     compute_quantity_values,
 )
-from .error import STATE_COLUMNS, RunStart, Stats, TangentData
-from .tables import (
-    ColumnTable,
-    TableColumn,
-    list_parameter_columns,
-    name_axes,
-)
+from .tables import ColumnTable, TableColumn, list_parameter_columns, name_axes
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -362,6 +360,41 @@ def specific_force(
     return force
 
 
+@cache
+def make_attitudes_class() -> Any:
+    """Return a class of SciPy rotations that also accept read-only arrays, unlike SciPy 1.17.
+
+    Inverses, products and subsets of such rotations also have this class.
+    """
+    with arguments.optional_dependency("scipy"):
+        from scipy.spatial.transform import Rotation
+
+    class Attitudes(Rotation):  # type: ignore[misc]
+        def apply(self, vectors: ArrayLike, inverse: bool = False) -> Any:
+            return super().apply(np.array(vectors, dtype=np.float64), inverse)
+
+        def inv(self) -> Any:
+            return Attitudes(super().inv().as_quat(), normalize=False)
+
+        def __getitem__(self, which: object) -> Any:
+            return Attitudes(super().__getitem__(which).as_quat(), normalize=False)
+
+        def __iter__(self) -> Iterator[Any]:
+            return (self[i] for i in range(len(self)))
+
+        def __mul__(self, other: Rotation) -> Any:
+            return Attitudes(super().__mul__(other).as_quat(), normalize=False)
+
+        def __reduce__(self) -> tuple[Any, ...]:  # a local class cannot be pickled
+            return make_rotations, (self.as_quat(), False)
+
+    return Attitudes
+
+
+def make_rotations(q_xyzw: Array, normalize: bool = True) -> Any:
+    return make_attitudes_class()(q_xyzw, normalize=normalize)
+
+
 _Recorded = TypeVar("_Recorded")
 _START_HINT = "solve with tangents='start' to have it"
 TANGENT_ATTRIBUTES = {  # {attribute of a path with tangents: the hint if it is missing}
@@ -629,9 +662,7 @@ class PathBase(RunResult, QuantityAttributes):
 
         Raises ImportError if SciPy is not installed.
         """
-        from .scipy_rotation import Attitudes
-
-        return Attitudes(self.q_xyzw)
+        return make_rotations(self.q_xyzw)
 
     def specific_force(self, point: ArrayLike) -> Array:
         """Return the readings of an accelerometer at a given point of the body [L T^-2].

@@ -15,9 +15,8 @@ from .._model.scene import Ensemble, Scene
 from .._options import options as checks
 from .._options.methods import FALLBACK
 from .._options.options import TIME, Options, get_member_by_flat_index
-from .._results.buffers import STATUSES, EnsembleBuffers, Slice, SliceRunner
+from .._results.calls import STATUSES, EnsembleBuffers, Slice, SliceRunner, run_ensemble
 from .._results.path import Path, build_path_from_core_result
-from .._results.paths import run_ensemble
 from .._results.results import Error, RunResult, find_flat_index
 from .._results.tables import ColumnTable, TableColumn, list_parameter_columns
 from .._utils import arguments

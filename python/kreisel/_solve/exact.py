@@ -56,10 +56,8 @@ from .._options.options import (
     validate_thread_count,
     validate_time_list,
 )
-from .._results.buffers import LANES, Codes, EnsembleBuffers
-from .._results.error import CLOSED_FORM, Stats
+from .._results.calls import CLOSED_FORM, LANES, Codes, EnsembleBuffers, Stats, run_ensemble
 from .._results.path import EnsemblePath, Path
-from .._results.paths import run_ensemble
 from .._results.requests import record_path
 from .._utils.arguments import (
     Array,

@@ -13,10 +13,18 @@ from .._model.scene import Scene
 from .._options.methods import methods
 from .._options.options import Options, check_resolvable_horizon, get_member_by_flat_index
 from .._options.plan import StepChoice
-from .._results import error as error_estimates
+from .._results import calls as error_estimates
 from .._results import path as paths
-from .._results.buffers import STATUSES, EnsembleBuffers, Slice, SliceRunner
-from .._results.error import ROUNDING, SERIES, Stats, compute_states_at_times
+from .._results.calls import (
+    ROUNDING,
+    SERIES,
+    STATUSES,
+    EnsembleBuffers,
+    Slice,
+    SliceRunner,
+    Stats,
+    compute_states_at_times,
+)
 from .._results.path import Path
 from .._results.requests import report_final_time
 from .._results.results import Error, Interrupted

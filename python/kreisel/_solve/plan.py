@@ -23,7 +23,7 @@ from .._options.options import (
     validate_times,
 )
 from .._options.plan import Plan, make_solve_plan
-from .._results.buffers import LANES, SCALAR, EnsembleBuffers, Slice
+from .._results.calls import LANES, SCALAR, EnsembleBuffers, Slice
 from .._utils.arguments import Array, Numbers
 from .._utils.quantity_attributes import MethodName, QuantityName
 from .solve import refuse_ensemble_arguments

@@ -25,7 +25,7 @@ from .._options.options import CHUNK_SIZE, EventSpec, Options
 from .._options.plan import Plan, make_solve_plan
 from .._results import path as paths
 from .._results import requests
-from .._results.error import ORIGIN, RunStart, Stats
+from .._results.calls import ORIGIN, RunStart, Stats
 from .._results.path import Path
 from .._utils import arguments
 from .._utils.arguments import Array, Numbers, Vector, short_repr

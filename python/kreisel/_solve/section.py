@@ -14,10 +14,16 @@ from .._model.scene import Ensemble, Scene
 from .._options import options as checks
 from .._options.methods import FALLBACK
 from .._options.options import QUANTITIES, TIME, Options
-from .._results.buffers import STATUSES, Counts, Slice, SliceRunner, compute_quantity_values
-from .._results.error import STATE_COLUMNS
+from .._results.calls import (
+    STATE_COLUMNS,
+    STATUSES,
+    Counts,
+    Slice,
+    SliceRunner,
+    compute_quantity_values,
+    run_ensemble,
+)
 from .._results.path import Path, build_path_of_top, make_stop_exception
-from .._results.paths import run_ensemble
 from .._results.results import RunResult, add_quantity_properties, find_flat_index, unravel_rows
 from .._utils import arguments
 from .._utils.arguments import Array, as_bool, as_finite_array, as_int, short_repr

@@ -32,19 +32,18 @@ from .._options.options import (
     validate_times,
     validate_tops,
 )
-from .._results.archive import read_saved_path_arguments
-from .._results.buffers import LANES, SCALAR, SliceRunner
-from .._results.error import TangentData
+from .._results.calls import LANES, SCALAR, SliceRunner, TangentData, run_ensemble
 from .._results.path import (
     EnsemblePath,
     Events,
     Path,
+    Reductions,
     build_path_from_core_result,
     format_progress,
     make_stop_exception,
 )
-from .._results.paths import Reductions, run_ensemble
 from .._results.requests import record_path, report_final_time, try_to_solve_in_core
+from .._results.tables import read_archive
 from .._utils.arguments import Array, Numbers, as_int, short_repr, validate_type
 from .._utils.name_hints import has_unknown_keywords, refuse_unknown_keywords
 from .._utils.processes import Progress, WorkerPool
@@ -182,7 +181,7 @@ def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
 
 def _load_path(name: str, file: BinaryIO, size: int) -> Path:
     try:
-        saved = read_saved_path_arguments(file, size)
+        saved = read_archive(file, size)
     except ValueError as error:
         raise ValueError(f"{name} is not a saved path: {error}") from None
     if len(saved) == 4:

@@ -11,7 +11,7 @@ import numpy as np
 from .._core import TorusPlan, statuses, torus_plan, torus_states
 from .._model.scene import Scene
 from .._options.methods import explain_no_closed_form
-from .._results.error import TangentData
+from .._results.calls import TangentData
 from .._utils.arguments import Array
 from ..quaternion import conjugate, multiply, turn
 

@@ -16,9 +16,8 @@ from .._model.parameters import BatchParameter
 from .._model.scene import Ensemble, Scene, build_scene_from_table
 from .._options import options as options_of
 from .._options.options import RECORDABLE, TIME, Options, get_total_memory
-from .._results.buffers import LANES
-from .._results.path import Path
-from .._results.paths import Reductions, run_ensemble
+from .._results.calls import LANES, run_ensemble
+from .._results.path import Path, Reductions
 from .._results.results import RunResult
 from .._results.tables import TableColumn, list_quantity_columns
 from .._solve.chaos import INDICATORS, Chaos, chaos, validate_chaos_arguments

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from .._model.scene import Ensemble
 from .._options import options
-from .._results.buffers import STATUSES, EventColumns
+from .._results.calls import STATUSES, EventColumns
 from .._results.path import Events, build_event_path
 from .._results.path import Path as TopPath
 from .._results.results import Interrupted
