@@ -13,7 +13,7 @@ from sphinx.util.inspect import stringify_signature
 
 PRIVATE = re.compile(r"\b_(?=[A-Z])")  # before the names of private types
 ROW = re.compile(r"(\S.{0,60}?)\s{2,}(\S.*)")
-MADE_BY_USERS = {"Body", "Scene", "Ensemble"}
+MADE_BY_USERS = {"Body", "Scene"}
 
 
 def setup(app):

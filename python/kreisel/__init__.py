@@ -21,7 +21,7 @@ from ._analysis.curves import Apex, apex, plot, rod
 from ._analysis.frequencies import Frequencies, frequencies
 from ._core import version as __version__
 from ._model.body import Body
-from ._model.scene import Ensemble, Scene
+from ._model.scene import Scene
 from ._model.starts import starts
 from ._options.methods import Method, methods
 from ._options.plan import Plan
@@ -49,7 +49,6 @@ __all__ = [
     "Apex",
     "Body",
     "Chaos",
-    "Ensemble",
     "Error",
     "Event",
     "Events",
@@ -107,7 +106,7 @@ for _module in (events, quaternion, scenes, types):
     explain_public_names(_module)
 explain_public_names(
     sys.modules[__name__],
-    constructible=("Ensemble", "Event", "Record"),
+    constructible=("Event", "Record"),
     later={
         "Fit": "._fit.result",
         "Record": "._fit.records",

@@ -40,7 +40,7 @@ from numpy.typing import ArrayLike
 
 from ._core import components, quantities, terms_value
 from ._model.parameters import refuse_disturbances
-from ._model.scene import Ensemble, Scene
+from ._model.scene import Scene, validate_one_top
 from ._utils import arguments
 from ._utils.arguments import Array, short_repr, unknown_name_message
 from .quaternion import turn
@@ -119,7 +119,7 @@ class Event:
 
     def value(self, path: Any) -> Array:
         """Return the values of the event function at all states of a kreisel.Path."""
-        if not isinstance(getattr(path, "scene", None), Scene | Ensemble):
+        if not isinstance(getattr(path, "scene", None), Scene):
             raise TypeError(f"path must be a kreisel.Path, not {short_repr(path)}")
         if path.shape:
             values: Array = path._compute_per_state(self.value)
@@ -246,7 +246,7 @@ def kinetic(value: float, *, rotor: ArrayLike = (0.0, 0.0, 0.0), **more: Unpack[
     return crossing(terms | {f"body_velocity_{i}": -0.5 * h for i, h in linear if h}, value, **more)
 
 
-def refuse_kinetic(tops: Scene | Ensemble, events: Iterable[Event]) -> None:
+def refuse_kinetic(tops: Scene, events: Iterable[Event]) -> None:
     """Raise ValueError if a kinetic-energy event cannot be used for the given tops.
 
     The event must take the rotor of the body into account, and the support must not turn.
@@ -294,7 +294,7 @@ def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
     raises TypeError. Raises ValueError for a moving support, and for a torque-free body that has
     two equal moments, and thus no separatrix, or a rotor.
     """
-    arguments.validate_type("scene", scene, Scene)
+    validate_one_top("scene", scene)
     if scene._is_shaken or any(scene.turning):
         hint = "find the highest points of the apex by kr.events.nutation()"
         why = "the unstable equilibrium is not known for tops"

@@ -24,9 +24,9 @@ BODIES = [
 ]
 ENSEMBLES = [
     LAGRANGE.vary(spin=[[1.0], [2.0]], tilt=[0.0, 0.5, 1.0]),
-    kr.Ensemble(BODIES[0], momentum=np.ones((3, 1, 3)), damping=0.1, gravity=1),
-    kr.Ensemble.of([TOP, FREE]),
-    kr.Ensemble(TOP.body, momentum=np.empty((0, 3)), gravity=1),
+    kr.Scene(BODIES[0], momentum=np.ones((3, 1, 3)), damping=0.1, gravity=1),
+    kr.Scene.stack([TOP, FREE]),
+    kr.Scene(TOP.body, momentum=np.empty((0, 3)), gravity=1),
     TOP.vary(gravity=2.0),
 ]
 LOW = kr.events.nutation(direction=1)
@@ -225,16 +225,16 @@ PARTICULAR = spread(
         "ExactTorus.__call__.tangents": [None, "gravity"],  # "start" takes 1 s
         "exact.scene": [*SCENES, SCENES[:2], *ENSEMBLES],
         "compare.t": [0.5, [0.25, 0.5]],
-        "Body.__getitem__.key Ensemble.__getitem__.key": PLACES,
+        "Body.__getitem__.key Scene.__getitem__.key": PLACES,
         "Chaos.__getitem__.key Exact.__getitem__.key Section.__getitem__.key": PLACES,
         "Reductions.__getitem__.key": ["nutation", "m_x", *PLACES],
         "Body.cone.mass Body.cuboid.mass Body.symmetric.mass": [1, [1, 2]],
-        "Ensemble.body Ensemble.from_euler.body Ensemble.spinning.body": [TOP.body, *BODIES],
+        "Scene.body Scene.from_euler.body Scene.spinning.body": [TOP.body, *BODIES],
         "Body.cuboid.half Body.ellipsoid.half": [(1, 2, 3), [(1, 1, 2), (3, 2, 1)]],
         "Body.unphysical": [True, [True, False]],
-        "Ensemble.momentum": [(0, 0, 1), np.ones((2, 3)), np.ones((3, 1, 3))],
-        "Ensemble.gravity": [1.0, [1.0, 2.0], -1],
-        "Ensemble.spinning.tilt": [0.5, [0.0, 0.5]],
+        "Scene.momentum": [(0, 0, 1), np.ones((2, 3)), np.ones((3, 1, 3))],
+        "Scene.gravity": [1.0, [1.0, 2.0], -1],
+        "Scene.spinning.tilt": [0.5, [0.0, 0.5]],
         "Scene.scatter.momentum Scene.scatter.attitude": [0.1, (0.1, 0, 0)],
         "Source.scatter.momentum Source.scatter.attitude": [0.1, (0.1, 0, 0)],
         "Source.columns.file": ["tops.parquet"],
@@ -252,7 +252,6 @@ PARTICULAR_WRONG = spread(
         "Exact.__call__.t ExactTorus.__call__.t": UNORDERED,
         "ExactMap.__call__.k": [0.5, 2**53, -(2**53), [[1, 2]], [1, 2.5], "1", True],
         "Path.modified_energy.step Path.modified_energy4.step": NO_NUMBERS,
-        "Scene.body Scene.from_euler.body Scene.spinning.body": [*NO_OBJECTS, BODIES[1]],
         "Scene.scatter.momentum Scene.scatter.attitude": NO_WIDTHS,
         "Source.scatter.momentum Source.scatter.attitude": NO_WIDTHS,
         "chaos.direction": [(1, 2), "up", [NAN] * 6, [0] * 6],
@@ -269,9 +268,8 @@ FURTHER = spread(
         "Body.shift": {"by": (0, 0, 1e-3)},
         "Body.turn": {"by": TILT},
         "Body.with_rotor": {"inertia": 0.1},
-        "Scene Ensemble": {"momentum": (0.1, 0.2, 0.3), "gravity": 1},
+        "Scene": {"momentum": (0.1, 0.2, 0.3), "gravity": 1},
         "Scene.from_euler Scene.spinning": {"body": LAGRANGE.body, "gravity": 1},
-        "Ensemble.from_euler Ensemble.spinning": {"body": LAGRANGE.body, "gravity": 1},
         "Scene.from_toml": {"source": "top.toml"},
         "Scene.scatter Source.scatter": {"attitude": 0.1},
         "Source.grid": {"spin": [1, 2]},
@@ -302,7 +300,7 @@ def get_valid_values(name, word):
 def get_wrong_values(name, word):
     """Return values of a parameter that a function refuses."""
     values = PARTICULAR_WRONG.get(f"{name}.{word}", WRONG[word])
-    if name.startswith(("Body", "Ensemble")):  # which may have an array of each number
+    if name.startswith(("Body", "Scene")):  # which may have an array of each number
         return [value for value in values if value is not MANY_ROWS]
     return values
 

@@ -6,7 +6,7 @@ from tops import FREE, GENERAL, LAGRANGE
 
 DAMPED = kr.scenes.asymmetric.replace(damping=(0.01, 0.02, 0.03))
 SCENES = [kr.scenes.asymmetric, LAGRANGE, GENERAL, FREE, kr.scenes.cusps, DAMPED]
-MIXED = kr.Ensemble.of(SCENES)
+MIXED = kr.Scene.stack(SCENES)
 UNDAMPED = MIXED[:5]
 TIMES = [0.0, 0.5, 2.0, 5.0]
 FIELDS = ("states", "status", "state_counts", "reached", "stats")
@@ -16,7 +16,7 @@ def random_ensemble(n, seed=1):
     """Return `n` tops with random momenta. Every third top is a Lagrange top."""
     momenta = np.random.default_rng(seed).normal(size=(n, 3))
     bodies = [kr.scenes.cusps.body if i % 3 == 0 else kr.scenes.asymmetric.body for i in range(n)]
-    return kr.Ensemble.of(
+    return kr.Scene.stack(
         [kr.Scene(body, m, gravity=1) for body, m in zip(bodies, momenta, strict=True)]
     )
 

@@ -35,7 +35,6 @@ SELVES = {  # factories of an instance for each class with methods
     kr.Apex: [always(kr.apex(PATHS[0])), always(kr.apex(PATHS[4]))],
     kr.Body: [always(body) for body in (*RIGHT["body"], *argument_values.BODIES)],
     types.StepChoice: [always(kr.solve(LAGRANGE, 1, "geometric", error=1e-3).plan.choice)],
-    kr.Ensemble: [always(tops) for tops in argument_values.ENSEMBLES],
     kr.Event: [always(LOW), always(kr.events.loop(max_count=2, terminal=True))],
     kr.Events: [always(PATHS[2].events), always(argument_values.MANY[2].events)],
     kr.Fit: [always(fit) for fit in argument_values.FITS],
@@ -64,7 +63,7 @@ SELVES = {  # factories of an instance for each class with methods
         run(LAGRANGE, "strang", step=0.125, back=True),
         run(TOP, digits=20, events=[LOW], want=["q"]),
     ],
-    kr.Scene: [always(scene) for scene in argument_values.SCENES],
+    kr.Scene: [always(scene) for scene in (*argument_values.SCENES, *argument_values.ENSEMBLES)],
     kr.Section: [always(section) for section in argument_values.SECTIONS],
     kr.Source: [always(source) for source in argument_values.SOURCES],
     kr.SweepResult: [sweep_reader("swept"), sweep_reader("half")],
@@ -74,7 +73,7 @@ SELVES = {  # factories of an instance for each class with methods
 }
 
 # classes that users instantiate; objects of all other classes come from kreisel
-USERS = kr.Body, kr.Ensemble, kr.Record, kr.Scene
+USERS = kr.Body, kr.Record, kr.Scene
 RECORDS = [cls for cls in SELVES if dataclasses.is_dataclass(cls) and cls not in USERS]
 
 

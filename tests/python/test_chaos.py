@@ -118,7 +118,7 @@ def test_no_integrable_top_is_called_chaotic(name):
     """Check that random integrable tops are not classified as chaotic, unless in doubt."""
     q, m = random_starts(24, 5)
     m[:, 2] *= name != "goryachev_chaplygin"  # integrable only without vertical momentum
-    tops = kr.Ensemble(INTEGRABLE[name], momentum=m, attitude=q, gravity=1)
+    tops = kr.Scene(INTEGRABLE[name], momentum=m, attitude=q, gravity=1)
     found = kr.chaos(tops, [3000.0])
     assert not found.is_chaotic[~found.is_doubtful].any() and found.is_doubtful.mean() < 0.1
 

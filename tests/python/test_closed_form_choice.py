@@ -39,7 +39,7 @@ def test_requests_and_scenes_without_closed_form_use_the_series(kind):
     assert kr.solve(scene, 30.0, events=kr.events.nutation()).method == "taylor"
     assert kr.start(scene).method == "taylor"
     assert next(iter(kr.stream(scene, [1.0, t], chunk=1))).method == "taylor"
-    assert kr.plan(kr.Ensemble.of([scene]), t).method == "taylor"
+    assert kr.plan(kr.Scene.stack([scene]), t).method == "taylor"
     for words in ({"tol": 1e-9}, {"step": 0.1}, {"digits": 16}):
         assert kr.plan(scene, t, **words).method == "taylor"
     still = make_top(kind, (0.0, 0.0, 0.0), (np.sqrt(0.5), 0.0, -np.sqrt(0.5), 0.0))

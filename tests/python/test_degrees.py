@@ -73,7 +73,7 @@ def write_columns(words, folder, has_units):
 
 WAYS = {
     "Scene": lambda words, _: construct(kr.Scene, words),
-    "Ensemble": lambda words, _: construct(kr.Ensemble, give_twice(words)),
+    "many": lambda words, _: construct(kr.Scene, give_twice(words)),
     "TOML": lambda words, _: parse_toml(words),
     "vary": lambda words, _: TOP.vary(**give_twice(words)),
     "grid": lambda words, _: kr.Source.grid(TOP, mass=[0.5, 0.5], **words)[:],
@@ -86,7 +86,7 @@ CASES = [
     (way, start)
     for way in WAYS
     for start in STARTS
-    if start in ("spinning", "steady", "from_euler") or way not in ("Scene", "Ensemble", "TOML")
+    if start in ("spinning", "steady", "from_euler") or way not in ("Scene", "many", "TOML")
 ]
 
 

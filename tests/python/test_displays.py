@@ -28,7 +28,7 @@ WITHOUT = {
     "section of no top": lambda: kr.section(TOPS[:0], n=3),
     "indicator of no top": lambda: kr.chaos(TOPS[:0], 1.0),
     "indicator of three dimensions": lambda: kr.chaos(
-        kr.Ensemble(TOP.body, momentum=np.ones((2, 1, 2, 3)), gravity=1), 1.0
+        kr.Scene(TOP.body, momentum=np.ones((2, 1, 2, 3)), gravity=1), 1.0
     ),
     "rod of one state": lambda: kr.rod(kr.solve(kr.scenes.cusps, [1.0])),
 }

@@ -18,7 +18,7 @@ Q /= np.linalg.norm(Q, axis=-1)[:, None]
 MANY = kr.Body.cuboid(RNG.uniform(0.5, 1, (3, 3)), (0.1, 0.2, -1))
 CONES = kr.Body.cone(1, RNG.uniform(0.5, 1, 3), (0, 0, 0), mass=1)
 SPIN, TILT, RATE = RNG.uniform(20, 40, (4, 1)), RNG.uniform(0, 3, 3), RNG.normal(size=3)
-FULL = kr.Ensemble(MANY, M, Q, G, damping=D)
+FULL = kr.Scene(MANY, M, Q, G, damping=D)
 
 
 SUPPORT = {"damping": D, "turning": D, "shaking": D, "friction": D[:, 0]}
@@ -58,14 +58,12 @@ def pick(name, value, index):
 
 @pytest.mark.parametrize(("name", "body", "words"), CONSTRUCTIONS)
 def test_members_equal_scenes_with_the_same_arguments(name, body, words):
-    make_tops, make_top = (
-        getattr(kind, name) if name else kind for kind in (kr.Ensemble, kr.Scene)
-    )
-    tops = make_tops(body, **words)
+    make = getattr(kr.Scene, name) if name else kr.Scene
+    tops = make(body, **words)
     assert tops.shape == (4, 3) and tops.ndim == 2 and tops.size == 12 and len(tops) == 4
     for index in np.ndindex(4, 3):
         own = {name: pick(name, value, index) for name, value in words.items()}
-        top = make_top(pick("body", body, index), **own)
+        top = make(pick("body", body, index), **own)
         assert tops[index] == top
         for name in ("momentum", "attitude"):
             assert_same_bits(getattr(tops[index], name), getattr(top, name))
@@ -73,24 +71,24 @@ def test_members_equal_scenes_with_the_same_arguments(name, body, words):
 
 @pytest.mark.filterwarnings("error")
 def test_scenes_in_lists_are_an_ensemble():
-    again = kr.Ensemble.of([[FULL[i, j] for j in range(3)] for i in range(4)])
+    again = kr.Scene.stack([[FULL[i, j] for j in range(3)] for i in range(4)])
     assert again == FULL and again.coords == {}
     odd = kr.Body(1, (1, 1, 1), (0, 0, 3), unphysical=True)
     mixed = [LAGRANGE, GENERAL, FREE, kr.scenes.kowalewski, LAGRANGE.replace(body=odd)]
-    tops = kr.Ensemble.of(mixed)
+    tops = kr.Scene.stack(mixed)
     assert list(tops) == mixed
     assert [tops[i].body.unphysical for i in (1, 4)] == [False, True]
     twin = LAGRANGE.replace(body=copy.copy(LAGRANGE.body))
-    assert kr.Ensemble.of([LAGRANGE, twin]).body is LAGRANGE.body
+    assert kr.Scene.stack([LAGRANGE, twin]).body is LAGRANGE.body
     nested = GENERAL
     for _ in range(32):
         nested = [nested]
-    assert kr.Ensemble.of(nested).shape == (1,) * 32
+    assert kr.Scene.stack(nested).shape == (1,) * 32
 
 
 def test_ensembles_and_their_copies_are_equal_and_immutable():
     momentum = M.copy()
-    tops = kr.Ensemble(CORNER, momentum=momentum, gravity=1)
+    tops = kr.Scene(CORNER, momentum=momentum, gravity=1)
     momentum[:] = np.nan
     assert np.array_equal(tops.momentum, M)
     for field in (tops.momentum, tops.attitude, tops.gravity, tops.damping, FULL[[0]].momentum):
@@ -156,7 +154,7 @@ def test_a_parameter_that_varies_alone_names_its_axis():
         (TOP.vary(momentum=EACH, gravity=[[1], [2]]), ("gravity", "dim_1")),
         (TOP.vary(spin=SPINS, tilt=0.1 * SPINS, gravity=TILTS), ("dim_0", "gravity")),
         (TOP.vary(gravity=3.0), ()),
-        (kr.Ensemble(CONES, momentum=(0, 0, 1), gravity=1), ("height",)),
+        (kr.Scene(CONES, momentum=(0, 0, 1), gravity=1), ("height",)),
         (VARIED[:, [2, 0]], ("spin", "tilt")),
         (VARIED[..., None], ("spin", "tilt", "dim_2")),
         (VARIED.ravel(), ("top",)),
@@ -165,7 +163,7 @@ def test_a_parameter_that_varies_alone_names_its_axis():
     few = VARIED[[3, 1], 1:]
     assert np.array_equal(few.coords["spin"], SPINS[[3, 1]])
     assert np.array_equal(np.ravel(few.coords["tilt"]), TILTS[1:])
-    assert repr(VARIED) == "<Ensemble of shape (5, 3): spin 0 .. 20, tilt 0 .. 1>"
+    assert repr(VARIED) == "<Scene of shape (5, 3): spin 0 .. 20, tilt 0 .. 1>"
 
 
 def test_varied_scenes_equal_the_constructors():
@@ -256,16 +254,16 @@ SOME = {"body": CORNER, "momentum": EACH, "gravity": 1}
 LEAN = {"body": BODY, "spin": 40.0, "tilt": 1.0, "gravity": 1}
 UNLIKE = kr.Body(1, [(1, 1, 1), (1, 1.2, 1.4)], (0, 0.1, 0.1))
 REFUSALS = [
-    (kr.Ensemble, SOME, "momentum", NAN, ValueError, r"momentum\[3, 17\]"),
-    (kr.Ensemble, SOME, "attitude", LONG_Q, ValueError, r"attitude\[1\]"),
-    (kr.Ensemble, SOME, "gravity", [1, np.inf], ValueError, r"gravity\[1\]"),
-    (kr.Ensemble, SOME, "gravity", [1, 2, 3], ValueError, "broadcast"),
-    (kr.Ensemble, SOME, "damping", [[1.0], [-1.0]], ValueError, r"damping\[1\]"),
-    (kr.Ensemble.spinning, LEAN, "body", UNLIKE, ValueError, r"body\[1\]"),
-    (kr.Ensemble.spinning, LEAN | {"steady": True}, "spin", [40, 1], ValueError, "smallest"),
-    (kr.Ensemble.of, {}, "scenes", [[TOP], [TOP, TOP]], ValueError, "length"),
-    (kr.Ensemble.of, {}, "scenes", [[TOP], [3]], TypeError, r"\[1\]\[0\]"),
-    (kr.Ensemble.of, {}, "scenes", DEEP, ValueError, "contain"),
+    (kr.Scene, SOME, "momentum", NAN, ValueError, r"momentum\[3, 17\]"),
+    (kr.Scene, SOME, "attitude", LONG_Q, ValueError, r"attitude\[1\]"),
+    (kr.Scene, SOME, "gravity", [1, np.inf], ValueError, r"gravity\[1\]"),
+    (kr.Scene, SOME, "gravity", [1, 2, 3], ValueError, "broadcast"),
+    (kr.Scene, SOME, "damping", [[1.0], [-1.0]], ValueError, r"damping\[1\]"),
+    (kr.Scene.spinning, LEAN, "body", UNLIKE, ValueError, r"body\[1\]"),
+    (kr.Scene.spinning, LEAN | {"steady": True}, "spin", [40, 1], ValueError, "smallest"),
+    (kr.Scene.stack, {}, "scenes", [[TOP], [TOP, TOP]], ValueError, "length"),
+    (kr.Scene.stack, {}, "scenes", [[TOP], [3]], TypeError, r"\[1\]\[0\]"),
+    (kr.Scene.stack, {}, "scenes", DEEP, ValueError, "contain"),
     (TOP.vary, {}, "tilt", [0, 4], ValueError, r"tilt\[1\]"),
     (TOP.vary, {"spin": [0, 40], "tilt": 0.5}, "steady", True, ValueError, r"top\[0\]"),
     (TOP.vary, {"momentum": EACH}, "spin", 1, ValueError, "momentum"),

@@ -261,7 +261,7 @@ def test_ctrl_c_ends_the_work_of_an_executor(pool):
 
 def test_attitudes_in_single_precision_are_normalized():
     q = np.array([(1.0, 2.0, 3.0, 4.0), (1.0, 0.0, 0.0, 0.0)]) / [[30.0**0.5], [1.0]]
-    tops = kr.Ensemble(SCENES[0].body, (0, 0, 1), attitude=q.astype(np.float32), gravity=1)
+    tops = kr.Scene(SCENES[0].body, (0, 0, 1), attitude=q.astype(np.float32), gravity=1)
     np.testing.assert_allclose(kr.solve(tops, [0.0]).q[:, 0], q, rtol=0, atol=1e-7)
     np.testing.assert_allclose(np.linalg.norm(tops.attitude, axis=1), 1.0, rtol=1e-15)
 
@@ -288,14 +288,14 @@ SOLVE, REDUCE = {"scene": MIXED, "t": TIMES}, {"scene": MIXED, "t": TIMES, "redu
 GEOMETRIC = SOLVE | {"method": "geometric", "error": 1e-3}
 BACK = np.array([[1.0, 2.0]] * 4 + [[1.0, 0.5]] * 2)
 UPWARD = np.broadcast_to([0.0, 0.0, 1.0], (10**6, 3))
-MANY = kr.Ensemble(SCENES[0].body, UPWARD, gravity=1)
+MANY = kr.Scene(SCENES[0].body, UPWARD, gravity=1)
 MILLION = {"scene": MANY, "method": "strang", "step": 0.01}
 LOOP = []
 LOOP.append(LOOP)
 HELD = {"body": SCENES[0].body, "momentum": [(0, 0, 1)], "gravity": 1, "attitude": (1, 0, 0, 0)}
 REFUSALS = [
-    (kr.Ensemble.of, {}, "scenes", LOOP, ValueError, "themselves"),
-    (kr.Ensemble, HELD, "attitude_xyzw", (0, 0, 0, 1), ValueError, "not both"),
+    (kr.Scene.stack, {}, "scenes", LOOP, ValueError, "themselves"),
+    (kr.Scene, HELD, "attitude_xyzw", (0, 0, 0, 1), ValueError, "not both"),
     (kr.solve, SOLVE, "method", "exact", ValueError, r"top\[0\]"),
     (kr.solve, SOLVE | {"step": 0.1}, "method", "strang", ValueError, r"top\[5\]"),
     (kr.solve, GEOMETRIC, "error", 0.5, ValueError, "0.1"),

@@ -167,7 +167,7 @@ FIELDS = "states", "top", "count", "status", "reached", "stats", "max_wait"
 
 def test_sections_do_not_depend_on_other_tops_threads_or_executors():
     momenta = np.random.default_rng(5).normal(size=(60, 3))
-    tops = kr.Ensemble(CORNER, momentum=momenta, attitude=(0.8, 0.4, -0.2, 0.4), gravity=1)
+    tops = kr.Scene(CORNER, momentum=momenta, attitude=(0.8, 0.4, -0.2, 0.4), gravity=1)
     whole = kr.section(tops, n=8, max_wait=60)
     part = kr.section(tops[17:60:3], n=8, max_wait=60)
     pairs = [(part, whole[17:60:3]), (part[[2, 0]][1:], part[:1])]
@@ -187,7 +187,7 @@ def test_sections_do_not_depend_on_other_tops_threads_or_executors():
 
 
 def test_a_top_without_events_is_reported():
-    tops = kr.Ensemble.of([kr.scenes.steady_precession, kr.scenes.thesis, kr.scenes.thesis])
+    tops = kr.Scene.stack([kr.scenes.steady_precession, kr.scenes.thesis, kr.scenes.thesis])
     section = kr.section(tops, n=10, max_wait=[50, 50, 3])
     assert section.status.tolist() == ["ERR_EVENT", "OK", "ERR_EVENT"]
     assert section.count.tolist() == [0, 10, 0] and section.failed.tolist() == [0, 2]
@@ -197,7 +197,7 @@ def test_a_top_without_events_is_reported():
         section.check()
     assert failure.value.result is section and len(failure.value.path) == 0
     rest = kr.Scene(FREE.body, attitude=(1, 0, 0, 0), momentum=(0, 0, 0), gravity=0.0)
-    assert kr.section(kr.Ensemble.of([rest, TOP]), n=2).count.tolist() == [0, 2]
+    assert kr.section(kr.Scene.stack([rest, TOP]), n=2).count.tolist() == [0, 2]
     first = kr.section(TOP, n=1).t[0]
     waits = [kr.section(TOP, n=1, max_wait=x * first).count for x in (0.999, 1.001)]
     assert waits == [0, 1]

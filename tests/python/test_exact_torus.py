@@ -167,7 +167,7 @@ def test_tops_that_are_integrable_only_up_to_rounding_are_refused(form, change):
     ):
         with pytest.raises(ValueError, match=r"only up to rounding|this motion of a"):
             call()
-    paths = kr.solve(kr.Ensemble.of([form.scene, scene]), 1.0, method="exact")
+    paths = kr.solve(kr.Scene.stack([form.scene, scene]), 1.0, method="exact")
     assert paths.failed.tolist() == [1]
 
 
@@ -305,7 +305,7 @@ LAGRANGE = kr.Scene(
     kr.Body(1.3, (0.7, 1.4, 1.4), (0.9, 0, 0), unphysical=True), (0.3, 1.1, 0.8), gravity=9.81
 )
 LEANING = CHAPLYGIN.replace(momentum=(0.9, 2.1, 0.1))  # its momentum has a vertical component
-TOPS = kr.Ensemble.of([[KOWALEWSKI, CHAPLYGIN], [LAGRANGE, SCENES[1]]])
+TOPS = kr.Scene.stack([[KOWALEWSKI, CHAPLYGIN], [LAGRANGE, SCENES[1]]])
 
 
 def test_an_ensemble_equals_single_tops():
@@ -327,14 +327,14 @@ def test_an_ensemble_equals_single_tops():
 
 @pytest.mark.parametrize("scenes", [[CHAPLYGIN, LEANING], [LEANING, LAGRANGE]])
 def test_a_refused_member_fails_alone(scenes, tmp_path):
-    i, tops = scenes.index(LEANING), kr.Ensemble.of(scenes)
+    i, tops = scenes.index(LEANING), kr.Scene.stack(scenes)
     with pytest.raises(ValueError, match=rf"scene\[{i}\]: this motion .* vertical component"):
         kr.exact(scenes)
     paths = kr.solve(tops, 30.0, method="exact")
     assert paths.failed.tolist() == [i] and np.isnan(paths.q[i]).all()
     with pytest.raises(kr.Error, match=rf"top\[{i}\]: .* vertical component"):
         paths.check()
-    other = kr.solve(kr.Ensemble.of([scenes[1 - i]]), 30.0, method="exact")
+    other = kr.solve(kr.Scene.stack([scenes[1 - i]]), 30.0, method="exact")
     assert same_bits(paths[1 - i].states, other[0].states)
     sweep = kr.sweep(tops, 30.0, "exact", folder=tmp_path, reduce={"nutation": "last"})
     assert sweep["status"].tolist() == paths.status.tolist()
@@ -377,7 +377,7 @@ def test_other_motions_are_refused_alone():
         for call in (lambda top=top: kr.exact(top), lambda top=top: kr.solve(top, 1.0, "exact")):
             with pytest.raises(ValueError, match=word):
                 call()
-    paths = kr.solve(kr.Ensemble.of([CHAPLYGIN, rising]), 1.0, method="exact")
+    paths = kr.solve(kr.Scene.stack([CHAPLYGIN, rising]), 1.0, method="exact")
     assert paths.failed.tolist() == [1]
     assert np.array_equal(paths[0].q, kr.solve(CHAPLYGIN, 1.0, method="exact").q)
 

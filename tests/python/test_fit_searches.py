@@ -507,7 +507,7 @@ def test_ctrl_c_keeps_the_best_fit_so_far():
     assert not fit.has_converged and "did not converge" in str(fit)
     assert abs(fit.cost / fit.dof - min(costs)) < 1e-9 * fit.cost
     wrong = HEAVY.replace(velocity=(0.0, 0.0, 1.0))
-    members = kr.Ensemble.of([HEAVY, wrong])
+    members = kr.Scene.stack([HEAVY, wrong])
     whole = kr.fit(HEAVY, simulate_gyroscope(), BODY)
     fit, _ = interrupt_after(20, members, simulate_gyroscope())
     assert fit.has_converged and fit.cost == pytest.approx(whole.cost, rel=1e-6)

@@ -48,8 +48,8 @@ WAYS = {  # functions that compute the attitudes at the default precision
     "taylor": lambda scene, t: kr.solve(scene, t, "taylor").q,
     "stream": lambda scene, t: join(kr.stream(scene, t, chunk=4), "q"),
     "run": lambda scene, t: kr.start(scene, back=bool(t[-1] < 0)).to(t).q,
-    "ensemble": lambda scene, t: kr.solve(kr.Ensemble.of([scene, kr.scenes.cusps]), t).q[0],
-    "lanes": lambda scene, t: kr.solve(kr.Ensemble.of([scene] * 5), t, "taylor").q[3],
+    "ensemble": lambda scene, t: kr.solve(kr.Scene.stack([scene, kr.scenes.cusps]), t).q[0],
+    "lanes": lambda scene, t: kr.solve(kr.Scene.stack([scene] * 5), t, "taylor").q[3],
 }
 
 
@@ -354,7 +354,7 @@ def is_allowed(scene, t, words):
 @given(tops(("general", "lagrange", "free"), ("rotor",)), CALLS, st.booleans(), st.booleans())
 def test_options_are_refused_before_a_run_or_leave_its_motion_alone(scene, words, is_list, is_many):
     t, reports = [0.0, 0.5, 1.5] if is_list else 1.5, []
-    many = kr.Ensemble.of([scene]) if is_many else scene
+    many = kr.Scene.stack([scene]) if is_many else scene
     try:
         path = kr.solve(many, t, **words, progress=reports.append)
     except (TypeError, ValueError):
@@ -426,7 +426,7 @@ def test_a_section_consists_of_the_first_events(motion, event, direction):
     assert len(found) >= len(events) - 1
     error = np.abs(found[: len(events)] - events[: len(found)]).max(initial=0.0)
     assert error < 1e-7 + 1e3 * truth.allowed.max()
-    tops = kr.Ensemble.of([kr.scenes.cusps, scene, kr.scenes.asymmetric])
+    tops = kr.Scene.stack([kr.scenes.cusps, scene, kr.scenes.asymmetric])
     many = kr.section(tops, event, **words)
     assert_same_bits(many[1].states, section.states)
     assert many.count[1] == section.count and many.status[1] == section.status
@@ -478,14 +478,14 @@ def test_a_member_of_an_ensemble_is_the_top_alone(scenes, data):
     many = [*scenes[:place], TOO_FAST, *scenes[place:]]
     words, threads = data.draw(ensemble_options(many)), data.draw(st.sampled_from((1, 2)))
     own_times = np.tile(t, (len(many), 1)) if data.draw(st.booleans()) else t
-    paths = kr.solve(kr.Ensemble.of(many), own_times, threads=threads, **words)
+    paths = kr.solve(kr.Scene.stack(many), own_times, threads=threads, **words)
     is_bitwise = bool({n for n in ("step", "digits", "events", "tangents") if words.get(n)})
     assert paths.status[place] != "OK" and place in paths.failed
     for i in set(range(len(many))) - {place}:
         alone, status = solve_alone(many[i], t, **words)
         assert status in (paths.status[i], "refused")
         assert (status == "OK") == (i not in paths.failed)
-        single = kr.solve(kr.Ensemble.of(many[i : i + 1]), t, **words)
+        single = kr.solve(kr.Scene.stack(many[i : i + 1]), t, **words)
         assert_same_path([single[0]], paths[i])
         if alone is not None:
             assert_equal_members(paths[i], alone, is_bitwise, words.get("tol", 1e-9))
@@ -500,7 +500,7 @@ def test_a_member_of_an_ensemble_is_the_top_alone(scenes, data):
 def test_the_indicators_of_a_member_are_those_of_the_top_alone(scenes, data):
     t = data.draw(st.sampled_from(([3.0], [2.0, 9.0], [-4.0])))
     threads = data.draw(st.sampled_from((1, 2)))
-    found = kr.chaos(kr.Ensemble.of([TOO_FAST, *scenes]), t, threads=threads)
+    found = kr.chaos(kr.Scene.stack([TOO_FAST, *scenes]), t, threads=threads)
     assert found.failed.tolist() == [0]
     for i, scene in enumerate(scenes, 1):
         alone = kr.chaos(scene, t)
@@ -514,7 +514,7 @@ def test_the_indicators_of_a_member_are_those_of_the_top_alone(scenes, data):
 def test_reductions_are_those_of_the_states(scenes, data):
     t = np.array([0.0, 0.4, 0.9, 1.7, 2.0])
     names = data.draw(st.lists(st.sampled_from(QUANTITIES), min_size=1, max_size=3, unique=True))
-    tops, most = kr.Ensemble.of([*scenes, TOO_FAST]), data.draw(st.sampled_from((0, 0, 1)))
+    tops, most = kr.Scene.stack([*scenes, TOO_FAST]), data.draw(st.sampled_from((0, 0, 1)))
     paths = kr.solve(tops, t, max_steps=most, want=names)
     found = kr.reduce(tops, t, dict.fromkeys(names, REDUCTIONS), max_steps=most)
     assert np.array_equal(found.status, paths.status)

@@ -40,11 +40,11 @@ class QuantityWithUnit:
 
 
 CALLS = {
-    "momentum": lambda x: kr.Scene(BODY, momentum=x, gravity=1),
-    "velocity": lambda x: kr.Scene(BODY, velocity=x, gravity=1),
+    "momentum": lambda x: kr.start(kr.Scene(BODY, momentum=x, gravity=1)),
+    "velocity": lambda x: kr.start(kr.Scene(BODY, velocity=x, gravity=1)),
     "attitude": lambda x: kr.Scene(BODY, momentum=(1, 2, 3), attitude=x, gravity=1),
     "attitude_xyzw": lambda x: kr.Scene(BODY, momentum=(1, 2, 3), attitude_xyzw=x, gravity=1),
-    "gravity": lambda x: GENERAL.replace(gravity=x),
+    "gravity": lambda x: kr.start(GENERAL.replace(gravity=x)),
     "step": lambda x: kr.solve(GENERAL, 1, "strang", step=x),
     "tol": lambda x: kr.solve(GENERAL, 1, tol=x),
     "method": lambda x: kr.solve(GENERAL, 1, x),
@@ -140,7 +140,7 @@ HINTS = [  # (a call or an attribute, words of the message)
     (lambda: kr.Body.cuboid(halves=1), "'half'"),
     (lambda: kr.Body.cuboid(size=1), "half, pivot"),
     (lambda: kr.Body.cuboid(masses=1), "'mass'"),
-    (lambda: kr.Ensemble(BODY, gravty=1), "'gravity'"),
+    (lambda: kr.Scene(BODY, gravty=1), "'gravity'"),
     (lambda: kr.Record([0.0], {}, sgma=1), "'sigma'"),
     (lambda: kr.Record.from_csv("none.csv", column=1), "'columns'"),
     (lambda: kr.events.nutation(directon=1), "'direction'"),

@@ -172,8 +172,8 @@ REFUSALS = [  # function, valid arguments, name, bad value, exception, word
     (kr.plan, {"scene": TOP}, "method", "geometric", ValueError, "trial runs"),
     (kr.plan, {"scene": TOP}, "method", "rk4", ValueError, "fixed step"),
     (kr.plan, {}, "scene", 3, TypeError, "scene"),
-    (kr.plan, {"scene": TOP}, "threads", 2, ValueError, "Ensemble"),
-    (kr.plan, {"scene": TOP}, "reduce", {"energy": "min"}, ValueError, "Ensemble"),
+    (kr.plan, {"scene": TOP}, "threads", 2, ValueError, "many tops"),
+    (kr.plan, {"scene": TOP}, "reduce", {"energy": "min"}, ValueError, "many tops"),
 ]
 
 

@@ -559,9 +559,7 @@ REFUSED = [
     (lambda: SECTION.plot(axes=1), TypeError, "axes must be"),
     (lambda: kr.rod(kr.solve(kr.scenes.cusps, [1.0])).plot(), ValueError, "1 state cannot"),
     (
-        lambda: kr.chaos(
-            kr.Ensemble(TOP.body, momentum=np.ones((2, 1, 2, 3)), gravity=1), 1.0
-        ).plot(),
+        lambda: kr.chaos(kr.Scene(TOP.body, momentum=np.ones((2, 1, 2, 3)), gravity=1), 1.0).plot(),
         ValueError,
         "3 dimensions",
     ),

@@ -16,13 +16,14 @@ from public_api import calls
 
 CALLS = {name: call for name, call in calls().items() if call[1]}
 SKIPPED = {  # no parameter by name, or no valid call
-    *("methods.__getitem__", "Body.reshape", "Ensemble.reshape", "ExactTorus.__getitem__"),
-    *(f"{name}.__getattr__" for name in ("Body", "Ensemble", "Path", "Section")),
+    *("methods.__getitem__", "Body.reshape", "Scene.reshape", "ExactTorus.__getitem__"),
+    *(f"{name}.__getattr__" for name in ("Body", "Path", "Scene", "Section")),
     *(name for name in CALLS if name.endswith("potential") and name != "Exact.potential"),
 }
 # The places of objects that have what a call needs: many tops, a symmetric body, tangents.
 PLACES = {"Body.__getitem__": -3, "Body.shift": 1, "Body.with_rotor": 1, "Path.derivative": 8}
 PLACES |= {"Chaos.__getitem__": 1, "Chaos.message": 1, "Exact.__getitem__": 2}
+PLACES["Scene.__getitem__"] = 7
 SAID = spread(  # words in messages other than the name of the parameter
     {
         "function where": "function|where|quantity|factor|callable",
@@ -135,7 +136,7 @@ VALUE_ERRORS = [
     (kr.Scene.spinning, SPINNING, {"steady": True, "spin": 0.0, "tilt": np.pi / 2}, "falls"),
     (kr.Scene.spinning, SPINNING, {"steady": True, "tilt": np.pi / 2, "fast": True}, "only one"),
     (kr.Scene.spinning, SPINNING, {"steady": True, "body": GYROSTAT}, "rotor"),
-    (kr.Ensemble.spinning, SPINNING, {"steady": True, "spin": [90.0, 0.01]}, "top[1]: there is no"),
+    (kr.Scene.spinning, SPINNING, {"steady": True, "spin": [90.0, 0.01]}, "top[1]: there is no"),
     (kr.starts, STARTS, {}, "not none"),
     (kr.starts, STARTS, {"n": 1, "body": GYROSTAT}, "rotor"),
     (kr.starts, STARTS, {"n": 3, "grid": (1, 1, 1)}, "not both"),
@@ -160,9 +161,9 @@ VALUE_ERRORS = [
     (kr.solve, TWO, {"out": np.empty((2, 2, 8)), "want": ("q",)}, "leave out want"),
     (kr.reduce, {"scene": PAIR, "t": 1}, {"reductions": {}}, "no quantity"),
     (kr.reduce, {"scene": PAIR, "t": 1}, {"reductions": {"nutation": ()}}, "is empty"),
-    (kr.Ensemble.of, {"scenes": LOOP}, {}, "contain themselves"),
-    (kr.Ensemble, SCENE, {"attitude": UP, "attitude_xyzw": UP}, "not both"),
-    (kr.Ensemble.spinning, SPINNING, {"body": THESIS.body, "spin": [1.0, 1e308]}, "top[1]: "),
+    (kr.Scene.stack, {"scenes": LOOP}, {}, "contain themselves"),
+    (kr.Scene, SCENE, {"attitude": UP, "attitude_xyzw": UP}, "not both"),
+    (kr.Scene.spinning, SPINNING, {"body": THESIS.body, "spin": [1.0, 1e308]}, "top[1]: "),
     (kr.compare, SOLVE, {"methods": ["rk4"]}, "give steps"),
     (kr.compare, SOLVE, {"methods": ["extrap"], "truth": "rk4"}, "fixed step"),
     (kr.exact, {"scene": THESIS}, {"step": 0.1}, "step needs map"),
@@ -219,7 +220,7 @@ OTHER_ERRORS = [
         TypeError,
         "one or several",
     ),
-    (kr.exact, {"scene": [THESIS, 3]}, {}, TypeError, "scene[1]"),
+    (kr.exact, {"scene": [THESIS, 3]}, {}, TypeError, "scenes[1]"),
     (kr.exact, {"scene": [THESIS]}, {"step": 0.1}, TypeError, "scene"),
     (kr.solve, SOLVE, {**FIXED, "t": 1e14, "every": 1}, MemoryError, "larger every"),
     (kr.scenes.get_scene, {}, {"name": "tesis"}, KeyError, "did you mean 'thesis'"),

@@ -63,8 +63,7 @@ def test_paths_start_with_the_given_angles_and_rates(body, angles):
     ],
 )
 def test_degrees_are_radians_for_one_top_and_for_many(words, many):
-    cls = kr.Ensemble if many else kr.Scene
-    make = cls.from_euler if "angles" in words else cls.spinning
+    make = kr.Scene.from_euler if "angles" in words else kr.Scene.spinning
     words = {k: [v] if many and k in ("spin", "angles") else v for k, v in words.items()}
     in_degrees = {k: v if v is True else np.degrees(v) for k, v in words.items()}
     one = make(CONE, **words, gravity=9.81)
@@ -97,7 +96,7 @@ def test_a_steady_precession_stays_steady(spin, gravity, fast):
         path = kr.solve(kr.Scene.spinning(CONE, spin, tilt, **words), np.linspace(0, 3, 31))
         assert abs(path.nutation - tilt).max() < 1e-12
         np.testing.assert_allclose(path.spin, spin, rtol=1e-14)
-        many = kr.Ensemble.spinning(CONE, [spin], tilt, **words)
+        many = kr.Scene.spinning(CONE, [spin], tilt, **words)
         np.testing.assert_allclose(many.momentum[0], path.scene.momentum, rtol=1e-14, atol=1e-14)
 
 
@@ -160,7 +159,7 @@ def test_at_a_pole_every_spin_is_steady(tilt, gravity):
         words = {"tilt": tilt, "degrees": True, "steady": True, "gravity": gravity}
         momentum = (0, 0, I3 * math.radians(spin) * (1 if tilt == 0 else -1))
         for scene in (kr.Scene.spinning(CONE, spin, **words),
-                      kr.Ensemble.spinning(CONE, [spin], **words)[0]):  # fmt: skip
+                      kr.Scene.spinning(CONE, [spin], **words)[0]):  # fmt: skip
             np.testing.assert_allclose(scene.momentum, momentum, rtol=0, atol=1e-13)
 
 
@@ -188,9 +187,9 @@ def test_symmetry_does_not_depend_on_the_units(scale):
     assert kr.Scene.spinning(symmetric, 10.0, 0.5, gravity=1).body == symmetric
     with pytest.raises(ValueError, match="symmetric"):
         kr.Scene.spinning(unlike, **words)
-    both = kr.Ensemble.of([THESIS.replace(body=unlike), THESIS.replace(body=symmetric)]).body
+    both = kr.Scene.stack([THESIS.replace(body=unlike), THESIS.replace(body=symmetric)]).body
     with pytest.raises(ValueError, match=r"^body\[0\]: "):
-        kr.Ensemble.spinning(both, **words)
+        kr.Scene.spinning(both, **words)
 
 
 # Starts of given energy and vertical momentum

@@ -93,7 +93,7 @@ def test_velocities_are_relative_to_the_support(name, word, velocity):
     own = turn_back(scene.attitude, velocity) if word == "velocity" else velocity
     own = to_matrix(body.inertia) @ (np.array(own) + turn_back(scene.attitude, TURNING))
     assert np.abs(path.m[0] - turn(scene.attitude, tuple(own + body.rotor))).max() < 1e-14
-    tops = kr.Ensemble(body, **{word: [velocity]}, turning=[TURNING, (0, 0, 1)], **words)
+    tops = kr.Scene(body, **{word: [velocity]}, turning=[TURNING, (0, 0, 1)], **words)
     assert tops[0] == scene
 
 
@@ -101,7 +101,7 @@ def test_rates_of_euler_angles_are_relative_to_the_support():
     angles, rates = (0.3, 1.0, 0.2), (1.0, 0.5, 3.0)
     words = {"turning": TURNING, "gravity": 1}
     scene = kr.Scene.from_euler(BODIES["general"], angles, rates, **words)
-    assert scene == kr.Ensemble.from_euler(BODIES["general"], [angles], rates, **words)[0]
+    assert scene == kr.Scene.from_euler(BODIES["general"], [angles], rates, **words)[0]
     nutation = kr.solve(scene, [0.0, 1e-4], digits=20).nutation
     assert (nutation[1] - nutation[0]) / 1e-4 == pytest.approx(0.5, abs=1e-3)
 
@@ -248,7 +248,7 @@ def list_unsupported_calls(scene, name, value):
         yield lambda bad=bad: scene.replace(**{name: bad})
         yield lambda bad=bad: scene.vary(**{name: bad})
         yield lambda bad=bad: kr.start(scene).change(**{name: bad})
-        yield lambda bad=bad: kr.Ensemble(scene.body, (0, 0, 1), gravity=1, **{name: bad})
+        yield lambda bad=bad: kr.Scene(scene.body, (0, 0, 1), gravity=1, **{name: bad})
         yield lambda bad=bad: kr.Scene.from_euler(upright, (0, 1, 0), gravity=1, **{name: bad})
 
 

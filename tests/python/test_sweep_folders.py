@@ -399,7 +399,7 @@ def sweep(**words):
 
 
 REFUSALS = [  # function, valid arguments, name, bad value, exception, word
-    (sweep, {"t": 1}, "scene", TOP, TypeError, "scene"),
+    (sweep, {"t": 1}, "scene", TOP.body, TypeError, "scene"),
     (sweep, REDUCED, "t", None, TypeError, "t is missing"),
     (sweep, REDUCED, "t", np.zeros((6, 5, 2)), ValueError, "the same for all tops"),
     (sweep, REDUCED, "t", [2, 1], ValueError, "away from 0"),

@@ -54,8 +54,8 @@ TOPS = {  # a source of each kind, and the same tops as an ensemble
     "random, in degrees": (RANDOM, RANDOM[:]),
     "ensemble": (kr.Source.of(MIXED), MIXED),
     "ensemble of bodies": (
-        kr.Source.of(kr.Ensemble(BODIES, momentum=np.ones((4, 1, 3)), gravity=1)),
-        kr.Ensemble(BODIES, momentum=np.ones((4, 1, 3)), gravity=1),
+        kr.Source.of(kr.Scene(BODIES, momentum=np.ones((4, 1, 3)), gravity=1)),
+        kr.Scene(BODIES, momentum=np.ones((4, 1, 3)), gravity=1),
     ),
     "ensemble in degrees": (
         kr.Source.of(SLEEPING.vary(tilt=[1.0, 2.0, 3.0], degrees=True)),
@@ -273,7 +273,7 @@ def test_columns_of_files_are_parameters(tmp_path, table, flags, tops, ending):
 
 def test_a_large_ensemble_has_a_file_beside_the_plan(tmp_path):
     momenta = np.random.default_rng(3).normal(size=(25000, 3))
-    tops = kr.Ensemble(TOP.body, momentum=momenta, gravity=1)
+    tops = kr.Scene(TOP.body, momentum=momenta, gravity=1)
     words = {"reduce": {"energy": "last"}, "method": "strang", "step": 0.1, "part_size": 10000}
     kr.sweep(tops, [0.1], folder=tmp_path, **words)
     (file,) = tmp_path.glob("starts-*.npy")

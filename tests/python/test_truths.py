@@ -29,7 +29,7 @@ def list_misses_of_ensembles(rows, limit, method):
     """Return the rows whose truth the member of an ensemble misses, forward or backward in time."""
     misses, parts = {}, [[row for row in rows if row["t"] * sign > 0] for sign in (1, -1)]
     for chosen in filter(None, parts):
-        tops = kr.Ensemble.of([make_scene(row) for row in chosen])
+        tops = kr.Scene.stack([make_scene(row) for row in chosen])
         paths = kr.solve(tops, [[row["t"]] for row in chosen], method).check()
         errors = {row["name"]: find_error(paths[i], row) for i, row in enumerate(chosen)}
         misses |= {name: error for name, error in errors.items() if not error < limit}

@@ -126,7 +126,7 @@ def map_exponents(side):
     grid = [(energy, vertical) for energy in energies for vertical in verticals]
     ensembles = [find_starts(body, *parameters, seed) for seed, parameters in enumerate(grid)]
     indices = [k for k, tops in enumerate(ensembles) if tops is not None]
-    ensemble = kr.Ensemble(
+    ensemble = kr.Scene(
         body,
         momentum=np.concatenate([ensembles[k].momentum for k in indices]),
         attitude=np.concatenate([ensembles[k].attitude for k in indices]),

@@ -71,7 +71,7 @@ def draw_problems(kind, members):
 
 def time_solve(problems, name, setting):
     """Return the run time [s] per top and the paths of all tops."""
-    ensemble = kr.Ensemble.of([problem.user for problem in problems])
+    ensemble = kr.Scene.stack([problem.user for problem in problems])
     with timing.pause_gc():
         begin = timing.perf_counter()
         paths = kr.solve(ensemble, [END], name, threads=1, **setting.keywords)

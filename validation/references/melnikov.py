@@ -63,7 +63,7 @@ def measure_swings(e, n):
     """
     angles = np.linspace(0.0, np.pi, PUSHES, endpoint=False)
     transverse = PUSH * np.cos(angles), PUSH * np.sin(angles), np.full(PUSHES, VERTICAL)
-    tops = kr.Ensemble(make_body(e), body_momentum=np.stack(transverse, axis=1), gravity=1)
+    tops = kr.Scene(make_body(e), body_momentum=np.stack(transverse, axis=1), gravity=1)
     section = kr.section(tops, kr.events.nutation(), n=2 * n + 3).check()
     spin, axial, tilt = (
         values.reshape(PUSHES, -1)

@@ -44,7 +44,7 @@ class TopEnsemble:
     def ensemble(self):
         """Convert the tops to a kreisel ensemble."""
         scene = self.problem.to_scene()
-        return kr.Ensemble(
+        return kr.Scene(
             scene.body, momentum=self.momenta, attitude=scene.attitude, gravity=scene.gravity
         )
 

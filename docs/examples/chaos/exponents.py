@@ -15,7 +15,7 @@ body = kr.Body.cuboid(half=(1.0, 0.7, 0.4), pivot=(0.0, 0.0, -0.4), mass=1.0)
 tilts, spins = np.radians(np.linspace(4, 176, 48)), np.linspace(0.05, 6, 64)
 angles = np.stack(np.broadcast_arrays(0.0, tilts, 0.0), axis=-1)
 rates = np.stack(np.broadcast_arrays(0.0, 0.0, spins), axis=-1)
-tops = kr.Ensemble.from_euler(body, angles[:, None], rates, gravity=1)
+tops = kr.Scene.from_euler(body, angles[:, None], rates, gravity=1)
 chaos = kr.chaos(tops, 200)
 print(chaos, f"certificates below {chaos.certificate.max():.0e}")
 

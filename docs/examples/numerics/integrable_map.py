@@ -16,7 +16,7 @@ tilts = np.concatenate([np.linspace(0.02, 3.1, 22), np.full(8, np.pi)])
 swings = np.concatenate([np.zeros(22), np.linspace(2.1, 3.2, 4), -np.linspace(2.1, 3.2, 4)])
 attitude = np.stack([np.cos(tilts / 2), np.sin(tilts / 2), 0 * tilts, 0 * tilts], axis=-1)
 momentum = np.stack([swings, 0 * swings, 0 * swings], axis=-1)
-tops = kr.Ensemble(body, momentum=momentum, attitude=attitude, gravity=1)
+tops = kr.Scene(body, momentum=momentum, attitude=attitude, gravity=1)
 
 figure, axes = plt.subplots(
     1, 2, figsize=(9.4, 4.4), sharex=True, sharey=True, layout="constrained"

@@ -33,7 +33,7 @@ print(f"closed form {rate:.4f} rad/s, rule {torque / axial / spin:.4f} rad/s")
 
 least = 2 * np.sqrt(transverse * torque * np.cos(np.radians(60))) / axial
 spins = np.linspace(1.001 * least, 600, 300)
-tops = kr.Ensemble.spinning(gyroscope, spins, tilt=np.radians(60), steady=True, gravity=9.81)
+tops = kr.Scene.spinning(gyroscope, spins, tilt=np.radians(60), steady=True, gravity=9.81)
 rates = kr.exact(tops).precession_rate
 
 figure, axes = plt.subplots(layout="constrained")

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 
-from .._model.scene import Scene
+from .._model.scene import Scene, validate_one_top
 from .._options.methods import Method, Methods, resolve_method
 from .._options.methods import methods as known
 from .._options.options import (
@@ -23,7 +23,7 @@ from .._results.path import Path, check_is_one
 from .._results.results import Error, Interrupted
 from .._results.tables import encode_table_as_csv
 from .._solve.solve import solve
-from .._utils.arguments import Numbers, as_int, as_positive, short_repr, validate_type
+from .._utils.arguments import Numbers, as_int, as_positive, short_repr
 from .._utils.files import atomic_write
 from .._utils.html import format_html_table
 from .._utils.processes import Progress
@@ -171,7 +171,7 @@ def compare(
     run fails, the reason is stored in the field `failure` of the table row. Ctrl-C raises
     kreisel.Interrupted, whose attribute `result` has a row for each completed run.
     """
-    validate_type("scene", scene, Scene)
+    validate_one_top("scene", scene)
     lists: list[list[float]] = []
     for name, values in (("steps", steps), ("tols", tols)):
         if not isinstance(values, Iterable):

@@ -27,7 +27,7 @@ from rich.table import Table
 from .._fit.fit import LOSSES
 from .._fit.parameters import FREE
 from .._fit.records import INSTRUMENT
-from .._model.scene import Scene, parse_scene_toml
+from .._model.scene import Scene, parse_scene_toml, validate_one_top
 from .._model.toml import call_with_error_prefix, read_limited_text
 from .._options.methods import methods
 from .._options.options import RECORDABLE
@@ -112,11 +112,13 @@ class _SceneName(Name):
         _refuse_second_use_of_file(value, param, ctx)
         try:
             if value == "-":
-                return call_with_error_prefix(
+                scene = call_with_error_prefix(
                     "standard input",
                     lambda: parse_scene_toml(read_limited_text(get_binary_stdin())),
                 )
-            return Scene.from_toml(value)
+            else:
+                scene = Scene.from_toml(value)
+            return validate_one_top("scene", scene)
         except FileNotFoundError:
             hint = suggest_name(value, self._known)
             self.fail(f"there is no file or named scene {value!r}; {hint}", param, ctx)

@@ -7,7 +7,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from .._model.scene import Ensemble, Scene
+from .._model.scene import Scene
 from .._results.results import Error, Interrupted
 from .._utils.arguments import (
     Array,
@@ -36,7 +36,7 @@ LOSSES: tuple[LossName, ...] = ("linear", "soft")
 
 
 def fit(
-    scene: Scene | Ensemble,
+    scene: Scene,
     records: Record | Iterable[Record],
     free: FreeName | Iterable[FreeName] = ("start", "moments"),
     *,
@@ -49,7 +49,7 @@ def fit(
 
     scene     the known values, and a first guess of the values in `free`. If its motion disagrees
               with the records, other guesses are computed from the records and at random. For an
-              Ensemble of guesses, the search begins at each member, and the best result is returned
+              scene of many tops, the search begins at each member, and the best result is returned
     records   a kreisel.Record or several records of one motion
     free      names of parameters: "start" ("attitude" and "velocity"), "moments", "com" or its
               length "lever", "gravity", "mass", "damping", "friction", "rotor", "turning",
@@ -101,12 +101,10 @@ def fit(
     noise of the given sigma does not explain chi2 (see `Fit.is_plausible`). Also warns if few
     numbers determine an unknown standard deviation.
     """
-    if isinstance(scene, Ensemble):
-        if not scene.size:
-            raise ValueError("scene is an ensemble without members")
-        guesses = list(scene.reshape(-1))
-    else:
-        guesses = [validate_type("scene", scene, Scene)]
+    is_many = bool(validate_type("scene", scene, Scene).shape)
+    guesses = list(scene.ravel()) if is_many else [scene]
+    if not guesses:
+        raise ValueError("scene is an array without members")
     blocks, record_tuple = expand_free_names(free), _validate_records(records)
     if loss not in LOSSES:
         raise ValueError(unknown_name_message("loss", str(loss), LOSSES))
@@ -122,7 +120,7 @@ def fit(
         ]
         for session in sessions:
             session.refuse_too_few_measurements(count)
-        return _run_search_sessions(sessions, count, is_multistart=isinstance(scene, Ensemble))
+        return _run_search_sessions(sessions, count, is_multistart=is_many)
 
     best = _search_with_defined_angles(record_tuple, guesses, search)
     hint, misfit, excess = "", best._describe_misfit(), best._describe_excess()

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import values as values_of_core
-from .._model.scene import Ensemble, Scene
+from .._model.scene import Scene
 from .._results.path import Path
 from .._utils.arguments import Array, ReadOnlyArrays, as_int, optional_dependency
 from .._utils.files import atomic_write
@@ -431,7 +431,7 @@ class Fit(ReadOnlyArrays):
         error_array = errors.reshape(value.shape)
         return (value, error_array) if value.ndim else (float(value), float(error_array))
 
-    def scatter(self, n: int, *, seed: int = 0) -> Ensemble:
+    def scatter(self, n: int, *, seed: int = 0) -> Scene:
         """Return an ensemble of n random scenes, drawn with the covariance of the fit.
 
         The random scenes vary only in those directions of parameter space that the data determine.
@@ -440,7 +440,7 @@ class Fit(ReadOnlyArrays):
         count, key, p = as_int("n", n, 1), as_int("seed", seed, 0), self._parameters
         steps = self._spectrum.draw_random_parameter_changes(np.random.default_rng(key), count)
         points = [p.add_step_within_bounds(self._point, step) for step in steps]
-        return Ensemble.of([p.to_scene(point) for point in points])
+        return Scene.stack([p.to_scene(point) for point in points])
 
     def plot(self) -> FigureAxes:
         """Plot measurements, fitted motion and residuals with matplotlib, and return the axes.

@@ -1,1 +1,1 @@
-"""Models of tops (bodies, scenes and ensembles), and their input and output in TOML."""
+"""Models of tops (bodies and scenes), and their input and output in TOML."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from types import EllipsisType, MappingProxyType
-from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, overload
+from typing import TYPE_CHECKING, Any, ClassVar, Self, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -61,16 +61,19 @@ def shrink_column(values: Column, dims: int, trailing: int) -> Column:
 
 
 _IndexKey = slice | EllipsisType | None | list[Any] | npt.NDArray[Any]
-_M = TypeVar("_M")
 
 
-class BatchBase(ReadOnlyArrays, Generic[_M], metaclass=HintingType):
-    """Base class of arrays of bodies and scenes, which store their parameters as arrays.
+class BatchBase(ReadOnlyArrays, metaclass=HintingType):
+    """Base class of bodies and scenes, for one or for many.
 
-    The first dimensions of a stored array are those of the batch, of length 1 where the members
-    share a value. The last dimensions are those of one value.
+    Many store their parameters as arrays. The first dimensions of a stored array are those of the
+    batch, of length 1 where the members share a value. The last dimensions are those of one value.
+    One stores its parameters as numbers and tuples, and its `_block`.
     """
 
+    _compared: ClassVar[tuple[str, ...]]  # the attributes that determine equality
+    _compared_of_many: ClassVar[tuple[str, ...]]
+    _stored: ClassVar[tuple[str, ...]]  # the attributes that are columns of many
     shape: Shape = ()
     _names: tuple[str | None, ...] = ()
     _columns: Mapping[str, Column]
@@ -81,6 +84,14 @@ class BatchBase(ReadOnlyArrays, Generic[_M], metaclass=HintingType):
 
         def __getattr__(self, name: str) -> Any:
             columns = self.__dict__.get("_columns", {})
+            if name == "_columns" and self._stored[0] in self.__dict__:
+                return {one: np.asarray(getattr(self, one)) for one in self._stored}
+            if name == "_block" and self.shape:
+                one = type(self).__name__.lower()
+                raise TypeError(
+                    f"{one} must be one {one}, not an array of shape {self.shape}: select one by "
+                    f"its index, as in {one}[0]"
+                )
             if name not in columns:
                 raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
             column = columns[name]
@@ -93,17 +104,25 @@ class BatchBase(ReadOnlyArrays, Generic[_M], metaclass=HintingType):
         dims = len(shape)
         self.__dict__.update(
             shape=shape,
-            _names=name_varying_dimensions(shape, words),
             _columns={name: shrink_column(x, dims, n) for name, (x, n) in columns.items()},
-            _varied={
-                one.name: shrink_column(one.values, dims, len(one.value))
-                for one in words
-                if one.shape
-            },
-            _in_degrees=any(one.degrees and one.shape for one in words),
         )
+        self._note_varying_parameters(words)
 
-    def _select_member(self, index: Index) -> _M:
+    def _note_varying_parameters(self, words: list[BatchParameter]) -> Self:
+        """Store the parameters that vary, and name the dimensions after them."""
+        if self.shape:
+            self.__dict__.update(
+                _names=name_varying_dimensions(self.shape, words),
+                _varied={
+                    one.name: shrink_column(one.values, len(self.shape), len(one.value))
+                    for one in words
+                    if one.shape
+                },
+                _in_degrees=any(one.degrees and one.shape for one in words),
+            )
+        return self
+
+    def _select_member(self, index: Index) -> Any:
         raise NotImplementedError
 
     def _with(
@@ -133,12 +152,27 @@ class BatchBase(ReadOnlyArrays, Generic[_M], metaclass=HintingType):
 
     def _list_varying_parameters(self) -> list[BatchParameter]:
         dims = len(self.shape)
-        return [BatchParameter(name, x, x.shape[dims:]) for name, x in self._varied.items()]
+        return [
+            BatchParameter(name, x, x.shape[dims:], self._in_degrees)
+            for name, x in self._varied.items()
+        ]
 
-    def _forget_varying_parameters(self) -> Self:
-        """Clear the list of varying parameters and the names of the dimensions."""
-        self.__dict__.update(_names=(None,) * len(self.shape), _varied={})
-        return self
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        if self.shape != other.shape:
+            return False
+        names = self._compared_of_many if self.shape else self._compared
+        pairs = [(getattr(self, name), getattr(other, name)) for name in names]
+        return all(
+            np.array_equal(mine, theirs) if isinstance(mine, np.ndarray) else mine == theirs
+            for mine, theirs in pairs
+        )
+
+    def __hash__(self) -> int:
+        if self.shape:
+            raise TypeError(f"unhashable: a {type(self).__name__} of shape {self.shape}")
+        return hash(tuple(getattr(self, name) for name in self._compared))
 
     @property
     def ndim(self) -> int:
@@ -155,7 +189,7 @@ class BatchBase(ReadOnlyArrays, Generic[_M], metaclass=HintingType):
 
     def __len__(self) -> int:
         if not self.shape:
-            raise TypeError(f"{type(self).__name__} of shape () has no length")
+            raise TypeError(f"a {type(self).__name__} of shape () has no length")
         return self.shape[0]
 
     def __iter__(self) -> Iterator[Any]:
@@ -165,14 +199,14 @@ class BatchBase(ReadOnlyArrays, Generic[_M], metaclass=HintingType):
         yields batches with one dimension fewer. Raises TypeError if the batch has no dimensions.
         """
         if not self.shape:
-            raise TypeError(f"{type(self).__name__} of shape () cannot be iterated")
+            raise TypeError(f"a {type(self).__name__} of shape () cannot be iterated")
         return (self[i] for i in range(self.shape[0]))
 
     @overload
     def __getitem__(self, key: _IndexKey) -> Self: ...
     @overload
     def __getitem__(self, key: object) -> Any: ...
-    def __getitem__(self, key: Any) -> _M | Self:
+    def __getitem__(self, key: Any) -> Any:
         """Return the member at an index, or the batch selected by slices, index arrays or masks."""
         shape = self.shape
         if type(key) is int and len(shape) == 1 and -shape[0] <= key < shape[0]:
@@ -182,6 +216,10 @@ class BatchBase(ReadOnlyArrays, Generic[_M], metaclass=HintingType):
             selection: Any = np.broadcast_to(np.False_, shape)[key]
         except OverflowError:
             raise IndexError(f"{short_repr(key)} is out of range") from None
+        except IndexError:
+            if shape:
+                raise
+            raise TypeError(f"a {type(self).__name__} of shape () has no index") from None
         if not isinstance(selection, np.ndarray) and all(map(_is_integer, parts)):
             return self._select_member(
                 tuple(operator.index(i) % n for i, n in zip(parts, shape, strict=True))
@@ -233,7 +271,8 @@ class BatchBase(ReadOnlyArrays, Generic[_M], metaclass=HintingType):
         >>> tops.reshape(2, 2)[1, 0].gravity
         3.0
         """
-        return self._gather(np.arange(self.size).reshape(*shape))
+        order = np.arange(self.size).reshape(*shape)
+        return self if order.shape == self.shape == () else self._gather(order)
 
     def ravel(self) -> Self:
         """Return a one-dimensional batch that contains all members in C order."""

@@ -110,6 +110,10 @@ class Body(ShapeConstructors):
     # `rounded`, and the rotor along the principal axes
     _block: bytes = field(init=False)
 
+    _compared = _GIVEN
+    _compared_of_many = "mass", "_tensors", "com", "inertia_rtol", "rotor"
+    _stored = _STORED
+
     @has_unknown_keywords("Body")
     def __init__(
         self,
@@ -383,31 +387,6 @@ class Body(ShapeConstructors):
         rotor = np.asarray(self.rotor) + size * unit_axis
         return _join(self.mass, self._tensors, np.asarray(self.com), rotor, self)
 
-    if not TYPE_CHECKING:
-
-        def __getattr__(self, name: str) -> Any:
-            if name == "_columns" and "mass" in self.__dict__:  # of one body
-                return {one: np.asarray(getattr(self, one)) for one in _STORED}
-            if name == "_block" and self.shape:
-                raise TypeError(
-                    f"body must be one body, not an array of shape {self.shape}: select one by its "
-                    "index, as in body[0]"
-                )
-            return super().__getattr__(name)
-
-    def __eq__(self, other: object) -> bool:
-        if type(other) is not type(self):
-            return NotImplemented
-        pairs = [(getattr(self, name), getattr(other, name)) for name in _GIVEN]
-        if not self.shape and not other.shape:
-            return all(mine == theirs for mine, theirs in pairs)
-        return self.shape == other.shape and all(np.array_equal(*pair) for pair in pairs)
-
-    def __hash__(self) -> int:
-        if self.shape:
-            raise TypeError(f"unhashable: a Body of shape {self.shape}")
-        return hash(tuple(getattr(self, name) for name in _GIVEN))
-
     def __repr__(self) -> str:
         if self.shape:
             return self._describe()
@@ -458,7 +437,7 @@ class Body(ShapeConstructors):
         }
         words["inertia"] = np.array([one._tensors for one in given])
         rows = {name: x.reshape(*shape, *x.shape[1:]) for name, x in words.items()}
-        return cls(**rows)._forget_varying_parameters()
+        return cls(**rows)._note_varying_parameters([])
 
     def _broadcast_to(self, shape: Shape) -> Body:
         """Return an array of bodies broadcast to `shape`."""

@@ -10,11 +10,19 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import INPUT_RTOL
-from .._utils.arguments import Array, Vector, as_array, convert_parameter_to_radians, short_repr
+from .._utils.arguments import (
+    Array,
+    Numbers,
+    Vector,
+    as_array,
+    convert_parameter_to_radians,
+    short_repr,
+)
 
 Shape = tuple[int, ...]
 Index = tuple[int, ...]
 Column = npt.NDArray[Any]
+Scalars = Numbers | Sequence[Sequence[float]]  # a number or an array of numbers, but not a str
 BoolArray = npt.NDArray[np.bool_]
 # 2 pi to 75 decimal places
 _TURN: Final = Fraction(
@@ -209,6 +217,10 @@ def resolve_gravity(gravity: Any, body: Any) -> Any:
 
     There, gravity exerts no torque. Raises TypeError if `gravity` is None for other bodies.
     """
+    if isinstance(gravity, tuple | list) and len(gravity) == 3 and gravity[0] is gravity[1] == 0:
+        raise TypeError(
+            f"gravity must be a number, not {short_repr(gravity)}: {PARAMETERS['gravity'].why}"
+        )
     if gravity is not None:
         return gravity
     if np.any(body.com):
@@ -248,15 +260,15 @@ def list_disturbances(tops: Any) -> list[str]:
     shaking = tops.shaking
     amplitudes = shaking[0] if type(shaking) is tuple else np.asarray(shaking)[..., 0]
     disturbances = {
-        "damping": _has_nonzero_element(tops.damping),
-        "friction": _has_nonzero_element(tops.friction),
-        "a shaken support": _has_nonzero_element(amplitudes),
-        "a turning support": _has_nonzero_element(tops.turning),
+        "damping": has_nonzero_element(tops.damping),
+        "friction": has_nonzero_element(tops.friction),
+        "a shaken support": has_nonzero_element(amplitudes),
+        "a turning support": has_nonzero_element(tops.turning),
     }
     return [name for name, is_there in disturbances.items() if is_there]
 
 
-def _has_nonzero_element(values: Any) -> bool:
+def has_nonzero_element(values: Any) -> bool:
     """Return True if a number, tuple or array has a nonzero element."""
     if type(values) is tuple:
         return any(values)

@@ -1,31 +1,62 @@
-"""Scenes: a body, its environment and its start."""
+"""Scenes: a body, its environment and its start, for one top or for many."""
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from inspect import signature
-from typing import TYPE_CHECKING, Any, Self, Unpack
+from typing import TYPE_CHECKING, Any, Self, TypedDict, Unpack, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import scene, scene_horizon
-from .._utils.arguments import Array, Quaternion, Vector, make_frozen_class_decorator, validate_type
-from .._utils.files import atomic_write
-from .._utils.name_hints import (
-    HintingType,
-    NoKeywords,
-    has_unknown_keywords,
-    refuse_unknown_keywords,
+from .._core import Tops as CoreTops
+from .._core import cosine, euler, scene, scene_horizon, sine, spinning
+from .._utils.arguments import (
+    Array,
+    as_bool,
+    as_int,
+    get_parameter_unit,
+    make_exception_from_status,
+    make_frozen_class_decorator,
+    unknown_name_message,
+    validate_type,
 )
+from .._utils.files import atomic_write
+from .._utils.name_hints import NoKeywords, has_unknown_keywords, refuse_unknown_keywords
+from ..quaternion import multiply
+from .batch import BatchBase, broadcast_shapes, stack_components
 from .body import Body
-from .ensemble import Ensemble as Ensemble
-from .ensemble import SceneConstructors, SceneKwargs, VaryKwargs
-from .parameters import ENVIRONMENT
+from .initial import (
+    UPRIGHT,
+    call_core,
+    check_symmetry,
+    compute_euler_state,
+    compute_steady_precession,
+    draw_normal_numbers,
+    is_steady_precession_requested,
+    make_core_tops,
+    read_attitudes,
+    read_tilts,
+    validate_standard_deviation,
+)
+from .parameters import (
+    ENVIRONMENT,
+    PARAMETERS,
+    STARTS,
+    BatchParameter,
+    Column,
+    Index,
+    Scalars,
+    Shape,
+    get_member,
+    has_nonzero_element,
+    read_environment,
+    read_parameter,
+)
 from .toml import (
     MAKERS,
     build_body_from_table,
@@ -35,55 +66,118 @@ from .toml import (
     parse_toml_text_or_file,
     require_toml_table,
 )
-from .vary import scatter, vary
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
+_NUMBERS = "momentum", "attitude", *ENVIRONMENT
+_BODY = "mass", "inertia", "com", "rotor"
+_PLAIN = (*STARTS, "attitude", "attitude_xyzw")
+_SPINNING = "spin", "tilt", "precession"
+_EULER = "angles", "rates"
+_FLAGS = "steady", "fast", "degrees"
+_VARIED = ("body", *_BODY, *_PLAIN, *_SPINNING, *_EULER, *_FLAGS, *ENVIRONMENT)
+
+
+class SceneKwargs(TypedDict, total=False):
+    """Keyword arguments of Scene.replace, which are those of the constructor of Scene."""
+
+    body: Body
+    momentum: ArrayLike
+    velocity: ArrayLike
+    body_momentum: ArrayLike
+    body_velocity: ArrayLike
+    attitude: ArrayLike | Rotation
+    attitude_xyzw: ArrayLike
+    gravity: Scalars | None
+    damping: ArrayLike | None
+    turning: ArrayLike | None
+    shaking: ArrayLike | None
+    friction: Scalars | None
+
+
+class VaryKwargs(SceneKwargs, total=False):
+    """Keyword arguments of Scene.vary."""
+
+    mass: ArrayLike
+    inertia: ArrayLike
+    com: ArrayLike
+    rotor: ArrayLike
+    spin: ArrayLike
+    tilt: ArrayLike
+    precession: ArrayLike
+    angles: ArrayLike
+    rates: ArrayLike
+    steady: bool
+    fast: bool
+    degrees: bool
+
 
 @make_frozen_class_decorator("scene.replace({}=...) returns a new scene")
-@dataclass(frozen=True, init=False)
-class Scene(SceneConstructors, metaclass=HintingType):
-    """A rigid body in its environment, and its state at t = 0.
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Scene(BatchBase):
+    """A rigid body in its environment and its state at t = 0, for one top or for many.
 
-    momentum  angular momentum about the fixed point, in space [M L^2 T^-1]. Alternatively, exactly
-              one of: velocity (angular velocity in space [rad/T]), or body_momentum, body_velocity
-              (components in the frame in which the body is described)
-    attitude  unit quaternion (w, x, y, z), scalar first, from the frame of the body into space, or
-              a single scipy Rotation. Alternatively, attitude_xyzw, scalar last
-    gravity   acceleration along -e3, of either sign [L T^-2]; required unless the centre of mass is
-              exactly at the fixed point
-    damping   linear drag [M L^2 T^-1], one number for each principal axis or one for all: the
+    Each parameter may be an array of values, which gives many tops. All parameters broadcast to the
+    shape `scene.shape`, such as (n,) or (500, 500); it is () for one top.
+
+    body      a kr.Body, of one body for all tops or of many
+    momentum  (..., 3) angular momentum about the fixed point, in space [M L^2 T^-1]. Alternatively,
+              exactly one of: velocity (angular velocity in space [rad/T]), or body_momentum,
+              body_velocity (components in the frame in which the body is described)
+    attitude  (..., 4) unit quaternion (w, x, y, z), scalar first, from the frame of the body into
+              space, or a scipy Rotation. Alternatively, attitude_xyzw, scalar last
+    gravity   (...,) acceleration along -e3, of either sign [L T^-2]; required unless the centre of
+              mass is exactly at the fixed point
+    damping   linear drag [M L^2 T^-1], one number for all tops, or (..., 3) numbers for the
+              principal axes, or (..., 1) if the three axes of a top have the same damping: the
               torque about an axis is -damping times the angular velocity about it. kr.fit
               estimates one number or three, as given
-    turning   constant angular velocity of the support, as of a turntable, along e1, e2, e3 [rad/T].
-              The axes e1, e2, e3 turn with the support, and attitudes and velocities are relative
-              to it. Momenta are those in the inertial frame, with components along these axes
-    shaking   (amplitude [L], rate [rad/T], phase [rad]): the fixed point moves along e3 by
+    turning   (..., 3) constant angular velocity of the support, as of a turntable, along e1, e2, e3
+              [rad/T]. The axes e1, e2, e3 turn with the support, and attitudes and velocities are
+              relative to it. Momenta are those in the inertial frame, with components along these
+              axes
+    shaking   (..., 3) (amplitude [L], rate [rad/T], phase [rad]): the fixed point moves along e3 by
               amplitude * cos(rate * t + phase), and t = 0 is the start of the scene
-    friction  dry friction [M L^2 T^-2]: a torque of this size about the apex, against the spin
+    friction  (...,) dry friction [M L^2 T^-2]: a torque of this size about the apex, against the
+              spin
 
     A scene always stores momentum and attitude, whichever parameters were passed to the
     constructor. For a needle-like body, rounding the momentum changes the axial angular velocity by
     a relative amount of about I1 / I3 times the unit roundoff.
 
+    For one top, the attributes are numbers and tuples. For many, they are arrays of the shapes
+    (*shape, 3), (*shape, 4) or (*shape,), and `scene.body` is one body for all tops or an array of
+    bodies of this shape. `scene[i, j]` is then the scene of one top, bitwise equal to that with the
+    same parameters; slices, index arrays and masks return scenes of several. A single value that is
+    given for all tops is stored only once. Two scenes are equal if all their parameters are equal.
+
     Raises TypeError for arguments that are not numbers. Raises ValueError for values that are not
-    finite or have the wrong shape, and for attitudes that are not unit quaternions. The squared
-    norm of a quaternion may differ from 1 by at most 1e-12. A single-precision quaternion is
-    normalized in double precision.
+    finite or have the wrong shape, and for attitudes that are not unit quaternions. For many tops,
+    the message has the index of the first invalid value. The squared norm of a quaternion may
+    differ from 1 by at most 1e-12. A single-precision quaternion is normalized in double precision.
+
+    >>> import kreisel as kr
+    >>> body = kr.scenes.thesis.body
+    >>> tops = kr.Scene(body, momentum=[(0, 0, 1), (0, 0, 2)], gravity=[[1], [2], [3]])
+    >>> tops.shape, tops[2, 0].gravity, tops[:, 1].momentum.shape
+    ((3, 2), 3.0, (3, 3))
     """
 
     body: Body
-    momentum: Vector
-    attitude: Quaternion
-    gravity: float
-    damping: Vector
-    turning: Vector
-    shaking: Vector
-    friction: float
-    _has_common_damping: bool = field(init=False, repr=False, compare=False)
-    # bytes of a kr_scene: body, gravity, t, q, m, damping, turning, shaking, friction
-    _block: bytes = field(init=False, repr=False, compare=False)
+    momentum: Any
+    attitude: Any
+    gravity: Any
+    damping: Any
+    turning: Any
+    shaking: Any
+    friction: Any
+    # bytes of the kr_scene of one top: body, gravity, t, q, m, damping, turning, shaking, friction
+    _block: bytes = field(init=False)
+
+    _compared = _compared_of_many = "body", *_NUMBERS
+    _stored = _NUMBERS
+    _has_common_damping = False  # True if the damping of one top was given as one number
 
     @has_unknown_keywords("Scene")
     def __init__(
@@ -91,7 +185,7 @@ class Scene(SceneConstructors, metaclass=HintingType):
         body: Body,
         momentum: ArrayLike | None = None,
         attitude: ArrayLike | Rotation | None = None,
-        gravity: float | None = None,
+        gravity: Scalars | None = None,
         *,
         velocity: ArrayLike | None = None,
         body_momentum: ArrayLike | None = None,
@@ -100,66 +194,337 @@ class Scene(SceneConstructors, metaclass=HintingType):
         damping: ArrayLike | None = None,
         turning: ArrayLike | None = None,
         shaking: ArrayLike | None = None,
-        friction: float | None = None,
+        friction: Scalars | None = None,
         **unknown: Unpack[NoKeywords],
     ) -> None:
         if unknown:
             refuse_unknown_keywords(Scene.__init__, unknown)
         if not isinstance(body, Body):
             validate_type("body", body, Body)
-        numbers = None
+        values = momentum, velocity, body_momentum, body_velocity
+        around = gravity, damping, turning, shaking, friction
         if attitude_xyzw is None and "_block" in body.__dict__:
-            starts = momentum, velocity, body_momentum, body_velocity
-            around = gravity, damping, turning, shaking, friction
-            numbers = scene(body._block, starts, attitude, around)
-        if numbers is None:
-            numbers = Ensemble(
+            numbers = scene(body._block, values, attitude, around)
+            if numbers is not None:
+                self._store_numbers(body, numbers, damping)
+                return
+        starts = {n: x for n, x in zip(STARTS, values, strict=True) if x is not None}
+        if len(starts) != 1:
+            raise ValueError(
+                f"give exactly one of {', '.join(STARTS)}, not {' and '.join(starts) or 'none'}"
+            )
+        ((name, value),) = starts.items()
+        start = read_parameter(name, value)
+        attitudes, q = read_attitudes(attitude, attitude_xyzw)
+        given = read_environment(body, dict(zip(ENVIRONMENT, around, strict=True)))
+        words = [start, attitudes, *given.values()]
+        broadcast_shapes({"body": body.shape, **{one.name: one.shape for one in words}})
+        momenta = start.values
+        if name != "momentum":
+            kind = STARTS.index(name)
+            momenta = call_core(
+                lambda tops, vectors: tops.momenta(kind, vectors),
                 body,
-                momentum,
-                attitude,
-                gravity,
-                velocity=velocity,
-                body_momentum=body_momentum,
-                body_velocity=body_velocity,
-                attitude_xyzw=attitude_xyzw,
-                damping=damping,
-                turning=turning,
-                shaking=shaking,
-                friction=friction,
-            )._get_numbers_of_one()
-        self._store_numbers(body, numbers, damping)
+                q,
+                given.get("turning"),
+                start.radians,
+            )
+        self._store_starts(body, words, momenta, q, given)
 
-    def _store_numbers(self, body: Body, numbers: tuple[Any, ...], damping: object) -> None:
-        """Store the numbers of a scene, as scene() of the core returns them."""
+    def _store_numbers(self, body: Body, numbers: tuple[Any, ...], damping: object) -> Self:
+        """Store the numbers of one top, as scene() of the core returns them."""
         fields = self.__dict__
         fields["body"] = body
         m, q, g, d, u, s, f, block = numbers
         fields["momentum"], fields["attitude"], fields["gravity"], fields["damping"] = m, q, g, d
         fields["turning"], fields["shaking"], fields["friction"], fields["_block"] = u, s, f, block
         fields["_has_common_damping"] = damping is None or np.ndim(damping) == 0 or not any(d)  # type: ignore[arg-type]
+        return self
+
+    def _store_starts(
+        self,
+        body: Body,
+        words: list[BatchParameter],
+        momenta: Array,
+        q: Array,
+        given: Mapping[str, BatchParameter],
+    ) -> Self:
+        """Store tops of any shape. `words` are the parameters that the user gave."""
+        columns: dict[str, tuple[Column, int]] = {"momentum": (momenta, 1), "attitude": (q, 1)}
+        for name in ENVIRONMENT:
+            width = len(PARAMETERS[name].shapes[0])
+            values = given[name].radians if name in given else np.zeros((3,) * width)
+            if name == "damping":
+                values = np.broadcast_to(values, (*values.shape[:-1], 3))
+            columns[name] = values, width
+        leads = [values.shape[: values.ndim - width] for values, width in columns.values()]
+        words = [*body._list_varying_parameters(), *words]
+        shape = np.broadcast_shapes(body.shape, *leads, *[one.shape for one in words])
+        self._store(shape, columns, words)
+        self.__dict__["body"] = body._broadcast_to(shape) if body.shape else body
+        status, index = self._core_scenes.check()
+        if status != "OK":
+            place = tuple(map(int, np.unravel_index(index, shape)))
+            numbers = [get_member(getattr(self, name), place) for name in _NUMBERS[:3]]
+            text = "momentum {}, attitude {}, gravity {!r}".format(*numbers)
+            error = make_exception_from_status(status, text)
+            raise type(error)(f"top{list(place)}: {error}" if place else str(error))
+        if not shape:
+            numbers = [get_member(getattr(self, name), ()) for name in _NUMBERS]
+            block = self._core_scenes.block(0)
+            is_common = "damping" not in given or given["damping"].value == (1,)
+            self.__dict__.clear()
+            self._store_numbers(body, (*numbers, block), None if is_common else numbers[3])
+        return self
 
     @classmethod
-    def _from_numbers(cls, body: Body, numbers: tuple[Any, ...], damping: object) -> Self:
-        made = cls.__new__(cls)
-        made._store_numbers(body, numbers, damping)
-        return made
+    def from_euler(
+        cls,
+        body: Body,
+        angles: ArrayLike,
+        rates: ArrayLike = (0.0, 0.0, 0.0),
+        *,
+        degrees: bool = False,
+        gravity: Scalars | None = None,
+        damping: ArrayLike | None = None,
+        turning: ArrayLike | None = None,
+        shaking: ArrayLike | None = None,
+        friction: Scalars | None = None,
+    ) -> Self:
+        """Build a scene from z-x-z Euler angles (precession, nutation, spin) and their rates.
+
+        The angles are path.precession_angle, .nutation and .spin_angle at t = 0 [rad], and the
+        rates are their time derivatives [rad/T]. Precession, nutation and spin are rotations about
+        e3, the line of nodes and the apex (the direction of the centre of mass), respectively. If
+        the apex is the third axis of the frame of description, the attitude is
+
+            Rz(precession) Rx(nutation) Rz(spin).
+
+        If the apex is not the third axis, the angles describe a body-fixed frame whose third axis
+        is the apex.
+
+        degrees  True: angles and rates are in degrees, also turning and the rate and phase of
+                 shaking; the arguments gravity to friction are otherwise as in Scene
+
+        Angles and rates may be arrays of the shape (..., 3), and the other arguments arrays as in
+        Scene.
+
+        >>> import kreisel as kr
+        >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
+        >>> scene = kr.Scene.from_euler(top, (30, 60, 0), (0, 0, 720), degrees=True, gravity=1)
+        >>> round(float(kr.solve(scene, [0.0]).nutation[0]), 12)
+        1.047197551197
+        """
+        in_degrees = as_bool("degrees", degrees)
+        around = gravity, damping, turning, shaking, friction
+        if not validate_type("body", body, Body).shape:
+            numbers = euler(body._block, angles, rates, in_degrees, around)
+            if numbers is not None:
+                return cls.__new__(cls)._store_numbers(body, numbers, damping)
+        given = read_environment(body, dict(zip(ENVIRONMENT, around, strict=True)), in_degrees)
+        words = [
+            read_parameter("angles", angles, degrees=in_degrees),
+            read_parameter("rates", rates, degrees=in_degrees),
+        ]
+        return cls._build_from_euler(body, words, words[0].radians, words[1].radians, given)
 
     @classmethod
-    def _from_tops(cls, tops: Ensemble, damping: object) -> Self:
-        numbers = tops._get_numbers_of_one()
-        return cls._from_numbers(tops.body, numbers, damping)
+    def spinning(
+        cls,
+        body: Body,
+        spin: ArrayLike,
+        tilt: ArrayLike = 0.0,
+        precession: ArrayLike | None = None,
+        *,
+        steady: bool = False,
+        fast: bool = False,
+        degrees: bool = False,
+        gravity: Scalars | None = None,
+        damping: ArrayLike | None = None,
+        turning: ArrayLike | None = None,
+        shaking: ArrayLike | None = None,
+        friction: Scalars | None = None,
+    ) -> Self:
+        """Build a symmetric top that spins about its symmetry axis, tilted from the vertical.
+
+        spin        component of the angular velocity along the axis, from the fixed point towards
+                    the centre of mass, as path.spin [rad/T]. Without damping, friction and turning,
+                    the spin is constant
+        tilt        angle between the axis and the vertical, 0 .. pi; the axis is tilted about e1
+        precession  initial rate of the axis about the vertical [rad/T]. The default is 0: the axis
+                    is released from rest
+        steady      True: the top precesses without nutation, slowly or, with fast=True, fast. At
+                    tilt 0 or pi it stands or hangs vertically, without precession
+        degrees     True: angles and rates are in degrees, also turning and the rate and phase of
+                    shaking; the arguments gravity to friction are otherwise as in Scene
+
+        Raises ValueError for a body that is not symmetric about its apex, and for steady=True with
+        `precession`, a rotor, damping, friction or a moving support. Also raises ValueError if no
+        steady precession exists. If the spin is too small, the message states the least possible
+        spin.
+
+        All arguments but the flags may be arrays, as in Scene. Messages give the index of the first
+        top that is refused.
+
+        >>> import kreisel as kr
+        >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
+        >>> scene = kr.Scene.spinning(top, spin=50, tilt=1.0, steady=True, gravity=1)
+        >>> path = kr.solve(scene, 10)
+        >>> bool(abs(path.nutation - 1.0).max() < 1e-12)
+        True
+        >>> tops = kr.Scene.spinning(top, spin=[[20], [40]], tilt=[0.1, 0.2], gravity=1)
+        >>> tops.shape, tops.axes
+        ((2, 2), ('spin', 'tilt'))
+        """
+        in_degrees = as_bool("degrees", degrees)
+        is_steady, is_fast = as_bool("steady", steady), as_bool("fast", fast)
+        around = gravity, damping, turning, shaking, friction
+        if not validate_type("body", body, Body).shape:
+            flags = is_steady, is_fast, in_degrees
+            numbers = spinning(body._block, spin, tilt, precession, *flags, around)
+            if numbers is not None:
+                return cls.__new__(cls)._store_numbers(body, numbers, damping)
+        words = [
+            read_parameter("spin", spin, degrees=in_degrees),
+            read_tilts(tilt, in_degrees),
+        ]
+        check_symmetry(body)
+        given = read_environment(body, dict(zip(ENVIRONMENT, around, strict=True)), in_degrees)
+        if is_steady_precession_requested(steady, fast, precession, given):
+            rate = compute_steady_precession(body, words[0], words[1], given["gravity"], is_fast)
+        else:
+            initial = 0.0 if precession is None else precession
+            words.append(read_parameter("precession", initial, degrees=in_degrees))
+            rate = words[2].radians
+        broadcast_shapes({"body": body.shape, **{one.name: one.shape for one in words}})
+        angles = 0.0, words[1].radians, 0.0
+        return cls._build_spinning(body, words, angles, words[0].radians, rate, given)
+
+    @classmethod
+    def _build_from_euler(
+        cls,
+        body: Body,
+        words: list[BatchParameter],
+        angles: Array,
+        rates: Array,
+        given: Mapping[str, BatchParameter],
+    ) -> Self:
+        """Build tops from Euler angles [rad] and their rates, and the parameters of the user."""
+        words = [*words, *given.values()]
+        broadcast_shapes({"body": body.shape, **{one.name: one.shape for one in words}})
+        rows = call_core(
+            lambda tops, *vectors: tops.euler(*vectors),
+            body,
+            UPRIGHT,
+            given.get("turning"),
+            angles,
+            rates,
+        )
+        return cls.__new__(cls)._store_starts(body, words, rows[..., 4:], rows[..., :4], given)
+
+    @classmethod
+    def _build_spinning(
+        cls,
+        body: Body,
+        words: list[BatchParameter],
+        angles: tuple[Any, Any, Any],
+        spin: Any,
+        precession: Any,
+        given: Mapping[str, BatchParameter],
+        nutation: Any = 0.0,
+    ) -> Self:
+        """Build tops from Euler angles [rad], the spin about the apex and two rates."""
+        with np.errstate(all="ignore"):
+            rates = precession, nutation, spin - precession * cosine(np.asarray(angles[1]))
+        at, turning = (stack_components(*map(np.asarray, three)) for three in (angles, rates))
+        return cls._build_from_euler(body, words, at, turning, given)
+
+    @classmethod
+    def stack(cls, scenes: Sequence[Any]) -> Scenes:
+        """Join a list of scenes of one shape; each level of nested lists adds a dimension in front.
+
+        >>> import kreisel as kr
+        >>> kr.Scene.stack([[kr.scenes.thesis], [kr.scenes.cusps]]).shape
+        (2, 1)
+        """
+        shape: Shape = ()
+        members: list[Any] = [scenes]
+        while members and isinstance(members[0], (list, tuple)):
+            if any(not isinstance(s, (list, tuple)) or len(s) != len(members[0]) for s in members):
+                raise ValueError("lists of scenes must all have the same length")
+            if len(shape) == 32:
+                raise ValueError("lists of scenes must not contain themselves")
+            shape, members = (*shape, len(members[0])), [scene for row in members for scene in row]
+        if not members:
+            raise ValueError(
+                "a list of scenes must not be empty; a scene of no tops needs a body, as in "
+                "kr.Scene(body, momentum=numpy.empty((0, 3)))"
+            )
+        for k, one in enumerate(members):
+            index = "".join(f"[{i}]" for i in np.unravel_index(k, shape)) if shape else ""
+            if validate_type(f"scenes{index}", one, cls).shape != members[0].shape:
+                raise ValueError(
+                    f"scenes must have the same shape, not {members[0].shape} and {one.shape}"
+                )
+        shape = (*shape, *members[0].shape)
+        tops = [top for one in members for top in one.ravel()] if members[0].shape else members
+        rows = np.frombuffer(b"".join(top._block for top in tops)).reshape(*shape, 34)
+        body = Body._combine_bodies([top.body for top in tops], shape)
+        places: tuple[Any, ...] = 15, slice(24, 27), slice(27, 30), slice(30, 33), 33
+        around = {
+            name: BatchParameter(name, rows[..., place], PARAMETERS[name].shapes[0])
+            for name, place in zip(ENVIRONMENT, places, strict=True)
+        }
+        joined = cls.__new__(cls)._store_starts(
+            body, [], rows[..., 21:24], rows[..., 17:21], around
+        )
+        return cast(Scenes, joined)
+
+    def _with(
+        self, shape: Shape, names: tuple[str | None, ...], change: Callable[[Column], Column]
+    ) -> Self:
+        tops, body = super()._with(shape, names, change), self.body
+        tops.__dict__["body"] = body._with(shape, names, change) if body.shape else body
+        return tops if shape else tops._select_member(())
+
+    def _select_member(self, index: Index) -> Self:
+        if "_block" in self.__dict__:
+            return self
+        body = self.body._select_member(index) if self.body.shape else self.body
+        return type(self)(
+            body, **{name: get_member(getattr(self, name), index) for name in _NUMBERS}
+        )
+
+    @cached_property
+    def _core_scenes(self) -> CoreTops:
+        """The tops as an array in the memory layout that the C library requires."""
+        return make_core_tops(self.body, self.shape, self._columns)
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """The names of the dimensions.
+
+        A dimension is named after the only parameter that varies along it, if this parameter is a
+        scalar and varies along no other dimension. All other dimensions are named 'dim_k', where k
+        is the index, or 'top' if there is only one dimension.
+        """
+        unnamed = "top" if len(self.shape) == 1 else "dim_{}"
+        return tuple(name or unnamed.format(k) for k, name in enumerate(self._names))
 
     def __repr__(self) -> str:
-        """Return the constructor call as text, omitting a support at rest and zero friction."""
+        """Return the constructor call of one top as text, without a support at rest or friction."""
+        if self.shape:
+            return self._describe()
         words: dict[str, object] = dict(self._list_constructor_arguments())
         if self._optional_gravity is None:
             del words["gravity"]
-        for name in ("turning", "shaking"):
-            if not any(getattr(self, name)):
+        for name in ("turning", "shaking", "friction"):
+            if not has_nonzero_element(words[name]):
                 del words[name]
-        if not self.friction:
-            del words["friction"]
         return f"Scene({', '.join([f'{name}={value!r}' for name, value in words.items()])})"
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: x for name, x in self.__dict__.items() if name != "_core_scenes"}
 
     def _list_constructor_arguments(self) -> SceneKwargs:
         """Return constructor arguments that reproduce the scene."""
@@ -175,23 +540,24 @@ class Scene(SceneConstructors, metaclass=HintingType):
         }
 
     @property
-    def _damping_argument(self) -> float | Vector:
+    def _damping_argument(self) -> Any:
         """The damping as one number if it was given as one, which kr.fit keeps as one."""
         is_one = self._has_common_damping and self._has_damping
         return self.damping[0] if is_one else self.damping
 
     @property
-    def _optional_gravity(self) -> float | None:
-        """The gravity, or None if a top without weight need not have been given any."""
-        return self.gravity if self.gravity or any(self.body.com) else None
+    def _optional_gravity(self) -> Any:
+        """The gravity, or None if tops without weight need not have been given any."""
+        is_needed = has_nonzero_element(self.gravity) or has_nonzero_element(self.body.com)
+        return self.gravity if is_needed else None
 
     @property
     def _has_damping(self) -> bool:
-        return any(self.damping)
+        return has_nonzero_element(self.damping)
 
     @property
     def _is_shaken(self) -> bool:
-        return self.shaking[0] != 0.0
+        return bool(self.shaking[0])
 
     @cached_property
     def _has_disturbances(self) -> bool:
@@ -229,29 +595,59 @@ class Scene(SceneConstructors, metaclass=HintingType):
         return np.array([(0.0, *self.attitude, *self.momentum)])
 
     @property
-    def attitude_xyzw(self) -> Quaternion:
-        """The attitude as a quaternion (x, y, z, w), scalar last."""
+    def attitude_xyzw(self) -> Any:
+        """The attitude as a quaternion (x, y, z, w), scalar last, for one top or for many."""
+        if self.shape:
+            return np.roll(self.attitude, -1, axis=-1)
         w, x, y, z = self.attitude
         return x, y, z, w
 
     def replace(self, **changes: Unpack[SceneKwargs]) -> Self:
-        """Return a copy of the scene with some constructor parameters changed."""
+        """Return a copy of the scene with some constructor parameters changed.
+
+        Arrays of values broadcast with the parameters of the scene, as in the constructor.
+        """
         words: dict[str, object] = dict(self._list_constructor_arguments())
-        if changes.keys() & {"velocity", "body_momentum", "body_velocity"}:
+        if not changes.keys().isdisjoint(STARTS):
             del words["momentum"]
         if "attitude_xyzw" in changes:
             del words["attitude"]
         make: Callable[..., Self] = type(self)  # the constructor validates the parameters
-        return make(**{**words, **changes})
+        made = make(**{**words, **changes})
+        return self._keep_varying_parameters(made, changes) if self.shape else made
 
-    def vary(self, **words: Unpack[VaryKwargs]) -> Ensemble:
-        """Return an ensemble of this scene in which the given parameters vary.
+    def _replace_one(self, **changes: Unpack[SceneKwargs]) -> Self:
+        """Return a copy of the scene of one top; raise TypeError for arrays of values."""
+        made = self.replace(**changes)
+        if made.shape:
+            name = next((one for one in changes if one in made._varied), "body")
+            raise TypeError(f"{name} must be one value, not an array of them: this is one top")
+        return made
 
-        Parameters are broadcast as in kr.Ensemble. They may be the parameters of
+    def _keep_varying_parameters(self, made: Self, changes: Mapping[str, object]) -> Self:
+        """Return the scene that is made by changes, with the parameters that vary in it.
+
+        What this scene was varied in still varies if only the environment was changed.
+        """
+        is_same_start = changes.keys() <= {*ENVIRONMENT, *_FLAGS}
+        kept = [
+            one
+            for one in self._list_varying_parameters()
+            if one.name not in changes and (is_same_start or one.name in ENVIRONMENT)
+        ]
+        names = {*changes, *made.body._varied} - {one.name for one in kept}
+        new = [one for one in made._list_varying_parameters() if one.name in names]
+        return made._note_varying_parameters([*kept, *new])
+
+    def vary(self, **words: Unpack[VaryKwargs]) -> Scenes:
+        """Return scenes of the tops of this scene in which the given parameters vary.
+
+        Parameters are broadcast as in kr.Scene, and with those of this scene. They may be the
+        parameters of
 
         - Scene: gravity, damping, turning, shaking, friction, body, attitude
           or attitude_xyzw, and one of momentum, velocity, body_momentum, body_velocity. If none of
-          these four is given, the ensemble keeps the space-frame momentum of this scene.
+          these four is given, the space-frame momentum of this scene is kept.
 
         - Body: mass, inertia, com, rotor. Every top keeps the attitude and the space-frame momentum
           of this scene.
@@ -272,7 +668,97 @@ class Scene(SceneConstructors, metaclass=HintingType):
         >>> tops.shape, tops.axes
         ((5, 3), ('spin', 'tilt'))
         """
-        return vary(self, words)
+        for name in words:
+            if name not in _VARIED:
+                raise TypeError(unknown_name_message("parameter", name, _VARIED))
+        changes: dict[str, Any] = {n: value for n, value in words.items() if value is not None}
+        made = self._vary(changes)
+        return cast(Scenes, self._keep_varying_parameters(made, changes) if self.shape else made)
+
+    def _vary(self, changes: dict[str, Any]) -> Self:
+        kinds = [[n for n in names if n in changes] for names in (_PLAIN, _SPINNING, _EULER)]
+        start_names = [names[0] for names in kinds if names]
+        if len(start_names) > 1:
+            raise ValueError(
+                f"{start_names[0]} and {start_names[1]} both describe the start: give only one kind"
+            )
+        if as_bool("degrees", changes.get("degrees", False)):
+            changes |= {
+                name: read_parameter(name, value, degrees=True)
+                for name, value in changes.items()
+                if "rad" in get_parameter_unit(name, degrees=False)
+            }
+        in_degrees = any(getattr(value, "degrees", False) for value in changes.values())
+        body = self._vary_body(changes)
+        around = {name: changes.get(name) for name in ENVIRONMENT}
+        for name, value in around.items():
+            is_known = (
+                self._optional_gravity is not None if name == "gravity" else name == "damping"
+            )
+            if value is None and (is_known or np.any(getattr(self, name))):
+                around[name] = getattr(self, name)
+        given = read_environment(body, around)
+        fast = changes.get("fast", False)
+        is_steady = is_steady_precession_requested(
+            changes.get("steady", False), fast, changes.get("precession"), given
+        )
+        if is_steady and (kinds[0] or kinds[2]):
+            raise ValueError(f"steady=True requires spin and tilt instead of {start_names[0]}")
+        if not (kinds[1] or kinds[2] or is_steady):
+            plain = {name: changes[name] for name in kinds[0]}
+            if not plain.keys() & set(STARTS):
+                plain["momentum"] = self.momentum
+            if not plain.keys() & {"attitude", "attitude_xyzw"}:
+                plain["attitude"] = self.attitude
+            return type(self)(body, **{**given, **plain})
+        state = compute_euler_state(self._core_scenes, self.shape)
+        precession, tilt, spin_angle = state.angles
+        varied = {
+            name: read_tilts(changes[name], in_degrees)
+            if name == "tilt"
+            else read_parameter(name, changes[name])
+            for name in (*_SPINNING, *_EULER)
+            if name in changes
+        }
+        rate = state.spin - state.precession * cosine(tilt)
+        own = {"spin": state.spin, "tilt": tilt, "precession": state.precession}
+        own["angles"] = stack_components(*state.angles)
+        own["rates"] = stack_components(state.precession, state.nutation, np.asarray(rate))
+        known = {
+            name: varied.get(name, BatchParameter(name, value, PARAMETERS[name].shapes[0]))
+            for name, value in own.items()
+        }
+        parameters = list(varied.values())
+        radians = {name: one.radians for name, one in known.items()}
+        shapes = {one.name: one.shape for one in parameters}
+        broadcast_shapes({"body": body.shape, "scene": self.shape, **shapes})
+        if kinds[2]:
+            return self._build_from_euler(
+                body, parameters, radians["angles"], radians["rates"], given
+            )
+        if is_steady:
+            if in_degrees and "spin" not in varied:
+                degrees = np.degrees(state.spin)
+                known["spin"] = BatchParameter("spin", degrees, (), degrees=True)
+            radians["precession"] = compute_steady_precession(
+                body, known["spin"], known["tilt"], given["gravity"], fast
+            )
+        angles = precession, radians["tilt"], spin_angle
+        nutation = 0.0 if is_steady else state.nutation
+        return self._build_spinning(
+            body, parameters, angles, radians["spin"], radians["precession"], given, nutation
+        )
+
+    def _vary_body(self, changes: Mapping[str, Any]) -> Body:
+        body_changes = {name: changes[name] for name in _BODY if name in changes}
+        if "body" in changes:
+            if body_changes:
+                raise ValueError(f"give either body or {next(iter(body_changes))}, not both")
+            return validate_type("body", changes["body"], Body)
+        if not body_changes:
+            return self.body
+        kept = {name: getattr(self.body, name) for name in (*_BODY, "inertia_rtol", "unphysical")}
+        return Body(**{**kept, **body_changes})
 
     def scatter(
         self,
@@ -282,8 +768,10 @@ class Scene(SceneConstructors, metaclass=HintingType):
         momentum: ArrayLike | None = None,
         attitude: ArrayLike | None = None,
         gravity: float | None = None,
-    ) -> Ensemble:
-        """Return an ensemble of `n` copies of this scene with normally distributed perturbations.
+    ) -> Scenes:
+        """Return `n` copies of this scene with normally distributed perturbations.
+
+        The result has the shape (n, *shape), and each of its tops has its own perturbation.
 
         momentum  standard deviation of the momentum in space [M L^2 T^-1]: one number for all
                   components, or 3
@@ -292,7 +780,7 @@ class Scene(SceneConstructors, metaclass=HintingType):
                   of the scene is applied; the momentum in space stays the same
         gravity   standard deviation of gravity [L T^-2]
 
-        Member i depends only on `seed` and i, not on `n`. Changing the standard deviation of one
+        Copy i depends only on `seed` and i, not on `n`. Changing the standard deviation of one
         parameter does not change the random perturbations of the others.
 
         >>> import kreisel as kr
@@ -300,7 +788,41 @@ class Scene(SceneConstructors, metaclass=HintingType):
         >>> tops[3] == kr.scenes.thesis.scatter(10, seed=7, attitude=0.01)[3]
         True
         """
-        return scatter(self, n, seed, momentum, attitude, gravity)
+        return cast(Scenes, self._scatter(n, seed, momentum, attitude, gravity))
+
+    def _scatter(
+        self,
+        n: int,
+        seed: int,
+        momentum: ArrayLike | None,
+        attitude: ArrayLike | None,
+        gravity: float | None,
+        begin: int = 0,
+    ) -> Self:
+        """Return the copies `begin` to `begin` + `n` - 1 of the unlimited sequence of a seed."""
+        count, key = as_int("n", n, 0), as_int("seed", seed, 0)
+        if momentum is None and attitude is None and gravity is None:
+            raise ValueError("give the width of at least one of momentum, attitude, gravity")
+        normal = draw_normal_numbers(key, begin * self.size, count * self.size)
+        normal = normal.reshape(count, *self.shape, normal.shape[-1])
+        words: dict[str, Any] = dict(self._list_constructor_arguments())
+        with np.errstate(all="ignore"):
+            if momentum is not None:
+                deviations = validate_standard_deviation("momentum", momentum, 3) * normal[..., :3]
+                words["momentum"] = np.array(self.momentum) + deviations
+            if attitude is not None:
+                turns = validate_standard_deviation("attitude", attitude, 3) * normal[..., 3:6]
+                x, y, z = np.moveaxis(turns, -1, 0)
+                size = np.sqrt(x * x + y * y + z * z)
+                half = 0.5 * size
+                factor = np.where(size > 0.0, sine(half) / size, 0.5)
+                by = np.asarray(cosine(half)), factor * x, factor * y, factor * z
+                w, i, j, k = np.moveaxis(np.asarray(self.attitude), -1, 0)
+                words["attitude"] = stack_components(*multiply((w, i, j, k), by))
+            if gravity is not None:
+                width = validate_standard_deviation("gravity", gravity, 1)
+                words["gravity"] = self.gravity + width * normal[..., 6]
+        return type(self)(**words)._note_varying_parameters([])
 
     @classmethod
     def from_toml(cls, source: str | os.PathLike[str]) -> Scene:
@@ -311,8 +833,8 @@ class Scene(SceneConstructors, metaclass=HintingType):
         Body. Instead of the momentum and the attitude, the text may contain a table [from_euler] or
         [spinning] with the parameters of the constructor of that name; those from gravity to
         friction may also be top-level keys. Instead of the keys of Body, a table such as
-        [body.cuboid] may give the parameters of the constructor of that name. Raises ValueError for
-        unknown keys.
+        [body.cuboid] may give the parameters of the constructor of that name. Values for many tops
+        are arrays. Raises ValueError for unknown keys.
 
         >>> import kreisel as kr
         >>> text = "momentum = [0, 0, 3]\ngravity = 9.81\n[body.cone]\nradius = 1\nheight = 2\n"
@@ -326,25 +848,43 @@ class Scene(SceneConstructors, metaclass=HintingType):
 
         Passing this text to Scene.from_toml gives an equal scene.
         """
-        body = self.body
-        start: dict[str, object] = {"momentum": self.momentum, "attitude": self.attitude}
-        start |= {} if self._optional_gravity is None else {"gravity": self.gravity}
-        if self._has_damping:
-            start["damping"] = self._damping_argument
-        start |= {"turning": self.turning} if any(self.turning) else {}
-        start |= {"shaking": self.shaking} if any(self.shaking) else {}
-        start |= {"friction": self.friction} if self.friction else {}
+        start: dict[str, object] = dict(self._list_constructor_arguments())
+        del start["body"]
+        for name in ENVIRONMENT[1:]:
+            if not has_nonzero_element(start[name]):
+                del start[name]
+        start = {name: value for name, value in start.items() if value is not None}
         text = format_toml_entries(start) + "\n[body]\n"
-        words: dict[str, object] = {"mass": body.mass, "inertia": body.inertia, "com": body.com}
-        words |= {"inertia_rtol": body.inertia_rtol} if body.inertia_rtol else {}
-        words |= {"rotor": body.rotor} if any(body.rotor) else {}
-        text += format_toml_entries(words | ({"unphysical": True} if body.unphysical else {}))
+        words = {name: getattr(self.body, name) for name in ("mass", "inertia", "com")}
+        if self.body.shape and words["inertia"].shape[-2:] == (3, 3):
+            words["inertia"] = self.body._tensors  # moments of three bodies would be one matrix
+        for name in ("inertia_rtol", "rotor", "unphysical"):
+            if has_nonzero_element(getattr(self.body, name)):
+                words[name] = getattr(self.body, name)
+        text += format_toml_entries(words)
         if path is not None:
             atomic_write(path, text.encode())
         return text
 
 
-Ensemble._one = Scene
+if TYPE_CHECKING:  # Type checkers tell a scene of many tops from that of one where they can.
+
+    class Scenes(Scene): ...
+
+else:
+    Scenes = Scene
+
+
+def validate_one_top(name: str, scene: object) -> Scene:
+    """Return `scene`; raise TypeError unless it is the scene of one top."""
+    one = validate_type(name, scene, Scene)
+    if one.shape:
+        raise TypeError(
+            f"{name} must be the scene of one top, not of the shape {one.shape}: select one by its "
+            f"index, as in {name}[0]"
+        )
+    return one
+
 
 _WORDS = [word for word in signature(Scene).parameters if word != "body"]
 _SCENE_MAKERS: dict[str, Callable[..., Scene]] = {

@@ -87,7 +87,7 @@ def add_point_masses(tensor: BatchParameter, mass: Array, lever: Array) -> Batch
     return BatchParameter("inertia", flat.reshape(*flat.shape[:-1], 3, 3), (3, 3))
 
 
-class ShapeConstructors(BatchBase[Any]):
+class ShapeConstructors(BatchBase):
     """Constructors of homogeneous bodies.
 
     Lengths, masses and densities are numbers or arrays. Vectors have the shape (..., 3).

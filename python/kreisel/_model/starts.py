@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +16,7 @@ from .._utils.arguments import as_finite_array as array_of
 from ..quaternion import turn_back
 from .body import Body
 from .parameters import list_disturbances, resolve_gravity
-from .scene import Ensemble, Scene
+from .scene import Scene, Scenes
 
 _TRIALS = 1 << 14  # largest number of draws for one start
 _ROWS, _WORDS = 1 << 12, 8  # starts drawn in one batch; random 64-bit words per draw
@@ -123,8 +123,8 @@ def starts(
     grid: ArrayLike | None = None,
     seed: int = 0,
     gravity: float | None = None,
-) -> Ensemble:
-    """Return an ensemble of tops that all have the same energy and vertical momentum.
+) -> Scenes:
+    """Return tops that all have the same energy and vertical momentum.
 
     energy    kinetic plus potential energy, as path.energy [M L^2 T^-2]
     vertical  vertical momentum <m, e3>, as path.vertical_momentum [M L^2 T^-1]
@@ -176,7 +176,8 @@ def starts(
         P, alpha = _sample_directions(surface, as_int("n", n, 0), as_int("seed", seed, 0), least)
     M = surface.momentum(P, alpha) @ principal_axes.T
     q = _compute_rotations_to_vertical(P @ principal_axes.T)
-    return Ensemble(body, body_momentum=M, attitude=q, gravity=g)._forget_varying_parameters()
+    tops = Scene(body, body_momentum=M, attitude=q, gravity=g)._note_varying_parameters([])
+    return cast(Scenes, tops)
 
 
 def _refuse_overflow(surface: _EnergySurface) -> None:

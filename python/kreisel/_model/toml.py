@@ -9,6 +9,8 @@ from dataclasses import replace
 from inspect import getmembers, ismethod
 from typing import Any, BinaryIO, TypeVar
 
+import numpy as np
+
 from .._utils.arguments import short_repr, unknown_name_message
 from .body import Body
 
@@ -98,7 +100,9 @@ def format_toml_entries(words: Mapping[str, object]) -> str:
 def _format_toml_value(value: object) -> str:
     if isinstance(value, bool):
         return str(value).lower()
-    if not isinstance(value, tuple):
+    if isinstance(value, np.ndarray):
+        return _format_toml_value(value.tolist())
+    if not isinstance(value, tuple | list):
         return repr(value)
     texts = map(repr if set(map(type, value)) == {float} else _format_toml_value, value)
     return f"[{', '.join(texts)}]"

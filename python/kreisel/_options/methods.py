@@ -13,7 +13,7 @@ from .._core import flags as FLAGS
 from .._core import methods as core_methods
 from .._model.body import Body
 from .._model.parameters import list_disturbances
-from .._model.scene import Scene
+from .._model.scene import Scene, validate_one_top
 from .._utils.arguments import Array, as_finite_array, short_repr, validate_type
 from .._utils.arguments import unknown_name_message as unknown_name
 from .._utils.quantity_attributes import MethodName
@@ -101,7 +101,7 @@ class Method:
         solution. Only taylor applies to tops with damping or friction, and to supports that are
         shaken or turn about another axis than e3.
         """
-        plain = validate_type("scene", scene, Scene)._has_only_gravity
+        plain = validate_one_top("scene", scene)._has_only_gravity
         return (plain and not self.flags & _SOME) or method_suits(self.name, scene._block)
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from .._core import plain_times, quantities, unsuited
 from .._core import reductions as KINDS
 from .._core import tangents as TANGENTS
-from .._model.scene import Ensemble, Scene
+from .._model.scene import Scene
 from .._utils.arguments import (
     Array,
     Numbers,
@@ -28,7 +28,6 @@ from .._utils.arguments import (
     as_positive,
     short_repr,
     unknown_name_message,
-    validate_type,
 )
 from .._utils.processes import Progress
 from .._utils.quantity_attributes import QuantityName
@@ -356,17 +355,18 @@ class Options:
         name = resolve_method(AUTO, scene).name if self.is_auto else self.method
         return self.with_method(name).with_heading(scene)
 
-    def for_tops(self, tops: Scene | Ensemble, t: object = None) -> Options:
+    def for_tops(self, tops: Scene, t: object = None, *, is_many: bool = False) -> Options:
         """Return the options with which the motion of one or of many tops is computed.
 
-        For a scene, 'auto' becomes the name of a method, which for Kowalewski and
-        Goryachev-Chaplygin tops depends on the times `t`. Raises ValueError if the method does not
-        apply to a top, or if tangents are not defined.
+        For one top, 'auto' becomes the name of a method, which for Kowalewski and
+        Goryachev-Chaplygin tops depends on the times `t`. If `is_many` is True, one top is treated
+        as any of many. Raises ValueError if the method does not apply to a top, or if tangents are
+        not defined.
         """
         if self.error is not None:
             return self
         options = self
-        if not isinstance(tops, Scene):
+        if tops.shape or is_many:
             if self.method not in (AUTO, FALLBACK):  # taylor suits every top
                 _check_method_suits_ensemble(self.integrator, tops)
                 options = self.with_method(self.method)
@@ -681,10 +681,10 @@ def check_torus_tangent_names(names: Iterable[str]) -> None:
             )
 
 
-def _check_tangents_exist(options: Options, tops: Scene | Ensemble) -> None:
+def _check_tangents_exist(options: Options, tops: Scene) -> None:
     """Raise ValueError if the method computes no tangents, or if friction rules them out."""
     method, names = options.integrator, options.tangents
-    if method.exact and isinstance(tops, Scene) and has_torus_closed_form(tops):
+    if method.exact and not tops.shape and has_torus_closed_form(tops):
         check_torus_tangent_names(names)
     elif method.exact or not method.tangents:
         reason = (
@@ -718,13 +718,12 @@ def unravel_index(i: int, shape: Shape) -> Index:
     return tuple(map(int, np.unravel_index(i, shape))) if shape else ()
 
 
-def get_member_by_flat_index(tops: Ensemble, i: int) -> Scene:
-    """Return the i-th member of an ensemble in C order."""
-    scene: Scene = tops._select_member(unravel_index(i, tops.shape))
-    return scene
+def get_member_by_flat_index(tops: Scene, i: int) -> Scene:
+    """Return the i-th top in C order."""
+    return tops._select_member(unravel_index(i, tops.shape))
 
 
-def _check_method_suits_ensemble(method: Method, tops: Ensemble) -> None:
+def _check_method_suits_ensemble(method: Method, tops: Scene) -> None:
     """Raise ValueError if the method does not apply to a member; the message states its index."""
     first, count = unsuited(tops._core_scenes, method.name)
     if count:
@@ -736,19 +735,20 @@ def _check_method_suits_ensemble(method: Method, tops: Ensemble) -> None:
             raise ValueError(f"{member}{more}: {error}") from None
 
 
-def validate_times(tops: Scene | Ensemble, t: object, options: Options) -> Array:
+def validate_times(tops: Scene, t: object, options: Options) -> Array:
     """Return the requested times (k,), or (tops, k) if each top of an ensemble has its own.
 
     Raises ValueError if they are not monotonic, or if reaching them takes 2**53 steps or more.
     """
     times = plain_times(t) if options.every is None else None
-    if times is not None and (options.step is None or isinstance(tops, Scene)):
+    if times is not None and options.step is None:
         return times
-    shape = None if isinstance(tops, Scene) else tops.shape
-    return time_array(t, options.step, options.every, options.bytes_per_state, shape=shape)
+    return time_array(
+        t, options.step, options.every, options.bytes_per_state, shape=tops.shape or None
+    )
 
 
-def check_result_memory(tops: Ensemble, times: Array, options: Options) -> None:
+def check_result_memory(tops: Scene, times: Array, options: Options) -> None:
     """Raise MemoryError if the states of all tops would not fit into memory."""
     byte_count = tops.size * times.shape[-1] * options.bytes_per_state
     if byte_count > get_total_memory():
@@ -758,9 +758,7 @@ def check_result_memory(tops: Ensemble, times: Array, options: Options) -> None:
         )
 
 
-def validate_output_array(
-    tops: Ensemble, out: object, times: Array, options: Options
-) -> Array | None:
+def validate_output_array(tops: Scene, out: object, times: Array, options: Options) -> Array | None:
     """Return the output array `out` with one row per top."""
     if out is None:
         return None
@@ -802,17 +800,6 @@ def validate_thread_count(threads: object, executor: object = None) -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def validate_tops(name: str, tops: object) -> Scene | Ensemble:
-    """Return `tops`; raise TypeError unless they are a scene or an ensemble."""
-    return tops if isinstance(tops, Ensemble) else validate_type(name, tops, Scene)
-
-
-def as_ensemble(name: str, tops: object) -> Ensemble:
-    """Return an ensemble, of shape () for a scene; raise TypeError for anything else."""
-    one = validate_tops(name, tops)
-    return one if isinstance(one, Ensemble) else Ensemble.of([one]).reshape(())
-
-
 CHUNK_SIZE = 1 << 14  # largest number of states that are held in memory at a time
 COUNTABLE = 2.0**53  # largest number up to which doubles represent all integers
 _MAX_ROWS = 1 << 20  # largest number of times that are validated in one batch
@@ -844,7 +831,7 @@ def time_array(
     else:
         return _compute_times_of_every_nth_step(float(times), step, every, size + 8, begin)
     end = float(np.abs(times).max(initial=0.0))
-    if shape is not None and step is not None and not end / step < COUNTABLE:
+    if step is not None and not end / step < COUNTABLE:
         raise ValueError(too_many_steps_message(end, step))
     return times
 

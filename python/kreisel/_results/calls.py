@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from .. import _core as core
 from .._model.parameters import refuse_disturbances
-from .._model.scene import Ensemble, Scene
+from .._model.scene import Scene
 from .._options.methods import EXACT, FALLBACK, has_torus_closed_form
 from .._options.options import QUANTITIES, RECORDABLE, Options, get_quantity_derivative_shape
 from .._options.plan import StepChoice
@@ -250,7 +250,7 @@ class Slice(NamedTuple):
 
     rows: EnsembleBuffers
     options: Options
-    tops: Ensemble
+    tops: Scene
     begin: int
     end: int
     times: Array
@@ -296,7 +296,7 @@ LANES = SliceRunner(run_slice_in_lanes, is_native=True)
 SCALAR = SliceRunner(run_slice_sequentially)
 
 
-def compute_quantity_values(name: str, tops: Ensemble, buffers: EnsembleBuffers) -> Array:
+def compute_quantity_values(name: str, tops: Scene, buffers: EnsembleBuffers) -> Array:
     """Return the values of a quantity for all states, as an array of shape (n, k, ...)."""
     assert buffers.states is not None
     n, k, _ = buffers.states.shape
@@ -306,7 +306,7 @@ def compute_quantity_values(name: str, tops: Ensemble, buffers: EnsembleBuffers)
 
 
 def compute_quantity_derivatives(
-    name: str, tops: Ensemble, buffers: EnsembleBuffers, bits: int
+    name: str, tops: Scene, buffers: EnsembleBuffers, bits: int
 ) -> Array:
     """Return the derivatives of a quantity for all tops, as an array of shape (n, k, ..., c)."""
     assert buffers.states is not None and buffers.tangents is not None
@@ -321,8 +321,8 @@ _Result = TypeVar("_Result")
 
 
 def run_ensemble(
-    kind: Callable[[Ensemble, Array, Options, EnsembleBuffers], _Result],
-    tops: Ensemble,
+    kind: Callable[[Scene, Array, Options, EnsembleBuffers], _Result],
+    tops: Scene,
     t: Array,
     options: Options,
     pool: WorkerPool,
@@ -370,7 +370,7 @@ def run_slice(runner: SliceRunner, part: Slice) -> EnsembleBuffers:
 
 
 def run_slice_in_worker(
-    runner: SliceRunner, options: Options, tops: Ensemble, t: Array
+    runner: SliceRunner, options: Options, tops: Scene, t: Array
 ) -> EnsembleBuffers:
     """Compute the results of some tops in a worker process, and return them."""
     rows = EnsembleBuffers.allocate_buffers(len(tops), t.shape[-1], options)

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from .._core import reductions as KINDS
 from .._core import start, statuses
 from .._model.parameters import advance_shaking_phase
-from .._model.scene import Ensemble, Scene
+from .._model.scene import Scene, Scenes
 from .._options.methods import EXACT, explain_no_closed_form, has_torus_closed_form
 from .._options.options import (
     QUANTITIES,
@@ -145,7 +145,7 @@ class Path(PathBase, TableExportMethods):
                 other times solves this top alone, and taylor may then round differently
     path[:, j]  for many tops, the path of the selected tops with the selected states
 
-    scene   the kreisel.Scene or kreisel.Ensemble
+    scene   the kreisel.Scene, of one top or of many
     states  (n, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]
     method  the name of the method; the attributes step (negative: back in time), tol and digits
             have the values used, or None if the method has no such parameter or chose it itself
@@ -184,7 +184,7 @@ class Path(PathBase, TableExportMethods):
         own.update({k: x for k, x in (columns or {}).items() if k not in STATE_COLUMNS})
 
     @classmethod
-    def _of_many(cls, tops: Ensemble, t: Array, options: Options, buffers: EnsembleBuffers) -> Self:
+    def _of_many(cls, tops: Scene, t: Array, options: Options, buffers: EnsembleBuffers) -> Self:
         """Return the path of all tops of an ensemble, whose arrays are views of `buffers`."""
         many = RunResult(tops, t, options, buffers)
         shape, states, columns, data = many._reshape_to_ensemble, NO_STATES, None, None
@@ -430,12 +430,12 @@ class Path(PathBase, TableExportMethods):
         """Return a scene whose initial state, at t = 0, is the i-th state of this path.
 
         The phase of a shaken support is advanced to the time of the selected state. Raises
-        IndexError if the path has no state with this index. For many tops, the result is a
-        kreisel.Ensemble.
+        IndexError if the path has no state with this index. For many tops, the result has their
+        shape.
         """
         if self._is_many:
-            scenes = Ensemble.of([path.scene_at(i) for path in self._list_members()])
-            return cast(Scene, scenes.reshape(self.shape))
+            scenes = Scene.stack([path.scene_at(i) for path in self._list_members()])
+            return scenes.reshape(self.shape)
         (state,) = self.states[normalize_path_index(len(self), index(i))]
         shaking = advance_shaking_phase(self.scene.shaking, float(state[0]))
         return self.scene.replace(attitude=state[1:5], momentum=state[5:], shaking=shaking)
@@ -893,7 +893,7 @@ if TYPE_CHECKING:  # Type checkers tell the path of an ensemble from that of one
         count: Counts  # type: ignore[assignment]
 
     class EnsemblePath(Path):
-        scene: Ensemble  # type: ignore[assignment]
+        scene: Scenes
         error: Array  # type: ignore[assignment]
         energy_error: Array  # type: ignore[assignment]
         tangents_rest: Array  # type: ignore[assignment]
@@ -903,9 +903,9 @@ if TYPE_CHECKING:  # Type checkers tell the path of an ensemble from that of one
         stats: Any
         plan: npt.NDArray[np.object_]  # type: ignore[assignment]
         events: EnsembleEvents
-        end: Ensemble  # type: ignore[assignment]
+        end: Scenes
 
-        def scene_at(self, i: int) -> Ensemble: ...  # type: ignore[override]
+        def scene_at(self, i: int) -> Scenes: ...
         def __getitem__(self, which: Any) -> Any: ...
         def __call__(self, t: Numbers) -> Self: ...
         def check(self) -> Self: ...
@@ -923,7 +923,7 @@ def _compute_event_quantity(events: Events, name: str) -> Array:
 add_quantity_properties(Events, ("k",), _compute_event_quantity)
 
 
-def build_event_path(tops: Ensemble, options: Options, columns: EventColumns) -> Path:
+def build_event_path(tops: Scene, options: Options, columns: EventColumns) -> Path:
     """Return a path of shape (k,) with the top and one state of each of k events."""
     k, t = len(columns.top), columns.states[:, :1].copy()
     options = replace(options, want=None, tangents=(), events=None)

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from .._core import tangents as TANGENTS
 from .._core import version
-from .._model.scene import Ensemble, parse_scene_toml
+from .._model.scene import Scene, parse_scene_toml
 from .._options import options as choices
 from .._options.options import LOW, RECORDABLE, TIME, Options, QuantityDescription
 from .._options.plan import StepChoice
@@ -164,7 +164,7 @@ def list_component_labels(quantity: QuantityDescription) -> dict[str, Sequence[s
     return _LABELS.get(quantity.shape, {f"{quantity.name}_component": quantity.components})
 
 
-def list_parameter_columns(tops: Ensemble, taken: Iterable[str] = ()) -> list[TableColumn]:
+def list_parameter_columns(tops: Scene, taken: Iterable[str] = ()) -> list[TableColumn]:
     """Return a column for each parameter that varies between tops.
 
     In xarray, a variable with the name of a dimension must have only this dimension. A parameter
@@ -395,10 +395,10 @@ def encode_as_archive(path: Any) -> bytes:
     return pack_archive({"head": json.dumps(head), "scene": path.scene.to_toml()}, arrays)
 
 
-SavedEnsemble = tuple[Ensemble, Array, Options, EnsembleBuffers]
+SavedEnsemble = tuple[Scene, Array, Options, EnsembleBuffers]
 
 
-def _encode_many(head: dict[str, Any], tops: Ensemble, t: Array, buffers: EnsembleBuffers) -> bytes:
+def _encode_many(head: dict[str, Any], tops: Scene, t: Array, buffers: EnsembleBuffers) -> bytes:
     events = [np.concatenate(column) for column in zip(*buffers.events, strict=True)]
     given = {f"given_{name}": np.asarray(values) for name, values in tops.coords.items()}
     head |= {
@@ -426,7 +426,7 @@ def _encode_many(head: dict[str, Any], tops: Ensemble, t: Array, buffers: Ensemb
 
 def _read_saved_ensemble(archive: ArchiveReader, head: dict[str, Any]) -> SavedEnsemble:
     scenes = [parse_scene_toml(text) for text in head["scenes"]]
-    tops, options = Ensemble.of(scenes).reshape(tuple(head["shape"])), Options.from_json(head)
+    tops, options = Scene.stack(scenes).reshape(tuple(head["shape"])), Options.from_json(head)
     varied = {
         name.removeprefix("given_"): archive.read_archive_doubles(name, *shape)
         for name, shape in head["given"].items()

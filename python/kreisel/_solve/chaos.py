@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from .._core import growth, statuses
 from .._model.parameters import refuse_disturbances
-from .._model.scene import Ensemble, Scene
+from .._model.scene import Scene
 from .._options import options as checks
 from .._options.methods import FALLBACK
 from .._options.options import TIME, Options, get_member_by_flat_index
@@ -56,7 +56,7 @@ _DECADES = 3.0  # log10 of the ratio of the last of these times to the first
 _LOG, _MEGNO, _MOST, _ENERGY, _MOMENTUM, _REST = range(6)
 
 
-def estimate_turn_durations(tops: Ensemble) -> Array:
+def estimate_turn_durations(tops: Scene) -> Array:
     """Estimate the time [T] that each top takes to turn once.
 
     It is 2 pi / w with the larger w of the angular velocity (|m| + |h|) / I and the pendulum
@@ -69,7 +69,7 @@ def estimate_turn_durations(tops: Ensemble) -> Array:
     # Unlike the root of a sum of squares, hypot does not overflow for momenta above 1e154.
     momentum = np.hypot.reduce(tops.momentum, axis=-1) + np.hypot.reduce(body.rotor, axis=-1)
     rate = momentum / largest
-    amplitude, shaking = tops.shaking[..., 0], tops.shaking[..., 1]
+    amplitude, shaking, _ = np.moveaxis(np.asarray(tops.shaking), -1, 0)
     largest_pull = np.abs(tops.gravity) + np.abs(amplitude) * shaking**2
     torque = body.mass * largest_pull * np.linalg.norm(body.com, axis=-1)
     rate = np.broadcast_to(np.maximum(rate, np.sqrt(torque / largest)), tops.shape).reshape(-1)
@@ -201,9 +201,8 @@ class Chaos(RunResult):
         i = find_flat_index(self.shape, key)
         if i is None:
             return super().__getitem__(key)
-        tops = checks.as_ensemble("tops", get_member_by_flat_index(self.scene, i))
         rows = self._buffers.select_buffer_rows(slice(i, i + 1))
-        return Chaos(tops, self._t, self._options, rows)
+        return Chaos(get_member_by_flat_index(self.scene, i), self._t, self._options, rows)
 
     def _make_top_error(self, i: int) -> BaseException:
         scene, name = get_member_by_flat_index(self.scene, i), STATUSES[self._buffers.status[i]]
@@ -332,7 +331,7 @@ def _follow_tangents_of_slice(part: Slice, direction: Sequence[float]) -> None:
 
 
 def chaos(
-    scene: Scene | Ensemble,
+    scene: Scene,
     t: Numbers,
     *,
     direction: Sequence[float] | None = None,
@@ -343,7 +342,7 @@ def chaos(
 ) -> Chaos:
     """Compute the largest Lyapunov exponent, MEGNO and OLI of each motion in one integration.
 
-    scene      an undamped kreisel.Scene or kreisel.Ensemble
+    scene      undamped, of one top or of many
     t          a number: the curves have 32 times up to t, evenly spaced on a logarithmic scale over
                three decades; or a monotonic list of times on one side of 0 [T]
     direction  the tangent at the start: three components of a rotation vector seen from the body
@@ -382,25 +381,25 @@ def chaos(
     """
     times, options, vector = validate_chaos_arguments(scene, t, direction, tol, max_steps)
     pool = WorkerPool(checks.validate_thread_count(threads))
-    callback, tops = checks.validate_progress_callback(progress), checks.as_ensemble("scene", scene)
-    if isinstance(scene, Scene):
+    callback = checks.validate_progress_callback(progress)
+    if not scene.shape:
         checks.check_resolvable_horizon(scene, float(times[-1]), None)
-    buffers = EnsembleBuffers.allocate_buffers(tops.size, 0, options)
+    buffers = EnsembleBuffers.allocate_buffers(scene.size, 0, options)
     buffers.states = None
-    buffers.columns = {name: np.full((tops.size, times.size), np.nan) for name in INDICATORS}
-    buffers.columns["certificate"] = np.full((tops.size, 1), np.nan)
+    buffers.columns = {name: np.full((scene.size, times.size), np.nan) for name in INDICATORS}
+    buffers.columns["certificate"] = np.full((scene.size, 1), np.nan)
     runner = SliceRunner(partial(_follow_tangents_of_slice, direction=vector.tolist()))
-    result = run_ensemble(Chaos, tops, times, options, pool, runner, callback, buffers=buffers)
-    if isinstance(scene, Scene) and result._buffers.status[0]:
+    result = run_ensemble(Chaos, scene, times, options, pool, runner, callback, buffers=buffers)
+    if not scene.shape and result._buffers.status[0]:
         raise result._make_top_error(0)
     return result
 
 
 def validate_chaos_arguments(
-    tops: Scene | Ensemble, t: Numbers, direction: object, tol: object, max_steps: object
+    tops: Scene, t: Numbers, direction: object, tol: object, max_steps: object
 ) -> tuple[Array, Options, Array]:
     """Return the times of the curves, the options, and the direction of the tangent or nothing."""
-    checks.validate_tops("scene", tops)
+    arguments.validate_type("scene", tops, Scene)
     times = checks.time_array(t, None, None, 16)
     if np.ndim(t) == 0:
         times = arguments.as_float("t", t) * np.logspace(-_DECADES, 0.0, _POINTS)

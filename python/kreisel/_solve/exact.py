@@ -30,7 +30,7 @@ from .._core import (
     unsuited,
 )
 from .._model.parameters import has_equivalent_support_at_rest
-from .._model.scene import Ensemble, Scene
+from .._model.scene import Scene, Scenes, validate_one_top
 from .._model.starts import (
     TurningPoints,
     build_turning_points_from_rows,
@@ -68,7 +68,6 @@ from .._utils.arguments import (
     freeze_array,
     make_frozen_class_decorator,
     short_repr,
-    validate_type,
 )
 from .._utils.processes import Job, Progress, WorkerPool
 from .torus import (
@@ -127,7 +126,7 @@ class Exact(Generic[_Values, _Paths]):
         >>> import numpy as np
         >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
         >>> spins, tilts = np.linspace(10, 30, 3), np.linspace(0, 1, 2)
-        >>> tops = kr.Ensemble.spinning(body, spin=spins[:, None], tilt=tilts, gravity=1)
+        >>> tops = kr.Scene.spinning(body, spin=spins[:, None], tilt=tilts, gravity=1)
         >>> np.degrees(kr.exact(tops).greatest_nutation).round(1)
         array([[  0. , 104.7],
                [  0. ,  69.2],
@@ -137,73 +136,61 @@ class Exact(Generic[_Values, _Paths]):
     are symmetric about their apex axis: ValueError if one of the tops is not.
     """
 
-    _tops: Scene | Ensemble
+    _scene: Scene
     _word: str  # the word for a member in messages: "top" or "scene"
 
     def __init__(
         self,
-        tops: Scene | Ensemble,
+        scene: Scene,
         mean_rates: tuple[float, float, float] | None = None,
         plan: object = None,
         word: str = "top",
     ) -> None:
         fields = self.__dict__
-        fields["_tops"], fields["_plan"], fields["_word"] = tops, plan, word
+        fields["_scene"], fields["_plan"], fields["_word"] = scene, plan, word
         if mean_rates is not None:
             fields["_mean_rates"] = mean_rates
 
     def __repr__(self) -> str:
         name = f"kreisel.{type(self).__name__}"
-        if not isinstance(self._tops, Scene):
+        if self.shape:
             return f"<{name} of shape {self.shape}>"
         rates = f"period {self.period:.6g}, precession {self.precession_rate:.6g}"
-        return f"<{name}: {rates}, spin angle {self.spin_angle_rate:.6g}; {self._tops!r}>"
+        return f"<{name}: {rates}, spin angle {self.spin_angle_rate:.6g}; {self._scene!r}>"
 
     def __eq__(self, other: object) -> bool:
-        return type(other) is type(self) and bool(self._tops == other._tops)
+        return type(other) is type(self) and bool(self._scene == other._scene)
 
     def __hash__(self) -> int:
-        return hash(self._tops)
+        return hash(self._scene)
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """The shape of the ensemble; () for a single scene."""
-        return () if isinstance(self._tops, Scene) else self._tops.shape
+        """The shape of the scene; () for one top."""
+        return self._scene.shape
 
     @property
     def scene(self) -> Scene:
-        """The scene of a single top."""
-        if not isinstance(self._tops, Scene):
-            raise AttributeError("closed forms of several tops have no scene: use tops or scenes")
-        return self._tops
-
-    @property
-    def tops(self) -> Ensemble:
-        """The tops as an ensemble."""
-        return Ensemble.of([self._tops]) if isinstance(self._tops, Scene) else self._tops
-
-    @property
-    def scenes(self) -> tuple[Scene, ...]:
-        """The scenes in C order."""
-        return tuple(get_member_by_flat_index(self.tops, i) for i in range(self.tops.size))
+        """The scene, of one top or of many."""
+        return self._scene
 
     def __bool__(self) -> bool:
-        return isinstance(self._tops, Scene) or self._tops.size > 0
+        return self._scene.size > 0
 
     def __len__(self) -> int:
-        if isinstance(self._tops, Scene):
+        if not self.shape:
             raise TypeError("the closed form of a single top has no length")
-        return len(self._tops)
+        return len(self._scene)
 
     def __getitem__(self, key: Any) -> Any:
         """Return the closed form of one or several tops, selected by a NumPy index."""
-        if isinstance(self._tops, Scene):
+        if not self.shape:
             raise TypeError("the closed form of a single top has no index: call it with times")
-        return exact(self._tops[key])
+        return exact(self._scene[key])
 
     def _shape_values(self, rows: Any) -> _Values:
         """Return one value for a scene, or an array of the ensemble's shape."""
-        if isinstance(self._tops, Scene):
+        if not self.shape:
             return cast(_Values, np.reshape(rows, -1)[0].item())
         values = np.reshape(rows, self.shape)
         values.flags.writeable = False
@@ -212,7 +199,7 @@ class Exact(Generic[_Values, _Paths]):
     @cached_property
     def _mean_rates(self) -> Any:
         """The period, the precession rate and the rate of the spin angle, one row for each."""
-        rates = np.empty((self.tops.size, 3))
+        rates = np.empty((self._scene.size, 3))
         self._call_core_in_slices(exact_rates, rates)
         return rates.T
 
@@ -243,8 +230,8 @@ class Exact(Generic[_Values, _Paths]):
     @cached_property
     def _heads(self) -> Array:
         """(n, 4) the three frequencies and the certificate of motions on tori, otherwise NaN."""
-        heads = np.full((self.tops.size, 4), np.nan)
-        if unsuited(self.tops._core_scenes, "auto")[1]:
+        heads = np.full((self._scene.size, 4), np.nan)
+        if unsuited(self._scene._core_scenes, "auto")[1]:
             self._call_core_in_slices(torus_heads, heads)
         return heads
 
@@ -254,7 +241,7 @@ class Exact(Generic[_Values, _Paths]):
 
         They are NaN for all other motions.
         """
-        if isinstance(self._tops, Scene):
+        if not self.shape:
             first, second, third = self._heads[0, :3].tolist()
             return first, second, third
         return freeze_array(self._heads[:, :3].reshape(*self.shape, 3))
@@ -266,9 +253,9 @@ class Exact(Generic[_Values, _Paths]):
 
     @cached_property
     def _turning_points(self) -> TurningPoints:
-        if isinstance(self._tops, Scene):
-            return compute_turning_points(self._tops)
-        rows, numbers = np.empty((self.tops.size, 10)), np.zeros(self.tops.size, dtype=np.int8)
+        if not self.shape:
+            return compute_turning_points(self._scene)
+        rows, numbers = np.empty((self._scene.size, 10)), np.zeros(self._scene.size, dtype=np.int8)
         self._call_core_in_slices(exact_turnings, rows, numbers)
         return build_turning_points_from_rows(rows, np.array(courses)[numbers])
 
@@ -351,13 +338,13 @@ class Exact(Generic[_Values, _Paths]):
         `t` is a number or a list in any order, and for many tops also an array (*shape, k) with the
         times of each.
         """
-        if isinstance(self._tops, Scene):
-            states = self._try_to_compute_states(t, self._tops._resolvable_horizon)
+        if not self.shape:
+            states = self._try_to_compute_states(t, self._scene._resolvable_horizon)
             if states is None:
                 states = self._try_to_compute_states(self._validate_evaluation_times(t), math.inf)
             assert states is not None
-            return cast(_Paths, Path(self._tops, states, _NO_STEPS, CLOSED_FORM))
-        n, shape = self._tops.size, self.shape
+            return cast(_Paths, Path(self._scene, states, _NO_STEPS, CLOSED_FORM))
+        n, shape = self._scene.size, self.shape
         times = as_finite_array(
             "t", t, "a number, a list of times, or an array of times of each top"
         )
@@ -379,7 +366,8 @@ class Exact(Generic[_Values, _Paths]):
         is_away = times.all() and (np.diff(distances, axis=-1, prepend=0.0) > 0.0).all()
         if is_away and np.isnan(self._heads).all():
             pool = WorkerPool(validate_thread_count(None))
-            paths = run_ensemble(EnsemblePath._of_many, self._tops, times, CLOSED_FORM, pool, LANES)
+            kind = EnsemblePath._of_many
+            paths = run_ensemble(kind, self._scene, times, CLOSED_FORM, pool, LANES)
             return cast(_Paths, paths.check())
         buffers = EnsembleBuffers.allocate_buffers(n, times.shape[-1], CLOSED_FORM)
         buffers.status[:], buffers.done[:] = 0, times.shape[-1]
@@ -389,7 +377,7 @@ class Exact(Generic[_Values, _Paths]):
             self._call_core_in_slices(exact_states_of_tops, states, times)
         else:
             self._call_core_in_slices(partial(exact_states_of_tops, t=times), states)
-        return cast(_Paths, EnsemblePath._of_many(self._tops, times, CLOSED_FORM, buffers))
+        return cast(_Paths, EnsemblePath._of_many(self._scene, times, CLOSED_FORM, buffers))
 
     def _try_to_compute_states(self, t: object, most: float) -> Array | None:
         """Return one state of a scene per row, or None if the times must be validated in Python.
@@ -407,19 +395,19 @@ class Exact(Generic[_Values, _Paths]):
     def _check_precision_at_times(self, times: Array) -> None:
         """Raise ValueError if double precision cannot resolve the attitude at one of the times."""
         ends = np.abs(times).max(axis=-1, initial=0.0) if times.ndim else np.abs(times)
-        most = np.empty(self.tops.size)
-        horizons(self.tops._core_scenes, most)
+        most = np.empty(self._scene.size)
+        horizons(self._scene._core_scenes, most)
         indices = np.flatnonzero(ends >= most)
         if indices.size:
             i = int(indices[0])
             end = float(np.broadcast_to(ends, most.shape)[i])
             try:
-                check_resolvable_horizon(get_member_by_flat_index(self.tops, i), end, None)
+                check_resolvable_horizon(get_member_by_flat_index(self._scene, i), end, None)
             except ValueError as error:
                 raise ValueError(f"{self._format_error_prefix(i)}{error}") from None
 
     def _format_error_prefix(self, i: int) -> str:
-        return f"{self._word}{format_index(unravel_index(i, self.tops.shape))}: "
+        return f"{self._word}{format_index(unravel_index(i, self._scene.shape))}: "
 
     def _call_core_in_slices(
         self, function: Callable[..., tuple[str, int]], *rows: Array | Codes
@@ -433,17 +421,17 @@ class Exact(Generic[_Values, _Paths]):
 
         def make_range_job(begin: int, end: int) -> Job[tuple[str, int]]:
             parts = (each[begin:end] for each in rows)
-            return partial(function, work=work), (self.tops._core_scenes, begin, end, *parts)
+            return partial(function, work=work), (self._scene._core_scenes, begin, end, *parts)
 
         def note_slice_failure(_: int, result: tuple[str, int]) -> None:
             if result[0] != "OK":
                 failures.append((result[1], result[0]))
 
         pool = WorkerPool(validate_thread_count(None))
-        pool.run_slices(self.tops.size, make_range_job, note_slice_failure, work)
+        pool.run_slices(self._scene.size, make_range_job, note_slice_failure, work)
         if failures:
             first, status = min(failures)
-            scene = get_member_by_flat_index(self.tops, first)
+            scene = get_member_by_flat_index(self._scene, first)
             prefix = self._format_error_prefix(first)
             if function is exact_turnings:
                 raise ValueError(prefix + explain_no_turning_points(status, scene))
@@ -652,7 +640,7 @@ class ExactMap:
         return Path(self.scene, states, _NO_STEPS, options, self.step < 0.0)
 
 
-def _refuse_turning_support(tops: Scene | Ensemble) -> None:
+def _refuse_turning_support(tops: Scene) -> None:
     """Raise ValueError for tops on supports that turn about e3, without any other disturbance.
 
     The turning points and angular rates of a closed-form solution refer to the inertial frame and
@@ -676,20 +664,20 @@ def _make_no_closed_form_error(status: str, scene: Scene, prefix: str = "") -> V
 
 
 @overload
-def exact(scene: Scene) -> Exact[float, Path]: ...
+def exact(scene: Scenes | Sequence[Scene]) -> Exact[Array, EnsemblePath]: ...  # type: ignore[overload-overlap]
 @overload
-def exact(scene: Ensemble | Sequence[Scene]) -> Exact[Array, EnsemblePath]: ...
+def exact(scene: Scene) -> Exact[float, Path]: ...
 @overload
 def exact(scene: Scene, *, map: Literal["bobenko_suris"], step: float) -> ExactMap: ...
 def exact(
-    scene: Scene | Ensemble | Sequence[Scene], *, map: str | None = None, step: float | None = None
+    scene: Scene | Sequence[Scene], *, map: str | None = None, step: float | None = None
 ) -> Exact[float, Path] | Exact[Array, EnsemblePath] | ExactMap:
     """Return the motion of one or many tops in closed form.
 
     The result is a kreisel.ExactTorus for most Kowalewski tops, and for most Goryachev-Chaplygin
     tops whose vertical momentum is zero.
 
-    scene  a kreisel.Scene, a kreisel.Ensemble, or a list of scenes
+    scene  a kreisel.Scene of one top or of many, or a list of scenes
     map    "bobenko_suris": return the closed form of the states that this method computes for a
            Lagrange top, a kreisel.types.ExactMap, instead of the closed form of the motion
     step   only with `map`: the step of the method, positive or negative [T]
@@ -697,16 +685,12 @@ def exact(
     Raises ValueError if a motion has no closed-form solution, or if the support turns about e3. For
     a support that turns about e3, use solve(scene, t, "exact") to compute the states.
     """
-    if map is None and step is None and not isinstance(scene, Scene):
+    if map is None and step is None:
         if isinstance(scene, (list, tuple)):
-            for i, one in enumerate(scene):
-                validate_type(f"scene[{i}]", one, Scene)
-            if not scene:
-                raise ValueError("a list of scenes must not be empty")
-            return _build_closed_forms(Ensemble.of(scene), "scene")
-        if isinstance(scene, Ensemble):
+            return _build_closed_forms(Scene.stack(scene), "scene")
+        if isinstance(scene, Scene) and scene.shape:
             return _build_closed_forms(scene, "top")
-    top = validate_type("scene", scene, Scene)
+    top = validate_one_top("scene", scene)
     if any(top.turning) and methods[EXACT].suits(top):
         _refuse_turning_support(top)
     if map is not None:
@@ -721,7 +705,7 @@ def exact(
     return Exact(top, (period, precession_rate, spin_angle_rate), plan)
 
 
-def _build_closed_forms(tops: Ensemble, word: str) -> Exact[Array, EnsemblePath]:
+def _build_closed_forms(tops: Scene, word: str) -> Exact[Array, EnsemblePath]:
     first, count = unsuited(tops._core_scenes, EXACT)
     if count:
         more = f", the first of {count} such" if count > 1 else ""

@@ -5,16 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import Unpack, overload
 
 import numpy as np
 
 from .._core import Worker, unsuited
-from .._model.scene import Ensemble, Scene
+from .._model.scene import Scene
 from .._options.methods import FALLBACK
 from .._options.options import (
     GEOMETRIC,
-    MethodKeywords,
     Options,
     ReductionSpec,
     get_member_by_flat_index,
@@ -24,7 +22,7 @@ from .._options.options import (
 )
 from .._options.plan import Plan, make_solve_plan
 from .._results.calls import LANES, SCALAR, EnsembleBuffers, Slice
-from .._utils.arguments import Array, Numbers
+from .._utils.arguments import Array, Numbers, validate_type
 from .._utils.quantity_attributes import MethodName, QuantityName
 from .solve import refuse_ensemble_arguments
 
@@ -33,27 +31,8 @@ _MAX_STATES, _MAX_STEPS = 1 << 11, 1 << 11  # limits of each of these runs
 _ROW = 49  # bytes per top for status, number of states, step counts and time reached
 
 
-@overload
 def plan(
     scene: Scene,
-    t: Numbers | None = None,
-    want: Iterable[QuantityName] | None = None,
-    method: MethodName = "auto",
-    **controls: Unpack[MethodKeywords],
-) -> Plan: ...
-@overload
-def plan(
-    scene: Ensemble,
-    t: Numbers | None = None,
-    want: Iterable[QuantityName] | None = None,
-    method: MethodName = "auto",
-    *,
-    threads: int | None = None,
-    reduce: ReductionSpec | None = None,
-    **controls: Unpack[MethodKeywords],
-) -> Plan: ...
-def plan(
-    scene: Scene | Ensemble,
     t: Numbers | None = None,
     want: Iterable[QuantityName] | None = None,
     method: MethodName = "auto",
@@ -89,7 +68,7 @@ def plan(
     options = make_options(
         method, step=step, tol=tol, digits=digits, every=every, want=want, reduce=reduce
     )
-    if isinstance(scene, Ensemble):
+    if validate_type("scene", scene, Scene).shape:
         options = options.for_tops(scene)
         return _plan_ensemble(scene, t, options, validate_thread_count(threads))
     refuse_ensemble_arguments(scene, threads=threads, reduce=reduce)
@@ -98,7 +77,7 @@ def plan(
     return make_solve_plan(scene, options, None if times is None else times.size, times=times)
 
 
-def _plan_ensemble(tops: Ensemble, t: Numbers | None, options: Options, threads: int) -> Plan:
+def _plan_ensemble(tops: Scene, t: Numbers | None, options: Options, threads: int) -> Plan:
     exact_count, lanes = _count_exact_and_lane_tops(tops, options)
     states, seconds, sample_count, size = None, None, 0, None
     if t is not None:
@@ -127,7 +106,7 @@ def _plan_ensemble(tops: Ensemble, t: Numbers | None, options: Options, threads:
     )
 
 
-def _count_exact_and_lane_tops(tops: Ensemble, options: Options) -> tuple[int, int]:
+def _count_exact_and_lane_tops(tops: Scene, options: Options) -> tuple[int, int]:
     """Return the numbers of tops evaluated in closed form and of tops integrated in SIMD lanes."""
     if options.integrator.exact:
         return tops.size, 0
@@ -145,7 +124,7 @@ def _count_exact_and_lane_tops(tops: Ensemble, options: Options) -> tuple[int, i
     return exact_count, tops.size - exact_count - alone_count
 
 
-def _plan_first_top(tops: Ensemble, options: Options, states: int | None) -> Plan:
+def _plan_first_top(tops: Scene, options: Options, states: int | None) -> Plan:
     scene = get_member_by_flat_index(tops, 0)
     plan = make_solve_plan(scene, options.for_member(scene), states)
     kernel, order = Worker(*options.core_arguments, []).kernel
@@ -158,9 +137,7 @@ def _plan_first_top(tops: Ensemble, options: Options, states: int | None) -> Pla
     return replace(plan, order=order, kernel=f"{kernel}, in lanes", form=form)
 
 
-def _estimate_run_time(
-    tops: Ensemble, t: Array, options: Options, threads: int
-) -> tuple[float, int]:
+def _estimate_run_time(tops: Scene, t: Array, options: Options, threads: int) -> tuple[float, int]:
     """Return an estimate of the run time [s], and the number of tops used for the estimate.
 
     A few tops are integrated for a limited number of steps, and the run time is extrapolated.

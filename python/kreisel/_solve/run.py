@@ -16,9 +16,8 @@ from numpy.typing import ArrayLike
 
 from .. import _core as core
 from .._model.body import Body
-from .._model.ensemble import SceneKwargs
 from .._model.parameters import ENVIRONMENT
-from .._model.scene import Scene, parse_scene_toml
+from .._model.scene import Scene, SceneKwargs, parse_scene_toml, validate_one_top
 from .._options import options as checks
 from .._options.methods import resolve_method, unknown_method_message
 from .._options.options import CHUNK_SIZE, EventSpec, Options
@@ -307,7 +306,7 @@ class Run:
             low[1:5] = 0.0
         if momenta:
             low[5:] = 0.0
-        self._restart(motion, t, scene.replace(**(momenta | attitudes)), low)
+        self._restart(motion, t, scene._replace_one(**(momenta | attitudes)), low)
 
     def change(
         self,
@@ -341,7 +340,7 @@ class Run:
         if keep not in ("momentum", "velocity"):
             raise ValueError(f"keep must be 'momentum' or 'velocity', not {short_repr(keep)}")
         motion, t, old, low = self._read_present_state()
-        scene = old.replace(**given)
+        scene = old._replace_one(**given)
         if any(scene.turning):
             self._options.check_heading_is_computed("a turning support")
         if keep == "velocity" and body is not None:
@@ -528,7 +527,7 @@ def start(
     options = checks.make_options(
         method, step=step, tol=tol, digits=digits, max_steps=max_steps, want=want, events=events
     )
-    top = arguments.validate_type("scene", scene, Scene)
+    top = validate_one_top("scene", scene)
     return Run(scene, options.for_tops(top), back)
 
 

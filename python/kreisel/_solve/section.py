@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import Worker, horizons
-from .._model.scene import Ensemble, Scene
+from .._model.scene import Scene
 from .._options import options as checks
 from .._options.methods import FALLBACK
 from .._options.options import QUANTITIES, TIME, Options
@@ -236,7 +236,7 @@ _TURNS = 1024.0  # the default of max_wait, in estimated turns of a top
 
 
 def section(
-    scene: Ensemble | Scene,
+    scene: Scene,
     event: Event | None = None,
     n: int = 500,
     *,
@@ -282,17 +282,17 @@ def section(
     Sources: Poincaré (1892). Dullin and Wittek (Journal of Physics A 28, 1995) construct sections
     that are crossed by every motion.
     """
-    tops = checks.as_ensemble("scene", scene)
-    waits, options = validate_section_arguments(tops, event, n, max_wait, tol, digits, max_steps)
+    arguments.validate_type("scene", scene, Scene)
+    waits, options = validate_section_arguments(scene, event, n, max_wait, tol, digits, max_steps)
     pool = WorkerPool(checks.validate_thread_count(threads, executor), executor)
     callback = checks.validate_progress_callback(progress)
-    checks.check_result_memory(tops, waits, options)
+    checks.check_result_memory(scene, waits, options)
     runner = SliceRunner(_find_sections_of_slice, is_native=True)
-    return run_ensemble(Section, tops, waits, options, pool, runner, callback)
+    return run_ensemble(Section, scene, waits, options, pool, runner, callback)
 
 
 def validate_section_arguments(
-    tops: Ensemble,
+    tops: Scene,
     event: object,
     n: object,
     max_wait: object,

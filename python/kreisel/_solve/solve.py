@@ -10,17 +10,15 @@ from dataclasses import replace
 from pathlib import Path as File
 from typing import BinaryIO, Literal, Unpack, cast, overload
 
-from .._model.scene import Ensemble, Scene
+from .._model.scene import Scene, Scenes
 from .._options.options import (
     CHUNK_SIZE,
     EnsembleKeywords,
     EventSpec,
     Options,
     ReductionSpec,
-    SolveKeywords,
     StreamKeywords,
     TangentSpec,
-    as_ensemble,
     check_resolvable_horizon,
     check_result_memory,
     find_time_direction,
@@ -30,7 +28,6 @@ from .._options.options import (
     validate_progress_callback,
     validate_thread_count,
     validate_times,
-    validate_tops,
 )
 from .._results.calls import LANES, SCALAR, SliceRunner, TangentData, run_ensemble
 from .._results.path import (
@@ -55,7 +52,7 @@ from .run import MAGIC, Run, refuse_step_search, resume, start_motion
 
 
 def reduce(
-    scene: Scene | Ensemble,
+    scene: Scene,
     t: Numbers,
     reductions: ReductionSpec,
     method: MethodName = "auto",
@@ -99,12 +96,11 @@ def reduce(
         max_steps=max_steps,
         reduce=reductions,
     )
-    ensemble = as_ensemble("scene", scene)
-    options = options.for_tops(ensemble)
+    options = options.for_tops(validate_type("scene", scene, Scene), is_many=True)
     pool = WorkerPool(validate_thread_count(threads, executor), executor)
-    callback, times = validate_progress_callback(progress), validate_times(ensemble, t, options)
-    result = run_ensemble(Reductions, ensemble, times, options, pool, LANES, callback)
-    return result.check() if isinstance(scene, Scene) else result
+    callback, times = validate_progress_callback(progress), validate_times(scene, t, options)
+    result = run_ensemble(Reductions, scene, times, options, pool, LANES, callback)
+    return result if scene.shape else result.check()
 
 
 def select_slice_runner(options: Options) -> SliceRunner:
@@ -115,7 +111,7 @@ def select_slice_runner(options: Options) -> SliceRunner:
 
 
 def _yield_paths_of_batches(
-    tops: Ensemble,
+    tops: Scene,
     t: Array,
     options: Options,
     pool: WorkerPool,
@@ -133,11 +129,11 @@ def _yield_paths_of_batches(
 
 
 def refuse_ensemble_arguments(scene: object, **arguments: object) -> None:
-    """Raise ValueError if arguments for ensembles are given for a single scene."""
+    """Raise ValueError if arguments for many tops are given for one."""
     validate_type("scene", scene, Scene)
     if names := [name for name, value in arguments.items() if value is not None]:
         text = " and ".join(names)
-        raise ValueError(f"{text}: only for a kreisel.Ensemble, not for a single scene")
+        raise ValueError(f"{text}: only for a scene of many tops, not for one top")
 
 
 _ZIP = b"PK"  # the first bytes of an archive, which is a ZIP file
@@ -208,21 +204,21 @@ _NO_TIMES = cast(Numbers, None)  # refused like None, but after unknown keywords
 
 @overload
 def solve(
-    scene: Scene,
-    t: Numbers,
-    method: MethodName | Literal["geometric"] = "auto",
-    **controls: Unpack[SolveKeywords],
-) -> Path: ...
-@overload
-def solve(
-    scene: Ensemble,
+    scene: Scenes,
     t: Numbers,
     method: MethodName | Literal["geometric"] = "auto",
     **controls: Unpack[EnsembleKeywords],
 ) -> EnsemblePath: ...
+@overload
+def solve(
+    scene: Scene,
+    t: Numbers,
+    method: MethodName | Literal["geometric"] = "auto",
+    **controls: Unpack[EnsembleKeywords],
+) -> Path: ...
 @has_unknown_keywords("solve", required="t")
 def solve(
-    scene: Scene | Ensemble,
+    scene: Scene,
     t: Numbers = _NO_TIMES,
     method: MethodName | Literal["geometric"] = "auto",
     *,
@@ -323,7 +319,7 @@ def solve(
     is_special = error is not None or events is not None or tangents is not None
     is_special |= threads is not None or executor is not None or out is not None
     is_checked = is_special or every is not None or not (progress is None or callable(progress))
-    if isinstance(scene, Scene) and not is_checked:
+    if isinstance(scene, Scene) and not (is_checked or scene.shape):
         path = try_to_solve_in_core(scene, t, method, step, tol, digits, max_steps, want, progress)
         if path is not None:
             return path
@@ -339,7 +335,8 @@ def solve(
         events=events,
         tangents=tangents,
     )
-    if isinstance(scene, Ensemble):
+    validate_type("scene", scene, Scene)
+    if scene.shape:
         options = options.for_tops(scene)
         if options.events:
             refuse_kinetic(scene, options.events)
@@ -352,7 +349,7 @@ def solve(
         return run_ensemble(kind, scene, times, options, pool, runner, callback, target)
     if is_special:
         refuse_ensemble_arguments(scene, threads=threads, executor=executor, out=out)
-    options = options.for_tops(validate_type("scene", scene, Scene), None if is_special else t)
+    options = options.for_tops(scene, None if is_special else t)
     return _solve_in_several_calls(scene, options, t, validate_progress_callback(progress))
 
 
@@ -391,16 +388,7 @@ def record_path_with_tangents(
 
 @overload
 def stream(
-    scene: Scene,
-    t: Numbers | Iterator[float],
-    method: MethodName = "auto",
-    *,
-    chunk: int | None = None,
-    **controls: Unpack[StreamKeywords],
-) -> Iterator[Path]: ...
-@overload
-def stream(
-    scene: Ensemble,
+    scene: Scenes,
     t: Numbers,
     method: MethodName = "auto",
     *,
@@ -409,8 +397,19 @@ def stream(
     executor: Executor | None = None,
     **controls: Unpack[StreamKeywords],
 ) -> Iterator[EnsemblePath]: ...
+@overload
 def stream(
-    scene: Scene | Ensemble,
+    scene: Scene,
+    t: Numbers | Iterator[float],
+    method: MethodName = "auto",
+    *,
+    chunk: int | None = None,
+    threads: int | None = None,
+    executor: Executor | None = None,
+    **controls: Unpack[StreamKeywords],
+) -> Iterator[Path]: ...
+def stream(
+    scene: Scene,
     t: Numbers | Iterator[float],
     method: MethodName = "auto",
     *,
@@ -466,12 +465,12 @@ def stream(
         max_steps=max_steps,
         want=want,
         events=events,
-    ).for_tops(validate_tops("scene", scene))
+    ).for_tops(validate_type("scene", scene, Scene))
     callback = validate_progress_callback(progress)
-    if isinstance(scene, Ensemble):
+    if scene.shape:
         if isinstance(t, Iterator):
             raise TypeError(
-                "times of an ensemble must be a number, a list or an array, not an iterator"
+                "times of many tops must be a number, a list or an array, not an iterator"
             )
         if options.events:
             refuse_kinetic(scene, options.events)

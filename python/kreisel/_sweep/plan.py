@@ -13,7 +13,7 @@ import numpy as np
 
 from .._model import toml
 from .._model.parameters import BatchParameter
-from .._model.scene import Ensemble, Scene, build_scene_from_table
+from .._model.scene import Scene, build_scene_from_table
 from .._options import options as options_of
 from .._options.options import RECORDABLE, TIME, Options, get_total_memory
 from .._results.calls import LANES, run_ensemble
@@ -122,7 +122,7 @@ class SweepPlan:
             self.arguments["event"] = validate_section_event(self.arguments["event"])
             self.arguments["digits"] = self.options.digits
 
-    def validate(self, tops: Ensemble) -> tuple[Options, Array]:
+    def validate(self, tops: Scene) -> tuple[Options, Array]:
         """Return the options and the times for these tops; refuse tops without this task."""
         if self.requested is not None:
             options = self.requested.for_tops(tops)
@@ -134,7 +134,7 @@ class SweepPlan:
         times, options, _ = validate_chaos_arguments(tops, **self.arguments)
         return options, times
 
-    def _build_and_validate(self) -> tuple[Ensemble, Options, Array]:
+    def _build_and_validate(self) -> tuple[Scene, Options, Array]:
         tops = self.source._build_tops(self._sample)
         return tops, *self.validate(tops)
 
@@ -180,7 +180,7 @@ class SweepPlan:
     def hash(self) -> str:
         return hash_plan(self.as_json)
 
-    def build_tops(self, tops: range) -> Ensemble:
+    def build_tops(self, tops: range) -> Scene:
         """Return an ensemble of the tops with these indices: the sample, if it is these tops."""
         places = self._sample
         if len(places) == len(tops) and (places[0], places[-1]) == (tops[0], tops[-1]):

@@ -10,17 +10,15 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar, Unpack, overload
+from typing import Any, NamedTuple, TypeVar, Unpack, cast, overload
 
 import numpy as np
 import numpy.typing as npt
 from numpy.typing import ArrayLike
 
 from .._model.body import Body
-from .._model.ensemble import VaryKwargs
 from .._model.parameters import PARAMETERS, BatchParameter, Shape, collapse_broadcast_axes
-from .._model.scene import Ensemble, Scene
-from .._model.vary import scatter, vary
+from .._model.scene import Scene, VaryKwargs, validate_one_top
 from .._options.options import format_index, unravel_index
 from .._utils import arguments as checks
 from .._utils.arguments import Array, as_int, short_repr, validate_type
@@ -127,7 +125,7 @@ class Source:
     axes   the names of its dimensions
 
     `len(source)` is the number of tops, and `source[i]` is a single top as a kreisel.Scene. A slice
-    `source[a:b]` is a one-dimensional kreisel.Ensemble.
+    `source[a:b]` is a one-dimensional kreisel.Scene.
 
         >>> import kreisel as kr, numpy as np
         >>> spin, tilt = np.linspace(0, 20, 10000), np.linspace(0, 1, 10000)
@@ -236,9 +234,9 @@ class Source:
         >>> source[3] == kr.scenes.thesis.scatter(10, seed=7, attitude=0.01)[3]
         True
         """
-        validate_type("scene", scene, Scene)
+        validate_one_top("scene", scene)
         count, key = as_int("n", n, 1), as_int("seed", seed, 0)
-        scatter(scene, 1, key, momentum, attitude, gravity)
+        scene._scatter(1, key, momentum, attitude, gravity)
         deviations = {"momentum": momentum, "attitude": attitude, "gravity": gravity}
         widths = {name: np.asarray(w).tolist() for name, w in deviations.items() if w is not None}
         return cls(scene, (count,), ("top",), _random=RandomSpec(key, {}, widths))
@@ -276,11 +274,10 @@ class Source:
         return cls(scene, shapes.pop(), ("top",), parameters, parameters, flags)
 
     @classmethod
-    def of(cls, scene: Ensemble) -> Source:
-        """Return a source of tops for a sweep, created from an ensemble."""
-        validate_type("scene", scene, Ensemble)
-        if not scene.size:
-            raise ValueError("an empty ensemble cannot be swept")
+    def of(cls, scene: Scene) -> Source:
+        """Return a source of tops for a sweep, created from a scene of many tops."""
+        if not validate_type("scene", scene, Scene).size:
+            raise ValueError("an empty scene cannot be swept")
         columns: dict[str, npt.NDArray[Any]] = dict(scene._columns)
         if scene.body.shape:
             columns |= {name: scene.body._columns[name] for name in _BODY}
@@ -308,11 +305,11 @@ class Source:
         return self.size
 
     @overload
-    def __getitem__(self, key: slice) -> Ensemble: ...
+    def __getitem__(self, key: slice) -> Scene: ...
     @overload
     def __getitem__(self, key: int) -> Scene: ...
-    def __getitem__(self, key: int | slice) -> Ensemble | Scene:
-        """Return a single top as a scene, or several tops as an ensemble."""
+    def __getitem__(self, key: int | slice) -> Scene | Scene:
+        """Return the scene of a single top, or of several tops."""
         if isinstance(key, slice):
             begin, end, step = key.indices(self.size)
             if step != 1:
@@ -339,7 +336,7 @@ class Source:
         return np.unique(np.append(places, self.size - 1))
 
     def _name_invalid_top(
-        self, places: Places, validate: Callable[[Ensemble], object], call: Callable[[], _T]
+        self, places: Places, validate: Callable[[Scene], object], call: Callable[[], _T]
     ) -> _T:
         """Return the result of `call`; an error names the first of the tops that is invalid alone.
 
@@ -368,21 +365,21 @@ class Source:
             raise type(error)(f"top{index}: {prefix}{str(error)[match.end() :]}") from None
         raise common
 
-    def _build_tops(self, places: Places) -> Ensemble:
+    def _build_tops(self, places: Places) -> Scene:
         """Build the tops with the given indices; random tops must have consecutive indices."""
         seed, _, widths = self._random
         if widths:
             first = int(places[0]) if places.size else 0
             given = {name: widths.get(name) for name in ("momentum", "attitude", "gravity")}
-            return scatter(self.scene, places.size, seed, **given, begin=first)
+            return self.scene._scatter(places.size, seed, **given, begin=first)
         arguments: dict[str, Any] = self._select_values(self._parameters, places)
         if "unphysical" in arguments:
             body = {name: arguments.pop(name) for name in _BODY}
             body["unphysical"] = body["unphysical"].values.astype(bool)
             arguments["body"] = Body(**body)
-        return vary(self.scene, {**arguments, **self._flags})
+        return self.scene.vary(**cast(VaryKwargs, {**arguments, **self._flags}))
 
-    def _list_varying_values(self, places: Places, tops: Ensemble) -> dict[str, BatchParameter]:
+    def _list_varying_values(self, places: Places, tops: Scene) -> dict[str, BatchParameter]:
         """Return the values of the varying parameters for consecutive tops, the ensemble `tops`."""
         rows = self._select_values(self._varied, places)
         for name in self._random.widths:
@@ -421,7 +418,7 @@ def _read_parameters_and_flags(
 
     Conditions on the values, such as a positive mass, are checked when tops are built.
     """
-    validate_type("scene", scene, Scene)
+    validate_one_top("scene", scene)
     given = {name: value for name, value in arguments.items() if value is not None}
     flags = {name: True for name in _FLAGS if checks.as_bool(name, given.pop(name, False))}
     degrees = flags.pop("degrees", False)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from .._model.scene import Ensemble
+from .._model.scene import Scene
 from .._options import options
 from .._results.calls import STATUSES, EventColumns
 from .._results.path import Events, build_event_path
@@ -324,7 +324,7 @@ def read_sweep(folder: str | os.PathLike[str], *, partial: bool = False) -> Swee
 
 
 def sweep(
-    scene: Source | Ensemble | str | os.PathLike[str],
+    scene: Source | Scene | str | os.PathLike[str],
     t: Numbers | None = None,
     method: MethodName | Literal["geometric"] = "auto",
     *,
@@ -363,14 +363,13 @@ def sweep(
     parts that belong to a different plan are never replaced. Requires pyarrow: pip install
     'kreisel[sweep]'.
 
-    scene      a kreisel.Source or kreisel.Ensemble; or the name of a TOML file. The file contains
-               all arguments up to part_size except folder, and the scene (a name, a file or a
-               table). It has one
-               of the tables [grid], [random], [scatter], [columns], with the arguments of the
-               constructor of Source of this name. { from = 0, to = 20, n = 1000 } means 1000 evenly
-               spaced values. Each event is a table [[events]] with the name of a function of
-               kreisel.events as `event`, and the arguments of this function. The event of a section
-               is a table [event]
+    scene      a kreisel.Source, a kreisel.Scene of many tops, or the name of a TOML file. The file
+               contains all arguments up to part_size except folder, and the scene (a name, a file
+               or a table). It has one of the tables [grid], [random], [scatter], [columns], with
+               the arguments of the constructor of Source of this name.
+               { from = 0, to = 20, n = 1000 } means 1000 evenly spaced values. Each event is a
+               table [[events]] with the name of a function of kreisel.events as `event`, and the
+               arguments of this function. The event of a section is a table [event]
     t          a number or a list of times, for all tops; t and the arguments up to reduce are those
                of kreisel.solve and kreisel.reduce
     folder     the folder of the parts: new, empty, or with parts of the same plan

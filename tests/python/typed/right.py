@@ -46,7 +46,7 @@ closed = kr.exact(scene)
 print(closed(times).apex, closed([1, 2]).q, kr.exact([scene])(1.0).nutation)
 table = kr.compare(scene, 10, methods=["rk4", "taylor"], steps=[0.1], truth="exact")
 print(table[0].method, kr.methods["taylor"].order)
-tops = kr.Ensemble(body, momentum=np.ones((3, 3)), gravity=[1.0, 2.0, 3.0], damping=0.1)
+tops = kr.Scene(body, momentum=np.ones((3, 3)), gravity=[1.0, 2.0, 3.0], damping=0.1)
 print(
     tops[::2].shape, tops[[0, 1]].axes, tops.reshape(3, 1).momentum[0], [top.body for top in tops]
 )
@@ -54,9 +54,9 @@ ensemble = scene.vary(spin=np.linspace(0, 5, 3)[:, None], tilt=[0.1, 0.2], degre
 print(ensemble.coords["spin"], ensemble.attitude.max(), scene.scatter(5, seed=1, attitude=0.1).size)
 bodies = kr.Body.cone(radius=[1, 2], height=2, pivot=(0, 0, 0), mass=1)
 print(
-    kr.Ensemble.spinning(bodies, 5.0, gravity=1).body,
+    kr.Scene.spinning(bodies, 5.0, gravity=1).body,
     bodies.moments,
-    kr.Ensemble.of([scene]).gravity,
+    kr.Scene.stack([scene]).gravity,
 )
 paths = kr.solve(tops, times, want=("nutation",), threads=2)
 print(paths.nutation.max(), paths.failed, paths.check().status, paths.message(0), paths.t.shape)

@@ -31,9 +31,8 @@ kr.solve(scene, 1, events=["loop"])  # wrong
 kr.start(scene, events=kr.events.loop)  # wrong
 path.energy = path.t  # wrong
 scene.vary(spn=1.0)  # wrong
-kr.Ensemble(scene.body, momntum=[(0, 0, 1)], gravity=1)  # wrong
-kr.Ensemble.of([scene]).momentum = path.m  # wrong
-kr.solve(scene, 1, threads=2)  # wrong
-kr.reduce(kr.Ensemble.of([scene]), 1, {"spin": "most"})  # wrong
-print(kr.reduce(kr.Ensemble.of([scene]), 1, {"spin": "max"}).nutation)  # wrong
+kr.Scene(scene.body, momntum=[(0, 0, 1)], gravity=1)  # wrong
+kr.Scene.stack([scene]).momentum = path.m  # wrong
+kr.reduce(kr.Scene.stack([scene]), 1, {"spin": "most"})  # wrong
+print(kr.reduce(kr.Scene.stack([scene]), 1, {"spin": "max"}).nutation)  # wrong
 kr.stream(scene, 1, executor=3)  # wrong
