@@ -18,10 +18,18 @@ from .._utils.arguments import Array, as_finite_array, short_repr, validate_type
 from .._utils.arguments import unknown_name_message as unknown_name
 from .._utils.quantity_attributes import MethodName
 
-# flags of methods that apply to some bodies only
-_SOME = FLAGS["lagrange_only"] | FLAGS["integrable"] | FLAGS["symmetric_only"] | FLAGS["euler_only"]
-# The method 'auto' selects EXACT if the closed form suits the scene, else FALLBACK. For Kowalewski
-# and Goryachev-Chaplygin tops see closed_form_choice.py.
+_LAGRANGE = "bodies with two equal moments and the centre of mass on the third axis"
+_BODIES = {  # {flag of methods that apply to some bodies only: these bodies}
+    FLAGS["lagrange_only"]: _LAGRANGE,
+    FLAGS["integrable"]: f"{_LAGRANGE}, Kowalewski tops, Goryachev-Chaplygin tops without vertical "
+    "momentum, and any body without torque",
+    FLAGS["symmetric_only"]: "bodies with two equal moments",
+    FLAGS["euler_only"]: "bodies with the centre of mass at the fixed point",
+}
+_SOME = sum(_BODIES)
+# The method AUTO selects EXACT if the closed form suits the scene, else FALLBACK. For Kowalewski
+# and Goryachev-Chaplygin tops see `explain_taylor_choice`.
+AUTO: Final = "auto"
 TIMES_FORM = "a number or a list of times"
 EXACT: Final = "exact"
 FALLBACK: Final = "taylor"
@@ -76,16 +84,7 @@ class Method:
     @property
     def tops(self) -> str:
         """A description of the bodies to which the method can be applied."""
-        lagrange = "bodies with two equal moments and the centre of mass on the third axis"
-        kinds = {
-            FLAGS["lagrange_only"]: lagrange,
-            FLAGS["integrable"]: lagrange
-            + ", Kowalewski tops, Goryachev-Chaplygin tops without vertical momentum, and any body "
-            "without torque",
-            FLAGS["symmetric_only"]: "bodies with two equal moments",
-            FLAGS["euler_only"]: "bodies with the centre of mass at the fixed point",
-        }
-        return next((text for flag, text in kinds.items() if self.flags & flag), "any body")
+        return next((text for flag, text in _BODIES.items() if self.flags & flag), "any body")
 
     def applies_to(self, body: Body) -> bool:
         """Return True if the method applies to `body` for any value of gravity.
@@ -153,7 +152,103 @@ methods = Methods(
 )
 
 
-TORUS_KINDS = {"kowalewski": "Kowalewski", "goryachev_chaplygin": "Goryachev-Chaplygin"}
+class _TorusForm(NamedTuple):
+    """A closed form on a torus, and its cost in steps of the Taylor series.
+
+    With these parameters, the Taylor series was slower for all random tops for which the
+    closed-form solution is chosen (docs/theory/closed_form.md).
+
+    top     the name of its tops
+    ratio   the ratio of each equal moment to the third one
+    set_up  the time of the set-up [steps]
+    state   the time of a state [steps]
+    """
+
+    top: str
+    ratio: float
+    set_up: float
+    state: float
+
+
+_TORUS_FORMS: Final = {
+    "kowalewski": _TorusForm("Kowalewski", ratio=2.0, set_up=1e3, state=0.5),
+    "goryachev_chaplygin": _TorusForm("Goryachev-Chaplygin", ratio=4.0, set_up=3e4, state=20.0),
+}
+_ROUNDING: Final = 2.0**-53
+_LARGEST_CERTIFICATE: Final = 1e-11  # the core refuses closed forms with a larger one
+_ERROR_PER_CERTIFICATE: Final = 10.0  # see kreisel.ExactTorus
+
+
+def has_torus_closed_form(scene: Scene) -> bool:
+    """Return True for a Kowalewski or Goryachev-Chaplygin top under gravity.
+
+    Setting up the closed-form solution of such a top takes as long as a thousand or more steps of
+    the Taylor series.
+    """
+    # This check is part of every solve, so it calls the core directly.
+    return scene.gravity != 0.0 and body_kind(scene.body._block, KIND_RTOL) in _TORUS_FORMS
+
+
+def compute_closed_form_error_limit(scene: Scene, t: object) -> float:
+    """Return the largest certificate for which method='auto' accepts a closed form on a torus.
+
+    Returns 0.0 if method='auto' uses the Taylor series regardless of the certificate. Raises
+    TypeError or ValueError if the times `t` are invalid.
+    """
+    last, form = t, _TORUS_FORMS[scene.body.kind]
+    if (isinstance(t, list) or (isinstance(t, np.ndarray) and t.ndim == 1)) and len(t) > 0:
+        last = t[-1]
+    # The last time alone often shows that the series is faster, before all times are validated.
+    # The angular velocity is at most `ratio` times the rate.
+    most_steps = (0.5 * form.ratio + 1.0) * scene._rotation_rate
+    if isinstance(last, (int, float)) and most_steps * abs(last) < form.set_up:
+        return 0.0
+    return _decide_on_closed_form(scene, as_finite_array("t", t, TIMES_FORM))[1]
+
+
+def explain_taylor_choice(scene: Scene, times: Array | None) -> str:
+    """Return the reason why method='auto' does not use a closed form on a torus, or "" if it does.
+
+    The closed-form solution is used if it is neither slower nor less accurate than the Taylor
+    series. The choice of method depends only on the arguments, not on the speed of the machine.
+    `times` is None if the requested times are unknown.
+
+    The costs of the two methods are compared only for single scenes. In an ensemble, the method
+    chosen for each top depends only on its scene. See "Ensembles" in docs/theory/closed_form.md.
+    """
+    reason, error_limit = _decide_on_closed_form(scene, times)
+    if reason:
+        return reason
+    status, refusal = torus_plan(scene._block, error_limit)[:2]
+    top = _TORUS_FORMS[scene.body.kind].top
+    return "" if status == "OK" else f"the closed form of a {top} top does not apply: {refusal}"
+
+
+def _decide_on_closed_form(scene: Scene, times: Array | None) -> tuple[str, float]:
+    """Return the reason for rejecting the closed form or "", and the largest certificate."""
+    body, form = scene.body, _TORUS_FORMS[scene.body.kind]
+    if not methods[EXACT].suits(scene):
+        return explain_no_closed_form(scene), 0.0
+    if scene._has_disturbances or times is None:  # a support that turns about e3
+        where = "in runs, streams, ensembles and without times"
+        if scene._has_disturbances:
+            where = "on turning supports"
+        hint = "the method 'exact' takes the closed form"
+        return f"'auto' integrates {form.top} tops {where}; {hint}", 0.0
+    # The series takes 0.8 to 4 times as many steps for random tops as the last time multiplied by
+    # half the angular velocity plus the frequency of the pendulum.
+    end = float(np.abs(times).max(initial=0.0))
+    velocity = math.hypot(*values("velocity", scene._block, scene._start_state).ravel())
+    torque = body.mass * abs(scene.gravity) * math.hypot(*body.com)
+    steps = end * (0.5 * velocity + math.sqrt(torque / max(body.moments)))
+    cost = form.set_up + form.state * times.size
+    if not steps >= cost:  # NaN if the rates of the top exceed the range of doubles
+        reason = (
+            f"the closed form of a {form.top} top takes as long as {cost:.2g} steps of the series, "
+            f"and about {steps:.2g} suffice"
+        )
+        return reason, 0.0
+    return "", min(_ROUNDING * steps / _ERROR_PER_CERTIFICATE, _LARGEST_CERTIFICATE)
 
 
 def describe_kind_of_top(scene: Scene) -> str:
@@ -166,21 +261,8 @@ def describe_kind_of_top(scene: Scene) -> str:
     return f"this body of kind {scene.body.kind!r}{rotor}{extras}{clause}"
 
 
-def has_torus_closed_form(scene: Scene) -> bool:
-    """Return True for a Kowalewski or Goryachev-Chaplygin top under gravity.
-
-    Setting up the closed-form solution of such a top takes as long as a thousand or more steps of
-    the Taylor series.
-    """
-    # This check is part of every solve, so it calls the core directly.
-    return scene.gravity != 0.0 and body_kind(scene.body._block, KIND_RTOL) in TORUS_KINDS
-
-
 def _view_from_inertial_frame(scene: Scene) -> Scene:
-    """Return the scene with a support at rest if its support turns about e3.
-
-    Such a support never rules out a method or a closed form.
-    """
+    """Return the scene without the turns of its support about e3, which rule out no closed form."""
     x, y, z = scene.turning
     return scene.replace(turning=None) if z and not x and not y else scene
 
@@ -188,21 +270,20 @@ def _view_from_inertial_frame(scene: Scene) -> Scene:
 def explain_no_closed_form(scene: Scene) -> str:
     """Return the reason why the motion of a scene has no closed-form solution."""
     scene = _view_from_inertial_frame(scene)
+    reason = f"no closed form is known for {describe_kind_of_top(scene)}"
     if scene._has_disturbances and not methods[EXACT].suits(scene):
-        return f"no closed form is known for {describe_kind_of_top(scene)}"
+        return reason
     if any(scene.body.rotor):
         return (
-            f"no closed form is known for {describe_kind_of_top(scene)}: the rotor must be along "
-            "the axis of a Lagrange top or of a free symmetric body"
+            f"{reason}: the rotor must be along the axis of a Lagrange top or of a free symmetric "
+            "body"
         )
     if not methods[EXACT].applies_to(scene.body):
-        return f"no closed form is known for {describe_kind_of_top(scene)} under gravity"
+        return f"{reason} under gravity"
     if has_torus_closed_form(scene):
-        top = TORUS_KINDS[body_kind(scene.body._block, KIND_RTOL)]
-        refusal = torus_plan(scene._block, 0.0)[1]
         return (
-            f"this motion of a {top} top has no closed form: {refusal}; "
-            "kr.solve integrates it with the method 'taylor'"
+            f"this motion of a {_TORUS_FORMS[scene.body.kind].top} top has no closed form: "
+            f"{torus_plan(scene._block, 0.0)[1]}; kr.solve integrates it with the method 'taylor'"
         )
     return (
         "no closed form can resolve the fall of a top whose initial tilt and velocity are below "
@@ -220,23 +301,6 @@ def get_method(name: object) -> Method:
     return method
 
 
-def _describe_applicable_tops(method: Method, scene: Scene) -> str:
-    """Describe the tops to which a method applies, for use in an error message."""
-    if scene._has_damping and not method.damped:
-        return "tops without damping"
-    if scene.friction and not method.friction:
-        return "tops without friction"
-    if scene._is_shaken and not method.shaking:
-        return "tops whose support is not shaken"
-    if any(scene.turning) and not method.turning:
-        return "tops whose support does not turn, or turns about e3"
-    if not any(scene.body.rotor):
-        return method.tops
-    if not method.rotors:
-        return "bodies without rotors"
-    return f"{method.tops}, and rotors along the axis of symmetry"
-
-
 def resolve_method(name: object, scene: Scene) -> Method:
     """Return the method named `name` or, for 'auto', the most suitable method for the scene.
 
@@ -244,141 +308,31 @@ def resolve_method(name: object, scene: Scene) -> Method:
 
     Raises ValueError if no method has this name, or if the method does not apply to the scene.
     """
-    if isinstance(name, str) and name == "auto":
+    if isinstance(name, str) and name == AUTO:
         has_closed_form = not has_torus_closed_form(scene) and methods[EXACT].suits(scene)
         return methods[EXACT if has_closed_form else FALLBACK]
     method = get_method(name)
-    if not method.suits(scene):
-        scene = _view_from_inertial_frame(scene)
-        has_form = method.applies_to(scene.body) or (method.exact and any(scene.body.rotor))
-        if has_form and not scene._has_disturbances:
-            raise ValueError(f"the method {name!r} does not apply: {explain_no_closed_form(scene)}")
-        others = ", ".join(other.name for other in methods.values() if other.suits(scene))
-        tops = _describe_applicable_tops(method, scene)
-        raise ValueError(
-            f"the method {name!r} does not apply to {describe_kind_of_top(scene)}: "
-            f"it is for {tops}; these apply: {others}"
-        )
-    return method
-
-
-_ROUNDING: Final = 2.0**-53
-_LARGEST_CERTIFICATE: Final = 1e-11  # the core refuses closed forms with a larger one
-_ERROR_PER_CERTIFICATE: Final = 10.0  # see kreisel.ExactTorus
-
-
-class _TorusFormCosts(NamedTuple):
-    """The cost of a closed-form solution, in units of the cost of one Taylor-series step.
-
-    With these parameters, the Taylor series was slower for all random tops for which the
-    closed-form solution is chosen (docs/theory/closed_form.md).
-
-    ratio   the ratio of each equal moment to the third one
-    set_up  the time of the set-up [steps]
-    state   the time of a state [steps]
-    """
-
-    ratio: float
-    set_up: float
-    state: float
-
-
-_FORMS: Final = {
-    "kowalewski": _TorusFormCosts(ratio=2.0, set_up=1e3, state=0.5),
-    "goryachev_chaplygin": _TorusFormCosts(ratio=4.0, set_up=3e4, state=20.0),
-}
-
-
-def prefers_closed_form(scene: Scene, t: object) -> bool:
-    """Return True if method='auto' uses the closed-form solution on a torus.
-
-    Raises TypeError or ValueError if the times `t` are invalid.
-    """
-    error_limit = compute_closed_form_error_limit(scene, t)
-    return error_limit > 0.0 and torus_plan(scene._block, error_limit)[0] == "OK"
-
-
-def compute_closed_form_error_limit(scene: Scene, t: object) -> float:
-    """Return the largest certificate for which method='auto' accepts a closed-form solution.
-
-    Returns 0.0 if method='auto' uses the Taylor series regardless of the certificate. Raises
-    TypeError or ValueError if the times `t` are invalid.
-    """
-    if _is_too_short_for_closed_form(scene, t):
-        return 0.0
-    return _decide_on_closed_form(scene, as_finite_array("t", t, TIMES_FORM))[1]
-
-
-def _is_too_short_for_closed_form(scene: Scene, t: object) -> bool:
-    """Return True if the Taylor series is certainly faster than the closed-form solution.
-
-    Checking only the last time is much faster than validating all times.
-    """
-    last = t
-    if (isinstance(t, list) or (isinstance(t, np.ndarray) and t.ndim == 1)) and len(t) > 0:
-        last = t[-1]
-    form = _FORMS[scene.body.kind]
-    # The angular velocity is at most `ratio` times the rate.
-    most_steps = (0.5 * form.ratio + 1.0) * scene._rotation_rate
-    return isinstance(last, (int, float)) and most_steps * abs(last) < form.set_up
-
-
-def explain_taylor_choice(scene: Scene, times: Array | None) -> str | None:
-    """Return the reason why method='auto' does not use the closed form, or None if it does.
-
-    The closed-form solution is used if it is neither slower nor less accurate than the Taylor
-    series. The choice of method depends only on the arguments, not on the speed of the machine.
-    `times` is None if the requested times are unknown.
-
-    The costs of the two methods are compared only for single scenes. In an ensemble, the method
-    chosen for each top depends only on its scene. See "Ensembles" in docs/theory/closed_form.md.
-    """
-    reason, error_limit = _decide_on_closed_form(scene, times)
-    if reason:
-        return reason
-    status, refusal = torus_plan(scene._block, error_limit)[:2]
-    top = TORUS_KINDS[scene.body.kind]
-    return None if status == "OK" else f"the closed form of a {top} top does not apply: {refusal}"
-
-
-def _decide_on_closed_form(scene: Scene, times: Array | None) -> tuple[str, float]:
-    """Return the reason for rejecting the closed form, and the largest acceptable certificate.
-
-    The returned reason is an empty string if the closed-form solution may be used.
-    """
-    top, form = TORUS_KINDS[scene.body.kind], _FORMS[scene.body.kind]
-    if not methods[EXACT].suits(scene):
-        return explain_no_closed_form(scene), 0.0
-    if scene._has_disturbances:  # a support that turns about e3
-        reason = (
-            f"'auto' integrates {top} tops on turning supports; "
-            "the method 'exact' takes the closed form"
-        )
-        return reason, 0.0
-    if times is None:
-        reason = (
-            f"'auto' integrates {top} tops in runs, streams, ensembles and without times; "
-            "the method 'exact' takes the closed form"
-        )
-        return reason, 0.0
-    steps = _estimate_taylor_steps(scene, float(np.abs(times).max(initial=0.0)))
-    cost = form.set_up + form.state * times.size
-    if not steps >= cost:  # NaN if the rates of the top exceed the range of doubles
-        reason = (
-            f"the closed form of a {top} top takes as long as {cost:.2g} steps of the series, "
-            f"and about {steps:.2g} suffice"
-        )
-        return reason, 0.0
-    return "", min(_ROUNDING * steps / _ERROR_PER_CERTIFICATE, _LARGEST_CERTIFICATE)
-
-
-def _estimate_taylor_steps(scene: Scene, end: float) -> float:
-    """Estimate the number of steps that the Taylor series needs to reach the time `end`.
-
-    The estimate is `end` times the sum of half the angular velocity and the pendulum frequency. For
-    random tops, the actual number of steps is between 0.8 and 4 times the estimate.
-    """
-    body = scene.body
-    velocity = math.hypot(*values("velocity", scene._block, scene._start_state).ravel())
-    torque = body.mass * abs(scene.gravity) * math.hypot(*body.com)
-    return end * (0.5 * velocity + math.sqrt(torque / max(body.moments)))
+    if method.suits(scene):
+        return method
+    scene, has_rotor = _view_from_inertial_frame(scene), any(scene.body.rotor)
+    has_form = method.applies_to(scene.body) or (method.exact and has_rotor)
+    if has_form and not scene._has_disturbances:
+        raise ValueError(f"the method {name!r} does not apply: {explain_no_closed_form(scene)}")
+    tops = method.tops
+    if has_rotor:
+        tops += ", and rotors along the axis of symmetry"
+        tops = tops if method.rotors else "bodies without rotors"
+    for is_there, flag, others in (
+        (scene._has_damping, method.damped, "tops without damping"),
+        (scene.friction, method.friction, "tops without friction"),
+        (scene._is_shaken, method.shaking, "tops whose support is not shaken"),
+        (any(scene.turning), method.turning, "tops whose support does not turn, or turns about e3"),
+    ):
+        if is_there and not flag:
+            tops = others
+            break
+    suited = ", ".join(other.name for other in methods.values() if other.suits(scene))
+    raise ValueError(
+        f"the method {name!r} does not apply to {describe_kind_of_top(scene)}: "
+        f"it is for {tops}; these apply: {suited}"
+    )

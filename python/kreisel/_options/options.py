@@ -10,18 +10,17 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from inspect import signature
+from operator import itemgetter
 from typing import Any, Literal, NamedTuple, TypedDict
 
 import numpy as np
 
-from .._core import plain_times, quantities, unsuited
-from .._core import reductions as KINDS
-from .._core import tangents as TANGENTS
+from .. import _core as core
 from .._model.scene import Scene
 from .._utils.arguments import (
     Array,
     Numbers,
-    R,
     as_finite_array,
     as_float,
     as_int,
@@ -33,14 +32,15 @@ from .._utils.processes import Progress
 from .._utils.quantity_attributes import QuantityName
 from ..events import CoreEvent, Event
 from .methods import (
+    AUTO,
     EXACT,
     FALLBACK,
     TIMES_FORM,
     Method,
+    explain_taylor_choice,
     get_method,
     has_torus_closed_form,
     methods,
-    prefers_closed_form,
     resolve_method,
 )
 
@@ -68,32 +68,30 @@ class QuantityDescription(NamedTuple):
         return () if self.doubles == 1 else (3, 3) if self.doubles == 9 else (self.doubles,)
 
 
+_FIELDS = itemgetter(*QuantityDescription._fields)
 QUANTITIES: dict[str, QuantityDescription] = {  # functions of the state
-    row["name"]: QuantityDescription(
-        row["name"],
-        row["doubles"],
-        row["components"],
-        row["turns"],
-        row["dimension"],
-        row["text"],
-    )
-    for row in quantities
+    row["name"]: QuantityDescription(*_FIELDS(row)) for row in core.quantities
 }
-
-
-def _make_low_word_quantity(name: str) -> QuantityDescription:
-    """Return the quantity that contains the low-order part of `name` in extended precision."""
-    base = QUANTITIES[name]
-    words = [f"{name}_low{component.removeprefix(name)}" for component in base.components]
-    text = f"low words of {name}, to be added to {name}; zero up to 16 digits"
-    return base._replace(name=f"{name}_low", components=words, text=text)
-
-
-LOW = {low.name: low for low in map(_make_low_word_quantity, ("q", "m"))}
+LOW: dict[str, QuantityDescription] = {
+    f"{name}_low": QUANTITIES[name]._replace(
+        name=f"{name}_low",
+        components=[f"{name}_low{one.removeprefix(name)}" for one in QUANTITIES[name].components],
+        text=f"low words of {name}, to be added to {name}; zero up to 16 digits",
+    )
+    for name in ("q", "m")
+}
 RECORDABLE = QUANTITIES | LOW  # the quantities that `want` may contain
 TIME = QuantityDescription("t", 1, ["t"], False, "T", "times")
 HEADING_DEPENDENT = frozenset(name for name, quantity in RECORDABLE.items() if quantity.turns)
 ANGLES = frozenset(name for name, quantity in QUANTITIES.items() if quantity.dimension == "rad")
+_COMPONENTS = {  # {quantity or component: the indices of its components}
+    **{
+        component: [(quantity.name, i)]
+        for quantity in QUANTITIES.values()
+        for i, component in enumerate(quantity.components)
+    },
+    **{name: [(name, i) for i in range(one.doubles)] for name, one in QUANTITIES.items()},
+}
 
 
 def get_quantity_derivative_shape(name: str) -> tuple[int, ...]:
@@ -102,59 +100,36 @@ def get_quantity_derivative_shape(name: str) -> tuple[int, ...]:
 
 
 def validate_quantity_name(name: object) -> str:
-    """Return `name`. Raise ValueError if no quantity of the state has this name."""
     if not isinstance(name, str) or name not in QUANTITIES:
         raise ValueError(unknown_name_message("quantity", str(name), QUANTITIES))
     return name
 
 
 def count_quantity_components(name: str) -> int:
-    """Return the number of components of a quantity."""
     return (TIME if name == "t" else RECORDABLE[name]).doubles
 
 
-AUTO = "auto"
 GEOMETRIC = "geometric"  # the value of `method` for which trial runs choose the method
 EventSpec = Event | Sequence[Event]
 Kind = Literal["min", "max", "mean", "variance", "last", "where_min", "where_max"]
 ReductionSpec = Mapping[str, Kind | Iterable[Kind]]  # maps quantities to kinds of reduction
-TangentName = Literal[
-    "start",
-    "moments",
-    "com",
-    "gravity",
-    "mass",
-    "damping",
-    "rotor",
-    "turning",
-    "shaking",
-    "friction",
+_Parameter = Literal[
+    "moments", "com", "gravity", "mass", "damping", "rotor", "turning", "shaking", "friction"
 ]
+TangentName = Literal["start"] | _Parameter
 TangentSpec = TangentName | Iterable[TangentName]
 TORUS_TANGENTS = ("start", "gravity", "mass")  # changes that keep the closed form on a torus
 # The arguments of the core: name or None for 'auto', step, tol, digits, max_steps, leave_heading.
 CoreArguments = tuple[Any, float, float, int, int, bool]
 Index = tuple[int, ...]
 Shape = tuple[int, ...]
+CHUNK_SIZE = 1 << 14  # largest number of states that are held in memory at a time
+_COUNTABLE = 2.0**53  # largest number up to which doubles represent all integers
+_MAX_ROWS = 1 << 20  # largest number of times that are validated in one batch
 _MAX_THREADS = 1024
-# The entries of a run's JSON data that are arguments of kreisel.solve.
-ARGUMENTS = (
-    "step",
-    "tol",
-    "digits",
-    "every",
-    "max_steps",
-    "error",
-    "want",
-    "events",
-    "reduce",
-    "tangents",
-)
 
 
 class MethodKeywords(TypedDict, total=False):
-    """Keyword arguments that control the integration method."""
-
     step: float | None
     tol: float | None
     digits: int | None
@@ -162,8 +137,6 @@ class MethodKeywords(TypedDict, total=False):
 
 
 class StreamKeywords(MethodKeywords, total=False):
-    """Keyword arguments of kreisel.stream for a single scene."""
-
     max_steps: int
     want: Iterable[QuantityName] | None
     events: EventSpec | None
@@ -171,31 +144,19 @@ class StreamKeywords(MethodKeywords, total=False):
 
 
 class SolveKeywords(StreamKeywords, total=False):
-    """Keyword arguments of kreisel.solve for a single scene."""
-
     error: float | None
     tangents: TangentSpec | None
 
 
 class EnsembleKeywords(SolveKeywords, total=False):
-    """Keyword arguments of kreisel.solve for an ensemble."""
-
     threads: int | None
     executor: Executor | None
     out: Array | None
 
 
-class Reduction(NamedTuple):
-    """A statistic of one component of a quantity over all output times.
-
-    `component` is the index of the component, and `kind` is the index of the statistic. `name` is
-    the name of the quantity or component, as given by the user.
-    """
-
-    quantity: str
-    component: int
-    kind: int
-    name: str
+# A statistic of a quantity: the quantity, the indices of the component and of the kind, and the
+# name of the quantity or component that the user gave.
+Reduction = tuple[str, int, int, str]
 
 
 @dataclass(frozen=True)
@@ -233,18 +194,19 @@ class Options:
 
     @property
     def is_auto(self) -> bool:
-        """True if each top uses the closed form if it has one."""
         return self.method == AUTO
 
     @property
     def has_step_search(self) -> bool:
-        """True if a search chooses the method and the step for each top."""
         return self.error is not None
 
     @property
     def requests_events(self) -> bool:
-        """True if events are to be found along the path."""
         return self.events is not None
+
+    @property
+    def has_extended_precision(self) -> bool:
+        return (self.digits or 0) > 16
 
     @property
     def uses_one_run_per_top(self) -> bool:
@@ -252,29 +214,20 @@ class Options:
         return self.requests_events or bool(self.tangents) or self.has_extended_precision
 
     @property
-    def has_extended_precision(self) -> bool:
-        """True if the states are recorded with more digits than double precision."""
-        return (self.digits or 0) > 16
-
-    @property
     def tangent_bit_mask(self) -> int:
-        """The bit flags of the requested tangents."""
-        return sum(TANGENTS[name][0] for name in self.tangents)
+        return sum(core.tangents[name][0] for name in self.tangents)
 
     @property
     def tangent_column_count(self) -> int:
-        """The number of columns in the matrix of tangents."""
-        return sum(TANGENTS[name][1] for name in self.tangents)
+        return sum(core.tangents[name][1] for name in self.tangents)
 
     @property
     def reduce(self) -> dict[str, list[str]]:
         """The kinds of reduction of each quantity."""
-        kinds: dict[str, list[str]] = {}
-        for one in self.reductions:
-            kinds.setdefault(one.name, [])
-            if KINDS[one.kind] not in kinds[one.name]:
-                kinds[one.name].append(KINDS[one.kind])
-        return kinds
+        kinds: dict[str, dict[str, None]] = {}
+        for _, _, kind, name in self.reductions:
+            kinds.setdefault(name, {})[core.reductions[kind]] = None
+        return {name: list(each) for name, each in kinds.items()}
 
     @cached_property
     def core_arguments(self) -> CoreArguments:
@@ -287,12 +240,10 @@ class Options:
 
     @cached_property
     def core_reductions(self) -> list[tuple[str, int, int]]:
-        """The requested statistics, as passed to the C library."""
         return [one[:3] for one in self.reductions]
 
     @cached_property
     def core_events(self) -> list[CoreEvent]:
-        """The requested events, as passed to the C library."""
         return [event._core_arguments for event in self.events or ()]
 
     @cached_property
@@ -307,19 +258,18 @@ class Options:
         """True if the heading is not computed, because no requested quantity depends on it."""
         return bool(self.core_arguments[-1])
 
-    @cached_property
+    @property
     def max_time_with_exact_step_count(self) -> float:
         """A time [T] before which the number of steps is exactly representable as a double."""
-        return math.inf if self.step is None else 0.5 * COUNTABLE * self.step
+        return math.inf if self.step is None else 0.5 * _COUNTABLE * self.step
 
-    @cached_property
+    @property
     def chunk_size(self) -> int:
         """The largest number of states that are held in memory at a time."""
         return sys.maxsize if self.want is None else CHUNK_SIZE
 
     @cached_property
     def bytes_per_state(self) -> int:
-        """The number of bytes stored for each state."""
         if self.reductions:
             return 0
         numbers = 8 if self.want is None else sum(map(count_quantity_components, self.want))
@@ -327,7 +277,6 @@ class Options:
         return 8 * numbers * (2 if self.has_extended_precision else 1)
 
     def get_signed_step(self, is_back: bool) -> float | None:
-        """Return the step size, which is negative if `is_back` is True."""
         return -self.step if is_back and self.step is not None else self.step
 
     def check_heading_is_computed(self, action: str) -> None:
@@ -363,25 +312,48 @@ class Options:
         as any of many. Raises ValueError if the method does not apply to a top, or if tangents are
         not defined.
         """
+        options = self
         if self.error is not None:
             return self
-        options = self
-        if tops.shape or is_many:
-            if self.method not in (AUTO, FALLBACK):  # taylor suits every top
-                _check_method_suits_ensemble(self.integrator, tops)
-                options = self.with_method(self.method)
-        elif self.method == AUTO:
-            name = resolve_method(AUTO, tops).name
-            is_open = t is not None and self.step is self.tol is None
-            if is_open and has_torus_closed_form(tops) and prefers_closed_form(tops, t):
-                name = EXACT
+        if not (tops.shape or is_many):
+            name = FALLBACK if self.method == FALLBACK else resolve_method(self.method, tops).name
+            is_open = self.is_auto and t is not None and self.step is self.tol is None
+            if is_open and has_torus_closed_form(tops):
+                times = as_finite_array("t", t, TIMES_FORM)
+                name = FALLBACK if explain_taylor_choice(tops, times) else EXACT
             options = self.with_method(name).with_heading(tops)
-        else:
-            if self.method != FALLBACK:
-                options = self.with_method(resolve_method(self.method, tops).name)
-            options = options.with_heading(tops)
-        if self.tangents:
-            _check_tangents_exist(options, tops)
+        elif self.method not in (AUTO, FALLBACK):  # taylor suits every top
+            first, count = core.unsuited(tops._core_scenes, self.method)
+            if count:
+                more = f", the first of {count} such members" if count > 1 else ""
+                try:
+                    resolve_method(self.method, get_member_by_flat_index(tops, first))
+                except ValueError as error:
+                    member = f"top{format_index(unravel_index(first, tops.shape))}{more}"
+                    raise ValueError(f"{member}: {error}") from None
+            options = self.with_method(self.method)
+        method, names = options.integrator, self.tangents
+        if not names:
+            return options
+        if method.exact and not tops.shape and has_torus_closed_form(tops):
+            check_torus_tangent_names(names)
+        elif method.exact or not method.tangents:
+            reason = "most changes of the moments or of com lead to bodies without closed form"
+            raise ValueError(
+                f"the method {method.name!r} computes no tangents"
+                f"{f', because {reason}' if method.exact else ''}: use method='taylor' or 'auto'"
+            )
+        has_friction = np.asarray(tops.friction) > 0.0
+        if "friction" in names and not has_friction.all():
+            raise ValueError(
+                "there are no tangents with respect to a friction of 0, because it cannot "
+                "decrease: leave out 'friction'"
+            )
+        if "com" in names and np.any(has_friction & ~np.any(np.asarray(tops.body.com), axis=-1)):
+            raise ValueError(
+                "there are no tangents with respect to com for tops with friction and com = 0, "
+                "because com gives the axis of friction: leave out 'com'"
+            )
         return options
 
     def to_json(self) -> dict[str, Any]:
@@ -411,16 +383,37 @@ class Options:
             given["events"] = [Event._from_json(row) for row in given["events"]]
         if given["reduce"] is not None:
             given["reduce"] = dict(given["reduce"])
-        asked = words["asked"]
-        if not isinstance(asked, str):
-            raise TypeError(f"the requested method must be a name, not {short_repr(asked)}")
+        if not isinstance(words["asked"], str):
+            given_name = short_repr(words["asked"])
+            raise TypeError(f"the requested method must be a name, not {given_name}")
         options = make_options(words["method"], **given)
         keeps_heading = bool(words.get("keeps_heading", False))
-        return replace(options, requested_method=asked, keeps_heading=keeps_heading)
+        return replace(options, requested_method=words["asked"], keeps_heading=keeps_heading)
 
 
-def make_options(
-    method: object = AUTO,
+def make_options(method: object = AUTO, **given: object) -> Options:
+    """Return the options of a call of kreisel.solve, whose arguments are validated here.
+
+    What depends on the tops is validated by `Options.for_tops`. If digits, events or tangents are
+    given, 'auto' is taylor. Raises TypeError or ValueError for an invalid argument.
+    """
+    for name, value in given.items():
+        if type(value) is list and name in ("want", "events"):
+            given[name] = tuple(value)
+    if all(type(given.get(name)) in _HASHABLE for name in ("want", "events", "tangents")):
+        try:
+            return _make_options(method, **given)
+        except TypeError:  # another argument is not hashable, or invalid
+            pass
+    return _make_options.__wrapped__(method, **given)
+
+
+_HASHABLE = {type(None), str, tuple, Event}
+
+
+@lru_cache(maxsize=256, typed=True)
+def _make_options(
+    method: object,
     *,
     step: object = None,
     tol: object = None,
@@ -433,42 +426,25 @@ def make_options(
     reduce: object = None,
     tangents: object = None,
 ) -> Options:
-    """Return the options of a call of kreisel.solve, whose arguments are validated here.
-
-    What depends on the tops is validated by `Options.for_tops`. If digits, events or tangents are
-    given, 'auto' is taylor. Raises TypeError or ValueError for an invalid argument.
-    """
-    want = tuple(want) if type(want) is list else want
-    events = tuple(events) if type(events) is list else events
-    arguments = method, step, tol, digits, every, max_steps, error, want, events, reduce, tangents
-    if {type(want), type(events), type(tangents)} <= _HASHABLE:
-        try:
-            return _make_cached_options(*arguments)
-        except TypeError:  # another argument is not hashable, or invalid
-            pass
-    return _make_options(*arguments)
-
-
-def _make_options(
-    method: object,
-    step: object,
-    tol: object,
-    digits: object,
-    every: object,
-    max_steps: object,
-    error: object,
-    want: object,
-    events: object,
-    reduce: object,
-    tangents: object,
-) -> Options:
-    others = {"step": step, "tol": tol, "digits": digits, "every": every, "events": events}
-    others |= {"reduce": reduce, "tangents": tangents}
+    is_auto = isinstance(method, str) and method == AUTO
     if isinstance(method, str) and method == GEOMETRIC:
-        target = _validate_error_tolerance(error, others)
-        names = validate_requested_quantities(want)
-        limit = as_int("max_steps", max_steps, 0)
-        return Options(GEOMETRIC, None, None, None, limit, names, GEOMETRIC, error=target)
+        others = {"step": step, "tol": tol, "digits": digits, "every": every, "events": events}
+        others |= {"reduce": reduce, "tangents": tangents}
+        if error is None:
+            raise ValueError(
+                "method='geometric' chooses its step: give the allowed error [rad], as in "
+                "error=1e-6"
+            )
+        names = " and ".join(name for name, value in others.items() if value is not None)
+        if names:
+            raise ValueError(f"method='geometric' chooses its steps: leave {names} out")
+        target = as_positive("error", error)
+        if target > 0.1:
+            raise ValueError(
+                f"error must be at most 0.1 rad, not {target!r}: larger errors cannot be measured"
+            )
+        quantities, limit = validate_requested_quantities(want), as_int("max_steps", max_steps, 0)
+        return Options(GEOMETRIC, None, None, None, limit, quantities, GEOMETRIC, error=target)
     if error is not None:
         raise ValueError(
             f"error is for method='geometric', which chooses its step; {method!r} takes step or tol"
@@ -480,18 +456,28 @@ def _make_options(
     for name, value in {"want": want, "events": events, "reduce": reduce}.items():
         if parameters and value is not None:
             raise ValueError(f"tangents are computed for all states of a path: leave out {name}")
-    is_auto = isinstance(method, str) and method == AUTO
-    needs_series = digits is not None or events is not None or bool(parameters)
     one = get_method(FALLBACK if is_auto else method)
     reductions = _validate_reductions(reduce)
-    quantities = validate_requested_quantities(want)
     if reductions:
-        quantities = validate_requested_quantities([each.quantity for each in reductions])
+        want = [quantity for quantity, *_ in reductions]
+    quantities = validate_requested_quantities(want)
+    if step is None and not one.adaptive:
+        raise ValueError(f"the method {one.name!r} has a fixed step: give step, as in step=0.01")
+    length = None if step is None else as_positive("step", step)
+    if tol is not None and not (one.adaptive or one.implicit):
+        raise ValueError(f"the method {one.name!r} has no tolerance: leave out tol")
+    accuracy = None if tol is None else as_positive("tol", tol)
+    if accuracy is not None and accuracy >= 1.0:
+        raise ValueError(
+            f"tol must be below 1, since it is the relative error of a step; not {tol!r}"
+        )
+    places = None if digits is None else _validate_digits(one, digits, tol)
+    needs_series = digits is not None or events is not None or bool(parameters)
     options = Options(
         AUTO if is_auto and not needs_series else one.name,
-        _validate_step(one, step),
-        validate_tol(one, tol),
-        _validate_digits(one, digits, tol),
+        length,
+        accuracy,
+        places,
         as_int("max_steps", max_steps, 0),
         quantities,
         str(method),
@@ -506,8 +492,8 @@ def _make_options(
     return options
 
 
-_HASHABLE = {type(None), str, tuple, Event}
-_make_cached_options = lru_cache(maxsize=256, typed=True)(_make_options)
+# The entries of a run's JSON data that are arguments of kreisel.solve.
+ARGUMENTS = tuple(signature(_make_options).parameters)[1:]
 
 
 def validate_requested_quantities(want: object) -> tuple[QuantityName, ...] | None:
@@ -518,42 +504,19 @@ def validate_requested_quantities(want: object) -> tuple[QuantityName, ...] | No
         raise TypeError(
             f"want must be names of quantities, as want=('apex', 'energy'), not {short_repr(want)}"
         )
-    names = list(want)
+    names: list[Any] = list(want)
     for name in names:
         if not isinstance(name, str) or (name not in RECORDABLE and name != "t"):
-            raise ValueError(
-                unknown_name_message("quantity in want:", str(name), ["t", *RECORDABLE])
-            )
+            known = ["t", *RECORDABLE]
+            raise ValueError(unknown_name_message("quantity in want:", str(name), known))
     quantities = tuple(name for name in dict.fromkeys(names) if name != "t")
     if not quantities:
         raise ValueError("want contains no quantity besides t; leave it out to record all")
     return quantities
 
 
-def _validate_step(method: Method, step: object) -> float | None:
-    if step is None and not method.adaptive:
-        raise ValueError(f"the method {method.name!r} has a fixed step: give step, as in step=0.01")
-    return None if step is None else as_positive("step", step)
-
-
-def validate_tol(method: Method, tol: object) -> float | None:
-    """Return the tolerance as a float, or None for the default one."""
-    if tol is None:
-        return None
-    if not (method.adaptive or method.implicit):
-        raise ValueError(f"the method {method.name!r} has no tolerance: leave out tol")
-    accuracy = as_positive("tol", tol)
-    if accuracy >= 1.0:
-        raise ValueError(
-            f"tol must be below 1, since it is the relative error of a step; not {tol!r}"
-        )
-    return accuracy
-
-
-def _validate_digits(method: Method, digits: object, tol: object) -> int | None:
+def _validate_digits(method: Method, digits: object, tol: object) -> int:
     """Return the number of digits, rounded up to 16, 20 or 30."""
-    if digits is None:
-        return None
     if not method.digits:
         raise ValueError(
             f"the method {method.name!r} has a fixed precision: digits need method='taylor'"
@@ -578,22 +541,6 @@ def validate_recording_interval(method: Method, every: object) -> int | None:
     return as_int("every", every, 1)
 
 
-def _validate_error_tolerance(error: object, others: Mapping[str, object]) -> float:
-    if error is None:
-        raise ValueError(
-            "method='geometric' chooses its step: give the allowed error [rad], as in error=1e-6"
-        )
-    names = [name for name, value in others.items() if value is not None]
-    if names:
-        raise ValueError(f"method='geometric' chooses its steps: leave {' and '.join(names)} out")
-    target = as_positive("error", error)
-    if target > 0.1:
-        raise ValueError(
-            f"error must be at most 0.1 rad, not {target!r}: larger errors cannot be measured"
-        )
-    return target
-
-
 def _validate_events(method: str, events: object) -> tuple[Event, ...]:
     if method != FALLBACK:
         raise ValueError(
@@ -608,13 +555,6 @@ def _validate_events(method: str, events: object) -> tuple[Event, ...]:
     return tuple(several)
 
 
-_COMPONENTS = {
-    component: (quantity.name, i)
-    for quantity in QUANTITIES.values()
-    for i, component in enumerate(quantity.components)
-}
-
-
 def _validate_reductions(reduce: object) -> tuple[Reduction, ...]:
     """Validate a mapping of quantities to statistics, such as {"nutation": ("min", "max")}."""
     if reduce is None:
@@ -626,29 +566,26 @@ def _validate_reductions(reduce: object) -> tuple[Reduction, ...]:
         )
     if not reduce:
         raise ValueError("the reductions name no quantity")
-    known = [*QUANTITIES, *_COMPONENTS]
     reductions: list[Reduction] = []
+    known = core.reductions
     for name, value in reduce.items():
-        if not isinstance(name, str) or name not in known:
-            raise ValueError(unknown_name_message("quantity in reductions:", str(name), known))
+        if not isinstance(name, str) or name not in _COMPONENTS:
+            names = [*QUANTITIES, *(one for one in _COMPONENTS if one not in QUANTITIES)]
+            raise ValueError(unknown_name_message("quantity in reductions:", str(name), names))
         given = [value] if isinstance(value, str) else value
         if not isinstance(given, Iterable):
             raise TypeError(
-                f"reductions[{name!r}] must be one or several of {KINDS}, not {short_repr(value)}"
+                f"reductions[{name!r}] must be one or several of {known}, not {short_repr(value)}"
             )
         kinds = list(dict.fromkeys(given))
         if not kinds:
-            words = ", ".join(KINDS)
+            words = ", ".join(known)
             raise ValueError(f"reductions[{name!r}] is empty: give one or several of {words}")
         for kind in kinds:
-            if kind not in KINDS:
+            if kind not in known:
                 where = f"kind in reductions[{name!r}]:"
-                raise ValueError(unknown_name_message(where, str(kind), KINDS))
-            # The name of a quantity denotes all of its components.
-            components = [_COMPONENTS[name]] if name in _COMPONENTS else []
-            if name in QUANTITIES:
-                components = [(name, i) for i in range(QUANTITIES[name].doubles)]
-            reductions += [Reduction(*each, KINDS.index(kind), name) for each in components]
+                raise ValueError(unknown_name_message(where, str(kind), known))
+            reductions += [(*one, known.index(kind), name) for one in _COMPONENTS[name]]
     return tuple(reductions)
 
 
@@ -662,11 +599,11 @@ def validate_tangent_names(tangents: object) -> tuple[str, ...]:
         )
     names = list(items)
     for name in names:
-        if not isinstance(name, str) or name not in TANGENTS:
-            raise ValueError(unknown_name_message("name in tangents:", str(name), TANGENTS))
+        if not isinstance(name, str) or name not in core.tangents:
+            raise ValueError(unknown_name_message("name in tangents:", str(name), core.tangents))
     if not names:
         raise ValueError("tangents is empty: leave it out for a path without tangents")
-    return tuple(name for name in TANGENTS if name in names)
+    return tuple(name for name in core.tangents if name in names)
 
 
 def check_torus_tangent_names(names: Iterable[str]) -> None:
@@ -681,33 +618,6 @@ def check_torus_tangent_names(names: Iterable[str]) -> None:
             )
 
 
-def _check_tangents_exist(options: Options, tops: Scene) -> None:
-    """Raise ValueError if the method computes no tangents, or if friction rules them out."""
-    method, names = options.integrator, options.tangents
-    if method.exact and not tops.shape and has_torus_closed_form(tops):
-        check_torus_tangent_names(names)
-    elif method.exact or not method.tangents:
-        reason = (
-            ", because most changes of the moments or of com lead to bodies without closed form"
-        )
-        raise ValueError(
-            f"the method {method.name!r} computes no tangents{reason if method.exact else ''}: "
-            "use method='taylor' or 'auto'"
-        )
-    has_friction = np.asarray(tops.friction) > 0.0
-    if "friction" in names and not has_friction.all():
-        raise ValueError(
-            "there are no tangents with respect to a friction of 0, because it cannot decrease: "
-            "leave out 'friction'"
-        )
-    has_no_com = ~np.any(np.asarray(tops.body.com), axis=-1)
-    if "com" in names and np.any(has_friction & has_no_com):
-        raise ValueError(
-            "there are no tangents with respect to com for tops with friction and com = 0, because "
-            "com gives the axis of friction: leave out 'com'"
-        )
-
-
 def format_index(index: Index) -> str:
     """Return an index as text, such as "[3, 17]"."""
     return f"[{', '.join(map(str, index))}]" if index else ""
@@ -719,20 +629,7 @@ def unravel_index(i: int, shape: Shape) -> Index:
 
 
 def get_member_by_flat_index(tops: Scene, i: int) -> Scene:
-    """Return the i-th top in C order."""
     return tops._select_member(unravel_index(i, tops.shape))
-
-
-def _check_method_suits_ensemble(method: Method, tops: Scene) -> None:
-    """Raise ValueError if the method does not apply to a member; the message states its index."""
-    first, count = unsuited(tops._core_scenes, method.name)
-    if count:
-        member = f"top{format_index(unravel_index(first, tops.shape))}"
-        more = f", the first of {count} such members" if count > 1 else ""
-        try:
-            resolve_method(method.name, get_member_by_flat_index(tops, first))
-        except ValueError as error:
-            raise ValueError(f"{member}{more}: {error}") from None
 
 
 def validate_times(tops: Scene, t: object, options: Options) -> Array:
@@ -740,12 +637,11 @@ def validate_times(tops: Scene, t: object, options: Options) -> Array:
 
     Raises ValueError if they are not monotonic, or if reaching them takes 2**53 steps or more.
     """
-    times = plain_times(t) if options.every is None else None
+    times = core.plain_times(t) if options.every is None else None
     if times is not None and options.step is None:
         return times
-    return time_array(
-        t, options.step, options.every, options.bytes_per_state, shape=tops.shape or None
-    )
+    size, shape = options.bytes_per_state, tops.shape or None
+    return time_array(t, options.step, options.every, size, shape=shape)
 
 
 def check_result_memory(tops: Scene, times: Array, options: Options) -> None:
@@ -777,7 +673,6 @@ def validate_output_array(tops: Scene, out: object, times: Array, options: Optio
 
 
 def validate_progress_callback(progress: Progress | None) -> Progress | None:
-    """Return `progress`; raise TypeError if it is neither callable nor None."""
     if progress is not None and not callable(progress):
         raise TypeError(
             f"progress must be a function that takes the time reached, not {short_repr(progress)}"
@@ -800,18 +695,13 @@ def validate_thread_count(threads: object, executor: object = None) -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-CHUNK_SIZE = 1 << 14  # largest number of states that are held in memory at a time
-COUNTABLE = 2.0**53  # largest number up to which doubles represent all integers
-_MAX_ROWS = 1 << 20  # largest number of times that are validated in one batch
-
-
 def time_array(
     t: object,
     step: float | None,
     every: int | None,
     size: int = 64,
     begin: float = 0.0,
-    shape: tuple[int, ...] | None = None,
+    shape: Shape | None = None,
 ) -> Array:
     """Return the requested times, given either as a list or as a final time.
 
@@ -819,85 +709,74 @@ def time_array(
     each top; the result then has one row per top. `size` is the number of bytes required for each
     state. Raises MemoryError if the states would not fit into memory.
     """
-    times = validate_time_list(t) if shape is None else as_finite_array("t", t, _TIMES_OF_TOPS)
+    times = validate_time_list(t, shape)
+    if times.ndim and every is not None:
+        raise ValueError("every needs t as a number; a list has its own times")
     if times.ndim > 1 and shape is not None:
-        times = _validate_times_per_top(times, shape)
-        if every is not None:
-            raise ValueError("every needs t as a number; an array lists its own times")
+        try:
+            all_times = np.broadcast_to(times, (*shape, times.shape[-1]))
+        except ValueError:
+            raise ValueError(
+                f"t must be a number, a list of times for all tops, or an array of shape "
+                f"{(*shape, 'k')} with k times of each, not an array of shape {times.shape}"
+            ) from None
+        times = np.ascontiguousarray(all_times).reshape(math.prod(shape), times.shape[-1])
+        most = max(1, _MAX_ROWS // max(1, times.shape[-1]))
+        for first in range(0, len(times), most):
+            block = times[first : first + most]
+            distances = np.where(block[:, -1:] < 0.0, -block, block)
+            is_wrong = (np.diff(distances, axis=1, prepend=0.0) < 0.0).any(axis=1)
+            if is_wrong.any():
+                i = int(is_wrong.argmax())
+                check_times_continue_monotonically(block[i], place=unravel_index(first + i, shape))
     elif times.ndim == 1:
-        check_times_are_monotonic(times, every)
+        check_times_continue_monotonically(times)
     elif step is None or every is None:
         times = np.array([begin, float(times)])
     else:
-        return _compute_times_of_every_nth_step(float(times), step, every, size + 8, begin)
+        end = float(times)
+        steps = _count_whole_steps(end, step, begin)
+        check_states_fit_in_memory(steps // every + 1, size + 8)
+        return _compute_grid_times(0, steps + 1, every, math.copysign(step, end - begin), begin)
     end = float(np.abs(times).max(initial=0.0))
-    if step is not None and not end / step < COUNTABLE:
-        raise ValueError(too_many_steps_message(end, step))
+    if step is not None and not end / step < _COUNTABLE:
+        raise ValueError(_too_many_steps_message(end, step))
     return times
 
 
-_TIMES_OF_TOPS = "a number, a list of times, or an array of times of each top"
+def validate_time_list(t: object, shape: Shape | None = None) -> Array:
+    """Return one time, or a list of times, as an array of shape () or (k,).
 
-
-def _validate_times_per_top(times: Array, shape: tuple[int, ...]) -> Array:
-    """Broadcast an array of times to the shape of the ensemble, and return one row per top."""
-    try:
-        all_times = np.broadcast_to(times, (*shape, times.shape[-1]))
-    except ValueError:
-        raise ValueError(
-            f"t must be a number, a list of times for all tops, or an array of shape "
-            f"{(*shape, 'k')} with k times of each, not an array of shape {times.shape}"
-        ) from None
-    rows = np.ascontiguousarray(all_times).reshape(math.prod(shape), times.shape[-1])
-    most = max(1, _MAX_ROWS // max(1, times.shape[-1]))
-    for first in range(0, len(rows), most):
-        block = rows[first : first + most]
-        distances = np.where(block[:, -1:] < 0.0, -block, block)
-        is_backward = np.diff(distances, axis=1, prepend=0.0) < 0.0
-        if is_backward.any():
-            i, k = (int(indices[0]) for indices in np.nonzero(is_backward))
-            at = [int(j) for j in np.unravel_index(first + i, shape)]
-            origin = f"t{[*at, k - 1]} = {float(block[i, k - 1])!r}" if k else "the start at 0"
-            raise ValueError(
-                "the times of a top must move away from 0 in one direction; "
-                f"t{[*at, k]} = {float(block[i, k])!r} goes back from {origin}"
-            )
-    return rows
-
-
-def validate_time_list(t: object) -> Array:
-    """Return one time, or a list of times, as an array of shape () or (k,)."""
-    times = as_finite_array("t", t, TIMES_FORM)
-    if times.ndim > 1:
+    If the shape of an ensemble is given, each top may have its own times.
+    """
+    form = "a number, a list of times, or an array of times of each top"
+    times = as_finite_array("t", t, TIMES_FORM if shape is None else form)
+    if times.ndim > 1 and shape is None:
         raise ValueError(
             f"t must be a number or a list of times, not an array of shape {times.shape}"
         )
     return times
 
 
-def check_times_are_monotonic(times: Array, every: int | None) -> None:
-    """Raise ValueError if a list of times is not monotonic, or if `every` is given as well."""
-    if every is not None:
-        raise ValueError("every needs t as a number; a list has its own times")
-    check_times_continue_monotonically(times, 0.0, times.size > 0 and bool(times[-1] < 0.0))
-
-
-def check_times_continue_monotonically(times: Array, last: float, is_back: bool) -> None:
+def check_times_continue_monotonically(
+    times: Array, last: float = 0.0, is_back: bool | None = None, place: Index = ()
+) -> None:
     """Raise ValueError unless the times start at or after `last` and do not decrease.
 
-    If `is_back` is True, the times must not increase.
+    If `is_back` is True, or the last time is negative, the times must not increase. `place` is the
+    index of the top to which they belong.
     """
-    steps = (times[1:] > times[:-1]) if is_back else (times[1:] < times[:-1])
-    if times.size and (times[0] > last if is_back else times[0] < last):
-        i, origin = 0, f"the run's {last!r}" if last else "the start at 0"
-    elif steps.any():
-        i = int(steps.argmax()) + 1
-        origin = f"t[{i - 1}] = {float(times[i - 1])!r}"
-    else:
+    if is_back is None:
+        is_back = times.size > 0 and bool(times[-1] < 0.0)
+    before = np.concatenate([[last], times[:-1]])[: times.size]
+    is_wrong = times > before if is_back else times < before
+    if not is_wrong.any():
         return
-    entry = f"t[{i}] = {float(times[i])!r}"
+    i = int(is_wrong.argmax())
+    entries = [f"t{[*place, k]} = {float(times[k])!r}" for k in (i - 1, i)]
+    origin = entries[0] if i else f"the run's {last!r}" if last else "the start at 0"
     raise ValueError(
-        f"times must move away from 0 in one direction; {entry} goes back from {origin}"
+        f"times must move away from 0 in one direction; {entries[1]} goes back from {origin}"
     )
 
 
@@ -926,7 +805,16 @@ def iterate_time_chunks(
             "a stream needs times: every=10 with a method of fixed step, or t as a list or iterator"
         )
     end = float(t) if isinstance(t, float) and math.isinf(t) else as_float("t", t)
-    return _split_time_grid_into_chunks(end, step, every, size, resume_time, begin)
+    stop = 2**53 if math.isinf(end) else _count_whole_steps(end, step, begin) + 1
+    first, signed_step, stride = 0, math.copysign(step, end - begin), size * every
+    if resume_time is not None:
+        first = _count_whole_steps(resume_time, step, begin) // every * every
+        [time] = _compute_grid_times(first, first + 1, 1, signed_step, begin)
+        first += every if abs(time) <= abs(resume_time) else 0
+    return (
+        _compute_grid_times(k, min(k + stride, stop), every, signed_step, begin)
+        for k in range(first, stop, stride)
+    )
 
 
 def find_time_direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
@@ -961,59 +849,25 @@ def _split_time_iterator_into_chunks(t: Iterable[float], size: int) -> Iterator[
 def _count_whole_steps(end: float, step: float, begin: float = 0.0) -> int:
     """Return the number of whole steps from `begin` to `end`, allowing for rounding errors."""
     length = abs(end - begin)
-    if not length / step < COUNTABLE:
-        raise ValueError(too_many_steps_message(end, step))
+    if not length / step < _COUNTABLE:
+        raise ValueError(_too_many_steps_message(end, step))
     steps = math.floor(length / step + 0.5)
     rounding = 2.0 * np.finfo(float).eps * max(abs(begin), abs(end))
     return steps - 1 if steps * step - length > rounding else steps
 
 
-def _compute_grid_times(steps: R, step: float, begin: float) -> R:
-    """Return the times after the given numbers of steps, starting at the time `begin`."""
-    times = steps * step
+def _compute_grid_times(first: int, stop: int, every: int, step: float, begin: float) -> Array:
+    """Return the times after `first` steps from `begin`, and after every so many further steps."""
+    times = np.arange(first, stop, every, dtype=np.float64) * step
     return times + begin if begin else times
-
-
-def _compute_times_of_every_nth_step(
-    end: float, step: float, every: int, size: int, begin: float
-) -> Array:
-    """Return the times from `begin` to `end` at intervals of `every` steps."""
-    steps = _count_whole_steps(end, step, begin)
-    states = steps // every + 1
-    check_states_fit_in_memory(states, size)
-    grid = np.arange(0, steps + 1, every, dtype=np.float64)
-    return _compute_grid_times(grid, math.copysign(step, end - begin), begin)
-
-
-def _split_time_grid_into_chunks(
-    end: float, step: float, every: int, size: int, resume_time: float | None, begin: float
-) -> Iterator[Array]:
-    last = 2**53 - 1 if math.isinf(end) else _count_whole_steps(end, step, begin)
-    first, signed_step = 0, math.copysign(step, end - begin)
-    if resume_time is not None:
-        first = _count_whole_steps(resume_time, step, begin) // every * every
-        first += (
-            every
-            if abs(_compute_grid_times(float(first), signed_step, begin)) <= abs(resume_time)
-            else 0
-        )
-    return (
-        _compute_grid_times(
-            np.arange(k, min(k + size * every, last + 1), every, dtype=np.float64),
-            signed_step,
-            begin,
-        )
-        for k in range(first, last + 1, size * every)
-    )
 
 
 def check_states_fit_in_memory(states: int, size: int) -> None:
     """Raise MemoryError if the states, with `size` bytes each, would not fit in memory."""
     if size * states > get_total_memory():
-        memory = f"{1e-9 * size * states:.3g} GB"
         raise MemoryError(
-            f"{states} states need {memory}, more than this machine has: record fewer with a "
-            "larger every or step"
+            f"{states} states need {1e-9 * size * states:.3g} GB, more than this machine has: "
+            "record fewer with a larger every or step"
         )
 
 
@@ -1025,7 +879,7 @@ def get_total_memory() -> int:
         return 2**63
 
 
-def too_many_steps_message(end: float, step: float) -> str:
+def _too_many_steps_message(end: float, step: float) -> str:
     return (
         f"t = {end!r} takes more steps of {step!r} than double precision can count (2**53): "
         "take larger steps"
@@ -1038,11 +892,11 @@ def check_resolvable_horizon(scene: Scene, end: float, step: float | None) -> No
     The run up to `end` must have fewer than 2**53 steps, and the top must turn by less than 2**53
     rad.
     """
-    if step is not None and not abs(end / step) < COUNTABLE:
-        raise ValueError(too_many_steps_message(end, abs(step)))
+    if step is not None and not abs(end / step) < _COUNTABLE:
+        raise ValueError(_too_many_steps_message(end, abs(step)))
     horizon = scene._resolvable_horizon  # 0 if the momentum is too large for the core
     if end and abs(end) >= horizon:
-        angle = COUNTABLE * (abs(end) / horizon) if horizon else math.inf
+        angle = _COUNTABLE * (abs(end) / horizon) if horizon else math.inf
         raise ValueError(
             f"by t = {end!r} this top turns by {angle:.2g} rad: double precision cannot "
             "resolve its attitude"

@@ -121,46 +121,39 @@ class Plan:
 
     def _list_description_rows(self) -> list[tuple[str, str]]:
         """Return pairs (heading, text) that describe the computation."""
-        order = (
-            f"order {self.order}"
-            if self.order
-            else "no fixed order: a closed form, or an order chosen by the tolerance"
+        counts = (
+            (self.closed_form, "by closed form"),
+            (self.lanes, "in lanes"),
+            (self.alone, "one by one"),
         )
-        counts = {
-            "by closed form": self.closed_form,
-            "in lanes": self.lanes,
-            "one by one": self.alone,
-        }
-        ways = ", ".join(f"{n} {way}" for way, n in counts.items() if n) or "none"
-        tops = f"{self.shape}: {ways}; by {self.threads} threads"
-        memory = self.size and f"{self.states} states each: {1e-6 * self.size:.3g} MB in all"
-        clock = f"about {self.seconds or 0.0:.2g} s, measured on {self.measured} of the tops"
-        parts = {
-            "tops": [tops] if self.shape else [],
-            "result": [memory] if self.shape and memory else [],
-            "time": [clock] if self.seconds is not None else [],
-            "first top": [""] if self.shape and self.method else [],
-            "method": [f"{self.method}: {self.why}"],
-            "equations": [self.form],
-            "step": []
-            if self.turn is None
-            else [f"{self.step:g}: the top turns by about {self.turn:.2g} rad in each step"],
-            "order": [f"{order}, kernel {self.kernel}" if self.kernel else order],
-            "recorded": [
-                f"{', '.join(self.columns)}: {self.bytes} bytes a "
-                f"{'state' if 't' in self.columns else 'top'}"
-            ],
-            "left out": [f"{item}: {reason}" for item, reason in self.left_out],
-            "kept": [f"{item}: {reason}" for item, reason in self.kept],
-            "chosen": [str(self.choice)] if self.choice else [],
-        }
+        ways = ", ".join(f"{n} {way}" for n, way in counts if n) or "none"
+        rows = [("tops", f"{self.shape}: {ways}; by {self.threads} threads")] if self.shape else []
         if not self.method:  # there is no first top
-            parts = {"tops": parts["tops"]}
-        return [
-            (name if i == 0 else "", text)
-            for name, texts in parts.items()
-            for i, text in enumerate(texts)
-        ]
+            return rows
+        if self.shape and self.size:
+            memory = f"{self.states} states each: {1e-6 * self.size:.3g} MB in all"
+            rows.append(("result", memory))
+        if self.seconds is not None:
+            clock = f"about {self.seconds:.2g} s, measured on {self.measured} of the tops"
+            rows.append(("time", clock))
+        if self.shape:
+            rows.append(("first top", ""))
+        rows += [("method", f"{self.method}: {self.why}"), ("equations", self.form)]
+        if self.turn is not None:
+            turn = f"{self.step:g}: the top turns by about {self.turn:.2g} rad in each step"
+            rows.append(("step", turn))
+        order = "no fixed order: a closed form, or an order chosen by the tolerance"
+        order = f"order {self.order}" if self.order else order
+        rows.append(("order", f"{order}, kernel {self.kernel}" if self.kernel else order))
+        unit = "state" if "t" in self.columns else "top"
+        rows.append(("recorded", f"{', '.join(self.columns)}: {self.bytes} bytes a {unit}"))
+        for heading, items in (("left out", self.left_out), ("kept", self.kept)):
+            for item, reason in items:
+                rows.append((heading, f"{item}: {reason}"))
+                heading = ""
+        if self.choice:
+            rows.append(("chosen", str(self.choice)))
+        return rows
 
     def __str__(self) -> str:
         return "\n".join(f"{name:<11}{text}" for name, text in self._list_description_rows())
@@ -181,168 +174,111 @@ def make_solve_plan(
 
     `times` are the requested times, which can affect the method chosen by 'auto'.
     """
-    is_series = options.method == FALLBACK
-    kernel, order = (
-        _find_instruction_set_and_series_order(options.core_arguments)
-        if is_series
-        else ("", options.integrator.order)
-    )
-    columns = ("t", "q", "m") if options.want is None else ("t", *options.want)
-    if options.want is None and options.has_extended_precision:
+    want, method, turn = options.want, options.integrator, None
+    is_series, skips_heading = options.method == FALLBACK, options.can_skip_heading_angle
+    columns = ("t", "q", "m") if want is None else ("t", *want)
+    if want is None and options.has_extended_precision:
         columns += "q_low", "m_low"
     size = 8 * sum(map(count_quantity_components, columns))
-    is_exact = options.integrator.exact
+    kernel, order = _find_kernel_and_order(options.core_arguments) if is_series else ("", 0)
+    form = "(q, W, P): attitude, and angular velocity and vertical seen from the body"
+    if skips_heading:
+        form = "(W, P): the angular velocity and the vertical, both seen from the body"
+    if options.step is not None and not method.adaptive:
+        velocity = float(np.linalg.norm(values("velocity", scene._block, scene._start_state)))
+        turn = options.step * max(velocity, scene._rotation_rate)
+    left_out, kept = _list_unneeded_computations(scene, options, states)
     return Plan(
         method=options.method,
         why=_explain_method_choice(scene, options, times, choice),
         step=options.step,
-        order=order,
-        form=_describe_integrated_equations(options),
+        order=order if is_series else method.order,
+        form=form if is_series or skips_heading else method.text,
         kernel=kernel,
         columns=columns,
         bytes=size,
-        left_out=_list_omitted_computations(scene, options, states),
-        kept=_explain_unneeded_computations(scene, options),
+        left_out=left_out,
+        kept=kept,
         choice=choice,
-        turn=_estimate_turn_per_step(scene, options),
-        closed_form=int(is_exact),
-        alone=int(not is_exact),
+        turn=turn,
+        closed_form=int(method.exact),
+        alone=int(not method.exact),
         states=states,
         size=None if states is None else states * size,
     )
 
 
 @lru_cache
-def _find_instruction_set_and_series_order(core: CoreArguments) -> tuple[str, int]:
-    """Return the instruction set and the order of the Taylor series.
-
-    The instruction set and the order of the Taylor series depend only on the options, not on the
-    scene.
-    """
+def _find_kernel_and_order(core: CoreArguments) -> tuple[str, int]:
+    """Return the instruction set and the order of the Taylor series, the same for all scenes."""
     scene = Scene(Body(1.0, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)), (0.0, 0.0, 1.0))
     _, top = start(scene._block, *core)
     return top.kernel if top else ("", 0)
 
 
-def _estimate_turn_per_step(scene: Scene, options: Options) -> float | None:
-    """Return the approximate angle of rotation per step, or None if the step size varies.
-
-    Few methods are accurate if the top turns by one radian or more per step.
-    """
-    if options.step is None or options.integrator.adaptive:
-        return None
-    velocity = float(np.linalg.norm(values("velocity", scene._block, scene._start_state)))
-    return options.step * max(velocity, scene._rotation_rate)
-
-
 def _explain_method_choice(
     scene: Scene, options: Options, times: Array | None, choice: StepChoice | None
 ) -> str:
+    is_exact, is_torus = options.integrator.exact, has_torus_closed_form(scene)
     if choice:
         return "the cheapest method that meets the allowed error"
     if options.requested_method != "auto":
         return "requested by name"
     if options.digits is not None:
         return f"{options.digits} digits requested"
-    if not options.integrator.exact and has_torus_closed_form(scene):
-        if options.step is not None or options.tol is not None:
-            return "the closed form has neither step nor tol"
-        # A path can have times for which kreisel.solve would use the closed form.
-        return explain_taylor_choice(scene, times) or explain_taylor_choice(scene, None) or ""
-    if not options.integrator.exact:
+    if is_exact:
+        reason = f"{describe_kind_of_top(scene)} has a closed form"
+        if is_torus:
+            return f"{reason}, which takes no more time than the series up to the last time"
+        return reason if scene.gravity else f"{reason} without gravity"
+    if not is_torus:
         return explain_no_closed_form(scene)
-    reason = f"{describe_kind_of_top(scene)} has a closed form"
-    if has_torus_closed_form(scene):
-        return f"{reason}, which takes no more time than the series up to the last time"
-    return reason if scene.gravity else f"{reason} without gravity"
+    if options.step is not None or options.tol is not None:
+        return "the closed form has neither step nor tol"
+    # A path can have times for which kreisel.solve would use the closed form.
+    return explain_taylor_choice(scene, times) or explain_taylor_choice(scene, None)
 
 
-def _describe_integrated_equations(options: Options) -> str:
-    if options.can_skip_heading_angle:
-        return "(W, P): the angular velocity and the vertical, both seen from the body"
-    if options.method == FALLBACK:
-        return "(q, W, P): attitude, and angular velocity and vertical seen from the body"
-    return options.integrator.text
-
-
-def _is_torque_free(scene: Scene) -> bool:
-    return scene.gravity == 0.0 or not any(scene.body.com)
-
-
-def _list_omitted_computations(scene: Scene, options: Options, states: int | None) -> Reasons:
-    want, name = options.want, options.method
-    rows = []
-    if options.can_skip_heading_angle:
-        rows.append(
-            ("attitude", "no requested quantity changes if the top is rotated about the vertical")
-        )
-        rows.append(("momentum", "no requested quantity needs m in space"))
-    if name == EXACT:
-        rows.append(("steps", "any state at once, by the closed form"))
-        if _is_torque_free(scene):
-            rows.append(("gravity", "no torque acts: the free body's closed form"))
-    if options.integrator.splitting and scene.body.is_symmetric:
-        rows.append(
-            (
-                "two of the four rotations of a drift",
-                "two moments are equal, and the other two rotations are exact",
-            )
-        )
-    if states == 2 and want is None:
-        rows.append(("states in between", "only the start and the end are requested"))
-    if want is None:
-        rows.append(("all quantities but t, q, m", "each is computed on first access"))
+def _list_unneeded_computations(
+    scene: Scene, options: Options, states: int | None
+) -> tuple[Reasons, Reasons]:
+    """Return pairs (what, why) for computations that are left out, and for those that are not."""
+    is_exact, is_series = options.method == EXACT, options.method == FALLBACK
+    is_free = scene.gravity == 0.0 or not any(scene.body.com)
+    is_symmetric, skips_heading = scene.body.is_symmetric, options.can_skip_heading_angle
+    has_all = options.want is None
+    is_level = options.want is not None and HEADING_DEPENDENT.isdisjoint(options.want)
+    is_split = options.integrator.splitting and is_symmetric
+    is_kept = is_level and not (skips_heading or is_exact)
+    if not is_series:
+        reason = f"{options.method} always computes it; only taylor can omit it"
+    elif options.requests_events:
+        reason = "events may need it"
+    elif options.has_extended_precision:
+        reason = "the series with 20 or 30 digits always computes it"
     else:
-        rows.append(("all other quantities", "not requested: neither computed nor recorded"))
-        rows.append(
-            (
-                "the states themselves",
-                f"at most {CHUNK_SIZE} at a time, discarded after the requested quantities are "
-                "computed",
-            )
-        )
-    rows.append(("the error estimate", "a second run, made on first access of path.error"))
-    return tuple(rows)
-
-
-def _explain_unneeded_attitude(options: Options) -> str:
-    if options.requests_events:
-        return "events may need it"
-    if options.has_extended_precision:
-        return "the series with 20 or 30 digits always computes it"
-    return "the support turned at the start of the run"
-
-
-def _explain_unneeded_computations(scene: Scene, options: Options) -> Reasons:
-    rows = []
-    if options.method == FALLBACK:
-        if (
-            options.want is not None
-            and not options.can_skip_heading_angle
-            and not any(scene.turning)  # otherwise the motion depends on the attitude
-            and HEADING_DEPENDENT.isdisjoint(options.want)
-        ):
-            rows.append(("attitude", _explain_unneeded_attitude(options)))
-        if _is_torque_free(scene):
-            rows.append(
-                ("torque", "zero, but cheap: two products next to the sums of a whole order")
-            )
-        if scene.body.is_symmetric:
-            rows.append(
-                (
-                    "general form",
-                    "the terms that vanish for two equal moments share vectors with the others",
-                )
-            )
-    elif (
-        options.want is not None
-        and HEADING_DEPENDENT.isdisjoint(options.want)
-        and options.method != EXACT
-    ):
-        rows.append(
-            (
-                "attitude",
-                f"{options.method} always computes it; only taylor can omit it",
-            )
-        )
-    return tuple(rows)
+        reason = "the support turned at the start of the run"
+        is_kept = is_kept and not any(scene.turning)  # otherwise the motion depends on it
+    left_out = (
+        (
+            skips_heading,
+            "attitude",
+            "no requested quantity depends on turns about the vertical",
+        ),
+        (skips_heading, "momentum", "no requested quantity needs m in space"),
+        (is_exact, "steps", "any state at once, by the closed form"),
+        (is_exact and is_free, "gravity", "no torque acts: the free body's closed form"),
+        (is_split, "two of the four rotations of a drift", "two moments are equal"),
+        (has_all and states == 2, "states in between", "only start and end are requested"),
+        (has_all, "all quantities but t, q, m", "each is computed on first access"),
+        (not has_all, "all other quantities", "not requested: neither computed nor recorded"),
+        (not has_all, "the states themselves", f"only {CHUNK_SIZE} at a time are held in memory"),
+        (True, "the error estimate", "a second run, made on first access of path.error"),
+    )
+    kept = (
+        (is_kept, "attitude", reason),
+        (is_series and is_free, "torque", "zero, but cheap beside the sums of a whole order"),
+        (is_series and is_symmetric, "general form", "its zero terms share vectors with others"),
+    )
+    lists = (tuple((what, why) for holds, what, why in rows if holds) for rows in (left_out, kept))
+    return next(lists), next(lists)

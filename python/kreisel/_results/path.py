@@ -739,8 +739,9 @@ class Reductions(RunResult, Mapping[str, dict[str, Array]]):
         assert self._buffers.reduced is not None
         columns: dict[str, list[Array]] = {}
         for one, column in zip(self._options.reductions, self._buffers.reduced.T, strict=True):
-            if one.name == key:
-                columns.setdefault(KINDS[one.kind], []).append(column)
+            *_, kind, name = one
+            if name == key:
+                columns.setdefault(KINDS[kind], []).append(column)
         shape = self.shape + (QUANTITIES[key].shape if key in QUANTITIES else ())
         return {
             kind: freeze_array(np.stack(rows, axis=-1).reshape(shape))
