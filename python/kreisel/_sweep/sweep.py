@@ -43,9 +43,9 @@ Column = npt.NDArray[Any]
 class SweepResult:
     """The results of a sweep, read from its folder.
 
-    `result[name]` is the column with this name, as a NumPy array with the shape of the sweep. If
-    the column has values at k times, the array has an additional last dimension of length k. Only
-    the requested columns are read from the files.
+    `result[name]` is the column with this name, with the shape of the sweep, followed by the number
+    of times if it has values at times. Only the requested columns are read. Iteration yields one
+    mapping from column names to arrays for each existing part.
 
     folder   the folder that contains the parts
     shape, axes, size  as in the source
@@ -55,11 +55,9 @@ class SweepResult:
     columns  the names of the columns
     units    the dimension [M L T] of each column
 
-    Iteration over a SweepResult yields one mapping from column names to arrays for each existing
-    part of the sweep. Reading a column raises ValueError if any part of the sweep is missing. If
-    the sweep was opened with partial=True, its missing parts are ignored. In a partial result, the
-    column `result["top"]` contains the indices of the tops. In a partial result, damaged part files
-    are treated as missing.
+    Columns and tables raise ValueError if a part is missing. If the sweep was opened with
+    partial=True, missing and damaged parts are ignored, and `result["top"]` has the indices of the
+    tops.
     """
 
     folder: str
@@ -73,18 +71,11 @@ class SweepResult:
     _found: list[int]
 
     def __init__(self, store: SweepStore, partial: bool = False) -> None:
-        plan = store.plan
-        self.__dict__.update(
-            folder=str(store.folder),
-            shape=plan.source.shape,
-            axes=plan.source.axes,
-            size=plan.source.size,
-            parts=plan.parts,
-            hash=plan.hash,
-            _store=store,
-            _partial=partial,
-            _found=store.list_existing_parts(),
-        )
+        plan, source = store.plan, store.plan.source
+        values = {"shape": source.shape, "axes": source.axes, "size": source.size}
+        values |= {"folder": str(store.folder), "parts": plan.parts, "hash": plan.hash}
+        found = store.list_existing_parts()
+        self.__dict__.update(values, _store=store, _partial=partial, _found=found)
 
     @cached_property
     def present(self) -> list[int]:
@@ -189,10 +180,8 @@ class SweepResult:
     def verify(self) -> dict[str, list[int]]:
         """Verify the checksums of all parts, and return the numbers of the parts grouped by status.
 
-        The status is "done", "missing", "damaged", "of another version" or "foreign". A part is
-        foreign if a folder, or a complete part of a different plan, has its file name. Calling
-        kreisel.sweep again computes the parts whose status is not 'done', but raises
-        FileExistsError if a part is foreign.
+        The status is "done", "missing", "damaged", "of another version" or "foreign": a folder, or
+        a complete part of a different plan, has the file name of the part.
         """
         parts = self._verify_existing_parts()
         existing = {*chain(*parts.values())}
@@ -209,12 +198,10 @@ class SweepResult:
 
     @property
     def events(self) -> Events | None:
-        """The events of all tops, or None if no events were requested.
+        """The events of all tops, or None if no events were requested, as for sections.
 
-        The events of tops in missing parts of the sweep are omitted. If the task is "section", the
-        value is None, because the states are stored in columns instead. For each top, the column
-        result["events"] contains the number of states recorded at events. The columns
-        result["event_t"], result["event_q_w"] and so on contain the states of all tops.
+        The column result["events"] has the number of states at events of each top. The columns
+        result["event_t"], result["event_q_w"] and so on have the states of all tops.
         """
         ragged = [name for name, column in self._schema.items() if column.dims == EVENT]
         if "event_which" not in ragged:
@@ -265,12 +252,11 @@ class SweepResult:
     def to_xarray(self) -> Dataset:
         """Return an xarray.Dataset with one variable per column, including its units.
 
-        The dimensions are those of the sweep; if states are stored, there is an additional
-        dimension `time`. The varying parameters, `status` and `reached` are stored as coordinates.
-        A parameter with the name of a stored quantity is called, for example, spin_given, and so is
-        its dimension. For tops in missing parts, numbers are NaN, integers such as `status` are -1,
-        and truth values are False. The Dataset contains the number of events of each top, but not
-        the events themselves. Raises ImportError if xarray is not installed.
+        The dimensions are those of the sweep, and time if states are stored. The varying
+        parameters, `status` and `reached` are coordinates. A parameter with the name of a stored
+        quantity is called, for example, spin_given, and so is its dimension. For tops in missing
+        parts, numbers are NaN, integers such as `status` are -1, and truth values are False. Of the
+        events, the Dataset has only their number. Raises ImportError if xarray is not installed.
         """
         flat: dict[str, Column] = {}
         names = [name for name, column in self._schema.items() if column.dims != EVENT]
@@ -352,16 +338,13 @@ def sweep(
     """Run a task on many tops, and store the results in a folder, as one file per part.
 
     To resume a sweep that was interrupted, repeat the call, possibly on a different machine. Each
-    part is a Parquet file with one row per top. The columns contain the index, parameters, status
-    and results of each top. The units [M L T] of the columns are stored in the file. The contents
-    of each part are determined, bit for bit, by the plan and the part number. A nonzero status
-    means that the computation for the top failed.
+    part is a Parquet file with one row per top: its index, parameters, status (0 or the code of a
+    failure) and results, with the units [M L T] of the columns. The plan and the number of a part
+    determine its contents, bit for bit.
 
-    Existing part files are verified by their checksums, and damaged parts are computed again. The
-    names of part files are reserved; do not use them for other files in the folder. An invalid file
-    that has the name of a part file is replaced, and a warning is issued. Folders and complete
-    parts that belong to a different plan are never replaced. Requires pyarrow: pip install
-    'kreisel[sweep]'.
+    Existing part files are verified by their checksums. Damaged parts, and other invalid files with
+    the names of parts, are computed again, with a warning. Folders and complete parts that belong
+    to a different plan are never replaced. Requires pyarrow: pip install 'kreisel[sweep]'.
 
     scene      a kreisel.Source, a kreisel.Scene of many tops, or the name of a TOML file. The file
                contains all arguments up to part_size except folder, and the scene (a name, a file
@@ -374,16 +357,17 @@ def sweep(
                of kreisel.solve and kreisel.reduce
     folder     the folder of the parts: new, empty, or with parts of the same plan
     task       the name of the function that is called for the tops. "solve" is kreisel.solve or,
-               with `reduce`, kreisel.reduce. "lyapunov", "megno" and "oli" have the arguments t,
-               direction, tol and max_steps. Their columns are <task>, certificate, is_chaotic,
-               is_doubtful, t and <task>_curve. "section" has the arguments event, n, max_wait (a
-               number), tol, digits and max_steps. Its columns are reached, steps, events (the
-               number of states) and event_t, event_q_w, ..., event_m_z
+               with `reduce`, kreisel.reduce. "chaos", or "lyapunov", "megno" and "oli" for one of
+               its indicators, have the arguments t, direction, tol and max_steps. Their columns are
+               <indicator>, certificate, is_chaotic, is_doubtful, t and <indicator>_curve. "section"
+               has the arguments event, n, max_wait (a number), tol, digits and max_steps. Its
+               columns are reached, steps, events (the number of states) and event_t, event_q_w,
+               ..., event_m_z
     part_size  the number of tops in a part; default: 131072, or fewer so that a part has at most
                about 64 MB
     parts      the parts that this call computes, as range(0, 100); default: all; range(0): none
-    threads    the number of threads that compute each part; parts are computed one after the
-               other; default: the number of processors
+    threads    the number of threads that compute each part, one after the other; default: the
+               number of processors
     executor   an executor of concurrent.futures instead of threads; each worker computes a part in
                one thread. For a Dask client use client.get_executor()
     progress   a function called with the finished fraction of the tops of this call, 0 .. 1
@@ -395,17 +379,11 @@ def sweep(
         ...     done = kr.sweep(source, 10, folder=folder + "/runs", reduce={"nutation": "max"})
         ...     done, done["nutation_max"].shape
         (<kreisel.SweepResult of shape (100, 100): 1 of 1 parts>, (100, 100))
-        >>> with tempfile.TemporaryDirectory() as folder:
-        ...     chaos = kr.sweep(source[:8], 1000, folder=folder, task="lyapunov")
-        ...     chaos["lyapunov"].shape, chaos["lyapunov_curve"].shape, chaos.units["lyapunov"]
-        ((8,), (8, 32), 'T^-1')
 
     Raises TypeError or ValueError for invalid arguments, before any computation starts. Raises
-    ValueError if the folder contains a different plan, and FileExistsError if it contains files but
-    no plan. Raises OSError if the folder cannot be written, and ImportError if pyarrow is not
-    installed. During the computation, raises OSError if a file cannot be written, and RuntimeError
-    if an executor loses parts. Ctrl-C raises kreisel.Interrupted, whose `result` has the finished
-    parts; calling kreisel.sweep again continues the sweep.
+    ValueError if the folder contains a different plan, FileExistsError if it contains files but no
+    plan, OSError if a file cannot be written, and RuntimeError if an executor loses parts. Ctrl-C
+    raises kreisel.Interrupted, whose `result` has the finished parts.
     """
     given, defaults = locals(), {"method": "auto", "max_steps": 0}
     arguments = {}

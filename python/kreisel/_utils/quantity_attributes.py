@@ -10,55 +10,18 @@ from typing import TYPE_CHECKING, Literal, Never
 if TYPE_CHECKING:
     from .arguments import Array
 
+# fmt: off
 MethodName = Literal[
-    "auto",
-    "exact",
-    "bobenko_suris",
-    "bobenko_suris2",
-    "bobenko_suris4",
-    "strang",
-    "takahashi_imada4",
-    "suzuki4",
-    "blanes_moan6",
-    "kahan_li6",
-    "kahan_li8",
-    "veselov2",
-    "veselov4",
-    "hirota_kimura",
-    "implicit_midpoint",
-    "rk4",
-    "extrap",
-    "taylor",
-    "extrap_kirchhoff",
-    "gsl_rk8pd",
-    "gsl_bsimp",
+    "auto", "exact", "bobenko_suris", "bobenko_suris2", "bobenko_suris4", "strang",
+    "takahashi_imada4", "suzuki4", "blanes_moan6", "kahan_li6", "kahan_li8", "veselov2", "veselov4",
+    "hirota_kimura", "implicit_midpoint", "rk4", "extrap", "taylor", "extrap_kirchhoff",
+    "gsl_rk8pd", "gsl_bsimp",
 ]
 QuantityName = Literal[
-    "t",
-    "q",
-    "m",
-    "velocity",
-    "torque",
-    "frame",
-    "apex",
-    "body_velocity",
-    "body_momentum",
-    "body_vertical",
-    "spin",
-    "precession_angle",
-    "nutation",
-    "spin_angle",
-    "kinetic",
-    "potential",
-    "energy",
-    "vertical_momentum",
-    "axial_momentum",
-    "kowalewski",
-    "goryachev_chaplygin",
-    "body_acceleration",
-    "inertial_velocity",
-    "q_low",
-    "m_low",
+    "t", "q", "m", "velocity", "torque", "frame", "apex", "body_velocity", "body_momentum",
+    "body_vertical", "spin", "precession_angle", "nutation", "spin_angle", "kinetic", "potential",
+    "energy", "vertical_momentum", "axial_momentum", "kowalewski", "goryachev_chaplygin",
+    "body_acceleration", "inertial_velocity", "q_low", "m_low",
 ]
 
 
@@ -75,23 +38,9 @@ class QuantityAttributes:
     """The quantities of a path except t, q and m, generated from csrc/quantities.def."""
 
     if TYPE_CHECKING:
-        velocity: Quantity
-        torque: Quantity
-        frame: Quantity
-        apex: Quantity
-        body_velocity: Quantity
-        body_momentum: Quantity
-        body_vertical: Quantity
-        spin: Quantity
-        precession_angle: Quantity
-        nutation: Quantity
-        spin_angle: Quantity
-        kinetic: Quantity
-        potential: Quantity
-        energy: Quantity
-        vertical_momentum: Quantity
-        axial_momentum: Quantity
-        kowalewski: Quantity
-        goryachev_chaplygin: Quantity
-        body_acceleration: Quantity
-        inertial_velocity: Quantity
+        velocity = torque = frame = apex = body_velocity = Quantity()
+        body_momentum = body_vertical = spin = precession_angle = Quantity()
+        nutation = spin_angle = kinetic = potential = energy = Quantity()
+        vertical_momentum = axial_momentum = kowalewski = Quantity()
+        goryachev_chaplygin = body_acceleration = Quantity()
+        inertial_velocity = Quantity()
