@@ -10,7 +10,7 @@ import re
 import sys
 import warnings
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path as File
 from typing import Any, BinaryIO
@@ -300,9 +300,34 @@ def _parse_time_grid(word: str) -> tuple[float, float, range]:
     return start, math.copysign(step, length), range(count)
 
 
-_NUMBERS: dict[str, Callable[[str], object]] = {
+_TERM = re.compile(r"([+-]*)((?:(?<=[\d.])[eE][+-]\d|[^+-])+)")
+
+
+def _parse_event_polynomial(text: str) -> dict[str, float]:
+    """Parse a sum such as 2*m_x+apex_z*apex_z-0.5 into a mapping of products to factors."""
+    terms: dict[str, float] = {}
+    compact = text.replace(" ", "")
+    products = _TERM.findall(compact)
+    is_complete = all(all(product.split("*")) for _, product in products)
+    if not products or not is_complete or "".join(map("".join, products)) != compact:
+        raise ValueError(f"{text!r} is not a sum of products such as 2*m_x*m_y-0.5")
+    for signs, product in products:
+        factor, names = (-1.0) ** signs.count("-"), []
+        for word in product.split("*"):
+            try:
+                factor *= float(word)
+            except ValueError:
+                names.append(word)
+        key = "*".join(names) or "1"
+        terms[key] = terms.get(key, 0.0) + factor
+    return terms
+
+
+_READERS: dict[str, Callable[[str], object]] = {  # of arguments of events that are not texts
     **dict.fromkeys(["direction", "max_count"], int),
     **dict.fromkeys(["value", "offset", "within"], float),
+    **dict.fromkeys(["function", "where"], _parse_event_polynomial),
+    "normal": parse_number_list,
 }
 
 
@@ -327,44 +352,18 @@ def parse_event(scene: Scene, text: str) -> Event:
                 key, value = positional.pop(0), field
             if key in arguments:
                 raise ValueError(f"{key} is already given")
-            arguments[key] = value
-            if key == "terminal":
-                if value:
-                    raise ValueError("terminal takes no value")
-                arguments[key] = True
-            elif key == "normal":
-                arguments[key] = parse_number_list(value)
-            elif key in ("function", "where"):
-                arguments[key] = _parse_event_polynomial(value)
-            elif key in _NUMBERS:
-                with suppress(ValueError):  # the constructor refuses a text
-                    arguments[key] = _NUMBERS[key](value)
+            if key == "terminal" and value:
+                raise ValueError("terminal takes no value")
+            read = _READERS.get(key, str)
+            try:
+                arguments[key] = True if key == "terminal" else read(value)
+            except ValueError:
+                if read not in (int, float):
+                    raise
+                arguments[key] = value  # the constructor refuses a text
         return MAKERS[name](**arguments)
     except (TypeError, ValueError) as error:
         raise UsageError(f"--events {text}: {str(error).replace(f'{name}()', 'it')}") from None
-
-
-_TERM = re.compile(r"([+-]*)((?:(?<=[\d.])[eE][+-]\d|[^+-])+)")
-
-
-def _parse_event_polynomial(text: str) -> dict[str, float]:
-    """Parse a sum such as 2*m_x+apex_z*apex_z-0.5 into a mapping of products to factors."""
-    terms: dict[str, float] = {}
-    compact = text.replace(" ", "")
-    products = _TERM.findall(compact)
-    is_complete = all(all(product.split("*")) for _, product in products)
-    if not products or not is_complete or "".join(map("".join, products)) != compact:
-        raise ValueError(f"{text!r} is not a sum of products such as 2*m_x*m_y-0.5")
-    for signs, product in products:
-        factor, names = (-1.0) ** signs.count("-"), []
-        for word in product.split("*"):
-            try:
-                factor *= float(word)
-            except ValueError:
-                names.append(word)
-        key = "*".join(names) or "1"
-        terms[key] = terms.get(key, 0.0) + factor
-    return terms
 
 
 def _parse_parts(word: str) -> range:

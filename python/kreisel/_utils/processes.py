@@ -14,19 +14,17 @@ from typing import Any, NamedTuple, TypeVar
 
 from .._core import Work
 
-Handler = Callable[[int, FrameType | None], object]
 Progress = Callable[[float], object]
 # Signals that interrupt a program: Ctrl-C, a request to terminate, and a timer (not on Windows).
-_INTERRUPTION_SIGNALS = [
-    signal.Signals[name]
-    for name in ("SIGINT", "SIGTERM", "SIGALRM")
-    if name in signal.Signals.__members__
-]
+_NAMES = "SIGINT", "SIGTERM", "SIGALRM"
+_INTERRUPTION_SIGNALS = [getattr(signal, name) for name in _NAMES if hasattr(signal, name)]
 
 
 @contextmanager
 def replace_signal_handlers(
-    numbers: Iterable[int], handler: Handler, replaces_default: bool = False
+    numbers: Iterable[int],
+    handler: Callable[[int, FrameType | None], object],
+    replaces_default: bool = False,
 ) -> Iterator[dict[int, Any]]:
     """Return a context manager that replaces the handlers of signals.
 
