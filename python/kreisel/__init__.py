@@ -33,7 +33,7 @@ from ._solve.plan import plan
 from ._solve.run import Run, resume, start
 from ._solve.section import Section, section
 from ._solve.solve import load, reduce, solve, stream
-from ._utils.name_hints import explain_public_names
+from ._utils.arguments import explain_public_names
 from ._view import view
 from .events import Event
 from .quaternion import attitude_error, from_rotation

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self, overload
 import numpy as np
 import numpy.typing as npt
 
-from .._utils.arguments import Array, ReadOnlyArrays, freeze_array, short_repr
-from .._utils.name_hints import HintingType
+from .._utils.arguments import Array, HintingType, ReadOnlyArrays, freeze_array, short_repr
 from .parameters import BatchParameter, Column, Index, Shape, collapse_broadcast_axes
 
 

@@ -15,15 +15,17 @@ from numpy.typing import ArrayLike
 from .._core import INPUT_RTOL, KIND_RTOL, TENSOR_LEAST, bodies, body, body_kind
 from .._utils.arguments import (
     Array,
+    NoKeywords,
     as_float,
     as_positive,
     as_three_floats,
+    has_unknown_keywords,
     make_exception_from_status,
     make_frozen_class_decorator,
+    refuse_unknown_keywords,
     short_repr,
     warn_user,
 )
-from .._utils.name_hints import NoKeywords, has_unknown_keywords, refuse_unknown_keywords
 from ..quaternion import turn, unit
 from .batch import broadcast_shapes, shrink_column, stack_components
 from .parameters import BatchParameter, BoolArray, Column, Index, Shape, get_member, read_parameter

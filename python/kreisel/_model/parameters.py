@@ -10,14 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import INPUT_RTOL
-from .._utils.arguments import (
-    Array,
-    Numbers,
-    Vector,
-    as_array,
-    convert_parameter_to_radians,
-    short_repr,
-)
+from .._utils import arguments
+from .._utils.arguments import Array, Numbers, Vector, as_array, short_repr
 
 Shape = tuple[int, ...]
 Index = tuple[int, ...]
@@ -57,6 +51,7 @@ def _has_rate(shaking: Array) -> BoolArray:
 class Parameter(NamedTuple):
     """A parameter: the shapes that one value can have, its components, and what it must be."""
 
+    unit: str | tuple[str, ...] = ""  # of all components, or of each
     shapes: tuple[Shape, ...] = ((),)
     endings: Sequence[str] = ""  # of the names of its components in tables
     check: Check | None = None
@@ -64,12 +59,13 @@ class Parameter(NamedTuple):
     why: str = ""  # added to the messages of refusals
 
 
-def _vector(endings: Sequence[str], check: Check | None = None) -> Parameter:
+def _vector(unit: str, endings: Sequence[str] = "xyz", check: Check | None = None) -> Parameter:
     n = len(endings)
-    return Parameter(((n,),), endings, check, f"{n} numbers")
+    return Parameter(unit, ((n,),), endings, check, f"{n} numbers")
 
 
 _TENSOR = Parameter(
+    "M L^2",
     ((3, 3), (3,)),
     "012",
     Check(
@@ -80,41 +76,45 @@ _TENSOR = Parameter(
 )
 _QUATERNION = "SciPy's Rotation.from_matrix(...) is accepted as well"
 PARAMETERS: Mapping[str, Parameter] = {
-    "mass": Parameter(check=POSITIVE),
-    "density": Parameter(check=POSITIVE),
-    "inertia": _TENSOR,
-    "inertia_about_com": _TENSOR,
-    "com": _vector("xyz"),
-    "pivot": _vector("xyz"),
-    "rotor": _vector("xyz"),
+    "mass": Parameter("M", check=POSITIVE),
+    "density": Parameter("M L^-3", check=POSITIVE),
+    **dict.fromkeys(["inertia", "inertia_about_com"], _TENSOR),
+    **dict.fromkeys(["com", "pivot"], _vector("L")),
+    "rotor": _vector("M L^2 T^-1"),
     "inertia_rtol": Parameter(
         check=Check(lambda x: (x >= 0.0) & (x < 1.0), "must be at least 0 and less than 1")
     ),
-    **dict.fromkeys(["i1", "i3", "height", "inner"], Parameter()),
-    **dict.fromkeys(["radius", "outer", "length"], Parameter(check=POSITIVE)),
-    "half": _vector("xyz", Check(lambda x: (x > 0.0).all(axis=-1), "must be positive")),
-    "gravity": Parameter(why="it is the acceleration along -e3, positive is down"),
+    **dict.fromkeys(["i1", "i3"], Parameter("M L^2")),
+    **dict.fromkeys(["height", "inner"], Parameter("L")),
+    **dict.fromkeys(["radius", "outer", "length"], Parameter("L", check=POSITIVE)),
+    "half": _vector("L", check=Check(lambda x: (x > 0.0).all(axis=-1), "must be positive")),
+    "gravity": Parameter("L T^-2", why="it is the acceleration along -e3, positive is down"),
     "damping": Parameter(
+        "M L^2 T^-1",
         ((3,), (1,)),
         "012",
         Check(lambda d: (d >= 0.0).all(axis=-1), "must not be negative"),
         "a number or 3 numbers",
         "it removes energy",
     ),
-    "turning": _vector("xyz"),
+    "turning": _vector("rad/T"),
     "shaking": Parameter(
+        ("L", "rad/T", "rad"),
         ((3,),),
         ("amplitude", "rate", "phase"),
         Check(_has_rate, "needs a positive rate"),
         "three numbers (amplitude, rate, phase)",
         "shaking is (amplitude, rate, phase)",
     ),
-    "friction": Parameter(check=NON_NEGATIVE, why="it removes energy"),
-    **dict.fromkeys(["momentum", "velocity", "body_momentum", "body_velocity"], _vector("xyz")),
-    "attitude": Parameter(((4,),), "wxyz", form=f"4 numbers (w, x, y, z); {_QUATERNION}"),
-    "attitude_xyzw": Parameter(((4,),), "xyzw", form="4 numbers (x, y, z, w)"),
-    **dict.fromkeys(["spin", "tilt", "precession"], Parameter()),
-    **dict.fromkeys(["angles", "rates"], _vector("012")),
+    "friction": Parameter("M L^2 T^-2", check=NON_NEGATIVE, why="it removes energy"),
+    **dict.fromkeys(["momentum", "body_momentum"], _vector("M L^2 T^-1")),
+    **dict.fromkeys(["velocity", "body_velocity"], _vector("rad/T")),
+    "attitude": Parameter("", ((4,),), "wxyz", form=f"4 numbers (w, x, y, z); {_QUATERNION}"),
+    "attitude_xyzw": Parameter("", ((4,),), "xyzw", form="4 numbers (x, y, z, w)"),
+    **dict.fromkeys(["spin", "precession"], Parameter("rad/T")),
+    "tilt": Parameter("rad"),
+    "angles": _vector("rad", "012"),
+    "rates": _vector("rad/T", "012"),
 }
 STARTS = "momentum", "velocity", "body_momentum", "body_velocity"
 ENVIRONMENT = "gravity", "damping", "turning", "shaking", "friction"
@@ -131,12 +131,29 @@ class BatchParameter(NamedTuple):
     @property
     def radians(self) -> Array:
         """The values, with angles and rates in radians."""
-        return convert_parameter_to_radians(self.name, self.values) if self.degrees else self.values
+        unit = PARAMETERS[self.name].unit
+        if not self.degrees:
+            return self.values
+        if isinstance(unit, str):
+            is_angular = arguments.is_angular(unit)
+            return self.values * arguments.RADIANS_PER_DEGREE if is_angular else self.values
+        factors = [
+            arguments.RADIANS_PER_DEGREE if arguments.is_angular(one) else 1.0 for one in unit
+        ]
+        return np.asarray(self.values * np.array(factors))
 
     @property
     def shape(self) -> Shape:
         """The shape of the batch: the shape of `values` without the dimensions of one value."""
         return self.values.shape[: self.values.ndim - len(self.value)]
+
+
+def get_parameter_unit(name: str, degrees: bool, component: int | None = None) -> str:
+    """Return the unit of a parameter or of a component of it, in degrees or in radians."""
+    unit = PARAMETERS[name].unit if name in PARAMETERS else ""
+    if not isinstance(unit, str):
+        unit = ", ".join(unit) if component is None else unit[component]
+    return arguments.get_angular_unit(unit, degrees)
 
 
 def read_parameter(

@@ -17,16 +17,17 @@ from .._core import Tops as CoreTops
 from .._core import cosine, euler, scene, scene_horizon, sine, spinning
 from .._utils.arguments import (
     Array,
+    NoKeywords,
     as_bool,
     as_int,
-    get_parameter_unit,
+    has_unknown_keywords,
     make_exception_from_status,
     make_frozen_class_decorator,
+    refuse_unknown_keywords,
     unknown_name_message,
     validate_type,
 )
 from .._utils.files import atomic_write
-from .._utils.name_hints import NoKeywords, has_unknown_keywords, refuse_unknown_keywords
 from ..quaternion import multiply
 from .batch import BatchBase, broadcast_shapes, stack_components
 from .body import Body
@@ -53,6 +54,7 @@ from .parameters import (
     Scalars,
     Shape,
     get_member,
+    get_parameter_unit,
     has_nonzero_element,
     read_environment,
     read_parameter,

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from .._core import tangents as TANGENTS
 from .._core import version
+from .._model.parameters import get_parameter_unit
 from .._model.scene import Scene, parse_scene_toml
 from .._options import options as choices
 from .._options.options import LOW, RECORDABLE, TIME, Options, QuantityDescription
@@ -180,7 +181,7 @@ def list_parameter_columns(tops: Scene, taken: Iterable[str] = ()) -> list[Table
         rows = np.array(values).reshape([shape[d] for d in varied] + list(inner))
         [given, *names] = [f"{word}_given" if word in taken else word for word in (name, *dims)]
         labels = {f"{given}_component": ()} if inner else {}
-        unit = arguments.get_parameter_unit(name, tops._in_degrees)
+        unit = get_parameter_unit(name, tops._in_degrees)
         columns.append(
             TableColumn(given, tuple(names), rows, unit, labels=labels, is_coordinate=True)
         )

@@ -41,8 +41,15 @@ from .._results.path import (
 )
 from .._results.requests import record_path, report_final_time, try_to_solve_in_core
 from .._results.tables import read_archive
-from .._utils.arguments import Array, Numbers, as_int, short_repr, validate_type
-from .._utils.name_hints import has_unknown_keywords, refuse_unknown_keywords
+from .._utils.arguments import (
+    Array,
+    Numbers,
+    as_int,
+    has_unknown_keywords,
+    refuse_unknown_keywords,
+    short_repr,
+    validate_type,
+)
 from .._utils.processes import Progress, WorkerPool
 from .._utils.quantity_attributes import MethodName, QuantityName
 from ..events import refuse_kinetic

@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 
 from .._model import toml
-from .._model.parameters import BatchParameter
+from .._model.parameters import BatchParameter, get_parameter_unit
 from .._model.scene import Scene, build_scene_from_table
 from .._options import options as options_of
 from .._options.options import RECORDABLE, TIME, Options, get_total_memory
@@ -225,7 +225,7 @@ class SweepPlan:
             for i, component in enumerate(list_component_names(name, one.value)):
                 # A recorded quantity can have the name of a parameter, as spin with want=("spin",).
                 column = f"{component}_given" if component in names else component
-                unit = checks.get_parameter_unit(name, one.degrees, i)
+                unit = get_parameter_unit(name, one.degrees, i)
                 parameters.append(TableColumn(column, TOP, flat[:, i], unit))
         events: Any = outcome if isinstance(outcome, Section) else None
         ragged = []

@@ -17,7 +17,13 @@ import numpy.typing as npt
 from numpy.typing import ArrayLike
 
 from .._model.body import Body
-from .._model.parameters import PARAMETERS, BatchParameter, Shape, collapse_broadcast_axes
+from .._model.parameters import (
+    PARAMETERS,
+    BatchParameter,
+    Shape,
+    collapse_broadcast_axes,
+    get_parameter_unit,
+)
 from .._model.scene import Scene, VaryKwargs, validate_one_top
 from .._options.options import format_index, unravel_index
 from .._utils import arguments as checks
@@ -88,7 +94,7 @@ def _read_columns(file: str, degrees: bool | None) -> tuple[dict[str, Array], bo
                 parameters[parameter] = np.asarray(np.stack(parts, axis=-1).reshape(-1, *value))
                 for i, name in enumerate(names):
                     _, unit = checks.split_column_head(heads[name])
-                    expected = checks.get_parameter_unit(parameter, False, i)
+                    expected = get_parameter_unit(parameter, False, i)
                     units.append((heads[name], unit, expected))
     for name in columns:
         if name not in incomplete:
