@@ -29,10 +29,9 @@ from ._results.path import Events, Path, Reductions
 from ._results.results import Error, Interrupted
 from ._solve.chaos import Chaos, chaos
 from ._solve.exact import Exact, ExactTorus, exact
-from ._solve.plan import plan
 from ._solve.run import Run, resume, start
 from ._solve.section import Section, section
-from ._solve.solve import load, reduce, solve, stream
+from ._solve.solve import load, plan, reduce, solve, stream
 from ._utils.arguments import explain_public_names
 from ._view import view
 from .events import Event

@@ -251,7 +251,8 @@ def refuse_kinetic(tops: Scene, events: Iterable[Event]) -> None:
 
     The event must take the rotor of the body into account, and the support must not turn.
     """
-    is_turning, has_rotor = np.any(tops.turning), np.any(tops.body.rotor)
+    has_any: Callable[..., Any] = np.any if tops.shape else any
+    is_turning, has_rotor = has_any(tops.turning), has_any(tops.body.rotor)
     if not (is_turning or has_rotor):
         return
     half = set(_validate_terms("function", dict.fromkeys(_KINETIC, 0.5)))

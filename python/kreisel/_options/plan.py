@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 
-from .._core import start, values
+from .._core import Worker, start, unsuited, values
 from .._model.body import Body
 from .._model.scene import Scene
 from .._utils.arguments import Array
@@ -26,6 +26,7 @@ from .options import (
     CoreArguments,
     Options,
     count_quantity_components,
+    get_member_by_flat_index,
 )
 
 Reasons = tuple[tuple[str, str], ...]
@@ -70,7 +71,7 @@ class StepChoice:
 class Plan:
     """A printable description of a computation: what is computed, what is omitted, and why.
 
-    For an ensemble, the fields up to `turn` describe the first top.
+    For many tops, the fields up to `turn` describe the first one.
 
     method    the name of the method
     why       the reason for this method
@@ -85,16 +86,15 @@ class Plan:
     choice    the choice that method='geometric' made; None for other methods
     turn      approximate angle by which the top turns in a step, at its initial rate or, if faster,
               that of a pendulum [rad]; None if the method chooses its steps
-    shape     the shape of the ensemble; () for a single scene
+    shape     the shape of the scene; () for one top
     closed_form  the number of tops computed in closed form
     lanes     the number of tops integrated several at a time, in the lanes of vectors
     alone     the number of tops integrated one by one in each thread
-    threads   the number of threads
+    threads   the number of threads; 0 in the plan of a path
     states    the number of states of each top; None without times
     size      the size of the result [bytes]; None without times
-    seconds   for an ensemble with times: an estimate of the run time [s]; otherwise None
-    measured  the number of tops that were run to estimate `seconds`; they are spread evenly over
-              the ensemble
+    seconds   for many tops with times, an estimate of the run time [s]; otherwise None
+    measured  the number of tops that were run to estimate `seconds`, spread evenly
     """
 
     method: str
@@ -127,7 +127,8 @@ class Plan:
             (self.alone, "one by one"),
         )
         ways = ", ".join(f"{n} {way}" for n, way in counts if n) or "none"
-        rows = [("tops", f"{self.shape}: {ways}; by {self.threads} threads")] if self.shape else []
+        by = f"; by {self.threads} threads" if self.threads else ""
+        rows = [("tops", f"{self.shape}: {ways}{by}")] if self.shape else []
         if not self.method:  # there is no first top
             return rows
         if self.shape and self.size:
@@ -206,6 +207,59 @@ def make_solve_plan(
         states=states,
         size=None if states is None else states * size,
     )
+
+
+_ROW = 49  # bytes per top for status, number of states, step counts and time reached
+
+
+def make_plan_of_tops(
+    tops: Scene, options: Options, first: Plan | None, states: int | None, threads: int = 0
+) -> Plan:
+    """Return the plan of many tops, given that of the first, or None if there are no tops."""
+    plan = first or Plan("", "", None, 0, "", "", (), 0, (), ())
+    exact_count, lanes = _count_exact_and_lane_tops(tops, options)
+    is_in_lanes = lanes and not get_member_by_flat_index(tops, 0)._has_disturbances
+    if plan.method == FALLBACK and is_in_lanes:
+        kernel, order = Worker(*options.core_arguments, []).kernel
+        form = "(P, W): vertical and angular velocity seen from the body"
+        level = options.can_skip_heading_angle
+        form += "; without the heading" if level else ", and from these the heading"
+        if kernel:
+            plan = replace(plan, order=order, kernel=f"{kernel}, in lanes", form=form)
+    reductions = len(options.reductions)
+    row = 8 * reductions or (states or 0) * options.bytes_per_state
+    return replace(
+        plan,
+        bytes=8 * reductions or plan.bytes,
+        columns=tuple(options.reduce) or plan.columns,
+        shape=tops.shape,
+        closed_form=exact_count,
+        lanes=lanes,
+        alone=tops.size - exact_count - lanes,
+        threads=threads,
+        states=states,
+        size=None if states is None else tops.size * (_ROW + row),
+    )
+
+
+def _count_exact_and_lane_tops(tops: Scene, options: Options) -> tuple[int, int]:
+    """Return the numbers of tops evaluated in closed form and of tops integrated in SIMD lanes."""
+    if options.has_step_search or options.uses_one_run_per_top:
+        return 0, 0
+    if options.integrator.exact:
+        return tops.size, 0
+    if options.integrator.name != FALLBACK:
+        return 0, 0
+    is_turning = tops.turning.any(axis=-1)
+    is_alone = tops.damping.any(axis=-1) | is_turning | (tops.friction > 0.0)
+    is_alone |= tops.shaking[..., 0] != 0.0
+    alone_count = int(np.count_nonzero(is_alone))
+    exact_count = 0
+    if options.is_auto:
+        exact_count = tops.size - unsuited(tops._core_scenes, "auto")[1]
+        if is_turning.any():  # some tops on a turning support have a closed form
+            alone_count = unsuited(tops[is_alone]._core_scenes, "auto")[1]
+    return exact_count, tops.size - exact_count - alone_count
 
 
 @lru_cache

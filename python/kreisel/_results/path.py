@@ -27,7 +27,7 @@ from .._options.options import (
     validate_requested_quantities,
     validate_time_list,
 )
-from .._options.plan import Plan, StepChoice, make_solve_plan
+from .._options.plan import Plan, StepChoice, make_plan_of_tops, make_solve_plan
 from .._utils import arguments
 from .._utils.arguments import Array, Numbers, format_count, freeze_array, short_repr
 from .._utils.files import atomic_write
@@ -293,10 +293,11 @@ class Path(PathBase, TableExportMethods):
     def plan(self) -> Plan:
         """The kreisel.Plan of this path, with the choices of the solver and their reasons.
 
-        For many tops, an array (*shape) with the plan of each top.
+        For many tops, a plan of their shape; that of one top is path[i].plan.
         """
         if self._is_many:
-            return cast(Plan, self._compute_per_top(lambda path: path.plan, object))
+            first = self._select_member(0).plan if self.size else None
+            return make_plan_of_tops(self.scene, self._options, first, self._t.shape[-1])
         return make_solve_plan(self.scene, self._options, len(self), self._choice, self.t)
 
     @cached_property
@@ -902,7 +903,6 @@ if TYPE_CHECKING:  # Type checkers tell the path of an ensemble from that of one
         reached: Array
         state_counts: Counts
         stats: Any
-        plan: npt.NDArray[np.object_]  # type: ignore[assignment]
         events: EnsembleEvents
         end: Scenes
 

@@ -17,7 +17,7 @@ from .._options.methods import FALLBACK
 from .._options.options import TIME, Options, get_member_by_flat_index
 from .._results.calls import STATUSES, EnsembleBuffers, Slice, SliceRunner, run_ensemble
 from .._results.path import Path, build_path_from_core_result
-from .._results.results import Error, RunResult, find_flat_index
+from .._results.results import Error, RunResult
 from .._results.tables import ColumnTable, TableColumn, list_parameter_columns
 from .._utils import arguments
 from .._utils.arguments import Array, Numbers, as_finite_array, short_repr
@@ -195,14 +195,6 @@ class Chaos(RunResult):
         counts = f"{np.sum(self.is_chaotic)} chaotic, {np.sum(self.is_doubtful)} in doubt"
         shape = "x".join(map(str, self.shape))
         return f"<kreisel.Chaos: {shape} tops at {end}; {counts}, {len(self.failed)} failed>"
-
-    def __getitem__(self, key: Any) -> Any:
-        """Return the indicators of the tops that a NumPy index selects."""
-        i = find_flat_index(self.shape, key)
-        if i is None:
-            return super().__getitem__(key)
-        rows = self._buffers.select_buffer_rows(slice(i, i + 1))
-        return Chaos(get_member_by_flat_index(self.scene, i), self._t, self._options, rows)
 
     def _make_top_error(self, i: int) -> BaseException:
         scene, name = get_member_by_flat_index(self.scene, i), STATUSES[self._buffers.status[i]]

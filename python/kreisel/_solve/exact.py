@@ -3,92 +3,36 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any, Final, Generic, Literal, TypeVar, cast, overload
 
 import numpy as np
 
-from .._core import (
-    TorusPlan,
-    Work,
-    courses,
-    exact_map_plan,
-    exact_map_states,
-    exact_plan,
-    exact_rates,
-    exact_states,
-    exact_states_of_tops,
-    exact_turnings,
-    horizons,
-    statuses,
-    torus_heads,
-    torus_states,
-    torus_states_at,
-    turning_potential,
-    unsuited,
-)
+from .. import _core as core
+from .._model import starts
 from .._model.parameters import has_equivalent_support_at_rest
 from .._model.scene import Scene, Scenes, validate_one_top
-from .._model.starts import (
-    TurningPoints,
-    build_turning_points_from_rows,
-    compute_turning_points,
-    explain_no_turning_points,
-)
-from .._options.methods import (
-    EXACT,
-    explain_no_closed_form,
-    has_torus_closed_form,
-    methods,
-    resolve_method,
-)
-from .._options.options import (
-    Options,
-    TangentSpec,
-    check_resolvable_horizon,
-    check_torus_tangent_names,
-    format_index,
-    get_member_by_flat_index,
-    unravel_index,
-    validate_tangent_names,
-    validate_thread_count,
-    validate_time_list,
-)
-from .._results.calls import CLOSED_FORM, LANES, Codes, EnsembleBuffers, Stats, run_ensemble
+from .._options import methods as choices
+from .._options import options as checks
+from .._options.methods import EXACT
+from .._options.options import Options, TangentSpec, get_member_by_flat_index
+from .._results.calls import CLOSED_FORM, LANES, EnsembleBuffers, Stats, run_ensemble
 from .._results.path import EnsemblePath, Path
 from .._results.requests import record_path
-from .._utils.arguments import (
-    Array,
-    Numbers,
-    as_finite_array,
-    as_float,
-    as_int,
-    freeze_array,
-    make_frozen_class_decorator,
-    short_repr,
-)
+from .._utils import arguments
+from .._utils.arguments import Array, Numbers, as_finite_array, short_repr
 from .._utils.processes import Job, Progress, WorkerPool
-from .torus import (
-    check_tangent_times,
-    compute_closed_form_tangents,
-    compute_torus_action,
-    plan_torus,
-)
+from . import torus
 
 _Values = TypeVar("_Values")  # a float for one top, an array for many
 _Paths = TypeVar("_Paths")  # a Path of one top or of many
 _MAP: Final = "bobenko_suris"
-_COUNTABLE = 2.0**53  # doubles represent all smaller whole numbers
 _NO_STEPS = Stats(0, 0, 0, 0)
-_KINDS: dict[str, Literal["kowalewski", "goryachev_chaplygin"]] = {
-    "kowalewski": "kowalewski",
-    "goryachev_chaplygin": "goryachev_chaplygin",
-}
 
 
-@make_frozen_class_decorator("call kreisel.exact for other tops")
+@arguments.make_frozen_class_decorator("call kreisel.exact for other tops")
 class Exact(Generic[_Values, _Paths]):
     """The motions of one or many tops, given in closed form.
 
@@ -97,19 +41,17 @@ class Exact(Generic[_Values, _Paths]):
     (*shape, k), with separate times for each top. exact[i] is the closed form of one of the
     tops; slices, lists and masks give that of several.
 
-    The attributes are numbers for a single scene, whose `shape` is the empty tuple, and arrays of
-    the shape of an ensemble, or (n,) for a list of n scenes. They are computed on first access.
+    The attributes are numbers for one top, whose `shape` is (), and arrays of the shape of the
+    scene otherwise. They are computed on first access.
 
     For a heavy top, the axis is the apex. For a free symmetric body, it is the axis of symmetry.
     For a free asymmetric body, it is the principal axis about which the momentum precesses in the
     body frame. The axis of a free body is oriented so that it makes an acute angle with the angular
-    momentum. The nutation of a free asymmetric body has half the period of body_velocity, the
-    angular velocity in the body frame. The period of body_velocity is denoted by T in Landau and
-    Lifshitz, Mechanics, section 37.
+    momentum. The nutation of a free asymmetric body has half the period of body_velocity, which is
+    denoted by T in Landau and Lifshitz, Mechanics, section 37.
 
     If the axis of the body passes exactly through the vertical, the precession angle jumps by half
-    a turn. The mean rate `precession_rate` does not include jumps of the precession angle by half a
-    turn.
+    a turn. The mean rate `precession_rate` does not include such jumps.
 
     States at t = 1e6 are as accurate and as cheap as states at t = 1. Ctrl-C raises
     KeyboardInterrupt, and no partial results are returned.
@@ -134,73 +76,65 @@ class Exact(Generic[_Values, _Paths]):
 
     The attributes from least_nutation to critical_spin and the potential exist only for tops that
     are symmetric about their apex axis: ValueError if one of the tops is not.
+
+    scene  the scene, of one top or of many
     """
 
-    _scene: Scene
-    _word: str  # the word for a member in messages: "top" or "scene"
+    scene: Scene
+    _plan: Any  # of the closed form of one top
+    _word: str  # the word for a member in messages
+    _read_plan: Callable[[Any, object, float], Array | None] = staticmethod(core.exact_states)
 
     def __init__(
-        self,
-        scene: Scene,
-        mean_rates: tuple[float, float, float] | None = None,
-        plan: object = None,
-        word: str = "top",
+        self, scene: Scene, mean_rates: Any = None, plan: Any = None, word: str = "top"
     ) -> None:
         fields = self.__dict__
-        fields["_scene"], fields["_plan"], fields["_word"] = scene, plan, word
+        fields["scene"], fields["_plan"], fields["_word"] = scene, plan, word
         if mean_rates is not None:
             fields["_mean_rates"] = mean_rates
 
     def __repr__(self) -> str:
-        name = f"kreisel.{type(self).__name__}"
         if self.shape:
-            return f"<{name} of shape {self.shape}>"
+            return f"<kreisel.Exact of shape {self.shape}>"
         rates = f"period {self.period:.6g}, precession {self.precession_rate:.6g}"
-        return f"<{name}: {rates}, spin angle {self.spin_angle_rate:.6g}; {self._scene!r}>"
+        return f"<kreisel.Exact: {rates}, spin angle {self.spin_angle_rate:.6g}; {self.scene!r}>"
 
     def __eq__(self, other: object) -> bool:
-        return type(other) is type(self) and bool(self._scene == other._scene)
+        return type(other) is type(self) and bool(self.scene == other.scene)
 
     def __hash__(self) -> int:
-        return hash(self._scene)
+        return hash(self.scene)
 
     @property
     def shape(self) -> tuple[int, ...]:
         """The shape of the scene; () for one top."""
-        return self._scene.shape
-
-    @property
-    def scene(self) -> Scene:
-        """The scene, of one top or of many."""
-        return self._scene
+        return self.scene.shape
 
     def __bool__(self) -> bool:
-        return self._scene.size > 0
+        return self.scene.size > 0
 
     def __len__(self) -> int:
         if not self.shape:
             raise TypeError("the closed form of a single top has no length")
-        return len(self._scene)
+        return len(self.scene)
 
     def __getitem__(self, key: Any) -> Any:
         """Return the closed form of one or several tops, selected by a NumPy index."""
         if not self.shape:
             raise TypeError("the closed form of a single top has no index: call it with times")
-        return exact(self._scene[key])
+        return exact(self.scene[key])
 
     def _shape_values(self, rows: Any) -> _Values:
-        """Return one value for a scene, or an array of the ensemble's shape."""
+        """Return one value for one top, or an array of the shape of many."""
         if not self.shape:
             return cast(_Values, np.reshape(rows, -1)[0].item())
-        values = np.reshape(rows, self.shape)
-        values.flags.writeable = False
-        return cast(_Values, values)
+        return cast(_Values, arguments.freeze_array(np.reshape(rows, self.shape)))
 
     @cached_property
     def _mean_rates(self) -> Any:
         """The period, the precession rate and the rate of the spin angle, one row for each."""
-        rates = np.empty((self._scene.size, 3))
-        self._call_core_in_slices(exact_rates, rates)
+        rates = np.empty((self.scene.size, 3))
+        self._call_core_in_slices(core.exact_rates, rates)
         return rates.T
 
     @property
@@ -230,9 +164,9 @@ class Exact(Generic[_Values, _Paths]):
     @cached_property
     def _heads(self) -> Array:
         """(n, 4) the three frequencies and the certificate of motions on tori, otherwise NaN."""
-        heads = np.full((self._scene.size, 4), np.nan)
-        if unsuited(self._scene._core_scenes, "auto")[1]:
-            self._call_core_in_slices(torus_heads, heads)
+        heads = np.full((self.scene.size, 4), np.nan)
+        if core.unsuited(self.scene._core_scenes, "auto")[1]:
+            self._call_core_in_slices(core.torus_heads, heads)
         return heads
 
     @property
@@ -242,9 +176,8 @@ class Exact(Generic[_Values, _Paths]):
         They are NaN for all other motions.
         """
         if not self.shape:
-            first, second, third = self._heads[0, :3].tolist()
-            return first, second, third
-        return freeze_array(self._heads[:, :3].reshape(*self.shape, 3))
+            return tuple(self._heads[0, :3].tolist())
+        return arguments.freeze_array(self._heads[:, :3].reshape(*self.shape, 3))
 
     @property
     def certificate(self) -> _Values:
@@ -252,12 +185,12 @@ class Exact(Generic[_Values, _Paths]):
         return self._shape_values(self._heads[:, 3])
 
     @cached_property
-    def _turning_points(self) -> TurningPoints:
+    def _turning_points(self) -> starts.TurningPoints:
         if not self.shape:
-            return compute_turning_points(self._scene)
-        rows, numbers = np.empty((self._scene.size, 10)), np.zeros(self._scene.size, dtype=np.int8)
-        self._call_core_in_slices(exact_turnings, rows, numbers)
-        return build_turning_points_from_rows(rows, np.array(courses)[numbers])
+            return starts.compute_turning_points(self.scene)
+        rows, numbers = np.empty((self.scene.size, 10)), np.zeros(self.scene.size, dtype=np.int8)
+        self._call_core_in_slices(core.exact_turnings, rows, numbers)
+        return starts.build_turning_points_from_rows(rows, np.array(core.courses)[numbers])
 
     @property
     def least_nutation(self) -> _Values:
@@ -279,10 +212,7 @@ class Exact(Generic[_Values, _Paths]):
 
     @property
     def t_greatest(self) -> _Values:
-        """The first time t >= 0 at which the nutation is largest [T].
-
-        It is 0 if the nutation is constant, and inf if the largest nutation is never reached.
-        """
+        """The first time t >= 0 at which the nutation is largest [T], as `t_least`."""
         return self._shape_values(self._turning_points.t_greatest)
 
     @property
@@ -290,9 +220,8 @@ class Exact(Generic[_Values, _Paths]):
         """The type of the apex's motion about the vertical.
 
         - If the nutation changes, the name depends on the precession rates at the two turning
-          points. The motion type is 'waves' if the precession rates at both turning points have the
-          same sign, and 'loops' if they have opposite signs. The motion type is 'cusps' if the
-          precession rate is zero at the turning point with the higher potential.
+          points: 'waves' if they have the same sign, 'loops' if they have opposite signs, and
+          'cusps' if the rate is zero at the turning point with the higher potential.
 
         - If the nutation is constant, the name is 'sleeping' (upright against gravity), 'hanging'
           or 'steady'.
@@ -329,7 +258,8 @@ class Exact(Generic[_Values, _Paths]):
         The potential at nutation 0 or pi is inf if the apex cannot reach this angle.
         """
         angles = as_finite_array("nutation", nutation, "a number or an array of angles")
-        values = [turning_potential(row, angles.reshape(-1)) for row in self._turning_points.rows]
+        rows, flat = self._turning_points.rows, angles.reshape(-1)
+        values = [core.turning_potential(row, flat) for row in rows]
         return np.array(values).reshape(self.shape + angles.shape)
 
     def __call__(self, t: Numbers) -> _Paths:
@@ -338,25 +268,29 @@ class Exact(Generic[_Values, _Paths]):
         `t` is a number or a list in any order, and for many tops also an array (*shape, k) with the
         times of each.
         """
-        if not self.shape:
-            states = self._try_to_compute_states(t, self._scene._resolvable_horizon)
-            if states is None:
-                states = self._try_to_compute_states(self._validate_evaluation_times(t), math.inf)
-            assert states is not None
-            return cast(_Paths, Path(self._scene, states, _NO_STEPS, CLOSED_FORM))
-        n, shape = self._scene.size, self.shape
-        times = as_finite_array(
-            "t", t, "a number, a list of times, or an array of times of each top"
-        )
+        if self.shape:
+            return cast(_Paths, self._compute_paths_of_many(t))
+        states = self._read_plan(self._plan, t, self.scene._resolvable_horizon)
+        if states is None:
+            times = checks.validate_time_list(t)
+            end = float(np.abs(times).max(initial=0.0))
+            checks.check_resolvable_horizon(self.scene, end, None)
+            states = self._read_plan(self._plan, times.reshape(-1), math.inf)
+        return cast(_Paths, Path(self.scene, cast(Array, states), _NO_STEPS, CLOSED_FORM))
+
+    def _compute_paths_of_many(self, t: Numbers) -> EnsemblePath:
+        tops, shape = self.scene, self.shape
+        form = "a number, a list of times, or an array of times of each top"
+        times = as_finite_array("t", t, form)
         if times.ndim > 1:
             if times.shape[:-1] != shape:
                 raise ValueError(
                     "t must be a number, a list of times for all tops, or an array of shape "
                     f"{(*shape, 'k')} with k times of each, not an array of shape {times.shape}"
                 )
-            times = times.reshape(n, times.shape[-1])
-        self._check_precision_at_times(times)
+            times = times.reshape(tops.size, times.shape[-1])
         times = np.atleast_1d(times)
+        self._check_horizons(np.abs(times).max(axis=-1, initial=0.0))
         # Computing all states in one run of the ensemble is faster than evaluating the closed form
         # directly, but requires nonzero times that move strictly away from 0 in one direction. At
         # time 0, a run returns the initial state without evaluating the closed form. Closed forms
@@ -365,77 +299,60 @@ class Exact(Generic[_Values, _Paths]):
         distances = np.where(times[..., -1:] < 0.0, -times, times)
         is_away = times.all() and (np.diff(distances, axis=-1, prepend=0.0) > 0.0).all()
         if is_away and np.isnan(self._heads).all():
-            pool = WorkerPool(validate_thread_count(None))
+            pool = WorkerPool(checks.validate_thread_count(None))
             kind = EnsemblePath._of_many
-            paths = run_ensemble(kind, self._scene, times, CLOSED_FORM, pool, LANES)
-            return cast(_Paths, paths.check())
-        buffers = EnsembleBuffers.allocate_buffers(n, times.shape[-1], CLOSED_FORM)
+            return run_ensemble(kind, tops, times, CLOSED_FORM, pool, LANES).check()
+        buffers = EnsembleBuffers.allocate_buffers(tops.size, times.shape[-1], CLOSED_FORM)
         buffers.status[:], buffers.done[:] = 0, times.shape[-1]
         buffers.reached[:] = times[..., -1] if times.size else 0.0
         states = cast(Array, buffers.states)
         if times.ndim == 2:
-            self._call_core_in_slices(exact_states_of_tops, states, times)
+            self._call_core_in_slices(core.exact_states_of_tops, states, times)
         else:
-            self._call_core_in_slices(partial(exact_states_of_tops, t=times), states)
-        return cast(_Paths, EnsemblePath._of_many(self._scene, times, CLOSED_FORM, buffers))
+            self._call_core_in_slices(partial(core.exact_states_of_tops, t=times), states)
+        return EnsemblePath._of_many(tops, times, CLOSED_FORM, buffers)
 
-    def _try_to_compute_states(self, t: object, most: float) -> Array | None:
-        """Return one state of a scene per row, or None if the times must be validated in Python.
-
-        Times are validated in Python unless the C library can convert them and all |t| are below
-        `most`.
-        """
-        return exact_states(cast(Array, self.__dict__["_plan"]), t, most)
-
-    def _validate_evaluation_times(self, t: Numbers) -> Array:
-        times = validate_time_list(t)
-        check_resolvable_horizon(self.scene, float(np.abs(times).max(initial=0.0)), None)
-        return times.reshape(-1)
-
-    def _check_precision_at_times(self, times: Array) -> None:
+    def _check_horizons(self, ends: Array) -> None:
         """Raise ValueError if double precision cannot resolve the attitude at one of the times."""
-        ends = np.abs(times).max(axis=-1, initial=0.0) if times.ndim else np.abs(times)
-        most = np.empty(self._scene.size)
-        horizons(self._scene._core_scenes, most)
+        most = np.empty(self.scene.size)
+        core.horizons(self.scene._core_scenes, most)
         indices = np.flatnonzero(ends >= most)
         if indices.size:
             i = int(indices[0])
             end = float(np.broadcast_to(ends, most.shape)[i])
             try:
-                check_resolvable_horizon(get_member_by_flat_index(self._scene, i), end, None)
+                checks.check_resolvable_horizon(get_member_by_flat_index(self.scene, i), end, None)
             except ValueError as error:
-                raise ValueError(f"{self._format_error_prefix(i)}{error}") from None
+                raise ValueError(f"{self._name_member(i)}: {error}") from None
 
-    def _format_error_prefix(self, i: int) -> str:
-        return f"{self._word}{format_index(unravel_index(i, self._scene.shape))}: "
+    def _name_member(self, i: int) -> str:
+        return self._word + checks.format_index(checks.unravel_index(i, self.shape))
 
-    def _call_core_in_slices(
-        self, function: Callable[..., tuple[str, int]], *rows: Array | Codes
-    ) -> None:
-        """Call a C function for consecutive slices of the ensemble and of all arrays in `rows`.
+    def _call_core_in_slices(self, function: Callable[..., tuple[str, int]], *rows: Any) -> None:
+        """Call a C function for consecutive slices of the tops and of all arrays in `rows`.
 
         Raises ValueError for the first top for which the C function returns an error.
         """
         failures: list[tuple[int, str]] = []
-        work = Work()
+        work, tops = core.Work(), self.scene._core_scenes
 
-        def make_range_job(begin: int, end: int) -> Job[tuple[str, int]]:
+        def make_job(begin: int, end: int) -> Job[tuple[str, int]]:
             parts = (each[begin:end] for each in rows)
-            return partial(function, work=work), (self._scene._core_scenes, begin, end, *parts)
+            return partial(function, work=work), (tops, begin, end, *parts)
 
-        def note_slice_failure(_: int, result: tuple[str, int]) -> None:
+        def note_failure(_: int, result: tuple[str, int]) -> None:
             if result[0] != "OK":
                 failures.append((result[1], result[0]))
 
-        pool = WorkerPool(validate_thread_count(None))
-        pool.run_slices(self._scene.size, make_range_job, note_slice_failure, work)
+        pool = WorkerPool(checks.validate_thread_count(None))
+        pool.run_slices(self.scene.size, make_job, note_failure, work)
         if failures:
             first, status = min(failures)
-            scene = get_member_by_flat_index(self._scene, first)
-            prefix = self._format_error_prefix(first)
-            if function is exact_turnings:
-                raise ValueError(prefix + explain_no_turning_points(status, scene))
-            raise _make_no_closed_form_error(status, scene, prefix)
+            scene, prefix = get_member_by_flat_index(self.scene, first), self._name_member(first)
+            if function is core.exact_turnings:
+                reason = starts.explain_no_turning_points(status, scene)
+                raise ValueError(f"{prefix}: {reason}")
+            raise _make_no_closed_form_error(status, scene, f"{prefix}: ")
 
 
 class ExactTorus(Exact[float, Path]):
@@ -448,21 +365,20 @@ class ExactTorus(Exact[float, Path]):
     path returned by kreisel.solve. The elements of `tangents` can be "start", "gravity" and "mass".
     Most changes of the other parameters lead to motions without a closed-form solution.
     Derivatives with respect to the vertical momentum of a Goryachev-Chaplygin top are NaN. The
-    tangents are computed from closed-form solutions by central differences of order 8. The
-    finite-difference steps become smaller as time increases. The relative error of the tangents
-    usually stays below about 1e-10 even for long times, whereas that of a Taylor series grows. Near
-    resonances and separatrices, the error of the tangents is larger, and is estimated by
-    `tangents_rest`. For rapidly rotating tops, the derivatives with respect to gravity and mass
-    suffer from cancellation errors.
+    tangents are computed from closed-form solutions by central differences of order 8, with steps
+    that become smaller as time increases. Their relative error usually stays below about 1e-10 even
+    for long times, whereas that of a Taylor series grows. It is estimated by `tangents_rest`, and
+    is larger near resonances and separatrices. For rapidly rotating tops, the derivatives with
+    respect to gravity and mass suffer from cancellation errors.
 
         >>> import kreisel as kr
         >>> path = kr.exact(kr.scenes.kowalewski)([1.0, 1e5], tangents=("start", "gravity"))
         >>> path.tangents.shape, path.tangents_rest < 1e-10
         ((2, 6, 7), True)
 
-    Raises ValueError for a parameter for which tangents cannot be computed. Also raises ValueError
-    for times at which the top has turned by more than 1e9 rad. Raises ValueError if a neighbouring
-    motion required for a finite difference has no closed-form solution.
+    Raises ValueError for a parameter for which tangents cannot be computed, for times at which the
+    top has turned by more than 1e9 rad, and if a neighbouring motion required for a finite
+    difference has no closed-form solution.
 
     kind         "kowalewski", whose closed form has theta functions of two variables, or
                  "goryachev_chaplygin", whose <m, e3> must be zero and whose mean precession rate is
@@ -488,11 +404,7 @@ class ExactTorus(Exact[float, Path]):
     period, precession_rate and spin_angle_rate are NaN; use `frequencies` instead.
     """
 
-    def __init__(
-        self, scene: Scene, heads: tuple[float, float, float, float], plan: TorusPlan
-    ) -> None:
-        super().__init__(scene, (math.nan, math.nan, math.nan), plan)
-        self.__dict__["_heads"] = np.array([heads])
+    _read_plan = staticmethod(core.torus_states)
 
     def __repr__(self) -> str:
         rates = ", ".join(f"{rate:.6g}" for rate in self.frequencies)
@@ -502,7 +414,7 @@ class ExactTorus(Exact[float, Path]):
     @property
     def kind(self) -> Literal["kowalewski", "goryachev_chaplygin"]:
         """The kind of the body."""
-        return _KINDS[self.scene.body.kind]
+        return cast(Literal["kowalewski", "goryachev_chaplygin"], self.scene.body.kind)
 
     @cached_property
     def actions(self) -> tuple[float, float, float]:
@@ -514,33 +426,29 @@ class ExactTorus(Exact[float, Path]):
         constant. The third action variable is the vertical component <m, e3> of the angular
         momentum. The energy is a function of the actions, and its derivatives are the frequencies:
         between neighbouring tops, d energy = sum of frequencies * d actions. For
-        Goryachev-Chaplygin tops, the frequencies are derivatives of the energy only within the
-        family of tops with <m, e3> = 0.
+        Goryachev-Chaplygin tops, this holds only within the family of tops with <m, e3> = 0.
 
         Up to a rotation about the vertical, some motions repeat after half a turn of one or both
-        torus angles. The actions always refer to full turns, even if the motion repeats after half
-        a turn.
+        torus angles. The actions always refer to full turns.
 
         Raises ValueError if the motion is too close to a separatrix. Source: Arnold, Mathematical
         Methods of Classical Mechanics, section 50.
         """
         is_level = self.kind == "goryachev_chaplygin"
-        first, second = (
-            compute_torus_action(self._compute_states_at_angles, j, is_level) for j in (0, 1)
-        )
+        states_at = self._compute_states_at_angles
+        first, second = (torus.compute_torus_action(states_at, j, is_level) for j in (0, 1))
         return first, second, 0.0 if is_level else self.scene.momentum[2]
 
     def find_quasi_periods(self, n: int = 4) -> Array:
         """Return `n` quasi-periods: times after which the body returns ever closer to its start.
 
-        The times are returned in an array of shape (n, 3). Each row contains the number of turns of
-        each torus angle, and the quasi-period [T]. Both numbers of turns are integers, and their
-        ratio is a convergent in the continued-fraction expansion of the frequency ratio. Each row
-        describes a near resonance of the two frequencies on the torus. At each returned time, the
-        body-frame components of the momentum and the vertical are close to their initial values.
-        The returned array has fewer than `n` rows if the ratio of the frequencies is rational, up
-        to rounding errors, or if the next time is too late for double precision to resolve the
-        attitude there.
+        Each row of the array (n, 3) contains the number of turns of each torus angle, and the
+        quasi-period [T]. Both numbers are integers, and their ratio is a convergent in the
+        continued-fraction expansion of the frequency ratio: a near resonance of the two frequencies
+        on the torus. At each returned time, the body-frame components of the momentum and the
+        vertical are close to their initial values. There are fewer than `n` rows if the ratio of
+        the frequencies is rational, up to rounding errors, or if the next time is too late for
+        double precision to resolve the attitude there.
 
             >>> import kreisel as kr
             >>> top = kr.exact(kr.scenes.kowalewski)
@@ -550,14 +458,19 @@ class ExactTorus(Exact[float, Path]):
 
         Raises TypeError or ValueError if `n` is not a positive integer.
         """
-        count = as_int("n", n, 1)
+        count = arguments.as_int("n", n, 1)
         first, second, _ = self.frequencies
+        ratio = rest = first / second
+        previous, last, is_equal = (0, 1), (1, 0), False
         turns: list[tuple[int, int]] = []
-        for one, two in _iterate_convergents(first / second):
-            if len(turns) == count:
-                break
-            if one > 0:
-                turns.append((one, two))
+        while len(turns) < count and not is_equal:
+            part = math.floor(rest)
+            previous, last = last, (part * last[0] + previous[0], part * last[1] + previous[1])
+            if last[0] > 0:
+                turns.append(last)
+            is_equal = rest == part or abs(ratio - last[0] / last[1]) <= 4.0 * math.ulp(ratio)
+            if not is_equal:
+                rest = 1.0 / (rest - part)
         pairs = np.array(turns, dtype=np.float64).reshape(-1, 2)
         times = math.tau * pairs.sum(axis=1) / (first + second)
         rows: Array = np.column_stack([pairs, times])[times < self.scene._resolvable_horizon]
@@ -568,41 +481,22 @@ class ExactTorus(Exact[float, Path]):
         path = super().__call__(t)
         if tangents is None:
             return path
-        names = validate_tangent_names(tangents)
-        check_torus_tangent_names(names)
-        check_tangent_times(self.scene, path.t)
-        data = compute_closed_form_tangents(self.scene, path.states, names)
+        names = checks.validate_tangent_names(tangents)
+        checks.check_torus_tangent_names(names)
+        torus.check_tangent_times(self.scene, path.t)
+        data = torus.compute_closed_form_tangents(self.scene, path.states, names)
         return replace(path, _tangent_data=data)
 
     def _compute_states_at_angles(self, turns: Array) -> Array:
         """Return one state for each pair of torus angles, which are given in turns.
 
-        All returned states share the rotation of the initial state about the vertical; for a
-        Goryachev-Chaplygin top, this rotation is arbitrary.
+        All states share the rotation of the initial state about the vertical, which is arbitrary
+        for a Goryachev-Chaplygin top.
         """
-        return torus_states_at(self.__dict__["_plan"], turns)
-
-    def _try_to_compute_states(self, t: object, most: float) -> Array | None:
-        return torus_states(self.__dict__["_plan"], t, most)
+        return core.torus_states_at(self._plan, turns)
 
     def __reduce__(self) -> tuple[Callable[[Scene], ExactTorus], tuple[Scene]]:
         return _build_torus_closed_form, (self.scene,)
-
-
-def _iterate_convergents(ratio: float) -> Iterator[tuple[int, int]]:
-    """Yield the continued-fraction convergents of a positive number as (numerator, denominator).
-
-    The sequence of convergents ends when a convergent equals the number to within rounding error.
-    """
-    previous, last, rest = (0, 1), (1, 0), ratio
-    while True:
-        part = math.floor(rest)
-        previous, last = last, (part * last[0] + previous[0], part * last[1] + previous[1])
-        yield last
-        miss = abs(ratio - last[0] / last[1])
-        if rest == part or miss <= 4.0 * math.ulp(ratio):
-            return
-        rest = 1.0 / (rest - part)
 
 
 @dataclass(frozen=True)
@@ -630,34 +524,17 @@ class ExactMap:
             raise ValueError(
                 f"k must be a whole number or a list of them, not an array of shape {numbers.shape}"
             )
-        if (
-            not (np.rint(numbers) == numbers).all()
-            or np.abs(numbers).max(initial=0.0) >= _COUNTABLE
-        ):
+        if (np.rint(numbers) != numbers).any() or (np.abs(numbers) >= checks.COUNTABLE).any():
             raise ValueError(f"k must be whole and below 2**53, not {short_repr(k)}")
-        states = exact_map_states(self._plan, numbers.astype(np.int64))
+        states = core.exact_map_states(self._plan, numbers.astype(np.int64))
         options = Options(_MAP, abs(self.step), requested_method=EXACT)
         return Path(self.scene, states, _NO_STEPS, options, self.step < 0.0)
 
 
-def _refuse_turning_support(tops: Scene) -> None:
-    """Raise ValueError for tops on supports that turn about e3, without any other disturbance.
-
-    The turning points and angular rates of a closed-form solution refer to the inertial frame and
-    not to the support.
-    """
-    if has_equivalent_support_at_rest(tops):
-        raise ValueError(
-            "kreisel.exact does not support turning supports: solve with method='exact' has the "
-            "states for a support that turns about e3, and replace(turning=None) gives the same "
-            "motion, seen from the inertial frame"
-        )
-
-
 def _make_no_closed_form_error(status: str, scene: Scene, prefix: str = "") -> ValueError:
     if status != "ERR_METHOD":
-        return ValueError(f"{prefix}{statuses[status][1]}: {scene!r}")
-    form, reason = methods[EXACT], explain_no_closed_form(scene)
+        return ValueError(f"{prefix}{core.statuses[status][1]}: {scene!r}")
+    form, reason = choices.methods[EXACT], choices.explain_no_closed_form(scene)
     if form.applies_to(scene.body) or any(scene.body.rotor):
         return ValueError(f"{prefix}{reason}: {scene!r}")
     return ValueError(f"{prefix}{reason}: closed forms are known for {form.tops}")
@@ -685,60 +562,69 @@ def exact(
     Raises ValueError if a motion has no closed-form solution, or if the support turns about e3. For
     a support that turns about e3, use solve(scene, t, "exact") to compute the states.
     """
-    if map is None and step is None:
-        if isinstance(scene, (list, tuple)):
-            return _build_closed_forms(Scene.stack(scene), "scene")
-        if isinstance(scene, Scene) and scene.shape:
-            return _build_closed_forms(scene, "top")
-    top = validate_one_top("scene", scene)
-    if any(top.turning) and methods[EXACT].suits(top):
-        _refuse_turning_support(top)
+    word = "top"
+    if isinstance(scene, (list, tuple)) and map is None and step is None:
+        scene, word = Scene.stack(scene), "scene"
+    tops = scene if isinstance(scene, Scene) else arguments.validate_type("scene", scene, Scene)
+    if tops.shape:
+        if map is not None or step is not None:
+            validate_one_top("scene", tops)
+        forms: Exact[Array, EnsemblePath] = Exact(tops, word=word)
+        first, count = core.unsuited(tops._core_scenes, EXACT)
+        if count:
+            more = f", the first of {count} such" if count > 1 else ""
+            refused, prefix = get_member_by_flat_index(tops, first), forms._name_member(first)
+            raise _make_no_closed_form_error("ERR_METHOD", refused, f"{prefix}{more}: ")
+        _refuse_turning_support(tops)
+        _ = forms._heads  # many motions of Kowalewski and Goryachev-Chaplygin tops are refused
+        return forms
+    if any(tops.turning) and choices.methods[EXACT].suits(tops):
+        _refuse_turning_support(tops)
     if map is not None:
-        return _build_bobenko_suris_closed_form(top, map, step)
+        return _build_bobenko_suris_closed_form(tops, map, step)
     if step is not None:
         raise ValueError('step needs map="bobenko_suris"; the motion itself has no step')
-    if has_torus_closed_form(top):
-        return _build_torus_closed_form(top)
-    status, period, precession_rate, spin_angle_rate, plan = exact_plan(top._block)
+    if choices.has_torus_closed_form(tops):
+        return _build_torus_closed_form(tops)
+    status, period, precession_rate, spin_angle_rate, plan = core.exact_plan(tops._block)
     if status != "OK":
-        raise _make_no_closed_form_error(status, top)
-    return Exact(top, (period, precession_rate, spin_angle_rate), plan)
+        raise _make_no_closed_form_error(status, tops)
+    return Exact(tops, (period, precession_rate, spin_angle_rate), plan)
 
 
-def _build_closed_forms(tops: Scene, word: str) -> Exact[Array, EnsemblePath]:
-    first, count = unsuited(tops._core_scenes, EXACT)
-    if count:
-        more = f", the first of {count} such" if count > 1 else ""
-        prefix = f"{word}{format_index(unravel_index(first, tops.shape))}{more}: "
-        scene = get_member_by_flat_index(tops, first)
-        raise _make_no_closed_form_error("ERR_METHOD", scene, prefix)
-    _refuse_turning_support(tops)
-    forms: Exact[Array, EnsemblePath] = Exact(tops, word=word)
-    _ = forms._heads  # many motions of Kowalewski and Goryachev-Chaplygin tops are refused
-    return forms
+def _refuse_turning_support(tops: Scene) -> None:
+    # The turning points and rates of a closed form refer to the inertial frame.
+    if has_equivalent_support_at_rest(tops):
+        raise ValueError(
+            "kreisel.exact does not support turning supports: solve with method='exact' has the "
+            "states for a support that turns about e3, and replace(turning=None) gives the same "
+            "motion, seen from the inertial frame"
+        )
 
 
 def _build_bobenko_suris_closed_form(scene: Scene, map: str, step: float | None) -> ExactMap:
     if map != _MAP:
         raise ValueError(f"the only map with a closed form is {_MAP!r}, not {short_repr(map)}")
-    h = as_float("step", step)
+    h = arguments.as_float("step", step)
     if h == 0.0:
         raise ValueError("step must not be zero")
-    resolve_method(_MAP, scene)
-    status, period, precession_rate, spin_angle_rate, plan = exact_map_plan(scene._block, h)
+    choices.resolve_method(_MAP, scene)
+    status, period, precession_rate, spin_angle_rate, plan = core.exact_map_plan(scene._block, h)
     if status == "ERR_STEP_SIZE":
         raise ValueError(
             f"the Bobenko-Suris map has no known closed form for the step {h!r} and this start, "
             "which lies within k'^2 = 1e-18 of a separatrix: choose another step"
         )
     if status != "OK":
-        raise ValueError(f"{statuses[status][1]}: step {h!r}, {scene!r}")
+        raise ValueError(f"{core.statuses[status][1]}: step {h!r}, {scene!r}")
     return ExactMap(scene, period, precession_rate, spin_angle_rate, plan, h)
 
 
 def _build_torus_closed_form(scene: Scene) -> ExactTorus:
-    frequencies, certificate, plan = plan_torus(scene)
-    return ExactTorus(scene, (*frequencies, certificate), plan)
+    frequencies, certificate, plan = torus.plan_torus(scene)
+    form = ExactTorus(scene, (math.nan, math.nan, math.nan), plan)
+    form.__dict__["_heads"] = np.array([[*frequencies, certificate]])
+    return form
 
 
 def record_exact_path_with_tangents(
@@ -748,7 +634,7 @@ def record_exact_path_with_tangents(
 
     Raises ValueError if the tangents cannot be computed.
     """
-    check_tangent_times(scene, times)
+    torus.check_tangent_times(scene, times)
     path = record_path(scene, options, times, progress)
-    data = compute_closed_form_tangents(scene, path.states, options.tangents)
+    data = torus.compute_closed_form_tangents(scene, path.states, options.tangents)
     return replace(path, _tangent_data=data)

@@ -422,8 +422,9 @@ def start_motion(scene: Scene, options: Options, back: bool, origin: RunStart = 
         status, motion = request.start(scene._block, back, *origin)
     else:
         refuse_kinetic(scene, options.events or ())
-        given = back, options.core_events, options.tangent_bit_mask, *origin
-        status, motion = core.start(scene._block, *options.core_arguments, *given)
+        tangents = options.tangent_bit_mask if options.tangents else 0
+        given = *options.core_arguments, back, options.core_events, tangents, *origin
+        status, motion = core.start(scene._block, *given)
     if motion is not None:
         return motion
     state = scene._start_state.copy()

@@ -1,45 +1,33 @@
-"""Solve: paths of one top and of ensembles, whole or in pieces, and files of them."""
+"""Solve: paths of one top and of many, whole or in pieces, their plans and files."""
 
 from __future__ import annotations
 
 import os
 import stat
+import time
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path as File
-from typing import BinaryIO, Literal, Unpack, cast, overload
+from typing import Literal, Unpack, cast, overload
+
+import numpy as np
 
 from .._model.scene import Scene, Scenes
+from .._options import options as checks
 from .._options.options import (
-    CHUNK_SIZE,
     EnsembleKeywords,
     EventSpec,
     Options,
     ReductionSpec,
     StreamKeywords,
     TangentSpec,
-    check_resolvable_horizon,
-    check_result_memory,
-    find_time_direction,
-    iterate_time_chunks,
-    make_options,
-    validate_output_array,
-    validate_progress_callback,
-    validate_thread_count,
-    validate_times,
 )
-from .._results.calls import LANES, SCALAR, SliceRunner, TangentData, run_ensemble
-from .._results.path import (
-    EnsemblePath,
-    Events,
-    Path,
-    Reductions,
-    build_path_from_core_result,
-    format_progress,
-    make_stop_exception,
-)
-from .._results.requests import record_path, report_final_time, try_to_solve_in_core
+from .._options.plan import Plan, make_plan_of_tops, make_solve_plan
+from .._results import calls, requests
+from .._results import path as paths
+from .._results.calls import LANES, SCALAR, SliceRunner, run_ensemble
+from .._results.path import EnsemblePath, Events, Path, Reductions
 from .._results.tables import read_archive
 from .._utils.arguments import (
     Array,
@@ -57,156 +45,11 @@ from .exact import record_exact_path_with_tangents
 from .geometric import STEP_SEARCH, solve_with_step_search
 from .run import MAGIC, Run, refuse_step_search, resume, start_motion
 
-
-def reduce(
-    scene: Scene,
-    t: Numbers,
-    reductions: ReductionSpec,
-    method: MethodName = "auto",
-    *,
-    step: float | None = None,
-    tol: float | None = None,
-    digits: int | None = None,
-    every: int | None = None,
-    max_steps: int = 0,
-    progress: Progress | None = None,
-    threads: int | None = None,
-    executor: Executor | None = None,
-) -> Reductions:
-    """Compute statistics of the path of one or of many tops, without storing the states.
-
-    reductions  a mapping from names of quantities or of their components to one or several of min,
-                max, mean, variance, last, where_min, where_max, as in {"nutation": ("min", "max")}
-
-    The other arguments are the same as for kreisel.solve. Memory use is independent of the number
-    of times.
-
-        >>> import kreisel as kr
-        >>> tops = kr.scenes.cusps.vary(gravity=[0.5, 1.0])
-        >>> kr.reduce(tops, [0.0, 0.5, 1.0], {"nutation": "max"})["nutation"]["max"].round(3)
-        array([1.023, 1.13 ])
-
-    Raises TypeError or ValueError for invalid arguments, before any computation starts. Raises
-    kreisel.Interrupted after Ctrl-C; its attribute `result` contains the results obtained so far.
-    Raises kreisel.Error if the computation for a single scene fails. If it fails for a top of an
-    ensemble, its values are NaN, and `status` indicates the reason. The
-    check() method of the result raises kreisel.Error for the first top whose computation failed.
-    """
-    if reductions is None:
-        raise TypeError("reductions must name quantities, as in {'nutation': ('min', 'max')}")
-    options = make_options(
-        method,
-        step=step,
-        tol=tol,
-        digits=digits,
-        every=every,
-        max_steps=max_steps,
-        reduce=reductions,
-    )
-    options = options.for_tops(validate_type("scene", scene, Scene), is_many=True)
-    pool = WorkerPool(validate_thread_count(threads, executor), executor)
-    callback, times = validate_progress_callback(progress), validate_times(scene, t, options)
-    result = run_ensemble(Reductions, scene, times, options, pool, LANES, callback)
-    return result if scene.shape else result.check()
-
-
-def select_slice_runner(options: Options) -> SliceRunner:
-    """Return the function that computes the motions of a slice of an ensemble."""
-    if options.has_step_search:
-        return STEP_SEARCH
-    return SCALAR if options.uses_one_run_per_top else LANES
-
-
-def _yield_paths_of_batches(
-    tops: Scene,
-    t: Array,
-    options: Options,
-    pool: WorkerPool,
-    progress: Progress | None,
-    size: int,
-) -> Iterator[EnsemblePath]:
-    row, runner = tops.ravel(), select_slice_runner(options)
-    for begin in range(0, len(row), size):
-        times = t[begin : begin + size] if t.ndim == 2 else t
-        yield run_ensemble(
-            EnsemblePath._of_many, row[begin : begin + size], times, options, pool, runner
-        )
-        if progress is not None:
-            progress(min(1.0, (begin + size) / len(row)))
-
-
-def refuse_ensemble_arguments(scene: object, **arguments: object) -> None:
-    """Raise ValueError if arguments for many tops are given for one."""
-    validate_type("scene", scene, Scene)
-    if names := [name for name, value in arguments.items() if value is not None]:
-        text = " and ".join(names)
-        raise ValueError(f"{text}: only for a scene of many tops, not for one top")
-
-
+_NO_TIMES = cast(Numbers, None)  # refused like None, but after unknown keywords
 _ZIP = b"PK"  # the first bytes of an archive, which is a ZIP file
 _MAX_SCENE_BYTES = 1 << 20
-
-
-def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
-    """Load a path, a scene or a run from a file.
-
-    The type of the returned object depends on the contents of the file. A path written by path.save
-    is restored exactly, bit for bit. A scene is read from a TOML file. A run is restored from a
-    checkpoint that was written by run.save.
-
-        >>> import os, tempfile
-        >>> import kreisel as kr
-        >>> path = kr.solve(kr.scenes.thesis, [1.0, 2.0])
-        >>> with tempfile.TemporaryDirectory() as folder:
-        ...     path.save(os.path.join(folder, "top.npz"))
-        ...     kr.load(os.path.join(folder, "top.npz"))
-        <kreisel.Path: 2 states, t = 1 .. 2; exact, 2 steps>
-
-    Raises TypeError if `file` is not a str or a path of text. Raises OSError if the file cannot be
-    read. Raises ValueError if the file is damaged, or contains neither a path nor a scene nor a
-    run. Loading a file does not execute any code that the file contains. Memory use is bounded by
-    the size of the file.
-    """
-    name = os.fspath(file)
-    if not isinstance(name, str):
-        raise TypeError(f"file must be the name of a file, not {short_repr(file)}")
-    status = os.stat(name)
-    if not (stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode)):
-        raise ValueError(f"{name} is not a regular file")
-    with open(name, "rb") as stream:
-        head = stream.read(len(MAGIC))
-        if head == MAGIC:
-            return resume(File(name))
-        if head.startswith(_ZIP):
-            return _load_path(name, stream, status.st_size)
-    return _load_scene(name, status.st_size)
-
-
-def _load_path(name: str, file: BinaryIO, size: int) -> Path:
-    try:
-        saved = read_archive(file, size)
-    except ValueError as error:
-        raise ValueError(f"{name} is not a saved path: {error}") from None
-    if len(saved) == 4:
-        return EnsemblePath._of_many(*saved)
-    path, event_data = saved
-    if event_data is None:
-        return Path(**path)
-    event_arguments, which, direction = event_data
-    return Path(**path, _events=Events(Path(**event_arguments), which, direction))
-
-
-def _load_scene(name: str, size: int) -> Scene:
-    kinds = "a saved path or run, nor a scene in TOML"
-    if size > _MAX_SCENE_BYTES:
-        raise ValueError(f"{name} is neither {kinds}, which would be smaller")
-    try:
-        return Scene.from_toml(File(name))
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{error}; the file is neither {kinds}") from None
-
-
-_NO_TIMES = cast(Numbers, None)  # refused like None, but after unknown keywords
+_SAMPLES = 16  # maximal number of tops that are run to estimate the run time
+_MAX_STATES, _MAX_STEPS = 1 << 11, 1 << 11  # limits of each of these runs
 
 
 @overload
@@ -244,7 +87,7 @@ def solve(
     tangents: TangentSpec | None = None,
     **unknown: object,
 ) -> Path:
-    """Compute the motion of a top, or of every top in an ensemble, starting at t = 0.
+    """Compute the motion of one or of many tops, starting at t = 0.
 
     t          a list: record the states at these times, which must be monotonic and on one side of
                0; (0, 10) is a list of two times. A number: record the start and the state at t, or
@@ -281,7 +124,7 @@ def solve(
                derivatives of the states with respect to these, path.derivative those of a quantity.
                The states are bitwise equal to those without tangents, unless strong damping
                requires shorter steps for the tangents. With tangents, the results for each top of
-               an ensemble are bitwise equal to those of kreisel.solve for this top alone
+               many are bitwise equal to those of kreisel.solve for this top alone
 
         >>> import kreisel as kr
         >>> path = kr.solve(kr.scenes.cusps, t=300, method="strang", step=0.01, every=100)
@@ -294,14 +137,12 @@ def solve(
         >>> [f"{t:.6f}" for t in lows.t[:2]]
         ['1.174941', '3.524823']
 
-    For an ensemble, the arguments apply to every top. The result is a kreisel.Path; the first
-    dimensions of its arrays are those of the ensemble. The result for each top does not depend,
-    even in its last bit, on the other tops, the threads or the executor. A top gives the same
-    result in an ensemble of one top and in a larger ensemble. However, the methods taylor and exact
-    may have different rounding errors for a kreisel.Scene and for an ensemble, and 'auto' may
-    select different methods. `t` can also be an array of shape (*shape, k), which contains separate
-    times for each top. `progress` is called with the fraction of tops that have been computed,
-    between 0 and 1. An ensemble has further arguments:
+    For many tops, the first dimensions of the path's arrays are those of the scene. The result for
+    each top does not depend, even in its last bit, on the other tops, the threads or the executor.
+    However, the methods taylor and exact may have different rounding errors for one top and for
+    many, and 'auto' may select different methods. `t` can also be an array (*shape, k) with
+    separate times for each top. `progress` is called with the fraction of tops that have been
+    computed. There are further arguments:
 
     threads    the number of threads; default: the number of processors
     executor   an executor of concurrent.futures, instead of threads; workers in other processes
@@ -317,9 +158,8 @@ def solve(
     Raises TypeError or ValueError for invalid arguments, before any computation starts. Raises
     MemoryError if the states do not fit in memory. Raises kreisel.Error if the run fails, and
     kreisel.Interrupted after Ctrl-C. The valid states are available as the attribute `path` of the
-    exception. For an ensemble, the status of the computation for each top is stored in
-    paths.status. The method paths.check raises kreisel.Error for the first top whose computation
-    failed.
+    exception. For many tops, paths.status has the status of each, and paths.check raises
+    kreisel.Error for the first that failed.
     """
     if unknown:
         refuse_unknown_keywords(solve, unknown)
@@ -327,70 +167,69 @@ def solve(
     is_special |= threads is not None or executor is not None or out is not None
     is_checked = is_special or every is not None or not (progress is None or callable(progress))
     if isinstance(scene, Scene) and not (is_checked or scene.shape):
-        path = try_to_solve_in_core(scene, t, method, step, tol, digits, max_steps, want, progress)
+        path = requests.try_to_solve_in_core(
+            scene, t, method, step, tol, digits, max_steps, want, progress
+        )
         if path is not None:
             return path
-    options = make_options(
-        method,
-        step=step,
-        tol=tol,
-        digits=digits,
-        every=every,
-        max_steps=max_steps,
-        error=error,
-        want=want,
-        events=events,
-        tangents=tangents,
+    keys = {"step": step, "tol": tol, "digits": digits, "every": every, "max_steps": max_steps}
+    options = checks.make_options(
+        method, **keys, error=error, want=want, events=events, tangents=tangents
     )
     validate_type("scene", scene, Scene)
     if scene.shape:
         options = options.for_tops(scene)
         if options.events:
             refuse_kinetic(scene, options.events)
-        pool = WorkerPool(validate_thread_count(threads, executor), executor)
-        callback, times = validate_progress_callback(progress), validate_times(scene, t, options)
-        check_result_memory(scene, times, options)
-        target = validate_output_array(scene, out, times, options)
-        runner = select_slice_runner(options)
-        kind = EnsemblePath._of_many
+        pool = WorkerPool(checks.validate_thread_count(threads, executor), executor)
+        callback = checks.validate_progress_callback(progress)
+        times = checks.validate_times(scene, t, options)
+        checks.check_result_memory(scene, times, options)
+        target = checks.validate_output_array(scene, out, times, options)
+        kind, runner = EnsemblePath._of_many, select_slice_runner(options)
         return run_ensemble(kind, scene, times, options, pool, runner, callback, target)
-    if is_special:
-        refuse_ensemble_arguments(scene, threads=threads, executor=executor, out=out)
+    _refuse_arguments_of_many(threads=threads, executor=executor, out=out)
     options = options.for_tops(scene, None if is_special else t)
-    return _solve_in_several_calls(scene, options, t, validate_progress_callback(progress))
-
-
-def _solve_in_several_calls(
-    scene: Scene, options: Options, t: Numbers, progress: Progress | None
-) -> Path:
-    times = validate_times(scene, t, options)
+    callback = checks.validate_progress_callback(progress)
+    times = checks.validate_times(scene, t, options)
     end = float(times[-1]) if times.size else 0.0
     if options.has_step_search:
-        return solve_with_step_search(scene, options, times, progress)
-    check_resolvable_horizon(scene, end, options.step)
+        return solve_with_step_search(scene, options, times, callback)
+    checks.check_resolvable_horizon(scene, end, options.step)
     if options.tangents:
-        record = record_exact_path_with_tangents
-        if not options.integrator.exact:
-            record = record_path_with_tangents
-        return record(scene, options, times, progress)
+        is_exact = options.integrator.exact
+        record = record_exact_path_with_tangents if is_exact else _record_path_with_tangents
+        return record(scene, options, times, callback)
     if options.requests_events or times.size > options.chunk_size:
-        return Run(scene, options, end < 0.0)._advance_to_times(times, progress)
-    return record_path(scene, options, times, progress)
+        return Run(scene, options, end < 0.0)._advance_to_times(times, callback)
+    return requests.record_path(scene, options, times, callback)
 
 
-def record_path_with_tangents(
+def select_slice_runner(options: Options) -> SliceRunner:
+    """Return the function that computes the motions of a slice of many tops."""
+    if options.has_step_search:
+        return STEP_SEARCH
+    return SCALAR if options.uses_one_run_per_top else LANES
+
+
+def _refuse_arguments_of_many(**arguments: object) -> None:
+    if names := [name for name, value in arguments.items() if value is not None]:
+        text = " and ".join(names)
+        raise ValueError(f"{text}: only for a scene of many tops, not for one top")
+
+
+def _record_path_with_tangents(
     scene: Scene, options: Options, times: Array, progress: Progress | None
 ) -> Path:
-    """Compute the motion of a scene together with its tangents, and return the path."""
     end = float(times[-1]) if times.size else 0.0
-    top = start_motion(scene, options, end < 0.0)
-    result, high, low, rest = top.record_tangents(times, options.has_extended_precision, progress)
-    tangents = TangentData.from_flat_arrays(high, low, rest, options.tangents)
-    path = build_path_from_core_result(scene, options, result)
+    motion, has_low = start_motion(scene, options, end < 0.0), options.has_extended_precision
+    result, high, low, rest = motion.record_tangents(times, has_low, progress)
+    tangents = calls.TangentData.from_flat_arrays(high, low, rest, options.tangents)
+    path = paths.build_path_from_core_result(scene, options, result)
     path = replace(path, _tangent_data=tangents)
     if result[0] != "OK":
-        raise make_stop_exception(result[0], path, format_progress(path, end))
-    return report_final_time(path, progress)
+        raise paths.make_stop_exception(result[0], path, paths.format_progress(path, end))
+    return requests.report_final_time(path, progress)
 
 
 @overload
@@ -448,44 +287,213 @@ def stream(
         >>> [len(path) for path in kr.stream(kr.scenes.asymmetric, 1000, chunk=4000, **words)]
         [4000, 4000, 2001]
 
-    For an ensemble, yield a kreisel.Path for each group of consecutive tops in C order. Each
-    path has at most `chunk` states in total (default 2**20), but at least one top. t must
-    not be an iterator. threads, executor and progress are as in kreisel.solve.
+    For many tops, yield a kreisel.Path for each group of consecutive tops in C order. Each path has
+    at most `chunk` states in total (default 2**20), but at least one top. t must not be an
+    iterator. threads, executor and progress are as in kreisel.solve.
 
     The statistics of each path refer to the entire run up to the last state of the path. Each path
-    contains the events that occurred after the end of the previous path. For a single scene, the
-    path that contains a terminal event is the last one.
+    contains the events that occurred after the end of the previous path. For one top, the path that
+    contains a terminal event is the last one.
 
-    Raises the same exceptions as kreisel.solve. Exceptions for invalid arguments are raised
-    immediately. Exceptions for failed runs and for invalid times from an iterator are raised only
-    while the paths are iterated over. The attribute `path` of kreisel.Error and kreisel.Interrupted
-    contains the valid states of the last path.
+    Raises the same exceptions as kreisel.solve: immediately for invalid arguments, and while the
+    paths are iterated over for failed runs and for invalid times from an iterator.
     """
     most = None if chunk is None else as_int("chunk", chunk, 1)
     refuse_step_search(method)
-    options = make_options(
-        method,
-        step=step,
-        tol=tol,
-        digits=digits,
-        every=every,
-        max_steps=max_steps,
-        want=want,
-        events=events,
-    ).for_tops(validate_type("scene", scene, Scene))
-    callback = validate_progress_callback(progress)
-    if scene.shape:
-        if isinstance(t, Iterator):
-            raise TypeError(
-                "times of many tops must be a number, a list or an array, not an iterator"
-            )
-        if options.events:
-            refuse_kinetic(scene, options.events)
-        pool = WorkerPool(validate_thread_count(threads, executor), executor)
-        rows = validate_times(scene, t, options)
-        size = max(1, (most or 1 << 20) // max(1, rows.shape[-1]))
-        return _yield_paths_of_batches(scene, rows, options, pool, callback, size)
-    refuse_ensemble_arguments(scene, threads=threads, executor=executor)
-    is_back, times = find_time_direction(t)
-    chunks = iterate_time_chunks(times, options.step, options.every, most or CHUNK_SIZE, None)
-    return Run(scene, options, is_back)._yield_path_per_chunk(chunks, callback)
+    keys = {"step": step, "tol": tol, "digits": digits, "every": every, "max_steps": max_steps}
+    options = checks.make_options(method, **keys, want=want, events=events)
+    options = options.for_tops(validate_type("scene", scene, Scene))
+    callback = checks.validate_progress_callback(progress)
+    if not scene.shape:
+        _refuse_arguments_of_many(threads=threads, executor=executor)
+        is_back, times = checks.find_time_direction(t)
+        chunks = checks.iterate_time_chunks(
+            times, options.step, options.every, most or checks.CHUNK_SIZE, None
+        )
+        return Run(scene, options, is_back)._yield_path_per_chunk(chunks, callback)
+    if isinstance(t, Iterator):
+        raise TypeError("times of many tops must be a number, a list or an array, not an iterator")
+    if options.events:
+        refuse_kinetic(scene, options.events)
+    pool = WorkerPool(checks.validate_thread_count(threads, executor), executor)
+    rows, row = checks.validate_times(scene, t, options), scene.ravel()
+    size = max(1, (most or 1 << 20) // max(1, rows.shape[-1]))
+
+    def yield_paths() -> Iterator[EnsemblePath]:
+        kind, runner = EnsemblePath._of_many, select_slice_runner(options)
+        for begin in range(0, len(row), size):
+            some = slice(begin, begin + size)
+            times = rows[some] if rows.ndim == 2 else rows
+            yield run_ensemble(kind, row[some], times, options, pool, runner)
+            if callback is not None:
+                callback(min(1.0, (begin + size) / len(row)))
+
+    return yield_paths()
+
+
+def reduce(
+    scene: Scene,
+    t: Numbers,
+    reductions: ReductionSpec,
+    method: MethodName = "auto",
+    *,
+    step: float | None = None,
+    tol: float | None = None,
+    digits: int | None = None,
+    every: int | None = None,
+    max_steps: int = 0,
+    progress: Progress | None = None,
+    threads: int | None = None,
+    executor: Executor | None = None,
+) -> Reductions:
+    """Compute statistics of the path of one or of many tops, without storing the states.
+
+    reductions  a mapping from names of quantities or of their components to one or several of min,
+                max, mean, variance, last, where_min, where_max, as in {"nutation": ("min", "max")}
+
+    The other arguments are the same as for kreisel.solve. Memory use is independent of the number
+    of times.
+
+        >>> import kreisel as kr
+        >>> tops = kr.scenes.cusps.vary(gravity=[0.5, 1.0])
+        >>> kr.reduce(tops, [0.0, 0.5, 1.0], {"nutation": "max"})["nutation"]["max"].round(3)
+        array([1.023, 1.13 ])
+
+    Raises TypeError or ValueError for invalid arguments, before any computation starts. Raises
+    kreisel.Interrupted after Ctrl-C; its attribute `result` contains the results obtained so far.
+    Raises kreisel.Error if the computation for one top fails. Of many tops, those that failed have
+    the value NaN, `status` has the reason, and check() raises kreisel.Error for the first of them.
+    """
+    if reductions is None:
+        raise TypeError("reductions must name quantities, as in {'nutation': ('min', 'max')}")
+    keys = {"step": step, "tol": tol, "digits": digits, "every": every, "max_steps": max_steps}
+    options = checks.make_options(method, **keys, reduce=reductions)
+    options = options.for_tops(validate_type("scene", scene, Scene), is_many=True)
+    pool = WorkerPool(checks.validate_thread_count(threads, executor), executor)
+    callback = checks.validate_progress_callback(progress)
+    times = checks.validate_times(scene, t, options)
+    result = run_ensemble(Reductions, scene, times, options, pool, LANES, callback)
+    return result if scene.shape else result.check()
+
+
+def plan(
+    scene: Scene,
+    t: Numbers | None = None,
+    want: Iterable[QuantityName] | None = None,
+    method: MethodName = "auto",
+    *,
+    step: float | None = None,
+    tol: float | None = None,
+    digits: int | None = None,
+    every: int | None = None,
+    threads: int | None = None,
+    reduce: ReductionSpec | None = None,
+) -> Plan:
+    """Return a plan, which describes how kreisel.solve would compute a motion.
+
+    For many tops with times `t`, a few tops are integrated for a limited number of steps to
+    estimate the run time.
+
+    t       the times as in kreisel.solve; if given, the plan includes the number of states
+    reduce  for many tops: the reductions of kreisel.reduce, instead of states
+
+        >>> import kreisel as kr
+        >>> plan = kr.plan(kr.scenes.asymmetric, want=("nutation", "energy"))
+        >>> print(str(plan).splitlines()[0])
+        method     taylor: no closed form is known for this body of kind 'general' under gravity
+        >>> tops = kr.scenes.asymmetric.vary(gravity=[0.0, 0.5, 1.0])
+        >>> print(str(kr.plan(tops, 10, threads=2)).splitlines()[0])
+        tops       (3,): 1 by closed form, 2 in lanes; by 2 threads
+
+    Raises the same exceptions for invalid arguments as kreisel.solve. Raises ValueError for
+    method='geometric', which chooses an integration method and its step by trial runs.
+    """
+    if isinstance(method, str) and method == checks.GEOMETRIC:
+        raise ValueError("method='geometric' chooses by trial runs: call solve, and see path.plan")
+    options = checks.make_options(
+        method, step=step, tol=tol, digits=digits, every=every, want=want, reduce=reduce
+    )
+    is_one = not validate_type("scene", scene, Scene).shape
+    if is_one:
+        _refuse_arguments_of_many(threads=threads, reduce=reduce)
+    options = options.for_tops(scene, t if is_one else None)
+    times = None if t is None else checks.validate_times(scene, t, options)
+    states = None if times is None else times.shape[-1]
+    if is_one:
+        return make_solve_plan(scene, options, states, times=times)
+    count, first = checks.validate_thread_count(threads), None
+    if scene.size:
+        member = checks.get_member_by_flat_index(scene, 0)
+        first = make_solve_plan(member, options.for_member(member), states)
+    made = make_plan_of_tops(scene, options, first, states, count)
+    return made if times is None else _add_estimate_of_run_time(made, scene, times, options)
+
+
+def _add_estimate_of_run_time(plan: Plan, tops: Scene, t: Array, options: Options) -> Plan:
+    """Return the plan with a run time extrapolated from a limited number of steps of a few tops."""
+    if not tops.size or not t.shape[-1]:
+        return replace(plan, seconds=0.0)
+    indices = np.unique(np.linspace(0, tops.size - 1, _SAMPLES).astype(np.int64))
+    n, every = indices.size, t[indices] if t.ndim == 2 else t
+    times = every[..., :_MAX_STATES]
+    options = replace(options, max_steps=min(options.max_steps or _MAX_STEPS, _MAX_STEPS))
+    rows = calls.EnsembleBuffers.allocate_buffers(n, times.shape[-1], options)
+    begin = time.perf_counter()
+    select_slice_runner(options).run(calls.Slice(rows, options, tops.ravel()[indices], 0, n, times))
+    duration = time.perf_counter() - begin
+    is_complete = rows.done == times.shape[-1]
+    part = np.where(is_complete, rows.done / every.shape[-1], np.inf)
+    end = np.abs(np.broadcast_to(every[..., -1], part.shape))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        time_share = np.where(end > 0.0, np.abs(rows.reached) / end, np.inf)
+    done = float(np.maximum(np.minimum(part, time_share), 1e-9).mean())
+    return replace(plan, seconds=duration / done * tops.size / n / plan.threads, measured=n)
+
+
+def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
+    """Load a path, a scene or a run from a file.
+
+    The type of the returned object depends on the contents of the file. A path written by path.save
+    is restored exactly, bit for bit. A scene is read from a TOML file. A run is restored from a
+    checkpoint that was written by run.save.
+
+        >>> import os, tempfile
+        >>> import kreisel as kr
+        >>> path = kr.solve(kr.scenes.thesis, [1.0, 2.0])
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     path.save(os.path.join(folder, "top.npz"))
+        ...     kr.load(os.path.join(folder, "top.npz"))
+        <kreisel.Path: 2 states, t = 1 .. 2; exact, 2 steps>
+
+    Raises TypeError if `file` is not a str or a path of text. Raises OSError if the file cannot be
+    read. Raises ValueError if the file is damaged, or contains neither a path nor a scene nor a
+    run. Loading a file does not execute any code that the file contains. Memory use is bounded by
+    the size of the file.
+    """
+    name = os.fspath(file)
+    if not isinstance(name, str):
+        raise TypeError(f"file must be the name of a file, not {short_repr(file)}")
+    status = os.stat(name)
+    if not (stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode)):
+        raise ValueError(f"{name} is not a regular file")
+    with open(name, "rb") as stream:
+        head = stream.read(len(MAGIC))
+        if head == MAGIC:
+            return resume(File(name))
+        if head.startswith(_ZIP):
+            try:
+                saved = read_archive(stream, status.st_size)
+            except ValueError as error:
+                raise ValueError(f"{name} is not a saved path: {error}") from None
+            if len(saved) == 4:
+                return EnsemblePath._of_many(*saved)
+            path, found = saved
+            events = None if found is None else Events(Path(**found[0]), *found[1:])
+            return Path(**path, _events=events)
+    kinds = "a saved path or run, nor a scene in TOML"
+    if status.st_size > _MAX_SCENE_BYTES:
+        raise ValueError(f"{name} is neither {kinds}, which would be smaller")
+    try:
+        return Scene.from_toml(File(name))
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{error}; the file is neither {kinds}") from None
