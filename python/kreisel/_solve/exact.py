@@ -524,7 +524,7 @@ class ExactMap:
             raise ValueError(
                 f"k must be a whole number or a list of them, not an array of shape {numbers.shape}"
             )
-        if (np.rint(numbers) != numbers).any() or (np.abs(numbers) >= checks.COUNTABLE).any():
+        if (np.rint(numbers) != numbers).any() or (np.abs(numbers) >= 2.0**53).any():
             raise ValueError(f"k must be whole and below 2**53, not {short_repr(k)}")
         states = core.exact_map_states(self._plan, numbers.astype(np.int64))
         options = Options(_MAP, abs(self.step), requested_method=EXACT)
