@@ -17,7 +17,7 @@ from public_api import calls
 CALLS = {name: call for name, call in calls().items() if call[1]}
 SKIPPED = {  # no parameter by name, or no valid call
     *("methods.__getitem__", "Body.reshape", "Scene.reshape", "ExactTorus.__getitem__"),
-    *(f"{name}.__getattr__" for name in ("Body", "Path", "Scene", "Section")),
+    *(f"{name}.__getattr__" for name in ("Path", "Section")),
     *(name for name in CALLS if name.endswith("potential") and name != "Exact.potential"),
 }
 # The places of objects that have what a call needs: many tops, a symmetric body, tangents.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from types import EllipsisType, MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, Self, overload
+from typing import Any, ClassVar, Self, TypeVar, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -59,7 +59,42 @@ def shrink_column(values: Column, dims: int, trailing: int) -> Column:
     return freeze_array(column.reshape((1,) * missing + column.shape).view())
 
 
+_Kind = TypeVar("_Kind", bound="BatchBase")
 _IndexKey = slice | EllipsisType | None | list[Any] | npt.NDArray[Any]
+
+
+class _Stored:
+    """An attribute of many, which views their columns. That of one is in its __dict__.
+
+    Unlike __getattr__, this does not slow down the other attributes.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def __get__(self, batch: BatchBase | None, _: object = None) -> Any:
+        if batch is None:
+            return self
+        fields, name, shape = batch.__dict__, self.name, batch.shape
+        if name == "_columns" and batch._stored[0] in fields:
+            return {one: np.asarray(getattr(batch, one)) for one in batch._stored}
+        if name == "_block" and shape:
+            one = type(batch).__name__.lower()
+            raise TypeError(
+                f"{one} must be one {one}, not an array of shape {shape}: select one by its index, "
+                f"as in {one}[0]"
+            )
+        column = fields.get("_columns", {}).get(name)
+        if column is None:
+            raise AttributeError(f"{type(batch).__name__!r} object has no attribute {name!r}")
+        return np.broadcast_to(column, shape + column.shape[len(shape) :])
+
+
+def store_columns(kind: type[_Kind]) -> type[_Kind]:
+    """Give a class of bodies or scenes the attributes that view the columns of many."""
+    for name in (*kind._stored, "_columns", "_block"):
+        setattr(kind, name, _Stored(name))
+    return kind
 
 
 class BatchBase(ReadOnlyArrays, metaclass=HintingType):
@@ -78,23 +113,6 @@ class BatchBase(ReadOnlyArrays, metaclass=HintingType):
     _columns: Mapping[str, Column]
     _varied: Mapping[str, Column] = MappingProxyType({})  # what varies, as the user gave it
     _in_degrees: bool = False  # the unit of the angles in `_varied`
-
-    if not TYPE_CHECKING:
-
-        def __getattr__(self, name: str) -> Any:
-            columns = self.__dict__.get("_columns", {})
-            if name == "_columns" and self._stored[0] in self.__dict__:
-                return {one: np.asarray(getattr(self, one)) for one in self._stored}
-            if name == "_block" and self.shape:
-                one = type(self).__name__.lower()
-                raise TypeError(
-                    f"{one} must be one {one}, not an array of shape {self.shape}: select one by "
-                    f"its index, as in {one}[0]"
-                )
-            if name not in columns:
-                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-            column = columns[name]
-            return np.broadcast_to(column, self.shape + column.shape[len(self.shape) :])
 
     def _store(
         self, shape: Shape, columns: Mapping[str, tuple[Column, int]], words: list[BatchParameter]

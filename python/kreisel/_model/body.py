@@ -27,7 +27,7 @@ from .._utils.arguments import (
     warn_user,
 )
 from ..quaternion import turn, unit
-from .batch import broadcast_shapes, shrink_column, stack_components
+from .batch import broadcast_shapes, shrink_column, stack_components, store_columns
 from .parameters import BatchParameter, BoolArray, Column, Index, Shape, get_member, read_parameter
 from .shapes import ShapeConstructors, add_point_masses
 
@@ -40,6 +40,7 @@ _PRINCIPAL = "moments", "principal_com", "axes", "principal_rotor"
 _STORED = (*_GIVEN, "unphysical", *_PRINCIPAL)
 
 
+@store_columns
 @make_frozen_class_decorator("dataclasses.replace(body, {}=...) returns a new body")
 @dataclass(frozen=True, init=False, eq=False, repr=False)
 class Body(ShapeConstructors):
@@ -486,7 +487,7 @@ class ThinRods(Body):
 
         def __getattr__(self, name: str) -> Any:
             if name not in {"_block", *_PRINCIPAL}:
-                return super().__getattr__(name)
+                raise AttributeError(f"'ThinRods' object has no attribute {name!r}")
             raise ValueError(
                 "a thin rod whose fixed point lies on its own line has no moment about that line "
                 "and cannot move alone: add it to another body, or use a cylinder"

@@ -29,7 +29,7 @@ from .._utils.arguments import (
 )
 from .._utils.files import atomic_write
 from ..quaternion import multiply
-from .batch import BatchBase, broadcast_shapes, stack_components
+from .batch import BatchBase, broadcast_shapes, stack_components, store_columns
 from .body import Body
 from .initial import (
     UPRIGHT,
@@ -115,6 +115,7 @@ class VaryKwargs(SceneKwargs, total=False):
     degrees: bool
 
 
+@store_columns
 @make_frozen_class_decorator("scene.replace({}=...) returns a new scene")
 @dataclass(frozen=True, init=False, eq=False, repr=False)
 class Scene(BatchBase):
