@@ -129,26 +129,20 @@ _MAX_ROWS = 1 << 20  # largest number of times that are validated in one batch
 _MAX_THREADS = 1024
 
 
-class MethodKeywords(TypedDict, total=False):
+class StreamKeywords(TypedDict, total=False):
     step: float | None
     tol: float | None
     digits: int | None
     every: int | None
-
-
-class StreamKeywords(MethodKeywords, total=False):
     max_steps: int
     want: Iterable[QuantityName] | None
     events: EventSpec | None
     progress: Progress | None
 
 
-class SolveKeywords(StreamKeywords, total=False):
+class EnsembleKeywords(StreamKeywords, total=False):
     error: float | None
     tangents: TangentSpec | None
-
-
-class EnsembleKeywords(SolveKeywords, total=False):
     threads: int | None
     executor: Executor | None
     out: Array | None
@@ -500,19 +494,28 @@ def validate_requested_quantities(want: object) -> tuple[QuantityName, ...] | No
     """Return the names of the quantities to record, without duplicates and without t."""
     if want is None:
         return None
-    if isinstance(want, str) or not isinstance(want, Iterable):
-        raise TypeError(
-            f"want must be names of quantities, as want=('apex', 'energy'), not {short_repr(want)}"
-        )
-    names: list[Any] = list(want)
-    for name in names:
-        if not isinstance(name, str) or (name not in RECORDABLE and name != "t"):
-            known = ["t", *RECORDABLE]
-            raise ValueError(unknown_name_message("quantity in want:", str(name), known))
-    quantities = tuple(name for name in dict.fromkeys(names) if name != "t")
+    if isinstance(want, str):
+        raise TypeError(f"want must be a list of names, as want=[{short_repr(want)}]")
+    names: list[Any] = _list_names("want", want, ["t", *RECORDABLE], "('apex', 'energy')")
+    quantities = tuple(name for name in names if name != "t")
     if not quantities:
         raise ValueError("want contains no quantity besides t; leave it out to record all")
     return quantities
+
+
+def _list_names(what: str, value: object, known: Iterable[str], example: str) -> list[str]:
+    """Return one name or several as a list without duplicates, if they are among the known ones."""
+    names = [value] if isinstance(value, str) else value
+    if not isinstance(names, Iterable):
+        given = short_repr(value)
+        raise TypeError(f"{what} must be one or several names, as in {what}={example}, not {given}")
+    names = list(names)
+    for name in names:
+        if not isinstance(name, str) or name not in known:
+            raise ValueError(unknown_name_message(f"name in {what}:", str(name), known))
+    if not names:
+        raise ValueError(f"{what} is empty: give one or several of {', '.join(known)}")
+    return list(dict.fromkeys(names))
 
 
 def _validate_digits(method: Method, digits: object, tol: object) -> int:
@@ -567,42 +570,19 @@ def _validate_reductions(reduce: object) -> tuple[Reduction, ...]:
     if not reduce:
         raise ValueError("the reductions name no quantity")
     reductions: list[Reduction] = []
-    known = core.reductions
     for name, value in reduce.items():
         if not isinstance(name, str) or name not in _COMPONENTS:
             names = [*QUANTITIES, *(one for one in _COMPONENTS if one not in QUANTITIES)]
             raise ValueError(unknown_name_message("quantity in reductions:", str(name), names))
-        given = [value] if isinstance(value, str) else value
-        if not isinstance(given, Iterable):
-            raise TypeError(
-                f"reductions[{name!r}] must be one or several of {known}, not {short_repr(value)}"
-            )
-        kinds = list(dict.fromkeys(given))
-        if not kinds:
-            words = ", ".join(known)
-            raise ValueError(f"reductions[{name!r}] is empty: give one or several of {words}")
-        for kind in kinds:
-            if kind not in known:
-                where = f"kind in reductions[{name!r}]:"
-                raise ValueError(unknown_name_message(where, str(kind), known))
-            reductions += [(*one, known.index(kind), name) for one in _COMPONENTS[name]]
+        for kind in _list_names(f"reductions[{name!r}]", value, core.reductions, "'min'"):
+            at = core.reductions.index(kind)
+            reductions += [(*one, at, name) for one in _COMPONENTS[name]]
     return tuple(reductions)
 
 
 def validate_tangent_names(tangents: object) -> tuple[str, ...]:
     """Return the names of the requested tangents without duplicates, in a fixed order."""
-    items = [tangents] if isinstance(tangents, str) else tangents
-    if not isinstance(items, Iterable):
-        raise TypeError(
-            f"tangents must be names, as in tangents='start' or ('start', 'gravity'), not "
-            f"{short_repr(tangents)}"
-        )
-    names = list(items)
-    for name in names:
-        if not isinstance(name, str) or name not in core.tangents:
-            raise ValueError(unknown_name_message("name in tangents:", str(name), core.tangents))
-    if not names:
-        raise ValueError("tangents is empty: leave it out for a path without tangents")
+    names = _list_names("tangents", tangents, core.tangents, "('start', 'gravity')")
     return tuple(name for name in core.tangents if name in names)
 
 
@@ -646,12 +626,9 @@ def validate_times(tops: Scene, t: object, options: Options) -> Array:
 
 def check_result_memory(tops: Scene, times: Array, options: Options) -> None:
     """Raise MemoryError if the states of all tops would not fit into memory."""
-    byte_count = tops.size * times.shape[-1] * options.bytes_per_state
-    if byte_count > get_total_memory():
-        raise MemoryError(
-            f"{tops.size} tops with {times.shape[-1]} states each need {1e-9 * byte_count:.3g} GB, "
-            "more than this machine has: use fewer times, want, kreisel.reduce or kreisel.stream"
-        )
+    advice = "use fewer times, want, kreisel.reduce or kreisel.stream"
+    size = tops.size * options.bytes_per_state
+    check_states_fit_in_memory(times.shape[-1], size, f" of {tops.size} tops", advice)
 
 
 def validate_output_array(tops: Scene, out: object, times: Array, options: Options) -> Array | None:
@@ -738,9 +715,8 @@ def time_array(
         steps = _count_whole_steps(end, step, begin)
         check_states_fit_in_memory(steps // every + 1, size + 8)
         return _compute_grid_times(0, steps + 1, every, math.copysign(step, end - begin), begin)
-    end = float(np.abs(times).max(initial=0.0))
-    if step is not None and not end / step < _COUNTABLE:
-        raise ValueError(_too_many_steps_message(end, step))
+    if step is not None:
+        _check_steps_can_be_counted(float(np.abs(times).max(initial=0.0)), step)
     return times
 
 
@@ -848,9 +824,8 @@ def _split_time_iterator_into_chunks(t: Iterable[float], size: int) -> Iterator[
 
 def _count_whole_steps(end: float, step: float, begin: float = 0.0) -> int:
     """Return the number of whole steps from `begin` to `end`, allowing for rounding errors."""
+    _check_steps_can_be_counted(end, step, begin)
     length = abs(end - begin)
-    if not length / step < _COUNTABLE:
-        raise ValueError(_too_many_steps_message(end, step))
     steps = math.floor(length / step + 0.5)
     rounding = 2.0 * np.finfo(float).eps * max(abs(begin), abs(end))
     return steps - 1 if steps * step - length > rounding else steps
@@ -862,13 +837,13 @@ def _compute_grid_times(first: int, stop: int, every: int, step: float, begin: f
     return times + begin if begin else times
 
 
-def check_states_fit_in_memory(states: int, size: int) -> None:
+def check_states_fit_in_memory(
+    states: int, size: int, of: str = "", advice: str = "record fewer with a larger every or step"
+) -> None:
     """Raise MemoryError if the states, with `size` bytes each, would not fit in memory."""
     if size * states > get_total_memory():
-        raise MemoryError(
-            f"{states} states need {1e-9 * size * states:.3g} GB, more than this machine has: "
-            "record fewer with a larger every or step"
-        )
+        memory = f"{1e-9 * size * states:.3g} GB, more than this machine has"
+        raise MemoryError(f"{states} states{of} need {memory}: {advice}")
 
 
 def get_total_memory() -> int:
@@ -879,11 +854,12 @@ def get_total_memory() -> int:
         return 2**63
 
 
-def _too_many_steps_message(end: float, step: float) -> str:
-    return (
-        f"t = {end!r} takes more steps of {step!r} than double precision can count (2**53): "
-        "take larger steps"
-    )
+def _check_steps_can_be_counted(end: float, step: float, begin: float = 0.0) -> None:
+    if not abs(end - begin) / step < _COUNTABLE:
+        raise ValueError(
+            f"t = {end!r} takes more steps of {step!r} than double precision can count (2**53): "
+            "take larger steps"
+        )
 
 
 def check_resolvable_horizon(scene: Scene, end: float, step: float | None) -> None:
@@ -892,8 +868,8 @@ def check_resolvable_horizon(scene: Scene, end: float, step: float | None) -> No
     The run up to `end` must have fewer than 2**53 steps, and the top must turn by less than 2**53
     rad.
     """
-    if step is not None and not abs(end / step) < _COUNTABLE:
-        raise ValueError(_too_many_steps_message(end, abs(step)))
+    if step is not None:
+        _check_steps_can_be_counted(end, abs(step))
     horizon = scene._resolvable_horizon  # 0 if the momentum is too large for the core
     if end and abs(end) >= horizon:
         angle = _COUNTABLE * (abs(end) / horizon) if horizon else math.inf
