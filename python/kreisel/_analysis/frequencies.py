@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -425,6 +426,7 @@ _SHARPNESS = 11.0  # shape parameter of the window, whose side lobes are below 2
 _ROUNDS = 12  # largest number of Newton steps for a line
 
 
+@lru_cache(maxsize=4)
 def _kaiser_window(n: int) -> Array:
     window = np.kaiser(n, math.pi * _SHARPNESS)
     weights: Array = window / window.sum()

@@ -391,10 +391,12 @@ def make_options(method: object = AUTO, **given: object) -> Options:
     What depends on the tops is validated by `Options.for_tops`. If digits, events or tangents are
     given, 'auto' is taylor. Raises TypeError or ValueError for an invalid argument.
     """
-    for name, value in given.items():
-        if type(value) is list and name in ("want", "events"):
-            given[name] = tuple(value)
-    if all(type(given.get(name)) in _HASHABLE for name in ("want", "events", "tangents")):
+    want, events = given.get("want"), given.get("events")
+    if type(want) is list:
+        given["want"] = want = tuple(want)
+    if type(events) is list:
+        given["events"] = events = tuple(events)
+    if {type(want), type(events), type(given.get("tangents"))} <= _HASHABLE:
         try:
             return _make_options(method, **given)
         except TypeError:  # another argument is not hashable, or invalid
