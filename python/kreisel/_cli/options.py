@@ -81,10 +81,7 @@ def parse_number_list(words: str) -> list[float]:
 
 
 class Name(click.types.StringParamType):
-    """A name, or several separated by commas; the shell completes the names in `known`.
-
-    Functions of kreisel refuse other names.
-    """
+    """A name, or several separated by commas; the shell completes the names in `known`."""
 
     def __init__(self, known: Iterable[str], is_list: bool = False) -> None:
         self._known, self._is_list = tuple(known), is_list
@@ -160,10 +157,8 @@ _FORMATS = {
 class OutputFile(click.Path):
     """The name of a file that a command writes; - and /dev/stdout are standard output.
 
-    The file must be writable, and its extension must not be that of another format.
-
-    endings   the extensions of the format
-    replaces  the name of the argument of the command whose file may be replaced
+    The file must be writable, and its extension must be in `endings` or of no other format. It may
+    be the file of the argument `replaces`.
     """
 
     def __init__(self, *endings: str, replaces: str = "") -> None:
@@ -235,10 +230,7 @@ class TimeSequence:
         return start + counts[-1] * step
 
     def to_solve_argument(self) -> float | Array:
-        """Return the times in the form that kreisel.solve accepts.
-
-        Raises MemoryError if the times do not fit in memory.
-        """
+        """Return the times for kreisel.solve; raise MemoryError if they do not fit in memory."""
         if self.one:
             return self.end
         return np.concatenate(
@@ -495,10 +487,7 @@ def command(
 def print_table(
     head: Sequence[str], rows: Iterable[Sequence[str]], right: Collection[str] = ()
 ) -> None:
-    """Print a table, which is wider than the terminal if a number or a word needs this.
-
-    The columns `right` are aligned to the right, and the first column is never wrapped.
-    """
+    """Print a table, as wide as numbers, words and the first column need; align columns `right`."""
     grid = Table(box=box.SIMPLE_HEAD)
     for name in head:
         justify: JustifyMethod = "right" if name in right else "left"
@@ -527,11 +516,7 @@ def write_bytes(file: str, data: bytes) -> None:
 
 @contextmanager
 def show_progress(total: float) -> Iterator[Callable[[float], object]]:
-    """Return a context manager that shows a progress bar if standard error is a terminal.
-
-    It yields a function to update the bar. The remaining time is estimated from the average speed
-    since the start.
-    """
+    """Show a progress bar if standard error is a terminal, and yield a function to update it."""
     console = Console(stderr=True)
     if not console.is_terminal:
         yield lambda done: None

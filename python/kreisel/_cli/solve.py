@@ -40,11 +40,7 @@ _LONGEST = 1 << 24  # bytes read at most from a checkpoint; checkpoints are much
 
 
 class RunOutputs:
-    """The outputs of a run, to which its path is written in consecutive pieces.
-
-    The output options are taken out of the dictionary `words`. `event_names` are the names of the
-    events in tables.
-    """
+    """The outputs of a run, whose options are taken out of `words`; its path comes in pieces."""
 
     def __init__(self, words: dict[str, Any], event_names: tuple[str, ...], end: float) -> None:
         given = {name: words.pop(name) for name in _FILES}
@@ -228,10 +224,7 @@ def _replace_nonfinite(value: Any) -> Any:
 
 
 class _StateTable:
-    """The summary of a run: its costs, its first and last states, and its energy error.
-
-    is_whole  True: all rows are kept in memory and printed
-    """
+    """The summary of a run: its costs, its first and last states or all, and its energy error."""
 
     def __init__(self, is_whole: bool) -> None:
         self.last_piece: Path | None = None

@@ -28,7 +28,7 @@ from .._utils.arguments import Array, short_repr, unknown_name_message
 from .._utils.processes import Progress, WorkerPool
 from ..events import MAKERS, Event, refuse_kinetic
 from ..scenes import about, get_scene
-from .source import Places, RandomSpec, Source, list_component_names
+from .source import Places, Source, list_component_names
 
 TaskName = Literal["solve", "chaos", "lyapunov", "megno", "oli", "section"]
 # The arguments of kreisel.solve but t and method. Parts are tables, which cannot store tangents.
@@ -44,6 +44,7 @@ ARGUMENTS = tuple(dict.fromkeys(name for names in _DEFAULTS.values() for name in
 _FORMAT = 1  # version of the layout of plans and parts
 _MAX_PART, _PART_BYTES = 1 << 17, 1 << 26  # default limits of tops and bytes in a part
 MAX_INLINE = 1 << 16  # numbers in an array; a longer array is stored in a separate file
+_SAMPLE_SIZE = 1 << 10  # approximate number of tops on which a plan is validated
 _ROW_BYTES = 64  # estimated bytes per top for its index, parameters and status
 # The dimensions of the columns of a part, which have one value per top, time of a top, or event.
 TOP, TIMES, EVENT = ("top",), ("top", "time"), ("event",)
@@ -95,7 +96,12 @@ class SweepPlan:
             if not isinstance(method, str):
                 raise TypeError(f"method must be the name of a method, not {short_repr(method)}")
             self.arguments, self.requested = {"t": t}, options_of.make_options(method, **words)
-        self._sample = source._choose_validation_tops()
+        if source._ranges or source._widths:  # of random tops, only consecutive ones can be built
+            self._sample = np.arange(min(source.size, _SAMPLE_SIZE), dtype=np.int64)
+        else:
+            step = max(1, source.size // _SAMPLE_SIZE)
+            places = np.arange(0, source.size, step, dtype=np.int64)
+            self._sample = np.unique(np.append(places, source.size - 1))
         self._tops, self.options, self.times = source._name_invalid_top(
             self._sample, self.validate, self._build_and_validate
         )
@@ -144,7 +150,7 @@ class SweepPlan:
 
     @cached_property
     def as_json(self) -> dict[str, Any]:
-        source, random = self.source, self.source._random
+        source = self.source
         task = {name: value for name, value in self.arguments.items() if value is not None}
         if self.requested is not None:
             given = {n: v for n, v in self.requested.to_json().items() if v is not None}
@@ -168,12 +174,10 @@ class SweepPlan:
             "part_size": self.part_size,
             **task,
         }
-        if any(random[1:]):
-            plan["random"] = {
-                "seed": random.seed,
-                "ranges": list(map(_encode_parameter, random.ranges.values())),
-                "widths": dict(random.widths),
-            }
+        if source._ranges or source._widths:
+            ranges = list(map(_encode_parameter, source._ranges.values()))
+            widths = dict(source._widths)
+            plan["random"] = {"seed": source._seed, "ranges": ranges, "widths": widths}
         return plan
 
     @cached_property
@@ -220,7 +224,11 @@ class SweepPlan:
         ]
         names = {column.name for column in results}
         parameters = []
-        for name, one in self.source._list_varying_values(places, outcome.scene).items():
+        varied = self.source._select_values(self.source._varied, places)
+        for name in self.source._widths:
+            deviating: Array = getattr(outcome.scene, name)
+            varied[name] = BatchParameter(name, deviating, deviating.shape[1:])
+        for name, one in varied.items():
             flat = one.values.reshape(len(one.values), -1)
             for i, component in enumerate(list_component_names(name, one.value)):
                 # A recorded quantity can have the name of a parameter, as spin with want=("spin",).
@@ -307,15 +315,21 @@ def build_plan_from_dict(plan: Mapping[str, Any], load: Callable[[str], Array]) 
         return parameters
 
     try:
-        parameters, random = decode(plan["parameters"]), RandomSpec(0, {}, {})
+        parameters, random = decode(plan["parameters"]), plan.get("random", {})
         varied: dict[str, BatchParameter] = {}
         for row in plan["varied"]:
             varied |= {row: parameters[row]} if isinstance(row, str) else decode([row])
-        if "random" in plan:
-            spec = plan["random"]
-            random = RandomSpec(spec["seed"], decode(spec["ranges"]), spec["widths"])
-        scene, shape, axes = Scene.from_toml(plan["scene"]), tuple(plan["shape"]), plan["axes"]
-        source = Source(scene, shape, tuple(axes), parameters, varied, plan["flags"], random)
+        source = Source(
+            Scene.from_toml(plan["scene"]),
+            tuple(plan["shape"]),
+            tuple(plan["axes"]),
+            parameters,
+            varied,
+            plan["flags"],
+            random.get("seed", 0),
+            decode(random.get("ranges", [])),
+            random.get("widths", {}),
+        )
         task = next((name for name in _DEFAULTS if name in plan), "solve")
         arguments = dict(plan[task])
         if task == "solve":
@@ -327,7 +341,7 @@ def build_plan_from_dict(plan: Mapping[str, Any], load: Callable[[str], Array]) 
         if "reduce" in arguments:
             arguments["reduce"] = dict(arguments["reduce"])
         result = SweepPlan(source, task, arguments, plan["part_size"])
-    except (KeyError, TypeError) as error:
+    except (AttributeError, KeyError, TypeError) as error:
         raise ValueError(f"it is not a plan of a sweep: {error}") from None
     if result.hash != hash_plan(plan):
         raise ValueError("it is a plan in a format of another version")

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar, Unpack, cast, overload
+from typing import Any, TypeVar, Unpack, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -40,7 +40,6 @@ _BODY = "mass", "inertia", "com", "inertia_rtol", "rotor", "unphysical"
 _WITHOUT_RANGE = "attitude", "attitude_xyzw", "inertia"
 _DRAWS = 4  # random numbers drawn per top and parameter; no random parameter has more components
 _FIRST_TOP = re.compile(r"(\w+)\[0\](: | = )")  # beginning of an error message about the first top
-_SAMPLE_SIZE = 1 << 10  # approximate number of tops on which a plan is validated
 PARQUET = "'kreisel[sweep]'"
 Places = npt.NDArray[np.int64]
 Parameters = Mapping[str, BatchParameter]
@@ -107,24 +106,12 @@ def _read_columns(file: str, degrees: bool | None) -> tuple[dict[str, Array], bo
     return parameters, checks.find_unit_of_angles(units, degrees)
 
 
-class RandomSpec(NamedTuple):
-    """The seed of random parameters, and their ranges or standard deviations."""
-
-    seed: int
-    ranges: Parameters
-    widths: Mapping[str, Any]
-
-
-_NOT_RANDOM = RandomSpec(0, {}, {})
-
-
 @checks.make_frozen_class_decorator("construct a new kreisel.Source")
 @dataclass(frozen=True, eq=False)
 class Source:
     """A lazy description of many tops, from which kreisel.sweep constructs the tops of each part.
 
-    A Source object stores only parameters, and constructs each top when it is needed. The
-    constructors are Source.grid, Source.random, Source.scatter, Source.columns and Source.of.
+    The constructors are Source.grid, Source.random, Source.scatter, Source.columns and Source.of.
 
     scene  the scene whose parameters vary
     shape  the shape of the array of all tops, which are numbered in C order
@@ -146,7 +133,9 @@ class Source:
     _parameters: Parameters = field(default_factory=dict)  # parameters from which tops are built
     _varied: Parameters = field(default_factory=dict)  # parameters that vary, as the user gave them
     _flags: Mapping[str, bool] = field(default_factory=dict)
-    _random: RandomSpec = _NOT_RANDOM
+    _seed: int = 0  # of random parameters
+    _ranges: Parameters = field(default_factory=dict)  # of uniformly distributed parameters
+    _widths: Mapping[str, Any] = field(default_factory=dict)  # of normally distributed starts
 
     @classmethod
     def grid(cls, scene: Scene, **arguments: Unpack[VaryKwargs]) -> Source:
@@ -169,9 +158,7 @@ class Source:
             raise ValueError("a grid needs values of at least one parameter, as in spin=[0, 1, 2]")
         for name in axes:
             if len(shapes[name]) != 1 or 0 in shapes[name]:
-                raise ValueError(
-                    f"{name} must be one value or a list of values, not of shape {shapes[name]}"
-                )
+                raise ValueError(f"{name} must be one value or a list, not of {shapes[name]}")
         shape = sum(map(shapes.__getitem__, axes), ())
         if math.prod(shape) >= 2**53:
             raise ValueError(f"a grid of shape {shape} has more tops than can be counted")
@@ -200,15 +187,11 @@ class Source:
         parameters, flags = _read_parameters_and_flags(scene, arguments)
         ranges = {name: one for name, one in parameters.items() if one.shape}
         if not ranges:
-            raise ValueError(
-                "random tops need the range of at least one parameter, as in spin=(0, 20)"
-            )
+            raise ValueError("random tops need a range of at least one parameter: spin=(0, 20)")
         for name, one in ranges.items():
             shown = short_repr(one.values.tolist())
             if name in _WITHOUT_RANGE:
-                raise ValueError(
-                    f"{name} has no range: give one value, or make kreisel.Source.columns"
-                )
+                raise ValueError(f"{name} has no range: give one value, or use Source.columns")
             if one.shape != (2,) or (one.values[0] > one.values[1]).any():
                 raise ValueError(f"{name} must be one value or a range (low, high), not {shown}")
             with np.errstate(over="ignore"):
@@ -218,7 +201,7 @@ class Source:
         constants = _spread_along_axes(
             [one for one in parameters.values() if not one.shape], ("top",)
         )
-        return cls(scene, (count,), ("top",), constants, {}, flags, RandomSpec(key, ranges, {}))
+        return cls(scene, (count,), ("top",), constants, {}, flags, key, ranges)
 
     @classmethod
     def scatter(
@@ -245,7 +228,7 @@ class Source:
         scene._scatter(1, key, momentum, attitude, gravity)
         deviations = {"momentum": momentum, "attitude": attitude, "gravity": gravity}
         widths = {name: np.asarray(w).tolist() for name, w in deviations.items() if w is not None}
-        return cls(scene, (count,), ("top",), _random=RandomSpec(key, {}, widths))
+        return cls(scene, (count,), ("top",), _seed=key, _widths=widths)
 
     @classmethod
     def columns(
@@ -310,18 +293,12 @@ class Source:
     def __len__(self) -> int:
         return self.size
 
-    @overload
-    def __getitem__(self, key: slice) -> Scene: ...
-    @overload
-    def __getitem__(self, key: int) -> Scene: ...
-    def __getitem__(self, key: int | slice) -> Scene | Scene:
+    def __getitem__(self, key: int | slice) -> Scene:
         """Return the scene of a single top, or of several tops."""
         if isinstance(key, slice):
             begin, end, step = key.indices(self.size)
             if step != 1:
-                raise ValueError(
-                    f"tops are selected by consecutive indices, not by {short_repr(key)}"
-                )
+                raise ValueError(f"tops have consecutive indices: {short_repr(key)} has a step")
             return self._build_tops(np.arange(begin, max(begin, end), dtype=np.int64))
         i = as_int("the index of a top", key, -(2**63) + 1)
         if not -self.size <= i < self.size:
@@ -330,24 +307,13 @@ class Source:
         return scene
 
     def __repr__(self) -> str:
-        varied = [*self._varied, *self._random.ranges, *self._random.widths]
+        varied = [*self._varied, *self._ranges, *self._widths]
         return f"<kreisel.Source of shape {self.shape}: {', '.join(varied) or 'all equal'}>"
-
-    def _choose_validation_tops(self) -> Places:
-        """Return the first tops of random ones, or evenly spaced ones with the first and last."""
-        if any(self._random[1:]):
-            return np.arange(min(self.size, _SAMPLE_SIZE), dtype=np.int64)
-        step = max(1, self.size // _SAMPLE_SIZE)
-        places = np.arange(0, self.size, step, dtype=np.int64)
-        return np.unique(np.append(places, self.size - 1))
 
     def _name_invalid_top(
         self, places: Places, validate: Callable[[Scene], object], call: Callable[[], _T]
     ) -> _T:
-        """Return the result of `call`; an error names the first of the tops that is invalid alone.
-
-        `validate` refuses invalid tops.
-        """
+        """Return the result of `call`; an error names the first top that `validate` refuses."""
         try:
             return call()
         except (TypeError, ValueError) as error:
@@ -373,25 +339,16 @@ class Source:
 
     def _build_tops(self, places: Places) -> Scene:
         """Build the tops with the given indices; random tops must have consecutive indices."""
-        seed, _, widths = self._random
-        if widths:
+        if self._widths:
             first = int(places[0]) if places.size else 0
-            given = {name: widths.get(name) for name in ("momentum", "attitude", "gravity")}
-            return self.scene._scatter(places.size, seed, **given, begin=first)
+            given = {name: self._widths.get(name) for name in ("momentum", "attitude", "gravity")}
+            return self.scene._scatter(places.size, self._seed, **given, begin=first)
         arguments: dict[str, Any] = self._select_values(self._parameters, places)
         if "unphysical" in arguments:
             body = {name: arguments.pop(name) for name in _BODY}
             body["unphysical"] = body["unphysical"].values.astype(bool)
             arguments["body"] = Body(**body)
         return self.scene.vary(**cast(VaryKwargs, {**arguments, **self._flags}))
-
-    def _list_varying_values(self, places: Places, tops: Scene) -> dict[str, BatchParameter]:
-        """Return the values of the varying parameters for consecutive tops, the ensemble `tops`."""
-        rows = self._select_values(self._varied, places)
-        for name in self._random.widths:
-            values: Array = getattr(tops, name)
-            rows[name] = BatchParameter(name, values, values.shape[1:])
-        return rows
 
     def _select_values(self, parameters: Parameters, places: Places) -> dict[str, BatchParameter]:
         """Return the values of the parameters, and of random ones, for the tops at `places`.
@@ -407,8 +364,8 @@ class Source:
             values = one.values[tuple(key)] if key else one.values[None].repeat(places.size, axis=0)
             selection[name] = one._replace(values=values)
         n, first = places.size, int(places[0]) if places.size else 0
-        for name, one in self._random.ranges.items():
-            generator = np.random.Philox(key=self._random.seed | zlib.crc32(name.encode()) << 64)
+        for name, one in self._ranges.items():
+            generator = np.random.Philox(key=self._seed | zlib.crc32(name.encode()) << 64)
             raw = generator.advance(first).random_raw(n * _DRAWS).reshape(n, _DRAWS)
             raw = raw[:, : math.prod(one.value)] >> np.uint64(11)
             uniform = raw.astype(np.float64).reshape(n, *one.value) * 2.0**-53
@@ -432,13 +389,15 @@ def _read_parameters_and_flags(
     for name, value in given.items():
         if name not in _NAMES:
             raise ValueError(checks.unknown_name_message("parameter", name, [*_NAMES, *_FLAGS]))
-        form, shapes = PARAMETERS[name].form, PARAMETERS[name].shapes
-        values = checks.as_finite_array(name, value, f"{form}, or a list of such values")
+        form, shapes = f"{PARAMETERS[name].form}, or a list of such values", PARAMETERS[name].shapes
+        values = checks.as_finite_array(name, value, form)
         if name == "damping" and not values.shape:
             values = values.repeat(3)
         fits = [one for one in shapes if values.shape[max(values.ndim - len(one), 0) :] == one]
         if not fits:
-            raise ValueError(f"{name} must be {form}, or a list of such values, not {value!r}")
+            raise ValueError(
+                f"{name} must be {form}, or a list of such values, not {short_repr(value)}"
+            )
         parameters[name] = BatchParameter(name, values, fits[0], degrees)
     return parameters, flags
 

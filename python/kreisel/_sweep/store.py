@@ -49,11 +49,7 @@ _PROGRESS_SECONDS = 0.1  # minimal time between two calls of progress
 
 
 def make_arrow_table(columns: Sequence[TableColumn]) -> Table:
-    """Return a table with one row per top.
-
-    The entry `units` in the metadata of each column states the physical unit of its values. The
-    entry `per` states whether it has values per top, time or event.
-    """
+    """Return a table with one row per top; the metadata of columns have `units` and `per`."""
     arrays, fields = [], []
     for name, dims, values, unit, *_ in columns:
         array = pa.array(values.reshape(-1))
@@ -158,10 +154,7 @@ class SweepStore:
         return columns
 
     def determine_part_status(self, i: int, refuses_foreign: bool = False) -> str:
-        """Verify part i, and return its status.
-
-        Raises FileExistsError for a foreign file if `refuses_foreign` is True.
-        """
+        """Verify part i, and return its status, or raise FileExistsError for a foreign file."""
         file = self.part_file_path(i)
         try:
             data = file.read_bytes()
@@ -325,10 +318,6 @@ def compute_and_store_part(store: SweepStore, i: int, progress: Progress | None 
     return len(tops)
 
 
-class PartsLostError(RuntimeError):
-    """Error raised if an executor fails, or loses parts of a sweep in two attempts."""
-
-
 def compute_parts(
     store: SweepStore,
     part_range: range,
@@ -339,7 +328,7 @@ def compute_parts(
     """Compute the parts that are missing, damaged or outdated, and write their files.
 
     Without an executor, a second thread writes a part while the next part is being computed. Parts
-    that an executor failed to complete are submitted a second time. Raises PartsLostError if the
+    that an executor failed to complete are submitted a second time. Raises RuntimeError if the
     executor fails, or if some parts are still missing after the second attempt. Warns about damaged
     and outdated files.
     """
@@ -399,7 +388,7 @@ def _compute_parts_on_executor(
             left.remove(i)
             done += tops
 
-    check = (raise_if_stopped,) if has_thread_workers(executor) else ()
+    check, problem = (raise_if_stopped,) if has_thread_workers(executor) else (), "lost"
     for _ in range(2):
         jobs = ((i, (compute_and_store_part, (store, i, *check))) for i in tuple(left))
         try:
@@ -407,16 +396,13 @@ def _compute_parts_on_executor(
                 executor, jobs, _IN_FLIGHT, mark_part_as_done, lambda: report(done), stopped.set
             )
         except BrokenExecutor as error:
-            raise PartsLostError(
-                f"the executor failed with {format_count(len(left), 'part')} left, the first of "
-                f"them part {left[0]}: {error}; the stored parts are kept, and repeating the call "
-                "computes the others"
-            ) from None
+            problem = f"failed ({error}) before it completed"
+            break
         finally:
             stopped.clear()
         if not left:
             return
-    raise PartsLostError(
-        f"the executor lost {format_count(len(left), 'part')}, the first of them part {left[0]}; "
-        "all others are stored, and repeating the call computes the missing parts"
+    raise RuntimeError(
+        f"the executor {problem} {format_count(len(left), 'part')}, the first of them part "
+        f"{left[0]}; all others are stored, and repeating the call computes the missing parts"
     )

@@ -40,12 +40,9 @@ class SupportsArray(Protocol):
     def __array__(self) -> npt.NDArray[np.generic]: ...
 
 
-Numbers = (
-    float | SupportsArray | Sequence[float] | Sequence[SupportsArray]
-)  # a number or a sequence of numbers, not a str
-
+# a number or a sequence of numbers, not a str
+Numbers = float | SupportsArray | Sequence[float] | Sequence[SupportsArray]
 R = TypeVar("R", float, Array)  # a float, or an array of values
-
 _PLAIN = {float, int, np.float64}
 _T = TypeVar("_T")
 _SHORT = reprlib.Repr()
@@ -65,11 +62,7 @@ def short_repr(value: object) -> str:
 def validate_type(name: str, value: object, expected: type[_T]) -> _T:
     """Return `value` if it is an instance of `expected`; raise TypeError otherwise."""
     if not isinstance(value, expected):
-        is_ensemble = getattr(type(value), "_one", None) is expected
-        one = f": select one member by its index, as in {name}s[0]" if is_ensemble else ""
-        raise TypeError(
-            f"{name} must be a kreisel.{expected.__name__}, not {short_repr(value)}{one}"
-        )
+        raise TypeError(f"{name} must be a kreisel.{expected.__name__}, not {short_repr(value)}")
     return value
 
 
@@ -120,11 +113,10 @@ def as_bool(name: str, value: object) -> bool:
 
 def as_unit_name(name: str, value: object) -> str:
     """Return `value` as the name of a unit, which must be a nonempty, printable str."""
-    if not isinstance(value, str):
-        raise TypeError(f"{name} must be the name of a unit such as 's', not {short_repr(value)}")
-    if not value.strip() or not value.isprintable():
-        raise ValueError(f"{name} must be the name of a unit such as 's', not {short_repr(value)}")
-    return value
+    if isinstance(value, str) and value.strip() and value.isprintable():
+        return value
+    kind = ValueError if isinstance(value, str) else TypeError
+    raise kind(f"{name} must be the name of a unit such as 's', not {short_repr(value)}")
 
 
 def as_array(name: str, value: object, description: str) -> Array:
@@ -265,10 +257,7 @@ def suggest_name(name: str, candidates: Iterable[str]) -> str:
 
 
 def make_frozen_class_decorator(advice: str) -> Callable[[type[_Class]], type[_Class]]:
-    """Return a class decorator that makes every attribute assignment raise FrozenInstanceError.
-
-    The error message ends with the text `advice`, in which {} is replaced by the attribute name.
-    """
+    """Return a decorator for classes without assignments; {} in `advice` is an attribute's name."""
 
     def refuse_all_assignments(cls: type[_Class]) -> type[_Class]:
         def refuse_assignment(_: object, name: str, __: object) -> None:

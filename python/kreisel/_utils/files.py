@@ -26,10 +26,7 @@ class BlockAppender:
         self._descriptor, self.size, self._name = descriptor, 0, name
 
     def append_bytes(self, data: bytes) -> None:
-        """Append all of `data`.
-
-        If an error occurs, the file is truncated to its previous length.
-        """
+        """Append all of `data`, or nothing if an error occurs."""
         remainder = memoryview(data)
         try:
             while remainder:
@@ -175,10 +172,7 @@ def pack_archive(texts: Mapping[str, str], arrays: Mapping[str, Array | Integers
 
 
 class ArchiveReader:
-    """An archive that is opened for reading.
-
-    Raises ValueError if the file is damaged or is not an archive.
-    """
+    """An archive opened for reading; methods raise ValueError if it is damaged or is not one."""
 
     def __init__(self, file: BinaryIO, size: int) -> None:
         from zipfile import ZIP_STORED, BadZipFile, ZipFile

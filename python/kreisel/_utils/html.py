@@ -26,10 +26,7 @@ def render_figure_as_png(figure: Any) -> bytes:
 
 
 def format_picture_as_html(draw: Callable[[], Any], text: str) -> str | None:
-    """Return HTML that shows a description of a result, and the axes drawn by `draw`.
-
-    Returns None if matplotlib is not installed; notebooks then display only the description.
-    """
+    """Return HTML with a text and the axes that `draw` draws, or None without matplotlib."""
     try:
         figure = draw().get_figure()
     except ModuleNotFoundError:
