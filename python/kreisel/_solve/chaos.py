@@ -49,11 +49,6 @@ _FEWEST_TURNS = 100.0  # number of turns below which chaos may not yet show
 _WORST = 0.01  # certificate above which a classification is in doubt
 _POINTS = 32  # default number of times of a curve; the times are evenly spaced on a log scale
 _DECADES = 3.0  # log10 of the ratio of the last of these times to the first
-# Columns of the core's rows: the logarithm of the tangent's size; the time average of MEGNO; the
-# largest logarithm so far; the relative changes of the derivatives of the energy and of <m, e3>
-# along the tangent; the largest last term of the tangent's series. Without rounding and truncation
-# errors, both derivatives would be constant.
-_LOG, _MEGNO, _MOST, _ENERGY, _MOMENTUM, _REST = range(6)
 
 
 def estimate_turn_durations(tops: Scene) -> Array:
@@ -224,12 +219,11 @@ class Chaos(RunResult):
         indicator  "lyapunov", "megno" or "oli"
         time_unit  the unit of time in which the scenes are described, for the labels
 
-        For a single scene or a one-dimensional ensemble, the indicator of each top is plotted
-        against time. Colours distinguish regular, chaotic and doubtful motions. For MEGNO, a dashed
-        line marks the threshold. For a two-dimensional ensemble, the final values of the indicator
-        are drawn as a map, in which dots mark tops whose classification is doubtful. The curves
-        omit nonpositive values, and values of MEGNO and OLI up to 0.1. Maps show values of MEGNO
-        and OLI below 1 as 1.
+        For one top, or tops of one dimension, the indicator of each is plotted against time, in
+        colours of regular, chaotic and doubtful motions. For MEGNO, a dashed line marks the
+        threshold. For two dimensions, the final values are drawn as a map, in which dots mark
+        doubtful tops. The curves omit nonpositive values, and values of MEGNO and OLI up to 0.1.
+        Maps show values of MEGNO and OLI below 1 as 1.
 
             >>> import kreisel as kr
             >>> kr.chaos(kr.scenes.asymmetric, 1000).plot(time_unit="s").get_xlabel()
@@ -312,14 +306,16 @@ def _follow_tangents_of_slice(part: Slice, direction: Sequence[float]) -> None:
     rows, options, tops, begin, end, t, work = part
     numbers, accuracy = np.empty((end - begin, t.size, 6)), (options.tol or 0.0, options.max_steps)
     growth(tops._core_scenes, begin, end, t, *accuracy, direction, rows.status, numbers, work)
-    rows.columns["lyapunov"][:] = numbers[..., _LOG] / np.abs(t)
-    rows.columns["megno"][:] = numbers[..., _MEGNO]
+    # The other columns are the relative changes of the derivatives of the energy and of <m, e3>
+    # along the tangent, which are constant without rounding and truncation errors, and the largest
+    # last term of the tangent's series.
+    logarithm, megno, largest, *errors = np.moveaxis(numbers, -1, 0)
+    rows.columns["lyapunov"][:] = logarithm / np.abs(t)
+    rows.columns["megno"][:] = megno
     # The core evaluates the norm of a tangent at a few times of each step, which differ for a step
     # that ends at a requested time. Its largest logarithm so far can therefore fall slightly.
-    rows.columns["oli"][:] = np.maximum.accumulate(numbers[..., _MOST], axis=-1)
-    rows.columns["certificate"][:] = numbers[..., [_ENERGY, _MOMENTUM, _REST]].max(axis=(1, 2))[
-        :, None
-    ]
+    rows.columns["oli"][:] = np.maximum.accumulate(largest, axis=-1)
+    rows.columns["certificate"][:] = np.max(errors, axis=(0, 2))[:, None]
 
 
 def chaos(

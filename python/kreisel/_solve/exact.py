@@ -44,14 +44,12 @@ class Exact(Generic[_Values, _Paths]):
     The attributes are numbers for one top, whose `shape` is (), and arrays of the shape of the
     scene otherwise. They are computed on first access.
 
-    For a heavy top, the axis is the apex. For a free symmetric body, it is the axis of symmetry.
-    For a free asymmetric body, it is the principal axis about which the momentum precesses in the
-    body frame. The axis of a free body is oriented so that it makes an acute angle with the angular
-    momentum. The nutation of a free asymmetric body has half the period of body_velocity, which is
-    denoted by T in Landau and Lifshitz, Mechanics, section 37.
-
-    If the axis of the body passes exactly through the vertical, the precession angle jumps by half
-    a turn. The mean rate `precession_rate` does not include such jumps.
+    The axis is the apex of a heavy top, the axis of symmetry of a free symmetric body, and the
+    principal axis about which the momentum precesses in the frame of a free asymmetric body. The
+    axis of a free body makes an acute angle with the momentum. The nutation of a free asymmetric
+    body has half the period of body_velocity, T in Landau and Lifshitz, Mechanics, section 37. The
+    mean `precession_rate` does not include the half turns by which the precession angle jumps if
+    the axis passes exactly through the vertical.
 
     States at t = 1e6 are as accurate and as cheap as states at t = 1. Ctrl-C raises
     KeyboardInterrupt, and no partial results are returned.
@@ -114,14 +112,10 @@ class Exact(Generic[_Values, _Paths]):
         return self.scene.size > 0
 
     def __len__(self) -> int:
-        if not self.shape:
-            raise TypeError("the closed form of a single top has no length")
         return len(self.scene)
 
     def __getitem__(self, key: Any) -> Any:
         """Return the closed form of one or several tops, selected by a NumPy index."""
-        if not self.shape:
-            raise TypeError("the closed form of a single top has no index: call it with times")
         return exact(self.scene[key])
 
     def _shape_values(self, rows: Any) -> _Values:
@@ -290,7 +284,14 @@ class Exact(Generic[_Values, _Paths]):
                 )
             times = times.reshape(tops.size, times.shape[-1])
         times = np.atleast_1d(times)
-        self._check_horizons(np.abs(times).max(axis=-1, initial=0.0))
+        ends, most = np.abs(times).max(axis=-1, initial=0.0), np.empty(tops.size)
+        core.horizons(tops._core_scenes, most)
+        for i in np.flatnonzero(ends >= most).tolist():
+            end = float(np.broadcast_to(ends, most.shape)[i])
+            try:
+                checks.check_resolvable_horizon(get_member_by_flat_index(tops, i), end, None)
+            except ValueError as error:
+                raise ValueError(f"{self._name_member(i)}: {error}") from None
         # Computing all states in one run of the ensemble is faster than evaluating the closed form
         # directly, but requires nonzero times that move strictly away from 0 in one direction. At
         # time 0, a run returns the initial state without evaluating the closed form. Closed forms
@@ -311,19 +312,6 @@ class Exact(Generic[_Values, _Paths]):
         else:
             self._call_core_in_slices(partial(core.exact_states_of_tops, t=times), states)
         return EnsemblePath._of_many(tops, times, CLOSED_FORM, buffers)
-
-    def _check_horizons(self, ends: Array) -> None:
-        """Raise ValueError if double precision cannot resolve the attitude at one of the times."""
-        most = np.empty(self.scene.size)
-        core.horizons(self.scene._core_scenes, most)
-        indices = np.flatnonzero(ends >= most)
-        if indices.size:
-            i = int(indices[0])
-            end = float(np.broadcast_to(ends, most.shape)[i])
-            try:
-                checks.check_resolvable_horizon(get_member_by_flat_index(self.scene, i), end, None)
-            except ValueError as error:
-                raise ValueError(f"{self._name_member(i)}: {error}") from None
 
     def _name_member(self, i: int) -> str:
         return self._word + checks.format_index(checks.unravel_index(i, self.shape))
@@ -358,13 +346,12 @@ class Exact(Generic[_Values, _Paths]):
 class ExactTorus(Exact[float, Path]):
     """The motion of a Kowalewski or Goryachev-Chaplygin top, given in closed form.
 
-    The motion is described by angle variables on a torus instead of Euler angles. The object can be
-    called with a time or an array of times, and returns a kreisel.Path.
+    The motion is described by angle variables on a torus instead of Euler angles.
 
-    If `tangents` is given, the path also has the attributes `tangents` and `derivative`, like a
-    path returned by kreisel.solve. The elements of `tangents` can be "start", "gravity" and "mass".
-    Most changes of the other parameters lead to motions without a closed-form solution.
-    Derivatives with respect to the vertical momentum of a Goryachev-Chaplygin top are NaN. The
+    Called with `tangents`, which can be "start", "gravity" and "mass", the object returns a path
+    that also has the attributes `tangents` and `derivative`. Most changes of the other parameters
+    lead to motions without a closed form. Derivatives with respect to the vertical momentum of a
+    Goryachev-Chaplygin top are NaN. The
     tangents are computed from closed-form solutions by central differences of order 8, with steps
     that become smaller as time increases. Their relative error usually stays below about 1e-10 even
     for long times, whereas that of a Taylor series grows. It is estimated by `tangents_rest`, and

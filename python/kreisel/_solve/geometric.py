@@ -13,18 +13,9 @@ from .._model.scene import Scene
 from .._options.methods import methods
 from .._options.options import Options, check_resolvable_horizon, get_member_by_flat_index
 from .._options.plan import StepChoice
-from .._results import calls as error_estimates
+from .._results import calls
 from .._results import path as paths
-from .._results.calls import (
-    ROUNDING,
-    SERIES,
-    STATUSES,
-    EnsembleBuffers,
-    Slice,
-    SliceRunner,
-    Stats,
-    compute_states_at_times,
-)
+from .._results.calls import ROUNDING, SERIES, STATUSES, Stats, compute_states_at_times
 from .._results.path import Path
 from .._results.requests import report_final_time
 from .._results.results import Error, Interrupted
@@ -77,17 +68,15 @@ class _StepSearch:
         self.angle = self.rate * abs(self.end)
         _, steps = self._choose_cheapest_method(1.0)
         checks, series = self._choose_times_of_checks(steps), replace(SERIES, max_steps=max_steps)
-        result, growth = error_estimates.estimate_rounding_growth(
+        result, growth = calls.estimate_rounding_growth(
             scene, checks, max_steps=max_steps, progress=progress
         )
         paths.build_path_or_raise(scene, series, result)
         self.conditioning = ROUNDING * growth
         # The closed form is the reference if its rounding errors are far below the tolerance.
-        is_precise = error_estimates.ROUNDINGS * self.conditioning <= target
-        has_reference = is_precise and error_estimates.has_cheap_exact_form(scene)
-        self.reference = error_estimates.LONGER_SERIES
-        if has_reference:
-            self.reference = error_estimates.CLOSED_FORM
+        is_precise = calls.ROUNDINGS * self.conditioning <= target
+        has_form = is_precise and calls.has_cheap_exact_form(scene)
+        self.reference = calls.CLOSED_FORM if has_form else calls.LONGER_SERIES
         more = growth / (_REGULAR * (1.0 + self.angle))  # growth relative to a regular motion
         self.method, self.first = self._choose_cheapest_method(min(max(1.0, more), 1.0 / ROUNDING))
         self.order = methods[self.method].order
@@ -185,7 +174,19 @@ class _StepSearch:
                 break
             run = self._measure_error(steps)
             if run and run[1] <= _ENOUGH * self.target:
-                return self._make_path(steps, *run)
+                choice = StepChoice(
+                    method=self.method,
+                    step=self.end / steps,
+                    order=self.order,
+                    target=self.target,
+                    error=run[1],
+                    conditioning=self.conditioning,
+                    run=self.cost,
+                    trials=self.spent.evaluations - self.cost,
+                    budget=self.budget,
+                )
+                options, is_back = Options(self.method, abs(choice.step)), choice.step < 0.0
+                return Path(self.scene, run[0], self.spent, options, is_back, _choice=choice)
             error = run[1] if run else math.inf
             is_stalled = 0.5 * least < error < _UNLIKE
             stalls, least = stalls + is_stalled, min(least, error)
@@ -202,21 +203,6 @@ class _StepSearch:
             "error (2**-53) of the state, in internal units, changes the attitude by about "
             f"{self.conditioning:.1e} rad. Request a larger error or a shorter time"
         )
-
-    def _make_path(self, steps: int, states: Array, error: float) -> Path:
-        choice = StepChoice(
-            method=self.method,
-            step=self.end / steps,
-            order=self.order,
-            target=self.target,
-            error=error,
-            conditioning=self.conditioning,
-            run=self.cost,
-            trials=self.spent.evaluations - self.cost,
-            budget=self.budget,
-        )
-        options, is_back = Options(self.method, abs(choice.step)), choice.step < 0.0
-        return Path(self.scene, states, self.spent, options, is_back, _choice=choice)
 
 
 def solve_with_step_search(
@@ -238,7 +224,7 @@ def _find_path(scene: Scene, options: Options, times: Array, progress: Listener)
     return _StepSearch(scene, times, options.error, options.max_steps, progress).find_path()
 
 
-def _search_steps_of_slice(part: Slice) -> None:
+def _search_steps_of_slice(part: calls.Slice) -> None:
     rows, options, tops, begin, end, t, work = part
     for i in range(end - begin):
         if work is not None and work.stopped:
@@ -262,7 +248,7 @@ def _search_steps_of_slice(part: Slice) -> None:
 
 
 def _store_path(
-    rows: EnsembleBuffers, i: int, path: Path | None, times: Array, status: str
+    rows: calls.EnsembleBuffers, i: int, path: Path | None, times: Array, status: str
 ) -> None:
     """Store the path of the i-th top in its buffers, with NaN for all times that it lacks.
 
@@ -292,4 +278,4 @@ def _store_path(
         rows.chosen[i] = path._choice
 
 
-STEP_SEARCH = SliceRunner(_search_steps_of_slice)
+STEP_SEARCH = calls.SliceRunner(_search_steps_of_slice)

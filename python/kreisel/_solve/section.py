@@ -14,15 +14,8 @@ from .._model.scene import Scene
 from .._options import options as checks
 from .._options.methods import FALLBACK
 from .._options.options import QUANTITIES, TIME, Options
-from .._results.calls import (
-    STATE_COLUMNS,
-    STATUSES,
-    Counts,
-    Slice,
-    SliceRunner,
-    compute_quantity_values,
-    run_ensemble,
-)
+from .._results import calls
+from .._results.calls import STATUSES, Counts
 from .._results.path import Path, build_path_of_top, make_stop_exception
 from .._results.results import RunResult, add_quantity_properties, find_flat_index, unravel_rows
 from .._utils import arguments
@@ -44,8 +37,7 @@ class Section(RunResult, QuantityAttributes):
     """The states of an ensemble at the occurrences of an event, computed by kreisel.section.
 
     The arrays of states and quantities have one row for each of the e states, sorted by top and
-    then by time. All arrays are read-only; quantities other than t, q and m are computed on first
-    access.
+    then by time. All arrays are read-only; quantities are computed on first access.
 
     scene       the ensemble
     section[i]  a kreisel.Path with the states of one top; slices, lists and masks give the
@@ -104,15 +96,8 @@ class Section(RunResult, QuantityAttributes):
         """(e,) times [T]."""
         return self.states[:, 0]
 
-    @property
-    def q(self) -> Array:
-        """(e, 4) unit quaternions (w, x, y, z), from the frame of description to space."""
-        return self.states[:, STATE_COLUMNS["q"]]
-
-    @property
-    def m(self) -> Array:
-        """(e, 3) angular momentum about the fixed point [M L^2 T^-1]."""
-        return self.states[:, STATE_COLUMNS["m"]]
+    q: Array
+    m: Array
 
     def plot(
         self,
@@ -215,14 +200,14 @@ class Section(RunResult, QuantityAttributes):
 
 
 def _compute_quantity_at_states(section: Section, name: str) -> Array:
-    values = compute_quantity_values(name, section.scene, section._buffers)
+    values = calls.compute_quantity_values(name, section.scene, section._buffers)
     return section._drop_missing_states(values)
 
 
 add_quantity_properties(Section, ("e",), _compute_quantity_at_states)
 
 
-def _find_sections_of_slice(part: Slice) -> None:
+def _find_sections_of_slice(part: calls.Slice) -> None:
     """Compute the sections of a slice, whose times are the longest waiting time of each top."""
     rows, options, tops, begin, end, t, work = part
     assert rows.states is not None
@@ -287,8 +272,8 @@ def section(
     pool = WorkerPool(checks.validate_thread_count(threads, executor), executor)
     callback = checks.validate_progress_callback(progress)
     checks.check_result_memory(scene, waits, options)
-    runner = SliceRunner(_find_sections_of_slice, is_native=True)
-    return run_ensemble(Section, scene, waits, options, pool, runner, callback)
+    runner = calls.SliceRunner(_find_sections_of_slice, is_native=True)
+    return calls.run_ensemble(Section, scene, waits, options, pool, runner, callback)
 
 
 def validate_section_arguments(
