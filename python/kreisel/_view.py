@@ -18,7 +18,7 @@ import numpy as np
 
 from ._model.scene import Scene
 from ._options.methods import resolve_method
-from ._results.path import Path, check_is_one
+from ._results.path import Path
 from ._utils.arguments import as_positive, short_repr
 from ._utils.files import atomic_write, check_file_is_writable
 from .scenes import about, name_of
@@ -123,8 +123,8 @@ def view(
     """
     if not isinstance(what, (Scene, Path)):
         raise TypeError(f"view needs a kreisel.Scene or a kreisel.Path, not {short_repr(what)}")
-    if isinstance(what, Path):
-        check_is_one("the viewer shows", what)
+    if what.shape:
+        raise ValueError(f"the viewer shows one top: select it by its index, not {what!r}")
     scene: Scene = what if isinstance(what, Scene) else what.scene
     body = scene.body
     if len(set(scene.damping)) > 1:

@@ -172,32 +172,29 @@ class Path(PathBase, TableExportMethods):
     def __init__(
         self, scene: Any, states: Array, stats: Any, _options: Options, *flag: bool, **fields: Any
     ) -> None:
-        fields |= dict(zip(("_is_back",), flag, strict=False))
         own = self.__dict__  # avoids the slow object.__setattr__ of frozen dataclasses
         own.update(fields, scene=scene, stats=stats, _options=_options)
-        columns: dict[str, Array] | None = fields.get("_columns")
-        if columns is None:
+        own.update(zip(("_is_back",), flag, strict=False))
+        columns: dict[str, Array] = fields.get("_columns") or {}
+        own.update({k: x for k, x in columns.items() if k not in STATE_COLUMNS})
+        if not columns:
             own["states"] = states
-        for array in (states, fields.get("_low"), *(columns or {}).values()):
-            if array is not None:
-                array.flags.writeable = False
-        own.update({k: x for k, x in (columns or {}).items() if k not in STATE_COLUMNS})
+        arguments.freeze_arrays([states, fields.get("_low"), columns])
 
     @classmethod
     def _of_many(cls, tops: Scene, t: Array, options: Options, buffers: EnsembleBuffers) -> Self:
         """Return the path of all tops of an ensemble, whose arrays are views of `buffers`."""
         many = RunResult(tops, t, options, buffers)
-        shape, states, columns, data = many._reshape_to_ensemble, NO_STATES, None, None
+        shape, columns, data = many._reshape_to_ensemble, None, None
         if options.want is not None:
             columns = {"t": many.t} | {k: shape(rows) for k, rows in buffers.columns.items()}
-        elif buffers.states is not None:
-            states = shape(buffers.states)
+        states = NO_STATES if buffers.states is None else shape(buffers.states)
+        low = None if buffers.low is None else shape(buffers.low)
         if buffers.tangents is not None and buffers.truncation is not None:
-            high, low = buffers.tangents, buffers.tangents_low
-            rest = np.broadcast_to(0.0, high.shape) if low is None else low
+            high, rest = buffers.tangents, buffers.tangents_low
+            rest = np.broadcast_to(0.0, high.shape) if rest is None else rest
             truncation = shape(buffers.truncation)
             data = TangentData(shape(high), shape(rest), truncation, options.tangents)
-        low = None if buffers.low is None else shape(buffers.low)
         is_back = options.step is not None and t.size > 0 and bool((t[..., -1] < 0.0).all())
         path = cls(
             tops, states, many.stats, options, is_back, _low=low, _columns=columns,
@@ -235,20 +232,17 @@ class Path(PathBase, TableExportMethods):
     def error(self) -> float:
         """The estimated error of the attitude [rad], as the maximum over all states.
 
-        The error is estimated relative to a reference, which is a closed-form solution if one
-        applies exactly and is sufficiently accurate. If no closed form is suitable, the reference
-        is a Taylor series in 20-digit arithmetic. A 30-digit series is used if `digits` was passed
-        to solve, or if the closed form deviates too much from the 20-digit series.
+        The reference is a closed form if one applies exactly and is sufficiently accurate,
+        otherwise a Taylor series in 20-digit arithmetic. A 30-digit series is used if `digits` was
+        passed to solve, or if the closed form deviates too much from the 20-digit series.
 
-        For a path computed with 30 digits, there is no better reference. The value is three times
-        the largest difference from three runs with shorter steps, which round differently, or three
-        times the effect of rounding the initial state if that is larger. It is typically four times
-        the true error, and smaller than the true error in less than one of 200 runs.
+        For 30 digits, the value is three times the largest difference from three runs with shorter
+        steps, or from rounding the initial state if that is larger. It is typically four times the
+        true error, and smaller than the true error in less than one of 200 runs.
 
-        A path computed with method='geometric' does not necessarily store the attitude. If the
-        attitude is not stored, the returned value is the error that was estimated when the step
-        size was chosen. If nothing is known about the accuracy of the attitude, the value is pi,
-        the largest possible error.
+        If a path computed with method='geometric' does not store the attitude, the value is the
+        error that was estimated when the step size was chosen. If nothing is known about the
+        accuracy of the attitude, the value is pi, the largest possible error.
 
         Raises AttributeError if `want` was given without 'q' or, for 20 or 30 digits, without
         'q_low', unless the method was 'geometric'.
@@ -306,11 +300,11 @@ class Path(PathBase, TableExportMethods):
         if self._events is not None:
             return self._events
         if self._is_many:
-            found, tops = self._event_columns, cast(Any, self.scene)
-            find_path = partial(build_event_path, tops, self._options, found)
-            return Events._of_many(found, self.shape, find_path)
-        empty = np.empty(0, dtype=np.intc)
-        return Events(self[:0], empty, empty.copy())
+            found = self._event_columns
+            find_path = partial(build_event_path, self.scene, self._options, found)
+            return Events(find_path, found.which, found.direction, found, self.shape)
+        empty, options = np.empty(0, dtype=np.intc), replace(self._options, want=None)
+        return Events(Path(self.scene, NO_STATES, self.stats, options), empty, empty.copy())
 
     def __call__(self, t: Numbers) -> Path:
         """Return the path of the same motion at other times.
@@ -368,7 +362,7 @@ class Path(PathBase, TableExportMethods):
                 buffers.states[i] = path.states
             if buffers.low is not None:
                 buffers.low[i] = path._low
-        return Path._of_many(cast(Any, self.scene), times, options, buffers)
+        return Path._of_many(self.scene, times, options, buffers)
 
     def __getitem__(self, which: Any) -> Path:
         """Return a path that contains the selected states, but no events, or the selected tops.
@@ -396,22 +390,18 @@ class Path(PathBase, TableExportMethods):
                 rows = normalize_path_index(self._t.shape[-1], states)
                 options = replace(self._options, events=() if self._options.events else None)
                 buffers = self._buffers.select_states(rows)
-                chosen = self.scene, self._t[..., rows], options, buffers
-                return Path._of_many(*cast(Any, chosen))[tops]
+                return Path._of_many(self.scene, self._t[..., rows], options, buffers)[tops]
             i = find_flat_index(self.shape, tops)
             return Path._of_many(*self._select_rows(tops)) if i is None else self._select_member(i)
-        indices = normalize_path_index(len(self), which)
+        rows, low, data = normalize_path_index(len(self), which), self._low, self._tangent_data
         if self._columns is not None:
-            columns = {name: column[indices] for name, column in self._columns.items()}
+            columns = {name: column[rows] for name, column in self._columns.items()}
             return replace(self, states=NO_STATES, _columns=columns, _events=None)
-        low = None if self._low is None else self._low[indices]
-        data = self._tangent_data
         if data is not None:
-            high, rest = freeze_array(data.high[indices]), freeze_array(data.low[indices])
+            high, rest = freeze_array(data.high[rows]), freeze_array(data.low[rows])
             data = data._replace(high=high, low=rest)
-        return replace(
-            self, states=self.states[indices], _low=low, _events=None, _tangent_data=data
-        )
+        low, states = None if low is None else low[rows], self.states[rows]
+        return replace(self, states=states, _low=low, _events=None, _tangent_data=data)
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
         """Raise TypeError, because a path cannot be converted to a single array."""
@@ -455,25 +445,20 @@ class Path(PathBase, TableExportMethods):
         words: tuple[str, ...] = "t", *names
         columns = {name: np.ascontiguousarray(getattr(self, name)) for name in words}
         if not self._is_many:
-            options = self._options.with_heading(self.scene)
-            path = replace(self, states=NO_STATES, _low=None, _columns=columns, _tangent_data=None)
-            vars(path)["_options"] = replace(options, want=names)
-            return path
-        rows: Any = {
-            name: columns[name].reshape(self.size, self._t.shape[-1], *RECORDABLE[name].shape)
-            for name in names
-        }
-        none: Any = dict.fromkeys(("states", "low", "tangents", "tangents_low"))
-        buffers = replace(self._buffers, **none, columns=rows)
-        options = replace(self._options, want=names, tangents=())
-        return Path._of_many(cast(Any, self.scene), self._t, options, buffers)
+            options: Any = {"_options": replace(self._options, want=names).with_heading(self.scene)}
+            options |= {"states": NO_STATES, "_low": None, "_tangent_data": None}
+            return replace(self, _columns=columns, **options)
+        k, none = self._t.shape[-1], dict.fromkeys(("states", "low", "tangents", "tangents_low"))
+        rows: Any = {n: columns[n].reshape(self.size, k, *RECORDABLE[n].shape) for n in names}
+        buffers = replace(self._buffers, columns=rows, **cast(Any, none))
+        own = replace(self._options, want=names, tangents=())
+        return Path._of_many(self.scene, self._t, own, buffers)
 
     def save(self, file: str | os.PathLike[str]) -> None:
         """Write the path to a file that can be read by kreisel.load.
 
-        The file is replaced atomically. Raises OSError if the file cannot be written.
-
-        The file is an archive that can also be read by numpy.load. Its entries are:
+        The file is replaced atomically. Raises OSError if the file cannot be written. The file is
+        an archive that can also be read by numpy.load. Its entries are:
 
         - t, q, m (and q_low, m_low), or t and the quantities in `want`;
         - scene, in TOML;
@@ -489,7 +474,7 @@ class Path(PathBase, TableExportMethods):
     def _tabulate(self, names: Iterable[str], degrees: bool, unwrap: bool) -> ColumnTable:
         if self._is_many:
             taken = [each.name for each in describe_quantities(self, names, degrees)]
-            axes = name_axes(cast(Any, self.scene), taken)
+            axes = name_axes(self.scene, taken)
             quantities = list_quantity_columns(self, names, degrees, unwrap, axes)
             return self._make_column_table(quantities, taken, {"time": self.t.shape[-1]})
         return ColumnTable(
@@ -499,11 +484,7 @@ class Path(PathBase, TableExportMethods):
         )
 
     def plot(
-        self,
-        axes: Iterable[Axes] | None = None,
-        *,
-        degrees: bool = True,
-        time_unit: str = "T",
+        self, axes: Iterable[Axes] | None = None, *, degrees: bool = True, time_unit: str = "T"
     ) -> FigureAxes:
         """Draw this path in the same way as kreisel.plot, and return the picture.
 
@@ -511,15 +492,9 @@ class Path(PathBase, TableExportMethods):
         """
         from .._plot.charts import plot_paths
 
-        return plot_paths(
-            [
-                (path, path.events.path if len(path.events) else None)
-                for path in list_drawn_paths(self)
-            ],
-            axes,
-            degrees,
-            time_unit,
-        )
+        paths = list_drawn_paths(self)
+        drawn = [(path, path.events.path if len(path.events) else None) for path in paths]
+        return plot_paths(drawn, axes, degrees, time_unit)
 
     def _repr_html_(self) -> str | None:
         """Return a picture, or None if it is empty, too large, or lacks a quantity."""
@@ -543,10 +518,9 @@ class Path(PathBase, TableExportMethods):
 
         The animation can be displayed in a notebook or saved to a file. Bodies that are symmetric
         about the axis through the apex are drawn as bodies of revolution, and all others as
-        cuboids. The proportions of the drawn body are derived from the moments of inertia. The
-        centre of the drawn body is on the line through the fixed point and the centre of mass. The
-        floor is below the lowest position of the body, and shows the shadow of the body. The camera
-        is placed so that the first clear tilt is seen from the side.
+        cuboids, with proportions derived from the moments of inertia. The floor is below the lowest
+        position of the body. The first clear tilt is seen from the side. Up to 8 tops move side by
+        side, over the time that their paths share.
 
         file       a name ending in .gif, .mp4 (needs ffmpeg) or .html; the file is written
                    atomically
@@ -562,12 +536,11 @@ class Path(PathBase, TableExportMethods):
             >>> path.animate(fps=5, size=120)
             <Film: 41 frames, 5 a second, t = 0 .. 2>
 
-        The frames are evenly spaced in time, regardless of the times of the path. Up to 8 tops move
-        side by side, over the time that their paths share. The states in the frames are computed by
-        calling `path(t)`, which may raise exceptions. The trace contains the motion between the
-        frames or, if it has hundreds of turns, separate points. Raises ValueError for a path
-        without duration, for more than 8 tops, for an unknown suffix, or for more than 2**28 pixels
-        in total. Raises OSError if the file cannot be written.
+        The frames are evenly spaced in time, and their states are computed by calling `path(t)`,
+        which may raise exceptions. The trace contains the motion between the frames or, if it has
+        hundreds of turns, separate points. Raises ValueError for a path without duration, for more
+        than 8 tops or 2**28 pixels in total, and for an unknown suffix. Raises OSError if the file
+        cannot be written.
         """
         from .._plot.film import make_film
 
@@ -597,8 +570,7 @@ def get_last_time(result: RunResult, i: int) -> float:
 def build_path_of_top(result: RunResult, i: int, states: Array, low: Array | None) -> Path:
     """Return the path of the i-th of many tops, which went through these states."""
     counts: Any = tuple(result._buffers.counts[i].tolist())
-    tops: Any = result.scene
-    scene, choice = get_member_by_flat_index(tops, i), result._buffers.chosen.get(i)
+    scene, choice = get_member_by_flat_index(result.scene, i), result._buffers.chosen.get(i)
     if choice is None:
         options = replace(result._options.for_member(scene), want=None, error=None)
     else:
@@ -615,13 +587,10 @@ def select_member(result: RunResult, i: int) -> Path:
     If the top failed, the path ends with its last valid state, unless it stores tangents.
     """
     buffers, done = result._buffers, int(result._buffers.done[i])
-    states, low = NO_STATES, None
-    if buffers.states is not None:
-        states = buffers.states[i, :done]
-        low = None if buffers.low is None else buffers.low[i, :done]
+    states = NO_STATES if buffers.states is None else buffers.states[i, :done]
+    low = None if buffers.low is None else buffers.low[i, :done]
     path = build_path_of_top(result, i, states, low)
-    if buffers.tangents is not None:
-        assert buffers.truncation is not None
+    if buffers.tangents is not None and buffers.truncation is not None:
         high, low = buffers.tangents[i, :done], buffers.tangents_low
         rest = np.zeros_like(high) if low is None else low[i, :done]
         error, by = float(buffers.truncation[i]), result._options.tangents
@@ -633,16 +602,13 @@ def select_member(result: RunResult, i: int) -> Path:
         path = replace_states_by_quantities(path, columns)
     if buffers.status[i]:
         path = append_last_valid_state(result, i, path)
-        status = STATUSES[buffers.status[i]]
-        text = f"{statuses[status][1]}: {format_progress(path, get_last_time(result, i))}"
-        vars(path)["_failure"] = status, text
+        make_stop_exception(STATUSES[buffers.status[i]], path, get_last_time(result, i))
     if result._options.requests_events:
-        found = result._event_columns
-        rows = slice(*map(int, np.searchsorted(found.top, [i, i + 1])))
-        states, low = found.states[rows].copy(), found.low[rows].copy()
+        first, end = np.searchsorted(result._event_columns.top, [i, i + 1])
+        columns_of_top: list[Any] = [x[first:end].copy() for x in result._event_columns]
+        _, states, low, which, direction = columns_of_top
         at_events = build_path_of_top(result, i, states, low)
-        events = Events(at_events, found.which[rows].copy(), found.direction[rows].copy())
-        vars(path)["_events"] = events
+        vars(path)["_events"] = Events(at_events, which, direction)
     return path
 
 
@@ -658,19 +624,17 @@ def append_last_valid_state(result: RunResult, i: int, path: Path) -> Path:
             low = np.vstack([path._low, np.zeros((1, 8)) if last is None else last[1:]])
         return build_path_of_top(result, i, np.vstack([path.states, state]), low)
     more = build_path_of_top(result, i, state, None).only(path.want or ())
-    return replace_states_by_quantities(
-        path,
-        {name: np.concatenate([x, getattr(more, name)]) for name, x in path._columns.items()},
-    )
+    names = path._columns
+    columns = {n: np.concatenate([getattr(one, n) for one in (path, more)]) for n in names}
+    return replace_states_by_quantities(path, columns)
 
 
 def make_top_error(result: RunResult, i: int) -> BaseException:
     """Return the exception that would be raised if the i-th of many tops were computed alone."""
     if i in result._buffers.messages:
         return ValueError(result._buffers.messages[i])
-    path = result._select_member(i)
-    place = format_progress(path, get_last_time(result, i))
-    return make_stop_exception(STATUSES[result._buffers.status[i]], path, place)
+    status = STATUSES[result._buffers.status[i]]
+    return make_stop_exception(status, result._select_member(i), get_last_time(result, i))
 
 
 def list_drawn_paths(*paths: Path) -> list[Path]:
@@ -693,11 +657,11 @@ def check_is_one(what: str, path: Path) -> None:
 class Reductions(RunResult, Mapping[str, dict[str, Array]]):
     """The result of kreisel.reduce, a mapping from quantity names to dictionaries of arrays.
 
-    The possible keys of these dictionaries are 'min', 'max', 'mean', 'variance', 'last',
-    'where_min' and 'where_max'. The arrays are read-only. The shape of each array is the shape of
-    the ensemble, followed by that of the quantity. If the computation of a top failed, its values
-    are NaN. The variance is the mean squared deviation of the recorded values from their mean. The
-    minimum and the maximum are first attained at the times where_min and where_max [T].
+    The keys of these dictionaries are among 'min', 'max', 'mean', 'variance', 'last', 'where_min'
+    and 'where_max'. The shape of each array is that of the ensemble, followed by that of the
+    quantity. The values of a failed top are NaN. The variance is the mean squared deviation of the
+    recorded values from their mean. The minimum and the maximum are first attained at the times
+    where_min and where_max [T]. The arrays are read-only.
 
     scene  the scene or the ensemble
 
@@ -720,11 +684,7 @@ class Reductions(RunResult, Mapping[str, dict[str, Array]]):
     @overload
     def __getitem__(self, key: Any) -> Any: ...
     def __getitem__(self, key: Any) -> Any:
-        """Return the reductions of the quantity named `key`, or of the tops that `key` selects.
-
-        The reductions of a quantity are a mapping from the kind of reduction, such as 'min', to an
-        array.
-        """
+        """Return {kind of reduction: array} of the quantity `key`, or reductions of some tops."""
         if not isinstance(key, str):
             if find_flat_index(self.shape, key) is not None:
                 raise TypeError(
@@ -733,27 +693,22 @@ class Reductions(RunResult, Mapping[str, dict[str, Array]]):
                 )
             return super().__getitem__(key)
         if key not in self._options.reduce:
-            text = arguments.unknown_name_message(
-                "quantity among the reductions:", key, self._options.reduce
-            )
-            raise KeyError(text)
-        assert self._buffers.reduced is not None
+            what, known = "quantity among the reductions:", self._options.reduce
+            raise KeyError(arguments.unknown_name_message(what, key, known))
         columns: dict[str, list[Array]] = {}
-        for one, column in zip(self._options.reductions, self._buffers.reduced.T, strict=True):
-            *_, kind, name = one
+        reduced = self._buffers.arrays["reduced"].T
+        for (*_, kind, name), column in zip(self._options.reductions, reduced, strict=True):
             if name == key:
                 columns.setdefault(KINDS[kind], []).append(column)
         shape = self.shape + (QUANTITIES[key].shape if key in QUANTITIES else ())
-        return {
-            kind: freeze_array(np.stack(rows, axis=-1).reshape(shape))
-            for kind, rows in columns.items()
-        }
+        stacks = {kind: np.stack(rows, axis=-1) for kind, rows in columns.items()}
+        return {kind: freeze_array(rows.reshape(shape)) for kind, rows in stacks.items()}
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._options.reduce)
 
     def __len__(self) -> int:
-        """Return the number of quantities for which reductions were computed."""
+        """Return the number of quantities."""
         return len(self._options.reduce)
 
     def __contains__(self, name: object) -> bool:
@@ -762,18 +717,17 @@ class Reductions(RunResult, Mapping[str, dict[str, Array]]):
     def to_xarray(self) -> Dataset:
         """Return an xarray.Dataset with one variable per reduction, such as nutation_max.
 
-        Variables have units. The dimensions of the Dataset are those of the ensemble. The varying
-        parameters, `status` and `reached` are stored as coordinates of the Dataset. Raises
-        ImportError if xarray is not installed.
+        Its dimensions are those of the ensemble, and the varying parameters, `status` and `reached`
+        its coordinates. Variables have units. Raises ImportError if xarray is not installed.
         """
         return self._make_column_table(self._list_columns()).to_xarray()
 
     def to_pandas(self) -> DataFrame:
         """Return a pandas.DataFrame with one row per top, in C order.
 
-        There is one column per statistic of a component, such as nutation_max or apex_z_mean. The
-        columns of the DataFrame also include `status`, `reached` and the varying parameters.
-        `attrs` contains the units. Raises ImportError if pandas is not installed.
+        The columns are the varying parameters, `status`, `reached` and the statistics of each
+        component, such as nutation_max or apex_z_mean. `attrs` contains the units. Raises
+        ImportError if pandas is not installed.
         """
         return self._make_column_table(self._list_columns()).to_pandas()
 
@@ -793,10 +747,8 @@ class Reductions(RunResult, Mapping[str, dict[str, Array]]):
                 text = f"{kind} over the times: {quantity.text}"
                 parts = [f"{component}_{kind}" for component in quantity.components]
                 labels = list_component_labels(quantity) if values.ndim > self.ndim else {}
-                column = TableColumn(
-                    f"{name}_{kind}", self.scene.axes, values, unit, text, parts, labels
-                )
-                columns.append(column)
+                rest = unit, text, parts, labels
+                columns.append(TableColumn(f"{name}_{kind}", self.scene.axes, values, *rest))
         return columns
 
     def _select_member(self, i: int) -> Path:
@@ -826,15 +778,7 @@ class Events(arguments.ReadOnlyArrays, QuantityAttributes):
     shape: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
-        self.which.flags.writeable = self.direction.flags.writeable = False
-
-    @classmethod
-    def _of_many(
-        cls, columns: EventColumns, shape: tuple[int, ...], find_path: Callable[[], Path]
-    ) -> Events:
-        """Return the events of an ensemble; `find_path` returns the attribute `path`."""
-        columns.states.flags.writeable = False
-        return cls(find_path, columns.which, columns.direction, columns, shape)
+        arguments.freeze_arrays((self.which, self.direction, self._columns))
 
     def __len__(self) -> int:
         return len(self.which)
@@ -853,20 +797,18 @@ class Events(arguments.ReadOnlyArrays, QuantityAttributes):
         return self._source if isinstance(self._source, Path) else self._source()
 
     @cached_property
-    def top(self) -> Counts:
+    def top(self) -> Any:
         """(k,) the index of the top; (k, ndim) unless the ensemble has one dimension."""
         row = np.zeros(len(self), np.int64) if self._columns is None else self._columns.top
-        top: Counts = unravel_rows(row, self.shape)
-        return top
+        return unravel_rows(row, self.shape)
 
     @cached_property
-    def count(self) -> int:
+    def count(self) -> Any:
         """(*shape) the number of events of each top; an int for one top."""
         if self._columns is None:
             return len(self)
-        n = math.prod(self.shape)
-        count: Any = np.bincount(self._columns.top, minlength=n).reshape(self.shape)
-        return cast(int, freeze_array(count))
+        count: Any = np.bincount(self._columns.top, minlength=math.prod(self.shape))
+        return freeze_array(count.reshape(self.shape))
 
     @property
     def states(self) -> Array:
@@ -876,23 +818,20 @@ class Events(arguments.ReadOnlyArrays, QuantityAttributes):
     @property
     def t(self) -> Array:
         """(k,) times [T]."""
-        return self.path.t if self._columns is None else self.states[:, 0]
+        return self.states[:, 0]
 
     @property
     def q(self) -> Array:
         """(k, 4) unit quaternions (w, x, y, z), from the frame of description to space."""
-        return self.path.q if self._columns is None else self.states[:, STATE_COLUMNS["q"]]
+        return self.states[:, STATE_COLUMNS["q"]]
 
     @property
     def m(self) -> Array:
         """(k, 3) angular momentum about the fixed point [M L^2 T^-1]."""
-        return self.path.m if self._columns is None else self.states[:, STATE_COLUMNS["m"]]
+        return self.states[:, STATE_COLUMNS["m"]]
 
 
 if TYPE_CHECKING:  # Type checkers tell the path of an ensemble from that of one top.
-
-    class EnsembleEvents(Events):
-        count: Counts  # type: ignore[assignment]
 
     class EnsemblePath(Path):
         scene: Scenes
@@ -903,7 +842,6 @@ if TYPE_CHECKING:  # Type checkers tell the path of an ensemble from that of one
         reached: Array
         state_counts: Counts
         stats: Any
-        events: EnsembleEvents
         end: Scenes
 
         def scene_at(self, i: int) -> Scenes: ...
@@ -934,15 +872,18 @@ def build_event_path(tops: Scene, options: Options, columns: EventColumns) -> Pa
     return Path._of_many(tops.ravel()[columns.top], t, options, buffers)
 
 
-def make_stop_exception(status: str, path: Path, place: str) -> BaseException:
-    """Return the exception for the status of a run that ended at the time in the text `place`."""
+def make_stop_exception(status: str, path: Path, place: str | float) -> BaseException:
+    """Return the exception for a run that ended at the time in a text, or on its way to a time."""
+    if not isinstance(place, str):
+        last, steps = path.t[-1] if len(path) else 0.0, format_count(path.stats.steps, "step")
+        place = f"{path.method} reached t = {last:g} of {place:g} in {steps}"
     kind, text = statuses[status]
     scene, method, step, tol = path.scene, path.method, path.step, path.tol
     if tol is not None and status in ("ERR_STEP", "ERR_CONVERGENCE"):
         clause = ", which is below the rounding of doubles" if tol < estimates.ROUNDING else ""
         text += f" at tol = {tol!r}{clause}"
+    vars(path)["_failure"] = status, f"{text}: {place}"
     if kind in ("FAILURE", "INTERRUPT"):
-        vars(path)["_failure"] = status, f"{text}: {place}"
         return (Error if kind == "FAILURE" else Interrupted)(f"{text}: {place}", status, path)
     if status == "ERR_METHOD" and has_torus_closed_form(scene):
         return ValueError(f"the method {method!r} does not apply: {explain_no_closed_form(scene)}")
@@ -955,12 +896,6 @@ def make_stop_exception(status: str, path: Path, place: str) -> BaseException:
     return arguments.make_exception_from_status(
         status, f"{method} with step = {step!r}{hint}, tol = {tol!r} and {scene!r}"
     )
-
-
-def format_progress(path: Path, end: float) -> str:
-    last = path.t[-1] if len(path) else 0.0
-    steps = format_count(path.stats.steps, "step")
-    return f"{path.method} reached t = {last:g} of {end:g} in {steps}"
 
 
 def build_path_from_core_result(
@@ -980,7 +915,7 @@ def build_path_or_raise(
         build_path_from_core_result(scene, options, result, origin), options.want, result[-1]
     )
     if result[0] != "OK":
-        raise make_stop_exception(result[0], path, format_progress(path, result[-1]))
+        raise make_stop_exception(result[0], path, result[-1])
     return path
 
 
@@ -993,8 +928,7 @@ def drop_unrequested_quantities(
     try:
         return path.only(want)
     except KeyboardInterrupt:
-        part = path.only(want)
-        raise make_stop_exception("ERR_INTERRUPTED", part, format_progress(part, end)) from None
+        raise make_stop_exception("ERR_INTERRUPTED", path.only(want), end) from None
 
 
 CoreEvents = tuple[Array, Array, npt.NDArray[np.intc], npt.NDArray[np.intc]]

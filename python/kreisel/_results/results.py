@@ -144,19 +144,15 @@ class RunResult(arguments.ReadOnlyArrays):
     def method(self) -> MethodName:
         """The name of the method; for many tops, of the requested method.
 
-        For each top of an ensemble, 'auto' uses exact for Lagrange tops, spherical bodies and
-        bodies without torque if exact applies to the scene, and taylor for all other tops. Sections
-        always use taylor.
+        For each of many tops, 'auto' uses exact for Lagrange tops, spherical bodies and bodies
+        without torque if exact applies to the scene, and taylor for all others.
         """
         options = self._options
         return cast(MethodName, options.requested_method if self._is_many else options.method)
 
     @property
     def step(self) -> float | None:
-        """The step size [T], which is negative if a path runs backwards in time.
-
-        The value is None if the method has no step size, or if it chose the step size itself.
-        """
+        """The step size [T], negative if a path runs back in time; None if the method chose it."""
         return self._options.get_signed_step(self._is_back)
 
     @property
@@ -247,10 +243,9 @@ class RunResult(arguments.ReadOnlyArrays):
     def check(self) -> Self:
         """Check that every top reached its final time, and return this result.
 
-        Raises kreisel.Error, or kreisel.Interrupted after Ctrl-C, for the first top that did not
-        reach its final time. The error message states the index of this top and the total number of
-        failed tops. The attribute `path` of the exception is the path of the failed top, and
-        `result` is this result.
+        Raises kreisel.Error, or kreisel.Interrupted after Ctrl-C, for the first top that did not.
+        The message states its index and the number of failed tops. The attribute `path` of the
+        exception is the path of the failed top, and `result` is this result.
         """
         indices = np.flatnonzero(self._buffers.status)
         if indices.size:
@@ -297,17 +292,14 @@ class RunResult(arguments.ReadOnlyArrays):
     ) -> ColumnTable:
         """Return a table of the varying parameters, apart from the names `taken`, and `columns`."""
         axes, text = name_axes(self.scene, taken), "the time of the last valid state"
-        status = TableColumn(
-            "status", axes, self.status, "", "OK, or the name of the failure", is_coordinate=True
-        )
-        reached = TableColumn(
-            "reached", axes, self.reached, TIME.dimension, text, is_coordinate=True
-        )
-        return ColumnTable(
-            {**dict(zip(axes, self.shape, strict=True)), **(times or {})},
-            [*list_parameter_columns(self.scene, taken), status, reached, *columns],
-            self._list_controls(),
-        )
+        states = [
+            TableColumn("status", axes, self.status, "", "OK, or the name of the failure"),
+            TableColumn("reached", axes, self.reached, TIME.dimension, text),
+        ]
+        states = [column._replace(is_coordinate=True) for column in states]
+        sizes = {**dict(zip(axes, self.shape, strict=True)), **(times or {})}
+        parameters = list_parameter_columns(self.scene, taken)
+        return ColumnTable(sizes, [*parameters, *states, *columns], self._list_controls())
 
     @cached_property
     def _event_columns(self) -> EventColumns:
@@ -427,11 +419,7 @@ class PathBase(RunResult, QuantityAttributes):
 
     @property
     def want(self) -> tuple[QuantityName, ...] | None:
-        """The quantities that the path stores in addition to t.
-
-        The value None means that the path stores complete states, from which all quantities can be
-        computed.
-        """
+        """The quantities that the path stores in addition to t; None: the complete states."""
         return self._options.want
 
     def __len__(self) -> int:
@@ -522,10 +510,7 @@ class PathBase(RunResult, QuantityAttributes):
 
     @cached_property
     def q_low(self) -> Array:
-        """(n, 4) low words of q: the sum q + q_low has the requested digits.
-
-        The low-order parts of the quaternion q are zero if at most 16 digits were requested.
-        """
+        """(n, 4) low words of q; zero if at most 16 digits were requested."""
         return self._select_low_words("q")
 
     @cached_property
@@ -544,39 +529,29 @@ class PathBase(RunResult, QuantityAttributes):
     def tangents(self) -> Array:
         """(n, 6, c) derivatives of the states, if solve was called with `tangents`.
 
-        The first three rows of each matrix of derivatives are changes of attitude, expressed as
-        rotation vectors in the body frame [rad]. The other three rows are changes of momentum in
-        space [M L^2 T^-1].
-
-        If "start" was requested, the first six columns are the derivatives with respect to the
-        initial state; at t = 0, they form an identity matrix. The requested derivatives with
-        respect to scene parameters follow in this order: the moments (3), the centre of mass (3),
-        gravity, mass, damping (3), rotor (3), turning (3), shaking (3) and friction. The centre of
-        mass and the rotor are given by their components along the principal axes. Each of these
-        columns contains the derivatives with respect to one parameter at constant initial momentum.
+        The first three rows of each matrix are changes of attitude, as rotation vectors in the body
+        frame [rad], the others changes of momentum in space [M L^2 T^-1]. With "start", the first
+        six columns are the derivatives with respect to the initial state, an identity matrix at
+        t = 0. Those with respect to parameters, at constant initial momentum, follow in this order:
+        the moments (3), the centre of mass (3), gravity, mass, damping (3), rotor (3), turning (3),
+        shaking (3) and friction. The centre of mass and the rotor are given by their components
+        along the principal axes.
         """
         return self._get_tangents_or_raise().high
 
     @property
     def tangents_low(self) -> Array:
-        """(n, 6, c) low words of the tangents.
-
-        The low-order parts of the tangents, which extend their precision, are zero if at most 16
-        digits were requested.
-        """
+        """(n, 6, c) low words of the tangents; zero if at most 16 digits were requested."""
         return self._get_tangents_or_raise().low
 
     @property
     def tangents_rest(self) -> float:
         """The truncation error of the tangents, relative to their magnitude.
 
-        The estimate is the largest magnitude among the last retained Taylor terms of the tangents.
-        The steps are chosen for the accuracy of the path, not for that of the tangents.
-
-        For a kreisel.ExactTorus, the estimate is the largest difference between the tangents
-        computed with orders 6 and 8, plus 5e-11, the largest effect of rounding errors.
-        Both are relative to the magnitude of the tangent or, for small tangents, to that of the
-        state.
+        The estimate is the largest magnitude among the last retained Taylor terms of the tangents;
+        the steps are chosen for the accuracy of the path. For a kreisel.ExactTorus, it is the
+        largest difference between the tangents computed with orders 6 and 8, plus 5e-11 for
+        rounding errors, relative to the state if the tangent is smaller.
         """
         return self._get_tangents_or_raise().truncation
 
@@ -584,9 +559,9 @@ class PathBase(RunResult, QuantityAttributes):
     def conditioning(self) -> Array:
         """(n,) a bound on the change of attitude if each number of the scene is rounded [rad].
 
-        The bound assumes that each number that defines the scene is rounded once, with a relative
-        error of at most 2^-53. Raises AttributeError unless the path stores the tangents with
-        respect to every parameter that is not zero.
+        Each number is assumed to be rounded once, with a relative error of at most 2^-53. Raises
+        AttributeError unless the path stores the tangents with respect to every parameter that is
+        not zero.
         """
         data = self._get_tangents_or_raise()
         if self._is_many:
@@ -617,17 +592,14 @@ class PathBase(RunResult, QuantityAttributes):
         """Return the derivatives of a quantity; `tangents` must have been passed to solve.
 
         The shape of the array is (n, c) for a scalar, (n, 3, c) for a vector and (n, 3, 3, c) for
-        `frame`. The last dimension of the array corresponds to the columns of `path.tangents`. The
-        derivatives of q are expressed as rotation vectors in the body frame [rad], with shape (n,
-        3, c). Angles change without jumps.
+        `frame`, where the last dimension has the columns of `path.tangents`. The derivatives of q
+        are rotation vectors in the body frame [rad], of the shape (n, 3, c). Angles change without
+        jumps.
 
-        Derivatives that do not exist are NaN. The derivatives of the Euler angles do not exist if
-        the apex is vertical. Derivatives with respect to com do not exist if com is zero and the
-        quantity depends on the direction of the apex. The functions `kowalewski` and
-        `goryachev_chaplygin` are conserved only for special bodies. Derivatives of `kowalewski` and
-        `goryachev_chaplygin` are NaN for parameters whose variation violates the conditions on the
-        body. Changes of the moments of inertia violate the conditions on a Kowalewski or
-        Goryachev-Chaplygin body, and so do changes of com along the principal axis whose moment
+        Derivatives that do not exist are NaN: those of the Euler angles if the apex is vertical,
+        and those with respect to com if com is zero and the quantity depends on the apex. Those of
+        `kowalewski` and `goryachev_chaplygin` are NaN for parameters whose variation violates the
+        conditions on such bodies: the moments, and com along the principal axis whose moment
         differs from the other two.
 
             >>> import kreisel as kr
@@ -644,12 +616,11 @@ class PathBase(RunResult, QuantityAttributes):
             raise AttributeError(f"this path has no derivatives: {hint}")
         name, data = validate_quantity_name(quantity), self._tangent_data
         bits = sum(TANGENTS[name][0] for name in data.by)
-        if self._is_many:
-            return self._reshape_to_ensemble(
-                compute_quantity_derivatives(name, self.scene, self._buffers, bits)
-            )
-        rows = derivatives(name, self.scene._block, self.states, bits, data.high)
-        return freeze_array(rows)
+        if not self._is_many:
+            rows = derivatives(name, self.scene._block, self.states, bits, data.high)
+            return freeze_array(rows)
+        rows = compute_quantity_derivatives(name, self.scene, self._buffers, bits)
+        return self._reshape_to_ensemble(rows)
 
     def _get_tangents_or_raise(self) -> TangentData:
         if self._tangent_data is None:
@@ -667,10 +638,8 @@ class PathBase(RunResult, QuantityAttributes):
     def specific_force(self, point: ArrayLike) -> Array:
         """Return the readings of an accelerometer at a given point of the body [L T^-2].
 
-        The result is the acceleration of the point minus the gravitational acceleration, in the
-        body frame. At the fixed point, the reading is the negative of the gravitational
-        acceleration, unless the support is shaken. The result includes the acceleration caused by a
-        turning or shaken support.
+        They are the acceleration of the point, including that by a turning or shaken support, minus
+        the gravitational acceleration, in the body frame.
 
             >>> import kreisel as kr
             >>> top = kr.scenes.asymmetric.replace(attitude=(1, 0, 0, 0), gravity=9.81)
@@ -692,9 +661,8 @@ class PathBase(RunResult, QuantityAttributes):
     def modified_energy(self, step: float) -> Array:
         """Return the energies (n,) that bobenko_suris conserves with step `step` [M L^2 T^-2].
 
-        For a top with energy E and transverse moment of inertia I1, the method conserves the energy
-        E + step <torque, m> / (2 I1). All energies are NaN unless the body is a Lagrange top. Like
-        `path.step`, the argument `step` is negative if the path runs backwards in time.
+        They are E + step <torque, m> / (2 I1) for the energy E and the transverse moment I1, and
+        NaN unless the body is a Lagrange top. Like `path.step`, `step` is negative back in time.
         """
         if self._is_many:
             return self._compute_per_state(lambda path: path.modified_energy(step))
@@ -703,9 +671,8 @@ class PathBase(RunResult, QuantityAttributes):
     def modified_energy4(self, step: float) -> Array:
         """Return the energies (n,) that bobenko_suris4 conserves with step `step` [M L^2 T^-2].
 
-        The quantity that the method conserves differs from the energy E by a constant and by terms
-        of order step^4. The values are NaN if the body is not a Lagrange top, or if the step is too
-        large.
+        They differ from the energy by a constant and by terms of order step^4, and are NaN if the
+        body is not a Lagrange top, or if the step is too large.
         """
         if self._is_many:
             return self._compute_per_state(lambda path: path.modified_energy4(step))
@@ -715,9 +682,9 @@ class PathBase(RunResult, QuantityAttributes):
     def energy_error(self) -> float:
         """The largest relative error of the energy, max |E - E0| / max (T + mass |gravity| |com|).
 
-        E0 is the initial energy, T is the kinetic energy, and both maxima are taken over all
-        states. The relative error is zero if the path has no states. The value is NaN for scenes
-        with damping, friction or a shaken support, because the energy is then not conserved.
+        E0 is the initial energy, T the kinetic energy, and the maxima are over all states. The
+        error is 0 if there are no states, and NaN for scenes with damping, friction or a shaken
+        support, which do not conserve the energy.
         """
         if self._is_many:
             return cast(float, self._compute_per_top(lambda path: path.energy_error))
@@ -725,11 +692,8 @@ class PathBase(RunResult, QuantityAttributes):
             return np.nan
         if not len(self):
             return 0.0
-        scene = self.scene
-        kinetic, potential = (
-            float(values(name, scene._block, scene._start_state)[0])
-            for name in ("kinetic", "potential")
-        )
+        scene, names = self.scene, ("kinetic", "potential")
+        kinetic, potential = (values(n, scene._block, scene._start_state).item() for n in names)
         lever = float(np.linalg.norm(scene.body.com))
         size = max(kinetic, self.kinetic.max()) + scene.body.mass * abs(scene.gravity) * lever
         change = np.abs(self.energy - (kinetic + potential)).max()

@@ -6,7 +6,7 @@ import csv
 import io
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, fields, replace
 from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
@@ -23,7 +23,7 @@ from .._options.plan import StepChoice
 from .._utils import arguments
 from .._utils.arguments import Array, as_bool, as_float, as_int, short_repr
 from .._utils.files import ArchiveReader, Integers, atomic_write, pack_archive
-from .._utils.quantity_attributes import QuantityAttributes, QuantityName
+from .._utils.quantity_attributes import QuantityAttributes
 from .calls import (
     NO_STATES,
     STATUSES,
@@ -92,10 +92,8 @@ class ColumnTable(NamedTuple):
             lead = [n if dim in column.dims else 1 for dim, n in self.sizes.items()]
             for name, values in column.split_components():
                 inner = values.shape[len(column.dims) :]
-                whole = np.broadcast_to(
-                    values.reshape(*lead, *inner), (*self.sizes.values(), *inner)
-                )
-                rows = whole.reshape(-1, *inner)
+                whole = *self.sizes.values(), *inner
+                rows = np.broadcast_to(values.reshape(*lead, *inner), whole).reshape(-1, *inner)
                 flat[name] = list(map(tuple, rows.tolist())) if inner else rows
         return flat
 
@@ -110,11 +108,8 @@ class ColumnTable(NamedTuple):
     def number_dimensions(self) -> ColumnTable:
         """Return a table with a column of indices for each dimension of tops without a column."""
         names = {"time", *(column.name for column in self.columns)}
-        numbers = [
-            TableColumn(dim, (dim,), np.arange(n))
-            for dim, n in self.sizes.items()
-            if dim not in names
-        ]
+        dims = {dim: np.arange(n) for dim, n in self.sizes.items() if dim not in names}
+        numbers = [TableColumn(dim, (dim,), rows) for dim, rows in dims.items()]
         return self._replace(columns=[*numbers, *self.columns])
 
     def to_pandas(self, index: Sequence[str] = ()) -> DataFrame:
@@ -133,9 +128,8 @@ class ColumnTable(NamedTuple):
         variables: dict[str, Any] = {}
         coordinates: dict[str, Any] = {}
         for column in self.columns:
-            attributes = {"units": column.unit}
-            if column.text:
-                attributes["long_name"] = column.text
+            long_name = {"long_name": column.text} if column.text else {}
+            attributes = {"units": column.unit, **long_name}
             name = "time" if (column.name, column.dims) == ("t", ("time",)) else column.name
             dims = (*column.dims, *column.labels)
             target = coordinates if column.is_coordinate else variables
@@ -182,9 +176,8 @@ def list_parameter_columns(tops: Scene, taken: Iterable[str] = ()) -> list[Table
         [given, *names] = [f"{word}_given" if word in taken else word for word in (name, *dims)]
         labels = {f"{given}_component": ()} if inner else {}
         unit = get_parameter_unit(name, tops._in_degrees)
-        columns.append(
-            TableColumn(given, tuple(names), rows, unit, labels=labels, is_coordinate=True)
-        )
+        column = TableColumn(given, tuple(names), rows, unit, labels=labels, is_coordinate=True)
+        columns.append(column)
     return columns
 
 
@@ -194,15 +187,15 @@ def name_axes(tops: Any, taken: Iterable[str] = ()) -> tuple[str, ...]:
 
 
 def describe_quantities(
-    path: TableExportMethods, names: Iterable[str], degrees: bool
+    path: Any, names: Iterable[str], degrees: bool
 ) -> list[QuantityDescription]:
     """Return the requested quantities, in degrees instead of radians if `degrees` is True.
 
     If `names` is empty, all quantities that the path stores are returned. The name 't' is ignored,
     because all tables contain the times.
     """
-    in_degrees, requested = as_bool("degrees", degrees), list(names)
-    for name in requested:
+    in_degrees, requested = as_bool("degrees", degrees), list(names) or path.want
+    for name in requested or ():
         if not isinstance(name, str):
             raise TypeError(
                 "quantities must be names, as in to_pandas('nutation', 'energy'), not "
@@ -210,20 +203,15 @@ def describe_quantities(
             )
         if name not in RECORDABLE and name != TIME.name:
             raise ValueError(arguments.unknown_name_message("quantity", name, RECORDABLE))
-    stored = ("q", "m") if path._low is None else ("q", "m", *LOW)
-    quantities = [
-        RECORDABLE[name]
-        for name in dict.fromkeys(requested or (stored if path.want is None else path.want))
-        if name != TIME.name
-    ]
-    return [
-        q._replace(dimension=arguments.get_angular_unit(q.dimension, in_degrees))
-        for q in quantities
-    ]
+    if requested is None:
+        requested = ("q", "m") if path._low is None else ("q", "m", *LOW)
+    rows = [RECORDABLE[name] for name in dict.fromkeys(requested) if name != TIME.name]
+    units = [arguments.get_angular_unit(row.dimension, in_degrees) for row in rows]
+    return [row._replace(dimension=unit) for row, unit in zip(rows, units, strict=True)]
 
 
 def list_quantity_columns(
-    path: TableExportMethods,
+    path: Any,
     names: Iterable[str] = (),
     degrees: bool = False,
     unwrap: bool = False,
@@ -239,54 +227,37 @@ def list_quantity_columns(
             values = np.unwrap(values)
         if each.dimension.startswith("deg"):
             values = np.degrees(values)
-        labels = list_component_labels(each)
-        columns.append(
-            TableColumn(each.name, dims, values, each.dimension, each.text, each.components, labels)
-        )
+        rest = each.dimension, each.text, each.components, list_component_labels(each)
+        columns.append(TableColumn(each.name, dims, values, *rest))
     return columns
 
 
 class TableExportMethods(QuantityAttributes):
     """Methods of paths that export tables."""
 
-    if TYPE_CHECKING:
-
-        @property
-        def t(self) -> Array: ...
-        @property
-        def want(self) -> tuple[QuantityName, ...] | None: ...
-        @property
-        def _low(self) -> Array | None: ...
-
-    def _tabulate(self, names: Iterable[str], degrees: bool, unwrap: bool) -> ColumnTable:
-        """Return the times and quantities, with the attributes of the run."""
-        raise NotImplementedError
+    _tabulate: Callable[[Iterable[str], bool, bool], ColumnTable]  # of a path
 
     def euler(self, *, degrees: bool = False, unwrap: bool = False) -> Array:
         """Return the z-x-z Euler angles as columns: precession_angle, nutation, spin_angle [rad].
 
         degrees  True: return degrees
-        unwrap   True: remove jumps of whole turns; consecutive states must be less than half a
-                 turn apart
+        unwrap   True: remove jumps of whole turns between states less than half a turn apart
 
             >>> import kreisel as kr
             >>> kr.solve(kr.scenes.cusps, [0.0]).euler(degrees=True).round(6).tolist()
             [[0.0, 53.130102, 0.0]]
         """
-        angles = list_quantity_columns(
-            self, ["precession_angle", "nutation", "spin_angle"], degrees, unwrap
-        )
-        return np.stack([each.values for each in angles[1:]], axis=-1)
+        names = "precession_angle", "nutation", "spin_angle"
+        angles = list_quantity_columns(self, names, degrees, unwrap)[1:]
+        return np.stack([each.values for each in angles], axis=-1)
 
     def to_pandas(self, *names: str, degrees: bool = False, unwrap: bool = False) -> DataFrame:
         """Return a pandas.DataFrame with one row per state, indexed by t.
 
-        For many tops, the rows are indexed by the dimensions of the ensemble and by t. The columns
-        then begin with the other varying parameters, `status` and `reached`; a parameter with the
-        name of a quantity in the table is called, for example, spin_given.
-
-        The columns are the components of the quantities in `names`. If no names are given, the
-        columns are the components of all quantities that the path stores.
+        The columns are the components of the quantities in `names`, by default of all that the path
+        stores. For many tops, the rows are indexed by the dimensions of the ensemble and by t, and
+        the other varying parameters, `status` and `reached` come first; a parameter with the name
+        of a quantity in the table is called, for example, spin_given.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.cusps, [0.0, 1.0])
@@ -295,11 +266,10 @@ class TableExportMethods(QuantityAttributes):
             (['nutation', 'm_x', 'm_y', 'm_z'], 'deg')
 
         `attrs` contains the method, the scene and, under `units`, the unit of each column: 'rad',
-        'rad/T' or 'rad/T^2' for angles and their derivatives, and a dimension [M L T] for others.
-        With degrees=True, degrees take the place of radians. unwrap=True removes jumps of whole
-        turns from angles. Raises ValueError for an unknown name, and TypeError for a
-        name that is not a string. Raises AttributeError for a quantity that `want` excludes, and
-        ImportError if pandas is not installed.
+        'rad/T' or 'rad/T^2' for angles and their derivatives (degrees=True: 'deg', ...), and a
+        dimension [M L T] for others. unwrap=True removes jumps of whole turns from angles. Raises
+        ValueError for an unknown name, TypeError for a name that is not a string, AttributeError
+        for a quantity that `want` excludes, and ImportError if pandas is not installed.
         """
         table = self._tabulate(names, degrees, unwrap).number_dimensions()
         return table.to_pandas([*(dim for dim in table.sizes if dim != "time"), "t"])
@@ -307,10 +277,9 @@ class TableExportMethods(QuantityAttributes):
     def to_xarray(self, *names: str, degrees: bool = False, unwrap: bool = False) -> Dataset:
         """Return an xarray.Dataset with one variable per quantity in `names`.
 
-        If no names are given, the Dataset contains all quantities that the path stores. The
-        dimensions of every variable are those of the ensemble, if there is one, and time. The
-        dimensions of the components are named quaternion (w, x, y, z), axis (x, y, z) and
-        principal_axis (N, B, T).
+        The default, the arguments and the exceptions are those of to_pandas. The dimensions of
+        every variable are those of the ensemble, time, and those of the components: quaternion (w,
+        x, y, z), axis (x, y, z) and principal_axis (N, B, T).
 
             >>> import kreisel as kr
             >>> kr.solve(kr.scenes.cusps, [0.0, 1.0]).to_xarray("frame")["frame"].dims
@@ -322,28 +291,19 @@ class TableExportMethods(QuantityAttributes):
         For many tops, the coordinates include the varying parameters, `status` and `reached`. A
         parameter with the name of a quantity in the Dataset is called, for example, spin_given, and
         so is its dimension. If each top has its own times, the coordinate t depends on the
-        dimensions of the ensemble and on time.
-
-        Each variable has the attributes `long_name` and `units`; the units are as in to_pandas. The
-        attributes of the Dataset are the method, its step, tol and digits if given, and for one
-        top the scene in TOML format. The arguments and exceptions are the same as for to_pandas,
-        but ImportError is raised if xarray is not installed.
+        dimensions of the ensemble and on time. Each variable has the attributes `long_name` and
+        `units`. The attributes of the Dataset are the method, its step, tol and digits if given,
+        and for one top the scene in TOML.
         """
         return self._tabulate(names, degrees, unwrap).to_xarray()
 
     def to_csv(
-        self,
-        file: str | os.PathLike[str],
-        *names: str,
-        degrees: bool = False,
-        unwrap: bool = False,
+        self, file: str | os.PathLike[str], *names: str, degrees: bool = False, unwrap: bool = False
     ) -> None:
         """Write t and the components of the quantities in `names` as CSV, in full precision.
 
-        If no names are given, all quantities that the path stores are written. For many tops, they
-        follow the dimensions of the ensemble and the other columns named in to_pandas. The first
-        line of the file contains the names and units of the columns. Numbers without a unit have
-        none.
+        The other arguments and columns are those of to_pandas, and so are the exceptions, except
+        ImportError. The first line contains the names and units of the columns.
 
             >>> import pathlib, tempfile
             >>> import kreisel as kr
@@ -356,8 +316,7 @@ class TableExportMethods(QuantityAttributes):
 
         kr.Record.from_csv and `kreisel fit` read the units. pandas 3.1 or later reads bitwise equal
         values; older versions need float_precision="round_trip". The file is replaced atomically.
-        Raises OSError if the file cannot be written. Raises the same exceptions as to_pandas, but
-        never ImportError, because pandas is not required.
+        Raises OSError if the file cannot be written.
         """
         self._tabulate(names, degrees, unwrap).number_dimensions().to_csv(file)
 
@@ -365,13 +324,18 @@ class TableExportMethods(QuantityAttributes):
 _FORMAT = 1  # version of the archive's layout: the header's entries and the names of the arrays
 _EVENTS = "events_"
 _MET = "which", "direction"
-
-
 PathArguments = dict[str, Any]  # keyword arguments of kreisel.Path
+SavedEnsemble = tuple[Scene, Array, Options, EnsembleBuffers]
 
 
 def encode_as_archive(path: Any) -> bytes:
     """Return the archive of a kreisel.Path, as described in Path.save."""
+
+    def list_states(path: Any, prefix: str) -> dict[str, Any]:
+        low = () if path._low is None else LOW
+        names = ("q", "m", *low) if path.want is None else path.want
+        return {prefix + name: getattr(path, name) for name in ("t", *names)}
+
     head = {"kreisel": version, "format": _FORMAT, **path._options.to_json()}
     if path._is_many:
         return _encode_many(head, path.scene, path._t, path._buffers)
@@ -383,20 +347,16 @@ def encode_as_archive(path: Any) -> bytes:
         "stats": path.stats,
         "choice": choice and asdict(choice),
         "tangents": data and {"by": data.by, "rest": data.truncation},
-        "events": None
-        if events is None
-        else {"want": events.path.want, "low": events.path._low is not None},
+        "events": None,
     }
-    arrays: dict[str, Array | Integers] = dict(_get_state_arrays_by_name(path, ""))
+    arrays = list_states(path, "")
     if data:
         arrays |= {"tangents": data.high, "tangents_low": data.low}
     if events is not None:
-        arrays |= _get_state_arrays_by_name(events.path, _EVENTS)
+        head["events"] = {"want": events.path.want, "low": events.path._low is not None}
+        arrays |= list_states(events.path, _EVENTS)
         arrays |= {_EVENTS + name: getattr(events, name) for name in _MET}
     return pack_archive({"head": json.dumps(head), "scene": path.scene.to_toml()}, arrays)
-
-
-SavedEnsemble = tuple[Scene, Array, Options, EnsembleBuffers]
 
 
 def _encode_many(head: dict[str, Any], tops: Scene, t: Array, buffers: EnsembleBuffers) -> bytes:
@@ -417,67 +377,47 @@ def _encode_many(head: dict[str, Any], tops: Scene, t: Array, buffers: EnsembleB
     arrays: dict[str, Any] = {"t": t, **buffers.arrays, **given}
     arrays |= {f"column_{name}": column for name, column in buffers.columns.items()}
     arrays |= {f"last_{i}": states for i, states in buffers.last.items()}
-    if events:
-        names = [_EVENTS + name for name in EventColumns._fields]
-        arrays |= zip(names, events, strict=True)
+    arrays |= {_EVENTS + name: x for name, x in zip(EventColumns._fields, events, strict=False)}
     # Doubles hold the integers of all arrays exactly.
     doubles = {name: np.asarray(array, np.float64) for name, array in arrays.items()}
     return pack_archive({"head": json.dumps(head)}, doubles)
 
 
-def _read_saved_ensemble(archive: ArchiveReader, head: dict[str, Any]) -> SavedEnsemble:
+def _read_many(archive: ArchiveReader, head: dict[str, Any]) -> SavedEnsemble:
+    read = archive.read_archive_doubles
     scenes = [parse_scene_toml(text) for text in head["scenes"]]
     tops, options = Scene.stack(scenes).reshape(tuple(head["shape"])), Options.from_json(head)
-    varied = {
-        name.removeprefix("given_"): archive.read_archive_doubles(name, *shape)
-        for name, shape in head["given"].items()
-    }
+    given = {name.removeprefix("given_"): read(name, *n) for name, n in head["given"].items()}
     if len(head["names"]) != tops.ndim:
         raise ValueError("its dimensions have no names")
-    vars(tops).update(_names=tuple(head["names"]), _varied=varied)
-    vars(tops)["_in_degrees"] = bool(head["in_degrees"])
-    t = archive.read_archive_doubles("t", *head["times"])
+    own = {"_names": tuple(head["names"]), "_in_degrees": bool(head["in_degrees"])}
+    vars(tops).update(own, _varied=given)
+    t = read("t", *head["times"])
     if t.ndim not in (1, 2) or (t.ndim == 2 and len(t) != tops.size):
         raise ValueError("its times have the wrong shape")
     buffers = EnsembleBuffers.allocate_buffers(tops.size, t.shape[-1], options)
-    arrays = buffers.arrays
-    arrays |= {f"column_{name}": column for name, column in buffers.columns.items()}
-    for name, array in arrays.items():
-        array[...] = archive.read_archive_doubles(name, *array.shape)
+    columns = {f"column_{name}": column for name, column in buffers.columns.items()}
+    for name, array in (buffers.arrays | columns).items():
+        array[...] = read(name, *array.shape)
     is_known = (buffers.status >= 0) & (buffers.status < len(STATUSES))
     if not (is_known & (buffers.done >= 0) & (buffers.done <= t.shape[-1])).all():
         raise ValueError("the statuses of its tops are damaged")
     for i, *shape in head["last"]:
         if shape not in ([1, 8], [2, 8]):
             raise ValueError("its last states have the wrong shape")
-        buffers.last[int(i)] = archive.read_archive_doubles(f"last_{i}", *shape)
+        buffers.last[int(i)] = read(f"last_{i}", *shape)
     for i, choice in head["chosen"]:
-        buffers.chosen[int(i)] = _build_step_choice_from_dict(choice)
+        buffers.chosen[int(i)] = _read_step_choice(choice)
     buffers.messages = {int(i): str(text) for i, text in head["messages"]}
     k = as_int("event_count", head["event_count"], 0)
     if options.requests_events:
-        integers: Any = (
-            archive.read_archive_doubles(_EVENTS + name, k).astype(kind)
-            for name, kind in (("top", np.int64), ("which", np.intc), ("direction", np.intc))
-        )
-        top, which, direction = integers
+        top = read(f"{_EVENTS}top", k).astype(np.int64)
+        which, direction = (read(_EVENTS + name, k).astype(np.intc) for name in _MET)
         if k and not (top.min() >= 0 and top.max() < tops.size and which.min() >= 0):
             raise ValueError("its events are damaged")
-        states, low = (
-            archive.read_archive_doubles(_EVENTS + name, k, 8) for name in ("states", "low")
-        )
+        states, low = (read(_EVENTS + name, k, 8) for name in ("states", "low"))
         buffers.events = [EventColumns(top, states, low, which, direction)]
     return tops, t, options, buffers
-
-
-def _get_state_arrays_by_name(path: Any, prefix: str) -> dict[str, Array]:
-    if path._columns is not None:
-        arrays = path._columns
-    else:
-        arrays = {name: getattr(path, name) for name in ("t", "q", "m")}
-        if path._low is not None:
-            arrays |= {name: getattr(path, name) for name in LOW}
-    return {prefix + name: array for name, array in arrays.items()}
 
 
 def read_archive(
@@ -490,7 +430,7 @@ def read_archive(
         if as_int("format", head["format"], 1) != _FORMAT:
             raise ValueError(f"its format {head['format']} belongs to a later version of kreisel")
         if "scenes" in head:
-            return _read_saved_ensemble(archive, head)
+            return _read_many(archive, head)
         scene = parse_scene_toml(archive.read_archive_text("scene"))
         if not isinstance(head["stats"], list):
             raise TypeError("stats must be a list of numbers")
@@ -503,79 +443,66 @@ def read_archive(
             "stats": Stats(*(as_int("a number of the stats", n, 0) for n in head["stats"])),
             "_options": options if events is None else replace(options, events=()),
             "_is_back": step is not None and step < 0.0,
-            "_choice": None if choice is None else _build_step_choice_from_dict(choice),
+            "_choice": None if choice is None else _read_step_choice(choice),
             "_origin": RunStart.from_json(head.get("start")),
         }
-        path = words | _read_path_arrays(archive, "", words["_options"], head)
+        path, n = _read_states(archive, "", words, head)
         if head.get("tangents") is not None:
-            path["_tangent_data"] = _read_tangents_from_archive(
-                archive, len(path["states"]), head["tangents"]
-            )
+            path["_tangent_data"] = _read_tangents(archive, n, head["tangents"])
         if events is None:
             return path, None
-        rows = _read_path_arrays(archive, _EVENTS, words["_options"], _require_json_object(events))
+        rows, n = _read_states(archive, _EVENTS, words, _require_json_object(events))
     except (KeyError, RecursionError, TypeError) as error:
         raise ValueError(f"its header is damaged: {error}") from None
-    n = len(rows["_columns"]["t"] if "_columns" in rows else rows["states"])
     which, direction = (archive.read_archive_integers(_EVENTS + name, n) for name in _MET)
     if not (np.abs(direction) == 1).all() or which.min(initial=0) < 0:
         raise ValueError("its events are damaged")
-    return path, (words | rows, which, direction)
+    return path, (rows, which, direction)
 
 
-def _require_json_object(value: object) -> dict[str, object]:
+def _require_json_object(value: object) -> dict[str, Any]:
     if not isinstance(value, dict):
         raise TypeError(f"{short_repr(value)} is not a table")
     return value
 
 
-def _build_step_choice_from_dict(head: object) -> StepChoice:
+def _read_step_choice(head: object) -> StepChoice:
     words = _require_json_object(head)
     for field in fields(StepChoice):
-        if type(words[field.name]).__name__ != field.type:
-            raise TypeError(
-                f"choice.{field.name} = {short_repr(words[field.name])} is not a {field.type}"
-            )
-    numbers: dict[str, Any] = words
-    return StepChoice(**numbers)
+        value = words[field.name]
+        if type(value).__name__ != field.type:
+            raise TypeError(f"choice.{field.name} = {short_repr(value)} is not a {field.type}")
+    return StepChoice(**words)
 
 
-def _read_tangents_from_archive(archive: ArchiveReader, n: int, head: object) -> TangentData:
+def _read_tangents(archive: ArchiveReader, n: int, head: object) -> TangentData:
     words = _require_json_object(head)
     names, rest = words["by"], as_float("rest", words["rest"])
-    if (
-        not isinstance(names, list)
-        or not names
-        or names != [name for name in TANGENTS if name in names]
-    ):
+    known = [name for name in TANGENTS if isinstance(names, list) and name in names]
+    if not known or names != known:
         raise ValueError(f"its tangents have the invalid columns {short_repr(names)}")
     shape = n, 6, sum(TANGENTS[name][1] for name in names)
-    high, low = (
-        archive.read_archive_doubles(name, *shape) for name in ("tangents", "tangents_low")
-    )
+    high, low = (archive.read_archive_doubles(x, *shape) for x in ("tangents", "tangents_low"))
     return TangentData.from_flat_arrays(high, low, rest, tuple(names))
 
 
-def _read_path_arrays(
-    archive: ArchiveReader, prefix: str, options: Options, head: dict[str, object]
-) -> PathArguments:
-    def read(t: Array, quantities: Iterable[QuantityDescription]) -> list[Array]:
-        return [
-            archive.read_archive_doubles(prefix + each.name, len(t), *each.shape)
-            for each in quantities
-        ]
-
+def _read_states(
+    archive: ArchiveReader, prefix: str, words: PathArguments, head: dict[str, Any]
+) -> tuple[PathArguments, int]:
+    """Return the arguments of a path with its states or quantities, and their number."""
     want, is_low = head["want"], head["low"]
     if not isinstance(is_low, bool):
         raise TypeError(f"low must be true or false, not {short_repr(is_low)}")
-    t = archive.read_archive_doubles(f"{prefix}t", None)
+    names: Any = ("q", "m", *(LOW if is_low else ()))
     if want is not None:
         names = choices.validate_requested_quantities(want) or ()
-        columns = {"t": t} | dict(
-            zip(names, read(t, [RECORDABLE[name] for name in names]), strict=True)
-        )
-        options = replace(options, want=names)
-        return {"states": NO_STATES, "_options": options, "_columns": columns}
-    low = np.column_stack([np.zeros(len(t)), *read(t, LOW.values())]) if is_low else None
-    states = np.column_stack([t, *read(t, [RECORDABLE["q"], RECORDABLE["m"]])])
-    return {"states": states, "_low": low}
+    read = archive.read_archive_doubles
+    t = read(f"{prefix}t", None)
+    columns = {name: read(prefix + name, len(t), *RECORDABLE[name].shape) for name in names}
+    if want is not None:
+        options = replace(words["_options"], want=names)
+        more = {"states": NO_STATES, "_options": options, "_columns": {"t": t} | columns}
+        return words | more, len(t)
+    q, m, *low = columns.values()
+    words = words | {"states": np.column_stack([t, q, m])}
+    return words | {"_low": np.column_stack([np.zeros(len(t)), *low]) if low else None}, len(t)

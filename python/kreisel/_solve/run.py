@@ -178,7 +178,7 @@ class Run:
         full = paths.build_path_from_core_result(self.scene, self._options, path, self._origin)
         part = paths.drop_unrequested_quantities(full, self.want, path[-1])
         self.__dict__["stats"] = part.stats
-        raise paths.make_stop_exception(path[0], part, paths.format_progress(part, path[-1]))
+        raise paths.make_stop_exception(path[0], part, path[-1])
 
     def _advance_to_times(self, times: Array, progress: Progress | None) -> Path:
         """Advance the run, and return the path at the given times."""
@@ -190,7 +190,7 @@ class Run:
             )
         if status != "OK":
             end = float(times[-1]) if times.size else self.t
-            raise paths.make_stop_exception(status, path, paths.format_progress(path, end))
+            raise paths.make_stop_exception(status, path, end)
         return requests.report_final_time(path, progress)
 
     def stream(
@@ -431,7 +431,7 @@ def start_motion(scene: Scene, options: Options, back: bool, origin: RunStart = 
     state[0, 0] = origin.begin
     result = status, state, None, (0, 0, 0, 0), -0.1 if back else 0.0
     path = paths.build_path_from_core_result(scene, options, result, origin)
-    raise paths.make_stop_exception(status, path, paths.format_progress(path, origin.begin))
+    raise paths.make_stop_exception(status, path, origin.begin)
 
 
 def _drop_missing_arguments(**given: object) -> SceneKwargs:

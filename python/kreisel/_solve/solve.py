@@ -228,7 +228,7 @@ def _record_path_with_tangents(
     path = paths.build_path_from_core_result(scene, options, result)
     path = replace(path, _tangent_data=tangents)
     if result[0] != "OK":
-        raise paths.make_stop_exception(result[0], path, paths.format_progress(path, end))
+        raise paths.make_stop_exception(result[0], path, end)
     return requests.report_final_time(path, progress)
 
 

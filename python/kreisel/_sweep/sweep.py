@@ -218,7 +218,8 @@ class SweepResult:
             tops = self._store.plan.build_tops(range(self.size))
             return build_event_path(tops, self._store.plan.validate(tops)[0], columns)
 
-        return Events._of_many(events, self.shape, partial(build_path, events))
+        find_path = partial(build_path, events)
+        return Events(find_path, events.which, events.direction, events, self.shape)
 
     def to_arrow(self) -> Table:
         """Return a pyarrow.Table with one row per top.
