@@ -51,7 +51,12 @@ with optional_dependency("'kreisel[plot]'"):
 RED, CREAM = "#c73237", "#f7ecd2"  # colours of a body, as in the interactive viewer
 _LIGHT = np.array((-0.4, -0.5, 0.77))
 _SLICES = 96
-_PIECES = 4  # straight pieces that approximate each piece of a profile
+_PROFILE = (  # the radii and heights of the outline of a spinning top and its stem
+    (0.62, 0.55), (0.7, 0.64), (0.79, 0.73), (0.87, 0.82), (0.93, 0.9), (0.97, 0.96), (0.99, 1.01),
+    (1.0, 1.05), (1.0, 1.1), (1.0, 1.15), (1.0, 1.2), (0.98, 1.25), (0.95, 1.3), (0.91, 1.35),
+    (0.85, 1.4), (0.78, 1.46), (0.7, 1.5), (0.59, 1.54), (0.47, 1.57), (0.33, 1.59), (0.2, 1.62),
+    (0.1, 1.68), (0.1, 2.15), (0.16, 2.2), (0.16, 2.35), (0.0, 2.4),
+)  # fmt: skip
 _ROUND = 24  # flat sides that approximate a round tube
 
 
@@ -73,12 +78,11 @@ def draw_solid_faces(
     azimuth: float = 0.0,
     edge: float = 0.0,
 ) -> PolyCollection:
-    """Draw the faces of a solid, given their corners in an array of shape (n, 4, 3).
+    """Draw the visible faces of a solid, from the farthest to the nearest.
 
-    The corners of each face are listed counterclockwise as seen from outside. Only the faces
-    visible to the viewer are drawn, in order of decreasing distance. Faces that are turned towards
-    the light are brighter. `colour` is either one colour for all faces or an array of colours.
-    `edge` is the line width of the outlines [pt].
+    corners  (n, 4, 3) counterclockwise as seen from outside
+    colour   of all faces, or an array; faces that are turned towards the light are brighter
+    edge     the line width of the outlines [pt]
     """
     x, y, depth = project_to_view(corners, elevation, azimuth)
     is_visible = _compute_signed_areas(x, y) > 0.0
@@ -107,21 +111,18 @@ def draw_tube(
 ) -> None:
     """Draw a tube of elliptical cross-section along a curve through n points.
 
-    The axes of the ellipse are parallel to the unit vectors in `normals`, an array of
-    shape (n, 2, 3). The axes of the ellipse have the ratio `section`, and the major axis has the
-    length `thickness`, by default a thirtieth of the size of the curve.
+    The axes of the ellipse are parallel to the unit vectors in `normals` (n, 2, 3), have the ratio
+    `section`, and the length `thickness`, by default a thirtieth of the size of the curve.
     """
     angle = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1) * np.array(section)
     ring *= 0.5 * (np.ptp(centre, axis=0).max() / 30.0 if thickness is None else thickness)
     rims = centre[:, None] + np.einsum("cj,njk->nck", ring, normals)
     pieces = np.arange(0, _ROUND, 2)[:, None] + np.arange(3)  # rim points of the end faces
-    first, last = (rims[k, pieces % _ROUND] for k in (0, -1))
-    middle = np.broadcast_to(centre[[0, -1], None, None], (2, len(pieces), 1, 3))
-    ends = [
-        np.concatenate([middle[0], first[:, ::-1]], axis=1),
-        np.concatenate([middle[1], last], axis=1),
-    ]
+    ends = []
+    for k, corners in (0, pieces[:, ::-1]), (-1, pieces):
+        middle = np.broadcast_to(centre[k], (len(pieces), 1, 3))
+        ends.append(np.concatenate([middle, rims[k, corners % _ROUND]], axis=1))
     shifted = np.roll(rims, -1, axis=1)
     sides = np.stack([rims[:-1], shifted[:-1], shifted[1:], rims[1:]], axis=2).reshape(-1, 4, 3)
     draw_solid_faces(axes, np.concatenate([sides, *ends]), colour, elevation, azimuth)
@@ -176,40 +177,29 @@ def cuboid(mass: float, moments: Array, com: Array) -> tuple[Array, Array, Array
     """Return the half-edge lengths, centre and axes of a homogeneous cuboid.
 
     The cuboid has the given principal moments of inertia about the fixed point. If no cuboid of the
-    given mass has these moments of inertia, the mass is increased while mass * com is kept
-    constant. The increased mass is chosen to make the cuboid as large as possible. If no increased
-    mass suffices, the half-edge lengths are proportional to the square roots of the moments.
+    given mass has them, the mass is increased at constant mass * com so that the cuboid is as large
+    as possible. If that does not suffice, the half-edges are proportional to the square roots of
+    the moments.
     """
-    best = _find_cuboid_of_same_inertia(mass, moments, mass * com)
-    if best is None:
-        candidates = (
-            _find_cuboid_of_same_inertia(mass * 1.05**k, moments, mass * com)
-            for k in range(1, 1200)
-        )
-        best = max((c for c in candidates if c), key=lambda c: float(np.prod(c[0])), default=None)
-    return best or (np.sqrt(moments / moments.max()), np.zeros(3), np.eye(3))
-
-
-def _find_cuboid_of_same_inertia(
-    mass: float, moments: Array, lever: Array
-) -> tuple[Array, Array, Array] | None:
-    centre = lever / mass
-    central_inertia = np.diag(moments) - mass * (
-        centre @ centre * np.eye(3) - np.outer(centre, centre)
-    )
-    off_diagonal = np.abs(central_inertia - np.diag(np.diag(central_inertia))).max()
-    central_moments, axes = (
-        np.linalg.eigh(central_inertia)
-        if off_diagonal > 1e-12 * moments.max()
-        else (np.diag(central_inertia), np.eye(3))
-    )
-    squares = 1.5 / mass * (central_moments.sum() - 2.0 * central_moments)
-    min_square = 1e-4 * squares.max()
-    if squares.min() < -1e-9 * squares.max() or not min_square > 0.0:
-        return None
-    if np.linalg.det(axes) < 0.0:
-        axes = -axes
-    return np.sqrt(np.maximum(squares, min_square)), centre, axes.T
+    solids = []
+    for k in range(1200):
+        trial = mass * 1.05**k
+        centre = mass * com / trial
+        square = centre @ centre * np.eye(3) - np.outer(centre, centre)
+        inertia = np.diag(moments) - trial * square
+        diagonal = np.diag(inertia)
+        central, axes = diagonal, np.eye(3)
+        if np.abs(inertia - np.diag(diagonal)).max() > 1e-12 * moments.max():
+            central, axes = np.linalg.eigh(inertia)
+        squares = 1.5 / trial * (central.sum() - 2.0 * central)
+        least = 1e-4 * squares.max()
+        if squares.min() >= -1e-9 * squares.max() and least > 0.0:
+            axes = -axes if np.linalg.det(axes) < 0.0 else axes
+            solids.append((np.sqrt(np.maximum(squares, least)), centre, axes.T))
+            if k == 0:
+                break
+    other = np.sqrt(moments / moments.max()), np.zeros(3), np.eye(3)
+    return max(solids, key=lambda solid: float(np.prod(solid[0])), default=other)
 
 
 def build_cuboid_faces(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]:
@@ -229,21 +219,17 @@ def build_cuboid_faces(half: Array, centre: Array, axes: Array) -> tuple[Array, 
 def build_faces_of_revolution(
     radius: float, half: float, height: float, tip: bool
 ) -> tuple[Array, Array]:
-    """Return the faces of a body of revolution about the third axis, together with their colours.
+    """Return the faces of a body of revolution about the third axis, and their colours.
 
-    `radius`, `half` and `height` are the radius, half-length and centre height of a cylinder. If
-    `tip` is True, the cylinder is replaced by a spinning top of similar size that stands on the
-    origin. One sector of the surface is brighter, which makes the spin visible.
+    `radius`, `half` and `height` are the radius, half-length and centre height of a cylinder, or,
+    if `tip` is True, of a spinning top of similar size that stands on the origin. One sector is
+    brighter, which makes the spin visible.
     """
     low = height - half
     if tip:
         foot = [(0.0, 0.0), (0.05, 0.02 * half)] if low > 0.3 * half else []
         start = [(0.05, low)] if foot else [(0.0, min(low, 0.0))]
-        body = [(0.62, 0.55), (0.93, 0.9), (1.0, 1.1), (0.95, 1.3), (0.7, 1.5), (0.2, 1.62)]
-        stem = [(0.1, 1.68), (0.1, 2.15), (0.16, 2.2), (0.16, 2.35), (0.0, 2.4)]
-        profile = (
-            foot + start + [(r, low + z * half) for r, z in [*_compute_spline_points(body), *stem]]
-        )
+        profile = foot + start + [(r, low + z * half) for r, z in _PROFILE]
     else:
         profile = [(0.0, low), (1.0, low), (1.0, low + 2 * half), (0.0, low + 2 * half)]
     r, z = np.array(profile).T
@@ -256,21 +242,6 @@ def build_faces_of_revolution(
     is_marked = np.arange(_SLICES) < _SLICES // 6
     colours = np.where(is_marked[:, None], to_rgb(CREAM), to_rgb(RED))
     return quads.reshape(-1, 4, 3), np.tile(colours, (len(r) - 1, 1))
-
-
-def _compute_spline_points(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return points on a smooth curve (a Catmull-Rom spline) through points (r, z) with r <= 1."""
-    knots = np.array(points)
-    slopes = np.gradient(knots, axis=0)
-    u = np.linspace(0.0, 1.0, _PIECES, endpoint=False)[:, None]
-    parts = [
-        (1 + 2 * u) * (1 - u) ** 2 * p + u**2 * (3 - 2 * u) * q
-        + u * (1 - u) ** 2 * a - u**2 * (1 - u) * b
-        for p, q, a, b in zip(knots[:-1], knots[1:], slopes[:-1], slopes[1:], strict=True)
-    ]  # fmt: skip
-    curve = np.concatenate([*parts, knots[-1:]])
-    curve[:, 0] = np.minimum(curve[:, 0], 1.0)
-    return [(float(r), float(z)) for r, z in curve]
 
 
 def build_solid_faces(body: Body) -> tuple[Array, Array]:
