@@ -14,12 +14,13 @@ from .._utils.arguments import Array, HintingType, ReadOnlyArrays, freeze_array,
 from .parameters import BatchParameter, Column, Index, Shape, collapse_broadcast_axes
 
 
-def broadcast_shapes(shapes: Mapping[str, Shape]) -> Shape:
-    """Return the shape to which named shapes broadcast; raise ValueError if they do not."""
+def broadcast_shapes(words: Iterable[BatchParameter], **more: Shape) -> Shape:
+    """Return the shape to which those of parameters broadcast; raise ValueError if they do not."""
+    shapes = [*more.items(), *[(one.name, one.shape) for one in words]]
     try:
-        return np.broadcast_shapes(*shapes.values())
+        return np.broadcast_shapes(*[shape for _, shape in shapes])
     except ValueError:
-        listing = ", ".join([f"{name} {shape}" for name, shape in shapes.items() if shape])
+        listing = ", ".join([f"{name} {shape}" for name, shape in shapes if shape])
         raise ValueError(
             f"the shapes of the members cannot be broadcast together: {listing}"
         ) from None

@@ -7,29 +7,18 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import combinations
-from typing import TYPE_CHECKING, Any, NoReturn, Self, Unpack, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Self, Unpack, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import INPUT_RTOL, KIND_RTOL, TENSOR_LEAST, bodies, body, body_kind
-from .._utils.arguments import (
-    Array,
-    NoKeywords,
-    as_float,
-    as_positive,
-    as_three_floats,
-    has_unknown_keywords,
-    make_exception_from_status,
-    make_frozen_class_decorator,
-    refuse_unknown_keywords,
-    short_repr,
-    warn_user,
-)
+from .._utils import arguments
+from .._utils.arguments import Array, NoKeywords, short_repr
 from ..quaternion import turn, unit
-from .batch import broadcast_shapes, shrink_column, stack_components, store_columns
-from .parameters import BatchParameter, BoolArray, Column, Index, Shape, get_member, read_parameter
-from .shapes import ShapeConstructors, add_point_masses
+from . import parameters
+from .batch import BatchBase, broadcast_shapes, shrink_column, stack_components, store_columns
+from .parameters import BatchParameter, Column, Index, Shape, get_member, read_parameter
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -40,10 +29,86 @@ _PRINCIPAL = "moments", "principal_com", "axes", "principal_rotor"
 _STORED = (*_GIVEN, "unphysical", *_PRINCIPAL)
 
 
+class _Moments(NamedTuple):
+    """Volume, second moments and centre of mass of a shape."""
+
+    volume: Array  # [L^3]; 0 for a thin shape
+    squares: tuple[Array, Array, Array]  # means of x^2, y^2, z^2 about the centre of mass [L^2]
+    height: Any = 0.0  # of the centre of mass above the origin of the pivot's coordinates [L]
+
+
+def _disk(r: Array) -> _Moments:
+    return _Moments(0.0 * r, (r * r / 4.0, r * r / 4.0, 0.0 * r))
+
+
+def _cylinder(r: Array, h: Array) -> _Moments:
+    return _Moments(math.pi * r * r * h, (r * r / 4.0, r * r / 4.0, h * h / 12.0))
+
+
+def _tube(hole: Array, r: Array, h: Array) -> _Moments:
+    side = (r * r + hole * hole) / 4.0
+    return _Moments(math.pi * (r - hole) * (r + hole) * h, (side, side, h * h / 12.0))
+
+
+def _cone(r: Array, h: Array) -> _Moments:
+    side, axial = 0.15 * r * r, 0.0375 * h * h
+    return _Moments(math.pi / 3.0 * r * r * h, (side, side, axial), 0.75 * h)
+
+
+def _ellipsoid(half: Array) -> _Moments:
+    a, b, c = np.moveaxis(half, -1, 0)
+    return _Moments(4.0 / 3.0 * math.pi * a * b * c, (a * a / 5.0, b * b / 5.0, c * c / 5.0))
+
+
+_SHAPES: dict[str, Callable[..., _Moments]] = {
+    # The numbers of a cuboid are its half-edges, which are multiplied as in the core.
+    "cuboid": lambda half: _Moments(half[..., 0], tuple(np.moveaxis(half, -1, 0))),
+    "ellipsoid": _ellipsoid,
+    "cylinder": _cylinder,
+    "tube": _tube,
+    "disk": _disk,
+    "rod": lambda length: _Moments(0.0 * length, (0.0 * length,) * 2 + (length * length / 12.0,)),
+    "sphere": lambda r: _Moments(4.0 / 3.0 * math.pi * r * r * r, (r * r / 5.0,) * 3),
+    "shell": lambda r: _Moments(0.0 * r, (r * r / 3.0,) * 3),
+    "cone": _cone,
+}
+
+
+def _check_radii(inner: BatchParameter, outer: BatchParameter, *given: ArrayLike) -> None:
+    broadcast_shapes((inner, outer))
+    hole, r = np.broadcast_arrays(inner.values, outer.values)
+    bad = ~((hole >= 0.0) & (hole <= r))
+    if bad.any():
+        radii = np.stack((hole, r), axis=-1) if bad.ndim else given
+        parameters.refuse_first("(inner, outer)", radii, bad, "must have 0 <= inner <= outer")
+
+
+def _add_point_masses(tensor: BatchParameter, mass: Array, lever: Array) -> BatchParameter:
+    """Add the inertia of point masses at the positions a = `lever`: mass * (|a|^2 1 - a a^t).
+
+    The result contains moments if `tensor` contains moments and all sums are diagonal, and matrices
+    otherwise.
+    """
+    x, y, z = np.moveaxis(np.asarray(lever), -1, 0)
+    with np.errstate(all="ignore"):
+        xx, yy, zz = mass * (x * x), mass * (y * y), mass * (z * z)
+        xy, yz, zx = (0.0 - mass * product for product in (x * y, y * z, z * x))
+        terms = (yy + zz, xy, zx), (xy, zz + xx, yz), (zx, yz, xx + yy)
+        if tensor.value == (3,):
+            i1, i2, i3 = (tensor.values[..., k] + terms[k][k] for k in range(3))
+            if not (xy.any() or yz.any() or zx.any()):
+                return BatchParameter("inertia", stack_components(i1, i2, i3), (3,))
+            flat = stack_components(i1, xy, zx, xy, i2, yz, zx, yz, i3)
+        else:
+            places = [(i, j) for i in range(3) for j in range(3)]
+            flat = stack_components(*(tensor.values[..., i, j] + terms[i][j] for i, j in places))
+    return BatchParameter("inertia", flat.reshape(*flat.shape[:-1], 3, 3), (3, 3))
+
+
 @store_columns
-@make_frozen_class_decorator("dataclasses.replace(body, {}=...) returns a new body")
+@arguments.make_frozen_class_decorator("dataclasses.replace(body, {}=...) returns a new body")
 @dataclass(frozen=True, init=False, eq=False, repr=False)
-class Body(ShapeConstructors):
+class Body(BatchBase):
     """A rigid body that rotates about the origin of the frame in which it is described.
 
     Each parameter may be an array of values, which gives many bodies. They broadcast to the shape
@@ -117,7 +182,7 @@ class Body(ShapeConstructors):
     _compared_of_many = "mass", "_tensors", "com", "inertia_rtol", "rotor"
     _stored = _STORED
 
-    @has_unknown_keywords("Body")
+    @arguments.has_unknown_keywords("Body")
     def __init__(
         self,
         mass: ArrayLike,
@@ -131,7 +196,7 @@ class Body(ShapeConstructors):
         **unknown: Unpack[NoKeywords],
     ) -> None:
         if unknown:
-            refuse_unknown_keywords(Body.__init__, unknown)
+            arguments.refuse_unknown_keywords(Body.__init__, unknown)
         if com is None:
             raise TypeError("com is missing: give the centre of mass relative to the fixed point")
         if (inertia is None) == (inertia_about_com is None):
@@ -145,10 +210,10 @@ class Body(ShapeConstructors):
         name = "inertia" if inertia_about_com is None else "inertia_about_com"
         tensor = read_parameter(name, inertia if inertia_about_com is None else inertia_about_com)
         words = [read_parameter("mass", mass), read_parameter("com", com), tensor]
-        broadcast_shapes({one.name: one.shape for one in words})
+        broadcast_shapes(words)
         masses, lever, _ = (one.values for one in words)
         if inertia_about_com is not None:
-            tensor = add_point_masses(tensor, masses, lever)
+            tensor = _add_point_masses(tensor, masses, lever)
         self._store_parts(words, masses, tensor, lever, inertia_rtol, unphysical, rotor)
 
     def _store_numbers(self, numbers: tuple[Any, ...], unphysical: bool) -> None:
@@ -158,7 +223,9 @@ class Body(ShapeConstructors):
         fields.update(zip((*_GIVEN, *_PRINCIPAL), values, strict=True))
         fields["_block"], fields["unphysical"] = block, unphysical or not is_physical
         if not (is_physical or unphysical):
-            warn_user(_describe_unphysical_inertia(self.mass, self._tensors, np.array(self.com)))
+            arguments.warn_user(
+                _describe_unphysical_inertia(self.mass, self._tensors, np.array(self.com))
+            )
 
     def _store_parts(
         self,
@@ -182,9 +249,8 @@ class Body(ShapeConstructors):
                 f"not {short_repr(unphysical)}"
             )
         words = [*words, *(one for one in (slacks, rotors) if np.any(one.values))]
-        shapes = {one.name: one.shape for one in (*words, rotors)}
         lead = np.broadcast_shapes(np.shape(mass), np.shape(com)[:-1], tensor.shape)
-        shape = broadcast_shapes({**shapes, "unphysical": flags.shape, "body": lead})
+        shape = broadcast_shapes((*words, rotors), unphysical=flags.shape, body=lead)
         rotor_values = rotors.values + 0.0  # no negative zeros
         if not shape:
             flat = [np.ascontiguousarray(x) for x in (tensor.values, com, rotor_values)]
@@ -225,31 +291,17 @@ class Body(ShapeConstructors):
 
     def _refuse_member(self, status: str, index: Index) -> NoReturn:
         tensor, inertia_rtol = self._tensors[index], float(self.inertia_rtol[index])
-        error = _find_ill_conditioned_inertia_error(tensor) or make_exception_from_status(
+        error = _find_ill_conditioned_inertia_error(tensor) or arguments.make_exception_from_status(
             status, _describe_triangle_violation(tensor, inertia_rtol)
         )
         raise type(error)(f"body{list(index)}: {error}" if index else str(error))
 
-    def _warn_about_unphysical_members(self, odd: BoolArray) -> None:
+    def _warn_about_unphysical_members(self, odd: parameters.BoolArray) -> None:
         index = tuple(map(int, np.unravel_index(int(odd.argmax()), odd.shape)))
         text = _describe_unphysical_inertia(self.mass[index], self._tensors[index], self.com[index])
         count = int(odd.sum())
         more = f" (and {count - 1} more)" if count > 1 else ""
-        warn_user(f"body{list(index)}{more}: {text}" if index else text)
-
-    @classmethod
-    def _from_parts(
-        cls,
-        words: list[BatchParameter],
-        mass: Array,
-        tensor: BatchParameter,
-        com: Array,
-        *,
-        is_rod: bool = False,
-    ) -> Self:
-        if is_rod and not np.shape(mass) and not tensor.shape and not np.shape(com)[:-1]:
-            return cast(Self, _join(mass, _as_matrices(tensor.values, 0), com, np.zeros(3)))
-        return cls.__new__(cls)._store_parts(words, mass, tensor, com)
+        arguments.warn_user(f"body{list(index)}{more}: {text}" if index else text)
 
     @property
     def _tensors(self) -> Array:
@@ -289,7 +341,7 @@ class Body(ShapeConstructors):
         """
         given = {"mass": mass, "i1": i1, "i3": i3, "height": height}
         words = [read_parameter(name, value) for name, value in given.items()]
-        broadcast_shapes({one.name: one.shape for one in words})
+        broadcast_shapes(words)
         masses, across, along, heights = (one.values for one in words)
         tensor = BatchParameter("inertia", stack_components(across, across, along), (3,))
         nothing = np.zeros_like(heights)
@@ -315,12 +367,213 @@ class Body(ShapeConstructors):
         """
         given = {"mass": mass, "inertia_about_com": inertia_about_com, "com": com, "pivot": pivot}
         words = [read_parameter(name, value) for name, value in given.items()]
-        broadcast_shapes({one.name: one.shape for one in words})
+        broadcast_shapes(words)
         masses, _, centres, pivots = (one.values for one in words)
         with np.errstate(all="ignore"):
             lever = centres - pivots
-        tensor = add_point_masses(words[1], masses, lever)
+        tensor = _add_point_masses(words[1], masses, lever)
         return cls.__new__(cls)._store_parts(words, masses, tensor, lever, inertia_rtol, unphysical)
+
+    @classmethod
+    def cuboid(
+        cls,
+        half: ArrayLike,
+        pivot: ArrayLike,
+        density: ArrayLike | None = None,
+        *,
+        mass: ArrayLike | None = None,
+    ) -> Self:
+        """Build a homogeneous cuboid from its half-edge lengths [L] and its density or mass.
+
+        half     half the lengths of the edges along the three axes [L]
+        pivot    the fixed point, relative to the centre [L]; it may lie outside the cuboid
+        density  [M L^-3], 1 by default; alternatively, mass [M]
+
+        >>> import kreisel as kr
+        >>> kr.Body.cuboid(half=[(1, 1, 2), (1, 2, 3)], pivot=(0, 0, -3)).mass
+        array([16., 48.])
+        """
+        if mass is None and density is None:
+            density = 1.0
+        return cls._build("cuboid", pivot, mass, density, half=half)
+
+    @classmethod
+    def cylinder(
+        cls,
+        radius: ArrayLike,
+        height: ArrayLike,
+        pivot: ArrayLike,
+        *,
+        mass: ArrayLike | None = None,
+        density: ArrayLike | None = None,
+    ) -> Self:
+        """Build a solid cylinder whose symmetry axis is the third axis.
+
+        `radius` and `height` are lengths [L]. Specify either `mass` [M] or `density` [M L^-3].
+
+        pivot  the fixed point, relative to the centre [L]
+
+        >>> import kreisel as kr
+        >>> kr.Body.cylinder(radius=2, height=6, pivot=(0, 0, 0), mass=1).moments
+        (4.0, 4.0, 2.0)
+        """
+        return cls._build("cylinder", pivot, mass, density, radius=radius, height=height)
+
+    @classmethod
+    def tube(
+        cls,
+        inner: ArrayLike,
+        outer: ArrayLike,
+        height: ArrayLike,
+        pivot: ArrayLike,
+        *,
+        mass: ArrayLike | None = None,
+        density: ArrayLike | None = None,
+    ) -> Self:
+        """Build a hollow cylinder whose symmetry axis is the third axis.
+
+        `inner` and `outer` are the radii [L], and `height` is a length [L]. Specify either `mass`
+        [M] or `density` [M L^-3]. Equal radii give a thin-walled tube, a height of 0 gives a flat
+        ring, and both together give a hoop. Bodies without volume require `mass` instead of
+        `density`.
+
+        pivot  the fixed point, relative to the centre [L]
+        """
+        return cls._build("tube", pivot, mass, density, inner=inner, outer=outer, height=height)
+
+    @classmethod
+    def disk(cls, radius: ArrayLike, pivot: ArrayLike, *, mass: ArrayLike) -> Self:
+        """Build a thin disk perpendicular to the third axis from its radius [L] and mass [M].
+
+        pivot  the fixed point, relative to the centre [L]
+
+        A gyroscope is a disk on an axle:
+
+        >>> import kreisel as kr
+        >>> at = (0, 0, -0.06)
+        >>> top = kr.Body.disk(0.05, at, mass=0.5) + kr.Body.rod(0.12, at, mass=0.02)
+        >>> top.kind, round(top.mass, 12)
+        ('lagrange', 0.52)
+        """
+        return cls._build("disk", pivot, mass, radius=radius)
+
+    @classmethod
+    def rod(cls, length: ArrayLike, pivot: ArrayLike, *, mass: ArrayLike) -> Self:
+        """Build a thin straight rod along the third axis from its length [L] and mass [M].
+
+        pivot  the fixed point, relative to the middle of the rod [L]. A rod has no moment of
+               inertia about its own line. If the pivot lies on this line, the rod can only be
+               added to another body, and an array of such rods raises ValueError
+
+        >>> import kreisel as kr
+        >>> kr.Body.rod(length=6, pivot=(1, 0, 0), mass=1).moments
+        (3.0, 4.0, 1.0)
+        """
+        return cls._build("rod", pivot, mass, length=length)
+
+    @classmethod
+    def sphere(
+        cls,
+        radius: ArrayLike,
+        pivot: ArrayLike,
+        *,
+        mass: ArrayLike | None = None,
+        density: ArrayLike | None = None,
+        shell: bool = False,
+    ) -> Self:
+        """Build a solid sphere from its radius [L] and its mass [M] or density [M L^-3].
+
+        pivot  the fixed point, relative to the centre [L]
+        shell  True: build a thin spherical shell, which needs a mass
+        """
+        name = "shell" if arguments.as_bool("shell", shell) else "sphere"
+        return cls._build(name, pivot, mass, density, radius=radius)
+
+    @classmethod
+    def ellipsoid(
+        cls,
+        half: ArrayLike,
+        pivot: ArrayLike,
+        *,
+        mass: ArrayLike | None = None,
+        density: ArrayLike | None = None,
+    ) -> Self:
+        """Build a solid ellipsoid from its semi-axes [L] and its mass [M] or density [M L^-3].
+
+        half   the three semi-axes [L]
+        pivot  the fixed point, relative to the centre [L]
+        """
+        return cls._build("ellipsoid", pivot, mass, density, half=half)
+
+    @classmethod
+    def cone(
+        cls,
+        radius: ArrayLike,
+        height: ArrayLike,
+        pivot: ArrayLike,
+        *,
+        mass: ArrayLike | None = None,
+        density: ArrayLike | None = None,
+    ) -> Self:
+        """Build a solid circular cone with its tip at the origin and its base at `height` [L].
+
+        The symmetry axis is the third axis, and the centre of mass lies at three quarters of the
+        height. Specify either `mass` [M] or `density` [M L^-3].
+
+        pivot  the fixed point, relative to the tip [L]: (0, 0, 0) for a top that spins on its tip
+
+        >>> import kreisel as kr
+        >>> kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1).com
+        (0.0, 0.0, 1.5)
+        """
+        return cls._build("cone", pivot, mass, density, radius=radius, height=height)
+
+    @classmethod
+    def _build(
+        cls,
+        name: str,
+        pivot: ArrayLike,
+        mass: ArrayLike | None,
+        density: ArrayLike | None = None,
+        **sizes: ArrayLike,
+    ) -> Self:
+        """Build homogeneous bodies of the shape with this name."""
+        least = {"height": parameters.NON_NEGATIVE if name == "tube" else parameters.POSITIVE}
+        words = [read_parameter(key, x, check=least.get(key)) for key, x in sizes.items()]
+        if name == "tube":
+            _check_radii(words[0], words[1], sizes["inner"], sizes["outer"])
+        if (mass is None) == (density is None):
+            correction = "not both" if mass is not None else "not none"
+            raise ValueError(f"give exactly one of mass and density of the {name}, {correction}")
+        given = {"mass": mass} if density is None else {"density": density}
+        ((amount, value),) = given.items()
+        words += [read_parameter("pivot", pivot), read_parameter(amount, value)]
+        broadcast_shapes(words)
+        pivots, total = words[-2].values, words[-1].values
+        with np.errstate(all="ignore"):
+            shape = _SHAPES[name](*[one.values for one in words[:-2]])
+            if density is not None and not np.any(shape.volume):
+                raise ValueError(f"the {name} is thin and has no volume: give its mass")
+            x, y, z = shape.squares
+            if name == "cuboid":  # with the operations of the core
+                total = 8.0 * total * x * y * z if density is not None else total
+                third = total / 3.0
+                xx, yy, zz = third * x * x, third * y * y, third * z * z
+            else:
+                total = total * shape.volume if density is not None else total
+                xx, yy, zz = total * x, total * y, total * z
+            bad = ~((total > 0.0) & np.isfinite(total))
+            if bad.any():
+                parameters.refuse_first(
+                    f"mass of the {name}", total, bad, "must be positive and finite"
+                )
+            x, y, z = np.moveaxis(pivots, -1, 0)
+            com = stack_components(0.0 - x, 0.0 - y, shape.height - z)
+            moments = BatchParameter("inertia", stack_components(yy + zz, zz + xx, xx + yy), (3,))
+        tensor = _add_point_masses(moments, total, com)
+        if name == "rod" and not any(one.shape for one in words):
+            return cast(Self, _join(total, _as_matrices(tensor.values, 0), com, np.zeros(3)))
+        return cls.__new__(cls)._store_parts(words, total, tensor, com)
 
     def __add__(self, other: Body) -> Body:
         """Join bodies that are described in the same frame and share the fixed point."""
@@ -339,7 +592,7 @@ class Body(ShapeConstructors):
         >>> kr.Body.sphere(5, (0, 0, 0), mass=1).shift((0, 0, 3)).moments
         (19.0, 19.0, 10.0)
         """
-        displacement, com = np.array(as_three_floats("by", by)), np.asarray(self.com)
+        displacement, com = np.array(arguments.as_three_floats("by", by)), np.asarray(self.com)
         with np.errstate(over="ignore", invalid="ignore"):
             outer = com[..., :, None] * displacement
             both = outer + outer.swapaxes(-1, -2) + np.outer(displacement, displacement)
@@ -381,8 +634,11 @@ class Body(ShapeConstructors):
         >>> top.with_rotor(spin=50, inertia=0.1, axis=(0, 0, 2)).rotor
         (0.0, 0.0, 5.0)
         """
-        size = as_float("spin * inertia", as_float("spin", spin) * as_positive("inertia", inertia))
-        direction = np.array(as_three_floats("axis", axis))
+        size = arguments.as_float(
+            "spin * inertia",
+            arguments.as_float("spin", spin) * arguments.as_positive("inertia", inertia),
+        )
+        direction = np.array(arguments.as_three_floats("axis", axis))
         longest = np.abs(direction).max()
         if longest == 0.0:
             raise ValueError("axis must not be zero: it is the direction of the rotor's axis")
@@ -477,8 +733,8 @@ class ThinRods(Body):
             inertia=tuple(
                 tensor.diagonal().tolist() if is_diagonal else map(tuple, tensor.tolist())
             ),
-            com=as_three_floats("com", com),
-            rotor=tuple(x + 0.0 for x in as_three_floats("rotor", rotor)),
+            com=arguments.as_three_floats("com", com),
+            rotor=tuple(x + 0.0 for x in arguments.as_three_floats("rotor", rotor)),
             inertia_rtol=inertia_rtol,
             unphysical=unphysical,
         )
@@ -554,7 +810,7 @@ def _describe_triangle_violation(tensor: Array, inertia_rtol: float) -> str:
 
 
 def _describe_unphysical_inertia(mass: Array, tensor: Array, com: Array) -> str:
-    rest = add_point_masses(BatchParameter("inertia", tensor, (3, 3)), -mass, com).values
+    rest = _add_point_masses(BatchParameter("inertia", tensor, (3, 3)), -mass, com).values
     moments = _principal_moments(rest) if np.isfinite(rest).all() else [-math.inf]
     return (
         f"no body has this inertia about the fixed point: about its centre of mass the moments "

@@ -44,11 +44,12 @@ def call_core(
     compute: Callable[..., Array],
     body: Body,
     q: Array,
-    turning: BatchParameter | None,
+    given: Mapping[str, BatchParameter],
     *vectors: Array,
 ) -> Array:
     """Return rows that the core computes from the vectors, once for tops that share them."""
-    columns = {"attitude": q, "turning": np.zeros(3) if turning is None else turning.radians}
+    turning = given["turning"].radians if "turning" in given else np.zeros(3)
+    columns = {"attitude": q, "turning": turning}
     small = [collapse_broadcast_axes(x, x.ndim - 1) for x in (*columns.values(), *vectors)]
     shape = np.broadcast_shapes(body.shape, *[x.shape[:-1] for x in small])
     tops = make_core_tops(body, shape, dict(zip(columns, small, strict=False)))
@@ -136,8 +137,7 @@ def compute_steady_precession(
     if np.any(body.rotor):
         raise ValueError("steady=True does not support bodies with rotors")
     check_symmetry(body)
-    words = {one.name: one.shape for one in (spin, tilt, gravity)}
-    shape = broadcast_shapes({"body": body.shape, **words})
+    shape = broadcast_shapes((spin, tilt, gravity), body=body.shape)
     rows = [np.broadcast_to(one.radians, shape).reshape(-1) for one in (spin, tilt)]
     tops = make_core_tops(body, shape, {"gravity": gravity.values})
     rates, least = np.moveaxis(tops.steady(rows[0], rows[1], fast), -1, 0)

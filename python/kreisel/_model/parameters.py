@@ -249,10 +249,10 @@ def resolve_gravity(gravity: Any, body: Any) -> Any:
 
 
 def read_environment(
-    body: Any, around: Mapping[str, object], degrees: bool = False
+    body: Any, around: Sequence[object], degrees: bool = False
 ) -> dict[str, BatchParameter]:
     """Return the gravity and the given ones of the other parameters in ENVIRONMENT."""
-    words = {**around, "gravity": resolve_gravity(around["gravity"], body)}
+    words = dict(zip(ENVIRONMENT, (resolve_gravity(around[0], body), *around[1:]), strict=True))
     return {
         name: read_parameter(name, value, degrees=degrees)
         for name, value in words.items()

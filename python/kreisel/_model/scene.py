@@ -15,59 +15,14 @@ from numpy.typing import ArrayLike
 
 from .._core import Tops as CoreTops
 from .._core import cosine, euler, scene, scene_horizon, sine, spinning
-from .._utils.arguments import (
-    Array,
-    NoKeywords,
-    as_bool,
-    as_int,
-    has_unknown_keywords,
-    make_exception_from_status,
-    make_frozen_class_decorator,
-    refuse_unknown_keywords,
-    unknown_name_message,
-    validate_type,
-)
+from .._utils import arguments
+from .._utils.arguments import Array, NoKeywords, validate_type
 from .._utils.files import atomic_write
 from ..quaternion import multiply
+from . import initial, parameters, toml
 from .batch import BatchBase, broadcast_shapes, stack_components, store_columns
 from .body import Body
-from .initial import (
-    UPRIGHT,
-    call_core,
-    check_symmetry,
-    compute_euler_state,
-    compute_steady_precession,
-    draw_normal_numbers,
-    is_steady_precession_requested,
-    make_core_tops,
-    read_attitudes,
-    read_tilts,
-    validate_standard_deviation,
-)
-from .parameters import (
-    ENVIRONMENT,
-    PARAMETERS,
-    STARTS,
-    BatchParameter,
-    Column,
-    Index,
-    Scalars,
-    Shape,
-    get_member,
-    get_parameter_unit,
-    has_nonzero_element,
-    read_environment,
-    read_parameter,
-)
-from .toml import (
-    MAKERS,
-    build_body_from_table,
-    call_constructor_with_table,
-    format_toml_entries,
-    parse_toml_tables,
-    parse_toml_text_or_file,
-    require_toml_table,
-)
+from .parameters import ENVIRONMENT, PARAMETERS, STARTS, BatchParameter, Column, Scalars, Shape
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -116,7 +71,7 @@ class VaryKwargs(SceneKwargs, total=False):
 
 
 @store_columns
-@make_frozen_class_decorator("scene.replace({}=...) returns a new scene")
+@arguments.make_frozen_class_decorator("scene.replace({}=...) returns a new scene")
 @dataclass(frozen=True, init=False, eq=False, repr=False)
 class Scene(BatchBase):
     """A rigid body in its environment and its state at t = 0, for one top or for many.
@@ -182,7 +137,7 @@ class Scene(BatchBase):
     _stored = _NUMBERS
     _has_common_damping = False  # True if the damping of one top was given as one number
 
-    @has_unknown_keywords("Scene")
+    @arguments.has_unknown_keywords("Scene")
     def __init__(
         self,
         body: Body,
@@ -201,7 +156,7 @@ class Scene(BatchBase):
         **unknown: Unpack[NoKeywords],
     ) -> None:
         if unknown:
-            refuse_unknown_keywords(Scene.__init__, unknown)
+            arguments.refuse_unknown_keywords(Scene.__init__, unknown)
         if not isinstance(body, Body):
             validate_type("body", body, Body)
         values = momentum, velocity, body_momentum, body_velocity
@@ -217,21 +172,16 @@ class Scene(BatchBase):
                 f"give exactly one of {', '.join(STARTS)}, not {' and '.join(starts) or 'none'}"
             )
         ((name, value),) = starts.items()
-        start = read_parameter(name, value)
-        attitudes, q = read_attitudes(attitude, attitude_xyzw)
-        given = read_environment(body, dict(zip(ENVIRONMENT, around, strict=True)))
+        start = parameters.read_parameter(name, value)
+        attitudes, q = initial.read_attitudes(attitude, attitude_xyzw)
+        given = parameters.read_environment(body, around)
         words = [start, attitudes, *given.values()]
-        broadcast_shapes({"body": body.shape, **{one.name: one.shape for one in words}})
+        broadcast_shapes(words, body=body.shape)
         momenta = start.values
         if name != "momentum":
             kind = STARTS.index(name)
-            momenta = call_core(
-                lambda tops, vectors: tops.momenta(kind, vectors),
-                body,
-                q,
-                given.get("turning"),
-                start.radians,
-            )
+            compute = lambda tops, vectors: tops.momenta(kind, vectors)  # noqa: E731
+            momenta = initial.call_core(compute, body, q, given, start.radians)
         self._store_starts(body, words, momenta, q, given)
 
     def _store_numbers(self, body: Body, numbers: tuple[Any, ...], damping: object) -> Self:
@@ -268,12 +218,12 @@ class Scene(BatchBase):
         status, index = self._core_scenes.check()
         if status != "OK":
             place = tuple(map(int, np.unravel_index(index, shape)))
-            numbers = [get_member(getattr(self, name), place) for name in _NUMBERS[:3]]
+            numbers = [parameters.get_member(getattr(self, name), place) for name in _NUMBERS[:3]]
             text = "momentum {}, attitude {}, gravity {!r}".format(*numbers)
-            error = make_exception_from_status(status, text)
+            error = arguments.make_exception_from_status(status, text)
             raise type(error)(f"top{list(place)}: {error}" if place else str(error))
         if not shape:
-            numbers = [get_member(getattr(self, name), ()) for name in _NUMBERS]
+            numbers = [parameters.get_member(getattr(self, name), ()) for name in _NUMBERS]
             block = self._core_scenes.block(0)
             is_common = "damping" not in given or given["damping"].value == (1,)
             self.__dict__.clear()
@@ -318,16 +268,16 @@ class Scene(BatchBase):
         >>> round(float(kr.solve(scene, [0.0]).nutation[0]), 12)
         1.047197551197
         """
-        in_degrees = as_bool("degrees", degrees)
+        in_degrees = arguments.as_bool("degrees", degrees)
         around = gravity, damping, turning, shaking, friction
         if not validate_type("body", body, Body).shape:
             numbers = euler(body._block, angles, rates, in_degrees, around)
             if numbers is not None:
                 return cls.__new__(cls)._store_numbers(body, numbers, damping)
-        given = read_environment(body, dict(zip(ENVIRONMENT, around, strict=True)), in_degrees)
+        given = parameters.read_environment(body, around, in_degrees)
         words = [
-            read_parameter("angles", angles, degrees=in_degrees),
-            read_parameter("rates", rates, degrees=in_degrees),
+            parameters.read_parameter("angles", angles, degrees=in_degrees),
+            parameters.read_parameter("rates", rates, degrees=in_degrees),
         ]
         return cls._build_from_euler(body, words, words[0].radians, words[1].radians, given)
 
@@ -379,8 +329,8 @@ class Scene(BatchBase):
         >>> tops.shape, tops.axes
         ((2, 2), ('spin', 'tilt'))
         """
-        in_degrees = as_bool("degrees", degrees)
-        is_steady, is_fast = as_bool("steady", steady), as_bool("fast", fast)
+        in_degrees = arguments.as_bool("degrees", degrees)
+        is_steady, is_fast = arguments.as_bool("steady", steady), arguments.as_bool("fast", fast)
         around = gravity, damping, turning, shaking, friction
         if not validate_type("body", body, Body).shape:
             flags = is_steady, is_fast, in_degrees
@@ -388,18 +338,19 @@ class Scene(BatchBase):
             if numbers is not None:
                 return cls.__new__(cls)._store_numbers(body, numbers, damping)
         words = [
-            read_parameter("spin", spin, degrees=in_degrees),
-            read_tilts(tilt, in_degrees),
+            parameters.read_parameter("spin", spin, degrees=in_degrees),
+            initial.read_tilts(tilt, in_degrees),
         ]
-        check_symmetry(body)
-        given = read_environment(body, dict(zip(ENVIRONMENT, around, strict=True)), in_degrees)
-        if is_steady_precession_requested(steady, fast, precession, given):
-            rate = compute_steady_precession(body, words[0], words[1], given["gravity"], is_fast)
+        initial.check_symmetry(body)
+        given = parameters.read_environment(body, around, in_degrees)
+        if initial.is_steady_precession_requested(steady, fast, precession, given):
+            rate = initial.compute_steady_precession(
+                body, words[0], words[1], given["gravity"], is_fast
+            )
         else:
-            initial = 0.0 if precession is None else precession
-            words.append(read_parameter("precession", initial, degrees=in_degrees))
+            first = 0.0 if precession is None else precession
+            words.append(parameters.read_parameter("precession", first, degrees=in_degrees))
             rate = words[2].radians
-        broadcast_shapes({"body": body.shape, **{one.name: one.shape for one in words}})
         angles = 0.0, words[1].radians, 0.0
         return cls._build_spinning(body, words, angles, words[0].radians, rate, given)
 
@@ -414,15 +365,8 @@ class Scene(BatchBase):
     ) -> Self:
         """Build tops from Euler angles [rad] and their rates, and the parameters of the user."""
         words = [*words, *given.values()]
-        broadcast_shapes({"body": body.shape, **{one.name: one.shape for one in words}})
-        rows = call_core(
-            lambda tops, *vectors: tops.euler(*vectors),
-            body,
-            UPRIGHT,
-            given.get("turning"),
-            angles,
-            rates,
-        )
+        broadcast_shapes(words, body=body.shape)
+        rows = initial.call_core(CoreTops.euler, body, initial.UPRIGHT, given, angles, rates)
         return cls.__new__(cls)._store_starts(body, words, rows[..., 4:], rows[..., :4], given)
 
     @classmethod
@@ -437,6 +381,7 @@ class Scene(BatchBase):
         nutation: Any = 0.0,
     ) -> Self:
         """Build tops from Euler angles [rad], the spin about the apex and two rates."""
+        broadcast_shapes(words, body=body.shape)
         with np.errstate(all="ignore"):
             rates = precession, nutation, spin - precession * cosine(np.asarray(angles[1]))
         at, turning = (stack_components(*map(np.asarray, three)) for three in (angles, rates))
@@ -490,18 +435,18 @@ class Scene(BatchBase):
         tops.__dict__["body"] = body._with(shape, names, change) if body.shape else body
         return tops if shape else tops._select_member(())
 
-    def _select_member(self, index: Index) -> Self:
+    def _select_member(self, index: parameters.Index) -> Self:
         if "_block" in self.__dict__:
             return self
         body = self.body._select_member(index) if self.body.shape else self.body
         return type(self)(
-            body, **{name: get_member(getattr(self, name), index) for name in _NUMBERS}
+            body, **{name: parameters.get_member(getattr(self, name), index) for name in _NUMBERS}
         )
 
     @cached_property
     def _core_scenes(self) -> CoreTops:
         """The tops as an array in the memory layout that the C library requires."""
-        return make_core_tops(self.body, self.shape, self._columns)
+        return initial.make_core_tops(self.body, self.shape, self._columns)
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -522,7 +467,7 @@ class Scene(BatchBase):
         if self._optional_gravity is None:
             del words["gravity"]
         for name in ("turning", "shaking", "friction"):
-            if not has_nonzero_element(words[name]):
+            if not parameters.has_nonzero_element(words[name]):
                 del words[name]
         return f"Scene({', '.join([f'{name}={value!r}' for name, value in words.items()])})"
 
@@ -551,12 +496,14 @@ class Scene(BatchBase):
     @property
     def _optional_gravity(self) -> Any:
         """The gravity, or None if tops without weight need not have been given any."""
-        is_needed = has_nonzero_element(self.gravity) or has_nonzero_element(self.body.com)
+        is_needed = parameters.has_nonzero_element(self.gravity) or parameters.has_nonzero_element(
+            self.body.com
+        )
         return self.gravity if is_needed else None
 
     @property
     def _has_damping(self) -> bool:
-        return has_nonzero_element(self.damping)
+        return parameters.has_nonzero_element(self.damping)
 
     @property
     def _is_shaken(self) -> bool:
@@ -673,7 +620,7 @@ class Scene(BatchBase):
         """
         for name in words:
             if name not in _VARIED:
-                raise TypeError(unknown_name_message("parameter", name, _VARIED))
+                raise TypeError(arguments.unknown_name_message("parameter", name, _VARIED))
         changes: dict[str, Any] = {n: value for n, value in words.items() if value is not None}
         made = self._vary(changes)
         return cast(Scenes, self._keep_varying_parameters(made, changes) if self.shape else made)
@@ -685,11 +632,11 @@ class Scene(BatchBase):
             raise ValueError(
                 f"{start_names[0]} and {start_names[1]} both describe the start: give only one kind"
             )
-        if as_bool("degrees", changes.get("degrees", False)):
+        if arguments.as_bool("degrees", changes.get("degrees", False)):
             changes |= {
-                name: read_parameter(name, value, degrees=True)
+                name: parameters.read_parameter(name, value, degrees=True)
                 for name, value in changes.items()
-                if "rad" in get_parameter_unit(name, degrees=False)
+                if "rad" in parameters.get_parameter_unit(name, degrees=False)
             }
         in_degrees = any(getattr(value, "degrees", False) for value in changes.values())
         body = self._vary_body(changes)
@@ -700,9 +647,9 @@ class Scene(BatchBase):
             )
             if value is None and (is_known or np.any(getattr(self, name))):
                 around[name] = getattr(self, name)
-        given = read_environment(body, around)
+        given = parameters.read_environment(body, tuple(around.values()))
         fast = changes.get("fast", False)
-        is_steady = is_steady_precession_requested(
+        is_steady = initial.is_steady_precession_requested(
             changes.get("steady", False), fast, changes.get("precession"), given
         )
         if is_steady and (kinds[0] or kinds[2]):
@@ -714,12 +661,12 @@ class Scene(BatchBase):
             if not plain.keys() & {"attitude", "attitude_xyzw"}:
                 plain["attitude"] = self.attitude
             return type(self)(body, **{**given, **plain})
-        state = compute_euler_state(self._core_scenes, self.shape)
+        state = initial.compute_euler_state(self._core_scenes, self.shape)
         precession, tilt, spin_angle = state.angles
         varied = {
-            name: read_tilts(changes[name], in_degrees)
+            name: initial.read_tilts(changes[name], in_degrees)
             if name == "tilt"
-            else read_parameter(name, changes[name])
+            else parameters.read_parameter(name, changes[name])
             for name in (*_SPINNING, *_EULER)
             if name in changes
         }
@@ -731,25 +678,22 @@ class Scene(BatchBase):
             name: varied.get(name, BatchParameter(name, value, PARAMETERS[name].shapes[0]))
             for name, value in own.items()
         }
-        parameters = list(varied.values())
+        words = list(varied.values())
         radians = {name: one.radians for name, one in known.items()}
-        shapes = {one.name: one.shape for one in parameters}
-        broadcast_shapes({"body": body.shape, "scene": self.shape, **shapes})
+        broadcast_shapes(words, body=body.shape, scene=self.shape)
         if kinds[2]:
-            return self._build_from_euler(
-                body, parameters, radians["angles"], radians["rates"], given
-            )
+            return self._build_from_euler(body, words, radians["angles"], radians["rates"], given)
         if is_steady:
             if in_degrees and "spin" not in varied:
                 degrees = np.degrees(state.spin)
                 known["spin"] = BatchParameter("spin", degrees, (), degrees=True)
-            radians["precession"] = compute_steady_precession(
+            radians["precession"] = initial.compute_steady_precession(
                 body, known["spin"], known["tilt"], given["gravity"], fast
             )
         angles = precession, radians["tilt"], spin_angle
         nutation = 0.0 if is_steady else state.nutation
         return self._build_spinning(
-            body, parameters, angles, radians["spin"], radians["precession"], given, nutation
+            body, words, angles, radians["spin"], radians["precession"], given, nutation
         )
 
     def _vary_body(self, changes: Mapping[str, Any]) -> Body:
@@ -803,18 +747,22 @@ class Scene(BatchBase):
         begin: int = 0,
     ) -> Self:
         """Return the copies `begin` to `begin` + `n` - 1 of the unlimited sequence of a seed."""
-        count, key = as_int("n", n, 0), as_int("seed", seed, 0)
+        count, key = arguments.as_int("n", n, 0), arguments.as_int("seed", seed, 0)
         if momentum is None and attitude is None and gravity is None:
             raise ValueError("give the width of at least one of momentum, attitude, gravity")
-        normal = draw_normal_numbers(key, begin * self.size, count * self.size)
+        normal = initial.draw_normal_numbers(key, begin * self.size, count * self.size)
         normal = normal.reshape(count, *self.shape, normal.shape[-1])
         words: dict[str, Any] = dict(self._list_constructor_arguments())
         with np.errstate(all="ignore"):
             if momentum is not None:
-                deviations = validate_standard_deviation("momentum", momentum, 3) * normal[..., :3]
+                deviations = (
+                    initial.validate_standard_deviation("momentum", momentum, 3) * normal[..., :3]
+                )
                 words["momentum"] = np.array(self.momentum) + deviations
             if attitude is not None:
-                turns = validate_standard_deviation("attitude", attitude, 3) * normal[..., 3:6]
+                turns = (
+                    initial.validate_standard_deviation("attitude", attitude, 3) * normal[..., 3:6]
+                )
                 x, y, z = np.moveaxis(turns, -1, 0)
                 size = np.sqrt(x * x + y * y + z * z)
                 half = 0.5 * size
@@ -823,7 +771,7 @@ class Scene(BatchBase):
                 w, i, j, k = np.moveaxis(np.asarray(self.attitude), -1, 0)
                 words["attitude"] = stack_components(*multiply((w, i, j, k), by))
             if gravity is not None:
-                width = validate_standard_deviation("gravity", gravity, 1)
+                width = initial.validate_standard_deviation("gravity", gravity, 1)
                 words["gravity"] = self.gravity + width * normal[..., 6]
         return type(self)(**words)._note_varying_parameters([])
 
@@ -844,7 +792,7 @@ class Scene(BatchBase):
         >>> kr.Scene.from_toml(text + "pivot = [0, 0, 0]\nmass = 1").body.com
         (0.0, 0.0, 1.5)
         """
-        return parse_toml_text_or_file(source, parse_scene_toml)
+        return toml.parse_toml_text_or_file(source, parse_scene_toml)
 
     def to_toml(self, path: str | os.PathLike[str] | None = None) -> str:
         """Return the scene as TOML text; if `path` is given, also write the text to this file.
@@ -854,17 +802,17 @@ class Scene(BatchBase):
         start: dict[str, object] = dict(self._list_constructor_arguments())
         del start["body"]
         for name in ENVIRONMENT[1:]:
-            if not has_nonzero_element(start[name]):
+            if not parameters.has_nonzero_element(start[name]):
                 del start[name]
         start = {name: value for name, value in start.items() if value is not None}
-        text = format_toml_entries(start) + "\n[body]\n"
+        text = toml.format_toml_entries(start) + "\n[body]\n"
         words = {name: getattr(self.body, name) for name in ("mass", "inertia", "com")}
         if self.body.shape and words["inertia"].shape[-2:] == (3, 3):
             words["inertia"] = self.body._tensors  # moments of three bodies would be one matrix
         for name in ("inertia_rtol", "rotor", "unphysical"):
-            if has_nonzero_element(getattr(self.body, name)):
+            if parameters.has_nonzero_element(getattr(self.body, name)):
                 words[name] = getattr(self.body, name)
-        text += format_toml_entries(words)
+        text += toml.format_toml_entries(words)
         if path is not None:
             atomic_write(path, text.encode())
         return text
@@ -895,14 +843,14 @@ _SCENE_MAKERS: dict[str, Callable[..., Scene]] = {
     "spinning": Scene.spinning,
 }
 _ABOVE = {word: "above [body]" for word in [*_WORDS, *_SCENE_MAKERS]}
-_BELOW = {word: "below [body]" for word in [*signature(Body).parameters, *MAKERS]}
+_BELOW = {word: "below [body]" for word in [*signature(Body).parameters, *toml.MAKERS]}
 
 
 def list_scene_file_keys() -> dict[str, list[str]]:
     """List the keys of each table of a scene file; those of the file itself are under ''."""
     makers: dict[str, Callable[..., object]] = {"": Scene}
     makers |= {f"[{name}]": make for name, make in _SCENE_MAKERS.items()} | {"[body]": Body}
-    makers |= {f"[body.{name}]": make for name, make in MAKERS.items()}
+    makers |= {f"[body.{name}]": make for name, make in toml.MAKERS.items()}
     return {
         table: [key for key in signature(make).parameters if key != "body"]
         for table, make in makers.items()
@@ -911,22 +859,22 @@ def list_scene_file_keys() -> dict[str, list[str]]:
 
 def parse_scene_toml(text: str) -> Scene:
     """Return the scene described by a TOML text."""
-    return build_scene_from_table(parse_toml_tables(text))
+    return build_scene_from_table(toml.parse_toml_tables(text))
 
 
 def build_scene_from_table(table: dict[str, object]) -> Scene:
     """Build the scene described by a TOML table. The key "body" is removed from the table."""
     if "body" not in table:
         raise ValueError("the table [body] is missing")
-    body = build_body_from_table(table.pop("body"), _ABOVE)
+    body = toml.build_body_from_table(table.pop("body"), _ABOVE)
     names = [name for name in _SCENE_MAKERS if name in table]
     if not names:
-        return call_constructor_with_table(
+        return toml.call_constructor_with_table(
             partial(Scene, body), "a scene", table, _BELOW, _SCENE_MAKERS
         )
     name, *others = [*names, *(word for word in table if word not in names)]
     make = partial(_SCENE_MAKERS[name], body)
-    words = dict(require_toml_table(name, table[name]))
+    words = dict(toml.require_toml_table(name, table[name]))
     for word in others:
         if word in words:
             raise ValueError(f"{word} is given twice: above [body] and in [{name}]")
@@ -936,4 +884,4 @@ def build_scene_from_table(table: dict[str, object]) -> Scene:
             raise ValueError(f"{word} belongs in [{name}]")
         else:
             raise ValueError(f"a scene must be described in one way, not by {', '.join(table)}")
-    return call_constructor_with_table(make, f"[{name}]", words, _BELOW)
+    return toml.call_constructor_with_table(make, f"[{name}]", words, _BELOW)
