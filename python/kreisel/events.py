@@ -14,9 +14,8 @@ the constant 1. help(kreisel.Path) describes the quantities to which the compone
     {"m_x": 2.0, "apex_z*apex_z": 1.0, "1": -0.5}       2 m_x + apex_z^2 - 0.5
     "body_velocity_y"                                   this component alone
 
-Events of general Python functions cannot be located: the method requires polynomials. Sign changes
-of a Python function f of a path with closely spaced states, np.where(np.diff(np.sign(f(path)))),
-can miss events.
+Events of general Python functions f cannot be located: the method requires polynomials. Changes of
+sign at closely spaced states of a path, np.where(np.diff(np.sign(f(path)))), can miss events.
 
 Within each step of method='taylor', the event function is a polynomial in time. Events are the sign
 changes of a polynomial or, for an extremum, of its derivative. The search finds every event within

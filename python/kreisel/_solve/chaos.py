@@ -134,9 +134,7 @@ class Chaos(RunResult):
     def threshold(self) -> float:
         """The threshold of `megno`, namely 4, above which a motion is classified as chaotic.
 
-        MEGNO tends to 2 for a regular motion. For a chaotic motion, MEGNO is about half the product
-        of the Lyapunov exponent and t. Source: Cincotta and Simo, Astronomy and Astrophysics
-        Supplement Series 147 (2000).
+        Source: Cincotta and Simo, Astronomy and Astrophysics Supplement Series 147 (2000).
         """
         return THRESHOLD
 
@@ -144,10 +142,9 @@ class Chaos(RunResult):
     def is_chaotic(self) -> npt.NDArray[np.bool_] | bool:
         """(*shape) True for chaotic motion; a bool for one scene.
 
-        A motion is classified as chaotic if `megno` exceeds `threshold`. The Lyapunov exponent of a
-        motion classified as regular is below about 2 * threshold / t. A motion that starts exactly
-        on an unstable steady or periodic orbit has a positive exponent, and is classified as
-        chaotic. The value is False for a top whose run failed. See also `doubt`.
+        It is chaotic if `megno` exceeds `threshold`, and regular, with a Lyapunov exponent below
+        about 2 * threshold / t, otherwise. A motion that starts exactly on an unstable steady or
+        periodic orbit is chaotic. The value is False for a top whose run failed. See also `doubt`.
         """
         return self._unwrap(np.asarray(self.megno) > THRESHOLD)
 
@@ -345,9 +342,8 @@ def chaos(
     threads    the number of threads; default: the number of processors
     progress   a function called with the finished fraction of the tops, 0 .. 1
 
-    The tangent is integrated together with the path, and is repeatedly scaled by powers of two. The
-    norm of the tangent is computed in units in which the largest moment of inertia and the angular
-    velocity are about 1.
+    The tangent is integrated together with the path. Its norm is computed in units in which the
+    largest moment of inertia and the angular velocity are about 1.
 
         >>> import kreisel as kr
         >>> found = kr.chaos(kr.scenes.asymmetric, 1000)
@@ -359,9 +355,8 @@ def chaos(
         2.0
 
     Raises TypeError or ValueError for invalid arguments, before any computation starts. Raises
-    kreisel.Error if the computation for a single scene fails. For an ensemble, failures are
-    recorded in the attribute `status`. Raises kreisel.Interrupted after Ctrl-C; its attribute
-    `result` contains the results obtained so far.
+    kreisel.Error if the computation for one top fails; for many, `status` has the failures. Raises
+    kreisel.Interrupted after Ctrl-C, with the results obtained so far as `result`.
 
     Sources: Benettin, Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980). Cincotta and Simo,
     Astronomy and Astrophysics Supplement Series 147 (2000). Fouchard, Lega, Froeschle and

@@ -408,15 +408,12 @@ class ExactTorus(Exact[float, Path]):
         """The actions (first, second, third) that belong to `frequencies` [M L^2 T^-1].
 
         Each action is the integral of <m, dR R^T> along a closed loop on the torus, divided by 2
-        pi. The vector m is the angular momentum, and R is the rotation from the body frame to the
-        space frame. Along each loop, one angle increases by a full turn, while the other angles are
-        constant. The third action variable is the vertical component <m, e3> of the angular
-        momentum. The energy is a function of the actions, and its derivatives are the frequencies:
-        between neighbouring tops, d energy = sum of frequencies * d actions. For
-        Goryachev-Chaplygin tops, this holds only within the family of tops with <m, e3> = 0.
-
-        Up to a rotation about the vertical, some motions repeat after half a turn of one or both
-        torus angles. The actions always refer to full turns.
+        pi, with the angular momentum m and the rotation R from the body frame to the space frame.
+        Along each loop, one angle increases by a full turn, even if the motion repeats after half a
+        turn, while the other angles are constant. The third action is <m, e3>. The energy is a
+        function of the actions, and its derivatives are the frequencies: between neighbouring tops,
+        d energy = sum of frequencies * d actions. For Goryachev-Chaplygin tops, this holds only
+        within the family of tops with <m, e3> = 0.
 
         Raises ValueError if the motion is too close to a separatrix. Source: Arnold, Mathematical
         Methods of Classical Mechanics, section 50.
@@ -430,12 +427,11 @@ class ExactTorus(Exact[float, Path]):
         """Return `n` quasi-periods: times after which the body returns ever closer to its start.
 
         Each row of the array (n, 3) contains the number of turns of each torus angle, and the
-        quasi-period [T]. Both numbers are integers, and their ratio is a convergent in the
-        continued-fraction expansion of the frequency ratio: a near resonance of the two frequencies
-        on the torus. At each returned time, the body-frame components of the momentum and the
-        vertical are close to their initial values. There are fewer than `n` rows if the ratio of
-        the frequencies is rational, up to rounding errors, or if the next time is too late for
-        double precision to resolve the attitude there.
+        quasi-period [T]. The ratio of the two integers is a convergent in the continued-fraction
+        expansion of the frequency ratio: a near resonance. At each returned time, the body-frame
+        components of the momentum and the vertical are close to their initial values. There are
+        fewer than `n` rows if the ratio of the frequencies is rational up to rounding errors, or if
+        the next time is too late for double precision to resolve the attitude.
 
             >>> import kreisel as kr
             >>> top = kr.exact(kr.scenes.kowalewski)
@@ -492,9 +488,8 @@ class ExactMap:
 
     The object can be called with one or several step numbers, and returns a kreisel.Path.
 
-    The attributes period, precession_rate and spin_angle_rate describe the numerical solution
-    instead of the exact motion. Subtracting the corresponding attributes of kreisel.Exact gives the
-    errors of the method.
+    The attributes period, precession_rate and spin_angle_rate describe the numerical solution, and
+    differ from those of kreisel.Exact by the errors of the method.
     """
 
     scene: Scene

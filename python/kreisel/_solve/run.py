@@ -96,18 +96,13 @@ class Run:
     run.push, run.reset and run.change change the motion at the present time t. Each change starts a
     new motion from the present state without resetting the time.
 
-    - run.scene is the present state, and run.start_time its time. The energy and
-      the error of a path refer to the scene for which the path was computed.
-
+    - run.scene is the present state, and run.start_time its time. The energy and the error of a
+      path refer to the scene for which the path was computed.
     - The grid of a fixed step begins at the present time.
-
     - run.stats, the limit max_steps and the counts of events begin at zero. A run that ended at a
-      terminal event can be continued. The list of event functions is kept. An event at the
-      present time is not reported again. A jump of the event function caused by run.push, run.reset
-      or run.change is not an event.
-
+      terminal event can be continued. An event at the present time is not reported again. A jump of
+      an event function caused by the change is not an event.
     - The next path of run.to(t) begins with the state after the change.
-
     - With 20 or 30 digits, the low words of the present state are kept.
 
     The method of a run cannot be changed. If an argument is invalid, an exception is raised and the
@@ -253,8 +248,7 @@ class Run:
         impulse  the integral of a torque about the fixed point over a time in which the top does
                  not move, in space [M L^2 T^-1]
 
-        Raises TypeError or ValueError unless the impulse consists of three finite numbers. Raises
-        ValueError for a horizontal impulse if no quantity in `want` depends on the heading
+        Raises ValueError for a horizontal impulse if no quantity in `want` depends on the heading
         (rotation about the vertical).
 
         >>> import kreisel as kr
@@ -283,13 +277,12 @@ class Run:
     ) -> None:
         """Set the momentum, the attitude, or both at the current time.
 
-        The arguments are the same as for kreisel.Scene. If only an attitude is given, the angular
-        momentum in the space frame is preserved.
+        The arguments are the same as for kreisel.Scene. An attitude alone preserves the angular
+        momentum in the space frame.
 
-        Raises TypeError if no argument is given. Raises ValueError if the new state depends on the
-        heading (rotation about the vertical), but no quantity in `want` does. The heading is not
-        needed if attitude and momentum are both given, or if only body_momentum or body_velocity is
-        given.
+        Raises TypeError if no argument is given. Raises ValueError if no quantity in `want` depends
+        on the heading (rotation about the vertical), but the new state does: unless attitude and
+        momentum are both given, or only body_momentum or body_velocity.
         """
         is_common = velocity is None and body_momentum is None and body_velocity is None
         if is_common and attitude_xyzw is None and self._top.reset(self, momentum, attitude):
@@ -330,8 +323,8 @@ class Run:
               describes parts that already turn with the body when they join or leave it
 
         Raises TypeError if no argument is given. Raises ValueError if the method is unsuitable for
-        the new top. Raises ValueError if the support begins to turn but the heading (rotation about
-        the vertical), on which the motion then depends, is not computed: add 'q' to `want`.
+        the new top, or if the support begins to turn but the heading, on which the motion then
+        depends, is not computed: add 'q' to `want`.
         """
         around = zip(ENVIRONMENT, (gravity, damping, turning, shaking, friction), strict=True)
         given = _drop_missing_arguments(body=body, **dict(around))
@@ -502,10 +495,9 @@ def start(
             keep(path)
             run.save(file)
 
-    The arguments are the same as for kreisel.solve; if `back` is True, the motion is computed
-    backwards in time. The method 'geometric' is refused, because it needs several runs. Each path
-    contains the events that occurred after the end of the previous path. A terminal event ends the
-    run, and run.t is then the time of this event.
+    The arguments are the same as for kreisel.solve, without the method 'geometric'; if `back` is
+    True, the motion is computed backwards in time. Each path contains the events that occurred
+    after the end of the previous path. A terminal event ends the run at its time.
 
     If the process is killed before the run is saved, the resumed run computes the last path again.
     To store each state only once, delete all states later than run.t from the output file before

@@ -257,18 +257,17 @@ def section(
         >>> section.spin_angle.shape, section.top[:3].tolist(), section.count.tolist()
         ((100,), [0, 0, 0], [20, 20, 20, 20, 20])
 
-    For a single scene, the shape is ().
-
     Raises TypeError or ValueError for invalid arguments, before any computation starts. Raises
-    MemoryError if the states do not fit in memory. Raises kreisel.Interrupted after Ctrl-C, with
-    all results obtained so far. The status of each top is stored in section.status. The method
-    section.check raises an exception for the first top whose computation failed.
+    MemoryError if the states do not fit in memory, and kreisel.Interrupted after Ctrl-C. The status
+    of each top is section.status; section.check raises an exception for the first failed top.
 
     Sources: Poincaré (1892). Dullin and Wittek (Journal of Physics A 28, 1995) construct sections
     that are crossed by every motion.
     """
     arguments.validate_type("scene", scene, Scene)
-    waits, options = validate_section_arguments(scene, event, n, max_wait, tol, digits, max_steps)
+    waits, options = validate_section_arguments(
+        scene, event, n, max_wait, tol=tol, digits=digits, max_steps=max_steps
+    )
     pool = WorkerPool(checks.validate_thread_count(threads, executor), executor)
     callback = checks.validate_progress_callback(progress)
     checks.check_result_memory(scene, waits, options)
@@ -277,19 +276,11 @@ def section(
 
 
 def validate_section_arguments(
-    tops: Scene,
-    event: object,
-    n: object,
-    max_wait: object,
-    tol: object,
-    digits: object,
-    max_steps: object,
+    tops: Scene, event: object, n: object, max_wait: object, **controls: object
 ) -> tuple[Array, Options]:
     """Return the longest allowed waiting times (tops, n), equal in each row, and the options."""
     one = validate_section_event(event)
-    options = checks.make_options(
-        FALLBACK, tol=tol, digits=digits, max_steps=max_steps, events=[one]
-    )
+    options = checks.make_options(FALLBACK, events=[one], **controls)
     refuse_kinetic(tops, [one])
     if max_wait is None:
         longest = np.empty(tops.size)

@@ -108,10 +108,9 @@ def solve(
     every      the number of steps of a fixed-step method from one recorded state to the next; only
                if t is a number
     max_steps  the maximal number of steps, with 'geometric' of each trial run; 0: no limit
-    error      with 'geometric': the largest attitude error allowed on [0, t], at most 0.1 [rad].
-               The error is checked against a reference solution: a run in 20-digit arithmetic or a
-               closed form. The search may use at least 64 times the number of steps that was first
-               estimated; ValueError if that is not enough
+    error      with 'geometric': the largest attitude error allowed on [0, t], at most 0.1 [rad],
+               against a reference: a run in 20-digit arithmetic or a closed form. ValueError if 64
+               times the number of steps that was first estimated are not enough
     want       names such as ("nutation", "energy"): the path stores only t and these quantities.
                The core does not compute the heading if no quantity in `want` depends on it
     progress   a function called about ten times per second with the time reached, and at the end
@@ -123,8 +122,7 @@ def solve(
                "damping", "rotor", "turning", "shaking", "friction" (not 0). path.tangents has the
                derivatives of the states with respect to these, path.derivative those of a quantity.
                The states are bitwise equal to those without tangents, unless strong damping
-               requires shorter steps for the tangents. With tangents, the results for each top of
-               many are bitwise equal to those of kreisel.solve for this top alone
+               requires shorter steps, and to those of kreisel.solve for each of many tops alone
 
         >>> import kreisel as kr
         >>> path = kr.solve(kr.scenes.cusps, t=300, method="strang", step=0.01, every=100)
@@ -157,9 +155,8 @@ def solve(
 
     Raises TypeError or ValueError for invalid arguments, before any computation starts. Raises
     MemoryError if the states do not fit in memory. Raises kreisel.Error if the run fails, and
-    kreisel.Interrupted after Ctrl-C. The valid states are available as the attribute `path` of the
-    exception. For many tops, paths.status has the status of each, and paths.check raises
-    kreisel.Error for the first that failed.
+    kreisel.Interrupted after Ctrl-C, with the valid states as the attribute `path`. For many tops,
+    paths.status has the status of each, and paths.check raises kreisel.Error for the first failure.
     """
     if unknown:
         refuse_unknown_keywords(solve, unknown)
@@ -453,9 +450,8 @@ def _add_estimate_of_run_time(plan: Plan, tops: Scene, t: Array, options: Option
 def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
     """Load a path, a scene or a run from a file.
 
-    The type of the returned object depends on the contents of the file. A path written by path.save
-    is restored exactly, bit for bit. A scene is read from a TOML file. A run is restored from a
-    checkpoint that was written by run.save.
+    A path written by path.save is restored bit for bit. A scene is read from a TOML file, a run
+    from a checkpoint written by run.save.
 
         >>> import os, tempfile
         >>> import kreisel as kr
@@ -466,9 +462,8 @@ def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
         <kreisel.Path: 2 states, t = 1 .. 2; exact, 2 steps>
 
     Raises TypeError if `file` is not a str or a path of text. Raises OSError if the file cannot be
-    read. Raises ValueError if the file is damaged, or contains neither a path nor a scene nor a
-    run. Loading a file does not execute any code that the file contains. Memory use is bounded by
-    the size of the file.
+    read, and ValueError if it is damaged, or contains neither a path nor a scene nor a run. Loading
+    a file does not execute any code in it. Memory use is bounded by the size of the file.
     """
     name = os.fspath(file)
     if not isinstance(name, str):

@@ -128,11 +128,8 @@ def compute_closed_form_tangents(
 
 
 def _compute_rotation_between(one: Array, other: Array) -> Array:
-    """Return the small rotations, in the body frame, between corresponding attitudes in two arrays.
-
-    The result is twice the vector part of the quotient of the two quaternions. The difference of
-    the quaternions is used because it is exact for nearby quaternions.
-    """
+    """Return the small rotations, in the body frame, between corresponding attitudes."""
+    # Twice the vector part of the quotient; the difference of nearby quaternions is exact.
     sign = np.where((one * other).sum(axis=1) < 0.0, -1.0, 1.0)
     change = sign[:, None] * other - one
     w, x, y, z = conjugate(tuple(one.T))
@@ -181,10 +178,7 @@ class _ChangedParameter:
         return np.subtract(upper, lower)
 
     def differentiate(self, states: Array, step: float) -> tuple[Array, Array]:
-        """Return the tangents, and their relative errors.
-
-        The difference step is reduced as long as the estimated error decreases.
-        """
+        """Return the tangents and their errors, with steps that shrink while the errors do."""
         result = np.full((len(states), 6, self.columns), np.nan)
         rest, rows = np.full(len(states), np.inf), np.arange(len(states))
         reason = "they do not change smoothly from one to the next"
@@ -208,10 +202,9 @@ class _ChangedParameter:
         return result, rest
 
     def _compute_differences(self, states: Array, step: float) -> tuple[Array, Array]:
-        """Return eighth-order central differences, and their relative deviation from sixth-order.
+        """Return central differences of order 8, and their deviation from those of order 6.
 
-        The deviation is divided by the dimensionless norm of the tangent, or by 1 if the norm is
-        smaller.
+        The deviation is relative to the dimensionless norm of the tangent, or to 1 if it is larger.
         """
         h = 2.0 ** math.floor(math.log2(min(step * self.size, self.largest)))
         times = np.ascontiguousarray(states[:, 0])  # the only layout that the core accepts
