@@ -6,7 +6,8 @@ import math
 import os
 import time
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
@@ -107,35 +108,6 @@ class Table:
 _COLUMNS = tuple(column.name for column in fields(Row))
 
 
-@dataclass
-class _TimedRun:
-    """A method with its step or tolerance, the times of its runs, and the last path or failure."""
-
-    method: MethodName
-    step: float | None = None
-    tol: float | None = None
-    seconds: list[float] = field(default_factory=list)
-    path: Path | None = None
-    failure: str = ""
-
-    def make_row(self, scene: str, truth: Path) -> Row:
-        path, nan = self.path, math.nan
-        good = None if self.failure else path
-        return Row(
-            scene,
-            self.method,
-            self.step,
-            self.tol,
-            min(self.seconds, default=nan),
-            nan if self.failure else float(np.median(self.seconds)),
-            path.stats.steps if path else 0,
-            path.stats.evaluations if path else 0,
-            float(attitude_error(good.q, truth.q).max(initial=0.0)) if good else nan,
-            good.energy_error if good else nan,
-            self.failure,
-        )
-
-
 def compare(
     scene: Scene,
     t: Numbers,
@@ -183,20 +155,20 @@ def compare(
         methods = [method.name for method in known.values() if method.suits(scene)]
     if isinstance(methods, str) or not isinstance(methods, Iterable):
         raise TypeError(f"methods must be a list of names, not {short_repr(methods)}")
-    runs: list[_TimedRun] = []
+    runs: list[dict[str, Any]] = []  # the method of each, with its step or tolerance
     for name in methods:
         method = resolve_method(name, scene)
         if method.adaptive:
             each = tolerances if tolerances and not method.exact else [None]
-            runs += [_TimedRun(name, tol=tol) for tol in each]
+            runs += [{"method": name, "step": None, "tol": tol} for tol in each]
         elif step_sizes:
-            runs += [_TimedRun(name, step=step) for step in step_sizes]
+            runs += [{"method": name, "step": step, "tol": None} for step in step_sizes]
         else:
             raise ValueError(
                 f"the method {name!r} has a fixed step: give steps, as in steps=[0.1, 0.01]"
             )
     for run in runs:
-        make_options(run.method, step=run.step, tol=run.tol).for_tops(scene)
+        make_options(**run).for_tops(scene)
     times = time_array(t, None, None)
     if times.size:
         check_resolvable_horizon(scene, float(times[-1]), None)
@@ -207,27 +179,46 @@ def compare(
     total = as_int("repeats", repeats, 1) * len(runs)
     report_progress = validate_progress_callback(progress)
     reference: Path | None = None
+    seconds: list[list[float]] = [[] for _ in runs]
+    paths: dict[int, Path | None] = {}
+    failures: dict[int, str] = {}
 
     def build_table() -> Table:
-        if reference is None:
-            return Table(())
-        done, name = [run for run in runs if run.seconds or run.failure], name_of(scene)
-        return Table(tuple(run.make_row(name, reference) for run in done))
+        rows, nan = [], math.nan
+        for i, run in enumerate(runs):
+            path, failure, spent = paths.get(i), failures.get(i, ""), seconds[i]
+            good = None if failure else path
+            if reference is None or not (spent or failure):
+                continue
+            row = Row(
+                scene=name_of(scene),
+                **run,
+                seconds=min(spent, default=nan),
+                median=nan if failure else float(np.median(spent)),
+                steps=path.stats.steps if path else 0,
+                evaluations=path.stats.evaluations if path else 0,
+                attitude_error=float(attitude_error(good.q, reference.q).max(initial=0.0))
+                if good
+                else nan,
+                energy_error=good.energy_error if good else nan,
+                failure=failure,
+            )
+            rows.append(row)
+        return Table(tuple(rows))
 
     try:
         reference = truth if isinstance(truth, Path) else _solve_truth(scene, t, truth, step_sizes)
-        for i in range(total):
-            run = runs[i % len(runs)]
-            begin = time.perf_counter()
+        for done in range(total):
+            i, begin = done % len(runs), time.perf_counter()
             try:
-                run.path = solve(scene, t, run.method, step=run.step, tol=run.tol)
-                run.seconds.append(time.perf_counter() - begin)
+                paths[i] = solve(scene, t, **runs[i])
+                seconds[i].append(time.perf_counter() - begin)
             except Error as error:
-                run.path, run.failure = error.path, str(error)
+                paths[i], failures[i] = error.path, str(error)
             except ValueError as error:  # a step that turns out to be too large
-                run.failure = str(error)
+                failures[i] = str(error)
             if report_progress is not None:
-                report_progress((i + 1) / total)
+                report_progress((done + 1) / total)
     except KeyboardInterrupt:
         table = build_table()
         message = f"interrupted: {len(table)} of {len(runs)} runs were completed"

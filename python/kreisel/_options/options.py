@@ -191,21 +191,13 @@ class Options:
         return self.method == AUTO
 
     @property
-    def has_step_search(self) -> bool:
-        return self.error is not None
-
-    @property
-    def requests_events(self) -> bool:
-        return self.events is not None
-
-    @property
     def has_extended_precision(self) -> bool:
         return (self.digits or 0) > 16
 
     @property
     def uses_one_run_per_top(self) -> bool:
         """True if the tops of an ensemble cannot share the lanes of a vector."""
-        return self.requests_events or bool(self.tangents) or self.has_extended_precision
+        return self.events is not None or bool(self.tangents) or self.has_extended_precision
 
     @property
     def tangent_bit_mask(self) -> int:
@@ -227,14 +219,10 @@ class Options:
     def core_arguments(self) -> CoreArguments:
         """The method and its parameters, as passed to the C library."""
         level = self.want is not None and HEADING_DEPENDENT.isdisjoint(self.want)
-        is_fixed = self.has_extended_precision or self.requests_events or self.keeps_heading
+        is_fixed = self.has_extended_precision or self.events is not None or self.keeps_heading
         leave_heading = level and not is_fixed and self.integrator.skips_heading
         accuracy = self.step or 0.0, self.tol or 0.0, self.digits or 0
         return None if self.is_auto else self.method, *accuracy, self.max_steps, leave_heading
-
-    @cached_property
-    def core_reductions(self) -> list[tuple[str, int, int]]:
-        return [one[:3] for one in self.reductions]
 
     @cached_property
     def core_events(self) -> list[CoreEvent]:
@@ -243,7 +231,7 @@ class Options:
     @cached_property
     def copy_with_default_run_settings(self) -> Options:
         """A copy of the options without the settings that are specific to a single run."""
-        events = () if self.requests_events else None
+        events = () if self.events is not None else None
         options = replace(self, max_steps=0, every=None, want=None, events=events, tangents=())
         return self if options == self else options
 

@@ -244,7 +244,7 @@ def make_plan_of_tops(
 
 def _count_exact_and_lane_tops(tops: Scene, options: Options) -> tuple[int, int]:
     """Return the numbers of tops evaluated in closed form and of tops integrated in SIMD lanes."""
-    if options.has_step_search or options.uses_one_run_per_top:
+    if options.error is not None or options.uses_one_run_per_top:
         return 0, 0
     if options.integrator.exact:
         return tops.size, 0
@@ -306,7 +306,7 @@ def _list_unneeded_computations(
     is_kept = is_level and not (skips_heading or is_exact)
     if not is_series:
         reason = f"{options.method} always computes it; only taylor can omit it"
-    elif options.requests_events:
+    elif options.events is not None:
         reason = "events may need it"
     elif options.has_extended_precision:
         reason = "the series with 20 or 30 digits always computes it"

@@ -270,7 +270,8 @@ class SliceRunner(NamedTuple):
 def run_slice_in_lanes(part: Slice) -> None:
     """Compute the motions of a slice in SIMD lanes."""
     rows, options, tops, begin, end, t, work = part
-    failures, last = core.Worker(*options.core_arguments, options.core_reductions, work).run(
+    reductions = [one[:3] for one in options.reductions]
+    failures, last = core.Worker(*options.core_arguments, reductions, work).run(
         tops._core_scenes, begin, end, t,
         rows.status, rows.done, rows.counts, rows.reached, rows.states, rows.reduced, rows.columns,
     )  # fmt: skip
@@ -288,7 +289,7 @@ def run_slice_sequentially(part: Slice) -> None:
         options.tangent_bit_mask, rows.tangents, rows.tangents_low, rows.truncation,
     )  # fmt: skip
     rows.last = {i: np.array([last[j], low[j]]) for j, i in enumerate(failures.tolist())}
-    if options.requests_events:
+    if options.events is not None:
         rows.events = [EventColumns(event_tops, states, rest, which, direction)]
 
 

@@ -603,7 +603,7 @@ def select_member(result: RunResult, i: int) -> Path:
     if buffers.status[i]:
         path = append_last_valid_state(result, i, path)
         make_stop_exception(STATUSES[buffers.status[i]], path, get_last_time(result, i))
-    if result._options.requests_events:
+    if result._options.events is not None:
         first, end = np.searchsorted(result._event_columns.top, [i, i + 1])
         columns_of_top: list[Any] = [x[first:end].copy() for x in result._event_columns]
         _, states, low, which, direction = columns_of_top

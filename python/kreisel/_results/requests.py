@@ -68,7 +68,7 @@ def build_request_from_solve_arguments(
     options = make_options(
         method, step=step, tol=tol, digits=digits, max_steps=max_steps, want=want
     )
-    if options.has_step_search:
+    if options.error is not None:
         raise ValueError("a search for the step takes several runs")
     if not options.is_auto:
         return _build_request(options.with_method(options.method))
@@ -79,7 +79,7 @@ def build_request_from_solve_arguments(
 
 def build_request_from_solve_options(options: Options) -> Request | None:
     """Build a request from the options, or return None if it needs several C library calls."""
-    if options.error is not None or options.requests_events or options.tangents:
+    if options.error is not None or options.events is not None or options.tangents:
         return None
     return _build_request(replace(options, every=None))
 

@@ -410,7 +410,7 @@ def _read_many(archive: ArchiveReader, head: dict[str, Any]) -> SavedEnsemble:
         buffers.chosen[int(i)] = _read_step_choice(choice)
     buffers.messages = {int(i): str(text) for i, text in head["messages"]}
     k = as_int("event_count", head["event_count"], 0)
-    if options.requests_events:
+    if options.events is not None:
         top = read(f"{_EVENTS}top", k).astype(np.int64)
         which, direction = (read(_EVENTS + name, k).astype(np.intc) for name in _MET)
         if k and not (top.min() >= 0 and top.max() < tops.size and which.min() >= 0):

@@ -190,21 +190,21 @@ def solve(
     callback = checks.validate_progress_callback(progress)
     times = checks.validate_times(scene, t, options)
     end = float(times[-1]) if times.size else 0.0
-    if options.has_step_search:
+    if options.error is not None:
         return solve_with_step_search(scene, options, times, callback)
     checks.check_resolvable_horizon(scene, end, options.step)
     if options.tangents:
         is_exact = options.integrator.exact
         record = record_exact_path_with_tangents if is_exact else _record_path_with_tangents
         return record(scene, options, times, callback)
-    if options.requests_events or times.size > options.chunk_size:
+    if options.events is not None or times.size > options.chunk_size:
         return Run(scene, options, end < 0.0)._advance_to_times(times, callback)
     return requests.record_path(scene, options, times, callback)
 
 
 def select_slice_runner(options: Options) -> SliceRunner:
     """Return the function that computes the motions of a slice of many tops."""
-    if options.has_step_search:
+    if options.error is not None:
         return STEP_SEARCH
     return SCALAR if options.uses_one_run_per_top else LANES
 

@@ -202,7 +202,7 @@ class SweepPlan:
             if self.requested is None:
                 function: Callable[..., RunResult] = section if self.task == "section" else chaos
                 return function(ensemble, **self.arguments, threads=threads, progress=progress)
-            if not (options.is_auto or options.has_step_search):
+            if not (options.is_auto or options.error is not None):
                 options.for_tops(ensemble)
             kind: Any = Reductions if options.reductions else Path._of_many
             runner = LANES if options.reductions else select_slice_runner(options)
@@ -237,7 +237,7 @@ class SweepPlan:
                 parameters.append(TableColumn(column, TOP, flat[:, i], unit))
         events: Any = outcome if isinstance(outcome, Section) else None
         ragged = []
-        if isinstance(outcome, Path) and outcome._options.requests_events:
+        if isinstance(outcome, Path) and outcome._options.events is not None:
             events = outcome.events
             ragged.append(TableColumn("event_which", EVENT, events.which))
             ragged.append(TableColumn("event_direction", EVENT, events.direction))

@@ -85,7 +85,7 @@ class SweepStore:
     def write_part(self, i: int, columns: Sequence[TableColumn]) -> None:
         """Write the file of part i, with a description and a checksum."""
         options, kernel = self.plan.options, ""  # the instruction set of Taylor series
-        if not options.has_step_search:
+        if options.error is None:
             kernel = Worker(*options.core_arguments, []).kernel[0]
         words = {"plan": self.plan.hash, "part": i, "version": version, "kernel": kernel}
         table, stream = make_arrow_table(columns), pa.BufferOutputStream()
