@@ -310,17 +310,15 @@ def print_errors_on_one_line() -> Iterator[None]:
         yield
     except click.exceptions.NoArgsIsHelpError:
         raise
-    except click.UsageError as error:
-        command = error.ctx.command_path if error.ctx else "kreisel"
-        code, message = 2, f"{error.format_message()} (see {command} --help)"
     except click.ClickException as error:
         code, message = error.exit_code, error.format_message()
-    except Error as error:
-        code, message = 1, str(error)
+        if isinstance(error, click.UsageError):
+            command = error.ctx.command_path if error.ctx else "kreisel"
+            message += f" (see {command} --help)"
     except KeyboardInterrupt as error:
         code, message = 130, str(error) or "interrupted"
-    except OSError as error:
-        if error.errno == errno.EPIPE:
+    except (Error, OSError) as error:
+        if isinstance(error, OSError) and error.errno == errno.EPIPE:
             raise
         code, message = 1, str(error)
     else:

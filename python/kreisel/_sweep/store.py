@@ -89,12 +89,11 @@ class SweepStore:
             kernel = Worker(*options.core_arguments, []).kernel[0]
         words = {"plan": self.plan.hash, "part": i, "version": version, "kernel": kernel}
         table, stream = make_arrow_table(columns), pa.BufferOutputStream()
-        doubles = []
-        for field in table.schema:
-            if field.type == pa.float64():
-                doubles.append(field.name)
-            elif pa.types.is_large_list(field.type) and field.type.value_type == pa.float64():
-                doubles.append(f"{field.name}.list.element")
+        doubles = [
+            name if dims == TOP else f"{name}.list.element"
+            for name, dims, values, *_ in columns
+            if values.dtype == np.float64
+        ]
         with parquet.ParquetWriter(
             stream,
             table.schema,
@@ -111,13 +110,10 @@ class SweepStore:
 
     def list_existing_parts(self) -> list[int]:
         """Return the numbers of all parts whose files exist, in ascending order."""
-        numbers, parts = [], self.plan.parts
-        for entry in os.scandir(self.folder):
-            match = re.fullmatch(r"part-([0-9]{6,})\.parquet", entry.name)
-            i = int(match[1]) if match else parts
-            if i < parts and entry.name == f"part-{i:06}.parquet":
-                numbers.append(i)
-        return sorted(numbers)
+        names = os.listdir(self.folder)
+        matches = (re.fullmatch(r"part-([0-9]{6}|[1-9][0-9]{6,})\.parquet", one) for one in names)
+        numbers = (int(match[1]) for match in matches if match)
+        return sorted(i for i in numbers if i < self.plan.parts)
 
     def read_part(self, i: int, names: list[str] | None = None) -> dict[str, TableColumn]:
         """Read part `i` or only its columns `names`; [] gives all columns without rows."""

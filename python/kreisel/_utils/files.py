@@ -105,16 +105,12 @@ def atomic_write(path: str | os.PathLike[str], data: bytes) -> None:
 
 def sync_folder(folder: Path) -> None:
     """Sync `folder` to disk. Does nothing on systems that cannot sync folders."""
-    try:
+    with contextlib.suppress(OSError):
         descriptor = os.open(folder, os.O_RDONLY)
-    except OSError:
-        return
-    try:
-        os.fsync(descriptor)
-    except OSError:
-        pass
-    finally:
-        os.close(descriptor)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
 
 
 def check_file_is_writable(path: str | os.PathLike[str]) -> None:

@@ -70,13 +70,10 @@ def defer_signals() -> Iterator[Callable[[], None]]:
     handle_received_signals()
 
 
-MIN_SLICE, MAX_SLICE = 64, 1 << 15  # members in a slice; a small ensemble has smaller slices
+_MIN_SLICE, _MAX_SLICE = 64, 1 << 15  # members in a slice; a small ensemble has smaller slices
 LANES = 8  # number of tops that one thread integrates simultaneously, in the lanes of vectors
-# The size of a slice is (remaining members) / (threads * SLICE_SHARE). Slices thus become smaller,
-# and all threads finish at about the same time.
-SLICE_SHARE = 4
-SLICES_AHEAD = 4  # number of submitted slices per thread, running or waiting
-POLL_SECONDS, PROGRESS_SECONDS = 0.02, 0.1
+_SLICES_AHEAD = 4  # number of submitted slices per thread, running or waiting
+_POLL_SECONDS, _PROGRESS_SECONDS = 0.02, 0.1
 _K = TypeVar("_K")
 _R = TypeVar("_R")
 
@@ -111,7 +108,7 @@ def run_jobs(
                     running[executor.submit(function, *arguments)] = key
                 if not running:
                     break
-                futures, _ = wait(running, timeout=POLL_SECONDS, return_when=FIRST_COMPLETED)
+                futures, _ = wait(running, timeout=_POLL_SECONDS, return_when=FIRST_COMPLETED)
                 for future in futures:
                     collect(running.pop(future), future)
                 poll()
@@ -179,12 +176,12 @@ class WorkerPool(NamedTuple):
         def report_progress() -> None:
             nonlocal last_call
             now = time.monotonic()
-            if progress is not None and now - last_call >= PROGRESS_SECONDS:
+            if progress is not None and now - last_call >= _PROGRESS_SECONDS:
                 last_call = now
                 progress((done if self.has_workers_in_other_processes else work.done) / n)
 
         jobs = ((part, job(*part)) for part in self.yield_slice_bounds(n))
-        most = SLICES_AHEAD * self.threads
+        most = _SLICES_AHEAD * self.threads
         own = None if self.executor else ThreadPoolExecutor(threads)
         with own or nullcontext(self.executor) as executor:
             assert executor is not None
@@ -192,9 +189,9 @@ class WorkerPool(NamedTuple):
 
     def yield_slice_bounds(self, n: int) -> Iterator[tuple[int, int]]:
         """Divide n members into ever smaller slices, so that all threads finish almost together."""
-        begin, least = 0, min(MIN_SLICE, -(-n // self.threads))
+        begin, least = 0, min(_MIN_SLICE, -(-n // self.threads))
         while begin < n:
-            size = min(max((n - begin) // (SLICE_SHARE * self.threads), least), MAX_SLICE)
+            size = min(max((n - begin) // (4 * self.threads), least), _MAX_SLICE)
             end = min(begin + -(-size // LANES) * LANES, n)
             yield begin, end
             begin = end
