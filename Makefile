@@ -80,5 +80,7 @@ python/kreisel/viewer.html: .venv/requirements.txt $(core) $(wildcard python/vie
 .venv/requirements.txt: .ci/locked.txt
 	@echo "installing the dependencies of report and tests into .venv; the first time takes minutes"
 	@.venv/bin/python -m pip --version >/dev/null 2>&1 || { rm -rf build/venv && python3 -m venv --clear .venv; }
-	@.venv/bin/python -m pip install -q --no-compile --disable-pip-version-check -r .ci/locked.txt
+	@sed -n '/^uv==/,/[^\\]$$/p' $< >.venv/uv.txt
+	@set -- -m pip install -q --no-compile --disable-pip-version-check -r; .venv/bin/python "$$@" .venv/uv.txt && \
+		.venv/bin/uv pip install -q --python .venv/bin/python --require-hashes -r $< || .venv/bin/python "$$@" $<
 	@cp .ci/locked.txt $@
