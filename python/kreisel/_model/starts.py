@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -50,10 +49,7 @@ class _EnergySurface(NamedTuple):
         return momenta
 
     def _build_scaled_velocity_basis(self, P: Array) -> tuple[Array, Array]:
-        """Return an orthonormal basis of the vectors y = J^(-1/2) w.
-
-        These vectors are orthogonal to J^(1/2) P, and |y|^2 / 2 is the energy of w.
-        """
+        """Return an orthonormal basis of y = J^(-1/2) w, orthogonal to J^(1/2) P."""
         normal = np.sqrt(self.moments) * P
         return _build_perpendicular_basis(normal / np.linalg.norm(normal, axis=1)[:, None])
 
@@ -65,10 +61,7 @@ class _EnergySurface(NamedTuple):
         return angles
 
     def potential_lower_bound(self, P: Array, reach: Array) -> Array:
-        """Return a lower bound on the effective potential U within the angle `reach` of P.
-
-        The bound uses the gradient of U at P and the largest curvature of U.
-        """
+        """Return a lower bound on U within the angle `reach` of P, from its slope and curvature."""
         vertical_moment = P * P @ self.moments
         k = (self.vertical / vertical_moment) ** 2
         slope = self.lever - k[:, None] * self.moments * P
@@ -87,10 +80,9 @@ class _EnergySurface(NamedTuple):
         return min(self._find_potential_min_by_newton(point) for point in best)
 
     def _find_potential_min_by_newton(self, P: Array) -> float:
-        """Return a local minimum of the potential U near P by Newton's method on the sphere.
+        """Return a local minimum of U near P by Newton's method on the sphere.
 
-        Each Newton step uses the absolute values of the curvatures of U, so U decreases along the
-        step. Among successively halved step lengths, the one with the smallest U is used.
+        A step uses the absolute curvatures, so U decreases along it. It is halved until U is least.
         """
         lowest = float(self.potential(P[None])[0])
         for _ in range(100):
@@ -229,14 +221,18 @@ def _sample_directions(
     for begin in range(0, n, _ROWS):
         rows = np.arange(begin, min(begin + _ROWS, n))
         for trial in range(_TRIALS):
-            samples = _draw_uniform_numbers(seed, trial, begin, int(rows[-1]) + 1)[rows - begin]
-            points, chance = cover.convert_uniform_numbers_to_points(samples), samples[:, 3] ** 2
+            # Philox counts, so that the numbers of a row depend only on the seed, trial and row.
+            counter = [begin * _WORDS // 4, 0, trial + 1, 0]
+            raw = np.random.Philox(key=seed, counter=counter).random_raw(
+                (int(rows[-1]) + 1 - begin) * _WORDS
+            )
+            uniform = (raw >> np.uint64(11)).astype(np.float64).reshape(-1, _WORDS) * 2.0**-53
+            samples = uniform[rows - begin]
+            points, chance = cover.draw_points(samples), samples[:, 3] ** 2
             is_uniform = chance * (points * points @ surface.moments) <= surface.moments.min()
             is_accepted = is_uniform & (surface.potential(points) <= surface.energy)
-            P[rows[is_accepted]], alpha[rows[is_accepted]] = (
-                points[is_accepted],
-                math.tau * samples[is_accepted, 4],
-            )
+            P[rows[is_accepted]] = points[is_accepted]
+            alpha[rows[is_accepted]] = math.tau * samples[is_accepted, 4]
             rows = rows[~is_accepted]
             if not rows.size:
                 break
@@ -248,18 +244,6 @@ def _sample_directions(
     return P, alpha
 
 
-def _draw_uniform_numbers(seed: int, trial: int, begin: int, end: int) -> Array:
-    """Return an array of shape (end - begin, 8) of uniformly distributed numbers in [0, 1).
-
-    Philox is a counter-based random number generator, so row i depends only on `seed`, `trial` and
-    begin + i.
-    """
-    counter = [begin * _WORDS // 4, 0, trial + 1, 0]
-    raw = np.random.Philox(key=seed, counter=counter).random_raw((end - begin) * _WORDS)
-    numbers: Array = (raw >> np.uint64(11)).astype(np.float64).reshape(-1, _WORDS) * 2.0**-53
-    return numbers
-
-
 class _SphereCells(NamedTuple):
     """Cells on the unit sphere, each bounded by two heights and two azimuths."""
 
@@ -268,14 +252,14 @@ class _SphereCells(NamedTuple):
     tall: Array
     wide: Array
 
-    def convert_uniform_numbers_to_points(self, samples: Array) -> Array:
-        """Draw uniformly distributed points in the cells, using three random numbers per point."""
+    def draw_points(self, samples: Array) -> Array:
+        """Return uniformly distributed points in the cells, from three random numbers for each."""
         parts = np.cumsum(self.tall * self.wide)
         cell = np.searchsorted(parts / parts[-1], samples[:, 0], side="right")
         height = self.height[cell] + self.tall[cell] * samples[:, 1]
         return _convert_to_sphere_points(height, self.angle[cell] + self.wide[cell] * samples[:, 2])
 
-    def compute_cell_centres_and_radii(self) -> tuple[Array, Array]:
+    def find_centres_and_radii(self) -> tuple[Array, Array]:
         """Return each cell's centre, and a bound on its angular distance to points in the cell."""
         middle = self.height + 0.5 * self.tall
         polar = np.arccos(np.clip([self.height, middle, self.height + self.tall], -1.0, 1.0))
@@ -283,18 +267,15 @@ class _SphereCells(NamedTuple):
         side = 0.5 * self.wide * np.sin(polar[1])
         return _convert_to_sphere_points(middle, self.angle + 0.5 * self.wide), rise + side
 
-    def halve_sphere_cells(self) -> _SphereCells:
+    def halve(self) -> _SphereCells:
         """Divide each cell into two halves across its longer side."""
         height = self.height + 0.5 * self.tall
         level = np.sqrt(np.maximum((1.0 - height) * (1.0 + height), self.tall))
         lower = self.tall / level > self.wide * level
         tall, wide = np.where(lower, 0.5, 1.0) * self.tall, np.where(lower, 1.0, 0.5) * self.wide
-        return _SphereCells(
-            np.concatenate((self.height, self.height + self.tall - tall)),
-            np.concatenate((self.angle, self.angle + self.wide - wide)),
-            np.tile(tall, 2),
-            np.tile(wide, 2),
-        )
+        heights = np.concatenate((self.height, self.height + self.tall - tall))
+        angles = np.concatenate((self.angle, self.angle + self.wide - wide))
+        return _SphereCells(heights, angles, np.tile(tall, 2), np.tile(wide, 2))
 
 
 def _cover_allowed_directions(surface: _EnergySurface) -> _SphereCells:
@@ -302,14 +283,13 @@ def _cover_allowed_directions(surface: _EnergySurface) -> _SphereCells:
     height, angle = (x.ravel() for x in np.meshgrid([-1.0, 0.0], 0.5 * math.pi * np.arange(4)))
     cover = _SphereCells(height, angle, np.ones(8), np.full(8, 0.5 * math.pi))
     for _ in range(_HALVINGS):
-        P, reach = cover.compute_cell_centres_and_radii()
+        P, reach = cover.find_centres_and_radii()
         is_allowed = surface.potential_lower_bound(P, reach) <= surface.energy
-        cover = (
-            _SphereCells(*(column[is_allowed] for column in cover)) if is_allowed.any() else cover
-        )
+        if is_allowed.any():
+            cover = _SphereCells(*(column[is_allowed] for column in cover))
         if len(cover.height) >= _CELLS:
             break
-        cover = cover.halve_sphere_cells()
+        cover = cover.halve()
     return cover
 
 
@@ -344,9 +324,8 @@ def _build_perpendicular_basis(normals: Array) -> tuple[Array, Array]:
     return first, np.cross(normals, first)
 
 
-@dataclass(frozen=True, eq=False)
-class TurningPoints:
-    """Turning points of the apex in n motions. All fields except `rows` are arrays of shape (n,).
+class TurningPoints(NamedTuple):
+    """Turning points of the apex in n motions. All fields except `rows` have the shape (n,).
 
     least, greatest      least and greatest nutation [rad]
     t_least, t_greatest  first times at which they occur [T]
@@ -367,7 +346,6 @@ class TurningPoints:
 
 
 def build_turning_points_from_rows(rows: Array, motion_type: npt.NDArray[np.str_]) -> TurningPoints:
-    """Build the turning points from the array computed by the C library."""
     least, greatest, t_least, t_greatest, spin = (freeze_array(x.copy()) for x in rows.T[:5])
     motion_type.flags.writeable = False
     return TurningPoints(least, greatest, t_least, t_greatest, spin, motion_type, rows)
@@ -385,14 +363,11 @@ def explain_no_turning_points(status: str, scene: Scene) -> str:
     """Explain why the turning points of a motion are not defined."""
     if status != "ERR_METHOD":
         return f"{statuses[status][1]}: {scene!r}"
-    description = (
-        "a damped top" if scene._has_damping else f"this one, of kind {scene.body.kind!r},"
-    )
-    description += " with a rotor" if any(scene.body.rotor) else ""
-    description += "".join(
-        [f" with {name}" for name in list_disturbances(scene) if name != "damping"]
-    )
+    others = list_disturbances(scene)
+    text = "a damped top" if "damping" in others else f"this one, of kind {scene.body.kind!r},"
+    words = ["a rotor"] * any(scene.body.rotor) + [name for name in others if name != "damping"]
+    text += "".join(f" with {word}" for word in words)
     return (
         "turning points exist for a Lagrange top, and for a body that is symmetric about its apex "
-        f"and free of torque; the nutation of {description} is not periodic"
+        f"and free of torque; the nutation of {text} is not periodic"
     )
