@@ -103,6 +103,33 @@ def test_ensembles_and_their_copies_are_equal_and_immutable():
     assert FULL[::-1] != FULL and FULL[:3] != FULL and FULL != LAGRANGE != tops
 
 
+def test_many_tops_do_what_one_does():
+    tops = LAGRANGE.vary(spin=[[1.0], [2.0]], tilt=[0.0, 0.5, 1.0])
+    changed, turned = tops.replace(gravity=2.0), tops.vary(precession=0.5)
+    rough = tops.vary(friction=np.reshape([0.0, 0.1], (2, 1, 1)))
+    assert changed.axes == tops.axes and rough.axes == ("friction", "spin", "tilt")
+    for i in np.ndindex(2, 3):
+        assert changed[i] == tops[i].replace(gravity=2.0)
+        assert rough[(1, *i)] == tops[i].replace(friction=0.1)
+        assert turned[i] == tops[i].vary(precession=0.5)
+        assert tops[i].attitude_xyzw == tuple(tops.attitude_xyzw[i])
+    both, masses = kr.Scene.stack([tops, changed]), LAGRANGE.vary(mass=[1.0, 2.0, 3.0])
+    assert both.shape == (2, 2, 3) and both[1] == changed
+    for many in (tops, FULL, rough, both, masses):
+        assert kr.Scene.from_toml(many.to_toml()) == many
+    cloud = tops.scatter(500, seed=3, momentum=0.1)
+    assert cloud.shape == (500, 2, 3) and cloud[:9] == tops.scatter(9, seed=3, momentum=0.1)
+    assert np.std(cloud.momentum - tops.momentum) == pytest.approx(0.1, rel=0.05)
+
+
+@pytest.mark.parametrize("call", [len, list, lambda top: top[0], lambda top: top[1:]])
+def test_one_top_is_no_array(call):
+    assert LAGRANGE.shape == () and LAGRANGE.ravel()[0] == LAGRANGE == LAGRANGE.reshape(())
+    for one in (LAGRANGE, LAGRANGE.body):
+        with pytest.raises(TypeError, match=r"shape \(\)"):
+            call(one)
+
+
 # Indices
 
 KEYS = [
@@ -125,17 +152,20 @@ def test_indexing_follows_numpy():
             assert isinstance(selection, kr.Scene) and selection == members[int(expected)]
             assert np.array_equal(paths[key].states, states[expected])
             continue
-        assert selection.shape == paths[key].shape == expected.shape
-        assert np.array_equal(paths[key].states, states[expected])
+        has_gap = isinstance(key, tuple) and any(part is ... for part in key)
+        chosen = paths[(*key, slice(None)) if has_gap else key]  # beside the index of the states
+        assert selection.shape == chosen.shape == expected.shape
+        assert np.array_equal(chosen.states, states[expected])
         assert [selection[i] for i in np.ndindex(selection.shape)] == [
             members[i] for i in expected.ravel()
         ]
         assert len(selection.axes) == selection.ndim
         assert pickle.loads(pickle.dumps(selection)) == selection
     for key in (4, -5, (0, 3), (0, 0, 0), "x", 1.5, [7], [[0.5]], 10**30, {}):
-        for one in (FULL, paths):
-            with pytest.raises(IndexError):
-                one[key]
+        with pytest.raises(IndexError):
+            FULL[key]
+        with pytest.raises(IndexError):
+            paths[(0, 0, 2) if key == (0, 0, 0) else key]
 
 
 # Varied and random parameters
