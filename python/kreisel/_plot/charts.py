@@ -164,12 +164,7 @@ def format_axis_label(name: str, dimension: str, time_unit: str) -> str:
 
 
 class AngleBetweenPaths(NamedTuple):
-    """The angle between the attitudes of two paths at their common times.
-
-    t      (k,) times [T]
-    angle  (k,) the angle [rad]
-    what   the directions between which the angle is measured
-    """
+    """The angle [rad] between the attitudes or the apexes of two paths at their common times."""
 
     t: Array
     angle: Array
@@ -179,11 +174,10 @@ class AngleBetweenPaths(NamedTuple):
 class FigureAxes(tuple[Axes, ...]):
     """The matplotlib axes of a figure.
 
-    A picture of paths has three axes for each path: trace, nutation and precession. For two paths,
-    an additional chart at the end may show the angle between their attitudes or apexes. A picture
-    of a fit has two axes for each panel: one for the measurements and one for the residuals.
-    Notebooks display the picture. To save the figure to a file, call
-    `picture.figure.savefig("top.png")`.
+    A picture of paths has three axes for each path: trace, nutation and precession, and for two
+    paths possibly a chart of the angle between them. A picture of a fit has two axes for each
+    panel: one for the measurements and one for the residuals. Notebooks display the picture; the
+    method `picture.figure.savefig("top.png")` saves it.
     """
 
     __slots__ = ()
@@ -278,11 +272,7 @@ def _create_path_axes(n: int, has_difference: bool) -> FigureAxes:
 
 
 def _draw_path_panels(
-    axes: Sequence[Axes],
-    path: Any,
-    events: Any,
-    angle: tuple[float, str],
-    time: str,
+    axes: Sequence[Axes], path: Any, events: Any, angle: tuple[float, str], time: str
 ) -> None:
     sphere, nutation_axes, precession_axes = axes
     unit, sign = angle
@@ -306,10 +296,8 @@ def _draw_path_panels(
         # The angle jumps if the apex passes close to the vertical.
         jumps = change > max(0.5, 8.0 * float(np.median(change)) if len(change) else 0.0)
         precession_axes.plot(*insert_gaps(line.t, unit * precession, jumps), **style)
-    for angle_limit in angles:
-        nutation_axes.axhline(
-            unit * angle_limit, color=ORANGE, linewidth=0.9, linestyle="--", zorder=1
-        )
+    for limit in angles:
+        nutation_axes.axhline(unit * limit, color=ORANGE, linewidth=0.9, linestyle="--", zorder=1)
     if has_marks:
         _draw_dots(axes, path, line, unit, BLUE, 3.0)
     if events is not None:
@@ -319,10 +307,8 @@ def _draw_path_panels(
         dots.append(("states" + " (motion not drawn)" * (line is None), BLUE, 3.0))
     if events is not None:
         dots.append(("events", ORANGE, 4.0))
-    marks = [
-        make_legend_entry(label, colour, marker="o", markersize=size, linestyle="")
-        for label, colour, size in dots
-    ]
+    shape = {"marker": "o", "linestyle": ""}
+    marks = [make_legend_entry(text, ink, markersize=size, **shape) for text, ink, size in dots]
     if angles:
         marks.append(make_legend_entry("limits", ORANGE, linestyle="--"))
     sphere.legend(
@@ -335,9 +321,8 @@ def _draw_path_panels(
     if high - low < 1e-6 * unit:  # constant up to rounding errors
         middle, half = 0.5 * (low + high), 0.05 * unit
         nutation_axes.set_ylim(middle - half, middle + half)
-    nutation_axes.tick_params(
-        labelbottom=not nutation_axes.get_shared_x_axes().joined(nutation_axes, precession_axes)
-    )
+    is_shared = nutation_axes.get_shared_x_axes().joined(nutation_axes, precession_axes)
+    nutation_axes.tick_params(labelbottom=not is_shared)
     for chart in nutation_axes, precession_axes:
         apply_chart_style(chart)
 
@@ -535,23 +520,18 @@ _WIDTH, _HEIGHT = 4.5, 4.5  # size of a column of two charts [inches]
 def plot_fit_panels(panels: Sequence[Any]) -> FigureAxes:
     """Draw two charts per panel: one of measurements and fitted motion, and one of residuals.
 
-    Each panel has the attributes name, t, values, residuals, sigma and motion. values and residuals
-    have the shapes (n, j) and (n, k), where j > k for attitudes, and are NaN where nothing was
-    measured. sigma broadcasts to the residuals. motion has times and values of the fitted motion
-    that a line joins, or is None.
+    Each panel has the attributes name, t, values (n, j), residuals (n, k), where j > k for
+    attitudes, sigma, and motion: times and values that a line joins, or None.
     """
     figure = Figure(figsize=(_WIDTH * len(panels), _HEIGHT), layout="constrained")
     axes: list[Axes] = []
     grid = figure.subplots(2, len(panels), sharex="col", squeeze=False, height_ratios=(2.0, 1.0))
     for (upper, lower), panel in zip(grid.T, panels, strict=True):
         for chart, columns in (upper, panel.values), (lower, panel.residuals):
-            for k in range(columns.shape[1]):
-                colour = _COLOURS[k % len(_COLOURS)]
-                chart.plot(panel.t, columns[:, k], ".", ms=3, color=colour)
+            for k, column in enumerate(columns.T):
+                chart.plot(panel.t, column, ".", ms=3, color=_COLOURS[k % len(_COLOURS)])
         if panel.motion is not None:
-            t, motion = panel.motion
-            for k in range(motion.shape[1]):
-                upper.plot(t, motion[:, k], color="black", lw=0.8)
+            upper.plot(*panel.motion, color="black", lw=0.8)
         elif panel.values.shape == panel.residuals.shape:
             upper.plot(panel.t, panel.values + panel.residuals * panel.sigma, "k.", ms=1.5)
         upper.set_title(panel.name)

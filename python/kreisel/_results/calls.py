@@ -275,9 +275,7 @@ def run_slice_in_lanes(part: Slice) -> None:
         tops._core_scenes, begin, end, t,
         rows.status, rows.done, rows.counts, rows.reached, rows.states, rows.reduced, rows.columns,
     )  # fmt: skip
-    rows.last = (
-        {i: last[j : j + 1] for j, i in enumerate(failures.tolist())} if failures.size else {}
-    )
+    rows.last = {i: last[j : j + 1] for j, i in enumerate(failures.tolist())}
 
 
 def run_slice_sequentially(part: Slice) -> None:
@@ -297,24 +295,23 @@ LANES = SliceRunner(run_slice_in_lanes, is_native=True)
 SCALAR = SliceRunner(run_slice_sequentially)
 
 
-def compute_quantity_values(name: str, tops: Scene, buffers: EnsembleBuffers) -> Array:
-    """Return the values of a quantity for all states, as an array of shape (n, k, ...)."""
-    assert buffers.states is not None
-    n, k, _ = buffers.states.shape
-    out = np.empty((n, k, *QUANTITIES[name].shape))
-    core.values_of_tops(name, tops._core_scenes, buffers.states, buffers.done, out)
-    return out
-
-
-def compute_quantity_derivatives(
-    name: str, tops: Scene, buffers: EnsembleBuffers, bits: int
+def compute_quantity_values(
+    name: str, tops: Scene, buffers: EnsembleBuffers, bits: int | None = None
 ) -> Array:
-    """Return the derivatives of a quantity for all tops, as an array of shape (n, k, ..., c)."""
-    assert buffers.states is not None and buffers.tangents is not None
+    """Return the values (n, k, ...) of a quantity for all states, or with `bits` its derivatives.
+
+    The derivatives are with respect to the parameters with these bits, and have the shape (n, k,
+    ..., c).
+    """
+    assert buffers.states is not None
+    inputs = name, tops._core_scenes, buffers.states, buffers.done
+    if bits is None or buffers.tangents is None:
+        out = np.empty((*buffers.states.shape[:2], *QUANTITIES[name].shape))
+        core.values_of_tops(*inputs, out)
+        return out
     n, k, _, columns = buffers.tangents.shape
     out = np.empty((n, k, *get_quantity_derivative_shape(name), columns))
-    states, done = buffers.states, buffers.done
-    core.derivatives_of_tops(name, tops._core_scenes, states, done, bits, buffers.tangents, out)
+    core.derivatives_of_tops(*inputs, bits, buffers.tangents, out)
     return out
 
 
@@ -385,10 +382,7 @@ def compute_states_at_times(
     progress: Progress | core.Work | None = None,
     origin: RunStart = ORIGIN,
 ) -> CoreResult:
-    begin, low = origin
-    return core.record(
-        scene._block, *options.core_arguments, times, progress=progress, begin=begin, low=low
-    )
+    return core.record(scene._block, *options.core_arguments, times, progress, *origin)
 
 
 def compute_states_at_unordered_times(
@@ -415,13 +409,9 @@ def compute_states_at_unordered_times(
 
 CLOSED_FORM = Options(EXACT, requested_method=EXACT)
 SERIES = Options(FALLBACK, requested_method=FALLBACK)
-LONGER_SERIES = Options(FALLBACK, digits=20, requested_method=FALLBACK)
-LONGEST_SERIES = Options(FALLBACK, digits=30, requested_method=FALLBACK)
+LONGER_SERIES, LONGEST_SERIES = replace(SERIES, digits=20), replace(SERIES, digits=30)
 # Runs with 30 digits and shorter steps, whose rounding errors differ from those of LONGEST_SERIES.
-SHORTER_STEPS = [
-    Options(FALLBACK, tol=2.0**-n, digits=30, requested_method=FALLBACK) for n in (108, 109, 110)
-]
-
+SHORTER_STEPS = [replace(LONGEST_SERIES, tol=2.0**-n) for n in (108, 109, 110)]
 # No error of 200 runs with 30 digits is beyond this multiple of the largest difference.
 FACTOR_30 = 3.0
 
@@ -432,11 +422,10 @@ ROUNDINGS = 128
 
 
 def has_cheap_exact_form(scene: Scene) -> bool:
-    """Return True if the scene has a cheap closed form that is exact for its body.
+    """Return True if the scene has a closed form that is exact for its body and quick to set up.
 
     A closed form is inexact if it treats nearly equal moments of inertia as equal, or if it moves
-    the centre of mass or the rotor to a nearby principal axis. Closed forms of Kowalewski and
-    Goryachev-Chaplygin tops are not cheap, because they take long to set up.
+    the centre of mass or the rotor to a nearby principal axis.
     """
     if not CLOSED_FORM.integrator.suits(scene) or has_torus_closed_form(scene):
         return False
@@ -454,9 +443,8 @@ def has_cheap_exact_form(scene: Scene) -> bool:
 def compute_state_changes_by_rounding(scene: Scene, digits: int = 16) -> Array:
     """Return a matrix whose columns are changes of the state per unit of relative rounding error.
 
-    Up to 16 digits, the rounding error of the momentum is proportional to the largest moment and
-    the estimated rate. Beyond, the C library stores the momentum in the body frame, so that
-    rounding the attitude also rotates the momentum in space.
+    Beyond 16 digits, the C library stores the momentum in the body frame, so that rounding the
+    attitude also rotates the momentum in space.
     """
     if digits <= 16:
         return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._rotation_rate] * 3)

@@ -17,55 +17,19 @@ from .._core import reductions as KINDS
 from .._core import start, statuses
 from .._model.parameters import advance_shaking_phase
 from .._model.scene import Scene, Scenes
+from .._options import options as choices
 from .._options.methods import EXACT, explain_no_closed_form, has_torus_closed_form
-from .._options.options import (
-    QUANTITIES,
-    RECORDABLE,
-    TIME,
-    Options,
-    get_member_by_flat_index,
-    validate_requested_quantities,
-    validate_time_list,
-)
+from .._options.options import QUANTITIES, RECORDABLE, TIME, Options
 from .._options.plan import Plan, StepChoice, make_plan_of_tops, make_solve_plan
 from .._utils import arguments
 from .._utils.arguments import Array, Numbers, format_count, freeze_array, short_repr
 from .._utils.files import atomic_write
 from .._utils.html import format_picture_as_html
 from .._utils.quantity_attributes import QuantityAttributes, QuantityName
-from . import calls as estimates
-from .calls import (
-    NO_STATES,
-    ORIGIN,
-    STATE_COLUMNS,
-    STATUSES,
-    CoreResult,
-    Counts,
-    EnsembleBuffers,
-    EventColumns,
-    RunStart,
-    Stats,
-    TangentData,
-)
-from .results import (
-    Error,
-    Interrupted,
-    PathBase,
-    RunResult,
-    add_quantity_properties,
-    find_flat_index,
-    unravel_rows,
-)
-from .tables import (
-    ColumnTable,
-    TableColumn,
-    TableExportMethods,
-    describe_quantities,
-    encode_as_archive,
-    list_component_labels,
-    list_quantity_columns,
-    name_axes,
-)
+from . import calls, results, tables
+from .calls import NO_STATES, ORIGIN, EnsembleBuffers, EventColumns
+from .results import Error, Interrupted, PathBase, RunResult, find_flat_index
+from .tables import ColumnTable, TableColumn, TableExportMethods
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -147,12 +111,6 @@ class Path(PathBase, TableExportMethods):
 
     scene   the kreisel.Scene, of one top or of many
     states  (n, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]
-    method  the name of the method; the attributes step (negative: back in time), tol and digits
-            have the values used, or None if the method has no such parameter or chose it itself
-    stats   the cost of the run, including trial runs
-    events  the events that occurred during the run; empty if none were requested
-    want    the quantities that the path stores in addition to t; None: the states, from which all
-            quantities can be computed
     """
 
     scene: Scene
@@ -164,8 +122,8 @@ class Path(PathBase, TableExportMethods):
     _columns: dict[str, Array] | None = None  # t and the quantities in want, instead of states
     _events: Events | None = None
     _choice: StepChoice | None = None  # the choice of method='geometric'
-    _tangent_data: TangentData | None = None
-    _origin: RunStart = ORIGIN
+    _tangent_data: calls.TangentData | None = None
+    _origin: calls.RunStart = ORIGIN
     _failure: tuple[str, str] | None = None  # the status and the message of a failed run
     _is_many: bool = False  # True: `_t` and `_buffers` have the same results of many tops
 
@@ -176,7 +134,7 @@ class Path(PathBase, TableExportMethods):
         own.update(fields, scene=scene, stats=stats, _options=_options)
         own.update(zip(("_is_back",), flag, strict=False))
         columns: dict[str, Array] = fields.get("_columns") or {}
-        own.update({k: x for k, x in columns.items() if k not in STATE_COLUMNS})
+        own.update({k: x for k, x in columns.items() if k not in calls.STATE_COLUMNS})
         if not columns:
             own["states"] = states
         arguments.freeze_arrays([states, fields.get("_low"), columns])
@@ -194,7 +152,7 @@ class Path(PathBase, TableExportMethods):
             high, rest = buffers.tangents, buffers.tangents_low
             rest = np.broadcast_to(0.0, high.shape) if rest is None else rest
             truncation = shape(buffers.truncation)
-            data = TangentData(shape(high), shape(rest), truncation, options.tangents)
+            data = calls.TangentData(shape(high), shape(rest), truncation, options.tangents)
         is_back = options.step is not None and t.size > 0 and bool((t[..., -1] < 0.0).all())
         path = cls(
             tops, states, many.stats, options, is_back, _low=low, _columns=columns,
@@ -224,7 +182,7 @@ class Path(PathBase, TableExportMethods):
     def _buffers(self) -> EnsembleBuffers:  # type: ignore[override]
         """The status of one top."""
         reached = self.t[-1] if len(self) else self.start_time
-        code = STATUSES.index(self._failure[0]) if self._failure else 0
+        code = calls.STATUSES.index(self._failure[0]) if self._failure else 0
         done, counts = np.array([len(self)]), np.array([self.stats])
         return EnsembleBuffers(np.array([code], np.int8), done, counts, np.array([reached]))
 
@@ -256,32 +214,32 @@ class Path(PathBase, TableExportMethods):
             return self._choice.error
 
         def angle_to(second: Options) -> float:  # including digits beyond double precision
-            result = estimates.compute_states_at_unordered_times(scene, second, self.t, origin)
+            result = calls.compute_states_at_unordered_times(scene, second, self.t, origin)
             other = build_path_or_raise(scene, second, result, origin)
             pairs = (self.q, self.q_low), (other.q, other.q_low)
-            return float(estimates.compute_angles_between_attitudes(*pairs).max())
+            return float(calls.compute_angles_between_attitudes(*pairs).max())
 
         def growth() -> float:  # the factor by which the motion amplifies rounding of the start
-            result, largest = estimates.estimate_rounding_growth(
+            result, largest = calls.estimate_rounding_growth(
                 scene, self.t, digits or 16, origin=origin
             )
-            build_path_or_raise(scene, estimates.SERIES, result, origin)
+            build_path_or_raise(scene, calls.SERIES, result, origin)
             return largest
 
-        if not digits and self.method != EXACT and estimates.has_cheap_exact_form(scene):
-            error = angle_to(estimates.CLOSED_FORM)
-            if error >= estimates.ROUNDINGS * estimates.ROUNDING * growth():
+        if not digits and self.method != EXACT and calls.has_cheap_exact_form(scene):
+            error = angle_to(calls.CLOSED_FORM)
+            if error >= calls.ROUNDINGS * calls.ROUNDING * growth():
                 return error
         if digits == 30:
             # No other run is more accurate than the path, whose error may therefore exceed its
             # distance from each of them. All have the error by rounding the start in common.
-            errors = [*map(angle_to, estimates.SHORTER_STEPS), estimates.ROUNDING**2 * growth()]
-            return min(estimates.FACTOR_30 * max(errors), math.pi)
-        error = 0.0 if digits else angle_to(estimates.LONGER_SERIES)
+            errors = [*map(angle_to, calls.SHORTER_STEPS), calls.ROUNDING**2 * growth()]
+            return min(calls.FACTOR_30 * max(errors), math.pi)
+        error = 0.0 if digits else angle_to(calls.LONGER_SERIES)
         # A closed form rounds only once, but the motion can magnify the rounding errors of a
         # series. A large difference may be an error of the series with 20 digits: use 30 digits.
-        is_unsure = self.method == EXACT and error > estimates.ROUNDINGS * estimates.ROUNDING
-        return angle_to(estimates.LONGEST_SERIES) if digits or is_unsure else error
+        is_unsure = self.method == EXACT and error > calls.ROUNDINGS * calls.ROUNDING
+        return angle_to(calls.LONGEST_SERIES) if digits or is_unsure else error
 
     @cached_property
     def plan(self) -> Plan:
@@ -322,8 +280,8 @@ class Path(PathBase, TableExportMethods):
         Closed forms are evaluated directly; any other motion is computed again from its initial
         state. The returned path contains the quantities in `want`, but neither events nor tangents.
 
-        Raises ValueError for times outside the range of the path. Raises ValueError for the path of
-        a kreisel.types.ExactMap, which is defined only at whole steps of the method. Raises
+        Raises ValueError for times outside the range of the path, and for the path of a
+        kreisel.types.ExactMap, which is defined only at whole steps of the method. Raises
         kreisel.Error and kreisel.Interrupted under the same conditions as kreisel.solve.
         """
         if self._is_many:
@@ -333,7 +291,7 @@ class Path(PathBase, TableExportMethods):
                 f"this path is from the closed form of {self.method}, a map without states "
                 "between its steps: call the result of kreisel.exact with the numbers of steps"
             )
-        times, begin = validate_time_list(t), self.start_time
+        times, begin = choices.validate_time_list(t), self.start_time
         low, high = float(self.t.min(initial=begin)), float(self.t.max(initial=begin))
         outside = np.flatnonzero((times < low) | (times > high))
         if outside.size:
@@ -342,7 +300,7 @@ class Path(PathBase, TableExportMethods):
                 f"{label} = {float(times.reshape(-1)[outside[0]])!r} lies outside the path, whose "
                 f"times go from {low!r} to {high!r}: solve for a longer time"
             )
-        result = estimates.compute_states_at_unordered_times(
+        result = calls.compute_states_at_unordered_times(
             self.scene, self._options, times.reshape(-1), self._origin
         )
         path = build_path_or_raise(self.scene, self._options, result, self._origin)
@@ -350,7 +308,8 @@ class Path(PathBase, TableExportMethods):
         return replace(path, states=states, _is_back=self._is_back, _choice=self._choice)
 
     def _evaluate_all_tops(self, t: Numbers) -> Path:
-        paths, times = [path(t) for path in self._list_members()], np.ravel(validate_time_list(t))
+        times = np.ravel(choices.validate_time_list(t))
+        paths = [path(t) for path in self._list_members()]
         options = replace(self._options, tangents=(), events=None)
         buffers = EnsembleBuffers.allocate_buffers(len(paths), times.size, options)
         buffers.status[:], buffers.done[:], buffers.chosen = 0, times.size, self._buffers.chosen
@@ -367,14 +326,11 @@ class Path(PathBase, TableExportMethods):
     def __getitem__(self, which: Any) -> Path:
         """Return a path that contains the selected states, but no events, or the selected tops.
 
-        For one top, an integer selects a single state. A slice, a list of integers or a Boolean
-        mask selects several states, as in NumPy.
-
-        For many tops, the index is that of an array of shape (*shape, k): first the dimensions of
-        the tops, then that of the states, which an integer does not remove. An index without an
-        entry for the states selects tops with all of their states and events. `path[-1]` is the
-        last top, `path[:, -1]` the last state of each top, and `path[2, ::10]` every tenth state of
-        one top. Values of a failed top after its last valid state are NaN.
+        For one top, the index is a whole number, a slice, a list of numbers or a Boolean mask. For
+        many tops, it is that of an array of shape (*shape, k): first the dimensions of the tops,
+        then that of the states, which a whole number does not remove. Without an entry for the
+        states, it selects tops with all of their states and events. `path[-1]` is the last top,
+        `path[:, -1]` the last state of each top, and `path[2, ::10]` every tenth state of one top.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.thesis, [0.0, 1.0, 2.0, 3.0])
@@ -411,9 +367,8 @@ class Path(PathBase, TableExportMethods):
     def start_time(self) -> float:
         """The time [T] of the initial state of `path.scene`.
 
-        The value is 0 unless the path is from a kreisel.Run that has been pushed, reset or changed.
-        If the run was changed, the value is the time of the last change before the first state of
-        the path.
+        The value is 0 unless the path is from a kreisel.Run that has been pushed, reset or changed;
+        it is then the time of the last change before the first state of the path.
         """
         return self._origin.begin
 
@@ -441,7 +396,7 @@ class Path(PathBase, TableExportMethods):
 
     def only(self, want: Iterable[QuantityName]) -> Path:
         """Return a copy of the path that contains only t and the quantities in `want`."""
-        names = validate_requested_quantities(want) or ()
+        names = choices.validate_requested_quantities(want) or ()
         words: tuple[str, ...] = "t", *names
         columns = {name: np.ascontiguousarray(getattr(self, name)) for name in words}
         if not self._is_many:
@@ -469,17 +424,17 @@ class Path(PathBase, TableExportMethods):
         For many tops, head also contains the scenes, and the entries are t, status, done, counts,
         reached, states or column_nutation and so on, and those of events and tangents.
         """
-        atomic_write(file, encode_as_archive(self))
+        atomic_write(file, tables.encode_as_archive(self))
 
     def _tabulate(self, names: Iterable[str], degrees: bool, unwrap: bool) -> ColumnTable:
         if self._is_many:
-            taken = [each.name for each in describe_quantities(self, names, degrees)]
-            axes = name_axes(self.scene, taken)
-            quantities = list_quantity_columns(self, names, degrees, unwrap, axes)
+            taken = [each.name for each in tables.describe_quantities(self, names, degrees)]
+            axes = tables.name_axes(self.scene, taken)
+            quantities = tables.list_quantity_columns(self, names, degrees, unwrap, axes)
             return self._make_column_table(quantities, taken, {"time": self.t.shape[-1]})
         return ColumnTable(
             {"time": len(self)},
-            list_quantity_columns(self, names, degrees, unwrap),
+            tables.list_quantity_columns(self, names, degrees, unwrap),
             {**self._list_controls(), "scene": self.scene.to_toml()},
         )
 
@@ -570,7 +525,7 @@ def get_last_time(result: RunResult, i: int) -> float:
 def build_path_of_top(result: RunResult, i: int, states: Array, low: Array | None) -> Path:
     """Return the path of the i-th of many tops, which went through these states."""
     counts: Any = tuple(result._buffers.counts[i].tolist())
-    scene, choice = get_member_by_flat_index(result.scene, i), result._buffers.chosen.get(i)
+    scene, choice = choices.get_member_by_flat_index(result.scene, i), result._buffers.chosen.get(i)
     if choice is None:
         options = replace(result._options.for_member(scene), want=None, error=None)
     else:
@@ -594,7 +549,7 @@ def select_member(result: RunResult, i: int) -> Path:
         high, low = buffers.tangents[i, :done], buffers.tangents_low
         rest = np.zeros_like(high) if low is None else low[i, :done]
         error, by = float(buffers.truncation[i]), result._options.tangents
-        data = TangentData(freeze_array(high), freeze_array(rest), error, by)
+        data = calls.TangentData(freeze_array(high), freeze_array(rest), error, by)
         return replace(path, _tangent_data=data)
     if buffers.columns:
         columns = {"t": result._select_times_of_top(i)[:done].copy()}
@@ -602,7 +557,7 @@ def select_member(result: RunResult, i: int) -> Path:
         path = replace_states_by_quantities(path, columns)
     if buffers.status[i]:
         path = append_last_valid_state(result, i, path)
-        make_stop_exception(STATUSES[buffers.status[i]], path, get_last_time(result, i))
+        make_stop_exception(calls.STATUSES[buffers.status[i]], path, get_last_time(result, i))
     if result._options.events is not None:
         first, end = np.searchsorted(result._event_columns.top, [i, i + 1])
         columns_of_top: list[Any] = [x[first:end].copy() for x in result._event_columns]
@@ -633,7 +588,7 @@ def make_top_error(result: RunResult, i: int) -> BaseException:
     """Return the exception that would be raised if the i-th of many tops were computed alone."""
     if i in result._buffers.messages:
         return ValueError(result._buffers.messages[i])
-    status = STATUSES[result._buffers.status[i]]
+    status = calls.STATUSES[result._buffers.status[i]]
     return make_stop_exception(status, result._select_member(i), get_last_time(result, i))
 
 
@@ -746,7 +701,7 @@ class Reductions(RunResult, Mapping[str, dict[str, Array]]):
                     unit = f"({unit})^2"
                 text = f"{kind} over the times: {quantity.text}"
                 parts = [f"{component}_{kind}" for component in quantity.components]
-                labels = list_component_labels(quantity) if values.ndim > self.ndim else {}
+                labels = tables.list_component_labels(quantity) if values.ndim > self.ndim else {}
                 rest = unit, text, parts, labels
                 columns.append(TableColumn(f"{name}_{kind}", self.scene.axes, values, *rest))
         return columns
@@ -800,7 +755,7 @@ class Events(arguments.ReadOnlyArrays, QuantityAttributes):
     def top(self) -> Any:
         """(k,) the index of the top; (k, ndim) unless the ensemble has one dimension."""
         row = np.zeros(len(self), np.int64) if self._columns is None else self._columns.top
-        return unravel_rows(row, self.shape)
+        return results.unravel_rows(row, self.shape)
 
     @cached_property
     def count(self) -> Any:
@@ -823,12 +778,12 @@ class Events(arguments.ReadOnlyArrays, QuantityAttributes):
     @property
     def q(self) -> Array:
         """(k, 4) unit quaternions (w, x, y, z), from the frame of description to space."""
-        return self.states[:, STATE_COLUMNS["q"]]
+        return self.states[:, calls.STATE_COLUMNS["q"]]
 
     @property
     def m(self) -> Array:
         """(k, 3) angular momentum about the fixed point [M L^2 T^-1]."""
-        return self.states[:, STATE_COLUMNS["m"]]
+        return self.states[:, calls.STATE_COLUMNS["m"]]
 
 
 if TYPE_CHECKING:  # Type checkers tell the path of an ensemble from that of one top.
@@ -840,14 +795,13 @@ if TYPE_CHECKING:  # Type checkers tell the path of an ensemble from that of one
         tangents_rest: Array  # type: ignore[assignment]
         status: npt.NDArray[np.str_]
         reached: Array
-        state_counts: Counts
+        state_counts: calls.Counts
         stats: Any
         end: Scenes
 
         def scene_at(self, i: int) -> Scenes: ...
         def __getitem__(self, which: Any) -> Any: ...
         def __call__(self, t: Numbers) -> Self: ...
-        def check(self) -> Self: ...
         def only(self, want: Iterable[QuantityName]) -> Self: ...
 
 else:
@@ -859,7 +813,7 @@ def _compute_event_quantity(events: Events, name: str) -> Array:
     return values if events._columns is None else values[:, 0]
 
 
-add_quantity_properties(Events, ("k",), _compute_event_quantity)
+results.add_quantity_properties(Events, ("k",), _compute_event_quantity)
 
 
 def build_event_path(tops: Scene, options: Options, columns: EventColumns) -> Path:
@@ -880,7 +834,7 @@ def make_stop_exception(status: str, path: Path, place: str | float) -> BaseExce
     kind, text = statuses[status]
     scene, method, step, tol = path.scene, path.method, path.step, path.tol
     if tol is not None and status in ("ERR_STEP", "ERR_CONVERGENCE"):
-        clause = ", which is below the rounding of doubles" if tol < estimates.ROUNDING else ""
+        clause = ", which is below the rounding of doubles" if tol < calls.ROUNDING else ""
         text += f" at tol = {tol!r}{clause}"
     vars(path)["_failure"] = status, f"{text}: {place}"
     if kind in ("FAILURE", "INTERRUPT"):
@@ -899,16 +853,16 @@ def make_stop_exception(status: str, path: Path, place: str | float) -> BaseExce
 
 
 def build_path_from_core_result(
-    scene: Scene, options: Options, result: CoreResult, origin: RunStart = ORIGIN
+    scene: Scene, options: Options, result: calls.CoreResult, origin: calls.RunStart = ORIGIN
 ) -> Path:
     _, states, low, counts, end = result
     is_back = end < 0.0 and options.step is not None
-    stats, options = Stats(*counts), options.copy_with_default_run_settings
+    stats, options = calls.Stats(*counts), options.copy_with_default_run_settings
     return Path(scene, states, stats, options, is_back, _low=low, _origin=origin)
 
 
 def build_path_or_raise(
-    scene: Scene, options: Options, result: CoreResult, origin: RunStart = ORIGIN
+    scene: Scene, options: Options, result: calls.CoreResult, origin: calls.RunStart = ORIGIN
 ) -> Path:
     """Return the path of a result with the requested quantities; raise unless it is "OK"."""
     path = drop_unrequested_quantities(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
+from typing import Any
 
 from .._core import Request
 from .._model.scene import Scene
@@ -57,17 +58,11 @@ def record_quantities_in_chunks(
 
 @lru_cache(maxsize=256, typed=True)
 def build_request_from_solve_arguments(
-    method: object,
-    step: object = None,
-    tol: object = None,
-    digits: object = None,
-    max_steps: object = 0,
-    want: object = None,
+    want: Any, method: Any, step: Any, tol: Any, digits: Any, max_steps: Any
 ) -> Request:
     """Validate arguments of kreisel.solve, and return them as a reusable request."""
-    options = make_options(
-        method, step=step, tol=tol, digits=digits, max_steps=max_steps, want=want
-    )
+    accuracy = {"step": step, "tol": tol, "digits": digits}
+    options = make_options(method, max_steps=max_steps, want=want, **accuracy)
     if options.error is not None:
         raise ValueError("a search for the step takes several runs")
     if not options.is_auto:
@@ -90,38 +85,26 @@ def _build_request(
     closed_form: Request | None = None,
     decide: Callable[..., float] | None = None,
 ) -> Request:
-    want, path_options = options.want, options.copy_with_default_run_settings
-    if want is not None:
-        path_options = replace(path_options, want=want)
-    core, most, limit = (
-        options.core_arguments,
-        options.max_time_with_exact_step_count,
-        options.chunk_size,
-    )
-    classes = Path, Stats, Scene
-    return Request(classes, options, path_options, core, want, most, limit, closed_form, decide)
+    want, stored = options.want, options.copy_with_default_run_settings
+    stored = stored if want is None else replace(stored, want=want)
+    limits = options.max_time_with_exact_step_count, options.chunk_size
+    classes, core = (Path, Stats, Scene), options.core_arguments
+    return Request(classes, options, stored, core, want, *limits, closed_form, decide)
 
 
 def try_to_solve_in_core(
-    scene: Scene,
-    t: object,
-    method: object,
-    step: object,
-    tol: object,
-    digits: object,
-    max_steps: object,
-    want: object,
-    progress: Progress | None,
+    scene: Scene, t: object, progress: Progress | None, want: object, *arguments: object
 ) -> Path | None:
     """Return the path of a scene, or None if Python code must first validate the arguments.
 
-    Raises the exception returned by make_stop_exception if the run fails.
+    The arguments are method, step, tol, digits and max_steps. Raises the exception returned by
+    make_stop_exception if the run fails.
     """
     names = tuple(want) if type(want) is list else want
     if names is not None and type(names) is not tuple:
         return None  # an iterator, which can be read only once
     try:
-        request = build_request_from_solve_arguments(method, step, tol, digits, max_steps, names)
+        request = build_request_from_solve_arguments(names, *arguments)
     except (TypeError, ValueError):
         return None
     path: Path | tuple[Options, CoreResult] | None = request.solve(scene, t, progress)

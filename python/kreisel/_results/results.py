@@ -13,32 +13,14 @@ from numpy.typing import ArrayLike
 
 from .._core import derivatives, modified_energy, modified_energy4, statuses, values
 from .._core import tangents as TANGENTS
-from .._options.options import (
-    QUANTITIES,
-    RECORDABLE,
-    TIME,
-    Options,
-    QuantityDescription,
-    format_index,
-    unravel_index,
-    validate_quantity_name,
-)
+from .._options import options as choices
+from .._options.options import QUANTITIES, RECORDABLE, TIME, Options
 from .._options.plan import StepChoice
 from .._utils import arguments
 from .._utils.arguments import Array, as_float, freeze_array, short_repr
 from .._utils.quantity_attributes import MethodName, QuantityAttributes, QuantityName
-from .calls import (
-    INTERRUPTED,
-    STATE_COLUMNS,
-    STATUSES,
-    EnsembleBuffers,
-    EventColumns,
-    RunStart,
-    Stats,
-    TangentData,
-    compute_quantity_derivatives,
-    compute_quantity_values,
-)
+from . import calls
+from .calls import EnsembleBuffers, EventColumns, TangentData
 from .tables import ColumnTable, TableColumn, list_parameter_columns, name_axes
 
 if TYPE_CHECKING:
@@ -205,7 +187,7 @@ class RunResult(arguments.ReadOnlyArrays):
         `message` describes a failure. `solve` of one top raises an exception if it fails; the path
         of the exception has the status.
         """
-        return self._unwrap(np.array(STATUSES)[self._buffers.status].reshape(self.shape))
+        return self._unwrap(np.array(calls.STATUSES)[self._buffers.status].reshape(self.shape))
 
     @property
     def failed(self) -> npt.NDArray[np.intp]:
@@ -213,7 +195,8 @@ class RunResult(arguments.ReadOnlyArrays):
 
         For f failed tops, the shape is (f,) for one-dimensional ensembles and (f, ndim) otherwise.
         """
-        return list_failed(self.status)
+        indices = np.argwhere(np.asarray(self.status) != "OK")
+        return indices[:, 0] if self.ndim == 1 else indices
 
     @property
     def reached(self) -> Any:
@@ -229,7 +212,7 @@ class RunResult(arguments.ReadOnlyArrays):
     def stats(self) -> Any:
         """The cost of the run: a named tuple of four arrays (*shape), such as `stats.steps`."""
         arrays: Any = map(self._reshape_to_ensemble, self._buffers.counts.T.copy())
-        return Stats(*arrays)
+        return calls.Stats(*arrays)
 
     def message(self, index: int | tuple[int, ...] = ()) -> str:
         """Return the reason why the top at `index` failed, or 'success' if it did not fail."""
@@ -261,9 +244,9 @@ class RunResult(arguments.ReadOnlyArrays):
         text, code = str(self._make_top_error(i)), self._buffers.status[i]
         if self._is_many:
             first = f", the first of {count} of {self.size}" if count > 1 else ""
-            text = f"top{format_index(unravel_index(i, self.shape))}{first}: {text}"
-        kind = Interrupted if code == INTERRUPTED else Error
-        return kind(text, STATUSES[code], self._select_member(i), self)
+            text = f"top{choices.format_index(choices.unravel_index(i, self.shape))}{first}: {text}"
+        kind = Interrupted if code == calls.INTERRUPTED else Error
+        return kind(text, calls.STATUSES[code], self._select_member(i), self)
 
     def _select_times_of_top(self, i: int) -> Array:
         return self._t if self._t.ndim == 1 else self._t[i]
@@ -324,13 +307,7 @@ def unravel_rows(rows: Any, shape: tuple[int, ...]) -> Any:
     return freeze_array(indices.T.reshape(len(rows), len(shape)))
 
 
-def list_failed(status: Any) -> npt.NDArray[np.intp]:
-    """Return the indices of the tops whose status is not 'OK', as in Path.failed."""
-    indices = np.argwhere(np.asarray(status) != "OK")
-    return indices[:, 0] if np.ndim(status) == 1 else indices
-
-
-SPECIFIC_FORCE = QuantityDescription(
+SPECIFIC_FORCE = choices.QuantityDescription(
     "specific_force",
     3,
     [f"specific_force_{axis}" for axis in "xyz"],
@@ -415,7 +392,7 @@ class PathBase(RunResult, QuantityAttributes):
     _columns: dict[str, Array] | None  # t and the quantities in want, instead of states
     _choice: StepChoice | None  # the choice of method='geometric'
     _tangent_data: TangentData | None
-    _origin: RunStart
+    _origin: calls.RunStart
 
     @property
     def want(self) -> tuple[QuantityName, ...] | None:
@@ -485,7 +462,7 @@ class PathBase(RunResult, QuantityAttributes):
     def _select_state_component(self, name: str) -> Array:
         if self._columns is not None and name in self._columns:
             return self._columns[name]
-        part = self.states[..., STATE_COLUMNS[name]]
+        part = self.states[..., calls.STATE_COLUMNS[name]]
         return part[..., 0] if name == "t" else part
 
     @property
@@ -520,7 +497,7 @@ class PathBase(RunResult, QuantityAttributes):
 
     def _select_low_words(self, name: str) -> Array:
         if self._low is not None:
-            return self._low[..., STATE_COLUMNS[name]]
+            return self._low[..., calls.STATE_COLUMNS[name]]
         if self.want is not None and (self.digits or 0) > 16:
             raise AttributeError(name)
         return freeze_array(np.zeros_like(getattr(self, name)))
@@ -614,12 +591,12 @@ class PathBase(RunResult, QuantityAttributes):
         if self._tangent_data is None:
             hint = TANGENT_ATTRIBUTES["derivative"]
             raise AttributeError(f"this path has no derivatives: {hint}")
-        name, data = validate_quantity_name(quantity), self._tangent_data
+        name, data = choices.validate_quantity_name(quantity), self._tangent_data
         bits = sum(TANGENTS[name][0] for name in data.by)
         if not self._is_many:
             rows = derivatives(name, self.scene._block, self.states, bits, data.high)
             return freeze_array(rows)
-        rows = compute_quantity_derivatives(name, self.scene, self._buffers, bits)
+        rows = calls.compute_quantity_values(name, self.scene, self._buffers, bits)
         return self._reshape_to_ensemble(rows)
 
     def _get_tangents_or_raise(self) -> TangentData:
@@ -724,7 +701,7 @@ def _compute_path_quantity(path: PathBase, name: str) -> Array:
         return freeze_array(values(name, path.scene._block, path.states))
     if path.want is not None:
         return path.states  # raises AttributeError
-    return path._reshape_to_ensemble(compute_quantity_values(name, path.scene, path._buffers))
+    return path._reshape_to_ensemble(calls.compute_quantity_values(name, path.scene, path._buffers))
 
 
 add_quantity_properties(PathBase, ("n",), _compute_path_quantity)

@@ -24,15 +24,8 @@ from .._utils import arguments
 from .._utils.arguments import Array, as_bool, as_float, as_int, short_repr
 from .._utils.files import ArchiveReader, Integers, atomic_write, pack_archive
 from .._utils.quantity_attributes import QuantityAttributes
-from .calls import (
-    NO_STATES,
-    STATUSES,
-    EnsembleBuffers,
-    EventColumns,
-    RunStart,
-    Stats,
-    TangentData,
-)
+from . import calls
+from .calls import EnsembleBuffers, EventColumns, TangentData
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -399,7 +392,7 @@ def _read_many(archive: ArchiveReader, head: dict[str, Any]) -> SavedEnsemble:
     columns = {f"column_{name}": column for name, column in buffers.columns.items()}
     for name, array in (buffers.arrays | columns).items():
         array[...] = read(name, *array.shape)
-    is_known = (buffers.status >= 0) & (buffers.status < len(STATUSES))
+    is_known = (buffers.status >= 0) & (buffers.status < len(calls.STATUSES))
     if not (is_known & (buffers.done >= 0) & (buffers.done <= t.shape[-1])).all():
         raise ValueError("the statuses of its tops are damaged")
     for i, *shape in head["last"]:
@@ -440,11 +433,11 @@ def read_archive(
         choice, events = head["choice"], head["events"]
         words: PathArguments = {
             "scene": scene,
-            "stats": Stats(*(as_int("a number of the stats", n, 0) for n in head["stats"])),
+            "stats": calls.Stats(*(as_int("a number of the stats", n, 0) for n in head["stats"])),
             "_options": options if events is None else replace(options, events=()),
             "_is_back": step is not None and step < 0.0,
             "_choice": None if choice is None else _read_step_choice(choice),
-            "_origin": RunStart.from_json(head.get("start")),
+            "_origin": calls.RunStart.from_json(head.get("start")),
         }
         path, n = _read_states(archive, "", words, head)
         if head.get("tangents") is not None:
@@ -501,7 +494,7 @@ def _read_states(
     columns = {name: read(prefix + name, len(t), *RECORDABLE[name].shape) for name in names}
     if want is not None:
         options = replace(words["_options"], want=names)
-        more = {"states": NO_STATES, "_options": options, "_columns": {"t": t} | columns}
+        more = {"states": calls.NO_STATES, "_options": options, "_columns": {"t": t} | columns}
         return words | more, len(t)
     q, m, *low = columns.values()
     words = words | {"states": np.column_stack([t, q, m])}
