@@ -109,11 +109,10 @@ def view(
     In a notebook, the viewer appears in the output of the cell. Outside notebooks, the viewer is
     opened in a browser.
 
-    methods  one to three methods that the viewer starts with; by default, taylor for bodies with
-             rotors and for tops with damping, friction or turning supports, bobenko_suris for
-             other Lagrange tops, and strang for others
-    step     step of these methods, a multiple of 1e-6 [T]; by default, the path's step or the
-             interval between its states, and 0.01 for a scene
+    methods  one to three methods that the viewer starts with; default: taylor for rotors, damping,
+             friction and turning supports, bobenko_suris for other Lagrange tops, else strang
+    step     step of these methods, a multiple of 1e-6 [T]; default: the path's step or the interval
+             between its states, and 0.01 for a scene
     speed    units of time per second
     open     False: only build the viewer, for `.save("top.html")`
 

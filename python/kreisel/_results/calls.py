@@ -48,8 +48,7 @@ class TangentData(NamedTuple):
     """(n, 6, columns) tangents, their low words and their truncation error.
 
     The truncation error is the largest magnitude among the last retained terms of the Taylor
-    series. `by` lists the parameters with respect to which the derivatives are taken, in the order
-    of the C library.
+    series. `by` lists the parameters of the derivatives, in the order of the C library.
     """
 
     high: Array
@@ -76,9 +75,8 @@ class RunStart(NamedTuple):
     low: Array | None = None
 
     def to_json(self) -> list[object] | None:
-        if not self.begin and self.low is None:
-            return None
-        return [self.begin, None if self.low is None else self.low.tolist()]
+        low = None if self.low is None else self.low.tolist()
+        return [self.begin, low] if self.begin or low else None
 
     @classmethod
     def from_json(cls, value: object) -> RunStart:
@@ -258,13 +256,10 @@ class Slice(NamedTuple):
 
 
 class SliceRunner(NamedTuple):
-    """A function that computes the results of a slice and writes them to its rows.
-
-    `is_native` is True if the C library distributes the tops over threads.
-    """
+    """A function that computes the results of a slice and writes them to its rows."""
 
     run: Callable[[Slice], object]
-    is_native: bool = False
+    is_native: bool = False  # True: the C library distributes the tops over threads
 
 
 def run_slice_in_lanes(part: Slice) -> None:
@@ -367,9 +362,7 @@ def run_slice(runner: SliceRunner, part: Slice) -> EnsembleBuffers:
     return part.rows
 
 
-def run_slice_in_worker(
-    runner: SliceRunner, options: Options, tops: Scene, t: Array
-) -> EnsembleBuffers:
+def run_slice_in_worker(runner: SliceRunner, options: Options, tops: Scene, t: Array) -> Any:
     """Compute the results of some tops in a worker process, and return them."""
     rows = EnsembleBuffers.allocate_buffers(len(tops), t.shape[-1], options)
     return run_slice(runner, Slice(rows, options, tops, 0, len(tops), t))
@@ -476,15 +469,14 @@ def estimate_rounding_growth(
     tangent overflows. If the run fails, the states after the failure are missing.
     """
     directions, most = compute_state_changes_by_rounding(scene, digits), 1.0
-    result: CoreResult = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0
-    series = replace(SERIES, max_steps=max_steps)
+    result: CoreResult = "OK", NO_STATES, None, (0, 0, 0, 0), 0.0
+    arguments = replace(SERIES, max_steps=max_steps).core_arguments
     for side in (times[times < 0.0], times[times > 0.0]):
         if not side.size:
             continue
         is_back, columns = bool(side[0] < 0.0), core.tangents["start"][0]
-        _, top = core.start(
-            scene._block, *series.core_arguments, is_back, [], columns, begin=origin.begin
-        )
+        begun = core.start(scene._block, *arguments, is_back, [], columns, begin=origin.begin)
+        top = begun[1]
         if top is None:
             refuse_disturbances(scene, "the growth of rounding errors is not known for tops")
         assert top is not None

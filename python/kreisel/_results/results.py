@@ -183,9 +183,8 @@ class RunResult(arguments.ReadOnlyArrays):
     def status(self) -> Any:
         """(*shape) the name of each top's status: 'OK', 'ERR_LIMIT', ...; a str for one top.
 
-        The names are those of the status constants in kreisel.h without the prefix KR_. The method
-        `message` describes a failure. `solve` of one top raises an exception if it fails; the path
-        of the exception has the status.
+        The names are those of the constants in kreisel.h without KR_. The method `message`
+        describes a failure. The run of one top raises an exception, whose path has the status.
         """
         return self._unwrap(np.array(calls.STATUSES)[self._buffers.status].reshape(self.shape))
 
@@ -242,7 +241,7 @@ class RunResult(arguments.ReadOnlyArrays):
     def _make_stop_error(self, i: int, count: int) -> Error | Interrupted:
         """Return the exception for `count` unfinished tops, first the `i`-th."""
         text, code = str(self._make_top_error(i)), self._buffers.status[i]
-        if self._is_many:
+        if self.shape:
             first = f", the first of {count} of {self.size}" if count > 1 else ""
             text = f"top{choices.format_index(choices.unravel_index(i, self.shape))}{first}: {text}"
         kind = Interrupted if code == calls.INTERRUPTED else Error
@@ -287,11 +286,10 @@ class RunResult(arguments.ReadOnlyArrays):
     @cached_property
     def _event_columns(self) -> EventColumns:
         """The events of many tops, sorted by the index of the top."""
-        if not self._buffers.events:
-            empty = np.empty(0, dtype=np.intc)
-            states = np.empty((0, 8))
-            return EventColumns(empty.astype(np.int64), states, states.copy(), empty, empty.copy())
-        columns = [np.concatenate(column) for column in zip(*self._buffers.events, strict=True)]
+        rows, states, kinds = np.empty(0, np.int64), np.empty((0, 8)), np.empty(0, np.intc)
+        none = EventColumns(rows, states, states, kinds, kinds)
+        parts = zip(none, *self._buffers.events, strict=True)
+        columns = [np.concatenate(column) for column in parts]
         order = np.argsort(columns[0], kind="stable")
         return EventColumns(*(column[order] for column in columns))
 
@@ -307,13 +305,12 @@ def unravel_rows(rows: Any, shape: tuple[int, ...]) -> Any:
     return freeze_array(indices.T.reshape(len(rows), len(shape)))
 
 
+_FORCE = (
+    "acceleration of a point of the body minus that of gravity, seen from the frame of the body"
+)
+_FORCE_NAMES = [f"specific_force_{axis}" for axis in "xyz"]
 SPECIFIC_FORCE = choices.QuantityDescription(
-    "specific_force",
-    3,
-    [f"specific_force_{axis}" for axis in "xyz"],
-    False,
-    "L T^-2",
-    "acceleration of a point of the body minus that of gravity, seen from the frame of the body",
+    "specific_force", 3, _FORCE_NAMES, False, "L T^-2", _FORCE
 )
 
 
@@ -324,9 +321,8 @@ def specific_force(
 
     weight  g, the acceleration by gravity and by the shaking of the support, a number or (n,)
     """
-    support_force = np.asarray(weight)[..., None] * vertical
-    force: Array = np.cross(change, place) + np.cross(rate, np.cross(rate, place)) + support_force
-    return force
+    support = np.asarray(weight)[..., None] * vertical
+    return np.cross(change, place) + np.cross(rate, np.cross(rate, place)) + support
 
 
 @cache
@@ -589,8 +585,7 @@ class PathBase(RunResult, QuantityAttributes):
         Raises AttributeError if the path stores no tangents, and ValueError for an unknown name.
         """
         if self._tangent_data is None:
-            hint = TANGENT_ATTRIBUTES["derivative"]
-            raise AttributeError(f"this path has no derivatives: {hint}")
+            raise AttributeError(f"this path has no derivatives: {_START_HINT}")
         name, data = choices.validate_quantity_name(quantity), self._tangent_data
         bits = sum(TANGENTS[name][0] for name in data.by)
         if not self._is_many:

@@ -62,13 +62,12 @@ class TableColumn(NamedTuple):
 
     def split_components(self) -> Iterator[tuple[str, Any]]:
         """Yield the name and the values of each component, over the dimensions `dims`."""
-        count = len(self.dims)
-        if self.values.ndim == count or not self.components:
+        lead = self.values.shape[: len(self.dims)]
+        if self.values.shape == lead or not self.components:
             yield self.name, self.values
             return
-        rows = self.values.reshape(*self.values.shape[:count], len(self.components))
-        for i, name in enumerate(self.components):
-            yield name, rows[..., i]
+        columns = self.values.reshape(*lead, len(self.components))
+        yield from zip(self.components, np.moveaxis(columns, -1, 0), strict=True)
 
 
 class ColumnTable(NamedTuple):
