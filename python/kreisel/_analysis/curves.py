@@ -77,32 +77,27 @@ class Apex:
     def azimuth(self) -> Array:
         """(n,) angles about the vertical, measured from e1, without jumps by whole turns [rad].
 
-        The azimuth of the apex is undefined where the trace passes through the vertical. After each
-        passage of the apex through the vertical, the azimuth is known only up to multiples of 2 pi.
+        After each passage through the vertical, it is known only up to multiples of 2 pi.
         """
         return np.unwrap(np.arctan2(self.trace[:, 1], self.trace[:, 0]))
 
     def nutation(self) -> Nutation:
         """Return the nutation and precession of a Lagrange top, averaged over complete periods.
 
-        The averages are taken over the interval from the first to the last minimum of the apex
-        height. The function kreisel.exact computes the same values directly from a scene. The
-        minima and maxima of the apex height are found by cubic interpolation between the states of
-        the path. Unless the apex comes close to the vertical, the averages are accurate to four
-        digits for 50 states per nutation period, and to seven digits for 400 states. If the apex
-        height varies by less than 1e-9, the motion counts as a steady precession, and the nutation
-        period is NaN.
+        The averages extend from the first to the last minimum of the height, which are found by
+        cubic interpolation between the states: four digits are correct with 50 states per nutation,
+        and seven with 400, unless the apex comes close to the vertical. kreisel.exact computes the
+        same values from a scene. If the height varies by less than 1e-9, the precession counts as
+        steady, and the period is NaN.
 
-        Where the apex comes close to the vertical, the states do not determine the turns of the
-        azimuth. Where the apex passes exactly through the vertical, the azimuth jumps by half a
-        turn. So for each nutation, the number of half turns is taken from the closed form, in which
-        the jumps do not count as precession. If the apex stays within 4e-5 of the vertical, the
-        whole precession is taken from the closed form. With damping or dry friction, there is no
-        closed form, and the precession is that of the azimuth of the states.
+        Near the vertical, the states do not determine the turns of the azimuth, and at the vertical
+        it jumps by half a turn. So the number of half turns in each nutation is taken from the
+        closed form, in which the jumps do not count as precession. If the apex stays within 4e-5 of
+        the vertical, the whole precession is taken from the closed form. With damping or friction,
+        there is none, and the precession is that of the azimuth of the states.
 
-        Raises ValueError for a moving support, and for any body other than a Lagrange top. Also
-        raises ValueError if the path contains no complete nutation period, or fewer than four
-        states per period.
+        Raises ValueError for a moving support, for bodies other than Lagrange tops, and if the path
+        contains no complete nutation, or fewer than four states per nutation.
         """
         body = self.scene.body
         refuse_disturbances(
@@ -236,8 +231,8 @@ class Rod:
     load       vector b = -mass * gravity * |com| * e3, along which a force acts on the ends
                [M L^2 T^-2]
 
-    Source: Bodack 2008, theorems 3.8 and 3.9. Compared with Bodack (2008), the bending stiffnesses
-    alpha1 and alpha2 are interchanged, and the load has the opposite sign.
+    Source: Bodack 2008, theorems 3.8 and 3.9, with alpha1 and alpha2 interchanged, and the opposite
+    sign of the load.
     """
 
     s: Array
@@ -254,19 +249,15 @@ class Rod:
 
     @property
     def isotropic(self) -> bool:
-        """True if the bending stiffness is the same in all directions, up to rounding errors.
-
-        The rod that corresponds to a Lagrange top is isotropic.
-        """
+        """True if the bending stiffness is the same in all directions, as for a Lagrange top."""
         alpha1, alpha2, _ = self.stiffness
         return abs(alpha1 - alpha2) <= KIND_RTOL * max(alpha1, alpha2)
 
     @property
     def elastic_energy_density(self) -> Array:
-        """(n,) energy of bending and twist per length [M L^2 T^-2].
+        """(n,) energy of bending and twist per length, the kinetic energy of the top [M L^2 T^-2].
 
-        This is the kinetic energy of the top:
-        (alpha1 kappa1^2 + alpha2 kappa2^2 + alpha tau^2) / 2.
+        (alpha1 kappa1^2 + alpha2 kappa2^2 + alpha tau^2) / 2
         """
         alpha1, alpha2, alpha = self.stiffness
         bending = self.curvature**2 @ np.array((alpha1, alpha2))
@@ -277,8 +268,7 @@ class Rod:
     def lagrangian_density(self) -> Array:
         """(n,) elastic_energy_density + <load, T> [M L^2 T^-2].
 
-        The Lagrangian density of the rod is the Lagrangian of the top, with time replaced by arc
-        length. In equilibrium, the integral of the Lagrangian density along the rod is stationary.
+        It is the Lagrangian of the top; in equilibrium, its integral along the rod is stationary.
         """
         total: Array = self.elastic_energy_density + self.frame[:, 2] @ np.array(self.load)
         return total
@@ -287,9 +277,8 @@ class Rod:
     def section(self) -> tuple[float, float]:
         """The thicknesses of the cross-section along its axes N and B, relative to the larger one.
 
-        For elliptical and rectangular cross-sections, the bending stiffness in a direction is
-        proportional to the squared thickness in this direction. The thicknesses are therefore
-        proportional to the square roots of the bending stiffnesses alpha1 and alpha2.
+        They are proportional to the square roots of the bending stiffnesses alpha1 and alpha2, as
+        for elliptical and rectangular cross-sections.
         """
         alpha1, alpha2, _ = self.stiffness
         largest = max(alpha1, alpha2)
@@ -355,12 +344,10 @@ class Rod:
 def rod(path: Path) -> Rod:
     """Return the elastic rod that corresponds to a path under Kirchhoff's analogy.
 
-    The rod is isotropic if the moments about both axes normal to its tangent are equal, as for a
-    Lagrange top. The rod carries no load if the centre of mass coincides with the fixed
-    point.
+    The rod carries no load if the centre of mass coincides with the fixed point.
 
-    Raises ValueError if there is damping, friction, a rotor or a moving support. Also raises
-    ValueError if the centre of mass lies on no principal axis.
+    Raises ValueError if there is damping, friction, a rotor or a moving support, or if the centre
+    of mass lies on no principal axis.
 
         >>> import kreisel as kr
         >>> rod = kr.rod(kr.solve(kr.scenes.thesis, [0.1 * k for k in range(101)]))
@@ -424,10 +411,9 @@ def plot(
     degrees    False: angles in radians instead of degrees
     time_unit  the unit of time in which the scene is described, for the labels: "s" for seconds
 
-    For two paths, an additional chart shows the angle between their attitudes on a logarithmic
-    scale. If a path does not store its attitude, this chart shows the angle between the apex
-    directions of the two paths. If the times of the paths differ, one of the paths is recomputed at
-    the times of the other.
+    For two paths, an additional chart shows the angle between their attitudes, or, if a path does
+    not store its attitude, between their apexes, on a logarithmic scale. If their times differ, one
+    path is recomputed at the times of the other.
 
     Dashed lines mark the least and greatest nutation angles of the motion if they are known in
     closed form. Dots mark the initial state and the events of a path. The precession curve is

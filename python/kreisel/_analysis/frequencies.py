@@ -463,11 +463,10 @@ _EVEN = 1e-9  # allowed deviation of a time from even spacing, relative to the s
 class Frequencies(ReadOnlyArrays):
     """The angular frequencies of a motion. Arrays are read-only.
 
-    precession_rate  mean rate of the axis about the vertical [rad/T]. The poles are the vertical
-                     and its opposite. If the axis passes a pole within 1e-11 rad, the half turn of
-                     this pass is not counted. NaN if the axis stays at a pole, or passes a pole at
-                     a distance below the errors of the path. NaN if the path is too short or has
-                     too few states
+    precession_rate  mean rate of the axis about the vertical [rad/T]. If the axis passes a pole
+                     (the vertical or its opposite) within 1e-11 rad, the half turn of this pass is
+                     not counted. NaN if the axis stays at a pole, or passes it at a distance below
+                     the errors of the path, or if the path is too short or has too few states
     nutation         frequency of the strongest line of the height of the axis [rad/T]; for Lagrange
                      tops and free bodies, 2 pi divided by the time from one lowest point to the
                      next. 0 if the height is constant
@@ -477,9 +476,9 @@ class Frequencies(ReadOnlyArrays):
     amplitudes       (n,) complex amplitudes: apex_x + i apex_y is approximately the sum of
                      amplitudes * exp(i * lines * t)
     rest             root mean square of the difference between apex_x + i apex_y and this sum,
-                     divided by the root mean square of apex_x + i apex_y. `rest` is at rounding
-                     level if the motion is regular and the path is long, and large if the motion is
-                     chaotic. `rest` does not measure the errors of the three mean rates
+                     divided by that of apex_x + i apex_y: at rounding level if the motion is
+                     regular and the path is long, large if it is chaotic. It does not measure the
+                     errors of the three mean rates
     exact            True if the three mean rates come from the closed form
     """
 
@@ -499,9 +498,8 @@ class Frequencies(ReadOnlyArrays):
     def plot(self, axes: Axes | None = None, *, time_unit: str = "T") -> Axes:
         """Draw the spectrum of the apex motion with matplotlib, and return the axes.
 
-        A dot marks the amplitude of each spectral line. A spectral line is labelled k if its offset
-        from the precession rate is an integer multiple k of the nutation frequency. A dashed line
-        marks the mean precession rate.
+        A dot marks the amplitude of each line, which is labelled k if its offset from the
+        precession rate, a dashed line, is k times the nutation frequency.
 
         axes       the axes to draw in; default: a new figure
         time_unit  the unit of time in which the scene is described, for the labels
@@ -518,21 +516,19 @@ class Frequencies(ReadOnlyArrays):
         return draw_spectral_lines(self, axes, as_unit_name("time_unit", time_unit))
 
     def _repr_html_(self) -> str | None:
-        """Return an image of the spectrum for display in notebooks."""
         return format_picture_as_html(self.plot, repr(self))
 
 
 def frequencies(path: Path, n: int = 12) -> Frequencies:
     """Compute the frequencies and the `n` strongest spectral lines of an evenly sampled path.
 
-    If the path was computed with method='exact', the rates are derived from the closed-form
-    solution. Two spectral lines are resolved if their phase difference changes by more than 23
-    turns over the path. The path should span many nutation periods, with more than two states per
-    turn of the fastest-changing Euler angle. For a regular motion, the computed rates are as
-    accurate as the states of the path, or NaN if the path does not determine them. Except for
-    Lagrange tops and free bodies, frequencies too low for the length of the path limit the
-    accuracy. Additional states are computed where the body axis is close
-    to the direction about which it precesses.
+    If the path was computed with method='exact', the rates are those of the closed form. Two lines
+    are resolved if their phase difference changes by more than 23 turns over the path, which should
+    span many nutations, with more than two states per turn of the fastest Euler angle. For a
+    regular motion, the rates are as accurate as the states, or NaN if the path does not determine
+    them. Except for Lagrange tops and free bodies, frequencies too low for the length of the path
+    limit the accuracy. Further states are computed where the body axis is close to the direction
+    about which it precesses.
 
     Under gravity, the precession, nutation and spin rates refer to the motion of the apex about the
     vertical. Without torque, the rates describe the motion of a body axis about the angular
@@ -547,10 +543,9 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
         >>> abs(found.precession_rate / truth.precession_rate - 1.0) < 1e-12
         True
 
-    Raises TypeError if `path` is not a Path object. Raises ValueError if there are fewer than 64
-    states, or if the times are not evenly spaced. Raises ValueError for damping, friction, or a
-    support that shakes or turns about an axis other than e3. For a torque-free body, the support
-    must not turn, and the rotor must be aligned with the axis of symmetry.
+    Raises ValueError if there are fewer than 64 states or their times are not evenly spaced, and
+    for damping, friction, or a support that shakes or turns about an axis other than e3. For a body
+    without torque, the support must not turn, and the rotor must be along the axis of symmetry.
     """
     check_is_one("kreisel.frequencies needs", path)
     scene, count, t = path.scene, as_int("n", n, 1), path.t

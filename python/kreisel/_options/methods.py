@@ -87,10 +87,7 @@ class Method:
         return next((text for flag, text in _BODIES.items() if self.flags & flag), "any body")
 
     def applies_to(self, body: Body) -> bool:
-        """Return True if the method applies to `body` for any value of gravity.
-
-        The attribute `tops` describes the bodies to which this integration method applies.
-        """
+        """Return True if the method applies to `body`, as described by `tops`, for any gravity."""
         return method_applies(self.name, validate_type("body", body, Body)._block)
 
     def suits(self, scene: Scene) -> bool:
@@ -180,11 +177,7 @@ _ERROR_PER_CERTIFICATE: Final = 10.0  # see kreisel.ExactTorus
 
 
 def has_torus_closed_form(scene: Scene) -> bool:
-    """Return True for a Kowalewski or Goryachev-Chaplygin top under gravity.
-
-    Setting up the closed-form solution of such a top takes as long as a thousand or more steps of
-    the Taylor series.
-    """
+    """Return True for a Kowalewski or Goryachev-Chaplygin top under gravity."""
     # This check is part of every solve, so it calls the core directly.
     return scene.gravity != 0.0 and body_kind(scene.body._block, KIND_RTOL) in _TORUS_FORMS
 

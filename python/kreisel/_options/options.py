@@ -672,9 +672,8 @@ def time_array(
 ) -> Array:
     """Return the requested times, given either as a list or as a final time.
 
-    If `shape`, the shape of an ensemble, is given, the times may be an array with separate times of
-    each top; the result then has one row per top. `size` is the number of bytes required for each
-    state. Raises MemoryError if the states would not fit into memory.
+    If the shape of many tops is given, each may have its own times, in a row of the result. `size`
+    is the number of bytes of a state. Raises MemoryError if the states would not fit into memory.
     """
     times = validate_time_list(t, shape)
     if times.ndim and every is not None:
@@ -711,10 +710,7 @@ def time_array(
 
 
 def validate_time_list(t: object, shape: Shape | None = None) -> Array:
-    """Return one time, or a list of times, as an array of shape () or (k,).
-
-    If the shape of an ensemble is given, each top may have its own times.
-    """
+    """Return one time or a list, or for tops of a shape an array of times of each, as an array."""
     form = "a number, a list of times, or an array of times of each top"
     times = as_finite_array("t", t, TIMES_FORM if shape is None else form)
     if times.ndim > 1 and shape is None:
@@ -784,11 +780,7 @@ def iterate_time_chunks(
 
 
 def find_time_direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
-    """Return a flag that is True if time runs backwards, and the requested times.
-
-    If `t` is an iterator, times are read from it up to the first nonzero time. The returned
-    iterator starts again with the times that have already been read.
-    """
+    """Return True if time runs backwards, and the times, of which an iterator is partly read."""
     if isinstance(t, Iterator):
         head, is_back = [], False
         for time in t:
@@ -853,11 +845,7 @@ def _check_steps_can_be_counted(end: float, step: float, begin: float = 0.0) -> 
 
 
 def check_resolvable_horizon(scene: Scene, end: float, step: float | None) -> None:
-    """Raise ValueError if double precision does not suffice to compute the state at time `end`.
-
-    The run up to `end` must have fewer than 2**53 steps, and the top must turn by less than 2**53
-    rad.
-    """
+    """Raise ValueError if, up to `end`, there are 2**53 steps, or the top turns by 2**53 rad."""
     if step is not None:
         _check_steps_can_be_counted(end, abs(step))
     horizon = scene._resolvable_horizon  # 0 if the momentum is too large for the core

@@ -160,7 +160,6 @@ class Plan:
         return "\n".join(f"{name:<11}{text}" for name, text in self._list_description_rows())
 
     def _repr_html_(self) -> str:
-        """Return the description of the computation as an HTML table for display in notebooks."""
         return format_html_table(self._list_description_rows())
 
 
