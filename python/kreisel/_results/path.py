@@ -555,8 +555,9 @@ def select_member(result: RunResult, i: int) -> Path:
         columns = {"t": result._select_times_of_top(i)[:done].copy()}
         columns |= {name: column[i, :done] for name, column in buffers.columns.items()}
         path = replace_states_by_quantities(path, columns)
-    if buffers.status[i]:
+    if i in buffers.last or buffers.status[i]:  # also for a terminal event
         path = append_last_valid_state(result, i, path)
+    if buffers.status[i]:
         make_stop_exception(calls.STATUSES[buffers.status[i]], path, get_last_time(result, i))
     if result._options.events is not None:
         first, end = np.searchsorted(result._event_columns.top, [i, i + 1])
