@@ -384,7 +384,8 @@ def _compute_parts_on_executor(
             left.remove(i)
             done += tops
 
-    check, problem = (raise_if_stopped,) if has_thread_workers(executor) else (), "lost"
+    check = (raise_if_stopped,) if has_thread_workers(executor) else ()
+    failure: BrokenExecutor | None = None
     for _ in range(2):
         jobs = ((i, (compute_and_store_part, (store, i, *check))) for i in tuple(left))
         try:
@@ -392,13 +393,15 @@ def _compute_parts_on_executor(
                 executor, jobs, _IN_FLIGHT, mark_part_as_done, lambda: report(done), stopped.set
             )
         except BrokenExecutor as error:
-            problem = f"failed ({error}) before it completed"
+            failure = error
             break
         finally:
             stopped.clear()
         if not left:
             return
+    count = format_count(len(left), "part")
+    finding = f"failed with {count} left ({failure})" if failure else f"lost {count}"
     raise RuntimeError(
-        f"the executor {problem} {format_count(len(left), 'part')}, the first of them part "
-        f"{left[0]}; all others are stored, and repeating the call computes the missing parts"
+        f"the executor {finding}, the first of them part {left[0]}; all others are stored, and "
+        "repeating the call computes the missing parts"
     )
