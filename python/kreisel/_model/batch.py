@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._utils.arguments import Array, HintingType, ReadOnlyArrays, freeze_array, short_repr
+from . import parameters
 from .parameters import BatchParameter, Column, Index, Shape, collapse_broadcast_axes
 
 
@@ -24,6 +25,13 @@ def broadcast_shapes(words: Iterable[BatchParameter], **more: Shape) -> Shape:
         raise ValueError(
             f"the shapes of the members cannot be broadcast together: {listing}"
         ) from None
+
+
+def read_parameters(given: Mapping[str, object]) -> list[BatchParameter]:
+    """Return the values of parameters that broadcast together."""
+    words = [parameters.read_parameter(name, value) for name, value in given.items()]
+    broadcast_shapes(words)
+    return words
 
 
 def name_varying_dimensions(

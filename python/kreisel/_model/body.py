@@ -17,7 +17,14 @@ from .._utils import arguments
 from .._utils.arguments import Array, NoKeywords, short_repr
 from ..quaternion import turn, unit
 from . import parameters
-from .batch import BatchBase, broadcast_shapes, shrink_column, stack_components, store_columns
+from .batch import (
+    BatchBase,
+    broadcast_shapes,
+    read_parameters,
+    shrink_column,
+    stack_components,
+    store_columns,
+)
 from .parameters import BatchParameter, Column, Index, Shape, get_member, read_parameter
 
 if TYPE_CHECKING:
@@ -209,8 +216,7 @@ class Body(BatchBase):
                 return
         name = "inertia" if inertia_about_com is None else "inertia_about_com"
         tensor = read_parameter(name, inertia if inertia_about_com is None else inertia_about_com)
-        words = [read_parameter("mass", mass), read_parameter("com", com), tensor]
-        broadcast_shapes(words)
+        words = read_parameters({"mass": mass, "com": com, name: tensor})
         masses, lever, _ = (one.values for one in words)
         if inertia_about_com is not None:
             tensor = _add_point_masses(tensor, masses, lever)
@@ -238,16 +244,12 @@ class Body(BatchBase):
         rotor: Any = _NOTHING,
     ) -> Self:
         """Store bodies of any shape. `words` are the parameters that the user gave."""
-        slacks, rotors = (
-            read_parameter("inertia_rtol", inertia_rtol),
-            read_parameter("rotor", rotor),
-        )
+        slacks = read_parameter("inertia_rtol", inertia_rtol)
+        rotors = read_parameter("rotor", rotor)
         tensor, flags = read_parameter("inertia", tensor), np.asarray(unphysical)
         if flags.dtype != np.bool_:
-            raise TypeError(
-                "unphysical must be True or False, or an array of them, "
-                f"not {short_repr(unphysical)}"
-            )
+            text = f"must be True or False, or an array of them, not {short_repr(unphysical)}"
+            raise TypeError(f"unphysical {text}")
         words = [*words, *(one for one in (slacks, rotors) if np.any(one.values))]
         lead = np.broadcast_shapes(np.shape(mass), np.shape(com)[:-1], tensor.shape)
         shape = broadcast_shapes((*words, rotors), unphysical=flags.shape, body=lead)
@@ -276,8 +278,12 @@ class Body(BatchBase):
         if status != "OK":
             self._refuse_member(status, tuple(map(int, np.unravel_index(at, shape))))
         is_possible = can_be.reshape(shape)
-        if not (is_possible | flags).all():
-            self._warn_about_unphysical_members(~(is_possible | flags))
+        odd = ~(is_possible | flags)
+        if odd.any():
+            i = tuple(map(int, np.unravel_index(int(odd.argmax()), odd.shape)))
+            text = _describe_unphysical_inertia(self.mass[i], self._tensors[i], self.com[i])
+            more = f" (and {odd.sum() - 1} more)" if odd.sum() > 1 else ""
+            arguments.warn_user(f"body{list(i)}{more}: {text}" if i else text)
         principal = own["inertia"], own["com"], np.array([1.0, 0.0, 0.0, 0.0]), own["rotor"]
         if matrices:
             rows = rows.reshape(*shape, 15)
@@ -295,13 +301,6 @@ class Body(BatchBase):
             status, _describe_triangle_violation(tensor, inertia_rtol)
         )
         raise type(error)(f"body{list(index)}: {error}" if index else str(error))
-
-    def _warn_about_unphysical_members(self, odd: parameters.BoolArray) -> None:
-        index = tuple(map(int, np.unravel_index(int(odd.argmax()), odd.shape)))
-        text = _describe_unphysical_inertia(self.mass[index], self._tensors[index], self.com[index])
-        count = int(odd.sum())
-        more = f" (and {count - 1} more)" if count > 1 else ""
-        arguments.warn_user(f"body{list(index)}{more}: {text}" if index else text)
 
     @property
     def _tensors(self) -> Array:
@@ -340,8 +339,7 @@ class Body(BatchBase):
         'lagrange'
         """
         given = {"mass": mass, "i1": i1, "i3": i3, "height": height}
-        words = [read_parameter(name, value) for name, value in given.items()]
-        broadcast_shapes(words)
+        words = read_parameters(given)
         masses, across, along, heights = (one.values for one in words)
         tensor = BatchParameter("inertia", stack_components(across, across, along), (3,))
         nothing = np.zeros_like(heights)
@@ -366,8 +364,7 @@ class Body(BatchBase):
         (Bodack 2008, 2.14) says J = J_com + mass * (|a|^2 1 - a a^t) with a = com - pivot.
         """
         given = {"mass": mass, "inertia_about_com": inertia_about_com, "com": com, "pivot": pivot}
-        words = [read_parameter(name, value) for name, value in given.items()]
-        broadcast_shapes(words)
+        words = read_parameters(given)
         masses, _, centres, pivots = (one.values for one in words)
         with np.errstate(all="ignore"):
             lever = centres - pivots

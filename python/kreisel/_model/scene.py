@@ -476,29 +476,17 @@ class Scene(BatchBase):
 
     def _list_constructor_arguments(self) -> SceneKwargs:
         """Return constructor arguments that reproduce the scene."""
-        return {
-            "body": self.body,
-            "momentum": self.momentum,
-            "attitude": self.attitude,
-            "gravity": self._optional_gravity,
-            "damping": self._damping_argument,
-            "turning": self.turning,
-            "shaking": self.shaking,
-            "friction": self.friction,
-        }
-
-    @property
-    def _damping_argument(self) -> Any:
-        """The damping as one number if it was given as one, which kr.fit keeps as one."""
-        is_one = self._has_common_damping and self._has_damping
-        return self.damping[0] if is_one else self.damping
+        words: dict[str, Any] = {name: getattr(self, name) for name in ("body", *_NUMBERS)}
+        words["gravity"] = self._optional_gravity
+        if self._has_common_damping and self._has_damping:
+            words["damping"] = self.damping[0]  # one number, which kr.fit keeps as one
+        return cast(SceneKwargs, words)
 
     @property
     def _optional_gravity(self) -> Any:
         """The gravity, or None if tops without weight need not have been given any."""
-        is_needed = parameters.has_nonzero_element(self.gravity) or parameters.has_nonzero_element(
-            self.body.com
-        )
+        has_nonzero = parameters.has_nonzero_element
+        is_needed = has_nonzero(self.gravity) or has_nonzero(self.body.com)
         return self.gravity if is_needed else None
 
     @property
