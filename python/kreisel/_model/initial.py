@@ -111,10 +111,7 @@ def check_symmetry(body: Body) -> None:
 def is_steady_precession_requested(
     steady: object, fast: object, precession: object, given: Mapping[str, BatchParameter]
 ) -> bool:
-    """Return True if a steady precession is requested.
-
-    Raises TypeError if `steady` or `fast` is not a bool, and ValueError for incompatible arguments.
-    """
+    """Return True if a steady precession is requested; refuse arguments that exclude it."""
     if as_bool("fast", fast) and not steady:
         raise ValueError("fast chooses between two steady precessions: also pass steady=True")
     if not as_bool("steady", steady):
@@ -129,11 +126,7 @@ def is_steady_precession_requested(
 def compute_steady_precession(
     body: Body, spin: BatchParameter, tilt: BatchParameter, gravity: BatchParameter, fast: bool
 ) -> Array:
-    """Compute the rates of steady precession of tops.
-
-    Raises ValueError with the index of the first top for which no steady precession exists. If its
-    spin is too small, the message states the least possible spin.
-    """
+    """Compute the rates of steady precession, and refuse the first top that has none."""
     if np.any(body.rotor):
         raise ValueError("steady=True does not support bodies with rotors")
     check_symmetry(body)
@@ -160,10 +153,7 @@ def compute_steady_precession(
 
 
 def read_attitudes(attitude: Any, xyzw: Any) -> tuple[BatchParameter, Array]:
-    """Return the argument `attitude` or `attitude_xyzw`, and the quaternions (w, x, y, z).
-
-    Raises ValueError if both are given, or if a quaternion is not of unit length.
-    """
+    """Return the argument `attitude` or `attitude_xyzw`, and the unit quaternions (w, x, y, z)."""
     if attitude is not None and xyzw is not None:
         raise ValueError("give either attitude or attitude_xyzw, not both")
     if xyzw is None and hasattr(attitude, "as_quat"):
@@ -207,8 +197,7 @@ def validate_standard_deviation(name: str, widths: ArrayLike, numbers: int) -> A
 def draw_normal_numbers(seed: int, first: int, n: int) -> Array:
     """Draw n rows of normally distributed numbers; row i depends only on `seed` and `first` + i.
 
-    Each row uses 8 random 64-bit integers from the counter-based generator Philox. The Box-Muller
-    transform converts the random integers to normally distributed numbers.
+    The Box-Muller transform converts 8 numbers of the counter-based generator Philox.
     """
     samples = np.empty((n, _DRAWS))
     philox = np.random.Philox(key=seed).advance(first * _DRAWS // 4)  # each count gives 4 words

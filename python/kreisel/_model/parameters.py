@@ -230,11 +230,9 @@ def collapse_broadcast_axes(values: Column, lead: int | None = None) -> Column:
 
 
 def resolve_gravity(gravity: Any, body: Any) -> Any:
-    """Return `gravity`, or 0 if it is None and each centre of mass is exactly at the fixed point.
-
-    There, gravity exerts no torque. Raises TypeError if `gravity` is None for other bodies.
-    """
-    if isinstance(gravity, tuple | list) and len(gravity) == 3 and gravity[0] is gravity[1] == 0:
+    """Return `gravity`, or 0 if it is None and each centre of mass is at the fixed point."""
+    is_vector = isinstance(gravity, tuple | list) and len(gravity) == 3
+    if is_vector and all(isinstance(x, float | int) for x in gravity) and not any(gravity[:2]):
         raise TypeError(
             f"gravity must be a number, not {short_repr(gravity)}: {PARAMETERS['gravity'].why}"
         )
@@ -261,10 +259,7 @@ def read_environment(
 
 
 def advance_shaking_phase(shaking: Vector, t: float) -> Vector:
-    """Return the `shaking` parameters with the phase advanced to the time `t`.
-
-    The phase at `t` is computed in rational arithmetic and rounded once.
-    """
+    """Return `shaking` with the phase at the time `t`, computed in rational numbers."""
     amplitude, rate, phase = shaking
     if not amplitude or not t:
         return shaking
@@ -273,7 +268,7 @@ def advance_shaking_phase(shaking: Vector, t: float) -> Vector:
 
 
 def list_disturbances(tops: Any) -> list[str]:
-    """List the disturbances of a scene or an ensemble, such as damping or a moving support."""
+    """List the disturbances of a scene, such as damping or a moving support."""
     shaking = tops.shaking
     amplitudes = shaking[0] if type(shaking) is tuple else np.asarray(shaking)[..., 0]
     disturbances = {
@@ -293,11 +288,7 @@ def has_nonzero_element(values: Any) -> bool:
 
 
 def has_equivalent_support_at_rest(tops: Any) -> bool:
-    """Return True if the motion is that of tops on a support at rest, seen from a turning one.
-
-    Each support turns about e3 or is at rest. There is neither damping nor friction, which depend
-    on the motion relative to the support.
-    """
+    """Return True if the motion is that of tops on a support at rest, seen from a turning one."""
     is_only_turning = list_disturbances(tops) == ["a turning support"]
     return is_only_turning and not np.any(np.asarray(tops.turning)[..., :2])
 
@@ -305,11 +296,9 @@ def has_equivalent_support_at_rest(tops: Any) -> bool:
 def refuse_disturbances(
     tops: Any, statement: str, exceptions: Iterable[str] = (), reason: str = ""
 ) -> None:
-    """Raise ValueError if a scene or an ensemble has disturbances other than those in `exceptions`.
+    """Raise ValueError if a scene has disturbances other than those in `exceptions`.
 
-    The message consists of `statement`, the names of the disturbances that are not allowed, and
-    `reason`. If the only disturbance is a support that turns about e3, `reason` is replaced by a
-    hint that suggests the inertial frame.
+    The message is `statement`, their names, and `reason` or a hint at the inertial frame.
     """
     disturbances = [name for name in list_disturbances(tops) if name not in exceptions]
     if not disturbances:

@@ -24,17 +24,13 @@ def parse_toml_text_or_file(source: str | os.PathLike[str], parse: Callable[[str
     """Parse `source`, which is TOML text if it has several lines, and a file name otherwise."""
     if isinstance(source, str) and "\n" in source:
         return parse(source)
-    with open(
-        os.fspath(source), "rb"
-    ) as file:  # fspath rejects an integer, which open would use as a file descriptor
-        return call_with_error_prefix(os.fspath(source), lambda: parse(read_limited_text(file)))
+    name = os.fspath(source)  # refuses an integer, which open would use as a file descriptor
+    with open(name, "rb") as file:
+        return call_with_error_prefix(name, lambda: parse(read_limited_text(file)))
 
 
 def read_limited_text(file: BinaryIO) -> str:
-    """Read the text of a file, device or pipe.
-
-    Raises ValueError if the text is longer than 1 MiB or not valid UTF-8.
-    """
+    """Read the text of a file, device or pipe; raise ValueError if it is too long or not UTF-8."""
     data = file.read(_MAX_BYTES + 1)
     if len(data) > _MAX_BYTES:
         raise ValueError(f"a scene has at most {_MAX_BYTES} bytes")
@@ -76,9 +72,8 @@ def call_constructor_with_table(
 ) -> _T:
     """Call the constructor `make` with the entries of a table as keyword arguments.
 
-    Raises ValueError for unknown and missing keys. If a key belongs to another table, `locations`
-    contains its correct place in the file, which the error message states. The error message may
-    also suggest the keys in `others`.
+    Raises ValueError for missing and unknown keys. The message says where a key in `locations`
+    belongs, and may suggest one of `others`.
     """
     parameters = inspect.signature(make).parameters
     for word in words:
@@ -116,23 +111,19 @@ MAKERS: dict[str, Callable[..., Body]] = {
 def build_body_from_table(table: object, locations: Mapping[str, str]) -> Body:
     """Build the body described by a TOML table.
 
-    The table contains either the parameters of Body, or a table with the parameters of one
-    constructor. Beside the table with the parameters of a constructor, only the key `rotor` is
-    allowed. `locations` maps keys that belong in other tables to their correct places in the file,
-    so that error messages can name these places.
+    It has the parameters of Body, or a table with those of one constructor, and perhaps a rotor.
+    `locations` says where keys of other tables belong.
     """
     words = dict(require_toml_table("body", table))
     if not MAKERS.keys() & words.keys():
         return call_constructor_with_table(Body, "[body]", words, locations, MAKERS)
-    rotor = words.pop("rotor", None)
+    rotor: Any = words.pop("rotor", None)
     keys = [word for word in words if word in locations]
     if len(words) > 1 and not keys:
         raise ValueError(f"[body] must be described in one way, not by {', '.join(words)}")
     if keys:
         raise ValueError(f"{keys[0]} belongs {locations[keys[0]]}")
     ((name, value),) = words.items()
-    body: Body = call_constructor_with_table(
-        MAKERS[name], f"[body] {name}", require_toml_table(name, value), locations
-    )
-    rotor_value: Any = rotor  # validated by the body
-    return body if rotor is None else replace(body, rotor=rotor_value)
+    table = require_toml_table(name, value)
+    body = call_constructor_with_table(MAKERS[name], f"[body] {name}", table, locations)
+    return body if rotor is None else replace(body, rotor=rotor)
