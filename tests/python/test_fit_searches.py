@@ -150,8 +150,8 @@ def test_few_measurements_are_fitted_from_the_given_guess(quantity, count):
 def test_a_guess_whose_motion_cannot_be_computed_is_replaced_by_one_from_the_records():
     top, t = kr.scenes.asymmetric_regular, np.linspace(0.0, 6.0, 100)
     lean = top.replace(attitude=(np.cos(0.15), np.sin(0.15), 0.0, 0.0))
-    sigmas = dict.fromkeys(("nutation", "precession_angle", "spin_angle"), SIGMA)
-    record = simulate(lean, t, sigmas)
+    names = ("nutation", "precession_angle", "spin_angle", "body_velocity")
+    record = simulate(lean, t, dict.fromkeys(names, SIGMA))
     fit = kr.fit(lean.replace(velocity=(0.0, 0.0, 1e30)), record, "velocity")
     assert fit.has_converged and fit.is_plausible and fit.records[0].missing == 0
 

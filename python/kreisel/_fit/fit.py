@@ -178,21 +178,20 @@ def _run_search_sessions(
 ) -> Fit:
     best: Fit | None = None
     for session in sessions:
-        interruption: Interrupted | None = None
+        is_interrupted = False
         try:
             session.search(pieces, has_data_guess=not is_multistart)
         except KeyboardInterrupt:
-            interruption = Interrupted("the fit was interrupted")
+            is_interrupted = True
         if session.best is not None:
-            if interruption is None:
+            if not is_interrupted:
                 session.refuse_start_held_by_friction()
                 session.refuse_insensitive_quantities(session.best)
                 describe_uncertain_sigmas(session.best, refuses=True)
             found = session.build_fit()
             best = found if best is None or found.cost < best.cost else best
-        if interruption is not None:
-            interruption.result = best
-            raise interruption from None
+        if is_interrupted:
+            raise Interrupted("the fit was interrupted", result=best)
     if best is None:
         sessions[0].refuse_start_held_by_friction()
         sessions[0].check_start_scene_is_solvable()

@@ -9,7 +9,6 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .._results.results import Error
 from .._solve.solve import solve
@@ -18,10 +17,7 @@ from . import rotations
 from .parameters import FitPoint, FreeParameters
 from .records import Record, Series
 
-FEWEST = 8  # samples that a guess needs
-_OUTLIER = 8.0  # deviation from neighbours that is an outlier, relative to the usual one
-_OUTLIERS_MOST = 0.2  # share of outliers above which the deviations are the motion itself
-_NEIGHBOURS = 5  # samples of which the middle one is compared with the median of the others
+_FEWEST = 8  # samples that a guess needs
 _GAP = 6.0  # a longer pause between two samples, relative to the median, ends a stretch
 _TURN = 0.5  # angle between attitudes whose difference gives an angular velocity [rad]
 
@@ -45,9 +41,6 @@ class MotionSamples(NamedTuple):
     is_at_rest: bool = False
 
 
-Trace = tuple[Array, Array]  # n evenly spaced times; vectors (n, 3), as directions of the apex
-
-
 def reconstruct_motions(records: Sequence[Record], point: FitPoint) -> list[MotionSamples]:
     """Return the motions reconstructed from the records, those with known attitudes first."""
     rotation = rotations.to_matrix(point.axes)
@@ -58,7 +51,7 @@ def reconstruct_motions(records: Sequence[Record], point: FitPoint) -> list[Moti
             if name not in table:
                 continue
             t, values = _select_longest_gapless_samples(record.t, table[name])
-            if len(t) < FEWEST:
+            if len(t) < _FEWEST:
                 continue
             if name == "q":
                 attitudes = rotations.multiply(values, point.axes[None])
@@ -86,19 +79,8 @@ def reconstruct_motions(records: Sequence[Record], point: FitPoint) -> list[Moti
     return sorted(motions, key=lambda motion: order.index(motion.source))
 
 
-def _find_momentum_trace(records: Sequence[Record]) -> Trace | None:
-    """Return the trace of the momentum in the first record that contains enough momenta."""
-    for record in records:
-        for series in record.series:
-            if series.name == "m":
-                t, m = _select_longest_gapless_samples(record.t, series)
-                if len(t) > FEWEST:
-                    return _resample_evenly(t, m)
-    return None
-
-
-def _find_apex_trace(records: Sequence[Record], point: FitPoint) -> Trace | None:
-    """Return the trace of the apex in the first record that contains enough directions."""
+def _find_apex_directions(records: Sequence[Record], point: FitPoint) -> tuple[Array, Array] | None:
+    """Return the times and directions of the first record that contains enough of the apex."""
     for record in records:
         table = {s.name: s for s in record.series}
         if "apex" in table:
@@ -116,16 +98,9 @@ def _find_apex_trace(records: Sequence[Record], point: FitPoint) -> Trace | None
             else:
                 e = np.stack((np.sin(u) * np.sin(v), -np.sin(u) * np.cos(v), np.cos(u)), axis=1)
         t, first = np.unique(t, return_index=True)
-        regular = _compute_inlier_mask(e[first], is_attitude=False)
-        if regular.sum() >= FEWEST:
-            grid, apex = _resample_evenly(t[regular], e[first][regular])
-            return grid, rotations.normalize(apex)
+        if len(t) >= _FEWEST:
+            return t, rotations.normalize(e[first])
     return None
-
-
-def _resample_evenly(t: Array, vectors: Array) -> Trace:
-    grid = np.linspace(t[0], t[-1], len(t))
-    return grid, np.stack([np.interp(grid, t, x) for x in vectors.T], axis=1)
 
 
 def _select_longest_gapless_samples(t: Array, series: Series) -> tuple[Array, Array]:
@@ -133,9 +108,7 @@ def _select_longest_gapless_samples(t: Array, series: Series) -> tuple[Array, Ar
     is_measured = series.measured.all(axis=1)
     times, first = np.unique(t[is_measured], return_index=True)
     values = series.values[is_measured][first]
-    regular = _compute_inlier_mask(values, series.is_attitude)
-    times, values = times[regular], values[regular]
-    if len(times) < FEWEST:
+    if len(times) < _FEWEST:
         return times[:0], values[:0]
     pauses = np.diff(times)
     ends = np.flatnonzero(pauses > _GAP * np.median(pauses)) + 1
@@ -143,31 +116,6 @@ def _select_longest_gapless_samples(t: Array, series: Series) -> tuple[Array, Ar
     k = int(np.argmax(np.diff(edges)))
     part = slice(edges[k], edges[k + 1])
     return times[part], values[part]
-
-
-def _compute_inlier_mask(values: Array, is_attitude: bool) -> NDArray[np.bool_]:
-    """Return a mask that is True for each row close to the median of its neighbours.
-
-    Source: Hampel, Journal of the American Statistical Association 69 (1974) 383.
-    """
-    if len(values) < FEWEST:
-        return np.ones(len(values), dtype=np.bool_)
-    if is_attitude:  # q and -q are the same attitude
-        steps = (values[1:] * values[:-1]).sum(axis=1)
-        signs = np.concatenate(([1.0], np.where(steps < 0.0, -1.0, 1.0)))
-        values = values * np.cumprod(signs)[:, None]
-    half = _NEIGHBOURS // 2
-    # Reflections about the second and the last but one value show whether those at the ends fit.
-    head, tail = values[half + 2 : 2 : -1], values[-4 : -4 - half : -1]
-    padded = np.concatenate((2.0 * values[1] - head, values, 2.0 * values[-2] - tail))
-    windows = np.lib.stride_tricks.sliding_window_view(padded, _NEIGHBOURS, axis=0)
-    others = np.delete(windows, half, axis=-1)
-    deviation = np.abs(values - np.median(others, axis=-1))
-    median_deviation = np.maximum(np.median(deviation, axis=0), 1e-9 * np.abs(values).max(axis=0))
-    regular: NDArray[np.bool_] = (deviation <= _OUTLIER * median_deviation).all(axis=1)
-    if regular.mean() < 1.0 - _OUTLIERS_MOST:
-        return np.ones(len(values), dtype=np.bool_)
-    return regular
 
 
 def _reconstruct_motion_from_attitudes(t: Array, q: Array) -> MotionSamples:
@@ -207,7 +155,7 @@ def interpolate_motion(motion: MotionSamples, t: float) -> tuple[Array, Array]:
 
 
 _LEAST = 1e-3  # least density of a guess, relative to its largest moment
-_SMOOTHING = 9  # samples of the local cubic that smooths a trace
+_SMOOTHING = 9  # samples of the cubic that smooths the first ones
 _STOPPED = 0.05  # spin that friction has nearly stopped, relative to the largest
 _INERTIA = np.zeros((6, 3, 3))  # a basis of symmetric matrices, the diagonal ones first
 for _k, _place in enumerate(((0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1))):
@@ -224,19 +172,10 @@ class Guess(NamedTuple):
     motion: MotionSamples | None
 
 
-def guess_parameters_from_records(
-    parameters: FreeParameters, records: Sequence[Record]
-) -> list[Guess]:
-    """Compute initial guesses of the free parameters from the measurements in the records.
-
-    Returns an empty list if the motion cannot be reconstructed from the records.
-    """
-    base = parameters.start
-    guesses: list[Guess] = []
-    for motion in reconstruct_motions(records, base)[:2]:
-        guesses += _guess_parameters_from_motion(parameters, motion)
-    trace = None if guesses else _find_apex_trace(records, base)
-    return guesses if trace is None else _guess_parameters_from_apex(parameters, trace)
+def guess_parameters(parameters: FreeParameters, records: Sequence[Record]) -> list[Guess]:
+    """Compute initial guesses from the measurements, none if they do not show the motion."""
+    motions = reconstruct_motions(records, parameters.start)[:2]
+    return [x for motion in motions for x in _guess_parameters_from_motion(parameters, motion)]
 
 
 def yield_random_starts(
@@ -276,22 +215,29 @@ def _find_first_measured_states(
 
     The momentum leaves two directions of the apex, one above and one below the horizontal plane.
     """
-    lever, first = base.gravity_force * base.com, _SMOOTHING // 2
-    momenta = _find_momentum_trace(records) if lever.any() else None
-    if momenta is not None:
-        m, change = (values[first] for values in _smooth_by_local_cubics(*momenta))
-        t = float(momenta[0][first])
-        weight = base.mass * float(base.compute_effective_gravity(np.array(t)))
-        torque = change + np.cross(base.turning, m)
-        flat = np.array((torque[1], -torque[0], 0.0)) / weight / np.linalg.norm(base.com)
-        height = np.sqrt(max(1.0 - float(flat @ flat), 0.0))
-        tops = [flat + np.array((0.0, 0.0, sign * height)) for sign in (1.0, -1.0)]
-        return [(t, rotations.normalize(top), np.zeros(3), m) for top in tops]
-    trace = _find_apex_trace(records, base) if base.com.any() else None
-    if trace is not None:
-        e, change = (values[first] for values in _smooth_by_local_cubics(*trace))
-        return [(float(trace[0][first]), rotations.normalize(e), change, None)]
-    return []
+    momenta = [(r.t, series) for r in records for series in r.series if series.name == "m"]
+    for times, series in momenta if base.torque else []:
+        times, values = _select_longest_gapless_samples(times, series)
+        if len(times):
+            t, m, change = _fit_first_samples(times, values)
+            weight = base.mass * float(base.compute_effective_gravity(np.array(t)))
+            torque = change + np.cross(base.turning, m)
+            flat = np.array((torque[1], -torque[0], 0.0)) / weight / np.linalg.norm(base.com)
+            height = np.sqrt(max(1.0 - float(flat @ flat), 0.0))
+            tops = [flat + np.array((0.0, 0.0, sign * height)) for sign in (1.0, -1.0)]
+            return [(t, rotations.normalize(top), np.zeros(3), m) for top in tops]
+    directions = _find_apex_directions(records, base) if base.com.any() else None
+    if directions is None:
+        return []
+    t, apex, change = _fit_first_samples(*directions)
+    return [(t, rotations.normalize(apex), change, None)]
+
+
+def _fit_first_samples(t: Array, vectors: Array) -> tuple[float, Array, Array]:
+    """Return a time among the first samples, the vector and its derivative there, by a cubic."""
+    middle = float(t[_SMOOTHING // 2])
+    cubic = np.polynomial.polynomial.polyfit(t[:_SMOOTHING] - middle, vectors[:_SMOOTHING], 3)
+    return middle, cubic[0], cubic[1]
 
 
 def _guess_parameters_from_motion(parameters: FreeParameters, motion: MotionSamples) -> list[Guess]:
@@ -302,14 +248,14 @@ def _guess_parameters_from_motion(parameters: FreeParameters, motion: MotionSamp
     if is_rubbed:
         spin = np.abs(part.rate @ _compute_friction_axis(base))
         stopped = np.flatnonzero(spin < _STOPPED * spin.max())
-        if stopped.size and stopped[0] >= FEWEST:
+        if stopped.size and stopped[0] >= _FEWEST:
             t, attitude, rate = (x[: stopped[0]] for x in motion[:3])
             part = MotionSamples(t, attitude, rate, motion.source, motion.is_at_rest)
     is_damped = "damping" in free or bool(base.damping.any())
     solution = _fit_momentum_equation(part, base, is_heavy, is_damped, is_rubbed)
     if solution is None:
         return []
-    inertia, lever, v, *losses = solution
+    inertia, lever, v, damping, friction = solution
     turn, first = rotations.UNTURNED, rotations.UNTURNED
     if motion.source == "space":  # the axes of the motion are not the principal axes
         turn = rotations.from_matrix(_orient_principal_axes_like_scene(inertia, lever, base))
@@ -325,7 +271,23 @@ def _guess_parameters_from_motion(parameters: FreeParameters, motion: MotionSamp
         turned = rotations.from_vector((t[0] - t)[:, None] * base.turning)
         attitude = rotations.multiply(turned, attitude)
         rate = rate - base.turning @ rotations.to_matrix(attitude)
-    point = _set_free_body_parameters(parameters, moments, rotation.T @ lever, *losses)
+    densities = 0.5 * moments.sum() - moments
+    densities = np.maximum(densities, _LEAST * np.abs(moments).max())
+    # the moments of the scene or the torque of gravity give the unknown factor
+    factor, length = base.moments.sum() / (2.0 * densities.sum()), float(np.linalg.norm(lever))
+    fields: dict[str, Any] = {}
+    if "moments" in free:
+        if length > 0.0 and base.torque and "com" not in free:
+            factor = abs(base.torque) / length
+        mean = parameters.columns["moments"] @ parameters.average_tied("moments", densities)
+        fields["densities"] = factor * mean
+    if base.gravity_force and length > 0.0 and "com" in free:
+        fields["com"] = factor * (lever @ rotation) / base.gravity_force
+    if "damping" in free:
+        fields["damping"] = np.full(3, max(factor * damping, 0.0))
+    if "friction" in free:
+        fields["friction"] = max(factor * friction, 0.0)
+    point = replace(base, **fields)
     mean = rate[:3].mean(axis=0)
     start = _find_parameters_through_state(parameters, point, t[0], attitude[0], mean)
     return [Guess(start, MotionSamples(t, attitude, rate, motion.source))]
@@ -335,32 +297,6 @@ def _compute_friction_axis(base: FitPoint) -> Array:
     length = float(np.linalg.norm(base.com))
     axis: Array = base.com / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
     return axis
-
-
-def _set_free_body_parameters(
-    parameters: FreeParameters, moments: Array, lever: Array, damping: float, friction: float
-) -> FitPoint:
-    """Return the scene's parameters, with the free parameters of the body replaced by estimates.
-
-    Their common factor follows from the torque of gravity or from the moments of the scene.
-    """
-    base, free = parameters.start, parameters.places
-    densities = 0.5 * moments.sum() - moments
-    densities = np.maximum(densities, _LEAST * np.abs(moments).max())
-    factor, length = base.moments.sum() / (2.0 * densities.sum()), float(np.linalg.norm(lever))
-    fields: dict[str, Any] = {}
-    if "moments" in free:
-        if length > 0.0 and base.torque and "com" not in free:
-            factor = abs(base.torque) / length
-        mean = parameters.columns["moments"] @ parameters.average_tied("moments", densities)
-        fields["densities"] = factor * mean
-    if base.gravity_force and length > 0.0 and "com" in free:
-        fields["com"] = factor * lever / base.gravity_force
-    if "damping" in free:
-        fields["damping"] = np.full(3, max(factor * damping, 0.0))
-    if "friction" in free:
-        fields["friction"] = max(factor * friction, 0.0)
-    return replace(base, **fields)
 
 
 def _find_parameters_through_state(
@@ -463,73 +399,3 @@ def _orient_principal_axes_like_scene(inertia: Array, lever: Array, base: FitPoi
     frames = [frame * np.array(signs) for signs in itertools.product((1.0, -1.0), repeat=3)]
     right_handed = [one for one in frames if np.linalg.det(one) > 0.0]
     return max(right_handed, key=lambda one: lever @ one @ base.com)
-
-
-def _guess_parameters_from_apex(parameters: FreeParameters, trace: Trace) -> list[Guess]:
-    """Compute guesses from apex directions, assuming that the body is symmetric about its apex.
-
-    The momentum equation is linear in a = I3 s / I1 for the spin s, in k = M g |c| / I1, in the
-    initial momentum, and in the loss of a by friction.
-    """
-    base = parameters.start
-    if not base.com.any() or len(trace[0]) <= _SMOOTHING:
-        return []
-    apex, change = _smooth_by_local_cubics(*trace)
-    t, turning = trace[0], base.turning
-    transverse_rate = np.cross(apex, change + np.cross(turning, apex))
-    rhs = transverse_rate + np.cross(turning, _integrate_by_trapezoids(t, transverse_rate))
-    apex_integral = _integrate_by_trapezoids(t, apex)
-    axial_column = apex + np.cross(turning, apex_integral)
-    weight = base.compute_effective_gravity(t) / base.gravity if base.gravity else np.ones(len(t))
-    integral = _integrate_by_trapezoids(t, weight[:, None] * np.cross([0.0, 0.0, 1.0], apex))
-    identity = np.broadcast_to(np.eye(3), (len(apex), 3, 3))
-    columns = [-axial_column[:, :, None], integral[:, :, None], identity]
-    if "friction" in parameters.places or base.friction:
-        weighted = (t - t[0])[:, None] * apex
-        weighted += np.cross(turning, _integrate_by_trapezoids(t, weighted))
-        columns.append((weighted - apex_integral)[:, :, None])
-    matrix = np.concatenate(columns, axis=2)
-    solution = np.linalg.lstsq(matrix.reshape(-1, matrix.shape[2]), rhs.ravel(), rcond=None)[0]
-    a, k, slowing = float(solution[0]), float(solution[1]), float([*solution, 0.0][5])
-    axis = rotations.normalize(base.com)
-    i3 = float(axis @ (base.moments * axis))
-    i1 = 0.5 * (base.moments.sum() - i3)
-    if "moments" in parameters.places and base.torque * k > 0.0:
-        i1 = base.torque / k
-        i3 = min(i3, 1.9 * i1)
-    moments = i3 * axis**2 + i1 * (1.0 - axis**2)
-    point = _set_free_body_parameters(parameters, moments, base.gravity_force * base.com, 0.0, 0.0)
-    i3 = float(axis @ (point.moments * axis))
-    turn = rotations.from_vertical(axis)
-    tilts = rotations.from_vertical(rotations.normalize(apex))
-    attitude = rotations.multiply(tilts, rotations.conjugate(turn)[None])
-    spin = (a * i1 - float(axis @ base.rotor)) / i3 - float(base.turning @ apex[0])
-    if "friction" in parameters.places:
-        point = replace(point, friction=max(i1 * slowing * np.sign(spin), 0.0))
-    spin_loss = point.friction / i3 * (t - t[0])
-    spins = np.copysign(np.maximum(abs(spin) - spin_loss, 0.0), spin)
-    velocity = np.cross(apex, change) + spins[:, None] * apex
-    rate = (velocity[:, None, :] @ rotations.to_matrix(attitude))[:, 0]
-    motion = MotionSamples(t, attitude, rate, "apex")
-    start = _find_parameters_through_state(parameters, point, t[0], attitude[0], rate[0])
-    return [Guess(start, motion)]
-
-
-def _smooth_by_local_cubics(t: Array, values: Array) -> tuple[Array, Array]:
-    """Smooth vectors at evenly spaced times by local cubic fits; return values and derivatives.
-
-    Source: Savitzky and Golay, Analytical Chemistry 36 (1964) 1627.
-    """
-    half = _SMOOTHING // 2
-    offsets = np.arange(-half, half + 1.0)
-    weights = np.linalg.pinv(np.vander(offsets, 4, increasing=True))
-    padded = np.concatenate(
-        (
-            2.0 * values[:1] - values[half:0:-1],
-            values,
-            2.0 * values[-1:] - values[-2 : -half - 2 : -1],
-        )
-    )
-    windows = np.lib.stride_tricks.sliding_window_view(padded, _SMOOTHING, axis=0)
-    step = (t[-1] - t[0]) / (len(t) - 1)
-    return windows @ weights[0], windows @ weights[1] / step

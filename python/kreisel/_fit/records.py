@@ -458,7 +458,14 @@ def _validate_measurement_series(
     if quantity == "q":
         if is_scalar_last:
             numbers, is_measured = np.roll(numbers, 1, axis=1), np.roll(is_measured, 1, axis=1)
-        numbers, is_measured = _normalize_attitudes(name, numbers, is_measured)
+        is_complete: Mask = np.asarray(is_measured.all(axis=1))
+        norm = np.sqrt((np.where(is_complete[:, None], numbers, 0.5) ** 2).sum(axis=1))
+        bad = np.flatnonzero(np.abs(norm - 1.0) > _UNIT_RTOL)
+        if bad.size:
+            raise ValueError(
+                f"{name} must be unit quaternions; the norm of {name}[{bad[0]}] is {norm[bad[0]]:g}"
+            )
+        numbers, is_measured = numbers / norm[:, None], np.repeat(is_complete[:, None], 4, axis=1)
     is_rescaled = degrees and is_angular(MEASURABLE[quantity].dimension)
     numbers = np.where(is_measured, numbers, 0.0) * (RADIANS_PER_DEGREE if is_rescaled else 1.0)
     if quantity in ANGLES and not degrees and np.abs(numbers).max(initial=0.0) > _MANY_TURNS:
@@ -471,17 +478,6 @@ def _validate_measurement_series(
     width = 3 if quantity == "q" else numbers.shape[1]
     deviation = _validate_series_sigma(name, sigma, is_measured[:, :width], unit)
     return Series(name, quantity, part, numbers, is_measured, deviation, unit)
-
-
-def _normalize_attitudes(name: str, q: Array, is_measured: Mask) -> tuple[Array, Mask]:
-    is_complete: Mask = np.asarray(is_measured.all(axis=1))
-    norm = np.sqrt((np.where(is_complete[:, None], q, 0.5) ** 2).sum(axis=1))
-    bad = np.flatnonzero(np.abs(norm - 1.0) > _UNIT_RTOL)
-    if bad.size:
-        raise ValueError(
-            f"{name} must be unit quaternions; the norm of {name}[{bad[0]}] is {norm[bad[0]]:g}"
-        )
-    return q / norm[:, None], np.repeat(is_complete[:, None], 4, axis=1)
 
 
 def _validate_series_sigma(name: str, sigma: Sigma, is_measured: Mask, unit: float) -> Array | None:

@@ -79,11 +79,6 @@ class FitCovariance:
         covariance[is_lost, is_lost] = np.inf
         return covariance, errors
 
-    def draw_random_parameter_changes(self, generator: np.random.Generator, n: int) -> Array:
-        """Draw n random parameter changes with no components along undetermined directions."""
-        normal = generator.standard_normal((n, self.factor.shape[1]))
-        return normal @ self.factor.T * self.natural
-
 
 def classify_fit_directions(best: Minimum, inflation: float) -> FitCovariance:
     """Find the directions in the space of the reported parameters that the data determine.
@@ -438,7 +433,9 @@ class Fit(ReadOnlyArrays):
         Moments of inertia, damping and friction are clipped to their bounds.
         """
         count, key, p = as_int("n", n, 1), as_int("seed", seed, 0), self._parameters
-        steps = self._spectrum.draw_random_parameter_changes(np.random.default_rng(key), count)
+        natural, factor = self._spectrum.natural, self._spectrum.factor
+        normal = np.random.default_rng(key).standard_normal((count, factor.shape[1]))
+        steps = normal @ factor.T * natural
         points = [p.add_step_within_bounds(self._point, step) for step in steps]
         return Scene.stack([p.to_scene(point) for point in points])
 
@@ -546,46 +543,34 @@ class Fit(ReadOnlyArrays):
         if not all(map(math.isfinite, self.error.values())):
             ratios = self.moment_ratios.items()
             rows += [(name, _format_with_error(*pair), "") for name, pair in ratios]
-        sentences = []
-        if not self.has_converged:
-            sentences.append("The search did not converge; this is the best so far.")
-        if text := self._describe_misfit() or self._describe_excess():
-            sentences.append(text)
-        if ties := [name for name in self.names if " = " in name]:
-            sentences.append(
-                f"Kept equal, as in the given scene: {', '.join(ties)}. Give different numbers to "
-                "estimate them apart."
-            )
-        for label, texts in (
-            ("Not identified", self.unidentified),
-            ("Ambiguous", self.ambiguous),
-            ("Uncertain", self.uncertain_sigma),
-            ("At a bound", self.at_bound),
-        ):
-            sentences += [f"{label}: {text}." for text in texts]
-        if self.residual_correlation > _CORRELATED and self.inflation > _ENLARGED:
-            sentences.append(
-                f"Neighbouring residuals are correlated ({self.residual_correlation:.2f}): the "
-                "model does not include all forces on the top."
-            )
-        if self.inflation > _ENLARGED:
-            sentences.append(
-                f"Errors were enlarged {self.inflation:.3g} times, because residuals are large or "
-                "correlated."
-            )
-        if self.nonlinearity > _NONLINEAR:
-            sentences.append(
-                "Errors are not normally distributed: along the least certain direction, the "
-                f"change of chi2 for one sigma differs from 1 by {self.nonlinearity:.2g}."
-            )
-        if missing := sum(record.missing for record in self.records):
-            sentences.append(f"{missing} values are left out: not measured, or undefined angles.")
-        if self.piece_starts:
-            sentences.append(
-                f"The motion consists of {len(self.piece_starts)} joined pieces, each with its own "
-                "start."
-            )
-        return head, rows, sentences
+        ties = ", ".join(name for name in self.names if " = " in name)
+        lists = {
+            "Not identified": self.unidentified,
+            "Ambiguous": self.ambiguous,
+            "Uncertain": self.uncertain_sigma,
+            "At a bound": self.at_bound,
+        }
+        missing, is_enlarged = sum(r.missing for r in self.records), self.inflation > _ENLARGED
+        sentences: dict[str, object] = {
+            "The search did not converge; this is the best so far.": not self.has_converged,
+            self._describe_misfit() or self._describe_excess(): True,
+            f"Kept equal, as in the given scene: {ties}. Give different numbers to estimate them "
+            "apart.": ties,
+            **{f"{label}: {text}.": True for label, texts in lists.items() for text in texts},
+            f"Neighbouring residuals are correlated ({self.residual_correlation:.2f}): the model "
+            "does not include all forces on the top.": is_enlarged
+            and self.residual_correlation > _CORRELATED,
+            f"Errors were enlarged {self.inflation:.3g} times, because residuals are large or "
+            "correlated.": is_enlarged,
+            "Errors are not normally distributed: along the least certain direction, the change of "
+            f"chi2 for one sigma differs from 1 by {self.nonlinearity:.2g}.": self.nonlinearity
+            > _NONLINEAR,
+            f"{missing} values are left out: not measured, or undefined angles.": missing,
+            f"The motion consists of {len(self._begins)} joined pieces, each with its own start.": (
+                self.piece_starts
+            ),
+        }
+        return head, rows, [text for text, is_said in sentences.items() if text and is_said]
 
     def _describe_misfit(self) -> str:
         """Return a sentence if the residuals are as large as the values and exceed the noise."""

@@ -13,14 +13,8 @@ import numpy as np
 from .._results.results import Error
 from .._solve.solve import solve
 from .._utils.arguments import Array, freeze_arrays
-from . import rotations
-from .guess import (
-    Guess,
-    guess_parameters_from_records,
-    interpolate_motion,
-    reconstruct_motions,
-    yield_random_starts,
-)
+from . import result, rotations
+from .guess import Guess, guess_parameters, interpolate_motion, yield_random_starts
 from .parameters import FitPoint, FreeParameters
 from .records import Record, slice_record
 from .residuals import (
@@ -35,15 +29,6 @@ from .residuals import (
     join_paths,
     minimize_cost,
     solve_from_start,
-)
-from .result import (
-    Fit,
-    classify_fit_directions,
-    compute_largest_reduced_chi2,
-    compute_residual_statistics,
-    describe_reached_bounds,
-    describe_undetermined_directions,
-    measure_cost_nonlinearity,
 )
 
 _FEW_PER_TURN = 4.0  # samples per turn from which an angular velocity is determined
@@ -159,7 +144,6 @@ class SearchSession:
         self.alias: FitPoint | None = None  # another start that fits as well
         self.rival: FitPoint | None = None  # another motion that fits as well
         self.half_turns: list[int] = []  # principal axes of half turns that fit as well
-        self._piece_count = 0  # the number of pieces of the last search in pieces
         self._times = np.concatenate([record.t for record in records])
         self.dof = max(int(self.model.measured.sum()) - parameters.size, 1)
 
@@ -223,51 +207,59 @@ class SearchSession:
             )
 
     def search(self, pieces: int | None, has_data_guess: bool) -> None:
-        base = Guess(self.parameters.start, None)
+        start = Guess(self.parameters.start, None)
+        agrees, _ = self._compare_with_records(start.point)
         if pieces is not None and pieces > 1:
-            self._search_in_given_pieces(pieces, has_data_guess)
+            guesses = [] if agrees else guess_parameters(self.parameters, self.records)
+            if not has_data_guess:
+                guesses = [other._replace(point=start.point) for other in guesses]
+            self._fit_in_pieces(pieces, next(iter(self._rank(guesses)), start), 0.5)
+        elif agrees or not has_data_guess:
+            self._search_from_point(start.point)
+            if has_data_guess and not self._has_good_fit():
+                self._search_from_guesses([], pieces)
         else:
-            agrees, _ = self._compare_with_records(base.point)
-            is_done = agrees or not has_data_guess
-            if is_done:
-                self._search_from_point(base.point)
-            if not self._has_good_fit() and has_data_guess:
-                guesses = guess_parameters_from_records(self.parameters, self.records)
-                self._search_from_guesses(guesses if is_done else [*guesses, base], pieces)
-            has_attitudes = any(series.is_attitude for r in self.records for series in r.series)
-            if has_data_guess and self.best is not None and not has_attitudes:
-                is_known = is_done or bool(reconstruct_motions(self.records, base.point))
-                can_differ = "moments" in self.parameters.places
-                self._search_from_random_starts(has_rivals=can_differ and not is_known)
-            best = self.best
-            if pieces is None and best is not None and self._has_small_misfit():
-                count = _choose_piece_count(best.point, self.records)
-                if count >= _CHAOTIC and not self._is_in_pieces():
-                    # too chaotic to fit the motion from one start
-                    guess = Guess(best.point, None)
-                    self._fit_in_pieces(*self._place_pieces(count, guess), np.inf)
+            self._search_from_guesses([start], pieces)
+        best = self.best
+        if pieces is None and best is not None and self._has_small_misfit():
+            count = _choose_piece_count(best.point, self.records)
+            if count >= _CHAOTIC and len(best.model.pieces) == 1:
+                # too chaotic to fit the motion from one start
+                self._fit_in_pieces(count, Guess(best.point, None), np.inf)
         self._choose_equivalent_nearest_to_scene()
         self._refine_with_estimated_sigmas()
         self._try_alternative_spins()
 
-    def _search_from_guesses(self, guesses: Sequence[Guess], pieces: int | None) -> None:
-        """Search from guesses, the nearest to the records first, and from the measured start."""
-        if pieces is None:
-            self._try_pieces(guesses, _CHAOTIC)
+    def _search_from_guesses(self, others: list[Guess], pieces: int | None) -> None:
+        """Search from guesses by the records and from others, the nearest first, and at random."""
+        guesses = guess_parameters(self.parameters, self.records)
+        is_tried = pieces is None and self._try_pieces(guesses, _CHAOTIC)
         if not self._has_small_misfit():
-            ranked = self._rank(guesses)
+            ranked = self._rank([*guesses, *others])
             for guess in ranked:
                 if not self._has_good_fit():
                     self._search_from_point(guess.point)
-            if ranked and self.loss == "soft":  # outliers look like disagreement
-                self._search_from_point(ranked[0].point, is_near=True)
             if ranked and not self._is_plausible():
                 # noise biases the moments of guesses, and so their frequencies
                 body = ("densities", "com", "damping", "friction")
                 fields: dict[str, Any] = {x: getattr(self.parameters.start, x) for x in body}
                 self._search_from_point(replace(ranked[0].point, **fields), is_near=False)
-        if pieces is None and not self._has_small_misfit():
+        if pieces is None and not (is_tried or self._has_small_misfit()):
             self._try_pieces(guesses, _UNSTABLE)
+        has_attitudes = any(series.is_attitude for r in self.records for series in r.series)
+        if self.best is not None and not has_attitudes:
+            is_known = bool(guesses) or not others
+            can_differ = "moments" in self.parameters.places
+            self._search_from_random_starts(has_rivals=can_differ and not is_known)
+
+    def _try_pieces(self, guesses: Iterable[Guess], least: int) -> bool:
+        """Fit the motion in pieces, if `least` or more are needed; keep a far better fit."""
+        for guess in guesses:
+            count = _choose_piece_count(guess.point, self.records)
+            if count >= least:
+                self._fit_in_pieces(count, guess, 0.5)
+                return True
+        return False
 
     def _search_from_random_starts(self, has_rivals: bool) -> None:
         """Search from random initial states until noise explains the residuals.
@@ -322,7 +314,7 @@ class SearchSession:
 
     def _is_plausible(self) -> bool:
         """Return True if noise and, for the soft loss, a few outliers can explain the residuals."""
-        limit = compute_largest_reduced_chi2(self.dof) if self.is_sigma_known else _ROUGHLY
+        limit = result.compute_largest_reduced_chi2(self.dof) if self.is_sigma_known else _ROUGHLY
         if self.loss == "soft":
             limit = _PLAUSIBLE + _CHANCE * _MEDIAN_SPREAD / math.sqrt(self.model.measured.sum())
         return self._compute_best_reduced_chi2() <= limit
@@ -406,7 +398,7 @@ class SearchSession:
         aliases = _list_spin_aliases(p, best.point, self.records)
         if not aliases or (self._is_in_pieces() and self._has_small_misfit()):
             return
-        spectrum = classify_fit_directions(best, 1.0)
+        spectrum = result.classify_fit_directions(best, 1.0)
         velocity = np.eye(p.size)[p.places["velocity"]]
         if np.isinf(spectrum.propagate_errors(velocity)[1]).any():
             return
@@ -466,30 +458,10 @@ class SearchSession:
         """Return the guesses, that of the motion nearest to the records first."""
         return sorted(guesses, key=lambda guess: self._compare_with_records(guess.point)[1])
 
-    def _search_in_given_pieces(self, count: int, has_data_guess: bool) -> None:
-        start = self.parameters.start
-        guess = Guess(start, None)
-        if not self._compare_with_records(start)[0]:
-            guesses = guess_parameters_from_records(self.parameters, self.records)
-            if not has_data_guess:
-                guesses = [other._replace(point=start) for other in guesses]
-            guess = next(iter(self._rank(guesses)), guess)
-        self._fit_in_pieces(*self._place_pieces(count, guess), 0.5)
+    def _fit_in_pieces(self, count: int, guess: Guess, factor: float) -> None:
+        """Fit the motion in pieces, and keep the result if it reduces the cost by a factor.
 
-    def _try_pieces(self, guesses: Iterable[Guess], least: int) -> None:
-        """Fit the motion in pieces, if `least` or more are needed; keep a far better fit."""
-        for guess in guesses:
-            count = _choose_piece_count(guess.point, self.records)
-            if count >= least and guess.motion is not None:
-                if count != self._piece_count:  # otherwise these pieces have been tried
-                    self._piece_count = count
-                    self._fit_in_pieces(*self._place_pieces(count, guess), 0.5)
-                return
-
-    def _place_pieces(self, count: int, guess: Guess) -> tuple[Sequence[float], FitPoint]:
-        """Return the times at which pieces begin, and the point with their starts.
-
-        They are states of the measured motion of the guess or, without it, of its own motion.
+        They start in states of the measured motion of the guess or, without it, of its own motion.
         """
         point, motion = guess
         first, last = min(float(self._times.min()), 0.0), max(float(self._times.max()), 0.0)
@@ -502,13 +474,12 @@ class SearchSession:
         else:
             states = [interpolate_motion(motion, t) for t in begins.tolist()]
         starts = [state if t else None for t, state in zip(begins, states, strict=True)]
-        return begins.tolist(), point.with_pieces(starts)
+        self._close_gaps(begins.tolist(), point.with_pieces(starts), factor)
 
-    def _fit_in_pieces(self, begins: Sequence[float], point: FitPoint, factor: float) -> None:
-        """Fit the motion in pieces, and keep the result if it reduces the cost by a factor.
+    def _close_gaps(self, begins: Sequence[float], point: FitPoint, factor: float) -> None:
+        """Close the gaps between the pieces in several stages.
 
-        The gaps between the pieces are closed in several stages. The search stops early if the
-        pieces do not fit the measurements even with gaps between them.
+        The search stops early if the pieces do not fit the measurements even with gaps.
         """
         old, self.best = self.best, None
         model = self._make_model(self.records, [rows.sigma for rows in self.model.rows], begins)
@@ -537,7 +508,7 @@ class SearchSession:
                 return
             self.model, self.best = self._make_model(self.records, sigmas), None
             if len(best.model.pieces) > 1:
-                self._fit_in_pieces(best.model.begins, best.point, np.inf)
+                self._close_gaps(best.model.begins, best.point, np.inf)
             else:
                 self._search_from_point(best.point, is_near=True)
 
@@ -565,12 +536,14 @@ class SearchSession:
             return float(MEDIAN * np.median(np.abs(misfits)))
         return float(np.sqrt((misfits @ misfits) / misfits.size))
 
-    def build_fit(self) -> Fit:
+    def build_fit(self) -> result.Fit:
         best, p = self.best, self.parameters
         assert best is not None
         model, point = best.model, best.point
-        chi2, dof, correlation, inflation = compute_residual_statistics(best, self.is_sigma_known)
-        spectrum = classify_fit_directions(best, inflation)
+        chi2, dof, correlation, inflation = result.compute_residual_statistics(
+            best, self.is_sigma_known
+        )
+        spectrum = result.classify_fit_directions(best, inflation)
         names, units, values, jacobian = p.list_user_parameters_and_jacobian(point)
         covariance, errors = spectrum.propagate_errors(jacobian)
         residuals: tuple[dict[str, Array], ...] = tuple({} for _ in self.records)
@@ -597,7 +570,7 @@ class SearchSession:
             for k in self.half_turns
         )
         is_excessive = self.is_sigma_known and not self._is_plausible()
-        return Fit(
+        return result.Fit(
             scene=p.to_scene(point),
             records=self.records,
             names=tuple(names),
@@ -612,13 +585,13 @@ class SearchSession:
             dof=dof,
             residual_correlation=correlation,
             inflation=inflation,
-            nonlinearity=measure_cost_nonlinearity(best, spectrum, inflation),
-            unidentified=(*describe_undetermined_directions(p, point, spectrum), *turns),
+            nonlinearity=result.measure_cost_nonlinearity(best, spectrum, inflation),
+            unidentified=(*result.describe_undetermined_directions(p, point, spectrum), *turns),
             ambiguous=tuple(self._describe_other_motions(names, values, errors)),
             misfit=self._measure_relative_misfit(best),
             excess=math.sqrt(self._compute_best_reduced_chi2()) if is_excessive else 0.0,
             uncertain_sigma=describe_uncertain_sigmas(best),
-            at_bound=tuple(describe_reached_bounds(p, point, spectrum.natural, names)),
+            at_bound=tuple(result.describe_reached_bounds(p, point, spectrum.natural, names)),
             has_converged=best.has_converged,
             evaluations=self.evaluations,
             cost=best.cost,
