@@ -17,7 +17,7 @@ from .._model.scene import Scene
 from .._results.results import SPECIFIC_FORCE
 from .._utils.arguments import Array, short_repr, unknown_name_message
 from . import rotations
-from .records import MEASURABLE, Record, Series
+from .records import MEASURABLE, Record
 
 FreeName = Literal[
     "start",
@@ -287,6 +287,7 @@ class FreeParameters:
 
     def __init__(self, scene: Scene, free: tuple[str, ...], records: Sequence[Record]) -> None:
         self.scene, self.free, self.records = scene, free, tuple(records)
+        self.series = {(i, one.name): one for i, r in enumerate(records) for one in r.series}
         start = convert_scene_to_fit_point(scene)
         self._thinnest = min(_THINNEST, 0.1 * float(start.moments.min() / start.moments.max()))
         self._refuse_indeterminate_parameters(start)
@@ -345,13 +346,12 @@ class FreeParameters:
                     f"{name} cannot be free for a top with friction and com = 0: friction then "
                     "acts about the third principal axis, which would change"
                 )
-        for record in self.records:
-            for series in record.series:
-                if series.quantity in _JUMPING:
-                    raise ValueError(
-                        f"{series.name} cannot be fitted for a top with friction, because it jumps "
-                        "where the spin stops: leave it out"
-                    )
+        for series in self.series.values():
+            if series.quantity in _JUMPING:
+                raise ValueError(
+                    f"{series.name} cannot be fitted for a top with friction, because it jumps "
+                    "where the spin stops: leave it out"
+                )
 
     def with_piece_starts(self, pieces: Iterable[int]) -> FreeParameters:
         """Return parameters that include the starts of further pieces of the motion."""
@@ -483,7 +483,7 @@ class FreeParameters:
         for (name, i, label), part in self.slices.items():
             scales[part] = sizes.get(name, 1.0)
             if name == "bias":
-                scales[part] = self._find_series(i, label).typical_value_scale
+                scales[part] = self.series[i, label].typical_value_scale
         return scales
 
     def differentiate_scene(
@@ -566,10 +566,20 @@ class FreeParameters:
         rotation, inverse = rotations.to_matrix(point.axes), rotations.conjugate(point.axes)
         for key, part in self.slices.items():
             (name, i, label), block, count = key, BLOCKS[key[0]], part.stop - part.start
-            names += self._name_parameter_components(key, count)
+            head = f"{name}[{i}]" if i >= 0 else block.head or name
+            head += f".{label}" if label else ""
+            if name in ("moments", "damping"):
+                groups = [np.flatnonzero(column) + 1 for column in self.columns[name].T]
+                names += [" = ".join(f"{head}{j}" for j in group) for group in groups]
+            elif count == 1:
+                names.append(head)
+            else:
+                names += [
+                    f"{head}{block.parts[k] if count == 3 else f'_{k}'}" for k in range(count)
+                ]
             unit = block.unit
             if unit is None:
-                unit = MEASURABLE[self._find_series(i, label).quantity].dimension
+                unit = MEASURABLE[self.series[i, label].quantity].dimension
             units += [unit] * count if isinstance(unit, str) else unit
             value = getattr(point, block.field) if i < 0 else point.extra[key]
             turned_back: Array | None = None  # the axes turn in the body, and not the body in space
@@ -590,18 +600,3 @@ class FreeParameters:
                 if "axes" in self.places:
                     jacobian[part, self.places["axes"]] = -turned_back
         return names, units, values, jacobian
-
-    def _find_series(self, i: int, label: str) -> Series:
-        return next(series for series in self.records[i].series if series.name == label)
-
-    def _name_parameter_components(self, key: Key, count: int) -> list[str]:
-        name, i, label = key
-        block = BLOCKS[name]
-        if name in ("moments", "damping"):
-            groups = [np.flatnonzero(column) + 1 for column in self.columns[name].T]
-            return [" = ".join(f"{block.head}{j}" for j in group) for group in groups]
-        head = f"{name}[{i}]" if i >= 0 else block.head or name
-        head += f".{label}" if label else ""
-        if count == 1:
-            return [head]
-        return [f"{head}{block.parts[k] if count == 3 else f'_{k}'}" for k in range(count)]

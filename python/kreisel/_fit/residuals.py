@@ -397,10 +397,19 @@ class ResidualModel:
         distinct, inverse = np.unique(np.concatenate(times), return_inverse=True)
         indices = np.split(inverse, np.cumsum([len(t) for t in times]))
         scene = p.build_differentiable_scene(point, begin)
-        states, tangents = self._solve(scene, distinct, has_tangents=jacobian is not None)
-        transform = np.empty((0, 0))
-        if jacobian is not None:
+        if jacobian is None:
+            most = min(_STEPS_OF_GUESS * self.max_steps, STEPS_MOST) or STEPS_MOST
+            paths = solve_from_start(scene, distinct, max_steps=most)
+            tangents, transform = np.empty((len(distinct), 6, 0)), np.empty((0, 0))
+        else:
+            most = self.max_steps or STEPS_MOST
+            paths = solve_from_start(scene, distinct, max_steps=most, tangents=self._tangents)
+            tangents = join_paths(paths, "tangents")
             transform = p.differentiate_scene(point, self._tangents, begin, places)
+        if jacobian is None or not self.max_steps:
+            steps = _FEWEST_STEPS + _STEPS * max(path.stats.steps for path in paths)
+            self.max_steps = max(self.max_steps, steps)
+        states = join_paths(paths, "states")
         bits = sum(TANGENTS[name][0] for name in self._tangents)
         for i, record in enumerate(self.records):
             columns = places
@@ -418,19 +427,6 @@ class ResidualModel:
             return None
         last = int(indices[len(self.records)][0])
         return states[last, 1:5], states[last, 5:], tangents[last] @ transform
-
-    def _solve(self, scene: Scene, t: Array, has_tangents: bool) -> tuple[Array, Array]:
-        """Return the states and tangents at increasing times, which may be negative."""
-        most = self.max_steps or STEPS_MOST
-        if not has_tangents:
-            most = min(_STEPS_OF_GUESS * self.max_steps, STEPS_MOST) or STEPS_MOST
-        words: dict[str, Any] = {"tangents": self._tangents} if has_tangents else {}
-        paths = solve_from_start(scene, t, max_steps=most, **words)
-        if not self.max_steps or not has_tangents:
-            steps = max(path.stats.steps for path in paths)
-            self.max_steps = max(self.max_steps, _FEWEST_STEPS + _STEPS * steps)
-        states = join_paths(paths, "states")
-        return states, join_paths(paths, "tangents") if words else np.empty((len(t), 6, 0))
 
     def _compute_gap(
         self, q: Array, m: Array, by: Array, point: FitPoint, k: int

@@ -470,23 +470,33 @@ class Fit(ReadOnlyArrays):
         A line is interrupted by NaN where an angle jumps and between the pieces of the motion. A
         quantity is missing if it is an attitude, or if the motion has too many turns for a line.
         """
-        from .._plot.charts import compute_duration_of_turn, insert_gaps
+        from .._plot.charts import compute_duration_of_turn, insert_gaps, subdivide_times
 
-        turn = compute_duration_of_turn(self.scene, is_seen_from_body=True)
-        dense = [_sample_record(record, turn) for record in self.records]
+        turn, dense = compute_duration_of_turn(self.scene, is_seen_from_body=True), []
+        for record in self.records:
+            times, sampled = subdivide_times(record.t, turn), []
+            for series in record.series:
+                rows = np.flatnonzero(series.measured.any(axis=1))
+                if times is not None and not series.is_attitude and rows.size:
+                    # the residuals of angles refer to the turn of the nearest measurement
+                    places = np.interp(times, record.t[rows], np.arange(len(rows)))
+                    values = series.values[rows[np.rint(places).astype(int)]]
+                    mask = np.ones(values.shape, bool)
+                    sampled.append(series._replace(values=values, measured=mask, sigma=None))
+            dense.append(record._replace(record.t[:0] if times is None else times, sampled))
         if not any(record.series for record in dense):
             return {}
         sigmas = [np.ones_like(series.values) for record in dense for series in record.series]
         model = ResidualModel(self._parameters, dense, sigmas, "linear", self._begins)
         residuals, _ = model.evaluate_residuals(self._point, has_jacobian=False)
         lines = {}
-        for rows in model.rows:
-            series, t = rows.series, dense[rows.record].t
-            values = (series.values + rows.select_series_residuals(residuals)) / series.unit
+        for one in model.rows:
+            series, t = one.series, dense[one.record].t
+            values = (series.values + one.select_series_residuals(residuals)) / series.unit
             is_jump = np.diff(np.searchsorted(self._begins, t, side="right")) > 0
             if series.is_angle:
                 is_jump |= (np.abs(np.diff(values, axis=0)) > np.pi / series.unit).any(axis=1)
-            lines[rows.record, series.name] = insert_gaps(t, values, is_jump)
+            lines[one.record, series.name] = insert_gaps(t, values, is_jump)
         return lines
 
     def to_pandas(self) -> DataFrame:
@@ -635,23 +645,3 @@ def describe_reached_bounds(
                 f"{names[k]} = {first} + {second}: the body is a plate normal to axis "
                 f"{names[k][1:]}, or flatter than any rigid body"
             )
-
-
-def _sample_record(record: Record, turn: float) -> Record:
-    """Return a record at dense times, with the values measured nearest to each time.
-
-    The residuals of angles refer to the nearest turn of these values. The record has no series if
-    too many times would be needed.
-    """
-    from .._plot.charts import subdivide_times
-
-    times, sampled = subdivide_times(record.t, turn), []
-    for series in record.series:
-        rows = np.flatnonzero(series.measured.any(axis=1))
-        if times is not None and not series.is_attitude and rows.size:
-            t = record.t[rows]
-            near = rows[np.rint(np.interp(times, t, np.arange(len(rows)))).astype(int)]
-            values = series.values[near]
-            mask = np.ones(values.shape, bool)
-            sampled.append(series._replace(values=values, measured=mask, sigma=None))
-    return record._replace(record.t[:0] if times is None else times, sampled)

@@ -247,7 +247,7 @@ class SearchSession:
         if pieces is None and not (is_tried or self._has_small_misfit()):
             self._try_pieces(guesses, _UNSTABLE)
         has_attitudes = any(series.is_attitude for r in self.records for series in r.series)
-        if self.best is not None and not has_attitudes:
+        if self.best is not None and (self.loss == "soft" or not has_attitudes):
             is_known = bool(guesses) or not others
             can_differ = "moments" in self.parameters.places
             self._search_from_random_starts(has_rivals=can_differ and not is_known)
@@ -422,23 +422,19 @@ class SearchSession:
         times = np.unique(np.abs(self._times))
         horizon = float(times[min(len(times) - 1, 2 * self.parameters.size)])
         while horizon < times[-1] and self._remaining_evaluations:
-            part = self._select_records_until(horizon)
+            records, sigmas, rows = [], [], iter(self.model.rows)
+            for record in self.records:
+                low = int(np.searchsorted(record.t, -horizon))
+                high = int(np.searchsorted(record.t, horizon, side="right"))
+                records.append(slice_record(record, low, high))
+                sigmas += [next(rows).sigma[low:high] for _ in record.series]
+            part = self._make_model(records, sigmas)
             if int(part.measured.sum()) >= self.parameters.size:
                 part.max_steps = self.model.max_steps
                 limit = min(_PART_LIMIT, self._remaining_evaluations)
                 point = minimize_cost(part, point, limit, _PART_FTOL, self._report_cost).point
             horizon *= _GROWTH
         return point
-
-    def _select_records_until(self, horizon: float) -> ResidualModel:
-        """Return the residuals at |t| <= horizon."""
-        records, sigmas, rows = [], [], iter(self.model.rows)
-        for record in self.records:
-            low = int(np.searchsorted(record.t, -horizon))
-            high = int(np.searchsorted(record.t, horizon, side="right"))
-            records.append(slice_record(record, low, high))
-            sigmas += [next(rows).sigma[low:high] for _ in record.series]
-        return self._make_model(records, sigmas)
 
     def _compare_with_records(self, point: FitPoint) -> tuple[bool, float]:
         """Return whether a motion agrees with the records, and its cost by the soft loss."""
