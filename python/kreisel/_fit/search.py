@@ -337,11 +337,13 @@ class SearchSession:
         old = self.best
         if is_near is None:
             is_near, _ = self._compare_with_records(point)
-        point = point if is_near else self._fit_growing_parts(point)
+        begin = point if is_near else self._fit_growing_parts(point)
         limit = self._remaining_evaluations
-        minimum = minimize_cost(self.model, point, limit, _FTOL, self._store_if_best)
+        minimum = minimize_cost(self.model, begin, limit, _FTOL, self._store_if_best)
         if np.isfinite(minimum.cost):
             self._store_if_best(minimum)
+        elif not is_near:  # the motion that fits a part takes too many steps beyond it
+            return self._search_from_point(point, is_near=True)
         if old is not None and old.has_converged and minimum.cost > (1.0 - _SAME) * old.cost:
             self.best = old  # equal minima differ by rounding: the nearer guess counts
         return minimum
