@@ -107,10 +107,7 @@ class Apex:
             "kr.events.nutation() finds the times at which the apex is highest and lowest",
         )
         if body.kind != "lagrange":
-            raise ValueError(
-                "nutation and precession are defined for Lagrange tops, not for a body of kind "
-                f"{body.kind!r}"
-            )
+            raise ValueError(f"nutations are defined for Lagrange tops, not for kind {body.kind!r}")
         if not len(self.t):
             raise ValueError("a path without states has no nutation: call solve with times")
         if self.t[-1] < self.t[0]:

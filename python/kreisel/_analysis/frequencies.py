@@ -560,18 +560,12 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
         "the motion decays" if scene.friction else "its rates about the vertical are not constant",
     )
     if _is_free(scene) and any(scene.body.rotor) and not methods[EXACT].suits(scene):
-        raise ValueError(
-            "a body without torque has no mean precession and spin if its rotor is not along its "
-            "axis of symmetry"
-        )
+        raise ValueError("without torque, the rotor must be along the axis of symmetry")
     if len(t) < _FEWEST:
         raise ValueError(f"the path must have at least {_FEWEST} states, not {len(t)}")
     grid = np.linspace(t[0], t[-1], len(t))
     if not np.abs(t - grid).max() <= _EVEN * abs(grid[1] - grid[0]) or t[0] == t[-1]:
-        raise ValueError(
-            "the states of the path must be equally spaced in time: call solve with "
-            "numpy.linspace(0.0, t, n), or use a method of fixed step"
-        )
+        raise ValueError("the states must be equally spaced, as for t=numpy.linspace(0, 9, 901)")
     signal = path.apex[:, 0] + 1j * path.apex[:, 1]
     window, remainder = _kaiser_window(len(t)), signal.astype(np.complex128)
     lines, amplitudes = np.empty(count), np.empty(count, dtype=np.complex128)

@@ -264,10 +264,7 @@ class Options:
     def check_heading_is_computed(self, action: str) -> None:
         """Raise ValueError if the heading, which `action` needs, is not computed."""
         if self.can_skip_heading_angle:
-            raise ValueError(
-                "the heading of this run is not computed, because no quantity in want depends on "
-                f"it: {action} needs it, so add 'q' to want"
-            )
+            raise ValueError(f"{action} needs the heading, which is not computed: add 'q' to want")
 
     def with_method(self, name: str) -> Options:
         """Return the options with a method in place of 'auto'. exact ignores step and tol."""
@@ -327,15 +324,9 @@ class Options:
             )
         has_friction = np.asarray(tops.friction) > 0.0
         if "friction" in names and not has_friction.all():
-            raise ValueError(
-                "there are no tangents with respect to a friction of 0, because it cannot "
-                "decrease: leave out 'friction'"
-            )
+            raise ValueError("a friction of 0 has no tangents, as it cannot decrease: leave it out")
         if "com" in names and np.any(has_friction & ~np.any(np.asarray(tops.body.com), axis=-1)):
-            raise ValueError(
-                "there are no tangents with respect to com for tops with friction and com = 0, "
-                "because com gives the axis of friction: leave out 'com'"
-            )
+            raise ValueError("with friction, com = 0 has no tangents: leave out 'com'")
         return options
 
     def to_json(self) -> dict[str, Any]:
@@ -415,24 +406,17 @@ def _make_options(
         others = {"step": step, "tol": tol, "digits": digits, "every": every, "events": events}
         others |= {"reduce": reduce, "tangents": tangents}
         if error is None:
-            raise ValueError(
-                "method='geometric' chooses its step: give the allowed error [rad], as in "
-                "error=1e-6"
-            )
+            raise ValueError("method='geometric' needs the allowed error [rad], as in error=1e-6")
         names = " and ".join(name for name, value in others.items() if value is not None)
         if names:
             raise ValueError(f"method='geometric' chooses its steps: leave {names} out")
         target = as_positive("error", error)
         if target > 0.1:
-            raise ValueError(
-                f"error must be at most 0.1 rad, not {target!r}: larger errors cannot be measured"
-            )
+            raise ValueError(f"error must be at most 0.1 rad, to be measured, not {target!r}")
         quantities, limit = validate_requested_quantities(want), as_int("max_steps", max_steps, 0)
         return Options(GEOMETRIC, None, None, None, limit, quantities, GEOMETRIC, error=target)
     if error is not None:
-        raise ValueError(
-            f"error is for method='geometric', which chooses its step; {method!r} takes step or tol"
-        )
+        raise ValueError(f"error needs method='geometric'; {method!r} takes step or tol")
     if reduce is not None and (want is not None or events is not None):
         reason = "give either want, for the path of each top, or reduce, not both"
         raise ValueError(reason if events is None else "events need paths: leave out reduce")
@@ -452,9 +436,7 @@ def _make_options(
         raise ValueError(f"the method {one.name!r} has no tolerance: leave out tol")
     accuracy = None if tol is None else as_positive("tol", tol)
     if accuracy is not None and accuracy >= 1.0:
-        raise ValueError(
-            f"tol must be below 1, since it is the relative error of a step; not {tol!r}"
-        )
+        raise ValueError(f"tol, the relative error of a step, must be below 1, not {tol!r}")
     places = None if digits is None else _validate_digits(one, digits, tol)
     needs_series = digits is not None or events is not None or bool(parameters)
     options = Options(
@@ -511,9 +493,7 @@ def _list_names(what: str, value: object, known: Iterable[str], example: str) ->
 def _validate_digits(method: Method, digits: object, tol: object) -> int:
     """Return the number of digits, rounded up to 16, 20 or 30."""
     if not method.digits:
-        raise ValueError(
-            f"the method {method.name!r} has a fixed precision: digits need method='taylor'"
-        )
+        raise ValueError(f"the precision of {method.name!r} is fixed: digits need 'taylor'")
     if tol is not None:
         raise ValueError("give either digits or tol, not both")
     count = as_int("digits", digits, 1)
@@ -527,24 +507,16 @@ def validate_recording_interval(method: Method, every: object) -> int | None:
     if every is None:
         return None
     if method.adaptive:
-        steps = "has none" if method.exact else "chooses its steps"
-        raise ValueError(
-            f"every needs a method of fixed step; {method.name} {steps}: give t as a list"
-        )
+        raise ValueError(f"every needs a method of fixed step, not {method.name}: give t as a list")
     return as_int("every", every, 1)
 
 
 def _validate_events(method: str, events: object) -> tuple[Event, ...]:
     if method != FALLBACK:
-        raise ValueError(
-            f"events need the polynomials of method={FALLBACK!r}; {method!r} computes none"
-        )
+        raise ValueError(f"events need the polynomials of 'taylor'; {method!r} computes none")
     several = [events] if isinstance(events, Event) else events
     if not isinstance(several, Sequence) or not all(isinstance(one, Event) for one in several):
-        raise TypeError(
-            "events must be an event of kreisel.events, such as kr.events.loop(), or a list of "
-            f"them, not {short_repr(events)}"
-        )
+        raise TypeError(f"events must be one or several kreisel.Event, not {short_repr(events)}")
     return tuple(several)
 
 
@@ -553,10 +525,7 @@ def _validate_reductions(reduce: object) -> tuple[Reduction, ...]:
     if reduce is None:
         return ()
     if not isinstance(reduce, Mapping):
-        raise TypeError(
-            "reductions must name quantities, each with its kinds, as in "
-            f"{{'nutation': ('min', 'max')}}, not {short_repr(reduce)}"
-        )
+        raise TypeError(f"reductions must map quantities to kinds, not be {short_repr(reduce)}")
     if not reduce:
         raise ValueError("the reductions name no quantity")
     reductions: list[Reduction] = []
@@ -641,9 +610,7 @@ def validate_output_array(tops: Scene, out: object, times: Array, options: Optio
 
 def validate_progress_callback(progress: Progress | None) -> Progress | None:
     if progress is not None and not callable(progress):
-        raise TypeError(
-            f"progress must be a function that takes the time reached, not {short_repr(progress)}"
-        )
+        raise TypeError(f"progress must be a function of one number, not {short_repr(progress)}")
     return progress
 
 
@@ -653,10 +620,7 @@ def validate_thread_count(threads: object, executor: object = None) -> int:
         if threads is not None:
             raise ValueError("give either threads or an executor, not both")
         if not isinstance(executor, Executor):
-            raise TypeError(
-                "executor must be one of concurrent.futures, such as a ThreadPoolExecutor, "
-                f"not {short_repr(executor)}"
-            )
+            raise TypeError(f"executor must be of concurrent.futures, not {short_repr(executor)}")
     if threads is not None:
         return min(as_int("threads", threads, 1), _MAX_THREADS)
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -714,9 +678,7 @@ def validate_time_list(t: object, shape: Shape | None = None) -> Array:
     form = "a number, a list of times, or an array of times of each top"
     times = as_finite_array("t", t, TIMES_FORM if shape is None else form)
     if times.ndim > 1 and shape is None:
-        raise ValueError(
-            f"t must be a number or a list of times, not an array of shape {times.shape}"
-        )
+        raise ValueError(f"t must be a number or a list of times, not of shape {times.shape}")
     return times
 
 
@@ -737,9 +699,7 @@ def check_times_continue_monotonically(
     i = int(is_wrong.argmax())
     entries = [f"t{[*place, k]} = {float(times[k])!r}" for k in (i - 1, i)]
     origin = entries[0] if i else f"the run's {last!r}" if last else "the start at 0"
-    raise ValueError(
-        f"times must move away from 0 in one direction; {entries[1]} goes back from {origin}"
-    )
+    raise ValueError(f"times must move away from 0; {entries[1]} goes back from {origin}")
 
 
 def iterate_time_chunks(
@@ -763,9 +723,7 @@ def iterate_time_chunks(
         times = time_array(t, step, every)
         return (times[i : i + size] for i in range(0, times.size, size))
     if every is None or step is None:
-        raise ValueError(
-            "a stream needs times: every=10 with a method of fixed step, or t as a list or iterator"
-        )
+        raise ValueError("a stream needs times: a list, an iterator, or every with a fixed step")
     end = float(t) if isinstance(t, float) and math.isinf(t) else as_float("t", t)
     stop = 2**53 if math.isinf(end) else _count_whole_steps(end, step, begin) + 1
     first, signed_step, stride = 0, math.copysign(step, end - begin), size * every
