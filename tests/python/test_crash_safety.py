@@ -98,16 +98,6 @@ def test_a_killed_writer_leaves_the_old_file_or_a_new_one(tmp_path, name):
     assert outcomes[0][1] == OLD and {content for _, content in outcomes} == {OLD, new}
 
 
-def test_a_file_that_is_written_in_its_place_is_seen_torn(tmp_path):
-    def write(file):
-        descriptor = os.open(file, os.O_WRONLY | os.O_TRUNC)
-        os.write(descriptor, b"x" * 100)
-        os.close(descriptor)
-
-    contents = {content for _, content in list_outcomes(tmp_path / "file", write)}
-    assert contents == {OLD, b"x" * 50, b"x" * 100}
-
-
 @pytest.mark.parametrize("name", WRITERS)
 def test_a_full_disk_leaves_the_old_file_and_raises(tmp_path, name):
     file = tmp_path / name

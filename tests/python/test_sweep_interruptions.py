@@ -92,8 +92,7 @@ def fill_disk():
     raise OSError(28, "No space left on device")
 
 
-@pytest.mark.parametrize("words", WAYS)
-@pytest.mark.parametrize("name", TASKS)
+@pytest.mark.parametrize(("name", "words"), [*zip(TASKS, [*WAYS, WAYS[0]], strict=True)])
 def test_ctrl_c_keeps_stored_parts_and_the_same_call_resumes(
     tmp_path, hashes, monkeypatch, name, words
 ):
