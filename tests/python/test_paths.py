@@ -280,8 +280,8 @@ REFUSALS = [  # call, exception, word
     (lambda: STATES.velocty, AttributeError, "did you mean 'velocity'"),
     (lambda: WANTED.enrgy, AttributeError, "did you mean 'energy'"),
     (lambda: kr.from_rotation(STATES.rotation), ValueError, "single"),
-    (lambda: kr.solve(TOP, 1, want="energy"), TypeError, "names of quantities"),
-    (lambda: kr.plan(TOP, want=()), ValueError, "no quantity"),
+    (lambda: kr.solve(TOP, 1, want="energy"), TypeError, "list of names"),
+    (lambda: kr.plan(TOP, want=()), ValueError, "empty"),
     (lambda: kr.start(TOP, want=("enrgy",)), ValueError, "did you mean 'energy'"),
     (lambda: kr.stream(TOP, [1.0], want=7), TypeError, "names"),
 ]

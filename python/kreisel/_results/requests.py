@@ -93,18 +93,18 @@ def _build_request(
 
 
 def try_to_solve_in_core(
-    scene: Scene, t: object, progress: Progress | None, want: object, *arguments: object
-) -> Path | None:
+    scene: Scene, t: object, progress: Progress | None,
+    method: object, step: object, tol: object, digits: object, max_steps: object, want: object,
+) -> Path | None:  # fmt: skip
     """Return the path of a scene, or None if Python code must first validate the arguments.
 
-    The arguments are method, step, tol, digits and max_steps. Raises the exception returned by
-    make_stop_exception if the run fails.
+    Raises the exception returned by make_stop_exception if the run fails.
     """
     names = tuple(want) if type(want) is list else want
     if names is not None and type(names) is not tuple:
         return None  # an iterator, which can be read only once
     try:
-        request = build_request_from_solve_arguments(names, *arguments)
+        request = build_request_from_solve_arguments(names, method, step, tol, digits, max_steps)
     except (TypeError, ValueError):
         return None
     path: Path | tuple[Options, CoreResult] | None = request.solve(scene, t, progress)

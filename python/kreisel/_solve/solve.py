@@ -165,7 +165,7 @@ def solve(
     is_checked = is_special or every is not None or not (progress is None or callable(progress))
     if isinstance(scene, Scene) and not (is_checked or scene.shape):
         path = requests.try_to_solve_in_core(
-            scene, t, progress, want, method, step, tol, digits, max_steps
+            scene, t, progress, method, step, tol, digits, max_steps, want
         )
         if path is not None:
             return path
