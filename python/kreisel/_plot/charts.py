@@ -53,10 +53,9 @@ def compute_duration_of_turn(scene: Scene, *, is_seen_from_body: bool = False) -
 
 
 def subdivide_times(t: Array, turn: float) -> Array | None:
-    """Return the distinct times `t` in increasing order, with enough times between them.
+    """Return the distinct times `t` in increasing order, with more times between distant ones.
 
-    Times whose distances are short enough are returned as they are. Returns None if more than
-    MOST_POINTS times would be needed.
+    Returns None if more than MOST_POINTS times would be needed.
     """
     times = np.unique(t)
     gaps = np.diff(times)
@@ -138,12 +137,10 @@ def apply_chart_style(chart: Axes) -> None:
     chart.spines[["top", "right"]].set_visible(False)
     chart.tick_params(labelsize=8, length=3)
     chart.tick_params(which="minor", labelsize=7)
-    if chart.get_yscale() != "log":
-        chart.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
-    if chart.get_xscale() != "log":
-        chart.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
-    chart.xaxis.label.set_fontsize(9)
-    chart.yaxis.label.set_fontsize(9)
+    for axis, most in (chart.xaxis, 6), (chart.yaxis, 5):
+        if axis.get_scale() != "log":
+            axis.set_major_locator(MaxNLocator(most, steps=[1, 2, 5, 10]))
+        axis.label.set_fontsize(9)
     chart.margins(x=0.01)
 
 
@@ -393,9 +390,8 @@ def draw_indicator_curves(chaos: Any, name: str, axes: Axes | None, unit: str) -
         )  # fmt: skip
     marks = []
     for k, n in zip(*np.unique(classes, return_counts=True), strict=True):
-        verdict, colour = CLASSES[k]
-        label = verdict if len(classes) == 1 else f"{verdict} ({n})"
-        marks.append(make_legend_entry(label, colour, linewidth=2.0))
+        label = CLASSES[k][0] if len(classes) == 1 else f"{CLASSES[k][0]} ({n})"
+        marks.append(make_legend_entry(label, CLASSES[k][1], linewidth=2.0))
     if name == "megno":
         chart.axhline(chaos.threshold, color=FAINT, linewidth=0.9, linestyle="--", zorder=1)
         marks.append(make_legend_entry("threshold", FAINT, linestyle="--"))

@@ -205,15 +205,13 @@ def cuboid(mass: float, moments: Array, com: Array) -> tuple[Array, Array, Array
 def build_cuboid_faces(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]:
     """Return the faces of a cuboid and their colours; one face is brighter than the others."""
     square = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=np.float64)
-    corners = []
-    for k in range(3):
-        for side in -1.0, 1.0:
-            face = np.empty((4, 3))
-            face[:, k] = side
-            face[:, [(k + 1) % 3, (k + 2) % 3]] = square[:: int(side)]
-            corners.append(face)
+    corners = np.empty((6, 4, 3))
+    for k, side in enumerate((-1, 1) * 3):
+        axis = k // 2
+        corners[k, :, axis] = side
+        corners[k][:, [(axis + 1) % 3, (axis + 2) % 3]] = square[::side]
     shades = [RED, RED, "#d8575b", "#d8575b", "#a8262b", CREAM]
-    return centre + (np.array(corners) * half) @ axes, np.array([to_rgb(c) for c in shades])
+    return centre + (corners * half) @ axes, np.array([to_rgb(c) for c in shades])
 
 
 def build_faces_of_revolution(
@@ -248,8 +246,8 @@ def build_solid_faces(body: Body) -> tuple[Array, Array]:
     """Return the faces of a solid that represents a body, and their colours.
 
     A body that is symmetric about its apex is drawn as a spinning top or, if its centre of mass is
-    the fixed point, as a cylinder. Any other body is drawn as a cuboid. The corners of the faces
-    are given in the user's body frame, and scaled to fit into the unit sphere.
+    the fixed point, as a cylinder, any other as a cuboid. The corners are in the user's body frame,
+    and scaled to fit into the unit sphere.
     """
     moments, com = np.array(body.moments), np.array(body.principal_com)
     half, centre, axes = cuboid(body.mass, moments, com)
@@ -549,20 +547,16 @@ def select_film_encoder(file: str | os.PathLike[str]) -> Callable[[Film], bytes]
 def _encode_gif(film: Film) -> bytes:
     """Encode an animation as a GIF with one byte per pixel and the palette of the first frame."""
 
-    def render_images() -> Iterator[Image.Image]:
-        for figure in film._draw_frames():
-            raw = BytesIO()
-            figure.savefig(raw, format="rgba", dpi=_DPI)
-            size = figure.canvas.get_width_height()
-            yield Image.frombytes("RGBA", size, raw.getvalue()).convert("RGB")
+    def render(figure: Figure) -> Image.Image:
+        raw = BytesIO()
+        figure.savefig(raw, format="rgba", dpi=_DPI)
+        size = figure.canvas.get_width_height()
+        return Image.frombytes("RGBA", size, raw.getvalue()).convert("RGB")
 
-    images = render_images()
-    first_image = next(images)
-    palette = _choose_gif_palette(first_image)
-    frames = (
-        image.quantize(palette=palette, dither=Image.Dither.NONE)
-        for image in chain([first_image], images)
-    )
+    images = map(render, film._draw_frames())
+    first = next(images)
+    palette, none = _choose_gif_palette(first), Image.Dither.NONE
+    frames = (one.quantize(palette=palette, dither=none) for one in chain([first], images))
     file = BytesIO()
     pause = 10 * max(2, round(100.0 / film.fps))  # a GIF has whole hundredths of a second
     next(frames).save(file, "GIF", save_all=True, append_images=frames, duration=pause, loop=0)
