@@ -545,9 +545,11 @@ def exact(
     a support that turns about e3, use solve(scene, t, "exact") to compute the states.
     """
     word = "top"
-    if isinstance(scene, (list, tuple)) and map is None and step is None:
+    if not isinstance(scene, Scene):
+        if map is not None or step is not None or not isinstance(scene, (list, tuple)):
+            arguments.validate_type("scene", scene, Scene)
         scene, word = Scene.stack(scene), "scene"
-    tops = scene if isinstance(scene, Scene) else arguments.validate_type("scene", scene, Scene)
+    tops: Scene = scene
     if tops.shape:
         if map is not None or step is not None:
             validate_one_top("scene", tops)

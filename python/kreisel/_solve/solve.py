@@ -24,10 +24,11 @@ from .._options.options import (
     TangentSpec,
 )
 from .._options.plan import Plan, make_plan_of_tops, make_solve_plan
-from .._results import calls, requests
+from .._results import calls
 from .._results import path as paths
 from .._results.calls import LANES, SCALAR, SliceRunner, run_ensemble
 from .._results.path import EnsemblePath, Events, Path, Reductions
+from .._results.requests import record_path, report_final_time, try_to_solve_in_core
 from .._results.tables import read_archive
 from .._utils.arguments import (
     Array,
@@ -164,9 +165,7 @@ def solve(
     is_special |= threads is not None or executor is not None or out is not None
     is_checked = is_special or every is not None or not (progress is None or callable(progress))
     if isinstance(scene, Scene) and not (is_checked or scene.shape):
-        path = requests.try_to_solve_in_core(
-            scene, t, progress, method, step, tol, digits, max_steps, want
-        )
+        path = try_to_solve_in_core(scene, t, progress, method, step, tol, digits, max_steps, want)
         if path is not None:
             return path
     keys = {"step": step, "tol": tol, "digits": digits, "every": every, "max_steps": max_steps}
@@ -199,7 +198,7 @@ def solve(
         return record(scene, options, times, callback)
     if options.events is not None or times.size > options.chunk_size:
         return Run(scene, options, end < 0.0)._advance_to_times(times, callback)
-    return requests.record_path(scene, options, times, callback)
+    return record_path(scene, options, times, callback)
 
 
 def select_slice_runner(options: Options) -> SliceRunner:
@@ -226,7 +225,7 @@ def _record_path_with_tangents(
     path = replace(path, _tangent_data=tangents)
     if result[0] != "OK":
         raise paths.make_stop_exception(result[0], path, end)
-    return requests.report_final_time(path, progress)
+    return report_final_time(path, progress)
 
 
 @overload
