@@ -22,7 +22,16 @@ from ..quaternion import multiply
 from . import initial, parameters, toml
 from .batch import BatchBase, broadcast_shapes, stack_components, store_columns
 from .body import Body
-from .parameters import ENVIRONMENT, PARAMETERS, STARTS, BatchParameter, Column, Scalars, Shape
+from .parameters import (
+    ENVIRONMENT,
+    PARAMETERS,
+    STARTS,
+    BatchParameter,
+    Column,
+    Scalars,
+    Shape,
+    has_nonzero_element,
+)
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -467,7 +476,7 @@ class Scene(BatchBase):
         if self._optional_gravity is None:
             del words["gravity"]
         for name in ("turning", "shaking", "friction"):
-            if not parameters.has_nonzero_element(words[name]):
+            if not has_nonzero_element(words[name]):
                 del words[name]
         return f"Scene({', '.join([f'{name}={value!r}' for name, value in words.items()])})"
 
@@ -476,22 +485,27 @@ class Scene(BatchBase):
 
     def _list_constructor_arguments(self) -> SceneKwargs:
         """Return constructor arguments that reproduce the scene."""
-        words: dict[str, Any] = {name: getattr(self, name) for name in ("body", *_NUMBERS)}
-        words["gravity"] = self._optional_gravity
-        if self._has_common_damping and self._has_damping:
-            words["damping"] = self.damping[0]  # one number, which kr.fit keeps as one
-        return cast(SceneKwargs, words)
+        is_one = self._has_common_damping and self._has_damping
+        return {
+            "body": self.body,
+            "momentum": self.momentum,
+            "attitude": self.attitude,
+            "gravity": self._optional_gravity,
+            "damping": self.damping[0] if is_one else self.damping,  # one number stays one
+            "turning": self.turning,
+            "shaking": self.shaking,
+            "friction": self.friction,
+        }
 
     @property
     def _optional_gravity(self) -> Any:
         """The gravity, or None if tops without weight need not have been given any."""
-        has_nonzero = parameters.has_nonzero_element
-        is_needed = has_nonzero(self.gravity) or has_nonzero(self.body.com)
+        is_needed = has_nonzero_element(self.gravity) or has_nonzero_element(self.body.com)
         return self.gravity if is_needed else None
 
     @property
     def _has_damping(self) -> bool:
-        return parameters.has_nonzero_element(self.damping)
+        return has_nonzero_element(self.damping)
 
     @property
     def _is_shaken(self) -> bool:
@@ -790,7 +804,7 @@ class Scene(BatchBase):
         start: dict[str, object] = dict(self._list_constructor_arguments())
         del start["body"]
         for name in ENVIRONMENT[1:]:
-            if not parameters.has_nonzero_element(start[name]):
+            if not has_nonzero_element(start[name]):
                 del start[name]
         start = {name: value for name, value in start.items() if value is not None}
         text = toml.format_toml_entries(start) + "\n[body]\n"
@@ -798,7 +812,7 @@ class Scene(BatchBase):
         if self.body.shape and words["inertia"].shape[-2:] == (3, 3):
             words["inertia"] = self.body._tensors  # moments of three bodies would be one matrix
         for name in ("inertia_rtol", "rotor", "unphysical"):
-            if parameters.has_nonzero_element(getattr(self.body, name)):
+            if has_nonzero_element(getattr(self.body, name)):
                 words[name] = getattr(self.body, name)
         text += toml.format_toml_entries(words)
         if path is not None:
