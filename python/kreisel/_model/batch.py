@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import operator
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from types import EllipsisType, MappingProxyType
@@ -208,7 +209,7 @@ class BatchBase(ReadOnlyArrays, metaclass=HintingType):
     @property
     def size(self) -> int:
         """The number of members."""
-        return int(np.prod(self.shape, dtype=np.int64))
+        return math.prod(self.shape)
 
     def __bool__(self) -> bool:
         return self.size > 0
