@@ -35,10 +35,10 @@ def kernels_of(text):
     return kernels
 
 
-# Of the passes of gcc's -O2, that would fuse products and sums unless the file forbids it.
+# The passes of -O2 by which gcc, in gnu99, fuses products and sums unless the file forbids it.
 FUSING = "-O1 -fexpensive-optimizations -ftree-vectorize -ftree-slp-vectorize"
 COMMANDS = {
-    "cc": f"cc {FUSING} -std=c99 -DKR_SMALL",
+    "cc": f"cc {FUSING} -std=gnu99 -DKR_SMALL",
     "clang": f"clang -O0 -std=gnu17 -DKR_SMALL {WARNINGS}",
     "plain": f"gcc -O0 -std=c99 -DKR_PLAIN -DKR_SMALL {WARNINGS}",
 }
