@@ -278,7 +278,7 @@ class RunResult(arguments.ReadOnlyArrays):
             TableColumn("status", axes, self.status, "", "OK, or the name of the failure"),
             TableColumn("reached", axes, self.reached, TIME.dimension, text),
         ]
-        states = [column._replace(is_coordinate=True) for column in states]
+        states = [x._replace(values=np.asarray(x.values), is_coordinate=True) for x in states]
         sizes = {**dict(zip(axes, self.shape, strict=True)), **(times or {})}
         parameters = list_parameter_columns(self.scene, taken)
         return ColumnTable(sizes, [*parameters, *states, *columns], self._list_controls())

@@ -85,7 +85,7 @@ class ColumnTable(NamedTuple):
             for name, values in column.split_components():
                 inner = values.shape[len(column.dims) :]
                 whole = *self.sizes.values(), *inner
-                rows = np.broadcast_to(values.reshape(*lead, *inner), whole).reshape(-1, *inner)
+                rows = np.broadcast_to(values.reshape((*lead, *inner)), whole).reshape(-1, *inner)
                 flat[name] = list(map(tuple, rows.tolist())) if inner else rows
         return flat
 

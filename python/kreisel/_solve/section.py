@@ -165,7 +165,7 @@ class Section(RunResult, QuantityAttributes):
         def __getattr__(self, name: str) -> NoReturn:
             """Raise AttributeError, with a suggestion if the name is misspelled."""
             names = [word for word in sorted(dir(type(self))) if word[0] != "_"]
-            hint = "" if name[0] == "_" else f"; {arguments.suggest_name(name, names)}"
+            hint = "" if name.startswith("_") else f"; {arguments.suggest_name(name, names)}"
             raise AttributeError(f"a section has no {short_repr(name)}{hint}")
 
     def _select_member(self, i: int) -> Path:
