@@ -128,16 +128,27 @@ class Path(PathBase, TableExportMethods):
     _is_many: bool = False  # True: `_t` and `_buffers` have the same results of many tops
 
     def __init__(
-        self, scene: Any, states: Array, stats: Any, _options: Options, *flag: bool, **fields: Any
+        self,
+        scene: Any,
+        states: Array,
+        stats: Any,
+        _options: Options,
+        _is_back: bool = False,
+        **fields: Any,
     ) -> None:
         own = self.__dict__  # avoids the slow object.__setattr__ of frozen dataclasses
-        own.update(fields, scene=scene, stats=stats, _options=_options)
-        own.update(zip(("_is_back",), flag, strict=False))
-        columns: dict[str, Array] = fields.get("_columns") or {}
-        own.update({k: x for k, x in columns.items() if k not in calls.STATE_COLUMNS})
-        if not columns:
-            own["states"] = states
-        arguments.freeze_arrays([states, fields.get("_low"), columns])
+        own["scene"], own["stats"], own["_options"] = scene, stats, _options
+        if _is_back:
+            own["_is_back"] = True
+        if fields:
+            own.update(fields)
+            columns = fields.get("_columns") or {}
+            arguments.freeze_arrays([fields.get("_low"), columns])
+            own.update({k: x for k, x in columns.items() if k not in calls.STATE_COLUMNS})
+            if columns:
+                return
+        states.flags.writeable = False
+        own["states"] = states
 
     @classmethod
     def _of_many(cls, tops: Scene, t: Array, options: Options, buffers: EnsembleBuffers) -> Self:
