@@ -213,16 +213,6 @@ def test_turning_points_of_spherical_bodies_need_a_rotor_along_the_third_axis(si
         oblique.motion_type  # noqa: B018
 
 
-def test_turning_points_do_not_depend_on_the_frame_of_description():
-    body = kr.Body(2.0, [[2, 0, 0.5], [0, 2.5, 0], [0.5, 0, 2]], (1, 0, -1), unphysical=True)
-    assert body.kind == "lagrange"
-    scene = kr.Scene(body, (1, 2, 3), unit((0.8, 0.4, -0.2, 0.4)), gravity=1)
-    top = kr.exact(scene)
-    nutation = top(np.linspace(0, 3 * top.period, 3001)).nutation
-    assert nutation.min() == pytest.approx(top.least_nutation, abs=1e-5)
-    assert nutation.max() == pytest.approx(top.greatest_nutation, abs=1e-5)
-
-
 def test_tops_beyond_the_range_of_doubles_have_no_closed_form():
     body = kr.Body(1e-300, (1e300, 1e300, 1e-300), (0, 0, 1e-300), unphysical=True)
     top = kr.Scene(body, (0, 0, 1e300), gravity=1e300)

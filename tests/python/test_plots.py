@@ -400,24 +400,6 @@ def test_a_section_shows_the_class_of_each_top(tops):
     assert axes.collections[0].get_facecolors()[:, :3] == pytest.approx(expected)
 
 
-def test_curves_have_the_colours_of_their_classes():
-    axes = CHAOS.plot()
-    texts, marks = axes.get_legend().get_texts(), axes.get_legend().get_lines()
-    doubtful = CHAOS.is_doubtful
-    counts = {
-        "regular": sum(~CHAOS.is_chaotic & ~doubtful),
-        "chaotic": sum(CHAOS.is_chaotic & ~doubtful),
-        "in doubt": sum(doubtful),
-    }
-    expected = [f"{name} ({n})" for name, n in counts.items() if n]
-    assert [text.get_text() for text in texts] == [*expected, "threshold"]
-    colours = [line.get_color() for line in axes.lines]
-    assert [f"({colours.count(mark.get_color())})" for mark in marks[:-1]] == [
-        label.split()[-1] for label in expected
-    ]
-    assert axes.get_xscale() == axes.get_yscale() == "log"
-
-
 def test_maps_show_the_value_of_each_top():
     tops = TOP.vary(gravity=np.array([[0.5], [1.0], [1.5]]), spin=[0.0, 1.0])
     indicator = kr.chaos(tops, 100.0)
@@ -433,23 +415,6 @@ def test_maps_show_the_value_of_each_top():
     doubtful = expected[indicator.is_doubtful]
     assert sorted(axes.lines[0].get_xydata().tolist()) == sorted(doubtful.tolist())
     assert "in doubt" in axes.get_title()
-
-
-def test_maps_of_growth_begin_at_one_and_may_be_without_doubt():
-    tops = kr.scenes.thesis.vary(gravity=np.array([[0.5], [1.0]]), spin=[8.0, 9.0])
-    indicator = kr.chaos(tops, 5000.0)
-    assert not np.any(indicator.is_doubtful)
-    axes = indicator.plot()
-    shown = np.asarray(axes.collections[0].get_array()).reshape(2, 2)
-    assert shown == pytest.approx(np.maximum(indicator.megno, 1.0))
-    assert not len(axes.lines) and axes.get_title() == ""
-    assert axes.figure.axes[1].get_ylabel().startswith("MEGNO, t = 5000")
-
-
-def test_maps_over_unsorted_values_have_numbered_axes():
-    tops = TOP.vary(gravity=np.array([[0.5], [1.5], [1.0]]), spin=[1.0, 0.0])
-    axes = kr.chaos(tops, 20.0).plot()
-    assert axes.get_ylim() == (-0.5, 2.5) and sorted(axes.get_xlim()) == [-0.5, 1.5]
 
 
 def test_spectral_lines_have_the_numbers_of_nutations():
@@ -506,29 +471,6 @@ def test_the_tube_of_a_rod_follows_its_centre_line(elevation, azimuth):
     gaps = np.linalg.norm(points[:, None] - expected[None], axis=-1)
     assert gaps.min(axis=1).max() < 1e-8
     assert (gaps.min(axis=0) < 1e-8).mean() > 0.99, "of 401 points of the centre line"
-
-
-@pytest.mark.parametrize("height", [0.2, 1.0])
-def test_a_straight_rod_has_its_thickness(height):
-    """Draw the rod of a sleeping top, which is straight and seen from the side."""
-    straight = kr.rod(
-        kr.solve(kr.scenes.sleeping.replace(momentum=(0, 0, 3)), np.linspace(0, 5, 9))
-    )
-    axes = straight.plot(thickness=height, elevation=0.0)
-    points = np.concatenate([path.vertices for path in axes.collections[0].get_paths()])
-    assert np.ptp(points[:, 0]) == pytest.approx(height, rel=0.01)
-    assert np.ptp(points[:, 1]) == pytest.approx(np.ptp(straight.centre[:, 2]), rel=0.01)
-
-
-def test_a_rod_back_in_time_is_seen_from_outside():
-    """Check that the brightest face of a straight rod is on the illuminated side."""
-    sides = []
-    for t in (5.0, -5.0):
-        rod = kr.rod(kr.solve(kr.scenes.sleeping.replace(momentum=(0, 0, 3)), np.linspace(0, t, 9)))
-        tube = rod.plot(Figure().add_subplot(), elevation=0.0).collections[0]
-        bright = tube.get_facecolors()[:, 0].argmax()
-        sides.append(tube.get_paths()[bright].vertices[:, 0].mean())
-    assert sides[0] < 0.0 and sides[1] == pytest.approx(sides[0])
 
 
 # Refusals

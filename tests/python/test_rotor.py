@@ -122,18 +122,6 @@ def test_ensembles_vary_the_rotor_and_their_plans_count_it():
     assert (plan.closed_form, plan.lanes, plan.alone) == (0, 1, 2)
 
 
-@pytest.mark.parametrize("body, axis", AXIAL[:4])
-def test_closed_forms_of_ensembles_with_axial_rotors_equal_single_ones(body, axis):
-    tops = kr.Scene(body, **START).vary(rotor=np.outer((0.0, 0.7, -1.2), axis))
-    form, t = kr.exact(tops), np.array([-2.0, 0.0, 3.0])
-    names = "period", "precession_rate", "spin_angle_rate", "critical_spin", "t_least"
-    for i in range(3):
-        alone = kr.exact(tops[i])
-        assert form(t)[i].states.tobytes() == alone(t).states.tobytes()
-        for name in names:
-            assert getattr(form, name)[i] == getattr(alone, name)
-
-
 @pytest.mark.parametrize("axis", range(3))
 @pytest.mark.parametrize("rotor", [-0.9, 0.25, 0.6])
 def test_steady_rotations_are_left_at_the_rate_of_the_formula(axis, rotor):

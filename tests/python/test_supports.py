@@ -130,17 +130,6 @@ def test_methods_apply_to_supports_that_turn_about_the_vertical_as_to_those_at_r
             assert method.suits(tilted) == (method.suits(still) and method.turning)
 
 
-@pytest.mark.parametrize("name", ["lagrange", "axial rotor", "free symmetric", "kowalewski"])
-@pytest.mark.parametrize("times", [[0.5, 9.0], [-2.0]])
-def test_an_ensemble_chooses_the_method_of_a_single_top(name, times):
-    top = kr.Scene(BODIES[name], **START, turning=ABOUT_E3)
-    members = kr.solve(top.vary(gravity=[1.3, 0.0]), times)
-    for member, gravity in zip(members, (1.3, 0.0), strict=True):
-        single = kr.solve(top.replace(gravity=gravity), times)
-        assert member.method == single.method
-        assert np.array_equal(member.states, single.states)
-
-
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize("want", [("nutation",), ("kinetic", "body_velocity")])
 def test_paths_without_the_heading_are_computed_with_it(want, sign):
