@@ -209,7 +209,7 @@ def draw_command_line(dice):
     name = dice.choice(["solve"] * 6 + ["resume", "resume", "compare", "view", "methods", "scenes"])
     words = [name, *DEFAULTS.get(name, "").split()]
     parameters = KREISEL.commands[name].params
-    options = [one for one in parameters if one.opts[0].startswith("--") and one.name != "markdown"]
+    options = [one for one in parameters if one.opts[0].startswith("--")]
     for one in dice.sample(options, min(len(options), dice.randint(0, 3))):
         kind = {"integer": COUNTS, "float": NUMBERS}.get(one.type.name, FILES)
         pool = WORDS.get(one.name, kind).split()

@@ -18,7 +18,6 @@ import click
 from rich.console import Console
 
 from .._analysis.compare import compare as compare_methods
-from .._analysis.compare import format_methods_page
 from .._core import version
 from .._fit.fit import fit as estimate
 from .._fit.records import Record
@@ -50,11 +49,9 @@ from .sweep import sweep
 
 @command()
 @click.argument("name", required=False, type=Name(known))
-def methods(name: str | None, markdown: bool) -> None:
+def methods(name: str | None) -> None:
     """List the methods available in this build, or describe a single method."""
-    if markdown:
-        click.echo(format_methods_page(known), nl=False)
-    elif name is None:
+    if name is None:
         rows = [(m.name, *_describe_order_and_kind(m), m.text) for m in known.values()]
         print_table(("method", "order", "kind", "description"), rows)
     elif name not in known:

@@ -408,11 +408,10 @@ _OPTIONS = {
     "plan.",
     "run --workers": "Number of processes; each computes one part at a time.",
     "run --dask": "Compute on the workers of the Dask scheduler at this address.",
-    "methods --markdown": "Print a Markdown table with measured costs of a step (METHODS.md).",
     "view --save": "Write the viewer to a file instead of opening it.",
 }
 _SETTINGS: dict[str, dict[str, Any]] = {  # of these options for click; others are of type int
-    **{name: {"is_flag": True} for name in ("--degrees", "--unwrap", "--all-rows", "--markdown")},
+    **{name: {"is_flag": True} for name in ("--degrees", "--unwrap", "--all-rows")},
     **{name: {"type": float} for name in ("--step", "--tol", "--error")},
     **{name: {"type": OutputFile(".csv")} for name in ("--csv", "--events-csv")},
     "--steps": {"type": parse_number_list, "metavar": "NUMBER[,...]"},
