@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from .._model.scene import Scene
 from .._options import options
+from .._options.options import EventSpec, ReductionSpec
 from .._results.calls import STATUSES, EventColumns
 from .._results.path import Events, build_event_path
 from .._results.path import Path as TopPath
@@ -324,8 +325,8 @@ def sweep(
     max_steps: int = 0,
     error: float | None = None,
     want: Iterable[QuantityName] | None = None,
-    events: options.EventSpec | None = None,
-    reduce: options.ReductionSpec | None = None,
+    events: EventSpec | None = None,
+    reduce: ReductionSpec | None = None,
     direction: Sequence[float] | None = None,
     event: Event | None = None,
     n: int | None = None,
