@@ -166,6 +166,8 @@ def test_no_tops_and_no_times_give_empty_results():
     for words in ({}, {"digits": 20}, {"events": LOW}, {"want": ["apex"]}):
         paths = kr.solve(no_tops, TIMES, **words).check()
         assert len(paths) == 0 and paths.apex.shape == (0, 4, 3) and not len(paths.events)
+    none = kr.solve(kr.scenes.cusps.vary(gravity=np.empty((0, 1))), [0.0, 1.0])
+    assert none.to_pandas().empty and none.to_xarray("q").q.shape == (0, 1, 2, 4)
     assert kr.reduce(no_tops, 1.0, SPIN)["spin"]["max"].shape == (0,)
     assert kr.solve(no_tops, 1.0, "geometric", error=1e-3).q.shape == (0, 2, 4)
     assert kr.exact(no_tops)([1.0, 2.0]).states.shape == (0, 2, 8)

@@ -525,8 +525,6 @@ def test_pyplot_is_not_imported():
     subprocess.run([sys.executable, "-c", program], check=True)
 
 
-# Differences between two paths
-
 T = np.linspace(0.0, 5.0, 101)
 FINE = kr.solve(GENERAL, T)
 COARSE = {"method": "rk4", "step": 0.05}

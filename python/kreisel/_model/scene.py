@@ -799,8 +799,10 @@ class Scene(BatchBase):
     def to_toml(self, path: str | os.PathLike[str] | None = None) -> str:
         """Return the scene as TOML text; if `path` is given, also write the text to this file.
 
-        Passing this text to Scene.from_toml gives an equal scene.
+        Passing this text to Scene.from_toml gives an equal scene. Raises ValueError for no tops.
         """
+        if 0 in self.shape:
+            raise ValueError("a scene of no tops cannot be written as TOML")
         start: dict[str, object] = dict(self._list_constructor_arguments())
         del start["body"]
         for name in ENVIRONMENT[1:]:

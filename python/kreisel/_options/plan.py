@@ -22,6 +22,7 @@ from .methods import (
 )
 from .options import (
     CHUNK_SIZE,
+    GEOMETRIC,
     HEADING_DEPENDENT,
     CoreArguments,
     Options,
@@ -174,6 +175,8 @@ def make_solve_plan(
 
     `times` are the requested times, which can affect the method chosen by 'auto'.
     """
+    if options.method == GEOMETRIC:
+        raise ValueError("method='geometric' did not choose a method for this path")
     want, method, turn = options.want, options.integrator, None
     is_series, skips_heading = options.method == FALLBACK, options.can_skip_heading_angle
     columns = ("t", "q", "m") if want is None else ("t", *want)

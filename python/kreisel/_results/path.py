@@ -256,7 +256,8 @@ class Path(PathBase, TableExportMethods):
     def plan(self) -> Plan:
         """The kreisel.Plan of this path, with the choices of the solver and their reasons.
 
-        For many tops, a plan of their shape; that of one top is path[i].plan.
+        For many tops, a plan of their shape; that of one top is path[i].plan. Raises ValueError if
+        method='geometric' chose no method, because the run failed or has no duration.
         """
         if self._is_many:
             first = self._select_member(0).plan if self.size else None
@@ -423,8 +424,9 @@ class Path(PathBase, TableExportMethods):
     def save(self, file: str | os.PathLike[str]) -> None:
         """Write the path to a file that can be read by kreisel.load.
 
-        The file is replaced atomically. Raises OSError if the file cannot be written. The file is
-        an archive that can also be read by numpy.load. Its entries are:
+        The file is replaced atomically. Raises OSError if the file cannot be written, and
+        ValueError for the path of no tops. The file is an archive that can also be read by
+        numpy.load. Its entries are:
 
         - t, q, m (and q_low, m_low), or t and the quantities in `want`;
         - scene, in TOML;
@@ -435,6 +437,8 @@ class Path(PathBase, TableExportMethods):
         For many tops, head also contains the scenes, and the entries are t, status, done, counts,
         reached, states or column_nutation and so on, and those of events and tangents.
         """
+        if self._is_many and not self.size:
+            raise ValueError("the path of no tops cannot be saved")
         atomic_write(file, tables.encode_as_archive(self))
 
     def _tabulate(self, names: Iterable[str], degrees: bool, unwrap: bool) -> ColumnTable:

@@ -160,7 +160,7 @@ def list_parameter_columns(tops: Scene, taken: Iterable[str] = ()) -> list[Table
     columns = []
     for name, values in tops.coords.items():
         shape, inner = np.shape(values)[: tops.ndim], np.shape(values)[tops.ndim :]
-        varied = [d for d, n in enumerate(shape) if n > 1 or tops.shape[d] == 1]
+        varied = [d for d, n in enumerate(shape) if n != 1 or tops.shape[d] == 1]
         dims = tuple(tops.axes[d] for d in varied)
         if name in tops.axes and dims != (name,):
             continue
