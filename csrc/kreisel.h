@@ -150,8 +150,25 @@ typedef struct kr_scene {
  * form the right-handed frame nearest to the coordinate axes; T is then the symmetry axis of a
  * Lagrange top. */
 
-/* Makes a homogeneous cuboid from its density [M L^-3], its half-edge lengths [L], and its fixed
- * point relative to the centre [L]. */
+/* Homogeneous shapes and their sizes [L], none of which is negative. The axis of all but the first
+ * two is T. */
+typedef enum kr_shape {
+    KR_SHAPE_CUBOID,    /* three half-edges */
+    KR_SHAPE_ELLIPSOID, /* three semi-axes */
+    KR_SHAPE_TUBE,  /* inner and outer radius, height: {0, r, h} is a cylinder, {0, r, 0} a disk,
+                         * {r, r, 0} a hoop, {0, 0, h} a rod */
+    KR_SHAPE_SHELL, /* radius of a thin sphere */
+    KR_SHAPE_CONE   /* radius, height of the base above the tip */
+} kr_shape;
+/* Makes a homogeneous body. The pivot is relative to the centre, or to the tip of a cone [L].
+ * Returns KR_ERR_BODY for a rod on whose line the pivot lies. */
+KR_API kr_status kr_body_shape(kr_shape shape, kr_vec3 size, double mass, kr_vec3 pivot,
+                               kr_body *body);
+/* Returns the mass of a shape with this density [M L^-3], which is 0 for thin shapes. */
+KR_API double kr_shape_mass(kr_shape shape, kr_vec3 size, double density);
+/* Returns the moments about the centre of mass, and writes its height above the centre or tip. */
+KR_API kr_vec3 kr_shape_inertia(kr_shape shape, kr_vec3 size, double mass, double *height);
+/* Makes a cuboid as kr_body_shape does, from its density [M L^-3] and its half-edges. */
 KR_API kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_body *body);
 /* Makes a body with the symmetry axis T. The moments [M L^2] at the fixed point are i3 about T and
  * i1 about axes normal to T. `height` is the coordinate of the centre of mass along T [L]. */
@@ -163,6 +180,8 @@ KR_API kr_status kr_body_symmetric(double mass, double i1, double i3, double hei
  * KR_ERR_BODY if the ratio of the smallest to the largest moment is below KR_TENSOR_MIN_RATIO. */
 KR_API kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
                                      kr_body *body);
+/* Adds the inertia of a point mass to a tensor stored by rows (Steiner's theorem). */
+KR_API void kr_inertia_add_point(double inertia[9], double mass, kr_vec3 position);
 /* Makes a body from its inertia tensor about the centre of mass `com`, with fixed point `pivot`. */
 KR_API kr_status kr_body_from_com(double mass, const double inertia[9], kr_vec3 com, kr_vec3 pivot,
                                   kr_body *body);

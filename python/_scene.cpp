@@ -1,4 +1,5 @@
 // Scenes: one call checks and stores the arguments.
+#include <array>
 #include <pybind11/stl.h>
 #include "times.hpp"
 #include "tops.hpp"
@@ -41,12 +42,13 @@ static bool read_tensor(const py::object &inertia, double (&j)[9])
 // mass has them: mass, inertia, com, inertia_rtol, rotor, moments, principal_com, axes,
 // principal_rotor, block, is_physical. Returns None if Python has to examine the arguments.
 static py::object body(const py::object &mass, const py::object &inertia, const py::object &com,
-                       const py::object &inertia_rtol, const py::object &rotor)
+                       const py::object &inertia_rtol, const py::object &rotor, bool at_com)
 {
     double m, j[9], c[3], rtol, h[3];
     if (!plain_number(mass.ptr(), m) || !read_tensor(inertia, j) || !numbers_of(com, c) ||
         !plain_number(inertia_rtol.ptr(), rtol) || !numbers_of(rotor, h))
         return py::none();
+    if (at_com) kr_inertia_add_point(j, m, vector(c));
     kr_body b = {};
     if (kr_body_from_rounded_tensor(m, j, vector(c), rtol, &b) != KR_OK) return py::none();
     for (double &x : h) {
@@ -66,6 +68,16 @@ static py::object body(const py::object &mass, const py::object &inertia, const 
                           tuple_of(vector(c)), rtol, tuple_of(vector(h)), tuple_of(b.inertia),
                           tuple_of(b.com), py::make_tuple(q.w, q.x, q.y, q.z), tuple_of(b.rotor),
                           block_of(b), kr_body_is_physical(&b) != 0);
+}
+
+// Returns a moment about the centre of mass or, after the three moments, the height of this centre
+// and the mass of a body with the density `amount`.
+static double shape_part(int part, int shape, double a, double b, double c, double amount)
+{
+    double height;
+    const auto one = kr_shape(shape);
+    const kr_vec3 i = kr_shape_inertia(one, {a, b, c}, amount, &height);
+    return std::array{i.x, i.y, i.z, height, kr_shape_mass(one, {a, b, c}, amount)}[size_t(part)];
 }
 
 // The arguments of every constructor of scenes.
@@ -183,7 +195,8 @@ void bind_scene(py::module_ &m)
             return py::make_tuple(across, along);
         },
         "body"_a);
-    m.def("body", body, "mass"_a, "inertia"_a, "com"_a, "inertia_rtol"_a, "rotor"_a);
+    m.def("body", body, "mass"_a, "inertia"_a, "com"_a, "inertia_rtol"_a, "rotor"_a, "at_com"_a);
+    m.def("shape_part", py::vectorize(shape_part));
     m.def("scene", scene, "body"_a, "starts"_a, "attitude"_a, "around"_a);
     m.def("euler", euler, "body"_a, "angles"_a, "rates"_a, "in_degrees"_a, "around"_a);
     m.def("spinning", spinning, "body"_a, "spin"_a, "tilt"_a, "precession"_a, "is_steady"_a,

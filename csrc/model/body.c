@@ -324,27 +324,59 @@ void kr_body_set_rotor(kr_body *body, kr_vec3 rotor)
     const int is_turned = v_largest(q_vec(body->axes)) > 0.0;
     body->rotor = is_turned ? q_turn_back(body->axes, rotor) : rotor;
 }
+void kr_inertia_add_point(double inertia[9], double mass, kr_vec3 a)
+{
+    const double xx = mass * (a.x * a.x), yy = mass * (a.y * a.y), zz = mass * (a.z * a.z);
+    const double xy = mass * (a.x * a.y), yz = mass * (a.y * a.z), zx = mass * (a.z * a.x);
+    const double steiner[9] = {yy + zz, -xy, -zx, -xy, zz + xx, -yz, -zx, -yz, xx + yy};
+    for (int i = 0; i < 9; i++) inertia[i] += steiner[i];
+}
 kr_status kr_body_from_com(double mass, const double inertia[9], kr_vec3 com, kr_vec3 pivot,
                            kr_body *out)
 {
     const kr_vec3 a = v_sub(com, pivot);
-    const double xx = mass * (a.x * a.x), yy = mass * (a.y * a.y), zz = mass * (a.z * a.z);
-    const double xy = mass * (a.x * a.y), yz = mass * (a.y * a.z), zx = mass * (a.z * a.x);
-    const double steiner[9] = {yy + zz, -xy, -zx, -xy, zz + xx, -yz, -zx, -yz, xx + yy};
     double j[9];
     if (!inertia) return KR_ERR_ARGUMENT;
-    for (int i = 0; i < 9; i++) j[i] = inertia[i] + steiner[i];
+    memcpy(j, inertia, sizeof j);
+    kr_inertia_add_point(j, mass, a);
     return kr_body_from_tensor(mass, j, a, out);
+}
+double kr_shape_mass(kr_shape shape, kr_vec3 s, double density)
+{
+    static const double pi = 3.14159265358979323846;
+    if (shape == KR_SHAPE_CUBOID) return 8.0 * density * s.x * s.y * s.z;
+    if (shape == KR_SHAPE_ELLIPSOID) return density * (4.0 / 3.0 * pi * s.x * s.y * s.z);
+    if (shape == KR_SHAPE_TUBE) return density * (pi * (s.y - s.x) * (s.y + s.x) * s.z);
+    return shape == KR_SHAPE_CONE ? density * (pi / 3.0 * s.x * s.x * s.y) : 0.0;
+}
+kr_vec3 kr_shape_inertia(kr_shape shape, kr_vec3 s, double mass, double *height)
+{
+    const kr_vec3 square = v_times(s, s);
+    const double third = mass / 3.0, shell = square.x / 3.0, tube = (square.y + square.x) / 4.0;
+    /* the integrals of the squared coordinates over the mass */
+    kr_vec3 m = v_scale(mass, v3(shell, shell, shell));
+    if (shape == KR_SHAPE_CUBOID) m = v3(third * s.x * s.x, third * s.y * s.y, third * s.z * s.z);
+    if (shape == KR_SHAPE_ELLIPSOID) m = v_scale(mass, v_over(square, v3(5.0, 5.0, 5.0)));
+    if (shape == KR_SHAPE_TUBE) m = v_scale(mass, v3(tube, tube, square.z / 12.0));
+    if (shape == KR_SHAPE_CONE)
+        m = v_scale(mass, v3(0.15 * s.x * s.x, 0.15 * s.x * s.x, 0.0375 * s.y * s.y));
+    *height = shape == KR_SHAPE_CONE ? 0.75 * s.y : 0.0;
+    return v3(m.y + m.z, m.z + m.x, m.x + m.y);
+}
+kr_status kr_body_shape(kr_shape shape, kr_vec3 s, double mass, kr_vec3 pivot, kr_body *out)
+{
+    double height;
+    const kr_vec3 i = kr_shape_inertia(shape, s, mass, &height);
+    const double j[9] = {i.x, 0.0, 0.0, 0.0, i.y, 0.0, 0.0, 0.0, i.z};
+    if ((unsigned)shape > KR_SHAPE_CONE || !(s.x >= 0.0 && s.y >= 0.0 && s.z >= 0.0) ||
+        (shape == KR_SHAPE_TUBE && s.x > s.y))
+        return KR_ERR_ARGUMENT;
+    return kr_body_from_com(mass, j, v3(0.0, 0.0, height), pivot, out);
 }
 kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_body *out)
 {
-    const double mass = 8.0 * density * half.x * half.y * half.z, third = mass / 3.0;
-    const double xx = third * half.x * half.x, yy = third * half.y * half.y,
-                 zz = third * half.z * half.z;
-    const double j[9] = {yy + zz, 0.0, 0.0, 0.0, zz + xx, 0.0, 0.0, 0.0, xx + yy};
-    if (!(density > 0.0) || !(half.x >= 0.0 && half.y >= 0.0 && half.z >= 0.0))
-        return KR_ERR_ARGUMENT;
-    return kr_body_from_com(mass, j, v3(0.0, 0.0, 0.0), pivot, out);
+    const double mass = kr_shape_mass(KR_SHAPE_CUBOID, half, density);
+    return kr_body_shape(KR_SHAPE_CUBOID, half, mass, pivot, out);
 }
 kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *out)
 {

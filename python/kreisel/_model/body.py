@@ -7,12 +7,20 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import combinations
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Self, Unpack, cast
+from typing import TYPE_CHECKING, Any, NoReturn, Self, Unpack, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import INPUT_RTOL, KIND_RTOL, TENSOR_LEAST, bodies, body, body_kind
+from .._core import (
+    INPUT_RTOL,
+    KIND_RTOL,
+    TENSOR_LEAST,
+    bodies,
+    body,
+    body_kind,
+    shape_part,
+)
 from .._utils import arguments
 from .._utils.arguments import Array, NoKeywords, short_repr
 from ..quaternion import turn, unit
@@ -34,51 +42,10 @@ _NOTHING = (0.0, 0.0, 0.0)
 _GIVEN = "mass", "inertia", "com", "inertia_rtol", "rotor"
 _PRINCIPAL = "moments", "principal_com", "axes", "principal_rotor"
 _STORED = (*_GIVEN, "unphysical", *_PRINCIPAL)
-
-
-class _Moments(NamedTuple):
-    """Volume, second moments and centre of mass of a shape."""
-
-    volume: Array  # [L^3]; 0 for a thin shape
-    squares: tuple[Array, Array, Array]  # means of x^2, y^2, z^2 about the centre of mass [L^2]
-    height: Any = 0.0  # of the centre of mass above the origin of the pivot's coordinates [L]
-
-
-def _disk(r: Array) -> _Moments:
-    return _Moments(0.0 * r, (r * r / 4.0, r * r / 4.0, 0.0 * r))
-
-
-def _cylinder(r: Array, h: Array) -> _Moments:
-    return _Moments(math.pi * r * r * h, (r * r / 4.0, r * r / 4.0, h * h / 12.0))
-
-
-def _tube(hole: Array, r: Array, h: Array) -> _Moments:
-    side = (r * r + hole * hole) / 4.0
-    return _Moments(math.pi * (r - hole) * (r + hole) * h, (side, side, h * h / 12.0))
-
-
-def _cone(r: Array, h: Array) -> _Moments:
-    side, axial = 0.15 * r * r, 0.0375 * h * h
-    return _Moments(math.pi / 3.0 * r * r * h, (side, side, axial), 0.75 * h)
-
-
-def _ellipsoid(half: Array) -> _Moments:
-    a, b, c = np.moveaxis(half, -1, 0)
-    return _Moments(4.0 / 3.0 * math.pi * a * b * c, (a * a / 5.0, b * b / 5.0, c * c / 5.0))
-
-
-_SHAPES: dict[str, Callable[..., _Moments]] = {
-    # The numbers of a cuboid are its half-edges, which are multiplied as in the core.
-    "cuboid": lambda half: _Moments(half[..., 0], tuple(np.moveaxis(half, -1, 0))),
-    "ellipsoid": _ellipsoid,
-    "cylinder": _cylinder,
-    "tube": _tube,
-    "disk": _disk,
-    "rod": lambda length: _Moments(0.0 * length, (0.0 * length,) * 2 + (length * length / 12.0,)),
-    "sphere": lambda r: _Moments(4.0 / 3.0 * math.pi * r * r * r, (r * r / 5.0,) * 3),
-    "shell": lambda r: _Moments(0.0 * r, (r * r / 3.0,) * 3),
-    "cone": _cone,
-}
+# The shapes of the core, of which most are tubes, and the places of their sizes among the given
+# ones, which are followed by zeros.
+_TUBE, _SHAPES = 2, {"cuboid": 0, "ellipsoid": 1, "sphere": 1, "shell": 3, "cone": 4}
+_PLACES = {"sphere": (0, 0, 0), "cylinder": (3, 0, 1), "disk": (3, 0, 3), "rod": (3, 3, 0)}
 
 
 def _check_radii(inner: BatchParameter, outer: BatchParameter, *given: ArrayLike) -> None:
@@ -210,7 +177,7 @@ class Body(BatchBase):
             correction = "not none" if inertia is None else "not both"
             raise ValueError(f"give exactly one of inertia and inertia_about_com, {correction}")
         if inertia is not None:
-            numbers = body(mass, inertia, com, inertia_rtol, rotor)
+            numbers = body(mass, inertia, com, inertia_rtol, rotor, False)
             if numbers is not None and isinstance(unphysical, bool):
                 self._store_numbers(numbers, unphysical)
                 return
@@ -222,7 +189,7 @@ class Body(BatchBase):
             tensor = _add_point_masses(tensor, masses, lever)
         self._store_parts(words, masses, tensor, lever, inertia_rtol, unphysical, rotor)
 
-    def _store_numbers(self, numbers: tuple[Any, ...], unphysical: bool) -> None:
+    def _store_numbers(self, numbers: tuple[Any, ...], unphysical: bool) -> Self:
         """Store the numbers of one body, as body() of the core returns them."""
         *values, block, is_physical = numbers
         fields = self.__dict__
@@ -232,6 +199,7 @@ class Body(BatchBase):
             arguments.warn_user(
                 _describe_unphysical_inertia(self.mass, self._tensors, np.array(self.com))
             )
+        return self
 
     def _store_parts(
         self,
@@ -256,10 +224,9 @@ class Body(BatchBase):
         rotor_values = rotors.values + 0.0  # no negative zeros
         if not shape:
             flat = [np.ascontiguousarray(x) for x in (tensor.values, com, rotor_values)]
-            numbers = body(float(mass), flat[0], flat[1], float(slacks.values), flat[2])
+            numbers = body(float(mass), flat[0], flat[1], float(slacks.values), flat[2], False)
             if numbers is not None:
-                self._store_numbers(numbers, bool(flags))
-                return self
+                return self._store_numbers(numbers, bool(flags))
         matrices = tensor.value == (3, 3)
         columns = {
             "mass": (mass, 0),
@@ -542,35 +509,35 @@ class Body(BatchBase):
         if (mass is None) == (density is None):
             correction = "not both" if mass is not None else "not none"
             raise ValueError(f"give exactly one of mass and density of the {name}, {correction}")
-        given = {"mass": mass} if density is None else {"density": density}
-        ((amount, value),) = given.items()
+        amount, value = ("mass", mass) if density is None else ("density", density)
         words += [read_parameter("pivot", pivot), read_parameter(amount, value)]
-        broadcast_shapes(words)
-        pivots, total = words[-2].values, words[-1].values
-        with np.errstate(all="ignore"):
-            shape = _SHAPES[name](*[one.values for one in words[:-2]])
-            if density is not None and not np.any(shape.volume):
+        is_one = not broadcast_shapes(words)
+        *given, pivots, total = [one.values.tolist() if is_one else one.values for one in words]
+        kind, places = _SHAPES.get(name, _TUBE), _PLACES.get(name, (0, 1, 2))
+        padded = *(np.moveaxis(given[0], -1, 0) if "half" in sizes else given), 0.0, 0.0, 0.0
+        size = [padded[place] for place in places]
+        if density is not None:
+            if name != "cuboid" and not np.any(shape_part(4, kind, *size, 1.0)):
                 raise ValueError(f"the {name} is thin and has no volume: give its mass")
-            x, y, z = shape.squares
-            if name == "cuboid":  # with the operations of the core
-                total = 8.0 * total * x * y * z if density is not None else total
-                third = total / 3.0
-                xx, yy, zz = third * x * x, third * y * y, third * z * z
-            else:
-                total = total * shape.volume if density is not None else total
-                xx, yy, zz = total * x, total * y, total * z
-            bad = ~((total > 0.0) & np.isfinite(total))
-            if bad.any():
-                parameters.refuse_first(
-                    f"mass of the {name}", total, bad, "must be positive and finite"
-                )
-            x, y, z = np.moveaxis(pivots, -1, 0)
-            com = stack_components(0.0 - x, 0.0 - y, shape.height - z)
-            moments = BatchParameter("inertia", stack_components(yy + zz, zz + xx, xx + yy), (3,))
-        tensor = _add_point_masses(moments, total, com)
-        if name == "rod" and not any(one.shape for one in words):
-            return cast(Self, _join(total, _as_matrices(tensor.values, 0), com, np.zeros(3)))
-        return cls.__new__(cls)._store_parts(words, total, tensor, com)
+            total = shape_part(4, kind, *size, total)
+        moments = [shape_part(i, kind, *size, total) for i in range(3)]
+        height = shape_part(3, kind, 0.0, size[1], 0.0, 1.0) if name == "cone" else 0.0
+        x, y, z = pivots if is_one else np.moveaxis(pivots, -1, 0)
+        with np.errstate(over="ignore"):
+            com = [0.0 - x, 0.0 - y, height - z]
+        if is_one and name != "rod":
+            numbers = body(total, moments, com, 0.0, _NOTHING, True)
+            if numbers is not None:
+                return cls.__new__(cls)._store_numbers(numbers, False)
+        bad = ~((total > 0.0) & np.isfinite(total))
+        if bad.any():
+            text = "must be positive and finite"
+            parameters.refuse_first(f"mass of the {name}", total, bad, text)
+        inertia, lever = stack_components(*moments), stack_components(*com)
+        tensor = _add_point_masses(BatchParameter("inertia", inertia, (3,)), total, lever)
+        if name == "rod" and is_one:
+            return cast(Self, _join(total, _as_matrices(tensor.values, 0), lever, np.zeros(3)))
+        return cls.__new__(cls)._store_parts(words, total, tensor, lever)
 
     def __add__(self, other: Body) -> Body:
         """Join bodies that are described in the same frame and share the fixed point."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, Final, NamedTuple, NoReturn
@@ -27,7 +28,7 @@ _TURN: Final = Fraction(
 class Check(NamedTuple):
     """A condition on the values of a parameter, and what it demands of them."""
 
-    is_met: Callable[[Array], Any]
+    is_met: Callable[[Any], Any]
     text: str
 
 
@@ -166,6 +167,10 @@ def read_parameter(
     """
     parameter = PARAMETERS[name]
     hint = f": {parameter.why}" if parameter.why else ""
+    chosen = check or parameter.check
+    is_plain = type(given) is float and parameter.shapes == ((),) and math.isfinite(given)
+    if is_plain and (chosen is None or chosen.is_met(given)):
+        return BatchParameter(name, np.array(given), (), degrees)
     if isinstance(given, BatchParameter):
         found, given = given, given.values
     else:
@@ -179,7 +184,6 @@ def read_parameter(
             values = values[None]
         found = _match_shape(name, given, values, degrees)
     checks = [Check(_is_finite(len(found.value)), "must be finite")]
-    chosen = check or parameter.check
     if parameter is _TENSOR and found.value == (3,):
         chosen = None
     for one in [*checks, *([chosen] if chosen else [])]:
