@@ -151,14 +151,14 @@ typedef struct kr_scene {
  * Lagrange top. */
 
 /* Homogeneous shapes and their sizes [L], none of which is negative. The axis of all but the first
- * two is T. */
+ * two is T. A tube of the sizes {0, r, h} is a cylinder, {0, r, 0} a disk, {r, r, 0} a hoop, and
+ * {0, 0, h} a rod. */
 typedef enum kr_shape {
     KR_SHAPE_CUBOID,    /* three half-edges */
     KR_SHAPE_ELLIPSOID, /* three semi-axes */
-    KR_SHAPE_TUBE,  /* inner and outer radius, height: {0, r, h} is a cylinder, {0, r, 0} a disk,
-                         * {r, r, 0} a hoop, {0, 0, h} a rod */
-    KR_SHAPE_SHELL, /* radius of a thin sphere */
-    KR_SHAPE_CONE   /* radius, height of the base above the tip */
+    KR_SHAPE_TUBE,      /* inner radius, outer radius, height */
+    KR_SHAPE_SHELL,     /* radius of a thin sphere */
+    KR_SHAPE_CONE       /* radius, height of the base above the tip */
 } kr_shape;
 /* Makes a homogeneous body. The pivot is relative to the centre, or to the tip of a cone [L].
  * Returns KR_ERR_BODY for a rod on whose line the pivot lies. */

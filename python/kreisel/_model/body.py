@@ -12,15 +12,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, Self, Unpack, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import (
-    INPUT_RTOL,
-    KIND_RTOL,
-    TENSOR_LEAST,
-    bodies,
-    body,
-    body_kind,
-    shape_part,
-)
+from .._core import INPUT_RTOL, KIND_RTOL, TENSOR_LEAST, bodies, body, body_kind, shape_part
 from .._utils import arguments
 from .._utils.arguments import Array, NoKeywords, short_repr
 from ..quaternion import turn, unit
