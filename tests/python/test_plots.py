@@ -427,13 +427,6 @@ def test_spectral_lines_have_the_numbers_of_nutations():
     assert len(axes.lines[0].get_xdata()) == 5 and len(axes.texts) < 3
 
 
-def test_a_top_at_rest_has_a_spectrum_without_lines():
-    body = kr.Body.symmetric(1.0, 1.0, 0.5, 1.0, unphysical=True)
-    top = kr.Scene(body, momentum=(0, 0, 0), gravity=1)
-    axes = kr.frequencies(kr.solve(top, np.linspace(0.0, 50.0, 200))).plot()
-    assert axes.get_title().startswith("0 lines, rest ") and not axes.texts
-
-
 def test_a_fit_shows_measurements_on_the_fitted_motion():
     upper, _ = FIT.plot()
     artists = artists_of(upper)
