@@ -82,5 +82,6 @@ python/kreisel/viewer.html: .venv/requirements.txt $(core) $(wildcard python/vie
 	@.venv/bin/python -m pip --version >/dev/null 2>&1 || { rm -rf build/venv && python3 -m venv --clear .venv; }
 	@sed -n '/^uv==/,/[^\\]$$/p' $< >.venv/uv.txt
 	@set -- -m pip install -q --no-compile --disable-pip-version-check -r; .venv/bin/python "$$@" .venv/uv.txt && \
-		.venv/bin/uv pip install -q --python .venv/bin/python --require-hashes -r $< || .venv/bin/python "$$@" $<
+		.venv/bin/uv pip install -q --system-certs --python .venv/bin/python --require-hashes -r $< 2>/dev/null || \
+		.venv/bin/python "$$@" $<
 	@cp .ci/locked.txt $@

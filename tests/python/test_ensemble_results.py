@@ -72,7 +72,6 @@ def test_executors_report_the_same_results_failures_and_messages():
         np.s_[::2, 0, [3, 0, 3]],
         np.s_[[2, 0], :, 1],
         np.s_[GRID.coords["spin"][:, 0] > 9, -1, 1:],
-        np.s_[-1, 0, 0],
     ],
 )
 def test_an_index_selects_tops_and_then_states(key):
