@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import operator
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from types import EllipsisType, MappingProxyType
@@ -11,7 +10,7 @@ from typing import Any, ClassVar, Self, TypeVar, overload
 import numpy as np
 import numpy.typing as npt
 
-from .._utils.arguments import Array, HintingType, ReadOnlyArrays, freeze_array, short_repr
+from .._utils.arguments import Array, HintingType, ShapedBase, freeze_array, short_repr
 from . import parameters
 from .parameters import BatchParameter, Column, Index, Shape, collapse_broadcast_axes
 
@@ -107,7 +106,7 @@ def store_columns(kind: type[_Kind]) -> type[_Kind]:
     return kind
 
 
-class BatchBase(ReadOnlyArrays, metaclass=HintingType):
+class BatchBase(ShapedBase, metaclass=HintingType):
     """Base class of bodies and scenes, for one or for many.
 
     Many store their parameters as arrays. The first dimensions of a stored array are those of the
@@ -200,19 +199,6 @@ class BatchBase(ReadOnlyArrays, metaclass=HintingType):
         if self.shape:
             raise TypeError(f"unhashable: a {type(self).__name__} of shape {self.shape}")
         return hash(tuple(getattr(self, name) for name in self._compared))
-
-    @property
-    def ndim(self) -> int:
-        """The number of dimensions."""
-        return len(self.shape)
-
-    @property
-    def size(self) -> int:
-        """The number of members."""
-        return math.prod(self.shape)
-
-    def __bool__(self) -> bool:
-        return self.size > 0
 
     def __len__(self) -> int:
         if not self.shape:

@@ -79,12 +79,12 @@ def find_flat_index(shape: tuple[int, ...], key: Any) -> int | None:
 
 
 @arguments.make_frozen_class_decorator("call solve again for a different result")
-class RunResult(arguments.ReadOnlyArrays):
-    """What was computed for one top, or for all tops of an ensemble.
+class RunResult(arguments.ShapedBase):
+    """The result of a run of one top or of many.
 
-    Arrays are read-only, and begin with the dimensions of the ensemble.
+    Arrays are read-only, and those of many tops begin with the dimensions of the scene.
 
-    scene  the scene or the ensemble
+    scene  the scene, of one top or of many
     """
 
     scene: Any
@@ -101,19 +101,6 @@ class RunResult(arguments.ReadOnlyArrays):
     def shape(self) -> tuple[int, ...]:
         """The shape of the ensemble; () for one top."""
         return cast(tuple[int, ...], self.scene.shape) if self._is_many else ()
-
-    @property
-    def ndim(self) -> int:
-        """The number of dimensions of the ensemble; 0 for one top."""
-        return len(self.shape)
-
-    @property
-    def size(self) -> int:
-        """The number of tops."""
-        return math.prod(self.shape)
-
-    def __bool__(self) -> bool:
-        return self.size > 0
 
     def __len__(self) -> int:
         return len(self.scene)

@@ -194,6 +194,28 @@ class ReadOnlyArrays:
         freeze_arrays(state)
 
 
+class ShapedBase(ReadOnlyArrays):
+    """Base class of what describes one top, with the shape (), or an array of tops."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The shape of the array of tops; () for one top."""
+        raise NotImplementedError
+
+    @property
+    def ndim(self) -> int:
+        """The number of dimensions of the shape; 0 for one top."""
+        return len(self.shape)
+
+    @property
+    def size(self) -> int:
+        """The number of members; 1 for one top."""
+        return math.prod(self.shape)
+
+    def __bool__(self) -> bool:
+        return self.size > 0
+
+
 @contextmanager
 def optional_dependency(requirement: str) -> Iterator[None]:
     """Return a context manager that adds an installation hint to the error for a missing module."""
