@@ -69,7 +69,7 @@ installed: $(viewer_html) .venv/kreisel-gsl-$(gsl)
 .venv/kreisel-gsl-$(gsl): .venv/requirements.txt $(sources)
 	@echo "building kreisel in .venv, GSL $(gsl)"
 	@rm -f .venv/kreisel-gsl-*
-	@.venv/bin/python -m pip install -q --no-deps --no-build-isolation -e . \
+	@.venv/bin/python -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation -e . \
 		--config-settings build-dir=build/venv --config-settings cmake.define.KREISEL_GSL=$(gsl)
 	@touch $@
 
