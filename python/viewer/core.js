@@ -106,6 +106,35 @@ export function makeBody(body, rotor = [0, 0, 0]) {
   const along = turnBack(axes, rotor);
   return { mass: own, moments: row.slice(0, 3), com: row.slice(3, 6), axes, rotor: along };
 }
+// Compute the angular velocity as seen from the support, the direction of the centre of mass and the
+// kinetic energy of a start.
+export function measureStart(body, world, q, m) {
+  const scene = writeScene(body, world, q, m);
+  const start = scene + 8 * 16;
+  C.kr_state_velocity(FIRST, scene, start);
+  C.kr_state_apex(SECOND, scene, start);
+  const [velocity, apex] = [FIRST, SECOND].map((pointer) => Array.from(viewDoubles(pointer, 3)));
+  return { velocity, apex, kinetic: C.kr_state_kinetic(scene, start) };
+}
+// Compute the momentum of a start from its angular velocity as seen from the support.
+export function computeMomentum(body, world, q, velocity) {
+  const scene = writeScene(body, world, q, [0, 0, 0]);
+  C.kr_scene_set_velocity(scene, writeDoubles(FIRST, velocity));
+  return Array.from(viewDoubles(scene + 8 * 21, 3));
+}
+// Compute the steady precession of a symmetric top from spin and tilt of its third axis, as seen
+// from the inertial frame.
+export function computeSteadyPrecession(body, world, spin, tilt, isFast) {
+  const scene = writeScene({ ...body, rotor: [0, 0, 0] }, world, [1, 0, 0, 0], [0, 0, 0]);
+  const [x, y, z] = body.com;
+  // The core knows no rotor, and measures from the apex, which a hanging top has on the other side.
+  const axial = spin + body.rotor[2] / body.moments[2];
+  const isAside = Math.max(Math.abs(x), Math.abs(y)) > 1e-9 * Math.abs(z);
+  const given = z < 0 ? [-axial, Math.PI - tilt] : [axial, tilt];
+  if (isAside || C.kr_scene_steady_precession(scene, ...given, isFast, FIRST, SECOND))
+    throw new Error("there is no steady precession at this tilt and spin");
+  return viewDoubles(FIRST, 1)[0];
+}
 export const findKind = (body) => readText(C.kr_page_kind(writeBody(body)));
 
 // Compute the limits of the tilt, the mean precession, the period, the critical spin and the spin

@@ -1,9 +1,8 @@
 // The game "How long can yours stand?". A time counts for the body, gravity and friction of a preset
 // with a game, and for a start with at most its kinetic energy.
-import { Quaternion, Vector3 } from "three";
-import { makeBody } from "./core.js";
+import { makeBody, measureStart } from "./core.js";
 import presets from "./presets.json";
-import { completeScene, toQuaternion } from "./scene.js";
+import { completeScene } from "./scene.js";
 import { loadText, saveText } from "./storage.js";
 
 // Parts of a scene that are equal within one game.
@@ -11,12 +10,8 @@ const EQUAL = ["body", "gravity", "damping", "friction", "turning", "rotor"];
 const ROUNDING = 1e-9; // of the energy, relative
 
 // Return the kinetic energy at the start of a scene.
-export function computeKineticEnergy({ body, rotor, attitude, momentum }) {
-  const { moments, axes, rotor: own } = makeBody(body, rotor);
-  const frame = toQuaternion(attitude).multiply(toQuaternion(axes)).normalize();
-  const m = new Vector3(...momentum).applyQuaternion(new Quaternion().copy(frame).conjugate());
-  return m.toArray().reduce((sum, x, i) => sum + (x - own[i]) ** 2 / moments[i] / 2, 0);
-}
+export const computeKineticEnergy = ({ body, rotor, attitude, momentum, ...world }) =>
+  measureStart(makeBody(body, rotor), world, attitude, momentum).kinetic;
 // Return the name of the game that a scene plays, and the largest energy at its start, or null.
 function findGame(scene) {
   const isEqual = (other) => EQUAL.every((k) => JSON.stringify(scene[k]) === JSON.stringify(other[k]));

@@ -1,7 +1,15 @@
 // Setters of scene values by place, such as "show.trace". Some places have a rule, and "tilt" and
 // "spin" change the start.
 import { Quaternion, Vector3 } from "three";
-import { computeCuboid, makeBody, findMeasure, simulation, TICKS } from "./core.js";
+import {
+  computeCuboid,
+  computeMomentum,
+  findMeasure,
+  makeBody,
+  measureStart,
+  simulation,
+  TICKS,
+} from "./core.js";
 import { computeContact, fitRevolution } from "./revolution.js";
 import { convertToCuboid, hasFriction, toQuaternion, resizeBody, toWxyz } from "./scene.js";
 
@@ -37,21 +45,13 @@ export function findMeetingTime(t) {
   return common ? (Math.max(1, Math.round((t * TICKS) / common)) * common) / TICKS : t;
 }
 const VERTICAL = new Vector3(0, 0, 1);
-// Return the direction from the fixed point to the centre of mass in the frame of description, or
-// the third principal axis if both coincide.
-function computeApex(body) {
-  const com = new Vector3(...body.com); // along the principal axes
-  return (com.length() ? com.normalize() : com.copy(VERTICAL)).applyQuaternion(
-    toQuaternion(body.axes),
-  );
-}
 // Return the tilt at which the rim meets the floor and the motion ends, or null. Only tops with
 // friction end so, if they stand on their tip.
 export function findContact(scene, body) {
   const revolution = hasFriction(scene) && fitRevolution(computeCuboid(scene.body));
   const contact = revolution ? computeContact(revolution) : null;
   const isAbove = (attitude) =>
-    computeApex(body).applyQuaternion(toQuaternion(attitude)).z > Math.cos(contact);
+    measureStart(body, scene, attitude, [0, 0, 0]).apex[2] > Math.cos(contact);
   const starts = [scene.attitude, ...(scene.second ? [scene.second.slice(0, 4)] : [])];
   return contact !== null && starts.every(isAbove) ? contact : null;
 }
@@ -101,7 +101,8 @@ const SETTERS = {
   },
   // Tilt the apex by degrees from the vertical, and turn the momentum with it.
   tilt(scene, degrees) {
-    const apex = computeApex(makeBody(scene.body)).applyQuaternion(toQuaternion(scene.attitude));
+    const body = makeBody(scene.body, scene.rotor);
+    const apex = new Vector3(...measureStart(body, scene, scene.attitude, scene.momentum).apex);
     const axis = new Vector3().crossVectors(VERTICAL, apex);
     if (axis.length() < 1e-9) axis.set(1, 0, 0);
     const angle = (checkNumber(degrees, "Tilt") * Math.PI) / 180 - apex.angleTo(VERTICAL);
@@ -112,18 +113,10 @@ const SETTERS = {
   // Set the angular velocity about the apex; keep the rest.
   spin(scene, wanted) {
     const body = makeBody(scene.body, scene.rotor);
-    const frame = toQuaternion(scene.attitude).multiply(toQuaternion(body.axes)); // principal axes
-    const back = frame.clone().conjugate();
-    const apex = computeApex(body)
-      .applyQuaternion(toQuaternion(scene.attitude))
-      .applyQuaternion(back);
-    const momentum = new Vector3(...scene.momentum).applyQuaternion(back);
-    const moments = new Vector3(...body.moments);
-    const rates = momentum.clone().sub(new Vector3(...body.rotor)).divide(moments);
-    rates.sub(new Vector3(...scene.turning).applyQuaternion(back)); // seen from the support
-    const change = checkNumber(wanted, "Spin") - rates.dot(apex);
-    momentum.addScaledVector(apex.multiply(moments), change).applyQuaternion(frame);
-    scene.momentum = momentum.toArray();
+    const start = measureStart(body, scene, scene.attitude, scene.momentum);
+    const [apex, velocity] = [start.apex, start.velocity].map((v) => new Vector3(...v));
+    velocity.addScaledVector(apex, checkNumber(wanted, "Spin") - velocity.dot(apex));
+    scene.momentum = computeMomentum(body, scene, scene.attitude, velocity.toArray());
   },
   // Set a component of the rotor's momentum; keep the angular velocity of the body.
   rotor(scene, x, k) {

@@ -1,6 +1,6 @@
 // Starts given by tilt and spin instead of attitude and momentum.
 import { Quaternion } from "three";
-import { makeBody } from "./core.js";
+import { computeMomentum, computeSteadyPrecession, makeBody } from "./core.js";
 
 const isNumber = (x) => typeof x === "number" && Math.abs(x) <= 1e12;
 const isStart = ({ tilt, spin, precession = 0, ...rest }) =>
@@ -10,38 +10,30 @@ const isStart = ({ tilt, spin, precession = 0, ...rest }) =>
   isNumber(spin) &&
   (isNumber(precession) || ["slow", "fast"].includes(precession)) &&
   !Object.keys(rest).length;
-// Return attitude and momentum of a start: tilt in degrees, spin about the apex, and precession
-// about the vertical, 0 by default. "slow" and "fast" select a steady precession W, a root of I1
-// W^2 cos - (I3 spin + rotor) W + mass gravity height = 0 in the inertial frame.
-export function computeStart({ body, gravity, rotor, turning = [0, 0, 0] }, start) {
+// Return attitude and momentum of a start: tilt of the third axis in degrees, spin about that axis,
+// and precession about the vertical, 0 by default, both as seen from the support. "slow" and "fast"
+// select a steady precession.
+export function computeStart({ body, gravity, rotor, turning: [x, y, about] }, start) {
   if (!isStart(start)) throw new Error(`start cannot be ${JSON.stringify(start).slice(0, 60)}`);
   const made = makeBody(body, rotor);
-  const { mass, moments, com } = made;
-  const [across, , along] = moments;
+  const world = { gravity, turning: [x, y, about] };
   const tilt = (start.tilt * Math.PI) / 180;
   const [cos, sin] = [Math.cos(tilt), Math.sin(tilt)];
-  const [x, y, about] = turning;
-  if (typeof start.precession === "string" && (x || y))
-    throw new Error("there is no steady precession on a support that turns in this way");
-  // Rates as seen from the inertial frame.
-  const [axial, torque] = [along * (start.spin + about * cos) + made.rotor[2], mass * gravity * com[2]];
-  const size = Math.sqrt(axial * axial - 4 * across * cos * torque);
-  const root = axial < 0 ? axial - size : axial + size;
-  const steady = { slow: (2 * torque) / root, fast: root / (2 * across * cos) };
-  const rate = steady[start.precession] ?? (start.precession ?? 0) + about;
-  if (Number.isNaN(rate)) throw new Error("there is no steady precession at this tilt and spin");
-  const level = across * rate * sin;
-  // The tilt is about the first axis, so that the axis of the top lies in the plane of the others.
-  const more = y * (along - across) * sin * cos;
-  const momentum = [
-    across * x,
-    level * cos - axial * sin + y * (across * cos * cos + along * sin * sin),
-    level * sin + axial * cos - more,
-  ];
+  let { spin, precession = 0 } = start;
+  if (typeof precession === "string") {
+    if (x || y) throw new Error("there is no steady precession on a support that turns in this way");
+    const isFast = precession === "fast";
+    precession = computeSteadyPrecession(made, world, spin + about * cos, tilt, isFast) - about;
+  }
   const [w, ...vector] = made.axes;
   const axes = new Quaternion(...vector, w);
-  const q = new Quaternion(Math.sin(tilt / 2), 0, 0, Math.cos(tilt / 2)).multiply(axes.conjugate());
-  return { attitude: [q.w, q.x, q.y, q.z], momentum };
+  // The tilt is about the first axis, so that the axis of the top lies in the plane of the others.
+  const turned = new Quaternion(Math.sin(tilt / 2), 0, 0, Math.cos(tilt / 2));
+  const q = turned.multiply(axes.conjugate());
+  const attitude = [q.w, q.x, q.y, q.z];
+  const own = spin - precession * cos; // the rotation beside the precession
+  const momentum = computeMomentum(made, world, attitude, [0, -own * sin, precession + own * cos]);
+  return { attitude, momentum };
 }
 // Replace the starts of a scene by attitudes and momenta.
 export function resolveStarts({ start, second, ...scene }) {
