@@ -70,16 +70,6 @@ static py::object body(const py::object &mass, const py::object &inertia, const 
                           block_of(b), kr_body_is_physical(&b) != 0);
 }
 
-// Returns a moment about the centre of mass or, after the three moments, the height of this centre
-// and the mass of a body with the density `amount`.
-static double shape_part(int part, int shape, double a, double b, double c, double amount)
-{
-    double height;
-    const auto one = kr_shape(shape);
-    const kr_vec3 i = kr_shape_inertia(one, {a, b, c}, amount, &height);
-    return std::array{i.x, i.y, i.z, height, kr_shape_mass(one, {a, b, c}, amount)}[size_t(part)];
-}
-
 // The arguments of every constructor of scenes.
 struct environment {
     py::object gravity, damping, turning, shaking, friction;
@@ -196,7 +186,6 @@ void bind_scene(py::module_ &m)
         },
         "body"_a);
     m.def("body", body, "mass"_a, "inertia"_a, "com"_a, "inertia_rtol"_a, "rotor"_a, "at_com"_a);
-    m.def("shape_part", py::vectorize(shape_part));
     m.def("scene", scene, "body"_a, "starts"_a, "attitude"_a, "around"_a);
     m.def("euler", euler, "body"_a, "angles"_a, "rates"_a, "in_degrees"_a, "around"_a);
     m.def("spinning", spinning, "body"_a, "spin"_a, "tilt"_a, "precession"_a, "is_steady"_a,

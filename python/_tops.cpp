@@ -123,6 +123,30 @@ static py::tuple bodies(const std::vector<size_t> &shape, const py::list &given,
     return py::make_tuple(name_of(found.second), found.first, can_be, blocks);
 }
 
+// Returns mass, moments about the centre of mass and position of this centre of homogeneous bodies,
+// as rows. The columns are three sizes and the masses or, if `are_dense`, the densities.
+static doubles shapes(int kind, const std::vector<size_t> &over, const py::list &given,
+                      bool are_dense)
+{
+    const columns<4> all(over, given, {1, 1, 1, 1});
+    std::vector<py::ssize_t> rows(over.begin(), over.end());
+    rows.push_back(7);
+    doubles out(rows);
+    double *to = out.mutable_data();
+    in_pieces(py::ssize_t(all.size()), [&](py::ssize_t begin, py::ssize_t end) {
+        all.walk(size_t(begin), size_t(end), [&](size_t i, const double *numbers) {
+            const kr_vec3 size = {numbers[0], numbers[1], numbers[2]};
+            const auto shape = kr_shape(kind);
+            const double mass = are_dense ? kr_shape_mass(shape, size, numbers[3]) : numbers[3];
+            double height;
+            const kr_vec3 j = kr_shape_inertia(shape, size, mass, &height);
+            const double row[7] = {mass, j.x, j.y, j.z, 0.0, 0.0, height};
+            std::memcpy(to + 7 * i, row, sizeof row);
+        });
+    });
+    return out;
+}
+
 // Functions of the C library. Those of numpy are not used, because their last bits differ between
 // machines and from Python's.
 static double cosine(double x) { return std::cos(x); }
@@ -143,6 +167,7 @@ void bind_tops(py::module_ &m)
         .def("steady", steady, "spins"_a, "tilts"_a, "is_fast"_a)
         .def("symmetric", symmetric);
     m.def("bodies", bodies, "shape"_a, "columns"_a, "are_matrices"_a);
+    m.def("shapes", shapes, "kind"_a, "shape"_a, "columns"_a, "are_dense"_a);
     m.def("cosine", py::vectorize(cosine), "x"_a);
     m.def("sine", py::vectorize(sine), "x"_a);
     m.def("logarithm", py::vectorize(logarithm), "x"_a);

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, Self, Unpack, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import INPUT_RTOL, KIND_RTOL, TENSOR_LEAST, bodies, body, body_kind, shape_part
+from .._core import INPUT_RTOL, KIND_RTOL, TENSOR_LEAST, bodies, body, body_kind, shapes
 from .._utils import arguments
 from .._utils.arguments import Array, NoKeywords, short_repr
 from ..quaternion import turn, unit
@@ -504,29 +504,30 @@ class Body(BatchBase):
         amount, value = ("mass", mass) if density is None else ("density", density)
         words += [read_parameter("pivot", pivot), read_parameter(amount, value)]
         is_one = not broadcast_shapes(words)
-        *given, pivots, total = [one.values.tolist() if is_one else one.values for one in words]
+        *given, pivots, total = [one.values for one in words]
         kind, places = _SHAPES.get(name, _TUBE), _PLACES.get(name, (0, 1, 2))
-        padded = *(np.moveaxis(given[0], -1, 0) if "half" in sizes else given), 0.0, 0.0, 0.0
-        size = [padded[place] for place in places]
+        padded = *(np.moveaxis(given[0], -1, 0) if "half" in sizes else given), *[np.zeros(())] * 3
+        columns = [*[padded[place] for place in places], total]
+        shape = () if is_one else np.broadcast_shapes(*[column.shape for column in columns])
+        rows = shapes(kind, shape, columns, density is not None)
         if density is not None:
-            if name != "cuboid" and not np.any(shape_part(4, kind, *size, 1.0)):
+            total = rows[..., 0].copy()
+            if name != "cuboid" and not total.any():
                 raise ValueError(f"the {name} is thin and has no volume: give its mass")
-            total = shape_part(4, kind, *size, total)
-        moments = [shape_part(i, kind, *size, total) for i in range(3)]
-        height = shape_part(3, kind, 0.0, size[1], 0.0, 1.0) if name == "cone" else 0.0
-        x, y, z = pivots if is_one else np.moveaxis(pivots, -1, 0)
         with np.errstate(over="ignore"):
-            com = [0.0 - x, 0.0 - y, height - z]
-        if is_one and name != "rod":
-            numbers = body(total, moments, com, 0.0, _NOTHING, True)
+            lever = (rows[..., 4:] if name == "cone" else 0.0) - pivots
+        if is_one:
+            parts = rows[1:4].tolist(), lever.tolist(), 0.0, _NOTHING
+            numbers = body(float(total), *parts, True)
             if numbers is not None:
-                return cls.__new__(cls)._store_numbers(numbers, False)
+                made = cls.__new__(cls)._store_numbers(numbers, False)
+                if name != "rod" or min(made.moments) > INPUT_RTOL * max(made.moments):
+                    return made
         bad = ~((total > 0.0) & np.isfinite(total))
         if bad.any():
             text = "must be positive and finite"
             parameters.refuse_first(f"mass of the {name}", total, bad, text)
-        inertia, lever = stack_components(*moments), stack_components(*com)
-        tensor = _add_point_masses(BatchParameter("inertia", inertia, (3,)), total, lever)
+        tensor = _add_point_masses(BatchParameter("inertia", rows[..., 1:4], (3,)), total, lever)
         if name == "rod" and is_one:
             return cast(Self, _join(total, _as_matrices(tensor.values, 0), lever, np.zeros(3)))
         return cls.__new__(cls)._store_parts(words, total, tensor, lever)
@@ -717,7 +718,8 @@ def _join(mass: Any, tensor: Array, com: Array, rotor: Array, *parts: Body) -> B
     if is_finite_one and all(isinstance(part, ThinRods) for part in parts):
         least, _, largest = sorted(_principal_moments(tensor))
         if least <= INPUT_RTOL * largest:
-            return ThinRods(float(mass), tensor, com, unphysical=bool(unphysical), rotor=rotor)
+            flag, own = bool(unphysical), rotor.tolist()
+            return ThinRods(float(mass), tensor, com.tolist(), unphysical=flag, rotor=own)
     inertia = BatchParameter("inertia", tensor, (3, 3))
     words = [one for part in parts for one in part._list_varying_parameters()]
     return Body.__new__(Body)._store_parts(

@@ -166,11 +166,15 @@ def read_parameter(
     has another shape than the parameter, or fails its check (or `check` instead).
     """
     parameter = PARAMETERS[name]
-    hint = f": {parameter.why}" if parameter.why else ""
     chosen = check or parameter.check
-    is_plain = type(given) is float and parameter.shapes == ((),) and math.isfinite(given)
-    if is_plain and (chosen is None or chosen.is_met(given)):
-        return BatchParameter(name, np.array(given), (), degrees)
+    if parameter.shapes == ((),) and (
+        (type(given) is float and math.isfinite(given))
+        or (type(given) is int and abs(given) < 2**63)
+    ):
+        plain = float(given)
+        if chosen is None or chosen.is_met(plain):
+            return BatchParameter(name, np.array(plain), (), degrees)
+    hint = f": {parameter.why}" if parameter.why else ""
     if isinstance(given, BatchParameter):
         found, given = given, given.values
     else:
@@ -183,18 +187,16 @@ def read_parameter(
         if name == "damping" and not values.shape:
             values = values[None]
         found = _match_shape(name, given, values, degrees)
-    checks = [Check(_is_finite(len(found.value)), "must be finite")]
+    shared = collapse_broadcast_axes(found.values, len(found.shape))
+    if not np.isfinite(shared).all():
+        axes = tuple(range(-len(found.value), 0))
+        bad = ~np.isfinite(found.values).all(axis=axes)
+        refuse_first(name, given, bad, "must be finite", hint)
     if parameter is _TENSOR and found.value == (3,):
         chosen = None
-    for one in [*checks, *([chosen] if chosen else [])]:
-        if not one.is_met(collapse_broadcast_axes(found.values, len(found.shape))).all():
-            refuse_first(name, given, ~one.is_met(found.values), one.text, hint)
+    if chosen and not chosen.is_met(shared).all():
+        refuse_first(name, given, ~chosen.is_met(found.values), chosen.text, hint)
     return found
-
-
-def _is_finite(dims: int) -> Callable[[Array], BoolArray]:
-    axes = tuple(range(-dims, 0))
-    return lambda values: np.asarray(np.isfinite(values).all(axis=axes))
 
 
 def _match_shape(name: str, given: object, values: Array, degrees: bool) -> BatchParameter:
