@@ -63,7 +63,7 @@ REFUSALS = [  # (command line, words that the message contains)
     ("solve thesis --t 0:5:1,4:6:1", "4.0 goes back from 5.0"),
     # options that need each other, or exclude each other
     ("solve thesis --t 1 --method rk4", "give --step"),
-    ("solve thesis --t 1 --every 3", "give --t"),
+    ("solve thesis --t 1 --every 3", "--every needs"),
     ("solve thesis --t 1 --method geometric", "--error"),
     ("solve thesis --t 1 --method rk4 --step .1 --tol 1", "leave out --tol"),
     ("solve thesis --t 1 --digits 40", "--digits must be at most 30"),
@@ -72,7 +72,7 @@ REFUSALS = [  # (command line, words that the message contains)
     ("solve thesis --t 9 --method geometric --error 1e-3 --save a", "--save"),
     ("solve asymmetric --t 1 --method geometric --error 1e-6 --events nutation", "--events"),
     ("compare thesis --t 1 --methods rk4", "give --steps"),
-    ("compare thesis --t 1 --methods rk4 --steps 0", "positive"),
+    ("compare thesis --t 1 --methods rk4 --steps 0", "--steps must be positive"),
     # events
     ("solve asymmetric --t 1 --events nutatoin", "did you mean 'nutation'"),
     ("solve asymmetric --t 1 --events plane:0,1", "3 numbers"),
@@ -136,7 +136,7 @@ REFUSALS = [  # (command line, words that the message contains)
     ("fit record asymmetric --column spin", "--column spin"),
     ("fit record asymmetric --point 1,2", "--point"),
     ("fit record asymmetric --degrees", "--degrees"),
-    ("fit record asymmetric --instrument bais", "bias"),
+    ("fit record asymmetric --instrument bais", "--instrument"),
     *(
         (f"fit record asymmetric --plot {file}", file)
         for file in ("a", "a.foo", "a.jpg", "-.foo", "a.toml", "no/a.png")

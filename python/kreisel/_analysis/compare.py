@@ -24,7 +24,7 @@ from .._results.path import Path, check_is_one
 from .._results.results import Error, Interrupted
 from .._results.tables import encode_table_as_csv
 from .._solve.solve import solve
-from .._utils.arguments import Numbers, as_int, as_positive, short_repr
+from .._utils.arguments import Numbers, as_int, as_positive, short_repr, spell
 from .._utils.files import atomic_write
 from .._utils.html import format_html_table
 from .._utils.processes import Progress
@@ -154,7 +154,7 @@ def compare(
     if methods is None:
         methods = [method.name for method in known.values() if method.suits(scene)]
     if isinstance(methods, str) or not isinstance(methods, Iterable):
-        raise TypeError(f"methods must be a list of names, not {short_repr(methods)}")
+        raise TypeError(f"{spell('methods')} must be a list of names, not {short_repr(methods)}")
     runs: list[dict[str, Any]] = []  # the method of each, with its step or tolerance
     for name in methods:
         method = resolve_method(name, scene)
@@ -164,7 +164,7 @@ def compare(
         elif step_sizes:
             runs += [{"method": name, "step": step, "tol": None} for step in step_sizes]
         else:
-            raise ValueError(f"the method {name!r} has a fixed step: give steps, as in steps=[0.1]")
+            raise ValueError(f"the method {name!r} has a fixed step: give {spell('steps')}")
     for run in runs:
         make_options(**run).for_tops(scene)
     times = time_array(t, None, None)
@@ -231,5 +231,5 @@ def _solve_truth(scene: Scene, t: Numbers, name: MethodName, step_sizes: list[fl
     if method.adaptive:
         return solve(scene, t, name, tol=_TRUTH_TOL)
     if not step_sizes:
-        raise ValueError(f"the method {name!r} of truth has a fixed step: give steps")
+        raise ValueError(f"the method {name!r} has a fixed step: give {spell('steps')}")
     return solve(scene, t, name, step=min(step_sizes) / 16.0)

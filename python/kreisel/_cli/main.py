@@ -27,7 +27,7 @@ from .._options.methods import Method, unknown_method_message
 from .._options.methods import methods as known
 from .._options.options import RECORDABLE, TIME
 from .._results.results import Error, Interrupted
-from .._utils.arguments import unknown_name_message
+from .._utils.arguments import spell_as_options, unknown_name_message
 from .._utils.processes import replace_signal_handlers
 from .._view import open_viewer
 from .._view import view as open_view
@@ -251,7 +251,8 @@ def fit(
         raise UsageError(f"--sigma {' '.join(sigma)}: the value must be a number") from None
     try:
         given = record, columns or None, time, deviations, instrument or ()
-        measurements = Record.from_csv(*given, degrees=degrees, point=point)
+        with spell_as_options({"columns": "--column", "free": "--instrument"}):
+            measurements = Record.from_csv(*given, degrees=degrees, point=point)
     except OSError as error:
         raise UsageError(str(error)) from None
     interruption: Interrupted | None = None

@@ -31,7 +31,7 @@ from .._model.scene import Scene, parse_scene_toml, validate_one_top
 from .._model.toml import call_with_error_prefix, read_limited_text
 from .._options.methods import methods
 from .._options.options import RECORDABLE
-from .._utils.arguments import Array, suggest_name
+from .._utils.arguments import Array, spell_as_options, suggest_name
 from .._utils.files import atomic_write, check_file_is_writable
 from ..events import MAKERS, Event
 from ..scenes import about, get_scene
@@ -44,31 +44,18 @@ class UsageError(click.ClickException):
 
 
 class Command(click.Command):
-    """A command that prints each warning, and reports invalid arguments as UsageError.
-
-    Messages give the names of options in place of the arguments that functions of kreisel name.
-    """
+    """A command that prints each warning, and reports invalid arguments as UsageError."""
 
     def invoke(self, ctx: click.Context) -> Any:
-        options = {one.name: one.opts[0] for one in self.params if one.opts[0][0] == "-"}
-        names = "|".join(map(str, options))
-        argument = rf"(?<![\w.])({names})=|(?:^|(?<=give )|(?<=raise )|(?<=leave out ))({names})\b"
-
-        def name_options(message: object) -> str:
-            return re.sub(
-                argument, lambda m: options[m[2]] if m[2] else f"{options[m[1]]} ", str(message)
-            )
-
-        with warnings.catch_warnings():
-            warnings.showwarning = lambda message, *_, **__: click.echo(
-                f"Warning: {name_options(message)}", err=True
-            )
+        options = {str(one.name): one.opts[0] for one in self.params if one.opts[0][0] == "-"}
+        with warnings.catch_warnings(), spell_as_options(options):
+            warnings.showwarning = lambda text, *_, **__: click.echo(f"Warning: {text}", err=True)
             try:
                 return super().invoke(ctx)
             except ModuleNotFoundError as error:
                 raise click.ClickException(str(error)) from None
             except (TypeError, ValueError, MemoryError) as error:
-                raise UsageError(name_options(error) or "it needs more memory") from None
+                raise UsageError(str(error) or "it needs more memory") from None
 
 
 def parse_number_list(words: str) -> list[float]:

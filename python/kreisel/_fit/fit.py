@@ -15,6 +15,7 @@ from .._utils.arguments import (
     format_count,
     freeze_arrays,
     short_repr,
+    spell,
     unknown_name_message,
     validate_type,
     warn_user,
@@ -134,12 +135,12 @@ def fit(
     elif not best.has_converged:
         warn_user(
             f"the fit did not converge within {best.evaluations} paths: the result is the best so "
-            "far; raise max_evaluations or give a guess nearer to the motion"
+            f"far; raise {spell('max_evaluations')} or give a guess nearer to the motion"
         )
     elif excess or hint:
         warn_user((excess + hint).strip())
     for sentence in best.uncertain_sigma:
-        warn_user(f"{sentence}: give sigma, or add measurements")
+        warn_user(f"{sentence}: give {spell('sigma')}, or add measurements")
     return best
 
 

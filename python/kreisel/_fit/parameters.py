@@ -15,7 +15,7 @@ from .._model.body import Body
 from .._model.parameters import advance_shaking_phase
 from .._model.scene import Scene
 from .._results.results import SPECIFIC_FORCE
-from .._utils.arguments import Array, short_repr, unknown_name_message
+from .._utils.arguments import Array, short_repr, spell, unknown_name_message
 from . import rotations
 from .records import MEASURABLE, Record
 
@@ -250,16 +250,16 @@ def expand_free_names(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
     """Return the names of parameters in a fixed order; "start" means attitude and velocity."""
     items = [free] if isinstance(free, str) else free
     if not isinstance(items, Iterable):
-        raise TypeError(f"free must be names such as ('start', 'moments'), not {short_repr(free)}")
+        raise TypeError(f"{spell('free')} must be names such as 'start', not {short_repr(free)}")
     names: set[str] = set()
     for name in items:
         if name not in FREE:
-            raise ValueError(unknown_name_message("name in free:", str(name), FREE))
+            raise ValueError(unknown_name_message(f"name in {spell('free')}:", str(name), FREE))
         names |= set(START) if name == "start" else {name}
     if not names:
-        raise ValueError(f"free is empty; known are {', '.join(FREE)}")
+        raise ValueError(f"{spell('free')} is empty; known are {', '.join(FREE)}")
     if {"com", "lever"} <= names:
-        raise ValueError("free has both com and lever, the length of com: leave out one")
+        raise ValueError(f"{spell('free')} has com and lever, the length of com: leave out one")
     return tuple(name for name in FREE if name in names)
 
 

@@ -28,6 +28,7 @@ from .._utils.arguments import (
     freeze_arrays,
     is_angular,
     short_repr,
+    spell,
     split_column_head,
     unknown_name_message,
 )
@@ -124,7 +125,7 @@ def _join_vector_components(table: Table) -> Table:
     for name in table:
         if name not in _PARTS:
             hint = unknown_name_message("quantity in the name of a column:", name, _PARTS)
-            raise ValueError(f"{hint}; or pass columns")
+            raise ValueError(f"{hint}; or give {spell('columns')}")
     values: Table = {}
     for name, column in table.items():
         quantity = _PARTS[name][0]
@@ -261,10 +262,10 @@ class Record(ReadOnlyArrays):
             )
         if not values:
             raise ValueError("values is empty: give at least one quantity")
-        in_degrees = as_bool("degrees", degrees)
+        in_degrees, label = as_bool("degrees", degrees), spell("sigma")
         for name in sigma if isinstance(sigma, Mapping) else ():
             if name not in values:
-                raise ValueError(unknown_name_message("name in sigma:", str(name), values))
+                raise ValueError(unknown_name_message(f"name in {label}:", str(name), values))
         series = tuple(
             _validate_measurement_series(name, values, sigma, times, in_degrees) for name in values
         )
@@ -276,12 +277,12 @@ class Record(ReadOnlyArrays):
         has_force = any(one.quantity == SPECIFIC_FORCE.name for one in series)
         if has_force and point is None:
             raise ValueError(
-                "specific_force needs point=(x, y, z), the place of the accelerometer from the "
+                f"specific_force needs {spell('point')}, the place of the accelerometer from the "
                 "fixed point, in the frame of the body"
             )
         if point is not None and not has_force:
             raise ValueError(
-                "point is the place of an accelerometer, but values has no specific_force"
+                f"{spell('point')} needs values of specific_force, which an accelerometer measures"
             )
         place = None if point is None else np.array(as_three_floats("point", point))
         names = _validate_free_instrument_parameters(free, series)
@@ -472,7 +473,7 @@ def _validate_measurement_series(
         largest = float(np.abs(numbers).max())
         raise ValueError(
             f"{name} is up to {largest:g}, which is more than two turns: angles are in radians, or "
-            "in degrees with degrees=True"
+            f"in degrees with {spell('degrees')}"
         )
     unit = RADIANS_PER_DEGREE if is_rescaled or (degrees and quantity == "q") else 1.0
     width = 3 if quantity == "q" else numbers.shape[1]
@@ -486,7 +487,7 @@ def _validate_series_sigma(name: str, sigma: Sigma, is_measured: Mask, unit: flo
     value = sigma.get(name) if isinstance(sigma, Mapping) else sigma
     if value is None:
         return None
-    label = f"sigma of {name}"
+    label = f"{spell('sigma')} of {name}"
     numbers = as_array(label, value, "a number or an array of the shape of the values")
     if numbers.ndim == 1 and numbers.shape == (shape[0],) and shape[0] != shape[1]:
         numbers = numbers[:, None]
@@ -505,13 +506,13 @@ def _validate_series_sigma(name: str, sigma: Sigma, is_measured: Mask, unit: flo
 def _validate_free_instrument_parameters(
     free: InstrumentName | Iterable[InstrumentName], series: tuple[Series, ...]
 ) -> tuple[InstrumentName, ...]:
-    items = [free] if isinstance(free, str) else free
+    items, label = [free] if isinstance(free, str) else free, spell("free")
     if not isinstance(items, Iterable):
-        raise TypeError(f"free must be names such as 'bias', not {short_repr(free)}")
+        raise TypeError(f"{label} must be names such as 'bias', not {short_repr(free)}")
     names = list(items)
     for name in names:
         if name not in INSTRUMENT:
-            raise ValueError(unknown_name_message("name in free:", str(name), INSTRUMENT))
+            raise ValueError(unknown_name_message(f"name in {label}:", str(name), INSTRUMENT))
     if "mounting" in names and not any(
         one.is_attitude or (one.quantity in SEEN_FROM_BODY and one.part is None) for one in series
     ):

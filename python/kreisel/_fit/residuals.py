@@ -15,7 +15,7 @@ from .._model.scene import Scene
 from .._results.path import Path
 from .._results.results import SPECIFIC_FORCE, Error, specific_force
 from .._solve.solve import solve
-from .._utils.arguments import Array
+from .._utils.arguments import Array, spell
 from . import rotations
 from .parameters import BLOCKS, FitPoint, FreeParameters, Places
 from .records import MEASURABLE, SEEN_FROM_BODY, Mask, Record, Series, slice_record
@@ -637,7 +637,7 @@ def describe_uncertain_sigmas(best: Minimum, *, refuses: bool = False) -> tuple[
             if refuses and dof < _NO_DOF:
                 raise ValueError(
                     f"the sigma of {name} cannot be estimated, because the free parameters fit its "
-                    "numbers exactly: give sigma, add measurements, or remove names from free"
+                    f"numbers exactly: give {spell('sigma')}, more measurements or fewer names"
                 )
             sentences.append(
                 f"the sigma of {name} is estimated from {dof:.1f} degrees of freedom, too few for "

@@ -12,7 +12,7 @@ import numpy as np
 
 from .._results.results import Error
 from .._solve.solve import solve
-from .._utils.arguments import Array, freeze_arrays
+from .._utils.arguments import Array, freeze_arrays, spell
 from . import result, rotations
 from .guess import Guess, guess_parameters, interpolate_motion, yield_random_starts
 from .parameters import FitPoint, FreeParameters
@@ -193,12 +193,12 @@ class SearchSession:
         if count < self.parameters.size:
             raise ValueError(
                 f"the records have {count} numbers, fewer than the {self.parameters.size} free "
-                "parameters: add measurements, or remove names from free"
+                f"parameters: add measurements, or remove names from {spell('free')}"
             )
         if count == self.parameters.size and not self.is_sigma_known:
             raise ValueError(
                 f"the records have {count} numbers, as many as free parameters, so that sigma "
-                "cannot be estimated: give sigma, add measurements, or remove names from free"
+                f"cannot be estimated: give {spell('sigma')}, more measurements or fewer names"
             )
         most = max(len(np.unique(self._times)) // 2, 1)
         if pieces is not None and pieces > most:
@@ -519,7 +519,7 @@ class SearchSession:
             if mask.any() and sensitivities.max() <= _INSENSITIVE * scale:
                 raise ValueError(
                     f"{rows.series.name} does not depend on the free parameters "
-                    f"({', '.join(self.parameters.free)}): add names to free, or leave it out"
+                    f"({', '.join(self.parameters.free)}): add to {spell('free')}, or leave it out"
                 )
 
     def _measure_relative_misfit(self, best: Minimum) -> float:

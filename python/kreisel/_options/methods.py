@@ -14,7 +14,7 @@ from .._core import methods as core_methods
 from .._model.body import Body
 from .._model.parameters import list_disturbances
 from .._model.scene import Scene, validate_one_top
-from .._utils.arguments import Array, as_finite_array, short_repr, validate_type
+from .._utils.arguments import Array, as_finite_array, short_repr, spell, validate_type
 from .._utils.arguments import unknown_name_message as unknown_name
 from .._utils.quantity_attributes import MethodName
 
@@ -124,7 +124,7 @@ class Methods(dict[MethodName, Method]):
 def unknown_method_message(name: str) -> str:
     """Return the error message for a method that does not exist."""
     if name == "geometric":
-        return "method='geometric' needs trial runs: only kreisel.solve accepts it"
+        return f"{spell('method', name)} needs trial runs: only kreisel.solve accepts it"
     if name in ("gsl_rk8pd", "gsl_bsimp"):
         return (
             f"the method {name!r} is not in this build: it needs the GNU Scientific Library (GPL); "
@@ -287,7 +287,7 @@ def explain_no_closed_form(scene: Scene) -> str:
 def get_method(name: object) -> Method:
     """Return the method named `name`; raise TypeError or ValueError if there is none."""
     if not isinstance(name, str):
-        raise TypeError(f"method must be a name in kreisel.methods, not {short_repr(name)}")
+        raise TypeError(f"{spell('method')} must be one of kreisel.methods, not {short_repr(name)}")
     method = methods.get(cast(MethodName, name))
     if method is None:
         raise ValueError(unknown_method_message(name))

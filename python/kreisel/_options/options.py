@@ -26,6 +26,7 @@ from .._utils.arguments import (
     as_int,
     as_positive,
     short_repr,
+    spell,
     unknown_name_message,
 )
 from .._utils.processes import Progress
@@ -405,18 +406,19 @@ def _make_options(
     if isinstance(method, str) and method == GEOMETRIC:
         others = {"step": step, "tol": tol, "digits": digits, "every": every, "events": events}
         others |= {"reduce": reduce, "tangents": tangents}
+        geometric = spell("method", GEOMETRIC)
         if error is None:
-            raise ValueError("method='geometric' needs the allowed error [rad], as in error=1e-6")
-        names = " and ".join(name for name, value in others.items() if value is not None)
+            raise ValueError(f"{geometric} needs the allowed error [rad]: {spell('error', 1e-6)}")
+        names = " and ".join(spell(name) for name, value in others.items() if value is not None)
         if names:
-            raise ValueError(f"method='geometric' chooses its steps: leave {names} out")
+            raise ValueError(f"{geometric} chooses its steps: leave {names} out")
         target = as_positive("error", error)
         if target > 0.1:
-            raise ValueError(f"error must be at most 0.1 rad, to be measured, not {target!r}")
+            raise ValueError(f"{spell('error')} must be at most 0.1 rad, not {target!r}")
         quantities, limit = validate_requested_quantities(want), as_int("max_steps", max_steps, 0)
         return Options(GEOMETRIC, None, None, None, limit, quantities, GEOMETRIC, error=target)
     if error is not None:
-        raise ValueError(f"error needs method='geometric'; {method!r} takes step or tol")
+        raise ValueError(f"{spell('error')} needs {spell('method', GEOMETRIC)}, not {method!r}")
     if reduce is not None and (want is not None or events is not None):
         reason = "give either want, for the path of each top, or reduce, not both"
         raise ValueError(reason if events is None else "events need paths: leave out reduce")
@@ -430,13 +432,13 @@ def _make_options(
         want = [quantity for quantity, *_ in reductions]
     quantities = validate_requested_quantities(want)
     if step is None and not one.adaptive:
-        raise ValueError(f"the method {one.name!r} has a fixed step: give step, as in step=0.01")
+        raise ValueError(f"the method {one.name!r} has a fixed step: give {spell('step')}")
     length = None if step is None else as_positive("step", step)
     if tol is not None and not (one.adaptive or one.implicit):
-        raise ValueError(f"the method {one.name!r} has no tolerance: leave out tol")
+        raise ValueError(f"the method {one.name!r} has no tolerance: leave out {spell('tol')}")
     accuracy = None if tol is None else as_positive("tol", tol)
     if accuracy is not None and accuracy >= 1.0:
-        raise ValueError(f"tol, the relative error of a step, must be below 1, not {tol!r}")
+        raise ValueError(f"{spell('tol')}, the relative error, must be below 1, not {tol!r}")
     places = None if digits is None else _validate_digits(one, digits, tol)
     needs_series = digits is not None or events is not None or bool(parameters)
     options = Options(
@@ -468,37 +470,36 @@ def validate_requested_quantities(want: object) -> tuple[QuantityName, ...] | No
         return None
     if isinstance(want, str):
         raise TypeError(f"want must be a list of names, as want=[{short_repr(want)}]")
-    names: list[Any] = _list_names("want", want, ["t", *RECORDABLE], "('apex', 'energy')")
+    names: list[Any] = _list_names("want", want, ["t", *RECORDABLE])
     quantities = tuple(name for name in names if name != "t")
     if not quantities:
-        raise ValueError("want contains no quantity besides t; leave it out to record all")
+        raise ValueError(f"{spell('want')} has no quantity besides t; leave it out to record all")
     return quantities
 
 
-def _list_names(what: str, value: object, known: Iterable[str], example: str) -> list[str]:
+def _list_names(what: str, value: object, known: Iterable[str]) -> list[str]:
     """Return one name or several as a list without duplicates, if they are among the known ones."""
     names = [value] if isinstance(value, str) else value
     if not isinstance(names, Iterable):
-        given = short_repr(value)
-        raise TypeError(f"{what} must be one or several names, as in {what}={example}, not {given}")
+        raise TypeError(f"{spell(what)} must be one or several names, not {short_repr(value)}")
     names = list(names)
     for name in names:
         if not isinstance(name, str) or name not in known:
-            raise ValueError(unknown_name_message(f"name in {what}:", str(name), known))
+            raise ValueError(unknown_name_message(f"name in {spell(what)}:", str(name), known))
     if not names:
-        raise ValueError(f"{what} is empty: give one or several of {', '.join(known)}")
+        raise ValueError(f"{spell(what)} is empty: give one or several of {', '.join(known)}")
     return list(dict.fromkeys(names))
 
 
 def _validate_digits(method: Method, digits: object, tol: object) -> int:
     """Return the number of digits, rounded up to 16, 20 or 30."""
     if not method.digits:
-        raise ValueError(f"the precision of {method.name!r} is fixed: digits need 'taylor'")
+        raise ValueError(f"{spell('digits')} needs 'taylor', not {method.name!r}")
     if tol is not None:
-        raise ValueError("give either digits or tol, not both")
+        raise ValueError(f"give either {spell('digits')} or {spell('tol')}, not both")
     count = as_int("digits", digits, 1)
     if count > 30:
-        raise ValueError(f"digits must be at most 30, not {digits!r}")
+        raise ValueError(f"{spell('digits')} must be at most 30, not {digits!r}")
     return 16 if count <= 16 else 20 if count <= 20 else 30
 
 
@@ -507,13 +508,15 @@ def validate_recording_interval(method: Method, every: object) -> int | None:
     if every is None:
         return None
     if method.adaptive:
-        raise ValueError(f"every needs a method of fixed step, not {method.name}: give t as a list")
+        raise ValueError(
+            f"{spell('every')} needs a method of fixed step: give {spell('t')} as a list"
+        )
     return as_int("every", every, 1)
 
 
 def _validate_events(method: str, events: object) -> tuple[Event, ...]:
     if method != FALLBACK:
-        raise ValueError(f"events need the polynomials of 'taylor'; {method!r} computes none")
+        raise ValueError(f"{spell('events')} need the polynomials of 'taylor', not {method!r}")
     several = [events] if isinstance(events, Event) else events
     if not isinstance(several, Sequence) or not all(isinstance(one, Event) for one in several):
         raise TypeError(f"events must be one or several kreisel.Event, not {short_repr(events)}")
@@ -533,7 +536,7 @@ def _validate_reductions(reduce: object) -> tuple[Reduction, ...]:
         if not isinstance(name, str) or name not in _COMPONENTS:
             names = [*QUANTITIES, *(one for one in _COMPONENTS if one not in QUANTITIES)]
             raise ValueError(unknown_name_message("quantity in reductions:", str(name), names))
-        for kind in _list_names(f"reductions[{name!r}]", value, core.reductions, "'min'"):
+        for kind in _list_names(f"reductions[{name!r}]", value, core.reductions):
             at = core.reductions.index(kind)
             reductions += [(*one, at, name) for one in _COMPONENTS[name]]
     return tuple(reductions)
@@ -541,7 +544,7 @@ def _validate_reductions(reduce: object) -> tuple[Reduction, ...]:
 
 def validate_tangent_names(tangents: object) -> tuple[str, ...]:
     """Return the names of the requested tangents without duplicates, in a fixed order."""
-    names = _list_names("tangents", tangents, core.tangents, "('start', 'gravity')")
+    names = _list_names("tangents", tangents, core.tangents)
     return tuple(name for name in core.tangents if name in names)
 
 
@@ -641,7 +644,7 @@ def time_array(
     """
     times = validate_time_list(t, shape)
     if times.ndim and every is not None:
-        raise ValueError("every needs t as a number; a list has its own times")
+        raise ValueError(f"{spell('every')} needs {spell('t')} as a number, not a list")
     if times.ndim > 1 and shape is not None:
         try:
             all_times = np.broadcast_to(times, (*shape, times.shape[-1]))
@@ -717,7 +720,7 @@ def iterate_time_chunks(
     """
     if isinstance(t, Iterator):
         if every is not None:
-            raise ValueError("every needs t as a number; an iterator has its own times")
+            raise ValueError(f"{spell('every')} needs {spell('t')} as a number, not an iterator")
         return _split_time_iterator_into_chunks(t, size)
     if np.ndim(t) > 0 or isinstance(t, Sequence):
         times = time_array(t, step, every)
@@ -777,12 +780,11 @@ def _compute_grid_times(first: int, stop: int, every: int, step: float, begin: f
     return times + begin if begin else times
 
 
-def check_states_fit_in_memory(
-    states: int, size: int, of: str = "", advice: str = "record fewer with a larger every or step"
-) -> None:
+def check_states_fit_in_memory(states: int, size: int, of: str = "", advice: str = "") -> None:
     """Raise MemoryError if the states, with `size` bytes each, would not fit in memory."""
     if size * states > get_total_memory():
         memory = f"{1e-9 * size * states:.3g} GB, more than this machine has"
+        advice = advice or f"record fewer with a larger {spell('every')} or {spell('step')}"
         raise MemoryError(f"{states} states{of} need {memory}: {advice}")
 
 

@@ -407,11 +407,12 @@ def sweep(
         parts = range(plan.parts)
     elif not isinstance(parts, range) or parts.step != 1:
         raise TypeError(
-            f"parts must be a range of numbers such as range(0, 100), not {short_repr(parts)}"
+            f"{checks.spell('parts')} must be a range such as range(100), not {short_repr(parts)}"
         )
     if parts and not (parts.start >= 0 and parts.stop <= plan.parts):
+        label = checks.spell("parts")
         raise ValueError(
-            f"parts must lie between 0 and {plan.parts}, not {parts.start} to {parts.stop}"
+            f"{label} must lie between 0 and {plan.parts}, not {parts.start} to {parts.stop}"
         )
     from . import store as stores  # it needs pyarrow
 

@@ -10,6 +10,7 @@ import sys
 import warnings
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import FrozenInstanceError
 from functools import update_wrapper
 from importlib import import_module
@@ -59,10 +60,32 @@ def short_repr(value: object) -> str:
         return f"{type(value).__name__} with too many digits"
 
 
+_spellings: ContextVar[Mapping[str, str]] = ContextVar("spellings", default=MappingProxyType({}))
+
+
+@contextmanager
+def spell_as_options(options: Mapping[str, str]) -> Iterator[None]:
+    """Return a context manager in which messages name the options of a command, not arguments."""
+    token = _spellings.set({**_spellings.get(), **options})
+    try:
+        yield
+    finally:
+        _spellings.reset(token)
+
+
+def spell(name: str, value: object = None) -> str:
+    """Return an argument, perhaps with a value, as the user writes it: step=0.1 or --step 0.1."""
+    option = _spellings.get().get(name)
+    if value is None:
+        return option or name
+    return f"{option} {value}" if option else f"{name}={value!r}"
+
+
 def validate_type(name: str, value: object, expected: type[_T]) -> _T:
     """Return `value` if it is an instance of `expected`; raise TypeError otherwise."""
     if not isinstance(value, expected):
-        raise TypeError(f"{name} must be a kreisel.{expected.__name__}, not {short_repr(value)}")
+        kind = f"a kreisel.{expected.__name__}"
+        raise TypeError(f"{spell(name)} must be {kind}, not {short_repr(value)}")
     return value
 
 
@@ -72,34 +95,34 @@ def has_unit_attribute(value: object) -> bool:
 
 def as_float(name: str, value: object) -> float:
     if has_unit_attribute(value):
-        raise TypeError(f"{name} must be a number without a unit, not {short_repr(value)}")
+        raise TypeError(f"{spell(name)} must be a number without a unit, not {short_repr(value)}")
     scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
     if isinstance(scalar, bool) or not isinstance(scalar, Real):
-        raise TypeError(f"{name} must be a number, not {short_repr(value)}")
+        raise TypeError(f"{spell(name)} must be a number, not {short_repr(value)}")
     try:
         real = float(scalar)
     except OverflowError:
         real = math.inf
     if not math.isfinite(real):
-        raise ValueError(f"{name} must be finite in double precision, not {short_repr(value)}")
+        raise ValueError(f"{spell(name)} must be finite in doubles, not {short_repr(value)}")
     return real
 
 
 def as_positive(name: str, value: object) -> float:
     real = as_float(name, value)
     if not real > 0.0:
-        raise ValueError(f"{name} must be positive, not {short_repr(value)}")
+        raise ValueError(f"{spell(name)} must be positive, not {short_repr(value)}")
     return real
 
 
 def as_int(name: str, value: object, least: int) -> int:
     """Return `value` as an integer n with least <= n < 2**63."""
     if isinstance(value, bool) or not isinstance(value, Integral):
-        raise TypeError(f"{name} must be a whole number, not {short_repr(value)}")
+        raise TypeError(f"{spell(name)} must be a whole number, not {short_repr(value)}")
     n = int(value)
     if not least <= n < 2**63:
         raise ValueError(
-            f"{name} must be at least {least} and less than 2**63, not {short_repr(value)}"
+            f"{spell(name)} must be at least {least} and less than 2**63, not {short_repr(value)}"
         )
     return n
 
@@ -107,7 +130,7 @@ def as_int(name: str, value: object, least: int) -> int:
 def as_bool(name: str, value: object) -> bool:
     """Return `value` as a bool; raise TypeError if it is neither True nor False."""
     if not isinstance(value, bool | np.bool_):
-        raise TypeError(f"{name} must be True or False, not {short_repr(value)}")
+        raise TypeError(f"{spell(name)} must be True or False, not {short_repr(value)}")
     return bool(value)
 
 
@@ -116,25 +139,25 @@ def as_unit_name(name: str, value: object) -> str:
     if isinstance(value, str) and value.strip() and value.isprintable():
         return value
     kind = ValueError if isinstance(value, str) else TypeError
-    raise kind(f"{name} must be the name of a unit such as 's', not {short_repr(value)}")
+    raise kind(f"{spell(name)} must be the name of a unit such as 's', not {short_repr(value)}")
 
 
 def as_array(name: str, value: object, description: str) -> Array:
     """Convert `value`, which errors describe by `description`, to a new array of doubles."""
     # No array is masked unless numpy.ma is loaded; importing it only for this check is slow.
     if "numpy.ma" in sys.modules and np.ma.is_masked(value):
-        raise TypeError(f"{name} must be {description} without masked values")
+        raise TypeError(f"{spell(name)} must be {description} without masked values")
     kinds = set(map(type, value)) if isinstance(value, (list, tuple)) else set()
     if any(map(has_unit_attribute, (value, *kinds))):
         raise TypeError(
-            f"{name} must be {description} without a unit: pass plain numbers in your units"
+            f"{spell(name)} must be {description} without a unit: pass plain numbers in your units"
         )
     try:
         numbers = np.asarray(value)
     except ValueError:
-        raise ValueError(f"{name} must be {description}, not {short_repr(value)}") from None
+        raise ValueError(f"{spell(name)} must be {description}, not {short_repr(value)}") from None
     if numbers.dtype.kind not in "iuf":
-        raise TypeError(f"{name} must be {description}, not {short_repr(value)}")
+        raise TypeError(f"{spell(name)} must be {description}, not {short_repr(value)}")
     with np.errstate(over="ignore"):
         return numbers.astype(np.float64)
 
@@ -143,10 +166,10 @@ def as_finite_array(name: str, value: object, description: str) -> Array:
     numbers = as_array(name, value, description)
     if not np.isfinite(numbers).all():
         if numbers.ndim == 0:
-            raise ValueError(f"{name} must be finite, not {short_repr(value)}")
+            raise ValueError(f"{spell(name)} must be finite, not {short_repr(value)}")
         index = tuple(map(int, np.argwhere(~np.isfinite(numbers))[0]))
         suffix = "".join(f"[{i}]" for i in index)
-        raise ValueError(f"{name} must be finite, not {name}{suffix} = {numbers[index]}")
+        raise ValueError(f"{spell(name)} must be finite, not {name}{suffix} = {numbers[index]}")
     return numbers
 
 
@@ -159,7 +182,7 @@ def as_float_list(name: str, value: object, n: int, description: str) -> list[fl
                 return plain
     numbers = as_finite_array(name, value, description)
     if numbers.shape != (n,):
-        raise ValueError(f"{name} must be {description}, not {short_repr(value)}")
+        raise ValueError(f"{spell(name)} must be {description}, not {short_repr(value)}")
     return [float(x) for x in numbers]
 
 
@@ -344,7 +367,7 @@ def find_unit_of_angles(columns: Iterable[tuple[str, str, str]], degrees: bool |
     if stated and degrees not in (None, *stated):
         given = "degrees" if degrees else "radians"
         raise ValueError(
-            f"degrees={degrees} contradicts the column {stated[not degrees]!r}, whose head says "
+            f"{spell('degrees')} contradicts the column {stated[not degrees]!r}, whose head says "
             f"that it is not in {given}"
         )
     return bool(degrees) if not stated else True in stated
