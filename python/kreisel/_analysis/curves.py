@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from .._plot.charts import AngleBetweenPaths, FigureAxes
 
 _LEVEL = 1e-9  # approximate error of the height in a solution with a tolerance of 1e-10
+_ROUND = 24  # flat sides of a rod that approximate a round one
 _FEWEST = 4  # states per nutation: with 3 the period can be wrong by 1 %, with 2 by 50 %
 
 
@@ -311,27 +312,48 @@ class Rod:
         The rod should bend only slightly between neighbouring points. Raises ValueError if the rod
         has fewer than two states, and ImportError if matplotlib is not installed.
         """
-        from .._plot.charts import ORANGE, open_chart
-        from .._plot.film import compute_twist_free_normals, draw_start_and_scale_bar, draw_tube
+        from .._plot import charts
+        from .._plot.film import draw_solid_faces
 
-        target = open_chart(axes)
+        target = charts.open_chart(axes)
         side = None if thickness is None else arguments.as_positive("thickness", thickness)
         view = arguments.as_float("elevation", elevation), arguments.as_float("azimuth", azimuth)
         unit = arguments.as_unit_name("length_unit", length_unit)
         if len(self.s) < 2:
             states = format_count(len(self.s), "state")
             raise ValueError(f"a rod of {states} cannot be drawn: solve for more times")
-        normals = (
-            compute_twist_free_normals(self.frame[:, 2]) if self.isotropic else self.frame[:, :2]
-        )
-        section = (1.0, 1.0) if self.isotropic else self.section
+        side = float(np.ptp(self.centre, axis=0).max()) / 30.0 if side is None else side
+        draw_solid_faces(target, self._build_faces(side), colour or charts.ORANGE, *view)
+        charts.set_equal_scale_and_hide_frame(target)
+        charts.draw_start_and_scale_bar(self.centre, target, unit, *view)
+        return target
+
+    def _build_faces(self, thickness: float) -> Array:
+        """Return the faces (n, 4, 3) of a tube, round or with an elliptical cross-section."""
         # The points of a path back in time are reversed, so that they follow the tangents.
         order = slice(None, None, -1 if self.s[-1] < self.s[0] else 1)
-        draw_tube(
-            self.centre[order], normals[order], section, target, side, colour or ORANGE, *view
-        )
-        draw_start_and_scale_bar(self.centre, target, unit, *view)
-        return target
+        centre, frame = self.centre[order], self.frame[order]
+        section, normals = self.section, frame[:, :2]
+        if self.isotropic:  # the normals do not twist about the curve
+            section, tangent, first = (1.0, 1.0), frame[:, 2], np.empty_like(centre)
+            normal = np.eye(3)[np.argmin(np.abs(self.frame[0, 2]))]
+            for k, direction in enumerate(tangent):
+                normal = normal - (normal @ direction) * direction
+                normal = normal / np.linalg.norm(normal)
+                first[k] = normal
+            normals = np.stack([first, np.cross(tangent, first)], axis=1)
+        angle = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
+        ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1) * np.array(section)
+        ring *= 0.5 * thickness
+        rims = centre[:, None] + np.einsum("cj,njk->nck", ring, normals)
+        pieces = np.arange(0, _ROUND, 2)[:, None] + np.arange(3)  # rim points of the end faces
+        ends = []
+        for k, corners in (0, pieces[:, ::-1]), (-1, pieces):
+            middle = np.broadcast_to(centre[k], (len(pieces), 1, 3))
+            ends.append(np.concatenate([middle, rims[k, corners % _ROUND]], axis=1))
+        shifted = np.roll(rims, -1, axis=1)
+        sides = np.stack([rims[:-1], shifted[:-1], shifted[1:], rims[1:]], axis=2)
+        return np.concatenate([sides.reshape(-1, 4, 3), *ends])
 
     def _repr_html_(self) -> str | None:
         """Return an image of the rod, or None if the rod has fewer than two states."""

@@ -116,6 +116,39 @@ def set_equal_scale_and_hide_frame(axes: Axes) -> None:
     axes.axis("off")
 
 
+def draw_start_and_scale_bar(
+    centre: Array, axes: Axes, unit: str, elevation: float = 20.0, azimuth: float = 0.0
+) -> None:
+    """Mark the first point of a curve, and draw a scale bar of 1, 2 or 5 times a power of ten."""
+    ink = matplotlib.rcParams["text.color"]
+    x, y, _ = project_to_view(centre, elevation, azimuth)
+    axes.plot(x[:1], y[:1], "o", color=ink, markersize=4, zorder=4)
+    style = {"textcoords": "offset points", "fontsize": 8, "color": ink}
+    extent = float(max(np.ptp(x), np.ptp(y)))
+    is_near = np.hypot(x - x[0], y - y[0]) <= 0.3 * extent
+    dx, dy = x[0] - x[is_near].mean(), y[0] - y[is_near].mean()  # away from the curve
+    distance = float(np.hypot(dx, dy))
+    dx, dy = (dx / distance, dy / distance) if distance > 0.0 else (-1.0, 0.0)
+    axes.annotate(
+        "start", (x[0], y[0]), xytext=(9 * dx, 9 * dy),
+        ha=("center", "left", "right")[round(dx)],
+        va=("center", "bottom", "top")[round(dy)], **style,
+    )  # fmt: skip
+    if not extent > 0.0:
+        return
+    power = 10.0 ** np.floor(np.log10(0.25 * extent))
+    # The logarithm of a number just below a power of ten may be rounded up.
+    length = float(max(k for k in (0.5, 1.0, 2.0, 5.0) if k * power <= 0.25 * extent) * power)
+    left, bottom = float(x.max()) - length, float(y.min()) - 0.08 * extent
+    axes.plot(
+        [left, left + length], [bottom, bottom], color=ink, linewidth=2.0, solid_capstyle="butt"
+    )
+    axes.annotate(
+        f"{length:.12g} {unit}", (left + 0.5 * length, bottom), xytext=(0, -4), va="top",
+        ha="center", **style,
+    )  # fmt: skip
+
+
 def check_axes(axes: object) -> None:
     if not isinstance(axes, Axes):
         raise TypeError(

@@ -30,7 +30,6 @@ from ..quaternion import multiply, turn
 from .charts import (
     FAINT,
     MOST_POINTS,
-    ORANGE,
     POINTS_PER_TURN,
     compute_duration_of_turn,
     project_to_view,
@@ -57,7 +56,6 @@ _PROFILE = (  # the radii and heights of the outline of a spinning top and its s
     (0.85, 1.4), (0.78, 1.46), (0.7, 1.5), (0.59, 1.54), (0.47, 1.57), (0.33, 1.59), (0.2, 1.62),
     (0.1, 1.68), (0.1, 2.15), (0.16, 2.2), (0.16, 2.35), (0.0, 2.4),
 )  # fmt: skip
-_ROUND = 24  # flat sides that approximate a round tube
 
 
 def _rotate(q: Array, points: Array) -> Array:
@@ -97,80 +95,6 @@ def draw_solid_faces(
     solid = PolyCollection(list(np.stack([x, y], axis=-1)), facecolors=colours, **outline)
     axes.add_collection(solid)
     return solid
-
-
-def draw_tube(
-    centre: Array,
-    normals: Array,
-    section: tuple[float, float],
-    axes: Axes,
-    thickness: float | None = None,
-    colour: str = ORANGE,
-    elevation: float = 20.0,
-    azimuth: float = 0.0,
-) -> None:
-    """Draw a tube of elliptical cross-section along a curve through n points.
-
-    The axes of the ellipse are parallel to the unit vectors in `normals` (n, 2, 3), have the ratio
-    `section`, and the length `thickness`, by default a thirtieth of the size of the curve.
-    """
-    angle = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
-    ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1) * np.array(section)
-    ring *= 0.5 * (np.ptp(centre, axis=0).max() / 30.0 if thickness is None else thickness)
-    rims = centre[:, None] + np.einsum("cj,njk->nck", ring, normals)
-    pieces = np.arange(0, _ROUND, 2)[:, None] + np.arange(3)  # rim points of the end faces
-    ends = []
-    for k, corners in (0, pieces[:, ::-1]), (-1, pieces):
-        middle = np.broadcast_to(centre[k], (len(pieces), 1, 3))
-        ends.append(np.concatenate([middle, rims[k, corners % _ROUND]], axis=1))
-    shifted = np.roll(rims, -1, axis=1)
-    sides = np.stack([rims[:-1], shifted[:-1], shifted[1:], rims[1:]], axis=2).reshape(-1, 4, 3)
-    draw_solid_faces(axes, np.concatenate([sides, *ends]), colour, elevation, azimuth)
-    set_equal_scale_and_hide_frame(axes)
-
-
-def draw_start_and_scale_bar(
-    centre: Array, axes: Axes, unit: str, elevation: float = 20.0, azimuth: float = 0.0
-) -> None:
-    """Mark the first point of a curve, and draw a scale bar of 1, 2 or 5 times a power of ten."""
-    ink = matplotlib.rcParams["text.color"]
-    x, y, _ = project_to_view(centre, elevation, azimuth)
-    axes.plot(x[:1], y[:1], "o", color=ink, markersize=4, zorder=4)
-    style = {"textcoords": "offset points", "fontsize": 8, "color": ink}
-    extent = float(max(np.ptp(x), np.ptp(y)))
-    is_near = np.hypot(x - x[0], y - y[0]) <= 0.3 * extent
-    dx, dy = x[0] - x[is_near].mean(), y[0] - y[is_near].mean()  # away from the curve
-    distance = float(np.hypot(dx, dy))
-    dx, dy = (dx / distance, dy / distance) if distance > 0.0 else (-1.0, 0.0)
-    axes.annotate(
-        "start", (x[0], y[0]), xytext=(9 * dx, 9 * dy),
-        ha=("center", "left", "right")[round(dx)],
-        va=("center", "bottom", "top")[round(dy)], **style,
-    )  # fmt: skip
-    if not extent > 0.0:
-        return
-    power = 10.0 ** np.floor(np.log10(0.25 * extent))
-    # The logarithm of a number just below a power of ten may be rounded up.
-    length = float(max(k for k in (0.5, 1.0, 2.0, 5.0) if k * power <= 0.25 * extent) * power)
-    left, bottom = float(x.max()) - length, float(y.min()) - 0.08 * extent
-    axes.plot(
-        [left, left + length], [bottom, bottom], color=ink, linewidth=2.0, solid_capstyle="butt"
-    )
-    axes.annotate(
-        f"{length:.12g} {unit}", (left + 0.5 * length, bottom), xytext=(0, -4), va="top",
-        ha="center", **style,
-    )  # fmt: skip
-
-
-def compute_twist_free_normals(tangent: Array) -> Array:
-    """Return two unit normals at each point of a curve; they do not twist about the curve."""
-    normals = np.empty_like(tangent)
-    normal = np.eye(3)[np.argmin(np.abs(tangent[0]))]
-    for k, direction in enumerate(tangent):
-        normal = normal - (normal @ direction) * direction
-        normal = normal / np.linalg.norm(normal)
-        normals[k] = normal
-    return np.stack([normals, np.cross(tangent, normals)], axis=1)
 
 
 def cuboid(mass: float, moments: Array, com: Array) -> tuple[Array, Array, Array]:

@@ -791,16 +791,6 @@ class Events(arguments.ReadOnlyArrays, QuantityAttributes):
         """(k,) times [T]."""
         return self.states[:, 0]
 
-    @property
-    def q(self) -> Array:
-        """(k, 4) unit quaternions (w, x, y, z), from the frame of description to space."""
-        return self.states[:, calls.STATE_COLUMNS["q"]]
-
-    @property
-    def m(self) -> Array:
-        """(k, 3) angular momentum about the fixed point [M L^2 T^-1]."""
-        return self.states[:, calls.STATE_COLUMNS["m"]]
-
 
 if TYPE_CHECKING:  # Type checkers tell the path of an ensemble from that of one top.
 
@@ -825,6 +815,8 @@ else:
 
 
 def _compute_event_quantity(events: Events, name: str) -> Array:
+    if name in calls.STATE_COLUMNS:  # as the states, without their path
+        return events.states[:, calls.STATE_COLUMNS[name]]
     values: Array = getattr(events.path, name)
     return values if events._columns is None else values[:, 0]
 

@@ -454,7 +454,7 @@ class PathBase(RunResult, QuantityAttributes):
         return super().t if self._is_many else self._select_state_component("t")
 
     @property
-    def q(self) -> Array:
+    def q(self) -> Array:  # type: ignore[override]
         """(n, 4) unit quaternions (w, x, y, z), from the frame of description to space."""
         return self._select_state_component("q")
 
@@ -464,7 +464,7 @@ class PathBase(RunResult, QuantityAttributes):
         return self.q[..., [1, 2, 3, 0]]
 
     @property
-    def m(self) -> Array:
+    def m(self) -> Array:  # type: ignore[override]
         """(n, 3) angular momentum about the fixed point [M L^2 T^-1]."""
         return self._select_state_component("m")
 

@@ -96,9 +96,6 @@ class Section(RunResult, QuantityAttributes):
         """(e,) times [T]."""
         return self.states[:, 0]
 
-    q: Array
-    m: Array
-
     def plot(
         self,
         axes: Axes | None = None,

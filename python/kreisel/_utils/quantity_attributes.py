@@ -35,10 +35,10 @@ class Quantity:
 
 
 class QuantityAttributes:
-    """The quantities of a path except t, q and m, generated from csrc/quantities.def."""
+    """The quantities of a path except t, generated from csrc/quantities.def."""
 
     if TYPE_CHECKING:
-        velocity = torque = frame = apex = body_velocity = Quantity()
+        q = m = velocity = torque = frame = apex = body_velocity = Quantity()
         body_momentum = body_vertical = spin = precession_angle = Quantity()
         nutation = spin_angle = kinetic = potential = energy = Quantity()
         vertical_momentum = axial_momentum = kowalewski = Quantity()
