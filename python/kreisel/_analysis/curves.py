@@ -330,18 +330,18 @@ class Rod:
 
     def _build_faces(self, thickness: float) -> Array:
         """Return the faces (n, 4, 3) of a tube, round or with an elliptical cross-section."""
-        # The points of a path back in time are reversed, so that they follow the tangents.
-        order = slice(None, None, -1 if self.s[-1] < self.s[0] else 1)
-        centre, frame = self.centre[order], self.frame[order]
-        section, normals = self.section, frame[:, :2]
+        section, normals = self.section, self.frame[:, :2]
         if self.isotropic:  # the normals do not twist about the curve
-            section, tangent, first = (1.0, 1.0), frame[:, 2], np.empty_like(centre)
-            normal = np.eye(3)[np.argmin(np.abs(self.frame[0, 2]))]
+            section, tangent, first = (1.0, 1.0), self.frame[:, 2], np.empty_like(self.centre)
+            normal = np.eye(3)[np.argmin(np.abs(tangent[0]))]
             for k, direction in enumerate(tangent):
                 normal = normal - (normal @ direction) * direction
                 normal = normal / np.linalg.norm(normal)
                 first[k] = normal
             normals = np.stack([first, np.cross(tangent, first)], axis=1)
+        # The points of a path back in time are reversed, so that they follow the tangents.
+        order = slice(None, None, -1 if self.s[-1] < self.s[0] else 1)
+        centre, normals = self.centre[order], normals[order]
         angle = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
         ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1) * np.array(section)
         ring *= 0.5 * thickness
