@@ -49,7 +49,7 @@ def set_power_ticks(axis, ticks=12):
     """Set at most about `ticks` ticks at powers of ten, with labels such as 1e-9 or 1e0."""
     axis.set_major_locator(matplotlib.ticker.LogLocator(numticks=ticks))
     axis.set_major_formatter(lambda x, _=None: f"{x:.0e}".replace("e-0", "e-").replace("e+0", "e"))
-    axis.set_minor_formatter(matplotlib.ticker.NullFormatter())
+    axis.set_minor_locator(matplotlib.ticker.NullLocator())  # minor ticks take most of the time
 
 
 def axes_height(axes, y):
