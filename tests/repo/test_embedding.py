@@ -61,10 +61,10 @@ def write_files(folder):
 def prefix():
     """Return the folder into which the commands in docs/embedding.md install the library.
 
-    The commands run in the folder `build`, so that ccache can reuse the object files of other
-    builds.
+    The commands find most of their work done, because other tests build in the same folder.
     """
     need("cmake", "cc")
+    install_library()
     folder = ROOT / "build"
     prefix = folder / "prefix-embedding"
     variables, commands = COMMANDS.findall(SECTIONS[BEGINNING])

@@ -155,19 +155,17 @@ def first_process(name):
 @functools.cache
 def install_library(gsl="OFF"):
     """Install the library as a user would, once per test run, and return its folder."""
-    build, prefix = ROOT / f"build/installed-gsl-{gsl}", ROOT / f"build/prefix-gsl-{gsl}"
-    with first_process(prefix.name) as is_first:
+    name = "kreisel-build" if gsl == "OFF" else "kreisel-build-with-gsl"
+    prefix = ROOT / f"build/prefix-gsl-{gsl}"
+    with first_process(name) as is_first:
         if is_first:
-            build_and_install(build, prefix, gsl)
+            shutil.rmtree(prefix, ignore_errors=True)
+            options = ["-DKREISEL_TESTS=OFF", f"-DKREISEL_GSL={gsl}", "-DCMAKE_INSTALL_LIBDIR=lib"]
+            build = ROOT / "build" / name
+            run("cmake", "-S", ROOT, "-B", build, *options)
+            run("cmake", "--build", build, "--parallel", os.cpu_count())
+            run("cmake", "--install", build, "--prefix", prefix)
     return prefix
-
-
-def build_and_install(build, prefix, gsl):
-    shutil.rmtree(prefix, ignore_errors=True)
-    options = ["-DKREISEL_TESTS=OFF", f"-DKREISEL_GSL={gsl}", "-DCMAKE_INSTALL_LIBDIR=lib"]
-    run("cmake", "-S", ROOT, "-B", build, *options, f"--install-prefix={prefix}")
-    run("cmake", "--build", build, "--parallel", os.cpu_count())
-    run("cmake", "--install", build)
 
 
 def compile_and_run(source, prefix, *options, compiler="gcc", linking="shared", libraries=(), file):
