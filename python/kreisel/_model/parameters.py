@@ -119,6 +119,29 @@ PARAMETERS: Mapping[str, Parameter] = {
 }
 STARTS = "momentum", "velocity", "body_momentum", "body_velocity"
 ENVIRONMENT = "gravity", "damping", "turning", "shaking", "friction"
+FLAGS = "steady", "fast", "degrees"
+_AMOUNT, _ROUNDED = ("mass", "density"), ("inertia_rtol", "unphysical")
+# The parameters of the classes and of their constructors, without the body of a scene: those that
+# must be given, and the others.
+Words = tuple[tuple[str, ...], tuple[str, ...]]
+SCENE: Words = (), (*STARTS, "attitude", "attitude_xyzw", *ENVIRONMENT)
+SCENES: Mapping[str, Words] = {
+    "from_euler": (("angles",), ("rates", "degrees", *ENVIRONMENT)),
+    "spinning": (("spin",), ("tilt", "precession", *FLAGS, *ENVIRONMENT)),
+}
+BODY: Words = ("mass",), ("inertia", "com", "rotor", "inertia_about_com", *_ROUNDED)
+BODIES: Mapping[str, Words] = {
+    "symmetric": (("mass", "i1", "i3", "height"), _ROUNDED),
+    "from_com": (("mass", "inertia_about_com", "com", "pivot"), _ROUNDED),
+    "cuboid": (("half", "pivot"), _AMOUNT),
+    "cylinder": (("radius", "height", "pivot"), _AMOUNT),
+    "tube": (("inner", "outer", "height", "pivot"), _AMOUNT),
+    "disk": (("radius", "pivot", "mass"), ()),
+    "rod": (("length", "pivot", "mass"), ()),
+    "sphere": (("radius", "pivot"), (*_AMOUNT, "shell")),
+    "ellipsoid": (("half", "pivot"), _AMOUNT),
+    "cone": (("radius", "height", "pivot"), _AMOUNT),
+}
 
 
 class BatchParameter(NamedTuple):

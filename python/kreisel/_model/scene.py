@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from inspect import signature
+from itertools import chain
 from typing import TYPE_CHECKING, Any, Self, TypedDict, Unpack, cast
 
 import numpy as np
@@ -23,8 +23,13 @@ from . import initial, parameters, toml
 from .batch import BatchBase, broadcast_shapes, stack_components, store_columns
 from .body import Body
 from .parameters import (
+    BODIES,
+    BODY,
     ENVIRONMENT,
+    FLAGS,
     PARAMETERS,
+    SCENE,
+    SCENES,
     STARTS,
     BatchParameter,
     Column,
@@ -38,11 +43,11 @@ if TYPE_CHECKING:
 
 _NUMBERS = "momentum", "attitude", *ENVIRONMENT
 _BODY = "mass", "inertia", "com", "rotor"
-_PLAIN = (*STARTS, "attitude", "attitude_xyzw")
-_SPINNING = "spin", "tilt", "precession"
-_EULER = "angles", "rates"
-_FLAGS = "steady", "fast", "degrees"
-_VARIED = ("body", *_BODY, *_PLAIN, *_SPINNING, *_EULER, *_FLAGS, *ENVIRONMENT)
+_PLAIN, _EULER, _SPINNING = (
+    [word for word in chain(*words) if word not in (*FLAGS, *ENVIRONMENT)]
+    for words in (SCENE, *SCENES.values())
+)
+VARIED = ("body", *_BODY, *_PLAIN, *_SPINNING, *_EULER, *FLAGS, *ENVIRONMENT)
 
 
 class SceneKwargs(TypedDict, total=False):
@@ -581,7 +586,7 @@ class Scene(BatchBase):
 
         What this scene was varied in still varies if only the environment was changed.
         """
-        is_same_start = changes.keys() <= {*ENVIRONMENT, *_FLAGS}
+        is_same_start = changes.keys() <= {*ENVIRONMENT, *FLAGS}
         kept = [
             one
             for one in self._list_varying_parameters()
@@ -621,8 +626,8 @@ class Scene(BatchBase):
         ((5, 3), ('spin', 'tilt'))
         """
         for name in words:
-            if name not in _VARIED:
-                raise TypeError(arguments.unknown_name_message("parameter", name, _VARIED))
+            if name not in VARIED:
+                raise TypeError(arguments.unknown_name_message("parameter", name, VARIED))
         changes: dict[str, Any] = {n: value for n, value in words.items() if value is not None}
         made = self._vary(changes)
         return cast(Scenes, self._keep_varying_parameters(made, changes) if self.shape else made)
@@ -841,24 +846,15 @@ def validate_one_top(name: str, scene: object) -> Scene:
     return one
 
 
-_WORDS = [word for word in signature(Scene).parameters if word != "body"]
-_SCENE_MAKERS: dict[str, Callable[..., Scene]] = {
-    "from_euler": Scene.from_euler,
-    "spinning": Scene.spinning,
-}
-_ABOVE = {word: "above [body]" for word in [*_WORDS, *_SCENE_MAKERS]}
-_BELOW = {word: "below [body]" for word in [*signature(Body).parameters, *toml.MAKERS]}
+_ABOVE = dict.fromkeys([*chain(*SCENE), *SCENES], "above [body]")
+_BELOW = dict.fromkeys([*chain(*BODY), *BODIES], "below [body]")
 
 
 def list_scene_file_keys() -> dict[str, list[str]]:
     """List the keys of each table of a scene file; those of the file itself are under ''."""
-    makers: dict[str, Callable[..., object]] = {"": Scene}
-    makers |= {f"[{name}]": make for name, make in _SCENE_MAKERS.items()} | {"[body]": Body}
-    makers |= {f"[body.{name}]": make for name, make in toml.MAKERS.items()}
-    return {
-        table: [key for key in signature(make).parameters if key != "body"]
-        for table, make in makers.items()
-    }
+    tables = {"": SCENE} | {f"[{name}]": words for name, words in SCENES.items()}
+    tables |= {"[body]": BODY} | {f"[body.{name}]": words for name, words in BODIES.items()}
+    return {table: [*chain(*words)] for table, words in tables.items()}
 
 
 def parse_scene_toml(text: str) -> Scene:
@@ -871,21 +867,21 @@ def build_scene_from_table(table: dict[str, object]) -> Scene:
     if "body" not in table:
         raise ValueError("the table [body] is missing")
     body = toml.build_body_from_table(table.pop("body"), _ABOVE)
-    names = [name for name in _SCENE_MAKERS if name in table]
+    names = [name for name in SCENES if name in table]
     if not names:
         return toml.call_constructor_with_table(
-            partial(Scene, body), "a scene", table, _BELOW, _SCENE_MAKERS
+            partial(Scene, body), "a scene", table, SCENE, _BELOW, SCENES
         )
     name, *others = [*names, *(word for word in table if word not in names)]
-    make = partial(_SCENE_MAKERS[name], body)
     words = dict(toml.require_toml_table(name, table[name]))
     for word in others:
         if word in words:
             raise ValueError(f"{word} is given twice: above [body] and in [{name}]")
         if word in ENVIRONMENT:
             words[word] = table[word]
-        elif word in signature(make).parameters:
+        elif word in chain(*SCENES[name]):
             raise ValueError(f"{word} belongs in [{name}]")
         else:
             raise ValueError(f"a scene must be described in one way, not by {', '.join(table)}")
-    return toml.call_constructor_with_table(make, f"[{name}]", words, _BELOW)
+    make: Callable[..., Scene] = partial(getattr(Scene, name), body)
+    return toml.call_constructor_with_table(make, f"[{name}]", words, SCENES[name], _BELOW)

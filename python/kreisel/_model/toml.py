@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import inspect
+import itertools
 import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from inspect import getmembers, ismethod
 from typing import Any, BinaryIO, TypeVar
 
 import numpy as np
 
 from .._utils.arguments import short_repr, unknown_name_message
 from .body import Body
+from .parameters import BODIES, BODY, Words
 
 _T = TypeVar("_T")
 
@@ -67,6 +67,7 @@ def call_constructor_with_table(
     make: Callable[..., _T],
     place: str,
     words: Mapping[str, object],
+    known: Words,
     locations: Mapping[str, str],
     others: Iterable[str] = (),
 ) -> _T:
@@ -75,14 +76,14 @@ def call_constructor_with_table(
     Raises ValueError for missing and unknown keys. The message says where a key in `locations`
     belongs, and may suggest one of `others`.
     """
-    parameters = inspect.signature(make).parameters
+    names = [*itertools.chain(*known)]
     for word in words:
-        if word not in parameters:
+        if word not in names:
             if word in locations:
                 raise ValueError(f"{word} belongs {locations[word]}")
-            raise ValueError(unknown_name_message(f"key in {place}:", word, [*parameters, *others]))
-    for name, parameter in parameters.items():
-        if parameter.default is parameter.empty and name not in words:
+            raise ValueError(unknown_name_message(f"key in {place}:", word, [*names, *others]))
+    for name in known[0]:
+        if name not in words:
             raise ValueError(f"{place} has no {name}")
     return make(**words)
 
@@ -103,11 +104,6 @@ def _format_toml_value(value: object) -> str:
     return f"[{', '.join(texts)}]"
 
 
-MAKERS: dict[str, Callable[..., Body]] = {
-    name: make for name, make in getmembers(Body, ismethod) if not name.startswith("_")
-}
-
-
 def build_body_from_table(table: object, locations: Mapping[str, str]) -> Body:
     """Build the body described by a TOML table.
 
@@ -115,8 +111,8 @@ def build_body_from_table(table: object, locations: Mapping[str, str]) -> Body:
     `locations` says where keys of other tables belong.
     """
     words = dict(require_toml_table("body", table))
-    if not MAKERS.keys() & words.keys():
-        return call_constructor_with_table(Body, "[body]", words, locations, MAKERS)
+    if not BODIES.keys() & words.keys():
+        return call_constructor_with_table(Body, "[body]", words, BODY, locations, BODIES)
     rotor: Any = words.pop("rotor", None)
     keys = [word for word in words if word in locations]
     if len(words) > 1 and not keys:
@@ -125,5 +121,6 @@ def build_body_from_table(table: object, locations: Mapping[str, str]) -> Body:
         raise ValueError(f"{keys[0]} belongs {locations[keys[0]]}")
     ((name, value),) = words.items()
     table = require_toml_table(name, value)
-    body = call_constructor_with_table(MAKERS[name], f"[body] {name}", table, locations)
+    make: Callable[..., Body] = getattr(Body, name)
+    body = call_constructor_with_table(make, f"[body] {name}", table, BODIES[name], locations)
     return body if rotor is None else replace(body, rotor=rotor)

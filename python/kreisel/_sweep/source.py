@@ -18,24 +18,19 @@ from numpy.typing import ArrayLike
 
 from .._model.body import Body
 from .._model.parameters import (
+    FLAGS,
     PARAMETERS,
     BatchParameter,
     Shape,
     collapse_broadcast_axes,
     get_parameter_unit,
 )
-from .._model.scene import Scene, VaryKwargs, validate_one_top
+from .._model.scene import VARIED, Scene, VaryKwargs, validate_one_top
 from .._options.options import format_index, unravel_index
 from .._utils import arguments as checks
 from .._utils.arguments import Array, as_int, short_repr, validate_type
 
-# The parameters of the tops of a sweep, in the order in which they are read from a file.
-_NAMES = (
-    *("mass", "gravity", "friction", "spin", "tilt", "precession", "com", "rotor", "turning"),
-    *("momentum", "velocity", "body_momentum", "body_velocity", "inertia", "angles", "rates"),
-    *("damping", "shaking", "attitude", "attitude_xyzw"),
-)
-_FLAGS = "steady", "fast", "degrees"
+_NAMES = [name for name in VARIED if name in PARAMETERS]
 _BODY = "mass", "inertia", "com", "inertia_rtol", "rotor", "unphysical"
 _WITHOUT_RANGE = "attitude", "attitude_xyzw", "inertia"
 _DRAWS = 4  # random numbers drawn per top and parameter; no random parameter has more components
@@ -383,12 +378,12 @@ def _read_parameters_and_flags(
     """
     validate_one_top("scene", scene)
     given = {name: value for name, value in arguments.items() if value is not None}
-    flags = {name: True for name in _FLAGS if checks.as_bool(name, given.pop(name, False))}
+    flags = {name: True for name in FLAGS if checks.as_bool(name, given.pop(name, False))}
     degrees = flags.pop("degrees", False)
     parameters = {}
     for name, value in given.items():
         if name not in _NAMES:
-            raise ValueError(checks.unknown_name_message("parameter", name, [*_NAMES, *_FLAGS]))
+            raise ValueError(checks.unknown_name_message("parameter", name, [*_NAMES, *FLAGS]))
         form, shapes = f"{PARAMETERS[name].form}, or a list of such values", PARAMETERS[name].shapes
         values = checks.as_finite_array(name, value, form)
         if name == "damping" and not values.shape:
