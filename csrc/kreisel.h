@@ -707,9 +707,7 @@ KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], k
     X(SEPARATRIX,  "the motion is too near to a separatrix for its frequencies to be known")      \
     X(INTEGRALS,   "a period of its curve does not converge")                                     \
     X(START,       "the start does not lie on the arcs of its curve")                             \
-    X(SUMS,        "no theta functions fit the motion")                                           \
-    X(TERMS,       "its theta functions have too many terms")                                     \
-    X(CERTIFICATE, "the error of its theta functions exceeds the limit")                          \
+    X(CERTIFICATE, "the error of its closed form exceeds the limit")                              \
     X(OTHER,       "it is another kind of top, or is not moved by its weight alone")              \
     X(ROUNDED,     "its moments are 2 : 2 : 1 and com normal to axis 3 only up to rounding")
 typedef enum kr_kowalewski_refusal {

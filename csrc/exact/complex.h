@@ -27,15 +27,6 @@ static inline cx cx_mul(cx a, cx b)
 static inline cx cx_conj(cx a) { return cx_of(a.re, -a.im); }
 static inline double cx_square(cx a) { return a.re * a.re + a.im * a.im; }
 static inline double cx_abs(cx a) { return sqrt(cx_square(a)); }
-static inline cx cx_div(cx a, cx b) { return cx_scale(1.0 / cx_square(b), cx_mul(a, cx_conj(b))); }
-static inline cx cx_sqrt(cx a)
-{
-    const double t = sqrt(0.5 * (cx_abs(a) + fabs(a.re)));
-    if (t == 0.0) return cx_of(0.0, 0.0);
-    const double other = 0.5 * a.im / t;
-    if (a.re >= 0.0) return cx_of(t, other);
-    return a.im < 0.0 ? cx_of(-other, -t) : cx_of(other, t);
-}
 
 static inline cdd cdd_of(dd re, dd im)
 {

@@ -6,7 +6,7 @@
 
 void KR_NAME(kr_kowalewski_evaluate)(const void *memory, size_t n, const double t[], kr_state out[])
 {
-    const kr_theta_sums *plan = memory;
+    const kr_kowalewski_torus *plan = memory;
     for (size_t from = 0; from < n; from += LANES) {
         const wide time = load_time_lanes(n - from, t + from);
         const state_lanes s = kowalewski_kernel(plan, time, torus_span(&plan->torus, time));

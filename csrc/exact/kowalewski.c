@@ -3,21 +3,14 @@
  * multiply-add. */
 #include "across.h"
 #include "kowalewski_plan.h"
-#include "kowalewski_state.h"
 
-/* Number of points on the torus at which solutions are tested. */
-enum { POINTS = 256 };
-/* A solution is tested if it consists of dual sums, if its error exceeds DOUBTFUL, or if the ratio
- * of the smallest to the largest denominator D is below CANCELLING. */
-#define DOUBTFUL 5e-15
-#define CANCELLING 0.05
-/* If the estimated error of a closed-form solution exceeds INACCURATE, the set-up is repeated with
- * more quadrature nodes. */
-#define INACCURATE 1e-14
+/* Numbers of points on the torus at which a solution is tested: always, and if an error exceeds
+ * KR_TORUS_ROUNDING. */
+enum { FEW_POINTS = 16, MANY_POINTS = 64 };
 
 /* A closed-form solution and the intermediate results of its set-up. */
 typedef struct kowalewski_memory {
-    kr_theta_sums plan;
+    kr_kowalewski_torus plan;
     kowalewski_work work;
 } kowalewski_memory;
 
@@ -34,8 +27,8 @@ static kr_status read_kowalewski(const kr_scene *scene, kowalewski_top *top, acr
     top->l = start.vertical;
     return KR_OK;
 }
-/* Sets the initial phase of the complex factor e from the initial attitude `q`. */
-static void set_phase(kr_theta_sums *plan, kr_quat q)
+/* Sets the initial phase of the heading from the initial attitude `q`. */
+static void set_phase(kr_kowalewski_torus *plan, kr_quat q)
 {
     const kr_quat at = kowalewski_kernel(plan, 0.0, dd_of(0.0)).q;
     const cx alpha = cx_mul(cx_of(q.w, q.z), cx_of(at.w, -at.z)),
@@ -44,119 +37,126 @@ static void set_phase(kr_theta_sums *plan, kr_quat q)
 }
 /* Converts the solution to the user's units, or to internal units if `own` is nonzero
  * (across.h). */
-static void bring_back(kr_theta_sums *plan, const across_way *way, double start, int own)
+static void bring_back(kr_kowalewski_torus *plan, const across_way *way, double start, int own)
 {
     torus_to_user(&plan->torus, way, start, own);
     plan->head.first = two_pi * plan->torus.turn[0].fast;
     plan->head.second = two_pi * plan->torus.turn[1].fast;
     plan->head.heading = two_pi * plan->torus.turn[2].fast;
 }
-/* Returns the largest error of a solution near the initial time, in internal units. The computed
- * attitude is compared with `attitude` at the initial time. The vertical and the momentum are
- * compared with a Taylor series at the initial time and at the time `moment`. */
-static double miss_of_plan(const kr_theta_sums *plan, const kowalewski_top *top, double moment,
-                           kr_quat attitude)
+enum { TAYLOR_ORDER = 12 };
+/* Moves a state and the axes e1, e2 and e3 = g, all in the body frame, by the time `span`. Adds up
+ * the Taylor series, whose remainder is negligible if span * (1 + |omega|) is below 1/30. */
+static void move_frame(frame_state *f, double span)
 {
-    dd series[6][ORDER + 1], y[6];
-    double miss = kr_attitude_error(kowalewski_kernel(plan, 0.0, dd_of(0.0)).q, attitude);
-    expand(top->state, series);
-    for (int i = 0; i < 2; i++) {
-        const double t = i * moment;
-        const kr_state s = kowalewski_kernel(plan, t, dd_of(t));
-        const kr_vec3 up = q_vertical(s.q), m = q_turn_back(s.q, s.m);
-        sum_series(series, t, y);
-        const kr_vec3 want = v3(2.0 * y[0].hi, 2.0 * y[1].hi, y[2].hi);
-        miss = fmax(miss, v_length(v_sub(up, v3(y[3].hi, y[4].hi, y[5].hi))));
-        miss = fmax(miss, v_length(v_sub(m, want)) / (1.0 + v_length(want)));
+    double w[3][TAYLOR_ORDER + 1], e[3][3][TAYLOR_ORDER + 1];
+    w[0][0] = f->p, w[1][0] = f->q, w[2][0] = f->r;
+    for (int a = 0; a < 3; a++)
+        for (int i = 0; i < 3; i++) e[a][i][0] = f->row[a][i];
+    for (int n = 0; n < TAYLOR_ORDER; n++) {
+        double d[3] = {0.0, -0.5 * e[2][2][n], e[2][1][n]};
+        for (int i = 0; i <= n; i++) {
+            d[0] += 0.5 * (w[1][i] * w[2][n - i]);
+            d[1] -= 0.5 * (w[0][i] * w[2][n - i]);
+        }
+        for (int i = 0; i < 3; i++) w[i][n + 1] = d[i] / (n + 1.0);
+        for (int a = 0; a < 3; a++)
+            for (int i = 0; i < 3; i++) {
+                const int j = (i + 1) % 3, k = (i + 2) % 3;
+                double turn = 0.0;
+                for (int m = 0; m <= n; m++)
+                    turn += e[a][j][m] * w[k][n - m] - e[a][k][m] * w[j][n - m];
+                e[a][i][n + 1] = turn / (n + 1.0);
+            }
     }
-    return miss;
+    frame_state sum = {.p = 0.0};
+    for (int n = TAYLOR_ORDER; n >= 0; n--) {
+        sum.p = w[0][n] + span * sum.p;
+        sum.q = w[1][n] + span * sum.q;
+        sum.r = w[2][n] + span * sum.r;
+        for (int a = 0; a < 3; a++)
+            for (int i = 0; i < 3; i++) sum.row[a][i] = e[a][i][n] + span * sum.row[a][i];
+    }
+    *f = sum;
 }
-/* Returns the relative error of a state's energy or of its <m, e3>, whichever is larger. */
-static double miss_of_integrals(const kr_state *s, const kowalewski_curve *o)
+/* Returns the axes of space and the angular velocity in the body frame, for three phases. */
+static frame_state seen_from_top(const kr_kowalewski_torus *plan, const dd phase[3])
 {
-    const kr_vec3 up = q_vertical(s->q), m = q_turn_back(s->q, s->m);
-    const double h = 0.25 * (m.x * m.x + m.y * m.y) + 0.5 * m.z * m.z - up.x,
-                 energy = fabs(h - o->h.hi) / (1.0 + fabs(o->h.hi)),
-                 vertical = fabs(v_dot(m, up) - o->l.hi) / (1.0 + v_length(m));
-    return fmax(energy, vertical);
+    const kr_state s = kowalewski_kernel_at(plan, 0.0, phase);
+    const kr_vec3 m = q_turn_back(s.q, s.m);
+    frame_state f = {.p = 0.5 * m.x, .q = 0.5 * m.y, .r = m.z};
+    for (int i = 0; i < 3; i++) {
+        const kr_vec3 e = q_turn_back(s.q, v3(i == 0, i == 1, i == 2));
+        f.row[i][0] = e.x, f.row[i][1] = e.y, f.row[i][2] = e.z;
+    }
+    return f;
 }
-/* Returns the largest error of the integrals of motion at many points on the torus. Near saddle
- * points of the phase space, the errors can be 1e4 times as large as at the samples to which the
- * theta sums were fitted. */
-static double miss_on_torus(const kr_theta_sums *plan, const kowalewski_curve *o)
+static double distance_of_frames(const frame_state *one, const frame_state *other)
+{
+    const kr_vec3 w = v3(one->p, one->q, one->r), off = v_sub(w, v3(other->p, other->q, other->r));
+    double square = 0.0;
+    for (int i = 0; i < 9; i++) {
+        const double d = one->row[i / 3][i % 3] - other->row[i / 3][i % 3];
+        square += 0.5 * d * d;
+    }
+    return fmax(sqrt(square), v_length(off) / (1.0 + v_length(w)));
+}
+/* Returns the largest error of the closed form at `points` points of the torus: the difference
+ * between its state a little later and the Taylor series that starts at its state. */
+static double miss_on_torus(const kr_kowalewski_torus *plan, int points)
 {
     double miss = 0.0;
-    for (int i = 1; i <= POINTS; i++) {
+    for (int i = 1; i <= points; i++) {
         /* The points are multiples of two irrational numbers, so that they fill the torus
          * evenly. */
-        const dd phase[3] = {dd_of(fraction_of_turns(0.7548776662466927 * i)),
-                             dd_of(fraction_of_turns(0.5698402909980532 * i)), dd_of(0.0)};
-        const kr_state s = kowalewski_kernel_at(plan, 0.0, phase);
-        const double here = miss_of_integrals(&s, o);
+        dd phase[3] = {dd_of(fraction_of_turns(0.7548776662466927 * i)),
+                       dd_of(fraction_of_turns(0.5698402909980532 * i)), dd_of(0.0)};
+        frame_state moved = seen_from_top(plan, phase);
+        const double span = 0.03125 / (1.0 + v_length(v3(moved.p, moved.q, moved.r)));
+        for (int j = 0; j < 3; j++) {
+            const kr_phase *p = &plan->torus.turn[j];
+            phase[j] = dd_add(phase[j], dd_times(span, dd_make(p->fast, p->slow)));
+        }
+        const frame_state later = seen_from_top(plan, phase);
+        move_frame(&moved, span);
+        const double here = distance_of_frames(&moved, &later);
         miss = fmax(miss, isfinite(here) ? here : INFINITY);
     }
     return miss;
 }
-/* Computes the theta sums and the error certificate. If `dual` is nonzero, the dual sums are
- * computed instead. The function analyse_curve must be called first. Writes an error estimate to
- * `error`, or INFINITY on failure. The error estimate does not include the errors of the
- * frequencies of the motion.
- * Returns KR_KOWALEWSKI_PLANNED on success, or the reason for the failure. */
-static kr_kowalewski_refusal fill_plan(kowalewski_memory *memory, const kowalewski_top *top,
-                                       kr_quat attitude, int dual, double *error)
+/* Returns the error at the initial time. */
+static double miss_at_start(const kr_kowalewski_torus *plan, const kowalewski_top *top,
+                            kr_quat attitude)
 {
-    kr_theta_sums *plan = &memory->plan;
-    kowalewski_work *w = &memory->work;
-    const double moment = 0.03125 / (1.0 + sqrt(fabs(w->curve.h.hi)));
-    kr_kowalewski_refusal refusal = KR_KOWALEWSKI_PLANNED;
-    dd heading;
-    *error = INFINITY;
-    if (!dual)
-        refusal = make_sums(w, top->state, plan, &heading);
-    else if (!make_dual_sums(w, top->state, plan, &heading))
-        refusal = KR_KOWALEWSKI_SUMS;
-    if (refusal != KR_KOWALEWSKI_PLANNED) return refusal;
-    set_phases(w, heading, plan);
-    set_phase(plan, attitude);
-    const double of_sums = error_of_sums(w);
-    *error = fmax(of_sums, miss_of_plan(plan, top, moment, attitude));
-    if (dual || *error > DOUBTFUL || least_size(&w->theta) < CANCELLING)
-        *error = fmax(*error, miss_on_torus(plan, &w->curve));
-    /* Between the sample points on the torus, the error of dual theta sums is up to six times as
-     * large as at these points. The last argument of fmax is the effect of the frequency errors
-     * after 1000 radians.
-     * It matters only near separatrices, where a rounding error of the start changes the motion far
-     * more. */
-    plan->head.certificate =
-        fmax(fmax(*error, dual ? 6.0 * of_sums : KR_TORUS_ROUNDING), 1e3 * w->separatrix);
-    return refusal;
+    const kr_state s = kowalewski_kernel(plan, 0.0, dd_of(0.0));
+    const kr_vec3 m = q_turn_back(s.q, s.m),
+                  want = v3(2.0 * top->state[0].hi, 2.0 * top->state[1].hi, top->state[2].hi);
+    const double miss =
+        fmax(kr_attitude_error(s.q, attitude), v_length(v_sub(m, want)) / (1.0 + v_length(want)));
+    return isfinite(miss) ? miss : INFINITY;
 }
-/* Computes the closed-form solution in internal units. If the error exceeds INACCURATE, the periods
- * are computed again with more quadrature nodes. If the error remains too large, dual sums are
- * used, provided that they are more accurate. Returns KR_KOWALEWSKI_PLANNED, or the reason for the
- * failure. */
+/* Computes the closed-form solution in internal units. Returns KR_KOWALEWSKI_PLANNED, or the reason
+ * for the failure. */
 static kr_kowalewski_refusal make_plan(kowalewski_memory *memory, const kowalewski_top *top,
                                        kr_quat attitude)
 {
-    kowalewski_work *w = &memory->work;
-    double error, error_of_dual;
-    kr_kowalewski_refusal refusal = analyse_curve(top, w);
+    kr_kowalewski_torus *plan = &memory->plan;
+    const kr_kowalewski_refusal refusal = analyse_curve(top, &memory->work);
     if (refusal != KR_KOWALEWSKI_PLANNED) return refusal;
-    fill_plan(memory, top, attitude, 0, &error);
-    if (error <= INACCURATE) return KR_KOWALEWSKI_PLANNED;
-    w->curve.settled = WELL_SETTLED;
-    if (!make_periods(&w->curve, w->arc, &w->rates, &w->theta.matrix))
-        return KR_KOWALEWSKI_INTEGRALS;
-    refusal = fill_plan(memory, top, attitude, 0, &error);
-    if (error <= INACCURATE) return KR_KOWALEWSKI_PLANNED;
-    fill_plan(memory, top, attitude, 1, &error_of_dual);
-    if (error_of_dual < error) return KR_KOWALEWSKI_PLANNED;
-    return refusal == KR_KOWALEWSKI_PLANNED ? fill_plan(memory, top, attitude, 0, &error) : refusal;
+    if (!(fill_plan(&memory->work, plan) > 0.25)) return KR_KOWALEWSKI_SEPARATRIX;
+    set_phase(plan, attitude);
+    double error = fmax(miss_at_start(plan, top, attitude), miss_on_torus(plan, FEW_POINTS));
+    if (error > KR_TORUS_ROUNDING) error = fmax(error, miss_on_torus(plan, MANY_POINTS));
+    /* The last argument of fmax is the effect of the frequency errors after 1000 radians. It
+     * matters only near separatrices, where a rounding error of the start changes the motion far
+     * more. */
+    plan->head.certificate = fmax(fmax(error, KR_TORUS_ROUNDING), 1e3 * memory->work.separatrix);
+    return KR_KOWALEWSKI_PLANNED;
 }
 static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *space)
 {
     kowalewski_memory *memory = space;
-    kr_theta_sums *plan = &memory->plan;
+    kr_kowalewski_torus *plan = &memory->plan;
     kr_kowalewski *head = &plan->head;
     kowalewski_top top;
     across_way way;
@@ -183,13 +183,13 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
 }
 static kr_state kowalewski_state(const void *memory, double t)
 {
-    const kr_theta_sums *plan = memory;
+    const kr_kowalewski_torus *plan = memory;
     const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
     return isfinite(t) ? kowalewski_kernel(plan, t, torus_span(&plan->torus, t)) : none;
 }
 static kr_state kowalewski_state_at(const void *memory, double first, double second)
 {
-    const kr_theta_sums *plan = memory;
+    const kr_kowalewski_torus *plan = memory;
     const kr_torus *torus = &plan->torus;
     const dd phase[3] = {dd_of(fraction_of_turns(first)), dd_of(fraction_of_turns(second)),
                          torus_phase_at(torus, 2, dd_of(0.0))};

@@ -1,10 +1,10 @@
-/* Frequencies of a Kowalewski top, computed from averages over the two arcs on which Kowalewski's
- * variables move. The frequency of the heading follows from the periods of l w dw/(2 (w^2 + c) F).
- * The poles of this integrand, at w^2 = k^2 - 1, are close to the arcs if l is small. If the poles
- * are real, the contribution of each pole is therefore integrated in closed form:
- *     average of (|l|/2) D^2 R/(N - w D)  =  average of ((|l|/2) D^2 R - g)/(N - w D) + 1/2.
- * Here w is the pole, N - w D = a sin^2 + b cos^2, and g = sqrt(a b)/2 is the value of the
- * numerator at the pole. The last term is -1/2 if N - w D is negative.
+/* Frequencies and sine series of a Kowalewski top, computed from averages over the two arcs on which
+ * Kowalewski's variables move. The heading of the vector C (kowalewski.h) is the integral of
+ * l w dw/((w^2 + c) F). The poles of this integrand, at w^2 = k^2 - 1, are close to the arcs if l is
+ * small. A real pole w in the gap beside an arc contributes |l| D^2 R/2(N - w D), with N - w D =
+ * a sin^2 + b cos^2 of x/2. The multiple of 1/(N - w D) that has the same residue is subtracted. Its
+ * integral is the argument of sqrt(b) cos x/2 + i sqrt(a) sin x/2, which kowalewski_state.h adds to
+ * the heading.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_AVERAGES_H
@@ -13,8 +13,8 @@
 
 /* A pole w of the integrand of the heading, with N - w D = a sin^2 + b cos^2. */
 typedef struct heading_pole {
-    dd a, b, value; /* g, or 0 if the pole is not treated separately */
-    double whole;   /* the average in closed form: 1/2 or -1/2, or 0 */
+    dd a, b, value; /* sqrt(a b)/2, or 0 if the pole is not treated separately */
+    int adjacent;   /* 1 if the pole is in the gap beside the arc's end */
     int close;      /* 1 if the quotient at the arc's end is inaccurate, because the pole is near */
 } heading_pole;
 
@@ -32,7 +32,7 @@ static dd root_less_pole(const kowalewski_curve *o, int i, dd w)
  * number of poles. */
 static int make_poles(const kowalewski_curve *o, const kowalewski_arc *arc, heading_pole pole[2])
 {
-    const int infinite = arc->low == NO_ROOT, end = infinite ? arc->high : arc->low;
+    const int infinite = arc->low == AT_INFINITY, end = infinite ? arc->high : arc->low;
     const dd next = real_root(o, infinite ? 1 : o->real - 3), w0 = dd_sqrt(dd_neg(o->c));
     int count = 0;
     for (int i = 0; i < 2; i++) {
@@ -44,7 +44,7 @@ static int make_poles(const kowalewski_curve *o, const kowalewski_arc *arc, head
         const int adjacent = side * dd_sub(w, next).hi >= 0.0; /* is it in the next gap? */
         if (o->l.hi == 0.0 && !(adjacent && rest.hi == 0.0)) continue;
         p->value = adjacent ? dd_half(dd_sqrt(dd_mul(p->a, p->b))) : dd_of(0.0);
-        p->whole = !adjacent ? 0.0 : 0.5 * side;
+        p->adjacent = adjacent;
         p->close = fabs(rest.hi) < 1e-18;
         count++;
     }
@@ -111,15 +111,15 @@ static void mend_end(samples *v, int stride)
 static int fill_samples(const kowalewski_curve *o, kowalewski_arc *arc, cosine_table *table,
                         samples *v)
 {
-    heading_pole pole[2] = {{{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}, 0.0, 0}};
+    heading_pole pole[2] = {{{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}, 0, 0}};
     const int real = o->c.hi <= 0.0, poles = real ? make_poles(o, arc, pole) : o->l.hi != 0.0;
     double split = 0.0;
     int mends = 0;
     for (int i = 0; real && i < poles; i++) {
-        split += pole[i].whole;
+        split += pole[i].adjacent ? 0.5 : 0.0;
         mends |= pole[i].close;
     }
-    dd mean[3] = {{0.0, 0.0}}, *const average[3] = {&arc->p, &arc->q, &arc->pole};
+    dd mean[3] = {{0.0, 0.0}}, *const average[3] = {&arc->p, &arc->q, &arc->turn};
     memset(v, 0, sizeof *v);
     sample_at(o, arc, poles, pole, table, 0, v);
     sample_at(o, arc, poles, pole, table, GRID, v);
@@ -131,69 +131,65 @@ static int fill_samples(const kowalewski_curve *o, kowalewski_arc *arc, cosine_t
         if (mends && n >= 8) mend_end(v, stride);
         for (int k = 0; k < 3; k++) {
             const dd now = dd_div(v->sum[k], dd_of(n));
-            settled &= fabs(dd_sub(now, mean[k]).hi) <=
-                       1e-16 * (v->size[k] / n + (k == 2 ? fabs(split) : 0.0));
+            settled &=
+                fabs(dd_sub(now, mean[k]).hi) <= 1e-16 * (v->size[k] / n + (k == 2 ? split : 0.0));
             mean[k] = now;
         }
         if (!settled) continue;
-        mean[2] = dd_plus(mean[2], split);
         for (int k = 0; k < 3; k++) *average[k] = mean[k];
-        if (o->l.hi < 0.0) arc->pole = dd_neg(arc->pole);
         arc->points = n;
         return 1;
     }
     return 0;
 }
-/* The determinant of the matrix of averages, and the rates of the two torus angles and of the
- * heading. */
+/* The rates of the two torus angles and of the heading, without the factors of its poles. */
 typedef struct kowalewski_rates {
-    dd det, rate[2], heading;
+    dd rate[2], heading;
 } kowalewski_rates;
 
-/* Computes the sine series of the integrals of dt/dx and (w - base) dt/dx over an arc. Here base is
- * the value of w at the upper end of the arc. The samples of w dt/dx are overwritten. */
-static void integrate_arc(const kowalewski_curve *o, kowalewski_arc *arc, const cosine_table *table,
-                          samples *v)
+/* Computes the sine series of an arc from its samples. With F > 0 at the start of the first arc and
+ * F < 0 at that of the second, the contributions of both arcs to
+ *     p2 (w dt) - q2 dt,  p1 (w dt) - q1 dt  over the determinant
+ * are the differentials of theta1 and theta2. The multiples of theta1 and theta2 that are contained
+ * in the heading are subtracted before the integration, because they can be large. */
+static void integrate_arc(const kowalewski_curve *o, kowalewski_arc arc[2], int j, dd det,
+                          const cosine_table *table, samples *v)
 {
-    for (int i = 0; i <= GRID; i += GRID / arc->points)
-        v->v[1][i] = dd_sub(v->v[1][i], dd_mul(o->root[arc->high], v->v[0][i]));
-    for (int i = 0; i < 2; i++) integrate_samples(v->v[i], table, arc->points, arc->sine[i]);
-}
-/* Computes the Fourier coefficients that arc j contributes to the periodic functions theta1 - x1
- * and theta2 - x2.
- * Subtracting the value of w at the upper end of the arc avoids cancellation if w varies little
- * along the arc. */
-static void set_sines(const kowalewski_curve *o, kowalewski_arc arc[2], int j, double det)
-{
-    const dd base = o->root[arc[j].high];
-    const double p1 = arc[0].p.hi, q1 = dd_sub(arc[0].q, dd_mul(base, arc[0].p)).hi,
-                 p2 = arc[1].p.hi, q2 = dd_sub(arc[1].q, dd_mul(base, arc[1].p)).hi;
-    for (int k = 1; k < arc[j].points; k++) {
-        const double u = j ? -arc[j].sine[0][k] : arc[j].sine[0][k],
-                     v = j ? -arc[j].sine[1][k] : arc[j].sine[1][k];
-        arc[j].sine[0][k] = (p2 * v - q2 * u) / det;
-        arc[j].sine[1][k] = (p1 * v - q1 * u) / det;
+    const double side = j ? -1.0 : 1.0, turn = o->l.hi < 0.0 ? -side : side;
+    const dd scale = dd_div(dd_of(side), det);
+    dd factor[2][2]; /* of w dt and dt in each angle */
+    for (int i = 0; i < 2; i++) {
+        factor[i][0] = dd_mul(scale, arc[1 - i].p);
+        factor[i][1] = dd_neg(dd_mul(scale, arc[1 - i].q));
     }
+    for (int i = 0; i <= GRID; i += GRID / arc[j].points) {
+        const dd t = dd_sub(v->v[0][i], arc[j].p), wt = dd_sub(v->v[1][i], arc[j].q);
+        const dd one = mix(wt, factor[0][0], t, factor[0][1]),
+                 two = mix(wt, factor[1][0], t, factor[1][1]);
+        const dd heading = dd_scale(turn, dd_sub(v->v[2][i], arc[j].turn)),
+                 known = dd_sub(dd_mul(arc[0].turn, one), dd_mul(arc[1].turn, two));
+        v->v[0][i] = one;
+        v->v[1][i] = two;
+        v->v[2][i] = dd_sub(heading, o->l.hi < 0.0 ? dd_neg(known) : known);
+    }
+    for (int i = 0; i < 3; i++) integrate_samples(v->v[i], table, arc[j].points, arc[j].sine[i]);
 }
-/* Computes the averages of dt/dx and two related integrands over both arcs, and from these averages
- * the frequencies of the motion. Returns 0 if the average of an integrand is not accurate
- * enough. */
+/* Computes the averages over both arcs, the frequencies of the motion, and the sine series. Returns
+ * 0 if the average of an integrand is not accurate enough. */
 static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine_table *table,
-                        samples *v, kowalewski_rates *out)
+                        samples v[2], kowalewski_rates *out)
 {
     begin_cosines(table);
+    for (int j = 0; j < 2; j++)
+        if (!fill_samples(o, &arc[j], table, &v[j])) return 0;
+    const dd det = dd_sub(dd_mul(arc[1].p, arc[0].q), dd_mul(arc[0].p, arc[1].q));
     for (int j = 0; j < 2; j++) {
-        if (!fill_samples(o, &arc[j], table, v)) return 0;
-        integrate_arc(o, &arc[j], table, v);
+        out->rate[j] = dd_div(arc[1 - j].p, det);
+        integrate_arc(o, arc, j, det, table, &v[j]);
     }
-    out->det = dd_sub(dd_mul(arc[1].p, arc[0].q), dd_mul(arc[0].p, arc[1].q));
-    for (int j = 0; j < 2; j++) {
-        out->rate[j] = dd_div(arc[1 - j].p, out->det);
-        set_sines(o, arc, j, out->det.hi);
-    }
-    out->heading =
-        dd_half(dd_sub(dd_mul(arc[0].pole, out->rate[0]), dd_mul(arc[1].pole, out->rate[1])));
-    return out->det.hi > 0.0;
+    const dd heading = dd_sub(dd_mul(arc[0].turn, out->rate[0]), dd_mul(arc[1].turn, out->rate[1]));
+    out->heading = o->l.hi < 0.0 ? dd_neg(heading) : heading;
+    return det.hi > 0.0;
 }
 /* Adds the values of the two sine series of an arc to the torus angles `theta`. `s` and `c` are the
  * sine and cosine of the variable of the series. */

@@ -19,17 +19,12 @@
 #include "complex.h"
 #include "kowalewski.h"
 #include "phase.h"
-enum { GRID = 1024 /* largest number of intervals from x = 0 to pi */ };
+enum { GRID = HARMONICS /* largest number of intervals from x = 0 to pi */ };
 #include "cosines.h"
-
-/* The roots of phi have the indices 0, 1 and 2, and k and -k have the indices 3 and 4. */
-enum { ROOT_K = 3, ROOT_MINUS_K = 4, ROOTS = 5, NO_ROOT = -1 };
-enum { FOLDS = 12 };
 
 typedef struct kowalewski_curve {
     dd h, l, k, c;
-    double settled; /* see kowalewski_path */
-    int pair;       /* 1 if roots 1 and 2 are complex: root[1] +- i root[2] */
+    int pair; /* 1 if roots 1 and 2 are complex: root[1] +- i root[2] */
     dd root[ROOTS];
     int order[ROOTS], real; /* indices of the real roots, ascending; their number */
 } kowalewski_curve;
@@ -44,9 +39,9 @@ typedef struct kowalewski_arc {
     int folds;            /* number of Landen transformations from the series' variable to x */
     dd fold[FOLDS];       /* moduli of the transformations */
     int crosswise[FOLDS]; /* 1 if a transformation moves singularities near pi/2, not 0 or pi */
-    dd p, q, pole;        /* averages of dt/dx, w dt/dx, and the heading's integrand */
+    dd p, q, turn;        /* averages of dt/dx, w dt/dx, and the heading's integrand */
     int points;           /* number of intervals used */
-    double sine[2][GRID]; /* contributions of this arc to theta1 - x1 and theta2 - x2 */
+    double sine[3][GRID]; /* contributions to theta1 - y1, theta2 - y2, and the heading */
 } kowalewski_arc;
 
 /* Returns phi(w)/2 = (w + h)(w^2 + c) - l^2/2. */
@@ -258,7 +253,7 @@ static arc_gaps separate(const kowalewski_curve *o, const dd y[6])
 static void set_differences(const kowalewski_curve *o, kowalewski_arc *arc)
 {
     for (int i = 0; i < ROOTS; i++) {
-        arc->a[i] = arc->low == NO_ROOT ? arc->A : dd_mul(arc->C, root_apart(o, arc->low, i));
+        arc->a[i] = arc->low == AT_INFINITY ? arc->A : dd_mul(arc->C, root_apart(o, arc->low, i));
         arc->b[i] = root_apart(o, arc->high, i);
     }
 }
@@ -266,7 +261,7 @@ static void set_differences(const kowalewski_curve *o, kowalewski_arc *arc)
  * C, or -A if the arc extends to infinity. */
 static void scale_arc(const kowalewski_curve *o, kowalewski_arc *arc, dd scale)
 {
-    const int infinite = arc->low == NO_ROOT;
+    const int infinite = arc->low == AT_INFINITY;
     arc->A = infinite ? dd_neg(scale) : dd_mul(o->root[arc->low], scale);
     arc->B = o->root[arc->high];
     arc->C = infinite ? dd_of(0.0) : scale;
@@ -322,7 +317,7 @@ static singularities singularities_of(const kowalewski_curve *o, const kowalewsk
     singularities v = {0};
     for (int i = 0; i < ROOTS + 1; i++) {
         const int end = i < ROOTS && (i == arc->low || i == arc->high);
-        if (end || (i == 2 && o->pair) || (i == ROOTS && arc->low == NO_ROOT)) continue;
+        if (end || (i == 2 && o->pair) || (i == ROOTS && arc->low == AT_INFINITY)) continue;
         const dd im = o->pair && i == 1 ? dd_neg(o->root[2]) : dd_of(0.0);
         const cdd a = i == ROOTS ? cdd_real(arc->C) : cdd_of(arc->a[i], dd_mul(im, arc->C)),
                   b = i == ROOTS ? cdd_real(arc->E) : cdd_of(arc->b[i], dd_mul(im, arc->E)),
@@ -390,7 +385,7 @@ static dd scale_for_pair(const kowalewski_curve *o, const kowalewski_arc *arc)
 {
     const dd im = dd_square(o->root[2]), up = dd_sub(o->root[arc->high], o->root[1]),
              high = dd_add(dd_square(up), im);
-    if (arc->low == NO_ROOT) return dd_sqrt(high);
+    if (arc->low == AT_INFINITY) return dd_sqrt(high);
     const dd down = dd_sub(o->root[arc->low], o->root[1]);
     return dd_sqrt(dd_div(high, dd_add(dd_square(down), im)));
 }
@@ -414,7 +409,7 @@ static void make_arcs(const kowalewski_curve *o, kowalewski_arc arc[2])
               least = o->order[0], above = o->order[1];
     arc[0].low = low;
     arc[0].high = high;
-    arc[1].low = NO_ROOT;
+    arc[1].low = AT_INFINITY;
     arc[1].high = least;
     choose_scale(o, &arc[0],
                  dd_sqrt(dd_div(root_apart(o, high, below), root_apart(o, low, below))));
@@ -471,7 +466,7 @@ static dd arc_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd s, dd 
         product = dd_mul(product, factor);
     }
     product = dd_twice(dd_abs(product));
-    if (arc->low == NO_ROOT) return dd_sqrt(dd_div(dd_neg(dd_mul(arc->A, arc->E)), product));
+    if (arc->low == AT_INFINITY) return dd_sqrt(dd_div(dd_neg(dd_mul(arc->A, arc->E)), product));
     return dd_sqrt(dd_div(dd_mul(arc->C, arc->E), dd_mul(product, *D)));
 }
 #endif

@@ -1,9 +1,13 @@
-/* Set-up of the theta sums of a Kowalewski top from its initial state.
+/* Set-up of the closed-form solution of a Kowalewski top from its initial state.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_PLAN_H
 #define KR_KOWALEWSKI_PLAN_H
-#include "kowalewski_dual.h"
+#include "kowalewski_start.h"
+#include "kowalewski_state.h"
+
+/* For tops with a larger k, most states need derivatives (frame_at). */
+#define FAST 9.0
 
 /* The state p, q, r, g1, g2, g3 and the constant l = <m, e3> of a top, in the notation of
  * kowalewski_curve.h. */
@@ -11,18 +15,16 @@ typedef struct kowalewski_top {
     dd state[6], l;
 } kowalewski_top;
 
-/* Intermediate results of setting up the theta sums. */
+/* Intermediate results of the set-up. */
 typedef struct kowalewski_work {
     kowalewski_curve curve;
     kowalewski_arc arc[2];
     cosine_table table;
-    samples samples;
+    samples samples[2];
     kowalewski_rates rates;
     kowalewski_roots roots;
-    theta_work theta;
-    dual_work dual;
-    double start[2];              /* theta1 and theta2 at the start */
-    double rate_miss, separatrix; /* see find_heading and separatrix_error */
+    double start[2];   /* theta1 and theta2 at the start */
+    double separatrix; /* see separatrix_error */
 } kowalewski_work;
 
 /* Returns 1 if the initial values of Kowalewski's variables w1 and w2 lie on the arcs. The arc of
@@ -37,6 +39,13 @@ static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
     return o->order[o->real - 1] == ROOT_K &&
            dd_sub(w[0], low).hi >= -slack * (1.0 + fabs(low.hi)) &&
            dd_sub(least, w[1]).hi >= -slack * (1.0 + fabs(least.hi));
+}
+/* Returns root i minus root j. */
+static cx root_less_root(const kowalewski_curve *o, int i, int j)
+{
+    const cdd a = root_dd(o, i), b = root_dd(o, j);
+    const int pi = o->pair && i == 2 ? 1 : i, pj = o->pair && j == 2 ? 1 : j;
+    return cx_of(root_apart(o, pi, pj).hi, dd_sub(a.im, b.im).hi);
 }
 /* Returns the relative error of the distance between two branch points. If two roots of phi are
  * nearly equal, only about half of their digits are accurate. */
@@ -74,291 +83,6 @@ static double least_distance(const kowalewski_curve *o)
         }
     return least;
 }
-static void make_samples(const kowalewski_work *w, torus_sample out[])
-{
-    static const int step[2][SAMPLES_EACH] = {{3, 14, 25, 37, 46, 59}, {5, 13, 27, 34, 44, 61}};
-    arc_point point[2][SAMPLES_EACH];
-    const kowalewski_curve *o = &w->curve;
-    for (int j = 0; j < 2; j++)
-        for (int i = 0; i < SAMPLES_EACH; i++)
-            make_sample(o, &w->arc[j], &w->table, step[j][i], &point[j][i]);
-    for (int i = 0; i < SAMPLES; i++, out++) {
-        const arc_point *one = &point[0][i / SAMPLES_EACH], *two = &point[1][i % SAMPLES_EACH];
-        dd y[6];
-        make_state(o, &w->roots, one, two, y);
-        out->p = y[0].hi, out->q = y[1].hi, out->r = y[2].hi;
-        out->theta[0] = one->angle + (one->theta[0] + two->theta[0]);
-        out->theta[1] = two->angle + (one->theta[1] + two->theta[1]);
-        const dd plus = dd_plus(y[5], 1.0), minus = dd_sub(dd_of(1.0), y[5]);
-        /* The ratio S/T = y/x of two theta sums can be computed from two formulas. The terms of the
-         * first one vanish where y[5] = -1, and those of the second one where y[5] = 1. */
-        if (y[5].hi > 0.0) {
-            out->x = cx_of(dd_sub(y[3], plus).hi, y[4].hi);
-            out->y = cx_of(dd_add(y[3], plus).hi, y[4].hi);
-        } else {
-            out->x = cx_of(dd_sub(minus, y[3]).hi, y[4].hi);
-            out->y = cx_of(dd_add(minus, y[3]).hi, -y[4].hi);
-        }
-    }
-}
-/* Returns the coefficient of a given term in one of the theta sums. */
-static double coefficient(const theta_work *t, int sum, const sum_term *n, int which)
-{
-    return n->value[which] * t->constant[sum][class_of(t->kind, n->k1, n->k2)];
-}
-/* Computes the initial values of S and T and of their time derivatives. */
-static void sum_start(const kowalewski_work *w, theta_work *t, cx sum[2], cx slope[2])
-{
-    const double first = w->rates.rate[0].hi, second = w->rates.rate[1].hi;
-    for (int j = 0; j < 2; j++) {
-        make_waves(w->start[j], t->terms.wide[j], t->wave[j]);
-        sum[j] = slope[j] = cx_of(0.0, 0.0);
-    }
-    for (int i = 0; i < t->terms.count; i++) {
-        const sum_term *n = &t->terms.term[i];
-        const double grows = 0.5 * (n->k1 * first + n->k2 * second);
-        cx wave = cx_mul(t->wave[0][WIDE_MOST + n->k1], t->wave[1][WIDE_MOST + n->k2]);
-        if (odd(n->k2)) wave = cx_of(-wave.im, wave.re);
-        for (int j = 0; j < 2; j++) {
-            const double c = coefficient(t, spinor_sums[j], n, j);
-            sum[j] = cx_add(sum[j], cx_scale(c, wave));
-            slope[j] = cx_add(slope[j], cx_scale(c * grows, cx_of(-wave.im, wave.re)));
-        }
-    }
-}
-/* Returns the rate of the heading, corrected by integer multiples of half the rates of the torus
- * angles. These integers are found from the initial rate of A = S + T or of B = S - T, whichever is
- * larger. Up to the contribution of D,
- *     A' = -i r A/2 + i (p + iq) B/2,   B' = i r B/2 + i (p - iq) A/2. */
-static dd find_heading(kowalewski_work *w, const dd state[6], const cx sum[2], const cx slope[2])
-{
-    const double first = w->rates.rate[0].hi, second = w->rates.rate[1].hi;
-    cx a = cx_add(sum[0], sum[1]), b = cx_sub(sum[0], sum[1]), da = cx_add(slope[0], slope[1]),
-       x = cx_of(state[0].hi, state[1].hi);
-    double spin = -0.5 * state[2].hi;
-    if (cx_square(b) > cx_square(a)) {
-        const cx other = a;
-        a = b, b = other;
-        da = cx_sub(slope[0], slope[1]);
-        x = cx_conj(x);
-        spin = -spin;
-    }
-    const cx turn = cx_mul(cx_of(-0.5 * x.im, 0.5 * x.re), cx_div(b, a));
-    const double need = spin + turn.im - cx_div(da, a).im - w->rates.heading.hi;
-    double best = INFINITY;
-    int n1 = 0, n2 = 0;
-    for (int i = -6; i <= 6; i++)
-        for (int j = -6; j <= 6; j++) {
-            const double miss =
-                fabs(need - 0.5 * (i * first + j * second)) + 1e-9 * (abs(i) + abs(j));
-            if (miss < best) best = miss, n1 = i, n2 = j;
-        }
-    w->rate_miss = fabs(need - 0.5 * (n1 * first + n2 * second));
-    return dd_add(w->rates.heading,
-                  dd_half(dd_add(dd_times(n1, w->rates.rate[0]), dd_times(n2, w->rates.rate[1]))));
-}
-/* Appends a theta sum to the solution, row by row. Negligible terms at both ends of a row of
- * coefficients are omitted. For a sum with real values, only one term of each complex conjugate
- * pair is stored, multiplied by two. Returns 0 if the array of terms or the array of rows is
- * full. */
-static int append_rows(kr_theta_sums *plan, const theta_work *t, int sum, int which, double scale,
-                       int *rows, int *terms)
-{
-    const int real = sum >= SUM_P, count = t->terms.count;
-    double most = 0.0;
-    plan->rows[sum] = 0;
-    for (int i = 0; i < count; i++)
-        most = fmax(most, fabs(coefficient(t, sum, &t->terms.term[i], which)));
-    for (int from = 0, to; from < count; from = to) {
-        const int k1 = t->terms.term[from].k1;
-        for (to = from; to < count && t->terms.term[to].k1 == k1;) to++;
-        for (int parity = 0; parity < 2 && (!real || k1 >= 0); parity++) {
-            kr_sum_row row = {k1, 0, 0, is_imaginary(sum, parity)};
-            const int begin = *terms;
-            int end = begin;
-            for (int i = from; i < to; i++) {
-                const sum_term *n = &t->terms.term[i];
-                const double c = coefficient(t, sum, n, which);
-                if (odd(n->k2) != parity || (real && k1 == 0 && n->k2 < 0)) continue;
-                if (end == begin && !(fabs(c) > 1e-18 * most)) continue;
-                if (end == begin) row.k2 = n->k2;
-                if (*terms == SUM_TERMS) return 0;
-                plan->term[(*terms)++] = scale * (real && (k1 != 0 || n->k2 != 0) ? 2.0 * c : c);
-                if (fabs(c) > 1e-18 * most) end = *terms;
-            }
-            *terms = end;
-            row.count = end - begin;
-            if (row.count == 0) continue;
-            if (*rows == SUM_ROWS) return 0;
-            plan->row[(*rows)++] = row;
-            plan->rows[sum]++;
-        }
-    }
-    return 1;
-}
-static void widen(kr_theta_sums *plan, const int most[2])
-{
-    for (int j = 0; j < 2; j++)
-        if (most[j] > plan->wide[j]) plan->wide[j] = most[j];
-}
-/* Computes all theta sums of a Kowalewski top, and stores them in `plan`. Returns 0 if a theta sum
- * has more terms or rows than the arrays can hold. */
-static int fill_sums(kr_theta_sums *plan, theta_work *t)
-{
-    static const int velocity_sums[2][2] = {{SUM_P, SUM_Q}, {SUM_P, SUM_R}};
-    static const double none[2] = {0.0, 0.0};
-    int rows = 0, terms = 0;
-    double most = 0.0;
-    for (int j = 0; j < 2; j++)
-        for (int i = 0; i < t->terms.count; i++)
-            most = fmax(most, fabs(coefficient(t, spinor_sums[j], &t->terms.term[i], j)));
-    plan->wide[0] = plan->wide[1] = 1;
-    widen(plan, t->terms.wide);
-    for (int j = 0; j < 2; j++)
-        if (!append_rows(plan, t, spinor_sums[j], j, 1.0 / most, &rows, &terms)) return 0;
-    t->misfit = 0.0;
-    for (int sum = SUM_P; sum < SUMS; sum++) {
-        const int *const two = velocity_sums[sum == SUM_R], which = sum != SUM_P;
-        if (which == 0 || sum == SUM_R) {
-            if (!list_terms(&t->matrix, t->kind, two, none, &t->terms)) return 0;
-            widen(plan, t->terms.wide);
-            fill_columns(t, two, ALL_SAMPLES);
-        }
-        find_velocity(t, two, which);
-        if (!append_rows(plan, t, sum, which, 1.0 / most, &rows, &terms)) return 0;
-    }
-    return 1;
-}
-/* Appends the terms of a dual theta sum to the solution, grouped into rows of equal k1 and equal k2
- * modulo 4. Returns 0 if the array of terms or the array of rows is full. */
-static int append_dual_rows(kr_theta_sums *plan, const theta_work *t, const dual_work *d, int sum,
-                            int *rows, int *terms)
-{
-    const int words = sum < SUM_P ? 2 : 1;
-    plan->rows[sum] = 0;
-    for (int from = 0, to; from < d->count; from = to) {
-        const int k1 = d->term[from].k1;
-        for (to = from; to < d->count && d->term[to].k1 == k1;) to++;
-        for (int rest = 0; rest < 4; rest++) {
-            kr_sum_row row = {k1, 0, 0, 0};
-            for (int i = from; i < to; i++) {
-                const dual_term *n = &d->term[i];
-                cx c;
-                if ((n->k2 & 3) != rest || !dual_coefficient(t, d, sum, n, &c)) continue;
-                if (row.count == 0) row.k2 = n->k2;
-                if (*terms + words > SUM_TERMS) return 0;
-                plan->term[(*terms)++] = c.re;
-                if (words == 2) plan->term[(*terms)++] = c.im;
-                row.count++;
-            }
-            if (row.count == 0) continue;
-            if (*rows == SUM_ROWS) return 0;
-            plan->row[(*rows)++] = row;
-            plan->rows[sum]++;
-        }
-    }
-    return 1;
-}
-/* Computes the initial values of the theta sums S and T and of their time derivatives from the dual
- * sums. A growth rate that is common to S and T is omitted from the derivatives, because it does
- * not affect the heading. */
-static void sum_dual_start(const kowalewski_work *w, const double beta[2], cx sum[2], cx slope[2])
-{
-    const dual_work *d = &w->dual;
-    const double pi = 3.14159265358979323846, first = w->rates.rate[0].hi,
-                 second = w->rates.rate[1].hi,
-                 one = (d->bend[0] * first + d->bend[1] * second) / (4.0 * pi),
-                 two = (d->bend[1] * first + d->bend[2] * second) / (4.0 * pi),
-                 turn = -(one * beta[0] + two * beta[1]) * 2.0 / pi;
-    growth_lanes growth;
-    make_growth(d, w->start, &growth);
-    for (int j = 0; j < 2; j++) {
-        sum[j] = slope[j] = cx_of(0.0, 0.0);
-        for (int i = 0; i < d->count; i++) {
-            const dual_term *n = &d->term[i];
-            cx c;
-            if (!dual_coefficient(&w->theta, d, spinor_sums[j], n, &c)) continue;
-            c = cx_scale(growth_at(&growth, n), c);
-            sum[j] = cx_add(sum[j], c);
-            slope[j] = cx_add(slope[j], cx_scale(n->k1 * one + n->k2 * two, c));
-        }
-        slope[j] = cx_add(slope[j], cx_scale(turn, cx_of(-sum[j].im, sum[j].re)));
-    }
-}
-/* Computes and stores the coefficients of all dual theta sums for one value of beta. The constant
- * factors of the theta sums S and T must already have been fitted for this value of beta. Returns 0
- * if the array of terms or the array of rows is full. */
-static int fill_dual_sums(kr_theta_sums *plan, theta_work *t, dual_work *d, const double beta[2])
-{
-    static const int velocity_sums[2][2] = {{SUM_P, SUM_Q}, {SUM_P, SUM_R}};
-    static const double none[2] = {0.0, 0.0};
-    const double pi = 3.14159265358979323846;
-    int rows = 0, terms = 0;
-    plan->dual = 1;
-    memcpy(plan->bend, d->bend, sizeof plan->bend);
-    memcpy(plan->wide, d->wide, sizeof plan->wide);
-    for (int j = 0; j < 2; j++) {
-        plan->twist[j] = -(d->bend[j] * beta[0] + d->bend[1 + j] * beta[1]) / (pi * pi);
-        if (!append_dual_rows(plan, t, d, spinor_sums[j], &rows, &terms)) return 0;
-    }
-    size_dual_terms(d, none);
-    t->misfit = 0.0;
-    for (int sum = SUM_P; sum < SUMS; sum++) {
-        const int *const two = velocity_sums[sum == SUM_R], which = sum != SUM_P;
-        if (which == 0 || sum == SUM_R) fill_dual_columns(t, d, two, ALL_SAMPLES);
-        find_velocity(t, two, which);
-        if (!append_dual_rows(plan, t, d, sum, &rows, &terms)) return 0;
-    }
-    return 1;
-}
-/* Returns the largest of several error estimates for the theta sums. The estimates include the
- * residual of the fitted angular velocity, the asymmetry of B and the error of the heading rate. */
-static double error_of_sums(const kowalewski_work *w)
-{
-    const theta_work *t = &w->theta;
-    const double rates = 1.0 + fabs(w->rates.rate[0].hi) + fabs(w->rates.rate[1].hi);
-    return fmax(fmax(t->certificate, t->misfit), fmax(t->matrix.asymmetry, w->rate_miss / rates));
-}
-/* Computes the theta sums and the rate of the heading. */
-static kr_kowalewski_refusal make_sums(kowalewski_work *w, const dd state[6], kr_theta_sums *plan,
-                                       dd *heading)
-{
-    cx sum[2], slope[2];
-    plan->dual = 0;
-    if (!find_spinor_class(&w->theta)) return KR_KOWALEWSKI_SUMS;
-    sum_start(w, &w->theta, sum, slope);
-    *heading = find_heading(w, state, sum, slope);
-    return fill_sums(plan, &w->theta) ? KR_KOWALEWSKI_PLANNED : KR_KOWALEWSKI_TERMS;
-}
-/* Computes the dual theta sums and the rate of the heading angle. Returns 0 if the dual theta sums
- * are not accurate enough, or have more terms than the arrays can hold. */
-static int make_dual_sums(kowalewski_work *w, const dd state[6], kr_theta_sums *plan, dd *heading)
-{
-    theta_work *t = &w->theta;
-    dual_work *d = &w->dual;
-    double least = INFINITY, beta[2];
-    cx sum[2], slope[2];
-    int best = 0;
-    if (!list_dual_terms(&t->matrix, d)) return 0;
-    for (int i = 0; i < SUMS; i++) {
-        make_basis(t->kind, i, &d->basis[i]);
-        find_factors(t->kind, i, &d->basis[i]);
-    }
-    for (int i = 0; i < SAMPLES; i++) make_growth(d, t->sample[i].theta, &d->growth[i]);
-    for (int i = 0; i < 8 && !(least < 1e-12); i++) {
-        find_beta(&t->matrix, i % 4, beta);
-        t->certificate = find_dual_spinor(t, d, beta, i >= 4);
-        if (t->certificate < least) least = t->certificate, best = i % 4;
-    }
-    if (!(least < SATISFIED)) return 0;
-    if (least < t->certificate) {
-        find_beta(&t->matrix, best, beta);
-        t->certificate = find_dual_spinor(t, d, beta, 1);
-    }
-    sum_dual_start(w, beta, sum, slope);
-    *heading = find_heading(w, state, sum, slope);
-    return fill_dual_sums(plan, t, d, beta);
-}
 /* Returns the reason for rejecting a degenerate motion, or `refusal` if no specific reason applies.
  * The tests for degenerate motions tolerate rounding errors in the initial state. */
 static kr_kowalewski_refusal name_motion(const kowalewski_top *top, kr_kowalewski_refusal refusal)
@@ -374,13 +98,12 @@ static kr_kowalewski_refusal name_motion(const kowalewski_top *top, kr_kowalewsk
         return KR_KOWALEWSKI_PLANAR;
     return refusal;
 }
-/* Computes all quantities that determine the theta sums: roots, arcs, periods, samples and rates.
+/* Computes all quantities that determine the plan: roots, arcs, series, rates, signs and angles.
  * Returns KR_KOWALEWSKI_PLANNED on success, or the reason for the failure. */
 static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski_work *w)
 {
     kowalewski_curve *o = &w->curve;
     set_constants(o, top->state, top->l);
-    o->settled = SETTLED;
     /* Relative to a larger h, k^2 and -c = k^2 - 1 coincide. */
     if (!(fabs(o->h.hi) < 1e12)) return KR_KOWALEWSKI_COINCIDENT;
     find_roots(o);
@@ -390,40 +113,209 @@ static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski
     if (!(distance > 1e-24)) return KR_KOWALEWSKI_COINCIDENT;
     /* The formulas for the initial state contain divisions by the distances between branch
      * points. */
-    const kr_kowalewski_refusal unresolved =
-        distance < 1e-12 ? KR_KOWALEWSKI_COINCIDENT : KR_KOWALEWSKI_START;
-    if (!is_on_arcs(o, top->state)) return unresolved;
+    const int unresolved = distance < 1e-12;
+    if (!is_on_arcs(o, top->state))
+        return unresolved ? KR_KOWALEWSKI_COINCIDENT : KR_KOWALEWSKI_START;
     make_arcs(o, w->arc);
-    if (!average_arcs(o, w->arc, &w->table, &w->samples, &w->rates) ||
-        !make_periods(o, w->arc, &w->rates, &w->theta.matrix))
-        return KR_KOWALEWSKI_INTEGRALS;
-    refine_cosines(&w->table, GRID / SAMPLE_STEPS);
+    if (!average_arcs(o, w->arc, &w->table, w->samples, &w->rates)) return KR_KOWALEWSKI_INTEGRALS;
     const double miss = find_start(o, w->arc, &w->rates, top->state, &w->roots, w->start);
-    if (!(miss < 1e-14)) return miss < 1e-6 ? KR_KOWALEWSKI_SEPARATRIX : unresolved;
-    w->theta.kind = kind_of(o);
-    make_samples(w, w->theta.sample);
-    return KR_KOWALEWSKI_PLANNED;
+    return miss < 1e-14  ? KR_KOWALEWSKI_PLANNED
+           : unresolved  ? KR_KOWALEWSKI_COINCIDENT
+           : miss < 1e-6 ? KR_KOWALEWSKI_SEPARATRIX
+                         : KR_KOWALEWSKI_START;
 }
-/* Returns the ratio of the smallest to the largest value of the denominator D at the sample points.
- * A small ratio indicates cancellation between the terms of the theta sums. */
-static double least_size(const theta_work *t)
+
+static void fill_arc(const kowalewski_curve *o, const kowalewski_arc *from, kr_kowalewski_arc *to)
 {
-    double least = INFINITY, most = 0.0;
-    for (int i = 0; i < SAMPLES; i++) {
-        least = fmin(least, t->sample[i].size);
-        most = fmax(most, t->sample[i].size);
+    const int infinite = from->low == AT_INFINITY;
+    const double way = infinite ? -1.0 : 1.0;
+    const dd edge = infinite ? dd_neg(from->A) : from->C;
+    to->A = from->A.hi, to->B = from->B.hi, to->C = from->C.hi, to->E = from->E.hi;
+    to->low = from->low;
+    to->high = from->high;
+    to->scale = dd_sqrt(dd_half(dd_mul(edge, from->E))).hi;
+    for (int i = 0; i < ROOTS; i++) {
+        const double side = i == ROOT_K ? -1.0 : way;
+        to->a[i] = side * from->a[i].hi;
+        to->b[i] = side * from->b[i].hi;
+        to->root_a[i] = dd_sqrt(dd_scale(side, from->a[i])).hi;
+        to->root_b[i] = dd_sqrt(dd_scale(side, from->b[i])).hi;
     }
-    return least / most;
+    if (o->pair) {
+        const dd im = dd_scale(-way, o->root[2]);
+        const cdd a = cdd_of(dd_scale(way, from->a[1]), dd_mul(im, from->C)),
+                  b = cdd_of(dd_scale(way, from->b[1]), dd_mul(im, from->E)), apart = cdd_sub(a, b),
+                  center = cdd_div(cdd_add(a, b), apart);
+        to->im = im.hi;
+        to->half = 0.5 * apart.re.hi;
+        to->center[0] = center.re.hi;
+        to->center[1] = dd_half(dd_mul(apart.im, center.im)).hi;
+    }
+    to->folds = from->folds;
+    for (int i = 0; i < from->folds; i++) {
+        to->fold[i].m = from->fold[i].hi;
+        to->fold[i].rest = dd_sub(dd_of(1.0), from->fold[i]).hi;
+        to->fold[i].crosswise = from->crosswise[i];
+    }
+    to->poles = 0;
+    if (o->c.hi > 0.0) return;
+    heading_pole pole[2];
+    const int poles = make_poles(o, from, pole);
+    for (int i = 0; i < poles; i++) {
+        if (!pole[i].adjacent) continue;
+        const dd a = dd_sqrt(dd_abs(pole[i].a));
+        to->pole_a[to->poles] = o->l.hi < 0.0 ? -a.hi : a.hi;
+        to->pole_b[to->poles++] = dd_sqrt(dd_abs(pole[i].b)).hi;
+    }
+    const dd w0 = dd_sqrt(dd_neg(o->c));
+    for (int i = 0; i < 2; i++) {
+        const dd w = i ? dd_neg(w0) : w0;
+        to->both_a[i] = infinite ? from->A.hi : dd_mul(from->C, root_less_pole(o, from->low, w)).hi;
+        to->both_b[i] = root_less_pole(o, from->high, w).hi;
+    }
 }
-/* Sets the rates and the initial phases of the two torus angles. Also sets the rate of the phase of
- * the factor e to `heading`; the caller must set the initial value of this phase. */
-static void set_phases(const kowalewski_work *w, dd heading, kr_theta_sums *plan)
+/* Writes the values of a function of e at the roots e1 and e2. */
+static void fill_pair(const kowalewski_curve *o, cdd one, cdd two, double out[2])
 {
-    const dd rate[3] = {dd_half(w->rates.rate[0]), dd_half(w->rates.rate[1]), heading};
+    out[0] = one.re.hi;
+    out[1] = o->pair ? one.im.hi : two.re.hi;
+}
+static void fill_roots(const kowalewski_curve *o, const kowalewski_roots *k,
+                       kr_kowalewski_torus *plan)
+{
+    const cdd *A = k->A, *B = k->B, first = cdd_sub(root_dd(o, 0), root_dd(o, 1)),
+              second = cdd_sub(root_dd(o, 0), root_dd(o, 2));
+    const dd square = dd_square(A[0].re);
+    plan->l = o->l.hi, plan->c = o->c.hi, plan->k = o->k.hi;
+    plan->pair = o->pair;
+    plan->A0 = A[0].re.hi, plan->B0 = B[0].re.hi;
+    fill_pair(o, A[1], A[2], plan->A);
+    fill_pair(o, B[1], B[2], plan->B);
+    fill_pair(o, cdd_mul(A[1], A[1]), cdd_mul(A[2], A[2]), plan->A_square);
+    fill_pair(o, cdd_mul(B[1], B[1]), cdd_mul(B[2], B[2]), plan->B_square);
+    /* The sum of the roots is -h, and A^2 = 2 (e + h). */
+    plan->sum = -0.5 * square.hi;
+    plan->apart = o->pair ? 2.0 * o->root[2].hi : dd_sub(o->root[1], o->root[2]).hi;
+    plan->one_apart = 1.0 / plan->apart;
+    plan->middle = dd_add(o->root[0], dd_scale(0.25, square)).hi;
+    plan->one_product = 1.0 / cdd_mul(first, second).re.hi;
+    memcpy(plan->sign, k->sign, sizeof plan->sign);
+}
+/* Returns the number of terms, a multiple of four, that are needed until all others are at most
+ * `least`. */
+static int count_terms(const kowalewski_arc arc[2], int series, double least)
+{
+    int terms = 4;
+    for (int j = 0; j < 2; j++)
+        for (int i = 0; i < series; i++)
+            for (int k = arc[j].points - 1; k > terms; k--)
+                if (fabs(arc[j].sine[i][k]) > least) terms = (k + 3) / 4 * 4;
+    return terms;
+}
+static void fill_series(const kowalewski_arc arc[2], kr_kowalewski_torus *plan)
+{
+    plan->some_terms = count_terms(arc, 2, 1e-9);
+    plan->terms = count_terms(arc, 3, 1e-18);
+    for (int k = 1; k <= plan->terms; k++) {
+        kr_harmonic *to = &plan->harmonic[k - 1];
+        for (int j = 0; j < 2; j++) {
+            const int has = k < arc[j].points;
+            for (int i = 0; i < 2; i++) to->angle[2 * j + i] = has ? arc[j].sine[i][k] : 0.0;
+            to->heading[2 + j] = 0.0;
+            to->heading[j] = has ? arc[j].sine[2][k] / (2.0 * two_pi) : 0.0;
+        }
+    }
+}
+/* Fills the table that starts Newton's method. Each entry is found from the one before. */
+static void fill_guesses(kr_kowalewski_torus *plan)
+{
+    jacobian unused;
+    for (int i = 0; i < STARTS; i++)
+        for (int j = 0; j < STARTS; j++) {
+            const dd theta[2] = {dd_of(i / (double)STARTS), dd_of(j / (double)STARTS)};
+            const float *before = plan->guess[j > 0 ? i : i > 0 ? i - 1 : 0][j > 0 ? j - 1 : 0];
+            double d[2] = {0.0, 0.0}, step[2], size = 1.0;
+            arc_angle y[2];
+            if (i + j > 0) d[0] = before[0], d[1] = before[1];
+            for (int k = 0; k < NEWTON_STEPS && !(size < 1e-3); k++) {
+                for (int n = 0; n < 2; n++) y[n] = angle_beside(theta[n], d[n]);
+                size = newton_step(plan, plan->some_terms, y, d, &unused, step);
+                for (int n = 0; n < 2; n++) d[n] -= step[n];
+            }
+            for (int n = 0; n < 2; n++) plan->guess[i][j][n] = (float)d[n];
+        }
+}
+static double dot_of_nodes(const signed char a[4], const signed char b[4])
+{
+    int dot = 0;
+    for (int i = 0; i < 4; i++) dot += a[i] * b[i];
+    return dot / (127.0 * 127.0);
+}
+/* Fills the table of signs with quaternions that change continuously from node to node. Determines
+ * whether they change their sign when an angle grows by two turns. Returns the smallest scalar
+ * product of neighbours. */
+static double fill_nodes(kr_kowalewski_torus *plan, int n)
+{
+    signed char *const node = (signed char *)(plan->harmonic + plan->terms);
+    arc_angle angle[NODES];
+    double least = 1.0;
+    plan->nodes = n;
+    for (int i = 0; i < n; i++) angle[i] = angle_beside(dd_of(first_node + 2.0 * i / n), 0.0);
+    for (int i = 0; i < n * n; i++) {
+        const arc_angle y[2] = {angle[i / n], angle[i % n]};
+        const frame_state f = find_frame(plan, y);
+        const kr_quat q = quaternion_of(&f);
+        const double part[4] = {q.w, q.x, q.y, q.z};
+        signed char *to = node + 4 * i, *before = to - 4 * (i % n > 0 ? 1 : i > 0 ? n : 0);
+        for (int k = 0; k < 4; k++)
+            to[k] = (signed char)(fabs(part[k]) <= 1.0 ? nearest(127.0 * part[k]) : 0.0);
+        if (dot_of_nodes(before, to) < 0.0)
+            for (int k = 0; k < 4; k++) to[k] = (signed char)-to[k];
+    }
+    const int corner[2] = {n * (n - 1), n - 1};
+    for (int j = 0; j < 2; j++)
+        plan->half_turns[j] = dot_of_nodes(node + 4 * corner[j], node) < 0.0;
+    for (int i = 0; i < n * n; i++) {
+        const int one = (i + n) % (n * n), two = (i + 1) % n + i / n * n;
+        const double across = dot_of_nodes(node + 4 * i, node + 4 * one),
+                     along = dot_of_nodes(node + 4 * i, node + 4 * two);
+        least = fmin(least, one < i && plan->half_turns[0] != 0.0 ? -across : across);
+        least = fmin(least, two < i && plan->half_turns[1] != 0.0 ? -along : along);
+    }
+    return least;
+}
+/* Sets the rates of the phases, and the initial values of the two torus angles. */
+static void set_phases(const kowalewski_work *w, kr_kowalewski_torus *plan)
+{
+    dd rate[3] = {dd_half(w->rates.rate[0]), dd_half(w->rates.rate[1]), dd_half(w->rates.heading)};
+    for (int j = 0; j < 2; j++)
+        rate[2] = dd_add(rate[2], dd_scale(0.5 * plan->half_turns[j], rate[j]));
     for (int i = 0; i < 3; i++) {
         plan->torus.turn[i] = phase_of(rate[i]);
         phase_start(&plan->torus.turn[i],
                     i < 2 ? dd_times(0.5 * w->start[i], one_turn()) : dd_of(0.0));
     }
+}
+/* Fills the plan, except for the initial phase of the heading and the certificate. Returns the
+ * smallest scalar product of quaternions of neighbouring nodes. Above 1/4, the nearest node is less
+ * than a right angle from each quaternion, and determines its sign. */
+static double fill_plan(const kowalewski_work *w, kr_kowalewski_torus *plan)
+{
+    const kowalewski_curve *o = &w->curve;
+    const dd base = dd_half(dd_add(real_root(o, o->real - 2), real_root(o, 0)));
+    fill_roots(o, &w->roots, plan);
+    for (int j = 0; j < 2; j++) {
+        const kowalewski_arc *arc = &w->arc[j];
+        fill_arc(o, arc, &plan->arc[j]);
+        plan->p[j] = arc->p.hi;
+        plan->q[j] = dd_sub(arc->q, dd_mul(base, arc->p)).hi;
+    }
+    fill_series(w->arc, plan);
+    fill_guesses(plan);
+    plan->fast = plan->k > FAST;
+    double least = -1.0;
+    for (int n = 16; n <= NODES && !(least > 0.5); n *= 2) least = fill_nodes(plan, n);
+    set_phases(w, plan);
+    return least;
 }
 #endif

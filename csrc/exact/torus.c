@@ -7,12 +7,9 @@
 
 static size_t kowalewski_used_size(const void *memory)
 {
-    const kr_theta_sums *plan = memory;
-    size_t terms = 0;
-    for (int sum = 0, at = 0; sum < SUMS; sum++)
-        for (int i = 0; i < plan->rows[sum]; i++)
-            terms += (size_t)plan->row[at++].count * (plan->dual && sum < SUM_P ? 2 : 1);
-    return offsetof(kr_theta_sums, term) + terms * sizeof *plan->term;
+    const kr_kowalewski_torus *plan = memory;
+    return offsetof(kr_kowalewski_torus, harmonic) + (size_t)plan->terms * sizeof *plan->harmonic +
+           4 * (size_t)(plan->nodes * plan->nodes);
 }
 static size_t chaplygin_used_size(const void *memory)
 {
@@ -24,8 +21,8 @@ static size_t chaplygin_used_size(const void *memory)
 const kr_torus_form kr_kowalewski_form = {
     KR_KIND_KOWALEWSKI,
     KR_KOWALEWSKI_BOUND,
-    sizeof(kr_theta_sums),
-    offsetof(kr_theta_sums, torus),
+    sizeof(kr_kowalewski_torus),
+    offsetof(kr_kowalewski_torus, torus),
     NULL,
     kowalewski_used_size,
     {

@@ -167,13 +167,13 @@ static void test_special_kowalewski_tops(void)
     NEAR(kr_state_kowalewski(&delone, &delone.start), 0.0, 1e-15);
     must_meet(delone, 70.0, 2e-14);
 }
-/* Near a saddle the terms of the theta functions cancel, and dual sums take their place, with
- * larger errors between the samples of the closed form. */
+/* Near a saddle, most of a torus is near the saddle, and the motion away from it is quick in the
+ * angles of the torus. */
 static void test_saddles(void)
 {
     int found = 0;
     for (int i = 0; i < 120; i++) {
-        const double e = pow(10.0, uniform(-7, -2)), side = 0.7, rise = sqrt(1.0 - side * side);
+        const double e = pow(10.0, uniform(-7, -1)), side = 0.7, rise = sqrt(1.0 - side * side);
         const kr_vec3 d = random_vec(e), g = random_vec(e),
                       rotation = v_scale(1.0 / sqrt(side), v3(-side, 0.0, rise));
         const kr_scene saddles[] = {
@@ -193,13 +193,11 @@ static void test_saddles(void)
         kr_kowalewski_states(top.kowalewski, TIMES, t, many);
         for (int k = 0; k < TIMES; k++) IS(same(many[k], state_of(&top, t[k])));
     }
-    IS(found > 40);
-    for (int i = 0; i < 24; i++) { /* a rounding error changes these states by up to 1e-7 radians */
-        const double near = pow(10.0, -1.0 - 0.25 * i);
-        const kr_vec3 a = random_vec(near), w = random_vec(near);
-        for (double t = 1.0; t < 60.0; t *= 7.0)
-            must_meet(kowalewski_top_of(v3(-1.0, a.y, a.z), w), t, 5e-14);
-    }
+    IS(found > 90);
+    must_meet(kowalewski_top_of(v3(-0.7, 1e-6, sqrt(0.51)),
+                                v3(-sqrt(0.7), -7e-7, sqrt(0.51 / 0.7) + 3e-7)),
+              20.0, 5e-14);
+    must_meet(kowalewski_top_of(v3(-1.0, 8e-9, -5e-9), v3(-0.85, 5e-9, -9.6e-9)), 20.0, 5e-14);
 }
 /* Starts at turning points of u1 or u2, where rounding errors must not decide any sign; G = 0
  * without a planar motion; a term of the heading whose phase hardly changes. */
@@ -309,14 +307,11 @@ static void test_refusals(void)
         {kowalewski_top_of(v3(0.0, 0.0, 1.0), v3(1.0, 1.0, 1.0)), KR_KOWALEWSKI_COINCIDENT},
         {kowalewski_top_of(v3(0.4, -0.3, 0.7), v3(3e6, -7e6, 5e6)), KR_KOWALEWSKI_COINCIDENT},
         {kowalewski_top_of(v3(1.0, 3e-10, -6e-10), v3(1.3 + 7e-10, -4e-10, 5e-10)),
-         KR_KOWALEWSKI_INTEGRALS},
-        {kowalewski_top_of(v3(-side, 1e-6, rise), v3(-side * rate, -7e-7, rise * rate + 3e-7)),
-         KR_KOWALEWSKI_CERTIFICATE},
+         KR_KOWALEWSKI_COINCIDENT},
         {kowalewski_top_of(v3(2.0, -0.5, 0.0), v3(-1.680985356248839, 0.0, 0.0)),
          KR_KOWALEWSKI_COINCIDENT},
         {kowalewski_top_of(v3(-1.0, 0.0, -1.5e-10), v3(0.0, -9.5e-9, 2.9e-7)),
          KR_KOWALEWSKI_INTEGRALS},
-        {kowalewski_top_of(v3(-1.0, 8e-9, -5e-9), v3(-0.85, 5e-9, -9.6e-9)), KR_KOWALEWSKI_SUMS},
         {with_moment(kowalewski, 2.0 + 1e-15), KR_KOWALEWSKI_ROUNDED},
         {with_gravity(kowalewski, 1e-300), KR_KOWALEWSKI_WEIGHTLESS},
         {with_damping(kowalewski), KR_KOWALEWSKI_OTHER},

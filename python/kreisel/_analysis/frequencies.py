@@ -400,7 +400,7 @@ def _refine_zero_by_newton(form: ExactTorus, guess: Array, n: int) -> Array:
             break
         # The steps a and b solve one * a + two * b = -z.
         step = np.array([(two.conjugate() * z[0]).imag, -(one.conjugate() * z[0]).imag]) / area
-        angles = angles + step
+        angles = angles + np.clip(step, -0.5 / n, 0.5 / n)
         if np.abs(angles - guess).max() > 1.5 / n:
             break
         if np.abs(step).max() <= _SETTLED:

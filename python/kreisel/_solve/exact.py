@@ -367,7 +367,7 @@ class ExactTorus(Exact[float, Path]):
     top has turned by more than 1e9 rad, and if a neighbouring motion required for a finite
     difference has no closed-form solution.
 
-    kind         "kowalewski", whose closed form has theta functions of two variables, or
+    kind         "kowalewski", whose closed form separates in two variables, or
                  "goryachev_chaplygin", whose <m, e3> must be zero and whose mean precession rate is
                  zero
     frequencies  (first, second, precession_rate) [rad/T]. The frequencies of the attitude matrix in

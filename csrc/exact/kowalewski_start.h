@@ -1,37 +1,33 @@
-/* States of a Kowalewski top at given points of its torus, in double-double precision (Koetter,
- * Acta Math. 17 (1893) 209). For each root e of phi and each arc j, let g be a square root of +-(w
- * - e) D. With L = 1/((e - e')(e - e'')), A^2 = 2 (e + h) and B = l/A,
- *     G = +- g1 g2,   a = sum L A G,   p = -sum L B G / a,   q = -d1 d2 / a,
- *     V = +- g2' g2'' g1 h1 d2 -+ g1' g1'' g2 h2 d1,
- *     r = sqrt2 sum L A V / (a Dl),   g3 = sqrt2 sum L B V / (a Dl),   Dl = N1 D2 - N2 D1.
- * Here d is a square root of D, and h is a square root of +-(k - w)(w + k) D^2. Five signs of
- * square roots must be determined, one for each root of phi and one for each arc. The signs are
- * chosen such that the formulas reproduce a state shortly after the initial time.
+/* The torus angles of a Kowalewski top at the start, and the signs of the square roots in Koetter's
+ * formulas (kowalewski_state.h), in double-double precision. Here the divided differences are sums
+ * over the roots e of phi, with L = 1/((e - e')(e - e'')). The signs, one for each root of phi, one
+ * for each arc and one for Z (kowalewski_state.h), are chosen such that the formulas reproduce a
+ * state shortly after the initial time. They are constant during the motion.
  *
  * This header is compiled once for each instruction set. */
-#ifndef KR_KOWALEWSKI_SAMPLES_H
-#define KR_KOWALEWSKI_SAMPLES_H
+#ifndef KR_KOWALEWSKI_START_H
+#define KR_KOWALEWSKI_START_H
 #include "kowalewski_averages.h"
 
-enum { SAMPLES_EACH = 6, SAMPLE_STEPS = 16 /* steps between 0 and pi */, ORDER = 12 };
+enum { ORDER = 12 };
 
 typedef struct kowalewski_roots {
-    cdd la[3], lb[3]; /* L A, L B */
-    double sign[5];
+    cdd A[3], B[3], la[3], lb[3]; /* A, B, L A, L B */
+    double sign[6];
 } kowalewski_roots;
 
 /* Quantities in the formulas for the state that depend only on the position on one of the arcs. */
-typedef struct arc_point {
+typedef struct start_point {
     cdd g[3], own[3], rest[3]; /* g, g h, g' g'' d */
-    dd N, D, d;
-    double theta[2]; /* contributions of this arc to theta1 - x1 and theta2 - x2 */
-    double angle;
-} arc_point;
+    dd N, D, d, minus, plus;   /* minus, plus: square roots for k - w and w + k */
+    double theta[2];           /* contributions of this arc to theta1 - y1 and theta2 - y2 */
+    double angle;              /* y */
+} start_point;
 
-/* Returns the i-th root of phi. */
+/* Returns the branch point with the index i. */
 static cdd root_dd(const kowalewski_curve *o, int i)
 {
-    if (!o->pair || i == 0) return cdd_real(o->root[i]);
+    if (!o->pair || i == 0 || i >= ROOT_K) return cdd_real(o->root[i]);
     return cdd_of(o->root[1], i == 1 ? o->root[2] : dd_neg(o->root[2]));
 }
 static void make_roots(const kowalewski_curve *o, kowalewski_roots *out)
@@ -47,6 +43,8 @@ static void make_roots(const kowalewski_curve *o, kowalewski_roots *out)
             B = cdd_div(l, A);
         else if (cdd_square(B).hi > 0.0)
             A = cdd_div(l, B);
+        out->A[i] = A;
+        out->B[i] = B;
         out->la[i] = cdd_mul(L, A);
         out->lb[i] = cdd_mul(L, B);
     }
@@ -65,21 +63,22 @@ static cdd half_angle_root(const kowalewski_curve *o, const kowalewski_arc *arc,
     if (i == arc->high) return cdd_scale(s, cdd_sqrt(a));
     return cdd_sqrt(cdd_add(cdd_scale(dd_square(s), a), cdd_scale(dd_square(c), b)));
 }
-/* Computes all members of an arc_point except `theta` and `angle`, given the sine and cosine of
+/* Computes all members of a start_point except `theta` and `angle`, given the sine and cosine of
  * x/2. */
 static void make_point(const kowalewski_curve *o, const kowalewski_arc *arc, dd s, dd c,
-                       arc_point *out)
+                       start_point *out)
 {
-    const double way = arc->low == NO_ROOT ? -1.0 : 1.0;
+    const double way = arc->low == AT_INFINITY ? -1.0 : 1.0;
     const dd ss = dd_square(s), cc = dd_square(c);
-    const cdd h = cdd_mul(half_angle_root(o, arc, ROOT_K, -1.0, s, c),
-                          half_angle_root(o, arc, ROOT_MINUS_K, way, s, c));
+    out->minus = half_angle_root(o, arc, ROOT_K, -1.0, s, c).re;
+    out->plus = half_angle_root(o, arc, ROOT_MINUS_K, way, s, c).re;
+    const dd h = dd_mul(out->minus, out->plus);
     out->N = mix(arc->A, ss, arc->B, cc);
     out->D = mix(arc->C, ss, arc->E, cc);
-    out->d = arc->low == NO_ROOT ? c : dd_sqrt(out->D);
+    out->d = arc->low == AT_INFINITY ? c : dd_sqrt(out->D);
     for (int i = 0; i < 3; i++) out->g[i] = half_angle_root(o, arc, i, way, s, c);
     for (int i = 0; i < 3; i++) {
-        out->own[i] = cdd_mul(out->g[i], h);
+        out->own[i] = cdd_scale(h, out->g[i]);
         out->rest[i] = cdd_scale(out->d, cdd_mul(out->g[(i + 1) % 3], out->g[(i + 2) % 3]));
     }
 }
@@ -87,8 +86,8 @@ static cdd with_sign(double sign, cdd a) { return sign < 0.0 ? cdd_neg(a) : a; }
 
 /* Computes the common denominator a of the components of the state, and the products a p and a
  * q. */
-static void make_pq(const kowalewski_roots *k, const arc_point *one, const arc_point *two, dd *a,
-                    dd *p, dd *q)
+static void make_pq(const kowalewski_roots *k, const start_point *one, const start_point *two,
+                    dd *a, dd *p, dd *q)
 {
     cdd sum_a = cdd_real(dd_of(0.0)), sum_b = sum_a;
     for (int i = 0; i < 3; i++) {
@@ -101,8 +100,8 @@ static void make_pq(const kowalewski_roots *k, const arc_point *one, const arc_p
     *q = dd_neg(dd_mul(one->d, two->d));
 }
 /* Computes the state p, q, r, g1, g2, g3 from one point on each arc. */
-static void make_state(const kowalewski_curve *o, const kowalewski_roots *k, const arc_point *one,
-                       const arc_point *two, dd out[6])
+static void make_state(const kowalewski_curve *o, const kowalewski_roots *k, const start_point *one,
+                       const start_point *two, dd out[6])
 {
     const dd two_root = dd_sqrt(dd_of(2.0));
     cdd r = cdd_real(dd_of(0.0)), g = r;
@@ -158,10 +157,10 @@ static void sum_series(dd c[6][ORDER + 1], double span, dd out[6])
  * Returns 0 if the point is so close to an end of the arc that sin(x/2) or cos(x/2) is at most
  * `least`. */
 static int make_point_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd gap, dd rest,
-                         dd next, double least, arc_point *out)
+                         dd next, double least, start_point *out)
 {
     const dd none = dd_of(0.0), up = dd_max(gap, none),
-             down = arc->low == NO_ROOT ? dd_neg(arc->A) : dd_mul(arc->C, dd_max(rest, none)),
+             down = arc->low == AT_INFINITY ? dd_neg(arc->A) : dd_mul(arc->C, dd_max(rest, none)),
              both = dd_add(up, down);
     dd s = dd_sqrt(dd_div(up, both)), c = dd_sqrt(dd_div(down, both));
     if (!(s.hi > least && c.hi > least)) return 0;
@@ -191,13 +190,27 @@ static double miss_of(const dd got[6], const dd want[6])
     }
     return most;
 }
-/* Determines the signs of the five square roots by comparison with a single state of the top. Only
- * one combination of signs should reproduce p, q, r and g3 of this state.
+/* Returns the sign of the imaginary part of Z for which xi = x^2 + g1 + i g2 has the argument of
+ * z^2 conj(Z^2) (see frame_at). */
+static double sign_of_Z(const start_point point[2], const dd y[6])
+{
+    const cdd x = cdd_of(y[0], y[1]), xi = cdd_add(cdd_mul(x, x), cdd_of(y[3], y[4])),
+              z = cdd_add(cdd_scale(y[2], x), cdd_real(y[5])),
+              Z = cdd_of(dd_mul(point[0].plus, point[1].plus),
+                         dd_mul(point[0].minus, point[1].minus));
+    /* For the right sign, this product is positive. */
+    const cdd rest = cdd_mul(cdd_mul(z, z), cdd_of(xi.re, dd_neg(xi.im))),
+              one = cdd_mul(rest, cdd_mul(cdd_of(Z.re, dd_neg(Z.im)), cdd_of(Z.re, dd_neg(Z.im)))),
+              other = cdd_mul(rest, cdd_mul(Z, Z));
+    return one.re.hi - fabs(one.im.hi) >= other.re.hi - fabs(other.im.hi) ? 1.0 : -1.0;
+}
+/* Determines the signs of the square roots by comparison with a single state of the top. Only
+ * one combination should reproduce p, q, r and g3 of this state.
  * Returns the error of the reconstructed state for the combination of signs that fits best. */
-static double find_signs(const kowalewski_curve *o, kowalewski_roots *k, const arc_point point[2],
+static double find_signs(const kowalewski_curve *o, kowalewski_roots *k, const start_point point[2],
                          const dd state[6])
 {
-    double best = INFINITY, sign[5] = {1.0, 1.0, 1.0, 1.0, 1.0};
+    double best = INFINITY, sign[6] = {1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
     for (int all = 0; all < 32; all++) {
         dd got[6];
         for (int i = 0; i < 5; i++) k->sign[i] = all >> i & 1 ? -1.0 : 1.0;
@@ -213,13 +226,14 @@ static double find_signs(const kowalewski_curve *o, kowalewski_roots *k, const a
         }
     }
     memcpy(k->sign, sign, sizeof sign);
+    k->sign[5] = sign_of_Z(point, state);
     return best;
 }
 /* Computes the points on the two arcs of the Kowalewski curve that correspond to a given state of
  * the top. The directions of motion of w1 and w2 are inferred from a later state. Returns 0 if w1
  * or w2 is too close to an end of its arc for an accurate result. */
 static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2], const dd at[6],
-                          const dd later[6], double least, arc_point point[2])
+                          const dd later[6], double least, start_point point[2])
 {
     const arc_gaps gap = separate(o, at), next = separate(o, later);
     return make_point_at(o, &arc[0], gap.up, gap.down, next.up, least, &point[0]) &&
@@ -241,7 +255,7 @@ static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
     for (int step = 0; step < 160; step++) {
         const int i = step % 8;
         const double least = step < 8 ? 0.02 : step < 32 ? 0.002 : step < 96 ? 1e-5 : 1e-9;
-        arc_point point[2];
+        start_point point[2];
         if (i == 0) expand(at, series);
         sum_series(series, (i + 1) * moment, at);
         sum_series(series, (i + 1 + 0x1p-20) * moment, later);
@@ -254,23 +268,5 @@ static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
         return find_signs(o, k, point, at) / fmin(velocity, 1.0);
     }
     return INFINITY;
-}
-/* Computes the point on an arc at which the arc's variable is i * pi/SAMPLE_STEPS. */
-static void make_sample(const kowalewski_curve *o, const kowalewski_arc *arc, const cosine_table *t,
-                        int i, arc_point *out)
-{
-    const int turn = 2 * SAMPLE_STEPS, at = i % turn, up = at <= SAMPLE_STEPS ? at : turn - at,
-              cosine_at = up * (GRID / SAMPLE_STEPS), across = cosine_at - GRID / 2;
-    const dd y = t->c[across < 0 ? -across : across];
-    dd x = y, c = t->c[cosine_at];
-    unfold(arc, &x, &c);
-    const int quarter = i / SAMPLE_STEPS;
-    dd half_s = dd_sqrt(dd_half(dd_sub(dd_of(1.0), c))), half_c = dd_sqrt(dd_half(dd_plus(c, 1.0)));
-    if (quarter >= 2) half_s = dd_neg(half_s);
-    if (quarter == 1 || quarter == 2) half_c = dd_neg(half_c);
-    make_point(o, arc, half_s, half_c, out);
-    out->angle = 0.5 * two_pi * i / SAMPLE_STEPS;
-    out->theta[0] = out->theta[1] = 0.0;
-    add_sines(arc, at > SAMPLE_STEPS ? -y.hi : y.hi, t->c[cosine_at].hi, out->theta);
 }
 #endif
