@@ -6,7 +6,7 @@
 #ifndef KR_LANE_SERIES_H
 #define KR_LANE_SERIES_H
 #include "lane_state.h"
-#include "math/simd.h"
+#include "math/wide_functions.h"
 
 typedef struct {
     wide x, y, z;
@@ -308,38 +308,6 @@ INLINE lane_point sum_lanes(kr_lanes *l, wide at, int headless)
     return sum_lane_terms(l, l->order, at, headless);
 }
 
-/* Computes the sine and cosine of x. The argument is reduced by the nearest multiple of pi/2. The
- * low bits of u contain the number of quarter turns that are subtracted from x. The sine and cosine
- * of the reduced argument are approximated by the polynomials of math/trig.h. */
-INLINE void sine_cosine(wide x, wide *sine, wide *cosine)
-{
-    const wide u = wide_fma(x, wide_splat(0.63661977236758138), wide_splat(0x1.8p52)),
-               turns = u - 0x1.8p52;
-    const wide y = wide_fma(turns, wide_splat(-6.123233995736766e-17),
-                            wide_fma(turns, wide_splat(-1.5707963267948966), x));
-    const wide z = y * y;
-    wide s = wide_splat(1.0 / 355687428096000.0), c = wide_splat(1.0 / 20922789888000.0);
-    s = wide_fma(z, s, wide_splat(-1.0 / 1307674368000.0));
-    s = wide_fma(z, s, wide_splat(1.0 / 6227020800.0));
-    s = wide_fma(z, s, wide_splat(-1.0 / 39916800));
-    s = wide_fma(z, s, wide_splat(1.0 / 362880));
-    s = wide_fma(z, s, wide_splat(-1.0 / 5040));
-    s = wide_fma(z, s, wide_splat(1.0 / 120));
-    s = wide_fma(z, s, wide_splat(-1.0 / 6));
-    c = wide_fma(z, c, wide_splat(-1.0 / 87178291200.0));
-    c = wide_fma(z, c, wide_splat(1.0 / 479001600));
-    c = wide_fma(z, c, wide_splat(-1.0 / 3628800));
-    c = wide_fma(z, c, wide_splat(1.0 / 40320));
-    c = wide_fma(z, c, wide_splat(-1.0 / 720));
-    c = wide_fma(z, c, wide_splat(1.0 / 24));
-    c = wide_fma(z, c, wide_splat(-1.0 / 2));
-    s = wide_fma(y * z, s, y);
-    c = wide_fma(z, c, wide_splat(1.0));
-    const wide_integer quarter = wide_bits(u),
-                       swap = (wide_bits(s) ^ wide_bits(c)) & (0 - (quarter & 1));
-    *sine = wide_of_bits((wide_bits(s) ^ swap) ^ ((quarter & 2) << 62));
-    *cosine = wide_of_bits((wide_bits(c) ^ swap) ^ (((quarter + 1) & 2) << 62));
-}
 /* Returns an unnormalized quaternion for the smallest rotation that takes the vector p to d. */
 INLINE lane_quat shortest_turn(lane_vec p, lane_vec d)
 {
@@ -367,7 +335,7 @@ INLINE lane_quat lane_attitude(kr_lanes *l, const lane_point *at, int headless)
     const lane_quat here =
         lane_quat_mul(lane_quat_load(l->q), shortest_turn(at->p, lane_vec_load(l->p[0])));
     wide s, c;
-    sine_cosine(0.5 * at->turn, &s, &c);
+    wide_sin_cos(0.5 * at->turn, &s, &c);
     const lane_quat turned = {wide_fma(c, here.w, -(s * here.z)),
                               wide_fma(c, here.x, -(s * here.y)), wide_fma(c, here.y, s * here.x),
                               wide_fma(c, here.z, s * here.w)};

@@ -65,41 +65,6 @@ INLINE lane_vec lane_vec_zero(void)
     return r;
 }
 
-#define LN_2 0.69314718055994531
-/* Writes a positive normal number as x = factor * 2^power, with a factor between sqrt(1/2) and
- * sqrt(2). Returns the factor. */
-INLINE wide mantissa(wide x, wide *power)
-{
-    const wide_integer one = wide_bits(wide_splat(1.0)),
-                       root = wide_bits(wide_splat(0.70710678118654752));
-    const wide_integer bits = wide_bits(x) + (one - root);
-    *power = wide_of_bits((bits >> 52) | 0x4330000000000000u) - (0x1p52 + 1023.0);
-    return wide_of_bits((bits & 0x000fffffffffffffu) + root);
-}
-/* Returns the natural logarithm of x to full precision. */
-INLINE wide wide_log(wide x)
-{
-    wide power;
-    const wide m = mantissa(x, &power), z = (m - 1.0) / (m + 1.0), y = z * z;
-    wide sum = wide_splat(1.0 / 21.0);
-    for (int n = 19; n > 1; n -= 2) sum = wide_fma(y, sum, wide_splat(1.0 / n));
-    sum = wide_fma(2.0 * z * y, sum, 2.0 * z);
-    return wide_fma(power, wide_splat(LN_2), sum);
-}
-/* Returns the natural logarithm of x to within 1e-8, without a division. An error of 1e-8 is small
- * enough for the integrals of tangent growth. The polynomial interpolates ln(1 + m) / m at
- * Chebyshev points. */
-INLINE wide approx_log(wide x)
-{
-    static const double terms[] = {-0.143773305674, 0.149490954762, -0.165606959921,
-                                   0.199569774831,  -0.25002153461, 0.333341833385,
-                                   -0.499999870323, 0.999999974267};
-    wide power, sum = wide_splat(0.0874394535206);
-    const wide m = mantissa(x, &power) - 1.0;
-    for (int n = 0; n < 8; n++) sum = wide_fma(m, sum, wide_splat(terms[n]));
-    return wide_fma(power, wide_splat(LN_2), m * sum);
-}
-
 /* The n-th coefficients of products of Taylor series (Cauchy products). */
 typedef struct {
     lane_vec plus, minus; /* next(theta) * prev(W), prev(theta) * next(W) */
@@ -263,7 +228,8 @@ INLINE growth_areas add_integral_node(kr_lanes *l, growth_areas a, wide share, w
 {
     const wide forward = wide_load(l->forward), span = share * forward, weight = span * a.last;
     a.area = a.area + weight;
-    a.moment = wide_fma(weight, approx_log(wide_max(forward * t, wide_splat(0x1p-1000))), a.moment);
+    a.moment =
+        wide_fma(weight, wide_approx_log(wide_max(forward * t, wide_splat(0x1p-1000))), a.moment);
     a.most = wide_choose(wide_less(wide_splat(0.0), span), wide_max(a.most, a.last), a.most);
     return a;
 }
@@ -289,7 +255,7 @@ INLINE growth_areas add_part(kr_lanes *l, kr_lane_tangents *g, wide h, lane_devi
         const int order = g->terms[i];
         const lane_point here = sum_lane_terms(l, order, time, 1);
         const wide square = square_without_known(g, &here, sum_growth(g, order, span));
-        a.last = unscale_log(g, approx_log(square));
+        a.last = unscale_log(g, wide_approx_log(square));
         a = add_integral_node(l, a, weights[i] * h, time);
     }
     a.last = unscale_log(g, wide_log(deviation_dot(d, d)));

@@ -31,6 +31,18 @@ static inline vec_dd vdd_scale(dd s, vec_dd a)
     const vec_dd v = {dd_mul(s, a.x), dd_mul(s, a.y), dd_mul(s, a.z)};
     return v;
 }
+/* Returns power * a exactly, where `power` is a power of two. */
+static inline vec_dd vdd_scale_exactly(double power, vec_dd a)
+{
+    const vec_dd v = {dd_scale(power, a.x), dd_scale(power, a.y), dd_scale(power, a.z)};
+    return v;
+}
+/* Divides componentwise, for example by the principal moments of inertia. */
+static inline vec_dd vdd_over(vec_dd a, kr_vec3 b)
+{
+    const vec_dd v = {dd_div(a.x, dd_of(b.x)), dd_div(a.y, dd_of(b.y)), dd_div(a.z, dd_of(b.z))};
+    return v;
+}
 static inline dd vdd_dot(vec_dd a, vec_dd b)
 {
     return dd_add(dd_add(dd_mul(a.x, b.x), dd_mul(a.y, b.y)), dd_mul(a.z, b.z));
@@ -47,6 +59,11 @@ static inline quat_dd q_dd(kr_quat hi, kr_quat lo)
 {
     const quat_dd q = {two_sum(hi.w, lo.w), v_dd(q_vec(hi), q_vec(lo))};
     return q;
+}
+/* Returns the quaternion whose high and low words are in two arrays of four doubles. */
+static inline quat_dd qdd_load(const double high[4], const double low[4])
+{
+    return q_dd(q4(high[0], v_of(high + 1)), q4(low[0], v_of(low + 1)));
 }
 static inline quat_dd qdd_of(kr_quat q) { return q_dd(q, q4(0.0, v3(0.0, 0.0, 0.0))); }
 static inline kr_quat qdd_high(quat_dd q) { return q4(q.w.hi, vdd_high(q.v)); }

@@ -1,5 +1,4 @@
-/* Conversion of vectors to the quaternions used in Taylor series, and scaling of vectors. Private
- * to taylor/. */
+/* Conversion of vectors to the quaternions used in Taylor series. Private to taylor/. */
 #ifndef KR_TAYLOR_SERIES_WORDS_H
 #define KR_TAYLOR_SERIES_WORDS_H
 #include "math/su2_dd.h"
@@ -15,17 +14,5 @@ static inline void set_vector_words(double high[4], double low[4], vec_dd v)
 {
     set_lanes(high, vdd_high(v));
     set_lanes(low, vdd_low(v));
-}
-/* Divides each component of a vector by the moment of inertia about its axis. */
-static inline vec_dd divide_by_axes(vec_dd a, kr_vec3 A)
-{
-    const vec_dd v = {dd_div(a.x, dd_of(A.x)), dd_div(a.y, dd_of(A.y)), dd_div(a.z, dd_of(A.z))};
-    return v;
-}
-/* Multiplies a vector by `rate`, a power of two. */
-static inline vec_dd scale_by_power(double rate, vec_dd a)
-{
-    const vec_dd v = {dd_scale(rate, a.x), dd_scale(rate, a.y), dd_scale(rate, a.z)};
-    return v;
 }
 #endif

@@ -271,13 +271,9 @@ static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *ker
     const double longest = slow->fall > 0.0 ? order / 6.0 * (p->rate / slow->fall) : INFINITY;
     s[0].t = s[0].end;
     s[1].t = s[1].end;
-    s[0].end = s[0].at = s[0].t + fmin(exp2(step), longest);
-    s[1].end = s[1].at = 0.0;
-    kernel->evaluate(s);
-    for (int i = 0; i < 2; i++) {
-        memcpy(s[i].end_x, s[i].at_x, sizeof s->end_x);
-        memcpy(s[i].end_w, s[i].at_w, sizeof s->end_w);
-    }
+    s[0].at = s[0].t + fmin(exp2(step), longest);
+    s[1].at = 0.0;
+    series_end_at(s, kernel);
     if (KR_HAS_SUPPORTS && s->linear > 1.0) kr_support_place(s, motion, p->rate);
 }
 /* Returns 1 if the motion is close enough to the slow manifold to attempt an expansion. Angular

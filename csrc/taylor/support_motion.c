@@ -119,7 +119,7 @@ static void put_words(kr_series s[2], double *high, dd a)
 /* Sets the constants of a Taylor series that describe friction. */
 static void set_friction(kr_series s[2], const kr_motion *motion, double rate)
 {
-    const vec_dd apex = apex_of(motion), eased = divide_by_axes(apex, motion->inertia);
+    const vec_dd apex = apex_of(motion), eased = vdd_over(apex, motion->inertia);
     const dd ease = vdd_dot(apex, eased), per_ease = dd_div(dd_of(1.0), ease);
     const double friction = kr_support_friction(motion, rate);
     set_vector_words(s[0].apex, s[1].apex, apex);
@@ -194,11 +194,6 @@ static void set_sway(kr_series s[2], const kr_motion *motion, double rate)
     put_words(s, &s[0].sway[0], dd_mul(sway, cosine));
     put_words(s, &s[0].sway[1], dd_mul(sway, sine));
 }
-static quat_dd attitude_at_end(const kr_series s[2])
-{
-    const double *x = s[0].end_x, *low = s[1].end_x;
-    return q_dd(q4(x[0], v3(x[1], x[2], x[3])), q4(low[0], v3(low[1], low[2], low[3])));
-}
 /* Sets the body-frame angular velocity of the support at the end of the last step. */
 static void set_turn(kr_series s[2], const kr_motion *motion, double rate)
 {
@@ -208,7 +203,7 @@ static void set_turn(kr_series s[2], const kr_motion *motion, double rate)
         v_put(s->turn + 1, q_turn_back(q_unit(at_end), own));
         return;
     }
-    const quat_dd q = qdd_unit(attitude_at_end(s));
+    const quat_dd q = qdd_unit(qdd_load(s[0].end_x, s[1].end_x));
     const kr_vec3 none = {0.0, 0.0, 0.0};
     const vec_dd seen = qdd_turn(qdd_conj(q), v_dd(own, none));
     set_vector_words(s[0].turn, s[1].turn, seen);
@@ -367,13 +362,9 @@ static dd refine_limit(const kr_series s[2], int order, double value, double nea
 static void end_step_at(kr_series s[2], const kr_kernel *kernel, int deep, dd h)
 {
     const dd to = dd_add(dd_add(dd_of(s[0].t), dd_of(s[1].t)), h);
-    s[0].end = s[0].at = to.hi;
-    s[1].end = s[1].at = deep ? to.lo : 0.0;
-    kernel->evaluate(s);
-    for (int i = 0; i < 2; i++) {
-        memcpy(s[i].end_x, s[i].at_x, sizeof s->end_x);
-        memcpy(s[i].end_w, s[i].at_w, sizeof s->end_w);
-    }
+    s[0].at = to.hi;
+    s[1].at = deep ? to.lo : 0.0;
+    series_end_at(s, kernel);
 }
 /* Returns the time derivative of the friction variable (the spin or the friction torque) at the end
  * of the step. */
@@ -472,7 +463,7 @@ void kr_support_set_mode(const kr_motion *motion)
     if (!(motion->scene->friction > 0.0)) return;
     const double friction = kr_support_friction(motion, p->rate);
     const vec_dd apex = v_dd(v_of(s[0].apex + 1), v_of(s[1].apex + 1)),
-                 eased = divide_by_axes(apex, motion->inertia);
+                 eased = vdd_over(apex, motion->inertia);
     s[0].slides = p->sliding != 0.0;
     s[0].holds = p->sliding == 0.0;
     set_vector_words(s[0].rub, s[1].rub, vdd_scale(dd_of(-p->sliding * friction), eased));

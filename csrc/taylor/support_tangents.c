@@ -75,8 +75,8 @@ static vec_dd words_of_vector(const kr_tangent *g, const double *high, int deep)
 static support_data read_support(const kr_motion *motion, double rate, const kr_series path[2])
 {
     const int deep = motion->digits > 16;
-    const double zero[8] = {0.0}, *x = path->x[0], *low = deep ? path[1].x[0] : zero;
-    const quat_dd q = qdd_unit(q_dd(q4(x[0], v_of(x + 1)), q4(low[0], v_of(low + 1))));
+    const double zero[4] = {0.0};
+    const quat_dd q = qdd_unit(qdd_load(path->x[0], deep ? path[1].x[0] : zero));
     support_data data;
     memset(&data, 0, sizeof data);
     v_put(data.A, motion->inertia);
@@ -84,8 +84,8 @@ static support_data read_support(const kr_motion *motion, double rate, const kr_
     v_put(data.h, v_scale(1.0 / rate, motion->rotor));
     v_put(data.turning, v_scale(motion->time_unit / rate, motion->scene->turning));
     data.rate = dd_times(motion->time_unit / rate, dd_of(motion->scene->shaking.rate));
-    put_three(data.lever, scale_by_power(1.0 / (rate * rate),
-                                         kr_support_split(motion, &data.base, &data.sway)));
+    put_three(data.lever, vdd_scale_exactly(1.0 / (rate * rate),
+                                            kr_support_split(motion, &data.base, &data.sway)));
     data.q[0] = q.w;
     put_three(data.q + 1, q.v);
     kr_support_phase(motion, rate, path->t, deep ? path[1].t : 0.0, &data.cosine, &data.sine);

@@ -142,16 +142,6 @@ static vec_dd get_components(const kr_motion *motion, const deviation_address *a
                       get_number(motion, component_address(at, numbers, k + 2))};
     return v;
 }
-static vec_dd divide_by_inertia(vec_dd a, kr_vec3 A)
-{
-    const vec_dd v = {dd_div(a.x, dd_of(A.x)), dd_div(a.y, dd_of(A.y)), dd_div(a.z, dd_of(A.z))};
-    return v;
-}
-static vec_dd scale_exactly(double power, vec_dd a)
-{
-    const vec_dd v = {dd_scale(power, a.x), dd_scale(power, a.y), dd_scale(power, a.z)};
-    return v;
-}
 /* Stores the constants of the equations of motion, such as the moments of inertia, in a
  * kr_tangent. */
 static void set_tangent_constants(kr_tangent *g, const kr_motion *motion)
@@ -160,15 +150,15 @@ static void set_tangent_constants(kr_tangent *g, const kr_motion *motion)
     const double rate = series_work(motion)->rate;
     const vec_dd ahead = {two_sum(A.x, -A.z), two_sum(A.y, -A.x), two_sum(A.z, -A.y)},
                  behind = {ahead.y, ahead.z, ahead.x},
-                 c = scale_exactly(1.0 / (rate * rate), v_dd(motion->lever, motion->lever_low)),
+                 c = vdd_scale_exactly(1.0 / (rate * rate), v_dd(motion->lever, motion->lever_low)),
                  up = {c.y, c.z, c.x}, down = {dd_neg(c.z), dd_neg(c.x), dd_neg(c.y)};
-    put_four(motion, g->ahead, divide_by_inertia(ahead, A));
-    put_four(motion, g->behind, divide_by_inertia(behind, A));
-    put_four(motion, g->per, divide_by_inertia(v_dd(one, none), A));
-    put_four(motion, g->drag, scale_exactly(1.0 / rate, v_dd(motion->damping, none)));
+    put_four(motion, g->ahead, vdd_over(ahead, A));
+    put_four(motion, g->behind, vdd_over(behind, A));
+    put_four(motion, g->per, vdd_over(v_dd(one, none), A));
+    put_four(motion, g->drag, vdd_scale_exactly(1.0 / rate, v_dd(motion->damping, none)));
     put_four(motion, g->up, up);
     put_four(motion, g->down, down);
-    put_four(motion, g->rotor, scale_exactly(1.0 / rate, v_dd(motion->rotor, none)));
+    put_four(motion, g->rotor, vdd_scale_exactly(1.0 / rate, v_dd(motion->rotor, none)));
     g->damped = v_largest(motion->damping);
     g->gyrostat = v_largest(motion->rotor);
 }
@@ -180,12 +170,13 @@ static void set_changes(const deviation_address *at, const kr_motion *motion, co
     const kr_vec3 none = {0.0, 0.0, 0.0};
     kr_tangent *g = at->from;
     put_components(motion, at, g->moments, 0, v_dd(seed->moments, none));
-    put_components(motion, at, g->drags, 0, scale_exactly(1.0 / rate, v_dd(seed->damping, none)));
-    put_components(motion, at, g->lever, 0, scale_exactly(1.0 / (rate * rate), seed->lever));
-    put_components(motion, at, g->rotor_of, 0, scale_exactly(1.0 / rate, seed->rotor));
+    put_components(motion, at, g->drags, 0,
+                   vdd_scale_exactly(1.0 / rate, v_dd(seed->damping, none)));
+    put_components(motion, at, g->lever, 0, vdd_scale_exactly(1.0 / (rate * rate), seed->lever));
+    put_components(motion, at, g->rotor_of, 0, vdd_scale_exactly(1.0 / rate, seed->rotor));
     g->rotor_changes = fmax(g->rotor_changes, v_largest(vdd_high(seed->rotor)));
     if (at->apart == 0) {
-        put_four(motion, g->pull, scale_exactly(1.0 / (rate * rate), seed->pull));
+        put_four(motion, g->pull, vdd_scale_exactly(1.0 / (rate * rate), seed->pull));
         v_put(g->turning_of + 1, seed->turning);
         g->timing = seed->timing;
         put_four(motion, g->apex_of, seed->apex);
@@ -193,14 +184,6 @@ static void set_changes(const deviation_address *at, const kr_motion *motion, co
     }
     g->changes = fmax(g->changes, fmax(v_largest(seed->moments), v_largest(vdd_high(seed->lever))));
     g->drag_changes = fmax(g->drag_changes, v_largest(seed->damping));
-}
-/* Returns the attitude at the end of the last step of the path. */
-static quat_dd path_attitude(const kr_motion *motion)
-{
-    const kr_series *s = series_work(motion)->series;
-    const double *high = s[0].end_x, *low = s[1].end_x;
-    return qdd_unit(
-        q_dd(q4(high[0], v3(high[1], high[2], high[3])), q4(low[0], v3(low[1], low[2], low[3]))));
 }
 /* Updates the tangents if the friction torque jumps at the end of the last step. */
 static void pass_stop(const kr_motion *motion, double *memory, size_t n)
@@ -224,11 +207,12 @@ static int needs_support_terms(const kr_motion *motion, size_t n, const kr_seed 
 static void tangents_begin(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[])
 {
     const size_t words = words_of(motion->digits);
-    const quat_dd to_body = qdd_conj(path_attitude(motion));
+    const kr_series *s = series_work(motion)->series;
+    const quat_dd to_body = qdd_conj(qdd_unit(qdd_load(s[0].end_x, s[1].end_x)));
     memset(memory, 0, count_doubles(motion->digits, n) * sizeof(double));
     ((kr_taylor *)motion->work)->has_tangents = 1.0;
     tangent_work_of(memory)->moving = needs_support_terms(motion, n, seeds);
-    tangent_work_of(memory)->from = tangent_work_of(memory)->to = series_work(motion)->series->end;
+    tangent_work_of(memory)->from = tangent_work_of(memory)->to = s->end;
     for (size_t i = 0; i < count_structs(memory, n); i++)
         set_tangent_constants(tangent(motion, memory, i), motion);
     for (size_t i = 0; i < n; i++) {
@@ -238,12 +222,12 @@ static void tangents_begin(const kr_motion *motion, double *memory, size_t n, co
         put_components(motion, &to, to.from->end, 0, start->turn);
         put_components(
             motion, &to, to.from->end, 3,
-            scale_exactly(1.0 / series_work(motion)->rate, qdd_turn(to_body, start->push)));
+            vdd_scale_exactly(1.0 / series_work(motion)->rate, qdd_turn(to_body, start->push)));
     }
     pass_stop(motion, memory, n);
     for (size_t i = 0; i < count_structs(memory, n) * words; i++) {
         kr_tangent *g = tangent(motion, memory, 0) + i;
-        g->t = series_work(motion)->series[i % words].end;
+        g->t = s[i % words].end;
         memcpy(g->x[0], g->end, sizeof g->end);
         memcpy(g->begin, g->end, sizeof g->end);
     }
@@ -304,12 +288,8 @@ static void restart_series(const kr_motion *motion, double *memory, size_t n)
     const kr_kernel *kernel = motion->aux;
     kr_series *part = tangent_work_of(memory)->path;
     const size_t words = words_of(motion->digits);
-    kernel->evaluate(part);
-    for (size_t word = 0; word < words; word++) {
-        memcpy(part[word].end_x, part[word].at_x, sizeof part->end_x);
-        memcpy(part[word].end_w, part[word].at_w, sizeof part->end_w);
-        part[word].t = part[word].end = part[word].at;
-    }
+    series_end_at(part, kernel);
+    for (size_t word = 0; word < words; word++) part[word].t = part[word].end;
     if (KR_HAS_SUPPORTS && part->linear > 1.0)
         kr_support_place(part, motion, series_work(motion)->rate);
     kernel->advance(part, series_work(motion)->log2_tol, 1.0);
@@ -453,9 +433,9 @@ static void evaluate_tangents(const kr_motion *motion, double *memory, size_t n)
 static vec_dd push_in_space(const kr_motion *motion, quat_dd q, vec_dd push)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
-    return scale_exactly(series_work(motion)->rate,
-                         motion->digits > 16 ? qdd_turn(q, push)
-                                             : v_dd(q_turn(qdd_high(q), vdd_high(push)), none));
+    return vdd_scale_exactly(series_work(motion)->rate,
+                             motion->digits > 16 ? qdd_turn(q, push)
+                                                 : v_dd(q_turn(qdd_high(q), vdd_high(push)), none));
 }
 /* Writes the values of n tangents at the internal time `clock` within the last step. */
 static void tangents_at(kr_motion *motion, double clock, double *memory, size_t n,

@@ -133,18 +133,18 @@ void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rat
     const int moves = KR_HAS_SUPPORTS && kr_support_moves(motion->scene);
     const vec_dd lever = KR_HAS_SUPPORTS && moves ? kr_support_set_constants(s, motion, rate)
                                                   : v_dd(motion->lever, motion->lever_low),
-                 c = scale_by_power(1.0 / (rate * rate), lever);
+                 c = vdd_scale_exactly(1.0 / (rate * rate), lever);
     const vec_dd up = {c.z, c.x, c.y}, down = {dd_neg(c.y), dd_neg(c.z), dd_neg(c.x)};
-    set_vector_words(s[0].k, s[1].k, divide_by_axes(pair, A));
-    set_vector_words(s[0].up, s[1].up, divide_by_axes(up, A));
-    set_vector_words(s[0].down, s[1].down, divide_by_axes(down, A));
+    set_vector_words(s[0].k, s[1].k, vdd_over(pair, A));
+    set_vector_words(s[0].up, s[1].up, vdd_over(up, A));
+    set_vector_words(s[0].down, s[1].down, vdd_over(down, A));
     const kr_vec3 none = {0.0, 0.0, 0.0}, drag = v_scale(-1.0 / rate, motion->damping);
-    set_vector_words(s[0].drag, s[1].drag, divide_by_axes(v_dd(drag, none), A));
+    set_vector_words(s[0].drag, s[1].drag, vdd_over(v_dd(drag, none), A));
     s[0].linear = v_largest(drag) > 0.0 ? 1.0 : 0.0;
     set_rotor(s, motion, rate);
     if (moves) s[0].linear = 2.0;
     const double rates =
-        v_largest(vdd_high(divide_by_axes(up, A))) + v_largest(vdd_high(divide_by_axes(down, A)));
+        v_largest(vdd_high(vdd_over(up, A))) + v_largest(vdd_high(vdd_over(down, A)));
     s[0].fall = s[1].fall = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
     if (KR_HAS_SUPPORTS && moves) kr_support_limit_steps(s, motion, rate);
 }
@@ -166,21 +166,18 @@ static void plain_state(const taylor_work *p, const kr_motion *motion, const dou
 }
 /* Converts the values of a series to a state in double-double precision. The low words of the state
  * are stored in motion->low. */
-static void extended_state(const taylor_work *p, kr_motion *motion, kr_state *s)
+static void extended_state(const taylor_work *p, kr_motion *motion, kr_state *to)
 {
-    const double *x = p->series[0].at_x, *low_x = p->series[1].at_x, *w = p->series[0].at_w,
-                 *low_w = p->series[1].at_w;
-    const vec_dd W =
-        scale_by_power(p->rate, v_dd(v3(w[1], w[2], w[3]), v3(low_w[1], low_w[2], low_w[3])));
+    const kr_series *s = p->series;
+    const vec_dd W = vdd_scale_exactly(p->rate, v_dd(v_of(s[0].at_w + 1), v_of(s[1].at_w + 1)));
     const kr_vec3 A = motion->inertia, h = motion->rotor, none = {0.0, 0.0, 0.0};
     const vec_dd own = {dd_times(A.x, W.x), dd_times(A.y, W.y), dd_times(A.z, W.z)};
     const vec_dd M = v_largest(h) > 0.0 ? vdd_add(own, v_dd(h, none)) : own;
-    const quat_dd q = qdd_unit(
-        q_dd(q4(x[0], v3(x[1], x[2], x[3])), q4(low_x[0], v3(low_x[1], low_x[2], low_x[3]))));
+    const quat_dd q = qdd_unit(qdd_load(s[0].at_x, s[1].at_x));
     const vec_dd m = qdd_turn(q, M);
-    s->q = qdd_high(q);
+    to->q = qdd_high(q);
     motion->low.q = qdd_low(q);
-    s->m = vdd_high(m);
+    to->m = vdd_high(m);
     motion->low.m = vdd_low(m);
 }
 
@@ -215,7 +212,7 @@ static void set_start(taylor_work *p, const kr_motion *motion, const kr_state *s
     const vec_dd m = v_dd(start->m, motion->low.m),
                  M = motion->digits > 16 ? m : qdd_turn(qdd_conj(q), m),
                  own = v_largest(h) > 0.0 ? vdd_add(M, v_dd(v_scale(-1.0, h), none)) : M,
-                 W = divide_by_axes(own, motion->inertia);
+                 W = vdd_over(own, motion->inertia);
     const kr_quat q_high = qdd_high(q), q_low = qdd_low(q);
     p->rate = p->first_rate = rate_for(motion, vdd_high(W), 0);
     p->try_slow = motion->clock;
@@ -225,7 +222,7 @@ static void set_start(taylor_work *p, const kr_motion *motion, const kr_state *s
         memcpy(low->x[0], &q_low, sizeof q_low);
     }
     set_vector_words(high->x[0] + 4, low->x[0] + 4, qdd_turn(qdd_conj(q), vertical));
-    set_vector_words(high->w[0], low->w[0], scale_by_power(1.0 / p->rate, W));
+    set_vector_words(high->w[0], low->w[0], vdd_scale_exactly(1.0 / p->rate, W));
     kr_taylor_set_constants(p->series, motion, p->rate);
     high->t = p->rate * motion->clock;
     low->t = low->end = 0.0;

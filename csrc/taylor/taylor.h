@@ -15,6 +15,7 @@
  * motion only up to the tolerance. */
 #ifndef KR_TAYLOR_H
 #define KR_TAYLOR_H
+#include <string.h>
 #include "method.h"
 #include "math/isa.h"
 
@@ -95,6 +96,17 @@ typedef struct kr_kernel {
     /* Evaluates the series at the time `at`, and writes the values to at_x and at_w. */
     void (*evaluate)(kr_series *s);
 } kr_kernel;
+
+/* Ends the step at the time `at`. */
+static inline void series_end_at(kr_series s[2], const kr_kernel *kernel)
+{
+    kernel->evaluate(s);
+    for (int i = 0; i < 2; i++) {
+        memcpy(s[i].end_x, s[i].at_x, sizeof s->end_x);
+        memcpy(s[i].end_w, s[i].at_w, sizeof s->end_w);
+        s[i].end = s[i].at;
+    }
+}
 
 /* Functions that propagate tangents with one instruction set (see tangents.h). */
 struct kr_tangent;
