@@ -124,9 +124,10 @@ typedef struct kr_tangent_ops {
     /* Propagates the n infinitesimal deviations from the motion over its last step. Returns
      * KR_ERR_TANGENT if a deviation exceeds the range of doubles. */
     kr_status (*advance)(const kr_motion *motion, double *memory, size_t n);
-    /* Writes the deviations at the time `clock` within the last step. motion->low.t holds the low
-     * word of this time. */
-    void (*evaluate)(kr_motion *motion, double clock, double *memory, size_t n, kr_deviation out[]);
+    /* Writes the deviations at the time for which kr_method.at was called last. `q` is the attitude
+     * at this time, and motion->low.q holds its low words. */
+    void (*evaluate)(const kr_motion *motion, kr_quat q, double *memory, size_t n,
+                     kr_deviation out[]);
     /* Returns the largest last term of a deviation's series so far, relative to the size of the
      * deviation. */
     double (*truncation)(const kr_motion *motion, double *memory);

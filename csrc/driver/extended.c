@@ -1,5 +1,5 @@
 /* Unit conversion for computations in extended precision (more than 16 digits). Computations with
- * up to 16 digits use the conversion in top.c. Input values are treated as exact. Quaternions are
+ * up to 16 digits use the conversion in run.c. Input values are treated as exact. Quaternions are
  * normalized in double-double arithmetic. The inertia tensor need not be rotated, because the
  * methods use the principal axes. */
 #include "model/scene.h"

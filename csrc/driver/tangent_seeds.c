@@ -208,9 +208,11 @@ kr_status kr_top_tangents(kr_top *top, double out[], double low[])
     kr_deviation came[KR_TANGENT_COLUMNS_MAX];
     double unit[KR_TANGENT_COLUMNS_MAX], high[6 * KR_TANGENT_COLUMNS_MAX],
         rest[6 * KR_TANGENT_COLUMNS_MAX];
+    kr_state state;
     if (n == 0 || !out) return KR_ERR_ARGUMENT;
     const quat_dd axes = kr_extended_axes(top);
-    kr_tangents_evaluate(top, came);
+    kr_top_evaluate(top, top->requested, &state);
+    top->method->tangents->evaluate(&top->main, state.q, top->tangents, n, came);
     put_units(top, unit);
     for (size_t i = 0; i < n; i++) put_column(top, axes, &came[i], unit[i], n, high + i, rest + i);
     for (size_t i = 0; i < 6 * n; i++)

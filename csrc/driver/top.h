@@ -131,8 +131,6 @@ static inline void kr_tangents_begin(kr_top *top)
 }
 /* Propagates the tangents over the last step. */
 kr_status kr_tangents_advance(kr_top *top);
-/* Writes the tangents at the last requested time, in the internal axes and units of the method. */
-void kr_tangents_evaluate(kr_top *top, kr_deviation out[]);
 /* Restarts a top with a new `scene` and `config`, as if it had been created by kr_top_create. `low`
  * holds the digits of the initial state beyond double precision, or is NULL. Leaves the top
  * unchanged on failure. */
@@ -171,5 +169,12 @@ void kr_steps_save(kr_top *top);
 static inline double time_since_start(const kr_top *top, double t)
 {
     return (t - top->scene.start.t) / top->time_unit;
+}
+/* Evaluates the dense output of the last step at the user's time t. The state is in internal units,
+ * and its low words are in main.low. */
+static inline void kr_top_evaluate(kr_top *top, double t, kr_state *state)
+{
+    top->main.low.t = two_sum(t, -top->scene.start.t).lo / top->time_unit;
+    top->method->at(&top->main, time_since_start(top, t), state);
 }
 #endif

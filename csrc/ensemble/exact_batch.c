@@ -2,7 +2,7 @@
  * kr_exact_state, except that the initial state is returned exactly as given. Tops with invalid
  * times are passed on to the driver, which reports the error. */
 #include "exact/dispatch.h"
-#include "worker.h"
+#include "slots.h"
 
 enum { STATES_PER_CALL = 64 };
 

@@ -4,7 +4,7 @@
 #include <float.h>
 #include "math/exponent.h"
 #include "taylor/taylor.h"
-#include "worker.h"
+#include "slots.h"
 
 enum { STEPS_PER_POLL = 64 /* largest number of steps between two calls of poll */ };
 
@@ -25,51 +25,6 @@ const kr_lanes_isa *kr_lanes_isa_at(int i)
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
 
-/* Stores the three components of a vector in the given SIMD lane of the arrays v[0], v[1] and
- * v[2]. */
-static void set_components(kr_lane_number *v, int lane, double x, double y, double z)
-{
-    v[0][lane] = x;
-    v[1][lane] = y;
-    v[2][lane] = z;
-}
-static void set_quaternion(kr_lane_number *to, int lane, kr_quat q)
-{
-    to[0][lane] = q.w;
-    set_components(to + 1, lane, q.x, q.y, q.z);
-}
-static void reset_growth(kr_growth *growth, int lane)
-{
-    growth->power[lane] = growth->area[lane] = growth->moment[lane] = 0.0;
-    growth->max[lane] = growth->last[lane] = growth->truncation[lane] = 0.0;
-    growth->scale[lane] = 1.0;
-}
-/* Fills the tangent of an unused lane with finite numbers. */
-static void park_tangent(kr_lane_tangents *g, int lane)
-{
-    kr_lane_number *const none[] = {g->ahead, g->behind, g->per,     g->moments,
-                                    g->c,     g->rotor,  g->end.d[1]};
-    for (size_t i = 0; i < sizeof none / sizeof *none; i++) set_components(none[i], lane, 0, 0, 0);
-    set_components(g->end.d[0], lane, 1, 0, 0);
-    reset_growth(&g->end, lane);
-}
-/* Fills an unused SIMD lane with a top at rest, which never reaches its goal. */
-static void park_lane(kr_lanes *l, int lane)
-{
-    kr_lane_number *const none[] = {l->end_w,   l->k,          l->up,        l->down,
-                                    l->part,    l->moment,     l->rotor,     l->along_p,
-                                    l->along_w, l->shift_prev, l->shift_next};
-    for (size_t i = 0; i < sizeof none / sizeof *none; i++) set_components(none[i], lane, 0, 0, 0);
-    set_components(l->end_p, lane, 0, 0, 1);
-    set_quaternion(l->end_q, lane, q_one());
-    set_quaternion(l->axes, lane, q_one());
-    l->end[lane] = l->steps[lane] = 0.0;
-    l->forward[lane] = 1.0;
-    l->goal[lane] = l->fall[lane] = l->max_steps[lane] = INFINITY;
-    l->side[lane] = l->constant[lane] = 0.0;
-    l->noise[lane] = -1.0; /* no event */
-    if (l->tangents) park_tangent(l->tangents, lane);
-}
 /* Chooses the fastest Taylor order for the tolerance `tol`. The internal tolerance is set below
  * `tol`, so that the resulting error meets `tol`. docs/theory/ensembles.md states how the orders and
  * tolerances of this table were measured. */
@@ -108,7 +63,7 @@ void kr_scheduler_reset(kr_worker *worker)
     worker->busy = 0;
     worker->lanes->has_event = worker->is_section;
     worker->lanes->extremum = worker->event.extremum != 0;
-    for (int i = 0; i < KR_LANES_MAX; i++) park_lane(worker->lanes, i);
+    for (int i = 0; i < KR_LANES_MAX; i++) kr_lane_park(worker->lanes, i);
 }
 
 /* Returns the rotation that permutes the principal axes cyclically so that the third moment of
@@ -245,7 +200,7 @@ static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
     worker->isa->begin(l);
     for (int i = 0; i < 6; i++) others.d[i / 3][i % 3][lane] = g->first[i / 3][i % 3][lane];
     g->end = others;
-    reset_growth(&g->end, lane);
+    kr_lane_reset_growth(&g->end, lane);
     g->energy[lane] = g->first_energy[lane];
     g->vertical[lane] = g->first_vertical[lane];
     const double size = v_length(turn) + v_length(push), per = 1.0 / A.x + 1.0 / A.y + 1.0 / A.z;
@@ -285,26 +240,6 @@ static int load_lane(kr_worker *worker, int lane)
     return !l->tangents || begin_tangent(worker, lane, p.rate, shift);
 }
 
-/* Marks a lane as unused and loads a top at rest into it. */
-static void release_lane(kr_worker *worker, int lane)
-{
-    worker->busy &= ~(1u << lane);
-    park_lane(worker->lanes, lane);
-}
-void kr_scheduler_fall_back(kr_worker *worker, int lane)
-{
-    const size_t i = worker->slots[lane].top;
-    release_lane(worker, lane);
-    kr_worker_run_scalar(worker, worker->fallback, i);
-}
-void kr_scheduler_finish(kr_worker *worker, int lane, kr_status status)
-{
-    kr_stats stats = {0};
-    stats.steps = stats.evaluations = (int64_t)worker->lanes->steps[lane];
-    kr_worker_finish_top(worker, &worker->slots[lane], kr_scheduler_accumulators(worker, lane),
-                         status, stats);
-    release_lane(worker, lane);
-}
 /* Makes the next requested time the time up to which a lane integrates. If a requested time equals
  * the initial time, the initial state itself is stored. Returns 0 and frees the SIMD lane if the
  * top is finished or must be integrated by the scalar code. */
@@ -317,16 +252,16 @@ static int set_next_goal(kr_worker *worker, int lane)
            slot->requested == slot->start;
          slot->requested = slot->start) {
         kr_worker_store_growth(worker, slot, NULL, 0);
-        kr_worker_store_state(worker, slot, kr_scheduler_accumulators(worker, lane),
+        kr_worker_store_state(worker, slot, kr_lane_accumulators(worker, lane),
                               &tops->scenes[slot->top].start);
     }
     if (slot->states == tops->times) {
-        kr_scheduler_finish(worker, lane, KR_OK);
+        kr_lane_finish(worker, lane, KR_OK);
         return 0;
     }
     const double next = t[slot->states];
     if (!(fabs(next) < slot->horizon) || !(slot->forward * (next - slot->requested) >= 0.0)) {
-        kr_scheduler_fall_back(worker, lane);
+        kr_lane_fall_back(worker, lane);
         return 0;
     }
     slot->requested = next;
@@ -340,24 +275,6 @@ static int is_good_step(const kr_lanes *l, int lane)
     for (int i = 0; i < 3; i++) sum += fabs(l->end_p[i][lane]) + fabs(l->end_w[i][lane]);
     return isfinite(sum) && l->forward[lane] * (l->end[lane] - l->t[lane]) > 0.0 &&
            l->steps[lane] <= l->max_steps[lane];
-}
-/* Returns the last sampled state of a lane, with its time set to t. */
-static kr_state read_sample(const kr_lanes *l, int lane, double t)
-{
-    const kr_state s = {
-        t,
-        {l->out_q[0][lane], l->out_q[1][lane], l->out_q[2][lane], l->out_q[3][lane]},
-        {l->out_m[0][lane], l->out_m[1][lane], l->out_m[2][lane]}};
-    return s;
-}
-kr_state kr_scheduler_sample(kr_worker *worker, int lane, double t)
-{
-    const kr_slot *slot = &worker->slots[lane];
-    kr_lanes *l = worker->lanes;
-    memcpy(l->at, l->end, sizeof l->at);
-    l->at[lane] = slot->rate * ((t - slot->start) / slot->time_unit);
-    worker->isa->sample(l);
-    return read_sample(l, lane, t);
 }
 /* Returns 0 if the tangent of a lane could not be propagated to the requested time. */
 static int has_growth(const kr_lanes *l, int lane)
@@ -373,14 +290,14 @@ static int store_sample(kr_worker *worker, int lane)
 {
     const kr_lanes *l = worker->lanes;
     kr_slot *slot = &worker->slots[lane];
-    const kr_state s = read_sample(l, lane, slot->requested);
+    const kr_state s = kr_lane_read_sample(l, lane, slot->requested);
     if (!kr_state_is_good(s.q, s.m) || !has_growth(l, lane)) {
-        kr_scheduler_fall_back(worker, lane);
+        kr_lane_fall_back(worker, lane);
         return 0;
     }
     if (l->tangents) kr_worker_store_growth(worker, slot, worker->lanes->tangents->out, lane);
-    kr_worker_store_state(worker, slot, kr_scheduler_accumulators(worker, lane), &s);
-    return set_next_goal(worker, lane) && kr_scheduler_has_passed_goal(l, lane);
+    kr_worker_store_state(worker, slot, kr_lane_accumulators(worker, lane), &s);
+    return set_next_goal(worker, lane) && kr_lane_has_passed_goal(l, lane);
 }
 /* Samples the lanes in the bit mask `lanes` at all requested times within their last steps. */
 static void sample_lanes(kr_worker *worker, unsigned lanes)
@@ -402,7 +319,7 @@ static void advance_lanes(kr_worker *worker)
     for (int lane = 0; lane < KR_LANES_MAX; lane++) {
         if (!(called >> lane & 1)) continue;
         if (!is_good_step(worker->lanes, lane))
-            kr_scheduler_fall_back(worker, lane);
+            kr_lane_fall_back(worker, lane);
         else if (worker->is_section)
             kr_section_search(worker, lane);
         else
@@ -436,7 +353,7 @@ void kr_scheduler_add(kr_worker *worker, size_t i)
     if (status == KR_OK && !load_lane(worker, lane)) status = KR_ERR_ARGUMENT;
     if (status != KR_OK) {
         const kr_stats none = {0};
-        park_lane(worker->lanes, lane);
+        kr_lane_park(worker->lanes, lane);
         kr_worker_finish_top(worker, slot, NULL, status, none);
         return;
     }

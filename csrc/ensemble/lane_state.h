@@ -23,6 +23,19 @@ enum { KR_LANES_MAX = 8, KR_LANES_ORDER = 28 };
 /* Arrays of numbers, vectors and quaternions, with one element for each lane. */
 typedef double kr_lane_number[KR_LANES_MAX];
 typedef kr_lane_number kr_lane_vector[3], kr_lane_quaternion[4];
+/* Stores the three components of a vector in the given SIMD lane of the arrays v[0], v[1] and
+ * v[2]. */
+static inline void set_components(kr_lane_number *v, int lane, double x, double y, double z)
+{
+    v[0][lane] = x;
+    v[1][lane] = y;
+    v[2][lane] = z;
+}
+static inline void set_quaternion(kr_lane_number *to, int lane, kr_quat q)
+{
+    to[0][lane] = q.w;
+    set_components(to + 1, lane, q.x, q.y, q.z);
+}
 
 struct kr_lane_tangents;
 /* The current step of every lane, which extends from the time t to the time `end`. The body axes

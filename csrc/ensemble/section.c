@@ -7,7 +7,7 @@
  * scalar code (events/event_search.c). */
 #include "events/sign_changes.h"
 #include "events/event_polynomial.h"
-#include "worker.h"
+#include "slots.h"
 
 int kr_section_suits_lanes(const kr_worker *worker)
 {
@@ -37,13 +37,13 @@ void kr_section_load_event(kr_worker *worker, int lane, double rate, int shift)
 int kr_section_set_goal(kr_worker *worker, int lane)
 {
     kr_slot *slot = &worker->slots[lane];
-    const double until = slot->last.t + kr_section_max_wait(worker, slot->top);
+    const double until = slot->last.t + kr_worker_max_wait(worker, slot->top);
     if (slot->states == worker->tops->times) {
-        kr_scheduler_finish(worker, lane, KR_OK);
+        kr_lane_finish(worker, lane, KR_OK);
         return 0;
     }
     if (!(fabs(until) < slot->horizon)) {
-        kr_scheduler_fall_back(worker, lane);
+        kr_lane_fall_back(worker, lane);
         return 0;
     }
     slot->requested = until;
@@ -64,13 +64,13 @@ static int is_section_condition_true(const kr_worker *worker, const kr_slot *slo
 static void time_out(kr_worker *worker, int lane)
 {
     kr_slot *slot = &worker->slots[lane];
-    const kr_state s = kr_scheduler_sample(worker, lane, slot->requested);
+    const kr_state s = kr_lane_sample(worker, lane, slot->requested);
     if (!kr_state_is_good(s.q, s.m)) {
-        kr_scheduler_fall_back(worker, lane);
+        kr_lane_fall_back(worker, lane);
         return;
     }
     slot->last = s;
-    kr_scheduler_finish(worker, lane, KR_ERR_EVENT);
+    kr_lane_finish(worker, lane, KR_ERR_EVENT);
 }
 /* Stores the state at an event that occurs in the last step of a lane. `place` is the position of
  * the event within the step, from 0 (beginning) to 1 (end). Returns 1 if the search for events in
@@ -85,13 +85,13 @@ static int accept_event(kr_worker *worker, int lane, double place)
         time_out(worker, lane);
         return 0;
     }
-    const kr_state s = kr_scheduler_sample(worker, lane, t);
+    const kr_state s = kr_lane_sample(worker, lane, t);
     if (!kr_state_is_good(s.q, s.m)) {
-        kr_scheduler_fall_back(worker, lane);
+        kr_lane_fall_back(worker, lane);
         return 0;
     }
     if (!is_section_condition_true(worker, slot, &s)) return 1;
-    kr_worker_store_state(worker, slot, kr_scheduler_accumulators(worker, lane), &s);
+    kr_worker_store_state(worker, slot, kr_lane_accumulators(worker, lane), &s);
     return kr_section_set_goal(worker, lane);
 }
 void kr_section_search(kr_worker *worker, int lane)
@@ -112,34 +112,5 @@ void kr_section_search(kr_worker *worker, int lane)
     while (kr_search_next_sign_change(&search))
         if (search.side * search.sought >= 0 && !accept_event(worker, lane, search.root)) return;
     l->side[lane] = search.side;
-    if (kr_scheduler_has_passed_goal(l, lane)) time_out(worker, lane);
-}
-
-kr_status kr_section_record(kr_worker *worker, kr_top *top, kr_slot *slot,
-                            kr_accumulator *accumulators)
-{
-    kr_event event = worker->event;
-    kr_status status = kr_top_watch(top, 1, &event);
-    const double wait = kr_section_max_wait(worker, slot->top);
-    while (status == KR_OK && slot->states < worker->tops->times) {
-        kr_event_hit hit;
-        status = kr_top_seek(top, slot->last.t + wait, &hit);
-        const kr_state state = kr_top_state(top);
-        if (status == KR_OK && hit.index < 0) status = KR_ERR_EVENT;
-        if (status == KR_OK) kr_worker_store_state(worker, slot, accumulators, &state);
-    }
-    slot->last = kr_top_state(top);
-    kr_top_watch(top, 0, NULL);
-    return status;
-}
-kr_status kr_worker_section(kr_worker *worker, const kr_event *event, const kr_tops *tops)
-{
-    const int is_one = event && event->count > 0 && event->terms;
-    if (!worker || !tops || !is_one || kr_worker_has_tangents(worker)) return KR_ERR_ARGUMENT;
-    if (worker->method != &kr_method_taylor) return KR_ERR_NO_EVENTS;
-    worker->is_section = 1;
-    worker->event = *event;
-    const kr_status status = kr_worker_run_tops(worker, tops);
-    worker->is_section = 0;
-    return status;
+    if (kr_lane_has_passed_goal(l, lane)) time_out(worker, lane);
 }

@@ -2,134 +2,12 @@
  * and writes the outcomes. Tops with closed-form solutions are evaluated in batches if possible;
  * all others are processed in vector lanes or by the scalar code (kr_top). The results for a top do
  * not depend on other tops. */
-#include "worker.h"
+#include "slots.h"
 #include "exact/dispatch.h"
 #include "model/scene.h"
 #include <stdlib.h>
 
 enum { LINE_DOUBLES = 8 /* doubles in 64 bytes */ };
-
-void kr_worker_store_state(kr_worker *worker, kr_slot *slot, kr_accumulator *accumulators,
-                           const kr_state *state)
-{
-    const kr_tops *tops = worker->tops;
-    if (tops->states) tops->states[slot->top * tops->times + slot->states] = *state;
-    if (tops->reduced)
-        kr_reduce_add(worker->reductions, worker->reduction, accumulators, &tops->scenes[slot->top],
-                      state, slot->states);
-    slot->last = *state;
-    slot->states++;
-    worker->unpolled++;
-}
-int kr_worker_poll(kr_worker *worker)
-{
-    const kr_config *config = &worker->config;
-    worker->unpolled = 0;
-    if (config->poll && config->poll(config->context)) worker->interrupted = 1;
-    return worker->interrupted;
-}
-int kr_worker_poll_after_states(kr_worker *worker)
-{
-    if (worker->unpolled >= KR_WORKER_STATES_PER_POLL) kr_worker_poll(worker);
-    return worker->interrupted;
-}
-int kr_worker_has_tangents(const kr_worker *worker)
-{
-    return worker->lanes && worker->lanes->tangents;
-}
-/* Returns a pointer to the tangent growth of a top at its k-th requested time, or NULL if no growth
- * is requested. */
-static double *growth_row(const kr_worker *worker, size_t top, size_t k)
-{
-    double *growth = kr_worker_has_tangents(worker) ? worker->tops->growth : NULL;
-    return growth ? growth + (top * worker->tops->times + k) * KR_GROWTH_COUNT : NULL;
-}
-void kr_worker_store_growth(kr_worker *worker, const kr_slot *slot, kr_lane_number *row, int lane)
-{
-    double *to = growth_row(worker, slot->top, slot->states);
-    for (int i = 0; to && i < KR_GROWTH_COUNT; i++) to[i] = row ? row[i][lane] : 0.0;
-}
-void kr_worker_finish_top(kr_worker *worker, const kr_slot *slot,
-                          const kr_accumulator *accumulators, kr_status status, kr_stats stats)
-{
-    const kr_tops *tops = worker->tops;
-    const double *t = kr_worker_times_of(tops, slot->top);
-    kr_state *states = tops->states ? tops->states + slot->top * tops->times : NULL;
-    double *row = tops->reduced ? tops->reduced + slot->top * worker->reductions : NULL;
-    const kr_outcome outcome = {status, slot->states, slot->last, stats};
-    tops->outcomes[slot->top] = outcome;
-    for (size_t k = slot->states; states && k < tops->times; k++) {
-        const kr_state none = {
-            worker->is_section ? NAN : t[k], {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
-        states[k] = none;
-    }
-    for (size_t k = slot->states; k < tops->times; k++) {
-        double *growth = growth_row(worker, slot->top, k);
-        for (int i = 0; growth && i < KR_GROWTH_COUNT; i++) growth[i] = NAN;
-    }
-    if (row && status == KR_OK && slot->states > 0)
-        kr_reduce_end(worker->reductions, worker->reduction, accumulators, slot->states, row);
-    else
-        for (size_t r = 0; row && r < worker->reductions; r++) row[r] = NAN;
-}
-kr_config kr_worker_config_of(const kr_worker *worker, size_t i)
-{
-    const kr_tops *tops = worker->tops;
-    const double *t = kr_worker_times_of(tops, i);
-    kr_config config = worker->config;
-    const int back = worker->is_section
-                         ? kr_section_max_wait(worker, i) < 0.0
-                         : tops->times > 0 && t[tops->times - 1] < tops->scenes[i].start.t;
-    config.step = kr_step_directed(config.step, back);
-    return config;
-}
-
-/* Computes and stores the states of a top at its requested times. */
-static kr_status record_top(kr_worker *worker, kr_top *top, kr_slot *slot,
-                            kr_accumulator *accumulators)
-{
-    const kr_tops *tops = worker->tops;
-    const double *t = kr_worker_times_of(tops, slot->top);
-    kr_state piece[64];
-    kr_status status = KR_OK;
-    while (status == KR_OK && slot->states < tops->times) {
-        const size_t left = tops->times - slot->states, n = left < 64 ? left : 64;
-        size_t good = 0;
-        status = kr_top_record(top, n, t + slot->states, piece, &good);
-        for (size_t k = 0; k < good; k++)
-            kr_worker_store_state(worker, slot, accumulators, &piece[k]);
-        if (status == KR_OK && slot->states < tops->times && kr_worker_poll_after_states(worker))
-            status = KR_ERR_INTERRUPTED;
-    }
-    slot->last = kr_top_state(top);
-    return status;
-}
-void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
-{
-    const kr_scene *scene = &worker->tops->scenes[i];
-    kr_config config = kr_worker_config_of(worker, i);
-    kr_accumulator *accumulators = kr_worker_scalar_accumulators(worker);
-    kr_slot slot = {.top = i, .last = scene->start};
-    kr_stats stats = {0};
-    /* Skipping the heading would not make closed-form solutions faster, and is undefined on
-     * rotating supports. */
-    if (top == worker->exact_top || kr_scene_turns(scene)) config.skip_heading = 0;
-    kr_status status = kr_top_init(top, scene, NULL, &config);
-    if (status == KR_OK) {
-        status = worker->is_section ? kr_section_record(worker, top, &slot, accumulators)
-                                    : record_top(worker, top, &slot, accumulators);
-        stats = kr_top_stats(top);
-    }
-    if (kr_worker_has_tangents(worker)) {
-        slot.states = 0; /* a top outside the lanes has no tangent */
-        if (status == KR_OK) status = KR_ERR_TANGENT;
-    }
-    kr_worker_finish_top(worker, &slot, accumulators, status, stats);
-    if (status == KR_ERR_INTERRUPTED) worker->interrupted = 1;
-    /* The set-up of a closed-form solution on a torus takes as long as thousands of steps, and does
-     * not poll. */
-    if (top == worker->exact_top) kr_worker_poll(worker);
-}
 
 /* Returns the status code that states why a top cannot be integrated in a SIMD lane. */
 static kr_status find_lane_refusal(const kr_scene *scene)
@@ -188,7 +66,8 @@ static void mark_interrupted(kr_worker *worker, const kr_tops *tops)
             kr_worker_finish_top(worker, &slot, NULL, KR_ERR_INTERRUPTED, none);
     }
 }
-kr_status kr_worker_run_tops(kr_worker *worker, const kr_tops *tops)
+/* Integrates all tops up to their requested times or events. */
+static kr_status run_tops(kr_worker *worker, const kr_tops *tops)
 {
     if (tops->n > 0 && (!tops->scenes || !tops->outcomes || (tops->times > 0 && !tops->t)))
         return KR_ERR_ARGUMENT;
@@ -204,7 +83,19 @@ kr_status kr_worker_run_tops(kr_worker *worker, const kr_tops *tops)
 }
 kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops)
 {
-    return worker && tops ? kr_worker_run_tops(worker, tops) : KR_ERR_ARGUMENT;
+    return worker && tops ? run_tops(worker, tops) : KR_ERR_ARGUMENT;
+}
+
+kr_status kr_worker_section(kr_worker *worker, const kr_event *event, const kr_tops *tops)
+{
+    const int is_one = event && event->count > 0 && event->terms;
+    if (!worker || !tops || !is_one || kr_worker_has_tangents(worker)) return KR_ERR_ARGUMENT;
+    if (worker->method != &kr_method_taylor) return KR_ERR_NO_EVENTS;
+    worker->is_section = 1;
+    worker->event = *event;
+    const kr_status status = run_tops(worker, tops);
+    worker->is_section = 0;
+    return status;
 }
 
 /* Returns 1 if all reductions have a valid quantity, component and kind. */

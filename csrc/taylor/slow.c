@@ -22,7 +22,7 @@
 #include "slow.h"
 #include "slow_axes.h"
 #include "slow_held.h"
-#include "support_motion.h"
+#include "support_setup.h"
 
 /* Returns the time derivative of one body-frame component of the support's angular velocity. */
 static double turning_rate(const kr_series *s, const slow_axes *slow, int axis)
@@ -129,7 +129,7 @@ static double rate_of_turning(const kr_taylor *p)
 /* Returns an upper bound on the torques of weight, sliding friction and a rotating support. */
 static double largest_torque(const kr_motion *motion)
 {
-    const kr_taylor *p = (const kr_taylor *)motion->work;
+    const kr_taylor *p = taylor_of(motion);
     const kr_series *s = p->series;
     if (!KR_HAS_SUPPORTS || s->linear == 1.0) return v_length(motion->lever);
     const kr_vec3 A = motion->inertia;
@@ -214,25 +214,6 @@ static int take_slow_axes(const kr_motion *motion, int least, double undamped, d
     return 1;
 }
 
-static void scale_series(kr_series s[2], double longer)
-{
-    for (int i = 0; i < 2; i++) {
-        s[i].t *= longer;
-        s[i].end *= longer;
-        for (int k = 0; k < 4; k++) {
-            s[i].end_w[k] /= longer;
-            s[i].rub[k] /= longer * longer;
-        }
-    }
-}
-void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate)
-{
-    if (rate == p->rate) return;
-    scale_series(p->series, rate / p->rate);
-    p->rate = rate;
-    kr_taylor_set_constants(p->series, motion, rate);
-    if (KR_HAS_SUPPORTS && p->series->linear > 1.0) kr_support_place(p->series, motion, rate);
-}
 /* Returns log2 of the largest n-th Taylor coefficient, or -LOG2_AT_REST if all are zero.
  * LOG2_AT_REST is chosen so that powers of the resulting step size do not overflow. */
 static double log2_size(const kr_series *s, int n)
@@ -273,7 +254,7 @@ static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *ker
     s[1].t = s[1].end;
     s[0].at = s[0].t + fmin(exp2(step), longest);
     s[1].at = 0.0;
-    series_end_at(s, kernel);
+    kr_taylor_end_at(s, kernel);
     if (KR_HAS_SUPPORTS && s->linear > 1.0) kr_support_place(s, motion, p->rate);
 }
 /* Returns 1 if the motion is close enough to the slow manifold to attempt an expansion. Angular
@@ -387,7 +368,7 @@ static void sort_axes_by_damping(const kr_motion *motion, int axes[3])
  * more expensive computation. */
 static int may_be_slow(const kr_motion *motion)
 {
-    const kr_taylor *p = (const kr_taylor *)motion->work;
+    const kr_taylor *p = taylor_of(motion);
     const kr_series *s = p->series;
     const double *w = s->end_w + 1, *drag = s->drag + 1;
     if (s->linear == 0.0 || motion->step < 0.0) return 0;
@@ -400,7 +381,7 @@ static int may_be_slow(const kr_motion *motion)
 static int begin_slow_axes(const kr_motion *motion, double undamped, held_directions *held,
                            slow_axes *slow)
 {
-    const kr_series *s = ((const kr_taylor *)motion->work)->series;
+    const kr_series *s = taylor_of(motion)->series;
     const int moves = KR_HAS_SUPPORTS && s->linear > 1.0;
     const kr_vec3 ratio = v_over(motion->damping, motion->inertia);
     memset(slow, 0, sizeof *slow);
@@ -419,7 +400,6 @@ static int begin_slow_axes(const kr_motion *motion, double undamped, held_direct
 static void reset_rate(kr_taylor *p, const kr_motion *motion)
 {
     const int is_held = KR_HAS_SUPPORTS && p->series->linear > 1.0 && p->series->holds != 0.0;
-    if (p->has_tangents != 0.0) return;
     kr_taylor_set_rate(p, motion, is_held ? p->held_rate : fmax(p->rate, p->first_rate));
 }
 /* Returns log2 of the tolerance for steps that are not on a slow manifold. The tolerance is
@@ -431,7 +411,7 @@ static double tolerance_of_transient(const kr_taylor *p, double undamped)
 }
 int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
 {
-    kr_taylor *p = (kr_taylor *)motion->work;
+    kr_taylor *p = taylor_of(motion);
     const kr_vec3 velocity = v_scale(p->rate, v_of(p->series->end_w + 1));
     const slow_axes *strong = NULL; /* the largest set of axes with strong damping */
     slow_axes slow[4];
@@ -475,7 +455,7 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
  * `loss`. */
 int kr_slow_drives_apart(const kr_motion *motion, double until)
 {
-    const kr_taylor *p = (const kr_taylor *)motion->work;
+    const kr_taylor *p = taylor_of(motion);
     const kr_vec3 A = motion->inertia, ratio = v_over(motion->damping, A);
     const double least = fmin(A.x, fmin(A.y, A.z)), most = v_largest(A);
     if (motion->step >= 0.0 || !(v_largest(motion->damping) > 0.0) || !isfinite(until)) return 0;
@@ -493,7 +473,7 @@ int kr_slow_drives_apart(const kr_motion *motion, double until)
  * the growth rate of the angular momentum only slightly. */
 int kr_slow_overflows(const kr_motion *motion, int order, double until)
 {
-    const kr_taylor *p = (const kr_taylor *)motion->work;
+    const kr_taylor *p = taylor_of(motion);
     const kr_vec3 A = motion->inertia, D = motion->damping, W = v_of(p->series->end_w + 1),
                   L = v_times(A, W);
     const double limit = exp2(OVERFLOW_LEAST + OVERFLOW_SHARE / (order - 1)), most = v_largest(A),

@@ -4,7 +4,7 @@
 #define KR_TAYLOR_SLOW_AXES_H
 #include <string.h>
 #include "math/dd.h"
-#include "support_motion.h"
+#include "support_setup.h"
 
 /* Rows of the table of Taylor coefficients in slow_terms.h. The table rows from ROW_U on are used
  * only for tops with friction or on moving supports. The table rows from ROW_R on hold the Taylor

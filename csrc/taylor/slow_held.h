@@ -78,7 +78,7 @@ static void set_directions(dd v[2][3], const dd apex[3], const double A[3], cons
 }
 static void find_held_directions(const kr_motion *motion, held_directions *held)
 {
-    const kr_series *s = ((const kr_taylor *)motion->work)->series;
+    const kr_series *s = taylor_of(motion)->series;
     double A[3], D[3];
     dd apex[3];
     v_put(A, motion->inertia);

@@ -1,16 +1,12 @@
-/* Initialization and stepping of the Taylor series for tops with dry friction or on moving supports
- * (support.h). The exact position of the support is computed at the beginning of each step. Within
- * a step, the spin of a sliding top and the torque on a held top are polynomials in time. A step
- * ends where the spin reaches zero or the friction torque reaches its limit. The end time of the
- * step is accurate to double precision, or to double-double precision if more than 16 digits are
- * requested. */
+/* Starts and steps of the Taylor series for tops with dry friction or on moving supports (support.h).
+ * Within a step, the spin of a sliding top and the torque on a held top are polynomials in time. A
+ * step ends where the spin reaches zero or the friction torque reaches its limit. The end time of
+ * the step is accurate to double precision, or to double-double precision if more than 16 digits
+ * are requested. */
 #include <float.h>
 #include <string.h>
-#include "math/dd_functions.h"
-#include "math/trig.h"
-#include "series_words.h"
 #include "slow.h"
-#include "support_motion.h"
+#include "support_setup.h"
 
 /* Relative threshold below which a spin or friction torque is treated as zero. */
 #define NEGLIGIBLE_SPIN 0x1p-48
@@ -30,204 +26,7 @@
 #define CONVERGED_PART 0x1p-50
 #define NEWTON_LEAST 3
 #define NEWTON_MOST 8
-/* Larger friction would overflow. Friction near MOST_FRICTION stops a top within a time smaller
- * than the rounding error of the time. */
-#define MOST_FRICTION 1e250
 
-static kr_taylor *taylor_of(const kr_motion *motion) { return (kr_taylor *)motion->work; }
-/* Returns the angular velocity of the support in the units of the motion. */
-static kr_vec3 turning_of(const kr_motion *motion)
-{
-    return v_scale(motion->time_unit, motion->scene->turning);
-}
-static double shaking_rate(const kr_motion *motion)
-{
-    return kr_scene_shakes(motion->scene) ? motion->time_unit * motion->scene->shaking.rate : 0.0;
-}
-static double friction_of(const kr_motion *motion)
-{
-    return fmin(motion->scene->friction / motion->momentum_unit * motion->time_unit, MOST_FRICTION);
-}
-double kr_support_friction(const kr_motion *motion, double rate)
-{
-    return friction_of(motion) / (rate * rate);
-}
-/* Returns mass * com * acceleration in the units of the motion. */
-static vec_dd lever_of(const kr_motion *motion, dd acceleration)
-{
-    kr_scene scene = *motion->scene;
-    scene.gravity = acceleration.hi;
-    const kr_pull pull = kr_scene_pull(&scene, scene.body.com);
-    const double moment = motion->momentum_unit * motion->time_unit;
-    const int power = pull.power - ilogb(moment) + 2 * ilogb(motion->time_unit);
-    const dd rest = dd_div(acceleration, dd_of(acceleration.hi)),
-             weight =
-                 dd_scale(ldexp(1.0, power), dd_mul(rest, two_product(pull.gravity, pull.mass)));
-    const vec_dd lever = {dd_times(pull.com.x, weight), dd_times(pull.com.y, weight),
-                          dd_times(pull.com.z, weight)};
-    return lever;
-}
-/* Returns the amplitude of the support's acceleration in the user's units. */
-static dd shaking_acceleration(const kr_scene *scene)
-{
-    const kr_shaking *shaking = &scene->shaking;
-    return dd_times(shaking->amplitude, two_product(shaking->rate, shaking->rate));
-}
-vec_dd kr_support_split(const kr_motion *motion, dd *base, dd *sway)
-{
-    const dd gravity = dd_of(motion->scene->gravity), most = shaking_acceleration(motion->scene);
-    *base = dd_of(1.0);
-    *sway = dd_of(0.0);
-    if (!(fabs(most.hi) > 0.0)) return v_dd(motion->lever, motion->lever_low);
-    if (fabs(gravity.hi) >= fabs(most.hi)) {
-        *sway = dd_neg(dd_div(most, gravity));
-        return lever_of(motion, gravity);
-    }
-    *base = dd_div(gravity, most);
-    *sway = dd_of(-1.0);
-    return lever_of(motion, most);
-}
-double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held)
-{
-    const kr_vec3 A = motion->inertia;
-    dd base, sway;
-    if (!kr_support_moves(motion->scene)) return 0.0;
-    const double turning = v_length(turning_of(motion)), least = fmin(A.x, fmin(A.y, A.z));
-    const vec_dd lever = kr_support_split(motion, &base, &sway);
-    const double pull = v_length(vdd_high(lever)), carried = v_length(motion->rotor),
-                 root = sqrt(v_dot(v_times(A, W), W)) + sqrt(v_largest(A)) * turning,
-                 energy = root * root + v_largest(A) * turning * turning + 4.0 * carried * turning +
-                          4.0 * pull * (1.0 + fabs(sway.hi));
-    const double stop = is_held ? 0.0 : sqrt(friction_of(motion) / least);
-    return fmax(fmax(shaking_rate(motion), stop), turning + sqrt(energy / least));
-}
-/* Returns the apex as a unit vector in the principal axes. */
-static vec_dd apex_of(const kr_motion *motion)
-{
-    const kr_vec3 com = motion->scene->body.com, none = {0.0, 0.0, 0.0};
-    const double size = v_largest(com);
-    if (!(size > 0.0)) return v_dd(v3(0.0, 0.0, 1.0), none);
-    const double unit = times_power_of_2(1.0, -exponent_of(size));
-    const vec_dd along = v_dd(v_scale(unit, com), none);
-    return vdd_scale(dd_div(dd_of(1.0), dd_sqrt(vdd_dot(along, along))), along);
-}
-static void put_words(kr_series s[2], double *high, dd a)
-{
-    *high = a.hi;
-    *(double *)(void *)((char *)high + ((char *)&s[1] - (char *)&s[0])) = a.lo;
-}
-/* Sets the constants of a Taylor series that describe friction. */
-static void set_friction(kr_series s[2], const kr_motion *motion, double rate)
-{
-    const vec_dd apex = apex_of(motion), eased = vdd_over(apex, motion->inertia);
-    const dd ease = vdd_dot(apex, eased), per_ease = dd_div(dd_of(1.0), ease);
-    const double friction = kr_support_friction(motion, rate);
-    set_vector_words(s[0].apex, s[1].apex, apex);
-    set_vector_words(s[0].yield, s[1].yield, vdd_scale(per_ease, eased));
-    put_words(s, &s[0].per_grip, dd_div(per_ease, dd_of(friction)));
-}
-vec_dd kr_support_set_constants(kr_series s[2], const kr_motion *motion, double rate)
-{
-    dd base, sway;
-    const vec_dd lever = kr_support_split(motion, &base, &sway);
-    const dd per_rate = dd_times(motion->time_unit / rate, dd_of(motion->scene->shaking.rate));
-    put_words(s, &s[0].sway[2], per_rate);
-    put_words(s, &s[0].sway[3], base);
-    put_words(s, &s[0].sway_most, sway);
-    s[0].turns = kr_scene_turns(motion->scene);
-    s[0].shakes = kr_scene_shakes(motion->scene);
-    if (motion->scene->friction > 0.0) set_friction(s, motion, rate);
-    return lever;
-}
-void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate)
-{
-    const double turning = v_length(turning_of(motion)) / rate,
-                 shaking = shaking_rate(motion) / rate, most = fmax(turning, shaking);
-    if (most > 0.0) s[0].fall = s[1].fall = fmin(s[0].fall, 1.0 / most);
-}
-
-/* Reduces an angle to the interval from -pi to pi. */
-static dd reduce_angle(dd angle)
-{
-    const dd turn = dd_scale(2.0, dd_pi());
-    dd rest = angle;
-    for (int i = 0; i < 2; i++) rest = dd_sub(rest, dd_times(rint(rest.hi / turn.hi), turn));
-    return rest;
-}
-/* Computes the cosine and sine of the shaking phase to double precision. `since` is the time since
- * the initial time. */
-static void find_phase(const kr_scene *scene, double since, dd *cosine, dd *sine)
-{
-    const dd t = two_sum(scene->start.t, since), turned = two_product(scene->shaking.rate, t.hi),
-             angle = two_sum(turned.hi, scene->shaking.phase), turn = dd_scale(2.0, dd_pi());
-    const double turns = rint(angle.hi / turn.hi);
-    const dd whole = two_product(turns, turn.hi), rest = two_sum(angle.hi, -whole.hi);
-    const double low = (angle.lo + (turned.lo + scene->shaking.rate * t.lo)) +
-                       (rest.lo - (whole.lo + turns * turn.lo));
-    const dd small = two_sum(rest.hi, low);
-    double s, c;
-    sin_cos(small.hi, &s, &c);
-    *sine = dd_of(s + small.lo * c);
-    *cosine = dd_of(c - small.lo * s);
-}
-void kr_support_phase(const kr_motion *motion, double rate, double end, double low, dd *cosine,
-                      dd *sine)
-{
-    const kr_scene *scene = motion->scene;
-    const double unit = motion->time_unit / rate;
-    if (!kr_taylor_is_deep(motion)) {
-        find_phase(scene, unit * end, cosine, sine);
-        return;
-    }
-    const dd since = dd_add(dd_of(unit * end), dd_of(unit * low)),
-             t = dd_add(dd_of(scene->start.t), since),
-             angle = reduce_angle(
-                 dd_add(dd_times(scene->shaking.rate, t), dd_of(scene->shaking.phase)));
-    dd_sincos(angle, sine, cosine);
-}
-/* Sets the oscillating part of the effective gravity at the end of the last step. */
-static void set_sway(kr_series s[2], const kr_motion *motion, double rate)
-{
-    const dd sway = dd_make(s[0].sway_most, s[1].sway_most);
-    dd sine, cosine;
-    kr_support_phase(motion, rate, s[0].end, s[1].end, &cosine, &sine);
-    put_words(s, &s[0].sway[0], dd_mul(sway, cosine));
-    put_words(s, &s[0].sway[1], dd_mul(sway, sine));
-}
-/* Sets the body-frame angular velocity of the support at the end of the last step. */
-static void set_turn(kr_series s[2], const kr_motion *motion, double rate)
-{
-    const kr_vec3 own = v_scale(motion->time_unit / rate, motion->scene->turning);
-    if (!kr_taylor_is_deep(motion)) {
-        const kr_quat at_end = q4(s->end_x[0], v_of(s->end_x + 1));
-        v_put(s->turn + 1, q_turn_back(q_unit(at_end), own));
-        return;
-    }
-    const quat_dd q = qdd_unit(qdd_load(s[0].end_x, s[1].end_x));
-    const kr_vec3 none = {0.0, 0.0, 0.0};
-    const vec_dd seen = qdd_turn(qdd_conj(q), v_dd(own, none));
-    set_vector_words(s[0].turn, s[1].turn, seen);
-}
-void kr_support_place(kr_series s[2], const kr_motion *motion, double rate)
-{
-    if (s->turns != 0.0) set_turn(s, motion, rate);
-    if (s->shakes != 0.0) set_sway(s, motion, rate);
-}
-
-kr_vec3 kr_support_acceleration(const kr_series *s)
-{
-    const kr_vec3 W = v_of(s->end_w + 1), P = v_of(s->end_x + 5), U = v_sub(W, v_of(s->turn + 1));
-    const double G = s->shakes != 0.0 ? s->sway[3] + s->sway[0] : 1.0;
-    double sum[3];
-    for (int i = 0; i < 3; i++) {
-        const int j = (i + 1) % 3, k = (i + 2) % 3;
-        const double w[3] = {W.x, W.y, W.z}, p[3] = {P.x, P.y, P.z}, u[3] = {U.x, U.y, U.z};
-        sum[i] = s->k[i + 1] * w[j] * w[k] + G * (s->up[i + 1] * p[j] + s->down[i + 1] * p[k]) +
-                 s->drag[i + 1] * u[i] +
-                 s->k[i + 1] * (s->shift[i + 1] * w[j] + s->shift[i + 5] * w[k]);
-    }
-    return v_of(sum);
-}
 /* Returns the time derivative of the spin at the end of the last step, without the contribution of
  * friction. */
 static double free_spin_rate(const kr_series *s)
@@ -364,7 +163,7 @@ static void end_step_at(kr_series s[2], const kr_kernel *kernel, int deep, dd h)
     const dd to = dd_add(dd_add(dd_of(s[0].t), dd_of(s[1].t)), h);
     s[0].at = to.hi;
     s[1].at = deep ? to.lo : 0.0;
-    series_end_at(s, kernel);
+    kr_taylor_end_at(s, kernel);
 }
 /* Returns the time derivative of the friction variable (the spin or the friction torque) at the end
  * of the step. */
@@ -456,33 +255,6 @@ static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr
     }
     s[0].end_w[0] = s[1].end_w[0] = 0.0;
 }
-void kr_support_set_mode(const kr_motion *motion)
-{
-    kr_taylor *p = taylor_of(motion);
-    kr_series *s = p->series;
-    if (!(motion->scene->friction > 0.0)) return;
-    const double friction = kr_support_friction(motion, p->rate);
-    const vec_dd apex = v_dd(v_of(s[0].apex + 1), v_of(s[1].apex + 1)),
-                 eased = vdd_over(apex, motion->inertia);
-    s[0].slides = p->sliding != 0.0;
-    s[0].holds = p->sliding == 0.0;
-    set_vector_words(s[0].rub, s[1].rub, vdd_scale(dd_of(-p->sliding * friction), eased));
-}
-/* Sets the unit of time to 1 / rate. The unit of time must not change while tangents are
- * propagated, because their constants are stored in this unit. */
-static void set_rate(kr_taylor *p, const kr_motion *motion, double rate)
-{
-    if (rate == p->rate || p->has_tangents != 0.0) return;
-    kr_taylor_set_rate(p, motion, rate);
-}
-double kr_support_sliding(const kr_series *s)
-{
-    int k = 1;
-    if (s->slides == 0.0) return 0.0;
-    for (int i = 2; i < 4; i++)
-        if (fabs(s->apex[i]) > fabs(s->apex[k])) k = i;
-    return (s->rub[k] > 0.0) == (s->apex[k] > 0.0) ? -1.0 : 1.0;
-}
 int kr_support_jumps(const kr_motion *motion, int order, dd *factor)
 {
     const kr_taylor *p = taylor_of(motion);
@@ -530,7 +302,8 @@ kr_status kr_support_step(kr_motion *motion, const kr_kernel *kernel)
         /* While the top slides, the unit of time is chosen so that the friction variable does not
          * shorten the steps. */
         if (rubs)
-            set_rate(p, motion, p->sliding == 0.0 ? p->held_rate : fmax(p->rate, p->first_rate));
+            kr_taylor_set_rate(p, motion,
+                               p->sliding == 0.0 ? p->held_rate : fmax(p->rate, p->first_rate));
         kr_support_set_mode(motion);
         s[1].t = s[1].end;
         s[1].end = 0.0;

@@ -1,8 +1,7 @@
 /* Tangents of tops with dry friction or on moving supports, in double and in double-double
  * precision. The Taylor series of the tangents are computed by the code in support_deviation.h. */
 #include <string.h>
-#include "series_words.h"
-#include "support_motion.h"
+#include "support_setup.h"
 #include "support_tangents.h"
 
 /* Constants and current state of the motion, in the units of the Taylor series. A, D and h have the

@@ -2,7 +2,7 @@
  * step. If the truncation error of a tangent is too large, the step is divided into substeps. Each
  * substep works on a copy of the Taylor series of the path, so tangents do not affect the
  * motion. */
-#include "support_motion.h"
+#include "support_setup.h"
 #include "support_tangents.h"
 
 /* Maximum number of substeps in a step, and maximum number of attempts to shorten a substep. */
@@ -25,10 +25,6 @@ typedef struct {
 } tangent_work;
 static tangent_work *tangent_work_of(double *memory) { return (tangent_work *)memory; }
 
-static const kr_taylor *series_work(const kr_motion *motion)
-{
-    return (const kr_taylor *)motion->work;
-}
 static size_t words_of(int digits) { return digits > 16 ? 2 : 1; }
 static kr_tangent *tangent(const kr_motion *motion, double *memory, size_t i)
 {
@@ -147,7 +143,7 @@ static vec_dd get_components(const kr_motion *motion, const deviation_address *a
 static void set_tangent_constants(kr_tangent *g, const kr_motion *motion)
 {
     const kr_vec3 A = motion->inertia, none = {0.0, 0.0, 0.0}, one = {1.0, 1.0, 1.0};
-    const double rate = series_work(motion)->rate;
+    const double rate = taylor_of(motion)->rate;
     const vec_dd ahead = {two_sum(A.x, -A.z), two_sum(A.y, -A.x), two_sum(A.z, -A.y)},
                  behind = {ahead.y, ahead.z, ahead.x},
                  c = vdd_scale_exactly(1.0 / (rate * rate), v_dd(motion->lever, motion->lever_low)),
@@ -166,7 +162,7 @@ static void set_tangent_constants(kr_tangent *g, const kr_motion *motion)
  * the parameter that belongs to the tangent. */
 static void set_changes(const deviation_address *at, const kr_motion *motion, const kr_seed *seed)
 {
-    const double rate = series_work(motion)->rate;
+    const double rate = taylor_of(motion)->rate;
     const kr_vec3 none = {0.0, 0.0, 0.0};
     kr_tangent *g = at->from;
     put_components(motion, at, g->moments, 0, v_dd(seed->moments, none));
@@ -188,7 +184,7 @@ static void set_changes(const deviation_address *at, const kr_motion *motion, co
 /* Updates the tangents if the friction torque jumps at the end of the last step. */
 static void pass_stop(const kr_motion *motion, double *memory, size_t n)
 {
-    const kr_taylor *p = series_work(motion);
+    const kr_taylor *p = taylor_of(motion);
     dd factor;
     if (KR_HAS_SUPPORTS && motion->scene->friction > 0.0 &&
         kr_support_jumps(motion, order_of(motion), &factor))
@@ -207,10 +203,10 @@ static int needs_support_terms(const kr_motion *motion, size_t n, const kr_seed 
 static void tangents_begin(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[])
 {
     const size_t words = words_of(motion->digits);
-    const kr_series *s = series_work(motion)->series;
+    const kr_series *s = taylor_of(motion)->series;
     const quat_dd to_body = qdd_conj(qdd_unit(qdd_load(s[0].end_x, s[1].end_x)));
     memset(memory, 0, count_doubles(motion->digits, n) * sizeof(double));
-    ((kr_taylor *)motion->work)->has_tangents = 1.0;
+    taylor_of(motion)->has_tangents = 1.0;
     tangent_work_of(memory)->moving = needs_support_terms(motion, n, seeds);
     tangent_work_of(memory)->from = tangent_work_of(memory)->to = s->end;
     for (size_t i = 0; i < count_structs(memory, n); i++)
@@ -222,7 +218,7 @@ static void tangents_begin(const kr_motion *motion, double *memory, size_t n, co
         put_components(motion, &to, to.from->end, 0, start->turn);
         put_components(
             motion, &to, to.from->end, 3,
-            vdd_scale_exactly(1.0 / series_work(motion)->rate, qdd_turn(to_body, start->push)));
+            vdd_scale_exactly(1.0 / taylor_of(motion)->rate, qdd_turn(to_body, start->push)));
     }
     pass_stop(motion, memory, n);
     for (size_t i = 0; i < count_structs(memory, n) * words; i++) {
@@ -273,7 +269,7 @@ static void expand_tangents(const kr_motion *motion, double *memory, size_t n)
                *rest_of_them =
                    tangent(motion, memory, KR_DEVIATION_BATCH_STRUCTS * count_batches(memory, n));
     if (KR_HAS_SUPPORTS && tangent_work_of(memory)->moving != 0.0) {
-        kr_support_expand_tangents(motion, series_work(motion)->rate, path, first, n,
+        kr_support_expand_tangents(motion, taylor_of(motion)->rate, path, first, n,
                                    order_of(motion));
         return;
     }
@@ -288,11 +284,11 @@ static void restart_series(const kr_motion *motion, double *memory, size_t n)
     const kr_kernel *kernel = motion->aux;
     kr_series *part = tangent_work_of(memory)->path;
     const size_t words = words_of(motion->digits);
-    series_end_at(part, kernel);
+    kr_taylor_end_at(part, kernel);
     for (size_t word = 0; word < words; word++) part[word].t = part[word].end;
     if (KR_HAS_SUPPORTS && part->linear > 1.0)
-        kr_support_place(part, motion, series_work(motion)->rate);
-    kernel->advance(part, series_work(motion)->log2_tol, 1.0);
+        kr_support_place(part, motion, taylor_of(motion)->rate);
+    kernel->advance(part, taylor_of(motion)->log2_tol, 1.0);
     for (size_t i = 0; i < count_structs(memory, n) * words; i++) {
         kr_tangent *g = tangent(motion, memory, 0) + i;
         g->t = part[i % words].t;
@@ -321,7 +317,7 @@ static double shorten(const kr_motion *motion, double *memory, size_t n, double 
 /* Returns the largest admissible relative truncation error of a tangent. */
 static double largest_last_term(const kr_motion *motion)
 {
-    return rest_over_tolerance * exp2(series_work(motion)->log2_tol);
+    return rest_over_tolerance * exp2(taylor_of(motion)->log2_tol);
 }
 /* Computes the Taylor series of the tangents for one substep. The substep ends at the end of the
  * step, or earlier if the truncation error of a tangent would be too large. Returns the largest
@@ -349,7 +345,7 @@ static double expand_first_part(const kr_motion *motion, double *memory, size_t 
         g->t = i % words ? c->from_low : c->from;
         memcpy(g->x[0], g->begin, sizeof g->begin);
     }
-    memcpy(c->path, series_work(motion)->series, words * sizeof(kr_series));
+    memcpy(c->path, taylor_of(motion)->series, words * sizeof(kr_series));
     c->part = 1.0;
     return expand_part(motion, memory, n);
 }
@@ -381,7 +377,7 @@ static double propagate_over_parts(const kr_motion *motion, double *memory, size
 /* Propagates n tangents over the last step of the path. Sets the tangents to NaN on failure. */
 static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t n)
 {
-    const kr_series *s = series_work(motion)->series;
+    const kr_series *s = taylor_of(motion)->series;
     const size_t all = count_structs(memory, n) * words_of(motion->digits);
     tangent_work *c = tangent_work_of(memory);
     kr_tangent *first = tangent(motion, memory, 0);
@@ -413,7 +409,7 @@ static void find_part(const kr_motion *motion, double *memory, size_t n, double 
  * `at`. */
 static void evaluate_tangents(const kr_motion *motion, double *memory, size_t n)
 {
-    const kr_series *s = series_work(motion)->series;
+    const kr_series *s = taylor_of(motion)->series;
     const size_t words = words_of(motion->digits);
     const tangent_work *c = tangent_work_of(memory);
     kr_tangent *first = tangent(motion, memory, 0);
@@ -433,17 +429,14 @@ static void evaluate_tangents(const kr_motion *motion, double *memory, size_t n)
 static vec_dd push_in_space(const kr_motion *motion, quat_dd q, vec_dd push)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
-    return vdd_scale_exactly(series_work(motion)->rate,
+    return vdd_scale_exactly(taylor_of(motion)->rate,
                              motion->digits > 16 ? qdd_turn(q, push)
                                                  : v_dd(q_turn(qdd_high(q), vdd_high(push)), none));
 }
-/* Writes the values of n tangents at the internal time `clock` within the last step. */
-static void tangents_at(kr_motion *motion, double clock, double *memory, size_t n,
+static void tangents_at(const kr_motion *motion, kr_quat attitude, double *memory, size_t n,
                         kr_deviation out[])
 {
-    kr_state state;
-    kr_method_taylor.at(motion, clock, &state);
-    const quat_dd q = q_dd(state.q, motion->low.q);
+    const quat_dd q = q_dd(attitude, motion->low.q);
     evaluate_tangents(motion, memory, n);
     for (size_t i = 0; i < n; i++) {
         const deviation_address from = address_of(motion, memory, n, i);

@@ -15,7 +15,6 @@
  * motion only up to the tolerance. */
 #ifndef KR_TAYLOR_H
 #define KR_TAYLOR_H
-#include <string.h>
 #include "method.h"
 #include "math/isa.h"
 
@@ -87,6 +86,8 @@ typedef struct kr_taylor {
     double unused[6]; /* the next struct is aligned to 64 bytes, too */
 } kr_taylor;
 
+static inline kr_taylor *taylor_of(const kr_motion *motion) { return (kr_taylor *)motion->work; }
+
 /* Functions that compute steps of one Taylor order with one instruction set. */
 typedef struct kr_kernel {
     int order;
@@ -96,17 +97,6 @@ typedef struct kr_kernel {
     /* Evaluates the series at the time `at`, and writes the values to at_x and at_w. */
     void (*evaluate)(kr_series *s);
 } kr_kernel;
-
-/* Ends the step at the time `at`. */
-static inline void series_end_at(kr_series s[2], const kr_kernel *kernel)
-{
-    kernel->evaluate(s);
-    for (int i = 0; i < 2; i++) {
-        memcpy(s[i].end_x, s[i].at_x, sizeof s->end_x);
-        memcpy(s[i].end_w, s[i].at_w, sizeof s->end_w);
-        s[i].end = s[i].at;
-    }
-}
 
 /* Functions that propagate tangents with one instruction set (see tangents.h). */
 struct kr_tangent;
@@ -163,10 +153,37 @@ typedef struct kr_isa {
     void (*product)(const double *a, const double *b, int order, double *c);
 } kr_isa;
 
+/* A build may omit what belongs to more than 16 digits, or to tangents. */
+#ifdef KR_NO_DIGITS
+#  define FOR_DIGITS(what) NULL
+#else
+#  define FOR_DIGITS(what) what
+#endif
+#ifdef KR_NO_TANGENTS
+#  define FOR_TANGENTS(what) NULL
+#else
+#  define FOR_TANGENTS(what) what
+#endif
+
 extern const kr_tangent_ops kr_taylor_tangents;
+/* Stores a vector as a pure quaternion in an array of four doubles. */
+static inline void set_lanes(double lanes[4], kr_vec3 v)
+{
+    lanes[0] = 0.0;
+    v_put(lanes + 1, v);
+}
+/* Stores the high and the low words of a double-double vector as two pure quaternions. */
+static inline void set_vector_words(double high[4], double low[4], vec_dd v)
+{
+    set_lanes(high, vdd_high(v));
+    set_lanes(low, vdd_low(v));
+}
+/* Evaluates the series at the time `at`, and ends the step there. */
+void kr_taylor_end_at(kr_series s[2], const kr_kernel *kernel);
 /* Sets all constants of a Taylor series for the case that 1 / rate is the unit of time. */
 void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate);
-/* Changes the unit of time to 1 / rate, where `rate` is a power of two. */
+/* Changes the unit of time to 1 / rate, where `rate` is a power of two. Does nothing if there are
+ * tangents, whose constants are stored in the unit of time. */
 void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate);
 /* Returns the i-th instruction set included in the build, or NULL if i is too large. The widest
  * comes first. */

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include "bits.h"
 #include "driver/top.h"
-#include "ensemble/worker.h"
+#include "ensemble/slots.h"
 #include "exact/dispatch.h"
 #include "taylor/taylor.h"
 

@@ -1,7 +1,7 @@
 /* Workers: the results of a top depend on that top alone, failures lose no states, and results in
  * lanes are as accurate as those of a single top. */
 #include <stdlib.h>
-#include "ensemble/worker.h"
+#include "ensemble/slots.h"
 #include "tops.h"
 
 enum { TOPS = 141, TIMES = 7 }; /* more tops than are set up together */

@@ -1,7 +1,7 @@
 /* Tangents in a worker: they do not change the states, each depends on its own top alone, and all
  * instruction sets with fused multiply-add give bitwise equal results. */
 #include <stdlib.h>
-#include "ensemble/worker.h"
+#include "ensemble/slots.h"
 #include "tops.h"
 
 enum { TOPS = 19, TIMES = 5 };

@@ -1,6 +1,6 @@
 /* Sections of a worker: the states of a top depend on that top alone, no state is missed, and a top
  * whose event does not occur is reported. */
-#include "ensemble/worker.h"
+#include "ensemble/slots.h"
 #include "events/event_polynomial.h"
 #include "event_helpers.h"
 

@@ -1,9 +1,9 @@
-/* Declaration of the worker shared by the source files in ensemble/. The file worker.c dispatches
- * the tops: exact_batch.c evaluates closed-form solutions in batches, and lane_scheduler.c
- * integrates other tops in SIMD lanes. Events are found by section.c, and states are reduced by
- * reduce.c. */
-#ifndef KR_WORKER_H
-#define KR_WORKER_H
+/* The worker and the functions that the source files in ensemble/ share. The file worker.c
+ * dispatches the tops: exact_batch.c evaluates closed-form solutions in batches, and
+ * lane_scheduler.c integrates other tops in SIMD lanes. Events are found by section.c. The slots of
+ * slots.c hold the tops in progress, whose states reduce.c reduces. */
+#ifndef KR_SLOTS_H
+#define KR_SLOTS_H
 #include "driver/top.h"
 #include "exact/layout.h"
 #include "lane_state.h"
@@ -66,17 +66,53 @@ static inline kr_accumulator *kr_worker_scalar_accumulators(const kr_worker *wor
 {
     return worker->accumulators + KR_LANES_MAX * worker->reductions;
 }
+/* Returns the maximum waiting time for the next event of top i, or 0 if no times are requested. */
+static inline double kr_worker_max_wait(const kr_worker *worker, size_t i)
+{
+    const kr_tops *tops = worker->tops;
+    return tops->times > 0 ? tops->t[tops->own_times ? i : 0] : 0.0;
+}
 /* Integrates top i with the scalar code, using `top` as workspace. */
 void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i);
 /* Returns the configuration for top i. The step is negative if the last requested time precedes the
  * initial time, or if the waiting time of a section is negative. */
 kr_config kr_worker_config_of(const kr_worker *worker, size_t i);
-/* Integrates all tops up to their requested times or events. */
-kr_status kr_worker_run_tops(kr_worker *worker, const kr_tops *tops);
 /* Returns the requested times of top i. */
 static inline const double *kr_worker_times_of(const kr_tops *tops, size_t i)
 {
     return tops->own_times && tops->times > 0 ? tops->t + i * tops->times : tops->t;
+}
+
+/* Fills an unused SIMD lane with a top at rest, which never reaches its goal. */
+void kr_lane_park(kr_lanes *l, int lane);
+/* Sets the growth of the tangent in a lane to zero. */
+void kr_lane_reset_growth(kr_growth *growth, int lane);
+/* Returns the state of a lane at time t, which must lie within its last step. */
+kr_state kr_lane_sample(kr_worker *worker, int lane, double t);
+/* Removes a top from its lane and repeats the integration with the scalar code, which reports the
+ * error. */
+void kr_lane_fall_back(kr_worker *worker, int lane);
+/* Writes the status and statistics of the top in a SIMD lane, and frees the lane. */
+void kr_lane_finish(kr_worker *worker, int lane, kr_status status);
+/* Returns 1 if the current step of a lane reaches the time at which the lane must stop (its
+ * goal). */
+static inline int kr_lane_has_passed_goal(const kr_lanes *l, int lane)
+{
+    return l->forward[lane] * l->end[lane] >= l->forward[lane] * l->goal[lane];
+}
+/* Returns the accumulators for the statistics of the top in a SIMD lane. */
+static inline kr_accumulator *kr_lane_accumulators(const kr_worker *worker, int lane)
+{
+    return worker->accumulators + (size_t)lane * worker->reductions;
+}
+/* Returns the state of a lane that was sampled last, with its time set to t. */
+static inline kr_state kr_lane_read_sample(const kr_lanes *l, int lane, double t)
+{
+    const kr_state s = {
+        t,
+        {l->out_q[0][lane], l->out_q[1][lane], l->out_q[2][lane], l->out_q[3][lane]},
+        {l->out_m[0][lane], l->out_m[1][lane], l->out_m[2][lane]}};
+    return s;
 }
 
 /* Evaluates the closed-form solutions of up to KR_BATCH tops, starting at index `from`. `status` is
@@ -95,31 +131,7 @@ void kr_scheduler_reset(kr_worker *worker);
 void kr_scheduler_add(kr_worker *worker, size_t i);
 /* Advances the tops in all SIMD lanes until each has reached its last requested time or event. */
 void kr_scheduler_drain(kr_worker *worker);
-/* Returns the state of a lane at time t, which must lie within its last step. */
-kr_state kr_scheduler_sample(kr_worker *worker, int lane, double t);
-/* Removes a top from its lane and repeats the integration with the scalar code, which reports the
- * error. */
-void kr_scheduler_fall_back(kr_worker *worker, int lane);
-/* Writes the status and statistics of the top in a SIMD lane, and frees the lane. */
-void kr_scheduler_finish(kr_worker *worker, int lane, kr_status status);
-/* Returns 1 if the current step of a lane reaches the time at which the lane must stop (its
- * goal). */
-static inline int kr_scheduler_has_passed_goal(const kr_lanes *l, int lane)
-{
-    return l->forward[lane] * l->end[lane] >= l->forward[lane] * l->goal[lane];
-}
-/* Returns the accumulators for the statistics of the top in a SIMD lane. */
-static inline kr_accumulator *kr_scheduler_accumulators(const kr_worker *worker, int lane)
-{
-    return worker->accumulators + (size_t)lane * worker->reductions;
-}
 
-/* Returns the maximum waiting time for the next event of top i, or 0 if no times are requested. */
-static inline double kr_section_max_wait(const kr_worker *worker, size_t i)
-{
-    const kr_tops *tops = worker->tops;
-    return tops->times > 0 ? tops->t[tops->own_times ? i : 0] : 0.0;
-}
 /* Returns 1 if the SIMD code can detect the event that defines the requested Poincare section. */
 int kr_section_suits_lanes(const kr_worker *worker);
 /* Stores the event function for the top in one SIMD lane, given the frequency unit `rate` and the
@@ -130,7 +142,4 @@ void kr_section_load_event(kr_worker *worker, int lane, double rate, int shift);
 int kr_section_set_goal(kr_worker *worker, int lane);
 /* Stores the events in the last step of a lane, and frees the lane if the top is finished. */
 void kr_section_search(kr_worker *worker, int lane);
-/* Integrates a top from event to event, and stores the states at the events. */
-kr_status kr_section_record(kr_worker *worker, kr_top *top, kr_slot *slot,
-                            kr_accumulator *accumulators);
 #endif

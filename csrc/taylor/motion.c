@@ -6,49 +6,11 @@
  * one, Taylor coefficients do not overflow, and all thresholds are dimensionless. */
 #include <float.h>
 #include "math/su2_dd.h"
-#include "series_words.h"
 #include "slow.h"
-#include "support_motion.h"
+#include "support_setup.h"
 
-typedef kr_taylor taylor_work;
-
-static taylor_work *work_of(const kr_motion *motion) { return (taylor_work *)motion->work; }
 static const kr_kernel *kernel_of_motion(const kr_motion *motion) { return motion->aux; }
 
-/* Tables of integration kernels, one for each instruction set. A build may omit the kernels for
- * more than 16 digits, or those for tangents. */
-#ifdef KR_NO_DIGITS
-#  define FOR_DIGITS(kernel) NULL
-#else
-#  define FOR_DIGITS(kernel) kernel
-#endif
-#ifdef KR_NO_TANGENTS
-#  define FOR_TANGENTS(kernel) NULL
-#else
-#  define FOR_TANGENTS(kernel) kernel
-#endif
-#define KERNELS(name, isa)                                                                         \
-    {name,                                                                                         \
-     kr_has_##isa,                                                                                 \
-     kr_kernel_##isa,                                                                              \
-     kr_headless_##isa,                                                                            \
-     FOR_DIGITS(kr_kernel_dd_##isa),                                                               \
-     FOR_TANGENTS(&kr_tangents_##isa),                                                             \
-     FOR_DIGITS(FOR_TANGENTS(&kr_tangents_dd_##isa)),                                              \
-     kr_product_##isa}
-const kr_isa *kr_taylor_isa(int i)
-{
-    static const kr_isa isas[] = {
-#ifdef KR_WITH_AVX512
-        KERNELS("avx512", avx512),
-#endif
-#ifdef KR_WITH_AVX2
-        KERNELS("avx2", avx2),
-#endif
-        KERNELS(KR_BASE_NAME, base),
-    };
-    return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
-}
 /* Returns log2 of the tolerance for one step. docs/theory/taylor.md states how the tolerances for
  * 20 and 30 digits were measured. */
 static double log2_tolerance(const kr_motion *motion)
@@ -77,7 +39,7 @@ static const kr_kernel *choose_kernel(const kr_isa *isa, const kr_motion *motion
 void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log2_tol)
 {
     motion->aux = (void *)kernel;
-    work_of(motion)->log2_tol = log2_tol;
+    taylor_of(motion)->log2_tol = log2_tol;
 }
 
 /* Returns a power of two that exceeds all rates of the motion. The energy bounds the angular
@@ -96,58 +58,6 @@ static double rate_for(const kr_motion *motion, kr_vec3 W, int is_held)
     frexp(KR_HAS_SUPPORTS ? fmax(own, kr_support_rate(motion, W, is_held)) : own, &exponent);
     return ldexp(1.0, exponent);
 }
-/* Sets one rotor term of the series, given the coefficient `k` of the product of angular
- * velocities. */
-static void set_shift(kr_series s[2], int lane, double h, double A, dd k)
-{
-    const dd shift = h == 0.0 ? dd_make(-0.0, -0.0) : dd_div(dd_div(dd_of(h), dd_of(A)), k);
-    s[0].shift[lane] = shift.hi;
-    s[1].shift[lane] = shift.lo;
-}
-/* Sets the terms of the Taylor recurrence that describe the rotor. If two moments of inertia are
- * equal, the coefficient of the corresponding product of angular velocities is zero. The rotor
- * terms are divided by the coefficients of the velocity products, so a zero coefficient is replaced
- * by the negligibly small KR_LEAST_FACTOR. */
-static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
-{
-    double A[3], h[3];
-    v_put(A, motion->inertia);
-    v_put(h, v_scale(1.0 / rate, motion->rotor));
-    for (int lane = 0; lane < 8; lane++) s[0].shift[lane] = s[1].shift[lane] = -0.0;
-    for (int i = 0; i < 3; i++) {
-        const double ahead = -h[(i + 2) % 3], behind = h[(i + 1) % 3];
-        dd k = dd_make(s[0].k[i + 1], s[1].k[i + 1]);
-        if (ahead == 0.0 && behind == 0.0) continue;
-        if (!(fabs(k.hi) >= KR_LEAST_FACTOR)) k = dd_of(KR_LEAST_FACTOR);
-        s[0].k[i + 1] = k.hi;
-        s[1].k[i + 1] = k.lo;
-        set_shift(s, i + 1, ahead, A[i], k);
-        set_shift(s, i + 5, behind, A[i], k);
-    }
-}
-/* Sets the constants in the recurrences of the Taylor series, with 1 / rate as the unit of time. */
-void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate)
-{
-    const kr_vec3 A = motion->inertia;
-    const vec_dd pair = {two_sum(A.y, -A.z), two_sum(A.z, -A.x), two_sum(A.x, -A.y)};
-    const int moves = KR_HAS_SUPPORTS && kr_support_moves(motion->scene);
-    const vec_dd lever = KR_HAS_SUPPORTS && moves ? kr_support_set_constants(s, motion, rate)
-                                                  : v_dd(motion->lever, motion->lever_low),
-                 c = vdd_scale_exactly(1.0 / (rate * rate), lever);
-    const vec_dd up = {c.z, c.x, c.y}, down = {dd_neg(c.y), dd_neg(c.z), dd_neg(c.x)};
-    set_vector_words(s[0].k, s[1].k, vdd_over(pair, A));
-    set_vector_words(s[0].up, s[1].up, vdd_over(up, A));
-    set_vector_words(s[0].down, s[1].down, vdd_over(down, A));
-    const kr_vec3 none = {0.0, 0.0, 0.0}, drag = v_scale(-1.0 / rate, motion->damping);
-    set_vector_words(s[0].drag, s[1].drag, vdd_over(v_dd(drag, none), A));
-    s[0].linear = v_largest(drag) > 0.0 ? 1.0 : 0.0;
-    set_rotor(s, motion, rate);
-    if (moves) s[0].linear = 2.0;
-    const double rates =
-        v_largest(vdd_high(vdd_over(up, A))) + v_largest(vdd_high(vdd_over(down, A)));
-    s[0].fall = s[1].fall = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
-    if (KR_HAS_SUPPORTS && moves) kr_support_limit_steps(s, motion, rate);
-}
 /* Returns the attitude. If skip_heading is set, returns the smallest rotation that takes P to the
  * vertical. Because |P| is close to 1, two terms of the series for 1 / |P| suffice. */
 static kr_quat series_attitude(const kr_motion *motion, const double x[8])
@@ -157,7 +67,7 @@ static kr_quat series_attitude(const kr_motion *motion, const double x[8])
                                 : q_unit(q4(x[0], v3(x[1], x[2], x[3])));
 }
 /* Converts values of the Taylor series of a top to its state in double precision. */
-static void plain_state(const taylor_work *p, const kr_motion *motion, const double x[8],
+static void plain_state(const kr_taylor *p, const kr_motion *motion, const double x[8],
                         const double w[4], kr_state *s)
 {
     const kr_vec3 M = v_times(motion->inertia, v_scale(p->rate, v3(w[1], w[2], w[3])));
@@ -166,7 +76,7 @@ static void plain_state(const taylor_work *p, const kr_motion *motion, const dou
 }
 /* Converts the values of a series to a state in double-double precision. The low words of the state
  * are stored in motion->low. */
-static void extended_state(const taylor_work *p, kr_motion *motion, kr_state *to)
+static void extended_state(const kr_taylor *p, kr_motion *motion, kr_state *to)
 {
     const kr_series *s = p->series;
     const vec_dd W = vdd_scale_exactly(p->rate, v_dd(v_of(s[0].at_w + 1), v_of(s[1].at_w + 1)));
@@ -203,7 +113,7 @@ static void reset_to_begin(kr_series s[2])
 }
 
 /* Initializes the series with the state `start`. */
-static void set_start(taylor_work *p, const kr_motion *motion, const kr_state *start)
+static void set_start(kr_taylor *p, const kr_motion *motion, const kr_state *start)
 {
     kr_series *high = &p->series[0], *low = &p->series[1];
     const quat_dd q = q_dd(start->q, motion->low.q);
@@ -239,12 +149,12 @@ static kr_status taylor_reset(kr_motion *motion, const kr_state *start)
     while (!kr_taylor_isa(i)->runs_here()) i++; /* untaken: if the first one runs */
     const kr_kernel *kernel = choose_kernel(kr_taylor_isa(i), motion, &log2_tol);
     kr_taylor_set_kernel(motion, kernel, log2_tol);
-    set_start(work_of(motion), motion, start);
+    set_start(taylor_of(motion), motion, start);
     return KR_OK;
 }
 static kr_status taylor_step(kr_motion *motion, double until)
 {
-    taylor_work *p = work_of(motion);
+    kr_taylor *p = taylor_of(motion);
     kr_series *s = p->series;
     const double forward = motion->step < 0.0 ? -1.0 : 1.0;
     double log2_tol;
@@ -271,12 +181,12 @@ static kr_status taylor_step(kr_motion *motion, double until)
 }
 static void taylor_read(const kr_motion *motion, kr_state *s)
 {
-    const taylor_work *p = work_of(motion);
+    const kr_taylor *p = taylor_of(motion);
     plain_state(p, motion, p->series->end_x, p->series->end_w, s);
 }
 static void taylor_at(kr_motion *motion, double clock, kr_state *s)
 {
-    taylor_work *p = work_of(motion);
+    kr_taylor *p = taylor_of(motion);
     const double begin = p->series->t, end = p->series->end;
     p->series[0].at = p->rate * clock;
     p->series[1].at = p->rate * motion->low.t;
@@ -293,24 +203,6 @@ static void taylor_at(kr_motion *motion, double clock, kr_state *s)
     else
         plain_state(p, motion, p->series->at_x, p->series->at_w, s);
 }
-/* Returns 1 if `wanted` is one of the n kernels in a table. */
-static int is_in_table(const kr_kernel *kernels, int n, const kr_kernel *wanted)
-{
-    while (n > 0 && &kernels[n - 1] != wanted) n--;
-    return n > 0;
-}
-/* Returns the instruction set of the kernel that a motion uses, or NULL if the kernel is
- * unknown. */
-const kr_isa *kr_taylor_isa_of(const kr_motion *motion)
-{
-    const kr_kernel *k = kernel_of_motion(motion);
-    const kr_isa *isa = kr_taylor_isa(0);
-    for (int i = 1; isa; isa = kr_taylor_isa(i++))
-        if (is_in_table(isa->plain, KR_ORDERS, k) || is_in_table(isa->headless, KR_ORDERS, k) ||
-            FOR_DIGITS(is_in_table(isa->deep, KR_DEPTHS, k)))
-            break;
-    return isa;
-}
 static const char *taylor_kernel(const kr_motion *motion, int *order)
 {
     const kr_isa *isa = kr_taylor_isa_of(motion);
@@ -319,7 +211,7 @@ static const char *taylor_kernel(const kr_motion *motion, int *order)
 }
 static kr_step_polynomial taylor_polynomial(const kr_motion *motion)
 {
-    const taylor_work *p = work_of(motion);
+    const kr_taylor *p = taylor_of(motion);
     const kr_series *s = p->series;
     const kr_isa *isa = kr_taylor_isa_of(motion);
     kr_step_polynomial piece = {.order = kernel_of_motion(motion)->order,
@@ -351,7 +243,7 @@ const kr_method kr_method_taylor = {
     .flags = KR_METHOD_ADAPTIVE | KR_METHOD_DIGITS | KR_METHOD_SKIPS_HEADING | KR_METHOD_DAMPED |
              KR_METHOD_TANGENTS | KR_METHOD_ROTORS | KR_METHOD_TURNING | KR_METHOD_SHAKING |
              KR_METHOD_FRICTION,
-    .work = sizeof(taylor_work) / sizeof(double),
+    .work = sizeof(kr_taylor) / sizeof(double),
     .reset = taylor_reset,
     .step = taylor_step,
     .read = taylor_read,

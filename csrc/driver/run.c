@@ -123,23 +123,6 @@ static kr_status find_fixed_state(kr_top *top, double t, kr_state *state)
     if (status != KR_OK || is_at_grid_point(top, point, t)) return status;
     return kr_steps_off_grid(top, state, (t - grid_time(top, point)) / top->time_unit, state);
 }
-/* Returns the rounding error of time_since_start(top, t). */
-static double time_since_start_low(const kr_top *top, double t)
-{
-    return two_sum(t, -top->scene.start.t).lo / top->time_unit;
-}
-/* Evaluates the dense output of the last step at time t. */
-static void evaluate_dense(kr_top *top, double t, kr_state *state)
-{
-    top->main.low.t = time_since_start_low(top, t);
-    top->method->at(&top->main, time_since_start(top, t), state);
-}
-void kr_tangents_evaluate(kr_top *top, kr_deviation out[])
-{
-    top->main.low.t = time_since_start_low(top, top->requested);
-    top->method->tangents->evaluate(&top->main, time_since_start(top, top->requested),
-                                    top->tangents, kr_tangent_columns(top->config.tangents), out);
-}
 /* Computes the state at time t with an adaptive method, in internal units. */
 static kr_status find_adaptive_state(kr_top *top, double t, kr_state *state)
 {
@@ -153,7 +136,7 @@ static kr_status find_adaptive_state(kr_top *top, double t, kr_state *state)
      * step. */
     if (!(top->forward * (goal - top->before_clock) >= 0.0)) return KR_ERR_STEP;
     if (dense)
-        evaluate_dense(top, t, state);
+        kr_top_evaluate(top, t, state);
     else if (goal == top->main.clock)
         top->method->read(&top->main, state);
     else if (goal == top->before_clock)
@@ -208,7 +191,7 @@ kr_status kr_top_sync(kr_top *top, double t)
         return KR_OK;
     top->main.low = (kr_state){0};
     if (top->method->at)
-        evaluate_dense(top, at, &state);
+        kr_top_evaluate(top, at, &state);
     else
         top->method->read(&top->main, &state);
     if (!convert_to_user(top, at, &state)) return KR_ERR_NOT_FINITE;

@@ -1,7 +1,7 @@
-/* Constants and steps of the Taylor series for tops with dry friction or on moving supports.
- * Private to taylor/. */
-#ifndef KR_TAYLOR_SUPPORT_MOTION_H
-#define KR_TAYLOR_SUPPORT_MOTION_H
+/* Constants (support_setup.c) and steps (support_motion.c) of the Taylor series for tops with dry
+ * friction or on moving supports. Private to taylor/. */
+#ifndef KR_TAYLOR_SUPPORT_SETUP_H
+#define KR_TAYLOR_SUPPORT_SETUP_H
 #include "model/scene.h"
 #include "taylor.h"
 

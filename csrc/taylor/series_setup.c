@@ -1,0 +1,125 @@
+/* What all parts of the method taylor share: the instruction sets, the constants of a Taylor series
+ * (see taylor.h), and its end. */
+#include <string.h>
+#include "support_setup.h"
+#include "taylor.h"
+
+/* Tables of integration kernels, one for each instruction set. */
+#define KERNELS(name, isa)                                                                         \
+    {name,                                                                                         \
+     kr_has_##isa,                                                                                 \
+     kr_kernel_##isa,                                                                              \
+     kr_headless_##isa,                                                                            \
+     FOR_DIGITS(kr_kernel_dd_##isa),                                                               \
+     FOR_TANGENTS(&kr_tangents_##isa),                                                             \
+     FOR_DIGITS(FOR_TANGENTS(&kr_tangents_dd_##isa)),                                              \
+     kr_product_##isa}
+const kr_isa *kr_taylor_isa(int i)
+{
+    static const kr_isa isas[] = {
+#ifdef KR_WITH_AVX512
+        KERNELS("avx512", avx512),
+#endif
+#ifdef KR_WITH_AVX2
+        KERNELS("avx2", avx2),
+#endif
+        KERNELS(KR_BASE_NAME, base),
+    };
+    return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
+}
+/* Returns 1 if `wanted` is one of the n kernels in a table. */
+static int is_in_table(const kr_kernel *kernels, int n, const kr_kernel *wanted)
+{
+    while (n > 0 && &kernels[n - 1] != wanted) n--;
+    return n > 0;
+}
+const kr_isa *kr_taylor_isa_of(const kr_motion *motion)
+{
+    const kr_kernel *k = motion->aux;
+    const kr_isa *isa = kr_taylor_isa(0);
+    for (int i = 1; isa; isa = kr_taylor_isa(i++))
+        if (is_in_table(isa->plain, KR_ORDERS, k) || is_in_table(isa->headless, KR_ORDERS, k) ||
+            FOR_DIGITS(is_in_table(isa->deep, KR_DEPTHS, k)))
+            break;
+    return isa;
+}
+
+/* Sets one rotor term of the series, given the coefficient `k` of the product of angular
+ * velocities. */
+static void set_shift(kr_series s[2], int lane, double h, double A, dd k)
+{
+    const dd shift = h == 0.0 ? dd_make(-0.0, -0.0) : dd_div(dd_div(dd_of(h), dd_of(A)), k);
+    s[0].shift[lane] = shift.hi;
+    s[1].shift[lane] = shift.lo;
+}
+/* Sets the terms of the Taylor recurrence that describe the rotor. If two moments of inertia are
+ * equal, the coefficient of the corresponding product of angular velocities is zero. The rotor
+ * terms are divided by the coefficients of the velocity products, so a zero coefficient is replaced
+ * by the negligibly small KR_LEAST_FACTOR. */
+static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
+{
+    double A[3], h[3];
+    v_put(A, motion->inertia);
+    v_put(h, v_scale(1.0 / rate, motion->rotor));
+    for (int lane = 0; lane < 8; lane++) s[0].shift[lane] = s[1].shift[lane] = -0.0;
+    for (int i = 0; i < 3; i++) {
+        const double ahead = -h[(i + 2) % 3], behind = h[(i + 1) % 3];
+        dd k = dd_make(s[0].k[i + 1], s[1].k[i + 1]);
+        if (ahead == 0.0 && behind == 0.0) continue;
+        if (!(fabs(k.hi) >= KR_LEAST_FACTOR)) k = dd_of(KR_LEAST_FACTOR);
+        s[0].k[i + 1] = k.hi;
+        s[1].k[i + 1] = k.lo;
+        set_shift(s, i + 1, ahead, A[i], k);
+        set_shift(s, i + 5, behind, A[i], k);
+    }
+}
+void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate)
+{
+    const kr_vec3 A = motion->inertia;
+    const vec_dd pair = {two_sum(A.y, -A.z), two_sum(A.z, -A.x), two_sum(A.x, -A.y)};
+    const int moves = KR_HAS_SUPPORTS && kr_support_moves(motion->scene);
+    const vec_dd lever = KR_HAS_SUPPORTS && moves ? kr_support_set_constants(s, motion, rate)
+                                                  : v_dd(motion->lever, motion->lever_low),
+                 c = vdd_scale_exactly(1.0 / (rate * rate), lever);
+    const vec_dd up = {c.z, c.x, c.y}, down = {dd_neg(c.y), dd_neg(c.z), dd_neg(c.x)};
+    set_vector_words(s[0].k, s[1].k, vdd_over(pair, A));
+    set_vector_words(s[0].up, s[1].up, vdd_over(up, A));
+    set_vector_words(s[0].down, s[1].down, vdd_over(down, A));
+    const kr_vec3 none = {0.0, 0.0, 0.0}, drag = v_scale(-1.0 / rate, motion->damping);
+    set_vector_words(s[0].drag, s[1].drag, vdd_over(v_dd(drag, none), A));
+    s[0].linear = v_largest(drag) > 0.0 ? 1.0 : 0.0;
+    set_rotor(s, motion, rate);
+    if (moves) s[0].linear = 2.0;
+    const double rates =
+        v_largest(vdd_high(vdd_over(up, A))) + v_largest(vdd_high(vdd_over(down, A)));
+    s[0].fall = s[1].fall = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
+    if (KR_HAS_SUPPORTS && moves) kr_support_limit_steps(s, motion, rate);
+}
+static void scale_series(kr_series s[2], double longer)
+{
+    for (int i = 0; i < 2; i++) {
+        s[i].t *= longer;
+        s[i].end *= longer;
+        for (int k = 0; k < 4; k++) {
+            s[i].end_w[k] /= longer;
+            s[i].rub[k] /= longer * longer;
+        }
+    }
+}
+void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate)
+{
+    if (rate == p->rate || p->has_tangents != 0.0) return;
+    scale_series(p->series, rate / p->rate);
+    p->rate = rate;
+    kr_taylor_set_constants(p->series, motion, rate);
+    if (KR_HAS_SUPPORTS && p->series->linear > 1.0) kr_support_place(p->series, motion, rate);
+}
+void kr_taylor_end_at(kr_series s[2], const kr_kernel *kernel)
+{
+    kernel->evaluate(s);
+    for (int i = 0; i < 2; i++) {
+        memcpy(s[i].end_x, s[i].at_x, sizeof s->end_x);
+        memcpy(s[i].end_w, s[i].at_w, sizeof s->end_w);
+        s[i].end = s[i].at;
+    }
+}
