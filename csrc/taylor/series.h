@@ -4,7 +4,20 @@
  * optimizations make the recurrence fast. Every convolution sum starts with its middle terms, so
  * that it can begin before the latest coefficients are known. The two terms of a convolution sum
  * with indices (j, m) and (m, j) are added in parallel. The order is a compile-time constant, so
- * loops can be unrolled. */
+ * loops can be unrolled.
+ *
+ * The equations of tops with dry friction or on a support that rotates or shakes are those of
+ * taylor.h with
+ *     q' = q U / 2,   P' = P x U,   O' = O x U,   U = W - O
+ *     A W' = (AW + h) x W + G P x c - D U + (torque of friction) a
+ * O is the angular velocity of the support, and U is the angular velocity of the body relative to
+ * the support. All vectors, including the apex a, are in the body frame. The effective gravity G =
+ * base + sway cos(...) is the acceleration along -e3 divided by a constant acceleration, by which
+ * the lever arm c is multiplied. U and G are coefficients w and x, in all SIMD lanes, of a further
+ * kr_series called `own`. Lane 0 of the SIMD vector W holds the friction variable. While the top
+ * slides, the friction variable is the spin <U, a>. While friction holds the top, the friction
+ * variable is the friction torque relative to its maximum. For a top without friction, lane 0 of
+ * the vector W is not used. */
 #include <stdint.h>
 #include <string.h>
 #include "taylor.h"
@@ -15,25 +28,33 @@ static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
 
-/* The variant HEADLESS does not compute the attitude q, so the SIMD lanes of q remain zero.
- * Separate code for damped motions keeps the computation of undamped motions fast. */
+/* The form HEADLESS does not compute the attitude q, so the SIMD lanes of q remain zero. */
 typedef enum { WHOLE, HEADLESS } form;
-typedef enum { PLAIN, DAMPED } linear_terms;
+/* The terms of the recurrence, which are constant when a function is compiled. Separate code for
+ * damped motions keeps the computation of undamped motions fast. */
+typedef struct {
+    form what;
+    int is_damped;     /* the damping of a top without friction on a support at rest */
+    int has_support;   /* all terms of a top with friction or on a moving support */
+    int turns, shakes; /* of these, the terms of a support that rotates or shakes */
+} term_set;
 /* The two cyclic permutations of a vector coefficient: (next | prev) and (prev | next). */
 typedef struct {
     duo ahead, behind;
 } turned_vector;
-/* The permuted coefficients of W and P are adjacent in memory, so that one instruction can load
- * both. The permuted coefficients of the vertical P are needed only if the attitude is not computed
- * (HEADLESS). */
+/* Permuted Taylor coefficients of W, of U (next | prev), and of a vector that is fixed in space
+ * (prev | next): of O if the support rotates, and of P if the attitude is not computed. */
 typedef struct {
-    turned_vector w, p;
-} turned_pair;
+    turned_vector w;
+    duo u, fixed;
+} turned_term;
 /* The n-th coefficients of products of Taylor series (Cauchy products). */
 typedef struct {
-    duo i, j, k; /* of W_j x_m for each axis; the headless variant uses p instead */
+    duo i, j, k; /* of W_j or U_j with x_m for each axis; the headless form uses p instead */
     duo p;       /* of (next(W_j) * prev(P_m) | prev(W_j) * next(P_m)) */
     duo cross;   /* of next(W_j) * prev(W_m), in two halves */
+    duo turned;  /* of (next(U_j) * prev(O_m) | prev(U_j) * next(O_m)) */
+    duo pulled;  /* of G_j x_m */
 } series_sums;
 
 /* Stores a Taylor coefficient of a vector, together with its cyclic permutations. */
@@ -57,56 +78,68 @@ INLINE duo half_square(const kr_series *s, turned_vector w, int j)
     if (j == 0) add_rotor(s, &w);
     return duo_mul(duo_splat(0.5), duo_mul(w.ahead, w.behind));
 }
-/* Adds to `a` the products of the j-th coefficient of W with the m-th coefficients of the attitude
- * and the vertical. */
-INLINE void add_term(series_sums *a, const kr_series *s, const turned_pair *of, int j, int m,
-                     form what)
+/* Returns component `lane` of the j-th coefficient of the angular velocity relative to the support,
+ * which `u` contains too. */
+INLINE duo velocity_lane(duo u, const kr_series *own, int j, int lane, term_set terms)
 {
-    const duo x = duo_load(s->x[m]);
-    if (what == HEADLESS) {
-        a->p = duo_fma(of[j].w.ahead, of[m].p.behind, a->p);
+    return terms.has_support ? duo_lane_of(u, own->w[j], lane) : duo_lane(own->w[j], lane);
+}
+/* Adds to `a` the products of the j-th coefficients of the angular velocity relative to the support
+ * and of the effective gravity with the m-th coefficients of the attitude, of the vertical and of
+ * the angular velocity of the support. */
+INLINE void add_term(series_sums *a, const kr_series *s, const kr_series *own,
+                     const turned_term *of, int j, int m, term_set terms)
+{
+    const duo x = duo_load(s->x[m]), u = terms.turns ? of[j].u : of[j].w.ahead;
+    if (terms.what == HEADLESS) {
+        a->p = duo_fma(u, of[m].fixed, a->p);
     } else {
-        a->i = duo_fma(duo_lane(s->w[j], 1), x, a->i);
-        a->j = duo_fma(duo_lane(s->w[j], 2), x, a->j);
-        a->k = duo_fma(duo_lane(s->w[j], 3), x, a->k);
+        a->i = duo_fma(velocity_lane(u, own, j, 1, terms), x, a->i);
+        a->j = duo_fma(velocity_lane(u, own, j, 2, terms), x, a->j);
+        a->k = duo_fma(velocity_lane(u, own, j, 3, terms), x, a->k);
     }
+    if (terms.turns) a->turned = duo_fma(u, of[m].fixed, a->turned);
+    if (terms.shakes) a->pulled = duo_fma(duo_load(own->x[j]), x, a->pulled);
 }
 /* Adds the products of Taylor coefficients with indices (j, m) to `a`, and those with indices (m,
  * j) to `b`. */
-INLINE void add_pair(series_sums *a, series_sums *b, const kr_series *s, const turned_pair *of,
-                     int j, int m, form what)
+INLINE void add_pair(series_sums *a, series_sums *b, const kr_series *s, const kr_series *own,
+                     const turned_term *of, int j, int m, term_set terms)
 {
-    add_term(a, s, of, j, m, what);
-    add_term(b, s, of, m, j, what);
+    add_term(a, s, own, of, j, m, terms);
+    add_term(b, s, own, of, m, j, terms);
     a->cross = duo_fma(of[j].w.ahead, of[m].w.behind, a->cross);
 }
-INLINE void add_chains(series_sums *a, const series_sums *b, form what)
+INLINE void add_chains(series_sums *a, const series_sums *b, term_set terms)
 {
-    if (what == HEADLESS)
+    if (terms.what == HEADLESS)
         a->p = duo_add(a->p, b->p);
     else {
         a->i = duo_add(a->i, b->i);
         a->j = duo_add(a->j, b->j);
         a->k = duo_add(a->k, b->k);
     }
+    if (terms.turns) a->turned = duo_add(a->turned, b->turned);
+    if (terms.shakes) a->pulled = duo_add(a->pulled, b->pulled);
 }
 
 /* Returns the n-th coefficients of all products of Taylor series in the equations of motion. Each
  * sum starts with the products of middle-order coefficients, and the products with the newest
  * coefficients are added last. */
-INLINE series_sums cauchy_products(const kr_series *s, const turned_pair *of, int n, form what)
+INLINE series_sums cauchy_products(const kr_series *s, const kr_series *own, const turned_term *of,
+                                   int n, term_set terms)
 {
     const duo zero = duo_splat(0.0);
-    series_sums a = {zero, zero, zero, zero, zero}, b = a;
+    series_sums a = {zero, zero, zero, zero, zero, zero, zero}, b = a;
     if (n % 2 == 0) {
-        add_term(&a, s, of, n / 2, n / 2, what);
+        add_term(&a, s, own, of, n / 2, n / 2, terms);
         a.cross = half_square(s, of[n / 2].w, n / 2);
     }
     UNROLL
     for (int j = (n - 1) / 2; j > 0; j--)
-        add_pair(&a, SIDE_BY_SIDE ? &b : &a, s, of, n - j, j, what);
-    if (SIDE_BY_SIDE) add_chains(&a, &b, what);
-    if (n > 0) add_pair(&a, &a, s, of, n, 0, what);
+        add_pair(&a, SIDE_BY_SIDE ? &b : &a, s, own, of, n - j, j, terms);
+    if (SIDE_BY_SIDE) add_chains(&a, &b, terms);
+    if (n > 0) add_pair(&a, &a, s, own, of, n, 0, terms);
     return a;
 }
 
@@ -132,19 +165,109 @@ INLINE quad velocity_rates(const series_sums *a, const kr_series *s, quad p, qua
                     torque);
 }
 
-/* Computes the Taylor coefficients of order n + 1 for a top without friction on a support at
- * rest. */
-INLINE void next_series_coefficient(kr_series *s, turned_pair *of, int n, form what,
-                                    linear_terms linear)
+/* Stores the n-th Taylor coefficient of the vertical P if the attitude is not computed. */
+INLINE void set_vertical(kr_series *s, turned_term *of, int n, quad p)
 {
-    const series_sums a = cauchy_products(s, of, n, what);
-    const quad p = what == HEADLESS ? quad_load(s->x[n] + 4) : duo_hi(duo_load(s->x[n]));
-    if (what == HEADLESS)
-        set_turned(s->x[n + 1] + 4, &of[n + 1].p, vertical_rates(&a, n + 1));
+    quad_store(s->x[n] + 4, p);
+    of[n].fixed = duo_prev_next(p);
+}
+
+/* Returns the n-th coefficient of the support's angular velocity in the body frame. */
+INLINE quad turning_rates(duo turned, int n)
+{
+    return quad_fma(quad_inverse(-n), duo_lo(turned), quad_mul(quad_inverse(n), duo_hi(turned)));
+}
+/* Returns the dot product of lanes 1 to 3 of two vectors, copied to every lane. */
+INLINE quad dot_lanes(kr_series *own, quad a, quad b)
+{
+    quad_store(own->end_w, quad_mul(a, b));
+    const quad x = duo_lo(duo_lane(own->end_w, 1)), y = duo_lo(duo_lane(own->end_w, 2));
+    return quad_add(duo_lo(duo_lane(own->end_w, 3)), quad_add(x, y));
+}
+/* Stores a number in SIMD lane 0 of the vector that holds the n-th coefficient of the angular
+ * velocity. The vector `number` must hold the same value in all SIMD lanes. */
+INLINE void set_lane0(kr_series *s, kr_series *own, int n, quad number)
+{
+    quad_store(own->end_w, number);
+    copy_number(s->w[n], own->end_w);
+}
+/* Adds to coefficient n + 1 of W the effect of the friction torque that keeps the spin constant,
+ * and returns the sum. */
+INLINE quad hold_spin(kr_series *s, kr_series *own, int n, quad w, quad o)
+{
+    const quad minus = quad_splat(-1.0), gained = quad_fma(minus, o, w),
+               lost = quad_mul(minus, dot_lanes(own, gained, quad_load(s->apex)));
+    const quad torque = quad_mul(duo_lo(duo_lane(&s->per_grip, 0)), lost);
+    set_lane0(s, own, n, quad_mul(quad_splat((double)(n + 1)), torque));
+    return quad_fma(lost, quad_load(s->yield), w);
+}
+/* Returns the next Taylor coefficient of the angular velocity, given the coefficient `p` of the
+ * effective gravity vector. */
+INLINE quad support_velocity(const series_sums *a, const kr_series *s, const kr_series *own, int n,
+                             quad p)
+{
+    const quad share = quad_inverse(n + 1),
+               drag = quad_mul(quad_mul(share, quad_load(s->drag)), quad_load(own->w[n])),
+               other = n == 0 ? quad_add(drag, quad_load(s->rub)) : drag,
+               up = quad_fma(quad_mul(share, quad_load(s->up)), quad_next(p), other),
+               torque = quad_fma(quad_mul(share, quad_load(s->down)), quad_prev(p), up);
+    return quad_fma(quad_mul(share, quad_load(s->k)), quad_add(duo_lo(a->cross), duo_hi(a->cross)),
+                    torque);
+}
+/* Stores the n-th Taylor coefficients of the angular velocities of the top and of its support. For
+ * a sliding top, also stores the n-th coefficient of the spin, unless `is_known` is nonzero. */
+INLINE void set_velocities(kr_series *s, kr_series *own, turned_term *of, int n, quad w, quad o,
+                           int turns, int is_known)
+{
+    const quad u = turns ? quad_fma(quad_splat(-1.0), o, w) : w;
+    quad_store(own->w[n], u);
+    if (turns) {
+        of[n].u = duo_next_prev(u);
+        of[n].fixed = duo_prev_next(o);
+    }
+    set_turned(s->w[n], &of[n].w, w);
+    if (s->slides != 0.0 && !is_known) set_lane0(s, own, n, dot_lanes(own, u, quad_load(s->apex)));
+}
+/* Computes the Taylor coefficients of the effective gravity, which is a constant plus a cosine. */
+INLINE void set_acceleration(const kr_series *s, kr_series *own, int order)
+{
+    duo cosine = duo_lane(s->sway, 0), sine = duo_lane(s->sway, 1);
+    duo_store(own->x[0], duo_add(cosine, duo_lane(s->sway, 3)));
+    for (int n = 1; n < order; n++) {
+        const duo rate = duo_mul(duo_inverse(n), duo_lane(s->sway, 2)),
+                  next = duo_mul(rate, cosine);
+        cosine = duo_mul(duo_splat(-1.0), duo_mul(rate, sine));
+        sine = next;
+        duo_store(own->x[n], cosine);
+    }
+}
+/* Computes the Taylor coefficients of order n + 1 of the angular velocities of a top with friction or
+ * on a moving support. */
+INLINE void next_support_velocity(kr_series *s, kr_series *own, turned_term *of, int n,
+                                  quad vertical, const series_sums *a, term_set terms)
+{
+    const quad o = terms.turns ? turning_rates(a->turned, n + 1) : quad_splat(0.0);
+    quad w = support_velocity(a, s, own, n, terms.shakes ? duo_hi(a->pulled) : vertical);
+    if (s->holds != 0.0) w = hold_spin(s, own, n, w, o);
+    set_velocities(s, own, of, n + 1, w, o, terms.turns, 0);
+}
+
+/* Computes the Taylor coefficients of order n + 1. */
+INLINE void next_series_coefficient(kr_series *s, kr_series *own, turned_term *of, int n,
+                                    term_set terms)
+{
+    const series_sums a = cauchy_products(s, own, of, n, terms);
+    const quad p = terms.what == HEADLESS ? quad_load(s->x[n] + 4) : duo_hi(duo_load(s->x[n]));
+    if (terms.what == HEADLESS)
+        set_vertical(s, of, n + 1, vertical_rates(&a, n + 1));
     else
         duo_store(s->x[n + 1], attitude_rates(&a, duo_inverse(n + 1)));
+    if (terms.has_support) {
+        next_support_velocity(s, own, of, n, p, &a, terms);
+        return;
+    }
     quad w = velocity_rates(&a, s, p, quad_inverse(n + 1));
-    if (linear == DAMPED)
+    if (terms.is_damped)
         w = quad_fma(quad_mul(quad_inverse(n + 1), quad_load(s->drag)), quad_load(s->w[n]), w);
     set_turned(s->w[n + 1], &of[n + 1].w, w);
 }
@@ -206,47 +329,108 @@ INLINE double step_to_tail(const kr_series *s, int head, double log2_size)
     return approx_exp2(lone_fma(log2_size, 1.0 / head, a < b ? a : b));
 }
 
-INLINE void permute_known_coefficients(kr_series *s, turned_pair *of, int from, form what)
+/* Permutes the coefficients of orders 0 to `from`, which are known. */
+INLINE void permute_known_coefficients(kr_series *s, turned_term *of, int from, term_set terms)
 {
     for (int n = 0; n <= from; n++) {
-        set_turned(s->w[n], &of[n].w, quad_load(s->w[n]));
-        if (what == HEADLESS) set_turned(s->x[n] + 4, &of[n].p, duo_hi(duo_load(s->x[n])));
+        if (!terms.has_support) set_turned(s->w[n], &of[n].w, quad_load(s->w[n]));
+        if (terms.what == HEADLESS) set_vertical(s, of, n, quad_load(s->x[n] + 4));
     }
-    add_rotor(s, &of[0].w);
 }
-INLINE void expand_damped_form(kr_series *s, int from, int order, form what)
+/* Computes the coefficients of orders 0 to `from` of the relative angular velocity and of the motion
+ * of the support from the known coefficients of the top's motion. */
+INLINE void find_known_coefficients(kr_series *s, kr_series *own, turned_term *of, int from,
+                                    term_set terms)
 {
-    turned_pair of[KR_TAYLOR_MAX + 1];
-    permute_known_coefficients(s, of, from, what);
-    for (int n = from; n < order; n++) next_series_coefficient(s, of, n, what, DAMPED);
+    set_velocities(s, own, of, 0, quad_load(s->w[0]), quad_load(s->turn), terms.turns, from > 0);
+    for (int n = 0; n < from; n++) {
+        duo turned = duo_splat(0.0);
+        if (terms.turns)
+            for (int j = 0; j <= n; j++) turned = duo_fma(of[j].u, of[n - j].fixed, turned);
+        set_velocities(s, own, of, n + 1, quad_load(s->w[n + 1]), turning_rates(turned, n + 1),
+                       terms.turns, 1);
+    }
+}
+/* Computes the Taylor coefficients of orders `from` + 1 to `order` of a top that is not plain. In
+ * double-double precision, `own` consists of one struct of high words and one of low words. */
+INLINE void expand_terms(kr_series *s, int from, int order, term_set terms)
+{
+    kr_series own[2];
+    turned_term of[KR_TAYLOR_MAX + 1];
+    permute_known_coefficients(s, of, from, terms);
+    if (terms.shakes) set_acceleration(s, own, order);
+    if (terms.has_support) find_known_coefficients(s, own, of, from, terms);
+    add_rotor(s, &of[0].w);
+    for (int n = from; n < order; n++)
+        next_series_coefficient(s, terms.has_support ? own : s, of, n, terms);
 }
 APART void expand_damped(kr_series *s, int from, int order, form what)
 {
     if (what == HEADLESS)
-        expand_damped_form(s, from, order, HEADLESS);
+        expand_terms(s, from, order, (term_set){HEADLESS, .is_damped = 1});
     else
-        expand_damped_form(s, from, order, WHOLE);
+        expand_terms(s, from, order, (term_set){WHOLE, .is_damped = 1});
 }
-#ifndef KR_NO_SUPPORTS
-#  include "support.h"
+#if !defined KR_NO_SUPPORTS
+#  if defined KR_LONG_FUNCTIONS
+APART void expand_moving(kr_series *s, int from, int order)
+{
+    expand_terms(s, from, order, (term_set){WHOLE, 0, 1, s->turns != 0.0, s->shakes != 0.0});
+}
+INLINE void expand_support(kr_series *s, int from, int order, form what)
+{
+    (void)what;
+    expand_moving(s, from, order);
+}
+#  else
+APART void expand_turning(kr_series *s, int from, int order)
+{
+    expand_terms(s, from, order, (term_set){WHOLE, 0, 1, 1, 0});
+}
+APART void expand_shaking(kr_series *s, int from, int order)
+{
+    expand_terms(s, from, order, (term_set){WHOLE, 0, 1, 0, 1});
+}
+APART void expand_moving(kr_series *s, int from, int order)
+{
+    expand_terms(s, from, order, (term_set){WHOLE, 0, 1, 1, 1});
+}
+APART void expand_support_headless(kr_series *s, int from, int order)
+{
+    expand_terms(s, from, order, (term_set){HEADLESS, 0, 1, 0, 1});
+}
+INLINE void expand_support(kr_series *s, int from, int order, form what)
+{
+    if (what == HEADLESS)
+        expand_support_headless(s, from, order);
+    else if (s->turns == 0.0)
+        expand_shaking(s, from, order);
+    else if (s->shakes == 0.0)
+        expand_turning(s, from, order);
+    else
+        expand_moving(s, from, order);
+}
+#  endif
 #endif
 /* Computes the Taylor coefficients of orders `from` + 1 to `order`. */
 INLINE void expand_series(kr_series *s, int from, int order, form what)
 {
-    turned_pair of[KR_TAYLOR_MAX + 1];
-    if (s->linear != 0.0) {
-#ifndef KR_NO_SUPPORTS
-        if (s->linear > 1.0) {
-            expand_support(s, from, order, what);
-            return;
-        }
+    const term_set plain = {.what = what};
+    turned_term of[KR_TAYLOR_MAX + 1];
+#if !defined KR_NO_SUPPORTS
+    if (s->linear > 1.0) {
+        expand_support(s, from, order, what);
+        return;
+    }
 #endif
+    if (s->linear != 0.0) {
         expand_damped(s, from, order, what);
         return;
     }
-    permute_known_coefficients(s, of, from, what);
+    permute_known_coefficients(s, of, from, plain);
+    add_rotor(s, &of[0].w);
     UNROLL
-    for (int n = from; n < order; n++) next_series_coefficient(s, of, n, what, PLAIN);
+    for (int n = from; n < order; n++) next_series_coefficient(s, s, of, n, plain);
 }
 
 /* Sums x_n h^(n - from) for n >= from, with h = to - t. Even and odd powers are summed in two

@@ -4,7 +4,7 @@
  *     D U_n - h x W_n = (AW x W + G P x c)_n - (n+1) A W_{n+1},   W_n = O_n + U_n
  * This equation is solved by iteration. O is the angular velocity of the support, and U is the
  * angular velocity of the top relative to the support. G is the effective gravity on a shaken
- * support (support.h). On a support at rest, U = W and G = 1. The rotor torque h x W is linear in
+ * support (series.h). On a support at rest, U = W and G = 1. The rotor torque h x W is linear in
  * W, like the damping torque, and may exceed it. All other Taylor coefficients are computed by the
  * recurrence described in taylor.h. The radius of convergence of the Taylor series is that of the
  * slow motion, so steps can be long. With the explicit recurrence, steps would be limited to about

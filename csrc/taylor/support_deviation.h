@@ -1,5 +1,5 @@
 /* Variational equations of tops with dry friction, or on a support that rotates or shakes
- * (support.h), with derivatives with respect to the motion of the support and to the friction. All
+ * (series.h), with derivatives with respect to the motion of the support and to the friction. All
  * vectors are along the internal axes:
  *     theta' = 1/A ((AW + h) x theta + N - B W - y) + theta x W - E
  *     N' = N x W + (c x theta) x G P + k P x b - E x (AW + h)
@@ -114,7 +114,7 @@ static void LOCAL(pull_vertical)(LOCAL(moving_path) * p, number base, number swa
     }
 }
 /* Sets the friction torque, which is constant while the top slides. While friction holds the top,
- * the friction torque is stored in lane 0 of W (see support.h). */
+ * the friction torque is stored in lane 0 of W (see series.h). */
 static void LOCAL(read_friction)(LOCAL(moving_path) * p, const kr_series path[2],
                                  const support_data *data, int order)
 {

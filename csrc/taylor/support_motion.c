@@ -1,4 +1,4 @@
-/* Starts and steps of the Taylor series for tops with dry friction or on moving supports (support.h).
+/* Starts and steps of the Taylor series for tops with dry friction or on moving supports (series.h).
  * Within a step, the spin of a sliding top and the torque on a held top are polynomials in time. A
  * step ends where the spin reaches zero or the friction torque reaches its limit. The end time of
  * the step is accurate to double precision, or to double-double precision if more than 16 digits

@@ -1,4 +1,4 @@
-/* The support and the friction in a Taylor series (support.h): the constants, the exact position of
+/* The support and the friction in a Taylor series (series.h): the constants, the exact position of
  * the support at the beginning of each step, and the friction mode. */
 #include "math/dd_functions.h"
 #include "math/trig.h"

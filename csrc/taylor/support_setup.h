@@ -5,14 +5,14 @@
 #include "model/scene.h"
 #include "taylor.h"
 
-/* Returns 1 if `scene` is not NULL and needs the terms of support.h. */
+/* Returns 1 if `scene` is not NULL and needs the terms of series.h. */
 static inline int kr_support_moves(const kr_scene *scene)
 {
     return scene && kr_scene_needs_support_terms(scene);
 }
 /* Returns an upper bound on the rates at which the support moves, the friction changes and the top
  * rotates. W is the current angular velocity. If `is_held` is nonzero, the change of the friction
- * is not counted. Returns 0 if the series does not need the terms of support.h. If the shaking of
+ * is not counted. Returns 0 if the series does not need the terms of series.h. If the shaking of
  * the support later increases the energy, kr_support_step adjusts the unit of time. */
 double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held);
 /* Sets the constants of a Taylor series that describe the support and the friction. Returns the

@@ -5,7 +5,7 @@
 #include "support_tangents.h"
 
 /* Constants and current state of the motion, in the units of the Taylor series. A, D and h have the
- * same meaning as in support.h, and `turning` is the support's angular velocity. `rate`, `base` and
+ * same meaning as in series.h, and `turning` is the support's angular velocity. `rate`, `base` and
  * `sway` describe the shaking, and `lever` is the lever arm of the effective gravity. `q` is the
  * current attitude, and `cosine` and `sine` give the current phase of the shaking. */
 typedef struct support_data {

@@ -53,9 +53,9 @@ typedef struct kr_series {
      * every x. */
     double shift[8];
     double t, end, at;
-    double linear; /* linear terms in W: 0 none; 1 drag; 2 drag and those of support.h */
+    double linear; /* linear terms in W: 0 none; 1 drag; 2 drag and those of series.h */
     double fall;   /* shortest time in which a falling top's deviation can grow by a factor e */
-    /* Support motion and friction at the beginning of the step (support.h). `turn` is O. `sway`
+    /* Support motion and friction at the beginning of the step (series.h). `turn` is O. `sway`
      * consists of the oscillating part of G, the corresponding sine, the rate, and the constant
      * part of G. `rub` is the angular acceleration due to friction. */
     double turn[4], sway[4], rub[4];
