@@ -79,35 +79,11 @@ static double least_size(const kr_series *s, const slow_axes *slow)
     return fmax(least, ROUNDED * turning);
 }
 
-#define number double
-#define NAME(x) plain_##x
-#define of(hi, lo) ((void)(lo), (double)(hi))
-#define high(a) (a)
-#define low(a) ((void)(a), 0.0)
-#define add(a, b) ((a) + (b))
-#define minus(a, b) ((a) - (b))
-#define mul(a, b) ((a) * (b))
-#define over(a, b) ((a) / (b))
+#include "math/real.h"
 #include "slow_terms.h"
 #include "slow_held_terms.h"
-#undef number
-#undef NAME
-#undef of
-#undef high
-#undef low
-#undef add
-#undef minus
-#undef mul
-#undef over
-#define number dd
-#define NAME(x) deep_##x
-#define of(hi, lo) dd_make((double)(hi), (lo))
-#define high(a) ((a).hi)
-#define low(a) ((a).lo)
-#define add dd_add
-#define minus dd_sub
-#define mul dd_mul
-#define over dd_div
+#define KR_DEEP
+#include "math/real.h"
 #include "slow_terms.h"
 #include "slow_held_terms.h"
 

@@ -26,37 +26,10 @@ typedef struct support_drive {
     int has_pull;
 } support_drive;
 
-#define number double
-#define LOCAL(x) plain_##x
-#define of(hi, lo) ((void)(lo), (double)(hi))
-#define WORD(x) 0.0
-#define HIGH(a) (a)
-#define SET(g, member, value) ((g)[0].member = (value))
-#define add(a, b) ((a) + (b))
-#define minus(a, b) ((a) - (b))
-#define mul(a, b) ((a) * (b))
-#define over(a, b) ((a) / (b))
+#include "math/real.h"
 #include "support_deviation.h"
-#undef number
-#undef LOCAL
-#undef of
-#undef WORD
-#undef HIGH
-#undef SET
-#undef add
-#undef minus
-#undef mul
-#undef over
-#define number dd
-#define LOCAL(x) deep_##x
-#define of(hi, lo) dd_make((double)(hi), (lo))
-#define WORD(x) (x)
-#define HIGH(a) ((a).hi)
-#define SET(g, member, value) ((g)[0].member = (value).hi, (g)[1].member = (value).lo)
-#define add dd_add
-#define minus dd_sub
-#define mul dd_mul
-#define over dd_div
+#define KR_DEEP
+#include "math/real.h"
 #include "support_deviation.h"
 
 static void put_three(dd to[3], vec_dd v)
