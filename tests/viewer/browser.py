@@ -17,6 +17,7 @@ COARSE = 0.25  # screen pixels per page pixel, for tests that do not look at the
 # tests that do not look at the picture: rendering without a GPU spends its time on the triangles.
 # `drawPicture` draws all once.
 SKETCHES = """window.sketches = true;
+addEventListener('error', (event) => (window.failure ??= event.error?.message));
 for (const [name, place] of [['drawArrays', 2], ['drawElements', 1]]) {
     const draw = WebGL2RenderingContext.prototype[name];
     WebGL2RenderingContext.prototype[name] = function (...given) {
@@ -38,17 +39,15 @@ TICKS = 1_000_000  # the viewer counts time in ticks; number of ticks per unit o
 
 
 def wait_for(page, condition, arg=None):
-    """Wait until `condition` holds in the viewer.
-
-    If `condition` is a function, it is called with `arg`.
-    """
+    """Wait until `condition` holds, or `condition(arg)` if it is a function, or the page fails."""
     page.evaluate(
         f"""(arg) => new Promise((done, fail) => {{
             const end = performance.now() + {1000 * HANG};
             const look = () => {{
                 const result = ({condition});
                 if (typeof result === 'function' ? result(arg) : result) return done();
-                if (performance.now() > end) return fail(new Error('the condition does not hold'));
+                const late = performance.now() > end && 'the condition does not hold';
+                if (window.failure || late) return fail(new Error(window.failure || late));
                 setTimeout(look, 5);
             }};
             look();
