@@ -10,7 +10,6 @@ import numpy as np
 from .._model.scene import Scene
 from .._results.results import Error, Interrupted
 from .._utils.arguments import (
-    Array,
     as_int,
     format_count,
     freeze_arrays,
@@ -220,22 +219,17 @@ def _search_with_defined_angles(
         for record, mask in zip(records, masks, strict=True):
             with suppress(Error, ValueError):  # the search reports scenes that cannot be solved
                 paths = solve_from_start(scene, record.t, max_steps=STEPS_MOST)
-                mask |= _is_vertical(join_paths(paths, "apex"))
+                mask |= np.hypot(*join_paths(paths, "apex")[:, :2].T) < _VERTICAL
     records = _leave_out_angles(records, masks, "scene")
     while True:
         found = search(records)
-        is_vertical, t = _is_vertical(found.path.apex), found.path.t
+        is_vertical, t = np.hypot(*found.path.apex[:, :2].T) < _VERTICAL, found.path.t
         times = found._point.subtract_delays([record.t for record in records])
         masks = [is_vertical[np.searchsorted(t, each)] for each in times]
         fewer = _leave_out_angles(records, masks, "fitted motion")
         if all(new is old for new, old in zip(fewer, records, strict=True)):
             return found
         records = fewer
-
-
-def _is_vertical(apex: Array) -> Mask:
-    is_vertical: Mask = np.hypot(apex[:, 0], apex[:, 1]) < _VERTICAL
-    return is_vertical
 
 
 def _leave_out_angles(

@@ -102,16 +102,6 @@ def classify_fit_directions(best: Minimum, inflation: float) -> FitCovariance:
     return FitCovariance(natural[:size], factor, spans[0], weak, spans[1])
 
 
-def compute_largest_reduced_chi2(dof: int) -> float:
-    """Return the chi2 per degree of freedom up to which noise of the given sigma explains it.
-
-    This is the limit of three standard deviations. Source: Wilson and Hilferty, Proceedings of the
-    National Academy of Sciences 17 (1931) 684.
-    """
-    variance = 2.0 / (9.0 * dof)
-    return (1.0 - variance + _CHANCE * math.sqrt(variance)) ** 3
-
-
 def compute_residual_statistics(
     best: Minimum, is_sigma_known: bool
 ) -> tuple[float, int, float, float]:

@@ -314,7 +314,11 @@ class SearchSession:
 
     def _is_plausible(self) -> bool:
         """Return True if noise and, for the soft loss, a few outliers can explain the residuals."""
-        limit = result.compute_largest_reduced_chi2(self.dof) if self.is_sigma_known else _ROUGHLY
+        # Noise of the given sigma explains up to three standard deviations of chi2. Source: Wilson
+        # and Hilferty, Proceedings of the National Academy of Sciences 17 (1931) 684.
+        variance = 2.0 / (9.0 * self.dof)
+        limit = (1.0 - variance + _CHANCE * math.sqrt(variance)) ** 3
+        limit = limit if self.is_sigma_known else _ROUGHLY
         if self.loss == "soft":
             limit = _PLAUSIBLE + _CHANCE * _MEDIAN_SPREAD / math.sqrt(self.model.measured.sum())
         return self._compute_best_reduced_chi2() <= limit

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from types import EllipsisType, MappingProxyType
+from types import EllipsisType, MappingProxyType, NoneType
 from typing import Any, ClassVar, Self, TypeVar, overload
 
 import numpy as np
@@ -237,7 +237,8 @@ class BatchBase(ShapedBase, metaclass=HintingType):
             return self._select_member(
                 tuple(operator.index(i) % n for i, n in zip(parts, shape, strict=True))
             )
-        arrays = [x for x in parts if not (x is None or isinstance(x, slice) or _is_place(x))]
+        plain = slice, EllipsisType, NoneType
+        arrays = [x for x in parts if not (isinstance(x, plain) or _is_integer(x))]
         is_alone = not any(x is None or _is_integer(x) for x in parts)
         if arrays and not (len(arrays) == 1 and np.ndim(arrays[0]) == 1 and is_alone):
             order: Any = np.arange(self.size).reshape(shape)[key]
@@ -303,10 +304,6 @@ class BatchBase(ShapedBase, metaclass=HintingType):
 
 def _is_integer(part: object) -> bool:
     return hasattr(part, "__index__") and not isinstance(part, bool) and np.ndim(part) == 0  # type: ignore[arg-type]
-
-
-def _is_place(part: object) -> bool:
-    return part is ... or _is_integer(part)
 
 
 def stack_components(*components: Array) -> Array:

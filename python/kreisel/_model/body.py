@@ -255,10 +255,25 @@ class Body(BatchBase):
         return self
 
     def _refuse_member(self, status: str, index: Index) -> NoReturn:
+        """Raise an exception for a body that the core refuses because of its moments."""
         tensor, inertia_rtol = self._tensors[index], float(self.inertia_rtol[index])
-        error = _find_ill_conditioned_inertia_error(tensor) or arguments.make_exception_from_status(
-            status, _describe_triangle_violation(tensor, inertia_rtol)
-        )
+        moments = _principal_moments(tensor)
+        least, middle, largest = sorted(moments)
+        is_diagonal = (tensor == np.diag(tensor.diagonal())).all()
+        clause = f", with inertia_rtol={inertia_rtol!r}" if inertia_rtol else ""
+        text = f"{largest!r} > {least!r} + {middle!r} in {moments}{clause}"
+        if not least > 0.0:
+            text = f"{least!r} is not positive in {moments}"
+        elif INPUT_RTOL < (excess := largest / (least + middle) - 1.0) < 0.01:
+            text += f"; inertia_rtol={1.1 * excess:.2g} would accept it"
+        error = arguments.make_exception_from_status(status, text)
+        if not is_diagonal and abs(least) < TENSOR_LEAST * largest:
+            error = ValueError(
+                f"the smallest principal moment, about {least:.1g}, is less than {TENSOR_LEAST} "
+                f"times the largest, {largest:.6g}, so the matrix determines it to fewer than six "
+                "digits: describe this body by three moments along its principal axes at the fixed "
+                "point"
+            )
         raise type(error)(f"body{list(index)}: {error}" if index else str(error))
 
     @property
@@ -740,31 +755,6 @@ def _principal_moments(tensor: Array) -> list[float]:
     diagonal = (tensor == np.diag(tensor.diagonal())).all()
     moments: list[float] = (tensor.diagonal() if diagonal else np.linalg.eigvalsh(tensor)).tolist()
     return moments
-
-
-def _find_ill_conditioned_inertia_error(tensor: Array) -> ValueError | None:
-    least, _, largest = sorted(_principal_moments(tensor))
-    diagonal = (tensor == np.diag(tensor.diagonal())).all()
-    if diagonal or abs(least) >= TENSOR_LEAST * largest:
-        return None
-    return ValueError(
-        f"the smallest principal moment, about {least:.1g}, is less than {TENSOR_LEAST} times the "
-        f"largest, {largest:.6g}, so the matrix determines it to fewer than six digits: describe "
-        "this body by three moments along its principal axes at the fixed point"
-    )
-
-
-def _describe_triangle_violation(tensor: Array, inertia_rtol: float) -> str:
-    moments = _principal_moments(tensor)
-    least, middle, largest = sorted(moments)
-    if not least > 0.0:
-        return f"{least!r} is not positive in {moments}"
-    excess = largest / (least + middle) - 1.0
-    clause = f", with inertia_rtol={inertia_rtol!r}" if inertia_rtol else ""
-    hint = (
-        f"; inertia_rtol={1.1 * excess:.2g} would accept it" if INPUT_RTOL < excess < 0.01 else ""
-    )
-    return f"{largest!r} > {least!r} + {middle!r} in {moments}{clause}{hint}"
 
 
 def _describe_unphysical_inertia(mass: Array, tensor: Array, com: Array) -> str:

@@ -522,11 +522,6 @@ class Scene(BatchBase):
         return self._is_losing_energy or self._is_shaken or any(self.turning)
 
     @property
-    def _has_only_gravity(self) -> bool:
-        """True if the body has no rotor, and only gravity acts."""
-        return not self._has_disturbances and not any(self.body.rotor)
-
-    @property
     def _is_losing_energy(self) -> bool:
         return any(self.damping) or self.friction > 0.0
 

@@ -97,8 +97,9 @@ class Method:
         solution. Only taylor applies to tops with damping or friction, and to supports that are
         shaken or turn about another axis than e3.
         """
-        plain = validate_one_top("scene", scene)._has_only_gravity
-        return (plain and not self.flags & _SOME) or method_suits(self.name, scene._block)
+        validate_one_top("scene", scene)
+        is_plain = not (scene._has_disturbances or any(scene.body.rotor) or self.flags & _SOME)
+        return is_plain or method_suits(self.name, scene._block)
 
 
 class Methods(dict[MethodName, Method]):

@@ -95,17 +95,6 @@ _COMPONENTS = {  # {quantity or component: the indices of its components}
 }
 
 
-def get_quantity_derivative_shape(name: str) -> tuple[int, ...]:
-    """Return the array shape of derivatives of the quantity `name`."""
-    return (3,) if name == "q" else QUANTITIES[name].shape
-
-
-def validate_quantity_name(name: object) -> str:
-    if not isinstance(name, str) or name not in QUANTITIES:
-        raise ValueError(unknown_name_message("quantity", str(name), QUANTITIES))
-    return name
-
-
 def count_quantity_components(name: str) -> int:
     return (TIME if name == "t" else RECORDABLE[name]).doubles
 
@@ -258,9 +247,6 @@ class Options:
         numbers = 8 if self.want is None else sum(map(count_quantity_components, self.want))
         numbers += 6 * self.tangent_column_count
         return 8 * numbers * (2 if self.has_extended_precision else 1)
-
-    def get_signed_step(self, is_back: bool) -> float | None:
-        return -self.step if is_back and self.step is not None else self.step
 
     def check_heading_is_computed(self, action: str) -> None:
         """Raise ValueError if the heading, which `action` needs, is not computed."""

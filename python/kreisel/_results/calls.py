@@ -15,7 +15,7 @@ from .. import _core as core
 from .._model.parameters import refuse_disturbances
 from .._model.scene import Scene
 from .._options.methods import EXACT, FALLBACK, has_torus_closed_form
-from .._options.options import QUANTITIES, RECORDABLE, Options, get_quantity_derivative_shape
+from .._options.options import QUANTITIES, RECORDABLE, Options
 from .._options.plan import StepChoice
 from .._utils.arguments import Array, as_finite_array, as_float, freeze_array
 from .._utils.processes import Job, Progress, WorkerPool
@@ -305,7 +305,8 @@ def compute_quantity_values(
         core.values_of_tops(*inputs, out)
         return out
     n, k, _, columns = buffers.tangents.shape
-    out = np.empty((n, k, *get_quantity_derivative_shape(name), columns))
+    shape = (3,) if name == "q" else QUANTITIES[name].shape
+    out = np.empty((n, k, *shape, columns))
     core.derivatives_of_tops(*inputs, bits, buffers.tangents, out)
     return out
 

@@ -722,11 +722,7 @@ class Reductions(RunResult, Mapping[str, dict[str, Array]]):
                 columns.append(TableColumn(f"{name}_{kind}", self.scene.axes, values, *rest))
         return columns
 
-    def _select_member(self, i: int) -> Path:
-        return select_member(self, i)
-
-    def _make_top_error(self, i: int) -> BaseException:
-        return make_top_error(self, i)
+    _select_member, _make_top_error = select_member, make_top_error
 
 
 @dataclass(frozen=True, eq=False)

@@ -122,7 +122,8 @@ class RunResult(arguments.ShapedBase):
     @property
     def step(self) -> float | None:
         """The step size [T], negative if a path runs back in time; None if the method chose it."""
-        return self._options.get_signed_step(self._is_back)
+        step = self._options.step
+        return -step if self._is_back and step is not None else step
 
     @property
     def tol(self) -> float | None:
@@ -573,7 +574,9 @@ class PathBase(RunResult, QuantityAttributes):
         """
         if self._tangent_data is None:
             raise AttributeError(f"this path has no derivatives: {_START_HINT}")
-        name, data = choices.validate_quantity_name(quantity), self._tangent_data
+        name, data = str(quantity), self._tangent_data
+        if name not in QUANTITIES:
+            raise ValueError(arguments.unknown_name_message("quantity", name, QUANTITIES))
         bits = sum(TANGENTS[name][0] for name in data.by)
         if not self._is_many:
             rows = derivatives(name, self.scene._block, self.states, bits, data.high)

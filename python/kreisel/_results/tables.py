@@ -95,7 +95,7 @@ class ColumnTable(NamedTuple):
     def list_heads(self) -> dict[str, str]:
         """Return the head of each flat column: its name and unit."""
         units = self.list_units().items()
-        return {name: arguments.format_column_head(name, unit) for name, unit in units}
+        return {name: f"{name} [{unit}]" if unit else name for name, unit in units}
 
     def number_dimensions(self) -> ColumnTable:
         """Return a table with a column of indices for each dimension of tops without a column."""

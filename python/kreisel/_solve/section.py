@@ -196,12 +196,13 @@ class Section(RunResult, QuantityAttributes):
         raise TypeError("a section is not an array: use an array such as section.q")
 
 
-def _compute_quantity_at_states(section: Section, name: str) -> Array:
-    values = calls.compute_quantity_values(name, section.scene, section._buffers)
-    return section._drop_missing_states(values)
-
-
-add_quantity_properties(Section, ("e",), _compute_quantity_at_states)
+add_quantity_properties(
+    Section,
+    ("e",),
+    lambda section, name: section._drop_missing_states(
+        calls.compute_quantity_values(name, section.scene, section._buffers)
+    ),
+)
 
 
 def _find_sections_of_slice(part: calls.Slice) -> None:

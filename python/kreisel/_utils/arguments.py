@@ -373,11 +373,6 @@ def find_unit_of_angles(columns: Iterable[tuple[str, str, str]], degrees: bool |
     return bool(degrees) if not stated else True in stated
 
 
-def format_column_head(name: str, unit: str) -> str:
-    """Return the head of a column, as 'spin [deg/T]', or the name alone if there is no unit."""
-    return f"{name} [{unit}]" if unit else name
-
-
 def split_column_head(head: str) -> tuple[str, str]:
     """Return the name and the unit in the head of a column, or an empty string without a unit."""
     match = _HEAD.fullmatch(head.strip())
