@@ -74,33 +74,6 @@ static void must_meet(kr_scene s, double t, double floor)
     if (is_planned) check_state(&s, &top, t, floor);
 }
 
-/* The integrals of a motion are constant until late times. */
-static void check_integrals(kr_scene s, double (*integral)(const kr_scene *, const kr_state *),
-                            int power)
-{
-    planned_top top;
-    int refusal;
-    if (!plan(&s, &top, &refusal)) return;
-    const double scale = scale_of(&s), unit = scale * scale / v_largest(s.body.inertia),
-                 size = pow(scale / v_largest(s.body.inertia), power),
-                 within = 3e-14 + 30.0 * top.certificate;
-    for (int k = 0; k < 8; k++) {
-        const kr_state now = state_of(&top, pow(10.0, uniform(-2, 7)));
-        NEAR(q_dot(now.q, now.q), 1.0, 2e-15);
-        NEAR((now.m.z - s.start.m.z) / scale, 0.0, within);
-        NEAR((kr_state_energy(&s, &now) - kr_state_energy(&s, &s.start)) / unit, 0.0, within);
-        NEAR((integral(&s, &now) - integral(&s, &s.start)) / size, 0.0, 2e-12);
-    }
-}
-static void test_integrals(void)
-{
-    for (int i = 0; i < 80; i++) {
-        kr_scene level = drawn_top_of_ratio(4.0);
-        level.start.m.z = 0.0;
-        check_integrals(drawn_top_of_ratio(2.0), kr_state_kowalewski, 4);
-        check_integrals(level, kr_state_goryachev_chaplygin, 3);
-    }
-}
 /* Motions at the distance 10^-i from rest, rotations, pendulums, Delone's motions and fast ones. */
 static void test_motions_near_edges(void)
 {
@@ -157,11 +130,6 @@ static void test_special_kowalewski_tops(void)
         must_meet(
             kowalewski_top_of(v3(beside[i], -1.0, -1.0), v3(beside[i], 0.0, i % 2 ? 1.29 : 1.3)),
             9.0, 2e-14);
-    for (int i = 0; i < 24; i++) { /* fast */
-        const double rate = pow(10.0, 1.0 + i / 6.0);
-        must_meet(kowalewski_top_of(random_vec(1.0), v_scale(rate, v3(0.7, -0.4, 0.5))),
-                  300.0 / rate, 3e-14);
-    }
     const kr_scene delone =
         kowalewski_top_of(v3(0.09, -0.4, sqrt(1.0 - 0.09 * 0.09 - 0.4 * 0.4)), v3(0.4, 0.5, 0.8));
     NEAR(kr_state_kowalewski(&delone, &delone.start), 0.0, 1e-15);
@@ -194,13 +162,11 @@ static void test_saddles(void)
         for (int k = 0; k < TIMES; k++) IS(same(many[k], state_of(&top, t[k])));
     }
     IS(found > 90);
-    must_meet(kowalewski_top_of(v3(-0.7, 1e-6, sqrt(0.51)),
-                                v3(-sqrt(0.7), -7e-7, sqrt(0.51 / 0.7) + 3e-7)),
-              20.0, 5e-14);
     must_meet(kowalewski_top_of(v3(-1.0, 8e-9, -5e-9), v3(-0.85, 5e-9, -9.6e-9)), 20.0, 5e-14);
 }
 /* Starts at turning points of u1 or u2, where rounding errors must not decide any sign; G = 0
- * without a planar motion; a term of the heading whose phase hardly changes. */
+ * without a planar motion; a term of the heading whose phase hardly changes; starts beside a quick
+ * half turn of the heading. */
 static void test_special_chaplygin_tops(void)
 {
     const kr_scene turning[] = {
@@ -226,6 +192,21 @@ static void test_special_chaplygin_tops(void)
         const kr_vec3 up = v_unit(v3(1.0, -b, 0.0)), L = v3(a, a * b, 0.125);
         must_meet(chaplygin_top_of(up, v_sub(L, v_scale(v_dot(L, up), up))), -40.0, 2e-14);
     }
+    kr_scene quick[] = {
+        scene_of(v3(0.8533732882976663, 0.8533732882976663, 0.21334332207441659),
+                 v3(3.922908266969125, 2.8748975450782583, 0.0), -0.293264530697308,
+                 (kr_quat){-0.39795741206403334, -0.6930484630047241, -0.03256489423839981,
+                           -0.6002110077075634},
+                 v3(-0.5824155178201763, -0.9748701649070326, 0.0)),
+        scene_of(v3(21.933997591516157, 5.483499397879039, 21.933997591516157),
+                 v3(-5.451130205507806, 0.0, 0.0), 1.0,
+                 (kr_quat){-0.5461195326878039, 0.7067974237321547, -0.020914101402384814,
+                           0.44916974317620095},
+                 v3(8.558978183163026, 9.800516424800104, 0.0)),
+    };
+    quick[0].body.mass = 1.6944244049895523, quick[1].body.mass = 1.3037891295177786;
+    for (double t = 1.0; t < 18.0; t *= 1.7)
+        for (int i = 0; i < 2; i++) must_meet(quick[i], t, 1e-14);
 }
 /* Bisects for the separatrix between the two kinds of motion of u2, in which chi librates or
  * rotates. */
@@ -362,7 +343,6 @@ static void test_level_starts(void)
 int main(void)
 {
     memory = malloc(kr_kowalewski_size() + kr_goryachev_chaplygin_size());
-    test_integrals();
     test_motions_near_edges();
     test_special_kowalewski_tops();
     test_saddles();

@@ -1,6 +1,5 @@
 """Tests of the closed forms of Kowalewski and Goryachev-Chaplygin tops, for each kind alike."""
 
-import itertools
 import math
 import pickle
 import signal
@@ -64,18 +63,6 @@ def find_largest_distance(one, other):
 # States
 
 
-@pytest.mark.parametrize("axes", list(itertools.permutations(range(3))))
-@pytest.mark.parametrize("gravity", [1.0, -2.5])
-def test_states_agree_with_30_digits_for_any_axes_and_gravity(form, axes, gravity):
-    moments = np.array((form.ratio, form.ratio, 1.0))[list(axes)]
-    com = np.array((0.0, -0.7, 0.0))[list(axes)]
-    scene = form.scene.replace(body=form.body(tuple(moments), tuple(com)), gravity=gravity)
-    for t in ([5.0, 40.0], [-3.0, -80.0]):
-        # Some tops are near a resonance: one rounding error of the start moves them by 2e-14 rad.
-        truth = kr.solve(scene, t, digits=30)
-        assert find_largest_distance(kr.exact(scene)(t), truth) < 3e-13
-
-
 def test_a_path_has_the_same_bits_for_one_time_or_many_tops(form):
     top, t = kr.exact(form.scene), np.linspace(-1e6, 1e6, 14)
     assert isinstance(top, kr.ExactTorus) and top.kind == form.kind
@@ -87,61 +74,6 @@ def test_a_path_has_the_same_bits_for_one_time_or_many_tops(form):
     assert same_bits(pickle.loads(pickle.dumps(top))(t).states, path.states)
     solved = kr.solve(form.scene, t[7:], method="exact")
     assert solved.method == "exact" and find_largest_distance(solved, path[7:]) < 1e-9
-
-
-def draw_near_an_edge(form, random):
-    """Draw a top beside an equilibrium, a swing in a plane or a rotation about a principal axis."""
-    edges = {  # vertical and angular velocity in the body frame
-        "hanging": lambda a, b: ((-1.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
-        "swing about axis 2": lambda a, b: ((np.cos(a), 0.0, np.sin(a)), (0.0, b, 0.0)),
-        "swing about axis 3": lambda a, b: ((np.cos(a), np.sin(a), 0.0), (0.0, 0.0, b)),
-        "rotation about axis 3": lambda a, b: ((np.cos(a), np.sin(a), 1.0), (0.0, 0.0, 3.0 * b)),
-    }
-    edge = edges[random.choice(list(edges))](random.uniform(0.0, 6.0), random.normal())
-    size = 10.0 ** random.uniform(-8.0, -1.0)
-    up, velocity = (x + size * random.normal(size=3) for x in map(np.array, edge))
-    up /= np.linalg.norm(up)
-    attitude = unit((1.0 + up[2], up[1], -up[0], 0.0))  # turns `up` to e3
-    momentum = np.array(quaternion.turn(attitude, tuple(velocity * (form.ratio, form.ratio, 1.0))))
-    momentum[2] *= form.ratio == 2.0
-    return kr.Scene(form.body(), momentum, attitude, gravity=1.0)
-
-
-# The heading of these tops makes a quick half turn and back. Their starts are on one side of it.
-QUICK_TURNS = [
-    kr.Scene(
-        kr.Body(1.6944244049895523, (0.8533732882976663, 0.8533732882976663, 0.21334332207441659),
-                (3.922908266969125, 2.8748975450782583, 0.0), unphysical=True),
-        (-0.5824155178201763, -0.9748701649070326, 0.0),
-        (-0.39795741206403334, -0.6930484630047241, -0.03256489423839981, -0.6002110077075634),
-        gravity=-0.293264530697308,
-    ),
-    kr.Scene(
-        kr.Body(1.3037891295177786, (21.933997591516157, 5.483499397879039, 21.933997591516157),
-                (-5.451130205507806, 0.0, 0.0), unphysical=True),
-        (8.558978183163026, 9.800516424800104, 0.0),
-        (-0.5461195326878039, 0.7067974237321547, -0.020914101402384814, 0.44916974317620095),
-        gravity=1.0,
-    ),
-]  # fmt: skip
-
-
-def test_certificates_bound_the_true_errors(form):
-    """Compare states near the edges of both closed forms with Taylor series in 30 digits."""
-    random, ratios = np.random.default_rng(7), []
-    scenes = [draw_near_an_edge(form, random) for _ in range(24)]
-    for scene in scenes + (QUICK_TURNS if form.ratio == 4.0 else []):
-        try:
-            top = kr.exact(scene)
-        except ValueError:
-            continue
-        moment = max(scene.body.moments)
-        fall = scene.body.mass * abs(scene.gravity) * np.linalg.norm(scene.body.com) / moment
-        t = np.linspace(3.0, 20.0, 6) / (np.linalg.norm(scene.momentum) / moment + math.sqrt(fall))
-        errors = kr.attitude_error(top(t).q, kr.solve(scene, t, digits=30).q)
-        ratios.append(errors.max() / (top.certificate + 3e-16))
-        assert kr.exact([form.scene, scene]).certificate[1] == top.certificate
-    assert len(ratios) >= 12 and max(ratios) < 10.0 and np.median(ratios) > 0.1
 
 
 @pytest.mark.parametrize(
@@ -318,6 +250,7 @@ def test_an_ensemble_equals_single_tops():
         assert same_bits(forms(own)[i].states, one(own[i]).states)
         assert same_bits(forms([3.0, -1.0, 0.0])[i].states, one([3.0, -1.0, 0.0]).states)
         if i != (1, 0):
+            assert forms.certificate[i] == one.certificate
             assert np.array_equal(forms.frequencies[i], one.frequencies)
             assert same_bits(paths[i].states, kr.solve(TOPS[i], t, method="exact").states)
     assert np.isnan(forms.certificate[1, 0]) and np.isnan(forms.frequencies[1, 0]).all()
