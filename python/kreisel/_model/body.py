@@ -40,15 +40,6 @@ _TUBE, _SHAPES = 2, {"cuboid": 0, "ellipsoid": 1, "sphere": 1, "shell": 3, "cone
 _PLACES = {"sphere": (0, 0, 0), "cylinder": (3, 0, 1), "disk": (3, 0, 3), "rod": (3, 3, 0)}
 
 
-def _check_radii(inner: BatchParameter, outer: BatchParameter, *given: ArrayLike) -> None:
-    broadcast_shapes((inner, outer))
-    hole, r = np.broadcast_arrays(inner.values, outer.values)
-    bad = ~((hole >= 0.0) & (hole <= r))
-    if bad.any():
-        radii = np.stack((hole, r), axis=-1) if bad.ndim else given
-        parameters.refuse_first("(inner, outer)", radii, bad, "must have 0 <= inner <= outer")
-
-
 def _add_point_masses(tensor: BatchParameter, mass: Array, lever: Array) -> BatchParameter:
     """Add the inertia of point masses at the positions a = `lever`: mass * (|a|^2 1 - a a^t).
 
@@ -511,8 +502,6 @@ class Body(BatchBase):
         """Build homogeneous bodies of the shape with this name."""
         least = {"height": parameters.NON_NEGATIVE if name == "tube" else parameters.POSITIVE}
         words = [read_parameter(key, x, check=least.get(key)) for key, x in sizes.items()]
-        if name == "tube":
-            _check_radii(words[0], words[1], sizes["inner"], sizes["outer"])
         if (mass is None) == (density is None):
             correction = "not both" if mass is not None else "not none"
             raise ValueError(f"give exactly one of mass and density of the {name}, {correction}")
@@ -520,6 +509,14 @@ class Body(BatchBase):
         words += [read_parameter("pivot", pivot), read_parameter(amount, value)]
         is_one = not broadcast_shapes(words)
         *given, pivots, total = [one.values for one in words]
+        if name == "tube":
+            hole, r = np.broadcast_arrays(*given[:2])
+            bad = ~((hole >= 0.0) & (hole <= r))
+            if bad.any():
+                radii = np.stack((hole, r), axis=-1) if bad.ndim else tuple(sizes.values())[:2]
+                parameters.refuse_first(
+                    "(inner, outer)", radii, bad, "must have 0 <= inner <= outer"
+                )
         kind, places = _SHAPES.get(name, _TUBE), _PLACES.get(name, (0, 1, 2))
         padded = *(np.moveaxis(given[0], -1, 0) if "half" in sizes else given), *[np.zeros(())] * 3
         columns = [*[padded[place] for place in places], total]

@@ -209,7 +209,13 @@ def read_parameter(
         values = np.broadcast_to(small, given.shape) if isinstance(given, np.ndarray) else small
         if name == "damping" and not values.shape:
             values = values[None]
-        found = _match_shape(name, given, values, degrees)
+        shapes = [
+            one for one in parameter.shapes if values.shape[max(values.ndim - len(one), 0) :] == one
+        ]
+        if not shapes:
+            many = ", or an array whose last dimension has them" if values.ndim > 1 else ""
+            raise ValueError(f"{name} must be {parameter.form}{many}, not {short_repr(given)}")
+        found = BatchParameter(name, values, shapes[0], degrees)
     shared = collapse_broadcast_axes(found.values, len(found.shape))
     if not np.isfinite(shared).all():
         axes = tuple(range(-len(found.value), 0))
@@ -220,15 +226,6 @@ def read_parameter(
     if chosen and not chosen.is_met(shared).all():
         refuse_first(name, given, ~chosen.is_met(found.values), chosen.text, hint)
     return found
-
-
-def _match_shape(name: str, given: object, values: Array, degrees: bool) -> BatchParameter:
-    parameter = PARAMETERS[name]
-    for shape in parameter.shapes:
-        if values.shape[values.ndim - len(shape) :] == shape and values.ndim >= len(shape):
-            return BatchParameter(name, values, shape, degrees)
-    many = ", or an array whose last dimension has them" if values.ndim > 1 else ""
-    raise ValueError(f"{name} must be {parameter.form}{many}, not {short_repr(given)}")
 
 
 def get_member(given: object, index: Index) -> Any:
