@@ -386,7 +386,9 @@ def rename(items, entries, prefixes):
             names |= dict.fromkeys(names_of(item), prefixes[file])
     types |= calls
     names |= types | stems
+    member = re.compile(rf"(offsetof\(\w+, )(?:{'|'.join(set(prefixes.values()))})")
 
+    @functools.cache
     def find_prefix(name):
         if name in names:
             return names[name]
@@ -401,9 +403,7 @@ def rename(items, entries, prefixes):
 
         struct = STRUCT.match(item) if is_type(item) else None
         if not struct:
-            text = TOKEN.sub(rename_token, item)
-            prefix = "|".join(set(prefixes.values()))
-            return re.sub(rf"(offsetof\(\w+, )(?:{prefix})", r"\1", text)  # a member
+            return member.sub(r"\1", TOKEN.sub(rename_token, item))
         outside = [TOKEN.sub(rename_token, struct[i]) for i in (1, 3)]
         return outside[0] + MEMBER_TYPE.sub(rename_token, struct[2]) + outside[1]
 
