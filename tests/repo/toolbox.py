@@ -156,12 +156,11 @@ def first_process(name):
 def install_library(gsl="OFF"):
     """Install the library as a user would, once per test run, and return its folder."""
     name = "kreisel-build" if gsl == "OFF" else "kreisel-build-with-gsl"
-    prefix = ROOT / f"build/prefix-gsl-{gsl}"
+    build, prefix = ROOT / "build" / name, ROOT / f"build/prefix-gsl-{gsl}"
     with first_process(name) as is_first:
         if is_first:
             shutil.rmtree(prefix, ignore_errors=True)
             options = ["-DKREISEL_TESTS=OFF", f"-DKREISEL_GSL={gsl}", "-DCMAKE_INSTALL_LIBDIR=lib"]
-            build = ROOT / "build" / name
             run("cmake", "-S", ROOT, "-B", build, *options)
             run("cmake", "--build", build, "--parallel", os.cpu_count())
             run("cmake", "--install", build, "--prefix", prefix)

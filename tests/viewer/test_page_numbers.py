@@ -5,7 +5,7 @@ import re
 import kreisel as kr
 import numpy as np
 import pytest
-from browser import ALL, list_changes, turn_description, wait_for
+from browser import ALL, list_changes, scene_in_python, turn_description, wait_for
 
 SPINNING = "A spinning top"
 STARTED = [  # tops with a start in words and a closed form
@@ -229,20 +229,28 @@ def test_the_rule_for_fast_tops_is_compared_with_the_mean_precession(page):
 # Texts
 
 
+OPEN_ALL = """([preset, titles]) => titles.map((title) => {
+    const {page} = kreisel, about = document.getElementById('about');
+    const list = (marks) => [...document.querySelectorAll('.exercise' + marks)];
+    page.load(preset);
+    if (title) list('').find((each) => each.innerText === title).click();
+    page.setRunning(false); page.rewind();
+    const pressed = list('[aria-pressed=true]').map((each) => each.innerText);
+    const fits = about.scrollHeight <= about.clientHeight + 1;
+    const message = document.getElementById('words').innerText;
+    return [title, page.scene, about.innerText, message, pressed, fits];
+})"""
+
+
 @pytest.mark.parametrize("preset", ALL, ids=lambda preset: preset["name"])
 def test_every_preset_has_exercises_with_numbers_from_the_closed_form(page, preset):
     assert len(preset["exercises"]) >= 3
-    for exercise in [None, *(each["title"] for each in preset["exercises"])]:
-        page.open_exercise(preset["name"], exercise)
-        text, scene = read_text(page), page.read_scene()
+    titles = [None, *(each["title"] for each in preset["exercises"])]
+    for exercise, scene, text, message, pressed, fits in page.evaluate(OPEN_ALL, [preset, titles]):
         assert text and not re.search(r"[{}]|NaN|undefined|Infinity", text)
-        assert page.read_message() == ""
-        pressed = page.locator(".exercise[aria-pressed=true]").all_inner_texts()
-        assert pressed == ([exercise] if exercise else [])
-        shown = "(box) => box.scrollHeight <= box.clientHeight + 1"
-        assert page.locator("#about").evaluate(shown), exercise
+        assert fits and message == "" and pressed == ([exercise] if exercise else []), exercise
         if exercise is None and preset["name"] in STARTED and not scene["second"]:
-            exact = page.read_exact()
+            exact = kr.exact(scene_in_python(scene))
             degrees = np.degrees([exact.least_nutation, exact.greatest_nutation])
             angles = [float(word) for word in re.findall(r"([\d.]+)°", text)]
             assert all(np.abs(degrees - each).min() < 0.051 for each in angles)
