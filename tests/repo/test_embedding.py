@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 from toolbox import (
     ROOT,
-    VERSION,
     first_process,
     install_library,
     need,
@@ -197,10 +196,3 @@ def test_the_table_names_the_options_of_cmake():
     )
     names = re.findall(r"^\| `(KREISEL_\w+)`", SECTIONS["Build options"], re.M)
     assert names == options and len(options) == 5
-
-
-def test_the_example_requests_this_version():
-    match = re.search(
-        r"find_package\(kreisel (\S+) ", (EXAMPLES / "find_package/CMakeLists.txt").read_text()
-    )
-    assert match[1] == VERSION.rpartition(".")[0]
