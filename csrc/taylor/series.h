@@ -28,16 +28,25 @@ static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
 
-/* The form HEADLESS does not compute the attitude q, so the SIMD lanes of q remain zero. */
-typedef enum { WHOLE, HEADLESS } form;
-/* The terms of the recurrence, which are constant when a function is compiled. Separate code for
- * damped motions keeps the computation of undamped motions fast. */
-typedef struct {
-    form what;
-    int is_damped;     /* the damping of a top without friction on a support at rest */
-    int has_support;   /* all terms of a top with friction or on a moving support */
-    int turns, shakes; /* of these, the terms of a support that rotates or shakes */
-} term_set;
+/* The terms of the recurrence, a sum of flags that is constant when a function is compiled. HEADLESS
+ * does not compute the attitude q, so the SIMD lanes of q remain zero. DAMPED adds the damping of a
+ * top without friction on a support at rest; separate code keeps the computation of undamped motions
+ * fast. SUPPORT has all terms of a top with friction or on a moving support, except those that only
+ * a rotating (TURNS) or shaken support (SHAKES) has. */
+enum {
+    WHOLE = 0,
+    HEADLESS = 1,
+    DAMPED = 2,
+#if defined KR_NO_SUPPORTS
+    SUPPORT = 0,
+    TURNS = 0,
+    SHAKES = 0
+#else
+    SUPPORT = 4,
+    TURNS = 8,
+    SHAKES = 16
+#endif
+};
 /* The two cyclic permutations of a vector coefficient: (next | prev) and (prev | next). */
 typedef struct {
     duo ahead, behind;
@@ -78,56 +87,55 @@ INLINE duo half_square(const kr_series *s, turned_vector w, int j)
     if (j == 0) add_rotor(s, &w);
     return duo_mul(duo_splat(0.5), duo_mul(w.ahead, w.behind));
 }
-/* Returns component `lane` of the j-th coefficient of the angular velocity relative to the support,
- * which `u` contains too. */
-INLINE duo velocity_lane(duo u, const kr_series *own, int j, int lane, term_set terms)
-{
-    return terms.has_support ? duo_lane_of(u, own->w[j], lane) : duo_lane(own->w[j], lane);
-}
 /* Adds to `a` the products of the j-th coefficients of the angular velocity relative to the support
  * and of the effective gravity with the m-th coefficients of the attitude, of the vertical and of
  * the angular velocity of the support. */
 INLINE void add_term(series_sums *a, const kr_series *s, const kr_series *own,
-                     const turned_term *of, int j, int m, term_set terms)
+                     const turned_term *of, int j, int m, int terms)
 {
-    const duo x = duo_load(s->x[m]), u = terms.turns ? of[j].u : of[j].w.ahead;
-    if (terms.what == HEADLESS) {
-        a->p = duo_fma(u, of[m].fixed, a->p);
+    const duo x = duo_load(s->x[m]), *u = terms & TURNS ? &of[j].u : &of[j].w.ahead;
+    if (terms & HEADLESS) {
+        a->p = duo_fma(*u, of[m].fixed, a->p);
+    } else if (terms & SUPPORT) {
+        a->i = duo_fma(duo_lane_of(*u, own->w[j], 1), x, a->i);
+        a->j = duo_fma(duo_lane_of(*u, own->w[j], 2), x, a->j);
+        a->k = duo_fma(duo_lane_of(*u, own->w[j], 3), x, a->k);
     } else {
-        a->i = duo_fma(velocity_lane(u, own, j, 1, terms), x, a->i);
-        a->j = duo_fma(velocity_lane(u, own, j, 2, terms), x, a->j);
-        a->k = duo_fma(velocity_lane(u, own, j, 3, terms), x, a->k);
+        a->i = duo_fma(duo_lane(s->w[j], 1), x, a->i);
+        a->j = duo_fma(duo_lane(s->w[j], 2), x, a->j);
+        a->k = duo_fma(duo_lane(s->w[j], 3), x, a->k);
     }
-    if (terms.turns) a->turned = duo_fma(u, of[m].fixed, a->turned);
-    if (terms.shakes) a->pulled = duo_fma(duo_load(own->x[j]), x, a->pulled);
+    if (!(terms & SUPPORT)) return;
+    if (terms & TURNS) a->turned = duo_fma(*u, of[m].fixed, a->turned);
+    if (terms & SHAKES) a->pulled = duo_fma(duo_load(own->x[j]), x, a->pulled);
 }
 /* Adds the products of Taylor coefficients with indices (j, m) to `a`, and those with indices (m,
  * j) to `b`. */
 INLINE void add_pair(series_sums *a, series_sums *b, const kr_series *s, const kr_series *own,
-                     const turned_term *of, int j, int m, term_set terms)
+                     const turned_term *of, int j, int m, int terms)
 {
     add_term(a, s, own, of, j, m, terms);
     add_term(b, s, own, of, m, j, terms);
     a->cross = duo_fma(of[j].w.ahead, of[m].w.behind, a->cross);
 }
-INLINE void add_chains(series_sums *a, const series_sums *b, term_set terms)
+INLINE void add_chains(series_sums *a, const series_sums *b, int terms)
 {
-    if (terms.what == HEADLESS)
+    if (terms & HEADLESS)
         a->p = duo_add(a->p, b->p);
     else {
         a->i = duo_add(a->i, b->i);
         a->j = duo_add(a->j, b->j);
         a->k = duo_add(a->k, b->k);
     }
-    if (terms.turns) a->turned = duo_add(a->turned, b->turned);
-    if (terms.shakes) a->pulled = duo_add(a->pulled, b->pulled);
+    if (terms & TURNS) a->turned = duo_add(a->turned, b->turned);
+    if (terms & SHAKES) a->pulled = duo_add(a->pulled, b->pulled);
 }
 
 /* Returns the n-th coefficients of all products of Taylor series in the equations of motion. Each
  * sum starts with the products of middle-order coefficients, and the products with the newest
  * coefficients are added last. */
 INLINE series_sums cauchy_products(const kr_series *s, const kr_series *own, const turned_term *of,
-                                   int n, term_set terms)
+                                   int n, int terms)
 {
     const duo zero = duo_splat(0.0);
     series_sums a = {zero, zero, zero, zero, zero, zero, zero}, b = a;
@@ -244,30 +252,29 @@ INLINE void set_acceleration(const kr_series *s, kr_series *own, int order)
 /* Computes the Taylor coefficients of order n + 1 of the angular velocities of a top with friction or
  * on a moving support. */
 INLINE void next_support_velocity(kr_series *s, kr_series *own, turned_term *of, int n,
-                                  quad vertical, const series_sums *a, term_set terms)
+                                  quad vertical, const series_sums *a, int terms)
 {
-    const quad o = terms.turns ? turning_rates(a->turned, n + 1) : quad_splat(0.0);
-    quad w = support_velocity(a, s, own, n, terms.shakes ? duo_hi(a->pulled) : vertical);
+    const quad o = terms & TURNS ? turning_rates(a->turned, n + 1) : quad_splat(0.0);
+    quad w = support_velocity(a, s, own, n, terms & SHAKES ? duo_hi(a->pulled) : vertical);
     if (s->holds != 0.0) w = hold_spin(s, own, n, w, o);
-    set_velocities(s, own, of, n + 1, w, o, terms.turns, 0);
+    set_velocities(s, own, of, n + 1, w, o, terms & TURNS, 0);
 }
 
 /* Computes the Taylor coefficients of order n + 1. */
-INLINE void next_series_coefficient(kr_series *s, kr_series *own, turned_term *of, int n,
-                                    term_set terms)
+INLINE void next_series_coefficient(kr_series *s, kr_series *own, turned_term *of, int n, int terms)
 {
     const series_sums a = cauchy_products(s, own, of, n, terms);
-    const quad p = terms.what == HEADLESS ? quad_load(s->x[n] + 4) : duo_hi(duo_load(s->x[n]));
-    if (terms.what == HEADLESS)
+    const quad p = terms & HEADLESS ? quad_load(s->x[n] + 4) : duo_hi(duo_load(s->x[n]));
+    if (terms & HEADLESS)
         set_vertical(s, of, n + 1, vertical_rates(&a, n + 1));
     else
         duo_store(s->x[n + 1], attitude_rates(&a, duo_inverse(n + 1)));
-    if (terms.has_support) {
+    if (terms & SUPPORT) {
         next_support_velocity(s, own, of, n, p, &a, terms);
         return;
     }
     quad w = velocity_rates(&a, s, p, quad_inverse(n + 1));
-    if (terms.is_damped)
+    if (terms & DAMPED)
         w = quad_fma(quad_mul(quad_inverse(n + 1), quad_load(s->drag)), quad_load(s->w[n]), w);
     set_turned(s->w[n + 1], &of[n + 1].w, w);
 }
@@ -330,78 +337,79 @@ INLINE double step_to_tail(const kr_series *s, int head, double log2_size)
 }
 
 /* Permutes the coefficients of orders 0 to `from`, which are known. */
-INLINE void permute_known_coefficients(kr_series *s, turned_term *of, int from, term_set terms)
+INLINE void permute_known_coefficients(kr_series *s, turned_term *of, int from, int terms)
 {
     for (int n = 0; n <= from; n++) {
-        if (!terms.has_support) set_turned(s->w[n], &of[n].w, quad_load(s->w[n]));
-        if (terms.what == HEADLESS) set_vertical(s, of, n, quad_load(s->x[n] + 4));
+        if (!(terms & SUPPORT)) set_turned(s->w[n], &of[n].w, quad_load(s->w[n]));
+        if (terms & HEADLESS) set_vertical(s, of, n, quad_load(s->x[n] + 4));
     }
 }
 /* Computes the coefficients of orders 0 to `from` of the relative angular velocity and of the motion
  * of the support from the known coefficients of the top's motion. */
 INLINE void find_known_coefficients(kr_series *s, kr_series *own, turned_term *of, int from,
-                                    term_set terms)
+                                    int terms)
 {
-    set_velocities(s, own, of, 0, quad_load(s->w[0]), quad_load(s->turn), terms.turns, from > 0);
+    set_velocities(s, own, of, 0, quad_load(s->w[0]), quad_load(s->turn), terms & TURNS, from > 0);
     for (int n = 0; n < from; n++) {
         duo turned = duo_splat(0.0);
-        if (terms.turns)
+        if (terms & TURNS)
             for (int j = 0; j <= n; j++) turned = duo_fma(of[j].u, of[n - j].fixed, turned);
         set_velocities(s, own, of, n + 1, quad_load(s->w[n + 1]), turning_rates(turned, n + 1),
-                       terms.turns, 1);
+                       terms & TURNS, 1);
     }
 }
 /* Computes the Taylor coefficients of orders `from` + 1 to `order` of a top that is not plain. In
  * double-double precision, `own` consists of one struct of high words and one of low words. */
-INLINE void expand_terms(kr_series *s, int from, int order, term_set terms)
+INLINE void expand_terms(kr_series *s, int from, int order, int terms)
 {
     kr_series own[2];
     turned_term of[KR_TAYLOR_MAX + 1];
     permute_known_coefficients(s, of, from, terms);
-    if (terms.shakes) set_acceleration(s, own, order);
-    if (terms.has_support) find_known_coefficients(s, own, of, from, terms);
+    if (terms & SHAKES) set_acceleration(s, own, order);
+    if (terms & SUPPORT) find_known_coefficients(s, own, of, from, terms);
     add_rotor(s, &of[0].w);
     for (int n = from; n < order; n++)
-        next_series_coefficient(s, terms.has_support ? own : s, of, n, terms);
+        next_series_coefficient(s, terms & SUPPORT ? own : s, of, n, terms);
 }
-APART void expand_damped(kr_series *s, int from, int order, form what)
+APART void expand_damped(kr_series *s, int from, int order, int terms)
 {
-    if (what == HEADLESS)
-        expand_terms(s, from, order, (term_set){HEADLESS, .is_damped = 1});
+    if (terms & HEADLESS)
+        expand_terms(s, from, order, HEADLESS | DAMPED);
     else
-        expand_terms(s, from, order, (term_set){WHOLE, .is_damped = 1});
+        expand_terms(s, from, order, DAMPED);
 }
 #if !defined KR_NO_SUPPORTS
 #  if defined KR_LONG_FUNCTIONS
 APART void expand_moving(kr_series *s, int from, int order)
 {
-    expand_terms(s, from, order, (term_set){WHOLE, 0, 1, s->turns != 0.0, s->shakes != 0.0});
+    expand_terms(s, from, order,
+                 SUPPORT | (s->turns != 0.0 ? TURNS : 0) | (s->shakes != 0.0 ? SHAKES : 0));
 }
-INLINE void expand_support(kr_series *s, int from, int order, form what)
+INLINE void expand_support(kr_series *s, int from, int order, int terms)
 {
-    (void)what;
+    (void)terms;
     expand_moving(s, from, order);
 }
 #  else
 APART void expand_turning(kr_series *s, int from, int order)
 {
-    expand_terms(s, from, order, (term_set){WHOLE, 0, 1, 1, 0});
+    expand_terms(s, from, order, SUPPORT | TURNS);
 }
 APART void expand_shaking(kr_series *s, int from, int order)
 {
-    expand_terms(s, from, order, (term_set){WHOLE, 0, 1, 0, 1});
+    expand_terms(s, from, order, SUPPORT | SHAKES);
 }
 APART void expand_moving(kr_series *s, int from, int order)
 {
-    expand_terms(s, from, order, (term_set){WHOLE, 0, 1, 1, 1});
+    expand_terms(s, from, order, SUPPORT | TURNS | SHAKES);
 }
 APART void expand_support_headless(kr_series *s, int from, int order)
 {
-    expand_terms(s, from, order, (term_set){HEADLESS, 0, 1, 0, 1});
+    expand_terms(s, from, order, SUPPORT | SHAKES | HEADLESS);
 }
-INLINE void expand_support(kr_series *s, int from, int order, form what)
+INLINE void expand_support(kr_series *s, int from, int order, int terms)
 {
-    if (what == HEADLESS)
+    if (terms & HEADLESS)
         expand_support_headless(s, from, order);
     else if (s->turns == 0.0)
         expand_shaking(s, from, order);
@@ -413,24 +421,23 @@ INLINE void expand_support(kr_series *s, int from, int order, form what)
 #  endif
 #endif
 /* Computes the Taylor coefficients of orders `from` + 1 to `order`. */
-INLINE void expand_series(kr_series *s, int from, int order, form what)
+INLINE void expand_series(kr_series *s, int from, int order, int terms)
 {
-    const term_set plain = {.what = what};
     turned_term of[KR_TAYLOR_MAX + 1];
 #if !defined KR_NO_SUPPORTS
     if (s->linear > 1.0) {
-        expand_support(s, from, order, what);
+        expand_support(s, from, order, terms);
         return;
     }
 #endif
     if (s->linear != 0.0) {
-        expand_damped(s, from, order, what);
+        expand_damped(s, from, order, terms);
         return;
     }
-    permute_known_coefficients(s, of, from, plain);
+    permute_known_coefficients(s, of, from, terms);
     add_rotor(s, &of[0].w);
     UNROLL
-    for (int n = from; n < order; n++) next_series_coefficient(s, s, of, n, plain);
+    for (int n = from; n < order; n++) next_series_coefficient(s, s, of, n, terms);
 }
 
 /* Sums x_n h^(n - from) for n >= from, with h = to - t. Even and odd powers are summed in two
