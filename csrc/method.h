@@ -179,6 +179,9 @@ struct kr_method {
     /* Functions that propagate tangents, for methods with KR_METHOD_TANGENTS. `tangents` is NULL if
      * the build omits tangents. */
     const kr_tangent_ops *tangents;
+    /* The functions of taylor for dry friction and moving supports. `supports` is NULL for other
+     * methods, and if the build omits supports. */
+    const struct kr_support_ops *supports;
     /* The conversion of states with more than 16 digits, for methods with KR_METHOD_DIGITS:
      * &kr_extended. `extended` is NULL if the build omits extended precision. */
     const kr_extended_ops *extended;

@@ -232,7 +232,7 @@ static kr_status check_options(const kr_method *method, const kr_config *config)
     const uint64_t of_supports = KR_TANGENT_TURNING | KR_TANGENT_SHAKING | KR_TANGENT_FRICTION;
     const int is_built = (config->digits <= 16 || method->extended) &&
                          (!config->tangents || method->tangents) &&
-                         (KR_HAS_SUPPORTS || !(config->tangents & of_supports));
+                         (method->supports || !(config->tangents & of_supports));
     return is_built ? KR_OK : KR_ERR_NOT_BUILT;
 }
 /* Returns KR_ERR_ROTOR if the method would apply without the rotor, else KR_ERR_METHOD. */

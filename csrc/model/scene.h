@@ -24,13 +24,6 @@ kr_pull kr_scene_pull(const kr_scene *scene, kr_vec3 com);
 /* Returns the kind (integrable case) of a top. Without gravity, a top counts as a torque-free body
  * regardless of its centre of mass and of any shaking of its support. */
 kr_kind kr_scene_kind(const kr_scene *scene);
-/* If KR_NO_SUPPORTS is defined, the Taylor method omits the terms for friction and moving supports,
- * and refuses scenes that need them. */
-#ifdef KR_NO_SUPPORTS
-#  define KR_HAS_SUPPORTS 0
-#else
-#  define KR_HAS_SUPPORTS 1
-#endif
 /* Returns 1 if the support rotates. */
 static inline int kr_scene_turns(const kr_scene *scene) { return v_largest(scene->turning) > 0.0; }
 /* Returns 1 if the support is shaken. */

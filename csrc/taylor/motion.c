@@ -42,12 +42,18 @@ void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log
     taylor_of(motion)->log2_tol = log2_tol;
 }
 
+/* Returns the functions for friction and moving supports, or NULL if the scene does not need them. */
+static const kr_support_ops *supports_of(const kr_motion *motion)
+{
+    return kr_support_moves(motion->scene) ? kr_method_taylor.supports : NULL;
+}
 /* Returns a power of two that exceeds all rates of the motion. The energy bounds the angular
  * velocity; the other rates are those of the damping, the rotor and the support motion. Damping
  * does not increase the energy, hence
  *     W^2 least moment <= 2 T <= 2 T0 + 4 |c|, with the kinetic energy T. */
 static double rate_for(const kr_motion *motion, kr_vec3 W, int is_held)
 {
+    const kr_support_ops *supports = supports_of(motion);
     const kr_vec3 A = motion->inertia;
     const double twice_energy = v_dot(v_times(A, W), W) + 4.0 * v_length(motion->lever);
     const kr_vec3 D = motion->damping;
@@ -55,7 +61,7 @@ static double rate_for(const kr_motion *motion, kr_vec3 W, int is_held)
     const double least = fmin(A.x, fmin(A.y, A.z)), carried = v_length(motion->rotor) / least;
     int exponent = 0;
     const double own = fmax(fmax(drag, carried), sqrt(twice_energy / least));
-    frexp(KR_HAS_SUPPORTS ? fmax(own, kr_support_rate(motion, W, is_held)) : own, &exponent);
+    frexp(supports ? fmax(own, supports->rate(motion, W, is_held)) : own, &exponent);
     return ldexp(1.0, exponent);
 }
 /* Returns the attitude. If skip_heading is set, returns the smallest rotation that takes P to the
@@ -116,6 +122,7 @@ static void reset_to_begin(kr_series s[2])
 static void set_start(kr_taylor *p, const kr_motion *motion, const kr_state *start)
 {
     kr_series *high = &p->series[0], *low = &p->series[1];
+    const kr_support_ops *supports = supports_of(motion);
     const quat_dd q = q_dd(start->q, motion->low.q);
     const vec_dd vertical = {dd_of(0.0), dd_of(0.0), dd_of(1.0)};
     const kr_vec3 h = motion->rotor, none = {0.0, 0.0, 0.0};
@@ -133,14 +140,14 @@ static void set_start(kr_taylor *p, const kr_motion *motion, const kr_state *sta
     }
     set_vector_words(high->x[0] + 4, low->x[0] + 4, qdd_turn(qdd_conj(q), vertical));
     set_vector_words(high->w[0], low->w[0], vdd_scale_exactly(1.0 / p->rate, W));
-    kr_taylor_set_constants(p->series, motion, p->rate);
+    kr_taylor_set_constants(p->series, motion, p->rate, supports);
     high->t = p->rate * motion->clock;
     low->t = low->end = 0.0;
     reset_to_begin(p->series);
-    if (!KR_HAS_SUPPORTS || !(high->linear > 1.0)) return;
+    if (!supports) return;
     p->held_rate = rate_for(motion, vdd_high(W), 1);
     if (p->held_rate > p->first_rate * 0x1p-10) p->held_rate = p->first_rate;
-    kr_support_start(motion);
+    supports->start(motion);
 }
 static kr_status taylor_reset(kr_motion *motion, const kr_state *start)
 {
@@ -164,10 +171,10 @@ static kr_status taylor_step(kr_motion *motion, double until)
         return KR_ERR_NOT_FINITE;
     /* In double precision, no step can meet a tolerance below 2^-54. */
     if (motion->digits <= 16 && p->log2_tol < -54.0) return KR_ERR_STEP;
-    if (KR_HAS_SUPPORTS && s->linear > 1.0) {
-        const kr_status status = kr_support_step(motion, kernel_of_motion(motion));
+    if (s->linear > 1.0) {
+        const kr_status status = kr_method_taylor.supports->step(motion, kernel_of_motion(motion));
         if (status != KR_OK) return status;
-    } else if (!kr_slow_step(motion, kernel_of_motion(motion), &log2_tol))
+    } else if (!kr_slow_step(motion, kernel_of_motion(motion), NULL, &log2_tol))
         kernel_of_motion(motion)->advance(s, log2_tol, forward);
     motion->stats.evaluations++;
     const kr_status status = !is_series_finite(s)              ? KR_ERR_NOT_FINITE
@@ -224,11 +231,12 @@ static kr_step_polynomial taylor_polynomial(const kr_motion *motion)
     piece.end = s->end / p->rate;
     piece.span = s->end - s->t;
     piece.product = isa ? isa->product : kr_product_base;
-    if (KR_HAS_SUPPORTS && s->linear > 1.0) {
+    if (s->linear > 1.0) {
+        const kr_support_ops *supports = kr_method_taylor.supports;
         piece.is_disturbed = 1;
         piece.held = s->holds != 0.0 ? p->before_hold : 0.0;
-        piece.sliding = kr_support_sliding(s);
-        kr_support_slopes(motion, piece.slope_x, piece.slope_w);
+        piece.sliding = supports->sliding(s);
+        supports->slopes(motion, piece.slope_x, piece.slope_w);
     }
     return piece;
 }
@@ -251,5 +259,6 @@ const kr_method kr_method_taylor = {
     .kernel = taylor_kernel,
     .polynomial = taylor_polynomial,
     .tangents = FOR_TANGENTS(&kr_taylor_tangents),
+    .supports = FOR_SUPPORTS(&kr_supports),
     .extended = FOR_DIGITS(&kr_extended),
 };

@@ -73,13 +73,13 @@ static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
         set_shift(s, i + 5, behind, A[i], k);
     }
 }
-void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate)
+void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate,
+                             const struct kr_support_ops *supports)
 {
     const kr_vec3 A = motion->inertia;
     const vec_dd pair = {two_sum(A.y, -A.z), two_sum(A.z, -A.x), two_sum(A.x, -A.y)};
-    const int moves = KR_HAS_SUPPORTS && kr_support_moves(motion->scene);
-    const vec_dd lever = KR_HAS_SUPPORTS && moves ? kr_support_set_constants(s, motion, rate)
-                                                  : v_dd(motion->lever, motion->lever_low),
+    const vec_dd lever = supports ? supports->set_constants(s, motion, rate)
+                                  : v_dd(motion->lever, motion->lever_low),
                  c = vdd_scale_exactly(1.0 / (rate * rate), lever);
     const vec_dd up = {c.z, c.x, c.y}, down = {dd_neg(c.y), dd_neg(c.z), dd_neg(c.x)};
     set_vector_words(s[0].k, s[1].k, vdd_over(pair, A));
@@ -89,11 +89,11 @@ void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rat
     set_vector_words(s[0].drag, s[1].drag, vdd_over(v_dd(drag, none), A));
     s[0].linear = v_largest(drag) > 0.0 ? 1.0 : 0.0;
     set_rotor(s, motion, rate);
-    if (moves) s[0].linear = 2.0;
+    if (supports) s[0].linear = 2.0;
     const double rates =
         v_largest(vdd_high(vdd_over(up, A))) + v_largest(vdd_high(vdd_over(down, A)));
     s[0].fall = s[1].fall = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
-    if (KR_HAS_SUPPORTS && moves) kr_support_limit_steps(s, motion, rate);
+    if (supports) supports->limit_steps(s, motion, rate);
 }
 static void scale_series(kr_series s[2], double longer)
 {
@@ -106,13 +106,14 @@ static void scale_series(kr_series s[2], double longer)
         }
     }
 }
-void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate)
+void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate,
+                        const struct kr_support_ops *supports)
 {
     if (rate == p->rate || p->has_tangents != 0.0) return;
     scale_series(p->series, rate / p->rate);
     p->rate = rate;
-    kr_taylor_set_constants(p->series, motion, rate);
-    if (KR_HAS_SUPPORTS && p->series->linear > 1.0) kr_support_place(p->series, motion, rate);
+    kr_taylor_set_constants(p->series, motion, rate, supports);
+    if (supports) supports->place(p->series, motion, rate);
 }
 void kr_taylor_end_at(kr_series s[2], const kr_kernel *kernel)
 {

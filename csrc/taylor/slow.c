@@ -68,7 +68,6 @@ static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
 static double least_size(const kr_series *s, const slow_axes *slow)
 {
     double least = 1.0, most = 0.0, turning = 0.0;
-    if (KR_HAS_SUPPORTS && slow->held) return least_held_size(s, slow);
     for (int i = 0; i < 3; i++) {
         const double size = slow->is_slow[i] ? slow_size(s, slow, i) : 0.0;
         most = fmax(most, fmax(size, fabs(s->end_w[i + 1])));
@@ -89,30 +88,30 @@ static double least_size(const kr_series *s, const slow_axes *slow)
 
 /* Returns an upper bound on the rotation rate of the undamped top and on the rates of its support's
  * motion. */
-static double undamped_rate(const kr_motion *motion, kr_vec3 velocity)
+static double undamped_rate(const kr_motion *motion, kr_vec3 velocity,
+                            const kr_support_ops *supports)
 {
     const kr_vec3 A = motion->inertia;
     const double twice = v_dot(v_times(A, velocity), velocity) + 4.0 * v_length(motion->lever),
                  own = sqrt(twice / fmin(A.x, fmin(A.y, A.z)));
-    return KR_HAS_SUPPORTS ? fmax(own, kr_support_rate(motion, velocity, 1)) : own;
+    return supports ? fmax(own, supports->rate(motion, velocity, 1)) : own;
 }
 /* Returns the angular speed of the support. */
 static double rate_of_turning(const kr_taylor *p)
 {
     const kr_series *s = p->series;
-    return KR_HAS_SUPPORTS && s->linear > 1.0 ? p->rate * v_length(v_of(s->turn + 1)) : 0.0;
+    return s->linear > 1.0 ? p->rate * v_length(v_of(s->turn + 1)) : 0.0;
 }
 /* Returns an upper bound on the torques of weight, sliding friction and a rotating support. */
 static double largest_torque(const kr_motion *motion)
 {
     const kr_taylor *p = taylor_of(motion);
     const kr_series *s = p->series;
-    if (!KR_HAS_SUPPORTS || s->linear == 1.0) return v_length(motion->lever);
+    if (s->linear == 1.0) return v_length(motion->lever);
     const kr_vec3 A = motion->inertia;
     const double turning = rate_of_turning(p), square = p->rate * p->rate,
                  pull = square * v_length(v_times(A, v_of(s->up + 1))),
-                 friction =
-                     KR_HAS_SUPPORTS && s->slides != 0.0 ? kr_support_friction(motion, 1.0) : 0.0;
+                 friction = s->slides != 0.0 ? kr_support_friction(motion, 1.0) : 0.0;
     return pull * largest_pull(s) + friction +
            turning * (2.0 * v_largest(A) * turning + v_length(motion->rotor));
 }
@@ -163,15 +162,27 @@ static double rotor_rate(const kr_motion *motion, const slow_axes *slow, double 
         if (count == 1 && slow->is_slow[i]) direct = fabs(h[i]);
     return fmax(direct, carried / weakest * carried) / least;
 }
-/* Marks as strongly damped all axes whose damping rate is at least that of axis `least`. Returns 1
- * if damping about the axes marked as strongly damped dominates all other effects. `undamped` is an
- * upper bound on the undamped rates, and `pull` is an upper bound on the torque. */
-static int take_slow_axes(const kr_motion *motion, int least, double undamped, double pull,
+/* Sorts the axes by damping rate in ascending order. */
+static void sort_axes_by_damping(const kr_motion *motion, int axes[3])
+{
+    const kr_vec3 rate = v_over(motion->damping, motion->inertia);
+    double rates[3];
+    v_put(rates, rate);
+    for (int i = 0; i < 3; i++) {
+        int place = 0;
+        for (int j = 0; j < 3; j++) place += rates[j] < rates[i] || (rates[j] == rates[i] && j < i);
+        axes[place] = i;
+    }
+}
+/* On entry, slow->fall is the rate at which the support shakes. */
+static int take_slow_axes(const kr_motion *motion, int rank, double undamped, double pull,
                           slow_axes *slow)
 {
     double A[3], D[3], others = undamped, weakest = INFINITY;
     const double shaking = slow->fall;
-    int count = 0;
+    int axes[3], count = 0;
+    sort_axes_by_damping(motion, axes);
+    const int least = axes[rank];
     v_put(A, motion->inertia);
     v_put(D, motion->damping);
     for (int i = 0; i < 3; i++) {
@@ -209,7 +220,7 @@ static double log2_step(const kr_series *s, int n, double log2_tol)
  * velocity on the slow manifold. */
 static double log2_absolute_tolerance(const kr_taylor *p, const slow_axes *slow)
 {
-    return p->log2_tol + log2(least_size(p->series, slow));
+    return p->log2_tol + log2(slow->kind->least_size(p->series, slow));
 }
 
 /* Chooses the end of the step according to the tolerance, and evaluates the series there. In
@@ -231,17 +242,13 @@ static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *ker
     s[0].at = s[0].t + fmin(exp2(step), longest);
     s[1].at = 0.0;
     kr_taylor_end_at(s, kernel);
-    if (KR_HAS_SUPPORTS && s->linear > 1.0) kr_support_place(s, motion, p->rate);
+    if (slow->supports) slow->supports->place(s, motion, p->rate);
 }
-/* Returns 1 if the motion is close enough to the slow manifold to attempt an expansion. Angular
- * velocities up to `noise` are treated as zero, and may differ from those on the slow manifold by
- * the fraction `share`. */
 static int is_near(const kr_series *s, const slow_axes *slow, double noise, double share)
 {
     const double *p = s->end_x + 5, *w = s->end_w + 1;
-    const double G = KR_HAS_SUPPORTS && slow->shakes ? s->sway[3] + s->sway[0] : 1.0;
+    const double G = slow->shakes ? s->sway[3] + s->sway[0] : 1.0;
     double alone[3];
-    if (KR_HAS_SUPPORTS && slow->held) return is_held_near(s, slow, noise);
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
         const double weight = s->up[i + 1] * p[j] + s->down[i + 1] * p[k],
@@ -260,14 +267,30 @@ static int is_near(const kr_series *s, const slow_axes *slow, double noise, doub
     }
     return 1;
 }
+static int expand_on_axes(kr_taylor *p, const kr_motion *motion, int order, const slow_axes *slow,
+                          double near, double *wait)
+{
+    return kr_taylor_is_deep(motion) ? deep_expand(p->series, slow, order, near, 0x1p-96, wait)
+                                     : plain_expand(p->series, slow, order, near, 0x1p-48, wait);
+}
 static int expand_held(kr_taylor *p, const kr_motion *motion, int order, const slow_axes *slow,
                        double near, double *wait)
 {
-    const double friction = KR_HAS_SUPPORTS ? kr_support_friction(motion, p->rate) : 0.0;
+    const double friction = kr_support_friction(motion, p->rate);
     return kr_taylor_is_deep(motion)
                ? deep_expand_held(p->series, slow, order, near, 0x1p-96, wait, p->rate, friction)
                : plain_expand_held(p->series, slow, order, near, 0x1p-48, wait, p->rate, friction);
 }
+static double drag_about_axis(const kr_series *s, const slow_axes *slow, int axis)
+{
+    (void)slow;
+    return fabs(s->drag[axis + 1]);
+}
+static const struct kr_slow_kind principal_axes = {
+    3, NULL, take_slow_axes, least_size, drag_about_axis, is_near, expand_on_axes};
+const struct kr_slow_kind kr_slow_held = {
+    2,         find_held_directions, take_held_directions, least_held_size,
+    held_drag, is_held_near,         expand_held};
 /* Returns 1 if the motion may be within a relative distance `near` of the slow manifold, or, if the
  * transient has decayed, if it is roughly on the slow manifold. */
 static int may_be_near(const kr_taylor *p, const slow_axes *slow, double near, int is_settled)
@@ -275,8 +298,9 @@ static int may_be_near(const kr_taylor *p, const slow_axes *slow, double near, i
     /* is_near computes with doubles, and subtracts velocities if the support turns. */
     const double most = v_largest(v_of(p->series->end_w + 1)),
                  rounding = slow->turns || slow->held ? ROUNDING * most : 0.0,
-                 noise = fmax(near * least_size(p->series, slow), rounding);
-    return is_near(p->series, slow, fmax(noise, TINY_VELOCITY), is_settled ? 0.25 : 0.0);
+                 noise = fmax(near * slow->kind->least_size(p->series, slow), rounding);
+    return slow->kind->is_near(p->series, slow, fmax(noise, TINY_VELOCITY),
+                               is_settled ? 0.25 : 0.0);
 }
 /* Returns the largest distance from the slow manifold that is compatible with a motion on it,
  * relative to the angular velocity: `near`, or 1 if damping about the given set of axes has been
@@ -285,13 +309,11 @@ static int may_be_near(const kr_taylor *p, const slow_axes *slow, double near, i
  * the transient is shorter than the resolution of time, the distance has no bound. */
 static double largest_distance(kr_taylor *p, const slow_axes *slow, double clock, double near)
 {
-    const int is_held = KR_HAS_SUPPORTS && slow->held;
     double axes = 0.0, weakest = INFINITY;
-    for (int i = 0; i < (is_held ? 2 : 3); i++) {
+    for (int i = 0; i < slow->kind->count; i++) {
         if (!slow->is_slow[i]) continue;
-        const double drag = is_held ? held_drag(p->series, slow, i) : fabs(p->series->drag[i + 1]);
         axes += 1 << i;
-        weakest = fmin(weakest, drag * p->rate);
+        weakest = fmin(weakest, slow->kind->drag(p->series, slow, i) * p->rate);
     }
     if (p->settling != axes) p->settled = clock + SETTLED / weakest;
     p->settling = axes;
@@ -311,33 +333,15 @@ static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kern
     if (!strong && clock < p->try_slow) return 0;
     if (off < UNRESOLVED && !may_be_near(p, slow, near, off >= 1.0)) return 0;
     frexp(slow->rate, &exponent);
-    if (slow->rate > 0.0) kr_taylor_set_rate(p, motion, ldexp(1.0, exponent));
-    const int order = kernel->order,
-              is_found = KR_HAS_SUPPORTS && slow->held
-                             ? expand_held(p, motion, order, slow, off, &wait)
-                         : kr_taylor_is_deep(motion)
-                             ? deep_expand(p->series, slow, order, off, 0x1p-96, &wait)
-                             : plain_expand(p->series, slow, order, off, 0x1p-48, &wait);
-    if (is_found) {
+    if (slow->rate > 0.0) kr_taylor_set_rate(p, motion, ldexp(1.0, exponent), slow->supports);
+    if (slow->kind->expand(p, motion, kernel->order, slow, off, &wait)) {
         end_step(p, motion, kernel, slow,
                  strong ? log2_absolute_tolerance(p, strong) : p->log2_tol);
         return 1;
     }
     if (!strong) p->try_slow = clock + PATIENCE * wait / p->rate;
-    kr_taylor_set_rate(p, motion, before);
+    kr_taylor_set_rate(p, motion, before, slow->supports);
     return 0;
-}
-/* Sorts the axes by damping rate in ascending order. */
-static void sort_axes_by_damping(const kr_motion *motion, int axes[3])
-{
-    const kr_vec3 rate = v_over(motion->damping, motion->inertia);
-    double rates[3];
-    v_put(rates, rate);
-    for (int i = 0; i < 3; i++) {
-        int place = 0;
-        for (int j = 0; j < 3; j++) place += rates[j] < rates[i] || (rates[j] == rates[i] && j < i);
-        axes[place] = i;
-    }
 }
 /* Returns 1 if the next step may lie on a slow manifold, and 0 otherwise. If the support moves,
  * comparing the damping rates with the angular velocity often excludes a slow manifold without a
@@ -348,35 +352,31 @@ static int may_be_slow(const kr_motion *motion)
     const kr_series *s = p->series;
     const double *w = s->end_w + 1, *drag = s->drag + 1;
     if (s->linear == 0.0 || motion->step < 0.0) return 0;
-    if (!KR_HAS_SUPPORTS || s->linear == 1.0) return 1;
+    if (s->linear == 1.0) return 1;
     return -fmin(drag[0], fmin(drag[1], drag[2])) >
            STRONG_ALONE * fmax(fabs(w[0]), fmax(fabs(w[1]), fabs(w[2])));
 }
 /* Initializes the members of `slow` that do not depend on the choice of the strongly damped axes.
  * Returns 0 if no axis is strongly damped. */
-static int begin_slow_axes(const kr_motion *motion, double undamped, held_directions *held,
-                           slow_axes *slow)
+static int begin_slow_axes(const kr_motion *motion, double undamped, const kr_support_ops *supports,
+                           held_directions *held, slow_axes *slow)
 {
     const kr_series *s = taylor_of(motion)->series;
-    const int moves = KR_HAS_SUPPORTS && s->linear > 1.0;
     const kr_vec3 ratio = v_over(motion->damping, motion->inertia);
     memset(slow, 0, sizeof *slow);
     if (!(v_largest(ratio) > STRONG_ALONE * undamped)) return 0;
+    slow->kind = supports && s->holds != 0.0 ? supports->held : &principal_axes;
     slow->has_rotor = v_largest(motion->rotor) > 0.0;
-    slow->turns = moves && s->turns != 0.0;
-    slow->shakes = moves && s->shakes != 0.0;
-    slow->slides = moves && s->slides != 0.0;
+    if (!supports) return 1;
+    slow->supports = supports;
+    slow->turns = s->turns != 0.0;
+    slow->shakes = s->shakes != 0.0;
+    slow->slides = s->slides != 0.0;
     slow->fall = slow->shakes ? motion->time_unit * motion->scene->shaking.rate : 0.0;
-    if (!moves || s->holds == 0.0) return 1;
-    find_held_directions(motion, held);
+    if (!slow->kind->find) return 1;
+    slow->kind->find(motion, held);
     slow->held = held;
     return 1;
-}
-/* Resets the unit of time for steps that are not computed on a slow manifold. */
-static void reset_rate(kr_taylor *p, const kr_motion *motion)
-{
-    const int is_held = KR_HAS_SUPPORTS && p->series->linear > 1.0 && p->series->holds != 0.0;
-    kr_taylor_set_rate(p, motion, is_held ? p->held_rate : fmax(p->rate, p->first_rate));
 }
 /* Returns log2 of the tolerance for steps that are not on a slow manifold. The tolerance is
  * lowered, because the permitted error is proportional to the angular velocity, which is small
@@ -385,35 +385,34 @@ static double tolerance_of_transient(const kr_taylor *p, double undamped)
 {
     return p->log2_tol + log2(fmax(fmin(undamped / p->rate, 1.0), NEGLIGIBLE));
 }
-int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
+int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, const kr_support_ops *supports,
+                 double *log2_tol)
 {
     kr_taylor *p = taylor_of(motion);
     const kr_vec3 velocity = v_scale(p->rate, v_of(p->series->end_w + 1));
     const slow_axes *strong = NULL; /* the largest set of axes with strong damping */
     slow_axes slow[4];
     held_directions held;
-    int axes[3], count = 0;
     *log2_tol = p->log2_tol;
     if (!may_be_slow(motion)) {
         p->settling = 0.0;
         return 0;
     }
-    const double undamped = undamped_rate(motion, velocity), pull = largest_torque(motion);
-    if (KR_HAS_SUPPORTS && p->series->linear > 1.0) kr_support_set_mode(motion);
-    const int is_damped = begin_slow_axes(motion, undamped, &held, &slow[3]);
-    const int is_held = KR_HAS_SUPPORTS && slow[3].held;
-    if (is_damped && p->has_tangents == 0.0) count = is_held ? 2 : 3;
-    sort_axes_by_damping(motion, axes);
+    const double undamped = undamped_rate(motion, velocity, supports),
+                 pull = largest_torque(motion);
+    if (supports) supports->set_mode(motion);
+    const int is_damped = begin_slow_axes(motion, undamped, supports, &held, &slow[3]),
+              count = is_damped && p->has_tangents == 0.0 ? slow[3].kind->count : 0;
     for (int i = 0; i < count; i++) {
         slow[i] = slow[3];
-        const int is_strong = is_held ? take_held_directions(&held, i, undamped, pull, &slow[i])
-                                      : take_slow_axes(motion, axes[i], undamped, pull, &slow[i]);
-        if (!is_strong) continue;
+        if (!slow[i].kind->take(motion, i, undamped, pull, &slow[i])) continue;
         if (step_on_manifold(p, motion, kernel, &slow[i], strong)) return 1;
         if (!strong) strong = &slow[i];
     }
     if (!strong) p->settling = 0.0;
-    reset_rate(p, motion);
+    /* Reset the unit of time for steps that are not computed on a slow manifold. */
+    const int is_held = supports && p->series->holds != 0.0;
+    kr_taylor_set_rate(p, motion, is_held ? p->held_rate : fmax(p->rate, p->first_rate), supports);
     if (is_damped) *log2_tol = tolerance_of_transient(p, undamped);
     if (strong) *log2_tol = fmin(*log2_tol, log2_absolute_tolerance(p, strong));
     return 0;

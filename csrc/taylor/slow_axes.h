@@ -19,13 +19,13 @@ enum {
     ROW_G = 16,
     ROW_GP = 17,
     ROW_R = 20,
-    ROWS = KR_HAS_SUPPORTS ? 22 : ROWS_AT_REST,
+    ROWS = 22,
     SWEEPS = 64
 };
 /* U_OF and GP_OF select the rows of the relative angular velocity and of the effective gravity
  * vector. */
-#define U_OF(slow) (KR_HAS_SUPPORTS && (slow)->turns ? ROW_U : ROW_W)
-#define GP_OF(slow) (KR_HAS_SUPPORTS && (slow)->shakes ? ROW_GP : ROW_P)
+#define U_OF(slow) ((slow)->turns ? ROW_U : ROW_W)
+#define GP_OF(slow) ((slow)->shakes ? ROW_GP : ROW_P)
 /* Damping about an axis is strong if its rate is more than STRONG times all other rates. If all
  * three axes are strongly damped, the smaller factor STRONG_ALONE is used instead of STRONG. */
 #define STRONG 256.0
@@ -56,6 +56,8 @@ enum {
 typedef struct held_directions held_directions;
 typedef struct slow_axes {
     int is_slow[3], has_rotor, turns, shakes, slides;
+    const struct kr_slow_kind *kind;
+    const kr_support_ops *supports; /* NULL: the series has no terms of a support */
     /* Directions that replace the principal axes while friction holds the top; otherwise NULL. */
     const held_directions *held;
     double rate, fall;
@@ -65,14 +67,38 @@ typedef struct slow_axes {
     double gain[3][3];
 } slow_axes;
 
+/* How damping acts: about the principal axes or, if friction holds the top, about the directions of
+ * slow_held.h. */
+struct kr_slow_kind {
+    int count; /* of axes or directions */
+    /* Finds the directions. NULL for the principal axes. */
+    void (*find)(const kr_motion *motion, held_directions *held);
+    /* Marks as strongly damped all axes but the `rank` with the weakest damping. Returns 1
+     * if their damping dominates all effects with rates up to `undamped` and torques up to
+     * `pull`. */
+    int (*take)(const kr_motion *motion, int rank, double undamped, double pull, slow_axes *slow);
+    /* Returns the smallest nonzero angular velocity about a strongly damped axis, or a negligible
+     * velocity if that is larger. */
+    double (*least_size)(const kr_series *s, const slow_axes *slow);
+    /* Returns the damping rate about axis i, in the unit of time of the Taylor series. */
+    double (*drag)(const kr_series *s, const slow_axes *slow, int i);
+    /* Returns 1 if the motion is close enough to the slow manifold to attempt an expansion. Angular
+     * velocities up to `noise` are treated as zero, and may differ from those on the slow manifold
+     * by the fraction `share`. */
+    int (*is_near)(const kr_series *s, const slow_axes *slow, double noise, double share);
+    /* Expands the motion on the slow manifold about the end of the last step (slow_terms.h). */
+    int (*expand)(kr_taylor *p, const kr_motion *motion, int order, const slow_axes *slow,
+                  double near, double *wait);
+};
+
 /* Returns the component of the support's angular velocity along a body axis. */
 static inline double turning_about(const kr_series *s, const slow_axes *slow, int axis)
 {
-    return KR_HAS_SUPPORTS && slow->turns ? s->turn[axis + 1] : 0.0;
+    return slow->turns ? s->turn[axis + 1] : 0.0;
 }
 /* Returns the largest magnitude of the effective gravity G. */
 static inline double largest_pull(const kr_series *s)
 {
-    return KR_HAS_SUPPORTS && s->linear > 1.0 ? fabs(s->sway[3]) + fabs(s->sway_most) : 1.0;
+    return s->linear > 1.0 ? fabs(s->sway[3]) + fabs(s->sway_most) : 1.0;
 }
 #endif

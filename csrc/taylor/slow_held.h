@@ -99,15 +99,13 @@ static void find_held_directions(const kr_motion *motion, held_directions *held)
     }
     held->couple = v_dot(high[0], v_cross(motion->rotor, high[1]));
 }
-/* Marks as strongly damped all directions with an index of at least `least`. Returns 1 if
- * damping dominates all effects with rates up to `undamped` and torques up to `pull`. */
-static int take_held_directions(const held_directions *held, int least, double undamped,
-                                double pull, slow_axes *slow)
+static int take_held_directions(const kr_motion *motion, int least, double undamped, double pull,
+                                slow_axes *slow)
 {
+    const held_directions *held = slow->held;
     const double d[2] = {held->drag[0][0].hi, held->drag[1][1].hi}, couple = held->couple,
                  turned = couple * couple / d[1], *square = held->square,
                  others = least > 0 ? fmax(undamped, fmax(d[0], turned)) : undamped;
-    slow->held = held;
     slow->rate = least > 0 ? 2.0 * others : slow->fall;
     for (int i = 0; i < 2; i++) {
         slow->is_slow[i] = i >= least;
@@ -117,6 +115,7 @@ static int take_held_directions(const held_directions *held, int least, double u
     }
     slow->is_slow[2] = 0;
     if (!(d[least] > (least > 0 ? STRONG : STRONG_ALONE) * others)) return 0;
+    (void)motion;
     memset(slow->gain, 0, sizeof slow->gain);
     const double part = least > 0 ? 0.0 : 1.0 / (d[0] * d[1] + couple * couple);
     slow->gain[0][0] = part * d[0] * d[1];
@@ -191,11 +190,11 @@ static double least_held_size(const kr_series *s, const slow_axes *slow)
     return fmax(fmax(least, ROUNDED * size), TINY_VELOCITY);
 }
 /* Returns 1 if the motion of a held top is close to the slow manifold. */
-static int is_held_near(const kr_series *s, const slow_axes *slow, double noise)
+static int is_held_near(const kr_series *s, const slow_axes *slow, double noise, double share)
 {
+    (void)share;
     const kr_vec3 O = v_of(s->turn + 1), W = v_of(s->end_w + 1),
-                  gained = KR_HAS_SUPPORTS ? kr_support_acceleration(s) : W,
-                  rate = v_sub(gained, v_cross(O, W));
+                  rate = v_sub(slow->supports->acceleration(s), v_cross(O, W));
     double off[2];
     for (int i = 0; i < 2; i++)
         off[i] = v_dot(high_words(slow->held->weight[i]), rate) / held_drag(s, slow, i);

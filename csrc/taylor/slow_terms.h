@@ -166,12 +166,12 @@ static void REAL(begin)(REAL(terms) * s, const slow_axes *slow, const kr_series 
         s->c[ROW_P + i][0] = r_of(from[0].end_x[5 + i], from[1].end_x[5 + i]);
         s->c[ROW_W + i][0] = r_of(from[0].end_w[1 + i], from[1].end_w[1 + i]);
     }
-    if (KR_HAS_SUPPORTS && (slow->turns || slow->held))
+    if (slow->turns || slow->held)
         for (int i = 0; i < 3; i++) {
             s->c[ROW_O + i][0] = r_of(from[0].turn[1 + i], from[1].turn[1 + i]);
             s->c[ROW_U + i][0] = r_sub(s->c[ROW_W + i][0], s->c[ROW_O + i][0]);
         }
-    if (KR_HAS_SUPPORTS && slow->shakes) REAL(sway)(s, from);
+    if (slow->shakes) REAL(sway)(s, from);
 }
 /* Copies the Taylor coefficients of orders 0 to `order` into the high and low words of a series. */
 static void REAL(write)(const REAL(terms) * s, int order, kr_series to[2])
@@ -241,6 +241,6 @@ static int REAL(expand)(kr_series series[2], const slow_axes *slow, int order, d
     if (moved > noise * size || !REAL(is_on_manifold)(&s, series, slow, near, wait)) return 0;
     for (int n = 0; n < order; n++) REAL(turn_attitude)(&s, U_OF(slow), n);
     REAL(write)(&s, order, series);
-    if (KR_HAS_SUPPORTS && slow->slides) REAL(write_spin)(&s, U_OF(slow), order, series);
+    if (slow->slides) REAL(write_spin)(&s, U_OF(slow), order, series);
     return 1;
 }

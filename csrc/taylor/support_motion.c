@@ -74,7 +74,7 @@ static double negligible_spin(const kr_motion *motion)
     return fmax(part * (kr_taylor_is_deep(motion) ? NEGLIGIBLE_SPIN_DEEP : NEGLIGIBLE_SPIN),
                 ROUNDED_SPIN * terms);
 }
-void kr_support_start(const kr_motion *motion)
+static void start_support(const kr_motion *motion)
 {
     kr_taylor *p = taylor_of(motion);
     kr_series *s = p->series;
@@ -255,7 +255,7 @@ static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr
     }
     s[0].end_w[0] = s[1].end_w[0] = 0.0;
 }
-int kr_support_jumps(const kr_motion *motion, int order, dd *factor)
+static int friction_jumps(const kr_motion *motion, int order, dd *factor)
 {
     const kr_taylor *p = taylor_of(motion);
     const kr_series *s = p->series;
@@ -273,7 +273,7 @@ int kr_support_jumps(const kr_motion *motion, int order, dd *factor)
     *factor = dd_div(dd_of(-2.0 * before * friction), slope_at_end(s, order));
     return 1;
 }
-void kr_support_slopes(const kr_motion *motion, double x[8], double w[4])
+static void find_slopes(const kr_motion *motion, double x[8], double w[4])
 {
     const kr_series *s = taylor_of(motion)->series;
     const kr_vec3 W = v_of(s->end_w + 1), O = v_of(s->turn + 1), P = v_of(s->end_x + 5),
@@ -289,7 +289,7 @@ void kr_support_slopes(const kr_motion *motion, double x[8], double w[4])
     v_put(x + 5, v_cross(P, U));
     v_put(w + 1, gain);
 }
-kr_status kr_support_step(kr_motion *motion, const kr_kernel *kernel)
+static kr_status step_support(kr_motion *motion, const kr_kernel *kernel)
 {
     kr_taylor *p = taylor_of(motion);
     kr_series *s = p->series;
@@ -297,13 +297,14 @@ kr_status kr_support_step(kr_motion *motion, const kr_kernel *kernel)
     const int rubs = motion->scene->friction > 0.0;
     double log2_tol = p->log2_tol, unit = 1.0;
     if (rubs && p->sliding == 0.0 && forward < 0.0) return KR_ERR_STOPPED;
-    const int is_slow = kr_slow_step(motion, kernel, &log2_tol);
+    const int is_slow = kr_slow_step(motion, kernel, &kr_supports, &log2_tol);
     if (!is_slow) {
         /* While the top slides, the unit of time is chosen so that the friction variable does not
          * shorten the steps. */
         if (rubs)
             kr_taylor_set_rate(p, motion,
-                               p->sliding == 0.0 ? p->held_rate : fmax(p->rate, p->first_rate));
+                               p->sliding == 0.0 ? p->held_rate : fmax(p->rate, p->first_rate),
+                               &kr_supports);
         kr_support_set_mode(motion);
         s[1].t = s[1].end;
         s[1].end = 0.0;
@@ -316,3 +317,18 @@ kr_status kr_support_step(kr_motion *motion, const kr_kernel *kernel)
     if (rubs) end_step_by_friction(p, motion, kernel, unit, is_slow);
     return KR_OK;
 }
+
+const kr_support_ops kr_supports = {.rate = kr_support_rate,
+                                    .set_constants = kr_support_set_constants,
+                                    .place = kr_support_place,
+                                    .limit_steps = kr_support_limit_steps,
+                                    .set_mode = kr_support_set_mode,
+                                    .acceleration = kr_support_acceleration,
+                                    .sliding = kr_support_sliding,
+                                    .held = &kr_slow_held,
+                                    .start = start_support,
+                                    .step = step_support,
+                                    .slopes = find_slopes,
+                                    .jumps = friction_jumps,
+                                    .expand_tangents = FOR_TANGENTS(kr_support_expand_tangents),
+                                    .jump_tangents = FOR_TANGENTS(kr_support_jump_tangents)};

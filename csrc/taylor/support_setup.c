@@ -4,10 +4,6 @@
 #include "math/trig.h"
 #include "support_setup.h"
 
-/* Larger friction would overflow. Friction near MOST_FRICTION stops a top within a time smaller
- * than the rounding error of the time. */
-#define MOST_FRICTION 1e250
-
 /* Returns the angular velocity of the support in the units of the motion. */
 static kr_vec3 turning_of(const kr_motion *motion)
 {
@@ -16,14 +12,6 @@ static kr_vec3 turning_of(const kr_motion *motion)
 static double shaking_rate(const kr_motion *motion)
 {
     return kr_scene_shakes(motion->scene) ? motion->time_unit * motion->scene->shaking.rate : 0.0;
-}
-static double friction_of(const kr_motion *motion)
-{
-    return fmin(motion->scene->friction / motion->momentum_unit * motion->time_unit, MOST_FRICTION);
-}
-double kr_support_friction(const kr_motion *motion, double rate)
-{
-    return friction_of(motion) / (rate * rate);
 }
 /* Returns mass * com * acceleration in the units of the motion. */
 static vec_dd lever_of(const kr_motion *motion, dd acceleration)
@@ -64,14 +52,13 @@ double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held)
 {
     const kr_vec3 A = motion->inertia;
     dd base, sway;
-    if (!kr_support_moves(motion->scene)) return 0.0;
     const double turning = v_length(turning_of(motion)), least = fmin(A.x, fmin(A.y, A.z));
     const vec_dd lever = kr_support_split(motion, &base, &sway);
     const double pull = v_length(vdd_high(lever)), carried = v_length(motion->rotor),
                  root = sqrt(v_dot(v_times(A, W), W)) + sqrt(v_largest(A)) * turning,
                  energy = root * root + v_largest(A) * turning * turning + 4.0 * carried * turning +
                           4.0 * pull * (1.0 + fabs(sway.hi));
-    const double stop = is_held ? 0.0 : sqrt(friction_of(motion) / least);
+    const double stop = is_held ? 0.0 : sqrt(kr_support_friction(motion, 1.0) / least);
     return fmax(fmax(shaking_rate(motion), stop), turning + sqrt(energy / least));
 }
 /* Returns the apex as a unit vector in the principal axes. */

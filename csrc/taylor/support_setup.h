@@ -12,8 +12,8 @@ static inline int kr_support_moves(const kr_scene *scene)
 }
 /* Returns an upper bound on the rates at which the support moves, the friction changes and the top
  * rotates. W is the current angular velocity. If `is_held` is nonzero, the change of the friction
- * is not counted. Returns 0 if the series does not need the terms of series.h. If the shaking of
- * the support later increases the energy, kr_support_step adjusts the unit of time. */
+ * is not counted. If the shaking of the support later increases the energy, the steps adjust the
+ * unit of time. */
 double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held);
 /* Sets the constants of a Taylor series that describe the support and the friction. Returns the
  * lever arm of the effective gravity. */
@@ -29,26 +29,63 @@ void kr_support_phase(const kr_motion *motion, double rate, double end, double l
 void kr_support_place(kr_series s[2], const kr_motion *motion, double rate);
 /* Limits the step size so that the support motion is resolved. */
 void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate);
-/* Determines whether the top initially slides or is held by friction. */
-void kr_support_start(const kr_motion *motion);
 /* Sets the friction mode (sliding or held) and the friction torque of the next step. */
 void kr_support_set_mode(const kr_motion *motion);
 /* Returns the angular acceleration at the end of the last step, excluding that due to friction. */
 kr_vec3 kr_support_acceleration(const kr_series *s);
-/* Returns the magnitude of the friction torque in the units of the Taylor series. */
-double kr_support_friction(const kr_motion *motion, double rate);
 /* Returns the sign of the spin of a sliding top, or 0 if friction holds the top. */
 double kr_support_sliding(const kr_series *s);
-/* Returns 1 if the friction torque is discontinuous at the end of the last step. Writes to `factor`
- * the factor that kr_support_jump_tangents needs. `factor` is NaN if the top starts without spin
- * and friction cannot hold the top, because the direction of the friction then depends on the sign
- * of the perturbation. */
-int kr_support_jumps(const kr_motion *motion, int order, dd *factor);
-/* Computes the next step. With friction, the step ends at the latest when the spin vanishes or
- * friction can no longer hold the top. */
-kr_status kr_support_step(kr_motion *motion, const kr_kernel *kernel);
-/* Writes the time derivatives of the attitude, the vertical and the angular velocity at the end of
- * the last step. The derivatives are computed for the friction mode (sliding or held) of the last
- * step. */
-void kr_support_slopes(const kr_motion *motion, double x[8], double w[4]);
+/* Larger friction would overflow. Friction near MOST_FRICTION stops a top within a time smaller
+ * than the rounding error of the time. */
+#define MOST_FRICTION 1e250
+/* Returns the magnitude of the friction torque, with 1 / rate as the unit of time. */
+static inline double kr_support_friction(const kr_motion *motion, double rate)
+{
+    const double own = motion->scene->friction / motion->momentum_unit * motion->time_unit;
+    return fmin(own, MOST_FRICTION) / (rate * rate);
+}
+
+/* Computes all Taylor coefficients of n single tangents along the path. The Taylor series of the
+ * path is expanded about the time path->t, given in units of 1 / rate. */
+void kr_support_expand_tangents(const kr_motion *motion, double rate, const kr_series path[2],
+                                struct kr_tangent *first, size_t n, int order);
+/* Subtracts factor * (derivative of the spin) * apex from the momentum part of n single tangents,
+ * at the end of the last step. Tangents for which the derivative of the spin is zero remain
+ * unchanged. */
+void kr_support_jump_tangents(const kr_motion *motion, double rate, const kr_series ended[2],
+                              struct kr_tangent *first, size_t n, dd factor);
+
+/* The functions above, and those below, which use slow.c. The files below support_motion.c take
+ * these functions as an argument that is NULL if the scene does not need them, so that the linker
+ * can omit them. */
+typedef struct kr_support_ops {
+    double (*rate)(const kr_motion *motion, kr_vec3 W, int is_held);
+    vec_dd (*set_constants)(kr_series s[2], const kr_motion *motion, double rate);
+    void (*place)(kr_series s[2], const kr_motion *motion, double rate);
+    void (*limit_steps)(kr_series s[2], const kr_motion *motion, double rate);
+    void (*set_mode)(const kr_motion *motion);
+    kr_vec3 (*acceleration)(const kr_series *s);
+    double (*sliding)(const kr_series *s);
+    /* How slow.c treats a top that friction holds. */
+    const struct kr_slow_kind *held;
+    /* Determines whether the top initially slides or is held by friction. */
+    void (*start)(const kr_motion *motion);
+    /* Computes the next step. With friction, the step ends at the latest when the spin vanishes or
+     * friction can no longer hold the top. */
+    kr_status (*step)(kr_motion *motion, const kr_kernel *kernel);
+    /* Writes the time derivatives of the attitude, the vertical and the angular velocity at the end
+     * of the last step. The derivatives are computed for the friction mode (sliding or held) of the
+     * last step. */
+    void (*slopes)(const kr_motion *motion, double x[8], double w[4]);
+    /* Returns 1 if the friction torque is discontinuous at the end of the last step. Writes to
+     * `factor` the factor that jump_tangents needs. `factor` is NaN if the top starts
+     * without spin and friction cannot hold the top, because the direction of the friction then
+     * depends on the sign of the perturbation. */
+    int (*jumps)(const kr_motion *motion, int order, dd *factor);
+    void (*expand_tangents)(const kr_motion *motion, double rate, const kr_series path[2],
+                            struct kr_tangent *first, size_t n, int order);
+    void (*jump_tangents)(const kr_motion *motion, double rate, const kr_series ended[2],
+                          struct kr_tangent *first, size_t n, dd factor);
+} kr_support_ops;
+extern const kr_support_ops kr_supports;
 #endif

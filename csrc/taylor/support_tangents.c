@@ -2,7 +2,7 @@
  * precision. The Taylor series of the tangents are computed by the code in support_deviation.h. */
 #include <string.h>
 #include "support_setup.h"
-#include "support_tangents.h"
+#include "tangents.h"
 
 /* Constants and current state of the motion, in the units of the Taylor series. A, D and h have the
  * same meaning as in series.h, and `turning` is the support's angular velocity. `rate`, `base` and

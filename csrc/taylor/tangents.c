@@ -3,8 +3,9 @@
  * substep works on a copy of the Taylor series of the path, so tangents do not affect the
  * motion. */
 #include "support_setup.h"
-#include "support_tangents.h"
+#include "tangents.h"
 
+static const kr_support_ops *const supports = FOR_SUPPORTS(&kr_supports);
 /* Maximum number of substeps in a step, and maximum number of attempts to shorten a substep. */
 enum { MAX_PARTS = 64, MAX_SHORTENINGS = 32 };
 /* Largest admissible relative truncation error of a tangent, divided by the tolerance of the path.
@@ -186,15 +187,15 @@ static void pass_stop(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_taylor *p = taylor_of(motion);
     dd factor;
-    if (KR_HAS_SUPPORTS && motion->scene->friction > 0.0 &&
-        kr_support_jumps(motion, order_of(motion), &factor))
-        kr_support_jump_tangents(motion, p->rate, p->series, tangent(motion, memory, 0), n, factor);
+    if (supports && motion->scene->friction > 0.0 &&
+        supports->jumps(motion, order_of(motion), &factor))
+        supports->jump_tangents(motion, p->rate, p->series, tangent(motion, memory, 0), n, factor);
 }
 /* Returns 1 if there is dry friction, if the support moves, or if a tangent is a derivative with
  * respect to a parameter of the support motion. */
 static int needs_support_terms(const kr_motion *motion, size_t n, const kr_seed seeds[])
 {
-    if (!KR_HAS_SUPPORTS) return 0;
+    if (!supports) return 0;
     for (size_t i = 0; i < n; i++)
         if (seeds[i].timing >= KR_TIMING_AMPLITUDE || v_largest(seeds[i].turning) > 0.0) return 1;
     return kr_support_moves(motion->scene);
@@ -268,9 +269,9 @@ static void expand_tangents(const kr_motion *motion, double *memory, size_t n)
     kr_tangent *first = tangent(motion, memory, 0),
                *rest_of_them =
                    tangent(motion, memory, KR_DEVIATION_BATCH_STRUCTS * count_batches(memory, n));
-    if (KR_HAS_SUPPORTS && tangent_work_of(memory)->moving != 0.0) {
-        kr_support_expand_tangents(motion, taylor_of(motion)->rate, path, first, n,
-                                   order_of(motion));
+    if (tangent_work_of(memory)->moving != 0.0) {
+        supports->expand_tangents(motion, taylor_of(motion)->rate, path, first, n,
+                                  order_of(motion));
         return;
     }
     if (count_batches(memory, n) > 0)
@@ -286,8 +287,7 @@ static void restart_series(const kr_motion *motion, double *memory, size_t n)
     const size_t words = words_of(motion->digits);
     kr_taylor_end_at(part, kernel);
     for (size_t word = 0; word < words; word++) part[word].t = part[word].end;
-    if (KR_HAS_SUPPORTS && part->linear > 1.0)
-        kr_support_place(part, motion, taylor_of(motion)->rate);
+    if (part->linear > 1.0) supports->place(part, motion, taylor_of(motion)->rate);
     kernel->advance(part, taylor_of(motion)->log2_tol, 1.0);
     for (size_t i = 0; i < count_structs(memory, n) * words; i++) {
         kr_tangent *g = tangent(motion, memory, 0) + i;

@@ -153,7 +153,8 @@ typedef struct kr_isa {
     void (*product)(const double *a, const double *b, int order, double *c);
 } kr_isa;
 
-/* A build may omit what belongs to more than 16 digits, or to tangents. */
+/* A build may omit what belongs to more than 16 digits, to tangents, or to tops with dry friction and
+ * on moving supports. */
 #ifdef KR_NO_DIGITS
 #  define FOR_DIGITS(what) NULL
 #else
@@ -163,6 +164,11 @@ typedef struct kr_isa {
 #  define FOR_TANGENTS(what) NULL
 #else
 #  define FOR_TANGENTS(what) what
+#endif
+#ifdef KR_NO_SUPPORTS
+#  define FOR_SUPPORTS(what) NULL
+#else
+#  define FOR_SUPPORTS(what) what
 #endif
 
 extern const kr_tangent_ops kr_taylor_tangents;
@@ -180,11 +186,15 @@ static inline void set_vector_words(double high[4], double low[4], vec_dd v)
 }
 /* Evaluates the series at the time `at`, and ends the step there. */
 void kr_taylor_end_at(kr_series s[2], const kr_kernel *kernel);
-/* Sets all constants of a Taylor series for the case that 1 / rate is the unit of time. */
-void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate);
+struct kr_support_ops;
+/* Sets all constants of a Taylor series for the case that 1 / rate is the unit of time. `supports`
+ * is NULL if the scene does not need the terms of a support. */
+void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate,
+                             const struct kr_support_ops *supports);
 /* Changes the unit of time to 1 / rate, where `rate` is a power of two. Does nothing if there are
  * tangents, whose constants are stored in the unit of time. */
-void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate);
+void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate,
+                        const struct kr_support_ops *supports);
 /* Returns the i-th instruction set included in the build, or NULL if i is too large. The widest
  * comes first. */
 const kr_isa *kr_taylor_isa(int i);
