@@ -340,3 +340,20 @@ static void REAL(expand_deviation)(const REAL(moving_path) * p, const support_dr
         }
     }
 }
+/* Expands n tangents to the given order or, if `factor` is not NULL, changes their momentum part. */
+static void REAL(change_tangents)(const kr_motion *motion, double rate, const kr_series path[2],
+                                  kr_tangent *first, size_t n, int order, const dd *factor)
+{
+    const support_data data = read_support(motion, rate, path);
+    const size_t words = motion->digits > 16 ? 2 : 1;
+    REAL(moving_path) p;
+    REAL(read_path)(&p, path, &data, order);
+    for (size_t i = 0; i < n; i++) {
+        kr_tangent *g = first + words * i;
+        const support_drive drive = read_drive(motion, rate, path, g);
+        if (factor)
+            REAL(jump)(&p, &drive, g, *factor);
+        else
+            REAL(expand_deviation)(&p, &drive, g, order);
+    }
+}

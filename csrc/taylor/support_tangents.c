@@ -26,12 +26,6 @@ typedef struct support_drive {
     int has_pull;
 } support_drive;
 
-#include "math/real.h"
-#include "support_deviation.h"
-#define KR_DEEP
-#include "math/real.h"
-#include "support_deviation.h"
-
 static void put_three(dd to[3], vec_dd v)
 {
     to[0] = v.x;
@@ -119,51 +113,37 @@ static support_drive read_drive(const kr_motion *motion, double rate, const kr_s
     drive.torque = -kr_support_sliding(path) * g->friction_of;
     return drive;
 }
+
+#include "math/real.h"
+#include "support_deviation.h"
+#define KR_DEEP
+#include "math/real.h"
+#include "support_deviation.h"
+
+/* Expands the tangents or, if `factor` is not NULL, changes them as kr_support_jump_tangents does. */
+static void change_tangents(const kr_motion *motion, double rate, const kr_series path[2],
+                            kr_tangent *first, size_t n, int order, const dd *factor)
+{
+    if (motion->digits > 16)
+        deep_change_tangents(motion, rate, path, first, n, order, factor);
+    else
+        plain_change_tangents(motion, rate, path, first, n, order, factor);
+}
 void kr_support_expand_tangents(const kr_motion *motion, double rate, const kr_series path[2],
                                 kr_tangent *first, size_t n, int order)
 {
-    const support_data data = read_support(motion, rate, path);
-    const int deep = motion->digits > 16;
-    plain_moving_path plain;
-    deep_moving_path twice;
-    if (deep)
-        deep_read_path(&twice, path, &data, order);
-    else
-        plain_read_path(&plain, path, &data, order);
-    for (size_t i = 0; i < n; i++) {
-        kr_tangent *g = first + (deep ? 2 : 1) * i;
-        const support_drive drive = read_drive(motion, rate, path, g);
-        if (deep)
-            deep_expand_deviation(&twice, &drive, g, order);
-        else
-            plain_expand_deviation(&plain, &drive, g, order);
-    }
+    change_tangents(motion, rate, path, first, n, order, NULL);
 }
 void kr_support_jump_tangents(const kr_motion *motion, double rate, const kr_series ended[2],
                               kr_tangent *first, size_t n, dd factor)
 {
-    const int deep = motion->digits > 16;
     kr_series path[2];
-    plain_moving_path plain;
-    deep_moving_path twice;
-    memcpy(path, ended, (deep ? 2 : 1) * sizeof *path);
-    for (int word = 0; word < 1 + deep; word++) {
+    memcpy(path, ended, sizeof path);
+    for (int word = 0; word < 2; word++) {
         memcpy(path[word].x[0], ended[word].end_x, sizeof ended->end_x);
         memcpy(path[word].w[0], ended[word].end_w, sizeof ended->end_w);
         path[word].t = ended[word].end;
     }
     path[0].slides = path[0].holds = 0.0;
-    const support_data data = read_support(motion, rate, path);
-    if (deep)
-        deep_read_path(&twice, path, &data, 1);
-    else
-        plain_read_path(&plain, path, &data, 1);
-    for (size_t i = 0; i < n; i++) {
-        kr_tangent *g = first + (deep ? 2 : 1) * i;
-        const support_drive drive = read_drive(motion, rate, path, g);
-        if (deep)
-            deep_jump(&twice, &drive, g, factor);
-        else
-            plain_jump(&plain, &drive, g, factor);
-    }
+    change_tangents(motion, rate, path, first, n, 1, &factor);
 }
