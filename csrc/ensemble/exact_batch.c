@@ -75,7 +75,7 @@ static void evaluate_top(kr_worker *worker, size_t i, const kr_exact_form *plan)
 }
 /* Checks the states that the output array already contains for top i, and updates the accumulators
  * with these states. */
-static void store_top(kr_worker *worker, size_t i)
+static void store_computed_states(kr_worker *worker, size_t i)
 {
     const kr_tops *tops = worker->tops;
     kr_slot slot = {.top = i, .last = tops->scenes[i].start};
@@ -105,7 +105,7 @@ void kr_exact_batch_run(kr_worker *worker, size_t from, size_t n, kr_status stat
         if (!is_ordered(&worker->config, tops, from + i))
             kr_worker_run_scalar(worker, worker->exact_top, from + i);
         else if (at_once)
-            store_top(worker, from + i);
+            store_computed_states(worker, from + i);
         else
             evaluate_top(worker, from + i, &worker->plans[i]);
     }

@@ -123,19 +123,19 @@ typedef struct {
  * series. */
 static shifted_constants shift_constants(const kr_motion *motion, double rate, int shift)
 {
-    shifted_constants of;
-    of.A = shift_axes(motion->inertia, shift);
-    of.c = v_scale(1.0 / (rate * rate), shift_axes(motion->lever, shift));
-    of.h = v_scale(1.0 / rate, shift_axes(motion->rotor, shift));
-    of.apart = moments_apart(of.A, of.h);
-    return of;
+    shifted_constants constants;
+    constants.A = shift_axes(motion->inertia, shift);
+    constants.c = v_scale(1.0 / (rate * rate), shift_axes(motion->lever, shift));
+    constants.h = v_scale(1.0 / rate, shift_axes(motion->rotor, shift));
+    constants.apart = moments_apart(constants.A, constants.h);
+    return constants;
 }
 /* Stores the constants of the equations of motion for one lane. */
-static void set_lane_constants(kr_lanes *l, int lane, const shifted_constants *of)
+static void set_lane_constants(kr_lanes *l, int lane, const shifted_constants *from)
 {
-    const kr_vec3 A = of->A, c = of->c, h = of->h, apart = of->apart;
+    const kr_vec3 A = from->A, c = from->c, h = from->h, apart = from->apart;
     set_components(l->k, lane, apart.x / A.x, apart.y / A.y, apart.z / A.z);
-    set_components(l->part, lane, apart.y / A.z, -apart.x / A.z, -h.z / A.z);
+    set_components(l->inner, lane, apart.y / A.z, -apart.x / A.z, -h.z / A.z);
     set_shifts(l->shift_prev, lane, v3(-h.z, -h.x, -h.y), apart);
     set_shifts(l->shift_next, lane, v3(h.y, h.z, h.x), apart);
     set_components(l->up, lane, c.z / A.x, c.x / A.y, c.y / A.z);
@@ -171,16 +171,16 @@ static void initial_direction(const kr_worker *worker, const kr_top *top, double
  * the squared norm of a tangent could overflow. */
 #define MAX_INVERSE_MOMENT 0x1p300
 /* Stores the constants of the variational equations for one lane. */
-static void set_growth_constants(kr_lanes *l, int lane, const shifted_constants *of)
+static void set_growth_constants(kr_lanes *l, int lane, const shifted_constants *from)
 {
     kr_lane_tangents *g = l->tangents;
-    const kr_vec3 A = of->A, apart = of->apart;
+    const kr_vec3 A = from->A, apart = from->apart;
     set_components(g->ahead, lane, -apart.y / A.x, -apart.z / A.y, -apart.x / A.z);
     set_components(g->behind, lane, -apart.z / A.x, -apart.x / A.y, -apart.y / A.z);
     set_components(g->per, lane, 1.0 / A.x, 1.0 / A.y, 1.0 / A.z);
     set_vector3(g->moments, lane, A);
-    set_vector3(g->c, lane, of->c);
-    set_vector3(g->rotor, lane, with_negative_zeros(of->h));
+    set_vector3(g->c, lane, from->c);
+    set_vector3(g->rotor, lane, with_negative_zeros(from->h));
 }
 /* Initializes the tangent of a lane. Returns 0 if the tangent overflows, if it is a combination of
  * the flow direction and a rotation about the vertical, or if a moment of inertia is too small. */
@@ -192,8 +192,8 @@ static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
     const kr_vec3 A = top->main.inertia;
     kr_vec3 turn, push;
     initial_direction(worker, top, rate, &turn, &push);
-    const shifted_constants of = shift_constants(&top->main, rate, shift);
-    set_growth_constants(l, lane, &of);
+    const shifted_constants constants = shift_constants(&top->main, rate, shift);
+    set_growth_constants(l, lane, &constants);
     kr_growth others = g->end;
     set_vector3(g->end.d[0], lane, shift_axes(turn, shift));
     set_vector3(g->end.d[1], lane, shift_axes(push, shift));
@@ -217,8 +217,8 @@ static int load_lane(kr_worker *worker, int lane)
     kr_slot *slot = &worker->slots[lane];
     int shift;
     const kr_quat turn = rotate_axes(motion->inertia, &shift);
-    const shifted_constants of = shift_constants(motion, p.rate, shift);
-    set_lane_constants(l, lane, &of);
+    const shifted_constants constants = shift_constants(motion, p.rate, shift);
+    set_lane_constants(l, lane, &constants);
     set_vector3(l->end_p, lane, shift_axes(v3(p.end_x[5], p.end_x[6], p.end_x[7]), shift));
     set_vector3(l->end_w, lane, shift_axes(v3(p.end_w[1], p.end_w[2], p.end_w[3]), shift));
     set_quaternion(l->end_q, lane,

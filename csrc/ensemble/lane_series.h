@@ -190,13 +190,13 @@ INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int h
 /* Computes the next Taylor coefficients of the heading and of its derivative. */
 INLINE void next_rate(kr_lanes *l, const lane_sums *a, int n, const lane_pair *newest, wide share)
 {
-    const lane_vec w = newest->w, p0 = lane_vec_load(l->p[0]), part = lane_vec_load(l->part);
-    const wide rotor = n == 0 ? wide_splat(0.0) : part.z * newest->p.z;
+    const lane_vec w = newest->w, p0 = lane_vec_load(l->p[0]), inner = lane_vec_load(l->inner);
+    const wide rotor = n == 0 ? wide_splat(0.0) : inner.z * newest->p.z;
     wide sum = wide_fma(w.x, p0.x, wide_fma(w.y, p0.y, wide_fma(w.z, p0.z, rotor)));
     if (n == 0)
         sum = sum + sum;
     else
-        sum = wide_fma(part.x, a->wp_x, wide_fma(part.y, a->wp_y, sum));
+        sum = wide_fma(inner.x, a->wp_x, wide_fma(inner.y, a->wp_y, sum));
     const wide rate = (sum - a->quotient) * wide_load(l->inverse);
     wide_store(l->rate[n], rate);
     wide_store(l->turn[n + 1], share * rate);

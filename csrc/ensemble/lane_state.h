@@ -52,7 +52,7 @@ typedef struct kr_lanes {
     kr_lane_quaternion end_q;
     kr_lane_vector k, up, down; /* (Ay - Az) / Ax, cz / Ax, -cy / Ax, and cyclic permutations */
     /* factors of Wx Px, Wy Py and Pz in (W, P): 1 - Ax / Az, 1 - Ay / Az, -hz / Az */
-    kr_lane_vector part;
+    kr_lane_vector inner;
     /* Rotor terms added to prev(W_0) and next(W_0): -hz / (Ay - Az) and hy / (Ay - Az), permuted
      * cyclically. The members `prev` and `next` contain the cyclic permutations prev(W_0) and
      * next(W_0) with the rotor terms added. Without a rotor, the terms are -0, because adding -0
@@ -99,7 +99,7 @@ typedef struct kr_lane_tangents {
     kr_lane_number out[KR_GROWTH_COUNT];
     kr_lane_vector first[2]; /* result of the kernel's `begin`: an initial tangent of unit length */
     kr_lane_number first_energy, first_vertical, first_size;
-    kr_lanes part;           /* the path, expanded at the start of a part of a step */
+    kr_lanes substep;        /* the path, expanded at the start of a substep */
     double truncation_limit; /* largest allowed square of a relative last term */
     int terms[4];            /* number of terms that matter at each node of the integrals */
 } kr_lane_tangents;

@@ -14,10 +14,10 @@
 #include "lane_series.h"
 
 /* The relative truncation error of a tangent may be at most 2^GROWTH_SLACK times the tolerance. A
- * step is divided into at most GROWTH_PARTS substeps, and is cut short if these do not suffice.
+ * step is divided into at most GROWTH_SUBSTEPS substeps, and is cut short if these do not suffice.
  * Each substep is shortened at most GROWTH_TRIES times. */
 #define GROWTH_SLACK 9.0
-enum { GROWTH_PARTS = 64, GROWTH_TRIES = 32 };
+enum { GROWTH_SUBSTEPS = 64, GROWTH_TRIES = 32 };
 
 typedef struct {
     lane_vec turn, push;
@@ -309,20 +309,20 @@ INLINE void expand_growth(kr_lanes *l, kr_lane_tangents *g, lane_deviation start
 /* Computes new Taylor series for the motions in all lanes, expanded about the times `at`. */
 APART void begin_part(kr_lanes *l, kr_lane_tangents *g, const double *at)
 {
-    kr_lanes *part = &g->part;
+    kr_lanes *substep = &g->substep;
     const wide time = wide_load(at);
     const lane_point here = sum_lanes(l, time, 1);
-    part->order = l->order;
-    memcpy(part->k, l->k, sizeof l->k);
-    memcpy(part->up, l->up, sizeof l->up);
-    memcpy(part->down, l->down, sizeof l->down);
-    memcpy(part->shift_prev, l->shift_prev, sizeof l->shift_prev);
-    memcpy(part->shift_next, l->shift_next, sizeof l->shift_next);
-    memcpy(part->forward, l->forward, sizeof l->forward);
-    wide_store(part->t, time);
-    lane_vec_store(part->p[0], here.p);
-    lane_vec_store(part->w[0], here.w);
-    expand_lanes(part, 1);
+    substep->order = l->order;
+    memcpy(substep->k, l->k, sizeof l->k);
+    memcpy(substep->up, l->up, sizeof l->up);
+    memcpy(substep->down, l->down, sizeof l->down);
+    memcpy(substep->shift_prev, l->shift_prev, sizeof l->shift_prev);
+    memcpy(substep->shift_next, l->shift_next, sizeof l->shift_next);
+    memcpy(substep->forward, l->forward, sizeof l->forward);
+    wide_store(substep->t, time);
+    lane_vec_store(substep->p[0], here.p);
+    lane_vec_store(substep->w[0], here.w);
+    expand_lanes(substep, 1);
 }
 INLINE lane_point choose_point(mask m, const lane_point *yes, const lane_point *no)
 {
@@ -362,7 +362,7 @@ INLINE lane_deviation propagate_deviation(kr_lanes *l, kr_lane_tangents *g, wide
         *areas = add_part(path, g, h, own, *areas);
         if (arrived || parts == most) return own;
         begin_part(l, g, time);
-        path = &g->part;
+        path = &g->substep;
     }
 }
 INLINE growth_areas load_areas(kr_lane_tangents *g)
@@ -382,8 +382,8 @@ INLINE wide propagate_over_step(kr_lanes *l, kr_lane_tangents *g)
     memcpy(&g->begin, &g->end, sizeof g->end);
     growth_areas areas = load_areas(g);
     wide reached;
-    const lane_deviation d = propagate_deviation(l, g, wide_load(l->end), &at, GROWTH_PARTS, &areas,
-                                                 &reached),
+    const lane_deviation d = propagate_deviation(l, g, wide_load(l->end), &at, GROWTH_SUBSTEPS,
+                                                 &areas, &reached),
                          nothing = {lane_vec_zero(), lane_vec_zero()};
     wide_store(g->end.area, areas.area);
     wide_store(g->end.moment, areas.moment);
@@ -407,7 +407,7 @@ INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
     growth_areas areas = load_areas(g);
     wide reached;
     const lane_deviation d =
-        propagate_deviation(l, g, at, &here, 2 * GROWTH_PARTS, &areas, &reached);
+        propagate_deviation(l, g, at, &here, 2 * GROWTH_SUBSTEPS, &areas, &reached);
     const mask is_there = wide_equal(reached, at);
     wide_store(g->out[KR_GROWTH_LOG], wide_choose(is_there, areas.last, wide_splat(NAN)));
     wide_store(g->out[KR_GROWTH_TRUNCATION], wide_sqrt(areas.rest));

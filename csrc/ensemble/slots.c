@@ -161,7 +161,7 @@ static void park_tangent(kr_lane_tangents *g, int lane)
 void kr_lane_park(kr_lanes *l, int lane)
 {
     kr_lane_number *const none[] = {l->end_w,   l->k,          l->up,        l->down,
-                                    l->part,    l->moment,     l->rotor,     l->along_p,
+                                    l->inner,   l->moment,     l->rotor,     l->along_p,
                                     l->along_w, l->shift_prev, l->shift_next};
     for (size_t i = 0; i < sizeof none / sizeof *none; i++) set_components(none[i], lane, 0, 0, 0);
     set_components(l->end_p, lane, 0, 0, 1);

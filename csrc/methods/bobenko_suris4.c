@@ -1,5 +1,5 @@
 /* A fourth-order variant of the Bobenko-Suris map, with a modified kick and modified rates of
- * rotation (model/resummed.h). A step of size h of the method is a step of size e of the following
+ * rotation (model/map_rates.h). A step of size h of the method is a step of size e of the following
  * map, with u = <a,e3>:
  *     m+ = m + (e/2) V'(u) e3 x a,    a' = Cay(e m+ / I1) a,    m' = m+ + (e/2) V'(u') e3 x a'
  * The map is explicit and integrable, and needs one kick per step. The map conserves the vertical
@@ -10,7 +10,7 @@
  * undefined, or the modified kick might be inaccurate. The modified rates of rotation are computed
  * only once, from the initial state. */
 #include "bobenko_suris.h"
-#include "model/resummed.h"
+#include "model/map_rates.h"
 
 /* Each step also includes fixed rotations about the vertical and the symmetry axis. The fixed
  * rotations of all steps are combined, and are applied only when a state is read. */
@@ -32,7 +32,7 @@ static kr_status bobenko_suris4_reset(kr_motion *motion, const kr_state *start)
     bobenko_suris4_state *p = (bobenko_suris4_state *)motion->work;
     const double i1 = motion->inertia.x, g = motion->lever.z / i1;
     const kr_vec3 a = q_axis(start->q);
-    const resummed r = resum(motion->step, g, a, v_scale(1.0 / i1, start->m));
+    const map_rates r = find_map_rates(motion->step, g, a, v_scale(1.0 / i1, start->m));
     if (!isfinite(r.step)) return KR_ERR_STEP_SIZE;
     bobenko_suris_begin(&p->o, motion, start);
     p->o.kick_strength = r.step * motion->lever.z;

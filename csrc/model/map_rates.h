@@ -16,18 +16,18 @@
  *     A = atan(sqrt z) / sqrt z,    B = (1 - A) / z
  * All these quantities are constant along an orbit. (Derived for this library; no earlier source is
  * known.) */
-#ifndef KR_RESUMMED_H
-#define KR_RESUMMED_H
+#ifndef KR_MAP_RATES_H
+#define KR_MAP_RATES_H
 #include <float.h>
 #include "math/su2.h"
 
-typedef struct resummed {
+typedef struct map_rates {
     /* e and I; NaN if 2 h^2 |I| > 1 or h^2 |g| > 1, because the rates need not exist then */
     double step, energy;
     double precession, spin; /* rotation angles of a step: -e g c om, -e g l om */
-} resummed;
+} map_rates;
 
-static inline double resummed_energy(double e, double g, kr_vec3 a, kr_vec3 m)
+static inline double map_energy(double e, double g, kr_vec3 a, kr_vec3 m)
 {
     const double b = 0.25 * e * e * g, u = a.z, shift = 0.25 * e * e * v_dot(m, a) * m.z;
     const double slope = g * (1.0 - b * u) / (1.0 + b * b * u * u);
@@ -37,11 +37,11 @@ static inline double resummed_energy(double e, double g, kr_vec3 a, kr_vec3 m)
 }
 /* Returns the time step of the continuous motion that corresponds to the step r->step of the map.
  * Sets all members of `r` except r->step. */
-static inline double resummed_step(resummed *r, double g, kr_vec3 a, kr_vec3 m)
+static inline double map_step(map_rates *r, double g, kr_vec3 a, kr_vec3 m)
 {
     const double e = r->step, c = v_dot(m, a), l = m.z;
     double A = 0.0, B = 0.0, D = 0.0, power = 1.0;
-    r->energy = resummed_energy(e, g, a, m);
+    r->energy = map_energy(e, g, a, m);
     const double z = 0.5 * e * e * r->energy;
     if (!(fabs(z) < 0.5)) return NAN;
     for (int k = 0; k < 52; k++) {
@@ -56,12 +56,12 @@ static inline double resummed_step(resummed *r, double g, kr_vec3 a, kr_vec3 m)
 }
 /* Finds the step size of the map that corresponds to a time step h of the continuous motion, by the
  * secant method. */
-static inline resummed resum(double h, double g, kr_vec3 a, kr_vec3 m)
+static inline map_rates find_map_rates(double h, double g, kr_vec3 a, kr_vec3 m)
 {
-    resummed r = {h, 0.0, 0.0, 0.0};
+    map_rates r = {h, 0.0, 0.0, 0.0};
     double last = 0.0, reached = 0.0;
     for (int i = 0; i < 20; i++) {
-        const double now = resummed_step(&r, g, a, m), e = r.step;
+        const double now = map_step(&r, g, a, m), e = r.step;
         if (fabs(now - h) <= 4.0 * DBL_EPSILON * fabs(h)) {
             if (h * h * fmax(2.0 * fabs(r.energy), fabs(g)) <= 1.0) return r;
             break;

@@ -11,7 +11,7 @@
  *     r = exp(e3 precession_angle) exp(e1 nutation) exp(e3 spin_angle) */
 #include "quantities.h"
 #include "math/trig.h"
-#include "resummed.h"
+#include "map_rates.h"
 #include "scene.h"
 
 /* Rounding error of a spin, relative to the terms of which it is the sum. */
@@ -258,8 +258,8 @@ double kr_state_modified_energy4(const kr_scene *scene, const kr_state *s, doubl
     if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_LAGRANGE) return NAN;
     if (kr_body_has_rotor(&scene->body) || kr_scene_shakes(scene)) return NAN;
     const kr_vec3 a = q_axis(q_mul(principal_attitude(scene, s), w.axes));
-    const resummed r =
-        resum(step, scene->body.mass * scene->gravity * w.com.z / i1, a, v_scale(1.0 / i1, s->m));
+    const map_rates r = find_map_rates(step, scene->body.mass * scene->gravity * w.com.z / i1, a,
+                                       v_scale(1.0 / i1, s->m));
     return i1 * r.energy + 0.5 * (1.0 / w.inertia.z - 1.0 / i1) * c * c;
 }
 double kr_attitude_error(kr_quat a, kr_quat b)

@@ -26,9 +26,9 @@ INLINE void set_deviation(kr_tangent *g, turned_deviation *d, int n, triple turn
     const triple up = triple_of(g->up), down = triple_of(g->down);
     store_turn(g, n, turn);
     store_push(g, n, push);
-    d->turn[n] = next_prev(turn);
-    d->push[n] = next_prev(push);
-    d->cross[n] = next_prev(triple_fma(up, triple_prev(turn), triple_mul(down, triple_next(turn))));
+    d->turn[n] = turned_of(turn);
+    d->push[n] = turned_of(push);
+    d->cross[n] = turned_of(triple_fma(up, triple_prev(turn), triple_mul(down, triple_next(turn))));
 }
 /* Returns the n-th coefficient of the torque due to a change of the lever arm. */
 INLINE triple lever_torque(const kr_series *s, const kr_tangent *g, int n)
@@ -92,7 +92,7 @@ INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *
     set_deviation(g, d, n + 1, rate, force);
 }
 /* Adds every second term of the Cauchy products to `a`, beginning with the term of index `first`.
- * If PARTS_AT_ONCE is 2, the remaining terms of the Cauchy products are added to `b`. */
+ * If CHAINS is 2, the remaining terms of the Cauchy products are added to `b`. */
 INLINE void add_terms(deviation_sums *a, deviation_sums *b, const turned_path *path,
                       const turned_deviation *d, int few, int first, int n)
 {
@@ -102,7 +102,7 @@ INLINE void add_terms(deviation_sums *a, deviation_sums *b, const turned_path *p
             UNROLL
             for (int k = 0; k < few; k++) {
                 add_products(&a[k], path, &d[k], j, n - j);
-                if (PARTS_AT_ONCE > 1) add_products(&b[k], path, &d[k], j + 1, n - j - 1);
+                if (CHAINS > 1) add_products(&b[k], path, &d[k], j + 1, n - j - 1);
             }
         }
     }
@@ -118,7 +118,7 @@ INLINE void next_few(const kr_series *s, const turned_path *path, kr_tangent *g,
     deviation_sums a[AT_ONCE], b[AT_ONCE];
     for (int k = 0; k < few; k++) a[k] = b[k] = none;
     add_terms(a, b, path, d, few, 0, n);
-    if (PARTS_AT_ONCE == 1) add_terms(b, b, path, d, few, 1, n);
+    if (CHAINS == 1) add_terms(b, b, path, d, few, 1, n);
     UNROLL
     for (int k = 0; k < few; k++) next_deviation(s, g + k * STRUCTS, &d[k], n, &a[k], &b[k]);
 }

@@ -8,7 +8,7 @@ enum {
     AT_ONCE = 1,
     BLOCK = 2,
     BEFORE = 0,
-    PARTS_AT_ONCE = 1,
+    CHAINS = 1,
     STRUCTS = KR_DEVIATION_BATCH_STRUCTS * WORDS /* distance between batches, in structs */
 };
 typedef struct {
@@ -50,7 +50,7 @@ INLINE triple triple_sub(triple a, triple b)
 }
 INLINE triple triple_next(triple a) { return triple_all(a.y, a.z, a.x); }
 INLINE triple triple_prev(triple a) { return triple_all(a.z, a.x, a.y); }
-INLINE turned next_prev(triple a) { return a; }
+INLINE turned turned_of(triple a) { return a; }
 INLINE path_term path_term_of(const double *four) { return four; }
 INLINE path_term path_zero(void) { return NULL; }
 INLINE turned turned_zero(void) { return triple_splat(duo_splat(0.0)); }

@@ -4,11 +4,11 @@
 #include "tangents.h"
 
 enum {
-    AT_ONCE = 3,       /* tangents computed in parallel */
-    BLOCK = 4,         /* terms added in one pass of a loop */
-    BEFORE = BLOCK,    /* zeros before the coefficients of the path */
-    PARTS_AT_ONCE = 2, /* parallel chains of a sum */
-    STRUCTS = WORDS    /* distance between tangents, in structs */
+    AT_ONCE = 3,    /* tangents computed in parallel */
+    BLOCK = 4,      /* terms added in one pass of a loop */
+    BEFORE = BLOCK, /* zeros before the coefficients of the path */
+    CHAINS = 2,     /* parallel chains of a sum */
+    STRUCTS = WORDS /* distance between tangents, in structs */
 };
 typedef quad triple;
 typedef duo turned, path_term, halves;
@@ -21,7 +21,7 @@ INLINE triple triple_mul(triple a, triple b) { return quad_mul(a, b); }
 INLINE triple triple_fma(triple a, triple b, triple c) { return quad_fma(a, b, c); }
 INLINE triple triple_next(triple a) { return quad_next(a); }
 INLINE triple triple_prev(triple a) { return quad_prev(a); }
-INLINE turned next_prev(triple a) { return duo_next_prev(a); }
+INLINE turned turned_of(triple a) { return duo_next_prev(a); }
 INLINE path_term path_term_of(const double *four) { return duo_prev_next(quad_load(four)); }
 INLINE path_term path_zero(void) { return duo_splat(0.0); }
 INLINE turned turned_zero(void) { return duo_splat(0.0); }

@@ -62,7 +62,7 @@ typedef struct {
     duo i, j, k; /* of W_j or U_j with x_m for each axis; the headless form uses p instead */
     duo p;       /* of (next(W_j) * prev(P_m) | prev(W_j) * next(P_m)) */
     duo cross;   /* of next(W_j) * prev(W_m), in two halves */
-    duo turned;  /* of (next(U_j) * prev(O_m) | prev(U_j) * next(O_m)) */
+    duo support; /* of (next(U_j) * prev(O_m) | prev(U_j) * next(O_m)) */
     duo pulled;  /* of G_j x_m */
 } series_sums;
 
@@ -91,11 +91,11 @@ INLINE duo half_square(const kr_series *s, turned_vector w, int j)
  * and of the effective gravity with the m-th coefficients of the attitude, of the vertical and of
  * the angular velocity of the support. */
 INLINE void add_term(series_sums *a, const kr_series *s, const kr_series *own,
-                     const turned_term *of, int j, int m, int terms)
+                     const turned_term *turned, int j, int m, int terms)
 {
-    const duo x = duo_load(s->x[m]), *u = terms & TURNS ? &of[j].u : &of[j].w.ahead;
+    const duo x = duo_load(s->x[m]), *u = terms & TURNS ? &turned[j].u : &turned[j].w.ahead;
     if (terms & HEADLESS) {
-        a->p = duo_fma(*u, of[m].fixed, a->p);
+        a->p = duo_fma(*u, turned[m].fixed, a->p);
     } else if (terms & SUPPORT) {
         a->i = duo_fma(duo_lane_of(*u, own->w[j], 1), x, a->i);
         a->j = duo_fma(duo_lane_of(*u, own->w[j], 2), x, a->j);
@@ -106,17 +106,17 @@ INLINE void add_term(series_sums *a, const kr_series *s, const kr_series *own,
         a->k = duo_fma(duo_lane(s->w[j], 3), x, a->k);
     }
     if (!(terms & SUPPORT)) return;
-    if (terms & TURNS) a->turned = duo_fma(*u, of[m].fixed, a->turned);
+    if (terms & TURNS) a->support = duo_fma(*u, turned[m].fixed, a->support);
     if (terms & SHAKES) a->pulled = duo_fma(duo_load(own->x[j]), x, a->pulled);
 }
 /* Adds the products of Taylor coefficients with indices (j, m) to `a`, and those with indices (m,
  * j) to `b`. */
 INLINE void add_pair(series_sums *a, series_sums *b, const kr_series *s, const kr_series *own,
-                     const turned_term *of, int j, int m, int terms)
+                     const turned_term *turned, int j, int m, int terms)
 {
-    add_term(a, s, own, of, j, m, terms);
-    add_term(b, s, own, of, m, j, terms);
-    a->cross = duo_fma(of[j].w.ahead, of[m].w.behind, a->cross);
+    add_term(a, s, own, turned, j, m, terms);
+    add_term(b, s, own, turned, m, j, terms);
+    a->cross = duo_fma(turned[j].w.ahead, turned[m].w.behind, a->cross);
 }
 INLINE void add_chains(series_sums *a, const series_sums *b, int terms)
 {
@@ -127,27 +127,27 @@ INLINE void add_chains(series_sums *a, const series_sums *b, int terms)
         a->j = duo_add(a->j, b->j);
         a->k = duo_add(a->k, b->k);
     }
-    if (terms & TURNS) a->turned = duo_add(a->turned, b->turned);
+    if (terms & TURNS) a->support = duo_add(a->support, b->support);
     if (terms & SHAKES) a->pulled = duo_add(a->pulled, b->pulled);
 }
 
 /* Returns the n-th coefficients of all products of Taylor series in the equations of motion. Each
  * sum starts with the products of middle-order coefficients, and the products with the newest
  * coefficients are added last. */
-INLINE series_sums cauchy_products(const kr_series *s, const kr_series *own, const turned_term *of,
-                                   int n, int terms)
+INLINE series_sums cauchy_products(const kr_series *s, const kr_series *own,
+                                   const turned_term *turned, int n, int terms)
 {
     const duo zero = duo_splat(0.0);
     series_sums a = {zero, zero, zero, zero, zero, zero, zero}, b = a;
     if (n % 2 == 0) {
-        add_term(&a, s, own, of, n / 2, n / 2, terms);
-        a.cross = half_square(s, of[n / 2].w, n / 2);
+        add_term(&a, s, own, turned, n / 2, n / 2, terms);
+        a.cross = half_square(s, turned[n / 2].w, n / 2);
     }
     UNROLL
     for (int j = (n - 1) / 2; j > 0; j--)
-        add_pair(&a, SIDE_BY_SIDE ? &b : &a, s, own, of, n - j, j, terms);
+        add_pair(&a, SIDE_BY_SIDE ? &b : &a, s, own, turned, n - j, j, terms);
     if (SIDE_BY_SIDE) add_chains(&a, &b, terms);
-    if (n > 0) add_pair(&a, &a, s, own, of, n, 0, terms);
+    if (n > 0) add_pair(&a, &a, s, own, turned, n, 0, terms);
     return a;
 }
 
@@ -174,16 +174,16 @@ INLINE quad velocity_rates(const series_sums *a, const kr_series *s, quad p, qua
 }
 
 /* Stores the n-th Taylor coefficient of the vertical P if the attitude is not computed. */
-INLINE void set_vertical(kr_series *s, turned_term *of, int n, quad p)
+INLINE void set_vertical(kr_series *s, turned_term *turned, int n, quad p)
 {
     quad_store(s->x[n] + 4, p);
-    of[n].fixed = duo_prev_next(p);
+    turned[n].fixed = duo_prev_next(p);
 }
 
 /* Returns the n-th coefficient of the support's angular velocity in the body frame. */
-INLINE quad turning_rates(duo turned, int n)
+INLINE quad support_rates(duo support, int n)
 {
-    return quad_fma(quad_inverse(-n), duo_lo(turned), quad_mul(quad_inverse(n), duo_hi(turned)));
+    return quad_fma(quad_inverse(-n), duo_lo(support), quad_mul(quad_inverse(n), duo_hi(support)));
 }
 /* Returns the dot product of lanes 1 to 3 of two vectors, copied to every lane. */
 INLINE quad dot_lanes(kr_series *own, quad a, quad b)
@@ -224,16 +224,16 @@ INLINE quad support_velocity(const series_sums *a, const kr_series *s, const kr_
 }
 /* Stores the n-th Taylor coefficients of the angular velocities of the top and of its support. For
  * a sliding top, also stores the n-th coefficient of the spin, unless `is_known` is nonzero. */
-INLINE void set_velocities(kr_series *s, kr_series *own, turned_term *of, int n, quad w, quad o,
+INLINE void set_velocities(kr_series *s, kr_series *own, turned_term *turned, int n, quad w, quad o,
                            int turns, int is_known)
 {
     const quad u = turns ? quad_fma(quad_splat(-1.0), o, w) : w;
     quad_store(own->w[n], u);
     if (turns) {
-        of[n].u = duo_next_prev(u);
-        of[n].fixed = duo_prev_next(o);
+        turned[n].u = duo_next_prev(u);
+        turned[n].fixed = duo_prev_next(o);
     }
-    set_turned(s->w[n], &of[n].w, w);
+    set_turned(s->w[n], &turned[n].w, w);
     if (s->slides != 0.0 && !is_known) set_lane0(s, own, n, dot_lanes(own, u, quad_load(s->apex)));
 }
 /* Computes the Taylor coefficients of the effective gravity, which is a constant plus a cosine. */
@@ -251,32 +251,33 @@ INLINE void set_acceleration(const kr_series *s, kr_series *own, int order)
 }
 /* Computes the Taylor coefficients of order n + 1 of the angular velocities of a top with friction or
  * on a moving support. */
-INLINE void next_support_velocity(kr_series *s, kr_series *own, turned_term *of, int n,
+INLINE void next_support_velocity(kr_series *s, kr_series *own, turned_term *turned, int n,
                                   quad vertical, const series_sums *a, int terms)
 {
-    const quad o = terms & TURNS ? turning_rates(a->turned, n + 1) : quad_splat(0.0);
+    const quad o = terms & TURNS ? support_rates(a->support, n + 1) : quad_splat(0.0);
     quad w = support_velocity(a, s, own, n, terms & SHAKES ? duo_hi(a->pulled) : vertical);
     if (s->holds != 0.0) w = hold_spin(s, own, n, w, o);
-    set_velocities(s, own, of, n + 1, w, o, terms & TURNS, 0);
+    set_velocities(s, own, turned, n + 1, w, o, terms & TURNS, 0);
 }
 
 /* Computes the Taylor coefficients of order n + 1. */
-INLINE void next_series_coefficient(kr_series *s, kr_series *own, turned_term *of, int n, int terms)
+INLINE void next_series_coefficient(kr_series *s, kr_series *own, turned_term *turned, int n,
+                                    int terms)
 {
-    const series_sums a = cauchy_products(s, own, of, n, terms);
+    const series_sums a = cauchy_products(s, own, turned, n, terms);
     const quad p = terms & HEADLESS ? quad_load(s->x[n] + 4) : duo_hi(duo_load(s->x[n]));
     if (terms & HEADLESS)
-        set_vertical(s, of, n + 1, vertical_rates(&a, n + 1));
+        set_vertical(s, turned, n + 1, vertical_rates(&a, n + 1));
     else
         duo_store(s->x[n + 1], attitude_rates(&a, duo_inverse(n + 1)));
     if (terms & SUPPORT) {
-        next_support_velocity(s, own, of, n, p, &a, terms);
+        next_support_velocity(s, own, turned, n, p, &a, terms);
         return;
     }
     quad w = velocity_rates(&a, s, p, quad_inverse(n + 1));
     if (terms & DAMPED)
         w = quad_fma(quad_mul(quad_inverse(n + 1), quad_load(s->drag)), quad_load(s->w[n]), w);
-    set_turned(s->w[n + 1], &of[n + 1].w, w);
+    set_turned(s->w[n + 1], &turned[n + 1].w, w);
 }
 
 /* approx_log2 and approx_exp2 operate on the bits of a double, and are much faster than libm. Two
@@ -337,24 +338,26 @@ INLINE double step_to_tail(const kr_series *s, int head, double log2_size)
 }
 
 /* Permutes the coefficients of orders 0 to `from`, which are known. */
-INLINE void permute_known_coefficients(kr_series *s, turned_term *of, int from, int terms)
+INLINE void permute_known_coefficients(kr_series *s, turned_term *turned, int from, int terms)
 {
     for (int n = 0; n <= from; n++) {
-        if (!(terms & SUPPORT)) set_turned(s->w[n], &of[n].w, quad_load(s->w[n]));
-        if (terms & HEADLESS) set_vertical(s, of, n, quad_load(s->x[n] + 4));
+        if (!(terms & SUPPORT)) set_turned(s->w[n], &turned[n].w, quad_load(s->w[n]));
+        if (terms & HEADLESS) set_vertical(s, turned, n, quad_load(s->x[n] + 4));
     }
 }
 /* Computes the coefficients of orders 0 to `from` of the relative angular velocity and of the motion
  * of the support from the known coefficients of the top's motion. */
-INLINE void find_known_coefficients(kr_series *s, kr_series *own, turned_term *of, int from,
+INLINE void find_known_coefficients(kr_series *s, kr_series *own, turned_term *turned, int from,
                                     int terms)
 {
-    set_velocities(s, own, of, 0, quad_load(s->w[0]), quad_load(s->turn), terms & TURNS, from > 0);
+    set_velocities(s, own, turned, 0, quad_load(s->w[0]), quad_load(s->turn), terms & TURNS,
+                   from > 0);
     for (int n = 0; n < from; n++) {
-        duo turned = duo_splat(0.0);
+        duo support = duo_splat(0.0);
         if (terms & TURNS)
-            for (int j = 0; j <= n; j++) turned = duo_fma(of[j].u, of[n - j].fixed, turned);
-        set_velocities(s, own, of, n + 1, quad_load(s->w[n + 1]), turning_rates(turned, n + 1),
+            for (int j = 0; j <= n; j++)
+                support = duo_fma(turned[j].u, turned[n - j].fixed, support);
+        set_velocities(s, own, turned, n + 1, quad_load(s->w[n + 1]), support_rates(support, n + 1),
                        terms & TURNS, 1);
     }
 }
@@ -363,13 +366,13 @@ INLINE void find_known_coefficients(kr_series *s, kr_series *own, turned_term *o
 INLINE void expand_terms(kr_series *s, int from, int order, int terms)
 {
     kr_series own[2];
-    turned_term of[KR_TAYLOR_MAX + 1];
-    permute_known_coefficients(s, of, from, terms);
+    turned_term turned[KR_TAYLOR_MAX + 1];
+    permute_known_coefficients(s, turned, from, terms);
     if (terms & SHAKES) set_acceleration(s, own, order);
-    if (terms & SUPPORT) find_known_coefficients(s, own, of, from, terms);
-    add_rotor(s, &of[0].w);
+    if (terms & SUPPORT) find_known_coefficients(s, own, turned, from, terms);
+    add_rotor(s, &turned[0].w);
     for (int n = from; n < order; n++)
-        next_series_coefficient(s, terms & SUPPORT ? own : s, of, n, terms);
+        next_series_coefficient(s, terms & SUPPORT ? own : s, turned, n, terms);
 }
 APART void expand_damped(kr_series *s, int from, int order, int terms)
 {
@@ -423,7 +426,7 @@ INLINE void expand_support(kr_series *s, int from, int order, int terms)
 /* Computes the Taylor coefficients of orders `from` + 1 to `order`. */
 INLINE void expand_series(kr_series *s, int from, int order, int terms)
 {
-    turned_term of[KR_TAYLOR_MAX + 1];
+    turned_term turned[KR_TAYLOR_MAX + 1];
 #if !defined KR_NO_SUPPORTS
     if (s->linear > 1.0) {
         expand_support(s, from, order, terms);
@@ -434,10 +437,10 @@ INLINE void expand_series(kr_series *s, int from, int order, int terms)
         expand_damped(s, from, order, terms);
         return;
     }
-    permute_known_coefficients(s, of, from, terms);
-    add_rotor(s, &of[0].w);
+    permute_known_coefficients(s, turned, from, terms);
+    add_rotor(s, &turned[0].w);
     UNROLL
-    for (int n = from; n < order; n++) next_series_coefficient(s, s, of, n, terms);
+    for (int n = from; n < order; n++) next_series_coefficient(s, s, turned, n, terms);
 }
 
 /* Sums x_n h^(n - from) for n >= from, with h = to - t. Even and odd powers are summed in two

@@ -7,8 +7,9 @@ struct kr_support_ops;
 /* How damping acts on a top that friction holds. */
 extern const struct kr_slow_kind kr_slow_held;
 /* Computes the next step of a strongly damped motion on the slow manifold, forward in time.
- * `supports` is NULL if the series has no terms of a support. Returns 0 if the motion has not reached the slow manifold. If the result is 0, the caller must compute
- * the step with `kernel` and the tolerance written to `log2_tol`. */
+ * `supports` is NULL if the series has no terms of a support. Returns 0 if the motion has not
+ * reached the slow manifold. If the result is 0, the caller must compute the step with `kernel` and
+ * the tolerance written to `log2_tol`. */
 int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, const struct kr_support_ops *supports,
                  double *log2_tol);
 /* Returns 1 if the top rotates by more than 2^53 rad before the time `until`. Fast rotations are

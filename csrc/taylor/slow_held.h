@@ -6,9 +6,6 @@
  * The friction torque is along the apex and does not affect these equations. It follows from
  *     torque = <a, A (W' - X) + D U>
  * Damping is strong about a direction v_i instead of a principal axis. */
-#ifndef KR_TAYLOR_SLOW_HELD_H
-#define KR_TAYLOR_SLOW_HELD_H
-#include "slow_axes.h"
 
 /* Directions perpendicular to the apex vector, in ascending order of their damping rates d_i. All
  * rates are expressed in the motion's unit of time. */
@@ -206,4 +203,3 @@ static int is_held_near(const kr_series *s, const slow_axes *slow, double noise,
     }
     return 1;
 }
-#endif

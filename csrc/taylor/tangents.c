@@ -7,7 +7,7 @@
 
 static const kr_support_ops *const supports = FOR_SUPPORTS(&kr_supports);
 /* Maximum number of substeps in a step, and maximum number of attempts to shorten a substep. */
-enum { MAX_PARTS = 64, MAX_SHORTENINGS = 32 };
+enum { MAX_SUBSTEPS = 64, MAX_SHORTENINGS = 32 };
 /* Largest admissible relative truncation error of a tangent, divided by the tolerance of the path.
  * For most motions, the truncation errors of the tangents remain below this limit, so no substeps
  * are needed. */
@@ -17,9 +17,9 @@ static const double rest_over_tolerance = 0x1p9;
  * substep. The tangents are stored in the memory block after this header. */
 typedef struct {
     kr_series path[2];
-    double parts;            /* number of substeps of the last step */
+    double substeps;         /* number of substeps of the last step */
     double from, to;         /* start and end of the last step */
-    double part;             /* number of the substep whose series are in memory, from 1 */
+    double substep;          /* number of the substep whose series are in memory, from 1 */
     double until;            /* end of this substep */
     double moving;           /* nonzero if the terms of support_deviation.h are needed */
     double from_low, to_low; /* low words of `from` and `to` */
@@ -240,7 +240,7 @@ static double square_of(const deviation_address *at, double *numbers)
     }
     return sum;
 }
-/* Evaluates all tangents at the time path->at, and stores the values in `part_end`. Returns the
+/* Evaluates all tangents at the time path->at, and stores the values in `substep_end`. Returns the
  * largest relative truncation error, or INFINITY if a tangent is not finite. */
 static double sum_tangents(const kr_motion *motion, double *memory, size_t n)
 {
@@ -250,11 +250,11 @@ static double sum_tangents(const kr_motion *motion, double *memory, size_t n)
     double worst = 0.0;
     for (size_t i = 0; i < count_structs(memory, n); i++) {
         kr_tangent *g = tangent(motion, memory, i);
-        tangent_kernel(motion)->sum(g, order, to, g->part_end);
+        tangent_kernel(motion)->sum(g, order, to, g->substep_end);
     }
     for (size_t i = 0; i < n; i++) {
         const deviation_address at = address_of(motion, memory, n, i);
-        const double size = square_of(&at, at.from->part_end),
+        const double size = square_of(&at, at.from->substep_end),
                      last = power * power * square_of(&at, at.from->x[order]);
         if (!isfinite(size)) return INFINITY;
         if (last > worst * worst * size) worst = sqrt(last / size);
@@ -283,16 +283,16 @@ static void expand_tangents(const kr_motion *motion, double *memory, size_t n)
 static void restart_series(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_kernel *kernel = motion->aux;
-    kr_series *part = tangent_work_of(memory)->path;
+    kr_series *path = tangent_work_of(memory)->path;
     const size_t words = words_of(motion->digits);
-    kr_taylor_end_at(part, kernel);
-    for (size_t word = 0; word < words; word++) part[word].t = part[word].end;
-    if (part->linear > 1.0) supports->place(part, motion, taylor_of(motion)->rate);
-    kernel->advance(part, taylor_of(motion)->log2_tol, 1.0);
+    kr_taylor_end_at(path, kernel);
+    for (size_t word = 0; word < words; word++) path[word].t = path[word].end;
+    if (path->linear > 1.0) supports->place(path, motion, taylor_of(motion)->rate);
+    kernel->advance(path, taylor_of(motion)->log2_tol, 1.0);
     for (size_t i = 0; i < count_structs(memory, n) * words; i++) {
         kr_tangent *g = tangent(motion, memory, 0) + i;
-        g->t = part[i % words].t;
-        memcpy(g->x[0], g->part_end, sizeof g->part_end);
+        g->t = path[i % words].t;
+        memcpy(g->x[0], g->substep_end, sizeof g->substep_end);
     }
 }
 /* Shortens a substep until its relative truncation error does not exceed the limit `most`. The
@@ -322,7 +322,7 @@ static double largest_last_term(const kr_motion *motion)
 /* Computes the Taylor series of the tangents for one substep. The substep ends at the end of the
  * step, or earlier if the truncation error of a tangent would be too large. Returns the largest
  * relative truncation error of the tangents at the end of the substep. */
-static double expand_part(const kr_motion *motion, double *memory, size_t n)
+static double expand_substep(const kr_motion *motion, double *memory, size_t n)
 {
     const double most = largest_last_term(motion);
     tangent_work *c = tangent_work_of(memory);
@@ -336,7 +336,7 @@ static double expand_part(const kr_motion *motion, double *memory, size_t n)
 }
 /* Computes the Taylor series of the tangents for the first substep of the last step. Returns the
  * largest relative truncation error of the tangents at the end of this substep. */
-static double expand_first_part(const kr_motion *motion, double *memory, size_t n)
+static double expand_first_substep(const kr_motion *motion, double *memory, size_t n)
 {
     const size_t words = words_of(motion->digits);
     tangent_work *c = tangent_work_of(memory);
@@ -346,31 +346,31 @@ static double expand_first_part(const kr_motion *motion, double *memory, size_t 
         memcpy(g->x[0], g->begin, sizeof g->begin);
     }
     memcpy(c->path, taylor_of(motion)->series, words * sizeof(kr_series));
-    c->part = 1.0;
-    return expand_part(motion, memory, n);
+    c->substep = 1.0;
+    return expand_substep(motion, memory, n);
 }
 /* Computes the Taylor series of the tangents for the next substep. Returns the largest relative
  * truncation error of the tangents at the end of the next substep. */
-static double expand_next_part(const kr_motion *motion, double *memory, size_t n)
+static double expand_next_substep(const kr_motion *motion, double *memory, size_t n)
 {
     restart_series(motion, memory, n);
-    tangent_work_of(memory)->part += 1.0;
-    return expand_part(motion, memory, n);
+    tangent_work_of(memory)->substep += 1.0;
+    return expand_substep(motion, memory, n);
 }
 /* Propagates all tangents over the last step of the path. Returns the largest relative truncation
  * error of all substeps. Returns INFINITY if a tangent overflows, if a substep cannot be made short
- * enough, or if MAX_PARTS substeps do not suffice. */
-static double propagate_over_parts(const kr_motion *motion, double *memory, size_t n)
+ * enough, or if MAX_SUBSTEPS substeps do not suffice. */
+static double propagate_over_substeps(const kr_motion *motion, double *memory, size_t n)
 {
     const double most = largest_last_term(motion);
     tangent_work *c = tangent_work_of(memory);
-    double rest = 0.0, last = expand_first_part(motion, memory, n);
+    double rest = 0.0, last = expand_first_substep(motion, memory, n);
     while (last <= most) {
         rest = fmax(rest, last);
-        c->parts = c->part;
+        c->substeps = c->substep;
         if (c->until == c->to) return rest;
-        if (c->part >= MAX_PARTS) return INFINITY;
-        last = expand_next_part(motion, memory, n);
+        if (c->substep >= MAX_SUBSTEPS) return INFINITY;
+        last = expand_next_substep(motion, memory, n);
     }
     return INFINITY;
 }
@@ -386,9 +386,10 @@ static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t
     c->to = s->end;
     c->from_low = motion->digits > 16 ? s[1].t : 0.0;
     c->to_low = motion->digits > 16 ? s[1].end : 0.0;
-    const double last = propagate_over_parts(motion, memory, n);
+    const double last = propagate_over_substeps(motion, memory, n);
     for (size_t i = 0; i < all; i++)
-        for (int k = 0; k < 8; k++) first[i].end[k] = last < INFINITY ? first[i].part_end[k] : NAN;
+        for (int k = 0; k < 8; k++)
+            first[i].end[k] = last < INFINITY ? first[i].substep_end[k] : NAN;
     if (last < INFINITY) pass_stop(motion, memory, n);
     if (last > first->truncation) first->truncation = last;
     return last < INFINITY ? KR_OK : KR_ERR_TANGENT;
@@ -397,13 +398,14 @@ static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t
 /* Computes the Taylor series of the tangents for the substep that contains the time `to`, unless
  * these series are already in memory. Substeps are rarely recomputed, because the requested times
  * usually increase from call to call. */
-static void find_part(const kr_motion *motion, double *memory, size_t n, double to)
+static void find_substep(const kr_motion *motion, double *memory, size_t n, double to)
 {
     tangent_work *c = tangent_work_of(memory);
     const double forward = c->to < c->from ? -1.0 : 1.0;
-    if (forward * (to - tangent(motion, memory, 0)->t) < 0.0) expand_first_part(motion, memory, n);
-    while (c->part < fmin(c->parts, MAX_PARTS) && forward * (to - c->until) > 0.0)
-        expand_next_part(motion, memory, n);
+    if (forward * (to - tangent(motion, memory, 0)->t) < 0.0)
+        expand_first_substep(motion, memory, n);
+    while (c->substep < fmin(c->substeps, MAX_SUBSTEPS) && forward * (to - c->until) > 0.0)
+        expand_next_substep(motion, memory, n);
 }
 /* Evaluates all tangents at the sampled time within the last step, and stores the values in
  * `at`. */
@@ -418,7 +420,7 @@ static void evaluate_tangents(const kr_motion *motion, double *memory, size_t n)
             memcpy(first[i].at, first[i].end, sizeof first->end);
         return;
     }
-    find_part(motion, memory, n, s->at);
+    find_substep(motion, memory, n, s->at);
     for (size_t i = 0; i < count_structs(memory, n); i++)
         tangent_kernel(motion)->sum(first + i * words, order_of(motion), &s->at,
                                     first[i * words].at);

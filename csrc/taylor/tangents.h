@@ -25,7 +25,7 @@ typedef struct kr_tangent {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients */
     double end[8], at[8];           /* values at the end of the step, and at the sampled time */
     double begin[8];                /* values at the start of the step */
-    double part_end[8];             /* values at the end of the substep in memory */
+    double substep_end[8];          /* values at the end of the substep in memory */
     double ahead[4], behind[4];     /* (Ax - Az) / Ax, (Ay - Ax) / Ax; and cyclic */
     double per[4], drag[4];         /* 1 / A, D */
     double up[4], down[4];          /* next(c), -prev(c) */
