@@ -93,20 +93,22 @@ INLINE duo half_square(const kr_series *s, turned_vector w, int j)
 INLINE void add_term(series_sums *a, const kr_series *s, const kr_series *own,
                      const turned_term *turned, int j, int m, int terms)
 {
-    const duo x = duo_load(s->x[m]), *u = terms & TURNS ? &turned[j].u : &turned[j].w.ahead;
-    if (terms & HEADLESS) {
-        a->p = duo_fma(*u, turned[m].fixed, a->p);
-    } else if (terms & SUPPORT) {
-        a->i = duo_fma(duo_lane_of(*u, own->w[j], 1), x, a->i);
-        a->j = duo_fma(duo_lane_of(*u, own->w[j], 2), x, a->j);
-        a->k = duo_fma(duo_lane_of(*u, own->w[j], 3), x, a->k);
-    } else {
+    const duo x = duo_load(s->x[m]);
+    if (!(terms & (HEADLESS | SUPPORT))) {
         a->i = duo_fma(duo_lane(s->w[j], 1), x, a->i);
         a->j = duo_fma(duo_lane(s->w[j], 2), x, a->j);
         a->k = duo_fma(duo_lane(s->w[j], 3), x, a->k);
+        return;
     }
-    if (!(terms & SUPPORT)) return;
-    if (terms & TURNS) a->support = duo_fma(*u, turned[m].fixed, a->support);
+    const duo u = terms & TURNS ? turned[j].u : turned[j].w.ahead;
+    if (terms & HEADLESS) {
+        a->p = duo_fma(u, turned[m].fixed, a->p);
+    } else {
+        a->i = duo_fma(duo_lane_of(u, own->w[j], 1), x, a->i);
+        a->j = duo_fma(duo_lane_of(u, own->w[j], 2), x, a->j);
+        a->k = duo_fma(duo_lane_of(u, own->w[j], 3), x, a->k);
+    }
+    if (terms & TURNS) a->support = duo_fma(u, turned[m].fixed, a->support);
     if (terms & SHAKES) a->pulled = duo_fma(duo_load(own->x[j]), x, a->pulled);
 }
 /* Adds the products of Taylor coefficients with indices (j, m) to `a`, and those with indices (m,
