@@ -68,7 +68,7 @@ def prefix():
     prefix = folder / "prefix-embedding"
     variables, commands = COMMANDS.findall(SECTIONS[BEGINNING])
     assert re.findall(r"^export (\w+)=", variables, re.M) == ["KREISEL", "PREFIX"]
-    with first_process(prefix.name) as is_first:
+    with first_process(prefix.name) as is_first, first_process("kreisel-build"):
         if is_first:
             shutil.rmtree(prefix, ignore_errors=True)
             run("sh", "-ec", commands, cwd=folder, KREISEL=str(ROOT), PREFIX=str(prefix))
