@@ -238,6 +238,8 @@ REFUSALS = [
     (events.crossing, {}, "function", "omega_y", ValueError, "body_velocity_y"),
     (events.crossing, {}, "function", "nutation", ValueError, "apex_z"),
     (events.crossing, {"function": "m_x"}, "value", np.inf, ValueError, "finite"),
+    (events.crossing, {}, "function", np.sin, TypeError, "polynomial"),
+    (events.loop().value, {}, "path", GENERAL, TypeError, "kreisel.Path"),
     (events.extremum, {}, "function", "apex", ValueError, "apex_x"),
     (events.extremum, {}, "function", "energy", ValueError, "constant"),
     (events.nutation, {}, "direction", 2, ValueError, "direction"),
