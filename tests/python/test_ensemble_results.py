@@ -142,6 +142,7 @@ def test_quantities_events_and_streams_equal_those_of_the_paths():
             assert_same_bits(getattr(many, name)[i], getattr(many[i], name))
     own = kr.solve(MIXED.reshape(2, 3), 9.0, events=LOW)
     found = own.events
+    assert np.array_equal(LOW.value(own)[1, 1], LOW.value(own[1, 1]))
     assert found.top.shape == (len(found), 2) and found.q.shape == (len(found), 4)
     assert np.array_equal(found.t[np.all(found.top == (1, 1), axis=1)], own[1, 1].events.t)
     assert own[1, [2, 0]].events.t.tolist() == [*own[1, 2].events.t, *own[1, 0].events.t]
@@ -168,7 +169,8 @@ def test_no_tops_and_no_times_give_empty_results():
     assert kr.solve(no_tops, 1.0, "geometric", error=1e-3).q.shape == (0, 2, 4)
     assert kr.exact(no_tops)([1.0, 2.0]).states.shape == (0, 2, 8)
     no_times = kr.solve(MIXED, [])
-    assert no_times.q.shape == (6, 0, 4) and not no_times.failed.size and len(no_times[0]) == 0
+    assert no_times.q.shape == (6, 0, 4) and not no_times.failed.size
+    assert len(no_times[0]) == 0 == no_times[0].error
     assert np.isnan(kr.reduce(MIXED, [], SPIN)["spin"]["max"]).all()
 
 
@@ -185,7 +187,7 @@ def test_tables_have_the_names_of_the_axes_and_units(degrees):
     reductions = kr.reduce(GRID, TIMES, kinds)
     table, frame = reductions.to_xarray(), reductions.to_pandas()
     assert table["nutation_variance"].attrs["units"] == "(rad)^2"
-    assert table["apex_where_max"].attrs["units"] == "T" and len(frame) == 12
+    assert table["apex_where_max"].attrs["units"] == "T" and len(frame) == 4 * len(reductions) == 12
     assert frame.attrs["units"]["m_x_min"] == "M L^2 T^-1"
     expected = reductions["apex"]["where_max"][..., 2].ravel()
     assert frame["apex_z_where_max"].tolist() == expected.tolist()
@@ -313,9 +315,7 @@ REFUSALS = [
     (kr.reduce, REDUCE, "reductions", {"nutatio": "max"}, ValueError, "nutation"),
     (kr.reduce, REDUCE, "reductions", {"spin": "maxx"}, ValueError, "max"),
     (kr.reduce, REDUCE, "reductions", ["spin"], TypeError, "quantities"),
-    (kr.reduce, REDUCE, "reductions", {}, ValueError, "no quantity"),
     (kr.reduce, REDUCE, "reductions", {"spin": 3}, TypeError, "several"),
-    (kr.reduce, REDUCE, "reductions", {"spin": ()}, ValueError, "empty"),
     (kr.reduce, REDUCE, "digits", 20, ValueError, "16"),
     (kr.stream, SOLVE, "t", iter([1.0]), TypeError, "iterator"),
     (kr.start, {}, "scene", MIXED, TypeError, "index"),
