@@ -22,7 +22,7 @@ enum {
     HARMONICS = 1024, /* largest number of terms of a series */
     FOLDS = 12,
     STARTS = 16, /* number of torus angles in the table that starts Newton's method */
-    NODES = 128  /* largest number of angles of each arc in the table of signs */
+    NODES = 256  /* largest number of angles of each arc in the table of signs */
 };
 
 /* A Landen transformation with the modulus m. */

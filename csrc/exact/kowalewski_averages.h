@@ -15,7 +15,6 @@
 typedef struct heading_pole {
     dd a, b, value; /* sqrt(a b)/2, or 0 if the pole is not treated separately */
     int adjacent;   /* 1 if the pole is in the gap beside the arc's end */
-    int close;      /* 1 if the quotient at the arc's end is inaccurate, because the pole is near */
 } heading_pole;
 
 /* Returns root i minus the pole w, computed without cancellation. */
@@ -45,7 +44,6 @@ static int make_poles(const kowalewski_curve *o, const kowalewski_arc *arc, head
         if (o->l.hi == 0.0 && !(adjacent && rest.hi == 0.0)) continue;
         p->value = adjacent ? dd_half(dd_sqrt(dd_mul(p->a, p->b))) : dd_of(0.0);
         p->adjacent = adjacent;
-        p->close = fabs(rest.hi) < 1e-18;
         count++;
     }
     return count;
@@ -89,46 +87,27 @@ static void sample_at(const kowalewski_curve *o, const kowalewski_arc *arc, int 
         out->size[k] += weight * fabs(out->v[k][i].hi);
     }
 }
-/* Corrects the integrand for the heading angle at the lower end of the arc of w1, where a nearby
- * pole makes it inaccurate. No pole is near the arc of w2, which ends at or below -k.
- * The new value is interpolated by an even polynomial through the neighbouring samples. */
-static void mend_end(samples *v, int stride)
-{
-    const dd *f = &v->v[2][GRID];
-    const dd near =
-                 dd_add(dd_scale(4.0, dd_times(0.4, f[-stride])), dd_times(-0.8, f[-2 * stride])),
-             far = dd_div(dd_sub(dd_scale(8.0, f[-3 * stride]), f[-4 * stride]), dd_of(35.0));
-    const dd value = dd_add(near, far), change = dd_sub(value, f[0]);
-    v->v[2][GRID] = value;
-    v->sum[2] = dd_add(v->sum[2], dd_half(change));
-}
 /* Computes the averages of three integrands over an arc: dt/dx, w dt/dx, and the integrand of the
  * heading. The number of intervals is doubled until each average changes by at most the rounding
  * error of a double. Convergence is exponential, so the relative error of an average is about the
  * square of its relative change in the last doubling. Returns 0 if the averages have not converged
- * when GRID intervals are used.
- * */
+ * when GRID intervals are used. */
 static int fill_samples(const kowalewski_curve *o, kowalewski_arc *arc, cosine_table *table,
                         samples *v)
 {
-    heading_pole pole[2] = {{{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}, 0, 0}};
+    heading_pole pole[2] = {{{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}, 0}};
     const int real = o->c.hi <= 0.0, poles = real ? make_poles(o, arc, pole) : o->l.hi != 0.0;
     double split = 0.0;
-    int mends = 0;
-    for (int i = 0; real && i < poles; i++) {
-        split += pole[i].adjacent ? 0.5 : 0.0;
-        mends |= pole[i].close;
-    }
+    for (int i = 0; real && i < poles; i++) split += pole[i].adjacent ? 0.5 : 0.0;
     dd mean[3] = {{0.0, 0.0}}, *const average[3] = {&arc->p, &arc->q, &arc->turn};
     memset(v, 0, sizeof *v);
     sample_at(o, arc, poles, pole, table, 0, v);
     sample_at(o, arc, poles, pole, table, GRID, v);
     for (int n = 1; n <= GRID; n *= 2) {
         const int stride = GRID / n;
-        int settled = n >= (mends ? 64 : 16);
+        int settled = n >= 16;
         refine_cosines(table, stride);
         for (int i = stride; i < GRID; i += 2 * stride) sample_at(o, arc, poles, pole, table, i, v);
-        if (mends && n >= 8) mend_end(v, stride);
         for (int k = 0; k < 3; k++) {
             const dd now = dd_div(v->sum[k], dd_of(n));
             settled &=
