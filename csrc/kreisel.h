@@ -1,10 +1,23 @@
 /* kreisel: motion of a rigid body that turns about a fixed point under gravity.
  *
- *     dm/dt = mass g e3 x a - D (w - turning) - turning x m + dry friction,   a = q com q*
- *     dq/dt = (w - turning) q / 2,   m = J w + rotor,   g = gravity - A r^2 cos(r t + phase)
+ *     kr_scene scene = kr_scene_default();
+ *     kr_top *top;
+ *     kr_body_symmetric(1.0, 1.3, 0.3, 1.0, &scene.body);
+ *     kr_scene_set_spinning(&scene, 10.0, 0.5, 0.0);
+ *     if (kr_top_create(&scene, &kr_method_taylor, kr_config_default(), &top) != KR_OK) return 1;
+ *     for (int i = 1; i <= 100 && kr_top_advance(top, 0.1 * i) == KR_OK; i++) {
+ *         const kr_state state = kr_top_state(top);
+ *         printf("%4.1f  %.15f\n", state.t, kr_state_nutation(&scene, &state));
+ *     }
+ *     kr_top_free(top);
  *
- * with the angular velocity w in the inertial frame, amplitude A and rate r of a shaken support.
+ * The functions that every program needs come first. Bodies, starts, methods, quantities, further
+ * functions of tops, events, derivatives, checkpoints, many tops and closed forms follow.
  *
+ * Motion:  dm/dt = mass g e3 x a - D (w - turning) - turning x m + dry friction,   a = q com q*
+ *          dq/dt = (w - turning) q / 2,   m = J w + rotor,   g = gravity - A r^2 cos(r t + phase)
+ *          with the angular velocity w in the inertial frame, amplitude A and rate r of a shaken
+ *          support.
  * Frames:  The space axes are e1, e2 and e3; gravity acts along -e3. If the support rotates, these
  *          axes rotate with it. The body has two frames: the frame of description, in which the
  *          user describes it, and the principal axes at the fixed point (N, B, T). An attitude q
@@ -145,233 +158,21 @@ typedef struct kr_scene {
     double friction;
 } kr_scene;
 
-/* Bodies. The constructors return KR_ERR_ARGUMENT or KR_ERR_BODY for invalid arguments. For a
- * diagonal inertia tensor, the coordinate axes are principal axes. For a nondiagonal tensor, they
- * form the right-handed frame nearest to the coordinate axes; T is then the symmetry axis of a
- * Lagrange top. */
-
-/* Homogeneous shapes and their sizes [L], none of which is negative. The axis of all but the first
- * two is T. A tube of the sizes {0, r, h} is a cylinder, {0, r, 0} a disk, {r, r, 0} a hoop, and
- * {0, 0, h} a rod. */
-typedef enum kr_shape {
-    KR_SHAPE_CUBOID,    /* three half-edges */
-    KR_SHAPE_ELLIPSOID, /* three semi-axes */
-    KR_SHAPE_TUBE,      /* inner radius, outer radius, height */
-    KR_SHAPE_SHELL,     /* radius of a thin sphere */
-    KR_SHAPE_CONE       /* radius, height of the base above the tip */
-} kr_shape;
-/* Makes a homogeneous body. The pivot is relative to the centre, or to the tip of a cone [L].
- * Returns KR_ERR_BODY for a rod on whose line the pivot lies. */
-KR_API kr_status kr_body_shape(kr_shape shape, kr_vec3 size, double mass, kr_vec3 pivot,
-                               kr_body *body);
-/* Returns the mass of a shape with this density [M L^-3], which is 0 for thin shapes. */
-KR_API double kr_shape_mass(kr_shape shape, kr_vec3 size, double density);
-/* Returns the moments about the centre of mass, and writes its height above the centre or tip. */
-KR_API kr_vec3 kr_shape_inertia(kr_shape shape, kr_vec3 size, double mass, double *height);
-/* Makes a cuboid as kr_body_shape does, from its density [M L^-3] and its half-edges. */
-KR_API kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_body *body);
-/* Makes a body with the symmetry axis T. The moments [M L^2] at the fixed point are i3 about T and
- * i1 about axes normal to T. `height` is the coordinate of the centre of mass along T [L]. */
-KR_API kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *body);
-/* Smallest permitted ratio of the smallest to the largest principal moment of a nondiagonal tensor.
- * Below this ratio, the smallest moment would have too few correct digits. */
-#define KR_TENSOR_MIN_RATIO 2e-10
-/* Makes a body from its inertia tensor [M L^2] at the fixed point, stored by rows. Returns
- * KR_ERR_BODY if the ratio of the smallest to the largest moment is below KR_TENSOR_MIN_RATIO. */
-KR_API kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
-                                     kr_body *body);
-/* Adds the inertia of a point mass to a tensor stored by rows (Steiner's theorem). */
-KR_API void kr_inertia_add_point(double inertia[9], double mass, kr_vec3 position);
-/* Makes a body from its inertia tensor about the centre of mass `com`, with fixed point `pivot`. */
-KR_API kr_status kr_body_from_com(double mass, const double inertia[9], kr_vec3 com, kr_vec3 pivot,
-                                  kr_body *body);
-/* Makes a body from a rounded inertia tensor about the fixed point; `rounded` is stored as
- * kr_body.rounded. */
-KR_API kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_vec3 com,
-                                             double rounded, kr_body *body);
-/* Sets kr_body.rotor from a momentum in the frame of description [M L^2 T^-1]. */
-KR_API void kr_body_set_rotor(kr_body *body, kr_vec3 rotor);
-/* Returns KR_OK if the body is valid, else KR_ERR_ARGUMENT or KR_ERR_BODY. */
-KR_API kr_status kr_body_check(const kr_body *body);
-/* Returns 1 if some distribution of mass has this inertia, mass and com up to the relative error
- * 1e-6 + kr_body.rounded, else 0. The library also accepts unphysical bodies, because many tops in
- * the literature have fictitious masses and lever arms. */
-KR_API int kr_body_is_physical(const kr_body *body);
-
-/* The kinds (integrable cases) of tops, listed as X(kind, name). */
-/* clang-format off */
-#define KR_KIND_LIST(X)                                                                           \
-    X(GENERAL,             "general")             /* also all rotors off the axis of symmetry */  \
-    X(EULER,               "euler")               /* supported at its centre of mass */           \
-    X(LAGRANGE,            "lagrange")            /* symmetric, com on the axis */                \
-    X(KOWALEWSKI,          "kowalewski")          /* moments 2 : 2 : 1, com normal to the axis */ \
-    X(GORYACHEV_CHAPLYGIN, "goryachev_chaplygin") /* moments 4 : 4 : 1, com normal to the axis */
-typedef enum kr_kind {
-#define KR_X_(kind, name) KR_KIND_##kind,
-    KR_KIND_LIST(KR_X_)
-#undef KR_X_
-    KR_KIND_COUNT
-} kr_kind;
-/* clang-format on */
-/* Returns the name of a kind of top. */
-KR_API const char *kr_kind_name(kr_kind kind);
-/* Relative tolerance for identifying an integrable case: 32 units in the last place. The tolerance
- * allows for rounding errors of the moments and of `com`. */
-#define KR_KIND_RTOL 7.2e-15
-#define KR_INPUT_RTOL 1e-12 /* tolerance for unit quaternions, symmetric tensors and moments */
-/* Returns the integrable case of a body; `rtol` is the relative tolerance of comparisons. */
-KR_API kr_kind kr_body_kind(const kr_body *body, double rtol);
+/* The functions that every program needs. */
 
 /* Returns the default scene, with the cuboid studied in chapter 6 of the thesis (Bodack 2008) and
  * gravity 1. */
 KR_API kr_scene kr_scene_default(void);
 /* Returns KR_OK if the scene is valid, else the status that describes the error. */
 KR_API kr_status kr_scene_check(const kr_scene *scene);
-
-/* Starts given by other numbers than attitude and momentum. The body, the support and, for the
- * first three functions, the attitude of the scene must already be set. Numbers that are not finite
- * give a scene that kr_scene_check refuses. */
-
-/* Sets the momentum from the angular velocity relative to the support, along e1, e2, e3 [T^-1]. */
-KR_API void kr_scene_set_velocity(kr_scene *scene, kr_vec3 velocity);
-/* Sets the momentum from the angular velocity relative to the support, with components in the frame
- * of description [T^-1]. */
-KR_API void kr_scene_set_body_velocity(kr_scene *scene, kr_vec3 velocity);
-/* Sets the momentum from its components in the frame of description [M L^2 T^-1]. */
-KR_API void kr_scene_set_body_momentum(kr_scene *scene, kr_vec3 momentum);
-/* Sets attitude and momentum from precession_angle, nutation and spin_angle [rad] and their
- * rates [T^-1], in this order. The quantities below define the angles. */
-KR_API void kr_scene_set_euler(kr_scene *scene, kr_vec3 angles, kr_vec3 rates);
-/* Returns 1 if the body is symmetric about its apex, up to KR_KIND_RTOL, else 0. Writes its moments
- * about axes normal to the apex and about the apex [M L^2]. */
-KR_API int kr_body_symmetry(const kr_body *body, double *across, double *along);
+/* Makes a body with the symmetry axis T. The moments [M L^2] at the fixed point are i3 about T and
+ * i1 about axes normal to T. `height` is the coordinate of the centre of mass along T [L]. */
+KR_API kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *body);
 /* Sets attitude and momentum of a symmetric top from its spin [T^-1], from the angle 0 .. pi of its
  * apex with the vertical, about e1, and from the rate at which the apex begins to precess about the
  * vertical [T^-1]. Returns KR_ERR_ARGUMENT for other tilts, and for bodies without symmetry. */
 KR_API kr_status kr_scene_set_spinning(kr_scene *scene, double spin, double tilt,
                                        double precession);
-/* Writes the rate of the steady precession of a symmetric top without rotor, damping, friction and
- * moving support: the slower or, if `fast` is nonzero, the faster of two. It is 0 for a vertical
- * apex. Returns KR_ERR_ARGUMENT if there is none; *least_spin is then the smallest spin with one if
- * the spin is too small, and else 0. */
-KR_API kr_status kr_scene_steady_precession(const kr_scene *scene, double spin, double tilt,
-                                            int fast, double *precession, double *least_spin);
-
-/* The table of physical quantities that can be computed from a state. Vectors refer to the space
- * frame, or to the frame of description if their name begins with body_. The Euler angles (z-x-z)
- * rotate the space axes into a body-fixed frame. The rotations are by precession_angle about e3, by
- * nutation about e3 x apex (the line of nodes), and by spin_angle about the apex. The body-fixed
- * frame is the frame of description, rotated by the smallest angle that brings its third axis to
- * the apex. If this angle exceeds 120 degrees, the frame is first rotated by 180 degrees about its
- * first axis. If the apex is vertical, precession_angle and spin_angle are equal up to sign. */
-enum {
-    KR_QUANTITY_TURNS = 1,     /* changes when the top is rotated about the vertical */
-    KR_QUANTITY_CONSERVED = 2, /* an integral of the motion, for all tops or for one kind */
-    KR_QUANTITY_IN_EVENTS = 4  /* its components can appear in events */
-};
-typedef struct kr_quantity kr_quantity;
-/* Returns the number of quantities. */
-KR_API size_t kr_quantity_count(void);
-/* Returns the quantity with index i. */
-KR_API const kr_quantity *kr_quantity_at(size_t i);
-/* Returns the quantity with this name, or NULL. */
-KR_API const kr_quantity *kr_quantity_find(const char *name);
-/* Returns the name of a quantity, such as "nutation". */
-KR_API const char *kr_quantity_name(const kr_quantity *quantity);
-/* Returns a description of a quantity. */
-KR_API const char *kr_quantity_text(const kr_quantity *quantity);
-/* Returns "rad", "rad/T" or "rad/T^2" for angular quantities, else a dimension: "M L^2 T^-1". */
-KR_API const char *kr_quantity_dimension(const kr_quantity *quantity);
-/* Returns the number of doubles in a value of a quantity: 1, 3, 4 or 9. */
-KR_API size_t kr_quantity_doubles(const kr_quantity *quantity);
-/* Returns the flags of a quantity: a sum of KR_QUANTITY_TURNS, KR_QUANTITY_CONSERVED and
- * KR_QUANTITY_IN_EVENTS. */
-KR_API unsigned kr_quantity_flags(const kr_quantity *quantity);
-/* Writes the values of a quantity at n states: n * kr_quantity_doubles numbers. */
-KR_API void kr_quantity_values(const kr_quantity *quantity, const kr_scene *scene, size_t n,
-                               const kr_state states[], double out[]);
-/* Returns the suffix of component i of a quantity, such as "" or "_x". Returns NULL if i is out of
- * range. */
-KR_API const char *kr_quantity_axis(const kr_quantity *quantity, size_t i);
-enum { KR_COMPONENT_ONE = 0 }; /* the constant component "1" */
-/* Returns the index of the component with this name, such as "apex_z", "q_w" or "spin". Returns -1
- * if no component with this name can be used in events. */
-KR_API int kr_component_find(const char *name);
-
-/* Returns the angular velocity relative to the support [T^-1]. */
-KR_API kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s);
-/* Returns the torque due to gravity and shaking [M L^2 T^-2]. */
-KR_API kr_vec3 kr_state_torque(const kr_scene *scene, const kr_state *s);
-/* Returns the apex, a unit vector. */
-KR_API kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s);
-/* Writes the principal axes N, B, T in space. */
-KR_API void kr_state_frame(const kr_scene *scene, const kr_state *s, kr_vec3 frame[3]);
-/* Returns the angle between the apex and e3 [rad]. */
-KR_API double kr_state_nutation(const kr_scene *scene, const kr_state *s);
-/* Returns the kinetic energy relative to the support [M L^2 T^-2]. */
-KR_API double kr_state_kinetic(const kr_scene *scene, const kr_state *s);
-/* Returns the potential energy at the time of the state. On a rotating support, it includes the
- * centrifugal potential: -turning J turning / 2 - <rotor, turning> [M L^2 T^-2]. */
-KR_API double kr_state_potential(const kr_scene *scene, const kr_state *s);
-/* Returns the sum of kinetic and potential energy. On a rotating support, this is the Jacobi
- * integral: the energy in the inertial frame minus <turning, m> [M L^2 T^-2]. */
-KR_API double kr_state_energy(const kr_scene *scene, const kr_state *s);
-/* Returns the vertical momentum <m, e3> [M L^2 T^-1]. */
-KR_API double kr_state_vertical_momentum(const kr_scene *scene, const kr_state *s);
-/* Returns the axial momentum <m, apex> [M L^2 T^-1]. */
-KR_API double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s);
-/* Returns the Kowalewski integral K [T^-4] (Bodack 2008, 5.1), a function of momentum / I1 and mass
- * * gravity * |com| / I1. Returns NaN for other bodies or shaken supports. */
-KR_API double kr_state_kowalewski(const kr_scene *scene, const kr_state *s);
-/* Returns the Goryachev-Chaplygin integral G [T^-3] (Bodack 2008, 5.2), a function of the same
- * variables as the Kowalewski integral. Returns NaN for other bodies and shaken supports.
- * The integral G is conserved only if <m, e3> is zero. */
-KR_API double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s);
-/* Returns the modified energy E + step * <torque, m> / (2 I1) [M L^2 T^-2] that bobenko_suris
- * conserves. Returns NaN unless the body is a Lagrange top without rotor. */
-KR_API double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step);
-/* Returns the modified energy that bobenko_suris4 conserves with this step [M L^2 T^-2], which
- * equals the energy up to a constant and O(step^4). Returns NaN if the body is no Lagrange top or
- * has a rotor, or if the step is too large. */
-KR_API double kr_state_modified_energy4(const kr_scene *scene, const kr_state *s, double step);
-/* Returns the angle of the rotation between two attitudes, 0 .. pi [rad]. */
-KR_API double kr_attitude_error(kr_quat a, kr_quat b);
-
-/* The flags of methods, listed as X(flag, bit, name, description). */
-/* clang-format off */
-#define KR_FLAG_LIST(X)                                                                           \
-    X(SYMPLECTIC,        1, "symplectic",     "conserves the symplectic form")                    \
-    X(REVERSIBLE,        2, "reversible",     "a step backwards undoes a step")                   \
-    X(ADAPTIVE,          4, "adaptive",       "adapts its steps to a tolerance")                  \
-    X(IMPLICIT,          8, "implicit",       "solves an equation in each step")                  \
-    X(ALGEBRAIC,        16, "algebraic",      "uses + - * / sqrt only: the same bits everywhere") \
-    X(ABSOLUTE,         32, "absolute",       "its tolerance is absolute in the user's time")     \
-    X(DENSE,            64, "dense",          "evaluates the state anywhere in its last step")    \
-    X(LAGRANGE_ONLY,   128, "lagrange_only",  "for symmetric bodies, com on the axis")            \
-    X(INTEGRABLE,      256, "integrable",     "for the integrable tops and free bodies")          \
-    X(SYMMETRIC_ONLY,  512, "symmetric_only", "for bodies with two equal moments")                \
-    X(EULER_ONLY,     1024, "euler_only",     "for bodies supported at their centre of mass")     \
-    X(DIGITS,         2048, "digits",         "can compute more digits than a double has")        \
-    X(SKIPS_HEADING,  4096, "skips_heading",  "can skip the rotation about the vertical")         \
-    X(SPLITTING,      8192, "splitting",      "alternates kicks and drifts")                      \
-    X(DAMPED,        16384, "damped",         "applies to damped tops")                           \
-    X(TANGENTS,      32768, "tangents",       "computes derivatives of the state")                \
-    X(ROTORS,        65536, "rotors",         "applies to bodies with rotors")                    \
-    X(TURNING,      131072, "turning",        "applies to supports that turn about any axis")     \
-    X(SHAKING,      262144, "shaking",        "applies to shaken supports")                       \
-    X(FRICTION,     524288, "friction",       "applies to tops with dry friction")
-/* clang-format on */
-enum {
-#define KR_X_(flag, bit, name, text) KR_METHOD_##flag = bit,
-    KR_FLAG_LIST(KR_X_)
-#undef KR_X_
-};
-/* Returns the flag with this name, or 0 if the name is unknown. */
-KR_API unsigned kr_flag_find(const char *name);
-/* Returns the name of a single flag, or NULL. */
-KR_API const char *kr_flag_name(unsigned flag);
-/* Returns the description of a single flag, or NULL. */
-KR_API const char *kr_flag_text(unsigned flag);
 
 /* Methods, a constant table. A statically linked program contains only the methods that it refers
  * to by name, or all methods if it calls kr_method_at or kr_method_find. */
@@ -381,36 +182,6 @@ extern KR_API const kr_method kr_method_exact, kr_method_bobenko_suris, kr_metho
     kr_method_blanes_moan6, kr_method_kahan_li6, kr_method_kahan_li8, kr_method_veselov2,
     kr_method_veselov4, kr_method_hirota_kimura, kr_method_implicit_midpoint, kr_method_rk4,
     kr_method_extrap, kr_method_taylor, kr_method_extrap_kirchhoff;
-/* Returns the number of methods. */
-KR_API size_t kr_method_count(void);
-/* Returns the method with index i. */
-KR_API const kr_method *kr_method_at(size_t i);
-/* Returns the method with this name, or NULL. For a method that this build omits, kr_top_create
- * returns KR_ERR_NOT_BUILT. */
-KR_API const kr_method *kr_method_find(const char *name);
-/* Returns the name of a method. */
-KR_API const char *kr_method_name(const kr_method *method);
-/* Returns a description of a method. */
-KR_API const char *kr_method_text(const kr_method *method);
-/* Returns a description of the integrals that a method conserves up to rounding errors. */
-KR_API const char *kr_method_conserves(const kr_method *method);
-/* Returns a literature reference for a method. */
-KR_API const char *kr_method_reference(const kr_method *method);
-/* Returns the order of a method, or 0 if the method has no fixed order. */
-KR_API int kr_method_order(const kr_method *method);
-/* Returns the flags of a method as a sum of KR_METHOD_... bits. */
-KR_API unsigned kr_method_flags(const kr_method *method);
-/* Returns 1 if a method applies to a body for all values of gravity, else 0. */
-KR_API int kr_method_applies(const kr_method *method, const kr_body *body);
-/* Returns 1 if a method applies to a scene, else 0. */
-KR_API int kr_method_suits(const kr_method *method, const kr_scene *scene);
-
-/* Returns the horizon [T], an upper bound on |t| for which doubles resolve the attitude: 2^53 rad
- * over the largest of these rates: components of the initial angular velocity, (|m| + |rotor|) /
- * (largest moment), pendulum frequency, rates of the support. It is INFINITY for a top at rest
- * without torque, and 0 for an invalid scene. Times beyond it are refused with KR_ERR_RESOLUTION.
- * Smaller times may also be refused if damping accelerates the top backward in time. */
-KR_API double kr_scene_horizon(const kr_scene *scene);
 
 /* A moving top. A fixed-step method computes states at the grid points start.t + k * step. A state
  * between grid points is computed by a separate step from the previous grid point. The steps of an
@@ -463,6 +234,213 @@ KR_API kr_status kr_top_advance(kr_top *top, double t);
  * unchanged. On failure, the top keeps its last valid state. */
 KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
                                size_t *done);
+/* Returns the current state. */
+KR_API kr_state kr_top_state(const kr_top *top);
+/* Returns the numbers of steps, rejected steps, evaluations and iterations so far. */
+KR_API kr_stats kr_top_stats(const kr_top *top);
+
+/* Returns the angular velocity relative to the support [T^-1]. */
+KR_API kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s);
+/* Returns the apex, a unit vector. */
+KR_API kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s);
+/* Returns the angle between the apex and e3 [rad]. */
+KR_API double kr_state_nutation(const kr_scene *scene, const kr_state *s);
+/* Returns the sum of kinetic and potential energy. On a rotating support, this is the Jacobi
+ * integral: the energy in the inertial frame minus <turning, m> [M L^2 T^-2]. */
+KR_API double kr_state_energy(const kr_scene *scene, const kr_state *s);
+
+/* Bodies. The constructors return KR_ERR_ARGUMENT or KR_ERR_BODY for invalid arguments. For a
+ * diagonal inertia tensor, the coordinate axes are principal axes. For a nondiagonal tensor, they
+ * form the right-handed frame nearest to the coordinate axes; T is then the symmetry axis of a
+ * Lagrange top. */
+
+/* Homogeneous shapes and their sizes [L], none of which is negative. The axis of all but the first
+ * two is T. A tube of the sizes {0, r, h} is a cylinder, {0, r, 0} a disk, {r, r, 0} a hoop, and
+ * {0, 0, h} a rod. */
+typedef enum kr_shape {
+    KR_SHAPE_CUBOID,    /* three half-edges */
+    KR_SHAPE_ELLIPSOID, /* three semi-axes */
+    KR_SHAPE_TUBE,      /* inner radius, outer radius, height */
+    KR_SHAPE_SHELL,     /* radius of a thin sphere */
+    KR_SHAPE_CONE       /* radius, height of the base above the tip */
+} kr_shape;
+/* Makes a homogeneous body. The pivot is relative to the centre, or to the tip of a cone [L].
+ * Returns KR_ERR_BODY for a rod on whose line the pivot lies. */
+KR_API kr_status kr_body_shape(kr_shape shape, kr_vec3 size, double mass, kr_vec3 pivot,
+                               kr_body *body);
+/* Returns the mass of a shape with this density [M L^-3], which is 0 for thin shapes. */
+KR_API double kr_shape_mass(kr_shape shape, kr_vec3 size, double density);
+/* Returns the moments about the centre of mass, and writes its height above the centre or tip. */
+KR_API kr_vec3 kr_shape_inertia(kr_shape shape, kr_vec3 size, double mass, double *height);
+/* Makes a cuboid as kr_body_shape does, from its density [M L^-3] and its half-edges. */
+KR_API kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_body *body);
+/* Smallest permitted ratio of the smallest to the largest principal moment of a nondiagonal tensor.
+ * Below this ratio, the smallest moment would have too few correct digits. */
+#define KR_TENSOR_MIN_RATIO 2e-10
+/* Makes a body from its inertia tensor [M L^2] at the fixed point, stored by rows. Returns
+ * KR_ERR_BODY if the ratio of the smallest to the largest moment is below KR_TENSOR_MIN_RATIO. */
+KR_API kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
+                                     kr_body *body);
+/* Adds the inertia of a point mass to a tensor stored by rows (Steiner's theorem). */
+KR_API void kr_inertia_add_point(double inertia[9], double mass, kr_vec3 position);
+/* Makes a body from its inertia tensor about the centre of mass `com`, with fixed point `pivot`. */
+KR_API kr_status kr_body_from_com(double mass, const double inertia[9], kr_vec3 com, kr_vec3 pivot,
+                                  kr_body *body);
+/* Makes a body from a rounded inertia tensor about the fixed point; `rounded` is stored as
+ * kr_body.rounded. */
+KR_API kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_vec3 com,
+                                             double rounded, kr_body *body);
+/* Sets kr_body.rotor from a momentum in the frame of description [M L^2 T^-1]. */
+KR_API void kr_body_set_rotor(kr_body *body, kr_vec3 rotor);
+/* Returns KR_OK if the body is valid, else KR_ERR_ARGUMENT or KR_ERR_BODY. */
+KR_API kr_status kr_body_check(const kr_body *body);
+/* Returns 1 if some distribution of mass has this inertia, mass and com up to the relative error
+ * 1e-6 + kr_body.rounded, else 0. The library also accepts unphysical bodies, because many tops in
+ * the literature have fictitious masses and lever arms. */
+KR_API int kr_body_is_physical(const kr_body *body);
+
+/* The kinds (integrable cases) of tops, listed as X(kind, name). */
+/* clang-format off */
+#define KR_KIND_LIST(X)                                                                           \
+    X(GENERAL,             "general")             /* also all rotors off the axis of symmetry */  \
+    X(EULER,               "euler")               /* supported at its centre of mass */           \
+    X(LAGRANGE,            "lagrange")            /* symmetric, com on the axis */                \
+    X(KOWALEWSKI,          "kowalewski")          /* moments 2 : 2 : 1, com normal to the axis */ \
+    X(GORYACHEV_CHAPLYGIN, "goryachev_chaplygin") /* moments 4 : 4 : 1, com normal to the axis */
+typedef enum kr_kind {
+#define KR_X_(kind, name) KR_KIND_##kind,
+    KR_KIND_LIST(KR_X_)
+#undef KR_X_
+    KR_KIND_COUNT
+} kr_kind;
+/* clang-format on */
+/* Returns the name of a kind of top. */
+KR_API const char *kr_kind_name(kr_kind kind);
+/* Relative tolerance for identifying an integrable case: 32 units in the last place. The tolerance
+ * allows for rounding errors of the moments and of `com`. */
+#define KR_KIND_RTOL 7.2e-15
+#define KR_INPUT_RTOL 1e-12 /* tolerance for unit quaternions, symmetric tensors and moments */
+/* Returns the integrable case of a body; `rtol` is the relative tolerance of comparisons. */
+KR_API kr_kind kr_body_kind(const kr_body *body, double rtol);
+
+/* Starts given by other numbers than attitude and momentum. The body, the support and, for the
+ * first three functions, the attitude of the scene must already be set. Numbers that are not finite
+ * give a scene that kr_scene_check refuses. */
+
+/* Sets the momentum from the angular velocity relative to the support, along e1, e2, e3 [T^-1]. */
+KR_API void kr_scene_set_velocity(kr_scene *scene, kr_vec3 velocity);
+/* Sets the momentum from the angular velocity relative to the support, with components in the frame
+ * of description [T^-1]. */
+KR_API void kr_scene_set_body_velocity(kr_scene *scene, kr_vec3 velocity);
+/* Sets the momentum from its components in the frame of description [M L^2 T^-1]. */
+KR_API void kr_scene_set_body_momentum(kr_scene *scene, kr_vec3 momentum);
+/* Sets attitude and momentum from precession_angle, nutation and spin_angle [rad] and their
+ * rates [T^-1], in this order. The quantities below define the angles. */
+KR_API void kr_scene_set_euler(kr_scene *scene, kr_vec3 angles, kr_vec3 rates);
+/* Returns 1 if the body is symmetric about its apex, up to KR_KIND_RTOL, else 0. Writes its moments
+ * about axes normal to the apex and about the apex [M L^2]. */
+KR_API int kr_body_symmetry(const kr_body *body, double *across, double *along);
+/* Writes the rate of the steady precession of a symmetric top without rotor, damping, friction and
+ * moving support: the slower or, if `fast` is nonzero, the faster of two. It is 0 for a vertical
+ * apex. Returns KR_ERR_ARGUMENT if there is none; *least_spin is then the smallest spin with one if
+ * the spin is too small, and else 0. */
+KR_API kr_status kr_scene_steady_precession(const kr_scene *scene, double spin, double tilt,
+                                            int fast, double *precession, double *least_spin);
+
+/* The flags of methods, listed as X(flag, bit, name, description). */
+/* clang-format off */
+#define KR_FLAG_LIST(X)                                                                           \
+    X(SYMPLECTIC,        1, "symplectic",     "conserves the symplectic form")                    \
+    X(REVERSIBLE,        2, "reversible",     "a step backwards undoes a step")                   \
+    X(ADAPTIVE,          4, "adaptive",       "adapts its steps to a tolerance")                  \
+    X(IMPLICIT,          8, "implicit",       "solves an equation in each step")                  \
+    X(ALGEBRAIC,        16, "algebraic",      "uses + - * / sqrt only: the same bits everywhere") \
+    X(ABSOLUTE,         32, "absolute",       "its tolerance is absolute in the user's time")     \
+    X(DENSE,            64, "dense",          "evaluates the state anywhere in its last step")    \
+    X(LAGRANGE_ONLY,   128, "lagrange_only",  "for symmetric bodies, com on the axis")            \
+    X(INTEGRABLE,      256, "integrable",     "for the integrable tops and free bodies")          \
+    X(SYMMETRIC_ONLY,  512, "symmetric_only", "for bodies with two equal moments")                \
+    X(EULER_ONLY,     1024, "euler_only",     "for bodies supported at their centre of mass")     \
+    X(DIGITS,         2048, "digits",         "can compute more digits than a double has")        \
+    X(SKIPS_HEADING,  4096, "skips_heading",  "can skip the rotation about the vertical")         \
+    X(SPLITTING,      8192, "splitting",      "alternates kicks and drifts")                      \
+    X(DAMPED,        16384, "damped",         "applies to damped tops")                           \
+    X(TANGENTS,      32768, "tangents",       "computes derivatives of the state")                \
+    X(ROTORS,        65536, "rotors",         "applies to bodies with rotors")                    \
+    X(TURNING,      131072, "turning",        "applies to supports that turn about any axis")     \
+    X(SHAKING,      262144, "shaking",        "applies to shaken supports")                       \
+    X(FRICTION,     524288, "friction",       "applies to tops with dry friction")
+/* clang-format on */
+enum {
+#define KR_X_(flag, bit, name, text) KR_METHOD_##flag = bit,
+    KR_FLAG_LIST(KR_X_)
+#undef KR_X_
+};
+
+/* Returns the number of methods. */
+KR_API size_t kr_method_count(void);
+/* Returns the method with index i. */
+KR_API const kr_method *kr_method_at(size_t i);
+/* Returns the method with this name, or NULL. For a method that this build omits, kr_top_create
+ * returns KR_ERR_NOT_BUILT. */
+KR_API const kr_method *kr_method_find(const char *name);
+typedef struct kr_method_info {
+    /* Its name, what it is, the integrals that it conserves up to rounding, and its source. */
+    const char *name, *text, *conserves, *reference;
+    int order;      /* 0: the method has no fixed order */
+    unsigned flags; /* the sum of its KR_METHOD_... flags */
+} kr_method_info;
+KR_API kr_method_info kr_method_describe(const kr_method *method);
+/* Returns 1 if a method applies to a body for all values of gravity, else 0. */
+KR_API int kr_method_applies(const kr_method *method, const kr_body *body);
+/* Returns 1 if a method applies to a scene, else 0. */
+KR_API int kr_method_suits(const kr_method *method, const kr_scene *scene);
+
+/* The table of physical quantities that can be computed from a state. Vectors refer to the space
+ * frame, or to the frame of description if their name begins with body_. The Euler angles (z-x-z)
+ * rotate the space axes into a body-fixed frame. The rotations are by precession_angle about e3, by
+ * nutation about e3 x apex (the line of nodes), and by spin_angle about the apex. The body-fixed
+ * frame is the frame of description, rotated by the smallest angle that brings its third axis to
+ * the apex. If this angle exceeds 120 degrees, the frame is first rotated by 180 degrees about its
+ * first axis. If the apex is vertical, precession_angle and spin_angle are equal up to sign. */
+enum {
+    KR_QUANTITY_TURNS = 1,     /* changes when the top is rotated about the vertical */
+    KR_QUANTITY_CONSERVED = 2, /* an integral of the motion, for all tops or for one kind */
+    KR_QUANTITY_IN_EVENTS = 4  /* its components can appear in events */
+};
+typedef struct kr_quantity {
+    const char *name, *text; /* such as "nutation"; a description */
+    const char *dimension;   /* "rad", "rad/T" or "rad/T^2" for angles, else such as "M L^2 T^-1" */
+    const char *const *suffixes; /* of the names of its numbers, such as "" or "_x": [doubles] */
+    size_t doubles;              /* in a value: 1, 3, 4 or 9 */
+    unsigned flags;              /* a sum of KR_QUANTITY_... */
+} kr_quantity;
+/* Returns the number of quantities. */
+KR_API size_t kr_quantity_count(void);
+/* Returns the quantity with index i. */
+KR_API const kr_quantity *kr_quantity_at(size_t i);
+/* Returns the quantity with this name, or NULL. */
+KR_API const kr_quantity *kr_quantity_find(const char *name);
+/* Writes the values of a quantity at n states: n * quantity->doubles numbers. */
+KR_API void kr_quantity_values(const kr_quantity *quantity, const kr_scene *scene, size_t n,
+                               const kr_state states[], double out[]);
+enum { KR_COMPONENT_ONE = 0 }; /* the constant component "1" */
+/* Returns the index of the component with this name, such as "apex_z", "q_w" or "spin". Returns -1
+ * if no component with this name can be used in events. */
+KR_API int kr_component_find(const char *name);
+
+/* Returns the modified energy E + step * <torque, m> / (2 I1) [M L^2 T^-2] that bobenko_suris
+ * conserves. Returns NaN unless the body is a Lagrange top without rotor. */
+KR_API double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step);
+/* Returns the modified energy that bobenko_suris4 conserves with this step [M L^2 T^-2], which
+ * equals the energy up to a constant and O(step^4). Returns NaN if the body is no Lagrange top or
+ * has a rotor, or if the step is too large. */
+KR_API double kr_state_modified_energy4(const kr_scene *scene, const kr_state *s, double step);
+/* Returns the angle of the rotation between two attitudes, 0 .. pi [rad]. */
+KR_API double kr_attitude_error(kr_quat a, kr_quat b);
+
+/* Further functions of tops. */
+
 /* Works like kr_top_record, but also writes the digits beyond double precision to `low`. Each sum
  * out[i] + low[i] has the requested number of digits; low[i].t is 0. */
 KR_API kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state out[],
@@ -477,17 +455,52 @@ KR_API kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene);
 /* Works like kr_top_set_scene, but adds the low-order part `low` to the initial state (see
  * kr_top_low). The sum start + low must round to start; low->t must be 0. */
 KR_API kr_status kr_top_set_scene_low(kr_top *top, const kr_scene *scene, const kr_state *low);
-/* Returns the current state. */
-KR_API kr_state kr_top_state(const kr_top *top);
 /* Returns the digits of the current state beyond double precision; the member t is 0. */
 KR_API kr_state kr_top_low(const kr_top *top);
-/* Returns the numbers of steps, rejected steps, evaluations and iterations so far. */
-KR_API kr_stats kr_top_stats(const kr_top *top);
 /* Returns the time that the steps have reached [T]. `poll` may call kr_top_time. */
 KR_API double kr_top_time(const kr_top *top);
 /* Returns the name of the instruction set if the method is taylor, otherwise "". Writes the order
  * of the method to `order`. */
 KR_API const char *kr_top_kernel(const kr_top *top, int *order);
+/* Returns the horizon [T], an upper bound on |t| for which doubles resolve the attitude: 2^53 rad
+ * over the largest of these rates: components of the initial angular velocity, (|m| + |rotor|) /
+ * (largest moment), pendulum frequency, rates of the support. It is INFINITY for a top at rest
+ * without torque, and 0 for an invalid scene. Times beyond it are refused with KR_ERR_RESOLUTION.
+ * Smaller times may also be refused if damping accelerates the top backward in time. */
+KR_API double kr_scene_horizon(const kr_scene *scene);
+
+/* Events, for the method taylor: times at which a function g of the state crosses zero. g is a sum
+ * of terms factor * first * second, where first and second are the indices of components
+ * (kr_component_find). */
+typedef struct kr_term {
+    double factor;
+    int first, second;
+} kr_term;
+/* Returns the sum of n terms factor * first * second at a state. */
+KR_API double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n,
+                             const kr_term terms[]);
+/* If g is a multiple of the spin, an event also occurs when friction stops the spin, but none when
+ * the top then slides. Values of g below 2^-50 times its terms (2^-40 initially) count as zero. */
+typedef struct kr_event {
+    const kr_term *terms;     /* the `count` terms of g */
+    const kr_term *condition; /* must be positive at the event; condition_count 0: no condition */
+    size_t count, condition_count;
+    int extremum;       /* nonzero: extrema of g (zeros of dg/dt) instead of zeros of g */
+    int direction;      /* 1: g rises, or has a minimum; -1: falls, or has a maximum; 0: both */
+    double private_[4]; /* the state of the search */
+} kr_event;
+typedef struct kr_event_hit {
+    ptrdiff_t index; /* index of the event; -1: none */
+    int direction;   /* 1 or -1 */
+} kr_event_hit;
+/* Sets the events at which kr_top_seek stops. `events` must remain valid until the next call, or
+ * until the top is freed. Events do not affect the computed states. Returns KR_ERR_NO_EVENTS for
+ * methods other than taylor, and KR_ERR_ARGUMENT if skip_heading is set and a component depends on
+ * the heading. */
+KR_API kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[]);
+/* Advances the top to the next event, or to t if t comes first. Returns KR_ERR_STEP if an event
+ * lies in a step that is shorter than doubles can resolve. */
+KR_API kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit);
 
 /* Groups of tangents (derivatives of the state), listed as X(parameter, bit, number of columns,
  * name). Requesting tangents changes no state, unless damping is strong. Rows 1 to 3 give the
@@ -525,7 +538,7 @@ KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
  * of the last retained Taylor term to the norm of the tangent, maximized over all steps. */
 KR_API double kr_top_tangent_truncation(const kr_top *top);
 /* Writes the derivatives of a quantity at n states. `tangents` has the shape [n][6][columns], and
- * `out` the shape [n][kr_quantity_doubles][columns]. The derivative of the attitude q is a rotation
+ * `out` the shape [n][doubles][columns]. The derivative of the attitude q is a rotation
  * vector (3 numbers). Derivatives that do not exist are NaN: of Euler angles at a vertical apex, of
  * the apex by com at 0, and of body_acceleration by friction at 0. */
 KR_API void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, size_t n,
@@ -544,39 +557,6 @@ KR_API kr_status kr_top_save(const kr_top *top, size_t size, void *memory);
 /* Loads a checkpoint. Returns KR_ERR_CHECKPOINT and leaves the top unchanged if the checkpoint is
  * damaged, or belongs to another version, machine type, scene or method. */
 KR_API kr_status kr_top_load(kr_top *top, size_t size, const void *memory);
-
-/* Events, for the method taylor: times at which a function g of the state crosses zero. g is a sum
- * of terms factor * first * second, where first and second are the indices of components
- * (kr_component_find). */
-typedef struct kr_term {
-    double factor;
-    int first, second;
-} kr_term;
-/* Returns the sum of n terms factor * first * second at a state. */
-KR_API double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n,
-                             const kr_term terms[]);
-/* If g is a multiple of the spin, an event also occurs when friction stops the spin, but none when
- * the top then slides. Values of g below 2^-50 times its terms (2^-40 initially) count as zero. */
-typedef struct kr_event {
-    const kr_term *terms;     /* the `count` terms of g */
-    const kr_term *condition; /* must be positive at the event; condition_count 0: no condition */
-    size_t count, condition_count;
-    int extremum;       /* nonzero: extrema of g (zeros of dg/dt) instead of zeros of g */
-    int direction;      /* 1: g rises, or has a minimum; -1: falls, or has a maximum; 0: both */
-    double private_[4]; /* the state of the search */
-} kr_event;
-typedef struct kr_event_hit {
-    ptrdiff_t index; /* index of the event; -1: none */
-    int direction;   /* 1 or -1 */
-} kr_event_hit;
-/* Sets the events at which kr_top_seek stops. `events` must remain valid until the next call, or
- * until the top is freed. Events do not affect the computed states. Returns KR_ERR_NO_EVENTS for
- * methods other than taylor, and KR_ERR_ARGUMENT if skip_heading is set and a component depends on
- * the heading. */
-KR_API kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[]);
-/* Advances the top to the next event, or to t if t comes first. Returns KR_ERR_STEP if an event
- * lies in a step that is shorter than doubles can resolve. */
-KR_API kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit);
 
 /* Many tops. A worker integrates any number of tops with one method, one by one or in parallel SIMD
  * lanes. Each worker owns its working memory. Each thread needs its own worker. With method NULL,
@@ -671,22 +651,74 @@ KR_API const char *kr_worker_kernel(const kr_worker *worker, int *order);
 /* Frees a worker; NULL is ignored. */
 KR_API void kr_worker_free(kr_worker *worker);
 
-/* The closed-form solution for a Lagrange top or free body without damping, friction or moving
- * support. Its accuracy is the same at all times. */
-typedef struct kr_exact {
-    /* Period of the nutation [T], or INFINITY if the nutation is constant. */
+/* Closed forms: free bodies, Lagrange tops, most Kowalewski tops, and most Goryachev-Chaplygin tops
+ * with <m, e3> = 0, without damping, friction or moving support. Late states are as accurate and as
+ * cheap as early ones. */
+
+/* Reasons for refusing a closed form, listed as X(name, message). */
+/* clang-format off */
+#define KR_REFUSAL_LIST(X)                                                                        \
+    X(NONE,        "there is a closed form")                                                      \
+    X(KIND,        "it is another kind of top, or is not moved by its weight alone")              \
+    X(ROUNDED,     "its moments or centre of mass are those of its kind only up to rounding")     \
+    X(VERTICAL,    "the angular momentum has a vertical component")                               \
+    X(WEIGHTLESS,  "the torque of its weight is negligible")                                      \
+    X(REST,        "the top is in equilibrium, or nearly")                                        \
+    X(ROTATION,    "the top rotates uniformly about the vertical")                                \
+    X(PLANAR,      "the top swings or circles in a plane, like a pendulum")                       \
+    X(ZERO,        "the integral G is near zero: the motion is near a separatrix")                \
+    X(COINCIDENT,  "two branch points of its curve coincide: the motion is degenerate")           \
+    X(SEPARATRIX,  "the motion is too near to a separatrix for its frequencies to be known")      \
+    X(INTEGRALS,   "an integral or series of its curve does not converge")                        \
+    X(START,       "the start does not lie on the arcs of its curve")                             \
+    X(HEADING,     "the series of its heading has too many terms: it is near a separatrix")       \
+    X(CERTIFICATE, "the error of its closed form exceeds the limit")
+typedef enum kr_refusal {
+#define KR_X_(name, text) KR_REFUSAL_##name,
+    KR_REFUSAL_LIST(KR_X_)
+#undef KR_X_
+    KR_REFUSAL_COUNT
+} kr_refusal;
+/* clang-format on */
+/* Returns the message for a refusal, or NULL if `refusal` is not a kr_refusal. */
+KR_API const char *kr_refusal_text(kr_refusal refusal);
+typedef struct kr_exact_info {
+    kr_kind kind;
+    kr_refusal refusal; /* why kr_exact_plan returned KR_ERR_METHOD */
+    size_t used;        /* bytes of the kr_exact in use: a copy of them is a closed form as well */
+    /* Period of the nutation [T], or INFINITY if the nutation is constant; on a torus, the period
+     * of the first angle. */
     double period;
-    /* Mean rates of the Euler angles [T^-1]: of the apex about the vertical, and of the body about
-     * the apex. For a free body, the momentum replaces the vertical, and the apex is replaced by
-     * the principal axis that circulates about the momentum, at an acute angle to it. (In a
-     * symmetric body, this is the axis whose moment differs from the others.) Jumps by half a turn,
-     * when an axis passes through a pole, are not included. */
+    /* Mean rates of the Euler angles of a Lagrange top or free body [T^-1]: of the apex about the
+     * vertical, and of the body about the apex. For a free body, the momentum replaces the vertical,
+     * and the apex is replaced by the principal axis that circulates about the momentum, at an acute
+     * angle to it. (In a symmetric body, this is the axis whose moment differs from the others.)
+     * Jumps by half a turn, when an axis passes through a pole, are not included. */
     double precession_rate, spin_angle_rate;
-    double private_[70];
-} kr_exact;
-/* Computes the closed-form solution. Returns KR_ERR_METHOD if kr_exact does not apply, or if a
- * heavy top is almost but not exactly vertical (tilt and horizontal momentum below 1e-70). */
-KR_API kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact);
+    /* For Kowalewski and Goryachev-Chaplygin tops, whose motion is on a torus: two frequencies of
+     * the body's motion and the mean rate of precession [T^-1]. Each frequency in the attitude
+     * matrix is a sum of integer multiples of these. */
+    double frequency[3];
+    /* For these tops, the largest relative error found when the solution is checked. The error of
+     * the attitude is at most about ten times as large. If the integral G of a Goryachev-Chaplygin
+     * top is near 0, each radian of rotation about the vertical adds one rounding error. */
+    double certificate;
+} kr_exact_info;
+#define KR_EXACT_BOUND 1e-11
+typedef struct kr_exact kr_exact;
+/* Returns the number of bytes that kr_exact_plan needs for a scene. It is at most KR_EXACT_SIZE for
+ * Lagrange tops and free bodies. */
+#define KR_EXACT_SIZE 704
+KR_API size_t kr_exact_size(const kr_scene *scene);
+/* Computes the closed form in memory of kr_exact_size(scene) bytes, which the caller owns and which
+ * must be aligned for doubles. Returns KR_ERR_METHOD if there is none, or none with a `certificate`
+ * below `bound` (0: KR_EXACT_BOUND); then only kr_exact_describe may be called. Moments and centre of
+ * mass of Kowalewski and Goryachev-Chaplygin tops must satisfy their conditions exactly: near a
+ * separatrix, the attitude can be arbitrary if only their rounding errors differ. Lagrange tops are
+ * refused if they are almost but not exactly vertical (tilt and horizontal momentum below 1e-70). */
+KR_API kr_status kr_exact_plan(const kr_scene *scene, double bound, kr_exact *exact);
+/* Returns the numbers that describe the motion, or its refusal. */
+KR_API kr_exact_info kr_exact_describe(const kr_exact *exact);
 /* Returns the state at time t, or NaN if t is not finite. After about 2^50 turns, the integrals of
  * motion are correct, but the attitude is arbitrary. The state is NaN if any frequency of the
  * motion is close to the largest finite double. Momentum components below 1e-75 |m| are treated as
@@ -694,115 +726,15 @@ KR_API kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact);
 KR_API kr_state kr_exact_state(const kr_exact *exact, double t);
 /* Writes n states faster than kr_exact_state would, with bitwise equal results. */
 KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[]);
-
-/* Reasons for refusing a closed-form solution of a Kowalewski top, listed as X(name, message). */
-/* clang-format off */
-#define KR_KOWALEWSKI_REFUSAL_LIST(X)                                                             \
-    X(PLANNED,     "there is a plan")                                                             \
-    X(REST,        "the top is in equilibrium, or nearly")                                        \
-    X(ROTATION,    "the top rotates uniformly about the vertical")                                \
-    X(WEIGHTLESS,  "the torque of its weight is negligible")                                      \
-    X(PLANAR,      "the top swings or circles in a plane, like a pendulum")                       \
-    X(COINCIDENT,  "two branch points of its curve coincide: the motion is degenerate")           \
-    X(SEPARATRIX,  "the motion is too near to a separatrix for its frequencies to be known")      \
-    X(INTEGRALS,   "a period of its curve does not converge")                                     \
-    X(START,       "the start does not lie on the arcs of its curve")                             \
-    X(CERTIFICATE, "the error of its closed form exceeds the limit")                              \
-    X(OTHER,       "it is another kind of top, or is not moved by its weight alone")              \
-    X(ROUNDED,     "its moments are 2 : 2 : 1 and com normal to axis 3 only up to rounding")
-typedef enum kr_kowalewski_refusal {
-#define KR_X_(name, text) KR_KOWALEWSKI_##name,
-    KR_KOWALEWSKI_REFUSAL_LIST(KR_X_)
-#undef KR_X_
-    KR_KOWALEWSKI_REFUSAL_COUNT
-} kr_kowalewski_refusal;
-/* clang-format on */
-/* Returns the message for a refusal, or NULL if `refusal` is not a kr_kowalewski_refusal. */
-KR_API const char *kr_kowalewski_refusal_text(int refusal);
-/* The closed-form solution for a Kowalewski top. Each frequency in the attitude matrix is a sum of
- * integer multiples of `first`, `second` and 2 * `heading` [T^-1]. The error of the attitude is at
- * most about ten times `certificate`, the largest relative error found when the solution is
- * checked. The moments must be 2 : 2 : 1, and com normal to axis 3, exactly: near a separatrix, the
- * attitude can be arbitrary if only their rounding errors differ. */
-typedef struct kr_kowalewski {
-    double first, second, heading, certificate;
-    size_t used; /* bytes of `memory` in use: a copy of them is a plan as well */
-    int refusal; /* a kr_kowalewski_refusal */
-} kr_kowalewski;
-#define KR_KOWALEWSKI_BOUND 1e-11
-/* Returns the size of the memory that kr_kowalewski_plan needs, in bytes. */
-KR_API size_t kr_kowalewski_size(void);
-/* Computes the closed-form solution, stores it in `memory`, and sets `out` to its address. The
- * caller owns `memory`, which must be aligned for doubles. Returns KR_ERR_METHOD if no
- * solution has a `certificate` below `bound` (0: KR_KOWALEWSKI_BOUND); `memory` then starts with a
- * kr_kowalewski whose `refusal` is the reason, and `out` is unchanged. */
-KR_API kr_status kr_kowalewski_plan(const kr_scene *scene, double bound, void *memory,
-                                    const kr_kowalewski **out);
-/* Returns the state at time t, like kr_exact_state. */
-KR_API kr_state kr_kowalewski_state(const kr_kowalewski *top, double t);
-/* Returns the state at two angles [turns] on the invariant torus. During the motion, the torus
- * angles grow at rates top->first and top->second. The state has the initial time and heading. */
-KR_API kr_state kr_kowalewski_state_at(const kr_kowalewski *top, double first, double second);
-/* Writes n states faster than kr_kowalewski_state would, with bitwise equal results. */
-KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const double t[],
-                                 kr_state out[]);
-
-/* Reasons for refusing a Goryachev-Chaplygin solution, listed as X(name, message). */
-/* clang-format off */
-#define KR_CHAPLYGIN_REFUSAL_LIST(X)                                                              \
-    X(PLANNED,     "there is a plan")                                                             \
-    X(VERTICAL,    "the angular momentum has a vertical component")                               \
-    X(WEIGHTLESS,  "the torque of its weight is negligible")                                      \
-    X(REST,        "the top is in equilibrium, or nearly")                                        \
-    X(PLANAR,      "the top swings or circles in a plane, like a pendulum")                       \
-    X(ZERO,        "the integral G is near zero: the motion is near a separatrix")                \
-    X(COINCIDENT,  "two branch points of its curve coincide: the motion is degenerate")           \
-    X(SEPARATRIX,  "the motion is too near to a separatrix for its frequencies to be known")      \
-    X(INTEGRALS,   "a series of one angle of its torus does not converge")                        \
-    X(START,       "the start does not lie on the arcs of its curve")                             \
-    X(HEADING,     "the series of its heading has too many terms: it is near a separatrix")       \
-    X(CERTIFICATE, "the error of its series exceeds the limit")                                   \
-    X(OTHER,       "it is another kind of top, or is not moved by its weight alone")              \
-    X(ROUNDED,     "its moments are 4 : 4 : 1 and com normal to axis 3 only up to rounding")
-typedef enum kr_chaplygin_refusal {
-#define KR_X_(name, text) KR_CHAPLYGIN_##name,
-    KR_CHAPLYGIN_REFUSAL_LIST(KR_X_)
-#undef KR_X_
-    KR_CHAPLYGIN_REFUSAL_COUNT
-} kr_chaplygin_refusal;
-/* clang-format on */
-/* Returns the message for a refusal, or NULL if `refusal` is not a kr_chaplygin_refusal. */
-KR_API const char *kr_goryachev_chaplygin_refusal_text(int refusal);
-/* The closed-form solution for a Goryachev-Chaplygin top with <m, e3> = 0. Each frequency in the
- * attitude matrix is a sum of integer multiples of `first` and `second` [T^-1]; the mean precession
- * is zero. `certificate` is as in kr_kowalewski. The moments 4 : 4 : 1, com normal to axis 3 and
- * <m, e3> = 0 must be exact. If the integral G is near 0, each radian of rotation about the vertical
- * adds one rounding error. */
-typedef struct kr_goryachev_chaplygin {
-    double first, second, certificate;
-    size_t used; /* as in kr_kowalewski */
-    int refusal; /* a kr_chaplygin_refusal */
-} kr_goryachev_chaplygin;
-#define KR_CHAPLYGIN_BOUND 1e-11
-/* Returns the size of the memory that kr_goryachev_chaplygin_plan needs, in bytes. */
-KR_API size_t kr_goryachev_chaplygin_size(void);
-/* Works like kr_kowalewski_plan; bound = 0 means KR_CHAPLYGIN_BOUND. */
-KR_API kr_status kr_goryachev_chaplygin_plan(const kr_scene *scene, double bound, void *memory,
-                                             const kr_goryachev_chaplygin **out);
-/* Returns the state at time t, like kr_exact_state. */
-KR_API kr_state kr_goryachev_chaplygin_state(const kr_goryachev_chaplygin *top, double t);
-/* Returns the state at two torus angles, like kr_kowalewski_state_at; the heading is arbitrary. */
-KR_API kr_state kr_goryachev_chaplygin_state_at(const kr_goryachev_chaplygin *top, double first,
-                                                double second);
-/* Writes n states faster than kr_goryachev_chaplygin_state, with bitwise equal results. */
-KR_API void kr_goryachev_chaplygin_states(const kr_goryachev_chaplygin *top, size_t n,
-                                          const double t[], kr_state out[]);
+/* Returns the state at two angles [turns] on the torus, which grow at the rates frequency[0] and
+ * frequency[1], at the initial time and with an arbitrary heading. NaN for other motions. */
+KR_API kr_state kr_exact_state_at(const kr_exact *exact, double first, double second);
 
 /* Turning points of the apex of a Lagrange top or a free body whose apex is on its symmetry axis.
  * For free bodies, motion_type is "resting" or "circle"; for others, it is "sleeping", "hanging",
  * "steady", "separatrix", "pendulum", "rosette" (the apex passes through the vertical), "loops",
  * "cusps" or "waves". */
-typedef struct kr_turning {
+typedef struct kr_nutation {
     double least, greatest;     /* nutation [rad] */
     double t_least, t_greatest; /* first times of these values, or INFINITY [T] */
     /* (2 * sqrt(I1 * mass * gravity * |com|) - rotor) / I3 [T^-1], with the component of the rotor
@@ -810,12 +742,12 @@ typedef struct kr_turning {
     double critical_spin;
     const char *motion_type;
     double private_[5];
-} kr_turning;
-/* Computes the turning points of the apex. Returns KR_ERR_METHOD unless kr_turning applies. */
-KR_API kr_status kr_exact_turning(const kr_scene *scene, kr_turning *turning);
+} kr_nutation;
+/* Computes the turning points of the apex. Returns KR_ERR_METHOD unless kr_nutation applies. */
+KR_API kr_status kr_exact_nutation(const kr_scene *scene, kr_nutation *out);
 /* Returns the effective potential at a nutation angle: the energy minus I1/2 (d nutation/dt)^2 [M
  * L^2 T^-2]. */
-KR_API double kr_turning_potential(const kr_turning *turning, double nutation);
+KR_API double kr_nutation_potential(const kr_nutation *motion, double nutation);
 
 /* The closed-form solution of the Bobenko-Suris map for Lagrange tops (method bobenko_suris). The
  * period and rates refer to the map, not to the continuous motion. */

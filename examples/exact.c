@@ -1,7 +1,8 @@
 /* Evaluates the closed form of a symmetric top: any time costs the same, and errors do not grow.
- * Nothing is allocated. */
+ * The closed form is in memory of the program. */
 #include <kreisel.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 int main(void)
 {
@@ -11,21 +12,23 @@ int main(void)
     const double m = 314.159 * 6.25e-4; /* spin times moment */
     scene.start.m = (kr_vec3){m * apex.x, m * apex.y, m * apex.z};
 
-    kr_exact exact;
-    kr_turning turning;
-    if (status == KR_OK) status = kr_exact_plan(&scene, &exact);
-    if (status == KR_OK) status = kr_exact_turning(&scene, &turning);
+    kr_exact *exact = malloc(kr_exact_size(&scene));
+    kr_nutation nutation;
+    if (status == KR_OK) status = kr_exact_plan(&scene, 0.0, exact);
+    if (status == KR_OK) status = kr_exact_nutation(&scene, &nutation);
     if (status != KR_OK) {
         fprintf(stderr, "%s\n", kr_status_text(status));
         return 1;
     }
-    printf("motion: %s\n", turning.motion_type);
-    printf("tilt: %.12f to %.12f\n", turning.least, turning.greatest);
-    printf("period: %.12f\nprecession: %.12f\n", exact.period, exact.precession_rate);
+    printf("motion: %s\n", nutation.motion_type);
+    printf("tilt: %.12f to %.12f\n", nutation.least, nutation.greatest);
+    const kr_exact_info info = kr_exact_describe(exact);
+    printf("period: %.12f\nprecession: %.12f\n", info.period, info.precession_rate);
     const double times[] = {0.0, 1.0, 60.0, 86400.0};
     for (size_t i = 0; i < sizeof times / sizeof *times; i++) {
-        const kr_state s = kr_exact_state(&exact, times[i]);
+        const kr_state s = kr_exact_state(exact, times[i]);
         printf("t = %.0f: tilt %.9f\n", s.t, kr_state_nutation(&scene, &s));
     }
+    free(exact);
     return 0;
 }

@@ -127,11 +127,10 @@ static py::list method_table()
 {
     py::list table;
     for (size_t i = 0; i < kr_method_count(); i++) {
-        const kr_method *m = kr_method_at(i);
-        table.append(
-            py::dict("name"_a = kr_method_name(m), "text"_a = kr_method_text(m),
-                     "order"_a = kr_method_order(m), "conserves"_a = kr_method_conserves(m),
-                     "reference"_a = kr_method_reference(m), "flags"_a = kr_method_flags(m)));
+        const kr_method_info m = kr_method_describe(kr_method_at(i));
+        table.append(py::dict("name"_a = m.name, "text"_a = m.text, "order"_a = m.order,
+                              "conserves"_a = m.conserves, "reference"_a = m.reference,
+                              "flags"_a = m.flags));
     }
     return table;
 }
@@ -140,16 +139,16 @@ static py::list quantity_table()
     py::list table;
     for (size_t i = 0; i < kr_quantity_count(); i++) {
         const kr_quantity *q = kr_quantity_at(i);
-        const unsigned flags = kr_quantity_flags(q);
+        const unsigned flags = q->flags;
         py::list components;
-        for (size_t k = 0; kr_quantity_axis(q, k); k++)
-            components.append(std::string(kr_quantity_name(q)) + kr_quantity_axis(q, k));
-        table.append(py::dict("name"_a = kr_quantity_name(q), "doubles"_a = kr_quantity_doubles(q),
+        for (size_t k = 0; k < q->doubles; k++)
+            components.append(std::string(q->name) + q->suffixes[k]);
+        table.append(py::dict("name"_a = q->name, "doubles"_a = q->doubles,
                               "turns"_a = (flags & KR_QUANTITY_TURNS) != 0,
                               "kept"_a = (flags & KR_QUANTITY_CONSERVED) != 0,
                               "in_events"_a = (flags & KR_QUANTITY_IN_EVENTS) != 0,
-                              "dimension"_a = kr_quantity_dimension(q),
-                              "text"_a = kr_quantity_text(q), "components"_a = components));
+                              "dimension"_a = q->dimension, "text"_a = q->text,
+                              "components"_a = components));
     }
     return table;
 }

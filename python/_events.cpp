@@ -20,11 +20,8 @@ static py::dict components()
     py::dict table("1"_a = int(KR_COMPONENT_ONE));
     for (size_t i = 0; i < kr_quantity_count(); i++) {
         const kr_quantity *quantity = kr_quantity_at(i);
-        for (size_t k = 0;
-             kr_quantity_flags(quantity) & KR_QUANTITY_IN_EVENTS && kr_quantity_axis(quantity, k);
-             k++) {
-            const std::string name =
-                std::string(kr_quantity_name(quantity)) + kr_quantity_axis(quantity, k);
+        for (size_t k = 0; quantity->flags & KR_QUANTITY_IN_EVENTS && k < quantity->doubles; k++) {
+            const std::string name = std::string(quantity->name) + quantity->suffixes[k];
             table[name.c_str()] = kr_component_find(name.c_str());
         }
     }

@@ -1,137 +1,78 @@
-// Closed forms. Python stores a plan as an array of its doubles, or as a TorusPlan if the motion is
-// on a torus.
+// Closed forms.
 #include <algorithm>
 #include <memory>
 #include <vector>
 #include "results.hpp"
 #include "times.hpp"
 
-// Returns the name of the status, the period, the mean rates and all doubles of a kr_exact or a
-// kr_exact_map.
-template <class Plan> static py::tuple planned(kr_status status, const Plan &plan)
-{
-    static_assert(sizeof(Plan) % sizeof(double) == 0, "plain doubles");
-    return py::make_tuple(name_of(status), plan.period, plan.precession_rate, plan.spin_angle_rate,
-                          array_of(plan));
-}
-static py::tuple exact_plan(const kr_scene &scene)
-{
-    kr_exact plan = {};
-    const kr_status status = kr_exact_plan(&scene, &plan);
-    return planned(status, plan);
-}
-// Returns the states of a plan at the times t. Returns None if a time is not below `most`, or if
-// the times need validation by Python.
-static py::object exact_states(const doubles &plan, const py::object &t, double most)
-{
-    const auto p = value_of<kr_exact>(plan);
-    given_times times;
-    if (!times.take(t) || !times.are_below(most)) return py::none();
-    const py::ssize_t n = py::ssize_t(times.size());
-    doubles out({n, py::ssize_t(8)});
-    auto *states = reinterpret_cast<kr_state *>(out.mutable_data());
-    if (n == 1)
-        *states = kr_exact_state(&p, *times.data());
-    else
-        in_pieces(n, [&](py::ssize_t i, py::ssize_t end) {
-            kr_exact_states(&p, size_t(end - i), times.data() + i, states + i);
-        });
-    return std::move(out);
-}
-// The numbers at the head of a plan of a top whose motion is on a torus, and the text of its
-// refusal.
-struct torus_head {
-    double first, second, precession, certificate;
-    const char *refusal;
-};
-// Such a plan, in memory that Python cannot write. Only the pointer to the plan's own kind is set.
-class torus_memory
+// A closed form, in memory that Python cannot write.
+class exact_plan
 {
     std::unique_ptr<double[]> doubles;
     size_t size = 0;
-    const kr_kowalewski *kowalewski = nullptr;
-    const kr_goryachev_chaplygin *chaplygin = nullptr;
 
-    // Moves a plan to memory of the size that it uses.
-    template <class Plan> void move(const Plan *&plan)
-    {
-        const size_t used = plan->used / sizeof(double) + 1;
-        std::unique_ptr<double[]> copy(new double[used]);
-        std::memcpy(copy.get(), doubles.get(), plan->used);
-        doubles = std::move(copy);
-        size = used * sizeof(double);
-        plan = reinterpret_cast<const Plan *>(doubles.get());
-    }
-    void *allocate(size_t bytes)
-    {
-        if (bytes > size) doubles.reset(new double[bytes / sizeof(double) + 1]);
-        size = std::max(size, bytes);
-        return doubles.get();
-    }
+    kr_exact *exact() const { return reinterpret_cast<kr_exact *>(doubles.get()); }
 
   public:
-    // Computes the plan of a Goryachev-Chaplygin top or, for all other bodies, of a Kowalewski top.
-    kr_status plan(const kr_scene &scene, double bound, torus_head &out)
+    // Computes the closed form of another scene. The object has none after a failure.
+    kr_status plan(const kr_scene &scene, double bound)
     {
-        kowalewski = nullptr;
-        chaplygin = nullptr;
-        if (kr_body_kind(&scene.body, KR_KIND_RTOL) == KR_KIND_GORYACHEV_CHAPLYGIN) {
-            void *memory = allocate(kr_goryachev_chaplygin_size());
-            const kr_status status = kr_goryachev_chaplygin_plan(&scene, bound, memory, &chaplygin);
-            kr_goryachev_chaplygin head;
-            std::memcpy(&head, memory, sizeof head);
-            out = {head.first, head.second, 0.0, head.certificate,
-                   kr_goryachev_chaplygin_refusal_text(head.refusal)};
-            return status;
-        }
-        void *memory = allocate(kr_kowalewski_size());
-        const kr_status status = kr_kowalewski_plan(&scene, bound, memory, &kowalewski);
-        kr_kowalewski head;
-        std::memcpy(&head, memory, sizeof head);
-        out = {head.first, head.second, 2.0 * head.heading, head.certificate,
-               kr_kowalewski_refusal_text(head.refusal)};
-        return status;
+        const size_t needed = kr_exact_size(&scene) / sizeof(double) + 1;
+        if (needed > size) doubles.reset(new double[needed]);
+        size = std::max(size, needed);
+        return kr_exact_plan(&scene, bound, exact());
     }
-    // Frees the memory of the set-up. Without a plan, frees all memory.
+    // Frees the memory of the set-up.
     void shrink()
     {
-        if (kowalewski)
-            move(kowalewski);
-        else if (chaplygin)
-            move(chaplygin);
-        else {
-            doubles.reset();
-            size = 0;
-        }
+        const size_t used = info().used / sizeof(double) + 1;
+        if (used >= size) return;
+        std::unique_ptr<double[]> copy(new double[used]);
+        std::copy_n(doubles.get(), used - 1, copy.get());
+        doubles = std::move(copy);
+        size = used;
     }
-    bool is_planned() const { return kowalewski || chaplygin; }
+    kr_exact_info info() const { return kr_exact_describe(exact()); }
+    bool is_on_torus() const { return info().kind >= KR_KIND_KOWALEWSKI; }
     void states(size_t n, const double *t, kr_state *out) const
     {
-        if (kowalewski)
-            kr_kowalewski_states(kowalewski, n, t, out);
+        if (n == 1)
+            *out = kr_exact_state(exact(), *t);
         else
-            kr_goryachev_chaplygin_states(chaplygin, n, t, out);
+            kr_exact_states(exact(), n, t, out);
     }
     kr_state state_at(const double turns[2]) const
     {
-        return kowalewski ? kr_kowalewski_state_at(kowalewski, turns[0], turns[1])
-                          : kr_goryachev_chaplygin_state_at(chaplygin, turns[0], turns[1]);
+        return kr_exact_state_at(exact(), turns[0], turns[1]);
+    }
+    // Writes the period, the two mean rates, the three frequencies and the certificate, of which
+    // those that the motion does not have are NaN.
+    void write_numbers(double row[7]) const
+    {
+        const kr_exact_info i = info();
+        const double rates[] = {i.period,       i.precession_rate, i.spin_angle_rate,
+                                i.frequency[0], i.frequency[1],    i.frequency[2],
+                                i.certificate};
+        for (int k = 0; k < 7; k++) row[k] = is_on_torus() == (k >= 3) ? rates[k] : NAN;
     }
 };
-static py::tuple torus_plan(const kr_scene &scene, double bound)
+// Returns the name of the status, the text of the refusal, the numbers of write_numbers and the
+// closed form, which is None after a failure.
+static py::tuple plan_exact(const kr_scene &scene, double bound)
 {
-    auto memory = std::make_unique<torus_memory>();
-    torus_head head;
-    const kr_status status = memory->plan(scene, bound, head);
-    memory->shrink();
-    return py::make_tuple(name_of(status), head.refusal,
-                          py::make_tuple(head.first, head.second, head.precession),
-                          head.certificate, std::move(memory));
+    auto plan = std::make_unique<exact_plan>();
+    const kr_status status = plan->plan(scene, bound);
+    const char *refusal = kr_refusal_text(plan->info().refusal);
+    doubles numbers(py::ssize_t(7));
+    if (status != KR_OK) return py::make_tuple(name_of(status), refusal, numbers, py::none());
+    plan->write_numbers(numbers.mutable_data());
+    plan->shrink();
+    return py::make_tuple(name_of(status), refusal, numbers, std::move(plan));
 }
-// Returns the states of a plan at the times t, or None in the same cases as exact_states.
-static py::object torus_states(const torus_memory &plan, const py::object &t, double most)
+// Returns the states of a plan at the times t. Returns None if a time is not below `most`, or if
+// the times need validation by Python.
+static py::object exact_states(const exact_plan &plan, const py::object &t, double most)
 {
-    if (!plan.is_planned()) throw py::value_error("there is no plan");
     given_times times;
     if (!times.take(t) || !times.are_below(most)) return py::none();
     const py::ssize_t n = py::ssize_t(times.size());
@@ -143,9 +84,8 @@ static py::object torus_states(const torus_memory &plan, const py::object &t, do
     return std::move(out);
 }
 // Returns the states of a plan at the two angles in each row of `turns`.
-static doubles torus_states_at(const torus_memory &plan, const doubles &turns)
+static doubles exact_states_at(const exact_plan &plan, const doubles &turns)
 {
-    if (!plan.is_planned()) throw py::value_error("there is no plan");
     if (turns.ndim() != 2 || turns.shape(1) != 2) throw py::value_error("each row has two angles");
     const py::ssize_t n = turns.shape(0);
     doubles out({n, py::ssize_t(8)});
@@ -180,32 +120,15 @@ static py::tuple each_of(const tops &all, size_t begin, size_t end, std::shared_
     waiting.end();
     return py::make_tuple(name_of(status), i);
 }
-// Writes period, precession and spin, one row for each top; NaN if its motion is on a torus.
-static py::tuple exact_rates(const tops &all, size_t begin, size_t end, const py::object &out,
-                             const std::shared_ptr<work> &with)
+// Writes the numbers of each top, as exact_plan::write_numbers does.
+static py::tuple exact_numbers(const tops &all, size_t begin, size_t end, const py::object &out,
+                               const std::shared_ptr<work> &with)
 {
-    double *to = in_place<double>(out, 3 * (end - begin));
+    double *to = in_place<double>(out, 7 * (end - begin));
+    exact_plan plan;
     return each_of(all, begin, end, with, [&](size_t i, const kr_scene &scene) {
-        kr_exact plan = {};
-        plan.period = plan.precession_rate = plan.spin_angle_rate = NAN;
-        const kr_status status = has_torus(scene) ? KR_OK : kr_exact_plan(&scene, &plan);
-        const double rates[] = {plan.period, plan.precession_rate, plan.spin_angle_rate};
-        std::copy(std::begin(rates), std::end(rates), to + 3 * i);
-        return status;
-    });
-}
-// Writes the three frequencies and the certificate of each top whose motion is on a torus, and NaN
-// for all other tops.
-static py::tuple torus_heads(const tops &all, size_t begin, size_t end, const py::object &out,
-                             const std::shared_ptr<work> &with)
-{
-    double *to = in_place<double>(out, 4 * (end - begin));
-    torus_memory memory;
-    return each_of(all, begin, end, with, [&](size_t i, const kr_scene &scene) {
-        torus_head head = {NAN, NAN, NAN, NAN, ""};
-        const kr_status status = has_torus(scene) ? memory.plan(scene, 0.0, head) : KR_OK;
-        const double numbers[] = {head.first, head.second, head.precession, head.certificate};
-        std::copy(std::begin(numbers), std::end(numbers), to + 4 * i);
+        const kr_status status = plan.plan(scene, 0.0);
+        if (status == KR_OK) plan.write_numbers(to + 7 * i);
         return status;
     });
 }
@@ -219,34 +142,22 @@ static py::tuple exact_states_of_tops(const tops &all, size_t begin, size_t end,
     if (own && size_t(t.shape(0)) != end - begin) throw py::value_error("there are other times");
     auto *to = reinterpret_cast<kr_state *>(in_place<double>(out, 8 * times * (end - begin)));
     const double *from = t.data();
-    torus_memory memory;
+    exact_plan plan;
     return each_of(all, begin, end, with, [&](size_t i, const kr_scene &scene) {
-        const double *at = from + i * own;
-        kr_state *states = to + i * times;
-        torus_head head;
-        kr_exact plan;
-        const bool on_torus = has_torus(scene);
-        const kr_status status =
-            on_torus ? memory.plan(scene, 0.0, head) : kr_exact_plan(&scene, &plan);
-        if (status != KR_OK) return status;
-        if (on_torus)
-            memory.states(times, at, states);
-        else if (times == 1)
-            *states = kr_exact_state(&plan, *at);
-        else
-            kr_exact_states(&plan, times, at, states);
-        return KR_OK;
+        const kr_status status = plan.plan(scene, 0.0);
+        if (status == KR_OK) plan.states(times, from + i * own, to + i * times);
+        return status;
     });
 }
 
 static const char *const courses[] = {"resting", "circle",     "sleeping", "hanging",
                                       "steady",  "separatrix", "pendulum", "rosette",
                                       "loops",   "cusps",      "waves"};
-// Writes the numbers of a kr_turning to a row, and the index of its type of motion.
+// Writes the numbers of a kr_nutation to a row, and the index of its type of motion.
 static kr_status read_turning(const kr_scene &scene, double *row, int8_t *course)
 {
-    kr_turning r;
-    const kr_status status = kr_exact_turning(&scene, &r);
+    kr_nutation r;
+    const kr_status status = kr_exact_nutation(&scene, &r);
     if (status != KR_OK) return status;
     const double numbers[] = {r.least, r.greatest, r.t_least, r.t_greatest, r.critical_spin};
     row = std::copy(std::begin(numbers), std::end(numbers), row);
@@ -281,19 +192,22 @@ static py::tuple exact_turnings(const tops &all, size_t begin, size_t end, const
 static doubles turning_potential(const doubles &row, const doubles &nutation)
 {
     const double *r = row.data();
-    kr_turning turning = {};
+    kr_nutation turning = {};
     std::copy(r + 5, r + 10, turning.private_);
     doubles out(nutation.size());
     double *to = out.mutable_data();
     for (py::ssize_t i = 0; i < nutation.size(); i++)
-        to[i] = kr_turning_potential(&turning, nutation.data()[i]);
+        to[i] = kr_nutation_potential(&turning, nutation.data()[i]);
     return out;
 }
+// Returns the name of the status, the period, the mean rates and all doubles of a kr_exact_map.
 static py::tuple exact_map_plan(const kr_scene &scene, double step)
 {
+    static_assert(sizeof(kr_exact_map) % sizeof(double) == 0, "plain doubles");
     kr_exact_map map = {};
     const kr_status status = kr_exact_map_plan(&scene, step, &map);
-    return planned(status, map);
+    return py::make_tuple(name_of(status), map.period, map.precession_rate, map.spin_angle_rate,
+                          array_of(map));
 }
 static doubles exact_map_states(const doubles &plan,
                                 const py::array_t<int64_t, py::array::c_style> &k)
@@ -312,17 +226,14 @@ static doubles exact_map_states(const doubles &plan,
 void bind_exact(py::module_ &m);
 void bind_exact(py::module_ &m)
 {
-    m.def("exact_plan", exact_plan, "scene"_a);
+    py::class_<exact_plan>(m, "ExactPlan");
+    m.def("plan_exact", plan_exact, "scene"_a, "bound"_a);
     m.def("exact_states", exact_states, "plan"_a, "t"_a, "most"_a);
-    py::class_<torus_memory>(m, "TorusPlan");
-    m.def("torus_plan", torus_plan, "scene"_a, "bound"_a);
-    m.def("torus_states", torus_states, "plan"_a, "t"_a, "most"_a);
-    m.def("torus_states_at", torus_states_at, "plan"_a, "turns"_a);
+    m.def("exact_states_at", exact_states_at, "plan"_a, "turns"_a);
     py::list names;
     for (const char *course : courses) names.append(course);
     m.attr("courses") = names;
-    m.def("exact_rates", exact_rates, "tops"_a, "begin"_a, "end"_a, "out"_a, "work"_a);
-    m.def("torus_heads", torus_heads, "tops"_a, "begin"_a, "end"_a, "out"_a, "work"_a);
+    m.def("exact_numbers", exact_numbers, "tops"_a, "begin"_a, "end"_a, "out"_a, "work"_a);
     m.def("exact_states_of_tops", exact_states_of_tops, "tops"_a, "begin"_a, "end"_a, "out"_a,
           "t"_a, "work"_a);
     m.def("exact_turning", exact_turning, "scene"_a);

@@ -39,7 +39,7 @@ static doubles start_values(const tops &all, const std::string &name)
 {
     const kr_quantity *quantity = kr_quantity_find(name.c_str());
     if (!quantity) throw py::key_error(name);
-    return rows_of(all, kr_quantity_doubles(quantity), [&](size_t, kr_scene &scene, double *row) {
+    return rows_of(all, quantity->doubles, [&](size_t, kr_scene &scene, double *row) {
         kr_quantity_values(quantity, &scene, 1, &scene.start, row);
     });
 }

@@ -68,7 +68,7 @@ class mover
     mover(const kr_method *method, kr_config config, const std::vector<kr_reduction> &kept,
           std::shared_ptr<work> with)
         : reductions(kept.size()),
-          has_closed_forms(!method || (kr_method_flags(method) & KR_METHOD_INTEGRABLE))
+          has_closed_forms(!method || (kr_method_describe(method).flags & KR_METHOD_INTEGRABLE))
     {
         waiting.shared = std::move(with);
         config.poll = patience::poll;
@@ -278,7 +278,7 @@ static void values_of_tops(const std::string &name, const tops &all, const doubl
                            const py::object &out)
 {
     const kr_quantity *quantity = quantity_of(name);
-    const size_t n = all.size(), width = kr_quantity_doubles(quantity),
+    const size_t n = all.size(), width = quantity->doubles,
                  times = n > 0 ? size_t(states.size()) / (8 * n) : 0;
     if (size_t(states.size()) != 8 * n * times || size_t(done.size()) != n)
         throw py::value_error("an array has the wrong shape");
@@ -305,7 +305,7 @@ static void derivatives_of_tops(const std::string &name, const tops &all, const 
     const kr_quantity *quantity = quantity_of(name);
     const size_t n = all.size(), times = n > 0 ? size_t(states.size()) / (8 * n) : 0,
                  columns = kr_tangent_columns(by), wide = 6 * columns,
-                 width = columns * (name == "q" ? 3 : kr_quantity_doubles(quantity));
+                 width = columns * (name == "q" ? 3 : quantity->doubles);
     if (size_t(states.size()) != 8 * n * times || size_t(done.size()) != n ||
         size_t(tangents.size()) != n * times * wide)
         throw py::value_error("an array has the wrong shape");
@@ -335,7 +335,7 @@ static bool is_undisturbed(const kr_scene &scene)
 // answer does not depend on the start.
 static bool suits_some_start(const kr_method *method, const kr_scene &scene)
 {
-    if (scene.gravity == 0.0 || !(kr_method_flags(method) & KR_METHOD_INTEGRABLE))
+    if (scene.gravity == 0.0 || !(kr_method_describe(method).flags & KR_METHOD_INTEGRABLE))
         return kr_method_suits(method, &scene);
     if (!is_undisturbed(scene)) return kr_method_suits(method, &scene);
     return kr_method_applies(method, &scene.body);

@@ -6,7 +6,7 @@
 // The shape of the values of a quantity at one state.
 inline std::vector<py::ssize_t> shape_of(const kr_quantity *quantity)
 {
-    const auto width = py::ssize_t(kr_quantity_doubles(quantity));
+    const auto width = py::ssize_t(quantity->doubles);
     if (width == 1) return {};
     if (width == 9) return {3, 3};
     return {width};
@@ -84,7 +84,7 @@ class path_maker
         const auto *in = reinterpret_cast<const kr_state *>(states.data());
         double *to = out.mutable_data();
         if (wanted.quantity) {
-            const auto width = py::ssize_t(kr_quantity_doubles(wanted.quantity));
+            const auto width = py::ssize_t(wanted.quantity->doubles);
             in_pieces(n, [&](py::ssize_t i, py::ssize_t end) {
                 kr_quantity_values(wanted.quantity, &scene, size_t(end - i), in + i,
                                    to + width * i);

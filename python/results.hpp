@@ -50,7 +50,7 @@ inline const kr_quantity *quantity_of(const std::string &name)
 inline void take_values(const kr_quantity *quantity, const kr_scene &scene, size_t n, size_t done,
                         const kr_state *states, double *out)
 {
-    const size_t width = kr_quantity_doubles(quantity), good = std::min(n, done);
+    const size_t width = quantity->doubles, good = std::min(n, done);
     kr_quantity_values(quantity, &scene, good, states, out);
     std::fill(out + good * width, out + n * width, NAN);
 }
@@ -91,7 +91,7 @@ struct results {
                       const kr_state *these, const kr_state *rest) const
     {
         for (const column &c : columns) {
-            const size_t width = kr_quantity_doubles(c.quantity);
+            const size_t width = c.quantity->doubles;
             double *to = c.to + row * n * width;
             if (c.is_low && !rest) {
                 std::fill(to, to + good * width, 0.0);
@@ -128,7 +128,7 @@ inline results results_of(size_t n, size_t times, const py::object &status, cons
         auto name = py::cast<std::string>(key);
         const bool is_low = name == "q_low" || name == "m_low";
         const kr_quantity *quantity = quantity_of(is_low ? name.substr(0, 1) : name);
-        const size_t count = n * times * kr_quantity_doubles(quantity);
+        const size_t count = n * times * quantity->doubles;
         to.columns.push_back({quantity, is_low, in_place<double>(array, count)});
     }
     return to;

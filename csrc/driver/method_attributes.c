@@ -3,14 +3,13 @@
 #include "method.h"
 #include "model/scene.h"
 
-const char *kr_method_name(const kr_method *method) { return method->name; }
-const char *kr_method_text(const kr_method *method) { return method->text; }
-const char *kr_method_conserves(const kr_method *method) { return method->conserves; }
-const char *kr_method_reference(const kr_method *method) { return method->reference; }
-int kr_method_order(const kr_method *method) { return method->order; }
-unsigned kr_method_flags(const kr_method *method)
+kr_method_info kr_method_describe(const kr_method *m)
 {
-    return method->flags | (method->at ? KR_METHOD_DENSE : 0);
+    const kr_method_info info = {
+        m->name,      m->text,  m->conserves,
+        m->reference, m->order, m->flags | (m->at ? (unsigned)KR_METHOD_DENSE : 0),
+    };
+    return info;
 }
 
 int kr_method_applies(const kr_method *method, const kr_body *body)

@@ -64,7 +64,8 @@ static void evaluate_top(kr_worker *worker, size_t i, const kr_exact_form *plan)
     while (slot.states < tops->times && !worker->interrupted) {
         const size_t left = tops->times - slot.states,
                      n = left < STATES_PER_CALL ? left : STATES_PER_CALL;
-        kr_exact_form_states(plan, n, t + slot.states, piece);
+        kr_exact_evaluate_widest(kr_exact_widest_isa(&kr_symmetric_form), plan, n, t + slot.states,
+                                 piece);
         if (store_states(worker, &slot, accumulators, n, piece) < n) {
             kr_worker_run_scalar(worker, worker->exact_top, i);
             return;

@@ -48,7 +48,7 @@ static void add_value(kr_reduce kind, kr_accumulator *accumulators, double x, do
 void kr_reduce_add(size_t n, const kr_reduction reduction[], kr_accumulator accumulators[],
                    const kr_scene *scene, const kr_state *state, size_t k)
 {
-    double values[9]; /* kr_quantity_doubles is at most 9 */
+    double values[9]; /* the doubles of a quantity are at most 9 */
     for (size_t i = 0; i < n; i++) {
         const kr_reduction *r = &reduction[i];
         if (i == 0 || r->quantity != r[-1].quantity)

@@ -103,7 +103,7 @@ static int are_valid_reductions(size_t n, const kr_reduction reduction[])
 {
     size_t i = 0;
     while (i < n && reduction && reduction[i].quantity &&
-           reduction[i].component < kr_quantity_doubles(reduction[i].quantity) &&
+           reduction[i].component < reduction[i].quantity->doubles &&
            kr_reduce_name(reduction[i].kind))
         i++;
     return i == n;
@@ -145,9 +145,8 @@ static kr_status create_scalar_tops(kr_worker *worker)
     if (worker->method != &kr_method_exact)
         status = kr_top_alloc(method, &worker->config, 0, &worker->fallback);
     if (status == KR_OK && worker->plans) {
-        /* If the worker has no method, tops use taylor if their closed-form solution needs
-         * additional memory. */
-        const size_t extra = worker->method ? kr_exact_extra_doubles() : 0;
+        /* If the worker has no method, tops whose motion is on a torus use taylor. */
+        const size_t extra = kr_exact_extra_doubles(worker->method != NULL);
         status = kr_top_alloc(&kr_method_exact, &worker->config, extra, &worker->exact_top);
     }
     if (status != KR_OK) return status;

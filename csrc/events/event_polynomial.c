@@ -29,7 +29,7 @@ typedef struct step_view {
 static double component_unit(const kr_top *top, double rate, int number)
 {
     if (number == KR_COMPONENT_ONE) return 1.0;
-    const char letter = *kr_quantity_dimension(&kr_quantities[kr_component_of(number).quantity]);
+    const char letter = kr_quantity_rows[kr_component_of(number).quantity].dimension;
     return letter == 'M' ? top->momentum_unit * rate : letter == 'r' ? rate / top->time_unit : 1.0;
 }
 static double dot4(kr_quat a, const double b[4])

@@ -123,6 +123,14 @@ static void torus_to_user(kr_torus *torus, const across_way *way, double start, 
     torus->momentum = own ? way->own_momentum : way->momentum;
     torus->frame = q_conj(own ? way->turn : way->axes);
 }
+/* Writes the frequencies, of which the second is `whole` times that of its phase. */
+static void torus_info(const kr_torus *torus, double whole, kr_exact_info *info)
+{
+    info->period = 0.5 / torus->turn[0].fast;
+    info->frequency[0] = two_pi * torus->turn[0].fast;
+    info->frequency[1] = whole * two_pi * torus->turn[1].fast;
+    info->frequency[2] = 2.0 * (two_pi * torus->turn[2].fast);
+}
 /* Returns KR_OK if the scene describes an undamped top of the given kind under gravity, or an error
  * code otherwise. */
 static kr_status check_torus_scene(const kr_scene *scene, kr_kind kind, int own)

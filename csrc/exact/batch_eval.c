@@ -98,8 +98,9 @@ static void replace_beyond(const kr_exact_form *e, batch *b, int n)
         b->mx[i] = s.m.x, b->my[i] = s.m.y, b->mz[i] = s.m.z;
     }
 }
-void KR_NAME(kr_exact_evaluate)(const kr_exact_form *e, size_t n, const double t[], kr_state out[])
+void KR_NAME(kr_exact_evaluate)(const void *plan, size_t n, const double t[], kr_state out[])
 {
+    const kr_exact_form *e = plan;
     const int streams = is_stream(n, out);
     batch b = {.t = {0.0}};
     for (size_t from = 0; from < n; from += BATCH) {

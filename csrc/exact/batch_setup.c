@@ -337,7 +337,8 @@ static void plan_scalar(const batch_job *j, size_t index)
 {
     const kr_exact_request *request = j->request;
     kr_exact_form one;
-    request->status[index] = j->one->plan(&request->scenes[index], 0, &one);
+    kr_exact_info info;
+    request->status[index] = j->one->plan(&request->scenes[index], 0, 0.0, &one, &info);
     if (request->status[index] != KR_OK) return;
     if (request->plans) request->plans[index] = one;
     if (request->times > 0)

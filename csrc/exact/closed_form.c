@@ -3,7 +3,7 @@
  * with fused multiply-add. */
 #include "dispatch.h"
 #include "euler.h"
-#include "turning.h"
+#include "nutation.h"
 #include "scaling.h"
 
 /* Returns the closed-form solution for a Lagrange top, in internal units. `half_turn` is half the
@@ -33,8 +33,10 @@ static kr_exact_form lagrange_closed_form(const exact_top *top, dd half_turn)
 }
 /* Computes the closed-form solution for a scene. If `own` is nonzero, the solution is expressed in
  * internal axes and units. */
-static kr_status set_up(const kr_scene *scene, int own, kr_exact_form *exact)
+static kr_status set_up(const kr_scene *scene, int own, double bound, void *memory,
+                        kr_exact_info *info)
 {
+    (void)bound;
     described_top top;
     kr_status status = kr_scene_check(scene);
     if (status != KR_OK) return status;
@@ -50,7 +52,11 @@ static kr_status set_up(const kr_scene *scene, int own, kr_exact_form *exact)
     if (!own) to_frame_and_units(&made, &top, scene->start.t, top.units.time);
     /* For extreme moments of inertia, the rates of the phases may exceed the range of doubles. */
     if (!isfinite(made.nutation.fast + made.first.fast + made.second.fast)) return KR_ERR_ARGUMENT;
-    memcpy(exact, &made, sizeof made);
+    memcpy(memory, &made, sizeof made);
+    info->period = made.period;
+    info->precession_rate = made.precession_rate;
+    info->spin_angle_rate = made.spin_angle_rate;
+    info->refusal = KR_REFUSAL_NONE;
     return KR_OK;
 }
 /* Returns 1 if the body, with its rotor, is symmetric about its apex: the direction of the centre
@@ -63,7 +69,7 @@ static int turns_about_apex(const kr_body *body, kr_kind kind)
     return kind == KR_KIND_LAGRANGE ||
            (kind == KR_KIND_EULER && fabs(i.x - i.y) <= KR_KIND_RTOL * fmax(i.x, i.y));
 }
-static kr_status find_turning(const kr_scene *scene, kr_turning_form *out)
+kr_status KR_NAME(kr_exact_limits)(const kr_scene *scene, kr_nutation_form *out)
 {
     described_top top;
     kr_status status = kr_scene_check(scene);
@@ -77,7 +83,7 @@ static kr_status find_turning(const kr_scene *scene, kr_turning_form *out)
     if (top.own.lever.hi == 0.0 && v_largest(top.own.m) < 1e-40) top.own.m = v3(0.0, 0.0, 0.0);
     const int below = top.own.lever.hi < 0.0;
     if (below) top.own = seen_from_below(&top.own);
-    kr_turning_form r = turning_downwards(&top.own, -2.0 * top.half_turn.hi);
+    kr_nutation_form r = turning_downwards(&top.own, -2.0 * top.half_turn.hi);
     /* The apex points along the third internal axis or in the opposite direction. */
     r.critical_spin += (top.behind ? -2.0 : 2.0) * top.half_turn.hi;
     if (below != top.behind) flip_turning(&r);
@@ -85,4 +91,6 @@ static kr_status find_turning(const kr_scene *scene, kr_turning_form *out)
     memcpy(out, &r, sizeof r);
     return KR_OK;
 }
-const kr_exact_scalar KR_NAME(kr_exact_scalar) = {set_up, state_at, find_turning};
+static kr_state state_of_plan(const void *plan, double t) { return state_at(plan, t); }
+const kr_exact_scalar KR_NAME(kr_exact_scalar) = {sizeof(kr_exact_form), set_up, state_of_plan,
+                                                  NULL};

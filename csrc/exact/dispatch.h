@@ -6,21 +6,49 @@
 #include "layout.h"
 #include "math/isa.h"
 
-/* Scalar functions of the closed-form solution, implemented in closed_form.c. If `own` is nonzero,
- * the solution is expressed in internal axes and units. */
+/* A closed form of one or more kinds of tops: that of Lagrange tops and free bodies (closed_form.c),
+ * of Kowalewski tops, or of Goryachev-Chaplygin tops. The numbers that describe one motion are its
+ * plan: a kr_exact_form, kr_kowalewski_torus or kr_chaplygin_plan. */
 typedef struct kr_exact_scalar {
-    kr_status (*plan)(const kr_scene *scene, int own, kr_exact_form *exact);
-    kr_state (*state)(const kr_exact_form *exact, double t);
-    kr_status (*turning)(const kr_scene *scene, kr_turning_form *out);
+    size_t memory_size; /* of a plan and its set-up, in bytes */
+    /* Writes the plan to the beginning of `memory`, and to `info` all but the kind. If `own` is
+     * nonzero, the plan is in internal axes and units. For `bound`, see kr_exact_plan. */
+    kr_status (*plan)(const kr_scene *scene, int own, double bound, void *memory,
+                      kr_exact_info *info);
+    kr_state (*state)(const void *plan, double t);
+    kr_state (*state_at)(const void *plan, double first, double second); /* NULL: no torus */
 } kr_exact_scalar;
+/* Writes n states, each of which is bitwise equal to that of the scalar function. */
+typedef void kr_exact_evaluate(const void *plan, size_t n, const double t[], kr_state out[]);
+typedef struct kr_exact_isa {
+    const char *name;
+    int (*runs_here)(void);
+    const kr_exact_scalar *scalar;
+    kr_exact_evaluate *evaluate; /* NULL: without batches */
+} kr_exact_isa;
+typedef struct kr_closed_form {
+    size_t plan_size; /* in bytes */
+    /* Returns the number of bytes of a plan that must be copied to copy the plan. */
+    size_t (*used_size)(const void *plan);
+    /* Returns 1 if the closed form applies to the start of a checked scene of its kind. */
+    int (*suits)(const kr_scene *scene);
+    kr_exact_isa isas[4]; /* the widest first; the last one in the build runs on every processor */
+} kr_closed_form;
+extern const kr_closed_form kr_symmetric_form, kr_kowalewski_form, kr_chaplygin_form;
+/* Returns the closed form for a kind of top, or NULL. */
+const kr_closed_form *kr_closed_form_of(kr_kind kind);
+/* Returns the widest instruction set that the processor supports. */
+const kr_exact_isa *kr_exact_widest_isa(const kr_closed_form *form);
+/* Writes n states of a plan. */
+void kr_exact_evaluate_widest(const kr_exact_isa *isa, const void *plan, size_t n, const double t[],
+                              kr_state out[]);
+/* The limits of the nutation (closed_form.c). */
+typedef kr_status kr_exact_limits(const kr_scene *scene, kr_nutation_form *out);
 /* The functions for the closed-form Bobenko-Suris map, implemented in map.c. */
 typedef struct kr_exact_maps {
     kr_status (*plan)(const kr_scene *scene, double step, kr_exact_map_form *map);
     kr_state (*state)(const kr_exact_map_form *map, int64_t k);
 } kr_exact_maps;
-/* Evaluates many states (batch_eval.c). */
-typedef void kr_exact_evaluate(const kr_exact_form *exact, size_t n, const double t[],
-                               kr_state out[]);
 /* Arguments and results of a batch computation for n tops. If `plans` is not NULL, the closed-form
  * solutions are written to this array. The array `states` receives `times` consecutive states for
  * each top. If `own_times` is nonzero, the times of top i start at t[i * times]; otherwise all tops
@@ -52,30 +80,19 @@ const kr_exact_batch_isa *kr_exact_batch_isa_at(int i);
 /* Performs a batch computation with the widest instruction set that this processor supports. */
 void kr_exact_run(const kr_exact_request *request);
 
-extern const kr_exact_scalar kr_exact_scalar_base, kr_exact_scalar_avx2;
+extern const kr_exact_scalar kr_exact_scalar_base, kr_exact_scalar_avx2, kr_kowalewski_scalar_base,
+    kr_kowalewski_scalar_avx2, kr_chaplygin_scalar_base, kr_chaplygin_scalar_avx2;
 extern const kr_exact_maps kr_exact_maps_base, kr_exact_maps_avx2;
 kr_exact_batch kr_exact_batch_base, kr_exact_batch_avx2, kr_exact_batch_avx512;
-kr_exact_evaluate kr_exact_evaluate_base, kr_exact_evaluate_avx2, kr_exact_evaluate_avx512;
-
-typedef struct kr_exact_isa {
-    const char *name;
-    int (*runs_here)(void);
-    const kr_exact_scalar *scalar;
-    kr_exact_evaluate *evaluate; /* NULL: without batches */
-} kr_exact_isa;
-/* Returns the i-th instruction set in the build, starting with the widest, or NULL after the last
- * one. */
-const kr_exact_isa *kr_exact_isa_at(int i);
-/* Equivalents of kr_exact_state and kr_exact_states for a kr_exact_form. */
-kr_state kr_exact_form_state(const kr_exact_form *form, double t);
-void kr_exact_form_states(const kr_exact_form *form, size_t n, const double t[], kr_state out[]);
-/* Computes the closed-form solution for the method `exact`, in internal axes and units. */
-kr_status kr_exact_plan_own_units(const kr_scene *scene, kr_exact_form *exact);
+kr_exact_limits kr_exact_limits_base, kr_exact_limits_avx2;
+kr_exact_evaluate kr_exact_evaluate_base, kr_exact_evaluate_avx2, kr_exact_evaluate_avx512,
+    kr_kowalewski_evaluate_base, kr_kowalewski_evaluate_avx2, kr_kowalewski_evaluate_avx512,
+    kr_chaplygin_evaluate_base, kr_chaplygin_evaluate_avx2, kr_chaplygin_evaluate_avx512;
 /* Returns 0 if the initial tilt and velocity of the axis are not both zero, but too small for the
  * closed-form solution. The time that an upright top takes to fall depends on the logarithm of its
  * initial tilt. The fourth power of the tilt underflows if the tilt is below 1e-77. */
 int kr_exact_resolves(const kr_scene *scene);
-/* Returns an upper bound on the number of doubles that the method `exact` stores in addition to a
- * kr_exact_form. */
-size_t kr_exact_extra_doubles(void);
+/* Returns the largest number of doubles that the method `exact` stores for a top, or for a top whose
+ * motion is not on a torus. */
+size_t kr_exact_extra_doubles(int with_torus);
 #endif

@@ -158,17 +158,16 @@ static int is_planar(const chaplygin_top *y)
 }
 /* Returns the reason for rejecting a degenerate motion, or `refusal` if no specific reason
  * applies. */
-static kr_chaplygin_refusal name_motion(const chaplygin_top *y, const chaplygin_curve *o,
-                                        kr_chaplygin_refusal refusal)
+static kr_refusal name_motion(const chaplygin_top *y, const chaplygin_curve *o, kr_refusal refusal)
 {
     const kr_vec3 L = v3(y->L[0].hi, y->L[1].hi, y->L[2].hi);
     const double slack = 1e-8;
     if (v_largest(L) < slack && v_largest(v3(0.0, y->g[1].hi, y->g[2].hi)) < slack)
-        return KR_CHAPLYGIN_REST;
-    if (is_planar(y)) return KR_CHAPLYGIN_PLANAR;
-    return o->G.hi < 1e-9 ? KR_CHAPLYGIN_ZERO : refusal;
+        return KR_REFUSAL_REST;
+    if (is_planar(y)) return KR_REFUSAL_PLANAR;
+    return o->G.hi < 1e-9 ? KR_REFUSAL_ZERO : refusal;
 }
-static kr_chaplygin_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
+static kr_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
 {
     chaplygin_curve *o = &m->curve;
     series_work *w = &m->work;
@@ -177,22 +176,22 @@ static kr_chaplygin_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
     dd rate[2], half[2];
     double time[2];
     int M[2];
-    if (!(fabs(o->H.hi) < 1e10)) return KR_CHAPLYGIN_COINCIDENT;
+    if (!(fabs(o->H.hi) < 1e10)) return KR_REFUSAL_COINCIDENT;
     /* Two branch points coincide at G = 0, where a motion with a slightly larger G is computed
      * instead. The two motions differ by less than rounding errors, unless the motion is planar and
      * unstable. */
-    if (o->G.hi < least && is_planar(y)) return KR_CHAPLYGIN_PLANAR;
+    if (o->G.hi < least && is_planar(y)) return KR_REFUSAL_PLANAR;
     if (o->G.hi < least) o->G = dd_of(least);
-    const kr_chaplygin_refusal degenerate = find_branch_points(o);
-    if (degenerate != KR_CHAPLYGIN_PLANNED) return degenerate;
+    const kr_refusal degenerate = find_branch_points(o);
+    if (degenerate != KR_REFUSAL_NONE) return degenerate;
     separate(y);
-    if (!make_arcs(o, y->u[0], y->u[1], w->arc)) return KR_CHAPLYGIN_START;
+    if (!make_arcs(o, y->u[0], y->u[1], w->arc)) return KR_REFUSAL_START;
     begin_cosines(&w->table);
     for (int j = 0; j < 2; j++)
-        if (!average_arc(o, &w->arc[j], &w->table, &w->samples)) return KR_CHAPLYGIN_INTEGRALS;
+        if (!average_arc(o, &w->arc[j], &w->table, &w->samples)) return KR_REFUSAL_INTEGRALS;
     w->tail = 0.0;
     for (int j = 0; j < 2; j++)
-        if (!make_angle_series(o, w, j, &plan->angle[j])) return KR_CHAPLYGIN_INTEGRALS;
+        if (!make_angle_series(o, w, j, &plan->angle[j])) return KR_REFUSAL_INTEGRALS;
     equalise_series(plan->angle);
     set_angle_rates(plan, w->arc, rate);
     set_slip_search(o, w->arc, plan);
@@ -200,11 +199,11 @@ static kr_chaplygin_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
         half[j] =
             start_angle(o, &w->arc[j], y->u[j], y->root[j], &plan->angle[j], w->sign[j], &time[j]);
     const double tail = make_heading_grid(o, w, plan->angle, M);
-    if (!(tail < 1e-13)) return KR_CHAPLYGIN_HEADING;
+    if (!(tail < 1e-13)) return KR_REFUSAL_HEADING;
     w->tail = fmax(w->tail, tail);
     plan->is_even = plan->angle[0].is_sine[0] == plan->angle[1].is_sine[1];
     set_start(plan, half, time);
-    return fill_heading_rows(plan, w, M, rate, half) ? KR_CHAPLYGIN_PLANNED : KR_CHAPLYGIN_HEADING;
+    return fill_heading_rows(plan, w, M, rate, half) ? KR_REFUSAL_NONE : KR_REFUSAL_HEADING;
 }
 /* Sets the initial heading from the initial attitude `q`. */
 static void set_heading(kr_chaplygin_plan *plan, kr_quat q)
@@ -314,11 +313,8 @@ static void bring_back(kr_chaplygin_plan *plan, const across_way *way, const kr_
                        int own)
 {
     const kr_units *u = &way->units;
-    kr_goryachev_chaplygin *head = &plan->head;
     torus_to_user(&plan->torus, way, start->t, own);
     plan->tau_rate = plan->tau_rate / way->time.hi / (own ? 1.0 : u->time);
-    head->first = two_pi * plan->torus.turn[0].fast;
-    head->second = (plan->angle[1].is_whole[0] ? 2.0 : 1.0) * two_pi * plan->torus.turn[1].fast;
 }
 /* Converts a validated scene to the axes and units of the closed-form solution. */
 static kr_status read_chaplygin(const kr_scene *scene, chaplygin_memory *m, chaplygin_top *top,
@@ -339,37 +335,35 @@ static kr_status read_chaplygin(const kr_scene *scene, chaplygin_memory *m, chap
     }
     return KR_OK;
 }
-static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *space)
+static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *space,
+                            kr_exact_info *info)
 {
     chaplygin_memory *memory = space;
     kr_chaplygin_plan *plan = &memory->plan;
-    kr_goryachev_chaplygin *head = &plan->head;
     chaplygin_top top;
     across_way way;
-    memset(head, 0, sizeof *head);
-    head->refusal = KR_CHAPLYGIN_OTHER;
+    info->refusal = KR_REFUSAL_KIND;
     kr_status status = check_torus_scene(scene, KR_KIND_GORYACHEV_CHAPLYGIN, own);
     if (status != KR_OK) return status;
-    head->refusal = KR_CHAPLYGIN_VERTICAL;
-    if (!kr_chaplygin_is_level(scene)) return KR_ERR_METHOD;
-    head->refusal = KR_CHAPLYGIN_ROUNDED;
+    info->refusal = KR_REFUSAL_VERTICAL;
+    if (scene->start.m.z != 0.0) return KR_ERR_METHOD;
+    info->refusal = KR_REFUSAL_ROUNDED;
     if (!is_integrable(&scene->body, 4.0)) return KR_ERR_METHOD;
-    head->refusal = KR_CHAPLYGIN_WEIGHTLESS;
+    info->refusal = KR_REFUSAL_WEIGHTLESS;
     status = read_chaplygin(scene, memory, &top, &way);
     if (status != KR_OK) return status;
     begin_torus(&plan->torus);
-    kr_chaplygin_refusal refusal = make_plan(&top, memory);
-    if (refusal == KR_CHAPLYGIN_PLANNED) {
+    kr_refusal refusal = make_plan(&top, memory);
+    if (refusal == KR_REFUSAL_NONE) {
         set_heading(plan, way.attitude);
-        head->certificate = certify_plan(memory, &top, way.attitude);
+        info->certificate = certify_plan(memory, &top, way.attitude);
         bring_back(plan, &way, &scene->start, own);
-        head->used = kr_chaplygin_form.used_size(plan);
-        if (!(head->certificate <= (bound > 0.0 ? bound : KR_CHAPLYGIN_BOUND)))
-            refusal = KR_CHAPLYGIN_CERTIFICATE;
+        torus_info(&plan->torus, plan->angle[1].is_whole[0] ? 2.0 : 1.0, info);
+        if (!(info->certificate <= bound)) refusal = KR_REFUSAL_CERTIFICATE;
     }
-    head->refusal = KR_CHAPLYGIN_PLANNED;
-    if (refusal == KR_CHAPLYGIN_PLANNED) return KR_OK;
-    head->refusal = (int)name_motion(&top, &memory->curve, refusal);
+    info->refusal = KR_REFUSAL_NONE;
+    if (refusal == KR_REFUSAL_NONE) return KR_OK;
+    info->refusal = name_motion(&top, &memory->curve, refusal);
     return KR_ERR_METHOD;
 }
 static kr_state chaplygin_state(const void *memory, double t)
@@ -387,5 +381,5 @@ static kr_state chaplygin_state_at(const void *memory, double first, double seco
     const dd mean[2] = {dd_of(fraction_of_turns(first)), dd_of(part * fraction_of_turns(second))};
     return chaplygin_kernel_at(plan, plan->torus.begin, mean, 0.0);
 }
-const kr_torus_scalar KR_NAME(kr_chaplygin_scalar) = {sizeof(chaplygin_memory), plan_scene,
+const kr_exact_scalar KR_NAME(kr_chaplygin_scalar) = {sizeof(chaplygin_memory), plan_scene,
                                                       chaplygin_state, chaplygin_state_at};

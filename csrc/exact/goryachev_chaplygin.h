@@ -46,7 +46,6 @@ typedef struct kr_slow_term {
 } kr_slow_term;
 
 typedef struct kr_chaplygin_plan {
-    kr_goryachev_chaplygin head;
     kr_torus torus;
     kr_angle_series angle[2];
     double tau_rate; /* mean of d tau/dt */

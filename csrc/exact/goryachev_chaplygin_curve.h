@@ -86,19 +86,19 @@ static void sort_curve_roots(chaplygin_curve *o)
         o->order[at] = i;
     }
 }
-/* Finds the branch points. Returns KR_CHAPLYGIN_PLANNED on success, or the reason for the
+/* Finds the branch points. Returns KR_REFUSAL_NONE on success, or the reason for the
  * failure. */
-static kr_chaplygin_refusal find_branch_points(chaplygin_curve *o)
+static kr_refusal find_branch_points(chaplygin_curve *o)
 {
     const double plus = find_cubic_roots(dd_plus(o->H, 1.0), o->G, o->root),
                  minus = find_cubic_roots(dd_plus(o->H, -1.0), o->G, o->root + 3);
     /* The discriminants of the cubic polynomials p+ and p- are accurate to about 31 digits. The
      * frequencies depend on the logarithm of the discriminant of p-. */
-    if (!(plus > 1e-20)) return plus > -1e-20 ? KR_CHAPLYGIN_COINCIDENT : KR_CHAPLYGIN_START;
-    if (!(fabs(minus) > 1e-15)) return KR_CHAPLYGIN_SEPARATRIX;
+    if (!(plus > 1e-20)) return plus > -1e-20 ? KR_REFUSAL_COINCIDENT : KR_REFUSAL_START;
+    if (!(fabs(minus) > 1e-15)) return KR_REFUSAL_SEPARATRIX;
     o->pair = minus < 0.0;
     sort_curve_roots(o);
-    return KR_CHAPLYGIN_PLANNED;
+    return KR_REFUSAL_NONE;
 }
 static dd ordered_root(const chaplygin_curve *o, int i) { return o->root[o->order[i]]; }
 

@@ -84,44 +84,43 @@ static double least_distance(const kowalewski_curve *o)
 }
 /* Returns the reason for rejecting a degenerate motion, or `refusal` if no specific reason applies.
  * The tests for degenerate motions tolerate rounding errors in the initial state. */
-static kr_kowalewski_refusal name_motion(const kowalewski_top *top, kr_kowalewski_refusal refusal)
+static kr_refusal name_motion(const kowalewski_top *top, kr_refusal refusal)
 {
     const double p = top->state[0].hi, q = top->state[1].hi, r = top->state[2].hi,
                  g1 = top->state[3].hi, g2 = top->state[4].hi, g3 = top->state[5].hi,
                  size = 1.0 + v_largest(v3(p, q, r)), slack = 1e-13 * size;
     const kr_vec3 w = v3(p, q, r), slope = v3(q * r, -p * r - g3, g2);
-    if (v_largest(slope) < 1e-8 && v_largest(w) < 1e-8) return KR_KOWALEWSKI_REST;
+    if (v_largest(slope) < 1e-8 && v_largest(w) < 1e-8) return KR_REFUSAL_REST;
     if (v_largest(slope) < slack * size && v_largest(v_cross(v3(g1, g2, g3), w)) < slack)
-        return KR_KOWALEWSKI_ROTATION;
+        return KR_REFUSAL_ROTATION;
     if (v_largest(v3(p, q, g3 * size)) < slack || v_largest(v3(p, r, g2 * size)) < slack)
-        return KR_KOWALEWSKI_PLANAR;
+        return KR_REFUSAL_PLANAR;
     return refusal;
 }
 /* Computes all quantities that determine the plan: roots, arcs, series, rates, signs and angles.
- * Returns KR_KOWALEWSKI_PLANNED on success, or the reason for the failure. */
-static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski_work *w)
+ * Returns KR_REFUSAL_NONE on success, or the reason for the failure. */
+static kr_refusal analyse_curve(const kowalewski_top *top, kowalewski_work *w)
 {
     kowalewski_curve *o = &w->curve;
     set_constants(o, top->state, top->l);
     /* Relative to a larger h, k^2 and -c = k^2 - 1 coincide. */
-    if (!(fabs(o->h.hi) < 1e12)) return KR_KOWALEWSKI_COINCIDENT;
+    if (!(fabs(o->h.hi) < 1e12)) return KR_REFUSAL_COINCIDENT;
     find_roots(o);
     w->separatrix = separatrix_error(o);
-    if (!(w->separatrix < 1e-14)) return KR_KOWALEWSKI_SEPARATRIX;
+    if (!(w->separatrix < 1e-14)) return KR_REFUSAL_SEPARATRIX;
     const double distance = least_distance(o);
-    if (!(distance > 1e-24)) return KR_KOWALEWSKI_COINCIDENT;
+    if (!(distance > 1e-24)) return KR_REFUSAL_COINCIDENT;
     /* The formulas for the initial state contain divisions by the distances between branch
      * points. */
     const int unresolved = distance < 1e-12;
-    if (!is_on_arcs(o, top->state))
-        return unresolved ? KR_KOWALEWSKI_COINCIDENT : KR_KOWALEWSKI_START;
+    if (!is_on_arcs(o, top->state)) return unresolved ? KR_REFUSAL_COINCIDENT : KR_REFUSAL_START;
     make_arcs(o, w->arc);
-    if (!average_arcs(o, w->arc, &w->table, w->samples, &w->rates)) return KR_KOWALEWSKI_INTEGRALS;
+    if (!average_arcs(o, w->arc, &w->table, w->samples, &w->rates)) return KR_REFUSAL_INTEGRALS;
     const double miss = find_start(o, w->arc, &w->rates, top->state, &w->roots, w->start);
-    return miss < 1e-14  ? KR_KOWALEWSKI_PLANNED
-           : unresolved  ? KR_KOWALEWSKI_COINCIDENT
-           : miss < 1e-6 ? KR_KOWALEWSKI_SEPARATRIX
-                         : KR_KOWALEWSKI_START;
+    return miss < 1e-14  ? KR_REFUSAL_NONE
+           : unresolved  ? KR_REFUSAL_COINCIDENT
+           : miss < 1e-6 ? KR_REFUSAL_SEPARATRIX
+                         : KR_REFUSAL_START;
 }
 
 static void fill_arc(const kowalewski_curve *o, const kowalewski_arc *from, kr_kowalewski_arc *to)
@@ -353,9 +352,6 @@ static void set_phase(kr_kowalewski_torus *plan, kr_quat q)
 static void bring_back(kr_kowalewski_torus *plan, const across_way *way, double start, int own)
 {
     torus_to_user(&plan->torus, way, start, own);
-    plan->head.first = two_pi * plan->torus.turn[0].fast;
-    plan->head.second = two_pi * plan->torus.turn[1].fast;
-    plan->head.heading = two_pi * plan->torus.turn[2].fast;
 }
 enum { TAYLOR_ORDER = 12 };
 /* Moves a state and the axes e1, e2 and e3 = g, all in the body frame, by the time `span`. Adds up
@@ -448,50 +444,49 @@ static double miss_at_start(const kr_kowalewski_torus *plan, const kowalewski_to
         fmax(kr_attitude_error(s.q, attitude), v_length(v_sub(m, want)) / (1.0 + v_length(want)));
     return isfinite(miss) ? miss : INFINITY;
 }
-/* Computes the closed-form solution in internal units. Returns KR_KOWALEWSKI_PLANNED, or the reason
+/* Computes the closed-form solution in internal units. Returns KR_REFUSAL_NONE, or the reason
  * for the failure. */
-static kr_kowalewski_refusal make_plan(kowalewski_memory *memory, const kowalewski_top *top,
-                                       kr_quat attitude)
+static kr_refusal make_plan(kowalewski_memory *memory, const kowalewski_top *top, kr_quat attitude,
+                            double *certificate)
 {
     kr_kowalewski_torus *plan = &memory->plan;
-    const kr_kowalewski_refusal refusal = analyse_curve(top, &memory->work);
-    if (refusal != KR_KOWALEWSKI_PLANNED) return refusal;
-    if (!(fill_plan(&memory->work, plan) > 0.25)) return KR_KOWALEWSKI_SEPARATRIX;
+    const kr_refusal refusal = analyse_curve(top, &memory->work);
+    if (refusal != KR_REFUSAL_NONE) return refusal;
+    if (!(fill_plan(&memory->work, plan) > 0.25)) return KR_REFUSAL_SEPARATRIX;
     set_phase(plan, attitude);
     double error = fmax(miss_at_start(plan, top, attitude), miss_on_torus(plan, FEW_POINTS));
     if (error > KR_TORUS_ROUNDING) error = fmax(error, miss_on_torus(plan, MANY_POINTS));
     /* The last argument of fmax is the effect of the frequency errors after 1000 radians. It
      * matters only near separatrices, where a rounding error of the start changes the motion far
      * more. */
-    plan->head.certificate = fmax(fmax(error, KR_TORUS_ROUNDING), 1e3 * memory->work.separatrix);
-    return KR_KOWALEWSKI_PLANNED;
+    *certificate = fmax(fmax(error, KR_TORUS_ROUNDING), 1e3 * memory->work.separatrix);
+    return KR_REFUSAL_NONE;
 }
-static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *space)
+static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *space,
+                            kr_exact_info *info)
 {
     kowalewski_memory *memory = space;
     kr_kowalewski_torus *plan = &memory->plan;
-    kr_kowalewski *head = &plan->head;
     kowalewski_top top;
     across_way way;
-    memset(head, 0, sizeof *head);
-    head->refusal = KR_KOWALEWSKI_OTHER;
+    info->refusal = KR_REFUSAL_KIND;
     kr_status status = check_torus_scene(scene, KR_KIND_KOWALEWSKI, own);
     if (status != KR_OK) return status;
-    head->refusal = KR_KOWALEWSKI_ROUNDED;
+    info->refusal = KR_REFUSAL_ROUNDED;
     if (!is_integrable(&scene->body, 2.0)) return KR_ERR_METHOD;
-    head->refusal = KR_KOWALEWSKI_WEIGHTLESS;
+    info->refusal = KR_REFUSAL_WEIGHTLESS;
     status = read_kowalewski(scene, &top, &way);
     if (status != KR_OK) return status;
     begin_torus(&plan->torus);
-    head->refusal = (int)make_plan(memory, &top, way.attitude);
-    if (head->refusal != KR_KOWALEWSKI_PLANNED) {
-        head->refusal = (int)name_motion(&top, (kr_kowalewski_refusal)head->refusal);
+    info->refusal = make_plan(memory, &top, way.attitude, &info->certificate);
+    if (info->refusal != KR_REFUSAL_NONE) {
+        info->refusal = name_motion(&top, info->refusal);
         return KR_ERR_METHOD;
     }
     bring_back(plan, &way, scene->start.t, own);
-    head->used = kr_kowalewski_form.used_size(plan);
-    if (head->certificate <= (bound > 0.0 ? bound : KR_KOWALEWSKI_BOUND)) return KR_OK;
-    head->refusal = (int)name_motion(&top, KR_KOWALEWSKI_CERTIFICATE);
+    torus_info(&plan->torus, 1.0, info);
+    if (info->certificate <= bound) return KR_OK;
+    info->refusal = name_motion(&top, KR_REFUSAL_CERTIFICATE);
     return KR_ERR_METHOD;
 }
 static kr_state kowalewski_state(const void *memory, double t)
@@ -508,5 +503,5 @@ static kr_state kowalewski_state_at(const void *memory, double first, double sec
                          torus_phase_at(torus, 2, dd_of(0.0))};
     return kowalewski_kernel_at(plan, torus->begin, phase);
 }
-const kr_torus_scalar KR_NAME(kr_kowalewski_scalar) = {sizeof(kowalewski_memory), plan_scene,
+const kr_exact_scalar KR_NAME(kr_kowalewski_scalar) = {sizeof(kowalewski_memory), plan_scene,
                                                        kowalewski_state, kowalewski_state_at};

@@ -52,7 +52,6 @@ typedef struct kr_harmonic {
 } kr_harmonic;
 
 typedef struct kr_kowalewski_torus {
-    kr_kowalewski head;
     kr_torus torus; /* its phases are theta1/2, theta2/2 and half of the heading */
     double l, c, k;
     /* Koetter's constants for the roots e1 and e2 of phi: A^2 = 2 (e + h), B^2 = e^2 + c, A B = l.

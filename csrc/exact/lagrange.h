@@ -23,13 +23,13 @@ typedef struct initial {
 /* Distances between the roots u1, u2 and u3, the initial height u0 and the poles u = -1 and 1.
  * Distances from the root u3 are multiplied by g, because u3 becomes infinite if the torque
  * vanishes. */
-typedef struct turning {
+typedef struct turning_points {
     dd down, up;                     /* u0 - u1, u2 - u0 */
     dd third;                        /* g (u3 - u0) */
     dd span, g31, g32;               /* u2 - u1, g (u3 - u1), g (u3 - u2) */
     dd plus1, plus2, minus1, minus2; /* 1 + u1, 1 + u2, 1 - u1, 1 - u2 */
     dd plus3, minus3;                /* g (u3 + 1), g (u3 - 1) */
-} turning;
+} turning_points;
 
 static inline initial initial_of(const exact_top *top, dd i1)
 {
@@ -51,7 +51,7 @@ static inline initial initial_of(const exact_top *top, dd i1)
  * expanded about the initial height, in v = u - u0, because u1 and u2 may be close to u0. Newton's
  * method yields V = g (u3 - u0). The other two roots of the cubic are computed from a quadratic
  * equation. */
-static inline void about_start(const initial *s, const dd c[3], wide guess, turning *r)
+static inline void about_start(const initial *s, const dd c[3], wide guess, turning_points *r)
 {
     const dd scaled[3] = {dd_mul(dd_square(s->g), c[0]), dd_mul(s->g, c[1]), c[2]};
     r->third = newton_cubic(dd_splat(1.0), scaled, guess);
@@ -72,7 +72,7 @@ static inline void about_start(const initial *s, const dd c[3], wide guess, turn
 }
 /* Computes the roots u1, u2 and u3 of the cubic if u1 is far from the other two. The cubic is
  * expanded about u = 1 (apex at the top), because the roots u2 and u3 can coincide only there. */
-static inline void about_top(const initial *s, wide guess, turning *r)
+static inline void about_top(const initial *s, wide guess, turning_points *r)
 {
     const dd wh = dd_add(dd_square(s->w[0]), dd_square(s->w[1]));
     const dd wa = dd_add(dd_mul(s->w[0], s->a[0]), dd_mul(s->w[1], s->a[1]));
@@ -113,7 +113,7 @@ static inline void sharpen_smaller(dd *a, dd *b, mask smaller_a, dd product, dd 
  *     (du/dt)^2 = (u0 - u1)(u2 - u0) g(u3 - u0).
  * The argument `top` is nonzero if the roots were computed by expansion about the initial
  * height. */
-static inline void sharpen(const initial *s, turning *r, int top)
+static inline void sharpen(const initial *s, turning_points *r, int top)
 {
     const dd plus = dd_square(s->sum), minus = dd_square(s->difference),
              climb = dd_square(s->climb);
@@ -131,19 +131,20 @@ static inline void sharpen(const initial *s, turning *r, int top)
     r->span = dd_max(r->span, level);
     r->g32 = dd_max(r->g32, dd_times(wide_splat(1e-150), r->g31));
 }
-static inline void heights_about_start(const initial *s, const dd c[3], wide guess, turning *r)
+static inline void heights_about_start(const initial *s, const dd c[3], wide guess,
+                                       turning_points *r)
 {
     about_start(s, c, guess, r);
     sharpen(s, r, 1);
 }
-static inline void heights_about_top(const initial *s, wide guess, turning *r)
+static inline void heights_about_top(const initial *s, wide guess, turning_points *r)
 {
     about_top(s, guess / s->g.hi, r);
     sharpen(s, r, 0);
 }
 /* Finds the roots u1, u2 and u3 of the cubic polynomial that governs the height of the axis. The
  * expansion point is chosen such that two nearly equal roots can be computed accurately. */
-static turning turning_heights(const initial *s)
+static turning_points turning_heights(const initial *s)
 {
     /* b is the horizontal part of W x a. */
     const dd b[2] = {dd_sub(dd_mul(s->w[1], s->a[2]), dd_mul(s->w[2], s->a[1])),
@@ -154,7 +155,7 @@ static turning turning_heights(const initial *s)
                      dd_sub(dd_twice(dd_mul(s->g, s->a[2])), s->w_square)};
     mask top;
     const wide guess = lone_root(c[2].hi, s->g.hi * c[1].hi, s->g.hi * s->g.hi * c[0].hi, &top);
-    turning r, some;
+    turning_points r, some;
     if (mask_all(top)) {
         heights_about_start(s, c, guess, &r);
         return r;
@@ -169,7 +170,7 @@ static turning turning_heights(const initial *s)
  *     (W.e3 + W.a) / (4 (1 + u3)) sum Q_n,   p0^2 = (1 + u3)/(u3 - u1),
  * and k2 is the corresponding expression at the upper pole, with 1 - u in place of 1 + u. The sum
  * in the expression for k2 starts from u2 or u3, whichever is farther from the upper pole. */
-static inline dd lagrange_rates(const initial *s, const turning *r, dd *nu, dd *k1, dd *k2)
+static inline dd lagrange_rates(const initial *s, const turning_points *r, dd *nu, dd *k1, dd *k2)
 {
     const dd kp = dd_sqrt(dd_over(r->g32, r->g31)), zero = dd_splat(0.0);
     const mask far = wide_at_most(s->g.hi * r->minus2.hi, r->minus3.hi);
@@ -201,7 +202,7 @@ typedef struct arguments {
 /* Computes the arguments of the theta functions in alpha and beta; these arguments are incomplete
  * elliptic integrals of the first kind. Here p1 and p2 are 1 + u1 and 1 + u2, and m1 and m2 are 1 -
  * u1 and 1 - u2. */
-static inline arguments arguments_of(exact_lanes *exact, const initial *s, const turning *r,
+static inline arguments arguments_of(exact_lanes *exact, const initial *s, const turning_points *r,
                                      dd average)
 {
     const wide third = r->g31.hi, mean = average.hi, one = wide_splat(1.0);
@@ -222,7 +223,7 @@ static inline arguments arguments_of(exact_lanes *exact, const initial *s, const
  * momentum. If `dual` is nonzero, the theta series are expanded in the complementary nome. The
  * scale factors of alpha and beta follow from
  * |alpha|^2 = (1 + u)/2 and |beta|^2 = (1 - u)/2 at the extreme heights. */
-static inline void series_of_kind(exact_lanes *exact, const turning *r, const arguments *a,
+static inline void series_of_kind(exact_lanes *exact, const turning_points *r, const arguments *a,
                                   int dual)
 {
     const double pi = 3.14159265358979323846;
@@ -248,7 +249,7 @@ static inline void series_of_kind(exact_lanes *exact, const turning *r, const ar
         theta_scale(&exact->beta, low * wide_sqrt(kp) / theta_at(exact->beta.even, zero));
     }
 }
-static inline void lagrange_series(exact_lanes *exact, const turning *r, const arguments *a)
+static inline void lagrange_series(exact_lanes *exact, const turning_points *r, const arguments *a)
 {
     const mask dual = wide_less(a->T, wide_splat(1.0));
     if (mask_all(dual)) {
@@ -267,7 +268,7 @@ static inline void lagrange_series(exact_lanes *exact, const turning *r, const a
  * axis. The momentum is larger there than at the highest position, because m1 p2 >= p1 m2 and plus3
  * >= minus3 (in the notation of arguments_of). The theta3 series is positive for real and imaginary
  * arguments. */
-static inline void set_momentum_size(exact_lanes *exact, const initial *s, const turning *r,
+static inline void set_momentum_size(exact_lanes *exact, const initial *s, const turning_points *r,
                                      wide i1)
 {
     const wide way =
@@ -282,7 +283,7 @@ static inline void set_momentum_size(exact_lanes *exact, const initial *s, const
 }
 /* Returns the initial phase of the nutation in turns, a number between 0 and 1/4. The phase is
  * computed from the distance to the nearer of the two extreme heights. */
-static inline dd phase_at_start(const turning *r, wide mean)
+static inline dd phase_at_start(const turning_points *r, wide mean)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0), per_span = 1.0 / r->span.hi,
                per_g31 = 1.0 / r->g31.hi, low = r->down.hi * per_span;
@@ -301,8 +302,8 @@ static inline dd phase_at_start(const turning *r, wide mean)
  * quantities close to zero are inaccurate, so only two of the three phases are computed directly.
  * The phase of the momentum is less accurate when the momentum is nearly vertical. The phase of the
  * momentum is used only if the momentum is large compared with alpha or beta. */
-static inline void lagrange_start(exact_lanes *exact, const initial *s, const turning *r, wide i1,
-                                  wide mean, const exact_top *top)
+static inline void lagrange_start(exact_lanes *exact, const initial *s, const turning_points *r,
+                                  wide i1, wide mean, const exact_top *top)
 {
     const dd *p = top->q, here = phase_at_start(r, mean);
     const wide zero = wide_splat(0.0);
@@ -350,7 +351,7 @@ typedef struct setting {
     exact_top top;
     dd i1, half_spin;
     initial start;
-    turning heights;
+    turning_points heights;
     dd mean, nu, k1, k2; /* agm(1, k'), and rates without half_spin */
     arguments at;
 } setting;

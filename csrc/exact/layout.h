@@ -1,4 +1,4 @@
-/* The private layout of kr_exact, kr_exact_map and kr_turning. The public header declares only the
+/* The numbers of a closed form, and the private layout of kr_exact_map and kr_nutation. The public header declares only the
  * first members of each type and reserves memory for the rest, so programs do not depend on the
  * layout. In this directory, only dispatch.c uses the public types; all other files use the types
  * of this header. */
@@ -20,11 +20,9 @@ typedef struct kr_phase {
 } kr_phase;
 
 /* The closed-form solution, with the symbols defined in lane_types.h. All members consist of
- * doubles, like those of kr_exact. C's aliasing rules therefore permit a kr_exact to be read
- * through a pointer to this type. The library uses memcpy to copy a value of this type to a
- * kr_exact. */
+ * doubles. */
 typedef struct kr_exact_form {
-    double period, precession_rate, spin_angle_rate; /* as in kr_exact */
+    double period, precession_rate, spin_angle_rate; /* as in kr_exact_info */
     double begin;                                    /* [T] */
     double curve;                                    /* the kind of the series (lane_types.h) */
     kr_phase nutation, first, second;
@@ -42,25 +40,17 @@ typedef struct kr_exact_map_form {
     kr_exact_form curve; /* phases grow by their rates in one step */
     kr_theta pole;       /* the theta function that scales the momentum */
 } kr_exact_map_form;
-typedef struct kr_turning_form {
-    double least, greatest, t_least, t_greatest, critical_spin; /* as in kr_turning */
+typedef struct kr_nutation_form {
+    double least, greatest, t_least, t_greatest, critical_spin; /* as in kr_nutation */
     const char *motion_type;
     /* <m, e3> + <m, apex>, <m, e3> - <m, apex>, I1, the energy of the rotation about the apex, and
      * mass * gravity * com along the apex. */
     double sum, difference, inertia, axial_energy, lever;
-} kr_turning_form;
+} kr_nutation_form;
 
 /* Causes a compilation error if the condition is false, by declaring an array type of negative
  * size. */
 #define KR_CHECK_LAYOUT(name, condition) typedef char name[(condition) ? 1 : -1]
-KR_CHECK_LAYOUT(kr_exact_is_laid_out,
-                sizeof(kr_exact) == sizeof(kr_exact_form) &&
-                    offsetof(kr_exact, period) == offsetof(kr_exact_form, period) &&
-                    offsetof(kr_exact, precession_rate) ==
-                        offsetof(kr_exact_form, precession_rate) &&
-                    offsetof(kr_exact, spin_angle_rate) ==
-                        offsetof(kr_exact_form, spin_angle_rate) &&
-                    offsetof(kr_exact, private_) == offsetof(kr_exact_form, begin));
 KR_CHECK_LAYOUT(kr_exact_map_is_laid_out,
                 sizeof(kr_exact_map) == sizeof(kr_exact_map_form) &&
                     offsetof(kr_exact_map, period) == offsetof(kr_exact_map_form, period) &&
@@ -70,33 +60,29 @@ KR_CHECK_LAYOUT(kr_exact_map_is_laid_out,
                         offsetof(kr_exact_map_form, spin_angle_rate) &&
                     offsetof(kr_exact_map, step) == offsetof(kr_exact_map_form, step) &&
                     offsetof(kr_exact_map, private_) == offsetof(kr_exact_map_form, curve));
-KR_CHECK_LAYOUT(kr_turning_is_laid_out,
-                sizeof(kr_turning) == sizeof(kr_turning_form) &&
-                    offsetof(kr_turning, least) == offsetof(kr_turning_form, least) &&
-                    offsetof(kr_turning, greatest) == offsetof(kr_turning_form, greatest) &&
-                    offsetof(kr_turning, t_least) == offsetof(kr_turning_form, t_least) &&
-                    offsetof(kr_turning, t_greatest) == offsetof(kr_turning_form, t_greatest) &&
-                    offsetof(kr_turning, critical_spin) ==
-                        offsetof(kr_turning_form, critical_spin) &&
-                    offsetof(kr_turning, motion_type) == offsetof(kr_turning_form, motion_type) &&
-                    offsetof(kr_turning, private_) == offsetof(kr_turning_form, sum));
+KR_CHECK_LAYOUT(kr_nutation_is_laid_out,
+                sizeof(kr_nutation) == sizeof(kr_nutation_form) &&
+                    offsetof(kr_nutation, least) == offsetof(kr_nutation_form, least) &&
+                    offsetof(kr_nutation, greatest) == offsetof(kr_nutation_form, greatest) &&
+                    offsetof(kr_nutation, t_least) == offsetof(kr_nutation_form, t_least) &&
+                    offsetof(kr_nutation, t_greatest) == offsetof(kr_nutation_form, t_greatest) &&
+                    offsetof(kr_nutation, critical_spin) ==
+                        offsetof(kr_nutation_form, critical_spin) &&
+                    offsetof(kr_nutation, motion_type) == offsetof(kr_nutation_form, motion_type) &&
+                    offsetof(kr_nutation, private_) == offsetof(kr_nutation_form, sum));
 /* If the alignments of a public and a private type differed, the two structures below would have
  * different padding. */
 struct kr_aligned_public {
     char a;
-    kr_exact exact;
-    char b;
     kr_exact_map map;
     char c;
-    kr_turning turning;
+    kr_nutation nutation;
 };
 struct kr_aligned_private {
     char a;
-    kr_exact_form exact;
-    char b;
     kr_exact_map_form map;
     char c;
-    kr_turning_form turning;
+    kr_nutation_form nutation;
 };
 KR_CHECK_LAYOUT(kr_layouts_are_aligned,
                 sizeof(struct kr_aligned_public) == sizeof(struct kr_aligned_private));

@@ -11,13 +11,14 @@ enum {
     KR_QUANTITY_DOUBLES_MAX = 9, /* largest number of doubles of a quantity */
     KR_AXES = 16                 /* number of component indices reserved for each quantity */
 };
-struct kr_quantity {
-    unsigned short name, dimension, text; /* offsets in the texts of quantity_table.c */
-    size_t doubles;
-    unsigned flags;
-    void (*values)(const kr_scene *scene, size_t n, const kr_state states[], double out[]);
-};
 extern const kr_quantity kr_quantities[KR_QUANTITIES];
+/* What computations need of a quantity, without the texts, which most programs do not link. */
+typedef struct kr_quantity_row {
+    void (*values)(const kr_scene *scene, size_t n, const kr_state states[], double out[]);
+    unsigned char doubles, flags;
+    char dimension; /* the first letter */
+} kr_quantity_row;
+extern const kr_quantity_row kr_quantity_rows[KR_QUANTITIES];
 /* Returns the acceleration along -e3 at the time t, due to gravity and the shaking of the
  * support. */
 double kr_acceleration_at(const kr_scene *scene, double t);

@@ -2,6 +2,7 @@
 #include <math.h>
 #include "mesh.h"
 #include "math/su2.h"
+#include "model/quantities.h"
 #include "model/scene.h"
 
 /* Computes the cuboid of the given mass that has the same inertia as the body, and the same product

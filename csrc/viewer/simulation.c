@@ -27,15 +27,15 @@ const kr_quantity *kr_simulation_quantity(int k)
 {
     for (size_t i = 0; i < kr_quantity_count(); i++) {
         const kr_quantity *quantity = kr_quantity_at(i);
-        const int turns = (kr_quantity_flags(quantity) & KR_QUANTITY_TURNS) != 0;
-        if (kr_quantity_doubles(quantity) == 1 && !turns && k-- == 0) return quantity;
+        const int turns = (quantity->flags & KR_QUANTITY_TURNS) != 0;
+        if (quantity->doubles == 1 && !turns && k-- == 0) return quantity;
     }
     return NULL;
 }
 /* Returns 1 if a quantity is an integral of the motion. */
 static int is_integral(const kr_quantity *quantity)
 {
-    return (kr_quantity_flags(quantity) & KR_QUANTITY_CONSERVED) != 0;
+    return (quantity->flags & KR_QUANTITY_CONSERVED) != 0;
 }
 /* Writes the measured values of top i. If `all` is zero, writes only the integrals of the motion,
  * the attitude error and the modified energy. */
@@ -197,7 +197,7 @@ kr_status kr_simulation_add(kr_simulation *simulation, const kr_scene *scene,
     kr_status status = prepare_top(simulation, scene, step, against);
     if (status != KR_OK) return status;
     if (!method) return KR_ERR_NO_METHOD;
-    const unsigned flags = kr_method_flags(method);
+    const unsigned flags = kr_method_describe(method).flags;
     kr_simulation_slot *a = &simulation->slots[simulation->count];
     a->restarts = (flags & (KR_METHOD_ADAPTIVE | KR_METHOD_DENSE)) == KR_METHOD_ADAPTIVE;
     a->has_modified_energy = method == kr_method_find("bobenko_suris");

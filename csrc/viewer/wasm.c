@@ -56,13 +56,22 @@ EXPORT(int, kr_page_tops, (void)) { return KR_SIMULATION_TOPS; }
 EXPORT(int, kr_page_way_points, (void)) { return KR_MESH_POINTS; }
 EXPORT(int, kr_page_rod_rings, (void)) { return KR_MESH_RINGS; }
 EXPORT(int, kr_page_rod_sides, (void)) { return KR_MESH_SIDES; }
+EXPORT(const char *, kr_page_method_name, (const kr_method *method))
+{
+    return kr_method_describe(method).name;
+}
+EXPORT(const char *, kr_page_method_text, (const kr_method *method))
+{
+    return kr_method_describe(method).text;
+}
 EXPORT(int, kr_page_adaptive, (const kr_method *method))
 {
-    return (kr_method_flags(method) & KR_METHOD_ADAPTIVE) != 0;
+    return (kr_method_describe(method).flags & KR_METHOD_ADAPTIVE) != 0;
 }
 EXPORT(int, kr_page_restarts, (const kr_method *method))
 {
-    return (kr_method_flags(method) & (KR_METHOD_ADAPTIVE | KR_METHOD_DENSE)) == KR_METHOD_ADAPTIVE;
+    return (kr_method_describe(method).flags & (KR_METHOD_ADAPTIVE | KR_METHOD_DENSE)) ==
+           KR_METHOD_ADAPTIVE;
 }
 EXPORT(const char *, kr_page_kind, (const kr_body *body))
 {
@@ -71,25 +80,28 @@ EXPORT(const char *, kr_page_kind, (const kr_body *body))
 
 /* Returns six numbers for a symmetric top: smallest and largest nutation, critical spin, mean
  * precession, period of the nutation, and spin. The period is NaN if it is infinite or unknown.
- * Returns NULL if kr_exact_turning does not apply to the scene. */
+ * Returns NULL if kr_exact_nutation does not apply to the scene. */
 EXPORT(const double *, kr_page_limits, (const kr_scene *scene))
 {
-    kr_turning turning;
-    kr_exact exact;
-    if (kr_exact_turning(scene, &turning) != KR_OK) return NULL;
-    const int known = kr_exact_plan(scene, &exact) == KR_OK;
-    limits[0] = turning.least;
-    limits[1] = turning.greatest;
-    limits[2] = turning.critical_spin;
-    limits[3] = known ? exact.precession_rate : NAN;
-    limits[4] = known && isfinite(exact.period) ? exact.period : NAN;
+    kr_nutation nutation;
+    if (kr_exact_nutation(scene, &nutation) != KR_OK) return NULL;
+    static double memory[KR_EXACT_SIZE / sizeof(double)];
+    kr_exact *exact = (kr_exact *)(void *)memory;
+    const int known =
+        kr_exact_size(scene) <= sizeof memory && kr_exact_plan(scene, 0.0, exact) == KR_OK;
+    const kr_exact_info info = known ? kr_exact_describe(exact) : (kr_exact_info){0};
+    limits[0] = nutation.least;
+    limits[1] = nutation.greatest;
+    limits[2] = nutation.critical_spin;
+    limits[3] = known ? info.precession_rate : NAN;
+    limits[4] = known && isfinite(info.period) ? info.period : NAN;
     kr_quantity_values(kr_quantity_find("spin"), scene, 1, &scene->start, &limits[5]);
     return limits;
 }
 EXPORT(const char *, kr_page_course, (const kr_scene *scene))
 {
-    kr_turning turning;
-    return kr_exact_turning(scene, &turning) == KR_OK ? turning.motion_type : "";
+    kr_nutation nutation;
+    return kr_exact_nutation(scene, &nutation) == KR_OK ? nutation.motion_type : "";
 }
 
 /* The simulation. */
@@ -126,13 +138,13 @@ EXPORT(int, kr_page_measures, (void)) { return KR_SIMULATION_MEASURES; }
 EXPORT(const char *, kr_page_measure_name, (int k))
 {
     const kr_quantity *quantity = kr_simulation_quantity(k);
-    if (quantity) return kr_quantity_name(quantity);
+    if (quantity) return quantity->name;
     return k == KR_SIMULATION_ERROR ? "error" : "modified_energy";
 }
 EXPORT(const char *, kr_page_measure_text, (int k))
 {
     const kr_quantity *quantity = kr_simulation_quantity(k);
-    if (quantity) return kr_quantity_text(quantity);
+    if (quantity) return quantity->text;
     return k == KR_SIMULATION_ERROR
                ? "attitude error against another top, in radians"
                : "the energy that bobenko_suris keeps at its step, in its place";
@@ -140,8 +152,7 @@ EXPORT(const char *, kr_page_measure_text, (int k))
 EXPORT(int, kr_page_measure_kept, (int k))
 {
     const kr_quantity *quantity = kr_simulation_quantity(k);
-    return k == KR_SIMULATION_MODIFIED ||
-           (quantity && kr_quantity_flags(quantity) & KR_QUANTITY_CONSERVED);
+    return k == KR_SIMULATION_MODIFIED || (quantity && quantity->flags & KR_QUANTITY_CONSERVED);
 }
 EXPORT(const double *, kr_page_measure, (int i))
 {

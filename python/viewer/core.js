@@ -58,7 +58,7 @@ export const [ROD_RINGS, ROD_SIDES] = [C.kr_page_rod_rings(), C.kr_page_rod_side
 export const methods = new Map(
   makeList(C.kr_method_count(), (i) => {
     const pointer = C.kr_method_at(i);
-    const name = readText(C.kr_method_name(pointer));
+    const name = readText(C.kr_page_method_name(pointer));
     const isAdaptive = !!C.kr_page_adaptive(pointer);
     // The simulation restarts the method after each step.
     const isRestarting = !!C.kr_page_restarts(pointer);
@@ -71,7 +71,7 @@ export const methods = new Map(
         isAdaptive,
         isRestarting,
         isSuitable,
-        description: readText(C.kr_method_text(pointer)),
+        description: readText(C.kr_page_method_text(pointer)),
       },
     ];
   }),

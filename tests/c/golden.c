@@ -21,36 +21,23 @@ static void print_states(const char *name, const kr_state states[])
     printf("%-16s %-8s %016" PRIx64 "\n", name, "closed",
            hash_of(states, TIMES * sizeof states[0]));
 }
-static void print_kowalewski(const double t[])
+static void print_closed_form(const char *name, double ratio, kr_vec3 momentum, const double t[])
 {
-    kr_scene s = scene_of_ratio(2.0);
-    const kr_kowalewski *top = NULL;
+    kr_scene s = scene_of_ratio(ratio);
     kr_state states[TIMES];
-    void *memory = malloc(kr_kowalewski_size());
-    s.start.m = (kr_vec3){0.5, -0.25, 0.75};
-    if (!memory || kr_kowalewski_plan(&s, 0.0, memory, &top) != KR_OK) exit(1);
-    kr_kowalewski_states(top, TIMES, t, states);
-    print_states("kowalewski", states);
-    free(memory);
-}
-static void print_goryachev_chaplygin(const double t[])
-{
-    kr_scene s = scene_of_ratio(4.0);
-    const kr_goryachev_chaplygin *top = NULL;
-    kr_state states[TIMES];
-    void *memory = malloc(kr_goryachev_chaplygin_size());
-    s.start.m = (kr_vec3){0.5, 1.75, 0.0};
-    if (!memory || kr_goryachev_chaplygin_plan(&s, 0.0, memory, &top) != KR_OK) exit(1);
-    kr_goryachev_chaplygin_states(top, TIMES, t, states);
-    print_states("goryachev_chaplygin", states);
-    free(memory);
+    kr_exact *exact = malloc(kr_exact_size(&s));
+    s.start.m = momentum;
+    if (!exact || kr_exact_plan(&s, 0.0, exact) != KR_OK) exit(1);
+    kr_exact_states(exact, TIMES, t, states);
+    print_states(name, states);
+    free(exact);
 }
 
 int main(void)
 {
     for (size_t i = 0; i < kr_method_count(); i++) {
         const kr_method *method = kr_method_at(i);
-        if (!(kr_method_flags(method) & KR_METHOD_ALGEBRAIC)) continue;
+        if (!(kr_method_describe(method).flags & KR_METHOD_ALGEBRAIC)) continue;
         for (int which = 0; which < 4; which++) {
             const kr_scene s = golden_scene(which);
             const kr_config config = {.step = 0.01};
@@ -60,14 +47,14 @@ int main(void)
                 kr_top_advance(top, 300.0025) != KR_OK)
                 return 1;
             const kr_state end = kr_top_state(top);
-            printf("%-16s %-8s %016" PRIx64 "\n", kr_method_name(method), golden_names[which],
-                   hash_of(&end, sizeof end));
+            printf("%-16s %-8s %016" PRIx64 "\n", kr_method_describe(method).name,
+                   golden_names[which], hash_of(&end, sizeof end));
             kr_top_free(top);
         }
     }
     double t[TIMES];
     for (int k = 0; k < TIMES; k++) t[k] = 0.375 * (k - 50);
-    print_kowalewski(t);
-    print_goryachev_chaplygin(t);
+    print_closed_form("kowalewski", 2.0, (kr_vec3){0.5, -0.25, 0.75}, t);
+    print_closed_form("goryachev_chaplygin", 4.0, (kr_vec3){0.5, 1.75, 0.0}, t);
     return 0;
 }

@@ -114,12 +114,13 @@ static void closed(const kr_exact_isa *isa, const kr_exact_batch_isa *width, int
     static kr_state states[TIMES], same[TIMES];
     const kr_scene s = golden_scene(which);
     kr_exact_form plan;
+    kr_exact_info info;
     kr_status status = KR_OK;
     const kr_exact_request asked = {
         .n = 1, .scenes = &s, .times = TIMES, .t = t, .states = same, .status = &status};
     for (int k = 0; k < TIMES; k++) t[k] = 0.375 * (k - 50);
     memset(&plan, 0, sizeof plan);
-    must(isa->scalar->plan(&s, 0, &plan) == KR_OK, "no closed form");
+    must(isa->scalar->plan(&s, 0, 0.0, &plan, &info) == KR_OK, "no closed form");
     isa->evaluate(&plan, TIMES, t, states);
     width->batch(width->scalar, &asked);
     must(status == KR_OK && memcmp(same, states, sizeof states) == 0, "tops and times differ");
@@ -139,9 +140,9 @@ int main(void)
                 print_lanes_hash(kr_lanes_isa_at(i), whole, "lanes", which);
                 print_lanes_hash(kr_lanes_isa_at(i), growing, "growth", which);
             }
-        for (int i = 0; which != 2 && kr_exact_isa_at(i); i++)
-            if (kr_exact_isa_at(i)->runs_here())
-                closed(kr_exact_isa_at(i), kr_exact_batch_isa_at(i), which);
+        for (int i = 0; which != 2 && kr_exact_batch_isa_at(i); i++)
+            if (kr_exact_batch_isa_at(i)->runs_here())
+                closed(&kr_symmetric_form.isas[i], kr_exact_batch_isa_at(i), which);
     }
     return 0;
 }

@@ -50,8 +50,8 @@ static grid grid_of(int order, int is_reversible)
  * rounding does not affect, and by the error after extrapolation. */
 static void converges(const kr_method *method, const kr_scene *s)
 {
-    const int order = kr_method_order(method),
-              is_reversible = (kr_method_flags(method) & KR_METHOD_REVERSIBLE) != 0;
+    const int order = kr_method_describe(method).order,
+              is_reversible = (kr_method_describe(method).flags & KR_METHOD_REVERSIBLE) != 0;
     const grid g = grid_of(order, is_reversible);
     const double momentum = v_length(s->start.m);
     const kr_state end = state_at(SPAN, s, taylor(), (kr_config){.digits = 30});
@@ -68,7 +68,7 @@ static void converges(const kr_method *method, const kr_scene *s)
         remove_power(rows, g.levels - k + 1, order + (k - 1) * (is_reversible ? 2 : 1));
     NEAR(slope, order, 0.1);
     NEAR(largest_difference(rows[0], truth), 0.0, 1e-13);
-    if (check_failures) printf("  so far with %s\n", kr_method_name(method));
+    if (check_failures) printf("  so far with %s\n", kr_method_describe(method).name);
 }
 int main(void)
 {
@@ -79,7 +79,7 @@ int main(void)
     scenes[2].body.com = v3(0.0, 0.0, 0.0);
     for (size_t i = 0; i < kr_method_count(); i++) {
         const kr_method *method = kr_method_at(i);
-        if (kr_method_flags(method) & KR_METHOD_ADAPTIVE) continue;
+        if (kr_method_describe(method).flags & KR_METHOD_ADAPTIVE) continue;
         methods++;
         for (int k = 0; k < 3; k++)
             if (kr_method_suits(method, &scenes[k])) converges(method, &scenes[k]);

@@ -141,7 +141,8 @@ static void test_accuracy_of_lanes(double tol)
 static void test_methods_without_lanes(const kr_method *method)
 {
     kr_scene s[2] = {tilted(), tilted()};
-    const kr_config config = {.step = kr_method_flags(method) & KR_METHOD_ADAPTIVE ? 0.0 : 0.01};
+    const kr_config config = {.step = kr_method_describe(method).flags & KR_METHOD_ADAPTIVE ? 0.0
+                                                                                            : 0.01};
     const double t[TIMES] = {0.0, 0.01, 0.3, 0.305, 1.0, 1.0, 2.0};
     kr_state out[2 * TIMES], alone[TIMES];
     kr_outcome outcomes[2];

@@ -158,7 +158,9 @@ static double times[TOPS * 3];
 static int curve_of(const kr_scene *s)
 {
     kr_exact_form form;
-    return kr_exact_plan_own_units(s, &form) == KR_OK ? (int)form.curve : -1;
+    kr_exact_info info;
+    const kr_exact_scalar *scalar = kr_exact_widest_isa(&kr_symmetric_form)->scalar;
+    return scalar->plan(s, 1, 0.0, &form, &info) == KR_OK ? (int)form.curve : -1;
 }
 /* Fills n scenes with tops at the boundary between the theta series and its dual. Rounding errors
  * decide which is used, so lanes of one group need both. */
@@ -211,7 +213,8 @@ static void plan_alone(const kr_exact_scalar *one)
     for (int i = 0; i < TOPS; i++) {
         memset(&alone[i], 0xa5, sizeof alone[i]);
         memset(&states_alone[3 * i], 0xa5, 3 * sizeof states_alone[0]);
-        status_alone[i] = one->plan(&scenes[i], 0, &alone[i]);
+        kr_exact_info info;
+        status_alone[i] = one->plan(&scenes[i], 0, 0.0, &alone[i], &info);
         for (int k = 0; k < 3; k++) {
             times[3 * i + k] = any_time(3 * i + k);
             if (status_alone[i] == KR_OK)

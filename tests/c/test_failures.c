@@ -57,7 +57,7 @@ static void test_wild_steps(void)
     int failed = 0;
     for (size_t i = 0; i < kr_method_count(); i++) {
         const kr_method *method = kr_method_at(i);
-        if (kr_method_flags(method) & KR_METHOD_ADAPTIVE) continue;
+        if (kr_method_describe(method).flags & KR_METHOD_ADAPTIVE) continue;
         for (int k = 0; k < TOPS; k++)
             failed +=
                 run_until_failure(method, (kr_config){.step = ldexp(k % 2 ? 1.0 : -1.0, k % 7)});

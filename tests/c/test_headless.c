@@ -90,7 +90,7 @@ static void test_refusals(void)
         const kr_method *method = kr_method_at(i);
         const kr_config config = {.skip_heading = 1, .step = 0.1};
         if (method == taylor()) continue;
-        IS(!(kr_method_flags(method) & KR_METHOD_SKIPS_HEADING));
+        IS(!(kr_method_describe(method).flags & KR_METHOD_SKIPS_HEADING));
         IS(kr_top_create(&s, method, config, &top) == KR_ERR_OPTION && top == NULL);
     }
 }

@@ -28,7 +28,7 @@ static void test_refusals(const kr_method *method)
     kr_scene s = random_scene_for(method);
     const double sign = random_bits() % 2 ? 1.0 : -1.0, horizon = kr_scene_horizon(&s);
     const double far[] = {horizon, 2.0 * horizon, DBL_MAX, INFINITY, NAN};
-    const int dense = (kr_method_flags(method) & KR_METHOD_DENSE) != 0;
+    const int dense = (kr_method_describe(method).flags & KR_METHOD_DENSE) != 0;
     const kr_config config = {.step = sign * horizon * 0x1p-50};
     kr_top *top = NULL;
     horizon_of(&s);

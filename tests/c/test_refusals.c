@@ -23,7 +23,7 @@ static void test_scenes(void)
     const double none[3] = {NAN, INFINITY, -INFINITY};
     const kr_scene s = tilted();
     const kr_method *exact = kr_method_find("exact");
-    kr_exact plan;
+    const kr_exact *plan;
     kr_exact_map map;
     kr_top *top = NULL;
     IS(kr_scene_check(&s) == KR_OK && kr_method_suits(exact, &s) && kr_scene_horizon(&s) > 0.0);
@@ -32,13 +32,13 @@ static void test_scenes(void)
             const kr_scene bad = with_number(&s, i, none[k]);
             const kr_status status = kr_scene_check(&bad);
             IS(status == KR_ERR_ARGUMENT || status == KR_ERR_BODY || status == KR_ERR_ATTITUDE);
-            IS(kr_exact_plan(&bad, &plan) == status &&
+            IS(plan_closed_form(&bad, &plan) == status &&
                kr_exact_map_plan(&bad, 0.1, &map) == status);
             IS(kr_top_create(&bad, taylor(), (kr_config){0}, &top) == status && !top);
             IS(!kr_method_suits(exact, &bad) && kr_scene_horizon(&bad) == 0.0);
         }
     IS(kr_scene_check(NULL) != KR_OK && kr_scene_horizon(NULL) == 0.0);
-    IS(kr_exact_plan(&s, NULL) != KR_OK && kr_exact_map_plan(&s, 0.1, NULL) != KR_OK);
+    IS(kr_exact_plan(&s, 0.0, NULL) != KR_OK && kr_exact_map_plan(&s, 0.1, NULL) != KR_OK);
     IS(!kr_method_suits(NULL, &s) && !kr_method_suits(exact, NULL));
 }
 static void test_bodies(void)
@@ -117,7 +117,7 @@ static void test_configs(void)
     IS(kr_top_create(&bad, strang, good, &top) == KR_ERR_ARGUMENT);
     IS(!kr_method_find("nope") && !kr_method_find(NULL) && !kr_method_at(1000));
     for (int i = 0; i <= KR_STATUS_COUNT; i++) IS(strlen(kr_status_text((kr_status)i)) > 3);
-    IS(strlen(kr_kind_name((kr_kind)KR_KIND_COUNT)) > 3 && kr_flag_find(NULL) == 0);
+    IS(strlen(kr_kind_name((kr_kind)KR_KIND_COUNT)) > 3);
     IS(kr_top_create(NULL, strang, good, &top) == KR_ERR_ARGUMENT);
     IS(kr_top_create(&s, NULL, good, &top) == KR_ERR_NO_METHOD);
     IS(kr_top_create(&s, strang, good, NULL) == KR_ERR_ARGUMENT && !top);

@@ -36,11 +36,11 @@ static void test_refusals(void)
 {
     const kr_scene s = tilted(), along = with_rotor(&s, v3(0, 0, 0.5)),
                    off = with_rotor(&s, v3(0.1, 0, 0.5));
-    kr_exact plan;
+    const kr_exact *plan;
     kr_exact_map map;
     for (size_t i = 0; i < kr_method_count(); i++) {
         const kr_method *method = kr_method_at(i);
-        const int takes = (kr_method_flags(method) & KR_METHOD_ROTORS) != 0,
+        const int takes = (kr_method_describe(method).flags & KR_METHOD_ROTORS) != 0,
                   is_exact = method == &kr_method_exact || method == &kr_method_blanes_moan6;
         const kr_config config = {.step = 0.01};
         if (!kr_method_suits(method, &s)) continue;
@@ -54,7 +54,7 @@ static void test_refusals(void)
         IS(kr_method_suits(method, &off) == (takes && !is_exact));
         kr_top_free(top);
     }
-    IS(kr_exact_plan(&off, &plan) == KR_ERR_METHOD && kr_exact_plan(&along, &plan) == KR_OK);
+    IS(plan_closed_form(&off, &plan) == KR_ERR_METHOD && plan_closed_form(&along, &plan) == KR_OK);
     IS(kr_exact_map_plan(&along, 0.01, &map) == KR_ERR_METHOD);
     IS(isnan(kr_state_modified_energy(&along, &s.start, 0.01)));
 }
@@ -102,10 +102,10 @@ static void test_closed_form_of_a_tiny_momentum(void)
                   .start.q = q_unit(q4(0.7, v3(-0.1, -0.6, 0.2)))};
     for (int power = 0; power <= 1060; power += 20) {
         s.start.m = v_scale(ldexp(1.0, -power), v3(-0.3, 0.8, -0.6));
-        const kr_exact plan = closed_form(&s);
-        const kr_state end = kr_exact_state(&plan, 3.0),
+        const kr_exact *plan = closed_form(&s);
+        const kr_state end = kr_exact_state(plan, 3.0),
                        truth = state_at(3.0, &s, &kr_method_taylor, (kr_config){0});
-        const kr_turning turning = turning_of(&s);
+        const kr_nutation turning = limits_of_nutation(&s);
         IS(turning.least <= turning.greatest);
         IS(turning.least > 0.0 && turning.greatest < 3.1416);
         NEAR(q_dot(end.q, end.q), 1.0, 1e-14);

@@ -12,7 +12,7 @@ static const double times[BEFORE + AFTER] = {0.5,   0.75, 0.8,   2.3,  9.99,   1
 
 static kr_config config_for(const kr_method *method, double sign, int digits)
 {
-    const int adaptive = (kr_method_flags(method) & KR_METHOD_ADAPTIVE) != 0;
+    const int adaptive = (kr_method_describe(method).flags & KR_METHOD_ADAPTIVE) != 0;
     const kr_config config = {
         .step = sign * 0.0625, .tol = adaptive && !digits ? 1e-8 : 0.0, .digits = digits};
     return config;

@@ -445,19 +445,19 @@ static void test_refusals(void)
         const kr_method *method = kr_method_at(i);
         for (int k = 0; k < 4 && kr_method_suits(method, &plain); k++) {
             kr_top *top = NULL;
-            const int moves = (kr_method_flags(method) & flags[k]) != 0;
+            const int moves = (kr_method_describe(method).flags & flags[k]) != 0;
             IS(kr_method_suits(method, &tops[k]) == moves);
             IS(kr_top_create(&tops[k], method, config, &top) == (moves ? KR_OK : status[k]));
             kr_top_free(top);
         }
     }
-    kr_exact plan;
+    const kr_exact *plan;
     kr_exact_map map;
-    kr_turning turning;
+    kr_nutation turning;
     for (int k = 0; k < 4; k++) {
-        IS(kr_exact_plan(&tops[k], &plan) == KR_ERR_METHOD);
+        IS(plan_closed_form(&tops[k], &plan) == KR_ERR_METHOD);
         IS(kr_exact_map_plan(&tops[k], 0.01, &map) == KR_ERR_METHOD);
-        IS(kr_exact_turning(&tops[k], &turning) == KR_ERR_METHOD);
+        IS(kr_exact_nutation(&tops[k], &turning) == KR_ERR_METHOD);
     }
     kr_top *top = NULL;
     kr_config tangents = {.tangents = KR_TANGENT_FRICTION}, headless = {.skip_heading = 1};

@@ -14,9 +14,9 @@ static kr_top *fixed(const kr_scene *s, const char *name, double step)
 static void test_division(const kr_method *method)
 {
     const kr_scene s = tilted();
-    const kr_config config = {.step = 0.03125,
-                              .tol = method && kr_method_flags(method) & KR_METHOD_ADAPTIVE ? 1e-7
-                                                                                            : 0.0};
+    const kr_config config = {
+        .step = 0.03125,
+        .tol = method && kr_method_describe(method).flags & KR_METHOD_ADAPTIVE ? 1e-7 : 0.0};
     const double t[] = {0.0, 0.01, 0.03125, 0.04,    0.05, 0.0625,
                         1.0, 1.0,  2.3,     2.34375, 20.0, 21.001};
     enum { N = sizeof t / sizeof *t };
@@ -42,7 +42,7 @@ static void test_division(const kr_method *method)
 static void test_scaling(const kr_method *method, int mass, int length, int time)
 {
     const kr_scene s = tilted();
-    const int clock = kr_method_flags(method) & KR_METHOD_ABSOLUTE ? 0 : time;
+    const int clock = kr_method_describe(method).flags & KR_METHOD_ABSOLUTE ? 0 : time;
     const double kg = ldexp(1, mass), m = ldexp(1, length), sec = ldexp(1, clock);
     const kr_config config = {.step = 0.01}, scaled = {.step = 0.01 * sec};
     kr_scene big = s;
@@ -73,7 +73,8 @@ static void test_frames(const kr_method *method)
         other.start.q = q_mul(s.start.q, q_conj(turns[i]));
         kr_state b = state_at(10.0, &other, method, config);
         b.q = q_mul(b.q, turns[i]);
-        NEAR(distance(a, b), 0.0, kr_method_flags(method) & KR_METHOD_ADAPTIVE ? 1e-6 : 1e-11);
+        NEAR(distance(a, b), 0.0,
+             kr_method_describe(method).flags & KR_METHOD_ADAPTIVE ? 1e-6 : 1e-11);
     }
     for (int i = 0; i < 2; i++) { /* the same top with its axis along N and along B */
         kr_scene other = s;
@@ -83,7 +84,8 @@ static void test_frames(const kr_method *method)
         other.start.q = q_mul(s.start.q, q_conj(turns[i]));
         kr_state b = state_at(10.0, &other, method, config);
         b.q = q_mul(b.q, turns[i]);
-        NEAR(distance(a, b), 0.0, kr_method_flags(method) & KR_METHOD_ADAPTIVE ? 1e-6 : 1e-11);
+        NEAR(distance(a, b), 0.0,
+             kr_method_describe(method).flags & KR_METHOD_ADAPTIVE ? 1e-6 : 1e-11);
     }
 }
 

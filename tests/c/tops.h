@@ -4,6 +4,7 @@
 #define KR_TOPS_H
 #include <string.h>
 #include "check.h"
+#include "model/quantities.h"
 #include "random.h"
 
 /* Returns the top of the thesis with a tilted start. At an upright start no torque acts, which
@@ -85,16 +86,27 @@ static inline kr_scene random_scene(int i)
     if (i % 5 < 2) s.body.rotor = v_scale(i % 5 ? 0.1 : 1.0, s.start.m);
     return s;
 }
-static inline kr_exact closed_form(const kr_scene *s)
+/* Computes the closed form of a free body or Lagrange top, which lasts for 16 more calls. */
+static inline kr_status plan_closed_form(const kr_scene *s, const kr_exact **out)
 {
-    kr_exact closed = {0};
-    IS(kr_exact_plan(s, &closed) == KR_OK);
+    static double memory[16][KR_EXACT_SIZE / sizeof(double)];
+    static int calls;
+    kr_exact *closed = (kr_exact *)(void *)memory[calls++ % 16];
+    const int fits = kr_exact_size(s) <= sizeof memory[0];
+    IS(fits);
+    *out = closed;
+    return fits ? kr_exact_plan(s, 0.0, closed) : KR_ERR_MEMORY;
+}
+static inline const kr_exact *closed_form(const kr_scene *s)
+{
+    const kr_exact *closed;
+    IS(plan_closed_form(s, &closed) == KR_OK);
     return closed;
 }
-static inline kr_turning turning_of(const kr_scene *s)
+static inline kr_nutation limits_of_nutation(const kr_scene *s)
 {
-    kr_turning turning = {0};
-    IS(kr_exact_turning(s, &turning) == KR_OK);
+    kr_nutation turning = {0};
+    IS(kr_exact_nutation(s, &turning) == KR_OK);
     return turning;
 }
 /* A poll that stops after a number of calls. */

@@ -55,6 +55,12 @@ static inline double scale_of(const kr_scene *s)
     const double lever = fabs(s->gravity) * v_length(s->body.com);
     return sqrt(2.0 * v_largest(s->body.inertia) * (kr_state_kinetic(s, &s->start) + 2.0 * lever));
 }
+/* Returns a frequency of the motion, which sets the times at which states are compared. */
+static inline double rate_of(const kr_exact *plan)
+{
+    const kr_exact_info info = kr_exact_describe(plan);
+    return info.frequency[info.kind == KR_KIND_KOWALEWSKI];
+}
 static inline double error_of(const kr_scene *s, kr_state got, kr_state want)
 {
     return kr_attitude_error(got.q, want.q) + off(got.m, want.m) / scale_of(s);

@@ -73,7 +73,7 @@ static void choose_all(void)
     asked.reductions = (size_t)choose(REDUCTIONS + 1);
     for (size_t r = 0; r < REDUCTIONS; r++) {
         const kr_quantity *quantity = kr_quantity_at((size_t)choose(kr_quantity_count()));
-        const kr_reduction reduction = {quantity, (size_t)choose(kr_quantity_doubles(quantity)),
+        const kr_reduction reduction = {quantity, (size_t)choose(quantity->doubles),
                                         (kr_reduce)choose(KR_REDUCE_COUNT)};
         asked.reduction[r] = reduction;
     }
@@ -153,7 +153,7 @@ void call_ensembles(void)
     kr_worker *worker = NULL;
     choose_all();
     print_call("%zu tops at once by %s, step %a, tol %a, digits %d, tangents %d", asked.n,
-               asked.method ? kr_method_name(asked.method) : "auto", asked.config.step,
+               asked.method ? kr_method_describe(asked.method).name : "auto", asked.config.step,
                asked.config.tol, asked.config.digits, (int)asked.config.tangents);
     const kr_status status =
         kr_worker_create(asked.method, asked.config, asked.reductions, asked.reduction, &worker);

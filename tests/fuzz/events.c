@@ -13,10 +13,10 @@ static int any_component(void)
                                         "body_velocity_z"};
     char name[64];
     const kr_quantity *quantity = kr_quantity_at((size_t)choose(kr_quantity_count()));
-    const size_t i = (size_t)choose(kr_quantity_doubles(quantity));
+    const size_t i = (size_t)choose(quantity->doubles);
     if (odds(30)) return KR_COMPONENT_ONE;
     if (odds(1)) return (int)choose(100) - 10;
-    snprintf(name, sizeof name, "%s%s", kr_quantity_name(quantity), kr_quantity_axis(quantity, i));
+    snprintf(name, sizeof name, "%s%s", quantity->name, quantity->suffixes[i]);
     const int component = odds(30) ? kr_component_find(name) : -1;
     return component >= 0 ? component
                           : kr_component_find(level[choose(sizeof level / sizeof *level)]);

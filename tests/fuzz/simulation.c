@@ -22,7 +22,7 @@ static void add(void)
     if (odds(90)) scene.start.t = 0.0;
     tell_scene(&scene);
     print_call("stage: add %s, step %lld, tol %a, against %d",
-               method ? kr_method_name(method) : "none", (long long)step, tol, against);
+               method ? kr_method_describe(method).name : "none", (long long)step, tol, against);
     const kr_status status = kr_simulation_add(&stage, &scene, method, step, tol, against);
     error_category(status);
     CLAIM(stage.count == tops + (status == KR_OK));

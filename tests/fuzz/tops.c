@@ -47,7 +47,7 @@ static void claim_stats(const place *p, kr_status status)
           stats.iterations >= was->iterations);
     if (p->config.max_steps > 0 && stats.steps > was->steps)
         CLAIM(stats.steps <= p->config.max_steps);
-    const unsigned flags = kr_method_flags(p->method);
+    const unsigned flags = kr_method_describe(p->method).flags;
     if (status == KR_ERR_LIMIT)
         CLAIM(p->config.max_steps > 0 ||
               (flags & (KR_METHOD_ADAPTIVE | KR_METHOD_DENSE)) == KR_METHOD_ADAPTIVE);
@@ -91,7 +91,7 @@ static double any_step(double pace)
 static kr_config any_config(const kr_scene *scene, const kr_method *method)
 {
     static const int digits[8] = {16, 20, 30, 17, 40, -1, 1, 29};
-    const unsigned flags = method ? kr_method_flags(method) : 0;
+    const unsigned flags = method ? kr_method_describe(method).flags : 0;
     kr_config config = {.step = any_step(time_scale(scene)), .poll = poll};
     if (flags & KR_METHOD_ADAPTIVE && odds(60)) config.step = 0.0;
     if (odds(60)) config.tol = odds(30) ? between(0.0, 1.0) : spread(1e-16, 0.9);
@@ -122,7 +122,7 @@ static void claim_created(place *p, kr_status status, kr_top *top, kr_top *mark)
     if (status != KR_OK) return;
     const kr_state state = kr_top_state(top);
     CLAIM(kr_method_suits(p->method, &p->scene));
-    const unsigned carries = kr_method_flags(p->method) & KR_METHOD_TANGENTS;
+    const unsigned carries = kr_method_describe(p->method).flags & KR_METHOD_TANGENTS;
     if (p->config.tangents) CLAIM(carries && (p->config.tangents & ~(uint64_t)ALL_TANGENTS) == 0);
     CLAIM(same_bits(&state, &p->scene.start, sizeof state));
     CLAIM(kr_top_stats(top).steps == 0);
@@ -143,7 +143,7 @@ static void create(place *p)
     tell_scene(&p->scene);
     print_call(
         "top %d: create %s, step %a, tol %a, digits %d, heading %d, tangents %llu, most %lld",
-        (int)(p - places), kr_method_name(p->method), p->config.step, p->config.tol,
+        (int)(p - places), kr_method_describe(p->method).name, p->config.step, p->config.tol,
         p->config.digits, p->config.skip_heading, (unsigned long long)p->config.tangents,
         (long long)p->config.max_steps);
     const kr_status status = kr_top_create(&p->scene, p->method, p->config, &top);
@@ -169,7 +169,7 @@ int longest(void) { return goes_far ? 3000 : 100; }
 /* Returns 1 if t is so near that a round can make the steps to it, or if t is refused. */
 static int is_near(const place *p, double t)
 {
-    const int fixed = !(kr_method_flags(p->method) & KR_METHOD_ADAPTIVE), few = 24;
+    const int fixed = !(kr_method_describe(p->method).flags & KR_METHOD_ADAPTIVE), few = 24;
     const double way = forward(p) * (t - kr_top_state(p->top).t),
                  step = fixed ? fabs(p->config.step) : time_scale(&p->scene);
     const int is_limited = p->config.max_steps > 0 && p->config.max_steps < few;

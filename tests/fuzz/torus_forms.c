@@ -5,16 +5,16 @@
 #include "random_values.h"
 #include "claims.h"
 #include "math/su2.h"
+#include "model/quantities.h"
 #include "scenes.h"
 
 enum { MOST_MEMORY = 1 << 23, BEYOND = 1000 };
 static double memory[MOST_MEMORY / sizeof(double)], other_memory[MOST_MEMORY / sizeof(double)];
-/* A plan in `memory`, and the numbers at its head. */
+/* A plan in `memory`, and its numbers. */
 typedef struct plan {
     kr_scene scene;
-    int is_kowalewski, refusal;
-    double bound, certificate;
-    size_t used;
+    double bound;
+    kr_exact_info info;
 } plan;
 
 /* Returns a scene whose top is mostly of the kind that the closed form requires. */
@@ -32,34 +32,17 @@ static kr_scene torus_scene(int is_kowalewski)
     if (!is_kowalewski && odds(95)) scene.start.m.z = 0.0;
     return scene;
 }
-static const char *refusal_text(const plan *p, int refusal)
-{
-    return p->is_kowalewski ? kr_kowalewski_refusal_text(refusal)
-                            : kr_goryachev_chaplygin_refusal_text(refusal);
-}
+static kr_exact *in(double *place) { return (kr_exact *)(void *)place; }
 static kr_status make_plan(plan *p)
 {
-    const kr_kowalewski *kowalewski = NULL;
-    const kr_goryachev_chaplygin *chaplygin = NULL;
-    const size_t size = p->is_kowalewski ? kr_kowalewski_size() : kr_goryachev_chaplygin_size();
+    const size_t size = kr_exact_size(&p->scene);
     CLAIM(size + BEYOND <= sizeof memory);
     fill_with_mark((char *)memory + size, BEYOND);
-    const kr_status status =
-        p->is_kowalewski ? kr_kowalewski_plan(&p->scene, p->bound, memory, &kowalewski)
-                         : kr_goryachev_chaplygin_plan(&p->scene, p->bound, memory, &chaplygin);
+    const kr_status status = kr_exact_plan(&p->scene, p->bound, in(memory));
     CLAIM(is_marked((char *)memory + size, BEYOND));
-    const void *const out = p->is_kowalewski ? (const void *)kowalewski : chaplygin;
-    CLAIM(out == (status == KR_OK ? memory : NULL));
-    kowalewski = (const void *)memory;
-    chaplygin = (const void *)memory;
-    p->refusal = p->is_kowalewski ? kowalewski->refusal : chaplygin->refusal;
-    p->certificate = p->is_kowalewski ? kowalewski->certificate : chaplygin->certificate;
-    p->used = p->is_kowalewski ? kowalewski->used : chaplygin->used;
+    if (isnan(p->bound) || p->bound < 0.0) return status;
+    p->info = kr_exact_describe(in(memory));
     return status;
-}
-static kr_state state_of(const plan *p, const void *top, double t)
-{
-    return p->is_kowalewski ? kr_kowalewski_state(top, t) : kr_goryachev_chaplygin_state(top, t);
 }
 /* Claims that a state has the energy of the start, unless doubles do not resolve the energy. */
 static void claim_energy(const plan *p, kr_state s)
@@ -84,14 +67,12 @@ static void check_states(const plan *p)
         t[i] = maybe_arbitrary(start + either_sign(pace * spread(1e-6, 1e6)), 5);
     fill_with_mark(out, sizeof out);
     print_call("%zu states of it, at %a ...", n, n ? t[0] : 0.0);
-    if (p->is_kowalewski)
-        kr_kowalewski_states((const void *)memory, n, t, out);
-    else
-        kr_goryachev_chaplygin_states((const void *)memory, n, t, out);
+    kr_exact_states(in(memory), n, t, out);
     CLAIM(is_marked(out + n, (MANY - n) * sizeof *out));
-    memcpy(other_memory, memory, p->used);
+    memcpy(other_memory, memory, p->info.used);
     for (size_t i = 0; i < n; i++) {
-        const kr_state s = state_of(p, memory, t[i]), copied = state_of(p, other_memory, t[i]);
+        const kr_state s = kr_exact_state(in(memory), t[i]),
+                       copied = kr_exact_state(in(other_memory), t[i]);
         print_detail("at %a", t[i]);
         CLAIM(isnan(t[i]) ? isnan(s.t) : s.t == t[i]);
         CLAIM(is_good(s) || (isnan(s.q.w) && isnan(s.m.z)));
@@ -107,30 +88,32 @@ static void check_angles(const plan *p)
     const double first = maybe_arbitrary(between(-2.0, 2.0), 5),
                  second = maybe_arbitrary(between(-2.0, 2.0), 5);
     print_call("its state at the angles %a, %a", first, second);
-    const kr_state s = p->is_kowalewski
-                           ? kr_kowalewski_state_at((const void *)memory, first, second)
-                           : kr_goryachev_chaplygin_state_at((const void *)memory, first, second);
+    const kr_state s = kr_exact_state_at(in(memory), first, second);
+    if (p->info.kind < KR_KIND_KOWALEWSKI) {
+        CLAIM(isnan(s.q.w));
+        return;
+    }
     CLAIM(s.t == p->scene.start.t);
     CLAIM(is_good(s) || !isfinite(first) || !isfinite(second));
     if (is_good(s)) claim_energy(p, s);
 }
 void call_torus_forms(void)
 {
-    plan p = {.is_kowalewski = (int)choose(2),
-              .bound = odds(70) ? 0.0 : maybe_arbitrary(spread(1e-16, 1e-6), 10)};
-    p.scene = torus_scene(p.is_kowalewski);
+    const int is_kowalewski = (int)choose(2);
+    plan p = {.bound = odds(70) ? 0.0 : maybe_arbitrary(spread(1e-16, 1e-6), 10)};
+    p.scene = torus_scene(is_kowalewski);
     tell_scene(&p.scene);
     print_call("plan the closed form of a %s top, bound %a",
-               p.is_kowalewski ? "Kowalewski" : "Goryachev-Chaplygin", p.bound);
+               is_kowalewski ? "Kowalewski" : "Goryachev-Chaplygin", p.bound);
     const kr_status status = make_plan(&p);
     const enum error_kind wrong = error_category(status);
     CLAIM(wrong == NONE || wrong == INPUT);
-    CLAIM(!refusal_text(&p, -1) && !refusal_text(&p, 99) && refusal_text(&p, 0));
-    if (status == KR_ERR_METHOD) CLAIM(p.refusal > 0 && refusal_text(&p, p.refusal));
+    if (status == KR_ERR_METHOD)
+        CLAIM(p.info.refusal != KR_REFUSAL_NONE && kr_refusal_text(p.info.refusal));
     if (status != KR_OK) return;
-    CLAIM(kr_scene_check(&p.scene) == KR_OK && p.refusal == 0);
-    CLAIM(p.certificate <= (p.bound > 0.0 ? p.bound : KR_KOWALEWSKI_BOUND));
-    const kr_state start = state_of(&p, memory, p.scene.start.t);
+    CLAIM(kr_scene_check(&p.scene) == KR_OK && p.info.refusal == KR_REFUSAL_NONE);
+    CLAIM(p.info.certificate <= (p.bound > 0.0 ? p.bound : KR_EXACT_BOUND));
+    const kr_state start = kr_exact_state(in(memory), p.scene.start.t);
     if (fabs(p.scene.start.t) < 0x1p40 * time_scale(&p.scene))
         CLAIM(kr_attitude_error(start.q, p.scene.start.q) <= 1e-7);
     check_states(&p);

@@ -14,7 +14,7 @@ void call_step(place *p)
     const kr_status status = kr_top_step(p->top);
     const kr_state state = kr_top_state(p->top);
     if (status == KR_OK) {
-        const int fixed = !(kr_method_flags(p->method) & KR_METHOD_ADAPTIVE);
+        const int fixed = !(kr_method_describe(p->method).flags & KR_METHOD_ADAPTIVE);
         const double grid = p->scene.start.t + (double)kr_top_stats(p->top).steps * p->config.step;
         CLAIM(forward(p) * (state.t - p->was.t) > 0.0);
         if (fixed) CLAIM(state.t == grid);

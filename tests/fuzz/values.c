@@ -6,6 +6,7 @@
 #include "random_values.h"
 #include "claims.h"
 #include "math/su2.h"
+#include "model/quantities.h"
 #include "scenes.h"
 
 static kr_vec3 spoiled_vector(double low, double high)
@@ -63,41 +64,33 @@ void call_bodies(void)
 static void check_quantity(const kr_quantity *quantity)
 {
     static const size_t most = 9;
-    const size_t doubles = kr_quantity_doubles(quantity);
-    CLAIM(kr_quantity_find(kr_quantity_name(quantity)) == quantity);
-    CLAIM(kr_quantity_text(quantity) && kr_quantity_dimension(quantity));
+    const size_t doubles = quantity->doubles;
+    CLAIM(kr_quantity_find(quantity->name) == quantity);
+    CLAIM(quantity->text && quantity->dimension);
     CLAIM(doubles >= 1 && doubles <= most);
-    CLAIM(kr_quantity_axis(quantity, doubles) == NULL);
-    CLAIM(kr_quantity_axis(quantity, (size_t)choose(1u << 31) + doubles) == NULL);
     for (size_t i = 0; i < doubles; i++) {
         char name[64];
-        snprintf(name, sizeof name, "%s%s", kr_quantity_name(quantity),
-                 kr_quantity_axis(quantity, i));
-        CLAIM((kr_component_find(name) >= 0) ==
-              !!(kr_quantity_flags(quantity) & KR_QUANTITY_IN_EVENTS));
+        snprintf(name, sizeof name, "%s%s", quantity->name, quantity->suffixes[i]);
+        CLAIM((kr_component_find(name) >= 0) == !!(quantity->flags & KR_QUANTITY_IN_EVENTS));
     }
 }
 static void check_method(const kr_method *method)
 {
     kr_scene scene = any_scene();
-    CLAIM(kr_method_find(kr_method_name(method)) == method);
-    CLAIM(kr_method_text(method) && kr_method_conserves(method) && kr_method_reference(method));
-    CLAIM(kr_method_order(method) >= 0);
+    const kr_method_info info = kr_method_describe(method);
+    CLAIM(kr_method_find(info.name) == method);
+    CLAIM(info.text && info.conserves && info.reference && info.order >= 0);
     if (kr_method_applies(method, &scene.body)) CLAIM(kr_body_check(&scene.body) == KR_OK);
     if (kr_method_suits(method, &scene)) CLAIM(kr_scene_check(&scene) == KR_OK);
 }
 void call_names(void)
 {
-    const unsigned flag = 1u << choose(32);
     char name[12] = {0};
     print_call("read tables");
     for (size_t i = 0; i + 1 < sizeof name; i++) name[i] = i ? (char)choose(256) : '?';
     CLAIM(!kr_quantity_find(name) && !kr_quantity_find(NULL));
     CLAIM(!kr_method_find(name) && !kr_method_find(NULL));
     CLAIM(kr_component_find(name) == -1);
-    CLAIM(kr_flag_find(name) == 0);
-    CLAIM(!kr_flag_name(flag) == !kr_flag_text(flag));
-    if (kr_flag_name(flag)) CLAIM(kr_flag_find(kr_flag_name(flag)) == flag);
     CLAIM(kr_component_find("1") == KR_COMPONENT_ONE);
     const kr_config none = kr_config_default();
     CLAIM(none.step == 0.0 && none.tol == 0.0 && none.max_steps == 0 && !none.poll);
@@ -111,11 +104,11 @@ void call_names(void)
 /* Claims that a quantity writes exactly its number of doubles. */
 static void value_of(const kr_quantity *quantity, const kr_scene *scene, const kr_state *state)
 {
-    const size_t doubles = kr_quantity_doubles(quantity);
+    const size_t doubles = quantity->doubles;
     const kr_state two[2] = {*state, scene->start};
     double out[20], one[10];
     fill_with_mark(out, sizeof out);
-    print_call("values of %s", kr_quantity_name(quantity));
+    print_call("values of %s", quantity->name);
     kr_quantity_values(quantity, scene, 2, two, out);
     kr_quantity_values(quantity, scene, 1, &two[1], one);
     CLAIM(is_marked(out + 2 * doubles, (20 - 2 * doubles) * sizeof *out));
@@ -127,13 +120,13 @@ static void derivatives_of(const kr_quantity *quantity, const kr_scene *scene, c
 {
     enum { MOST = 9 * KR_TANGENT_COLUMNS_MAX, NUMBERS = 6 * KR_TANGENT_COLUMNS_MAX };
     const uint64_t by = odds(50) ? KR_TANGENT_START : choose(2 * KR_TANGENT_FRICTION);
-    const size_t columns = kr_tangent_columns(by), doubles = kr_quantity_doubles(quantity),
+    const size_t columns = kr_tangent_columns(by), doubles = quantity->doubles,
                  n = columns * (doubles == 4 ? 3 : doubles);
     const kr_state two[2] = {*s, scene->start};
     double tangents[2 * NUMBERS], out[2 * MOST + 1], more[MOST];
     for (size_t i = 0; i < 12 * columns; i++) tangents[i] = between(-1.0, 1.0);
     fill_with_mark(out, sizeof out);
-    print_call("derivatives of %s by %llu", kr_quantity_name(quantity), (unsigned long long)by);
+    print_call("derivatives of %s by %llu", quantity->name, (unsigned long long)by);
     kr_quantity_tangents(quantity, scene, 2, two, by, tangents, out);
     CLAIM(is_marked(out + 2 * n, (2 * MOST + 1 - 2 * n) * sizeof *out));
     for (size_t i = 0; i < 12 * columns; i++) tangents[i] *= 2.0;

@@ -43,7 +43,7 @@ int main(int count, char **names)
         try_supports(method, plain);
     }
     for (size_t i = 0; i < kr_method_count(); i++)
-        printf("%s%s", i ? " " : "", kr_method_name(kr_method_at(i)));
+        printf("%s%s", i ? " " : "", kr_method_describe(kr_method_at(i)).name);
     printf("\n");
     return 0;
 }

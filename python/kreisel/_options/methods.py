@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple, cast
 
 import numpy as np
 
-from .._core import KIND_RTOL, body_kind, method_applies, method_suits, torus_plan, values
+from .._core import KIND_RTOL, body_kind, method_applies, method_suits, plan_exact, values
 from .._core import flags as FLAGS
 from .._core import methods as core_methods
 from .._model.body import Body
@@ -213,7 +213,7 @@ def explain_taylor_choice(scene: Scene, times: Array | None) -> str:
     reason, error_limit = _decide_on_closed_form(scene, times)
     if reason:
         return reason
-    status, refusal = torus_plan(scene._block, error_limit)[:2]
+    status, refusal = plan_exact(scene._block, error_limit)[:2]
     top = _TORUS_FORMS[scene.body.kind].top
     return "" if status == "OK" else f"the closed form of a {top} top does not apply: {refusal}"
 
@@ -277,7 +277,7 @@ def explain_no_closed_form(scene: Scene) -> str:
     if has_torus_closed_form(scene):
         return (
             f"this motion of a {_TORUS_FORMS[scene.body.kind].top} top has no closed form: "
-            f"{torus_plan(scene._block, 0.0)[1]}; kr.solve integrates it with the method 'taylor'"
+            f"{plan_exact(scene._block, 0.0)[1]}; kr.solve integrates it with the method 'taylor'"
         )
     return (
         "no closed form can resolve the fall of a top whose initial tilt and velocity are below "

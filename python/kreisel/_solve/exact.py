@@ -79,17 +79,19 @@ class Exact(Generic[_Values, _Paths]):
     """
 
     scene: Scene
-    _plan: Any  # of the closed form of one top
+    _plan: Any  # the core.ExactPlan of one top
     _word: str  # the word for a member in messages
-    _read_plan: Callable[[Any, object, float], Array | None] = staticmethod(core.exact_states)
 
     def __init__(
-        self, scene: Scene, mean_rates: Any = None, plan: Any = None, word: str = "top"
+        self, scene: Scene, numbers: Array | None = None, plan: Any = None, word: str = "top"
     ) -> None:
         fields = self.__dict__
         fields["scene"], fields["_plan"], fields["_word"] = scene, plan, word
-        if mean_rates is not None:
-            fields["_mean_rates"] = mean_rates
+        if numbers is not None:
+            fields["_numbers"] = numbers
+
+    def __reduce__(self) -> tuple[Any, tuple[Scene]]:
+        return exact, (self.scene,)
 
     def __repr__(self) -> str:
         if self.shape:
@@ -125,11 +127,16 @@ class Exact(Generic[_Values, _Paths]):
         return cast(_Values, arguments.freeze_array(np.reshape(rows, self.shape)))
 
     @cached_property
-    def _mean_rates(self) -> Any:
-        """The period, the precession rate and the rate of the spin angle, one row for each."""
-        rates = np.empty((self.scene.size, 3))
-        self._call_core_in_slices(core.exact_rates, rates)
-        return rates.T
+    def _numbers(self) -> Array:
+        """(n, 7) period, two mean rates, three frequencies and certificate; NaN where undefined."""
+        numbers = np.empty((self.scene.size, 7))
+        self._call_core_in_slices(core.exact_numbers, numbers)
+        return numbers
+
+    @cached_property
+    def _has_torus(self) -> bool:
+        """True if the motion of some top is on a torus."""
+        return core.unsuited(self.scene._core_scenes, "auto")[1] > 0
 
     @property
     def period(self) -> _Values:
@@ -137,7 +144,7 @@ class Exact(Generic[_Values, _Paths]):
 
         It is inf if the height of the axis is constant, and NaN for a motion on a torus.
         """
-        return self._shape_values(self._mean_rates[0])
+        return self._shape_values(self._numbers[..., 0])
 
     @property
     def precession_rate(self) -> _Values:
@@ -145,7 +152,7 @@ class Exact(Generic[_Values, _Paths]):
 
         Without torque, the rate refers to the angular momentum. NaN for a motion on a torus.
         """
-        return self._shape_values(self._mean_rates[1])
+        return self._shape_values(self._numbers[..., 1])
 
     @property
     def spin_angle_rate(self) -> _Values:
@@ -153,15 +160,7 @@ class Exact(Generic[_Values, _Paths]):
 
         It does not include the precession: the angular velocity about the axis is `path.spin`.
         """
-        return self._shape_values(self._mean_rates[2])
-
-    @cached_property
-    def _heads(self) -> Array:
-        """(n, 4) the three frequencies and the certificate of motions on tori, otherwise NaN."""
-        heads = np.full((self.scene.size, 4), np.nan)
-        if core.unsuited(self.scene._core_scenes, "auto")[1]:
-            self._call_core_in_slices(core.torus_heads, heads)
-        return heads
+        return self._shape_values(self._numbers[..., 2])
 
     @property
     def frequencies(self) -> Any:
@@ -170,13 +169,13 @@ class Exact(Generic[_Values, _Paths]):
         They are NaN for all other motions.
         """
         if not self.shape:
-            return tuple(self._heads[0, :3].tolist())
-        return arguments.freeze_array(self._heads[:, :3].reshape(*self.shape, 3))
+            return tuple(self._numbers[3:6].tolist())
+        return arguments.freeze_array(self._numbers[:, 3:6].reshape(*self.shape, 3))
 
     @property
     def certificate(self) -> _Values:
         """The largest relative residual of a motion on a torus, as in kreisel.ExactTorus."""
-        return self._shape_values(self._heads[:, 3])
+        return self._shape_values(self._numbers[..., 6])
 
     @cached_property
     def _turning_points(self) -> starts.TurningPoints:
@@ -264,12 +263,12 @@ class Exact(Generic[_Values, _Paths]):
         """
         if self.shape:
             return cast(_Paths, self._compute_paths_of_many(t))
-        states = self._read_plan(self._plan, t, self.scene._resolvable_horizon)
+        states = core.exact_states(self._plan, t, self.scene._resolvable_horizon)
         if states is None:
             times = checks.validate_time_list(t)
             end = float(np.abs(times).max(initial=0.0))
             checks.check_resolvable_horizon(self.scene, end, None)
-            states = self._read_plan(self._plan, times.reshape(-1), math.inf)
+            states = core.exact_states(self._plan, times.reshape(-1), math.inf)
         return cast(_Paths, Path(self.scene, cast(Array, states), _NO_STEPS, CLOSED_FORM))
 
     def _compute_paths_of_many(self, t: Numbers) -> EnsemblePath:
@@ -299,7 +298,7 @@ class Exact(Generic[_Values, _Paths]):
         # them by rounding errors.
         distances = np.where(times[..., -1:] < 0.0, -times, times)
         is_away = times.all() and (np.diff(distances, axis=-1, prepend=0.0) > 0.0).all()
-        if is_away and np.isnan(self._heads).all():
+        if is_away and not self._has_torus:
             pool = WorkerPool(checks.validate_thread_count(None))
             kind = EnsemblePath._of_many
             return run_ensemble(kind, tops, times, CLOSED_FORM, pool, LANES).check()
@@ -340,7 +339,7 @@ class Exact(Generic[_Values, _Paths]):
             if function is core.exact_turnings:
                 reason = starts.explain_no_turning_points(status, scene)
                 raise ValueError(f"{prefix}: {reason}")
-            raise _make_no_closed_form_error(status, scene, f"{prefix}: ")
+            raise torus.make_no_closed_form_error(status, scene, f"{prefix}: ")
 
 
 class ExactTorus(Exact[float, Path]):
@@ -390,8 +389,6 @@ class ExactTorus(Exact[float, Path]):
 
     period, precession_rate and spin_angle_rate are NaN; use `frequencies` instead.
     """
-
-    _read_plan = staticmethod(core.torus_states)
 
     def __repr__(self) -> str:
         rates = ", ".join(f"{rate:.6g}" for rate in self.frequencies)
@@ -476,10 +473,7 @@ class ExactTorus(Exact[float, Path]):
         All states share the rotation of the initial state about the vertical, which is arbitrary
         for a Goryachev-Chaplygin top.
         """
-        return core.torus_states_at(self._plan, turns)
-
-    def __reduce__(self) -> tuple[Callable[[Scene], ExactTorus], tuple[Scene]]:
-        return _build_torus_closed_form, (self.scene,)
+        return core.exact_states_at(self._plan, turns)
 
 
 @dataclass(frozen=True)
@@ -511,15 +505,6 @@ class ExactMap:
         states = core.exact_map_states(self._plan, numbers.astype(np.int64))
         options = Options(_MAP, abs(self.step), requested_method=EXACT)
         return Path(self.scene, states, _NO_STEPS, options, self.step < 0.0)
-
-
-def _make_no_closed_form_error(status: str, scene: Scene, prefix: str = "") -> ValueError:
-    if status != "ERR_METHOD":
-        return ValueError(f"{prefix}{core.statuses[status][1]}: {scene!r}")
-    form, reason = choices.methods[EXACT], choices.explain_no_closed_form(scene)
-    if form.applies_to(scene.body) or any(scene.body.rotor):
-        return ValueError(f"{prefix}{reason}: {scene!r}")
-    return ValueError(f"{prefix}{reason}: closed forms are known for {form.tops}")
 
 
 @overload
@@ -558,9 +543,10 @@ def exact(
         if count:
             more = f", the first of {count} such" if count > 1 else ""
             refused, prefix = get_member_by_flat_index(tops, first), forms._name_member(first)
-            raise _make_no_closed_form_error("ERR_METHOD", refused, f"{prefix}{more}: ")
+            raise torus.make_no_closed_form_error("ERR_METHOD", refused, f"{prefix}{more}: ")
         _refuse_turning_support(tops)
-        _ = forms._heads  # many motions of Kowalewski and Goryachev-Chaplygin tops are refused
+        if forms._has_torus:  # many motions of such tops are refused
+            _ = forms._numbers
         return forms
     if any(tops.turning) and choices.methods[EXACT].suits(tops):
         _refuse_turning_support(tops)
@@ -568,12 +554,8 @@ def exact(
         return _build_bobenko_suris_closed_form(tops, map, step)
     if step is not None:
         raise ValueError('step needs map="bobenko_suris"; the motion itself has no step')
-    if choices.has_torus_closed_form(tops):
-        return _build_torus_closed_form(tops)
-    status, period, precession_rate, spin_angle_rate, plan = core.exact_plan(tops._block)
-    if status != "OK":
-        raise _make_no_closed_form_error(status, tops)
-    return Exact(tops, (period, precession_rate, spin_angle_rate), plan)
+    form = ExactTorus if choices.has_torus_closed_form(tops) else Exact
+    return form(tops, *torus.plan_closed_form(tops))
 
 
 def _refuse_turning_support(tops: Scene) -> None:
@@ -602,13 +584,6 @@ def _build_bobenko_suris_closed_form(scene: Scene, map: str, step: float | None)
     if status != "OK":
         raise ValueError(f"{core.statuses[status][1]}: step {h!r}, {scene!r}")
     return ExactMap(scene, period, precession_rate, spin_angle_rate, plan, h)
-
-
-def _build_torus_closed_form(scene: Scene) -> ExactTorus:
-    frequencies, certificate, plan = torus.plan_torus(scene)
-    form = ExactTorus(scene, (math.nan, math.nan, math.nan), plan)
-    form.__dict__["_heads"] = np.array([[*frequencies, certificate]])
-    return form
 
 
 def record_exact_path_with_tangents(

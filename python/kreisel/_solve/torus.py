@@ -1,4 +1,4 @@
-"""Actions and tangents of motions on tori."""
+"""Closed forms of one top, and actions and tangents of motions on tori."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from .._core import TorusPlan, statuses, torus_plan, torus_states
+from .._core import ExactPlan, exact_states, plan_exact, statuses
 from .._model.scene import Scene
-from .._options.methods import explain_no_closed_form
+from .._options.methods import EXACT, explain_no_closed_form, methods
 from .._results.calls import TangentData
 from .._utils.arguments import Array
 from ..quaternion import conjugate, multiply, turn
@@ -21,14 +21,25 @@ _ASIDE = 0.1  # value of the other angle on a loop [turns]; no motion is special
 _AXES: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-def plan_torus(scene: Scene) -> tuple[tuple[float, float, float], float, TorusPlan]:
-    """Return the frequencies, the certificate and the plan of a motion on a torus."""
-    status, _, frequencies, certificate, plan = torus_plan(scene._block, 0.0)
-    if status != "OK":
-        is_refused = status == "ERR_METHOD"
-        reason = explain_no_closed_form(scene) if is_refused else statuses[status][1]
-        raise ValueError(f"{reason}: {scene!r}")
-    return frequencies, certificate, plan
+def plan_closed_form(scene: Scene) -> tuple[Array, ExactPlan]:
+    """Return the rates, frequencies and certificate of a top, and its closed form.
+
+    Raises ValueError if there is none.
+    """
+    status, _, numbers, plan = plan_exact(scene._block, 0.0)
+    if plan is None:
+        raise make_no_closed_form_error(status, scene)
+    return numbers, plan
+
+
+def make_no_closed_form_error(status: str, scene: Scene, prefix: str = "") -> ValueError:
+    """Return the exception for a scene without a closed form."""
+    if status != "ERR_METHOD":
+        return ValueError(f"{prefix}{statuses[status][1]}: {scene!r}")
+    form, reason = methods[EXACT], explain_no_closed_form(scene)
+    if form.applies_to(scene.body) or any(scene.body.rotor):
+        return ValueError(f"{prefix}{reason}: {scene!r}")
+    return ValueError(f"{prefix}{reason}: closed forms are known for {form.tops}")
 
 
 def compute_torus_action(states_at: Callable[[Array], Array], angle: int, is_level: bool) -> float:
@@ -215,7 +226,9 @@ class _ChangedParameter:
             for j in range(self.columns):
                 scenes = [self._change(j, sign * k * h) for sign in (-1.0, 1.0)]
                 distances[:, j] = self._subtract(*scenes)[: self.columns]
-                ends: Any = [torus_states(plan_torus(one)[2], times, math.inf) for one in scenes]
+                ends: Any = [
+                    exact_states(plan_closed_form(one)[1], times, math.inf) for one in scenes
+                ]
                 turns = [_compute_rotation_between(states[:, 1:5], end[:, 1:5]) for end in ends]
                 changes[:, :3, j] = turns[1] - turns[0]
                 changes[:, 3:, j] = ends[1][:, 5:8] - ends[0][:, 5:8]

@@ -5,8 +5,8 @@
  * pole. An axial rotor with the momentum h replaces c^2/2 I3 by (c - h)^2/2 I3. For a torque-free
  * body, u3 is infinite, but only the product g u3 is used. This header is compiled once for each
  * instruction set, because double-doubles are faster with fused multiply-add. */
-#ifndef KR_EXACT_TURNING_H
-#define KR_EXACT_TURNING_H
+#ifndef KR_EXACT_NUTATION_H
+#define KR_EXACT_NUTATION_H
 #include "lagrange.h"
 
 /* Types of motion. Quantities are considered equal if they agree within KR_INPUT_RTOL. For angles,
@@ -49,7 +49,7 @@ static int precession_sign(const initial *s, dd minus, dd plus, double tol)
 }
 /* Returns the type of motion of a heavy top, given its smallest and largest nutation angles.
  * Gravity must point downwards. */
-static enum motion_type heavy_motion_type(const initial *s, const turning *r, double least,
+static enum motion_type heavy_motion_type(const initial *s, const turning_points *r, double least,
                                           double greatest)
 {
     const double pi = 3.14159265358979323846, tol = KR_INPUT_RTOL,
@@ -71,7 +71,7 @@ static enum motion_type free_motion_type(const initial *s)
 }
 /* Writes the earliest nonnegative times at which the apex of the top reaches its lowest and its
  * highest point. */
-static void turning_times(const initial *s, const turning *r, double *low, double *high)
+static void turning_times(const initial *s, const turning_points *r, double *low, double *high)
 {
     const double kp = sqrt(r->g32.hi / r->g31.hi);
     const dd mean = elliptic_mean(dd_of(kp), 0, NULL, NULL), here = phase_at_start(r, mean.hi);
@@ -83,13 +83,13 @@ static void turning_times(const initial *s, const turning *r, double *low, doubl
     if (kp <= 1e-74) *high = INFINITY;
     if (kp <= 1e-74 && !falls && here.hi > 0.0) *low = INFINITY;
 }
-/* Sets the members of kr_turning_form that do not depend on the turning points, in internal units,
+/* Sets the members of kr_nutation_form that do not depend on the turning points, in internal units,
  * and sets both extreme angles to the initial nutation.
  * Gravity must point downwards. The argument `rotor` is the momentum of an axial rotor divided by
  * I3. */
-static kr_turning_form turning_of_body(const exact_top *top, const initial *s, dd i1, double rotor)
+static kr_nutation_form turning_of_body(const exact_top *top, const initial *s, dd i1, double rotor)
 {
-    kr_turning_form r = {0};
+    kr_nutation_form r = {0};
     const double axial = i1.hi * dd_half(dd_sub(s->sum, s->difference)).hi;
     r.inertia = i1.hi;
     r.sum = i1.hi * s->sum.hi;
@@ -104,17 +104,17 @@ static kr_turning_form turning_of_body(const exact_top *top, const initial *s, d
 /* Returns the turning points, in internal units, of a top whose weight * com along its axis is
  * nonnegative. Times are measured from the initial time. The argument `rotor` is the momentum of an
  * axial rotor divided by I3. */
-static kr_turning_form turning_downwards(const exact_top *top, double rotor)
+static kr_nutation_form turning_downwards(const exact_top *top, double rotor)
 {
     const dd i1 = dd_half(two_sum(top->inertia.x, top->inertia.y));
     const initial s = initial_of(top, i1);
     const int free = s.g.hi == 0.0;
-    kr_turning_form r = turning_of_body(top, &s, i1, rotor);
+    kr_nutation_form r = turning_of_body(top, &s, i1, rotor);
     if (free ? free_motion_type(&s) == RESTING : is_resting_at_pole(&s)) {
         r.motion_type = motion_type_names[free ? RESTING : s.a[2].hi > 0.0 ? SLEEPING : HANGING];
         return r;
     }
-    const turning heights = turning_heights(&s);
+    const turning_points heights = turning_heights(&s);
     r.least = turning_angle(heights.minus2, heights.plus2);
     r.greatest = turning_angle(heights.minus1, heights.plus1);
     r.motion_type =
@@ -131,7 +131,7 @@ static void swap_doubles(double *a, double *b)
 }
 /* Converts turning points to the correct orientation if they were computed with up and down
  * interchanged. */
-static void flip_turning(kr_turning_form *r)
+static void flip_turning(kr_nutation_form *r)
 {
     const double pi = 3.14159265358979323846, least = pi - r->greatest;
     r->greatest = pi - r->least;
@@ -143,7 +143,7 @@ static void flip_turning(kr_turning_form *r)
     r->lever = -r->lever;
 }
 /* Converts turning points from internal units to the user's units. */
-static void turning_to_user(kr_turning_form *r, const kr_units *units, double start)
+static void turning_to_user(kr_nutation_form *r, const kr_units *units, double start)
 {
     const double momentum = units->moment / units->time, energy = momentum / units->time;
     r->t_least = start + units->time * r->t_least;
