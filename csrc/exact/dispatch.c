@@ -43,8 +43,7 @@ static size_t kowalewski_used_size(const void *memory)
 static size_t chaplygin_used_size(const void *memory)
 {
     const kr_chaplygin_plan *plan = memory;
-    size_t terms = 0;
-    for (int i = 0; i < plan->rows; i++) terms += 2 * (size_t)plan->row[i].count;
+    const size_t terms = (size_t)(plan->first + 2 * plan->sections * plan->terms);
     return offsetof(kr_chaplygin_plan, term) + terms * sizeof *plan->term;
 }
 static int suits_any(const kr_scene *scene) { return (void)scene, 1; }

@@ -3,7 +3,6 @@
  * multiply-add. */
 #include "across.h"
 #include "goryachev_chaplygin_series.h"
-#include "math/trig.h"
 
 /* A closed-form solution and the intermediate results of its set-up. */
 typedef struct chaplygin_memory {
@@ -58,94 +57,74 @@ static void separate(chaplygin_top *y)
     if (product.im.hi * y->L[0].hi + product.re.hi * y->L[1].hi < 0.0)
         y->root[1] = cdd_neg(y->root[1]);
 }
-/* Pads the Fourier series in the two torus angles with zeros to equal lengths. */
-static void equalise_series(kr_angle_series angle[2])
-{
-    int parts = 0, times = 0;
-    for (int j = 0; j < 2; j++) {
-        if (angle[j].times > times) times = angle[j].times;
-        for (int i = 0; i < 2; i++)
-            if (angle[j].count[i] > parts) parts = angle[j].count[i];
-    }
-    for (int j = 0; j < 2; j++) {
-        kr_angle_series *e = &angle[j];
-        for (; e->times < times; e->times++) e->time[e->times] = e->time_rate[e->times] = 0.0;
-        for (int i = 0; i < 2; i++)
-            while (e->count[i] < parts) e->part[i][e->count[i]++] = 0.0;
-    }
-}
 /* Returns, in turns, half of the initial torus angle that corresponds to the separation variable u.
- * Writes the periodic part of the time, evaluated at the initial torus angle, to `time`. Writes
- * the signs of c and s between the torus angles 0 and pi that match the initial state to `signs`,
- * and applies them to the Fourier coefficients in `e`. */
-static dd start_angle(const chaplygin_curve *o, const chaplygin_arc *arc, dd u, cdd root,
-                      kr_angle_series *e, double signs[2], double *time)
+ * Writes the periodic part of the time, evaluated at the initial torus angle, to `time`. Sets the
+ * sign of the arc. */
+static dd start_angle(const chaplygin_arc *arc, dd u, cdd root, kr_chaplygin_arc *e, double *time)
 {
     const dd up = dd_max(dd_sub(arc->B, u), dd_of(0.0)),
              down = dd_max(dd_sub(dd_mul(u, arc->C), arc->A), dd_of(0.0)), both = dd_add(up, down);
-    const double sign = root.re.hi * root.im.hi > 0.0 ? -1.0 : 1.0,
-                 s = sign * dd_sqrt(dd_div(up, both)).hi, c = dd_sqrt(dd_div(down, both)).hi,
+    const double way = root.re.hi * root.im.hi > 0.0 ? -1.0 : 1.0,
+                 s = way * dd_sqrt(dd_div(up, both)).hi, c = dd_sqrt(dd_div(down, both)).hi,
                  sine = 2.0 * s * c, cosine = c * c - s * s;
-    double half[2];
-    arc_halves(o, arc, s, c, half);
+    e->sign = 1.0;
+    const arc_point p = point_of(e, s, c);
     const int first = fabs(root.re.hi) > fabs(root.im.hi);
-    const double one = first ? half[0] * root.re.hi : -half[1] * root.im.hi;
-    signs[0] = one < 0.0 ? -1.0 : 1.0;
-    signs[1] = -signs[0];
-    for (int k = 0; k < 2; k++)
-        for (int i = 0; i < e->count[k]; i++) e->part[k][i] *= signs[k];
-    *time = arc_time(arc, sine, cosine);
-    return dd_add(turns_of(s, c),
-                  dd_times(0.5 * (sum_arc_sines(arc, 0, sine, cosine) / arc->p.hi), one_turn()));
-}
-/* Returns the smallest value of |m|: the distance between the arcs of u1 and u2. */
-static double least_momentum(const chaplygin_curve *o, const chaplygin_arc arc[2])
-{
-    return dd_sub(o->root[arc[0].low], o->root[arc[1].high]).hi;
+    if ((first ? p.c * root.re.hi : p.s * root.im.hi) < 0.0) e->sign = -1.0;
+    *time = sum_arc_sines(arc, 1, sine, cosine);
+    return dd_add(turns_of(s, c), dd_times(0.5 * sum_arc_sines(arc, 0, sine, cosine), one_turn()));
 }
 /* Sets the bounds and tolerances of Newton's method for the periodic part of the rescaled time
  * tau. */
-static void set_slip_search(const chaplygin_curve *o, const chaplygin_arc arc[2],
-                            kr_chaplygin_plan *plan)
+static void set_slip_search(kr_chaplygin_plan *plan)
 {
-    static const double rest[GUESSES] = {1e-2, 1e-4, 1e-7};
-    const kr_angle_series *const e = plan->angle;
-    const double rate = fmax(e[0].rate, e[1].rate), least = least_momentum(o, arc);
-    double bound = 0.0, bend = 0.0;
-    int step = GUESSES - 1;
-    for (int k = e[0].times - 1; k > 0; k--) {
-        bound += fabs(e[0].time[k]) + fabs(e[1].time[k]);
-        for (int j = 0; j < 2; j++) bend += k * fabs(e[j].time_rate[k]) * e[j].rate * e[j].rate;
-        for (; step >= 0 && bound * rate > rest[step] * plan->mean; step--)
-            plan->guess_terms[step] = k + 1 + (k + 1) % 2;
+    double bound = 0.0;
+    for (int j = 0; j < 2; j++) {
+        const kr_chaplygin_arc *arc = &plan->arc[j];
+        double most = 0.0;
+        for (int cell = 0; cell < arc->cells; cell++) {
+            const double *time = plan->term + arc->first + (2 * cell + 1) * CELL_TERMS;
+            double sum = 0.0;
+            for (int k = 0; k < CELL_TERMS; k++) sum += fabs(time[k]);
+            most = fmax(most, sum);
+        }
+        bound += most;
     }
-    for (; step >= 0; step--) plan->guess_terms[step] = 0;
     plan->most_slip = 1.01 * bound / plan->mean;
-    plan->rounding = 0x1p-53 / rate;
-    plan->tolerance = sqrt(0.25 * plan->rounding * (2.0 * least / bend));
+    plan->rounding = 0x1p-53 / fmax(plan->arc[0].rate, plan->arc[1].rate);
+    plan->tolerance = 0.5 * sqrt(plan->rounding);
 }
-/* Sets the rates of the two torus angles with respect to tau and to time. */
-static void set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2], dd rate[2])
+/* Sets the rates of the two torus angles with respect to tau and to time. Returns the ratio of those
+ * of the second and the first. */
+static dd set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2])
 {
     const dd det = dd_add(dd_mul(arc[0].p, arc[1].q), dd_mul(arc[1].p, arc[0].q));
     plan->mean = dd_div(det, dd_mul(arc[0].p, arc[1].p)).hi;
-    plan->tau_rate = 1.0 / plan->mean;
     for (int j = 0; j < 2; j++) {
-        kr_angle_series *e = &plan->angle[j];
-        rate[j] = dd_div(dd_of(1.0), arc[j].p);
-        e->rate = rate[j].hi;
-        e->half_turns = 0.5 * dd_mul(rate[j], one_turn()).hi;
+        kr_chaplygin_arc *e = &plan->arc[j];
+        const dd rate = dd_div(dd_of(1.0), arc[j].p);
+        e->rate = rate.hi;
+        e->half_rate = 0.5 * dd_mul(rate, one_turn()).hi;
         plan->torus.turn[j] = phase_of(dd_half(dd_div(arc[1 - j].p, det)));
     }
+    plan->span = two_pi * arc[0].p.hi;
+    const dd ratio = dd_div(arc[0].p, arc[1].p);
+    plan->ratio = ratio.hi;
+    return ratio;
 }
-/* Sets the initial values of the mean angles and of the periodic part of the rescaled time tau. A
- * mean angle grows at a constant rate with time, unlike the true angle. */
-static void set_start(kr_chaplygin_plan *plan, const dd half[2], const double time[2])
+/* Sets the initial values of the mean angles. A mean angle grows at a constant rate with time,
+ * unlike the true angle. Returns half of alpha2 [turns] where alpha1 is pi. */
+static dd set_start(kr_chaplygin_plan *plan, dd ratio, const dd half[2], const double time[2])
 {
-    plan->slip = -(time[0] + time[1]) / plan->mean;
-    for (int j = 0; j < 2; j++)
-        phase_start(&plan->torus.turn[j],
-                    dd_sub(half[j], dd_of(plan->slip * plan->angle[j].half_turns)));
+    const double slip = -(time[0] + time[1]) / plan->mean;
+    dd angle[2];
+    for (int j = 0; j < 2; j++) {
+        kr_phase *turn = &plan->torus.turn[j];
+        const dd extra = dd_of(slip * plan->arc[j].half_rate);
+        phase_start(turn, dd_sub(half[j], extra));
+        angle[j] = dd_add(dd_make(turn->start, turn->more), extra);
+    }
+    return dd_add(angle[1], dd_mul(ratio, dd_sub(dd_of(0.25), angle[0])));
 }
 /* Returns 1 if the top swings like a plane pendulum about its second or third axis, up to rounding
  * errors. */
@@ -173,9 +152,8 @@ static kr_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
     series_work *w = &m->work;
     kr_chaplygin_plan *plan = &m->plan;
     const double least = 1e-24;
-    dd rate[2], half[2];
+    dd half[2];
     double time[2];
-    int M[2];
     if (!(fabs(o->H.hi) < 1e10)) return KR_REFUSAL_COINCIDENT;
     /* Two branch points coincide at G = 0, where a motion with a slightly larger G is computed
      * instead. The two motions differ by less than rounding errors, unless the motion is planar and
@@ -190,131 +168,64 @@ static kr_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
     for (int j = 0; j < 2; j++)
         if (!average_arc(o, &w->arc[j], &w->table, &w->samples)) return KR_REFUSAL_INTEGRALS;
     w->tail = 0.0;
+    plan->first = 0;
+    fill_chebyshev(w);
+    for (int j = 0; j < 2; j++) {
+        fill_arc(o, &w->arc[j], &plan->arc[j]);
+        if (!make_cells(plan, w, j)) return KR_REFUSAL_INTEGRALS;
+    }
+    const dd ratio = set_angle_rates(plan, w->arc);
+    set_slip_search(plan);
     for (int j = 0; j < 2; j++)
-        if (!make_angle_series(o, w, j, &plan->angle[j])) return KR_REFUSAL_INTEGRALS;
-    equalise_series(plan->angle);
-    set_angle_rates(plan, w->arc, rate);
-    set_slip_search(o, w->arc, plan);
-    for (int j = 0; j < 2; j++)
-        half[j] =
-            start_angle(o, &w->arc[j], y->u[j], y->root[j], &plan->angle[j], w->sign[j], &time[j]);
-    const double tail = make_heading_grid(o, w, plan->angle, M);
-    if (!(tail < 1e-13)) return KR_REFUSAL_HEADING;
-    w->tail = fmax(w->tail, tail);
-    plan->is_even = plan->angle[0].is_sine[0] == plan->angle[1].is_sine[1];
-    set_start(plan, half, time);
-    return fill_heading_rows(plan, w, M, rate, half) ? KR_REFUSAL_NONE : KR_REFUSAL_HEADING;
+        half[j] = start_angle(&w->arc[j], y->u[j], y->root[j], &plan->arc[j], &time[j]);
+    plan->is_even = plan->arc[0].has_sine[0] == plan->arc[1].has_sine[1];
+    plan->is_whole = plan->arc[1].has_sine[0] == plan->arc[1].has_cosine[0];
+    const dd second = set_start(plan, ratio, half, time);
+    return make_sections(plan, w, ratio, second) ? KR_REFUSAL_NONE : KR_REFUSAL_HEADING;
 }
 /* Sets the initial heading from the initial attitude `q`. */
 static void set_heading(kr_chaplygin_plan *plan, kr_quat q)
 {
-    const dd mean[2] = {torus_phase_at(&plan->torus, 0, dd_of(0.0)),
-                        torus_phase_at(&plan->torus, 1, dd_of(0.0))};
-    angle_lanes a[2];
-    (void)find_slip(plan, mean, a);
-    plan->heading_value = sum_heading(plan, a);
     plan->heading_start = plan->heading_more = 0.0;
-    const kr_quat at = chaplygin_kernel(plan, 0.0, dd_of(0.0)).q, turn = q_mul(q, q_conj(at));
+    const kr_quat turn = q_mul(q, q_conj(chaplygin_kernel(plan, 0.0, dd_of(0.0)).q));
     const dd half = turns_of(turn.z, turn.w);
     plan->heading_start = half.hi;
     plan->heading_more = half.lo;
 }
-enum { SERIES_ORDER = 12 };
-
-/* Computes the Taylor coefficients of the angular momentum and of e3 in the body frame. */
-static void expand_top(const chaplygin_top *y, dd c[6][SERIES_ORDER + 1])
-{
-    for (int i = 0; i < 6; i++) c[i][0] = i < 3 ? y->L[i] : y->g[i - 3];
-    for (int n = 0; n < SERIES_ORDER; n++) {
-        dd d[6] = {{0.0, 0.0}};
-        for (int i = 0; i <= n; i++) {
-            const int j = n - i;
-            const dd four = dd_scale(4.0, c[2][j]);
-            d[0] = dd_add(d[0], dd_times(3.0, dd_mul(c[1][i], c[2][j])));
-            d[1] = dd_sub(d[1], dd_times(3.0, dd_mul(c[0][i], c[2][j])));
-            d[3] = dd_add(d[3], dd_sub(dd_mul(c[4][i], four), dd_mul(c[5][i], c[1][j])));
-            d[4] = dd_add(d[4], dd_sub(dd_mul(c[5][i], c[0][j]), dd_mul(c[3][i], four)));
-            d[5] = dd_add(d[5], dd_sub(dd_mul(c[3][i], c[1][j]), dd_mul(c[4][i], c[0][j])));
-        }
-        d[1] = dd_add(d[1], c[5][n]);
-        d[2] = dd_neg(c[4][n]);
-        for (int i = 0; i < 6; i++) c[i][n + 1] = dd_div(d[i], dd_of(n + 1.0));
-    }
-}
-static void sum_top(dd c[6][SERIES_ORDER + 1], double span, double out[6])
-{
-    for (int i = 0; i < 6; i++) {
-        dd sum = c[i][SERIES_ORDER];
-        for (int n = SERIES_ORDER - 1; n >= 0; n--) sum = dd_add(dd_times(span, sum), c[i][n]);
-        out[i] = sum.hi;
-    }
-}
-/* Returns the change in heading between the initial time and `moment`, computed by 5-point Gauss
- * quadrature of L1/|L|^2. */
-static double heading_growth(dd c[6][SERIES_ORDER + 1], double moment)
-{
-    static const double place[5] = {0.04691007703066800, 0.23076534494715845, 0.5,
-                                    0.76923465505284155, 0.95308992296933200},
-                        weight[5] = {0.11846344252809454, 0.23931433524968324, 0.28444444444444444,
-                                     0.23931433524968324, 0.11846344252809454};
-    double sum = 0.0, y[6];
-    for (int i = 0; i < 5; i++) {
-        sum_top(c, place[i] * moment, y);
-        sum += weight[i] * moment * y[0] / (y[0] * y[0] + (y[1] * y[1] + y[2] * y[2]));
-    }
-    return sum;
-}
-/* Returns the largest error of a solution near the initial time, in internal units. The attitude is
- * checked at the initial time only. Shortly after the initial time, the momentum, the vertical and
- * the heading are compared with values computed from Taylor series. */
+/* Returns the largest error of a solution at the initial time, and of its change within a short
+ * span, in internal units. The change is compared with the integral of its rate: the torque e3 x
+ * axis 1, and half of the product of the attitude and the angular velocity in the body. */
 static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *top,
                            kr_quat attitude)
 {
-    dd series[6][SERIES_ORDER + 1];
-    double y[6], miss = 0.0;
     const kr_vec3 L = v3(top->L[0].hi, top->L[1].hi, top->L[2].hi);
-    const double size = v_length(L), moment = 0.03125 * fmin(1.0, size) / (1.0 + size);
-    kr_state s[2];
-    expand_top(top, series);
-    for (int i = 0; i < 2; i++) {
-        const double t = i * moment;
-        s[i] = chaplygin_kernel(plan, t, dd_of(t));
-        const kr_vec3 up = q_vertical(s[i].q), m = q_turn_back(s[i].q, s[i].m);
-        sum_top(series, t, y);
-        miss = fmax(miss, v_length(v_sub(up, v3(y[3], y[4], y[5]))));
-        miss = fmax(miss, v_length(v_sub(m, v3(y[0], y[1], y[2]))) / (1.0 + size));
+    const double size = v_length(L), span = 0.03125 * fmin(1.0, size) / (1.0 + size);
+    const kr_state s = chaplygin_kernel(plan, 0.0, dd_of(0.0)),
+                   end = chaplygin_kernel(plan, span, dd_of(span));
+    const double miss = fmax(kr_attitude_error(s.q, attitude),
+                             v_length(v_sub(q_turn_back(s.q, s.m), L)) / (1.0 + size));
+    double m[2] = {s.m.x - end.m.x, s.m.y - end.m.y},
+           q[4] = {s.q.w - end.q.w, s.q.x - end.q.x, s.q.y - end.q.y, s.q.z - end.q.z};
+    for (int g = 0; g < HEADING_NODES; g++) {
+        const double t = gauss_node[g] * span, weight = gauss_weight[g] * span;
+        const kr_state now = chaplygin_kernel(plan, t, dd_of(t));
+        const kr_vec3 l = q_turn_back(now.q, now.m), axis = q_turn(now.q, v3(1.0, 0.0, 0.0));
+        const kr_quat rate = q_mul(now.q, q4(0.0, v3(l.x, l.y, 4.0 * l.z)));
+        m[0] -= weight * axis.y;
+        m[1] += weight * axis.x;
+        q[0] += 0.5 * weight * rate.w;
+        q[1] += 0.5 * weight * rate.x;
+        q[2] += 0.5 * weight * rate.y;
+        q[3] += 0.5 * weight * rate.z;
     }
-    miss = fmax(miss, kr_attitude_error(s[0].q, attitude));
-    const double grown = (s[0].m.x * s[1].m.y - s[0].m.y * s[1].m.x) /
-                         (v_length(s[0].m) * v_length(s[1].m)),
-                 growth = heading_growth(series, moment);
-    double sine, cosine;
-    sin_cos(growth, &sine, &cosine);
-    return fmax(miss, fabs(grown - sine));
+    const double turned = 2.0 * hypot(hypot(q[0], q[1]), hypot(q[2], q[3]));
+    return fmax(miss, fmax(hypot(m[0], m[1]) / (1.0 + size), turned));
 }
-/* Returns the certificate of a closed-form solution, which is an estimate of its error. The
- * certificate is the largest of five errors: the truncation error, the error of a state near the
- * initial time, and three rounding errors. That of a state is KR_TORUS_ROUNDING. That of the heading
- * is inversely proportional to the rate of the slower torus angle. Both torus angles change slowly
- * if the angular momentum is small. That of the attitude is largest where |m| is smallest, because
- * the attitude is a quotient of sums of the size sqrt|m|, whose errors do not become smaller with
- * |m|. */
+/* Returns the certificate of a closed-form solution, which is an estimate of its error: the largest
+ * of the truncation error, the error near the initial time, and the rounding error of a state. */
 static double certify_plan(const chaplygin_memory *m, const chaplygin_top *top, kr_quat attitude)
 {
-    const kr_chaplygin_plan *plan = &m->plan;
-    const double heading = 0x1p-59 / fmin(plan->angle[0].rate, plan->angle[1].rate),
-                 quotient = 0x1p-57 / sqrt(least_momentum(&m->curve, m->work.arc));
-    const double rounding = fmax(KR_TORUS_ROUNDING, fmax(heading, quotient));
-    return fmax(fmax(m->work.tail, rounding), miss_of_plan(plan, top, attitude));
-}
-/* Converts the solution to the user's units, or to internal units if `own` is nonzero
- * (across.h). */
-static void bring_back(kr_chaplygin_plan *plan, const across_way *way, const kr_state *start,
-                       int own)
-{
-    const kr_units *u = &way->units;
-    torus_to_user(&plan->torus, way, start->t, own);
-    plan->tau_rate = plan->tau_rate / way->time.hi / (own ? 1.0 : u->time);
+    return fmax(fmax(m->work.tail, KR_TORUS_ROUNDING), miss_of_plan(&m->plan, top, attitude));
 }
 /* Converts a validated scene to the axes and units of the closed-form solution. */
 static kr_status read_chaplygin(const kr_scene *scene, chaplygin_memory *m, chaplygin_top *top,
@@ -357,8 +268,8 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     if (refusal == KR_REFUSAL_NONE) {
         set_heading(plan, way.attitude);
         info->certificate = certify_plan(memory, &top, way.attitude);
-        bring_back(plan, &way, &scene->start, own);
-        torus_info(&plan->torus, plan->angle[1].is_whole[0] ? 2.0 : 1.0, info);
+        torus_to_user(&plan->torus, &way, scene->start.t, own);
+        torus_info(&plan->torus, plan->is_whole ? 2.0 : 1.0, info);
         if (!(info->certificate <= bound)) refusal = KR_REFUSAL_CERTIFICATE;
     }
     info->refusal = KR_REFUSAL_NONE;
@@ -377,7 +288,7 @@ static kr_state chaplygin_state_at(const void *memory, double first, double seco
     const kr_chaplygin_plan *plan = memory;
     /* The phases are half the angles, except that `second` is the whole angle if only integer
      * multiples of it occur. */
-    const double part = plan->angle[1].is_whole[0] ? 0.5 : 1.0;
+    const double part = plan->is_whole ? 0.5 : 1.0;
     const dd mean[2] = {dd_of(fraction_of_turns(first)), dd_of(part * fraction_of_turns(second))};
     return chaplygin_kernel_at(plan, plan->torus.begin, mean, 0.0);
 }

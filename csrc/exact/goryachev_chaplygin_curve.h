@@ -41,9 +41,10 @@ typedef struct chaplygin_arc {
     /* N - root D = a sin^2 + b cos^2. For a complex root, a and b are computed from its real
      * part. */
     dd a[CURVE_ROOTS], b[CURVE_ROOTS];
-    dd p, q;              /* averages of P and |u| P */
-    int points;           /* number of intervals used */
-    double sine[2][GRID]; /* sine series of the integrals of P and |u| P minus their averages */
+    dd p, q;           /* averages of P and |u| P */
+    int points, terms; /* numbers of intervals used, and of significant terms of the series */
+    /* Sine series of the periodic parts of the integrals of P/p and, as a function of tau, |u| P. */
+    double sine[2][GRID];
 } chaplygin_arc;
 
 /* Finds the roots of 2 u^3 - h u - G/2. The largest root is computed first, by Newton's method from
@@ -153,29 +154,22 @@ static dd arc_rate(const chaplygin_curve *o, const chaplygin_arc *arc, dd s, dd 
     *size = dd_abs(dd_div(mix(arc->A, s, arc->B, c), D));
     return dd_half(dd_mul(D, dd_sqrt(dd_div(arc->C, dd_abs(product)))));
 }
-/* Computes the square roots of |p+|/2 and |p-|/2, which are sqrt|u| cos(chi/2) and sqrt|u|
- * sin(chi/2). The arguments s and c are the sine and cosine of x/2. Both of these square roots are
- * positive for 0 < x < pi. */
-static void arc_halves(const chaplygin_curve *o, const chaplygin_arc *arc, double s, double c,
-                       double out[2])
+/* Fills the arc of the plan, except for its series and its sign. */
+static void fill_arc(const chaplygin_curve *o, const chaplygin_arc *arc, kr_chaplygin_arc *out)
 {
-    const double ss = s * s, cc = c * c, D = arc->C.hi * ss + cc;
+    out->A = fabs(arc->A.hi);
+    out->B = fabs(arc->B.hi);
+    out->C = arc->C.hi;
+    out->pair = o->pair;
+    out->imaginary = o->pair ? o->root[5].hi : 0.0;
+    for (int i = 0; i < CURVE_ROOTS; i++) {
+        out->a[i] = i == arc->low ? arc->b[i].hi : arc->a[i].hi;
+        out->b[i] = i == arc->high ? arc->a[i].hi : arc->b[i].hi;
+    }
+    if (o->pair) out->a[5] = out->b[5] = 1.0;
     for (int k = 0; k < 2; k++) {
-        double product = 1.0, ends = 1.0;
-        for (int i = 3 * k; i < 3 * k + 3; i++) {
-            if (o->pair && i == 5) continue;
-            double factor = arc->a[i].hi * ss + arc->b[i].hi * cc;
-            if (o->pair && i == 4) factor = factor * factor + o->root[5].hi * o->root[5].hi * D * D;
-            if (i == arc->low) {
-                factor = arc->b[i].hi;
-                ends *= c;
-            } else if (i == arc->high) {
-                factor = arc->a[i].hi;
-                ends *= s;
-            }
-            product *= factor;
-        }
-        out[k] = ends * sqrt(fabs(product)) / (D * sqrt(D));
+        out->has_sine[k] = arc->high / 3 == k;
+        out->has_cosine[k] = arc->low / 3 == k;
     }
 }
 /* Samples of the integrands P and |u| P on an arc, and their weighted sums. */
@@ -221,19 +215,31 @@ static int average_arc(const chaplygin_curve *o, chaplygin_arc *arc, cosine_tabl
         arc->q = mean[1];
         arc->points = n;
         for (int k = 0; k < 2; k++) integrate_samples(v->v[k], table, n, arc->sine[k]);
+        arc->terms = 2;
+        for (int k = 0; k < n; k++) {
+            arc->sine[0][k] /= arc->p.hi;
+            arc->sine[1][k] -= arc->q.hi * arc->sine[0][k];
+            if (fabs(arc->sine[0][k]) + fabs(arc->sine[1][k]) / arc->q.hi > 0x1p-56)
+                arc->terms = k + 2 - k % 2;
+        }
         return 1;
     }
     return 0;
 }
-/* Evaluates one of the two sine series of an arc; `which` is its index. */
+/* Evaluates one of the two sine series of an arc; `which` is its index. Even and odd terms have
+ * separate recurrences, which do not wait for each other. */
 static double sum_arc_sines(const chaplygin_arc *arc, int which, double s, double c)
 {
-    double one = 0.0, two = 0.0;
-    for (int k = arc->points - 1; k > 0; k--) {
-        const double now = arc->sine[which][k] + 2.0 * c * one - two;
-        two = one;
-        one = now;
+    const double *const term = arc->sine[which], twice = 2.0 * (c - s) * (c + s);
+    double even = 0.0, even_before = 0.0, odd = 0.0, odd_before = 0.0;
+    for (int k = arc->terms - 2; k >= 0; k -= 2) {
+        const double e = twice * even + (term[k] - even_before),
+                     o = twice * odd + (term[k + 1] - odd_before);
+        even_before = even;
+        odd_before = odd;
+        even = e;
+        odd = o;
     }
-    return one * s;
+    return s * (2.0 * c * even_before + (odd + odd_before));
 }
 #endif

@@ -1,14 +1,14 @@
-/* Set-up of the Fourier series for a Goryachev-Chaplygin top. The angles alpha1 and alpha2 grow at
- * constant rates with respect to the rescaled time tau. Functions of an angle are sampled at the
- * multiples of pi/M between 0 and pi. Each sampled function is even or odd about 0, and also even
- * or odd about pi. Each Fourier series therefore contains only sines or only cosines, of either
- * integer or half-integer multiples of the angle.
+/* Set-up of the functions of the torus angles, and of the heading, of a Goryachev-Chaplygin top.
  *
- * The rate of the heading in tau is 2 (c1 s2 + s1 c2)/(c1^2 + s1^2 + c2^2 + s2^2). Integration
- * divides each Fourier term by its frequency, which is a sum or difference of multiples of the two
- * angles' rates. Terms whose frequency is close to zero are integrated separately, as definite
- * integrals from the initial time (kr_slow_term). The error of a term with a frequency near zero
- * grows linearly with time, but more slowly than the effect of rounding the initial state.
+ * With the ratio rho of the rates of alpha2 and alpha1, the heading psi on a section alpha1 = a is
+ * the real part of the sum of B_k(a) exp(i k alpha2). Its coefficients at the next section are
+ * B_k(a + h) = exp(-i k rho h) (B_k(a) + the coefficient of the growth of psi from a to a + h). The
+ * growth is computed by quadrature, from the same values of alpha2 for each section. As psi changes
+ * its sign when alpha1 grows by 2 pi, and is even or odd in both angles together, sections from 0 to
+ * pi suffice, and the real or imaginary part of B_k vanishes at alpha1 = pi. Its value at alpha1 = 0
+ * follows from division by cos(k rho pi). If this divisor is small, B_k(0) = 0 instead, and psi
+ * jumps at alpha1 = pi (kr_slow_term). The error of such a term grows linearly with time, but more
+ * slowly than the effect of rounding the initial state.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_GORYACHEV_CHAPLYGIN_SERIES_H
@@ -16,42 +16,30 @@
 #include "goryachev_chaplygin_curve.h"
 #include "goryachev_chaplygin_state.h"
 
-enum { LEAST_POINTS = 16, MOST_POINTS = 1024, LARGE_TERM = 4 };
-/* The largest number of samples of the heading rate. The limit permits grids of 256 by 1024 or 512
- * by 512 intervals. */
-enum { GRID_SAMPLES = (MOST_POINTS / 4 + 1) * (MOST_POINTS + 1) };
+enum { LEAST_CELLS = 4 };
+/* Terms of the heading below LEAST_TERM are left out. Terms with a divisor below LEAST_DIVISOR, or
+ * with an amplitude above one radian, are slow. */
+#define LEAST_TERM 6e-17
+#define LEAST_DIVISOR 0.025
 
-/* Intermediate results of the computation of the Fourier series. */
+/* Intermediate results of the set-up. */
 typedef struct series_work {
     cosine_table table;
     arc_samples samples;
     chaplygin_arc arc[2];
-    double row[3][MOST_POINTS + 1];
-    /* Samples of |c|, |s| and the periodic part of the time in each angle from 0 to pi, and the
-     * number of their intervals. */
-    double part[2][3][MOST_POINTS + 1];
-    int points[2];
-    double sign[2][2]; /* signs of c and s of each angle between 0 and pi */
-    double grid[2][GRID_SAMPLES];
-    cx fourier[2 * MOST_POINTS];
-    double tail; /* largest relative size of the terms that a series leaves out */
+    double wave_at_node[CELL_TERMS][CELL_TERMS]; /* cos(k y) at the Chebyshev nodes */
+    cx wave[MOST_SAMPLES];                       /* exp(-i pi j/n) for j = 0 ... n - 1 */
+    cx fourier[MOST_SAMPLES];
+    /* Points of the second arc for n values of alpha2, advanced to each node of a section. */
+    arc_point second[MOST_SAMPLES][HEADING_NODES];
+    double tail; /* largest relative size of the terms that are left out */
 } series_work;
 
-/* Returns the cosine of pi * order * i/2M, or its sine if `is_sine` is nonzero. */
-static double wave_at(const cosine_table *t, int M, int is_sine, int order, int i)
+/* Computes the discrete Fourier transform of the n = 2^j numbers in w->fourier in place (Cooley and
+ * Tukey 1965). */
+static void transform(series_work *w, int n)
 {
-    const int at = (order * i + (is_sine ? 3 * M : 0)) % (4 * M),
-              up = at <= 2 * M ? at : 4 * M - at;
-    return t->c[up * (GRID / (2 * M))].hi;
-}
-/* Returns exp(-i pi j/2M) for j = `at`, using the table of cosines. */
-static cx unit_at(const cosine_table *t, int M, int at)
-{
-    return cx_of(wave_at(t, M, 0, 1, at), -wave_at(t, M, 1, 1, at));
-}
-/* Computes the discrete Fourier transform of n = 2^j numbers in place (Cooley and Tukey 1965). */
-static void fourier_transform(const cosine_table *t, int M, int n, cx v[])
-{
+    cx *const v = w->fourier;
     for (int i = 1, j = 0; i < n; i++) {
         int bit = n / 2;
         for (; j & bit; bit /= 2) j ^= bit;
@@ -62,308 +50,253 @@ static void fourier_transform(const cosine_table *t, int M, int n, cx v[])
             v[j] = other;
         }
     }
-    for (int size = 2; size <= n; size *= 2)
-        for (int k = 0; k < size / 2; k++) {
-            const cx turn = unit_at(t, M, 4 * M / size * k);
-            for (int i = k; i < n; i += size) {
-                const cx other = cx_mul(turn, v[i + size / 2]);
-                v[i + size / 2] = cx_sub(v[i], other);
-                v[i] = cx_add(v[i], other);
+    for (int half = 1; half < n; half *= 2)
+        for (int from = 0; from < n; from += 2 * half)
+            for (int k = 0; k < half; k++) {
+                cx *const one = &v[from + k], *const two = one + half;
+                const cx other = cx_mul(w->wave[n / half * k], *two);
+                *two = cx_sub(*one, other);
+                *one = cx_add(*one, other);
             }
-        }
 }
-/* Replaces M + 1 samples, stored at intervals of `stride`, with their Fourier coefficients. Term k
- * contains the sine or cosine of k times the angle, or of k + 1/2 times the angle if `is_whole` is
- * 0. If `is_whole` is 0, the symmetry of the samples permits a discrete Fourier transform of half
- * the length. */
-static void transform(series_work *w, int M, int is_sine, int is_whole, int stride, double v[])
-{
-    cx *const f = w->fourier;
-    const int n = is_whole ? 2 * M : M;
-    memset(f, 0, sizeof(cx) * (size_t)n);
-    for (int i = 0; i <= M; i++) {
-        const double sample = (i % M ? 1.0 : 0.5) * v[i * stride];
-        const cx turn = is_whole ? cx_of(1.0, 0.0) : unit_at(&w->table, M, i);
-        f[i % n] = cx_add(f[i % n], cx_scale(sample, turn));
-    }
-    fourier_transform(&w->table, M, n, f);
-    for (int k = 0; k < M; k++) {
-        const cx c = is_whole ? f[k] : k % 2 ? cx_conj(f[M - 1 - k / 2]) : f[k / 2];
-        v[k * stride] = (is_whole && k == 0 ? 1.0 : 2.0) / M * (is_sine ? -c.im : c.re);
-    }
-    v[M * stride] = 0.0;
-}
-/* Estimates the relative truncation error from the last quarter of the coefficients. */
-static double tail_of(const double v[], int M)
-{
-    double most = 0.0, last = 0.0;
-    for (int k = 0; k < M; k++) {
-        most = fmax(most, fabs(v[k]));
-        if (4 * k >= 3 * M) last = fmax(last, fabs(v[k]));
-    }
-    return last / most;
-}
-/* Returns the number of coefficients up to the last significant one, rounded up to an even number.
- * A coefficient is significant if its magnitude exceeds 2^-53 times the largest magnitude or 2^-53
- * times `scale`, whichever is greater. M is even. */
-static int count_terms(const double v[], int M, double scale)
-{
-    int count = M;
-    double most = scale;
-    for (int k = 0; k < M; k++) most = fmax(most, fabs(v[k]));
-    while (count > 1 && !(fabs(v[count - 1]) > 0x1p-53 * most)) count--;
-    return count + count % 2;
-}
-/* Uses bracketed Newton iteration to find the x in [0, pi] that corresponds to the angle pi i/M.
- * Writes the sine and cosine of x/2. */
-static void find_variable(const chaplygin_curve *o, const chaplygin_arc *arc, int i, int M,
-                          double *s, double *c)
-{
-    const double alpha = 0.5 * two_pi * i / M;
-    double low = 0.0, high = 0.5 * two_pi, x = alpha;
-    for (int step = 0; step < 80; step++) {
-        dd size;
-        sincos_turns(dd_times(0.5 * x, one_turn()), s, c);
-        const double sine = 2.0 * *s * *c, cosine = *c * *c - *s * *s,
-                     value = x + sum_arc_sines(arc, 0, sine, cosine) / arc->p.hi - alpha,
-                     slope = arc_rate(o, arc, dd_of(*s * *s), dd_of(*c * *c), &size).hi / arc->p.hi;
-        if (value > 0.0)
-            high = x;
-        else
-            low = x;
-        double next = x - value / slope;
-        if (!(next >= low && next <= high)) next = 0.5 * (low + high);
-        const double change = fabs(next - x);
-        x = next;
-        if (change < 1e-13) break;
-    }
-    sincos_turns(dd_times(0.5 * x, one_turn()), s, c);
-    if (i == 0) *s = 0.0, *c = 1.0;
-    if (i == M) *s = 1.0, *c = 0.0;
-}
-/* Returns the periodic part of the integral of |u| over tau, given the sine and cosine of x. */
-static double arc_time(const chaplygin_arc *arc, double sine, double cosine)
-{
-    return sum_arc_sines(arc, 1, sine, cosine) -
-           arc->q.hi / arc->p.hi * sum_arc_sines(arc, 0, sine, cosine);
-}
-/* Computes c, s and the periodic part of the time at M + 1 values of angle j, from 0 to pi, and
- * keeps the samples that are known for M/2 intervals. Where c and s are both close to zero, the
- * heading rate is largest, and their relative errors matter. These are small in arc_halves, but not
- * in the Fourier series of c and s. */
-static void sample_angle(const chaplygin_curve *o, series_work *w, int j, int M)
-{
-    const chaplygin_arc *arc = &w->arc[j];
-    double (*const part)[MOST_POINTS + 1] = w->part[j];
-    const int is_finer = 2 * w->points[j] == M;
-    for (int k = 0; k < 3 && is_finer; k++)
-        for (int i = M / 2; i > 0; i--) part[k][2 * i] = part[k][i];
-    for (int i = is_finer; i <= M; i += 1 + is_finer) {
-        double s, c, half[2];
-        find_variable(o, arc, i, M, &s, &c);
-        arc_halves(o, arc, s, c, half);
-        part[0][i] = half[0];
-        part[1][i] = half[1];
-        part[2][i] = arc_time(arc, 2.0 * s * c, c * c - s * s);
-    }
-    refine_cosines(&w->table, GRID / (2 * M));
-    w->points[j] = M;
-}
-/* Computes the Fourier series in one of the angles alpha1 and alpha2. Returns 0 if a series
- * converges too slowly. */
-static int make_angle_series(const chaplygin_curve *o, series_work *w, int j, kr_angle_series *e)
-{
-    const chaplygin_arc *arc = &w->arc[j];
-    w->points[j] = 0;
-    for (int k = 0; k < 2; k++) {
-        const int has_sine = arc->high / 3 == k, has_cosine = arc->low / 3 == k;
-        e->is_sine[k] = has_sine;
-        e->is_whole[k] = has_sine == has_cosine;
-    }
-    for (int M = LEAST_POINTS;; M *= 2) {
-        double tail = 0.0;
-        sample_angle(o, w, j, M);
-        memcpy(w->row, w->part[j], sizeof w->row);
-        for (int k = 0; k < 3; k++) {
-            transform(w, M, k == 2 || e->is_sine[k], k == 2 || e->is_whole[k], 1, w->row[k]);
-            tail = fmax(tail, k == 2 ? tail_of(w->row[2], M) : tail_of(w->row[k], M));
-        }
-        if (tail > 4e-16 && M < MOST_POINTS) continue;
-        w->tail = fmax(w->tail, tail);
-        for (int k = 0; k < 2; k++) {
-            e->count[k] = count_terms(w->row[k], M, 0.0);
-            memcpy(e->part[k], w->row[k], sizeof(double) * (size_t)e->count[k]);
-        }
-        /* On average, the time increases by q per radian of the torus angle of this arc. */
-        e->times = count_terms(w->row[2], M, arc->q.hi);
-        for (int k = 0; k < e->times; k++) {
-            e->time[k] = w->row[2][k];
-            e->time_rate[k] = k * w->row[2][k];
-        }
-        return tail < 1e-13;
-    }
-}
-/* Computes the two-dimensional Fourier coefficients of the heading rate. The first grid holds the
- * coefficients of sines of the first angle, and the second grid those of cosines. Each row of a
- * grid corresponds to a multiple of the first angle, and each column to a multiple of the
- * second. */
-static void transform_heading(series_work *w, const kr_angle_series angle[2], const int M[2])
-{
-    const int width = M[1] + 1, sine = !angle[0].is_sine[0], up = w->points[0] / M[0],
-              along = w->points[1] / M[1];
-    for (int g = 0; g < 2; g++) {
-        const int one = g ? !sine : sine; /* c of angle 1 times s of angle 2, or s times c */
-        double *v = w->grid[g];
-        const double *const first[2] = {w->part[0][one], w->part[0][!one]}, *const second[2] = {
-                                                                                w->part[1][!one],
-                                                                                w->part[1][one]};
-        const double signs = w->sign[0][one] * w->sign[1][!one];
-        for (int i = 0; i <= M[0]; i++) {
-            double *row = v + i * width;
-            const double c = first[0][i * up], s = first[1][i * up];
-            for (int j = 0; j <= M[1]; j++) {
-                const double C = second[0][j * along], S = second[1][j * along];
-                row[j] = 2.0 * signs * c * C / ((c * c + s * s) + (C * C + S * S));
-            }
-            transform(w, M[1], angle[1].is_sine[!one], angle[1].is_whole[!one], 1, row);
-        }
-        for (int k = 0; k < M[1]; k++) transform(w, M[0], !g, angle[0].is_whole[one], width, v + k);
-    }
-}
-/* Estimates the relative truncation error in each of the two angles from the last eighth of the
- * coefficients. */
-static void find_heading_tails(const series_work *w, const int M[2], double tail[2])
-{
-    double most = 0.0, last[2] = {0.0, 0.0};
-    for (int k1 = 0; k1 < M[0]; k1++)
-        for (int k2 = 0; k2 < M[1]; k2++) {
-            const double size = fmax(fabs(w->grid[0][k1 * (M[1] + 1) + k2]),
-                                     fabs(w->grid[1][k1 * (M[1] + 1) + k2]));
-            most = fmax(most, size);
-            if (8 * k1 >= 7 * M[0]) last[0] = fmax(last[0], size);
-            if (8 * k2 >= 7 * M[1]) last[1] = fmax(last[1], size);
-        }
-    for (int j = 0; j < 2; j++) tail[j] = last[j] / most;
-}
-/* Returns 1 if memory suffices for twice as many grid points along axis j. */
-static int has_room(const int M[2], int j)
-{
-    return M[j] < MOST_POINTS && (2 * M[j] + 1) * (M[1 - j] + 1) <= GRID_SAMPLES;
-}
-/* Refines the grid until the last Fourier coefficients are at rounding level, or the memory for
- * samples is exhausted.
- * Returns an estimate of the relative truncation error. */
-static double make_heading_grid(const chaplygin_curve *o, series_work *w,
-                                const kr_angle_series angle[2], int M[2])
-{
-    double tail[2];
-    M[0] = M[1] = LEAST_POINTS;
-    for (;;) {
-        transform_heading(w, angle, M);
-        find_heading_tails(w, M, tail);
-        int grows = 0;
-        for (int j = 0; j < 2; j++)
-            if (tail[j] > 1e-15 && has_room(M, j)) {
-                M[j] *= 2;
-                if (M[j] > w->points[j]) sample_angle(o, w, j, M[j]);
-                grows = 1;
-            }
-        if (!grows) return fmax(tail[0], tail[1]);
-    }
-}
-/* Amplitudes and frequencies of a pair of terms of the heading rate. The two frequencies are the
- * sum and the difference of a multiple of the first angle's rate and a multiple of the second
- * angle's rate. */
-typedef struct heading_pair {
-    double value[2], rate[2];
-} heading_pair;
+/* A torus angle alpha of an arc, its variable x, d alpha/dx, and the sine and cosine of x/2. */
+typedef struct arc_place {
+    double alpha, x, slope, s, c;
+} arc_place;
 
-/* Appends a slow term for the sum (`way` = 1) or the difference (`way` = -1) of the multiples.
- * Returns 0 if the array plan->slow has no room for another term. */
-static int append_slow(kr_chaplygin_plan *plan, double value, double rate, const int order[2],
-                       int way, const dd half[2])
+/* Moves to a place less than 1e-9 away from the given alpha, between 0 and pi, in x. Uses bracketed
+ * Newton iteration. */
+static void move_to(const chaplygin_arc *arc, const kr_chaplygin_arc *e, double alpha,
+                    arc_place *at)
+{
+    const double ends = fabs(e->b[arc->low] * e->a[arc->high]);
+    double low = 0.0, high = 0.5 * two_pi;
+    for (int step = 0; step < 80; step++) {
+        double products[2];
+        at->x += (alpha - at->alpha) / at->slope;
+        if (!(at->x >= low && at->x <= high)) at->x = 0.5 * (low + high);
+        sincos_turns(dd_times(0.5 * at->x, one_turn()), &at->s, &at->c);
+        const double s = at->s, c = at->c, D = e->C * (s * s) + c * c;
+        arc_products(e, s * s, c * c, D, products);
+        at->alpha = at->x + sum_arc_sines(arc, 0, 2.0 * s * c, c * c - s * s);
+        at->slope = 0.5 * D * sqrt(e->C * ends / (products[0] * products[1])) / arc->p.hi;
+        if (at->alpha > alpha)
+            high = at->x;
+        else
+            low = at->x;
+        if (fabs(alpha - at->alpha) < 1e-9 * at->slope) break;
+    }
+}
+static void fill_chebyshev(series_work *w)
+{
+    for (int k = 0; k < CELL_TERMS; k++)
+        for (int i = 0; i < CELL_TERMS; i++) {
+            double unused;
+            sincos_turns(dd_of(0.25 * k * (2 * i + 1) / CELL_TERMS), &unused,
+                         &w->wave_at_node[k][i]);
+        }
+}
+/* Computes the polynomials of a cell, beginning at its upper end if `is_falling`. Returns the larger
+ * of their last coefficients, relative to a turn and to the time or q, by which the time increases
+ * per radian of alpha on average. */
+static double make_cell(const series_work *w, const chaplygin_arc *arc, const kr_chaplygin_arc *e,
+                        int cell, int is_falling, arc_place *at, double out[])
+{
+    double value[2][CELL_TERMS], scale[2] = {1.0, arc->q.hi}, tail = 0.0;
+    for (int k = 0; k < CELL_TERMS; k++) {
+        const int i = is_falling ? k : CELL_TERMS - 1 - k;
+        const double alpha = 0.5 * two_pi * (cell + 0.5 + 0.5 * w->wave_at_node[1][i]) / e->cells;
+        move_to(arc, e, alpha, at);
+        const double s = at->s, c = at->c, rest = alpha - at->alpha;
+        value[0][i] = 0.5 * one_turn().hi * ((at->x - alpha) + rest / at->slope);
+        value[1][i] = sum_arc_sines(arc, 1, 2.0 * s * c, c * c - s * s) +
+                      rest * (arc->p.hi * point_of(e, s, c).size - arc->q.hi);
+        scale[1] = fmax(scale[1], fabs(value[1][i]));
+    }
+    for (int j = 0; j < 2; j++)
+        for (int k = 0; k < CELL_TERMS; k++) {
+            double sum = 0.0;
+            for (int i = 0; i < CELL_TERMS; i++) sum += value[j][i] * w->wave_at_node[k][i];
+            *out++ = (k ? 2.0 : 1.0) / CELL_TERMS * sum;
+            if (k >= CELL_TERMS - 2) tail = fmax(tail, fabs(2.0 / CELL_TERMS * sum) / scale[j]);
+        }
+    return tail;
+}
+/* Computes the functions of the torus angle of arc j. The cells become smaller until the last
+ * coefficients are at rounding level. If they are below 1e-11, those of half a cell are below 1e-15
+ * apart from rounding errors, so that it is halved only once. The singularities are nearest to the
+ * end where |u| is largest, which comes first. Returns 0 if the last coefficients remain too
+ * large. */
+static int make_cells(kr_chaplygin_plan *plan, series_work *w, int j)
+{
+    const double end = j ? 0.5 * two_pi : 0.0;
+    kr_chaplygin_arc *const e = &plan->arc[j];
+    double tail = 1.0, before = 1.0;
+    e->first = plan->first;
+    for (e->cells = LEAST_CELLS; e->cells <= MOST_CELLS; e->cells *= 2) {
+        arc_place at = {end, end, 1.0, 0.0, 1.0};
+        before = tail;
+        tail = 0.0;
+        for (int i = 0; i < e->cells && tail < 1e-11; i++) {
+            const int cell = j ? e->cells - 1 - i : i;
+            double *const out = plan->term + e->first + 2 * CELL_TERMS * cell;
+            tail = fmax(tail, make_cell(w, &w->arc[j], e, cell, j, &at, out));
+        }
+        if (tail < 4e-15 || before < 1e-11) break;
+    }
+    plan->first += 2 * CELL_TERMS * e->cells;
+    w->tail = fmax(w->tail, tail);
+    return e->cells <= MOST_CELLS && tail < 1e-13;
+}
+/* Fills the points of the second arc, and the waves of the Fourier transform. */
+static void sample_second(const kr_chaplygin_plan *plan, series_work *w, int n)
+{
+    for (int i = 0; i < n; i++) {
+        sincos_turns(dd_of(-0.5 * i / n), &w->wave[i].im, &w->wave[i].re);
+        for (int g = 0; g < HEADING_NODES; g++) {
+            const dd half =
+                two_sum(0.5 * i / n, 0.25 * plan->ratio / plan->sections * gauss_node[g]);
+            find_points(plan, 1, 1, &half, &w->second[i][g], NULL);
+        }
+    }
+}
+/* Computes the growth of the heading from a section to the next one for n values of alpha2. Returns
+ * the largest Legendre coefficient of degree 7, which is about the square root of the error of the
+ * quadrature. */
+static double sample_section(const kr_chaplygin_plan *plan, series_work *w, int section, int n,
+                             double growth[])
+{
+    const double h = 0.5 / plan->sections;
+    double weight[HEADING_NODES], seventh[HEADING_NODES], most = 0.0;
+    arc_point p[2], first[HEADING_NODES];
+    for (int g = 0; g < HEADING_NODES; g++) {
+        const double x = 2.0 * gauss_node[g] - 1.0, xx = x * x;
+        const dd half = dd_of(0.5 * h * (section + gauss_node[g]));
+        weight[g] = plan->span * h * gauss_weight[g];
+        seventh[g] = 15.0 / 16.0 * x * (-35.0 + xx * (315.0 + xx * (-693.0 + xx * 429.0)));
+        find_points(plan, 0, 0, &half, &first[g], NULL);
+    }
+    for (int i = 0; i < n; i++) {
+        double highest = growth[i] = 0.0;
+        for (int g = 0; g < HEADING_NODES; g++) {
+            p[0] = first[g];
+            p[1] = w->second[i][g];
+            const double part = weight[g] * heading_rate(p);
+            growth[i] += part;
+            highest += seventh[g] * part;
+        }
+        most = fmax(most, fabs(highest));
+    }
+    return most;
+}
+/* Replaces n samples of a function of alpha2 by its coefficients of n/2 cosines and n/2 sines.
+ * Returns the largest of the last eighth of them. */
+static double transform_section(const kr_chaplygin_plan *plan, series_work *w, int n, double v[])
+{
+    double last = 0.0;
+    for (int i = 0; i < n; i++)
+        w->fourier[i] = cx_scale(v[i], plan->is_whole ? cx_of(1.0, 0.0) : w->wave[i]);
+    transform(w, n);
+    for (int k = 0; k < n / 2; k++) {
+        const cx c = cx_scale((plan->is_whole && k == 0 ? 1.0 : 2.0) / n, w->fourier[k]);
+        v[k] = c.re;
+        v[n / 2 + k] = -c.im;
+        if (16 * k >= 7 * n) last = fmax(last, fmax(fabs(c.re), fabs(c.im)));
+    }
+    return last;
+}
+/* Returns the phase [turns] of the term with index k after `way` turns of alpha1, for the same sum of
+ * alpha2 and the angle that alpha2 grows by. */
+static dd phase_after(const kr_chaplygin_plan *plan, dd ratio, int k, double way)
+{
+    const dd turns = dd_times(way * (k + 0.5 * !plan->is_whole), ratio);
+    return dd_make(turns.hi - nearest(turns.hi), turns.lo);
+}
+/* Appends a slow term, which grows at alpha1 = pi by twice `miss`, the coefficient that should
+ * vanish. `half` is half of alpha2 [turns] where alpha1 is pi. Returns 0 if there are too many. */
+static int append_slow(kr_chaplygin_plan *plan, dd ratio, int k, double miss, dd half)
 {
     if (plan->slow_terms == SLOW_TERMS) return 0;
-    kr_slow_term *n = &plan->slow[plan->slow_terms++];
-    double s, c;
-    n->first = order[0];
-    n->second = way * order[1];
-    n->value = value;
-    n->rate = rate;
-    n->over = rate != 0.0 ? value / rate : 0.0;
-    n->offset = plan->is_even ? 0.0 : -0.25;
-    const dd sum =
-        dd_plus(dd_add(dd_times(n->first, half[0]), dd_times(n->second, half[1])), n->offset);
-    n->phase = (sum.hi - nearest(sum.hi)) + sum.lo;
-    sincos_turns(dd_of(n->phase), &s, &c);
-    n->sine = s;
+    kr_slow_term *e = &plan->slow[plan->slow_terms++];
+    double unused;
+    const dd phase = dd_times(2 * k + !plan->is_whole, half);
+    dd step = dd_plus(phase_after(plan, ratio, k, 1.0), 0.5);
+    step.hi -= nearest(step.hi);
+    e->value = 2.0 * miss;
+    e->phase = (phase.hi - nearest(phase.hi)) + phase.lo + (plan->is_even ? 0.0 : 0.25);
+    e->step = step.hi;
+    e->step_more = step.lo;
+    sincos_turns(dd_half(step), &e->sine, &unused);
     return 1;
 }
-/* Integrates a pair of terms of the heading rate, and writes the resulting cosine and sine
- * coefficients. Returns 0 if the array plan->slow has no room for another term. */
-static int make_pair(kr_chaplygin_plan *plan, const heading_pair *pair, const int order[2],
-                     const dd half[2], double out[2])
+/* Replaces the coefficients of the growths between sections by those of the heading on each section.
+ * In complex numbers, they are the conjugates of B_k. Returns 0 if there are too many slow terms. */
+static int sum_sections(kr_chaplygin_plan *plan, dd ratio, int n, dd half)
 {
-    double d[2];
-    for (int i = 0; i < 2; i++) {
-        const double value = pair->value[i], rate = pair->rate[i];
-        d[i] = 0.0;
-        if (value == 0.0) continue;
-        if (fabs(value) > LARGE_TERM * fabs(rate)) {
-            if (!append_slow(plan, value, rate, order, i ? -1 : 1, half)) return 0;
-        } else
-            d[i] = value / rate;
+    plan->slow_terms = 0;
+    for (int k = 0; k < n / 2; k++) {
+        double *const re = plan->term + plan->first + k, *const im = re + n / 2;
+        cx step, across, sum = cx_of(0.0, 0.0);
+        sincos_turns(phase_after(plan, ratio, k, 0.5 / plan->sections), &step.im, &step.re);
+        sincos_turns(phase_after(plan, ratio, k, 0.5), &across.im, &across.re);
+        for (int at = 0; at < plan->sections * n; at += n)
+            sum = cx_mul(step, cx_add(sum, cx_of(re[at], im[at])));
+        const double miss = plan->is_even ? sum.im : sum.re;
+        double start = 0.0;
+        if (fabs(across.re) > fmax(LEAST_DIVISOR, fabs(miss)))
+            start = -miss / across.re;
+        else if (fabs(miss) > LEAST_TERM && !append_slow(plan, ratio, k, miss, half))
+            return 0;
+        sum = plan->is_even ? cx_of(0.0, start) : cx_of(start, 0.0);
+        for (int at = 0; at < plan->sections * n; at += n) {
+            const cx growth = cx_of(re[at], im[at]);
+            re[at] = sum.re;
+            im[at] = sum.im;
+            sum = cx_mul(step, cx_add(sum, growth));
+        }
     }
-    out[0] = plan->is_even ? d[0] + d[1] : -(d[0] + d[1]);
-    out[1] = d[0] - d[1];
     return 1;
 }
-/* Integrates the heading rate, and writes the terms of the heading series. The array `half`
- * contains half of each initial angle, in turns. Returns 0 if the series has too many terms. */
-static int fill_heading_rows(kr_chaplygin_plan *plan, const series_work *w, const int M[2],
-                             const dd rate[2], const dd half[2])
+/* Leaves out the small last terms of all sections, whose length is n/2. */
+static void pack_sections(kr_chaplygin_plan *plan, int n)
 {
-    const int is_whole = plan->angle[1].is_whole[0];
-    int terms = 0;
-    plan->rows = plan->wide = plan->slow_terms = 0;
-    for (int k1 = 0; k1 < M[0]; k1++) {
-        kr_heading_row row = {k1, 0, 0};
-        const int begin = terms;
-        int end = begin;
-        for (int k2 = 0; k2 < M[1]; k2++) {
-            const int order[2] = {2 * k1 + 1, 2 * k2 + !is_whole}, at = k1 * (M[1] + 1) + k2;
-            const double sine = 0.5 * w->grid[0][at], cosine = 0.5 * w->grid[1][at];
-            const dd one = dd_times(0.5 * order[0], rate[0]),
-                     two = dd_times(0.5 * order[1], rate[1]);
-            const heading_pair pair = {{plan->is_even ? cosine - sine : sine + cosine,
-                                        plan->is_even ? cosine + sine : sine - cosine},
-                                       {dd_add(one, two).hi, dd_sub(one, two).hi}};
-            double c[2];
-            if (!(fabs(sine) + fabs(cosine) > 1e-18))
-                c[0] = c[1] = 0.0;
-            else if (!make_pair(plan, &pair, order, half, c))
-                return 0;
-            const int matters = fabs(c[0]) + fabs(c[1]) > 1e-17;
-            if (end == begin && !matters) continue;
-            if (end == begin) terms = begin, row.from = k2;
-            if (terms + 2 > HEADING_TERMS) return 0;
-            plan->term[terms++] = c[0];
-            plan->term[terms++] = c[1];
-            if (matters) end = terms;
+    double *const from = plan->term + plan->first;
+    const int rows = 2 * plan->sections;
+    plan->terms = 2;
+    for (int at = 0; at < rows * n / 2; at++)
+        if (at % (n / 2) >= plan->terms && fabs(from[at]) > LEAST_TERM)
+            plan->terms = at % (n / 2) / 2 * 2 + 2;
+    for (int j = 0; j < rows; j++)
+        memmove(from + j * plan->terms, from + j * (n / 2), sizeof(double) * (size_t)plan->terms);
+}
+/* Computes the heading on sections of alpha1. The number of sections grows until the error of the
+ * quadrature is negligible, and the number of samples until the last coefficients are. Returns 0 if
+ * the memory does not suffice. `half` is half of alpha2 [turns] where alpha1 is pi. */
+static int make_sections(kr_chaplygin_plan *plan, series_work *w, dd ratio, dd half)
+{
+    const int room = MOST_TERMS - plan->first;
+    int n = 8 * plan->arc[1].cells < MOST_SAMPLES ? 8 * plan->arc[1].cells : MOST_SAMPLES;
+    plan->sections = plan->arc[0].cells;
+    while (n * plan->sections <= room) {
+        double *const section = plan->term + plan->first, highest = 0.0, tail = 0.0;
+        sample_second(plan, w, n);
+        for (int j = 0; j < plan->sections; j++)
+            highest = fmax(highest, sample_section(plan, w, j, n, section + j * n));
+        if (highest > 2e-8) {
+            plan->sections *= 2;
+            continue;
         }
-        terms = end;
-        row.count = (end - begin) / 2;
-        if (row.count == 0) continue;
-        if (row.count % 2) { /* the number of pairs is even */
-            if (terms + 2 > HEADING_TERMS) return 0;
-            plan->term[terms] = plan->term[terms + 1] = 0.0;
-            terms += 2;
-            row.count++;
+        for (int j = 0; j < plan->sections; j++)
+            tail = fmax(tail, transform_section(plan, w, n, section + j * n));
+        if (tail > 1e-16 && n < MOST_SAMPLES && 2 * n * plan->sections <= room) {
+            n *= 2;
+            continue;
         }
-        plan->row[plan->rows++] = row;
-        if (row.from + row.count > HEADING_WIDE) return 0;
-        if (row.from + row.count > plan->wide) plan->wide = row.from + row.count;
+        w->tail = fmax(w->tail, tail);
+        if (!sum_sections(plan, ratio, n, half)) return 0;
+        pack_sections(plan, n);
+        return tail < 1e-14;
     }
-    return 1;
+    return 0;
 }
 #endif

@@ -8,140 +8,122 @@
 #include "goryachev_chaplygin.h"
 #include "torus_state.h"
 
-/* Half of an angle, in turns, and the cosines and sines of its multiples. Element i of `c` or `s`
- * is the cosine or sine of i/2 times the angle. */
-typedef struct angle_lanes {
-    dd half;
-    wide c[5], s[5];
-} angle_lanes;
+/* The polynomials of a cell in each lane, and the place in the cell from -1 to 1. */
+typedef struct cell_place {
+    const double *row[LANES];
+    wide y, side; /* side: -1 where alpha is between -pi and 0, and 1 elsewhere */
+} cell_place;
 
-/* Computes the cosines and sines of the multiples of half of an angle. */
-INLINE void fill_angle(angle_lanes *a)
+INLINE cell_place find_cell(const kr_chaplygin_plan *plan, int j, dd half)
 {
-    a->c[0] = wide_splat(1.0);
-    a->s[0] = wide_splat(0.0);
-    for (int i = 2; i < 5; i++) {
-        const int low = i / 2, high = i - low;
-        a->c[i] = a->c[low] * a->c[high] - a->s[low] * a->s[high];
-        a->s[i] = a->c[low] * a->s[high] + a->s[low] * a->c[high];
+    const kr_chaplygin_arc *const arc = &plan->arc[j];
+    const double all = 2.0 * arc->cells;
+    const wide ahead = all * (2.0 * half.hi - nearest(2.0 * half.hi)),
+               side = minus_where(is_negative(ahead)), place = side * ahead,
+               last = wide_splat(arc->cells - 1.0),
+               cell = wide_max(wide_min(nearest(place - 0.5), last), wide_splat(0.0));
+    double at[LANES];
+    cell_place r;
+    r.side = side;
+    r.y = 2.0 * ((place - cell) + side * (all * (2.0 * half.lo))) - 1.0;
+    wide_store(at, cell);
+    for (int lane = 0; lane < LANES; lane++)
+        r.row[lane] = plan->term + arc->first + 2 * CELL_TERMS * (int)at[lane];
+    return r;
+}
+/* Evaluates one of the two odd functions of each torus angle; `which` is its index. Even and odd
+ * terms have separate recurrences, which do not wait for each other: with z = T_2(y), T_2k(y) =
+ * T_k(z) and T_2k+1(y) = y (U_k(z) - U_k-1(z)). */
+INLINE void sum_cells(const cell_place p[], int arcs, int which, wide out[])
+{
+    const int first = which * CELL_TERMS;
+    wide twice[2], sum[2][2], before[2][2];
+    for (int j = 0; j < arcs; j++) {
+        twice[j] = 4.0 * (p[j].y * p[j].y) - 2.0;
+        for (int i = 0; i < 2; i++) sum[j][i] = before[j][i] = wide_splat(0.0);
+    }
+    for (int k = first + CELL_TERMS - 2; k >= first; k -= 2)
+        for (int j = 0; j < arcs; j++)
+            for (int i = 0; i < 2; i++) {
+                const wide now =
+                    twice[j] * sum[j][i] + (wide_gather(p[j].row, k + i) - before[j][i]);
+                before[j][i] = sum[j][i];
+                sum[j][i] = now;
+            }
+    for (int j = 0; j < arcs; j++)
+        out[j] = p[j].side * ((sum[j][0] - 0.5 * twice[j] * before[j][0]) +
+                              p[j].y * (sum[j][1] - before[j][1]));
+}
+/* A point of an arc: sqrt|u| cos(chi/2), sqrt|u| sin(chi/2), and |u|. */
+typedef struct arc_point {
+    wide c, s, size;
+} arc_point;
+
+/* Writes |p+| D^3/2 and |p-| D^3/2, except for the factor s^2 or c^2 of each end of the arc. */
+INLINE void arc_products(const kr_chaplygin_arc *arc, wide ss, wide cc, wide D, wide out[2])
+{
+    for (int k = 0; k < 2; k++) {
+        out[k] = wide_splat(1.0);
+        for (int i = 3 * k; i < 3 * k + 3; i++) {
+            wide factor = arc->a[i] * ss + arc->b[i] * cc;
+            const wide far = arc->imaginary * D;
+            if (arc->pair && i == 4) factor = factor * factor + far * far;
+            out[k] = out[k] * factor;
+        }
+        out[k] = wide_abs(out[k]);
     }
 }
-INLINE angle_lanes angle_of(dd half)
+/* Returns the point where x/2 has the sine s and the cosine c. No digits are lost where c and s are
+ * both close to zero. */
+INLINE arc_point point_of(const kr_chaplygin_arc *arc, wide s, wide c)
 {
-    angle_lanes a;
-    a.half = half;
-    sincos_turns(half, &a.s[1], &a.c[1]);
-    fill_angle(&a);
-    return a;
-}
-/* Clenshaw's recurrence for a single series, with separate sums for even and odd indices.
- * The two separate sums halve the length of the chain of dependent operations. The
- * arrays `last` and `before` hold the two most recent values of each recurrence. */
-typedef struct clenshaw_sum {
-    wide last[2], before[2];
-} clenshaw_sum;
-
-INLINE clenshaw_sum begin_sum(void)
-{
-    const wide zero = wide_splat(0.0);
-    const clenshaw_sum p = {{zero, zero}, {zero, zero}};
+    const wide ss = s * s, cc = c * c, D = arc->C * ss + cc, one = 1.0 / D;
+    const wide scale = arc->sign * (one * wide_sqrt(one));
+    wide half[2];
+    arc_products(arc, ss, cc, D, half);
+    for (int k = 0; k < 2; k++) {
+        wide ends = k ? -scale : scale;
+        if (arc->has_sine[k]) ends = ends * s;
+        if (arc->has_cosine[k]) ends = ends * c;
+        half[k] = ends * wide_sqrt(half[k]);
+    }
+    const arc_point p = {half[0], half[1], (arc->A * ss + arc->B * cc) * one};
     return p;
 }
-/* Performs one step of both recurrences, which adds the terms with the even index k and the odd
- * index k + 1. */
-INLINE void step_sum(clenshaw_sum *p, wide twice, const double term[2])
+/* Finds the points at halves of torus angles [turns] on the arcs with the indices from `from` to
+ * `to`, and the periodic parts of the time if `time` is not NULL. */
+INLINE void find_points(const kr_chaplygin_plan *plan, int from, int to, const dd half[],
+                        arc_point out[], wide time[])
 {
-    for (int i = 0; i < 2; i++) {
-        const wide now = (term[i] + twice * p->last[i]) - p->before[i];
-        p->before[i] = p->last[i];
-        p->last[i] = now;
-    }
+    const int arcs = 1 + to - from;
+    cell_place p[2];
+    wide turns[2], s[2], c[2];
+    for (int j = 0; j < arcs; j++) p[j] = find_cell(plan, from + j, half[j]);
+    sum_cells(p, arcs, 0, turns);
+    if (time) sum_cells(p, arcs, 1, time);
+    for (int j = 0; j < arcs; j++) sincos_turns(phase_plus(half[j], turns[j]), &s[j], &c[j]);
+    for (int j = 0; j < arcs; j++) out[j] = point_of(&plan->arc[from + j], s[j], c[j]);
 }
-/* Evaluates a series of cosines or sines of k + shift/2 times the angle. */
-INLINE wide finish_sum(const clenshaw_sum *p, int is_sine, int shift, const angle_lanes *a)
-{
-    wide sum = wide_splat(0.0);
-    for (int i = 0; i < 2; i++) {
-        const int at = 2 * i + shift;
-        sum = sum + (is_sine ? a->s[at] * p->last[i] + a->s[4 - at] * p->before[i]
-                             : a->c[at] * p->last[i] - a->c[4 - at] * p->before[i]);
-    }
-    return sum;
-}
-/* Returns the value of the series c (`which` = 0) or s (`which` = 1) of an angle. */
-INLINE wide finish_part(const kr_angle_series *e, int which, const clenshaw_sum *p,
-                        const angle_lanes *a)
-{
-    if (e->is_whole[which]) return finish_sum(p, e->is_sine[which], 0, a);
-    return finish_sum(p, e->is_sine[which], 1, a);
-}
-INLINE wide part_at(const kr_angle_series *e, int which, const angle_lanes *a)
-{
-    clenshaw_sum p = begin_sum();
-    const wide twice = 2.0 * a->c[4];
-    for (int k = e->count[which] - 2; k >= 0; k -= 2) step_sum(&p, twice, e->part[which] + k);
-    return finish_part(e, which, &p, a);
-}
-/* Evaluates the Fourier series c1 and s1 in the first angle, and c2 and s2 in the second. All four
- * series have the same length, and are summed in parallel to hide the latency of the
- * recurrences. */
-INLINE void sum_parts(const kr_chaplygin_plan *plan, const angle_lanes a[2], wide c[2], wide s[2])
-{
-    const kr_angle_series *const first = &plan->angle[0], *const second = &plan->angle[1];
-    const wide one = 2.0 * a[0].c[4], two = 2.0 * a[1].c[4];
-    clenshaw_sum p = begin_sum(), q = p, u = p, v = p;
-    for (int k = first->count[0] - 2; k >= 0; k -= 2) {
-        step_sum(&p, one, first->part[0] + k);
-        step_sum(&q, one, first->part[1] + k);
-        step_sum(&u, two, second->part[0] + k);
-        step_sum(&v, two, second->part[1] + k);
-    }
-    c[0] = finish_part(first, 0, &p, &a[0]);
-    s[0] = finish_part(first, 1, &q, &a[0]);
-    c[1] = finish_part(second, 0, &u, &a[1]);
-    s[1] = finish_part(second, 1, &v, &a[1]);
-}
-/* Performs one step of Newton's method for the periodic part of the rescaled time tau, starting
- * from `slip`. The residual of the time equation at the starting point `slip` is written to
- * `value`. Each series is truncated to its first `terms` terms. */
-INLINE wide improve_slip(const kr_chaplygin_plan *plan, const dd half[2], int terms, wide slip,
-                         wide *value)
-{
-    const kr_angle_series *const first = &plan->angle[0], *const second = &plan->angle[1];
-    const angle_lanes a = angle_of(phase_plus(half[0], slip * first->half_turns)),
-                      b = angle_of(phase_plus(half[1], slip * second->half_turns));
-    const wide one = 2.0 * a.c[4], two = 2.0 * b.c[4];
-    clenshaw_sum p = begin_sum(), q = p, u = p, v = p;
-    for (int k = terms - 2; k >= 0; k -= 2) {
-        step_sum(&p, one, first->time + k);
-        step_sum(&q, one, first->time_rate + k);
-        step_sum(&u, two, second->time + k);
-        step_sum(&v, two, second->time_rate + k);
-    }
-    *value = plan->mean * slip + (finish_sum(&p, 1, 0, &a) + finish_sum(&u, 1, 0, &b));
-    const wide slope = plan->mean + (first->rate * finish_sum(&q, 0, 0, &a) +
-                                     second->rate * finish_sum(&v, 0, 0, &b));
-    return slip - *value / slope;
-}
-/* Returns the slip, which is the periodic part of the rescaled time tau. The array `half` contains
- * half of each mean angle, in turns. The first Newton steps use truncated series for the time.
- * Later Newton steps are confined to an interval that brackets the solution; it exists because t
- * increases monotonically with tau. A Newton step longer than half the previous one is replaced by
- * bisection. Newton's method could otherwise alternate between two points on opposite sides of the
- * solution. The torus angles that correspond to the returned slip are written to the array `a`. */
-INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lanes a[2])
+/* Finds half of each torus angle [turns] for half of each mean angle. The slip is the periodic part
+ * of the rescaled time tau. Its equation has the derivative |m|, whose logarithm changes by at most
+ * one in a unit of tau. The steps of Newton's method are confined to an interval that brackets the
+ * solution. A step longer than half the previous one is replaced by bisection; Newton's method could
+ * otherwise alternate between two points on opposite sides of the solution. */
+INLINE void find_angles(const kr_chaplygin_plan *plan, const dd mean[2], dd half[2])
 {
     wide high = wide_splat(plan->most_slip), low = -high, moved = 4.0 * high,
-         slip = wide_splat(0.0), value;
-    for (int step = 0; step < GUESSES; step++)
-        slip = wide_max(
-            wide_min(improve_slip(plan, half, plan->guess_terms[step], slip, &value), high), low);
+         slip = wide_splat(0.0);
     mask done = wide_less(high, low);
     for (int step = 0; step < 80 && !mask_all(done); step++) {
-        wide next = improve_slip(plan, half, plan->angle[0].times, slip, &value);
+        arc_point p[2];
+        wide time[2];
+        for (int j = 0; j < 2; j++) half[j] = phase_plus(mean[j], slip * plan->arc[j].half_rate);
+        find_points(plan, 0, 1, half, p, time);
+        const wide value = plan->mean * slip + (time[0] + time[1]), slope = p[0].size + p[1].size;
         const mask up = wide_less(wide_splat(0.0), value);
         high = wide_choose(up, slip, high);
         low = wide_choose(up, low, slip);
+        wide next = slip - value / slope;
         const mask is_inside = mask_and(wide_at_most(low, next), wide_at_most(next, high)),
                    is_safe = mask_and(is_inside, wide_at_most(wide_abs(next - slip), 0.5 * moved));
         next = wide_choose(is_safe, next, 0.5 * (low + high));
@@ -152,129 +134,131 @@ INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lan
         slip = wide_choose(done, slip, next);
         done = mask_or(done, settled);
     }
-    for (int j = 0; j < 2; j++)
-        a[j] = angle_of(phase_plus(half[j], slip * plan->angle[j].half_turns));
-    return slip;
+    for (int j = 0; j < 2; j++) half[j] = phase_plus(mean[j], slip * plan->arc[j].half_rate);
 }
-/* cos(k a) and sin(k a) of the second angle a, or those of (k + 1/2) a, at indices 2k and 2k +
- * 1. */
-typedef struct heading_waves {
-    wide w[2 * HEADING_WIDE];
-} heading_waves;
+/* Returns the rate of the heading in tau. */
+INLINE wide heading_rate(const arc_point p[2])
+{
+    return 2.0 * (p[0].c * p[1].s + p[0].s * p[1].c) / (p[0].size + p[1].size);
+}
+/* The nodes and weights of Gauss and Legendre's quadrature on the interval from 0 to 1. */
+static const double gauss_node[HEADING_NODES] = {0.019855071751231884, 0.10166676129318664,
+                                                 0.2372337950418355,   0.40828267875217511,
+                                                 0.59171732124782489,  0.7627662049581645,
+                                                 0.89833323870681336,  0.98014492824876812},
+                    gauss_weight[HEADING_NODES] = {0.050614268145188129, 0.11119051722668724,
+                                                   0.15685332293894364,  0.18134189168918099,
+                                                   0.18134189168918099,  0.15685332293894364,
+                                                   0.11119051722668724,  0.050614268145188129};
 
-/* Multiplies exp(i k a) by c + i s, and writes the real and imaginary parts of the product. */
-INLINE void turn_wave(const wide from[2], wide c, wide s, wide to[2])
+/* Returns the heading's growth from the section `at` [turns of alpha1] along a way of `left` turns
+ * of alpha1, which ends at given halves of the angles. */
+INLINE wide heading_since(const kr_chaplygin_plan *plan, wide at, wide left, wide half)
 {
-    to[0] = from[0] * c - from[1] * s;
-    to[1] = from[1] * c + from[0] * s;
-}
-/* Computes the cosines and sines of the multiples of the second angle by recurrences with a stride
- * of four. Four independent recurrences are faster than one, because each step of a recurrence
- * depends on the previous steps. */
-INLINE void fill_heading_waves(const kr_chaplygin_plan *plan, const angle_lanes *a,
-                               heading_waves *wave)
-{
-    const int shift = !plan->angle[1].is_whole[0];
-    const wide c = a->c[4] * a->c[4] - a->s[4] * a->s[4], s = 2.0 * a->s[4] * a->c[4];
-    wide *const w = wave->w;
-    w[0] = shift ? a->c[1] : a->c[0];
-    w[1] = shift ? a->s[1] : a->s[0];
-    turn_wave(w, a->c[2], a->s[2], w + 2);
-    turn_wave(w, a->c[4], a->s[4], w + 4);
-    turn_wave(w + 2, a->c[4], a->s[4], w + 6);
-    for (int k = 8; k < 2 * plan->wide; k += 2) turn_wave(w + k - 8, c, s, w + k);
-}
-/* Sums the terms of a two-dimensional Fourier series that share one multiple of the first angle.
- * Terms with even and odd indices are summed separately, so that vector instructions can be used.
- * The number of terms, `count`, must be even. */
-INLINE void sum_heading_row(const double *term, int count, const wide *w, wide *u, wide *v)
-{
-#if defined KR_ONE_LANE && defined __GNUC__
-    typedef double four __attribute__((vector_size(32)));
-    four sum = {0.0, 0.0, 0.0, 0.0};
-    for (int j = 0; j < count; j += 2, term += 4, w += 4) {
-        four t, x;
-        memcpy(&t, term, sizeof t);
-        memcpy(&x, w, sizeof x);
-        sum = sum + t * x;
+    wide sum = wide_splat(0.0);
+    for (int g = 0; g < HEADING_NODES; g++) {
+        const wide way = (0.5 * gauss_node[g]) * left;
+        const dd node[2] = {dd_of(0.5 * at + way), dd_of(half + plan->ratio * way)};
+        arc_point p[2];
+        find_points(plan, 0, 1, node, p, NULL);
+        sum = sum + gauss_weight[g] * heading_rate(p);
     }
-#else
-    wide sum[4];
-    for (int i = 0; i < 4; i++) sum[i] = wide_splat(0.0);
-    for (int j = 0; j < count; j += 2, term += 4, w += 4)
-        for (int i = 0; i < 4; i++) sum[i] = sum[i] + term[i] * w[i];
-#endif
-    *u = sum[0] + sum[2];
-    *v = sum[1] + sum[3];
+    return plan->span * left * sum;
 }
-/* Returns the sum of the heading's Fourier series except for the slow terms, which are integrated
- * separately. */
-INLINE wide sum_heading(const kr_chaplygin_plan *plan, const angle_lanes a[2])
+/* Returns the Fourier series of the heading on a section in each lane, for half of alpha2 [turns].
+ * Clenshaw's recurrence is applied to the cosines and to the sines of even and of odd terms, because
+ * the four recurrences do not wait for each other. */
+INLINE wide heading_on_section(const kr_chaplygin_plan *plan, wide section, dd half)
 {
-    heading_waves waves;
-    wide now[2] = {a[0].c[1], a[0].s[1]}, sum = wide_splat(0.0);
-    const double *term = plan->term;
-    fill_heading_waves(plan, &a[1], &waves);
-    for (int i = 0, k = 0; i < plan->rows; i++, k++) {
-        const kr_heading_row *row = &plan->row[i];
-        wide u, v, next[2];
-        for (; k < row->first; k++) {
-            turn_wave(now, a[0].c[2], a[0].s[2], next);
-            memcpy(now, next, sizeof now);
-        }
-        sum_heading_row(term, row->count, waves.w + 2 * row->from, &u, &v);
-        term += 2 * row->count;
-        sum = sum + (plan->is_even ? now[1] * u + now[0] * v : now[0] * u + now[1] * v);
-        turn_wave(now, a[0].c[2], a[0].s[2], next);
-        memcpy(now, next, sizeof now);
+    const int terms = plan->terms, shift = !plan->is_whole;
+    wide c[5], s[5]; /* of multiples of half of alpha2 */
+    c[0] = wide_splat(1.0);
+    s[0] = wide_splat(0.0);
+    sincos_turns(half, &s[1], &c[1]);
+    for (int i = 2; i < 5; i++) {
+        const int low = i / 2, high = i - low;
+        c[i] = c[low] * c[high] - s[low] * s[high];
+        s[i] = c[low] * s[high] + s[low] * c[high];
     }
-    return sum;
+    const wide twice = 2.0 * c[4], zero = s[0];
+    wide sum[2][2] = {{zero, zero}, {zero, zero}}, before[2][2] = {{zero, zero}, {zero, zero}};
+    const double *row[LANES];
+    double at[LANES];
+    wide_store(at, section);
+    for (int lane = 0; lane < LANES; lane++)
+        row[lane] = plan->term + plan->first + 2 * terms * (int)at[lane];
+    for (int k = terms - 2; k >= 0; k -= 2)
+        for (int i = 0; i < 2; i++)
+            for (int j = 0; j < 2; j++) {
+                const wide now =
+                    twice * sum[i][j] + (wide_gather(row, j * terms + k + i) - before[i][j]);
+                before[i][j] = sum[i][j];
+                sum[i][j] = now;
+            }
+    wide total = zero;
+    for (int i = 0; i < 2; i++) {
+        const int up = 2 * i + shift, down = 4 - up;
+        total = total + ((c[up] * sum[i][0] - c[down] * before[i][0]) +
+                         (s[up] * sum[i][1] + s[down] * before[i][1]));
+    }
+    return total;
 }
-/* Returns sin x / x for |x| <= 1/2. The first omitted term of the Taylor series is below 5e-17. */
-INLINE wide sinc_of(wide x)
-{
-    const wide xx = x * x, last = 1.0 / 362880 - xx * (1.0 / 39916800 - xx * (1.0 / 6227020800.0));
-    return 1.0 - xx * (1.0 / 6 - xx * (1.0 / 120 - xx * (1.0 / 5040 - xx * last)));
-}
-/* Integrates the slow terms of the heading rate from 0 to `tau`. */
-INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, const angle_lanes a[2], wide tau)
+/* Returns x - nearest(x). */
+INLINE wide part_of_turn(dd x) { return (x.hi - nearest(x.hi)) + x.lo; }
+/* Returns the sum of the slow terms over n turns of alpha1, a geometric series. */
+INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, wide n)
 {
     wide sum = wide_splat(0.0);
     for (int i = 0; i < plan->slow_terms; i++) {
-        const kr_slow_term *n = &plan->slow[i];
-        const wide x = n->rate * tau;
-        const mask near = wide_less(wide_abs(x), wide_splat(1.0));
-        const wide half = wide_choose(near, 0.5 * x, wide_splat(0.0)), sinc = sinc_of(half);
-        wide s, c, unused;
-        const dd turn = one_turn();
-        sincos_turns(dd_add(dd_of(wide_splat(n->phase)), dd_times(half, turn)), &unused, &c);
-        const dd one = dd_times(wide_splat(n->first), a[0].half),
-                 two = dd_times(wide_splat(n->second), a[1].half);
-        dd now = dd_add(dd_add(dd_make(one.hi - nearest(one.hi), one.lo),
-                               dd_make(two.hi - nearest(two.hi), two.lo)),
-                        dd_of(wide_splat(n->offset)));
-        sincos_turns(now, &s, &unused);
-        sum = sum + wide_choose(near, n->value * tau * c * sinc, n->over * (s - n->sine));
+        const kr_slow_term *e = &plan->slow[i];
+        const dd step = dd_make(wide_splat(0.5 * e->step), wide_splat(0.5 * e->step_more));
+        const wide far = part_of_turn(dd_times(n, step)),
+                   middle = e->phase + part_of_turn(dd_times(n - 1.0, step));
+        wide s, wave, unused;
+        sincos_turns(dd_of(far), &s, &unused);
+        sincos_turns(dd_of(middle), &wave, &unused);
+        const wide growth = e->sine != 0.0 ? s / e->sine : n;
+        sum = sum + e->value * wave * growth;
     }
     return sum;
 }
-/* Returns the state at `time`. The array `mean` contains half of each mean angle. The argument
- * `elapsed` is the time since the initial time, multiplied by the mean rate of tau. */
-INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time, const dd mean[2],
-                                       wide elapsed)
+/* Returns the heading, up to a constant, for half of each torus angle [turns]. `turns` is the number
+ * of turns of alpha1 that half[0] leaves out. */
+INLINE wide find_heading(const kr_chaplygin_plan *plan, const dd half[2], wide turns)
 {
-    const dd turn = one_turn();
-    angle_lanes a[2];
-    const wide slip = find_slip(plan, mean, a), tau = elapsed + (slip - plan->slip);
-    wide part[2], other[2];
-    sum_parts(plan, a, part, other);
-    const wide c1 = part[0], c2 = part[1], s1 = other[0], s2 = other[1],
+    const wide turn = nearest(2.0 * half[0].hi), ahead = 2.0 * half[0].hi - turn,
+               side = minus_where(is_negative(ahead));
+    /* The heading is an even or odd function of the angles, and changes its sign after a turn of
+     * alpha1. */
+    const double all = 2.0 * plan->sections;
+    const wide place = side * ahead,
+               section =
+                   wide_max(wide_min(nearest(place * all - 0.5), wide_splat(plan->sections - 1.0)),
+                            wide_splat(0.0)),
+               at = section / all, left = (place - at) + side * (2.0 * half[0].lo);
+    const dd second =
+        phase_plus(dd_make(side * half[1].hi, side * half[1].lo), -0.5 * plan->ratio * left);
+    const wide value = heading_on_section(plan, section, second) +
+                       heading_since(plan, at, left, part_of_turn(second));
+    const mask is_odd = wide_less(wide_splat(0.0), wide_abs(0.5 * turn - nearest(0.5 * turn)));
+    const wide sign = minus_where(is_odd) * (plan->is_even ? side : wide_splat(1.0));
+    return sign * value + sum_slow_terms(plan, turns + turn);
+}
+/* Returns the state at `time`. The array `mean` contains half of each mean angle [turns], and
+ * `turns` is the number of turns of alpha1 that it leaves out. */
+INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time, const dd mean[2],
+                                       wide turns)
+{
+    dd half[2];
+    arc_point p[2];
+    find_angles(plan, mean, half);
+    find_points(plan, 0, 1, half, p, NULL);
+    const wide c1 = p[0].c, c2 = p[1].c, s1 = p[0].s, s2 = p[1].s,
                size = (c1 * c1 + s1 * s1) + (c2 * c2 + s2 * s2);
-    const wide grown = (sum_heading(plan, a) - plan->heading_value) + sum_slow_terms(plan, a, tau);
     /* psi/2 in turns. The low-order part of the product is smaller than the rounding error of the
      * series. */
-    const wide half = 0.5 * (grown * turn.hi);
-    dd heading = two_sum(wide_splat(plan->heading_start), half - nearest(half));
+    const wide near = 0.5 * (find_heading(plan, half, turns) * one_turn().hi);
+    dd heading = two_sum(wide_splat(plan->heading_start), near - nearest(near));
     heading.lo = heading.lo + plan->heading_more;
     wide s, c;
     sincos_turns(heading, &s, &c);
@@ -297,6 +281,6 @@ INLINE state_lanes chaplygin_kernel(const kr_chaplygin_plan *plan, wide time, dd
 {
     const dd mean[2] = {torus_phase_at(&plan->torus, 0, span),
                         torus_phase_at(&plan->torus, 1, span)};
-    return chaplygin_kernel_at(plan, time, mean, span.hi * plan->tau_rate);
+    return chaplygin_kernel_at(plan, time, mean, 2.0 * nearest(span.hi * plan->torus.turn[0].fast));
 }
 #endif

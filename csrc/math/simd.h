@@ -13,6 +13,7 @@
 
 #if defined KR_ONE_LANE || defined KR_PLAIN || !(defined __SSE2__ || defined KR_NEON)
 enum { LANES = 1 };
+#  define WIDE_LANE(a, i) (a)
 typedef double wide;
 typedef uint64_t wide_integer; /* the bits of a wide, as integers */
 typedef int mask;
@@ -103,6 +104,16 @@ INLINE wide wide_fma(wide a, wide b, wide c) { return a * b + c; }
 #  endif
 #endif
 
+#if !defined WIDE_LANE
+#  define WIDE_LANE(a, i) (a)[i]
+#endif
+/* Returns from[i][k] in each lane i. */
+INLINE wide wide_gather(const double *const from[], int k)
+{
+    wide r = wide_splat(0.0);
+    for (int i = 0; i < LANES; i++) WIDE_LANE(r, i) = from[i][k];
+    return r;
+}
 /* Loads one double per SIMD lane; the address need not be aligned. */
 INLINE wide wide_load(const double *p)
 {

@@ -170,7 +170,7 @@ class _TorusForm(NamedTuple):
 
 _TORUS_FORMS: Final = {
     "kowalewski": _TorusForm("Kowalewski", ratio=2.0, set_up=1e3, state=0.5),
-    "goryachev_chaplygin": _TorusForm("Goryachev-Chaplygin", ratio=4.0, set_up=3e4, state=20.0),
+    "goryachev_chaplygin": _TorusForm("Goryachev-Chaplygin", ratio=4.0, set_up=4e3, state=1.0),
 }
 _ROUNDING: Final = 2.0**-53
 _LARGEST_CERTIFICATE: Final = 1e-11  # the core refuses closed forms with a larger one
