@@ -347,12 +347,6 @@ static void set_phase(kr_kowalewski_torus *plan, kr_quat q)
              beta = cx_mul(cx_of(q.x, q.y), cx_of(at.x, -at.y)), both = cx_add(alpha, beta);
     phase_start(&plan->torus.turn[2], turns_of(both.im, both.re));
 }
-/* Converts the solution to the user's units, or to internal units if `own` is nonzero
- * (across.h). */
-static void bring_back(kr_kowalewski_torus *plan, const across_way *way, double start, int own)
-{
-    torus_to_user(&plan->torus, way, start, own);
-}
 enum { TAYLOR_ORDER = 12 };
 /* Moves a state and the axes e1, e2 and e3 = g, all in the body frame, by the time `span`. Adds up
  * the Taylor series, whose remainder is negligible if span * (1 + |omega|) is below 1/30. */
@@ -483,7 +477,7 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
         info->refusal = name_motion(&top, info->refusal);
         return KR_ERR_METHOD;
     }
-    bring_back(plan, &way, scene->start.t, own);
+    torus_to_user(&plan->torus, &way, scene->start.t, own);
     torus_info(&plan->torus, 1.0, info);
     if (info->certificate <= bound) return KR_OK;
     info->refusal = name_motion(&top, KR_REFUSAL_CERTIFICATE);
