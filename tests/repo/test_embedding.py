@@ -93,12 +93,12 @@ def test_the_commands_of_a_section_work_with_the_files_of_the_page(section, pref
     assert re.fullmatch(last_line, output.splitlines()[-1]), output
 
 
-def build_example(name, tmp_path, *linking):
+def build_example(name, tmp_path, *linking, folder=EXAMPLES):
     """Compile a C example with the installed library, and return the path of the program."""
     need("cmake", "gcc")
     prefix = install_library()
     warnings = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
-    library = [f"-I{prefix}/include", EXAMPLES / f"{name}.c", prefix / "lib/libkreisel.a"]
+    library = [f"-I{prefix}/include", folder / f"{name}.c", prefix / "lib/libkreisel.a"]
     words = [*library, "-lm", "-pthread", *linking, "-o", tmp_path / name]
     run("gcc", "-std=c99", "-O1", *warnings, *words)
     return tmp_path / name
@@ -139,6 +139,18 @@ def test_a_program_prints_the_motion_of_its_top(name, tmp_path):
         np.testing.assert_allclose(find_numbers(pattern, output), truth, rtol=0, atol=tolerance)
     if name == "checkpoint":
         assert "\nbitwise equal\n" in output and "damaged: the checkpoint is damaged" in output
+
+
+def test_the_example_at_the_beginning_of_the_header_shows_the_nutation(tmp_path):
+    header = (ROOT / "csrc/kreisel.h").read_text().partition(" * The functions")[0]
+    lines = "\n".join(re.findall(r"^ \*     (.*)$", header, re.M))
+    head = "#include <kreisel.h>\n#include <stdio.h>\nint main(void)\n{\n"
+    (tmp_path / "header.c").write_text(f"{head}{lines}\n    return 0;\n}}\n")
+    output = run(build_example("header", tmp_path, folder=tmp_path))
+    tilts = find_numbers("^ *#  #$", output)[:, 1]
+    ratio = (0.3 * 10.0) ** 2 / (4 * 1.3)
+    largest = np.arccos(ratio - np.sqrt(ratio * ratio - 2 * ratio * np.cos(0.5) + 1))
+    assert len(tilts) == 100 and tilts.min() > 0.5 and largest - 0.01 < tilts.max() < largest
 
 
 def test_an_ensemble_does_not_depend_on_its_threads(tmp_path):
