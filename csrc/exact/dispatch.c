@@ -93,16 +93,14 @@ size_t kr_exact_size(const kr_scene *scene)
 }
 kr_status kr_exact_plan(const kr_scene *scene, double bound, kr_exact *exact)
 {
-    if (!exact || !(bound >= 0.0)) return KR_ERR_ARGUMENT;
-    const kr_exact_info none = {.refusal = KR_REFUSAL_KIND};
+    if (!scene || !exact || !(bound >= 0.0)) return KR_ERR_ARGUMENT;
+    const kr_exact_info none = {.kind = kr_scene_kind(scene), .refusal = KR_REFUSAL_KIND};
+    const kr_closed_form *form = kr_closed_form_of(none.kind);
+    if (!form) form = &kr_symmetric_form; /* checks the scene, and refuses it */
     exact->info = none;
-    kr_status status = kr_scene_check(scene);
-    if (status != KR_OK) return status;
-    const kr_closed_form *form = kr_closed_form_of(exact->info.kind = kr_scene_kind(scene));
-    if (!form) return KR_ERR_METHOD;
     exact->isa = kr_exact_widest_isa(form);
-    status = exact->isa->scalar->plan(scene, 0, bound > 0.0 ? bound : KR_EXACT_BOUND, exact + 1,
-                                      &exact->info);
+    const kr_status status = exact->isa->scalar->plan(
+        scene, 0, bound > 0.0 ? bound : KR_EXACT_BOUND, exact + 1, &exact->info);
     if (status == KR_OK) exact->info.used = sizeof *exact + form->used_size(exact + 1);
     return status;
 }

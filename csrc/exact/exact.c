@@ -97,7 +97,7 @@ static void exact_read(const kr_motion *motion, kr_state *s)
 
 const kr_method kr_method_exact = {
     .name = "exact",
-    .text = "closed form by theta functions",
+    .text = "closed forms of the integrable tops",
     .conserves = "all integrals",
     .reference = "Klein and Sommerfeld 1897; Jacobi 1849; Kowalevski 1889; Chaplygin 1901",
     .order = 0,

@@ -554,8 +554,9 @@ def exact(
         return _build_bobenko_suris_closed_form(tops, map, step)
     if step is not None:
         raise ValueError('step needs map="bobenko_suris"; the motion itself has no step')
-    form = ExactTorus if choices.has_torus_closed_form(tops) else Exact
-    return form(tops, *torus.plan_closed_form(tops))
+    numbers, plan = torus.plan_closed_form(tops)
+    form = Exact if math.isnan(numbers[6]) else ExactTorus  # only a torus has a certificate
+    return form(tops, numbers, plan)
 
 
 def _refuse_turning_support(tops: Scene) -> None:
