@@ -56,18 +56,23 @@ class exact_plan
         for (int k = 0; k < 7; k++) row[k] = is_on_torus() == (k >= 3) ? rates[k] : NAN;
     }
 };
-// Returns the name of the status, the text of the refusal, the numbers of write_numbers and the
+// Returns the name of the status, the text of the refusal, whether the motion is on a torus, and the
 // closed form, which is None after a failure.
 static py::tuple plan_exact(const kr_scene &scene, double bound)
 {
     auto plan = std::make_unique<exact_plan>();
     const kr_status status = plan->plan(scene, bound);
     const char *refusal = kr_refusal_text(plan->info().refusal);
-    doubles numbers(py::ssize_t(7));
-    if (status != KR_OK) return py::make_tuple(name_of(status), refusal, numbers, py::none());
-    plan->write_numbers(numbers.mutable_data());
+    if (status != KR_OK) return py::make_tuple(name_of(status), refusal, false, py::none());
     plan->shrink();
-    return py::make_tuple(name_of(status), refusal, numbers, std::move(plan));
+    const bool on_torus = plan->is_on_torus();
+    return py::make_tuple(name_of(status), refusal, on_torus, std::move(plan));
+}
+static doubles exact_numbers_of(const exact_plan &plan)
+{
+    doubles numbers(py::ssize_t(7));
+    plan.write_numbers(numbers.mutable_data());
+    return numbers;
 }
 // Returns the states of a plan at the times t. Returns None if a time is not below `most`, or if
 // the times need validation by Python.
@@ -228,6 +233,7 @@ void bind_exact(py::module_ &m)
 {
     py::class_<exact_plan>(m, "ExactPlan");
     m.def("plan_exact", plan_exact, "scene"_a, "bound"_a);
+    m.def("exact_numbers_of", exact_numbers_of, "plan"_a);
     m.def("exact_states", exact_states, "plan"_a, "t"_a, "most"_a);
     m.def("exact_states_at", exact_states_at, "plan"_a, "turns"_a);
     py::list names;

@@ -82,13 +82,9 @@ class Exact(Generic[_Values, _Paths]):
     _plan: Any  # the core.ExactPlan of one top
     _word: str  # the word for a member in messages
 
-    def __init__(
-        self, scene: Scene, numbers: Array | None = None, plan: Any = None, word: str = "top"
-    ) -> None:
+    def __init__(self, scene: Scene, plan: Any = None, word: str = "top") -> None:
         fields = self.__dict__
         fields["scene"], fields["_plan"], fields["_word"] = scene, plan, word
-        if numbers is not None:
-            fields["_numbers"] = numbers
 
     def __reduce__(self) -> tuple[Any, tuple[Scene]]:
         return exact, (self.scene,)
@@ -129,6 +125,8 @@ class Exact(Generic[_Values, _Paths]):
     @cached_property
     def _numbers(self) -> Array:
         """(n, 7) period, two mean rates, three frequencies and certificate; NaN where undefined."""
+        if self._plan is not None:
+            return core.exact_numbers_of(self._plan)
         numbers = np.empty((self.scene.size, 7))
         self._call_core_in_slices(core.exact_numbers, numbers)
         return numbers
@@ -554,9 +552,8 @@ def exact(
         return _build_bobenko_suris_closed_form(tops, map, step)
     if step is not None:
         raise ValueError('step needs map="bobenko_suris"; the motion itself has no step')
-    numbers, plan = torus.plan_closed_form(tops)
-    form = Exact if math.isnan(numbers[6]) else ExactTorus  # only a torus has a certificate
-    return form(tops, numbers, plan)
+    is_on_torus, plan = torus.plan_closed_form(tops)
+    return (ExactTorus if is_on_torus else Exact)(tops, plan)
 
 
 def _refuse_turning_support(tops: Scene) -> None:

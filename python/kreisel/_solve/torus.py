@@ -21,15 +21,15 @@ _ASIDE = 0.1  # value of the other angle on a loop [turns]; no motion is special
 _AXES: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-def plan_closed_form(scene: Scene) -> tuple[Array, ExactPlan]:
-    """Return the rates, frequencies and certificate of a top, and its closed form.
+def plan_closed_form(scene: Scene) -> tuple[bool, ExactPlan]:
+    """Return whether the motion of a top is on a torus, and its closed form.
 
     Raises ValueError if there is none.
     """
-    status, _, numbers, plan = plan_exact(scene._block, 0.0)
+    status, _, is_on_torus, plan = plan_exact(scene._block, 0.0)
     if plan is None:
         raise make_no_closed_form_error(status, scene)
-    return numbers, plan
+    return is_on_torus, plan
 
 
 def make_no_closed_form_error(status: str, scene: Scene, prefix: str = "") -> ValueError:
