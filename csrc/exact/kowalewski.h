@@ -38,8 +38,8 @@ typedef struct kr_kowalewski_arc {
     double scale; /* dw/F = scale D dx / (product of the square roots of all way * (N - e D)) */
     /* For complex roots e, way * (N - e D) = half * (center[0] - cos x) - center[1] + i im D. */
     double half, center[2], im;
-    /* The same for poles w of the heading, with w^2 = -c: square roots for those next to the arc,
-     * and the values for both poles if they are real. */
+    /* The poles w of the heading, which satisfy w^2 = -c. For those next to the arc, the square
+     * roots of a and b; if both poles are real, a and b of each. */
     double pole_a[2], pole_b[2], both_a[2], both_b[2];
     int poles, low, high, folds;
     kr_fold fold[FOLDS]; /* from x to y */

@@ -12,7 +12,8 @@ enum {
     KR_AXES = 16                 /* number of component indices reserved for each quantity */
 };
 extern const kr_quantity kr_quantities[KR_QUANTITIES];
-/* What computations need of a quantity, without the texts, which most programs do not link. */
+/* The part of a quantity that computations use. It has no texts, so that programs that name no
+ * quantity do not link them. */
 typedef struct kr_quantity_row {
     void (*values)(const kr_scene *scene, size_t n, const kr_state states[], double out[]);
     unsigned char doubles, flags;

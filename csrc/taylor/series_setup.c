@@ -1,5 +1,5 @@
-/* What all parts of the method taylor share: the instruction sets, the constants of a Taylor series
- * (see taylor.h), and its end. */
+/* Functions shared by all parts of the method taylor: the table of instruction sets, and those that
+ * set the constants of a Taylor series (see taylor.h) and end a step. */
 #include <string.h>
 #include "support_setup.h"
 #include "taylor.h"

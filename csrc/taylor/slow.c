@@ -83,8 +83,8 @@ typedef struct slow_axes {
     double gain[3][3];
 } slow_axes;
 
-/* How damping acts: about the principal axes or, if friction holds the top, about the directions of
- * slow_held.h. */
+/* The directions about which strong damping is considered: the principal axes or, if friction holds
+ * the top, the directions of slow_held.h. */
 struct kr_slow_kind {
     int count; /* of axes or directions */
     /* Finds the directions. NULL for the principal axes. */

@@ -4,7 +4,7 @@
 #include "taylor.h"
 
 struct kr_support_ops;
-/* How damping acts on a top that friction holds. */
+/* The directions for a top that friction holds (slow.c). */
 extern const struct kr_slow_kind kr_slow_held;
 /* Computes the next step of a strongly damped motion on the slow manifold, forward in time.
  * `supports` is NULL if the series has no terms of a support. Returns 0 if the motion has not

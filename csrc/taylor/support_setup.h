@@ -66,7 +66,7 @@ typedef struct kr_support_ops {
     void (*set_mode)(const kr_motion *motion);
     kr_vec3 (*acceleration)(const kr_series *s);
     double (*sliding)(const kr_series *s);
-    /* How slow.c treats a top that friction holds. */
+    /* The directions of strong damping for a top that friction holds (slow.c). */
     const struct kr_slow_kind *held;
     /* Determines whether the top initially slides or is held by friction. */
     void (*start)(const kr_motion *motion);
