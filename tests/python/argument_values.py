@@ -3,6 +3,7 @@
 import fractions
 import inspect
 import itertools
+from pathlib import Path
 
 import kreisel as kr
 import numpy as np
@@ -144,6 +145,9 @@ PARAMETERS = [
     ("rotor turning", [(0.0, 0.0, 0.5), (0.1, -0.2, 0.3)], NO_VECTORS),
     ("shaking", [(0.1, 5.0, 0.3), (0.0, 0.0, 0.0)], [*NO_VECTORS, (0.1, -5.0, 0.3)]),
     ("axis", [(0.0, 0.0, 1.0), (1.0, -2.0, 0.5)], [*NO_VECTORS, (0, 0, 0)]),
+    ("profile", [[(0, 0), (1, 1), (0, 2)]], ["abc", 3, [(0, 0), (1, NAN), (0, 2)]]),
+    ("mesh", ["part.stl"], [3, np.ones((2, 3, 3))]),
+    ("scale", SIZES, NOT_POSITIVE),
     ("half", [(1, 2, 3), np.ones(3)], NO_SIDES),
     ("t", TIMES, NO_TIMES),
     ("body", [TOP.body, LAGRANGE.body, CORNER, MADE_UP, PLATE], [*NO_OBJECTS, TOP]),
@@ -231,6 +235,8 @@ PARTICULAR = spread(
         "Body.cone.mass Body.cuboid.mass Body.symmetric.mass": [1, [1, 2]],
         "Scene.body Scene.from_euler.body Scene.spinning.body": [TOP.body, *BODIES],
         "Body.cuboid.half Body.ellipsoid.half": [(1, 2, 3), [(1, 1, 2), (3, 2, 1)]],
+        "Body.from_model.path": ["model.xml"],
+        "Body.from_model.name": ["top"],
         "Body.unphysical": [True, [True, False]],
         "Scene.momentum": [(0, 0, 1), np.ones((2, 3)), np.ones((3, 1, 3))],
         "Scene.gravity": [1.0, [1.0, 2.0], -1],
@@ -263,6 +269,7 @@ PARTICULAR_WRONG = spread(
 FURTHER = spread(
     {
         "Body.cone Body.cylinder Body.ellipsoid Body.sphere Body.tube": {"mass": 1},
+        "Body.from_mesh Body.turned": {"mass": 1},
         "Body.rod": {"pivot": (1, 0, 0)},
         "Body": {"com": (0, 0, 0.5), "inertia": (1, 2, 2.5)},
         "Body.shift": {"by": (0, 0, 1e-3)},
@@ -325,6 +332,11 @@ def write_files():
         kr.sweep(SOURCES[0], [1.0], folder=folder, **words)
     tops = pandas.DataFrame({"spin": [1.0, 2.0], "tilt": [0.1, 0.2]})
     tops.to_parquet("tops.parquet")
+    corners = "0 0 0", "1 0 0", "0 1 0", "0 0 1"
+    faces = (0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)
+    Path("part.stl").write_text(" ".join(f"vertex {corners[i]}" for face in faces for i in face))
+    inertial = '<inertial pos="0 0 1" mass="1" diaginertia="1 2 2.5"/>'
+    Path("model.xml").write_text(f'<mujoco><body name="top">{inertial}</body></mujoco>')
 
 
 KNOT = []

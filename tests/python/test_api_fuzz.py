@@ -37,8 +37,9 @@ LETTERS = 1000  # largest length of an error message; some messages list all val
 REFUSALS = TypeError, ValueError, MemoryError, kr.Error
 IDIOMS = {"__getattr__": AttributeError, "__getitem__": LookupError, "scene_at": IndexError}
 IDIOMS |= {"end": IndexError, "get_scene": KeyError, "message": IndexError, "part": IndexError}
+IDIOMS |= {"from_mesh": ModuleNotFoundError}  # of trimesh
 # parameters that name files
-PLACES = {"file", "source", "path", "checkpoint", "open", "to", "folder"}
+PLACES = {"file", "mesh", "source", "path", "checkpoint", "open", "to", "folder"}
 # parameters with which a run may take hours if they are large
 LIMITED = {"pieces": 3, "max_evaluations": 30, "repeats": 3, "n": 50, "fps": 10, "size": 64}
 # more parameters with which a run may take hours

@@ -10,6 +10,7 @@ from pathlib import Path
 import kreisel as kr
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from tops import CORNER, TILT, matrix, unit, words_for
 
 EPS = 2.0**-52
@@ -42,6 +43,8 @@ def ball_place(cos, phi, r=1.0):
 
 
 HALF = (0.5, 1.5, 2.0)
+CORNERS = np.array([(0, 1, 0), (2, 1, 0), (0, 3, 0), (0, 1, 1.5)])
+TETRAHEDRON = CORNERS[[(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]]
 BALL = (-1, 1), TURN, (0, 1)
 # A constructor, its lengths, points with their volumes, and whether the body has a volume
 SHAPES = {
@@ -63,6 +66,12 @@ SHAPES = {
     "disk": ("disk", {"radius": 0.5}, False, fill(round_place, lambda r, _: r, (0, 0.5), TURN)),
     "rod": ("rod", {"length": 3}, False,
         fill(lambda z: (0 * z, 0 * z, z), lambda z: 1.0, (-1.5, 1.5))),
+    "turned": ("turned", {"profile": [(0.2, 1), (0.7, 3), (0.7, 1)]}, True,
+        fill(lambda z, phi, u: round_place(0.7 + 0.25 * u * (z - 3), phi, z),
+            lambda z, _, u: (0.7 + 0.25 * u * (z - 3)) * 0.25 * (3 - z), (1, 3), TURN, (0, 1))),
+    "mesh": ("from_mesh", {"mesh": TETRAHEDRON, "scale": 0.5}, True,
+        fill(lambda s, u, v: (s * (1 - u), 0.5 + s * u * (1 - v), 0.75 * s * u * v),
+            lambda s, u, _: 0.75 * s * s * u, (0, 1), (0, 1), (0, 1))),
 }  # fmt: skip
 
 
@@ -112,6 +121,53 @@ def test_a_shape_has_the_inertia_and_the_mass_of_the_integral(name, pivot):
 def test_moments_agree_with_textbooks(maker, sizes, moments):
     body = getattr(kr.Body, maker)(**sizes, pivot=(0, 0, 0), mass=1)
     np.testing.assert_allclose(body.moments, moments, rtol=1e-15)
+
+
+@pytest.mark.parametrize("is_text", [False, True])
+def test_an_stl_file_is_read_in_both_forms(is_text, tmp_path):
+    file = tmp_path / "part.STL"
+    if is_text:
+        rows = ["vertex " + " ".join(map(str, corner)) for corner in TETRAHEDRON.reshape(-1, 3)]
+        facets = ["\n".join(rows[i : i + 3]) for i in range(0, 12, 3)]
+        file.write_text("solid part\nfacet\n" + "\nendfacet\nfacet\n".join(facets))
+    else:
+        facets = b"".join(bytes(12) + one.astype("<f4").tobytes() + bytes(2) for one in TETRAHEDRON)
+        file.write_bytes(b"solid".ljust(80) + (4).to_bytes(4, "little") + facets)
+    assert kr.Body.from_mesh(file, PIVOT, mass=2, scale=0.5) == make("mesh", pivot=PIVOT, mass=2)
+    inside_out = kr.Body.from_mesh(TETRAHEDRON[:, ::-1], PIVOT, mass=2, scale=0.5)
+    np.testing.assert_allclose(inside_out.inertia, make("mesh", pivot=PIVOT, mass=2).inertia)
+    file.write_bytes(file.read_bytes()[:-30])
+    with pytest.raises(ValueError, match=r"STL|closed"):
+        kr.Body.from_mesh(file, PIVOT, mass=2)
+
+
+@pytest.mark.parametrize(
+    ("root", "link", "inertial", "turn"),
+    [
+        ("robot", "link", '<origin xyz="0 .2 .1" rpy=".3 .2 -.5"/><mass value="2"/><inertia '
+            'ixx=".02" iyy=".03" izz=".015" ixy=".001" ixz="0" iyz="-.002"/>',
+            Rotation.from_euler("xyz", [0.3, 0.2, -0.5])),
+        ("mujoco", "body", ' pos="0 .2 .1" mass="2" diaginertia=".02 .03 .015" quat="1 .5 -.5 .7"',
+            Rotation.from_quat([0.5, -0.5, 0.7, 1])),
+        ("mujoco", "body", ' pos="0 .2 .1" mass="2" fullinertia=".02 .03 .015 .001 0 -.002"',
+            Rotation.identity()),
+    ],
+)  # fmt: skip
+def test_model_files_give_the_inertia_of_a_link(root, link, inertial, turn, tmp_path):
+    text = f"<inertial{'' if link == 'body' else '>'}{inertial}"
+    text += "/>" if link == "body" else "</inertial>"
+    file = tmp_path / "model.xml"
+    file.write_text(f'<{root}><{link} name="top">{text}</{link}><{link} name="base"/></{root}>')
+    given = np.array([(0.02, 0.001, 0), (0.001, 0.03, -0.002), (0, -0.002, 0.015)])
+    given = np.diag(given.diagonal()) if "diag" in inertial else given
+    matrix = turn.as_matrix()
+    expected = kr.Body.from_com(2, matrix @ given @ matrix.T, (0, 0.2, 0.1), PIVOT)
+    body = kr.Body.from_model(file, pivot=PIVOT)
+    np.testing.assert_allclose(body.inertia, expected.inertia, atol=1e-15)
+    assert body.com == expected.com and kr.Body.from_model(file, "top", pivot=PIVOT) == body
+    for wrong, word in {"base": "no inertial", "tp": "did you mean 'top'"}.items():
+        with pytest.raises(ValueError, match=word):
+            kr.Body.from_model(file, wrong)
 
 
 # Sums, shifts, turns

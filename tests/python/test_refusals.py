@@ -91,6 +91,8 @@ MANY = [(1, 1, 1), (1, 1, 3)]
 PAIR = TOP.vary(gravity=[1.0, 2.0])
 TWO = {"scene": PAIR, "t": [0.0, 1.0]}
 UP = (1, 0, 0, 0)
+TURNED = {"profile": [(0, 0), (1, 1), (0, 2)], "mass": 1, **AT}
+MESH = {"mesh": [np.eye(3)], "mass": 1, **AT}
 LOOP = []
 LOOP.append(LOOP)
 # A function, its valid arguments, invalid changes, and a word of the message.
@@ -104,6 +106,15 @@ VALUE_ERRORS = [
     (kr.Body.cone, {"radius": 1, "height": 2, **AT}, {}, "not none"),
     (kr.Body.cone, {"radius": 1, "height": 2, **AT}, {"mass": 1, "density": 1}, "not both"),
     (kr.Body.sphere, {"radius": 1, **AT}, {"density": 1, "shell": True}, "thin"),
+    (kr.Body.turned, TURNED, {"profile": [(0, 0), (1, 1), (1, 0), (0, 1)]}, "crosses itself"),
+    (kr.Body.turned, TURNED, {"profile": [(0, 0), (1, 1), (2, 2)]}, "no volume"),
+    (kr.Body.turned, TURNED, {"profile": [(0, 0), (-1, 1), (0, 2)]}, "negative radii"),
+    (kr.Body.turned, TURNED, {"profile": [(0, 0), (1, 1)]}, "at least 3 pairs"),
+    (kr.Body.from_mesh, MESH, {"mesh": [np.eye(3)]}, "closed surface"),
+    (kr.Body.from_mesh, MESH, {"mesh": [np.eye(3), np.eye(3)[::-1]]}, "no volume"),
+    (kr.Body.from_mesh, MESH, {"scale": -1}, "scale must be positive"),
+    (kr.Body.from_mesh, MESH, {"mesh": [np.eye(3) * NAN]}, "finite"),
+    (kr.Body.from_mesh, MESH, {"mesh": []}, "(n, 3, 3)"),
     (kr.Body.tube, {"inner": 1, "outer": 1, "height": 1, **AT}, {"density": 1}, "thin"),
     (kr.Body.tube, {"inner": 2, "outer": 1, "height": 1, **AT}, {"mass": 1}, "inner"),
     (kr.Body.sphere, {"radius": [1, NAN], **AT}, {"mass": 1}, "radius[1] = nan"),

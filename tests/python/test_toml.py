@@ -30,6 +30,7 @@ BODIES = [  # (name of the constructor, its arguments)
     ("sphere", {"radius": 1, "pivot": [0, 0, -1], "mass": 3, "shell": True}),
     ("ellipsoid", {"half": [1, 2, 3], "pivot": [0, 0, -1], "mass": 3}),
     ("cone", {"radius": 1, "height": 2, "pivot": [0, 0, 0], "mass": 3}),
+    ("turned", {"profile": [[0, 0], [1, 1], [0, 2]], "pivot": [0, 0, 0], "density": 3}),
 ]
 STARTS = [
     ("from_euler", {"angles": [30, 60, 0], "rates": [1, 2, 3], "degrees": True}),
@@ -131,7 +132,8 @@ def test_the_site_and_the_help_list_every_key_of_scene_files():
     """Compare the table of docs/scene_files.md, and the help of kreisel solve, with signatures."""
     makers = {"the file": kr.Scene, "[spinning]": kr.Scene.spinning, "[body]": kr.Body}
     makers["[from_euler]"] = kr.Scene.from_euler
-    shapes = "cone cuboid cylinder disk ellipsoid from_com rod sphere symmetric tube"
+    shapes = "cone cuboid cylinder disk ellipsoid from_com from_mesh from_model "
+    shapes += "rod sphere symmetric tube turned"
     makers |= {f"[body.{name}]": getattr(kr.Body, name) for name in shapes.split()}
     expected = {
         table: [key for key in inspect.signature(make).parameters if key != "body"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -26,6 +27,7 @@ from .batch import (
     store_columns,
 )
 from .parameters import BatchParameter, Column, Index, Shape, get_member, read_parameter
+from .solids import Solid, integrate_mesh, integrate_profile, read_mesh, read_model
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -502,11 +504,7 @@ class Body(BatchBase):
         """Build homogeneous bodies of the shape with this name."""
         least = {"height": parameters.NON_NEGATIVE if name == "tube" else parameters.POSITIVE}
         words = [read_parameter(key, x, check=least.get(key)) for key, x in sizes.items()]
-        if (mass is None) == (density is None):
-            correction = "not both" if mass is not None else "not none"
-            raise ValueError(f"give exactly one of mass and density of the {name}, {correction}")
-        amount, value = ("mass", mass) if density is None else ("density", density)
-        words += [read_parameter("pivot", pivot), read_parameter(amount, value)]
+        words += [read_parameter("pivot", pivot), _read_amount(name, mass, density)]
         is_one = not broadcast_shapes(words)
         *given, pivots, total = [one.values for one in words]
         if name == "tube":
@@ -543,6 +541,109 @@ class Body(BatchBase):
         if name == "rod" and is_one:
             return cast(Self, _join(total, _as_matrices(tensor.values, 0), lever, np.zeros(3)))
         return cls.__new__(cls)._store_parts(words, total, tensor, lever)
+
+    @classmethod
+    def turned(
+        cls,
+        profile: ArrayLike,
+        pivot: ArrayLike,
+        *,
+        mass: ArrayLike | None = None,
+        density: ArrayLike | None = None,
+    ) -> Self:
+        """Build a solid of revolution about the third axis, as a lathe makes it.
+
+        Specify either `mass` [M] or `density` [M L^-3].
+
+        profile  (n, 2) corners (radius, z) of the section [L], in order. The last corner is joined
+                 to the first one: begin and end on the axis, at radius 0, for a solid, or go round
+                 the section of a ring
+        pivot    the fixed point in the same frame [L]
+
+        Raises ValueError if a radius is negative, or if the section crosses itself or has no area.
+
+        >>> import kreisel as kr
+        >>> top = kr.Body.turned([(0, 0), (3, 4), (0, 5)], pivot=(0, 0, 0), density=1)
+        >>> top.kind, round(top.mass, 9), round(top.com[2], 9)
+        ('lagrange', 47.123889804, 3.0)
+        """
+        return cls._build_solid("profile", integrate_profile(profile), pivot, mass, density)
+
+    @classmethod
+    def from_mesh(
+        cls,
+        mesh: str | os.PathLike[str] | ArrayLike,
+        pivot: ArrayLike,
+        *,
+        mass: ArrayLike | None = None,
+        density: ArrayLike | None = None,
+        scale: float = 1.0,
+    ) -> Self:
+        """Build the homogeneous solid that a closed surface of triangles bounds.
+
+        Specify either `mass` [M] or `density` [M L^-3]. The frame of the body is that of the mesh.
+
+        mesh   an STL file, a file of another kind that trimesh reads, if it is installed, or the
+               corners (n, 3, 3) of triangles. They all have their outside, or all their inside, on
+               the side from which they are passed anticlockwise
+        pivot  the fixed point in the frame of the mesh [L]
+        scale  the unit of length of the mesh [L]: 0.001 for millimetres in SI units
+
+        The integrals are those of the polyhedron, so a round part is as round as its triangles are
+        small: `turned` has no such error. Raises ValueError if the surface has a hole or encloses
+        no volume. It is not checked that the surface does not pass through itself.
+
+        >>> import kreisel as kr
+        >>> corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+        >>> faces = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+        >>> mesh = [[corners[i] for i in face] for face in faces]
+        >>> round(kr.Body.from_mesh(mesh, pivot=(0, 0, 0), density=6).mass, 12)
+        1.0
+        """
+        return cls._build_solid(
+            "mesh", integrate_mesh(read_mesh(mesh, scale)), pivot, mass, density
+        )
+
+    @classmethod
+    def _build_solid(
+        cls,
+        name: str,
+        solid: Solid,
+        pivot: ArrayLike,
+        mass: ArrayLike | None,
+        density: ArrayLike | None,
+    ) -> Self:
+        words = [read_parameter("pivot", pivot), _read_amount(name, mass, density)]
+        pivots, total = (
+            words[0].values,
+            words[1].values * (1.0 if density is None else solid.volume),
+        )
+        shape = solid.inertia.shape
+        inertia = total.reshape(total.shape + (1,) * len(shape)) * solid.inertia
+        lever = solid.com - pivots
+        tensor = _add_point_masses(BatchParameter("inertia", inertia, shape), total, lever)
+        return cls.__new__(cls)._store_parts(words, total, tensor, lever)
+
+    @classmethod
+    def from_model(
+        cls,
+        path: str | os.PathLike[str],
+        name: str | None = None,
+        *,
+        pivot: ArrayLike = (0.0, 0.0, 0.0),
+    ) -> Self:
+        """Build the body of a link of a URDF file, or of a body of a MuJoCo model (MJCF).
+
+        The frame of the body is that of the link. Lengths and masses are those of the file.
+
+        name   the name of the link or body; not needed if only one of them has inertial data
+        pivot  the fixed point in the frame of the link, as the place of a joint
+
+        Raises ValueError if the file has no such body, or the body has no <inertial> element, whose
+        orientation in an MJCF must be a quat.
+        """
+        mass, inertia, com = read_model(path, name)
+        return cls.from_com(mass, inertia, com, pivot)
 
     def __add__(self, other: Body) -> Body:
         """Join bodies that are described in the same frame and share the fixed point."""
@@ -717,6 +818,16 @@ class ThinRods(Body):
                 "a thin rod whose fixed point lies on its own line has no moment about that line "
                 "and cannot move alone: add it to another body, or use a cylinder"
             )
+
+
+def _read_amount(name: str, mass: ArrayLike | None, density: ArrayLike | None) -> BatchParameter:
+    """Return the parameter `mass` or `density`, of which one must be given."""
+    if (mass is None) == (density is None):
+        correction = "not both" if mass is not None else "not none"
+        raise ValueError(f"give exactly one of mass and density of the {name}, {correction}")
+    if mass is None:
+        return read_parameter("density", density)
+    return read_parameter("mass", mass)
 
 
 def _join(mass: Any, tensor: Array, com: Array, rotor: Array, *parts: Body) -> Body:
