@@ -749,22 +749,6 @@ KR_API kr_status kr_exact_nutation(const kr_scene *scene, kr_nutation *out);
  * L^2 T^-2]. */
 KR_API double kr_nutation_potential(const kr_nutation *motion, double nutation);
 
-/* The closed-form solution of the Bobenko-Suris map for Lagrange tops (method bobenko_suris). The
- * period and rates refer to the map, not to the continuous motion. */
-typedef struct kr_exact_map {
-    double period, precession_rate, spin_angle_rate;
-    double step;
-    double private_[83];
-} kr_exact_map;
-/* Solves the Bobenko-Suris map in closed form. Returns KR_ERR_STEP_SIZE if the step is too large,
- * or if the motion is too close to a separatrix of the map (complementary modulus k'^2 < 1e-18).
- * Returns KR_ERR_ARGUMENT if the step is outside 2^-100 .. 2^40 times the time in which the top
- * rotates by one radian. */
-KR_API kr_status kr_exact_map_plan(const kr_scene *scene, double step, kr_exact_map *map);
-/* Returns the state after k steps, at start.t + k * step; k may be negative. After about 2^50
- * turns, the attitude is arbitrary. */
-KR_API kr_state kr_exact_map_state(const kr_exact_map *map, int64_t k);
-
 #ifdef __cplusplus
 }
 #endif

@@ -205,28 +205,6 @@ static doubles turning_potential(const doubles &row, const doubles &nutation)
         to[i] = kr_nutation_potential(&turning, nutation.data()[i]);
     return out;
 }
-// Returns the name of the status, the period, the mean rates and all doubles of a kr_exact_map.
-static py::tuple exact_map_plan(const kr_scene &scene, double step)
-{
-    static_assert(sizeof(kr_exact_map) % sizeof(double) == 0, "plain doubles");
-    kr_exact_map map = {};
-    const kr_status status = kr_exact_map_plan(&scene, step, &map);
-    return py::make_tuple(name_of(status), map.period, map.precession_rate, map.spin_angle_rate,
-                          array_of(map));
-}
-static doubles exact_map_states(const doubles &plan,
-                                const py::array_t<int64_t, py::array::c_style> &k)
-{
-    const auto map = value_of<kr_exact_map>(plan);
-    const py::ssize_t n = k.size();
-    doubles out({n, py::ssize_t(8)});
-    auto *states = reinterpret_cast<kr_state *>(out.mutable_data());
-    const int64_t *numbers = k.data();
-    in_pieces(n, [&](py::ssize_t i, py::ssize_t end) {
-        for (; i < end; i++) states[i] = kr_exact_map_state(&map, numbers[i]);
-    });
-    return out;
-}
 
 void bind_exact(py::module_ &m);
 void bind_exact(py::module_ &m)
@@ -246,6 +224,4 @@ void bind_exact(py::module_ &m)
     m.def("exact_turnings", exact_turnings, "tops"_a, "begin"_a, "end"_a, "rows"_a, "courses"_a,
           "work"_a);
     m.def("turning_potential", turning_potential, "row"_a, "nutation"_a);
-    m.def("exact_map_plan", exact_map_plan, "scene"_a, "step"_a);
-    m.def("exact_map_states", exact_map_states, "plan"_a, "k"_a);
 }

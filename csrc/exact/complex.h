@@ -24,7 +24,6 @@ static inline cx cx_mul(cx a, cx b)
 {
     return cx_of(a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re);
 }
-static inline cx cx_conj(cx a) { return cx_of(a.re, -a.im); }
 static inline double cx_square(cx a) { return a.re * a.re + a.im * a.im; }
 static inline double cx_abs(cx a) { return sqrt(cx_square(a)); }
 

@@ -147,24 +147,6 @@ double kr_nutation_potential(const kr_nutation *motion, double nutation)
                  across = sum + difference;
     return across * across / (8.0 * r.inertia) + r.axial_energy + r.lever * cos(nutation);
 }
-/* The Bobenko-Suris map is evaluated one state at a time, so AVX-512 would not be faster than
- * AVX2. */
-static const kr_exact_maps *widest_maps(void)
-{
-#ifdef KR_WITH_AVX2
-    if (kr_has_avx2()) return &kr_exact_maps_avx2; /* untaken: all calls give one answer */
-#endif
-    return &kr_exact_maps_base;
-}
-kr_status kr_exact_map_plan(const kr_scene *scene, double step, kr_exact_map *map)
-{
-    if (!map) return KR_ERR_ARGUMENT;
-    return widest_maps()->plan(scene, step, (kr_exact_map_form *)(void *)map);
-}
-kr_state kr_exact_map_state(const kr_exact_map *map, int64_t k)
-{
-    return widest_maps()->state((const kr_exact_map_form *)(const void *)map, k);
-}
 /* The batch functions are listed in a separate table, so that programs that compute only single
  * tops do not link the batch code. */
 const kr_exact_batch_isa *kr_exact_batch_isa_at(int i)

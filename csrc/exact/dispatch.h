@@ -44,11 +44,6 @@ void kr_exact_evaluate_widest(const kr_exact_isa *isa, const void *plan, size_t 
                               kr_state out[]);
 /* The limits of the nutation (closed_form.c). */
 typedef kr_status kr_exact_limits(const kr_scene *scene, kr_nutation_form *out);
-/* The functions for the closed-form Bobenko-Suris map, implemented in map.c. */
-typedef struct kr_exact_maps {
-    kr_status (*plan)(const kr_scene *scene, double step, kr_exact_map_form *map);
-    kr_state (*state)(const kr_exact_map_form *map, int64_t k);
-} kr_exact_maps;
 /* Arguments and results of a batch computation for n tops. If `plans` is not NULL, the closed-form
  * solutions are written to this array. The array `states` receives `times` consecutive states for
  * each top. If `own_times` is nonzero, the times of top i start at t[i * times]; otherwise all tops
@@ -82,7 +77,6 @@ void kr_exact_run(const kr_exact_request *request);
 
 extern const kr_exact_scalar kr_exact_scalar_base, kr_exact_scalar_avx2, kr_kowalewski_scalar_base,
     kr_kowalewski_scalar_avx2, kr_chaplygin_scalar_base, kr_chaplygin_scalar_avx2;
-extern const kr_exact_maps kr_exact_maps_base, kr_exact_maps_avx2;
 kr_exact_batch kr_exact_batch_base, kr_exact_batch_avx2, kr_exact_batch_avx512;
 kr_exact_limits kr_exact_limits_base, kr_exact_limits_avx2;
 kr_exact_evaluate kr_exact_evaluate_base, kr_exact_evaluate_avx2, kr_exact_evaluate_avx512,

@@ -1,7 +1,4 @@
-/* The numbers of a closed form, and the private layout of kr_exact_map and kr_nutation. The public header declares only the
- * first members of each type and reserves memory for the rest, so programs do not depend on the
- * layout. In this directory, only dispatch.c uses the public types; all other files use the types
- * of this header. */
+/* The numbers of a closed form, and the private layout of kr_nutation. */
 #ifndef KR_EXACT_LAYOUT_H
 #define KR_EXACT_LAYOUT_H
 #include <stddef.h>
@@ -35,11 +32,6 @@ typedef struct kr_exact_form {
     double framed;         /* 1 if `frame` is set */
     kr_quat frame[4];      /* see frame.h */
 } kr_exact_form;
-typedef struct kr_exact_map_form {
-    double period, precession_rate, spin_angle_rate, step; /* as in kr_exact_map */
-    kr_exact_form curve; /* phases grow by their rates in one step */
-    kr_theta pole;       /* the theta function that scales the momentum */
-} kr_exact_map_form;
 typedef struct kr_nutation_form {
     double least, greatest, t_least, t_greatest, critical_spin; /* as in kr_nutation */
     const char *motion_type;
@@ -51,15 +43,6 @@ typedef struct kr_nutation_form {
 /* Causes a compilation error if the condition is false, by declaring an array type of negative
  * size. */
 #define KR_CHECK_LAYOUT(name, condition) typedef char name[(condition) ? 1 : -1]
-KR_CHECK_LAYOUT(kr_exact_map_is_laid_out,
-                sizeof(kr_exact_map) == sizeof(kr_exact_map_form) &&
-                    offsetof(kr_exact_map, period) == offsetof(kr_exact_map_form, period) &&
-                    offsetof(kr_exact_map, precession_rate) ==
-                        offsetof(kr_exact_map_form, precession_rate) &&
-                    offsetof(kr_exact_map, spin_angle_rate) ==
-                        offsetof(kr_exact_map_form, spin_angle_rate) &&
-                    offsetof(kr_exact_map, step) == offsetof(kr_exact_map_form, step) &&
-                    offsetof(kr_exact_map, private_) == offsetof(kr_exact_map_form, curve));
 KR_CHECK_LAYOUT(kr_nutation_is_laid_out,
                 sizeof(kr_nutation) == sizeof(kr_nutation_form) &&
                     offsetof(kr_nutation, least) == offsetof(kr_nutation_form, least) &&
@@ -70,20 +53,4 @@ KR_CHECK_LAYOUT(kr_nutation_is_laid_out,
                         offsetof(kr_nutation_form, critical_spin) &&
                     offsetof(kr_nutation, motion_type) == offsetof(kr_nutation_form, motion_type) &&
                     offsetof(kr_nutation, private_) == offsetof(kr_nutation_form, sum));
-/* If the alignments of a public and a private type differed, the two structures below would have
- * different padding. */
-struct kr_aligned_public {
-    char a;
-    kr_exact_map map;
-    char c;
-    kr_nutation nutation;
-};
-struct kr_aligned_private {
-    char a;
-    kr_exact_map_form map;
-    char c;
-    kr_nutation_form nutation;
-};
-KR_CHECK_LAYOUT(kr_layouts_are_aligned,
-                sizeof(struct kr_aligned_public) == sizeof(struct kr_aligned_private));
 #endif

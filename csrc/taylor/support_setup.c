@@ -1,9 +1,34 @@
 /* The support and the friction in a Taylor series (series.h): the constants, the exact position of
  * the support at the beginning of each step, and the friction mode. */
-#include "math/dd_functions.h"
+#include "math/dd.h"
 #include "math/trig.h"
 #include "support_setup.h"
 
+/* Returns first (1 + z/a(a+1) + z^2/a(a+1)(a+2)(a+3) + ...) with z = square and a = from. The sum
+ * omits all terms that have a factor greater than `to` in the denominator. */
+static dd dd_series(dd first, int from, int to, dd square)
+{
+    dd term = first, sum = first;
+    for (int i = from; i < to; i += 2) {
+        term = dd_div(dd_mul(term, square), dd_of((double)(i * (i + 1))));
+        sum = dd_add(sum, term);
+    }
+    return sum;
+}
+/* Computes the sine and cosine of an angle below 4 from power series of a sixteenth of it, and
+ * four doublings. */
+static void dd_sincos(dd a, dd *s, dd *c)
+{
+    const dd r = dd_times(0.0625, a), rr = dd_neg(dd_square(r));
+    dd sn = dd_series(r, 2, 22, rr), cs = dd_series(dd_of(1.0), 1, 22, rr);
+    for (int i = 0; i < 4; i++) {
+        const dd twice = dd_twice(dd_mul(sn, cs));
+        cs = dd_sub(dd_of(1.0), dd_twice(dd_square(sn)));
+        sn = twice;
+    }
+    *s = sn;
+    *c = cs;
+}
 /* Returns the angular velocity of the support in the units of the motion. */
 static kr_vec3 turning_of(const kr_motion *motion)
 {

@@ -10,12 +10,10 @@ from ._analysis.compare import Row, Table
 from ._analysis.curves import Nutation, Rod
 from ._options.plan import StepChoice
 from ._results.calls import Stats
-from ._solve.exact import ExactMap
 from ._utils.quantity_attributes import MethodName, QuantityName
 from ._view import View
 
 __all__ = [
-    "ExactMap",
     "MethodName",
     "Nutation",
     "QuantityName",

@@ -48,43 +48,6 @@ static void test_courses_at_poles(void)
     IS(strcmp(limits_of_nutation(&through).motion_type, "rosette") == 0);
     IS(strcmp(limits_of_nutation(&over).motion_type, "rosette") == 0);
 }
-/* The Bobenko-Suris map of a free symmetric body with a horizontal axis: without momentum, with the
- * momentum along the axis, across it, and nearly along it. */
-static void test_map_at_rest(void)
-{
-    const kr_vec3 m[] = {{0.0, 0.0, 0.0}, {2.0, 0.0, 0.0}, {0.0, 0.0, 2.0}, {2.0, 0.0, 1e-3}};
-    for (int i = 0; i < 4; i++) {
-        kr_scene s = lagrange_top(1.0, 0.5, 1.0, level, m[i]);
-        const kr_config config = {.step = 0.5};
-        kr_exact_map map;
-        s.gravity = 0.0;
-        IS(kr_exact_map_plan(&s, config.step, &map) == KR_OK);
-        for (int k = 1; k < 40; k += 7) {
-            const kr_state made = state_at(0.5 * k, &s, kr_method_find("bobenko_suris"), config),
-                           at_once = kr_exact_map_state(&map, k);
-            NEAR(distance(at_once, made), 0.0, 1e-13);
-        }
-    }
-}
-/* The closed form of the Bobenko-Suris map agrees with stepping even if a step is a large
- * rotation. */
-static void test_far_map_steps(void)
-{
-    for (int i = 0; i < 600; i++) {
-        const double spin = 0.5 * (i % 10) - 2.0;
-        const kr_scene s =
-            lagrange_top(1.0, 0.5, i % 2 ? 1.0 : -1.0, q_exp(v3(0.3 + 0.002 * i, -0.4, 0.3)),
-                         v3(0.5, -0.25, spin));
-        const kr_config config = {.step = 0.25 * (1 + i / 20)};
-        kr_exact_map map;
-        IS(kr_exact_map_plan(&s, config.step, &map) == KR_OK);
-        for (int k = 1; k < 4; k++) {
-            const kr_state made =
-                state_at(config.step * k, &s, kr_method_find("bobenko_suris"), config);
-            NEAR(distance(kr_exact_map_state(&map, k), made), 0.0, 1e-11);
-        }
-    }
-}
 /* A Lagrange top is also recognized if the tensor is not diagonal, even with the centre of mass at
  * the fixed point. */
 static void test_tensor_in_any_order(void)
@@ -137,8 +100,6 @@ static void test_sphere_up_to_rounding(void)
 int main(void)
 {
     test_courses_at_poles();
-    test_map_at_rest();
-    test_far_map_steps();
     test_tensor_in_any_order();
     test_axis_beside_the_centre();
     test_sphere_up_to_rounding();

@@ -24,7 +24,6 @@ static void test_scenes(void)
     const kr_scene s = tilted();
     const kr_method *exact = kr_method_find("exact");
     const kr_exact *plan;
-    kr_exact_map map;
     kr_top *top = NULL;
     IS(kr_scene_check(&s) == KR_OK && kr_method_suits(exact, &s) && kr_scene_horizon(&s) > 0.0);
     for (int i = 0; i < NUMBERS; i++)
@@ -32,13 +31,12 @@ static void test_scenes(void)
             const kr_scene bad = with_number(&s, i, none[k]);
             const kr_status status = kr_scene_check(&bad);
             IS(status == KR_ERR_ARGUMENT || status == KR_ERR_BODY || status == KR_ERR_ATTITUDE);
-            IS(plan_closed_form(&bad, &plan) == status &&
-               kr_exact_map_plan(&bad, 0.1, &map) == status);
+            IS(plan_closed_form(&bad, &plan) == status);
             IS(kr_top_create(&bad, taylor(), (kr_config){0}, &top) == status && !top);
             IS(!kr_method_suits(exact, &bad) && kr_scene_horizon(&bad) == 0.0);
         }
     IS(kr_scene_check(NULL) != KR_OK && kr_scene_horizon(NULL) == 0.0);
-    IS(kr_exact_plan(&s, 0.0, NULL) != KR_OK && kr_exact_map_plan(&s, 0.1, NULL) != KR_OK);
+    IS(kr_exact_plan(&s, 0.0, NULL) != KR_OK);
     IS(!kr_method_suits(NULL, &s) && !kr_method_suits(exact, NULL));
 }
 static void test_bodies(void)

@@ -37,7 +37,6 @@ static void test_refusals(void)
     const kr_scene s = tilted(), along = with_rotor(&s, v3(0, 0, 0.5)),
                    off = with_rotor(&s, v3(0.1, 0, 0.5));
     const kr_exact *plan;
-    kr_exact_map map;
     for (size_t i = 0; i < kr_method_count(); i++) {
         const kr_method *method = kr_method_at(i);
         const int takes = (kr_method_describe(method).flags & KR_METHOD_ROTORS) != 0,
@@ -55,7 +54,6 @@ static void test_refusals(void)
         kr_top_free(top);
     }
     IS(plan_closed_form(&off, &plan) == KR_ERR_METHOD && plan_closed_form(&along, &plan) == KR_OK);
-    IS(kr_exact_map_plan(&along, 0.01, &map) == KR_ERR_METHOD);
     IS(isnan(kr_state_modified_energy(&along, &s.start, 0.01)));
 }
 /* A body whose momentum is that of its rotor alone does not turn if no torque acts. */

@@ -452,11 +452,9 @@ static void test_refusals(void)
         }
     }
     const kr_exact *plan;
-    kr_exact_map map;
     kr_nutation turning;
     for (int k = 0; k < 4; k++) {
         IS(plan_closed_form(&tops[k], &plan) == KR_ERR_METHOD);
-        IS(kr_exact_map_plan(&tops[k], 0.01, &map) == KR_ERR_METHOD);
         IS(kr_exact_nutation(&tops[k], &turning) == KR_ERR_METHOD);
     }
     kr_top *top = NULL;

@@ -71,12 +71,10 @@ static void *use_all(void *memory)
     const kr_scene s = tilted();
     double memory_of_exact[KR_EXACT_SIZE / sizeof(double)];
     kr_exact *exact = (kr_exact *)(void *)memory_of_exact;
-    kr_exact_map map;
     memset(out, 0, STATES * sizeof *out);
     for (size_t i = 0; i < kr_method_count(); i++) use_top(kr_method_at(i), out + i * (TIMES + 3));
     out += METHODS * (TIMES + 3);
     if (kr_exact_plan(&s, 0.0, exact) == KR_OK) kr_exact_states(exact, TIMES, t, out);
-    if (kr_exact_map_plan(&s, 0.05, &map) == KR_OK) out[TIMES] = kr_exact_map_state(&map, 1000);
     kr_quantity_values(kr_quantity_find("energy"), &s, 1, &s.start, &out[TIMES + 1].t);
     use_worker(out + TIMES + 2);
     return NULL;

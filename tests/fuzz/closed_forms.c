@@ -73,37 +73,10 @@ static void call_turning(const kr_scene *scene)
     CLAIM(turning.t_least >= scene->start.t && turning.t_greatest >= scene->start.t);
     kr_nutation_potential(&turning, spread(1e-9, 3.0));
 }
-static void call_map(const kr_scene *scene)
-{
-    kr_exact_map map;
-    const double step = maybe_arbitrary(either_sign(time_scale(scene) * spread(1e-5, 3.0)), 10);
-    fill_with_mark(&map, sizeof map);
-    print_call("plan the map, step %a", step);
-    const kr_status status = kr_exact_map_plan(scene, step, &map);
-    const enum error_kind wrong = error_category(status);
-    CLAIM(wrong == NONE || wrong == INPUT);
-    CLAIM(status == KR_OK || is_marked(&map, sizeof map));
-    if (status != KR_OK) return;
-    CLAIM(kr_scene_check(scene) == KR_OK);
-    const kr_state start = kr_exact_map_state(&map, 0);
-    CLAIM(kr_attitude_error(start.q, scene->start.q) <= 1e-7);
-    for (int i = 0; i < 5; i++) {
-        const int64_t few = (int64_t)choose(2001) - 1000,
-                      k = odds(70) ? few : (int64_t)choose(UINT64_MAX);
-        print_call("state %lld of it", (long long)k);
-        const kr_state s = kr_exact_map_state(&map, k);
-        CLAIM(is_good((kr_state){0.0, s.q, s.m}));
-    }
-}
 void call_closed_forms(void)
 {
     const kr_scene scene = any_scene();
-    const int of_the_map = (int)choose(2);
     tell_scene(&scene);
-    if (of_the_map) {
-        call_map(&scene);
-        return;
-    }
     call_exact(&scene);
     call_turning(&scene);
 }

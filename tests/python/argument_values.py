@@ -39,7 +39,6 @@ PATHS = [
     WANTED,
     kr.solve(TOP, []),
     kr.solve(FREE, -1, digits=20),
-    kr.exact(LAGRANGE, map="bobenko_suris", step=0.1)([0, 1]),
     kr.solve(DAMPED, 1),
     kr.solve(TOP, [0.0, 1.0], tangents=("start", "gravity")),
 ]
@@ -164,7 +163,6 @@ PARAMETERS = [
     ("methods", ["strang", ["rk4", "taylor"], None], [["rk5"], ["rk4", LONG], 4]),
     ("task", ["solve", "chaos", "section"], NO_NAMES),
     ("loss", ["linear", "soft"], NO_NAMES),
-    ("map", ["bobenko_suris", None], NO_NAMES),
     ("keep", ["momentum", "velocity"], NO_NAMES),
     ("truth", ["auto", "exact", PATHS[0]], NO_NAMES),
     ("want", [["energy"], ("nutation", "q"), ()], ["energi", [LONG], 3]),
@@ -256,7 +254,6 @@ NO_WIDTHS = [NAN, -1, "1", (1, 2), True]
 PARTICULAR_WRONG = spread(
     {
         "Exact.__call__.t ExactTorus.__call__.t": UNORDERED,
-        "ExactMap.__call__.k": [0.5, 2**53, -(2**53), [[1, 2]], [1, 2.5], "1", True],
         "Path.modified_energy.step Path.modified_energy4.step": NO_NUMBERS,
         "Scene.scatter.momentum Scene.scatter.attitude": NO_WIDTHS,
         "Source.scatter.momentum Source.scatter.attitude": NO_WIDTHS,

@@ -43,7 +43,6 @@ SELVES = {  # factories of an instance for each class with methods
     kr.ExactTorus: [
         always(kr.exact(scene)) for scene in (kr.scenes.kowalewski, kr.scenes.goryachev_chaplygin)
     ],
-    types.ExactMap: [always(kr.exact(LAGRANGE, map="bobenko_suris", step=0.1))],
     kr.Chaos: [
         always(kr.chaos(TOP, 2.0)),
         always(kr.chaos(argument_values.ENSEMBLES[0], [1.0])),

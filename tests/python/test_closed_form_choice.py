@@ -68,7 +68,6 @@ def test_only_differences_above_rounding_change_the_kind(kind):
             lambda scene=scene: kr.exact([scene]),
             lambda scene=scene: kr.solve(scene, 1, "exact"),
             lambda scene=scene: kr.solve(scene, 1, "bobenko_suris4", step=0.01),
-            lambda scene=scene: kr.exact(scene, map="bobenko_suris", step=0.01),
         ):
             with pytest.raises(ValueError, match="'lagrange' only up to"):
                 call()

@@ -72,7 +72,6 @@ OF_TIMES = {
     "stream": lambda t: kr.stream(GENERAL, t),
     "plan": lambda t: kr.plan(GENERAL, t),
     "exact": lambda t: kr.exact(LAGRANGE)(t),
-    "map": lambda t: kr.exact(LAGRANGE, map="bobenko_suris", step=0.1)(t),
     "compare": lambda t: kr.compare(GENERAL, t, ["taylor"]),
 }
 
@@ -130,7 +129,6 @@ HINTS = [  # (a call or an attribute, words of the message)
     (lambda: kr.solve(GENERAL, 10, dt=1), "step"),
     (lambda: kr.solve(GENERAL, 10, degrees=1), "radians"),
     (lambda: kr.stream(GENERAL, [1.0], chunks=1), "'chunk'"),
-    (lambda: kr.exact(LAGRANGE, steps=1), "'step'"),
     (lambda: kr.exact(kr.scenes.kowalewski)(1.0, tangnets="start"), "'tangents'"),
     (lambda: PATH(1.0, whant=1), "Path()"),
     (lambda: kr.fit(GENERAL, [], lose=1), "'loss'"),
@@ -201,7 +199,7 @@ def test_functions_with_hints_keep_signatures_and_can_be_pickled():
         assert pickle.loads(pickle.dumps(function)) == function
     assert [*inspect.signature(kr.solve).parameters][:3] == ["scene", "t", "method"]
     assert inspect.signature(kr.solve).parameters["t"].default is inspect.Parameter.empty
-    assert [*inspect.signature(kr.exact).parameters] == ["scene", "map", "step"]
+    assert [*inspect.signature(kr.exact).parameters] == ["scene"]
     for function in kr.solve, kr.Scene, kr.Body, kr.exact, kr.Body.cuboid:
         kinds = {one.kind for one in inspect.signature(function).parameters.values()}
         assert inspect.Parameter.VAR_KEYWORD not in kinds

@@ -263,14 +263,13 @@ def test_a_path_without_error_names_the_quantities_to_add(want, digits, names):
 
 
 EMPTY, BETWEEN, WANTED = kr.solve(TOP, []), kr.solve(TOP, 2.0), kr.solve(TOP, 1, want=("energy",))
-STATES, MAP = PATHS["states"](), kr.exact(LAGRANGE, map="bobenko_suris", step=0.01)([3, 1])
+STATES = PATHS["states"]()
 REFUSALS = [  # call, exception, word
     (lambda: BETWEEN(2.1), ValueError, "lies outside the path, whose times go from 0.0 to 2.0"),
     (lambda: BETWEEN([1.0, -0.1]), ValueError, r"t\[1\] = -0.1"),
     (lambda: BETWEEN(np.nan), ValueError, "finite"),
     (lambda: BETWEEN("1"), TypeError, "t must be"),
     (lambda: EMPTY(0.1), ValueError, "outside"),
-    (lambda: MAP(0.02), ValueError, "map"),
     (lambda: STATES[7], IndexError, "7"),
     (lambda: STATES["q"], TypeError, "attributes"),
     (lambda: STATES[1.0], TypeError, "whole number"),

@@ -323,14 +323,8 @@ def test_a_plot_of_two_states_shows_the_sense_and_the_size_of_the_motion():
     assert (np.diff(np.sign(np.diff(angles))) < 0).sum() == round(10 / SOLVED.period)
 
 
-@pytest.mark.parametrize(
-    "path",
-    [
-        kr.exact(kr.scenes.thesis, map="bobenko_suris", step=0.01)([0, 1000, 2500]),
-        kr.solve(kr.scenes.cusps, [0.0, 1e6]),
-    ],
-)
-def test_states_are_not_joined_where_the_motion_cannot_be_drawn(path):
+def test_states_are_not_joined_where_the_motion_cannot_be_drawn():
+    path = kr.solve(kr.scenes.cusps, [0.0, 1e6])
     for chart, y in zip(kr.plot(path)[1:], (path.nutation, path.precession_angle), strict=True):
         artists = artists_of(chart)
         assert "line" not in {kind for kind, _, _ in artists}

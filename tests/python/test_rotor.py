@@ -206,7 +206,6 @@ def make_wheel(**words):
         (lambda: kr.exact(HEAVY.replace(gravity=0).vary(mass=[1.0, 2.0])), "rotor"),
         (lambda: kr.solve(HEAVY, 1.0, "exact"), "rotor"),
         (lambda: kr.solve(HEAVY.replace(gravity=0), 1.0, "exact"), "rotor"),
-        (lambda: kr.exact(LONE, map="bobenko_suris", step=0.01), "rotor"),
         (lambda: kr.rod(kr.solve(HEAVY, [0.0, 1.0])), "rotor"),
         (lambda: kr.starts(GENERAL, energy=2.0, vertical=0.5, n=2, gravity=1), "rotor"),
         (lambda: kr.Scene.spinning(LONE.body, spin=9, tilt=0.3, steady=True, gravity=1), "rotor"),

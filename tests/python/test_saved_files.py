@@ -64,7 +64,6 @@ PATHS = {  # paths that do not come from a plain call of kreisel.solve, and thos
     "geometric": lambda: kr.solve(LAGRANGE, 5.0, "geometric", error=1e-6, want=SOME),
     "empty": lambda: kr.solve(TOP, [], want=SOME),
     "closed form": lambda: kr.exact(FREE)([3.0, -1.0]),
-    "map": lambda: kr.exact(LAGRANGE, map="bobenko_suris", step=-0.01)([3, 1]),
     "failed": make_failed_path,
     "streamed": lambda: list_pieces(want=SOME, digits=20)[1],
     "continued": continue_run,

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
-from contextlib import suppress
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
@@ -440,8 +439,8 @@ def plot(
     not registered with pyplot; to save it, call `kr.plot(path).figure.savefig("top.png")`.
 
     If the states are sparser than the motion, the motion between them is computed by calling
-    `path(t)`, and the states are marked. Only the states are drawn if the path cannot be evaluated
-    between them, as for a kreisel.types.ExactMap, or if the motion has hundreds of turns.
+    `path(t)`, and the states are marked. Only the states are drawn if the motion has hundreds of
+    turns.
 
         >>> import kreisel as kr
         >>> path = kr.solve(kr.scenes.cusps, [0.1 * i for i in range(100)])
@@ -498,12 +497,6 @@ def _restrict_to_common_times(a: Path, b: Path) -> tuple[Path, Path]:
         return a, b
     low, high = max(a.t.min(), b.t.min()), min(a.t.max(), b.t.max())
     part_a, part_b = (path[(path.t >= low) & (path.t <= high)] for path in (a, b))
-    ways: list[Callable[[], tuple[Path, Path]]] = [
-        lambda: (part_a, b(part_a.t)),
-        lambda: (a(part_b.t), part_b),
-    ]
-    for restrict in ways if len(part_a) >= len(part_b) else ways[::-1]:
-        with suppress(ValueError):  # a closed form of a map has no states between its steps
-            return restrict()
-    _, i, j = np.intersect1d(a.t, b.t, return_indices=True)
-    return a[i], b[j]
+    if len(part_a) >= len(part_b):
+        return part_a, b(part_a.t)
+    return a(part_b.t), part_b

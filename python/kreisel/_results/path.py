@@ -292,17 +292,11 @@ class Path(PathBase, TableExportMethods):
         Closed forms are evaluated directly; any other motion is computed again from its initial
         state. The returned path contains the quantities in `want`, but neither events nor tangents.
 
-        Raises ValueError for times outside the range of the path, and for the path of a
-        kreisel.types.ExactMap, which is defined only at whole steps of the method. Raises
-        kreisel.Error and kreisel.Interrupted under the same conditions as kreisel.solve.
+        Raises ValueError for times outside the range of the path, and kreisel.Error and
+        kreisel.Interrupted under the same conditions as kreisel.solve.
         """
         if self._is_many:
             return self._evaluate_all_tops(t)
-        if self._options.requested_method == EXACT != self.method:
-            raise ValueError(
-                f"this path is from the closed form of {self.method}, a map without states "
-                "between its steps: call the result of kreisel.exact with the numbers of steps"
-            )
         times, begin = choices.validate_time_list(t), self.start_time
         low, high = float(self.t.min(initial=begin)), float(self.t.max(initial=begin))
         outside = np.flatnonzero((times < low) | (times > high))

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import cached_property, partial
-from typing import Any, Final, Generic, Literal, TypeVar, cast, overload
+from typing import Any, Generic, Literal, TypeVar, cast, overload
 
 import numpy as np
 
 from .. import _core as core
 from .._model import starts
 from .._model.parameters import has_equivalent_support_at_rest
-from .._model.scene import Scene, Scenes, validate_one_top
+from .._model.scene import Scene, Scenes
 from .._options import methods as choices
 from .._options import options as checks
 from .._options.methods import EXACT
@@ -22,13 +22,12 @@ from .._results.calls import CLOSED_FORM, LANES, EnsembleBuffers, Stats, run_ens
 from .._results.path import EnsemblePath, Path
 from .._results.requests import record_path
 from .._utils import arguments
-from .._utils.arguments import Array, Numbers, as_finite_array, short_repr
+from .._utils.arguments import Array, Numbers, as_finite_array
 from .._utils.processes import Job, Progress, WorkerPool
 from . import torus
 
 _Values = TypeVar("_Values")  # a float for one top, an array for many
 _Paths = TypeVar("_Paths")  # a Path of one top or of many
-_MAP: Final = "bobenko_suris"
 _NO_STEPS = Stats(0, 0, 0, 0)
 
 
@@ -474,68 +473,30 @@ class ExactTorus(Exact[float, Path]):
         return core.exact_states_at(self._plan, turns)
 
 
-@dataclass(frozen=True)
-class ExactMap:
-    """A closed form for the states that the method bobenko_suris computes with the given `step`.
-
-    The object can be called with one or several step numbers, and returns a kreisel.Path.
-
-    The attributes period, precession_rate and spin_angle_rate describe the numerical solution, and
-    differ from those of kreisel.Exact by the errors of the method.
-    """
-
-    scene: Scene
-    period: float
-    precession_rate: float
-    spin_angle_rate: float
-    _plan: Array = field(repr=False, compare=False)
-    step: float
-
-    def __call__(self, k: Numbers) -> Path:
-        """Return the path after `k` steps of the method, a whole number or a list in any order."""
-        numbers = as_finite_array("k", k, "a whole number or a list of them")
-        if numbers.ndim > 1:
-            raise ValueError(
-                f"k must be a whole number or a list of them, not an array of shape {numbers.shape}"
-            )
-        if (np.rint(numbers) != numbers).any() or (np.abs(numbers) >= 2.0**53).any():
-            raise ValueError(f"k must be whole and below 2**53, not {short_repr(k)}")
-        states = core.exact_map_states(self._plan, numbers.astype(np.int64))
-        options = Options(_MAP, abs(self.step), requested_method=EXACT)
-        return Path(self.scene, states, _NO_STEPS, options, self.step < 0.0)
-
-
 @overload
 def exact(scene: Scenes | Sequence[Scene]) -> Exact[Array, EnsemblePath]: ...  # type: ignore[overload-overlap]
 @overload
 def exact(scene: Scene) -> Exact[float, Path]: ...
-@overload
-def exact(scene: Scene, *, map: Literal["bobenko_suris"], step: float) -> ExactMap: ...
 def exact(
-    scene: Scene | Sequence[Scene], *, map: str | None = None, step: float | None = None
-) -> Exact[float, Path] | Exact[Array, EnsemblePath] | ExactMap:
+    scene: Scene | Sequence[Scene],
+) -> Exact[float, Path] | Exact[Array, EnsemblePath]:
     """Return the motion of one or many tops in closed form.
 
     The result is a kreisel.ExactTorus for most Kowalewski tops, and for most Goryachev-Chaplygin
     tops whose vertical momentum is zero.
 
     scene  a kreisel.Scene of one top or of many, or a list of scenes
-    map    "bobenko_suris": return the closed form of the states that this method computes for a
-           Lagrange top, a kreisel.types.ExactMap, instead of the closed form of the motion
-    step   only with `map`: the step of the method, positive or negative [T]
 
     Raises ValueError if a motion has no closed-form solution, or if the support turns about e3. For
     a support that turns about e3, use solve(scene, t, "exact") to compute the states.
     """
     word = "top"
     if not isinstance(scene, Scene):
-        if map is not None or step is not None or not isinstance(scene, (list, tuple)):
+        if not isinstance(scene, (list, tuple)):
             arguments.validate_type("scene", scene, Scene)
         scene, word = Scene.stack(scene), "scene"
     tops: Scene = scene
     if tops.shape:
-        if map is not None or step is not None:
-            validate_one_top("scene", tops)
         forms: Exact[Array, EnsemblePath] = Exact(tops, word=word)
         first, count = core.unsuited(tops._core_scenes, EXACT)
         if count:
@@ -548,10 +509,6 @@ def exact(
         return forms
     if any(tops.turning) and choices.methods[EXACT].suits(tops):
         _refuse_turning_support(tops)
-    if map is not None:
-        return _build_bobenko_suris_closed_form(tops, map, step)
-    if step is not None:
-        raise ValueError('step needs map="bobenko_suris"; the motion itself has no step')
     is_on_torus, plan = torus.plan_closed_form(tops)
     return (ExactTorus if is_on_torus else Exact)(tops, plan)
 
@@ -564,24 +521,6 @@ def _refuse_turning_support(tops: Scene) -> None:
             "states for a support that turns about e3, and replace(turning=None) gives the same "
             "motion, seen from the inertial frame"
         )
-
-
-def _build_bobenko_suris_closed_form(scene: Scene, map: str, step: float | None) -> ExactMap:
-    if map != _MAP:
-        raise ValueError(f"the only map with a closed form is {_MAP!r}, not {short_repr(map)}")
-    h = arguments.as_float("step", step)
-    if h == 0.0:
-        raise ValueError("step must not be zero")
-    choices.resolve_method(_MAP, scene)
-    status, period, precession_rate, spin_angle_rate, plan = core.exact_map_plan(scene._block, h)
-    if status == "ERR_STEP_SIZE":
-        raise ValueError(
-            f"the Bobenko-Suris map has no known closed form for the step {h!r} and this start, "
-            "which lies within k'^2 = 1e-18 of a separatrix: choose another step"
-        )
-    if status != "OK":
-        raise ValueError(f"{core.statuses[status][1]}: step {h!r}, {scene!r}")
-    return ExactMap(scene, period, precession_rate, spin_angle_rate, plan, h)
 
 
 def record_exact_path_with_tangents(
