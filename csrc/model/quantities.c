@@ -2,6 +2,7 @@
  * principal axes, M = R* m R, and the momentum h of the rotor:
  *     T = V J V / 2,   U = mass g <com, R* e3 R> - O J O / 2 - <h, O>
  *     J W' = M x W + mass g R* e3 R x com - D V - friction,   W = J^-1 (M - h)
+ *     force at the fixed point = mass R (W' x com + W x (W x com)) R* + mass g e3
  * where g is the acceleration due to gravity and to the shaking of the support, O = R* turning R is
  * the angular velocity of the support, and V = W - O is the angular velocity relative to the
  * support. The integrals K and G are defined by equations (5.1) and (5.2) in the thesis (Bodack
@@ -217,9 +218,9 @@ double kr_friction_torque(const kr_scene *scene, kr_vec3 M, kr_vec3 O, kr_vec3 g
     if (is_zero) return fmax(-most, fmin(needed, most));
     return spin > 0.0 ? -most : most;
 }
-kr_vec3 kr_state_body_acceleration(const kr_scene *scene, const kr_state *s)
+/* Returns V' along the principal axes. `q` is the attitude of the principal axes. */
+static kr_vec3 principal_acceleration(const kr_scene *scene, const kr_state *s, kr_quat q)
 {
-    const kr_quat q = principal_attitude(scene, s);
     const kr_vec3 J = scene->body.inertia, M = q_turn_back(q, s->m),
                   W = v_over(v_sub(M, scene->body.rotor), J),
                   pull = v_cross(q_vertical(q), scene->body.com), O = turning_in_body(scene, q),
@@ -232,7 +233,23 @@ kr_vec3 kr_state_body_acceleration(const kr_scene *scene, const kr_state *s)
     if (scene->friction > 0.0)
         gain = v_axpy(kr_friction_torque(scene, M, O, gain, &holds),
                       v_over(kr_body_apex(&scene->body), J), gain);
-    return q_turn(scene->body.axes, gain);
+    return gain;
+}
+kr_vec3 kr_state_body_acceleration(const kr_scene *scene, const kr_state *s)
+{
+    return q_turn(scene->body.axes, principal_acceleration(scene, s, principal_attitude(scene, s)));
+}
+kr_vec3 kr_state_pivot_force(const kr_scene *scene, const kr_state *s)
+{
+    const kr_quat q = principal_attitude(scene, s);
+    const kr_vec3 com = scene->body.com,
+                  W = v_over(momentum_without_rotor(scene, s, q), scene->body.inertia),
+                  gain = v_add(principal_acceleration(scene, s, q),
+                               v_cross(turning_in_body(scene, q), W)),
+                  of_com = v_add(v_cross(gain, com), v_cross(W, v_cross(W, com)));
+    kr_vec3 force = q_turn(q, v_scale(scene->body.mass, of_com));
+    force.z += scene->body.mass * kr_acceleration_at(scene, s->t);
+    return force;
 }
 /* Returns the kinetic energy in the inertial frame. */
 static double kinetic_at_rest(const kr_scene *scene, const kr_state *s)

@@ -255,27 +255,29 @@ static void tangent_of_goryachev_chaplygin(const quantity_point *at, const quant
     *out = f.dm.z * (f.m.x * f.m.x + f.m.y * f.m.y) +
            2.0 * f.m.z * (f.m.x * f.dm.x + f.m.y * f.dm.y) + f.dm.x * f.p.z + f.m.x * f.dp.z;
 }
-/* Adds to `change` the derivative of the angular acceleration that dry friction causes. `gain` is
- * the angular acceleration without friction, and `change` is its derivative. The torque of friction
- * that holds the top is -<gain, a> / <a, J^-1 a>. */
+/* Adds what dry friction causes to the angular acceleration `gain` and to its derivative `change`,
+ * and returns the derivative. The torque of friction that holds the top is
+ * -<gain, a> / <a, J^-1 a>. */
 static kr_vec3 add_change_by_friction(const quantity_point *at, const quantity_change *by,
-                                      kr_vec3 gain, kr_vec3 change)
+                                      kr_vec3 *gain, kr_vec3 change)
 {
     int holds;
-    const double torque = kr_friction_torque(at->scene, at->M, at->O, gain, &holds);
+    const double torque = kr_friction_torque(at->scene, at->M, at->O, *gain, &holds);
     const kr_vec3 a = at->apex, da = by->apex, J = at->scene->body.inertia, eased = v_over(a, J),
                   deased = v_over(v_sub(da, v_times(by->moments, eased)), J);
     double dtorque = by->is_friction ? copysign(1.0, torque) : 0.0;
     if (holds)
-        dtorque =
-            -(v_dot(change, a) + v_dot(gain, da) + torque * (v_dot(da, eased) + v_dot(a, deased))) /
-            v_dot(a, eased);
+        dtorque = -(v_dot(change, a) + v_dot(*gain, da) +
+                    torque * (v_dot(da, eased) + v_dot(a, deased))) /
+                  v_dot(a, eased);
+    *gain = v_axpy(torque, eased, *gain);
     return v_axpy(dtorque, eased, v_axpy(torque, deased, change));
 }
-/* The derivative of U' = W' - O x W, with J W' = M x W + weight V x com - D U - friction. The
- * derivative with respect to a friction of zero, which cannot decrease, is NaN. */
-static void tangent_of_body_acceleration(const quantity_point *at, const quantity_change *by,
-                                         double out[])
+/* Returns the derivative of U' = W' - O x W, with J W' = M x W + weight V x com - D U - friction,
+ * and writes U' to `acceleration`. The derivative with respect to a friction of zero, which cannot
+ * decrease, is NaN. */
+static kr_vec3 change_acceleration(const quantity_point *at, const quantity_change *by,
+                                   kr_vec3 *acceleration)
 {
     const kr_vec3 J = at->scene->body.inertia, com = at->scene->body.com, D = at->scene->damping,
                   pull = v_cross(at->V, com),
@@ -290,11 +292,36 @@ static void tangent_of_body_acceleration(const quantity_point *at, const quantit
                   gain = v_sub(v_over(torque, J), v_cross(at->O, at->W));
     kr_vec3 change =
         v_sub(v_over(v_sub(dtorque, v_times(by->moments, v_over(torque, J))), J), turned);
+    *acceleration = gain;
     if (at->scene->friction > 0.0)
-        change = add_change_by_friction(at, by, gain, change);
+        change = add_change_by_friction(at, by, acceleration, change);
     else if (by->is_friction)
         change = v3(NAN, NAN, NAN);
-    v_put(out, sum_along(at->described, change));
+    return change;
+}
+static void tangent_of_body_acceleration(const quantity_point *at, const quantity_change *by,
+                                         double out[])
+{
+    kr_vec3 acceleration;
+    v_put(out, sum_along(at->described, change_acceleration(at, by, &acceleration)));
+}
+/* The force is R (mass A + weight V) R* with the acceleration A = W' x com + W x (W x com) of the
+ * centre of mass and W' = U' + O x W. */
+static void tangent_of_pivot_force(const quantity_point *at, const quantity_change *by,
+                                   double out[])
+{
+    kr_vec3 gain, dgain = change_acceleration(at, by, &gain);
+    const kr_vec3 com = at->scene->body.com, W = at->W, moved = v_cross(W, com),
+                  dmoved = v_add(v_cross(by->W, com), v_cross(W, by->com));
+    gain = v_add(gain, v_cross(at->O, W));
+    dgain = v_add(dgain, v_add(v_cross(by->O, W), v_cross(at->O, by->W)));
+    const kr_vec3 A = v_add(v_cross(gain, com), v_cross(W, moved)),
+                  dA = v_add(v_add(v_cross(dgain, com), v_cross(gain, by->com)),
+                             v_add(v_cross(by->W, moved), v_cross(W, dmoved)));
+    const double mass = at->scene->body.mass;
+    const kr_vec3 force = v_axpy(mass, A, v_scale(at->weight, at->V)),
+                  dforce = v_axpy(mass, dA, v_axpy(by->weight, at->V, v_scale(at->weight, by->V)));
+    v_put(out, change_in_space(at, by, force, by->is_mass ? v_add(dforce, A) : dforce));
 }
 
 static quantity_tangent *const quantity_tangents[KR_QUANTITIES] = {

@@ -182,6 +182,8 @@ static void test_modified_energies(void)
 {
     kr_scene s = random_top();
     IS(kr_body_symmetric(1.3, 2.1, 0.9, 0.7, &s.body) == KR_OK);
+    s.gravity = 2.0;
+    s.start.m = v3(0.7, -0.4, 0.5);
     const double energy = kr_state_energy(&s, &s.start), h = 1e-3;
     const double first = kr_state_modified_energy(&s, &s.start, h) - energy,
                  fourth = kr_state_modified_energy4(&s, &s.start, h) - energy;

@@ -28,6 +28,7 @@ UNITS = {
     "rad/T^2": ["body_acceleration"],
     "M L^2 T^-1": ["m", "body_momentum", "vertical_momentum", "axial_momentum", "m_low"],
     "M L^2 T^-2": ["torque", "kinetic", "potential", "energy"],
+    "M L T^-2": ["pivot_force"],
     "T^-4": ["kowalewski"],
     "T^-3": ["goryachev_chaplygin"],
 }

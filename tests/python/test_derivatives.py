@@ -17,6 +17,7 @@ START = {"momentum": (0.3, -0.7, 1.5), "attitude": (0.8, 0.6, 0.0, 0.0), "gravit
 ANGLES = ("precession_angle", "nutation", "spin_angle")
 OF_THE_APEX = ("apex", "spin", "axial_momentum", *ANGLES)
 QUANTITIES = [name for name in typing.get_args(QuantityName) if name not in ("t", "q_low", "m_low")]
+MOTION, POINT = ("position", "point_velocity", "point_acceleration"), (0.3, -0.2, 0.5)
 # Central differences of eighth order.
 WEIGHTS, STEP = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}, 2.0**-9
 
@@ -155,6 +156,8 @@ def test_derivatives_of_every_quantity_agree_with_differences(name):
     names = [quantity for quantity in QUANTITIES if quantity != "q"]
     finders = [measure_quantity(quantity, path) for quantity in names]
     own = {quantity: path.derivative(quantity) for quantity in names}
+    own |= {name: getattr(path, name)(POINT, tangents=True) for name in MOTION}
+    finders += [lambda one, name=name: getattr(one, name)(POINT) for name in MOTION]
 
     def measure_all(one):
         values = [find(one).reshape(len(TIMES), -1) for find in finders]
@@ -163,7 +166,7 @@ def test_derivatives_of_every_quantity_agree_with_differences(name):
     columns = [(word, i) for word, n in parameters.items() for i in range(n)]
     for column, (word, component) in enumerate(columns):
         rest = differentiate(scene, TIMES, word, component, measure_all)
-        for quantity in names:
+        for quantity in own:
             mine = own[quantity][..., column].reshape(len(TIMES), -1)
             expected, rest = rest[:, : mine.shape[1]], rest[:, mine.shape[1] :]
             if word == "com" and not any(scene.body.com) and quantity in OF_THE_APEX:
@@ -174,6 +177,16 @@ def test_derivatives_of_every_quantity_agree_with_differences(name):
             exists = np.isfinite(expected)
             limit = 1e-11 + 1e-10 * np.abs(mine)[exists].max(initial=0.0)
             assert np.abs(expected - mine)[exists].max(initial=0.0) < limit, (quantity, word)
+
+
+@pytest.mark.parametrize("name", ["turned", "moved", "sliding"])
+def test_points_of_the_body_move_with_their_velocities(name):
+    steps = STEP * np.arange(-4, 5)
+    path = kr.solve(SCENES[name], 1.0 + steps, "taylor")
+    for place, rate in itertools.pairwise(MOTION):
+        values, expected = (getattr(path, each)(POINT) for each in (place, rate))
+        change = sum(w * (values[4 + k] - values[4 - k]) for k, w in WEIGHTS.items()) / STEP
+        assert np.abs(change - expected[4]).max() < 1e-11
 
 
 def test_angles_have_no_derivative_at_a_vertical_apex():

@@ -24,8 +24,8 @@ from scipy.optimize import curve_fit, least_squares
 
 T = np.linspace(-0.5, 2.0, 26)
 TURN = np.array((0.8, -0.3, 0.4, 0.2)) / np.linalg.norm((0.8, -0.3, 0.4, 0.2))
-JUMPING = ("body_acceleration", "specific_force")  # friction jumps at a stop
-SEEN_FROM_BODY = (*JUMPING, "q", "body_velocity", "body_momentum", "body_vertical")
+JUMPING = ("body_acceleration", "specific_force", "pivot_force")  # friction jumps at a stop
+SEEN_FROM_BODY = (*JUMPING[:2], "q", "body_velocity", "body_momentum", "body_vertical")
 SEEN_FROM_BODY = (*SEEN_FROM_BODY, "inertial_velocity")
 CONSTANT = ("t", "kowalewski", "goryachev_chaplygin")
 MEASURABLE = [name for name in get_args(QuantityName) if name not in CONSTANT]

@@ -100,6 +100,12 @@ def compute_quantities(scene, t, y):
         "inertial_velocity": (inertial, omega),
         "spin": (spin, omega),
         "body_acceleration": (acceleration, alpha),
+        "pivot_force": (
+            mass
+            * matrix
+            @ compute_point_force(acceleration, inertial, relative, g * up, motion.com),
+            mass * (2.0 * np.abs(motion.com).max() * (alpha + omega**2) + np.abs(g)),
+        ),
         "torque": (np.cross(matrix @ weight, (0.0, 0.0, -1.0)), energy),
         "frame": ((matrix @ axes.T).T, 1.0),
         "apex": (top, 1.0),
@@ -120,15 +126,19 @@ def compute_quantities(scene, t, y):
     }
 
 
+def compute_point_force(acceleration, inertial, relative, support, place):
+    """Return the force on a unit mass at a point, from angular velocities seen from the body."""
+    change = acceleration + np.cross(inertial - relative, relative)
+    return np.cross(change, place) + np.cross(inertial, np.cross(inertial, place)) + support
+
+
 def compute_specific_force(scene, t, y, place):
     """Return the acceleration of a point minus that of gravity, in the frame of the body."""
     truth = {name: value for name, (value, _) in compute_quantities(scene, t, y).items()}
-    inertial, relative = truth["inertial_velocity"], truth["body_velocity"]
-    change = truth["body_acceleration"] + np.cross(inertial - relative, relative)
+    rates = [truth[name] for name in ("body_acceleration", "inertial_velocity", "body_velocity")]
     amplitude, rate, phase = scene.shaking
     g = scene.gravity - amplitude * rate**2 * np.cos(rate * t + phase)
-    centripetal = np.cross(inertial, np.cross(inertial, place))
-    return np.cross(change, place) + centripetal + g * truth["body_vertical"]
+    return compute_point_force(*rates, g * truth["body_vertical"], place)
 
 
 @LAWS

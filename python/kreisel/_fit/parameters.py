@@ -84,7 +84,7 @@ BLOCKS = {
     "scale": Block("", ""),
 }
 _INERTIA_RTOL = 1e-9  # moments of plates exceed the sum of the others by rounding
-_JUMPING = ("body_acceleration", SPECIFIC_FORCE.name)
+_JUMPING = ("body_acceleration", "pivot_force", SPECIFIC_FORCE.name)
 _EQUAL = 1e-12  # relative difference of equal moments and of equal dampings
 _THINNEST = 1e-4  # least moment of a search, relative to the largest, if the guess is no needle
 _NO_FRICTION = 1e-12  # friction that replaces 0, relative to the energy of the scene

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.typing import ArrayLike
 
+from .. import quaternion
 from .._core import derivatives, modified_energy, modified_energy4, statuses, values
 from .._core import tangents as TANGENTS
 from .._options import options as choices
@@ -354,6 +355,7 @@ TANGENT_ATTRIBUTES = {  # {attribute of a path with tangents: the hint if it is 
     **dict.fromkeys(("tangents", "tangents_low", "tangents_rest", "derivative"), _START_HINT),
     "conditioning": "solve with tangents with respect to 'start' and all parameters that are not 0",
 }
+_POINT = ["q", "velocity", "body_acceleration"]
 _DEPENDENCIES = {  # {attribute of a path: the quantities that it needs, or "states"}
     "q_xyzw": ["q"],
     "rotation": ["q"],
@@ -363,6 +365,7 @@ _DEPENDENCIES = {  # {attribute of a path: the quantities that it needs, or "sta
     "plot": ["apex", "nutation", "precession_angle"],
     "animate": ["q", "apex"],
     "specific_force": ["body_acceleration", "inertial_velocity", "body_velocity", "body_vertical"],
+    **{"position": _POINT[:1], "point_velocity": _POINT[:2], "point_acceleration": _POINT},
     **{name: ["states"] for name in ("end", "scene_at", "modified_energy", "modified_energy4")},
 }
 
@@ -619,6 +622,78 @@ class PathBase(RunResult, QuantityAttributes):
         if amplitude.any():
             weight = weight - amplitude * pace**2 * np.cos(pace * self.t + phase)
         return freeze_array(specific_force(change, rate, self.body_vertical, weight, place))
+
+    def position(self, point: ArrayLike, *, tangents: bool = False) -> Array:
+        """Return the positions (n, 3) of a point of the body in space [L].
+
+        They are relative to the fixed point, along e1, e2, e3.
+
+            >>> import kreisel as kr
+            >>> path = kr.solve(kr.scenes.asymmetric, [0.0, 1.0], tangents=["gravity"])
+            >>> path.position((0, 0, 1)).shape, path.position((0, 0, 1), tangents=True).shape
+            ((2, 3), (2, 3, 1))
+
+        point     its place from the fixed point, in the frame of the body [L]
+        tangents  True to return the derivatives (n, 3, c) of the positions, whose last dimension
+                  has the columns of `path.tangents`
+        """
+        return self._compute_point_motion(point, tangents)[0]
+
+    def point_velocity(self, point: ArrayLike, *, tangents: bool = False) -> Array:
+        """Return the velocities of a point of the body relative to the support [L T^-1].
+
+        The arguments are those of `position`.
+        """
+        return self._compute_point_motion(point, tangents, 1)[1]
+
+    def point_acceleration(self, point: ArrayLike, *, tangents: bool = False) -> Array:
+        """Return the accelerations of a point of the body relative to the support [L T^-2].
+
+        The arguments are those of `position`. If the support neither turns nor shakes, the mass
+        times the acceleration of the centre of mass is the sum of weight and `pivot_force`.
+        """
+        return self._compute_point_motion(point, tangents, 2)[2]
+
+    def _compute_point_motion(
+        self, point: ArrayLike, tangents: bool, order: int = 0
+    ) -> list[Array]:
+        """Return the position and its time derivatives up to an order, or their tangents.
+
+        With the rotation R and the angular velocity w, position, velocity and acceleration are
+        r = R point, v = w x r and R body_acceleration x r + w x v. Arrays (n, 3, 1 + c) contain a
+        vector and its tangents.
+        """
+        place = np.array(arguments.as_three_floats("point", point))
+        is_tangent = arguments.as_bool("tangents", tangents)
+        turns = self.derivative("q") if is_tangent else np.empty((*self.q.shape[:-1], 3, 0))
+        q = tuple(np.moveaxis(self.q, -1, 0)[..., None])
+
+        def with_tangents(name: QuantityName) -> Array:
+            value = getattr(self, name)[..., None]
+            return np.concatenate((value, self.derivative(name)), -1) if is_tangent else value
+
+        def turn_to_space(v: Array) -> Array:
+            v = np.concatenate((v[..., :1], v[..., 1:] + cross(turns, v)), axis=-1)
+            return np.stack(quaternion.turn(q, tuple(np.moveaxis(v, -2, 0))), axis=-2)
+
+        def cross(a: Array, b: Array) -> Array:
+            return np.cross(a, b[..., :1], axis=-2)
+
+        def multiply(a: Array, b: Array) -> Array:
+            product = cross(a, b)
+            product[..., 1:] -= cross(b[..., 1:], a)
+            return product
+
+        zeros = np.zeros((*turns.shape[:-1], 1 + turns.shape[-1]))
+        zeros[..., 0] = place
+        motion = [turn_to_space(zeros)]
+        if order > 0:
+            rate = with_tangents("velocity")
+            motion.append(multiply(rate, motion[0]))
+        if order > 1:
+            gain = turn_to_space(with_tangents("body_acceleration"))
+            motion.append(multiply(gain, motion[0]) + multiply(rate, motion[1]))
+        return [freeze_array(x[..., 1:] if is_tangent else x[..., 0]) for x in motion]
 
     def modified_energy(self, step: float) -> Array:
         """Return the energies (n,) that bobenko_suris conserves with step `step` [M L^2 T^-2].
