@@ -741,7 +741,9 @@ typedef struct kr_nutation {
      * along the apex; an upright top with a larger spin is stable (sleeping). */
     double critical_spin;
     const char *motion_type;
-    double private_[5];
+    /* the constants of the effective potential: <m, e3> + <m, apex>, <m, e3> - <m, apex>, I1, the
+     * energy of the rotation about the apex, and mass * gravity * com along the apex */
+    double sum, difference, inertia, axial_energy, lever;
 } kr_nutation;
 /* Computes the turning points of the apex. Returns KR_ERR_METHOD unless kr_nutation applies. */
 KR_API kr_status kr_exact_nutation(const kr_scene *scene, kr_nutation *out);

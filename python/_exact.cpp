@@ -164,9 +164,9 @@ static kr_status read_turning(const kr_scene &scene, double *row, int8_t *course
     kr_nutation r;
     const kr_status status = kr_exact_nutation(&scene, &r);
     if (status != KR_OK) return status;
-    const double numbers[] = {r.least, r.greatest, r.t_least, r.t_greatest, r.critical_spin};
-    row = std::copy(std::begin(numbers), std::end(numbers), row);
-    std::copy(std::begin(r.private_), std::end(r.private_), row);
+    const double numbers[] = {r.least, r.greatest,   r.t_least, r.t_greatest,   r.critical_spin,
+                              r.sum,   r.difference, r.inertia, r.axial_energy, r.lever};
+    std::copy(std::begin(numbers), std::end(numbers), row);
     *course =
         int8_t(std::find_if(std::begin(courses), std::end(courses),
                             [&](const char *name) { return !std::strcmp(name, r.motion_type); }) -
@@ -198,7 +198,11 @@ static doubles turning_potential(const doubles &row, const doubles &nutation)
 {
     const double *r = row.data();
     kr_nutation turning = {};
-    std::copy(r + 5, r + 10, turning.private_);
+    turning.sum = r[5];
+    turning.difference = r[6];
+    turning.inertia = r[7];
+    turning.axial_energy = r[8];
+    turning.lever = r[9];
     doubles out(nutation.size());
     double *to = out.mutable_data();
     for (py::ssize_t i = 0; i < nutation.size(); i++)

@@ -1,7 +1,7 @@
 /* Batched evaluation of closed-form solutions for many tops. The states equal those of
  * kr_exact_state, except that the initial state is returned exactly as given. Tops with invalid
  * times are passed on to the driver, which reports the error. */
-#include "exact/dispatch.h"
+#include "exact/exact.h"
 #include "slots.h"
 
 enum { STATES_PER_CALL = 64 };
@@ -64,7 +64,7 @@ static void evaluate_top(kr_worker *worker, size_t i, const kr_exact_form *plan)
     while (slot.states < tops->times && !worker->interrupted) {
         const size_t left = tops->times - slot.states,
                      n = left < STATES_PER_CALL ? left : STATES_PER_CALL;
-        kr_exact_evaluate_widest(kr_exact_widest_isa(&kr_symmetric_form), plan, n, t + slot.states,
+        kr_exact_evaluate_widest(kr_exact_widest_isa(kr_symmetric_form), plan, n, t + slot.states,
                                  piece);
         if (store_states(worker, &slot, accumulators, n, piece) < n) {
             kr_worker_run_scalar(worker, worker->exact_top, i);

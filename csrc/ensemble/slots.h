@@ -5,7 +5,7 @@
 #ifndef KR_SLOTS_H
 #define KR_SLOTS_H
 #include "driver/top.h"
-#include "exact/layout.h"
+#include "exact/exact.h"
 #include "lane_state.h"
 #include "reduce.h"
 

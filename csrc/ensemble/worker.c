@@ -3,7 +3,7 @@
  * all others are processed in vector lanes or by the scalar code (kr_top). The results for a top do
  * not depend on other tops. */
 #include "slots.h"
-#include "exact/dispatch.h"
+#include "exact/exact.h"
 #include "model/scene.h"
 #include <stdlib.h>
 

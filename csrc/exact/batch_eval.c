@@ -1,8 +1,8 @@
 /* Evaluates a closed-form solution at many times, processing blocks of times in vectorizable loops.
  * This file is compiled once for each instruction set. CMakeLists.txt enables loop vectorization
  * and sets flags such as -DKR_ISA=avx2 -mavx2 -mfma. */
-#include "dispatch.h"
-#include "single.h"
+#include "kernel.h"
+
 #if defined __SSE2__
 #  include <emmintrin.h>
 #endif

@@ -1,10 +1,8 @@
 /* Computation of closed-form solutions for many tops at once. Each vector lane processes one heavy
- * top. The results are bitwise identical to those of the scalar code (lane_types.h). Other tops,
+ * top. The results are bitwise identical to those of the scalar code (kernel.h). Other tops,
  * such as torque-free bodies and vertical tops at rest, are processed one by one. This file is
  * compiled once for each instruction set. */
 #define KR_EXACT_LANES
-#include "dispatch.h"
-#include "frame.h"
 #include "lagrange.h"
 #include "math/exponent.h"
 
@@ -80,7 +78,7 @@ static void analyse_body(const kr_body *body, body_data *known)
     known->turned = !is_one(axes);
     known->framed[0] = known->framed[1] = 0;
 }
-/* Writes the map (frame.h) that converts the computed attitudes of a body to the user's axes.
+/* Writes the map (fill_frame) that converts the computed attitudes of a body to the user's axes.
  * If the map is the identity, returns 0 and writes nothing. If `below` is nonzero, the solution
  * was computed with up and down interchanged. */
 static int get_frame(body_data *known, int below, kr_quat out[4])

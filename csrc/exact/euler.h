@@ -5,13 +5,39 @@
  * functions alpha and beta are theta1 and theta4 in the square of the nome, with the common rate
  *     k = (m / I3 + e sum Q_n / 2) / 2,   e = 2T/m - m/I3,   p0^2 = 1/c^2.
  * D3 = |2T I3 - m^2| and D1 = |m^2 - 2T I1| are computed as sums of terms of equal sign (Jacobi
- * 1849; Whittaker, Dynamics, 69). This header is compiled once for each instruction set, because
- * double-doubles are faster with fused multiply-add. */
+ * 1849; Whittaker, Dynamics, 69). */
 #ifndef KR_EXACT_EULER_H
 #define KR_EXACT_EULER_H
 #include "math/trig.h"
-#include "single.h"
 #include "theta.h"
+
+/* Sets up a motion in which alpha and beta have constant magnitudes and constant rates. Such
+ * motions include those of sleeping, hanging and resting tops, and of symmetric bodies without
+ * torque. */
+static inline void steady_closed_form(kr_exact_form *exact, kr_quat q, dd first, dd second)
+{
+    const double a = length(q.w, q.z), b = length(q.x, q.y);
+    exact->curve = LAGRANGE;
+    phase_start(&exact->nutation, dd_of(0.25));
+    exact->first = phase_of(first);
+    exact->second = phase_of(second);
+    phase_start(&exact->first, turns_of(q.z, q.w));
+    phase_start(&exact->second, dd_add(turns_of(q.y, q.x), dd_of(-0.25)));
+    exact->alpha.even[0] = a;
+    exact->beta.odd[0] = b;
+    exact->period = INFINITY;
+    /* If the axis is vertical, the entire rotation is attributed to the spin. */
+    exact->precession_rate = a > 0.0 && b > 0.0 ? first.hi + second.hi : 0.0;
+    exact->spin_angle_rate = b == 0.0   ? 2.0 * first.hi
+                             : a == 0.0 ? -2.0 * second.hi
+                                        : first.hi - second.hi;
+}
+/* Sets the frame of the solution to q -> left * q * right. */
+static inline void set_frame(kr_exact_form *exact, kr_quat left, kr_quat right)
+{
+    fill_frame(exact->frame, left, right);
+    exact->framed = 1.0;
+}
 
 /* The principal axes, reordered so that axis 2 has the intermediate moment and the angular momentum
  * circulates around axis 3. The component of the angular momentum along axis 3 is nonnegative. */

@@ -1,3 +1,169 @@
+/* The public functions for closed-form solutions. Each function calls the code for the widest
+ * instruction set that this processor supports. All instruction sets give bitwise equal results. */
+#include <math.h>
+#include <string.h>
+#include "exact.h"
+#include "method.h"
+#include "model/scene.h"
+
+/* The rows of a closed form for the instruction sets of the build. */
+#ifdef KR_WITH_AVX512
+#  define ROW_AVX512(form)                                                                         \
+      {"avx512", kr_has_avx512, &KR_SCALAR_NAME(kr_##form##_scalar),                               \
+       KR_BATCHED(kr_##form##_evaluate_avx512)},
+#else
+#  define ROW_AVX512(form)
+#endif
+#ifdef KR_WITH_AVX2
+#  define ROW_AVX2(form)                                                                           \
+      {"avx2", kr_has_avx2, &kr_##form##_scalar_avx2, KR_BATCHED(kr_##form##_evaluate_avx2)},
+#else
+#  define ROW_AVX2(form)
+#endif
+#define ROWS(form)                                                                                 \
+    {                                                                                              \
+        ROW_AVX512(form) ROW_AVX2(form)                                                            \
+        {                                                                                          \
+            KR_BASE_NAME, kr_has_base, &kr_##form##_scalar_base,                                   \
+                KR_BATCHED(kr_##form##_evaluate_base)                                              \
+        }                                                                                          \
+    }
+
+const kr_exact_isa kr_symmetric_form[KR_EXACT_ISAS] = ROWS(exact);
+/* KR_NO_TORUS leaves out Kowalewski and Goryachev-Chaplygin tops, which are half of the code. */
+#ifndef KR_NO_TORUS
+const kr_exact_isa kr_kowalewski_form[KR_EXACT_ISAS] = ROWS(kowalewski);
+const kr_exact_isa kr_chaplygin_form[KR_EXACT_ISAS] = ROWS(chaplygin);
+#endif
+const kr_exact_isa *kr_closed_form_of(kr_kind kind)
+{
+#ifndef KR_NO_TORUS
+    if (kind == KR_KIND_KOWALEWSKI) return kr_kowalewski_form;
+    if (kind == KR_KIND_GORYACHEV_CHAPLYGIN) return kr_chaplygin_form;
+#endif
+    return kind == KR_KIND_LAGRANGE || kind == KR_KIND_EULER ? kr_symmetric_form : NULL;
+}
+const kr_exact_isa *kr_exact_widest_isa(const kr_exact_isa form[])
+{
+    while (!form->runs_here()) form++; /* untaken: if the first one runs */
+    return form;
+}
+void kr_exact_evaluate_widest(const kr_exact_isa *isa, const void *plan, size_t n, const double t[],
+                              kr_state out[])
+{
+#ifdef KR_NO_BATCHES
+    for (size_t i = 0; i < n; i++) out[i] = isa->scalar->state(plan, t[i]);
+#else
+    isa->evaluate(plan, n, t, out);
+#endif
+}
+
+/* The beginning of a kr_exact; a plan follows. */
+struct kr_exact {
+    kr_exact_info info;
+    const kr_exact_isa *isa;
+};
+KR_CHECK_LAYOUT(kr_exact_size_is_known, sizeof(kr_exact) + sizeof(kr_exact_form) <= KR_EXACT_SIZE);
+static const void *plan_after(const kr_exact *exact) { return exact + 1; }
+
+size_t kr_exact_size(const kr_scene *scene)
+{
+    const kr_exact_isa *form = scene ? kr_closed_form_of(kr_scene_kind(scene)) : NULL;
+    if (!form) form = kr_symmetric_form;
+    return sizeof(kr_exact) + kr_exact_widest_isa(form)->scalar->memory_size;
+}
+kr_status kr_exact_plan(const kr_scene *scene, double bound, kr_exact *exact)
+{
+    if (!scene || !exact || !(bound >= 0.0)) return KR_ERR_ARGUMENT;
+    const kr_exact_info none = {.kind = kr_scene_kind(scene), .refusal = KR_REFUSAL_KIND};
+    const kr_exact_isa *form = kr_closed_form_of(none.kind);
+    if (!form) form = kr_symmetric_form; /* checks the scene, and refuses it */
+    exact->info = none;
+    exact->isa = kr_exact_widest_isa(form);
+    const kr_status status = exact->isa->scalar->plan(
+        scene, 0, bound > 0.0 ? bound : KR_EXACT_BOUND, exact + 1, &exact->info);
+    if (status == KR_OK)
+        exact->info.used = sizeof *exact + exact->isa->scalar->used_size(exact + 1);
+    return status;
+}
+kr_exact_info kr_exact_describe(const kr_exact *exact) { return exact->info; }
+kr_state kr_exact_state(const kr_exact *exact, double t)
+{
+    return exact->isa->scalar->state(plan_after(exact), t);
+}
+kr_state kr_exact_state_at(const kr_exact *exact, double first, double second)
+{
+    static const kr_state none = {NAN, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
+    const kr_exact_scalar *scalar = exact->isa->scalar;
+    return scalar->state_at ? scalar->state_at(plan_after(exact), first, second) : none;
+}
+void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[])
+{
+    kr_exact_evaluate_widest(exact->isa, plan_after(exact), n, t, out);
+}
+const char *kr_refusal_text(kr_refusal refusal)
+{
+    static const char *const texts[] = {
+#define X(name, text) text,
+        KR_REFUSAL_LIST(X)
+#undef X
+    };
+    return (unsigned)refusal < KR_REFUSAL_COUNT ? texts[refusal] : NULL;
+}
+
+kr_status kr_exact_nutation(const kr_scene *scene, kr_nutation *out)
+{
+    if (!out) return KR_ERR_ARGUMENT;
+#ifdef KR_WITH_AVX2
+    if (kr_has_avx2()) /* untaken: all calls give one answer */
+        return kr_exact_limits_avx2(scene, out);
+#endif
+    return kr_exact_limits_base(scene, out);
+}
+double kr_nutation_potential(const kr_nutation *r, double nutation)
+{
+    const double half = tan(0.5 * nutation), sum = r->sum != 0.0 ? r->sum * half : 0.0,
+                 difference = r->difference != 0.0 ? r->difference / half : 0.0,
+                 across = sum + difference;
+    return across * across / (8.0 * r->inertia) + r->axial_energy + r->lever * cos(nutation);
+}
+/* The batch functions are listed in a separate table, so that programs that compute only single
+ * tops do not link the batch code. */
+const kr_exact_batch_isa *kr_exact_batch_isa_at(int i)
+{
+    static const kr_exact_batch_isa widths[] = {
+#ifdef KR_WITH_AVX512
+        {"avx512", kr_has_avx512, &KR_SCALAR_NAME(kr_exact_scalar),
+         KR_BATCHED(kr_exact_batch_avx512)},
+#endif
+#ifdef KR_WITH_AVX2
+        {"avx2", kr_has_avx2, &kr_exact_scalar_avx2, KR_BATCHED(kr_exact_batch_avx2)},
+#endif
+        {KR_BASE_NAME, kr_has_base, &kr_exact_scalar_base, KR_BATCHED(kr_exact_batch_base)},
+    };
+    return i < (int)(sizeof widths / sizeof *widths) ? &widths[i] : NULL;
+}
+void kr_exact_run(const kr_exact_request *request)
+{
+    int i = 0;
+    while (!kr_exact_batch_isa_at(i)->runs_here()) i++; /* untaken: if the first one runs */
+    const kr_exact_batch_isa *isa = kr_exact_batch_isa_at(i);
+#ifdef KR_NO_BATCHES
+    for (size_t top = 0; top < request->n; top++) {
+        const double *t = request->own_times ? request->t + top * request->times : request->t;
+        kr_exact_form form;
+        kr_exact_info info;
+        request->status[top] = isa->scalar->plan(&request->scenes[top], 0, 0.0, &form, &info);
+        if (request->status[top] != KR_OK) continue;
+        if (request->plans) request->plans[top] = form;
+        for (size_t k = 0; k < request->times; k++)
+            request->states[top * request->times + k] = isa->scalar->state(&form, t[k]);
+    }
+#else
+    isa->batch(isa->scalar, request);
+#endif
+}
+
 /* The method `exact`: closed-form solutions for Lagrange, Kowalewski and Goryachev-Chaplygin tops
  * and for torque-free bodies. The method needs no intermediate steps, its error does not grow with
  * time, and it conserves all integrals of motion. Each step extends to the next requested time,
@@ -6,38 +172,23 @@
  * Sommerfeld (Theorie des Kreisels), and that for free bodies follows Jacobi (1849). The solution
  * for Kowalewski tops follows Kowalevski (1889) and Koetter (1893). The solution for
  * Goryachev-Chaplygin tops follows Chaplygin (1901), except for the heading. */
-#include "dispatch.h"
-#include "method.h"
-#include "model/scene.h"
-
-int kr_exact_resolves(const kr_scene *scene)
-{
-    const kr_working w = kr_body_working(&scene->body);
-    const kr_quat q = q_mul(scene->start.q, q_mul(scene->body.axes, w.axes));
-    const double lean = fmin(fmax(fabs(q.x), fabs(q.y)), fmax(fabs(q.w), fabs(q.z))),
-                 push = fmax(fabs(scene->start.m.x), fabs(scene->start.m.y));
-    kr_units units;
-    if ((lean == 0.0 && push == 0.0) || scene->gravity == 0.0 || v_largest(w.com) == 0.0) return 1;
-    if (kr_scene_units(scene, &w, &units) != KR_OK) return 1; /* reported by other functions */
-    return fmax(lean, push * (units.time / units.moment)) >= 1e-70;
-}
-
 /* The memory of a motion: its period, its plan and, while a new plan is set up, also the new one.
  * The pointer motion->aux is the kr_exact_isa of the plan. */
-static size_t doubles_of_form(const kr_closed_form *form)
+static size_t doubles_of_form(const kr_exact_isa form[])
 {
-    return (form->plan_size + kr_exact_widest_isa(form)->scalar->memory_size) / sizeof(double);
+    const kr_exact_scalar *scalar = kr_exact_widest_isa(form)->scalar;
+    return (scalar->plan_size + scalar->memory_size) / sizeof(double);
 }
 static size_t extra_doubles_of(const kr_scene *scene)
 {
-    const kr_closed_form *form = kr_closed_form_of(kr_scene_kind(scene));
+    const kr_exact_isa *form = kr_closed_form_of(kr_scene_kind(scene));
     return form ? doubles_of_form(form) : 0;
 }
 size_t kr_exact_extra_doubles(int with_torus)
 {
-    size_t most = doubles_of_form(&kr_symmetric_form);
+    size_t most = doubles_of_form(kr_symmetric_form);
     for (int kind = 0; with_torus && kind < KR_KIND_COUNT; kind++) {
-        const kr_closed_form *form = kr_closed_form_of((kr_kind)kind);
+        const kr_exact_isa *form = kr_closed_form_of((kr_kind)kind);
         if (form && doubles_of_form(form) > most) most = doubles_of_form(form);
     }
     return most;
@@ -48,15 +199,15 @@ static void *plan_of_motion(const kr_motion *motion) { return (double *)motion->
 static kr_status exact_reset(kr_motion *motion, const kr_state *start)
 {
     (void)start; /* not used: the conversion to internal axes has rounded it */
-    const kr_closed_form *form = kr_closed_form_of(kr_scene_kind(motion->scene));
+    const kr_exact_isa *form = kr_closed_form_of(kr_scene_kind(motion->scene));
     if (!form) return KR_ERR_METHOD;
     const kr_exact_isa *isa = kr_exact_widest_isa(form);
-    char *plan = plan_of_motion(motion), *made = plan + form->plan_size;
+    char *plan = plan_of_motion(motion), *made = plan + isa->scalar->plan_size;
     const double bound = motion->tol > 0.0 ? fmin(motion->tol, KR_EXACT_BOUND) : KR_EXACT_BOUND;
     kr_exact_info info;
     const kr_status status = isa->scalar->plan(motion->scene, 1, bound, made, &info);
     if (status != KR_OK) return status;
-    memcpy(plan, made, form->used_size(made));
+    memcpy(plan, made, isa->scalar->used_size(made));
     *(double *)motion->work = info.period;
     motion->aux = (void *)isa;
     return KR_OK;
@@ -68,8 +219,8 @@ static int exact_applies(const kr_body *body, kr_kind kind)
 }
 static int exact_suits(const kr_scene *scene)
 {
-    const kr_closed_form *form = kr_closed_form_of(kr_scene_kind(scene));
-    return form && form->suits(scene);
+    const kr_exact_isa *form = kr_closed_form_of(kr_scene_kind(scene));
+    return form && kr_exact_widest_isa(form)->scalar->suits(scene);
 }
 static kr_status exact_step(kr_motion *motion, double until)
 {

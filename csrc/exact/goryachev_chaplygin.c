@@ -1,8 +1,540 @@
 /* Set-up of the closed-form solution for a Goryachev-Chaplygin top. This file is compiled once for
  * each instruction set, because double-double products are three times as fast with fused
  * multiply-add. */
-#include "across.h"
-#include "goryachev_chaplygin_series.h"
+#include "goryachev_chaplygin.h"
+enum { GRID = 2048 };
+#include "torus_setup.h"
+
+/* The algebraic curve of a Goryachev-Chaplygin top, and averages over its arcs in double-double
+ * precision.
+ *
+ * Units and axes: The moments are (1, 1, 1/4), and mass * |gravity| * |com| = 1. Axis 1 points
+ * towards the centre of mass if gravity is positive, and away from it otherwise. Axis 3 is the
+ * principal axis with moment 1/4, directed such that G is not negative. With the momentum L in the
+ * body frame, g = e3 in the body frame, and <L, g> = 0,
+ *     H = (L1^2 + L2^2 + 4 L3^2)/2 + g1,  G = L3 (L1^2 + L2^2) - L1 g3,
+ *     p+-(u) = 2 u^3 - (H +- 1) u - G/2.
+ * Chaplygin's variables u1 > 0 > u2 are the roots of u^2 - L3 u - (L1^2 + L2^2)/4. Each moves on an
+ * arc between roots of p+ and p-, with du/d tau = +-sqrt(-p+ p-) in the time d tau = dt/|L| (S. A.
+ * Chaplygin, 1901). On an arc
+ *     u = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + cos^2  of half of an angle x.
+ * Then du/sqrt(-p+ p-) = P dx, where P is an even periodic function of x. The averages can
+ * therefore be computed by the trapezoidal rule, which converges exponentially for periodic
+ * functions. */
+
+/* The roots of p+ have the indices 0, 1 and 2, and those of p- have the indices 3, 4 and 5. */
+enum { CURVE_ROOTS = 6 };
+
+typedef struct chaplygin_curve {
+    dd H, G;
+    int pair; /* 1 if roots 4 and 5 are complex: root[4] +- i root[5] */
+    dd root[CURVE_ROOTS];
+    int order[CURVE_ROOTS], real; /* indices of the real roots, ascending; their number */
+} chaplygin_curve;
+
+/* An arc from the root `high` at x = 0 to the root `low` at x = pi. */
+typedef struct chaplygin_arc {
+    dd A, B, C;
+    int low, high;
+    /* N - root D = a sin^2 + b cos^2. For a complex root, a and b are computed from its real
+     * part. */
+    dd a[CURVE_ROOTS], b[CURVE_ROOTS];
+    dd p, q;           /* averages of P and |u| P */
+    int points, terms; /* numbers of intervals used, and of significant terms of the series */
+    /* Sine series of the periodic parts of the integrals of P/p and, as a function of tau, |u| P. */
+    double sine[2][GRID];
+} chaplygin_arc;
+
+/* Finds the roots of 2 u^3 - h u - G/2. The largest root is computed first, by Newton's method from
+ * above, where the cubic is convex. Returns the discriminant of the remaining quadratic factor,
+ * divided by four times the square of the largest root. */
+static double find_cubic_roots(dd h, dd G, dd root[3])
+{
+    const dd p = dd_half(dd_neg(h)), q = dd_times(-0.25, G);
+    double x = sqrt(fabs(p.hi)) + 1.0;
+    while (x * x * x < fabs(p.hi) * x + fabs(q.hi)) x *= 1.5;
+    for (double next;; x = next) {
+        next = x - ((x * x + p.hi) * x + q.hi) / (3.0 * x * x + p.hi);
+        if (!(x - next > 1e-14 * x)) break;
+    }
+    dd u = dd_of(x);
+    for (int i = 0; i < 4; i++)
+        u = dd_sub(u, dd_div(dd_add(dd_mul(dd_add(dd_square(u), p), u), q),
+                             dd_add(dd_times(3.0, dd_square(u)), p)));
+    const dd product = dd_div(dd_neg(q), u), half = dd_half(u),
+             square = dd_sub(dd_square(half), product), far = dd_sqrt(dd_abs(square));
+    root[0] = u;
+    if (square.hi < 0.0) {
+        root[1] = dd_neg(half);
+        root[2] = far;
+    } else {
+        root[1] = dd_neg(dd_add(half, far));
+        root[2] = dd_div(product, root[1]);
+    }
+    return square.hi / (u.hi * u.hi);
+}
+static void sort_curve_roots(chaplygin_curve *o)
+{
+    o->real = 0;
+    for (int i = 0; i < CURVE_ROOTS - 2 * o->pair; i++) {
+        int at = o->real++;
+        while (at > 0 && dd_less(o->root[i], o->root[o->order[at - 1]])) {
+            o->order[at] = o->order[at - 1];
+            at--;
+        }
+        o->order[at] = i;
+    }
+}
+/* Finds the branch points. Returns KR_REFUSAL_NONE on success, or the reason for the
+ * failure. */
+static kr_refusal find_branch_points(chaplygin_curve *o)
+{
+    const double plus = find_cubic_roots(dd_plus(o->H, 1.0), o->G, o->root),
+                 minus = find_cubic_roots(dd_plus(o->H, -1.0), o->G, o->root + 3);
+    /* The discriminants of the cubic polynomials p+ and p- are accurate to about 31 digits. The
+     * frequencies depend on the logarithm of the discriminant of p-. */
+    if (!(plus > 1e-20)) return plus > -1e-20 ? KR_REFUSAL_COINCIDENT : KR_REFUSAL_START;
+    if (!(fabs(minus) > 1e-15)) return KR_REFUSAL_SEPARATRIX;
+    o->pair = minus < 0.0;
+    sort_curve_roots(o);
+    return KR_REFUSAL_NONE;
+}
+static dd ordered_root(const chaplygin_curve *o, int i) { return o->root[o->order[i]]; }
+
+/* Computes the coefficients A, B and C of the arc between two adjacent real roots. The argument
+ * `low` is the index of the lower root in the ascending list of real roots. The coefficient C of
+ * the arc is chosen so that the neighbouring roots are as far from the arc as possible. */
+static void make_arc(const chaplygin_curve *o, int low, chaplygin_arc *arc)
+{
+    const int n = o->real;
+    arc->low = o->order[low];
+    arc->high = o->order[low + 1];
+    const dd from = o->root[arc->low], to = o->root[arc->high],
+             below = ordered_root(o, (low + n - 1) % n), above = ordered_root(o, (low + 2) % n);
+    const dd up = dd_mul(dd_sub(to, below), dd_sub(to, above)),
+             down = dd_mul(dd_sub(below, from), dd_sub(above, from));
+    arc->C = dd_sqrt(dd_abs(dd_div(up, down)));
+    arc->A = dd_mul(from, arc->C);
+    arc->B = to;
+    for (int i = 0; i < CURVE_ROOTS; i++) {
+        arc->a[i] = dd_mul(arc->C, dd_sub(from, o->root[i]));
+        arc->b[i] = dd_sub(to, o->root[i]);
+    }
+}
+/* Sets up the arcs on which Chaplygin's variables u1 and u2 move. Returns 0 if the initial value of
+ * u1 or u2 lies outside its arc. */
+static int make_arcs(const chaplygin_curve *o, dd u1, dd u2, chaplygin_arc arc[2])
+{
+    const int lower = o->real == 4 || u2.hi < 0.5 * (ordered_root(o, 1).hi + ordered_root(o, 2).hi);
+    make_arc(o, o->real - 2, &arc[0]);
+    make_arc(o, lower ? 0 : 2, &arc[1]);
+    for (int j = 0; j < 2; j++) {
+        const dd u = j ? u2 : u1;
+        const double slack = 1e-25 * (1.0 + fabs(u.hi));
+        if (!(dd_sub(u, o->root[arc[j].low]).hi >= -slack) ||
+            !(dd_sub(o->root[arc[j].high], u).hi >= -slack))
+            return 0;
+    }
+    return 1;
+}
+static dd mix(dd a, dd s, dd b, dd c) { return dd_add(dd_mul(a, s), dd_mul(b, c)); }
+/* Returns P, and writes |u| to `size`. s and c are sin^2 and cos^2 of x/2. */
+static dd arc_rate(const chaplygin_curve *o, const chaplygin_arc *arc, dd s, dd c, dd *size)
+{
+    const dd D = mix(arc->C, s, dd_of(1.0), c);
+    dd product = dd_of(1.0);
+    for (int i = 0; i < CURVE_ROOTS - o->pair; i++) {
+        if (i == arc->low || i == arc->high) continue;
+        dd factor = mix(arc->a[i], s, arc->b[i], c);
+        if (o->pair && i == 4) factor = dd_add(dd_square(factor), dd_square(dd_mul(o->root[5], D)));
+        product = dd_mul(product, factor);
+    }
+    *size = dd_abs(dd_div(mix(arc->A, s, arc->B, c), D));
+    return dd_half(dd_mul(D, dd_sqrt(dd_div(arc->C, dd_abs(product)))));
+}
+/* Fills the arc of the plan, except for its series and its sign. */
+static void fill_arc(const chaplygin_curve *o, const chaplygin_arc *arc, kr_chaplygin_arc *out)
+{
+    out->A = fabs(arc->A.hi);
+    out->B = fabs(arc->B.hi);
+    out->C = arc->C.hi;
+    out->pair = o->pair;
+    out->imaginary = o->pair ? o->root[5].hi : 0.0;
+    for (int i = 0; i < CURVE_ROOTS; i++) {
+        out->a[i] = i == arc->low ? arc->b[i].hi : arc->a[i].hi;
+        out->b[i] = i == arc->high ? arc->a[i].hi : arc->b[i].hi;
+    }
+    if (o->pair) out->a[5] = out->b[5] = 1.0;
+    for (int k = 0; k < 2; k++) {
+        out->has_sine[k] = arc->high / 3 == k;
+        out->has_cosine[k] = arc->low / 3 == k;
+    }
+}
+/* Samples of the integrands P and |u| P on an arc, and their weighted sums. */
+typedef struct arc_samples {
+    dd v[2][GRID + 1]; /* P and |u| P */
+    dd sum[2];
+} arc_samples;
+
+static void sample_arc(const chaplygin_curve *o, const chaplygin_arc *arc, const cosine_table *t,
+                       int i, arc_samples *out)
+{
+    const dd c = dd_half(dd_plus(t->c[i], 1.0)), s = dd_half(dd_sub(dd_of(1.0), t->c[i]));
+    const double weight = i == 0 || i == GRID ? 0.5 : 1.0;
+    dd size;
+    out->v[0][i] = arc_rate(o, arc, s, c, &size);
+    out->v[1][i] = dd_mul(out->v[0][i], size);
+    for (int k = 0; k < 2; k++) out->sum[k] = dd_add(out->sum[k], dd_scale(weight, out->v[k][i]));
+}
+/* Computes the averages of the integrands P and |u| P over an arc. The number of intervals is
+ * doubled until no average changes by more than the rounding error of a double. Convergence is
+ * exponential, so the relative error of an average is about the square of its relative change in
+ * the last doubling. Returns 0 if the averages have not converged when the arc is divided into GRID
+ * intervals. */
+static int average_arc(const chaplygin_curve *o, chaplygin_arc *arc, cosine_table *table,
+                       arc_samples *v)
+{
+    dd mean[2] = {{0.0, 0.0}};
+    memset(v, 0, sizeof *v);
+    sample_arc(o, arc, table, 0, v);
+    sample_arc(o, arc, table, GRID, v);
+    for (int n = 1; n <= GRID; n *= 2) {
+        const int stride = GRID / n;
+        int settled = n >= 16;
+        refine_cosines(table, stride);
+        for (int i = stride; i < GRID; i += 2 * stride) sample_arc(o, arc, table, i, v);
+        for (int k = 0; k < 2; k++) {
+            const dd now = dd_div(v->sum[k], dd_of(n));
+            settled &= fabs(dd_sub(now, mean[k]).hi) <= 1e-16 * now.hi;
+            mean[k] = now;
+        }
+        if (!settled) continue;
+        arc->p = mean[0];
+        arc->q = mean[1];
+        arc->points = n;
+        for (int k = 0; k < 2; k++) integrate_samples(v->v[k], table, n, arc->sine[k]);
+        arc->terms = 2;
+        for (int k = 0; k < n; k++) {
+            arc->sine[0][k] /= arc->p.hi;
+            arc->sine[1][k] -= arc->q.hi * arc->sine[0][k];
+            if (fabs(arc->sine[0][k]) + fabs(arc->sine[1][k]) / arc->q.hi > 0x1p-56)
+                arc->terms = k + 2 - k % 2;
+        }
+        return 1;
+    }
+    return 0;
+}
+/* Evaluates one of the two sine series of an arc; `which` is its index. Even and odd terms have
+ * separate recurrences, which do not wait for each other. */
+static double sum_arc_sines(const chaplygin_arc *arc, int which, double s, double c)
+{
+    const double *const term = arc->sine[which], twice = 2.0 * (c - s) * (c + s);
+    double even = 0.0, even_before = 0.0, odd = 0.0, odd_before = 0.0;
+    for (int k = arc->terms - 2; k >= 0; k -= 2) {
+        const double e = twice * even + (term[k] - even_before),
+                     o = twice * odd + (term[k + 1] - odd_before);
+        even_before = even;
+        odd_before = odd;
+        even = e;
+        odd = o;
+    }
+    return s * (2.0 * c * even_before + (odd + odd_before));
+}
+
+/* Set-up of the functions of the torus angles, and of the heading, of a Goryachev-Chaplygin top.
+ *
+ * With the ratio rho of the rates of alpha2 and alpha1, the heading psi on a section alpha1 = a is
+ * the real part of the sum of B_k(a) exp(i k alpha2). Its coefficients at the next section are
+ * B_k(a + h) = exp(-i k rho h) (B_k(a) + the coefficient of the growth of psi from a to a + h). The
+ * growth is computed by quadrature, from the same values of alpha2 for each section. As psi changes
+ * its sign when alpha1 grows by 2 pi, and is even or odd in both angles together, sections from 0 to
+ * pi suffice, and the real or imaginary part of B_k vanishes at alpha1 = pi. Its value at alpha1 = 0
+ * follows from division by cos(k rho pi). If this divisor is small, B_k(0) = 0 instead, and psi
+ * jumps at alpha1 = pi (kr_slow_term). The error of such a term grows linearly with time, but more
+ * slowly than the effect of rounding the initial state. */
+enum { LEAST_CELLS = 4 };
+/* Terms of the heading below LEAST_TERM are left out. Terms with a divisor below LEAST_DIVISOR, or
+ * with an amplitude above one radian, are slow. */
+#define LEAST_TERM 6e-17
+#define LEAST_DIVISOR 0.025
+
+/* Intermediate results of the set-up. */
+typedef struct series_work {
+    cosine_table table;
+    arc_samples samples;
+    chaplygin_arc arc[2];
+    double wave_at_node[CELL_TERMS][CELL_TERMS]; /* cos(k y) at the Chebyshev nodes */
+    cx wave[MOST_SAMPLES];                       /* exp(-i pi j/n) for j = 0 ... n - 1 */
+    cx fourier[MOST_SAMPLES];
+    /* Points of the second arc for n values of alpha2, advanced to each node of a section. */
+    arc_point second[MOST_SAMPLES][HEADING_NODES];
+    double tail; /* largest relative size of the terms that are left out */
+} series_work;
+
+/* Computes the discrete Fourier transform of the n = 2^j numbers in w->fourier in place (Cooley and
+ * Tukey 1965). */
+static void transform(series_work *w, int n)
+{
+    cx *const v = w->fourier;
+    for (int i = 1, j = 0; i < n; i++) {
+        int bit = n / 2;
+        for (; j & bit; bit /= 2) j ^= bit;
+        j ^= bit;
+        if (i < j) {
+            const cx other = v[i];
+            v[i] = v[j];
+            v[j] = other;
+        }
+    }
+    for (int half = 1; half < n; half *= 2)
+        for (int from = 0; from < n; from += 2 * half)
+            for (int k = 0; k < half; k++) {
+                cx *const one = &v[from + k], *const two = one + half;
+                const cx other = cx_mul(w->wave[n / half * k], *two);
+                *two = cx_sub(*one, other);
+                *one = cx_add(*one, other);
+            }
+}
+/* A torus angle alpha of an arc, its variable x, d alpha/dx, and the sine and cosine of x/2. */
+typedef struct arc_place {
+    double alpha, x, slope, s, c;
+} arc_place;
+
+/* Moves to a place less than 1e-9 away from the given alpha, between 0 and pi, in x. Uses bracketed
+ * Newton iteration. */
+static void move_to(const chaplygin_arc *arc, const kr_chaplygin_arc *e, double alpha,
+                    arc_place *at)
+{
+    const double ends = fabs(e->b[arc->low] * e->a[arc->high]);
+    double low = 0.0, high = 0.5 * two_pi;
+    for (int step = 0; step < 80; step++) {
+        double products[2];
+        at->x += (alpha - at->alpha) / at->slope;
+        if (!(at->x >= low && at->x <= high)) at->x = 0.5 * (low + high);
+        sincos_turns(dd_times(0.5 * at->x, one_turn()), &at->s, &at->c);
+        const double s = at->s, c = at->c, D = e->C * (s * s) + c * c;
+        arc_products(e, s * s, c * c, D, products);
+        at->alpha = at->x + sum_arc_sines(arc, 0, 2.0 * s * c, c * c - s * s);
+        at->slope = 0.5 * D * sqrt(e->C * ends / (products[0] * products[1])) / arc->p.hi;
+        if (at->alpha > alpha)
+            high = at->x;
+        else
+            low = at->x;
+        if (fabs(alpha - at->alpha) < 1e-9 * at->slope) break;
+    }
+}
+static void fill_chebyshev(series_work *w)
+{
+    for (int k = 0; k < CELL_TERMS; k++)
+        for (int i = 0; i < CELL_TERMS; i++) {
+            double unused;
+            sincos_turns(dd_of(0.25 * k * (2 * i + 1) / CELL_TERMS), &unused,
+                         &w->wave_at_node[k][i]);
+        }
+}
+/* Computes the polynomials of a cell, beginning at its upper end if `is_falling`. Returns the larger
+ * of their last coefficients, relative to a turn and to the time or q, by which the time increases
+ * per radian of alpha on average. */
+static double make_cell(const series_work *w, const chaplygin_arc *arc, const kr_chaplygin_arc *e,
+                        int cell, int is_falling, arc_place *at, double out[])
+{
+    double value[2][CELL_TERMS], scale[2] = {1.0, arc->q.hi}, tail = 0.0;
+    for (int k = 0; k < CELL_TERMS; k++) {
+        const int i = is_falling ? k : CELL_TERMS - 1 - k;
+        const double alpha = 0.5 * two_pi * (cell + 0.5 + 0.5 * w->wave_at_node[1][i]) / e->cells;
+        move_to(arc, e, alpha, at);
+        const double s = at->s, c = at->c, rest = alpha - at->alpha;
+        value[0][i] = 0.5 * one_turn().hi * ((at->x - alpha) + rest / at->slope);
+        value[1][i] = sum_arc_sines(arc, 1, 2.0 * s * c, c * c - s * s) +
+                      rest * (arc->p.hi * point_of(e, s, c).size - arc->q.hi);
+        scale[1] = fmax(scale[1], fabs(value[1][i]));
+    }
+    for (int j = 0; j < 2; j++)
+        for (int k = 0; k < CELL_TERMS; k++) {
+            double sum = 0.0;
+            for (int i = 0; i < CELL_TERMS; i++) sum += value[j][i] * w->wave_at_node[k][i];
+            *out++ = (k ? 2.0 : 1.0) / CELL_TERMS * sum;
+            if (k >= CELL_TERMS - 2) tail = fmax(tail, fabs(2.0 / CELL_TERMS * sum) / scale[j]);
+        }
+    return tail;
+}
+/* Computes the functions of the torus angle of arc j. The cells become smaller until the last
+ * coefficients are at rounding level. If they are below 1e-11, those of half a cell are below 1e-15
+ * apart from rounding errors, so that it is halved only once. The singularities are nearest to the
+ * end where |u| is largest, which comes first. Returns 0 if the last coefficients remain too
+ * large. */
+static int make_cells(kr_chaplygin_plan *plan, series_work *w, int j)
+{
+    const double end = j ? 0.5 * two_pi : 0.0;
+    kr_chaplygin_arc *const e = &plan->arc[j];
+    double tail = 1.0, before = 1.0;
+    e->first = plan->first;
+    for (e->cells = LEAST_CELLS; e->cells <= MOST_CELLS; e->cells *= 2) {
+        arc_place at = {end, end, 1.0, 0.0, 1.0};
+        before = tail;
+        tail = 0.0;
+        for (int i = 0; i < e->cells && tail < 1e-11; i++) {
+            const int cell = j ? e->cells - 1 - i : i;
+            double *const out = plan->term + e->first + 2 * CELL_TERMS * cell;
+            tail = fmax(tail, make_cell(w, &w->arc[j], e, cell, j, &at, out));
+        }
+        if (tail < 4e-15 || before < 1e-11) break;
+    }
+    plan->first += 2 * CELL_TERMS * e->cells;
+    w->tail = fmax(w->tail, tail);
+    return e->cells <= MOST_CELLS && tail < 1e-13;
+}
+/* Fills the points of the second arc, and the waves of the Fourier transform. */
+static void sample_second(const kr_chaplygin_plan *plan, series_work *w, int n)
+{
+    for (int i = 0; i < n; i++) {
+        sincos_turns(dd_of(-0.5 * i / n), &w->wave[i].im, &w->wave[i].re);
+        for (int g = 0; g < HEADING_NODES; g++) {
+            const dd half =
+                two_sum(0.5 * i / n, 0.25 * plan->ratio / plan->sections * gauss_node[g]);
+            find_points(plan, 1, 1, &half, &w->second[i][g], NULL);
+        }
+    }
+}
+/* Computes the growth of the heading from a section to the next one for n values of alpha2. Returns
+ * the largest Legendre coefficient of degree 7, which is about the square root of the error of the
+ * quadrature. */
+static double sample_section(const kr_chaplygin_plan *plan, series_work *w, int section, int n,
+                             double growth[])
+{
+    const double h = 0.5 / plan->sections;
+    double weight[HEADING_NODES], seventh[HEADING_NODES], most = 0.0;
+    arc_point p[2], first[HEADING_NODES];
+    for (int g = 0; g < HEADING_NODES; g++) {
+        const double x = 2.0 * gauss_node[g] - 1.0, xx = x * x;
+        const dd half = dd_of(0.5 * h * (section + gauss_node[g]));
+        weight[g] = plan->span * h * gauss_weight[g];
+        seventh[g] = 15.0 / 16.0 * x * (-35.0 + xx * (315.0 + xx * (-693.0 + xx * 429.0)));
+        find_points(plan, 0, 0, &half, &first[g], NULL);
+    }
+    for (int i = 0; i < n; i++) {
+        double highest = growth[i] = 0.0;
+        for (int g = 0; g < HEADING_NODES; g++) {
+            p[0] = first[g];
+            p[1] = w->second[i][g];
+            const double part = weight[g] * heading_rate(p);
+            growth[i] += part;
+            highest += seventh[g] * part;
+        }
+        most = fmax(most, fabs(highest));
+    }
+    return most;
+}
+/* Replaces n samples of a function of alpha2 by its coefficients of n/2 cosines and n/2 sines.
+ * Returns the largest of the last eighth of them. */
+static double transform_section(const kr_chaplygin_plan *plan, series_work *w, int n, double v[])
+{
+    double last = 0.0;
+    for (int i = 0; i < n; i++)
+        w->fourier[i] = cx_scale(v[i], plan->is_whole ? cx_of(1.0, 0.0) : w->wave[i]);
+    transform(w, n);
+    for (int k = 0; k < n / 2; k++) {
+        const cx c = cx_scale((plan->is_whole && k == 0 ? 1.0 : 2.0) / n, w->fourier[k]);
+        v[k] = c.re;
+        v[n / 2 + k] = -c.im;
+        if (16 * k >= 7 * n) last = fmax(last, fmax(fabs(c.re), fabs(c.im)));
+    }
+    return last;
+}
+/* Returns the phase [turns] of the term with index k after `way` turns of alpha1, for the same sum of
+ * alpha2 and the angle that alpha2 grows by. */
+static dd phase_after(const kr_chaplygin_plan *plan, dd ratio, int k, double way)
+{
+    const dd turns = dd_times(way * (k + 0.5 * !plan->is_whole), ratio);
+    return dd_make(turns.hi - nearest(turns.hi), turns.lo);
+}
+/* Appends a slow term, which grows at alpha1 = pi by twice `miss`, the coefficient that should
+ * vanish. `half` is half of alpha2 [turns] where alpha1 is pi. Returns 0 if there are too many. */
+static int append_slow(kr_chaplygin_plan *plan, dd ratio, int k, double miss, dd half)
+{
+    if (plan->slow_terms == SLOW_TERMS) return 0;
+    kr_slow_term *e = &plan->slow[plan->slow_terms++];
+    double unused;
+    const dd phase = dd_times(2 * k + !plan->is_whole, half);
+    dd step = dd_plus(phase_after(plan, ratio, k, 1.0), 0.5);
+    step.hi -= nearest(step.hi);
+    e->value = 2.0 * miss;
+    e->phase = (phase.hi - nearest(phase.hi)) + phase.lo + (plan->is_even ? 0.0 : 0.25);
+    e->step = step.hi;
+    e->step_more = step.lo;
+    sincos_turns(dd_half(step), &e->sine, &unused);
+    return 1;
+}
+/* Replaces the coefficients of the growths between sections by those of the heading on each section.
+ * In complex numbers, they are the conjugates of B_k. Returns 0 if there are too many slow terms. */
+static int sum_sections(kr_chaplygin_plan *plan, dd ratio, int n, dd half)
+{
+    plan->slow_terms = 0;
+    for (int k = 0; k < n / 2; k++) {
+        double *const re = plan->term + plan->first + k, *const im = re + n / 2;
+        cx step, across, sum = cx_of(0.0, 0.0);
+        sincos_turns(phase_after(plan, ratio, k, 0.5 / plan->sections), &step.im, &step.re);
+        sincos_turns(phase_after(plan, ratio, k, 0.5), &across.im, &across.re);
+        for (int at = 0; at < plan->sections * n; at += n)
+            sum = cx_mul(step, cx_add(sum, cx_of(re[at], im[at])));
+        const double miss = plan->is_even ? sum.im : sum.re;
+        double start = 0.0;
+        if (fabs(across.re) > fmax(LEAST_DIVISOR, fabs(miss)))
+            start = -miss / across.re;
+        else if (fabs(miss) > LEAST_TERM && !append_slow(plan, ratio, k, miss, half))
+            return 0;
+        sum = plan->is_even ? cx_of(0.0, start) : cx_of(start, 0.0);
+        for (int at = 0; at < plan->sections * n; at += n) {
+            const cx growth = cx_of(re[at], im[at]);
+            re[at] = sum.re;
+            im[at] = sum.im;
+            sum = cx_mul(step, cx_add(sum, growth));
+        }
+    }
+    return 1;
+}
+/* Leaves out the small last terms of all sections, whose length is n/2. */
+static void pack_sections(kr_chaplygin_plan *plan, int n)
+{
+    double *const from = plan->term + plan->first;
+    const int rows = 2 * plan->sections;
+    plan->terms = 2;
+    for (int at = 0; at < rows * n / 2; at++)
+        if (at % (n / 2) >= plan->terms && fabs(from[at]) > LEAST_TERM)
+            plan->terms = at % (n / 2) / 2 * 2 + 2;
+    for (int j = 0; j < rows; j++)
+        memmove(from + j * plan->terms, from + j * (n / 2), sizeof(double) * (size_t)plan->terms);
+}
+/* Computes the heading on sections of alpha1. The number of sections grows until the error of the
+ * quadrature is negligible, and the number of samples until the last coefficients are. Returns 0 if
+ * the memory does not suffice. `half` is half of alpha2 [turns] where alpha1 is pi. */
+static int make_sections(kr_chaplygin_plan *plan, series_work *w, dd ratio, dd half)
+{
+    const int room = MOST_TERMS - plan->first;
+    int n = 8 * plan->arc[1].cells < MOST_SAMPLES ? 8 * plan->arc[1].cells : MOST_SAMPLES;
+    plan->sections = plan->arc[0].cells;
+    while (n * plan->sections <= room) {
+        double *const section = plan->term + plan->first, highest = 0.0, tail = 0.0;
+        sample_second(plan, w, n);
+        for (int j = 0; j < plan->sections; j++)
+            highest = fmax(highest, sample_section(plan, w, j, n, section + j * n));
+        if (highest > 2e-8) {
+            plan->sections *= 2;
+            continue;
+        }
+        for (int j = 0; j < plan->sections; j++)
+            tail = fmax(tail, transform_section(plan, w, n, section + j * n));
+        if (tail > 1e-16 && n < MOST_SAMPLES && 2 * n * plan->sections <= room) {
+            n *= 2;
+            continue;
+        }
+        w->tail = fmax(w->tail, tail);
+        if (!sum_sections(plan, ratio, n, half)) return 0;
+        pack_sections(plan, n);
+        return tail < 1e-14;
+    }
+    return 0;
+}
 
 /* A closed-form solution and the intermediate results of its set-up. */
 typedef struct chaplygin_memory {
@@ -12,7 +544,7 @@ typedef struct chaplygin_memory {
 } chaplygin_memory;
 
 /* The initial state and Chaplygin's variables of a top, in the notation of
- * goryachev_chaplygin_curve.h. */
+ * the curve. */
 typedef struct chaplygin_top {
     dd L[3], g[3], u[2];
     cdd root[2];
@@ -292,5 +824,13 @@ static kr_state chaplygin_state_at(const void *memory, double first, double seco
     const dd mean[2] = {dd_of(fraction_of_turns(first)), dd_of(part * fraction_of_turns(second))};
     return chaplygin_kernel_at(plan, plan->torus.begin, mean, 0.0);
 }
-const kr_exact_scalar KR_NAME(kr_chaplygin_scalar) = {sizeof(chaplygin_memory), plan_scene,
-                                                      chaplygin_state, chaplygin_state_at};
+static size_t used_size(const void *memory)
+{
+    const kr_chaplygin_plan *plan = memory;
+    const size_t terms = (size_t)(plan->first + 2 * plan->sections * plan->terms);
+    return offsetof(kr_chaplygin_plan, term) + terms * sizeof *plan->term;
+}
+static int is_level(const kr_scene *scene) { return scene->start.m.z == 0.0; }
+const kr_exact_scalar KR_NAME(kr_chaplygin_scalar) = {
+    sizeof(kr_chaplygin_plan), sizeof(chaplygin_memory), used_size, is_level, plan_scene,
+    chaplygin_state,           chaplygin_state_at};

@@ -3,7 +3,7 @@
  * constant rates. The attitude (axes of the closed-form solution -> space) is the product
  *     exp(k psi/2) (i + k)/sqrt2 (c1 + c2 i - s2 j + s1 k)/sqrt(|m|),
  * where |m| = c1^2 + s1^2 + c2^2 + s2^2 and m = |m| (cos psi, sin psi, 0). Here c1 and s1 are
- * algebraic functions of an angle x of an arc (goryachev_chaplygin_curve.h), x - alpha1 is a
+ * algebraic functions of an angle x of an arc (goryachev_chaplygin.c), x - alpha1 is a
  * periodic function of alpha1, and the same holds for c2, s2 and alpha2. The time t is a multiple of
  * tau plus two such functions. Computing tau from t requires the numerical solution of a scalar
  * equation.
@@ -72,4 +72,283 @@ typedef struct kr_chaplygin_plan {
     kr_slow_term slow[SLOW_TERMS];
     double term[MOST_TERMS];
 } kr_chaplygin_plan;
+
+/* State of a Goryachev-Chaplygin top at time t, computed from its closed-form solution. The code
+ * computes the state at a single time, or at a different time in each vector lane. Single and
+ * vectorized evaluations give bitwise equal results. */
+/* The polynomials of a cell in each lane, and the place in the cell from -1 to 1. */
+typedef struct cell_place {
+    const double *row[LANES];
+    wide y, side; /* side: -1 where alpha is between -pi and 0, and 1 elsewhere */
+} cell_place;
+
+INLINE cell_place find_cell(const kr_chaplygin_plan *plan, int j, dd half)
+{
+    const kr_chaplygin_arc *const arc = &plan->arc[j];
+    const double all = 2.0 * arc->cells;
+    const wide ahead = all * (2.0 * half.hi - nearest(2.0 * half.hi)),
+               side = minus_where(is_negative(ahead)), place = side * ahead,
+               last = wide_splat(arc->cells - 1.0),
+               cell = wide_max(wide_min(nearest(place - 0.5), last), wide_splat(0.0));
+    double at[LANES];
+    cell_place r;
+    r.side = side;
+    r.y = 2.0 * ((place - cell) + side * (all * (2.0 * half.lo))) - 1.0;
+    wide_store(at, cell);
+    for (int lane = 0; lane < LANES; lane++)
+        r.row[lane] = plan->term + arc->first + 2 * CELL_TERMS * (int)at[lane];
+    return r;
+}
+/* Evaluates one of the two odd functions of each torus angle; `which` is its index. Even and odd
+ * terms have separate recurrences, which do not wait for each other: with z = T_2(y), T_2k(y) =
+ * T_k(z) and T_2k+1(y) = y (U_k(z) - U_k-1(z)). */
+INLINE void sum_cells(const cell_place p[], int arcs, int which, wide out[])
+{
+    const int first = which * CELL_TERMS;
+    wide twice[2], sum[2][2], before[2][2];
+    for (int j = 0; j < arcs; j++) {
+        twice[j] = 4.0 * (p[j].y * p[j].y) - 2.0;
+        for (int i = 0; i < 2; i++) sum[j][i] = before[j][i] = wide_splat(0.0);
+    }
+    for (int k = first + CELL_TERMS - 2; k >= first; k -= 2)
+        for (int j = 0; j < arcs; j++)
+            for (int i = 0; i < 2; i++) {
+                const wide now =
+                    twice[j] * sum[j][i] + (wide_gather(p[j].row, k + i) - before[j][i]);
+                before[j][i] = sum[j][i];
+                sum[j][i] = now;
+            }
+    for (int j = 0; j < arcs; j++)
+        out[j] = p[j].side * ((sum[j][0] - 0.5 * twice[j] * before[j][0]) +
+                              p[j].y * (sum[j][1] - before[j][1]));
+}
+/* A point of an arc: sqrt|u| cos(chi/2), sqrt|u| sin(chi/2), and |u|. */
+typedef struct arc_point {
+    wide c, s, size;
+} arc_point;
+
+/* Writes |p+| D^3/2 and |p-| D^3/2, except for the factor s^2 or c^2 of each end of the arc. */
+INLINE void arc_products(const kr_chaplygin_arc *arc, wide ss, wide cc, wide D, wide out[2])
+{
+    for (int k = 0; k < 2; k++) {
+        out[k] = wide_splat(1.0);
+        for (int i = 3 * k; i < 3 * k + 3; i++) {
+            wide factor = arc->a[i] * ss + arc->b[i] * cc;
+            const wide far = arc->imaginary * D;
+            if (arc->pair && i == 4) factor = factor * factor + far * far;
+            out[k] = out[k] * factor;
+        }
+        out[k] = wide_abs(out[k]);
+    }
+}
+/* Returns the point where x/2 has the sine s and the cosine c. No digits are lost where c and s are
+ * both close to zero. */
+INLINE arc_point point_of(const kr_chaplygin_arc *arc, wide s, wide c)
+{
+    const wide ss = s * s, cc = c * c, D = arc->C * ss + cc, one = 1.0 / D;
+    const wide scale = arc->sign * (one * wide_sqrt(one));
+    wide half[2];
+    arc_products(arc, ss, cc, D, half);
+    for (int k = 0; k < 2; k++) {
+        wide ends = k ? -scale : scale;
+        if (arc->has_sine[k]) ends = ends * s;
+        if (arc->has_cosine[k]) ends = ends * c;
+        half[k] = ends * wide_sqrt(half[k]);
+    }
+    const arc_point p = {half[0], half[1], (arc->A * ss + arc->B * cc) * one};
+    return p;
+}
+/* Finds the points at halves of torus angles [turns] on the arcs with the indices from `from` to
+ * `to`, and the periodic parts of the time if `time` is not NULL. */
+INLINE void find_points(const kr_chaplygin_plan *plan, int from, int to, const dd half[],
+                        arc_point out[], wide time[])
+{
+    const int arcs = 1 + to - from;
+    cell_place p[2];
+    wide turns[2], s[2], c[2];
+    for (int j = 0; j < arcs; j++) p[j] = find_cell(plan, from + j, half[j]);
+    sum_cells(p, arcs, 0, turns);
+    if (time) sum_cells(p, arcs, 1, time);
+    for (int j = 0; j < arcs; j++) sincos_turns(phase_plus(half[j], turns[j]), &s[j], &c[j]);
+    for (int j = 0; j < arcs; j++) out[j] = point_of(&plan->arc[from + j], s[j], c[j]);
+}
+/* Finds half of each torus angle [turns] for half of each mean angle. The slip is the periodic part
+ * of the rescaled time tau. Its equation has the derivative |m|, whose logarithm changes by at most
+ * one in a unit of tau. The steps of Newton's method are confined to an interval that brackets the
+ * solution. A step longer than half the previous one is replaced by bisection; Newton's method could
+ * otherwise alternate between two points on opposite sides of the solution. */
+INLINE void find_angles(const kr_chaplygin_plan *plan, const dd mean[2], dd half[2])
+{
+    wide high = wide_splat(plan->most_slip), low = -high, moved = 4.0 * high,
+         slip = wide_splat(0.0);
+    mask done = wide_less(high, low);
+    for (int step = 0; step < 80 && !mask_all(done); step++) {
+        arc_point p[2];
+        wide time[2];
+        for (int j = 0; j < 2; j++) half[j] = phase_plus(mean[j], slip * plan->arc[j].half_rate);
+        find_points(plan, 0, 1, half, p, time);
+        const wide value = plan->mean * slip + (time[0] + time[1]), slope = p[0].size + p[1].size;
+        const mask up = wide_less(wide_splat(0.0), value);
+        high = wide_choose(up, slip, high);
+        low = wide_choose(up, low, slip);
+        wide next = slip - value / slope;
+        const mask is_inside = mask_and(wide_at_most(low, next), wide_at_most(next, high)),
+                   is_safe = mask_and(is_inside, wide_at_most(wide_abs(next - slip), 0.5 * moved));
+        next = wide_choose(is_safe, next, 0.5 * (low + high));
+        moved = wide_abs(next - slip);
+        const mask settled =
+            mask_or(mask_and(is_safe, wide_at_most(moved, wide_splat(plan->tolerance))),
+                    wide_at_most(moved, wide_splat(plan->rounding)));
+        slip = wide_choose(done, slip, next);
+        done = mask_or(done, settled);
+    }
+    for (int j = 0; j < 2; j++) half[j] = phase_plus(mean[j], slip * plan->arc[j].half_rate);
+}
+/* Returns the rate of the heading in tau. */
+INLINE wide heading_rate(const arc_point p[2])
+{
+    return 2.0 * (p[0].c * p[1].s + p[0].s * p[1].c) / (p[0].size + p[1].size);
+}
+/* The nodes and weights of Gauss and Legendre's quadrature on the interval from 0 to 1. */
+static const double gauss_node[HEADING_NODES] = {0.019855071751231884, 0.10166676129318664,
+                                                 0.2372337950418355,   0.40828267875217511,
+                                                 0.59171732124782489,  0.7627662049581645,
+                                                 0.89833323870681336,  0.98014492824876812},
+                    gauss_weight[HEADING_NODES] = {0.050614268145188129, 0.11119051722668724,
+                                                   0.15685332293894364,  0.18134189168918099,
+                                                   0.18134189168918099,  0.15685332293894364,
+                                                   0.11119051722668724,  0.050614268145188129};
+
+/* Returns the heading's growth from the section `at` [turns of alpha1] along a way of `left` turns
+ * of alpha1, which ends at given halves of the angles. */
+INLINE wide heading_since(const kr_chaplygin_plan *plan, wide at, wide left, wide half)
+{
+    wide sum = wide_splat(0.0);
+    for (int g = 0; g < HEADING_NODES; g++) {
+        const wide way = (0.5 * gauss_node[g]) * left;
+        const dd node[2] = {dd_of(0.5 * at + way), dd_of(half + plan->ratio * way)};
+        arc_point p[2];
+        find_points(plan, 0, 1, node, p, NULL);
+        sum = sum + gauss_weight[g] * heading_rate(p);
+    }
+    return plan->span * left * sum;
+}
+/* Returns the Fourier series of the heading on a section in each lane, for half of alpha2 [turns].
+ * Clenshaw's recurrence is applied to the cosines and to the sines of even and of odd terms, because
+ * the four recurrences do not wait for each other. */
+INLINE wide heading_on_section(const kr_chaplygin_plan *plan, wide section, dd half)
+{
+    const int terms = plan->terms, shift = !plan->is_whole;
+    wide c[5], s[5]; /* of multiples of half of alpha2 */
+    c[0] = wide_splat(1.0);
+    s[0] = wide_splat(0.0);
+    sincos_turns(half, &s[1], &c[1]);
+    for (int i = 2; i < 5; i++) {
+        const int low = i / 2, high = i - low;
+        c[i] = c[low] * c[high] - s[low] * s[high];
+        s[i] = c[low] * s[high] + s[low] * c[high];
+    }
+    const wide twice = 2.0 * c[4], zero = s[0];
+    wide sum[2][2] = {{zero, zero}, {zero, zero}}, before[2][2] = {{zero, zero}, {zero, zero}};
+    const double *row[LANES];
+    double at[LANES];
+    wide_store(at, section);
+    for (int lane = 0; lane < LANES; lane++)
+        row[lane] = plan->term + plan->first + 2 * terms * (int)at[lane];
+    for (int k = terms - 2; k >= 0; k -= 2)
+        for (int i = 0; i < 2; i++)
+            for (int j = 0; j < 2; j++) {
+                const wide now =
+                    twice * sum[i][j] + (wide_gather(row, j * terms + k + i) - before[i][j]);
+                before[i][j] = sum[i][j];
+                sum[i][j] = now;
+            }
+    wide total = zero;
+    for (int i = 0; i < 2; i++) {
+        const int up = 2 * i + shift, down = 4 - up;
+        total = total + ((c[up] * sum[i][0] - c[down] * before[i][0]) +
+                         (s[up] * sum[i][1] + s[down] * before[i][1]));
+    }
+    return total;
+}
+/* Returns x - nearest(x). */
+INLINE wide part_of_turn(dd x) { return (x.hi - nearest(x.hi)) + x.lo; }
+/* Returns the sum of the slow terms over n turns of alpha1, a geometric series. */
+INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, wide n)
+{
+    wide sum = wide_splat(0.0);
+    for (int i = 0; i < plan->slow_terms; i++) {
+        const kr_slow_term *e = &plan->slow[i];
+        const dd step = dd_make(wide_splat(0.5 * e->step), wide_splat(0.5 * e->step_more));
+        const wide far = part_of_turn(dd_times(n, step)),
+                   middle = e->phase + part_of_turn(dd_times(n - 1.0, step));
+        wide s, wave, unused;
+        sincos_turns(dd_of(far), &s, &unused);
+        sincos_turns(dd_of(middle), &wave, &unused);
+        const wide growth = e->sine != 0.0 ? s / e->sine : n;
+        sum = sum + e->value * wave * growth;
+    }
+    return sum;
+}
+/* Returns the heading, up to a constant, for half of each torus angle [turns]. `turns` is the number
+ * of turns of alpha1 that half[0] leaves out. */
+INLINE wide find_heading(const kr_chaplygin_plan *plan, const dd half[2], wide turns)
+{
+    const wide turn = nearest(2.0 * half[0].hi), ahead = 2.0 * half[0].hi - turn,
+               side = minus_where(is_negative(ahead));
+    /* The heading is an even or odd function of the angles, and changes its sign after a turn of
+     * alpha1. */
+    const double all = 2.0 * plan->sections;
+    const wide place = side * ahead,
+               section =
+                   wide_max(wide_min(nearest(place * all - 0.5), wide_splat(plan->sections - 1.0)),
+                            wide_splat(0.0)),
+               at = section / all, left = (place - at) + side * (2.0 * half[0].lo);
+    const dd second =
+        phase_plus(dd_make(side * half[1].hi, side * half[1].lo), -0.5 * plan->ratio * left);
+    const wide value = heading_on_section(plan, section, second) +
+                       heading_since(plan, at, left, part_of_turn(second));
+    const mask is_odd = wide_less(wide_splat(0.0), wide_abs(0.5 * turn - nearest(0.5 * turn)));
+    const wide sign = minus_where(is_odd) * (plan->is_even ? side : wide_splat(1.0));
+    return sign * value + sum_slow_terms(plan, turns + turn);
+}
+/* Returns the state at `time`. The array `mean` contains half of each mean angle [turns], and
+ * `turns` is the number of turns of alpha1 that it leaves out. */
+INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time, const dd mean[2],
+                                       wide turns)
+{
+    dd half[2];
+    arc_point p[2];
+    find_angles(plan, mean, half);
+    find_points(plan, 0, 1, half, p, NULL);
+    const wide c1 = p[0].c, c2 = p[1].c, s1 = p[0].s, s2 = p[1].s,
+               size = (c1 * c1 + s1 * s1) + (c2 * c2 + s2 * s2);
+    /* psi/2 in turns. The low-order part of the product is smaller than the rounding error of the
+     * series. */
+    const wide near = 0.5 * (find_heading(plan, half, turns) * one_turn().hi);
+    dd heading = two_sum(wide_splat(plan->heading_start), near - nearest(near));
+    heading.lo = heading.lo + plan->heading_more;
+    wide s, c;
+    sincos_turns(heading, &s, &c);
+    const wide n = wide_sqrt(wide_splat(0.5)) / wide_sqrt(size);
+    /* The attitude for zero heading is (i + k)/sqrt2 (c1 + c2 i - s2 j + s1 k). The rotation by the
+     * heading follows below. */
+    const wide uw = -n * (c2 + s1), ux = n * (c1 + s2), uy = n * (c2 - s1), uz = n * (c1 - s2);
+    const quat_lanes q = {c * uw - s * uz, c * ux - s * uy, c * uy + s * ux, c * uz + s * uw};
+    const wide unit = plan->torus.momentum * size;
+    state_lanes r;
+    r.t = time;
+    r.m.x = unit * (c * c - s * s);
+    r.m.y = unit * (2.0 * c * s);
+    r.m.z = wide_splat(0.0);
+    r.q = torus_attitude(&plan->torus, q);
+    return r;
+}
+/* Returns the state at `time`, which is the initial time plus `span`. */
+INLINE state_lanes chaplygin_kernel(const kr_chaplygin_plan *plan, wide time, dd span)
+{
+    const dd mean[2] = {torus_phase_at(&plan->torus, 0, span),
+                        torus_phase_at(&plan->torus, 1, span)};
+    return chaplygin_kernel_at(plan, time, mean, 2.0 * nearest(span.hi * plan->torus.turn[0].fast));
+}
 #endif

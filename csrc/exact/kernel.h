@@ -1,12 +1,146 @@
-/* Evaluates a closed-form solution at time t. The same code is used for a single time and for an
- * array of times. The kernel has no branches and calls no function other than sqrt, so compilers
- * can vectorize loops over times. Results are bitwise identical for all vector widths. This header
- * is compiled once for each instruction set, so that its loops use the available vector
- * instructions. In the code, e denotes the closed-form solution. The letters a, b and h denote
- * alpha, beta and the horizontal momentum (lane_types.h). */
+/* The closed form of a Lagrange top or of a free body, and its states. With q = (w, x, y,
+ * z), alpha = w + i z and beta = x + i y, a phase X(t) = X0 + nu t and the nome exp(-pi K'/K)
+ *     alpha ~ theta1(X + i y1) e^{i(c1 + k1 t)},  beta ~ theta2(X + i y2) e^{i(c2 + k2 t)},
+ *     m_x + i m_y ~ theta3(X + i(y1 + y2)) e^{i(c1 + c2 + (k1 + k2) t)},  all over theta4(X)
+ * (Klein and Sommerfeld, Theorie des Kreisels). For torque-free tops (Jacobi), beta contains theta4
+ * instead of theta2, and the momentum is constant. All quantities that grow with time are
+ * double-doubles, so that the errors of states do not grow. The common denominator theta4(X)
+ * cancels when q is normalized.
+ *
+ * This header is compiled for each instruction set, both with and without KR_EXACT_LANES. With
+ * KR_EXACT_LANES, each number is a vector with one lane per top (math/simd.h). The result in each
+ * lane is bitwise equal to that of the scalar code. If lanes take different branches, both branches
+ * are computed, and each lane selects its own result. A loop runs until all lanes are finished,
+ * leaving finished lanes unchanged. Without KR_EXACT_LANES, a single top is processed with ordinary
+ * branches and loops. */
 #ifndef KR_EXACT_KERNEL_H
 #define KR_EXACT_KERNEL_H
-#include "lane_types.h"
+
+#if defined KR_EXACT_LANES
+#  define KR_DD_LANES
+#else
+#  define KR_ONE_LANE
+#endif
+#include "exact.h"
+#include "model/scene.h"
+#include "math/dd.h"
+#include "math/simd.h"
+#include "math/su2.h"
+
+/* The kinds of theta series, for heavy (LAGRANGE) and torque-free (EULER) tops, in powers of the
+ * nome or of the dual nome. The dual nome is smaller than the nome if K' < K, for example near a
+ * separatrix. */
+enum { LAGRANGE, EULER, LAGRANGE_DUAL, EULER_DUAL };
+
+/* Vector versions of the types in kreisel.h and exact.h, with one lane per top. */
+#if defined KR_EXACT_LANES
+typedef struct vec3_lanes {
+    wide x, y, z;
+} vec3_lanes;
+typedef struct quat_lanes {
+    wide w, x, y, z;
+} quat_lanes;
+typedef struct state_lanes {
+    wide t;
+    quat_lanes q;
+    vec3_lanes m;
+} state_lanes;
+typedef struct theta_lanes {
+    wide even[KR_THETA_TERMS], odd[KR_THETA_TERMS];
+} theta_lanes;
+typedef struct phase_lanes {
+    wide fast, slow, start, more;
+} phase_lanes;
+/* The vector version of kr_exact_form, without the members `framed` and `frame`. */
+typedef struct exact_lanes {
+    wide period, precession_rate, spin_angle_rate, begin, curve;
+    phase_lanes nutation, first, second;
+    wide stretch, stretch_rest, slope[2];
+    theta_lanes alpha, beta, horizontal;
+    wide momentum, side;
+    vec3_lanes constant;
+} exact_lanes;
+/* Only heavy tops are processed in vector lanes. */
+INLINE int is_euler(const exact_lanes *e) { return (void)e, 0; }
+INLINE mask is_dual(const exact_lanes *e)
+{
+    return wide_equal(e->curve, wide_splat(LAGRANGE_DUAL));
+}
+#else
+typedef kr_vec3 vec3_lanes;
+typedef kr_quat quat_lanes;
+typedef kr_state state_lanes;
+typedef kr_theta theta_lanes;
+typedef kr_phase phase_lanes;
+typedef kr_exact_form exact_lanes;
+INLINE int is_euler(const kr_exact_form *e) { return e->curve == EULER || e->curve == EULER_DUAL; }
+INLINE mask is_dual(const kr_exact_form *e)
+{
+    return e->curve == LAGRANGE_DUAL || e->curve == EULER_DUAL;
+}
+#endif
+/* Copies the lanes selected by the mask m to `to`, and leaves the other lanes of `to` unchanged.
+ * Both arguments must point to structures whose members are all SIMD vectors. */
+INLINE void take_lanes(void *to, const void *from, size_t bytes, mask m)
+{
+    for (size_t at = 0; at < bytes; at += sizeof(wide)) {
+        wide *old = (wide *)(void *)((char *)to + at);
+        *old = wide_choose(m, *(const wide *)(const void *)((const char *)from + at), *old);
+    }
+}
+
+/* In internal units, the larger of the momentum and weight * |com| is about one. If weight * |com|
+ * is below LEAST_LEVER, it is treated as zero, because its effect is negligible at all times that
+ * doubles can resolve. Momentum components below LEAST_MOMENTUM are treated as zero, because their
+ * squares underflow. */
+#define LEAST_LEVER 1e-100
+#define LEAST_MOMENTUM 1e-160
+
+/* A top and its initial state in internal axes and units. The attitude in these axes and the
+ * component of weight * com along T are stored in double-double precision. */
+typedef struct exact_top {
+    vec3_lanes inertia;
+    dd q[4];  /* the attitude, which need not be of unit length */
+    dd lever; /* mass * gravity * com along T */
+    vec3_lanes m;
+} exact_top;
+
+/* Returns a > b, which is false for NaN. */
+INLINE mask wide_more(wide a, wide b) { return wide_less(b, a); }
+INLINE mask is_negative(wide a) { return wide_less(a, wide_splat(0.0)); }
+INLINE mask is_positive(wide a) { return wide_less(wide_splat(0.0), a); }
+/* Returns -1 in the lanes selected by the mask m, and 1 in all others. */
+INLINE wide minus_where(mask m) { return wide_choose(m, wide_splat(-1.0), wide_splat(1.0)); }
+INLINE wide length(wide x, wide y) { return wide_sqrt(x * x + y * y); }
+
+static inline int is_one(kr_quat q) { return v_largest(q_vec(q)) == 0.0; }
+/* Applies the linear map `f`, called a frame, to the quaternion q. */
+INLINE kr_quat framed(const kr_quat f[4], kr_quat q)
+{
+    return q4((q.w * f[0].w + q.x * f[1].w) + (q.y * f[2].w + q.z * f[3].w),
+              v3((q.w * f[0].x + q.x * f[1].x) + (q.y * f[2].x + q.z * f[3].x),
+                 (q.w * f[0].y + q.x * f[1].y) + (q.y * f[2].y + q.z * f[3].y),
+                 (q.w * f[0].z + q.x * f[1].z) + (q.y * f[2].z + q.z * f[3].z)));
+}
+/* Writes the frame q -> left * q * right. */
+static inline void fill_frame(kr_quat frame[4], kr_quat left, kr_quat right)
+{
+    const double w = left.w, x = left.x, y = left.y, z = left.z;
+    const kr_quat columns[4] = {left, {-x, w, z, -y}, {-y, -z, w, x}, {-z, y, -x, w}};
+    for (int i = 0; i < 4; i++) frame[i] = q_mul(columns[i], right);
+}
+/* Writes the linear map q -> -i q, which interchanges up and down. */
+static inline void fill_frame_below(kr_quat frame[4])
+{
+    fill_frame(frame, q4(0.0, v3(-1.0, 0.0, 0.0)), q_one());
+}
+/* Composes the linear map `frame` with the conversion from internal axes to the user's axes. `axes`
+ * must not be the identity rotation. If `framed` is 0, the map is first set to the identity. */
+static inline void fill_frame_axes(kr_quat frame[4], int framed, kr_quat axes)
+{
+    if (!framed) fill_frame(frame, q_one(), q_one());
+    for (int i = 0; i < 4; i++) frame[i] = q_mul(frame[i], q_conj(axes));
+}
 
 /* bits_of and of_bits reinterpret the bits of a double as an integer, and back. The kernel selects
  * values by bit masks, because branches would prevent vectorization. */
@@ -218,4 +352,259 @@ INLINE mask is_within(const exact_lanes *e, wide span)
                     mask_and(wide_less(wide_abs(span * e->first.fast), most),
                              wide_less(wide_abs(span * e->second.fast), most)));
 }
+
+/* The functions factors_of_kind and factors_at write the real and imaginary parts of alpha, beta
+ * and the horizontal momentum. The values include the phase factors, but the attitude q is not yet
+ * normalized, and the map `frame` of the solution has not been applied to it. If factors_of_kind is
+ * used, the theta series of all SIMD lanes must be of the same kind; factors_at has no such
+ * restriction. */
+static inline void factors_of_kind(const exact_lanes *e, int dual, int euler, wide span,
+                                   wide out[6])
+{
+    const factors f = theta_factors(e, dual, euler, dd_of(span));
+    wide s, c;
+    sincos_turns(f.first, &s, &c);
+    out[0] = f.a_re * c - f.a_im * s;
+    out[1] = f.a_re * s + f.a_im * c;
+    sincos_turns(f.second, &s, &c);
+    out[2] = f.b_re * c - f.b_im * s;
+    out[3] = f.b_re * s + f.b_im * c;
+    sincos_turns(dd_add(f.first, f.second), &s, &c);
+    out[4] = f.h_re * c - f.h_im * s;
+    out[5] = f.h_re * s + f.h_im * c;
+}
+static inline void factors_at(const exact_lanes *e, double span, wide out[6])
+{
+    const mask dual = is_dual(e);
+    const wide at = wide_splat(span);
+    wide some[6];
+    if (mask_all(dual)) {
+        factors_of_kind(e, 1, is_euler(e), at, out);
+        return;
+    }
+    factors_of_kind(e, 0, is_euler(e), at, out);
+    if (!mask_any(dual)) return;
+    factors_of_kind(e, 1, is_euler(e), at, some);
+    take_lanes(out, some, sizeof some, dual);
+}
+
+static const double two_pi = 6.283185307179586477;
+
+/* Returns a phase with initial value zero and the given rate [rad per unit of time]. */
+static inline phase_lanes phase_of(dd rate)
+{
+    const dd f = dd_mul(rate, one_turn());
+    const phase_lanes r = {.fast = f.hi, .slow = f.lo};
+    return r;
+}
+/* Sets the initial value of a phase, in turns, after adding whole turns such that it lies between
+ * 1/2 and 3/2, as phase_at requires. */
+static inline void phase_start(phase_lanes *phase, dd start)
+{
+    const dd s = two_sum(wide_splat(1.0), start.hi - nearest(start.hi));
+    phase->start = s.hi;
+    phase->more = s.lo + start.lo;
+}
+/* Returns the arc tangent of u in turns, for |u| <= tan(pi/8), with an error of at most 1 ulp. */
+static inline wide turns_of_tangent(wide u)
+{
+    const dd turn = one_turn();
+    const wide z = u * u, zz = z * z;
+    const wide low = (-0.0530516476972984402 + z * 0.0318309886183719381) +
+                     zz * (-0.0227364204400317979 + z * 0.0176838824132084663);
+    const wide high = (-0.0144686240078471209 + z * 0.0122424897797794527) +
+                      zz * ((-0.0106068993999666122 + z * 0.00932353355566516922) +
+                            zz * ((-0.00809374456969824621 + z * 0.00624391215077724649) +
+                                  zz * -0.00305209614217111548));
+    return u * turn.hi + u * (turn.lo + z * (low + zz * zz * high));
+}
+/* Returns the argument of x + i y in turns. The result is an exact multiple of an eighth of a turn
+ * plus an arc tangent of at most a sixteenth of a turn. */
+static inline dd turns_of(wide y, wide x)
+{
+    const wide ax = wide_abs(x), ay = wide_abs(y), zero = wide_splat(0.0);
+    const mask flat = wide_at_most(ay, ax), left = is_negative(x), below = is_negative(y);
+    /* After subtraction of a multiple of a quarter turn, the angle is the argument of a + i b with
+     * |b| <= a. */
+    const wide a = wide_choose(flat, ax, ay),
+               b = wide_choose(flat, wide_choose(left, -y, y), wide_choose(below, x, -x));
+    const wide quarters =
+        wide_choose(flat, wide_choose(left, wide_splat(0.5), zero), 0.25 * minus_where(below));
+    const wide up = minus_where(is_negative(b));
+    const mask far = wide_more(up * b, 0.41421356237309503 * a);
+    const wide over = wide_choose(far, b - up * a, b), under = wide_choose(far, a + up * b, a);
+    const wide eighth = wide_choose(far, 0.125 * up, zero);
+    const wide tangent = wide_choose(is_positive(under), over / under, zero);
+    return two_sum(quarters + eighth, turns_of_tangent(tangent));
+}
+/* Returns the angle from the vector (x, y) to the vector (u, v), in turns. */
+static inline dd turns_between(wide x, wide y, wide u, wide v)
+{
+    const dd re = dd_add(two_product(u, x), two_product(v, y)),
+             im = dd_sub(two_product(v, x), two_product(u, y));
+    return turns_of(im.hi, re.hi);
+}
+
+/* Returns the dot product of four double-doubles with four doubles. */
+static inline dd dot(const dd a[4], wide w, wide x, wide y, wide z)
+{
+    return dd_add(dd_add(dd_times(w, a[0]), dd_times(x, a[1])),
+                  dd_add(dd_times(y, a[2]), dd_times(z, a[3])));
+}
+/* Multiplies q by `by` from the right, so that the rotation `by` is applied first. */
+static inline void turn_first(dd q[4], quat_lanes by)
+{
+    const dd a[4] = {q[0], q[1], q[2], q[3]};
+    q[0] = dot(a, by.w, -by.x, -by.y, -by.z);
+    q[1] = dot(a, by.x, by.w, by.z, -by.y);
+    q[2] = dot(a, by.y, -by.z, by.w, by.x);
+    q[3] = dot(a, by.z, by.y, -by.x, by.w);
+}
+
+/* Normalizes a double-double quaternion, and returns it rounded to double precision. */
+static inline quat_lanes rounded(const dd q[4])
+{
+    const wide w = q[0].hi, x = q[1].hi, y = q[2].hi, z = q[3].hi,
+               n = 1.0 / wide_sqrt(w * w + (x * x + y * y + z * z));
+    const quat_lanes r = {n * w, n * x, n * y, n * z};
+    return r;
+}
+
+/* Writes the axis a = q e3 q*, whose height is u = a.e3. Writes 1 + u to `plus` and returns 1 - u.
+ * The values 1 + u and 1 - u are computed directly from the quaternion, so no digits are lost near
+ * a pole. */
+static inline dd axis_of(const dd q[4], dd a[3], dd *plus)
+{
+    const dd up = dd_add(dd_square(q[0]), dd_square(q[3])),
+             side = dd_add(dd_square(q[1]), dd_square(q[2]));
+    const dd scale = dd_over(dd_splat(2.0), dd_add(up, side)), minus = dd_mul(scale, side);
+    *plus = dd_mul(scale, up);
+    a[0] = dd_mul(scale, dd_add(dd_mul(q[1], q[3]), dd_mul(q[0], q[2])));
+    a[1] = dd_mul(scale, dd_sub(dd_mul(q[2], q[3]), dd_mul(q[0], q[1])));
+    a[2] = dd_half(dd_sub(*plus, minus));
+    return minus;
+}
+/* Writes q* v q / |q|^2; q need not have unit length. */
+static inline void turned_back(const dd q[4], const dd v[3], dd r[3])
+{
+    dd p[4][4];
+    for (int i = 0; i < 4; i++)
+        for (int j = 0; j <= i; j++) p[i][j] = p[j][i] = dd_mul(q[i], q[j]);
+    const dd norm = dd_add(dd_add(p[0][0], p[1][1]), dd_add(p[2][2], p[3][3]));
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3, a = i + 1, b = j + 1, c = k + 1;
+        const dd along = dd_sub(dd_add(p[0][0], p[a][a]), dd_add(p[b][b], p[c][c]));
+        const dd left = dd_twice(dd_add(p[a][b], p[0][c])),
+                 right = dd_twice(dd_sub(p[a][c], p[0][b]));
+        const dd turned =
+            dd_add(dd_add(dd_mul(v[i], along), dd_mul(v[j], left)), dd_mul(v[k], right));
+        r[i] = dd_div(turned, norm);
+    }
+}
+
+static inline wide sign_of(wide x)
+{
+    const wide zero = wide_splat(0.0), one = wide_splat(1.0);
+    return wide_choose(is_positive(x), one, wide_choose(is_negative(x), -one, zero));
+}
+
+/* Sets the nutation period and the mean rates of precession and spin from the rates of the phases.
+ * The complex values of theta1 and theta2 rotate about zero as X increases. The sign of `slope`,
+ * which is opposite to the sign of y, determines the direction of rotation. If theta1 or theta2
+ * passes through zero, its phase jumps by half a turn, and its winding number is defined as zero.
+ * For a torque-free top, beta is a theta4 function, whose values do not wind around zero. */
+static inline void set_rates(exact_lanes *exact, wide nu, wide first, wide second)
+{
+    const wide wind1 = sign_of(exact->slope[0]),
+               wind2 = is_euler(exact) ? wide_splat(0.0) : sign_of(exact->slope[1]);
+    exact->period = 0.5 * two_pi / nu;
+    exact->precession_rate = (first + second) + (wind1 + wind2) * nu;
+    exact->spin_angle_rate = (first - second) + (wind1 - wind2) * nu;
+}
+/* Converts the mean spin about the third internal axis to the mean spin about the apex, for an apex
+ * opposite to this axis. The mean precession rates of both directions are equal. */
+static inline wide opposite_spin(wide spin)
+{
+    return 0.0 - spin; /* a zero spin stays a positive zero */
+}
+/* Returns I1, the mean of the two equal principal moments. */
+static inline dd equal_moment(const exact_top *top)
+{
+    return dd_half(two_sum(top->inertia.x, top->inertia.y));
+}
+/* Returns the same top with up and down interchanged (q -> i q), and therefore with gravity
+ * reversed. */
+static inline exact_top seen_from_below(const exact_top *top)
+{
+    exact_top r = *top;
+    r.q[0] = dd_neg(top->q[1]);
+    r.q[1] = top->q[0];
+    r.q[2] = dd_neg(top->q[3]);
+    r.q[3] = top->q[2];
+    r.m.y = -top->m.y;
+    r.m.z = -top->m.z;
+    r.lever = dd_neg(top->lever);
+    return r;
+}
+/* Undoes the interchange of up and down in a solution, but leaves its frame unchanged. */
+static inline void turn_over(exact_lanes *exact)
+{
+    exact->side = wide_splat(-1.0);
+    exact->constant.z = -exact->constant.z;
+    exact->precession_rate = -exact->precession_rate;
+}
+
+/* Converts a solution from internal units to the user's units, but leaves its frame unchanged. The
+ * arguments `unit` and `momentum` are the internal units of time and momentum, expressed in the
+ * user's units. */
+static inline void to_user(exact_lanes *exact, wide start, wide unit, wide momentum)
+{
+    const wide rate = 1.0 / unit;
+    phase_lanes *const phases[3] = {&exact->nutation, &exact->first, &exact->second};
+    for (int i = 0; i < 3; i++) {
+        phases[i]->fast = phases[i]->fast * rate;
+        phases[i]->slow = phases[i]->slow * rate;
+    }
+    exact->begin = start;
+    exact->period = exact->period * unit;
+    exact->precession_rate = exact->precession_rate * rate;
+    exact->spin_angle_rate = exact->spin_angle_rate * rate;
+    exact->momentum = exact->momentum * momentum;
+    exact->constant.x = momentum * exact->constant.x;
+    exact->constant.y = momentum * exact->constant.y;
+    exact->constant.z = momentum * exact->constant.z;
+}
+
+#if !defined KR_EXACT_LANES
+/* Returns the state at the time t, which is the initial time plus `span`. The kernel is called with
+ * constants that select the kind of series, so that the compiler can remove the code for the other
+ * kinds. */
+static inline kr_state state_after(const kr_exact_form *e, double t, dd span)
+{
+    kr_state r;
+    if (e->curve == LAGRANGE)
+        r = kernel(e, 0, 0, t, span);
+    else if (e->curve == EULER)
+        r = kernel(e, 0, 1, t, span);
+    else if (e->curve == LAGRANGE_DUAL)
+        r = kernel(e, 1, 0, t, span);
+    else
+        r = kernel(e, 1, 1, t, span);
+    if (e->framed != 0.0) r.q = framed(e->frame, r.q);
+    return r;
+}
+/* If t is too large for the phases to be computed, returns the initial state, because this state at
+ * least has the correct integrals of motion. Returns NaN if t is not finite. */
+static inline kr_state state_beyond(const kr_exact_form *e, double t)
+{
+    const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
+    return isfinite(t) ? state_after(e, t, dd_of(0.0)) : none;
+}
+/* Returns the state at time t. */
+static inline kr_state state_at(const kr_exact_form *e, double t)
+{
+    const dd span = two_sum(t, -e->begin);
+    return is_within(e, span.hi) ? state_after(e, t, span) : state_beyond(e, t);
+}
+#endif
 #endif

@@ -2,7 +2,7 @@
  * different time. The results are bitwise equal to those of the scalar code. This file is compiled
  * once for each instruction set. */
 #define KR_EXACT_LANES
-#include "goryachev_chaplygin_state.h"
+#include "goryachev_chaplygin.h"
 
 void KR_NAME(kr_chaplygin_evaluate)(const void *memory, size_t n, const double t[], kr_state out[])
 {

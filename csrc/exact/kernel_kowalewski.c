@@ -2,7 +2,7 @@
  * time. The results are bitwise equal to those of the scalar code. This file is compiled once for
  * each instruction set. */
 #define KR_EXACT_LANES
-#include "kowalewski_state.h"
+#include "kowalewski.h"
 
 void KR_NAME(kr_kowalewski_evaluate)(const void *memory, size_t n, const double t[], kr_state out[])
 {

@@ -1,9 +1,7 @@
 /* Set-up of the closed-form solution for a Kowalewski top. This file is compiled once for each
  * instruction set, because double-double products are three times as fast with fused
  * multiply-add. */
-#include "across.h"
-#include "kowalewski_start.h"
-#include "kowalewski_state.h"
+#include "kowalewski_curve.h"
 
 /* For tops with a larger k, most states need derivatives (frame_at). */
 #define FAST 9.0
@@ -497,5 +495,17 @@ static kr_state kowalewski_state_at(const void *memory, double first, double sec
                          torus_phase_at(torus, 2, dd_of(0.0))};
     return kowalewski_kernel_at(plan, torus->begin, phase);
 }
-const kr_exact_scalar KR_NAME(kr_kowalewski_scalar) = {sizeof(kowalewski_memory), plan_scene,
-                                                       kowalewski_state, kowalewski_state_at};
+static size_t used_size(const void *memory)
+{
+    const kr_kowalewski_torus *plan = memory;
+    return offsetof(kr_kowalewski_torus, harmonic) + (size_t)plan->terms * sizeof *plan->harmonic +
+           4 * (size_t)(plan->nodes * plan->nodes);
+}
+static int suits_any(const kr_scene *scene) { return (void)scene, 1; }
+const kr_exact_scalar KR_NAME(kr_kowalewski_scalar) = {sizeof(kr_kowalewski_torus),
+                                                       sizeof(kowalewski_memory),
+                                                       used_size,
+                                                       suits_any,
+                                                       plan_scene,
+                                                       kowalewski_state,
+                                                       kowalewski_state_at};

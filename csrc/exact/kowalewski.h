@@ -1,10 +1,10 @@
 /* The closed-form solution of a Kowalewski top, without theta functions. The axes, units and
  * constants are defined in kowalewski_curve.h. Kowalewski's variables w1 and w2 move on arcs, on
- * which w = N/D is a function of an angle x (kowalewski_curve.h). Let y be the angle from which x
+ * which w = N/D is a function of an angle x. Let y be the angle from which x
  * follows by Landen transformations. The torus angles
  *     theta_i = y_i + S_i1(y1) + S_i2(y2)
  * with sine series S grow linearly with time. These two equations are solved for y1 and y2
- * (kowalewski_newton.h). The state follows from x1 and x2 by the formulas of Koetter (Acta Math. 17
+ *. The state follows from x1 and x2 by the formulas of Koetter (Acta Math. 17
  * (1893) 209), and the heading from the body vector C with
  *     C2 - i C1 = (z^2 + 2 q^2 zeta)/2,  C3 = q Re(conj(x) z),
  *     x = p + iq,  z = r x + g3,  zeta = g1 + i g2,
@@ -14,6 +14,7 @@
  * and of the arguments of factors for poles near the ends of the arcs. */
 #ifndef KR_EXACT_KOWALEWSKI_H
 #define KR_EXACT_KOWALEWSKI_H
+#include "math/trig.h"
 #include "torus.h"
 
 /* The roots of phi have the indices 0, 1 and 2, and k and -k have the indices 3 and 4. */
@@ -63,7 +64,7 @@ typedef struct kr_kowalewski_torus {
     double sign[6];       /* of Koetter's square roots: for e0, for e1 and e2, for each arc; of Z */
     double half_turns[2]; /* 1 if the quaternion changes sign when theta grows by 4 pi */
     int pair, fast;       /* 1 if e1 and e2 are complex; 1 if derivatives are always needed */
-    double p[2], q[2];    /* averages of dw/F and (w - w0) dw/F on the arcs (kowalewski_newton.h) */
+    double p[2], q[2];    /* averages of dw/F and (w - w0) dw/F on the arcs */
     int some_terms, terms;          /* numbers of terms: in steps of Newton's method, and of all */
     float guess[STARTS][STARTS][2]; /* y1 - theta1 and y2 - theta2 at equidistant theta1, theta2 */
     kr_kowalewski_arc arc[2];
@@ -76,5 +77,1017 @@ typedef struct kr_kowalewski_torus {
 static inline const signed char *kr_kowalewski_nodes(const kr_kowalewski_torus *plan)
 {
     return (const signed char *)(plan->harmonic + plan->terms);
+}
+
+/* The angles y1 and y2 of the two arcs of a Kowalewski top for given torus angles. Newton's method
+ * starts at values interpolated in a table. All steps but the last use only the largest terms of the
+ * sine series, and take the second derivatives into account.
+ *
+ * If the arcs nearly touch, the Jacobian is almost singular, and Newton's method may fail. Let p_j
+ * and q_j be the averages of dw/F and (w - w0) dw/F on the arcs, for a w0 between the arcs. Then
+ * p1 theta1 - p2 theta2 and q1 theta1 - q2 theta2 are sums of a function of y1 and a function of
+ * y2. Along a line where the first sum is constant, the second one is monotonic, because it grows
+ * at the rate w1 - w2 > 0. Two nested searches with bisection therefore find the solution. */
+/* Number of series that a vector holds for a single top. */
+#if defined KR_PLAIN || !(defined __SSE2__ || defined KR_NEON)
+#  define LANES_OF_SERIES 1
+#elif defined KR_AVX2
+#  define LANES_OF_SERIES 4
+#else
+#  define LANES_OF_SERIES 2
+#endif
+enum { NEWTON_STEPS = 14, LAST_STEPS = 3 };
+/* The cube of a small step is negligible. */
+#define SMALL_STEP 3e-6
+
+/* An angle y of an arc [turns], and its sine and cosine. */
+typedef struct arc_angle {
+    dd turns;
+    wide s, c;
+} arc_angle;
+
+/* A vector that holds one of the four sine series of the torus angles in each of several lanes. If
+ * there is a single top, its lanes are different series. */
+#if defined KR_EXACT_LANES || LANES_OF_SERIES == 1
+typedef wide series_group;
+enum { GROUPS = 4 };
+INLINE series_group load_series(const double *p) { return wide_splat(*p); }
+INLINE void store_series(wide *out, series_group a) { *out = a; }
+INLINE series_group for_arcs(int i, wide one, wide two) { return i < 2 ? one : two; }
+enum { HEADING_GROUPS = 2 };
+INLINE series_group for_heading(int i, wide one, wide two) { return i ? two : one; }
+#else
+typedef double series_group __attribute__((vector_size(8 * LANES_OF_SERIES)));
+enum { GROUPS = 4 / LANES_OF_SERIES };
+INLINE series_group load_series(const double *p)
+{
+    series_group r;
+    memcpy(&r, p, sizeof r);
+    return r;
+}
+INLINE void store_series(wide *out, series_group a) { memcpy(out, &a, sizeof a); }
+INLINE series_group for_arcs(int i, wide one, wide two)
+{
+#  if LANES_OF_SERIES == 4
+    const series_group r = {one, one, two, two};
+#  else
+    const series_group r = {i ? two : one, i ? two : one};
+#  endif
+    (void)i;
+    return r;
+}
+enum { HEADING_GROUPS = 1 };
+INLINE series_group for_heading(int i, wide one, wide two)
+{
+#  if LANES_OF_SERIES == 4
+    const series_group r = {one, two, one, two};
+#  else
+    const series_group r = {one, two};
+#  endif
+    (void)i;
+    return r;
+}
+#endif
+
+/* The sines and cosines of the multiples of an angle up to 4. */
+typedef struct multiples {
+    series_group s[5], c[5];
+} multiples;
+INLINE multiples multiples_of(series_group s, series_group c)
+{
+    multiples m;
+    m.s[1] = s, m.c[1] = c;
+    m.s[2] = 2.0 * (s * c), m.c[2] = (c - s) * (c + s);
+    m.s[3] = m.s[2] * c + m.c[2] * s, m.c[3] = m.c[2] * c - m.s[2] * s;
+    m.s[4] = 2.0 * (m.s[2] * m.c[2]), m.c[4] = (m.c[2] - m.s[2]) * (m.c[2] + m.s[2]);
+    return m;
+}
+/* Returns the sum of the first n terms of a sine series. Clenshaw's recurrence is applied to every
+ * fourth term, because the four recurrences do not wait for each other. */
+INLINE series_group sum_sines(const double *first, int n, const multiples *m)
+{
+    const int row = sizeof(kr_harmonic) / sizeof(double);
+    const series_group twice = 2.0 * m->c[4], zero = twice - twice;
+    series_group b[4] = {zero, zero, zero, zero}, next[4] = {zero, zero, zero, zero};
+    for (int k = n - 4; k >= 0; k -= 4)
+        for (int i = 0; i < 4; i++) {
+            const series_group old = b[i];
+            b[i] = twice * b[i] + (load_series(first + (k + i) * row) - next[i]);
+            next[i] = old;
+        }
+    return ((m->s[1] * b[0] + m->s[3] * next[0]) + m->s[2] * (b[1] + next[1])) +
+           ((m->s[3] * b[2] + m->s[1] * next[2]) + m->s[4] * b[3]);
+}
+/* Writes the sine series of the torus angles at y, with n terms, in the order of kr_harmonic. */
+INLINE void sum_angles(const kr_kowalewski_torus *plan, const arc_angle y[2], wide value[4])
+{
+    for (int g = 0; g < GROUPS; g++) {
+        const int at = 4 / GROUPS * g;
+        const multiples m = multiples_of(for_arcs(g, y[0].s, y[1].s), for_arcs(g, y[0].c, y[1].c));
+        store_series(&value[at], sum_sines(&plan->harmonic[0].angle[at], plan->terms, &m));
+    }
+}
+/* Returns the sum of the two series of the heading, in turns. */
+INLINE wide sum_heading(const kr_kowalewski_torus *plan, const arc_angle y[2])
+{
+    wide value[4];
+    for (int g = 0; g < HEADING_GROUPS; g++) {
+        const multiples m =
+            multiples_of(for_heading(g, y[0].s, y[1].s), for_heading(g, y[0].c, y[1].c));
+        store_series(&value[g], sum_sines(&plan->harmonic[0].heading[g], plan->terms, &m));
+    }
+    return value[0] + value[1];
+}
+/* The sine series of the torus angles, in the order of kr_harmonic, and their first and second
+ * derivatives. */
+typedef struct angle_series {
+    wide value[4], slope[4], bend[4];
+} angle_series;
+/* Sums the first n terms of the series at y. */
+INLINE angle_series sum_slopes(const kr_harmonic *harmonic, int n, const arc_angle y[2])
+{
+    angle_series r;
+    for (int g = 0; g < GROUPS; g++) {
+        const int at = 4 / GROUPS * g;
+        const series_group s = for_arcs(g, y[0].s, y[1].s), c = for_arcs(g, y[0].c, y[1].c),
+                           twice = 2.0 * (c * c - s * s), zero = s - s;
+        /* recurrences for odd and even terms of each series, and the values before */
+        series_group b[3][2], next[3][2];
+        for (int i = 0; i < 6; i++) b[i / 2][i % 2] = next[i / 2][i % 2] = zero;
+        for (int k = n - 1; k > 0; k -= 2) /* the terms k and k + 1 */
+            for (int i = 0; i < 2; i++) {
+                const double order = k + i;
+                const series_group a = load_series(&harmonic[k - 1 + i].angle[at]),
+                                   terms[3] = {a, order * a, order * order * a};
+                for (int m = 0; m < 3; m++) {
+                    const series_group old = b[m][i];
+                    b[m][i] = twice * old + (terms[m] - next[m][i]);
+                    next[m][i] = old;
+                }
+            }
+        store_series(&r.value[at], s * ((b[0][0] + next[0][0]) + 2.0 * c * b[0][1]));
+        store_series(&r.slope[at],
+                     c * (b[1][0] - next[1][0]) + (0.5 * twice * b[1][1] - next[1][1]));
+        store_series(&r.bend[at], -s * ((b[2][0] + next[2][0]) + 2.0 * c * b[2][1]));
+    }
+    return r;
+}
+/* Returns theta, in turns, plus d, which is in radians. */
+INLINE dd turns_beside(dd theta, wide d)
+{
+    return dd_make(theta.hi, theta.lo + 0.15915494309189534561 * d);
+}
+INLINE arc_angle angle_beside(dd theta, wide d)
+{
+    arc_angle y;
+    y.turns = turns_beside(theta, d);
+    sincos_turns(y.turns, &y.s, &y.c);
+    return y;
+}
+
+/* The contributions of arc j at y to the two sums of the nested searches, and their slopes. */
+typedef struct separate_sums {
+    double value[2], slope[2];
+} separate_sums;
+static separate_sums separate_at(const kr_kowalewski_torus *plan, int j, double y)
+{
+    double s, c, value[2] = {0.0, 0.0}, slope[2] = {0.0, 0.0};
+    separate_sums r;
+    sin_cos(y, &s, &c);
+    for (int i = 0; i < 2; i++) {
+        double b1 = 0.0, b2 = 0.0, d1 = 0.0, d2 = 0.0, old;
+        for (int k = plan->terms; k > 0; k--) {
+            const double a = plan->harmonic[k - 1].angle[2 * j + i];
+            old = b1, b1 = 2.0 * c * b1 + (a - b2), b2 = old;
+            old = d1, d1 = 2.0 * c * d1 + (k * a - d2), d2 = old;
+        }
+        value[i] = s * b1 + (i == j ? y : 0.0);
+        slope[i] = (c * d1 - d2) + (i == j);
+    }
+    for (int i = 0; i < 2; i++) {
+        const double *average = i ? plan->q : plan->p;
+        r.value[i] = average[0] * value[0] - average[1] * value[1];
+        r.slope[i] = average[0] * slope[0] - average[1] * slope[1];
+    }
+    return r;
+}
+/* Returns the middle of an interval if x, a step of Newton's method, lies outside. */
+static double keep_inside(double x, double low, double high)
+{
+    return x >= low && x <= high ? x : 0.5 * (low + high);
+}
+/* Writes y1 and y2 for the angles theta, in radians, by nested searches. */
+APART void search_angles(const kr_kowalewski_torus *plan, const double theta[2], double y[2])
+{
+    const double sum[2] = {plan->p[0] * theta[0] - plan->p[1] * theta[1],
+                           plan->q[0] * theta[0] - plan->q[1] * theta[1]};
+    double reach[2] = {0.5, 0.5}; /* bounds of |y - theta|, a little enlarged */
+    for (int k = 0; k < plan->terms; k++) {
+        const double *a = plan->harmonic[k].angle;
+        reach[0] += fabs(a[0]) + fabs(a[2]) + plan->p[1] / plan->p[0] * (fabs(a[1]) + fabs(a[3]));
+        reach[1] += fabs(a[1]) + fabs(a[3]);
+    }
+    double low = theta[1] - reach[1], high = theta[1] + reach[1], step = 1.0;
+    y[0] = theta[0], y[1] = theta[1];
+    for (int i = 0; i < 100 && step > 1e-16; i++) {
+        const separate_sums two = separate_at(plan, 1, y[1]);
+        const double want = sum[0] - two.value[0], middle = want / plan->p[0];
+        double below = middle - reach[0], above = middle + reach[0];
+        separate_sums one = separate_at(plan, 0, y[0]);
+        step = 1.0;
+        for (int k = 0; k < 100 && step > 1e-16; k++) {
+            *(one.value[0] > want ? &above : &below) = y[0];
+            const double next =
+                keep_inside(y[0] - (one.value[0] - want) / one.slope[0], below, above);
+            step = fabs(next - y[0]);
+            y[0] = next;
+            one = separate_at(plan, 0, y[0]);
+        }
+        const double miss = one.value[1] + two.value[1] - sum[1],
+                     slide = two.slope[0] / one.slope[0]; /* -dy1/dy2 */
+        *(miss > 0.0 ? &high : &low) = y[1];
+        const double next =
+            keep_inside(y[1] - miss / (two.slope[1] - one.slope[1] * slide), low, high);
+        step = fabs(next - y[1]);
+        y[0] -= (next - y[1]) * slide;
+        y[1] = next;
+    }
+}
+/* Applies search_angles to the lanes that are not in `found`. */
+INLINE void search_lanes(const kr_kowalewski_torus *plan, const dd theta[2], mask found, wide d[2])
+{
+    const double turn = 6.283185307179586;
+    double angle[2][LANES], out[2][LANES];
+    for (int j = 0; j < 2; j++) {
+        wide_store(angle[j], turn * (theta[j].hi + theta[j].lo));
+        wide_store(out[j], d[j]);
+    }
+    for (int i = 0; i < LANES; i++) {
+        if (mask_bits(found) >> i & 1) continue;
+        const double at[2] = {angle[0][i], angle[1][i]};
+        double y[2];
+        search_angles(plan, at, y);
+        for (int j = 0; j < 2; j++) out[j][i] = y[j] - at[j];
+    }
+    for (int j = 0; j < 2; j++) d[j] = wide_load(out[j]);
+}
+/* The weights of a cubic polynomial through four equidistant values, between the two in the middle,
+ * where x grows from 0 to 1. */
+static inline void cubic_weights(double x, double out[4])
+{
+    const double a = x + 1.0, b = x - 1.0, c = x - 2.0;
+    out[0] = -(1.0 / 6.0) * x * (b * c);
+    out[1] = 0.5 * a * (b * c);
+    out[2] = -0.5 * a * (x * c);
+    out[3] = (1.0 / 6.0) * a * (x * b);
+}
+/* Interpolates y - theta [rad] in the table of the plan, for angles theta in turns. */
+static inline void guess_angles(const kr_kowalewski_torus *plan, const double theta[2], double d[2])
+{
+    double weight[2][4];
+    int from[2];
+    for (int j = 0; j < 2; j++) {
+        const double at = STARTS * (theta[j] + 2.0);
+        from[j] = at >= 0.0 && at < 4.0 * STARTS ? (int)at : 0; /* NaN: any */
+        cubic_weights(at - from[j], weight[j]);
+    }
+    d[0] = d[1] = 0.0;
+    for (int i = 0; i < 4; i++) {
+        const float (*row)[2] = plan->guess[(from[0] + i - 1) & (STARTS - 1)];
+        double sum[2] = {0.0, 0.0};
+        for (int k = 0; k < 4; k++) {
+            const float *value = row[(from[1] + k - 1) & (STARTS - 1)];
+            sum[0] += weight[1][k] * value[0];
+            sum[1] += weight[1][k] * value[1];
+        }
+        d[0] += weight[0][i] * sum[0];
+        d[1] += weight[0][i] * sum[1];
+    }
+}
+INLINE void guess_lanes(const kr_kowalewski_torus *plan, const dd theta[2], wide d[2])
+{
+    double angle[2][LANES], out[2][LANES];
+    for (int j = 0; j < 2; j++) wide_store(angle[j], theta[j].hi);
+    for (int i = 0; i < LANES; i++) {
+        const double at[2] = {angle[0][i], angle[1][i]};
+        double some[2];
+        guess_angles(plan, at, some);
+        for (int j = 0; j < 2; j++) out[j][i] = some[j];
+    }
+    for (int j = 0; j < 2; j++) d[j] = wide_load(out[j]);
+}
+/* The inverse of the Jacobian of theta by y. */
+typedef struct jacobian {
+    wide one[2], two[2];
+} jacobian;
+/* Computes the inverse of the Jacobian at y + step, to first order in the step. */
+INLINE jacobian invert_jacobian(const angle_series *series, wide step_1, wide step_2)
+{
+    const wide a = 1.0 + (series->slope[0] + step_1 * series->bend[0]),
+               b = series->slope[2] + step_2 * series->bend[2],
+               c = series->slope[1] + step_1 * series->bend[1],
+               e = 1.0 + (series->slope[3] + step_2 * series->bend[3]), n = 1.0 / (a * e - b * c);
+    const jacobian r = {{e * n, -b * n}, {-c * n, a * n}};
+    return r;
+}
+/* Computes a step of Chebyshev's method, which is Newton's method with a correction for the second
+ * derivatives, from y = theta + d. It is at most one radian. Writes the inverse Jacobian after the
+ * step. Returns the size of Newton's step. */
+INLINE wide newton_step(const kr_kowalewski_torus *plan, int terms, const arc_angle y[2],
+                        const wide d[2], jacobian *after, wide step[2])
+{
+    const wide one = wide_splat(1.0), zero = wide_splat(0.0);
+    const angle_series series = sum_slopes(plan->harmonic, terms, y);
+    const jacobian inverse = invert_jacobian(&series, zero, zero);
+    const wide r = d[0] + (series.value[0] + series.value[2]),
+               s = d[1] + (series.value[1] + series.value[3]);
+    const wide u = inverse.one[0] * r + inverse.one[1] * s,
+               v = inverse.two[0] * r + inverse.two[1] * s;
+    const wide uu = 0.5 * u * u, vv = 0.5 * v * v,
+               bend_1 = uu * series.bend[0] + vv * series.bend[2],
+               bend_2 = uu * series.bend[1] + vv * series.bend[3];
+    const wide size = wide_max(wide_abs(u), wide_abs(v));
+    step[0] = u + (inverse.one[0] * bend_1 + inverse.one[1] * bend_2);
+    step[1] = v + (inverse.two[0] * bend_1 + inverse.two[1] * bend_2);
+    /* Far from the solution, the correction may be too large. */
+    const mask is_close = wide_less(size, wide_splat(0.1));
+    if (!mask_all(is_close)) {
+        const wide shorter = wide_choose(wide_less(size, one), one, 1.0 / size);
+        step[0] = wide_choose(is_close, step[0], shorter * u);
+        step[1] = wide_choose(is_close, step[1], shorter * v);
+    }
+    *after = invert_jacobian(&series, -step[0], -step[1]);
+    return size;
+}
+/* Sets the angles y to theta + d, after steps of which those in the lanes of `are_small` are below
+ * SMALL_STEP. */
+INLINE void move_angles(const dd theta[2], const wide d[2], const wide step[2], mask are_small,
+                        arc_angle y[2])
+{
+    for (int j = 0; j < 2; j++) {
+        const wide u = step[j], s = y[j].s - u * (y[j].c + 0.5 * u * y[j].s),
+                   c = y[j].c + u * (y[j].s - 0.5 * u * y[j].c);
+        if (mask_all(are_small)) {
+            y[j].turns = turns_beside(theta[j], d[j]);
+            y[j].s = s;
+            y[j].c = c;
+        } else {
+            y[j] = angle_beside(theta[j], d[j]);
+            y[j].s = wide_choose(are_small, s, y[j].s);
+            y[j].c = wide_choose(are_small, c, y[j].c);
+        }
+    }
+}
+/* Writes y1 and y2 for the angles theta, in turns between -1 and 1. */
+INLINE void find_angles(const kr_kowalewski_torus *plan, const dd theta[2], arc_angle y[2])
+{
+    const wide one = wide_splat(1.0), zero = wide_splat(0.0);
+    wide d[2], step[2], inexact = one; /* the relative error of the Jacobian */
+    jacobian inverse = {{one, one}, {one, one}};
+    const mask none = wide_less(one, one);
+    mask found = none, near = none;
+    guess_lanes(plan, theta, d);
+    for (int j = 0; j < 2; j++) y[j] = angle_beside(theta[j], d[j]);
+    for (int i = 0; i < NEWTON_STEPS && !mask_all(near); i++) {
+        jacobian after;
+        const wide size = newton_step(plan, plan->some_terms, y, d, &after, step);
+        const mask moves = mask_not(LANES == 1 ? none : near);
+        take_lanes(&inverse, &after, sizeof inverse, moves);
+        inexact = wide_choose(moves, size * size, inexact);
+        for (int j = 0; j < 2; j++) {
+            d[j] = wide_choose(moves, d[j] - step[j], d[j]);
+            y[j] = angle_beside(theta[j], d[j]);
+        }
+        /* The error of the step is about the cube of its size. */
+        near = mask_or(near, wide_less(size, wide_splat(2e-3)));
+    }
+    for (int i = 0; i < LAST_STEPS && !mask_all(mask_or(found, mask_not(near))); i++) {
+        wide value[4];
+        sum_angles(plan, y, value);
+        const wide r = d[0] + (value[0] + value[2]), s = d[1] + (value[1] + value[3]);
+        const mask moves = mask_not(LANES == 1 ? none : found);
+        step[0] = wide_choose(moves, inverse.one[0] * r + inverse.one[1] * s, zero);
+        step[1] = wide_choose(moves, inverse.two[0] * r + inverse.two[1] * s, zero);
+        const wide size = wide_max(wide_abs(step[0]), wide_abs(step[1]));
+        for (int j = 0; j < 2; j++) d[j] = d[j] - step[j];
+        move_angles(theta, d, step, wide_less(size, wide_splat(SMALL_STEP)), y);
+        found =
+            mask_or(found, mask_and(near, wide_less(size * (inexact + 1e-8), wide_splat(3e-16))));
+    }
+    if (mask_all(found)) return;
+    search_lanes(plan, theta, found, d);
+    for (int j = 0; j < 2; j++) {
+        const arc_angle other = angle_beside(theta[j], d[j]);
+        take_lanes(&y[j], &other, sizeof other, mask_not(found));
+    }
+}
+
+/* State of a Kowalewski top at time t, computed from its closed-form solution. The code computes
+ * the state at a single time, or at a different time in each vector lane. Scalar and vectorized
+ * evaluations give bitwise equal results.
+ *
+ * With x1 and x2, let g_i be the square root of way * (N - e_i D) on each
+ * arc, h that of way * (k^2 D^2 - N^2), and d that of D. With the divided differences f[e0, e1, e2]
+ * over the roots of phi, A^2 = 2 (e + h), B^2 = e^2 + c, A B = l and the signs of kr_kowalewski_torus,
+ *     a = (A G)[],  p = -(B G)[]/a,  q = -d1 d2/a,  G = g^1 g^2,
+ *     r = sqrt2 (A V)[]/(a Dl),  g3 = sqrt2 (B V)[]/(a Dl),  Dl = N1 D2 - N2 D1,
+ *     V_i = d2 h1 g_i^1 g_j^2 g_k^2 - d1 h2 g_i^2 g_j^1 g_k^1
+ * (Koetter, Acta Math. 17 (1893) 209). Every difference that cancels has a second form that does
+ * not. If g1, g2 or r cancel, derivatives by time replace them: all quantities are computed as
+ * pairs of a value and its derivative. */
+/* A quantity and its derivative by time. */
+typedef struct dual {
+    wide v, d;
+} dual;
+INLINE dual dual_of(wide v, wide d)
+{
+    const dual r = {v, d};
+    return r;
+}
+INLINE dual constant(double v) { return dual_of(wide_splat(v), wide_splat(0.0)); }
+INLINE dual add(dual a, dual b) { return dual_of(a.v + b.v, a.d + b.d); }
+INLINE dual sub(dual a, dual b) { return dual_of(a.v - b.v, a.d - b.d); }
+INLINE dual mul(dual a, dual b) { return dual_of(a.v * b.v, a.d * b.v + a.v * b.d); }
+INLINE dual scale(double s, dual a) { return dual_of(s * a.v, s * a.d); }
+INLINE dual quotient(dual a, dual b)
+{
+    const wide q = a.v / b.v;
+    return dual_of(q, (a.d - q * b.d) / b.v);
+}
+/* A function of a root of phi, at the roots e1 and e2: two real values or, for complex roots, the
+ * real and imaginary part of the value at e1. The functions `pair_...` have the argument `complex`
+ * for the second case. */
+typedef struct pair {
+    dual one, two;
+} pair;
+INLINE pair pair_of(const double a[2])
+{
+    const pair r = {constant(a[0]), constant(a[1])};
+    return r;
+}
+INLINE pair pair_times(dual s, pair a)
+{
+    const pair r = {mul(s, a.one), mul(s, a.two)};
+    return r;
+}
+INLINE pair pair_mul(int complex, pair a, pair b)
+{
+    pair r = {mul(a.one, b.one), mul(a.two, b.two)};
+    if (complex) {
+        r.one = sub(r.one, r.two);
+        r.two = add(mul(a.one, b.two), mul(a.two, b.one));
+    }
+    return r;
+}
+INLINE pair pair_signs(int complex, double one, double two, pair a)
+{
+    const pair r = {scale(one, a.one), scale(complex ? one : two, a.two)};
+    return r;
+}
+/* Exchanges the roots e1 and e2. */
+INLINE pair pair_swap(int complex, pair a)
+{
+    const pair conjugate = {a.one, scale(-1.0, a.two)}, other = {a.two, a.one};
+    return complex ? conjugate : other;
+}
+INLINE dual pair_sum(int complex, pair a)
+{
+    return complex ? scale(2.0, a.one) : add(a.one, a.two);
+}
+INLINE dual pair_product(int complex, pair a)
+{
+    return complex ? add(mul(a.one, a.one), mul(a.two, a.two)) : mul(a.one, a.two);
+}
+/* Returns (f1 - f2)/(e1 - e2). The argument `square` is (f1^2 - f2^2)/(e1 - e2), and `terms` the
+ * size of its terms. This function divides it by f1 + f2, if this is more accurate. */
+INLINE dual difference(const kr_kowalewski_torus *plan, int complex, pair f, dual square,
+                       wide terms)
+{
+    const dual sum = pair_sum(complex, f), way = complex ? scale(2.0, f.two) : sub(f.one, f.two),
+               plain = scale(plan->one_apart, way), other = quotient(square, sum);
+    const wide zero = wide_splat(0.0), same = complex ? f.one.v * f.one.v : f.one.v * f.two.v;
+    const mask better =
+        mask_and(wide_less(zero, same), wide_less(terms * fabs(plan->apart), sum.v * sum.v));
+    return dual_of(wide_choose(better, other.v, plain.v), wide_choose(better, other.d, plain.d));
+}
+
+/* The position on an arc: sine and cosine of x/2, and cosine of x. */
+typedef struct half_angle {
+    wide s, c, cosine;
+} half_angle;
+INLINE half_angle halve_angle(const kr_kowalewski_arc *arc, const arc_angle *y)
+{
+    const wide zero = wide_splat(0.0), one = wide_splat(1.0);
+    wide s = y->s, c = y->c;
+    for (int i = arc->folds - 1; i >= 0; i--) {
+        const kr_fold *f = &arc->fold[i];
+        const int crosswise = f->crosswise != 0.0;
+        const wide u = crosswise ? s : c, v = crosswise ? c : s;
+        const wide plus = 1.0 + f->m * (u * u),
+                   root = wide_sqrt(f->rest * (1.0 + f->m) + f->m * f->m * (v * v));
+        const wide first = (1.0 + f->m) * u / plus, second = v * root / plus;
+        s = crosswise ? first : second;
+        c = crosswise ? second : first;
+    }
+    /* The signs change if y is moved by a whole turn. */
+    const wide whole = nearest(y->turns.hi + y->turns.lo),
+               rest = (y->turns.hi - whole) + y->turns.lo,
+               odd = wide_abs(whole - 2.0 * nearest(0.5 * whole)), sign = 1.0 - 2.0 * odd;
+    const wide large = wide_sqrt(0.5 * (1.0 + wide_abs(c))), small = 0.5 * s / large;
+    const mask front = wide_at_most(zero, c), below = wide_less(rest, zero);
+    const wide side = wide_choose(below, -one, one);
+    half_angle r;
+    r.s = sign * wide_choose(front, small, side * large);
+    r.c = sign * wide_choose(front, large, side * small);
+    r.cosine = c;
+    return r;
+}
+/* The quantities of an arc in Koetter's formulas, and the square roots for k - w and w + k. */
+typedef struct arc_point {
+    dual N, D, d, g0, h, minus, plus;
+    pair g;
+} arc_point;
+/* Returns the square root of way * (N - e D) for the real branch point with the index i. `rate` is
+ * dx/dt. */
+INLINE dual root_at(const kr_kowalewski_arc *arc, int i, half_angle x, wide rate)
+{
+    const wide half = 0.5 * rate;
+    if (i == arc->low) return dual_of(arc->root_b[i] * x.c, -half * x.s * arc->root_b[i]);
+    if (i == arc->high) return dual_of(arc->root_a[i] * x.s, half * x.c * arc->root_a[i]);
+    const wide square = arc->a[i] * (x.s * x.s) + arc->b[i] * (x.c * x.c),
+               root = wide_sqrt(wide_max(square, wide_splat(0.0)));
+    return dual_of(root, (arc->a[i] - arc->b[i]) * (x.s * x.c) * half / root);
+}
+/* Returns the square root of way * (N - e1 D) for complex roots, with positive real part. Near
+ * roots that are close to the arc, N - e D is computed without cancellation. */
+INLINE pair complex_root_at(const kr_kowalewski_arc *arc, half_angle x, dual D, wide rate)
+{
+    const wide zero = wide_splat(0.0),
+               re = arc->half * (arc->center[0] - x.cosine) - arc->center[1], im = arc->im * D.v,
+               size = wide_sqrt(re * re + im * im), large = wide_sqrt(0.5 * (size + wide_abs(re))),
+               small = 0.5 * im / large;
+    const mask right = wide_at_most(zero, re), below = wide_less(im, zero);
+    const wide u = wide_choose(right, large, wide_abs(small)),
+               v = wide_choose(right, small, wide_choose(below, -large, large));
+    const wide re_rate = (arc->a[1] - arc->b[1]) * (x.s * x.c) * rate, im_rate = arc->im * D.d,
+               n = 0.5 / size;
+    const pair r = {dual_of(u, (re_rate * u + im_rate * v) * n),
+                    dual_of(v, (im_rate * u - re_rate * v) * n)};
+    return r;
+}
+INLINE arc_point point_at(const kr_kowalewski_arc *arc, int complex, half_angle x, wide rate)
+{
+    const wide ss = x.s * x.s, cc = x.c * x.c, sc = x.s * x.c * rate;
+    arc_point r;
+    r.N = dual_of(arc->A * ss + arc->B * cc, (arc->A - arc->B) * sc);
+    r.D = dual_of(arc->C * ss + arc->E * cc, (arc->C - arc->E) * sc);
+    if (arc->low == AT_INFINITY)
+        r.d = dual_of(x.c, -0.5 * x.s * rate);
+    else {
+        const wide d = wide_sqrt(r.D.v);
+        r.d = dual_of(d, 0.5 * r.D.d / d);
+    }
+    r.minus = root_at(arc, ROOT_K, x, rate);
+    r.plus = root_at(arc, ROOT_MINUS_K, x, rate);
+    r.h = mul(r.minus, r.plus);
+    r.g0 = root_at(arc, 0, x, rate);
+    if (complex)
+        r.g = complex_root_at(arc, x, r.D, rate);
+    else
+        r.g.one = root_at(arc, 1, x, rate), r.g.two = root_at(arc, 2, x, rate);
+    return r;
+}
+/* Returns D R, where dw/F = D R dx, divided by D. */
+INLINE wide density_at(const kr_kowalewski_arc *arc, int complex, const arc_point *at)
+{
+    wide product = arc->low == AT_INFINITY ? wide_splat(1.0) : at->d.v;
+    if (arc->low != 0 && arc->high != 0) product = product * at->g0.v;
+    if (complex) product = product * (at->g.one.v * at->g.one.v + at->g.two.v * at->g.two.v);
+    if (!complex && arc->low != 1 && arc->high != 1) product = product * at->g.one.v;
+    if (!complex && arc->low != 2 && arc->high != 2) product = product * at->g.two.v;
+    if (arc->low != ROOT_K && arc->high != ROOT_K) product = product * at->minus.v;
+    if (arc->low != ROOT_MINUS_K && arc->high != ROOT_MINUS_K) product = product * at->plus.v;
+    return arc->scale / product;
+}
+
+/* The state without g1 and g2, and the common denominator a. */
+typedef struct koetter_state {
+    dual p, q, r, g3, a;
+    wide r_terms; /* the size of the terms of r */
+} koetter_state;
+/* Returns f[e0, e1, e2], given f(e0), f[e1, e2] and f(e1) + f(e2). */
+INLINE dual second_difference(const kr_kowalewski_torus *plan, dual f0, dual first, dual sum)
+{
+    return scale(plan->one_product, sub(sub(f0, scale(0.5, sum)), scale(plan->middle, first)));
+}
+/* The functions of e in Koetter's formulas, with A or with B as the factor F, and the function
+ * F^2[e1, e2], which is `slope`. */
+typedef struct koetter_terms {
+    pair F, square;
+    double F0, slope;
+} koetter_terms;
+typedef struct koetter_products {
+    pair G, U, W, X, Y; /* g^1 g^2, squares of g^1 and g^2, g^1 g'^2, g^2 g'^1 with g' = g at e2 */
+    dual G0, V0, x, y, Dl; /* V0: V at e0; V = x X - y Y */
+    wide V0_terms;
+} koetter_products;
+/* Returns (F G)[e0, e1, e2]. */
+INLINE dual sum_G(const kr_kowalewski_torus *plan, int complex, const koetter_terms *t,
+                  const koetter_products *k, dual D1, dual D2)
+{
+    const pair f = pair_mul(complex, t->F, k->G), UW = pair_mul(complex, k->U, k->W),
+               other = pair_swap(complex, t->square),
+               up = pair_mul(complex, other, pair_times(D2, pair_swap(complex, k->U))),
+               down = pair_mul(complex, other, pair_times(D1, k->W));
+    const dual main = scale(t->slope, UW.one), square = add(main, sub(up.one, down.one));
+    const wide terms = wide_abs(main.v) + (wide_abs(up.one.v) + wide_abs(down.one.v));
+    return second_difference(plan, scale(t->F0, k->G0), difference(plan, complex, f, square, terms),
+                             pair_sum(complex, f));
+}
+/* Returns (F V)[e0, e1, e2]. Writes the size of the terms of (F V)[e1, e2]. */
+INLINE dual sum_V(const kr_kowalewski_torus *plan, int complex, const koetter_terms *t,
+                  const koetter_products *k, wide *size)
+{
+    const pair X = pair_mul(complex, t->F, k->X), Y = pair_mul(complex, t->F, k->Y),
+               UW = pair_mul(complex, k->U, pair_swap(complex, k->W)),
+               WU = pair_mul(complex, k->W, pair_swap(complex, k->U));
+    const dual rest = mul(pair_swap(complex, t->square).one, k->Dl), up = scale(t->slope, UW.one),
+               down = scale(t->slope, WU.one);
+    const dual DX = difference(plan, complex, X, sub(up, rest), wide_abs(up.v) + wide_abs(rest.v)),
+               DY = difference(plan, complex, Y, add(down, rest),
+                               wide_abs(down.v) + wide_abs(rest.v));
+    const dual x = mul(k->x, DX), y = mul(k->y, DY);
+    *size = wide_abs(x.v) + wide_abs(y.v);
+    return second_difference(plan, scale(t->F0, k->V0), sub(x, y),
+                             sub(mul(k->x, pair_sum(complex, X)), mul(k->y, pair_sum(complex, Y))));
+}
+INLINE dual distance_of_variables(const arc_point *one, const arc_point *two)
+{
+    return add(mul(mul(one->g0, one->g0), two->D), mul(mul(two->g0, two->g0), one->D));
+}
+INLINE koetter_state koetter(const kr_kowalewski_torus *plan, int complex, const arc_point *one,
+                             const arc_point *two)
+{
+    const double *sign = plan->sign, sqrt2 = 1.41421356237309504880;
+    const koetter_terms A = {pair_of(plan->A), pair_of(plan->A_square), plan->A0, 2.0},
+                        B = {pair_of(plan->B), pair_of(plan->B_square), plan->B0, plan->sum};
+    const dual H1 = scale(sign[3], mul(one->h, two->d)), H2 = scale(sign[4], mul(two->h, one->d)),
+               up = mul(mul(H1, pair_product(complex, two->g)), one->g0),
+               down = mul(mul(H2, pair_product(complex, one->g)), two->g0);
+    koetter_products k;
+    k.G = pair_signs(complex, sign[1], sign[2], pair_mul(complex, one->g, two->g));
+    k.X = pair_signs(complex, sign[2], sign[1],
+                     pair_mul(complex, one->g, pair_swap(complex, two->g)));
+    k.Y = pair_signs(complex, sign[2], sign[1],
+                     pair_mul(complex, two->g, pair_swap(complex, one->g)));
+    k.U = pair_mul(complex, one->g, one->g);
+    k.W = pair_mul(complex, two->g, two->g);
+    k.G0 = scale(sign[0], mul(one->g0, two->g0));
+    k.V0 = scale(complex ? 1.0 : sign[1] * sign[2], sub(up, down));
+    k.x = scale(sign[0], mul(H1, two->g0));
+    k.y = scale(sign[0], mul(H2, one->g0));
+    k.Dl = distance_of_variables(one, two);
+    wide size, unused;
+    koetter_state s;
+    s.a = sum_G(plan, complex, &A, &k, one->D, two->D);
+    const dual b = sum_G(plan, complex, &B, &k, one->D, two->D), under = mul(s.a, k.Dl),
+               v = sum_V(plan, complex, &A, &k, &size), u = sum_V(plan, complex, &B, &k, &unused);
+    s.p = quotient(scale(-1.0, b), s.a);
+    s.q = quotient(scale(-1.0, mul(one->d, two->d)), s.a);
+    s.r = quotient(scale(sqrt2, v), under);
+    s.g3 = quotient(scale(sqrt2, u), under);
+    s.r_terms = sqrt2 *
+                (fabs(plan->A0) * (wide_abs(up.v) + wide_abs(down.v)) + fabs(plan->middle) * size) *
+                fabs(plan->one_product) / wide_abs(under.v);
+    return s;
+}
+
+/* The state in the body frame: angular velocity p, q, r, and e3. */
+typedef struct body_state {
+    wide p, q, r, g1, g2, g3;
+} body_state;
+/* A body vector with a known heading, the square of its horizontal length, and the square of the
+ * size of its terms. The heading is the argument of re + i im, up to rotations
+ * that all vectors share. */
+typedef struct heading_vector {
+    wide x, y, z, square, terms, re, im;
+} heading_vector;
+
+/* Replaces the vector by its horizontal part. */
+INLINE void make_horizontal(heading_vector *v, const body_state *b, wide terms)
+{
+    const wide n = v->x * b->g1 + v->y * b->g2 + v->z * b->g3;
+    v->x = v->x - n * b->g1;
+    v->y = v->y - n * b->g2;
+    v->z = v->z - n * b->g3;
+    v->square = v->x * v->x + v->y * v->y + v->z * v->z;
+    v->terms = terms * terms;
+}
+INLINE void take_better(heading_vector *best, const heading_vector *v)
+{
+    take_lanes(best, v, sizeof *v, wide_less(best->square * v->terms, v->square * best->terms));
+}
+/* Returns Re z, the real part of r x + g3, which is -2 q'. */
+INLINE wide real_z(const koetter_state *s, int derive)
+{
+    return derive ? -2.0 * s->q.d : s->g3.v + s->p.v * s->r.v;
+}
+/* Returns the vector C (kowalewski.h). */
+INLINE heading_vector vector_C(const body_state *b, wide S, wide S_terms)
+{
+    const wide Q2 = b->q * b->q, Q = wide_abs(b->q), R = wide_abs(b->r), P = wide_abs(b->p);
+    heading_vector v;
+    v.x = -(b->q * b->r * S + Q2 * b->g2);
+    v.y = 0.5 * (S - b->q * b->r) * (S + b->q * b->r) + Q2 * b->g1;
+    v.z = b->q * (b->p * S + Q2 * b->r);
+    v.re = wide_splat(1.0), v.im = wide_splat(0.0);
+    make_horizontal(&v, b,
+                    Q * R * S_terms + Q2 * (wide_abs(b->g1) + wide_abs(b->g2)) +
+                        wide_abs(S) * S_terms + 0.5 * Q2 * R * R + Q * (P * S_terms + Q2 * R));
+    return v;
+}
+/* Returns the vector B, which serves where C is nearly vertical, for fast tops and small l:
+ *     B = S (-r g2, r g1 - 2 p g3, 2 p g2) + q (-2 (g2^2 + 2 p (p g1 + q g2)), 2 (g1 g2 - q l),
+ *         -r (l + 2 p g1)),   S = Re z.
+ * Its heading is that of C minus the sum of the arguments of l (k^2 - w^2) + i F. */
+INLINE heading_vector vector_B(const kr_kowalewski_torus *plan, int complex, const body_state *b,
+                               wide S, wide S_terms, const arc_point *one, const arc_point *two,
+                               wide a)
+{
+    const double l = plan->l, sqrt2 = 1.41421356237309504880;
+    const wide p2 = 2.0 * b->p, g22 = b->g2 * b->g2;
+    heading_vector v;
+    v.x = -b->g2 * b->r * S - 2.0 * b->q * (g22 + p2 * (b->p * b->g1 + b->q * b->g2));
+    v.y = S * (b->r * b->g1 - p2 * b->g3) + 2.0 * b->q * (b->g1 * b->g2 - b->q * l);
+    v.z = p2 * b->g2 * S - b->q * b->r * (l + p2 * b->g1);
+    const wide P = wide_abs(b->p), Q = wide_abs(b->q), R = wide_abs(b->r), G1 = wide_abs(b->g1),
+               G2 = wide_abs(b->g2), L = wide_splat(fabs(l));
+    const wide terms = S_terms * (R * (G1 + G2) + 2.0 * P * (wide_abs(b->g3) + G2)) +
+                       2.0 * Q * (g22 + 2.0 * P * (P * G1 + Q * G2) + G1 * G2 + Q * L) +
+                       Q * R * (L + 2.0 * P * G1);
+    make_horizontal(&v, b, terms);
+    const wide F1 = sqrt2 * one->g0.v * pair_product(complex, one->g).v,
+               F2 = sqrt2 * two->g0.v * pair_product(complex, two->g).v,
+               u1 = l * one->h.v * one->d.v, u2 = l * two->h.v * two->d.v;
+    const wide side = minus_where(is_negative(plan->sign[5] * a));
+    v.re = side * (u1 * u2 - F1 * F2);
+    v.im = side * (u1 * F2 + u2 * F1);
+    return v;
+}
+/* Returns the derivative of C by time in space, V = C' + omega x C, if C and B are both nearly
+ * vertical. The complex number V is (rho' + i rho psi') exp(i psi) with the length rho of the
+ * horizontal part of C, rho^2 = K1 K2/a^4, K = N^2 + c D^2. */
+INLINE heading_vector vector_V(const kr_kowalewski_torus *plan, const koetter_state *s,
+                               const body_state *b, wide S, const arc_point *one,
+                               const arc_point *two, const half_angle x[2], const wide rate[2])
+{
+    const wide P = b->p, Q = b->q, R = b->r, g1 = b->g1, g2 = b->g2, Pd = s->p.d, Qd = s->q.d,
+               Rd = g2, Sd = (g1 * Q - g2 * P) + Pd * R + P * Rd, g1d = g2 * R - b->g3 * Q,
+               g2d = b->g3 * P - g1 * R;
+    const wide C1 = -(Q * R * S + Q * Q * g2), C2 = 0.5 * (S - Q * R) * (S + Q * R) + Q * Q * g1,
+               C3 = Q * (P * S + Q * Q * R);
+    heading_vector v;
+    v.x =
+        Q * C3 - R * C2 - (Qd * R * S + Q * Rd * S + Q * R * Sd + 2.0 * Q * Qd * g2 + Q * Q * g2d);
+    v.y = R * C1 - P * C3 + S * Sd - Q * R * (Qd * R + Q * Rd) + 2.0 * Q * Qd * g1 + Q * Q * g1d;
+    v.z = P * C2 - Q * C1 + Qd * (P * S + Q * Q * R) +
+          Q * (Pd * S + P * Sd + 2.0 * Q * Qd * R + Q * Q * Rd);
+    const wide aS = wide_abs(S), aSd = wide_abs(Sd), aP = wide_abs(P), aQ = wide_abs(Q),
+               aR = wide_abs(R), bP = wide_abs(Pd), bQ = wide_abs(Qd), bR = wide_abs(Rd);
+    const wide terms = (bQ * aR + aQ * bR) * (aS + aQ * aR) + aQ * aR * aSd + aS * aSd +
+                       2.0 * aQ * bQ * (wide_abs(g1) + wide_abs(g2)) +
+                       Q * Q * (wide_abs(g1d) + wide_abs(g2d)) + bQ * (aP * aS + Q * Q * aR) +
+                       aQ * (bP * aS + aP * aSd + 2.0 * aQ * bQ * aR + Q * Q * bR) +
+                       (aP + aQ + aR) * (wide_abs(C1) + wide_abs(C2) + wide_abs(C3));
+    make_horizontal(&v, b, terms);
+    wide K[2], K_rate[2];
+    for (int j = 0; j < 2; j++) {
+        const kr_kowalewski_arc *arc = &plan->arc[j];
+        const arc_point *at = j ? two : one;
+        const wide ss = x[j].s * x[j].s, cc = x[j].c * x[j].c, sc = x[j].s * x[j].c * rate[j],
+                   u = arc->both_a[0] * ss + arc->both_b[0] * cc,
+                   w = arc->both_a[1] * ss + arc->both_b[1] * cc;
+        if (plan->c > 0.0) {
+            K[j] = at->N.v * at->N.v + plan->c * (at->D.v * at->D.v);
+            K_rate[j] = 2.0 * (at->N.v * at->N.d + plan->c * (at->D.v * at->D.d));
+        } else {
+            K[j] = wide_max(u * w, wide_splat(1e-290));
+            K_rate[j] = (arc->both_a[0] - arc->both_b[0]) * sc * w +
+                        u * ((arc->both_a[1] - arc->both_b[1]) * sc);
+        }
+    }
+    const wide D = one->D.v * two->D.v;
+    v.re = 0.5 * (K_rate[0] / K[0] + K_rate[1] / K[1]) - 2.0 * s->a.d / s->a.v;
+    v.im = plan->l * (plan->c * D - one->N.v * two->N.v) * D / (K[0] * K[1]);
+    return v;
+}
+
+/* The attitude of the closed form's axes without the heading's phase and series: the rotation
+ * matrix, whose rows are the axes of space, and the angular velocity. */
+typedef struct frame_state {
+    wide row[3][3];
+    wide p, q, r;
+} frame_state;
+/* Computes the state at the angles y. Without `derive`, sets the lanes of `again` in which a result
+ * cancels, and must be computed with derivatives. */
+INLINE frame_state frame_at(const kr_kowalewski_torus *plan, int complex, int derive,
+                            const arc_angle y[2], mask *again)
+{
+    const wide zero = wide_splat(0.0);
+    half_angle x[2];
+    wide rate[2] = {zero, zero};
+    arc_point one, two;
+    for (int j = 0; j < 2; j++) x[j] = halve_angle(&plan->arc[j], &y[j]);
+    if (derive) { /* dw/F = D R dx, so that x1' = D2/(Dl R1) and x2' = D1/(Dl R2) */
+        one = point_at(&plan->arc[0], complex, x[0], zero);
+        two = point_at(&plan->arc[1], complex, x[1], zero);
+        const wide Dl = distance_of_variables(&one, &two).v;
+        rate[0] = two.D.v / (Dl * density_at(&plan->arc[0], complex, &one));
+        rate[1] = one.D.v / (Dl * density_at(&plan->arc[1], complex, &two));
+    }
+    one = point_at(&plan->arc[0], complex, x[0], rate[0]);
+    two = point_at(&plan->arc[1], complex, x[1], rate[1]);
+    const koetter_state s = koetter(plan, complex, &one, &two);
+    const wide P = s.p.v, Q = s.q.v, g3 = s.g3.v;
+    wide R = s.r.v;
+    const mask is_lost = wide_less(12.0 * (1.0 + wide_abs(R)), s.r_terms);
+    if (derive)
+        R = wide_choose(mask_and(is_lost, wide_less(wide_splat(0.3), wide_abs(Q))), 2.0 * s.p.d / Q,
+                        R);
+    /* zeta = xi - x^2. The square root of xi is z/conj(Z) up to its size, with Z = Z1 + i Z2,
+     * Z1^2 = q^2 (w1 + k)(-k - w2), Z2^2 = q^2 (k - w1)(k - w2). */
+    const wide S = real_z(&s, derive), Z1 = one.plus.v * two.plus.v,
+               Z2 = plan->sign[5] * one.minus.v * two.minus.v;
+    const wide Z_re = (Z1 - Z2) * (Z1 + Z2), Z_im = 2.0 * Z1 * Z2, z_re = S, z_im = R * Q,
+               z2_re = (z_re - z_im) * (z_re + z_im), z2_im = 2.0 * z_re * z_im;
+    const wide xi_re = Z_re * z2_re + Z_im * z2_im, xi_im = Z_re * z2_im - Z_im * z2_re,
+               unit = plan->k / wide_sqrt(xi_re * xi_re + xi_im * xi_im);
+    const wide square = P * P + Q * Q, size = wide_sqrt(square),
+               z_size = wide_sqrt(z_re * z_re + z_im * z_im),
+               lost = (wide_abs(R) * size + wide_abs(g3)) / z_size,
+               there = (fabs(plan->l) + wide_abs(R * g3) + size) / size,
+               here = derive ? plan->k + square : plan->k * lost + plan->k + square;
+    body_state b = {P, Q, R, xi_re * unit - (P - Q) * (P + Q), xi_im * unit - 2.0 * P * Q, g3};
+    if (derive) { /* conj(x) zeta = (l - r g3)/2 - i g3' */
+        const mask better = wide_less(there, here);
+        const wide n = 1.0 / square, re = 0.5 * (plan->l - R * g3), im = -s.g3.d;
+        b.g1 = wide_choose(better, (P * re - Q * im) * n, b.g1);
+        b.g2 = wide_choose(better, (P * im + Q * re) * n, b.g2);
+    }
+    const wide S_terms = derive ? wide_abs(S) : wide_abs(R * P) + wide_abs(g3);
+    heading_vector best = vector_C(&b, S, S_terms);
+    const heading_vector B = vector_B(plan, complex, &b, S, S_terms, &one, &two, s.a.v);
+    take_better(&best, &B);
+    const mask is_poor = wide_less(best.square, 1e-3 * best.terms);
+    if (derive && mask_any(is_poor)) {
+        const heading_vector V = vector_V(plan, &s, &b, S, &one, &two, x, rate);
+        heading_vector other = best;
+        take_better(&other, &V);
+        take_lanes(&best, &other, sizeof best, is_poor);
+    }
+    if (!derive) {
+        const mask cancels =
+            mask_or(mask_not(wide_at_most(lost, wide_splat(100.0))),
+                    mask_and(wide_less(wide_splat(12.0), here), wide_less(3.0 * there, here)));
+        *again = mask_or(mask_or(is_lost, is_poor), cancels);
+    }
+    /* the poles' factors */
+    wide re = best.re, im = best.im;
+    for (int j = 0; j < 2; j++)
+        for (int i = 0; i < plan->arc[j].poles; i++) {
+            const wide u = plan->arc[j].pole_b[i] * x[j].c, v = plan->arc[j].pole_a[i] * x[j].s,
+                       n = 1.0 / wide_sqrt(u * u + v * v), turned = (re * u - im * v) * n;
+            im = (re * v + im * u) * n;
+            re = turned;
+        }
+    const wide n = 1.0 / wide_sqrt(best.square * (re * re + im * im));
+    /* The vector has the heading of re + i im: e1 is this vector, turned back. */
+    const wide across[3] = {b.g2 * best.z - b.g3 * best.y, b.g3 * best.x - b.g1 * best.z,
+                            b.g1 * best.y - b.g2 * best.x},
+               along[3] = {best.x, best.y, best.z};
+    frame_state f = {.p = P, .q = Q, .r = R};
+    for (int i = 0; i < 3; i++) {
+        f.row[0][i] = n * (re * along[i] - im * across[i]);
+        f.row[1][i] = n * (im * along[i] + re * across[i]);
+    }
+    f.row[2][0] = b.g1, f.row[2][1] = b.g2, f.row[2][2] = b.g3;
+    return f;
+}
+APART void plain_frame(const kr_kowalewski_torus *plan, const arc_angle y[2], frame_state *out,
+                       mask *again)
+{
+    *out = plan->pair ? frame_at(plan, 1, 0, y, again) : frame_at(plan, 0, 0, y, again);
+}
+APART void derived_frame(const kr_kowalewski_torus *plan, const arc_angle y[2], frame_state *out)
+{
+    *out = plan->pair ? frame_at(plan, 1, 1, y, NULL) : frame_at(plan, 0, 1, y, NULL);
+}
+INLINE frame_state find_frame(const kr_kowalewski_torus *plan, const arc_angle y[2])
+{
+    const wide one = wide_splat(1.0);
+    mask again = wide_equal(one, one);
+    frame_state f, other;
+    if (!plan->fast) plain_frame(plan, y, &f, &again);
+    if (!mask_any(again)) return f;
+    derived_frame(plan, y, &other);
+    if (mask_all(again)) return other;
+    take_lanes(&f, &other, sizeof f, again);
+    return f;
+}
+/* Returns a quaternion of the rotation. Its sign is arbitrary. */
+INLINE quat_lanes quaternion_of(const frame_state *f)
+{
+    const wide xx = f->row[0][0], yy = f->row[1][1], zz = f->row[2][2];
+    const wide wx = f->row[2][1] - f->row[1][2], wy = f->row[0][2] - f->row[2][0],
+               wz = f->row[1][0] - f->row[0][1], xy = f->row[1][0] + f->row[0][1],
+               xz = f->row[0][2] + f->row[2][0], yz = f->row[2][1] + f->row[1][2];
+    /* products of each component with the largest one, times 4 */
+    wide largest = 1.0 + ((xx + yy) + zz);
+    quat_lanes q = {largest, wx, wy, wz};
+    const quat_lanes others[3] = {{wx, 1.0 + ((xx - yy) - zz), xy, xz},
+                                  {wy, xy, 1.0 + ((yy - xx) - zz), yz},
+                                  {wz, xz, yz, 1.0 + ((zz - xx) - yy)}};
+    const wide squares[3] = {others[0].x, others[1].y, others[2].z};
+    for (int i = 0; i < 3; i++) {
+        take_lanes(&q, &others[i], sizeof q, wide_less(largest, squares[i]));
+        largest = wide_max(largest, squares[i]);
+    }
+    const wide n = 1.0 / wide_sqrt((q.w * q.w + q.x * q.x) + (q.y * q.y + q.z * q.z));
+    const quat_lanes unit = {n * q.w, n * q.x, n * q.y, n * q.z};
+    return unit;
+}
+/* The angle of the first node [turns]. It avoids the ends of the arcs. */
+static const double first_node = -0.99;
+/* Returns -1 in the lanes in which the quaternion is opposite to that of the nearest node. `turns` are
+ * the angles y within two turns. Adds to `wraps` the periods by which the node is away. */
+INLINE wide sign_at_node(const kr_kowalewski_torus *plan, quat_lanes q, const wide turns[2],
+                         wide wraps[2])
+{
+    const int n = plan->nodes;
+    const wide zero = wide_splat(0.0), one = wide_splat(1.0);
+    double at[2][LANES], node[4][LANES];
+    for (int j = 0; j < 2; j++) {
+        const wide i = nearest(0.5 * n * (turns[j] - first_node)),
+                   after = wide_choose(wide_less(i, wide_splat(n)), zero, one);
+        wraps[j] = wraps[j] + wide_choose(wide_less(i, zero), -one, after);
+        wide_store(at[j], wide_choose(wide_equal(i, i), i, zero)); /* NaN: any node */
+    }
+    for (int i = 0; i < LANES; i++) {
+        const int row = (int)at[0][i] & (n - 1), column = (int)at[1][i] & (n - 1);
+        const signed char *from = kr_kowalewski_nodes(plan) + 4 * (row * n + column);
+        for (int k = 0; k < 4; k++) node[k][i] = from[k];
+    }
+    const wide dot = (q.w * wide_load(node[0]) + q.x * wide_load(node[1])) +
+                     (q.y * wide_load(node[2]) + q.z * wide_load(node[3]));
+    return minus_where(is_negative(dot));
+}
+/* Returns the state at `time`, given half of each torus angle and of the heading, all in turns. */
+INLINE state_lanes kowalewski_kernel_at(const kr_kowalewski_torus *plan, wide time,
+                                        const dd phase[3])
+{
+    dd theta[2], heading = phase[2];
+    arc_angle y[2];
+    wide turns[2], wraps[2], s, c;
+    for (int j = 0; j < 2; j++)
+        theta[j] = dd_make(2.0 * (phase[j].hi - nearest(phase[j].hi)), 2.0 * phase[j].lo);
+    find_angles(plan, theta, y);
+    const frame_state f = find_frame(plan, y);
+    const quat_lanes q = quaternion_of(&f);
+    for (int j = 0; j < 2; j++) {
+        wraps[j] = nearest(0.5 * (y[j].turns.hi + y[j].turns.lo));
+        turns[j] = (y[j].turns.hi - 2.0 * wraps[j]) + y[j].turns.lo;
+    }
+    const wide sign = sign_at_node(plan, q, turns, wraps);
+    /* While theta and y grow by two turns, the quaternion may change its sign. */
+    for (int j = 0; j < 2; j++) {
+        const wide half = wide_splat(0.5 * plan->half_turns[j]);
+        heading = dd_add(heading,
+                         dd_make(half * (wraps[j] - 0.5 * theta[j].hi), -0.5 * half * theta[j].lo));
+    }
+    heading = dd_add(heading, dd_of(sum_heading(plan, y)));
+    sincos_turns(heading, &s, &c);
+    s = sign * s;
+    c = sign * c;
+    const quat_lanes attitude = {c * q.w - s * q.z, c * q.x - s * q.y, c * q.y + s * q.x,
+                                 c * q.z + s * q.w};
+    const double unit = plan->torus.momentum;
+    const wide m1 = 2.0 * unit * f.p, m2 = 2.0 * unit * f.q, m3 = unit * f.r,
+               turn_c = (c - s) * (c + s), turn_s = 2.0 * s * c;
+    wide m[3];
+    for (int i = 0; i < 3; i++) m[i] = (f.row[i][0] * m1 + f.row[i][1] * m2) + f.row[i][2] * m3;
+    state_lanes r;
+    r.t = time;
+    r.m.x = turn_c * m[0] - turn_s * m[1];
+    r.m.y = turn_s * m[0] + turn_c * m[1];
+    r.m.z = m[2];
+    r.q = torus_attitude(&plan->torus, attitude);
+    return r;
+}
+/* Returns the state at `time`, which is the initial time plus `span`. */
+INLINE state_lanes kowalewski_kernel(const kr_kowalewski_torus *plan, wide time, dd span)
+{
+    dd phase[3];
+    for (int i = 0; i < 3; i++) phase[i] = torus_phase_at(&plan->torus, i, span);
+    return kowalewski_kernel_at(plan, time, phase);
 }
 #endif

@@ -11,16 +11,12 @@
  *     w = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + E cos^2  of half of an angle x.
  * With this substitution, the differential dt = dw/F equals D R dx, where R is an even periodic
  * function of x, and t is not the time. The trapezoidal rule for averages therefore converges
- * exponentially (Kowalevski, Acta Mathematica 12, 1889, 177).
- *
- * This header is compiled once for each instruction set. */
-#ifndef KR_KOWALEWSKI_CURVE_H
-#define KR_KOWALEWSKI_CURVE_H
-#include "complex.h"
+ * exponentially (Kowalevski, Acta Mathematica 12, 1889, 177). */
+#ifndef KR_EXACT_KOWALEWSKI_CURVE_H
+#define KR_EXACT_KOWALEWSKI_CURVE_H
 #include "kowalewski.h"
-#include "phase.h"
-enum { GRID = HARMONICS /* largest number of intervals from x = 0 to pi */ };
-#include "cosines.h"
+enum { GRID = HARMONICS };
+#include "torus_setup.h"
 
 typedef struct kowalewski_curve {
     dd h, l, k, c;
@@ -468,5 +464,452 @@ static dd arc_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd s, dd 
     product = dd_twice(dd_abs(product));
     if (arc->low == AT_INFINITY) return dd_sqrt(dd_div(dd_neg(dd_mul(arc->A, arc->E)), product));
     return dd_sqrt(dd_div(dd_mul(arc->C, arc->E), dd_mul(product, *D)));
+}
+
+/* Frequencies and sine series of a Kowalewski top, computed from averages over the two arcs on which
+ * Kowalewski's variables move. The heading of the vector C (kowalewski.h) is the integral of
+ * l w dw/((w^2 + c) F). The poles of this integrand, at w^2 = k^2 - 1, are close to the arcs if l is
+ * small. A real pole w in the gap beside an arc contributes |l| D^2 R/2(N - w D), with N - w D =
+ * a sin^2 + b cos^2 of x/2. The multiple of 1/(N - w D) that has the same residue is subtracted. Its
+ * integral is the argument of sqrt(b) cos x/2 + i sqrt(a) sin x/2, which kowalewski.h adds to
+ * the heading. */
+/* A pole w of the integrand of the heading, with N - w D = a sin^2 + b cos^2. */
+typedef struct heading_pole {
+    dd a, b, value; /* sqrt(a b)/2, or 0 if the pole is not treated separately */
+    int adjacent;   /* 1 if the pole is in the gap beside the arc's end */
+} heading_pole;
+
+/* Returns root i minus the pole w, computed without cancellation. */
+static dd root_less_pole(const kowalewski_curve *o, int i, dd w)
+{
+    const dd difference = dd_sub(o->root[i], w), sum = dd_add(o->root[i], w),
+             other = dd_add(o->root[i], o->h);
+    if (!(fabs(difference.hi) < 0.1 * fabs(sum.hi))) return difference;
+    if (i >= ROOT_K) return dd_div(dd_of(1.0), sum);
+    if (!(fabs(other.hi) > 1e-3 * fabs(difference.hi))) return difference;
+    return dd_div(dd_half(dd_square(o->l)), dd_mul(other, sum));
+}
+/* Finds the poles that contribute to the integrand of the heading on an arc. Returns the
+ * number of poles. */
+static int make_poles(const kowalewski_curve *o, const kowalewski_arc *arc, heading_pole pole[2])
+{
+    const int infinite = arc->low == AT_INFINITY, end = infinite ? arc->high : arc->low;
+    const dd next = real_root(o, infinite ? 1 : o->real - 3), w0 = dd_sqrt(dd_neg(o->c));
+    int count = 0;
+    for (int i = 0; i < 2; i++) {
+        const dd w = i ? dd_neg(w0) : w0, rest = root_less_pole(o, end, w);
+        heading_pole *p = &pole[count];
+        p->a = infinite ? arc->A : dd_mul(arc->C, rest);
+        p->b = infinite ? rest : root_less_pole(o, arc->high, w);
+        const double side = infinite ? -1.0 : 1.0; /* sign of arc - pole: poles lie in gaps */
+        const int adjacent = side * dd_sub(w, next).hi >= 0.0; /* is it in the next gap? */
+        if (o->l.hi == 0.0 && !(adjacent && rest.hi == 0.0)) continue;
+        p->value = adjacent ? dd_half(dd_sqrt(dd_mul(p->a, p->b))) : dd_of(0.0);
+        p->adjacent = adjacent;
+        count++;
+    }
+    return count;
+}
+/* Samples and weighted sums of the integrands on one arc. */
+typedef struct samples {
+    dd v[3][GRID + 1]; /* dt/dx, w dt/dx, and the heading's integrand */
+    dd sum[3];
+    double size[3];
+} samples;
+
+/* Returns the integrand of the heading for l > 0, after subtraction of the contributions of its
+ * poles. */
+static dd heading_rate(const kowalewski_curve *o, int poles, const heading_pole pole[2], dd s, dd c,
+                       dd N, dd D, dd R, dd slope)
+{
+    const dd g = dd_mul(dd_abs(o->l), dd_mul(dd_square(D), R));
+    dd sum = dd_of(0.0);
+    if (o->c.hi > 0.0)
+        return dd_div(dd_mul(g, N), dd_add(dd_square(N), dd_mul(o->c, dd_square(D))));
+    for (int i = 0; i < poles; i++) {
+        const dd under = mix(pole[i].a, s, pole[i].b, c);
+        if (under.hi != 0.0)
+            sum = dd_add(sum, dd_div(dd_sub(dd_half(g), dd_mul(slope, pole[i].value)), under));
+    }
+    return sum;
+}
+static void sample_at(const kowalewski_curve *o, const kowalewski_arc *arc, int poles,
+                      const heading_pole pole[2], const cosine_table *t, int i, samples *out)
+{
+    dd N, D, sine = t->c[i < GRID / 2 ? GRID / 2 - i : i - GRID / 2], cosine = t->c[i];
+    const dd slope = unfold(arc, &sine, &cosine), c = dd_half(dd_plus(cosine, 1.0)),
+             s = dd_half(dd_sub(dd_of(1.0), cosine));
+    const dd R = dd_mul(slope, arc_at(o, arc, s, c, &N, &D));
+    const double weight = i == 0 || i == GRID ? 0.5 : 1.0;
+    out->v[0][i] = dd_mul(D, R);
+    out->v[1][i] = dd_mul(N, R);
+    out->v[2][i] = poles ? heading_rate(o, poles, pole, s, c, N, D, R, slope) : dd_of(0.0);
+    for (int k = 0; k < 3; k++) {
+        out->sum[k] = dd_add(out->sum[k], dd_scale(weight, out->v[k][i]));
+        out->size[k] += weight * fabs(out->v[k][i].hi);
+    }
+}
+/* Computes the averages of three integrands over an arc: dt/dx, w dt/dx, and the integrand of the
+ * heading. The number of intervals is doubled until each average changes by at most the rounding
+ * error of a double. Convergence is exponential, so the relative error of an average is about the
+ * square of its relative change in the last doubling. Returns 0 if the averages have not converged
+ * when GRID intervals are used. */
+static int fill_samples(const kowalewski_curve *o, kowalewski_arc *arc, cosine_table *table,
+                        samples *v)
+{
+    heading_pole pole[2] = {{{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}, 0}};
+    const int real = o->c.hi <= 0.0, poles = real ? make_poles(o, arc, pole) : o->l.hi != 0.0;
+    double split = 0.0;
+    for (int i = 0; real && i < poles; i++) split += pole[i].adjacent ? 0.5 : 0.0;
+    dd mean[3] = {{0.0, 0.0}}, *const average[3] = {&arc->p, &arc->q, &arc->turn};
+    memset(v, 0, sizeof *v);
+    sample_at(o, arc, poles, pole, table, 0, v);
+    sample_at(o, arc, poles, pole, table, GRID, v);
+    for (int n = 1; n <= GRID; n *= 2) {
+        const int stride = GRID / n;
+        int settled = n >= 16;
+        refine_cosines(table, stride);
+        for (int i = stride; i < GRID; i += 2 * stride) sample_at(o, arc, poles, pole, table, i, v);
+        for (int k = 0; k < 3; k++) {
+            const dd now = dd_div(v->sum[k], dd_of(n));
+            settled &=
+                fabs(dd_sub(now, mean[k]).hi) <= 1e-16 * (v->size[k] / n + (k == 2 ? split : 0.0));
+            mean[k] = now;
+        }
+        if (!settled) continue;
+        for (int k = 0; k < 3; k++) *average[k] = mean[k];
+        arc->points = n;
+        return 1;
+    }
+    return 0;
+}
+/* The rates of the two torus angles and of the heading, without the factors of its poles. */
+typedef struct kowalewski_rates {
+    dd rate[2], heading;
+} kowalewski_rates;
+
+/* Computes the sine series of an arc from its samples. With F > 0 at the start of the first arc and
+ * F < 0 at that of the second, the contributions of both arcs to
+ *     p2 (w dt) - q2 dt,  p1 (w dt) - q1 dt  over the determinant
+ * are the differentials of theta1 and theta2. The multiples of theta1 and theta2 that are contained
+ * in the heading are subtracted before the integration, because they can be large. */
+static void integrate_arc(const kowalewski_curve *o, kowalewski_arc arc[2], int j, dd det,
+                          const cosine_table *table, samples *v)
+{
+    const double side = j ? -1.0 : 1.0, turn = o->l.hi < 0.0 ? -side : side;
+    const dd scale = dd_div(dd_of(side), det);
+    dd factor[2][2]; /* of w dt and dt in each angle */
+    for (int i = 0; i < 2; i++) {
+        factor[i][0] = dd_mul(scale, arc[1 - i].p);
+        factor[i][1] = dd_neg(dd_mul(scale, arc[1 - i].q));
+    }
+    for (int i = 0; i <= GRID; i += GRID / arc[j].points) {
+        const dd t = dd_sub(v->v[0][i], arc[j].p), wt = dd_sub(v->v[1][i], arc[j].q);
+        const dd one = mix(wt, factor[0][0], t, factor[0][1]),
+                 two = mix(wt, factor[1][0], t, factor[1][1]);
+        const dd heading = dd_scale(turn, dd_sub(v->v[2][i], arc[j].turn)),
+                 known = dd_sub(dd_mul(arc[0].turn, one), dd_mul(arc[1].turn, two));
+        v->v[0][i] = one;
+        v->v[1][i] = two;
+        v->v[2][i] = dd_sub(heading, o->l.hi < 0.0 ? dd_neg(known) : known);
+    }
+    for (int i = 0; i < 3; i++) integrate_samples(v->v[i], table, arc[j].points, arc[j].sine[i]);
+}
+/* Computes the averages over both arcs, the frequencies of the motion, and the sine series. Returns
+ * 0 if the average of an integrand is not accurate enough. */
+static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine_table *table,
+                        samples v[2], kowalewski_rates *out)
+{
+    begin_cosines(table);
+    for (int j = 0; j < 2; j++)
+        if (!fill_samples(o, &arc[j], table, &v[j])) return 0;
+    const dd det = dd_sub(dd_mul(arc[1].p, arc[0].q), dd_mul(arc[0].p, arc[1].q));
+    for (int j = 0; j < 2; j++) {
+        out->rate[j] = dd_div(arc[1 - j].p, det);
+        integrate_arc(o, arc, j, det, table, &v[j]);
+    }
+    const dd heading = dd_sub(dd_mul(arc[0].turn, out->rate[0]), dd_mul(arc[1].turn, out->rate[1]));
+    out->heading = o->l.hi < 0.0 ? dd_neg(heading) : heading;
+    return det.hi > 0.0;
+}
+/* Adds the values of the two sine series of an arc to the torus angles `theta`. `s` and `c` are the
+ * sine and cosine of the variable of the series. */
+static void add_sines(const kowalewski_arc *arc, double s, double c, double theta[2])
+{
+    for (int i = 0; i < 2; i++) {
+        double b1 = 0.0, b2 = 0.0;
+        for (int k = arc->points - 1; k > 0; k--) {
+            const double b = arc->sine[i][k] + 2.0 * c * b1 - b2;
+            b2 = b1;
+            b1 = b;
+        }
+        theta[i] += b1 * s;
+    }
+}
+
+/* The torus angles of a Kowalewski top at the start, and the signs of the square roots in Koetter's
+ * formulas, in double-double precision. Here the divided differences are sums
+ * over the roots e of phi, with L = 1/((e - e')(e - e'')). The signs, one for each root of phi, one
+ * for each arc and one for Z, are chosen such that the formulas reproduce a
+ * state shortly after the initial time. They are constant during the motion. */
+enum { ORDER = 12 };
+
+typedef struct kowalewski_roots {
+    cdd A[3], B[3], la[3], lb[3]; /* A, B, L A, L B */
+    double sign[6];
+} kowalewski_roots;
+
+/* Quantities in the formulas for the state that depend only on the position on one of the arcs. */
+typedef struct start_point {
+    cdd g[3], own[3], rest[3]; /* g, g h, g' g'' d */
+    dd N, D, d, minus, plus;   /* minus, plus: square roots for k - w and w + k */
+    double theta[2];           /* contributions of this arc to theta1 - y1 and theta2 - y2 */
+    double angle;              /* y */
+} start_point;
+
+/* Returns the branch point with the index i. */
+static cdd root_dd(const kowalewski_curve *o, int i)
+{
+    if (!o->pair || i == 0 || i >= ROOT_K) return cdd_real(o->root[i]);
+    return cdd_of(o->root[1], i == 1 ? o->root[2] : dd_neg(o->root[2]));
+}
+static void make_roots(const kowalewski_curve *o, kowalewski_roots *out)
+{
+    for (int i = 0; i < 3; i++) {
+        const cdd e = root_dd(o, i), one = cdd_real(dd_of(1.0));
+        const cdd apart = cdd_mul(cdd_sub(e, root_dd(o, (i + 1) % 3)),
+                                  cdd_sub(e, root_dd(o, (i + 2) % 3))),
+                  L = cdd_div(one, apart), l = cdd_real(o->l);
+        cdd A = cdd_sqrt(cdd_scale(dd_of(2.0), cdd_add(e, cdd_real(o->h)))),
+            B = cdd_sqrt(cdd_add(cdd_mul(e, e), cdd_real(o->c)));
+        if (cdd_square(A).hi > cdd_square(B).hi)
+            B = cdd_div(l, A);
+        else if (cdd_square(B).hi > 0.0)
+            A = cdd_div(l, B);
+        out->A[i] = A;
+        out->B[i] = B;
+        out->la[i] = cdd_mul(L, A);
+        out->lb[i] = cdd_mul(L, B);
+    }
+}
+/* Returns a square root of way * (w - e_i) D, given the sine and cosine of x/2. */
+static cdd half_angle_root(const kowalewski_curve *o, const kowalewski_arc *arc, int i, double way,
+                           dd s, dd c)
+{
+    const int first = o->pair && i == 2 ? 1 : i;
+    const dd im = !o->pair || i == 0 || i >= ROOT_K ? dd_of(0.0)
+                  : i == 1                          ? dd_neg(o->root[2])
+                                                    : o->root[2];
+    const cdd a = cdd_of(dd_scale(way, arc->a[first]), dd_scale(way, dd_mul(im, arc->C))),
+              b = cdd_of(dd_scale(way, arc->b[first]), dd_scale(way, dd_mul(im, arc->E)));
+    if (i == arc->low) return cdd_scale(c, cdd_sqrt(b));
+    if (i == arc->high) return cdd_scale(s, cdd_sqrt(a));
+    return cdd_sqrt(cdd_add(cdd_scale(dd_square(s), a), cdd_scale(dd_square(c), b)));
+}
+/* Computes all members of a start_point except `theta` and `angle`, given the sine and cosine of
+ * x/2. */
+static void make_point(const kowalewski_curve *o, const kowalewski_arc *arc, dd s, dd c,
+                       start_point *out)
+{
+    const double way = arc->low == AT_INFINITY ? -1.0 : 1.0;
+    const dd ss = dd_square(s), cc = dd_square(c);
+    out->minus = half_angle_root(o, arc, ROOT_K, -1.0, s, c).re;
+    out->plus = half_angle_root(o, arc, ROOT_MINUS_K, way, s, c).re;
+    const dd h = dd_mul(out->minus, out->plus);
+    out->N = mix(arc->A, ss, arc->B, cc);
+    out->D = mix(arc->C, ss, arc->E, cc);
+    out->d = arc->low == AT_INFINITY ? c : dd_sqrt(out->D);
+    for (int i = 0; i < 3; i++) out->g[i] = half_angle_root(o, arc, i, way, s, c);
+    for (int i = 0; i < 3; i++) {
+        out->own[i] = cdd_scale(h, out->g[i]);
+        out->rest[i] = cdd_scale(out->d, cdd_mul(out->g[(i + 1) % 3], out->g[(i + 2) % 3]));
+    }
+}
+static cdd with_sign(double sign, cdd a) { return sign < 0.0 ? cdd_neg(a) : a; }
+
+/* Computes the common denominator a of the components of the state, and the products a p and a
+ * q. */
+static void make_pq(const kowalewski_roots *k, const start_point *one, const start_point *two,
+                    dd *a, dd *p, dd *q)
+{
+    cdd sum_a = cdd_real(dd_of(0.0)), sum_b = sum_a;
+    for (int i = 0; i < 3; i++) {
+        const cdd G = with_sign(k->sign[i], cdd_mul(one->g[i], two->g[i]));
+        sum_a = cdd_add(sum_a, cdd_mul(k->la[i], G));
+        sum_b = cdd_add(sum_b, cdd_mul(k->lb[i], G));
+    }
+    *a = sum_a.re;
+    *p = dd_neg(sum_b.re);
+    *q = dd_neg(dd_mul(one->d, two->d));
+}
+/* Computes the state p, q, r, g1, g2, g3 from one point on each arc. */
+static void make_state(const kowalewski_curve *o, const kowalewski_roots *k, const start_point *one,
+                       const start_point *two, dd out[6])
+{
+    const dd two_root = dd_sqrt(dd_of(2.0));
+    cdd r = cdd_real(dd_of(0.0)), g = r;
+    dd a, p, q;
+    make_pq(k, one, two, &a, &p, &q);
+    for (int i = 0; i < 3; i++) {
+        const double sign = k->sign[(i + 1) % 3] * k->sign[(i + 2) % 3];
+        const cdd V = cdd_sub(with_sign(sign * k->sign[3], cdd_mul(two->rest[i], one->own[i])),
+                              with_sign(sign * k->sign[4], cdd_mul(one->rest[i], two->own[i])));
+        r = cdd_add(r, cdd_mul(k->la[i], V));
+        g = cdd_add(g, cdd_mul(k->lb[i], V));
+    }
+    const dd Dl = dd_sub(dd_mul(one->N, two->D), dd_mul(two->N, one->D)),
+             under = dd_div(two_root, dd_mul(a, Dl));
+    out[0] = p = dd_div(p, a);
+    out[1] = q = dd_div(q, a);
+    out[2] = dd_mul(under, r.re);
+    out[5] = dd_mul(under, g.re);
+    out[3] = dd_sub(dd_add(dd_add(dd_square(p), dd_square(q)), dd_half(dd_square(out[2]))), o->h);
+    const dd rest = dd_sub(dd_sub(o->l, dd_mul(out[2], out[5])), dd_twice(dd_mul(p, out[3])));
+    out[4] = dd_div(rest, dd_twice(q));
+}
+/* Computes the Taylor coefficients of the state p, q, r, g1, g2, g3. */
+static void expand(const dd y[6], dd c[6][ORDER + 1])
+{
+    for (int i = 0; i < 6; i++) c[i][0] = y[i];
+    for (int n = 0; n < ORDER; n++) {
+        dd d[6] = {{0.0, 0.0}};
+        for (int i = 0; i <= n; i++) {
+            const int j = n - i;
+            d[0] = dd_add(d[0], dd_half(dd_mul(c[1][i], c[2][j])));
+            d[1] = dd_sub(d[1], dd_half(dd_mul(c[0][i], c[2][j])));
+            d[3] = dd_add(d[3], dd_sub(dd_mul(c[4][i], c[2][j]), dd_mul(c[5][i], c[1][j])));
+            d[4] = dd_add(d[4], dd_sub(dd_mul(c[5][i], c[0][j]), dd_mul(c[3][i], c[2][j])));
+            d[5] = dd_add(d[5], dd_sub(dd_mul(c[3][i], c[1][j]), dd_mul(c[4][i], c[0][j])));
+        }
+        d[1] = dd_sub(d[1], dd_half(c[5][n]));
+        d[2] = c[4][n];
+        for (int i = 0; i < 6; i++) c[i][n + 1] = dd_div(d[i], dd_of(n + 1.0));
+    }
+}
+static void sum_series(dd c[6][ORDER + 1], double span, dd out[6])
+{
+    for (int i = 0; i < 6; i++) {
+        out[i] = c[i][ORDER];
+        for (int n = ORDER - 1; n >= 0; n--) out[i] = dd_add(dd_times(span, out[i]), c[i][n]);
+    }
+}
+/* Computes the point on an arc where Kowalewski's variable has the distance `gap` from the upper
+ * end. If the lower end of the arc is finite, `rest` is the distance of Kowalewski's variable from
+ * this end. The argument `next` is the value of `gap` at a later time, and determines in which
+ * direction the variable moves along the arc.
+ * Returns 0 if the point is so close to an end of the arc that sin(x/2) or cos(x/2) is at most
+ * `least`. */
+static int make_point_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd gap, dd rest,
+                         dd next, double least, start_point *out)
+{
+    const dd none = dd_of(0.0), up = dd_max(gap, none),
+             down = arc->low == AT_INFINITY ? dd_neg(arc->A) : dd_mul(arc->C, dd_max(rest, none)),
+             both = dd_add(up, down);
+    dd s = dd_sqrt(dd_div(up, both)), c = dd_sqrt(dd_div(down, both));
+    if (!(s.hi > least && c.hi > least)) return 0;
+    dd sine = dd_twice(dd_mul(s, c)), cosine = dd_sub(dd_square(c), dd_square(s));
+    if (dd_less(next, gap)) {
+        s = dd_neg(s);
+        sine = dd_neg(sine);
+    }
+    make_point(o, arc, s, c, out);
+    fold(arc, &sine, &cosine);
+    /* The signs chosen for the square roots are correct for angles between -pi and pi. */
+    const double turns = turns_of(sine.hi, cosine.hi).hi;
+    out->angle = two_pi * (sine.hi < 0.0 && turns > 0.0 ? turns - 1.0 : turns);
+    out->theta[0] = out->theta[1] = 0.0;
+    add_sines(arc, sine.hi, cosine.hi, out->theta);
+    return 1;
+}
+static double miss_of(const dd got[6], const dd want[6])
+{
+    static const int all[4] = {0, 1, 2, 5};
+    double most = 0.0, size = 1.0;
+    for (int i = 0; i < 3; i++) size = fmax(size, fabs(want[i].hi));
+    for (int i = 0; i < 4; i++) {
+        const double miss = fabs(dd_sub(got[all[i]], want[all[i]]).hi);
+        most = fmax(most, all[i] == 5 ? miss : miss / size);
+        if (!(miss < INFINITY)) return INFINITY;
+    }
+    return most;
+}
+/* Returns the sign of the imaginary part of Z for which xi = x^2 + g1 + i g2 has the argument of
+ * z^2 conj(Z^2) (see frame_at). */
+static double sign_of_Z(const start_point point[2], const dd y[6])
+{
+    const cdd x = cdd_of(y[0], y[1]), xi = cdd_add(cdd_mul(x, x), cdd_of(y[3], y[4])),
+              z = cdd_add(cdd_scale(y[2], x), cdd_real(y[5])),
+              Z = cdd_of(dd_mul(point[0].plus, point[1].plus),
+                         dd_mul(point[0].minus, point[1].minus));
+    /* For the right sign, this product is positive. */
+    const cdd rest = cdd_mul(cdd_mul(z, z), cdd_of(xi.re, dd_neg(xi.im))),
+              one = cdd_mul(rest, cdd_mul(cdd_of(Z.re, dd_neg(Z.im)), cdd_of(Z.re, dd_neg(Z.im)))),
+              other = cdd_mul(rest, cdd_mul(Z, Z));
+    return one.re.hi - fabs(one.im.hi) >= other.re.hi - fabs(other.im.hi) ? 1.0 : -1.0;
+}
+/* Determines the signs of the square roots by comparison with a single state of the top. Only
+ * one combination should reproduce p, q, r and g3 of this state.
+ * Returns the error of the reconstructed state for the combination of signs that fits best. */
+static double find_signs(const kowalewski_curve *o, kowalewski_roots *k, const start_point point[2],
+                         const dd state[6])
+{
+    double best = INFINITY, sign[6] = {1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
+    for (int all = 0; all < 32; all++) {
+        dd got[6];
+        for (int i = 0; i < 5; i++) k->sign[i] = all >> i & 1 ? -1.0 : 1.0;
+        if (o->pair && k->sign[1] != k->sign[2]) continue;
+        make_pq(k, &point[0], &point[1], &got[0], &got[1], &got[2]);
+        const double rest = fabs(dd_sub(dd_mul(got[0], state[1]), got[2]).hi);
+        if (rest > 1e-8 * (fabs(got[2].hi) + fabs(got[0].hi))) continue;
+        make_state(o, k, &point[0], &point[1], got);
+        const double miss = miss_of(got, state);
+        if (miss < best) {
+            best = miss;
+            memcpy(sign, k->sign, sizeof sign);
+        }
+    }
+    memcpy(k->sign, sign, sizeof sign);
+    k->sign[5] = sign_of_Z(point, state);
+    return best;
+}
+/* Computes the points on the two arcs of the Kowalewski curve that correspond to a given state of
+ * the top. The directions of motion of w1 and w2 are inferred from a later state. Returns 0 if w1
+ * or w2 is too close to an end of its arc for an accurate result. */
+static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2], const dd at[6],
+                          const dd later[6], double least, start_point point[2])
+{
+    const arc_gaps gap = separate(o, at), next = separate(o, later);
+    return make_point_at(o, &arc[0], gap.up, gap.down, next.up, least, &point[0]) &&
+           make_point_at(o, &arc[1], gap.below, gap.below, next.below, least, &point[1]);
+}
+/* Determines the signs of the square roots and the initial angles on the torus. These signs are
+ * determined at the first state at which w1 and w2 are not close to the ends of their arcs. If w1
+ * or w2 moves very slowly, no such state may be found; points closer to the ends of the arcs are
+ * then accepted. The returned error is divided by the state's rate of change if this rate is below
+ * 1, because errors in the angles of a slow motion change the state only slightly. */
+static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
+                         const kowalewski_rates *rates, const dd start[6], kowalewski_roots *k,
+                         double theta[2])
+{
+    const double moment = 0.00390625 / (1.0 + sqrt(fabs(o->h.hi)));
+    dd series[6][ORDER + 1], at[6], later[6];
+    make_roots(o, k);
+    memcpy(at, start, sizeof at);
+    for (int step = 0; step < 160; step++) {
+        const int i = step % 8;
+        const double least = step < 8 ? 0.02 : step < 32 ? 0.002 : step < 96 ? 1e-5 : 1e-9;
+        start_point point[2];
+        if (i == 0) expand(at, series);
+        sum_series(series, (i + 1) * moment, at);
+        sum_series(series, (i + 1 + 0x1p-20) * moment, later);
+        if (!make_points_at(o, arc, at, later, least, point)) continue;
+        for (int j = 0; j < 2; j++)
+            theta[j] = point[j].angle + (point[0].theta[j] + point[1].theta[j]) -
+                       (step + 1) * moment * rates->rate[j].hi;
+        double velocity = 0.0;
+        for (int j = 0; j < 6; j++) velocity = fmax(velocity, fabs(series[j][1].hi));
+        return find_signs(o, k, point, at) / fmin(velocity, 1.0);
+    }
+    return INFINITY;
 }
 #endif

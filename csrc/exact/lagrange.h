@@ -3,11 +3,9 @@
  *     (du/dt)^2 = g (u - u1)(u - u2)(u - u3),   u1 <= u <= u2 <= 1 <= u3.
  * The roots u1, u2 and u3, the nutation rate nu, and the rates k1 and k2 of alpha and beta are
  * computed in double-double arithmetic. The moment of inertia about the symmetry axis affects only
- * the spin, by a constant rate that is added separately. This header is compiled once for each
- * instruction set and number of lanes (lane_types.h). */
+ * the spin, by a constant rate that is added separately. */
 #ifndef KR_EXACT_LAGRANGE_H
 #define KR_EXACT_LAGRANGE_H
-#include "phase.h"
 #include "theta.h"
 
 /* Quantities derived from the initial state. */

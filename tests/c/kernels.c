@@ -6,7 +6,7 @@
 #include "bits.h"
 #include "driver/top.h"
 #include "ensemble/slots.h"
-#include "exact/dispatch.h"
+#include "exact/exact.h"
 #include "taylor/taylor.h"
 
 static void say(const char *isa, const char *what, int number, const char *scene, uint64_t hash)
@@ -142,7 +142,7 @@ int main(void)
             }
         for (int i = 0; which != 2 && kr_exact_batch_isa_at(i); i++)
             if (kr_exact_batch_isa_at(i)->runs_here())
-                closed(&kr_symmetric_form.isas[i], kr_exact_batch_isa_at(i), which);
+                closed(&kr_symmetric_form[i], kr_exact_batch_isa_at(i), which);
     }
     return 0;
 }

@@ -1,6 +1,6 @@
 /* The closed form, compared with quadrature and with stepping: integrals, scaling, frames, batches
  * of any size, and bitwise equal results on every instruction set. */
-#include "exact/dispatch.h"
+#include "exact/exact.h"
 #include "truth.h"
 
 static kr_scene random_top(int number)
@@ -296,7 +296,7 @@ static void test_instruction_sets(void)
         kr_exact_info info;
         const kr_status made = kr_exact_scalar_base.plan(&s, 0, 0.0, &a, &info);
         kr_exact_evaluate_base(&a, N, t, base);
-        for (const kr_exact_isa *isa = kr_symmetric_form.isas; isa->name; isa++) {
+        for (const kr_exact_isa *isa = kr_symmetric_form; isa->name; isa++) {
             if (!isa->runs_here()) continue;
             IS(made == KR_OK && isa->scalar->plan(&s, 0, 0.0, &b, &info) == KR_OK &&
                memcmp(&b, &a, sizeof a) == 0);
@@ -314,11 +314,11 @@ static void as_one_by_one(const kr_scene *scene, kr_state *out)
     const kr_exact *closed = closed_form(scene);
     kr_exact_form form;
     kr_exact_info info;
-    IS(kr_exact_widest_isa(&kr_symmetric_form)->scalar->plan(scene, 0, 0.0, &form, &info) == KR_OK);
+    IS(kr_exact_widest_isa(kr_symmetric_form)->scalar->plan(scene, 0, 0.0, &form, &info) == KR_OK);
     kr_exact_states(closed, MANY, many_times, out);
     for (int k = 0; k < MANY; k++)
         IS(k == 77 ? isnan(out[k].q.w) : same(out[k], kr_exact_state(closed, many_times[k])));
-    for (const kr_exact_isa *isa = kr_symmetric_form.isas; isa->name; isa++) {
+    for (const kr_exact_isa *isa = kr_symmetric_form; isa->name; isa++) {
         const kr_state last = out[MANY - 1];
         if (!isa->runs_here()) continue;
         memset(out, 0, MANY * sizeof *out);

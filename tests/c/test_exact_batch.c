@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "check.h"
-#include "exact/dispatch.h"
+#include "exact/exact.h"
 #include "random.h"
 
 enum { TOPS = 6000, MOST_TIMES = 40, ALIKE = 20 };
@@ -159,7 +159,7 @@ static int curve_of(const kr_scene *s)
 {
     kr_exact_form form;
     kr_exact_info info;
-    const kr_exact_scalar *scalar = kr_exact_widest_isa(&kr_symmetric_form)->scalar;
+    const kr_exact_scalar *scalar = kr_exact_widest_isa(kr_symmetric_form)->scalar;
     return scalar->plan(s, 1, 0.0, &form, &info) == KR_OK ? (int)form.curve : -1;
 }
 /* Fills n scenes with tops at the boundary between the theta series and its dual. Rounding errors

@@ -3,13 +3,13 @@
  * do not matter, batches and instruction sets give bitwise equal results, and tops, checkpoints and
  * ensembles use them. test_torus_edges.c tests motions near the edges of their range. */
 #include <stdlib.h>
-#include "exact/dispatch.h"
+#include "exact/exact.h"
 #include "torus_tops.h"
 #include "truth.h"
 
 /* A closed form, and what the tests expect of it. */
 typedef struct form_case {
-    const kr_closed_form *form;
+    const kr_exact_isa *form;
     kr_scene (*draw)(void);         /* returns a random top */
     kr_scene some, other, rest;     /* two tops of the same body, and a top that is refused */
     int drawn, most_refused;        /* number of random tops, and of refused ones among them */
@@ -155,7 +155,7 @@ static void check_instruction_set(const form_case *c, const kr_exact_isa *isa, c
     t[5] = 1e300, t[11] = INFINITY, t[20] = NAN, t[TIMES - 1] = 1e40;
     const kr_status status = widest->scalar->plan(s, 0, KR_EXACT_BOUND, plan, &info);
     IS(isa->scalar->plan(s, 0, KR_EXACT_BOUND, other, &info) == status);
-    IS(status != KR_OK || memcmp(other, plan, c->form->plan_size) == 0);
+    IS(status != KR_OK || memcmp(other, plan, widest->scalar->plan_size) == 0);
     if (status == KR_OK) isa->evaluate(other, TIMES, t, many);
     for (int k = 0; k < TIMES && status == KR_OK; k++) {
         const kr_state want = widest->scalar->state(plan, t[k]),
@@ -170,10 +170,10 @@ static void batches_and_instruction_sets_agree(const form_case *c)
 {
     for (int n = 0; n < 12; n++) {
         /* The last Kowalewski tops are near a saddle. */
-        const kr_scene s = n < 10 || c->form != &kr_kowalewski_form
+        const kr_scene s = n < 10 || c->form != kr_kowalewski_form
                                ? c->draw()
                                : kowalewski_top_of(v3(-1.0, 1e-3, 4e-4 * n), v3(0.0, 2e-3, 1e-3));
-        for (const kr_exact_isa *isa = c->form->isas; isa->name; isa++)
+        for (const kr_exact_isa *isa = c->form; isa->name; isa++)
             if (isa->runs_here()) check_instruction_set(c, isa, &s);
     }
 }
@@ -423,7 +423,7 @@ static const kr_vec3 up = {0.4, -0.3, 0.7}, other_up = {-0.4, 0.3, 0.7};
 static form_case kowalewski_case(void)
 {
     return (form_case){
-        .form = &kr_kowalewski_form,
+        .form = kr_kowalewski_form,
         .draw = draw_kowalewski,
         .some = kowalewski_top_of(up, v3(0.3, 0.5, 0.8)),
         .other = kowalewski_top_of(other_up, v3(0.3, -0.5, 1.8)),
@@ -438,7 +438,7 @@ static form_case kowalewski_case(void)
 static form_case chaplygin_case(void)
 {
     return (form_case){
-        .form = &kr_chaplygin_form,
+        .form = kr_chaplygin_form,
         .draw = draw_chaplygin,
         .some = chaplygin_top_of(up, v3(0.6, 1.0, 0.8)),
         .other = chaplygin_top_of(other_up, v3(0.6, -1.0, 1.8)),

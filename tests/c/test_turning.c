@@ -1,6 +1,6 @@
 /* Turning points: bounds of the nutation of the closed form and their times, scaling by powers of
  * two, bitwise equal results on every instruction set, and refusals. */
-#include "exact/dispatch.h"
+#include "exact/exact.h"
 #include "tops.h"
 
 static kr_scene top_of(double height, double gravity, kr_quat q, kr_vec3 m)
@@ -58,7 +58,7 @@ static void test_repeated_bits(void)
         IS(one.t_least == 0x1p10 * other.t_least &&
            one.critical_spin == 0x1p-10 * other.critical_spin);
         IS(one.motion_type == other.motion_type);
-        kr_nutation_form base = {0};
+        kr_nutation base = {0};
         IS(kr_exact_limits_base(&s, &base) == KR_OK);
         IS(strcmp(base.motion_type, one.motion_type) == 0);
         base.motion_type = one.motion_type; /* each has its own copy of the names */

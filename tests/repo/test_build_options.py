@@ -169,6 +169,6 @@ def test_method_exact_can_be_built_without_closed_forms_on_a_torus(tmp_path):
     exact = tmp_path / "exact.o"
     run(
         *("gcc", "-std=c99", "-O2", *SECTIONS[:2], f"-I{CSRC}", "-DKR_NO_TORUS"),
-        *("-c", CSRC / "exact/dispatch.c", "-o", exact),
+        *("-c", CSRC / "exact/exact.c", "-o", exact),
     )
     assert not torus_names(link_program(tmp_path, lines.replace("APPLIES", "0"), exact))

@@ -1,16 +1,123 @@
-/* Conversion of a scene to the axes and units used by the closed-form solutions of Kowalewski and
- * Goryachev-Chaplygin tops. These tops have two equal principal moments of inertia. Axis 3 is the
- * principal axis whose moment differs from the other two. The centre of mass lies in the plane
- * perpendicular to axis 3. Axis 1 passes through the centre of mass; its direction depends on
- * `side` and on the sign of gravity. The units are such that mass *
- * |gravity| * |com| = 1.
+/* Set-up of the closed forms of Kowalewski and Goryachev-Chaplygin tops: their axes and units, complex
+ * numbers, and averages of even periodic functions.
  *
- * This header is compiled once for each instruction set. */
-#ifndef KR_EXACT_ACROSS_H
-#define KR_EXACT_ACROSS_H
-#include "model/scene.h"
-#include "single.h"
+ * Both tops have two equal principal moments of inertia. Axis 3 is the principal axis whose moment
+ * differs from the other two. The centre of mass lies in the plane perpendicular to axis 3. Axis 1
+ * passes through the centre of mass; its direction depends on `side` and on the sign of gravity. The
+ * units are such that mass * |gravity| * |com| = 1.
+ *
+ * The including file must define GRID, the largest number of intervals between 0 and pi at which
+ * functions are sampled. The trapezoidal rule converges exponentially for analytic periodic
+ * functions. */
+#ifndef KR_EXACT_TORUS_SETUP_H
+#define KR_EXACT_TORUS_SETUP_H
 #include "torus.h"
+
+/* Complex arithmetic in double (cx_) and double-double (cdd_) precision. C's complex types are not
+ * used, because not every C compiler supports them. Square roots are principal values, with
+ * nonnegative real part. */
+typedef struct cx {
+    double re, im;
+} cx;
+typedef struct cdd {
+    dd re, im;
+} cdd;
+
+static inline cx cx_of(double re, double im)
+{
+    const cx r = {re, im};
+    return r;
+}
+static inline cx cx_add(cx a, cx b) { return cx_of(a.re + b.re, a.im + b.im); }
+static inline cx cx_sub(cx a, cx b) { return cx_of(a.re - b.re, a.im - b.im); }
+static inline cx cx_scale(double s, cx a) { return cx_of(s * a.re, s * a.im); }
+static inline cx cx_mul(cx a, cx b)
+{
+    return cx_of(a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re);
+}
+static inline double cx_square(cx a) { return a.re * a.re + a.im * a.im; }
+static inline double cx_abs(cx a) { return sqrt(cx_square(a)); }
+
+static inline cdd cdd_of(dd re, dd im)
+{
+    const cdd r = {re, im};
+    return r;
+}
+static inline cdd cdd_real(dd re) { return cdd_of(re, dd_of(0.0)); }
+static inline cx cdd_high(cdd a) { return cx_of(a.re.hi, a.im.hi); }
+static inline cdd cdd_neg(cdd a) { return cdd_of(dd_neg(a.re), dd_neg(a.im)); }
+static inline cdd cdd_add(cdd a, cdd b) { return cdd_of(dd_add(a.re, b.re), dd_add(a.im, b.im)); }
+static inline cdd cdd_sub(cdd a, cdd b) { return cdd_add(a, cdd_neg(b)); }
+static inline cdd cdd_scale(dd s, cdd a) { return cdd_of(dd_mul(s, a.re), dd_mul(s, a.im)); }
+static inline cdd cdd_mul(cdd a, cdd b)
+{
+    return cdd_of(dd_sub(dd_mul(a.re, b.re), dd_mul(a.im, b.im)),
+                  dd_add(dd_mul(a.re, b.im), dd_mul(a.im, b.re)));
+}
+static inline dd cdd_square(cdd a) { return dd_add(dd_square(a.re), dd_square(a.im)); }
+static inline cdd cdd_div(cdd a, cdd b)
+{
+    const cdd up = cdd_mul(a, cdd_of(b.re, dd_neg(b.im)));
+    const dd down = cdd_square(b);
+    return cdd_of(dd_div(up.re, down), dd_div(up.im, down));
+}
+static inline cdd cdd_sqrt(cdd a)
+{
+    const dd t = dd_sqrt(dd_half(dd_add(dd_sqrt(cdd_square(a)), dd_abs(a.re))));
+    if (t.hi == 0.0) return cdd_real(dd_of(0.0));
+    const dd other = dd_half(dd_div(a.im, t));
+    if (a.re.hi >= 0.0) return cdd_of(t, other);
+    return a.im.hi < 0.0 ? cdd_of(dd_neg(other), dd_neg(t)) : cdd_of(other, t);
+}
+
+static inline dd dd_plus(dd a, double b) { return dd_add(a, dd_of(b)); }
+
+/* The values cos(pi * i / GRID). Only the cosines whose index i is a multiple of `stride` have been
+ * computed. */
+typedef struct cosine_table {
+    int stride;
+    dd c[GRID + 1];
+} cosine_table;
+
+static void begin_cosines(cosine_table *t)
+{
+    t->stride = GRID / 2;
+    t->c[0] = dd_of(1.0);
+    t->c[GRID / 2] = dd_of(0.0);
+    t->c[GRID] = dd_of(-1.0);
+}
+/* Extends the cosine table to all multiples of `stride`. */
+static void refine_cosines(cosine_table *t, int stride)
+{
+    while (t->stride > stride) {
+        const int s = t->stride /= 2;
+        t->c[s] = dd_sqrt(dd_half(dd_plus(t->c[2 * s], 1.0)));
+        const dd scale = dd_div(dd_of(0.5), t->c[s]);
+        for (int i = 3 * s; i < GRID; i += 2 * s)
+            t->c[i] = dd_mul(scale, dd_add(t->c[i - s], t->c[i + s]));
+    }
+}
+/* Subtracts the average from an even function, and computes the sine series of the integral of the
+ * remainder. The array `v` contains samples of the function at n + 1 angles from 0 to pi. */
+static void integrate_samples(const dd v[], const cosine_table *table, int n, double out[])
+{
+    const int stride = GRID / n;
+    for (int k = 1; k < n; k++) {
+        const double sign = k % 2 ? -1.0 : 1.0;
+        double sum = 0.5 * (v[0].hi + sign * v[GRID].hi);
+        /* The values cos(k x) and cos(k (pi - x)) differ at most in sign. The loop ends at pi/2, an
+         * angle that has no such partner. */
+        for (int i = 1, at = k; i <= n / 2; i++) {
+            const double mirrored =
+                2 * i < n ? v[i * stride].hi + sign * v[GRID - i * stride].hi : v[i * stride].hi;
+            sum += mirrored * table->c[(at <= n ? at : 2 * n - at) * stride].hi;
+            at += k;
+            if (at >= 2 * n) at -= 2 * n;
+        }
+        out[k] = 2.0 * sum / n / k;
+    }
+    out[0] = 0.0;
+}
 
 /* The principal axis whose moment differs from the other two, and the position of the centre of
  * mass. */
@@ -149,8 +256,8 @@ static int is_integrable(const kr_body *body, double ratio)
 {
     const kr_vec3 i = body->inertia;
     const int axis = distinct_axis_of(i);
-    const double pair = ratio * component(i, axis);
-    return component(i, (axis + 1) % 3) == pair && component(i, (axis + 2) % 3) == pair &&
+    const double equal = ratio * component(i, axis);
+    return component(i, (axis + 1) % 3) == equal && component(i, (axis + 2) % 3) == equal &&
            component(body->com, axis) == 0.0;
 }
 #endif

@@ -1,16 +1,52 @@
-/* Functions that are compiled once for each instruction set; dispatch.c selects among them at run
- * time. All instruction sets give bitwise equal results, because fused multiply-add is used only to
- * compute exact products. */
-#ifndef KR_EXACT_DISPATCH_H
-#define KR_EXACT_DISPATCH_H
-#include "layout.h"
+/* Closed forms: their numbers, and functions that are compiled once for each instruction set. exact.c
+ * selects among them at run time. All instruction sets give bitwise equal results, because fused
+ * multiply-add is used only to compute exact products. */
+#ifndef KR_EXACT_EXACT_H
+#define KR_EXACT_EXACT_H
+#include <stddef.h>
+#include "kreisel.h"
 #include "math/isa.h"
 
-/* A closed form of one or more kinds of tops: that of Lagrange tops and free bodies (closed_form.c),
- * of Kowalewski tops, or of Goryachev-Chaplygin tops. The numbers that describe one motion are its
+/* A theta function, stored as two polynomials in sin^2 of the argument, one for the real and one
+ * for the imaginary part. */
+enum { KR_THETA_TERMS = 5 };
+typedef struct kr_theta {
+    double even[KR_THETA_TERMS], odd[KR_THETA_TERMS];
+} kr_theta;
+/* A phase that grows at a constant rate. The rate [turns per unit of time] and the initial value
+ * [turns] of a phase are each stored as a sum of two doubles. */
+typedef struct kr_phase {
+    double fast, slow, start, more;
+} kr_phase;
+
+/* The closed-form solution, with the symbols defined in kernel.h. All members consist of
+ * doubles. */
+typedef struct kr_exact_form {
+    double period, precession_rate, spin_angle_rate; /* as in kr_exact_info */
+    double begin;                                    /* [T] */
+    double curve;                                    /* the kind of the series (kernel.h) */
+    kr_phase nutation, first, second;
+    /* For series in the dual nome: pi K/K', or half of it for torque-free bodies, in two words, and
+     * the slopes of the phases of alpha and beta. */
+    double stretch, stretch_rest, slope[2];
+    kr_theta alpha, beta, horizontal;
+    double momentum, side; /* scale of the horizontal momentum; -1 if up and down are exchanged */
+    kr_vec3 constant;      /* the constant part of the momentum */
+    double framed;         /* 1 if `frame` is set */
+    kr_quat frame[4];      /* see fill_frame */
+} kr_exact_form;
+/* Causes a compilation error if the condition is false, by declaring an array type of negative
+ * size. */
+#define KR_CHECK_LAYOUT(name, condition) typedef char name[(condition) ? 1 : -1]
+/* A closed form of one or more kinds of tops: that of Lagrange tops and free bodies (symmetric.c), of
+ * Kowalewski tops, or of Goryachev-Chaplygin tops. The numbers that describe one motion are its
  * plan: a kr_exact_form, kr_kowalewski_torus or kr_chaplygin_plan. */
 typedef struct kr_exact_scalar {
-    size_t memory_size; /* of a plan and its set-up, in bytes */
+    size_t plan_size, memory_size; /* of a plan, and of a plan and its set-up, in bytes */
+    /* Returns the number of bytes of a plan that must be copied to copy the plan. */
+    size_t (*used_size)(const void *plan);
+    /* Returns 1 if the closed form applies to the start of a checked scene of its kind. */
+    int (*suits)(const kr_scene *scene);
     /* Writes the plan to the beginning of `memory`, and to `info` all but the kind. If `own` is
      * nonzero, the plan is in internal axes and units. For `bound`, see kr_exact_plan. */
     kr_status (*plan)(const kr_scene *scene, int own, double bound, void *memory,
@@ -20,30 +56,27 @@ typedef struct kr_exact_scalar {
 } kr_exact_scalar;
 /* Writes n states, each of which is bitwise equal to that of the scalar function. */
 typedef void kr_exact_evaluate(const void *plan, size_t n, const double t[], kr_state out[]);
+/* A closed form for one instruction set. */
 typedef struct kr_exact_isa {
     const char *name;
     int (*runs_here)(void);
     const kr_exact_scalar *scalar;
     kr_exact_evaluate *evaluate; /* NULL: without batches */
 } kr_exact_isa;
-typedef struct kr_closed_form {
-    size_t plan_size; /* in bytes */
-    /* Returns the number of bytes of a plan that must be copied to copy the plan. */
-    size_t (*used_size)(const void *plan);
-    /* Returns 1 if the closed form applies to the start of a checked scene of its kind. */
-    int (*suits)(const kr_scene *scene);
-    kr_exact_isa isas[4]; /* the widest first; the last one in the build runs on every processor */
-} kr_closed_form;
-extern const kr_closed_form kr_symmetric_form, kr_kowalewski_form, kr_chaplygin_form;
-/* Returns the closed form for a kind of top, or NULL. */
-const kr_closed_form *kr_closed_form_of(kr_kind kind);
+/* The rows of a closed form, the widest instruction set first. The last one in the build runs on
+ * every processor; an empty row follows. */
+enum { KR_EXACT_ISAS = 4 };
+extern const kr_exact_isa kr_symmetric_form[KR_EXACT_ISAS], kr_kowalewski_form[KR_EXACT_ISAS],
+    kr_chaplygin_form[KR_EXACT_ISAS];
+/* Returns the rows of the closed form for a kind of top, or NULL. */
+const kr_exact_isa *kr_closed_form_of(kr_kind kind);
 /* Returns the widest instruction set that the processor supports. */
-const kr_exact_isa *kr_exact_widest_isa(const kr_closed_form *form);
+const kr_exact_isa *kr_exact_widest_isa(const kr_exact_isa form[]);
 /* Writes n states of a plan. */
 void kr_exact_evaluate_widest(const kr_exact_isa *isa, const void *plan, size_t n, const double t[],
                               kr_state out[]);
-/* The limits of the nutation (closed_form.c). */
-typedef kr_status kr_exact_limits(const kr_scene *scene, kr_nutation_form *out);
+/* The limits of the nutation (symmetric.c). */
+typedef kr_status kr_exact_limits(const kr_scene *scene, kr_nutation *out);
 /* Arguments and results of a batch computation for n tops. If `plans` is not NULL, the closed-form
  * solutions are written to this array. The array `states` receives `times` consecutive states for
  * each top. If `own_times` is nonzero, the times of top i start at t[i * times]; otherwise all tops
@@ -82,10 +115,6 @@ kr_exact_limits kr_exact_limits_base, kr_exact_limits_avx2;
 kr_exact_evaluate kr_exact_evaluate_base, kr_exact_evaluate_avx2, kr_exact_evaluate_avx512,
     kr_kowalewski_evaluate_base, kr_kowalewski_evaluate_avx2, kr_kowalewski_evaluate_avx512,
     kr_chaplygin_evaluate_base, kr_chaplygin_evaluate_avx2, kr_chaplygin_evaluate_avx512;
-/* Returns 0 if the initial tilt and velocity of the axis are not both zero, but too small for the
- * closed-form solution. The time that an upright top takes to fall depends on the logarithm of its
- * initial tilt. The fourth power of the tilt underflows if the tilt is below 1e-77. */
-int kr_exact_resolves(const kr_scene *scene);
 /* Returns the largest number of doubles that the method `exact` stores for a top, or for a top whose
  * motion is not on a torus. */
 size_t kr_exact_extra_doubles(int with_torus);
