@@ -93,7 +93,9 @@ extern "C" {
     X(ERR_TURNING,     INPUT,     "the method does not apply to a support that turns in this way") \
     X(ERR_SHAKING,     INPUT,     "the method does not apply to shaken supports")                 \
     X(ERR_FRICTION,    INPUT,     "the method does not apply to tops with dry friction")          \
-    X(ERR_STOPPED,     FAILURE,   "the motion before dry friction stopped the spin is not unique")
+    X(ERR_STOPPED,     FAILURE,   "the motion before dry friction stopped the spin is not unique") \
+    X(ERR_WHEEL,       INPUT,     "damping or friction acts on a body in which nothing but a free " \
+                                  "wheel turns about its axle")
 typedef enum kr_status {
 #define KR_X_(name, what, text) KR_##name,
     KR_STATUS_LIST(KR_X_)
@@ -123,7 +125,8 @@ typedef struct kr_body {
      * given. The tolerance must lie in [0, 1); values below 1e-12 are treated as 1e-12. */
     double rounded;
     /* Constant momentum of rotors relative to the body (a gyrostat), along the principal axes [M
-     * L^2 T^-1]. The momentum m includes that of the rotors. `inertia` assumes locked rotors. */
+     * L^2 T^-1]. The momentum m includes that of the rotors. `inertia` assumes locked rotors: motors
+     * keep their rates. kr_scene_release_wheel describes a rotor without a motor. */
     kr_vec3 rotor;
 } kr_body;
 
@@ -139,6 +142,15 @@ typedef struct kr_shaking {
     /* [L], of either sign; [T^-1], positive unless the amplitude is 0; [rad] */
     double amplitude, rate, phase;
 } kr_shaking;
+
+/* A wheel on a free axle. Its momentum in space about the axle is constant and part of
+ * kr_body.rotor, and kr_body.inertia lacks its moment about the axle (kr_scene_release_wheel). The
+ * numbers below only determine its rate (the quantities wheel_rate...). All zero: no wheel. */
+typedef struct kr_wheel {
+    kr_vec3 axis; /* unit vector along the principal axes; 0: `rate` is relative to the body */
+    double rate;  /* angular velocity in the inertial frame, about the axis [T^-1] */
+} kr_wheel;
+enum { KR_WHEELS_MAX = 3 };
 
 typedef struct kr_scene {
     kr_body body;
@@ -156,6 +168,7 @@ typedef struct kr_scene {
     /* Dry friction: a torque of this constant magnitude about the apex, against the spin [M L^2
      * T^-2]. A spin of zero stays zero as long as friction can hold the top. */
     double friction;
+    kr_wheel wheels[KR_WHEELS_MAX];
 } kr_scene;
 
 /* The functions that every program needs. */
@@ -337,6 +350,13 @@ KR_API void kr_scene_set_body_momentum(kr_scene *scene, kr_vec3 momentum);
 /* Sets attitude and momentum from precession_angle, nutation and spin_angle [rad] and their
  * rates [T^-1], in this order. The quantities below define the angles. */
 KR_API void kr_scene_set_euler(kr_scene *scene, kr_vec3 angles, kr_vec3 rates);
+/* Lets a wheel turn freely on its axle from the start on. So far, its momentum inertia * rate along
+ * `axis` (in the frame of description, of any length) must be part of body.rotor, and its moment
+ * part of body.inertia. Changes the inertia, its principal axes and the rotor of the body. A wheel
+ * that is all that turns about the axis of a symmetric body keeps its rate; damping and friction are
+ * then refused. Returns KR_ERR_BODY for a wheel that the body cannot contain, and KR_ERR_ARGUMENT
+ * for other invalid arguments or more than KR_WHEELS_MAX wheels. */
+KR_API kr_status kr_scene_release_wheel(kr_scene *scene, double inertia, kr_vec3 axis, double rate);
 /* Returns 1 if the body is symmetric about its apex, up to KR_KIND_RTOL, else 0. Writes its moments
  * about axes normal to the apex and about the apex [M L^2]. */
 KR_API int kr_body_symmetry(const kr_body *body, double *across, double *along);

@@ -22,6 +22,7 @@ Body = structure(
 )
 State = structure("State", t=c_double, q=Quat, m=Vec3)
 Shaking = structure("Shaking", amplitude=c_double, rate=c_double, phase=c_double)
+Wheel = structure("Wheel", axis=Vec3, rate=c_double)
 Scene = structure(
     "Scene",
     body=Body,
@@ -31,6 +32,7 @@ Scene = structure(
     turning=Vec3,
     shaking=Shaking,
     friction=c_double,
+    wheels=3 * Wheel,
 )
 Config = structure(
     "Config",

@@ -68,11 +68,11 @@ static inline void kr_event_reset_search(kr_event *event)
  * changes the checkpoint format. */
 /* clang-format off */
 #define KR_SAVED_TOP(X)                                                                           \
-    X(scene, 0)            X(method, 272)         X(config, 280)         X(axes, 336)             \
-    X(is_turned, 368)      X(time_unit, 376)      X(momentum_unit, 384)  X(forward, 392)          \
-    X(main, 400)           X(side, 688)           X(saved, 976)          X(steps, 1264)           \
-    X(saved_steps, 1272)   X(inspect_at, 1280)    X(before, 1288)        X(before_clock, 1352)    \
-    X(requested, 1360)     X(now, 1368)           X(low, 1432)
+    X(scene, 0)            X(method, 368)         X(config, 376)         X(axes, 432)             \
+    X(is_turned, 464)      X(time_unit, 472)      X(momentum_unit, 480)  X(forward, 488)          \
+    X(main, 496)           X(side, 784)           X(saved, 1072)         X(steps, 1360)          \
+    X(saved_steps, 1368)   X(inspect_at, 1376)    X(before, 1384)        X(before_clock, 1448)    \
+    X(requested, 1456)     X(now, 1464)           X(low, 1528)
 #define KR_SAVED_CONFIG(X)                                                                        \
     X(step, 0)             X(tol, 8)              X(max_steps, 16)       X(poll, 24)              \
     X(context, 32)         X(digits, 40)          X(skip_heading, 44)     \

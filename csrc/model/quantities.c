@@ -170,6 +170,27 @@ double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s)
     return v_dot(s->m, kr_state_apex(scene, s));
 }
 
+/* Returns the rate of a wheel on a free axle relative to the body, or NaN if there is no wheel. */
+static double rate_of_wheel(const kr_scene *scene, const kr_state *s, int i)
+{
+    const kr_wheel *wheel = &scene->wheels[i];
+    if (v_largest(wheel->axis) == 0.0) return wheel->rate != 0.0 ? wheel->rate : NAN;
+    const kr_vec3 M = momentum_without_rotor(scene, s, principal_attitude(scene, s));
+    return wheel->rate - v_dot(wheel->axis, v_over(M, scene->body.inertia));
+}
+double kr_state_wheel_rate(const kr_scene *scene, const kr_state *s)
+{
+    return rate_of_wheel(scene, s, 0);
+}
+double kr_state_second_wheel_rate(const kr_scene *scene, const kr_state *s)
+{
+    return rate_of_wheel(scene, s, 1);
+}
+double kr_state_third_wheel_rate(const kr_scene *scene, const kr_state *s)
+{
+    return rate_of_wheel(scene, s, 2);
+}
+
 /* Writes momentum / I1 to `m`, and mass * gravity * |com| / I1 * vertical to `p`. `m` and `p` have
  * components along -com, o x (-com) and o, where o is the symmetry axis of the inertia tensor. */
 static void fourth_integral_frame(const kr_scene *scene, const kr_state *s, kr_vec3 *m, kr_vec3 *p)

@@ -324,6 +324,29 @@ static void tangent_of_pivot_force(const quantity_point *at, const quantity_chan
     v_put(out, change_in_space(at, by, force, by->is_mass ? v_add(dforce, A) : dforce));
 }
 
+/* The momentum of a wheel and its axis do not depend on the parameters. */
+static void tangent_of_wheel(const quantity_point *at, const quantity_change *by, int i,
+                             double out[])
+{
+    const kr_wheel *wheel = &at->scene->wheels[i];
+    const int is_none = v_largest(wheel->axis) == 0.0 && wheel->rate == 0.0;
+    *out = is_none ? NAN : -v_dot(wheel->axis, by->W);
+}
+static void tangent_of_wheel_rate(const quantity_point *at, const quantity_change *by, double out[])
+{
+    tangent_of_wheel(at, by, 0, out);
+}
+static void tangent_of_second_wheel_rate(const quantity_point *at, const quantity_change *by,
+                                         double out[])
+{
+    tangent_of_wheel(at, by, 1, out);
+}
+static void tangent_of_third_wheel_rate(const quantity_point *at, const quantity_change *by,
+                                        double out[])
+{
+    tangent_of_wheel(at, by, 2, out);
+}
+
 static quantity_tangent *const quantity_tangents[KR_QUANTITIES] = {
 #define Q(name, doubles, flags, dimension, text) tangent_of_##name,
 #include "quantities.def"

@@ -24,6 +24,17 @@ static int is_valid_support(const kr_scene *scene)
            isfinite(shaking->amplitude * shaking->rate * shaking->rate) &&
            (shaking->rate > 0.0 || !kr_scene_shakes(scene));
 }
+/* Returns KR_OK if the wheels of a scene are valid, else an error code. */
+static kr_status check_wheels(const kr_scene *scene)
+{
+    const int is_braked = v_largest(scene->damping) > 0.0 || scene->friction > 0.0;
+    for (int i = 0; i < KR_WHEELS_MAX; i++) {
+        const kr_wheel *wheel = &scene->wheels[i];
+        if (!v_finite(wheel->axis) || !isfinite(wheel->rate)) return KR_ERR_ARGUMENT;
+        if (is_braked && v_largest(wheel->axis) == 0.0 && wheel->rate != 0.0) return KR_ERR_WHEEL;
+    }
+    return KR_OK;
+}
 kr_status kr_scene_check_start(const kr_scene *scene)
 {
     const kr_state *start = &scene->start;
@@ -33,7 +44,8 @@ kr_status kr_scene_check_start(const kr_scene *scene)
     if (!v_finite(damping) || !(damping.x >= 0.0 && damping.y >= 0.0 && damping.z >= 0.0))
         return KR_ERR_ARGUMENT;
     if (!is_valid_support(scene)) return KR_ERR_ARGUMENT;
-    return fabs(q_dot(start->q, start->q) - 1.0) <= KR_INPUT_RTOL ? KR_OK : KR_ERR_ATTITUDE;
+    if (!(fabs(q_dot(start->q, start->q) - 1.0) <= KR_INPUT_RTOL)) return KR_ERR_ATTITUDE;
+    return check_wheels(scene);
 }
 kr_status kr_scene_check(const kr_scene *scene)
 {

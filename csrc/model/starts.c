@@ -59,6 +59,61 @@ void kr_scene_set_euler(kr_scene *scene, kr_vec3 angles, kr_vec3 rates)
                                     rates.x + rates.z * cos(angles.y)));
 }
 
+/* Returns 1 if the body and its rotor are symmetric about `axis`, along the principal axes. */
+static int is_symmetric_about(const kr_body *body, kr_vec3 axis)
+{
+    kr_body spun = *body;
+    spun.rotor = axis;
+    return kr_body_kind(&spun, KR_KIND_RTOL) != KR_KIND_GENERAL &&
+           kr_body_is_rotor_axial(body, KR_KIND_RTOL);
+}
+/* Subtracts the moment of a wheel about `axis` from the inertia tensor of a body; both are along the
+ * axes of description. */
+static kr_status leave_out_moment(kr_body *body, double inertia, kr_vec3 axis)
+{
+    const kr_vec3 com = q_turn(body->axes, body->com), moments = body->inertia;
+    double j[9], a[3];
+    v_put(a, axis);
+    for (int i = 0; i < 9; i++) {
+        const kr_vec3 row = q_turn_back(body->axes, v_axis(i / 3)),
+                      column = q_turn_back(body->axes, v_axis(i % 3));
+        j[i] = v_dot(row, v_times(moments, column)) - inertia * a[i / 3] * a[i % 3];
+    }
+    return kr_body_from_rounded_tensor(body->mass, j, com, body->rounded, body);
+}
+kr_status kr_scene_release_wheel(kr_scene *scene, double inertia, kr_vec3 axis, double rate)
+{
+    kr_scene made = *scene;
+    kr_body *body = &made.body;
+    const kr_quat old = body->axes;
+    int place = 0;
+    while (place < KR_WHEELS_MAX &&
+           (v_largest(made.wheels[place].axis) > 0.0 || made.wheels[place].rate != 0.0))
+        place++;
+    if (place == KR_WHEELS_MAX || !(inertia > 0.0 && inertia < INFINITY) || !isfinite(rate) ||
+        !v_finite(axis) || v_largest(axis) == 0.0)
+        return KR_ERR_ARGUMENT;
+    const kr_vec3 unit = v_unit(axis), along = q_turn_back(old, unit),
+                  rotor = q_turn(old, body->rotor),
+                  W = kr_state_inertial_velocity(scene, &scene->start);
+    const double own = v_dot(along, v_times(body->inertia, along)), about = v_dot(unit, W);
+    kr_wheel *wheel = &made.wheels[place];
+    if (fabs(own - inertia) <= KR_INPUT_RTOL * own) {
+        if (!is_symmetric_about(body, along)) return KR_ERR_BODY;
+        *wheel = (kr_wheel){.rate = rate};
+    } else {
+        const kr_status status = leave_out_moment(body, inertia, unit);
+        if (status != KR_OK) return KR_ERR_BODY;
+        for (int i = 0; i < place; i++)
+            made.wheels[i].axis = q_turn_back(body->axes, q_turn(old, made.wheels[i].axis));
+        kr_body_set_rotor(body, v_axpy(inertia * about, unit, rotor));
+        *wheel = (kr_wheel){q_turn_back(body->axes, unit), rate + about};
+    }
+    const kr_status status = kr_scene_check(&made);
+    if (status == KR_OK) *scene = made;
+    return status;
+}
+
 int kr_body_symmetry(const kr_body *body, double *across, double *along)
 {
     const kr_vec3 i = body->inertia, com = body->com;

@@ -1,6 +1,6 @@
 // The C core as WebAssembly. Structures of kreisel.h are rows of doubles in its memory: a body has
-// 15, a state 8 (t, q, m), and a scene 34 (body, gravity, start, damping, turning, shaking,
-// friction). The file csrc/viewer/wasm.c asserts these sizes. A `world` has the gravity, the damping,
+// 15, a state 8 (t, q, m), and a scene 46 (body, gravity, start, damping, turning, shaking,
+// friction, wheels, which stay zero). The file csrc/viewer/wasm.c asserts these sizes. A `world` has the gravity, the damping,
 // the turning and the friction of a scene.
 import { Quaternion, Vector3 } from "three";
 import binary from "kreisel.wasm";
@@ -12,11 +12,11 @@ let C; // the functions of the instance in use
 function startInstance() {
   C = new WebAssembly.Instance(core).exports;
   C._initialize();
-  return C.malloc(8 * 72);
+  return C.malloc(8 * 84);
 }
 // Fixed addresses for arguments and results: one scene and three small arrays.
 const scratch = startInstance();
-const [SCENE, FIRST, SECOND, THIRD] = [0, 36, 48, 52].map((offset) => scratch + 8 * offset);
+const [SCENE, FIRST, SECOND, THIRD] = [0, 48, 60, 64].map((offset) => scratch + 8 * offset);
 
 const viewDoubles = (pointer, n) => new Float64Array(C.memory.buffer, pointer, n);
 const writeDoubles = (pointer, numbers) => (

@@ -186,7 +186,11 @@ static void forge(unsigned char *saved, size_t size, size_t at, int64_t number, 
     }
     memcpy(saved + 96, &sum, sizeof sum);
 }
-enum { HEADER = 104, TOP = 1496, MAIN = HEADER + 400 };
+enum {
+    HEADER = 104,
+    TOP = offsetof(kr_top, low) + sizeof(kr_state),
+    MAIN = HEADER + offsetof(kr_top, main)
+};
 /* Checks that a checkpoint with this number at this place is refused, although the checksum is
  * correct. */
 static void check_forged(kr_top *top, const unsigned char *saved, size_t at, int64_t number,
@@ -231,7 +235,9 @@ static void test_hostile_numbers(const kr_method *method)
     check_forged(top, saved, HEADER + offsetof(kr_scene, start.t), late_bits, 8);
     check_forged(top, saved, MAIN + 168, 77, sizeof(int));
     check_forged(top, saved, MAIN + 172, 77, sizeof(int));
-    const size_t numbers[] = {HEADER + 1264, HEADER + 1272, HEADER + 392};
+    const size_t numbers[] = {HEADER + offsetof(kr_top, steps),
+                              HEADER + offsetof(kr_top, saved_steps),
+                              HEADER + offsetof(kr_top, forward)};
     for (int i = 0; i < 3; i++) check_forged(top, saved, numbers[i], -77, 8);
     kr_top_free(top);
 }

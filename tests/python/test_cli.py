@@ -24,7 +24,10 @@ ROOT = Path(__file__).parents[2]
 UNITS = {
     "": ["q", "frame", "apex", "body_vertical", "q_low"],
     "rad": ["precession_angle", "nutation", "spin_angle"],
-    "rad/T": ["velocity", "body_velocity", "inertial_velocity", "spin"],
+    "rad/T": [
+        *("velocity", "body_velocity", "inertial_velocity", "spin"),
+        *("wheel_rate", "second_wheel_rate", "third_wheel_rate"),
+    ],
     "rad/T^2": ["body_acceleration"],
     "M L^2 T^-1": ["m", "body_momentum", "vertical_momentum", "axial_momentum", "m_low"],
     "M L^2 T^-2": ["torque", "kinetic", "potential", "energy"],

@@ -3,6 +3,7 @@
 import inspect
 import json
 import re
+from functools import partial
 from pathlib import Path
 
 import kreisel as kr
@@ -134,6 +135,7 @@ def test_the_site_and_the_help_list_every_key_of_scene_files():
     makers["[from_euler]"] = kr.Scene.from_euler
     shapes = "cone cuboid cylinder disk ellipsoid from_com from_mesh from_model "
     shapes += "rod sphere symmetric tube turned"
+    makers["[body.wheel]"] = partial(kr.Body.with_wheel, None)
     makers |= {f"[body.{name}]": getattr(kr.Body, name) for name in shapes.split()}
     expected = {
         table: [key for key in inspect.signature(make).parameters if key != "body"]

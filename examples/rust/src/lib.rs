@@ -50,6 +50,13 @@ pub struct Shaking {
 }
 
 #[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Wheel {
+    pub axis: [f64; 3],
+    pub rate: f64,
+}
+
+#[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Scene {
     pub body: Body,
@@ -59,6 +66,7 @@ pub struct Scene {
     pub turning: Vec3,
     pub shaking: Shaking,
     pub friction: f64,
+    pub wheels: [Wheel; 3],
 }
 
 #[repr(C)]

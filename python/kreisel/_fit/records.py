@@ -38,11 +38,13 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 
-_INTEGRALS = ("kowalewski", "goryachev_chaplygin")  # constant, or NaN for most bodies
+# Constant, or NaN for most bodies.
+_INTEGRALS = ("kowalewski", "goryachev_chaplygin")
+_WHEELS = ("wheel_rate", "second_wheel_rate", "third_wheel_rate")  # fits know only their momentum
 MEASURABLE: dict[str, QuantityDescription] = {
     quantity.name: quantity
     for quantity in (*QUANTITIES.values(), SPECIFIC_FORCE)
-    if quantity.name not in _INTEGRALS
+    if quantity.name not in (*_INTEGRALS, *_WHEELS)
 }
 # Vectors that an instrument on the body sees in its own frame.
 SEEN_FROM_BODY = frozenset(

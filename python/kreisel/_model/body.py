@@ -26,7 +26,7 @@ from .batch import (
     stack_components,
     store_columns,
 )
-from .parameters import BatchParameter, Column, Index, Shape, get_member, read_parameter
+from .parameters import PARAMETERS, BatchParameter, Column, Index, Shape, get_member, read_parameter
 from .solids import Solid, integrate_mesh, integrate_profile, read_mesh, read_model
 
 if TYPE_CHECKING:
@@ -35,7 +35,9 @@ if TYPE_CHECKING:
 _NOTHING = (0.0, 0.0, 0.0)
 _GIVEN = "mass", "inertia", "com", "inertia_rtol", "rotor"
 _PRINCIPAL = "moments", "principal_com", "axes", "principal_rotor"
-_STORED = (*_GIVEN, "unphysical", *_PRINCIPAL)
+_STORED = (*_GIVEN, "unphysical", "wheels", *_PRINCIPAL)
+_MOST_WHEELS = 3
+NO_WHEELS = ((0.0,) * 5,) * _MOST_WHEELS
 # The shapes of the core, of which most are tubes, and the places of their sizes among the given
 # ones, which are followed by zeros.
 _TUBE, _SHAPES = 2, {"cuboid": 0, "ellipsoid": 1, "sphere": 1, "shell": 3, "cone": 4}
@@ -87,7 +89,12 @@ class Body(BatchBase):
                   mass * gravity * |com| matters
     rotor         constant angular momentum of rotors relative to the body (a gyrostat), in the
                   frame of the body [M L^2 T^-1]. The total angular momentum is J w + rotor. The
-                  inertia includes the rotors, as if they were at rest
+                  inertia includes the rotors, as if they were at rest. Motors keep their rates
+                  relative to the body; see with_wheel for a wheel without a motor
+    wheels        up to three wheels on free axles, as with_wheel adds them: rows of the axis (3),
+                  the rate and the moment. In scene.body, their moments about the axles are no
+                  longer part of the inertia, their rates are relative to space, and the last
+                  number is 0
 
     Further attributes describe the body along its principal axes N, B, T at the fixed point:
 
@@ -129,6 +136,7 @@ class Body(BatchBase):
     inertia_rtol: Any
     unphysical: Any
     rotor: Any
+    wheels: Any
     moments: Any = field(init=False)
     axes: Any = field(init=False)
     principal_com: Any = field(init=False)
@@ -137,8 +145,8 @@ class Body(BatchBase):
     # `rounded`, and the rotor along the principal axes
     _block: bytes = field(init=False)
 
-    _compared = _GIVEN
-    _compared_of_many = "mass", "_tensors", "com", "inertia_rtol", "rotor"
+    _compared = *_GIVEN, "wheels"
+    _compared_of_many = "mass", "_tensors", "com", "inertia_rtol", "rotor", "wheels"
     _stored = _STORED
 
     @arguments.has_unknown_keywords("Body")
@@ -152,6 +160,7 @@ class Body(BatchBase):
         inertia_rtol: ArrayLike = 0.0,
         unphysical: ArrayLike = False,
         rotor: ArrayLike = _NOTHING,
+        wheels: ArrayLike = NO_WHEELS,
         **unknown: Unpack[NoKeywords],
     ) -> None:
         if unknown:
@@ -161,7 +170,7 @@ class Body(BatchBase):
         if (inertia is None) == (inertia_about_com is None):
             correction = "not none" if inertia is None else "not both"
             raise ValueError(f"give exactly one of inertia and inertia_about_com, {correction}")
-        if inertia is not None:
+        if inertia is not None and wheels is NO_WHEELS:
             numbers = body(mass, inertia, com, inertia_rtol, rotor, False)
             if numbers is not None and isinstance(unphysical, bool):
                 self._store_numbers(numbers, unphysical)
@@ -172,7 +181,7 @@ class Body(BatchBase):
         masses, lever, _ = (one.values for one in words)
         if inertia_about_com is not None:
             tensor = _add_point_masses(tensor, masses, lever)
-        self._store_parts(words, masses, tensor, lever, inertia_rtol, unphysical, rotor)
+        self._store_parts(words, masses, tensor, lever, inertia_rtol, unphysical, rotor, wheels)
 
     def _store_numbers(self, numbers: tuple[Any, ...], unphysical: bool) -> Self:
         """Store the numbers of one body, as body() of the core returns them."""
@@ -180,6 +189,7 @@ class Body(BatchBase):
         fields = self.__dict__
         fields.update(zip((*_GIVEN, *_PRINCIPAL), values, strict=True))
         fields["_block"], fields["unphysical"] = block, unphysical or not is_physical
+        fields["wheels"] = NO_WHEELS
         if not (is_physical or unphysical):
             arguments.warn_user(
                 _describe_unphysical_inertia(self.mass, self._tensors, np.array(self.com))
@@ -195,23 +205,29 @@ class Body(BatchBase):
         inertia_rtol: Any = 0.0,
         unphysical: Any = False,
         rotor: Any = _NOTHING,
+        wheels: Any = NO_WHEELS,
     ) -> Self:
         """Store bodies of any shape. `words` are the parameters that the user gave."""
         slacks = read_parameter("inertia_rtol", inertia_rtol)
         rotors = read_parameter("rotor", rotor)
+        wheel = read_parameter("wheels", wheels)
+        if wheel.value != PARAMETERS["wheels"].shapes[0]:
+            wheel = wheel._replace(values=_combine_wheels(wheel.values), value=(_MOST_WHEELS, 5))
         tensor, flags = read_parameter("inertia", tensor), np.asarray(unphysical)
         if flags.dtype != np.bool_:
             text = f"must be True or False, or an array of them, not {short_repr(unphysical)}"
             raise TypeError(f"unphysical {text}")
         words = [*words, *(one for one in (slacks, rotors) if np.any(one.values))]
         lead = np.broadcast_shapes(np.shape(mass), np.shape(com)[:-1], tensor.shape)
-        shape = broadcast_shapes((*words, rotors), unphysical=flags.shape, body=lead)
+        shape = broadcast_shapes((*words, rotors, wheel), unphysical=flags.shape, body=lead)
         rotor_values = rotors.values + 0.0  # no negative zeros
         if not shape:
             flat = [np.ascontiguousarray(x) for x in (tensor.values, com, rotor_values)]
             numbers = body(float(mass), flat[0], flat[1], float(slacks.values), flat[2], False)
             if numbers is not None:
-                return self._store_numbers(numbers, bool(flags))
+                self._store_numbers(numbers, bool(flags))
+                self.__dict__["wheels"] = tuple(map(tuple, wheel.values.tolist()))
+                return self
         matrices = tensor.value == (3, 3)
         columns = {
             "mass": (mass, 0),
@@ -220,6 +236,7 @@ class Body(BatchBase):
             "inertia_rtol": (slacks.values, 0),
             "rotor": (rotor_values, 1),
             "unphysical": (flags, 0),
+            "wheels": (wheel.values, 2),
         }
         self._store(shape, columns, words)
         own, dims = self._columns, len(shape)
@@ -278,7 +295,20 @@ class Body(BatchBase):
         if "_block" in self.__dict__:
             return self
         words = {name: get_member(getattr(self, name), index) for name in _GIVEN}
+        if self._has_wheels:
+            words["wheels"] = self.wheels[index]
         return Body(**words, unphysical=bool(self.unphysical[index]))
+
+    @property
+    def _used_wheels(self) -> Any:
+        """The rows of `wheels`, for one body without those of no wheel."""
+        return self.wheels if self.shape else tuple(row for row in self.wheels if any(row))
+
+    @property
+    def _has_wheels(self) -> bool:
+        if self.shape:
+            return bool(self._columns["wheels"].any())
+        return self.wheels is not NO_WHEELS and bool(np.any(self.wheels))
 
     def _with(
         self, shape: Shape, names: tuple[str | None, ...], change: Callable[[Column], Column]
@@ -685,13 +715,16 @@ class Body(BatchBase):
         axes = np.array([turn(q, (x, y, z)) for x, y, z in np.eye(3).tolist()])
         tensor = axes.T @ self._tensors @ axes
         com, rotor = np.asarray(self.com) @ axes, np.asarray(self.rotor) @ axes
-        return _join(self.mass, 0.5 * (tensor + tensor.swapaxes(-1, -2)), com, rotor, self)
+        wheels = np.array(self.wheels)
+        wheels[..., :3] = wheels[..., :3] @ axes
+        tensor = 0.5 * (tensor + tensor.swapaxes(-1, -2))
+        return _join(self.mass, tensor, com, rotor, self, wheels=wheels)
 
     def with_rotor(self, *, spin: float, inertia: float, axis: ArrayLike) -> Body:
         """Return a copy of the body with an additional rotor.
 
         spin     angular velocity of the rotor relative to the body, about `axis` [rad/T]. A motor
-                 keeps it constant
+                 keeps it constant; see with_wheel for a wheel on a free axle
         inertia  moment of the rotor about its axis [M L^2]. The body's own inertia and mass already
                  include the rotor
         axis     direction of the rotor's axis in the frame of the body, of any length
@@ -708,13 +741,58 @@ class Body(BatchBase):
             "spin * inertia",
             arguments.as_float("spin", spin) * arguments.as_positive("inertia", inertia),
         )
-        direction = np.array(arguments.as_three_floats("axis", axis))
-        longest = np.abs(direction).max()
-        if longest == 0.0:
-            raise ValueError("axis must not be zero: it is the direction of the rotor's axis")
-        unit_axis = direction / longest / np.linalg.norm(direction / longest)
-        rotor = np.asarray(self.rotor) + size * unit_axis
+        rotor = np.asarray(self.rotor) + size * _read_axes(arguments.as_three_floats("axis", axis))
         return _join(self.mass, self._tensors, np.asarray(self.com), rotor, self)
+
+    def with_wheel(self, *, inertia: ArrayLike, axis: ArrayLike, rate: ArrayLike) -> Body:
+        """Return a copy of the body with an additional wheel on a free axle.
+
+        inertia  moment of the wheel about its axle [M L^2]. As in with_rotor, the body's own
+                 inertia and mass already include the wheel
+        axis     direction of the axle in the frame of the body, of any length
+        rate     angular velocity of the wheel relative to the body, about `axis`, at the start of
+                 the scene [rad/T]. It changes with time: see path.wheel_rate
+
+        Nothing but the bearing acts about the axle, which has no friction. The momentum of the
+        wheel about the axle, inertia * (rate + <axis, w>) with the angular velocity w of the body
+        in the inertial frame, is therefore constant; a motor (with_rotor) keeps the rate instead.
+        kr.Scene computes this momentum from the start. In scene.body it is part of `rotor`, and the
+        moment of the wheel about the axle is not part of `inertia`. The methods `replace` and
+        `vary` of a scene keep the momentum unless they are given a body with another wheel. kr.fit
+        treats the body as that gyrostat: its result has no wheel.
+
+        The arguments may be arrays, which broadcast with the bodies. A body has at most three
+        wheels; the rates of the others are path.second_wheel_rate and path.third_wheel_rate. The
+        frame may be without mass if the body is symmetric about the axle; the rate is then
+        constant, and scenes with damping or friction are refused. Raises ValueError if the axis is
+        zero, the inertia not positive, or the wheel heavier about its axle than the body.
+
+        >>> import kreisel as kr
+        >>> disk, axle = kr.Body.disk(0.05, (0, 0, -0.06), mass=0.5), (0, 0, 1)
+        >>> gyroscope = disk.with_wheel(inertia=disk.inertia[2], axis=axle, rate=300)
+        >>> scene = kr.Scene.spinning(gyroscope, spin=0.5, tilt=1.0, gravity=9.81)
+        >>> path = kr.solve(scene, [0.0, 1.0])
+        >>> [round(float(rate), 6) for rate in path.wheel_rate]
+        [300.0, 300.0]
+        """
+        moment, rates = (
+            arguments.as_finite_array(name, given, "a number")
+            for name, given in (("inertia", inertia), ("rate", rate))
+        )
+        if (moment <= 0.0).any():
+            parameters.refuse_first("inertia", inertia, moment <= 0.0, "must be positive")
+        direction = _read_axes(arguments.as_finite_array("axis", axis, "3 numbers"))
+        own = np.einsum("...i,...ij,...j->...", direction, self._tensors, direction)
+        is_heavy = np.asarray(moment > own * (1.0 + INPUT_RTOL))
+        if is_heavy.any():
+            most = float(np.broadcast_to(own, is_heavy.shape)[is_heavy][0])
+            given = np.broadcast_to(moment, is_heavy.shape) if is_heavy.shape else inertia
+            text = f"must not exceed {most!r}, the moment of the whole body about the axle"
+            parameters.refuse_first("inertia", given, is_heavy, text)
+        rotor = np.asarray(self.rotor) + (moment * rates)[..., None] * direction
+        row = np.stack(np.broadcast_arrays(*np.moveaxis(direction, -1, 0), rates, moment), axis=-1)
+        wheels = _combine_wheels(np.asarray(self.wheels), row[..., None, :])
+        return _join(self.mass, self._tensors, np.asarray(self.com), rotor, self, wheels=wheels)
 
     def __repr__(self) -> str:
         if self.shape:
@@ -722,6 +800,7 @@ class Body(BatchBase):
         words = f"mass={self.mass!r}, inertia={self.inertia!r}, com={self.com!r}"
         words += f", inertia_rtol={self.inertia_rtol!r}" if self.inertia_rtol else ""
         words += f", rotor={self.rotor!r}" if any(self.rotor) else ""
+        words += f", wheels={self._used_wheels!r}" if self._has_wheels else ""
         return f"{type(self).__name__}({words}{', unphysical=True' if self.unphysical else ''})"
 
     @cached_property
@@ -762,7 +841,7 @@ class Body(BatchBase):
             return first
         words = {
             name: np.array([getattr(one, name) for one in given])
-            for name in ("mass", "com", "inertia_rtol", "unphysical", "rotor")
+            for name in ("mass", "com", "inertia_rtol", "unphysical", "rotor", "wheels")
         }
         words["inertia"] = np.array([one._tensors for one in given])
         rows = {name: x.reshape(*shape, *x.shape[1:]) for name, x in words.items()}
@@ -807,6 +886,7 @@ class ThinRods(Body):
             rotor=tuple(x + 0.0 for x in arguments.as_three_floats("rotor", rotor)),
             inertia_rtol=inertia_rtol,
             unphysical=unphysical,
+            wheels=NO_WHEELS,
         )
 
     if not TYPE_CHECKING:
@@ -830,8 +910,12 @@ def _read_amount(name: str, mass: ArrayLike | None, density: ArrayLike | None) -
     return read_parameter("mass", mass)
 
 
-def _join(mass: Any, tensor: Array, com: Array, rotor: Array, *parts: Body) -> Body:
+def _join(
+    mass: Any, tensor: Array, com: Array, rotor: Array, *parts: Body, wheels: Any = None
+) -> Body:
     """Build the body formed by the given parts, or ThinRods if all parts are rods on one line."""
+    if wheels is None and any(part._has_wheels for part in parts):
+        wheels = _combine_wheels(*(np.asarray(part.wheels) for part in parts))
     unphysical: Any = False
     inertia_rtol: Any = 0.0
     for part in parts:
@@ -845,9 +929,35 @@ def _join(mass: Any, tensor: Array, com: Array, rotor: Array, *parts: Body) -> B
             return ThinRods(float(mass), tensor, com.tolist(), unphysical=flag, rotor=own)
     inertia = BatchParameter("inertia", tensor, (3, 3))
     words = [one for part in parts for one in part._list_varying_parameters()]
+    rows = NO_WHEELS if wheels is None else wheels
     return Body.__new__(Body)._store_parts(
-        words, np.asarray(mass), inertia, com, inertia_rtol, unphysical, rotor
+        words, np.asarray(mass), inertia, com, inertia_rtol, unphysical, rotor, rows
     )
+
+
+def _read_axes(given: ArrayLike) -> Array:
+    """Return unit vectors along the axes of rotors."""
+    axes = np.asarray(given)
+    if axes.shape[-1:] != (3,):
+        raise ValueError(f"axis must be 3 numbers, not {short_repr(given)}")
+    longest = np.abs(axes).max(axis=-1, keepdims=True)
+    if (longest == 0.0).any():
+        raise ValueError("axis must not be zero: it is the direction of the rotor's axis")
+    scaled = axes / longest
+    unit_axes: Array = scaled / np.linalg.norm(scaled, axis=-1, keepdims=True)
+    return unit_axes
+
+
+def _combine_wheels(*given: Array) -> Array:
+    """Return the wheels of several parts as rows, in their order."""
+    lead = np.broadcast_shapes(*(rows.shape[:-2] for rows in given))
+    parts = [np.broadcast_to(rows, (*lead, *rows.shape[-2:])) for rows in given]
+    rows = np.concatenate([*parts, np.zeros((*lead, _MOST_WHEELS, 5))], axis=-2)
+    is_used = rows.any(axis=(*range(len(lead)), -1))
+    if is_used.sum() > _MOST_WHEELS:
+        raise ValueError(f"a body has at most {_MOST_WHEELS} wheels on free axles")
+    order = np.argsort(~is_used, kind="stable")[:_MOST_WHEELS]
+    return np.asarray(rows[..., order, :])
 
 
 def _as_matrices(tensors: Array, dims: int) -> Array:

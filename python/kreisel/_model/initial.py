@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import INPUT_RTOL, cosine, logarithm, sine
+from .._core import INPUT_RTOL, KIND_RTOL, cosine, logarithm, sine
 from .._core import Tops as CoreTops
 from .._utils.arguments import Array, as_bool, as_finite_array, short_repr
-from ..quaternion import unit
-from .batch import broadcast_shapes
+from ..quaternion import turn_back, unit
+from .batch import broadcast_shapes, stack_components
 from .body import Body
 from .parameters import (
     BatchParameter,
@@ -36,8 +36,74 @@ def make_core_tops(body: Body, shape: Shape, columns: Mapping[str, Array]) -> Co
     start |= {"friction": 0.0, **columns}
     names = "mass", "moments", "principal_com", "axes", "inertia_rtol", "principal_rotor"
     own = [body._columns[name] if body.shape else getattr(body, name) for name in names]
-    parts = [*own, *start.values()]
+    parts = [*own, *start.values(), _turn_wheels(body)]
     return CoreTops(shape, [np.asarray(values, dtype=np.float64) for values in parts])
+
+
+def _turn_wheels(body: Body) -> Array:
+    """Return the wheels of bodies as the core reads them, with axes along the principal axes."""
+    if not body._has_wheels:
+        return np.zeros(12)
+    rows = np.asarray(body._columns["wheels"] if body.shape else body.wheels)
+    axes = np.asarray(body._columns["axes"] if body.shape else body.axes)
+    w, x, y, z = np.moveaxis(axes[..., None, :], -1, 0)
+    along = turn_back((w, x, y, z), tuple(np.moveaxis(rows[..., :3], -1, 0)))
+    wheels = stack_components(*along, rows[..., 3])
+    return wheels.reshape(*wheels.shape[:-2], 12)
+
+
+def start_wheels(body: Body, momenta: Array, q: Array) -> Body:
+    """Return the bodies of tops whose wheels are free from the start on, as gyrostats.
+
+    The rotors of `body` include the momenta of its wheels relative to it, and the inertia their
+    moments about the axles. A symmetric body in which only the wheel turns about the axle keeps its
+    moment, as its angular velocity about the axle is constant.
+    """
+    rows = np.array(body.wheels)
+    if not rows[..., 4].any():
+        return body
+    shape = np.broadcast_shapes(body.shape, momenta.shape[:-1], q.shape[:-1])
+    tops = make_core_tops(body, shape, {"attitude": q, "momentum": momenta})
+    velocity = tops.values("inertial_velocity").reshape(*shape, 3)
+    tensor, rotor = body._tensors, np.asarray(body.rotor)
+    rows = np.broadcast_to(rows, (*shape, *rows.shape[-2:])).copy()
+    for wheel in np.moveaxis(rows, -2, 0):
+        axis, inertia = wheel[..., :3], wheel[..., 4].copy()
+        about = np.where(inertia > 0.0, (axis * velocity).sum(axis=-1), 0.0)
+        moment = np.einsum("...i,...ij,...j->...", axis, tensor, axis)
+        is_alone = (inertia > 0.0) & (np.abs(moment - inertia) <= INPUT_RTOL * moment)
+        if is_alone.any():
+            _refuse_bare_frames(body, tensor, rotor, axis, is_alone)
+        left = np.where(is_alone, 0.0, inertia)
+        tensor = tensor - np.einsum("...,...i,...j->...ij", left, axis, axis)
+        rotor = rotor + (left * about)[..., None] * axis
+        wheel[..., :3] = np.where(is_alone[..., None], 0.0, axis)
+        wheel[..., 3] += np.where(is_alone, 0.0, about)
+        wheel[..., 4] = 0.0
+    words = {"com": body.com, "inertia_rtol": body.inertia_rtol, "unphysical": body.unphysical}
+    try:
+        started = Body(body.mass, tensor, **words, rotor=rotor, wheels=rows)
+    except ValueError as error:
+        raise ValueError(f"no body contains this wheel: without its moment, {error}") from None
+    return started._note_varying_parameters(body._list_varying_parameters())
+
+
+def _refuse_bare_frames(
+    body: Body, tensor: Array, rotor: Array, axis: Array, is_alone: Array
+) -> None:
+    """Raise ValueError for a body without symmetry about the axle of a wheel that is `is_alone`."""
+    upright = np.where(is_alone[..., None], axis, (0.0, 0.0, 1.0))
+    words = {"com": body.com, "rotor": upright, "unphysical": True}
+    kinds = np.asarray(Body(body.mass, tensor, **words).kind)
+    across = np.abs(np.cross(rotor, axis)).max(axis=-1)
+    is_lopsided = (kinds == "general") | (across > KIND_RTOL * np.abs(rotor).max(axis=-1))
+    bad = is_alone & is_lopsided
+    if bad.any():
+        index = list(map(int, np.unravel_index(int(bad.argmax()), bad.shape)))
+        raise ValueError(
+            f"{f'top{index}: ' if index else ''}nothing but a wheel turns about its axle, and the "
+            "body is not symmetric about it: give the frame a moment about the axle"
+        )
 
 
 def call_core(
@@ -127,7 +193,7 @@ def compute_steady_precession(
     body: Body, spin: BatchParameter, tilt: BatchParameter, gravity: BatchParameter, fast: bool
 ) -> Array:
     """Compute the rates of steady precession, and refuse the first top that has none."""
-    if np.any(body.rotor):
+    if np.any(body.rotor) or body._has_wheels:
         raise ValueError("steady=True does not support bodies with rotors")
     check_symmetry(body)
     shape = broadcast_shapes((spin, tilt, gravity), body=body.shape)

@@ -82,6 +82,10 @@ PARAMETERS: Mapping[str, Parameter] = {
     **dict.fromkeys(["inertia", "inertia_about_com"], _TENSOR),
     **dict.fromkeys(["com", "pivot"], _vector("L")),
     "rotor": _vector("M L^2 T^-1"),
+    "wheels": Parameter(
+        shapes=((3, 5), (2, 5), (1, 5)),
+        form="at most 3 rows of 5 numbers (the axis, the rate, the moment)",
+    ),
     "inertia_rtol": Parameter(
         check=Check(lambda x: (x >= 0.0) & (x < 1.0), "must be at least 0 and less than 1")
     ),
@@ -129,7 +133,8 @@ SCENES: Mapping[str, Words] = {
     "from_euler": (("angles",), ("rates", "degrees", *ENVIRONMENT)),
     "spinning": (("spin",), ("tilt", "precession", *FLAGS, *ENVIRONMENT)),
 }
-BODY: Words = ("mass",), ("inertia", "com", "rotor", "inertia_about_com", *_ROUNDED)
+BODY: Words = ("mass",), ("inertia", "com", "rotor", "wheels", "inertia_about_com", *_ROUNDED)
+WHEEL: Words = ("inertia", "axis", "rate"), ()
 BODIES: Mapping[str, Words] = {
     "symmetric": (("mass", "i1", "i3", "height"), _ROUNDED),
     "from_com": (("mass", "inertia_about_com", "com", "pivot"), _ROUNDED),

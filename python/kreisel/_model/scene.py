@@ -31,6 +31,7 @@ from .parameters import (
     SCENE,
     SCENES,
     STARTS,
+    WHEEL,
     BatchParameter,
     Column,
     Scalars,
@@ -175,7 +176,7 @@ class Scene(BatchBase):
             validate_type("body", body, Body)
         values = momentum, velocity, body_momentum, body_velocity
         around = gravity, damping, turning, shaking, friction
-        if attitude_xyzw is None and "_block" in body.__dict__:
+        if attitude_xyzw is None and "_block" in body.__dict__ and not body._has_wheels:
             numbers = scene(body._block, values, attitude, around)
             if numbers is not None:
                 self._store_numbers(body, numbers, damping)
@@ -217,6 +218,7 @@ class Scene(BatchBase):
         given: Mapping[str, BatchParameter],
     ) -> Self:
         """Store tops of any shape. `words` are the parameters that the user gave."""
+        body = initial.start_wheels(body, momenta, q) if body._has_wheels else body
         columns: dict[str, tuple[Column, int]] = {"momentum": (momenta, 1), "attitude": (q, 1)}
         for name in ENVIRONMENT:
             width = len(PARAMETERS[name].shapes[0])
@@ -284,7 +286,7 @@ class Scene(BatchBase):
         """
         in_degrees = arguments.as_bool("degrees", degrees)
         around = gravity, damping, turning, shaking, friction
-        if not validate_type("body", body, Body).shape:
+        if not (validate_type("body", body, Body).shape or body._has_wheels):
             numbers = euler(body._block, angles, rates, in_degrees, around)
             if numbers is not None:
                 return cls.__new__(cls)._store_numbers(body, numbers, damping)
@@ -346,7 +348,7 @@ class Scene(BatchBase):
         in_degrees = arguments.as_bool("degrees", degrees)
         is_steady, is_fast = arguments.as_bool("steady", steady), arguments.as_bool("fast", fast)
         around = gravity, damping, turning, shaking, friction
-        if not validate_type("body", body, Body).shape:
+        if not (validate_type("body", body, Body).shape or body._has_wheels):
             flags = is_steady, is_fast, in_degrees
             numbers = spinning(body._block, spin, tilt, precession, *flags, around)
             if numbers is not None:
@@ -430,7 +432,7 @@ class Scene(BatchBase):
                 )
         shape = (*shape, *members[0].shape)
         tops = [top for one in members for top in one.ravel()] if members[0].shape else members
-        rows = np.frombuffer(b"".join(top._block for top in tops)).reshape(*shape, 34)
+        rows = np.frombuffer(b"".join(top._block for top in tops)).reshape(*shape, 46)
         body = Body._combine_bodies([top.body for top in tops], shape)
         places: tuple[Any, ...] = 15, slice(24, 27), slice(27, 30), slice(30, 33), 33
         around = {
@@ -706,7 +708,12 @@ class Scene(BatchBase):
             return validate_type("body", changes["body"], Body)
         if not body_changes:
             return self.body
-        kept = {name: getattr(self.body, name) for name in (*_BODY, "inertia_rtol", "unphysical")}
+        others = "inertia_rtol", "unphysical", "wheels"
+        kept = {name: getattr(self.body, name) for name in (*_BODY, *others)}
+        if "rotor" in body_changes and self.body._has_wheels:
+            raise ValueError(
+                "the rotor includes the momentum of a wheel: vary body, with rates of with_wheel"
+            )
         return Body(**{**kept, **body_changes})
 
     def scatter(
@@ -816,6 +823,8 @@ class Scene(BatchBase):
         for name in ("inertia_rtol", "rotor", "unphysical"):
             if has_nonzero_element(getattr(self.body, name)):
                 words[name] = getattr(self.body, name)
+        if self.body._has_wheels:
+            words["wheels"] = self.body._used_wheels
         text += toml.format_toml_entries(words)
         if path is not None:
             atomic_write(path, text.encode())
@@ -842,13 +851,15 @@ def validate_one_top(name: str, scene: object) -> Scene:
 
 
 _ABOVE = dict.fromkeys([*chain(*SCENE), *SCENES], "above [body]")
-_BELOW = dict.fromkeys([*chain(*BODY), *BODIES], "below [body]")
+_BELOW = dict.fromkeys([*chain(*BODY), *BODIES, "wheel"], "below [body]")
 
 
 def list_scene_file_keys() -> dict[str, list[str]]:
     """List the keys of each table of a scene file; those of the file itself are under ''."""
     tables = {"": SCENE} | {f"[{name}]": words for name, words in SCENES.items()}
-    tables |= {"[body]": BODY} | {f"[body.{name}]": words for name, words in BODIES.items()}
+    tables |= {"[body]": BODY, "[body.wheel]": WHEEL} | {
+        f"[body.{name}]": words for name, words in BODIES.items()
+    }
     return {table: [*chain(*words)] for table, words in tables.items()}
 
 

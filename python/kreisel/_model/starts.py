@@ -141,7 +141,7 @@ def starts(
     [2.0, 2.0, 2.0]
     """
     _ = validate_type("body", body, Body)._block  # refuses many bodies
-    if any(body.rotor):
+    if any(body.rotor) or body._has_wheels:
         raise ValueError(
             "starts does not support a body with a rotor: the energy surface depends on the rotor"
         )

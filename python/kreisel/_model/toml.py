@@ -12,7 +12,7 @@ import numpy as np
 
 from .._utils.arguments import short_repr, unknown_name_message
 from .body import Body
-from .parameters import BODIES, BODY, Words
+from .parameters import BODIES, BODY, WHEEL, Words
 
 _T = TypeVar("_T")
 
@@ -107,10 +107,18 @@ def _format_toml_value(value: object) -> str:
 def build_body_from_table(table: object, locations: Mapping[str, str]) -> Body:
     """Build the body described by a TOML table.
 
-    It has the parameters of Body, or a table with those of one constructor, and perhaps a rotor.
-    `locations` says where keys of other tables belong.
+    It has the parameters of Body, or a table with those of one constructor and perhaps a rotor. The
+    key "wheel" has the arguments of with_wheel, or a list of them. `locations` says where keys of
+    other tables belong.
     """
     words = dict(require_toml_table("body", table))
+    if "wheel" in words:
+        given = words.pop("wheel")
+        body = build_body_from_table(words, locations)
+        for one in given if isinstance(given, list) else [given]:
+            wheel = require_toml_table("wheel", one)
+            body = call_constructor_with_table(body.with_wheel, "[body.wheel]", wheel, WHEEL, {})
+        return body
     if not BODIES.keys() & words.keys():
         return call_constructor_with_table(Body, "[body]", words, BODY, locations, BODIES)
     rotor: Any = words.pop("rotor", None)

@@ -31,7 +31,7 @@ from .._utils import arguments as checks
 from .._utils.arguments import Array, as_int, short_repr, validate_type
 
 _NAMES = [name for name in VARIED if name in PARAMETERS]
-_BODY = "mass", "inertia", "com", "inertia_rtol", "rotor", "unphysical"
+_BODY = "mass", "inertia", "com", "inertia_rtol", "rotor", "wheels", "unphysical"
 _WITHOUT_RANGE = "attitude", "attitude_xyzw", "inertia"
 _DRAWS = 4  # random numbers drawn per top and parameter; no random parameter has more components
 _FIRST_TOP = re.compile(r"(\w+)\[0\](: | = )")  # beginning of an error message about the first top

@@ -21,7 +21,8 @@ QuantityName = Literal[
     "t", "q", "m", "velocity", "torque", "frame", "apex", "body_velocity", "body_momentum",
     "body_vertical", "spin", "precession_angle", "nutation", "spin_angle", "kinetic", "potential",
     "energy", "vertical_momentum", "axial_momentum", "kowalewski", "goryachev_chaplygin",
-    "body_acceleration", "inertial_velocity", "pivot_force", "q_low", "m_low",
+    "body_acceleration", "inertial_velocity", "pivot_force", "wheel_rate", "second_wheel_rate",
+    "third_wheel_rate", "q_low", "m_low",
 ]
 
 
@@ -43,4 +44,5 @@ class QuantityAttributes:
         nutation = spin_angle = kinetic = potential = energy = Quantity()
         vertical_momentum = axial_momentum = kowalewski = Quantity()
         goryachev_chaplygin = body_acceleration = Quantity()
-        inertial_velocity = pivot_force = Quantity()
+        inertial_velocity = pivot_force = wheel_rate = Quantity()
+        second_wheel_rate = third_wheel_rate = Quantity()
