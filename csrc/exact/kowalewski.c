@@ -19,7 +19,6 @@ typedef struct kowalewski_work {
     cosine_table table;
     samples samples[2];
     kowalewski_rates rates;
-    kowalewski_roots roots;
     double start[2];   /* theta1 and theta2 at the start */
     double separatrix; /* see separatrix_error */
 } kowalewski_work;
@@ -95,32 +94,6 @@ static kr_refusal name_motion(const kowalewski_top *top, kr_refusal refusal)
         return KR_REFUSAL_PLANAR;
     return refusal;
 }
-/* Computes all quantities that determine the plan: roots, arcs, series, rates, signs and angles.
- * Returns KR_REFUSAL_NONE on success, or the reason for the failure. */
-static kr_refusal analyse_curve(const kowalewski_top *top, kowalewski_work *w)
-{
-    kowalewski_curve *o = &w->curve;
-    set_constants(o, top->state, top->l);
-    /* Relative to a larger h, k^2 and -c = k^2 - 1 coincide. */
-    if (!(fabs(o->h.hi) < 1e12)) return KR_REFUSAL_COINCIDENT;
-    find_roots(o);
-    w->separatrix = separatrix_error(o);
-    if (!(w->separatrix < 1e-14)) return KR_REFUSAL_SEPARATRIX;
-    const double distance = least_distance(o);
-    if (!(distance > 1e-24)) return KR_REFUSAL_COINCIDENT;
-    /* The formulas for the initial state contain divisions by the distances between branch
-     * points. */
-    const int unresolved = distance < 1e-12;
-    if (!is_on_arcs(o, top->state)) return unresolved ? KR_REFUSAL_COINCIDENT : KR_REFUSAL_START;
-    make_arcs(o, w->arc);
-    if (!average_arcs(o, w->arc, &w->table, w->samples, &w->rates)) return KR_REFUSAL_INTEGRALS;
-    const double miss = find_start(o, w->arc, &w->rates, top->state, &w->roots, w->start);
-    return miss < 1e-14  ? KR_REFUSAL_NONE
-           : unresolved  ? KR_REFUSAL_COINCIDENT
-           : miss < 1e-6 ? KR_REFUSAL_SEPARATRIX
-                         : KR_REFUSAL_START;
-}
-
 static void fill_arc(const kowalewski_curve *o, const kowalewski_arc *from, kr_kowalewski_arc *to)
 {
     const int infinite = from->low == AT_INFINITY;
@@ -176,11 +149,20 @@ static void fill_pair(const kowalewski_curve *o, cdd one, cdd two, double out[2]
     out[0] = one.re.hi;
     out[1] = o->pair ? one.im.hi : two.re.hi;
 }
-static void fill_roots(const kowalewski_curve *o, const kowalewski_roots *k,
-                       kr_kowalewski_torus *plan)
+static void fill_roots(const kowalewski_curve *o, kr_kowalewski_torus *plan)
 {
-    const cdd *A = k->A, *B = k->B, first = cdd_sub(root_dd(o, 0), root_dd(o, 1)),
+    const cdd first = cdd_sub(root_dd(o, 0), root_dd(o, 1)),
               second = cdd_sub(root_dd(o, 0), root_dd(o, 2));
+    cdd A[3], B[3];
+    for (int i = 0; i < 3; i++) {
+        const cdd e = root_dd(o, i), l = cdd_real(o->l);
+        A[i] = cdd_sqrt(cdd_scale(dd_of(2.0), cdd_add(e, cdd_real(o->h))));
+        B[i] = cdd_sqrt(cdd_add(cdd_mul(e, e), cdd_real(o->c)));
+        if (cdd_square(A[i]).hi > cdd_square(B[i]).hi)
+            B[i] = cdd_div(l, A[i]);
+        else if (cdd_square(B[i]).hi > 0.0)
+            A[i] = cdd_div(l, B[i]);
+    }
     const dd square = dd_square(A[0].re);
     plan->l = o->l.hi, plan->c = o->c.hi, plan->k = o->k.hi;
     plan->pair = o->pair;
@@ -195,7 +177,70 @@ static void fill_roots(const kowalewski_curve *o, const kowalewski_roots *k,
     plan->one_apart = 1.0 / plan->apart;
     plan->middle = dd_add(o->root[0], dd_scale(0.25, square)).hi;
     plan->one_product = 1.0 / cdd_mul(first, second).re.hi;
-    memcpy(plan->sign, k->sign, sizeof plan->sign);
+}
+/* Finds the signs of Koetter's square roots, one for each root of phi, one for each arc and one for
+ * Z (frame_at), with which his formulas reproduce a state. They are constant during the motion; only
+ * one combination should reproduce p, q, r and g3. Returns the error for the best one. */
+static double find_signs(kr_kowalewski_torus *plan, const start_point point[2], const dd state[6])
+{
+    arc_point at[2];
+    double best = INFINITY, sign[6] = {1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
+    const double p = state[0].hi, q = state[1].hi, r = state[2].hi, g3 = state[5].hi,
+                 size = fmax(1.0, v_largest(v3(p, q, r)));
+    for (int j = 0; j < 2; j++) {
+        const double s = point[j].s, c = point[j].c;
+        at[j] = point_at(&plan->arc[j], plan->pair, (half_angle){s, c, c * c - s * s}, 0.0);
+    }
+    for (int all = 0; all < 32; all++) {
+        for (int i = 0; i < 5; i++) plan->sign[i] = all >> i & 1 ? -1.0 : 1.0;
+        if (plan->pair && plan->sign[1] != plan->sign[2]) continue;
+        const koetter_state s = koetter(plan, plan->pair, &at[0], &at[1]);
+        const double miss =
+            fmax(v_largest(v3(s.p.v - p, s.q.v - q, s.r.v - r)) / size, fabs(s.g3.v - g3));
+        if (!(miss < best)) continue;
+        best = miss;
+        memcpy(sign, plan->sign, sizeof sign);
+    }
+    /* For the right sign of Im Z, xi = x^2 + g1 + i g2 has the argument of z^2 conj(Z^2). */
+    const cx x = cx_of(p, q), xi = cx_add(cx_mul(x, x), cx_of(state[3].hi, state[4].hi)),
+             z = cx_add(cx_scale(r, x), cx_of(g3, 0.0)),
+             Z = cx_of(at[0].plus.v * at[1].plus.v, at[0].minus.v * at[1].minus.v),
+             rest = cx_mul(cx_mul(z, z), cx_of(xi.re, -xi.im)), square = cx_mul(Z, Z),
+             one = cx_mul(rest, cx_of(square.re, -square.im)), other = cx_mul(rest, square);
+    sign[5] = one.re - fabs(one.im) >= other.re - fabs(other.im) ? 1.0 : -1.0;
+    memcpy(plan->sign, sign, sizeof sign);
+    return best;
+}
+/* Computes all quantities that determine the plan: roots, arcs, series, rates, signs and angles.
+ * Returns KR_REFUSAL_NONE on success, or the reason for the failure. */
+static kr_refusal analyse_curve(const kowalewski_top *top, kowalewski_work *w,
+                                kr_kowalewski_torus *plan)
+{
+    kowalewski_curve *o = &w->curve;
+    set_constants(o, top->state, top->l);
+    /* Relative to a larger h, k^2 and -c = k^2 - 1 coincide. */
+    if (!(fabs(o->h.hi) < 1e12)) return KR_REFUSAL_COINCIDENT;
+    find_roots(o);
+    w->separatrix = separatrix_error(o);
+    if (!(w->separatrix < 1e-14)) return KR_REFUSAL_SEPARATRIX;
+    const double distance = least_distance(o);
+    if (!(distance > 1e-24)) return KR_REFUSAL_COINCIDENT;
+    /* The formulas for the initial state contain divisions by the distances between branch
+     * points. */
+    const int unresolved = distance < 1e-12;
+    if (!is_on_arcs(o, top->state)) return unresolved ? KR_REFUSAL_COINCIDENT : KR_REFUSAL_START;
+    make_arcs(o, w->arc);
+    if (!average_arcs(o, w->arc, &w->table, w->samples, &w->rates)) return KR_REFUSAL_INTEGRALS;
+    fill_roots(o, plan);
+    for (int j = 0; j < 2; j++) fill_arc(o, &w->arc[j], &plan->arc[j]);
+    start_point point[2];
+    dd state[6];
+    const double mismatch = find_start(o, w->arc, &w->rates, top->state, point, state, w->start);
+    const int is_known = mismatch < 1e-13;
+    if (is_known && find_signs(plan, point, state) < 1e-6) return KR_REFUSAL_NONE;
+    return unresolved                    ? KR_REFUSAL_COINCIDENT
+           : !is_known && mismatch < 1.0 ? KR_REFUSAL_SEPARATRIX
+                                         : KR_REFUSAL_START;
 }
 /* Returns the number of terms, a multiple of four, that are needed until all others are at most
  * `least`. */
@@ -299,10 +344,8 @@ static double fill_plan(const kowalewski_work *w, kr_kowalewski_torus *plan)
 {
     const kowalewski_curve *o = &w->curve;
     const dd base = dd_half(dd_add(real_root(o, o->real - 2), real_root(o, 0)));
-    fill_roots(o, &w->roots, plan);
     for (int j = 0; j < 2; j++) {
         const kowalewski_arc *arc = &w->arc[j];
-        fill_arc(o, arc, &plan->arc[j]);
         plan->p[j] = arc->p.hi;
         plan->q[j] = dd_sub(arc->q, dd_mul(base, arc->p)).hi;
     }
@@ -442,7 +485,7 @@ static kr_refusal make_plan(kowalewski_memory *memory, const kowalewski_top *top
                             double *certificate)
 {
     kr_kowalewski_torus *plan = &memory->plan;
-    const kr_refusal refusal = analyse_curve(top, &memory->work);
+    const kr_refusal refusal = analyse_curve(top, &memory->work, plan);
     if (refusal != KR_REFUSAL_NONE) return refusal;
     if (!(fill_plan(&memory->work, plan) > 0.25)) return KR_REFUSAL_SEPARATRIX;
     set_phase(plan, attitude);
