@@ -82,6 +82,9 @@ UPRIGHT = THESIS.replace(attitude=(1, 1e-14, 0, 0), momentum=(0, 0, 0))
 BODY = {"mass": 1, "inertia": (2, 2, 1), "com": (0, 0, 1)}
 SCENE = {"body": SYMMETRIC, "momentum": (0.1, 0.2, 0.3), "gravity": 1}
 AT = {"pivot": (0, 0, 0)}
+OBLIQUE = CONE.with_rotor(spin=3, inertia=0.1, axis=(1, 0, 0))
+INTEGRALS = {"body": CONE, "energy": 12.0, "vertical": 1.5, "axial": 2.0, "gravity": 1}
+WANTED = {"body": CONE, "tilt": 0.3, "precession": 0.2, "steady": True, "gravity": 1}
 SPINNING = {"body": CONE, "spin": 3.0, "tilt": 0.3, "gravity": 1}
 STARTS = {"body": GENERAL, "energy": 2.0, "vertical": 0.1, "gravity": 1}
 SOLVE = {"scene": TOP, "t": 10}
@@ -146,6 +149,14 @@ VALUE_ERRORS = [
     (kr.Scene.spinning, SPINNING, {"steady": True, "spin": 0.0, "tilt": np.pi / 2}, "falls"),
     (kr.Scene.spinning, SPINNING, {"steady": True, "tilt": np.pi / 2, "fast": True}, "only one"),
     (kr.Scene.spinning, SPINNING, {"steady": True, "body": GYROSTAT}, "rotor"),
+    (kr.Scene.spinning, WANTED, {"precession": [0.2, 0.0]}, "precession[1] = 0.0"),
+    (kr.Scene.spinning, WANTED, {"tilt": np.pi}, "tilt must not be vertical"),
+    (kr.Scene.spinning, WANTED, {"fast": True}, "instead of fast"),
+    (kr.Scene.from_integrals, INTEGRALS, {"energy": [12, 1.0]}, "top[1]: no motion"),
+    (kr.Scene.from_integrals, INTEGRALS, {"energy": 1e308}, "no motion"),
+    (kr.Scene.from_integrals, INTEGRALS, {"body": GENERAL}, "symmetric body"),
+    (kr.Scene.from_integrals, INTEGRALS, {"body": OBLIQUE}, "along its apex"),
+    (TOP.vary, {}, {"lower": True}, "lower"),
     (kr.Scene.spinning, SPINNING, {"steady": True, "spin": [90.0, 0.01]}, "top[1]: there is no"),
     (kr.starts, STARTS, {}, "not none"),
     (kr.starts, STARTS, {"n": 1, "body": GYROSTAT}, "rotor"),

@@ -30,6 +30,50 @@ def get_precession(scene):
     return float(np.cross(apex, [0, 0, 1]) @ np.cross(apex, across)) / (1 - apex[2] ** 2)
 
 
+def make_symmetric_body(axis, rotor=0.0, height=0.6):
+    along = np.eye(3)[axis]
+    return kr.Body(1.3, 1.7 - 0.9 * along, height * along, rotor=rotor * along, unphysical=True)
+
+
+# Integrals of motion
+
+
+@pytest.mark.parametrize("body", [make_symmetric_body(0), make_symmetric_body(1, -0.7),
+    make_symmetric_body(2, 0.4, -0.8), make_symmetric_body(2, 0.3, 0.0)])  # fmt: skip
+@pytest.mark.parametrize("gravity", [2.0, -3.0, 0.0])
+@pytest.mark.parametrize("tilt", [0.0, 1e-9, 0.7, 2.9, np.pi])
+def test_starts_by_integrals_are_turning_points_of_the_motion(body, gravity, tilt):
+    for rates in (0.5, 2.0, -1.5), (3.0, 0.0, 4.0), (0.0, 0.3, 0.0):
+        nodding = kr.Scene.from_euler(body, (0.3, tilt, 0.2), rates, gravity=gravity)
+        path = kr.solve(nodding, np.linspace(0, 40, 4001))
+        names = "energy", "vertical_momentum", "axial_momentum"
+        integrals = np.array([getattr(path, name)[0] for name in names])
+        for lower, end in (False, path.nutation.min()), (True, path.nutation.max()):
+            scene = kr.Scene.from_integrals(body, *integrals, lower=lower, gravity=gravity)
+            start = kr.solve(scene, [0.0])
+            found = [getattr(start, name)[0] for name in names]
+            np.testing.assert_allclose(found, integrals, rtol=0, atol=1e-13)
+            side = 1.0 if lower else -1.0
+            assert -1e-7 < side * (start.nutation[0] - end) < 2e-2
+            after = kr.solve(scene, np.linspace(0, 1, 20)).nutation
+            assert (side * (after - start.nutation[0])).max() < 1e-7
+            many = nodding.vary(lower=lower, energy=[integrals[0], integrals[0] + 0.5])
+            assert many[0] == scene and many.axes == ("energy",)
+
+
+@pytest.mark.parametrize("fast", [False, True])
+def test_the_spin_of_a_wanted_precession_gives_this_precession(fast):
+    slow = kr.Scene.spinning(CONE, [[20.0], [-30.0]], [0.5, 2.0], steady=True, fast=fast, gravity=1)
+    rate = kr.exact(slow).precession_rate
+    wanted = kr.Scene.spinning(CONE, tilt=[0.5, 2.0], precession=rate, steady=True, gravity=1)
+    np.testing.assert_allclose(kr.exact(wanted).precession_rate, rate, rtol=1e-12)
+    path = kr.solve(wanted, [0.0, 3.0])
+    np.testing.assert_allclose(path.spin[..., 0], [[20.0] * 2, [-30.0] * 2], rtol=1e-12)
+    assert np.ptp(path.nutation, axis=-1).max() < 1e-13
+    varied = slow.vary(precession=rate, steady=True)
+    np.testing.assert_allclose(varied.momentum, wanted.momentum, rtol=1e-12, atol=1e-13)
+
+
 # Euler's angles
 
 

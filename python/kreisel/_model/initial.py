@@ -16,6 +16,7 @@ from ..quaternion import turn_back, unit
 from .batch import broadcast_shapes, stack_components
 from .body import Body
 from .parameters import (
+    STARTS,
     BatchParameter,
     Shape,
     collapse_broadcast_axes,
@@ -25,6 +26,9 @@ from .parameters import (
 )
 
 UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
+_ROUNDING = 1e-13  # relative, of the terms of f
+_LEAST_ANGLE = 1e-8  # rounding error of an angle near 0 from its cosine
+_HALVINGS = 64  # of the interval of an angle
 _DRAWS = 8  # random numbers per member, whichever parameters are scattered
 _ROWS = 1 << 12  # members whose numbers are drawn in one batch
 
@@ -124,6 +128,14 @@ def call_core(
     return result.reshape(*shape, result.shape[-1])
 
 
+def compute_momenta(
+    name: str, body: Body, q: Array, given: Mapping[str, BatchParameter], vectors: Array
+) -> Array:
+    """Return the momenta in space for velocities or momenta, which `name`, one of STARTS, says."""
+    kind = STARTS.index(name)
+    return call_core(lambda tops, rows: tops.momenta(kind, rows), body, q, given, vectors)
+
+
 class EulerState(NamedTuple):
     """The Euler angles and rates of tops, in radians."""
 
@@ -168,33 +180,168 @@ def check_symmetry(body: Body) -> None:
         one = body._select_member(index)
         place = f"body{list(index)}: " if index else ""
         raise ValueError(
-            f"{place}spinning needs a symmetric body: its axis must be the line from the fixed "
+            f"{place}this start needs a symmetric body: its axis must be the line from the fixed "
             "point to the centre of mass, or the third axis if these points coincide; this body "
             f"has moments {one.moments} and com {one.principal_com} in principal axes"
         )
 
 
 def is_steady_precession_requested(
-    steady: object, fast: object, precession: object, given: Mapping[str, BatchParameter]
+    steady: object,
+    fast: object,
+    spin: object,
+    precession: object,
+    given: Mapping[str, BatchParameter],
 ) -> bool:
     """Return True if a steady precession is requested; refuse arguments that exclude it."""
     if as_bool("fast", fast) and not steady:
         raise ValueError("fast chooses between two steady precessions: also pass steady=True")
     if not as_bool("steady", steady):
         return False
-    others = ["precession"] if precession is not None else []
-    others += [name for name, one in given.items() if name != "gravity" and one.values.any()]
+    if precession is not None and (spin is not None or fast):
+        other = "spin" if spin is not None else "fast"
+        raise ValueError(f"steady=True takes precession instead of {other}, not both")
+    others = [name for name, one in given.items() if name != "gravity" and one.values.any()]
     if others:
         raise ValueError(f"steady=True cannot be combined with {' or '.join(others)}")
     return True
+
+
+class SymmetricBody(NamedTuple):
+    """What determines the nutation of bodies that are symmetric about their apex."""
+
+    across: Array  # moment of inertia about the axes normal to the apex [M L^2]
+    along: Array  # moment of inertia about the apex
+    moment: Array  # mass |com| [M L]
+    rotor: Array  # momentum of the rotor along the apex [M L^2 T^-1]
+
+
+def read_symmetric_body(body: Body, name: str) -> SymmetricBody:
+    """Return the numbers of symmetric bodies; refuse a rotor that is not along the apex."""
+    check_symmetry(body)
+    com, moments, rotor = (
+        np.asarray(x) for x in (body.principal_com, body.moments, body.principal_rotor)
+    )
+    axis = np.where(com.any(axis=-1), np.abs(com).argmax(axis=-1), 2)
+    length = np.linalg.norm(com, axis=-1)
+    with np.errstate(invalid="ignore"):
+        apex = np.where(length[..., None] > 0.0, com / length[..., None], np.eye(3)[2])
+    along, across = (
+        np.take_along_axis(moments, ((axis + k) % 3)[..., None], -1)[..., 0] for k in (0, 1)
+    )
+    of_apex = (rotor * apex).sum(axis=-1)
+    if (np.abs(rotor - of_apex[..., None] * apex) > INPUT_RTOL * np.abs(of_apex)[..., None]).any():
+        raise ValueError(f"{name} needs a body whose rotor lies along its apex")
+    return SymmetricBody(across, along, np.asarray(body.mass) * length, of_apex)
+
+
+@np.errstate(all="ignore")
+def find_turning_point(
+    body: Body, given: Mapping[str, BatchParameter], lower: bool
+) -> tuple[Array, Array]:
+    """Return the tilt at a turning point of the apex, and the angular velocity (..., 3).
+
+    With the energy E, a = <m, e3>, b = <m, apex>, the moments I1 across and I3 along the apex, the
+    spin w = (b - rotor) / I3, and x, y the velocities of the apex along and across its meridian,
+
+        (I1 x)^2 = f = A - B cos theta - (I1 y)^2,   I1 y = (a - b cos theta) / sin theta
+
+    with A = 2 I1 (E - I3 w^2 / 2) and B = 2 I1 mass gravity |com|. f sin^2 theta has one maximum as
+    a function of cos theta, and f one zero on each side of it, unless a = b or a = -b, when the
+    apex may pass the pole. Raises ValueError for the first top for which f is always negative.
+    """
+    for name in "turning", "shaking":
+        if name in given and given[name].values.any():
+            raise ValueError(f"energy, vertical and axial do not describe a start with {name}")
+    if np.asarray(body.wheels)[..., 4].any():
+        raise ValueError("energy, vertical and axial do not describe a start with wheels")
+    top = read_symmetric_body(body, "a start by energy, vertical and axial")
+    names = "energy", "vertical", "axial", "gravity"
+    energy, a, b, gravity = np.broadcast_arrays(*(given[name].values for name in names))
+    spin = (b - top.rotor) / top.along
+    # The lower turning point is the upper one for the opposite direction of the vertical.
+    sign = -1.0 if lower else 1.0
+    weight, b = sign * 2.0 * top.across * top.moment * gravity, sign * b
+    level = 2.0 * top.across * (energy - 0.5 * top.along * spin * spin)
+    is_pole = [np.abs(a - side) <= 4.0 * np.finfo(float).eps * np.abs(a) for side in (b, -b)]
+    a = np.select(is_pole, (b, -b), a)
+    # the root of the derivative of f sin^2 theta by cos theta at which it has its maximum
+    half, rest = level + b * b, 2.0 * a * b - weight
+    root = half + np.sqrt(np.maximum(half * half - 3.0 * weight * rest, 0.0))
+    inside = np.arccos(np.clip(np.where(root != 0.0, rest / root, np.sign(rest)), -1.0, 1.0))
+    inside = np.maximum(inside, np.where(is_pole[0], 0.0, _LEAST_ANGLE))
+    inside = np.minimum(inside, math.pi - np.where(is_pole[1], 0.0, _LEAST_ANGLE))
+
+    def compute_squares(theta: Array) -> tuple[Array, Array]:
+        """Return f and I1 y = ((a - b) cot(theta / 2) + (a + b) tan(theta / 2)) / 2."""
+        s, c = np.asarray(sine(0.5 * theta)), np.asarray(cosine(0.5 * theta))
+        near, far = (np.where(k != 0.0, k * x, 0.0) for k, x in ((a - b, c / s), (a + b, s / c)))
+        across = 0.5 * (near + far)
+        return level - weight * (c - s) * (c + s) - across * across, across
+
+    size = 4.0 * top.across * np.abs(energy) + np.abs(level) + np.abs(weight) + a * a
+    bad = ~((compute_squares(inside)[0] >= -_ROUNDING * size) & np.isfinite(size))
+    if bad.any():
+        i = tuple(map(int, np.unravel_index(int(bad.argmax()), bad.shape)))
+        place, numbers = f"top{list(i)}: " if i else "", (energy[i], a[i], sign * b[i])
+        text = "no motion has energy = {!r} with vertical = {!r} and axial = {!r}"
+        raise ValueError(place + text.format(*map(float, numbers)))
+    is_passing = is_pole[0] & (level > weight)
+    # With t = tan(theta / 2) <= 1, f = 0 requires |a - b| / 2 t <= |I1 y| + |a + b| / 2.
+    largest = np.sqrt(np.abs(level) + np.abs(weight))
+    outside = np.fmin(0.5 * np.abs(a - b) / (largest + np.abs(a + b)), np.fmin(1.0, inside))
+    for _ in range(_HALVINGS):
+        middle = np.where(outside > 0.0, np.sqrt(inside * outside), 0.5 * inside)
+        is_inside = compute_squares(middle)[0] > 0.0
+        inside, outside = np.where(is_inside, middle, inside), np.where(is_inside, outside, middle)
+    theta = np.where(is_passing & (inside < 1e-15), 0.0, inside)
+    square, across = compute_squares(theta)
+    x = np.where(is_passing & (theta == 0.0), np.sqrt(np.maximum(square, 0.0)), 0.0) / top.across
+    y, s, c = across / top.across, sine(theta), sign * cosine(theta)
+    velocity = stack_components(x, y * c - spin * s, y * s + spin * c)
+    return math.pi - theta if lower else theta, velocity
+
+
+def compute_steady_motion(
+    body: Body,
+    spin: BatchParameter | None,
+    tilt: BatchParameter,
+    precession: BatchParameter | None,
+    gravity: BatchParameter,
+    fast: bool,
+) -> tuple[Array, Array]:
+    """Compute the spins and the rates of steady precessions, one of which is given."""
+    if np.any(body.rotor) or body._has_wheels:
+        raise ValueError("steady=True does not support bodies with rotors")
+    if spin is not None:
+        return spin.radians, compute_steady_precession(body, spin, tilt, gravity, fast)
+    assert precession is not None
+    return compute_steady_spin(body, precession, tilt, gravity), precession.radians
+
+
+def compute_steady_spin(
+    body: Body, precession: BatchParameter, tilt: BatchParameter, gravity: BatchParameter
+) -> Array:
+    """Compute the spins with I3 spin = mass gravity |com| / rate + I1 rate cos(tilt)."""
+    top = read_symmetric_body(body, "steady=True")
+    broadcast_shapes((precession, tilt, gravity), body=body.shape)
+    is_upright = np.abs(sine(tilt.radians)) < 1e-15
+    hint = ": a steady precession without it does not determine the spin"
+    for one, bad, text in (
+        (precession, precession.values == 0.0, "must not be 0"),
+        (tilt, is_upright, "must not be vertical"),
+    ):
+        if np.any(bad):
+            refuse_first(one.name, one.values, bad, text, hint)
+    rate, weight = precession.radians, top.moment * gravity.values
+    spins: Array = (weight / rate + top.across * rate * cosine(tilt.radians)) / top.along
+    return spins
 
 
 def compute_steady_precession(
     body: Body, spin: BatchParameter, tilt: BatchParameter, gravity: BatchParameter, fast: bool
 ) -> Array:
     """Compute the rates of steady precession, and refuse the first top that has none."""
-    if np.any(body.rotor) or body._has_wheels:
-        raise ValueError("steady=True does not support bodies with rotors")
     check_symmetry(body)
     shape = broadcast_shapes((spin, tilt, gravity), body=body.shape)
     rows = [np.broadcast_to(one.radians, shape).reshape(-1) for one in (spin, tilt)]

@@ -117,6 +117,8 @@ PARAMETERS: Mapping[str, Parameter] = {
     "attitude": Parameter("", ((4,),), "wxyz", form=f"4 numbers (w, x, y, z); {_QUATERNION}"),
     "attitude_xyzw": Parameter("", ((4,),), "xyzw", form="4 numbers (x, y, z, w)"),
     **dict.fromkeys(["spin", "precession"], Parameter("rad/T")),
+    "energy": Parameter("M L^2 T^-2"),
+    **dict.fromkeys(["vertical", "axial"], Parameter("M L^2 T^-1")),
     "tilt": Parameter("rad"),
     "angles": _vector("rad", "012"),
     "rates": _vector("rad/T", "012"),
@@ -131,7 +133,11 @@ Words = tuple[tuple[str, ...], tuple[str, ...]]
 SCENE: Words = (), (*STARTS, "attitude", "attitude_xyzw", *ENVIRONMENT)
 SCENES: Mapping[str, Words] = {
     "from_euler": (("angles",), ("rates", "degrees", *ENVIRONMENT)),
-    "spinning": (("spin",), ("tilt", "precession", *FLAGS, *ENVIRONMENT)),
+    "spinning": ((), ("spin", "tilt", "precession", *FLAGS, *ENVIRONMENT)),
+    "from_integrals": (
+        ("energy", "vertical", "axial"),
+        ("lower", "gravity", "damping", "friction"),
+    ),
 }
 BODY: Words = ("mass",), ("inertia", "com", "rotor", "wheels", "inertia_about_com", *_ROUNDED)
 WHEEL: Words = ("inertia", "axis", "rate"), ()

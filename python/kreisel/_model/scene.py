@@ -44,11 +44,12 @@ if TYPE_CHECKING:
 
 _NUMBERS = "momentum", "attitude", *ENVIRONMENT
 _BODY = "mass", "inertia", "com", "rotor"
-_PLAIN, _EULER, _SPINNING = (
-    [word for word in chain(*words) if word not in (*FLAGS, *ENVIRONMENT)]
+_PLAIN, _EULER, _SPINNING, _INTEGRALS = (
+    [word for word in chain(*words) if word not in (*FLAGS, "lower", *ENVIRONMENT)]
     for words in (SCENE, *SCENES.values())
 )
-VARIED = ("body", *_BODY, *_PLAIN, *_SPINNING, *_EULER, *FLAGS, *ENVIRONMENT)
+_STARTS = *_PLAIN, *_SPINNING, *_EULER, *_INTEGRALS
+VARIED = ("body", *_BODY, *_STARTS, *FLAGS, "lower", *ENVIRONMENT)
 
 
 class SceneKwargs(TypedDict, total=False):
@@ -80,6 +81,10 @@ class VaryKwargs(SceneKwargs, total=False):
     precession: ArrayLike
     angles: ArrayLike
     rates: ArrayLike
+    energy: ArrayLike
+    vertical: ArrayLike
+    axial: ArrayLike
+    lower: bool
     steady: bool
     fast: bool
     degrees: bool
@@ -194,9 +199,7 @@ class Scene(BatchBase):
         broadcast_shapes(words, body=body.shape)
         momenta = start.values
         if name != "momentum":
-            kind = STARTS.index(name)
-            compute = lambda tops, vectors: tops.momenta(kind, vectors)  # noqa: E731
-            momenta = initial.call_core(compute, body, q, given, start.radians)
+            momenta = initial.compute_momenta(name, body, q, given, start.radians)
         self._store_starts(body, words, momenta, q, given)
 
     def _store_numbers(self, body: Body, numbers: tuple[Any, ...], damping: object) -> Self:
@@ -301,7 +304,7 @@ class Scene(BatchBase):
     def spinning(
         cls,
         body: Body,
-        spin: ArrayLike,
+        spin: ArrayLike | None = None,
         tilt: ArrayLike = 0.0,
         precession: ArrayLike | None = None,
         *,
@@ -323,14 +326,15 @@ class Scene(BatchBase):
         precession  initial rate of the axis about the vertical [rad/T]. The default is 0: the axis
                     is released from rest
         steady      True: the top precesses without nutation, slowly or, with fast=True, fast. At
-                    tilt 0 or pi it stands or hangs vertically, without precession
+                    tilt 0 or pi it stands or hangs vertically, without precession. If `precession`
+                    is given instead of `spin`, the top has the spin with this steady precession
         degrees     True: angles and rates are in degrees, also turning and the rate and phase of
                     shaking; the arguments gravity to friction are otherwise as in Scene
 
         Raises ValueError for a body that is not symmetric about its apex, and for steady=True with
-        `precession`, a rotor, damping, friction or a moving support. Also raises ValueError if no
-        steady precession exists. If the spin is too small, the message states the least possible
-        spin.
+        both `spin` and `precession`, a rotor, damping, friction or a moving support. Also raises
+        ValueError if no steady precession exists. If the spin is too small, the message states the
+        least possible spin.
 
         All arguments but the flags may be arrays, as in Scene. Messages give the index of the first
         top that is refused.
@@ -341,6 +345,9 @@ class Scene(BatchBase):
         >>> path = kr.solve(scene, 10)
         >>> bool(abs(path.nutation - 1.0).max() < 1e-12)
         True
+        >>> scene = kr.Scene.spinning(top, tilt=1.0, precession=0.5, steady=True, gravity=1)
+        >>> round(float(kr.solve(scene, [0.0]).spin[0]), 9)
+        10.962816314
         >>> tops = kr.Scene.spinning(top, spin=[[20], [40]], tilt=[0.1, 0.2], gravity=1)
         >>> tops.shape, tops.axes
         ((2, 2), ('spin', 'tilt'))
@@ -353,22 +360,90 @@ class Scene(BatchBase):
             numbers = spinning(body._block, spin, tilt, precession, *flags, around)
             if numbers is not None:
                 return cls.__new__(cls)._store_numbers(body, numbers, damping)
-        words = [
-            parameters.read_parameter("spin", spin, degrees=in_degrees),
-            initial.read_tilts(tilt, in_degrees),
-        ]
+        if spin is None and not (is_steady and precession is not None):
+            raise TypeError("spin is missing; only steady=True with precession determines it")
+        rates = {
+            name: parameters.read_parameter(name, value, degrees=in_degrees)
+            for name, value in {"spin": spin, "precession": precession}.items()
+            if value is not None
+        }
+        tilts = initial.read_tilts(tilt, in_degrees)
         initial.check_symmetry(body)
         given = parameters.read_environment(body, around, in_degrees)
-        if initial.is_steady_precession_requested(steady, fast, precession, given):
-            rate = initial.compute_steady_precession(
-                body, words[0], words[1], given["gravity"], is_fast
+        first, second = rates.get("spin"), rates.get("precession")
+        if initial.is_steady_precession_requested(steady, fast, spin, precession, given):
+            gravities = given["gravity"]
+            spins, rate = initial.compute_steady_motion(
+                body, first, tilts, second, gravities, is_fast
             )
         else:
-            first = 0.0 if precession is None else precession
-            words.append(parameters.read_parameter("precession", first, degrees=in_degrees))
-            rate = words[2].radians
-        angles = 0.0, words[1].radians, 0.0
-        return cls._build_spinning(body, words, angles, words[0].radians, rate, given)
+            spins, rate = rates["spin"].radians, second.radians if second else np.zeros(())
+        words = [one for one in (first, tilts, second) if one]
+        return cls._build_spinning(body, words, (0.0, tilts.radians, 0.0), spins, rate, given)
+
+    @classmethod
+    def from_integrals(
+        cls,
+        body: Body,
+        energy: ArrayLike,
+        vertical: ArrayLike,
+        axial: ArrayLike,
+        *,
+        lower: bool = False,
+        gravity: Scalars | None = None,
+        damping: ArrayLike | None = None,
+        friction: Scalars | None = None,
+    ) -> Self:
+        """Build a symmetric top from its integrals of motion, released at a turning point.
+
+        The integrals determine the motion up to the time, the heading and the angle of the spin.
+        The axis is tilted about e1.
+
+        energy    kinetic plus potential energy, as path.energy [M L^2 T^-2]
+        vertical  vertical momentum <m, e3>, as path.vertical_momentum [M L^2 T^-1]
+        axial     axial momentum <m, apex>, as path.axial_momentum [M L^2 T^-1]
+        lower     True: start at the lowest point of the axis instead of the highest one
+
+        An axis that passes through the vertical starts there. The body may have a rotor along its
+        axis. The other arguments are those of Scene; all but `lower` may be arrays.
+
+        Raises ValueError for a body that is not symmetric about its apex, and for an energy that is
+        too small for the momenta.
+
+        >>> import kreisel as kr
+        >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
+        >>> scene = kr.Scene.from_integrals(top, energy=12, vertical=1.5, axial=2, gravity=1)
+        >>> path = kr.solve(scene, [0.0])
+        >>> [round(float(x[0]), 12) for x in (path.energy, path.vertical_momentum)]
+        [12.0, 1.5]
+        """
+        is_lower = arguments.as_bool("lower", lower)
+        validate_type("body", body, Body)
+        given = parameters.read_environment(body, (gravity, damping, None, None, friction))
+        integrals = zip(_INTEGRALS, (energy, vertical, axial), strict=True)
+        words = [parameters.read_parameter(name, value) for name, value in integrals]
+        known = {**given, **{one.name: one for one in words}}
+        return cls._build_from_integrals(body, [*words, *given.values()], known, given, is_lower)
+
+    @classmethod
+    def _build_from_integrals(
+        cls,
+        body: Body,
+        words: list[BatchParameter],
+        known: Mapping[str, BatchParameter],
+        given: Mapping[str, BatchParameter],
+        lower: bool,
+    ) -> Self:
+        """Build tops at turning points, from all integrals and the environment."""
+        broadcast_shapes([*known.values()], body=body.shape)
+        tilt, velocity = initial.find_turning_point(body, known, lower)
+        angles = stack_components(np.zeros_like(tilt), tilt, np.zeros_like(tilt))
+        rows = initial.call_core(
+            CoreTops.euler, body, initial.UPRIGHT, given, angles, np.zeros_like(angles)
+        )
+        q = rows[..., :4]
+        momenta = initial.compute_momenta("velocity", body, q, given, velocity)
+        return cls.__new__(cls)._store_starts(body, words, momenta, q, given)
 
     @classmethod
     def _build_from_euler(
@@ -612,6 +687,9 @@ class Scene(BatchBase):
 
         - Scene.from_euler: angles, rates. An omitted argument is taken from the scene.
 
+        - Scene.from_integrals: energy, vertical, axial, lower. An omitted integral is that of the
+          scene.
+
         With degrees=True, all given angles and rates are in degrees, also turning and the rate and
         phase of shaking. If the only parameter that varies along a dimension is a scalar and varies
         along no other dimension, the dimension is named after it; see tops.axes and tops.coords.
@@ -630,7 +708,9 @@ class Scene(BatchBase):
         return cast(Scenes, self._keep_varying_parameters(made, changes) if self.shape else made)
 
     def _vary(self, changes: dict[str, Any]) -> Self:
-        kinds = [[n for n in names if n in changes] for names in (_PLAIN, _SPINNING, _EULER)]
+        kinds = [
+            [n for n in names if n in changes] for names in (_PLAIN, _SPINNING, _EULER, _INTEGRALS)
+        ]
         start_names = [names[0] for names in kinds if names]
         if len(start_names) > 1:
             raise ValueError(
@@ -654,10 +734,27 @@ class Scene(BatchBase):
         given = parameters.read_environment(body, tuple(around.values()))
         fast = changes.get("fast", False)
         is_steady = initial.is_steady_precession_requested(
-            changes.get("steady", False), fast, changes.get("precession"), given
+            changes.get("steady", False),
+            fast,
+            changes.get("spin"),
+            changes.get("precession"),
+            given,
         )
-        if is_steady and (kinds[0] or kinds[2]):
+        if is_steady and (kinds[0] or kinds[2] or kinds[3]):
             raise ValueError(f"steady=True requires spin and tilt instead of {start_names[0]}")
+        lower = arguments.as_bool("lower", changes.get("lower", False))
+        if lower and not kinds[3]:
+            raise ValueError("lower is the end of a start by energy, vertical and axial: give one")
+        if kinds[3]:
+            quantities = "energy", "vertical_momentum", "axial_momentum"
+            integrals = {
+                name: parameters.read_parameter(name, changes[name])
+                if name in changes
+                else BatchParameter(name, self._core_scenes.values(key).reshape(self.shape), ())
+                for name, key in zip(_INTEGRALS, quantities, strict=True)
+            }
+            words = [*(integrals[name] for name in kinds[3]), *given.values()]
+            return self._build_from_integrals(body, words, {**given, **integrals}, given, lower)
         if not (kinds[1] or kinds[2] or is_steady):
             plain = {name: changes[name] for name in kinds[0]}
             if not plain.keys() & set(STARTS):
@@ -691,8 +788,14 @@ class Scene(BatchBase):
             if in_degrees and "spin" not in varied:
                 degrees = np.degrees(state.spin)
                 known["spin"] = BatchParameter("spin", degrees, (), degrees=True)
-            radians["precession"] = initial.compute_steady_precession(
-                body, known["spin"], known["tilt"], given["gravity"], fast
+            is_wanted = "precession" in varied
+            radians["spin"], radians["precession"] = initial.compute_steady_motion(
+                body,
+                None if is_wanted else known["spin"],
+                known["tilt"],
+                known["precession"],
+                given["gravity"],
+                fast,
             )
         angles = precession, radians["tilt"], spin_angle
         nutation = 0.0 if is_steady else state.nutation
