@@ -583,7 +583,7 @@ KR_API kr_status kr_top_load(kr_top *top, size_t size, const void *memory);
  * kr_exact solutions are used where they exist, also on supports turning about e3; else taylor is
  * used. The results for a top depend only on this top and its times, not on other tops, their
  * order, the number of calls, or failures. Results are bitwise equal to those of kr_exact_state or
- * of a kr_top, unless taylor integrates undamped tops in SIMD lanes (with at most 16 digits).
+ * of a kr_top, unless taylor integrates the top in a SIMD lane (with at most 16 digits).
  * Results from SIMD lanes are bitwise equal on all instruction sets with fused multiply-add. */
 typedef struct kr_worker kr_worker;
 /* Reductions over time of one component of a quantity, listed as X(kind, name). VARIANCE is the

@@ -9,7 +9,6 @@
 #include <stdlib.h>
 #include "model/scene.h"
 #include "math/dd.h"
-#include "math/trig.h"
 #include "top.h"
 
 enum {
@@ -69,16 +68,6 @@ static kr_status choose_units(kr_top *top)
                ? KR_OK
                : KR_ERR_ARGUMENT;
 }
-/* Converts a state from the inertial frame to the frame of a support that rotates about e3. The
- * inertial frame and the support frame coincide at the initial time. */
-static void turn_with_support(const kr_top *top, kr_state *state)
-{
-    const double angle = top->scene.turning.z * (state->t - top->scene.start.t);
-    kr_quat turn = q_one();
-    sin_cos(-0.5 * angle, &turn.z, &turn.w);
-    state->q = q_mul(turn, state->q);
-    state->m = q_turn(turn, state->m);
-}
 /* Converts `state` at time t to the user's frame and units. The conversion is done in place to
  * avoid a costly copy. Returns 0 if the converted state is invalid. */
 static int convert_to_user(kr_top *top, double t, kr_state *state)
@@ -91,7 +80,7 @@ static int convert_to_user(kr_top *top, double t, kr_state *state)
         if (top->is_turned) state->q = q_mul(state->q, q_conj(top->axes));
         state->m = v_scale(top->momentum_unit, state->m);
     }
-    if (top->is_carried) turn_with_support(top, state);
+    if (top->is_carried) kr_scene_turn_state(&top->scene, state);
     if (kr_state_is_good(state->q, state->m)) return 1;
     top->low = low;
     return 0;

@@ -17,18 +17,19 @@ INLINE lane_point end_lane_steps(kr_lanes *l, wide end, int headless)
 }
 /* Advances every lane by one step. Returns a bit mask of the lanes that the scheduler must process
  * (see kr_lanes_isa.advance). */
-INLINE unsigned step_lanes(kr_lanes *l, int headless)
+INLINE unsigned step_lanes(kr_lanes *l, int terms)
 {
+    const int headless = terms & KR_LANES_HEADLESS;
     const wide t = wide_load(l->end);
     wide_store(l->t, t);
     lane_vec_store(l->p[0], lane_vec_load(l->end_p));
     lane_vec_store(l->w[0], lane_vec_load(l->end_w));
     if (!headless) lane_quat_store(l->q, lane_quat_load(l->end_q));
-    expand_lanes(l, headless);
+    expand_lanes(l, terms);
     const wide forward = wide_load(l->forward);
     wide end = wide_fma(forward, lane_step_size(l, headless), t);
     lane_point r = end_lane_steps(l, end, headless);
-    if (l->tangents) {
+    if (!(terms & KR_LANES_DAMPED) && l->tangents) {
         const wide reached = propagate_over_step(l, l->tangents);
         if (!mask_all(wide_equal(reached, end))) r = end_lane_steps(l, reached, headless);
         end = reached;
@@ -44,26 +45,31 @@ INLINE unsigned step_lanes(kr_lanes *l, int headless)
     if (l->has_event) called |= mask_bits(mask_not(keeps_sign(l, end - t, &r)));
     return called & ((1u << LANES) - 1);
 }
-static unsigned advance_with_heading(kr_lanes *l, int steps)
-{
-    unsigned called = 0;
-    while (!called && steps-- > 0) called = step_lanes(l, 0);
-    return called;
-}
-static unsigned advance_without_heading(kr_lanes *l, int steps)
-{
-    unsigned called = 0;
-    while (!called && steps-- > 0) called = step_lanes(l, 1);
-    return called;
-}
+#define ADVANCE(name, terms)                                                                       \
+    static unsigned name(kr_lanes *l, int steps)                                                   \
+    {                                                                                              \
+        unsigned called = 0;                                                                       \
+        while (!called && steps-- > 0) called = step_lanes(l, terms);                              \
+        return called;                                                                             \
+    }
+ADVANCE(advance_whole, 0)
+ADVANCE(advance_headless, KR_LANES_HEADLESS)
+ADVANCE(advance_damped, KR_LANES_DAMPED)
+ADVANCE(advance_damped_headless, KR_LANES_DAMPED | KR_LANES_HEADLESS)
 unsigned KR_NAME(kr_lanes_advance)(kr_lanes *l, int steps)
 {
-    return l->skip_heading ? advance_without_heading(l, steps) : advance_with_heading(l, steps);
+    static unsigned (*const advance[])(kr_lanes *, int) = {
+        [0] = advance_whole,
+        [KR_LANES_HEADLESS] = advance_headless,
+        [KR_LANES_DAMPED] = advance_damped,
+        [KR_LANES_DAMPED | KR_LANES_HEADLESS] = advance_damped_headless,
+    };
+    return advance[l->terms](l, steps);
 }
 
 void KR_NAME(kr_lanes_sample)(kr_lanes *l)
 {
-    const int headless = l->skip_heading;
+    const int headless = l->terms & KR_LANES_HEADLESS;
     const lane_point r = sum_lanes(l, wide_load(l->at), headless);
     const lane_quat q = lane_attitude(l, &r, headless);
     const lane_vec M = lane_vec_fma(lane_vec_load(l->moment), r.w, lane_vec_load(l->rotor));

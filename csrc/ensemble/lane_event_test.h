@@ -22,7 +22,8 @@ INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w)
                          wide_fma(p.x, w.y, -(p.y * w.x))};
     const lane_vec weight = {wide_fma(up.x, p.y, down.x * p.z), wide_fma(up.y, p.z, down.y * p.x),
                              wide_fma(up.z, p.x, down.z * p.y)};
-    const lane_vec linear = lane_vec_fma(k, carried, weight);
+    const lane_vec turned = lane_vec_fma(k, carried, weight),
+                   linear = lane_vec_fma(lane_vec_load(l->drag), w, turned);
     const lane_vec dw = {wide_fma(k.x * w.y, w.z, linear.x), wide_fma(k.y * w.z, w.x, linear.y),
                          wide_fma(k.z * w.x, w.y, linear.z)};
     return event_value(l, dp, dw);

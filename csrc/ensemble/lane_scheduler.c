@@ -3,7 +3,7 @@
  * SIMD lane fails, the scalar code repeats it from the initial state and reports the error. */
 #include <float.h>
 #include "math/exponent.h"
-#include "taylor/taylor.h"
+#include "taylor/slow.h"
 #include "slots.h"
 
 enum { STEPS_PER_POLL = 64 /* largest number of steps between two calls of poll */ };
@@ -49,7 +49,6 @@ void kr_scheduler_configure(kr_worker *worker)
     int i = 0;
     while (!kr_lanes_isa_at(i)->runs_here()) i++; /* skip unsupported sets */
     worker->isa = kr_lanes_isa_at(i);
-    worker->lanes->skip_heading = worker->config.skip_heading;
     choose_order(worker->lanes, worker->config.tol);
 }
 void kr_scheduler_set_kernel(kr_worker *worker, const kr_lanes_isa *isa, int order, double log2_tol)
@@ -58,9 +57,11 @@ void kr_scheduler_set_kernel(kr_worker *worker, const kr_lanes_isa *isa, int ord
     worker->lanes->order = order;
     worker->lanes->log2_tol = log2_tol;
 }
-void kr_scheduler_reset(kr_worker *worker)
+void kr_scheduler_reset(kr_worker *worker, int damped)
 {
     worker->busy = 0;
+    worker->lanes->terms =
+        (worker->config.skip_heading ? KR_LANES_HEADLESS : 0) | (damped ? KR_LANES_DAMPED : 0);
     worker->lanes->has_event = worker->is_section;
     worker->lanes->extremum = worker->event.extremum != 0;
     for (int i = 0; i < KR_LANES_MAX; i++) kr_lane_park(worker->lanes, i);
@@ -117,7 +118,7 @@ static void set_shifts(kr_lane_number *to, int lane, kr_vec3 torque, kr_vec3 fac
  * The member `apart` holds the differences between the moments of inertia, which are stored in
  * `A`. */
 typedef struct {
-    kr_vec3 A, c, h, apart;
+    kr_vec3 A, c, h, drag, apart;
 } shifted_constants;
 /* Returns the constants of the equations of motion. `rate` is the unit of frequency of the Taylor
  * series. */
@@ -127,6 +128,7 @@ static shifted_constants shift_constants(const kr_motion *motion, double rate, i
     constants.A = shift_axes(motion->inertia, shift);
     constants.c = v_scale(1.0 / (rate * rate), shift_axes(motion->lever, shift));
     constants.h = v_scale(1.0 / rate, shift_axes(motion->rotor, shift));
+    constants.drag = v_scale(-1.0 / rate, v_over(shift_axes(motion->damping, shift), constants.A));
     constants.apart = moments_apart(constants.A, constants.h);
     return constants;
 }
@@ -140,6 +142,7 @@ static void set_lane_constants(kr_lanes *l, int lane, const shifted_constants *f
     set_shifts(l->shift_next, lane, v3(h.y, h.z, h.x), apart);
     set_components(l->up, lane, c.z / A.x, c.x / A.y, c.y / A.z);
     set_components(l->down, lane, -c.y / A.x, -c.z / A.y, -c.x / A.z);
+    set_vector3(l->drag, lane, from->drag);
     const double rates = fmax(fabs(c.z / A.x), fmax(fabs(c.x / A.y), fabs(c.y / A.z))) +
                          fmax(fabs(c.y / A.x), fmax(fabs(c.z / A.y), fabs(c.x / A.z)));
     l->fall[lane] = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
@@ -290,7 +293,7 @@ static int store_sample(kr_worker *worker, int lane)
 {
     const kr_lanes *l = worker->lanes;
     kr_slot *slot = &worker->slots[lane];
-    const kr_state s = kr_lane_read_sample(l, lane, slot->requested);
+    const kr_state s = kr_lane_read_sample(worker, lane, slot->requested);
     if (!kr_state_is_good(s.q, s.m) || !has_growth(l, lane)) {
         kr_lane_fall_back(worker, lane);
         return 0;
@@ -335,6 +338,16 @@ static int find_free_lane(const kr_worker *worker)
     while (lane < *worker->isa->lanes && worker->busy >> lane & 1) lane++;
     return lane;
 }
+/* Returns 1 unless damping is certainly not strong at any requested time of top i. */
+static int may_be_slow(const kr_worker *worker, size_t i)
+{
+    const kr_top *top = worker->fallback;
+    const size_t times = worker->tops->times;
+    const double last = times > 0 ? kr_worker_times_of(worker->tops, i)[times - 1] : 0.0,
+                 until = (last - top->scene.start.t) / top->time_unit;
+    return worker->lanes->terms & KR_LANES_DAMPED &&
+           kr_slow_is_possible(&top->main, worker->is_section ? INFINITY : until);
+}
 void kr_scheduler_add(kr_worker *worker, size_t i)
 {
     int lane = find_free_lane(worker);
@@ -343,9 +356,16 @@ void kr_scheduler_add(kr_worker *worker, size_t i)
     if (worker->interrupted) return;
     kr_slot *slot = &worker->slots[lane];
     const kr_config config = kr_worker_config_of(worker, i);
-    const kr_slot empty = {.top = i, .last = worker->tops->scenes[i].start};
+    kr_scene scene = worker->tops->scenes[i];
+    const kr_slot empty = {.top = i, .last = scene.start};
     *slot = empty;
-    kr_status status = kr_top_init(worker->fallback, &worker->tops->scenes[i], NULL, &config);
+    const double horizon = kr_scene_turns(&scene) ? kr_scene_horizon(&scene) : INFINITY;
+    if (kr_scene_turns(&scene)) scene.turning.z = 0.0;
+    kr_status status = kr_top_init(worker->fallback, &scene, NULL, &config);
+    if (!(fabs(scene.start.t) < horizon) || (status == KR_OK && may_be_slow(worker, i))) {
+        kr_worker_run_scalar(worker, worker->fallback, i);
+        return;
+    }
     if (status == KR_OK && worker->is_section) {
         status = kr_top_watch(worker->fallback, 1, &worker->event);
         kr_top_watch(worker->fallback, 0, NULL);
@@ -357,6 +377,7 @@ void kr_scheduler_add(kr_worker *worker, size_t i)
         kr_worker_finish_top(worker, slot, NULL, status, none);
         return;
     }
+    slot->horizon = fmin(slot->horizon, horizon);
     worker->busy |= 1u << lane;
     if (worker->is_section)
         kr_section_set_goal(worker, lane);

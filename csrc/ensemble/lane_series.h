@@ -94,7 +94,7 @@ typedef struct {
 typedef struct {
     lane_vec ww;          /* Wy Wz, Wz Wx, Wx Wy */
     lane_vec plus, minus; /* P x W */
-    wide wp_x, wp_y;      /* Wx Px, Wy Py */
+    lane_vec wp;          /* Wx Px, Wy Py, and with damping Wz Pz */
     wide quotient;        /* sum for the quotient, of (P, d) and f', without the newest term */
 } lane_sums;
 
@@ -117,10 +117,11 @@ INLINE void add_torque(lane_sums *a, lane_vec wj, lane_vec wm)
     a->ww.z = wide_fma(wj.x, wm.y, a->ww.z);
 }
 /* Adds to `a` those products of Taylor coefficients that are needed only to compute the heading. */
-INLINE void add_heading(lane_sums *a, lane_vec wm, lane_vec pj)
+INLINE void add_heading(lane_sums *a, lane_vec wm, lane_vec pj, int terms)
 {
-    a->wp_x = wide_fma(pj.x, wm.x, a->wp_x);
-    a->wp_y = wide_fma(pj.y, wm.y, a->wp_y);
+    a->wp.x = wide_fma(pj.x, wm.x, a->wp.x);
+    a->wp.y = wide_fma(pj.y, wm.y, a->wp.y);
+    if (terms & KR_LANES_DAMPED) a->wp.z = wide_fma(pj.z, wm.z, a->wp.z);
 }
 /* Adds the rotor's contribution to the products of angular velocity components, and returns the
  * sum. */
@@ -131,20 +132,20 @@ INLINE lane_vec add_lane_rotor(kr_lanes *l, lane_vec w, lane_vec to)
 }
 /* Adds to the sums `a` the products of the middle Taylor coefficients (of order n / 2). The number
  * n must be even. */
-INLINE void add_middle(lane_sums *a, kr_lanes *l, int n, int headless)
+INLINE void add_middle(lane_sums *a, kr_lanes *l, int n, int terms)
 {
     const lane_vec w = lane_vec_load(l->w[n / 2]), p = lane_vec_load(l->p[n / 2]);
     if (n == 0) a->ww = add_lane_rotor(l, w, a->ww);
     add_torque(a, w, w);
     add_turn(a, w, p);
-    if (headless) return;
-    add_heading(a, w, p);
+    if (terms & KR_LANES_HEADLESS) return;
+    add_heading(a, w, p, terms);
     if (n > 0) a->quotient = wide_load(l->near[n / 2]) * wide_load(l->rate[n / 2]);
 }
 /* Adds to the sums `a` the products of the Taylor coefficients of orders 0 and n, including the
  * rotor terms. The argument `newest` holds the coefficients of order n, which are still in
  * processor registers. */
-INLINE void add_newest(lane_sums *a, kr_lanes *l, int n, const lane_pair *newest, int headless)
+INLINE void add_newest(lane_sums *a, kr_lanes *l, int n, const lane_pair *newest, int terms)
 {
     const lane_vec w0 = lane_vec_load(l->w[0]), p0 = lane_vec_load(l->p[0]), wn = newest->w,
                    pn = newest->p;
@@ -154,19 +155,19 @@ INLINE void add_newest(lane_sums *a, kr_lanes *l, int n, const lane_pair *newest
     a->ww.z = wide_fma(wn.x, prev.z, wide_fma(next.z, wn.y, a->ww.z));
     add_turn(a, wn, p0);
     add_turn(a, w0, pn);
-    if (headless) return;
+    if (terms & KR_LANES_HEADLESS) return;
     /* W_0 with the rotor terms included */
     const lane_vec shifted = {prev.y, next.x, w0.z};
-    add_heading(a, wn, p0);
-    add_heading(a, shifted, pn);
+    add_heading(a, wn, p0, terms);
+    add_heading(a, terms & KR_LANES_DAMPED ? w0 : shifted, pn, terms);
     a->quotient = wide_fma(wide_load(l->near[n]), wide_load(l->rate[0]), a->quotient);
 }
-INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int headless)
+INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int terms)
 {
     const wide zero = wide_splat(0.0);
     const lane_vec none = {zero, zero, zero};
-    lane_sums a = {none, none, none, zero, zero, zero};
-    if (n % 2 == 0) add_middle(&a, l, n, headless);
+    lane_sums a = {none, none, none, none, zero};
+    if (n % 2 == 0) add_middle(&a, l, n, terms);
     for (int j = (n - 1) / 2; j > 0; j--) {
         const int m = n - j;
         const lane_vec wj = lane_vec_load(l->w[j]), wm = lane_vec_load(l->w[m]);
@@ -177,68 +178,71 @@ INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int h
         add_turn(&a, wj, pm);
         add_torque(&a, wj, wm);
         add_torque(&a, wm, wj);
-        if (headless) continue;
-        add_heading(&a, wm, pj);
-        add_heading(&a, wj, pm);
+        if (terms & KR_LANES_HEADLESS) continue;
+        add_heading(&a, wm, pj, terms);
+        add_heading(&a, wj, pm, terms);
         a.quotient = wide_fma(wide_load(l->near[m]), wide_load(l->rate[j]), a.quotient);
         a.quotient = wide_fma(wide_load(l->near[j]), wide_load(l->rate[m]), a.quotient);
     }
-    if (n > 0) add_newest(&a, l, n, newest, headless);
+    if (n > 0) add_newest(&a, l, n, newest, terms);
     return a;
 }
 
 /* Computes the next Taylor coefficients of the heading and of its derivative. */
-INLINE void next_rate(kr_lanes *l, const lane_sums *a, int n, const lane_pair *newest, wide share)
+INLINE void next_rate(kr_lanes *l, const lane_sums *a, int n, const lane_pair *newest, wide share,
+                      int terms)
 {
     const lane_vec w = newest->w, p0 = lane_vec_load(l->p[0]), inner = lane_vec_load(l->inner);
-    const wide rotor = n == 0 ? wide_splat(0.0) : inner.z * newest->p.z;
-    wide sum = wide_fma(w.x, p0.x, wide_fma(w.y, p0.y, wide_fma(w.z, p0.z, rotor)));
+    const wide rest = n == 0                    ? wide_splat(0.0)
+                      : terms & KR_LANES_DAMPED ? a->wp.x + (a->wp.y + a->wp.z)
+                                                : inner.z * newest->p.z;
+    wide sum = wide_fma(w.x, p0.x, wide_fma(w.y, p0.y, wide_fma(w.z, p0.z, rest)));
     if (n == 0)
         sum = sum + sum;
-    else
-        sum = wide_fma(inner.x, a->wp_x, wide_fma(inner.y, a->wp_y, sum));
+    else if (!(terms & KR_LANES_DAMPED))
+        sum = wide_fma(inner.x, a->wp.x, wide_fma(inner.y, a->wp.y, sum));
     const wide rate = (sum - a->quotient) * wide_load(l->inverse);
     wide_store(l->rate[n], rate);
     wide_store(l->turn[n + 1], share * rate);
 }
-/* Computes the Taylor coefficients of order n + 1, and returns those of P and W. The heading is
- * omitted if `headless` is nonzero. */
-INLINE lane_pair next_lane_coefficient(kr_lanes *l, int n, lane_pair newest, int headless)
+/* Computes the Taylor coefficients of order n + 1, and returns those of P and W. */
+INLINE lane_pair next_lane_coefficient(kr_lanes *l, int n, lane_pair newest, int terms)
 {
-    const lane_sums a = sum_products(l, n, &newest, headless);
+    const lane_sums a = sum_products(l, n, &newest, terms);
     const wide share = wide_splat(1.0 / (n + 1));
     const lane_vec p = newest.p, k = lane_vec_load(l->k), up = lane_vec_load(l->up),
                    down = lane_vec_load(l->down);
+    lane_vec linear = {wide_fma(up.x, p.y, down.x * p.z), wide_fma(up.y, p.z, down.y * p.x),
+                       wide_fma(up.z, p.x, down.z * p.y)};
+    if (terms & KR_LANES_DAMPED) linear = lane_vec_fma(lane_vec_load(l->drag), newest.w, linear);
     /* The convolution sums are added last, because they become available last. */
-    const lane_vec w = {
-        wide_fma(share * k.x, a.ww.x, share * wide_fma(up.x, p.y, down.x * p.z)),
-        wide_fma(share * k.y, a.ww.y, share * wide_fma(up.y, p.z, down.y * p.x)),
-        wide_fma(share * k.z, a.ww.z, share * wide_fma(up.z, p.x, down.z * p.y)),
-    };
+    const lane_vec w = {wide_fma(share * k.x, a.ww.x, share * linear.x),
+                        wide_fma(share * k.y, a.ww.y, share * linear.y),
+                        wide_fma(share * k.z, a.ww.z, share * linear.z)};
     const lane_pair next = {w,
                             {share * (a.plus.x - a.minus.x), share * (a.plus.y - a.minus.y),
                              share * (a.plus.z - a.minus.z)}};
     lane_vec_store(l->w[n + 1], w);
     lane_vec_store(l->p[n + 1], next.p);
-    if (headless) return next;
-    next_rate(l, &a, n, &newest, share);
+    if (terms & KR_LANES_HEADLESS) return next;
+    next_rate(l, &a, n, &newest, share, terms);
     wide_store(l->near[n + 1], lane_vec_dot(next.p, lane_vec_load(l->p[0])));
     return next;
 }
 
-INLINE void expand_lanes(kr_lanes *l, int headless)
+INLINE void expand_lanes(kr_lanes *l, int terms)
 {
     const lane_vec w = lane_vec_load(l->w[0]), p = lane_vec_load(l->p[0]);
     lane_pair newest = {w, p};
     lane_vec_store(l->prev, lane_vec_add(lane_vec_prev(w), lane_vec_load(l->shift_prev)));
     lane_vec_store(l->next, lane_vec_add(lane_vec_next(w), lane_vec_load(l->shift_next)));
-    if (!headless) {
+    if (!(terms & KR_LANES_HEADLESS)) {
         const wide near = 1.0 + lane_vec_dot(p, p);
         wide_store(l->near[0], near);
         wide_store(l->inverse, 1.0 / near);
         wide_store(l->turn[0], wide_splat(0.0));
     }
-    for (int n = 0; n < l->order; n++) newest = next_lane_coefficient(l, n, newest, headless);
+    for (int n = 0; n < l->order; n++) newest = next_lane_coefficient(l, n, newest, terms);
 }
 
 /* Vectorized versions of approx_log2 and approx_exp2 in taylor/series.h. */

@@ -1,15 +1,15 @@
 /* Taylor series of heavy tops in SIMD lanes: each lane of a vector holds one top, with its own step
  * size. Private to ensemble/.
  *     P' = P x W                  P = q* e3 q: the vertical in the body frame
- *     A W' = (AW + h) x W + P x c     W: angular velocity in the body; A: moments; h: rotor;
- *                                     c: mass gravity com
+ *     A W' = (AW + h) x W + P x c - D W     W: angular velocity in the body; A: moments; h: rotor;
+ *                                           c: mass gravity com; D: damping
  *     q = exp(e3 f/2) g s(P)      s: the shortest turn from P to d; d and g are constant
  *     f' = (W, P + d) / (1 + (P, d))
  * The vertical P and the heading f determine the attitude, so each order needs only 12 products of
  * Taylor coefficients. With a Taylor series of the quaternion q, each order would need 21 products.
  * The inner product (W, P) requires only two of the twelve products of Taylor coefficients, because
- * (AW + h, P) is constant. The torque of a rotor is included by modifying the coefficient W_0, as
- * described in taylor.h. The constant d is the value of the vertical P at the beginning of a step.
+ * (AW + h, P) is constant, unless the top is damped: then it requires all three. The torque of a
+ * rotor is included by modifying the coefficient W_0, as described in taylor.h. The constant d is the value of the vertical P at the beginning of a step.
  * The expression for f' has a pole at P = -d, and the distance from this pole limits the step size.
  * Time is scaled so that |W| < 1. Energy and angular momentum are conserved only up to the
  * tolerance. */
@@ -37,6 +37,10 @@ static inline void set_quaternion(kr_lane_number *to, int lane, kr_quat q)
     set_components(to + 1, lane, q.x, q.y, q.z);
 }
 
+/* The terms of the recurrence, a sum of flags that is constant when a function is compiled.
+ * KR_LANES_HEADLESS does not compute the heading f. KR_LANES_DAMPED adds the damping. */
+enum { KR_LANES_HEADLESS = 1, KR_LANES_DAMPED = 2 };
+
 struct kr_lane_tangents;
 /* The current step of every lane, which extends from the time t to the time `end`. The body axes
  * are permuted so that the third moment of inertia is the largest. The coefficients of an unused
@@ -51,6 +55,7 @@ typedef struct kr_lanes {
     kr_lane_vector end_p, end_w;
     kr_lane_quaternion end_q;
     kr_lane_vector k, up, down; /* (Ay - Az) / Ax, cz / Ax, -cy / Ax, and cyclic permutations */
+    kr_lane_vector drag;        /* -Dx / Ax, and cyclic permutations */
     /* factors of Wx Px, Wy Py and Pz in (W, P): 1 - Ax / Az, 1 - Ay / Az, -hz / Az */
     kr_lane_vector inner;
     /* Rotor terms added to prev(W_0) and next(W_0): -hz / (Ay - Az) and hy / (Ay - Az), permuted
@@ -75,7 +80,7 @@ typedef struct kr_lanes {
     kr_lane_vector moment, rotor;
     kr_lane_quaternion out_q; /* result of `sample`: q and m in the user's frame and units */
     kr_lane_vector out_m;
-    int order, skip_heading;
+    int order, terms;
     double log2_tol;
     struct kr_lane_tangents *tangents; /* NULL: no tangents */
 } kr_lanes;

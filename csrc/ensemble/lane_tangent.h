@@ -322,7 +322,7 @@ APART void begin_part(kr_lanes *l, kr_lane_tangents *g, const double *at)
     wide_store(substep->t, time);
     lane_vec_store(substep->p[0], here.p);
     lane_vec_store(substep->w[0], here.w);
-    expand_lanes(substep, 1);
+    expand_lanes(substep, KR_LANES_HEADLESS);
 }
 INLINE lane_point choose_point(mask m, const lane_point *yes, const lane_point *no)
 {

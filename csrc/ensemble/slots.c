@@ -160,9 +160,9 @@ static void park_tangent(kr_lane_tangents *g, int lane)
 }
 void kr_lane_park(kr_lanes *l, int lane)
 {
-    kr_lane_number *const none[] = {l->end_w,   l->k,          l->up,        l->down,
-                                    l->inner,   l->moment,     l->rotor,     l->along_p,
-                                    l->along_w, l->shift_prev, l->shift_next};
+    kr_lane_number *const none[] = {l->end_w,   l->k,       l->up,         l->down,
+                                    l->drag,    l->inner,   l->moment,     l->rotor,
+                                    l->along_p, l->along_w, l->shift_prev, l->shift_next};
     for (size_t i = 0; i < sizeof none / sizeof *none; i++) set_components(none[i], lane, 0, 0, 0);
     set_components(l->end_p, lane, 0, 0, 1);
     set_quaternion(l->end_q, lane, q_one());
@@ -201,5 +201,5 @@ kr_state kr_lane_sample(kr_worker *worker, int lane, double t)
     memcpy(l->at, l->end, sizeof l->at);
     l->at[lane] = slot->rate * ((t - slot->start) / slot->time_unit);
     worker->isa->sample(l);
-    return kr_lane_read_sample(l, lane, t);
+    return kr_lane_read_sample(worker, lane, t);
 }

@@ -7,6 +7,7 @@
 #include "driver/top.h"
 #include "exact/exact.h"
 #include "lane_state.h"
+#include "model/scene.h"
 #include "reduce.h"
 
 enum { KR_BATCH = 64 /* number of tops that are dispatched together */ };
@@ -106,12 +107,14 @@ static inline kr_accumulator *kr_lane_accumulators(const kr_worker *worker, int 
     return worker->accumulators + (size_t)lane * worker->reductions;
 }
 /* Returns the state of a lane that was sampled last, with its time set to t. */
-static inline kr_state kr_lane_read_sample(const kr_lanes *l, int lane, double t)
+static inline kr_state kr_lane_read_sample(const kr_worker *worker, int lane, double t)
 {
-    const kr_state s = {
-        t,
-        {l->out_q[0][lane], l->out_q[1][lane], l->out_q[2][lane], l->out_q[3][lane]},
-        {l->out_m[0][lane], l->out_m[1][lane], l->out_m[2][lane]}};
+    const kr_lanes *l = worker->lanes;
+    const kr_scene *scene = &worker->tops->scenes[worker->slots[lane].top];
+    kr_state s = {t,
+                  {l->out_q[0][lane], l->out_q[1][lane], l->out_q[2][lane], l->out_q[3][lane]},
+                  {l->out_m[0][lane], l->out_m[1][lane], l->out_m[2][lane]}};
+    if (scene->turning.z != 0.0) kr_scene_turn_state(scene, &s);
     return s;
 }
 
@@ -125,8 +128,8 @@ void kr_scheduler_configure(kr_worker *worker);
  * and benchmarks. */
 void kr_scheduler_set_kernel(kr_worker *worker, const kr_lanes_isa *isa, int order,
                              double log2_tol);
-/* Empties all lanes. */
-void kr_scheduler_reset(kr_worker *worker);
+/* Empties all lanes, for damped or for undamped tops. */
+void kr_scheduler_reset(kr_worker *worker, int damped);
 /* Integrates the tops in the SIMD lanes until one lane is free, and loads top i into this lane. */
 void kr_scheduler_add(kr_worker *worker, size_t i);
 /* Advances the tops in all SIMD lanes until each has reached its last requested time or event. */

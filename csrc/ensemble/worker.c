@@ -29,19 +29,30 @@ static kr_top *choose_top(const kr_worker *worker, const kr_scene *scene)
     const int is_closed = !has_torus && kr_method_suits(&kr_method_exact, scene);
     return is_closed ? worker->exact_top : worker->fallback;
 }
-/* Dispatches a top that the batch code has not computed to a lane or to the scalar code. */
+/* Returns 1 if the lanes may hold a top. An undamped top on a support that rotates about the vertical
+ * moves in its lane as on a support at rest, and its states are turned. */
+static int suits_lanes(const kr_worker *worker, const kr_scene *scene)
+{
+    kr_scene undamped = *scene;
+    undamped.damping = v3(0.0, 0.0, 0.0);
+    if (!worker->isa || (worker->is_section && !kr_section_suits_lanes(worker))) return 0;
+    return !kr_scene_is_disturbed(&undamped) ||
+           (!worker->is_section && !kr_scene_excludes_exact(scene, 1));
+}
+/* Dispatches a top that the batch code has not computed to a lane or to the scalar code. Damped tops
+ * that suit lanes are left for later. */
 static void dispatch_top(kr_worker *worker, size_t i)
 {
     const kr_scene *scene = &worker->tops->scenes[i];
-    const int is_in_lane = !kr_scene_is_disturbed(scene);
-    if (!is_in_lane && kr_worker_has_tangents(worker)) {
+    kr_top *top = choose_top(worker, scene);
+    if (kr_worker_has_tangents(worker) && kr_scene_is_disturbed(scene)) {
         const kr_slot slot = {.top = i, .last = scene->start};
         const kr_stats none = {0};
         kr_worker_finish_top(worker, &slot, NULL, find_lane_refusal(scene), none);
-    } else if (worker->isa && is_in_lane && (!worker->is_section || kr_section_suits_lanes(worker)))
+    } else if (top != worker->fallback || !suits_lanes(worker, scene))
+        kr_worker_run_scalar(worker, top, i);
+    else if (!(v_largest(scene->damping) > 0.0))
         kr_scheduler_add(worker, i);
-    else
-        kr_worker_run_scalar(worker, choose_top(worker, scene), i);
 }
 /* Dispatches n tops, starting at index `from`. Tops whose closed-form solutions the batch code can
  * compute are processed before the other tops of the block. */
@@ -73,11 +84,17 @@ static kr_status run_tops(kr_worker *worker, const kr_tops *tops)
         return KR_ERR_ARGUMENT;
     worker->tops = tops;
     worker->interrupted = worker->unpolled = 0;
-    if (worker->lanes) kr_scheduler_reset(worker);
+    if (worker->lanes) kr_scheduler_reset(worker, 0);
     for (size_t i = 0; i < tops->n; i++) tops->outcomes[i].status = KR_STATUS_COUNT;
     for (size_t i = 0; i < tops->n && !worker->interrupted; i += KR_BATCH)
         dispatch_block(worker, i, tops->n - i < KR_BATCH ? tops->n - i : KR_BATCH);
     if (worker->lanes) kr_scheduler_drain(worker);
+    if (worker->lanes && !worker->interrupted) {
+        kr_scheduler_reset(worker, 1);
+        for (size_t i = 0; i < tops->n && !worker->interrupted; i++)
+            if (tops->outcomes[i].status == KR_STATUS_COUNT) kr_scheduler_add(worker, i);
+        kr_scheduler_drain(worker);
+    }
     if (worker->interrupted) mark_interrupted(worker, tops);
     return worker->interrupted ? KR_ERR_INTERRUPTED : KR_OK;
 }

@@ -1,5 +1,6 @@
 /* The default scene, and functions that validate a scene and determine its internal units. */
 #include "scene.h"
+#include "math/trig.h"
 
 kr_scene kr_scene_default(void)
 {
@@ -73,6 +74,14 @@ kr_pull kr_scene_pull(const kr_scene *scene, kr_vec3 com)
     pull.com = vec_times_power(com, -reach);
     pull.power = mass + gravity + reach;
     return pull;
+}
+void kr_scene_turn_state(const kr_scene *scene, kr_state *state)
+{
+    const double angle = scene->turning.z * (state->t - scene->start.t);
+    kr_quat turn = q_one();
+    sin_cos(-0.5 * angle, &turn.z, &turn.w);
+    state->q = q_mul(turn, state->q);
+    state->m = q_turn(turn, state->m);
 }
 kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working)
 {

@@ -44,6 +44,9 @@ static inline int kr_scene_turns_about_vertical(const kr_scene *scene)
 {
     return scene->turning.z != 0.0 && scene->turning.x == 0.0 && scene->turning.y == 0.0;
 }
+/* Converts a state from the inertial frame to the frame of a support that rotates about e3. The two
+ * frames coincide at the initial time. */
+void kr_scene_turn_state(const kr_scene *scene, kr_state *state);
 /* Returns 1 if damping, friction or support motion rules out a closed-form solution. If `own` is
  * nonzero, a rotation of the support about the vertical does not rule out a closed-form
  * solution. */

@@ -512,6 +512,15 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, const kr_support_op
     if (strong) *log2_tol = fmin(*log2_tol, log2_absolute_tolerance(p, strong));
     return 0;
 }
+/* Without gravity, damping reduces the angular velocity at most at the rate `drag`. */
+int kr_slow_is_possible(const kr_motion *motion, double until)
+{
+    const kr_taylor *p = taylor_of(motion);
+    const double drag = v_largest(v_over(motion->damping, motion->inertia)),
+                 left = v_largest(motion->lever) > 0.0 ? 0.0 : p->rate * exp(-drag * until);
+    const kr_vec3 velocity = v_scale(left, v_of(p->series->end_w + 1));
+    return motion->step < 0.0 || !(drag <= STRONG_ALONE * undamped_rate(motion, velocity, NULL));
+}
 /* If the angular velocity exceeds 2^(OVERFLOW_LEAST + OVERFLOW_SHARE / (n - 1)), squares of the
  * Taylor coefficients of a series of order n may overflow. */
 #define OVERFLOW_LEAST 5.0

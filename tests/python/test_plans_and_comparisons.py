@@ -65,6 +65,7 @@ def test_the_plan_equals_that_of_the_path(words):
     "tops, words, counts",
     [
         (THESIS.vary(turning=[(0, 0, 1), (0, 1, 0), (0, 0, 0)]), {}, (2, 0, 1)),
+        (TOP.vary(turning=[(0, 0, 1), (0, 1, 0)]), {}, (0, 1, 1)),
         (THESIS.vary(gravity=[1, 2]), {"method": "exact"}, (2, 0, 0)),
         (TOP.vary(gravity=[1, 2]), {"method": "rk4", "step": 0.1}, (0, 0, 2)),
         (TOP.vary(gravity=[]), {}, (0, 0, 0)),

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
+import numpy.typing as npt
 
 from .._core import Worker, start, unsuited, values
 from .._model.body import Body
@@ -27,7 +28,6 @@ from .options import (
     CoreArguments,
     Options,
     count_quantity_components,
-    get_member_by_flat_index,
 )
 
 Reasons = tuple[tuple[str, str], ...]
@@ -89,7 +89,8 @@ class Plan:
               that of a pendulum [rad]; None if the method chooses its steps
     shape     the shape of the scene; () for one top
     closed_form  the number of tops computed in closed form
-    lanes     the number of tops integrated several at a time, in the lanes of vectors
+    lanes     the number of tops integrated several at a time, in the lanes of vectors; those of
+              them with strong damping or with damping backward in time are integrated one by one
     alone     the number of tops integrated one by one in each thread
     threads   the number of threads; 0 in the plan of a path
     states    the number of states of each top; None without times
@@ -220,7 +221,7 @@ def make_plan_of_tops(
     """Return the plan of many tops, given that of the first, or None if there are no tops."""
     plan = first or Plan("", "", None, 0, "", "", (), 0, (), ())
     exact_count, lanes = _count_exact_and_lane_tops(tops, options)
-    is_in_lanes = lanes and not get_member_by_flat_index(tops, 0)._has_disturbances
+    is_in_lanes = lanes and not _find_tops_outside_lanes(tops).flat[0]
     if plan.method == FALLBACK and is_in_lanes:
         kernel, order = Worker(*options.core_arguments, []).kernel
         form = "(P, W): vertical and angular velocity seen from the body"
@@ -252,16 +253,16 @@ def _count_exact_and_lane_tops(tops: Scene, options: Options) -> tuple[int, int]
         return tops.size, 0
     if options.integrator.name != FALLBACK:
         return 0, 0
-    is_turning = tops.turning.any(axis=-1)
-    is_alone = tops.damping.any(axis=-1) | is_turning | (tops.friction > 0.0)
-    is_alone |= tops.shaking[..., 0] != 0.0
-    alone_count = int(np.count_nonzero(is_alone))
-    exact_count = 0
-    if options.is_auto:
-        exact_count = tops.size - unsuited(tops._core_scenes, "auto")[1]
-        if is_turning.any():  # some tops on a turning support have a closed form
-            alone_count = unsuited(tops[is_alone]._core_scenes, "auto")[1]
-    return exact_count, tops.size - exact_count - alone_count
+    inexact_count = unsuited(tops._core_scenes, "auto")[1] if options.is_auto else tops.size
+    alone_count = int(np.count_nonzero(_find_tops_outside_lanes(tops)))
+    return tops.size - inexact_count, inexact_count - alone_count
+
+
+def _find_tops_outside_lanes(tops: Scene) -> npt.NDArray[np.bool_]:
+    """Return True for the tops that neither the closed form nor the lanes can compute."""
+    is_turning = tops.turning != 0.0
+    is_outside = is_turning[..., :2].any(axis=-1) | (is_turning[..., 2] & tops.damping.any(axis=-1))
+    return np.asarray(is_outside | (tops.shaking[..., 0] != 0.0) | (tops.friction > 0.0))
 
 
 @lru_cache
