@@ -73,18 +73,6 @@ static double find_cubic_roots(dd h, dd G, dd root[3])
     }
     return square.hi / (u.hi * u.hi);
 }
-static void sort_curve_roots(chaplygin_curve *o)
-{
-    o->real = 0;
-    for (int i = 0; i < CURVE_ROOTS - 2 * o->pair; i++) {
-        int at = o->real++;
-        while (at > 0 && dd_less(o->root[i], o->root[o->order[at - 1]])) {
-            o->order[at] = o->order[at - 1];
-            at--;
-        }
-        o->order[at] = i;
-    }
-}
 /* Finds the branch points. Returns KR_REFUSAL_NONE on success, or the reason for the
  * failure. */
 static kr_refusal find_branch_points(chaplygin_curve *o)
@@ -96,7 +84,7 @@ static kr_refusal find_branch_points(chaplygin_curve *o)
     if (!(plus > 1e-20)) return plus > -1e-20 ? KR_REFUSAL_COINCIDENT : KR_REFUSAL_START;
     if (!(fabs(minus) > 1e-15)) return KR_REFUSAL_SEPARATRIX;
     o->pair = minus < 0.0;
-    sort_curve_roots(o);
+    o->real = sort_real_roots(o->root, CURVE_ROOTS, o->pair ? 4 : CURVE_ROOTS, o->order);
     return KR_REFUSAL_NONE;
 }
 static dd ordered_root(const chaplygin_curve *o, int i) { return o->root[o->order[i]]; }
@@ -170,59 +158,42 @@ static void fill_arc(const chaplygin_curve *o, const chaplygin_arc *arc, kr_chap
         out->has_cosine[k] = arc->low / 3 == k;
     }
 }
-/* Samples of the integrands P and |u| P on an arc, and their weighted sums. */
-typedef struct arc_samples {
-    dd v[2][GRID + 1]; /* P and |u| P */
-    dd sum[2];
-} arc_samples;
+/* An arc of a curve. */
+typedef struct curve_arc {
+    const chaplygin_curve *o;
+    const chaplygin_arc *arc;
+} curve_arc;
 
-static void sample_arc(const chaplygin_curve *o, const chaplygin_arc *arc, const cosine_table *t,
-                       int i, arc_samples *out)
+/* Computes the integrands P and |u| P. */
+static void sample_arc(const void *data, const cosine_table *t, int i, dd out[3])
 {
+    const curve_arc *p = data;
     const dd c = dd_half(dd_plus(t->c[i], 1.0)), s = dd_half(dd_sub(dd_of(1.0), t->c[i]));
-    const double weight = i == 0 || i == GRID ? 0.5 : 1.0;
     dd size;
-    out->v[0][i] = arc_rate(o, arc, s, c, &size);
-    out->v[1][i] = dd_mul(out->v[0][i], size);
-    for (int k = 0; k < 2; k++) out->sum[k] = dd_add(out->sum[k], dd_scale(weight, out->v[k][i]));
+    out[0] = arc_rate(p->o, p->arc, s, c, &size);
+    out[1] = dd_mul(out[0], size);
 }
-/* Computes the averages of the integrands P and |u| P over an arc. The number of intervals is
- * doubled until no average changes by more than the rounding error of a double. Convergence is
- * exponential, so the relative error of an average is about the square of its relative change in
- * the last doubling. Returns 0 if the averages have not converged when the arc is divided into GRID
- * intervals. */
+/* Computes the averages over an arc, and its sine series. Returns 0 if they do not converge. */
 static int average_arc(const chaplygin_curve *o, chaplygin_arc *arc, cosine_table *table,
-                       arc_samples *v)
+                       samples *v)
 {
-    dd mean[2] = {{0.0, 0.0}};
-    memset(v, 0, sizeof *v);
-    sample_arc(o, arc, table, 0, v);
-    sample_arc(o, arc, table, GRID, v);
-    for (int n = 1; n <= GRID; n *= 2) {
-        const int stride = GRID / n;
-        int settled = n >= 16;
-        refine_cosines(table, stride);
-        for (int i = stride; i < GRID; i += 2 * stride) sample_arc(o, arc, table, i, v);
-        for (int k = 0; k < 2; k++) {
-            const dd now = dd_div(v->sum[k], dd_of(n));
-            settled &= fabs(dd_sub(now, mean[k]).hi) <= 1e-16 * now.hi;
-            mean[k] = now;
-        }
-        if (!settled) continue;
-        arc->p = mean[0];
-        arc->q = mean[1];
-        arc->points = n;
-        for (int k = 0; k < 2; k++) integrate_samples(v->v[k], table, n, arc->sine[k]);
-        arc->terms = 2;
-        for (int k = 0; k < n; k++) {
-            arc->sine[0][k] /= arc->p.hi;
-            arc->sine[1][k] -= arc->q.hi * arc->sine[0][k];
-            if (fabs(arc->sine[0][k]) + fabs(arc->sine[1][k]) / arc->q.hi > 0x1p-56)
-                arc->terms = k + 2 - k % 2;
-        }
-        return 1;
+    const curve_arc p = {o, arc};
+    const double floor[3] = {0.0, 0.0, 0.0};
+    dd mean[3];
+    const int n = average(sample_arc, &p, 2, floor, table, v, mean);
+    arc->p = mean[0];
+    arc->q = mean[1];
+    arc->points = n;
+    if (n == 0) return 0;
+    for (int k = 0; k < 2; k++) integrate_samples(v->v[k], table, n, arc->sine[k]);
+    arc->terms = 2;
+    for (int k = 0; k < n; k++) {
+        arc->sine[0][k] /= arc->p.hi;
+        arc->sine[1][k] -= arc->q.hi * arc->sine[0][k];
+        if (fabs(arc->sine[0][k]) + fabs(arc->sine[1][k]) / arc->q.hi > 0x1p-56)
+            arc->terms = k + 2 - k % 2;
     }
-    return 0;
+    return 1;
 }
 /* Evaluates one of the two sine series of an arc; `which` is its index. Even and odd terms have
  * separate recurrences, which do not wait for each other. */
@@ -261,7 +232,7 @@ enum { LEAST_CELLS = 4 };
 /* Intermediate results of the set-up. */
 typedef struct series_work {
     cosine_table table;
-    arc_samples samples;
+    samples samples;
     chaplygin_arc arc[2];
     double wave_at_node[CELL_TERMS][CELL_TERMS]; /* cos(k y) at the Chebyshev nodes */
     cx wave[MOST_SAMPLES];                       /* exp(-i pi j/n) for j = 0 ... n - 1 */
@@ -536,6 +507,8 @@ static int make_sections(kr_chaplygin_plan *plan, series_work *w, dd ratio, dd h
     return 0;
 }
 
+static const torus_kind chaplygin = {KR_KIND_GORYACHEV_CHAPLYGIN, 4.0, 4.0, 1.0};
+
 /* A closed-form solution and the intermediate results of its set-up. */
 typedef struct chaplygin_memory {
     kr_chaplygin_plan plan;
@@ -724,82 +697,36 @@ static void set_heading(kr_chaplygin_plan *plan, kr_quat q)
     plan->heading_start = half.hi;
     plan->heading_more = half.lo;
 }
-/* Returns the largest error of a solution at the initial time, and of its change within a short
- * span, in internal units. The change is compared with the integral of its rate: the torque e3 x
- * axis 1, and half of the product of the attitude and the angular velocity in the body. */
-static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *top,
-                           kr_quat attitude)
-{
-    const kr_vec3 L = v3(top->L[0].hi, top->L[1].hi, top->L[2].hi);
-    const double size = v_length(L), span = 0.03125 * fmin(1.0, size) / (1.0 + size);
-    const kr_state s = chaplygin_kernel(plan, 0.0, dd_of(0.0)),
-                   end = chaplygin_kernel(plan, span, dd_of(span));
-    const double miss = fmax(kr_attitude_error(s.q, attitude),
-                             v_length(v_sub(q_turn_back(s.q, s.m), L)) / (1.0 + size));
-    double m[2] = {s.m.x - end.m.x, s.m.y - end.m.y},
-           q[4] = {s.q.w - end.q.w, s.q.x - end.q.x, s.q.y - end.q.y, s.q.z - end.q.z};
-    for (int g = 0; g < HEADING_NODES; g++) {
-        const double t = gauss_node[g] * span, weight = gauss_weight[g] * span;
-        const kr_state now = chaplygin_kernel(plan, t, dd_of(t));
-        const kr_vec3 l = q_turn_back(now.q, now.m), axis = q_turn(now.q, v3(1.0, 0.0, 0.0));
-        const kr_quat rate = q_mul(now.q, q4(0.0, v3(l.x, l.y, 4.0 * l.z)));
-        m[0] -= weight * axis.y;
-        m[1] += weight * axis.x;
-        q[0] += 0.5 * weight * rate.w;
-        q[1] += 0.5 * weight * rate.x;
-        q[2] += 0.5 * weight * rate.y;
-        q[3] += 0.5 * weight * rate.z;
-    }
-    const double turned = 2.0 * hypot(hypot(q[0], q[1]), hypot(q[2], q[3]));
-    return fmax(miss, fmax(hypot(m[0], m[1]) / (1.0 + size), turned));
-}
-/* Returns the certificate of a closed-form solution, which is an estimate of its error: the largest
- * of the truncation error, the error near the initial time, and the rounding error of a state. */
-static double certify_plan(const chaplygin_memory *m, const chaplygin_top *top, kr_quat attitude)
-{
-    return fmax(fmax(m->work.tail, KR_TORUS_ROUNDING), miss_of_plan(&m->plan, top, attitude));
-}
-/* Converts a validated scene to the axes and units of the closed-form solution. */
-static kr_status read_chaplygin(const kr_scene *scene, chaplygin_memory *m, chaplygin_top *top,
-                                across_way *way)
-{
-    across_start start;
-    const kr_status status = read_across(scene, 1.0, 4.0, &start, way);
-    if (status != KR_OK) return status;
-    for (int i = 0; i < 3; i++) {
-        top->L[i] = start.momentum[i];
-        top->g[i] = start.up[i];
-    }
-    if (set_integrals(top, &m->curve)) {
-        const kr_quat over = q4(0.0, v3(1.0, 0.0, 0.0));
-        way->turn = q_mul(way->turn, over);
-        way->axes = q_mul(way->axes, over);
-        way->attitude = q_mul(way->attitude, over);
-    }
-    return KR_OK;
-}
 static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *space,
                             kr_exact_info *info)
 {
     chaplygin_memory *memory = space;
     kr_chaplygin_plan *plan = &memory->plan;
     chaplygin_top top;
+    across_start start;
     across_way way;
-    info->refusal = KR_REFUSAL_KIND;
-    kr_status status = check_torus_scene(scene, KR_KIND_GORYACHEV_CHAPLYGIN, own);
+    const kr_status status = read_torus_scene(scene, own, &chaplygin, &info->refusal, &start, &way);
     if (status != KR_OK) return status;
-    info->refusal = KR_REFUSAL_VERTICAL;
-    if (scene->start.m.z != 0.0) return KR_ERR_METHOD;
-    info->refusal = KR_REFUSAL_ROUNDED;
-    if (!is_integrable(&scene->body, 4.0)) return KR_ERR_METHOD;
-    info->refusal = KR_REFUSAL_WEIGHTLESS;
-    status = read_chaplygin(scene, memory, &top, &way);
-    if (status != KR_OK) return status;
+    memcpy(top.L, start.momentum, sizeof top.L);
+    memcpy(top.g, start.up, sizeof top.g);
+    if (set_integrals(&top, &memory->curve)) {
+        const kr_quat over = q4(0.0, v3(1.0, 0.0, 0.0));
+        way.turn = q_mul(way.turn, over);
+        way.axes = q_mul(way.axes, over);
+        way.attitude = q_mul(way.attitude, over);
+    }
     begin_torus(&plan->torus);
     kr_refusal refusal = make_plan(&top, memory);
     if (refusal == KR_REFUSAL_NONE) {
         set_heading(plan, way.attitude);
-        info->certificate = certify_plan(memory, &top, way.attitude);
+        const kr_state now = chaplygin_kernel(plan, 0.0, dd_of(0.0));
+        const body_view view = view_top(&chaplygin, now);
+        const double span = short_span(&view),
+                     miss = miss_after(&chaplygin, view, span,
+                                       chaplygin_kernel(plan, span, dd_of(span)));
+        const kr_vec3 momentum = v3(top.L[0].hi, top.L[1].hi, top.L[2].hi);
+        info->certificate = fmax(fmax(memory->work.tail, KR_TORUS_ROUNDING),
+                                 fmax(miss, miss_of_state(now, way.attitude, momentum)));
         torus_to_user(&plan->torus, &way, scene->start.t, own);
         torus_info(&plan->torus, plan->is_whole ? 2.0 : 1.0, info);
         if (!(info->certificate <= bound)) refusal = KR_REFUSAL_CERTIFICATE;

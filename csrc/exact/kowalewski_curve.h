@@ -77,19 +77,6 @@ static dd find_lone_root(const kowalewski_curve *o)
     }
     return polish(o, w, 4);
 }
-static void sort_real_roots(kowalewski_curve *o)
-{
-    o->real = 0;
-    for (int i = 0; i < ROOTS; i++) {
-        if (o->pair && (i == 1 || i == 2)) continue;
-        int at = o->real++;
-        while (at > 0 && dd_less(o->root[i], o->root[o->order[at - 1]])) {
-            o->order[at] = o->order[at - 1];
-            at--;
-        }
-        o->order[at] = i;
-    }
-}
 /* Computes the branch points, which are the roots of phi and the numbers k and -k. Sorts the real
  * ones. */
 static void find_roots(kowalewski_curve *o)
@@ -109,7 +96,7 @@ static void find_roots(kowalewski_curve *o)
     }
     o->root[ROOT_K] = o->k;
     o->root[ROOT_MINUS_K] = dd_neg(o->k);
-    sort_real_roots(o);
+    o->real = sort_real_roots(o->root, ROOTS, o->pair ? 1 : ROOTS, o->order);
 }
 /* Sets the constants of motion from a state p, q, r, g1, g2, g3. */
 static void set_constants(kowalewski_curve *o, const dd y[6], dd l)
@@ -517,12 +504,6 @@ static int make_poles(const kowalewski_curve *o, const kowalewski_arc *arc, head
     return count;
 }
 /* Samples and weighted sums of the integrands on one arc. */
-typedef struct samples {
-    dd v[3][GRID + 1]; /* dt/dx, w dt/dx, and the heading's integrand */
-    dd sum[3];
-    double size[3];
-} samples;
-
 /* Returns the integrand of the heading for l > 0, after subtraction of the contributions of its
  * poles. */
 static dd heading_rate(const kowalewski_curve *o, int poles, const heading_pole pole[2], dd s, dd c,
@@ -539,55 +520,41 @@ static dd heading_rate(const kowalewski_curve *o, int poles, const heading_pole 
     }
     return sum;
 }
-static void sample_at(const kowalewski_curve *o, const kowalewski_arc *arc, int poles,
-                      const heading_pole pole[2], const cosine_table *t, int i, samples *out)
+/* An arc with the poles of the heading. */
+typedef struct arc_with_poles {
+    const kowalewski_curve *o;
+    const kowalewski_arc *arc;
+    int poles;
+    heading_pole pole[2];
+} arc_with_poles;
+
+/* Computes dt/dx, w dt/dx, and the integrand of the heading. */
+static void sample_arc(const void *data, const cosine_table *t, int i, dd out[3])
 {
+    const arc_with_poles *p = data;
     dd N, D, sine = t->c[i < GRID / 2 ? GRID / 2 - i : i - GRID / 2], cosine = t->c[i];
-    const dd slope = unfold(arc, &sine, &cosine), c = dd_half(dd_plus(cosine, 1.0)),
+    const dd slope = unfold(p->arc, &sine, &cosine), c = dd_half(dd_plus(cosine, 1.0)),
              s = dd_half(dd_sub(dd_of(1.0), cosine));
-    const dd R = dd_mul(slope, arc_at(o, arc, s, c, &N, &D));
-    const double weight = i == 0 || i == GRID ? 0.5 : 1.0;
-    out->v[0][i] = dd_mul(D, R);
-    out->v[1][i] = dd_mul(N, R);
-    out->v[2][i] = poles ? heading_rate(o, poles, pole, s, c, N, D, R, slope) : dd_of(0.0);
-    for (int k = 0; k < 3; k++) {
-        out->sum[k] = dd_add(out->sum[k], dd_scale(weight, out->v[k][i]));
-        out->size[k] += weight * fabs(out->v[k][i].hi);
-    }
+    const dd R = dd_mul(slope, arc_at(p->o, p->arc, s, c, &N, &D));
+    out[0] = dd_mul(D, R);
+    out[1] = dd_mul(N, R);
+    out[2] = p->poles ? heading_rate(p->o, p->poles, p->pole, s, c, N, D, R, slope) : dd_of(0.0);
 }
-/* Computes the averages of three integrands over an arc: dt/dx, w dt/dx, and the integrand of the
- * heading. The number of intervals is doubled until each average changes by at most the rounding
- * error of a double. Convergence is exponential, so the relative error of an average is about the
- * square of its relative change in the last doubling. Returns 0 if the averages have not converged
- * when GRID intervals are used. */
-static int fill_samples(const kowalewski_curve *o, kowalewski_arc *arc, cosine_table *table,
-                        samples *v)
+/* Computes the averages over an arc. Returns 0 if they do not converge. */
+static int average_arc(const kowalewski_curve *o, kowalewski_arc *arc, cosine_table *table,
+                       samples *v)
 {
-    heading_pole pole[2] = {{{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}, 0}};
-    const int real = o->c.hi <= 0.0, poles = real ? make_poles(o, arc, pole) : o->l.hi != 0.0;
-    double split = 0.0;
-    for (int i = 0; real && i < poles; i++) split += pole[i].adjacent ? 0.5 : 0.0;
-    dd mean[3] = {{0.0, 0.0}}, *const average[3] = {&arc->p, &arc->q, &arc->turn};
-    memset(v, 0, sizeof *v);
-    sample_at(o, arc, poles, pole, table, 0, v);
-    sample_at(o, arc, poles, pole, table, GRID, v);
-    for (int n = 1; n <= GRID; n *= 2) {
-        const int stride = GRID / n;
-        int settled = n >= 16;
-        refine_cosines(table, stride);
-        for (int i = stride; i < GRID; i += 2 * stride) sample_at(o, arc, poles, pole, table, i, v);
-        for (int k = 0; k < 3; k++) {
-            const dd now = dd_div(v->sum[k], dd_of(n));
-            settled &=
-                fabs(dd_sub(now, mean[k]).hi) <= 1e-16 * (v->size[k] / n + (k == 2 ? split : 0.0));
-            mean[k] = now;
-        }
-        if (!settled) continue;
-        for (int k = 0; k < 3; k++) *average[k] = mean[k];
-        arc->points = n;
-        return 1;
-    }
-    return 0;
+    arc_with_poles p = {.o = o, .arc = arc};
+    const int real = o->c.hi <= 0.0;
+    p.poles = real ? make_poles(o, arc, p.pole) : o->l.hi != 0.0;
+    double floor[3] = {0.0, 0.0, 0.0};
+    for (int i = 0; real && i < p.poles; i++) floor[2] += p.pole[i].adjacent ? 0.5 : 0.0;
+    dd mean[3];
+    arc->points = average(sample_arc, &p, 3, floor, table, v, mean);
+    arc->p = mean[0];
+    arc->q = mean[1];
+    arc->turn = mean[2];
+    return arc->points > 0;
 }
 /* The rates of the two torus angles and of the heading, without the factors of its poles. */
 typedef struct kowalewski_rates {
@@ -628,7 +595,7 @@ static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine
 {
     begin_cosines(table);
     for (int j = 0; j < 2; j++)
-        if (!fill_samples(o, &arc[j], table, &v[j])) return 0;
+        if (!average_arc(o, &arc[j], table, &v[j])) return 0;
     const dd det = dd_sub(dd_mul(arc[1].p, arc[0].q), dd_mul(arc[0].p, arc[1].q));
     for (int j = 0; j < 2; j++) {
         out->rate[j] = dd_div(arc[1 - j].p, det);

@@ -97,6 +97,61 @@ static void refine_cosines(cosine_table *t, int stride)
             t->c[i] = dd_mul(scale, dd_add(t->c[i - s], t->c[i + s]));
     }
 }
+/* Writes the indices of the real ones of n roots, ascending. If `complex_at` is below n, the roots with the
+ * indices `complex_at` and complex_at + 1 are complex. Returns the number of real roots. */
+static int sort_real_roots(const dd root[], int n, int complex_at, int order[])
+{
+    int real = 0;
+    for (int i = 0; i < n; i++) {
+        if (i == complex_at || i == complex_at + 1) continue;
+        int at = real++;
+        for (; at > 0 && dd_less(root[i], root[order[at - 1]]); at--) order[at] = order[at - 1];
+        order[at] = i;
+    }
+    return real;
+}
+/* Values of even functions at the angles of the table, and their sums. */
+typedef struct samples {
+    dd v[3][GRID + 1];
+    dd sum[3];
+    double size[3]; /* sum of the absolute values */
+} samples;
+/* Computes the values of `count` functions of an arc at angle i of the table. */
+typedef void sample_function(const void *arc, const cosine_table *table, int i, dd out[3]);
+
+/* Computes the averages of `count` functions. The number of intervals is doubled until each average
+ * changes by at most the rounding error of a double, relative to the average of the absolute value
+ * plus `floor`. Convergence is exponential, so the relative error of an average is about the square
+ * of its relative change in the last doubling. Returns the number of intervals, or 0 if the averages
+ * have not converged with GRID intervals. */
+static int average(sample_function *function, const void *arc, int count, const double floor[3],
+                   cosine_table *table, samples *v, dd mean[3])
+{
+    memset(v, 0, sizeof *v);
+    for (int k = 0; k < count; k++) mean[k] = dd_of(0.0);
+    for (int n = 1; n <= GRID; n *= 2) {
+        const int stride = GRID / n, first = n > 1 ? stride : 0, step = n > 1 ? 2 * stride : GRID;
+        int settled = n >= 16;
+        refine_cosines(table, stride);
+        for (int i = first; i <= GRID; i += step) {
+            const double weight = i == 0 || i == GRID ? 0.5 : 1.0;
+            dd now[3];
+            function(arc, table, i, now);
+            for (int k = 0; k < count; k++) {
+                v->v[k][i] = now[k];
+                v->sum[k] = dd_add(v->sum[k], dd_scale(weight, now[k]));
+                v->size[k] += weight * fabs(now[k].hi);
+            }
+        }
+        for (int k = 0; k < count; k++) {
+            const dd now = dd_div(v->sum[k], dd_of(n));
+            settled &= fabs(dd_sub(now, mean[k]).hi) <= 1e-16 * (v->size[k] / n + floor[k]);
+            mean[k] = now;
+        }
+        if (settled) return n;
+    }
+    return 0;
+}
 /* Subtracts the average from an even function, and computes the sine series of the integral of the
  * remainder. The array `v` contains samples of the function at n + 1 angles from 0 to pi. */
 static void integrate_samples(const dd v[], const cosine_table *table, int n, double out[])
@@ -119,6 +174,13 @@ static void integrate_samples(const dd v[], const cosine_table *table, int n, do
     out[0] = 0.0;
 }
 
+/* A kind of top. In units of the closed form, the moments are ratio/factor, ratio/factor and
+ * 1/factor, where `ratio` and `factor` are powers of two. Axis 1 points towards the centre of mass if
+ * gravity is positive and `side` is 1, and away from it if `side` is -1. */
+typedef struct torus_kind {
+    kr_kind kind;
+    double ratio, factor, side;
+} torus_kind;
 /* The principal axis whose moment differs from the other two, and the position of the centre of
  * mass. */
 typedef struct across_body {
@@ -174,21 +236,22 @@ static void seen_from_body(const dd q[4], const dd v[3], const across_body *b, d
     out[1] = dd_sub(dd_mul(b->c, r[1]), dd_mul(b->s, r[0]));
     out[2] = r[2];
 }
-/* Converts a validated scene to the axes and units of the closed-form solution. The unit of inertia
- * is the moment about axis 3 multiplied by `factor`, which is a power of two. */
-static kr_status read_across(const kr_scene *scene, double side, double factor, across_start *start,
+/* Converts a validated scene to the axes and units of the closed-form solution. */
+static kr_status read_across(const kr_scene *scene, const torus_kind *kind, across_start *start,
                              across_way *way)
 {
     const kr_pull pull = kr_scene_pull(scene, scene->body.com);
     const kr_working working = kr_body_working(&scene->body);
     const kr_status status = kr_scene_units(scene, &working, &way->units);
     if (status != KR_OK) return status;
-    const across_body b = body_of(&scene->body, pull.com, scene->gravity < 0.0 ? -side : side);
+    const across_body b =
+        body_of(&scene->body, pull.com, scene->gravity < 0.0 ? -kind->side : kind->side);
     const kr_units *u = &way->units;
     const int power = pull.power - exponent_of(u->moment) + 2 * exponent_of(u->time);
     const dd lever = dd_times(pull.mass, dd_times(fabs(pull.gravity), b.reach)),
              own = dd_make(times_power_of_2(lever.hi, power), times_power_of_2(lever.lo, power)),
-             moment = dd_of(factor * (component(scene->body.inertia, b.distinct) / u->moment));
+             moment =
+                 dd_of(kind->factor * (component(scene->body.inertia, b.distinct) / u->moment));
     if (!(own.hi > LEAST_LEVER)) return KR_ERR_METHOD;
     way->time = dd_sqrt(dd_div(moment, own));
     const dd unit = dd_div(moment, way->time);
@@ -238,26 +301,103 @@ static void torus_info(const kr_torus *torus, double whole, kr_exact_info *info)
     info->frequency[1] = whole * two_pi * torus->turn[1].fast;
     info->frequency[2] = 2.0 * (two_pi * torus->turn[2].fast);
 }
-/* Returns KR_OK if the scene describes an undamped top of the given kind under gravity, or an error
- * code otherwise. */
-static kr_status check_torus_scene(const kr_scene *scene, kr_kind kind, int own)
+/* Checks that a scene describes an undamped top of a kind under gravity, and converts it to the axes
+ * and units of the closed-form solution. If it does not, writes the reason to `refusal`. */
+static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_kind *kind,
+                                  kr_refusal *refusal, across_start *start, across_way *way)
 {
+    *refusal = KR_REFUSAL_KIND;
     const kr_status status = kr_scene_check(scene);
     if (status != KR_OK) return status;
-    return scene->gravity == 0.0 || kr_body_kind(&scene->body, KR_KIND_RTOL) != kind ||
-                   kr_scene_excludes_exact(scene, own)
-               ? KR_ERR_METHOD
-               : KR_OK;
-}
-/* Returns 1 if a body satisfies two conditions of an integrable case without rounding errors. Two
- * of the principal moments must equal `ratio`, a power of two, times the third one. The centre of
- * mass must lie in the plane perpendicular to the principal axis with this third moment. */
-static int is_integrable(const kr_body *body, double ratio)
-{
-    const kr_vec3 i = body->inertia;
+    if (scene->gravity == 0.0 || kr_body_kind(&scene->body, KR_KIND_RTOL) != kind->kind ||
+        kr_scene_excludes_exact(scene, own))
+        return KR_ERR_METHOD;
+    *refusal = KR_REFUSAL_VERTICAL;
+    if (kind->kind == KR_KIND_GORYACHEV_CHAPLYGIN && scene->start.m.z != 0.0) return KR_ERR_METHOD;
+    *refusal = KR_REFUSAL_ROUNDED;
+    /* The conditions of the integrable case must hold without rounding errors. */
+    const kr_vec3 i = scene->body.inertia;
     const int axis = distinct_axis_of(i);
-    const double equal = ratio * component(i, axis);
-    return component(i, (axis + 1) % 3) == equal && component(i, (axis + 2) % 3) == equal &&
-           component(body->com, axis) == 0.0;
+    const double equal = kind->ratio * component(i, axis);
+    if (component(i, (axis + 1) % 3) != equal || component(i, (axis + 2) % 3) != equal ||
+        component(scene->body.com, axis) != 0.0)
+        return KR_ERR_METHOD;
+    *refusal = KR_REFUSAL_WEIGHTLESS;
+    return read_across(scene, kind, start, way);
+}
+
+/* The angular velocity and the axes of space, of which the third is e3, in the body frame. */
+typedef struct body_view {
+    double w[3], e[3][3];
+} body_view;
+
+static body_view view_top(const torus_kind *kind, kr_state s)
+{
+    const kr_vec3 m = v_scale(kind->factor, q_turn_back(s.q, s.m));
+    body_view r = {.w = {m.x / kind->ratio, m.y / kind->ratio, m.z}};
+    for (int i = 0; i < 3; i++) {
+        const kr_vec3 e = q_turn_back(s.q, v3(i == 0, i == 1, i == 2));
+        r.e[i][0] = e.x, r.e[i][1] = e.y, r.e[i][2] = e.z;
+    }
+    return r;
+}
+static kr_vec3 velocity_of(const body_view *r) { return v3(r->w[0], r->w[1], r->w[2]); }
+/* Returns a time in which the Taylor series of move_view has a negligible remainder. */
+static double short_span(const body_view *r) { return 0.03125 / (1.0 + v_length(velocity_of(r))); }
+enum { VIEW_ORDER = 12 };
+/* Moves a top by the time `span` by the sum of its Taylor series. */
+static void move_view(const torus_kind *kind, double span, body_view *view)
+{
+    const double bend = 1.0 - 1.0 / kind->ratio, across = kind->side * kind->factor / kind->ratio,
+                 along = kind->side * kind->factor;
+    double w[3][VIEW_ORDER + 1], e[3][3][VIEW_ORDER + 1];
+    for (int i = 0; i < 3; i++) w[i][0] = view->w[i];
+    for (int a = 0; a < 3; a++)
+        for (int i = 0; i < 3; i++) e[a][i][0] = view->e[a][i];
+    for (int n = 0; n < VIEW_ORDER; n++) {
+        double d[3] = {0.0, across * e[2][2][n], -along * e[2][1][n]};
+        for (int i = 0; i <= n; i++) {
+            d[0] += bend * (w[1][i] * w[2][n - i]);
+            d[1] -= bend * (w[0][i] * w[2][n - i]);
+        }
+        for (int i = 0; i < 3; i++) w[i][n + 1] = d[i] / (n + 1.0);
+        for (int a = 0; a < 3; a++)
+            for (int i = 0; i < 3; i++) {
+                const int j = (i + 1) % 3, k = (i + 2) % 3;
+                double turn = 0.0;
+                for (int m = 0; m <= n; m++)
+                    turn += e[a][j][m] * w[k][n - m] - e[a][k][m] * w[j][n - m];
+                e[a][i][n + 1] = turn / (n + 1.0);
+            }
+    }
+    memset(view, 0, sizeof *view);
+    for (int n = VIEW_ORDER; n >= 0; n--)
+        for (int i = 0; i < 3; i++) {
+            view->w[i] = w[i][n] + span * view->w[i];
+            for (int a = 0; a < 3; a++) view->e[a][i] = e[a][i][n] + span * view->e[a][i];
+        }
+}
+/* Returns the error of a state at the time `span` after `now`, by its distance from the Taylor
+ * series. */
+static double miss_after(const torus_kind *kind, body_view now, double span, kr_state later)
+{
+    const body_view got = view_top(kind, later);
+    double square = 0.0;
+    move_view(kind, span, &now);
+    for (int i = 0; i < 9; i++) {
+        const double d = now.e[i / 3][i % 3] - got.e[i / 3][i % 3];
+        square += 0.5 * d * d;
+    }
+    const kr_vec3 w = velocity_of(&now);
+    const double miss =
+        fmax(sqrt(square), v_length(v_sub(w, velocity_of(&got))) / (1.0 + v_length(w)));
+    return isfinite(miss) ? miss : INFINITY;
+}
+/* Returns the error of a state whose attitude, and momentum in the body frame, are known. */
+static double miss_of_state(kr_state s, kr_quat attitude, kr_vec3 momentum)
+{
+    const double off = v_length(v_sub(q_turn_back(s.q, s.m), momentum)),
+                 miss = fmax(kr_attitude_error(s.q, attitude), off / (1.0 + v_length(momentum)));
+    return isfinite(miss) ? miss : INFINITY;
 }
 #endif
