@@ -339,7 +339,7 @@ static int find_free_lane(const kr_worker *worker)
     return lane;
 }
 /* Returns 1 unless damping is certainly not strong at any requested time of top i. */
-static int may_be_slow(const kr_worker *worker, size_t i)
+static int may_be_strongly_damped(const kr_worker *worker, size_t i)
 {
     const kr_top *top = worker->fallback;
     const size_t times = worker->tops->times;
@@ -362,7 +362,8 @@ void kr_scheduler_add(kr_worker *worker, size_t i)
     const double horizon = kr_scene_turns(&scene) ? kr_scene_horizon(&scene) : INFINITY;
     if (kr_scene_turns(&scene)) scene.turning.z = 0.0;
     kr_status status = kr_top_init(worker->fallback, &scene, NULL, &config);
-    if (!(fabs(scene.start.t) < horizon) || (status == KR_OK && may_be_slow(worker, i))) {
+    if (!(fabs(scene.start.t) < horizon) ||
+        (status == KR_OK && may_be_strongly_damped(worker, i))) {
         kr_worker_run_scalar(worker, worker->fallback, i);
         return;
     }

@@ -97,8 +97,9 @@ static void refine_cosines(cosine_table *t, int stride)
             t->c[i] = dd_mul(scale, dd_add(t->c[i - s], t->c[i + s]));
     }
 }
-/* Writes the indices of the real ones of n roots, ascending. If `complex_at` is below n, the roots with the
- * indices `complex_at` and complex_at + 1 are complex. Returns the number of real roots. */
+/* Writes the indices of the real ones of n roots, in ascending order of the roots. If `complex_at` is
+ * below n, the roots with the indices `complex_at` and complex_at + 1 are complex. Returns the number
+ * of real roots. */
 static int sort_real_roots(const dd root[], int n, int complex_at, int order[])
 {
     int real = 0;
