@@ -1,5 +1,6 @@
 """Tests of the single-file library written by cmake/amalgamate.py."""
 
+import re
 from collections import defaultdict
 from pathlib import Path
 
@@ -49,8 +50,12 @@ def test_the_file_gives_the_same_bits_as_the_library(folder, tmp_path, name):
     """Compare the outputs of two test programs with the results stored in tests/c."""
     need("cc", "clang", "gcc")
     library = folder / "kreisel.o"
-    # ccache finds earlier object files if compilers run in the folder of kreisel.c.
-    run(*COMMANDS[name].split(), "-c", "kreisel.c", "-o", "kreisel.o", cwd=folder)
+    text = (folder / "kreisel.c").read_text()
+    if name == "cc":  # compile AVX-512 only once, by the faster compiler
+        text = re.sub("^# *define KR_WITH_AVX512\n", "", text, flags=re.M)
+    (folder / f"{name}.c").write_text(text)
+    # ccache finds earlier object files if compilers run in the folder of the file.
+    run(*COMMANDS[name].split(), "-c", f"{name}.c", "-o", "kreisel.o", cwd=folder)
     assert output("golden", library, tmp_path) == (TESTS / "golden.txt").read_text()
     golden = (TESTS / "kernels.txt").read_text().splitlines()
     kernels = kernels_of(output("kernels", library, tmp_path))

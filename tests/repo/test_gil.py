@@ -5,7 +5,7 @@ import shutil
 import sys
 import sysconfig
 
-from toolbox import CSRC, ROOT, install_library, need, run
+from toolbox import CSRC, FAST_CXX, ROOT, install_library, need, run
 
 FILES = ("ensemble_results", "events")
 # Tests of other processes, which import the installed package.
@@ -30,9 +30,9 @@ def test_references_are_counted_only_with_the_gil(tmp_path):
     flags = shlex.split(run(sys.executable, "-m", "pybind11", "--includes"))
     flags += [f"-I{CSRC}", "-std=c++17", "-O0", "-fPIC", "-fvisibility=hidden"]
     binding = tmp_path / "binding.o"
-    run("g++", *flags, "-c", ROOT / "python/_core.cpp", "-o", binding)
+    run(FAST_CXX, *flags, "-c", ROOT / "python/_core.cpp", "-o", binding)
     library = install_library() / "lib/libkreisel.a"
-    run("g++", "-shared", binding, library, "-o", extension)
+    run(FAST_CXX, "-shared", binding, library, "-o", extension)
     assert b"PyGILState_Check" in extension.read_bytes()
     words = ["-q", "-x", "-p", "no:cacheprovider", "-k", "not " + " and not ".join(LEFT_OUT)]
     files = [ROOT / f"tests/python/test_{name}.py" for name in FILES]
