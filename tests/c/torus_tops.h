@@ -6,13 +6,8 @@
 
 static inline kr_scene scene_of(kr_vec3 inertia, kr_vec3 com, double gravity, kr_quat q, kr_vec3 m)
 {
-    const kr_scene s = {{1.0, inertia, com, {1, 0, 0, 0}, 0, {0, 0, 0}},
-                        gravity,
-                        {0.0, q, m},
-                        {0.0, 0.0, 0.0},
-                        {0, 0, 0},
-                        {0, 0, 0},
-                        0.0};
+    const kr_body body = {1.0, inertia, com, {1, 0, 0, 0}, 0, {0, 0, 0}};
+    const kr_scene s = {.body = body, .gravity = gravity, .start = {0.0, q, m}};
     return s;
 }
 /* Returns a random top with moments in the ratio `ratio` : `ratio` : 1, in any order. Its centre of
