@@ -137,123 +137,6 @@ static void test_accuracy_of_lanes(double tol)
     IS(lanes / TOPS < alone / TOPS + log(2.0));
 }
 
-/* With all other methods, the results of an ensemble are bitwise equal to those of single tops, and
- * so are the failures. */
-static void test_methods_without_lanes(const kr_method *method)
-{
-    kr_scene s[2] = {tilted(), tilted()};
-    const kr_config config = {.step = kr_method_describe(method).flags & KR_METHOD_ADAPTIVE ? 0.0
-                                                                                            : 0.01};
-    const double t[TIMES] = {0.0, 0.01, 0.3, 0.305, 1.0, 1.0, 2.0};
-    kr_state out[2 * TIMES], alone[TIMES];
-    kr_outcome outcomes[2];
-    if (!kr_method_applies(method, &s[0].body)) s[0].body.com = v3(0, 0, 0);
-    s[1] = s[0];
-    s[1].start.q.w += 1.0;
-    kr_worker *worker = make_worker(method, config);
-    const kr_tops tops = {
-        .n = 2, .scenes = s, .times = TIMES, .t = t, .states = out, .outcomes = outcomes};
-    IS(kr_worker_run(worker, &tops) == KR_OK);
-    kr_top *top = make(&s[0], method, config);
-    IS(kr_top_record(top, TIMES, t, alone, NULL) == KR_OK);
-    IS(memcmp(out, alone, sizeof alone) == 0);
-    const kr_stats stats = kr_top_stats(top);
-    IS(outcomes[0].status == KR_OK);
-    IS(memcmp(&outcomes[0].stats, &stats, sizeof stats) == 0);
-    IS(outcomes[1].status == KR_ERR_ATTITUDE && outcomes[1].done == 0 && isnan(out[TIMES].q.w));
-    kr_top_free(top);
-    kr_worker_free(worker);
-}
-
-/* The failure of a top is reported for that top, and its valid states are kept. */
-static void test_failures(void)
-{
-    ensemble f;
-    random_ensemble(&f);
-    const kr_config limited = {.max_steps = 9};
-    kr_worker *worker = make_worker(taylor(), limited);
-    IS(kr_worker_run(worker, &f.tops) == KR_OK);
-    size_t failed = 0;
-    for (size_t i = 0; i < TOPS; i++) {
-        const kr_outcome *o = &f.outcomes[i];
-        kr_state states[TIMES];
-        size_t done;
-        kr_config config = limited;
-        config.step = kr_step_directed(0.0, f.t[i * TIMES + TIMES - 1] < 0.0);
-        if (o->status == KR_OK) continue;
-        failed++;
-        kr_top *top = make(&f.scenes[i], taylor(), config);
-        IS(kr_top_record(top, TIMES, f.t + i * TIMES, states, &done) == KR_ERR_LIMIT);
-        IS(o->status == KR_ERR_LIMIT && o->done == done && o->stats.steps == 9);
-        IS(memcmp(states, f.states + i * TIMES, done * sizeof *states) == 0);
-        IS(isnan(f.states[i * TIMES + done].m.x) &&
-           f.states[i * TIMES + done].t == f.t[i * TIMES + done]);
-        IS(same(o->last, kr_top_state(top)));
-        kr_top_free(top);
-    }
-    IS(failed > 3 && failed < TOPS);
-    kr_worker_free(worker);
-}
-
-static double nutation_of(const ensemble *f, size_t i, size_t k)
-{
-    return kr_state_nutation(&f->scenes[i], &f->states[i * TIMES + k]);
-}
-/* Checks that the recorded values of a top agree with those computed from its states. */
-static void is_what_states_say(const ensemble *f, size_t i, const double row[7])
-{
-    const kr_state *last = &f->states[i * TIMES + TIMES - 1];
-    size_t low = 0, high = 0;
-    double sum = 0.0, squares = 0.0;
-    for (size_t k = 0; k < TIMES; k++) {
-        const double x = nutation_of(f, i, k);
-        sum += x / TIMES;
-        if (x < nutation_of(f, i, low)) low = k;
-        if (x > nutation_of(f, i, high)) high = k;
-    }
-    for (size_t k = 0; k < TIMES; k++) {
-        const double far = nutation_of(f, i, k) - sum;
-        squares += far * far / TIMES;
-    }
-    IS(row[0] == nutation_of(f, i, low) && row[1] == nutation_of(f, i, high));
-    IS(row[2] == f->t[i * TIMES + low] && row[3] == f->t[i * TIMES + high]);
-    NEAR(row[4], sum, 1e-14);
-    NEAR(row[5], squares, 1e-14);
-    IS(row[6] == kr_state_apex(&f->scenes[i], last).z);
-}
-static void test_reductions(void)
-{
-    const kr_quantity *nutation = kr_quantity_find("nutation"), *apex = kr_quantity_find("apex");
-    const kr_reduction r[] = {
-        {nutation, 0, KR_REDUCE_MIN},       {nutation, 0, KR_REDUCE_MAX},
-        {nutation, 0, KR_REDUCE_WHERE_MIN}, {nutation, 0, KR_REDUCE_WHERE_MAX},
-        {nutation, 0, KR_REDUCE_MEAN},      {nutation, 0, KR_REDUCE_VARIANCE},
-        {apex, 2, KR_REDUCE_LAST},
-    };
-    enum { ALL = sizeof r / sizeof *r };
-    ensemble f;
-    random_ensemble(&f);
-    double rows[TOPS * ALL], again[TOPS * ALL];
-    kr_worker *worker = NULL;
-    const kr_config config = {0};
-    IS(kr_worker_create(NULL, config, ALL, r, &worker) == KR_OK);
-    f.tops.reduced = rows;
-    f.scenes[5].gravity = NAN;
-    IS(kr_worker_run(worker, &f.tops) == KR_OK);
-    for (size_t i = 0; i < TOPS; i++)
-        if (i != 5) is_what_states_say(&f, i, rows + i * ALL);
-    for (int k = 0; k < ALL; k++) IS(isnan(rows[5 * ALL + k]));
-    f.tops.states = NULL;
-    f.tops.reduced = again;
-    IS(kr_worker_run(worker, &f.tops) == KR_OK);
-    for (size_t i = 0; i < TOPS * ALL; i++)
-        IS(rows[i] == again[i] || (isnan(rows[i]) && isnan(again[i])));
-    f.tops.times = 0;
-    IS(kr_worker_run(worker, &f.tops) == KR_OK && f.outcomes[3].status == KR_OK);
-    for (size_t i = 0; i < TOPS * ALL; i++) IS(isnan(again[i])); /* of no states */
-    kr_worker_free(worker);
-}
-
 /* Interrupts a worker after `after` polls, and checks that all tops keep their states. Returns
  * twice the number of tops that were stopped after their first state, minus the number of lanes. */
 static int interrupt_worker(int after)
@@ -376,10 +259,6 @@ int main(void)
     test_accuracy_of_lanes(0.0);
     test_accuracy_of_lanes(1e-9);
     test_accuracy_of_lanes(1e-5);
-    for (size_t i = 0; i < kr_method_count(); i++)
-        if (kr_method_at(i) != taylor()) test_methods_without_lanes(kr_method_at(i));
-    test_failures();
-    test_reductions();
     test_polls_between_states();
     for (int after = 0; after < 60; after++) on_the_way += interrupt_worker(after);
     IS(on_the_way >= 0);
