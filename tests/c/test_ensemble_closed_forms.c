@@ -1,4 +1,4 @@
-/* Closed forms in a worker: times in the wrong order, limits of steps, and units. */
+/* Closed forms in a worker: times in the wrong order, and units. */
 #include "check.h"
 #include "tops.h"
 
@@ -34,33 +34,6 @@ static void test_units(void)
     }
     kr_top_free(alone);
 }
-/* A limit on the number of steps has the same meaning for a top of an ensemble as for a single
- * top. */
-static void test_limits_of_steps(void)
-{
-    const double t[4] = {1.0, 2.0, 2.0, 5.0};
-    const kr_scene scenes[2] = {kr_scene_default(), kr_scene_default()};
-    for (int64_t most = 0; most < 6; most++) {
-        const kr_config config = {.max_steps = most};
-        kr_state out[8], truly[4];
-        kr_outcome outcomes[2];
-        const kr_tops tops = {
-            .n = 2, .scenes = scenes, .times = 4, .t = t, .states = out, .outcomes = outcomes};
-        kr_top *alone = make(&scenes[0], kr_method_find("exact"), config);
-        size_t done = 0;
-        const kr_status status = kr_top_record(alone, 4, t, truly, &done);
-        kr_worker *worker = make_worker(NULL, config);
-        IS(kr_worker_run(worker, &tops) == KR_OK);
-        for (size_t i = 0; i < 2; i++) {
-            IS(outcomes[i].status == status && outcomes[i].done == done);
-            IS(outcomes[i].stats.steps == kr_top_stats(alone).steps);
-            for (size_t k = 0; k < done; k++) IS(same(out[4 * i + k], truly[k]));
-        }
-        IS((status == KR_ERR_LIMIT) == (most == 1 || most == 2));
-        kr_worker_free(worker);
-        kr_top_free(alone);
-    }
-}
 /* Times that lead away from the start are reached. A time that leads back fails, and the states
  * before it are kept. */
 static void test_time_order(void)
@@ -84,7 +57,6 @@ static void test_time_order(void)
 }
 int main(void)
 {
-    test_limits_of_steps();
     test_time_order();
     test_units();
     return check_result();

@@ -1,5 +1,4 @@
-/* Sections of a worker: the states of a top depend on that top alone, no state is missed, and a top
- * whose event does not occur is reported. */
+/* Sections of a worker: no state is missed, and a top whose event does not occur is reported. */
 #include "ensemble/slots.h"
 #include "events/event_polynomial.h"
 #include "event_helpers.h"
@@ -40,6 +39,7 @@ static void run(cut *c, size_t n, const kr_event *event, kr_config config)
     IS(kr_worker_section(worker, event, &tops) == KR_OK);
     kr_worker_free(worker);
 }
+
 static int same_row(const cut *a, size_t i, const cut *b, size_t j)
 {
     for (size_t k = 0; k < a->outcomes[i].done; k++)
@@ -89,35 +89,6 @@ static int none_is_missed(const kr_event *event, double wait)
         is_complete(&c, i, event);
     }
     return failed;
-}
-static void test_independence(const kr_event *event)
-{
-    cut c, d;
-    random_tops(&c, 40.0);
-    d = c;
-    run(&c, TOPS, event, (kr_config){0});
-    for (size_t i = 0; i < TOPS; i++) {
-        cut one;
-        one.scenes[0] = c.scenes[i];
-        one.wait[0] = c.wait[i];
-        run(&one, 1, event, (kr_config){0});
-        IS(same_row(&c, i, &one, 0));
-    }
-    for (size_t i = 0; i < TOPS; i++) {
-        const size_t from = TOPS - 1 - i;
-        d.scenes[i] = c.scenes[from];
-        d.wait[i] = c.wait[from];
-        if (i % 7 == 0) d.scenes[i].start.m.y = NAN;
-        if (i % 7 == 1) d.wait[i] = INFINITY;
-        if (i % 7 == 2) d.wait[i] = 1e300;
-        if (i % 7 == 3) d.wait[i] = 0.0;
-    }
-    run(&d, TOPS, event, (kr_config){0});
-    for (size_t i = 0; i < TOPS; i++) {
-        if (i % 7 > 3) IS(same_row(&d, i, &c, TOPS - 1 - i));
-        IS(i % 7 > 3 || d.outcomes[i].status != KR_OK);
-        IS(i % 7 != 3 || d.outcomes[i].status == KR_ERR_EVENT);
-    }
 }
 static void test_instruction_sets(const kr_event *event)
 {
@@ -262,9 +233,6 @@ int main(void)
     IS(none_is_missed(&products, 20.0) < TOPS);
     IS(none_is_missed(&turns, 40.0) < TOPS);
     IS(none_is_missed(&constant, 5.0) == TOPS);
-    test_independence(&low);
-    test_independence(&half);
-    test_independence(&products);
     test_instruction_sets(&low);
     test_instruction_sets(&mixed);
     test_lowest_points_of_lagrange_tops(&low, 0.0);

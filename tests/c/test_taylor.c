@@ -1,4 +1,4 @@
-/* The Taylor series: coefficients, kernels, accuracy, dense output and failures. */
+/* The Taylor series: coefficients, kernels, extreme tops and failures. */
 #include <stdlib.h>
 #include "driver/top.h"
 #include "taylor/taylor.h"
@@ -92,35 +92,6 @@ static void test_single_kernels(void)
         for (int order = 0; order < KR_ORDERS; order++) coefficients(&isa->plain[order]);
         for (int depth = 0; depth < KR_DEPTHS; depth++) coefficients(&isa->deep[depth]);
     }
-}
-
-enum { LOOKS = 2000 };
-static void test_dense_output(void)
-{
-    const kr_scene s = asymmetric();
-    const kr_config config = {.tol = 0}, precise = {.digits = 20};
-    static kr_state out[LOOKS + 1], better[LOOKS + 1];
-    static double t[LOOKS + 1];
-    kr_top *top = make(&s, taylor(), config), *truth = make(&s, taylor(), precise);
-    for (int i = 0; i <= LOOKS; i++) t[i] = 10.0 * i / LOOKS;
-    IS(kr_top_record(top, LOOKS + 1, t, out, NULL) == KR_OK &&
-       kr_top_record(truth, LOOKS + 1, t, better, NULL) == KR_OK);
-    const kr_state once = run_to(&s, 0, 10);
-    IS(same(out[LOOKS], once));
-    NEAR((double)kr_top_stats(top).evaluations, 20, 5);
-    for (int i = 0; i <= LOOKS; i++) {
-        NEAR(distance(out[i], better[i]), 0.0, 1e-12);
-        NEAR(energy(&s, out[i]), energy(&s, s.start), 1e-13);
-    }
-    kr_top_free(top);
-    kr_top_free(truth);
-}
-static void test_reversal(void)
-{
-    kr_scene s = asymmetric();
-    const kr_state start = s.start;
-    s.start = run_to(&s, 0, 10);
-    NEAR(distance(run_to(&s, 0, 0), start), 0.0, 1e-12);
 }
 
 /* The energy is conserved for bodies as thin as a needle, slow and fast. */
@@ -237,8 +208,6 @@ int main(void)
     test_tangents_of_own_kernel();
     test_single_kernels();
     test_kernels();
-    test_dense_output();
-    test_reversal();
     test_extremes();
     test_refusals();
     return check_result();

@@ -1,5 +1,5 @@
-/* The driver: landing, grids, times between grid points, limits, interruption, the last valid
- * state, units. */
+/* The driver: single steps, limits, interruption, the last valid state, tops at rest. The laws in
+ * tests/python and random calls in tests/fuzz test times, units and frames. */
 #include <stdlib.h>
 #include "tops.h"
 
@@ -8,85 +8,6 @@ enum { MANY = 700 };
 static kr_top *fixed(const kr_scene *s, const char *name, double step)
 {
     return make(s, kr_method_find(name), (kr_config){.step = step});
-}
-
-/* A state is bitwise independent of the times requested before it, on the grid or off it. */
-static void test_division(const kr_method *method)
-{
-    const kr_scene s = tilted();
-    const kr_config config = {
-        .step = 0.03125,
-        .tol = method && kr_method_describe(method).flags & KR_METHOD_ADAPTIVE ? 1e-7 : 0.0};
-    const double t[] = {0.0, 0.01, 0.03125, 0.04,    0.05, 0.0625,
-                        1.0, 1.0,  2.3,     2.34375, 20.0, 21.001};
-    enum { N = sizeof t / sizeof *t };
-    kr_state at_once[N];
-    size_t done = 0;
-    kr_top *top = NULL, *steps = NULL;
-    IS(kr_top_create(&s, method, config, &top) == KR_OK &&
-       kr_top_create(&s, method, config, &steps) == KR_OK);
-    IS(kr_top_record(top, N, t, at_once, &done) == KR_OK && done == N);
-    for (int i = 0; i < N; i++) {
-        IS(same(at_once[i], state_at(t[i], &s, method, config)) && at_once[i].t == t[i]);
-        IS(kr_top_advance(steps, t[i]) == KR_OK && same(at_once[i], kr_top_state(steps)));
-    }
-    IS(same(at_once[0], s.start));
-    IS(kr_top_reset(top, &s.start) == KR_OK && kr_top_advance(top, 21.001) == KR_OK &&
-       same(kr_top_state(top), at_once[N - 1]));
-    IS(kr_top_stats(top).steps > 0 && kr_top_stats(top).evaluations >= kr_top_stats(top).steps);
-    kr_top_free(top);
-    kr_top_free(steps);
-}
-
-/* Units of mass, length and time that are powers of two scale the results exactly. */
-static void test_scaling(const kr_method *method, int mass, int length, int time)
-{
-    const kr_scene s = tilted();
-    const int clock = kr_method_describe(method).flags & KR_METHOD_ABSOLUTE ? 0 : time;
-    const double kg = ldexp(1, mass), m = ldexp(1, length), sec = ldexp(1, clock);
-    const kr_config config = {.step = 0.01}, scaled = {.step = 0.01 * sec};
-    kr_scene big = s;
-    big.body.mass *= kg;
-    big.body.inertia = v_scale(kg * m * m, s.body.inertia);
-    big.body.com = v_scale(m, s.body.com);
-    big.gravity = s.gravity * m / (sec * sec);
-    big.start.m = v_scale(kg * m * m / sec, s.start.m);
-    const kr_state a = state_at(5.003, &s, method, config),
-                   b = state_at(5.003 * sec, &big, method, scaled);
-    kr_state back = b;
-    back.t /= sec;
-    back.m = v_scale(sec / (kg * m * m), b.m);
-    IS(same(a, back));
-}
-
-/* Neither the frame of description nor the choice of the symmetry axis matters. */
-static void test_frames(const kr_method *method)
-{
-    const kr_scene s = tilted();
-    const kr_config config = {.step = 0.01};
-    const kr_state a = state_at(10.0, &s, method, config);
-    const kr_quat turns[3] = {q4(0.5, v3(0.5, 0.5, 0.5)), q4(0.5, v3(-0.5, -0.5, -0.5)),
-                              q_exp(v3(1.0, 0.3, -0.7))};
-    for (int i = 0; i < 3; i++) {
-        kr_scene other = s;
-        other.body.axes = turns[i];
-        other.start.q = q_mul(s.start.q, q_conj(turns[i]));
-        kr_state b = state_at(10.0, &other, method, config);
-        b.q = q_mul(b.q, turns[i]);
-        NEAR(distance(a, b), 0.0,
-             kr_method_describe(method).flags & KR_METHOD_ADAPTIVE ? 1e-6 : 1e-11);
-    }
-    for (int i = 0; i < 2; i++) { /* the same top with its axis along N and along B */
-        kr_scene other = s;
-        const kr_vec3 I = s.body.inertia;
-        other.body.inertia = i == 0 ? v3(I.z, I.x, I.y) : v3(I.y, I.z, I.x);
-        other.body.com = i == 0 ? v3(1, 0, 0) : v3(0, 1, 0);
-        other.start.q = q_mul(s.start.q, q_conj(turns[i]));
-        kr_state b = state_at(10.0, &other, method, config);
-        b.q = q_mul(b.q, turns[i]);
-        NEAR(distance(a, b), 0.0,
-             kr_method_describe(method).flags & KR_METHOD_ADAPTIVE ? 1e-6 : 1e-11);
-    }
 }
 
 static void test_limits(void)
@@ -186,17 +107,6 @@ static void test_slowest_turns(void)
 int main(void)
 {
     test_slowest_turns();
-    const kr_scene thesis = tilted();
-    for (size_t i = 0; i < kr_method_count(); i++) {
-        const kr_method *method = kr_method_at(i);
-        if (!kr_method_applies(method, &thesis.body)) continue;
-        test_division(method);
-        test_frames(method);
-        test_scaling(method, 3, -5, 7);
-        test_scaling(method, -80, -30, -20);
-        test_scaling(method, 100, 40, 12);
-        test_scaling(method, 0, -300, 0);
-    }
     test_limits();
     test_overflow();
     test_steps_and_reversal();
