@@ -12,7 +12,7 @@ INLINE wide event_value(kr_lanes *l, lane_vec p, lane_vec w)
     return lane_vec_dot(lane_vec_load(l->along_p), p) + lane_vec_dot(lane_vec_load(l->along_w), w);
 }
 /* Returns the time derivative of the event function. */
-INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w)
+INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w, int terms)
 {
     const lane_vec k = lane_vec_load(l->k), up = lane_vec_load(l->up),
                    down = lane_vec_load(l->down);
@@ -22,8 +22,8 @@ INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w)
                          wide_fma(p.x, w.y, -(p.y * w.x))};
     const lane_vec weight = {wide_fma(up.x, p.y, down.x * p.z), wide_fma(up.y, p.z, down.y * p.x),
                              wide_fma(up.z, p.x, down.z * p.y)};
-    const lane_vec turned = lane_vec_fma(k, carried, weight),
-                   linear = lane_vec_fma(lane_vec_load(l->drag), w, turned);
+    lane_vec linear = lane_vec_fma(k, carried, weight);
+    if (terms & KR_LANES_DAMPED) linear = lane_vec_fma(lane_vec_load(l->drag), w, linear);
     const lane_vec dw = {wide_fma(k.x * w.y, w.z, linear.x), wide_fma(k.y * w.z, w.x, linear.y),
                          wide_fma(k.z * w.x, w.y, linear.z)};
     return event_value(l, dp, dw);
@@ -31,7 +31,7 @@ INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w)
 /* Computes the polynomial coefficients of the event function, or of its derivative, over a step of
  * size h. Returns the degree. As in events/event_polynomial.c, the last coefficient is corrected so
  * that the polynomials of consecutive steps agree at the common end point. */
-INLINE int expand_event(kr_lanes *l, wide h, const lane_point *end)
+INLINE int expand_event(kr_lanes *l, wide h, const lane_point *end, int terms)
 {
     const int first = l->extremum, degree = l->order - first;
     const wide apart = wide_load(l->constant), zero = wide_splat(0.0);
@@ -46,14 +46,14 @@ INLINE int expand_event(kr_lanes *l, wide h, const lane_point *end)
         power = power * h;
     }
     const wide there =
-        first ? h * event_rate(l, end->p, end->w) : event_value(l, end->p, end->w) + apart;
+        first ? h * event_rate(l, end->p, end->w, terms) : event_value(l, end->p, end->w) + apart;
     wide_store(l->g[degree], wide_load(l->g[degree]) + (there - reached));
     return degree;
 }
 /* Returns a mask of the lanes in which no event can have occurred during the step. */
-INLINE mask keeps_sign(kr_lanes *l, wide h, const lane_point *end)
+INLINE mask keeps_sign(kr_lanes *l, wide h, const lane_point *end, int terms)
 {
-    const int degree = expand_event(l, h, end);
+    const int degree = expand_event(l, h, end, terms);
     const wide side = wide_load(l->side);
     wide b[KR_LANES_ORDER + 1];
     double binomial = 1.0;
