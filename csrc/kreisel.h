@@ -17,7 +17,7 @@
  * Motion:  dm/dt = mass g e3 x a - D (w - turning) - turning x m + dry friction,   a = q com q*
  *          dq/dt = (w - turning) q / 2,   m = J w + rotor,   g = gravity - A r^2 cos(r t + phase)
  *          with the angular velocity w in the inertial frame, amplitude A and rate r of a shaken
- *          support.
+ *          support; a gravity gradient adds gradient * e3 x J e3 to dm/dt.
  * Frames:  The space axes are e1, e2 and e3; gravity acts along -e3. If the support rotates, these
  *          axes rotate with it. The body has two frames: the frame of description, in which the
  *          user describes it, and the principal axes at the fixed point (N, B, T). An attitude q
@@ -95,7 +95,10 @@ extern "C" {
     X(ERR_FRICTION,    INPUT,     "the method does not apply to tops with dry friction")          \
     X(ERR_STOPPED,     FAILURE,   "the motion before dry friction stopped the spin is not unique") \
     X(ERR_WHEEL,       INPUT,     "damping or friction acts on a body in which nothing but a free " \
-                                  "wheel turns about its axle")
+                                  "wheel turns about its axle")                                   \
+    X(ERR_GRADIENT,    INPUT,     "the method does not apply to bodies in a gravity gradient")    \
+    X(ERR_COMBINATION, INPUT,     "a gravity gradient excludes a shaken support, and wheels on "  \
+                                  "free axles")
 typedef enum kr_status {
 #define KR_X_(name, what, text) KR_##name,
     KR_STATUS_LIST(KR_X_)
@@ -169,6 +172,11 @@ typedef struct kr_scene {
      * T^-2]. A spin of zero stays zero as long as friction can hold the top. */
     double friction;
     kr_wheel wheels[KR_WHEELS_MAX];
+    /* Gravity gradient: a torque gradient * e3 x J e3, of either sign [T^-2]. With the distance R
+     * from an attracting body of strength mu along e3, it is 3 mu / R^3. On a circular orbit, e3
+     * turns with the orbital rate (`turning`). Not with a shaken support, or with wheels whose
+     * moment is not part of the inertia. */
+    double gradient;
 } kr_scene;
 
 /* The functions that every program needs. */
@@ -389,7 +397,8 @@ KR_API kr_status kr_scene_steady_precession(const kr_scene *scene, double spin, 
     X(ROTORS,        65536, "rotors",         "applies to bodies with rotors")                    \
     X(TURNING,      131072, "turning",        "applies to supports that turn about any axis")     \
     X(SHAKING,      262144, "shaking",        "applies to shaken supports")                       \
-    X(FRICTION,     524288, "friction",       "applies to tops with dry friction")
+    X(FRICTION,     524288, "friction",       "applies to tops with dry friction")                \
+    X(GRADIENT,    1048576, "gradient",       "applies to bodies in a gravity gradient")
 /* clang-format on */
 enum {
 #define KR_X_(flag, bit, name, text) KR_METHOD_##flag = bit,
@@ -539,12 +548,13 @@ KR_API kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit);
     X(ROTOR,   128, 3, "rotor")                                                                   \
     X(TURNING, 256, 3, "turning")                                                                 \
     X(SHAKING, 512, 3, "shaking")  /* amplitude, rate, phase */                                   \
-    X(FRICTION, 1024, 1, "friction")
+    X(FRICTION, 1024, 1, "friction")                                                              \
+    X(GRADIENT, 2048, 1, "gradient")
 enum {
 #define KR_X_(by, bit, columns, name) KR_TANGENT_##by = bit,
     KR_TANGENT_LIST(KR_X_)
 #undef KR_X_
-    KR_TANGENT_COLUMNS_MAX = 27,   /* columns */
+    KR_TANGENT_COLUMNS_MAX = 28,   /* columns */
     KR_TANGENT_GROWTH = 64 /* workers only: the growth of one tangent for each top */
 };
 /* clang-format on */

@@ -44,6 +44,9 @@ typedef struct kr_motion {
     /* The internal units of time and momentum, in the user's units. The method taylor uses them to
      * convert the motion of the support and the friction. */
     double time_unit, momentum_unit;
+    /* The gravity gradient k: the torque is e3 x (q (lever + k J P) q*) by the vertical P in the
+     * body. 0 unless KR_METHOD_GRADIENT. */
+    double gradient;
 } kr_motion;
 
 /* The last step of a dense method as a polynomial in tau = (time - begin) * rate, 0 <= tau <=
@@ -99,8 +102,8 @@ typedef enum kr_timing {
 } kr_timing;
 /* On a shaken support, the derivative of the lever is `pull` times the function of time that
  * `timing` selects. `timing` determines the time dependence of the change in torque. `turning`,
- * `apex` and `friction` are the derivatives of the support's angular velocity, of the apex and of
- * the dry friction. All vectors except `push` and `turning` have components along the principal
+ * `apex`, `friction` and `gradient` are the derivatives of the support's angular velocity, of the
+ * apex, of the dry friction and of the gravity gradient. All vectors except `push` and `turning` have components along the principal
  * axes, which all methods with tangents use as their axes. */
 typedef struct kr_seed {
     kr_deviation at_start;
@@ -108,7 +111,7 @@ typedef struct kr_seed {
     kr_vec3 moments, damping, turning;
     kr_timing timing;
     vec_dd apex;
-    double friction;
+    double friction, gradient;
 } kr_seed;
 /* The functions with which a method propagates tangents. */
 typedef struct kr_tangent_ops {
@@ -208,10 +211,17 @@ static inline kr_vec3 motion_velocity(const kr_motion *motion, kr_vec3 M)
 {
     return v_over(v_sub(M, motion->rotor), motion->inertia);
 }
-/* Returns the torque at attitude q: e3 x (q lever q*). */
+/* Returns lever + k J P for the vertical P in the body, with the gravity gradient k. */
+static inline kr_vec3 motion_lever(const kr_motion *motion, kr_vec3 P)
+{
+    return v_axpy(motion->gradient, v_times(motion->inertia, P), motion->lever);
+}
+/* Returns the torque at attitude q: e3 x (q lever q*), with that of the gravity gradient. */
 static inline kr_vec3 motion_torque(const kr_motion *motion, kr_quat q)
 {
-    const kr_vec3 a = q_turn(q, motion->lever);
+    const kr_vec3 lever =
+        motion->gradient != 0.0 ? motion_lever(motion, q_vertical(q)) : motion->lever;
+    const kr_vec3 a = q_turn(q, lever);
     return v3(-a.y, a.x, 0.0);
 }
 #endif

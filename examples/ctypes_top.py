@@ -33,6 +33,7 @@ Scene = structure(
     shaking=Shaking,
     friction=c_double,
     wheels=3 * Wheel,
+    gradient=c_double,
 )
 Config = structure(
     "Config",

@@ -72,11 +72,11 @@ static py::object body(const py::object &mass, const py::object &inertia, const 
 
 // The arguments of every constructor of scenes.
 struct environment {
-    py::object gravity, damping, turning, shaking, friction;
+    py::object gravity, damping, turning, shaking, friction, gradient;
 
     explicit environment(const py::tuple &given)
         : gravity(given[0]), damping(given[1]), turning(given[2]), shaking(given[3]),
-          friction(given[4])
+          friction(given[4]), gradient(given[5])
     {
     }
     // Writes the environment. Returns false if an argument does not consist of plain numbers.
@@ -92,6 +92,7 @@ struct environment {
         if (!turning.is_none() && !numbers_of(turning, u)) return false;
         if (!shaking.is_none() && !numbers_of(shaking, k)) return false;
         if (!friction.is_none() && !plain_number(friction.ptr(), s.friction)) return false;
+        if (!gradient.is_none() && !plain_number(gradient.ptr(), s.gradient)) return false;
         const double unit = in_degrees ? radians_per_degree : 1.0;
         s.damping = {d[0], d[1], d[2]};
         s.turning = {u[0] * unit, u[1] * unit, u[2] * unit};
@@ -101,10 +102,11 @@ struct environment {
     bool has_disturbance(const kr_scene &s) const
     {
         return !v_is_zero(s.damping) || !v_is_zero(s.turning) || s.friction != 0.0 ||
-               s.shaking.amplitude != 0.0 || s.shaking.rate != 0.0 || s.shaking.phase != 0.0;
+               s.gradient != 0.0 || s.shaking.amplitude != 0.0 || s.shaking.rate != 0.0 ||
+               s.shaking.phase != 0.0;
     }
     // Returns the numbers of a scene as Python stores them, and its block: momentum, attitude,
-    // gravity, damping, turning, shaking, friction, block. Returns None if the scene is invalid.
+    // gravity, damping, turning, shaking, friction, gradient, block. Returns None if the scene is invalid.
     py::object numbers(const kr_scene &s) const
     {
         if (kr_scene_check(&s) != KR_OK) return py::none();
@@ -113,7 +115,7 @@ struct environment {
         return py::make_tuple(tuple_of(s.start.m), py::make_tuple(q.w, q.x, q.y, q.z), s.gravity,
                               vector_of(damping, s.damping), vector_of(turning, s.turning),
                               vector_of(shaking, {k.amplitude, k.rate, k.phase}), s.friction,
-                              block_of(s));
+                              s.gradient, block_of(s));
     }
 };
 // The constructors return the numbers of a scene, or None if Python has to examine the arguments.

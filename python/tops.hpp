@@ -104,13 +104,13 @@ inline bool has_torus(const kr_scene &scene)
 // Scenes, with the fields of a kr_scene in its order.
 class tops
 {
-    columns<15> fields;
+    columns<16> fields;
 
   public:
     // Mass, moments, centre of mass, axes, inertia_rtol, rotor; gravity; t, q, m; damping, turning,
-    // shaking, friction, wheels.
+    // shaking, friction, wheels, gradient.
     tops(const std::vector<size_t> &shape, const py::list &arrays)
-        : fields(shape, arrays, {1, 3, 3, 4, 1, 3, 1, 1, 4, 3, 3, 3, 3, 1, 12})
+        : fields(shape, arrays, {1, 3, 3, 4, 1, 3, 1, 1, 4, 3, 3, 3, 3, 1, 12, 1})
     {
     }
     size_t size() const { return fields.size(); }
@@ -119,7 +119,7 @@ class tops
     {
         bool shared = true;
         for (size_t k = 0; k < 7; k++) shared = shared && fields.is_shared(k);
-        for (size_t k = 10; k < 15; k++) shared = shared && fields.is_shared(k);
+        for (size_t k = 10; k < 16; k++) shared = shared && fields.is_shared(k);
         return shared;
     }
 

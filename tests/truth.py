@@ -10,7 +10,7 @@ from pathlib import Path
 import kreisel as kr
 
 ROWS = json.loads(Path(__file__).with_name("truths.json").read_text())
-EFFECTS = {"damping", "turning", "shaking", "friction"}
+EFFECTS = {"damping", "turning", "shaking", "friction", "gradient"}
 
 
 def select_rows(family, *effects, exactly=False):

@@ -35,6 +35,7 @@ kr_status kr_refusal_by_method(const kr_method *method, const kr_scene *scene)
     if (v_largest(scene->damping) > 0.0 && !(flags & KR_METHOD_DAMPED)) return KR_ERR_DAMPING;
     if (scene->friction > 0.0 && !(flags & KR_METHOD_FRICTION)) return KR_ERR_FRICTION;
     if (kr_scene_shakes(scene) && !(flags & KR_METHOD_SHAKING)) return KR_ERR_SHAKING;
+    if (scene->gradient != 0.0 && !(flags & KR_METHOD_GRADIENT)) return KR_ERR_GRADIENT;
     if (flags & KR_METHOD_FRICTION && !method->supports && kr_scene_needs_support_terms(scene))
         return KR_ERR_NOT_BUILT;
     if (!kr_scene_turns(scene) || flags & KR_METHOD_TURNING) return KR_OK;

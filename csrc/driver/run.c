@@ -58,13 +58,15 @@ static kr_status choose_units(kr_top *top)
     top->main.damping = v_scale(1.0 / top->momentum_unit, working.damping);
     if (kr_body_has_rotor(&top->scene.body))
         top->main.rotor = v_scale(1.0 / top->momentum_unit, working.rotor);
+    top->main.gradient = top->time_unit * (top->time_unit * top->scene.gradient);
     top->main.step = top->config.step / top->time_unit;
     top->main.tol = top->config.tol;
     top->main.scene = &top->scene;
     top->main.time_unit = top->time_unit;
     top->main.momentum_unit = top->momentum_unit;
     if (has_extended_digits(top)) top->method->extended->set_lever(top, own.moment);
-    return isfinite(top->main.step) && v_finite(top->main.damping) && v_finite(top->main.rotor)
+    return isfinite(top->main.step) && isfinite(top->main.gradient) &&
+                   v_finite(top->main.damping) && v_finite(top->main.rotor)
                ? KR_OK
                : KR_ERR_ARGUMENT;
 }
@@ -218,7 +220,8 @@ static kr_status check_options(const kr_method *method, const kr_config *config)
     if (config->tangents && !(flags & KR_METHOD_TANGENTS)) return KR_ERR_OPTION;
     if (config->skip_heading && !(flags & KR_METHOD_SKIPS_HEADING)) return KR_ERR_OPTION;
     if (config->skip_heading && (config->tangents || config->digits > 16)) return KR_ERR_OPTION;
-    const uint64_t of_supports = KR_TANGENT_TURNING | KR_TANGENT_SHAKING | KR_TANGENT_FRICTION;
+    const uint64_t of_supports =
+        KR_TANGENT_TURNING | KR_TANGENT_SHAKING | KR_TANGENT_FRICTION | KR_TANGENT_GRADIENT;
     const int is_built = (config->digits <= 16 || method->extended) &&
                          (!config->tangents || method->tangents) &&
                          (method->supports || !(config->tangents & of_supports));

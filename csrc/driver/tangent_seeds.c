@@ -139,6 +139,7 @@ static void seed_tangents(seed_list *to, const kr_top *top)
     if (by & KR_TANGENT_ROTOR) seed_rotor(to);
     seed_support(to, body, by);
     if (by & KR_TANGENT_FRICTION) add_seed(to)->friction = 1.0;
+    if (by & KR_TANGENT_GRADIENT) add_seed(to)->gradient = 1.0;
 }
 void kr_tangents_start(kr_top *top)
 {
@@ -167,7 +168,8 @@ static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
                  damping = find_first_column(by, KR_TANGENT_DAMPING),
                  rotor = find_first_column(by, KR_TANGENT_ROTOR),
                  turning = find_first_column(by, KR_TANGENT_TURNING),
-                 friction = find_first_column(by, KR_TANGENT_FRICTION);
+                 friction = find_first_column(by, KR_TANGENT_FRICTION),
+                 gradient = find_first_column(by, KR_TANGENT_GRADIENT);
     const double moment = top->momentum_unit * top->time_unit;
     for (int i = 0; i < KR_TANGENT_COLUMNS_MAX; i++) unit[i] = 1.0;
     for (size_t i = 0; i < 3; i++) {
@@ -178,6 +180,7 @@ static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
         if (by & KR_TANGENT_TURNING) unit[turning + i] = 1.0 / top->time_unit;
     }
     if (by & KR_TANGENT_FRICTION) unit[friction] = top->momentum_unit / top->time_unit;
+    if (by & KR_TANGENT_GRADIENT) unit[gradient] = 1.0 / (top->time_unit * top->time_unit);
 }
 /* Converts a rotation vector from the method's axes to the user's body frame. The conversion uses
  * double precision if at most 16 digits are requested. The argument `axes` is the result of

@@ -68,11 +68,11 @@ static inline void kr_event_reset_search(kr_event *event)
  * changes the checkpoint format. */
 /* clang-format off */
 #define KR_SAVED_TOP(X)                                                                           \
-    X(scene, 0)            X(method, 368)         X(config, 376)         X(axes, 432)             \
-    X(is_turned, 464)      X(time_unit, 472)      X(momentum_unit, 480)  X(forward, 488)          \
-    X(main, 496)           X(side, 784)           X(saved, 1072)         X(steps, 1360)          \
-    X(saved_steps, 1368)   X(inspect_at, 1376)    X(before, 1384)        X(before_clock, 1448)    \
-    X(requested, 1456)     X(now, 1464)           X(low, 1528)
+    X(scene, 0)            X(method, 376)         X(config, 384)         X(axes, 440)             \
+    X(is_turned, 472)      X(time_unit, 480)      X(momentum_unit, 488)  X(forward, 496)          \
+    X(main, 504)           X(side, 800)           X(saved, 1096)         X(steps, 1392)          \
+    X(saved_steps, 1400)   X(inspect_at, 1408)    X(before, 1416)        X(before_clock, 1480)    \
+    X(requested, 1488)     X(now, 1496)           X(low, 1560)
 #define KR_SAVED_CONFIG(X)                                                                        \
     X(step, 0)             X(tol, 8)              X(max_steps, 16)       X(poll, 24)              \
     X(context, 32)         X(digits, 40)          X(skip_heading, 44)     \
@@ -82,7 +82,7 @@ static inline void kr_event_reset_search(kr_event *event)
     X(step, 96)            X(tol, 104)            X(clock, 112)          X(stats, 120)            \
     X(work, 152)           X(aux, 160)            X(skip_heading, 168)   X(digits, 172)           \
     X(lever_low, 176)      X(low, 200)            X(scene, 264)          X(time_unit, 272)        \
-    X(momentum_unit, 280)
+    X(momentum_unit, 280)  X(gradient, 288)
 /* clang-format on */
 
 /* Returns the axes that the method uses, and the components of the inertia, centre of mass, damping

@@ -15,7 +15,7 @@ static kr_status find_lane_refusal(const kr_scene *scene)
     if (v_largest(scene->damping) > 0.0) return KR_ERR_DAMPING;
     if (scene->friction > 0.0) return KR_ERR_FRICTION;
     if (kr_scene_shakes(scene)) return KR_ERR_SHAKING;
-    return KR_ERR_TURNING;
+    return scene->gradient != 0.0 ? KR_ERR_GRADIENT : KR_ERR_TURNING;
 }
 /* Chooses the kr_top object for a top that is not integrated in a SIMD lane. The closed-form
  * solutions of tops on rotating supports are computed one by one, because the batch code does not

@@ -270,7 +270,8 @@ static double component_bound(const kr_top *top, double rate, int number)
     const kr_vec3 A = top->main.inertia;
     const double least = fmin(A.x, fmin(A.y, A.z));
     /* The energy bound does not apply on moving supports, where energy is not conserved. */
-    const int is_moving = kr_scene_turns(&top->scene) || kr_scene_shakes(&top->scene);
+    const int is_moving =
+        kr_scene_turns(&top->scene) || kr_scene_shakes(&top->scene) || top->scene.gradient != 0.0;
     const kr_vec3 root =
         is_moving ? v3(1.0, 1.0, 1.0) : v3(sqrt(least / A.x), sqrt(least / A.y), sqrt(least / A.z));
     const kr_component component = kr_component_of(number);

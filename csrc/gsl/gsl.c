@@ -55,8 +55,9 @@ int kr_gsl_rates(double t, const double y[], double rate[], void *params)
     kr_motion *motion = params;
     const kr_quat q = ode_attitude(y);
     const kr_vec3 W = ode_velocity(y), I = motion->inertia;
-    const kr_vec3 M = motion_add_rotor(motion, v_times(I, W)),
-                  torque = v_add(v_cross(M, W), v_cross(q_vertical(q), motion->lever));
+    const kr_vec3 M = motion_add_rotor(motion, v_times(I, W)), P = q_vertical(q),
+                  lever = motion->gradient != 0.0 ? motion_lever(motion, P) : motion->lever,
+                  torque = v_add(v_cross(M, W), v_cross(P, lever));
     (void)t;
     put_vector_at(rate, q_scale(0.5, q_mul(q, q4(0.0, W))), v_over(torque, I));
     motion->stats.evaluations++;
@@ -77,11 +78,15 @@ int kr_gsl_jacobian(double t, const double y[], double *jacobian, double rate_t[
                       spin = q_mul(q, q4(0.0, ode_velocity(along)));
         const kr_vec3 dW = ode_velocity(along),
                       dP = v_scale(2.0, q_vec(q_mul(q_conj(q), q_mul(e3, dq))));
-        const kr_vec3 M = motion_add_rotor(motion, v_times(I, W)),
-                      gyration = v_add(v_cross(v_times(I, dW), W), v_cross(M, dW));
+        const kr_vec3 M = motion_add_rotor(motion, v_times(I, W)), P = q_vertical(q),
+                      lever = motion->gradient != 0.0 ? motion_lever(motion, P) : motion->lever,
+                      steep = v_scale(motion->gradient, v_cross(P, v_times(I, dP))),
+                      pull = v_cross(dP, lever);
+        kr_vec3 gyration = v_add(v_cross(v_times(I, dW), W), v_cross(M, dW));
+        if (motion->gradient != 0.0) gyration = v_add(gyration, steep);
         put_vector_at(column,
                       q4(0.5 * (turn.w + spin.w), v_scale(0.5, v_add(q_vec(turn), q_vec(spin)))),
-                      v_over(v_add(gyration, v_cross(dP, motion->lever)), I));
+                      v_over(v_add(gyration, pull), I));
         for (int i = 0; i < GSL_SIZE; i++) jacobian[GSL_SIZE * i + j] = column[i];
         rate_t[j] = 0.0;
     }
@@ -139,7 +144,8 @@ static double longest_step(const kr_motion *motion, kr_vec3 W)
     const kr_vec3 I = motion->inertia, l = motion->lever;
     const double rate = v_length(W) + v_length(motion->rotor) / fmin(I.x, fmin(I.y, I.z));
     const double x = fabs(l.x), y = fabs(l.y), z = fabs(l.z),
-                 a = fmax(fmax((y + z) / I.x, (z + x) / I.y), (x + y) / I.z);
+                 steep = fabs(motion->gradient) * v_largest(I) / fmin(I.x, fmin(I.y, I.z)),
+                 a = fmax(fmax((y + z) / I.x, (z + x) / I.y), (x + y) / I.z) + steep;
     return fmin(most_turn / rate, fmin(sqrt(most_fall / a), most_pull / a));
 }
 /* Tries a step of size h from the state p. Writes the result and the suggested size of the
@@ -196,7 +202,7 @@ const kr_method kr_method_gsl_rk8pd = {
     .conserves = "nothing",
     .reference = "Prince and Dormand 1981; GSL 2.7",
     .order = 8,
-    .flags = KR_METHOD_ADAPTIVE | KR_METHOD_ABSOLUTE | KR_METHOD_ROTORS,
+    .flags = KR_METHOD_ADAPTIVE | KR_METHOD_ABSOLUTE | KR_METHOD_ROTORS | KR_METHOD_GRADIENT,
     .work = sizeof(ode_work) / sizeof(double),
     .reset = reset_rk8pd,
     .step = ode_step,
@@ -209,7 +215,8 @@ const kr_method kr_method_gsl_bsimp = {
     .conserves = "nothing",
     .reference = "Bader and Deuflhard 1983; GSL 2.7",
     .order = 0,
-    .flags = KR_METHOD_ADAPTIVE | KR_METHOD_ABSOLUTE | KR_METHOD_IMPLICIT | KR_METHOD_ROTORS,
+    .flags = KR_METHOD_ADAPTIVE | KR_METHOD_ABSOLUTE | KR_METHOD_IMPLICIT | KR_METHOD_ROTORS |
+             KR_METHOD_GRADIENT,
     .work = sizeof(ode_work) / sizeof(double),
     .reset = reset_bsimp,
     .step = ode_step,

@@ -27,8 +27,10 @@ static void kirchhoff_begin(const kr_motion *motion, const kr_state *s, double y
 }
 static void kirchhoff_rates(kr_motion *motion, const double y[GBS_SIZE], double rate[GBS_SIZE])
 {
-    const kr_vec3 W = body_velocity(motion, y);
-    v_put(rate, v_add(v_cross(v_of(y), W), v_cross(v_of(y + 9), motion->lever)));
+    const kr_vec3 W = body_velocity(motion, y), lever = motion->gradient != 0.0
+                                                            ? motion_lever(motion, v_of(y + 9))
+                                                            : motion->lever;
+    v_put(rate, v_add(v_cross(v_of(y), W), v_cross(v_of(y + 9), lever)));
     for (int i = 3; i < GBS_SIZE; i += 3) v_put(rate + i, v_cross(v_of(y + i), W));
     motion->stats.evaluations++;
 }
@@ -74,7 +76,7 @@ const kr_method kr_method_extrap_kirchhoff = {
     .conserves = "nothing",
     .reference = "Kirchhoff 1876; thesis 3.4; Hairer, Norsett, Wanner, II.9",
     .order = 0,
-    .flags = KR_METHOD_ADAPTIVE | KR_METHOD_ABSOLUTE | KR_METHOD_ROTORS,
+    .flags = KR_METHOD_ADAPTIVE | KR_METHOD_ABSOLUTE | KR_METHOD_ROTORS | KR_METHOD_GRADIENT,
     .work = GBS_WORK,
     .reset = kirchhoff_reset,
     .step = kirchhoff_step,

@@ -23,6 +23,10 @@ typedef struct {
     kr_vec3 residual; /* J V - (M - h) */
 } attempt;
 
+static kr_vec3 lever_of(const kr_motion *motion, kr_vec3 P)
+{
+    return motion->gradient != 0.0 ? motion_lever(motion, P) : motion->lever;
+}
 /* Evaluates the residual for an approximate angular velocity V. M and P are the momentum and the
  * vertical at the beginning of the step, in the body frame. */
 static attempt evaluate_attempt(const kr_motion *motion, kr_vec3 M, kr_vec3 P, kr_vec3 V)
@@ -30,7 +34,7 @@ static attempt evaluate_attempt(const kr_motion *motion, kr_vec3 M, kr_vec3 P, k
     attempt a = {.y = v_scale(0.25 * motion->step, V)};
     const kr_quat r = q_unit(q4(1.0, a.y));
     a.P = q_turn_back(r, P);
-    a.M = v_axpy(0.5 * motion->step, v_cross(a.P, motion->lever), q_turn_back(r, M));
+    a.M = v_axpy(0.5 * motion->step, v_cross(a.P, lever_of(motion, a.P)), q_turn_back(r, M));
     a.residual = v_sub(v_times(motion->inertia, V), v_sub(a.M, motion->rotor));
     return a;
 }
@@ -41,11 +45,15 @@ static kr_vec3 newton_correction(const kr_motion *motion, const attempt *a)
     const kr_vec3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
     const double half = 0.5 * motion->step, scale = half / (1.0 + v_dot(a->y, a->y));
     /* M without the contribution of the torque */
-    const kr_vec3 spun = v_axpy(-half, v_cross(a->P, motion->lever), a->M);
+    const kr_vec3 lever = lever_of(motion, a->P), spun = v_axpy(-half, v_cross(a->P, lever), a->M);
     kr_vec3 columns[3];
     for (int i = 0; i < 3; i++) {
         const kr_vec3 turn = v_scale(scale, v_sub(axes[i], v_cross(a->y, axes[i])));
-        const kr_vec3 torque = v_cross(v_cross(a->P, turn), motion->lever);
+        const kr_vec3 change = v_cross(a->P, turn);
+        kr_vec3 torque = v_cross(change, lever);
+        if (motion->gradient != 0.0)
+            torque =
+                v_axpy(motion->gradient, v_cross(a->P, v_times(motion->inertia, change)), torque);
         columns[i] =
             v_sub(v_times(motion->inertia, axes[i]), v_axpy(half, torque, v_cross(spun, turn)));
     }
@@ -63,8 +71,9 @@ static kr_status midpoint_step(kr_motion *motion, double until)
 {
     midpoint_state *p = (midpoint_state *)motion->work;
     const kr_vec3 M = q_turn_back(p->q, p->m), P = q_vertical(p->q);
-    const double size =
-        v_largest(M) + v_largest(motion->rotor) + fabs(motion->step) * v_largest(motion->lever);
+    const double size = v_largest(M) + v_largest(motion->rotor) +
+                        fabs(motion->step) * (v_largest(motion->lever) +
+                                              fabs(motion->gradient) * v_largest(motion->inertia));
     const double tol = (motion->tol > 0.0 ? motion->tol : 1e-14) * size;
     kr_vec3 V = p->V;
     (void)until;
@@ -74,7 +83,8 @@ static kr_status midpoint_step(kr_motion *motion, double until)
         motion->stats.evaluations++;
         if (v_largest(a.residual) <= tol) {
             const kr_quat r = q_unit(q4(1.0, a.y));
-            const kr_vec3 lever = q_turn(q_mul(p->q, r), motion->lever);
+            const kr_quat middle = q_mul(p->q, r);
+            const kr_vec3 lever = q_turn(middle, lever_of(motion, q_vertical(middle)));
             p->m = v_axpy(motion->step, v3(-lever.y, lever.x, 0.0), p->m);
             p->q = q_renew(q_mul(q_mul(p->q, r), r));
             p->V = V;
@@ -97,7 +107,8 @@ const kr_method kr_method_implicit_midpoint = {
     .conserves = "<m,e3>",
     .reference = "Hairer, Lubich, Wanner, VII.5",
     .order = 2,
-    .flags = KR_METHOD_REVERSIBLE | KR_METHOD_IMPLICIT | KR_METHOD_ALGEBRAIC | KR_METHOD_ROTORS,
+    .flags = KR_METHOD_REVERSIBLE | KR_METHOD_IMPLICIT | KR_METHOD_ALGEBRAIC | KR_METHOD_ROTORS |
+             KR_METHOD_GRADIENT,
     .work = sizeof(midpoint_state) / sizeof(double),
     .reset = midpoint_reset,
     .step = midpoint_step,

@@ -1,9 +1,9 @@
 /* Physical quantities of a state, such as energies, momenta and angles. With the attitude R of the
  * principal axes, M = R* m R, and the momentum h of the rotor:
- *     T = V J V / 2,   U = mass g <com, R* e3 R> - O J O / 2 - <h, O>
- *     J W' = M x W + mass g R* e3 R x com - D V - friction,   W = J^-1 (M - h)
+ *     T = V J V / 2,   U = mass g <com, P> + k P J P / 2 - O J O / 2 - <h, O>,   P = R* e3 R
+ *     J W' = M x W + P x (mass g com + k J P) - D V - friction,   W = J^-1 (M - h)
  *     force at the fixed point = mass R (W' x com + W x (W x com)) R* + mass g e3
- * where g is the acceleration due to gravity and to the shaking of the support, O = R* turning R is
+ * where k is the gravity gradient, g is the acceleration due to gravity and to the shaking of the support, O = R* turning R is
  * the angular velocity of the support, and V = W - O is the angular velocity relative to the
  * support. The integrals K and G are defined by equations (5.1) and (5.2) in the thesis (Bodack
  * 2008). Axis 1 is directed opposite to the centre of mass, to match the sign convention in the
@@ -37,6 +37,11 @@ double kr_acceleration_at(const kr_scene *scene, double t)
     sin_cos(shaking->rate * t + shaking->phase, &sine, &cosine);
     return scene->gravity - shaking->amplitude * shaking->rate * shaking->rate * cosine;
 }
+/* Returns the torque of a gravity gradient, along the principal axes, by the vertical P. */
+static kr_vec3 gradient_torque(const kr_scene *scene, kr_vec3 P)
+{
+    return v_scale(scene->gradient, v_cross(P, v_times(scene->body.inertia, P)));
+}
 /* Returns the components of the support's angular velocity along the principal axes. `q` is the
  * attitude of the principal axes. */
 static kr_vec3 turning_in_body(const kr_scene *scene, kr_quat q)
@@ -67,8 +72,12 @@ kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s)
 }
 kr_vec3 kr_state_torque(const kr_scene *scene, const kr_state *s)
 {
-    const kr_vec3 a = q_turn(principal_attitude(scene, s), scene->body.com);
-    return v_scale(scene->body.mass * kr_acceleration_at(scene, s->t), v3(-a.y, a.x, 0.0));
+    const kr_quat q = principal_attitude(scene, s);
+    const kr_vec3 a = q_turn(q, scene->body.com),
+                  torque = v_scale(scene->body.mass * kr_acceleration_at(scene, s->t),
+                                   v3(-a.y, a.x, 0.0));
+    if (scene->gradient == 0.0) return torque;
+    return v_add(torque, q_turn(q, gradient_torque(scene, q_vertical(q))));
 }
 kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s)
 {
@@ -149,8 +158,11 @@ double kr_state_kinetic(const kr_scene *scene, const kr_state *s)
 double kr_state_potential(const kr_scene *scene, const kr_state *s)
 {
     const kr_quat q = principal_attitude(scene, s);
-    const double weight = scene->body.mass * kr_acceleration_at(scene, s->t),
-                 of_weight = weight * v_dot(scene->body.com, q_vertical(q));
+    const kr_vec3 P = q_vertical(q);
+    const double weight = scene->body.mass * kr_acceleration_at(scene, s->t);
+    double of_weight = weight * v_dot(scene->body.com, P);
+    if (scene->gradient != 0.0)
+        of_weight += 0.5 * scene->gradient * v_dot(P, v_times(scene->body.inertia, P));
     if (!kr_scene_turns(scene)) return of_weight;
     const kr_vec3 O = turning_in_body(scene, q),
                   carried = v_axpy(0.5, v_times(scene->body.inertia, O), scene->body.rotor);
@@ -207,7 +219,8 @@ static void fourth_integral_frame(const kr_scene *scene, const kr_state *s, kr_v
 double kr_state_kowalewski(const kr_scene *scene, const kr_state *s)
 {
     kr_vec3 m, p;
-    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_KOWALEWSKI || kr_scene_shakes(scene))
+    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_KOWALEWSKI || kr_scene_shakes(scene) ||
+        scene->gradient != 0.0)
         return NAN;
     fourth_integral_frame(scene, s, &m, &p);
     const double re = m.x * m.x - m.y * m.y + 2.0 * p.x, im = 2.0 * (m.x * m.y + p.y);
@@ -217,7 +230,7 @@ double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s)
 {
     kr_vec3 m, p;
     if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_GORYACHEV_CHAPLYGIN ||
-        kr_scene_shakes(scene))
+        kr_scene_shakes(scene) || scene->gradient != 0.0)
         return NAN;
     fourth_integral_frame(scene, s, &m, &p);
     /* mass * gravity * |com| / I1 is called 2 p in the thesis */
@@ -243,12 +256,13 @@ double kr_friction_torque(const kr_scene *scene, kr_vec3 M, kr_vec3 O, kr_vec3 g
 static kr_vec3 principal_acceleration(const kr_scene *scene, const kr_state *s, kr_quat q)
 {
     const kr_vec3 J = scene->body.inertia, M = q_turn_back(q, s->m),
-                  W = v_over(v_sub(M, scene->body.rotor), J),
-                  pull = v_cross(q_vertical(q), scene->body.com), O = turning_in_body(scene, q),
+                  W = v_over(v_sub(M, scene->body.rotor), J), P = q_vertical(q),
+                  pull = v_cross(P, scene->body.com), O = turning_in_body(scene, q),
                   V = kr_scene_turns(scene) ? v_sub(W, O) : W;
     const double weight = scene->body.mass * kr_acceleration_at(scene, s->t);
     int holds;
-    const kr_vec3 torque = v_sub(v_axpy(weight, pull, v_cross(M, W)), v_times(scene->damping, V));
+    kr_vec3 torque = v_sub(v_axpy(weight, pull, v_cross(M, W)), v_times(scene->damping, V));
+    if (scene->gradient != 0.0) torque = v_add(torque, gradient_torque(scene, P));
     kr_vec3 gain = v_over(torque, J);
     if (kr_scene_turns(scene)) gain = v_sub(gain, v_cross(O, W));
     if (scene->friction > 0.0)
@@ -269,6 +283,8 @@ kr_vec3 kr_state_pivot_force(const kr_scene *scene, const kr_state *s)
                                v_cross(turning_in_body(scene, q), W)),
                   of_com = v_add(v_cross(gain, com), v_cross(W, v_cross(W, com)));
     kr_vec3 force = q_turn(q, v_scale(scene->body.mass, of_com));
+    /* The gradient's force on a centre of mass off the fixed point is not known. */
+    if (scene->gradient != 0.0 && v_largest(com) > 0.0) return v3(NAN, NAN, NAN);
     force.z += scene->body.mass * kr_acceleration_at(scene, s->t);
     return force;
 }
@@ -284,7 +300,8 @@ double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double
     const double i1 = kr_body_working(&scene->body).inertia.x;
     if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_LAGRANGE) return NAN;
     /* The Bobenko-Suris map does not apply to bodies with rotors or on shaken supports. */
-    if (kr_body_has_rotor(&scene->body) || kr_scene_shakes(scene)) return NAN;
+    if (kr_body_has_rotor(&scene->body) || kr_scene_shakes(scene) || scene->gradient != 0.0)
+        return NAN;
     return kinetic_at_rest(scene, s) +
            weight * v_dot(scene->body.com, q_vertical(principal_attitude(scene, s))) +
            0.5 * step * v_dot(kr_state_torque(scene, s), s->m) / i1;
@@ -294,7 +311,8 @@ double kr_state_modified_energy4(const kr_scene *scene, const kr_state *s, doubl
     const kr_working w = kr_body_working(&scene->body);
     const double i1 = w.inertia.x, c = kr_state_axial_momentum(scene, s);
     if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_LAGRANGE) return NAN;
-    if (kr_body_has_rotor(&scene->body) || kr_scene_shakes(scene)) return NAN;
+    if (kr_body_has_rotor(&scene->body) || kr_scene_shakes(scene) || scene->gradient != 0.0)
+        return NAN;
     const kr_vec3 a = q_axis(q_mul(principal_attitude(scene, s), w.axes));
     const map_rates r = find_map_rates(step, scene->body.mass * scene->gravity * w.com.z / i1, a,
                                        v_scale(1.0 / i1, s->m));

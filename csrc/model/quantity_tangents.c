@@ -30,7 +30,7 @@ typedef struct quantity_change {
     kr_vec3 turn, M, W, V, O, U, apex;
     kr_vec3 moments, com, damping, rotor, turning;
     int shaking; /* 1 amplitude, 2 rate, 3 phase */
-    double weight;
+    double weight, gradient;
     int changes_com, is_mass, is_friction;
 } quantity_change;
 typedef void quantity_tangent(const quantity_point *at, const quantity_change *by, double out[]);
@@ -53,6 +53,20 @@ static kr_vec3 change_in_space(const quantity_point *at, const quantity_change *
     return sum_along(at->frame, v_add(dv, v_cross(by->turn, v)));
 }
 
+/* Returns the change of the torque of the gravity gradient, k V x J V. */
+static kr_vec3 change_gradient_torque(const quantity_point *at, const quantity_change *by)
+{
+    const double k = at->scene->gradient;
+    const kr_vec3 J = at->scene->body.inertia, JV = v_times(J, at->V),
+                  dJV = v_add(v_times(by->moments, at->V), v_times(J, by->V));
+    return v_axpy(by->gradient, v_cross(at->V, JV),
+                  v_scale(k, v_add(v_cross(by->V, JV), v_cross(at->V, dJV))));
+}
+static kr_vec3 gradient_torque(const quantity_point *at)
+{
+    return v_scale(at->scene->gradient, v_cross(at->V, v_times(at->scene->body.inertia, at->V)));
+}
+
 static void tangent_of_q(const quantity_point *at, const quantity_change *by, double out[])
 {
     (void)at;
@@ -71,8 +85,10 @@ static void tangent_of_torque(const quantity_point *at, const quantity_change *b
 {
     const kr_vec3 com = at->scene->body.com, a = sum_along(at->frame, com),
                   da = change_in_space(at, by, com, by->com);
-    v_put(out,
-          v3(-by->weight * a.y - at->weight * da.y, by->weight * a.x + at->weight * da.x, 0.0));
+    const kr_vec3 of_gradient =
+        change_in_space(at, by, gradient_torque(at), change_gradient_torque(at, by));
+    v_put(out, v_add(of_gradient, v3(-by->weight * a.y - at->weight * da.y,
+                                     by->weight * a.x + at->weight * da.x, 0.0)));
 }
 static void tangent_of_frame(const quantity_point *at, const quantity_change *by, double out[])
 {
@@ -175,8 +191,12 @@ static void tangent_of_potential(const quantity_point *at, const quantity_change
     const kr_vec3 com = at->scene->body.com;
     *out =
         by->weight * v_dot(com, at->V) + at->weight * (v_dot(by->com, at->V) + v_dot(com, by->V));
+    const kr_vec3 J = at->scene->body.inertia, h = at->scene->body.rotor, JV = v_times(J, at->V);
+    const double k = at->scene->gradient;
+    if (k != 0.0 || by->gradient != 0.0)
+        *out += 0.5 * by->gradient * v_dot(JV, at->V) +
+                k * (v_dot(JV, by->V) + 0.5 * v_dot(v_times(by->moments, at->V), at->V));
     if (!kr_scene_turns(at->scene) && v_largest(by->turning) == 0.0) return;
-    const kr_vec3 J = at->scene->body.inertia, h = at->scene->body.rotor;
     *out -= v_dot(v_times(J, at->O), by->O) + 0.5 * v_dot(v_times(by->moments, at->O), at->O) +
             v_dot(by->rotor, at->O) + v_dot(h, by->O);
 }
@@ -218,6 +238,7 @@ static int find_integral_frame(const quantity_point *at, const quantity_change *
 {
     const kr_body *body = &at->scene->body;
     if (kr_body_kind(body, KR_KIND_RTOL) != kind || v_largest(by->moments) > 0.0) return 0;
+    if (at->scene->gradient != 0.0 || by->gradient != 0.0) return 0;
     if (kr_scene_shakes(at->scene) || by->shaking || v_largest(by->rotor) > 0.0) return 0;
     const kr_working w = kr_body_working(body);
     if (fabs(q_turn_back(w.axes, by->com).z) > 0.5) return 0;
@@ -281,13 +302,15 @@ static kr_vec3 change_acceleration(const quantity_point *at, const quantity_chan
 {
     const kr_vec3 J = at->scene->body.inertia, com = at->scene->body.com, D = at->scene->damping,
                   pull = v_cross(at->V, com),
-                  torque =
+                  torque = v_add(
                       v_sub(v_axpy(at->weight, pull, v_cross(at->M, at->W)), v_times(D, at->U)),
+                      gradient_torque(at)),
                   dpull = v_add(v_cross(by->V, com), v_cross(at->V, by->com)),
                   gyric = v_add(v_cross(by->M, at->W), v_cross(at->M, by->W)),
                   drag = v_add(v_times(by->damping, at->U), v_times(D, by->U)),
-                  dtorque = v_add(v_axpy(by->weight, pull, v_scale(at->weight, dpull)),
-                                  v_sub(gyric, drag)),
+                  dtorque = v_add(v_add(v_axpy(by->weight, pull, v_scale(at->weight, dpull)),
+                                        v_sub(gyric, drag)),
+                                  change_gradient_torque(at, by)),
                   turned = v_add(v_cross(by->O, at->W), v_cross(at->O, by->W)),
                   gain = v_sub(v_over(torque, J), v_cross(at->O, at->W));
     kr_vec3 change =
@@ -321,7 +344,11 @@ static void tangent_of_pivot_force(const quantity_point *at, const quantity_chan
     const double mass = at->scene->body.mass;
     const kr_vec3 force = v_axpy(mass, A, v_scale(at->weight, at->V)),
                   dforce = v_axpy(mass, dA, v_axpy(by->weight, at->V, v_scale(at->weight, by->V)));
-    v_put(out, change_in_space(at, by, force, by->is_mass ? v_add(dforce, A) : dforce));
+    const int is_unknown =
+        v_largest(com) > 0.0 && (at->scene->gradient != 0.0 || by->gradient != 0.0);
+    v_put(out, is_unknown
+                   ? v3(NAN, NAN, NAN)
+                   : change_in_space(at, by, force, by->is_mass ? v_add(dforce, A) : dforce));
 }
 
 /* The momentum of a wheel and its axis do not depend on the parameters. */
@@ -418,7 +445,8 @@ static void set_parameter_changes(const kr_scene *scene, uint64_t tangents, quan
     for (int i = 0; i < 3 && tangents & KR_TANGENT_ROTOR; i++, by++) by->rotor = v_axis(i);
     for (int i = 0; i < 3 && tangents & KR_TANGENT_TURNING; i++, by++) by->turning = v_axis(i);
     for (int i = 0; i < 3 && tangents & KR_TANGENT_SHAKING; i++) by++->shaking = 1 + i;
-    if (tangents & KR_TANGENT_FRICTION) by->is_friction = 1;
+    if (tangents & KR_TANGENT_FRICTION) by++->is_friction = 1;
+    if (tangents & KR_TANGENT_GRADIENT) by->gradient = 1.0;
 }
 void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                           const kr_state states[], uint64_t by, const double tangents[],

@@ -25,16 +25,18 @@ static int is_valid_support(const kr_scene *scene)
            isfinite(shaking->amplitude * shaking->rate * shaking->rate) &&
            (shaking->rate > 0.0 || !kr_scene_shakes(scene));
 }
-/* Returns KR_OK if the wheels of a scene are valid, else an error code. */
-static kr_status check_wheels(const kr_scene *scene)
+/* Returns KR_OK if the wheels and the gravity gradient of a scene are valid, else an error code. */
+static kr_status check_wheels_and_gradient(const kr_scene *scene)
 {
     const int is_braked = v_largest(scene->damping) > 0.0 || scene->friction > 0.0;
     for (int i = 0; i < KR_WHEELS_MAX; i++) {
         const kr_wheel *wheel = &scene->wheels[i];
         if (!v_finite(wheel->axis) || !isfinite(wheel->rate)) return KR_ERR_ARGUMENT;
         if (is_braked && v_largest(wheel->axis) == 0.0 && wheel->rate != 0.0) return KR_ERR_WHEEL;
+        if (scene->gradient != 0.0 && v_largest(wheel->axis) > 0.0) return KR_ERR_COMBINATION;
     }
-    return KR_OK;
+    if (!isfinite(scene->gradient)) return KR_ERR_ARGUMENT;
+    return scene->gradient != 0.0 && kr_scene_shakes(scene) ? KR_ERR_COMBINATION : KR_OK;
 }
 kr_status kr_scene_check_start(const kr_scene *scene)
 {
@@ -46,7 +48,7 @@ kr_status kr_scene_check_start(const kr_scene *scene)
         return KR_ERR_ARGUMENT;
     if (!is_valid_support(scene)) return KR_ERR_ARGUMENT;
     if (!(fabs(q_dot(start->q, start->q) - 1.0) <= KR_INPUT_RTOL)) return KR_ERR_ATTITUDE;
-    return check_wheels(scene);
+    return check_wheels_and_gradient(scene);
 }
 kr_status kr_scene_check(const kr_scene *scene)
 {
@@ -100,11 +102,16 @@ static double support_rate(const kr_scene *scene)
     return fmax(v_largest(scene->turning), shaking);
 }
 /* Returns the constants that determine the unit of time. On a shaken support, the pendulum
- * frequency refers to the larger of gravity and the amplitude of the shaking acceleration. */
+ * frequency refers to the larger of gravity and the amplitude of the shaking acceleration. In a
+ * gravity gradient, it is at least the largest frequency of libration. */
 static kr_swing strongest_swing(const kr_scene *scene, const kr_working *working)
 {
     const kr_shaking *shaking = &scene->shaking;
-    if (!kr_scene_shakes(scene)) return kr_scene_swing(scene, working);
+    if (!kr_scene_shakes(scene)) {
+        kr_swing swing = kr_scene_swing(scene, working);
+        if (scene->gradient != 0.0) swing.rate = fmax(swing.rate, sqrt(fabs(scene->gradient)));
+        return swing;
+    }
     kr_scene strongest = *scene;
     strongest.gravity =
         fmax(fabs(scene->gravity), fabs(shaking->amplitude) * shaking->rate * shaking->rate);

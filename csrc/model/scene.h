@@ -28,12 +28,14 @@ kr_kind kr_scene_kind(const kr_scene *scene);
 static inline int kr_scene_turns(const kr_scene *scene) { return v_largest(scene->turning) > 0.0; }
 /* Returns 1 if the support is shaken. */
 static inline int kr_scene_shakes(const kr_scene *scene) { return scene->shaking.amplitude != 0.0; }
-/* Returns 1 if the top has dry friction, or if its support moves. */
+/* Returns 1 if the top has dry friction or is in a gravity gradient, or if its support moves. */
 static inline int kr_scene_needs_support_terms(const kr_scene *scene)
 {
-    return scene->friction > 0.0 || kr_scene_turns(scene) || kr_scene_shakes(scene);
+    return scene->friction > 0.0 || kr_scene_turns(scene) || kr_scene_shakes(scene) ||
+           scene->gradient != 0.0;
 }
-/* Returns 1 if the top is damped or has dry friction, or if its support moves. */
+/* Returns 1 if the top is damped, has dry friction or is in a gravity gradient, or if its support
+ * moves. */
 static inline int kr_scene_is_disturbed(const kr_scene *scene)
 {
     return v_largest(scene->damping) > 0.0 || kr_scene_needs_support_terms(scene);

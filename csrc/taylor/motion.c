@@ -250,7 +250,7 @@ const kr_method kr_method_taylor = {
     .order = 0,
     .flags = KR_METHOD_ADAPTIVE | KR_METHOD_DIGITS | KR_METHOD_SKIPS_HEADING | KR_METHOD_DAMPED |
              KR_METHOD_TANGENTS | KR_METHOD_ROTORS | KR_METHOD_TURNING | KR_METHOD_SHAKING |
-             KR_METHOD_FRICTION,
+             KR_METHOD_FRICTION | KR_METHOD_GRADIENT,
     .work = sizeof(kr_taylor) / sizeof(double),
     .reset = taylor_reset,
     .step = taylor_step,

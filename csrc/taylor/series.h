@@ -9,11 +9,11 @@
  * The equations of tops with dry friction or on a support that rotates or shakes are those of
  * taylor.h with
  *     q' = q U / 2,   P' = P x U,   O' = O x U,   U = W - O
- *     A W' = (AW + h) x W + G P x c - D U + (torque of friction) a
+ *     A W' = (AW + h) x W + P x (G c + k A P) - D U + (torque of friction) a
  * O is the angular velocity of the support, and U is the angular velocity of the body relative to
  * the support. All vectors, including the apex a, are in the body frame. The effective gravity G =
  * base + sway cos(...) is the acceleration along -e3 divided by a constant acceleration, by which
- * the lever arm c is multiplied. U and G are coefficients w and x, in all SIMD lanes, of a further
+ * the lever arm c is multiplied. k is the gravity gradient. U and G are coefficients w and x, in all SIMD lanes, of a further
  * kr_series called `own`. Lane 0 of the SIMD vector W holds the friction variable. While the top
  * slides, the friction variable is the spin <U, a>. While friction holds the top, the friction
  * variable is the friction torque relative to its maximum. For a top without friction, lane 0 of
@@ -32,7 +32,7 @@ static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
  * does not compute the attitude q, so the SIMD lanes of q remain zero. DAMPED adds the damping of a
  * top without friction on a support at rest; separate code keeps the computation of undamped motions
  * fast. SUPPORT has all terms of a top with friction or on a moving support, except those that only
- * a rotating (TURNS) or shaken support (SHAKES) has. */
+ * a rotating (TURNS) or shaken support (SHAKES) or a gravity gradient (GRADIENT) has. */
 enum {
     WHOLE = 0,
     HEADLESS = 1,
@@ -40,11 +40,13 @@ enum {
 #if defined KR_NO_SUPPORTS
     SUPPORT = 0,
     TURNS = 0,
-    SHAKES = 0
+    SHAKES = 0,
+    GRADIENT = 0
 #else
     SUPPORT = 4,
     TURNS = 8,
-    SHAKES = 16
+    SHAKES = 16,
+    GRADIENT = 32
 #endif
 };
 /* The two cyclic permutations of a vector coefficient: (next | prev) and (prev | next). */
@@ -224,6 +226,16 @@ INLINE quad support_velocity(const series_sums *a, const kr_series *s, const kr_
     return quad_fma(quad_mul(share, quad_load(s->k)), quad_add(duo_lo(a->cross), duo_hi(a->cross)),
                     torque);
 }
+/* Returns the n-th Taylor coefficient of next(P) * prev(P). The torque of a gravity gradient is
+ * proportional to it. */
+INLINE quad vertical_products(const kr_series *s, int n)
+{
+    quad sum = quad_splat(0.0);
+    for (int j = 0; j <= n; j++)
+        sum =
+            quad_fma(quad_next(quad_load(s->x[j] + 4)), quad_prev(quad_load(s->x[n - j] + 4)), sum);
+    return sum;
+}
 /* Stores the n-th Taylor coefficients of the angular velocities of the top and of its support. For
  * a sliding top, also stores the n-th coefficient of the spin, unless `is_known` is nonzero. */
 INLINE void set_velocities(kr_series *s, kr_series *own, turned_term *turned, int n, quad w, quad o,
@@ -258,6 +270,9 @@ INLINE void next_support_velocity(kr_series *s, kr_series *own, turned_term *tur
 {
     const quad o = terms & TURNS ? support_rates(a->support, n + 1) : quad_splat(0.0);
     quad w = support_velocity(a, s, own, n, terms & SHAKES ? duo_hi(a->pulled) : vertical);
+    if (terms & GRADIENT)
+        w = quad_fma(quad_mul(quad_inverse(n + 1), quad_load(s->steep)), vertical_products(s, n),
+                     w);
     if (s->holds != 0.0) w = hold_spin(s, own, n, w, o);
     set_velocities(s, own, turned, n + 1, w, o, terms & TURNS, 0);
 }
@@ -388,7 +403,8 @@ APART void expand_damped(kr_series *s, int from, int order, int terms)
 APART void expand_moving(kr_series *s, int from, int order)
 {
     expand_terms(s, from, order,
-                 SUPPORT | (s->turns != 0.0 ? TURNS : 0) | (s->shakes != 0.0 ? SHAKES : 0));
+                 SUPPORT | (s->turns != 0.0 ? TURNS : 0) | (s->shakes != 0.0 ? SHAKES : 0) |
+                     (s->gradient != 0.0 ? GRADIENT : 0));
 }
 INLINE void expand_support(kr_series *s, int from, int order, int terms)
 {
@@ -408,14 +424,23 @@ APART void expand_moving(kr_series *s, int from, int order)
 {
     expand_terms(s, from, order, SUPPORT | TURNS | SHAKES);
 }
+APART void expand_gradient(kr_series *s, int from, int order)
+{
+    expand_terms(s, from, order, SUPPORT | TURNS | GRADIENT);
+}
 APART void expand_support_headless(kr_series *s, int from, int order)
 {
-    expand_terms(s, from, order, SUPPORT | SHAKES | HEADLESS);
+    if (s->gradient != 0.0)
+        expand_terms(s, from, order, SUPPORT | GRADIENT | HEADLESS);
+    else
+        expand_terms(s, from, order, SUPPORT | SHAKES | HEADLESS);
 }
 INLINE void expand_support(kr_series *s, int from, int order, int terms)
 {
     if (terms & HEADLESS)
         expand_support_headless(s, from, order);
+    else if (s->gradient != 0.0)
+        expand_gradient(s, from, order);
     else if (s->turns == 0.0)
         expand_shaking(s, from, order);
     else if (s->shakes == 0.0)

@@ -73,6 +73,16 @@ static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
         set_shift(s, i + 5, behind, A[i], k);
     }
 }
+/* Sets the terms of the Taylor recurrence that describe a gravity gradient. */
+static void set_gradient(kr_series s[2], double gradient)
+{
+    s[0].gradient = s[1].gradient = gradient;
+    for (int i = 1; i < 4; i++) {
+        const dd steep = dd_times(-gradient, dd_make(s[0].k[i], s[1].k[i]));
+        s[0].steep[i] = steep.hi;
+        s[1].steep[i] = steep.lo;
+    }
+}
 void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate,
                              const struct kr_support_ops *supports)
 {
@@ -88,6 +98,7 @@ void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rat
     const kr_vec3 none = {0.0, 0.0, 0.0}, drag = v_scale(-1.0 / rate, motion->damping);
     set_vector_words(s[0].drag, s[1].drag, vdd_over(v_dd(drag, none), A));
     s[0].linear = v_largest(drag) > 0.0 ? 1.0 : 0.0;
+    set_gradient(s, motion->gradient / (rate * rate));
     set_rotor(s, motion, rate);
     if (supports) s[0].linear = 2.0;
     const double rates =

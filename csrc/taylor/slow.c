@@ -205,7 +205,8 @@ static double largest_torque(const kr_motion *motion)
     if (s->linear == 1.0) return v_length(motion->lever);
     const kr_vec3 A = motion->inertia;
     const double turning = rate_of_turning(p), square = p->rate * p->rate,
-                 pull = square * v_length(v_times(A, v_of(s->up + 1))),
+                 pull = square * v_length(v_times(A, v_of(s->up + 1))) +
+                        fabs(motion->gradient) * v_largest(A),
                  friction = s->slides != 0.0 ? kr_support_friction(motion, 1.0) : 0.0;
     return pull * largest_pull(s) + friction +
            turning * (2.0 * v_largest(A) * turning + v_length(motion->rotor));
@@ -446,7 +447,7 @@ static int may_be_slow(const kr_motion *motion)
     const kr_taylor *p = taylor_of(motion);
     const kr_series *s = p->series;
     const double *w = s->end_w + 1, *drag = s->drag + 1;
-    if (s->linear == 0.0 || motion->step < 0.0) return 0;
+    if (s->linear == 0.0 || motion->step < 0.0 || motion->gradient != 0.0) return 0;
     if (s->linear == 1.0) return 1;
     return -fmin(drag[0], fmin(drag[1], drag[2])) >
            STRONG_ALONE * fmax(fabs(w[0]), fmax(fabs(w[1]), fabs(w[2])));

@@ -3,6 +3,7 @@
  * vectors are along the internal axes:
  *     theta' = 1/A ((AW + h) x theta + N - B W - y) + theta x W - E
  *     N' = N x W + (c x theta) x G P + k P x b - E x (AW + h)
+ *          + P x (theta x K A P + K A (P x theta) + (K A)' P)
  *          + (D U) x theta - D (theta' - theta x U) - F U + f (theta x a + d) + g a
  *     theta       `turn`: the infinitesimal rotation       N  `push`: the change of the momentum
  *     c           `lever`                                  P  `vertical`     G P  `pulled`
@@ -12,6 +13,7 @@
  *     y, E, d, g  the derivatives of the rotor, of O, of the apex a and of f by the parameter
  *     k, b        the acceleration and the lever per unit of acceleration; the parameter decides
  *                 which of the two is replaced by its derivative
+ *     K           `gradient`: the gravity gradient; K A P `steep`, (K A)' the parameter's change
  * While friction holds the top, g is chosen such that the spin <U, a> of the perturbed motion
  * remains zero. All numbers are of the type `real` (math/real.h). */
 
@@ -22,7 +24,9 @@ typedef struct REAL(series) {
 /* Taylor series of the motion of the top (the path), expanded about the beginning of a substep.
  * `inverse_inertia` is <a / A, a>, about the apex. */
 typedef struct REAL(moving_path) {
-    REAL(series) velocity, relative, support, momentum, dragged, vertical, pulled;
+    REAL(series) velocity, relative, support, momentum, dragged, vertical, pulled, steep;
+    real gradient;
+    int has_gradient;
     real cosine[KR_TAYLOR_MAX + 1], sine[KR_TAYLOR_MAX + 1];
     real torque[KR_TAYLOR_MAX + 1];
     real A[3], D[3], lever[3], apex[3], inverse_inertia;
@@ -32,7 +36,7 @@ typedef struct REAL(moving_path) {
 /* Taylor series of one tangent, with `cross`, c x theta, and `apex_change`, theta x a + d.
  * `turn_by` and `push_by` are the inhomogeneous terms of theta' and N'. */
 typedef struct REAL(moving_deviation) {
-    REAL(series) turn, push, cross, apex_change, turn_by, push_by;
+    REAL(series) turn, push, cross, apex_change, turn_by, push_by, tilted;
     real apex[3];
 } REAL(moving_deviation);
 
@@ -101,6 +105,7 @@ static void REAL(set_velocity)(REAL(moving_path) * p, const kr_series path[2], i
         p->momentum.c[i][n] = n == 0 ? r_add(own, h[i]) : own;
         p->dragged.c[i][n] = r_mul(p->D[i], u);
         p->vertical.c[i][n] = r_of(path[0].x[n][5 + i], path[1].x[n][5 + i]);
+        p->steep.c[i][n] = r_mul(r_mul(p->gradient, p->A[i]), p->vertical.c[i][n]);
     }
 }
 /* Computes the n-th coefficient of the effective gravity vector G P. */
@@ -138,6 +143,8 @@ static void REAL(read_path)(REAL(moving_path) * p, const kr_series path[2],
     const real rate = r_of(data->rate.hi, data->rate.lo), base = r_of(data->base.hi, data->base.lo),
                sway = r_of(data->sway.hi, data->sway.lo);
     real h[3];
+    p->gradient = r_of(data->gradient, 0.0);
+    p->has_gradient = data->gradient != 0.0;
     for (int i = 0; i < 3; i++) {
         p->A[i] = r_of(data->A[i], 0.0);
         p->D[i] = r_of(data->D[i], 0.0);
@@ -202,6 +209,21 @@ static void REAL(subtract_turning)(const REAL(moving_path) * p, REAL(moving_devi
         if (n < order) REAL(turn_series)(&turned, &p->relative, n);
     }
 }
+/* Adds the terms due to changes of the gravity gradient, or of the moments in it. */
+static void REAL(add_gradient)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
+                               const support_drive *drive, int order)
+{
+    REAL(series) change;
+    for (int n = 0; n < order; n++) {
+        for (int i = 0; i < 3; i++) {
+            const real by = r_add(r_mul(r_of(drive->gradient, 0.0), p->A[i]),
+                                  r_mul(p->gradient, r_of(drive->moments[i], 0.0)));
+            change.c[i][n] = r_mul(by, p->vertical.c[i][n]);
+        }
+        const REAL(vector) torque = REAL(cross)(&p->vertical, &change, n);
+        for (int i = 0; i < 3; i++) d->push_by.c[i][n] = r_add(d->push_by.c[i][n], torque.c[i]);
+    }
+}
 /* Computes the inhomogeneous terms of the variational equations. */
 static void REAL(set_drive)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                             const support_drive *drive, int order)
@@ -219,6 +241,7 @@ static void REAL(set_drive)(const REAL(moving_path) * p, REAL(moving_deviation) 
     }
     if (turning[0] != 0.0 || turning[1] != 0.0 || turning[2] != 0.0)
         REAL(subtract_turning)(p, d, drive, order);
+    if (p->has_gradient || drive->gradient != 0.0) REAL(add_gradient)(p, d, drive, order);
 }
 /* Sets the derivative of the apex with respect to a parameter, and adds that of the sliding
  * friction torque to N'. */
@@ -273,6 +296,16 @@ static void REAL(add_friction)(const REAL(moving_path) * p, REAL(moving_deviatio
     for (int i = 0; i < 3; i++)
         d->push.c[i][n + 1] = r_sub(d->push.c[i][n + 1], r_mul(lost, p->apex[i]));
 }
+/* Returns the n-th coefficient of the change of the gravity gradient's torque due to the turn. */
+static REAL(vector)
+    REAL(gradient_change)(const REAL(moving_path) * p, REAL(moving_deviation) * d, int n)
+{
+    const REAL(vector) tipped = REAL(cross)(&d->turn, &p->steep, n),
+                       moved = REAL(cross)(&p->vertical, &d->turn, n);
+    for (int i = 0; i < 3; i++)
+        d->tilted.c[i][n] = r_add(tipped.c[i], r_mul(r_mul(p->gradient, p->A[i]), moved.c[i]));
+    return REAL(cross)(&p->vertical, &d->tilted, n);
+}
 /* Computes the Taylor coefficients of order n + 1 of a tangent. */
 static void REAL(next_deviation)(const REAL(moving_path) * p, REAL(moving_deviation) * d, int n)
 {
@@ -287,9 +320,14 @@ static void REAL(next_deviation)(const REAL(moving_path) * p, REAL(moving_deviat
                        pushed = REAL(cross)(&d->push, &p->velocity, n),
                        pulled = REAL(cross)(&d->cross, &p->pulled, n),
                        dragged = REAL(cross)(&p->dragged, &d->turn, n);
+    REAL(vector) pulls = pulled;
+    if (p->has_gradient) {
+        const REAL(vector) by_gradient = REAL(gradient_change)(p, d, n);
+        for (int i = 0; i < 3; i++) pulls.c[i] = r_add(pulls.c[i], by_gradient.c[i]);
+    }
     for (int i = 0; i < 3; i++) {
         const real slipped = r_sub(rate.c[i], turned.c[i]),
-                   force = r_add(r_add(pushed.c[i], d->push_by.c[i][n]), pulled.c[i]),
+                   force = r_add(r_add(pushed.c[i], d->push_by.c[i][n]), pulls.c[i]),
                    drag = r_sub(r_mul(p->D[i], slipped), dragged.c[i]);
         d->turn.c[i][n + 1] = r_mul(share, rate.c[i]);
         d->push.c[i][n + 1] = r_mul(share, r_sub(force, drag));

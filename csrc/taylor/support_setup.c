@@ -82,7 +82,8 @@ double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held)
     const double pull = v_length(vdd_high(lever)), carried = v_length(motion->rotor),
                  root = sqrt(v_dot(v_times(A, W), W)) + sqrt(v_largest(A)) * turning,
                  energy = root * root + v_largest(A) * turning * turning + 4.0 * carried * turning +
-                          4.0 * pull * (1.0 + fabs(sway.hi));
+                          4.0 * pull * (1.0 + fabs(sway.hi)) +
+                          fabs(motion->gradient) * v_largest(A);
     const double stop = is_held ? 0.0 : sqrt(kr_support_friction(motion, 1.0) / least);
     return fmax(fmax(shaking_rate(motion), stop), turning + sqrt(energy / least));
 }
@@ -127,7 +128,8 @@ vec_dd kr_support_set_constants(kr_series s[2], const kr_motion *motion, double 
 void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate)
 {
     const double turning = v_length(turning_of(motion)) / rate,
-                 shaking = shaking_rate(motion) / rate, most = fmax(turning, shaking);
+                 shaking = shaking_rate(motion) / rate, steep = sqrt(v_largest(v_of(s->steep + 1))),
+                 most = fmax(fmax(turning, shaking), steep);
     if (most > 0.0) s[0].fall = s[1].fall = fmin(s[0].fall, 1.0 / most);
 }
 
@@ -208,7 +210,7 @@ kr_vec3 kr_support_acceleration(const kr_series *s)
         const int j = (i + 1) % 3, k = (i + 2) % 3;
         const double w[3] = {W.x, W.y, W.z}, p[3] = {P.x, P.y, P.z}, u[3] = {U.x, U.y, U.z};
         sum[i] = s->k[i + 1] * w[j] * w[k] + G * (s->up[i + 1] * p[j] + s->down[i + 1] * p[k]) +
-                 s->drag[i + 1] * u[i] +
+                 s->drag[i + 1] * u[i] + s->steep[i + 1] * p[j] * p[k] +
                  s->k[i + 1] * (s->shift[i + 1] * w[j] + s->shift[i + 5] * w[k]);
     }
     return v_of(sum);

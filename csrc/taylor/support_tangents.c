@@ -14,7 +14,7 @@ typedef struct support_data {
     /* Friction data: the apex, the friction torque, and the sign of the spin while the top slides.
      * `holds` is nonzero if friction holds the top. */
     dd apex[3];
-    double friction, sliding;
+    double friction, sliding, gradient;
     int holds;
 } support_data;
 /* Derivatives of the equations of motion with respect to the parameter for which a tangent is
@@ -22,7 +22,7 @@ typedef struct support_data {
 typedef struct support_drive {
     double moments[3], drags[3], turning[3], per_rate;
     dd rotor[3], pull[3], scale[4], apex[3];
-    double torque;
+    double torque, gradient;
     int has_pull;
 } support_drive;
 
@@ -52,6 +52,7 @@ static support_data read_support(const kr_motion *motion, double rate, const kr_
     data.rate = dd_times(motion->time_unit / rate, dd_of(motion->scene->shaking.rate));
     put_three(data.lever, vdd_scale_exactly(1.0 / (rate * rate),
                                             kr_support_split(motion, &data.base, &data.sway)));
+    data.gradient = motion->gradient / (rate * rate);
     data.q[0] = q.w;
     put_three(data.q + 1, q.v);
     kr_support_phase(motion, rate, path->t, deep ? path[1].t : 0.0, &data.cosine, &data.sine);
@@ -111,6 +112,7 @@ static support_drive read_drive(const kr_motion *motion, double rate, const kr_s
     if (drive.has_pull) set_scale(motion, rate, since, g->timing, drive.scale);
     put_three(drive.apex, words_of_vector(g, g->apex_of, deep));
     drive.torque = -kr_support_sliding(path) * g->friction_of;
+    drive.gradient = g->gradient_of;
     return drive;
 }
 

@@ -178,6 +178,7 @@ static void set_changes(const deviation_address *at, const kr_motion *motion, co
         g->timing = seed->timing;
         put_four(motion, g->apex_of, seed->apex);
         g->friction_of = seed->friction / (rate * rate);
+        g->gradient_of = seed->gradient / (rate * rate);
     }
     g->changes = fmax(g->changes, fmax(v_largest(seed->moments), v_largest(vdd_high(seed->lever))));
     g->drag_changes = fmax(g->drag_changes, v_largest(seed->damping));
@@ -197,7 +198,9 @@ static int needs_support_terms(const kr_motion *motion, size_t n, const kr_seed 
 {
     if (!supports) return 0;
     for (size_t i = 0; i < n; i++)
-        if (seeds[i].timing >= KR_TIMING_AMPLITUDE || v_largest(seeds[i].turning) > 0.0) return 1;
+        if (seeds[i].timing >= KR_TIMING_AMPLITUDE || v_largest(seeds[i].turning) > 0.0 ||
+            seeds[i].gradient != 0.0)
+            return 1;
     return kr_support_moves(motion->scene);
 }
 /* Initializes n tangents at the end of the last step of the path. */

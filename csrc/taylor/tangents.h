@@ -43,7 +43,8 @@ typedef struct kr_tangent {
      * kr_timing, which selects k. */
     double pull[4], turning_of[4], timing;
     double apex_of[4], friction_of; /* the derivatives of the apex, (0, d), and of the friction */
-    double unused[119];
+    double gradient_of;             /* the derivative of the gravity gradient */
+    double unused[118];
 } kr_tangent;
 enum {
     KR_DEVIATION_BATCH = 8,        /* tangents in a batch */

@@ -65,7 +65,7 @@ typedef struct kr_series {
     /* Nonzero if the support rotates, if it shakes, if the top slides, and if friction holds the
      * top, respectively. */
     double turns, shakes, slides, holds;
-    double unused[5];
+    double gradient, steep[4]; /* the gravity gradient; minus its product with `k` */
 } kr_series;
 
 /* State of the Taylor method for one motion. */

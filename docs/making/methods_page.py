@@ -25,6 +25,7 @@ tolerance of {tol:g}, which determines the length of a step.
 
 Only {damped} applies to tops with damping or dry friction, and to supports that are shaken or turn
 about another axis than e3. These methods do not apply to bodies with rotors: {rotorless}.
+These do not apply in a gravity gradient: {flat}.
 `kreisel methods NAME` describes one method.
 
 {table}
@@ -50,10 +51,12 @@ def format_methods_page():
         cells += [method.conserves, method.tops, method.reference]
         lines.append(f"| {' | '.join(cells)} |")
     rotorless = [method.name for method in methods.values() if not method.rotors]
+    flat = [method.name for method in methods.values() if not method.gradient]
     return PAGE.format(
         peer=PEER,
         damped=" and ".join(method.name for method in methods.values() if method.damped),
         rotorless=", ".join(rotorless[:-1]) + f" and {rotorless[-1]}",
+        flat=", ".join(flat[:-1]) + f" and {flat[-1]}",
         nanoseconds=1e9 * costs[PEER][0],
         tol=TOL,
         table="\n".join(lines),

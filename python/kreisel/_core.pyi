@@ -75,7 +75,7 @@ def body_kind(body: bytes, rtol: float) -> str: ...
 def scene_horizon(scene: bytes) -> float: ...
 
 _SceneNumbers = tuple[_Vector, _Quaternion, float, _Vector, _Vector, _Vector, float, bytes]
-_Environment = tuple[object, object, object, object, object]
+_Environment = tuple[object, object, object, object, object, object]
 
 def scene(
     body: bytes,

@@ -130,6 +130,8 @@ def view(
         raise ValueError("the viewer has one damping for all axes: use path.plot()")
     if scene._is_shaken:
         raise ValueError("the viewer cannot integrate tops on shaken supports: use path.plot()")
+    if scene.gradient:
+        raise ValueError("the viewer has no gravity gradient: use path.plot()")
     tracks = []
     if isinstance(what, Path):
         n, interval = len(what), float(what.t[-1]) / (len(what) - 1) if len(what) > 1 else 0.0

@@ -32,6 +32,8 @@ about = {
     "initial height",
     "dzhanibekov": "without gravity, spinning about the intermediate axis: it flips over "
     "periodically",
+    "satellite": "on a circular orbit of the period 2 pi: the gravity gradient holds it upright",
+    "tumbler": "a satellite of the same shape that tumbles chaotically, as Hyperion does",
 }
 
 _THESIS = (7.918933333333336, 7.918933333333336, 2.1845333333333343)
@@ -80,6 +82,16 @@ dzhanibekov = Scene(
     body_velocity=(0.001, 3.0, 0.0),
     gravity=0.0,
 )
+# The axes e1, e2, e3 turn once in 2 pi: along the orbit, along its angular momentum, and up.
+_satellite = Body(1.0, (0.9, 1.0, 0.4), (0.0, 0.0, 0.0))
+satellite = Scene(
+    _satellite,
+    attitude=(180 / 181, 0.0, 19 / 181, 0.0),  # 12 degrees forward
+    velocity=(0.02, 0.0, 0.02),
+    gradient=3.0,
+    turning=(0.0, 1.0, 0.0),
+)
+tumbler = satellite.replace(attitude=(0.6, 0.0, 0.8, 0.0), velocity=(0.3, 0.2, 0.4))
 
 
 def get_scene(name: str) -> Scene:

@@ -1,6 +1,6 @@
 // The C core as WebAssembly. Structures of kreisel.h are rows of doubles in its memory: a body has
-// 15, a state 8 (t, q, m), and a scene 46 (body, gravity, start, damping, turning, shaking,
-// friction, wheels, which stay zero). The file csrc/viewer/wasm.c asserts these sizes. A `world` has the gravity, the damping,
+// 15, a state 8 (t, q, m), and a scene 47 (body, gravity, start, damping, turning, shaking,
+// friction, and numbers that stay zero). The file csrc/viewer/wasm.c asserts these sizes. A `world` has the gravity, the damping,
 // the turning and the friction of a scene.
 import { Quaternion, Vector3 } from "three";
 import binary from "kreisel.wasm";

@@ -272,12 +272,12 @@ static void values_beside(const kr_quantity *quantity, kr_scene s, size_t k, dou
                           double out[])
 {
     double *const numbers[] = {
-        &s.start.m.x,         &s.start.m.y,      &s.start.m.z,    &s.body.inertia.x,
-        &s.body.inertia.y,    &s.body.inertia.z, &s.body.com.x,   &s.body.com.y,
-        &s.body.com.z,        &s.gravity,        &s.body.mass,    &s.damping.x,
-        &s.damping.y,         &s.damping.z,      &s.body.rotor.x, &s.body.rotor.y,
-        &s.body.rotor.z,      &s.turning.x,      &s.turning.y,    &s.turning.z,
-        &s.shaking.amplitude, &s.shaking.rate,   &s.shaking.phase};
+        &s.start.m.x,         &s.start.m.y,      &s.start.m.z,     &s.body.inertia.x,
+        &s.body.inertia.y,    &s.body.inertia.z, &s.body.com.x,    &s.body.com.y,
+        &s.body.com.z,        &s.gravity,        &s.body.mass,     &s.damping.x,
+        &s.damping.y,         &s.damping.z,      &s.body.rotor.x,  &s.body.rotor.y,
+        &s.body.rotor.z,      &s.turning.x,      &s.turning.y,     &s.turning.z,
+        &s.shaking.amplitude, &s.shaking.rate,   &s.shaking.phase, &s.gradient};
     if (k < 3)
         s.start.q = q_mul(s.start.q, about(v3(k == 0, k == 1, k == 2), by));
     else
@@ -288,7 +288,8 @@ static void values_beside(const kr_quantity *quantity, kr_scene s, size_t k, dou
  * the unit matrix, and zero for parameters. */
 static void test_derivatives(const kr_scene *s)
 {
-    const uint64_t by = (2 * KR_TANGENT_SHAKING - 1) & ~(uint64_t)KR_TANGENT_GROWTH;
+    const uint64_t by =
+        ((2 * KR_TANGENT_SHAKING - 1) & ~(uint64_t)KR_TANGENT_GROWTH) | KR_TANGENT_GRADIENT;
     enum { COLUMNS = KR_TANGENT_COLUMNS_MAX - 1 }; /* none by friction */
     const double step = 0x1p-18;
     double start[6][COLUMNS] = {{0.0}}, ahead[9], behind[9], out[KR_QUANTITY_DOUBLES_MAX * COLUMNS];
@@ -332,6 +333,9 @@ int main(void)
         s.body.rotor = v3(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
         s.turning = v3(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
         test_derivatives(&s);
+        s.gradient = uniform(-2, 2);
+        test_derivatives(&s);
+        s.gradient = 0.0;
         s.shaking = (kr_shaking){uniform(0.1, 0.2), uniform(1, 2), uniform(-3, 3)};
         s.start.t = uniform(0, 1);
         test_derivatives(&s);

@@ -160,7 +160,7 @@ static void test_start_and_refusals(const kr_scene *s)
     config.skip_heading = 1;
     IS(kr_top_create(s, taylor(), config, &top) == KR_ERR_OPTION);
     config.skip_heading = 0;
-    config.tangents = 2 * KR_TANGENT_FRICTION;
+    config.tangents = 2 * KR_TANGENT_GRADIENT;
     IS(kr_top_create(s, taylor(), config, &top) == KR_ERR_ARGUMENT && !top);
 }
 /* A tangent that exceeds the range of doubles ends the run with its own status. */

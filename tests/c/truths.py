@@ -39,6 +39,7 @@ def format_row(row):
         "scene.turning": format_numbers(scene.get("turning", none)),
         "scene.shaking": format_numbers(scene.get("shaking", none)),
         "scene.friction": float(scene.get("friction", 0)).hex(),
+        "scene.gradient": float(scene.get("gradient", 0)).hex(),
     }
     (q, q_low), (m, m_low) = split(row["q"]), split(row["m"])
     t = float(row["t"]).hex()

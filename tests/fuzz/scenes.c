@@ -108,6 +108,10 @@ static void add_support(kr_scene *scene)
         scene->shaking = shaking;
     }
     if (odds(40)) scene->friction = moment * spread(1e-6, 3.0);
+    if (odds(20)) {
+        scene->gradient = either_sign(spread(1e-3, 10.0));
+        scene->shaking.amplitude = 0.0;
+    }
 }
 static double any_beginning(void)
 {
@@ -129,6 +133,7 @@ static void change_units(kr_scene *scene)
     scene->shaking.amplitude *= length;
     scene->shaking.rate /= time;
     scene->friction *= moment / time / time;
+    scene->gradient /= time * time;
     scene->start.t *= time;
 }
 /* Replaces one number of the scene by an arbitrary double. */

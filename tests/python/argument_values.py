@@ -143,7 +143,7 @@ PARAMETERS = [
     ("friction", [0.1, 0], [NAN, -1, "1", True]),
     ("rotor turning", [(0.0, 0.0, 0.5), (0.1, -0.2, 0.3)], NO_VECTORS),
     ("wheels", [[(0, 0, 1, 5.0, 0.1)], np.zeros((2, 5))], [NAN, 1, (0, 0, 1), np.ones((4, 5))]),
-    ("rate", SIZES, NO_NUMBERS),
+    ("rate gradient", SIZES, NO_NUMBERS),
     ("shaking", [(0.1, 5.0, 0.3), (0.0, 0.0, 0.0)], [*NO_VECTORS, (0.1, -5.0, 0.3)]),
     ("axis", [(0.0, 0.0, 1.0), (1.0, -2.0, 0.5)], [*NO_VECTORS, (0, 0, 0)]),
     ("profile", [[(0, 0), (1, 1), (0, 2)]], ["abc", 3, [(0, 0), (1, NAN), (0, 2)]]),

@@ -56,9 +56,10 @@ def test_error_estimates_are_not_far_below_the_true_error(digits):
             assert find_error(path, row) < 4 * path.error + (0 if digits == 30 else 5e-16), row
 
 
-@pytest.mark.parametrize("effect", ["rotor", "turning", "shaking", "damping"])
+@pytest.mark.parametrize("effect", ["rotor", "turning", "shaking", "damping", "gradient"])
 def test_every_method_that_suits_a_scene_follows_it(effect):
-    fewest = {"taylor", "strang", "rk4", "extrap", "implicit_midpoint"} if effect == "rotor" else ()
+    is_known = effect in ("rotor", "gradient")
+    fewest = {"taylor", "strang", "rk4", "extrap", "implicit_midpoint"} if is_known else ()
     used = set()
     for row in select_rows("support", effect):
         scene = make_scene(row)

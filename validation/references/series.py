@@ -3,7 +3,7 @@
 In the frame in which the body is described, let M be the momentum, u = q* turning q and
 P = q* e3 q. The angular velocity in the inertial frame is w = J^-1 (M - rotor). The equations are
 
-    M' = M x w + mass g P x com - D (w - u) + k a,    q' = q (w - u) / 2
+    M' = M x w + P x (mass g com + gradient J P) - D (w - u) + k a,    q' = q (w - u) / 2
 
 with g = gravity - amplitude rate^2 cos(rate t + phase) and the unit vector a along the apex. The
 damping coefficients in D refer to the principal axes. The torque k of dry friction is -friction
@@ -127,6 +127,8 @@ class Series:
             context.prec = digits + 5
             inertia, com = to_matrix(body["inertia"]), to_decimals(body["com"])
             self.inverse, (mass,) = invert(inertia), to_decimals([body["mass"]])
+            (gradient,) = to_decimals([scene.get("gradient", 0)])
+            self.steep = [[gradient * x for x in row] for row in inertia]
             self.damping = make_damping(inertia, scene.get("damping", 0))
             self.rotor = to_decimals(body.get("rotor", NONE))
             self.lever = [mass * x for x in com]
@@ -166,6 +168,7 @@ class Series:
         start = self._apply(self.inverse, [x - h for x, h in zip(self.m, self.rotor, strict=True)])
         w, v = [[x] for x in start], [[x - y[0]] for x, y in zip(start, u, strict=True)]
         pull, heavy, needed = self._pull(), [[], [], []], []
+        tilted, has_gradient = [[], [], []], any(map(any, self.steep))
         is_turning, is_shaking = any(self.turning), any(self.shaking)
         for n in range(order):
             for i in range(3):
@@ -174,6 +177,10 @@ class Series:
             drag = self._apply(self.damping, [x[n] for x in v])
             for i, j, k in CYCLE:
                 torque[i] += heavy[j][n] * self.lever[k] - heavy[k][n] * self.lever[j] - drag[i]
+            if has_gradient:
+                for row, x in zip(tilted, self._apply(self.steep, [x[n] for x in p]), strict=True):
+                    row.append(x)
+                torque = [x + y for x, y in zip(torque, cross(p, tilted, n), strict=True)]
             new_u = cross(u, v, n) if is_turning else to_decimals(NONE)
             if self.friction:
                 change = dot(self.apex, self._apply(self.inverse, torque)) - dot(self.apex, new_u)

@@ -65,6 +65,7 @@ def change_units(scene):
         "damping": (1, -1),
         "turning": (0, -1),
         "friction": (1, -2),
+        "gradient": (0, -2),
     }
 
     def scale(name, value):

@@ -67,6 +67,7 @@ pub struct Scene {
     pub shaking: Shaking,
     pub friction: f64,
     pub wheels: [Wheel; 3],
+    pub gradient: f64,
 }
 
 #[repr(C)]

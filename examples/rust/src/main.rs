@@ -34,6 +34,7 @@ fn main() -> Result<(), Error> {
         shaking: Shaking::default(),
         friction: 0.0,
         wheels: Default::default(),
+        gradient: 0.0,
     };
     let mut top = Top::new(&scene, Method::taylor(), 0.0)?;
     let state = top.advance(1.0)?;

@@ -63,6 +63,7 @@ def methods(name: str | None) -> None:
         words |= {"conserves": method.conserves, "for": method.tops}
         tops = {"rotors": method.rotors, "damping": method.damped, "friction": method.friction}
         tops |= {"turning supports": method.turning, "shaken supports": method.shaking}
+        tops |= {"a gravity gradient": method.gradient}
         words["with"] = ", ".join(word for word, is_possible in tops.items() if is_possible)
         for word, value in {**words, "reference": method.reference}.items():
             console.print(f"{word:<10} {value}")

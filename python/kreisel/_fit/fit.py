@@ -53,10 +53,10 @@ def fit(
     records   a kreisel.Record or several records of one motion
     free      names of parameters: "start" ("attitude" and "velocity"), "moments", "com" or its
               length "lever", "gravity", "mass", "damping", "friction", "rotor", "turning",
-              "shaking" and "axes", the principal axes in the frame of description. Moments
-              that are equal in `scene` stay equal. A damping given as one number stays one number,
-              and three numbers are estimated apart, except about axes with equal moments if they
-              are equal. A rotor excludes "axes"
+              "shaking", "gradient" and "axes", the principal axes in the frame of description.
+              Moments that are equal in `scene` stay equal. A damping given as one number stays one
+              number, and three numbers are estimated apart, except about axes with equal moments if
+              they are equal. A rotor excludes "axes"
     loss      "linear": least squares. "soft": large residuals count linearly, for records with
               outliers
     pieces    for chaotic motion: the number of pieces into which the motion is divided (multiple

@@ -33,6 +33,7 @@ FreeName = Literal[
     "rotor",
     "turning",
     "shaking",
+    "gradient",
     "axes",
 ]
 FREE: tuple[FreeName, ...] = get_args(FreeName)
@@ -77,6 +78,7 @@ BLOCKS = {
     "shaking": Block(
         "shaking", ("L", "rad/T", "rad"), "", "shaking", parts=("_amplitude", "_rate", "_phase")
     ),
+    "gradient": Block("gradient", "T^-2", "", "gradient"),
     "axes": Block("axes", "rad", "rotation"),
     "mounting": Block("", "rad", "rotation"),
     "delay": Block("", "T"),
@@ -116,6 +118,7 @@ class FitPoint:
     turning: Array
     shaking: Array
     friction: float
+    gradient: float
     extra: dict[Key, Array]
 
     @cached_property
@@ -209,6 +212,7 @@ class FitPoint:
             turning=self.turning,
             shaking=shaking,
             friction=self.friction,
+            gradient=self.gradient,
         )
 
     def compute_effective_gravity(self, t: Array) -> Array:
@@ -235,6 +239,7 @@ def convert_scene_to_fit_point(scene: Scene) -> FitPoint:
         turning=np.array(scene.turning, dtype=float),
         shaking=np.array(scene.shaking, dtype=float),
         friction=scene.friction,
+        gradient=scene.gradient,
         extra={},
     )
     point.__dict__["moments"] = moments  # without the rounding error of the densities
@@ -297,7 +302,7 @@ class FreeParameters:
             "lever": start.com[:, None] / length,
             "moments": _group_axes_with_equal(start.moments),
             "damping": np.ones((3, 1)) if scene._has_common_damping else damping,
-            **dict.fromkeys(("gravity", "mass", "friction"), np.ones((1, 1))),
+            **dict.fromkeys(("gravity", "mass", "friction", "gradient"), np.ones((1, 1))),
         }
         extra: dict[Key, Array] = {}
         for i, record in enumerate(records):
@@ -476,6 +481,7 @@ class FreeParameters:
             "friction": max(point.friction, slowest * rate),
             "rotor": max(float(np.linalg.norm(point.rotor)), largest * rate),
             "turning": max(float(np.linalg.norm(point.turning)), rate),
+            "gradient": abs(point.gradient) or rate * rate,
             "shaking": np.array(shaking),
             "delay": 1.0 / rate,
         }

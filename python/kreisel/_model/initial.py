@@ -40,7 +40,8 @@ def make_core_tops(body: Body, shape: Shape, columns: Mapping[str, Array]) -> Co
     start |= {"friction": 0.0, **columns}
     names = "mass", "moments", "principal_com", "axes", "inertia_rtol", "principal_rotor"
     own = [body._columns[name] if body.shape else getattr(body, name) for name in names]
-    parts = [*own, *start.values(), _turn_wheels(body)]
+    gradient = start.pop("gradient", 0.0)
+    parts = [*own, *start.values(), _turn_wheels(body), gradient]
     return CoreTops(shape, [np.asarray(values, dtype=np.float64) for values in parts])
 
 
@@ -250,7 +251,7 @@ def find_turning_point(
     a function of cos theta, and f one zero on each side of it, unless a = b or a = -b, when the
     apex may pass the pole. Raises ValueError for the first top for which f is always negative.
     """
-    for name in "turning", "shaking":
+    for name in "turning", "shaking", "gradient":
         if name in given and given[name].values.any():
             raise ValueError(f"energy, vertical and axial do not describe a start with {name}")
     if np.asarray(body.wheels)[..., 4].any():

@@ -112,6 +112,7 @@ PARAMETERS: Mapping[str, Parameter] = {
         "shaking is (amplitude, rate, phase)",
     ),
     "friction": Parameter("M L^2 T^-2", check=NON_NEGATIVE, why="it removes energy"),
+    "gradient": Parameter("T^-2", why="it is 3 mu / R^3 at the distance R from an attracting body"),
     **dict.fromkeys(["momentum", "body_momentum"], _vector("M L^2 T^-1")),
     **dict.fromkeys(["velocity", "body_velocity"], _vector("rad/T")),
     "attitude": Parameter("", ((4,),), "wxyz", form=f"4 numbers (w, x, y, z); {_QUATERNION}"),
@@ -124,7 +125,7 @@ PARAMETERS: Mapping[str, Parameter] = {
     "rates": _vector("rad/T", "012"),
 }
 STARTS = "momentum", "velocity", "body_momentum", "body_velocity"
-ENVIRONMENT = "gravity", "damping", "turning", "shaking", "friction"
+ENVIRONMENT = "gravity", "damping", "turning", "shaking", "friction", "gradient"
 FLAGS = "steady", "fast", "degrees"
 _AMOUNT, _ROUNDED = ("mass", "density"), ("inertia_rtol", "unphysical")
 # The parameters of the classes and of their constructors, without the body of a scene: those that
@@ -316,6 +317,7 @@ def list_disturbances(tops: Any) -> list[str]:
         "friction": has_nonzero_element(tops.friction),
         "a shaken support": has_nonzero_element(amplitudes),
         "a turning support": has_nonzero_element(tops.turning),
+        "a gravity gradient": has_nonzero_element(tops.gradient),
     }
     return [name for name, is_there in disturbances.items() if is_there]
 

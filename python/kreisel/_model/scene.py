@@ -67,6 +67,7 @@ class SceneKwargs(TypedDict, total=False):
     turning: ArrayLike | None
     shaking: ArrayLike | None
     friction: Scalars | None
+    gradient: Scalars | None
 
 
 class VaryKwargs(SceneKwargs, total=False):
@@ -119,6 +120,12 @@ class Scene(BatchBase):
               amplitude * cos(rate * t + phase), and t = 0 is the start of the scene
     friction  (...,) dry friction [M L^2 T^-2]: a torque of this size about the apex, against the
               spin
+    gradient  (...,) gravity gradient k [T^-2], which adds the torque k e3 x J e3, with the inertia
+              J about the fixed point. For a satellite that is fixed at its centre of mass at the
+              distance R from that of the Earth, it is 3 mu / R^3, and e3 is the local vertical. On
+              a circular orbit with the mean motion n, k = 3 n^2, and turning=(0, n, 0) turns e3
+              with the satellite, which moves along e1. The gradient excludes a shaken support and
+              wheels on free axles
 
     A scene always stores momentum and attitude, whichever parameters were passed to the
     constructor. For a needle-like body, rounding the momentum changes the axial angular velocity by
@@ -150,7 +157,8 @@ class Scene(BatchBase):
     turning: Any
     shaking: Any
     friction: Any
-    # bytes of the kr_scene of one top: body, gravity, t, q, m, damping, turning, shaking, friction
+    gradient: Any
+    # bytes of the kr_scene of one top
     _block: bytes = field(init=False)
 
     _compared = _compared_of_many = "body", *_NUMBERS
@@ -173,6 +181,7 @@ class Scene(BatchBase):
         turning: ArrayLike | None = None,
         shaking: ArrayLike | None = None,
         friction: Scalars | None = None,
+        gradient: Scalars | None = None,
         **unknown: Unpack[NoKeywords],
     ) -> None:
         if unknown:
@@ -180,7 +189,7 @@ class Scene(BatchBase):
         if not isinstance(body, Body):
             validate_type("body", body, Body)
         values = momentum, velocity, body_momentum, body_velocity
-        around = gravity, damping, turning, shaking, friction
+        around = gravity, damping, turning, shaking, friction, gradient
         if attitude_xyzw is None and "_block" in body.__dict__ and not body._has_wheels:
             numbers = scene(body._block, values, attitude, around)
             if numbers is not None:
@@ -206,7 +215,8 @@ class Scene(BatchBase):
         """Store the numbers of one top, as scene() of the core returns them."""
         fields = self.__dict__
         fields["body"] = body
-        m, q, g, d, u, s, f, block = numbers
+        m, q, g, d, u, s, f, k, block = numbers
+        fields["gradient"] = k
         fields["momentum"], fields["attitude"], fields["gravity"], fields["damping"] = m, q, g, d
         fields["turning"], fields["shaking"], fields["friction"], fields["_block"] = u, s, f, block
         fields["_has_common_damping"] = damping is None or np.ndim(damping) == 0 or not any(d)  # type: ignore[arg-type]
@@ -262,6 +272,7 @@ class Scene(BatchBase):
         turning: ArrayLike | None = None,
         shaking: ArrayLike | None = None,
         friction: Scalars | None = None,
+        gradient: Scalars | None = None,
     ) -> Self:
         """Build a scene from z-x-z Euler angles (precession, nutation, spin) and their rates.
 
@@ -276,7 +287,7 @@ class Scene(BatchBase):
         is the apex.
 
         degrees  True: angles and rates are in degrees, also turning and the rate and phase of
-                 shaking; the arguments gravity to friction are otherwise as in Scene
+                 shaking; the arguments gravity to gradient are otherwise as in Scene
 
         Angles and rates may be arrays of the shape (..., 3), and the other arguments arrays as in
         Scene.
@@ -288,7 +299,7 @@ class Scene(BatchBase):
         1.047197551197
         """
         in_degrees = arguments.as_bool("degrees", degrees)
-        around = gravity, damping, turning, shaking, friction
+        around = gravity, damping, turning, shaking, friction, gradient
         if not (validate_type("body", body, Body).shape or body._has_wheels):
             numbers = euler(body._block, angles, rates, in_degrees, around)
             if numbers is not None:
@@ -316,6 +327,7 @@ class Scene(BatchBase):
         turning: ArrayLike | None = None,
         shaking: ArrayLike | None = None,
         friction: Scalars | None = None,
+        gradient: Scalars | None = None,
     ) -> Self:
         """Build a symmetric top that spins about its symmetry axis, tilted from the vertical.
 
@@ -329,7 +341,7 @@ class Scene(BatchBase):
                     tilt 0 or pi it stands or hangs vertically, without precession. If `precession`
                     is given instead of `spin`, the top has the spin with this steady precession
         degrees     True: angles and rates are in degrees, also turning and the rate and phase of
-                    shaking; the arguments gravity to friction are otherwise as in Scene
+                    shaking; the arguments gravity to gradient are otherwise as in Scene
 
         Raises ValueError for a body that is not symmetric about its apex, and for steady=True with
         both `spin` and `precession`, a rotor, damping, friction or a moving support. Also raises
@@ -354,7 +366,7 @@ class Scene(BatchBase):
         """
         in_degrees = arguments.as_bool("degrees", degrees)
         is_steady, is_fast = arguments.as_bool("steady", steady), arguments.as_bool("fast", fast)
-        around = gravity, damping, turning, shaking, friction
+        around = gravity, damping, turning, shaking, friction, gradient
         if not (validate_type("body", body, Body).shape or body._has_wheels):
             flags = is_steady, is_fast, in_degrees
             numbers = spinning(body._block, spin, tilt, precession, *flags, around)
@@ -419,7 +431,7 @@ class Scene(BatchBase):
         """
         is_lower = arguments.as_bool("lower", lower)
         validate_type("body", body, Body)
-        given = parameters.read_environment(body, (gravity, damping, None, None, friction))
+        given = parameters.read_environment(body, (gravity, damping, None, None, friction, None))
         integrals = zip(_INTEGRALS, (energy, vertical, axial), strict=True)
         words = [parameters.read_parameter(name, value) for name, value in integrals]
         known = {**given, **{one.name: one for one in words}}
@@ -507,9 +519,9 @@ class Scene(BatchBase):
                 )
         shape = (*shape, *members[0].shape)
         tops = [top for one in members for top in one.ravel()] if members[0].shape else members
-        rows = np.frombuffer(b"".join(top._block for top in tops)).reshape(*shape, 46)
+        rows = np.frombuffer(b"".join(top._block for top in tops)).reshape(*shape, 47)
         body = Body._combine_bodies([top.body for top in tops], shape)
-        places: tuple[Any, ...] = 15, slice(24, 27), slice(27, 30), slice(30, 33), 33
+        places: tuple[Any, ...] = 15, slice(24, 27), slice(27, 30), slice(30, 33), 33, 46
         around = {
             name: BatchParameter(name, rows[..., place], PARAMETERS[name].shapes[0])
             for name, place in zip(ENVIRONMENT, places, strict=True)
@@ -557,7 +569,7 @@ class Scene(BatchBase):
         words: dict[str, object] = dict(self._list_constructor_arguments())
         if self._optional_gravity is None:
             del words["gravity"]
-        for name in ("turning", "shaking", "friction"):
+        for name in ("turning", "shaking", "friction", "gradient"):
             if not has_nonzero_element(words[name]):
                 del words[name]
         return f"Scene({', '.join([f'{name}={value!r}' for name, value in words.items()])})"
@@ -577,6 +589,7 @@ class Scene(BatchBase):
             "turning": self.turning,
             "shaking": self.shaking,
             "friction": self.friction,
+            "gradient": self.gradient,
         }
 
     @property
@@ -595,8 +608,9 @@ class Scene(BatchBase):
 
     @cached_property
     def _has_disturbances(self) -> bool:
-        """True if the top has damping, friction, or a moving support."""
-        return self._is_losing_energy or self._is_shaken or any(self.turning)
+        """True if the top has damping, friction, a gravity gradient, or a moving support."""
+        is_moved = self._is_shaken or any(self.turning) or self.gradient != 0.0
+        return self._is_losing_energy or is_moved
 
     @property
     def _is_losing_energy(self) -> bool:
@@ -611,6 +625,7 @@ class Scene(BatchBase):
         torque = weight * math.hypot(*self.body.com)
         moving = momentum + math.hypot(*self.body.rotor)
         bound = max(moving / largest, math.sqrt(torque / largest))
+        bound = max(bound, math.sqrt(abs(self.gradient)))
         return float(max(bound + math.hypot(*self.turning), rate if amplitude else 0.0))
 
     @cached_property
@@ -674,7 +689,7 @@ class Scene(BatchBase):
         Parameters are broadcast as in kr.Scene, and with those of this scene. They may be the
         parameters of
 
-        - Scene: gravity, damping, turning, shaking, friction, body, attitude
+        - Scene: gravity, damping, turning, shaking, friction, gradient, body, attitude
           or attitude_xyzw, and one of momentum, velocity, body_momentum, body_velocity. If none of
           these four is given, the space-frame momentum of this scene is kept.
 
@@ -895,7 +910,7 @@ class Scene(BatchBase):
         top-level keys are the parameters of Scene, and the keys of the table [body] are those of
         Body. Instead of the momentum and the attitude, the text may contain a table [from_euler] or
         [spinning] with the parameters of the constructor of that name; those from gravity to
-        friction may also be top-level keys. Instead of the keys of Body, a table such as
+        gradient may also be top-level keys. Instead of the keys of Body, a table such as
         [body.cuboid] may give the parameters of the constructor of that name. Values for many tops
         are arrays. Raises ValueError for unknown keys.
 

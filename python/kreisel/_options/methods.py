@@ -55,8 +55,9 @@ class Method:
 
     symplectic, reversible and implicit are properties of the map of a step. skips_heading is True
     if the heading of the top (its rotation about the vertical) can be omitted. damped, rotors,
-    turning, shaking and friction are True if the method also applies to damped tops, bodies with
-    rotors, supports that turn about other axes than e3 or are shaken, and tops with dry friction.
+    turning, shaking, friction and gradient are True if the method also applies to damped tops,
+    bodies with rotors, supports that turn about other axes than e3 or are shaken, tops with dry
+    friction, and bodies in a gravity gradient.
     """
 
     name: MethodName
@@ -79,6 +80,7 @@ class Method:
     turning: bool = field(repr=False)
     shaking: bool = field(repr=False)
     friction: bool = field(repr=False)
+    gradient: bool = field(repr=False)
     tangents: bool = field(repr=False)
 
     @property
@@ -319,6 +321,7 @@ def resolve_method(name: object, scene: Scene) -> Method:
     for is_there, flag, others in (
         (scene._has_damping, method.damped, "tops without damping"),
         (scene.friction, method.friction, "tops without friction"),
+        (scene.gradient, method.gradient, "tops without a gravity gradient"),
         (scene._is_shaken, method.shaking, "tops whose support is not shaken"),
         (any(scene.turning), method.turning, "tops whose support does not turn, or turns about e3"),
     ):

@@ -104,7 +104,16 @@ EventSpec = Event | Sequence[Event]
 Kind = Literal["min", "max", "mean", "variance", "last", "where_min", "where_max"]
 ReductionSpec = Mapping[str, Kind | Iterable[Kind]]  # maps quantities to kinds of reduction
 _Parameter = Literal[
-    "moments", "com", "gravity", "mass", "damping", "rotor", "turning", "shaking", "friction"
+    "moments",
+    "com",
+    "gravity",
+    "mass",
+    "damping",
+    "rotor",
+    "turning",
+    "shaking",
+    "friction",
+    "gradient",
 ]
 TangentName = Literal["start"] | _Parameter
 TangentSpec = TangentName | Iterable[TangentName]

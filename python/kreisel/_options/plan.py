@@ -262,7 +262,8 @@ def _find_tops_outside_lanes(tops: Scene) -> npt.NDArray[np.bool_]:
     """Return True for the tops that neither the closed form nor the lanes can compute."""
     is_turning = tops.turning != 0.0
     is_outside = is_turning[..., :2].any(axis=-1) | (is_turning[..., 2] & tops.damping.any(axis=-1))
-    return np.asarray(is_outside | (tops.shaking[..., 0] != 0.0) | (tops.friction > 0.0))
+    is_outside |= (tops.shaking[..., 0] != 0.0) | (tops.gradient != 0.0)
+    return np.asarray(is_outside | (tops.friction > 0.0))
 
 
 @lru_cache

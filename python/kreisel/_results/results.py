@@ -498,8 +498,8 @@ class PathBase(RunResult, QuantityAttributes):
         six columns are the derivatives with respect to the initial state, an identity matrix at
         t = 0. Those with respect to parameters, at constant initial momentum, follow in this order:
         the moments (3), the centre of mass (3), gravity, mass, damping (3), rotor (3), turning (3),
-        shaking (3) and friction. The centre of mass and the rotor are given by their components
-        along the principal axes.
+        shaking (3), friction and gradient. The centre of mass and the rotor are given by their
+        components along the principal axes.
         """
         return self._get_tangents_or_raise().high
 
@@ -543,6 +543,7 @@ class PathBase(RunResult, QuantityAttributes):
             "turning": scene.turning,
             "shaking": scene.shaking if scene._is_shaken else (0.0, 0.0, 0.0),
             "friction": (scene.friction,),
+            "gradient": (scene.gradient,),
         }
         # Parameters equal to zero carry no rounding error.
         if any(name not in data.by and any(each) for name, each in numbers.items()):

@@ -310,6 +310,7 @@ class Run:
         turning: ArrayLike | None = None,
         shaking: ArrayLike | None = None,
         friction: float | None = None,
+        gradient: float | None = None,
         keep: Literal["momentum", "velocity"] = "momentum",
     ) -> None:
         """Change the body or its environment at the current time.
@@ -326,7 +327,9 @@ class Run:
         the new top, or if the support begins to turn but the heading, on which the motion then
         depends, is not computed: add 'q' to `want`.
         """
-        around = zip(ENVIRONMENT, (gravity, damping, turning, shaking, friction), strict=True)
+        around = zip(
+            ENVIRONMENT, (gravity, damping, turning, shaking, friction, gradient), strict=True
+        )
         given = _drop_missing_arguments(body=body, **dict(around))
         if not given:
             raise TypeError(f"change needs a body, {', '.join(ENVIRONMENT)}")

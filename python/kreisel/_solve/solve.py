@@ -120,10 +120,11 @@ def solve(
                occurrences. A terminal event ends the path
     tangents   taylor, and exact for a Kowalewski or Goryachev-Chaplygin top as in
                kreisel.ExactTorus: one or several of "start", "moments", "com", "gravity", "mass",
-               "damping", "rotor", "turning", "shaking", "friction" (not 0). path.tangents has the
-               derivatives of the states with respect to these, path.derivative those of a quantity.
-               The states are bitwise equal to those without tangents, unless strong damping
-               requires shorter steps, and to those of kreisel.solve for each of many tops alone
+               "damping", "rotor", "turning", "shaking", "friction" (not 0), "gradient".
+               path.tangents has the derivatives of the states with respect to these,
+               path.derivative those of a quantity. The states are bitwise equal to those without
+               tangents, unless strong damping requires shorter steps, and to those of
+               kreisel.solve for each of many tops alone
 
         >>> import kreisel as kr
         >>> path = kr.solve(kr.scenes.cusps, t=300, method="strang", step=0.01, every=100)
