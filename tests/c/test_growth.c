@@ -40,26 +40,6 @@ static void some(kr_scene scenes[TOPS])
     scenes[3].start.q = q_one();
     scenes[3].start.m = v3(0.0, 0.0, 9.0);
 }
-static void test_independence(void)
-{
-    static came with, without, alone;
-    kr_scene scenes[TOPS];
-    kr_worker *worker = worker_with(KR_TANGENT_GROWTH, 0), *plain = worker_with(0, 0);
-    some(scenes);
-    run(worker, scenes, TOPS, &with);
-    run(plain, scenes, TOPS, &without);
-    for (int i = 0; i < TOPS * TIMES; i++) IS(same(with.states[i], without.states[i]));
-    for (size_t i = 0; i < TOPS; i++) {
-        run(worker, &scenes[i], 1, &alone);
-        IS(memcmp(alone.rows, with.rows[i * TIMES], sizeof alone.rows[0] * TIMES) == 0);
-        IS(with.outcomes[i].status == KR_OK && with.rows[i * TIMES][KR_GROWTH_LOG] == 0.0);
-        for (size_t k = i * TIMES; k < (i + 1) * TIMES; k++)
-            for (int form = KR_GROWTH_ENERGY; form <= KR_GROWTH_TRUNCATION; form++)
-                IS(with.rows[k][form] < 1e-13);
-    }
-    kr_worker_free(worker);
-    kr_worker_free(plain);
-}
 static void test_instruction_sets(void)
 {
     static came first, other;
@@ -218,7 +198,6 @@ static void test_steady_rotations(void)
 }
 int main(void)
 {
-    test_independence();
     test_instruction_sets();
     test_failures();
     test_directions();

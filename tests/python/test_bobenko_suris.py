@@ -3,8 +3,8 @@
 import kreisel as kr
 import numpy as np
 import pytest
-from orders import BODIES, TILT
-from orders import tilt_scene as scene
+from tilted_tops import BODIES, TILT
+from tilted_tops import tilt_scene as scene
 
 
 def find_modified_energy(method, path, step):

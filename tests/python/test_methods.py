@@ -9,31 +9,19 @@ from itertools import pairwise
 import kreisel as kr
 import numpy as np
 import pytest
-from orders import BODIES, measure_order
-from orders import tilt_scene as scene
+from tilted_tops import BODIES
+from tilted_tops import tilt_scene as scene
 
 
-def cases(is_member=lambda name, body: True, **flags):
+def cases(**flags):
     """Return all pairs (method, body) in which the method has the given properties."""
     return [
         (name, body)
         for name, method in kr.methods.items()
         if all(getattr(method, flag) == value for flag, value in flags.items())
         for body in BODIES
-        if method.applies_to(BODIES[body]) and is_member(name, body)
+        if method.applies_to(BODIES[body])
     ]
-
-
-def has_visible_leading_error(name, body):
-    """Return True unless rounding errors may hide the leading term of the truncation error."""
-    return kr.methods[name].order <= 4 or body != "goryachev_chaplygin"
-
-
-@pytest.mark.parametrize("name, body", cases(has_visible_leading_error, adaptive=False))
-def test_orders_agree_with_the_table(name, body):
-    order = kr.methods[name].order
-    slopes = measure_order(name, body)
-    assert all(slope is not None and abs(slope - order) < 0.2 for slope in slopes.values()), slopes
 
 
 @pytest.mark.parametrize("name, body", cases(adaptive=True, exact=False))

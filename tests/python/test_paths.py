@@ -133,11 +133,6 @@ def test_the_energy_error_is_the_largest_along_the_path():
 # States at other times
 
 
-def test_states_between_across_chunks_equal_those_of_solve():
-    path = kr.solve(TOP, np.linspace(0.0, 2.0, 40_000), want=("nutation",))
-    assert same(path(path.t), path)
-
-
 def test_geometric_paths_keep_their_method_and_step():
     path = kr.solve(LAGRANGE, 5.0, "geometric", error=1e-6)
     again = path([5.0, 2.5])

@@ -5,19 +5,7 @@ import numpy as np
 import pytest
 
 TOP, THESIS = kr.scenes.asymmetric, kr.scenes.thesis
-SCENES = [name for name in vars(kr.scenes) if isinstance(getattr(kr.scenes, name), kr.Scene)]
 ALL = ("start", "moments", "com", "gravity", "mass", "damping")
-
-
-@pytest.mark.parametrize("name", SCENES)
-def test_tangents_in_doubles_are_those_in_20_digits(name):
-    scene = getattr(kr.scenes, name)
-    fine, plain = (kr.solve(scene, [0.0, 10.0], digits=d, tangents=ALL) for d in (20, 16))
-    # If the error of the path grows fast, the tangents have a relative error of the same size.
-    size = np.abs(fine.tangents).max()
-    tolerance = 1e-12 if name != "dzhanibekov" else 3.0 * plain.error * size
-    assert np.abs(plain.tangents - fine.tangents).max() <= tolerance * size
-    assert plain.tangents_rest < 1e-12
 
 
 def test_tangents_belong_to_their_states():
