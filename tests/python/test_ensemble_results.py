@@ -264,6 +264,9 @@ def test_attitudes_in_single_precision_are_normalized():
     tops = kr.Scene(SCENES[0].body, (0, 0, 1), attitude=q.astype(np.float32), gravity=1)
     np.testing.assert_allclose(kr.solve(tops, [0.0]).q[:, 0], q, rtol=0, atol=1e-7)
     np.testing.assert_allclose(np.linalg.norm(tops.attitude, axis=1), 1.0, rtol=1e-15)
+    one = kr.Scene(SCENES[0].body, (0, 0, 1), attitude=q[0].astype(np.float32), gravity=1)
+    np.testing.assert_allclose(np.linalg.norm(one.attitude), 1.0, rtol=1e-15)
+    assert one.attitude == tuple(tops[0].attitude)
 
 
 def test_progress_rises_to_one_and_may_stop_the_call():

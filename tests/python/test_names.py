@@ -18,6 +18,11 @@ def list_public_names(value):
     return {name for name in dir(value) if not name.startswith("_")}
 
 
+def test_modules_list_their_public_names():
+    for module in (kr.events, quaternion):
+        assert dir(module) == sorted(module.__all__)
+
+
 def test_methods_describe_themselves():
     rk4, strang = kr.methods["rk4"], kr.methods["strang"]
     assert (rk4.name, rk4.order) == ("rk4", 4) and rk4.algebraic

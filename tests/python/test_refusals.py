@@ -164,6 +164,7 @@ VALUE_ERRORS = [
     (kr.starts, STARTS, {"grid": (1, 1, 1), "energy": -3.9}, "finer grid"),
     (kr.starts, STARTS, {"n": 3, "vertical": 1e200}, "too large"),
     (kr.starts, STARTS, {"grid": (2, 2), "gravity": 1e200}, "too large"),
+    (kr.events.crossing, {"function": "m_x"}, {"where": {"m_x": 0}}, "where is zero"),
     (kr.solve, SOLVE, {"t": [1, -1]}, "t[0] = 1.0 goes back from the start"),
     (kr.solve, SOLVE, {"t": [*range(777), NAN]}, "t[777] = nan"),
     (kr.solve, SOLVE, {"t": 1e300}, "cannot resolve"),
@@ -227,6 +228,7 @@ OTHER_ERRORS = [
     (kr.Scene, SCENE, {"gravity": (0, 0, -1)}, TypeError, "positive is down"),
     (kr.Scene, SCENE, {"gravty": 1}, TypeError, "gravty"),
     (kr.Scene.from_toml, {}, {"source": "body = [1]\nmomentum = [1, 2]"}, TypeError, "body"),
+    (kr.events.crossing, {"function": abs}, {}, TypeError, "cannot be computed"),
     (kr.plan, {"scene": TOP}, {"mismatch": 1e-3}, TypeError, "mismatch"),
     (kr.solve, TWO, {"out": [1.0]}, TypeError, "NumPy array"),
     (

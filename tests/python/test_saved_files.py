@@ -222,6 +222,17 @@ def test_invalid_headers_and_scenes_are_refused(file, members):
         check_refusal(file, members | {f"events_{name}.npy": wrong}, "events are damaged")
 
 
+def test_damaged_results_of_many_tops_are_refused(file):
+    tops = kr.scenes.cusps.vary(gravity=[0.5, 1.0])
+    members = unpack(kr.solve(tops, [0.0, 20.0], events=[LOWEST]), file)
+    for change in ({"names": []}, {"times": [3, 2]}, {"last": [[0, 3, 8]]}):
+        head = encode(json.dumps(decode_head(members) | change))
+        check_refusal(file, members | {"head.npy": head})
+    for name in ("status", "done", "events_top", "events_which"):
+        array = np.load(io.BytesIO(members[f"{name}.npy"]))
+        check_refusal(file, members | {f"{name}.npy": encode(np.full_like(array, -99))})
+
+
 def npy(descr, shape, data, order="False"):
     header = f"{{'descr': {descr}, 'fortran_order': {order}, 'shape': {shape}, }}\n".encode()
     return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header)) + header + data
