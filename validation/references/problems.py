@@ -12,7 +12,7 @@ TABLES = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="u
 # The scenes of the report and their final times.
 HORIZONS = {name: scene["end"] for name, scene in TABLES["scenes"].items()}
 SHORT = 10.0  # final time of quick runs and of the tests
-BRIEF = ("thesis", "kowalewski", "asymmetric")  # scenes of quick runs
+BRIEF = ("kowalewski", "asymmetric")  # scenes of quick runs
 
 
 @dataclass(frozen=True)
