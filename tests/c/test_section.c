@@ -15,7 +15,7 @@ static void random_tops(cut *c, double wait)
 {
     for (int i = 0; i < TOPS; i++) {
         c->scenes[i] = random_scene(i);
-        if (i % 9 == 8) c->scenes[i].damping = v3(1e-3, 2e-3, 3e-3);
+        if (i % 10 == 8) c->scenes[i].damping = v3(0.01, 0.02, 0.03);
         c->wait[i] = i % 5 == 2 ? -wait : wait;
     }
 }
@@ -218,6 +218,7 @@ int main(void)
     const kr_event low = {.terms = &height, .count = 1, .extremum = 1, .direction = 1},
                    passing = {.terms = level, .count = 2},
                    mixed = {.terms = forms, .count = 4, .direction = -1},
+                   fastest = {.terms = forms, .count = 4, .extremum = 1},
                    half = {.terms = &height,
                            .count = 1,
                            .extremum = 1,
@@ -229,6 +230,7 @@ int main(void)
     IS(none_is_missed(&low, 60.0) == 0);
     IS(none_is_missed(&passing, 10.0) > 0);
     IS(none_is_missed(&mixed, 20.0) < TOPS);
+    IS(none_is_missed(&fastest, 20.0) < TOPS);
     IS(none_is_missed(&half, 40.0) < TOPS);
     IS(none_is_missed(&products, 20.0) < TOPS);
     IS(none_is_missed(&turns, 40.0) < TOPS);
