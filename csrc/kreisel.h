@@ -458,13 +458,12 @@ enum { KR_COMPONENT_ONE = 0 }; /* the constant component "1" */
  * if no component with this name can be used in events. */
 KR_API int kr_component_find(const char *name);
 
-/* Returns the modified energy E + step * <torque, m> / (2 I1) [M L^2 T^-2] that bobenko_suris
- * conserves. Returns NaN unless the body is a Lagrange top without rotor. */
-KR_API double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step);
-/* Returns the modified energy that bobenko_suris4 conserves with this step [M L^2 T^-2], which
+/* Returns the modified energy [M L^2 T^-2] that a map with this step conserves: for the order 1,
+ * E + step * <torque, m> / (2 I1) of bobenko_suris; for the order 4, that of bobenko_suris4, which
  * equals the energy up to a constant and O(step^4). Returns NaN if the body is no Lagrange top or
  * has a rotor, or if the step is too large. */
-KR_API double kr_state_modified_energy4(const kr_scene *scene, const kr_state *s, double step);
+KR_API double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step,
+                                       int order);
 /* Returns the angle of the rotation between two attitudes, 0 .. pi [rad]. */
 KR_API double kr_attitude_error(kr_quat a, kr_quat b);
 
@@ -478,12 +477,11 @@ KR_API kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_s
  * of kr_top_stats, but keeps the events set by kr_top_watch. On failure, the top is unchanged. */
 KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
 /* Restarts the top as kr_top_reset does, but with another scene, and resets the time grid and the
- * tangents. To push a moving top or change its body, set scene->start to kr_top_state(top). Returns
- * KR_ERR_MEMORY if the closed-form solution needs more memory than kr_top_create allocated. */
-KR_API kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene);
-/* Works like kr_top_set_scene, but adds the low-order part `low` to the initial state (see
- * kr_top_low). The sum start + low must round to start; low->t must be 0. */
-KR_API kr_status kr_top_set_scene_low(kr_top *top, const kr_scene *scene, const kr_state *low);
+ * tangents. To push a moving top or change its body, set scene->start to kr_top_state(top). The
+ * digits of the initial state beyond double precision are `low` (see kr_top_low), or 0 if it is
+ * NULL: start + low must round to start, and low->t must be 0. Returns KR_ERR_MEMORY if the
+ * closed-form solution needs more memory than kr_top_create allocated. */
+KR_API kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene, const kr_state *low);
 /* Returns the digits of the current state beyond double precision; the member t is 0. */
 KR_API kr_state kr_top_low(const kr_top *top);
 /* Returns the time that the steps have reached [T]. `poll` may call kr_top_time. */

@@ -54,7 +54,7 @@ static kr_status change_body(int i, const kr_body *body)
     kr_scene changed = scenes[i];
     changed.body = *body;
     changed.start = kr_top_state(tops[i]);
-    const kr_status status = kr_top_set_scene(tops[i], &changed);
+    const kr_status status = kr_top_set_scene(tops[i], &changed, NULL);
     if (status == KR_OK) scenes[i] = changed;
     return status;
 }

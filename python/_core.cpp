@@ -68,11 +68,12 @@ static doubles derivatives(const std::string &name, const kr_scene &scene, const
                              out);
     });
 }
-template <double function(const kr_scene *, const kr_state *, double)>
-static doubles at_step(const kr_scene &scene, const doubles &states, double step)
+template <int order>
+static doubles modified_energy(const kr_scene &scene, const doubles &states, double step)
 {
     return each(states, {}, [&](size_t n, const kr_state *in, double *out) {
-        for (size_t i = 0; i < n; i++) out[i] = function(&scene, &in[i], step);
+        for (size_t i = 0; i < n; i++)
+            out[i] = kr_state_modified_energy(&scene, &in[i], step, order);
     });
 }
 static doubles attitude_error(const doubles &a, const doubles &b)
@@ -186,7 +187,7 @@ PYBIND11_MODULE(_core, m, py::mod_gil_not_used())
     m.def("body_kind", body_kind, "body"_a, "rtol"_a);
     m.def("values", values, "name"_a, "scene"_a, "states"_a);
     m.def("derivatives", derivatives, "name"_a, "scene"_a, "states"_a, "by"_a, "tangents"_a);
-    m.def("modified_energy", at_step<kr_state_modified_energy>, "scene"_a, "states"_a, "step"_a);
-    m.def("modified_energy4", at_step<kr_state_modified_energy4>, "scene"_a, "states"_a, "step"_a);
+    m.def("modified_energy", modified_energy<1>, "scene"_a, "states"_a, "step"_a);
+    m.def("modified_energy4", modified_energy<4>, "scene"_a, "states"_a, "step"_a);
     m.def("attitude_error", attitude_error, "a"_a, "b"_a);
 }

@@ -87,7 +87,7 @@ class run
         reached_time = begin.t;
         if (status != KR_OK || begin.low.is_none()) return status;
         const auto low = value_of<kr_state>(begin.low.cast<doubles>());
-        return kr_top_set_scene_low(raw, &scene, &low);
+        return kr_top_set_scene(raw, &scene, &low);
     }
     // Returns the state at the last time reached, and its low words.
     py::tuple state()
@@ -218,7 +218,7 @@ class run
     kr_status restart(kr_scene scene)
     {
         scene.start.t = reached_time;
-        const kr_status status = kr_top_set_scene(top.get(), &scene);
+        const kr_status status = kr_top_set_scene(top.get(), &scene, nullptr);
         if (status == KR_OK) has_ended = false;
         return status;
     }

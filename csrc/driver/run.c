@@ -404,11 +404,7 @@ kr_status kr_top_reset(kr_top *top, const kr_state *state)
     scene.start = *state;
     return kr_top_init(top, &scene, NULL, &top->config);
 }
-kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene)
-{
-    return kr_top_set_scene_low(top, scene, NULL);
-}
-kr_status kr_top_set_scene_low(kr_top *top, const kr_scene *scene, const kr_state *low)
+kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene, const kr_state *low)
 {
     if (!top || !scene) return KR_ERR_ARGUMENT;
     if (low && !are_low_words(&scene->start, low)) return KR_ERR_ARGUMENT;

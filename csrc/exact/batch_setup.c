@@ -189,7 +189,7 @@ INLINE wide drop_tiny_momenta(wide m)
     return wide_choose(wide_less(wide_abs(m), wide_splat(LEAST_MOMENTUM)), wide_splat(0.0), m);
 }
 /* Converts the tops of a group to internal axes and units. */
-INLINE exact_top read_lanes(group w)
+INLINE exact_top read_group(group w)
 {
     const wide inverse = 1.0 / in_lanes(w, MOMENT), time = in_lanes(w, TIME),
                scale = in_lanes(w, SCALE);
@@ -220,25 +220,25 @@ INLINE mask is_moving(const exact_top *top)
     return mask_and(wide_less(wide_splat(LEAST_LEVER), wide_abs(top->lever.hi)),
                     wide_less(least, wide_max(wide_min(side, up), push)));
 }
-/* The results of setting up a group of tops, as bit masks with one bit per lane. `alone` marks tops
+/* The results of lagrange_setup up a group of tops, as bit masks with one bit per lane. `alone` marks tops
  * whose closed-form solutions must be set up individually instead of in SIMD lanes. `refused` marks
  * tops for which the rate of a phase overflows. */
 typedef struct group_result {
     unsigned alone, refused;
 } group_result;
 
-static void begin_group(group w, setting *s)
+static void begin_group(group w, lagrange_setup *s)
 {
-    s->top = read_lanes(w);
+    s->top = read_group(w);
     const mask below = is_negative(s->top.lever.hi);
     if (mask_any(below)) {
         const exact_top seen = seen_from_below(&s->top);
         take_lanes(&s->top, &seen, sizeof seen, below);
     }
-    begin_setting(s);
+    begin_setup(s);
 }
 /* Converts the closed-form solutions for a group of tops to the user's units. */
-static group_result end_group(group w, setting *s)
+static group_result end_group(group w, lagrange_setup *s)
 {
     const wide time = in_lanes(w, TIME);
     const mask below = is_negative(in_lanes(w, GRAVITY) * in_lanes(w, REACH));
@@ -363,7 +363,7 @@ static void write_group(const batch_job *j, group g, const exact_lanes *exact, u
 }
 /* Converts the closed-form solutions for a group of tops to the user's units, and writes the
  * requested results. */
-static void finish_group(const batch_job *j, group g, setting *s)
+static void finish_group(const batch_job *j, group g, lagrange_setup *s)
 {
     const group_result b = end_group(g, s);
     const int rest = g.all->count - g.first, count = rest < LANES ? rest : LANES;
@@ -377,7 +377,7 @@ static void finish_group(const batch_job *j, group g, setting *s)
 /* Computes all queued tops. Unused SIMD lanes are filled with copies of the first top. */
 APART void flush(const batch_job *j, batch_queue *w)
 {
-    setting s[GROUPS];
+    lagrange_setup s[GROUPS];
     const int groups = (w->count + LANES - 1) / LANES;
     for (int lane = w->count; lane < groups * LANES; lane++)
         for (int i = 0; i < NUMBERS; i++) w->in[i][lane] = w->in[i][0];

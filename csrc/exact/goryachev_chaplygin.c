@@ -125,19 +125,19 @@ static int make_arcs(const chaplygin_curve *o, dd u1, dd u2, chaplygin_arc arc[2
     }
     return 1;
 }
-static dd mix(dd a, dd s, dd b, dd c) { return dd_add(dd_mul(a, s), dd_mul(b, c)); }
+static dd add_products(dd a, dd s, dd b, dd c) { return dd_add(dd_mul(a, s), dd_mul(b, c)); }
 /* Returns P, and writes |u| to `size`. s and c are sin^2 and cos^2 of x/2. */
 static dd arc_rate(const chaplygin_curve *o, const chaplygin_arc *arc, dd s, dd c, dd *size)
 {
-    const dd D = mix(arc->C, s, dd_of(1.0), c);
+    const dd D = add_products(arc->C, s, dd_of(1.0), c);
     dd product = dd_of(1.0);
     for (int i = 0; i < CURVE_ROOTS - o->pair; i++) {
         if (i == arc->low || i == arc->high) continue;
-        dd factor = mix(arc->a[i], s, arc->b[i], c);
+        dd factor = add_products(arc->a[i], s, arc->b[i], c);
         if (o->pair && i == 4) factor = dd_add(dd_square(factor), dd_square(dd_mul(o->root[5], D)));
         product = dd_mul(product, factor);
     }
-    *size = dd_abs(dd_div(mix(arc->A, s, arc->B, c), D));
+    *size = dd_abs(dd_div(add_products(arc->A, s, arc->B, c), D));
     return dd_half(dd_mul(D, dd_sqrt(dd_div(arc->C, dd_abs(product)))));
 }
 /* Fills the arc of the plan, except for its series and its sign. */
@@ -669,7 +669,7 @@ static kr_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
     if (degenerate != KR_REFUSAL_NONE) return degenerate;
     separate(y);
     if (!make_arcs(o, y->u[0], y->u[1], w->arc)) return KR_REFUSAL_START;
-    begin_cosines(&w->table);
+    start_cosine_table(&w->table);
     for (int j = 0; j < 2; j++)
         if (!average_arc(o, &w->arc[j], &w->table, &w->samples)) return KR_REFUSAL_INTEGRALS;
     w->tail = 0.0;
@@ -703,8 +703,8 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     chaplygin_memory *memory = space;
     kr_chaplygin_plan *plan = &memory->plan;
     chaplygin_top top;
-    across_start start;
-    across_way way;
+    torus_start start;
+    torus_units way;
     const kr_status status = read_torus_scene(scene, own, &chaplygin, &info->refusal, &start, &way);
     if (status != KR_OK) return status;
     memcpy(top.L, start.momentum, sizeof top.L);

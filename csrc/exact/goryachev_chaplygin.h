@@ -272,7 +272,7 @@ INLINE wide heading_on_section(const kr_chaplygin_plan *plan, wide section, dd h
     return total;
 }
 /* Returns x - nearest(x). */
-INLINE wide part_of_turn(dd x) { return (x.hi - nearest(x.hi)) + x.lo; }
+INLINE wide signed_fraction(dd x) { return (x.hi - nearest(x.hi)) + x.lo; }
 /* Returns the sum of the slow terms over n turns of alpha1, a geometric series. */
 INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, wide n)
 {
@@ -280,8 +280,8 @@ INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, wide n)
     for (int i = 0; i < plan->slow_terms; i++) {
         const kr_slow_term *e = &plan->slow[i];
         const dd step = dd_make(wide_splat(0.5 * e->step), wide_splat(0.5 * e->step_more));
-        const wide far = part_of_turn(dd_times(n, step)),
-                   middle = e->phase + part_of_turn(dd_times(n - 1.0, step));
+        const wide far = signed_fraction(dd_times(n, step)),
+                   middle = e->phase + signed_fraction(dd_times(n - 1.0, step));
         wide s, wave, unused;
         sincos_turns(dd_of(far), &s, &unused);
         sincos_turns(dd_of(middle), &wave, &unused);
@@ -307,7 +307,7 @@ INLINE wide find_heading(const kr_chaplygin_plan *plan, const dd half[2], wide t
     const dd second =
         phase_plus(dd_make(side * half[1].hi, side * half[1].lo), -0.5 * plan->ratio * left);
     const wide value = heading_on_section(plan, section, second) +
-                       heading_since(plan, at, left, part_of_turn(second));
+                       heading_since(plan, at, left, signed_fraction(second));
     const mask is_odd = wide_less(wide_splat(0.0), wide_abs(0.5 * turn - nearest(0.5 * turn)));
     const wide sign = minus_where(is_odd) * (plan->is_even ? side : wide_splat(1.0));
     return sign * value + sum_slow_terms(plan, turns + turn);

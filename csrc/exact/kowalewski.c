@@ -423,8 +423,8 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     kowalewski_memory *memory = space;
     kr_kowalewski_torus *plan = &memory->plan;
     kowalewski_top top;
-    across_start start;
-    across_way way;
+    torus_start start;
+    torus_units way;
     const kr_status status =
         read_torus_scene(scene, own, &kowalewski, &info->refusal, &start, &way);
     if (status != KR_OK) return status;

@@ -783,7 +783,7 @@ INLINE void make_horizontal(heading_vector *v, const body_state *b, wide terms)
     v->square = v->x * v->x + v->y * v->y + v->z * v->z;
     v->terms = terms * terms;
 }
-INLINE void take_better(heading_vector *best, const heading_vector *v)
+INLINE void keep_better_vector(heading_vector *best, const heading_vector *v)
 {
     take_lanes(best, v, sizeof *v, wide_less(best->square * v->terms, v->square * best->terms));
 }
@@ -937,12 +937,12 @@ INLINE frame_state frame_at(const kr_kowalewski_torus *plan, int complex, int de
     const wide S_terms = derive ? wide_abs(S) : wide_abs(R * P) + wide_abs(g3);
     heading_vector best = vector_C(&b, S, S_terms);
     const heading_vector B = vector_B(plan, complex, &b, S, S_terms, &one, &two, s.a.v);
-    take_better(&best, &B);
+    keep_better_vector(&best, &B);
     const mask is_poor = wide_less(best.square, 1e-3 * best.terms);
     if (derive && mask_any(is_poor)) {
         const heading_vector V = vector_V(plan, &s, &b, S, &one, &two, x, rate);
         heading_vector other = best;
-        take_better(&other, &V);
+        keep_better_vector(&other, &V);
         take_lanes(&best, &other, sizeof best, is_poor);
     }
     if (!derive) {

@@ -49,7 +49,7 @@ static dd half_phi_slope(const kowalewski_curve *o, dd w)
 {
     return dd_add(dd_add(dd_square(w), o->c), dd_twice(dd_mul(w, dd_add(w, o->h))));
 }
-static dd polish(const kowalewski_curve *o, dd w, int steps)
+static dd refine_root(const kowalewski_curve *o, dd w, int steps)
 {
     for (int i = 0; i < steps; i++) {
         const dd slope = half_phi_slope(o, w);
@@ -75,7 +75,7 @@ static dd find_lone_root(const kowalewski_curve *o)
         next = d != 0.0 ? w.hi - f / d : w.hi;
         if (!(side * (w.hi - next) > 1e-14 * x)) break;
     }
-    return polish(o, w, 4);
+    return refine_root(o, w, 4);
 }
 /* Computes the branch points, which are the roots of phi and the numbers k and -k. Sorts the real
  * ones. */
@@ -91,8 +91,8 @@ static void find_roots(kowalewski_curve *o)
         o->root[1] = dd_neg(half);
         o->root[2] = root;
     } else {
-        o->root[1] = polish(o, dd_sub(dd_neg(half), root), 1);
-        o->root[2] = polish(o, dd_add(dd_neg(half), root), 1);
+        o->root[1] = refine_root(o, dd_sub(dd_neg(half), root), 1);
+        o->root[2] = refine_root(o, dd_add(dd_neg(half), root), 1);
     }
     o->root[ROOT_K] = o->k;
     o->root[ROOT_MINUS_K] = dd_neg(o->k);
@@ -278,7 +278,7 @@ static cdd sine_of(cdd c)
     return cdd_sqrt(cdd_mul(cdd_sub(one, c), cdd_add(one, c)));
 }
 /* Returns 1 if Re x is pi/2, 0 if Re x is 0 or pi, and -1 otherwise, given cos x. */
-static int line_of(cdd c)
+static int find_symmetry_line(cdd c)
 {
     const cx sine = cdd_high(sine_of(c)), cosine = cdd_high(c);
     const int crosswise = fabs(cosine.re) < fabs(cosine.im);
@@ -295,7 +295,7 @@ static double find_nearest(const singularities *v, dd *height, int *crosswise)
     *crosswise = 0;
     for (int i = 0; i < v->count; i++) {
         const dd here = height_of(v->cosine[i]);
-        const int line = line_of(v->cosine[i]);
+        const int line = find_symmetry_line(v->cosine[i]);
         least = fmin(least, here.hi);
         if (line >= 0 && here.hi < height->hi) *height = here, *crosswise = line;
     }
@@ -407,7 +407,7 @@ static void make_arcs(const kowalewski_curve *o, kowalewski_arc arc[2])
 }
 /* Converts the sine and cosine of the transformed variable y to those of x, and returns dx/dy. The
  * code exchanges values instead of pointers to avoid an optimizer error in gcc 12.2 at -O1. */
-static dd unfold(const kowalewski_arc *arc, dd *s, dd *c)
+static dd unfold_angle(const kowalewski_arc *arc, dd *s, dd *c)
 {
     dd slope = dd_of(1.0);
     for (int i = arc->folds - 1; i >= 0; i--) {
@@ -425,7 +425,7 @@ static dd unfold(const kowalewski_arc *arc, dd *s, dd *c)
     return slope;
 }
 /* Converts the sine and cosine of x to those of the transformed variable y. */
-static void fold(const kowalewski_arc *arc, dd *s, dd *c)
+static void fold_angle(const kowalewski_arc *arc, dd *s, dd *c)
 {
     for (int i = 0; i < arc->folds; i++) {
         const int crosswise = arc->crosswise[i];
@@ -439,17 +439,17 @@ static void fold(const kowalewski_arc *arc, dd *s, dd *c)
         *c = dd_choose(crosswise, other, one);
     }
 }
-static dd mix(dd a, dd s, dd b, dd c) { return dd_add(dd_mul(a, s), dd_mul(b, c)); }
+static dd add_products(dd a, dd s, dd b, dd c) { return dd_add(dd_mul(a, s), dd_mul(b, c)); }
 /* Writes N and D, and returns R. s and c are sin^2 and cos^2 of x/2. */
 static dd arc_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd s, dd c, dd *N, dd *D)
 {
     dd product = dd_of(1.0);
-    *N = mix(arc->A, s, arc->B, c);
-    *D = mix(arc->C, s, arc->E, c);
+    *N = add_products(arc->A, s, arc->B, c);
+    *D = add_products(arc->C, s, arc->E, c);
     for (int i = 0; i < ROOTS; i++) {
         dd factor;
         if (i == arc->low || i == arc->high || (o->pair && i == 2)) continue;
-        factor = mix(arc->a[i], s, arc->b[i], c);
+        factor = add_products(arc->a[i], s, arc->b[i], c);
         if (o->pair && i == 1)
             factor = dd_add(dd_square(factor), dd_square(dd_mul(o->root[2], *D)));
         product = dd_mul(product, factor);
@@ -514,7 +514,7 @@ static dd heading_rate(const kowalewski_curve *o, int poles, const heading_pole 
     if (o->c.hi > 0.0)
         return dd_div(dd_mul(g, N), dd_add(dd_square(N), dd_mul(o->c, dd_square(D))));
     for (int i = 0; i < poles; i++) {
-        const dd under = mix(pole[i].a, s, pole[i].b, c);
+        const dd under = add_products(pole[i].a, s, pole[i].b, c);
         if (under.hi != 0.0)
             sum = dd_add(sum, dd_div(dd_sub(dd_half(g), dd_mul(slope, pole[i].value)), under));
     }
@@ -533,7 +533,7 @@ static void sample_arc(const void *data, const cosine_table *t, int i, dd out[3]
 {
     const arc_with_poles *p = data;
     dd N, D, sine = t->c[i < GRID / 2 ? GRID / 2 - i : i - GRID / 2], cosine = t->c[i];
-    const dd slope = unfold(p->arc, &sine, &cosine), c = dd_half(dd_plus(cosine, 1.0)),
+    const dd slope = unfold_angle(p->arc, &sine, &cosine), c = dd_half(dd_plus(cosine, 1.0)),
              s = dd_half(dd_sub(dd_of(1.0), cosine));
     const dd R = dd_mul(slope, arc_at(p->o, p->arc, s, c, &N, &D));
     out[0] = dd_mul(D, R);
@@ -578,8 +578,8 @@ static void integrate_arc(const kowalewski_curve *o, kowalewski_arc arc[2], int 
     }
     for (int i = 0; i <= GRID; i += GRID / arc[j].points) {
         const dd t = dd_sub(v->v[0][i], arc[j].p), wt = dd_sub(v->v[1][i], arc[j].q);
-        const dd one = mix(wt, factor[0][0], t, factor[0][1]),
-                 two = mix(wt, factor[1][0], t, factor[1][1]);
+        const dd one = add_products(wt, factor[0][0], t, factor[0][1]),
+                 two = add_products(wt, factor[1][0], t, factor[1][1]);
         const dd heading = dd_scale(turn, dd_sub(v->v[2][i], arc[j].turn)),
                  known = dd_sub(dd_mul(arc[0].turn, one), dd_mul(arc[1].turn, two));
         v->v[0][i] = one;
@@ -593,7 +593,7 @@ static void integrate_arc(const kowalewski_curve *o, kowalewski_arc arc[2], int 
 static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine_table *table,
                         samples v[2], kowalewski_rates *out)
 {
-    begin_cosines(table);
+    start_cosine_table(table);
     for (int j = 0; j < 2; j++)
         if (!average_arc(o, &arc[j], table, &v[j])) return 0;
     const dd det = dd_sub(dd_mul(arc[1].p, arc[0].q), dd_mul(arc[0].p, arc[1].q));
@@ -683,7 +683,7 @@ static int make_point(const kowalewski_arc *arc, dd gap, dd rest, dd next, doubl
     }
     out->s = s.hi;
     out->c = c.hi;
-    fold(arc, &sine, &cosine);
+    fold_angle(arc, &sine, &cosine);
     /* The signs chosen for the square roots are correct for angles between -pi and pi. */
     const double turns = turns_of(sine.hi, cosine.hi).hi;
     out->angle = two_pi * (sine.hi < 0.0 && turns > 0.0 ? turns - 1.0 : turns);

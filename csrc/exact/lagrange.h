@@ -29,7 +29,7 @@ typedef struct turning_points {
     dd plus3, minus3;                /* g (u3 + 1), g (u3 - 1) */
 } turning_points;
 
-static inline initial initial_of(const exact_top *top, dd i1)
+static inline initial find_initial(const exact_top *top, dd i1)
 {
     const dd i = dd_over(dd_splat(1.0), i1);
     initial s;
@@ -49,7 +49,8 @@ static inline initial initial_of(const exact_top *top, dd i1)
  * expanded about the initial height, in v = u - u0, because u1 and u2 may be close to u0. Newton's
  * method yields V = g (u3 - u0). The other two roots of the cubic are computed from a quadratic
  * equation. */
-static inline void about_start(const initial *s, const dd c[3], wide guess, turning_points *r)
+static inline void find_roots_about_start(const initial *s, const dd c[3], wide guess,
+                                          turning_points *r)
 {
     const dd scaled[3] = {dd_mul(dd_square(s->g), c[0]), dd_mul(s->g, c[1]), c[2]};
     r->third = newton_cubic(dd_splat(1.0), scaled, guess);
@@ -70,7 +71,7 @@ static inline void about_start(const initial *s, const dd c[3], wide guess, turn
 }
 /* Computes the roots u1, u2 and u3 of the cubic if u1 is far from the other two. The cubic is
  * expanded about u = 1 (apex at the top), because the roots u2 and u3 can coincide only there. */
-static inline void about_top(const initial *s, wide guess, turning_points *r)
+static inline void find_roots_about_top(const initial *s, wide guess, turning_points *r)
 {
     const dd wh = dd_add(dd_square(s->w[0]), dd_square(s->w[1]));
     const dd wa = dd_add(dd_mul(s->w[0], s->a[0]), dd_mul(s->w[1], s->a[1]));
@@ -129,20 +130,20 @@ static inline void sharpen(const initial *s, turning_points *r, int top)
     r->span = dd_max(r->span, level);
     r->g32 = dd_max(r->g32, dd_times(wide_splat(1e-150), r->g31));
 }
-static inline void heights_about_start(const initial *s, const dd c[3], wide guess,
-                                       turning_points *r)
+static inline void find_heights_about_start(const initial *s, const dd c[3], wide guess,
+                                            turning_points *r)
 {
-    about_start(s, c, guess, r);
+    find_roots_about_start(s, c, guess, r);
     sharpen(s, r, 1);
 }
-static inline void heights_about_top(const initial *s, wide guess, turning_points *r)
+static inline void find_heights_about_top(const initial *s, wide guess, turning_points *r)
 {
-    about_top(s, guess / s->g.hi, r);
+    find_roots_about_top(s, guess / s->g.hi, r);
     sharpen(s, r, 0);
 }
 /* Finds the roots u1, u2 and u3 of the cubic polynomial that governs the height of the axis. The
  * expansion point is chosen such that two nearly equal roots can be computed accurately. */
-static turning_points turning_heights(const initial *s)
+static turning_points find_turning_heights(const initial *s)
 {
     /* b is the horizontal part of W x a. */
     const dd b[2] = {dd_sub(dd_mul(s->w[1], s->a[2]), dd_mul(s->w[2], s->a[1])),
@@ -155,12 +156,12 @@ static turning_points turning_heights(const initial *s)
     const wide guess = lone_root(c[2].hi, s->g.hi * c[1].hi, s->g.hi * s->g.hi * c[0].hi, &top);
     turning_points r, some;
     if (mask_all(top)) {
-        heights_about_start(s, c, guess, &r);
+        find_heights_about_start(s, c, guess, &r);
         return r;
     }
-    heights_about_top(s, guess, &r);
+    find_heights_about_top(s, guess, &r);
     if (!mask_any(top)) return r;
-    heights_about_start(s, c, guess, &some);
+    find_heights_about_start(s, c, guess, &some);
     take_lanes(&r, &some, sizeof r, top);
     return r;
 }
@@ -200,8 +201,8 @@ typedef struct arguments {
 /* Computes the arguments of the theta functions in alpha and beta; these arguments are incomplete
  * elliptic integrals of the first kind. Here p1 and p2 are 1 + u1 and 1 + u2, and m1 and m2 are 1 -
  * u1 and 1 - u2. */
-static inline arguments arguments_of(exact_lanes *exact, const initial *s, const turning_points *r,
-                                     dd average)
+static inline arguments find_arguments(exact_lanes *exact, const initial *s,
+                                       const turning_points *r, dd average)
 {
     const wide third = r->g31.hi, mean = average.hi, one = wide_splat(1.0);
     const dd k2 = dd_max(dd_over(dd_mul(s->g, r->span), r->g31), dd_splat(1e-36));
@@ -221,8 +222,8 @@ static inline arguments arguments_of(exact_lanes *exact, const initial *s, const
  * momentum. If `dual` is nonzero, the theta series are expanded in the complementary nome. The
  * scale factors of alpha and beta follow from
  * |alpha|^2 = (1 + u)/2 and |beta|^2 = (1 - u)/2 at the extreme heights. */
-static inline void series_of_kind(exact_lanes *exact, const turning_points *r, const arguments *a,
-                                  int dual)
+static inline void fill_series_of_kind(exact_lanes *exact, const turning_points *r,
+                                       const arguments *a, int dual)
 {
     const double pi = 3.14159265358979323846;
     const wide kp = wide_sqrt(r->g32.hi / r->g31.hi), p2 = r->plus2.hi, m1 = r->minus1.hi,
@@ -251,20 +252,20 @@ static inline void lagrange_series(exact_lanes *exact, const turning_points *r, 
 {
     const mask dual = wide_less(a->T, wide_splat(1.0));
     if (mask_all(dual)) {
-        series_of_kind(exact, r, a, 1);
+        fill_series_of_kind(exact, r, a, 1);
         return;
     }
     if (mask_any(dual)) {
         exact_lanes some = *exact;
-        series_of_kind(&some, r, a, 1);
-        series_of_kind(exact, r, a, 0);
+        fill_series_of_kind(&some, r, a, 1);
+        fill_series_of_kind(exact, r, a, 0);
         take_lanes(exact, &some, sizeof some, dual);
     } else
-        series_of_kind(exact, r, a, 0);
+        fill_series_of_kind(exact, r, a, 0);
 }
 /* Sets the scale factor of the horizontal momentum from its magnitude at the lowest position of the
  * axis. The momentum is larger there than at the highest position, because m1 p2 >= p1 m2 and plus3
- * >= minus3 (in the notation of arguments_of). The theta3 series is positive for real and imaginary
+ * >= minus3 (in the notation of find_arguments). The theta3 series is positive for real and imaginary
  * arguments. */
 static inline void set_momentum_size(exact_lanes *exact, const initial *s, const turning_points *r,
                                      wide i1)
@@ -343,8 +344,8 @@ static inline dd half_spin_of(const exact_top *top, const initial *s, dd i1)
     const dd axial = dd_half(dd_sub(s->sum, s->difference));
     return dd_half(dd_mul(dd_sub(dd_over(i1, dd_of(top->inertia.z)), dd_splat(1.0)), axial));
 }
-/* Intermediate results of setting up a closed-form solution. */
-typedef struct setting {
+/* Intermediate results of lagrange_setup up a closed-form solution. */
+typedef struct lagrange_setup {
     exact_lanes exact;
     exact_top top;
     dd i1, half_spin;
@@ -352,16 +353,16 @@ typedef struct setting {
     turning_points heights;
     dd mean, nu, k1, k2; /* agm(1, k'), and rates without half_spin */
     arguments at;
-} setting;
+} lagrange_setup;
 
 /* Computes the quantities on which all later stages of the closed-form set-up depend. */
-static void begin_setting(setting *s)
+static void begin_setup(lagrange_setup *s)
 {
     s->i1 = equal_moment(&s->top);
-    s->start = initial_of(&s->top, s->i1);
+    s->start = find_initial(&s->top, s->i1);
     s->half_spin = half_spin_of(&s->top, &s->start, s->i1);
 }
-static void set_angles(setting *s)
+static void set_angles(lagrange_setup *s)
 {
     const dd first = dd_add(s->k1, s->half_spin), second = dd_sub(s->k2, s->half_spin);
     exact_lanes *exact = &s->exact;
@@ -372,21 +373,21 @@ static void set_angles(setting *s)
     lagrange_start(exact, &s->start, &s->heights, s->i1.hi, s->mean.hi, &s->top);
     set_rates(exact, s->nu.hi, first.hi, second.hi);
 }
-/* Computes n closed-form solutions in internal units; begin_setting must have been called for each
+/* Computes n closed-form solutions in internal units; begin_setup must have been called for each
  * of them.
  * For each top, weight * |com| must be positive, and the symmetry axis must not stay vertical. Each
  * stage is completed for all tops before the next, because the code of all stages does not fit into
  * the first-level instruction cache. */
-INLINE void lagrange_moving(setting s[], int n)
+INLINE void lagrange_moving(lagrange_setup s[], int n)
 {
-    for (int i = 0; i < n; i++) s[i].heights = turning_heights(&s[i].start);
+    for (int i = 0; i < n; i++) s[i].heights = find_turning_heights(&s[i].start);
     for (int i = 0; i < n; i++)
         s[i].mean = lagrange_rates(&s[i].start, &s[i].heights, &s[i].nu, &s[i].k1, &s[i].k2);
     for (int i = 0; i < n; i++) {
         memset(&s[i].exact, 0, sizeof s[i].exact);
         s[i].exact.constant.z = s[i].top.m.z;
         s[i].exact.side = wide_splat(1.0);
-        s[i].at = arguments_of(&s[i].exact, &s[i].start, &s[i].heights, s[i].mean);
+        s[i].at = find_arguments(&s[i].exact, &s[i].start, &s[i].heights, s[i].mean);
     }
     for (int i = 0; i < n; i++) lagrange_series(&s[i].exact, &s[i].heights, &s[i].at);
     for (int i = 0; i < n; i++) set_angles(&s[i]);

@@ -21,7 +21,7 @@ typedef struct described_top {
 /* Computes the rotation that maps the third internal axis of a spherical body to the direction of
  * its centre of mass. This small rotation corrects the rounding error in the direction of the
  * internal axis. Returns |com|. */
-static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)
+static dd find_axis_tilt(const kr_body *b, const kr_working *w, kr_quat *tilt)
 {
     const dd axes[4] = {dd_of(w->axes.w), dd_of(w->axes.x), dd_of(w->axes.y), dd_of(w->axes.z)};
     /* The components are divided by the largest one, because their squares may overflow or
@@ -78,7 +78,7 @@ static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *to
     if (!is_one(b->axes)) turn_first(own->q, b->axes);
     if (!is_one(w.axes)) turn_first(own->q, w.axes);
     if (w.tilted && kind == KR_KIND_LAGRANGE) {
-        reach = tilt_on(b, &w, &tilt);
+        reach = find_axis_tilt(b, &w, &tilt);
         turn_first(own->q, tilt);
     }
     const int power =
@@ -205,14 +205,14 @@ static kr_nutation turning_of_body(const exact_top *top, const initial *s, dd i1
 static kr_nutation turning_downwards(const exact_top *top, double rotor)
 {
     const dd i1 = dd_half(two_sum(top->inertia.x, top->inertia.y));
-    const initial s = initial_of(top, i1);
+    const initial s = find_initial(top, i1);
     const int free = s.g.hi == 0.0;
     kr_nutation r = turning_of_body(top, &s, i1, rotor);
     if (free ? free_motion_type(&s) == RESTING : is_resting_at_pole(&s)) {
         r.motion_type = motion_type_names[free ? RESTING : s.a[2].hi > 0.0 ? SLEEPING : HANGING];
         return r;
     }
-    const turning_points heights = turning_heights(&s);
+    const turning_points heights = find_turning_heights(&s);
     r.least = turning_angle(heights.minus2, heights.plus2);
     r.greatest = turning_angle(heights.minus1, heights.plus1);
     r.motion_type =
@@ -229,7 +229,7 @@ static void swap_doubles(double *a, double *b)
 }
 /* Converts turning points to the correct orientation if they were computed with up and down
  * interchanged. */
-static void flip_turning(kr_nutation *r)
+static void flip_nutation(kr_nutation *r)
 {
     const double pi = 3.14159265358979323846, least = pi - r->greatest;
     r->greatest = pi - r->least;
@@ -241,7 +241,7 @@ static void flip_turning(kr_nutation *r)
     r->lever = -r->lever;
 }
 /* Converts turning points from internal units to the user's units. */
-static void turning_to_user(kr_nutation *r, const kr_units *units, double start)
+static void convert_nutation_to_user(kr_nutation *r, const kr_units *units, double start)
 {
     const double momentum = units->moment / units->time, energy = momentum / units->time;
     r->t_least = start + units->time * r->t_least;
@@ -259,9 +259,9 @@ static void turning_to_user(kr_nutation *r, const kr_units *units, double start)
 static kr_exact_form lagrange_closed_form(const exact_top *top, dd half_turn)
 {
     const int below = top->lever.hi < 0.0;
-    setting s;
+    lagrange_setup s;
     s.top = below ? seen_from_below(top) : *top;
-    begin_setting(&s);
+    begin_setup(&s);
     if (half_turn.hi != 0.0) s.half_spin = dd_add(s.half_spin, half_turn);
     if (is_resting_at_pole(&s.start)) {
         const dd half = dd_half(s.start.w[2]);
@@ -348,8 +348,8 @@ kr_status KR_NAME(kr_exact_limits)(const kr_scene *scene, kr_nutation *out)
     kr_nutation r = turning_downwards(&top.own, -2.0 * top.half_turn.hi);
     /* The apex points along the third internal axis or in the opposite direction. */
     r.critical_spin += (top.behind ? -2.0 : 2.0) * top.half_turn.hi;
-    if (below != top.behind) flip_turning(&r);
-    turning_to_user(&r, &top.units, scene->start.t);
+    if (below != top.behind) flip_nutation(&r);
+    convert_nutation_to_user(&r, &top.units, scene->start.t);
     memcpy(out, &r, sizeof r);
     return KR_OK;
 }

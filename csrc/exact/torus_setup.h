@@ -79,7 +79,7 @@ typedef struct cosine_table {
     dd c[GRID + 1];
 } cosine_table;
 
-static void begin_cosines(cosine_table *t)
+static void start_cosine_table(cosine_table *t)
 {
     t->stride = GRID / 2;
     t->c[0] = dd_of(1.0);
@@ -87,7 +87,7 @@ static void begin_cosines(cosine_table *t)
     t->c[GRID] = dd_of(-1.0);
 }
 /* Extends the cosine table to all multiples of `stride`. */
-static void refine_cosines(cosine_table *t, int stride)
+static void refine_cosine_table(cosine_table *t, int stride)
 {
     while (t->stride > stride) {
         const int s = t->stride /= 2;
@@ -133,7 +133,7 @@ static int average(sample_function *function, const void *arc, int count, const 
     for (int n = 1; n <= GRID; n *= 2) {
         const int stride = GRID / n, first = n > 1 ? stride : 0, step = n > 1 ? 2 * stride : GRID;
         int settled = n >= 16;
-        refine_cosines(table, stride);
+        refine_cosine_table(table, stride);
         for (int i = first; i <= GRID; i += step) {
             const double weight = i == 0 || i == GRID ? 0.5 : 1.0;
             dd now[3];
@@ -184,25 +184,25 @@ typedef struct torus_kind {
 } torus_kind;
 /* The principal axis whose moment differs from the other two, and the position of the centre of
  * mass. */
-typedef struct across_body {
+typedef struct com_plane {
     int distinct;
     double com[2];  /* components along the two other axes, divided by a power of two */
     dd reach, c, s; /* |com| divided by this power; axis 1 in the plane of these axes */
-} across_body;
+} com_plane;
 /* The conversion of a closed-form solution back to the axes and units of the scene. */
-typedef struct across_way {
+typedef struct torus_units {
     dd time;                       /* unit of time divided by `units.time`, a power of two */
     double momentum, own_momentum; /* unit of momentum: in the user's units, in units of `units` */
     kr_units units;
     kr_quat attitude; /* attitude of the closed form's axes at the start */
     kr_quat turn;     /* closed form's axes -> internal axes */
     kr_quat axes;     /* closed form's axes -> frame of description */
-} across_way;
+} torus_units;
 /* The initial state of a scene, in the axes and units of the closed-form solution. */
-typedef struct across_start {
+typedef struct torus_start {
     dd momentum[3], up[3]; /* the angular momentum, and e3 */
     dd vertical;           /* <m, e3> */
-} across_start;
+} torus_start;
 
 static double component(kr_vec3 v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
 static int distinct_axis_of(kr_vec3 i)
@@ -210,9 +210,9 @@ static int distinct_axis_of(kr_vec3 i)
     return i.x < i.y ? (i.x < i.z ? 0 : 2) : i.y < i.z ? 1 : 2;
 }
 
-static across_body body_of(const kr_body *b, kr_vec3 com, double side)
+static com_plane body_of(const kr_body *b, kr_vec3 com, double side)
 {
-    across_body r;
+    com_plane r;
     r.distinct = distinct_axis_of(b->inertia);
     for (int j = 0; j < 2; j++) r.com[j] = component(com, (r.distinct + 1 + j) % 3);
     const dd square = dd_add(dd_square(dd_of(r.com[0])), dd_square(dd_of(r.com[1])));
@@ -229,7 +229,7 @@ static kr_quat turn_about_third(double c, double s)
                     : q4(fabs(other), v3(0.0, 0.0, s < 0.0 ? -half : half));
 }
 /* Transforms the vector v from the space frame to the axes of the closed-form solution. */
-static void seen_from_body(const dd q[4], const dd v[3], const across_body *b, dd out[3])
+static void seen_from_body(const dd q[4], const dd v[3], const com_plane *b, dd out[3])
 {
     dd r[3];
     turned_back(q, v, r);
@@ -238,14 +238,14 @@ static void seen_from_body(const dd q[4], const dd v[3], const across_body *b, d
     out[2] = r[2];
 }
 /* Converts a validated scene to the axes and units of the closed-form solution. */
-static kr_status read_across(const kr_scene *scene, const torus_kind *kind, across_start *start,
-                             across_way *way)
+static kr_status read_torus_start(const kr_scene *scene, const torus_kind *kind, torus_start *start,
+                                  torus_units *way)
 {
     const kr_pull pull = kr_scene_pull(scene, scene->body.com);
     const kr_working working = kr_body_working(&scene->body);
     const kr_status status = kr_scene_units(scene, &working, &way->units);
     if (status != KR_OK) return status;
-    const across_body b =
+    const com_plane b =
         body_of(&scene->body, pull.com, scene->gravity < 0.0 ? -kind->side : kind->side);
     const kr_units *u = &way->units;
     const int power = pull.power - exponent_of(u->moment) + 2 * exponent_of(u->time);
@@ -281,7 +281,7 @@ static void begin_torus(kr_torus *torus)
     torus->frame = q_one();
 }
 /* Converts a solution to the user's axes and units, or to internal ones if `own` is nonzero. */
-static void torus_to_user(kr_torus *torus, const across_way *way, double start, int own)
+static void torus_to_user(kr_torus *torus, const torus_units *way, double start, int own)
 {
     const double unit = own ? 1.0 : way->units.time;
     for (int i = 0; i < 3; i++) {
@@ -305,7 +305,7 @@ static void torus_info(const kr_torus *torus, double whole, kr_exact_info *info)
 /* Checks that a scene describes an undamped top of a kind under gravity, and converts it to the axes
  * and units of the closed-form solution. If it does not, writes the reason to `refusal`. */
 static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_kind *kind,
-                                  kr_refusal *refusal, across_start *start, across_way *way)
+                                  kr_refusal *refusal, torus_start *start, torus_units *way)
 {
     *refusal = KR_REFUSAL_KIND;
     const kr_status status = kr_scene_check(scene);
@@ -324,7 +324,7 @@ static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_ki
         component(scene->body.com, axis) != 0.0)
         return KR_ERR_METHOD;
     *refusal = KR_REFUSAL_WEIGHTLESS;
-    return read_across(scene, kind, start, way);
+    return read_torus_start(scene, kind, start, way);
 }
 
 /* The angular velocity and the axes of space, of which the third is e3, in the body frame. */

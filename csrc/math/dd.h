@@ -10,80 +10,80 @@
 #include <math.h>
 #include "isa.h"
 
-/* dd_part is the type of hi and lo. dd_truth is the type of the result of a comparison between two
- * values of type dd_part. */
+/* dd_word is the type of hi and lo. dd_truth is the type of the result of a comparison between two
+ * values of type dd_word. */
 #if defined KR_DD_LANES
 #  include "simd.h"
-typedef wide dd_part;
+typedef wide dd_word;
 typedef mask dd_truth;
-static inline dd_part part_of(double a) { return wide_splat(a); }
-static inline dd_part part_sqrt(dd_part a) { return wide_sqrt(a); }
-static inline dd_part part_fma(dd_part a, dd_part b, dd_part c) { return wide_fma(a, b, c); }
-static inline dd_truth part_less(dd_part a, dd_part b) { return wide_less(a, b); }
-static inline dd_truth part_equal(dd_part a, dd_part b) { return wide_equal(a, b); }
+static inline dd_word word_of(double a) { return wide_splat(a); }
+static inline dd_word word_sqrt(dd_word a) { return wide_sqrt(a); }
+static inline dd_word word_fma(dd_word a, dd_word b, dd_word c) { return wide_fma(a, b, c); }
+static inline dd_truth word_less(dd_word a, dd_word b) { return wide_less(a, b); }
+static inline dd_truth word_equal(dd_word a, dd_word b) { return wide_equal(a, b); }
 static inline dd_truth truth_and(dd_truth a, dd_truth b) { return mask_and(a, b); }
 static inline dd_truth truth_or(dd_truth a, dd_truth b) { return mask_or(a, b); }
-static inline dd_part part_choose(dd_truth m, dd_part yes, dd_part no)
+static inline dd_word word_choose(dd_truth m, dd_word yes, dd_word no)
 {
     return wide_choose(m, yes, no);
 }
 #else
-typedef double dd_part;
+typedef double dd_word;
 typedef int dd_truth;
-static inline dd_part part_of(double a) { return a; }
-static inline dd_part part_sqrt(dd_part a) { return sqrt(a); }
-static inline dd_part part_fma(dd_part a, dd_part b, dd_part c) { return fma(a, b, c); }
-static inline dd_truth part_less(dd_part a, dd_part b) { return a < b; }
-static inline dd_truth part_equal(dd_part a, dd_part b) { return a == b; }
+static inline dd_word word_of(double a) { return a; }
+static inline dd_word word_sqrt(dd_word a) { return sqrt(a); }
+static inline dd_word word_fma(dd_word a, dd_word b, dd_word c) { return fma(a, b, c); }
+static inline dd_truth word_less(dd_word a, dd_word b) { return a < b; }
+static inline dd_truth word_equal(dd_word a, dd_word b) { return a == b; }
 static inline dd_truth truth_and(dd_truth a, dd_truth b) { return a && b; }
 static inline dd_truth truth_or(dd_truth a, dd_truth b) { return a || b; }
-static inline dd_part part_choose(dd_truth m, dd_part yes, dd_part no) { return m ? yes : no; }
+static inline dd_word word_choose(dd_truth m, dd_word yes, dd_word no) { return m ? yes : no; }
 #endif
 
 typedef struct dd {
-    dd_part hi, lo;
+    dd_word hi, lo;
 } dd;
 
-static inline dd dd_make(dd_part hi, dd_part lo)
+static inline dd dd_make(dd_word hi, dd_word lo)
 {
     dd r;
     r.hi = hi, r.lo = lo;
     return r;
 }
-static inline dd dd_of(dd_part a) { return dd_make(a, part_of(0.0)); }
+static inline dd dd_of(dd_word a) { return dd_make(a, word_of(0.0)); }
 /* Returns a number with the value `a` in every lane. */
-static inline dd dd_splat(double a) { return dd_of(part_of(a)); }
+static inline dd dd_splat(double a) { return dd_of(word_of(a)); }
 static inline dd dd_neg(dd a) { return dd_make(-a.hi, -a.lo); }
 static inline dd dd_choose(dd_truth m, dd yes, dd no)
 {
-    return dd_make(part_choose(m, yes.hi, no.hi), part_choose(m, yes.lo, no.lo));
+    return dd_make(word_choose(m, yes.hi, no.hi), word_choose(m, yes.lo, no.lo));
 }
-static inline dd dd_abs(dd a) { return dd_choose(part_less(a.hi, part_of(0.0)), dd_neg(a), a); }
+static inline dd dd_abs(dd a) { return dd_choose(word_less(a.hi, word_of(0.0)), dd_neg(a), a); }
 
 /* Returns a + b exactly. Requires |a| >= |b|. */
-static inline dd two_sum_ordered(dd_part a, dd_part b)
+static inline dd two_sum_ordered(dd_word a, dd_word b)
 {
-    const dd_part sum = a + b;
+    const dd_word sum = a + b;
     return dd_make(sum, b - (sum - a));
 }
 /* Returns a + b exactly, for any a and b. */
-static inline dd two_sum(dd_part a, dd_part b)
+static inline dd two_sum(dd_word a, dd_word b)
 {
-    const dd_part sum = a + b, v = sum - a;
+    const dd_word sum = a + b, v = sum - a;
     return dd_make(sum, (a - (sum - v)) + (b - v));
 }
 /* Returns a * b exactly. Processors with and without fused multiply-add give bitwise equal results,
  * because the rounding error of a product is itself a double. */
-static inline dd two_product(dd_part a, dd_part b)
+static inline dd two_product(dd_word a, dd_word b)
 {
-    const dd_part product = a * b;
+    const dd_word product = a * b;
 #if defined KR_FMA || defined __aarch64__
-    return dd_make(product, part_fma(a, b, -product));
+    return dd_make(product, word_fma(a, b, -product));
 #else
     /* Veltkamp's splitting into halves of 26 bits, followed by Dekker's product. */
     const double split = 134217729.0;
-    const dd_part p = split * a, q = split * b;
-    const dd_part ah = p - (p - a), al = a - ah, bh = q - (q - b), bl = b - bh;
+    const dd_word p = split * a, q = split * b;
+    const dd_word ah = p - (p - a), al = a - ah, bh = q - (q - b), bl = b - bh;
     return dd_make(product, ((ah * bh - product) + ah * bl + al * bh) + al * bl);
 #endif
 }
@@ -105,7 +105,7 @@ static inline dd dd_mul(dd a, dd b)
     const dd p = two_product(a.hi, b.hi);
     return two_sum_ordered(p.hi, p.lo + (a.hi * b.lo + a.lo * b.hi));
 }
-static inline dd dd_times(dd_part a, dd b)
+static inline dd dd_times(dd_word a, dd b)
 {
     const dd p = two_product(a, b.hi);
     return two_sum_ordered(p.hi, p.lo + a * b.lo);
@@ -121,33 +121,33 @@ static inline dd dd_square(dd a)
 }
 static inline dd dd_div(dd a, dd b)
 {
-    const dd_part q = a.hi / b.hi;
+    const dd_word q = a.hi / b.hi;
     const dd p = two_product(q, b.hi);
-    const dd_part rest = ((a.hi - p.hi) - p.lo) + (a.lo - q * b.lo);
+    const dd_word rest = ((a.hi - p.hi) - p.lo) + (a.lo - q * b.lo);
     return two_sum_ordered(q, rest / b.hi);
 }
 /* Returns a / b like dd_div, but faster, because it needs only one double-precision division
  * instead of two. Requires that 1 / b is a normal double. */
 static inline dd dd_over(dd a, dd b)
 {
-    const dd_part inverse = 1.0 / b.hi, q = a.hi * inverse;
+    const dd_word inverse = 1.0 / b.hi, q = a.hi * inverse;
     const dd p = two_product(q, b.hi);
-    const dd_part rest = ((a.hi - p.hi) - p.lo) + (a.lo - q * b.lo);
+    const dd_word rest = ((a.hi - p.hi) - p.lo) + (a.lo - q * b.lo);
     return two_sum_ordered(q, rest * inverse);
 }
 /* Returns the square root of a. Returns 0 if a < 0, because a negative argument is assumed to
  * result from a rounding error. */
 static inline dd dd_sqrt(dd a)
 {
-    const dd_part x = part_sqrt(a.hi);
+    const dd_word x = word_sqrt(a.hi);
     const dd p = two_product(x, x),
              root = two_sum_ordered(x, (((a.hi - p.hi) - p.lo) + a.lo) / (2.0 * x));
-    return dd_choose(part_less(part_of(0.0), a.hi), root, dd_splat(0.0));
+    return dd_choose(word_less(word_of(0.0), a.hi), root, dd_splat(0.0));
 }
 static inline dd_truth dd_less(dd a, dd b)
 {
-    return truth_or(part_less(a.hi, b.hi),
-                    truth_and(part_equal(a.hi, b.hi), part_less(a.lo, b.lo)));
+    return truth_or(word_less(a.hi, b.hi),
+                    truth_and(word_equal(a.hi, b.hi), word_less(a.lo, b.lo)));
 }
 static inline dd dd_max(dd a, dd b) { return dd_choose(dd_less(a, b), b, a); }
 static inline dd dd_dot(const dd a[3], const dd b[3])
@@ -156,6 +156,6 @@ static inline dd dd_dot(const dd a[3], const dd b[3])
 }
 static inline dd dd_pi(void)
 {
-    return dd_make(part_of(3.141592653589793116), part_of(1.224646799147353207e-16));
+    return dd_make(word_of(3.141592653589793116), word_of(1.224646799147353207e-16));
 }
 #endif

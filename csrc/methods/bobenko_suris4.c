@@ -3,7 +3,7 @@
  * map, with u = <a,e3>:
  *     m+ = m + (e/2) V'(u) e3 x a,    a' = Cay(e m+ / I1) a,    m' = m+ + (e/2) V'(u') e3 x a'
  * The map is explicit and integrable, and needs one kick per step. The map conserves the vertical
- * and axial momenta and a modified energy (kr_state_modified_energy4). The step size e depends on
+ * and axial momenta and a modified energy (kr_state_modified_energy). The step size e depends on
  * the orbit, so each step conserves the symplectic form only up to O(h^7). A step size h is refused
  * if 2 h^2 |E| or h^2 * mass * |gravity| * |com| exceeds 1, in units with I1 = 1, where E is the
  * modified energy of a top with I3 = I1. With a larger step size, the modified rates might be

@@ -294,28 +294,22 @@ static double kinetic_at_rest(const kr_scene *scene, const kr_state *s)
     const kr_vec3 m = momentum_without_rotor(scene, s, principal_attitude(scene, s));
     return 0.5 * v_dot(m, v_over(m, scene->body.inertia));
 }
-double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step)
+double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step, int order)
 {
-    const double weight = scene->body.mass * scene->gravity;
-    const double i1 = kr_body_working(&scene->body).inertia.x;
+    const kr_working w = kr_body_working(&scene->body);
+    const double weight = scene->body.mass * scene->gravity, i1 = w.inertia.x;
     if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_LAGRANGE) return NAN;
     /* The Bobenko-Suris map does not apply to bodies with rotors or on shaken supports. */
     if (kr_body_has_rotor(&scene->body) || kr_scene_shakes(scene) || scene->gradient != 0.0)
         return NAN;
-    return kinetic_at_rest(scene, s) +
-           weight * v_dot(scene->body.com, q_vertical(principal_attitude(scene, s))) +
-           0.5 * step * v_dot(kr_state_torque(scene, s), s->m) / i1;
-}
-double kr_state_modified_energy4(const kr_scene *scene, const kr_state *s, double step)
-{
-    const kr_working w = kr_body_working(&scene->body);
-    const double i1 = w.inertia.x, c = kr_state_axial_momentum(scene, s);
-    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_LAGRANGE) return NAN;
-    if (kr_body_has_rotor(&scene->body) || kr_scene_shakes(scene) || scene->gradient != 0.0)
-        return NAN;
+    if (order == 1)
+        return kinetic_at_rest(scene, s) +
+               weight * v_dot(scene->body.com, q_vertical(principal_attitude(scene, s))) +
+               0.5 * step * v_dot(kr_state_torque(scene, s), s->m) / i1;
+    if (order != 4) return NAN;
+    const double c = kr_state_axial_momentum(scene, s);
     const kr_vec3 a = q_axis(q_mul(principal_attitude(scene, s), w.axes));
-    const map_rates r = find_map_rates(step, scene->body.mass * scene->gravity * w.com.z / i1, a,
-                                       v_scale(1.0 / i1, s->m));
+    const map_rates r = find_map_rates(step, weight * w.com.z / i1, a, v_scale(1.0 / i1, s->m));
     return i1 * r.energy + 0.5 * (1.0 / w.inertia.z - 1.0 / i1) * c * c;
 }
 double kr_attitude_error(kr_quat a, kr_quat b)

@@ -53,7 +53,7 @@ static void measure_top(const kr_simulation *simulation, int i, int all, double 
         measure[KR_SIMULATION_ERROR] = kr_attitude_error(a->now.q, b->now.q);
     if (a->has_modified_energy)
         measure[KR_SIMULATION_MODIFIED] =
-            kr_state_modified_energy(&a->scene, &a->now, time_of(a->step));
+            kr_state_modified_energy(&a->scene, &a->now, time_of(a->step), 1);
 }
 void kr_simulation_measure(const kr_simulation *simulation, int i,
                            double measure[KR_SIMULATION_MEASURES])

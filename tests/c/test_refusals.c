@@ -219,7 +219,7 @@ static void test_low_words(void)
             kr_state low;
             words[i] = fits ? 1e-40 : 1e-3;
             memcpy(&low, words, sizeof low);
-            IS(kr_top_set_scene_low(top, &s, &low) == (fits && i > 0 ? KR_OK : KR_ERR_ARGUMENT));
+            IS(kr_top_set_scene(top, &s, &low) == (fits && i > 0 ? KR_OK : KR_ERR_ARGUMENT));
         }
     kr_top_free(top);
 }

@@ -40,12 +40,12 @@ static void test_refusals(const kr_method *method)
         IS(status != KR_OK || i == 4 || i == 5 || i == 9);
         if (status == KR_OK) continue;
         const size_t size = bytes_of(top, before);
-        IS(size > 0 && kr_top_set_scene(top, &bad[i]) == status);
+        IS(size > 0 && kr_top_set_scene(top, &bad[i], NULL) == status);
         IS(i >= STARTS_ALONE || kr_top_reset(top, &bad[i].start) == status);
         IS(bytes_of(top, after) == size && memcmp(before, after, size) == 0);
     }
-    IS(kr_top_set_scene(top, NULL) == KR_ERR_ARGUMENT);
-    IS(kr_top_set_scene(NULL, &s) == KR_ERR_ARGUMENT);
+    IS(kr_top_set_scene(top, NULL, NULL) == KR_ERR_ARGUMENT);
+    IS(kr_top_set_scene(NULL, &s, NULL) == KR_ERR_ARGUMENT);
     IS(kr_top_advance(top, 6.7) == KR_OK && kr_top_advance(twin, 6.7) == KR_OK);
     IS(same(kr_top_state(top), kr_top_state(twin)));
     kr_top_free(top);
@@ -71,7 +71,7 @@ static void test_memory_of_closed_forms(void)
             const kr_scene *next = &tops[order[k * 2 % 3]];
             const kr_state was = kr_top_state(top);
             const int fits = k * 2 % 3 <= i;
-            IS(kr_top_set_scene(top, next) == (fits ? KR_OK : KR_ERR_MEMORY));
+            IS(kr_top_set_scene(top, next, NULL) == (fits ? KR_OK : KR_ERR_MEMORY));
             IS(same(kr_top_state(top), fits ? next->start : was));
             if (!fits) continue;
             IS(kr_top_advance(top, 2.5) == KR_OK);
@@ -122,14 +122,14 @@ static void test_low_words(kr_body body, int digits, double tol)
         IS(kr_top_advance(top, t) == KR_OK);
         const kr_state low = kr_top_low(top);
         s.start = kr_top_state(top);
-        IS(kr_top_set_scene_low(top, &s, &low) == KR_OK);
+        IS(kr_top_set_scene(top, &s, &low) == KR_OK);
         IS(same(kr_top_state(top), s.start) && same(kr_top_low(top), low));
         IS(kr_top_advance(top, t) == KR_OK && same(kr_top_low(top), low));
     }
     IS(kr_top_advance(top, 7.0) == KR_OK);
     NEAR(distance_low(kr_top_state(top), kr_top_low(top), kr_top_state(whole), kr_top_low(whole)),
          0.0, tol);
-    IS(kr_top_set_scene(top, &s) == KR_OK && kr_top_advance(top, 7.0) == KR_OK);
+    IS(kr_top_set_scene(top, &s, NULL) == KR_OK && kr_top_advance(top, 7.0) == KR_OK);
     IS(distance_low(kr_top_state(top), kr_top_low(top), kr_top_state(whole), kr_top_low(whole)) >
        1e-19);
     kr_top_free(top);
@@ -141,12 +141,12 @@ static void test_invalid_low_words(void)
     const kr_scene s = tilted();
     kr_top *top = make(&s, taylor(), config), *plain = make(&s, taylor(), (kr_config){0});
     kr_state low = {.m = {1e-20, 0.0, 0.0}};
-    IS(kr_top_set_scene_low(top, &s, &low) == KR_OK && kr_top_low(top).m.x == 1e-20);
-    IS(kr_top_set_scene_low(top, &s, NULL) == KR_OK && kr_top_low(top).m.x == 0.0);
-    IS(kr_top_set_scene_low(plain, &s, &low) == KR_OK && kr_top_low(plain).m.x == 0.0);
+    IS(kr_top_set_scene(top, &s, &low) == KR_OK && kr_top_low(top).m.x == 1e-20);
+    IS(kr_top_set_scene(top, &s, NULL) == KR_OK && kr_top_low(top).m.x == 0.0);
+    IS(kr_top_set_scene(plain, &s, &low) == KR_OK && kr_top_low(plain).m.x == 0.0);
     kr_state bad[4] = {{.t = 1e-20}, {.q = {1e-15, 0, 0, 0}}, {.m = {0, NAN, 0}}, {.m = {0, 0, 1}}};
     for (int i = 0; i < 4; i++)
-        IS(kr_top_set_scene_low(top, &s, &bad[i]) == KR_ERR_ARGUMENT && kr_top_low(top).m.x == 0.0);
+        IS(kr_top_set_scene(top, &s, &bad[i]) == KR_ERR_ARGUMENT && kr_top_low(top).m.x == 0.0);
     kr_top_free(top);
     kr_top_free(plain);
 }

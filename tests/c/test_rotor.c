@@ -54,7 +54,7 @@ static void test_refusals(void)
         kr_top_free(top);
     }
     IS(plan_closed_form(&off, &plan) == KR_ERR_METHOD && plan_closed_form(&along, &plan) == KR_OK);
-    IS(isnan(kr_state_modified_energy(&along, &s.start, 0.01)));
+    IS(isnan(kr_state_modified_energy(&along, &s.start, 0.01, 1)));
 }
 /* A body whose momentum is that of its rotor alone does not turn if no torque acts. */
 static void test_rest(void)

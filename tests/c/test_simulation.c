@@ -100,7 +100,7 @@ static void test_modified_energy(void)
     kr_simulation_advance(&stage, 7000000, INT64_MAX);
     const kr_simulation_slot *actor = &stage.slots[1];
     const double now = measured(1, KR_SIMULATION_MODIFIED);
-    IS(now == kr_state_modified_energy(&actor->scene, &actor->now, own_step));
+    IS(now == kr_state_modified_energy(&actor->scene, &actor->now, own_step, 1));
     IS(fabs(now - start) < 1e-12 * fabs(start) && isnan(measured(2, KR_SIMULATION_MODIFIED)));
     IS(now != measured(0, KR_SIMULATION_MODIFIED));
 }

@@ -115,7 +115,7 @@ static void test_stop(double spin, int digits)
     /* A top that starts without spin is held, too, and has no unique past. */
     kr_scene held = s;
     held.start = now;
-    IS(kr_top_set_scene(top, &held) == KR_OK && kr_top_seek(top, 200.0, &hit) == KR_OK);
+    IS(kr_top_set_scene(top, &held, NULL) == KR_OK && kr_top_seek(top, 200.0, &hit) == KR_OK);
     IS(hit.index < 0);
     kr_top_free(top);
     top = make(&held, taylor(), back);
@@ -329,10 +329,10 @@ static void test_continuation(void)
     IS(same(kr_top_state(other), want));
     kr_scene later = s;
     later.start = kr_top_state(top);
-    IS(kr_top_set_scene(top, &later) == KR_OK && kr_top_advance(top, 6.0) == KR_OK);
+    IS(kr_top_set_scene(top, &later, NULL) == KR_OK && kr_top_advance(top, 6.0) == KR_OK);
     NEAR(distance(kr_top_state(top), want), 0.0, 1e-13);
     s.shaking.phase += 0.5;
-    IS(kr_top_set_scene(other, &s) == KR_OK &&
+    IS(kr_top_set_scene(other, &s, NULL) == KR_OK &&
        kr_top_load(other, size, saved) == KR_ERR_CHECKPOINT);
     kr_top_free(top);
     kr_top_free(other);

@@ -160,7 +160,7 @@ kr_top *make_alike(const place *p, uint64_t tangents)
     kr_top_free(alike);
     alike = NULL;
     CLAIM(kr_top_create(&p->scene, p->method, config, &alike) == KR_OK);
-    CLAIM(kr_top_set_scene_low(alike, &p->scene, &p->start_low) == KR_OK);
+    CLAIM(kr_top_set_scene(alike, &p->scene, &p->start_low) == KR_OK);
     return alike;
 }
 
@@ -253,8 +253,8 @@ void call_set_scene(place *p)
     const int has_low = odds(30), is_null = !has_low && odds(2),
               is_own_low = same_bits(&scene.start, &was, sizeof was);
     const kr_status would = kr_top_create(&scene, p->method, config, &other),
-                    status = has_low ? kr_top_set_scene_low(p->top, &scene, &low)
-                                     : kr_top_set_scene(p->top, is_null ? NULL : &scene);
+                    status = has_low ? kr_top_set_scene(p->top, &scene, &low)
+                                     : kr_top_set_scene(p->top, is_null ? NULL : &scene, NULL);
     const kr_state state = kr_top_state(p->top), kept = kr_top_low(p->top);
     kr_top_free(other);
     if (status == KR_OK) {

@@ -173,7 +173,7 @@ void call_values(void)
     (void)kr_state_axial_momentum(&scene, &s);
     (void)kr_state_kowalewski(&scene, &s);
     (void)kr_state_goryachev_chaplygin(&scene, &s);
-    (void)kr_state_modified_energy(&scene, &s, any_double());
-    (void)kr_state_modified_energy4(&scene, &s, any_double());
+    (void)kr_state_modified_energy(&scene, &s, any_double(), 1);
+    (void)kr_state_modified_energy(&scene, &s, any_double(), 4);
     if (sound) (void)kr_terms_value(&scene, &s, 2, terms);
 }
