@@ -19,6 +19,7 @@ from . import events, quaternion, scenes, types
 from ._analysis.compare import compare
 from ._analysis.curves import Apex, apex, plot, rod
 from ._analysis.frequencies import Frequencies, frequencies
+from ._analysis.steady import steady
 from ._core import version as __version__
 from ._model.body import Body
 from ._model.scene import Scene
@@ -90,6 +91,7 @@ __all__ = [
     "solve",
     "start",
     "starts",
+    "steady",
     "stream",
     "sweep",
     "view",

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from ._analysis.compare import Row, Table
 from ._analysis.curves import Nutation, Rod
+from ._analysis.steady import Steady
 from ._options.plan import StepChoice
 from ._results.calls import Stats
 from ._utils.quantity_attributes import MethodName, QuantityName
@@ -20,6 +21,7 @@ __all__ = [
     "Rod",
     "Row",
     "Stats",
+    "Steady",
     "StepChoice",
     "Table",
     "View",

@@ -66,6 +66,7 @@ SELVES = {  # factories of an instance for each class with methods
     kr.Section: [always(section) for section in argument_values.SECTIONS],
     kr.Source: [always(source) for source in argument_values.SOURCES],
     kr.SweepResult: [sweep_reader("swept"), sweep_reader("half")],
+    types.Steady: [always(kr.steady(LAGRANGE.body, [1.0, 2.0], gravity=1))],
     types.Stats: [always(PATHS[0].stats)],
     types.Table: [always(table())],
     types.View: [always(kr.view(TOP, open=False))],

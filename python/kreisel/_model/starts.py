@@ -167,7 +167,7 @@ def starts(
     else:
         P, alpha = _sample_directions(surface, as_int("n", n, 0), as_int("seed", seed, 0), least)
     M = surface.momentum(P, alpha) @ principal_axes.T
-    q = _compute_rotations_to_vertical(P @ principal_axes.T)
+    q = compute_rotations_to_vertical(P @ principal_axes.T)
     tops = Scene(body, body_momentum=M, attitude=q, gravity=g)._note_varying_parameters([])
     return cast(Scenes, tops)
 
@@ -293,7 +293,7 @@ def _cover_allowed_directions(surface: _EnergySurface) -> _SphereCells:
     return cover
 
 
-def _compute_rotations_to_vertical(P: Array) -> Array:
+def compute_rotations_to_vertical(P: Array) -> Array:
     """Return the smallest rotations that take the body-frame vector P to e3."""
     x, y, z = P.T
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -542,6 +542,22 @@ def draw_section_points(
     return chart
 
 
+def draw_steady_rotations(found: Any, axes: Axes | None, unit: str) -> Axes:
+    """Draw the energies of steady rotations over their vertical momenta, and return the axes."""
+    chart = open_chart(axes, 5.2, 4.4)
+    styles = {"stable": (BLUE, "o"), "linear": ("#5a9e6f", "s"), "unstable": (ORANGE, "x")}
+    for kind, (colour, marker) in styles.items():
+        has = found.stability == kind
+        if has.any():
+            x, y = found.vertical_momentum[has], found.energy[has]
+            chart.plot(x, y, marker, color=colour, markersize=4, label=kind)
+    label = format_axis_label("vertical momentum", "M L^2 T^-1", unit)
+    chart.set(xlabel=label, ylabel=format_axis_label("energy", "M L^2 T^-2", unit))
+    chart.legend(fontsize=8)
+    apply_chart_style(chart)
+    return chart
+
+
 _COLOURS = (BLUE, ORANGE, "#5a9e6f")
 _WIDTH, _HEIGHT = 4.5, 4.5  # size of a column of two charts [inches]
 
