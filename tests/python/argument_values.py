@@ -119,7 +119,6 @@ PARAMETERS = [
     ("mass radius length density i1 i3 speed fps", SIZES, NOT_POSITIVE),
     ("height outer gravity spin tilt precession energy vertical axial value", SIZES, NO_NUMBERS),
     ("offset within thickness elevation azimuth", SIZES, NO_NUMBERS),
-    ("rate", [1.5, [0.0, -2.0]], [NAN, "1", [INF]]),
     ("inner", SIZES, [*NO_NUMBERS, -1, 3]),
     ("nutation", SIZES, [LONG, 1j]),
     ("unphysical shell degrees steady fast lower unwrap back terminal partial", FLAGS, NO_FLAGS),

@@ -42,6 +42,7 @@ from .._utils.arguments import (
     as_three_floats,
     as_unit_name,
     freeze_arrays,
+    short_repr,
     validate_type,
 )
 from .._utils.html import format_picture_as_html
@@ -165,7 +166,9 @@ def steady(
     if turning is None:
         if rate is None:
             raise TypeError("rate is missing: give the angular velocity about the axis")
-        rates = as_finite_array("rate", rate, "a number or an array of numbers").reshape(-1)
+        rates = np.atleast_1d(as_finite_array("rate", rate, "a number or an array of numbers"))
+        if rates.ndim > 1:
+            raise ValueError(f"rate must be a number or a sequence, not {short_repr(rate)}")
         is_free = not lever.any() and not k
         found = [(w, P) for w in rates for P in _find_axes(moments, lever, rotor, w, k)]
         verticals = np.array([P for _, P in found]).reshape(-1, 3)
