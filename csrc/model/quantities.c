@@ -2,7 +2,8 @@
  * principal axes, M = R* m R, and the momentum h of the rotor:
  *     T = V J V / 2,   U = mass g <com, P> + k P J P / 2 - O J O / 2 - <h, O>,   P = R* e3 R
  *     J W' = M x W + P x (mass g com + k J P) - D V - friction,   W = J^-1 (M - h)
- *     force at the fixed point = mass R (W' x com + W x (W x com)) R* + mass g e3
+ *     force at the fixed point = mass R (W' x com + W x (W x com) - k (<P, com> P - com / 3)) R*
+ *                                + mass g e3
  * where k is the gravity gradient, g is the acceleration due to gravity and to the shaking of the support, O = R* turning R is
  * the angular velocity of the support, and V = W - O is the angular velocity relative to the
  * support. The integrals K and G are defined by equations (5.1) and (5.2) in the thesis (Bodack
@@ -281,10 +282,10 @@ kr_vec3 kr_state_pivot_force(const kr_scene *scene, const kr_state *s)
                   W = v_over(momentum_without_rotor(scene, s, q), scene->body.inertia),
                   gain = v_add(principal_acceleration(scene, s, q),
                                v_cross(turning_in_body(scene, q), W)),
-                  of_com = v_add(v_cross(gain, com), v_cross(W, v_cross(W, com)));
+                  tide = kr_tide(q_vertical(q), com),
+                  of_com = v_axpy(-scene->gradient, tide,
+                                  v_add(v_cross(gain, com), v_cross(W, v_cross(W, com))));
     kr_vec3 force = q_turn(q, v_scale(scene->body.mass, of_com));
-    /* The gradient's force on a centre of mass off the fixed point is not known. */
-    if (scene->gradient != 0.0 && v_largest(com) > 0.0) return v3(NAN, NAN, NAN);
     force.z += scene->body.mass * kr_acceleration_at(scene, s->t);
     return force;
 }

@@ -2,6 +2,7 @@
 #ifndef KR_QUANTITIES_H
 #define KR_QUANTITIES_H
 #include "kreisel.h"
+#include "math/su2.h"
 
 enum {
 #define Q(name, doubles, flags, dimension, text) KR_QUANTITY_##name,
@@ -23,6 +24,12 @@ extern const kr_quantity_row kr_quantity_rows[KR_QUANTITIES];
 /* Returns the acceleration along -e3 at the time t, due to gravity and the shaking of the
  * support. */
 double kr_acceleration_at(const kr_scene *scene, double t);
+/* Returns <P, r> P - r / 3, to which the gradient of the gravity of a distant mass in the direction
+ * P is proportional, at a position r. */
+static inline kr_vec3 kr_tide(kr_vec3 P, kr_vec3 r)
+{
+    return v_axpy(v_dot(P, r), P, v_scale(-1.0 / 3.0, r));
+}
 /* Returns the torque of dry friction about the apex, and writes 1 to `holds` if friction holds the
  * top, else 0. `gain` is the angular acceleration without friction. M is the angular momentum, and
  * O the angular velocity of the support. All vectors are along the principal axes. */

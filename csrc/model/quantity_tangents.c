@@ -328,8 +328,8 @@ static void tangent_of_body_acceleration(const quantity_point *at, const quantit
     kr_vec3 acceleration;
     v_put(out, sum_along(at->described, change_acceleration(at, by, &acceleration)));
 }
-/* The force is R (mass A + weight V) R* with the acceleration A = W' x com + W x (W x com) of the
- * centre of mass and W' = U' + O x W. */
+/* The force is R (mass A + weight V) R*, where A = W' x com + W x (W x com) - gradient * tide is the
+ * acceleration of the centre of mass less that by the gradient, and W' = U' + O x W. */
 static void tangent_of_pivot_force(const quantity_point *at, const quantity_change *by,
                                    double out[])
 {
@@ -338,17 +338,18 @@ static void tangent_of_pivot_force(const quantity_point *at, const quantity_chan
                   dmoved = v_add(v_cross(by->W, com), v_cross(W, by->com));
     gain = v_add(gain, v_cross(at->O, W));
     dgain = v_add(dgain, v_add(v_cross(by->O, W), v_cross(at->O, by->W)));
-    const kr_vec3 A = v_add(v_cross(gain, com), v_cross(W, moved)),
-                  dA = v_add(v_add(v_cross(dgain, com), v_cross(gain, by->com)),
-                             v_add(v_cross(by->W, moved), v_cross(W, dmoved)));
+    const double k = at->scene->gradient;
+    const kr_vec3 tide = kr_tide(at->V, com),
+                  dtide = v_add(v_axpy(v_dot(by->V, com), at->V, v_scale(v_dot(at->V, com), by->V)),
+                                kr_tide(at->V, by->com)),
+                  A = v_axpy(-k, tide, v_add(v_cross(gain, com), v_cross(W, moved))),
+                  dA = v_add(v_add(v_add(v_cross(dgain, com), v_cross(gain, by->com)),
+                                   v_add(v_cross(by->W, moved), v_cross(W, dmoved))),
+                             v_axpy(-k, dtide, v_scale(-by->gradient, tide)));
     const double mass = at->scene->body.mass;
     const kr_vec3 force = v_axpy(mass, A, v_scale(at->weight, at->V)),
                   dforce = v_axpy(mass, dA, v_axpy(by->weight, at->V, v_scale(at->weight, by->V)));
-    const int is_unknown =
-        v_largest(com) > 0.0 && (at->scene->gradient != 0.0 || by->gradient != 0.0);
-    v_put(out, is_unknown
-                   ? v3(NAN, NAN, NAN)
-                   : change_in_space(at, by, force, by->is_mass ? v_add(dforce, A) : dforce));
+    v_put(out, change_in_space(at, by, force, by->is_mass ? v_add(dforce, A) : dforce));
 }
 
 /* The momentum of a wheel and its axis do not depend on the parameters. */

@@ -129,7 +129,7 @@ class QuantityPredictor:
         return predicted @ rotation.T, jacobian
 
     def _predict_specific_force(self, place: Array) -> Prediction:
-        """Return W' x r + W x (W x r) + g V at the position r, where V is the vertical."""
+        """Return W' x r + W x (W x r) + g V - k (<V, r> V - r / 3) at the position r."""
         change, by_change = self._describe_for_user(*self._predict_angular_acceleration())
         w, by_w = self.predict_quantity("inertial_velocity")
         vertical, by_vertical = self._describe_for_user(
@@ -137,14 +137,20 @@ class QuantityPredictor:
         )
         t = self.origin + self.states[:, 0]
         weight = self.point.compute_effective_gravity(t)
-        force = specific_force(change, w, vertical, weight, place)
+        gradient = self.point.gradient
+        force = specific_force(change, w, vertical, weight, place, gradient)
         by_rate = (
             w[:, :, None] * place
             - 2.0 * place[:, None] * w[:, None]
             + (w @ place)[:, None, None] * np.eye(3)
         )
         jacobian = -rotations.cross(place) @ by_change + by_rate @ by_w
-        jacobian += weight[:, None, None] * by_vertical
+        height = (vertical @ place)[:, None, None]
+        jacobian += (weight[:, None, None] - gradient * height) * by_vertical
+        jacobian -= gradient * vertical[:, :, None] * (place @ by_vertical)[:, None, :]
+        if "gradient" in self.places:
+            tide = height * vertical[:, :, None] - place[:, None] / 3.0
+            jacobian[:, :, self.places["gradient"]] -= tide
         amplitude, pace, phase = self.point.shaking
         sine, cosine = np.sin(pace * t + phase), np.cos(pace * t + phase)
         by_angle = amplitude * pace**2 * sine

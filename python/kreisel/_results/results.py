@@ -304,14 +304,21 @@ SPECIFIC_FORCE = choices.QuantityDescription(
 
 
 def specific_force(
-    change: Array, rate: Array, vertical: Array, weight: float | Array, place: Array
+    change: Array,
+    rate: Array,
+    vertical: Array,
+    weight: float | Array,
+    place: Array,
+    gradient: float | Array,
 ) -> Array:
-    """Return the specific force W' x r + W x (W x r) + g V at the position r in the body frame.
+    """Return W' x r + W x (W x r) + g V - k (<V, r> V - r / 3) at the position r in the body frame.
 
-    weight  g, the acceleration by gravity and by the shaking of the support, a number or (n,)
+    weight    g, the acceleration by gravity and by the shaking of the support, a number or (n,)
+    gradient  k, a number or (n,)
     """
-    support = np.asarray(weight)[..., None] * vertical
-    return np.cross(change, place) + np.cross(rate, np.cross(rate, place)) + support
+    support = (weight - gradient * (vertical @ place))[..., None] * vertical
+    tide = np.asarray(gradient)[..., None] * place / 3.0
+    return np.cross(change, place) + np.cross(rate, np.cross(rate, place)) + support + tide
 
 
 @cache
@@ -622,7 +629,9 @@ class PathBase(RunResult, QuantityAttributes):
         amplitude, pace, phase = np.moveaxis(np.asarray(scene.shaking)[..., None, :], -1, 0)
         if amplitude.any():
             weight = weight - amplitude * pace**2 * np.cos(pace * self.t + phase)
-        return freeze_array(specific_force(change, rate, self.body_vertical, weight, place))
+        gradient = np.asarray(scene.gradient)[..., None]
+        vertical = self.body_vertical
+        return freeze_array(specific_force(change, rate, vertical, weight, place, gradient))
 
     def position(self, point: ArrayLike, *, tangents: bool = False) -> Array:
         """Return the positions (n, 3) of a point of the body in space [L].
