@@ -53,11 +53,28 @@ def test_tangents_are_the_derivatives_of_paths():
         for step in 1e-5 * np.eye(width):
             step = step if width == 3 else step[0]
             ends = [kr.solve(shift(name, sign * step), [1.0], digits=20) for sign in (1, -1)]
-            for quantity in ("m", "energy", "torque", "body_acceleration"):
+            for quantity in ("m", "energy", "torque", "body_acceleration", "pivot_force"):
                 slope = (getattr(ends[0], quantity) - getattr(ends[1], quantity))[0] / 2e-5
                 found = path.derivative(quantity)[0, ..., column]
                 assert np.abs(found - slope).max() < 1e-8, (name, quantity)
             column += 1
+
+
+def test_the_support_carries_a_set_of_point_masses():
+    rng = np.random.default_rng(3)
+    places, masses = rng.normal(size=(5, 3)), rng.uniform(0.2, 1.0, 5)
+    lever, turning = masses @ places, (0, -0.4, 0)
+    inertia = sum(
+        m * (r @ r * np.eye(3) - np.outer(r, r)) for m, r in zip(masses, places, strict=True)
+    )
+    body = kr.Body(masses.sum(), inertia, lever / masses.sum())
+    top = kr.Scene(body, (0.3, -0.5, 1), gravity=2.0, gradient=1.7, turning=turning)
+    path = kr.solve(top, [0.0, 0.7])
+    forces = np.array([path.rotation.apply(path.specific_force(r)) for r in places])
+    pulls = masses[:, None, None] * forces
+    moments = np.cross([path.position(r) for r in places], pulls)
+    np.testing.assert_allclose(path.pivot_force, pulls.sum(axis=0), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(moments.sum(axis=0), 0.0, rtol=0, atol=1e-13)
 
 
 def test_gradients_are_refused_by_name_where_they_have_no_meaning():

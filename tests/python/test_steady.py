@@ -70,6 +70,27 @@ def test_a_free_body_is_unstable_about_its_middle_axis_alone():
     np.testing.assert_allclose(found.exponents[found.stability == "unstable"], [[-rates, rates]])
 
 
+@pytest.mark.parametrize("moments", [(0.9, 1.0, 0.4), (1.0, 0.4, 0.9)])
+def test_a_satellite_librates_with_the_known_frequencies(moments):
+    body = kr.Body(1, moments, (0, 0, 0))
+    found = kr.steady(body, turning=(0, 1, 0), gradient=3.0)
+    assert len(found) == 24 and np.allclose(found.rate, 1.0)
+    path = kr.solve(found.scene, [0.0, 1e-3])
+    assert np.abs(path.velocity).max() < 1e-14 and np.ptp(path.apex, axis=1).max() < 1e-14
+    normal, vertical = (np.abs(v) @ moments for v in (found.axis, path.body_vertical[:, 0]))
+    is_proved = np.isclose(normal, 1.0) & np.isclose(
+        vertical, 0.4
+    )  # least moment up, largest across the orbit
+    assert is_proved.sum() == 4 and (found.stability[is_proved] == "stable").all()
+    assert (found.stability[~is_proved] != "stable").all()
+    roll, yaw = (1.0 - 0.4) / 0.9, (1.0 - 0.9) / 0.4
+    half = 0.5 * (1 + 3 * roll + roll * yaw)
+    squares = half + np.sqrt(half**2 - 4 * roll * yaw) * np.array((1, -1))
+    rates = np.sort(np.sqrt([3 * (0.9 - 0.4) / 1.0, *squares]))
+    for exponents in found.exponents[is_proved]:
+        np.testing.assert_allclose(np.sort(exponents.imag)[3:], rates, rtol=1e-12)
+
+
 def test_the_diagram_shows_energies_over_momenta():
     found = kr.steady(GENERAL, RATES, gravity=2.0)
     lines = found.plot().get_lines()
