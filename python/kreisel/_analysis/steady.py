@@ -50,6 +50,7 @@ from .._utils.html import format_picture_as_html
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+_LARGEST = 1e75  # numbers below this have fourth powers
 _HALVINGS = 200  # of intervals between poles; the last ones no longer change them
 _NEGLIGIBLE = 1e-15  # relative size of a component that is a rounding error
 _GROWING = 1e-6  # relative size of an exponent beyond its rounding error
@@ -120,6 +121,7 @@ class Steady(ReadOnlyArrays):
 _KINDS = "stable", "linear", "unstable"
 
 
+@np.errstate(all="ignore")
 def steady(
     body: Body,
     rate: ArrayLike | None = None,
@@ -169,6 +171,10 @@ def steady(
         rates = np.atleast_1d(as_finite_array("rate", rate, "a number or an array of numbers"))
         if rates.ndim > 1:
             raise ValueError(f"rate must be a number or a sequence, not {short_repr(rate)}")
+        speed, size = float(np.abs(rates).max(initial=0.0)), float(moments.max())
+        sizes = speed * size, speed * float(np.abs(rotor).max()), abs(k) * size, *np.abs(lever)
+        if not max(sizes) < _LARGEST or not speed < _LARGEST:
+            raise ValueError("rate, gravity or gradient is too large for this body")
         is_free = not lever.any() and not k
         found = [(w, P) for w in rates for P in _find_axes(moments, lever, rotor, w, k)]
         verticals = np.array([P for _, P in found]).reshape(-1, 3)
@@ -217,8 +223,8 @@ def _find_axes(J: Array, lever: Array, rotor: Array, rate: float, k: float) -> l
     moments, axes are chosen for which one component is zero.
     """
     s, c, basis = rate * rate - k, lever - rate * rotor, np.eye(3)
-    c = np.where(np.abs(c) <= _NEGLIGIBLE * np.abs(c).max(), 0.0, c)
-    poles = -s * J
+    poles, given = -s * J, c
+    c = np.where(np.abs(c) <= _NEGLIGIBLE * max(np.abs(c).max(), np.abs(poles).max()), 0.0, c)
     for i, j in itertools.combinations(range(3), 2):
         if abs(poles[i] - poles[j]) <= KIND_RTOL * np.abs(poles).max():
             poles[j] = poles[i]
@@ -236,7 +242,7 @@ def _find_axes(J: Array, lever: Array, rotor: Array, rate: float, k: float) -> l
         P = np.zeros(3)
         P[is_active] = c[is_active] / (pole - poles[is_active])
         free, rest = np.flatnonzero(~is_active & (poles == pole)), 1.0 - P @ P
-        is_double = len(free) == 1 and is_active.any()  # else one of many equivalent rotations
+        is_double = len(free) == 1 and given.any()  # else one of many equivalent rotations
         for sign in (1.0, -1.0)[: 1 + is_double]:
             if rest > 0.0:
                 P = np.where(np.arange(3) == free[0], sign * np.sqrt(rest), P)
@@ -246,7 +252,7 @@ def _find_axes(J: Array, lever: Array, rotor: Array, rate: float, k: float) -> l
         for _ in range(2):  # Newton's method removes the rounding error of l near a pole
             gaps = root - poles
             matrix = np.block([[np.diag(gaps), P[:, None]], [2.0 * P, 0.0]])
-            rest = np.array([*(gaps * P - c), P @ P - 1.0])
+            rest = np.array([*(gaps * P - basis @ given), P @ P - 1.0])
             step = np.linalg.lstsq(matrix, rest)[0]
             P, root = P - step[:3], root - step[3]
         axes.append(P / np.linalg.norm(P) @ basis)
@@ -274,12 +280,11 @@ def _find_roots(poles: Array, c: Array) -> list[float]:
         return negative
 
     ends, reach = np.sort(poles).tolist(), float(np.linalg.norm(c)) * (1.0 + 1e-15)
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        roots = [bisect(f, ends[0], ends[0] - reach), bisect(f, ends[-1], ends[-1] + reach)]
-        for left, right in itertools.pairwise(ends):
-            lowest = bisect(slope, left, right)
-            if f(lowest) < 0.0:
-                roots += [bisect(f, left, lowest), bisect(f, right, lowest)]
+    roots = [bisect(f, ends[0], ends[0] - reach), bisect(f, ends[-1], ends[-1] + reach)]
+    for left, right in itertools.pairwise(ends):
+        lowest = bisect(slope, left, right)
+        if f(lowest) < 0.0:
+            roots += [bisect(f, left, lowest), bisect(f, right, lowest)]
     return roots
 
 

@@ -595,7 +595,7 @@ class Body(BatchBase):
         >>> import kreisel as kr
         >>> top = kr.Body.turned([(0, 0), (3, 4), (0, 5)], pivot=(0, 0, 0), density=1)
         >>> top.kind, round(top.mass, 9), round(top.com[2], 9)
-        ('lagrange', 47.123889804, 3.0)
+        ('lagrange', 47.123889804, 3.25)
         """
         return cls._build_solid("profile", integrate_profile(profile), pivot, mass, density)
 

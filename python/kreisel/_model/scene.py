@@ -359,7 +359,7 @@ class Scene(BatchBase):
         True
         >>> scene = kr.Scene.spinning(top, tilt=1.0, precession=0.5, steady=True, gravity=1)
         >>> round(float(kr.solve(scene, [0.0]).spin[0]), 9)
-        10.962816314
+        12.2962848
         >>> tops = kr.Scene.spinning(top, spin=[[20], [40]], tilt=[0.1, 0.2], gravity=1)
         >>> tops.shape, tops.axes
         ((2, 2), ('spin', 'tilt'))
