@@ -342,11 +342,13 @@ static int find_free_lane(const kr_worker *worker)
 static int may_be_strongly_damped(const kr_worker *worker, size_t i)
 {
     const kr_top *top = worker->fallback;
-    const size_t times = worker->tops->times;
-    const double last = times > 0 ? kr_worker_times_of(worker->tops, i)[times - 1] : 0.0,
-                 until = (last - top->scene.start.t) / top->time_unit;
-    return worker->lanes->terms & KR_LANES_DAMPED &&
-           kr_slow_is_possible(&top->main, worker->is_section ? INFINITY : until);
+    double until = INFINITY;
+    if (!worker->is_section) {
+        const size_t times = worker->tops->times;
+        const double last = times > 0 ? kr_worker_times_of(worker->tops, i)[times - 1] : 0.0;
+        until = (last - top->scene.start.t) / top->time_unit;
+    }
+    return worker->lanes->terms & KR_LANES_DAMPED && kr_slow_is_possible(&top->main, until);
 }
 void kr_scheduler_add(kr_worker *worker, size_t i)
 {
