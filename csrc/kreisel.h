@@ -323,11 +323,12 @@ KR_API int kr_body_is_physical(const kr_body *body);
 /* The kinds (integrable cases) of tops, listed as X(kind, name). */
 /* clang-format off */
 #define KR_KIND_LIST(X)                                                                           \
-    X(GENERAL,             "general")             /* also all rotors off the axis of symmetry */  \
+    X(GENERAL,             "general")             /* also rotors off the axis of symmetry */      \
     X(EULER,               "euler")               /* supported at its centre of mass */           \
     X(LAGRANGE,            "lagrange")            /* symmetric, com on the axis */                \
     X(KOWALEWSKI,          "kowalewski")          /* moments 2 : 2 : 1, com normal to the axis */ \
-    X(GORYACHEV_CHAPLYGIN, "goryachev_chaplygin") /* moments 4 : 4 : 1, com normal to the axis */
+    X(GORYACHEV_CHAPLYGIN, "goryachev_chaplygin") /* moments 4 : 4 : 1, com normal to the axis */ \
+    X(GYROSTAT,            "gyrostat")            /* like euler, rotor off the axis of symmetry */
 typedef enum kr_kind {
 #define KR_X_(kind, name) KR_KIND_##kind,
     KR_KIND_LIST(KR_X_)
@@ -679,8 +680,8 @@ KR_API const char *kr_worker_kernel(const kr_worker *worker, int *order);
 /* Frees a worker; NULL is ignored. */
 KR_API void kr_worker_free(kr_worker *worker);
 
-/* Closed forms: free bodies, Lagrange tops, most Kowalewski tops, and most Goryachev-Chaplygin tops
- * with <m, e3> = 0, without damping, friction or moving support. Late states are as accurate and as
+/* Closed forms: free bodies and most free gyrostats, Lagrange tops, most Kowalewski tops, and most
+ * Goryachev-Chaplygin tops with <m, e3> = 0, without damping, friction or moving support. Late states are as accurate and as
  * cheap as early ones. */
 
 /* Reasons for refusing a closed form, listed as X(name, message). */
@@ -725,7 +726,8 @@ typedef struct kr_exact_info {
     double precession_rate, spin_angle_rate;
     /* For Kowalewski and Goryachev-Chaplygin tops, whose motion is on a torus: two frequencies of
      * the body's motion and the mean rate of precession [T^-1]. Each frequency in the attitude
-     * matrix is a sum of integer multiples of these. */
+     * matrix is a sum of integer multiples of these. For a free gyrostat, the frequency of the
+     * momentum in the body, the mean rate of the rotation about the momentum, and 0. */
     double frequency[3];
     /* For these tops, the largest relative error found when the solution is checked. The error of
      * the attitude is at most about ten times as large. If the integral G of a Goryachev-Chaplygin

@@ -96,6 +96,8 @@ static const char *body_kind(const kr_body &body, double rtol)
     return kr_kind_name(kr_body_kind(&body, rtol));
 }
 
+static const char *scene_kind(const kr_scene &scene) { return kr_kind_name(kind_of(scene)); }
+
 static py::dict status_table()
 {
     py::dict table;
@@ -185,6 +187,7 @@ PYBIND11_MODULE(_core, m, py::mod_gil_not_used())
     m.def("method_applies", method_applies, "method"_a, "body"_a);
     m.def("method_suits", method_suits, "method"_a, "scene"_a);
     m.def("body_kind", body_kind, "body"_a, "rtol"_a);
+    m.def("scene_kind", scene_kind, "scene"_a);
     m.def("values", values, "name"_a, "scene"_a, "states"_a);
     m.def("derivatives", derivatives, "name"_a, "scene"_a, "states"_a, "by"_a, "tangents"_a);
     m.def("modified_energy", modified_energy<1>, "scene"_a, "states"_a, "step"_a);

@@ -93,13 +93,15 @@ static void (*const set_start[])(kr_scene *, kr_vec3) = {
     [](kr_scene *scene, kr_vec3 momentum) { scene->start.m = momentum; }, kr_scene_set_velocity,
     kr_scene_set_body_momentum, kr_scene_set_body_velocity};
 
-// Returns true if gravity acts on a Kowalewski or a Goryachev-Chaplygin top.
-inline bool has_torus(const kr_scene &scene)
+// Returns the kind of a top. Without gravity, its centre of mass counts as the fixed point.
+inline kr_kind kind_of(const kr_scene &scene)
 {
-    const kr_kind kind = kr_body_kind(&scene.body, KR_KIND_RTOL);
-    return scene.gravity != 0.0 &&
-           (kind == KR_KIND_KOWALEWSKI || kind == KR_KIND_GORYACHEV_CHAPLYGIN);
+    kr_body body = scene.body;
+    if (scene.gravity == 0.0) body.com = kr_vec3{0.0, 0.0, 0.0};
+    return kr_body_kind(&body, KR_KIND_RTOL);
 }
+// Returns true for Kowalewski and Goryachev-Chaplygin tops under gravity, and for free gyrostats.
+inline bool has_torus(const kr_scene &scene) { return kind_of(scene) >= KR_KIND_KOWALEWSKI; }
 
 // Scenes, with the fields of a kr_scene in its order.
 class tops

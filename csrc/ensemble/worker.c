@@ -24,8 +24,7 @@ static kr_top *choose_top(const kr_worker *worker, const kr_scene *scene)
 {
     if (!worker->fallback || !worker->exact_top || !kr_scene_turns(scene))
         return worker->fallback ? worker->fallback : worker->exact_top;
-    const int has_torus =
-        scene->gravity != 0.0 && kr_body_kind(&scene->body, KR_KIND_RTOL) > KR_KIND_LAGRANGE;
+    const int has_torus = kr_scene_kind(scene) > KR_KIND_LAGRANGE;
     const int is_closed = !has_torus && kr_method_suits(&kr_method_exact, scene);
     return is_closed ? worker->exact_top : worker->fallback;
 }

@@ -30,16 +30,19 @@
     }
 
 const kr_exact_isa kr_symmetric_form[KR_EXACT_ISAS] = ROWS(exact);
-/* KR_NO_TORUS leaves out Kowalewski and Goryachev-Chaplygin tops, which are half of the code. */
+/* KR_NO_TORUS leaves out Kowalewski and Goryachev-Chaplygin tops and free gyrostats, which are most of
+ * the code. */
 #ifndef KR_NO_TORUS
 const kr_exact_isa kr_kowalewski_form[KR_EXACT_ISAS] = ROWS(kowalewski);
 const kr_exact_isa kr_chaplygin_form[KR_EXACT_ISAS] = ROWS(chaplygin);
+const kr_exact_isa kr_gyrostat_form[KR_EXACT_ISAS] = ROWS(gyrostat);
 #endif
 const kr_exact_isa *kr_closed_form_of(kr_kind kind)
 {
 #ifndef KR_NO_TORUS
     if (kind == KR_KIND_KOWALEWSKI) return kr_kowalewski_form;
     if (kind == KR_KIND_GORYACHEV_CHAPLYGIN) return kr_chaplygin_form;
+    if (kind == KR_KIND_GYROSTAT) return kr_gyrostat_form;
 #endif
     return kind == KR_KIND_LAGRANGE || kind == KR_KIND_EULER ? kr_symmetric_form : NULL;
 }
@@ -250,7 +253,8 @@ const kr_method kr_method_exact = {
     .name = "exact",
     .text = "closed forms of the integrable tops",
     .conserves = "all integrals",
-    .reference = "Klein and Sommerfeld 1897; Jacobi 1849; Kowalevski 1889; Chaplygin 1901",
+    .reference = "Klein and Sommerfeld 1897; Jacobi 1849; Kowalevski 1889; Chaplygin 1901; "
+                 "Volterra 1899",
     .order = 0,
     .flags = KR_METHOD_ADAPTIVE | KR_METHOD_REVERSIBLE | KR_METHOD_SYMPLECTIC |
              KR_METHOD_INTEGRABLE | KR_METHOD_ROTORS,

@@ -67,7 +67,7 @@ typedef struct kr_exact_isa {
  * every processor; an empty row follows. */
 enum { KR_EXACT_ISAS = 4 };
 extern const kr_exact_isa kr_symmetric_form[KR_EXACT_ISAS], kr_kowalewski_form[KR_EXACT_ISAS],
-    kr_chaplygin_form[KR_EXACT_ISAS];
+    kr_chaplygin_form[KR_EXACT_ISAS], kr_gyrostat_form[KR_EXACT_ISAS];
 /* Returns the rows of the closed form for a kind of top, or NULL. */
 const kr_exact_isa *kr_closed_form_of(kr_kind kind);
 /* Returns the widest instruction set that the processor supports. */
@@ -109,12 +109,14 @@ const kr_exact_batch_isa *kr_exact_batch_isa_at(int i);
 void kr_exact_run(const kr_exact_request *request);
 
 extern const kr_exact_scalar kr_exact_scalar_base, kr_exact_scalar_avx2, kr_kowalewski_scalar_base,
-    kr_kowalewski_scalar_avx2, kr_chaplygin_scalar_base, kr_chaplygin_scalar_avx2;
+    kr_kowalewski_scalar_avx2, kr_chaplygin_scalar_base, kr_chaplygin_scalar_avx2,
+    kr_gyrostat_scalar_base, kr_gyrostat_scalar_avx2;
 kr_exact_batch kr_exact_batch_base, kr_exact_batch_avx2, kr_exact_batch_avx512;
 kr_exact_limits kr_exact_limits_base, kr_exact_limits_avx2;
 kr_exact_evaluate kr_exact_evaluate_base, kr_exact_evaluate_avx2, kr_exact_evaluate_avx512,
     kr_kowalewski_evaluate_base, kr_kowalewski_evaluate_avx2, kr_kowalewski_evaluate_avx512,
-    kr_chaplygin_evaluate_base, kr_chaplygin_evaluate_avx2, kr_chaplygin_evaluate_avx512;
+    kr_chaplygin_evaluate_base, kr_chaplygin_evaluate_avx2, kr_chaplygin_evaluate_avx512,
+    kr_gyrostat_evaluate_base, kr_gyrostat_evaluate_avx2, kr_gyrostat_evaluate_avx512;
 /* Returns the largest number of doubles that the method `exact` stores for a top, or for a top whose
  * motion is not on a torus. */
 size_t kr_exact_extra_doubles(int with_torus);

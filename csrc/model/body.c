@@ -106,9 +106,9 @@ kr_kind kr_body_kind(const kr_body *b, double rtol)
 {
     const kr_kind kind = kind_without_rotor(b, rtol);
     if (!kr_body_has_rotor(b)) return kind;
-    return (kind == KR_KIND_EULER || kind == KR_KIND_LAGRANGE) && kr_body_is_rotor_axial(b, rtol)
-               ? kind
-               : KR_KIND_GENERAL;
+    if (kind != KR_KIND_EULER && kind != KR_KIND_LAGRANGE) return KR_KIND_GENERAL;
+    if (kr_body_is_rotor_axial(b, rtol)) return kind;
+    return kind == KR_KIND_EULER ? KR_KIND_GYROSTAT : KR_KIND_GENERAL;
 }
 
 /* Cyclically permutes the components of `v` so that component `last` becomes the third. */

@@ -59,7 +59,9 @@ kr_status kr_scene_check(const kr_scene *scene)
 kr_kind kr_scene_kind(const kr_scene *scene)
 {
     if (scene->gravity != 0.0) return kr_body_kind(&scene->body, KR_KIND_RTOL);
-    return kr_body_is_rotor_axial(&scene->body, KR_KIND_RTOL) ? KR_KIND_EULER : KR_KIND_GENERAL;
+    kr_body centred = scene->body;
+    centred.com = v3(0.0, 0.0, 0.0);
+    return kr_body_kind(&centred, KR_KIND_RTOL);
 }
 
 static kr_vec3 vec_times_power(kr_vec3 a, int power)

@@ -135,8 +135,9 @@ def test_a_static_program_links_only_the_method_it_uses(tmp_path):
 
 
 def torus_names(names):
-    """Return the symbols that implement the Kowalewski and Goryachev-Chaplygin closed forms."""
-    return [name for name in names if re.match("kr_(kowalewski|(goryachev_)?chaplygin)", name)]
+    """Return the symbols that implement the closed forms on a torus."""
+    kinds = "kr_(kowalewski|(goryachev_)?chaplygin|gyrostat)"
+    return [name for name in names if re.match(kinds, name)]
 
 
 def test_a_static_program_links_closed_forms_without_methods(tmp_path):

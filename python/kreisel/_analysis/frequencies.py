@@ -589,7 +589,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     if path.method == EXACT:
         form = exact(path.scene)
         if isinstance(form, ExactTorus):
-            rates = _compute_torus_rates(form)
+            rates = None if form.kind == "gyrostat" else _compute_torus_rates(form)
         else:
             rates = form.precession_rate, math.tau / form.period, form.spin_angle_rate
     precession, nutation, spin = rates or _compute_mean_euler_rates(path)

@@ -805,11 +805,14 @@ class Body(BatchBase):
 
     @cached_property
     def kind(self) -> Any:
-        """'euler', 'lagrange', 'kowalewski', 'goryachev_chaplygin' or 'general'; an array for many.
+        """The integrable case, or 'general'; an array for many.
+
+        The cases are 'euler', 'lagrange', 'kowalewski', 'goryachev_chaplygin' and 'gyrostat'.
 
         The conditions for each kind of body are checked to a relative tolerance of 7e-15, which
         allows for rounding errors. A body with a rotor is of kind 'general', except for 'euler' and
-        'lagrange' bodies whose rotor lies along the symmetry axis.
+        'lagrange' bodies whose rotor lies along the symmetry axis, and for bodies supported at the
+        centre of mass with any other rotor, which are of kind 'gyrostat'.
         """
         if self.shape:
             return np.array([one.kind for one in self.ravel()], dtype=np.str_).reshape(self.shape)

@@ -101,7 +101,8 @@ def _refuse_bare_frames(
     words = {"com": body.com, "rotor": upright, "unphysical": True}
     kinds = np.asarray(Body(body.mass, tensor, **words).kind)
     across = np.abs(np.cross(rotor, axis)).max(axis=-1)
-    is_lopsided = (kinds == "general") | (across > KIND_RTOL * np.abs(rotor).max(axis=-1))
+    has_no_axis = np.isin(kinds, ("general", "gyrostat"))
+    is_lopsided = has_no_axis | (across > KIND_RTOL * np.abs(rotor).max(axis=-1))
     bad = is_alone & is_lopsided
     if bad.any():
         index = list(map(int, np.unravel_index(int(bad.argmax()), bad.shape)))

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final, NamedTuple, cast
 
 import numpy as np
 
-from .._core import KIND_RTOL, body_kind, method_applies, method_suits, plan_exact, values
 from .._core import flags as FLAGS
+from .._core import method_applies, method_suits, plan_exact, scene_kind, values
 from .._core import methods as core_methods
 from .._model.body import Body
 from .._model.parameters import list_disturbances
@@ -27,8 +27,8 @@ _BODIES = {  # {flag of methods that apply to some bodies only: these bodies}
     FLAGS["euler_only"]: "bodies with the centre of mass at the fixed point",
 }
 _SOME = sum(_BODIES)
-# The method AUTO selects EXACT if the closed form suits the scene, else FALLBACK. For Kowalewski
-# and Goryachev-Chaplygin tops see `explain_taylor_choice`.
+# The method AUTO selects EXACT if the closed form suits the scene, else FALLBACK. For motions on
+# a torus see `explain_taylor_choice`.
 AUTO: Final = "auto"
 TIMES_FORM = "a number or a list of times"
 EXACT: Final = "exact"
@@ -158,7 +158,7 @@ class _TorusForm(NamedTuple):
     With these parameters, the Taylor series was slower for all random tops for which the
     closed-form solution is chosen (docs/theory/closed_form.md).
 
-    top     the name of its tops
+    top     the name of one of its tops
     ratio   the ratio of each equal moment to the third one
     set_up  the time of the set-up [steps]
     state   the time of a state [steps]
@@ -171,8 +171,9 @@ class _TorusForm(NamedTuple):
 
 
 _TORUS_FORMS: Final = {
-    "kowalewski": _TorusForm("Kowalewski", ratio=2.0, set_up=1e3, state=0.5),
-    "goryachev_chaplygin": _TorusForm("Goryachev-Chaplygin", ratio=4.0, set_up=4e3, state=1.0),
+    "kowalewski": _TorusForm("Kowalewski top", ratio=2.0, set_up=1e3, state=0.5),
+    "goryachev_chaplygin": _TorusForm("Goryachev-Chaplygin top", ratio=4.0, set_up=4e3, state=1.0),
+    "gyrostat": _TorusForm("free gyrostat", ratio=2.0, set_up=8e2, state=0.3),
 }
 _ROUNDING: Final = 2.0**-53
 _LARGEST_CERTIFICATE: Final = 1e-11  # the core refuses closed forms with a larger one
@@ -180,9 +181,13 @@ _ERROR_PER_CERTIFICATE: Final = 10.0  # see kreisel.ExactTorus
 
 
 def has_torus_closed_form(scene: Scene) -> bool:
-    """Return True for a Kowalewski or Goryachev-Chaplygin top under gravity."""
+    """Return True for a Kowalewski or Goryachev-Chaplygin top under gravity, or a free gyrostat."""
     # This check is part of every solve, so it calls the core directly.
-    return scene.gravity != 0.0 and body_kind(scene.body._block, KIND_RTOL) in _TORUS_FORMS
+    return scene_kind(scene._block) in _TORUS_FORMS
+
+
+def _get_torus_form(scene: Scene) -> _TorusForm:
+    return _TORUS_FORMS[scene_kind(scene._block)]
 
 
 def compute_closed_form_error_limit(scene: Scene, t: object) -> float:
@@ -191,7 +196,7 @@ def compute_closed_form_error_limit(scene: Scene, t: object) -> float:
     Returns 0.0 if method='auto' uses the Taylor series regardless of the certificate. Raises
     TypeError or ValueError if the times `t` are invalid.
     """
-    last, form = t, _TORUS_FORMS[scene.body.kind]
+    last, form = t, _get_torus_form(scene)
     if (isinstance(t, list) or (isinstance(t, np.ndarray) and t.ndim == 1)) and len(t) > 0:
         last = t[-1]
     # The last time alone often shows that the series is faster, before all times are validated.
@@ -216,13 +221,13 @@ def explain_taylor_choice(scene: Scene, times: Array | None) -> str:
     if reason:
         return reason
     status, refusal = plan_exact(scene._block, error_limit)[:2]
-    top = _TORUS_FORMS[scene.body.kind].top
-    return "" if status == "OK" else f"the closed form of a {top} top does not apply: {refusal}"
+    top = _get_torus_form(scene).top
+    return "" if status == "OK" else f"the closed form of a {top} does not apply: {refusal}"
 
 
 def _decide_on_closed_form(scene: Scene, times: Array | None) -> tuple[str, float]:
     """Return the reason for rejecting the closed form or "", and the largest certificate."""
-    body, form = scene.body, _TORUS_FORMS[scene.body.kind]
+    body, form = scene.body, _get_torus_form(scene)
     if not methods[EXACT].suits(scene):
         return explain_no_closed_form(scene), 0.0
     if scene._has_disturbances or times is None:  # a support that turns about e3
@@ -230,7 +235,7 @@ def _decide_on_closed_form(scene: Scene, times: Array | None) -> tuple[str, floa
         if scene._has_disturbances:
             where = "on turning supports"
         hint = "the method 'exact' takes the closed form"
-        return f"'auto' integrates {form.top} tops {where}; {hint}", 0.0
+        return f"'auto' integrates {form.top}s {where}; {hint}", 0.0
     # The series takes 0.8 to 4 times as many steps for random tops as the last time multiplied by
     # half the angular velocity plus the frequency of the pendulum.
     end = float(np.abs(times).max(initial=0.0))
@@ -240,7 +245,7 @@ def _decide_on_closed_form(scene: Scene, times: Array | None) -> tuple[str, floa
     cost = form.set_up + form.state * times.size
     if not steps >= cost:  # NaN if the rates of the top exceed the range of doubles
         reason = (
-            f"the closed form of a {form.top} top takes as long as {cost:.2g} steps of the series, "
+            f"the closed form of a {form.top} takes as long as {cost:.2g} steps of the series, "
             f"and about {steps:.2g} suffice"
         )
         return reason, 0.0
@@ -269,18 +274,15 @@ def explain_no_closed_form(scene: Scene) -> str:
     reason = f"no closed form is known for {describe_kind_of_top(scene)}"
     if scene._has_disturbances and not methods[EXACT].suits(scene):
         return reason
-    if any(scene.body.rotor):
-        return (
-            f"{reason}: the rotor must be along the axis of a Lagrange top or of a free symmetric "
-            "body"
-        )
-    if not methods[EXACT].applies_to(scene.body):
-        return f"{reason} under gravity"
     if has_torus_closed_form(scene):
         return (
-            f"this motion of a {_TORUS_FORMS[scene.body.kind].top} top has no closed form: "
+            f"this motion of a {_get_torus_form(scene).top} has no closed form: "
             f"{plan_exact(scene._block, 0.0)[1]}; kr.solve integrates it with the method 'taylor'"
         )
+    if any(scene.body.rotor):
+        return f"{reason}: the rotor must be along the axis of a Lagrange top, or the body be free"
+    if not methods[EXACT].applies_to(scene.body):
+        return f"{reason} under gravity"
     return (
         "no closed form can resolve the fall of a top whose initial tilt and velocity are below "
         "1e-70"
@@ -300,7 +302,7 @@ def get_method(name: object) -> Method:
 def resolve_method(name: object, scene: Scene) -> Method:
     """Return the method named `name` or, for 'auto', the most suitable method for the scene.
 
-    For Kowalewski and Goryachev-Chaplygin tops, 'auto' is replaced by the Taylor series.
+    For motions on a torus, 'auto' is replaced by the Taylor series.
 
     Raises ValueError if no method has this name, or if the method does not apply to the scene.
     """
@@ -316,7 +318,7 @@ def resolve_method(name: object, scene: Scene) -> Method:
         raise ValueError(f"the method {name!r} does not apply: {explain_no_closed_form(scene)}")
     tops = method.tops
     if has_rotor:
-        tops += ", and rotors along the axis of symmetry"
+        tops += ", and rotors along the axis of symmetry or in free bodies"
         tops = tops if method.rotors else "bodies without rotors"
     for is_there, flag, others in (
         (scene._has_damping, method.damped, "tops without damping"),

@@ -311,7 +311,7 @@ class Options:
         if not names:
             return options
         if method.exact and not tops.shape and has_torus_closed_form(tops):
-            check_torus_tangent_names(names)
+            check_torus_tangent_names(tops, names)
         elif method.exact or not method.tangents:
             reason = "most changes of the moments or of com lead to bodies without closed form"
             raise ValueError(
@@ -543,14 +543,15 @@ def validate_tangent_names(tangents: object) -> tuple[str, ...]:
     return tuple(name for name in core.tangents if name in names)
 
 
-def check_torus_tangent_names(names: Iterable[str]) -> None:
+def check_torus_tangent_names(scene: Scene, names: Iterable[str]) -> None:
     """Raise ValueError for a parameter for which a closed form on a torus has no tangents."""
+    suited = TORUS_TANGENTS[: 1 if core.scene_kind(scene._block) == "gyrostat" else None]
     for name in names:
-        if name not in TORUS_TANGENTS:
+        if name not in suited:
             reason = "damped tops have" if name == "damping" else "most changes of it have"
             raise ValueError(
                 f"a closed form on a torus has no tangents with respect to {name!r}, because "
-                f"{reason} none: use {', '.join(map(repr, TORUS_TANGENTS))}, or "
+                f"{reason} none: use {', '.join(map(repr, suited))}, or "
                 f"kr.solve(scene, t, tangents={name!r})"
             )
 

@@ -340,14 +340,14 @@ class Exact(Generic[_Values, _Paths]):
 
 
 class ExactTorus(Exact[float, Path]):
-    """The motion of a Kowalewski or Goryachev-Chaplygin top, given in closed form.
+    """The motion of a Kowalewski or Goryachev-Chaplygin top or free gyrostat, in closed form.
 
     The motion is described by angle variables on a torus instead of Euler angles.
 
     Called with `tangents`, which can be "start", "gravity" and "mass", the object returns a path
     that also has the attributes `tangents` and `derivative`. Most changes of the other parameters
     lead to motions without a closed form. Derivatives with respect to the vertical momentum of a
-    Goryachev-Chaplygin top are NaN. The
+    Goryachev-Chaplygin top are NaN, and a free gyrostat has those by "start" alone. The
     tangents are computed from closed-form solutions by central differences of order 8, with steps
     that become smaller as time increases. Their relative error usually stays below about 1e-10 even
     for long times, whereas that of a Taylor series grows. It is estimated by `tangents_rest`, and
@@ -363,9 +363,10 @@ class ExactTorus(Exact[float, Path]):
     top has turned by more than 1e9 rad, and if a neighbouring motion required for a finite
     difference has no closed-form solution.
 
-    kind         "kowalewski", whose closed form separates in two variables, or
+    kind         "kowalewski", whose closed form separates in two variables,
                  "goryachev_chaplygin", whose <m, e3> must be zero and whose mean precession rate is
-                 zero
+                 zero, or "gyrostat", whose two frequencies are those of the body-frame momentum and
+                 of the rotation about the momentum, and whose precession rate counts as zero
     frequencies  (first, second, precession_rate) [rad/T]. The frequencies of the attitude matrix in
                  space are integer combinations of all three. The frequencies of quantities seen
                  from the body are integer combinations of the first two
@@ -393,9 +394,10 @@ class ExactTorus(Exact[float, Path]):
         return f"<kreisel.ExactTorus: {form}; {self.scene!r}>"
 
     @property
-    def kind(self) -> Literal["kowalewski", "goryachev_chaplygin"]:
-        """The kind of the body."""
-        return cast(Literal["kowalewski", "goryachev_chaplygin"], self.scene.body.kind)
+    def kind(self) -> Literal["kowalewski", "goryachev_chaplygin", "gyrostat"]:
+        """The kind of the top."""
+        kind = core.scene_kind(self.scene._block)
+        return cast(Literal["kowalewski", "goryachev_chaplygin", "gyrostat"], kind)
 
     @cached_property
     def actions(self) -> tuple[float, float, float]:
@@ -459,7 +461,7 @@ class ExactTorus(Exact[float, Path]):
         if tangents is None:
             return path
         names = checks.validate_tangent_names(tangents)
-        checks.check_torus_tangent_names(names)
+        checks.check_torus_tangent_names(self.scene, names)
         torus.check_tangent_times(self.scene, path.t)
         data = torus.compute_closed_form_tangents(self.scene, path.states, names)
         return replace(path, _tangent_data=data)
@@ -482,8 +484,8 @@ def exact(
 ) -> Exact[float, Path] | Exact[Array, EnsemblePath]:
     """Return the motion of one or many tops in closed form.
 
-    The result is a kreisel.ExactTorus for most Kowalewski tops, and for most Goryachev-Chaplygin
-    tops whose vertical momentum is zero.
+    The result is a kreisel.ExactTorus for most Kowalewski tops, for most Goryachev-Chaplygin tops
+    whose vertical momentum is zero, and for free bodies with a rotor off their axis of symmetry.
 
     scene  a kreisel.Scene of one top or of many, or a list of scenes
 

@@ -63,7 +63,8 @@ class _StepSearch:
         self.end = float(times[-1])
         self.spent, self.cost = Stats(0, 0, 0, 0), 0  # cost of all runs; of the last run
         body = scene.body
-        self.is_drift_exact = body.is_symmetric and (not any(body.rotor) or body.kind != "general")
+        has_axial_rotor = body.kind not in ("general", "gyrostat")
+        self.is_drift_exact = body.is_symmetric and (not any(body.rotor) or has_axial_rotor)
         self.rate, self.weight = self._compute_rate_and_error_weight()
         self.angle = self.rate * abs(self.end)
         _, steps = self._choose_cheapest_method(1.0)

@@ -1,0 +1,432 @@
+/* Set-up of the closed form of a free gyrostat: a torque-free body with rotors along any axis
+ * (Zhukovsky, Volterra). This file is compiled once for each instruction set, because double-double
+ * products are three times as fast with fused multiply-add.
+ *
+ * In principal axes with A = diag(1/J) and the momentum h of the rotors, the momentum m in the body
+ * satisfies m' = m x w, w = A (m - h). The attitude is a constant rotation, times the rotation
+ * about a unit vector a by the angle phi, times the shortest rotation of m to |m| a, with
+ *     phi' = (2 E + w.(h + |m| a)) / (|m| + m.a),   2 E = w.(m - h).
+ * The period T of m is found in doubles. A Taylor series in double-doubles over this time then
+ * gives T, the growth Om T of phi, and samples, from which the coefficients of X and Y follow. */
+#include "free_gyrostat.h"
+
+enum {
+    LAST_DEEP = 20,   /* the last Taylor coefficient that is needed in double-doubles */
+    LAST = 36,        /* the last Taylor coefficient */
+    LAST_ROUGH = 18,  /* the last one of the series in doubles */
+    MOST_STEPS = 400, /* of the Taylor series; more are needed only near separatrices */
+    SAMPLES = 128,    /* in a period */
+    DIRECTIONS = 27   /* of a: all vectors with components -1, 0 and 1 */
+};
+/* A gyrostat in internal units. */
+typedef struct gyrostat {
+    dd rate[3], bend[3]; /* A; A3 - A2, and cyclic permutations */
+    dd h[3], rest[3];    /* h, A h */
+    dd start[3], size;   /* m at the initial time, |m| */
+    dd axis[3], up[3];   /* a, A (h + |m| a) */
+    dd energy;           /* 2 E - A h.(h + |m| a) */
+    dd period;           /* T, as far as it is known */
+} gyrostat;
+/* Taylor series of m, phi' and |m| + m.a, whose coefficients after `deep` are doubles. */
+enum { ANGLE_RATE = 3, BELOW, UNKNOWNS };
+typedef struct gyrostat_series {
+    int deep;
+    double hi[UNKNOWNS][LAST + 1], lo[UNKNOWNS][LAST + 1];
+} gyrostat_series;
+typedef struct gyrostat_memory {
+    kr_gyrostat_plan plan;
+    gyrostat top;
+    gyrostat_series series;
+    dd growth; /* of phi in the time T */
+    /* values at equal times of a period; the samples are real and imaginary parts of X and Y */
+    kr_vec3 m[SAMPLES];
+    dd phi[SAMPLES];
+    double log_d[SAMPLES], sample[SAMPLES][4], cosine[SAMPLES], sine[SAMPLES];
+} gyrostat_memory;
+
+static kr_vec3 high_of(const dd v[3]) { return v3(v[0].hi, v[1].hi, v[2].hi); }
+static kr_vec3 velocity_at(const gyrostat *top, kr_vec3 m)
+{
+    return v_sub(v_times(high_of(top->rate), m), high_of(top->rest));
+}
+static kr_vec3 change_at(const gyrostat *top, kr_vec3 m) { return v_cross(m, velocity_at(top, m)); }
+static double angle_rate_at(const gyrostat *top, kr_vec3 m)
+{
+    return (top->energy.hi + v_dot(high_of(top->up), m)) /
+           (top->size.hi + v_dot(high_of(top->axis), m));
+}
+static dd coefficient_of(const gyrostat_series *s, int i, int n)
+{
+    return dd_make(s->hi[i][n], s->lo[i][n]);
+}
+static void set_coefficient(gyrostat_series *s, int i, int n, dd value)
+{
+    s->hi[i][n] = value.hi;
+    s->lo[i][n] = n > s->deep ? 0.0 : value.lo;
+}
+/* Returns the coefficient n of a product of series, or its terms from the first one of `a` on. */
+static dd product_coefficient(const gyrostat_series *s, int a, int b, int first, int n)
+{
+    dd sum = dd_of(0.0);
+    for (int i = first; i <= n && n >= s->deep; i++) sum.hi += s->hi[a][i] * s->hi[b][n - i];
+    for (int i = first; i <= n && n < s->deep; i++) {
+        const double x = s->hi[a][i], y = s->hi[b][n - i];
+        const dd p = two_product(x, y), t = two_sum(sum.hi, p.hi);
+        sum = dd_make(t.hi, sum.lo + (t.lo + p.lo + (x * s->lo[b][n - i] + s->lo[a][i] * y)));
+    }
+    return two_sum_ordered(sum.hi, sum.lo);
+}
+/* Computes the series from m, to the order `last`; those of phi' and |m| + m.a only if a is known.
+ * Returns the time in which the last two terms fall to `tol`. */
+static double begin_step(const gyrostat *top, gyrostat_series *s, const dd m[3], int has_axis,
+                         int last, double tol)
+{
+    double step = INFINITY;
+    for (int i = 0; i < 3; i++) set_coefficient(s, i, 0, m[i]);
+    for (int n = 0; n < last; n++) {
+        dd over = n == 0 ? top->energy : dd_of(0.0), below = n == 0 ? top->size : dd_of(0.0);
+        for (int i = 0; i < 3; i++) {
+            const int j = (i + 1) % 3, k = (i + 2) % 3;
+            const dd linear = dd_sub(dd_mul(top->rest[j], coefficient_of(s, k, n)),
+                                     dd_mul(top->rest[k], coefficient_of(s, j, n))),
+                     square = dd_mul(top->bend[i], product_coefficient(s, j, k, 0, n));
+            set_coefficient(s, i, n + 1, dd_over(dd_add_near(square, linear), dd_of(n + 1.0)));
+            if (!has_axis) continue;
+            over = dd_add_near(over, dd_mul(top->up[i], coefficient_of(s, i, n)));
+            below = dd_add_near(below, dd_mul(top->axis[i], coefficient_of(s, i, n)));
+        }
+        if (!has_axis) continue;
+        set_coefficient(s, BELOW, n, below);
+        over = dd_sub(over, product_coefficient(s, BELOW, ANGLE_RATE, 1, n));
+        set_coefficient(s, ANGLE_RATE, n, dd_over(over, coefficient_of(s, BELOW, 0)));
+    }
+    for (int i = 0; i < (has_axis ? 4 : 3); i++)
+        for (int n = last - 1; n <= last; n++) {
+            const double size =
+                i < 3 ? fabs(s->hi[i][n]) / top->size.hi : fabs(s->hi[ANGLE_RATE][n - 1]) / n;
+            if (size > 0.0) step = fmin(step, pow(tol / size, 1.0 / n));
+        }
+    return step;
+}
+static kr_vec3 momentum_at(const gyrostat_series *s, int last, double t)
+{
+    kr_vec3 m = v3(0.0, 0.0, 0.0);
+    for (int n = last; n >= 0; n--) m = v_axpy(t, m, v3(s->hi[0][n], s->hi[1][n], s->hi[2][n]));
+    return m;
+}
+/* Returns the square of the frequency of small oscillations about m. */
+static double small_frequency_square(const gyrostat *top, kr_vec3 m)
+{
+    const kr_vec3 a = high_of(top->rate), w = velocity_at(top, m), am = v_times(a, m);
+    return v_dot(v_times(m, m), v3(a.y * a.z, a.z * a.x, a.x * a.y)) + v_dot(w, v_add(w, am)) -
+           v_dot(w, m) * (a.x + a.y + a.z);
+}
+static kr_vec3 direction_of(int d) { return v3(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1); }
+/* Sets the direction a whose least m.a is largest, and what depends on it. */
+static void set_axis(gyrostat *top, const double least[DIRECTIONS])
+{
+    int best = 0;
+    for (int d = 1; d < DIRECTIONS; d++)
+        if (least[d] > least[best]) best = d;
+    const kr_vec3 v = direction_of(best);
+    const dd a[3] = {dd_of(v.x), dd_of(v.y), dd_of(v.z)}, length = dd_sqrt(dd_dot(a, a));
+    top->energy = dd_of(0.0);
+    for (int i = 0; i < 3; i++) {
+        top->axis[i] = dd_div(a[i], length);
+        const dd arm = dd_add(top->h[i], dd_mul(top->size, top->axis[i])),
+                 w = dd_sub(dd_mul(top->rate[i], top->start[i]), top->rest[i]);
+        top->up[i] = dd_mul(top->rate[i], arm);
+        top->energy = dd_add(top->energy, dd_sub(dd_mul(w, dd_sub(top->start[i], top->h[i])),
+                                                 dd_mul(top->rest[i], arm)));
+    }
+}
+/* Finds the period in doubles, as the first return to the plane through the start across the
+ * motion, and the direction a. Returns 0 if there is no return, as near separatrices. */
+static int find_period(gyrostat *top, gyrostat_series *s)
+{
+    const kr_vec3 start = high_of(top->start), along = change_at(top, start);
+    const double square = small_frequency_square(top, start);
+    const int is_small = square > 0.0 && v_length(along) < 1e-4 * (top->size.hi * sqrt(square));
+    double least[DIRECTIONS], t = 0.0, far = 0.0;
+    kr_vec3 m = start;
+    int has_returned = is_small;
+    for (int d = 0; d < DIRECTIONS; d++) least[d] = d == DIRECTIONS / 2 ? -INFINITY : INFINITY;
+    if (is_small) top->period = dd_of(two_pi / sqrt(square));
+    s->deep = 0;
+    for (int steps = 0; steps < MOST_STEPS; steps++) {
+        for (int d = 0; d < DIRECTIONS; d++)
+            least[d] = fmin(least[d], v_dot(v_unit(direction_of(d)), m));
+        if (has_returned) break;
+        const dd here[3] = {dd_of(m.x), dd_of(m.y), dd_of(m.z)};
+        const double step = begin_step(top, s, here, 0, LAST_ROUGH, 1e-14);
+        if (!(step < INFINITY)) return 0;
+        const double before = v_dot(v_sub(m, start), along);
+        const kr_vec3 next = momentum_at(s, LAST_ROUGH, step);
+        const double after = v_dot(v_sub(next, start), along);
+        if (before < 0.0 && after >= 0.0) {
+            double x = step * (before / (before - after));
+            for (int k = 0; k < 8; k++) {
+                m = momentum_at(s, LAST_ROUGH, x);
+                x -= v_dot(v_sub(m, start), along) / v_dot(change_at(top, m), along);
+                x = fmin(fmax(x, 0.0), step);
+            }
+            has_returned = v_length(v_sub(m, start)) < 1e-3 * far;
+            top->period = dd_of(t + x);
+        }
+        m = next;
+        t += step;
+        far = fmax(far, v_length(v_sub(m, start)));
+    }
+    set_axis(top, least);
+    return has_returned;
+}
+/* Integrates over the known period and corrects it. Returns the relative change, or infinity. */
+static double integrate_period(gyrostat_memory *memory)
+{
+    gyrostat *top = &memory->top;
+    gyrostat_series *s = &memory->series;
+    dd m[3] = {top->start[0], top->start[1], top->start[2]}, phi = dd_of(0.0), t = dd_of(0.0);
+    const dd period = dd_of(top->period.hi);
+    s->deep = LAST_DEEP;
+    for (int steps = 0, k = 0; t.hi < period.hi; steps++) {
+        if (steps == MOST_STEPS) return INFINITY;
+        const double step = begin_step(top, s, m, 1, LAST, 1e-32);
+        const dd left = dd_sub(period, t);
+        const int is_last = !(step < left.hi);
+        const dd x = is_last ? left : dd_of(step);
+        for (; k < SAMPLES; k++) {
+            const double here = (period.hi * (k / (double)SAMPLES) - t.hi) - t.lo;
+            if (here > x.hi) break;
+            memory->m[k] = momentum_at(s, LAST, here);
+            double sum = 0.0;
+            for (int n = LAST - 1; n > 0; n--)
+                sum = here * (sum + s->hi[ANGLE_RATE][n] / (n + 1.0));
+            memory->phi[k] = dd_add(dd_add(phi, dd_times(here, coefficient_of(s, ANGLE_RATE, 0))),
+                                    dd_of(here * sum));
+        }
+        for (int i = 0; i < 4; i++) {
+            dd sum = dd_of(0.0);
+            for (int n = i < 3 ? LAST : LAST - 1; n >= 0; n--) {
+                const dd c = coefficient_of(s, i, n);
+                sum = dd_add_near(dd_mul(sum, x), i < 3 ? c : dd_over(c, dd_of(n + 1.0)));
+            }
+            if (i < 3)
+                m[i] = sum;
+            else
+                phi = dd_add(phi, dd_mul(x, sum));
+        }
+        t = is_last ? period : dd_add(t, x);
+    }
+    const kr_vec3 along = change_at(top, high_of(top->start));
+    const double speed = v_length(along);
+    dd miss[3], late = dd_of(0.0);
+    for (int i = 0; i < 3; i++) {
+        miss[i] = dd_sub(top->start[i], m[i]);
+        const double part = i == 0 ? along.x : i == 1 ? along.y : along.z;
+        if (speed > 0.0) late = dd_add(late, dd_times(part / speed / speed, miss[i]));
+    }
+    top->period = dd_add(period, late);
+    memory->growth = dd_add(phi, dd_times(angle_rate_at(top, high_of(top->start)), late));
+    for (int k = 0; k < SAMPLES; k++) {
+        const double by = late.hi * (k / (double)SAMPLES);
+        memory->phi[k] = dd_add(memory->phi[k], dd_of(by * angle_rate_at(top, memory->m[k])));
+        memory->m[k] = v_axpy(by, change_at(top, memory->m[k]), memory->m[k]);
+    }
+    const double beside = v_length(v_sub(high_of(miss), v_scale(late.hi, along)));
+    return beside < 1e-10 * top->size.hi ? fabs(late.hi) / period.hi : INFINITY;
+}
+/* Computes the coefficients of e^{i n theta} in the samples, and returns their size. */
+static double fourier_coefficient(const gyrostat_memory *memory, int n, double out[4])
+{
+    double sum[4] = {0.0, 0.0, 0.0, 0.0};
+    for (int k = 0; k < SAMPLES; k++) {
+        const int at = (n + SAMPLES) * k % SAMPLES;
+        const double c = memory->cosine[at], s = memory->sine[at], *z = memory->sample[k];
+        for (int i = 0; i < 4; i += 2) {
+            sum[i] += z[i] * c + z[i + 1] * s;
+            sum[i + 1] += z[i + 1] * c - z[i] * s;
+        }
+    }
+    for (int i = 0; i < 4; i++) out[i] = sum[i] / SAMPLES;
+    return fabs(out[0]) + fabs(out[1]) + fabs(out[2]) + fabs(out[3]);
+}
+/* Computes ln D from its second derivative |B d|^2 - m.(tr(A) B/3 - B^2) h - mean, with d = m - h
+ * and the traceless part B of A. Nothing cancels if the body is nearly spherical. Returns a bound
+ * of the range of ln D, or infinity if the samples do not resolve it. */
+static double find_log_d(gyrostat_memory *memory)
+{
+    const gyrostat *top = &memory->top;
+    const kr_vec3 a = high_of(top->rate), bend = high_of(top->bend), h = high_of(top->h),
+                  b = v_scale(1.0 / 3.0, v3(bend.y - bend.z, bend.z - bend.x, bend.x - bend.y)),
+                  c = v_times(v_sub(v_scale((a.x + a.y + a.z) / 3.0, b), v_times(b, b)), h);
+    const double turn = top->period.hi / two_pi;
+    memset(memory->sample, 0, sizeof memory->sample);
+    for (int k = 0; k < SAMPLES; k++) {
+        const kr_vec3 d = v_times(b, v_sub(memory->m[k], h));
+        memory->sample[k][0] = turn * turn * (v_dot(d, d) - v_dot(memory->m[k], c));
+        memory->log_d[k] = 0.0;
+    }
+    double largest = 0.0, total = 0.0;
+    for (int n = 1, small = 0; small < 3; n++) {
+        double f[4];
+        if (n == SAMPLES / 2) return INFINITY;
+        const double scale = -2.0 / (n * n), size = fourier_coefficient(memory, n, f) / (n * n);
+        for (int k = 0; k < SAMPLES; k++) {
+            const int at = n * k % SAMPLES;
+            memory->log_d[k] += scale * (f[0] * memory->cosine[at] - f[1] * memory->sine[at]);
+        }
+        largest = fmax(largest, size);
+        total += size;
+        small = size <= 1e-17 + 1e-16 * largest ? small + 1 : 0;
+    }
+    return 4.0 * total;
+}
+/* Samples sqrt(D) e^{-i Om t/2} times the spinor, in axes in which `a` is the third one. */
+static void sample_spinor(gyrostat_memory *memory, kr_quat tilt)
+{
+    for (int k = 0; k < SAMPLES; k++) {
+        const kr_vec3 n = v_unit(q_turn_back(tilt, memory->m[k]));
+        const dd mean = dd_times(k / (double)SAMPLES, memory->growth);
+        const double half = 0.5 * dd_sub(memory->phi[k], mean).hi, c = cos(half), s = sin(half),
+                     root = exp(0.5 * memory->log_d[k]) / sqrt(2.0 * (1.0 + n.z));
+        const double spinor[4] = {c * (1.0 + n.z), s * (1.0 + n.z), c * n.y + s * n.x,
+                                  s * n.y - c * n.x};
+        for (int i = 0; i < 4; i++) memory->sample[k][i] = root * spinor[i];
+    }
+}
+/* Fills the coefficients of the plan. Returns 0 if there are too many. */
+static int fill_coefficients(gyrostat_memory *memory)
+{
+    enum { HIGHEST = GYROSTAT_TERMS / 2, COUNTED = 2 * HIGHEST + 1 };
+    double all[COUNTED][4], size[COUNTED];
+    int peak = 0;
+    for (int i = 0; i < COUNTED; i++) {
+        size[i] = fourier_coefficient(memory, i - HIGHEST, all[i]);
+        peak = size[i] > size[peak] ? i : peak;
+    }
+    const double least = 3e-16 * size[peak]; /* the rounding errors of the samples */
+    int first = peak, last = peak;
+    while (first > 1 && fmax(size[first - 1], size[first - 2]) > least) first--;
+    while (last < COUNTED - 2 && fmax(size[last + 1], size[last + 2]) > least) last++;
+    if (first <= 1 || last >= COUNTED - 2) return 0;
+    memory->plan.least = first - HIGHEST;
+    memory->plan.terms = last + 1 - first;
+    memcpy(memory->plan.coefficient, all[first], (size_t)(last + 1 - first) * sizeof *all);
+    return 1;
+}
+/* Computes the closed form in internal units, or returns the reason for a failure. */
+static kr_refusal make_plan(gyrostat_memory *memory, kr_quat *tilt, double *certificate)
+{
+    for (int k = 0; k < SAMPLES; k++)
+        sincos_turns(dd_of(k / (double)SAMPLES), &memory->sine[k], &memory->cosine[k]);
+    if (!find_period(&memory->top, &memory->series)) return KR_REFUSAL_SEPARATRIX;
+    double late = INFINITY;
+    for (int tries = 0; tries < 4 && late > 1e-12; tries++) {
+        late = integrate_period(memory);
+        if (!(late < 1e-3)) return KR_REFUSAL_SEPARATRIX;
+    }
+    *tilt = q_tilt(high_of(memory->top.axis));
+    if (!(find_log_d(memory) < 9.0)) return KR_REFUSAL_SEPARATRIX;
+    sample_spinor(memory, *tilt);
+    if (!fill_coefficients(memory)) return KR_REFUSAL_SEPARATRIX;
+    *certificate = KR_TORUS_ROUNDING;
+    for (int k = 1; k < SAMPLES; k += 3) {
+        const double turns = k / (double)SAMPLES, *s = memory->sample[k];
+        const dd second = two_product(turns, memory->plan.least);
+        const kr_quat q = gyrostat_kernel(&memory->plan, 0.0, dd_of(turns), second).q,
+                      sample = q_unit(q4(s[0], v3(s[2], s[3], s[1])));
+        const double miss = kr_attitude_error(q, sample);
+        *certificate = miss <= 1.0 ? fmax(*certificate, miss) : INFINITY;
+    }
+    return KR_REFUSAL_NONE;
+}
+static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *space,
+                            kr_exact_info *info)
+{
+    gyrostat_memory *memory = space;
+    kr_gyrostat_plan *plan = &memory->plan;
+    gyrostat *top = &memory->top;
+    kr_units units;
+    info->refusal = KR_REFUSAL_KIND;
+    kr_status status = kr_scene_check(scene);
+    if (status != KR_OK) return status;
+    if (kr_scene_kind(scene) != KR_KIND_GYROSTAT || kr_scene_excludes_exact(scene, own))
+        return KR_ERR_METHOD;
+    const kr_body *body = &scene->body;
+    const kr_working working = kr_body_working(body);
+    status = kr_scene_units(scene, &working, &units);
+    if (status != KR_OK) return status;
+    const double per_moment = 1.0 / units.moment;
+    const kr_vec3 m = v_scale(units.time, v_scale(per_moment, scene->start.m)),
+                  rotor = v_scale(units.time, v_scale(per_moment, body->rotor));
+    const kr_quat q = scene->start.q;
+    dd turn[4] = {dd_of(q.w), dd_of(q.x), dd_of(q.y), dd_of(q.z)};
+    const dd space_m[3] = {dd_of(m.x), dd_of(m.y), dd_of(m.z)};
+    turn_first(turn, body->axes);
+    turned_back(turn, space_m, top->start);
+    top->size = dd_sqrt(dd_dot(space_m, space_m));
+    info->refusal = KR_REFUSAL_REST;
+    if (!(top->size.hi > 1e-100)) return KR_ERR_METHOD; /* no momentum */
+    const kr_vec3 j = v_scale(per_moment, body->inertia);
+    const double of_axis[3][2] = {{j.x, rotor.x}, {j.y, rotor.y}, {j.z, rotor.z}};
+    for (int i = 0; i < 3; i++) {
+        top->rate[i] = dd_div(dd_of(1.0), dd_of(of_axis[i][0]));
+        top->h[i] = dd_of(of_axis[i][1]);
+        top->rest[i] = dd_mul(top->rate[i], top->h[i]);
+    }
+    for (int i = 0; i < 3; i++)
+        top->bend[i] = dd_sub(top->rate[(i + 2) % 3], top->rate[(i + 1) % 3]);
+    memset(plan, 0, sizeof *plan);
+    kr_quat tilt;
+    info->refusal = make_plan(memory, &tilt, &info->certificate);
+    if (info->refusal != KR_REFUSAL_NONE) return KR_ERR_METHOD;
+    const dd period = top->period,
+             rates[2] = {
+                 dd_div(dd_of(1.0), period),
+                 dd_div(dd_add(dd_half(dd_mul(memory->growth, one_turn())), dd_of(plan->least)),
+                        period)};
+    const double unit = own ? 1.0 : units.time;
+    for (int i = 0; i < 2; i++) {
+        kr_phase *phase = &plan->torus.turn[i];
+        phase->fast = rates[i].hi / unit;
+        phase->slow = rates[i].lo / unit;
+        phase_start(phase, dd_of(0.0));
+    }
+    plan->torus.begin = own ? 0.0 : scene->start.t;
+    plan->momentum = own ? m : scene->start.m;
+    fill_frame(plan->map, q_one(), q_one());
+    const kr_quat first = gyrostat_after(plan, 0.0, dd_of(0.0)).q,
+                  left = q_mul(q_mul(rounded(turn), tilt), q_conj(first)),
+                  axes = own ? working.axes : q_conj(body->axes);
+    fill_frame(plan->map, left, q_mul(q_conj(tilt), axes));
+    info->period = period.hi * unit;
+    info->frequency[0] = two_pi / info->period;
+    info->frequency[1] = memory->growth.hi / info->period;
+    info->refusal = KR_REFUSAL_CERTIFICATE;
+    if (!(info->certificate <= bound)) return KR_ERR_METHOD;
+    info->refusal = KR_REFUSAL_NONE;
+    return isfinite(info->frequency[0] + info->frequency[1]) ? KR_OK : KR_ERR_ARGUMENT;
+}
+static kr_state gyrostat_state(const void *memory, double t)
+{
+    const kr_gyrostat_plan *plan = memory;
+    const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
+    return isfinite(t) ? gyrostat_after(plan, t, torus_span(&plan->torus, t)) : none;
+}
+static kr_state gyrostat_state_at(const void *memory, double first, double second)
+{
+    const kr_gyrostat_plan *plan = memory;
+    const double turns = fraction_of_turns(first);
+    const dd whole = two_product(turns, plan->least), half = dd_of(0.5 * fraction_of_turns(second));
+    return gyrostat_kernel(plan, plan->torus.begin, dd_of(turns), dd_add(whole, half));
+}
+static size_t used_size(const void *memory)
+{
+    const kr_gyrostat_plan *plan = memory;
+    return offsetof(kr_gyrostat_plan, coefficient) +
+           (size_t)plan->terms * sizeof *plan->coefficient;
+}
+static int suits_any(const kr_scene *scene) { return (void)scene, 1; }
+const kr_exact_scalar KR_NAME(kr_gyrostat_scalar) = {
+    sizeof(kr_gyrostat_plan), sizeof(gyrostat_memory), used_size, suits_any, plan_scene,
+    gyrostat_state,           gyrostat_state_at};
