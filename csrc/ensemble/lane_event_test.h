@@ -17,7 +17,7 @@ INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w, int terms)
     const lane_vec k = lane_vec_load(l->k), up = lane_vec_load(l->up),
                    down = lane_vec_load(l->down);
     const lane_vec none = {wide_splat(0.0), wide_splat(0.0), wide_splat(0.0)},
-                   carried = add_lane_rotor(l, w, none);
+                   carried = add_rotor_products(l, w, none);
     const lane_vec dp = {wide_fma(p.y, w.z, -(p.z * w.y)), wide_fma(p.z, w.x, -(p.x * w.z)),
                          wide_fma(p.x, w.y, -(p.y * w.x))};
     const lane_vec weight = {wide_fma(up.x, p.y, down.x * p.z), wide_fma(up.y, p.z, down.y * p.x),

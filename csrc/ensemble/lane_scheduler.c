@@ -243,7 +243,7 @@ static int load_lane(kr_worker *worker, int lane)
     return !l->tangents || begin_tangent(worker, lane, p.rate, shift);
 }
 
-/* Makes the next requested time the time up to which a lane integrates. If a requested time equals
+/* Sets the goal of a lane, up to which it integrates, to the next requested time. If a requested time equals
  * the initial time, the initial state itself is stored. Returns 0 and frees the SIMD lane if the
  * top is finished or must be integrated by the scalar code. */
 static int set_next_goal(kr_worker *worker, int lane)

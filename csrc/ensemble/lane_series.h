@@ -123,9 +123,9 @@ INLINE void add_heading(lane_sums *a, lane_vec wm, lane_vec pj, int terms)
     a->wp.y = wide_fma(pj.y, wm.y, a->wp.y);
     if (terms & KR_LANES_DAMPED) a->wp.z = wide_fma(pj.z, wm.z, a->wp.z);
 }
-/* Adds the rotor's contribution to the products of angular velocity components, and returns the
- * sum. */
-INLINE lane_vec add_lane_rotor(kr_lanes *l, lane_vec w, lane_vec to)
+/* Adds the products of the rotor with w in Euler's equations to the sum `to` of the products
+ * w_j w_k, and returns the result. */
+INLINE lane_vec add_rotor_products(kr_lanes *l, lane_vec w, lane_vec to)
 {
     const lane_vec of_prev = lane_vec_fma(lane_vec_load(l->shift_next), lane_vec_prev(w), to);
     return lane_vec_fma(lane_vec_load(l->shift_prev), lane_vec_next(w), of_prev);
@@ -135,7 +135,7 @@ INLINE lane_vec add_lane_rotor(kr_lanes *l, lane_vec w, lane_vec to)
 INLINE void add_middle(lane_sums *a, kr_lanes *l, int n, int terms)
 {
     const lane_vec w = lane_vec_load(l->w[n / 2]), p = lane_vec_load(l->p[n / 2]);
-    if (n == 0) a->ww = add_lane_rotor(l, w, a->ww);
+    if (n == 0) a->ww = add_rotor_products(l, w, a->ww);
     add_torque(a, w, w);
     add_turn(a, w, p);
     if (terms & KR_LANES_HEADLESS) return;
@@ -189,8 +189,8 @@ INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int t
 }
 
 /* Computes the next Taylor coefficients of the heading and of its derivative. */
-INLINE void next_rate(kr_lanes *l, const lane_sums *a, int n, const lane_pair *newest, wide share,
-                      int terms)
+INLINE void next_heading_rate(kr_lanes *l, const lane_sums *a, int n, const lane_pair *newest,
+                              wide share, int terms)
 {
     const lane_vec w = newest->w, p0 = lane_vec_load(l->p[0]), inner = lane_vec_load(l->inner);
     const wide rest = n == 0                    ? wide_splat(0.0)
@@ -225,7 +225,7 @@ INLINE lane_pair next_lane_coefficient(kr_lanes *l, int n, lane_pair newest, int
     lane_vec_store(l->w[n + 1], w);
     lane_vec_store(l->p[n + 1], next.p);
     if (terms & KR_LANES_HEADLESS) return next;
-    next_rate(l, &a, n, &newest, share, terms);
+    next_heading_rate(l, &a, n, &newest, share, terms);
     wide_store(l->near[n + 1], lane_vec_dot(next.p, lane_vec_load(l->p[0])));
     return next;
 }

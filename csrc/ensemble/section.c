@@ -72,10 +72,11 @@ static void time_out(kr_worker *worker, int lane)
     slot->last = s;
     kr_lane_finish(worker, lane, KR_ERR_EVENT);
 }
-/* Stores the state at an event that occurs in the last step of a lane. `place` is the position of
+/* Stores the state at a sign change in the last step of a lane, if it lies in the requested times and
+ * meets the conditions of the section. `place` is the position of
  * the event within the step, from 0 (beginning) to 1 (end). Returns 1 if the search for events in
  * the current step should continue. */
-static int accept_event(kr_worker *worker, int lane, double place)
+static int test_event(kr_worker *worker, int lane, double place)
 {
     const kr_lanes *l = worker->lanes;
     kr_slot *slot = &worker->slots[lane];
@@ -110,7 +111,7 @@ void kr_section_search(kr_worker *worker, int lane)
                              .side = (int)l->side[lane]};
     for (int n = 0; n <= degree; n++) g[n] = l->g[n][lane];
     while (kr_search_next_sign_change(&search))
-        if (search.side * search.sought >= 0 && !accept_event(worker, lane, search.root)) return;
+        if (search.side * search.sought >= 0 && !test_event(worker, lane, search.root)) return;
     l->side[lane] = search.side;
     if (kr_lane_has_passed_goal(l, lane)) time_out(worker, lane);
 }

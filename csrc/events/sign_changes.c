@@ -69,7 +69,7 @@ static int note_sign(kr_sign_search *r, double p, double s)
  * sign inside it.
  * It is sufficient to know the sign at the end of the interval if the polynomial has constant sign,
  * is monotonic, or is zero up to rounding noise. */
-static int is_decided(const kr_sign_search *r, const double *b, double width)
+static int is_sign_decided(const kr_sign_search *r, const double *b, double width)
 {
     const double slack = r->used > 0 ? r->tail_slope * width / r->used : 0.0;
     const double end = b[r->used], sure = r->tail + r->noise;
@@ -93,7 +93,7 @@ static search_outcome search_interval(kr_sign_search *r, double *b, double low, 
     const int n = r->used;
     double left[KR_POLYNOMIAL_ORDER_MAX + 1];
     if (high <= r->mark) return NO_ROOT;
-    if (is_decided(r, b, high - low) || (r->tail == 0.0 && high - low <= NARROWEST)) {
+    if (is_sign_decided(r, b, high - low) || (r->tail == 0.0 && high - low <= NARROWEST)) {
         const double p = fabs(b[n]) > r->tail + r->noise ? b[n] : evaluate(r->c, r->degree, high);
         return note_sign(r, p, high) ? ROOT_FOUND : NO_ROOT;
     }

@@ -245,7 +245,7 @@ static group_result end_group(group w, lagrange_setup *s)
     exact_lanes *exact = &s->exact;
     if (mask_any(below)) {
         exact_lanes turned = *exact;
-        turn_over(&turned);
+        undo_turn_over(&turned);
         take_lanes(exact, &turned, sizeof turned, below);
     }
     exact->spin_angle_rate =

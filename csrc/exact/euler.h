@@ -246,7 +246,7 @@ static void set_up_asymmetric_motion(kr_exact_form *exact, const body_axes *a, k
     sin_cos(pi * dd_sub(second, first).hi, &s, &c);
     set_frame(exact, q_mul(left, q4(c, v3(0.0, 0.0, s))),
               q_mul(q4(c, v3(0.0, 0.0, -s)), q_conj(turn)));
-    set_rates(exact, dd_mul(lambda, mean).hi, k.hi, k.hi);
+    set_mean_rates(exact, dd_mul(lambda, mean).hi, k.hi, k.hi);
     /* The mean spin refers to the axis direction on the side of the momentum, but here the axis
      * points along -e3. */
     exact->spin_angle_rate = -exact->spin_angle_rate;

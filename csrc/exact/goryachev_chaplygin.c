@@ -266,7 +266,8 @@ static void transform(series_work *w, int n)
                 *one = cx_add(*one, other);
             }
 }
-/* A torus angle alpha of an arc, its variable x, d alpha/dx, and the sine and cosine of x/2. */
+/* A point of an arc, the interval in which a separation variable oscillates: its angle alpha on the
+ * torus, its parameter x, d alpha/dx, and the sine and cosine of x/2. */
 typedef struct arc_place {
     double alpha, x, slope, s, c;
 } arc_place;

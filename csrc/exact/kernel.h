@@ -514,7 +514,7 @@ static inline wide sign_of(wide x)
  * which is opposite to the sign of y, determines the direction of rotation. If theta1 or theta2
  * passes through zero, its phase jumps by half a turn, and its winding number is defined as zero.
  * For a torque-free top, beta is a theta4 function, whose values do not wind around zero. */
-static inline void set_rates(exact_lanes *exact, wide nu, wide first, wide second)
+static inline void set_mean_rates(exact_lanes *exact, wide nu, wide first, wide second)
 {
     const wide wind1 = sign_of(exact->slope[0]),
                wind2 = is_euler(exact) ? wide_splat(0.0) : sign_of(exact->slope[1]);
@@ -548,7 +548,7 @@ static inline exact_top seen_from_below(const exact_top *top)
     return r;
 }
 /* Undoes the interchange of up and down in a solution, but leaves its frame unchanged. */
-static inline void turn_over(exact_lanes *exact)
+static inline void undo_turn_over(exact_lanes *exact)
 {
     exact->side = wide_splat(-1.0);
     exact->constant.z = -exact->constant.z;

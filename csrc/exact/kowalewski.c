@@ -339,8 +339,9 @@ static void set_phases(const kowalewski_work *w, kr_kowalewski_torus *plan)
     }
 }
 /* Fills the plan, except for the initial phase of the heading and the certificate. Returns the
- * smallest scalar product of quaternions of neighbouring nodes. Above 1/4, the nearest node is less
- * than a right angle from each quaternion, and determines its sign. */
+ * smallest scalar product of quaternions of neighbouring nodes. If it exceeds 1/4, each quaternion of
+ * the motion is less than a right angle from the nearest node, so that the node determines the sign
+ * of the quaternion. */
 static double fill_plan(const kowalewski_work *w, kr_kowalewski_torus *plan)
 {
     const kowalewski_curve *o = &w->curve;

@@ -49,7 +49,7 @@ typedef struct kr_kowalewski_arc {
  * heading [turns]. */
 typedef struct kr_harmonic {
     double angle[4];   /* theta1, theta2 of arc 1; theta1, theta2 of arc 2 */
-    double heading[4]; /* two, and two zeros that fill a vector */
+    double heading[4]; /* of y1 and of y2, then two zeros as padding */
 } kr_harmonic;
 
 typedef struct kr_kowalewski_torus {
@@ -88,7 +88,7 @@ static inline const signed char *kr_kowalewski_nodes(const kr_kowalewski_torus *
  * p1 theta1 - p2 theta2 and q1 theta1 - q2 theta2 are sums of a function of y1 and a function of
  * y2. Along a line where the first sum is constant, the second one is monotonic, because it grows
  * at the rate w1 - w2 > 0. Two nested searches with bisection therefore find the solution. */
-/* Number of series that a vector holds for a single top. */
+/* Number of the four sine series that one SIMD vector sums if a single top is evaluated. */
 #if defined KR_PLAIN || !(defined __SSE2__ || defined KR_NEON)
 #  define LANES_OF_SERIES 1
 #elif defined KR_AVX2
@@ -1041,7 +1041,7 @@ INLINE wide sign_at_node(const kr_kowalewski_torus *plan, quat_lanes q, const wi
                      (q.y * wide_load(node[2]) + q.z * wide_load(node[3]));
     return minus_where(is_negative(dot));
 }
-/* Returns the state at `time`, given half of each torus angle and of the heading, all in turns. */
+/* Returns the state at `time`. `phase` holds theta1/2, theta2/2 and half of the heading, in turns. */
 INLINE state_lanes kowalewski_kernel_at(const kr_kowalewski_torus *plan, wide time,
                                         const dd phase[3])
 {

@@ -371,7 +371,7 @@ static void set_angles(lagrange_setup *s)
     exact->first = phase_of(first);
     exact->second = phase_of(second);
     lagrange_start(exact, &s->start, &s->heights, s->i1.hi, s->mean.hi, &s->top);
-    set_rates(exact, s->nu.hi, first.hi, second.hi);
+    set_mean_rates(exact, s->nu.hi, first.hi, second.hi);
 }
 /* Computes n closed-form solutions in internal units; begin_setup must have been called for each
  * of them.

@@ -273,7 +273,7 @@ static kr_exact_form lagrange_closed_form(const exact_top *top, dd half_turn)
     } else
         lagrange_moving(&s, 1);
     if (below) {
-        turn_over(&s.exact);
+        undo_turn_over(&s.exact);
         fill_frame_below(s.exact.frame);
         s.exact.framed = 1.0;
     }

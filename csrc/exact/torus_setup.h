@@ -205,7 +205,8 @@ typedef struct torus_start {
 } torus_start;
 
 static double component(kr_vec3 v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
-static int distinct_axis_of(kr_vec3 i)
+/* The index of the smallest moment, which differs from the other two for the tops on a torus. */
+static int smallest_moment_axis(kr_vec3 i)
 {
     return i.x < i.y ? (i.x < i.z ? 0 : 2) : i.y < i.z ? 1 : 2;
 }
@@ -213,7 +214,7 @@ static int distinct_axis_of(kr_vec3 i)
 static com_plane body_of(const kr_body *b, kr_vec3 com, double side)
 {
     com_plane r;
-    r.distinct = distinct_axis_of(b->inertia);
+    r.distinct = smallest_moment_axis(b->inertia);
     for (int j = 0; j < 2; j++) r.com[j] = component(com, (r.distinct + 1 + j) % 3);
     const dd square = dd_add(dd_square(dd_of(r.com[0])), dd_square(dd_of(r.com[1])));
     r.reach = dd_sqrt(square);
@@ -318,7 +319,7 @@ static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_ki
     *refusal = KR_REFUSAL_ROUNDED;
     /* The conditions of the integrable case must hold without rounding errors. */
     const kr_vec3 i = scene->body.inertia;
-    const int axis = distinct_axis_of(i);
+    const int axis = smallest_moment_axis(i);
     const double equal = kind->ratio * component(i, axis);
     if (component(i, (axis + 1) % 3) != equal || component(i, (axis + 2) % 3) != equal ||
         component(scene->body.com, axis) != 0.0)

@@ -1,9 +1,10 @@
 /* Modified rates and the conserved energy of the fourth-order map bobenko_suris4. The units are
- * chosen such that the moment of inertia I1 is 1. All energies are those of a top with I3 = I1, so
- * c^2 (1/I3 - 1)/2 is missing for other tops. Let u = <a,e3>, c = <m,a>, l = <m,e3>, g the largest
- * possible torque, and b = e^2 g / 4. The map with step e
+ * chosen such that the moment of inertia I1 is 1. Let a be the symmetry axis, m the momentum, e the
+ * step of the map, u = <a,e3>, c = <m,a>, l = <m,e3>, g the largest possible torque, and
+ * b = e^2 g / 4. Energies are those of a top with I3 = I1, so that c^2 (1/I3 - 1)/2 is missing for
+ * other tops. The map
  *     half kick m += (e/2) V'(u) e3 x a,    a' = Cay(e m) a,    half kick,
- *     V'(u) = g (1 - b u) / (1 + b^2 u^2)
+ *     V'(u) = g (1 - b u) / (1 + b^2 u^2), the derivative of the potential of the map,
  * conserves c, l and
  *     I = (1 + b^2 u^2) (|m|^2/2 + V' (u + e^2 c l / 4) - e^2 V'^2 (1 - u^2) / 8)
  *         + e^2 g^2 (1 + u^2) / 8
@@ -13,7 +14,7 @@
  * step e of the map equals a step h of the top, rotated by -e g c om about e3 and by -e g l om
  * about a, with
  *     z = e^2 I / 2,    h = e (A + g l c e^4/8 (B + (1 + z) B')),    om = e^2 B / 4
- *     A = atan(sqrt z) / sqrt z,    B = (1 - A) / z
+ *     A = atan(sqrt z) / sqrt z,    B = (1 - A) / z,    B' = dB/dz
  * All these quantities are constant along an orbit. (Derived for this library; no earlier source is
  * known.) */
 #ifndef KR_MAP_RATES_H

@@ -98,7 +98,7 @@ static void extended_state(const kr_taylor *p, kr_motion *motion, kr_state *to)
 }
 
 /* Returns 1 if the state at the end of the step is finite. */
-static int is_series_finite(const kr_series *s)
+static int is_end_finite(const kr_series *s)
 {
     double sum = 0.0;
     for (int i = 0; i < 4; i++)
@@ -177,7 +177,7 @@ static kr_status taylor_step(kr_motion *motion, double until)
     } else if (!kr_slow_step(motion, kernel_of_motion(motion), NULL, &log2_tol))
         kernel_of_motion(motion)->advance(s, log2_tol, forward);
     motion->stats.evaluations++;
-    const kr_status status = !is_series_finite(s)              ? KR_ERR_NOT_FINITE
+    const kr_status status = !is_end_finite(s)                 ? KR_ERR_NOT_FINITE
                              : forward * (s->end - s->t) > 0.0 ? KR_OK
                                                                : KR_ERR_STEP;
     if (status == KR_OK)

@@ -228,7 +228,7 @@ INLINE quad support_velocity(const series_sums *a, const kr_series *s, const kr_
 }
 /* Returns the n-th Taylor coefficient of next(P) * prev(P). The torque of a gravity gradient is
  * proportional to it. */
-INLINE quad vertical_products(const kr_series *s, int n)
+INLINE quad gradient_products(const kr_series *s, int n)
 {
     quad sum = quad_splat(0.0);
     for (int j = 0; j <= n; j++)
@@ -271,7 +271,7 @@ INLINE void next_support_velocity(kr_series *s, kr_series *own, turned_term *tur
     const quad o = terms & TURNS ? support_rates(a->support, n + 1) : quad_splat(0.0);
     quad w = support_velocity(a, s, own, n, terms & SHAKES ? duo_hi(a->pulled) : vertical);
     if (terms & GRADIENT)
-        w = quad_fma(quad_mul(quad_inverse(n + 1), quad_load(s->steep)), vertical_products(s, n),
+        w = quad_fma(quad_mul(quad_inverse(n + 1), quad_load(s->steep)), gradient_products(s, n),
                      w);
     if (s->holds != 0.0) w = hold_spin(s, own, n, w, o);
     set_velocities(s, own, turned, n + 1, w, o, terms & TURNS, 0);

@@ -88,8 +88,8 @@ static double REAL(improve_held)(REAL(terms) * s, const slow_axes *slow,
 }
 /* Returns the component u_i of the angular velocity relative to the support at the end of a Taylor
  * step. */
-static real REAL(held_velocity)(const REAL(terms) * s, const REAL(directions) * held,
-                                const kr_series from[2], int i)
+static real REAL(held_angular_velocity)(const REAL(terms) * s, const REAL(directions) * held,
+                                        const kr_series from[2], int i)
 {
     real sum = r_of(0.0, 0.0);
     for (int j = 0; j < 3; j++) {
@@ -127,7 +127,7 @@ static int REAL(is_held_on_manifold)(const REAL(terms) * s, const kr_series seri
 {
     double last = 0.0;
     for (int i = 0; i < 2; i++) {
-        const real end = REAL(held_velocity)(s, held, series, i);
+        const real end = REAL(held_angular_velocity)(s, held, series, i);
         const double off = fabs(r_high(r_sub(end, s->c[ROW_R + i][0]))),
                      size = fmax(near * held_size(series, slow, i), least),
                      allowed = fmax(size, TINY_VELOCITY);
@@ -149,7 +149,8 @@ static int REAL(expand_held)(kr_series series[2], const slow_axes *slow, int ord
     REAL(terms) s;
     double moved = INFINITY;
     REAL(begin)(&s, slow, series);
-    for (int i = 0; i < 2; i++) s.c[ROW_R + i][0] = REAL(held_velocity)(&s, &held, series, i);
+    for (int i = 0; i < 2; i++)
+        s.c[ROW_R + i][0] = REAL(held_angular_velocity)(&s, &held, series, i);
     for (int sweep = 0; sweep < SWEEPS && moved > noise * size; sweep++)
         moved = REAL(improve_held)(&s, slow, &held, order);
     *wait = 1.0 / r_high(held.drag[slow->is_slow[0] ? 0 : 1][slow->is_slow[0] ? 0 : 1]);

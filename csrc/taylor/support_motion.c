@@ -14,8 +14,8 @@
 /* Rounding error of the spin of an initial state, which is given in doubles, relative to the terms
  * of which the spin is the sum. */
 #define ROUNDED_SPIN 0x1p-44
-/* An acceleration of the spin against the direction of sliding counts only if it is larger, in the
- * units of the series. This threshold is far above rounding errors. A smaller acceleration has no
+/* An acceleration of the spin against the direction of sliding, in the units of the series, is used
+ * only above this threshold, which is far above rounding errors. A smaller acceleration has no
  * effect, because the spin stays negligible until the acceleration has changed its sign. */
 #define OPPOSED_ACCELERATION 0x1p-32
 /* Relative interval width at which bisection stops. */

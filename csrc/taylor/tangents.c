@@ -203,7 +203,7 @@ static int needs_support_terms(const kr_motion *motion, size_t n, const kr_seed 
             return 1;
     return kr_support_moves(motion->scene);
 }
-/* Initializes n tangents at the end of the last step of the path. */
+/* Initializes n tangents at the end of the last step of the motion. */
 static void tangents_begin(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[])
 {
     const size_t words = words_of(motion->digits);
