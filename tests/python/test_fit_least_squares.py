@@ -28,6 +28,7 @@ JUMPING = ("body_acceleration", "specific_force", "pivot_force")  # friction jum
 SEEN_FROM_BODY = (*JUMPING[:2], "q", "body_velocity", "body_momentum", "body_vertical")
 SEEN_FROM_BODY = (*SEEN_FROM_BODY, "inertial_velocity")
 CONSTANT = ("t", "kowalewski", "goryachev_chaplygin")
+CONSTANT += ("wheel_rate", "second_wheel_rate", "third_wheel_rate")  # refused by name
 MEASURABLE = [name for name in get_args(QuantityName) if name not in CONSTANT]
 MEASURABLE = [name for name in MEASURABLE if not name.endswith("_low")] + ["specific_force"]
 ANCHOR = {"q": 0.003, "body_velocity": 0.01}  # determines all parameters of the top a little

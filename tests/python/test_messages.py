@@ -154,7 +154,6 @@ HINTS = [  # (a call or an attribute, words of the message)
     (lambda: kr.Body.box, "'cuboid'"),
     (lambda: kr.Scene.spining, "'spinning'"),
     (lambda: PATH.quaternion, "'q'"),
-    (lambda: PATH.position, "'apex'"),
     (lambda: PATH.to_dataframe, "'to_pandas'"),
     # names of quantities, methods and scenes
     (lambda: PATH.omega_y, "'velocity'"),

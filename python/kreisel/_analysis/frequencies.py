@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from .._model.parameters import refuse_disturbances
 from .._model.scene import Scene
-from .._options.methods import EXACT, methods
+from .._options.methods import EXACT, has_torus_closed_form, methods
 from .._results.path import Path, check_is_one
 from .._solve.exact import ExactTorus, exact
 from .._solve.solve import solve
@@ -559,7 +559,11 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
         () if any(scene.turning[:2]) or _is_free(scene) else ("a turning support",),
         "the motion decays" if scene.friction else "its rates about the vertical are not constant",
     )
-    if _is_free(scene) and any(scene.body.rotor) and not methods[EXACT].suits(scene):
+    if (
+        _is_free(scene)
+        and any(scene.body.rotor)
+        and (has_torus_closed_form(scene) or not methods[EXACT].suits(scene))
+    ):
         raise ValueError("without torque, the rotor must be along the axis of symmetry")
     if len(t) < _FEWEST:
         raise ValueError(f"the path must have at least {_FEWEST} states, not {len(t)}")
@@ -589,7 +593,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     if path.method == EXACT:
         form = exact(path.scene)
         if isinstance(form, ExactTorus):
-            rates = None if form.kind == "gyrostat" else _compute_torus_rates(form)
+            rates = _compute_torus_rates(form)
         else:
             rates = form.precession_rate, math.tau / form.period, form.spin_angle_rate
     precession, nutation, spin = rates or _compute_mean_euler_rates(path)

@@ -274,7 +274,6 @@ _SYNONYMS = {  # words of textbooks and of other packages
     "omega": "velocity",
     "orientation": "q",
     "phi": "precession_angle",
-    "position": "apex",
     "psi": "spin_angle",
     "quaternion": "q",
     "simulate": "solve",
