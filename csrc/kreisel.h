@@ -94,8 +94,8 @@ extern "C" {
     X(ERR_SHAKING,     INPUT,     "the method does not apply to shaken supports")                 \
     X(ERR_FRICTION,    INPUT,     "the method does not apply to tops with dry friction")          \
     X(ERR_STOPPED,     FAILURE,   "the motion before dry friction stopped the spin is not unique") \
-    X(ERR_WHEEL,       INPUT,     "damping or friction acts on a body in which nothing but a free " \
-                                  "wheel turns about its axle")                                   \
+    X(ERR_WHEEL,       INPUT,     "damping or friction acts on a body in which nothing but a "    \
+                                  "free wheel turns about its axle")                              \
     X(ERR_GRADIENT,    INPUT,     "the method does not apply to bodies in a gravity gradient")    \
     X(ERR_COMBINATION, INPUT,     "a gravity gradient excludes a shaken support, and wheels on "  \
                                   "free axles")
@@ -128,8 +128,8 @@ typedef struct kr_body {
      * given. The tolerance must lie in [0, 1); values below 1e-12 are treated as 1e-12. */
     double rounded;
     /* Constant momentum of rotors relative to the body (a gyrostat), along the principal axes [M
-     * L^2 T^-1]. The momentum m includes that of the rotors. `inertia` assumes locked rotors: motors
-     * keep their rates. kr_scene_release_wheel describes a rotor without a motor. */
+     * L^2 T^-1]. The momentum m includes that of the rotors. `inertia` assumes locked rotors:
+     * motors keep their rates. kr_scene_release_wheel describes a rotor without a motor. */
     kr_vec3 rotor;
 } kr_body;
 
@@ -362,9 +362,9 @@ KR_API void kr_scene_set_euler(kr_scene *scene, kr_vec3 angles, kr_vec3 rates);
 /* Lets a wheel turn freely on its axle from the start on. So far, its momentum inertia * rate along
  * `axis` (in the frame of description, of any length) must be part of body.rotor, and its moment
  * part of body.inertia. Changes the inertia, its principal axes and the rotor of the body. A wheel
- * that is all that turns about the axis of a symmetric body keeps its rate; damping and friction are
- * then refused. Returns KR_ERR_BODY for a wheel that the body cannot contain, and KR_ERR_ARGUMENT
- * for other invalid arguments or more than KR_WHEELS_MAX wheels. */
+ * that is all that turns about the axis of a symmetric body keeps its rate; damping and friction
+ * are then refused. Returns KR_ERR_BODY for a wheel that the body cannot contain, and
+ * KR_ERR_ARGUMENT for other invalid arguments or more than KR_WHEELS_MAX wheels. */
 KR_API kr_status kr_scene_release_wheel(kr_scene *scene, double inertia, kr_vec3 axis, double rate);
 /* Returns 1 if the body is symmetric about its apex, up to KR_KIND_RTOL, else 0. Writes its moments
  * about axes normal to the apex and about the apex [M L^2]. */
@@ -681,8 +681,8 @@ KR_API const char *kr_worker_kernel(const kr_worker *worker, int *order);
 KR_API void kr_worker_free(kr_worker *worker);
 
 /* Closed forms: free bodies and most free gyrostats, Lagrange tops, most Kowalewski tops, and most
- * Goryachev-Chaplygin tops with <m, e3> = 0, without damping, friction or moving support. Late states are as accurate and as
- * cheap as early ones. */
+ * Goryachev-Chaplygin tops with <m, e3> = 0, without damping, friction or moving support. Late
+ * states are as accurate and as cheap as early ones. */
 
 /* Reasons for refusing a closed form, listed as X(name, message). */
 /* clang-format off */
@@ -693,7 +693,7 @@ KR_API void kr_worker_free(kr_worker *worker);
     X(VERTICAL,    "the angular momentum has a vertical component")                               \
     X(WEIGHTLESS,  "the torque of its weight is negligible")                                      \
     X(REST,        "the top is in equilibrium, or nearly")                                        \
-    X(ROTATION,    "the top rotates uniformly about the vertical")                                \
+    X(ROTATION,    "the top rotates uniformly")                                                   \
     X(PLANAR,      "the top swings or circles in a plane, like a pendulum")                       \
     X(ZERO,        "the integral G is near zero: the motion is near a separatrix")                \
     X(COINCIDENT,  "two branch points of its curve coincide: the motion is degenerate")           \
@@ -719,10 +719,10 @@ typedef struct kr_exact_info {
      * of the first angle. */
     double period;
     /* Mean rates of the Euler angles of a Lagrange top or free body [T^-1]: of the apex about the
-     * vertical, and of the body about the apex. For a free body, the momentum replaces the vertical,
-     * and the apex is replaced by the principal axis that circulates about the momentum, at an acute
-     * angle to it. (In a symmetric body, this is the axis whose moment differs from the others.)
-     * Jumps by half a turn, when an axis passes through a pole, are not included. */
+     * vertical, and of the body about the apex. For a free body, the momentum replaces the
+     * vertical, and the apex is replaced by the principal axis that circulates about the momentum,
+     * at an acute angle to it. (In a symmetric body, this is the axis whose moment differs from the
+     * others.) Jumps by half a turn, when an axis passes through a pole, are not included. */
     double precession_rate, spin_angle_rate;
     /* For Kowalewski and Goryachev-Chaplygin tops, whose motion is on a torus: two frequencies of
      * the body's motion and the mean rate of precession [T^-1]. Each frequency in the attitude
@@ -742,10 +742,11 @@ typedef struct kr_exact kr_exact;
 KR_API size_t kr_exact_size(const kr_scene *scene);
 /* Computes the closed form in memory of kr_exact_size(scene) bytes, which the caller owns and which
  * must be aligned for doubles. Returns KR_ERR_METHOD if there is none, or none with a `certificate`
- * below `bound` (0: KR_EXACT_BOUND); then only kr_exact_describe may be called. Moments and centre of
- * mass of Kowalewski and Goryachev-Chaplygin tops must satisfy their conditions exactly: near a
+ * below `bound` (0: KR_EXACT_BOUND); then only kr_exact_describe may be called. Moments and centre
+ * of mass of Kowalewski and Goryachev-Chaplygin tops must satisfy their conditions exactly: near a
  * separatrix, the attitude can be arbitrary if only their rounding errors differ. Lagrange tops are
- * refused if they are almost but not exactly vertical (tilt and horizontal momentum below 1e-70). */
+ * refused if they are almost but not exactly vertical (tilt and horizontal momentum below
+ * 1e-70). */
 KR_API kr_status kr_exact_plan(const kr_scene *scene, double bound, kr_exact *exact);
 /* Returns the numbers that describe the motion, or its refusal. */
 KR_API kr_exact_info kr_exact_describe(const kr_exact *exact);

@@ -103,8 +103,8 @@ typedef enum kr_timing {
 /* On a shaken support, the derivative of the lever is `pull` times the function of time that
  * `timing` selects. `timing` determines the time dependence of the change in torque. `turning`,
  * `apex`, `friction` and `gradient` are the derivatives of the support's angular velocity, of the
- * apex, of the dry friction and of the gravity gradient. All vectors except `push` and `turning` have components along the principal
- * axes, which all methods with tangents use as their axes. */
+ * apex, of the dry friction and of the gravity gradient. All vectors except `push` and `turning`
+ * have components along the principal axes, which all methods with tangents use as their axes. */
 typedef struct kr_seed {
     kr_deviation at_start;
     vec_dd lever, rotor, pull;

@@ -78,20 +78,12 @@ static doubles steady(const tops &all, const doubles &spins, const doubles &tilt
             row[0] = NAN;
     });
 }
-// Returns whether each body is symmetric about its apex.
-static py::array_t<bool> symmetric(const tops &all)
+// Returns (n, 2) moments of inertia across and along the apex, NaN for bodies that are not symmetric.
+static doubles symmetric(const tops &all)
 {
-    py::array_t<bool> out{py::ssize_t(all.size())};
-    bool *is_symmetric = out.mutable_data();
-    in_pieces(py::ssize_t(all.size()), [&](py::ssize_t begin, py::ssize_t end) {
-        kr_scene scene;
-        double across, along;
-        for (size_t i = size_t(begin); i < size_t(end); i++) {
-            all.fill(i, i + 1, &scene);
-            is_symmetric[i] = kr_body_symmetry(&scene.body, &across, &along) != 0;
-        }
+    return rows_of(all, 2, [](size_t, kr_scene &scene, double *row) {
+        if (!kr_body_symmetry(&scene.body, row, row + 1)) row[0] = row[1] = NAN;
     });
-    return out;
 }
 
 // Makes bodies from mass, inertia (moments, or the rows of a matrix), com, inertia_rtol and rotor.

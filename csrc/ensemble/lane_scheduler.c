@@ -26,8 +26,8 @@ const kr_lanes_isa *kr_lanes_isa_at(int i)
 }
 
 /* Chooses the fastest Taylor order for the tolerance `tol`. The internal tolerance is set below
- * `tol`, so that the resulting error meets `tol`. docs/theory/ensembles.md states how the orders and
- * tolerances of this table were measured. */
+ * `tol`, so that the resulting error meets `tol`. docs/theory/ensembles.md states how the orders
+ * and tolerances of this table were measured. */
 static void choose_order(kr_lanes *l, double tol)
 {
     static const struct {
@@ -243,9 +243,9 @@ static int load_lane(kr_worker *worker, int lane)
     return !l->tangents || begin_tangent(worker, lane, p.rate, shift);
 }
 
-/* Sets the goal of a lane, up to which it integrates, to the next requested time. If a requested time equals
- * the initial time, the initial state itself is stored. Returns 0 and frees the SIMD lane if the
- * top is finished or must be integrated by the scalar code. */
+/* Sets the goal of a lane, up to which it integrates, to the next requested time. If a requested
+ * time equals the initial time, the initial state itself is stored. Returns 0 and frees the SIMD
+ * lane if the top is finished or must be integrated by the scalar code. */
 static int set_next_goal(kr_worker *worker, int lane)
 {
     kr_slot *slot = &worker->slots[lane];

@@ -9,10 +9,10 @@
  * Taylor coefficients. With a Taylor series of the quaternion q, each order would need 21 products.
  * The inner product (W, P) requires only two of the twelve products of Taylor coefficients, because
  * (AW + h, P) is constant, unless the top is damped: then it requires all three. The torque of a
- * rotor is included by modifying the coefficient W_0, as described in taylor.h. The constant d is the value of the vertical P at the beginning of a step.
- * The expression for f' has a pole at P = -d, and the distance from this pole limits the step size.
- * Time is scaled so that |W| < 1. Energy and angular momentum are conserved only up to the
- * tolerance. */
+ * rotor is included by modifying the coefficient W_0, as described in taylor.h. The constant d is
+ * the value of the vertical P at the beginning of a step. The expression for f' has a pole at
+ * P = -d, and the distance from this pole limits the step size. Time is scaled so that |W| < 1.
+ * Energy and angular momentum are conserved only up to the tolerance. */
 #ifndef KR_LANE_STATE_H
 #define KR_LANE_STATE_H
 #include "kreisel.h"

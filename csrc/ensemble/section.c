@@ -72,10 +72,10 @@ static void time_out(kr_worker *worker, int lane)
     slot->last = s;
     kr_lane_finish(worker, lane, KR_ERR_EVENT);
 }
-/* Stores the state at a sign change in the last step of a lane, if it lies in the requested times and
- * meets the conditions of the section. `place` is the position of
- * the event within the step, from 0 (beginning) to 1 (end). Returns 1 if the search for events in
- * the current step should continue. */
+/* Stores the state at a sign change in the last step of a lane, if it lies in the requested times
+ * and meets the conditions of the section. `place` is the position of the event within the step,
+ * from 0 (beginning) to 1 (end). Returns 1 if the search for events in the current step should
+ * continue. */
 static int test_event(kr_worker *worker, int lane, double place)
 {
     const kr_lanes *l = worker->lanes;

@@ -28,8 +28,8 @@ static kr_top *choose_top(const kr_worker *worker, const kr_scene *scene)
     const int is_closed = !has_torus && kr_method_suits(&kr_method_exact, scene);
     return is_closed ? worker->exact_top : worker->fallback;
 }
-/* Returns 1 if the lanes may hold a top. An undamped top on a support that rotates about the vertical
- * moves in its lane as on a support at rest, and its states are turned. */
+/* Returns 1 if the lanes may hold a top. An undamped top on a support that rotates about the
+ * vertical moves in its lane as on a support at rest, and its states are turned. */
 static int suits_lanes(const kr_worker *worker, const kr_scene *scene)
 {
     kr_scene undamped = *scene;
@@ -38,8 +38,8 @@ static int suits_lanes(const kr_worker *worker, const kr_scene *scene)
     return !kr_scene_is_disturbed(&undamped) ||
            (!worker->is_section && !kr_scene_excludes_exact(scene, 1));
 }
-/* Dispatches a top that the batch code has not computed to a lane or to the scalar code. Damped tops
- * that suit lanes are left for later. */
+/* Dispatches a top that the batch code has not computed to a lane or to the scalar code. Damped
+ * tops that suit lanes are left for later. */
 static void dispatch_top(kr_worker *worker, size_t i)
 {
     const kr_scene *scene = &worker->tops->scenes[i];

@@ -220,9 +220,9 @@ INLINE mask is_moving(const exact_top *top)
     return mask_and(wide_less(wide_splat(LEAST_LEVER), wide_abs(top->lever.hi)),
                     wide_less(least, wide_max(wide_min(side, up), push)));
 }
-/* The results of lagrange_setup up a group of tops, as bit masks with one bit per lane. `alone` marks tops
- * whose closed-form solutions must be set up individually instead of in SIMD lanes. `refused` marks
- * tops for which the rate of a phase overflows. */
+/* The results of the set-up of a group of Lagrange tops, as bit masks with one bit per lane.
+ * `alone` marks tops whose closed-form solutions must be set up individually instead of in SIMD
+ * lanes. `refused` marks tops for which the rate of a phase overflows. */
 typedef struct group_result {
     unsigned alone, refused;
 } group_result;

@@ -1,6 +1,6 @@
-/* Closed forms: their numbers, and functions that are compiled once for each instruction set. exact.c
- * selects among them at run time. All instruction sets give bitwise equal results, because fused
- * multiply-add is used only to compute exact products. */
+/* Closed forms: their numbers, and functions that are compiled once for each instruction set.
+ * exact.c selects among them at run time. All instruction sets give bitwise equal results, because
+ * fused multiply-add is used only to compute exact products. */
 #ifndef KR_EXACT_EXACT_H
 #define KR_EXACT_EXACT_H
 #include <stddef.h>
@@ -38,8 +38,8 @@ typedef struct kr_exact_form {
 /* Causes a compilation error if the condition is false, by declaring an array type of negative
  * size. */
 #define KR_CHECK_LAYOUT(name, condition) typedef char name[(condition) ? 1 : -1]
-/* A closed form of one or more kinds of tops: that of Lagrange tops and free bodies (symmetric.c), of
- * Kowalewski tops, or of Goryachev-Chaplygin tops. The numbers that describe one motion are its
+/* A closed form of one or more kinds of tops: that of Lagrange tops and free bodies (symmetric.c),
+ * of Kowalewski tops, or of Goryachev-Chaplygin tops. The numbers that describe one motion are its
  * plan: a kr_exact_form, kr_kowalewski_torus or kr_chaplygin_plan. */
 typedef struct kr_exact_scalar {
     size_t plan_size, memory_size; /* of a plan, and of a plan and its set-up, in bytes */
@@ -117,7 +117,7 @@ kr_exact_evaluate kr_exact_evaluate_base, kr_exact_evaluate_avx2, kr_exact_evalu
     kr_kowalewski_evaluate_base, kr_kowalewski_evaluate_avx2, kr_kowalewski_evaluate_avx512,
     kr_chaplygin_evaluate_base, kr_chaplygin_evaluate_avx2, kr_chaplygin_evaluate_avx512,
     kr_gyrostat_evaluate_base, kr_gyrostat_evaluate_avx2, kr_gyrostat_evaluate_avx512;
-/* Returns the largest number of doubles that the method `exact` stores for a top, or for a top whose
- * motion is not on a torus. */
+/* Returns the largest number of doubles that the method `exact` stores for a top, or for a top
+ * whose motion is not on a torus. */
 size_t kr_exact_extra_doubles(int with_torus);
 #endif

@@ -365,8 +365,8 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     turn_first(turn, body->axes);
     turned_back(turn, space_m, top->start);
     top->size = dd_sqrt(dd_dot(space_m, space_m));
-    info->refusal = KR_REFUSAL_REST;
-    if (!(top->size.hi > 1e-100)) return KR_ERR_METHOD; /* no momentum */
+    info->refusal = KR_REFUSAL_ROTATION; /* without momentum, J W = -h is constant */
+    if (!(top->size.hi > 1e-100)) return KR_ERR_METHOD;
     const kr_vec3 j = v_scale(per_moment, body->inertia);
     const double of_axis[3][2] = {{j.x, rotor.x}, {j.y, rotor.y}, {j.z, rotor.z}};
     for (int i = 0; i < 3; i++) {

@@ -41,7 +41,8 @@ typedef struct chaplygin_arc {
     dd a[CURVE_ROOTS], b[CURVE_ROOTS];
     dd p, q;           /* averages of P and |u| P */
     int points, terms; /* numbers of intervals used, and of significant terms of the series */
-    /* Sine series of the periodic parts of the integrals of P/p and, as a function of tau, |u| P. */
+    /* Sine series of the periodic parts of the integrals of P/p and, as a function of tau,
+     * |u| P. */
     double sine[2][GRID];
 } chaplygin_arc;
 
@@ -218,9 +219,9 @@ static double sum_arc_sines(const chaplygin_arc *arc, int which, double s, doubl
  * the real part of the sum of B_k(a) exp(i k alpha2). Its coefficients at the next section are
  * B_k(a + h) = exp(-i k rho h) (B_k(a) + the coefficient of the growth of psi from a to a + h). The
  * growth is computed by quadrature, from the same values of alpha2 for each section. As psi changes
- * its sign when alpha1 grows by 2 pi, and is even or odd in both angles together, sections from 0 to
- * pi suffice, and the real or imaginary part of B_k vanishes at alpha1 = pi. Its value at alpha1 = 0
- * follows from division by cos(k rho pi). If this divisor is small, B_k(0) = 0 instead, and psi
+ * its sign when alpha1 grows by 2 pi, and is even or odd in both angles together, sections from 0
+ * to pi suffice, and the real or imaginary part of B_k vanishes at alpha1 = pi. Its value at alpha1
+ * = 0 follows from division by cos(k rho pi). If this divisor is small, B_k(0) = 0 instead, and psi
  * jumps at alpha1 = pi (kr_slow_term). The error of such a term grows linearly with time, but more
  * slowly than the effect of rounding the initial state. */
 enum { LEAST_CELLS = 4 };
@@ -304,9 +305,9 @@ static void fill_chebyshev(series_work *w)
                          &w->wave_at_node[k][i]);
         }
 }
-/* Computes the polynomials of a cell, beginning at its upper end if `is_falling`. Returns the larger
- * of their last coefficients, relative to a turn and to the time or q, by which the time increases
- * per radian of alpha on average. */
+/* Computes the polynomials of a cell, beginning at its upper end if `is_falling`. Returns the
+ * larger of their last coefficients, relative to a turn and to the time or q, by which the time
+ * increases per radian of alpha on average. */
 static double make_cell(const series_work *w, const chaplygin_arc *arc, const kr_chaplygin_arc *e,
                         int cell, int is_falling, arc_place *at, double out[])
 {
@@ -413,8 +414,8 @@ static double transform_section(const kr_chaplygin_plan *plan, series_work *w, i
     }
     return last;
 }
-/* Returns the phase [turns] of the term with index k after `way` turns of alpha1, for the same sum of
- * alpha2 and the angle that alpha2 grows by. */
+/* Returns the phase [turns] of the term with index k after `way` turns of alpha1, for the same sum
+ * of alpha2 and the angle that alpha2 grows by. */
 static dd phase_after(const kr_chaplygin_plan *plan, dd ratio, int k, double way)
 {
     const dd turns = dd_times(way * (k + 0.5 * !plan->is_whole), ratio);
@@ -437,8 +438,9 @@ static int append_slow(kr_chaplygin_plan *plan, dd ratio, int k, double miss, dd
     sincos_turns(dd_half(step), &e->sine, &unused);
     return 1;
 }
-/* Replaces the coefficients of the growths between sections by those of the heading on each section.
- * In complex numbers, they are the conjugates of B_k. Returns 0 if there are too many slow terms. */
+/* Replaces the coefficients of the growths between sections by those of the heading on each
+ * section. In complex numbers, they are the conjugates of B_k. Returns 0 if there are too many slow
+ * terms. */
 static int sum_sections(kr_chaplygin_plan *plan, dd ratio, int n, dd half)
 {
     plan->slow_terms = 0;
@@ -600,8 +602,8 @@ static void set_slip_search(kr_chaplygin_plan *plan)
     plan->rounding = 0x1p-53 / fmax(plan->arc[0].rate, plan->arc[1].rate);
     plan->tolerance = 0.5 * sqrt(plan->rounding);
 }
-/* Sets the rates of the two torus angles with respect to tau and to time. Returns the ratio of those
- * of the second and the first. */
+/* Sets the rates of the two torus angles with respect to tau and to time. Returns the ratio of
+ * those of the second and the first. */
 static dd set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2])
 {
     const dd det = dd_add(dd_mul(arc[0].p, arc[1].q), dd_mul(arc[1].p, arc[0].q));

@@ -4,8 +4,8 @@
  *     exp(k psi/2) (i + k)/sqrt2 (c1 + c2 i - s2 j + s1 k)/sqrt(|m|),
  * where |m| = c1^2 + s1^2 + c2^2 + s2^2 and m = |m| (cos psi, sin psi, 0). Here c1 and s1 are
  * algebraic functions of an angle x of an arc (goryachev_chaplygin.c), x - alpha1 is a
- * periodic function of alpha1, and the same holds for c2, s2 and alpha2. The time t is a multiple of
- * tau plus two such functions. Computing tau from t requires the numerical solution of a scalar
+ * periodic function of alpha1, and the same holds for c2, s2 and alpha2. The time t is a multiple
+ * of tau plus two such functions. Computing tau from t requires the numerical solution of a scalar
  * equation.
  *
  * The rate of the heading psi is a function of both angles, and a sum of a function of alpha1 and a
@@ -26,7 +26,8 @@ enum {
 
 /* An arc on which one of Chaplygin's variables u moves, and functions of its torus angle alpha. */
 typedef struct kr_chaplygin_arc {
-    /* |u| = (A s^2 + B c^2)/D with D = C s^2 + c^2, where s and c are the sine and cosine of x/2. */
+    /* |u| = (A s^2 + B c^2)/D with D = C s^2 + c^2, where s and c are the sine and
+     * cosine of x/2. */
     double A, B, C;
     /* The factors a s^2 + b c^2 of p+ D^3 (the first three) and p- D^3. The factor of an end of the
      * arc is a constant times s^2 or c^2; its a and b are both this constant. If there is a pair of
@@ -39,12 +40,12 @@ typedef struct kr_chaplygin_arc {
     double rate;                    /* d alpha/d tau */
     double half_rate;               /* rate of half of alpha [turns] */
     /* Cells are intervals of equal length between alpha = 0 and pi. Each has the Chebyshev
-     * coefficients of (x - alpha)/2 [turns], and then those of the periodic part of t. Both functions
-     * are odd. */
+     * coefficients of (x - alpha)/2 [turns], and then those of the periodic part of t. Both
+     * functions are odd. */
     int cells, first; /* `cells` is a power of two; index of the first coefficient */
 } kr_chaplygin_arc;
-/* A term of the heading that has nearly the frequency of a resonance. Where alpha1 = (2n + 1) pi, it
- * grows by value * sin(phase + n * step). */
+/* A term of the heading that has nearly the frequency of a resonance. Where alpha1 = (2n + 1) pi,
+ * it grows by value * sin(phase + n * step). */
 typedef struct kr_slow_term {
     double value, phase;    /* phase [turns] */
     double step, step_more; /* [turns] */
@@ -175,8 +176,8 @@ INLINE void find_points(const kr_chaplygin_plan *plan, int from, int to, const d
 /* Finds half of each torus angle [turns] for half of each mean angle. The slip is the periodic part
  * of the rescaled time tau. Its equation has the derivative |m|, whose logarithm changes by at most
  * one in a unit of tau. The steps of Newton's method are confined to an interval that brackets the
- * solution. A step longer than half the previous one is replaced by bisection; Newton's method could
- * otherwise alternate between two points on opposite sides of the solution. */
+ * solution. A step longer than half the previous one is replaced by bisection; Newton's method
+ * could otherwise alternate between two points on opposite sides of the solution. */
 INLINE void find_angles(const kr_chaplygin_plan *plan, const dd mean[2], dd half[2])
 {
     wide high = wide_splat(plan->most_slip), low = -high, moved = 4.0 * high,
@@ -234,8 +235,8 @@ INLINE wide heading_since(const kr_chaplygin_plan *plan, wide at, wide left, wid
     return plan->span * left * sum;
 }
 /* Returns the Fourier series of the heading on a section in each lane, for half of alpha2 [turns].
- * Clenshaw's recurrence is applied to the cosines and to the sines of even and of odd terms, because
- * the four recurrences do not wait for each other. */
+ * Clenshaw's recurrence is applied to the cosines and to the sines of even and of odd terms,
+ * because the four recurrences do not wait for each other. */
 INLINE wide heading_on_section(const kr_chaplygin_plan *plan, wide section, dd half)
 {
     const int terms = plan->terms, shift = !plan->is_whole;
@@ -290,8 +291,8 @@ INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, wide n)
     }
     return sum;
 }
-/* Returns the heading, up to a constant, for half of each torus angle [turns]. `turns` is the number
- * of turns of alpha1 that half[0] leaves out. */
+/* Returns the heading, up to a constant, for half of each torus angle [turns]. `turns` is the
+ * number of turns of alpha1 that half[0] leaves out. */
 INLINE wide find_heading(const kr_chaplygin_plan *plan, const dd half[2], wide turns)
 {
     const wide turn = nearest(2.0 * half[0].hi), ahead = 2.0 * half[0].hi - turn,

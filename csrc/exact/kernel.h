@@ -189,10 +189,10 @@ INLINE dd one_turn(void)
 {
     return dd_make(wide_splat(0.15915494309189534561), wide_splat(-9.839338337591243e-18));
 }
-/* Writes the sine and cosine of an angle of x turns, |x| < 2^49: x + shift then lies between 2^50 and
- * 2^51, where doubles are multiples of 1/4. The low bits of u contain the number of quarter turns
- * nearest to x. The polynomials are evaluated at the remainder y, whose magnitude is
- * at most an eighth of a turn. */
+/* Writes the sine and cosine of an angle of x turns, |x| < 2^49: x + shift then lies between 2^50
+ * and 2^51, where doubles are multiples of 1/4. The low bits of u contain the number of quarter
+ * turns nearest to x. The polynomials are evaluated at the remainder y, whose magnitude is at most
+ * an eighth of a turn. */
 INLINE void sincos_turns(dd x, wide *s, wide *c)
 {
     const double shift = 1688849860263936.0;
@@ -212,8 +212,8 @@ INLINE void sincos_turns(dd x, wide *s, wide *c)
     *s = of_bits((bits_of(sine) ^ swap) ^ ((quarter & 2) << 62));
     *c = of_bits((bits_of(cosine) ^ swap) ^ (((quarter + 1) & 2) << 62));
 }
-/* An exponential for |a| < 708, computed as exp(a) = 2^k exp(r) with |k| < 1022 and |r| <= (ln 2)/2. Adding the low bits of k +
- * 1.5 * 2^52 to the exponent of 1.0 gives 2^k. */
+/* An exponential for |a| < 708, computed as exp(a) = 2^k exp(r) with |k| < 1022 and
+ * |r| <= (ln 2)/2. Adding the low bits of k + 1.5 * 2^52 to the exponent of 1.0 gives 2^k. */
 typedef struct exponential {
     wide plus, minus; /* 2^k, 2^-k */
     wide even, odd;   /* cosh r, sinh r */
@@ -279,8 +279,8 @@ INLINE factors theta_factors(const exact_lanes *e, int dual, int euler, dd t)
     f.first = phase_at(&e->first, t);
     f.second = phase_at(&e->second, t);
     if (dual) {
-        /* |x| < 2^50, so that x + shift is a multiple of 1/2. The low bits of u contain the number of
-         * half turns nearest to x. The remainder |y| is at most a quarter of a turn. */
+        /* |x| < 2^50, so that x + shift is a multiple of 1/2. The low bits of u contain the number
+         * of half turns nearest to x. The remainder |y| is at most a quarter of a turn. */
         const double shift = 3377699720527872.0;
         const wide u = (x.hi + x.lo) + shift, near = x.hi - (u - shift), y = near + x.lo;
         const wide z = 2.0 * y, rest = 2.0 * ((near - y) + x.lo);

@@ -26,7 +26,8 @@ typedef struct kowalewski_work {
 
 /* Returns 1 if the initial values of Kowalewski's variables w1 and w2 lie on the arcs. The arc of
  * w1 ends at k, and the arc of w2 ends at the smallest real branch point. The choice of these end
- * points was confirmed for 1e6 random tops (docs/theory/closed_form.md), but has not been proved. */
+ * points was confirmed for 1e6 random tops (docs/theory/closed_form.md), but has not been
+ * proved. */
 static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
 {
     const double slack = 1e-12;
@@ -180,8 +181,8 @@ static void fill_roots(const kowalewski_curve *o, kr_kowalewski_torus *plan)
     plan->one_product = 1.0 / cdd_mul(first, second).re.hi;
 }
 /* Finds the signs of Koetter's square roots, one for each root of phi, one for each arc and one for
- * Z (frame_at), with which his formulas reproduce a state. They are constant during the motion; only
- * one combination should reproduce p, q, r and g3. Returns the error for the best one. */
+ * Z (frame_at), with which his formulas reproduce a state. They are constant during the motion;
+ * only one combination should reproduce p, q, r and g3. Returns the error for the best one. */
 static double find_signs(kr_kowalewski_torus *plan, const start_point point[2], const dd state[6])
 {
     arc_point at[2];
@@ -339,9 +340,9 @@ static void set_phases(const kowalewski_work *w, kr_kowalewski_torus *plan)
     }
 }
 /* Fills the plan, except for the initial phase of the heading and the certificate. Returns the
- * smallest scalar product of quaternions of neighbouring nodes. If it exceeds 1/4, each quaternion of
- * the motion is less than a right angle from the nearest node, so that the node determines the sign
- * of the quaternion. */
+ * smallest scalar product of quaternions of neighbouring nodes. If it exceeds 1/4, each quaternion
+ * of the motion is less than a right angle from the nearest node, so that the node determines the
+ * sign of the quaternion. */
 static double fill_plan(const kowalewski_work *w, kr_kowalewski_torus *plan)
 {
     const kowalewski_curve *o = &w->curve;

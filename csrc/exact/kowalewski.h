@@ -80,8 +80,8 @@ static inline const signed char *kr_kowalewski_nodes(const kr_kowalewski_torus *
 }
 
 /* The angles y1 and y2 of the two arcs of a Kowalewski top for given torus angles. Newton's method
- * starts at values interpolated in a table. All steps but the last use only the largest terms of the
- * sine series, and take the second derivatives into account.
+ * starts at values interpolated in a table. All steps but the last use only the largest terms of
+ * the sine series, and take the second derivatives into account.
  *
  * If the arcs nearly touch, the Jacobian is almost singular, and Newton's method may fail. Let p_j
  * and q_j be the averages of dw/F and (w - w0) dw/F on the arcs, for a w0 between the arcs. Then
@@ -488,7 +488,8 @@ INLINE void find_angles(const kr_kowalewski_torus *plan, const dd theta[2], arc_
  *
  * With x1 and x2, let g_i be the square root of way * (N - e_i D) on each
  * arc, h that of way * (k^2 D^2 - N^2), and d that of D. With the divided differences f[e0, e1, e2]
- * over the roots of phi, A^2 = 2 (e + h), B^2 = e^2 + c, A B = l and the signs of kr_kowalewski_torus,
+ * over the roots of phi, A^2 = 2 (e + h), B^2 = e^2 + c, A B = l and the signs of
+ * kr_kowalewski_torus,
  *     a = (A G)[],  p = -(B G)[]/a,  q = -d1 d2/a,  G = g^1 g^2,
  *     r = sqrt2 (A V)[]/(a Dl),  g3 = sqrt2 (B V)[]/(a Dl),  Dl = N1 D2 - N2 D1,
  *     V_i = d2 h1 g_i^1 g_j^2 g_k^2 - d1 h2 g_i^2 g_j^1 g_k^1
@@ -1018,8 +1019,8 @@ INLINE quat_lanes quaternion_of(const frame_state *f)
 }
 /* The angle of the first node [turns]. It avoids the ends of the arcs. */
 static const double first_node = -0.99;
-/* Returns -1 in the lanes in which the quaternion is opposite to that of the nearest node. `turns` are
- * the angles y within two turns. Adds to `wraps` the periods by which the node is away. */
+/* Returns -1 in the lanes in which the quaternion is opposite to that of the nearest node. `turns`
+ * are the angles y within two turns. Adds to `wraps` the periods by which the node is away. */
 INLINE wide sign_at_node(const kr_kowalewski_torus *plan, quat_lanes q, const wide turns[2],
                          wide wraps[2])
 {
@@ -1041,7 +1042,8 @@ INLINE wide sign_at_node(const kr_kowalewski_torus *plan, quat_lanes q, const wi
                      (q.y * wide_load(node[2]) + q.z * wide_load(node[3]));
     return minus_where(is_negative(dot));
 }
-/* Returns the state at `time`. `phase` holds theta1/2, theta2/2 and half of the heading, in turns. */
+/* Returns the state at `time`. `phase` holds theta1/2, theta2/2 and half of the heading, in
+ * turns. */
 INLINE state_lanes kowalewski_kernel_at(const kr_kowalewski_torus *plan, wide time,
                                         const dd phase[3])
 {

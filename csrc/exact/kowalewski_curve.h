@@ -459,12 +459,12 @@ static dd arc_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd s, dd 
     return dd_sqrt(dd_div(dd_mul(arc->C, arc->E), dd_mul(product, *D)));
 }
 
-/* Frequencies and sine series of a Kowalewski top, computed from averages over the two arcs on which
- * Kowalewski's variables move. The heading of the vector C (kowalewski.h) is the integral of
- * l w dw/((w^2 + c) F). The poles of this integrand, at w^2 = k^2 - 1, are close to the arcs if l is
- * small. A real pole w in the gap beside an arc contributes |l| D^2 R/2(N - w D), with N - w D =
- * a sin^2 + b cos^2 of x/2. The multiple of 1/(N - w D) that has the same residue is subtracted. Its
- * integral is the argument of sqrt(b) cos x/2 + i sqrt(a) sin x/2, which kowalewski.h adds to
+/* Frequencies and sine series of a Kowalewski top, computed from averages over the two arcs on
+ * which Kowalewski's variables move. The heading of the vector C (kowalewski.h) is the integral of
+ * l w dw/((w^2 + c) F). The poles of this integrand, at w^2 = k^2 - 1, are close to the arcs if l
+ * is small. A real pole w in the gap beside an arc contributes |l| D^2 R/2(N - w D), with N - w D =
+ * a sin^2 + b cos^2 of x/2. The multiple of 1/(N - w D) that has the same residue is subtracted.
+ * Its integral is the argument of sqrt(b) cos x/2 + i sqrt(a) sin x/2, which kowalewski.h adds to
  * the heading. */
 /* A pole w of the integrand of the heading, with N - w D = a sin^2 + b cos^2. */
 typedef struct heading_pole {

@@ -265,8 +265,8 @@ static inline void lagrange_series(exact_lanes *exact, const turning_points *r, 
 }
 /* Sets the scale factor of the horizontal momentum from its magnitude at the lowest position of the
  * axis. The momentum is larger there than at the highest position, because m1 p2 >= p1 m2 and plus3
- * >= minus3 (in the notation of find_arguments). The theta3 series is positive for real and imaginary
- * arguments. */
+ * >= minus3 (in the notation of find_arguments). The theta3 series is positive for real and
+ * imaginary arguments. */
 static inline void set_momentum_size(exact_lanes *exact, const initial *s, const turning_points *r,
                                      wide i1)
 {

@@ -1,6 +1,6 @@
-/* Set-up, states and turning points of the closed-form solution for a Lagrange top or a free body. This file is
- * compiled once for each instruction set, because double-double products are three times as fast
- * with fused multiply-add. */
+/* Set-up, states and turning points of the closed-form solution for a Lagrange top or a free body.
+ * This file is compiled once for each instruction set, because double-double products are three
+ * times as fast with fused multiply-add. */
 #include "euler.h"
 #include "lagrange.h"
 #include "math/exponent.h"

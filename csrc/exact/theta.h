@@ -2,7 +2,8 @@
  * elliptic integrals are computed by the arithmetic-geometric mean M. The integral of the third
  * kind is (DLMF 19.8.6)
  *     Pi(alpha^2, k) = pi/4M (2 + alpha^2/(1 - alpha^2) sum Q_n).
- * Incomplete elliptic integrals of the first kind are computed from Carlson's R_F by duplication. */
+ * Incomplete elliptic integrals of the first kind are computed from Carlson's R_F by
+ * duplication. */
 #ifndef KR_EXACT_THETA_H
 #define KR_EXACT_THETA_H
 #include "kernel.h"

@@ -2,7 +2,8 @@
  * Goryachev-Chaplygin). The two angles that parametrize the torus grow at constant rates. A
  * structure of fixed size, called a plan, stores the data of a closed-form solution. This structure
  * begins with the members declared in kreisel.h and ends with the coefficients of the series. The
- * set-up of a closed-form solution needs working memory, which is placed directly after its plan. */
+ * set-up of a closed-form solution needs working memory, which is placed directly after its
+ * plan. */
 #ifndef KR_EXACT_TORUS_H
 #define KR_EXACT_TORUS_H
 #include "kernel.h"

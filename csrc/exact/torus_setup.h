@@ -1,10 +1,10 @@
-/* Set-up of the closed forms of Kowalewski and Goryachev-Chaplygin tops: their axes and units, complex
- * numbers, and averages of even periodic functions.
+/* Set-up of the closed forms of Kowalewski and Goryachev-Chaplygin tops: their axes and units,
+ * complex numbers, and averages of even periodic functions.
  *
  * Both tops have two equal principal moments of inertia. Axis 3 is the principal axis whose moment
  * differs from the other two. The centre of mass lies in the plane perpendicular to axis 3. Axis 1
- * passes through the centre of mass; its direction depends on `side` and on the sign of gravity. The
- * units are such that mass * |gravity| * |com| = 1.
+ * passes through the centre of mass; its direction depends on `side` and on the sign of gravity.
+ * The units are such that mass * |gravity| * |com| = 1.
  *
  * The including file must define GRID, the largest number of intervals between 0 and pi at which
  * functions are sampled. The trapezoidal rule converges exponentially for analytic periodic
@@ -97,9 +97,9 @@ static void refine_cosine_table(cosine_table *t, int stride)
             t->c[i] = dd_mul(scale, dd_add(t->c[i - s], t->c[i + s]));
     }
 }
-/* Writes the indices of the real ones of n roots, in ascending order of the roots. If `complex_at` is
- * below n, the roots with the indices `complex_at` and complex_at + 1 are complex. Returns the number
- * of real roots. */
+/* Writes the indices of the real ones of n roots, in ascending order of the roots. If `complex_at`
+ * is below n, the roots with the indices `complex_at` and complex_at + 1 are complex. Returns the
+ * number of real roots. */
 static int sort_real_roots(const dd root[], int n, int complex_at, int order[])
 {
     int real = 0;
@@ -123,8 +123,8 @@ typedef void sample_function(const void *arc, const cosine_table *table, int i, 
 /* Computes the averages of `count` functions. The number of intervals is doubled until each average
  * changes by at most the rounding error of a double, relative to the average of the absolute value
  * plus `floor`. Convergence is exponential, so the relative error of an average is about the square
- * of its relative change in the last doubling. Returns the number of intervals, or 0 if the averages
- * have not converged with GRID intervals. */
+ * of its relative change in the last doubling. Returns the number of intervals, or 0 if the
+ * averages have not converged with GRID intervals. */
 static int average(sample_function *function, const void *arc, int count, const double floor[3],
                    cosine_table *table, samples *v, dd mean[3])
 {
@@ -176,8 +176,8 @@ static void integrate_samples(const dd v[], const cosine_table *table, int n, do
 }
 
 /* A kind of top. In units of the closed form, the moments are ratio/factor, ratio/factor and
- * 1/factor, where `ratio` and `factor` are powers of two. Axis 1 points towards the centre of mass if
- * gravity is positive and `side` is 1, and away from it if `side` is -1. */
+ * 1/factor, where `ratio` and `factor` are powers of two. Axis 1 points towards the centre of mass
+ * if gravity is positive and `side` is 1, and away from it if `side` is -1. */
 typedef struct torus_kind {
     kr_kind kind;
     double ratio, factor, side;
@@ -303,8 +303,8 @@ static void torus_info(const kr_torus *torus, double whole, kr_exact_info *info)
     info->frequency[1] = whole * two_pi * torus->turn[1].fast;
     info->frequency[2] = 2.0 * (two_pi * torus->turn[2].fast);
 }
-/* Checks that a scene describes an undamped top of a kind under gravity, and converts it to the axes
- * and units of the closed-form solution. If it does not, writes the reason to `refusal`. */
+/* Checks that a scene describes an undamped top of a kind under gravity, and converts it to the
+ * axes and units of the closed-form solution. If it does not, writes the reason to `refusal`. */
 static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_kind *kind,
                                   kr_refusal *refusal, torus_start *start, torus_units *way)
 {

@@ -1,8 +1,8 @@
 /* Arithmetic of a template that is compiled first for doubles and then for double-doubles. A source
  * includes this file before each inclusion of its template, the second time with KR_DEEP defined.
- * `real` is the type of a number, r_of(hi, lo) a number with these words, and REAL forms the names of
- * types and functions. r_put stores a number at the same place in two adjacent structs, of high and
- * of low words. Without KR_DEEP, low words are neither read nor stored. */
+ * `real` is the type of a number, r_of(hi, lo) a number with these words, and REAL forms the names
+ * of types and functions. r_put stores a number at the same place in two adjacent structs, of high
+ * and of low words. Without KR_DEEP, low words are neither read nor stored. */
 #undef real
 #undef REAL
 #undef r_of

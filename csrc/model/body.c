@@ -47,8 +47,8 @@ static int is_equal(double a, double b, double rtol)
 {
     return fabs(a - b) <= rtol * fmax(fabs(a), fabs(b));
 }
-/* Rotations that permute the principal axes N, B, T (method.h) cyclically. The rotation with index i takes the axis T to
- * the coordinate axis with index i. */
+/* Rotations that permute the principal axes N, B, T (method.h) cyclically. The rotation with index
+ * i takes the axis T to the coordinate axis with index i. */
 static const kr_quat axis_cycles[3] = {
     {0.5, 0.5, 0.5, 0.5}, {0.5, -0.5, -0.5, -0.5}, {1.0, 0.0, 0.0, 0.0}};
 

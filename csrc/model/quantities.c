@@ -4,12 +4,12 @@
  *     J W' = M x W + P x (mass g com + k J P) - D V - friction,   W = J^-1 (M - h)
  *     force at the fixed point = mass R (W' x com + W x (W x com) - k (<P, com> P - com / 3)) R*
  *                                + mass g e3
- * where k is the gravity gradient, g is the acceleration due to gravity and to the shaking of the support, O = R* turning R is
- * the angular velocity of the support, and V = W - O is the angular velocity relative to the
- * support. The integrals K and G are defined by equations (5.1) and (5.2) in the thesis (Bodack
- * 2008). Axis 1 is directed opposite to the centre of mass, to match the sign convention in the
- * thesis. Euler's angles are z-x-z. They describe the frame r = q tilt, whose third axis is the
- * apex:
+ * where k is the gravity gradient, g is the acceleration due to gravity and to the shaking of the
+ * support, O = R* turning R is the angular velocity of the support, and V = W - O is the angular
+ * velocity relative to the support. The integrals K and G are defined by equations (5.1) and (5.2)
+ * in the thesis (Bodack 2008). Axis 1 is directed opposite to the centre of mass, to match the sign
+ * convention in the thesis. Euler's angles are z-x-z. They describe the frame r = q tilt, whose
+ * third axis is the apex:
  *     r = exp(e3 precession_angle) exp(e1 nutation) exp(e3 spin_angle) */
 #include "quantities.h"
 #include "math/trig.h"

@@ -328,8 +328,8 @@ static void tangent_of_body_acceleration(const quantity_point *at, const quantit
     kr_vec3 acceleration;
     v_put(out, sum_along(at->described, change_acceleration(at, by, &acceleration)));
 }
-/* The force is R (mass A + weight V) R*, where A = W' x com + W x (W x com) - gradient * tide is the
- * acceleration of the centre of mass less that by the gradient, and W' = U' + O x W. */
+/* The force is R (mass A + weight V) R*, where A = W' x com + W x (W x com) - gradient * tide is
+ * the acceleration of the centre of mass less that by the gradient, and W' = U' + O x W. */
 static void tangent_of_pivot_force(const quantity_point *at, const quantity_change *by,
                                    double out[])
 {

@@ -9,8 +9,8 @@ static kr_vec3 add_nonzero(kr_vec3 a, kr_vec3 b)
     return v3(b.x == 0.0 ? a.x : a.x + b.x, b.y == 0.0 ? a.y : a.y + b.y,
               b.z == 0.0 ? a.z : a.z + b.z);
 }
-/* Returns a b. The sums are rounded in another order than by q_mul: published starts depend on their
- * last bits. */
+/* Returns a b. The sums are rounded in another order than by q_mul: published starts depend on
+ * their last bits. */
 static kr_quat product(kr_quat a, kr_quat b)
 {
     return q4(a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z,
@@ -67,8 +67,8 @@ static int is_symmetric_about(const kr_body *body, kr_vec3 axis)
     return kr_body_kind(&spun, KR_KIND_RTOL) != KR_KIND_GENERAL &&
            kr_body_is_rotor_axial(body, KR_KIND_RTOL);
 }
-/* Subtracts the moment of a wheel about `axis` from the inertia tensor of a body; both are along the
- * axes of description. */
+/* Subtracts the moment of a wheel about `axis` from the inertia tensor of a body; both are along
+ * the axes of description. */
 static kr_status leave_out_moment(kr_body *body, double inertia, kr_vec3 axis)
 {
     const kr_vec3 com = q_turn(body->axes, body->com), moments = body->inertia;

@@ -13,11 +13,11 @@
  * O is the angular velocity of the support, and U is the angular velocity of the body relative to
  * the support. All vectors, including the apex a, are in the body frame. The effective gravity G =
  * base + sway cos(...) is the acceleration along -e3 divided by a constant acceleration, by which
- * the lever arm c is multiplied. k is the gravity gradient. U and G are coefficients w and x, in all SIMD lanes, of a further
- * kr_series called `own`. Lane 0 of the SIMD vector W holds the friction variable. While the top
- * slides, the friction variable is the spin <U, a>. While friction holds the top, the friction
- * variable is the friction torque relative to its maximum. For a top without friction, lane 0 of
- * the vector W is not used. */
+ * the lever arm c is multiplied. k is the gravity gradient. U and G are coefficients w and x, in
+ * all SIMD lanes, of a further kr_series called `own`. Lane 0 of the SIMD vector W holds the
+ * friction variable. While the top slides, the friction variable is the spin <U, a>. While friction
+ * holds the top, the friction variable is the friction torque relative to its maximum. For a top
+ * without friction, lane 0 of the vector W is not used. */
 #include <stdint.h>
 #include <string.h>
 #include "taylor.h"
@@ -28,11 +28,12 @@ static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
 
-/* The terms of the recurrence, a sum of flags that is constant when a function is compiled. HEADLESS
- * does not compute the attitude q, so the SIMD lanes of q remain zero. DAMPED adds the damping of a
- * top without friction on a support at rest; separate code keeps the computation of undamped motions
- * fast. SUPPORT has all terms of a top with friction or on a moving support, except those that only
- * a rotating (TURNS) or shaken support (SHAKES) or a gravity gradient (GRADIENT) has. */
+/* The terms of the recurrence, a sum of flags that is constant when a function is compiled.
+ * HEADLESS does not compute the attitude q, so the SIMD lanes of q remain zero. DAMPED adds the
+ * damping of a top without friction on a support at rest; separate code keeps the computation of
+ * undamped motions fast. SUPPORT has all terms of a top with friction or on a moving support,
+ * except those that only a rotating (TURNS) or shaken support (SHAKES) or a gravity gradient
+ * (GRADIENT) has. */
 enum {
     WHOLE = 0,
     HEADLESS = 1,
@@ -263,8 +264,8 @@ INLINE void set_acceleration(const kr_series *s, kr_series *own, int order)
         duo_store(own->x[n], cosine);
     }
 }
-/* Computes the Taylor coefficients of order n + 1 of the angular velocities of a top with friction or
- * on a moving support. */
+/* Computes the Taylor coefficients of order n + 1 of the angular velocities of a top with friction
+ * or on a moving support. */
 INLINE void next_support_velocity(kr_series *s, kr_series *own, turned_term *turned, int n,
                                   quad vertical, const series_sums *a, int terms)
 {
@@ -362,8 +363,8 @@ INLINE void permute_known_coefficients(kr_series *s, turned_term *turned, int fr
         if (terms & HEADLESS) set_vertical(s, turned, n, quad_load(s->x[n] + 4));
     }
 }
-/* Computes the coefficients of orders 0 to `from` of the relative angular velocity and of the motion
- * of the support from the known coefficients of the top's motion. */
+/* Computes the coefficients of orders 0 to `from` of the relative angular velocity and of the
+ * motion of the support from the known coefficients of the top's motion. */
 INLINE void find_known_coefficients(kr_series *s, kr_series *own, turned_term *turned, int from,
                                     int terms)
 {

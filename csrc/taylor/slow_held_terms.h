@@ -1,5 +1,5 @@
-/* Taylor coefficients of the strongly damped motion of a top that friction holds (slow_held.h). This
- * source file is included after slow_terms.h. */
+/* Taylor coefficients of the strongly damped motion of a top that friction holds (slow_held.h).
+ * This source file is included after slow_terms.h. */
 
 static void REAL(read_words)(real *to, const dd *from, int n, double scale)
 {

@@ -378,7 +378,8 @@ static void REAL(expand_deviation)(const REAL(moving_path) * p, const support_dr
         }
     }
 }
-/* Expands n tangents to the given order or, if `factor` is not NULL, changes their momentum part. */
+/* Expands n tangents to the given order or, if `factor` is not NULL, changes their momentum
+ * part. */
 static void REAL(change_tangents)(const kr_motion *motion, double rate, const kr_series path[2],
                                   kr_tangent *first, size_t n, int order, const dd *factor)
 {

@@ -1,8 +1,8 @@
-/* Starts and steps of the Taylor series for tops with dry friction or on moving supports (series.h).
- * Within a step, the spin of a sliding top and the torque on a held top are polynomials in time. A
- * step ends where the spin reaches zero or the friction torque reaches its limit. The end time of
- * the step is accurate to double precision, or to double-double precision if more than 16 digits
- * are requested. */
+/* Starts and steps of the Taylor series for tops with dry friction or on moving supports
+ * (series.h). Within a step, the spin of a sliding top and the torque on a held top are polynomials
+ * in time. A step ends where the spin reaches zero or the friction torque reaches its limit. The
+ * end time of the step is accurate to double precision, or to double-double precision if more than
+ * 16 digits are requested. */
 #include <float.h>
 #include <string.h>
 #include "slow.h"
@@ -59,8 +59,8 @@ static void decide_hold(kr_taylor *p, const kr_motion *motion, double needed)
     p->sliding = fabs(needed) <= 1.0 ? 0.0 : along;
 }
 /* Returns the threshold below which the spin of the initial state is treated as zero, in the units
- * of the series. If damping is much faster than all other effects, the threshold is lower, but never
- * below the rounding error of the state: the terms of the spin <W - O, apex> may cancel. */
+ * of the series. If damping is much faster than all other effects, the threshold is lower, but
+ * never below the rounding error of the state: the terms of the spin <W - O, apex> may cancel. */
 static double negligible_spin(const kr_motion *motion)
 {
     const kr_taylor *p = taylor_of(motion);

@@ -153,8 +153,8 @@ typedef struct kr_isa {
     void (*product)(const double *a, const double *b, int order, double *c);
 } kr_isa;
 
-/* A build may omit what belongs to more than 16 digits, to tangents, or to tops with dry friction and
- * on moving supports. */
+/* A build may omit what belongs to more than 16 digits, to tangents, or to tops with dry friction
+ * and on moving supports. */
 #ifdef KR_NO_DIGITS
 #  define FOR_DIGITS(what) NULL
 #else

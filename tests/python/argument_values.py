@@ -269,7 +269,7 @@ PARTICULAR_WRONG = spread(
 FURTHER = spread(
     {
         "Body.cone Body.cylinder Body.ellipsoid Body.sphere Body.tube": {"mass": 1},
-        "Body.from_mesh Body.turned": {"mass": 1},
+        "Body.from_mesh Body.from_profile": {"mass": 1},
         "Body.rod": {"pivot": (1, 0, 0)},
         "Body": {"com": (0, 0, 0.5), "inertia": (1, 2, 2.5)},
         "Body.shift": {"by": (0, 0, 1e-3)},

@@ -66,7 +66,7 @@ SHAPES = {
     "disk": ("disk", {"radius": 0.5}, False, fill(round_place, lambda r, _: r, (0, 0.5), TURN)),
     "rod": ("rod", {"length": 3}, False,
         fill(lambda z: (0 * z, 0 * z, z), lambda z: 1.0, (-1.5, 1.5))),
-    "turned": ("turned", {"profile": [(0.2, 1), (0.7, 3), (0.7, 1)]}, True,
+    "profile": ("from_profile", {"profile": [(0.2, 1), (0.7, 3), (0.7, 1)]}, True,
         fill(lambda z, phi, u: round_place(0.7 + 0.25 * u * (z - 3), phi, z),
             lambda z, _, u: (0.7 + 0.25 * u * (z - 3)) * 0.25 * (3 - z), (1, 3), TURN, (0, 1))),
     "mesh": ("from_mesh", {"mesh": TETRAHEDRON, "scale": 0.5}, True,

@@ -82,6 +82,7 @@ UPRIGHT = THESIS.replace(attitude=(1, 1e-14, 0, 0), momentum=(0, 0, 0))
 BODY = {"mass": 1, "inertia": (2, 2, 1), "com": (0, 0, 1)}
 SCENE = {"body": SYMMETRIC, "momentum": (0.1, 0.2, 0.3), "gravity": 1}
 AT = {"pivot": (0, 0, 0)}
+WHEELED = GENERAL.with_wheel(inertia=0.1, axis=(0, 0, 1), rate=5)
 OBLIQUE = CONE.with_rotor(spin=3, inertia=0.1, axis=(1, 0, 0))
 INTEGRALS = {"body": CONE, "energy": 12.0, "vertical": 1.5, "axial": 2.0, "gravity": 1}
 WANTED = {"body": CONE, "tilt": 0.3, "precession": 0.2, "steady": True, "gravity": 1}
@@ -108,10 +109,10 @@ VALUE_ERRORS = [
     (kr.Body.cone, {"radius": 1, "height": 2, **AT}, {}, "not none"),
     (kr.Body.cone, {"radius": 1, "height": 2, **AT}, {"mass": 1, "density": 1}, "not both"),
     (kr.Body.sphere, {"radius": 1, **AT}, {"density": 1, "shell": True}, "thin"),
-    (kr.Body.turned, TURNED, {"profile": [(0, 0), (1, 1), (1, 0), (0, 1)]}, "crosses itself"),
-    (kr.Body.turned, TURNED, {"profile": [(0, 0), (1, 1), (2, 2)]}, "no volume"),
-    (kr.Body.turned, TURNED, {"profile": [(0, 0), (-1, 1), (0, 2)]}, "negative radii"),
-    (kr.Body.turned, TURNED, {"profile": [(0, 0), (1, 1)]}, "at least 3 pairs"),
+    (kr.Body.from_profile, TURNED, {"profile": [(0, 0), (1, 1), (1, 0), (0, 1)]}, "crosses itself"),
+    (kr.Body.from_profile, TURNED, {"profile": [(0, 0), (1, 1), (2, 2)]}, "no volume"),
+    (kr.Body.from_profile, TURNED, {"profile": [(0, 0), (-1, 1), (0, 2)]}, "negative radii"),
+    (kr.Body.from_profile, TURNED, {"profile": [(0, 0), (1, 1)]}, "at least 3 pairs"),
     (kr.Body.from_mesh, MESH, {"mesh": [np.eye(3)]}, "closed surface"),
     (kr.Body.from_mesh, MESH, {"mesh": [np.eye(3), np.eye(3)[::-1]]}, "no volume"),
     (kr.Body.from_mesh, MESH, {"scale": -1}, "scale must be positive"),
@@ -160,6 +161,7 @@ VALUE_ERRORS = [
     (kr.steady, {"body": GENERAL, "gravity": 1}, {"rate": [1.0, NAN]}, "rate must be finite"),
     (kr.steady, {"body": GENERAL, "gravity": 1}, {"turning": (1, 0, 0)}, "away from the fixed"),
     (kr.steady, {"body": GYROSTAT, "gravity": 1}, {"turning": (1, 0, 0)}, "does not support"),
+    (kr.steady, {"body": GENERAL, "gravity": 1, "rate": 1}, {"body": WHEELED}, "scene.body"),
     (kr.steady, {"body": FREE.body}, {"turning": (0, 0, 1)}, "horizontal"),
     (kr.Scene.spinning, SPINNING, {"steady": True, "spin": [90.0, 0.01]}, "top[1]: there is no"),
     (kr.starts, STARTS, {}, "not none"),

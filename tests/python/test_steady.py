@@ -18,6 +18,9 @@ BODIES = {
     "gyrostat": kr.Body(
         1.2, (0.9, 1.3, 1.1), (0.3, -0.5, 0.4), rotor=(0.4, 0.2, -0.7), unphysical=True
     ),
+    "with wheels": kr.Scene(
+        GENERAL.with_wheel(inertia=0.1, axis=(1, 2, 2), rate=20.0), momentum=(1, 2, 3), gravity=2.0
+    ).body,
     "free": kr.Body(1, (0.9, 1.3, 1.1), (0, 0, 0)),
     "free gyrostat": kr.Body(1, (0.9, 1.3, 1.1), (0, 0, 0), rotor=(0.4, 0.2, -0.7)),
 }

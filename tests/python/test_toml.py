@@ -31,7 +31,7 @@ BODIES = [  # (name of the constructor, its arguments)
     ("sphere", {"radius": 1, "pivot": [0, 0, -1], "mass": 3, "shell": True}),
     ("ellipsoid", {"half": [1, 2, 3], "pivot": [0, 0, -1], "mass": 3}),
     ("cone", {"radius": 1, "height": 2, "pivot": [0, 0, 0], "mass": 3}),
-    ("turned", {"profile": [[0, 0], [1, 1], [0, 2]], "pivot": [0, 0, 0], "density": 3}),
+    ("from_profile", {"profile": [[0, 0], [1, 1], [0, 2]], "pivot": [0, 0, 0], "density": 3}),
 ]
 STARTS = [
     ("from_euler", {"angles": [30, 60, 0], "rates": [1, 2, 3], "degrees": True}),
@@ -136,7 +136,7 @@ def test_the_site_and_the_help_list_every_key_of_scene_files():
     makers["[from_euler]"] = kr.Scene.from_euler
     makers["[from_integrals]"] = kr.Scene.from_integrals
     shapes = "cone cuboid cylinder disk ellipsoid from_com from_mesh from_model "
-    shapes += "rod sphere symmetric tube turned"
+    shapes += "from_profile rod sphere symmetric tube"
     makers["[body.wheel]"] = partial(kr.Body.with_wheel, None)
     makers |= {f"[body.{name}]": getattr(kr.Body, name) for name in shapes.split()}
     expected = {

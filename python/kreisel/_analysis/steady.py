@@ -143,7 +143,8 @@ def steady(
     turning   horizontal angular velocity of the support, for a body without rotors whose centre of
               mass is at the fixed point [rad/T]
 
-    If moments are equal, one of many equivalent rotations is returned.
+    The momenta of wheels on free axles are determined by a start: `body` is then `scene.body`. If
+    moments are equal, one of many equivalent rotations is returned.
 
     >>> import kreisel as kr
     >>> brick = kr.Body(1, (1, 2, 2.5), (0, 0, 0))
@@ -154,12 +155,12 @@ def steady(
     [0.0, 1.0, 0.0] unstable
     [0.0, 0.0, 1.0] stable
 
-    Raises ValueError if the body has wheels on free axles, and for a rate that is not finite.
+    Raises ValueError if the body has wheels without a start, and for a rate that is not finite.
     """
     if validate_type("body", body, Body).shape:
         raise TypeError("steady needs one body, not an array of them")
-    if body._has_wheels:
-        raise ValueError("steady does not support wheels on free axles: use scene.body")
+    if any(wheel[4] for wheel in body.wheels):
+        raise ValueError("the start determines the momenta of free wheels: use scene.body")
     g = as_float("gravity", resolve_gravity(gravity, body))
     k = as_float("gradient", gradient)
     moments, rotor = np.array(body.moments), np.array(body.principal_rotor)

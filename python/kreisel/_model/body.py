@@ -573,7 +573,7 @@ class Body(BatchBase):
         return cls.__new__(cls)._store_parts(words, total, tensor, lever)
 
     @classmethod
-    def turned(
+    def from_profile(
         cls,
         profile: ArrayLike,
         pivot: ArrayLike,
@@ -593,7 +593,7 @@ class Body(BatchBase):
         Raises ValueError if a radius is negative, or if the section crosses itself or has no area.
 
         >>> import kreisel as kr
-        >>> top = kr.Body.turned([(0, 0), (3, 4), (0, 5)], pivot=(0, 0, 0), density=1)
+        >>> top = kr.Body.from_profile([(0, 0), (3, 4), (0, 5)], pivot=(0, 0, 0), density=1)
         >>> top.kind, round(top.mass, 9), round(top.com[2], 9)
         ('lagrange', 47.123889804, 3.25)
         """
@@ -620,8 +620,8 @@ class Body(BatchBase):
         scale  the unit of length of the mesh [L]: 0.001 for millimetres in SI units
 
         The integrals are those of the polyhedron, so a round part is as round as its triangles are
-        small: `turned` has no such error. Raises ValueError if the surface has a hole or encloses
-        no volume. It is not checked that the surface does not pass through itself.
+        small; `from_profile` has no such error. Raises ValueError if the surface has a hole or
+        encloses no volume. It is not checked that the surface does not pass through itself.
 
         >>> import kreisel as kr
         >>> corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
@@ -672,8 +672,10 @@ class Body(BatchBase):
         Raises ValueError if the file has no such body, or the body has no <inertial> element, whose
         orientation in an MJCF must be a quat.
         """
-        mass, inertia, com = read_model(path, name)
-        return cls.from_com(mass, inertia, com, pivot)
+        link = read_model(path, name)
+        body = cls.from_com(link.mass, link.inertia, _NOTHING, _NOTHING)
+        lever = link.com - arguments.as_three_floats("pivot", pivot)
+        return cast(Self, body.turn(link.attitude).shift(lever))
 
     def __add__(self, other: Body) -> Body:
         """Join bodies that are described in the same frame and share the fixed point."""

@@ -174,11 +174,15 @@ def read_tilts(tilts: ArrayLike | BatchParameter, degrees: bool) -> BatchParamet
     return parameter
 
 
-def check_symmetry(body: Body) -> None:
-    """Raise ValueError for the first body that is not symmetric about its apex."""
-    is_symmetric = make_core_tops(body, body.shape, {}).symmetric().reshape(body.shape)
-    if not is_symmetric.all():
-        index = tuple(map(int, np.unravel_index(int(is_symmetric.argmin()), body.shape)))
+def compute_symmetric_moments(body: Body) -> tuple[Array, Array]:
+    """Return the moments of inertia of bodies across and along their axis of symmetry.
+
+    Raises ValueError for the first body that is not symmetric about its apex.
+    """
+    moments = make_core_tops(body, body.shape, {}).symmetric().reshape((*body.shape, 2))
+    bad = np.isnan(moments[..., 0])
+    if bad.any():
+        index = tuple(map(int, np.unravel_index(int(bad.argmax()), body.shape)))
         one = body._select_member(index)
         place = f"body{list(index)}: " if index else ""
         raise ValueError(
@@ -186,6 +190,7 @@ def check_symmetry(body: Body) -> None:
             "point to the centre of mass, or the third axis if these points coincide; this body "
             f"has moments {one.moments} and com {one.principal_com} in principal axes"
         )
+    return moments[..., 0], moments[..., 1]
 
 
 def is_steady_precession_requested(
@@ -210,7 +215,7 @@ def is_steady_precession_requested(
 
 
 class SymmetricBody(NamedTuple):
-    """What determines the nutation of bodies that are symmetric about their apex."""
+    """The numbers of bodies, symmetric about their apex, that determine its nutation."""
 
     across: Array  # moment of inertia about the axes normal to the apex [M L^2]
     along: Array  # moment of inertia about the apex
@@ -220,17 +225,11 @@ class SymmetricBody(NamedTuple):
 
 def read_symmetric_body(body: Body, name: str) -> SymmetricBody:
     """Return the numbers of symmetric bodies; refuse a rotor that is not along the apex."""
-    check_symmetry(body)
-    com, moments, rotor = (
-        np.asarray(x) for x in (body.principal_com, body.moments, body.principal_rotor)
-    )
-    axis = np.where(com.any(axis=-1), np.abs(com).argmax(axis=-1), 2)
+    across, along = compute_symmetric_moments(body)
+    com, rotor = np.asarray(body.principal_com), np.asarray(body.principal_rotor)
     length = np.linalg.norm(com, axis=-1)
     with np.errstate(invalid="ignore"):
         apex = np.where(length[..., None] > 0.0, com / length[..., None], np.eye(3)[2])
-    along, across = (
-        np.take_along_axis(moments, ((axis + k) % 3)[..., None], -1)[..., 0] for k in (0, 1)
-    )
     of_apex = (rotor * apex).sum(axis=-1)
     if (np.abs(rotor - of_apex[..., None] * apex) > INPUT_RTOL * np.abs(of_apex)[..., None]).any():
         raise ValueError(f"{name} needs a body whose rotor lies along its apex")
@@ -344,7 +343,7 @@ def compute_steady_precession(
     body: Body, spin: BatchParameter, tilt: BatchParameter, gravity: BatchParameter, fast: bool
 ) -> Array:
     """Compute the rates of steady precession, and refuse the first top that has none."""
-    check_symmetry(body)
+    compute_symmetric_moments(body)
     shape = broadcast_shapes((spin, tilt, gravity), body=body.shape)
     rows = [np.broadcast_to(one.radians, shape).reshape(-1) for one in (spin, tilt)]
     tops = make_core_tops(body, shape, {"gravity": gravity.values})

@@ -153,7 +153,7 @@ BODIES: Mapping[str, Words] = {
     "sphere": (("radius", "pivot"), (*_AMOUNT, "shell")),
     "ellipsoid": (("half", "pivot"), _AMOUNT),
     "cone": (("radius", "height", "pivot"), _AMOUNT),
-    "turned": (("profile", "pivot"), _AMOUNT),
+    "from_profile": (("profile", "pivot"), _AMOUNT),
     "from_mesh": (("mesh", "pivot"), (*_AMOUNT, "scale")),
     "from_model": (("path",), ("name", "pivot")),
 }

@@ -380,7 +380,7 @@ class Scene(BatchBase):
             if value is not None
         }
         tilts = initial.read_tilts(tilt, in_degrees)
-        initial.check_symmetry(body)
+        initial.compute_symmetric_moments(body)
         given = parameters.read_environment(body, around, in_degrees)
         first, second = rates.get("spin"), rates.get("precession")
         if initial.is_steady_precession_requested(steady, fast, spin, precession, given):

@@ -20,6 +20,7 @@ import numpy as np
 
 from .._utils import arguments
 from .._utils.arguments import Array, short_repr
+from ..quaternion import multiply
 
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _HEAD = 84  # bytes of a binary STL file before its triangles
@@ -161,12 +162,20 @@ def _refuse_crossings(corners: Array) -> None:
             raise ValueError(f"profile crosses itself: its edges {i} and {hits[0]} meet")
 
 
-def read_model(path: str | os.PathLike[str], name: str | None) -> tuple[float, Array, Array]:
-    """Return the mass, the inertia about the centre of mass and its place in the frame of the link.
+class Inertial(NamedTuple):
+    """Mass, inertia and place of a link in a model file."""
 
-    The file is a URDF, whose bodies are links, or a model of MuJoCo (MJCF). Raises ValueError if it
-    has no body of this name, or several bodies and no name is given, or if the body has no inertial
-    data.
+    mass: float
+    inertia: Array  # about the centre of mass, in axes of its own: (3,) moments or (3, 3)
+    attitude: tuple[float, float, float, float]  # of these axes in the frame of the link
+    com: Array  # (3,), in the frame of the link
+
+
+def read_model(path: str | os.PathLike[str], name: str | None) -> Inertial:
+    """Return the inertial data of a link of a URDF, or of a body of a model of MuJoCo (MJCF).
+
+    Raises ValueError if the file has no body of this name, or several bodies and no name is given,
+    or if the body has no inertial data.
     """
     import xml.etree.ElementTree as ElementTree  # imported here to keep `import kreisel` fast
 
@@ -206,42 +215,30 @@ def _make_symmetric(xx: float, yy: float, zz: float, xy: float, xz: float, yz: f
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
-def _read_urdf(inertial: Any) -> tuple[float, Array, Array]:
+def _read_urdf(inertial: Any) -> Inertial:
     origin, tensor = inertial.find("origin"), inertial.find("inertia")
     mass = float(_read_numbers(inertial.find("mass"), "value", 1)[0])
     keys = "ixx", "iyy", "izz", "ixy", "ixz", "iyz"
     inertia = _make_symmetric(*(float(_read_numbers(tensor, key, 1)[0]) for key in keys))
     com, angles = (_read_numbers(origin, key, 3, "0 0 0") for key in ("xyz", "rpy"))
-    (sr, sp, sy), (cr, cp, cy) = np.sin(angles), np.cos(angles)
     # roll, pitch and yaw about the fixed axes x, y and z
-    turn = np.array([
-        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-        [-sp, cp * sr, cp * cr],
-    ])  # fmt: skip
-    return mass, _turn_tensor(turn, inertia), com
+    roll, pitch, yaw = (
+        (math.cos(angle / 2.0), *(math.sin(angle / 2.0) * axis).tolist())
+        for angle, axis in zip(angles.tolist(), np.eye(3), strict=True)
+    )
+    return Inertial(mass, inertia, multiply(yaw, multiply(pitch, roll)), com)
 
 
-def _read_mjcf(inertial: Any) -> tuple[float, Array, Array]:
+def _read_mjcf(inertial: Any) -> Inertial:
     for key in "axisangle", "euler", "xyaxes", "zaxis":
         if inertial.get(key) is not None:
             raise ValueError(f"give the orientation as quat, not as {key}")
     mass, com = float(_read_numbers(inertial, "mass", 1)[0]), _read_numbers(inertial, "pos", 3)
     if inertial.get("fullinertia") is not None:
-        return mass, _make_symmetric(*_read_numbers(inertial, "fullinertia", 6)), com
-    moments = np.diag(_read_numbers(inertial, "diaginertia", 3))
-    w, x, y, z = q = _read_numbers(inertial, "quat", 4, "1 0 0 0")
-    if not q.any():
+        inertia = _make_symmetric(*_read_numbers(inertial, "fullinertia", 6))
+        return Inertial(mass, inertia, (1.0, 0.0, 0.0, 0.0), com)
+    q = _read_numbers(inertial, "quat", 4, "1 0 0 0")
+    if not (length := np.linalg.norm(q)):
         raise ValueError("quat must not be zero")
-    turn = np.array([
-        [w * w + x * x - y * y - z * z, 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
-        [2.0 * (x * y + w * z), w * w - x * x + y * y - z * z, 2.0 * (y * z - w * x)],
-        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), w * w - x * x - y * y + z * z],
-    ])  # fmt: skip
-    return mass, _turn_tensor(turn / (q @ q), moments), com
-
-
-def _turn_tensor(turn: Array, tensor: Array) -> Array:
-    """Return turn @ tensor @ turn^t, exactly symmetric."""
-    turned = turn @ tensor @ turn.T
-    return 0.5 * (turned + turned.T)
+    w, x, y, z = (q / length).tolist()
+    return Inertial(mass, _read_numbers(inertial, "diaginertia", 3), (w, x, y, z), com)
