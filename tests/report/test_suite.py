@@ -1,0 +1,59 @@
+"""Tests of the files of suite/ against kreisel's series in 30 digits and its closed forms."""
+
+import csv
+import json
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+from kreisel._analysis.suite import load_cases
+
+from suite import make
+
+FOLDER = Path(make.__file__).parent
+CASES = load_cases()
+GROWTH = 12  # the column of numbers that are rounded to two digits
+
+
+def read(name):
+    return json.loads((FOLDER / f"{name}.json").read_text())
+
+
+@pytest.mark.parametrize("name", ["symmetric", "separatrix", "rotor_free", "impulses"])
+def test_the_generator_writes_the_files(name):
+    written, made = read(name), json.loads(json.dumps(make.make_document(CASES[name])))
+    old, new = (np.delete(one.pop("states"), GROWTH, axis=1) for one in (written, made))
+    np.testing.assert_allclose(new, old, rtol=1e-13, atol=1e-14)
+    assert made == written
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_states_are_those_of_kreisel_in_30_digits_and_in_doubles(name):
+    """The states of the files come from decimal arithmetic, which shares no code with kreisel."""
+    case, file = CASES[name], read(name)
+    table = dict(zip(file["columns"], np.transpose(file["states"]), strict=True))
+    assert (table["t"] == case.times).all()
+    states = np.array(file["exact_states"], float)
+    if name != "products":  # of which kreisel rounds the principal axes to doubles
+        pieces = case.solve(case.times, digits=30)
+        high, low = (np.concatenate([getattr(p, n) for p in pieces]) for n in ("q", "q_low"))
+        pairs = zip(high.ravel().tolist(), low.ravel().tolist(), strict=True)
+        ours = [Fraction(a) + Fraction(b) for a, b in pairs]
+        true = [Fraction(x) for row in file["exact_states"] for x in row[:4]]
+        gaps = np.array([float(a - b) for a, b in zip(ours, true, strict=True)]).reshape(-1, 4)
+        gaps -= high * (high * gaps).sum(axis=1, keepdims=True)  # without changes of the norm
+        assert abs(gaps).max() <= 1e-29 + sum(path.error for path in pieces)
+    pieces, bound = case.solve(case.times), 100 * table["growth"].max()
+    for first, quantity in (0, "q"), (4, "body_velocity"), (7, "m"):
+        values = np.concatenate([getattr(path, quantity) for path in pieces])
+        true = states[:, first : first + values.shape[1]]
+        assert abs(values - true).max() <= bound * abs(true).max(), quantity
+
+
+def test_the_csv_files_have_the_states():
+    for name in CASES:
+        file = read(name)
+        head, *rows = csv.reader((FOLDER / f"{name}.csv").read_text().splitlines())
+        assert head == file["columns"]
+        assert [[*map(float, row)] for row in rows] == file["states"]
