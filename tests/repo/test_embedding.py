@@ -1,4 +1,4 @@
-"""Tests that the examples in docs/embedding.md work without any other source files.
+"""Tests that the examples of two pages of the site work without any other source files.
 
 The expected numbers were computed with SciPy: the nutation integrals by quadrature, and states by
 DOP853 from Euler angles or Newton's law.
@@ -21,7 +21,8 @@ from toolbox import (
     run,
 )
 
-PAGE = (ROOT / "docs/embedding.md").read_text()
+PAGES = ("embedding", "gyroscopic_term")
+PAGE = "\n".join((ROOT / f"docs/{name}.md").read_text() for name in PAGES)
 INCLUDED = re.compile(
     r"^```\{literalinclude\} \.\./(examples/\S+)\n(?::\w+: .*\n)*?:caption: (\S+)\n```$", re.M
 )
@@ -45,11 +46,16 @@ LAST_LINES = {
     "Rust": ("refused: there is no step: .+", ["cc"]),
     "Python's ctypes": ("refused: a time lies before the previous one .+", ["python3"]),
     "Microcontrollers": (r"success, \d+ bytes of memory", ["make", "cc", "python3"]),
+    "A step in C": (r"10,-0\.07[01].+", ["cc"]),
+    "A step in C++": (r"error after 10 s: 1\.\de-03 rad", ["c++"]),
+    "A step in Rust": (r"error after 10 s: 1\.6e-8 rad", ["cc", "ar"]),
+    "A step in JavaScript": (r"error after 10 s: 1\.6e-8 rad", ["node"]),
+    "Errors and costs": (r"order 4, double .+ 1\.6e-08 rad", ["cc"]),
 }
 
 
 def write_files(folder):
-    """Copy the source files shown in docs/embedding.md to `folder`."""
+    """Copy the source files shown on the pages to `folder`."""
     for source, name in INCLUDED.findall(PAGE):
         file = folder / name
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -79,8 +85,10 @@ def prefix():
 def test_the_commands_of_a_section_work_with_the_files_of_the_page(section, prefix, tmp_path):
     last_line, tools = LAST_LINES[section]
     need(*tools)
-    if section == "Rust":
+    if "Rust" in section:
         need_cargo()
+    if "JavaScript" in section:
+        pytest.importorskip("ziglang")
     write_files(tmp_path)
     commands = "\n".join(COMMANDS.findall(SECTIONS[section]))
     environment = {"KREISEL": str(ROOT), "PREFIX": str(prefix), "CARGO_NET_OFFLINE": "true"}
@@ -89,7 +97,9 @@ def test_the_commands_of_a_section_work_with_the_files_of_the_page(section, pref
     (tmp_path / "bin").mkdir()
     path, options = os.environ["PATH"], "-O0 -DKR_ONE_ISA -DKR_SMALL"
     (tmp_path / "bin/cc").write_text(f'#!/bin/sh\nPATH="{path}" exec {FAST_CC} "$@" {options}\n')
-    (tmp_path / "bin/cc").chmod(0o755)
+    (tmp_path / "bin/zig").write_text(f'#!/bin/sh\nexec {sys.executable} -m ziglang "$@"\n')
+    for file in (tmp_path / "bin").iterdir():
+        file.chmod(0o755)
     environment["PATH"] = f"{tmp_path}/bin:{path}"
     output = run("sh", "-ec", commands, cwd=tmp_path, **environment)
     assert re.fullmatch(last_line, output.splitlines()[-1]), output
@@ -191,12 +201,12 @@ def test_every_section_with_commands_is_tested():
     assert with_commands == {BEGINNING, *LAST_LINES}
 
 
-def test_the_page_shows_every_example():
+def test_the_pages_show_every_example():
     sources = {source for source, _ in INCLUDED.findall(PAGE)}
     files = {
         f"examples/{file.relative_to(EXAMPLES)}"
         for file in EXAMPLES.rglob("*")
-        if file.is_file() and "include" not in file.parts and "target" not in file.parts
+        if file.is_file() and not {"include", "target", "engines"} & {*file.parts}
     }
     assert files - {"examples/rust/Cargo.lock"} == sources
     assert PAGE.count("{literalinclude}") == len(INCLUDED.findall(PAGE))

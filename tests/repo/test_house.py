@@ -52,14 +52,15 @@ def test_the_sources_of_the_viewer_compile_without_warnings():
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 @pytest.mark.parametrize("language", [("c", "c99"), ("c++", "c++17")], ids=["c99", "c++17"])
-def test_the_header_has_no_warnings_and_defines_no_foreign_macros(compiler, language, tmp_path):
+def test_the_headers_have_no_warnings_and_define_no_foreign_macros(compiler, language, tmp_path):
     need(compiler)
     file = tmp_path / "user.c"
     file.write_text(
-        "#define X 3\n#include <kreisel.h>\nint main(void) { return X - KR_VERSION_MINOR - 2; }\n"
+        "#define X 3\n#include <kreisel.h>\n#include <kreisel_step.h>\n"
+        "int main(void) { return X - KR_VERSION_MINOR - 2; }\n"
     )
     words = [f"-x{language[0]}", f"-std={language[1]}", "-fsyntax-only", f"-I{CSRC}", file]
-    run(compiler, *WARNINGS, *words)
+    run(compiler, *WARNINGS, "-Wdouble-promotion", *words)
 
 
 def test_versions_agree():
