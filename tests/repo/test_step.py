@@ -60,9 +60,7 @@ def solve(moments, q, m, t, **options):
 
 @LAWS
 @given(seed=SEEDS, order=ORDERS, turn=st.sampled_from([1e-3, 0.1, 1.4]))
-def test_a_step_has_the_bits_of_the_library(
-    library, seed, order, turn
-):
+def test_a_step_has_the_bits_of_the_library(library, seed, order, turn):
     """Otherwise the library renames the axes, or the angle is larger: the next test."""
     moments, q, m = draw_body(seed)
     moments = np.sort(moments)[:: 1 if seed % 2 else -1]
