@@ -216,6 +216,14 @@ static inline kr_vec3 motion_lever(const kr_motion *motion, kr_vec3 P)
 {
     return v_axpy(motion->gradient, v_times(motion->inertia, P), motion->lever);
 }
+/* Returns the angular velocity of the support, along e1, e2, e3, in the units of the motion. It is
+ * 0 for a support that turns about the vertical, with which the driver turns the states, unless the
+ * method has `supports`. */
+static inline kr_vec3 motion_turning(const kr_motion *motion)
+{
+    const kr_vec3 turning = motion->scene->turning;
+    return v_scale(turning.x != 0.0 || turning.y != 0.0 ? motion->time_unit : 0.0, turning);
+}
 /* Returns the torque at attitude q: e3 x (q lever q*), with that of the gravity gradient. */
 static inline kr_vec3 motion_torque(const kr_motion *motion, kr_quat q)
 {

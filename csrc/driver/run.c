@@ -274,7 +274,7 @@ static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_state *l
     top->forward = config->step < 0.0 ? -1.0 : 1.0;
     top->main.digits = round_digits(config->digits);
     top->main.skip_heading = config->skip_heading;
-    top->is_carried = kr_scene_turns(scene) && !(method->flags & KR_METHOD_TURNING);
+    top->is_carried = kr_scene_turns_about_vertical(scene) && !method->supports;
     top->now = scene->start;
     top->requested = scene->start.t;
     const kr_status status = choose_units(top);

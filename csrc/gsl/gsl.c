@@ -1,11 +1,12 @@
 /* Two GSL methods, used as references: the Prince-Dormand Runge-Kutta pair and the semi-implicit
  * Bulirsch-Stoer method. They integrate
- *     q' = q W / 2,    I W' = (I W + h) x W + P x lever,    P = q* e3 q
- * where W and P are the angular velocity and the vertical in the body frame, and h is the momentum
- * of the rotor. Neither method conserves any integral of the motion. This file uses GSL's step and
- * control objects, but not gsl_odeiv2_evolve. Unlike gsl_odeiv2_evolve, this file makes each step
- * size exactly equal to the difference between the end and the start time of the step. The time
- * limit `until` of a step may be infinite. A failed step does not change the state of the motion.
+ *     q' = (q W - S q) / 2,    I W' = (I W + h) x W + P x lever,    P = q* e3 q
+ * where W and P are the angular velocity and the vertical in the body frame, h is the momentum of
+ * the rotor, and S is the angular velocity of the support. Neither method conserves any integral of
+ * the motion. This file uses GSL's step and control objects, but not gsl_odeiv2_evolve. Unlike
+ * gsl_odeiv2_evolve, this file makes each step size exactly equal to the difference between the end
+ * and the start time of the step. The time limit `until` of a step may be infinite. A failed step
+ * does not change the state of the motion.
  * */
 #include <float.h>
 #include <stdlib.h>
@@ -50,6 +51,13 @@ static int check_finite(const double *a, int n)
     return GSL_SUCCESS;
 }
 
+/* Returns (`turn` - S q) / 2. */
+static kr_quat turn_with_support(const kr_motion *motion, kr_quat q, kr_quat turn)
+{
+    const kr_vec3 S = motion_turning(motion);
+    return q_scale(0.5,
+                   v_largest(S) > 0.0 ? q_add(turn, q_mul(q4(0.0, v_scale(-1.0, S)), q)) : turn);
+}
 int kr_gsl_rates(double t, const double y[], double rate[], void *params)
 {
     kr_motion *motion = params;
@@ -59,7 +67,7 @@ int kr_gsl_rates(double t, const double y[], double rate[], void *params)
                   lever = motion->gradient != 0.0 ? motion_lever(motion, P) : motion->lever,
                   torque = v_add(v_cross(M, W), v_cross(P, lever));
     (void)t;
-    put_vector_at(rate, q_scale(0.5, q_mul(q, q4(0.0, W))), v_over(torque, I));
+    put_vector_at(rate, turn_with_support(motion, q, q_mul(q, q4(0.0, W))), v_over(torque, I));
     motion->stats.evaluations++;
     return check_finite(rate, GSL_SIZE);
 }
@@ -74,8 +82,8 @@ int kr_gsl_jacobian(double t, const double y[], double *jacobian, double rate_t[
     for (int j = 0; j < GSL_SIZE; j++) {
         double along[GSL_SIZE] = {0.0}, column[GSL_SIZE];
         along[j] = 1.0;
-        const kr_quat dq = ode_attitude(along), turn = q_mul(dq, q4(0.0, W)),
-                      spin = q_mul(q, q4(0.0, ode_velocity(along)));
+        const kr_quat dq = ode_attitude(along),
+                      turn = q_add(q_mul(dq, q4(0.0, W)), q_mul(q, q4(0.0, ode_velocity(along))));
         const kr_vec3 dW = ode_velocity(along),
                       dP = v_scale(2.0, q_vec(q_mul(q_conj(q), q_mul(e3, dq))));
         const kr_vec3 M = motion_add_rotor(motion, v_times(I, W)), P = q_vertical(q),
@@ -84,8 +92,7 @@ int kr_gsl_jacobian(double t, const double y[], double *jacobian, double rate_t[
                       pull = v_cross(dP, lever);
         kr_vec3 gyration = v_add(v_cross(v_times(I, dW), W), v_cross(M, dW));
         if (motion->gradient != 0.0) gyration = v_add(gyration, steep);
-        put_vector_at(column,
-                      q4(0.5 * (turn.w + spin.w), v_scale(0.5, v_add(q_vec(turn), q_vec(spin)))),
+        put_vector_at(column, turn_with_support(motion, dq, turn),
                       v_over(v_add(gyration, pull), I));
         for (int i = 0; i < GSL_SIZE; i++) jacobian[GSL_SIZE * i + j] = column[i];
         rate_t[j] = 0.0;
@@ -142,7 +149,8 @@ static kr_status reset_bsimp(kr_motion *motion, const kr_state *start)
 static double longest_step(const kr_motion *motion, kr_vec3 W)
 {
     const kr_vec3 I = motion->inertia, l = motion->lever;
-    const double rate = v_length(W) + v_length(motion->rotor) / fmin(I.x, fmin(I.y, I.z));
+    const double rate = v_length(W) + v_length(motion_turning(motion)) +
+                        v_length(motion->rotor) / fmin(I.x, fmin(I.y, I.z));
     const double x = fabs(l.x), y = fabs(l.y), z = fabs(l.z),
                  steep = fabs(motion->gradient) * v_largest(I) / fmin(I.x, fmin(I.y, I.z)),
                  a = fmax(fmax((y + z) / I.x, (z + x) / I.y), (x + y) / I.z) + steep;
@@ -202,7 +210,8 @@ const kr_method kr_method_gsl_rk8pd = {
     .conserves = "nothing",
     .reference = "Prince and Dormand 1981; GSL 2.7",
     .order = 8,
-    .flags = KR_METHOD_ADAPTIVE | KR_METHOD_ABSOLUTE | KR_METHOD_ROTORS | KR_METHOD_GRADIENT,
+    .flags = KR_METHOD_ADAPTIVE | KR_METHOD_ABSOLUTE | KR_METHOD_ROTORS | KR_METHOD_TURNING |
+             KR_METHOD_GRADIENT,
     .work = sizeof(ode_work) / sizeof(double),
     .reset = reset_rk8pd,
     .step = ode_step,
@@ -216,7 +225,7 @@ const kr_method kr_method_gsl_bsimp = {
     .reference = "Bader and Deuflhard 1983; GSL 2.7",
     .order = 0,
     .flags = KR_METHOD_ADAPTIVE | KR_METHOD_ABSOLUTE | KR_METHOD_IMPLICIT | KR_METHOD_ROTORS |
-             KR_METHOD_GRADIENT,
+             KR_METHOD_TURNING | KR_METHOD_GRADIENT,
     .work = sizeof(ode_work) / sizeof(double),
     .reset = reset_bsimp,
     .step = ode_step,

@@ -18,7 +18,8 @@ const kr_method kr_method_blanes_moan6 = {
     .reference = "Blanes and Moan 2002, SRKN 14",
     .order = 6,
     .flags = KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC |
-             KR_METHOD_SPLITTING | KR_METHOD_ROTORS | KR_METHOD_GRADIENT | KR_METHOD_SYMMETRIC_ONLY,
+             KR_METHOD_SPLITTING | KR_METHOD_ROTORS | KR_METHOD_TURNING | KR_METHOD_GRADIENT |
+             KR_METHOD_SYMMETRIC_ONLY,
     .work = COMPOSED_WORK,
     .reset = blanes_moan6_reset,
     .step = composed_step,

@@ -26,16 +26,16 @@ static inline kr_status composed_step(kr_motion *motion, double until)
     composed *p = (composed *)motion->work;
     const int stages = p->c.stages;
     (void)until;
-    /* splitting_drift_rotor takes the address of the state, which must then be in memory. */
-    if (p->s.gyrostat != 0.0) {
+    /* splitting_drift_extra takes the address of the state, which must then be in memory. */
+    if (p->s.extra != 0.0) {
         for (int i = 0; i < stages; i++) {
-            splitting_drift_rotor(&p->s, p->c.drift[i]);
+            splitting_drift_extra(&p->s, p->c.drift[i]);
             splitting_kick(&p->s, motion, p->c.kick[i]);
         }
     } else {
         splitting s = p->s; /* a local copy stays in registers */
         for (int i = 0; i < stages; i++) {
-            splitting_drift_rotorless(&s, p->c.drift[i]);
+            splitting_drift_plain(&s, p->c.drift[i]);
             splitting_kick(&s, motion, p->c.kick[i]);
         }
         p->s.q = s.q;

@@ -31,7 +31,8 @@ const kr_method kr_method_extrap = {
     .conserves = "nothing",
     .reference = "Gragg 1965; Bulirsch and Stoer 1966; Hairer, Norsett, Wanner, II.9",
     .order = 0,
-    .flags = KR_METHOD_ADAPTIVE | KR_METHOD_ABSOLUTE | KR_METHOD_ROTORS | KR_METHOD_GRADIENT,
+    .flags = KR_METHOD_ADAPTIVE | KR_METHOD_ABSOLUTE | KR_METHOD_ROTORS | KR_METHOD_TURNING |
+             KR_METHOD_GRADIENT,
     .work = GBS_WORK,
     .reset = extrap_reset,
     .step = extrap_step,

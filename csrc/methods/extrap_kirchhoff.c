@@ -1,8 +1,9 @@
 /* Extrapolation with order and step-size control (extrapolation.h), applied to Kirchhoff's
  * equations in the body frame (Bodack 2008, 3.4) and to the equations for the other two space axes:
- *     M' = M x W + E3 x L,   E1' = E1 x W,   E2' = E2 x W,   E3' = E3 x W
+ *     M' = M x W + E3 x L,   E1' = E1 x U,   E2' = E2 x U,   E3' = E3 x U,   U = W - S
  * with the momentum M, the angular velocity W = J^-1 (M - h), the momentum h of the rotor, the
- * lever L, and the space axes E1, E2, E3. All vectors are expressed in the body frame. The method
+ * lever L, the axes E1, E2, E3 of space or of a turning support, and the angular velocity S of the
+ * support. All vectors are expressed in the body frame. The method
  * `extrap` also integrates a system of twelve equations, so the two formulations can be compared.
  * The method extrap_kirchhoff does not conserve the integrals of motion. */
 #include "extrapolation.h"
@@ -31,7 +32,10 @@ static void kirchhoff_rates(kr_motion *motion, const double y[GBS_SIZE], double 
                                                             ? motion_lever(motion, v_of(y + 9))
                                                             : motion->lever;
     v_put(rate, v_add(v_cross(v_of(y), W), v_cross(v_of(y + 9), lever)));
-    for (int i = 3; i < GBS_SIZE; i += 3) v_put(rate + i, v_cross(v_of(y + i), W));
+    const kr_vec3 S = motion_turning(motion),
+                  U = v_sub(W, v_axpy(S.x, v_of(y + 3),
+                                      v_axpy(S.y, v_of(y + 6), v_scale(S.z, v_of(y + 9)))));
+    for (int i = 3; i < GBS_SIZE; i += 3) v_put(rate + i, v_cross(v_of(y + i), U));
     motion->stats.evaluations++;
 }
 static kr_vec3 kirchhoff_velocity(const kr_motion *motion, const double y[GBS_SIZE])
@@ -76,7 +80,8 @@ const kr_method kr_method_extrap_kirchhoff = {
     .conserves = "nothing",
     .reference = "Kirchhoff 1876; thesis 3.4; Hairer, Norsett, Wanner, II.9",
     .order = 0,
-    .flags = KR_METHOD_ADAPTIVE | KR_METHOD_ABSOLUTE | KR_METHOD_ROTORS | KR_METHOD_GRADIENT,
+    .flags = KR_METHOD_ADAPTIVE | KR_METHOD_ABSOLUTE | KR_METHOD_ROTORS | KR_METHOD_TURNING |
+             KR_METHOD_GRADIENT,
     .work = GBS_WORK,
     .reset = kirchhoff_reset,
     .step = kirchhoff_step,

@@ -16,7 +16,7 @@ const kr_method kr_method_kahan_li6 = {
     .reference = "Kahan and Li 1997",
     .order = 6,
     .flags = KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC |
-             KR_METHOD_SPLITTING | KR_METHOD_ROTORS | KR_METHOD_GRADIENT,
+             KR_METHOD_SPLITTING | KR_METHOD_ROTORS | KR_METHOD_TURNING | KR_METHOD_GRADIENT,
     .work = COMPOSED_WORK,
     .reset = kahan_li6_reset,
     .step = composed_step,

@@ -16,7 +16,7 @@ const kr_method kr_method_kahan_li8 = {
     .reference = "Kahan and Li 1997",
     .order = 8,
     .flags = KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC |
-             KR_METHOD_SPLITTING | KR_METHOD_ROTORS | KR_METHOD_GRADIENT,
+             KR_METHOD_SPLITTING | KR_METHOD_ROTORS | KR_METHOD_TURNING | KR_METHOD_GRADIENT,
     .work = COMPOSED_WORK,
     .reset = kahan_li8_reset,
     .step = composed_step,

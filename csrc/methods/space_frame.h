@@ -1,10 +1,11 @@
-/* The twelve equations of motion in the inertial frame (Bodack 2008, 3.9), for rk4 and extrap. With
- * the mass M, the gravity vector p, the centre of mass a, and the angular velocity w, all in space,
+/* The twelve equations of motion in space (Bodack 2008, 3.9), for rk4 and extrap. With the mass M,
+ * the gravity vector p, the centre of mass a, and the angular velocity w, on a support at rest,
  *     A w' = A w x w + M p x a,   N' = w x N,   B' = w x B,   T' = w x T,
  *     A = I_N N N^t + I_B B B^t + I_T T T^t.
- * The rotor momentum h = h_N N + h_B B + h_T T is added to A w. The equations do not enforce the
- * orthonormality of (N, B, T). After numerical integration, (N, B, T) is orthonormal only up to the
- * error of the method. */
+ * On a support with the angular velocity S, all vectors are along its axes; then N' = (w - S) x N,
+ * and w' has the further term -S x w. The rotor momentum h = h_N N + h_B B + h_T T is added to A w.
+ * The equations do not enforce the orthonormality of (N, B, T). After numerical integration, (N, B,
+ * T) is orthonormal only up to the error of the method. */
 #ifndef KR_SPACE_FRAME_H
 #define KR_SPACE_FRAME_H
 #include "method.h"
@@ -35,11 +36,13 @@ static inline void space_frame_rates(kr_motion *motion, const double y[SPACE_FRA
         motion->gradient != 0.0 ? motion_lever(motion, v3(N.z, B.z, T.z)) : motion->lever;
     const kr_vec3 a = v_axpy(c.x, N, v_axpy(c.y, B, v_scale(c.z, T))); /* M |p| a */
     const kr_vec3 f = v_add(v_cross(space_frame_momentum(motion, y), w), v3(-a.y, a.x, 0.0));
+    const kr_vec3 turning = motion_turning(motion), u = v_sub(w, turning);
     v_put(rate, v_axpy(v_dot(f, N) / I.x, N,
                        v_axpy(v_dot(f, B) / I.y, B, v_scale(v_dot(f, T) / I.z, T))));
-    v_put(rate + 3, v_cross(w, N));
-    v_put(rate + 6, v_cross(w, B));
-    v_put(rate + 9, v_cross(w, T));
+    if (v_largest(turning) > 0.0) v_put(rate, v_sub(v_of(rate), v_cross(turning, w)));
+    v_put(rate + 3, v_cross(u, N));
+    v_put(rate + 6, v_cross(u, B));
+    v_put(rate + 9, v_cross(u, T));
     motion->stats.evaluations++;
 }
 

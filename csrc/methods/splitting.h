@@ -10,6 +10,8 @@
  * constants, such as -h_N / I_N about the axis N. For a body with a rotor, the drift generally
  * contains two additional rotations about the principal axis B.
  * The drift of a symmetric body remains exact if the rotor momentum is along the symmetry axis T.
+ * A support with the angular velocity S adds -<S,m> to H, whose flow rotates attitude and momentum
+ * against the support. It commutes with the kinetic energy, and so is a part of the drift.
  * Sums are compensated: the rounding error of each sum is stored and added to the next sum (Kahan
  * 1965). With compensated sums, rounding errors affect the energy only through the small changes of
  * q and m per step. */
@@ -33,7 +35,8 @@ typedef struct splitting {
     double n, t;     /* step (1/I_N - 1/I_B) / 2, step (1/I_T - 1/I_B) / 2 */
     double s, steps; /* Lagrange tops: half the rotation about T in a step; steps made */
     kr_vec3 rotor;   /* half of the rotation about each axis in a step due to the rotor */
-    double gyrostat; /* nonzero if `rotor` is not zero */
+    kr_vec3 turning; /* half of the rotation in a step against that of the support */
+    double extra;    /* nonzero if a rotor or the support adds rotations to the drift */
 } splitting;
 
 static inline void splitting_begin(splitting *s, const kr_motion *motion, const kr_state *start)
@@ -53,7 +56,8 @@ static inline void splitting_begin(splitting *s, const kr_motion *motion, const 
         s->t = 0.0;
         s->rotor.z = 0.0;
     }
-    s->gyrostat = v_largest(s->rotor);
+    s->turning = v_scale(-0.5 * motion->step, motion_turning(motion));
+    s->extra = v_largest(s->rotor) + v_largest(s->turning);
 }
 
 /* Returns sum + change + low, and writes the rounding error of this sum to `low`. */
@@ -132,6 +136,22 @@ SPLITTING_INLINE void splitting_rotate(splitting *s, const splitting_body *b, do
     s->q.y = splitting_sum(s->q.y, change.y, &s->low_q.y);
     s->q.z = splitting_sum(s->q.z, change.z, &s->low_q.z);
 }
+/* Rotates the attitude and the momentum against the support for `part` times the step size. */
+static inline void splitting_turn_support(splitting *s, double part)
+{
+    const kr_vec3 half = v_scale(part, s->turning);
+    if (v_largest(half) == 0.0) return;
+    double c, sinc;
+    less_one_sinc(v_dot(half, half), &c, &sinc);
+    const kr_vec3 axis = v_scale(sinc, half), across = v_scale(2.0, v_cross(axis, s->m)),
+                  push = v_add(v_axpy(1.0 + c, across, v_cross(axis, across)), s->low_m);
+    const kr_quat turn = q_add(q_mul(q4(c, axis), s->q), s->low_q), q = q_add(s->q, turn);
+    const kr_vec3 m = v_add(s->m, push);
+    s->low_q = q_add(turn, q_add(s->q, q_scale(-1.0, q)));
+    s->low_m = v_sub(push, v_sub(m, s->m));
+    s->q = q;
+    s->m = m;
+}
 /* Returns 1 if the drift reproduces the torque-free motion of the body, including any rotor,
  * exactly. */
 static inline int splitting_is_exact(const splitting *s)
@@ -152,9 +172,9 @@ static void splitting_turn_rotor(splitting_body *b, const splitting *s, double p
                        r[k]);
     }
 }
-/* Applies the drift of a body without a rotor for `part` times the step size. This function is
- * inlined in loops that keep the splitting in registers. */
-SPLITTING_INLINE void splitting_drift_rotorless(splitting *s, double part)
+/* Applies the drift of a body without a rotor, on a support at rest, for `part` times the step
+ * size. This function is inlined in loops that keep the splitting in registers. */
+SPLITTING_INLINE void splitting_drift_plain(splitting *s, double part)
 {
     splitting_body b;
     if (s->t == 0.0 && s->n == 0.0) {
@@ -167,20 +187,22 @@ SPLITTING_INLINE void splitting_drift_rotorless(splitting *s, double part)
     if (s->n != 0.0) splitting_turn_n(&b, 0.5 * part * s->n);
     splitting_rotate(s, &b, part);
 }
-/* Applies the drift of a body with a rotor for `part` times the step size. */
-APART void splitting_drift_rotor(splitting *s, double part)
+/* Applies the drift of a body with a rotor or on a turning support for `part` times the step
+ * size. */
+APART void splitting_drift_extra(splitting *s, double part)
 {
     splitting_body b = splitting_body_of(s);
     splitting_turn_rotor(&b, s, part);
     splitting_rotate(s, &b, part);
+    splitting_turn_support(s, part);
 }
 /* Applies the drift of any body for `part` times the step size. */
 static inline void splitting_drift(splitting *s, double part)
 {
-    if (s->gyrostat != 0.0)
-        splitting_drift_rotor(s, part);
+    if (s->extra != 0.0)
+        splitting_drift_extra(s, part);
     else
-        splitting_drift_rotorless(s, part);
+        splitting_drift_plain(s, part);
 }
 /* Writes the state to `out`, after reversing the fraction `part` of a kick and applying the
  * accumulated rotation about the principal axis T. */

@@ -34,7 +34,7 @@ const kr_method kr_method_strang = {
     .reference = "McLachlan 1993; Reich 1994",
     .order = 2,
     .flags = KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC |
-             KR_METHOD_SPLITTING | KR_METHOD_ROTORS | KR_METHOD_GRADIENT,
+             KR_METHOD_SPLITTING | KR_METHOD_ROTORS | KR_METHOD_TURNING | KR_METHOD_GRADIENT,
     .work = sizeof(splitting) / sizeof(double),
     .reset = strang_reset,
     .step = strang_step,

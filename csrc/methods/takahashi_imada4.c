@@ -37,9 +37,9 @@ static void takahashi_drift(takahashi_state *p)
         return;
     }
     splitting_body b = splitting_body_of(&p->s);
-    for (int i = 0; i < p->c.stages && p->s.gyrostat != 0.0; i++)
+    for (int i = 0; i < p->c.stages && p->s.extra != 0.0; i++)
         splitting_turn_rotor(&b, &p->s, p->c.drift[i]);
-    if (p->s.gyrostat != 0.0) {
+    if (p->s.extra != 0.0) {
         splitting_rotate(&p->s, &b, 1.0);
         return;
     }

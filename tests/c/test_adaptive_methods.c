@@ -47,9 +47,11 @@ static void set_problems(void)
     general = problem_of(s.body, s.start, general_q, general_m);
 }
 
+static const kr_scene at_rest; /* no support turns */
 static kr_motion open_motion(const kr_method *method, const problem *p, double step, double tol)
 {
-    kr_motion motion = {.inertia = p->inertia, .lever = p->lever, .step = step, .tol = tol};
+    kr_motion motion = {
+        .inertia = p->inertia, .lever = p->lever, .step = step, .tol = tol, .scene = &at_rest};
     motion.work = calloc(method->work, sizeof(double));
     IS(motion.work && method->reset(&motion, &p->start) == KR_OK);
     return motion;
@@ -137,7 +139,9 @@ static void test_jacobian(void)
 {
     static const double y[GSL_SIZE] = {0.31, -0.72, 0.45, 0.58, 0.9, -1.7, 2.3};
     const double h = 1e-5;
-    kr_motion motion = {.inertia = {1.3, 2.9, 3.7}, .lever = {0.4, -1.1, 2.2}};
+    const kr_scene scene = {.turning = {0.5, -0.3, 0.2}};
+    kr_motion motion = {
+        .inertia = {1.3, 2.9, 3.7}, .lever = {0.4, -1.1, 2.2}, .scene = &scene, .time_unit = 1.0};
     double jacobian[GSL_SIZE * GSL_SIZE], rate_t[GSL_SIZE], plus[GSL_SIZE], minus[GSL_SIZE],
         at[GSL_SIZE];
     IS(kr_gsl_jacobian(0.0, y, jacobian, rate_t, &motion) == 0);
@@ -198,7 +202,8 @@ static void test_landing_keeps_the_error(const kr_method *method)
 static void check_first_step_fails(const kr_method *method, const problem *p, double tol,
                                    kr_status want)
 {
-    kr_motion motion = {.inertia = p->inertia, .lever = p->lever, .step = 0.01, .tol = tol};
+    kr_motion motion = {
+        .inertia = p->inertia, .lever = p->lever, .step = 0.01, .tol = tol, .scene = &at_rest};
     kr_state before = {0}, after = {0};
     motion.work = calloc(method->work, sizeof(double));
     kr_status status = method->reset(&motion, &p->start);
