@@ -41,6 +41,28 @@ def test_an_unstable_sleeping_top_falls_at_the_rate_of_the_formula():
         assert abs(slope(scene, rate) - rate) <= 1e-10 * rate
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_satellite_leaves_an_unstable_equilibrium_at_the_rate_of_the_formula(sign):
+    """Pitch the axis of the larger moment away from the local vertical."""
+    body = kr.Body(1.0, (0.4, 1.0, 0.9), com=(0.0, 0.0, 0.0))
+    scene = kr.Scene(body, body_velocity=(0, 0, 0), gradient=0.75, turning=(0, 0.5, 0))
+    rate = 0.5 * np.sqrt(3.0 * (0.9 - 0.4) / 1.0)
+    assert abs(slope(scene, rate, sign=sign) - rate) <= 1e-9 * rate
+
+
+def test_supports_and_gradients_do_not_change_the_verdict():
+    t = np.array([50.0, 500.0])
+    for scene in (TOP, kr.scenes.thesis):
+        both = scene.vary(turning=[(0.0, 0.0, 0.4), (0.0, 0.0, 0.0)])
+        found = kr.chaos(both, t)
+        assert found.is_chaotic[0] == found.is_chaotic[1] and (found.certificate < 1e-9).all()
+        assert np.abs(np.diff(found.megno_curve[:, 0])) < 0.5
+    tops = kr.Scene.stack([kr.scenes.tumbler, kr.scenes.satellite.vary(precession=0.01)])
+    assert kr.chaos(tops, 1000.0).is_chaotic.tolist() == [True, False]
+    shaken = TOP.replace(shaking=(1e-9, 3.0, 0.0))
+    assert np.abs(np.diff([kr.chaos(top, 50.0).megno for top in (TOP, shaken)])) < 0.5
+
+
 def assert_regular(scene, t):
     """Assert that a tangent grows at most linearly in time."""
     found, bound = kr.chaos(scene, t), np.log(1.0 + abs(t)) + 5.0

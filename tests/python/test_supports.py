@@ -224,8 +224,6 @@ def list_unsupported_calls(scene, name, value):
     yield lambda: kr.solve(scene, 1.0, "exact")
     yield lambda: kr.solve(scene, 1.0, "takahashi_imada4", step=0.1)
     yield lambda: kr.solve(scene, 1.0, "geometric", error=1e-3)
-    yield lambda: kr.chaos(scene, 10.0)
-    yield lambda: kr.chaos(scene.vary(mass=[1.0, 2.0]), 10.0)
     yield lambda: kr.rod(path)
     yield lambda: kr.frequencies(path)
     yield lambda: kr.events.separatrix(scene)
