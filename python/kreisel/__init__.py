@@ -16,6 +16,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from . import events, quaternion, scenes, types
+from ._analysis.citation import citation
 from ._analysis.compare import compare
 from ._analysis.curves import Apex, apex, plot, rod
 from ._analysis.frequencies import Frequencies, frequencies
@@ -71,6 +72,7 @@ __all__ = [
     "apex",
     "attitude_error",
     "chaos",
+    "citation",
     "compare",
     "events",
     "exact",

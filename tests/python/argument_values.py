@@ -228,6 +228,14 @@ PARTICULAR = spread(
         "chaos.direction": [None, [0.1] * 6],
         "ExactTorus.__call__.tangents": [None, "gravity"],  # "start" takes 1 s
         "exact.scene": [*SCENES, SCENES[:2], *ENSEMBLES],
+        "citation.result": [
+            None,
+            "strang",
+            kr.methods["exact"],
+            *PATHS,
+            FITS[0],
+            kr.exact(LAGRANGE),
+        ],
         "compare.t": [0.5, [0.25, 0.5]],
         "Body.__getitem__.key Scene.__getitem__.key": PLACES,
         "Chaos.__getitem__.key Exact.__getitem__.key Section.__getitem__.key": PLACES,
@@ -263,6 +271,7 @@ PARTICULAR_WRONG = spread(
         "chaos.direction": [(1, 2), "up", [NAN] * 6, [0] * 6],
         "Record.from_csv.t Record.from_pandas.t sweep.direction scenes.name_of.scene": [],
         "Source.of.scene sweep.scene": NO_OBJECTS[:2],
+        "citation.result": [3, "strange", TOP, LONG, [PATHS[0]]],
     }
 )
 # Further arguments of valid calls, for which the first valid values are not enough

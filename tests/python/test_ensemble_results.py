@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from drawn_tops import assert_same_bits, assert_same_path
 from ensembles import MIXED, SCENES, TIMES, UNDAMPED, random_ensemble, same
+from toolbox import python
 
 GRID = kr.scenes.cusps.vary(spin=np.linspace(5, 20, 4)[:, None], tilt=np.linspace(0.1, 1, 3))
 PATHS = kr.solve(GRID, TIMES)
@@ -335,3 +336,26 @@ REFUSALS = [
 def test_bad_arguments_are_refused(call, valid, name, bad, error, word):
     with pytest.raises(error, match=word):
         call(**valid | {name: bad})
+
+
+def test_a_system_without_threads_and_signals_computes_ensembles():
+    """Pyodide is such a system."""
+    code = """
+import _thread, signal, sys, threading
+import numpy as np
+del signal.SIGTERM, signal.SIGALRM
+def refuse(*words, **more):
+    raise RuntimeError("can't start new thread")
+for module in (_thread, threading):
+    for name in [name for name in dir(module) if "start" in name and "thread" in name]:
+        setattr(module, name, refuse)
+sys.platform = "emscripten"
+import kreisel as kr
+tops = kr.scenes.asymmetric.vary(gravity=np.linspace(0.5, 1, 100))
+path = kr.solve(tops, 2.0, threads=4)
+assert kr.section(tops, n=2, threads=2).shape == kr.reduce(tops, 2.0, {"spin": "max"}).shape
+print(path.q.sum().hex())
+"""
+    tops = kr.scenes.asymmetric.vary(gravity=np.linspace(0.5, 1, 100))
+    result = python(code)
+    assert result.stdout.strip() == kr.solve(tops, 2.0).q.sum().hex(), result.stderr

@@ -4,6 +4,7 @@ All tops are initially tilted. An upright top would hide first-order errors, bec
 no torque on it.
 """
 
+import re
 from itertools import pairwise
 
 import kreisel as kr
@@ -123,3 +124,30 @@ def test_methods_apply_to_the_expected_bodies_and_refuse_others():
     for name, body in {(n, b) for n in kr.methods for b in BODIES} - set(cases()):
         with pytest.raises(ValueError, match="apply"):
             kr.solve(scene(body), 1, method=name, step=0.1)
+
+
+@pytest.mark.parametrize("method", kr.methods.values(), ids=str)
+def test_a_citation_has_the_sources_of_the_method(method):
+    text = kr.citation(method)
+    years = set(re.findall(r"year = \{(\d+)\}", text))
+    assert set(re.findall(r"\b(?:1[89]|20)\d\d\b", method.reference)) <= years and len(years) > 1
+    assert text.count("{") == text.count("}")
+
+
+def test_a_citation_of_a_result_has_the_sources_of_its_bodies():
+    gyrostat = kr.scenes.dzhanibekov.body.with_rotor(spin=1.0, inertia=1.0, axis=(1, 2, 3))
+    sources = {
+        "klein1897": kr.solve(kr.scenes.cusps, 1),
+        "jacobi1849": kr.exact(kr.scenes.dzhanibekov),
+        "kowalevski1889": kr.exact(kr.scenes.kowalewski),
+        "chaplygin1901": kr.exact(kr.scenes.goryachev_chaplygin),
+        "volterra1899": kr.exact(kr.scenes.dzhanibekov.replace(body=gyrostat)),
+        "jorba2005": kr.solve(kr.scenes.asymmetric, 1),
+        "cincotta2000": kr.chaos(kr.scenes.asymmetric, 1.0),
+    }
+    for source, result in sources.items():
+        keys = set(re.findall(r"^@\w+\{(\w+),$", kr.citation(result), re.M))
+        assert keys & sources.keys() == {source} or isinstance(result, kr.Chaos), source
+        assert {source, "kreisel", "bodack2008"} <= keys
+    both = kr.solve(kr.Scene.stack([kr.scenes.cusps, kr.scenes.asymmetric]), 1)
+    assert "klein1897" in kr.citation(both) and "jorba2005" in kr.citation(both)

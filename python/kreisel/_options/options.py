@@ -620,9 +620,11 @@ def validate_thread_count(threads: object, executor: object = None) -> int:
             raise ValueError("give either threads or an executor, not both")
         if not isinstance(executor, Executor):
             raise TypeError(f"executor must be of concurrent.futures, not {short_repr(executor)}")
+    most = 1 if sys.platform == "emscripten" else _MAX_THREADS  # browsers start no threads
     if threads is not None:
-        return min(as_int("threads", threads, 1), _MAX_THREADS)
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        return min(as_int("threads", threads, 1), most)
+    has_affinity = hasattr(os, "sched_getaffinity")
+    return min(len(os.sched_getaffinity(0)) if has_affinity else os.cpu_count() or 1, most)
 
 
 def time_array(
