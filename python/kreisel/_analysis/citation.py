@@ -44,13 +44,15 @@ def _list_topics(result: Any) -> set[str]:
         return {result.name}
     if isinstance(result, str):
         if result not in methods:
-            raise ValueError(unknown_name_message("method", result, methods))
+            raise ValueError(f"result: {unknown_name_message('method', result, methods)}")
         return {result}
     if isinstance(result, Events):
         result = result.path
     scene = getattr(result, "scene", None)
     if not isinstance(scene, Scene):
-        raise TypeError(f"a result or a method is needed, not {short_repr(result)}")
+        raise TypeError(
+            f"result must be a path, another result or a method, not {short_repr(result)}"
+        )
     is_exact = isinstance(result, Exact | ExactTorus)
     method = getattr(result, "method", EXACT if is_exact else FALLBACK)
     topics = {str(method)}
