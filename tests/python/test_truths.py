@@ -10,7 +10,10 @@ from truth import ROWS, find_error, is_tensor, make_scene, select_rows
 from validation.references import truths
 
 SUPPORTS, STIFF, LEANING = map(select_rows, ("support", "stiff", "leaning"))
-CLOSED = {name: select_rows(name) for name in ("closed form", "kowalewski", "goryachev_chaplygin")}
+CLOSED = {
+    name: select_rows(name)
+    for name in ("closed form", "kowalewski", "goryachev_chaplygin", "gyrostat")
+}
 BRIEF = [row for row in STIFF if row["maker"] == "series"]
 # Errors of the methods of each order with steps of 0.005, and of methods without an order.
 ERRORS = {0: 3e-9, 1: 0.03, 2: 3e-5, 4: 1e-8, 6: 1e-9, 8: 1e-9}
@@ -79,7 +82,7 @@ def test_closed_forms_are_accurate_at_any_time(family):
     assert not list_misses_of_ensembles(rows, limit, "exact")
 
 
-@pytest.mark.parametrize("family", ["kowalewski", "goryachev_chaplygin"])
+@pytest.mark.parametrize("family", ["kowalewski", "goryachev_chaplygin", "gyrostat"])
 def test_certificates_of_closed_forms_bound_the_error(family):
     for row in CLOSED[family]:
         top = kr.exact(make_scene(row))
