@@ -155,7 +155,10 @@ static kr_working align_rotor(kr_working w, const kr_body *b)
 kr_working kr_body_working_damped(const kr_body *b, kr_vec3 damping)
 {
     const int is_even = damping.x == damping.y && damping.y == damping.z;
-    const kr_vec3 last_axis = v_largest(b->com) > 0.0 ? b->com : b->rotor;
+    /* A rotor off the line to the centre of mass determines the axis, about which the body is
+     * symmetric together with the rotor. The centre of mass matters only under gravity. */
+    const int is_about_com = v_largest(b->com) > 0.0 && kr_body_is_rotor_axial(b, KR_KIND_RTOL);
+    const kr_vec3 last_axis = is_about_com || !kr_body_has_rotor(b) ? b->com : b->rotor;
     if (is_spherical(b) && v_largest(last_axis) > 0.0)
         return is_even ? align_rotor(tilt_axes(b, last_axis, damping), b)
                        : kr_body_principal(b, damping);

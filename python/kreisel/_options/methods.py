@@ -173,7 +173,7 @@ class _TorusForm(NamedTuple):
 _TORUS_FORMS: Final = {
     "kowalewski": _TorusForm("Kowalewski top", ratio=2.0, set_up=1e3, state=0.5),
     "goryachev_chaplygin": _TorusForm("Goryachev-Chaplygin top", ratio=4.0, set_up=4e3, state=1.0),
-    "gyrostat": _TorusForm("free gyrostat", ratio=2.0, set_up=8e2, state=0.3),
+    "gyrostat": _TorusForm("free gyrostat", ratio=2.0, set_up=4e2, state=0.3),
 }
 _ROUNDING: Final = 2.0**-53
 _LARGEST_CERTIFICATE: Final = 1e-11  # the core refuses closed forms with a larger one
