@@ -56,6 +56,7 @@ __all__ = [
     "plane",
     "separatrix",
     "stopped",
+    "wheel_rate",
 ]
 
 
@@ -280,6 +281,34 @@ def stopped(**more: Unpack[_More]) -> Event:
         True
     """
     return crossing("spin", **more)
+
+
+def wheel_rate(scene: Scene, value: float = 0.0, *, index: int = 0, **more: Unpack[_More]) -> Event:
+    """Find the times at which the rate of a wheel on a free axle crosses a value [rad/T].
+
+    scene  the top with the wheel, whose start determines the momentum of the wheel
+    index  0, 1 or 2: the wheel, in the order in which the body got them
+
+    The other arguments are the same as for kreisel.events.crossing. Raises ValueError if the body
+    has no such wheel, or if the rate of this one is constant.
+
+        >>> import kreisel as kr
+        >>> frame = kr.Body(1, (0.4, 0.5, 0.3), (0, 0, 0.2))
+        >>> body = frame.with_wheel(inertia=0.1, axis=(1, 0, 0), rate=2)
+        >>> top = kr.Scene(body, momentum=(0.3, 0.2, 0.4), gravity=1)
+        >>> found = kr.solve(top, 20, events=kr.events.wheel_rate(top, 2.5)).events
+        >>> [round(float(rate), 9) for rate in found.wheel_rate[:2]]
+        [2.5, 2.5]
+    """
+    validate_one_top("scene", scene)
+    wheels = scene.body._used_wheels
+    if arguments.as_int("index", index, 0) >= len(wheels):
+        raise ValueError(f"index = {index}: the body has {len(wheels)} wheels on free axles")
+    *axis, rate, _ = wheels[index]
+    if not any(axis):
+        raise ValueError("the rate of this wheel is constant: nothing but it turns about its axle")
+    terms = {f"inertial_velocity_{i}": -a for i, a in zip("xyz", axis, strict=True) if a}
+    return crossing(terms | {"1": rate}, value, **more)
 
 
 def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:

@@ -30,6 +30,9 @@ ENSEMBLES = [
     kr.Scene(TOP.body, momentum=np.empty((0, 3)), gravity=1),
     TOP.vary(gravity=2.0),
 ]
+WHEELED = kr.Scene(
+    GENERAL.body.with_wheel(inertia=0.1, axis=(1, 0, 0), rate=2), momentum=(0, 1, 1), gravity=1
+)
 LOW = kr.events.nutation(direction=1)
 WANTED = kr.solve(TOP, [0.0, 0.5], want=("energy", "apex"))
 PATHS = [
@@ -227,6 +230,7 @@ PARTICULAR = spread(
         "chaos.t": [1.0, [0.5, 2.0], -1.0],
         "chaos.direction": [None, [0.1] * 6],
         "ExactTorus.__call__.tangents": [None, "gravity"],  # "start" takes 1 s
+        "events.wheel_rate.scene": [WHEELED],
         "exact.scene": [*SCENES, SCENES[:2], *ENSEMBLES],
         "citation.result": [
             None,

@@ -83,6 +83,7 @@ BODY = {"mass": 1, "inertia": (2, 2, 1), "com": (0, 0, 1)}
 SCENE = {"body": SYMMETRIC, "momentum": (0.1, 0.2, 0.3), "gravity": 1}
 AT = {"pivot": (0, 0, 0)}
 WHEELED = GENERAL.with_wheel(inertia=0.1, axis=(0, 0, 1), rate=5)
+WITH_WHEEL = kr.Scene(WHEELED, (0.1, 0.2, 0.3), gravity=1)
 OBLIQUE = CONE.with_rotor(spin=3, inertia=0.1, axis=(1, 0, 0))
 INTEGRALS = {"body": CONE, "energy": 12.0, "vertical": 1.5, "axial": 2.0, "gravity": 1}
 WANTED = {"body": CONE, "tilt": 0.3, "precession": 0.2, "steady": True, "gravity": 1}
@@ -171,6 +172,8 @@ VALUE_ERRORS = [
     (kr.starts, STARTS, {"n": 3, "vertical": 1e200}, "too large"),
     (kr.starts, STARTS, {"grid": (2, 2), "gravity": 1e200}, "too large"),
     (kr.events.crossing, {"function": "m_x"}, {"where": {"m_x": 0}}, "where is zero"),
+    (kr.events.wheel_rate, {"scene": WITH_WHEEL}, {"index": 1}, "has 1 wheel"),
+    (kr.events.wheel_rate, {"scene": WITH_WHEEL}, {"scene": TOP}, "has 0 wheels"),
     (kr.solve, SOLVE, {"t": [1, -1]}, "t[0] = 1.0 goes back from the start"),
     (kr.solve, SOLVE, {"t": [*range(777), NAN]}, "t[777] = nan"),
     (kr.solve, SOLVE, {"t": 1e300}, "cannot resolve"),
