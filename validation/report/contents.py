@@ -4,6 +4,7 @@ from ..parts import (
     atlas,
     calls,
     chaos,
+    engines,
     ensembles,
     fits,
     many_starts,
@@ -30,6 +31,7 @@ PARTS = (
     Part(chaos, "Chaos", "Order and chaos", is_lead_row=True),
     Part(random_tops, "Random tops", "Random tops, at equal time"),
     Part(published, "Published problems", "Published problems"),
+    Part(engines, "Engines", "Physics engines on the spin suite"),
     Part(fits, "Fits", "Fits to measurements"),
     Part(omissions, "Left out", "Time saved by what is left out"),
 )
