@@ -7,13 +7,15 @@ await writeMotion(function* (mass, moments, q, w, step) {
   const world = new RAPIER.World({ x: 0, y: 0, z: 0 });
   world.timestep = step;
   const vector = ([x, y, z]) => ({ x, y, z });
-  const attitude = { w: q[0], x: q[1], y: q[2], z: q[3] };
+  const quaternion = ([w, x, y, z]) => ({ w, x, y, z });
+  const centre = vector([0, 0, 0]);
+  const axes = quaternion([1, 0, 0, 0]);
   const body = world.createRigidBody(
     RAPIER.RigidBodyDesc.dynamic()
-      .setRotation(attitude)
+      .setRotation(quaternion(q))
       .setAngvel(vector(w))
       .setCanSleep(false)
-      .setAdditionalMassProperties(mass, vector([0, 0, 0]), vector(moments), { w: 1, x: 0, y: 0, z: 0 }),
+      .setAdditionalMassProperties(mass, centre, vector(moments), axes),
   );
   for (;;) {
     const r = body.rotation();
