@@ -11,7 +11,7 @@ from pathlib import Path
 
 import kreisel as kr
 import numpy as np
-from kreisel._analysis.suite import load_cases
+from kreisel._score.suite import load_cases
 
 FOLDER = Path(__file__).parent
 sys.path.insert(0, str(FOLDER.parent))

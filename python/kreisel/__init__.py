@@ -43,6 +43,7 @@ if TYPE_CHECKING:  # beside the core: imported on first access
     from ._fit.fit import fit
     from ._fit.records import Record
     from ._fit.result import Fit
+    from ._score.score import Score, score
     from ._sweep.source import Source
     from ._sweep.sweep import SweepResult, read_sweep, sweep
 
@@ -65,6 +66,7 @@ __all__ = [
     "Reductions",
     "Run",
     "Scene",
+    "Score",
     "Section",
     "Source",
     "SweepResult",
@@ -89,6 +91,7 @@ __all__ = [
     "resume",
     "rod",
     "scenes",
+    "score",
     "section",
     "solve",
     "start",
@@ -113,10 +116,12 @@ explain_public_names(
     later={
         "Fit": "._fit.result",
         "Record": "._fit.records",
+        "Score": "._score.score",
         "Source": "._sweep.source",
         "SweepResult": "._sweep.sweep",
         "fit": "._fit.fit",
         "read_sweep": "._sweep.sweep",
+        "score": "._score.score",
         "sweep": "._sweep.sweep",
     },
 )

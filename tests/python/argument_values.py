@@ -73,6 +73,8 @@ FITS = [
     kr.fit(LAGRANGE, RECORDS[1], ("start", "moments"), pieces=2),
 ]
 TABLE = pandas.DataFrame({"t": [0.0, 0.1], "spin": [1.0, 2.0]})
+MOTIONS = [{"t": SWAY.t[:12], "q": SWAY.q[:12], "w": SWAY.velocity[:12]}]
+MOTIONS += [{"t": SWAY.t[:3], "q_xyzw": SWAY.q[:3, [1, 2, 3, 0]]}]
 MOST = 300  # number of steps after which a run ends
 CHECKPOINT = kr.start(TOP, max_steps=MOST).checkpoint
 FLAGS = [True, False, np.True_]
@@ -163,6 +165,9 @@ PARAMETERS = [
     ("sweep table executor out message status colour result", [None, "red"], []),
     ("records", [*RECORDS, RECORDS], [3, [], [3]]),
     ("fit", [None, FITS[0]], []),
+    ("results", MOTIONS, [3, None, {}, [], {"t": [0.0]}, [MOTIONS[0], 3], TABLE]),
+    ("case", ["tumble", TOP], ["tumbl", 3, ENSEMBLES[0], LONG]),
+    ("level", ["engine", "science", 0.1], ["good", *NOT_POSITIVE]),
     ("frame", [TABLE], []),
     ("method", ["auto", "strang", "taylor", "rk4", "exact", "extrap", *kr.methods], NO_NAMES),
     ("methods", ["strang", ["rk4", "taylor"], None], [["rk5"], ["rk4", LONG], 4]),
@@ -241,6 +246,7 @@ PARTICULAR = spread(
             kr.exact(LAGRANGE),
         ],
         "compare.t": [0.5, [0.25, 0.5]],
+        "score.steps": [None, [0.1]],
         "Body.__getitem__.key Scene.__getitem__.key": PLACES,
         "Chaos.__getitem__.key Exact.__getitem__.key Section.__getitem__.key": PLACES,
         "Reductions.__getitem__.key": ["nutation", "m_x", *PLACES],
@@ -276,6 +282,7 @@ PARTICULAR_WRONG = spread(
         "Record.from_csv.t Record.from_pandas.t sweep.direction scenes.name_of.scene": [],
         "Source.of.scene sweep.scene": NO_OBJECTS[:2],
         "citation.result": [3, "strange", TOP, LONG, [PATHS[0]]],
+        "score.steps": [["a"], [0], [NAN]],
     }
 )
 # Further arguments of valid calls, for which the first valid values are not enough
@@ -309,6 +316,7 @@ FURTHER = spread(
         "reduce": {"reductions": KEEPING},
         "rod": {"path": PATHS[1]},
         "scenes.get_scene": {"name": "thesis"},
+        "score": {"case": TOP},
         "starts": {"energy": 5, "vertical": 1, "n": 2, "gravity": 1},
         "sweep": {"t": [1.0]},
     }

@@ -63,6 +63,9 @@ SELVES = {  # factories of an instance for each class with methods
         run(TOP, digits=20, events=[LOW], want=["q"]),
     ],
     kr.Scene: [always(scene) for scene in (*argument_values.SCENES, *argument_values.ENSEMBLES)],
+    kr.Score: [
+        always(kr.score(one, TOP)) for one in (argument_values.MOTIONS[0], argument_values.MOTIONS)
+    ],
     kr.Section: [always(section) for section in argument_values.SECTIONS],
     kr.Source: [always(source) for source in argument_values.SOURCES],
     kr.SweepResult: [sweep_reader("swept"), sweep_reader("half")],

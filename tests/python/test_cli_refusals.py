@@ -23,6 +23,7 @@ def inputs(tmp_path_factory):
     record = kr.solve(kr.scenes.asymmetric, np.linspace(0.0, 1.0, 9), want=("body_velocity",))
     record.to_csv(folder / "record")
     light = "momentum = [0, 0, 1]\n[body]\nmass = 1\ninertia = [2, 2, 1]\ncom = [0, 0, 1]\n"
+    (folder / "motion").write_text("t,qw,qx,qy,qz\n0,1,0,0,0\n1,0,1,0,0\n")
     texts = {"plan.toml": PLAN, "wrong.toml": "tt = 1", "noise": "no run", "light": light}
     for name, text in texts.items():
         (folder / name).write_text(text)
@@ -141,6 +142,18 @@ REFUSALS = [  # (command line, words that the message contains)
         (f"fit record asymmetric --plot {file}", file)
         for file in ("a", "a.foo", "a.jpg", "-.foo", "a.toml", "no/a.png")
     ),
+    # scores
+    ("score nothing.csv --case tumble", "nothing.csv"),
+    ("score motion", "give --case"),
+    ("score motion --case tumbl", "did you mean 'tumble'"),
+    ("score record --case tumble", "no column qw"),
+    ("score wrong.toml --case tumble", "wrong.toml"),
+    ("score motion --case tumble --scene top", "not both"),
+    ("score motion --case tumble --level nan", "--level"),
+    ("score motion --case tumble --level good", "engine, science"),
+    ("score motion --case tumble --steps 1,2", "--steps must be 1 positive number"),
+    ("score motion --case tumble --plot a.jpg", "a.jpg"),
+    ("score motion --case tumble --plot motion.png --steps 0", "--steps"),
     # sweeps
     ("sweep plan.toml", "--folder"),
     ("sweep wrong.toml --folder runs", "did you mean 't'"),

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from kreisel._analysis.suite import load_cases
+from kreisel._score.suite import load_cases
 
 from suite import make
 

@@ -27,6 +27,7 @@ from .._options.methods import Method, unknown_method_message
 from .._options.methods import methods as known
 from .._options.options import RECORDABLE, TIME
 from .._results.results import Error, Interrupted
+from .._score.score import score as score_results
 from .._utils.arguments import spell_as_options, unknown_name_message
 from .._utils.processes import replace_signal_handlers
 from .._view import open_viewer
@@ -206,6 +207,25 @@ def _parse_assignments(option: str, texts: tuple[str, ...]) -> dict[str, str]:
     return values
 
 
+def _check_picture(plot: str | None) -> str:
+    """Return the format of a picture; refuse others, and fail early if matplotlib is missing."""
+    if plot is None:
+        return ""
+    importlib.import_module("kreisel._plot.charts")
+    ending = File(plot).suffix.lower()
+    if ending in PICTURES:
+        return ending[1:]
+    if plot != "-" and not (File(plot).exists() and not File(plot).is_file()):
+        raise UsageError(f"--plot writes .png, .svg or .pdf, not {plot}")
+    return "png"
+
+
+def _write_picture(plot: str, form: str, axes: Any) -> None:
+    picture = io.BytesIO()  # savefig would leave an incomplete file on a full disk
+    axes.figure.savefig(picture, format=form)
+    write_bytes(plot, picture.getvalue())
+
+
 @command("fit record.csv top.toml --sigma 0.01 --plot fit.png")
 @click.argument("record", type=InputFile())
 @click.argument("scene", type=SCENE)
@@ -228,15 +248,7 @@ def fit(
     If the motion of SCENE disagrees with the record, the initial guess is computed from the record.
     If the fit is interrupted, the best fit found so far is printed.
     """
-    form = "png"
-    if plot is not None:
-        ending = File(plot).suffix.lower()
-        if ending in PICTURES:
-            form = ending[1:]
-        elif plot != "-" and not (File(plot).exists() and not File(plot).is_file()):
-            raise UsageError(f"--plot writes .png, .svg or .pdf, not {plot}")
-        # fail before the fit if matplotlib is missing
-        importlib.import_module("kreisel._plot.charts")
+    form = _check_picture(plot)
     columns: dict[str, str | list[str]] = {
         name: value.split(",") if "," in value else value
         for name, value in _parse_assignments("--column", column).items()
@@ -273,12 +285,46 @@ def fit(
             ]
             write_bytes(csv, ("parameter,value,error,unit\n" + "".join(rows)).encode())
         if plot is not None:
-            picture = io.BytesIO()  # savefig would leave an incomplete file on a full disk
-            result.plot().figure.savefig(picture, format=form)
-            write_bytes(plot, picture.getvalue())
+            _write_picture(plot, form, result.plot())
     if interruption:
         raise interruption
     if result is not None and not result.has_converged:
+        raise click.exceptions.Exit(1)
+
+
+@command("score tumble.csv --plot score.png")
+@click.argument("results", type=InputFile(), nargs=-1, required=True)
+def score(
+    results: tuple[str, ...],
+    case: str | None,
+    scene: Scene | None,
+    level: str,
+    plot: str | None,
+    **words: Any,
+) -> None:
+    """Compare the motion that another program wrote to the CSV file RESULTS with the true one.
+
+    Several files, computed with different steps, also give the order of convergence. The columns
+    are t, qw, qx, qy, qz, wx, wy, wz, or have similar names; wx, wy, wz may be missing. The exit
+    code is 1 if the attitude error exceeds the level.
+    """
+    if case is not None and scene is not None:
+        raise UsageError("give either --case or --scene, not both")
+    form = _check_picture(plot)
+    limit: str | float = level
+    with suppress(ValueError):
+        limit = float(level)
+    try:
+        found = score_results(
+            results if len(results) > 1 else results[0], case or scene, level=limit, **words
+        )
+    except OSError as error:
+        raise UsageError(str(error)) from None
+    if plot != "-":
+        click.echo(str(found))
+    if plot is not None:
+        _write_picture(plot, form, found.plot())
+    if not found.is_within:
         raise click.exceptions.Exit(1)
 
 
@@ -286,7 +332,8 @@ _CODES = """\b
 Exit codes
   0    done
   1    a run failed, or a file could not be written; results so far are kept;
-       or a package that the command needs is not installed
+       or a package that the command needs is not installed;
+       or a score is above its level
   2    invalid arguments; nothing was computed
   130  stopped by Ctrl-C or SIGTERM; results so far are kept"""
 
@@ -348,5 +395,17 @@ def main() -> None:
     """
 
 
-for _command in solve, resume, compare, sweep, fit, methods, scenes, quantities, view, report:
+for _command in (
+    solve,
+    resume,
+    compare,
+    sweep,
+    fit,
+    score,
+    methods,
+    scenes,
+    quantities,
+    view,
+    report,
+):
     main.add_command(_command)

@@ -31,6 +31,7 @@ from .._model.scene import Scene, parse_scene_toml, validate_one_top
 from .._model.toml import call_with_error_prefix, read_limited_text
 from .._options.methods import methods
 from .._options.options import RECORDABLE
+from .._score.suite import load_cases
 from .._utils.arguments import Array, spell_as_options, suggest_name
 from .._utils.files import atomic_write, check_file_is_writable
 from ..events import MAKERS, Event
@@ -390,6 +391,12 @@ _OPTIONS = {
     "fit --save": "Write the fitted scene as TOML.",
     "fit --csv": "Write the parameters as a table.",
     "fit --plot": "Draw data and residuals: .png, .svg or .pdf; standard output is PNG.",
+    "score --case": "A case of the suite, as tumble; default: the case that begins the name of the "
+    "file.",
+    "score --scene": "A scene instead of a case.",
+    "score --steps": "The step of each file [T]; default: the distance of its times.",
+    "score --level": "The attitude error allowed: engine, science, or a number [rad].",
+    "score --plot": "Draw the errors over time: .png, .svg or .pdf; standard output is PNG.",
     "run --folder": "The folder of the parts.",
     "run --parts": "Compute only these parts, for example in one of many jobs; 0:0 only writes the "
     "plan.",
@@ -429,6 +436,9 @@ _SETTINGS: dict[str, dict[str, Any]] = {  # of these options for click; others a
     "--max-evaluations": {"default": 2000},
     "fit --save": {"type": OutputFile(".toml")},
     "--plot": {"type": OutputFile(*PICTURES)},
+    "--case": {"type": Name(load_cases())},
+    "--scene": {"type": SCENE},
+    "--level": {"type": str, "default": "engine"},
     "--folder": {"type": click.Path(), "required": True},
     "--parts": {"type": _parse_parts, "metavar": "A:B"},
     "--workers": {"type": click.IntRange(1)},

@@ -72,7 +72,7 @@ _PARTS = {c: (name, k) for name, q in _KNOWN.items() for k, c in enumerate(q.com
 Table = dict[str, Array]  # the columns by their heads
 
 
-def _read_csv_table(file: str | os.PathLike[str], columns: object, t: object) -> Table:
+def read_csv_table(file: str | os.PathLike[str], columns: object, t: object) -> Table:
     """Read the columns of a CSV file; empty fields are NaN.
 
     Columns that are neither `t` nor in `columns` may contain words, and are NaN; if `columns` is
@@ -337,7 +337,7 @@ class Record(ReadOnlyArrays):
         numbers, and for units that contradict `degrees` or a quantity. Raises OSError if the file
         cannot be read.
         """
-        table = _read_csv_table(file, columns, t)
+        table = read_csv_table(file, columns, t)
         words = {"sigma": sigma, "free": free, "point": point}
         return cls._from_table(table, {}, columns, t, degrees, **words)
 

@@ -562,6 +562,23 @@ _COLOURS = (BLUE, ORANGE, "#5a9e6f")
 _WIDTH, _HEIGHT = 4.5, 4.5  # size of a column of two charts [inches]
 
 
+def plot_errors_of_runs(names: Sequence[str], errors: Sequence[Any], limit: float) -> FigureAxes:
+    """Draw the attitude errors of runs over time, with the error allowed, and the energy errors."""
+    figure = Figure(figsize=(2.0 * _WIDTH, _HEIGHT), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    for name, each in zip(names, errors, strict=True):
+        left.plot(each.t, each.attitude, ".-", ms=3, lw=0.8, label=name)
+        right.plot(each.t, each.energy, ".-", ms=3, lw=0.8)
+    left.axhline(limit, color="black", lw=0.8)
+    left.set_yscale("log")
+    left.set_ylabel("attitude error [rad]")
+    left.legend()
+    right.set_ylabel("relative change of the energy")
+    for chart in (left, right):
+        chart.set_xlabel(format_axis_label("time", "T", "T"))
+    return FigureAxes([left, right])
+
+
 def plot_fit_panels(panels: Sequence[Any]) -> FigureAxes:
     """Draw two charts per panel: one of measurements and fitted motion, and one of residuals.
 

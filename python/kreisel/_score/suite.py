@@ -62,6 +62,11 @@ class Case:
         return pieces
 
 
+def join(pieces: list[Path], quantity: str) -> Array:
+    """Return the values of a quantity along consecutive paths."""
+    return np.concatenate([getattr(path, quantity) for path in pieces])
+
+
 @cache
 def load_cases() -> dict[str, Case]:
     """Return all cases by name."""

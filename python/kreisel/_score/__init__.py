@@ -1,0 +1,1 @@
+"""Scores of the motions that other programs computed."""
