@@ -80,6 +80,11 @@ def test_published_references_are_reproduced(case):
     assert attitude_error(path.q[-1], case.attitude) < 1e-9
 
 
+@pytest.mark.parametrize("entry", published.TABLES["numbers"], ids=lambda entry: entry["case"])
+def test_published_numbers_are_reproduced_to_the_last_printed_digit(entry):
+    assert (published.compare_number(entry)["units"] <= entry.get("units", 0)) == ("units" in entry)
+
+
 @pytest.mark.parametrize("region", range(10))
 def test_the_least_and_greatest_k_are_critical(region):
     g, h = kowalewski.REGIONS[region]

@@ -1,6 +1,7 @@
 """Test problems from the literature, with comparisons of published and computed results."""
 
 from dataclasses import dataclass
+from decimal import Decimal
 from functools import partial
 
 import kreisel as kr
@@ -41,6 +42,51 @@ class PublishedProblem:
             if "velocity_2" in row:
                 row = row | {"velocity_error": abs(row["velocity_2"] - self.velocity_2)}
             yield {key: row[key] for key in row if key != "velocity_2"} | by
+
+
+def measure_distance_to_uniform_rotation(path):
+    """Return the largest angle to the rotation with the initial velocity, which has no torque."""
+    t, w = (
+        np.linspace(0.0, path.t[-1], 201)[1:],
+        path.scene.momentum / np.array(path.scene.body.moments),
+    )
+    rate = np.linalg.norm(w)
+    uniform = np.column_stack([np.cos(rate * t / 2), np.outer(np.sin(rate * t / 2), w / rate)])
+    return [kr.attitude_error(path(t).q, uniform).max()]
+
+
+# The quantities of published numbers, as functions of the path to the time.
+QUANTITIES = {
+    "angular velocity [rad/s]": lambda path: path.body_velocity[-1],
+    "angular velocity [deg/s]": lambda path: np.degrees(path.body_velocity[-1]),
+    "angle to the uniform rotation [rad]": measure_distance_to_uniform_rotation,
+    "period of precession [s]": lambda path: [2 * np.pi / kr.exact(path.scene).precession_rate],
+    "spin [rpm], and the force of the support [N]": lambda path: [
+        path.spin[-1] * 30 / np.pi,
+        path.pivot_force[-1, 2],
+    ],
+    "half the range of nutation [deg], and precession [deg/s]": lambda path: np.degrees(
+        [kr.exact(path.scene).greatest_nutation / 2, kr.exact(path.scene).precession_rate]
+    ),
+}
+
+
+def compare_number(entry):
+    """Return a row with printed and computed numbers, and the largest difference in last digits."""
+    path = kr.solve(kr.Scene.from_toml(entry["scene"] + "\n"), entry["t"])
+    numbers = [float(x) for x in QUANTITIES[entry["quantity"]](path)]
+    units = [10.0 ** Decimal(text).as_tuple().exponent for text in entry["printed"]]
+    pairs = zip(numbers, entry["printed"], units, strict=True)
+    away = max(abs(number - float(text)) / unit for number, text, unit in pairs)
+    return {
+        **{key: entry[key] for key in ("case", "source", "t", "quantity")},
+        "printed": ", ".join(entry["printed"]),
+        "computed": ", ".join(
+            f"{number:.{max(0, 2 - round(np.log10(unit)))}f}"
+            for number, unit in zip(numbers, units, strict=True)
+        ),
+        "units": away,
+    }
 
 
 def load_problems():
@@ -97,20 +143,22 @@ def list_tasks(_, size, store):
     for case in load_problems():
         measure = partial(measure_problem, case, size.quick)
         yield Task(f"published/{case.name}", measure, 0.3 if size.quick else 4.0)
+    yield Task("numbers/published", partial(list, map(compare_number, TABLES["numbers"])))
 
 
 def load_findings(_, store):
-    return [row for rows in store.under("published/") for row in rows]
+    rows = [row for rows in store.under("published/") for row in rows]
+    return {"runs": rows, "numbers": [row for rows in store.under("numbers/") for row in rows]}
 
 
-def build_context(rows):
-    problems = []
+def build_context(findings):
+    rows, problems = findings["runs"], []
     for case in load_problems():
         own = [row for row in rows if row["problem"] == case.name]
         if own:
             has_velocity = any("velocity_error" in row for row in own)
             problems.append((case, own, has_velocity, compare_with_literature(own)))
-    return {"problems": problems}
+    return {"problems": problems, "numbers": findings["numbers"]}
 
 
 def compare_with_literature(rows):
@@ -126,9 +174,10 @@ def compare_with_literature(rows):
     return best, min(same)
 
 
-def list_files(rows, metadata):
-    yield "published.csv", write_csv(rows)
+def list_files(findings, metadata):
+    yield "published.csv", write_csv(findings["runs"])
+    yield "published_numbers.csv", write_csv(findings["numbers"])
 
 
-def list_methods(rows):
-    return {row["by"] for row in rows}
+def list_methods(findings):
+    return {row["by"] for row in findings["runs"]}
