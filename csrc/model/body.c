@@ -156,9 +156,12 @@ kr_working kr_body_working_damped(const kr_body *b, kr_vec3 damping)
 {
     const int is_even = damping.x == damping.y && damping.y == damping.z;
     /* A rotor off the line to the centre of mass determines the axis, about which the body is
-     * symmetric together with the rotor. The centre of mass matters only under gravity. */
+     * symmetric together with the rotor. The centre of mass matters only under gravity. Without it,
+     * the apex is the axis (0, 0, 1). */
     const int is_about_com = v_largest(b->com) > 0.0 && kr_body_is_rotor_axial(b, KR_KIND_RTOL);
-    const kr_vec3 last_axis = is_about_com || !kr_body_has_rotor(b) ? b->com : b->rotor;
+    const kr_vec3 last_axis = is_about_com || !kr_body_has_rotor(b)
+                                  ? b->com
+                                  : v_scale(b->rotor.z < 0.0 ? -1.0 : 1.0, b->rotor);
     if (is_spherical(b) && v_largest(last_axis) > 0.0)
         return is_even ? align_rotor(tilt_axes(b, last_axis, damping), b)
                        : kr_body_principal(b, damping);

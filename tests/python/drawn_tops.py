@@ -92,7 +92,7 @@ def tops(draw, kinds=tuple(KINDS), effects=EFFECTS):
     body = kr.Body(mass, moments[order], com[order], rotor=rotor[order], unphysical=True)
     if kind not in EXACT_ONLY and draw(st.booleans()):
         body = body.turn(draw_attitude(rng))
-    words = {"gravity": draw(st.sampled_from((1.0, -2.5, 9.81)))}
+    words = {"gravity": draw(st.sampled_from((1.0, -2.5, 9.81, 0.0)))}
     if "damping" in present:
         words["damping"] = draw(st.sampled_from(DAMPING))
     if "friction" in present:

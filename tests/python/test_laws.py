@@ -95,7 +95,7 @@ def test_the_stated_error_is_the_true_error(motion, data):
 @LAWS
 @given(tops(("kowalewski", "goryachev-chaplygin"), effects=()))
 def test_certificates_of_closed_forms_bound_their_errors(scene):
-    assume(kr.methods["exact"].suits(scene))
+    assume(scene.gravity and kr.methods["exact"].suits(scene))
     form = kr.exact(scene)
     assert 1e-17 < form.certificate < 1e-9
     for t in (np.array([0.3, 2.0, 20.0]), np.array([-1.0, -5.0])):
@@ -541,7 +541,8 @@ def test_closed_forms_of_many_tops_are_those_of_each(scenes, data):
         for name in ("period", "precession_rate", "spin_angle_rate"):
             assert_same_bits(getattr(forms, name)[i], getattr(alone, name), name)
         assert_same_bits(forms(t)[i].states, alone(t).states)
-        if np.isfinite(alone.period) and any(scene.body.com) and not any(scene.body.rotor):
+        is_heavy = scene.gravity and any(scene.body.com)
+        if np.isfinite(alone.period) and is_heavy and not any(scene.body.rotor):
             assert np.ptp(alone([0.7, 0.7 + alone.period]).nutation) < 1e-7
 
 
