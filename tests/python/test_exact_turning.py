@@ -110,6 +110,7 @@ TURNED = {  # the same motion upside down, and with the axis of the body reverse
     ),
     "centre of mass below": lambda s: s.replace(
         body=kr.Body.symmetric(1.0, 1.0, 0.5, -1.0, unphysical=True),
+        gravity=s.gravity,
         attitude=kr.quaternion.multiply(s.attitude, (0, 1, 0, 0)),
     ),
 }
