@@ -14,10 +14,6 @@ NONE = (0, 0, 0)
 TURN = np.array([0.5, 0.5, 0.5, 0.5])
 
 
-def load(name):
-    return json.loads((SUITE / f"{name}.json").read_text())
-
-
 def rotate(q):
     w, x, y, z = q
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
@@ -32,7 +28,7 @@ def multiply(a, b):
 @cache
 def simulate(name, mistake="", h=0.02, end=3.0, step=None):
     """Return (t, q, w) of a case by the method `step`, with w in the body."""
-    file = load(name)
+    file = json.loads((SUITE / f"{name}.json").read_text())
     words, start = file["parameters"], file["initial"]
     tensor = np.array(words["inertia"])
     tensor = np.diag(tensor) if tensor.ndim == 1 else tensor
@@ -111,19 +107,17 @@ RELABELLINGS = [
 ]
 
 
-def write(folder, case, t, q, w=None):
+def write(file, t, q, w=None):
     """Write a CSV file in single precision, as engines have it."""
     columns = np.column_stack([t, q] if w is None else [t, q, w])
-    head = ["time [s]", "quat_w", "quat_x", "quat_y", "quat_z", "omega.x", "omega.y", "omega.z"]
-    file = folder / f"{case}_60Hz.csv"
-    names = ",".join(head[: columns.shape[1]])
-    np.savetxt(file, columns, "%.7g", delimiter=",", header=names, comments="")
-    return file
+    head = "time [s],quat_w,quat_x,quat_y,quat_z" + ",omega.x,omega.y,omega.z" * (w is not None)
+    np.savetxt(file, columns, "%.7g", delimiter=",", header=head, comments="")
+    return str(file)
 
 
 @pytest.mark.parametrize(("mistake", "case"), MOTIONS)
 def test_the_mistake_in_the_equations_is_named(mistake, case, tmp_path):
-    score = kr.score(write(tmp_path, case, *simulate(case, mistake)))
+    score = kr.score(write(tmp_path / f"{case}_60Hz.csv", *simulate(case, mistake)))
     assert not score.is_within and mistake in score.mistakes
     if case == "asymmetric_top":  # without gravity, some mistakes cause the same motion
         assert score.mistakes == (mistake,)
@@ -132,9 +126,9 @@ def test_the_mistake_in_the_equations_is_named(mistake, case, tmp_path):
 @pytest.mark.parametrize(("mistake", "relabel"), RELABELLINGS)
 def test_the_mistake_in_the_attitudes_is_named(mistake, relabel, tmp_path):
     t, q, _ = simulate("asymmetric_top")
-    assert kr.score(write(tmp_path, "asymmetric_top", t, relabel(q))).mistakes == (mistake,)
+    assert kr.score(write(tmp_path / "asymmetric_top.csv", t, relabel(q))).mistakes == (mistake,)
     t, q, _ = simulate("asymmetric_top", "no gravity")
-    found = kr.score(write(tmp_path, "asymmetric_top", t, relabel(q))).mistakes
+    found = kr.score(write(tmp_path / "asymmetric_top.csv", t, relabel(q))).mistakes
     assert "axes of" in mistake or found == (f"no gravity and {mistake}",)
 
 
@@ -142,7 +136,7 @@ def test_the_mistake_in_the_attitudes_is_named(mistake, relabel, tmp_path):
     ("mistake", "step"), [("damping", make_implicit_step), ("gain", make_explicit_step)]
 )
 def test_numerical_damping_and_gain_of_energy_are_named(mistake, step, tmp_path):
-    score = kr.score(write(tmp_path, "tumble", *simulate("tumble", h=1 / 60, step=step)))
+    score = kr.score(write(tmp_path / "tumble.csv", *simulate("tumble", h=1 / 60, step=step)))
     assert len(score.mistakes) == 1 and f"numerical {mistake}" in score.mistakes[0]
     assert (score.energy_error < -0.01) == (mistake == "damping")
 
@@ -150,12 +144,13 @@ def test_numerical_damping_and_gain_of_energy_are_named(mistake, step, tmp_path)
 def test_velocities_in_space_and_in_degrees_are_recognized(tmp_path):
     t, q, w = simulate("tumble")
     in_space = np.array([rotate(a) @ b for a, b in zip(q, w, strict=True)])
-    for given, mistakes in [
+    degrees = ("angular velocity in degrees",)
+    for given, mistakes in (
         (in_space, ()),
-        (np.degrees(w), ("angular velocity in degrees",)),
-        (np.degrees(in_space), ("angular velocity in degrees",)),
-    ]:
-        score = kr.score(write(tmp_path, "tumble", t, q, given))
+        (np.degrees(w), degrees),
+        (np.degrees(in_space), degrees),
+    ):
+        score = kr.score(write(tmp_path / "tumble.csv", t, q, given))
         assert score.mistakes == mistakes and score.velocity_error < 1e-4
 
 
@@ -169,14 +164,6 @@ def test_the_order_of_a_right_program_is_found():
     assert abs(score.energy_error[2]) < 1e-6 and score.mistakes == ()
 
 
-@pytest.mark.parametrize("name", sorted(file.stem for file in SUITE.glob("*.csv")))
-def test_the_files_of_the_suite_have_no_errors(name):
-    score = kr.score(SUITE / f"{name}.csv", level="science")
-    assert score.is_within and score.mistakes == ()
-    for name in ("velocity", "energy", "momentum", "direction"):
-        assert abs(getattr(score, f"{name}_error")) < 1e-12, name
-
-
 def test_a_run_that_ends_in_nan_is_above_every_level():
     t, q, w = map(np.copy, simulate("tumble", end=0.2))
     q[-2:] = np.nan
@@ -185,11 +172,8 @@ def test_a_run_that_ends_in_nan_is_above_every_level():
 
 
 def test_the_exit_code_tells_whether_the_error_is_within_the_level(tmp_path):
-    files = [
-        str(write(tmp_path / str(i), "tumble", *simulate("tumble", h=h)))
-        for i, h in enumerate((0.08, 0.04))
-        if not (tmp_path / str(i)).mkdir()
-    ]
+    steps = 0.08, 0.04
+    files = [write(tmp_path / f"tumble_{h}.csv", *simulate("tumble", h=h)) for h in steps]
     picture = tmp_path / "errors.png"
     good = invoke(["score", *files, "--plot", str(picture)])
     assert good.exit_code == 0 and "order of convergence" in good.stdout

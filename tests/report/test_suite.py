@@ -5,6 +5,7 @@ import json
 from fractions import Fraction
 from pathlib import Path
 
+import kreisel as kr
 import numpy as np
 import pytest
 from kreisel._score.suite import load_cases
@@ -51,9 +52,12 @@ def test_the_states_are_those_of_kreisel_in_30_digits_and_in_doubles(name):
         assert abs(values - true).max() <= bound * abs(true).max(), quantity
 
 
-def test_the_csv_files_have_the_states():
-    for name in CASES:
-        file = read(name)
-        head, *rows = csv.reader((FOLDER / f"{name}.csv").read_text().splitlines())
-        assert head == file["columns"]
-        assert [[*map(float, row)] for row in rows] == file["states"]
+@pytest.mark.parametrize("name", CASES)
+def test_the_csv_files_have_the_states_and_no_errors(name):
+    file, table = read(name), FOLDER / f"{name}.csv"
+    head, *rows = csv.reader(table.read_text().splitlines())
+    assert head == file["columns"] and [[*map(float, row)] for row in rows] == file["states"]
+    score = kr.score(table, level="science")
+    assert score.is_within and score.mistakes == ()
+    for word in "velocity", "energy", "momentum", "direction":
+        assert abs(getattr(score, f"{word}_error")) < 1e-12, word

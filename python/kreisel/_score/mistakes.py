@@ -12,14 +12,13 @@ attitudes in a file to those that may have been meant.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._model.body import Body
 from .._results.results import Error
 from .._utils.arguments import Array
 from ..quaternion import conjugate, multiply
@@ -72,13 +71,13 @@ def list_relabellings(q: Array, true: Array) -> Iterator[Motion]:
 
 def list_wrong_motions(case: Case, times: Array, spin: float) -> Iterator[Motion]:
     """Return wrong motions at ascending times, for angular velocities of up to about `spin`."""
+    scene = case.scene
     for name, change in _list_changes(case):
         with suppress(ValueError, Error):  # a change that the scene does not allow
-            wrong = replace(case, scene=case.scene.replace(**change))
+            wrong = replace(case, scene=scene.replace(**change()))
             yield Motion(name, join(wrong.solve(times), "q"))
     if case.impulses:
         yield Motion("no impulses", join(replace(case, impulses=()).solve(times), "q"))
-    scene = case.scene
     others = (*scene.turning, scene.shaking[0], scene.friction, scene.gradient, *case.impulses)
     if not any(map(np.any, others)):
         for equations in _WRONG_EQUATIONS:
@@ -87,43 +86,39 @@ def list_wrong_motions(case: Case, times: Array, spin: float) -> Iterator[Motion
                 yield Motion(equations.name, q)
 
 
-def _list_changes(case: Case) -> list[tuple[str, dict[str, Any]]]:
-    """Return mistakes with the parameters that each of them changes."""
+def _list_changes(case: Case) -> Iterator[tuple[str, Callable[[], dict[str, Any]]]]:
+    """Yield mistakes with functions that return the parameters that each of them changes."""
     scene, body = case.scene, case.scene.body
     start = join(case.solve(np.zeros(1)), "body_velocity")[0]
-    changes: list[tuple[str, dict[str, Any]]] = [
-        ("radians read as degrees", {"body_velocity": start * _DEGREE}),
-        ("degrees read as radians", {"body_velocity": start / _DEGREE}),
-        ("first angular velocity taken in space", {"velocity": start}),
-    ]
+
+    def change_body(**words: Any) -> dict[str, Any]:
+        return {"body": replace(body, unphysical=True, **words), "body_velocity": start}
+
+    yield "radians read as degrees", lambda: {"body_velocity": start * _DEGREE}
+    yield "degrees read as radians", lambda: {"body_velocity": start / _DEGREE}
+    yield "first angular velocity taken in space", lambda: {"velocity": start}
     if any(body.com):
-        changes += [
-            ("no gravity", {"gravity": 0.0}),
-            ("gravity upwards", {"gravity": -scene.gravity}),
-        ]
-        tensor = body._tensors - body.mass * (
+        steiner = body.mass * (
             np.eye(3) * np.dot(body.com, body.com) - np.outer(body.com, body.com)
         )
-        central = (body.mass, tensor, body.com)
-        if np.linalg.eigvalsh(tensor)[0] > 1e-9 * np.trace(tensor):
-            changed = Body(*central, rotor=body.rotor, unphysical=True)
-            changes.append(
-                ("inertia about the centre of mass", {"body": changed, "body_velocity": start})
-            )
+        yield "no gravity", lambda: {"gravity": 0.0}
+        yield "gravity upwards", lambda: {"gravity": -scene.gravity}
+        yield (
+            "inertia about the centre of mass",
+            lambda: change_body(inertia=body._tensors - steiner),
+        )
     if any(body.rotor):
-        for name, factor in ("no rotor", 0.0), ("wrong sign of the rotor", -1.0):
-            changed = replace(body, rotor=tuple(factor * x for x in body.rotor))
-            changes.append((name, {"body": changed, "body_velocity": start}))
+        yield "no rotor", lambda: change_body(rotor=(0.0,) * 3)
+        yield "wrong sign of the rotor", lambda: change_body(rotor=[-x for x in body.rotor])
     if any(scene.damping):
-        rate = tuple(d * moment for d, moment in zip(scene.damping, body.moments, strict=True))
-        changes += [("damping as a rate", {"damping": rate}), ("no damping", {"damping": 0.0})]
+        yield "no damping", lambda: {"damping": 0.0}
+        yield "damping as a rate", lambda: {"damping": np.multiply(scene.damping, body.moments)}
     if scene.friction:
-        changes.append(("no friction", {"friction": 0.0}))
+        yield "no friction", lambda: {"friction": 0.0}
     if any(scene.turning):
-        changes.append(("support at rest", {"turning": (0.0,) * 3, "body_velocity": start}))
+        yield "support at rest", lambda: {"turning": (0.0,) * 3, "body_velocity": start}
     if scene.shaking[0]:
-        changes.append(("support does not shake", {"shaking": (0.0,) * 3}))
-    return changes
+        yield "support does not shake", lambda: {"shaking": (0.0,) * 3}
 
 
 _RIGHT, _NONE, _INVERSE = "body to space", "none", "space to body"

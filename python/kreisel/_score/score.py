@@ -6,9 +6,7 @@ are differences from the true motion, which does not conserve them in every case
 
 from __future__ import annotations
 
-import os
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path as File
@@ -17,26 +15,24 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._fit.records import read_csv_table
 from .._model.scene import Scene, validate_one_top
 from .._solve.solve import solve
 from .._utils.arguments import (
     RADIANS_PER_DEGREE,
     Array,
     ReadOnlyArrays,
-    as_array,
     as_finite_array,
     as_positive,
     format_count,
     freeze_arrays,
     short_repr,
     spell,
-    split_column_head,
     unknown_name_message,
 )
 from .._utils.html import format_picture_as_html
 from ..quaternion import attitude_error, turn_back
 from .mistakes import ALIGNED, Motion, list_relabellings, list_wrong_motions
+from .results import ComputedMotion, Results, read_motion
 from .suite import Case, join, load_cases
 
 if TYPE_CHECKING:
@@ -50,28 +46,8 @@ _LONGEST_WINDOW = 300.0  # angle of the motion of the least number of rows [rad]
 _TELLING = 0.25  # a mistake explains an error that it reduces by this factor
 _SIMPLER = 10.0  # two mistakes must explain an error better than one by this factor
 _ALIKE = 2.0  # mistakes that explain an error equally well up to this factor are all named
-_DRIFT = 1e-3  # a larger relative change of the energy or of a norm is a mistake
-_NORMS = 0.5, 2.0  # of quaternions
+_DRIFT = 1e-3  # a larger relative change of the energy is a mistake
 _TINY = np.finfo(np.float64).tiny  # in place of a scale that is zero
-
-Results = str | os.PathLike[str] | Mapping[str, ArrayLike]
-_TIMES = "t", "time", "times", "seconds", "timestamp"
-_QUATERNION = re.compile(r"(?:q|quat|quaternion|rot|rotation|att|attitude|orientation)([wxyzs0-3])")
-_VELOCITY = re.compile(r"(?:w|omega|angvel|angular(?:velocity|rate)|(?:body)?velocity)([xyz])")
-
-
-class _Run(NamedTuple):
-    """The motion in a file: times (n,), unit quaternions (n, 4), angular velocities (n, 3) or NaN.
-
-    `problems` are mistakes that the numbers alone tell. A run is whole if its states are finite.
-    """
-
-    name: str
-    t: Array
-    q: Array
-    w: Array
-    problems: list[str]
-    is_whole: bool
 
 
 class _Errors(NamedTuple):
@@ -209,7 +185,7 @@ def score(
     given: Any = [results] if is_one else results
     if not given:
         raise ValueError("results is empty: give at least one file")
-    runs = [_read_run(one) for one in given]
+    runs = [read_motion(one) for one in given]
     chosen = _find_case(case, runs[0].name)
     limit = _read_level(level, chosen)
     if steps is None:
@@ -269,74 +245,8 @@ def _read_level(level: str | float, case: Case) -> float:
     return as_positive("level", level)
 
 
-def _read_run(results: object) -> _Run:
-    """Read times, attitudes and angular velocities from a file or a mapping."""
-    if isinstance(results, Mapping):
-        name, columns = "results", dict[str, Array]()
-        for head, values in results.items():
-            array = as_array(f"results[{head!r}]", values, "numbers")
-            parts = {3: "xyz", 4: "xyzw" if str(head).endswith("xyzw") else "wxyz"}
-            if array.ndim == 2 and array.shape[1] in parts:
-                stem = str(head).removesuffix("xyzw")
-                columns |= {f"{stem}_{x}": array[:, i] for i, x in enumerate(parts[array.shape[1]])}
-            else:
-                columns[str(head)] = array
-    elif isinstance(results, str | os.PathLike):
-        name, columns = os.fspath(results), read_csv_table(results, None, None)
-    else:
-        raise TypeError(f"results must be a file, a mapping or a list, not {short_repr(results)}")
-    found: dict[str, Array] = {}
-    for part, column in _name_columns(columns):
-        if part in found:
-            raise ValueError(f"{name}: several columns are {part}")
-        found[part] = column
-    missing = [part for part in ("t", "qw", "qx", "qy", "qz") if part not in found]
-    if missing:
-        raise ValueError(f"{name}: there is no column {missing[0]}; there are {', '.join(columns)}")
-    shapes = {column.shape for column in found.values()}
-    if len(shapes) > 1 or len(next(iter(shapes))) != 1 or not found["t"].size:
-        raise ValueError(f"{name}: the columns must be lists of equal length")
-    table = np.stack([found.get(part, np.nan * found["t"]) for part in _PARTS], axis=-1)
-    problems = []
-    is_finite = np.isfinite(table[:, :5]).all(axis=1)
-    n = len(table) if is_finite.all() else int(np.argmin(is_finite))
-    if not n:
-        raise ValueError(f"{name}: the first state is not finite")
-    t, q, w = table[:n, 0], table[:n, 1:5], table[:n, 5:]
-    if t[0] < 0.0 or (np.diff(t) <= 0.0).any():
-        raise ValueError(f"{name}: the times must ascend, from 0 or later")
-    norms = np.sqrt((q * q).sum(axis=1))
-    if not ((norms > _NORMS[0]) & (norms < _NORMS[1])).all():
-        i = int(np.argmax(abs(np.log(np.maximum(norms, 1e-300)))))
-        raise ValueError(f"{name}: the quaternion at t = {t[i]:g} has the norm {norms[i]:.3g}")
-    if n < len(table):
-        problems.append(f"not finite after t = {t[-1]:g}")
-    if abs(norms - 1.0).max() > _DRIFT:
-        problems.append("quaternions not normalized")
-    return _Run(name, t, q / norms[:, None], w, problems, n == len(table))
-
-
-_PARTS = ("t", "qw", "qx", "qy", "qz", "wx", "wy", "wz")
-
-
-def _name_columns(columns: Mapping[str, Array]) -> Iterator[tuple[str, Array]]:
-    """Yield the columns that are known, by their names in files of the suite."""
-    has_letters = {"w", "x", "y", "z"} <= {head.strip().lower() for head in columns}
-    for head, column in columns.items():
-        name, unit = split_column_head(head)
-        compact = re.sub(r"[^a-z0-9]", "", name.lower())
-        if compact in _TIMES:
-            yield "t", column
-        elif found := _QUATERNION.fullmatch("q" + compact if has_letters else compact):
-            letter = found[1] if found[1] in "wxyz" else "wxyzw"["0123s".index(found[1])]
-            yield f"q{letter}", column
-        elif found := _VELOCITY.fullmatch(compact):
-            factor = RADIANS_PER_DEGREE if unit.startswith("deg") else 1.0
-            yield f"w{found[1]}", factor * column
-
-
-def _compare(case: Case, run: _Run, is_explained: bool) -> tuple[_Errors, list[str]]:
-    """Return the errors of a run and, if `is_explained`, the mistakes that explain them."""
+def _compare(case: Case, run: ComputedMotion, is_explained: bool) -> tuple[_Errors, list[str]]:
+    """Return the errors of a motion and, if `is_explained`, the mistakes that explain them."""
     pieces, scene = case.solve(run.t), case.scene
     true_q, true_w, true_m = (join(pieces, name) for name in ("q", "body_velocity", "m"))
     attitude = attitude_error(run.q, true_q)
@@ -345,30 +255,37 @@ def _compare(case: Case, run: _Run, is_explained: bool) -> tuple[_Errors, list[s
         attitude[-1] = np.inf
     velocity, energy, momentum, direction = np.full((4, len(run.t)), np.nan)
     if np.isfinite(run.w).all():
-        scale = max(float(np.sqrt((true_w**2).sum(axis=1)).max()), _TINY)
-        in_body = np.stack(turn_back(tuple(run.q.T), tuple(run.w.T)), axis=-1)
-        forms = [run.w, in_body, run.w * RADIANS_PER_DEGREE, in_body * RADIANS_PER_DEGREE]
-        gaps = [np.sqrt(((form - true_w) ** 2).sum(axis=1)) / scale for form in forms]
-        sizes = [float(np.median(gap)) for gap in gaps]
-        best = int(np.argmin(sizes))
-        if best > 1 and sizes[best] > _TELLING * min(sizes[:2]):
-            best = int(np.argmin(sizes[:2]))
-        if best > 1 and is_explained:
-            mistakes.append("angular velocity in degrees")
-        velocity = gaps[best]
-        energies, momenta = _measure_states(scene, run.t, run.q, forms[best])
-        true_energies = join(pieces, "energy")
+        w, is_in_degrees = _choose_velocities(run, true_w)
+        energies, momenta = _measure_states(scene, run.t, run.q, w)
         lever = scene.body.mass * abs(scene.gravity) * float(np.linalg.norm(scene.body.com))
-        energy = (energies - true_energies) / max(
-            float(join(pieces, "kinetic").max()) + lever, _TINY
-        )
-        lengths, true_lengths = (np.sqrt((m**2).sum(axis=1)) for m in (momenta, true_m))
-        momentum = (lengths - true_lengths) / max(float(true_lengths.max()), _TINY)
-        across = np.sqrt((np.cross(momenta, true_m) ** 2).sum(axis=1))
-        direction = np.arctan2(across, (momenta * true_m).sum(axis=1))
+        velocity = _norm(w - true_w) / max(_norm(true_w).max(), _TINY)
+        energy = energies - join(pieces, "energy")
+        energy /= max(join(pieces, "kinetic").max() + lever, _TINY)
+        momentum = (_norm(momenta) - _norm(true_m)) / max(_norm(true_m).max(), _TINY)
+        direction = np.arctan2(_norm(np.cross(momenta, true_m)), (momenta * true_m).sum(axis=1))
+        if is_explained and is_in_degrees:
+            mistakes.append("angular velocity in degrees")
         if is_explained and not mistakes and attitude.max() > case.science:
             mistakes += _describe_drift(energy)
     return _Errors(run.t, attitude, velocity, energy, momentum, direction), mistakes
+
+
+def _norm(vectors: Array) -> Array:
+    lengths: Array = np.sqrt((vectors**2).sum(axis=1))
+    return lengths
+
+
+def _choose_velocities(run: ComputedMotion, true_w: Array) -> tuple[Array, bool]:
+    """Return the angular velocities in the body, and whether the file has them in degrees.
+
+    The file has them along the axes of the body or of space, whichever is closer to the truth.
+    """
+    in_body = np.stack(turn_back(tuple(run.q.T), tuple(run.w.T)), axis=-1)
+    forms = [run.w, in_body, run.w * RADIANS_PER_DEGREE, in_body * RADIANS_PER_DEGREE]
+    gaps = [float(np.median(_norm(form - true_w))) for form in forms]
+    is_in_degrees = min(gaps[2:]) < _TELLING * min(gaps[:2])
+    best = int(np.argmin(gaps if is_in_degrees else gaps[:2]))
+    return forms[best], is_in_degrees
 
 
 def _measure_states(scene: Scene, t: Array, q: Array, w: Array) -> tuple[Array, Array]:
@@ -384,18 +301,16 @@ def _measure_states(scene: Scene, t: Array, q: Array, w: Array) -> tuple[Array, 
 def _describe_drift(energy: Array) -> list[str]:
     """Return the mistake that a growing or falling energy tells."""
     last = float(energy[-1])
-    if abs(last) < _DRIFT or abs(last) < 0.5 * abs(energy).max():
+    if abs(last) < max(_DRIFT, 0.5 * abs(energy).max()):
         return []
-    return (
-        ["numerical damping, as of implicit steps of order 1"]
-        if last < 0.0
-        else ["numerical gain of energy, as of explicit steps of order 1"]
-    )
+    if last < 0.0:
+        return ["numerical damping, as of implicit steps of order 1"]
+    return ["numerical gain of energy, as of explicit steps of order 1"]
 
 
-def _find_mistakes(case: Case, run: _Run, true_q: Array, true_w: Array) -> list[str]:
+def _find_mistakes(case: Case, run: ComputedMotion, true_q: Array, true_w: Array) -> list[str]:
     """Return the mistakes whose motions are those of the run, in its first turns."""
-    speed = np.sqrt((true_w**2).sum(axis=1))
+    speed = _norm(true_w)
     angle = np.cumsum(speed * np.diff(run.t, prepend=0.0))
     first, last = np.searchsorted(angle, [_WINDOW, _LONGEST_WINDOW]).tolist()
     n = max(first, min(_LEAST_ROWS, last))
@@ -432,6 +347,7 @@ def _find_largest(values: Array) -> float:
 
 def _estimate_order(steps: Array, errors: Array) -> float:
     """Return the slope of the errors over the steps, in logarithms, or NaN."""
-    if len(set(steps.tolist())) < 2 or not (errors > 0.0).all():
+    is_known = (steps > 0.0) & (errors > 0.0) & np.isfinite(errors)
+    if len(set(steps.tolist())) < 2 or not is_known.all():
         return float("nan")
     return float(np.polyfit(np.log(steps), np.log(errors), 1)[0])
