@@ -1,5 +1,6 @@
 """Tests of what notebooks display: pictures of results, and tables."""
 
+import re
 from pathlib import Path
 
 import kreisel as kr
@@ -66,6 +67,53 @@ print({make()._repr_html_() for make in PICTURES.values()})
 def test_without_matplotlib_notebooks_show_text():
     result = python(WITHOUT_MATPLOTLIB, cwd=Path(__file__).parent)
     assert result.stdout == "{None}\n", result.stderr
+
+
+CONE = kr.Body.cone(radius=0.03, height=[0.06, 0.07], pivot=(0, 0, 0), mass=0.1)
+TABLES = {  # what is shown, and rows of it whose numbers are known without the program
+    "body": (lambda: CONE, {"mass": "0.1 [M]", "com": "0, 0, 0.045 .. 0.0525 [L]"}),
+    "full inertia": (
+        lambda: kr.Body(1, [[3, 0.5, 0], [0.5, 3, 0], [0, 0, 2]], (0, 0, 0)),
+        {"inertia": "3, 0.5, 0; 0.5, 3, 0; 0, 0, 2 [M L^2]"},
+    ),
+    "scene": (lambda: kr.scenes.cusps, {"gravity": "1 [L T^-2]", "com": "0, 0, 1 [L]"}),
+    "supported scene": (
+        lambda: GENERAL.replace(shaking=(0.1, 200, 0), turning=(0, 0, 3)),
+        {"shaking": "0.1, 200, 0 [L, rad/T, rad]", "turning": "0, 0, 3 [rad/T]"},
+    ),
+    "scenes in degrees": (
+        lambda: kr.Scene.spinning(CONE, spin=[[10], [30]], tilt=20, degrees=True, gravity=9.81),
+        {"spin": "10 .. 30 [deg/T]", "height": "0.06 .. 0.07 [L]", "mass": "0.1 [M]"},
+    ),
+    "no scene": (lambda: kr.scenes.cusps.vary(gravity=[1.0, 2.0])[:0], {}),
+    "closed form": (
+        lambda: kr.exact(kr.scenes.cusps),
+        {"motion type": "cusps ", "least nutation": f"{np.arccos(0.6):.6g} [rad]"},
+    ),
+    "free body": (
+        lambda: kr.exact(kr.Scene(kr.Body(1, (1, 2, 2.5), (0, 0, 0)), momentum=(1, 2, 3))),
+        {"momentum": "1, 2, 3 [M L^2 T^-1]"},
+    ),
+    "torus": (lambda: kr.exact(kr.scenes.kowalewski), {"kind": "kowalewski "}),
+    "closed forms": (
+        lambda: kr.exact(kr.scenes.cusps.vary(gravity=[1, 2])),
+        {"gravity": "1 .. 2 [L T^-2]"},
+    ),
+    "ensemble": (
+        lambda: kr.solve(kr.scenes.cusps.vary(gravity=np.linspace(1, 2, 9)), [0, 1, 2]),
+        {"states": "3 each ", "gravity": "1 .. 2 [L T^-2]"},
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", TABLES)
+def test_notebooks_show_numbers_with_their_units(kind):
+    make, expected = TABLES[kind]
+    html = make()._repr_html_()
+    assert html.count("<table>") == html.count("</table>") == 1
+    rows = re.findall(r"<tr><td[^>]*>(.*?)</td><td[^>]*>(.*?)</td><td[^>]*>(.*?)</td>", html)
+    table = {name: f"{value} {unit}" for name, value, unit in rows}
+    assert expected.items() <= table.items() and len(rows) == len(table)
 
 
 def test_notebooks_show_fits_as_tables():

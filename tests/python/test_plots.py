@@ -434,6 +434,16 @@ def test_a_fit_shows_measurements_on_the_fitted_motion():
         assert len(t) >= len(RECORD.t) and y == pytest.approx(FIT.path(t).apex[:, k], abs=1e-9)
 
 
+def test_axes_of_fits_have_the_units_of_the_record():
+    values = {"apex": CUSPS.apex[::9], "nutation": np.degrees(CUSPS.nutation[::9])}
+    values |= {"body_velocity_x": np.degrees(CUSPS.body_velocity[::9, 0])}
+    fit = kr.fit(kr.scenes.cusps, kr.Record(GRID[::9], values, 0.01, degrees=True), free="start")
+    upper, lower = fit.plot(time_unit="s")[::2], fit.plot(time_unit="s")[1::2]
+    labels = ["apex", "nutation [°]", "body velocity x [°/s]"]
+    assert [chart.get_ylabel() for chart in upper] == labels
+    assert {chart.get_xlabel() for chart in lower} == {"time [s]"}
+
+
 # Rods
 
 

@@ -289,7 +289,7 @@ class Rod:
         colour: str | None = None,
         elevation: float = 20.0,
         azimuth: float = 0.0,
-        length_unit: str = "T",
+        length_unit: str = "T of the top",
     ) -> Axes:
         """Draw the rod as a solid body with matplotlib, and return the axes.
 

@@ -17,12 +17,19 @@ from numpy.typing import ArrayLike
 from .._core import values as values_of_core
 from .._model.scene import Scene
 from .._results.path import Path
-from .._utils.arguments import Array, ReadOnlyArrays, as_int, optional_dependency
+from .._utils.arguments import (
+    Array,
+    ReadOnlyArrays,
+    as_int,
+    as_unit_name,
+    get_angular_unit,
+    optional_dependency,
+)
 from .._utils.files import atomic_write
 from .._utils.html import format_html_table
 from . import rotations
 from .parameters import FitPoint, FreeParameters
-from .records import Record
+from .records import MEASURABLE, Record
 from .residuals import Minimum, ResidualModel, join_paths, solve_from_start
 
 if TYPE_CHECKING:
@@ -429,30 +436,34 @@ class Fit(ReadOnlyArrays):
         points = [p.add_step_within_bounds(self._point, step) for step in steps]
         return Scene.stack([p.to_scene(point) for point in points])
 
-    def plot(self) -> FigureAxes:
+    def plot(self, *, time_unit: str = "T") -> FigureAxes:
         """Plot measurements, fitted motion and residuals with matplotlib, and return the axes.
 
         For each quantity, one chart shows the measurements and the fitted motion, and another chart
         shows the residuals. The line of the motion is computed between the measurements as well. If
         the motion has hundreds of turns, black dots show it at the times of the measurements. For
         attitudes, only the measurements are drawn. To save the figure to a file, call
-        `fit.plot().figure.savefig("fit.png")`.
+        `fit.plot().figure.savefig("fit.png")`. The labels name the unit of time `time_unit`, and
+        radians or degrees as in the record.
 
         Raises ImportError if matplotlib is not installed.
         """
         from .._plot.charts import plot_fit_panels
 
+        unit = as_unit_name("time_unit", time_unit)
         panels, motions = [], self._predict_measurements_densely()
         for i, record in enumerate(self.records):
             for series in record.series:
-                name = series.name
+                name, known = series.name, MEASURABLE[series.quantity]
                 panel = SimpleNamespace(name=name, t=record.t, motion=motions.get((i, name)))
+                panel.components = [name] if series.part is not None else known.components
+                panel.dimension = get_angular_unit(known.dimension, series.unit != 1.0)
                 panel.values = np.where(series.measured, series.values / series.unit, np.nan)
                 shape = len(record.t), series.residuals_per_row
                 panel.residuals = self.residuals[i][name].reshape(shape)
                 panel.sigma = self.sigma[i][name]
                 panels.append(panel)
-        return plot_fit_panels(panels)
+        return plot_fit_panels(panels, unit)
 
     def _predict_measurements_densely(self) -> dict[tuple[int, str], tuple[Array, Array]]:
         """Return {(record, quantity): (times, values)}, dense enough to be joined by lines.

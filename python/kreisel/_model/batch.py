@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import operator
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from html import escape
 from types import EllipsisType, MappingProxyType, NoneType
 from typing import Any, ClassVar, Self, TypeVar, overload
 
@@ -11,8 +13,16 @@ import numpy as np
 import numpy.typing as npt
 
 from .._utils.arguments import Array, HintingType, ShapedBase, freeze_array, short_repr
+from .._utils.html import format_html_table
 from . import parameters
-from .parameters import BatchParameter, Column, Index, Shape, collapse_broadcast_axes
+from .parameters import (
+    BatchParameter,
+    Column,
+    Index,
+    Shape,
+    collapse_broadcast_axes,
+    get_parameter_unit,
+)
 
 
 def broadcast_shapes(words: Iterable[BatchParameter], **more: Shape) -> Shape:
@@ -300,6 +310,33 @@ class BatchBase(ShapedBase, metaclass=HintingType):
             for name, x in self._varied.items()
         ] or [name for name, x in self._columns.items() if max(x.shape[:dims], default=0) > 1]
         return f"<{type(self).__name__} of shape {self.shape}: {', '.join(texts) or 'all equal'}>"
+
+    def _list_displayed_parameters(self) -> Mapping[str, Any]:
+        """Return the parameters that notebooks show, with values for all members."""
+        raise NotImplementedError
+
+    def _list_parameter_rows(self) -> list[tuple[str, str, str]]:
+        """Return the name, the value or the range of values, and the unit of each parameter."""
+        if not self.size:
+            return []
+        rows, dims = [], len(self.shape)
+        for name, given in {**self._list_displayed_parameters(), **self._varied}.items():
+            values = np.asarray(given)
+            columns = values.reshape(math.prod(values.shape[:dims]), -1).T
+            texts = [
+                f"{x.min():.6g}" + f" .. {x.max():.6g}" * bool(x.min() < x.max()) for x in columns
+            ]
+            width = values.shape[-1] if values.ndim > dims else 1
+            lines = [", ".join(texts[k : k + width]) for k in range(0, len(texts), width)]
+            unit = get_parameter_unit(name, self._in_degrees and name in self._varied)
+            rows.append((name.replace("_", " "), "; ".join(lines), unit and f"[{unit}]"))
+        return rows
+
+    def _repr_html_(self) -> str:
+        """Return a table of the parameters and their units, for display in notebooks."""
+        title = self._describe() if self.shape else f"<{type(self).__name__}>"
+        table = format_html_table(self._list_parameter_rows(), ("parameter", "value", "unit"))
+        return f"<p>{escape(title)}</p>\n{table}"
 
 
 def _is_integer(part: object) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import combinations
@@ -804,6 +804,14 @@ class Body(BatchBase):
         words += f", rotor={self.rotor!r}" if any(self.rotor) else ""
         words += f", wheels={self._used_wheels!r}" if self._has_wheels else ""
         return f"{type(self).__name__}({words}{', unphysical=True' if self.unphysical else ''})"
+
+    def _list_displayed_parameters(self) -> Mapping[str, Any]:
+        words = {name: getattr(self, name) for name in ("mass", "inertia", "com")}
+        if np.any(self.rotor):
+            words["rotor"] = self.rotor
+        if self._has_wheels:
+            words["wheels"] = self._used_wheels
+        return words
 
     @cached_property
     def kind(self) -> Any:

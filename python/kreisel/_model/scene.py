@@ -577,6 +577,18 @@ class Scene(BatchBase):
     def __getstate__(self) -> dict[str, Any]:
         return {name: x for name, x in self.__dict__.items() if name != "_core_scenes"}
 
+    def _list_displayed_parameters(self) -> Mapping[str, Any]:
+        words = {"momentum": self.momentum, "attitude": self.attitude}
+        if self._optional_gravity is not None:
+            words["gravity"] = self.gravity
+        others = {name: getattr(self, name) for name in ENVIRONMENT[1:]}
+        return words | {name: x for name, x in others.items() if has_nonzero_element(x)}
+
+    def _list_parameter_rows(self) -> list[tuple[str, str, str]]:
+        """Return the rows of the body and of the scene; both may name what varies."""
+        rows = *self.body._list_parameter_rows(), *super()._list_parameter_rows()
+        return [*{row[0]: row for row in rows}.values()]
+
     def _list_constructor_arguments(self) -> SceneKwargs:
         """Return constructor arguments that reproduce the scene."""
         is_one = self._has_common_damping and self._has_damping

@@ -523,6 +523,7 @@ def draw_section_points(
         most = max(int(top.max(initial=0)), 1)
         part = _DARKEST + (_BRIGHTEST - _DARKEST) * top / most
         colours = matplotlib.colormaps["viridis"](part)
+        chart.set_title("a colour for each top" if top.max(initial=0) else "", fontsize=9)
     else:
         palette = np.array([matplotlib.colors.to_rgba(colour) for _, colour in CLASSES])
         colours = palette[classes[top]]
@@ -533,7 +534,8 @@ def draw_section_points(
         ]
         chart.legend(
             handles=marks, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, fontsize=8,
-            frameon=False,
+            frameon=False, title_fontsize=8,
+            title="a longer t of kr.chaos settles doubt" if (classes == _DOUBTFUL).any() else None,
         )  # fmt: skip
     chart.scatter(x, y, c=colours, s=size, linewidths=0, rasterized=True)
     chart.set(xlabel=labels[0], ylabel=labels[1])
@@ -579,11 +581,12 @@ def plot_errors_of_runs(names: Sequence[str], errors: Sequence[Any], limit: floa
     return FigureAxes([left, right])
 
 
-def plot_fit_panels(panels: Sequence[Any]) -> FigureAxes:
+def plot_fit_panels(panels: Sequence[Any], time_unit: str) -> FigureAxes:
     """Draw two charts per panel: one of measurements and fitted motion, and one of residuals.
 
-    Each panel has the attributes name, t, values (n, j), residuals (n, k), where j > k for
-    attitudes, sigma, and motion: times and values that a line joins, or None.
+    Each panel has the attributes name, components (j names), dimension, t, values (n, j), residuals
+    (n, k), where j > k for attitudes, sigma, and motion: times and values that a line joins, or
+    None.
     """
     figure = Figure(figsize=(_WIDTH * len(panels), _HEIGHT), layout="constrained")
     axes: list[Axes] = []
@@ -591,14 +594,21 @@ def plot_fit_panels(panels: Sequence[Any]) -> FigureAxes:
     for (upper, lower), panel in zip(grid.T, panels, strict=True):
         for chart, columns in (upper, panel.values), (lower, panel.residuals):
             for k, column in enumerate(columns.T):
-                chart.plot(panel.t, column, ".", ms=3, color=_COLOURS[k % len(_COLOURS)])
+                colour = _COLOURS[k % len(_COLOURS)]
+                chart.plot(panel.t, column, ".", ms=3, color=colour, zorder=2.5)
         if panel.motion is not None:
             upper.plot(*panel.motion, color="black", lw=0.8)
         elif panel.values.shape == panel.residuals.shape:
             upper.plot(panel.t, panel.values + panel.residuals * panel.sigma, "k.", ms=1.5)
         upper.set_title(panel.name)
+        label = panel.name.replace("_", " ")
+        upper.set_ylabel(format_axis_label(label, panel.dimension, time_unit))
+        if len(panel.components) > 1:
+            named = zip(panel.components, _COLOURS, strict=False)
+            dots = {"marker": ".", "linestyle": ""}
+            upper.legend(handles=[make_legend_entry(*one, **dots) for one in named], fontsize=8)
         lower.axhline(0.0, color="black", lw=0.8)
-        lower.set_xlabel(format_axis_label("time", "T", "T"))
+        lower.set_xlabel(format_axis_label("time", "T", time_unit))
         lower.set_ylabel("residual [sigma]")
         axes += [upper, lower]
     return FigureAxes(axes)

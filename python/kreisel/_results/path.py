@@ -24,7 +24,7 @@ from .._options.plan import Plan, StepChoice, make_plan_of_tops, make_solve_plan
 from .._utils import arguments
 from .._utils.arguments import Array, Numbers, format_count, freeze_array, short_repr
 from .._utils.files import atomic_write
-from .._utils.html import format_picture_as_html
+from .._utils.html import format_html_table, format_picture_as_html
 from .._utils.quantity_attributes import QuantityAttributes, QuantityName
 from . import calls, results, tables
 from .calls import NO_STATES, ORIGIN, EnsembleBuffers, EventColumns
@@ -461,9 +461,19 @@ class Path(PathBase, TableExportMethods):
         return plot_paths(drawn, axes, degrees, time_unit)
 
     def _repr_html_(self) -> str | None:
-        """Return a picture, or None if it is empty, too large, or lacks a quantity."""
+        """Return a picture, or for more than 8 tops a table.
+
+        None if the path is empty, too long, or lacks a quantity of the picture.
+        """
+        if self.size > MOST_DRAWN:
+            counts = (
+                ("states", f"{self.t.shape[-1]} each", ""),
+                ("method", self._format_summary(), ""),
+            )
+            rows = [("tops", str(self.shape), ""), *counts, *self.scene._list_parameter_rows()]
+            return format_html_table(rows, ("ensemble", "value", "unit"))
         is_stored = self.want is None or {"apex", "nutation", "precession_angle"} <= {*self.want}
-        if not is_stored or not 0 < self.size <= MOST_DRAWN:
+        if not is_stored or not self.size:
             return None
         if not 0 < self.size * self.t.shape[-1] <= MOST_DISPLAYED:
             return None

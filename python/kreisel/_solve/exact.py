@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
-from typing import Any, Generic, Literal, TypeVar, cast, overload
+from typing import Any, ClassVar, Generic, Literal, TypeVar, cast, overload
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from .._results.path import EnsemblePath, Path
 from .._results.requests import record_path
 from .._utils import arguments
 from .._utils.arguments import Array, Numbers, as_finite_array
+from .._utils.html import format_html_table
 from .._utils.processes import Job, Progress, WorkerPool
 from . import torus
 
@@ -80,6 +81,12 @@ class Exact(Generic[_Values, _Paths]):
     scene: Scene
     _plan: Any  # the core.ExactPlan of one top
     _word: str  # the word for a member in messages
+    _displayed: ClassVar[dict[str, str]] = {  # what notebooks show of one top, and its unit
+        "motion_type": "",
+        **dict.fromkeys(["least_nutation", "greatest_nutation"], "[rad]"),
+        "period": "[T]",
+        **dict.fromkeys(["precession_rate", "spin_angle_rate"], "[rad/T]"),
+    }
 
     def __init__(self, scene: Scene, plan: Any = None, word: str = "top") -> None:
         fields = self.__dict__
@@ -93,6 +100,22 @@ class Exact(Generic[_Values, _Paths]):
             return f"<kreisel.Exact of shape {self.shape}>"
         rates = f"period {self.period:.6g}, precession {self.precession_rate:.6g}"
         return f"<kreisel.Exact: {rates}, spin angle {self.spin_angle_rate:.6g}; {self.scene!r}>"
+
+    def _repr_html_(self) -> str:
+        """Return a table of the motion and of the scene, for display in notebooks.
+
+        For many tops, only their parameters are shown, because nothing else is known at once.
+        """
+        rows = []
+        for name, unit in ({} if self.shape else self._displayed).items():
+            try:
+                values = np.ravel(getattr(self, name)).tolist()
+            except ValueError:  # the axis of a free asymmetric body has no such property
+                continue
+            texts = [x if isinstance(x, str) else f"{x:.6g}" for x in values]
+            rows.append((name.replace("_", " "), ", ".join(texts), unit))
+        rows += self.scene._list_parameter_rows()
+        return format_html_table(rows, ("closed form", "value", "unit"))
 
     def __eq__(self, other: object) -> bool:
         return type(other) is type(self) and bool(self.scene == other.scene)
@@ -387,6 +410,8 @@ class ExactTorus(Exact[float, Path]):
 
     period, precession_rate and spin_angle_rate are NaN; use `frequencies` instead.
     """
+
+    _displayed: ClassVar[dict[str, str]] = {"kind": "", "frequencies": "[rad/T]", "certificate": ""}
 
     def __repr__(self) -> str:
         rates = ", ".join(f"{rate:.6g}" for rate in self.frequencies)
