@@ -59,26 +59,19 @@ def solve(moments, q, m, t, **options):
 
 
 @LAWS
-@given(seed=SEEDS, order=ORDERS, turn=st.sampled_from([1e-3, 0.1, 1.4]))
+@given(seed=SEEDS, order=ORDERS, turn=st.sampled_from([1e-3, 0.1, 1.4, 2.0]))
 def test_a_step_has_the_bits_of_the_library(library, seed, order, turn):
-    """Otherwise the library renames the axes, or the angle is larger: the next test."""
+    """Unless the second moment is between the others, the library renames axes by a product.
+
+    It has sines of its own for larger angles. In both cases the results differ by rounding errors.
+    """
     moments, q, m = draw_body(seed)
-    moments = np.sort(moments)[:: 1 if seed % 2 else -1]
     h = turn * moments.min() / np.linalg.norm(m)
     truth = solve(moments, q, m, h, method=METHODS[order], step=h)
     stepped, momentum = advance(library, moments, q, m, h, order)
-    np.testing.assert_array_equal(stepped, truth)
+    is_same = turn < 2 and np.median(moments) == moments[1]
+    np.testing.assert_allclose(stepped, truth, rtol=0, atol=0 if is_same else 1e-15)
     np.testing.assert_array_equal(momentum, m)
-
-
-@LAWS
-@given(seed=SEEDS, order=ORDERS, turn=st.sampled_from([0.1, 2.0]))
-def test_a_step_agrees_with_the_library_for_moments_in_any_order(library, seed, order, turn):
-    moments, q, m = draw_body(seed)
-    h = turn * moments.min() / np.linalg.norm(m)
-    truth = solve(moments, q, m, h, method=METHODS[order], step=h)
-    stepped, _ = advance(library, moments, q, m, h, order)
-    np.testing.assert_allclose(stepped, truth, rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -91,6 +84,9 @@ def test_a_tumbling_cuboid_stays_near_its_closed_form(library, order, number, la
     truth = solve(moments, (1, 0, 0, 0), m, 10)
     q, _ = advance(library, moments, (1, 0, 0, 0), m, FRAME, order, number=number, steps=600)
     assert kr.attitude_error(q / np.linalg.norm(q), truth) < largest
+    q, m = advance(library, moments, q, m, FRAME, order, number=number, steps=20000)
+    body = kr.quaternion.turn_back(q, m)
+    assert body @ (body / moments) / 2 == pytest.approx(0.42, rel=1e-4)
 
 
 @LAWS
@@ -107,7 +103,7 @@ def test_the_step_is_exact_for_symmetric_bodies(library, seed, order, turn, axis
 
 @LAWS
 @given(seed=SEEDS, order=ORDERS, turn=st.sampled_from([0.0, 1e-30, 1.0, 100.0]))
-def test_large_steps_keep_the_momentum_the_norm_and_the_energy(library, seed, order, turn):
+def test_large_steps_keep_the_momentum_and_the_norm(library, seed, order, turn):
     moments, q, m = draw_body(seed)
     h = turn * moments.min() / np.linalg.norm(m)
     for number, largest in ((np.float64, 1e-13), (np.float32, 1e-4)):
