@@ -1,14 +1,20 @@
 // Drags with a mouse or finger. A face or edge turns the body, a corner resizes it or moves the
-// fixed point, the green tip sets the momentum, and a push adds to the momentum. A drag makes the
-// current state the start. A finger drags only the tip unless pushing is on; elsewhere it turns the
-// view.
+// fixed point, the green tip sets the momentum, a push adds to the momentum, and a swipe along the rim
+// of a round top adds to its spin. A drag makes the current state the start. A finger drags only the
+// tip and the rim unless pushing is on; elsewhere it turns the view.
 import { Plane, Quaternion, Vector3 } from "three";
 import { fitArrows } from "./camera.js";
 import { convertToCuboid, getCornerSigns, toQuaternion, resizeBody, toWxyz } from "./scene.js";
+import { simulation } from "./core.js";
+import { changeSpin } from "./setters.js";
 import { makeArrow, makeHighlight } from "./meshes.js";
 
 // Change of momentum, relative to m, for a push as long as the arrow of m at a lever of length 1.
 const PUSH_STRENGTH = 0.35;
+const RIM = 0.88; // least distance of the rim from the axis, over the largest one
+const [SWIPE_SPAN, LEAST_SPAN] = [120, 16]; // of the end of a swipe, which gives its speed [ms]
+const REST = 300; // a pointer at rest for this time before its release gives nothing [ms]
+const SHOWN = 1500; // how long the momentum of a swipe is shown after it [ms]
 
 export class DragHandler {
   current = null; // the drag in progress
@@ -33,7 +39,8 @@ export class DragHandler {
   // Return the part under a pointer that a drag would move.
   findPart({ clientX, clientY, pointerType }) {
     const hit = this.view.pick(clientX, clientY);
-    const looks = pointerType === "touch" && !this.isPushing && hit?.part !== "tip";
+    if (hit && isOnRim(this.view, hit)) hit.part = "rim";
+    const looks = pointerType === "touch" && !this.isPushing && !/^(tip|rim)$/.test(hit?.part);
     return looks ? undefined : hit;
   }
   beginDrag(event) {
@@ -49,9 +56,9 @@ export class DragHandler {
     view.canvas.setPointerCapture(event.pointerId);
     const part = pivot ? "pivot" : this.isPushing && hit.part !== "tip" ? "push" : hit.part;
     const wasRunning = page.isRunning;
-    if (part !== "push") page.setRunning(false);
+    if (!/^(push|rim)$/.test(part)) page.setRunning(false);
     // Keep the distance between the pointer and the middle of the handle.
-    const isHandle = part !== "push" && hit.part !== "face";
+    const isHandle = part !== "push" && !/^(face|rim)$/.test(hit.part);
     const grip = isHandle ? view.findHandle(hit.part, hit.i, hit.corner) : hit.point;
     const plane = makeFacingPlane(view, grip);
     const offset = intersectPlane(view, plane, event)?.sub(grip) ?? new Vector3();
@@ -59,6 +66,7 @@ export class DragHandler {
     const top = view.tops[hit.i];
     const place = top.body.worldToLocal(grip.clone());
     this.current = { ...hit, part, top, plane, offset, x, y, pointerId, wasRunning, place };
+    if (part === "rim") Object.assign(this.current, { swipe: [], along: findRimMotion(view, hit) });
     view.isPivotMoving = pivot;
     this.setHighlight(isHandle && hit);
   }
@@ -67,6 +75,7 @@ export class DragHandler {
     if (!drag && event.pointerType === "mouse" && !event.buttons) this.showHover(event);
     if (drag?.pointerId !== event.pointerId) return;
     if (drag.part === "push") return this.drawPush(event);
+    if (drag.part === "rim") return this.drawSwipe(event);
     const at = intersectPlane(view, drag.plane, event)?.sub(drag.offset);
     if (!at) return;
     if (!drag.hasMoved) {
@@ -78,8 +87,8 @@ export class DragHandler {
   }
   showHover(event) {
     const hit = this.findPart(event);
-    this.view.canvas.style.cursor = hit ? "grab" : "";
-    this.setHighlight(hit && hit.part !== "face" && hit);
+    this.view.canvas.style.cursor = hit ? (hit.part === "rim" ? "ew-resize" : "grab") : "";
+    this.setHighlight(hit && !/^(face|rim)$/.test(hit.part) && hit);
   }
   // Highlight the handle `hit`, or none.
   setHighlight(hit) {
@@ -119,7 +128,47 @@ export class DragHandler {
       setPose(scene, { top }, now.slice(0, 4), m.toArray());
     });
   }
-  endDrag({ pointerId, type }) {
+  // Draw the momentum that a swipe gives, at the tip of m.
+  drawSwipe({ clientX, clientY, timeStamp }) {
+    const { view, current: drag, pushArrow } = this;
+    const at = intersectPlane(view, drag.plane, { clientX, clientY });
+    if (!at) return;
+    drag.swipe.push([timeStamp, at.sub(drag.point).dot(drag.along)]);
+    const { given, tip } = this.computeSwipe(drag);
+    pushArrow.position.copy(tip);
+    pushArrow.pointTo(...given.multiplyScalar(view.momentumZoom));
+    pushArrow.visible = view.isDirty = true;
+  }
+  // Return the spin and the momentum after a swipe, the momentum that it gives, and the tip of m
+  // before. The swipe gives the spin that the pointer had about the axis, at the pace of the film.
+  computeSwipe({ i, top, swipe }) {
+    const { view, page } = this;
+    const [, ...pose] = simulation.getState(i);
+    const m = new Vector3(...pose.slice(4));
+    const rate = measureRate(swipe) / (page.scene.speed || 1);
+    const add = (spin) => spin + rate;
+    const { spin, momentum } = changeSpin(page.scene, pose.slice(0, 4), pose.slice(4), add);
+    const tip = m.clone().multiplyScalar(view.momentumZoom).add(top.group.position);
+    return { rate, spin, momentum, tip, given: new Vector3(...momentum).sub(m) };
+  }
+  // Change the spin by a swipe, and tell the momentum that it gives.
+  applySwipe(drag) {
+    const { page, view, pushArrow } = this;
+    const { rate, spin, momentum, given } = this.computeSwipe(drag);
+    if (!rate) return;
+    page.pushTop(page.tops[drag.i], (scene) => {
+      const now = getPose(scene, drag);
+      setPose(scene, drag, now.slice(0, 4), momentum);
+    });
+    const [size, change, now] = [given.length(), rate, spin].map((x) => +x.toPrecision(3));
+    const sign = change < 0 ? "−" : "+";
+    page.showMessage(
+      `Your swipe: spin ${sign}${Math.abs(change)} to ${now} rad/s, momentum ${sign}${size} N m s`,
+    );
+    pushArrow.visible = true;
+    setTimeout(() => (pushArrow.visible = !(view.isDirty = true)), SHOWN);
+  }
+  endDrag({ pointerId, type, timeStamp }) {
     const { view, page, current: drag } = this;
     if (drag?.pointerId !== pointerId) return;
     this.current = null;
@@ -129,6 +178,10 @@ export class DragHandler {
     view.draw();
     this.setHighlight(null);
     if (drag.part === "push") return drag.push && type === "pointerup" && this.applyPush(drag);
+    if (drag.part === "rim") {
+      const isMoving = timeStamp - drag.swipe.at(-1)?.[0] < REST;
+      return type === "pointerup" && isMoving && this.applySwipe(drag);
+    }
     if (drag.hasMoved && fitArrows(view))
       page.showMessage("The arrows are now drawn on a smaller scale");
     page.goal === null && page.setRunning(drag.wasRunning);
@@ -145,6 +198,31 @@ const makeFacingPlane = (view, point) =>
   new Plane().setFromNormalAndCoplanarPoint(view.camera.getWorldDirection(new Vector3()), point);
 const intersectPlane = (view, plane, { clientX, clientY }) =>
   view.castRay(clientX, clientY).ray.intersectPlane(plane, new Vector3());
+// Return whether a hit lies on the rim of a solid of revolution.
+function isOnRim({ tops, isRevolution, revolution }, { part, point, i }) {
+  if (part !== "face" || !isRevolution) return false;
+  const wide = Math.max(...revolution.profile.map(([, r]) => r));
+  const at = tops[i].solid.worldToLocal(point.clone()).setComponent(revolution.axis, 0);
+  return at.length() > RIM * wide;
+}
+// Return the vector in the picture whose product with a motion of the pointer from a place on the
+// rim is the angle about the axis.
+function findRimMotion(view, { point, i }) {
+  const { solid } = view.tops[i];
+  const { axis, up } = view.revolution;
+  const along = new Vector3().setComponent(axis, up).transformDirection(solid.matrixWorld);
+  along.cross(point.clone().sub(solid.getWorldPosition(new Vector3())));
+  const radius = along.length();
+  return along.projectOnPlane(view.camera.getWorldDirection(new Vector3())).setLength(1 / radius);
+}
+// Return the rate at the end of a swipe from its times [ms] and angles.
+function measureRate(swipe) {
+  if (swipe.length < 2) return 0;
+  const [last, angle] = swipe.at(-1);
+  const recent = swipe.findIndex(([time]) => time > last - SWIPE_SPAN);
+  const [first, from] = swipe[Math.min(recent, swipe.length - 2)];
+  return (1000 * (angle - from)) / Math.max(last - first, LEAST_SPAN);
+}
 // The pose of the dragged top: attitude and momentum, 7 numbers.
 const isSecond = (scene, { top }) => top.side === 1 && scene.second;
 const getPose = (scene, drag) =>

@@ -93,9 +93,8 @@ export function renderExercises(page, choosePreset) {
   const openNext = () => open(exercises[(exercises.findIndex(isOpen) + 1) % exercises.length]);
   const again = page.scene.about !== preset.about || page.scene.name !== preset.name;
   return html`<section aria-label="Try this" class="exercises"><div class="row"><b>Try this</b>
-    <button aria-label="Next exercise" aria-keyshortcuts="Y" @click=${openNext}>Next ▸</button></div>
+    <button aria-label="Next exercise" aria-keyshortcuts="Y" @click=${openNext}>Next ▸</button>
+    <button ?hidden=${!again} @click=${() => choosePreset(preset)}>Back to the start</button></div>
     ${exercises.map(renderExercise)}
-    <button class="exercise" ?hidden=${!again} @click=${() => choosePreset(preset)}>Back to the
-      start</button>
     </section>`;
 }

@@ -142,7 +142,7 @@ function showTime(rate) {
   const more = page.goal ? ` → ${page.goal / TICKS}` : "";
   getElement("clock").textContent = `t = ${(page.clock / TICKS).toFixed(2)}${more} s`;
   const slow =
-    rate && `slower than the chosen pace: ${rate.toPrecision(2)} units of time per second`;
+    rate && `slower than the chosen pace: ${rate.toPrecision(2)} s per second`;
   getElement("clock").title = slow || "time";
 }
 // Describe the tops that are shown at another time than the clock, because they move in steps.

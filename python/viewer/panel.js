@@ -22,6 +22,12 @@ const SECTION_NAMES = [
   ["thesis", "as in the thesis: moments"],
   ["round", "round"],
 ];
+// Accelerations at the surface [m/s²].
+const GRAVITIES = [
+  ["Earth", 9.81],
+  ["Moon", 1.62],
+  ["Jupiter", 24.8],
+];
 const COLOR_SCHEMES = [
   ["", "as in the system"],
   ["light", "light"],
@@ -37,6 +43,12 @@ const findPresetNumber = (name) => presets.findIndex((preset) => preset.name ===
 
 // Replace rounding errors by zero.
 const dropRounding = (x, size) => (Math.abs(x) < 1e-12 * size ? 0 : x);
+
+// Return the next larger number with one digit.
+function roundUp(x) {
+  const unit = 10 ** Math.floor(Math.log10(x));
+  return Math.ceil(x / unit) * unit;
+}
 
 // Format a number for a field, which cuts off the end of a longer text.
 function formatNumber(x, digits) {
@@ -59,8 +71,10 @@ export class Panel {
   }
   draw() {
     const { origin } = this.page;
-    if (this.origin !== origin) Object.assign(this, { origin, sliderEnds: {} }); // a new scene
-    render([this.renderHeader(), this.renderChart(), ...this.renderSections()], this.place);
+    // a new scene
+    if (this.origin !== origin) Object.assign(this, { origin, sliderEnds: {}, mostSpin: null });
+    const parts = [this.renderHand(), this.renderHeader(), this.renderChart()];
+    render([...parts, ...this.renderSections()], this.place);
     letKeysScroll(document.getElementById("about"));
     const { name } = this.page.scene;
     if (this.name === name) return;
@@ -82,7 +96,8 @@ export class Panel {
   }
   renderSlider(words, place, { min = 0, max = 10, step = 0.1, log = false, off = false } = {}) {
     const where = () => {
-      const x = getValue(this.page.scene, place) ?? 0.2;
+      const known = this.getValue(place);
+      const x = Number.isFinite(known) ? known : 0.2;
       return log ? Math.log10(x) : x;
     };
     const at = where();
@@ -173,8 +188,20 @@ export class Panel {
       <h2 id="preset">${known < 0 ? "" : known + 1} ${page.scene.name}</h2>
       <div id="about">${title ? html`<h3>${title}</h3>` : ""}<p>${describeScene(page)}</p></div>
       ${renderExercises(page, this.choosePreset)}
-      ${this.renderStart()}
     </header>`;
+  }
+  // Render the sliders that come first. That of the spin reaches beyond the spin of the scene.
+  renderHand() {
+    const { page } = this;
+    this.mostSpin ??= roundUp(2.5 * Math.max(4, Math.abs(this.getValue("spin")) || 0));
+    const renderGravity = ([name, g]) => html`<button aria-pressed=${page.scene.gravity === g}
+      @click=${() => page.setValue("gravity", g)}>${name}</button>`;
+    return html`<section id="hand" aria-label="Spin, tilt and gravity">
+      ${this.renderSlider("Spin", "spin", { max: this.mostSpin, step: this.mostSpin / 200 })}
+      ${this.renderSlider("Tilt [°]", "tilt", { max: 180, step: 1 })}
+      ${this.renderSlider("Gravity", "gravity", { max: 25 })}
+      <div class="row" role="group" aria-label="Gravity of">${GRAVITIES.map(renderGravity)}</div>
+    </section>`;
   }
   // Render the origin of the start.
   renderStart() {
@@ -226,22 +253,18 @@ export class Panel {
       (target.value = "")
     );
     return [
-      this.renderSlider("Speed", "speed"),
-      this.renderSlider("Gravity", "gravity"),
       this.renderSlider("Friction", "friction", { max: 2, step: 0.02 }),
       this.renderSlider("Damping", "damping", { max: 0.2, step: 0.002 }),
       this.renderSlider("Turntable", "turning.2", { min: -2, max: 2, step: 0.05 }),
-      html`<div class="pairs">
-        ${this.renderPair("Tilt [°]", this.renderNumber("Tilt, degrees", "tilt"))}
-        ${this.renderPair("Spin", this.renderNumber("Spin, number", "spin"))}</div>`,
       this.renderPair(
         "Jump to t",
         html`<input type="number" step="any" @change=${jumpToField} aria-keyshortcuts="J">`,
       ),
       html`<fieldset><legend>Angular momentum m in space</legend>
         ${COMPONENTS.map(number)}
-        </fieldset>
-        <p>Units: s, m, kg (friction in N m, damping in N m s), or any other consistent set.</p>`,
+        </fieldset>`,
+      this.renderStart(),
+      html`<p>Units: s, m, kg (friction in N m, damping in N m s), or any other consistent set.</p>`,
     ];
   }
   renderBody() {

@@ -64,6 +64,18 @@ const checkPositive = (x, name) => {
   return x;
 };
 
+// Return the spin, the angular velocity about the apex, after a change by the function `replace`,
+// and the momentum with this spin. The rest of the angular velocity is kept.
+export function changeSpin(scene, attitude, momentum, replace) {
+  const body = makeBody(scene.body, scene.rotor);
+  const start = measureStart(body, scene, attitude, momentum);
+  const [apex, velocity] = [start.apex, start.velocity].map((v) => new Vector3(...v));
+  const before = velocity.dot(apex);
+  const spin = replace(before);
+  velocity.addScaledVector(apex, spin - before);
+  return { spin, momentum: computeMomentum(body, scene, attitude, velocity.toArray()) };
+}
+
 const SETTERS = {
   "step.0": (scene, x) => (scene.step[0] = roundToTicks(x)),
   "step.1": (scene, x) => (scene.step = [scene.step[0], roundToTicks(x)]),
@@ -112,11 +124,8 @@ const SETTERS = {
   },
   // Set the angular velocity about the apex; keep the rest.
   spin(scene, wanted) {
-    const body = makeBody(scene.body, scene.rotor);
-    const start = measureStart(body, scene, scene.attitude, scene.momentum);
-    const [apex, velocity] = [start.apex, start.velocity].map((v) => new Vector3(...v));
-    velocity.addScaledVector(apex, checkNumber(wanted, "Spin") - velocity.dot(apex));
-    scene.momentum = computeMomentum(body, scene, scene.attitude, velocity.toArray());
+    checkNumber(wanted, "Spin");
+    scene.momentum = changeSpin(scene, scene.attitude, scene.momentum, () => wanted).momentum;
   },
   // Set a component of the rotor's momentum; keep the angular velocity of the body.
   rotor(scene, x, k) {

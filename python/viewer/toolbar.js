@@ -2,7 +2,7 @@
 import { html, nothing, render } from "lit-html";
 import { showHomeView } from "./camera.js";
 
-const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
+const SPEEDS = [0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1, 2, 5, 10];
 
 export class Toolbar {
   constructor(place, page, drags, keyboard, share) {
@@ -44,7 +44,7 @@ export class Toolbar {
     const { speed } = page.scene;
     const all = SPEEDS.includes(speed) ? SPEEDS : [speed, ...SPEEDS];
     const setSpeed = ({ target }) => page.setValue("speed", +target.value);
-    return html`<select aria-label="Pace" title="Pace: units of time per second"
+    return html`<select aria-label="Pace" title="Pace of the film: seconds of the motion per second"
       @change=${setSpeed}>
       ${all.map((x) => html`<option value=${x} .selected=${x === speed}>×${+x.toPrecision(3)}`)}
       </select>`;

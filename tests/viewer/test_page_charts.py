@@ -286,11 +286,11 @@ def test_the_shown_momentum_is_the_current_one_and_can_be_typed(page):
 
 
 def test_a_typed_value_is_set_even_if_the_field_showed_it_when_the_edit_began(page):
-    field = page.get_by_label("Tilt, degrees", exact=True)
+    field = page.get_by_label("Tilt [°], number", exact=True)
     shown = field.input_value()
     field.focus()
     page.advance(3)
-    page.fill_field("Tilt, degrees", shown)
+    page.fill_field("Tilt [°], number", shown)
     assert page.read_scene()["taken"] == 3
     assert np.degrees(page.measure_top(0, "nutation")) == pytest.approx(float(shown))
 

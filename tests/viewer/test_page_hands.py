@@ -3,7 +3,7 @@
 import kreisel as kr
 import numpy as np
 import pytest
-from browser import FINGERS, UPRIGHT, WIDE, Viewer, list_changes, wait_for
+from browser import FINGERS, PHONE, UPRIGHT, WIDE, Viewer, list_changes, wait_for
 
 EMPTY = (60, 120)  # a point of the picture beside the top
 EYE = "kreisel.view.camera.position.toArray()"
@@ -164,15 +164,57 @@ def test_a_push_changes_the_momentum_of_the_running_top(page, pointer):
     assert np.linalg.norm(np.subtract(after["momentum"], before.momentum)) > 0.1
 
 
+@pytest.mark.parametrize("pointer, way", [("mouse", 40), ("touch", -40)])
+def test_a_swipe_along_the_rim_gives_spin_alone(page, pointer, way):
+    page.load("A spinning top")
+    page.advance(2)
+    state = page.read_states()[0]
+    # Below the head of m, the front of the rim is met first from below.
+    front = page.evaluate("""(() => {
+        const [x, low] = kreisel.locate('tip'), {drags} = kreisel;
+        for (let clientY = 700; clientY > low; clientY -= 3)
+            if (drags.findPart({clientX: x, clientY, pointerType: 'touch'})?.part === 'rim')
+                return [x, clientY - 6];
+    })()""")
+    once = "kreisel.locate = () => (Object.assign(kreisel, {locate}), at)"
+    page.evaluate(f"(at) => {{ const {{locate}} = kreisel; {once}; }}", front)
+    page.swipe("rim", (way, 0), pointer)
+    page.evaluate("kreisel.page.setRunning(false)")
+    scene = page.read_scene()
+    assert scene["taken"] == 2 and scene["attitude"] == pytest.approx(state[1:5], abs=1e-12)
+    apex = kr.quaternion.turn(state[1:5], (0, 0, 1))
+    given = np.subtract(scene["momentum"], state[5:])
+    assert np.linalg.norm(np.cross(given, apex)) < 1e-9 and given @ apex * way > 0
+    change = given @ apex / page.build_scene().body.moments[2]
+    assert page.measure_top(0, "spin") == pytest.approx(22 + change)
+    assert f"{abs(given @ apex):.3g} N m s" in page.read_message()
+
+
+@pytest.mark.parametrize("size", [WIDE, PHONE])
+def test_spin_and_tilt_have_sliders_in_the_first_screen(page, size):
+    page.resize(size)
+    page.load("A spinning top")
+    apex = kr.quaternion.turn(page.read_scene()["attitude"], (0, 0, 1))
+    for name in ("Spin", "Tilt [°]"):
+        slider = page.get_by_role("slider", name=name, exact=True)
+        box = slider.bounding_box()
+        assert box["y"] >= 0 and box["y"] + box["height"] <= size[1]
+        slider.press("ArrowRight")
+    tilt = np.degrees(page.measure_top(0, "nutation"))
+    assert page.measure_top(0, "spin") > 22 and tilt == pytest.approx(31, abs=1e-9)
+    now = kr.quaternion.turn(page.read_scene()["attitude"], (0, 0, 1))
+    assert np.cross(apex, now)[2] == pytest.approx(0, abs=1e-12)  # the same direction about p
+
+
 # Fingers
 
 
-def test_a_finger_drags_only_the_tip_and_turns_the_view_elsewhere(browser):
+def test_a_finger_drags_only_tip_and_rim_and_turns_the_view_elsewhere(browser):
     page = Viewer(browser, **FINGERS).open()
-    for preset in ("A spinning top", UPRIGHT):
+    for preset, kinds in (("Gyroscope", ("face", "edge")), (UPRIGHT, ("face", "corner", "edge"))):
         page.load(preset)
         before = page.read_scene()
-        for kind in ("face", "corner", "edge"):
+        for kind in kinds:
             position = page.evaluate(EYE)
             page.swipe(kind, (60, 20), number=5)
             assert page.evaluate(EYE) != pytest.approx(position, abs=0.1), kind

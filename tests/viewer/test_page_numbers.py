@@ -92,7 +92,7 @@ def check_tilt_and_spin(page, t):
     """Set the tilt and the spin at the time `t`, and compare them with those in Python."""
     page.advance(t)
     spin, is_turning = page.measure_top(0, "spin"), any(page.read_scene()["turning"])
-    for name, place, value in (("Tilt, degrees", "nutation", 30), ("Spin, number", "spin", 7.5)):
+    for name, place, value in (("Tilt [°], number", "nutation", 30), ("Spin, number", "spin", 7.5)):
         assert is_turning or page.measure_top(0, "spin") == pytest.approx(spin, abs=1e-9)
         page.fill_field(name, value)
         number = getattr(kr.solve(page.build_scene(), [0.0]), place)[0]
