@@ -43,6 +43,7 @@ if TYPE_CHECKING:  # beside the core: imported on first access
     from ._fit.fit import fit
     from ._fit.records import Record
     from ._fit.result import Fit
+    from ._proof.enclosure import Enclosure, Verification, enclose
     from ._score.score import Score, score
     from ._sweep.source import Source
     from ._sweep.sweep import SweepResult, read_sweep, sweep
@@ -51,6 +52,7 @@ __all__ = [
     "Apex",
     "Body",
     "Chaos",
+    "Enclosure",
     "Error",
     "Event",
     "Events",
@@ -70,12 +72,14 @@ __all__ = [
     "Section",
     "Source",
     "SweepResult",
+    "Verification",
     "__version__",
     "apex",
     "attitude_error",
     "chaos",
     "citation",
     "compare",
+    "enclose",
     "events",
     "exact",
     "fit",
@@ -114,11 +118,14 @@ explain_public_names(
     sys.modules[__name__],
     constructible=("Event", "Record"),
     later={
+        "Enclosure": "._proof.enclosure",
         "Fit": "._fit.result",
         "Record": "._fit.records",
         "Score": "._score.score",
         "Source": "._sweep.source",
         "SweepResult": "._sweep.sweep",
+        "Verification": "._proof.enclosure",
+        "enclose": "._proof.enclosure",
         "fit": "._fit.fit",
         "read_sweep": "._sweep.sweep",
         "score": "._score.score",

@@ -236,6 +236,9 @@ PARTICULAR = spread(
         "chaos.direction": [None, [0.1] * 6],
         "ExactTorus.__call__.tangents": [None, "gravity"],  # "start" takes 1 s
         "events.wheel_rate.scene": [WHEELED],
+        "enclose.scene": [FREE, TOP, DAMPED, LAGRANGE],
+        "enclose.digits Path.verify.digits": [30, 20],
+        "Enclosure.compare.path": [PATHS[0]],
         "exact.scene": [*SCENES, SCENES[:2], *ENSEMBLES],
         "citation.result": [
             None,
@@ -278,6 +281,7 @@ PARTICULAR_WRONG = spread(
         "Scene.scatter.momentum Scene.scatter.attitude": NO_WIDTHS,
         "Source.scatter.momentum Source.scatter.attitude": NO_WIDTHS,
         "Body.with_wheel.inertia": NO_NUMBERS,
+        "enclose.digits Path.verify.digits": [0, 251, 20.5, "20", True, 10**6],
         "chaos.direction": [(1, 2), "up", [NAN] * 6, [0] * 6],
         "Record.from_csv.t Record.from_pandas.t sweep.direction scenes.name_of.scene": [],
         "Source.of.scene sweep.scene": NO_OBJECTS[:2],

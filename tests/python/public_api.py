@@ -35,6 +35,7 @@ SELVES = {  # factories of an instance for each class with methods
     kr.Apex: [always(kr.apex(PATHS[0])), always(kr.apex(PATHS[4]))],
     kr.Body: [always(body) for body in (*RIGHT["body"], *argument_values.BODIES)],
     types.StepChoice: [always(kr.solve(LAGRANGE, 1, "geometric", error=1e-3).plan.choice)],
+    kr.Enclosure: [always(kr.enclose(TOP, PATHS[0].t, digits=20))],
     kr.Event: [always(LOW), always(kr.events.loop(max_count=2, terminal=True))],
     kr.Events: [always(PATHS[2].events), always(argument_values.MANY[2].events)],
     kr.Fit: [always(fit) for fit in argument_values.FITS],
@@ -72,6 +73,7 @@ SELVES = {  # factories of an instance for each class with methods
     types.Steady: [always(kr.steady(LAGRANGE.body, [1.0, 2.0], gravity=1))],
     types.Stats: [always(PATHS[0].stats)],
     types.Table: [always(table())],
+    kr.Verification: [always(PATHS[0].verify(20))],
     types.View: [always(kr.view(TOP, open=False))],
 }
 

@@ -43,7 +43,11 @@ PLACES = {"file", "mesh", "source", "path", "checkpoint", "open", "to", "folder"
 # parameters with which a run may take hours if they are large
 LIMITED = {"pieces": 3, "max_evaluations": 30, "repeats": 3, "n": 50, "fps": 10, "size": 64}
 # more parameters with which a run may take hours
-SLOW = {"compare": {"t", "steps", "tols", "truth"}, "Path.animate": {"speed"}}
+SLOW = {
+    "enclose": {"t", "scene"},
+    "compare": {"t", "steps", "tols", "truth"},
+    "Path.animate": {"speed"},
+}
 
 CALLS = calls()
 GROUPS = {}  # the functions of each class or namespace

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
     from .._plot.charts import FigureAxes
     from .._plot.film import Film
+    from .._proof.enclosure import Verification
 
 
 MOST_DISPLAYED = 100_000  # number of states of the longest path that notebooks display as a picture
@@ -251,6 +252,24 @@ class Path(PathBase, TableExportMethods):
         # series. A large difference may be an error of the series with 20 digits: use 30 digits.
         is_unsure = self.method == EXACT and error > calls.ROUNDINGS * calls.ROUNDING
         return angle_to(calls.LONGEST_SERIES) if digits or is_unsure else error
+
+    def verify(self, digits: int = 45) -> Verification:
+        """Prove how far the states of one top are from the exact motion.
+
+        digits  as in kreisel.enclose, which this method compares with the path
+
+        Raises ValueError for many tops and for a path that does not begin at t = 0.
+
+            >>> import kreisel as kr
+            >>> kr.solve(kr.scenes.asymmetric, [5.0, 10.0]).verify().error < 1e-14
+            True
+        """
+        check_is_one("verify needs", self)
+        if self.start_time:
+            raise ValueError(f"verify needs a path from t = 0, not from {self.start_time!r}")
+        from .._proof.enclosure import enclose
+
+        return enclose(self.scene, self.t, digits=digits).compare(self)
 
     @cached_property
     def plan(self) -> Plan:

@@ -1,0 +1,1 @@
+"""Proved enclosures of the motion, in the ball arithmetic of FLINT."""
