@@ -564,7 +564,9 @@ _COLOURS = (BLUE, ORANGE, "#5a9e6f")
 _WIDTH, _HEIGHT = 4.5, 4.5  # size of a column of two charts [inches]
 
 
-def plot_errors_of_runs(names: Sequence[str], errors: Sequence[Any], limit: float) -> FigureAxes:
+def plot_errors_of_runs(
+    names: Sequence[str], errors: Sequence[Any], limit: float, time_unit: str
+) -> FigureAxes:
     """Draw the attitude errors of runs over time, with the error allowed, and the energy errors."""
     figure = Figure(figsize=(2.0 * _WIDTH, _HEIGHT), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -577,7 +579,7 @@ def plot_errors_of_runs(names: Sequence[str], errors: Sequence[Any], limit: floa
     left.legend()
     right.set_ylabel("relative change of the energy")
     for chart in (left, right):
-        chart.set_xlabel(format_axis_label("time", "T", "T"))
+        chart.set_xlabel(format_axis_label("time", "T", time_unit))
     return FigureAxes([left, right])
 
 

@@ -139,7 +139,7 @@ class Score(ReadOnlyArrays):
         """
         from .._plot.charts import plot_errors_of_runs
 
-        return plot_errors_of_runs(self.names, self._errors, self.limit)
+        return plot_errors_of_runs(self.names, self._errors, self.limit, "s" if self.case else "T")
 
     def _repr_html_(self) -> str | None:
         return format_picture_as_html(self.plot, repr(self))
@@ -283,7 +283,8 @@ def _choose_velocities(run: ComputedMotion, true_w: Array) -> tuple[Array, bool]
     in_body = np.stack(turn_back(tuple(run.q.T), tuple(run.w.T)), axis=-1)
     forms = [run.w, in_body, run.w * RADIANS_PER_DEGREE, in_body * RADIANS_PER_DEGREE]
     gaps = [float(np.median(_norm(form - true_w))) for form in forms]
-    is_in_degrees = min(gaps[2:]) < _TELLING * min(gaps[:2])
+    least = min(*gaps[:2], float(np.median(_norm(true_w))))
+    is_in_degrees = min(gaps[2:]) < _TELLING * least
     best = int(np.argmin(gaps if is_in_degrees else gaps[:2]))
     return forms[best], is_in_degrees
 
