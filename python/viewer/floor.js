@@ -1,6 +1,7 @@
 // The room: the floor, the lights and soft shadows. A shadow is the body projected onto the floor
 // from several points of a wide lamp: sharp near the contact and soft farther up. The picture is
-// seen from the support: about a turntable, which stands still in the picture, the room turns.
+// seen from the support: about a turntable, which stands still in the picture, the room turns, unless
+// the camera turns with the room.
 import * as THREE from "three";
 
 const LAMP = new THREE.Vector3(2.2, -2.6, 7); // direction to the lamp and to the main light
@@ -69,12 +70,14 @@ export class Floor {
   set visible(on) {
     this.group.visible = on;
   }
-  // Show a turntable of a radius, or none with the radius 0.
-  showTable(radius) {
-    this.table.visible = this.north.visible = radius > 0;
-    if (!radius) return;
+  // Show the mark N beyond a radius at an angle about the vertical, unless it is null, and a turntable
+  // with this radius.
+  showTable(radius, isTable, north) {
+    this.table.visible = isTable;
+    this.north.visible = north !== null;
     this.table.scale.set(radius, radius, 1);
     this.north.scale.y = radius + BEYOND;
+    this.north.rotation.z = north ?? 0;
   }
   // Return the end of the mark of the room, towards which tops lean that start by angles.
   findNorth() {

@@ -256,6 +256,7 @@ export class Panel {
       this.renderSlider("Friction", "friction", { max: 2, step: 0.02 }),
       this.renderSlider("Damping", "damping", { max: 0.2, step: 0.002 }),
       this.renderSlider("Turntable", "turning.2", { min: -2, max: 2, step: 0.05 }),
+      this.renderCheckbox("Seen from the room around the turntable", "show.room", "U"),
       this.renderPair(
         "Jump to t",
         html`<input type="number" step="any" @change=${jumpToField} aria-keyshortcuts="J">`,

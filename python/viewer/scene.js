@@ -44,6 +44,7 @@ export const DEFAULTS = {
     momentum: true, // the arrow m
     velocity: true, // the arrow omega
     vertical: true, // the arrow p
+    room: false, // whether the camera stands in the room around a turntable
     torque: false, // weight, torque, and the trace of the tip of m
     solid: "top", // "top", "box" or "none"
     opacity: 0.3,
@@ -178,6 +179,12 @@ export function listTops(scene, body) {
 export const hasFriction = ({ damping, friction }) => damping > 0 || friction > 0;
 // Return whether the support turns about the vertical. Any other turning is that of the ground.
 export const isOnTurntable = ({ turning: [x, y, rate] }) => !x && !y && rate !== 0;
+// Return the angle about the vertical of the mark N: of a direction in the room around a turntable,
+// or of the axis of the turning ground. Other supports have none: null.
+export function findNorthAngle(scene) {
+  const [x, y] = scene.turning;
+  return isOnTurntable(scene) ? 0 : x || y ? Math.atan2(x, -y) : null;
+}
 // Return the angle about the vertical of the room, as seen from a turntable, at a time.
 export const computeRoomAngle = (scene, t) =>
   isOnTurntable(scene) ? (scene.heading - scene.turning[2] * t) % (2 * Math.PI) : 0;

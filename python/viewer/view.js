@@ -7,7 +7,7 @@ import { Floor, NORTH } from "./floor.js";
 import { makeApexSphere } from "./apex_sphere.js";
 import { Labels } from "./labels.js";
 import { setPictureSize } from "./wide_lines.js";
-import { computeRoomAngle, getCornerSigns, hasFriction } from "./scene.js";
+import { computeRoomAngle, findNorthAngle, getCornerSigns, hasFriction } from "./scene.js";
 import { isOnTurntable, isTurning, toQuaternion, SECTIONS } from "./scene.js";
 import {
   makeArrow,
@@ -158,8 +158,10 @@ export class View {
     this.labels.setLabels(labels, page.isProjector ? 1.6 : 1);
     const isLower = this.isHome && height < this.lookedAt; // than at the last home view
     if (this.isNew || isLower) this.moveHome();
+    this.isNewRoom = this.isNew; // a camera at home keeps its place
     this.isNew = false;
     this.showScene(page.scene);
+    this.isNewRoom = false;
   }
   // Return a key of everything that meshes are made from. While it stays equal, `updateTop`,
   // `showScene` and `draw` update the existing meshes.
@@ -204,7 +206,7 @@ export class View {
   // sphere. It adapts to the window until the user moves the camera.
   moveHome() {
     const { scene } = this.page;
-    const hasRoom = this.page.contact !== null || isOnTurntable(scene);
+    const hasRoom = this.page.contact !== null || findNorthAngle(scene) !== null;
     const room = hasRoom ? FRONT_ROOM : 0;
     const [low, high] = [this.floor.height - room, Math.max(this.traceRadius, 2.4)];
     const wide = this.pixels[0] > 1.1 * this.pixels[1] ? 1 : 1.6;
@@ -310,8 +312,9 @@ export class View {
       top.solid.handles[0].visible = top.role === "thick" && apart;
     }
     this.floor.visible = show.floor;
-    const isTableShown = show.floor && isOnTurntable(this.page.scene);
-    this.floor.showTable(isTableShown ? TABLE + ((this.sides - 1) * distance) / 2 : 0);
+    const { scene } = this.page;
+    const isTable = show.floor && isOnTurntable(scene);
+    this.floor.showTable(TABLE + ((this.sides - 1) * distance) / 2, isTable, findNorthAngle(scene));
     this.floor.showShadows(show.solid !== "none", show.rod);
     this.orbit.object = this.cameras[+show.flat];
     // Keep the camera from sinking far below the floor.
@@ -324,7 +327,7 @@ export class View {
   draw() {
     const { show } = this.page.scene;
     const [time] = simulation.getState(0);
-    this.floor.room.rotation.z = computeRoomAngle(this.page.scene, time);
+    this.turnRoom(computeRoomAngle(this.page.scene, time));
     this.tops.forEach((top, i) => {
       const [, w, x, y, z, ...m] = simulation.getState(i);
       top.body.quaternion.set(x, y, z, w);
@@ -349,6 +352,15 @@ export class View {
       if (show.rod) top.rod.update(i, 0.5 * this.zoom, 0.08 * show.thickness, power);
     });
     this.isDirty = true;
+  }
+  // Turn the room, and with it a camera that stands in the room.
+  turnRoom(angle) {
+    const { orbit, camera, floor } = this;
+    const change = angle - floor.room.rotation.z;
+    floor.room.rotation.z = angle;
+    if (!change || this.isNewRoom || !this.page.scene.show.room) return;
+    camera.position.sub(orbit.target).applyAxisAngle(camera.up, change).add(orbit.target);
+    orbit.update();
   }
   // Draw the weight at the centre of mass, and at the tip of m the torque about the fixed point,
   // the rate of change of m.
@@ -442,11 +454,13 @@ export class View {
     const isAlone = !hasFriction(scene) && !isTurning(scene);
     return `torque of the weight${isAlone ? ": the rate of change of m" : ""}`;
   }
-  // Return the label of the direction that stands still in the room, on a turntable.
+  // Return the label of the mark N.
   listRoomLabels() {
-    if (!isOnTurntable(this.page.scene)) return [];
+    if (findNorthAngle(this.page.scene) === null) return [];
     const place = () => (this.page.scene.show.floor ? this.project(this.floor.findNorth()) : null);
-    const about = "north in the room, which turns as seen from the turntable";
+    const about = isOnTurntable(this.page.scene)
+      ? "north in the room, which turns as seen from the turntable"
+      : "north, along the axis of the turning ground";
     return [{ words: "N", colour: NORTH, about, at: place }];
   }
   // Return the labels with method names, if the methods differ.

@@ -233,18 +233,45 @@ def test_a_gyroscope_on_a_turntable_keeps_pointing_north(page, exercise):
         assert measure_heading_from_north(page) == pytest.approx(0, abs=1e-9), act
 
 
-def test_only_a_turntable_shows_a_table_and_the_north_of_the_room(page):
+def test_only_a_turntable_shows_a_table_and_only_turning_supports_a_north(page):
     shown, start = "kreisel.view.floor.table.visible", {"tilt": 50, "spin": 3}
     north = page.locator(".labels span", has_text=re.compile("^N$"))
-    for turning, is_table in (([0, 0, -1], True), ([0.1, 0, 1], False), ([0, 0, 0], False)):
+    cases = (([0, 0, -1], True, 1), ([0.1, 0, 1], False, 1), ([0, 0, 0], False, 0))
+    for turning, is_table, marks in cases:
         page.load(GYROSCOPE, start=start, turning=turning, methods=["taylor"])
         page.advance(2)
-        assert (page.evaluate(shown), north.count()) == (is_table, int(is_table))
+        assert (page.evaluate(shown), north.count()) == (is_table, marks)
         assert page.evaluate("kreisel.view.floor.room.rotation.z") == (2 if is_table else 0)
     page.get_by_role("slider", name="Turntable").press("ArrowRight")
     assert page.evaluate(shown)
     page.get_by_role("checkbox", name="Floor").uncheck()
     assert not page.evaluate(shown)
+
+
+def test_seen_from_the_room_the_north_rests_and_the_table_turns(page):
+    page.open_exercise(TURNTABLE, "See it from the room")
+    north = "kreisel.view.project(kreisel.view.floor.findNorth())"
+    mark = """(({floor, camera}) => kreisel.view.project(
+        floor.table.localToWorld(camera.position.clone().set(0, -0.9, 0))))(kreisel.view)"""
+    places = []
+    for t in (0, 3, 7, 1):
+        page.evaluate(f"kreisel.page.jumpTo({t}), kreisel.view.render()")
+        page.wait_until_time(t)
+        places.append([page.evaluate(north), page.evaluate(mark)])
+    rest, moves = np.ptp(places, axis=0)
+    assert rest == pytest.approx([0, 0], abs=1e-6) and moves[0] > 100
+
+
+@pytest.mark.parametrize("exercise", [None, "Start it to the south"])
+def test_a_gyrocompass_comes_to_rest_pointing_north(page, exercise):
+    page.open_exercise("Gyrocompass", exercise)
+    axis = kr.quaternion.turn(page.read_scene()["attitude"], (-1, 0, 0))
+    page.advance(60)
+    rotor = kr.quaternion.turn(page.read_states()[0][1:5], (-1, 0, 0))
+    north = page.evaluate("(kreisel.view.render(), kreisel.view.floor.findNorth())")
+    for vector, least, most in ((axis, 80, 181), (rotor, 0, 0.5)):
+        heading = np.angle(complex(*vector[:2]) / complex(north["x"], north["y"]), deg=True)
+        assert least <= abs(heading) <= most
 
 
 @pytest.mark.parametrize("size", [WIDE, PHONE])
