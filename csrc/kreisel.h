@@ -740,13 +740,13 @@ typedef struct kr_exact kr_exact;
  * Lagrange tops and free bodies. */
 #define KR_EXACT_SIZE 704
 KR_API size_t kr_exact_size(const kr_scene *scene);
-/* Computes the closed form in memory of kr_exact_size(scene) bytes, which the caller owns and which
- * must be aligned for doubles. Returns KR_ERR_METHOD if there is none, or none with a `certificate`
- * below `bound` (0: KR_EXACT_BOUND); then only kr_exact_describe may be called. Moments and centre
- * of mass of Kowalewski and Goryachev-Chaplygin tops must satisfy their conditions exactly: near a
- * separatrix, the attitude can be arbitrary if only their rounding errors differ. Lagrange tops are
- * refused if they are almost but not exactly vertical (tilt and horizontal momentum below
- * 1e-70). */
+/* Computes the closed form in memory of kr_exact_size(scene) bytes. The caller owns this
+ * memory, which must be aligned for doubles. Returns KR_ERR_METHOD if the scene has no closed
+ * form, or if its `certificate` exceeds `bound` (0: KR_EXACT_BOUND). In this case, only
+ * kr_exact_describe may be called. The moments and the centre of mass of Kowalewski and
+ * Goryachev-Chaplygin tops must satisfy their conditions exactly: near a separatrix, a rounding
+ * error of these parameters can change the attitude completely. Lagrange tops are refused if
+ * they are almost but not exactly vertical (tilt and horizontal momentum below 1e-70). */
 KR_API kr_status kr_exact_plan(const kr_scene *scene, double bound, kr_exact *exact);
 /* Returns the numbers that describe the motion, or its refusal. */
 KR_API kr_exact_info kr_exact_describe(const kr_exact *exact);

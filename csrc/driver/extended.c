@@ -29,7 +29,7 @@ static vec_dd change_by_low_words(const kr_top *top, const kr_state *start, cons
  * relative to the norm would be amplified by the small moment of inertia of a thin rod. */
 static vec_dd momentum_in_body(const kr_top *top, const kr_state *start, const kr_state *low)
 {
-    const split_vec in_space = split_of(start->m), given = split_turn_back(start->q, &in_space),
+    const split_vec in_space = split_vec_of(start->m), given = split_turn_back(start->q, &in_space),
                     own = top->is_turned ? split_turn_back(top->axes, &given) : given;
     dd square = qdd_square(low ? q_dd(start->q, low->q) : qdd_of(start->q));
     if (top->is_turned) square = dd_mul(square, qdd_square(qdd_of(top->axes)));

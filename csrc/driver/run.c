@@ -198,7 +198,10 @@ static int round_digits(int digits)
     return digits == 0 ? 0 : digits <= 16 ? 16 : digits <= 20 ? 20 : 30;
 }
 /* Returns the total number of doubles in the work arrays of all motions. */
-static size_t total_work(const kr_method *method) { return (method->at ? 1 : 3) * method->work; }
+static size_t count_work_doubles(const kr_method *method)
+{
+    return (method->at ? 1 : 3) * method->work;
+}
 #define X(by, bit, columns, name) | (bit)
 enum { ALL_TANGENTS = 0 KR_TANGENT_LIST(X) };
 #undef X
@@ -296,7 +299,7 @@ static void assign_memory(kr_top *top, int has_tangents)
 {
     const size_t work = top->method->work;
     top->main.work = align64(top->memory);
-    if (has_tangents) top->tangents = align64(top->main.work + total_work(top->method));
+    if (has_tangents) top->tangents = align64(top->main.work + count_work_doubles(top->method));
     if (top->method->at) return;
     top->saved.work = top->main.work + work;
     top->side.work = top->saved.work + work;
@@ -305,7 +308,7 @@ kr_config kr_config_default(void) { return (kr_config){0}; }
 kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t extra, kr_top **top)
 {
     const size_t tangents = kr_tangents_size(method, config),
-                 doubles = 2 * CACHE_LINE + total_work(method) + tangents + extra;
+                 doubles = 2 * CACHE_LINE + count_work_doubles(method) + tangents + extra;
     kr_top *made = calloc(1, sizeof *made + doubles * sizeof(double));
     if (!made) return KR_ERR_MEMORY;
     made->method = method;
@@ -348,7 +351,7 @@ void kr_top_free(kr_top *top)
 }
 /* Copies the newly initialized top `begun` to `top`, but keeps the memory of `top`. The work array
  * of `begun` is the spare work array of `top`. */
-static void take_over(kr_top *top, const kr_top *begun)
+static void replace_top(kr_top *top, const kr_top *begun)
 {
     const kr_motion main = top->main, side = top->side, kept = top->saved;
     *top = *begun;
@@ -384,7 +387,7 @@ kr_status kr_top_init(kr_top *top, const kr_scene *scene, const kr_state *low,
     begun.main.aux = spare->aux;
     status = start_top(&begun, scene, low, top->method, config);
     if (status == KR_OK)
-        take_over(top, &begun);
+        replace_top(top, &begun);
     else
         spare->aux = begun.main.aux;
     return status;

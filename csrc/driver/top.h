@@ -143,9 +143,8 @@ static inline double kr_step_directed(double step, int back)
     const double size = fabs(step);
     return !back ? size : size > 0.0 ? -size : -0.1;
 }
-/* Moves the top to the last point that the integration has reached, unless that point is beyond the
- * time t.
- * Does nothing if the integration has not passed the last requested time. */
+/* Moves the top to the last point that the integration has reached, unless this point is beyond
+ * the time t. Does nothing if the integration has not passed the last requested time. */
 kr_status kr_top_sync(kr_top *top, double t);
 /* After a failure, restores the saved motion and repeats its steps up to the last valid state.
  * Returns the status code that describes the failure. */

@@ -17,7 +17,7 @@ static double lower_bound_of_horizon(const kr_scene *s)
 }
 /* Returns 1 if the output times of a top are monotonic and within the limits on their magnitude and
  * number. For a closed-form solution, each requested time counts as one step. */
-static int is_ordered(const kr_config *config, const kr_tops *tops, size_t i)
+static int are_times_valid(const kr_config *config, const kr_tops *tops, size_t i)
 {
     const kr_scene *scene = &tops->scenes[i];
     const double *t = kr_worker_times_of(tops, i), start = scene->start.t,
@@ -103,7 +103,7 @@ void kr_exact_batch_run(kr_worker *worker, size_t from, size_t n, kr_status stat
     kr_exact_run(&request);
     for (size_t i = 0; i < n && !worker->interrupted; i++) {
         if (status[i] != KR_OK) continue;
-        if (!is_ordered(&worker->config, tops, from + i))
+        if (!are_times_valid(&worker->config, tops, from + i))
             kr_worker_run_scalar(worker, worker->exact_top, from + i);
         else if (at_once)
             store_computed_states(worker, from + i);

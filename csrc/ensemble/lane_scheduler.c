@@ -89,30 +89,31 @@ static kr_vec3 with_negative_zeros(kr_vec3 v)
 {
     return v3(-(0.0 - v.x), -(0.0 - v.y), -(0.0 - v.z));
 }
-/* Returns `apart`, the difference between two moments of inertia. If the top has a rotor, a
- * difference of zero is replaced by a tiny number, because the rotor terms of the series are
- * divided by the difference of the moments. */
-static double product_factor(double apart, double moment, double h1, double h2)
+/* Returns `apart`, the difference between two moments of inertia. If the top has a rotor and
+ * `apart` is almost zero, returns a tiny number instead, because the rotor terms of the series
+ * are divided by this difference. */
+static double replace_zero_difference(double apart, double moment, double h1, double h2)
 {
     const double least = KR_LEAST_FACTOR * moment + DBL_MIN;
     return (h1 != 0.0 || h2 != 0.0) && fabs(apart) < least ? least : apart;
 }
-/* Returns the differences of the moments of inertia, after product_factor has replaced values near
- * zero. */
+/* Returns the differences of the moments of inertia, after replace_zero_difference has replaced
+ * values near zero. */
 static kr_vec3 moments_apart(kr_vec3 A, kr_vec3 h)
 {
-    return v3(product_factor(A.y - A.z, A.x, h.y, h.z), product_factor(A.z - A.x, A.y, h.z, h.x),
-              product_factor(A.x - A.y, A.z, h.x, h.y));
+    return v3(replace_zero_difference(A.y - A.z, A.x, h.y, h.z),
+              replace_zero_difference(A.z - A.x, A.y, h.z, h.x),
+              replace_zero_difference(A.x - A.y, A.z, h.x, h.y));
 }
 /* Returns `torque` / `factor`, or -0 if there is no torque. */
-static double shift_by(double torque, double factor)
+static double divide_torque(double torque, double factor)
 {
     return torque == 0.0 ? -0.0 : torque / factor;
 }
 static void set_shifts(kr_lane_number *to, int lane, kr_vec3 torque, kr_vec3 factor)
 {
-    set_components(to, lane, shift_by(torque.x, factor.x), shift_by(torque.y, factor.y),
-                   shift_by(torque.z, factor.z));
+    set_components(to, lane, divide_torque(torque.x, factor.x), divide_torque(torque.y, factor.y),
+                   divide_torque(torque.z, factor.z));
 }
 /* Constants of the equations of motion for permuted body axes, in the units of the Taylor series.
  * The member `apart` holds the differences between the moments of inertia, which are stored in
@@ -155,8 +156,8 @@ static kr_vec3 v_times_power_of_2(kr_vec3 a, int power)
 /* Writes the initial tangent, expressed in the principal axes of the method and in internal units.
  * The user's tangent is scaled by a power of two so that its squared norm does not overflow. The
  * default tangent has arbitrary components, so it is unlikely to lie in a symmetry direction. */
-static void initial_direction(const kr_worker *worker, const kr_top *top, double rate,
-                              kr_vec3 *turn, kr_vec3 *push)
+static void set_initial_tangent(const kr_worker *worker, const kr_top *top, double rate,
+                                kr_vec3 *turn, kr_vec3 *push)
 {
     const double *given = worker->tops->direction;
     const kr_quat to_body = q_conj(q_mul(top->scene.start.q, top->axes));
@@ -194,7 +195,7 @@ static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
     kr_lane_tangents *g = l->tangents;
     const kr_vec3 A = top->main.inertia;
     kr_vec3 turn, push;
-    initial_direction(worker, top, rate, &turn, &push);
+    set_initial_tangent(worker, top, rate, &turn, &push);
     const shifted_constants constants = shift_constants(&top->main, rate, shift);
     set_growth_constants(l, lane, &constants);
     kr_growth others = g->end;
@@ -209,8 +210,8 @@ static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
     const double size = v_length(turn) + v_length(push), per = 1.0 / A.x + 1.0 / A.y + 1.0 / A.z;
     return g->first_size[lane] > 1e-10 * size && size < INFINITY && per < MAX_INVERSE_MOMENT;
 }
-/* Loads the top in worker->fallback into a SIMD lane. Returns 0 if the initial tangent is invalid.
- * */
+/* Loads the top in worker->fallback into a SIMD lane. Returns 0 if the initial tangent is
+ * invalid. */
 static int load_lane(kr_worker *worker, int lane)
 {
     const kr_top *top = worker->fallback;
@@ -338,7 +339,7 @@ static int find_free_lane(const kr_worker *worker)
     while (lane < *worker->isa->lanes && worker->busy >> lane & 1) lane++;
     return lane;
 }
-/* Returns 1 unless damping is certainly not strong at any requested time of top i. */
+/* Returns 0 only if damping of top i is not strong at any time up to its last requested time. */
 static int may_be_strongly_damped(const kr_worker *worker, size_t i)
 {
     const kr_top *top = worker->fallback;

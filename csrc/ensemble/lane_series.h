@@ -319,9 +319,10 @@ INLINE lane_quat shortest_turn(lane_vec p, lane_vec d)
                          wide_fma(p.z, d.x, -(p.x * d.z)), wide_fma(p.x, d.y, -(p.y * d.x))};
     return s;
 }
-/* Returns the attitude, computed from the vertical and the heading as exp(e3 f/2) q s(P). If
- * `headless` is nonzero, returns a rotation that takes P to the vertical and does not depend on the
- * heading. */
+/* Returns the attitude exp(e3 f/2) q s(P). Here q is the attitude at the beginning of the step,
+ * f the heading, and s(P) the shortest rotation from the vertical P to its value at the
+ * beginning of the step (lane_state.h). If `headless` is nonzero, returns a rotation that takes
+ * P to the vertical; its heading is arbitrary. */
 INLINE lane_quat lane_attitude(kr_lanes *l, const lane_point *at, int headless)
 {
     if (headless) {

@@ -137,19 +137,20 @@ INLINE lane_vec momentum_at(kr_lane_tangents *g, const lane_point *at)
  * vertical. */
 typedef struct {
     lane_deviation flow, turn;
-} known_solutions;
-INLINE known_solutions known_solutions_at(kr_lane_tangents *g, const lane_point *at)
+} trivial_solutions;
+INLINE trivial_solutions trivial_solutions_at(kr_lane_tangents *g, const lane_point *at)
 {
-    const known_solutions r = {{at->w, lane_vec_cross(at->p, lane_vec_load(g->c))},
-                               {at->p, lane_vec_cross(at->p, momentum_at(g, at))}};
+    const trivial_solutions r = {{at->w, lane_vec_cross(at->p, lane_vec_load(g->c))},
+                                 {at->p, lane_vec_cross(at->p, momentum_at(g, at))}};
     return r;
 }
 /* Returns the component of `d` orthogonal to the two trivial solutions. If the two trivial
  * solutions are parallel to within rounding errors, only the component of `d` along the flow is
  * removed. */
-INLINE lane_deviation remove_known(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
+INLINE lane_deviation remove_trivial_solutions(kr_lane_tangents *g, const lane_point *at,
+                                               lane_deviation d)
 {
-    const known_solutions known = known_solutions_at(g, at);
+    const trivial_solutions known = trivial_solutions_at(g, at);
     const lane_deviation own = remove_component(known.turn, known.flow),
                          nothing = {lane_vec_zero(), lane_vec_zero()};
     const mask is_own =
@@ -159,10 +160,10 @@ INLINE lane_deviation remove_known(kr_lane_tangents *g, const lane_point *at, la
 }
 /* Returns the squared norm of the component of `d` orthogonal to the two trivial solutions. The
  * result is at least 2^-40 times the squared norm of `d`. */
-INLINE wide square_without_known(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
+INLINE wide square_without_trivial(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0);
-    const known_solutions known = known_solutions_at(g, at);
+    const trivial_solutions known = trivial_solutions_at(g, at);
     const wide f = deviation_dot(known.flow, known.flow);
     const mask moves = wide_less(wide_splat(0x1p-1000), f);
     const wide per = wide_choose(moves, one, zero) / wide_choose(moves, f, one),
@@ -182,7 +183,7 @@ INLINE wide unscale_log(kr_lane_tangents *g, wide log_square)
     return wide_fma(wide_load(g->begin.power), wide_splat(LN_2), 0.5 * log_square);
 }
 /* Returns the derivative of the energy with respect to the rotation vector theta. */
-INLINE lane_vec lean_at(kr_lane_tangents *g, const lane_point *at)
+INLINE lane_vec energy_gradient_at(kr_lane_tangents *g, const lane_point *at)
 {
     const lane_vec pull = lane_vec_cross(lane_vec_load(g->c), at->p);
     return lane_vec_add(pull, lane_vec_cross(at->w, momentum_at(g, at)));
@@ -193,7 +194,7 @@ INLINE lane_vec lean_at(kr_lane_tangents *g, const lane_point *at)
  * tangent vector of the same norm can cause. */
 INLINE void write_form_errors(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
-    const lane_vec lean = lean_at(g, at);
+    const lane_vec lean = energy_gradient_at(g, at);
     const wide size = deviation_dot(d, d), down = wide_load(g->begin.scale),
                energy = lane_vec_dot(d.push, at->w) + lane_vec_dot(d.turn, lean),
                vertical = lane_vec_dot(d.push, at->p);
@@ -235,7 +236,7 @@ INLINE growth_areas add_integral_node(kr_lanes *l, growth_areas a, wide share, w
 }
 /* Updates the largest relative truncation error of the tangent. `last` is the squared norm of the
  * last Taylor term of the tangent `d`. */
-INLINE void update_last_term(growth_areas *a, wide last, lane_deviation d)
+INLINE void update_truncation(growth_areas *a, wide last, lane_deviation d)
 {
     const wide size = deviation_dot(d, d), zero = wide_splat(0.0);
     const wide rest = wide_choose(wide_less(zero, last), last / size, zero);
@@ -245,8 +246,8 @@ INLINE void update_last_term(growth_areas *a, wide last, lane_deviation d)
  * tangent. `d` is the tangent at the end of the substep, without its components along the two
  * trivial solutions. The Lobatto rule is used because the logarithm of the tangent's length may
  * have a sharp minimum. */
-INLINE growth_areas add_part(kr_lanes *l, kr_lane_tangents *g, wide h, lane_deviation d,
-                             growth_areas a)
+INLINE growth_areas add_substep_growth(kr_lanes *l, kr_lane_tangents *g, wide h, lane_deviation d,
+                                       growth_areas a)
 {
     const wide t = wide_load(l->t);
     a = add_integral_node(l, a, END_WEIGHT * h, t);
@@ -254,7 +255,7 @@ INLINE growth_areas add_part(kr_lanes *l, kr_lane_tangents *g, wide h, lane_devi
         const wide span = places[i] * h, time = t + span;
         const int order = g->terms[i];
         const lane_point here = sum_lane_terms(l, order, time, 1);
-        const wide square = square_without_known(g, &here, sum_growth(g, order, span));
+        const wide square = square_without_trivial(g, &here, sum_growth(g, order, span));
         a.last = unscale_log(g, wide_approx_log(square));
         a = add_integral_node(l, a, weights[i] * h, time);
     }
@@ -272,7 +273,7 @@ INLINE wide last_square(kr_lane_tangents *g, int order, wide h)
 }
 /* Returns the fraction of h, at most 1, for which the truncation error is estimated to be small
  * enough. The argument `all` holds the tangent at the end of a substep of length h. */
-INLINE wide share_allowed(kr_lane_tangents *g, int order, wide h, lane_deviation all)
+INLINE wide allowed_step_fraction(kr_lane_tangents *g, int order, wide h, lane_deviation all)
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0), least = wide_splat(0.01);
     const wide size = deviation_dot(all, all), rest = last_square(g, order, h);
@@ -289,12 +290,12 @@ INLINE wide share_allowed(kr_lane_tangents *g, int order, wide h, lane_deviation
 }
 /* Shortens a substep of length h until its truncation error is small enough. Returns the length of
  * the shortened substep, or 0 on failure. */
-INLINE wide shorten_part(kr_lane_tangents *g, int order, wide h)
+INLINE wide shorten_growth_substep(kr_lane_tangents *g, int order, wide h)
 {
     const wide one = wide_splat(1.0);
     mask is_long = wide_less(one, one);
     for (int i = 0; i < GROWTH_TRIES; i++) {
-        const wide share = share_allowed(g, order, h, sum_growth(g, order, h));
+        const wide share = allowed_step_fraction(g, order, h, sum_growth(g, order, h));
         is_long = wide_less(share, one);
         if (!mask_any(is_long)) return h;
         h = share * h;
@@ -307,7 +308,7 @@ INLINE void expand_growth(kr_lanes *l, kr_lane_tangents *g, lane_deviation start
     for (int n = 0; n < l->order; n++) next_growth(l, g, n);
 }
 /* Computes new Taylor series for the motions in all lanes, expanded about the times `at`. */
-APART void begin_part(kr_lanes *l, kr_lane_tangents *g, const double *at)
+APART void begin_path_substep(kr_lanes *l, kr_lane_tangents *g, const double *at)
 {
     kr_lanes *substep = &g->substep;
     const wide time = wide_load(at);
@@ -347,21 +348,21 @@ INLINE lane_deviation propagate_deviation(kr_lanes *l, kr_lane_tangents *g, wide
         const wide t = wide_load(path->t), left = to - t;
         expand_growth(path, g, d);
         const lane_deviation all = sum_growth(g, l->order, left);
-        const wide share = share_allowed(g, l->order, left, all);
+        const wide share = allowed_step_fraction(g, l->order, left, all);
         const mask whole_way = wide_equal(share, wide_splat(1.0));
         const int arrived = mask_all(whole_way);
-        const wide h = arrived ? left : shorten_part(g, l->order, share * left);
+        const wide h = arrived ? left : shorten_growth_substep(g, l->order, share * left);
         kr_lane_number time;
         *reached = wide_choose(whole_way, to, t + h);
         wide_store(time, *reached);
         d = arrived ? all : sum_growth(g, l->order, h);
         const lane_point there = arrived ? *at : sum_lanes(path, wide_load(time), 1),
                          here = arrived ? *at : choose_point(whole_way, at, &there);
-        const lane_deviation own = remove_known(g, &here, d);
-        update_last_term(areas, last_square(g, l->order, h), d);
-        *areas = add_part(path, g, h, own, *areas);
+        const lane_deviation own = remove_trivial_solutions(g, &here, d);
+        update_truncation(areas, last_square(g, l->order, h), d);
+        *areas = add_substep_growth(path, g, h, own, *areas);
         if (arrived || parts == most) return own;
-        begin_part(l, g, time);
+        begin_path_substep(l, g, time);
         path = &g->substep;
     }
 }
@@ -433,11 +434,11 @@ INLINE void begin_growth(kr_lanes *l, kr_lane_tangents *g)
 {
     set_limits(l, g);
     const lane_point at = {lane_vec_load(l->end_p), lane_vec_load(l->end_w), wide_splat(0.0)};
-    const lane_deviation d = remove_known(g, &at, deviation_load(g->end.d)),
+    const lane_deviation d = remove_trivial_solutions(g, &at, deviation_load(g->end.d)),
                          nothing = {lane_vec_zero(), lane_vec_zero()};
     const wide size = wide_sqrt(deviation_dot(d, d));
     const lane_deviation one = deviation_axpy(1.0 / size, d, nothing);
-    const lane_vec lean = lean_at(g, &at);
+    const lane_vec lean = energy_gradient_at(g, &at);
     deviation_store(g->first, one);
     wide_store(g->first_energy, lane_vec_dot(one.push, at.w) + lane_vec_dot(one.turn, lean));
     wide_store(g->first_vertical, lane_vec_dot(one.push, at.p));

@@ -61,7 +61,7 @@ static int is_section_condition_true(const kr_worker *worker, const kr_slot *slo
            kr_terms_value(scene, s, event->condition_count, event->condition) > 0.0;
 }
 /* Ends the computation for a top whose next event did not occur within the maximum waiting time. */
-static void time_out(kr_worker *worker, int lane)
+static void finish_without_event(kr_worker *worker, int lane)
 {
     kr_slot *slot = &worker->slots[lane];
     const kr_state s = kr_lane_sample(worker, lane, slot->requested);
@@ -72,18 +72,18 @@ static void time_out(kr_worker *worker, int lane)
     slot->last = s;
     kr_lane_finish(worker, lane, KR_ERR_EVENT);
 }
-/* Stores the state at a sign change in the last step of a lane, if it lies in the requested times
- * and meets the conditions of the section. `place` is the position of the event within the step,
- * from 0 (beginning) to 1 (end). Returns 1 if the search for events in the current step should
- * continue. */
-static int test_event(kr_worker *worker, int lane, double place)
+/* Stores the state at a sign change of the event function in the last step of a lane, if the
+ * waiting time has not expired and the condition of the event is met. `place` is the position
+ * of the sign change within the step, from 0 (beginning) to 1 (end). Returns 1 if the search in
+ * this step should continue. */
+static int store_event(kr_worker *worker, int lane, double place)
 {
     const kr_lanes *l = worker->lanes;
     kr_slot *slot = &worker->slots[lane];
     const double clock = l->t[lane] + place * (l->end[lane] - l->t[lane]),
                  t = slot->start + clock / slot->rate * slot->time_unit;
     if (slot->forward * (t - slot->requested) > 0.0) {
-        time_out(worker, lane);
+        finish_without_event(worker, lane);
         return 0;
     }
     const kr_state s = kr_lane_sample(worker, lane, t);
@@ -111,7 +111,7 @@ void kr_section_search(kr_worker *worker, int lane)
                              .side = (int)l->side[lane]};
     for (int n = 0; n <= degree; n++) g[n] = l->g[n][lane];
     while (kr_search_next_sign_change(&search))
-        if (search.side * search.sought >= 0 && !test_event(worker, lane, search.root)) return;
+        if (search.side * search.sought >= 0 && !store_event(worker, lane, search.root)) return;
     l->side[lane] = search.side;
-    if (kr_lane_has_passed_goal(l, lane)) time_out(worker, lane);
+    if (kr_lane_has_passed_goal(l, lane)) finish_without_event(worker, lane);
 }

@@ -150,7 +150,7 @@ void kr_lane_reset_growth(kr_growth *growth, int lane)
     growth->scale[lane] = 1.0;
 }
 /* Fills the tangent of an unused lane with finite numbers. */
-static void park_tangent(kr_lane_tangents *g, int lane)
+static void fill_unused_tangent(kr_lane_tangents *g, int lane)
 {
     kr_lane_number *const none[] = {g->ahead, g->behind, g->per,     g->moments,
                                     g->c,     g->rotor,  g->end.d[1]};
@@ -172,7 +172,7 @@ void kr_lane_park(kr_lanes *l, int lane)
     l->goal[lane] = l->fall[lane] = l->max_steps[lane] = INFINITY;
     l->side[lane] = l->constant[lane] = 0.0;
     l->noise[lane] = -1.0; /* no event */
-    if (l->tangents) park_tangent(l->tangents, lane);
+    if (l->tangents) fill_unused_tangent(l->tangents, lane);
 }
 /* Marks a lane as unused and loads a top at rest into it. */
 static void release_lane(kr_worker *worker, int lane)

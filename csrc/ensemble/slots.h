@@ -58,8 +58,8 @@ int kr_worker_poll_after_states(kr_worker *worker);
 int kr_worker_has_tangents(const kr_worker *worker);
 /* Stores the growth of a lane's tangent for the next requested time, or zeros if `row` is NULL. */
 void kr_worker_store_growth(kr_worker *worker, const kr_slot *slot, kr_lane_number *row, int lane);
-/* Writes the outcome of a top and the results of its reductions. Sets all output
- * elements that were not computed to NaN. */
+/* Writes the outcome of a top and the results of its reductions. Sets all output elements that
+ * were not computed to NaN. */
 void kr_worker_finish_top(kr_worker *worker, const kr_slot *slot,
                           const kr_accumulator *accumulators, kr_status status, kr_stats stats);
 /* Returns the accumulators for tops that are integrated by the scalar code. */

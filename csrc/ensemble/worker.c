@@ -28,8 +28,9 @@ static kr_top *choose_top(const kr_worker *worker, const kr_scene *scene)
     const int is_closed = !has_torus && kr_method_suits(&kr_method_exact, scene);
     return is_closed ? worker->exact_top : worker->fallback;
 }
-/* Returns 1 if the lanes may hold a top. An undamped top on a support that rotates about the
- * vertical moves in its lane as on a support at rest, and its states are turned. */
+/* Returns 1 if the top of `scene` can be integrated in a SIMD lane. An undamped top on a
+ * support that rotates about the vertical is integrated as on a support at rest, and its states
+ * are rotated afterwards. */
 static int suits_lanes(const kr_worker *worker, const kr_scene *scene)
 {
     kr_scene undamped = *scene;

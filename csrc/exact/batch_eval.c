@@ -22,7 +22,7 @@ INLINE void fill(const kr_exact_form *e, int dual, int euler, batch *b, int n)
         b->mx[i] = s.m.x, b->my[i] = s.m.y, b->mz[i] = s.m.z;
     }
 }
-INLINE void frame(const kr_exact_form *e, batch *b, int n)
+INLINE void apply_frame(const kr_exact_form *e, batch *b, int n)
 {
     for (int i = 0; i < n; i++) {
         const kr_quat r = framed(e->frame, q4(b->w[i], v3(b->x[i], b->y[i], b->z[i])));
@@ -78,7 +78,7 @@ static void states(const kr_exact_form *exact, batch *b, int count)
         fill(&e, 1, 0, b, n);
     else
         fill(&e, 1, 1, b, n);
-    if (e.framed != 0.0) frame(&e, b, n);
+    if (e.framed != 0.0) apply_frame(&e, b, n);
 }
 /* Uses state_beyond to recompute the states at times beyond the range of the vectorized code.
  * Times outside the vectorized range are rare, so a loop without branches first checks whether the

@@ -119,13 +119,15 @@ static void analyse_gravity(const kr_scene *scene, body_data *known)
 }
 static double larger(double a, double b) { return a > b ? a : b; }
 
-/* Predicts whether the largest root u3 of a cubic polynomial is isolated from the other two. The
- * guess uses the cubic in u of this motion,
+/* Predicts whether the largest root u3 of the cubic polynomial of this motion is farther from
+ * the middle root than the smallest root is. The polynomial in u is
  *     (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0.
- * Tops for which the same branch is predicted are processed together, so that most SIMD vectors
- * need to compute only one branch. A wrong prediction costs time but does not change the results.
- * The unit of the momentum `m` is the user's unit of inertia divided by the internal unit of
- * time. */
+ * Here W is the momentum divided by the equatorial moment, a is the apex, u0 is the initial
+ * value of a.e3, and g is twice the lever divided by the equatorial moment. The sign of the
+ * polynomial at its point of inflection gives the answer. Tops with the same prediction are
+ * processed together, so that most SIMD vectors compute only one branch. A wrong prediction
+ * costs time but does not change the results. The unit of the momentum `m` is the user's unit
+ * of inertia divided by the internal unit of time. */
 static int guess_lone_root(const body_data *known, kr_quat q, kr_vec3 m, double lever)
 {
     const kr_vec3 a = q_turn(q, known->apex);
@@ -172,7 +174,7 @@ INLINE wide in_lanes(group w, int number) { return wide_load(&w.all->in[number][
 
 /* Multiplies the attitude in each lane by a rotation; an identity rotation leaves the attitude
  * bitwise unchanged. */
-INLINE void turn_lanes(exact_top *top, group w, int axes)
+INLINE void rotate_attitudes(exact_top *top, group w, int axes)
 {
     const quat_lanes by = {in_lanes(w, axes), in_lanes(w, axes + 1), in_lanes(w, axes + 2),
                            in_lanes(w, axes + 3)};
@@ -197,8 +199,8 @@ INLINE exact_top read_group(group w)
         dd_times(in_lanes(w, MASS), dd_times(in_lanes(w, GRAVITY), dd_of(in_lanes(w, REACH))));
     exact_top top;
     for (int i = 0; i < 4; i++) top.q[i] = dd_of(in_lanes(w, ATTITUDE + i));
-    if (w.all->turned[0]) turn_lanes(&top, w, AXES);
-    if (w.all->turned[1]) turn_lanes(&top, w, AXES + 4);
+    if (w.all->turned[0]) rotate_attitudes(&top, w, AXES);
+    if (w.all->turned[1]) rotate_attitudes(&top, w, AXES + 4);
     top.inertia.x = inverse * in_lanes(w, INERTIA);
     top.inertia.y = inverse * in_lanes(w, INERTIA + 1);
     top.inertia.z = inverse * in_lanes(w, INERTIA + 2);

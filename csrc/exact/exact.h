@@ -63,8 +63,8 @@ typedef struct kr_exact_isa {
     const kr_exact_scalar *scalar;
     kr_exact_evaluate *evaluate; /* NULL: without batches */
 } kr_exact_isa;
-/* The rows of a closed form, the widest instruction set first. The last one in the build runs on
- * every processor; an empty row follows. */
+/* The implementations of a closed form, one for each instruction set, the widest first. The
+ * last one in the build runs on every processor. An empty element marks the end of the array. */
 enum { KR_EXACT_ISAS = 4 };
 extern const kr_exact_isa kr_symmetric_form[KR_EXACT_ISAS], kr_kowalewski_form[KR_EXACT_ISAS],
     kr_chaplygin_form[KR_EXACT_ISAS], kr_gyrostat_form[KR_EXACT_ISAS];
@@ -117,7 +117,7 @@ kr_exact_evaluate kr_exact_evaluate_base, kr_exact_evaluate_avx2, kr_exact_evalu
     kr_kowalewski_evaluate_base, kr_kowalewski_evaluate_avx2, kr_kowalewski_evaluate_avx512,
     kr_chaplygin_evaluate_base, kr_chaplygin_evaluate_avx2, kr_chaplygin_evaluate_avx512,
     kr_gyrostat_evaluate_base, kr_gyrostat_evaluate_avx2, kr_gyrostat_evaluate_avx512;
-/* Returns the largest number of doubles that the method `exact` stores for a top, or for a top
- * whose motion is not on a torus. */
+/* Returns the number of doubles that the method `exact` needs for any top. If `with_torus` is
+ * 0, tops whose motion lies on a torus are excluded. */
 size_t kr_exact_extra_doubles(int with_torus);
 #endif

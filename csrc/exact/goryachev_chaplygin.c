@@ -213,17 +213,20 @@ static double sum_arc_sines(const chaplygin_arc *arc, int which, double s, doubl
     return s * (2.0 * c * even_before + (odd + odd_before));
 }
 
-/* Set-up of the functions of the torus angles, and of the heading, of a Goryachev-Chaplygin top.
+/* Set-up of the series of a Goryachev-Chaplygin top: the functions of each torus angle, and the
+ * heading psi.
  *
- * With the ratio rho of the rates of alpha2 and alpha1, the heading psi on a section alpha1 = a is
- * the real part of the sum of B_k(a) exp(i k alpha2). Its coefficients at the next section are
- * B_k(a + h) = exp(-i k rho h) (B_k(a) + the coefficient of the growth of psi from a to a + h). The
- * growth is computed by quadrature, from the same values of alpha2 for each section. As psi changes
- * its sign when alpha1 grows by 2 pi, and is even or odd in both angles together, sections from 0
- * to pi suffice, and the real or imaginary part of B_k vanishes at alpha1 = pi. Its value at alpha1
- * = 0 follows from division by cos(k rho pi). If this divisor is small, B_k(0) = 0 instead, and psi
- * jumps at alpha1 = pi (kr_slow_term). The error of such a term grows linearly with time, but more
- * slowly than the effect of rounding the initial state. */
+ * Let rho be the ratio of the rates of alpha2 and alpha1. On the section alpha1 = a, psi is the
+ * real part of the sum of B_k(a) exp(i k alpha2). On the next section, the coefficients are
+ *     B_k(a + h) = exp(-i k rho h) (B_k(a) + G_k),
+ * where G_k are the coefficients of the change of psi between the two sections. This change is
+ * computed by quadrature, for the same values of alpha2 on each section. Sections from 0 to pi
+ * suffice: psi changes its sign when alpha1 grows by 2 pi, and psi is an even or an odd
+ * function of the two angles. For the same reasons, the real or the imaginary part of B_k(pi)
+ * is zero. This condition determines B_k(0) after a division by cos(k rho pi). If this divisor
+ * is small, B_k(0) is set to 0, and psi is discontinuous at alpha1 = pi (kr_slow_term). The
+ * error of such a term grows linearly with time, but more slowly than the effect of rounding
+ * the initial state. */
 enum { LEAST_CELLS = 4 };
 /* Terms of the heading below LEAST_TERM are left out. Terms with a divisor below LEAST_DIVISOR, or
  * with an amplitude above one radian, are slow. */
@@ -245,7 +248,7 @@ typedef struct series_work {
 
 /* Computes the discrete Fourier transform of the n = 2^j numbers in w->fourier in place (Cooley and
  * Tukey 1965). */
-static void transform(series_work *w, int n)
+static void fourier_transform(series_work *w, int n)
 {
     cx *const v = w->fourier;
     for (int i = 1, j = 0; i < n; i++) {
@@ -275,8 +278,8 @@ typedef struct arc_place {
 
 /* Moves to a place less than 1e-9 away from the given alpha, between 0 and pi, in x. Uses bracketed
  * Newton iteration. */
-static void move_to(const chaplygin_arc *arc, const kr_chaplygin_arc *e, double alpha,
-                    arc_place *at)
+static void move_to_alpha(const chaplygin_arc *arc, const kr_chaplygin_arc *e, double alpha,
+                          arc_place *at)
 {
     const double ends = fabs(e->b[arc->low] * e->a[arc->high]);
     double low = 0.0, high = 0.5 * two_pi;
@@ -305,9 +308,11 @@ static void fill_chebyshev(series_work *w)
                          &w->wave_at_node[k][i]);
         }
 }
-/* Computes the polynomials of a cell, beginning at its upper end if `is_falling`. Returns the
- * larger of their last coefficients, relative to a turn and to the time or q, by which the time
- * increases per radian of alpha on average. */
+/* Computes the polynomials of a cell. The nodes are in descending order of alpha if
+ * `is_falling` is nonzero. Returns the largest magnitude among the last two coefficients of
+ * both polynomials. The coefficients of the angle are in turns. Those of the time are divided
+ * by the larger of q and the largest value of the periodic part. q is the average growth of the
+ * time per radian of alpha. */
 static double make_cell(const series_work *w, const chaplygin_arc *arc, const kr_chaplygin_arc *e,
                         int cell, int is_falling, arc_place *at, double out[])
 {
@@ -315,7 +320,7 @@ static double make_cell(const series_work *w, const chaplygin_arc *arc, const kr
     for (int k = 0; k < CELL_TERMS; k++) {
         const int i = is_falling ? k : CELL_TERMS - 1 - k;
         const double alpha = 0.5 * two_pi * (cell + 0.5 + 0.5 * w->wave_at_node[1][i]) / e->cells;
-        move_to(arc, e, alpha, at);
+        move_to_alpha(arc, e, alpha, at);
         const double s = at->s, c = at->c, rest = alpha - at->alpha;
         value[0][i] = 0.5 * one_turn().hi * ((at->x - alpha) + rest / at->slope);
         value[1][i] = sum_arc_sines(arc, 1, 2.0 * s * c, c * c - s * s) +
@@ -331,11 +336,11 @@ static double make_cell(const series_work *w, const chaplygin_arc *arc, const kr
         }
     return tail;
 }
-/* Computes the functions of the torus angle of arc j. The cells become smaller until the last
- * coefficients are at rounding level. If they are below 1e-11, those of half a cell are below 1e-15
- * apart from rounding errors, so that it is halved only once. The singularities are nearest to the
- * end where |u| is largest, which comes first. Returns 0 if the last coefficients remain too
- * large. */
+/* Computes the functions of the torus angle of arc j. The number of cells is doubled until the
+ * last coefficients are at rounding level. If these coefficients are below 1e-11, one more
+ * doubling is enough, because it reduces them below 1e-15 apart from rounding errors. The cell
+ * where |u| is largest comes first, because the singularities are nearest to it. Returns 0 if
+ * the last coefficients remain too large. */
 static int make_cells(kr_chaplygin_plan *plan, series_work *w, int j)
 {
     const double end = j ? 0.5 * two_pi : 0.0;
@@ -358,7 +363,7 @@ static int make_cells(kr_chaplygin_plan *plan, series_work *w, int j)
     return e->cells <= MOST_CELLS && tail < 1e-13;
 }
 /* Fills the points of the second arc, and the waves of the Fourier transform. */
-static void sample_second(const kr_chaplygin_plan *plan, series_work *w, int n)
+static void sample_second_arc(const kr_chaplygin_plan *plan, series_work *w, int n)
 {
     for (int i = 0; i < n; i++) {
         sincos_turns(dd_of(-0.5 * i / n), &w->wave[i].im, &w->wave[i].re);
@@ -405,7 +410,7 @@ static double transform_section(const kr_chaplygin_plan *plan, series_work *w, i
     double last = 0.0;
     for (int i = 0; i < n; i++)
         w->fourier[i] = cx_scale(v[i], plan->is_whole ? cx_of(1.0, 0.0) : w->wave[i]);
-    transform(w, n);
+    fourier_transform(w, n);
     for (int k = 0; k < n / 2; k++) {
         const cx c = cx_scale((plan->is_whole && k == 0 ? 1.0 : 2.0) / n, w->fourier[k]);
         v[k] = c.re;
@@ -414,16 +419,17 @@ static double transform_section(const kr_chaplygin_plan *plan, series_work *w, i
     }
     return last;
 }
-/* Returns the phase [turns] of the term with index k after `way` turns of alpha1, for the same sum
- * of alpha2 and the angle that alpha2 grows by. */
+/* Returns the phase [turns] by which the term with index k changes while alpha1 grows by `way`
+ * turns. */
 static dd phase_after(const kr_chaplygin_plan *plan, dd ratio, int k, double way)
 {
     const dd turns = dd_times(way * (k + 0.5 * !plan->is_whole), ratio);
     return dd_make(turns.hi - nearest(turns.hi), turns.lo);
 }
-/* Appends a slow term, which grows at alpha1 = pi by twice `miss`, the coefficient that should
- * vanish. `half` is half of alpha2 [turns] where alpha1 is pi. Returns 0 if there are too many. */
-static int append_slow(kr_chaplygin_plan *plan, dd ratio, int k, double miss, dd half)
+/* Appends a slow term. `miss` is the coefficient that should be zero at alpha1 = pi; the term
+ * grows there by twice this coefficient. `half` is half of alpha2 [turns] where alpha1 is pi.
+ * Returns 0 if there are too many slow terms. */
+static int append_slow_term(kr_chaplygin_plan *plan, dd ratio, int k, double miss, dd half)
 {
     if (plan->slow_terms == SLOW_TERMS) return 0;
     kr_slow_term *e = &plan->slow[plan->slow_terms++];
@@ -455,7 +461,7 @@ static int sum_sections(kr_chaplygin_plan *plan, dd ratio, int n, dd half)
         double start = 0.0;
         if (fabs(across.re) > fmax(LEAST_DIVISOR, fabs(miss)))
             start = -miss / across.re;
-        else if (fabs(miss) > LEAST_TERM && !append_slow(plan, ratio, k, miss, half))
+        else if (fabs(miss) > LEAST_TERM && !append_slow_term(plan, ratio, k, miss, half))
             return 0;
         sum = plan->is_even ? cx_of(0.0, start) : cx_of(start, 0.0);
         for (int at = 0; at < plan->sections * n; at += n) {
@@ -468,7 +474,7 @@ static int sum_sections(kr_chaplygin_plan *plan, dd ratio, int n, dd half)
     return 1;
 }
 /* Leaves out the small last terms of all sections, whose length is n/2. */
-static void pack_sections(kr_chaplygin_plan *plan, int n)
+static void drop_small_terms(kr_chaplygin_plan *plan, int n)
 {
     double *const from = plan->term + plan->first;
     const int rows = 2 * plan->sections;
@@ -489,7 +495,7 @@ static int make_sections(kr_chaplygin_plan *plan, series_work *w, dd ratio, dd h
     plan->sections = plan->arc[0].cells;
     while (n * plan->sections <= room) {
         double *const section = plan->term + plan->first, highest = 0.0, tail = 0.0;
-        sample_second(plan, w, n);
+        sample_second_arc(plan, w, n);
         for (int j = 0; j < plan->sections; j++)
             highest = fmax(highest, sample_section(plan, w, j, n, section + j * n));
         if (highest > 2e-8) {
@@ -504,7 +510,7 @@ static int make_sections(kr_chaplygin_plan *plan, series_work *w, dd ratio, dd h
         }
         w->tail = fmax(w->tail, tail);
         if (!sum_sections(plan, ratio, n, half)) return 0;
-        pack_sections(plan, n);
+        drop_small_terms(plan, n);
         return tail < 1e-14;
     }
     return 0;
@@ -519,8 +525,8 @@ typedef struct chaplygin_memory {
     series_work work;
 } chaplygin_memory;
 
-/* The initial state and Chaplygin's variables of a top, in the notation of
- * the curve. */
+/* The initial state of a top, Chaplygin's variables u1 and u2, and a square root of |u| exp(i
+ * chi) for each of them, in the notation of chaplygin_curve. */
 typedef struct chaplygin_top {
     dd L[3], g[3], u[2];
     cdd root[2];
@@ -584,7 +590,7 @@ static dd start_angle(const chaplygin_arc *arc, dd u, cdd root, kr_chaplygin_arc
 }
 /* Sets the bounds and tolerances of Newton's method for the periodic part of the rescaled time
  * tau. */
-static void set_slip_search(kr_chaplygin_plan *plan)
+static void set_newton_bounds(kr_chaplygin_plan *plan)
 {
     double bound = 0.0;
     for (int j = 0; j < 2; j++) {
@@ -645,7 +651,8 @@ static int is_planar(const chaplygin_top *y)
 }
 /* Returns the reason for rejecting a degenerate motion, or `refusal` if no specific reason
  * applies. */
-static kr_refusal name_motion(const chaplygin_top *y, const chaplygin_curve *o, kr_refusal refusal)
+static kr_refusal find_chaplygin_degeneracy(const chaplygin_top *y, const chaplygin_curve *o,
+                                            kr_refusal refusal)
 {
     const kr_vec3 L = v3(y->L[0].hi, y->L[1].hi, y->L[2].hi);
     const double slack = 1e-8;
@@ -683,7 +690,7 @@ static kr_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
         if (!make_cells(plan, w, j)) return KR_REFUSAL_INTEGRALS;
     }
     const dd ratio = set_angle_rates(plan, w->arc);
-    set_slip_search(plan);
+    set_newton_bounds(plan);
     for (int j = 0; j < 2; j++)
         half[j] = start_angle(&w->arc[j], y->u[j], y->root[j], &plan->arc[j], &time[j]);
     plan->is_even = plan->arc[0].has_sine[0] == plan->arc[1].has_sine[1];
@@ -725,18 +732,18 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
         const kr_state now = chaplygin_kernel(plan, 0.0, dd_of(0.0));
         const body_view view = view_top(&chaplygin, now);
         const double span = short_span(&view),
-                     miss = miss_after(&chaplygin, view, span,
-                                       chaplygin_kernel(plan, span, dd_of(span)));
+                     miss = error_after_span(&chaplygin, view, span,
+                                             chaplygin_kernel(plan, span, dd_of(span)));
         const kr_vec3 momentum = v3(top.L[0].hi, top.L[1].hi, top.L[2].hi);
         info->certificate = fmax(fmax(memory->work.tail, KR_TORUS_ROUNDING),
-                                 fmax(miss, miss_of_state(now, way.attitude, momentum)));
+                                 fmax(miss, error_of_state(now, way.attitude, momentum)));
         torus_to_user(&plan->torus, &way, scene->start.t, own);
         torus_info(&plan->torus, plan->is_whole ? 2.0 : 1.0, info);
         if (!(info->certificate <= bound)) refusal = KR_REFUSAL_CERTIFICATE;
     }
     info->refusal = KR_REFUSAL_NONE;
     if (refusal == KR_REFUSAL_NONE) return KR_OK;
-    info->refusal = name_motion(&top, &memory->curve, refusal);
+    info->refusal = find_chaplygin_degeneracy(&top, &memory->curve, refusal);
     return KR_ERR_METHOD;
 }
 static kr_state chaplygin_state(const void *memory, double t)

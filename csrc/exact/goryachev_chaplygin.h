@@ -44,8 +44,8 @@ typedef struct kr_chaplygin_arc {
      * functions are odd. */
     int cells, first; /* `cells` is a power of two; index of the first coefficient */
 } kr_chaplygin_arc;
-/* A term of the heading that has nearly the frequency of a resonance. Where alpha1 = (2n + 1) pi,
- * it grows by value * sin(phase + n * step). */
+/* A nearly resonant term of the heading. At alpha1 = (2n + 1) pi, the term grows by value *
+ * sin(phase + n * step). */
 typedef struct kr_slow_term {
     double value, phase;    /* phase [turns] */
     double step, step_more; /* [turns] */
@@ -56,9 +56,9 @@ typedef struct kr_chaplygin_plan {
     kr_torus torus;
     kr_chaplygin_arc arc[2];
     double mean; /* mean of |m| over tau */
-    /* The slip, tau minus its mean rate times t, is the periodic part of tau. The members are its
-     * bound, its rounding error, and the tolerance of Newton's method: after a smaller step, only a
-     * rounding error remains. */
+    /* Bound and rounding error of the periodic part of tau, which is tau minus its mean rate
+     * times t and is called slip in the code. `tolerance` is the tolerance of Newton's method:
+     * after a step below it, only a rounding error remains. */
     double most_slip, rounding, tolerance;
     /* The value of psi/2 where the series for psi is zero, in turns, as the sum of two doubles. */
     double heading_start, heading_more;
@@ -178,7 +178,7 @@ INLINE void find_points(const kr_chaplygin_plan *plan, int from, int to, const d
  * one in a unit of tau. The steps of Newton's method are confined to an interval that brackets the
  * solution. A step longer than half the previous one is replaced by bisection; Newton's method
  * could otherwise alternate between two points on opposite sides of the solution. */
-INLINE void find_angles(const kr_chaplygin_plan *plan, const dd mean[2], dd half[2])
+INLINE void find_true_angles(const kr_chaplygin_plan *plan, const dd mean[2], dd half[2])
 {
     wide high = wide_splat(plan->most_slip), low = -high, moved = 4.0 * high,
          slip = wide_splat(0.0);
@@ -220,9 +220,9 @@ static const double gauss_node[HEADING_NODES] = {0.019855071751231884, 0.1016667
                                                    0.18134189168918099,  0.15685332293894364,
                                                    0.11119051722668724,  0.050614268145188129};
 
-/* Returns the heading's growth from the section `at` [turns of alpha1] along a way of `left` turns
- * of alpha1, which ends at given halves of the angles. */
-INLINE wide heading_since(const kr_chaplygin_plan *plan, wide at, wide left, wide half)
+/* Returns the change of the heading while alpha1 grows by `left` turns from the section at `at`
+ * turns. `half` is half of alpha2 [turns] on this section. */
+INLINE wide integrate_heading(const kr_chaplygin_plan *plan, wide at, wide left, wide half)
 {
     wide sum = wide_splat(0.0);
     for (int g = 0; g < HEADING_NODES; g++) {
@@ -291,8 +291,8 @@ INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, wide n)
     }
     return sum;
 }
-/* Returns the heading, up to a constant, for half of each torus angle [turns]. `turns` is the
- * number of turns of alpha1 that half[0] leaves out. */
+/* Returns the heading, up to a constant, for half of each torus angle [turns]. `turns` is a
+ * number of whole turns of alpha1 that are not included in half[0]. */
 INLINE wide find_heading(const kr_chaplygin_plan *plan, const dd half[2], wide turns)
 {
     const wide turn = nearest(2.0 * half[0].hi), ahead = 2.0 * half[0].hi - turn,
@@ -308,19 +308,19 @@ INLINE wide find_heading(const kr_chaplygin_plan *plan, const dd half[2], wide t
     const dd second =
         phase_plus(dd_make(side * half[1].hi, side * half[1].lo), -0.5 * plan->ratio * left);
     const wide value = heading_on_section(plan, section, second) +
-                       heading_since(plan, at, left, signed_fraction(second));
+                       integrate_heading(plan, at, left, signed_fraction(second));
     const mask is_odd = wide_less(wide_splat(0.0), wide_abs(0.5 * turn - nearest(0.5 * turn)));
     const wide sign = minus_where(is_odd) * (plan->is_even ? side : wide_splat(1.0));
     return sign * value + sum_slow_terms(plan, turns + turn);
 }
-/* Returns the state at `time`. The array `mean` contains half of each mean angle [turns], and
- * `turns` is the number of turns of alpha1 that it leaves out. */
+/* Returns the state at `time`. The array `mean` contains half of each mean angle [turns].
+ * `turns` is a number of whole turns of alpha1 that are not included in mean[0]. */
 INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time, const dd mean[2],
                                        wide turns)
 {
     dd half[2];
     arc_point p[2];
-    find_angles(plan, mean, half);
+    find_true_angles(plan, mean, half);
     find_points(plan, 0, 1, half, p, NULL);
     const wide c1 = p[0].c, c2 = p[1].c, s1 = p[0].s, s2 = p[1].s,
                size = (c1 * c1 + s1 * s1) + (c2 * c2 + s2 * s2);

@@ -39,17 +39,17 @@ static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
            dd_sub(least, w[1]).hi >= -slack * (1.0 + fabs(least.hi));
 }
 /* Returns root i minus root j. */
-static cx root_less_root(const kowalewski_curve *o, int i, int j)
+static cx root_minus_root(const kowalewski_curve *o, int i, int j)
 {
     const cdd a = root_dd(o, i), b = root_dd(o, j);
     const int pi = o->pair && i == 2 ? 1 : i, pj = o->pair && j == 2 ? 1 : j;
-    return cx_of(root_apart(o, pi, pj).hi, dd_sub(a.im, b.im).hi);
+    return cx_of(root_difference(o, pi, pj).hi, dd_sub(a.im, b.im).hi);
 }
 /* Returns the relative error of the distance between two branch points. If two roots of phi are
  * nearly equal, only about half of their digits are accurate. */
 static double distance_error(const kowalewski_curve *o, int i, int j)
 {
-    const double size = 1.0 + o->k.hi, distance = cx_abs(root_less_root(o, i, j)) / size,
+    const double size = 1.0 + o->k.hi, distance = cx_abs(root_minus_root(o, i, j)) / size,
                  digits = 1e-31;
     return i < ROOT_K && j < ROOT_K ? digits / (distance * distance) : digits / distance;
 }
@@ -77,13 +77,13 @@ static double least_distance(const kowalewski_curve *o)
         for (int j = 0; j < i; j++) {
             const close_roots r = examine_roots(o, i, j);
             least = fmin(least, r.apply ? r.resolution
-                                        : cx_abs(root_less_root(o, i, j)) / (1.0 + o->k.hi));
+                                        : cx_abs(root_minus_root(o, i, j)) / (1.0 + o->k.hi));
         }
     return least;
 }
 /* Returns the reason for rejecting a degenerate motion, or `refusal` if no specific reason applies.
  * The tests for degenerate motions tolerate rounding errors in the initial state. */
-static kr_refusal name_motion(const kowalewski_top *top, kr_refusal refusal)
+static kr_refusal find_kowalewski_degeneracy(const kowalewski_top *top, kr_refusal refusal)
 {
     const double p = top->state[0].hi, q = top->state[1].hi, r = top->state[2].hi,
                  g1 = top->state[3].hi, g2 = top->state[4].hi, g3 = top->state[5].hi,
@@ -131,7 +131,7 @@ static void fill_arc(const kowalewski_curve *o, const kowalewski_arc *from, kr_k
     to->poles = 0;
     if (o->c.hi > 0.0) return;
     heading_pole pole[2];
-    const int poles = make_poles(o, from, pole);
+    const int poles = find_heading_poles(o, from, pole);
     for (int i = 0; i < poles; i++) {
         if (!pole[i].adjacent) continue;
         const dd a = dd_sqrt(dd_abs(pole[i].a));
@@ -141,8 +141,9 @@ static void fill_arc(const kowalewski_curve *o, const kowalewski_arc *from, kr_k
     const dd w0 = dd_sqrt(dd_neg(o->c));
     for (int i = 0; i < 2; i++) {
         const dd w = i ? dd_neg(w0) : w0;
-        to->both_a[i] = infinite ? from->A.hi : dd_mul(from->C, root_less_pole(o, from->low, w)).hi;
-        to->both_b[i] = root_less_pole(o, from->high, w).hi;
+        to->both_a[i] =
+            infinite ? from->A.hi : dd_mul(from->C, root_minus_pole(o, from->low, w)).hi;
+        to->both_b[i] = root_minus_pole(o, from->high, w).hi;
     }
 }
 /* Writes the values of a function of e at the roots e1 and e2. */
@@ -160,9 +161,9 @@ static void fill_roots(const kowalewski_curve *o, kr_kowalewski_torus *plan)
         const cdd e = root_dd(o, i), l = cdd_real(o->l);
         A[i] = cdd_sqrt(cdd_scale(dd_of(2.0), cdd_add(e, cdd_real(o->h))));
         B[i] = cdd_sqrt(cdd_add(cdd_mul(e, e), cdd_real(o->c)));
-        if (cdd_square(A[i]).hi > cdd_square(B[i]).hi)
+        if (cdd_abs_square(A[i]).hi > cdd_abs_square(B[i]).hi)
             B[i] = cdd_div(l, A[i]);
-        else if (cdd_square(B[i]).hi > 0.0)
+        else if (cdd_abs_square(B[i]).hi > 0.0)
             A[i] = cdd_div(l, B[i]);
     }
     const dd square = dd_square(A[0].re);
@@ -196,7 +197,7 @@ static double find_signs(kr_kowalewski_torus *plan, const start_point point[2], 
     for (int all = 0; all < 32; all++) {
         for (int i = 0; i < 5; i++) plan->sign[i] = all >> i & 1 ? -1.0 : 1.0;
         if (plan->pair && plan->sign[1] != plan->sign[2]) continue;
-        const koetter_state s = koetter(plan, plan->pair, &at[0], &at[1]);
+        const koetter_state s = evaluate_koetter(plan, plan->pair, &at[0], &at[1]);
         const double miss =
             fmax(v_largest(v3(s.p.v - p, s.q.v - q, s.r.v - r)) / size, fabs(s.g3.v - g3));
         if (!(miss < best)) continue;
@@ -244,8 +245,8 @@ static kr_refusal analyse_curve(const kowalewski_top *top, kowalewski_work *w,
            : !is_known && mismatch < 1.0 ? KR_REFUSAL_SEPARATRIX
                                          : KR_REFUSAL_START;
 }
-/* Returns the number of terms, a multiple of four, that are needed until all others are at most
- * `least`. */
+/* Returns the smallest number of terms, a multiple of four, such that all later terms are at
+ * most `least`. */
 static int count_terms(const kowalewski_arc arc[2], int series, double least)
 {
     int terms = 4;
@@ -270,7 +271,7 @@ static void fill_series(const kowalewski_arc arc[2], kr_kowalewski_torus *plan)
     }
 }
 /* Fills the table that starts Newton's method. Each entry is found from the one before. */
-static void fill_guesses(kr_kowalewski_torus *plan)
+static void fill_start_table(kr_kowalewski_torus *plan)
 {
     jacobian unused;
     for (int i = 0; i < STARTS; i++)
@@ -281,7 +282,7 @@ static void fill_guesses(kr_kowalewski_torus *plan)
             arc_angle y[2];
             if (i + j > 0) d[0] = before[0], d[1] = before[1];
             for (int k = 0; k < NEWTON_STEPS && !(size < 1e-3); k++) {
-                for (int n = 0; n < 2; n++) y[n] = angle_beside(theta[n], d[n]);
+                for (int n = 0; n < 2; n++) y[n] = angle_plus_radians(theta[n], d[n]);
                 size = newton_step(plan, plan->some_terms, y, d, &unused, step);
                 for (int n = 0; n < 2; n++) d[n] -= step[n];
             }
@@ -297,13 +298,13 @@ static double dot_of_nodes(const signed char a[4], const signed char b[4])
 /* Fills the table of signs with quaternions that change continuously from node to node. Determines
  * whether they change their sign when an angle grows by two turns. Returns the smallest scalar
  * product of neighbours. */
-static double fill_nodes(kr_kowalewski_torus *plan, int n)
+static double fill_sign_table(kr_kowalewski_torus *plan, int n)
 {
     signed char *const node = (signed char *)(plan->harmonic + plan->terms);
     arc_angle angle[NODES];
     double least = 1.0;
     plan->nodes = n;
-    for (int i = 0; i < n; i++) angle[i] = angle_beside(dd_of(first_node + 2.0 * i / n), 0.0);
+    for (int i = 0; i < n; i++) angle[i] = angle_plus_radians(dd_of(first_node + 2.0 * i / n), 0.0);
     for (int i = 0; i < n * n; i++) {
         const arc_angle y[2] = {angle[i / n], angle[i % n]};
         const frame_state f = find_frame(plan, y);
@@ -328,7 +329,7 @@ static double fill_nodes(kr_kowalewski_torus *plan, int n)
     return least;
 }
 /* Sets the rates of the phases, and the initial values of the two torus angles. */
-static void set_phases(const kowalewski_work *w, kr_kowalewski_torus *plan)
+static void set_torus_phases(const kowalewski_work *w, kr_kowalewski_torus *plan)
 {
     dd rate[3] = {dd_half(w->rates.rate[0]), dd_half(w->rates.rate[1]), dd_half(w->rates.heading)};
     for (int j = 0; j < 2; j++)
@@ -353,15 +354,15 @@ static double fill_plan(const kowalewski_work *w, kr_kowalewski_torus *plan)
         plan->q[j] = dd_sub(arc->q, dd_mul(base, arc->p)).hi;
     }
     fill_series(w->arc, plan);
-    fill_guesses(plan);
+    fill_start_table(plan);
     plan->fast = plan->k > FAST;
     double least = -1.0;
-    for (int n = 16; n <= NODES && !(least > 0.5); n *= 2) least = fill_nodes(plan, n);
-    set_phases(w, plan);
+    for (int n = 16; n <= NODES && !(least > 0.5); n *= 2) least = fill_sign_table(plan, n);
+    set_torus_phases(w, plan);
     return least;
 }
-/* Numbers of points on the torus at which a solution is tested: always, and if an error exceeds
- * KR_TORUS_ROUNDING. */
+/* Numbers of points on the torus at which a solution is tested. The solution is tested at
+ * FEW_POINTS points. If an error exceeds KR_TORUS_ROUNDING, it is tested at MANY_POINTS points. */
 enum { FEW_POINTS = 16, MANY_POINTS = 64 };
 
 /* A closed-form solution and the intermediate results of its set-up. */
@@ -371,16 +372,17 @@ typedef struct kowalewski_memory {
 } kowalewski_memory;
 
 /* Sets the initial phase of the heading from the initial attitude `q`. */
-static void set_phase(kr_kowalewski_torus *plan, kr_quat q)
+static void set_heading_phase(kr_kowalewski_torus *plan, kr_quat q)
 {
     const kr_quat at = kowalewski_kernel(plan, 0.0, dd_of(0.0)).q;
     const cx alpha = cx_mul(cx_of(q.w, q.z), cx_of(at.w, -at.z)),
              beta = cx_mul(cx_of(q.x, q.y), cx_of(at.x, -at.y)), both = cx_add(alpha, beta);
     phase_start(&plan->torus.turn[2], turns_of(both.im, both.re));
 }
-/* Returns the largest error of the closed form at `points` points of the torus: the difference
- * between its state a little later and the Taylor series that starts at its state. */
-static double miss_on_torus(const kr_kowalewski_torus *plan, int points)
+/* Returns the largest error of the closed form at `points` points of the torus. The error is
+ * the difference between the closed form after a short time and a Taylor series that starts
+ * from the closed form. */
+static double largest_error_on_torus(const kr_kowalewski_torus *plan, int points)
 {
     double miss = 0.0;
     for (int i = 1; i <= points; i++) {
@@ -395,7 +397,7 @@ static double miss_on_torus(const kr_kowalewski_torus *plan, int points)
             phase[j] = dd_add(phase[j], dd_times(span, dd_make(p->fast, p->slow)));
         }
         const kr_state later = kowalewski_kernel_at(plan, 0.0, phase);
-        miss = fmax(miss, miss_after(&kowalewski, now, span, later));
+        miss = fmax(miss, error_after_span(&kowalewski, now, span, later));
     }
     return miss;
 }
@@ -408,11 +410,12 @@ static kr_refusal make_plan(kowalewski_memory *memory, const kowalewski_top *top
     const kr_refusal refusal = analyse_curve(top, &memory->work, plan);
     if (refusal != KR_REFUSAL_NONE) return refusal;
     if (!(fill_plan(&memory->work, plan) > 0.25)) return KR_REFUSAL_SEPARATRIX;
-    set_phase(plan, attitude);
+    set_heading_phase(plan, attitude);
     const kr_state start = kowalewski_kernel(plan, 0.0, dd_of(0.0));
     const kr_vec3 momentum = v3(2.0 * top->state[0].hi, 2.0 * top->state[1].hi, top->state[2].hi);
-    double error = fmax(miss_of_state(start, attitude, momentum), miss_on_torus(plan, FEW_POINTS));
-    if (error > KR_TORUS_ROUNDING) error = fmax(error, miss_on_torus(plan, MANY_POINTS));
+    double error =
+        fmax(error_of_state(start, attitude, momentum), largest_error_on_torus(plan, FEW_POINTS));
+    if (error > KR_TORUS_ROUNDING) error = fmax(error, largest_error_on_torus(plan, MANY_POINTS));
     /* The last argument of fmax is the effect of the frequency errors after 1000 radians. It
      * matters only near separatrices, where a rounding error of the start changes the motion far
      * more. */
@@ -438,13 +441,13 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     begin_torus(&plan->torus);
     info->refusal = make_plan(memory, &top, way.attitude, &info->certificate);
     if (info->refusal != KR_REFUSAL_NONE) {
-        info->refusal = name_motion(&top, info->refusal);
+        info->refusal = find_kowalewski_degeneracy(&top, info->refusal);
         return KR_ERR_METHOD;
     }
     torus_to_user(&plan->torus, &way, scene->start.t, own);
     torus_info(&plan->torus, 1.0, info);
     if (info->certificate <= bound) return KR_OK;
-    info->refusal = name_motion(&top, KR_REFUSAL_CERTIFICATE);
+    info->refusal = find_kowalewski_degeneracy(&top, KR_REFUSAL_CERTIFICATE);
     return KR_ERR_METHOD;
 }
 static kr_state kowalewski_state(const void *memory, double t)

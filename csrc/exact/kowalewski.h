@@ -1,17 +1,17 @@
 /* The closed-form solution of a Kowalewski top, without theta functions. The axes, units and
- * constants are defined in kowalewski_curve.h. Kowalewski's variables w1 and w2 move on arcs, on
- * which w = N/D is a function of an angle x. Let y be the angle from which x
- * follows by Landen transformations. The torus angles
+ * constants are defined in kowalewski_curve.h. Kowalewski's variables w1 and w2 move on arcs,
+ * on which w = N/D is a function of an angle x. A sequence of Landen transformations computes x
+ * from an angle y. The torus angles
  *     theta_i = y_i + S_i1(y1) + S_i2(y2)
- * with sine series S grow linearly with time. These two equations are solved for y1 and y2
- *. The state follows from x1 and x2 by the formulas of Koetter (Acta Math. 17
- * (1893) 209), and the heading from the body vector C with
+ * with sine series S grow linearly with time. These two equations are solved for y1 and y2. The
+ * state follows from x1 and x2 by the formulas of Koetter (Acta Math. 17 (1893) 209). The
+ * heading psi of the body vector C with
  *     C2 - i C1 = (z^2 + 2 q^2 zeta)/2,  C3 = q Re(conj(x) z),
- *     x = p + iq,  z = r x + g3,  zeta = g1 + i g2,
- * whose heading psi separates (docs/theory/closed_form.md):
+ *     x = p + iq,  z = r x + g3,  zeta = g1 + i g2
+ * is a sum of integrals over one variable each (docs/theory/closed_form.md):
  *     dpsi/dt = sum of l w/(w^2 + c) dw/F over both variables.
- * The heading is the sum of a phase that grows linearly with time, of one sine series for each arc,
- * and of the arguments of factors for poles near the ends of the arcs. */
+ * The heading is the sum of a phase that grows linearly with time, of one sine series for each
+ * arc, and of the arguments of factors for poles near the ends of the arcs. */
 #ifndef KR_EXACT_KOWALEWSKI_H
 #define KR_EXACT_KOWALEWSKI_H
 #include "math/trig.h"
@@ -204,7 +204,7 @@ typedef struct angle_series {
     wide value[4], slope[4], bend[4];
 } angle_series;
 /* Sums the first n terms of the series at y. */
-INLINE angle_series sum_slopes(const kr_harmonic *harmonic, int n, const arc_angle y[2])
+INLINE angle_series sum_angle_derivatives(const kr_harmonic *harmonic, int n, const arc_angle y[2])
 {
     angle_series r;
     for (int g = 0; g < GROUPS; g++) {
@@ -233,14 +233,14 @@ INLINE angle_series sum_slopes(const kr_harmonic *harmonic, int n, const arc_ang
     return r;
 }
 /* Returns theta, in turns, plus d, which is in radians. */
-INLINE dd turns_beside(dd theta, wide d)
+INLINE dd turns_plus_radians(dd theta, wide d)
 {
     return dd_make(theta.hi, theta.lo + 0.15915494309189534561 * d);
 }
-INLINE arc_angle angle_beside(dd theta, wide d)
+INLINE arc_angle angle_plus_radians(dd theta, wide d)
 {
     arc_angle y;
-    y.turns = turns_beside(theta, d);
+    y.turns = turns_plus_radians(theta, d);
     sincos_turns(y.turns, &y.s, &y.c);
     return y;
 }
@@ -249,7 +249,7 @@ INLINE arc_angle angle_beside(dd theta, wide d)
 typedef struct separate_sums {
     double value[2], slope[2];
 } separate_sums;
-static separate_sums separate_at(const kr_kowalewski_torus *plan, int j, double y)
+static separate_sums arc_sums_at(const kr_kowalewski_torus *plan, int j, double y)
 {
     double s, c, value[2] = {0.0, 0.0}, slope[2] = {0.0, 0.0};
     separate_sums r;
@@ -272,7 +272,7 @@ static separate_sums separate_at(const kr_kowalewski_torus *plan, int j, double 
     return r;
 }
 /* Returns the middle of an interval if x, a step of Newton's method, lies outside. */
-static double keep_inside(double x, double low, double high)
+static double bisect_if_outside(double x, double low, double high)
 {
     return x >= low && x <= high ? x : 0.5 * (low + high);
 }
@@ -290,31 +290,32 @@ APART void search_angles(const kr_kowalewski_torus *plan, const double theta[2],
     double low = theta[1] - reach[1], high = theta[1] + reach[1], step = 1.0;
     y[0] = theta[0], y[1] = theta[1];
     for (int i = 0; i < 100 && step > 1e-16; i++) {
-        const separate_sums two = separate_at(plan, 1, y[1]);
+        const separate_sums two = arc_sums_at(plan, 1, y[1]);
         const double want = sum[0] - two.value[0], middle = want / plan->p[0];
         double below = middle - reach[0], above = middle + reach[0];
-        separate_sums one = separate_at(plan, 0, y[0]);
+        separate_sums one = arc_sums_at(plan, 0, y[0]);
         step = 1.0;
         for (int k = 0; k < 100 && step > 1e-16; k++) {
             *(one.value[0] > want ? &above : &below) = y[0];
             const double next =
-                keep_inside(y[0] - (one.value[0] - want) / one.slope[0], below, above);
+                bisect_if_outside(y[0] - (one.value[0] - want) / one.slope[0], below, above);
             step = fabs(next - y[0]);
             y[0] = next;
-            one = separate_at(plan, 0, y[0]);
+            one = arc_sums_at(plan, 0, y[0]);
         }
         const double miss = one.value[1] + two.value[1] - sum[1],
                      slide = two.slope[0] / one.slope[0]; /* -dy1/dy2 */
         *(miss > 0.0 ? &high : &low) = y[1];
         const double next =
-            keep_inside(y[1] - miss / (two.slope[1] - one.slope[1] * slide), low, high);
+            bisect_if_outside(y[1] - miss / (two.slope[1] - one.slope[1] * slide), low, high);
         step = fabs(next - y[1]);
         y[0] -= (next - y[1]) * slide;
         y[1] = next;
     }
 }
 /* Applies search_angles to the lanes that are not in `found`. */
-INLINE void search_lanes(const kr_kowalewski_torus *plan, const dd theta[2], mask found, wide d[2])
+INLINE void search_angles_in_lanes(const kr_kowalewski_torus *plan, const dd theta[2], mask found,
+                                   wide d[2])
 {
     const double turn = 6.283185307179586;
     double angle[2][LANES], out[2][LANES];
@@ -331,8 +332,8 @@ INLINE void search_lanes(const kr_kowalewski_torus *plan, const dd theta[2], mas
     }
     for (int j = 0; j < 2; j++) d[j] = wide_load(out[j]);
 }
-/* The weights of a cubic polynomial through four equidistant values, between the two in the middle,
- * where x grows from 0 to 1. */
+/* Writes the weights of four equidistant values for cubic interpolation. The position x between
+ * the two middle values is from 0 to 1. */
 static inline void cubic_weights(double x, double out[4])
 {
     const double a = x + 1.0, b = x - 1.0, c = x - 2.0;
@@ -364,7 +365,7 @@ static inline void guess_angles(const kr_kowalewski_torus *plan, const double th
         d[1] += weight[0][i] * sum[1];
     }
 }
-INLINE void guess_lanes(const kr_kowalewski_torus *plan, const dd theta[2], wide d[2])
+INLINE void guess_angles_in_lanes(const kr_kowalewski_torus *plan, const dd theta[2], wide d[2])
 {
     double angle[2][LANES], out[2][LANES];
     for (int j = 0; j < 2; j++) wide_store(angle[j], theta[j].hi);
@@ -390,14 +391,14 @@ INLINE jacobian invert_jacobian(const angle_series *series, wide step_1, wide st
     const jacobian r = {{e * n, -b * n}, {-c * n, a * n}};
     return r;
 }
-/* Computes a step of Chebyshev's method, which is Newton's method with a correction for the second
- * derivatives, from y = theta + d. It is at most one radian. Writes the inverse Jacobian after the
- * step. Returns the size of Newton's step. */
+/* Computes a step of Chebyshev's method from y = theta + d. Chebyshev's method is Newton's
+ * method with a correction for the second derivatives. The step is at most one radian. Writes
+ * the inverse Jacobian after the step. Returns the size of the step of Newton's method. */
 INLINE wide newton_step(const kr_kowalewski_torus *plan, int terms, const arc_angle y[2],
                         const wide d[2], jacobian *after, wide step[2])
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0);
-    const angle_series series = sum_slopes(plan->harmonic, terms, y);
+    const angle_series series = sum_angle_derivatives(plan->harmonic, terms, y);
     const jacobian inverse = invert_jacobian(&series, zero, zero);
     const wide r = d[0] + (series.value[0] + series.value[2]),
                s = d[1] + (series.value[1] + series.value[3]);
@@ -419,8 +420,8 @@ INLINE wide newton_step(const kr_kowalewski_torus *plan, int terms, const arc_an
     *after = invert_jacobian(&series, -step[0], -step[1]);
     return size;
 }
-/* Sets the angles y to theta + d, after steps of which those in the lanes of `are_small` are below
- * SMALL_STEP. */
+/* Sets the angles y to theta + d after a step. In the lanes of `are_small`, the step is below
+ * SMALL_STEP, and a Taylor polynomial updates the sine and the cosine. */
 INLINE void move_angles(const dd theta[2], const wide d[2], const wide step[2], mask are_small,
                         arc_angle y[2])
 {
@@ -428,26 +429,26 @@ INLINE void move_angles(const dd theta[2], const wide d[2], const wide step[2], 
         const wide u = step[j], s = y[j].s - u * (y[j].c + 0.5 * u * y[j].s),
                    c = y[j].c + u * (y[j].s - 0.5 * u * y[j].c);
         if (mask_all(are_small)) {
-            y[j].turns = turns_beside(theta[j], d[j]);
+            y[j].turns = turns_plus_radians(theta[j], d[j]);
             y[j].s = s;
             y[j].c = c;
         } else {
-            y[j] = angle_beside(theta[j], d[j]);
+            y[j] = angle_plus_radians(theta[j], d[j]);
             y[j].s = wide_choose(are_small, s, y[j].s);
             y[j].c = wide_choose(are_small, c, y[j].c);
         }
     }
 }
 /* Writes y1 and y2 for the angles theta, in turns between -1 and 1. */
-INLINE void find_angles(const kr_kowalewski_torus *plan, const dd theta[2], arc_angle y[2])
+INLINE void find_arc_angles(const kr_kowalewski_torus *plan, const dd theta[2], arc_angle y[2])
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0);
     wide d[2], step[2], inexact = one; /* the relative error of the Jacobian */
     jacobian inverse = {{one, one}, {one, one}};
     const mask none = wide_less(one, one);
     mask found = none, near = none;
-    guess_lanes(plan, theta, d);
-    for (int j = 0; j < 2; j++) y[j] = angle_beside(theta[j], d[j]);
+    guess_angles_in_lanes(plan, theta, d);
+    for (int j = 0; j < 2; j++) y[j] = angle_plus_radians(theta[j], d[j]);
     for (int i = 0; i < NEWTON_STEPS && !mask_all(near); i++) {
         jacobian after;
         const wide size = newton_step(plan, plan->some_terms, y, d, &after, step);
@@ -456,7 +457,7 @@ INLINE void find_angles(const kr_kowalewski_torus *plan, const dd theta[2], arc_
         inexact = wide_choose(moves, size * size, inexact);
         for (int j = 0; j < 2; j++) {
             d[j] = wide_choose(moves, d[j] - step[j], d[j]);
-            y[j] = angle_beside(theta[j], d[j]);
+            y[j] = angle_plus_radians(theta[j], d[j]);
         }
         /* The error of the step is about the cube of its size. */
         near = mask_or(near, wide_less(size, wide_splat(2e-3)));
@@ -475,27 +476,28 @@ INLINE void find_angles(const kr_kowalewski_torus *plan, const dd theta[2], arc_
             mask_or(found, mask_and(near, wide_less(size * (inexact + 1e-8), wide_splat(3e-16))));
     }
     if (mask_all(found)) return;
-    search_lanes(plan, theta, found, d);
+    search_angles_in_lanes(plan, theta, found, d);
     for (int j = 0; j < 2; j++) {
-        const arc_angle other = angle_beside(theta[j], d[j]);
+        const arc_angle other = angle_plus_radians(theta[j], d[j]);
         take_lanes(&y[j], &other, sizeof other, mask_not(found));
     }
 }
 
-/* State of a Kowalewski top at time t, computed from its closed-form solution. The code computes
- * the state at a single time, or at a different time in each vector lane. Scalar and vectorized
- * evaluations give bitwise equal results.
+/* State of a Kowalewski top at time t, computed from its closed-form solution. The code
+ * computes the state at a single time, or at a different time in each vector lane. Scalar and
+ * vectorized evaluations give bitwise equal results.
  *
- * With x1 and x2, let g_i be the square root of way * (N - e_i D) on each
- * arc, h that of way * (k^2 D^2 - N^2), and d that of D. With the divided differences f[e0, e1, e2]
- * over the roots of phi, A^2 = 2 (e + h), B^2 = e^2 + c, A B = l and the signs of
+ * On each arc, let g_i be the square root of way * (N - e_i D), h that of way * (k^2 D^2 -
+ * N^2), and d that of D. Upper indices 1 and 2 denote the arc. With the divided differences
+ * f[e0, e1, e2] over the roots of phi, A^2 = 2 (e + h), B^2 = e^2 + c, A B = l and the signs of
  * kr_kowalewski_torus,
  *     a = (A G)[],  p = -(B G)[]/a,  q = -d1 d2/a,  G = g^1 g^2,
  *     r = sqrt2 (A V)[]/(a Dl),  g3 = sqrt2 (B V)[]/(a Dl),  Dl = N1 D2 - N2 D1,
  *     V_i = d2 h1 g_i^1 g_j^2 g_k^2 - d1 h2 g_i^2 g_j^1 g_k^1
- * (Koetter, Acta Math. 17 (1893) 209). Every difference that cancels has a second form that does
- * not. If g1, g2 or r cancel, derivatives by time replace them: all quantities are computed as
- * pairs of a value and its derivative. */
+ * (Koetter, Acta Math. 17 (1893) 209). Each divided difference has two formulas, of which at
+ * least one is accurate. If the formula for g1, g2 or r loses digits to cancellation, this
+ * component is computed from time derivatives instead. All quantities are therefore pairs of a
+ * value and its time derivative (struct dual). */
 /* A quantity and its derivative by time. */
 typedef struct dual {
     wide v, d;
@@ -559,10 +561,11 @@ INLINE dual pair_product(int complex, pair a)
 {
     return complex ? add(mul(a.one, a.one), mul(a.two, a.two)) : mul(a.one, a.two);
 }
-/* Returns (f1 - f2)/(e1 - e2). The argument `square` is (f1^2 - f2^2)/(e1 - e2), and `terms` the
- * size of its terms. This function divides it by f1 + f2, if this is more accurate. */
-INLINE dual difference(const kr_kowalewski_torus *plan, int complex, pair f, dual square,
-                       wide terms)
+/* Returns the divided difference (f1 - f2)/(e1 - e2). The argument `square` is (f1^2 -
+ * f2^2)/(e1 - e2), and `terms` is the sum of the magnitudes of its terms. The result is
+ * `square` / (f1 + f2) if this is more accurate. */
+INLINE dual first_difference(const kr_kowalewski_torus *plan, int complex, pair f, dual square,
+                             wide terms)
 {
     const dual sum = pair_sum(complex, f), way = complex ? scale(2.0, f.two) : sub(f.one, f.two),
                plain = scale(plan->one_apart, way), other = quotient(square, sum);
@@ -576,7 +579,7 @@ INLINE dual difference(const kr_kowalewski_torus *plan, int complex, pair f, dua
 typedef struct half_angle {
     wide s, c, cosine;
 } half_angle;
-INLINE half_angle halve_angle(const kr_kowalewski_arc *arc, const arc_angle *y)
+INLINE half_angle find_half_angle(const kr_kowalewski_arc *arc, const arc_angle *y)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0);
     wide s = y->s, c = y->c;
@@ -681,8 +684,8 @@ INLINE dual second_difference(const kr_kowalewski_torus *plan, dual f0, dual fir
 {
     return scale(plan->one_product, sub(sub(f0, scale(0.5, sum)), scale(plan->middle, first)));
 }
-/* The functions of e in Koetter's formulas, with A or with B as the factor F, and the function
- * F^2[e1, e2], which is `slope`. */
+/* A factor F of Koetter's formulas, which is A or B. `F` and `square` hold F and F^2 at e1 and
+ * e2, `F0` holds F at e0, and `slope` is the divided difference F^2[e1, e2]. */
 typedef struct koetter_terms {
     pair F, square;
     double F0, slope;
@@ -693,8 +696,9 @@ typedef struct koetter_products {
     wide V0_terms;
 } koetter_products;
 /* Returns (F G)[e0, e1, e2]. */
-INLINE dual sum_G(const kr_kowalewski_torus *plan, int complex, const koetter_terms *t,
-                  const koetter_products *k, dual D1, dual D2)
+INLINE dual second_difference_of_G(const kr_kowalewski_torus *plan, int complex,
+                                   const koetter_terms *t, const koetter_products *k, dual D1,
+                                   dual D2)
 {
     const pair f = pair_mul(complex, t->F, k->G), UW = pair_mul(complex, k->U, k->W),
                other = pair_swap(complex, t->square),
@@ -702,32 +706,35 @@ INLINE dual sum_G(const kr_kowalewski_torus *plan, int complex, const koetter_te
                down = pair_mul(complex, other, pair_times(D1, k->W));
     const dual main = scale(t->slope, UW.one), square = add(main, sub(up.one, down.one));
     const wide terms = wide_abs(main.v) + (wide_abs(up.one.v) + wide_abs(down.one.v));
-    return second_difference(plan, scale(t->F0, k->G0), difference(plan, complex, f, square, terms),
+    return second_difference(plan, scale(t->F0, k->G0),
+                             first_difference(plan, complex, f, square, terms),
                              pair_sum(complex, f));
 }
-/* Returns (F V)[e0, e1, e2]. Writes the size of the terms of (F V)[e1, e2]. */
-INLINE dual sum_V(const kr_kowalewski_torus *plan, int complex, const koetter_terms *t,
-                  const koetter_products *k, wide *size)
+/* Returns the second divided difference (F V)[e0, e1, e2]. Writes the sum of the magnitudes of
+ * the terms of (F V)[e1, e2] to `size`. */
+INLINE dual second_difference_of_V(const kr_kowalewski_torus *plan, int complex,
+                                   const koetter_terms *t, const koetter_products *k, wide *size)
 {
     const pair X = pair_mul(complex, t->F, k->X), Y = pair_mul(complex, t->F, k->Y),
                UW = pair_mul(complex, k->U, pair_swap(complex, k->W)),
                WU = pair_mul(complex, k->W, pair_swap(complex, k->U));
     const dual rest = mul(pair_swap(complex, t->square).one, k->Dl), up = scale(t->slope, UW.one),
                down = scale(t->slope, WU.one);
-    const dual DX = difference(plan, complex, X, sub(up, rest), wide_abs(up.v) + wide_abs(rest.v)),
-               DY = difference(plan, complex, Y, add(down, rest),
-                               wide_abs(down.v) + wide_abs(rest.v));
+    const dual DX = first_difference(plan, complex, X, sub(up, rest),
+                                     wide_abs(up.v) + wide_abs(rest.v)),
+               DY = first_difference(plan, complex, Y, add(down, rest),
+                                     wide_abs(down.v) + wide_abs(rest.v));
     const dual x = mul(k->x, DX), y = mul(k->y, DY);
     *size = wide_abs(x.v) + wide_abs(y.v);
     return second_difference(plan, scale(t->F0, k->V0), sub(x, y),
                              sub(mul(k->x, pair_sum(complex, X)), mul(k->y, pair_sum(complex, Y))));
 }
-INLINE dual distance_of_variables(const arc_point *one, const arc_point *two)
+INLINE dual numerator_of_difference(const arc_point *one, const arc_point *two)
 {
     return add(mul(mul(one->g0, one->g0), two->D), mul(mul(two->g0, two->g0), one->D));
 }
-INLINE koetter_state koetter(const kr_kowalewski_torus *plan, int complex, const arc_point *one,
-                             const arc_point *two)
+INLINE koetter_state evaluate_koetter(const kr_kowalewski_torus *plan, int complex,
+                                      const arc_point *one, const arc_point *two)
 {
     const double *sign = plan->sign, sqrt2 = 1.41421356237309504880;
     const koetter_terms A = {pair_of(plan->A), pair_of(plan->A_square), plan->A0, 2.0},
@@ -747,12 +754,13 @@ INLINE koetter_state koetter(const kr_kowalewski_torus *plan, int complex, const
     k.V0 = scale(complex ? 1.0 : sign[1] * sign[2], sub(up, down));
     k.x = scale(sign[0], mul(H1, two->g0));
     k.y = scale(sign[0], mul(H2, one->g0));
-    k.Dl = distance_of_variables(one, two);
+    k.Dl = numerator_of_difference(one, two);
     wide size, unused;
     koetter_state s;
-    s.a = sum_G(plan, complex, &A, &k, one->D, two->D);
-    const dual b = sum_G(plan, complex, &B, &k, one->D, two->D), under = mul(s.a, k.Dl),
-               v = sum_V(plan, complex, &A, &k, &size), u = sum_V(plan, complex, &B, &k, &unused);
+    s.a = second_difference_of_G(plan, complex, &A, &k, one->D, two->D);
+    const dual b = second_difference_of_G(plan, complex, &B, &k, one->D, two->D),
+               under = mul(s.a, k.Dl), v = second_difference_of_V(plan, complex, &A, &k, &size),
+               u = second_difference_of_V(plan, complex, &B, &k, &unused);
     s.p = quotient(scale(-1.0, b), s.a);
     s.q = quotient(scale(-1.0, mul(one->d, two->d)), s.a);
     s.r = quotient(scale(sqrt2, v), under);
@@ -767,9 +775,9 @@ INLINE koetter_state koetter(const kr_kowalewski_torus *plan, int complex, const
 typedef struct body_state {
     wide p, q, r, g1, g2, g3;
 } body_state;
-/* A body vector with a known heading, the square of its horizontal length, and the square of the
- * size of its terms. The heading is the argument of re + i im, up to rotations
- * that all vectors share. */
+/* A body-fixed vector with a known heading: its horizontal part, the squared length of this
+ * part, and the square of the size of its terms. The heading is the argument of re + i im, up
+ * to rotations that are the same for all these vectors. */
 typedef struct heading_vector {
     wide x, y, z, square, terms, re, im;
 } heading_vector;
@@ -807,10 +815,10 @@ INLINE heading_vector vector_C(const body_state *b, wide S, wide S_terms)
                         wide_abs(S) * S_terms + 0.5 * Q2 * R * R + Q * (P * S_terms + Q2 * R));
     return v;
 }
-/* Returns the vector B, which serves where C is nearly vertical, for fast tops and small l:
+/* Returns the vector B, which replaces C where C is nearly vertical (fast tops, small l):
  *     B = S (-r g2, r g1 - 2 p g3, 2 p g2) + q (-2 (g2^2 + 2 p (p g1 + q g2)), 2 (g1 g2 - q l),
  *         -r (l + 2 p g1)),   S = Re z.
- * Its heading is that of C minus the sum of the arguments of l (k^2 - w^2) + i F. */
+ * The heading of B is that of C minus the sum of the arguments of l (k^2 - w^2) + i F. */
 INLINE heading_vector vector_B(const kr_kowalewski_torus *plan, int complex, const body_state *b,
                                wide S, wide S_terms, const arc_point *one, const arc_point *two,
                                wide a)
@@ -835,9 +843,10 @@ INLINE heading_vector vector_B(const kr_kowalewski_torus *plan, int complex, con
     v.im = side * (u1 * F2 + u2 * F1);
     return v;
 }
-/* Returns the derivative of C by time in space, V = C' + omega x C, if C and B are both nearly
- * vertical. The complex number V is (rho' + i rho psi') exp(i psi) with the length rho of the
- * horizontal part of C, rho^2 = K1 K2/a^4, K = N^2 + c D^2. */
+/* Returns the time derivative of C in the space frame, V = C' + omega x C. V replaces C where C
+ * and B are both nearly vertical. Let rho be the length of the horizontal part of C, with rho^2
+ * = K1 K2/a^4 and K = N^2 + c D^2. The horizontal part of V is the complex number (rho' + i rho
+ * psi') exp(i psi). */
 INLINE heading_vector vector_V(const kr_kowalewski_torus *plan, const koetter_state *s,
                                const body_state *b, wide S, const arc_point *one,
                                const arc_point *two, const half_angle x[2], const wide rate[2])
@@ -889,8 +898,9 @@ typedef struct frame_state {
     wide row[3][3];
     wide p, q, r;
 } frame_state;
-/* Computes the state at the angles y. Without `derive`, sets the lanes of `again` in which a result
- * cancels, and must be computed with derivatives. */
+/* Computes the axes of space and the angular velocity in the body frame at the angles y. If
+ * `derive` is 0, sets `again` in the lanes in which a result loses digits to cancellation.
+ * These lanes must be computed again with `derive` = 1. */
 INLINE frame_state frame_at(const kr_kowalewski_torus *plan, int complex, int derive,
                             const arc_angle y[2], mask *again)
 {
@@ -898,17 +908,17 @@ INLINE frame_state frame_at(const kr_kowalewski_torus *plan, int complex, int de
     half_angle x[2];
     wide rate[2] = {zero, zero};
     arc_point one, two;
-    for (int j = 0; j < 2; j++) x[j] = halve_angle(&plan->arc[j], &y[j]);
+    for (int j = 0; j < 2; j++) x[j] = find_half_angle(&plan->arc[j], &y[j]);
     if (derive) { /* dw/F = D R dx, so that x1' = D2/(Dl R1) and x2' = D1/(Dl R2) */
         one = point_at(&plan->arc[0], complex, x[0], zero);
         two = point_at(&plan->arc[1], complex, x[1], zero);
-        const wide Dl = distance_of_variables(&one, &two).v;
+        const wide Dl = numerator_of_difference(&one, &two).v;
         rate[0] = two.D.v / (Dl * density_at(&plan->arc[0], complex, &one));
         rate[1] = one.D.v / (Dl * density_at(&plan->arc[1], complex, &two));
     }
     one = point_at(&plan->arc[0], complex, x[0], rate[0]);
     two = point_at(&plan->arc[1], complex, x[1], rate[1]);
-    const koetter_state s = koetter(plan, complex, &one, &two);
+    const koetter_state s = evaluate_koetter(plan, complex, &one, &two);
     const wide P = s.p.v, Q = s.q.v, g3 = s.g3.v;
     wide R = s.r.v;
     const mask is_lost = wide_less(12.0 * (1.0 + wide_abs(R)), s.r_terms);
@@ -974,12 +984,13 @@ INLINE frame_state frame_at(const kr_kowalewski_torus *plan, int complex, int de
     f.row[2][0] = b.g1, f.row[2][1] = b.g2, f.row[2][2] = b.g3;
     return f;
 }
-APART void plain_frame(const kr_kowalewski_torus *plan, const arc_angle y[2], frame_state *out,
-                       mask *again)
+APART void frame_without_derivatives(const kr_kowalewski_torus *plan, const arc_angle y[2],
+                                     frame_state *out, mask *again)
 {
     *out = plan->pair ? frame_at(plan, 1, 0, y, again) : frame_at(plan, 0, 0, y, again);
 }
-APART void derived_frame(const kr_kowalewski_torus *plan, const arc_angle y[2], frame_state *out)
+APART void frame_with_derivatives(const kr_kowalewski_torus *plan, const arc_angle y[2],
+                                  frame_state *out)
 {
     *out = plan->pair ? frame_at(plan, 1, 1, y, NULL) : frame_at(plan, 0, 1, y, NULL);
 }
@@ -988,9 +999,9 @@ INLINE frame_state find_frame(const kr_kowalewski_torus *plan, const arc_angle y
     const wide one = wide_splat(1.0);
     mask again = wide_equal(one, one);
     frame_state f, other;
-    if (!plan->fast) plain_frame(plan, y, &f, &again);
+    if (!plan->fast) frame_without_derivatives(plan, y, &f, &again);
     if (!mask_any(again)) return f;
-    derived_frame(plan, y, &other);
+    frame_with_derivatives(plan, y, &other);
     if (mask_all(again)) return other;
     take_lanes(&f, &other, sizeof f, again);
     return f;
@@ -1019,8 +1030,10 @@ INLINE quat_lanes quaternion_of(const frame_state *f)
 }
 /* The angle of the first node [turns]. It avoids the ends of the arcs. */
 static const double first_node = -0.99;
-/* Returns -1 in the lanes in which the quaternion is opposite to that of the nearest node. `turns`
- * are the angles y within two turns. Adds to `wraps` the periods by which the node is away. */
+/* Returns -1 in the lanes in which the quaternion and that of the nearest node have a negative
+ * scalar product, and 1 in the others. `turns` are the angles y within two turns. If the
+ * nearest node lies in the previous or in the next period of two turns, subtracts or adds 1 in
+ * `wraps`. */
 INLINE wide sign_at_node(const kr_kowalewski_torus *plan, quat_lanes q, const wide turns[2],
                          wide wraps[2])
 {
@@ -1052,7 +1065,7 @@ INLINE state_lanes kowalewski_kernel_at(const kr_kowalewski_torus *plan, wide ti
     wide turns[2], wraps[2], s, c;
     for (int j = 0; j < 2; j++)
         theta[j] = dd_make(2.0 * (phase[j].hi - nearest(phase[j].hi)), 2.0 * phase[j].lo);
-    find_angles(plan, theta, y);
+    find_arc_angles(plan, theta, y);
     const frame_state f = find_frame(plan, y);
     const quat_lanes q = quaternion_of(&f);
     for (int j = 0; j < 2; j++) {

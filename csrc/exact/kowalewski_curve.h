@@ -138,7 +138,7 @@ static close_roots examine_roots(const kowalewski_curve *o, int i, int j)
     return r;
 }
 /* Returns root i minus root j, or the difference of the real parts for complex roots. */
-static dd root_apart(const kowalewski_curve *o, int i, int j)
+static dd root_difference(const kowalewski_curve *o, int i, int j)
 {
     const close_roots r = examine_roots(o, i, j);
     return r.apply ? r.apart : dd_sub(o->root[i], o->root[j]);
@@ -150,7 +150,7 @@ static void find_variables(const kowalewski_curve *o, dd p, dd q, dd w[2])
     const cdd x = cdd_of(p, q), x2 = cdd_mul(x, x);
     const cdd rx = cdd_add(cdd_sub(cdd_scale(two_h, x2), cdd_mul(x2, x2)),
                            cdd_add(cdd_scale(dd_twice(o->l), x), cdd_real(o->c)));
-    const dd r = dd_sqrt(cdd_square(rx)), lp = dd_mul(o->l, p);
+    const dd r = dd_sqrt(cdd_abs_square(rx)), lp = dd_mul(o->l, p);
     const dd r12 = dd_add(dd_add(dd_sub(dd_mul(two_h, y), dd_square(y)), dd_twice(lp)), o->c);
     const dd r1 = dd_sub(dd_sub(dd_mul(two_h, o->c), dd_square(o->l)),
                          dd_add(dd_mul(two_h, dd_square(y)),
@@ -190,8 +190,8 @@ static dd product_at_end(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
 static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps *gap)
 {
     const int low = o->order[o->real - 2], least = o->order[0];
-    const dd height = root_apart(o, ROOT_K, low), width = root_apart(o, ROOT_K, least),
-             between = root_apart(o, low, least);
+    const dd height = root_difference(o, ROOT_K, low), width = root_difference(o, ROOT_K, least),
+             between = root_difference(o, low, least);
     const double u = gap->down.hi, v = gap->below.hi, d = between.hi, up = gap->up.hi,
                  first = u * v / ((d + v) * (u + d)), second = u * (width.hi + v) / ((d + v) * up),
                  third = up * v / ((width.hi + v) * (u + d));
@@ -242,8 +242,9 @@ static arc_gaps separate(const kowalewski_curve *o, const dd y[6])
 static void set_differences(const kowalewski_curve *o, kowalewski_arc *arc)
 {
     for (int i = 0; i < ROOTS; i++) {
-        arc->a[i] = arc->low == AT_INFINITY ? arc->A : dd_mul(arc->C, root_apart(o, arc->low, i));
-        arc->b[i] = root_apart(o, arc->high, i);
+        arc->a[i] =
+            arc->low == AT_INFINITY ? arc->A : dd_mul(arc->C, root_difference(o, arc->low, i));
+        arc->b[i] = root_difference(o, arc->high, i);
     }
 }
 /* Sets the coefficients A, B, C and E of one arc of the Kowalewski curve. The argument `scale` is
@@ -265,11 +266,11 @@ typedef struct singularities {
 } singularities;
 
 /* Returns the hyperbolic sine of |Im x|, given cos x. */
-static dd height_of(cdd c)
+static dd sinh_of_imaginary_part(cdd c)
 {
     const cdd one = cdd_real(dd_of(1.0));
-    const dd mean =
-        dd_half(dd_add(dd_sqrt(cdd_square(cdd_add(c, one))), dd_sqrt(cdd_square(cdd_sub(c, one)))));
+    const dd mean = dd_half(
+        dd_add(dd_sqrt(cdd_abs_square(cdd_add(c, one))), dd_sqrt(cdd_abs_square(cdd_sub(c, one)))));
     return dd_sqrt(dd_max(dd_sub(dd_square(mean), dd_of(1.0)), dd_of(0.0)));
 }
 static cdd sine_of(cdd c)
@@ -294,7 +295,7 @@ static double find_nearest(const singularities *v, dd *height, int *crosswise)
     *height = dd_of(INFINITY);
     *crosswise = 0;
     for (int i = 0; i < v->count; i++) {
-        const dd here = height_of(v->cosine[i]);
+        const dd here = sinh_of_imaginary_part(v->cosine[i]);
         const int line = find_symmetry_line(v->cosine[i]);
         least = fmin(least, here.hi);
         if (line >= 0 && here.hi < height->hi) *height = here, *crosswise = line;
@@ -311,7 +312,7 @@ static singularities singularities_of(const kowalewski_curve *o, const kowalewsk
         const cdd a = i == ROOTS ? cdd_real(arc->C) : cdd_of(arc->a[i], dd_mul(im, arc->C)),
                   b = i == ROOTS ? cdd_real(arc->E) : cdd_of(arc->b[i], dd_mul(im, arc->E)),
                   apart = cdd_sub(a, b);
-        if (cdd_square(apart).hi > 0.0) v.cosine[v.count++] = cdd_div(cdd_add(a, b), apart);
+        if (cdd_abs_square(apart).hi > 0.0) v.cosine[v.count++] = cdd_div(cdd_add(a, b), apart);
     }
     return v;
 }
@@ -347,7 +348,7 @@ static dd modulus_for(dd height)
  * Each transformation removes one singularity near the real axis, but roughly halves the distances
  * of the others from the axis. Returns sinh |Im x| of the singularity x that is nearest to the real
  * axis after these transformations. */
-static double fold_arc(const kowalewski_curve *o, kowalewski_arc *arc)
+static double choose_landen_transformations(const kowalewski_curve *o, kowalewski_arc *arc)
 {
     singularities now = singularities_of(o, arc);
     dd height;
@@ -383,11 +384,11 @@ static dd scale_for_pair(const kowalewski_curve *o, const kowalewski_arc *arc)
 static void choose_scale(const kowalewski_curve *o, kowalewski_arc *arc, dd scale)
 {
     scale_arc(o, arc, scale);
-    const double plain = fold_arc(o, arc);
+    const double plain = choose_landen_transformations(o, arc);
     if (!o->pair || plain > 0.6) return;
     const kowalewski_arc old = *arc;
     scale_arc(o, arc, scale_for_pair(o, arc));
-    if (fold_arc(o, arc) < plain) *arc = old;
+    if (choose_landen_transformations(o, arc) < plain) *arc = old;
 }
 /* Sets up the arc of w1, which ends at the largest real zero of F(w)^2, and the arc of w2, which
  * ends at the smallest one. */
@@ -401,13 +402,14 @@ static void make_arcs(const kowalewski_curve *o, kowalewski_arc arc[2])
     arc[1].low = AT_INFINITY;
     arc[1].high = least;
     choose_scale(o, &arc[0],
-                 dd_sqrt(dd_div(root_apart(o, high, below), root_apart(o, low, below))));
-    choose_scale(o, &arc[1],
-                 dd_sqrt(dd_mul(root_apart(o, above, least), root_apart(o, high, least))));
+                 dd_sqrt(dd_div(root_difference(o, high, below), root_difference(o, low, below))));
+    choose_scale(
+        o, &arc[1],
+        dd_sqrt(dd_mul(root_difference(o, above, least), root_difference(o, high, least))));
 }
 /* Converts the sine and cosine of the transformed variable y to those of x, and returns dx/dy. The
  * code exchanges values instead of pointers to avoid an optimizer error in gcc 12.2 at -O1. */
-static dd unfold_angle(const kowalewski_arc *arc, dd *s, dd *c)
+static dd invert_landen_transformations(const kowalewski_arc *arc, dd *s, dd *c)
 {
     dd slope = dd_of(1.0);
     for (int i = arc->folds - 1; i >= 0; i--) {
@@ -425,7 +427,7 @@ static dd unfold_angle(const kowalewski_arc *arc, dd *s, dd *c)
     return slope;
 }
 /* Converts the sine and cosine of x to those of the transformed variable y. */
-static void fold_angle(const kowalewski_arc *arc, dd *s, dd *c)
+static void apply_landen_transformations(const kowalewski_arc *arc, dd *s, dd *c)
 {
     for (int i = 0; i < arc->folds; i++) {
         const int crosswise = arc->crosswise[i];
@@ -473,7 +475,7 @@ typedef struct heading_pole {
 } heading_pole;
 
 /* Returns root i minus the pole w, computed without cancellation. */
-static dd root_less_pole(const kowalewski_curve *o, int i, dd w)
+static dd root_minus_pole(const kowalewski_curve *o, int i, dd w)
 {
     const dd difference = dd_sub(o->root[i], w), sum = dd_add(o->root[i], w),
              other = dd_add(o->root[i], o->h);
@@ -484,16 +486,17 @@ static dd root_less_pole(const kowalewski_curve *o, int i, dd w)
 }
 /* Finds the poles that contribute to the integrand of the heading on an arc. Returns the
  * number of poles. */
-static int make_poles(const kowalewski_curve *o, const kowalewski_arc *arc, heading_pole pole[2])
+static int find_heading_poles(const kowalewski_curve *o, const kowalewski_arc *arc,
+                              heading_pole pole[2])
 {
     const int infinite = arc->low == AT_INFINITY, end = infinite ? arc->high : arc->low;
     const dd next = real_root(o, infinite ? 1 : o->real - 3), w0 = dd_sqrt(dd_neg(o->c));
     int count = 0;
     for (int i = 0; i < 2; i++) {
-        const dd w = i ? dd_neg(w0) : w0, rest = root_less_pole(o, end, w);
+        const dd w = i ? dd_neg(w0) : w0, rest = root_minus_pole(o, end, w);
         heading_pole *p = &pole[count];
         p->a = infinite ? arc->A : dd_mul(arc->C, rest);
-        p->b = infinite ? rest : root_less_pole(o, arc->high, w);
+        p->b = infinite ? rest : root_minus_pole(o, arc->high, w);
         const double side = infinite ? -1.0 : 1.0; /* sign of arc - pole: poles lie in gaps */
         const int adjacent = side * dd_sub(w, next).hi >= 0.0; /* is it in the next gap? */
         if (o->l.hi == 0.0 && !(adjacent && rest.hi == 0.0)) continue;
@@ -503,11 +506,10 @@ static int make_poles(const kowalewski_curve *o, const kowalewski_arc *arc, head
     }
     return count;
 }
-/* Samples and weighted sums of the integrands on one arc. */
 /* Returns the integrand of the heading for l > 0, after subtraction of the contributions of its
  * poles. */
-static dd heading_rate(const kowalewski_curve *o, int poles, const heading_pole pole[2], dd s, dd c,
-                       dd N, dd D, dd R, dd slope)
+static dd heading_integrand(const kowalewski_curve *o, int poles, const heading_pole pole[2], dd s,
+                            dd c, dd N, dd D, dd R, dd slope)
 {
     const dd g = dd_mul(dd_abs(o->l), dd_mul(dd_square(D), R));
     dd sum = dd_of(0.0);
@@ -533,12 +535,13 @@ static void sample_arc(const void *data, const cosine_table *t, int i, dd out[3]
 {
     const arc_with_poles *p = data;
     dd N, D, sine = t->c[i < GRID / 2 ? GRID / 2 - i : i - GRID / 2], cosine = t->c[i];
-    const dd slope = unfold_angle(p->arc, &sine, &cosine), c = dd_half(dd_plus(cosine, 1.0)),
-             s = dd_half(dd_sub(dd_of(1.0), cosine));
+    const dd slope = invert_landen_transformations(p->arc, &sine, &cosine),
+             c = dd_half(dd_plus(cosine, 1.0)), s = dd_half(dd_sub(dd_of(1.0), cosine));
     const dd R = dd_mul(slope, arc_at(p->o, p->arc, s, c, &N, &D));
     out[0] = dd_mul(D, R);
     out[1] = dd_mul(N, R);
-    out[2] = p->poles ? heading_rate(p->o, p->poles, p->pole, s, c, N, D, R, slope) : dd_of(0.0);
+    out[2] =
+        p->poles ? heading_integrand(p->o, p->poles, p->pole, s, c, N, D, R, slope) : dd_of(0.0);
 }
 /* Computes the averages over an arc. Returns 0 if they do not converge. */
 static int average_arc(const kowalewski_curve *o, kowalewski_arc *arc, cosine_table *table,
@@ -546,7 +549,7 @@ static int average_arc(const kowalewski_curve *o, kowalewski_arc *arc, cosine_ta
 {
     arc_with_poles p = {.o = o, .arc = arc};
     const int real = o->c.hi <= 0.0;
-    p.poles = real ? make_poles(o, arc, p.pole) : o->l.hi != 0.0;
+    p.poles = real ? find_heading_poles(o, arc, p.pole) : o->l.hi != 0.0;
     double floor[3] = {0.0, 0.0, 0.0};
     for (int i = 0; real && i < p.poles; i++) floor[2] += p.pole[i].adjacent ? 0.5 : 0.0;
     dd mean[3];
@@ -556,16 +559,18 @@ static int average_arc(const kowalewski_curve *o, kowalewski_arc *arc, cosine_ta
     arc->turn = mean[2];
     return arc->points > 0;
 }
-/* The rates of the two torus angles and of the heading, without the factors of its poles. */
+/* The rates of the two torus angles and of the heading. The heading does not include the
+ * arguments of the factors for its poles. */
 typedef struct kowalewski_rates {
     dd rate[2], heading;
 } kowalewski_rates;
 
-/* Computes the sine series of an arc from its samples. With F > 0 at the start of the first arc and
- * F < 0 at that of the second, the contributions of both arcs to
- *     p2 (w dt) - q2 dt,  p1 (w dt) - q1 dt  over the determinant
- * are the differentials of theta1 and theta2. The multiples of theta1 and theta2 that are contained
- * in the heading are subtracted before the integration, because they can be large. */
+/* Computes the sine series of arc j from its samples. F is positive at the start of the first
+ * arc and negative at the start of the second. The differentials of theta1 and theta2 are the
+ * sums over both arcs of
+ *     (p2 w dt - q2 dt)/det  and  (p1 w dt - q1 dt)/det.
+ * The heading contains multiples of theta1 and theta2, which can be large. They are subtracted
+ * before the integration. */
 static void integrate_arc(const kowalewski_curve *o, kowalewski_arc arc[2], int j, dd det,
                           const cosine_table *table, samples *v)
 {
@@ -683,7 +688,7 @@ static int make_point(const kowalewski_arc *arc, dd gap, dd rest, dd next, doubl
     }
     out->s = s.hi;
     out->c = c.hi;
-    fold_angle(arc, &sine, &cosine);
+    apply_landen_transformations(arc, &sine, &cosine);
     /* The signs chosen for the square roots are correct for angles between -pi and pi. */
     const double turns = turns_of(sine.hi, cosine.hi).hi;
     out->angle = two_pi * (sine.hi < 0.0 && turns > 0.0 ? turns - 1.0 : turns);
@@ -691,11 +696,11 @@ static int make_point(const kowalewski_arc *arc, dd gap, dd rest, dd next, doubl
     add_sines(arc, sine.hi, cosine.hi, out->theta);
     return 1;
 }
-/* Finds the first state after the start at which w1 and w2 are not close to the ends of their arcs,
- * and its points on the arcs; a later state tells in which directions w1 and w2 move. If they move
- * very slowly, no such state may be found; points closer to the ends are then accepted. Writes the
- * state, and the torus angles at the start. Returns the mismatch of its distances from the ends, or
- * infinity if there is no such state. */
+/* Finds the first state after the start at which neither w1 nor w2 is close to an end of its
+ * arc. If they move very slowly, there may be no such state, and points closer to the ends are
+ * accepted. A slightly later state gives the directions of w1 and w2. Writes the state, its
+ * points on the arcs, and the torus angles at the start. Returns the member `mismatch` of
+ * arc_gaps for this state, or infinity if there is no such state. */
 static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, const dd start[6], start_point point[2],
                          dd at[6], double theta[2])

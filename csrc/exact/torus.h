@@ -13,13 +13,13 @@ typedef struct kr_torus {
     double begin;    /* [T] */
     double momentum; /* unit of momentum [M L^2 T^-1] */
     kr_quat frame;   /* frame of description -> axes of the closed form */
-    /* Half of each torus angle and, for a Kowalewski top, the phase of the complex factor e. For
-     * other tops, the third phase is zero. */
+    /* The phases of half of each torus angle and, for a Kowalewski top, of half of the heading.
+     * For a Goryachev-Chaplygin top, the third phase is zero. */
     kr_phase turn[3];
 } kr_torus;
 
-/* A tenth of the largest rounding error of a state within 300 radians, in random and degenerate
- * motions. No certificate is smaller. */
+/* Lower limit of every certificate: a tenth of the largest rounding error of a state that was
+ * found within 300 radians, in random and degenerate motions. */
 #define KR_TORUS_ROUNDING 0x1p-48
 
 /* Returns the i-th phase of a closed-form solution, in turns, at the time `span` after the initial

@@ -35,8 +35,8 @@ static inline cx cx_mul(cx a, cx b)
 {
     return cx_of(a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re);
 }
-static inline double cx_square(cx a) { return a.re * a.re + a.im * a.im; }
-static inline double cx_abs(cx a) { return sqrt(cx_square(a)); }
+static inline double cx_abs_square(cx a) { return a.re * a.re + a.im * a.im; }
+static inline double cx_abs(cx a) { return sqrt(cx_abs_square(a)); }
 
 static inline cdd cdd_of(dd re, dd im)
 {
@@ -54,16 +54,16 @@ static inline cdd cdd_mul(cdd a, cdd b)
     return cdd_of(dd_sub(dd_mul(a.re, b.re), dd_mul(a.im, b.im)),
                   dd_add(dd_mul(a.re, b.im), dd_mul(a.im, b.re)));
 }
-static inline dd cdd_square(cdd a) { return dd_add(dd_square(a.re), dd_square(a.im)); }
+static inline dd cdd_abs_square(cdd a) { return dd_add(dd_square(a.re), dd_square(a.im)); }
 static inline cdd cdd_div(cdd a, cdd b)
 {
     const cdd up = cdd_mul(a, cdd_of(b.re, dd_neg(b.im)));
-    const dd down = cdd_square(b);
+    const dd down = cdd_abs_square(b);
     return cdd_of(dd_div(up.re, down), dd_div(up.im, down));
 }
 static inline cdd cdd_sqrt(cdd a)
 {
-    const dd t = dd_sqrt(dd_half(dd_add(dd_sqrt(cdd_square(a)), dd_abs(a.re))));
+    const dd t = dd_sqrt(dd_half(dd_add(dd_sqrt(cdd_abs_square(a)), dd_abs(a.re))));
     if (t.hi == 0.0) return cdd_real(dd_of(0.0));
     const dd other = dd_half(dd_div(a.im, t));
     if (a.re.hi >= 0.0) return cdd_of(t, other);
@@ -295,7 +295,8 @@ static void torus_to_user(kr_torus *torus, const torus_units *way, double start,
     torus->momentum = own ? way->own_momentum : way->momentum;
     torus->frame = q_conj(own ? way->turn : way->axes);
 }
-/* Writes the frequencies, of which the second is `whole` times that of its phase. */
+/* Writes the period and the frequencies to `info`. The second frequency is `whole` times the
+ * rate of the second phase. */
 static void torus_info(const kr_torus *torus, double whole, kr_exact_info *info)
 {
     info->period = 0.5 / torus->turn[0].fast;
@@ -303,8 +304,9 @@ static void torus_info(const kr_torus *torus, double whole, kr_exact_info *info)
     info->frequency[1] = whole * two_pi * torus->turn[1].fast;
     info->frequency[2] = 2.0 * (two_pi * torus->turn[2].fast);
 }
-/* Checks that a scene describes an undamped top of a kind under gravity, and converts it to the
- * axes and units of the closed-form solution. If it does not, writes the reason to `refusal`. */
+/* Checks that a scene describes an undamped top of the given kind under gravity, and converts
+ * it to the axes and units of the closed-form solution. If the check fails, writes the reason
+ * to `refusal`. */
 static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_kind *kind,
                                   kr_refusal *refusal, torus_start *start, torus_units *way)
 {
@@ -379,9 +381,9 @@ static void move_view(const torus_kind *kind, double span, body_view *view)
             for (int a = 0; a < 3; a++) view->e[a][i] = e[a][i][n] + span * view->e[a][i];
         }
 }
-/* Returns the error of a state at the time `span` after `now`, by its distance from the Taylor
- * series. */
-static double miss_after(const torus_kind *kind, body_view now, double span, kr_state later)
+/* Returns the distance of the state `later` from the state that a Taylor series gives at the
+ * time `span` after `now`. */
+static double error_after_span(const torus_kind *kind, body_view now, double span, kr_state later)
 {
     const body_view got = view_top(kind, later);
     double square = 0.0;
@@ -395,8 +397,9 @@ static double miss_after(const torus_kind *kind, body_view now, double span, kr_
         fmax(sqrt(square), v_length(v_sub(w, velocity_of(&got))) / (1.0 + v_length(w)));
     return isfinite(miss) ? miss : INFINITY;
 }
-/* Returns the error of a state whose attitude, and momentum in the body frame, are known. */
-static double miss_of_state(kr_state s, kr_quat attitude, kr_vec3 momentum)
+/* Returns the larger of the errors of the attitude and of the momentum of the state s.
+ * `attitude` and `momentum` (in the body frame) are the correct values. */
+static double error_of_state(kr_state s, kr_quat attitude, kr_vec3 momentum)
 {
     const double off = v_length(v_sub(q_turn_back(s.q, s.m), momentum)),
                  miss = fmax(kr_attitude_error(s.q, attitude), off / (1.0 + v_length(momentum)));

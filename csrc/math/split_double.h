@@ -13,7 +13,7 @@ typedef struct split_vec {
     double part[SPLIT_MAX][3];
 } split_vec;
 
-static inline split_vec split_of(kr_vec3 v)
+static inline split_vec split_vec_of(kr_vec3 v)
 {
     const split_vec p = {1, {{v.x, v.y, v.z}}};
     return p;

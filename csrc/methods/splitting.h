@@ -87,7 +87,7 @@ typedef struct splitting_body {
     kr_quat r;
 } splitting_body;
 
-static inline splitting_body splitting_body_of(const splitting *s)
+static inline splitting_body splitting_begin_body(const splitting *s)
 {
     const splitting_body b = {.m = q_turn_back(s->q, s->m)};
     return b;
@@ -96,8 +96,8 @@ static inline splitting_body splitting_body_of(const splitting *s)
  * The arguments mj and mk are the components of the momentum along axes j and k. The arguments w,
  * ri, rj and rk are the components of the deviation r of the accumulated rotation from the
  * identity. */
-static inline void splitting_turn(double half, double *mj, double *mk, double *w, double *ri,
-                                  double *rj, double *rk)
+static inline void splitting_rotate_about_axis(double half, double *mj, double *mk, double *w,
+                                               double *ri, double *rj, double *rk)
 {
     const double y = *mj, z = *mk, a = *w, b = *ri, p = *rj, q = *rk;
     double c, s;
@@ -114,11 +114,13 @@ static inline void splitting_turn(double half, double *mj, double *mk, double *w
 /* Rotates about N. */
 static inline void splitting_turn_n(splitting_body *b, double rate)
 {
-    splitting_turn(rate * b->m.x, &b->m.y, &b->m.z, &b->r.w, &b->r.x, &b->r.y, &b->r.z);
+    splitting_rotate_about_axis(rate * b->m.x, &b->m.y, &b->m.z, &b->r.w, &b->r.x, &b->r.y,
+                                &b->r.z);
 }
 static inline void splitting_turn_t(splitting_body *b, double rate)
 {
-    splitting_turn(rate * b->m.z, &b->m.x, &b->m.y, &b->r.w, &b->r.z, &b->r.x, &b->r.y);
+    splitting_rotate_about_axis(rate * b->m.z, &b->m.x, &b->m.y, &b->r.w, &b->r.z, &b->r.x,
+                                &b->r.y);
 }
 /* Rotates the attitude q about the momentum m for the fraction `part` of a step, and normalizes q.
  * Unless `b` is NULL, the rotation accumulated in b->r is applied as well. The norm of q is
@@ -168,8 +170,8 @@ static void splitting_turn_rotor(splitting_body *b, const splitting *s, double p
     for (int turn = 0; turn < 5; turn++) {
         const int i = axes[turn], j = (i + 1) % 3, k = (i + 2) % 3;
         const double share = i == 2 ? part : 0.5 * part;
-        splitting_turn(share * (slopes[i] * *m[i] + rotor[i]), m[j], m[k], &b->r.w, r[i], r[j],
-                       r[k]);
+        splitting_rotate_about_axis(share * (slopes[i] * *m[i] + rotor[i]), m[j], m[k], &b->r.w,
+                                    r[i], r[j], r[k]);
     }
 }
 /* Applies the drift of a body without a rotor, on a support at rest, for `part` times the step
@@ -181,7 +183,7 @@ SPLITTING_INLINE void splitting_drift_plain(splitting *s, double part)
         splitting_rotate(s, NULL, part);
         return;
     }
-    b = splitting_body_of(s);
+    b = splitting_begin_body(s);
     if (s->n != 0.0) splitting_turn_n(&b, 0.5 * part * s->n);
     splitting_turn_t(&b, part * s->t);
     if (s->n != 0.0) splitting_turn_n(&b, 0.5 * part * s->n);
@@ -191,7 +193,7 @@ SPLITTING_INLINE void splitting_drift_plain(splitting *s, double part)
  * size. */
 APART void splitting_drift_extra(splitting *s, double part)
 {
-    splitting_body b = splitting_body_of(s);
+    splitting_body b = splitting_begin_body(s);
     splitting_turn_rotor(&b, s, part);
     splitting_rotate(s, &b, part);
     splitting_turn_support(s, part);

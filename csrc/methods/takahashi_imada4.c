@@ -36,7 +36,7 @@ static void takahashi_drift(takahashi_state *p)
         splitting_drift(&p->s, 1.0);
         return;
     }
-    splitting_body b = splitting_body_of(&p->s);
+    splitting_body b = splitting_begin_body(&p->s);
     for (int i = 0; i < p->c.stages && p->s.extra != 0.0; i++)
         splitting_turn_rotor(&b, &p->s, p->c.drift[i]);
     if (p->s.extra != 0.0) {

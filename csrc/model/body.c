@@ -127,7 +127,7 @@ int kr_body_last_axis(const kr_body *b)
 }
 /* Returns principal axes of a spherical body, with the third axis along `last`. All three moments
  * of inertia are replaced by their mean, because they are equal only up to rounding errors. */
-static kr_working tilt_axes(const kr_body *b, kr_vec3 last, kr_vec3 damping)
+static kr_working choose_spherical_axes(const kr_body *b, kr_vec3 last, kr_vec3 damping)
 {
     const kr_vec3 i = b->inertia;
     const double mean = i.x + ((i.y - i.x) + (i.z - i.x)) / 3.0;
@@ -163,7 +163,7 @@ kr_working kr_body_working_damped(const kr_body *b, kr_vec3 damping)
                                   ? b->com
                                   : v_scale(b->rotor.z < 0.0 ? -1.0 : 1.0, b->rotor);
     if (is_spherical(b) && v_largest(last_axis) > 0.0)
-        return is_even ? align_rotor(tilt_axes(b, last_axis, damping), b)
+        return is_even ? align_rotor(choose_spherical_axes(b, last_axis, damping), b)
                        : kr_body_principal(b, damping);
     const int last = kr_body_last_axis(b);
     const kr_working w = {axis_cycles[last],           rename_axes(b->inertia, last),

@@ -73,9 +73,9 @@ INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *
     const triple share = triple_inverse(n + 1);
     const halves crossed = halves_add(a->turn, b->turn),
                  pushed = halves_add(halves_add(a->push, a->cross), halves_add(b->push, b->cross));
-    const triple plus = triple_mul(share, halves_lo(crossed)),
-                 minus = triple_mul(share, halves_hi(crossed));
-    triple own = load_push(g, n), force = triple_sub(halves_lo(pushed), halves_hi(pushed));
+    const triple plus = triple_mul(share, halves_first(crossed)),
+                 minus = triple_mul(share, halves_second(crossed));
+    triple own = load_push(g, n), force = triple_sub(halves_first(pushed), halves_second(pushed));
     if (g->changes != 0.0) {
         own = triple_sub(own, triple_mul(load_moments(g), triple_of(s->w[n])));
         force = triple_add(force, lever_torque(s, g, n));

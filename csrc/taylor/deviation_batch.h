@@ -71,8 +71,8 @@ INLINE halves halves_fma(turned a, path_term four, halves c)
                       triple_fma(triple_prev(a), triple_next(b), c.hi)};
     return r;
 }
-INLINE triple halves_lo(halves a) { return a.lo; }
-INLINE triple halves_hi(halves a) { return a.hi; }
+INLINE triple halves_first(halves a) { return a.lo; }
+INLINE triple halves_second(halves a) { return a.hi; }
 
 INLINE triple load_turn(const kr_tangent *g, int n)
 {

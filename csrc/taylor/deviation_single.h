@@ -28,8 +28,8 @@ INLINE turned turned_zero(void) { return duo_splat(0.0); }
 INLINE halves halves_zero(void) { return duo_splat(0.0); }
 INLINE halves halves_add(halves a, halves b) { return duo_add(a, b); }
 INLINE halves halves_fma(turned a, path_term b, halves c) { return duo_fma(a, b, c); }
-INLINE triple halves_lo(halves a) { return duo_lo(a); }
-INLINE triple halves_hi(halves a) { return duo_hi(a); }
+INLINE triple halves_first(halves a) { return duo_first(a); }
+INLINE triple halves_second(halves a) { return duo_second(a); }
 
 INLINE triple load_turn(const kr_tangent *g, int n) { return quad_load(g->x[n]); }
 INLINE triple load_push(const kr_tangent *g, int n) { return quad_load(g->x[n] + 4); }

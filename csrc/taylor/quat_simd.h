@@ -135,8 +135,8 @@ INLINE quad quad_prev(quad a)
 #endif
 
 /* A `duo` is a pair of quaternions. The functions duo_i, duo_j and duo_k apply quad_i, quad_j and
- * quad_k to both quaternions of a pair. The functions duo_lo and duo_hi return the first and the
- * second quaternion of a pair. The functions duo_next_prev and duo_prev_next return both cyclic
+ * quad_k to both quaternions of a pair. The functions duo_first and duo_second return the first and
+ * the second quaternion of a pair. The functions duo_next_prev and duo_prev_next return both cyclic
  * permutations of one vector. The function duo_lane_of copies one component of the vector w to all
  * SIMD lanes; its argument `a` must be duo_next_prev(w). If SIMD vectors have eight lanes, the
  * component is copied from `a`, because loading it from memory would be slower. */
@@ -148,8 +148,8 @@ INLINE duo duo_j(duo a) { return duo_lanes(a, 2, 3, 0, 1, 6, 7, 4, 5); }
 INLINE duo duo_k(duo a) { return duo_lanes(a, 3, 2, 1, 0, 7, 6, 5, 4); }
 INLINE duo duo_next_prev(quad a) { return duo_lanes(a, 0, 2, 3, 1, 0, 3, 1, 2); }
 INLINE duo duo_prev_next(quad a) { return duo_lanes(a, 0, 3, 1, 2, 0, 2, 3, 1); }
-INLINE quad duo_lo(duo a) { return duo_lanes(a, 0, 1, 2, 3); }
-INLINE quad duo_hi(duo a) { return duo_lanes(a, 4, 5, 6, 7); }
+INLINE quad duo_first(duo a) { return duo_lanes(a, 0, 1, 2, 3); }
+INLINE quad duo_second(duo a) { return duo_lanes(a, 4, 5, 6, 7); }
 INLINE duo duo_lane_of(duo a, const double *w, int lane)
 {
     (void)w;
@@ -163,8 +163,8 @@ INLINE duo duo_j(duo a) { return duo_of(quad_j(a.lo), quad_j(a.hi)); }
 INLINE duo duo_k(duo a) { return duo_of(quad_k(a.lo), quad_k(a.hi)); }
 INLINE duo duo_next_prev(quad a) { return duo_of(quad_next(a), quad_prev(a)); }
 INLINE duo duo_prev_next(quad a) { return duo_of(quad_prev(a), quad_next(a)); }
-INLINE quad duo_lo(duo a) { return a.lo; }
-INLINE quad duo_hi(duo a) { return a.hi; }
+INLINE quad duo_first(duo a) { return a.lo; }
+INLINE quad duo_second(duo a) { return a.hi; }
 INLINE duo duo_lane_of(duo a, const double *w, int lane)
 {
     (void)a;

@@ -107,8 +107,8 @@ BOTH_WORDS(quad2, quad, next)
 BOTH_WORDS(quad2, quad, prev)
 INLINE duo2 duo2_next_prev(quad2 a) { return duo2_of(duo_next_prev(a.hi), duo_next_prev(a.lo)); }
 INLINE duo2 duo2_prev_next(quad2 a) { return duo2_of(duo_prev_next(a.hi), duo_prev_next(a.lo)); }
-INLINE quad2 duo2_lo(duo2 a) { return quad2_of(duo_lo(a.hi), duo_lo(a.lo)); }
-INLINE quad2 duo2_hi(duo2 a) { return quad2_of(duo_hi(a.hi), duo_hi(a.lo)); }
+INLINE quad2 duo2_first(duo2 a) { return quad2_of(duo_first(a.hi), duo_first(a.lo)); }
+INLINE quad2 duo2_second(duo2 a) { return quad2_of(duo_second(a.hi), duo_second(a.lo)); }
 INLINE duo2 duo2_lane(const double *w, int i)
 {
     return duo2_of(duo_lane(w, i), duo_lane(low(w), i));
@@ -149,8 +149,8 @@ INLINE duo2 duo2_scale(const double p[8], duo2 a)
 #define duo_k duo2_k
 #define duo_next_prev duo2_next_prev
 #define duo_prev_next duo2_prev_next
-#define duo_lo duo2_lo
-#define duo_hi duo2_hi
+#define duo_first duo2_first
+#define duo_second duo2_second
 #define duo_lane duo2_lane
 #define duo_lane_of duo2_lane_of
 #define duo_scale duo2_scale

@@ -167,15 +167,15 @@ INLINE duo attitude_rates(const series_sums *a, duo share)
 
 INLINE quad vertical_rates(const series_sums *a, int n)
 {
-    return quad_fma(quad_inverse(-n), duo_lo(a->p), quad_mul(quad_inverse(n), duo_hi(a->p)));
+    return quad_fma(quad_inverse(-n), duo_first(a->p), quad_mul(quad_inverse(n), duo_second(a->p)));
 }
 
 INLINE quad velocity_rates(const series_sums *a, const kr_series *s, quad p, quad share)
 {
     const quad up = quad_mul(quad_mul(share, quad_load(s->up)), quad_next(p));
     const quad torque = quad_fma(quad_mul(share, quad_load(s->down)), quad_prev(p), up);
-    return quad_fma(quad_mul(share, quad_load(s->k)), quad_add(duo_lo(a->cross), duo_hi(a->cross)),
-                    torque);
+    return quad_fma(quad_mul(share, quad_load(s->k)),
+                    quad_add(duo_first(a->cross), duo_second(a->cross)), torque);
 }
 
 /* Stores the n-th Taylor coefficient of the vertical P if the attitude is not computed. */
@@ -188,14 +188,15 @@ INLINE void set_vertical(kr_series *s, turned_term *turned, int n, quad p)
 /* Returns the n-th coefficient of the support's angular velocity in the body frame. */
 INLINE quad support_rates(duo support, int n)
 {
-    return quad_fma(quad_inverse(-n), duo_lo(support), quad_mul(quad_inverse(n), duo_hi(support)));
+    return quad_fma(quad_inverse(-n), duo_first(support),
+                    quad_mul(quad_inverse(n), duo_second(support)));
 }
 /* Returns the dot product of lanes 1 to 3 of two vectors, copied to every lane. */
 INLINE quad dot_lanes(kr_series *own, quad a, quad b)
 {
     quad_store(own->end_w, quad_mul(a, b));
-    const quad x = duo_lo(duo_lane(own->end_w, 1)), y = duo_lo(duo_lane(own->end_w, 2));
-    return quad_add(duo_lo(duo_lane(own->end_w, 3)), quad_add(x, y));
+    const quad x = duo_first(duo_lane(own->end_w, 1)), y = duo_first(duo_lane(own->end_w, 2));
+    return quad_add(duo_first(duo_lane(own->end_w, 3)), quad_add(x, y));
 }
 /* Stores a number in SIMD lane 0 of the vector that holds the n-th coefficient of the angular
  * velocity. The vector `number` must hold the same value in all SIMD lanes. */
@@ -210,7 +211,7 @@ INLINE quad hold_spin(kr_series *s, kr_series *own, int n, quad w, quad o)
 {
     const quad minus = quad_splat(-1.0), gained = quad_fma(minus, o, w),
                lost = quad_mul(minus, dot_lanes(own, gained, quad_load(s->apex)));
-    const quad torque = quad_mul(duo_lo(duo_lane(&s->per_grip, 0)), lost);
+    const quad torque = quad_mul(duo_first(duo_lane(&s->per_grip, 0)), lost);
     set_lane0(s, own, n, quad_mul(quad_splat((double)(n + 1)), torque));
     return quad_fma(lost, quad_load(s->yield), w);
 }
@@ -224,8 +225,8 @@ INLINE quad support_velocity(const series_sums *a, const kr_series *s, const kr_
                other = n == 0 ? quad_add(drag, quad_load(s->rub)) : drag,
                up = quad_fma(quad_mul(share, quad_load(s->up)), quad_next(p), other),
                torque = quad_fma(quad_mul(share, quad_load(s->down)), quad_prev(p), up);
-    return quad_fma(quad_mul(share, quad_load(s->k)), quad_add(duo_lo(a->cross), duo_hi(a->cross)),
-                    torque);
+    return quad_fma(quad_mul(share, quad_load(s->k)),
+                    quad_add(duo_first(a->cross), duo_second(a->cross)), torque);
 }
 /* Returns the n-th Taylor coefficient of next(P) * prev(P). The torque of a gravity gradient is
  * proportional to it. */
@@ -270,7 +271,7 @@ INLINE void next_support_velocity(kr_series *s, kr_series *own, turned_term *tur
                                   quad vertical, const series_sums *a, int terms)
 {
     const quad o = terms & TURNS ? support_rates(a->support, n + 1) : quad_splat(0.0);
-    quad w = support_velocity(a, s, own, n, terms & SHAKES ? duo_hi(a->pulled) : vertical);
+    quad w = support_velocity(a, s, own, n, terms & SHAKES ? duo_second(a->pulled) : vertical);
     if (terms & GRADIENT)
         w = quad_fma(quad_mul(quad_inverse(n + 1), quad_load(s->steep)), gradient_products(s, n),
                      w);
@@ -283,7 +284,7 @@ INLINE void next_series_coefficient(kr_series *s, kr_series *own, turned_term *t
                                     int terms)
 {
     const series_sums a = cauchy_products(s, own, turned, n, terms);
-    const quad p = terms & HEADLESS ? quad_load(s->x[n] + 4) : duo_hi(duo_load(s->x[n]));
+    const quad p = terms & HEADLESS ? quad_load(s->x[n] + 4) : duo_second(duo_load(s->x[n]));
     if (terms & HEADLESS)
         set_vertical(s, turned, n + 1, vertical_rates(&a, n + 1));
     else

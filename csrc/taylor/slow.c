@@ -120,7 +120,7 @@ static inline double largest_pull(const kr_series *s)
 #include "slow_held.h"
 
 /* Returns the time derivative of one body-frame component of the support's angular velocity. */
-static double turning_rate(const kr_series *s, const slow_axes *slow, int axis)
+static double turning_derivative(const kr_series *s, const slow_axes *slow, int axis)
 {
     const int j = (axis + 1) % 3, k = (axis + 2) % 3;
     const double *w = s->end_w + 1;
@@ -139,7 +139,7 @@ static double rotor_torque(const kr_series *s, const slow_axes *slow, int axis)
 /* Returns an upper bound on the angular velocity, relative to the support, about a strongly damped
  * axis. If the support does not rotate, the product of two strongly damped components of the
  * angular velocity is negligible. */
-static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
+static double bound_slow_velocity(const kr_series *s, const slow_axes *slow, int axis)
 {
     const double *p = s->end_x + 5, *w = s->end_w + 1;
     const double most = largest_pull(s);
@@ -150,10 +150,11 @@ static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
         const int is_small = slow->is_slow[j] && slow->is_slow[k] && !slow->turns;
         const double turning = is_small ? 0.0 : s->k[i] * w[j] * w[k],
                      rub = slow->slides ? s->rub[i] : 0.0;
-        size += fabs(slow->gain[axis][a]) *
-                (most * (fabs(s->up[i] * p[j]) + fabs(s->down[i] * p[k])) + fabs(turning) +
-                 fabs(rub) + fabs(turning_rate(s, slow, a)) + fabs(rotor_torque(s, slow, a))) /
-                fabs(s->drag[i]);
+        size +=
+            fabs(slow->gain[axis][a]) *
+            (most * (fabs(s->up[i] * p[j]) + fabs(s->down[i] * p[k])) + fabs(turning) + fabs(rub) +
+             fabs(turning_derivative(s, slow, a)) + fabs(rotor_torque(s, slow, a))) /
+            fabs(s->drag[i]);
     }
     return size;
 }
@@ -164,7 +165,7 @@ static double least_size(const kr_series *s, const slow_axes *slow)
 {
     double least = 1.0, most = 0.0, turning = 0.0;
     for (int i = 0; i < 3; i++) {
-        const double size = slow->is_slow[i] ? slow_size(s, slow, i) : 0.0;
+        const double size = slow->is_slow[i] ? bound_slow_velocity(s, slow, i) : 0.0;
         most = fmax(most, fmax(size, fabs(s->end_w[i + 1])));
         if (size > 0.0) least = fmin(least, size);
         turning = fmax(turning, fabs(turning_about(s, slow, i)));
@@ -183,8 +184,8 @@ static double least_size(const kr_series *s, const slow_axes *slow)
 
 /* Returns an upper bound on the rotation rate of the undamped top and on the rates of its support's
  * motion. */
-static double undamped_rate(const kr_motion *motion, kr_vec3 velocity,
-                            const kr_support_ops *supports)
+static double bound_undamped_rate(const kr_motion *motion, kr_vec3 velocity,
+                                  const kr_support_ops *supports)
 {
     const kr_vec3 A = motion->inertia;
     const double twice = v_dot(v_times(A, velocity), velocity) + 4.0 * v_length(motion->lever),
@@ -192,7 +193,7 @@ static double undamped_rate(const kr_motion *motion, kr_vec3 velocity,
     return supports ? fmax(own, supports->rate(motion, velocity, 1)) : own;
 }
 /* Returns the angular speed of the support. */
-static double rate_of_turning(const kr_taylor *p)
+static double support_angular_speed(const kr_taylor *p)
 {
     const kr_series *s = p->series;
     return s->linear > 1.0 ? p->rate * v_length(v_of(s->turn + 1)) : 0.0;
@@ -204,7 +205,7 @@ static double largest_torque(const kr_motion *motion)
     const kr_series *s = p->series;
     if (s->linear == 1.0) return v_length(motion->lever);
     const kr_vec3 A = motion->inertia;
-    const double turning = rate_of_turning(p), square = p->rate * p->rate,
+    const double turning = support_angular_speed(p), square = p->rate * p->rate,
                  pull = square * v_length(v_times(A, v_of(s->up + 1))) +
                         fabs(motion->gradient) * v_largest(A),
                  friction = s->slides != 0.0 ? kr_support_friction(motion, 1.0) : 0.0;
@@ -214,8 +215,8 @@ static double largest_torque(const kr_motion *motion)
 /* Inverts a 3 x 3 matrix with ones on its diagonal. The off-diagonal elements of row i are ahead[i]
  * in column i + 1 and behind[i] in column i - 1 (modulo 3). Off-diagonal elements in the row or
  * column of a weakly damped axis are replaced by zero. */
-static void invert(const double ahead[3], const double behind[3], const int is_slow[3],
-                   double inverse[3][3])
+static void invert_matrix(const double ahead[3], const double behind[3], const int is_slow[3],
+                          double inverse[3][3])
 {
     double m[3][3], sum = 0.0;
     for (int i = 0; i < 3; i++) {
@@ -243,7 +244,7 @@ static void set_gain(const kr_motion *motion, slow_axes *slow)
         ahead[i] = h[(i + 2) % 3] / D[i];
         behind[i] = -h[(i + 1) % 3] / D[i];
     }
-    invert(ahead, behind, slow->is_slow, slow->gain);
+    invert_matrix(ahead, behind, slow->is_slow, slow->gain);
 }
 /* Returns the largest rate at which a rotor changes the angular velocities about the weakly damped
  * axes. */
@@ -270,7 +271,8 @@ static void sort_axes_by_damping(const kr_motion *motion, int axes[3])
         axes[place] = i;
     }
 }
-/* On entry, slow->fall is the rate at which the support shakes. */
+/* Implements kr_slow_kind.take for the principal axes. On entry, slow->fall is the rate at
+ * which the support shakes. */
 static int take_slow_axes(const kr_motion *motion, int rank, double undamped, double pull,
                           slow_axes *slow)
 {
@@ -329,8 +331,8 @@ static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *ker
     const int order = kernel->order, head = motion->digits > 20 ? KR_HEAD_30 : KR_HEAD_20;
     double step = log2_step(s, order, log2_tol);
     if (motion->digits > 16) step = fmin(step, log2_step(s, head + 2, log2_tol + 52.0));
-    /* Clear the low words of the terms after the head, which refine_limit reads although the
-     * evaluation of the series ignores them. */
+    /* Clear the low words of the terms after the head, which refine_friction_limit reads although
+     * the evaluation of the series ignores them. */
     for (int n = head + 1; n <= order; n++) s[1].w[n][0] = 0.0;
     const double longest = slow->fall > 0.0 ? order / 6.0 * (p->rate / slow->fall) : INFINITY;
     s[0].t = s[0].end;
@@ -349,7 +351,7 @@ static int is_near(const kr_series *s, const slow_axes *slow, double noise, doub
         const int j = (i + 1) % 3, k = (i + 2) % 3;
         const double weight = s->up[i + 1] * p[j] + s->down[i + 1] * p[k],
                      rub = slow->slides ? s->rub[i + 1] : 0.0;
-        alone[i] = (turning_rate(s, slow, i) -
+        alone[i] = (turning_derivative(s, slow, i) -
                     (s->k[i + 1] * w[j] * w[k] + G * weight + rub + rotor_torque(s, slow, i))) /
                    s->drag[i + 1];
     }
@@ -358,7 +360,7 @@ static int is_near(const kr_series *s, const slow_axes *slow, double noise, doub
         for (int j = 0; j < 3; j++)
             if (slow->gain[i][j] != 0.0) follows += slow->gain[i][j] * alone[j];
         const double allowed =
-            fmax(fmax(0.25 * slow_size(s, slow, i), noise), share * fabs(follows));
+            fmax(fmax(0.25 * bound_slow_velocity(s, slow, i), noise), share * fabs(follows));
         if (slow->is_slow[i] && fabs(w[i] - follows) > allowed) return 0;
     }
     return 1;
@@ -398,11 +400,12 @@ static int may_be_near(const kr_taylor *p, const slow_axes *slow, double near, i
     return slow->kind->is_near(p->series, slow, fmax(noise, TINY_VELOCITY),
                                is_settled ? 0.25 : 0.0);
 }
-/* Returns the largest distance from the slow manifold that is compatible with a motion on it,
- * relative to the angular velocity: `near`, or 1 if damping about the given set of axes has been
- * strong for so long that the transient has decayed. Every remaining distance is then a rounding
- * error. These errors are large relative to the angular velocity if the top is almost at rest. If
- * the transient is shorter than the resolution of time, the distance has no bound. */
+/* Returns the largest distance from the slow manifold, relative to the angular velocity, at
+ * which the motion still counts as on the manifold. The result is `near` while the transient
+ * decays. After damping about the same axes has been strong for SETTLED damping times, the
+ * result is 1: the remaining distance is a rounding error, which is large relative to the
+ * angular velocity of a top that is almost at rest. If the damping time is below the resolution
+ * of time, the result is UNRESOLVED. */
 static double largest_distance(kr_taylor *p, const slow_axes *slow, double clock, double near)
 {
     double axes = 0.0, weakest = INFINITY;
@@ -477,7 +480,7 @@ static int begin_slow_axes(const kr_motion *motion, double undamped, const kr_su
 /* Returns log2 of the tolerance for steps that are not on a slow manifold. The tolerance is
  * lowered, because the permitted error is proportional to the angular velocity, which is small
  * compared with the damping rate. */
-static double tolerance_of_transient(const kr_taylor *p, double undamped)
+static double log2_transient_tolerance(const kr_taylor *p, double undamped)
 {
     return p->log2_tol + log2(fmax(fmin(undamped / p->rate, 1.0), NEGLIGIBLE));
 }
@@ -494,7 +497,7 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, const kr_support_op
         p->settling = 0.0;
         return 0;
     }
-    const double undamped = undamped_rate(motion, velocity, supports),
+    const double undamped = bound_undamped_rate(motion, velocity, supports),
                  pull = largest_torque(motion);
     if (supports) supports->set_mode(motion);
     const int is_damped = begin_slow_axes(motion, undamped, supports, &held, &slow[3]),
@@ -509,7 +512,7 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, const kr_support_op
     /* Reset the unit of time for steps that are not computed on a slow manifold. */
     const int is_held = supports && p->series->holds != 0.0;
     kr_taylor_set_rate(p, motion, is_held ? p->held_rate : fmax(p->rate, p->first_rate), supports);
-    if (is_damped) *log2_tol = tolerance_of_transient(p, undamped);
+    if (is_damped) *log2_tol = log2_transient_tolerance(p, undamped);
     if (strong) *log2_tol = fmin(*log2_tol, log2_absolute_tolerance(p, strong));
     return 0;
 }
@@ -520,7 +523,8 @@ int kr_slow_is_possible(const kr_motion *motion, double until)
     const double drag = v_largest(v_over(motion->damping, motion->inertia)),
                  left = v_largest(motion->lever) > 0.0 ? 0.0 : p->rate * exp(-drag * until);
     const kr_vec3 velocity = v_scale(left, v_of(p->series->end_w + 1));
-    return motion->step < 0.0 || !(drag <= STRONG_ALONE * undamped_rate(motion, velocity, NULL));
+    return motion->step < 0.0 ||
+           !(drag <= STRONG_ALONE * bound_undamped_rate(motion, velocity, NULL));
 }
 /* If the angular velocity exceeds 2^(OVERFLOW_LEAST + OVERFLOW_SHARE / (n - 1)), squares of the
  * Taylor coefficients of a series of order n may overflow. */
@@ -539,7 +543,7 @@ int kr_slow_drives_apart(const kr_motion *motion, double until)
     const kr_vec3 A = motion->inertia, ratio = v_over(motion->damping, A);
     const double least = fmin(A.x, fmin(A.y, A.z)), most = v_largest(A);
     if (motion->step >= 0.0 || !(v_largest(motion->damping) > 0.0) || !isfinite(until)) return 0;
-    const double turning = rate_of_turning(p),
+    const double turning = support_angular_speed(p),
                  growth = fmin(ratio.x, fmin(ratio.y, ratio.z)) - 4.0 * turning * most / least,
                  loss = largest_torque(motion) / sqrt(least);
     const kr_vec3 W = v_scale(p->rate, v_of(p->series->end_w + 1));
@@ -547,10 +551,11 @@ int kr_slow_drives_apart(const kr_motion *motion, double until)
     if (!(growth > 0.0 && y > 0.0)) return 0;
     return y / sqrt(most) * (exp(growth * fabs(until - motion->clock)) - 1.0) > 0x1p53 * growth;
 }
-/* If the damping D is the same about all axes, the magnitude L of the angular momentum grows
- * backward in time at the relative rate D <W, A W> / L^2. If only the damping torque acts, the
- * growth rate of the angular momentum does not decrease with time. Small additional torques change
- * the growth rate of the angular momentum only slightly. */
+/* Backward in time, damping makes the angular momentum grow. If the damping D is the same about
+ * all axes and no other torque acts, the magnitude L grows at the relative rate D <W, A W> /
+ * L^2, which does not decrease with time. Small additional torques change this rate only
+ * slightly. The angular velocity therefore exceeds `limit` before the time `until` if
+ * exponential growth at the initial rate does. */
 int kr_slow_overflows(const kr_motion *motion, int order, double until)
 {
     const kr_taylor *p = taylor_of(motion);

@@ -12,9 +12,9 @@ extern const struct kr_slow_kind kr_slow_held;
  * the tolerance written to `log2_tol`. */
 int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, const struct kr_support_ops *supports,
                  double *log2_tol);
-/* Returns 1 unless damping is certainly not strong in any step from now on until the clock `until`,
- * for a top on a support at rest. Backward in time, damping may accelerate the top beyond all
- * limits, and the result is 1. */
+/* Returns 0 only if damping is not strong in any step from now until the clock `until`, for a
+ * top on a support at rest. Backward in time, the result is 1, because damping may accelerate
+ * the top without bound. */
 int kr_slow_is_possible(const kr_motion *motion, double until);
 /* Returns 1 if the top rotates by more than 2^53 rad before the time `until`. Fast rotations are
  * possible backward in time, where damping accelerates the top. */

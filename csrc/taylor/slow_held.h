@@ -18,27 +18,27 @@ struct held_directions {
     double square[2]; /* <v_i, v_i> */
 };
 
-static dd held_form(const dd a[3], const double factors[3], const dd b[3])
+static dd bilinear_form(const dd a[3], const double factors[3], const dd b[3])
 {
     dd sum = dd_of(0.0);
     for (int j = 0; j < 3; j++) sum = dd_add(sum, dd_mul(dd_times(factors[j], a[j]), b[j]));
     return sum;
 }
 /* Replaces a by the linear combination `c` a + `s` b. */
-static void held_combine(dd a[3], dd c, const dd b[3], dd s)
+static void combine_vectors(dd a[3], dd c, const dd b[3], dd s)
 {
     for (int j = 0; j < 3; j++) a[j] = dd_add(dd_mul(c, a[j]), dd_mul(s, b[j]));
 }
-static void make_unit_moment(dd v[3], const double A[3])
+static void normalize_moment(dd v[3], const double A[3])
 {
-    const dd per_size = dd_div(dd_of(1.0), dd_sqrt(held_form(v, A, v)));
+    const dd per_size = dd_div(dd_of(1.0), dd_sqrt(bilinear_form(v, A, v)));
     for (int j = 0; j < 3; j++) v[j] = dd_mul(per_size, v[j]);
 }
 /* Rotates the directions v_0 and v_1 such that <v_0, D v_1> vanishes (Jacobi rotation). */
-static void decouple_directions(dd v[2][3], const double D[3])
+static void diagonalize_damping(dd v[2][3], const double D[3])
 {
-    const dd cross = held_form(v[0], D, v[1]),
-             apart = dd_sub(held_form(v[1], D, v[1]), held_form(v[0], D, v[0]));
+    const dd cross = bilinear_form(v[0], D, v[1]),
+             apart = dd_sub(bilinear_form(v[1], D, v[1]), bilinear_form(v[0], D, v[0]));
     if (!(fabs(cross.hi) > 0.0)) return;
     const dd slope = dd_div(apart, dd_scale(2.0, cross)), one = dd_of(1.0),
              root = dd_sqrt(dd_add(dd_mul(slope, slope), one)),
@@ -48,8 +48,8 @@ static void decouple_directions(dd v[2][3], const double D[3])
              s = dd_mul(c, tangent);
     dd before[3];
     memcpy(before, v[0], sizeof before);
-    held_combine(v[0], c, v[1], dd_neg(s));
-    held_combine(v[1], c, before, s);
+    combine_vectors(v[0], c, v[1], dd_neg(s));
+    combine_vectors(v[1], c, before, s);
 }
 /* Computes two vectors that are perpendicular to the apex vector. */
 static void set_directions(dd v[2][3], const dd apex[3], const double A[3], const double D[3])
@@ -62,11 +62,11 @@ static void set_directions(dd v[2][3], const dd apex[3], const double A[3], cons
         v[0][i] = dd_sub(dd_of(i == k), dd_mul(apex[k], apex[i]));
         v[1][i] = i == k ? dd_of(0.0) : j == k ? dd_neg(apex[m]) : apex[j];
     }
-    make_unit_moment(v[0], A);
-    held_combine(v[1], dd_of(1.0), v[0], dd_neg(held_form(v[0], A, v[1])));
-    make_unit_moment(v[1], A);
-    decouple_directions(v, D);
-    if (!dd_less(held_form(v[1], D, v[1]), held_form(v[0], D, v[0]))) return;
+    normalize_moment(v[0], A);
+    combine_vectors(v[1], dd_of(1.0), v[0], dd_neg(bilinear_form(v[0], A, v[1])));
+    normalize_moment(v[1], A);
+    diagonalize_damping(v, D);
+    if (!dd_less(bilinear_form(v[1], D, v[1]), bilinear_form(v[0], D, v[0]))) return;
     for (int j = 0; j < 3; j++) {
         const dd other = v[0][j];
         v[0][j] = v[1][j];
@@ -89,8 +89,8 @@ static void find_held_directions(const kr_motion *motion, held_directions *held)
     for (int i = 0; i < 2; i++) {
         const dd *v = held->v[i];
         for (int j = 0; j < 3; j++) held->weight[i][j] = dd_times(A[j], v[j]);
-        for (int k = 0; k < 2; k++) held->drag[i][k] = held_form(v, D, held->v[k]);
-        held->load[i] = held_form(apex, D, v);
+        for (int k = 0; k < 2; k++) held->drag[i][k] = bilinear_form(v, D, held->v[k]);
+        held->load[i] = bilinear_form(apex, D, v);
         high[i] = v3(v[0].hi, v[1].hi, v[2].hi);
         held->square[i] = v_dot(high[i], high[i]);
     }
@@ -144,7 +144,7 @@ static double held_drag(const kr_series *s, const slow_axes *slow, int i)
     return sum;
 }
 /* Returns an upper bound on the velocity along a strongly damped direction. */
-static double held_size(const kr_series *s, const slow_axes *slow, int direction)
+static double bound_held_velocity(const kr_series *s, const slow_axes *slow, int direction)
 {
     const double *p = s->end_x + 5, most = largest_pull(s);
     double own[3], turn[3], size = 0.0;
@@ -170,7 +170,7 @@ static double held_velocity_size(const kr_series *s, const slow_axes *slow)
     double size = v_largest(velocity_without_slow(s, slow));
     for (int i = 0; i < 2; i++)
         if (slow->is_slow[i])
-            size = fmax(size, sqrt(slow->held->square[i]) * held_size(s, slow, i));
+            size = fmax(size, sqrt(slow->held->square[i]) * bound_held_velocity(s, slow, i));
     return size;
 }
 /* Returns the smallest nonzero velocity along any strongly damped direction, or a negligible
@@ -181,8 +181,8 @@ static double least_held_size(const kr_series *s, const slow_axes *slow)
     const double size = held_velocity_size(s, slow), most = v_largest(v_of(s->end_w + 1));
     double least = 1.0;
     for (int i = 0; i < 2; i++)
-        if (slow->is_slow[i] && held_size(s, slow, i) > 0.0)
-            least = fmin(least, held_size(s, slow, i));
+        if (slow->is_slow[i] && bound_held_velocity(s, slow, i) > 0.0)
+            least = fmin(least, bound_held_velocity(s, slow, i));
     least = fmin(fmax(least, NEGLIGIBLE * most), fmax(most, size));
     return fmax(fmax(least, ROUNDED * size), TINY_VELOCITY);
 }
@@ -199,7 +199,8 @@ static int is_held_near(const kr_series *s, const slow_axes *slow, double noise,
         double change = 0.0;
         for (int k = 0; k < 2; k++)
             if (slow->gain[i][k] != 0.0) change += slow->gain[i][k] * off[k];
-        if (slow->is_slow[i] && fabs(change) > fmax(0.25 * held_size(s, slow, i), noise)) return 0;
+        if (slow->is_slow[i] && fabs(change) > fmax(0.25 * bound_held_velocity(s, slow, i), noise))
+            return 0;
     }
     return 1;
 }

@@ -16,7 +16,7 @@ static void REAL(read_directions)(const held_directions *held, double rate, REAL
     }
 }
 /* Computes the n-th coefficients of the angular velocities U and W from the components u_i. */
-static void REAL(compose)(REAL(terms) * s, const REAL(directions) * held, int n)
+static void REAL(sum_held_velocity)(REAL(terms) * s, const REAL(directions) * held, int n)
 {
     for (int j = 0; j < 3; j++) {
         const real one = r_mul(held->v[0][j], REAL(row)(s, ROW_R)[n]),
@@ -40,12 +40,12 @@ static real REAL(held_torque)(const REAL(terms) * s, const slow_axes *slow,
 }
 /* Recomputes the n-th Taylor coefficients of the strongly damped velocities, and those of U and W.
  * Returns the largest absolute change of an n-th coefficient of U. */
-static double REAL(follow_held)(REAL(terms) * s, const slow_axes *slow,
-                                const REAL(directions) * held, int n)
+static double REAL(solve_held_velocities)(REAL(terms) * s, const slow_axes *slow,
+                                          const REAL(directions) * held, int n)
 {
     real off[2], last[3];
     double moved = 0.0;
-    REAL(compose)(s, held, n);
+    REAL(sum_held_velocity)(s, held, n);
     for (int j = 0; j < 3; j++) last[j] = s->c[ROW_U + j][n];
     for (int i = 0; i < 2; i++) {
         const real *u = s->c[ROW_R + i];
@@ -59,24 +59,24 @@ static double REAL(follow_held)(REAL(terms) * s, const slow_axes *slow,
         if (slow->is_slow[i / 2] && slow->gain[i / 2][i % 2] != 0.0)
             s->c[ROW_R + i / 2][n] = r_add(s->c[ROW_R + i / 2][n],
                                            r_mul(r_of(slow->gain[i / 2][i % 2], 0.0), off[i % 2]));
-    REAL(compose)(s, held, n);
+    REAL(sum_held_velocity)(s, held, n);
     for (int j = 0; j < 3; j++)
         moved = fmax(moved, fabs(r_high(r_sub(s->c[ROW_U + j][n], last[j]))));
     return moved;
 }
 /* Performs one iteration, which recomputes all Taylor coefficients except those of the attitude.
  * Returns the largest change of a coefficient of U of order at most `order` / 2. */
-static double REAL(improve_held)(REAL(terms) * s, const slow_axes *slow,
+static double REAL(iterate_held)(REAL(terms) * s, const slow_axes *slow,
                                  const REAL(directions) * held, int order)
 {
     double moved = 0.0;
     for (int n = 0;; n++) {
-        if (slow->shakes) REAL(pull)(s, n);
-        const double change = REAL(follow_held)(s, slow, held, n);
+        if (slow->shakes) REAL(multiply_gravity)(s, n);
+        const double change = REAL(solve_held_velocities)(s, slow, held, n);
         if (2 * n <= order) moved = fmax(moved, change);
         if (n == order) break;
-        REAL(turn_back)(s, ROW_P, ROW_U, n);
-        if (slow->turns) REAL(turn_back)(s, ROW_O, ROW_U, n);
+        REAL(next_body_vector)(s, ROW_P, ROW_U, n);
+        if (slow->turns) REAL(next_body_vector)(s, ROW_O, ROW_U, n);
         for (int i = 0; i < 2; i++) {
             real *u = s->c[ROW_R + i];
             if (slow->is_slow[i]) continue;
@@ -99,9 +99,9 @@ static real REAL(held_angular_velocity)(const REAL(terms) * s, const REAL(direct
     return sum;
 }
 /* Writes the Taylor coefficients of the ratio of the friction torque to its limit. */
-static void REAL(write_grip)(const REAL(terms) * s, const slow_axes *slow,
-                             const REAL(directions) * held, real friction, int order,
-                             kr_series to[2])
+static void REAL(write_friction_ratio)(const REAL(terms) * s, const slow_axes *slow,
+                                       const REAL(directions) * held, real friction, int order,
+                                       kr_series to[2])
 {
     for (int n = 0; n <= order; n++) {
         real sum = r_of(0.0, 0.0);
@@ -129,7 +129,7 @@ static int REAL(is_held_on_manifold)(const REAL(terms) * s, const kr_series seri
     for (int i = 0; i < 2; i++) {
         const real end = REAL(held_angular_velocity)(s, held, series, i);
         const double off = fabs(r_high(r_sub(end, s->c[ROW_R + i][0]))),
-                     size = fmax(near * held_size(series, slow, i), least),
+                     size = fmax(near * bound_held_velocity(series, slow, i), least),
                      allowed = fmax(size, TINY_VELOCITY);
         if (slow->is_slow[i] && !(off <= allowed))
             last = fmax(last, LOG_OF_2 * log2(off / allowed) / r_high(held->drag[i][i]));
@@ -137,8 +137,9 @@ static int REAL(is_held_on_manifold)(const REAL(terms) * s, const kr_series seri
     if (last > 0.0) *wait = last;
     return last == 0.0;
 }
-/* Expands the motion of a top that friction holds about one axis on the slow manifold in a Taylor
- * series. */
+/* Expands in a Taylor series the motion on the slow manifold of a top that friction holds about
+ * its axis. The arguments are those of `expand` (slow_terms.h); `rate` is the unit of frequency
+ * of the series, and `friction` the largest friction torque. */
 static int REAL(expand_held)(kr_series series[2], const slow_axes *slow, int order, double near,
                              double noise, double *wait, double rate, double friction)
 {
@@ -152,14 +153,14 @@ static int REAL(expand_held)(kr_series series[2], const slow_axes *slow, int ord
     for (int i = 0; i < 2; i++)
         s.c[ROW_R + i][0] = REAL(held_angular_velocity)(&s, &held, series, i);
     for (int sweep = 0; sweep < SWEEPS && moved > noise * size; sweep++)
-        moved = REAL(improve_held)(&s, slow, &held, order);
+        moved = REAL(iterate_held)(&s, slow, &held, order);
     *wait = 1.0 / r_high(held.drag[slow->is_slow[0] ? 0 : 1][slow->is_slow[0] ? 0 : 1]);
     if (moved > noise * size) return 0;
     /* Iterate once more, because the friction torque is inaccurate if large terms nearly cancel. */
-    REAL(improve_held)(&s, slow, &held, order);
+    REAL(iterate_held)(&s, slow, &held, order);
     if (!REAL(is_held_on_manifold)(&s, series, slow, &held, near * least, near, wait)) return 0;
     for (int n = 0; n < order; n++) REAL(turn_attitude)(&s, ROW_U, n);
     REAL(write)(&s, order, series);
-    REAL(write_grip)(&s, slow, &held, r_of(friction, 0.0), order, series);
+    REAL(write_friction_ratio)(&s, slow, &held, r_of(friction, 0.0), order, series);
     return 1;
 }

@@ -11,8 +11,7 @@ typedef struct REAL(directions) {
     real v[2][3], weight[2][3], drag[2][2], load[2], moment[3];
 } REAL(directions);
 
-/* Returns one row of the table of Taylor coefficients. In builds without moving supports, the table
- * of coefficients has fewer rows. */
+/* Returns one row of the table of Taylor coefficients. */
 static real *REAL(row)(REAL(terms) * s, int row) { return s->c[row]; }
 /* Returns the n-th coefficient of the product of the series in rows `a` and `b`. */
 static real REAL(product)(const REAL(terms) * s, int a, int b, int n)
@@ -22,7 +21,7 @@ static real REAL(product)(const REAL(terms) * s, int a, int b, int n)
     return sum;
 }
 /* Computes the n-th coefficient of the effective gravity vector G P. */
-static void REAL(pull)(REAL(terms) * s, int n)
+static void REAL(multiply_gravity)(REAL(terms) * s, int n)
 {
     for (int i = 0; i < 3; i++) s->c[ROW_GP + i][n] = REAL(product)(s, ROW_G, ROW_P + i, n);
 }
@@ -43,7 +42,8 @@ static real REAL(torque)(const REAL(terms) * s, const slow_axes *slow, int axis,
 /* Solves for the strongly damped components of the angular velocity when a rotor couples the axes.
  * The array `follows` holds the torque about each axis divided by the damping constant of the
  * axis. */
-static void REAL(share_rotor)(REAL(terms) * s, const slow_axes *slow, const real follows[3], int n)
+static void REAL(solve_rotor_coupling)(REAL(terms) * s, const slow_axes *slow,
+                                       const real follows[3], int n)
 {
     const int u = U_OF(slow);
     real off[3];
@@ -55,7 +55,7 @@ static void REAL(share_rotor)(REAL(terms) * s, const slow_axes *slow, const real
                 r_add(s->c[u + i / 3][n], r_mul(r_of(slow->gain[i / 3][i % 3], 0.0), off[i % 3]));
 }
 /* Computes the (n + 1)-th coefficients of the body-frame components of a space-fixed vector. */
-static void REAL(turn_back)(REAL(terms) * s, int row, int u, int n)
+static void REAL(next_body_vector)(REAL(terms) * s, int row, int u, int n)
 {
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
@@ -80,7 +80,7 @@ static void REAL(turn_attitude)(REAL(terms) * s, int u, int n)
 }
 /* Recomputes the n-th coefficients of the strongly damped angular velocities. Returns the largest
  * change. */
-static double REAL(follow)(REAL(terms) * s, const slow_axes *slow, int n)
+static double REAL(solve_slow_velocities)(REAL(terms) * s, const slow_axes *slow, int n)
 {
     const int u = U_OF(slow);
     real last[3], follows[3];
@@ -93,7 +93,7 @@ static double REAL(follow)(REAL(terms) * s, const slow_axes *slow, int n)
         follows[i] = r_div(r_sub(next, REAL(torque)(s, slow, i, n)), s->drag[i]);
         if (!slow->has_rotor) s->c[u + i][n] = follows[i];
     }
-    if (slow->has_rotor) REAL(share_rotor)(s, slow, follows, n);
+    if (slow->has_rotor) REAL(solve_rotor_coupling)(s, slow, follows, n);
     for (int i = 0; i < 3; i++) {
         const real change = r_sub(s->c[u + i][n], last[i]);
         if (slow->is_slow[i]) moved = fmax(moved, fabs(r_high(change)));
@@ -108,13 +108,13 @@ static double REAL(follow)(REAL(terms) * s, const slow_axes *slow, int n)
 /* Performs one iteration: recomputes the strongly damped angular velocities, and all coefficients
  * that depend on them. Returns the largest change, in this iteration, of a coefficient of order at
  * most `order` / 2. */
-static double REAL(improve)(REAL(terms) * s, const slow_axes *slow, int order)
+static double REAL(iterate_axes)(REAL(terms) * s, const slow_axes *slow, int order)
 {
     const int u = U_OF(slow);
     double moved = 0.0;
     for (int n = 0;; n++) {
-        if (GP_OF(slow) != ROW_P) REAL(pull)(s, n);
-        const double change = REAL(follow)(s, slow, n);
+        if (GP_OF(slow) != ROW_P) REAL(multiply_gravity)(s, n);
+        const double change = REAL(solve_slow_velocities)(s, slow, n);
         if (2 * n <= order) moved = fmax(moved, change);
         if (n == order) break;
         for (int i = 0; i < 3; i++)
@@ -122,8 +122,8 @@ static double REAL(improve)(REAL(terms) * s, const slow_axes *slow, int order)
                 s->c[ROW_W + i][n + 1] =
                     r_div(r_add(REAL(torque)(s, slow, i, n), r_mul(s->drag[i], s->c[u + i][n])),
                           r_of(n + 1, 0.0));
-        REAL(turn_back)(s, ROW_P, u, n);
-        if (u != ROW_W) REAL(turn_back)(s, ROW_O, u, n);
+        REAL(next_body_vector)(s, ROW_P, u, n);
+        if (u != ROW_W) REAL(next_body_vector)(s, ROW_O, u, n);
     }
     return moved;
 }
@@ -133,7 +133,7 @@ static void REAL(read_vector)(real to[3], const double a[4], const double b[4])
     for (int i = 0; i < 3; i++) to[i] = r_of(a[1 + i], b[1 + i]);
 }
 /* Computes the Taylor coefficients of the effective gravity, which is a constant plus a cosine. */
-static void REAL(sway)(REAL(terms) * s, const kr_series from[2])
+static void REAL(expand_gravity)(REAL(terms) * s, const kr_series from[2])
 {
     real *g = REAL(row)(s, ROW_G), sine = r_of(from[0].sway[1], from[1].sway[1]);
     const real rate = r_of(from[0].sway[2], from[1].sway[2]);
@@ -171,7 +171,7 @@ static void REAL(begin)(REAL(terms) * s, const slow_axes *slow, const kr_series 
             s->c[ROW_O + i][0] = r_of(from[0].turn[1 + i], from[1].turn[1 + i]);
             s->c[ROW_U + i][0] = r_sub(s->c[ROW_W + i][0], s->c[ROW_O + i][0]);
         }
-    if (slow->shakes) REAL(sway)(s, from);
+    if (slow->shakes) REAL(expand_gravity)(s, from);
 }
 /* Copies the Taylor coefficients of orders 0 to `order` into the high and low words of a series. */
 static void REAL(write)(const REAL(terms) * s, int order, kr_series to[2])
@@ -202,8 +202,8 @@ static void REAL(write_spin)(const REAL(terms) * s, int u, int order, kr_series 
 }
 /* Returns 1 if the angular velocity at the end of a series agrees with that on the slow manifold.
  * The components of the two angular velocities along each strongly damped axis may differ by at
- * most `near` times the larger of slow_size and least_size. If the motion has not reached the slow
- * manifold, `wait` receives an estimate of the remaining time. */
+ * most `near` times the larger of bound_slow_velocity and least_size. If the motion has not reached
+ * the slow manifold, `wait` receives an estimate of the remaining time. */
 static int REAL(is_on_manifold)(const REAL(terms) * s, const kr_series series[2],
                                 const slow_axes *slow, double near, double *wait)
 {
@@ -212,7 +212,7 @@ static int REAL(is_on_manifold)(const REAL(terms) * s, const kr_series series[2]
     for (int i = 0; i < 3; i++) {
         const real end = r_of(series[0].end_w[1 + i], series[1].end_w[1 + i]);
         const double off = fabs(r_high(r_sub(end, s->c[ROW_W + i][0]))),
-                     size = fmax(slow_size(series, slow, i), least),
+                     size = fmax(bound_slow_velocity(series, slow, i), least),
                      allowed = fmax(near * size, TINY_VELOCITY);
         if (slow->is_slow[i] && !(off <= allowed))
             last = fmax(last, LOG_OF_2 * log2(off / allowed) / fabs(series->drag[1 + i]));
@@ -233,11 +233,11 @@ static int REAL(expand)(kr_series series[2], const slow_axes *slow, int order, d
     REAL(begin)(&s, slow, series);
     for (int i = 0; i < 3; i++)
         if (slow->is_slow[i]) {
-            size = fmax(size, slow_size(series, slow, i));
+            size = fmax(size, bound_slow_velocity(series, slow, i));
             *wait = fmax(*wait, 1.0 / fabs(series->drag[1 + i]));
         }
     for (int sweep = 0; sweep < SWEEPS && moved > noise * size; sweep++)
-        moved = REAL(improve)(&s, slow, order);
+        moved = REAL(iterate_axes)(&s, slow, order);
     if (moved > noise * size || !REAL(is_on_manifold)(&s, series, slow, near, wait)) return 0;
     for (int n = 0; n < order; n++) REAL(turn_attitude)(&s, U_OF(slow), n);
     REAL(write)(&s, order, series);

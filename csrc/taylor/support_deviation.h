@@ -65,7 +65,7 @@ static REAL(vector) REAL(cross)(const REAL(series) * a, const REAL(series) * b, 
     return product;
 }
 /* Returns the i-th body-frame component of the space-fixed unit vector with index `axis`. */
-static real REAL(seen_axis)(const real q[4], int axis, int i)
+static real REAL(body_component)(const real q[4], int axis, int i)
 {
     const int same = axis == i, third = 3 - axis - i;
     const real two = r_of(2.0, 0.0), both = r_mul(q[1 + axis], q[1 + i]);
@@ -77,17 +77,17 @@ static real REAL(seen_axis)(const real q[4], int axis, int i)
     return r_mul(two, (i + 1) % 3 == axis ? r_add(both, turned) : r_sub(both, turned));
 }
 /* Writes the body-frame components, of order 0, of a vector along e1, e2, e3. */
-static void REAL(see_vector)(REAL(series) * a, const real q[4], const double vector[3])
+static void REAL(rotate_to_body)(REAL(series) * a, const real q[4], const double vector[3])
 {
     for (int i = 0; i < 3; i++) {
         a->c[i][0] = r_of(0.0, 0.0);
         for (int axis = 0; axis < 3; axis++)
             a->c[i][0] =
-                r_add(a->c[i][0], r_mul(r_of(vector[axis], 0.0), REAL(seen_axis)(q, axis, i)));
+                r_add(a->c[i][0], r_mul(r_of(vector[axis], 0.0), REAL(body_component)(q, axis, i)));
     }
 }
 /* Computes the next coefficients of the body-frame components of a space-fixed vector. */
-static void REAL(turn_series)(REAL(series) * a, const REAL(series) * relative, int n)
+static void REAL(next_space_vector)(REAL(series) * a, const REAL(series) * relative, int n)
 {
     const real share = r_div(r_of(1.0, 0.0), r_of(n + 1, 0.0));
     const REAL(vector) rate = REAL(cross)(a, relative, n);
@@ -152,7 +152,7 @@ static void REAL(read_path)(REAL(moving_path) * p, const kr_series path[2],
         h[i] = r_of(data->h[i], 0.0);
     }
     for (int i = 0; i < 4; i++) p->q[i] = r_of(data->q[i].hi, data->q[i].lo);
-    REAL(see_vector)(&p->support, p->q, data->turning);
+    REAL(rotate_to_body)(&p->support, p->q, data->turning);
     p->cosine[0] = r_of(data->cosine.hi, data->cosine.lo);
     p->sine[0] = r_of(data->sine.hi, data->sine.lo);
     REAL(read_friction)(p, path, data, order);
@@ -160,7 +160,7 @@ static void REAL(read_path)(REAL(moving_path) * p, const kr_series path[2],
         const real share = r_div(rate, r_of(n + 1, 0.0));
         REAL(set_velocity)(p, path, n, h);
         REAL(pull_vertical)(p, base, sway, n);
-        REAL(turn_series)(&p->support, &p->relative, n);
+        REAL(next_space_vector)(&p->support, &p->relative, n);
         p->cosine[n + 1] = r_sub(r_of(0.0, 0.0), r_mul(share, p->sine[n]));
         p->sine[n + 1] = r_mul(share, p->cosine[n]);
     }
@@ -198,7 +198,7 @@ static void REAL(subtract_turning)(const REAL(moving_path) * p, REAL(moving_devi
 {
     REAL(series) turned;
     const real per_rate = r_of(drive->per_rate, 0.0);
-    REAL(see_vector)(&turned, p->q, drive->turning);
+    REAL(rotate_to_body)(&turned, p->q, drive->turning);
     /* While friction holds the top, spin_change requires one more coefficient. */
     for (int n = 0; n < order + p->is_held; n++) {
         const REAL(vector) carried = REAL(cross)(&turned, &p->momentum, n);
@@ -206,7 +206,7 @@ static void REAL(subtract_turning)(const REAL(moving_path) * p, REAL(moving_devi
             d->turn_by.c[i][n] = r_sub(d->turn_by.c[i][n], r_mul(per_rate, turned.c[i][n]));
             d->push_by.c[i][n] = r_sub(d->push_by.c[i][n], r_mul(per_rate, carried.c[i]));
         }
-        if (n < order) REAL(turn_series)(&turned, &p->relative, n);
+        if (n < order) REAL(next_space_vector)(&turned, &p->relative, n);
     }
 }
 /* Adds the terms due to changes of the gravity gradient, or of the moments in it. */
@@ -225,8 +225,8 @@ static void REAL(add_gradient)(const REAL(moving_path) * p, REAL(moving_deviatio
     }
 }
 /* Computes the inhomogeneous terms of the variational equations. */
-static void REAL(set_drive)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
-                            const support_drive *drive, int order)
+static void REAL(set_parameter_terms)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
+                                      const support_drive *drive, int order)
 {
     const double *turning = drive->turning;
     for (int n = 0; n < order + p->is_held; n++) {
@@ -347,7 +347,7 @@ static void REAL(begin_deviation)(const REAL(moving_path) * p, REAL(moving_devia
         d->push.c[i][0] = r_of(high[5 + i], low[5 + i]);
         d->apex[i] = r_of(0.0, 0.0);
     }
-    REAL(set_drive)(p, d, drive, order);
+    REAL(set_parameter_terms)(p, d, drive, order);
     if (p->has_friction) REAL(set_friction_drive)(p, d, drive);
 }
 /* Subtracts factor * (derivative of the spin) * a from N at the end of the step. */

@@ -117,7 +117,7 @@ static double first_negative(double *b, int n, double low, double high)
 }
 /* Returns the fraction of the step at which `sign` times the friction variable plus `constant`
  * first becomes negative. Returns INFINITY if the sum stays nonnegative throughout the step. */
-static double find_limit(const kr_series *s, int order, double sign, double constant)
+static double find_friction_limit(const kr_series *s, int order, double sign, double constant)
 {
     double b[KR_TAYLOR_MAX + 1], power = 1.0, binomial = 1.0, others = 0.0;
     b[0] = sign * s->w[0][0] + constant;
@@ -138,7 +138,8 @@ static double find_limit(const kr_series *s, int order, double sign, double cons
 /* Returns the time from the start of the step until the friction variable equals `value`.
  * Newton's method starts at the time `near`, at which the friction variable is known to be within
  * about `noise` of `value`. */
-static dd refine_limit(const kr_series s[2], int order, double value, double near, double noise)
+static dd refine_friction_limit(const kr_series s[2], int order, double value, double near,
+                                double noise)
 {
     const double span = s->end - s->t, far = FARTHEST_PART * fabs(span);
     dd h = dd_of(near);
@@ -176,16 +177,15 @@ static dd slope_at_end(const kr_series s[2], int order)
         sum = dd_add(dd_mul(sum, h), dd_times(i, dd_make(s[0].w[i][0], s[1].w[i][0])));
     return sum;
 }
-/* Returns 1 if the spin of a sliding top vanishes within the step, although find_limit has not
- * detected it. The function find_limit does not detect a zero of the spin if the spin becomes only
- * slightly negative.
- * Returns 0 if the spin is already zero at the beginning of the step. */
+/* Returns 1 if the spin of a sliding top changes its sign within the step but remains within
+ * `noise` of zero, so that find_limit does not detect the zero. Returns 0 if the spin is
+ * already zero at the beginning of the step. */
 static int passes_zero(const kr_series s[2], int order, double sliding, double noise)
 {
     const double span = s->end - s->t;
     if (!(sliding * s->end_w[0] < 0.0 && sliding * s->w[0][0] > 0.0)) return 0;
     if (!(sliding * slope_at_end(s, order).hi * span < 0.0)) return 0;
-    const double at = refine_limit(s, order, 0.0, span, noise).hi;
+    const double at = refine_friction_limit(s, order, 0.0, span, noise).hi;
     return at * span > 0.0 && fabs(at) <= fabs(span);
 }
 /* Returns 1 if a top without spin cannot slide in the chosen direction, because the spin would
@@ -215,10 +215,10 @@ static void choose_mode(kr_taylor *p, const kr_motion *motion, int order, double
     p->before_hold = before;
     decide_hold(p, motion, slope * s->per_grip + before);
 }
-/* Changes the friction mode (see choose_mode). With a loose tolerance, the friction variable at the
- * end of the step can differ from the friction that the state needs. If this state does not let the
- * top slide as chosen, friction holds the top, because the next step would have no length. On the
- * slow manifold (`is_slow`), the acceleration is the difference of large torques and not known. */
+/* Changes the friction mode (see choose_mode). If the tolerance is large, the chosen direction
+ * of sliding may be impossible in the state at the end of the step. Friction then holds the
+ * top, because the next step would have length zero. On the slow manifold (`is_slow`), this is
+ * not tested: the acceleration is a difference of large torques, and its sign is unknown. */
 static void change_mode(kr_taylor *p, const kr_motion *motion, int order, double value, int is_slow)
 {
     choose_mode(p, motion, order, value);
@@ -232,8 +232,9 @@ static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr
     kr_series *s = p->series;
     const int n = kernel->order, slides = s->slides != 0.0, deep = kr_taylor_is_deep(motion);
     const double noise = unit * NEGLIGIBLE_SPIN, most = 1.0 + NEGLIGIBLE_SPIN;
-    const double first = slides ? find_limit(s, n, p->sliding, noise) : find_limit(s, n, 1.0, most),
-                 second = slides ? INFINITY : find_limit(s, n, -1.0, most);
+    const double first = slides ? find_friction_limit(s, n, p->sliding, noise)
+                                : find_friction_limit(s, n, 1.0, most),
+                 second = slides ? INFINITY : find_friction_limit(s, n, -1.0, most);
     const double span = s->end - s->t;
     const int passes = slides && !(first < INFINITY) && passes_zero(s, n, p->sliding, noise);
     const double part = passes ? 1.0 : fmin(first, second);
@@ -242,10 +243,10 @@ static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr
                              : first <= second ? -1.0
                                                : 1.0,
                      beyond = slides ? -p->sliding * noise : most * value;
-        dd h = refine_limit(s, n, value, part * span, noise);
-        /* At the beginning of the step, the spin may already be beyond zero by less than
-         * `noise`. */
-        if (!(h.hi * span > 0.0)) h = refine_limit(s, n, beyond, part * span, 0.0);
+        dd h = refine_friction_limit(s, n, value, part * span, noise);
+        /* The spin at the beginning of the step may already have the opposite sign and a
+         * magnitude below `noise`. */
+        if (!(h.hi * span > 0.0)) h = refine_friction_limit(s, n, beyond, part * span, 0.0);
         if (!(h.hi * span > 0.0)) h = dd_of(NARROW_PART * span);
         end_step_at(s, kernel, deep, h);
         kr_support_place(s, motion, p->rate);

@@ -143,7 +143,7 @@ static dd reduce_angle(dd angle)
 }
 /* Computes the cosine and sine of the shaking phase to double precision. `since` is the time since
  * the initial time. */
-static void find_phase(const kr_scene *scene, double since, dd *cosine, dd *sine)
+static void find_shaking_phase(const kr_scene *scene, double since, dd *cosine, dd *sine)
 {
     const dd t = two_sum(scene->start.t, since), turned = two_product(scene->shaking.rate, t.hi),
              angle = two_sum(turned.hi, scene->shaking.phase), turn = dd_scale(2.0, dd_pi());
@@ -163,7 +163,7 @@ void kr_support_phase(const kr_motion *motion, double rate, double end, double l
     const kr_scene *scene = motion->scene;
     const double unit = motion->time_unit / rate;
     if (!kr_taylor_is_deep(motion)) {
-        find_phase(scene, unit * end, cosine, sine);
+        find_shaking_phase(scene, unit * end, cosine, sine);
         return;
     }
     const dd since = dd_add(dd_of(unit * end), dd_of(unit * low)),
@@ -173,7 +173,7 @@ void kr_support_phase(const kr_motion *motion, double rate, double end, double l
     dd_sincos(angle, sine, cosine);
 }
 /* Sets the oscillating part of the effective gravity at the end of the last step. */
-static void set_sway(kr_series s[2], const kr_motion *motion, double rate)
+static void set_gravity_oscillation(kr_series s[2], const kr_motion *motion, double rate)
 {
     const dd sway = dd_make(s[0].sway_most, s[1].sway_most);
     dd sine, cosine;
@@ -182,7 +182,7 @@ static void set_sway(kr_series s[2], const kr_motion *motion, double rate)
     put_words(s, &s[0].sway[1], dd_mul(sway, sine));
 }
 /* Sets the body-frame angular velocity of the support at the end of the last step. */
-static void set_turn(kr_series s[2], const kr_motion *motion, double rate)
+static void set_support_velocity(kr_series s[2], const kr_motion *motion, double rate)
 {
     const kr_vec3 own = v_scale(motion->time_unit / rate, motion->scene->turning);
     if (!kr_taylor_is_deep(motion)) {
@@ -197,8 +197,8 @@ static void set_turn(kr_series s[2], const kr_motion *motion, double rate)
 }
 void kr_support_place(kr_series s[2], const kr_motion *motion, double rate)
 {
-    if (s->turns != 0.0) set_turn(s, motion, rate);
-    if (s->shakes != 0.0) set_sway(s, motion, rate);
+    if (s->turns != 0.0) set_support_velocity(s, motion, rate);
+    if (s->shakes != 0.0) set_gravity_oscillation(s, motion, rate);
 }
 
 kr_vec3 kr_support_acceleration(const kr_series *s)

@@ -45,8 +45,8 @@ static inline double kr_support_friction(const kr_motion *motion, double rate)
     return fmin(own, MOST_FRICTION) / (rate * rate);
 }
 
-/* Computes all Taylor coefficients of n single tangents along the path. The Taylor series of the
- * path is expanded about the time path->t, given in units of 1 / rate. */
+/* Computes the Taylor coefficients of n tangents along the path, about the time path->t. The
+ * unit of time is 1 / rate. The tangents are stored one by one, not in batches (tangents.h). */
 void kr_support_expand_tangents(const kr_motion *motion, double rate, const kr_series path[2],
                                 struct kr_tangent *first, size_t n, int order);
 /* Subtracts factor * (derivative of the spin) * apex from the momentum part of n single tangents,

@@ -66,7 +66,8 @@ static support_data read_support(const kr_motion *motion, double rate, const kr_
 /* Computes the coefficients of the factor k (support_deviation.h), which is the effective
  * acceleration or its derivative with respect to gravity or to the amplitude, rate or phase of the
  * shaking. */
-static void set_scale(const kr_motion *motion, double rate, dd since, double timing, dd scale[4])
+static void set_acceleration_coefficients(const kr_motion *motion, double rate, dd since,
+                                          double timing, dd scale[4])
 {
     const kr_shaking *shaking = &motion->scene->shaking;
     const double unit = motion->time_unit / rate;
@@ -109,7 +110,7 @@ static support_drive read_drive(const kr_motion *motion, double rate, const kr_s
     put_three(drive.rotor, words_of_vector(g, g->rotor_of, deep));
     put_three(drive.pull, words_of_vector(g, g->pull, deep));
     drive.has_pull = g->timing != 0.0;
-    if (drive.has_pull) set_scale(motion, rate, since, g->timing, drive.scale);
+    if (drive.has_pull) set_acceleration_coefficients(motion, rate, since, g->timing, drive.scale);
     put_three(drive.apex, words_of_vector(g, g->apex_of, deep));
     drive.torque = -kr_support_sliding(path) * g->friction_of;
     drive.gradient = g->gradient_of;
