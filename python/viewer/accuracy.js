@@ -2,13 +2,13 @@
 // the attitude error of each top against a reference.
 import { html } from "lit-html";
 import { getSymbol, getTitle } from "./charts.js";
+import { formatMethod } from "./scene.js";
 import { findMeasure, methods, simulation, TICKS } from "./core.js";
 import presets from "./presets.json";
 
 const LOG_SLIDER = { min: -5, max: 1, step: 0.05, log: true };
 const FOUR = presets.find((preset) => preset.name === "Compare four");
-export const formatTopName = (top) =>
-  `${top.role === "ghost" ? "ghost: " : ""}${top.method} ${top.step}`;
+export const formatTopName = (top) => `${top.role === "ghost" ? "ghost: " : ""}${formatMethod(top)}`;
 const REFERENCES = {
   exact: "the exact motion, in closed form",
   taylor: "the Taylor series with all digits of a double",

@@ -49,13 +49,17 @@ function listDecades(low, high) {
 }
 const FLAT_HEIGHT = 1e-16; // smallest half height of a range, used for constant curves
 const isEmpty = (low, high) => low === null || high === null;
+const CONSTANT_ROOM = 0.05; // half the height of the range of a constant value, over the value
 // Make the range of a chart. Changes smaller than `fine` times the values are drawn as constant.
 // `known` returns values for which the chart has room from the start.
-const makeRange = (fine, known) => (_, least, greatest) => {
+const makeRange = (isChange, known) => (_, least, greatest) => {
   if (isEmpty(least, greatest)) return [-1, 1];
   const [low, high] = [Math.min(least, ...known()), Math.max(greatest, ...known())];
+  const fine = isChange ? 1e-9 : 1e-3;
   const fair = Math.max(FLAT_HEIGHT, fine * Math.max(Math.abs(low), Math.abs(high)));
-  return high - low > fair ? uPlot.rangeNum(low, high, 0.1, true) : [low - fair, high + fair];
+  if (high - low > fair) return uPlot.rangeNum(low, high, 0.1, true);
+  const room = isChange ? fair : Math.max(fair, CONSTANT_ROOM * Math.max(Math.abs(low), Math.abs(high)));
+  return [low - room, high + room];
 };
 const makeLogRange = (known) => (_, low, high) => {
   const all = [low, high, ...known()].filter((x) => x !== null);
@@ -67,7 +71,8 @@ const makeTimeRange = (earlier) => ({ data: [times] }, low, high) => {
   const [first, last] = [times[0], times.at(-1)];
   const isWhole = first === last || (low === first && high === last);
   const end = isWhole ? earlier.extend(last) : high;
-  return end > first && isWhole ? [first, end] : high > low ? [low, high] : [0, 1];
+  if (isWhole) return [first, end > first ? end : first + 1];
+  return high > low ? [low, high] : [0, 1];
 };
 // Note whether the user has zoomed in. uPlot sets a scale some time after `setData`, so only the
 // hook after the change knows.
@@ -156,7 +161,7 @@ export class Charts {
     }));
     const log = this.isLog(what);
     const listEarlier = () => earlier.listExtremes(simulation.getTimes().at(-1) ?? 0);
-    const fine = what === "error" || this.getMeasure(what).isConserved ? 1e-9 : 1e-3;
+    const isChange = what === "error" || this.getMeasure(what).isConserved;
     return {
       width: this.width,
       height: this.height,
@@ -166,7 +171,7 @@ export class Charts {
         x: { time: false, range: makeTimeRange(earlier) },
         y: log
           ? { distr: 3, range: makeLogRange(listEarlier) }
-          : { range: makeRange(fine, () => [...this.listLimits(what), ...listEarlier()]) },
+          : { range: makeRange(isChange, () => [...this.listLimits(what), ...listEarlier()]) },
       },
       axes: this.makeAxes(log),
       series: [{}, ...series],

@@ -1,5 +1,5 @@
 // Keys of the viewer. A control names its keys in aria-keyshortcuts; arrows and W, A, S, D move the
-// camera. "?" opens the list of keys.
+// camera. "?" opens the list of keys, or of gestures where there are none.
 import { zoomBy, panBy, orbitBy } from "./camera.js";
 import { html, render } from "lit-html";
 
@@ -24,6 +24,19 @@ const OTHER_KEYS = [
   ["Shift + drag", "Green tip: change its length only"],
   ["Alt + drag", "Corner: move the fixed point; so does the middle button"],
   ["Double click", "Show one top alone in the charts; reset the zoom of a chart"],
+];
+
+const GESTURES = [
+  ["Swipe along the rim", "Spin a round top, faster or slower"],
+  ["Drag the green tip", "Change the momentum m"],
+  ["☞, then swipe", "Push the top"],
+  ["One finger beside it", "Turn the view"],
+  ["Two fingers", "Zoom, or move the view"],
+  ["Two taps on a top", "Show it alone in the charts"],
+  ["green m", "Angular momentum: only a torque changes it"],
+  ["blue ω", "The axis about which the top turns now"],
+  ["grey p", "The vertical, as long as gravity is strong"],
+  ["violet torque", "Turns m sideways: “Why does it not fall?” shows it"],
 ];
 
 // Render a line of the list: the keys and their action.
@@ -78,12 +91,13 @@ export class Keyboard {
   toggleList() {
     if (this.place.open) return this.place.close();
     const set = ({ target }) => (this.hasLetterKeys = target.checked);
+    const isTouched = matchMedia("(hover: none)").matches; // a phone has no keys
+    const letters = html`<label class="check"><input type="checkbox" .checked=${this.hasLetterKeys}
+      @change=${set}>Single letters are keys</label>`;
     render(
-      html`<header><h2>Keys</h2>
-          <label class="check"><input type="checkbox" .checked=${this.hasLetterKeys}
-            @change=${set}>Single letters are keys</label>
+      html`<header><h2>${isTouched ? "Gestures and arrows" : "Keys"}</h2>${isTouched ? "" : letters}
           <button autofocus @click=${() => this.place.close()}>Close</button></header>
-        <ul>${this.listKeys().map(renderLine)}</ul>`,
+        <ul>${(isTouched ? GESTURES : this.listKeys()).map(renderLine)}</ul>`,
       this.place,
     );
     this.place.showModal();

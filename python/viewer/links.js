@@ -31,10 +31,17 @@ export function encodeScene(scene) {
   const parts = { ...names, ...listDifferences(scene, base) };
   return START + encodeURIComponent(JSON.stringify(parts));
 }
+function parseLink(text) {
+  try {
+    return JSON.parse(decodeURIComponent(text));
+  } catch {
+    throw new Error("the link is damaged or cut off");
+  }
+}
 // Return the scene of a link, or null if the address has none. Throws an Error for a damaged link.
 export function decodeScene(hash) {
   if (!hash.startsWith(START)) return null;
-  const given = JSON.parse(decodeURIComponent(hash.slice(START.length)));
+  const given = parseLink(hash.slice(START.length));
   if (given?.preset === undefined) return given;
   const { preset, exercise, ...own } = given;
   const base = findScene(preset, exercise);

@@ -1,7 +1,7 @@
 // Meshes of the picture.
 import * as THREE from "three";
 import { ROD_RINGS, ROD_SIDES, simulation, TRACE_POINTS } from "./core.js";
-import { writeCorners, Line, makeStrip } from "./wide_lines.js";
+import { writeCorners, Line, makeStrip, writePiece } from "./wide_lines.js";
 import { getCornerSigns, toQuaternion } from "./scene.js";
 import { makeShadowProfile, makeSurface } from "./revolution.js";
 
@@ -183,10 +183,12 @@ export function makeTrace(colour, ground) {
   return line;
 }
 
-// Make the trace of the tip of m.
+// Make the trace of the tip of m, dashed. Dashes alternate along circles about the vertical and along
+// rays, so that they rest while the trace grows.
+const DASH = 0.11; // length of a dash at a distance of one from the vertical
 export function makeMomentumTrace(colour) {
   const line = new Line(makeStrip(TRACE_POINTS), { opacity: 0.7, depthWrite: false });
-  const { places, shades } = line.geometry;
+  const { places, shades, index } = line.geometry;
   const points = new Float32Array(3 * TRACE_POINTS);
   const shade = new THREE.Color(colour).toArray();
   writeCorners(Array(TRACE_POINTS).fill(shade).flat(), TRACE_POINTS, shades.array);
@@ -194,8 +196,14 @@ export function makeMomentumTrace(colour) {
     line.width = 2 * thickness;
     const n = simulation.fillMomentumTrace(i, scale, points);
     writeCorners(points, n, places.array);
-    places.needsUpdate = true;
-    line.showPieces(n - 1);
+    places.needsUpdate = index.needsUpdate = true;
+    let pieces = 0;
+    for (let k = 0; k < n - 1; k++) {
+      const [x, y, z] = points.subarray(3 * k, 3 * k + 3);
+      const place = Math.atan2(y, x) + Math.hypot(x, y, z);
+      if (Math.floor(place / DASH) % 2 === 0) writePiece(k, index.array, pieces++);
+    }
+    line.showPieces(pieces);
   };
   return line;
 }
@@ -222,6 +230,7 @@ export function makeFaintTrace(colour) {
 // Make the elastic rod from rings of points about its centre line. Long rods are scaled down to fit
 // into the picture.
 const ROD_REACH = 3.4; // largest coordinate, from the fixed point
+const [LONE_REACH, LONE_ZOOM] = [2.4, 2.2]; // largest ones of a rod alone: from its middle, and zoom
 const FACES = Array.from({ length: (ROD_RINGS - 1) * ROD_SIDES }, (_, a) => {
   const b = a % ROD_SIDES === ROD_SIDES - 1 ? a + 1 - ROD_SIDES : a + 1;
   return [a, b, a + ROD_SIDES, b, b + ROD_SIDES, a + ROD_SIDES];
@@ -236,12 +245,14 @@ export function makeRod(color) {
     makeShinyMaterial({ color, transparent: false, side: 2, shininess: 40 }),
   );
   rod.frustumCulled = false;
-  rod.update = (i, scale, radius, power) => {
+  rod.update = (i, scale, radius, power, isAlone) => {
     const n = simulation.fillRod(i, scale, radius, power, places.array);
     geometry.setDrawRange(0, 6 * (n - ROD_SIDES));
-    let far = ROD_REACH;
-    for (let k = 0; k < 3 * n; k++) far = Math.max(far, Math.abs(places.array[k]));
-    rod.scale.setScalar(ROD_REACH / far);
+    const box = new THREE.Box3().setFromArray(places.array.subarray(0, 3 * n));
+    const middle = isAlone ? box.getCenter(makeVector()) : makeVector();
+    const far = Math.max(...[box.min, box.max].flatMap((end) => end.sub(middle).toArray().map(Math.abs)));
+    rod.scale.setScalar(isAlone ? Math.min(LONE_ZOOM, LONE_REACH / far) : Math.min(1, ROD_REACH / far));
+    rod.position.copy(middle).multiply(rod.scale).negate();
     places.needsUpdate = true;
     geometry.computeVertexNormals();
   };

@@ -211,6 +211,7 @@ export class PageState {
   applyLooks(scene) {
     const isOther = scene.show.solid !== this.scene.show.solid;
     this.scene = scene;
+    this.adjustStopTime();
     this.selectCharts();
     if (isOther) this.view.build(this, false);
     else this.view.showScene(scene);
@@ -383,10 +384,12 @@ export class PageState {
     const which = this.tops.length > 1 ? (side ? "Right: the" : "Left: the") : "The";
     return `${which} rim meets the floor ${when}, where this model ends`;
   }
-  // Return the result of a game that the first top has ended, or "".
+  // Return the result of a game that the first top has ended, and how to try again, or "".
   judgeEnd() {
     const [{ step }] = this.tops;
     const end = simulation.getEnd(0);
-    return Number.isNaN(end) || step > FINE_STEP ? "" : describeResult(this.scene, end);
+    if (Number.isNaN(end)) return "";
+    const result = step > FINE_STEP ? "" : describeResult(this.scene, end);
+    return [result, this.hasEnded() && "▶ starts again"].filter(Boolean).join(". ");
   }
 }

@@ -302,6 +302,7 @@ export class Panel {
     const drawn = isHidden ? "none" : view.isRevolution ? "top" : "box";
     return [
       this.renderPair("Show as", this.renderSelect("Show as", "show.solid", solids, drawn)),
+      this.renderCheckbox("Arrows", "show.arrows", "I"),
       this.renderCheckbox("Weight and torque, path of m", "show.torque", "Q"),
       this.renderCheckbox("Angular momentum m (green)", "show.momentum", "M"),
       this.renderCheckbox("Angular velocity ω (blue)", "show.velocity", "O"),
@@ -346,7 +347,7 @@ export class Panel {
     this.page.onChange();
   }
   renderPython() {
-    const words = toPython(this.page.scene);
+    const words = toPython(this.page.scene, this.page.contact);
     const copyProgram = () => {
       const reportCopy = () => this.page.showMessage("Copied");
       navigator.clipboard

@@ -1,8 +1,8 @@
-// The numbers over the picture: current tilt, spin, precession and turns of the first top. Below
-// them stand limits, critical spin and mean precession from the closed form.
+// The numbers over the picture: current tilt, spin and precession of the first top. Below them stand limits, critical spin and mean precession from the closed form.
 import { html, render } from "lit-html";
 import { simulation } from "./core.js";
 import { loadLongestTime } from "./game.js";
+import { formatMethod, isRodAlone } from "./scene.js";
 
 // Failed tops have no numbers.
 const formatKnown = (x, words) => (Number.isNaN(x) ? "–" : words);
@@ -53,21 +53,17 @@ export class Readout {
       lines.push(...describePrecession(simulation.getVelocity(i), spin, nutation, limits));
     lines.push(...describeStanding(page, i));
     if (limits && page.scene.show.torque) lines.push(...describeRule(page, spin, limits));
-    const turns = (simulation.getState(i)[0] * spin) / (2 * Math.PI);
-    const since = "about its own axis, since the start";
-    if (limits)
-      lines.push(["turns", formatKnown(turns, Math.abs(turns).toFixed(1)), "", "of the spin", since]);
     const item = ([name, value, unit, note, about, colour = ""]) =>
       html`<div title=${about} class=${name}><dt>${name}</dt>
         <dd class="value" data-unit=${unit} style="color: ${colour}">${value}</dd>
         <dd><small>${note}</small></dd></div>`;
-    render(lines.map(item), this.container);
+    render(isRodAlone(page.scene) ? "" : lines.map(item), this.container);
   }
   describeTop({ tops, scene }, i) {
     if (tops.length < 2) return [];
     const place = tops.some((top) => top.side) && scene.distance > 0 ? "left" : "first";
-    const { method, step, colour } = tops[i];
-    return [["top", place, "", `${method} ${step}`, "the top of these numbers", colour]];
+    const { colour } = tops[i];
+    return [["top", place, "", formatMethod(tops[i]), "the top of these numbers", colour]];
   }
 }
 function describePrecession(velocity, spin, nutation, limits) {

@@ -41,6 +41,7 @@ export const DEFAULTS = {
     flat: false,
     section: "stiff", // cross section of the rod, one of SECTIONS
     drops: false, // vertical lines to the floor
+    arrows: true, // whether any arrow is shown
     momentum: true, // the arrow m
     velocity: true, // the arrow omega
     vertical: true, // the arrow p
@@ -175,6 +176,9 @@ export function listTops(scene, body) {
   if (second) tops.push({ ...reference, side: 1, role: "reference" });
   return tops;
 }
+// Return the name of a top's method with its step. A closed form has none: the step of its scene is
+// the interval between two pictures.
+export const formatMethod = ({ method, step }) => (method === "exact" ? method : `${method} ${step}`);
 // Return whether friction takes energy from the top.
 export const hasFriction = ({ damping, friction }) => damping > 0 || friction > 0;
 // Return whether the support turns about the vertical. Any other turning is that of the ground.
@@ -188,6 +192,8 @@ export function findNorthAngle(scene) {
 // Return the angle about the vertical of the room, as seen from a turntable, at a time.
 export const computeRoomAngle = (scene, t) =>
   isOnTurntable(scene) ? (scene.heading - scene.turning[2] * t) % (2 * Math.PI) : 0;
+// Return whether the elastic rod is shown without a body.
+export const isRodAlone = ({ show }) => show.rod && show.solid === "none";
 export const isTurning = ({ turning }) => turning.some((x) => x !== 0);
 
 // Replace a body given by numbers with its cuboid. The attitudes absorb the rotation between them.

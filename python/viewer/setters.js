@@ -96,7 +96,7 @@ const SETTERS = {
     Object.assign(scene, structuredClone({ methods, step, distance, chart, log }));
     Object.assign(scene, { own: false, second: null });
   },
-  stop: (scene, x) => (scene.stop = x > 0 ? findMeetingTime(x) : x < 0 ? x : null),
+  stop: (scene, x) => (scene.stop = x > 0 || x < 0 ? x : null),
   shape(scene, shape) {
     convertToCuboid(scene);
     scene.shape = shape;
@@ -117,7 +117,10 @@ const SETTERS = {
     const apex = new Vector3(...measureStart(body, scene, scene.attitude, scene.momentum).apex);
     const axis = new Vector3().crossVectors(VERTICAL, apex);
     if (axis.length() < 1e-9) axis.set(1, 0, 0);
-    const angle = (checkNumber(degrees, "Tilt") * Math.PI) / 180 - apex.angleTo(VERTICAL);
+    checkNumber(degrees, "Tilt");
+    if (!(degrees >= 0 && degrees <= 180))
+      throw new Error(`Tilt cannot be ${degrees}: from 0 to 180`);
+    const angle = (degrees * Math.PI) / 180 - apex.angleTo(VERTICAL);
     const turn = new Quaternion().setFromAxisAngle(axis.normalize(), angle);
     scene.attitude = toWxyz(turn.clone().multiply(toQuaternion(scene.attitude)));
     scene.momentum = new Vector3(...scene.momentum).applyQuaternion(turn).toArray();

@@ -51,7 +51,6 @@ export class ShareDialog {
   }
   open() {
     shareLink(this.page, (words) => {
-      this.page.showMessage(words);
       this.words = words;
       this.draw();
     });
@@ -60,7 +59,7 @@ export class ShareDialog {
   draw() {
     const film = this.isFilming ? "Filming …" : `Film of ${this.seconds} seconds`;
     render(
-      html`<p>${this.words}</p><div class="row">
+      html`<p role="status">${this.words}</p><div class="row">
         <button @click=${() => this.savePicture()}>Square picture</button>
         <button ?disabled=${this.isFilming} @click=${() => this.saveFilm()}>${film}</button>
         <button @click=${() => this.place.close()}>Close</button></div>`,

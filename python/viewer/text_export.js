@@ -39,7 +39,7 @@ def solve_in_steps(scene, method, step, count, tol):
 `;
 // Return a Python program that computes end states as the viewer does, one line for each method and
 // step.
-export function toPython(top) {
+export function toPython(top, contact = null) {
   const { body, gravity, rotor, methods: names, second, tol } = top;
   const { half, pivot, density = 1, mass, inertia, com } = body;
   const bodyText = half
@@ -58,18 +58,26 @@ export function toPython(top) {
     const start = hasOwnStart(side) ? "second" : "scene";
     const count = Math.floor((END * TICKS) / Math.round(step * TICKS));
     if (isRestarting) return `solve_in_steps(${start}, "${name}", ${step}, ${count}, tol=${tol})`;
-    const how = isAdaptive
-      ? `[${count * step}], "${name}", tol=${tol}`
-      : `${END}, "${name}", step=${step}, every=1`;
+    const how =
+      (isAdaptive
+        ? `[${count * step}], "${name}", tol=${tol}`
+        : `${END}, "${name}", step=${step}, every=1`) + (contact === null ? "" : ", events=floor");
     return `kr.solve(${start}, ${how}).end`;
   };
   const ends = names.flatMap((name, side) => getSteps(top, side).map(writeRun(name, side)));
+  // Restarts know no events: methods with them are not offered for tops with friction.
+  const floorText =
+    contact === null
+      ? ""
+      : `# The motion ends when the rim meets the floor.
+floor = kr.events.crossing("apex_z", ${Math.cos(contact)}, terminal=True)
+`;
   const secondText = second && `second = ${scene(second.slice(0, 4), second.slice(4))}\n`;
   return `import kreisel as kr
 
 body = kr.Body${bodyText}${rotorText}
 scene = ${scene(top.attitude, top.momentum)}
-${secondText ?? ""}${names.some((name) => methods.get(name).isRestarting) ? RESTART : ""}
+${secondText ?? ""}${names.some((name) => methods.get(name).isRestarting) ? RESTART : ""}${floorText}
 ends = [
 ${ends.map((line) => `    ${line},\n`).join("")}]
 for end in ends:

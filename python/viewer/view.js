@@ -8,7 +8,7 @@ import { makeApexSphere } from "./apex_sphere.js";
 import { Labels } from "./labels.js";
 import { setPictureSize } from "./wide_lines.js";
 import { computeRoomAngle, findNorthAngle, getCornerSigns, hasFriction } from "./scene.js";
-import { isOnTurntable, isTurning, toQuaternion, SECTIONS } from "./scene.js";
+import { isOnTurntable, isRodAlone, isTurning, toQuaternion, SECTIONS } from "./scene.js";
 import {
   makeArrow,
   makeAxes,
@@ -32,7 +32,8 @@ const HOME = new THREE.Vector3(5.4, -9.6, 4.4);
 const BELOW = 24; // from an arrow to a label below it [pixels]
 const ASIDE = (2 * Math.PI) / 3; // from a leaning axis to the camera, about the vertical
 const FRONT = new THREE.Vector3(0, -11, 4.4); // equally far from tops side by side
-const [TORQUE, ROTOR] = ["#b45309", "#7c3aed"]; // colours
+// Colours. Readers without red or green cones distinguish the torque from m.
+const [TORQUE, ROTOR] = ["#9333ea", "#7c3aed"];
 const WEIGHTS = ["#111827", "#f3f4f6"]; // on light and dark ground; both stand out from a red top
 const [WEIGHT_LENGTH, TORQUE_LENGTH] = [1.1, 1.5]; // in the picture; torque of a horizontal lever
 const VERTICAL = "the vertical, as long as gravity is strong";
@@ -211,7 +212,7 @@ export class View {
     const [low, high] = [this.floor.height - room, Math.max(this.traceRadius, 2.4)];
     const wide = this.pixels[0] > 1.1 * this.pixels[1] ? 1 : 1.6;
     const far = Math.max(10.5, 2.05 * (high - low) + 2.1);
-    const more = (this.sides - 1) * scene.distance * wide || (scene.show.rod ? 5 : 0);
+    const more = (this.sides - 1) * scene.distance * wide || (scene.show.rod && !isRodAlone(scene) ? 5 : 0);
     const { fov, aspect } = this.cameras[0];
     const breadth = ((this.sides - 1) * scene.distance) / 2 + ARROW_REACH;
     const away = breadth / (aspect * Math.tan((fov * Math.PI) / 360));
@@ -336,20 +337,22 @@ export class View {
       top.line.visible = show.trace && top.role !== "ghost";
       if (top.line.visible) top.line.update(i, this.traceRadius, show.thickness);
       this.drawPreviousTrace(top, this.page.previousMotion?.ways[i], show.thickness);
-      if (top.m) [top.m.visible, top.w.visible] = [show.momentum, show.velocity];
+      const { arrows } = show;
+      if (top.m) [top.m.visible, top.w.visible] = [arrows && show.momentum, arrows && show.velocity];
       if (top.role !== "thick") return;
       this.drawTorque(top, i);
-      top.h.visible = show.momentum && this.page.scene.rotor.some((x) => x !== 0);
+      top.h.visible = arrows && show.momentum && this.page.scene.rotor.some((x) => x !== 0);
       top.h.position.set(...this.body.centre).multiplyScalar(this.zoom);
       top.h.pointTo(...this.page.scene.rotor.map((x) => x * this.momentumZoom));
-      top.p.visible = show.vertical && this.page.scene.gravity !== 0;
+      top.p.visible = arrows && show.vertical && this.page.scene.gravity !== 0;
       top.sphere.visible = show.trace;
       top.axes.visible = show.axes || !!this.isPivotMoving;
       top.drops.visible = show.drops || !!this.isHeld;
       if (top.drops.visible) this.updateDrops(top);
       top.rod.visible = show.rod;
       const power = SECTIONS[show.section];
-      if (show.rod) top.rod.update(i, 0.5 * this.zoom, 0.08 * show.thickness, power);
+      const isAlone = isRodAlone(this.page.scene);
+      if (show.rod) top.rod.update(i, 0.5 * this.zoom, 0.08 * show.thickness, power, isAlone);
     });
     this.isDirty = true;
   }
@@ -368,7 +371,7 @@ export class View {
     const { scene } = this.page;
     const { com, mass } = this.page.body;
     const force = new THREE.Vector3(0, 0, -mass * scene.gravity);
-    const isShown = scene.show.torque && force.z !== 0;
+    const isShown = scene.show.arrows && scene.show.torque && force.z !== 0;
     weight.visible = torque.visible = momentumTrace.visible = isShown;
     if (!isShown) return;
     const axes = toQuaternion(this.page.body.axes);

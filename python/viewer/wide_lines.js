@@ -47,11 +47,14 @@ export function makeStrip(points) {
   const corners = new Float32Array(8 * points);
   const triangles = new Uint32Array(6 * (points - 1));
   for (let k = 0; k < points; k++) corners.set(CORNERS, 8 * k);
-  for (let i = 0; i < triangles.length; i++)
-    triangles[i] = 4 * Math.floor(i / 6) + TRIANGLES[i % 6];
+  for (let k = 0; k < points - 1; k++) writePiece(k, triangles, k);
   shape.setAttribute("corner", new THREE.BufferAttribute(corners, 2));
   shape.setIndex(new THREE.BufferAttribute(triangles, 1));
   return Object.assign(shape, { places, shades });
+}
+// Write the triangles of the piece that begins at point `k` as the piece `number` to be drawn.
+export function writePiece(k, triangles, number) {
+  for (let i = 0; i < 6; i++) triangles[6 * number + i] = 4 * k + TRIANGLES[i];
 }
 export class Line extends THREE.Mesh {
   constructor(shape, { width = 1, opacity = 1, depthWrite = true } = {}) {

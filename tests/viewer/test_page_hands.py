@@ -122,6 +122,10 @@ def test_arrows_can_be_hidden_and_hidden_parts_are_no_handles(page):
     tip = page.locate("tip")
     picked = "([x, y]) => kreisel.view.pick(x, y)?.part"
     assert page.evaluate(picked, tip) == "tip"
+    shown = "['m', 'w', 'p'].map((name) => kreisel.view.tops[0][name].visible)"
+    for on in (False, True):
+        page.keyboard.press("i")
+        assert page.evaluate(shown) == [on] * 3
     for name in ("momentum", "velocity", "vertical"):
         page.set_value(f"show.{name}", False)
     shown = "['m', 'w', 'p'].map((name) => kreisel.view.tops[0][name].visible)"
@@ -228,6 +232,9 @@ def test_a_finger_drags_only_tip_and_rim_and_turns_the_view_elsewhere(browser):
     sizes = f"{buttons}.map((each) => Math.min(each.offsetWidth, each.offsetHeight))"
     assert min(page.evaluate(sizes)) >= 36
     assert page.locator("#hint").is_visible()
+    page.find_button("Keys").click()  # a phone has none, and shows gestures
+    words = page.locator("#keys").inner_text()
+    assert "Swipe along the rim" in words and "Space" not in words
     assert page.troubles == []
     page.close()
 

@@ -3,6 +3,7 @@
 import itertools
 import re
 
+import numpy as np
 import pytest
 from axe import SIZES, check_page
 from browser import ALL, PAGE, PHONE, WIDE, make_viewport, wait_for
@@ -210,6 +211,18 @@ def test_tops_and_arrows_contrast_with_the_ground(page, scheme, is_large):
     for colour in [*tops, *arrows]:
         low, high = sorted((ground, compute_luminance(colour)))
         assert (high + 0.05) / (low + 0.05) >= 3, colour
+
+
+# As readers without green cones see linear red, green and blue (Machado et al. 2009, severity 1).
+DEUTERANOPIA = [[0.367, 0.861, -0.228], [0.280, 0.673, 0.047], [-0.012, 0.043, 0.969]]
+
+
+def test_the_torque_differs_from_the_momentum_without_green_cones(page):
+    page.open_exercise(ALL[0]["name"], "Why does it not fall?")
+    colours = page.evaluate("['m', 'torque'].map((name) => kreisel.view.tops[0][name].colour)")
+    codes = np.array([[int(each[i : i + 2], 16) for i in (1, 3, 5)] for each in colours])
+    m, torque = (codes / 255) ** 2.2 @ np.transpose(DEUTERANOPIA)
+    assert np.linalg.norm(m - torque) > 0.4
 
 
 def test_texts_identify_tops_not_only_by_colour():

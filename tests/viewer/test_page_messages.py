@@ -15,7 +15,7 @@ FIELDS = [
     ("Tolerance of adaptive methods", "-1", "from 1e-15 to 1"),
     ("Half edges, N", "-2", "more than 0"),
     ("Mass, number", "0", "more than 0"),
-    ("Tilt [°], number", "", "empty"),
+    *(("Tilt [°], number", value, word) for value, word in (("", "empty"), ("400", "0 to 180"))),
     ("Momentum, first component", "", "empty"),
     ("Jump to t", "-1", "from 0"),
     ("Jump to t", "1e300", "from 0"),
@@ -115,6 +115,7 @@ def test_impossible_scenes_are_refused_with_a_message(page):
     before = page.read_scene()
     cases = [(encode_link(scene), word) for scene, word in IMPOSSIBLE]
     cases += [(f"#scene={garbage}", "") for garbage in GARBAGE]
+    cases += [(encode_link(IMPOSSIBLE[0][0])[:-9], "damaged or cut off")]
     results = page.follow_links([link for link, _ in cases])
     for (link, word), (message, scene) in zip(cases, results, strict=True):
         assert "cannot be" in message and word in message and scene == before, link

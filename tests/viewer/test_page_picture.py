@@ -3,7 +3,7 @@
 import kreisel as kr
 import numpy as np
 import pytest
-from browser import PRESETS, UPRIGHT, Viewer, wait_for
+from browser import PRESETS, UPRIGHT, WIDE, Viewer, wait_for
 
 TOP = "kreisel.view.tops[0]"
 TRACE = 2048  # largest number of points in a trace
@@ -22,17 +22,17 @@ def solve_first_top(page, t, every=1):
 # Curves
 
 
-def read_curve(page, name):
-    """Return the points of a wide line, beginning with the newest."""
+def read_curve(page):
+    """Return the points of the trace of the apex, beginning with the newest."""
     places, count = page.evaluate(f"""(({{attributes, drawRange}}) =>
-        [Array.from(attributes.start.data.array), drawRange.count])({TOP}.{name}.geometry)""")
+        [Array.from(attributes.start.data.array), drawRange.count])({TOP}.line.geometry)""")
     return np.reshape(places, (-1, 4, 3))[: count // 6 + 1, 0]
 
 
 @pytest.mark.parametrize("t, stride", [(5, 1), (45, 2)])
 def test_the_trace_is_the_curve_of_the_apex(page, t, stride):
     page.advance(t)
-    points = read_curve(page, "line")
+    points = read_curve(page)
     assert len(points) == min(100 * t + 1, TRACE)
     radius = np.linalg.norm(points, axis=1)
     apex = solve_first_top(page, t).apex[::-stride][: len(points)]
@@ -44,10 +44,15 @@ def test_the_trace_is_the_curve_of_the_apex(page, t, stride):
 def test_the_path_of_m_is_horizontal_and_agrees_with_python(page):
     page.open_exercise("A spinning top", "Why does it not fall?")
     page.advance(5)
-    points = read_curve(page, "momentumTrace")
-    zoom = page.evaluate("kreisel.view.momentumZoom")
+    places, drawn, zoom = page.evaluate(f"""(({{attributes: {{start}}, index, drawRange}}) => [
+        Array.from(start.data.array), Array.from(index.array.slice(0, drawRange.count)),
+        kreisel.view.momentumZoom])({TOP}.momentumTrace.geometry)""")
+    points = np.reshape(places, (-1, 4, 3))[:501, 0]
     assert points == pytest.approx(zoom * solve_first_top(page, 5).m[::-1], abs=1e-6)
     assert np.ptp(points[:, 2]) < 1e-6 < np.ptp(points[:, 0])
+    pieces = np.unique(np.array(drawn) // 4)
+    dashes = 1 + np.count_nonzero(np.diff(pieces) > 1)
+    assert 0.3 < len(pieces) / 500 < 0.7 and dashes > 5  # differs from the trace of the apex
 
 
 def read_rings(page):
@@ -151,6 +156,21 @@ def check_torque(page):
     begin, arrow = read_arrow(page, "weight")
     assert begin == pytest.approx(centre, abs=1e-6)
     assert arrow[:2] == pytest.approx([0, 0]) and arrow[2] * scene.gravity < 0
+
+
+@pytest.mark.parametrize("exercise", [None, "A helix", "A plane curve"])
+def test_a_rod_alone_fills_the_picture_without_arrows_and_numbers(page, exercise):
+    page.open_exercise("Elastic rod", exercise)
+    page.advance(30)
+    assert page.read_numbers() == {} and page.locator(".labels .arrow:visible").count() == 0
+    heights = page.evaluate("""(() => {
+        const {view} = kreisel, {rod} = view.tops[0], {position: all} = rod.geometry.attributes;
+        view.render();
+        const count = rod.geometry.drawRange.count / 6, at = view.camera.position.clone();
+        const place = (k) => view.project(rod.localToWorld(at.fromBufferAttribute(all, k)))[1];
+        return Array.from({length: count}, (_, k) => place(k));
+    })()""")
+    assert min(heights) > 0 and max(heights) < WIDE[1] and np.ptp(heights) > WIDE[1] / 2
 
 
 def test_labels_stand_at_their_arrows_and_do_not_cover_the_torque(page):

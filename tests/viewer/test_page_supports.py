@@ -33,7 +33,10 @@ def test_the_time_until_the_rim_meets_the_floor_agrees_with_python(page, exercis
     assert read_end(page) == pytest.approx(expected, abs=1e-4)
     assert f"t = {expected:.2f} s" in page.read_message()
     assert page.read_numbers()["stood"][0] == f"{expected:.2f}"
-    assert page.find_button("Start").is_visible()
+    assert page.find_button("Start").is_visible() and "▶ starts again" in page.read_message()
+    (end,) = page.run_program()["ends"]  # ends at the floor, too
+    lowest = kr.quaternion.turn(end.attitude, (0, 0, 1))[2]
+    assert lowest == pytest.approx(np.cos(page.evaluate("kreisel.page.contact")), abs=1e-9)
 
 
 def test_the_rim_is_on_the_floor_at_the_end(page):
