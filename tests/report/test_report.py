@@ -13,8 +13,9 @@ from toolbox import open_context
 
 from validation.__main__ import main
 from validation.competitors import machine
-from validation.parts import tasks
-from validation.references.problems import BRIEF, load_problem
+from validation.parts import advice, tasks
+from validation.references import reference
+from validation.references.problems import BRIEF, SHORT, attitude_error, load_problem
 from validation.report import main as report
 from validation.report.contents import PARTS
 
@@ -121,6 +122,31 @@ def test_links_and_printing_open_folded_sections(quick_report, browser):
     view.evaluate("dispatchEvent(new Event('afterprint'))")
     assert view.evaluate(closed) > len(BRIEF)
     view.close()
+
+
+def test_the_line_that_answers_a_question_reaches_the_error(quick_report, browser):
+    """Run what a reader copies, and compare its attitude with the reference solution."""
+    view = open_context(browser, viewport={"width": 1280, "height": 800}).new_page()
+    view.goto((quick_report / "index.html").as_uri())
+    box = view.locator("#question")
+    for name in BRIEF:
+        problem = load_problem(name)
+        box.locator("[name=top]").select_option(advice.name_kind(problem))
+        truth = reference.truth_of(problem, SHORT)["attitude"]
+        for error in box.locator("[name=error] option").all_text_contents():
+            box.locator("[name=error]").select_option(error)
+            assert name in box.locator("[name=motion] option").first.text_content()
+            if box.locator("tr.own").count():
+                line = box.locator("code").text_content()
+                path = eval(line, {"kr": kr, "scene": problem.to_scene()})
+                assert attitude_error(path.q[-1], truth) <= float(error.split()[0])
+    view.close()
+    plain = open_context(browser, java_script_enabled=False).new_page()
+    plain.goto((quick_report / "index.html").as_uri())
+    assert (
+        plain.locator("table.advice").is_visible() and not plain.locator("#question").is_visible()
+    )
+    plain.close()
 
 
 @pytest.mark.parametrize("size", SIZES)

@@ -68,11 +68,12 @@ def keep_finite(band):
 
 
 @as_svg
-def draw_bands(panels, own, label, width=6.0, panel=2.0, gap=0.35):
+def draw_bands(panels, own, label, width=6.0, panel=2.0, gap=0.6):
     """Draw one panel per group of initial states, with a line and a band for each integrator.
 
-    `panels` maps titles to curves, and each curve to its errors, medians, and lower and upper
-    limits. A line ends at the smallest error that the integrator reaches for most initial states.
+    `panels` maps titles to curves, and each curve to its errors, and to the medians, lower limits
+    and upper limits of its run times. A line ends at the smallest error that the integrator reaches
+    for most initial states.
     """
     height = TOP + len(panels) * (panel + gap) - gap + BELOW
     figure, first = plt.figure(figsize=(width, height)), None
@@ -81,23 +82,20 @@ def draw_bands(panels, own, label, width=6.0, panel=2.0, gap=0.35):
         place = (LEFT / width, bottom, 1 - (LEFT + RIGHT) / width, panel / height)
         axes = figure.add_axes(place, sharex=first, sharey=first)
         axes.set_title(title, loc="left")
-        axes.set(xscale="log", yscale="log", ylabel="run time [ms]")
-        if first is None:
-            axes.invert_xaxis()
+        axes.set(xscale="log", yscale="log", ylabel=label)
         first = first or axes
         styles = choose_line_styles([own], [name for name in bands if name != own])
         for name, band in bands.items():
             errors, middle, low, high = keep_finite(band)
             fill = {"color": styles[name]["color"], "alpha": 0.25 if name == own else 0.1}
-            axes.fill_between(errors, low, high, linewidth=0, **fill)
-            axes.plot(errors, middle, markevery=2, **styles[name])
+            axes.fill_betweenx(errors, low, high, linewidth=0, **fill)
+            axes.plot(middle, errors, markevery=2, **styles[name])
     for axes, bands in zip(figure.axes, panels.values(), strict=True):
         set_power_ticks(axes.xaxis, 7)
         set_power_ticks(axes.yaxis, 7)
         axes.grid(True)
-        axes.tick_params(labelbottom=axes is figure.axes[-1])
-        curves = {name: keep_finite(band)[:2] for name, band in bands.items()}
+        curves = {name: keep_finite(band)[1::-1] for name, band in bands.items()}
         ends = [(n, last_point(c), styles[n]) for n, c in curves.items() if len(c[0])]
         label_ends(axes, ends)
-    figure.axes[-1].set_xlabel(label)
+    figure.axes[-1].set_xlabel("run time [ms]")
     return figure

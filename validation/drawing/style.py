@@ -4,6 +4,7 @@ import io
 from functools import wraps
 from pathlib import Path
 
+import kreisel as kr
 import matplotlib
 
 matplotlib.use("svg")
@@ -16,12 +17,19 @@ FAINT = "#8c8c8c"
 LEAST = 1e-17  # value drawn for an error of zero
 # Eight hues, distinct under normal vision, protanopia and deuteranopia, on white and on black.
 COLOURS = ("#6289eb", "#9d3b00", "#14b162", "#894e62", "#893bff", "#00b1c4", "#b19d14", "#9d279d")
-# one more marker than colours, so that no (colour, marker) pair repeats within 72 lines
 MARKERS = "os^vDPX<>"
 DASHES = (0, (4, 2))
-# LEADERS are the first methods of kreisel in each figure that shows them. PEERS holds the strokes
-# and markers of the other integrators, the same in all figures.
-LEADERS = ("kreisel", "taylor", "exact")
+# One colour and one marker for each method of kreisel, the same in all figures. The first two
+# colours are for what kreisel chooses by itself; in the order of their orders, the other methods of
+# one panel have different colours.
+DEFAULTS = {"kreisel": COLOURS[0], "taylor": COLOURS[0], "exact": COLOURS[1]}
+OTHERS = [name for name in kr.methods if not name.startswith("gsl_")]
+OTHERS.sort(key=lambda name: (kr.methods[name].order, name))
+STYLES = {
+    name: {"color": DEFAULTS.get(name, COLOURS[2 + i % 6]), "marker": MARKERS[i % len(MARKERS)]}
+    for i, name in enumerate(dict.fromkeys([*DEFAULTS, *OTHERS]))
+}
+# The strokes and markers of the other integrators, the same in all figures.
 PEERS = {
     **dict.fromkeys(("heyoka", "heyoka, batches"), (DASHES, "o")),
     **dict.fromkeys(("gsl_rk8pd", "GSL rk8pd"), ((0, (1, 1.5)), "s")),
@@ -103,12 +111,7 @@ def choose_line_styles(family, peers):
 
     The other integrators, listed in `peers`, have dashed lines and hollow markers.
     """
-    own = [name for name in LEADERS if name in family]
-    own += [name for name in family if name not in (*peers, *own)]
-    styles = {
-        name: {"color": COLOURS[i % len(COLOURS)], "marker": MARKERS[i % len(MARKERS)]}
-        for i, name in enumerate(own)
-    }
+    styles = {name: STYLES[name] for name in family if name not in peers}
     for name in peers:
         if name in PEERS:
             stroke, marker = PEERS[name]

@@ -1,6 +1,7 @@
 """The recommended method for each kind of top, shown at the top of the report."""
 
 from collections import Counter
+from statistics import median
 
 import kreisel as kr
 
@@ -14,6 +15,16 @@ KINDS = {
     "goryachev_chaplygin": "Goryachev-Chaplygin",
     "general": "asymmetric tops",
 }
+# The parts of a question, which are keys of an answer, and how the page asks for them.
+QUESTION = {"top": "My top", "error": "error", "count": "how many", "motion": "motion"}
+
+
+def name_kind(problem):
+    return KINDS[problem.to_scene().body.kind]
+
+
+def describe_answer(top, error, count, motion):
+    return dict(zip(QUESTION, (top, f"{format_power(error)} rad", count, motion), strict=True))
 
 
 def find_most_frequent(names):
@@ -34,26 +45,39 @@ def group_scenes(comparison):
     return groups
 
 
+def list_answers(comparison):
+    """Yield the fastest run of kreisel and of each other program, by scene and target error."""
+    problems = {problem.name: (problem, end) for problem, end in comparison.problems}
+    for name, target, own, others in fastest.list_hits(comparison.rows, problems):
+        problem, end = problems[name]
+        turns = scene_table.count_turns(scene_table.trace_path(problem, end), end)
+        motion = f"{name}, to t = {end:g}: about {format_large(turns)} turns"
+        question = describe_answer(name_kind(problem), target, "one top", motion)
+        if own:
+            words = {"method": own.method} | own.setting.keywords
+            if own.method == "exact" and problem.symmetric:
+                words = {}  # the default
+            code = ", ".join(["scene", f"t={end:g}", *(f"{n}={x!r}" for n, x in words.items())])
+            ms = 1e3 * own.seconds
+            yield question | {"program": own.method, "ms": ms, "code": f"kr.solve({code})"}
+        for other, hit in others.items():
+            if hit:
+                setup = 1e3 * (hit.setup_seconds or 0.0)
+                title = fastest.REFERENCES[other]
+                yield question | {"program": title, "ms": 1e3 * hit.seconds, "setup": setup}
+
+
 def describe_group(rows, method, problems):
     """Return a row of the table of recommended methods."""
-    scenes = [problem.name for problem in problems]
-    races = fastest.run_races(rows, scenes)
-    kinds = join_words(dict.fromkeys(KINDS[problem.to_scene().body.kind] for problem in problems))
+    races = fastest.run_races(rows, [problem.name for problem in problems])
+    kinds = join_words(dict.fromkeys(name_kind(problem) for problem in problems))
     wins = [(own, peer) for *_, own, peer in races if own and own.method == method]
     peers = dict.fromkeys(peer.method for *_, own, peer in races if own and peer)
     return {
         "kinds": kinds[0].upper() + kinds[1:],
         "method": method,
-        "scenes": scenes,
         "times": format_span([own.seconds for own, _ in wins], format_milliseconds),
-        "wins": len(wins),
         "rivals": [fastest.REFERENCES.get(name, name) for name in peers],
-        "unreached": [
-            f"{scene} at {format_power(target)} rad"
-            for scene, target, own, peer in races
-            if not own and not peer
-        ],
-        "cases": len(races),
         "ratios": [peer.seconds / own.seconds for own, peer in wins if peer],
     }
 
@@ -75,29 +99,38 @@ def describe_late(comparison):
     late = {scene: findings for scene, findings in comparison.late.items() if findings}
     if not late:
         return None
+    problems = [problem for problem, _ in comparison.problems if problem.name in late]
     return {
         "t": f"{next(iter(late.values()))['t']:g}".replace("e+0", "e"),
-        "scenes": list(late),
-        "ratios": [findings["heyoka"] / findings["taylor"] for findings in late.values()],
+        "kinds": join_words(dict.fromkeys(map(name_kind, problems))),
+        "ratios": [findings["heyoka"] / findings["exact"] for findings in late.values()],
     } | {
         name: format_span([findings[name] for findings in late.values()], format_milliseconds)
         for name in ("exact", "taylor")
     }
 
 
+def describe_setup(rows):
+    """Return heyoka's median time of compilation [s], and how often kreisel runs in this time.
+
+    kreisel's run is the median of the fastest runs for the second smallest target error. None if
+    heyoka did not run.
+    """
+    setup = [row.setup_seconds for row in rows if row.setup_seconds is not None]
+    scenes = dict.fromkeys(row.scene for row in rows)
+    races = fastest.run_races(rows, scenes)
+    own = [run.seconds for _, target, run, _ in races if run and target == fastest.TARGETS[-2]]
+    return (
+        {"seconds": median(setup), "runs": median(setup) / median(own)} if setup and own else None
+    )
+
+
 def build_lead(comparison):
-    turns = [
-        scene_table.count_turns(scene_table.trace_path(problem, end), end)
-        for problem, end in comparison.problems
-    ]
-    *targets, last = map(format_power, fastest.TARGETS)
+    groups = group_scenes(comparison)
     return {
-        "groups": [
-            describe_group(comparison.rows, *group) for group in group_scenes(comparison).items()
-        ],
+        "groups": [describe_group(comparison.rows, *group) for group in groups.items()],
+        "setup": describe_setup(comparison.rows),
         "late": describe_late(comparison),
-        "turns": format_span(turns, format_large),
-        "accuracies": f"{', '.join(targets)} or {last}",
         "fixed": [
             (name, targets, kr.methods[name].symplectic)
             for name, targets in list_fixed_steps(comparison).items()

@@ -10,10 +10,11 @@ import numpy as np
 
 from ..competitors import ensemble_runs, equal_error, timing
 from ..competitors.equal_error import Run
-from ..drawing.curves import draw_curves, last_point
+from ..drawing.curves import draw_curves
 from ..drawing.fields import draw_field
 from ..drawing.style import LEAST, choose_line_styles
 from ..references.random_ensembles import SCENES, compute_truths, draw_tops
+from . import advice
 from .formatting import format_brief, format_digits
 from .part import write_csv
 from .tasks import Task
@@ -87,7 +88,7 @@ def draw_throughput(groups):
     """Draw the curves of kreisel in colour, and those of other integrators in the text colour."""
     lines = {
         name: (
-            [1 / median(run.seconds) for run in runs],
+            [1e6 * median(run.seconds) for run in runs],
             [max(run.middle, LEAST) for run in runs],
         )
         for name, runs in groups.items()
@@ -95,9 +96,8 @@ def draw_throughput(groups):
     return draw_curves(
         lines,
         choose_line_styles(ensemble_runs.OWN, set(lines) - set(ensemble_runs.OWN)),
-        last_point,
-        (6.4, 3.6),
-        xlabel="tops per second",
+        size=(6.4, 3.6),
+        xlabel="run time per top [us]",
         ylabel="median attitude error [rad]",
         ticks=(12, 9),
     )
@@ -152,6 +152,35 @@ def list_files(findings, metadata):
         for run in runs
     ]
     yield "ensembles.csv", write_csv(rows)
+
+
+def list_answers(findings):
+    """Yield the fastest run of each program for many tops, by kind of top and target error."""
+    for each in findings["kinds"]:
+        kind = advice.KINDS["lagrange" if each["kind"] == "Lagrange" else "general"]
+        count, motion = (
+            f"{each['tops']:,} tops, two threads",
+            f"random tops, to t = {each['end']:g}",
+        )
+        for target in TARGETS:
+            question = advice.describe_answer(kind, target, count, motion)
+            times = {
+                name: seconds
+                for name, runs in each["groups"].items()
+                if (seconds := median(equal_error.seconds_at(target, runs))) > 0.0
+            }
+            own = min((name for name in ensemble_runs.OWN if name in times), key=times.get)
+            for name, seconds in times.items():
+                answer = question | {"program": name, "ms": 1e3 * seconds}
+                if name == own:
+                    runs = each["groups"][name]
+                    setting = next(run.setting for run in runs if run.middle <= target)
+                    words = (
+                        "" if name == "exact" else f', method="taylor", {setting.replace(" ", "=")}'
+                    )
+                    answer["code"] = f"kr.solve(tops, t={each['end']:g}{words})"
+                if name == own or name not in ensemble_runs.OWN:
+                    yield answer
 
 
 def list_methods(findings):

@@ -1,7 +1,5 @@
 """The fastest methods for given target errors, and tables of their run times."""
 
-from rich.table import Table
-
 from .formatting import format_digits, format_milliseconds, format_power
 from .scene_runs import group_by_method
 
@@ -90,31 +88,28 @@ def list_references(methods):
     return {name: title for name, title in REFERENCES.items() if name in methods}
 
 
-def summarize_races(rows, scenes):
-    """Yield the run times of kreisel and other integrators for each scene and target error."""
+def list_hits(rows, scenes):
+    """Yield (scene, target, kreisel's fastest run, {other integrator: its fastest run})."""
     references = list_references({row.method for row in rows})
     for scene, target, own, _ in run_races(rows, scenes):
-        hits = [
-            fastest_row(rows, scene, target, lambda row, name=name: row.method == name)
-            for name in references
-        ]
+        yield (
+            scene,
+            target,
+            own,
+            {
+                name: fastest_row(rows, scene, target, lambda row, name=name: row.method == name)
+                for name in references
+            },
+        )
+
+
+def summarize_races(rows, scenes):
+    """Yield the run times of kreisel and other integrators for each scene and target error."""
+    for scene, target, own, others in list_hits(rows, scenes):
         yield {
             "scene": scene,
             "target": format_power(target),
             "own": format_milliseconds(own and own.seconds),
             "method": own.method if own else "",
-            "others": [format_milliseconds(hit and hit.seconds) for hit in hits],
+            "others": [format_milliseconds(hit and hit.seconds) for hit in others.values()],
         }
-
-
-def make_terminal_table(rows, scene, end):
-    title = f"{scene} to t = {end:g}: run time \\[ms] for an attitude error of"
-    table = Table(title=title, title_justify="left")
-    table.add_column("method")
-    for target in TARGETS:
-        table.add_column(f"{format_power(target)} rad", justify="right")
-    table.add_column("smallest", justify="right")
-    for name, smallest, cells in times_to_targets(rows, scene):
-        texts = [f"[bold]{text}[/]" if is_fastest else text for text, is_fastest in cells]
-        table.add_row(name, *texts, smallest)
-    return table

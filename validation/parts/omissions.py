@@ -138,7 +138,12 @@ def build_context(findings):
         "omissions": scenes,
         "wanted": WANT,
         "states": STATES,
-        "savings": {name: (median(own), own) for name, own in speedups.items() if own},
+        "savings": dict(
+            sorted(
+                ((name, (median(own), own)) for name, own in speedups.items() if own),
+                key=lambda saving: -saving[1][0],
+            )
+        ),
     }
 
 

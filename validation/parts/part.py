@@ -1,8 +1,9 @@
 """The interface that all parts of the report implement.
 
 A part is a module of this folder and a template with the same name. The module has a few of the
-functions below; those that it lacks return nothing. The template has the blocks `lead` (shown above
-all parts), `conclusion`, `shown` and `body` (folded), of which only `body` is required.
+functions below; those that it lacks return nothing. The template has the blocks `lead` and `advice`
+(paragraphs and rows of a table above all parts), `conclusion`, `shown` and `body` (folded), of
+which only `body` is required.
 
 list_tasks(problems, size, store)  the computations of the part, in order
 load_findings(problems, store)     their results; a part without results is omitted
@@ -10,6 +11,8 @@ build_context(findings)            values for the template
 list_files(findings, metadata)     the name and the text of each file
 terminal_lines(findings)           lines for the terminal
 list_methods(findings)             names of the methods that ran
+list_answers(findings)             dictionaries, each the fastest run of one program for one choice
+                                   of top, error, count and motion, which the page asks for
 """
 
 import csv
@@ -23,7 +26,6 @@ class Part:
     module: ModuleType
     title: str  # title in the navigation of the page
     heading: str  # heading of its section
-    is_lead_row: bool = False  # True if its lead is a row of the list of advice
     accepts_user_scenes: bool = False  # True if it can run on the scenes of a user
 
     @property

@@ -200,7 +200,7 @@ def build_context(comparison):
             "scenes": [scene_context(comparison, *each, families) for each in comparison.problems],
             "timing": describe_timing(rows),
             "luck": fastest.LUCK,
-            "setup": setup and (min(setup), max(setup), statistics.median(setup)),
+            "compiling": setup and (min(setup), max(setup), statistics.median(setup)),
             "paid": count_paying_runs(rows, races["races"]),
             "failures": [row for row in rows if row.failure],
         }
@@ -231,10 +231,11 @@ def list_files(comparison, metadata):
 
 
 def terminal_lines(comparison):
-    for problem, end in comparison.problems:
-        yield fastest.make_terminal_table(comparison.rows, problem.name, end)
     spread = describe_timing(comparison.rows)["spread"]
     yield f"quartiles of the times {spread} apart, median over the runs"
+
+
+list_answers = advice.list_answers
 
 
 def list_methods(comparison):

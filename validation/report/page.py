@@ -7,11 +7,11 @@ import kreisel as kr
 import markupsafe
 
 from ..competitors.single_runs import PEERS
-from ..parts import fastest, formatting
+from ..parts import advice, fastest, formatting
 
 HERE = Path(__file__).parent
 FOLDERS = [HERE / "templates", HERE.with_name("parts")]
-BLOCKS = ("lead", "conclusion", "shown", "body")
+BLOCKS = ("lead", "advice", "conclusion", "shown", "body")
 
 
 def load_template(name, *folders):
@@ -57,6 +57,12 @@ def render_page(findings, metadata):
     names = {name for part, part_findings in findings for name in part.list_methods(part_findings)}
     return load_template("report.html").render(
         about=metadata,
+        question=advice.QUESTION,
+        answers=[
+            answer
+            for part, part_findings in findings
+            for answer in part.list_answers(part_findings)
+        ],
         references=list(fastest.list_references(names).values()),
         sections=[
             render_section(part, part_findings, metadata) for part, part_findings in findings
