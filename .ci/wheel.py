@@ -41,6 +41,7 @@ def main():
     path = kr.solve(kr.scenes.thesis, t=1, method="bobenko_suris", step=0.01)
     assert path.t[-1] == 1 and abs((path.q[-1] ** 2).sum() - 1) < 1e-14
     assert len(kr.view(kr.scenes.thesis, open=False).html) > 500_000, "the wheel lacks the viewer"
+    assert kr.score({"t": [0.0], "q": [(1, 0, 0, 0)]}, "tumble").is_within  # the cases are there
     check_licences()
     alone = [solve_top(i) for i in range(16)]
     if sys.platform != "emscripten":  # Pyodide has no threads

@@ -97,6 +97,10 @@ MOTIONS = [  # (mistake, case)
 ]
 RELABELLINGS = [
     ("scalar last read as scalar first", lambda q: q[:, [1, 2, 3, 0]]),
+    (
+        "scalar last read as scalar first and inverse attitude",
+        lambda q: q[:, [1, 2, 3, 0]] * [-1, -1, -1, 1],
+    ),
     ("scalar first read as scalar last", lambda q: q[:, [3, 0, 1, 2]]),
     ("inverse attitude", lambda q: q * [1, -1, -1, -1]),
     ("left-handed axes", lambda q: q * [1, -1, -1, 1]),

@@ -56,11 +56,11 @@ def list_relabellings(q: Array, true: Array) -> Iterator[Motion]:
     `true` is the true attitude of the first row.
     """
     yield Motion("", q)
-    inverse = q * [1.0, -1.0, -1.0, -1.0]
-    yield Motion("inverse attitude", inverse)
-    yield Motion("scalar last read as scalar first", q[:, [3, 0, 1, 2]])
+    inverse, last = np.array([1.0, -1.0, -1.0, -1.0]), q[:, [3, 0, 1, 2]]
+    yield Motion("inverse attitude", q * inverse)
+    yield Motion("scalar last read as scalar first", last)
+    yield Motion("scalar last read as scalar first and inverse attitude", last * inverse)
     yield Motion("scalar first read as scalar last", q[:, [1, 2, 3, 0]])
-    yield Motion("scalar last read as scalar first", inverse[:, [3, 0, 1, 2]] * [-1, 1, 1, 1])
     for matrix in _list_reflections():
         yield Motion("left-handed axes", np.column_stack([q[:, 0], -q[:, 1:] @ matrix]))
     yield Motion("y up instead of z", np.column_stack([q[:, 0], q[:, 1], -q[:, 3], q[:, 2]]))
