@@ -19,14 +19,14 @@ flint = pytest.importorskip("flint")
 FOLDER = Path(make.__file__).parent
 CASES = load_cases()
 GROWTH = 12  # the column of numbers that are rounded to two digits
-PROVED = os.environ.get("KREISEL_PROVE", "symmetric products rotor_driven damped coning").split()
+PROVED = os.environ.get("KREISEL_PROVE", "products rotor_driven coning").split()
 
 
 def read(name):
     return json.loads((FOLDER / f"{name}.json").read_text())
 
 
-@pytest.mark.parametrize("name", ["symmetric", "separatrix", "rotor_free", "impulses"])
+@pytest.mark.parametrize("name", ["rotor_free", "impulses"])
 def test_the_generator_writes_the_files(name):
     written, made = read(name), json.loads(json.dumps(make.make_document(CASES[name])))
     old, new = (np.delete(one.pop("states"), GROWTH, axis=1) for one in (written, made))

@@ -228,7 +228,7 @@ def _find_case(case: str | Scene | None, file: str) -> Case:
         names = [name for name in cases if File(file).name.startswith(name)]
         if not names:
             known = ", ".join(cases)
-            raise ValueError(f"give {spell('case')}, which {file} does not begin with: {known}")
+            raise ValueError(f"give {spell('case')}: {file} begins with none of {known}")
         return cases[max(names, key=len)]
     if not isinstance(case, str):
         raise TypeError(f"{spell('case')} must be a name or a kr.Scene, not {short_repr(case)}")
