@@ -116,17 +116,18 @@ def contains(balls, values):
 @pytest.mark.parametrize("name", PARTS)
 def test_balls_contain_the_rational_motion(name):
     scene = make_scene(name)
-    f, end = Motion(scene), {"slender": 1e-3, "all": -0.1, "shaking": -0.1}.get(name, 0.1)
-    found = kr.enclose(scene, end, digits=15)
+    f, end = Motion(scene), {"slender": 4e-4, "all": -0.05, "shaking": -0.05}.get(name, 0.05)
+    found = kr.enclose(scene, end, digits=25)
     for k, y in enumerate((f.start, flow(f, f.start, Fraction(end), 24))):
         assert contains(found.attitude[k], y[3:7])
         assert contains(found.momentum[k], f.find_momentum(y))
-    assert found.radius.max() < 1e-13
+    assert found.radius.max() < 1e-23
 
 
 def test_digits_give_nested_balls():
-    scene = make_scene("all")
-    found = [kr.enclose(scene, [0.1, 0.25], digits=digits) for digits in (15, 45, 200)]
+    """Digits beyond 160 need care, because the squares of the radii underflow."""
+    scene = kr.Scene(kr.Body(1, (1, 2, 2), (0, 0.5, 0.25)), (0.5, -0.25, 1), gravity=1.5)
+    found = [kr.enclose(scene, [0.1, 0.2], digits=digits) for digits in (15, 45, 200, 230)]
     for wide, narrow in pairwise(found):
         pairs = zip(wide.attitude + wide.momentum, narrow.attitude + narrow.momentum, strict=True)
         assert all(all(a.contains(b) for a, b in zip(*rows, strict=True)) for rows in pairs)
@@ -188,8 +189,8 @@ def is_positive_definite(matrix):
     ("name", "size", "step"), [("free", 1e-6, Fraction(5, 16)), ("upright", 0.0, Fraction(5, 4))]
 )
 def test_a_step_satisfies_its_inequalities(name, size, step, monkeypatch):
-    """Check a set with few orders of V, and a point whose motion becomes less stable."""
-    monkeypatch.setattr(steps, "ORDER_OF_DERIVATIVE", 6 if size else 16)
+    """Check a set, and a point with few orders of V whose motion becomes less stable."""
+    monkeypatch.setattr(steps, "ORDER_OF_DERIVATIVE", 16 if size else 10)
     scene = make_scene(name)
     motion = Motion(scene)
     with flint.ctx.workprec(60):

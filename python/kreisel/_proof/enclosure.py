@@ -45,8 +45,7 @@ class Enclosure(ReadOnlyArrays):
     m_radius  (n, 3) bounds of the distances of `m` from the exact components
     radius    (n,) the largest radius of the four balls of the attitude
 
-    The exact attitude is a unit quaternion; the opposite one is the same rotation. Arrays are
-    read-only.
+    Arrays are read-only. The opposite of the exact unit quaternion is the same rotation.
     """
 
     scene: Scene
@@ -71,27 +70,27 @@ class Enclosure(ReadOnlyArrays):
         rows = {name: _unpack(state[name]) for name in ("attitude", "momentum")}
         super().__setstate__(state | rows)
 
-    def __len__(self) -> int:
-        return len(self.t)
-
     def __repr__(self) -> str:
         radius = float(self.radius.max(initial=0.0))
-        return f"<kreisel.Enclosure: {len(self)} states, radius {radius:.1e}, {self.digits} digits>"
+        return (
+            f"<kreisel.Enclosure: {len(self.t)} states, radius {radius:.1e}, {self.digits} digits>"
+        )
 
     def compare(self, path: Any) -> Verification:
         """Compare a kreisel.Path of the same scene with the balls.
 
         path  the path of one top with the times of the enclosure. Digits beyond doubles count
 
-        Raises ValueError for the times of another path, and AttributeError if the path does not
-        store the attitude and the momentum.
+        Raises ValueError for other times, and AttributeError if the path does not store q and m.
         """
         if not hasattr(type(path), "verify") or path.shape:
             raise TypeError(f"path must be the path of one top, not {short_repr(path)}")
         if path.scene != self.scene or not np.array_equal(path.t, self.t):
             raise ValueError("path must have the scene and the times of the enclosure")
+        from flint import ctx
+
         words = path.q, path.q_low, path.m, path.m_low, self.attitude, self.momentum
-        with _lock, _set_precision(_count_bits(self.digits) + 200):
+        with _lock, ctx.workprec(_count_bits(self.digits) + 200):
             rows = [_compare_state(*state) for state in zip(*words, strict=True)]
         columns = np.array(rows, dtype=float).reshape(-1, 5).T
         return Verification(self, *columns[:4].copy(), columns[4].astype(bool))  # type: ignore[call-arg]
@@ -99,7 +98,7 @@ class Enclosure(ReadOnlyArrays):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Verification(ReadOnlyArrays):
-    """The proved errors of a path of n states, from Path.verify or Enclosure.compare.
+    """The proved errors of a path of n states, from Path.verify or Enclosure.compare, as arrays.
 
     enclosure        the kreisel.Enclosure of the motion
     errors           (n,) upper bounds of the angles between attitude and exact attitude [rad]
@@ -108,8 +107,6 @@ class Verification(ReadOnlyArrays):
                      [M L^2 T^-1]
     distance         (n,) distance of the attitude from the middle of the balls, in their radii
     is_contained     (n,) True if the balls contain the state, which may then be the exact one
-
-    The arrays are read-only.
     """
 
     enclosure: Enclosure
@@ -142,20 +139,17 @@ def enclose(scene: Scene, t: Numbers, *, digits: int = 45) -> Enclosure:
     The exact motion is that of the numbers that the scene stores: mass, inertia, com and rotor in
     the frame of description, momentum, the attitude divided by its length, and the surroundings.
     The inertia is not diagonalised, while kreisel.solve uses principal axes rounded to doubles.
-    Three different values of damping act along the axes `body.axes`, divided by their length. A
-    scene that was given velocities has rounded their momentum, and the body of a scene with wheels
-    is that without their moments.
+    Three values of damping act along `body.axes`. A scene that was given velocities has rounded
+    their momentum, and the body of a scene with wheels is that without their moments.
 
-    The proof assumes that FLINT and the arithmetic of doubles are correct. It is in
-    docs/theory/enclosures.md.
+    The proof is in docs/theory/enclosures.md. It assumes that FLINT is correct.
 
     >>> import kreisel as kr
     >>> bool(kr.enclose(kr.scenes.asymmetric, [5.0, 10.0]).radius.max() < 1e-35)
     True
 
-    Raises TypeError for many tops. Raises ValueError for dry friction, and if there is no proof
-    with so many digits, with the number that may suffice. Raises ImportError if python-flint is not
-    installed.
+    Raises TypeError for many tops, ValueError for dry friction, and if there is no proof with so
+    many digits, and ImportError if python-flint is not installed.
     """
     validate_one_top("scene", scene)
     times = time_array(t, None, None)
@@ -166,16 +160,23 @@ def enclose(scene: Scene, t: Numbers, *, digits: int = 45) -> Enclosure:
     end = float(times[-1]) if times.size else 0.0
     check_resolvable_horizon(scene, end, None)
     with optional_dependency("'kreisel[proof]'"):
+        from flint import ctx
+
         from .equations import Equations
         from .steps import GUARD, MovingSet
 
     bits, rows = _count_bits(digits), []
-    with _lock, _set_precision(bits + GUARD):
+    with _lock, ctx.workprec(bits + GUARD):
         equations = Equations(scene)
         motion, unit = MovingSet(equations, bits), Fraction(2) ** equations.time
         for time in times.tolist():
             if not motion.advance(Fraction(time) * unit):
-                raise ValueError(_explain_failure(digits, float(motion.t / unit), end))
+                reached = float(motion.t / unit)
+                # deviations grow exponentially at most: lost digits are proportional to the time
+                more = math.ceil(1.1 * digits * end / reached) + 5 if reached else digits + 30
+                advice = f"try digits={more}" if more <= MOST_DIGITS else "use shorter times"
+                text = f"with digits={digits} there is no proof beyond t = {reached:.6g}"
+                raise ValueError(f"{text}: {advice}")
             rows.append(equations.find_state(motion.find_box()))
         q, m = ([list(row[k]) for row in rows] for k in (0, 1))
     (q_mid, q_radius), (m_mid, m_radius) = _round_rows(q, 4), _round_rows(m, 3)
@@ -183,22 +184,8 @@ def enclose(scene: Scene, t: Numbers, *, digits: int = 45) -> Enclosure:
     return Enclosure(scene, times.copy(), digits, q, m, q_mid, m_mid, q_radius, m_radius, radius)
 
 
-def _explain_failure(digits: int, reached: float, end: float) -> str:
-    # deviations grow exponentially at most: the lost digits are proportional to the time
-    wanted = math.ceil(1.1 * digits * end / reached) + 5 if reached else digits + 30
-    text = f"with digits={digits} there is no proof beyond t = {reached:.6g}"
-    return f"{text}: {f'try digits={wanted}' if wanted <= MOST_DIGITS else 'use shorter times'}"
-
-
 def _count_bits(digits: int) -> int:
     return math.ceil(digits * math.log2(10.0))
-
-
-def _set_precision(bits: int) -> Any:
-    """Return a context manager in which the midpoints of balls have so many bits."""
-    from flint import ctx
-
-    return ctx.workprec(bits)
 
 
 def _pack(rows: Rows) -> list[list[tuple[int, ...]]]:
@@ -251,10 +238,6 @@ def _compare_state(
     def is_inside(balls: list[Ball], values: Any) -> bool:
         return all(ball.contains(x) for ball, x in zip(balls, values, strict=True))
 
-    return (
-        _round_up(angle.abs_upper()),
-        max(math.nextafter(float(angle.lower()), -math.inf), 0.0),
-        _round_up(error),
-        distance,
-        is_inside(exact_m, own_m) and (is_inside(exact_q, own) or is_inside(exact_q, -own)),
-    )
+    is_contained = is_inside(exact_m, own_m) and any(is_inside(exact_q, x) for x in (own, -own))
+    least = max(math.nextafter(float(angle.lower()), -math.inf), 0.0)
+    return _round_up(angle.abs_upper()), least, _round_up(error), distance, is_contained

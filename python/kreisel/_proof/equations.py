@@ -31,7 +31,6 @@ from ..quaternion import conjugate, multiply, turn, turn_back
 Ball = Any  # flint.arb, which has no annotations
 Balls = Any  # an array of balls or polynomials
 ROUNDED_UP = 1.0 + 2.0**-40  # corrects nonnegative floats after up to 2^11 roundings
-_UNSURE = 2.0**52  # weight of the radii of coefficients in their bounds
 _Q, _P = slice(3, 7), slice(7, 10)
 
 
@@ -152,14 +151,12 @@ class Equations:
         """Compute the coefficients of Df from values of f at sums of unit vectors."""
         n = len(self.start)
         basis = [make_vector(map(arb, row)) for row in np.eye(n).tolist()]
-        values, opposite = [self(e) for e in basis], [self(-e) for e in basis]
+        values = [self(e) for e in basis]
         linear, bilinear = np.zeros((2, n, n)), np.zeros((2, n, n, n))
-        for i in range(n):
-            linear[:, :, i] = _round((values[i] - opposite[i]) / 2)
-            bilinear[:, :, i, i] = _round(values[i] + opposite[i])
-        for i, k in itertools.combinations(range(n), 2):
-            mixed = _round(self(basis[i] + basis[k]) - values[i] - values[k])
-            bilinear[:, :, i, k] = bilinear[:, :, k, i] = mixed
+        for i, k in itertools.combinations_with_replacement(range(n), 2):
+            mixed = self(basis[i] + basis[k]) - values[i] - values[k]
+            bilinear[:, :, i, k] = bilinear[:, :, k, i] = _round(mixed)
+            linear[:, :, i] = _round(values[i] - mixed / 2) if i == k else linear[:, :, i]
         self.linear, self.linear_bound = linear
         self.bilinear, self.bilinear_bound = bilinear
 
@@ -171,5 +168,5 @@ class Equations:
 
 def _round(balls: Balls) -> Array:
     """Return floats near the numbers in balls, and the bounds of their absolute values."""
-    bounds = [float(x.abs_upper()) + _UNSURE * float(x.rad()) for x in balls]
+    bounds = [float(x.abs_upper()) + 2.0**52 * float(x.rad()) for x in balls]
     return np.array([[float(x.mid()) for x in balls], np.array(bounds) * ROUNDED_UP])

@@ -122,10 +122,7 @@ class Polynomial:
 
 def _tabulate(rows: list[list[float]], n: int) -> Array:
     """Return rows of up to n numbers as the columns of an array, with zeros at their ends."""
-    table = np.zeros((n, len(rows)))
-    for i, row in enumerate(rows):
-        table[: len(row), i] = row
-    return table
+    return np.array([row + [0.0] * (n - len(row)) for row in rows]).T
 
 
 class ProvedStep(NamedTuple):
@@ -163,7 +160,10 @@ class MovingSet:
         sign = 1 if end > self.t else -1
         while self.t != end:
             c = self.compute_series()
-            h = min(self._propose_step(c), self.cap)
+            # the step for which the last two terms are below 2^-bits (Jorba and Zou)
+            size = 2.0**-self.bits * max(1.0, float(np.linalg.norm(c[0])))
+            last = [(k, float(np.linalg.norm(c[k]))) for k in (self.order - 1, self.order)]
+            h = min((self.cap, *((size / x) ** (1.0 / k) for k, x in last if x > 0.0)))
             if not h > 0.0:
                 return False
             for attempt in range(40):
@@ -193,12 +193,6 @@ class MovingSet:
             right = eq.linear @ c[k] + 0.5 * np.einsum("jab,jb->a", B[: k + 1], c[k::-1])
             c[k + 1] = right / (k + 1)
         return c
-
-    def _propose_step(self, c: Array) -> float:
-        """Return the step for which the last two terms are below 2^-bits (Jorba and Zou)."""
-        size = 2.0**-self.bits * max(1.0, float(np.linalg.norm(c[0])))
-        last = [(k, float(np.linalg.norm(c[k]))) for k in (self.order - 1, self.order)]
-        return min(((size / x) ** (1.0 / k) for k, x in last if x > 0.0), default=1.0)
 
     def prove_step(self, c: Array, step: Fraction) -> ProvedStep | None:
         """Return a step from the set, near the Taylor series `c`; None if it is not proved."""
