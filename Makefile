@@ -1,5 +1,5 @@
 # Build, test and document kreisel. .ci/need installs the tools; .ci/test runs the tests.
-.PHONY: help build viewer report wheel amalgamation test fuzz view docs clean installed
+.PHONY: help build viewer report wheel amalgamation test fuzz view docs pictures clean installed
 # Make builds independent of the caller's make flags, of Ninja, and of the compilers that Python was built with.
 unexport MAKEFLAGS
 export CC CXX
@@ -53,6 +53,9 @@ docs:           ## run all examples and build the site, in build/docs/index.html
 	@.ci/need docs
 	@$(MAKE) --no-print-directory build
 	@.ci/docs
+
+pictures: build ## take the pictures of README.md again: of the viewer, and of report/ if it exists; needs Chromium
+	@.venv/bin/python -m validation.report.pictures
 
 clean:  ## remove all build products
 	rm -rf build .venv report dist docs/gallery .pytest_cache python/kreisel/viewer.html

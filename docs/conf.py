@@ -69,11 +69,11 @@ sphinx_gallery_conf = {
     "examples_dirs": ["examples"],
     "gallery_dirs": ["gallery"],
     "subsection_order": [
-        f"examples/{part}" for part in ("chaos", "free", "tops", "practice", "fits", "numerics")
+        f"examples/{part}" for part in ("tops", "free", "chaos", "practice", "fits", "numerics")
     ],
     "filename_pattern": "/",
     "run_stale_examples": True,  # each example runs at each build
-    "within_subsection_order": "FileNameSortKey",
+    "within_subsection_order": "making.gallery.get_sort_key",
     "image_scrapers": ("matplotlib", "making.gallery.scraper"),
     "reset_modules": ("matplotlib", "making.gallery.style"),
     "capture_repr": ("_repr_html_",),

@@ -1,5 +1,6 @@
 """The style of the figures, and a scraper for figures that pyplot does not manage."""
 
+from pathlib import Path
 from weakref import WeakSet
 
 import matplotlib
@@ -12,6 +13,19 @@ shown_figures = WeakSet()  # figures already shown at the end of earlier blocks
 LAST = "___"  # the name under which sphinx-gallery stores the value of a block's last expression
 # Distinct under normal vision, protanopia and deuteranopia, with a contrast of about 3 or more.
 COLOURS = ["#1f6fd6", "#e07a1f", "#29413d", "#b38f76", "#0e9ebb", "#5e3f04", "#0609f9", "#232a65"]
+# The examples that open their part of the gallery; the others follow by name.
+FIRST = (
+    *("loops_cusps_waves.py", "toy_gyroscope.py", "sleeping.py", "gyrocompass.py", "kapitza.py"),
+    *(
+        "satellite.py",
+        "rods.py",
+        "polhodes.py",
+        "sections.py",
+        "cloud.py",
+        "film.py",
+        "toutatis.py",
+    ),
+)
 LOOK = {
     "axes.prop_cycle": cycler(color=COLOURS),
     "axes.grid": True,
@@ -27,6 +41,12 @@ LOOK = {
     "lines.linewidth": 1.3,
     "savefig.dpi": 110,
 }
+
+
+def get_sort_key(file):
+    """Return the sort key of an example."""
+    name = Path(file).name
+    return FIRST.index(name) if name in FIRST else len(FIRST), name
 
 
 def style(conf, file):
