@@ -47,6 +47,7 @@ _TELLING = 0.25  # a mistake explains an error that it reduces by this factor
 _SIMPLER = 10.0  # two mistakes must explain an error better than one by this factor
 _ALIKE = 2.0  # mistakes that explain an error equally well up to this factor are all named
 _DRIFT = 1e-3  # a larger relative change of the energy is a mistake
+_STEADY = 0.9  # least factor between the energy errors of successive quarters of a steady drift
 _TINY = np.finfo(np.float64).tiny  # in place of a scale that is zero
 
 
@@ -301,12 +302,14 @@ def _measure_states(scene: Scene, t: Array, q: Array, w: Array) -> tuple[Array, 
 
 def _describe_drift(energy: Array) -> list[str]:
     """Return the mistake that a growing or falling energy tells."""
-    last = float(energy[-1])
-    if abs(last) < max(_DRIFT, 0.5 * abs(energy).max()):
+    if len(energy) < 4:
         return []
-    if last < 0.0:
-        return ["numerical damping, as of implicit steps of order 1"]
-    return ["numerical gain of energy, as of explicit steps of order 1"]
+    means = np.array([part.mean() for part in np.array_split(energy, 4)])
+    sizes = means * np.sign(means[-1])
+    is_steady = bool((sizes[1:] >= _STEADY * sizes[:-1]).all() and sizes[0] >= 0.0)
+    if not is_steady or sizes[-1] < _DRIFT:
+        return []
+    return ["numerical damping" if means[-1] < 0.0 else "numerical gain of energy"]
 
 
 def _find_mistakes(case: Case, run: ComputedMotion, true_q: Array, true_w: Array) -> list[str]:
