@@ -5,12 +5,14 @@ radii to which it is compared. The inequalities of _proof/steps.py are checked a
 """
 
 import math
+from decimal import Decimal
 from fractions import Fraction
 from itertools import pairwise
 
 import kreisel as kr
 import numpy as np
 import pytest
+import truth
 from kreisel.quaternion import conjugate, multiply
 
 flint = pytest.importorskip("flint")
@@ -19,6 +21,10 @@ from kreisel._proof.equations import Equations  # noqa: E402
 
 OBLIQUE = ((2.0, 0.25, 0.125), (0.25, 1.5, -0.25), (0.125, -0.25, 1.0))
 MOVED = {"turning": (0.25, 0, 0.5), "damping": 0.5, "shaking": (0.5, 1, 0)}
+CERTIFIED = (  # rows of the table of true states
+    *("no axial momentum, t = 7", "kowalewski 4", "goryachev_chaplygin 5"),
+    *("tensor, damping and shaking, t = 2.5", "gradient, tensor, turning, t = 1.5"),
+)
 UPRIGHT = {"attitude": (1, 0, 0, 0), "momentum": (0, 0, 0)}
 PARTS = {  # what a body and its scene have
     "heavy": ({}, {}),
@@ -77,9 +83,6 @@ class Motion:
         parts = self.inverse @ torque, spin, cross(p, u), cross(o, w)
         return np.concatenate([*parts, [-self.rate * s, self.rate * c]])
 
-    def find_momentum(self, y):
-        return turn(y[3:7], self.J @ y[:3] + self.rotor)
-
 
 def expand(f, rows):
     """Return the last order of f(y), a polynomial of degree two, for the coefficients of y."""
@@ -120,7 +123,7 @@ def test_balls_contain_the_rational_motion(name):
     found = kr.enclose(scene, end, digits=25)
     for k, y in enumerate((f.start, flow(f, f.start, Fraction(end), 24))):
         assert contains(found.attitude[k], y[3:7])
-        assert contains(found.momentum[k], f.find_momentum(y))
+        assert contains(found.momentum[k], turn(y[3:7], f.J @ y[:3] + f.rotor))
     assert found.radius.max() < 1e-23
 
 
@@ -134,6 +137,18 @@ def test_digits_give_nested_balls():
         assert (narrow.radius < 1e-25 * wide.radius).all()
     assert (found[0].q_radius >= abs(found[0].q - found[2].q)).all()
     assert (found[0].m_radius >= abs(found[0].m - found[2].m)).all()
+
+
+TRUTHS = [row for row in truth.ROWS if row["name"] in CERTIFIED]
+
+
+@pytest.mark.parametrize("row", TRUTHS, ids=lambda row: row["name"])
+def test_balls_certify_the_table_of_true_states(row):
+    found = kr.enclose(truth.make_scene(row), [row["t"]])
+    pairs = zip(found.attitude[0] + found.momentum[0], row["q"] + row["m"], strict=True)
+    for ball, text in pairs:
+        last = Fraction(10) ** Decimal(text).as_tuple().exponent
+        assert abs(as_fraction(ball.mid()) - Fraction(text)) <= as_fraction(ball.rad()) + last
 
 
 GYROSCOPE = kr.Body(1, (1, 2, 2.5), (0.1, 0, 0.3))
@@ -173,16 +188,6 @@ def test_errors_of_closed_forms_are_proved(name):
 def length(values):
     """Return a fraction just below the Euclidean length."""
     return Fraction(math.isqrt(int(sum(x * x for x in np.ravel(values)) * 4**300)), 2**300)
-
-
-def is_positive_definite(matrix):
-    rows = [row.copy() for row in matrix]
-    for i, pivot in enumerate(rows):
-        if pivot[i] <= 0:
-            return False
-        for row in rows[i + 1 :]:
-            row -= pivot * (row[i] / pivot[i])
-    return True
 
 
 @pytest.mark.parametrize(
@@ -230,7 +235,7 @@ def test_a_step_satisfies_its_inequalities(name, size, step, monkeypatch):
     # (2), at points of the tube about the end
     for signs in rng.choice([-1.0, 1.0], size=(4, d)):
         A = differentiate(end + exact(signs) * Fraction(steps.TUBE) / 4)
-        assert is_positive_definite(exact(np.eye(d)) * growth - (A + A.T) / 2)
+        assert np.linalg.eigvalsh((A + A.T).astype(float) / 2)[-1] < proof.growth
 
     # (4), for the first order of the remainder, and for the motion from a corner
     V, Q = exact(proof.V.sum(axis=0)), exact(proof.Q)

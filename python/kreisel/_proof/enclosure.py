@@ -24,8 +24,7 @@ from .._utils.arguments import (
 )
 from ..quaternion import conjugate, multiply
 
-Ball = Any  # flint.arb
-Rows = list[list[Ball]]
+Rows = list[list[Any]]  # of balls, flint.arb
 FEWEST_DIGITS, MOST_DIGITS = 15, 250
 _lock = Lock()  # the precision of FLINT is common to all threads
 
@@ -61,14 +60,6 @@ class Enclosure(ReadOnlyArrays):
 
     def __post_init__(self) -> None:
         freeze_arrays(tuple(vars(self).values()))
-
-    def __getstate__(self) -> dict[str, object]:
-        rows = {name: _pack(getattr(self, name)) for name in ("attitude", "momentum")}
-        return vars(self) | rows
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        rows = {name: _unpack(state[name]) for name in ("attitude", "momentum")}
-        super().__setstate__(state | rows)
 
     def __repr__(self) -> str:
         radius = float(self.radius.max(initial=0.0))
@@ -138,9 +129,9 @@ def enclose(scene: Scene, t: Numbers, *, digits: int = 45) -> Enclosure:
 
     The exact motion is that of the numbers that the scene stores: mass, inertia, com and rotor in
     the frame of description, momentum, the attitude divided by its length, and the surroundings.
-    The inertia is not diagonalised, while kreisel.solve uses principal axes rounded to doubles.
-    Three values of damping act along `body.axes`. A scene that was given velocities has rounded
-    their momentum, and the body of a scene with wheels is that without their moments.
+    The principal axes are exact, while kreisel.solve rounds those of a matrix to doubles. A scene
+    that was given velocities has rounded their momentum, and the body of a scene with wheels is
+    that without their moments.
 
     The proof is in docs/theory/enclosures.md. It assumes that FLINT is correct.
 
@@ -188,17 +179,6 @@ def _count_bits(digits: int) -> int:
     return math.ceil(digits * math.log2(10.0))
 
 
-def _pack(rows: Rows) -> list[list[tuple[int, ...]]]:
-    """Return balls as integers: mantissa and exponent of midpoint and radius."""
-    return [[tuple(map(int, (*x.mid().man_exp(), *x.rad().man_exp()))) for x in y] for y in rows]
-
-
-def _unpack(rows: list[list[tuple[int, ...]]]) -> Rows:
-    from flint import arb
-
-    return [[arb(arb((a, b)), arb((c, d))) for a, b, c, d in row] for row in rows]
-
-
 def _round_rows(rows: Rows, width: int) -> tuple[Array, Array]:
     """Return the doubles nearest to the midpoints of balls, and radii about them."""
     balls = [x for row in rows for x in row]
@@ -207,12 +187,12 @@ def _round_rows(rows: Rows, width: int) -> tuple[Array, Array]:
     return np.array(middle).reshape(-1, width), np.array(radii).reshape(-1, width)
 
 
-def _round_up(x: Ball) -> float:
+def _round_up(x: Any) -> float:
     """Return a double that is not less than the number x >= 0."""
     return math.nextafter(float(x), math.inf) if x > 0 else 0.0
 
 
-def _find_angle(p: Any, q: Any) -> Ball:
+def _find_angle(p: Any, q: Any) -> Any:
     """Return a ball of the angle between the attitudes in balls of two unit quaternions."""
     from .equations import compute_length, make_vector
 
@@ -223,7 +203,7 @@ def _find_angle(p: Any, q: Any) -> Ball:
 
 
 def _compare_state(
-    q: Array, q_low: Array, m: Array, m_low: Array, exact_q: list[Ball], exact_m: list[Ball]
+    q: Array, q_low: Array, m: Array, m_low: Array, exact_q: list[Any], exact_m: list[Any]
 ) -> tuple[float, float, float, float, bool]:
     """Return the numbers of a Verification for one state."""
     from .equations import compute_length, make_balls, make_vector, normalize
@@ -235,7 +215,7 @@ def _compare_state(
     off = _find_angle(own, middle)
     distance = float((off / width).mid()) if width > 0 else math.inf if off > 0 else 0.0
 
-    def is_inside(balls: list[Ball], values: Any) -> bool:
+    def is_inside(balls: list[Any], values: Any) -> bool:
         return all(ball.contains(x) for ball, x in zip(balls, values, strict=True))
 
     is_contained = is_inside(exact_m, own_m) and any(is_inside(exact_q, x) for x in (own, -own))

@@ -1,20 +1,21 @@
 """The equations of motion as quadratic polynomials with coefficients in ball arithmetic.
 
 The state y has the angular velocity W and the vertical P along the principal axes as `body.axes`
-gives them, the attitude q of these axes, the angular velocity O of a turning support along them,
+rounds them, the attitude q of these axes, the angular velocity O of a turning support along them,
 and cosine c and sine s of the phase of a shaken support. With the relative velocity U = W - O,
 
     J W' = M x W - D U + P x (weight + push c + k J P),   M = J W + h
     q' = q U / 2,   P' = P x U,   O' = O x W,   c' = -rate s,   s' = rate c.
 
-J is a full matrix, because the axes are rounded. Each right-hand side is a polynomial of degree two
-without a constant term. The lengths of q, P, O and (c, s) are conserved.
+J and D are full matrices, because the axes are rounded. Each right-hand side is a polynomial of
+degree two without a constant term. The lengths of q, P, O and (c, s) are conserved.
 
 Vectors and matrices are arrays of objects: of balls, or of polynomials with balls as coefficients.
 """
 
 from __future__ import annotations
 
+import copyreg
 import itertools
 import math
 from collections.abc import Iterable
@@ -22,7 +23,7 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from flint import arb
+from flint import acb_mat, arb
 
 from .._model.scene import Scene
 from .._utils.arguments import Array
@@ -47,6 +48,14 @@ def make_ball(x: float | Fraction, power: int = 0) -> Ball:
 
 def make_balls(values: Iterable[float], power: int = 0) -> Balls:
     return make_vector(make_ball(x, power) for x in values)
+
+
+def load_ball(m: int, power: int, radius: int, radius_power: int) -> Ball:
+    """Return the pickled ball with a midpoint m * 2^power and at least such a radius."""
+    return arb(arb((m, power)), arb((radius, radius_power)))
+
+
+copyreg.pickle(arb, lambda x: (load_ball, (*map(int, x.mid().man_exp() + x.rad().man_exp()),)))
 
 
 def compute_length(v: Balls) -> Ball:
@@ -97,7 +106,9 @@ class Equations:
         self.weight = lever * make_ball(scene.gravity)
         self.push = lever * (-make_ball(amplitude) * make_ball(rate) * make_ball(rate))
         self.rate = make_ball(rate, -time)
-        self.damping = make_balls(scene.damping, -time - moment)
+        self.damping = np.diag(make_balls(scene.damping, -time - moment))
+        if any(body.axes[1:]) and len({*scene.damping}) > 1:
+            self.damping = _turn_to_axes(self.damping.diagonal(), self.inertia, moments)
         self.is_damped = any(scene.damping)
         self.gradient = make_ball(scene.gradient, -2 * time)
         self.is_shaken = bool(amplitude) and any(body.com)
@@ -133,7 +144,7 @@ class Equations:
         u = w - o if self.is_turning else w
         torque = cross(self.inertia @ w + self.rotor, w)
         if self.is_damped:
-            torque = torque - self.damping * u
+            torque = torque - self.damping @ u
         parts = [make_vector(multiply(q, (arb(0), *u))) * 0.5]
         if self.is_pulled:
             pull = self.weight + self.push * c if self.is_shaken else self.weight
@@ -164,6 +175,20 @@ class Equations:
         """Return attitude and momentum in the user's frame and units."""
         m = (self.inertia @ (self.units * y[:3]) + self.rotor) * arb(2) ** (self.time + self.moment)
         return list(multiply(y[_Q], conjugate(self.axes))), list(turn(y[_Q], m))
+
+
+def _turn_to_axes(values: Balls, inertia: Balls, moments: Array) -> Balls:
+    """Return the matrix with three eigenvalues about the exact principal axes of `inertia`."""
+    try:
+        found = acb_mat(inertia.tolist()).eig()
+    except ValueError:
+        raise ValueError("damping: the principal axes of inertia are not unique") from None
+    roots = sorted((x.real for x in found), key=lambda x: float(x.mid()))
+    a, b, c = (roots[i] for i in moments.argsort().argsort())
+    factors = [inertia - np.diag(make_vector((x, x, x))) for x in (a, b, c)]
+    scales = (b - a) * (c - a), (c - b) * (a - b), (a - c) * (b - c)
+    parts = (factors[i - 2] @ factors[i - 1] * (values[i] / scales[i]) for i in range(3))
+    return sum(parts)
 
 
 def _round(balls: Balls) -> Array:

@@ -262,10 +262,6 @@ class Path(PathBase, TableExportMethods):
         digits  as in kreisel.enclose, which this method compares with the path
 
         Raises ValueError for many tops and for a path that does not begin at t = 0.
-
-            >>> import kreisel as kr
-            >>> kr.solve(kr.scenes.asymmetric, [5.0, 10.0]).verify().error < 1e-14
-            True
         """
         check_is_one("verify needs", self)
         if self.start_time:
