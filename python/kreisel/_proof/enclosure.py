@@ -139,8 +139,9 @@ def enclose(scene: Scene, t: Numbers, *, digits: int = 45) -> Enclosure:
     >>> bool(kr.enclose(kr.scenes.asymmetric, [5.0, 10.0]).radius.max() < 1e-35)
     True
 
-    Raises TypeError for many tops, ValueError for dry friction, and if there is no proof with so
-    many digits, and ImportError if python-flint is not installed.
+    Raises TypeError for many tops. Raises ValueError for dry friction, for different damping about
+    axes that are not unique, and if there is no proof with so many digits. Raises ImportError if
+    python-flint is not installed.
     """
     validate_one_top("scene", scene)
     times = time_array(t, None, None)
