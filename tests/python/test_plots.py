@@ -404,7 +404,7 @@ def test_maps_show_the_value_of_each_top():
     centres = np.asarray(0.5 * (corners[1:, 1:] + corners[:-1, :-1]))
     expected = np.stack(np.meshgrid([0.0, 1.0], [0.5, 1.0, 1.5]), axis=-1)
     assert centres == pytest.approx(expected)
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("spin", "gravity")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("spin [rad/s]", "gravity [L s⁻²]")
     assert axes.figure.axes[1].get_ylabel() == "largest exponent [s⁻¹], t = 100"
     doubtful = expected[indicator.is_doubtful]
     assert sorted(axes.lines[0].get_xydata().tolist()) == sorted(doubtful.tolist())

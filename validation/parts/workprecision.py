@@ -7,7 +7,7 @@ from ..competitors.method_families import group_methods
 from ..drawing.curves import draw_curves
 from ..drawing.style import LEAST, choose_line_styles
 from . import advice, fastest, late_states, scene_runs, scene_table
-from .formatting import format_power, join_words
+from .formatting import format_power
 from .part import write_csv
 
 QUANTITIES = {
@@ -113,13 +113,6 @@ def scene_context(comparison, problem, end, families):
     leaders = choose_line_styles(find_leaders(groups, own, OVERVIEWS), YARDSTICK)
     small = {"size": (4.6, 2.7), "ticks": (4, 9)}
     return scene_table.scene_context(problem, end) | {
-        "best": name_methods(
-            (target, hit) for _, target, hit, _ in fastest.run_races(rows, [problem.name])
-        ),
-        "fixed": name_methods(
-            (target, fastest.fastest_with_step(rows, problem.name, target))
-            for target in fastest.TARGETS
-        ),
         "panels": [
             (title, draw_costs(groups, *MAIN, choose_line_styles(*family), floors[MAIN[0]]))
             for title, family in families.items()
@@ -135,15 +128,6 @@ def scene_context(comparison, problem, end, families):
         "times": list(fastest.times_to_targets(rows, problem.name)),
         "late": late and late_states.late_context(late),
     }
-
-
-def name_methods(hits):
-    """Return a dictionary of the methods of runs, each with a list of target errors in words."""
-    targets = {}
-    for target, hit in hits:
-        if hit:
-            targets.setdefault(hit.method, []).append(format_power(target))
-    return {name: join_words(own) for name, own in targets.items()}
 
 
 def summarize_races(comparison):

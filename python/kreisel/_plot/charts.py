@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import body_symmetry
+from .._model.parameters import get_parameter_unit
 from .._model.scene import Scene
 from .._model.starts import compute_turning_points
 from .._utils.arguments import Array, as_bool, as_unit_name, optional_dependency, short_repr
@@ -440,13 +441,15 @@ def draw_chaos_indicator_map(chaos: Any, name: str, axes: Axes | None, unit: str
     """Plot the final values of an indicator over two parameters; dots mark borderline cases."""
     chart = open_chart(axes)
     values = getattr(chaos, f"{name}_curve")[..., -1]
-    axes_of_map = []  # the name of each parameter, and its monotonic values or else its indices
+    axes_of_map = []  # the label of each parameter, and its monotonic values or else its indices
     for name_of_axis, n in zip(chaos.scene.axes, values.shape, strict=True):
         numbers = np.ravel(chaos.scene.coords.get(name_of_axis, ())).astype(np.float64)
+        dimension = get_parameter_unit(name_of_axis, chaos.scene._in_degrees)
         steps = np.diff(numbers)
         if len(numbers) != n or not ((steps > 0.0).all() or (steps < 0.0).all()):
-            numbers = np.arange(n, dtype=np.float64)
-        axes_of_map.append((name_of_axis.replace("_", " "), numbers))
+            numbers, dimension = np.arange(n, dtype=np.float64), ""
+        label = format_axis_label(name_of_axis.replace("_", " "), dimension, unit)
+        axes_of_map.append((label, numbers))
     (y_name, y), (x_name, x) = axes_of_map
     scale: Normalize = Normalize()
     if name != "lyapunov":
