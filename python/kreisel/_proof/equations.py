@@ -95,8 +95,8 @@ class Equations:
         # the body along the axes
         self.axes = normalize(make_balls(body.axes))
         turned = np.array([turn(self.axes, (x, y, z)) for x, y, z in np.eye(3).tolist()])
-        tensor = [make_balls(row, -moment - 1) for row in body._tensors + body._tensors.T]
-        self.inertia: Balls = turned @ np.array(tensor) @ turned.T
+        half = np.array([make_balls(row, -moment - 1) for row in body._tensors])
+        self.inertia: Balls = turned @ (half + half.T) @ turned.T
         cofactors = [cross(self.inertia[i - 2], self.inertia[i - 1]) for i in range(3)]
         self.inverse: Balls = np.array(cofactors) / (self.inertia[0] @ cofactors[0])
         self.rotor = turned @ make_balls(body.rotor, -time - moment)
