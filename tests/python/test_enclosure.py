@@ -185,8 +185,7 @@ def test_errors_of_closed_forms_are_proved(name):
 # The inequalities (1) to (5) of a step
 
 
-def length(values):
-    """Return a fraction just below the Euclidean length."""
+def length(values):  # a fraction just below the Euclidean length
     return Fraction(math.isqrt(int(sum(x * x for x in np.ravel(values)) * 4**300)), 2**300)
 
 

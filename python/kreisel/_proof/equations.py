@@ -112,8 +112,7 @@ class Equations:
         self.is_damped = any(scene.damping)
         self.gradient = make_ball(scene.gradient, -2 * time)
         self.is_shaken = bool(amplitude) and any(body.com)
-        has_weight = any(body.com) and scene.gravity != 0.0
-        self.is_pulled = has_weight or scene.gradient != 0.0 or self.is_shaken
+        self.is_pulled = bool(scene.gradient or (any(body.com) and scene.gravity)) or self.is_shaken
         self.is_turning = any(scene.turning)
 
         # the start
