@@ -8,13 +8,11 @@ import kreisel as kr
 import numpy as np
 
 from ..competitors import timing
-from ..competitors.single_runs import choose_setting
-from ..references.problems import load_problem
 from .part import write_csv
 from .tasks import Task
 
-STEPS, STEP, TOL = 4000, 2.0**-6, 1e-9
-LEAST_OF_FORMS, LEAST_OF_OMISSIONS = 5, 12  # minimum numbers of timing rounds
+TOL = 1e-9
+LEAST_ROUNDS = 12  # of timing
 STATES = 1000
 WANT = ("nutation", "energy")  # quantities that are invariant under rotations about the vertical
 QUANTITIES = (
@@ -23,33 +21,12 @@ QUANTITIES = (
 )
 UNEQUAL = 1 + 1e-9
 SPLIT = "suzuki4"  # a fixed-step method with a special form for symmetric bodies
-GRAVITY, GENERAL_FORM = "gravity", "the general form of the body"
-FORMS = ("general form", "symmetric form", "no gravity")
-SAVINGS = {
-    "the general form of a symmetric body": ("general form", "symmetric form"),
-    "gravity": ("symmetric form", "no gravity"),
-}
 
 
 def make_asymmetric(problem):
     """Return a top with unequal moments of inertia, so that no method can exploit the symmetry."""
     i1, i2, i3 = problem.inertia
     return replace(problem, user=None, inertia=(i1, i2 * UNEQUAL, i3)).to_scene()
-
-
-def measure_forms(rounds):
-    """Measure the run time of each method with and without gravity and symmetry."""
-    problem, calls, keys = load_problem("thesis"), [], []
-    scene = problem.to_scene()
-    scenes = make_asymmetric(problem), scene, scene.replace(gravity=0.0)
-    for form, scene in zip(FORMS, scenes, strict=True):
-        for method in kr.methods.values():
-            if method.suits(scene):
-                words = choose_setting(method, STEP, TOL).keywords
-                keys.append({"kind": "form", "name": method.name, "case": form})
-                calls.append(partial(kr.solve, scene, STEPS * STEP, method.name, **words))
-    seconds = timing.best_times(calls, rounds, trials=2)
-    return [key | {"seconds": each} for key, each in zip(keys, seconds, strict=True)]
 
 
 def path_bytes(path):
@@ -70,10 +47,13 @@ def list_omissions(problem, end):
         return lambda: count(kr.solve(scene, t, **words))
 
     series = partial(make_run, scene, method="taylor", tol=TOL)
-    yield GRAVITY, make_run(scene), make_run(scene.replace(gravity=0.0))
+    yield "gravity", make_run(scene), make_run(scene.replace(gravity=0.0))
     if problem.symmetric:
         tops = make_asymmetric(problem), scene
-        yield GENERAL_FORM, *(make_run(top, end, method=SPLIT, step=step) for top in tops)
+        yield (
+            "the general form of a symmetric body",
+            *(make_run(top, end, method=SPLIT, step=step) for top in tops),
+        )
     yield "attitude", series(want=(*WANT, "q")), series(want=WANT)
     yield "intermediate states", series(), series(t=end)
     yield "quantities not requested", series(count=bytes_with_quantities), series()
@@ -104,53 +84,27 @@ def measure_scene(problem, end, rounds):
 
 
 def list_tasks(problems, size, store):
-    rounds = size.rounds if size.quick else max(LEAST_OF_FORMS, size.rounds)
-    yield Task("left out/form", partial(measure_forms, rounds), 1.0)
-    rounds = size.rounds if size.quick else max(LEAST_OF_OMISSIONS, size.rounds)
+    rounds = size.rounds if size.quick else max(LEAST_ROUNDS, size.rounds)
     for problem, end in problems:
         yield Task(f"omissions/{problem.name}", partial(measure_scene, problem, end, rounds), 0.3)
 
 
 def load_findings(problems, store):
-    """Return the rows of all methods, and the measurements of all scenes."""
-    rows = [row for of_form in store.under("left out/") for row in of_form]
-    scenes = store.under("omissions/")
-    return (rows, scenes) if rows or scenes else None
+    return store.under("omissions/")
 
 
-def build_context(findings):
-    rows, scenes = findings
-    lines = {}  # run times [s] of each method with and without gravity and symmetry
-    for row in rows:
-        lines.setdefault(row["name"], {})[row["case"]] = row["seconds"]
-    speedups = {
-        omission: [
-            line[before] / line[after] for line in lines.values() if {before, after} <= set(line)
-        ]
-        for omission, (before, after) in SAVINGS.items()
-    }
+def build_context(scenes):
+    speedups = {}
     for row in (row for scene in scenes for row in scene["rows"]):
-        if row["case"] not in (GRAVITY, GENERAL_FORM):
-            speedups.setdefault(row["case"], []).append(row["seconds_with"] / row["seconds"])
+        speedups.setdefault(row["case"], []).append(row["seconds_with"] / row["seconds"])
+    savings = {name: (median(own), own) for name, own in speedups.items()}
     return {
-        "forms": FORMS,
-        "lines": lines,
         "omissions": scenes,
         "wanted": WANT,
         "states": STATES,
-        "savings": dict(
-            sorted(
-                ((name, (median(own), own)) for name, own in speedups.items() if own),
-                key=lambda saving: -saving[1][0],
-            )
-        ),
+        "savings": dict(sorted(savings.items(), key=lambda saving: -saving[1][0])),
     }
 
 
-def list_files(findings, metadata):
-    rows, scenes = findings
-    yield "omissions.csv", write_csv([*rows, *(row for scene in scenes for row in scene["rows"])])
-
-
-def list_methods(findings):
-    return {row["name"] for row in findings[0]}
+def list_files(scenes, metadata):
+    yield "omissions.csv", write_csv(row for scene in scenes for row in scene["rows"])

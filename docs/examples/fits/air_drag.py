@@ -31,4 +31,4 @@ print(fit)
 name = fit.names[-1]
 print(f"about the axis: {fit.values[name]:.3e} +- {fit.error[name]:.1e}, truth 1.7e-06")
 
-fit.plot()
+fit.plot(time_unit="s")

@@ -35,4 +35,4 @@ for name, (value, error) in fit.moment_ratios.items():
     exact = phone.moments[i] / phone.moments[j]
     print(f"{name} = {value:.4f} +- {error:.4f}, cuboid {exact:.4f}")
 
-fit.plot()
+fit.plot(time_unit="s")
