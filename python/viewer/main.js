@@ -140,7 +140,8 @@ function drawFrame(now) {
 }
 function showTime(rate) {
   const more = page.goal ? ` → ${page.goal / TICKS}` : "";
-  getElement("clock").textContent = `t = ${(page.clock / TICKS).toFixed(2)}${more} s`;
+  const digits = page.scene.speed < 0.2 ? 3 : 2;
+  getElement("clock").textContent = `t = ${(page.clock / TICKS).toFixed(digits)}${more} s`;
   const slow =
     rate && `slower than the chosen pace: ${rate.toPrecision(2)} s per second`;
   getElement("clock").title = slow || "time";

@@ -72,7 +72,7 @@ export class Panel {
   draw() {
     const { origin } = this.page;
     // a new scene
-    if (this.origin !== origin) Object.assign(this, { origin, sliderEnds: {}, mostSpin: null });
+    if (this.origin !== origin) Object.assign(this, { origin, sliderEnds: {}, most: this.chooseEnds() });
     const parts = [this.renderHand(), this.renderHeader(), this.renderChart()];
     render([...parts, ...this.renderSections()], this.place);
     letKeysScroll(document.getElementById("about"));
@@ -190,14 +190,26 @@ export class Panel {
       ${renderExercises(page, this.choosePreset)}
     </header>`;
   }
-  // Render the sliders that come first. That of the spin reaches beyond the spin of the scene.
+  // Return the ends of sliders, for the momentum and the angular velocity of the scene.
+  chooseEnds() {
+    const { page } = this;
+    const rate = Math.hypot(...simulation.getVelocity(page.findLiveTop()));
+    const size = Math.hypot(...page.readLiveState().slice(5));
+    return {
+      spin: roundUp(2.5 * Math.max(4, Math.abs(this.getValue("spin")) || 0)),
+      friction: roundUp(0.01 * size * rate) || 2,
+      damping: roundUp(0.02 * size) || 0.2,
+      rotor: roundUp(2 * size) || 20,
+    };
+  }
+  // Render the sliders that come first.
   renderHand() {
     const { page } = this;
-    this.mostSpin ??= roundUp(2.5 * Math.max(4, Math.abs(this.getValue("spin")) || 0));
     const renderGravity = ([name, g]) => html`<button aria-pressed=${page.scene.gravity === g}
       @click=${() => page.setValue("gravity", g)}>${name}</button>`;
+    const { most } = this;
     return html`<section id="hand" aria-label="Spin, tilt and gravity">
-      ${this.renderSlider("Spin", "spin", { max: this.mostSpin, step: this.mostSpin / 200 })}
+      ${this.renderSlider("Spin", "spin", { max: most.spin, step: most.spin / 200 })}
       ${this.renderSlider("Tilt [°]", "tilt", { max: 180, step: 1 })}
       ${this.renderSlider("Gravity", "gravity", { max: 25 })}
       <div class="row" role="group" aria-label="Gravity of">${GRAVITIES.map(renderGravity)}</div>
@@ -248,13 +260,14 @@ export class Panel {
   }
   renderMotion() {
     const number = (axis, k) => this.renderNumber(`Momentum, ${axis} component`, `momentum.${k}`);
+    const { friction, damping } = this.most;
     const jumpToField = ({ target }) => (
       this.page.jumpTo(target.valueAsNumber),
       (target.value = "")
     );
     return [
-      this.renderSlider("Friction", "friction", { max: 2, step: 0.02 }),
-      this.renderSlider("Damping", "damping", { max: 0.2, step: 0.002 }),
+      this.renderSlider("Friction", "friction", { max: friction, step: friction / 100 }),
+      this.renderSlider("Damping", "damping", { max: damping, step: damping / 100 }),
       this.renderSlider("Turntable", "turning.2", { min: -2, max: 2, step: 0.05 }),
       this.renderCheckbox("Seen from the room around the turntable", "show.room", "U"),
       this.renderPair(
@@ -271,6 +284,7 @@ export class Panel {
   renderBody() {
     const { mass, moments, com } = this.page.body;
     const { bodySize } = this.page.view;
+    const { rotor } = this.most;
     const formatShort = (x) => +dropRounding(x, bodySize).toPrecision(4);
     const all = (numbers) => numbers.map(formatShort).join(", ");
     const toCapital = (first) => first.replace("_", "-").toUpperCase();
@@ -284,7 +298,7 @@ export class Panel {
       three("Fixed point, from the centre", "body.pivot"),
       html`<div class="pairs">${this.renderPair("Mass", this.renderNumber("Mass, number", "mass"))}
         ${this.renderPair("Density", this.renderNumber("Density, number", "density"))}</div>`,
-      this.renderSlider("Rotor", "rotor.2", { min: -20, max: 20 }),
+      this.renderSlider("Rotor", "rotor.2", { min: -rotor, max: rotor, step: rotor / 200 }),
       this.renderCheckbox("Corners move the fixed point (or Alt, middle button)", "corners"),
       html`<p id="body">${kind} top: mass ${formatShort(mass)}, moments ${all(moments)},
         centre of mass ${all(com)} (along N, B, T)</p>`,

@@ -6,7 +6,7 @@ import presets from "./presets.json";
 import { COLOURS, completeScene, findSuitable } from "./scene.js";
 import { findContact } from "./setters.js";
 
-const [STEP, SPAN] = [0.05, 12]; // of a trace [T]; a speed of the scene above 1 multiplies its span
+const [STEP, SPAN] = [0.05, 12]; // of a trace at the pace ×1 [T]; faster ones have the same step
 const METHODS = ["exact", "strang", "taylor"]; // the first suitable one
 const ELEVATION = Math.PI / 4; // of the eye
 const [COS, SIN] = [Math.cos(ELEVATION), Math.sin(ELEVATION)];
@@ -34,13 +34,14 @@ function computeLines(preset) {
   const method = methods.get(findSuitable(METHODS, scene, body));
   const contact = findContact(scene, body);
   const starts = [[...scene.attitude, ...scene.momentum], ...(scene.second ? [scene.second] : [])];
+  const step = STEP * Math.min(1, scene.speed);
   for (const start of starts) {
     const [q, m] = [start.slice(0, 4), start.slice(4)];
-    simulation.addTop(body, scene, q, m, method, STEP * TICKS, FULL_DIGITS, -1);
+    simulation.addTop(body, scene, q, m, method, step * TICKS, FULL_DIGITS, -1);
     if (contact !== null) simulation.setFloor(contact);
   }
-  const span = SPAN * Math.max(1, scene.speed);
-  simulation.advance(span * TICKS, (2 * span) / STEP);
+  const span = SPAN * scene.speed;
+  simulation.advance(span * TICKS, (2 * span) / step);
   const { rod } = scene.show;
   const lines = starts.map((_, i) => (rod ? makeRodLine(readTrace(i)) : readTrace(i)).map(project));
   return { lines, isTrace: !rod };

@@ -251,7 +251,7 @@ export class View {
     top.sphere.scale.setScalar(traceRadius);
     top.axes.update(this.page.body, zoom, 0.8 * this.bodySize * zoom);
     // Bounded, so that it fits into the picture for any gravity.
-    top.p.pointTo(0, 0, (2.4 * gravity) / (4 + Math.abs(gravity)));
+    top.p.pointTo(0, 0, (2.4 * gravity) / (9.81 + Math.abs(gravity)));
     top.stand.visible = gravity !== 0 && this.page.scene.show.solid !== "none";
   }
   // Return the height of the floor: at the tip, or lower if the body needs room.

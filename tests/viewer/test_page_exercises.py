@@ -54,7 +54,7 @@ def test_the_axis_moves_as_described(page):
         assert page.read_exact().motion_type == course, (preset, exercise)
 
 
-@pytest.mark.parametrize("exercise", [None, "14.6 and 13.8", "Both fast"])
+@pytest.mark.parametrize("exercise", [None, "146 and 137", "Both fast"])
 def test_the_sleeping_tops_sleep_above_the_critical_spin(page, exercise):
     page.open_exercise("Sleeping top", exercise)
     critical = page.read_exact().critical_spin

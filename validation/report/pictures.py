@@ -12,7 +12,7 @@ SOFTWARE = ("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftsha
 HAS_THUMBNAILS = (
     "[...document.querySelectorAll('#presets svg')].every(svg => svg.childElementCount)"
 )
-UNTIL = 9  # time of the motion in the picture of the viewer
+UNTIL = 0.86  # time of the motion in the picture of the viewer [s]
 
 
 def main():
