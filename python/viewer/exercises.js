@@ -80,6 +80,9 @@ export function describeStart({ scene, origin }) {
   return isChanged ? `changed by “${exercise.title}”` : "as given";
 }
 
+// Render a link to the story of the current preset, if it has one.
+export const renderStoryLink = (scene) =>
+  findPreset(scene)?.story ? html`<a class="beat" href="#story">Why? In one minute ▸</a>` : "";
 // Render the buttons of the current preset.
 export function renderExercises(page, choosePreset) {
   const preset = findPreset({ name: page.scene.name.replace(/, changed$/, "") });

@@ -15,6 +15,7 @@ import { Panel } from "./panel.js";
 import presets from "./presets.json";
 import { completeScene } from "./scene.js";
 import { ShareDialog } from "./share.js";
+import { Story } from "./story.js";
 import { drawThumbnails } from "./thumbnails.js";
 import { View } from "./view.js";
 
@@ -168,11 +169,14 @@ function tryToOpen(open) {
   }
 }
 tryToOpen(() => page.load(decodeScene(location.hash) || JSON.parse(getElement("scene").textContent) || presets[0]));
+const story = new Story(getElement("story"), choosePreset);
 function openLink() {
+  if (story.follow(location.hash)) return;
   const scene = decodeScene(location.hash);
   if (scene !== null) page.replaceScene(completeScene(scene));
 }
 addEventListener("hashchange", () => tryToOpen(openLink));
+tryToOpen(() => story.follow(location.hash));
 new ResizeObserver(() => charts.build()).observe(getElement("panel"));
 // Inside a frame the motion waits, and the wheel scrolls the outer page until a click.
 const isInFrame = window.parent !== window;

@@ -6,7 +6,7 @@ import { findMeasure, simulation } from "./core.js";
 import { saveText } from "./storage.js";
 import presets from "./presets.json";
 import { getValue } from "./setters.js";
-import { describeScene, describeStart, findExercise, renderExercises } from "./exercises.js";
+import { describeScene, describeStart, findExercise, renderExercises, renderStoryLink } from "./exercises.js";
 import { renderThumbnails, showThumbnail } from "./thumbnails.js";
 import { toPython } from "./text_export.js";
 
@@ -186,6 +186,7 @@ export class Panel {
     return html`<header>
       ${renderThumbnails(known, this.choosePreset)}
       <h2 id="preset">${known < 0 ? "" : known + 1} ${page.scene.name}</h2>
+      ${renderStoryLink(page.scene)}
       <div id="about">${title ? html`<h3>${title}</h3>` : ""}<p>${describeScene(page)}</p></div>
       ${renderExercises(page, this.choosePreset)}
     </header>`;

@@ -110,7 +110,8 @@ def turn_description(settings, turn):
 
 
 SWIPE = """([pointerType, [dx, dy], ...handle]) => {
-    const {canvas} = kreisel.view, [x, y] = kreisel.locate(...handle);
+    const {canvas} = kreisel.view;
+    const [x, y] = isNaN(handle[0][0]) ? kreisel.locate(...handle) : handle[0];
     const points = [0, 0.5, 1, 1].map((k) => [x + k * dx, y + k * dy]);
     canvas.setPointerCapture = canvas.releasePointerCapture = () => {};
     const touch = {pointerId: 7, pointerType, button: 0, buttons: 1, isPrimary: true};
@@ -254,7 +255,7 @@ class Viewer:
             self.keyboard.up(key)
 
     def swipe(self, kind, offset, pointer="touch", number=0):
-        """Move a finger from a handle."""
+        """Move a finger from a handle, or from a place in the window."""
         self.evaluate(SWIPE, [pointer, offset, kind, 0, number])
 
     def download(self, name, file):

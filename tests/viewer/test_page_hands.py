@@ -173,16 +173,13 @@ def test_a_swipe_along_the_rim_gives_spin_alone(page, pointer, way):
     page.load("A spinning top")
     page.advance(2)
     state = page.read_states()[0]
-    # Below the head of m, the front of the rim is met first from below.
-    front = page.evaluate("""(() => {
+    front = page.evaluate("""(() => {  // the rim below the tip of m
         const [x, low] = kreisel.locate('tip'), {drags} = kreisel;
         for (let clientY = 700; clientY > low; clientY -= 3)
             if (drags.findPart({clientX: x, clientY, pointerType: 'touch'})?.part === 'rim')
                 return [x, clientY - 6];
     })()""")
-    once = "kreisel.locate = () => (Object.assign(kreisel, {locate}), at)"
-    page.evaluate(f"(at) => {{ const {{locate}} = kreisel; {once}; }}", front)
-    page.swipe("rim", (way, 0), pointer)
+    page.swipe(front, (way, 0), pointer)
     page.evaluate("kreisel.page.setRunning(false)")
     scene = page.read_scene()
     assert scene["taken"] == 2 and scene["attitude"] == pytest.approx(state[1:5], abs=1e-12)
