@@ -268,13 +268,10 @@ def test_seen_from_the_room_the_north_rests_and_the_table_turns(page):
 @pytest.mark.parametrize("exercise", [None, "Start it to the south"])
 def test_a_gyrocompass_comes_to_rest_pointing_north(page, exercise):
     page.open_exercise("Gyrocompass", exercise)
-    axis = kr.quaternion.turn(page.read_scene()["attitude"], (-1, 0, 0))
     page.advance(60)
-    rotor = kr.quaternion.turn(page.read_states()[0][1:5], (-1, 0, 0))
+    x, y, _ = kr.quaternion.turn(page.read_states()[0][1:5], (-1, 0, 0))  # of the rotor
     north = page.evaluate("(kreisel.view.render(), kreisel.view.floor.findNorth())")
-    for vector, least, most in ((axis, 80, 181), (rotor, 0, 0.5)):
-        heading = np.angle(complex(*vector[:2]) / complex(north["x"], north["y"]), deg=True)
-        assert least <= abs(heading) <= most
+    assert abs(np.angle(complex(x, y) / complex(north["x"], north["y"]), deg=True)) < 0.5
 
 
 @pytest.mark.parametrize("size", [WIDE, PHONE])
