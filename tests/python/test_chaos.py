@@ -196,6 +196,7 @@ def test_tables_and_copies_have_the_values_of_each_top():
 # Refusals: callable, valid arguments, argument, bad value, exception, word
 
 VALID = {"scene": TOP, "t": 1.0}
+SHAKEN = TOP.replace(shaking=(0.1, 3.0, 0.0))
 START = kr.solve(TOP, [0.0])
 FLOW = [*START.body_velocity[0].tolist(), *START.torque[0].tolist()]
 TURN = [*START.body_vertical[0].tolist(), *np.cross((0, 0, 1), START.m[0]).tolist()]
@@ -209,6 +210,9 @@ REFUSALS = [
     (kr.chaos, VALID, "scene", 3, TypeError, "Scene"),
     (kr.chaos, VALID, "scene", TOP.replace(damping=0.1), ValueError, "damped"),
     (kr.chaos, VALID | {"t": 100.0}, "max_steps", 3, kr.Error, "steps"),
+    (kr.chaos, {"scene": kr.scenes.tumbler, "t": 100.0}, "max_steps", 3, kr.Error, "steps"),
+    (kr.chaos, VALID | {"scene": SHAKEN}, "direction", TURN, ValueError, "direction"),
+    (kr.chaos, VALID, "scene", TOP.replace(friction=0.1), ValueError, "friction"),
 ]
 
 

@@ -84,6 +84,9 @@ SCENE = {"body": SYMMETRIC, "momentum": (0.1, 0.2, 0.3), "gravity": 1}
 AT = {"pivot": (0, 0, 0)}
 WHEELED = GENERAL.with_wheel(inertia=0.1, axis=(0, 0, 1), rate=5)
 WITH_WHEEL = kr.Scene(WHEELED, (0.1, 0.2, 0.3), gravity=1)
+BARE_WHEEL = kr.Scene(
+    SYMMETRIC.with_wheel(inertia=1, axis=(0, 0, 1), rate=5), (0.1, 0.2, 0.3), gravity=1
+)
 OBLIQUE = CONE.with_rotor(spin=3, inertia=0.1, axis=(1, 0, 0))
 INTEGRALS = {"body": CONE, "energy": 12.0, "vertical": 1.5, "axial": 2.0, "gravity": 1}
 WANTED = {"body": CONE, "tilt": 0.3, "precession": 0.2, "steady": True, "gravity": 1}
@@ -174,6 +177,7 @@ VALUE_ERRORS = [
     (kr.events.crossing, {"function": "m_x"}, {"where": {"m_x": 0}}, "where is zero"),
     (kr.events.wheel_rate, {"scene": WITH_WHEEL}, {"index": 1}, "has 1 wheel"),
     (kr.events.wheel_rate, {"scene": WITH_WHEEL}, {"scene": TOP}, "has 0 wheels"),
+    (kr.events.wheel_rate, {"scene": WITH_WHEEL}, {"scene": BARE_WHEEL}, "is constant"),
     (kr.solve, SOLVE, {"t": [1, -1]}, "t[0] = 1.0 goes back from the start"),
     (kr.solve, SOLVE, {"t": [*range(777), NAN]}, "t[777] = nan"),
     (kr.solve, SOLVE, {"t": 1e300}, "cannot resolve"),

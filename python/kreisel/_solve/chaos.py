@@ -374,7 +374,7 @@ def _follow_tangent(
         size = np.linalg.norm(rest, axis=-1)
         is_known = size[0] <= 1e-10 * np.linalg.norm(tangent / units)
         if is_known or not np.isfinite(size).all():
-            status = "ERR_TANGENT"
+            status = "ERR_ARGUMENT" if is_known else "ERR_TANGENT"
             break
         if work is not None and work.stopped:
             status = "ERR_INTERRUPTED"
