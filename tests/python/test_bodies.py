@@ -170,6 +170,27 @@ def test_model_files_give_the_inertia_of_a_link(root, link, inertial, turn, tmp_
             kr.Body.from_model(file, wrong)
 
 
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("<robot>", "neither"),
+        ("<sdf/>", "its root is sdf"),
+        ("<robot/>", "0 bodies with inertial data"),
+        (
+            '<robot><link name="top"><inertial><mass/></inertial></link></robot>',
+            "value must have 1",
+        ),
+        ('<mujoco><body name="top"><inertial euler="0 0 1"/></body></mujoco>', "as quat"),
+        ('<mujoco><body><inertial mass="1" pos="0 0 0" quat="0 0 0 0"/></body></mujoco>', "zero"),
+    ],
+)
+def test_model_files_without_inertial_data_are_refused(text, word, tmp_path):
+    file = tmp_path / "model.xml"
+    file.write_text(text)
+    with pytest.raises(ValueError, match=word):
+        kr.Body.from_model(file)
+
+
 # Sums, shifts, turns
 
 

@@ -87,6 +87,8 @@ WITH_WHEEL = kr.Scene(WHEELED, (0.1, 0.2, 0.3), gravity=1)
 BARE_WHEEL = kr.Scene(
     SYMMETRIC.with_wheel(inertia=1, axis=(0, 0, 1), rate=5), (0.1, 0.2, 0.3), gravity=1
 )
+RUN = {"t": [0, 1], "q": [[1, 0, 0, 0]] * 2}
+SCORE = {"results": RUN, "case": "tumble"}
 OBLIQUE = CONE.with_rotor(spin=3, inertia=0.1, axis=(1, 0, 0))
 INTEGRALS = {"body": CONE, "energy": 12.0, "vertical": 1.5, "axial": 2.0, "gravity": 1}
 WANTED = {"body": CONE, "tilt": 0.3, "precession": 0.2, "steady": True, "gravity": 1}
@@ -174,6 +176,13 @@ VALUE_ERRORS = [
     (kr.starts, STARTS, {"grid": (1, 1, 1), "energy": -3.9}, "finer grid"),
     (kr.starts, STARTS, {"n": 3, "vertical": 1e200}, "too large"),
     (kr.starts, STARTS, {"grid": (2, 2), "gravity": 1e200}, "too large"),
+    (kr.citation, {"result": "strang"}, {"result": "strng"}, "did you mean 'strang'"),
+    (kr.score, SCORE, {"results": {**RUN, "time": [0, 1]}}, "several columns are t"),
+    (kr.score, SCORE, {"results": {"t": [0, 1]}}, "no column qw"),
+    (kr.score, SCORE, {"results": {**RUN, "t": [0, 1, 2]}}, "equal length"),
+    (kr.score, SCORE, {"results": {**RUN, "q": [[NAN] * 4] * 2}}, "finite"),
+    (kr.score, SCORE, {"results": {**RUN, "t": [1, 0]}}, "ascend"),
+    (kr.score, SCORE, {"results": {**RUN, "q": [[9, 0, 0, 0]] * 2}}, "norm"),
     (kr.events.crossing, {"function": "m_x"}, {"where": {"m_x": 0}}, "where is zero"),
     (kr.events.wheel_rate, {"scene": WITH_WHEEL}, {"index": 1}, "has 1 wheel"),
     (kr.events.wheel_rate, {"scene": WITH_WHEEL}, {"scene": TOP}, "has 0 wheels"),

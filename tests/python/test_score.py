@@ -133,6 +133,25 @@ def test_the_mistake_in_the_attitudes_is_named(mistake, relabel, tmp_path):
     assert kr.score(write(tmp_path / "asymmetric_top.csv", t, relabel(q))).mistakes == (mistake,)
 
 
+@pytest.mark.parametrize(
+    ("case", "mistake"),
+    [
+        ("friction", "no friction"),
+        ("turning_support", "support at rest"),
+        ("shaking_support", "support does not shake"),
+        ("damped", "no damping"),
+    ],
+)
+def test_an_effect_that_is_left_out_is_named(case, mistake):
+    file = json.loads((SUITE / f"{case}.json").read_text())
+    words, start = file["parameters"], file["initial"]
+    body = kr.Body(words["mass"], words["inertia"], words["center_of_mass"], unphysical=True)
+    velocity = {"body_velocity": start["angular_velocity"], "attitude": start["attitude"]}
+    t = np.linspace(0.0, 3.0, 151)
+    path = kr.solve(kr.Scene(body, **velocity, gravity=words["gravity"]), t)
+    assert mistake in kr.score({"t": t, "q": path.q}, case).mistakes
+
+
 def test_two_mistakes_at_once_are_named(tmp_path):
     t, q, _ = simulate("asymmetric_top", "no gravity")
     score = kr.score(write(tmp_path / "asymmetric_top.csv", t, q * [1, -1, -1, -1]))
