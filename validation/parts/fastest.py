@@ -1,5 +1,7 @@
 """The fastest methods for given target errors, and tables of their run times."""
 
+from rich.table import Table
+
 from .formatting import format_digits, format_milliseconds, format_power
 from .scene_runs import group_by_method
 
@@ -113,3 +115,16 @@ def summarize_races(rows, scenes):
             "method": own.method if own else "",
             "others": [format_milliseconds(hit and hit.seconds) for hit in others.values()],
         }
+
+
+def make_terminal_table(rows, scene, end):
+    title = f"{scene} to t = {end:g}: run time \\[ms] for an attitude error of"
+    table = Table(title=title, title_justify="left")
+    table.add_column("method")
+    for target in TARGETS:
+        table.add_column(f"{format_power(target)} rad", justify="right")
+    table.add_column("smallest", justify="right")
+    for name, smallest, cells in times_to_targets(rows, scene):
+        texts = [f"[bold]{text}[/]" if is_fastest else text for text, is_fastest in cells]
+        table.add_row(name, *texts, smallest)
+    return table

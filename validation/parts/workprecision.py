@@ -215,6 +215,8 @@ def list_files(comparison, metadata):
 
 
 def terminal_lines(comparison):
+    for problem, end in comparison.problems:
+        yield fastest.make_terminal_table(comparison.rows, problem.name, end)
     spread = describe_timing(comparison.rows)["spread"]
     yield f"quartiles of the times {spread} apart, median over the runs"
 
