@@ -9,7 +9,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from validation.competitors import ensemble_runs, equal_error, peak, timing
+from validation.competitors import ensemble_runs, equal_error, timing
 from validation.competitors.equal_error import Run
 from validation.competitors.method_families import group_methods
 from validation.competitors.single_runs import EPS, HeyokaRun, Setting
@@ -181,16 +181,6 @@ def test_all_timed_calls_compute_the_same_motion(monkeypatch):
         other.restart(problem).solve(),
         calls.make_solve_call(scene, end, 1e-15)().q[-1],
         *(again().q[-1] for _ in range(3)),
-        calls.FunctionRun(problem, end, 1e-13).solve(),
     ]
     truth = reference.truth_of(problem, end)["attitude"]
     assert all(attitude_error(q, truth) < 1e-9 for q in attitudes)
-
-
-def test_the_operations_of_a_series_are_counted():
-    """Compare the operation count with an explicit count of the products in one Taylor step."""
-    path = kr.solve(kr.scenes.goryachev_chaplygin, [0.01], "taylor", tol=1e-3)
-    assert path.stats.steps == 1
-    terms = [(j, n - j) for n in range(path.plan.order) for j in range(n + 1)]
-    vectors = 4 * 3 + 2 * 3 + 3  # q W, P x W and the products of two components of W
-    assert peak.count_operations(path) == 2 * vectors * len(terms)

@@ -8,7 +8,7 @@ import kreisel as kr
 
 from ..competitors import single_runs
 from ..drawing import verdicts as drawing
-from . import atlas_cases, atlas_cells, stiff_needle, verdicts
+from . import atlas_cases, atlas_cells, verdicts
 from .part import write_csv
 from .tasks import Task
 
@@ -20,13 +20,11 @@ def list_tasks(problems, size, store):
     for case in atlas_cases.list_cases(size.quick):
         weight = 1.5 if case.closed else 0.95
         yield Task(case.key, partial(atlas_cells.make_cells, case), weight)
-    yield from stiff_needle.list_tasks(size)
 
 
 def load_findings(problems, store):
-    """Return the cells of the atlas and the lines of the stiff needle, or None without cells."""
-    cells = [cell for of_case in store.under("atlas/") for cell in of_case]
-    return (cells, stiff_needle.load_findings(store)) if cells else None
+    """Return the cells of the atlas."""
+    return [cell for of_case in store.under("atlas/") for cell in of_case]
 
 
 def column_names(cells):
@@ -89,14 +87,13 @@ def count_verdicts(cells):
         }
 
 
-def build_context(findings):
-    cells, needle_lines = findings
+def build_context(cells):
     counts = list(count_verdicts(cells))
     names = ["silently wrong" if word == verdicts.SILENT else word for word in verdicts.VERDICTS]
     met = [i for i, word in enumerate(verdicts.VERDICTS) if word in verdicts.MET]
     order = sorted(counts, key=lambda line: -sum(line["counts"][i] for i in met))
     complete = [cell for cell in cells if cell["verdict"] in verdicts.CAME_TO_THE_END]
-    return stiff_needle.build_context(needle_lines) | {
+    return {
         "bars": drawing.draw_bars({line["method"]: line["counts"] for line in order}, names),
         "families": list(family_contexts(cells)),
         "counts": counts,
@@ -118,8 +115,7 @@ def build_context(findings):
     }
 
 
-def list_files(findings, metadata):
-    cells, needle_lines = findings
+def list_files(cells, metadata):
     yield (
         "stability.csv",
         write_csv(
@@ -127,12 +123,9 @@ def list_files(findings, metadata):
             for cell in cells
         ),
     )
-    if needle_lines:
-        yield "stiff.csv", write_csv(stiff_needle.list_rows(needle_lines))
 
 
-def terminal_lines(findings):
-    cells, _ = findings
+def terminal_lines(cells):
     silent = [cell for cell in cells if cell["verdict"] == verdicts.SILENT]
     yield f"atlas: {len(cells)} cells, silently wrong: {len(silent)}"
     for cell in silent:
@@ -140,5 +133,5 @@ def terminal_lines(findings):
         yield f"  {place}: {cell['attitude_error']:.0e} rad"
 
 
-def list_methods(findings):
-    return {cell["method"] for cell in findings[0]}
+def list_methods(cells):
+    return {cell["method"] for cell in cells}

@@ -1,9 +1,8 @@
 """Comparison of the run times of kreisel and heyoka for one top at equal error.
 
 Two uses of kreisel are timed: calling kr.solve, and resetting an existing kr.Run. The run times of
-heyoka do not include the compilation of its integrator. For SciPy's DOP853, the right-hand side of
-the equations is compiled by heyoka. Processor times are measured, because other programs hardly
-affect them.
+heyoka do not include the compilation of its integrator. Processor times are measured, because
+other programs hardly affect them.
 
 Run times at equal error are interpolated linearly in the logarithms of time and error. For each
 order of its Taylor series, heyoka is run with only one tolerance.
@@ -14,16 +13,14 @@ from functools import partial
 from math import exp
 from statistics import median
 
-import heyoka as hy
 import kreisel as kr
 import numpy as np
-from scipy.integrate import solve_ivp
 
-from ..competitors import equal_error, machine, peak, timing
+from ..competitors import equal_error, machine, timing
 from ..competitors.single_runs import EPS, HeyokaRun, KreiselRun, Setting
-from ..references import equations, reference
+from ..references import reference
 from ..references.problems import attitude_error, load_problem
-from .formatting import format_digits, format_power
+from .formatting import format_power
 from .part import write_csv
 from .tasks import Task
 
@@ -39,9 +36,8 @@ TARGETS = (1e-3, 1e-6, 1e-9, 0.0)  # attitude errors [rad]; 0 is the smallest th
 METHOD = "taylor"
 TOLERANCES = (*(10.0 ** (-k / 4) for k in range(8, 63)), 2.0**-53)
 ORDERS = range(4, 20)  # orders of heyoka's series, below that of its tightest tolerance
-DECADES = range(4, 14)  # negative exponents of the tolerances of DOP853
 LATEST = 1e4  # a run begins anew at this time, so that its times have enough digits [T]
-SOLVE, RUN, HEYOKA, FUNCTION = "kr.solve", "kr.Run", "heyoka", "heyoka.cfunc"
+SOLVE, RUN, HEYOKA = "kr.solve", "kr.Run", "heyoka"
 
 
 def make_solve_call(scene, end, tol):
@@ -74,19 +70,6 @@ def make_heyoka_call(run):
         return top.state
 
     return call
-
-
-class FunctionRun:
-    """An integration by DOP853, with a right-hand side that heyoka has compiled."""
-
-    def __init__(self, problem, end, tol):
-        system, self.start = equations.build_system(problem)
-        rates = hy.cfunc([rate for _, rate in system], vars=[name for name, _ in system])
-        self.rates, self.end, self.tol = (lambda t, state: rates(state)), end, tol
-
-    def solve(self):
-        words = {"rtol": self.tol, "atol": self.tol, "t_eval": [self.end]}
-        return solve_ivp(self.rates, (0.0, self.end), self.start, "DOP853", **words).y[:4, -1]
 
 
 def processor_time(call, number=1):
@@ -138,18 +121,6 @@ def list_heyoka_runs(problem, end, orders):
     return [HeyokaRun(problem, end, Setting(tol=tol)) for tol in tolerances]
 
 
-def time_function(problem, end, truth):
-    """Return a function that estimates the run time [s] of DOP853 for a given error."""
-    ladder = make_ladder([FunctionRun(problem, end, 10.0**-k) for k in DECADES], truth)
-    samples = [[processor_time(run.solve)] for run, _ in ladder]
-
-    def at(target):
-        (seconds,) = interpolate(ladder, samples, target)
-        return None if np.isnan(seconds) else seconds
-
-    return at
-
-
 def measure_scene(name, rounds, targets=TARGETS, quick=False):
     """Return the run times of all programs for one scene and several errors."""
     end, problem = ENDS[name], load_problem(name)
@@ -159,11 +130,9 @@ def measure_scene(name, rounds, targets=TARGETS, quick=False):
     own = make_ladder(
         [KreiselRun(METHOD, problem, end, Setting(tol=tol)) for tol in TOLERANCES], truth
     )
-    function = time_function(problem, end, truth)
     tightest = equal_error.NEAR * max(peers[-1][1], own[-1][1])
     bands = [
-        measure_band(own, peers, target or tightest, rounds)
-        | {"tightest": not target, "function": function(target or tightest)}
+        measure_band(own, peers, target or tightest, rounds) | {"tightest": not target}
         for target in targets
         if not target or target > tightest
     ]
@@ -172,7 +141,6 @@ def measure_scene(name, rounds, targets=TARGETS, quick=False):
         "end": end,
         "rounds": rounds,
         "processor": f"{machine.processor_name()}, {machine.describe_cores()}",
-        "peak": peak.measure_peak(),
         "bands": bands,
     }
 
@@ -190,32 +158,13 @@ def measure_band(own, peers, target, rounds):
         name: interpolate(theirs if name == HEYOKA else ours, [next(samples) for _ in each], target)
         for name, each in calls.items()
     }
-    work = [[count_operations(run)] for run, _ in ours]
-    (operations,) = interpolate(ours, work, target)
-    return {
-        "error": target,
-        "seconds": seconds,
-        "compiling": theirs[-1][0].setup,
-        "operations": operations,
-    }
-
-
-def count_operations(run):
-    """Return the number of floating-point operations in the Taylor series of a run."""
-    return peak.count_operations(kr.solve(run.scene, [run.end], **run.words))
+    return {"error": target, "seconds": seconds, "compiling": theirs[-1][0].setup}
 
 
 def compare(band, name):
     """Return the median ratio of heyoka's to kreisel's run times, and the ratio of the shortest."""
     own, peer = band["seconds"][name], band["seconds"][HEYOKA]
     return median(b / a for a, b in zip(own, peer, strict=True)), min(peer) / min(own)
-
-
-def compute_share(scene, band):
-    """Return the fraction of the peak performance of the processor core that a kr.Run attains."""
-    if scene["peak"] is None:
-        return None
-    return band["operations"] / median(band["seconds"][RUN]) / scene["peak"]
 
 
 def count_paying_runs(band):
@@ -237,7 +186,7 @@ def load_findings(problems, store):
 
 def format_band(scene, band):
     """Return a row of the tables of run times and of compilation."""
-    seconds, function = band["seconds"], band["function"]
+    seconds = band["seconds"]
     form = ".1e" if band["tightest"] else ".0e"
     return {
         "scene": scene["scene"],
@@ -245,8 +194,6 @@ def format_band(scene, band):
         "error": format_power(band["error"], form),
         "times": [1e6 * median(seconds[name]) for name in (SOLVE, RUN, HEYOKA)],
         "ratios": [compare(band, name) for name in (SOLVE, RUN)],
-        "share": compute_share(scene, band),
-        "function": function and 1e3 * function,
         "compiling": band["compiling"],
         "paid": count_paying_runs(band),
     }
@@ -265,7 +212,6 @@ def build_context(findings):
         "paying": [row["paid"] for row in rows if row["paid"] is not None],
         "processor": first["processor"],
         "rounds": first["rounds"],
-        "peak": first["peak"] and f"{1e-9 * first['peak']:.0f}",
     }
 
 
@@ -273,19 +219,12 @@ def list_rows(scene, band):
     """Yield the rows of the CSV file for one scene and one error."""
     columns = {"scene": scene["scene"], "end": scene["end"], "error": f"{band['error']:.3g}"}
     for name, seconds in band["seconds"].items():
-        own = {
-            "operations": f"{band['operations']:.4g}",
-            "peak": format_digits(scene["peak"], ".4g"),
-        }
         yield columns | {
             "program": name,
             "seconds_median": f"{median(seconds):.4g}",
             "seconds_least": f"{min(seconds):.4g}",
-            **({"compiling": f"{band['compiling']:.3g}"} if name == HEYOKA else own),
+            **({"compiling": f"{band['compiling']:.3g}"} if name == HEYOKA else {}),
         }
-    if band["function"] is not None:
-        alone = f"{band['function']:.4g}"
-        yield columns | {"program": FUNCTION, "seconds_median": alone, "seconds_least": alone}
 
 
 def list_files(findings, metadata):
