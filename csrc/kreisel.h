@@ -407,9 +407,7 @@ enum {
 #undef KR_X_
 };
 
-/* Returns the number of methods. */
-KR_API size_t kr_method_count(void);
-/* Returns the method with index i. */
+/* Returns the method with index i, or NULL after the last one. */
 KR_API const kr_method *kr_method_at(size_t i);
 /* Returns the method with this name, or NULL. For a method that this build omits, kr_top_create
  * returns KR_ERR_NOT_BUILT. */
@@ -445,9 +443,7 @@ typedef struct kr_quantity {
     size_t doubles;              /* in a value: 1, 3, 4 or 9 */
     unsigned flags;              /* a sum of KR_QUANTITY_... */
 } kr_quantity;
-/* Returns the number of quantities. */
-KR_API size_t kr_quantity_count(void);
-/* Returns the quantity with index i. */
+/* Returns the quantity with index i, or NULL after the last one. */
 KR_API const kr_quantity *kr_quantity_at(size_t i);
 /* Returns the quantity with this name, or NULL. */
 KR_API const kr_quantity *kr_quantity_find(const char *name);
@@ -614,8 +610,6 @@ typedef enum kr_reduce {
     KR_REDUCE_COUNT
 } kr_reduce;
 /* clang-format on */
-/* Returns the name of a reduction. */
-KR_API const char *kr_reduce_name(kr_reduce kind);
 typedef struct kr_reduction {
     const kr_quantity *quantity;
     size_t component; /* index among the doubles of the quantity */
@@ -772,15 +766,13 @@ typedef struct kr_nutation {
      * along the apex; an upright top with a larger spin is stable (sleeping). */
     double critical_spin;
     const char *motion_type;
-    /* the constants of the effective potential: <m, e3> + <m, apex>, <m, e3> - <m, apex>, I1, the
-     * energy of the rotation about the apex, and mass * gravity * com along the apex */
+    /* <m, e3> + <m, apex>, <m, e3> - <m, apex>, I1, the energy of the rotation about the apex, and
+     * mass * gravity * com along the apex. With h = nutation / 2, the energy minus I1/2 (d
+     * nutation/dt)^2 is (sum tan h + difference cot h)^2 / 8 I1 + axial_energy + lever cos 2h. */
     double sum, difference, inertia, axial_energy, lever;
 } kr_nutation;
 /* Computes the turning points of the apex. Returns KR_ERR_METHOD unless kr_nutation applies. */
 KR_API kr_status kr_exact_nutation(const kr_scene *scene, kr_nutation *out);
-/* Returns the effective potential at a nutation angle: the energy minus I1/2 (d nutation/dt)^2 [M
- * L^2 T^-2]. */
-KR_API double kr_nutation_potential(const kr_nutation *motion, double nutation);
 
 #ifdef __cplusplus
 }

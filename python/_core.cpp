@@ -129,7 +129,7 @@ static py::dict flag_table()
 static py::list method_table()
 {
     py::list table;
-    for (size_t i = 0; i < kr_method_count(); i++) {
+    for (size_t i = 0; kr_method_at(i); i++) {
         const kr_method_info m = kr_method_describe(kr_method_at(i));
         table.append(py::dict("name"_a = m.name, "text"_a = m.text, "order"_a = m.order,
                               "conserves"_a = m.conserves, "reference"_a = m.reference,
@@ -140,7 +140,7 @@ static py::list method_table()
 static py::list quantity_table()
 {
     py::list table;
-    for (size_t i = 0; i < kr_quantity_count(); i++) {
+    for (size_t i = 0; kr_quantity_at(i); i++) {
         const kr_quantity *q = kr_quantity_at(i);
         const unsigned flags = q->flags;
         py::list components;

@@ -18,7 +18,7 @@ static doubles terms_value(const kr_scene &scene, const doubles &states, const p
 static py::dict components()
 {
     py::dict table("1"_a = int(KR_COMPONENT_ONE));
-    for (size_t i = 0; i < kr_quantity_count(); i++) {
+    for (size_t i = 0; kr_quantity_at(i); i++) {
         const kr_quantity *quantity = kr_quantity_at(i);
         for (size_t k = 0; quantity->flags & KR_QUANTITY_IN_EVENTS && k < quantity->doubles; k++) {
             const std::string name = std::string(quantity->name) + quantity->suffixes[k];

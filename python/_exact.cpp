@@ -193,22 +193,6 @@ static py::tuple exact_turnings(const tops &all, size_t begin, size_t end, const
         return read_turning(scene, row + 10 * i, course + i);
     });
 }
-// Returns the potential at each nutation, given a row of exact_turnings.
-static doubles turning_potential(const doubles &row, const doubles &nutation)
-{
-    const double *r = row.data();
-    kr_nutation turning = {};
-    turning.sum = r[5];
-    turning.difference = r[6];
-    turning.inertia = r[7];
-    turning.axial_energy = r[8];
-    turning.lever = r[9];
-    doubles out(nutation.size());
-    double *to = out.mutable_data();
-    for (py::ssize_t i = 0; i < nutation.size(); i++)
-        to[i] = kr_nutation_potential(&turning, nutation.data()[i]);
-    return out;
-}
 
 void bind_exact(py::module_ &m);
 void bind_exact(py::module_ &m)
@@ -227,5 +211,4 @@ void bind_exact(py::module_ &m)
     m.def("exact_turning", exact_turning, "scene"_a);
     m.def("exact_turnings", exact_turnings, "tops"_a, "begin"_a, "end"_a, "rows"_a, "courses"_a,
           "work"_a);
-    m.def("turning_potential", turning_potential, "row"_a, "nutation"_a);
 }

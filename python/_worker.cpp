@@ -390,8 +390,9 @@ void bind_worker(py::module_ &m);
 void bind_worker(py::module_ &m)
 {
     py::list kinds;
-    for (int kind = 0; kind < KR_REDUCE_COUNT; kind++)
-        kinds.append(kr_reduce_name(kr_reduce(kind)));
+#define X(kind, name) kinds.append(name);
+    KR_REDUCE_LIST(X)
+#undef X
     m.attr("reductions") = kinds;
     py::class_<work, std::shared_ptr<work>>(m, "Work")
         .def(py::init([] { return std::make_shared<work>(); }))

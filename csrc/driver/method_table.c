@@ -25,11 +25,13 @@ static const kr_method omitted_methods[] = {
 #undef X
 #undef OMITTED
     {.name = NULL}};
-size_t kr_method_count(void) { return sizeof method_table / sizeof *method_table; }
-const kr_method *kr_method_at(size_t i) { return i < kr_method_count() ? method_table[i] : NULL; }
+const kr_method *kr_method_at(size_t i)
+{
+    return i < sizeof method_table / sizeof *method_table ? method_table[i] : NULL;
+}
 const kr_method *kr_method_find(const char *name)
 {
-    for (size_t i = 0; name && i < kr_method_count(); i++)
+    for (size_t i = 0; name && kr_method_at(i); i++)
         if (strcmp(method_table[i]->name, name) == 0) return method_table[i];
     for (size_t i = 0; name && omitted_methods[i].name; i++)
         if (strcmp(omitted_methods[i].name, name) == 0) return &omitted_methods[i];

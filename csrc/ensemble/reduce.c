@@ -5,15 +5,6 @@
 #include "reduce.h"
 #include <math.h>
 
-const char *kr_reduce_name(kr_reduce kind)
-{
-    static const char *const names[] = {
-#define X(kind, name) name,
-        KR_REDUCE_LIST(X)
-#undef X
-    };
-    return (unsigned)kind < KR_REDUCE_COUNT ? names[kind] : NULL;
-}
 /* Replaces the extremum and its time by x and t if `is_more_so` is nonzero. Sets the extremum and
  * its time to NaN if x is NaN. */
 static void add_extreme(kr_accumulator *accumulators, double x, double t, int is_more_so)

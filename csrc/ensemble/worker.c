@@ -121,7 +121,7 @@ static int are_valid_reductions(size_t n, const kr_reduction reduction[])
     size_t i = 0;
     while (i < n && reduction && reduction[i].quantity &&
            reduction[i].component < reduction[i].quantity->doubles &&
-           kr_reduce_name(reduction[i].kind))
+           (unsigned)reduction[i].kind < KR_REDUCE_COUNT)
         i++;
     return i == n;
 }

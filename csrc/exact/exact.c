@@ -123,13 +123,6 @@ kr_status kr_exact_nutation(const kr_scene *scene, kr_nutation *out)
 #endif
     return kr_exact_limits_base(scene, out);
 }
-double kr_nutation_potential(const kr_nutation *r, double nutation)
-{
-    const double half = tan(0.5 * nutation), sum = r->sum != 0.0 ? r->sum * half : 0.0,
-                 difference = r->difference != 0.0 ? r->difference / half : 0.0,
-                 across = sum + difference;
-    return across * across / (8.0 * r->inertia) + r->axial_energy + r->lever * cos(nutation);
-}
 /* The batch functions are listed in a separate table, so that programs that compute only single
  * tops do not link the batch code. */
 const kr_exact_batch_isa *kr_exact_batch_isa_at(int i)

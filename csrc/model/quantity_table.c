@@ -53,7 +53,6 @@ const kr_quantity kr_quantities[KR_QUANTITIES] = {
 #include "quantities.def"
 #undef Q
 };
-size_t kr_quantity_count(void) { return KR_QUANTITIES; }
 const kr_quantity *kr_quantity_at(size_t i) { return i < KR_QUANTITIES ? &kr_quantities[i] : NULL; }
 const kr_quantity *kr_quantity_find(const char *name)
 {

@@ -25,7 +25,7 @@ static int64_t common_multiple(int64_t a, int64_t b)
 
 const kr_quantity *kr_simulation_quantity(int k)
 {
-    for (size_t i = 0; i < kr_quantity_count(); i++) {
+    for (size_t i = 0; kr_quantity_at(i); i++) {
         const kr_quantity *quantity = kr_quantity_at(i);
         const int turns = (quantity->flags & KR_QUANTITY_TURNS) != 0;
         if (quantity->doubles == 1 && !turns && k-- == 0) return quantity;

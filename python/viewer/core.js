@@ -55,9 +55,11 @@ export const MAX_TOPS = C.kr_page_tops(); // in one simulation
 export const TRACE_POINTS = C.kr_page_way_points();
 export const [ROD_RINGS, ROD_SIDES] = [C.kr_page_rod_rings(), C.kr_page_rod_sides()];
 
+const methodPointers = [];
+for (let pointer; (pointer = C.kr_method_at(methodPointers.length)); )
+  methodPointers.push(pointer);
 export const methods = new Map(
-  makeList(C.kr_method_count(), (i) => {
-    const pointer = C.kr_method_at(i);
+  methodPointers.map((pointer) => {
     const name = readText(C.kr_page_method_name(pointer));
     const isAdaptive = !!C.kr_page_adaptive(pointer);
     // The simulation restarts the method after each step.

@@ -35,7 +35,7 @@ static void print_closed_form(const char *name, double ratio, kr_vec3 momentum, 
 
 int main(void)
 {
-    for (size_t i = 0; i < kr_method_count(); i++) {
+    for (size_t i = 0; kr_method_at(i); i++) {
         const kr_method *method = kr_method_at(i);
         if (!(kr_method_describe(method).flags & KR_METHOD_ALGEBRAIC)) continue;
         for (int which = 0; which < 4; which++) {

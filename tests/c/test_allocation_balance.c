@@ -97,7 +97,7 @@ static void test_cache_line_alignment(void)
 int main(void)
 {
     if (IS_MEASURED) test_measure();
-    for (size_t i = 0; i < kr_method_count(); i++) test_balance(kr_method_at(i));
+    for (size_t i = 0; kr_method_at(i); i++) test_balance(kr_method_at(i));
     test_cache_line_alignment();
     kr_top_free(NULL);
     return check_result();

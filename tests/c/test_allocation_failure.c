@@ -78,7 +78,7 @@ static void test_stage_without_memory(void)
 
 int main(void)
 {
-    for (size_t i = 0; i < kr_method_count(); i++) test_top_without_memory(kr_method_at(i));
+    for (size_t i = 0; kr_method_at(i); i++) test_top_without_memory(kr_method_at(i));
     test_worker_without_memory(NULL, 3);
     test_worker_without_memory(taylor(), 2);
     test_worker_without_memory(kr_method_find("exact"), 2);

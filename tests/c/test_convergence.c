@@ -77,7 +77,7 @@ int main(void)
     scenes[2].gravity = 0.0;
     scenes[2].body = general_body();
     scenes[2].body.com = v3(0.0, 0.0, 0.0);
-    for (size_t i = 0; i < kr_method_count(); i++) {
+    for (size_t i = 0; kr_method_at(i); i++) {
         const kr_method *method = kr_method_at(i);
         if (kr_method_describe(method).flags & KR_METHOD_ADAPTIVE) continue;
         methods++;

@@ -37,7 +37,7 @@ static void test_refusals(void)
     const kr_scene s = tilted(), along = with_rotor(&s, v3(0, 0, 0.5)),
                    off = with_rotor(&s, v3(0.1, 0, 0.5));
     const kr_exact *plan;
-    for (size_t i = 0; i < kr_method_count(); i++) {
+    for (size_t i = 0; kr_method_at(i); i++) {
         const kr_method *method = kr_method_at(i);
         const int takes = (kr_method_describe(method).flags & KR_METHOD_ROTORS) != 0,
                   is_exact = method == &kr_method_exact || method == &kr_method_blanes_moan6;

@@ -212,7 +212,7 @@ int main(void)
     test_hostile_work("takahashi_imada4");
     test_hostile_work("extrap");
     test_hostile_work("extrap_kirchhoff");
-    for (size_t i = 0; i < kr_method_count(); i++) test_hostile_numbers(kr_method_at(i));
+    for (size_t i = 0; kr_method_at(i); i++) test_hostile_numbers(kr_method_at(i));
     for (double share = 0.125; share <= 2.0; share += 0.125) test_failure_after_load(share);
     test_after_failures();
     test_refusals("taylor");

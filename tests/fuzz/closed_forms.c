@@ -71,7 +71,6 @@ static void call_turning(const kr_scene *scene)
     CLAIM(kr_scene_check(scene) == KR_OK && turning.motion_type != NULL);
     CLAIM(turning.least >= 0.0 && turning.least <= turning.greatest && turning.greatest <= 3.1416);
     CLAIM(turning.t_least >= scene->start.t && turning.t_greatest >= scene->start.t);
-    kr_nutation_potential(&turning, spread(1e-9, 3.0));
 }
 void call_closed_forms(void)
 {

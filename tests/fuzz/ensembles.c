@@ -58,10 +58,7 @@ static void choose_all(void)
         if (alike && i > 0) asked.scenes[i].body = asked.scenes[0].body;
     }
     for (size_t i = 0; i < MOST; i++) choose_times(i);
-    const uint64_t which = choose(kr_method_count() + 20);
-    asked.method = which < 10   ? NULL
-                   : which < 20 ? kr_method_find("taylor")
-                                : kr_method_at(which - 20);
+    asked.method = odds(50) ? any_method() : odds(50) ? kr_method_find("taylor") : NULL;
     const kr_config config = {.step =
                                   odds(50) ? 0.0 : time_scale(&asked.scenes[0]) * spread(1e-2, 1.0),
                               .tol = odds(50) ? 0.0 : maybe_arbitrary(spread(1e-16, 1e-2), 3),
@@ -72,7 +69,7 @@ static void choose_all(void)
     choose_tangents();
     asked.reductions = (size_t)choose(REDUCTIONS + 1);
     for (size_t r = 0; r < REDUCTIONS; r++) {
-        const kr_quantity *quantity = kr_quantity_at((size_t)choose(kr_quantity_count()));
+        const kr_quantity *quantity = any_quantity();
         const kr_reduction reduction = {quantity, (size_t)choose(quantity->doubles),
                                         (kr_reduce)choose(KR_REDUCE_COUNT)};
         asked.reduction[r] = reduction;

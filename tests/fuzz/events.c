@@ -12,7 +12,7 @@ static int any_component(void)
     static const char *const level[] = {"apex_z", "spin", "body_vertical_x", "body_momentum_y",
                                         "body_velocity_z"};
     char name[64];
-    const kr_quantity *quantity = kr_quantity_at((size_t)choose(kr_quantity_count()));
+    const kr_quantity *quantity = any_quantity();
     const size_t i = (size_t)choose(quantity->doubles);
     if (odds(30)) return KR_COMPONENT_ONE;
     if (odds(1)) return (int)choose(100) - 10;

@@ -90,3 +90,15 @@ kr_quat any_attitude(void)
         return w == 0.0 && v_length(v) == 0.0 ? q_one() : q_unit(q4(w, v));
     }
 }
+const kr_method *any_method(void)
+{
+    size_t n = 0;
+    while (kr_method_at(n)) n++;
+    return kr_method_at((size_t)choose(n));
+}
+const kr_quantity *any_quantity(void)
+{
+    size_t n = 0;
+    while (kr_quantity_at(n)) n++;
+    return kr_quantity_at((size_t)choose(n));
+}

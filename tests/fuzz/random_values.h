@@ -19,6 +19,8 @@ double any_double(void);
 /* Returns x, or with probability `percent` an arbitrary double. */
 double maybe_arbitrary(double x, int percent);
 kr_vec3 vector_between(double low, double high);
+const kr_method *any_method(void);
+const kr_quantity *any_quantity(void);
 /* Returns a unit quaternion, sometimes a half turn, upright or nearly upright. */
 kr_quat any_attitude(void);
 #endif

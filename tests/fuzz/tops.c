@@ -133,8 +133,7 @@ static void create(place *p)
     kr_top *mark = (kr_top *)(void *)p, *top = mark;
     p->scene = any_scene();
     p->start_low = (kr_state){0};
-    p->method =
-        odds(30) ? kr_method_find("taylor") : kr_method_at((size_t)choose(kr_method_count()));
+    p->method = odds(30) ? kr_method_find("taylor") : any_method();
     p->config = any_config(&p->scene, p->method);
     p->config.context = p;
     p->landed = 1;

@@ -42,7 +42,7 @@ int main(int count, char **names)
                (int)try_config(method, digits), (int)try_config(method, tangents));
         try_supports(method, plain);
     }
-    for (size_t i = 0; i < kr_method_count(); i++)
+    for (size_t i = 0; kr_method_at(i); i++)
         printf("%s%s", i ? " " : "", kr_method_describe(kr_method_at(i)).name);
     printf("\n");
     return 0;

@@ -271,9 +271,14 @@ class Exact(Generic[_Values, _Paths]):
         The potential at nutation 0 or pi is inf if the apex cannot reach this angle.
         """
         angles = as_finite_array("nutation", nutation, "a number or an array of angles")
-        rows, flat = self._turning_points.rows, angles.reshape(-1)
-        values = [core.turning_potential(row, flat) for row in rows]
-        return np.array(values).reshape(self.shape + angles.shape)
+        constants = self._turning_points.rows[:, 5:10, np.newaxis].swapaxes(0, 1)
+        total, difference, inertia, axial_energy, lever = constants
+        half = np.tan(0.5 * angles.reshape(-1))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            rate = np.where(total == 0.0, 0.0, total * half)
+            rate = rate + np.where(difference == 0.0, 0.0, difference / half)
+        values = rate**2 / (8.0 * inertia) + axial_energy + lever * np.cos(angles.reshape(-1))
+        return cast(Array, values.reshape(self.shape + angles.shape))
 
     def __call__(self, t: Numbers) -> _Paths:
         """Return the path, or the paths of many tops, at the times `t` [T].
