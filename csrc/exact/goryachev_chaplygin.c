@@ -242,7 +242,7 @@ typedef struct series_work {
     cx wave[MOST_SAMPLES];                       /* exp(-i pi j/n) for j = 0 ... n - 1 */
     cx fourier[MOST_SAMPLES];
     /* Points of the second arc for n values of alpha2, advanced to each node of a section. */
-    arc_point second[MOST_SAMPLES][HEADING_NODES];
+    chaplygin_point second[MOST_SAMPLES][HEADING_NODES];
     double tail; /* largest relative size of the terms that are left out */
 } series_work;
 
@@ -382,7 +382,7 @@ static double sample_section(const kr_chaplygin_plan *plan, series_work *w, int 
 {
     const double h = 0.5 / plan->sections;
     double weight[HEADING_NODES], seventh[HEADING_NODES], most = 0.0;
-    arc_point p[2], first[HEADING_NODES];
+    chaplygin_point p[2], first[HEADING_NODES];
     for (int g = 0; g < HEADING_NODES; g++) {
         const double x = 2.0 * gauss_node[g] - 1.0, xx = x * x;
         const dd half = dd_of(0.5 * h * (section + gauss_node[g]));
@@ -582,7 +582,7 @@ static dd start_angle(const chaplygin_arc *arc, dd u, cdd root, kr_chaplygin_arc
                  s = way * dd_sqrt(dd_div(up, both)).hi, c = dd_sqrt(dd_div(down, both)).hi,
                  sine = 2.0 * s * c, cosine = c * c - s * s;
     e->sign = 1.0;
-    const arc_point p = point_of(e, s, c);
+    const chaplygin_point p = point_of(e, s, c);
     const int first = fabs(root.re.hi) > fabs(root.im.hi);
     if ((first ? p.c * root.re.hi : p.s * root.im.hi) < 0.0) e->sign = -1.0;
     *time = sum_arc_sines(arc, 1, sine, cosine);

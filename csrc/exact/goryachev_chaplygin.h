@@ -124,9 +124,9 @@ INLINE void sum_cells(const cell_place p[], int arcs, int which, wide out[])
                               p[j].y * (sum[j][1] - before[j][1]));
 }
 /* A point of an arc: sqrt|u| cos(chi/2), sqrt|u| sin(chi/2), and |u|. */
-typedef struct arc_point {
+typedef struct chaplygin_point {
     wide c, s, size;
-} arc_point;
+} chaplygin_point;
 
 /* Writes |p+| D^3/2 and |p-| D^3/2, except for the factor s^2 or c^2 of each end of the arc. */
 INLINE void arc_products(const kr_chaplygin_arc *arc, wide ss, wide cc, wide D, wide out[2])
@@ -144,7 +144,7 @@ INLINE void arc_products(const kr_chaplygin_arc *arc, wide ss, wide cc, wide D, 
 }
 /* Returns the point where x/2 has the sine s and the cosine c. No digits are lost where c and s are
  * both close to zero. */
-INLINE arc_point point_of(const kr_chaplygin_arc *arc, wide s, wide c)
+INLINE chaplygin_point point_of(const kr_chaplygin_arc *arc, wide s, wide c)
 {
     const wide ss = s * s, cc = c * c, D = arc->C * ss + cc, one = 1.0 / D;
     const wide scale = arc->sign * (one * wide_sqrt(one));
@@ -156,13 +156,13 @@ INLINE arc_point point_of(const kr_chaplygin_arc *arc, wide s, wide c)
         if (arc->has_cosine[k]) ends = ends * c;
         half[k] = ends * wide_sqrt(half[k]);
     }
-    const arc_point p = {half[0], half[1], (arc->A * ss + arc->B * cc) * one};
+    const chaplygin_point p = {half[0], half[1], (arc->A * ss + arc->B * cc) * one};
     return p;
 }
 /* Finds the points at halves of torus angles [turns] on the arcs with the indices from `from` to
  * `to`, and the periodic parts of the time if `time` is not NULL. */
 INLINE void find_points(const kr_chaplygin_plan *plan, int from, int to, const dd half[],
-                        arc_point out[], wide time[])
+                        chaplygin_point out[], wide time[])
 {
     const int arcs = 1 + to - from;
     cell_place p[2];
@@ -184,7 +184,7 @@ INLINE void find_true_angles(const kr_chaplygin_plan *plan, const dd mean[2], dd
          slip = wide_splat(0.0);
     mask done = wide_less(high, low);
     for (int step = 0; step < 80 && !mask_all(done); step++) {
-        arc_point p[2];
+        chaplygin_point p[2];
         wide time[2];
         for (int j = 0; j < 2; j++) half[j] = phase_plus(mean[j], slip * plan->arc[j].half_rate);
         find_points(plan, 0, 1, half, p, time);
@@ -206,7 +206,7 @@ INLINE void find_true_angles(const kr_chaplygin_plan *plan, const dd mean[2], dd
     for (int j = 0; j < 2; j++) half[j] = phase_plus(mean[j], slip * plan->arc[j].half_rate);
 }
 /* Returns the rate of the heading in tau. */
-INLINE wide heading_rate(const arc_point p[2])
+INLINE wide heading_rate(const chaplygin_point p[2])
 {
     return 2.0 * (p[0].c * p[1].s + p[0].s * p[1].c) / (p[0].size + p[1].size);
 }
@@ -228,7 +228,7 @@ INLINE wide integrate_heading(const kr_chaplygin_plan *plan, wide at, wide left,
     for (int g = 0; g < HEADING_NODES; g++) {
         const wide way = (0.5 * gauss_node[g]) * left;
         const dd node[2] = {dd_of(0.5 * at + way), dd_of(half + plan->ratio * way)};
-        arc_point p[2];
+        chaplygin_point p[2];
         find_points(plan, 0, 1, node, p, NULL);
         sum = sum + gauss_weight[g] * heading_rate(p);
     }
@@ -319,7 +319,7 @@ INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time,
                                        wide turns)
 {
     dd half[2];
-    arc_point p[2];
+    chaplygin_point p[2];
     find_true_angles(plan, mean, half);
     find_points(plan, 0, 1, half, p, NULL);
     const wide c1 = p[0].c, c2 = p[1].c, s1 = p[0].s, s2 = p[1].s,

@@ -1,14 +1,737 @@
 /* Set-up of the closed-form solution for a Kowalewski top. This file is compiled once for each
  * instruction set, because double-double products are three times as fast with fused
  * multiply-add. */
-#include "kowalewski_curve.h"
+#include "kowalewski.h"
+enum { GRID = HARMONICS };
+#include "torus_setup.h"
+
+/* The algebraic curve of a Kowalewski top and its two arcs, in double-double precision.
+ *
+ * Units and axes: The moments are (2, 2, 1), and mass * |gravity| * |com| = 1. Axis 1 points away
+ * from the centre of mass if gravity is positive, and towards it otherwise. Axis 3 is the principal
+ * axis with moment 1. With the angular velocity (p, q, r) in the body frame, and e3 = (g1, g2, g3)
+ * in the body frame,
+ *     h = p^2 + q^2 + r^2/2 - g1,  l = <m, e3>,  k = |(p + iq)^2 + g1 + i g2|,  c = 1 - k^2,
+ *     phi(w) = 2 (w + h)(w^2 + c) - l^2,  F(w)^2 = -(w^2 - k^2) phi(w).
+ * Kowalewski's variables w1 > w2 move on arcs between branch points of F, at the rates F(w1)/(w1 -
+ * w2) and F(w2)/(w2 - w1). On an arc
+ *     w = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + E cos^2  of half of an angle x.
+ * With this substitution, the differential dt = dw/F equals D R dx, where R is an even periodic
+ * function of x, and t is not the time. The trapezoidal rule for averages therefore converges
+ * exponentially (Kowalevski, Acta Mathematica 12, 1889, 177). */
+typedef struct kowalewski_curve {
+    dd h, l, k, c;
+    int pair; /* 1 if roots 1 and 2 are complex: root[1] +- i root[2] */
+    dd root[ROOTS];
+    int order[ROOTS], real; /* indices of the real roots, ascending; their number */
+} kowalewski_curve;
+
+/* An arc from the root `high` at x = 0 to the root `low`, or to minus infinity, at x = pi. */
+typedef struct kowalewski_arc {
+    dd A, B, C, E;
+    int low, high;
+    /* N - root D = a sin^2 + b cos^2. For a complex root, a and b are computed from its real
+     * part. */
+    dd a[ROOTS], b[ROOTS];
+    int folds;            /* number of Landen transformations from the series' variable to x */
+    dd fold[FOLDS];       /* moduli of the transformations */
+    int crosswise[FOLDS]; /* 1 if a transformation moves singularities near pi/2, not 0 or pi */
+    dd p, q, turn;        /* averages of dt/dx, w dt/dx, and the heading's integrand */
+    int points;           /* number of intervals used */
+    double sine[3][GRID]; /* contributions to theta1 - y1, theta2 - y2, and the heading */
+} kowalewski_arc;
+
+/* Returns phi(w)/2 = (w + h)(w^2 + c) - l^2/2. */
+static dd half_phi(const kowalewski_curve *o, dd w)
+{
+    return dd_sub(dd_mul(dd_add(w, o->h), dd_add(dd_square(w), o->c)), dd_half(dd_square(o->l)));
+}
+static dd half_phi_slope(const kowalewski_curve *o, dd w)
+{
+    return dd_add(dd_add(dd_square(w), o->c), dd_twice(dd_mul(w, dd_add(w, o->h))));
+}
+static dd refine_root(const kowalewski_curve *o, dd w, int steps)
+{
+    for (int i = 0; i < steps; i++) {
+        const dd slope = half_phi_slope(o, w);
+        if (slope.hi != 0.0) w = dd_sub(w, dd_div(half_phi(o, w), slope));
+    }
+    return w;
+}
+/* Returns the root of phi that is farthest from the other two. Started beyond all roots, Newton's
+ * method converges monotonically to the outermost root. */
+static dd find_lone_root(const kowalewski_curve *o)
+{
+    const double h = o->h.hi, c = o->c.hi, l = o->l.hi, bend = -h / 3.0,
+                 there = half_phi(o, dd_of(bend)).hi, side = there > 0.0 ? -1.0 : 1.0,
+                 slope = c - h * h / 3.0;
+    /* A bound on all roots x, measured from the point of inflection, where x^3 + slope x + there =
+     * 0. */
+    double x = sqrt(fabs(slope)) + 1.0;
+    while (x * x * x < 2.0 * (fabs(slope) * x + fabs(there))) x *= 1.5;
+    dd w = dd_of(bend + side * x);
+    for (double next;; w.hi = next) {
+        const double f = (w.hi + h) * (w.hi * w.hi + c) - 0.5 * l * l,
+                     d = (w.hi * w.hi + c) + 2.0 * w.hi * (w.hi + h);
+        next = d != 0.0 ? w.hi - f / d : w.hi;
+        if (!(side * (w.hi - next) > 1e-14 * x)) break;
+    }
+    return refine_root(o, w, 4);
+}
+/* Computes the branch points, which are the roots of phi and the numbers k and -k. Sorts the real
+ * ones. */
+static void find_roots(kowalewski_curve *o)
+{
+    const dd lone = find_lone_root(o), sum = dd_add(o->h, lone),
+             product = dd_add(o->c, dd_mul(lone, sum)), half = dd_half(sum),
+             square = dd_sub(dd_square(half), product);
+    const dd root = dd_sqrt(dd_abs(square));
+    o->root[0] = lone;
+    o->pair = square.hi < 0.0;
+    if (o->pair) {
+        o->root[1] = dd_neg(half);
+        o->root[2] = root;
+    } else {
+        o->root[1] = refine_root(o, dd_sub(dd_neg(half), root), 1);
+        o->root[2] = refine_root(o, dd_add(dd_neg(half), root), 1);
+    }
+    o->root[ROOT_K] = o->k;
+    o->root[ROOT_MINUS_K] = dd_neg(o->k);
+    o->real = sort_real_roots(o->root, ROOTS, o->pair ? 1 : ROOTS, o->order);
+}
+/* Sets the constants of motion from a state p, q, r, g1, g2, g3. */
+static void set_constants(kowalewski_curve *o, const dd y[6], dd l)
+{
+    const dd re = dd_add(dd_sub(dd_square(y[0]), dd_square(y[1])), y[3]),
+             im = dd_add(dd_twice(dd_mul(y[0], y[1])), y[4]),
+             k2 = dd_add(dd_square(re), dd_square(im));
+    o->h = dd_sub(dd_add(dd_add(dd_square(y[0]), dd_square(y[1])), dd_half(dd_square(y[2]))), y[3]);
+    o->l = l;
+    o->k = dd_sqrt(k2);
+    o->c = dd_sub(dd_of(1.0), k2);
+}
+/* Returns the i-th real root in ascending order. */
+static dd real_root(const kowalewski_curve *o, int i) { return o->root[o->order[i]]; }
+
+/* The difference between a root e of phi and a nearby branch point a (k or -k), computed
+ * accurately. Since a^2 + c = 1 and e^2 + c = l^2/(2 (e + h)),
+ *     (a - e)(a + e)(e + h) = e + h - l^2/2.
+ * The member `resolution` measures the cancellation in e + h and in e + h - l^2/2. */
+typedef struct close_roots {
+    int apply; /* 1 if this loses fewer digits to cancellation than a - e */
+    dd apart;
+    double resolution;
+} close_roots;
+
+static close_roots examine_roots(const kowalewski_curve *o, int i, int j)
+{
+    const int first = i < j ? i : j;
+    const dd e = o->root[first], sum = dd_add(o->root[i], o->root[j]), other = dd_add(e, o->h),
+             square = dd_half(dd_square(o->l)), up = dd_sub(other, square);
+    const double size = fmax(fmax(fabs(e.hi), fabs(o->h.hi)), square.hi),
+                 plain = fabs(dd_sub(o->root[i], o->root[j]).hi);
+    close_roots r = {0, {0.0, 0.0}, fmin(fabs(up.hi), fabs(other.hi)) / size};
+    if ((i < ROOT_K) == (j < ROOT_K) || (o->pair && first != 0)) return r;
+    if (!(plain < 0.1 * fabs(sum.hi)) || !(r.resolution * fabs(e.hi) > plain)) return r;
+    r.apply = 1;
+    r.apart = dd_div(up, dd_mul(sum, other));
+    if (i < j) r.apart = dd_neg(r.apart);
+    return r;
+}
+/* Returns root i minus root j, or the difference of the real parts for complex roots. */
+static dd root_difference(const kowalewski_curve *o, int i, int j)
+{
+    const close_roots r = examine_roots(o, i, j);
+    return r.apply ? r.apart : dd_sub(o->root[i], o->root[j]);
+}
+/* Writes w1 > w2 of a state: the roots of (x1 - x2)^2 w^2 - 2 R12 w - R1. */
+static void find_variables(const kowalewski_curve *o, dd p, dd q, dd w[2])
+{
+    const dd y = dd_add(dd_square(p), dd_square(q)), two_h = dd_twice(o->h);
+    const cdd x = cdd_of(p, q), x2 = cdd_mul(x, x);
+    const cdd rx = cdd_add(cdd_sub(cdd_scale(two_h, x2), cdd_mul(x2, x2)),
+                           cdd_add(cdd_scale(dd_twice(o->l), x), cdd_real(o->c)));
+    const dd r = dd_sqrt(cdd_abs_square(rx)), lp = dd_mul(o->l, p);
+    const dd r12 = dd_add(dd_add(dd_sub(dd_mul(two_h, y), dd_square(y)), dd_twice(lp)), o->c);
+    const dd r1 = dd_sub(dd_sub(dd_mul(two_h, o->c), dd_square(o->l)),
+                         dd_add(dd_mul(two_h, dd_square(y)),
+                                dd_scale(4.0, dd_add(dd_mul(o->c, dd_square(p)), dd_mul(lp, y)))));
+    const dd t = r12.hi >= 0.0 ? dd_add(r12, r) : dd_sub(r12, r), d = dd_scale(-4.0, dd_square(q));
+    const dd u = t.hi != 0.0 ? dd_div(dd_neg(r1), t) : dd_of(0.0),
+             v = d.hi != 0.0 ? dd_div(t, d) : dd_of(-1e60);
+    const int swap = dd_less(u, v);
+    w[0] = swap ? v : u;
+    w[1] = swap ? u : v;
+}
+/* The distances of Kowalewski's variables w1 and w2 from the ends of their arcs. */
+typedef struct arc_gaps {
+    dd up, down, below;
+    double mismatch; /* relative error of those equations that are left over (refine_gaps) */
+} arc_gaps;
+
+/* Returns q^2 (w1 - e)(e - w2), where the root e with index i is an end of an arc. With A^2 = 2 (e
+ * + h), B^2 = e^2 + c and A B = l, this is the square of
+ *     A (p^2 + q^2 - e)/2 + B p   for a root of phi, and of Re z (separate) for -k. */
+static dd product_at_end(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
+{
+    const dd e = o->root[i], sum = dd_twice(dd_add(e, o->h)), other = dd_add(dd_square(e), o->c),
+             size = dd_sub(dd_add(dd_square(p), dd_square(q)), e);
+    dd A = dd_sqrt(dd_max(sum, dd_of(0.0))), B = dd_sqrt(dd_max(other, dd_of(0.0)));
+    if (i == ROOT_MINUS_K) return dd_square(re_z);
+    if (A.hi > B.hi)
+        B = dd_div(o->l, A);
+    else if (B.hi > 0.0)
+        A = dd_div(o->l, B);
+    return dd_square(dd_add(dd_half(dd_mul(A, size)), dd_mul(B, p)));
+}
+/* Iteratively refines approximate distances of w1 and w2 from the ends of their arcs. The array
+ * `product` contains (k - w1)(k - w2), followed by (w1 - e)(e - w2) for the lower end e of the
+ * first arc and for the upper end e of the second. Each iteration uses those two of the three
+ * equations for the distances that give the fastest convergence. */
+static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps *gap)
+{
+    const int low = o->order[o->real - 2], least = o->order[0];
+    const dd height = root_difference(o, ROOT_K, low), width = root_difference(o, ROOT_K, least),
+             between = root_difference(o, low, least);
+    const double u = gap->down.hi, v = gap->below.hi, d = between.hi, up = gap->up.hi,
+                 first = u * v / ((d + v) * (u + d)), second = u * (width.hi + v) / ((d + v) * up),
+                 third = up * v / ((width.hi + v) * (u + d));
+    for (int i = 0; i < 40; i++) {
+        const dd before = gap->below;
+        if (third <= fmin(first, second))
+            gap->down = dd_sub(height, dd_div(product[0], dd_add(width, before)));
+        else
+            gap->down = dd_div(product[1], dd_add(between, before));
+        if (second < fmin(first, third))
+            gap->below = dd_sub(dd_div(product[0], dd_sub(height, gap->down)), width);
+        else
+            gap->below = dd_div(product[2], dd_add(gap->down, between));
+        if (!(fabs(dd_sub(gap->below, before).hi) > 1e-30 * fabs(before.hi))) break;
+    }
+    gap->up = dd_div(product[0], dd_add(width, gap->below));
+    gap->down = dd_div(product[1], dd_add(between, gap->below));
+    const dd ends = dd_sub(dd_add(gap->up, gap->down), height),
+             rest = dd_sub(dd_mul(gap->below, dd_add(gap->down, between)), product[2]);
+    /* On a short arc, an error of w1 hardly changes the state. */
+    gap->mismatch = fmax(fabs(ends.hi) / sqrt(height.hi), fabs(rest.hi) / product[2].hi);
+}
+/* Computes the distances of w1 and w2 from the ends of their arcs for the state (p, q, r, g1, g2,
+ * g3).
+ * With z = (r x + g3) times the conjugate of the square root of x^2 + g1 + i g2, where x = p + iq,
+ *     (k - w1)(k - w2) = (Im z/q)^2,   (w1 + k)(-k - w2) = (Re z/q)^2.
+ * These two products and the results of product_at_end determine the distances to full
+ * precision. */
+static arc_gaps separate(const kowalewski_curve *o, const dd y[6])
+{
+    const int low = o->order[o->real - 2], least = o->order[0];
+    const dd p = y[0], q = y[1], r = y[2], square = dd_square(q);
+    const cdd x = cdd_of(p, q), root = cdd_sqrt(cdd_add(cdd_mul(x, x), cdd_of(y[3], y[4]))),
+              z = cdd_mul(cdd_add(cdd_scale(r, x), cdd_real(y[5])),
+                          cdd_of(root.re, dd_neg(root.im)));
+    dd w[2];
+    find_variables(o, p, q, w);
+    arc_gaps gap = {dd_sub(o->k, w[0]), dd_sub(w[0], o->root[low]), dd_sub(o->root[least], w[1]),
+                    INFINITY};
+    if (!(square.hi > 0.0)) return gap;
+    const dd product[3] = {dd_div(dd_square(z.im), square),
+                           dd_div(product_at_end(o, low, p, q, z.re), square),
+                           dd_div(product_at_end(o, least, p, q, z.re), square)};
+    refine_gaps(o, product, &gap);
+    return gap;
+}
+
+static void set_differences(const kowalewski_curve *o, kowalewski_arc *arc)
+{
+    for (int i = 0; i < ROOTS; i++) {
+        arc->a[i] =
+            arc->low == AT_INFINITY ? arc->A : dd_mul(arc->C, root_difference(o, arc->low, i));
+        arc->b[i] = root_difference(o, arc->high, i);
+    }
+}
+/* Sets the coefficients A, B, C and E of one arc of the Kowalewski curve. The argument `scale` is
+ * C, or -A if the arc extends to infinity. */
+static void scale_arc(const kowalewski_curve *o, kowalewski_arc *arc, dd scale)
+{
+    const int infinite = arc->low == AT_INFINITY;
+    arc->A = infinite ? dd_neg(scale) : dd_mul(o->root[arc->low], scale);
+    arc->B = o->root[arc->high];
+    arc->C = infinite ? dd_of(0.0) : scale;
+    arc->E = dd_of(1.0);
+    set_differences(o, arc);
+}
+/* The complex singularities of the integrands of an arc, stored as values of cos x. Double-doubles
+ * are needed, because cos x is close to 1 or -1 for singularities near an end of the arc. */
+typedef struct singularities {
+    int count;
+    cdd cosine[ROOTS + 1 + FOLDS];
+} singularities;
+
+/* Returns the hyperbolic sine of |Im x|, given cos x. */
+static dd sinh_of_imaginary_part(cdd c)
+{
+    const cdd one = cdd_real(dd_of(1.0));
+    const dd mean = dd_half(
+        dd_add(dd_sqrt(cdd_abs_square(cdd_add(c, one))), dd_sqrt(cdd_abs_square(cdd_sub(c, one)))));
+    return dd_sqrt(dd_max(dd_sub(dd_square(mean), dd_of(1.0)), dd_of(0.0)));
+}
+static cdd sine_of(cdd c)
+{
+    const cdd one = cdd_real(dd_of(1.0));
+    return cdd_sqrt(cdd_mul(cdd_sub(one, c), cdd_add(one, c)));
+}
+/* Returns 1 if Re x is pi/2, 0 if Re x is 0 or pi, and -1 otherwise, given cos x. */
+static int find_symmetry_line(cdd c)
+{
+    const cx sine = cdd_high(sine_of(c)), cosine = cdd_high(c);
+    const int crosswise = fabs(cosine.re) < fabs(cosine.im);
+    const cx u = crosswise ? sine : cosine;
+    return fabs(u.im) > 1e-6 * fabs(u.re) ? -1 : crosswise;
+}
+/* Returns the smallest value of sinh |Im x| among the singularities x of the integrands. The values
+ * `height` and `crosswise` describe the nearest singularity that a Landen transformation can
+ * remove, such as that of a real branch point. */
+static double find_nearest(const singularities *v, dd *height, int *crosswise)
+{
+    double least = INFINITY;
+    *height = dd_of(INFINITY);
+    *crosswise = 0;
+    for (int i = 0; i < v->count; i++) {
+        const dd here = sinh_of_imaginary_part(v->cosine[i]);
+        const int line = find_symmetry_line(v->cosine[i]);
+        least = fmin(least, here.hi);
+        if (line >= 0 && here.hi < height->hi) *height = here, *crosswise = line;
+    }
+    return least;
+}
+static singularities singularities_of(const kowalewski_curve *o, const kowalewski_arc *arc)
+{
+    singularities v = {0};
+    for (int i = 0; i < ROOTS + 1; i++) {
+        const int end = i < ROOTS && (i == arc->low || i == arc->high);
+        if (end || (i == 2 && o->pair) || (i == ROOTS && arc->low == AT_INFINITY)) continue;
+        const dd im = o->pair && i == 1 ? dd_neg(o->root[2]) : dd_of(0.0);
+        const cdd a = i == ROOTS ? cdd_real(arc->C) : cdd_of(arc->a[i], dd_mul(im, arc->C)),
+                  b = i == ROOTS ? cdd_real(arc->E) : cdd_of(arc->b[i], dd_mul(im, arc->E)),
+                  apart = cdd_sub(a, b);
+        if (cdd_abs_square(apart).hi > 0.0) v.cosine[v.count++] = cdd_div(cdd_add(a, b), apart);
+    }
+    return v;
+}
+/* Moves the singularities of an integrand by a Landen transformation of modulus m. Let u be cos x,
+ * or sin x if `crosswise` is nonzero, and let v be the same function of the new variable. Then m u
+ * v^2 - (1 + m) v + u = 0. The transformation removes a singularity at u if the quadratic equation
+ * for v has a double root. The Landen transformation adds a singularity of the integrand at v =
+ * 1/m. */
+static singularities move_singularities(const singularities *from, dd m, int crosswise)
+{
+    const dd plus = dd_plus(m, 1.0), minus = dd_sub(dd_of(1.0), m);
+    singularities to = {0};
+    for (int i = 0; i < from->count; i++) {
+        const cdd u = crosswise ? sine_of(from->cosine[i]) : from->cosine[i];
+        const cdd square =
+            cdd_sub(cdd_real(dd_square(plus)), cdd_scale(dd_scale(4.0, m), cdd_mul(u, u)));
+        if (cx_abs(cdd_high(square)) < 1e-12 * minus.hi * minus.hi) continue;
+        const cdd v = cdd_div(cdd_scale(dd_of(2.0), u), cdd_add(cdd_real(plus), cdd_sqrt(square)));
+        to.cosine[to.count++] = crosswise ? sine_of(v) : v;
+    }
+    const cdd last = cdd_real(dd_div(dd_of(1.0), m));
+    to.cosine[to.count++] = crosswise ? sine_of(last) : last;
+    return to;
+}
+/* Returns the modulus of the Landen transformation that removes a singularity, given sinh |Im
+ * x|. */
+static dd modulus_for(dd height)
+{
+    const dd other = dd_div(height, dd_sqrt(dd_plus(dd_square(height), 1.0)));
+    return dd_div(dd_sub(dd_of(1.0), other), dd_plus(other, 1.0));
+}
+/* Chooses Landen transformations that move the singularities of the integrands away from an arc.
+ * Each transformation removes one singularity near the real axis, but roughly halves the distances
+ * of the others from the axis. Returns sinh |Im x| of the singularity x that is nearest to the real
+ * axis after these transformations. */
+static double choose_landen_transformations(const kowalewski_curve *o, kowalewski_arc *arc)
+{
+    singularities now = singularities_of(o, arc);
+    dd height;
+    int crosswise, folds = 0;
+    double best = find_nearest(&now, &height, &crosswise);
+    for (arc->folds = 0; arc->folds < FOLDS && best < 0.6;) {
+        if (!(height.hi > 1e-12)) break;
+        const dd m = modulus_for(height);
+        arc->fold[arc->folds] = m;
+        arc->crosswise[arc->folds++] = crosswise;
+        now = move_singularities(&now, m, crosswise);
+        const double least = find_nearest(&now, &height, &crosswise);
+        if (least > 1.2 * best) {
+            best = least;
+            folds = arc->folds;
+        }
+    }
+    arc->folds = folds;
+    return best;
+}
+/* Returns the scale of an arc (see scale_arc) for which the complex branch points lie at Re x =
+ * pi/2. */
+static dd scale_for_pair(const kowalewski_curve *o, const kowalewski_arc *arc)
+{
+    const dd im = dd_square(o->root[2]), up = dd_sub(o->root[arc->high], o->root[1]),
+             high = dd_add(dd_square(up), im);
+    if (arc->low == AT_INFINITY) return dd_sqrt(high);
+    const dd down = dd_sub(o->root[arc->low], o->root[1]);
+    return dd_sqrt(dd_div(high, dd_add(dd_square(down), im)));
+}
+/* Chooses the scale of an arc so that its averages converge as fast as possible. The argument
+ * `scale` yields the fastest convergence if all branch points of the curve are real. */
+static void choose_scale(const kowalewski_curve *o, kowalewski_arc *arc, dd scale)
+{
+    scale_arc(o, arc, scale);
+    const double plain = choose_landen_transformations(o, arc);
+    if (!o->pair || plain > 0.6) return;
+    const kowalewski_arc old = *arc;
+    scale_arc(o, arc, scale_for_pair(o, arc));
+    if (choose_landen_transformations(o, arc) < plain) *arc = old;
+}
+/* Sets up the arc of w1, which ends at the largest real zero of F(w)^2, and the arc of w2, which
+ * ends at the smallest one. */
+static void make_arcs(const kowalewski_curve *o, kowalewski_arc arc[2])
+{
+    const int top = o->real - 1;
+    const int high = o->order[top], low = o->order[top - 1], below = o->order[top - 2],
+              least = o->order[0], above = o->order[1];
+    arc[0].low = low;
+    arc[0].high = high;
+    arc[1].low = AT_INFINITY;
+    arc[1].high = least;
+    choose_scale(o, &arc[0],
+                 dd_sqrt(dd_div(root_difference(o, high, below), root_difference(o, low, below))));
+    choose_scale(
+        o, &arc[1],
+        dd_sqrt(dd_mul(root_difference(o, above, least), root_difference(o, high, least))));
+}
+/* Converts the sine and cosine of the transformed variable y to those of x, and returns dx/dy. The
+ * code exchanges values instead of pointers to avoid an optimizer error in gcc 12.2 at -O1. */
+static dd invert_landen_transformations(const kowalewski_arc *arc, dd *s, dd *c)
+{
+    dd slope = dd_of(1.0);
+    for (int i = arc->folds - 1; i >= 0; i--) {
+        const int crosswise = arc->crosswise[i];
+        const dd u = dd_choose(crosswise, *s, *c), v = dd_choose(crosswise, *c, *s);
+        const dd m = arc->fold[i], square = dd_mul(m, dd_square(u)), plus = dd_plus(square, 1.0),
+                 root = dd_sqrt(dd_sub(dd_of(1.0), dd_mul(m, square)));
+        slope = dd_mul(
+            slope, dd_div(dd_mul(dd_plus(m, 1.0), dd_sub(dd_of(1.0), square)), dd_mul(plus, root)));
+        const dd one = dd_div(dd_mul(dd_plus(m, 1.0), u), plus),
+                 other = dd_div(dd_mul(v, root), plus);
+        *s = dd_choose(crosswise, one, other);
+        *c = dd_choose(crosswise, other, one);
+    }
+    return slope;
+}
+/* Converts the sine and cosine of x to those of the transformed variable y. */
+static void apply_landen_transformations(const kowalewski_arc *arc, dd *s, dd *c)
+{
+    for (int i = 0; i < arc->folds; i++) {
+        const int crosswise = arc->crosswise[i];
+        const dd u = dd_choose(crosswise, *s, *c), v = dd_choose(crosswise, *c, *s);
+        const dd m = arc->fold[i], plus = dd_plus(m, 1.0), minus = dd_sub(dd_of(1.0), m);
+        const dd root = dd_sqrt(dd_add(dd_square(minus), dd_scale(4.0, dd_mul(m, dd_square(v)))));
+        const dd one = dd_div(dd_twice(u), dd_add(plus, root)), square = dd_mul(m, dd_square(one));
+        const dd other =
+            dd_div(dd_mul(v, dd_plus(square, 1.0)), dd_sqrt(dd_sub(dd_of(1.0), dd_mul(m, square))));
+        *s = dd_choose(crosswise, one, other);
+        *c = dd_choose(crosswise, other, one);
+    }
+}
+static dd add_products(dd a, dd s, dd b, dd c) { return dd_add(dd_mul(a, s), dd_mul(b, c)); }
+/* Writes N and D, and returns R. s and c are sin^2 and cos^2 of x/2. */
+static dd arc_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd s, dd c, dd *N, dd *D)
+{
+    dd product = dd_of(1.0);
+    *N = add_products(arc->A, s, arc->B, c);
+    *D = add_products(arc->C, s, arc->E, c);
+    for (int i = 0; i < ROOTS; i++) {
+        dd factor;
+        if (i == arc->low || i == arc->high || (o->pair && i == 2)) continue;
+        factor = add_products(arc->a[i], s, arc->b[i], c);
+        if (o->pair && i == 1)
+            factor = dd_add(dd_square(factor), dd_square(dd_mul(o->root[2], *D)));
+        product = dd_mul(product, factor);
+    }
+    product = dd_twice(dd_abs(product));
+    if (arc->low == AT_INFINITY) return dd_sqrt(dd_div(dd_neg(dd_mul(arc->A, arc->E)), product));
+    return dd_sqrt(dd_div(dd_mul(arc->C, arc->E), dd_mul(product, *D)));
+}
+
+/* Frequencies and sine series of a Kowalewski top, computed from averages over the two arcs on
+ * which Kowalewski's variables move. The heading of the vector C (kowalewski.h) is the integral of
+ * l w dw/((w^2 + c) F). The poles of this integrand, at w^2 = k^2 - 1, are close to the arcs if l
+ * is small. A real pole w in the gap beside an arc contributes |l| D^2 R/2(N - w D), with N - w D =
+ * a sin^2 + b cos^2 of x/2. The multiple of 1/(N - w D) that has the same residue is subtracted.
+ * Its integral is the argument of sqrt(b) cos x/2 + i sqrt(a) sin x/2, which kowalewski.h adds to
+ * the heading. */
+/* A pole w of the integrand of the heading, with N - w D = a sin^2 + b cos^2. */
+typedef struct heading_pole {
+    dd a, b, value; /* sqrt(a b)/2, or 0 if the pole is not treated separately */
+    int adjacent;   /* 1 if the pole is in the gap beside the arc's end */
+} heading_pole;
+
+/* Returns root i minus the pole w, computed without cancellation. */
+static dd root_minus_pole(const kowalewski_curve *o, int i, dd w)
+{
+    const dd difference = dd_sub(o->root[i], w), sum = dd_add(o->root[i], w),
+             other = dd_add(o->root[i], o->h);
+    if (!(fabs(difference.hi) < 0.1 * fabs(sum.hi))) return difference;
+    if (i >= ROOT_K) return dd_div(dd_of(1.0), sum);
+    if (!(fabs(other.hi) > 1e-3 * fabs(difference.hi))) return difference;
+    return dd_div(dd_half(dd_square(o->l)), dd_mul(other, sum));
+}
+/* Finds the poles that contribute to the integrand of the heading on an arc. Returns the
+ * number of poles. */
+static int find_heading_poles(const kowalewski_curve *o, const kowalewski_arc *arc,
+                              heading_pole pole[2])
+{
+    const int infinite = arc->low == AT_INFINITY, end = infinite ? arc->high : arc->low;
+    const dd next = real_root(o, infinite ? 1 : o->real - 3), w0 = dd_sqrt(dd_neg(o->c));
+    int count = 0;
+    for (int i = 0; i < 2; i++) {
+        const dd w = i ? dd_neg(w0) : w0, rest = root_minus_pole(o, end, w);
+        heading_pole *p = &pole[count];
+        p->a = infinite ? arc->A : dd_mul(arc->C, rest);
+        p->b = infinite ? rest : root_minus_pole(o, arc->high, w);
+        const double side = infinite ? -1.0 : 1.0; /* sign of arc - pole: poles lie in gaps */
+        const int adjacent = side * dd_sub(w, next).hi >= 0.0; /* is it in the next gap? */
+        if (o->l.hi == 0.0 && !(adjacent && rest.hi == 0.0)) continue;
+        p->value = adjacent ? dd_half(dd_sqrt(dd_mul(p->a, p->b))) : dd_of(0.0);
+        p->adjacent = adjacent;
+        count++;
+    }
+    return count;
+}
+/* Returns the integrand of the heading for l > 0, after subtraction of the contributions of its
+ * poles. */
+static dd heading_integrand(const kowalewski_curve *o, int poles, const heading_pole pole[2], dd s,
+                            dd c, dd N, dd D, dd R, dd slope)
+{
+    const dd g = dd_mul(dd_abs(o->l), dd_mul(dd_square(D), R));
+    dd sum = dd_of(0.0);
+    if (o->c.hi > 0.0)
+        return dd_div(dd_mul(g, N), dd_add(dd_square(N), dd_mul(o->c, dd_square(D))));
+    for (int i = 0; i < poles; i++) {
+        const dd under = add_products(pole[i].a, s, pole[i].b, c);
+        if (under.hi != 0.0)
+            sum = dd_add(sum, dd_div(dd_sub(dd_half(g), dd_mul(slope, pole[i].value)), under));
+    }
+    return sum;
+}
+/* An arc with the poles of the heading. */
+typedef struct arc_with_poles {
+    const kowalewski_curve *o;
+    const kowalewski_arc *arc;
+    int poles;
+    heading_pole pole[2];
+} arc_with_poles;
+
+/* Computes dt/dx, w dt/dx, and the integrand of the heading. */
+static void sample_arc(const void *data, const cosine_table *t, int i, dd out[3])
+{
+    const arc_with_poles *p = data;
+    dd N, D, sine = t->c[i < GRID / 2 ? GRID / 2 - i : i - GRID / 2], cosine = t->c[i];
+    const dd slope = invert_landen_transformations(p->arc, &sine, &cosine),
+             c = dd_half(dd_plus(cosine, 1.0)), s = dd_half(dd_sub(dd_of(1.0), cosine));
+    const dd R = dd_mul(slope, arc_at(p->o, p->arc, s, c, &N, &D));
+    out[0] = dd_mul(D, R);
+    out[1] = dd_mul(N, R);
+    out[2] =
+        p->poles ? heading_integrand(p->o, p->poles, p->pole, s, c, N, D, R, slope) : dd_of(0.0);
+}
+/* Computes the averages over an arc. Returns 0 if they do not converge. */
+static int average_arc(const kowalewski_curve *o, kowalewski_arc *arc, cosine_table *table,
+                       samples *v)
+{
+    arc_with_poles p = {.o = o, .arc = arc};
+    const int real = o->c.hi <= 0.0;
+    p.poles = real ? find_heading_poles(o, arc, p.pole) : o->l.hi != 0.0;
+    double floor[3] = {0.0, 0.0, 0.0};
+    for (int i = 0; real && i < p.poles; i++) floor[2] += p.pole[i].adjacent ? 0.5 : 0.0;
+    dd mean[3];
+    arc->points = average(sample_arc, &p, 3, floor, table, v, mean);
+    arc->p = mean[0];
+    arc->q = mean[1];
+    arc->turn = mean[2];
+    return arc->points > 0;
+}
+/* The rates of the two torus angles and of the heading. The heading does not include the
+ * arguments of the factors for its poles. */
+typedef struct kowalewski_rates {
+    dd rate[2], heading;
+} kowalewski_rates;
+
+/* Computes the sine series of arc j from its samples. F is positive at the start of the first
+ * arc and negative at the start of the second. The differentials of theta1 and theta2 are the
+ * sums over both arcs of
+ *     (p2 w dt - q2 dt)/det  and  (p1 w dt - q1 dt)/det.
+ * The heading contains multiples of theta1 and theta2, which can be large. They are subtracted
+ * before the integration. */
+static void integrate_arc(const kowalewski_curve *o, kowalewski_arc arc[2], int j, dd det,
+                          const cosine_table *table, samples *v)
+{
+    const double side = j ? -1.0 : 1.0, turn = o->l.hi < 0.0 ? -side : side;
+    const dd scale = dd_div(dd_of(side), det);
+    dd factor[2][2]; /* of w dt and dt in each angle */
+    for (int i = 0; i < 2; i++) {
+        factor[i][0] = dd_mul(scale, arc[1 - i].p);
+        factor[i][1] = dd_neg(dd_mul(scale, arc[1 - i].q));
+    }
+    for (int i = 0; i <= GRID; i += GRID / arc[j].points) {
+        const dd t = dd_sub(v->v[0][i], arc[j].p), wt = dd_sub(v->v[1][i], arc[j].q);
+        const dd one = add_products(wt, factor[0][0], t, factor[0][1]),
+                 two = add_products(wt, factor[1][0], t, factor[1][1]);
+        const dd heading = dd_scale(turn, dd_sub(v->v[2][i], arc[j].turn)),
+                 known = dd_sub(dd_mul(arc[0].turn, one), dd_mul(arc[1].turn, two));
+        v->v[0][i] = one;
+        v->v[1][i] = two;
+        v->v[2][i] = dd_sub(heading, o->l.hi < 0.0 ? dd_neg(known) : known);
+    }
+    for (int i = 0; i < 3; i++) integrate_samples(v->v[i], table, arc[j].points, arc[j].sine[i]);
+}
+/* Computes the averages over both arcs, the frequencies of the motion, and the sine series. Returns
+ * 0 if the average of an integrand is not accurate enough. */
+static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine_table *table,
+                        samples v[2], kowalewski_rates *out)
+{
+    start_cosine_table(table);
+    for (int j = 0; j < 2; j++)
+        if (!average_arc(o, &arc[j], table, &v[j])) return 0;
+    const dd det = dd_sub(dd_mul(arc[1].p, arc[0].q), dd_mul(arc[0].p, arc[1].q));
+    for (int j = 0; j < 2; j++) {
+        out->rate[j] = dd_div(arc[1 - j].p, det);
+        integrate_arc(o, arc, j, det, table, &v[j]);
+    }
+    const dd heading = dd_sub(dd_mul(arc[0].turn, out->rate[0]), dd_mul(arc[1].turn, out->rate[1]));
+    out->heading = o->l.hi < 0.0 ? dd_neg(heading) : heading;
+    return det.hi > 0.0;
+}
+/* Adds the values of the two sine series of an arc to the torus angles `theta`. `s` and `c` are the
+ * sine and cosine of the variable of the series. */
+static void add_sines(const kowalewski_arc *arc, double s, double c, double theta[2])
+{
+    for (int i = 0; i < 2; i++) {
+        double b1 = 0.0, b2 = 0.0;
+        for (int k = arc->points - 1; k > 0; k--) {
+            const double b = arc->sine[i][k] + 2.0 * c * b1 - b2;
+            b2 = b1;
+            b1 = b;
+        }
+        theta[i] += b1 * s;
+    }
+}
+
+/* The torus angles of a Kowalewski top at the start, in double-double precision, from a state
+ * shortly after the initial time at which w1 and w2 are not close to the ends of their arcs. */
+enum { ORDER = 12 };
+
+/* A point of an arc: the sine and cosine of x/2, the angle y, and the contributions of the arc to
+ * theta1 - y1 and theta2 - y2. */
+typedef struct start_point {
+    double s, c, angle, theta[2];
+} start_point;
+
+/* Returns the branch point with the index i. */
+static cdd root_dd(const kowalewski_curve *o, int i)
+{
+    if (!o->pair || i == 0 || i >= ROOT_K) return cdd_real(o->root[i]);
+    return cdd_of(o->root[1], i == 1 ? o->root[2] : dd_neg(o->root[2]));
+}
+/* Computes the Taylor coefficients of the state p, q, r, g1, g2, g3. */
+static void expand(const dd y[6], dd c[6][ORDER + 1])
+{
+    for (int i = 0; i < 6; i++) c[i][0] = y[i];
+    for (int n = 0; n < ORDER; n++) {
+        dd d[6] = {{0.0, 0.0}};
+        for (int i = 0; i <= n; i++) {
+            const int j = n - i;
+            d[0] = dd_add(d[0], dd_half(dd_mul(c[1][i], c[2][j])));
+            d[1] = dd_sub(d[1], dd_half(dd_mul(c[0][i], c[2][j])));
+            d[3] = dd_add(d[3], dd_sub(dd_mul(c[4][i], c[2][j]), dd_mul(c[5][i], c[1][j])));
+            d[4] = dd_add(d[4], dd_sub(dd_mul(c[5][i], c[0][j]), dd_mul(c[3][i], c[2][j])));
+            d[5] = dd_add(d[5], dd_sub(dd_mul(c[3][i], c[1][j]), dd_mul(c[4][i], c[0][j])));
+        }
+        d[1] = dd_sub(d[1], dd_half(c[5][n]));
+        d[2] = c[4][n];
+        for (int i = 0; i < 6; i++) c[i][n + 1] = dd_div(d[i], dd_of(n + 1.0));
+    }
+}
+static void sum_series(dd c[6][ORDER + 1], double span, dd out[6])
+{
+    for (int i = 0; i < 6; i++) {
+        out[i] = c[i][ORDER];
+        for (int n = ORDER - 1; n >= 0; n--) out[i] = dd_add(dd_times(span, out[i]), c[i][n]);
+    }
+}
+/* Computes the point on an arc where Kowalewski's variable has the distance `gap` from the upper
+ * end. If the lower end of the arc is finite, `rest` is the distance of Kowalewski's variable from
+ * this end. The argument `next` is the value of `gap` at a later time, and determines in which
+ * direction the variable moves along the arc.
+ * Returns 0 if the point is so close to an end of the arc that sin(x/2) or cos(x/2) is at most
+ * `least`. */
+static int make_point(const kowalewski_arc *arc, dd gap, dd rest, dd next, double least,
+                      start_point *out)
+{
+    const dd none = dd_of(0.0), up = dd_max(gap, none),
+             down = arc->low == AT_INFINITY ? dd_neg(arc->A) : dd_mul(arc->C, dd_max(rest, none)),
+             both = dd_add(up, down);
+    dd s = dd_sqrt(dd_div(up, both)), c = dd_sqrt(dd_div(down, both));
+    if (!(s.hi > least && c.hi > least)) return 0;
+    dd sine = dd_twice(dd_mul(s, c)), cosine = dd_sub(dd_square(c), dd_square(s));
+    if (dd_less(next, gap)) {
+        s = dd_neg(s);
+        sine = dd_neg(sine);
+    }
+    out->s = s.hi;
+    out->c = c.hi;
+    apply_landen_transformations(arc, &sine, &cosine);
+    /* The signs chosen for the square roots are correct for angles between -pi and pi. */
+    const double turns = turns_of(sine.hi, cosine.hi).hi;
+    out->angle = two_pi * (sine.hi < 0.0 && turns > 0.0 ? turns - 1.0 : turns);
+    out->theta[0] = out->theta[1] = 0.0;
+    add_sines(arc, sine.hi, cosine.hi, out->theta);
+    return 1;
+}
+/* Finds the first state after the start at which neither w1 nor w2 is close to an end of its
+ * arc. If they move very slowly, there may be no such state, and points closer to the ends are
+ * accepted. A slightly later state gives the directions of w1 and w2. Writes the state, its
+ * points on the arcs, and the torus angles at the start. Returns the member `mismatch` of
+ * arc_gaps for this state, or infinity if there is no such state. */
+static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
+                         const kowalewski_rates *rates, const dd start[6], start_point point[2],
+                         dd at[6], double theta[2])
+{
+    const double moment = 0.00390625 / (1.0 + sqrt(fabs(o->h.hi)));
+    dd series[6][ORDER + 1], later[6];
+    memcpy(at, start, 6 * sizeof *at);
+    for (int step = 0; step < 160; step++) {
+        const int i = step % 8;
+        const double least = step < 8 ? 0.02 : step < 32 ? 0.002 : step < 96 ? 1e-5 : 1e-9;
+        if (i == 0) expand(at, series);
+        sum_series(series, (i + 1) * moment, at);
+        sum_series(series, (i + 1 + 0x1p-20) * moment, later);
+        const arc_gaps gap = separate(o, at), next = separate(o, later);
+        if (!make_point(&arc[0], gap.up, gap.down, next.up, least, &point[0])) continue;
+        if (!make_point(&arc[1], gap.below, gap.below, next.below, least, &point[1])) continue;
+        for (int j = 0; j < 2; j++)
+            theta[j] = point[j].angle + (point[0].theta[j] + point[1].theta[j]) -
+                       (step + 1) * moment * rates->rate[j].hi;
+        return gap.mismatch;
+    }
+    return INFINITY;
+}
 
 /* For tops with a larger k, most states need derivatives (frame_at). */
 #define FAST 9.0
 static const torus_kind kowalewski = {KR_KIND_KOWALEWSKI, 2.0, 1.0, -1.0};
 
 /* The state p, q, r, g1, g2, g3 and the constant l = <m, e3> of a top, in the notation of
- * kowalewski_curve.h. */
+ * kowalewski_curve. */
 typedef struct kowalewski_top {
     dd state[6], l;
 } kowalewski_top;

@@ -1,5 +1,5 @@
 /* The closed-form solution of a Kowalewski top, without theta functions. The axes, units and
- * constants are defined in kowalewski_curve.h. Kowalewski's variables w1 and w2 move on arcs,
+ * constants are defined in kowalewski.c. Kowalewski's variables w1 and w2 move on arcs,
  * on which w = N/D is a function of an angle x. A sequence of Landen transformations computes x
  * from an angle y. The torus angles
  *     theta_i = y_i + S_i1(y1) + S_i2(y2)
