@@ -146,6 +146,12 @@ void kr_tangents_start(struct kr_top *top);
  * error code. */
 kr_status kr_refusal_by_method(const struct kr_method *method, const kr_scene *scene);
 
+/* A text outside functions that a linker leaves out with what refers to it. The linker keeps all
+ * string literals of a file. */
+#define KR_TEXT(text) ((const char[]){text})
+#define KR_METHOD_TEXTS(its_name, its_text, its_integrals, its_source)                             \
+    .name = KR_TEXT(its_name), .text = KR_TEXT(its_text), .conserves = KR_TEXT(its_integrals),     \
+    .reference = KR_TEXT(its_source)
 struct kr_method {
     const char *name, *text, *conserves, *reference;
     int order;

@@ -5,11 +5,10 @@
 
 kr_method_info kr_method_describe(const kr_method *m)
 {
-    const kr_method_info info = {
+    return (kr_method_info){
         m->name,      m->text,  m->conserves,
         m->reference, m->order, m->flags | (m->at ? (unsigned)KR_METHOD_DENSE : 0),
     };
-    return info;
 }
 
 int kr_method_applies(const kr_method *method, const kr_body *body)

@@ -23,8 +23,7 @@ size_t kr_tangents_size(const kr_method *method, const kr_config *config)
 static const vec_dd zero_vector = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}};
 static vec_dd unit_vector_dd(int i)
 {
-    const vec_dd v = {dd_of(i == 0), dd_of(i == 1), dd_of(i == 2)};
-    return v;
+    return (vec_dd){dd_of(i == 0), dd_of(i == 1), dd_of(i == 2)};
 }
 
 /* The initial value of each column of the tangent matrix, and the derivatives of the equations of

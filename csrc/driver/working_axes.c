@@ -27,9 +27,8 @@ kr_state kr_top_start_in_own_units(kr_top *top, const kr_state *state)
 {
     const kr_working working = kr_top_working_axes(top);
     const int is_renamed = !working.tilted && kr_body_last_axis(&top->scene.body) != 2;
-    const kr_state own = {0.0,
-                          is_renamed ? rename_attitude(top, working.axes, state->q)
-                                     : q_unit(q_mul(state->q, top->axes)),
-                          v_scale(1.0 / top->momentum_unit, state->m)};
-    return own;
+    return (kr_state){0.0,
+                      is_renamed ? rename_attitude(top, working.axes, state->q)
+                                 : q_unit(q_mul(state->q, top->axes)),
+                      v_scale(1.0 / top->momentum_unit, state->m)};
 }

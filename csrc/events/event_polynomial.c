@@ -431,9 +431,8 @@ kr_linear kr_terms_linear_form(const kr_top *top, double rate, const kr_event *e
         value[i] = c[0];
     }
     const double rest = value[6];
-    const kr_linear linear = {v3(value[0] - rest, value[1] - rest, value[2] - rest),
-                              v3(value[3] - rest, value[4] - rest, value[5] - rest), rest};
-    return linear;
+    return (kr_linear){v3(value[0] - rest, value[1] - rest, value[2] - rest),
+                       v3(value[3] - rest, value[4] - rest, value[5] - rest), rest};
 }
 
 double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n, const kr_term terms[])

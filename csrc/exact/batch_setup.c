@@ -255,9 +255,8 @@ static group_result end_group(group w, lagrange_setup *s)
                     exact->spin_angle_rate);
     to_user(exact, in_lanes(w, BEGIN), time, in_lanes(w, MOMENT) / time);
     const wide rates = exact->nutation.fast + exact->first.fast + exact->second.fast;
-    const group_result r = {mask_bits(mask_not(is_moving(&s->top))),
-                            mask_bits(mask_not(wide_less(wide_abs(rates), wide_splat(INFINITY))))};
-    return r;
+    return (group_result){mask_bits(mask_not(is_moving(&s->top))),
+                          mask_bits(mask_not(wide_less(wide_abs(rates), wide_splat(INFINITY))))};
 }
 
 /* The arguments of a batch computation, and the scalar functions for tops that must be processed

@@ -104,14 +104,14 @@ void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state
 {
     kr_exact_evaluate_widest(exact->isa, plan_after(exact), n, t, out);
 }
+static const char *const refusal_texts[] = {
+#define X(name, text) KR_TEXT(text),
+    KR_REFUSAL_LIST(X)
+#undef X
+};
 const char *kr_refusal_text(kr_refusal refusal)
 {
-    static const char *const texts[] = {
-#define X(name, text) text,
-        KR_REFUSAL_LIST(X)
-#undef X
-    };
-    return (unsigned)refusal < KR_REFUSAL_COUNT ? texts[refusal] : NULL;
+    return (unsigned)refusal < KR_REFUSAL_COUNT ? refusal_texts[refusal] : NULL;
 }
 
 kr_status kr_exact_nutation(const kr_scene *scene, kr_nutation *out)
@@ -243,11 +243,9 @@ static void exact_read(const kr_motion *motion, kr_state *s)
 }
 
 const kr_method kr_method_exact = {
-    .name = "exact",
-    .text = "closed forms of the integrable tops",
-    .conserves = "all integrals",
-    .reference = "Klein and Sommerfeld 1897; Jacobi 1849; Kowalevski 1889; Chaplygin 1901; "
-                 "Volterra 1899",
+    KR_METHOD_TEXTS("exact", "closed forms of the integrable tops", "all integrals",
+                    "Klein and Sommerfeld 1897; Jacobi 1849; Kowalevski 1889; Chaplygin 1901; "
+                    "Volterra 1899"),
     .order = 0,
     .flags = KR_METHOD_ADAPTIVE | KR_METHOD_REVERSIBLE | KR_METHOD_SYMPLECTIC |
              KR_METHOD_INTEGRABLE | KR_METHOD_ROTORS,

@@ -41,8 +41,7 @@ INLINE state_lanes gyrostat_kernel(const kr_gyrostat_plan *plan, wide time, dd f
                           (p[0] * map[0].z + p[1] * map[1].z) +
                               (p[2] * map[2].z + p[3] * map[3].z)};
     const kr_vec3 m = plan->momentum;
-    const state_lanes r = {time, q, {wide_splat(m.x), wide_splat(m.y), wide_splat(m.z)}};
-    return r;
+    return (state_lanes){time, q, {wide_splat(m.x), wide_splat(m.y), wide_splat(m.z)}};
 }
 /* Returns the state at a time, which is the initial time plus `span`. */
 INLINE state_lanes gyrostat_after(const kr_gyrostat_plan *plan, wide time, dd span)

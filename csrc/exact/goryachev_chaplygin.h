@@ -156,8 +156,7 @@ INLINE chaplygin_point point_of(const kr_chaplygin_arc *arc, wide s, wide c)
         if (arc->has_cosine[k]) ends = ends * c;
         half[k] = ends * wide_sqrt(half[k]);
     }
-    const chaplygin_point p = {half[0], half[1], (arc->A * ss + arc->B * cc) * one};
-    return p;
+    return (chaplygin_point){half[0], half[1], (arc->A * ss + arc->B * cc) * one};
 }
 /* Finds the points at halves of torus angles [turns] on the arcs with the indices from `from` to
  * `to`, and the periodic parts of the time if `time` is not NULL. */

@@ -336,8 +336,7 @@ INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, 
         m.x += f.h_re * re - f.h_im * im;
         m.y += e->side * (f.h_re * im + f.h_im * re);
     }
-    const state_lanes r = {time, q, m};
-    return r;
+    return (state_lanes){time, q, m};
 }
 
 /* The longest time span for which exact products (two_product) do not overflow without fused
@@ -395,8 +394,7 @@ static const double two_pi = 6.283185307179586477;
 static inline phase_lanes phase_of(dd rate)
 {
     const dd f = dd_mul(rate, one_turn());
-    const phase_lanes r = {.fast = f.hi, .slow = f.lo};
-    return r;
+    return (phase_lanes){.fast = f.hi, .slow = f.lo};
 }
 /* Sets the initial value of a phase, in turns, after adding whole turns such that it lies between
  * 1/2 and 3/2, as phase_at requires. */
@@ -467,8 +465,7 @@ static inline quat_lanes rounded(const dd q[4])
 {
     const wide w = q[0].hi, x = q[1].hi, y = q[2].hi, z = q[3].hi,
                n = 1.0 / wide_sqrt(w * w + (x * x + y * y + z * z));
-    const quat_lanes r = {n * w, n * x, n * y, n * z};
-    return r;
+    return (quat_lanes){n * w, n * x, n * y, n * z};
 }
 
 /* Writes the axis a = q e3 q*, whose height is u = a.e3. Writes 1 + u to `plus` and returns 1 - u.

@@ -388,8 +388,7 @@ INLINE jacobian invert_jacobian(const angle_series *series, wide step_1, wide st
                b = series->slope[2] + step_2 * series->bend[2],
                c = series->slope[1] + step_1 * series->bend[1],
                e = 1.0 + (series->slope[3] + step_2 * series->bend[3]), n = 1.0 / (a * e - b * c);
-    const jacobian r = {{e * n, -b * n}, {-c * n, a * n}};
-    return r;
+    return (jacobian){{e * n, -b * n}, {-c * n, a * n}};
 }
 /* Computes a step of Chebyshev's method from y = theta + d. Chebyshev's method is Newton's
  * method with a correction for the second derivatives. The step is at most one radian. Writes
@@ -502,11 +501,7 @@ INLINE void find_arc_angles(const kr_kowalewski_torus *plan, const dd theta[2], 
 typedef struct dual {
     wide v, d;
 } dual;
-INLINE dual dual_of(wide v, wide d)
-{
-    const dual r = {v, d};
-    return r;
-}
+INLINE dual dual_of(wide v, wide d) { return (dual){v, d}; }
 INLINE dual constant(double v) { return dual_of(wide_splat(v), wide_splat(0.0)); }
 INLINE dual add(dual a, dual b) { return dual_of(a.v + b.v, a.d + b.d); }
 INLINE dual sub(dual a, dual b) { return dual_of(a.v - b.v, a.d - b.d); }
@@ -523,16 +518,8 @@ INLINE dual quotient(dual a, dual b)
 typedef struct pair {
     dual one, two;
 } pair;
-INLINE pair pair_of(const double a[2])
-{
-    const pair r = {constant(a[0]), constant(a[1])};
-    return r;
-}
-INLINE pair pair_times(dual s, pair a)
-{
-    const pair r = {mul(s, a.one), mul(s, a.two)};
-    return r;
-}
+INLINE pair pair_of(const double a[2]) { return (pair){constant(a[0]), constant(a[1])}; }
+INLINE pair pair_times(dual s, pair a) { return (pair){mul(s, a.one), mul(s, a.two)}; }
 INLINE pair pair_mul(int complex, pair a, pair b)
 {
     pair r = {mul(a.one, b.one), mul(a.two, b.two)};
@@ -544,8 +531,7 @@ INLINE pair pair_mul(int complex, pair a, pair b)
 }
 INLINE pair pair_signs(int complex, double one, double two, pair a)
 {
-    const pair r = {scale(one, a.one), scale(complex ? one : two, a.two)};
-    return r;
+    return (pair){scale(one, a.one), scale(complex ? one : two, a.two)};
 }
 /* Exchanges the roots e1 and e2. */
 INLINE pair pair_swap(int complex, pair a)
@@ -635,9 +621,8 @@ INLINE pair complex_root_at(const kr_kowalewski_arc *arc, half_angle x, dual D, 
                v = wide_choose(right, small, wide_choose(below, -large, large));
     const wide re_rate = (arc->a[1] - arc->b[1]) * (x.s * x.c) * rate, im_rate = arc->im * D.d,
                n = 0.5 / size;
-    const pair r = {dual_of(u, (re_rate * u + im_rate * v) * n),
-                    dual_of(v, (im_rate * u - re_rate * v) * n)};
-    return r;
+    return (pair){dual_of(u, (re_rate * u + im_rate * v) * n),
+                  dual_of(v, (im_rate * u - re_rate * v) * n)};
 }
 INLINE arc_point point_at(const kr_kowalewski_arc *arc, int complex, half_angle x, wide rate)
 {
@@ -1025,8 +1010,7 @@ INLINE quat_lanes quaternion_of(const frame_state *f)
         largest = wide_max(largest, squares[i]);
     }
     const wide n = 1.0 / wide_sqrt((q.w * q.w + q.x * q.x) + (q.y * q.y + q.z * q.z));
-    const quat_lanes unit = {n * q.w, n * q.x, n * q.y, n * q.z};
-    return unit;
+    return (quat_lanes){n * q.w, n * q.x, n * q.y, n * q.z};
 }
 /* The angle of the first node [turns]. It avoids the ends of the arcs. */
 static const double first_node = -0.99;

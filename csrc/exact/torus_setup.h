@@ -23,11 +23,7 @@ typedef struct cdd {
     dd re, im;
 } cdd;
 
-static inline cx cx_of(double re, double im)
-{
-    const cx r = {re, im};
-    return r;
-}
+static inline cx cx_of(double re, double im) { return (cx){re, im}; }
 static inline cx cx_add(cx a, cx b) { return cx_of(a.re + b.re, a.im + b.im); }
 static inline cx cx_sub(cx a, cx b) { return cx_of(a.re - b.re, a.im - b.im); }
 static inline cx cx_scale(double s, cx a) { return cx_of(s * a.re, s * a.im); }
@@ -38,11 +34,7 @@ static inline cx cx_mul(cx a, cx b)
 static inline double cx_abs_square(cx a) { return a.re * a.re + a.im * a.im; }
 static inline double cx_abs(cx a) { return sqrt(cx_abs_square(a)); }
 
-static inline cdd cdd_of(dd re, dd im)
-{
-    const cdd r = {re, im};
-    return r;
-}
+static inline cdd cdd_of(dd re, dd im) { return (cdd){re, im}; }
 static inline cdd cdd_real(dd re) { return cdd_of(re, dd_of(0.0)); }
 static inline cx cdd_high(cdd a) { return cx_of(a.re.hi, a.im.hi); }
 static inline cdd cdd_neg(cdd a) { return cdd_of(dd_neg(a.re), dd_neg(a.im)); }

@@ -205,10 +205,8 @@ static void ode_read(const kr_motion *motion, kr_state *s)
 }
 
 const kr_method kr_method_gsl_rk8pd = {
-    .name = "gsl_rk8pd",
-    .text = "GSL's embedded Runge-Kutta pair of orders 8 and 9",
-    .conserves = "nothing",
-    .reference = "Prince and Dormand 1981; GSL 2.7",
+    KR_METHOD_TEXTS("gsl_rk8pd", "GSL's embedded Runge-Kutta pair of orders 8 and 9", "nothing",
+                    "Prince and Dormand 1981; GSL 2.7"),
     .order = 8,
     .flags = KR_METHOD_ADAPTIVE | KR_METHOD_ABSOLUTE | KR_METHOD_ROTORS | KR_METHOD_TURNING |
              KR_METHOD_GRADIENT,
@@ -219,10 +217,9 @@ const kr_method kr_method_gsl_rk8pd = {
     .release = release_tools,
 };
 const kr_method kr_method_gsl_bsimp = {
-    .name = "gsl_bsimp",
-    .text = "GSL's semi-implicit Bulirsch-Stoer method with the analytic Jacobian",
-    .conserves = "nothing",
-    .reference = "Bader and Deuflhard 1983; GSL 2.7",
+    KR_METHOD_TEXTS("gsl_bsimp",
+                    "GSL's semi-implicit Bulirsch-Stoer method with the analytic Jacobian",
+                    "nothing", "Bader and Deuflhard 1983; GSL 2.7"),
     .order = 0,
     .flags = KR_METHOD_ADAPTIVE | KR_METHOD_ABSOLUTE | KR_METHOD_IMPLICIT | KR_METHOD_ROTORS |
              KR_METHOD_TURNING | KR_METHOD_GRADIENT,

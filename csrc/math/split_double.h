@@ -13,11 +13,7 @@ typedef struct split_vec {
     double part[SPLIT_MAX][3];
 } split_vec;
 
-static inline split_vec split_vec_of(kr_vec3 v)
-{
-    const split_vec p = {1, {{v.x, v.y, v.z}}};
-    return p;
-}
+static inline split_vec split_vec_of(kr_vec3 v) { return (split_vec){1, {{v.x, v.y, v.z}}}; }
 static inline dd split_dd(const split_vec *v, int i)
 {
     return dd_add(two_sum(v->part[0][i], v->part[1][i]), two_sum(v->part[2][i], v->part[3][i]));

@@ -16,32 +16,27 @@ typedef struct quat_dd {
 
 static inline vec_dd v_dd(kr_vec3 hi, kr_vec3 lo)
 {
-    const vec_dd v = {two_sum(hi.x, lo.x), two_sum(hi.y, lo.y), two_sum(hi.z, lo.z)};
-    return v;
+    return (vec_dd){two_sum(hi.x, lo.x), two_sum(hi.y, lo.y), two_sum(hi.z, lo.z)};
 }
 static inline kr_vec3 vdd_high(vec_dd a) { return v3(a.x.hi, a.y.hi, a.z.hi); }
 static inline kr_vec3 vdd_low(vec_dd a) { return v3(a.x.lo, a.y.lo, a.z.lo); }
 static inline vec_dd vdd_add(vec_dd a, vec_dd b)
 {
-    const vec_dd v = {dd_add(a.x, b.x), dd_add(a.y, b.y), dd_add(a.z, b.z)};
-    return v;
+    return (vec_dd){dd_add(a.x, b.x), dd_add(a.y, b.y), dd_add(a.z, b.z)};
 }
 static inline vec_dd vdd_scale(dd s, vec_dd a)
 {
-    const vec_dd v = {dd_mul(s, a.x), dd_mul(s, a.y), dd_mul(s, a.z)};
-    return v;
+    return (vec_dd){dd_mul(s, a.x), dd_mul(s, a.y), dd_mul(s, a.z)};
 }
 /* Returns power * a exactly, where `power` is a power of two. */
 static inline vec_dd vdd_scale_exactly(double power, vec_dd a)
 {
-    const vec_dd v = {dd_scale(power, a.x), dd_scale(power, a.y), dd_scale(power, a.z)};
-    return v;
+    return (vec_dd){dd_scale(power, a.x), dd_scale(power, a.y), dd_scale(power, a.z)};
 }
 /* Divides componentwise, for example by the principal moments of inertia. */
 static inline vec_dd vdd_over(vec_dd a, kr_vec3 b)
 {
-    const vec_dd v = {dd_div(a.x, dd_of(b.x)), dd_div(a.y, dd_of(b.y)), dd_div(a.z, dd_of(b.z))};
-    return v;
+    return (vec_dd){dd_div(a.x, dd_of(b.x)), dd_div(a.y, dd_of(b.y)), dd_div(a.z, dd_of(b.z))};
 }
 static inline dd vdd_dot(vec_dd a, vec_dd b)
 {
@@ -49,16 +44,14 @@ static inline dd vdd_dot(vec_dd a, vec_dd b)
 }
 static inline vec_dd vdd_cross(vec_dd a, vec_dd b)
 {
-    const vec_dd v = {dd_sub(dd_mul(a.y, b.z), dd_mul(a.z, b.y)),
-                      dd_sub(dd_mul(a.z, b.x), dd_mul(a.x, b.z)),
-                      dd_sub(dd_mul(a.x, b.y), dd_mul(a.y, b.x))};
-    return v;
+    return (vec_dd){dd_sub(dd_mul(a.y, b.z), dd_mul(a.z, b.y)),
+                    dd_sub(dd_mul(a.z, b.x), dd_mul(a.x, b.z)),
+                    dd_sub(dd_mul(a.x, b.y), dd_mul(a.y, b.x))};
 }
 
 static inline quat_dd q_dd(kr_quat hi, kr_quat lo)
 {
-    const quat_dd q = {two_sum(hi.w, lo.w), v_dd(q_vec(hi), q_vec(lo))};
-    return q;
+    return (quat_dd){two_sum(hi.w, lo.w), v_dd(q_vec(hi), q_vec(lo))};
 }
 /* Returns the quaternion whose high and low words are in two arrays of four doubles. */
 static inline quat_dd qdd_load(const double high[4], const double low[4])
@@ -70,28 +63,24 @@ static inline kr_quat qdd_high(quat_dd q) { return q4(q.w.hi, vdd_high(q.v)); }
 static inline kr_quat qdd_low(quat_dd q) { return q4(q.w.lo, vdd_low(q.v)); }
 static inline quat_dd qdd_conj(quat_dd q)
 {
-    const quat_dd c = {q.w, {dd_neg(q.v.x), dd_neg(q.v.y), dd_neg(q.v.z)}};
-    return c;
+    return (quat_dd){q.w, {dd_neg(q.v.x), dd_neg(q.v.y), dd_neg(q.v.z)}};
 }
 static inline quat_dd qdd_mul(quat_dd a, quat_dd b)
 {
-    const quat_dd q = {
+    return (quat_dd){
         dd_sub(dd_mul(a.w, b.w), vdd_dot(a.v, b.v)),
         vdd_add(vdd_add(vdd_scale(a.w, b.v), vdd_scale(b.w, a.v)), vdd_cross(a.v, b.v))};
-    return q;
 }
 static inline quat_dd qdd_add(quat_dd a, quat_dd b)
 {
-    const quat_dd q = {dd_add(a.w, b.w), vdd_add(a.v, b.v)};
-    return q;
+    return (quat_dd){dd_add(a.w, b.w), vdd_add(a.v, b.v)};
 }
 /* Returns |q|^2. */
 static inline dd qdd_square(quat_dd q) { return dd_add(dd_mul(q.w, q.w), vdd_dot(q.v, q.v)); }
 static inline quat_dd qdd_unit(quat_dd q)
 {
     const dd s = dd_div(dd_of(1.0), dd_sqrt(qdd_square(q)));
-    const quat_dd u = {dd_mul(s, q.w), vdd_scale(s, q.v)};
-    return u;
+    return (quat_dd){dd_mul(s, q.w), vdd_scale(s, q.v)};
 }
 /* Returns q v q*, for a unit quaternion q. */
 static inline vec_dd qdd_turn(quat_dd q, vec_dd v)

@@ -26,10 +26,9 @@ static void bobenko_suris_read(const kr_motion *motion, kr_state *s)
 }
 
 const kr_method kr_method_bobenko_suris = {
-    .name = "bobenko_suris",
-    .text = "integrable discretization of the Lagrange top in the space frame",
-    .conserves = "<m,e3>, <m,apex>, a modified energy",
-    .reference = "Bobenko and Suris 1999; thesis 4.2",
+    KR_METHOD_TEXTS("bobenko_suris",
+                    "integrable discretization of the Lagrange top in the space frame",
+                    "<m,e3>, <m,apex>, a modified energy", "Bobenko and Suris 1999; thesis 4.2"),
     .order = 1,
     .flags = KR_METHOD_SYMPLECTIC | KR_METHOD_ALGEBRAIC | KR_METHOD_LAGRANGE_ONLY,
     .work = BOBENKO_SURIS_WORK,

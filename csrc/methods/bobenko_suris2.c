@@ -30,10 +30,9 @@ static void bobenko_suris2_read(const kr_motion *motion, kr_state *s)
 }
 
 const kr_method kr_method_bobenko_suris2 = {
-    .name = "bobenko_suris2",
-    .text = "symmetric form of the Bobenko-Suris map: half kick, Cayley drift, half kick",
-    .conserves = "<m,e3>, <m,apex>, a modified energy",
-    .reference = "conjugate to Bobenko and Suris 1999",
+    KR_METHOD_TEXTS("bobenko_suris2",
+                    "symmetric form of the Bobenko-Suris map: half kick, Cayley drift, half kick",
+                    "<m,e3>, <m,apex>, a modified energy", "conjugate to Bobenko and Suris 1999"),
     .order = 2,
     .flags =
         KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC | KR_METHOD_LAGRANGE_ONLY,

@@ -65,10 +65,9 @@ static void bobenko_suris4_read(const kr_motion *motion, kr_state *s)
 }
 
 const kr_method kr_method_bobenko_suris4 = {
-    .name = "bobenko_suris4",
-    .text = "Bobenko-Suris map with kick and rates corrected to order 4, still integrable",
-    .conserves = "<m,e3>, <m,apex>, a modified energy",
-    .reference = "after Bobenko and Suris 1999",
+    KR_METHOD_TEXTS("bobenko_suris4",
+                    "Bobenko-Suris map with kick and rates corrected to order 4, still integrable",
+                    "<m,e3>, <m,apex>, a modified energy", "after Bobenko and Suris 1999"),
     .order = 4,
     .flags = KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC | KR_METHOD_LAGRANGE_ONLY,
     .work = sizeof(bobenko_suris4_state) / sizeof(double),

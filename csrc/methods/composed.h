@@ -59,4 +59,20 @@ static inline void composed_read(const kr_motion *motion, kr_state *out)
     const composed *p = (const composed *)motion->work;
     splitting_read(&p->s, motion, p->c.ahead, out);
 }
+/* Defines the method with the coefficients in a row of compose_table. */
+#define COMPOSED_METHOD(id, row, its_order, further_flags, its_text, its_source)                   \
+    static kr_status id##_reset(kr_motion *motion, const kr_state *start)                          \
+    {                                                                                              \
+        return composed_begin(motion, start, row);                                                 \
+    }                                                                                              \
+    const kr_method kr_method_##id = {                                                             \
+        KR_METHOD_TEXTS(#id, its_text, SPLITTING_CONSERVES, its_source),                           \
+        .order = its_order,                                                                        \
+        .flags = SPLITTING_FLAGS | (further_flags),                                                \
+        .work = COMPOSED_WORK,                                                                     \
+        .reset = id##_reset,                                                                       \
+        .step = composed_step,                                                                     \
+        .read = composed_read,                                                                     \
+        .is_valid = composed_is_valid,                                                             \
+    };
 #endif

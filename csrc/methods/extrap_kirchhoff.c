@@ -61,30 +61,6 @@ static const gbs_form kirchhoff_form = {
     .momentum = kirchhoff_momentum,
     .attitude = kirchhoff_attitude,
 };
-static kr_status kirchhoff_reset(kr_motion *motion, const kr_state *start)
-{
-    return gbs_reset(motion, start, &kirchhoff_form);
-}
-static kr_status kirchhoff_step(kr_motion *motion, double until)
-{
-    return gbs_step(motion, until, &kirchhoff_form);
-}
-static void kirchhoff_read(const kr_motion *motion, kr_state *s)
-{
-    gbs_read(motion, s, &kirchhoff_form);
-}
-
-const kr_method kr_method_extrap_kirchhoff = {
-    .name = "extrap_kirchhoff",
-    .text = "extrap for Kirchhoff's equations in the body frame",
-    .conserves = "nothing",
-    .reference = "Kirchhoff 1876; thesis 3.4; Hairer, Norsett, Wanner, II.9",
-    .order = 0,
-    .flags = KR_METHOD_ADAPTIVE | KR_METHOD_ABSOLUTE | KR_METHOD_ROTORS | KR_METHOD_TURNING |
-             KR_METHOD_GRADIENT,
-    .work = GBS_WORK,
-    .reset = kirchhoff_reset,
-    .step = kirchhoff_step,
-    .read = kirchhoff_read,
-    .is_valid = gbs_is_valid,
-};
+EXTRAPOLATION_METHOD(extrap_kirchhoff, kirchhoff_form,
+                     "extrap for Kirchhoff's equations in the body frame",
+                     "Kirchhoff 1876; thesis 3.4; Hairer, Norsett, Wanner, II.9")

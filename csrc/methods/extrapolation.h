@@ -253,4 +253,26 @@ static inline void gbs_read(const kr_motion *motion, kr_state *s, const gbs_form
     s->q = p->q;
     s->m = form->momentum(motion, p->y);
 }
+/* Defines the method that extrapolates a formulation of the equations of motion. */
+#define EXTRAPOLATION_METHOD(id, form, its_text, its_source)                                       \
+    static kr_status id##_reset(kr_motion *motion, const kr_state *start)                          \
+    {                                                                                              \
+        return gbs_reset(motion, start, &form);                                                    \
+    }                                                                                              \
+    static kr_status id##_step(kr_motion *motion, double until)                                    \
+    {                                                                                              \
+        return gbs_step(motion, until, &form);                                                     \
+    }                                                                                              \
+    static void id##_read(const kr_motion *motion, kr_state *s) { gbs_read(motion, s, &form); }    \
+    const kr_method kr_method_##id = {                                                             \
+        KR_METHOD_TEXTS(#id, its_text, "nothing", its_source),                                     \
+        .order = 0,                                                                                \
+        .flags = KR_METHOD_ADAPTIVE | KR_METHOD_ABSOLUTE | KR_METHOD_ROTORS | KR_METHOD_TURNING |  \
+                 KR_METHOD_GRADIENT,                                                               \
+        .work = GBS_WORK,                                                                          \
+        .reset = id##_reset,                                                                       \
+        .step = id##_step,                                                                         \
+        .read = id##_read,                                                                         \
+        .is_valid = gbs_is_valid,                                                                  \
+    };
 #endif

@@ -55,10 +55,9 @@ static void hirota_kimura_read(const kr_motion *motion, kr_state *s)
 }
 
 const kr_method kr_method_hirota_kimura = {
-    .name = "hirota_kimura",
-    .text = "integrable discretization of free tops; with gravity it would violate |P| = 1",
-    .conserves = "two rational integrals",
-    .reference = "Hirota and Kimura 2000; Kahan 1993",
+    KR_METHOD_TEXTS("hirota_kimura",
+                    "integrable discretization of free tops; with gravity it would violate |P| = 1",
+                    "two rational integrals", "Hirota and Kimura 2000; Kahan 1993"),
     .order = 2,
     .flags = KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC | KR_METHOD_EULER_ONLY,
     .work = sizeof(hirota_kimura_state) / sizeof(double),

@@ -102,10 +102,9 @@ static void midpoint_read(const kr_motion *motion, kr_state *s)
 }
 
 const kr_method kr_method_implicit_midpoint = {
-    .name = "implicit_midpoint",
-    .text = "midpoint rule for attitude and momentum, solved by Newton's method",
-    .conserves = "<m,e3>",
-    .reference = "Hairer, Lubich, Wanner, VII.5",
+    KR_METHOD_TEXTS("implicit_midpoint",
+                    "midpoint rule for attitude and momentum, solved by Newton's method", "<m,e3>",
+                    "Hairer, Lubich, Wanner, VII.5"),
     .order = 2,
     .flags = KR_METHOD_REVERSIBLE | KR_METHOD_IMPLICIT | KR_METHOD_ALGEBRAIC | KR_METHOD_ROTORS |
              KR_METHOD_GRADIENT,

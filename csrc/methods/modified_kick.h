@@ -32,10 +32,9 @@ static inline modified_kick modified_kick_begin(const kr_motion *motion)
     const double h = motion->step;
     const int lagrange = motion->lever.x == 0.0 && motion->lever.y == 0.0 &&
                          fabs(I.y - I.x) <= 4.0 * DBL_EPSILON * I.y;
-    const modified_kick kick = {motion->lever, v3(1.0 / I.x, 1.0 / I.y, 1.0 / I.z),
-                                motion->rotor, h,
-                                -h * h / 12.0, lagrange};
-    return kick;
+    return (modified_kick){motion->lever, v3(1.0 / I.x, 1.0 / I.y, 1.0 / I.z),
+                           motion->rotor, h,
+                           -h * h / 12.0, lagrange};
 }
 /* Returns q L q*. For a Lagrange top with symmetry axis a, returns (A - k A^2 <a,e3> / I1) a, which
  * is cheaper to compute and has the same cross product with the vertical. */

@@ -47,10 +47,8 @@ static void rk4_read(const kr_motion *motion, kr_state *s)
 }
 
 const kr_method kr_method_rk4 = {
-    .name = "rk4",
-    .text = "classical Runge-Kutta method for the twelve space-frame equations",
-    .conserves = "nothing",
-    .reference = "Kutta 1901; thesis 3.9",
+    KR_METHOD_TEXTS("rk4", "classical Runge-Kutta method for the twelve space-frame equations",
+                    "nothing", "Kutta 1901; thesis 3.9"),
     .order = 4,
     .flags = KR_METHOD_ALGEBRAIC | KR_METHOD_ROTORS | KR_METHOD_TURNING | KR_METHOD_GRADIENT,
     .work = sizeof(rk4_state) / sizeof(double),

@@ -28,6 +28,12 @@
 #  define SPLITTING_INLINE INLINE
 #endif
 
+/* What all splittings conserve, and the flags of those without modified kicks. */
+#define SPLITTING_CONSERVES "<m,e3>; on Lagrange tops <m,apex>"
+#define SPLITTING_FLAGS                                                                            \
+    (KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC | KR_METHOD_SPLITTING |     \
+     KR_METHOD_ROTORS | KR_METHOD_TURNING | KR_METHOD_GRADIENT)
+
 typedef struct splitting {
     kr_quat q, low_q; /* the attitude, and the rounding errors of the sums in q */
     kr_vec3 m, low_m;
@@ -89,8 +95,7 @@ typedef struct splitting_body {
 
 static inline splitting_body splitting_begin_body(const splitting *s)
 {
-    const splitting_body b = {.m = q_turn_back(s->q, s->m)};
-    return b;
+    return (splitting_body){.m = q_turn_back(s->q, s->m)};
 }
 /* Rotates by the angle 2 * half about axis i, where (i, j, k) is a cyclic permutation of the axes.
  * The arguments mj and mk are the components of the momentum along axes j and k. The arguments w,

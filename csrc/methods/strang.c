@@ -28,13 +28,10 @@ static void strang_read(const kr_motion *motion, kr_state *out)
 }
 
 const kr_method kr_method_strang = {
-    .name = "strang",
-    .text = "kick, free drift, kick; the drift is exact for symmetric bodies",
-    .conserves = "<m,e3>; on Lagrange tops <m,apex>",
-    .reference = "McLachlan 1993; Reich 1994",
+    KR_METHOD_TEXTS("strang", "kick, free drift, kick; the drift is exact for symmetric bodies",
+                    SPLITTING_CONSERVES, "McLachlan 1993; Reich 1994"),
     .order = 2,
-    .flags = KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC |
-             KR_METHOD_SPLITTING | KR_METHOD_ROTORS | KR_METHOD_TURNING | KR_METHOD_GRADIENT,
+    .flags = SPLITTING_FLAGS,
     .work = sizeof(splitting) / sizeof(double),
     .reset = strang_reset,
     .step = strang_step,

@@ -77,10 +77,9 @@ static int takahashi_is_valid(const void *work)
 }
 
 const kr_method kr_method_takahashi_imada4 = {
-    .name = "takahashi_imada4",
-    .text = "modified kick, free drift, modified kick; output states are post-processed",
-    .conserves = "<m,e3>; on Lagrange tops <m,apex>",
-    .reference = "Takahashi and Imada 1984; Rowlands 1991",
+    KR_METHOD_TEXTS("takahashi_imada4",
+                    "modified kick, free drift, modified kick; output states are post-processed",
+                    SPLITTING_CONSERVES, "Takahashi and Imada 1984; Rowlands 1991"),
     .order = 4,
     .flags = KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC |
              KR_METHOD_SPLITTING | KR_METHOD_ROTORS,

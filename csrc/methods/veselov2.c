@@ -41,11 +41,11 @@ static void veselov2_read(const kr_motion *motion, kr_state *s)
 }
 
 const kr_method kr_method_veselov2 = {
-    .name = "veselov2",
-    .text = "kick, discrete Moser-Veselov drift, kick",
-    .conserves = "<m,e3>; up to the tolerance of each step, on Lagrange tops <m,apex> and on free "
-                 "tops the energy",
-    .reference = "Moser and Veselov 1991",
+    KR_METHOD_TEXTS(
+        "veselov2", "kick, discrete Moser-Veselov drift, kick",
+        "<m,e3>; up to the tolerance of each step, on Lagrange tops <m,apex> and on free "
+        "tops the energy",
+        "Moser and Veselov 1991"),
     .order = 2,
     .flags = KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_IMPLICIT | KR_METHOD_ALGEBRAIC,
     .work = sizeof(veselov2_state) / sizeof(double),

@@ -60,11 +60,11 @@ static void veselov4_read(const kr_motion *motion, kr_state *s)
 }
 
 const kr_method kr_method_veselov4 = {
-    .name = "veselov4",
-    .text = "modified kick, preprocessed discrete Moser-Veselov drift, modified kick",
-    .conserves = "<m,e3>; up to the tolerance of each step, on Lagrange tops <m,apex> and on free "
-                 "tops the energy",
-    .reference = "Hairer and Vilmart 2006; Takahashi and Imada 1984",
+    KR_METHOD_TEXTS(
+        "veselov4", "modified kick, preprocessed discrete Moser-Veselov drift, modified kick",
+        "<m,e3>; up to the tolerance of each step, on Lagrange tops <m,apex> and on free "
+        "tops the energy",
+        "Hairer and Vilmart 2006; Takahashi and Imada 1984"),
     .order = 4,
     .flags = KR_METHOD_REVERSIBLE | KR_METHOD_IMPLICIT | KR_METHOD_ALGEBRAIC,
     .work = sizeof(veselov4_state) / sizeof(double),

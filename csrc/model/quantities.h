@@ -56,8 +56,7 @@ int kr_component_is_valid(int number);
 /* Returns the quantity and the axis of a component other than KR_COMPONENT_ONE. */
 static inline kr_component kr_component_of(int number)
 {
-    const kr_component component = {(number - 1) / KR_AXES, (number - 1) % KR_AXES};
-    return component;
+    return (kr_component){(number - 1) / KR_AXES, (number - 1) % KR_AXES};
 }
 /* Returns 1 if the component of a quantity changes when the top is rotated about the vertical. */
 int kr_component_is_turned(int number);

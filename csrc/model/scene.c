@@ -93,9 +93,8 @@ kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working)
     const kr_pull pull = kr_scene_pull(scene, working->com);
     const double part = v_largest(v_scale(pull.gravity * pull.mass, pull.com));
     const int power = pull.power - exponent_of(moment), odd = power & 1;
-    const kr_swing swing = {moment, 1.0 / moment,
-                            times_power_of_2(sqrt(times_power_of_2(part, odd)), (power - odd) / 2)};
-    return swing;
+    return (kr_swing){moment, 1.0 / moment,
+                      times_power_of_2(sqrt(times_power_of_2(part, odd)), (power - odd) / 2)};
 }
 /* Returns the larger of the rotation rate and the shaking rate of the support. */
 static double support_rate(const kr_scene *scene)

@@ -20,11 +20,7 @@ typedef struct {
     triple lo, hi;
 } halves;
 
-INLINE triple triple_all(duo x, duo y, duo z)
-{
-    const triple r = {x, y, z};
-    return r;
-}
+INLINE triple triple_all(duo x, duo y, duo z) { return (triple){x, y, z}; }
 /* Returns a triple with the same components (x, y, z) for every tangent of a batch. */
 INLINE triple triple_of(const double *four)
 {
@@ -54,22 +50,16 @@ INLINE turned turned_of(triple a) { return a; }
 INLINE path_term path_term_of(const double *four) { return four; }
 INLINE path_term path_zero(void) { return NULL; }
 INLINE turned turned_zero(void) { return triple_splat(duo_splat(0.0)); }
-INLINE halves halves_zero(void)
-{
-    const halves r = {turned_zero(), turned_zero()};
-    return r;
-}
+INLINE halves halves_zero(void) { return (halves){turned_zero(), turned_zero()}; }
 INLINE halves halves_add(halves a, halves b)
 {
-    const halves r = {triple_add(a.lo, b.lo), triple_add(a.hi, b.hi)};
-    return r;
+    return (halves){triple_add(a.lo, b.lo), triple_add(a.hi, b.hi)};
 }
 INLINE halves halves_fma(turned a, path_term four, halves c)
 {
     const triple b = triple_of(four);
-    const halves r = {triple_fma(triple_next(a), triple_prev(b), c.lo),
-                      triple_fma(triple_prev(a), triple_next(b), c.hi)};
-    return r;
+    return (halves){triple_fma(triple_next(a), triple_prev(b), c.lo),
+                    triple_fma(triple_prev(a), triple_next(b), c.hi)};
 }
 INLINE triple halves_first(halves a) { return a.lo; }
 INLINE triple halves_second(halves a) { return a.hi; }

@@ -243,11 +243,11 @@ static kr_step_polynomial taylor_polynomial(const kr_motion *motion)
 }
 
 const kr_method kr_method_taylor = {
-    .name = "taylor",
-    .text = "Taylor series with dense output, of order 12 to 28 depending on the tolerance; 20 or "
-            "30 digits with double-double numbers",
-    .conserves = "nothing",
-    .reference = "Jorba and Zou, Exp. Math. 14, 2005",
+    KR_METHOD_TEXTS(
+        "taylor",
+        "Taylor series with dense output, of order 12 to 28 depending on the tolerance; 20 or "
+        "30 digits with double-double numbers",
+        "nothing", "Jorba and Zou, Exp. Math. 14, 2005"),
     .order = 0,
     .flags = KR_METHOD_ADAPTIVE | KR_METHOD_DIGITS | KR_METHOD_SKIPS_HEADING | KR_METHOD_DAMPED |
              KR_METHOD_TANGENTS | KR_METHOD_ROTORS | KR_METHOD_TURNING | KR_METHOD_SHAKING |

@@ -60,9 +60,7 @@ static REAL(vector) REAL(cross)(const REAL(series) * a, const REAL(series) * b, 
         down[1] = r_add(down[1], r_mul(x, w));
         down[2] = r_add(down[2], r_mul(y, u));
     }
-    const REAL(vector)
-        product = {{r_sub(up[0], down[0]), r_sub(up[1], down[1]), r_sub(up[2], down[2])}};
-    return product;
+    return (REAL(vector)){{r_sub(up[0], down[0]), r_sub(up[1], down[1]), r_sub(up[2], down[2])}};
 }
 /* Returns the i-th body-frame component of the space-fixed unit vector with index `axis`. */
 static real REAL(body_component)(const real q[4], int axis, int i)

@@ -49,9 +49,8 @@ static vec_dd support_lever(const kr_motion *motion, dd acceleration)
     const dd rest = dd_div(acceleration, dd_of(acceleration.hi)),
              weight =
                  dd_scale(ldexp(1.0, power), dd_mul(rest, two_product(pull.gravity, pull.mass)));
-    const vec_dd lever = {dd_times(pull.com.x, weight), dd_times(pull.com.y, weight),
-                          dd_times(pull.com.z, weight)};
-    return lever;
+    return (vec_dd){dd_times(pull.com.x, weight), dd_times(pull.com.y, weight),
+                    dd_times(pull.com.z, weight)};
 }
 /* Returns the amplitude of the support's acceleration in the user's units. */
 static dd shaking_acceleration(const kr_scene *scene)

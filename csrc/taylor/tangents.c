@@ -69,13 +69,11 @@ static deviation_address address_of(const kr_motion *motion, double *memory, siz
     const size_t batched = KR_DEVIATION_BATCH * count_batches(memory, n);
     if (i >= batched) {
         const size_t behind = KR_DEVIATION_BATCH_STRUCTS * count_batches(memory, n) + (i - batched);
-        const deviation_address by_itself = {tangent(motion, memory, behind), 0, 0};
-        return by_itself;
+        return (deviation_address){tangent(motion, memory, behind), 0, 0};
     }
-    const deviation_address in_batch = {
+    return (deviation_address){
         tangent(motion, memory, i / KR_DEVIATION_BATCH * KR_DEVIATION_BATCH_STRUCTS),
         i % KR_DEVIATION_BATCH, words_of(motion->digits) * sizeof(kr_tangent) / sizeof(double)};
-    return in_batch;
 }
 /* Returns the address of component k of a tangent in the array `numbers` of its struct. */
 static double *component_address(const deviation_address *at, double *numbers, size_t k)
@@ -112,9 +110,8 @@ static void put_number(const kr_motion *motion, double *high, dd a)
  * depend on other tangents in the batch. */
 static dd get_number(const kr_motion *motion, const double *high)
 {
-    const dd a = {*high + 0.0,
-                  motion->digits > 16 ? high[sizeof(kr_tangent) / sizeof(double)] + 0.0 : 0.0};
-    return a;
+    return (dd){*high + 0.0,
+                motion->digits > 16 ? high[sizeof(kr_tangent) / sizeof(double)] + 0.0 : 0.0};
 }
 /* Stores the three components of a vector in the elements 1 to 3 of an array of four numbers. */
 static void put_four(const kr_motion *motion, double *high, vec_dd v)
@@ -134,10 +131,9 @@ static void put_components(const kr_motion *motion, const deviation_address *at,
 static vec_dd get_components(const kr_motion *motion, const deviation_address *at, double *numbers,
                              size_t k)
 {
-    const vec_dd v = {get_number(motion, component_address(at, numbers, k)),
-                      get_number(motion, component_address(at, numbers, k + 1)),
-                      get_number(motion, component_address(at, numbers, k + 2))};
-    return v;
+    return (vec_dd){get_number(motion, component_address(at, numbers, k)),
+                    get_number(motion, component_address(at, numbers, k + 1)),
+                    get_number(motion, component_address(at, numbers, k + 2))};
 }
 /* Stores the constants of the equations of motion, such as the moments of inertia, in a
  * kr_tangent. */

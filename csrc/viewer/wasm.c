@@ -185,9 +185,8 @@ EXPORT(const kr_box *, kr_page_box, (const kr_body *body))
 }
 static kr_trail trail(const kr_simulation_slot *a)
 {
-    const kr_trail t = {a->attitudes, a->momenta, KR_SIMULATION_TRACE, a->steps,
-                        (double)a->step / KR_SIMULATION_TICKS};
-    return t;
+    return (kr_trail){a->attitudes, a->momenta, KR_SIMULATION_TRACE, a->steps,
+                      (double)a->step / KR_SIMULATION_TICKS};
 }
 EXPORT(const float *, kr_page_points, (void)) { return points[0]; }
 EXPORT(int, kr_page_way, (int i, double radius))
