@@ -1,5 +1,5 @@
-/* Turning points: bounds of the nutation of the closed form and their times, scaling by powers of
- * two, bitwise equal results on every instruction set, and refusals. */
+/* Turning points: scaling by powers of two, bitwise equal results on every instruction set, and
+ * refusals. */
 #include "exact/exact.h"
 #include "tops.h"
 
@@ -20,29 +20,7 @@ static kr_scene random_top(int number)
     return top_of(number % 2 ? 1.0 : -1.0, number % 3 ? number % 3 == 1 ? 2.0 : -0.5 : 0.0, q,
                   random_vec(size));
 }
-static double nutation_at(const kr_scene *s, const kr_exact *exact, double t)
-{
-    const kr_state state = kr_exact_state(exact, t);
-    return kr_state_nutation(s, &state);
-}
 
-static void test_bounds_of_nutation(void)
-{
-    for (int i = 0; i < 300; i++) {
-        const kr_scene s = random_top(i);
-        const kr_nutation r = limits_of_nutation(&s);
-        const double half = fabs(r.t_least - r.t_greatest);
-        const kr_exact *exact = closed_form(&s);
-        if (s.gravity != 0.0) NEAR(2.0 * half / kr_exact_describe(exact).period, 1.0, 1e-13);
-        IS(fmin(r.t_least, r.t_greatest) >= 2.0 && fmax(r.t_least, r.t_greatest) <= 2.0 + 2 * half);
-        NEAR(nutation_at(&s, exact, r.t_least), r.least, 1e-7);
-        NEAR(nutation_at(&s, exact, r.t_greatest), r.greatest, 1e-7);
-        for (int k = 0; k < 50; k++) {
-            const double nutation = nutation_at(&s, exact, uniform(2.0, 2.0 + 4.0 * half));
-            IS(nutation >= r.least - 1e-13 && nutation <= r.greatest + 1e-13);
-        }
-    }
-}
 static void test_repeated_bits(void)
 {
     for (int i = 0; i < 300; i++) {
@@ -119,7 +97,6 @@ static void test_irrelevant_inputs(void)
 int main(void)
 {
     test_irrelevant_inputs();
-    test_bounds_of_nutation();
     test_repeated_bits();
     test_refusals();
     test_free_bodies();
