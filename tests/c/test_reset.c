@@ -1,7 +1,7 @@
 /* kr_top_reset and kr_top_set_scene: a refused call leaves every bit unchanged, and low words and
  * events continue. The random calls of tests/fuzz compare the top with one created anew. */
 #include <stdlib.h>
-#include "torus_tops.h"
+#include "exact_tops.h"
 
 enum { MOST = 1 << 15 };
 

@@ -2,7 +2,7 @@
  * their range: each motion agrees with the Taylor series of 30 digits within a multiple of its
  * certificate, or is refused by name. test_torus_forms.c has the laws that hold in the interior. */
 #include <stdlib.h>
-#include "torus_tops.h"
+#include "exact_tops.h"
 
 static kr_exact *memory; /* for any plan */
 static const kr_vec3 none = {0.0, 0.0, 0.0}, turn = {0.3, -0.7, 0.5}, lean = {0.0, 0.6, -0.4};
@@ -30,7 +30,7 @@ static int is_met(const kr_scene *s, double periods, double floor)
 {
     int refusal;
     if (!plan(s, &refusal)) return 0;
-    check_state(s, periods / rate_of(memory), floor);
+    check_state(s, periods / rate_of(s, memory), floor);
     return 1;
 }
 /* Checks the state at the time t of a top that must be planned. */
@@ -194,7 +194,7 @@ static void test_separatrix_of_chaplygin_tops(void)
         int refusal;
         *(H - 1.0 > 6.0 * pow(G / 8.0, 2.0 / 3.0) ? &high : &low) = size;
         if (plan(&s, &refusal))
-            check_state(&s, 5.0 / rate_of(memory), 1e-13);
+            check_state(&s, 5.0 / rate_of(&s, memory), 1e-13);
         else
             refused[refusal]++;
     }

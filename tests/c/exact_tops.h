@@ -1,13 +1,35 @@
-/* Helpers for the tests of tops whose closed form is a torus of two angles: random tops, and the
- * errors of their states relative to the Taylor series with 30 digits. */
-#ifndef KR_TORUS_TOPS_H
-#define KR_TORUS_TOPS_H
+/* Helpers for the tests of closed forms: random tops, and the errors of their states relative to the
+ * Taylor series with 30 digits. */
+#ifndef KR_EXACT_TOPS_H
+#define KR_EXACT_TOPS_H
 #include "tops.h"
 
 static inline kr_scene scene_of(kr_vec3 inertia, kr_vec3 com, double gravity, kr_quat q, kr_vec3 m)
 {
     const kr_body body = {1.0, inertia, com, {1, 0, 0, 0}, 0, {0, 0, 0}};
     const kr_scene s = {.body = body, .gravity = gravity, .start = {0.0, q, m}};
+    return s;
+}
+/* Returns a random Lagrange top, every second of which starts near a pole, with the axis of
+ * symmetry along any axis of description, or a spherical top with its centre of mass anywhere. */
+static inline kr_scene draw_lagrange(void)
+{
+    static const kr_quat cycle = {0.5, 0.5, 0.5, 0.5}, pole = {0.0, 1.0, 0.0, 0.0};
+    const int number = (int)uniform(0, 12);
+    const double i1 = pow(10.0, uniform(-1, 1)), size = pow(10.0, uniform(-3, 3));
+    kr_quat q = random_quat();
+    if (number % 2)
+        q = q_mul(number % 4 == 1 ? q_one() : pole,
+                  q_exp(v_scale(pow(10.0, uniform(-9, 0)), random_vec(1))));
+    kr_scene s =
+        lagrange_top(i1, i1 * pow(10.0, uniform(-2, 0.3)),
+                     (number % 3 ? 1.0 : -1.0) * pow(10.0, uniform(-4, 3)), q, random_vec(size));
+    if (number % 5 == 0) s.body.inertia = v3(i1, i1, i1), s.body.com = random_vec(1.0);
+    for (int turns = number % 3; turns > 0; turns--) {
+        const kr_vec3 i = s.body.inertia, com = s.body.com;
+        s.body.inertia = v3(i.z, i.x, i.y), s.body.com = v3(com.z, com.x, com.y);
+        s.start.q = q_mul(s.start.q, q_conj(cycle));
+    }
     return s;
 }
 /* Returns a random top with moments in the ratio `ratio` : `ratio` : 1, in any order. Its centre of
@@ -51,10 +73,11 @@ static inline double scale_of(const kr_scene *s)
     return sqrt(2.0 * v_largest(s->body.inertia) * (kr_state_kinetic(s, &s->start) + 2.0 * lever));
 }
 /* Returns a frequency of the motion, which sets the times at which states are compared. */
-static inline double rate_of(const kr_exact *plan)
+static inline double rate_of(const kr_scene *s, const kr_exact *plan)
 {
     const kr_exact_info info = kr_exact_describe(plan);
-    return info.frequency[info.kind == KR_KIND_KOWALEWSKI];
+    const double frequency = info.frequency[info.kind == KR_KIND_KOWALEWSKI];
+    return frequency > 0.0 ? frequency : scale_of(s) / fmin(s->body.inertia.x, s->body.inertia.z);
 }
 static inline double error_of(const kr_scene *s, kr_state got, kr_state want)
 {
