@@ -10,7 +10,7 @@ import pytest
 from kreisel.types import QuantityName
 
 ALWAYS = {"start": 6, "moments": 3, "com": 3, "gravity": 1, "mass": 1}
-EFFECTS = {"damping": 3, "rotor": 3, "turning": 3, "shaking": 3, "friction": 1}
+EFFECTS = {"damping": 3, "rotor": 3, "turning": 3, "shaking": 3, "friction": 1, "gradient": 1}
 TIMES = np.array([0.75, 2.0])
 COM, DAMPING = (0.2, -0.1, 0.9), (0.1, 0.25, 0.4)
 START = {"momentum": (0.3, -0.7, 1.5), "attitude": (0.8, 0.6, 0.0, 0.0), "gravity": 1.25}
@@ -49,6 +49,7 @@ SCENES = {
     "symmetric with a rotor on its axis": make_scene(
         (0.7, 1.2, 1.2), (0.8, 0.0, 0.0), (-0.9, 0.0, 0.0), damping=None
     ),
+    "in a gradient": make_scene((0.9, 1.7, 1.0), turn=TURN, gradient=0.4, turning=(0.3, 0, 0.5)),
     "moved": make_scene((0.9, 1.7, 1.0), turn=TURN, **MOVED),
     "sliding": make_scene((0.9, 1.7, 1.0), friction=0.05, **MOVED),
     "stopped": make_scene((1.0, 1.7, 0.9), friction=1.5),

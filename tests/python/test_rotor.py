@@ -13,23 +13,13 @@ ROTOR, COM = (0.3, -0.4, 0.8), (0.2, -0.3, 0.4)
 TENSOR = [[1.3, 0.1, 0.2], [0.1, 1.8, -0.1], [0.2, -0.1, 2.0]]
 START = {"momentum": (0.4, -0.5, 0.9), "attitude": (0.5, 0.5, -0.5, 0.5), "gravity": 1.3}
 BODIES = {
-    "largest B": kr.Body(1.2, (1.3, 2.1, 1.7), COM, unphysical=True),
-    "largest N": kr.Body(1.2, (2.1, 1.3, 1.7), COM, unphysical=True),
-    "largest T": kr.Body(1.2, (1.3, 1.7, 2.1), COM, unphysical=True),
     "tensor": kr.Body(1.2, TENSOR, COM, unphysical=True),
-    "thin": kr.Body(1.2, (1.3, 1.29, 0.2), COM, unphysical=True),
-    "free": kr.Body(1.2, (1.3, 2.1, 1.7), (0, 0, 0)),
-    "free symmetric": kr.Body(1.2, (1.7, 1.3, 1.3), (0, 0, 0)),
     "lagrange": kr.Body(1.2, (1.3, 1.7, 1.3), (0, 0.4, 0), unphysical=True),
     "kowalewski": kr.Body(1.2, (2, 2, 1), (0.7, 0, 0), unphysical=True),
-    "spherical": kr.Body(1.2, (1.3, 1.3, 1.3), (0.3, 0.4, 0.5), unphysical=True),
-    "nearly equal": kr.Body(1.2, (1.3, 1.3 * (1 + 2.0**-50), 1.7), COM, unphysical=True),
 }
-GENERAL, FREE = (replace(BODIES[name], rotor=ROTOR) for name in ("largest B", "free"))
+GENERAL = kr.Body(1.2, (1.3, 2.1, 1.7), COM, unphysical=True, rotor=ROTOR)
+FREE = replace(GENERAL, com=(0, 0, 0), unphysical=False)
 HEAVY = kr.Scene(GENERAL, **START)
-# every axis alone, all axes, none, and rotors of extreme sizes
-ALL = np.array(ROTOR)
-ROTORS = np.array([*np.diag(ALL), ALL, (0, 0, 0), 1e-9 * ALL, 1e-300 * ALL, -6.0 * ALL])
 # Bodies and axes: the axis of symmetry, or the direction of the centre of mass of a spherical body.
 # A spherical body whose centre of mass is the fixed point has no particular axis.
 AXIAL = [
@@ -82,35 +72,8 @@ def test_the_integrals_of_zhukovsky_and_volterra():
     assert np.ptp(own, axis=0).min() > 0.1
 
 
-@pytest.mark.parametrize("t", [0.6, -0.6])
-@pytest.mark.parametrize("name", BODIES)
-def test_rotors_of_every_size_and_direction_are_accurate(name, t):
-    tops = kr.Scene(BODIES[name], **START).vary(rotor=ROTORS)
-    paths = kr.solve(tops, [t / 3, t], "taylor")
-    assert kr.plan(tops, method="taylor").lanes == len(ROTORS)
-    for top, path, size in zip(tops, paths, 1 + np.abs(ROTORS).max(axis=1), strict=True):
-        truth = kr.solve(top, [t / 3, t], digits=30)
-        for one in (path, kr.solve(top, [t / 3, t])):
-            assert kr.attitude_error(one.q, truth.q).max() < 3e-14 * size
-            assert np.abs(one.m - truth.m).max() < 3e-14 * size
-
-
-@pytest.mark.parametrize("body", [GENERAL, replace(BODIES["tensor"], rotor=ROTOR)])
-def test_velocities_include_the_rotor(body):
-    scene = kr.Scene(body, body_velocity=(1, 2, 3), attitude=START["attitude"], gravity=1)
-    inertia = np.array(body.inertia)
-    inertia = np.diag(inertia) if inertia.ndim == 1 else inertia
-    path = kr.solve(scene, [0.0])
-    assert np.abs(path.body_momentum - (inertia @ (1, 2, 3) + body.rotor)).max() < 1e-14
-    assert np.abs(path.body_velocity - (1, 2, 3)).max() < 1e-14
-    run = kr.start(scene)
-    before = run.to(1.0).body_velocity[-1]
-    run.change(body=replace(body, rotor=(0, 1, 0)), keep="velocity")
-    assert np.abs(run.to(1.0).body_velocity[-1] - before).max() < 1e-14
-
-
 def test_ensembles_vary_the_rotor_and_their_plans_count_it():
-    tops = HEAVY.vary(rotor=ROTORS[:3], velocity=(0.3, 0.0, -0.2))
+    tops = HEAVY.vary(rotor=np.diag(ROTOR), velocity=(0.3, 0.0, -0.2))
     words = {**START, "momentum": None, "velocity": (0.3, 0, -0.2)}
     assert tops[1] == kr.Scene(replace(GENERAL, rotor=(0, -0.4, 0)), **words)
     axial = kr.Scene(kr.Body(1, (1, 1, 0.5), (0, 0, 0.3)), **START)

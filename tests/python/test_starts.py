@@ -97,25 +97,6 @@ def test_paths_start_with_the_given_angles_and_rates(body, angles):
         np.testing.assert_allclose((after - before) / (2 * h), RATES, rtol=0, atol=2e-6)
 
 
-@pytest.mark.parametrize("many", [False, True])
-@pytest.mark.parametrize(
-    "words",
-    [
-        {"angles": ANGLES, "rates": RATES},
-        {"spin": 30.0, "tilt": 1.0, "precession": 2.0},
-        {"spin": 40.0, "tilt": 1.0, "steady": True},
-    ],
-)
-def test_degrees_are_radians_for_one_top_and_for_many(words, many):
-    make = kr.Scene.from_euler if "angles" in words else kr.Scene.spinning
-    words = {k: [v] if many and k in ("spin", "angles") else v for k, v in words.items()}
-    in_degrees = {k: v if v is True else np.degrees(v) for k, v in words.items()}
-    one = make(CONE, **words, gravity=9.81)
-    other = make(CONE, **in_degrees, degrees=True, gravity=9.81)
-    np.testing.assert_allclose(other.attitude, one.attitude, rtol=0, atol=1e-15)
-    np.testing.assert_allclose(other.momentum, one.momentum, rtol=1e-13)
-
-
 # Spinning and steady precession
 
 

@@ -239,20 +239,6 @@ def list_unsupported_calls(scene, name, value):
         yield lambda bad=bad: kr.Scene.from_euler(upright, (0, 1, 0), gravity=1, **{name: bad})
 
 
-@pytest.mark.parametrize("name", BODIES)
-def test_other_methods_converge_to_the_series_on_a_turning_support(name):
-    scene = kr.Scene(BODIES[name], **START, turning=TURNING)
-    truth = kr.solve(scene, -2.0, digits=20)
-    methods = [method for method in kr.methods.values() if method.suits(scene)]
-    assert {"strang", "kahan_li8", "rk4", "extrap"} <= {method.name for method in methods}
-    for method in methods:
-        words = {} if method.adaptive else {"step": 0.01}
-        path = kr.solve(scene, -2.0, method.name, tol=1e-9 if method.adaptive else None, **words)
-        allowed = 3e-3 if method.order == 2 else 1e-6
-        assert kr.attitude_error(path.q, truth.q).max() < allowed, method.name
-        assert np.abs(path.m - truth.m).max() < allowed, method.name
-
-
 @pytest.mark.parametrize("scene, name", [(TURNED, "turning"), (SHAKEN, "shaking")])
 def test_bad_arguments_and_functions_for_supports_at_rest_are_refused(scene, name):
     calls = list(list_unsupported_calls(scene, name, getattr(scene, name)))

@@ -4,7 +4,6 @@ import kreisel as kr
 import numpy as np
 from kreisel import quaternion
 
-FIXED = [name for name, method in kr.methods.items() if not method.adaptive]
 
 
 def unit(q):
