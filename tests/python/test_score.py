@@ -111,10 +111,11 @@ RELABELLINGS = [
 ]
 
 
-def write(file, t, q, w=None):
+def write(file, t, q, w=None, unit=""):
     """Write a CSV file in single precision, as engines have it."""
     columns = np.column_stack([t, q] if w is None else [t, q, w])
-    head = "time [s],quat_w,quat_x,quat_y,quat_z" + ",omega.x,omega.y,omega.z" * (w is not None)
+    rates = "".join(f",omega.{axis}{unit}" for axis in "xyz")
+    head = "time [s],quat_w,quat_x,quat_y,quat_z" + rates * (w is not None)
     np.savetxt(file, columns, "%.7g", delimiter=",", header=head, comments="")
     return str(file)
 
@@ -171,12 +172,13 @@ def test_velocities_in_space_and_in_degrees_are_recognized(tmp_path):
     t, q, w = simulate("tumble")
     in_space = np.array([rotate(a) @ b for a, b in zip(q, w, strict=True)])
     degrees = ("angular velocity in degrees",)
-    for given, mistakes in (
-        (in_space, ()),
-        (np.degrees(w), degrees),
-        (np.degrees(in_space), degrees),
+    for given, unit, mistakes in (
+        (in_space, "", ()),
+        (np.degrees(w), "", degrees),
+        (np.degrees(w), " [deg/s]", ()),
+        (np.degrees(in_space), "", degrees),
     ):
-        score = kr.score(write(tmp_path / "tumble.csv", t, q, given))
+        score = kr.score(write(tmp_path / "tumble.csv", t, q, given, unit))
         assert score.mistakes == mistakes and score.velocity_error < 1e-4
 
 

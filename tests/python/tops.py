@@ -5,7 +5,6 @@ import numpy as np
 from kreisel import quaternion
 
 
-
 def unit(q):
     return tuple((np.array(q) / np.linalg.norm(q)).tolist())
 
