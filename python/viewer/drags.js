@@ -1,17 +1,20 @@
 // Drags with a mouse or finger. A face or edge turns the body, a corner resizes it or moves the
-// fixed point, the green tip sets the momentum, a push adds to the momentum, and a swipe along the rim
-// of a round top adds to its spin. A drag makes the current state the start. A finger drags only the
-// tip and the rim unless pushing is on; elsewhere it turns the view.
+// fixed point, the green tip sets the momentum, the pen tilts the top with its momentum, a push adds to
+// the momentum, and a swipe along the rim of a round top adds to its spin. A drag makes the current
+// state the start. A finger drags only tip, pen and rim unless pushing is on; elsewhere it turns the
+// view.
 import { Plane, Quaternion, Vector3 } from "three";
 import { fitArrows } from "./camera.js";
 import { convertToCuboid, getCornerSigns, toQuaternion, resizeBody, toWxyz } from "./scene.js";
 import { simulation } from "./core.js";
-import { changeSpin } from "./setters.js";
+import { changeSpin, computeApex } from "./setters.js";
 import { makeArrow, makeHighlight } from "./meshes.js";
 
 // Change of momentum, relative to m, for a push as long as the arrow of m at a lever of length 1.
 const PUSH_STRENGTH = 0.35;
 const RIM = 0.88; // least distance of the rim from the axis, over the largest one
+const NEAR = { mouse: 10, touch: 22 }; // greatest distance of a pointer from the pen [pixels]
+const ASIDE = 24; // from the pen to its angle [pixels]
 const [SWIPE_SPAN, LEAST_SPAN] = [120, 16]; // of the end of a swipe, which gives its speed [ms]
 const REST = 300; // a pointer at rest for this time before its release gives nothing [ms]
 const SHOWN = 1500; // how long the momentum of a swipe is shown after it [ms]
@@ -25,7 +28,10 @@ export class DragHandler {
       page,
       highlight: makeHighlight(),
       pushArrow: makeArrow("#ffb020", 0.03),
+      angle: document.createElement("output"), // beside the pen
     });
+    this.angle.id = "angle";
+    view.canvas.after(this.angle);
     view.world.add(this.highlight, this.pushArrow);
     this.pushArrow.visible = false;
     const addListener = (name, act, early) =>
@@ -38,9 +44,18 @@ export class DragHandler {
 
   // Return the part under a pointer that a drag would move.
   findPart({ clientX, clientY, pointerType }) {
-    const hit = this.view.pick(clientX, clientY);
-    if (hit && isOnRim(this.view, hit)) hit.part = "rim";
-    const looks = pointerType === "touch" && !this.isPushing && !/^(tip|rim)$/.test(hit?.part);
+    const { view, isPushing } = this;
+    const hit = view.pick(clientX, clientY);
+    const near = NEAR[pointerType] ?? NEAR.touch;
+    const hasPen = ({ role, handles }) => role === "thick" && handles.length && view.isRevolution;
+    const isNear = (top, i) => {
+      const [x, y] = view.project(view.findHandle("pen", i));
+      return hasPen(top) && Math.hypot(x - clientX, y - clientY) < near;
+    };
+    const i = isPushing || hit?.part === "tip" ? -1 : view.tops.findIndex(isNear);
+    if (i >= 0) return { part: "pen", i };
+    if (hit && isOnRim(view, hit)) hit.part = "rim";
+    const looks = pointerType === "touch" && !isPushing && !/^(tip|rim)$/.test(hit?.part);
     return looks ? undefined : hit;
   }
   beginDrag(event) {
@@ -66,6 +81,7 @@ export class DragHandler {
     const top = view.tops[hit.i];
     const place = top.body.worldToLocal(grip.clone());
     this.current = { ...hit, part, top, plane, offset, x, y, pointerId, wasRunning, place };
+    if (part === "pen") Object.assign(this.current, findPenGrip(view, grip, top, event));
     if (part === "rim") Object.assign(this.current, { swipe: [], along: findRimMotion(view, hit) });
     view.isPivotMoving = pivot;
     this.setHighlight(isHandle && hit);
@@ -84,6 +100,14 @@ export class DragHandler {
     }
     page.editScene((scene) => CHANGES[drag.part](view, scene, drag, at, event));
     this.setHighlight(this.highlighted);
+    if (drag.part === "pen") this.showAngle(drag.i);
+  }
+  // Show the tilt of a top beside its pen.
+  showAngle(i) {
+    const { angle, view } = this;
+    const [x, y] = view.project(view.findHandle("pen", i));
+    angle.textContent = `tilt ${((180 * simulation.measureTop(i).nutation) / Math.PI).toFixed(1)}°`;
+    angle.style.translate = `${x + ASIDE}px ${y - ASIDE}px`;
   }
   showHover(event) {
     const hit = this.findPart(event);
@@ -172,6 +196,7 @@ export class DragHandler {
     const { view, page, current: drag } = this;
     if (drag?.pointerId !== pointerId) return;
     this.current = null;
+    this.angle.textContent = "";
     view.isPivotMoving = view.isHeld = this.pushArrow.visible = false;
     if (drag.hasMoved) view.build(page, false);
     view.orbit.enabled = true;
@@ -198,6 +223,22 @@ const makeFacingPlane = (view, point) =>
   new Plane().setFromNormalAndCoplanarPoint(view.camera.getWorldDirection(new Vector3()), point);
 const intersectPlane = (view, plane, { clientX, clientY }) =>
   view.castRay(clientX, clientY).ray.intersectPlane(plane, new Vector3());
+// Return how a pointer holds the pen: its distance in the picture, and whether the pen is on the side
+// of its sphere that faces away.
+function findPenGrip(view, grip, { group }, { clientX, clientY }) {
+  const [x, y] = view.project(grip);
+  const away = view.camera.getWorldDirection(new Vector3());
+  return { slip: [clientX - x, clientY - y], isBehind: grip.clone().sub(group.position).dot(away) > 0 };
+}
+// Return the direction from the fixed point to the place of the pen's sphere under a pointer, or to the
+// nearest one.
+function findPenDirection(view, { top, slip, isBehind }, { clientX, clientY }) {
+  const { ray } = view.castRay(clientX - slip[0], clientY - slip[1]);
+  const centre = top.group.position;
+  const from = ray.closestPointToPoint(centre, new Vector3()).sub(centre);
+  const deep = Math.sqrt(Math.max(0, view.traceRadius ** 2 - from.lengthSq()));
+  return from.addScaledVector(ray.direction, isBehind ? deep : -deep).normalize();
+}
 // Return whether a hit lies on the rim of a solid of revolution.
 function isOnRim({ tops, isRevolution, revolution }, { part, point, i }) {
   if (part !== "face" || !isRevolution) return false;
@@ -254,6 +295,14 @@ const CHANGES = {
     const now = getPose(scene, drag);
     if (shiftKey) m.projectOnVector(new Vector3(...now.slice(4))); // keep the direction
     setPose(scene, drag, now.slice(0, 4), m.toArray());
+  },
+  // Turn the momentum with the top.
+  pen(view, scene, drag, at, event) {
+    const now = getPose(scene, drag);
+    const apex = new Vector3(...computeApex(scene, now));
+    const turn = new Quaternion().setFromUnitVectors(apex, findPenDirection(view, drag, event));
+    const m = new Vector3(...now.slice(4)).applyQuaternion(turn);
+    setPose(scene, drag, toWxyz(turn.multiply(toQuaternion(now)).normalize()), m.toArray());
   },
   // Keep the fixed point at its relative place in the body.
   corner(view, scene, drag, at) {

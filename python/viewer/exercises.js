@@ -7,11 +7,14 @@ import { computeKineticEnergy } from "./game.js";
 import { completeScene, hasFriction } from "./scene.js";
 
 const formatDegrees = (angle) => `${((180 * angle) / Math.PI).toFixed(1)}°`;
+// Return the limits of the motion of a scene, without friction, with which it has no closed form.
+export function findLimits({ body, rotor, attitude, momentum, ...scene }) {
+  const world = { ...scene, damping: 0, friction: 0 };
+  return computeLimits(makeBody(body, rotor), world, attitude, momentum);
+}
 // Return the numbers for the texts of a scene, formatted.
-export function computeFacts(scene) {
-  const { body, rotor, attitude, momentum } = scene;
-  const world = { ...scene, damping: 0, friction: 0 }; // a top with friction has no closed form
-  const limits = computeLimits(makeBody(body, rotor), world, attitude, momentum);
+function computeFacts(scene) {
+  const limits = findLimits(scene);
   if (!limits) return {};
   const { least, greatest, critical, precession, period, spin } = limits;
   const round = (2 * Math.PI) / Math.abs(precession);
@@ -30,7 +33,7 @@ export function computeFacts(scene) {
   };
 }
 export const findPreset = ({ name }) => presets.find((preset) => preset.name === name);
-const fillIn = (text, facts) => text.replace(/\{([a-z ]+)\}/g, (all, word) => facts[word] ?? all);
+export const fillIn = (text, facts) => text.replace(/\{([a-z ]+)\}/g, (all, word) => facts[word] ?? all);
 const MOTION_TEXTS = {
   sleeping: "The top sleeps: it stands upright.",
   hanging: "The top hangs down and turns.",
@@ -44,12 +47,16 @@ const MOTION_TEXTS = {
   circle: "No torque: the axis moves on a circle about the momentum.",
   resting: "No torque: the axis is at rest.",
 };
-// Return the text of a scene. Scenes without a text and edited scenes get a computed one.
-export function describeScene({ scene, tops }) {
-  const facts = computeFacts(scene);
+// Return the numbers for the texts of a scene, and those of its preset with "before" in their names.
+export function collectFacts(scene) {
   const preset = findPreset(scene);
   const before = preset ? computeFacts(completeScene(preset)) : {};
-  for (const [key, value] of Object.entries(before)) facts[`${key} before`] = value;
+  const earlier = Object.entries(before).map(([key, value]) => [`${key} before`, value]);
+  return { ...computeFacts(scene), ...Object.fromEntries(earlier) };
+}
+// Return the text of a scene. Scenes without a text and edited scenes get a computed one.
+export function describeScene({ scene, tops }) {
+  const facts = collectFacts(scene);
   const isOwn = scene.about && !scene.name.endsWith(", changed");
   if (isOwn) return fillIn(scene.about, facts);
   if (hasFriction(scene)) return "Friction takes energy from this top.";
@@ -84,20 +91,24 @@ export function describeStart({ scene, origin }) {
 export const renderStoryLink = (scene) =>
   findPreset(scene)?.story ? html`<a class="beat" href="#story">Why? In one minute ▸</a>` : "";
 // Render the buttons of the current preset.
-export function renderExercises(page, choosePreset) {
+export function renderExercises(page, choosePreset, predictions) {
   const preset = findPreset({ name: page.scene.name.replace(/, changed$/, "") });
   if (!preset?.exercises) return "";
   const { exercises } = preset;
   const isOpen = ({ text }) => page.scene.about === text;
-  const open = (exercise) => choosePreset(makeExerciseScene(preset, exercise));
+  const open = (exercise) => predictions.open(preset, exercise);
   const renderExercise = (exercise) =>
     html`<button class="exercise" aria-pressed=${isOpen(exercise)} @click=${() => open(exercise)}>
       ${exercise.title}</button>`;
   const openNext = () => open(exercises[(exercises.findIndex(isOpen) + 1) % exercises.length]);
+  const canAsk = exercises.some(({ ask }) => ask);
   const again = page.scene.about !== preset.about || page.scene.name !== preset.name;
   return html`<section aria-label="Try this" class="exercises"><div class="row"><b>Try this</b>
     <button aria-label="Next exercise" aria-keyshortcuts="Y" @click=${openNext}>Next ▸</button>
-    <button ?hidden=${!again} @click=${() => choosePreset(preset)}>Back to the start</button></div>
+    <button aria-pressed=${predictions.isOn} aria-keyshortcuts=";" ?disabled=${!canAsk}
+      @click=${() => predictions.toggle()}>Predict first</button>
+    <button aria-label="Back to the start" ?hidden=${!again}
+      @click=${() => choosePreset(preset)}>Back</button></div>
     ${exercises.map(renderExercise)}
     </section>`;
 }

@@ -28,6 +28,7 @@ const OTHER_KEYS = [
 
 const GESTURES = [
   ["Swipe along the rim", "Spin a round top, faster or slower"],
+  ["Drag the pen", "Tilt the top and turn it about the vertical"],
   ["Drag the green tip", "Change the momentum m"],
   ["☞, then swipe", "Push the top"],
   ["One finger beside it", "Turn the view"],

@@ -12,6 +12,7 @@ import { loadText } from "./storage.js";
 import { Readout } from "./readout.js";
 import { PageState } from "./page_state.js";
 import { Panel } from "./panel.js";
+import { Predictions } from "./predictions.js";
 import presets from "./presets.json";
 import { completeScene } from "./scene.js";
 import { ShareDialog } from "./share.js";
@@ -22,6 +23,7 @@ import { View } from "./view.js";
 // The source of the viewer before any change, for the download.
 const source = `<!doctype html>\n${document.documentElement.outerHTML}\n`;
 const getElement = (id) => document.getElementById(id);
+const LOW = 500; // height of a window without room for dials [pixels]
 const reducedMotion = matchMedia("(prefers-reduced-motion: reduce)");
 const { style } = document.documentElement;
 style.colorScheme = loadText("light or dark");
@@ -33,24 +35,28 @@ addEventListener("error", ({ message, error }) => {
 const view = new View(getElement("view"));
 const page = new PageState(view);
 const charts = new Charts(page);
+const predictions = new Predictions(getElement("ask"), page, choosePreset);
 const panel = new Panel(
   getElement("panel"),
   page,
   charts,
   listDownloads(page, view, charts, source),
   choosePreset,
+  predictions,
 );
 const readout = new Readout(getElement("view"));
 view.labels.avoidElement(readout.container);
 const measureFooter = () => {
-  const first = getElement("hint").offsetParent ? getElement("hint") : getElement("bar");
+  const isInFlow = (part) => part.offsetParent && getComputedStyle(part).position !== "absolute";
+  const first = ["hint", "hand"].map(getElement).find(isInFlow) ?? getElement("bar");
   return getElement("view").getBoundingClientRect().bottom - first.getBoundingClientRect().top;
 };
-const TEXTS = ["words", "times", "fold"]; // that cover labels
+const TEXTS = ["words", "times", "fold", "hand", "story", "ask"]; // that cover labels
 const footerObserver = new ResizeObserver(() => {
   view.setFooter(measureFooter());
   view.labels.avoidTexts(TEXTS.map(getElement));
 });
+getElement("hand").hidden = innerHeight < LOW; // dials would cover a low picture
 for (const id of ["view", "hint", "bar", ...TEXTS]) footerObserver.observe(getElement(id));
 const drags = new DragHandler(view, page);
 
@@ -73,6 +79,7 @@ function drawPanel() {
   const { clock, tops, isRunning } = page;
   drawn = { clock, tops, isRunning };
   panel.draw();
+  predictions.draw();
   toolbar.draw();
   readout.update(page);
   charts.build();

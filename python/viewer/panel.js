@@ -58,13 +58,14 @@ function formatNumber(x, digits) {
 }
 
 export class Panel {
-  constructor(place, page, charts, files, choosePreset) {
+  constructor(place, page, charts, files, choosePreset, predictions) {
     Object.assign(this, {
       place,
       page,
       charts,
       files,
       choosePreset,
+      predictions,
       typedPlace: null,
       renderButton,
     });
@@ -73,8 +74,8 @@ export class Panel {
     const { origin } = this.page;
     // a new scene
     if (this.origin !== origin) Object.assign(this, { origin, sliderEnds: {}, most: this.chooseEnds() });
-    const parts = [this.renderHand(), this.renderHeader(), this.renderChart()];
-    render([...parts, ...this.renderSections()], this.place);
+    render(this.renderHand(), document.getElementById("hand"));
+    render([this.renderHeader(), this.renderChart(), ...this.renderSections()], this.place);
     letKeysScroll(document.getElementById("about"));
     const { name } = this.page.scene;
     if (this.name === name) return;
@@ -188,7 +189,7 @@ export class Panel {
       <h2 id="preset">${known < 0 ? "" : known + 1} ${page.scene.name}</h2>
       ${renderStoryLink(page.scene)}
       <div id="about">${title ? html`<h3>${title}</h3>` : ""}<p>${describeScene(page)}</p></div>
-      ${renderExercises(page, this.choosePreset)}
+      ${renderExercises(page, this.choosePreset, this.predictions)}
     </header>`;
   }
   // Return the ends of sliders, for the momentum and the angular velocity of the scene.
@@ -203,18 +204,16 @@ export class Panel {
       rotor: roundUp(2 * size) || 20,
     };
   }
-  // Render the sliders that come first.
+  // Render the dials in the picture.
   renderHand() {
     const { page } = this;
     const renderGravity = ([name, g]) => html`<button aria-pressed=${page.scene.gravity === g}
       @click=${() => page.setValue("gravity", g)}>${name}</button>`;
     const { most } = this;
-    return html`<section id="hand" aria-label="Spin, tilt and gravity">
-      ${this.renderSlider("Spin", "spin", { max: most.spin, step: most.spin / 200 })}
+    return html`${this.renderSlider("Spin", "spin", { max: most.spin, step: most.spin / 200 })}
       ${this.renderSlider("Tilt [°]", "tilt", { max: 180, step: 1 })}
       ${this.renderSlider("Gravity", "gravity", { max: 25 })}
-      <div class="row" role="group" aria-label="Gravity of">${GRAVITIES.map(renderGravity)}</div>
-    </section>`;
+      <div class="row" role="group" aria-label="Gravity of">${GRAVITIES.map(renderGravity)}</div>`;
   }
   // Render the origin of the start.
   renderStart() {

@@ -64,6 +64,9 @@ const checkPositive = (x, name) => {
   return x;
 };
 
+// Return the direction of the centre of mass at an attitude.
+export const computeApex = ({ body, rotor, ...world }, attitude) =>
+  measureStart(makeBody(body, rotor), world, attitude.slice(0, 4), [0, 0, 0]).apex;
 // Return the spin, the angular velocity about the apex, after a change by the function `replace`,
 // and the momentum with this spin. The rest of the angular velocity is kept.
 export function changeSpin(scene, attitude, momentum, replace) {
@@ -113,8 +116,7 @@ const SETTERS = {
   },
   // Tilt the apex by degrees from the vertical, and turn the momentum with it.
   tilt(scene, degrees) {
-    const body = makeBody(scene.body, scene.rotor);
-    const apex = new Vector3(...measureStart(body, scene, scene.attitude, scene.momentum).apex);
+    const apex = new Vector3(...computeApex(scene, scene.attitude));
     const axis = new Vector3().crossVectors(VERTICAL, apex);
     if (axis.length() < 1e-9) axis.set(1, 0, 0);
     checkNumber(degrees, "Tilt");

@@ -11,6 +11,11 @@ export class Toolbar {
   draw() {
     const { page, drags, keyboard, share } = this;
     const isMoving = page.isRunning || page.goal !== null;
+    const hand = document.getElementById("hand");
+    const toggleDials = () => {
+      hand.hidden = !hand.hidden;
+      this.draw();
+    };
     const togglePush = () => {
       drags.isPushing = !drags.isPushing;
       this.draw();
@@ -30,6 +35,7 @@ export class Toolbar {
         }),
         this.renderPaceMenu(),
         html`<span id="clock" role="timer" aria-label="Time"></span>`,
+        renderButton("⊶", "Dials: spin, tilt, gravity", ",", toggleDials, { pressed: !hand.hidden }),
         renderButton("⌂", "Home view", "Home", () => showHomeView(page.view)),
         renderButton("☞", "Push", "X", togglePush, { pressed: !!drags.isPushing }),
         document.fullscreenEnabled ? renderButton("⤢", "Full screen", "F", toggleFullScreen) : "",

@@ -22,6 +22,7 @@ import {
   makeRevolutionMesh,
 } from "./meshes.js";
 import { fitRevolution } from "./revolution.js";
+import { computeApex } from "./setters.js";
 
 const SIDES = [
   new THREE.Vector3(0, -1, 0),
@@ -126,7 +127,7 @@ export class View {
   moveAboveFooter() {
     const [w, h] = this.pixels;
     this.covered = this.computeCovered();
-    for (const camera of this.cameras) camera.setViewOffset(w, h, 0, this.covered / 4, w, h);
+    for (const camera of this.cameras) camera.setViewOffset(w, h, 0, 0.36 * this.covered, w, h);
     if (this.isHome) this.moveHome();
     this.isDirty = true;
   }
@@ -523,12 +524,16 @@ export class View {
     const p = point.clone().project(this.camera);
     return [((p.x + 1) / 2) * this.pixels[0], ((1 - p.y) / 2) * this.pixels[1]];
   }
-  // Return the position of a handle: the tip of m, corner 0 to 7, or the middle of the front face
+  // Return the position of a handle: the tip of m, the pen at the end of the axis, corner 0 to 7, or the middle of the front face
   // or edge.
   findHandle(part, i, number = 0) {
     this.world.updateMatrixWorld(true);
     const top = this.tops[i];
     if (part === "tip") return top.m.tip.getWorldPosition(new THREE.Vector3());
+    if (part === "pen") {
+      const apex = computeApex(this.page.scene, simulation.getState(i).slice(1));
+      return new THREE.Vector3(...apex).multiplyScalar(this.traceRadius).add(top.group.position);
+    }
     const signs = { face: [0, -1, 0], edge: [1, -1, 0], corner: getCornerSigns(number) }[part];
     const place = signs.map((sign, k) => sign * this.body.half[k]);
     return top.solid.localToWorld(new THREE.Vector3(...place));

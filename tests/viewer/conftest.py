@@ -39,6 +39,7 @@ def page(shared_page):
         drags.isPushing = false;
         document.activeElement.blur();
         Object.assign(panel, {hidden: false, scrollTop: 0});
+        document.getElementById('hand').hidden = false;
         for (const id of ['keys', 'share']) document.getElementById(id).close();
         document.querySelectorAll('details').forEach((part) => (part.open = true));
         page.showMessage('');

@@ -188,6 +188,45 @@ def test_a_top_with_spin_keeps_its_tilt_and_one_without_falls(page):
     assert np.ptp(tilts[0]) < 1e-6 and tilts[1].max() > 170
 
 
+# The right predictions for the exercises that ask.
+ANSWERS = {
+    "A spinning top": ["only sideways", "down", "more", "deeper"],
+    "Cusps": ["waves", "loops", "less deep"],
+    "Waves": ["a level circle", "up", "cusps"],
+    "Steady precession": ["down", "less", "nowhere"],
+    "Fast precession": ["about the same", "more", "more"],
+    "Sleeping top": ["only the right one", "none", "only the right one"],
+    "Rising top": ["no, it turns back before", "no, it turns back before", "no, it falls at once"],
+    "Pendulum": ["less deep", "less deep"],
+}
+
+
+@pytest.mark.parametrize("preset", ANSWERS)
+def test_an_exercise_waits_for_a_prediction_and_then_shows_the_answer(page, preset):
+    page.load(preset)
+    page.keyboard.press(";")
+    asking = page.evaluate(
+        "(name) => kreisel.presets.find((each) => each.name === name).exercises"
+        ".filter(({ask}) => ask).map(({title}) => title)",
+        preset,
+    )
+    for title, answer in zip(asking, ANSWERS[preset], strict=True):
+        page.find_button(title).click()
+        assert page.read_clock() == 0 and not page.evaluate("kreisel.page.isRunning")
+        assert not page.locator("#about p").is_visible()
+        choice = page.locator("#ask button").first
+        words = choice.inner_text()
+        choice.press("Enter")
+        assert page.evaluate("kreisel.page.isRunning && kreisel.page.scene.show.trace")
+        page.advance(3.1 * page.read_scene()["speed"])
+        page.evaluate("kreisel.page.setRunning(false)")
+        mark = "✓" if words == answer else "✗"
+        assert page.locator("#ask").inner_text() == f"You: {words}. {mark} The top: {answer}."
+    page.keyboard.press(";")
+    page.load("Cusps")
+    assert page.locator("#ask").inner_text() == ""
+
+
 def test_a_key_opens_the_next_exercise(page):
     page.load("A spinning top")
     titles = page.evaluate("kreisel.presets[0].exercises.map((each) => each.title)")

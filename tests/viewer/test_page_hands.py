@@ -191,10 +191,33 @@ def test_a_swipe_along_the_rim_gives_spin_alone(page, pointer, way):
     assert f"{abs(given @ apex):.3g} N m s" in page.read_message()
 
 
+def test_dragging_the_pen_tilts_the_top_with_its_momentum_and_shows_the_angle(page):
+    page.load("A spinning top")
+    page.advance(0.1)
+    before, spin = page.read_states()[0], page.measure_top(0, "spin")
+    with page.hold("pen", (80, 60)) as start:
+        shown = page.locator("#angle").inner_text()
+        assert np.subtract(page.locate("pen"), start) == pytest.approx((80, 60), abs=1)
+    assert page.locator("#angle").inner_text() == ""
+    after, apexes = page.read_scene(), []
+    for q, m in ((before[1:5], before[5:]), (after["attitude"], after["momentum"])):
+        apex = kr.quaternion.turn(q, (0, 0, 1))
+        apexes.append(apex)
+        assert np.dot(apex, m) == pytest.approx(np.dot(apexes[0], before[5:]))
+    assert shown == f"tilt {np.degrees(np.arccos(apexes[1][2])):.1f}°"
+    assert np.linalg.norm(after["momentum"]) == pytest.approx(np.linalg.norm(before[5:]))
+    assert page.measure_top(0, "spin") == pytest.approx(spin) and np.ptp(apexes, axis=0).max() > 0.1
+    page.set_value("tilt", 400)
+    assert "Tilt cannot be 400" in page.read_message()
+
+
 @pytest.mark.parametrize("size", [WIDE, PHONE])
-def test_spin_and_tilt_have_sliders_in_the_first_screen(page, size):
+def test_spin_and_tilt_have_dials_in_the_picture_that_can_be_closed(page, size):
     page.resize(size)
     page.load("A spinning top")
+    for shown in (False, True):
+        page.keyboard.press(",")
+        assert page.locator("main #hand").is_visible() == shown
     for name, measure, value in (("Spin", "spin", 222), ("Tilt [°]", "nutation", np.radians(31))):
         slider = page.get_by_role("slider", name=name, exact=True)
         box = slider.bounding_box()

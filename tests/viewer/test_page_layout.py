@@ -47,6 +47,7 @@ COVERING = """(() => {
 @pytest.mark.parametrize("is_folded", [False, True], ids=["panel", "alone"])
 def test_the_toolbar_fits_every_frame(page, is_folded):
     page.load("A spinning top", speed=0.25, step=[0.1])
+    page.mouse.move(0, 0)  # over no button
     page.evaluate("kreisel.page.jumpTo(12345.6)")
     wait_for(page, "kreisel.page.goal === null")
     page.evaluate(f"document.getElementById('panel').hidden = {str(is_folded).lower()}")
@@ -81,7 +82,7 @@ def test_tops_and_labels_keep_clear_of_texts_and_the_toolbar_of_a_phone(page, pr
     page.advance(6)
     wait_for(page, f"(kreisel.view.isDirty = true, kreisel.view.render(), {COVERING}.length === 0)")
     assert page.locator(".labels span:not([hidden])").count() > 0
-    bar = page.locator("#bar").bounding_box()["y"]
+    bar = page.locator("#hand").bounding_box()["y"]
     for i, corner in itertools.product(range(len(page.evaluate("kreisel.page.tops"))), range(8)):
         assert page.evaluate(f"kreisel.locate('corner', {i}, {corner})[1]") < bar
     exercises = page.locator(".exercises button:visible").all() if preset == ALL[0]["name"] else []
