@@ -49,8 +49,7 @@ typedef struct kr_motion {
     double gradient;
 } kr_motion;
 
-/* The last step of a dense method as a polynomial in tau = (time - begin) * rate, 0 <= tau <=
- * span. */
+/* The last step of a dense method, in powers of tau = (time - begin) * rate, 0 <= tau <= span. */
 enum { KR_POLYNOMIAL_ORDER_MAX = 40 };
 typedef struct kr_step_polynomial {
     int order; /* at most KR_POLYNOMIAL_ORDER_MAX */
@@ -66,8 +65,7 @@ typedef struct kr_step_polynomial {
      * shakes. */
     int is_disturbed;
     double slope_x[8], slope_w[4];
-    /* Nonzero while friction holds the top: 1 or -1, the sign of the spin before the top
-     * stopped. */
+    /* The sign of the spin before the top stopped, while friction holds the top; else 0. */
     double held;
     /* With dry friction: the sign of the spin in this step, or 0 while friction holds the top. */
     double sliding;
@@ -118,8 +116,7 @@ typedef struct kr_tangent_ops {
     /* Initializes the tangent vectors of a top, which are derivatives of its state. All methods use
      * kr_tangents_start. */
     void (*start)(struct kr_top *top);
-    /* Returns the number of doubles that n deviations need; their size is a multiple of 64
-     * bytes. */
+    /* Returns the doubles that n deviations need, a multiple of 64 bytes. */
     size_t (*doubles)(int digits, size_t n);
     /* Initializes n deviations (tangent vectors) of a motion at its current state. On entry,
      * `memory` is filled with zeros. */
@@ -131,8 +128,7 @@ typedef struct kr_tangent_ops {
      * at this time, and motion->low.q holds its low words. */
     void (*evaluate)(const kr_motion *motion, kr_quat q, double *memory, size_t n,
                      kr_deviation out[]);
-    /* Returns the largest last term of a deviation's series so far, relative to the size of the
-     * deviation. */
+    /* Returns the largest last term of a deviation's series so far, relative to its size. */
     double (*truncation)(const kr_motion *motion, double *memory);
 } kr_tangent_ops;
 
@@ -200,8 +196,7 @@ struct kr_method {
     int (*is_valid)(const void *work);
     /* Frees `aux`. May be NULL. */
     void (*release)(kr_motion *motion);
-    /* Returns the name of the kernel in use, and writes the order of the method to `order`. May be
-     * NULL. */
+    /* Returns the name of the kernel in use, and writes the order. May be NULL. */
     const char *(*kernel)(const kr_motion *motion, int *order);
 };
 

@@ -70,7 +70,6 @@ static uint64_t checksum(const unsigned char *bytes, size_t size)
     return sum;
 }
 
-/* Returns a checksum of the definition of `event`. */
 static uint64_t checksum_event(const kr_event *event)
 {
     const size_t term = sizeof(kr_term);
@@ -91,7 +90,6 @@ size_t kr_top_save_size(const kr_top *top)
 {
     return top ? size_without_events(top) + top->event_count * sizeof(event_record) : 0;
 }
-/* Saves the search state and the checksum of each event. */
 static void save_events(const kr_top *top, unsigned char *to)
 {
     for (size_t i = 0; i < top->event_count; i++, to += sizeof(event_record)) {
@@ -100,8 +98,7 @@ static void save_events(const kr_top *top, unsigned char *to)
         memcpy(to, &saved, sizeof saved);
     }
 }
-/* Copies the pointers of `from` to `motion`, or sets those of `motion` to NULL if `from` is
- * NULL. */
+/* Copies the pointers of `from` to `motion`, or sets them to NULL if `from` is NULL. */
 static void set_pointers(kr_motion *motion, const kr_motion *from)
 {
     motion->scene = from ? from->scene : NULL;

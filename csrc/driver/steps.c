@@ -11,8 +11,7 @@ enum {
         1024 /* largest number of steps of a side motion within one step of the main motion */
 };
 
-/* Returns 1 if `state`, given in internal units, is a valid state after conversion to the user's
- * units. */
+/* Returns 1 if a state in internal units is valid after conversion to the user's units. */
 static int is_good_state(const kr_top *top, const kr_state *state)
 {
     return kr_state_is_good(state->q, v_scale(top->momentum_unit, state->m));
@@ -25,8 +24,7 @@ static int is_main_good(const kr_top *top)
     return is_good_state(top, &state);
 }
 
-/* Copies a motion and its work array to `to`, but leaves the pointers to->work and to->aux
- * unchanged. */
+/* Copies a motion and its work array, but leaves the pointers to->work and to->aux unchanged. */
 static void copy_motion(kr_motion *to, const kr_motion *from, size_t work)
 {
     double *memory = to->work;
@@ -36,7 +34,6 @@ static void copy_motion(kr_motion *to, const kr_motion *from, size_t work)
     to->aux = aux;
     memcpy(memory, from->work, work * sizeof(double));
 }
-/* Sets the step count at which the state is next checked. */
 static void schedule_check(kr_top *top)
 {
     const int64_t limit = top->config.max_steps, next = top->saved_steps + KR_CHECK;
@@ -57,7 +54,6 @@ static void restore_saved(kr_top *top)
     top->steps = top->saved_steps;
     schedule_check(top);
 }
-/* Advances the motion by one step. */
 static kr_status step_main(kr_top *top, double until)
 {
     const kr_status status = top->method->step(&top->main, until);
@@ -87,8 +83,7 @@ static kr_status check_limits(kr_top *top)
     if (kr_steps_poll(top)) return KR_ERR_INTERRUPTED;
     return limit > 0 && top->steps >= limit ? KR_ERR_LIMIT : KR_OK;
 }
-/* Checks that the current state is valid, saves the motion for recovery, and checks the step
- * limit. */
+/* Checks the current state, saves the motion for recovery, and checks the step limit. */
 static kr_status inspect_main(kr_top *top)
 {
     if (!is_main_good(top)) return kr_steps_recover(top);
@@ -136,8 +131,7 @@ kr_status kr_steps_dense(kr_top *top, double until)
     top->before_clock = clock;
     return kr_tangents_advance(top);
 }
-/* Returns KR_OK if an auxiliary integration may continue after `steps` steps, else an error
- * code. */
+/* Returns KR_OK if an auxiliary motion may continue after `steps` steps, else an error. */
 static kr_status check_side_limits(kr_top *top, int64_t steps)
 {
     const int64_t limit = top->config.max_steps;

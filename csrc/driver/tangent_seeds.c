@@ -44,7 +44,6 @@ static kr_seed *add_seed(seed_list *to)
     *to->next = zero;
     return to->next++;
 }
-/* Appends the six tangents with respect to the initial attitude and the initial momentum. */
 static void seed_start(seed_list *to, const kr_top *top)
 {
     const quat_dd back = qdd_conj(kr_extended_axes(top));
@@ -56,17 +55,6 @@ static void seed_start(seed_list *to, const kr_top *top)
             seed->at_start.push = unit_vector_dd(i - 3);
     }
 }
-/* Adds the three columns of the tangent matrix for the principal moments of inertia. */
-static void seed_moments(seed_list *to)
-{
-    for (int i = 0; i < 3; i++) add_seed(to)->moments = v_axis(i);
-}
-/* Adds the three columns of the tangent matrix for the damping coefficients. */
-static void seed_damping(seed_list *to)
-{
-    for (int i = 0; i < 3; i++) add_seed(to)->damping = v_axis(i);
-}
-/* Returns the product weight * com in the units that the method uses. */
 static vec_dd lever_in_own_units(const seed_list *to, dd weight, kr_vec3 com)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
@@ -104,12 +92,6 @@ static void seed_com(seed_list *to, const kr_body *body, double gravity)
         seed->apex = vdd_scale(dd_div(dd_of(unit), dd_sqrt(square)), across);
     }
 }
-/* Adds the three columns of the tangent matrix for the momentum of the rotor. */
-static void seed_rotor(seed_list *to)
-{
-    for (int i = 0; i < 3; i++) add_seed(to)->rotor = unit_vector_dd(i);
-}
-/* Adds the columns of the tangent matrix for the rotation and the shaking of the support. */
 static void seed_support(seed_list *to, const kr_body *body, uint64_t by)
 {
     static const kr_timing timings[] = {KR_TIMING_AMPLITUDE, KR_TIMING_RATE, KR_TIMING_PHASE};
@@ -119,7 +101,6 @@ static void seed_support(seed_list *to, const kr_body *body, uint64_t by)
     if (by & KR_TANGENT_SHAKING)
         for (int i = 0; i < 3; i++) seed_lever(to, dd_of(0.0), body->mass, body->com, timings[i]);
 }
-/* Initializes all columns of the tangent matrix that the configuration of `top` requests. */
 static void seed_tangents(seed_list *to, const kr_top *top)
 {
     const kr_body *body = &top->scene.body;
@@ -129,13 +110,13 @@ static void seed_tangents(seed_list *to, const kr_top *top)
     to->time_unit = top->time_unit;
     to->inertia_unit = top->momentum_unit * top->time_unit;
     if (by & KR_TANGENT_START) seed_start(to, top);
-    if (by & KR_TANGENT_MOMENTS) seed_moments(to);
+    for (int i = 0; i < 3 && by & KR_TANGENT_MOMENTS; i++) add_seed(to)->moments = v_axis(i);
     if (by & KR_TANGENT_COM) seed_com(to, body, g);
     if (by & KR_TANGENT_GRAVITY)
         seed_lever(to, dd_of(body->mass), body->mass, body->com, KR_TIMING_UNIFORM);
     if (by & KR_TANGENT_MASS) seed_lever(to, dd_of(g), 1.0, body->com, KR_TIMING_STRENGTH);
-    if (by & KR_TANGENT_DAMPING) seed_damping(to);
-    if (by & KR_TANGENT_ROTOR) seed_rotor(to);
+    for (int i = 0; i < 3 && by & KR_TANGENT_DAMPING; i++) add_seed(to)->damping = v_axis(i);
+    for (int i = 0; i < 3 && by & KR_TANGENT_ROTOR; i++) add_seed(to)->rotor = unit_vector_dd(i);
     seed_support(to, body, by);
     if (by & KR_TANGENT_FRICTION) add_seed(to)->friction = 1.0;
     if (by & KR_TANGENT_GRADIENT) add_seed(to)->gradient = 1.0;
@@ -153,33 +134,23 @@ kr_status kr_tangents_advance(kr_top *top)
     return n > 0 ? top->method->tangents->advance(&top->main, top->tangents, n) : KR_OK;
 }
 
-/* Returns the first column of a group of tangents. The columns are in the order of the flags. */
-static size_t find_first_column(uint64_t by, uint64_t group)
-{
-    return kr_tangent_columns(by & (group - 1));
-}
-/* Writes the internal units of the tangent parameters, which are powers of two times the user's
- * units. */
+/* Writes the internal units of the parameters, powers of two times the user's units. The columns
+ * are in the order of the flags. */
 static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
 {
     const uint64_t by = top->config.tangents;
-    const size_t moments = find_first_column(by, KR_TANGENT_MOMENTS),
-                 damping = find_first_column(by, KR_TANGENT_DAMPING),
-                 rotor = find_first_column(by, KR_TANGENT_ROTOR),
-                 turning = find_first_column(by, KR_TANGENT_TURNING),
-                 friction = find_first_column(by, KR_TANGENT_FRICTION),
-                 gradient = find_first_column(by, KR_TANGENT_GRADIENT);
-    const double moment = top->momentum_unit * top->time_unit;
+    const double momentum = top->momentum_unit, time = top->time_unit;
     for (int i = 0; i < KR_TANGENT_COLUMNS_MAX; i++) unit[i] = 1.0;
-    for (size_t i = 0; i < 3; i++) {
-        if (by & KR_TANGENT_START) unit[3 + i] = top->momentum_unit;
-        if (by & KR_TANGENT_MOMENTS) unit[moments + i] = moment;
-        if (by & KR_TANGENT_DAMPING) unit[damping + i] = top->momentum_unit;
-        if (by & KR_TANGENT_ROTOR) unit[rotor + i] = top->momentum_unit;
-        if (by & KR_TANGENT_TURNING) unit[turning + i] = 1.0 / top->time_unit;
-    }
-    if (by & KR_TANGENT_FRICTION) unit[friction] = top->momentum_unit / top->time_unit;
-    if (by & KR_TANGENT_GRADIENT) unit[gradient] = 1.0 / (top->time_unit * top->time_unit);
+    for (int i = 3; i < 6 && by & KR_TANGENT_START; i++) unit[i] = momentum;
+    unit += kr_tangent_columns(by & KR_TANGENT_START);
+    for (int i = 0; i < 3 && by & KR_TANGENT_MOMENTS; i++) *unit++ = momentum * time;
+    unit += kr_tangent_columns(by & (KR_TANGENT_COM | KR_TANGENT_GRAVITY | KR_TANGENT_MASS));
+    for (int i = 0; i < 3 && by & KR_TANGENT_DAMPING; i++) *unit++ = momentum;
+    for (int i = 0; i < 3 && by & KR_TANGENT_ROTOR; i++) *unit++ = momentum;
+    for (int i = 0; i < 3 && by & KR_TANGENT_TURNING; i++) *unit++ = 1.0 / time;
+    unit += kr_tangent_columns(by & KR_TANGENT_SHAKING);
+    if (by & KR_TANGENT_FRICTION) *unit++ = momentum / time;
+    if (by & KR_TANGENT_GRADIENT) *unit = 1.0 / (time * time);
 }
 /* Converts a rotation vector from the method's axes to the user's body frame. The conversion uses
  * double precision if at most 16 digits are requested. The argument `axes` is the result of

@@ -90,8 +90,7 @@ static inline void kr_event_reset_search(kr_event *event)
 kr_working kr_top_working_axes(const kr_top *top);
 /* Returns the initial state `start` in the axes and units that the method uses. */
 kr_state kr_top_start_in_own_units(kr_top *top, const kr_state *start);
-/* Returns the rotation from the method's axes to the user's body frame, in double-double
- * precision. */
+/* Returns the rotation from the method's axes to the frame of description, in full precision. */
 quat_dd kr_extended_axes(const kr_top *top);
 /* Unit conversion for computations in extended precision (more than 16 digits). */
 struct kr_extended_ops {
@@ -102,8 +101,7 @@ struct kr_extended_ops {
      * components along the body axes. Stores the digits of the result beyond double precision in
      * main.low. `low` may be NULL. */
     kr_state (*from_user)(kr_top *top, const kr_state *start, const kr_state *low);
-    /* Converts a state to the user's frame and units. Writes the low words of the result to
-     * top->low. */
+    /* Converts a state to the user's frame and units. Writes the low words to top->low. */
     void (*to_user)(kr_top *top, kr_state *state);
 };
 
@@ -119,12 +117,10 @@ double kr_top_horizon_of(const kr_top *top, const kr_scene *scene);
  * Reserves `extra` further doubles. */
 kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t extra,
                        kr_top **top);
-/* Stores the direction of the centre of mass, in the axes of the integration method, for the event
- * search. */
+/* Stores the apex in the axes of the method, for the event search. */
 void kr_top_set_apex(kr_top *top);
 /* Returns the number of doubles needed for the tangents that `config` requests. */
 size_t kr_tangents_size(const kr_method *method, const kr_config *config);
-/* Initializes the requested tangents. */
 static inline void kr_tangents_begin(kr_top *top)
 {
     if (top->config.tangents) top->method->tangents->start(top);
@@ -159,8 +155,7 @@ kr_status kr_steps_dense(kr_top *top, double until);
 /* Integrates from the state `from` over a time `span`, and writes the final state to `end`. All
  * values are in internal units. */
 kr_status kr_steps_off_grid(kr_top *top, const kr_state *from, double span, kr_state *end);
-/* Calls the user's poll callback, if any. Returns nonzero if the callback requests that the
- * computation stop. */
+/* Calls the user's poll callback, if any. Returns nonzero if the computation must stop. */
 int kr_steps_poll(kr_top *top);
 /* Saves the motion for recovery after a failure. */
 void kr_steps_save(kr_top *top);

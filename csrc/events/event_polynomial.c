@@ -36,7 +36,6 @@ static double dot4(kr_quat a, const double b[4])
 {
     return (a.w * b[0] + a.x * b[1]) + (a.y * b[2] + a.z * b[3]);
 }
-/* Returns the n-th Taylor coefficient of the attitude. */
 static kr_quat attitude_coefficient(const step_view *v, int n)
 {
     return q4(v->x[n][0], v3(v->x[n][1], v->x[n][2], v->x[n][3]));
@@ -72,13 +71,11 @@ static void add_of_velocity(const step_view *v, kr_quat weight, double *c)
 {
     for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->w[n]);
 }
-/* Returns a coordinate axis of the user's body frame, expressed in the axes that the method
- * uses. */
+/* Returns an axis of the frame of description, along the axes of the method. */
 static kr_quat described_axis(const step_view *v, int axis)
 {
     return pure_quaternion(q_turn_back(v->top->axes, v_axis(axis)));
 }
-/* Returns the n-th Taylor coefficient of the body-frame momentum. */
 static kr_vec3 momentum_coefficient(const step_view *v, int n)
 {
     const kr_motion *motion = &v->top->main;
@@ -87,7 +84,6 @@ static kr_vec3 momentum_coefficient(const step_view *v, int n)
                ? v_axpy(1.0 / v->rate, motion->rotor, M)
                : M;
 }
-/* Writes zeros before and after the coefficients of a power series. */
 static void clear_padding(const step_view *v, padded_series s)
 {
     memset(s, 0, PAD * sizeof *s);
@@ -108,8 +104,7 @@ static kr_quat multiply_by_axis(int axis, kr_quat q)
         {-q.x, q.w, -q.z, q.y}, {-q.y, q.z, q.w, -q.x}, {-q.z, -q.y, q.x, q.w}};
     return products[axis];
 }
-/* Adds the component of the body-fixed vector `body` along a space axis (0, 1 or 2) to the power
- * series c. */
+/* Adds the component of a body-fixed vector along a space axis (0, 1 or 2) to the series c. */
 static void add_turned(const step_view *v, int axis, kr_vec3 body, double *c)
 {
     padded_series left[4], right[4];
@@ -154,7 +149,6 @@ static void add_turned_momentum(const step_view *v, double factor, int axis, dou
         multiply_series(v, left[i] + PAD, right[i] + PAD, c);
     }
 }
-/* Adds a multiple of the vertical component of the angular momentum to the power series c. */
 static void add_vertical_momentum(const step_view *v, double factor, double *c)
 {
     padded_series P[4], M[4];
@@ -204,8 +198,7 @@ static void add_apex(const step_view *v, double factor, int axis, double *c)
     else
         add_turned(v, axis, v_scale(factor, v->top->apex), c);
 }
-/* Adds to the power series c a multiple of a component of the angular velocity relative to the
- * support. */
+/* Adds a multiple of a component of the velocity relative to the support to the series c. */
 static void add_relative_velocity(const step_view *v, double factor, kr_vec3 along, double *c)
 {
     const kr_scene *scene = &v->top->scene;

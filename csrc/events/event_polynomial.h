@@ -25,8 +25,7 @@ int kr_event_side_by_friction(const kr_step_polynomial *piece, const kr_event *e
  * event function may be exactly zero at the initial state. */
 #define KR_TERMS_UNSURE 0x1p-50
 #define KR_TERMS_START 0x1p-40
-/* Returns 1 if an event function is linear in the body-frame components of the vertical and the
- * angular velocity. */
+/* Returns 1 if an event function has the form of kr_linear. */
 int kr_terms_are_linear(size_t n, const kr_term terms[]);
 /* A function that is linear in the body-frame components of the vertical and the angular
  * velocity. */

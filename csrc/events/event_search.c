@@ -36,7 +36,6 @@ static int are_valid_terms(const kr_top *top, const kr_step_polynomial *piece, s
     const double size = kr_terms_bound(top, piece, n, terms);
     return isfinite(size) && KR_TERMS_UNSURE * size > 0.0;
 }
-/* Returns 1 if all `events` can be found along the motion of `top`. */
 static int are_valid_events(const kr_top *top, size_t n, const kr_event events[])
 {
     for (size_t i = 0; i < n; i++) {
@@ -99,8 +98,7 @@ static void search_new_step(const kr_top *top, const kr_step_polynomial *piece,
         own->side = 0;
         own->mark = fmax(0.0, since / (piece->end - piece->begin));
     } else if (own->side == 0) {
-        /* After friction has held the top, the sign of the spin is known before the spin exceeds
-         * the noise. */
+        /* After friction held the top, the sign of the spin is known before it exceeds noise. */
         own->side = kr_event_side_by_friction(piece, event);
     }
     own->searched = top->steps;
@@ -126,7 +124,6 @@ static kr_event *find_earliest(const kr_top *top, const kr_step_polynomial *piec
     }
     return first;
 }
-/* Returns 1 if the condition of the event holds at the current state of the top. */
 static int is_condition_true(const kr_top *top, const kr_event *event)
 {
     return !event->condition_count ||

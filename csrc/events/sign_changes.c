@@ -18,14 +18,12 @@ static const double NARROW = 0x1p-5;      /* as NARROWEST, while the last terms 
 static const double TAIL_SHARE =
     0x1p-10; /* largest fraction of the slopes of all terms that may be omitted */
 
-/* Returns the value of the polynomial at s. */
 static double evaluate(const double *c, int degree, double s)
 {
     double p = c[degree];
     for (int n = degree - 1; n >= 0; n--) p = p * s + c[n];
     return p;
 }
-/* Returns the value of the polynomial at s, and stores its derivative in `slope`. */
 static double evaluate_with_slope(const double *c, int degree, double s, double *slope)
 {
     double p = c[degree], d = 0.0;

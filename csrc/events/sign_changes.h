@@ -16,7 +16,6 @@ typedef struct kr_sign_search {
     double tail;        /* bound of the sum of the omitted terms */
     double tail_slope;  /* bound of the slope of the omitted terms */
 } kr_sign_search;
-/* Finds the next sign change of the polynomial. Returns 0 if there are no further sign changes in
- * [0, 1]. */
+/* Finds the next sign change of the polynomial. Returns 0 if there is none left in [0, 1]. */
 int kr_search_next_sign_change(kr_sign_search *search);
 #endif

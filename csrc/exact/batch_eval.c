@@ -66,8 +66,7 @@ INLINE void end_stream(void) {}
  * multiple of eight to avoid a remainder loop. */
 static void states(const kr_exact_form *exact, batch *b, int count)
 {
-    /* The compiler can keep a local copy in registers, because no store through a pointer can
-     * modify it. */
+    /* The compiler can keep a local copy in registers: no store through a pointer changes it. */
     const kr_exact_form e = *exact;
     const int n = (count + 7) & ~7;
     if (e.curve == LAGRANGE)

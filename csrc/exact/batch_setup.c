@@ -55,8 +55,7 @@ typedef struct batch_queue {
     double in[NUMBERS][MANY];
 } batch_queue;
 
-/* Checks whether the SIMD code can process a body, and computes the data that depend only on the
- * body. */
+/* Checks whether lanes can handle a body, and computes the data that depend on it alone. */
 static void analyse_body(const kr_body *body, body_data *known)
 {
     const kr_scene scene = {.body = *body};
@@ -109,7 +108,6 @@ static void put_scene(batch_queue *w, const kr_scene *scene, const body_data *kn
     w->turned[0] |= !is_one(body);
     w->turned[1] |= !is_one(work);
 }
-/* Sets the members of `known` that depend on gravity. */
 static void analyse_gravity(const kr_scene *scene, body_data *known)
 {
     known->gravity = scene->gravity;
@@ -172,8 +170,7 @@ typedef struct group {
 
 INLINE wide in_lanes(group w, int number) { return wide_load(&w.all->in[number][w.first]); }
 
-/* Multiplies the attitude in each lane by a rotation; an identity rotation leaves the attitude
- * bitwise unchanged. */
+/* Multiplies the attitudes by rotations; the identity leaves an attitude bitwise unchanged. */
 INLINE void rotate_attitudes(exact_top *top, group w, int axes)
 {
     const quat_lanes by = {in_lanes(w, axes), in_lanes(w, axes + 1), in_lanes(w, axes + 2),
@@ -259,8 +256,7 @@ static group_result end_group(group w, lagrange_setup *s)
                           mask_bits(mask_not(wide_less(wide_abs(rates), wide_splat(INFINITY))))};
 }
 
-/* The arguments of a batch computation, and the scalar functions for tops that must be processed
- * individually. */
+/* The arguments of a batch computation, and the functions for tops that do not suit lanes. */
 typedef struct batch_job {
     const kr_exact_scalar *one;
     const kr_exact_request *request;
@@ -362,8 +358,7 @@ static void write_group(const batch_job *j, group g, const exact_lanes *exact, u
     }
     for (size_t k = 0; k < request->times && !many; k++) read_states(j, g, exact, good, k);
 }
-/* Converts the closed-form solutions for a group of tops to the user's units, and writes the
- * requested results. */
+/* Converts the plans of a group to the user's units, and writes the requested results. */
 static void finish_group(const batch_job *j, group g, lagrange_setup *s)
 {
     const group_result b = end_group(g, s);

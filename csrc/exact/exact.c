@@ -30,8 +30,7 @@
     }
 
 const kr_exact_isa kr_symmetric_form[KR_EXACT_ISAS] = ROWS(exact);
-/* KR_NO_TORUS leaves out Kowalewski and Goryachev-Chaplygin tops and free gyrostats, which are most
- * of the code. */
+/* KR_NO_TORUS leaves out all closed forms but the symmetric one, which are most of the code. */
 #ifndef KR_NO_TORUS
 const kr_exact_isa kr_kowalewski_form[KR_EXACT_ISAS] = ROWS(kowalewski);
 const kr_exact_isa kr_chaplygin_form[KR_EXACT_ISAS] = ROWS(chaplygin);

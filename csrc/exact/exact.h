@@ -19,8 +19,7 @@ typedef struct kr_phase {
     double fast, slow, start, more;
 } kr_phase;
 
-/* The closed-form solution, with the symbols defined in kernel.h. All members consist of
- * doubles. */
+/* A closed form, with the symbols of kernel.h. All members consist of doubles. */
 typedef struct kr_exact_form {
     double period, precession_rate, spin_angle_rate; /* as in kr_exact_info */
     double begin;                                    /* [T] */
@@ -35,8 +34,7 @@ typedef struct kr_exact_form {
     double framed;         /* 1 if `frame` is set */
     kr_quat frame[4];      /* see fill_frame */
 } kr_exact_form;
-/* Causes a compilation error if the condition is false, by declaring an array type of negative
- * size. */
+/* Stops the compilation if the condition is false, by an array type of negative size. */
 #define KR_CHECK_LAYOUT(name, condition) typedef char name[(condition) ? 1 : -1]
 /* A closed form of one or more kinds of tops: that of Lagrange tops and free bodies (symmetric.c),
  * of Kowalewski tops, or of Goryachev-Chaplygin tops. The numbers that describe one motion are its
@@ -102,8 +100,7 @@ typedef struct kr_exact_batch_isa {
     const kr_exact_scalar *scalar;
     kr_exact_batch *batch; /* NULL: without batches */
 } kr_exact_batch_isa;
-/* Returns the i-th instruction set of the batch code, starting with the widest, or NULL after the
- * last one. */
+/* Returns the i-th instruction set of the batch code, the widest first, or NULL after the last. */
 const kr_exact_batch_isa *kr_exact_batch_isa_at(int i);
 /* Performs a batch computation with the widest instruction set that this processor supports. */
 void kr_exact_run(const kr_exact_request *request);

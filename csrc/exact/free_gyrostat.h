@@ -16,7 +16,6 @@ typedef struct kr_gyrostat_plan {
     double coefficient[GYROSTAT_TERMS][4]; /* real and imaginary parts in X and in Y */
 } kr_gyrostat_plan;
 
-/* Returns the state at `time` for given phases. */
 INLINE state_lanes gyrostat_kernel(const kr_gyrostat_plan *plan, wide time, dd first, dd second)
 {
     const int terms = (int)plan->terms;
@@ -43,7 +42,6 @@ INLINE state_lanes gyrostat_kernel(const kr_gyrostat_plan *plan, wide time, dd f
     const kr_vec3 m = plan->momentum;
     return (state_lanes){time, q, {wide_splat(m.x), wide_splat(m.y), wide_splat(m.z)}};
 }
-/* Returns the state at a time, which is the initial time plus `span`. */
 INLINE state_lanes gyrostat_after(const kr_gyrostat_plan *plan, wide time, dd span)
 {
     return gyrostat_kernel(plan, time, torus_phase_at(&plan->torus, 0, span),

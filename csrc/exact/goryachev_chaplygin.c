@@ -36,13 +36,11 @@ typedef struct chaplygin_curve {
 typedef struct chaplygin_arc {
     dd A, B, C;
     int low, high;
-    /* N - root D = a sin^2 + b cos^2. For a complex root, a and b are computed from its real
-     * part. */
+    /* N - root D = a sin^2 + b cos^2, where a complex root is replaced by its real part. */
     dd a[CURVE_ROOTS], b[CURVE_ROOTS];
     dd p, q;           /* averages of P and |u| P */
     int points, terms; /* numbers of intervals used, and of significant terms of the series */
-    /* Sine series of the periodic parts of the integrals of P/p and, as a function of tau,
-     * |u| P. */
+    /* Sine series of the periodic parts of the integrals of P/p and, over tau, of |u| P. */
     double sine[2][GRID];
 } chaplygin_arc;
 
@@ -74,8 +72,7 @@ static double find_cubic_roots(dd h, dd G, dd root[3])
     }
     return square.hi / (u.hi * u.hi);
 }
-/* Finds the branch points. Returns KR_REFUSAL_NONE on success, or the reason for the
- * failure. */
+/* Finds the branch points. Returns KR_REFUSAL_NONE, or the reason for a failure. */
 static kr_refusal find_branch_points(chaplygin_curve *o)
 {
     const double plus = find_cubic_roots(dd_plus(o->H, 1.0), o->G, o->root),
@@ -246,8 +243,7 @@ typedef struct series_work {
     double tail; /* largest relative size of the terms that are left out */
 } series_work;
 
-/* Computes the discrete Fourier transform of the n = 2^j numbers in w->fourier in place (Cooley and
- * Tukey 1965). */
+/* Transforms the n = 2^j numbers in w->fourier in place (Cooley and Tukey 1965). */
 static void fourier_transform(series_work *w, int n)
 {
     cx *const v = w->fourier;
@@ -419,8 +415,7 @@ static double transform_section(const kr_chaplygin_plan *plan, series_work *w, i
     }
     return last;
 }
-/* Returns the phase [turns] by which the term with index k changes while alpha1 grows by `way`
- * turns. */
+/* Returns the growth of the phase of term k [turns] while alpha1 grows by `way` turns. */
 static dd phase_after(const kr_chaplygin_plan *plan, dd ratio, int k, double way)
 {
     const dd turns = dd_times(way * (k + 0.5 * !plan->is_whole), ratio);
@@ -588,8 +583,6 @@ static dd start_angle(const chaplygin_arc *arc, dd u, cdd root, kr_chaplygin_arc
     *time = sum_arc_sines(arc, 1, sine, cosine);
     return dd_add(turns_of(s, c), dd_times(0.5 * sum_arc_sines(arc, 0, sine, cosine), one_turn()));
 }
-/* Sets the bounds and tolerances of Newton's method for the periodic part of the rescaled time
- * tau. */
 static void set_newton_bounds(kr_chaplygin_plan *plan)
 {
     double bound = 0.0;
@@ -640,8 +633,7 @@ static dd set_start(kr_chaplygin_plan *plan, dd ratio, const dd half[2], const d
     }
     return dd_add(angle[1], dd_mul(ratio, dd_sub(dd_of(0.25), angle[0])));
 }
-/* Returns 1 if the top swings like a plane pendulum about its second or third axis, up to rounding
- * errors. */
+/* Returns 1 if the top swings like a pendulum about its second or third axis, up to rounding. */
 static int is_planar(const chaplygin_top *y)
 {
     const kr_vec3 L = v3(y->L[0].hi, y->L[1].hi, y->L[2].hi);
@@ -649,8 +641,7 @@ static int is_planar(const chaplygin_top *y)
     return v_largest(v3(L.x, L.y, y->g[2].hi * size)) < slack ||
            v_largest(v3(L.x, L.z, y->g[1].hi * size)) < slack;
 }
-/* Returns the reason for rejecting a degenerate motion, or `refusal` if no specific reason
- * applies. */
+/* Returns the reason for refusing a degenerate motion, or `refusal` if there is none. */
 static kr_refusal find_chaplygin_degeneracy(const chaplygin_top *y, const chaplygin_curve *o,
                                             kr_refusal refusal)
 {
@@ -698,7 +689,6 @@ static kr_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
     const dd second = set_start(plan, ratio, half, time);
     return make_sections(plan, w, ratio, second) ? KR_REFUSAL_NONE : KR_REFUSAL_HEADING;
 }
-/* Sets the initial heading from the initial attitude `q`. */
 static void set_heading(kr_chaplygin_plan *plan, kr_quat q)
 {
     plan->heading_start = plan->heading_more = 0.0;

@@ -26,8 +26,7 @@ enum {
 
 /* An arc on which one of Chaplygin's variables u moves, and functions of its torus angle alpha. */
 typedef struct kr_chaplygin_arc {
-    /* |u| = (A s^2 + B c^2)/D with D = C s^2 + c^2, where s and c are the sine and
-     * cosine of x/2. */
+    /* |u| = (A s^2 + B c^2)/D, D = C s^2 + c^2, with the sine s and the cosine c of x/2. */
     double A, B, C;
     /* The factors a s^2 + b c^2 of p+ D^3 (the first three) and p- D^3. The factor of an end of the
      * arc is a constant times s^2 or c^2; its a and b are both this constant. If there is a pair of
@@ -271,7 +270,6 @@ INLINE wide heading_on_section(const kr_chaplygin_plan *plan, wide section, dd h
     }
     return total;
 }
-/* Returns x - nearest(x). */
 INLINE wide signed_fraction(dd x) { return (x.hi - nearest(x.hi)) + x.lo; }
 /* Returns the sum of the slow terms over n turns of alpha1, a geometric series. */
 INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, wide n)
@@ -296,8 +294,7 @@ INLINE wide find_heading(const kr_chaplygin_plan *plan, const dd half[2], wide t
 {
     const wide turn = nearest(2.0 * half[0].hi), ahead = 2.0 * half[0].hi - turn,
                side = minus_where(is_negative(ahead));
-    /* The heading is an even or odd function of the angles, and changes its sign after a turn of
-     * alpha1. */
+    /* The heading is even or odd in the angles, and changes its sign after a turn of alpha1. */
     const double all = 2.0 * plan->sections;
     const wide place = side * ahead,
                section =
@@ -323,8 +320,7 @@ INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time,
     find_points(plan, 0, 1, half, p, NULL);
     const wide c1 = p[0].c, c2 = p[1].c, s1 = p[0].s, s2 = p[1].s,
                size = (c1 * c1 + s1 * s1) + (c2 * c2 + s2 * s2);
-    /* psi/2 in turns. The low-order part of the product is smaller than the rounding error of the
-     * series. */
+    /* psi/2 in turns. The low part of the product is below the rounding error of the series. */
     const wide near = 0.5 * (find_heading(plan, half, turns) * one_turn().hi);
     dd heading = two_sum(wide_splat(plan->heading_start), near - nearest(near));
     heading.lo = heading.lo + plan->heading_more;
@@ -344,7 +340,6 @@ INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time,
     r.q = torus_attitude(&plan->torus, q);
     return r;
 }
-/* Returns the state at `time`, which is the initial time plus `span`. */
 INLINE state_lanes chaplygin_kernel(const kr_chaplygin_plan *plan, wide time, dd span)
 {
     const dd mean[2] = {torus_phase_at(&plan->torus, 0, span),

@@ -162,8 +162,7 @@ INLINE wide of_bits(wide_integer bits)
     r.bits = bits;
     return r.value;
 }
-/* Returns the integer nearest to x, for |x| < 2^51. Adding 1.5 * 2^52 leaves no bits for a
- * fraction. */
+/* Returns the integer nearest to x, |x| < 2^51. Adding 1.5 * 2^52 leaves no fraction bits. */
 INLINE wide nearest(wide x)
 {
     const double shift = 6755399441055744.0;
@@ -242,7 +241,6 @@ INLINE exponential exponential_of(dd a)
     e.minus = of_bits((bits_of(shift - k) << 52) + one);
     return e;
 }
-/* Writes the hyperbolic sine and cosine of a. */
 INLINE void sinhcosh(dd a, wide *s, wide *c)
 {
     const exponential e = exponential_of(a);
@@ -326,8 +324,7 @@ INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, 
         sincos_turns(f.second, &s2, &c2);
     const quat_lanes q = {n * (f.a_re * c1 - f.a_im * s1), n * (f.b_re * c2 - f.b_im * s2),
                           n * (f.b_re * s2 + f.b_im * c2), n * (f.a_re * s1 + f.a_im * c1)};
-    /* 0, or NaN if the attitude is NaN. Adding this to the constant momentum makes the momentum NaN
-     * as well. */
+    /* 0, or NaN if the attitude is NaN, which makes the constant momentum NaN as well. */
     const wide none = q.w - q.w;
     vec3_lanes m = {e->constant.x - none, e->constant.y - none, e->constant.z - none};
     if (!euler) {
@@ -339,8 +336,7 @@ INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, 
     return (state_lanes){time, q, m};
 }
 
-/* The longest time span for which exact products (two_product) do not overflow without fused
- * multiply-add. */
+/* Beyond this span, exact products (two_product) may overflow without fused multiply-add. */
 static const double longest = 0x1p990;
 /* Returns 1 if the state at the time `span` after the initial time can be computed. The phases must
  * not exceed 2^50 turns, because doubles must resolve their fractional parts. */
@@ -444,7 +440,6 @@ static inline dd turns_between(wide x, wide y, wide u, wide v)
     return turns_of(im.hi, re.hi);
 }
 
-/* Returns the dot product of four double-doubles with four doubles. */
 static inline dd dot(const dd a[4], wide w, wide x, wide y, wide z)
 {
     return dd_add(dd_add(dd_times(w, a[0]), dd_times(x, a[1])),
@@ -530,8 +525,7 @@ static inline dd equal_moment(const exact_top *top)
 {
     return dd_half(two_sum(top->inertia.x, top->inertia.y));
 }
-/* Returns the same top with up and down interchanged (q -> i q), and therefore with gravity
- * reversed. */
+/* Returns the top with up and down interchanged (q -> i q), so with gravity reversed. */
 static inline exact_top seen_from_below(const exact_top *top)
 {
     exact_top r = *top;
@@ -598,7 +592,6 @@ static inline kr_state state_beyond(const kr_exact_form *e, double t)
     const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
     return isfinite(t) ? state_after(e, t, dd_of(0.0)) : none;
 }
-/* Returns the state at time t. */
 static inline kr_state state_at(const kr_exact_form *e, double t)
 {
     const dd span = two_sum(t, -e->begin);

@@ -30,8 +30,7 @@ typedef struct kowalewski_curve {
 typedef struct kowalewski_arc {
     dd A, B, C, E;
     int low, high;
-    /* N - root D = a sin^2 + b cos^2. For a complex root, a and b are computed from its real
-     * part. */
+    /* N - root D = a sin^2 + b cos^2, where a complex root is replaced by its real part. */
     dd a[ROOTS], b[ROOTS];
     int folds;            /* number of Landen transformations from the series' variable to x */
     dd fold[FOLDS];       /* moduli of the transformations */
@@ -65,8 +64,7 @@ static dd find_lone_root(const kowalewski_curve *o)
     const double h = o->h.hi, c = o->c.hi, l = o->l.hi, bend = -h / 3.0,
                  there = half_phi(o, dd_of(bend)).hi, side = there > 0.0 ? -1.0 : 1.0,
                  slope = c - h * h / 3.0;
-    /* A bound on all roots x, measured from the point of inflection, where x^3 + slope x + there =
-     * 0. */
+    /* A bound on all roots x, from the point of inflection: x^3 + slope x + there = 0. */
     double x = sqrt(fabs(slope)) + 1.0;
     while (x * x * x < 2.0 * (fabs(slope) * x + fabs(there))) x *= 1.5;
     dd w = dd_of(bend + side * x);
@@ -78,8 +76,7 @@ static dd find_lone_root(const kowalewski_curve *o)
     }
     return refine_root(o, w, 4);
 }
-/* Computes the branch points, which are the roots of phi and the numbers k and -k. Sorts the real
- * ones. */
+/* Computes the branch points, the roots of phi and k and -k. Sorts the real ones. */
 static void find_roots(kowalewski_curve *o)
 {
     const dd lone = find_lone_root(o), sum = dd_add(o->h, lone),
@@ -99,7 +96,6 @@ static void find_roots(kowalewski_curve *o)
     o->root[ROOT_MINUS_K] = dd_neg(o->k);
     o->real = sort_real_roots(o->root, ROOTS, o->pair ? 1 : ROOTS, o->order);
 }
-/* Sets the constants of motion from a state p, q, r, g1, g2, g3. */
 static void set_constants(kowalewski_curve *o, const dd y[6], dd l)
 {
     const dd re = dd_add(dd_sub(dd_square(y[0]), dd_square(y[1])), y[3]),
@@ -338,8 +334,7 @@ static singularities move_singularities(const singularities *from, dd m, int cro
     to.cosine[to.count++] = crosswise ? sine_of(last) : last;
     return to;
 }
-/* Returns the modulus of the Landen transformation that removes a singularity, given sinh |Im
- * x|. */
+/* Returns the modulus of the transformation that removes a singularity, given sinh |Im x|. */
 static dd modulus_for(dd height)
 {
     const dd other = dd_div(height, dd_sqrt(dd_plus(dd_square(height), 1.0)));
@@ -370,8 +365,7 @@ static double choose_landen_transformations(const kowalewski_curve *o, kowalewsk
     arc->folds = folds;
     return best;
 }
-/* Returns the scale of an arc (see scale_arc) for which the complex branch points lie at Re x =
- * pi/2. */
+/* Returns the scale of an arc that moves the complex branch points to Re x = pi/2. */
 static dd scale_for_pair(const kowalewski_curve *o, const kowalewski_arc *arc)
 {
     const dd im = dd_square(o->root[2]), up = dd_sub(o->root[arc->high], o->root[1]),
@@ -485,8 +479,7 @@ static dd root_minus_pole(const kowalewski_curve *o, int i, dd w)
     if (!(fabs(other.hi) > 1e-3 * fabs(difference.hi))) return difference;
     return dd_div(dd_half(dd_square(o->l)), dd_mul(other, sum));
 }
-/* Finds the poles that contribute to the integrand of the heading on an arc. Returns the
- * number of poles. */
+/* Finds the poles of the integrand of the heading on an arc. Returns their number. */
 static int find_heading_poles(const kowalewski_curve *o, const kowalewski_arc *arc,
                               heading_pole pole[2])
 {
@@ -507,8 +500,7 @@ static int find_heading_poles(const kowalewski_curve *o, const kowalewski_arc *a
     }
     return count;
 }
-/* Returns the integrand of the heading for l > 0, after subtraction of the contributions of its
- * poles. */
+/* Returns the integrand of the heading for l > 0, without the contributions of its poles. */
 static dd heading_integrand(const kowalewski_curve *o, int poles, const heading_pole pole[2], dd s,
                             dd c, dd N, dd D, dd R, dd slope)
 {
@@ -636,7 +628,6 @@ typedef struct start_point {
     double s, c, angle, theta[2];
 } start_point;
 
-/* Returns the branch point with the index i. */
 static cdd root_dd(const kowalewski_curve *o, int i)
 {
     if (!o->pair || i == 0 || i >= ROOT_K) return cdd_real(o->root[i]);
@@ -761,7 +752,6 @@ static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
            dd_sub(w[0], low).hi >= -slack * (1.0 + fabs(low.hi)) &&
            dd_sub(least, w[1]).hi >= -slack * (1.0 + fabs(least.hi));
 }
-/* Returns root i minus root j. */
 static cx root_minus_root(const kowalewski_curve *o, int i, int j)
 {
     const cdd a = root_dd(o, i), b = root_dd(o, j);
@@ -951,8 +941,7 @@ static kr_refusal analyse_curve(const kowalewski_top *top, kowalewski_work *w,
     if (!(w->separatrix < 1e-14)) return KR_REFUSAL_SEPARATRIX;
     const double distance = least_distance(o);
     if (!(distance > 1e-24)) return KR_REFUSAL_COINCIDENT;
-    /* The formulas for the initial state contain divisions by the distances between branch
-     * points. */
+    /* The formulas for the initial state divide by the distances between branch points. */
     const int unresolved = distance < 1e-12;
     if (!is_on_arcs(o, top->state)) return unresolved ? KR_REFUSAL_COINCIDENT : KR_REFUSAL_START;
     make_arcs(o, w->arc);
@@ -968,8 +957,7 @@ static kr_refusal analyse_curve(const kowalewski_top *top, kowalewski_work *w,
            : !is_known && mismatch < 1.0 ? KR_REFUSAL_SEPARATRIX
                                          : KR_REFUSAL_START;
 }
-/* Returns the smallest number of terms, a multiple of four, such that all later terms are at
- * most `least`. */
+/* Returns the number of terms, a multiple of four, after which all are at most `least`. */
 static int count_terms(const kowalewski_arc arc[2], int series, double least)
 {
     int terms = 4;
@@ -1051,7 +1039,6 @@ static double fill_sign_table(kr_kowalewski_torus *plan, int n)
     }
     return least;
 }
-/* Sets the rates of the phases, and the initial values of the two torus angles. */
 static void set_torus_phases(const kowalewski_work *w, kr_kowalewski_torus *plan)
 {
     dd rate[3] = {dd_half(w->rates.rate[0]), dd_half(w->rates.rate[1]), dd_half(w->rates.heading)};
@@ -1094,7 +1081,6 @@ typedef struct kowalewski_memory {
     kowalewski_work work;
 } kowalewski_memory;
 
-/* Sets the initial phase of the heading from the initial attitude `q`. */
 static void set_heading_phase(kr_kowalewski_torus *plan, kr_quat q)
 {
     const kr_quat at = kowalewski_kernel(plan, 0.0, dd_of(0.0)).q;
@@ -1109,8 +1095,7 @@ static double largest_error_on_torus(const kr_kowalewski_torus *plan, int points
 {
     double miss = 0.0;
     for (int i = 1; i <= points; i++) {
-        /* The points are multiples of two irrational numbers, so that they fill the torus
-         * evenly. */
+        /* Multiples of two irrational numbers fill the torus evenly. */
         dd phase[3] = {dd_of(fraction_of_turns(0.7548776662466927 * i)),
                        dd_of(fraction_of_turns(0.5698402909980532 * i)), dd_of(0.0)};
         const body_view now = view_top(&kowalewski, kowalewski_kernel_at(plan, 0.0, phase));
@@ -1124,8 +1109,7 @@ static double largest_error_on_torus(const kr_kowalewski_torus *plan, int points
     }
     return miss;
 }
-/* Computes the closed-form solution in internal units. Returns KR_REFUSAL_NONE, or the reason
- * for the failure. */
+/* Computes the plan in internal units. Returns KR_REFUSAL_NONE, or the reason for a failure. */
 static kr_refusal make_plan(kowalewski_memory *memory, const kowalewski_top *top, kr_quat attitude,
                             double *certificate)
 {

@@ -198,12 +198,10 @@ INLINE wide sum_heading(const kr_kowalewski_torus *plan, const arc_angle y[2])
     }
     return value[0] + value[1];
 }
-/* The sine series of the torus angles, in the order of kr_harmonic, and their first and second
- * derivatives. */
+/* The sine series of the torus angles, as in kr_harmonic, and their first two derivatives. */
 typedef struct angle_series {
     wide value[4], slope[4], bend[4];
 } angle_series;
-/* Sums the first n terms of the series at y. */
 INLINE angle_series sum_angle_derivatives(const kr_harmonic *harmonic, int n, const arc_angle y[2])
 {
     angle_series r;
@@ -232,7 +230,6 @@ INLINE angle_series sum_angle_derivatives(const kr_harmonic *harmonic, int n, co
     }
     return r;
 }
-/* Returns theta, in turns, plus d, which is in radians. */
 INLINE dd turns_plus_radians(dd theta, wide d)
 {
     return dd_make(theta.hi, theta.lo + 0.15915494309189534561 * d);
@@ -533,7 +530,6 @@ INLINE pair pair_signs(int complex, double one, double two, pair a)
 {
     return (pair){scale(one, a.one), scale(complex ? one : two, a.two)};
 }
-/* Exchanges the roots e1 and e2. */
 INLINE pair pair_swap(int complex, pair a)
 {
     const pair conjugate = {a.one, scale(-1.0, a.two)}, other = {a.two, a.one};
@@ -597,8 +593,7 @@ typedef struct arc_point {
     dual N, D, d, g0, h, minus, plus;
     pair g;
 } arc_point;
-/* Returns the square root of way * (N - e D) for the real branch point with the index i. `rate` is
- * dx/dt. */
+/* Returns the root of way * (N - e D) for the real branch point i. `rate` is dx/dt. */
 INLINE dual root_at(const kr_kowalewski_arc *arc, int i, half_angle x, wide rate)
 {
     const wide half = 0.5 * rate;
@@ -767,7 +762,6 @@ typedef struct heading_vector {
     wide x, y, z, square, terms, re, im;
 } heading_vector;
 
-/* Replaces the vector by its horizontal part. */
 INLINE void make_horizontal(heading_vector *v, const body_state *b, wide terms)
 {
     const wide n = v->x * b->g1 + v->y * b->g2 + v->z * b->g3;
@@ -786,7 +780,6 @@ INLINE wide real_z(const koetter_state *s, int derive)
 {
     return derive ? -2.0 * s->q.d : s->g3.v + s->p.v * s->r.v;
 }
-/* Returns the vector C (kowalewski.h). */
 INLINE heading_vector vector_C(const body_state *b, wide S, wide S_terms)
 {
     const wide Q2 = b->q * b->q, Q = wide_abs(b->q), R = wide_abs(b->r), P = wide_abs(b->p);
@@ -1039,8 +1032,7 @@ INLINE wide sign_at_node(const kr_kowalewski_torus *plan, quat_lanes q, const wi
                      (q.y * wide_load(node[2]) + q.z * wide_load(node[3]));
     return minus_where(is_negative(dot));
 }
-/* Returns the state at `time`. `phase` holds theta1/2, theta2/2 and half of the heading, in
- * turns. */
+/* Returns the state for the phases theta1/2, theta2/2 and half of the heading, in turns. */
 INLINE state_lanes kowalewski_kernel_at(const kr_kowalewski_torus *plan, wide time,
                                         const dd phase[3])
 {
@@ -1082,7 +1074,6 @@ INLINE state_lanes kowalewski_kernel_at(const kr_kowalewski_torus *plan, wide ti
     r.q = torus_attitude(&plan->torus, attitude);
     return r;
 }
-/* Returns the state at `time`, which is the initial time plus `span`. */
 INLINE state_lanes kowalewski_kernel(const kr_kowalewski_torus *plan, wide time, dd span)
 {
     dd phase[3];

@@ -58,7 +58,6 @@ static inline dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
     }
     return dd_sub(a, dd_of(0.25 * rest * a.hi));
 }
-/* Returns agm(a, b) in double precision. */
 static inline wide elliptic_agm(wide a, wide b)
 {
     for (mask live; live = wide_more(wide_abs(a - b), 1e-8 * a), mask_any(live);) {
@@ -164,8 +163,7 @@ static const double COS_EVEN[][KR_THETA_TERMS] = {
 static const double SIN_EVEN[][KR_THETA_TERMS] = {
     {0}, {2}, {4, -8}, {6, -32, 32}, {8, -80, 192, -128}};
 
-/* Adds `weight` times row j of a table to `sum`. All coefficients after the j-th in row j of the
- * table are zero. */
+/* Adds `weight` times row j of a table to `sum`. Row j has j + 1 coefficients. */
 static inline void accumulate(wide sum[], wide weight, int j, const double row[])
 {
     for (int i = 0; i <= j; i++) sum[i] = sum[i] + weight * row[i];
@@ -214,7 +212,6 @@ static inline theta_lanes theta_series(enum theta which, wide nome, wide y, int 
     }
     return r;
 }
-/* Returns the value of a polynomial at s. */
 static inline wide theta_at(const wide poly[KR_THETA_TERMS], wide s)
 {
     wide r = poly[KR_THETA_TERMS - 1];
@@ -544,8 +541,7 @@ static inline void lagrange_start(exact_lanes *exact, const initial *s, const tu
     const mask least = wide_less(of_first, of_second);
     const mask by_second = mask_and(least, wide_less(4.0 * of_first, of_both)),
                by_first = mask_and(mask_not(least), wide_less(4.0 * of_second, of_both));
-    /* Any two of the three phases determine the third, so the two with the smallest rounding errors
-     * are used. */
+    /* Two phases determine the third, so the two with the smallest rounding errors are used. */
     phase_start(&exact->first, dd_choose(by_second, dd_sub(both, second), first));
     phase_start(&exact->second, dd_choose(by_first, dd_sub(both, first), second));
 }

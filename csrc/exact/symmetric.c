@@ -24,8 +24,7 @@ typedef struct described_top {
 static dd find_axis_tilt(const kr_body *b, const kr_working *w, kr_quat *tilt)
 {
     const dd axes[4] = {dd_of(w->axes.w), dd_of(w->axes.x), dd_of(w->axes.y), dd_of(w->axes.z)};
-    /* The components are divided by the largest one, because their squares may overflow or
-     * underflow. */
+    /* Divided by the largest component, because squares may overflow or underflow. */
     const double size = v_largest(b->com);
     const double xyz[3] = {b->com.x, b->com.y, b->com.z};
     dd com[3], c[3];
@@ -213,8 +212,7 @@ static int set_up_steady_motion(kr_exact_form *exact, const double inertia[3], c
                                 dd square, dd half_turn, kr_quat q, kr_quat left)
 {
     const dd size = dd_sqrt(square);
-    /* Smaller components of the momentum are treated as zero, because their squares are
-     * negligible. */
+    /* Smaller components of the momentum count as zero: their squares are negligible. */
     const double least = 1e-75 * size.hi;
     const int has_rotor = half_turn.hi != 0.0;
     int k = 2, still = 0;
@@ -345,8 +343,7 @@ static void set_up_asymmetric_motion(kr_exact_form *exact, const body_axes *a, k
     set_frame(exact, q_mul(left, q4(c, v3(0.0, 0.0, s))),
               q_mul(q4(c, v3(0.0, 0.0, -s)), q_conj(turn)));
     set_mean_rates(exact, dd_mul(lambda, mean).hi, k.hi, k.hi);
-    /* The mean spin refers to the axis direction on the side of the momentum, but here the axis
-     * points along -e3. */
+    /* The mean spin refers to the axis on the side of the momentum; here it points along -e3. */
     exact->spin_angle_rate = -exact->spin_angle_rate;
 }
 /* Returns the closed-form solution for a torque-free body, in internal units. `half_turn` is half
@@ -437,8 +434,7 @@ static enum motion_type free_motion_type(const initial *s)
     const dd across = dd_sqrt(dd_sub(s->w_square, dd_square(axial)));
     return across.hi <= KR_INPUT_RTOL * sqrt(s->w_square.hi) ? RESTING : CIRCLE;
 }
-/* Writes the earliest nonnegative times at which the apex of the top reaches its lowest and its
- * highest point. */
+/* Writes the first times, not negative, of the lowest and of the highest apex. */
 static void turning_times(const initial *s, const turning_points *r, double *low, double *high)
 {
     const double kp = sqrt(r->g32.hi / r->g31.hi);
@@ -497,8 +493,7 @@ static void swap_doubles(double *a, double *b)
     *a = *b;
     *b = c;
 }
-/* Converts turning points to the correct orientation if they were computed with up and down
- * interchanged. */
+/* Reverses turning points that were computed with up and down interchanged. */
 static void flip_nutation(kr_nutation *r)
 {
     const double pi = 3.14159265358979323846, least = pi - r->greatest;
@@ -510,7 +505,6 @@ static void flip_nutation(kr_nutation *r)
     r->difference = -r->difference;
     r->lever = -r->lever;
 }
-/* Converts turning points from internal units to the user's units. */
 static void convert_nutation_to_user(kr_nutation *r, const kr_units *units, double start)
 {
     const double momentum = units->moment / units->time, energy = momentum / units->time;

@@ -22,8 +22,7 @@ typedef struct kr_torus {
  * found within 300 radians, in random and degenerate motions. */
 #define KR_TORUS_ROUNDING 0x1p-48
 
-/* Returns the i-th phase of a closed-form solution, in turns, at the time `span` after the initial
- * time. */
+/* Returns the i-th phase, in turns, at the time `span` after the initial time. */
 INLINE dd torus_phase_at(const kr_torus *torus, int i, dd span)
 {
     const kr_phase *p = &torus->turn[i];

@@ -174,8 +174,7 @@ typedef struct torus_kind {
     kr_kind kind;
     double ratio, factor, side;
 } torus_kind;
-/* The principal axis whose moment differs from the other two, and the position of the centre of
- * mass. */
+/* The axis whose moment differs from the other two, and the position of the centre of mass. */
 typedef struct com_plane {
     int distinct;
     double com[2];  /* components along the two other axes, divided by a power of two */
@@ -214,7 +213,6 @@ static com_plane body_of(const kr_body *b, kr_vec3 com, double side)
     r.s = dd_div(dd_of(side * r.com[1]), r.reach);
     return r;
 }
-/* Returns the rotation about the third axis by the angle with cosine c and sine s. */
 static kr_quat turn_about_third(double c, double s)
 {
     const double half = sqrt(0.5 * (1.0 + fabs(c))), other = 0.5 * s / half;

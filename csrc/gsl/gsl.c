@@ -42,8 +42,7 @@ static void put_vector_at(double y[], kr_quat q, kr_vec3 W)
     v_put(y + 1, q_vec(q));
     v_put(y + 4, W);
 }
-/* Returns GSL_EBADFUNC if any number is not finite, because GSL would treat an error estimate of
- * NaN as zero. */
+/* Returns GSL_EBADFUNC unless all numbers are finite: GSL takes an error of NaN for zero. */
 static int check_finite(const double *a, int n)
 {
     for (int i = 0; i < n; i++)
@@ -185,8 +184,7 @@ static kr_status ode_step(kr_motion *motion, double until)
         const double end = lands ? until : motion->clock + next.h, h = end - motion->clock;
         if (h == 0.0 || !isfinite(h)) return KR_ERR_STEP;
         if (try_step(motion, h, p, &next)) {
-            /* A step that was shortened to end at `until` does not affect the size of the next
-             * step. */
+            /* A step shortened to end at `until` does not affect the size of the next step. */
             if (lands) next.h = p->h;
             *p = next;
             motion->clock = end;

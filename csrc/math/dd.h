@@ -51,7 +51,6 @@ static inline dd dd_make(dd_word hi, dd_word lo)
     return r;
 }
 static inline dd dd_of(dd_word a) { return dd_make(a, word_of(0.0)); }
-/* Returns a number with the value `a` in every lane. */
 static inline dd dd_splat(double a) { return dd_of(word_of(a)); }
 static inline dd dd_neg(dd a) { return dd_make(-a.hi, -a.lo); }
 static inline dd dd_choose(dd_truth m, dd yes, dd no)

@@ -33,8 +33,7 @@ static inline double times_power_of_2(double x, int power)
 {
     return power < -1022 || power > 1023 ? ldexp(x, power) : x * power_of_2(power);
 }
-/* Returns the exponent of the smallest power of two greater than |x|, but at most 1023. Returns 0
- * if x is zero. */
+/* Returns the exponent of the smallest power of two above |x|, at most 1023; for x = 0, 0. */
 static inline int power_above(double x)
 {
     int exponent = 0;

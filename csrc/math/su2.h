@@ -15,8 +15,7 @@ static inline kr_vec3 v3(double x, double y, double z)
 }
 /* Returns the unit vector along axis i, or zero if i is not 0, 1 or 2. */
 static inline kr_vec3 v_axis(int i) { return v3(i == 0, i == 1, i == 2); }
-/* The function v_of reads a vector from an array of doubles, and v_put writes a vector to an
- * array. */
+/* v_of reads a vector from an array of doubles, and v_put writes it to an array. */
 static inline kr_vec3 v_of(const double *y) { return v3(y[0], y[1], y[2]); }
 static inline void v_put(double *y, kr_vec3 v)
 {

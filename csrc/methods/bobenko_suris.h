@@ -25,7 +25,6 @@ enum {
     BOBENKO_SURIS_REFRESH = 64
 };
 
-/* Returns the momentum after a kick of strength k. */
 static inline kr_vec3 bobenko_suris_momentum_after_kick(const bobenko_suris_orbit *o, double k)
 {
     const kr_vec3 a = q_axis(o->q);

@@ -12,7 +12,6 @@ static kr_vec3 body_velocity(const kr_motion *motion, const double y[GBS_SIZE])
 {
     return motion_velocity(motion, v_of(y));
 }
-/* Converts a vector from the body frame to the space frame. */
 static kr_vec3 in_space(const double y[GBS_SIZE], kr_vec3 v)
 {
     return v3(v_dot(v_of(y + 3), v), v_dot(v_of(y + 6), v), v_dot(v_of(y + 9), v));

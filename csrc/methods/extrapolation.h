@@ -53,8 +53,7 @@ typedef struct {
     int row;                              /* the last row that was computed */
 } gbs_attempt;
 
-/* Returns the number of evaluations of the right-hand side needed for rows 1 to `row` of the
- * extrapolation table. */
+/* Returns the number of evaluations of the right-hand side for rows 1 to `row` of the table. */
 static inline double gbs_cost(int row) { return 1.0 + row * (row + 1); }
 static inline int gbs_least(int a, int b) { return a < b ? a : b; }
 static inline double gbs_square(double x) { return x * x; }
@@ -95,8 +94,7 @@ static inline int gbs_midpoint(gbs_attempt *a, int row)
         a->table[row][i] = 0.5 * ((before[i] + now[i]) + h * rate[i]);
     return 1;
 }
-/* Computes the extrapolated values in a row of the extrapolation table, which overwrite those of
- * the previous row. */
+/* Computes the extrapolated values in a row, which overwrite those of the previous row. */
 static inline void gbs_extrapolate(gbs_attempt *a, int row)
 {
     for (int k = row; k > 1; k--) {
@@ -161,8 +159,7 @@ static inline gbs_control gbs_after_accepted(const gbs_attempt *a, int target, i
 {
     const int row = a->row, best = gbs_best_row(a, target, rejected);
     gbs_control next = {.h = a->length[best <= row ? best : row], .target = best};
-    /* The step size of a row that has not been computed follows from the costs of the rows, as in
-     * ODEX. */
+    /* The step size of a row not yet computed follows from the costs of the rows, as in ODEX. */
     if (best > row) next.h *= gbs_cost(row < target ? best + 1 : best) / gbs_cost(row);
     if (rejected) next.h = fmin(next.h, fabs(a->h));
     return next;
@@ -230,8 +227,7 @@ static inline kr_status gbs_step(kr_motion *motion, double until, const gbs_form
         const int outcome = gbs_converge(&a, from, now.target);
         if (outcome > GBS_REJECTED) {
             gbs_accept_step(motion, &a, end);
-            /* A step that was shortened to end at `until` does not affect the size of the next
-             * step. */
+            /* A step shortened to end at `until` does not affect the size of the next step. */
             if (!lands || rejected) p->next = gbs_after_accepted(&a, now.target, rejected > 0);
             return KR_OK;
         }
@@ -240,7 +236,6 @@ static inline kr_status gbs_step(kr_motion *motion, double until, const gbs_form
     }
     return KR_ERR_STEP;
 }
-/* Returns 1 if the step size and the target row in a work array are valid. */
 static inline int gbs_is_valid(const void *work)
 {
     gbs_path p;

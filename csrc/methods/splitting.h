@@ -116,7 +116,6 @@ static inline void splitting_rotate_about_axis(double half, double *mj, double *
     *rj = p + (c * p + s * q);
     *rk = q + (c * q - s * p);
 }
-/* Rotates about N. */
 static inline void splitting_turn_n(splitting_body *b, double rate)
 {
     splitting_rotate_about_axis(rate * b->m.x, &b->m.y, &b->m.z, &b->r.w, &b->r.x, &b->r.y,
@@ -159,8 +158,7 @@ static inline void splitting_turn_support(splitting *s, double part)
     s->q = q;
     s->m = m;
 }
-/* Returns 1 if the drift reproduces the torque-free motion of the body, including any rotor,
- * exactly. */
+/* Returns 1 if the drift is the exact free motion of the body and its rotor. */
 static inline int splitting_is_exact(const splitting *s)
 {
     return s->n == 0.0 && s->rotor.x == 0.0 && s->rotor.y == 0.0;
@@ -194,8 +192,7 @@ SPLITTING_INLINE void splitting_drift_plain(splitting *s, double part)
     if (s->n != 0.0) splitting_turn_n(&b, 0.5 * part * s->n);
     splitting_rotate(s, &b, part);
 }
-/* Applies the drift of a body with a rotor or on a turning support for `part` times the step
- * size. */
+/* Applies the drift of a body with a rotor or on a turning support for `part` of a step. */
 APART void splitting_drift_extra(splitting *s, double part)
 {
     splitting_body b = splitting_begin_body(s);
@@ -203,7 +200,6 @@ APART void splitting_drift_extra(splitting *s, double part)
     splitting_rotate(s, &b, part);
     splitting_turn_support(s, part);
 }
-/* Applies the drift of any body for `part` times the step size. */
 static inline void splitting_drift(splitting *s, double part)
 {
     if (s->extra != 0.0)

@@ -67,8 +67,7 @@ static void takahashi_read(const kr_motion *motion, kr_state *out)
     out->m = apply_modified_kick(&p->kick, out->q, out->m, -0.5);
     modified_kick_process(&p->kick, 1.0, &out->q, &out->m);
 }
-/* Returns 1 if the number of stages does not exceed the length of the arrays of a composition
- * method. */
+/* Returns 1 if the number of stages fits in the arrays of a composition. */
 static int takahashi_is_valid(const void *work)
 {
     takahashi_state p;

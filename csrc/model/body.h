@@ -3,7 +3,6 @@
 #define KR_BODY_H
 #include "math/su2.h"
 
-/* Returns component i of v. */
 static inline double component_at(kr_vec3 v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
 typedef struct kr_working {
     /* Working -> principal axes. For a symmetric body, T is the distinct axis, whose moment differs
@@ -27,7 +26,6 @@ kr_working kr_body_working(const kr_body *body);
 int kr_body_last_axis(const kr_body *body);
 /* Returns working axes that coincide with the principal axes N, B, T, in this order. */
 kr_working kr_body_principal(const kr_body *body, kr_vec3 damping);
-/* Returns 1 if the body has a rotor. */
 static inline int kr_body_has_rotor(const kr_body *body) { return v_largest(body->rotor) > 0.0; }
 /* Returns 1 if the body has no rotor, or is symmetric about the direction of its rotor. For a
  * spherical body, the rotor must point towards or away from the centre of mass, unless the centre

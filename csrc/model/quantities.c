@@ -38,7 +38,6 @@ double kr_acceleration_at(const kr_scene *scene, double t)
     sin_cos(shaking->rate * t + shaking->phase, &sine, &cosine);
     return scene->gravity - shaking->amplitude * shaking->rate * shaking->rate * cosine;
 }
-/* Returns the torque of a gravity gradient, along the principal axes, by the vertical P. */
 static kr_vec3 gradient_torque(const kr_scene *scene, kr_vec3 P)
 {
     return v_scale(scene->gradient, v_cross(P, v_times(scene->body.inertia, P)));

@@ -22,8 +22,7 @@ typedef struct quantity_point {
     kr_vec3 apex;         /* unit vector to the centre of mass, or T */
     double reach, weight; /* |com|; mass * acceleration along -e3 */
 } quantity_point;
-/* An infinitesimal change of the state and parameters, and the resulting changes of derived
- * vectors. */
+/* A change of the state and parameters, and the resulting changes of derived vectors. */
 typedef struct quantity_change {
     kr_vec3 described_turn; /* theta in the frame of description */
     kr_vec3 push;           /* dm, in space */
@@ -45,8 +44,7 @@ static kr_vec3 components_along(const kr_vec3 axes[3], kr_vec3 v)
 {
     return v3(v_dot(axes[0], v), v_dot(axes[1], v), v_dot(axes[2], v));
 }
-/* Returns the change in the space frame of a vector whose components in the body frame change by
- * dv. */
+/* Returns the change in space of a vector whose body-frame components change by dv. */
 static kr_vec3 change_in_space(const quantity_point *at, const quantity_change *by, kr_vec3 v,
                                kr_vec3 dv)
 {
@@ -224,8 +222,7 @@ static void tangent_of_axial_momentum(const quantity_point *at, const quantity_c
 typedef struct integral_frame {
     kr_vec3 m, p, dm, dp;
 } integral_frame;
-/* Returns dv plus the change of the components of v due to a small rotation of the axes about axis
- * 3. */
+/* Returns dv plus the change of v by a small rotation of the axes about axis 3. */
 static kr_vec3 change_along_turning(double turn, kr_vec3 v, kr_vec3 dv)
 {
     return v3(dv.x + turn * v.y, dv.y - turn * v.x, dv.z);

@@ -14,7 +14,6 @@ kr_scene kr_scene_default(void)
     return (kr_scene){
         .body = body, .gravity = 1.0, .start = {0.0, {1.0, 0.0, 0.0, 0.0}, {0.172, -1.862, 1.46}}};
 }
-/* Returns 1 if the parameters of the support motion and the friction are valid. */
 static int is_valid_support(const kr_scene *scene)
 {
     const kr_shaking *shaking = &scene->shaking;

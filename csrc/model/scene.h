@@ -24,9 +24,7 @@ kr_pull kr_scene_pull(const kr_scene *scene, kr_vec3 com);
 /* Returns the kind (integrable case) of a top. Without gravity, a top counts as a torque-free body
  * regardless of its centre of mass and of any shaking of its support. */
 kr_kind kr_scene_kind(const kr_scene *scene);
-/* Returns 1 if the support rotates. */
 static inline int kr_scene_turns(const kr_scene *scene) { return v_largest(scene->turning) > 0.0; }
-/* Returns 1 if the support is shaken. */
 static inline int kr_scene_shakes(const kr_scene *scene) { return scene->shaking.amplitude != 0.0; }
 /* Returns 1 if the top has dry friction or is in a gravity gradient, or if its support moves. */
 static inline int kr_scene_needs_support_terms(const kr_scene *scene)
@@ -34,8 +32,7 @@ static inline int kr_scene_needs_support_terms(const kr_scene *scene)
     return scene->friction > 0.0 || kr_scene_turns(scene) || kr_scene_shakes(scene) ||
            scene->gradient != 0.0;
 }
-/* Returns 1 if the top is damped, has dry friction or is in a gravity gradient, or if its support
- * moves. */
+/* Returns 1 if the top is damped or kr_scene_needs_support_terms. */
 static inline int kr_scene_is_disturbed(const kr_scene *scene)
 {
     return v_largest(scene->damping) > 0.0 || kr_scene_needs_support_terms(scene);
@@ -82,10 +79,8 @@ static inline int kr_swing_time(const kr_swing *swing, double momentum, int *pow
     const double unit = times_power_of_2(swing->moment, -*power);
     return unit < INFINITY && unit >= kr_min_unit;
 }
-/* Writes the internal units of a scene. Returns KR_ERR_ARGUMENT if a unit exceeds the range of
- * doubles. */
+/* Writes the internal units. Returns KR_ERR_ARGUMENT if one exceeds the range of doubles. */
 kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_units *units);
-/* Returns the same horizon as kr_scene_horizon, but uses internal units and working axes that are
- * already known. */
+/* Returns the horizon (kr_scene_horizon) for units and working axes that are known. */
 double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_working *working);
 #endif

@@ -20,7 +20,6 @@ INLINE void sum_mixed(const kr_series *s, int head, const kr_tail *tail, const d
     duo_store(x, duo_fma(duo_splat(power), duo_exact(tail_x), duo_load(x)));
     quad_store(w, quad_fma(quad_splat(power), quad_exact(tail_w), quad_load(w)));
 }
-/* Computes the next step. */
 INLINE void advance_mixed(kr_series *s, int head, int last, double log2_less, const kr_tail *tail,
                           double log2_tol, double direction)
 {

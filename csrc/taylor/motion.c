@@ -42,8 +42,7 @@ void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log
     taylor_of(motion)->log2_tol = log2_tol;
 }
 
-/* Returns the functions for friction and moving supports, or NULL if the scene does not need
- * them. */
+/* Returns the functions for friction and moving supports, or NULL if they are not needed. */
 static const kr_support_ops *supports_of(const kr_motion *motion)
 {
     return kr_support_moves(motion->scene) ? kr_method_taylor.supports : NULL;

@@ -44,8 +44,7 @@ const kr_isa *kr_taylor_isa_of(const kr_motion *motion)
     return isa;
 }
 
-/* Sets one rotor term of the series, given the coefficient `k` of the product of angular
- * velocities. */
+/* Sets one rotor term, given the coefficient `k` of the product of angular velocities. */
 static void set_shift(kr_series s[2], int lane, double h, double A, dd k)
 {
     const dd shift = h == 0.0 ? dd_make(-0.0, -0.0) : dd_div(dd_div(dd_of(h), dd_of(A)), k);

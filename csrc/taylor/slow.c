@@ -38,8 +38,7 @@ enum {
     ROWS = 22,
     SWEEPS = 64
 };
-/* U_OF and GP_OF select the rows of the relative angular velocity and of the effective gravity
- * vector. */
+/* The rows of the relative angular velocity and of the effective gravity vector. */
 #define U_OF(slow) ((slow)->turns ? ROW_U : ROW_W)
 #define GP_OF(slow) ((slow)->shakes ? ROW_GP : ROW_P)
 /* Damping about an axis is strong if its rate is more than STRONG times all other rates. If all
@@ -182,8 +181,7 @@ static double least_size(const kr_series *s, const slow_axes *slow)
 #include "slow_terms.h"
 #include "slow_held_terms.h"
 
-/* Returns an upper bound on the rotation rate of the undamped top and on the rates of its support's
- * motion. */
+/* Returns an upper bound on the rates of the undamped top and of its support. */
 static double bound_undamped_rate(const kr_motion *motion, kr_vec3 velocity,
                                   const kr_support_ops *supports)
 {
@@ -192,7 +190,6 @@ static double bound_undamped_rate(const kr_motion *motion, kr_vec3 velocity,
                  own = sqrt(twice / fmin(A.x, fmin(A.y, A.z)));
     return supports ? fmax(own, supports->rate(motion, velocity, 1)) : own;
 }
-/* Returns the angular speed of the support. */
 static double support_angular_speed(const kr_taylor *p)
 {
     const kr_series *s = p->series;
@@ -246,8 +243,7 @@ static void set_gain(const kr_motion *motion, slow_axes *slow)
     }
     invert_matrix(ahead, behind, slow->is_slow, slow->gain);
 }
-/* Returns the largest rate at which a rotor changes the angular velocities about the weakly damped
- * axes. */
+/* Returns the largest rate at which a rotor changes the weakly damped velocities. */
 static double rotor_rate(const kr_motion *motion, const slow_axes *slow, double weakest)
 {
     const kr_vec3 A = motion->inertia;
@@ -259,7 +255,6 @@ static double rotor_rate(const kr_motion *motion, const slow_axes *slow, double 
         if (count == 1 && slow->is_slow[i]) direct = fabs(h[i]);
     return fmax(direct, carried / weakest * carried) / least;
 }
-/* Sorts the axes by damping rate in ascending order. */
 static void sort_axes_by_damping(const kr_motion *motion, int axes[3])
 {
     const kr_vec3 rate = v_over(motion->damping, motion->inertia);

@@ -25,8 +25,7 @@ static void REAL(sum_held_velocity)(REAL(terms) * s, const REAL(directions) * he
         s->c[ROW_W + j][n] = r_add(s->c[ROW_O + j][n], s->c[ROW_U + j][n]);
     }
 }
-/* Returns the n-th Taylor coefficient of the torque that drives the angular velocity component
- * u_i. */
+/* Returns the n-th coefficient of the torque that drives the velocity u_i. */
 static real REAL(held_torque)(const REAL(terms) * s, const slow_axes *slow,
                               const REAL(directions) * held, int i, int n)
 {
@@ -86,8 +85,7 @@ static double REAL(iterate_held)(REAL(terms) * s, const slow_axes *slow,
     }
     return moved;
 }
-/* Returns the component u_i of the angular velocity relative to the support at the end of a Taylor
- * step. */
+/* Returns the velocity u_i relative to the support at the end of a step. */
 static real REAL(held_angular_velocity)(const REAL(terms) * s, const REAL(directions) * held,
                                         const kr_series from[2], int i)
 {

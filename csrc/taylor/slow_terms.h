@@ -11,7 +11,6 @@ typedef struct REAL(directions) {
     real v[2][3], weight[2][3], drag[2][2], load[2], moment[3];
 } REAL(directions);
 
-/* Returns one row of the table of Taylor coefficients. */
 static real *REAL(row)(REAL(terms) * s, int row) { return s->c[row]; }
 /* Returns the n-th coefficient of the product of the series in rows `a` and `b`. */
 static real REAL(product)(const REAL(terms) * s, int a, int b, int n)
@@ -25,8 +24,7 @@ static void REAL(multiply_gravity)(REAL(terms) * s, int n)
 {
     for (int i = 0; i < 3; i++) s->c[ROW_GP + i][n] = REAL(product)(s, ROW_G, ROW_P + i, n);
 }
-/* Returns the n-th coefficient of the angular acceleration about an axis, excluding the damping
- * term. */
+/* Returns the n-th coefficient of the angular acceleration about an axis, without damping. */
 static real REAL(torque)(const REAL(terms) * s, const slow_axes *slow, int axis, int n)
 {
     const int j = (axis + 1) % 3, k = (axis + 2) % 3;
@@ -78,8 +76,7 @@ static void REAL(turn_attitude)(REAL(terms) * s, int u, int n)
     }
     s->c[ROW_Q][n + 1] = r_div(rate, r_of(2 * (n + 1), 0.0));
 }
-/* Recomputes the n-th coefficients of the strongly damped angular velocities. Returns the largest
- * change. */
+/* Recomputes the n-th strongly damped velocities. Returns the largest change. */
 static double REAL(solve_slow_velocities)(REAL(terms) * s, const slow_axes *slow, int n)
 {
     const int u = U_OF(slow);

@@ -189,8 +189,7 @@ static void REAL(add_pull)(const REAL(moving_path) * p, REAL(moving_deviation) *
             r_add(d->push_by.c[i][n], r_sub(r_mul(sum[j], b[m]), r_mul(sum[m], b[j])));
     }
 }
-/* Subtracts the terms due to the derivative of the support's angular velocity from the variational
- * equations. */
+/* Subtracts the terms of the derivative of the support's angular velocity. */
 static void REAL(subtract_turning)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                                    const support_drive *drive, int order)
 {
@@ -241,8 +240,7 @@ static void REAL(set_parameter_terms)(const REAL(moving_path) * p, REAL(moving_d
         REAL(subtract_turning)(p, d, drive, order);
     if (p->has_gradient || drive->gradient != 0.0) REAL(add_gradient)(p, d, drive, order);
 }
-/* Sets the derivative of the apex with respect to a parameter, and adds that of the sliding
- * friction torque to N'. */
+/* Sets the derivative of the apex by a parameter, and adds that of sliding friction to N'. */
 static void REAL(set_friction_drive)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                                      const support_drive *drive)
 {
@@ -304,7 +302,6 @@ static REAL(vector)
         d->tilted.c[i][n] = r_add(tipped.c[i], r_mul(r_mul(p->gradient, p->A[i]), moved.c[i]));
     return REAL(cross)(&p->vertical, &d->tilted, n);
 }
-/* Computes the Taylor coefficients of order n + 1 of a tangent. */
 static void REAL(next_deviation)(const REAL(moving_path) * p, REAL(moving_deviation) * d, int n)
 {
     const real share = r_div(r_of(1.0, 0.0), r_of(n + 1, 0.0));
@@ -376,8 +373,7 @@ static void REAL(expand_deviation)(const REAL(moving_path) * p, const support_dr
         }
     }
 }
-/* Expands n tangents to the given order or, if `factor` is not NULL, changes their momentum
- * part. */
+/* Expands n tangents or, if `factor` is not NULL, changes their momentum part. */
 static void REAL(change_tangents)(const kr_motion *motion, double rate, const kr_series path[2],
                                   kr_tangent *first, size_t n, int order, const dd *factor)
 {

@@ -27,14 +27,12 @@
 #define NEWTON_LEAST 3
 #define NEWTON_MOST 8
 
-/* Returns the time derivative of the spin at the end of the last step, without the contribution of
- * friction. */
+/* Returns the time derivative of the spin at the end of the last step, without friction. */
 static double free_spin_rate(const kr_series *s)
 {
     const kr_vec3 W = v_of(s->end_w + 1), O = v_of(s->turn + 1);
     return v_dot(v_of(s->apex + 1), v_sub(kr_support_acceleration(s), v_cross(O, W)));
 }
-/* Returns the spin at the end of the last step. */
 static dd spin_at_end(const kr_series s[2])
 {
     const vec_dd W = v_dd(v_of(s[0].end_w + 1), v_of(s[1].end_w + 1)),
@@ -43,7 +41,6 @@ static dd spin_at_end(const kr_series s[2])
     const vec_dd U = vdd_add(W, vdd_scale(dd_of(-1.0), O));
     return vdd_dot(U, apex);
 }
-/* Sets the spin at the end of the last step to zero. */
 static void remove_spin(kr_series s[2])
 {
     const vec_dd W = v_dd(v_of(s[0].end_w + 1), v_of(s[1].end_w + 1)),
@@ -166,8 +163,7 @@ static void end_step_at(kr_series s[2], const kr_kernel *kernel, int deep, dd h)
     s[1].at = deep ? to.lo : 0.0;
     kr_taylor_end_at(s, kernel);
 }
-/* Returns the time derivative of the friction variable (the spin or the friction torque) at the end
- * of the step. */
+/* Returns the time derivative of the friction variable (spin or torque) at the end of the step. */
 static dd slope_at_end(const kr_series s[2], int order)
 {
     const dd h =
@@ -244,8 +240,7 @@ static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr
                                                : 1.0,
                      beyond = slides ? -p->sliding * noise : most * value;
         dd h = refine_friction_limit(s, n, value, part * span, noise);
-        /* The spin at the beginning of the step may already have the opposite sign and a
-         * magnitude below `noise`. */
+        /* At the beginning of the step, a spin below `noise` may already have the opposite sign. */
         if (!(h.hi * span > 0.0)) h = refine_friction_limit(s, n, beyond, part * span, 0.0);
         if (!(h.hi * span > 0.0)) h = dd_of(NARROW_PART * span);
         end_step_at(s, kernel, deep, h);

@@ -15,8 +15,7 @@ static dd dd_series(dd first, int from, int to, dd square)
     }
     return sum;
 }
-/* Computes the sine and cosine of an angle below 4 from power series of a sixteenth of it, and
- * four doublings. */
+/* Computes the sine and cosine of an angle below 4 by power series and four doublings. */
 static void dd_sincos(dd a, dd *s, dd *c)
 {
     const dd r = dd_times(0.0625, a), rr = dd_neg(dd_square(r));
@@ -101,7 +100,6 @@ static void put_words(kr_series s[2], double *high, dd a)
     *high = a.hi;
     *(double *)(void *)((char *)high + ((char *)&s[1] - (char *)&s[0])) = a.lo;
 }
-/* Sets the constants of a Taylor series that describe friction. */
 static void set_friction(kr_series s[2], const kr_motion *motion, double rate)
 {
     const vec_dd apex = apex_of(motion), eased = vdd_over(apex, motion->inertia);

@@ -123,8 +123,7 @@ static support_drive read_drive(const kr_motion *motion, double rate, const kr_s
 #include "math/real.h"
 #include "support_deviation.h"
 
-/* Expands the tangents or, if `factor` is not NULL, changes them as kr_support_jump_tangents
- * does. */
+/* Expands the tangents or, if `factor` is not NULL, lets them jump (kr_support_jump_tangents). */
 static void change_tangents(const kr_motion *motion, double rate, const kr_series path[2],
                             kr_tangent *first, size_t n, int order, const dd *factor)
 {

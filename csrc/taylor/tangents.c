@@ -63,7 +63,6 @@ typedef struct {
     kr_tangent *from;
     size_t lane, apart;
 } deviation_address;
-/* Returns the memory location of tangent i. */
 static deviation_address address_of(const kr_motion *motion, double *memory, size_t n, size_t i)
 {
     const size_t batched = KR_DEVIATION_BATCH * count_batches(memory, n);
@@ -135,8 +134,6 @@ static vec_dd get_components(const kr_motion *motion, const deviation_address *a
                     get_number(motion, component_address(at, numbers, k + 1)),
                     get_number(motion, component_address(at, numbers, k + 2))};
 }
-/* Stores the constants of the equations of motion, such as the moments of inertia, in a
- * kr_tangent. */
 static void set_tangent_constants(kr_tangent *g, const kr_motion *motion)
 {
     const kr_vec3 A = motion->inertia, none = {0.0, 0.0, 0.0}, one = {1.0, 1.0, 1.0};
@@ -229,7 +226,6 @@ static void tangents_begin(const kr_motion *motion, double *memory, size_t n, co
     }
 }
 
-/* Returns the squared norm of a tangent. */
 static double square_of(const deviation_address *at, double *numbers)
 {
     double sum = 0.0;
@@ -260,7 +256,6 @@ static double sum_tangents(const kr_motion *motion, double *memory, size_t n)
     }
     return worst;
 }
-/* Computes the Taylor coefficients of all tangents. */
 static void expand_tangents(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_tangents_kernel *kernel = tangent_kernel(motion);
@@ -406,8 +401,7 @@ static void find_substep(const kr_motion *motion, double *memory, size_t n, doub
     while (c->substep < fmin(c->substeps, MAX_SUBSTEPS) && forward * (to - c->until) > 0.0)
         expand_next_substep(motion, memory, n);
 }
-/* Evaluates all tangents at the sampled time within the last step, and stores the values in
- * `at`. */
+/* Evaluates all tangents at the sampled time in the last step, and stores them in `at`. */
 static void evaluate_tangents(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_series *s = taylor_of(motion)->series;

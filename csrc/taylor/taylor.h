@@ -31,8 +31,7 @@
 #define KR_LESS_20 58.0
 #define KR_LESS_30 52.0
 enum { KR_TAYLOR_MAX = KR_LAST_30 };
-/* Smallest nonzero coefficient of a product of angular velocities, which is negligible even at 30
- * digits. */
+/* Least nonzero coefficient of a product of velocities, negligible even at 30 digits. */
 #define KR_LEAST_FACTOR 0x1p-120
 
 /* Taylor series of one step of the path, from the time t to the time `end`. Access is fastest if
@@ -109,8 +108,7 @@ typedef struct kr_tangents_kernel {
     void (*sum)(const struct kr_tangent *tangent, int order, const double *to, double *sum);
 } kr_tangents_kernel;
 
-/* Functions that compute, in double precision, the high-order terms of a double-double Taylor
- * series. */
+/* Functions for the high-order terms of a double-double series, in double precision. */
 typedef struct kr_tail {
     void (*expand)(kr_series *s);
     void (*sum)(const kr_series *s, const double *to, double x[8], double w[4]);
@@ -118,8 +116,7 @@ typedef struct kr_tail {
 
 enum { KR_ORDER_12, KR_ORDER_16, KR_ORDER_18, KR_ORDER_22, KR_ORDER_28, KR_ORDERS };
 enum { KR_DIGITS_20, KR_DIGITS_30, KR_DEPTHS };
-/* KR_TAYLOR_ISA declares the objects that kernel.c and kernel_dd.c export for an instruction
- * set. */
+/* Declares what kernel.c and kernel_dd.c export for an instruction set. */
 #define KR_TAYLOR_ISA(isa)                                                                         \
     extern const kr_kernel kr_kernel_##isa[KR_ORDERS], kr_headless_##isa[KR_ORDERS];               \
     extern const kr_kernel kr_kernel_dd_##isa[KR_DEPTHS];                                          \
@@ -195,13 +192,10 @@ void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rat
  * tangents, whose constants are stored in the unit of time. */
 void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate,
                         const struct kr_support_ops *supports);
-/* Returns the i-th instruction set included in the build, or NULL if i is too large. The widest
- * comes first. */
+/* Returns the i-th instruction set of the build, the widest first, or NULL after the last. */
 const kr_isa *kr_taylor_isa(int i);
-/* Returns the instruction set of the kernel that a motion uses, or NULL if the kernel is
- * unknown. */
+/* Returns the instruction set of the kernel of a motion, or NULL if it is unknown. */
 const kr_isa *kr_taylor_isa_of(const kr_motion *motion);
-/* Replaces the kernel and the tolerance with which a motion is integrated, for tests and
- * measurements. */
+/* Replaces the kernel and the tolerance of a motion, for tests and measurements. */
 void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log2_tol);
 #endif

@@ -116,7 +116,6 @@ static kr_vec3 apex_in_body(const kr_body *body)
     const kr_scene scene = {.body = *body, .start = {.q = {1.0, 0.0, 0.0, 0.0}}};
     return kr_state_apex(&scene, &scene.start);
 }
-/* Stores a vector as three floats. */
 static void put_point(float point[3], kr_vec3 v)
 {
     point[0] = (float)v.x;

@@ -5,7 +5,6 @@
 /* Largest permitted step size in ticks, chosen so that its square fits in 64 bits. */
 enum { LARGEST = INT32_MAX };
 
-/* Converts a number of ticks to a time. */
 static double time_of(int64_t ticks) { return (double)ticks / (double)KR_SIMULATION_TICKS; }
 
 static int64_t greatest_common_divisor(int64_t a, int64_t b)
@@ -32,7 +31,6 @@ const kr_quantity *kr_simulation_quantity(int k)
     }
     return NULL;
 }
-/* Returns 1 if a quantity is an integral of the motion. */
 static int is_integral(const kr_quantity *quantity)
 {
     return (quantity->flags & KR_QUANTITY_CONSERVED) != 0;
@@ -72,8 +70,7 @@ static void choose_quantities(kr_simulation_slot *a)
     }
 }
 
-/* Extends the recorded ranges of top i in `row` to include the values `low` and `high`, ignoring
- * NaN. */
+/* Extends the ranges of top i in `row` by the values `low` and `high`, ignoring NaN. */
 static void widen_extremes(kr_record_row *row, int i, const double low[], const double high[])
 {
     for (int k = 0; k < KR_SIMULATION_MEASURES; k++) {
@@ -81,7 +78,6 @@ static void widen_extremes(kr_record_row *row, int i, const double low[], const 
         if (high[k] > row->high[i][k] || isnan(row->high[i][k])) row->high[i][k] = high[k];
     }
 }
-/* Initializes the next row of measured values with NaN. */
 static void begin_row(kr_simulation *simulation)
 {
     kr_record_row *row = &simulation->record[simulation->rows];
@@ -169,7 +165,6 @@ static kr_status prepare_top(kr_simulation *simulation, const kr_scene *scene, i
     choose_quantities(a);
     return KR_OK;
 }
-/* Adds the prepared top. */
 static void add_prepared_top(kr_simulation *simulation)
 {
     const int64_t step = simulation->slots[simulation->count].step;
@@ -232,8 +227,7 @@ static void check_floor(kr_simulation_slot *a, const kr_state *before)
     a->stood = time_of(a->steps * a->step) + time_of(a->step) * (high - a->lowest) / (high - low);
     a->now = *before;
 }
-/* Advances a top by one step. Returns 0 if the step budget was exhausted before the end of the
- * step. */
+/* Advances a top by one step. Returns 0 if the step budget was exhausted before its end. */
 static int take_step(kr_simulation *simulation, kr_simulation_slot *a)
 {
     const int64_t k = a->steps + 1;
