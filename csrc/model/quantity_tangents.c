@@ -32,7 +32,6 @@ typedef struct quantity_change {
     double weight, gradient;
     int changes_com, is_mass, is_friction;
 } quantity_change;
-typedef void quantity_tangent(const quantity_point *at, const quantity_change *by, double out[]);
 
 /* Returns the linear combination of three axes whose coefficients are the components of v. */
 static kr_vec3 sum_along(const kr_vec3 axes[3], kr_vec3 v)
@@ -65,61 +64,14 @@ static kr_vec3 gradient_torque_at(const quantity_point *at)
     return v_scale(at->scene->gradient, v_cross(at->V, v_times(at->scene->body.inertia, at->V)));
 }
 
-static void tangent_of_q(const quantity_point *at, const quantity_change *by, double out[])
-{
-    (void)at;
-    v_put(out, by->described_turn);
-}
-static void tangent_of_m(const quantity_point *at, const quantity_change *by, double out[])
-{
-    (void)at;
-    v_put(out, by->push);
-}
-static void tangent_of_velocity(const quantity_point *at, const quantity_change *by, double out[])
-{
-    v_put(out, change_in_space(at, by, at->U, by->U));
-}
-static void tangent_of_torque(const quantity_point *at, const quantity_change *by, double out[])
+static kr_vec3 tangent_of_torque(const quantity_point *at, const quantity_change *by)
 {
     const kr_vec3 com = at->scene->body.com, a = sum_along(at->frame, com),
                   da = change_in_space(at, by, com, by->com);
     const kr_vec3 of_gradient =
         change_in_space(at, by, gradient_torque_at(at), change_gradient_torque(at, by));
-    v_put(out, v_add(of_gradient, v3(-by->weight * a.y - at->weight * da.y,
-                                     by->weight * a.x + at->weight * da.x, 0.0)));
-}
-static void tangent_of_frame(const quantity_point *at, const quantity_change *by, double out[])
-{
-    const kr_vec3 none = {0.0, 0.0, 0.0};
-    for (int i = 0; i < 3; i++) v_put(out + 3 * i, change_in_space(at, by, v_axis(i), none));
-}
-static void tangent_of_apex(const quantity_point *at, const quantity_change *by, double out[])
-{
-    v_put(out, change_in_space(at, by, at->apex, by->apex));
-}
-static void tangent_of_body_velocity(const quantity_point *at, const quantity_change *by,
-                                     double out[])
-{
-    v_put(out, sum_along(at->described, by->U));
-}
-static void tangent_of_inertial_velocity(const quantity_point *at, const quantity_change *by,
-                                         double out[])
-{
-    v_put(out, sum_along(at->described, by->W));
-}
-static void tangent_of_body_momentum(const quantity_point *at, const quantity_change *by,
-                                     double out[])
-{
-    v_put(out, sum_along(at->described, by->M));
-}
-static void tangent_of_body_vertical(const quantity_point *at, const quantity_change *by,
-                                     double out[])
-{
-    v_put(out, sum_along(at->described, by->V));
-}
-static void tangent_of_spin(const quantity_point *at, const quantity_change *by, double out[])
-{
-    *out = v_dot(by->U, at->apex) + v_dot(at->U, by->apex);
+    return v_add(of_gradient, v3(-by->weight * a.y - at->weight * da.y,
+                                 by->weight * a.x + at->weight * da.x, 0.0));
 }
 
 /* Returns the infinitesimal change of the rotation from e3 to `a` when `a` changes by `da`. */
@@ -153,68 +105,50 @@ static kr_vec3 horizontal_apex(const quantity_point *at, double *length, kr_vec3
 /* In terms of the Euler angles, an infinitesimal rotation is e3 dprecession + n dnutation + apex
  * dspin, where n is the line of nodes. The derivatives of the angles are the coefficients of the
  * rotation vector in the basis (e3, n, apex). */
-static void tangent_of_precession_angle(const quantity_point *at, const quantity_change *by,
-                                        double out[])
+static double tangent_of_precession_angle(const quantity_point *at, const quantity_change *by)
 {
     double length;
     kr_vec3 apex;
     const kr_vec3 along = horizontal_apex(at, &length, &apex), turn = turn_of_euler_frame(at, by);
-    *out = turn.z - apex.z / length * v_dot(along, turn);
+    return turn.z - apex.z / length * v_dot(along, turn);
 }
-static void tangent_of_nutation(const quantity_point *at, const quantity_change *by, double out[])
+static double tangent_of_nutation(const quantity_point *at, const quantity_change *by)
 {
     double length;
     kr_vec3 apex;
     const kr_vec3 along = horizontal_apex(at, &length, &apex),
                   change = change_in_space(at, by, at->apex, by->apex);
-    *out = apex.z * v_dot(along, change) - length * change.z;
+    return apex.z * v_dot(along, change) - length * change.z;
 }
-static void tangent_of_spin_angle(const quantity_point *at, const quantity_change *by, double out[])
+static double tangent_of_spin_angle(const quantity_point *at, const quantity_change *by)
 {
     double length;
     kr_vec3 apex;
     const kr_vec3 along = horizontal_apex(at, &length, &apex);
-    *out = v_dot(along, turn_of_euler_frame(at, by)) / length;
+    return v_dot(along, turn_of_euler_frame(at, by)) / length;
 }
 
-static void tangent_of_kinetic(const quantity_point *at, const quantity_change *by, double out[])
+static double tangent_of_kinetic(const quantity_point *at, const quantity_change *by)
 {
     const kr_vec3 carried = v_add(v_add(by->rotor, v_times(by->moments, at->O)),
                                   v_times(at->scene->body.inertia, by->O));
-    *out = v_dot(by->M, at->U) - 0.5 * v_dot(v_times(by->moments, at->U), at->U) -
+    return v_dot(by->M, at->U) - 0.5 * v_dot(v_times(by->moments, at->U), at->U) -
            v_dot(carried, at->U);
 }
-static void tangent_of_potential(const quantity_point *at, const quantity_change *by, double out[])
+static double tangent_of_potential(const quantity_point *at, const quantity_change *by)
 {
     const kr_vec3 com = at->scene->body.com;
-    *out =
+    double change =
         by->weight * v_dot(com, at->V) + at->weight * (v_dot(by->com, at->V) + v_dot(com, by->V));
     const kr_vec3 J = at->scene->body.inertia, h = at->scene->body.rotor, JV = v_times(J, at->V);
     const double k = at->scene->gradient;
     if (k != 0.0 || by->gradient != 0.0)
-        *out += 0.5 * by->gradient * v_dot(JV, at->V) +
-                k * (v_dot(JV, by->V) + 0.5 * v_dot(v_times(by->moments, at->V), at->V));
-    if (!kr_scene_turns(at->scene) && v_largest(by->turning) == 0.0) return;
-    *out -= v_dot(v_times(J, at->O), by->O) + 0.5 * v_dot(v_times(by->moments, at->O), at->O) +
-            v_dot(by->rotor, at->O) + v_dot(h, by->O);
-}
-static void tangent_of_energy(const quantity_point *at, const quantity_change *by, double out[])
-{
-    double potential;
-    tangent_of_potential(at, by, &potential);
-    tangent_of_kinetic(at, by, out);
-    *out += potential;
-}
-static void tangent_of_vertical_momentum(const quantity_point *at, const quantity_change *by,
-                                         double out[])
-{
-    (void)at;
-    *out = by->push.z;
-}
-static void tangent_of_axial_momentum(const quantity_point *at, const quantity_change *by,
-                                      double out[])
-{
-    *out = v_dot(by->M, at->apex) + v_dot(at->M, by->apex);
+        change += 0.5 * by->gradient * v_dot(JV, at->V) +
+                  k * (v_dot(JV, by->V) + 0.5 * v_dot(v_times(by->moments, at->V), at->V));
+    if (!kr_scene_turns(at->scene) && v_largest(by->turning) == 0.0) return change;
+    return change -
+           (v_dot(v_times(J, at->O), by->O) + 0.5 * v_dot(v_times(by->moments, at->O), at->O) +
+            v_dot(by->rotor, at->O) + v_dot(h, by->O));
 }
 
 /* The vectors m and p on which the Kowalewski and Goryachev-Chaplygin integrals depend; dm and dp
@@ -253,24 +187,21 @@ static int find_integral_frame(const quantity_point *at, const quantity_change *
     f->dp = change_along_turning(turn, f->p, v_axpy(size, dp, v_scale(change * share, vertical)));
     return 1;
 }
-static void tangent_of_kowalewski(const quantity_point *at, const quantity_change *by, double out[])
+static double tangent_of_kowalewski(const quantity_point *at, const quantity_change *by)
 {
     integral_frame f;
-    *out = NAN;
-    if (!find_integral_frame(at, by, KR_KIND_KOWALEWSKI, &f)) return;
+    if (!find_integral_frame(at, by, KR_KIND_KOWALEWSKI, &f)) return NAN;
     const double re = f.m.x * f.m.x - f.m.y * f.m.y + 2.0 * f.p.x,
                  im = 2.0 * (f.m.x * f.m.y + f.p.y),
                  dre = 2.0 * (f.m.x * f.dm.x - f.m.y * f.dm.y + f.dp.x),
                  dim = 2.0 * (f.m.x * f.dm.y + f.m.y * f.dm.x + f.dp.y);
-    *out = 2.0 * (re * dre + im * dim);
+    return 2.0 * (re * dre + im * dim);
 }
-static void tangent_of_goryachev_chaplygin(const quantity_point *at, const quantity_change *by,
-                                           double out[])
+static double tangent_of_goryachev_chaplygin(const quantity_point *at, const quantity_change *by)
 {
     integral_frame f;
-    *out = NAN;
-    if (!find_integral_frame(at, by, KR_KIND_GORYACHEV_CHAPLYGIN, &f)) return;
-    *out = f.dm.z * (f.m.x * f.m.x + f.m.y * f.m.y) +
+    if (!find_integral_frame(at, by, KR_KIND_GORYACHEV_CHAPLYGIN, &f)) return NAN;
+    return f.dm.z * (f.m.x * f.m.x + f.m.y * f.m.y) +
            2.0 * f.m.z * (f.m.x * f.dm.x + f.m.y * f.dm.y) + f.dm.x * f.p.z + f.m.x * f.dp.z;
 }
 /* Adds what dry friction causes to the angular acceleration `gain` and to its derivative `change`,
@@ -319,16 +250,14 @@ static kr_vec3 change_acceleration(const quantity_point *at, const quantity_chan
         change = v3(NAN, NAN, NAN);
     return change;
 }
-static void tangent_of_body_acceleration(const quantity_point *at, const quantity_change *by,
-                                         double out[])
+static kr_vec3 tangent_of_body_acceleration(const quantity_point *at, const quantity_change *by)
 {
     kr_vec3 acceleration;
-    v_put(out, sum_along(at->described, change_acceleration(at, by, &acceleration)));
+    return sum_along(at->described, change_acceleration(at, by, &acceleration));
 }
 /* The force is R (mass A + weight V) R*, where A = W' x com + W x (W x com) - gradient * tide is
  * the acceleration of the centre of mass less that by the gradient, and W' = U' + O x W. */
-static void tangent_of_pivot_force(const quantity_point *at, const quantity_change *by,
-                                   double out[])
+static kr_vec3 tangent_of_pivot_force(const quantity_point *at, const quantity_change *by)
 {
     kr_vec3 gain, dgain = change_acceleration(at, by, &gain);
     const kr_vec3 com = at->scene->body.com, W = at->W, moved = v_cross(W, com),
@@ -346,37 +275,94 @@ static void tangent_of_pivot_force(const quantity_point *at, const quantity_chan
     const double mass = at->scene->body.mass;
     const kr_vec3 force = v_axpy(mass, A, v_scale(at->weight, at->V)),
                   dforce = v_axpy(mass, dA, v_axpy(by->weight, at->V, v_scale(at->weight, by->V)));
-    v_put(out, change_in_space(at, by, force, by->is_mass ? v_add(dforce, A) : dforce));
+    return change_in_space(at, by, force, by->is_mass ? v_add(dforce, A) : dforce);
 }
 
 /* The momentum of a wheel and its axis do not depend on the parameters. */
-static void tangent_of_wheel(const quantity_point *at, const quantity_change *by, int i,
-                             double out[])
+static double tangent_of_wheel(const quantity_point *at, const quantity_change *by, int i)
 {
     const kr_wheel *wheel = &at->scene->wheels[i];
     const int is_none = v_largest(wheel->axis) == 0.0 && wheel->rate == 0.0;
-    *out = is_none ? NAN : -v_dot(wheel->axis, by->W);
-}
-static void tangent_of_wheel_rate(const quantity_point *at, const quantity_change *by, double out[])
-{
-    tangent_of_wheel(at, by, 0, out);
-}
-static void tangent_of_second_wheel_rate(const quantity_point *at, const quantity_change *by,
-                                         double out[])
-{
-    tangent_of_wheel(at, by, 1, out);
-}
-static void tangent_of_third_wheel_rate(const quantity_point *at, const quantity_change *by,
-                                        double out[])
-{
-    tangent_of_wheel(at, by, 2, out);
+    return is_none ? NAN : -v_dot(wheel->axis, by->W);
 }
 
-static quantity_tangent *const quantity_tangents[KR_QUANTITIES] = {
-#define Q(name, doubles, flags, dimension, text) tangent_of_##name,
-#include "quantities.def"
-#undef Q
-};
+/* Returns the derivative of the quantity with this index, which has one component. */
+static double tangent_of_number(size_t index, const quantity_point *at, const quantity_change *by)
+{
+    switch (index) {
+    case KR_QUANTITY_spin:
+        return v_dot(by->U, at->apex) + v_dot(at->U, by->apex);
+    case KR_QUANTITY_precession_angle:
+        return tangent_of_precession_angle(at, by);
+    case KR_QUANTITY_nutation:
+        return tangent_of_nutation(at, by);
+    case KR_QUANTITY_spin_angle:
+        return tangent_of_spin_angle(at, by);
+    case KR_QUANTITY_kinetic:
+        return tangent_of_kinetic(at, by);
+    case KR_QUANTITY_potential:
+        return tangent_of_potential(at, by);
+    case KR_QUANTITY_energy:
+        return tangent_of_kinetic(at, by) + tangent_of_potential(at, by);
+    case KR_QUANTITY_vertical_momentum:
+        return by->push.z;
+    case KR_QUANTITY_axial_momentum:
+        return v_dot(by->M, at->apex) + v_dot(at->M, by->apex);
+    case KR_QUANTITY_kowalewski:
+        return tangent_of_kowalewski(at, by);
+    case KR_QUANTITY_goryachev_chaplygin:
+        return tangent_of_goryachev_chaplygin(at, by);
+    case KR_QUANTITY_wheel_rate:
+        return tangent_of_wheel(at, by, 0);
+    case KR_QUANTITY_second_wheel_rate:
+        return tangent_of_wheel(at, by, 1);
+    case KR_QUANTITY_third_wheel_rate:
+        return tangent_of_wheel(at, by, 2);
+    default:
+        return NAN;
+    }
+}
+/* Returns the derivative of a vector, or the rotation vector of the change of the attitude. */
+static kr_vec3 tangent_of_vector(size_t index, const quantity_point *at, const quantity_change *by)
+{
+    switch (index) {
+    case KR_QUANTITY_q:
+        return by->described_turn;
+    case KR_QUANTITY_m:
+        return by->push;
+    case KR_QUANTITY_velocity:
+        return change_in_space(at, by, at->U, by->U);
+    case KR_QUANTITY_torque:
+        return tangent_of_torque(at, by);
+    case KR_QUANTITY_apex:
+        return change_in_space(at, by, at->apex, by->apex);
+    case KR_QUANTITY_body_velocity:
+        return sum_along(at->described, by->U);
+    case KR_QUANTITY_inertial_velocity:
+        return sum_along(at->described, by->W);
+    case KR_QUANTITY_body_momentum:
+        return sum_along(at->described, by->M);
+    case KR_QUANTITY_body_vertical:
+        return sum_along(at->described, by->V);
+    case KR_QUANTITY_body_acceleration:
+        return tangent_of_body_acceleration(at, by);
+    case KR_QUANTITY_pivot_force:
+        return tangent_of_pivot_force(at, by);
+    default:
+        return v3(NAN, NAN, NAN);
+    }
+}
+static void put_tangent(size_t index, const quantity_point *at, const quantity_change *by,
+                        double out[])
+{
+    const kr_vec3 none = {0.0, 0.0, 0.0};
+    if (index == KR_QUANTITY_frame)
+        for (int i = 0; i < 3; i++) v_put(out + 3 * i, change_in_space(at, by, v_axis(i), none));
+    else if (kr_quantities[index].doubles == 1)
+        *out = tangent_of_number(index, at, by);
+    else
+        v_put(out, tangent_of_vector(index, at, by));
+}
 
 static quantity_point point_at(const kr_scene *scene, const kr_state *s)
 {
@@ -460,7 +446,7 @@ void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, si
         for (size_t c = 0; c < columns; c++) {
             for (size_t row = 0; row < 6; row++) column[row] = tangents[row * columns + c];
             set_change(&at, column, &changes[c]);
-            quantity_tangents[index](&at, &changes[c], value);
+            put_tangent(index, &at, &changes[c], value);
             for (size_t row = 0; row < rows; row++) out[row * columns + c] = value[row];
         }
     }
