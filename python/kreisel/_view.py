@@ -25,7 +25,7 @@ from .scenes import about, name_of
 
 _PAGE = File(__file__).with_name("viewer.html")
 _PLACE = re.compile(r'(<script type="application/json" id="scene">)null(</script>)')
-_SAME = "attitude", "momentum", "gravity", "friction", "turning"  # as in the viewer
+_SAME = "attitude", "momentum", "gravity", "friction", "turning", "shaking", "gradient"
 _TICK = 1e-6  # the viewer counts time in multiples of this [T]
 
 
@@ -110,7 +110,8 @@ def view(
     opened in a browser.
 
     methods  one to three methods that the viewer starts with; default: taylor for rotors, damping,
-             friction and turning supports, bobenko_suris for other Lagrange tops, else strang
+             friction, gravity gradients and moving supports, bobenko_suris for other Lagrange tops,
+             else strang
     step     step of these methods, a multiple of 1e-6 [T]; default: the path's step or the interval
              between its states, and 0.01 for a scene
     speed    units of time per second
@@ -128,10 +129,6 @@ def view(
     body = scene.body
     if len(set(scene.damping)) > 1:
         raise ValueError("the viewer has one damping for all axes: use path.plot()")
-    if scene._is_shaken:
-        raise ValueError("the viewer cannot integrate tops on shaken supports: use path.plot()")
-    if scene.gradient:
-        raise ValueError("the viewer has no gravity gradient: use path.plot()")
     tracks = []
     if isinstance(what, Path):
         n, interval = len(what), float(what.t[-1]) / (len(what) - 1) if len(what) > 1 else 0.0
@@ -151,7 +148,12 @@ def view(
             f"inertia_rtol={body.inertia_rtol!r}"
         )
     inertia = np.asarray(body.inertia)
-    rows = np.diag(inertia) if inertia.ndim == 1 else inertia
+    rows, wheel = np.diag(inertia) if inertia.ndim == 1 else inertia, np.zeros(3)
+    if len(body._used_wheels) == 1 and body._used_wheels[0][3]:
+        # The moment of a wheel that is the only rotor, along its axle, as the page draws it.
+        *axis, rate, _ = body._used_wheels[0]
+        wheel = np.dot(body.rotor, axis) / rate * np.array(axis)
+        rows = rows + np.outer(wheel, axis)
     name, starts = name_of(scene), _validate_viewer_methods(methods, scene)
     page = View(
         {
@@ -162,6 +164,7 @@ def view(
             **{name: getattr(scene, name) for name in _SAME},
             "damping": scene.damping[0],
             "rotor": body.rotor,
+            "wheel": wheel.tolist(),
             "methods": starts,
             "step": [_round_step(0.01 if step is None else step)],
             "speed": as_positive("speed", speed),

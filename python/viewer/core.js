@@ -1,7 +1,8 @@
 // The C core as WebAssembly. Structures of kreisel.h are rows of doubles in its memory: a body has
 // 15, a state 8 (t, q, m), and a scene 47 (body, gravity, start, damping, turning, shaking,
-// friction, and numbers that stay zero). The file csrc/viewer/wasm.c asserts these sizes. A `world` has the gravity, the damping,
-// the turning and the friction of a scene.
+// friction, three wheels, and the gravity gradient). The file csrc/viewer/wasm.c asserts these sizes.
+// A `world` has the gravity, the damping, the turning, the shaking, the friction and the gradient of
+// a scene.
 import { Quaternion, Vector3 } from "three";
 import binary from "kreisel.wasm";
 
@@ -25,8 +26,10 @@ const writeDoubles = (pointer, numbers) => (
 );
 const writeBody = ({ mass, moments, com, axes, rotor }) =>
   writeDoubles(SCENE, [mass, ...moments, ...com, ...axes, 0, ...rotor]);
-function writeScene(body, { gravity, damping, turning, friction }, q, m) {
-  const support = [damping, damping, damping, ...turning, 0, 0, 0, friction];
+const NO_WHEELS = Array(12).fill(0); // a wheel on a free axle is part of the rotor
+function writeScene(body, { gravity, damping, turning, shaking, friction, gradient }, q, m) {
+  const support = [damping, damping, damping, ...turning, ...(shaking ?? [0, 0, 0]), friction];
+  support.push(...NO_WHEELS, gradient ?? 0);
   writeDoubles(writeBody(body) + 8 * 15, [gravity, 0, ...q, ...m, ...support]);
   return SCENE;
 }
@@ -91,9 +94,10 @@ export const findMeasure = (name) => measures.find((measure) => measure.name ===
 
 const turnBack = ([w, x, y, z], v) =>
   new Vector3(...v).applyQuaternion(new Quaternion(-x, -y, -z, w)).toArray();
-// Build a body in principal axes from a body as its user describes it, and from the momentum of its
-// rotor in the same frame.
-export function makeBody(body, rotor = [0, 0, 0]) {
+// Build a body in principal axes from a body as its user describes it, from the momentum of its rotor
+// in the same frame, and from the moment of a wheel on a free axle, which does not take part in the
+// rotation of the body about this axle.
+export function makeBody(body, rotor = [0, 0, 0], wheel = [0, 0, 0]) {
   const { half, pivot, density = 1, mass, inertia, com } = body;
   if (half)
     checkStatus(
@@ -106,7 +110,20 @@ export function makeBody(body, rotor = [0, 0, 0]) {
   const [own, ...row] = Array.from(viewDoubles(SCENE, 11));
   const axes = row.slice(6, 10);
   const along = turnBack(axes, rotor);
-  return { mass: own, moments: row.slice(0, 3), com: row.slice(3, 6), axes, rotor: along };
+  const made = { mass: own, moments: row.slice(0, 3), com: row.slice(3, 6), axes, rotor: along };
+  const about = Math.hypot(...wheel);
+  if (!about) return made;
+  const rest = computeTensor(made).map((x, i) => x - (wheel[i % 3] * wheel[Math.floor(i / 3)]) / about);
+  const [w, ...vector] = axes;
+  const described = turnBack([w, ...vector.map((x) => -x)], made.com);
+  return makeBody({ mass: own, inertia: rest, com: described }, rotor);
+}
+// Compute the inertia tensor in the frame of description, by rows.
+export function computeTensor({ moments, axes: [w, x, y, z] }) {
+  const turn = new Quaternion(x, y, z, w);
+  const columns = [0, 1, 2].map((k) => new Vector3().setComponent(k, 1).applyQuaternion(turn).toArray());
+  const sum = (i, j) => columns.reduce((all, axis, k) => all + moments[k] * axis[i] * axis[j], 0);
+  return makeList(9, (i) => sum(Math.floor(i / 3), i % 3));
 }
 // Compute the angular velocity as seen from the support, the direction of the centre of mass and the
 // kinetic energy of a start.
@@ -140,13 +157,13 @@ export function computeSteadyPrecession(body, world, spin, tilt, isFast) {
 export const findKind = (body) => readText(C.kr_page_kind(writeBody(body)));
 
 // Compute the limits of the tilt, the mean precession, the period, the critical spin and the spin
-// of a symmetric top. Returns null for other bodies, for tops with damping or friction, and if the
-// support turns about another axis. On a support that turns about the vertical the
+// of a symmetric top. Returns null for other bodies, for tops with damping or friction, in a gravity
+// gradient, and if the support is shaken or turns about another axis. On a support that turns about the vertical the
 // precession is that seen from the support, and the type of motion "".
 export function computeLimits(body, world, q, m) {
   const [x, y, about] = world.turning;
   const pointer = C.kr_page_limits(writeScene(body, { ...world, turning: [0, 0, 0] }, q, m));
-  if (!pointer || x || y) return null;
+  if (!pointer || x || y || world.shaking?.[0] || world.gradient) return null;
   const [least, greatest, critical, precession, period, spin] = viewDoubles(pointer, 6);
   const motionType = about ? "" : readText(C.kr_page_course(SCENE));
   const seen = about && !world.gravity ? NaN : precession - about; // a free body turns about m

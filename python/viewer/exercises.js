@@ -8,9 +8,9 @@ import { completeScene, hasFriction } from "./scene.js";
 
 const formatDegrees = (angle) => `${((180 * angle) / Math.PI).toFixed(1)}°`;
 // Return the limits of the motion of a scene, without friction, with which it has no closed form.
-export function findLimits({ body, rotor, attitude, momentum, ...scene }) {
+export function findLimits({ body, rotor, wheel, attitude, momentum, ...scene }) {
   const world = { ...scene, damping: 0, friction: 0 };
-  return computeLimits(makeBody(body, rotor), world, attitude, momentum);
+  return computeLimits(makeBody(body, rotor, wheel), world, attitude, momentum);
 }
 // Return the numbers for the texts of a scene, formatted.
 function computeFacts(scene) {
@@ -62,6 +62,16 @@ export function describeScene({ scene, tops }) {
   if (hasFriction(scene)) return "Friction takes energy from this top.";
   const { motionType } = tops.find((top) => top.limits)?.limits ?? {};
   return motionType ? fillIn(MOTION_TEXTS[motionType], facts) : "A scene of your own.";
+}
+
+// Render the text of a scene. Names of visible arrows have the colours of the arrows.
+const NAMES = { "momentum m": "momentum", torque: "torque", weight: "weight" };
+export function renderWords(page) {
+  const { arrows, torque, momentum } = page.scene.show;
+  const seen = { momentum, torque: torque && momentum, weight: torque };
+  const render = (words) =>
+    arrows && seen[NAMES[words]] ? html`<b class=${NAMES[words]}>${words}</b>` : words;
+  return describeScene(page).split(/\b(momentum m|torque|weight)\b/).map(render);
 }
 
 // Return the scene of an exercise.

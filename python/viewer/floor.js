@@ -1,7 +1,7 @@
 // The room: the floor, the lights and soft shadows. A shadow is the body projected onto the floor
 // from several points of a wide lamp: sharp near the contact and soft farther up. The picture is
 // seen from the support: about a turntable, which stands still in the picture, the room turns, unless
-// the camera turns with the room.
+// the camera turns with the room. Turning ground and the centre of an orbit are shown as a globe.
 import * as THREE from "three";
 
 const LAMP = new THREE.Vector3(2.2, -2.6, 7); // direction to the lamp and to the main light
@@ -42,6 +42,31 @@ function makeTable() {
   const rim = makeMark(new THREE.RingGeometry(0.95, 1, 96), EDGE);
   return new THREE.Group().add(disc, rim, makeStripe(0.95, EDGE));
 }
+// Make a globe of radius 1 about its axis, whose northern end is marked.
+const AXLE = 1.35; // from the centre to an end of the axis
+const NET = 1.003; // radius of the meridians and parallels, every 30 degrees
+function makeGlobe() {
+  const paint = new THREE.MeshPhongMaterial({ color: "#7fa6cf", shininess: 10 });
+  const ball = new THREE.Mesh(new THREE.SphereGeometry(1, 48, 32), paint);
+  const look = { color: "#ffffff", transparent: true, opacity: 0.7 };
+  const places = [];
+  const add = (longitude, latitude) => {
+    const [out, up] = [NET * Math.cos(latitude), NET * Math.sin(latitude)];
+    places.push(out * Math.cos(longitude), out * Math.sin(longitude), up);
+  };
+  const step = Math.PI / 48;
+  for (let k = 0; k < 12; k++)
+    for (let i = -24; i < 24; i++) for (const j of [i, i + 1]) add((k * Math.PI) / 6, j * step);
+  for (let k = -2; k <= 2; k++)
+    for (let i = 0; i < 96; i++) for (const j of [i, i + 1]) add(j * step, (k * Math.PI) / 6);
+  const shape = new THREE.BufferGeometry();
+  shape.setAttribute("position", new THREE.Float32BufferAttribute(places, 3));
+  const net = new THREE.LineSegments(shape, new THREE.LineBasicMaterial(look));
+  const axle = new THREE.CylinderGeometry(0.02, 0.02, 2 * AXLE, 12).rotateX(Math.PI / 2);
+  const axis = new THREE.Mesh(axle, new THREE.MeshBasicMaterial({ color: NORTH }));
+  const turning = new THREE.Group().add(ball, net);
+  return Object.assign(new THREE.Group().add(turning, axis), { turning, axis });
+}
 // Make a flat mark on the floor, drawn in the order of the marks and below the shadows.
 const makeMark = (shape, color = "#ffffff") => {
   const paint = new THREE.MeshBasicMaterial({ color, transparent: true, depthWrite: false });
@@ -64,8 +89,9 @@ export class Floor {
     this.shadows = new THREE.Group();
     this.table = makeTable();
     this.north = Object.assign(makeStripe(1, NORTH), { renderOrder: -2.5 });
+    this.globe = makeGlobe();
     this.group.add(this.ground, grid, this.north, this.shadows);
-    world.add(this.room.add(this.group), this.table);
+    world.add(this.room.add(this.group), this.table, this.globe);
   }
   set visible(on) {
     this.group.visible = on;
@@ -79,8 +105,21 @@ export class Floor {
     this.north.scale.y = radius + BEYOND;
     this.north.rotation.z = north ?? 0;
   }
-  // Return the end of the mark of the room, towards which tops lean that start by angles.
+  // Show a globe of a radius below the floor, which turns about `axis`, or the floor without one.
+  showGlobe(radius, axis, hasAxis) {
+    const { globe, height } = this;
+    globe.visible = !!axis;
+    this.group.visible &&= !axis;
+    if (!axis) return;
+    globe.position.z = height - radius;
+    globe.scale.setScalar(radius);
+    globe.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), axis);
+    globe.axis.visible = hasAxis;
+  }
+  // Return the end of the mark of the room, towards which tops lean that start by angles, or the
+  // northern end of the axis of the globe.
   findNorth() {
+    if (this.globe.visible) return this.globe.localToWorld(new THREE.Vector3(0, 0, AXLE));
     return this.north.localToWorld(new THREE.Vector3(0, -1, 0));
   }
   // Set the height and the colours of the floor.
@@ -98,12 +137,15 @@ export class Floor {
     this.shadows.clear();
     const opacity = 1 - (1 - this.strength) ** (1 / POINTS);
     const look = { color: "#0c1018", transparent: true, opacity, depthWrite: false };
-    const dark = new THREE.MeshBasicMaterial(look);
-    for (const top of tops)
-      for (const body of [...top.solid.shadowCasters, top.rod])
-        for (let k = 0; k < POINTS; k++) {
+    // Each point of the lamp darkens each place once.
+    const once = { stencilWrite: true, stencilFunc: THREE.NotEqualStencilFunc, stencilZPass: THREE.ReplaceStencilOp };
+    for (let k = 0; k < POINTS; k++) {
+      const dark = new THREE.MeshBasicMaterial({ ...look, ...once, side: 2, stencilRef: k + 1 });
+      for (const top of tops)
+        for (const body of [...top.solid.shadowCasters, top.rod]) {
           const shadow = new THREE.Mesh(body.geometry, dark);
-          Object.assign(shadow, { matrixAutoUpdate: false, frustumCulled: false, renderOrder: -1 });
+          const order = { renderOrder: k / POINTS - 1 };
+          Object.assign(shadow, { matrixAutoUpdate: false, frustumCulled: false, ...order });
           shadow.userData = {
             caster: body,
             projection: makeProjection(k),
@@ -111,6 +153,7 @@ export class Floor {
           };
           this.shadows.add(shadow);
         }
+    }
   }
   // Show the shadows of bodies, of rods, or of both.
   showShadows(ofBodies, ofRods) {

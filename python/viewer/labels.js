@@ -47,7 +47,7 @@ export class Labels {
         style=${colour && `color: color-mix(in srgb, ${colour} 80%, light-dark(#000, #fff))`}>${words}</span>`;
     render(all.map(label), this.container);
     const spans = this.container.children;
-    const wide = ({ words, colour }) => times * (colour ? 12 * words.length + 24 : 7 * words.length + 12);
+    const wide = ({ words, colour }) => times * (colour ? 9 * words.length + 20 : 7 * words.length + 12);
     this.all = all.map((each, i) => ({ span: spans[i], at: each.at, wide: wide(each) }));
     this.gap = times * GAP;
   }

@@ -3,7 +3,8 @@ import * as THREE from "three";
 import { ROD_RINGS, ROD_SIDES, simulation, TRACE_POINTS } from "./core.js";
 import { writeCorners, Line, makeStrip, writePiece } from "./wide_lines.js";
 import { getCornerSigns, toQuaternion } from "./scene.js";
-import { makeShadowProfile, makeSurface } from "./revolution.js";
+import { makeSurface, PIECES } from "./revolution.js";
+import { fitThing } from "./things.js";
 
 const makeVector = (...numbers) => new THREE.Vector3(...numbers);
 const makeMesh = (shape, paint) => new THREE.Mesh(shape, paint);
@@ -18,8 +19,21 @@ const addPart = (group, part, userData = {}) => (
   Object.assign(part, { userData })
 );
 
-// Make the stand below the fixed point: a needle, or a cone if the floor is near.
-export function makeStand(depth) {
+// Make the stand below the fixed point, a needle, or a cone if the floor is near. A thing hangs on a
+// rope, or below an arch on a globe.
+const [ROPE, SPAN, DEEPER] = [8, 1.25, 0.5]; // length, half the width, and depth below the floor
+export function makeStand(depth, hangsOn) {
+  if (hangsOn) {
+    const paint = makeShinyMaterial({ color: "#8a7f6a", transparent: false });
+    const [thin, low] = hangsOn === "rope" ? [0.02, 0] : [0.045, -depth - DEEPER];
+    const makePole = (x, high) => {
+      const pole = turnUpright(new THREE.CylinderGeometry(thin, thin, high - low, 12));
+      return makeMesh(pole.translate(x, 0, (high + low) / 2), paint);
+    };
+    if (hangsOn === "rope") return makePole(0, ROPE);
+    const bar = new THREE.CylinderGeometry(thin, thin, 2 * SPAN, 12).rotateZ(Math.PI / 2);
+    return new THREE.Group().add(makePole(-SPAN, 0), makePole(SPAN, 0), makeMesh(bar, paint));
+  }
   const cone = turnUpright(new THREE.CylinderGeometry(0.012, 0.05 + 0.025 * depth, depth, 32));
   return makeMesh(
     cone.translate(0, 0, -depth / 2),
@@ -27,36 +41,144 @@ export function makeStand(depth) {
   );
 }
 
-// Make a solid of revolution. A painted sector shows the spin. The axle has a tip at its lower end,
-// and its upper end touches the apex sphere. Lengths are in units of the body.
-const SECTOR = 1 / 6; // part of a full turn
-const STEEL = "#aab2bd";
-const CREAM = "#f7ecd2";
+// Make the sleeve in which a shaken stand moves up and down.
+export function makeSleeve(depth) {
+  const height = 0.6 * depth;
+  const tube = turnUpright(new THREE.CylinderGeometry(0.12, 0.16, height, 32));
+  return makeMesh(tube.translate(0, 0, height / 2), makeShinyMaterial({ color: "#5b6675" }));
+}
+
+const [MARK, SECTOR] = [3.6, Math.PI / 3]; // begin and angle of the mark that shows the spin [rad]
+const [WOOD, STEEL, CREAM] = ["#c99a5b", "#aab2bd", "#f7ecd2"].map((name) => new THREE.Color(name));
+// Return for how much of the time the mark covers a place, at an angle from its begin, while it turns
+// by `blur` to where it is now.
+function findCover(angle, blur) {
+  if (!blur) return +(angle <= SECTOR);
+  const [behind, length] = [blur < 0 ? angle : SECTOR - angle, Math.abs(blur)];
+  let covered = 0;
+  for (let end = behind; end - SECTOR < length; end += 2 * Math.PI)
+    covered += Math.max(0, Math.min(end, length) - Math.max(end - SECTOR, 0));
+  return covered / length;
+}
+// Make a painted surface of revolution with a mark. `setBlur` spreads the mark over the angle by
+// which it turns while a picture is exposed: a sharp mark would seem to turn backwards.
+function makeMarkedMesh(revolution, colour, look, hasGrain) {
+  const shape = makeSurface(revolution);
+  const colours = new Float32Array(shape.attributes.position.array.length);
+  shape.setAttribute("color", new THREE.BufferAttribute(colours, 3));
+  const mesh = makeMesh(shape, makeShinyMaterial({ ...look, vertexColors: true }));
+  const [paints, mixed] = [{ paint: new THREE.Color(colour), mark: CREAM, wood: WOOD }, new THREE.Color()];
+  let drawn = null;
+  mesh.setBlur = (blur) => {
+    const rounded = Math.abs(blur) < 0.02 ? 0 : +blur.toFixed(2);
+    if (rounded === drawn) return;
+    drawn = rounded;
+    for (let i = 0; i <= PIECES; i++) {
+      const angle = (2 * Math.PI * i) / PIECES - MARK;
+      const cover = findCover(angle < 0 ? angle + 2 * Math.PI : angle, rounded);
+      const grain = 1 - 0.04 * ((i * 7) % 5);
+      shape.looks.forEach((name, j) => {
+        mixed.copy(paints[name]);
+        if (name === "paint") mixed.lerp(CREAM, cover);
+        if (name === "wood" && hasGrain) mixed.multiplyScalar(grain);
+        mixed.toArray(colours, 3 * (i * shape.looks.length + j));
+      });
+    }
+    shape.attributes.color.needsUpdate = true;
+  };
+  mesh.setBlur(0);
+  return mesh;
+}
+const findLook = (role) => ({
+  shininess: 60,
+  specular: "#4c453e",
+  transparent: role !== "thick",
+  ...(role === "thick" ? {} : { opacity: 0.35, depthWrite: false }),
+});
+// Make the axle of a round body. It has a tip at its lower end, and its upper end touches the apex
+// sphere.
+function makeAxle(low, high, thin, look) {
+  const paint = makeShinyMaterial({ ...look, color: STEEL });
+  const length = high - low - 6 * thin;
+  const rod = new THREE.CylinderGeometry(thin, thin, length, 20).translate(0, high - length / 2, 0);
+  const tip = new THREE.ConeGeometry(thin, 6 * thin, 20).rotateX(Math.PI).translate(0, low + 3 * thin, 0);
+  return [makeMesh(rod, paint), makeMesh(tip, paint)];
+}
+// Make a solid of revolution with its axle. Lengths are in units of the body.
 export function makeRevolutionMesh(revolution, { colour, role }, pen) {
   const group = new THREE.Group();
-  const faint = role === "thick" ? {} : { opacity: 0.35, depthWrite: false };
-  const look = { shininess: 60, specular: "#4c453e", transparent: role !== "thick", ...faint };
-  const satin = (color) => makeShinyMaterial({ color, ...look });
-  const part = (shape, color) => addPart(group, makeMesh(shape, satin(color)), { part: "face" });
   const { axis, up, height, profile } = revolution;
-  const wide = Math.max(...profile.map(([, r]) => r));
-  part(makeSurface(revolution, 0, 1 - SECTOR), colour);
-  part(makeSurface(revolution, 1 - SECTOR, SECTOR), CREAM);
-  const thin = 0.028 * wide;
+  const thin = 0.028 * Math.max(...profile.map(([, r]) => r));
+  const surface = makeMarkedMesh(revolution, colour, findLook(role), true);
   const [low, high] = height ? [-height, pen - height] : [-pen, pen];
-  const length = high - low - 6 * thin;
-  const rod = new THREE.CylinderGeometry(thin, thin, length, 20);
-  part(rod.translate(0, high - length / 2, 0), STEEL);
-  const tip = new THREE.ConeGeometry(thin, 6 * thin, 20).rotateX(Math.PI);
-  part(tip.translate(0, low + 3 * thin, 0), STEEL);
+  for (const part of [surface, ...makeAxle(low, high, thin, findLook(role))])
+    addPart(group, part, { part: "face", density: +(part === surface) });
   group.quaternion.setFromUnitVectors(UNITS[1], UNITS[axis].clone().multiplyScalar(up));
-  const handles = [...group.children];
-  const caster = addPart(group, makeMesh(makeSurface(makeShadowProfile(revolution), 0, 1)));
-  caster.visible = false;
   return Object.assign(new THREE.Group().add(group), {
-    shadowCasters: [caster],
-    handles,
+    shadowCasters: group.children,
+    handles: group.children,
     setLooks() {},
+    setBlur: surface.setBlur,
+    turnWheel() {},
+  });
+}
+// Add straight spokes to a wheel. Spokes that turn fast become a veil.
+function addSpokes(group, { count, inner: [radius, side], outer, at }, look) {
+  const ends = Array.from({ length: count }, (_, k) => {
+    const [c, s] = [Math.cos, Math.sin].map((f) => f((2 * Math.PI * k) / count));
+    return [radius * c, radius * s, k % 2 ? side : -side, outer * c, outer * s, 0];
+  });
+  const shape = new THREE.BufferGeometry();
+  shape.setAttribute("position", new THREE.Float32BufferAttribute(ends.flat(), 3));
+  const faint = { ...look, color: STEEL, transparent: true, depthWrite: false };
+  const lines = new THREE.LineSegments(shape, new THREE.LineBasicMaterial({ color: STEEL, transparent: true }));
+  const veil = makeMesh(new THREE.RingGeometry(radius, outer, 64), makeShinyMaterial({ ...faint, side: 2 }));
+  for (const part of [lines, veil]) addPart(group, part).position.set(...at);
+  return (blur) => {
+    const share = Math.min(1, (count * Math.abs(blur)) / (2 * Math.PI));
+    lines.material.opacity = 1 - share;
+    veil.material.opacity = 0.3 * share;
+  };
+}
+// Make a thing from its solids (things.js). `setLooks` stretches it along the edges of the cuboid of
+// the body. Its third axis is that of the revolution, if there is one.
+export function makeThing(given, { colour, role }, revolution) {
+  const { solids, spokes, isRound } = given;
+  const look = findLook(role);
+  const [thing, wheel, marked] = [new THREE.Group(), new THREE.Group(), []];
+  const axle = solids.find((solid) => solid.isWheel);
+  if (axle) wheel.position.set(...axle.at);
+  const makePart = ({ profile, half, isWheel, colour: own }) => {
+    const surface = { profile, height: 0 };
+    if (isWheel || (isRound && !own)) return makeMarkedMesh(surface, own ?? colour, look);
+    return makeMesh(half ? CUBE : makeSurface(surface), makeShinyMaterial({ ...look, color: own ?? colour }));
+  };
+  const handles = solids.map((solid) => {
+    const { half, axis, at, isWheel, density } = solid;
+    const mesh = makePart(solid);
+    if (half) mesh.scale.set(...half);
+    else mesh.quaternion.setFromUnitVectors(UNITS[1], UNITS[axis]);
+    if (!isWheel) mesh.position.set(...at); // a wheel turns about its centre
+    if (mesh.setBlur) marked.push(mesh);
+    return addPart(isWheel ? wheel : thing, mesh, { part: "face", density });
+  });
+  const spread = spokes && addSpokes(thing, spokes, look);
+  const frame = new THREE.Group().add(thing.add(wheel));
+  return Object.assign(new THREE.Group().add(frame), {
+    shadowCasters: handles,
+    handles,
+    setLooks(half) {
+      const { edges, signs, stretch, centre } = fitThing(given, half, revolution);
+      const columns = edges.map((k, i) => UNITS[k].clone().multiplyScalar(signs[i]));
+      frame.quaternion.setFromRotationMatrix(new THREE.Matrix4().makeBasis(...columns));
+      thing.scale.set(...stretch);
+      thing.position.set(...centre.map((x, i) => -x * stretch[i]));
+    },
+    setBlur(blur, ofWheel) {
+      for (const mesh of marked) mesh.setBlur(mesh.parent === wheel ? ofWheel : blur);
+      spread?.(blur);
+    },
+    turnWheel: (angle) => axle && wheel.quaternion.setFromAxisAngle(UNITS[axle.axis], angle),
   });
 }
 
@@ -84,6 +206,7 @@ export function makeBox({ colour: color, role }) {
   }
   group.shadowCasters = [faces];
   group.handles = group.children;
+  group.setBlur = group.turnWheel = () => {};
   group.setLooks = (half, opacity, times) => {
     Object.assign(glass, { opacity, transparent: opacity < 1, depthWrite: opacity === 1 });
     const size = Math.cbrt(half[0] * half[1] * half[2]);

@@ -13,7 +13,7 @@ const FRAME_BUDGET = 8; // milliseconds per frame for computing steps
 // Steps between two checks of the time: at least one for each possible top.
 const [MIN_SLICE, MAX_SLICE] = [MAX_TOPS, 2000];
 // Places whose change invalidates a path computed elsewhere.
-const CHANGES_MOTION = /^(body|shape|attitude|momentum|second|gravity|damping|friction|turning|rotor|taken)/;
+const CHANGES_MOTION = /^(body|shape|attitude|momentum|second|gravity|damping|friction|turning|shaking|gradient|rotor|wheel|taken)/;
 // Places that leave the motion as it is.
 const KEEPS_MOTION = /^(speed|distance|stop|chart|integral|log|shown|corners|show)/;
 // Places whose change starts the motion again; it then returns to its time.
@@ -55,7 +55,7 @@ export class PageState {
   // Create all tops of the simulation at t = 0.
   buildTops(fit) {
     const { scene } = this;
-    this.body = makeBody(scene.body, scene.rotor);
+    this.body = makeBody(scene.body, scene.rotor, scene.wheel);
     this.kind = findKind(this.body);
     this.replaceUnsuitableMethods();
     this.contact = findContact(scene, this.body);
@@ -143,7 +143,10 @@ export class PageState {
     const beside = second && this.readLiveState(this.tops.find((each) => each.side)).slice(1);
     const taken = this.clock / TICKS;
     const heading = computeRoomAngle(this.scene, taken);
-    Object.assign(this.scene, { attitude: [w, x, y, z], momentum, second: beside, taken, heading });
+    const [amplitude, rate, phase] = this.scene.shaking;
+    const shaking = [amplitude, rate, (phase + rate * taken) % (2 * Math.PI)];
+    const start = { attitude: [w, x, y, z], momentum, second: beside, taken, heading, shaking };
+    Object.assign(this.scene, start);
     this.markChanged(this.scene);
   }
   // Change the momentum of a top and run.
@@ -281,6 +284,7 @@ export class PageState {
 
   setRunning(on) {
     Object.assign(this, { goal: null, isResuming: false, isRunning: on });
+    if (!on) this.view.draw(); // without the blur of a motion
     this.onChange();
   }
   // Run, from the start if no top can go on.

@@ -6,9 +6,10 @@ import { findMeasure, simulation } from "./core.js";
 import { saveText } from "./storage.js";
 import presets from "./presets.json";
 import { getValue } from "./setters.js";
-import { describeScene, describeStart, findExercise, renderExercises, renderStoryLink } from "./exercises.js";
+import { describeStart, findExercise, renderExercises, renderStoryLink, renderWords } from "./exercises.js";
 import { renderThumbnails, showThumbnail } from "./thumbnails.js";
 import { toPython } from "./text_export.js";
+import { THINGS } from "./things.js";
 
 const COMPONENTS = ["first", "second", "vertical"];
 const SHAPE_NAMES = {
@@ -188,7 +189,7 @@ export class Panel {
       ${renderThumbnails(known, this.choosePreset)}
       <h2 id="preset">${known < 0 ? "" : known + 1} ${page.scene.name}</h2>
       ${renderStoryLink(page.scene)}
-      <div id="about">${title ? html`<h3>${title}</h3>` : ""}<p>${describeScene(page)}</p></div>
+      <div id="about">${title ? html`<h3>${title}</h3>` : ""}<p>${renderWords(page)}</p></div>
       ${renderExercises(page, this.choosePreset, this.predictions)}
     </header>`;
   }
@@ -309,11 +310,13 @@ export class Panel {
     const solids = [
       ["top", "round top", !view.revolution],
       ["box", "box"],
+      ...Object.entries(THINGS).map(([key, { name, isRound }]) => [key, name, isRound && !view.revolution]),
       ["none", "nothing"],
     ];
     const isHidden = this.page.scene.show.solid === "none";
     // Bodies that are not symmetric about an axis through the fixed point are drawn as boxes.
-    const drawn = isHidden ? "none" : view.isRevolution ? "top" : "box";
+    const { solid } = this.page.scene.show;
+    const drawn = isHidden ? "none" : view.thing ? solid : view.isRevolution ? "top" : "box";
     return [
       this.renderPair("Show as", this.renderSelect("Show as", "show.solid", solids, drawn)),
       this.renderCheckbox("Arrows", "show.arrows", "I"),

@@ -51,7 +51,7 @@ export class Readout {
     const hasPrecession = limits || page.contact !== null;
     if (hasPrecession)
       lines.push(...describePrecession(simulation.getVelocity(i), spin, nutation, limits));
-    lines.push(...describeStanding(page, i));
+    lines.push(...describeWheel(page, i), ...describeStanding(page, i));
     if (limits && page.scene.show.torque) lines.push(...describeRule(page, spin, limits));
     const item = ([name, value, unit, note, about, colour = ""]) =>
       html`<div title=${about} class=${name}><dt>${name}</dt>
@@ -73,6 +73,13 @@ function describePrecession(velocity, spin, nutation, limits) {
   const mean = () => `mean ${formatShort(limits.precession)}: once round in ${round.toFixed(1)} s`;
   const about = "angular velocity of the axis about the vertical, in radians per second";
   return [["precession", formatShort(now), " rad/s", round < 1e4 ? mean() : "", about]];
+}
+// Return the rate of the wheel in the body.
+function describeWheel({ view, scene }, i) {
+  if (!view.wheel || scene.show.solid === "none") return [];
+  const about = "angular velocity of the wheel in its frame, in radians per second";
+  const note = view.wheel.isFree ? "on a free axle" : "driven by a motor";
+  return [["wheel", formatShort(view.findRates(i)[1]), " rad/s", note, about]];
 }
 // Return how long a top with friction has stood, and the longest time of the game that it plays.
 function describeStanding({ contact, scene }, i) {

@@ -3,29 +3,39 @@
 // across its axis. The axle is massless.
 import { LatheGeometry, Vector2, Vector3 } from "three";
 import { toQuaternion } from "./scene.js";
+import { computeLengths, fitThing } from "./things.js";
 
-// Half profiles as [height, radius].
+// Half profiles as [height, radius, colour of the following pieces]: of a turned top with foot and
+// stem, whose colour is that of the top where none is given, of a cone and of a drum.
 const TOP = [
-  [-1.18, 0],
-  [-1.17, 0.03],
-  [-1.0, 0.1],
-  [-0.72, 0.34],
-  [-0.45, 0.6],
-  [-0.25, 0.8],
-  [-0.12, 0.92],
-  [-0.04, 0.98],
+  [-1.42, 0, "wood"],
+  [-1.4, 0.035],
+  [-1.08, 0.085],
+  [-1.03, 0.15],
+  [-0.95, 0.17],
+  [-0.87, 0.14],
+  [-0.8, 0.16, "paint"],
+  [-0.66, 0.3],
+  [-0.5, 0.5],
+  [-0.33, 0.72],
+  [-0.17, 0.9],
+  [-0.05, 0.98],
   [0.03, 1],
-  [0.09, 0.99],
-  [0.15, 0.94],
-  [0.2, 0.84],
+  [0.1, 0.985],
+  [0.16, 0.93, "mark"],
+  [0.2, 0.84, "paint"],
   [0.24, 0.68],
   [0.27, 0.48],
-  [0.29, 0.3],
-  [0.32, 0.17],
-  [0.38, 0.12],
-  [0.7, 0.11],
-  [0.72, 0.08],
-  [0.72, 0],
+  [0.3, 0.32, "wood"],
+  [0.34, 0.2],
+  [0.4, 0.13],
+  [0.6, 0.105],
+  [0.78, 0.11],
+  [0.88, 0.15, "paint"],
+  [0.95, 0.155],
+  [1, 0.12],
+  [1.02, 0.06],
+  [1.025, 0],
 ];
 const CONE = [
   [0, 0],
@@ -42,30 +52,6 @@ const DRUM = [
   [1, 0.995],
   [1, 0],
 ];
-
-// Return the mean height of a homogeneous solid of revolution, and the root mean squares of the
-// height about it and of the distance from a plane through the axis. Three Gauss points are exact
-// for linear pieces.
-const GAUSS_POINTS = [-1, 0, 1].map((side) => [
-  0.5 + side * Math.sqrt(0.15),
-  side ? 5 / 18 : 8 / 18,
-]);
-function computeLengths(profile) {
-  let [volume, first, second, fourth] = [0, 0, 0, 0];
-  profile.slice(1).forEach(([z1, r1], i) => {
-    const [z0, r0] = profile[i];
-    for (const [at, weight] of GAUSS_POINTS) {
-      const [z, r] = [z0 + at * (z1 - z0), r0 + at * (r1 - r0)];
-      const part = weight * (z1 - z0) * r * r;
-      volume += part;
-      first += part * z;
-      second += part * z * z;
-      fourth += (part * r * r) / 4;
-    }
-  });
-  const mean = first / volume;
-  return [mean, Math.sqrt(second / volume - mean * mean), Math.sqrt(fourth / volume)];
-}
 
 const SOLIDS = [TOP, CONE, DRUM].map((profile) => [profile, computeLengths(profile)]);
 
@@ -85,10 +71,10 @@ export function fitRevolution({ half, centre: described, turn }) {
   const axis = [2, 1, 0].find(isAxis);
   if (axis === undefined) return null;
   const [height, up] = [Math.abs(centre[axis]), centre[axis] < 0 ? -1 : 1];
-  const fit = ([shape, [mean, spread, across]]) => {
+  const fit = ([shape, { mean, spread, across }]) => {
     const along = half[axis] / Math.sqrt(3) / spread;
     const wide = half[(axis + 1) % 3] / Math.sqrt(3) / across;
-    return shape.map(([z, r]) => [height + along * (z - mean), wide * r]);
+    return shape.map(([z, r, ...look]) => [height + along * (z - mean), wide * r, ...look]);
   };
   // Take the top for a body held at its centre, else the first solid that does not reach below the
   // fixed point, or the drum.
@@ -96,6 +82,13 @@ export function fitRevolution({ half, centre: described, turn }) {
   const stands = ([[tip]]) => tip >= -CLOSE * size;
   const profile = !height || stands(top) ? top : stands(cone) ? cone : drum;
   return { axis, up, height, profile };
+}
+// Return a revolution with the corners of a round thing, whose mesh is made from its solids.
+export function fitRoundThing(thing, revolution, half) {
+  const { stretch, centre } = fitThing(thing, half, revolution);
+  const fit = ({ profile, at }) =>
+    profile.map(([z, r]) => [revolution.height + stretch[2] * (z + at[2] - centre[2]), stretch[0] * r]);
+  return { ...revolution, profile: thing.solids.flatMap(fit) };
 }
 // Return the tilt at which the rim meets a floor at the height of the fixed point, or null if the
 // body does not stand on its tip.
@@ -105,17 +98,20 @@ export function computeContact({ profile }) {
   return angle > LEAST_ANGLE ? angle : null;
 }
 
-// Return a convex profile for the shadow. Its projection covers each place once.
-export function makeShadowProfile({ profile, height }) {
-  const wide = Math.max(...profile.map(([, r]) => r));
-  const rim = profile.filter(([, r]) => r > 0.99 * wide);
-  const top = profile.filter(([, r]) => r > 0.1 * wide).at(-1);
-  const low = height ? Math.min(0, profile[0][0]) : profile[0][0];
-  return { profile: [[low, 0], rim[0], rim.at(-1), top, [top[0], 0]], height };
-}
-// Make the surface of a part of a full turn, from `from` on, about y and with the centre at 0.
-export function makeSurface({ profile, height }, from, part) {
-  const points = profile.map(([z, r]) => new Vector2(r, z - height));
-  const pieces = Math.max(6, Math.round(64 * part));
-  return new LatheGeometry(points, pieces, 2 * Math.PI * from, 2 * Math.PI * part);
+// Make the surface about y with the centre at 0. Its `looks` name the colour of each corner. Sharp
+// corners, and those at which the colour changes, are doubled.
+export const PIECES = 96; // round the axis
+const SHARP = 0.6; // [rad]
+export function makeSurface({ profile, height }) {
+  const [points, looks] = [[], []];
+  const add = (z, r, look) => (points.push(new Vector2(r, z - height)), looks.push(look));
+  const findAngle = ([z0, r0], [z1, r1]) => Math.atan2(r1 - r0, z1 - z0);
+  let now = profile[0][2] ?? "paint";
+  profile.forEach(([z, r, look = now], i) => {
+    const [before, after] = [profile[i - 1], profile[i + 1]];
+    const bend = before && after ? findAngle(before, [z, r]) - findAngle([z, r], after) : 0;
+    add(z, r, now);
+    if (look !== now || Math.cos(bend) < Math.cos(SHARP)) add(z, r, (now = look));
+  });
+  return Object.assign(new LatheGeometry(points, PIECES), { looks });
 }

@@ -2,6 +2,7 @@
 import { Quaternion, Vector3 } from "three";
 import { computeCuboid, findMeasure, methods, TICKS, MAX_TOPS } from "./core.js";
 import { resolveStarts } from "./starts.js";
+import { makeThingBody, THINGS } from "./things.js";
 
 export const DEFAULTS = {
   version: 1,
@@ -18,7 +19,11 @@ export const DEFAULTS = {
   friction: 0, // dry friction: a torque of this size against the spin
   turning: [0, 0, 0], // angular velocity of the support
   heading: 0, // angle of the room about the vertical at the start, as seen from a turntable
+  shaking: [0, 0, 0], // amplitude, rate and phase of the support, along the vertical
+  gradient: 0, // of gravity along the vertical, 3 n² for a satellite with the orbital rate n
   rotor: [0, 0, 0], // momentum of a rotor in the body, in the frame of description
+  // Moment of a rotor on a free axle, along it: then `rotor` is its momentum in space about the axle.
+  wheel: [0, 0, 0],
   methods: ["bobenko_suris"], // one to three
   step: [0.01], // one or two steps for each method
   own: false, // the first step for the first method, the second for the others
@@ -47,7 +52,7 @@ export const DEFAULTS = {
     vertical: true, // the arrow p
     room: false, // whether the camera stands in the room around a turntable
     torque: false, // weight, torque, and the trace of the tip of m
-    solid: "top", // "top", "box" or "none"
+    solid: "top", // "top", "box", "none", or a thing
     opacity: 0.3,
     thickness: 1,
   },
@@ -83,7 +88,7 @@ const isShow = ({ opacity, thickness, solid, section, ...flags }) =>
   makeRangeCheck(0, 1)(opacity) &&
   makeRangeCheck(0.1, 20)(thickness) &&
   Object.hasOwn(SECTIONS, section) &&
-  ["top", "box", "none"].includes(solid) &&
+  (["top", "box", "none"].includes(solid) || Object.hasOwn(THINGS, solid)) &&
   Object.values(flags).every(isBoolean);
 const isMeasure = (x) => isText(x) && !!findMeasure(getMeasureName(x, "kowalewski"));
 const CHECKS = {
@@ -102,7 +107,10 @@ const CHECKS = {
   friction: makeRangeCheck(0, 1e12),
   turning: isVector,
   heading: isSize,
+  shaking: isVector,
+  gradient: isSize,
   rotor: isVector,
+  wheel: isVector,
   methods: makeListCheck(isText, 1, 2, 3),
   step: makeListCheck(isStep, 1, 2),
   tol: makeRangeCheck(1e-15, 1),
@@ -115,11 +123,16 @@ const CHECKS = {
   show: isShow,
   tracks: makeListCheck(isTrack, 0, 1),
 };
+// Replace a body that is given as a thing, as {"thing": "wheel"}, by its cuboid, and show the thing.
+const resolveThing = (given) =>
+  Object.hasOwn(THINGS, given.body?.thing ?? "")
+    ? { ...given, body: makeThingBody(given.body), show: { solid: given.body.thing, ...given.show } }
+    : given;
 // Complete and check a scene. Missing parts get their defaults, unknown parts are dropped. Throws
 // an Error for invalid parts.
 export function completeScene(given) {
   if (given?.constructor !== Object) throw new Error("it is not a scene");
-  const scene = structuredClone(resolveStarts({ ...DEFAULTS, ...renameEps(given) }));
+  const scene = structuredClone(resolveStarts({ ...DEFAULTS, ...resolveThing(renameEps(given)) }));
   scene.show = { ...DEFAULTS.show, ...scene.show };
   if (Array.isArray(scene.tracks)) scene.tracks = scene.tracks.map((t) => renameEps(t ?? {}));
   for (const [key, model] of Object.entries(DEFAULTS)) {
@@ -187,6 +200,7 @@ export const isOnTurntable = ({ turning: [x, y, rate] }) => !x && !y && rate !==
 // or of the axis of the turning ground. Other supports have none: null.
 export function findNorthAngle(scene) {
   const [x, y] = scene.turning;
+  if (scene.gradient) return null; // an orbit
   return isOnTurntable(scene) ? 0 : x || y ? Math.atan2(x, -y) : null;
 }
 // Return the angle about the vertical of the room, as seen from a turntable, at a time.
@@ -194,6 +208,13 @@ export const computeRoomAngle = (scene, t) =>
   isOnTurntable(scene) ? (scene.heading - scene.turning[2] * t) % (2 * Math.PI) : 0;
 // Return whether the elastic rod is shown without a body.
 export const isRodAlone = ({ show }) => show.rod && show.solid === "none";
+// Return the axis of a globe below the top: of turning ground, or of an orbit about the Earth.
+export function findGlobeAxis({ turning, gradient }) {
+  const axis = new Vector3(...turning);
+  const isGround = turning[0] !== 0 || turning[1] !== 0;
+  if (gradient) return axis.length() ? axis.normalize() : new Vector3(0, 1, 0);
+  return isGround ? axis.normalize() : null;
+}
 export const isTurning = ({ turning }) => turning.some((x) => x !== 0);
 
 // Replace a body given by numbers with its cuboid. The attitudes absorb the rotation between them.
@@ -206,7 +227,8 @@ export function convertToCuboid(scene) {
   const turnAttitude = (q) => toWxyz(toQuaternion(q).multiply(toQuaternion(turn)));
   scene.attitude = turnAttitude(scene.attitude);
   scene.second?.splice(0, 4, ...turnAttitude(scene.second));
-  scene.rotor = new Vector3(...scene.rotor).applyQuaternion(back).toArray();
+  for (const key of ["rotor", "wheel"])
+    scene[key] = new Vector3(...scene[key]).applyQuaternion(back).toArray();
 }
 // Sizes N, B, T that a shape allows (thesis 5.6.5, 5.8.1), from any sizes and of equal volume.
 const makePlate = (ratio) => (n, b, t) => {

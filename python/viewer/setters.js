@@ -70,7 +70,7 @@ export const computeApex = ({ body, rotor, ...world }, attitude) =>
 // Return the spin, the angular velocity about the apex, after a change by the function `replace`,
 // and the momentum with this spin. The rest of the angular velocity is kept.
 export function changeSpin(scene, attitude, momentum, replace) {
-  const body = makeBody(scene.body, scene.rotor);
+  const body = makeBody(scene.body, scene.rotor, scene.wheel);
   const start = measureStart(body, scene, attitude, momentum);
   const [apex, velocity] = [start.apex, start.velocity].map((v) => new Vector3(...v));
   const before = velocity.dot(apex);

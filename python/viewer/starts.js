@@ -13,9 +13,9 @@ const isStart = ({ tilt, spin, precession = 0, ...rest }) =>
 // Return attitude and momentum of a start: tilt of the third axis in degrees, spin about that axis,
 // and precession about the vertical, 0 by default, both as seen from the support. "slow" and "fast"
 // select a steady precession.
-export function computeStart({ body, gravity, rotor, turning: [x, y, about] }, start) {
+export function computeStart({ body, gravity, rotor, wheel, turning: [x, y, about] }, start) {
   if (!isStart(start)) throw new Error(`start cannot be ${JSON.stringify(start).slice(0, 60)}`);
-  const made = makeBody(body, rotor);
+  const made = makeBody(body, rotor, wheel);
   const world = { gravity, turning: [x, y, about] };
   const tilt = (start.tilt * Math.PI) / 180;
   const [cos, sin] = [Math.cos(tilt), Math.sin(tilt)];

@@ -1,5 +1,5 @@
 // A scene as TOML and as a Python program.
-import { methods, TICKS } from "./core.js";
+import { computeTensor, makeBody, methods, TICKS } from "./core.js";
 import { getSteps } from "./scene.js";
 
 const formatList = (x) => (Array.isArray(x) ? `[${x.map(formatList).join(", ")}]` : x);
@@ -7,20 +7,29 @@ const formatRows = (inertia) => formatList([0, 3, 6].map((i) => inertia.slice(i,
 
 const isNonzero = (vector) => vector.some((x) => x !== 0);
 // Return the words for what disturbs a top, each with its value.
-const listDisturbances = ({ damping, friction, turning }) => [
+const listDisturbances = ({ damping, friction, turning, shaking, gradient }) => [
   ...(damping ? [["damping", damping]] : []),
   ...(friction ? [["friction", friction]] : []),
   ...(isNonzero(turning) ? [["turning", formatList(turning)]] : []),
+  ...(isNonzero(shaking) ? [["shaking", formatList(shaking)]] : []),
+  ...(gradient ? [["gradient", gradient]] : []),
 ];
-export function toToml({ body, momentum, attitude, gravity, rotor, ...rest }) {
-  const { half, pivot, density = 1, mass, inertia, com } = body;
+// Return the body with the moment that takes part in its rotation: without that of a free wheel.
+function findTurningBody({ body, rotor, wheel }) {
+  if (!isNonzero(wheel)) return body;
+  const made = makeBody(body, rotor, wheel);
+  return { mass: made.mass, inertia: computeTensor(made), com: body.com ?? body.pivot.map((x) => -x || 0) };
+}
+export function toToml(scene) {
+  const { momentum, attitude, gravity, rotor } = scene;
+  const { half, pivot, density = 1, mass, inertia, com } = findTurningBody(scene);
   const bodyText = half
     ? `cuboid = { half = ${formatList(half)}, pivot = ${formatList(pivot)}, density = ${density} }`
     : `mass = ${mass}\ninertia = ${formatRows(inertia)}\ncom = ${formatList(com)}\nunphysical = true`;
   return `momentum = ${formatList(momentum)}
 attitude = ${formatList(attitude)}
 gravity = ${gravity}
-${listDisturbances(rest)
+${listDisturbances(scene)
   .map(([name, value]) => `${name} = ${value}\n`)
   .join("")}
 [body]
@@ -40,8 +49,8 @@ def solve_in_steps(scene, method, step, count, tol):
 // Return a Python program that computes end states as the viewer does, one line for each method and
 // step.
 export function toPython(top, contact = null) {
-  const { body, gravity, rotor, methods: names, second, tol } = top;
-  const { half, pivot, density = 1, mass, inertia, com } = body;
+  const { gravity, rotor, methods: names, second, tol } = top;
+  const { half, pivot, density = 1, mass, inertia, com } = findTurningBody(top);
   const bodyText = half
     ? `.cuboid(half=${formatList(half)}, pivot=${formatList(pivot)}, density=${density})`
     : `(mass=${mass}, inertia=${formatRows(inertia)}, com=${formatList(com)}, unphysical=True)`;

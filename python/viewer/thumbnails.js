@@ -30,7 +30,7 @@ function makeRodLine(trace) {
 // Compute the motion of a preset. Return the lines of its tops, and whether they are traces.
 function computeLines(preset) {
   const scene = completeScene(preset);
-  const body = makeBody(scene.body, scene.rotor);
+  const body = makeBody(scene.body, scene.rotor, scene.wheel);
   const method = methods.get(findSuitable(METHODS, scene, body));
   const contact = findContact(scene, body);
   const starts = [[...scene.attitude, ...scene.momentum], ...(scene.second ? [scene.second] : [])];

@@ -7,7 +7,8 @@ import { Floor, NORTH } from "./floor.js";
 import { makeApexSphere } from "./apex_sphere.js";
 import { Labels } from "./labels.js";
 import { setPictureSize } from "./wide_lines.js";
-import { computeRoomAngle, findNorthAngle, getCornerSigns, hasFriction } from "./scene.js";
+import { computeRoomAngle, findGlobeAxis, findNorthAngle } from "./scene.js";
+import { getCornerSigns, hasFriction } from "./scene.js";
 import { isOnTurntable, isRodAlone, isTurning, toQuaternion, SECTIONS } from "./scene.js";
 import {
   makeArrow,
@@ -18,18 +19,22 @@ import {
   makeTrace,
   makeMomentumTrace,
   makeRod,
+  makeSleeve,
   makeStand,
   makeRevolutionMesh,
+  makeThing,
 } from "./meshes.js";
-import { fitRevolution } from "./revolution.js";
+import { fitRevolution, fitRoundThing } from "./revolution.js";
 import { computeApex } from "./setters.js";
+import { fitThing, THINGS } from "./things.js";
 
 const SIDES = [
   new THREE.Vector3(0, -1, 0),
   new THREE.Vector3(1, 0, 0),
   new THREE.Vector3(0, -1e-3, 1),
 ];
-const HOME = new THREE.Vector3(5.4, -9.6, 4.4);
+const HOME = new THREE.Vector3(5.4, -9.6, 3.4);
+const EAST = new THREE.Vector3(10, -4.2, 3); // from which the axis of a globe is seen at length
 const BELOW = 24; // from an arrow to a label below it [pixels]
 const ASIDE = (2 * Math.PI) / 3; // from a leaning axis to the camera, about the vertical
 const FRONT = new THREE.Vector3(0, -11, 4.4); // equally far from tops side by side
@@ -44,6 +49,8 @@ const FRONT_ROOM = 1.2; // in front of a turntable, or of a top that may lie on 
 const NEAR_FLOOR = -0.02; // height of a floor at the tip, which it does not cover
 const ARROW_REACH = 3.4; // from a fixed point to the end of its longest arrow
 const TABLE = 2.4; // radius of a turntable with one top
+const GLOBE = 2; // radius of a globe
+const ABOVE_ARCH = 0.7; // room above the fixed point of a thing that hangs
 const LARGE_FOOTER = 0.12; // of the picture's height
 const isShown = (part) => part.visible && part.parent.visible;
 const rankPart = ({ object }) => ["tip", "corner", "face"].indexOf(object.userData.part);
@@ -51,7 +58,11 @@ const rankPart = ({ object }) => ["tip", "corner", "face"].indexOf(object.userDa
 export class View {
   requestFrame = () => {}; // requests a frame
   constructor(parent) {
-    this.renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
+    this.renderer = new THREE.WebGLRenderer({
+      antialias: true,
+      preserveDrawingBuffer: true,
+      stencil: true, // for shadows
+    });
     this.renderer.debug.checkShaderErrors = false; // checking would wait for the graphics driver
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.canvas = this.renderer.domElement;
@@ -138,7 +149,12 @@ export class View {
     this.body = computeCuboid(page.scene.body);
     this.revolution = fitRevolution(this.body);
     const isStanding = page.contact !== null; // on a floor that ends the motion
-    const isRevolution = !!this.revolution && (isStanding || page.scene.show.solid === "top");
+    const solid = isStanding ? "top" : page.scene.show.solid;
+    this.chooseThing(solid);
+    const isRound = solid === "top" || !!this.thing?.isRound;
+    const isRevolution = !!this.revolution && isRound;
+    if (isRevolution && this.thing)
+      this.revolution = fitRoundThing(this.thing, this.revolution, this.body.half);
     this.isRevolution = isRevolution;
     const { half, centre } = this.body;
     this.bodySize = Math.hypot(...half.map((h, i) => h + Math.abs(centre[i])));
@@ -148,8 +164,8 @@ export class View {
     if (fit || more || !this.zoom) this.fitScales();
     // The trace of the apex lies on a sphere of this radius.
     const [lever, least] = [Math.hypot(...centre), 0.85 * this.bodySize];
-    this.traceRadius =
-      this.zoom * Math.max((isRevolution ? 1.7 : 2) * lever, isRevolution ? 1.1 * least : least);
+    const ends = isRevolution ? this.revolution.profile.map(([z]) => z) : [2 * lever];
+    this.traceRadius = this.zoom * Math.max((isRevolution ? 1.04 : 1) * Math.max(...ends), isRevolution ? 1.1 * least : least);
     // The floor stays still during a drag.
     const height = this.isHeld ? this.floor.height : this.findFloorHeight();
     const partsKey = this.describeParts(height);
@@ -165,14 +181,45 @@ export class View {
     this.showScene(page.scene);
     this.isNewRoom = false;
   }
+  // Choose the thing to be drawn, if it can be: a round one for a symmetric body, one with a wheel if
+  // the rotor turns about the axle of the wheel.
+  chooseThing(name) {
+    const { body, revolution } = this;
+    this.thing = this.wheel = null;
+    if (!THINGS[name] || (THINGS[name].isRound && !revolution)) return;
+    const { edges, signs, wheel } = fitThing(THINGS[name], body.half, revolution);
+    if (wheel) {
+      const axle = new THREE.Vector3().setComponent(edges[wheel.axis], signs[wheel.axis]);
+      axle.applyQuaternion(toQuaternion(body.turn));
+      const rotor = new THREE.Vector3(...this.page.scene.rotor);
+      if (rotor.clone().cross(axle).length() > 1e-6 * rotor.length()) return;
+      const own = Math.hypot(...this.page.scene.wheel);
+      const moment = own || wheel.moment * this.page.body.mass;
+      this.wheel = { axle, isFree: !!own, rate: rotor.dot(axle) / moment };
+    }
+    this.thing = THINGS[name];
+  }
+  // Return the angular velocities of a body and of its wheel about the axle, or about the axis of the
+  // body, as seen from the support. A free wheel keeps its rate in space.
+  findRates(i) {
+    const { turning } = this.page.scene;
+    const velocity = new THREE.Vector3(...simulation.getVelocity(i));
+    if (!this.wheel) return [simulation.measureTop(i).spin, 0];
+    const [, w, x, y, z] = simulation.getState(i);
+    const axle = this.wheel.axle.clone().applyQuaternion(new THREE.Quaternion(x, y, z, w));
+    const about = velocity.dot(axle);
+    const { isFree, rate } = this.wheel;
+    return [about, isFree ? rate - about - axle.dot(new THREE.Vector3(...turning)) : rate];
+  }
   // Return a key of everything that meshes are made from. While it stays equal, `updateTop`,
   // `showScene` and `draw` update the existing meshes.
   describeParts(height) {
     const words = ({ colour, role, side, track }) => [colour, role, side, !!track];
     const tops = this.page.tops.map(words);
     const revolution = this.isRevolution && [this.revolution, this.traceRadius / this.zoom];
+    const thing = this.thing && [this.thing.name, this.revolution?.axis, this.revolution?.up];
     const paper = this.world.background.getHex();
-    return JSON.stringify([tops, revolution, paper, this.isArrowVisible, height]);
+    return JSON.stringify([tops, revolution, thing, paper, this.isArrowVisible, height]);
   }
   // Choose the scales of lengths and arrows.
   fitScales() {
@@ -190,16 +237,18 @@ export class View {
     this.home = this.chooseHome();
     this.isNew = true;
   }
-  // Return the direction of the camera at home. With the torque shown, the axis leans aside and
-  // away at the start, so that axis, m and torque are all seen at length as the axis precesses.
+  // Return the direction of the camera at home. The axis leans aside and away at the start, so that
+  // the tip, m and the torque are all seen as the axis precesses.
   chooseHome() {
-    const { show, attitude, momentum, gravity } = this.page.scene;
+    const { attitude, momentum, gravity } = this.page.scene;
     const { axes, com } = this.page.body;
     const axis = new THREE.Vector3(...com).applyQuaternion(toQuaternion(axes));
     axis.applyQuaternion(toQuaternion(attitude));
     const spin = axis.dot(new THREE.Vector3(...momentum));
     axis.setZ(0);
-    if (!show.torque || axis.length() < 0.05 * this.bodySize) return HOME;
+    const isLeaning = axis.length() > 0.05 * this.bodySize;
+    if (findGlobeAxis(this.page.scene)) return EAST;
+    if (!isLeaning || findNorthAngle(this.page.scene) !== null) return HOME;
     const turn = spin * gravity < 0 ? ASIDE : -ASIDE;
     const level = Math.hypot(HOME.x, HOME.y);
     return axis.setLength(level).applyAxisAngle(HOME.clone().set(0, 0, 1), turn).setZ(HOME.z);
@@ -209,8 +258,7 @@ export class View {
   moveHome() {
     const { scene } = this.page;
     const hasRoom = this.page.contact !== null || findNorthAngle(scene) !== null;
-    const room = hasRoom ? FRONT_ROOM : 0;
-    const [low, high] = [this.floor.height - room, Math.max(this.traceRadius, 2.4)];
+    const [low, high] = this.findHeights(hasRoom ? FRONT_ROOM : 0);
     const wide = this.pixels[0] > 1.1 * this.pixels[1] ? 1 : 1.6;
     const far = Math.max(10.5, 2.05 * (high - low) + 2.1);
     const more = (this.sides - 1) * scene.distance * wide || (scene.show.rod && !isRodAlone(scene) ? 5 : 0);
@@ -229,6 +277,18 @@ export class View {
     Object.assign(this.world.fog, { near: distance, far: 6 * distance });
     this.orbit.update();
     Object.assign(this, { isHome: true, lookedAt: this.floor.height });
+  }
+  // Return the lowest and the highest place to be seen at home. Seen from the room, everything goes
+  // round the globe.
+  findHeights(room) {
+    const { height } = this.floor;
+    const { scene } = this.page;
+    const high = this.thing?.hangsOn === "arch" ? ABOVE_ARCH : Math.max(this.traceRadius, 2.4);
+    if (!findGlobeAxis(scene)) return [height - room, high];
+    const reach = high - height + GLOBE;
+    return scene.show.room && !scene.gradient
+      ? [height - GLOBE - reach, height - GLOBE + reach]
+      : [height - 2.1 * GLOBE, high];
   }
   makeTops(height) {
     for (const top of this.tops) {
@@ -267,14 +327,18 @@ export class View {
     const lowest = Math.max(...limits.map(findDepth));
     return Math.max(FLOOR, Math.min(NEAR_FLOOR, -this.zoom * lowest - 0.1));
   }
+  makeSolid(colour, role) {
+    const pen = this.traceRadius / this.zoom;
+    if (this.thing) return makeThing(this.thing, { colour, role }, this.revolution);
+    if (this.isRevolution) return makeRevolutionMesh(this.revolution, { colour, role }, pen);
+    return makeBox({ colour, role });
+  }
   makeTop(top, i) {
     const { colour, role, side, track } = top;
     const [thick, ghost] = [role === "thick", role === "ghost"];
     const [group, body] = [new THREE.Group(), new THREE.Group()];
     const line = makeTrace(colour, this.world.background);
-    const solid = this.isRevolution
-      ? makeRevolutionMesh(this.revolution, { colour, role }, this.traceRadius / this.zoom)
-      : makeBox({ colour, role });
+    const solid = this.makeSolid(colour, role);
     const parts = { role, group, body, line, solid, handles: [] };
     this.world.add(group.add(body.add(solid), line));
     if (!ghost) {
@@ -294,13 +358,14 @@ export class View {
     parts.rod = makeRod(colour);
     parts.p = makeArrow("#7c8698", 0.02, 0.6);
     parts.drops = makeDropLines();
-    parts.stand = makeStand(-this.floor.height);
+    parts.stand = makeStand(-this.floor.height, this.thing?.hangsOn);
+    parts.sleeve = makeSleeve(-this.floor.height);
     parts.weight = makeArrow(WEIGHTS[+this.isDark()], 0.02);
     parts.torque = makeArrow(TORQUE, 0.028);
     parts.h = makeArrow(ROTOR, 0.04);
     parts.momentumTrace = makeMomentumTrace("#0d9678");
     const { group, rod, p, drops, weight, torque, momentumTrace } = parts;
-    group.add(parts.sphere, rod, p, drops, parts.stand, weight, torque, momentumTrace);
+    group.add(parts.sphere, rod, p, drops, parts.stand, parts.sleeve, weight, torque, momentumTrace);
     parts.body.add(parts.axes, parts.h);
     return parts;
   }
@@ -317,6 +382,9 @@ export class View {
     const { scene } = this.page;
     const isTable = show.floor && isOnTurntable(scene);
     this.floor.showTable(TABLE + ((this.sides - 1) * distance) / 2, isTable, findNorthAngle(scene));
+    this.floor.showGlobe(GLOBE, show.floor ? findGlobeAxis(scene) : null, !scene.gradient);
+    if (this.isHome && show.room !== this.isInRoom && findGlobeAxis(scene)) this.moveHome();
+    this.isInRoom = show.room;
     this.floor.showShadows(show.solid !== "none", show.rod);
     this.orbit.object = this.cameras[+show.flat];
     // Keep the camera from sinking far below the floor.
@@ -329,12 +397,22 @@ export class View {
   draw() {
     const { show } = this.page.scene;
     const [time] = simulation.getState(0);
+    // A picture of a running motion is exposed since the last one.
+    const passed = time - (this.drawnTime ?? 0);
+    const exposure = this.page.isRunning ? Math.max(0, passed) : 0;
+    this.drawnTime = time;
     this.turnRoom(computeRoomAngle(this.page.scene, time));
+    this.turnGlobe(time);
     this.tops.forEach((top, i) => {
-      const [, w, x, y, z, ...m] = simulation.getState(i);
+      const [at, w, x, y, z, ...m] = simulation.getState(i);
+      this.liftSupport(top, at);
       top.body.quaternion.set(x, y, z, w);
       top.m?.pointTo(...m.map((each) => each * this.momentumZoom));
       top.w?.pointTo(...simulation.getVelocity(i).map((each) => each * this.velocityZoom));
+      const [about, ofWheel] = this.findRates(i);
+      top.wheelAngle = passed < 0 ? 0 : ((top.wheelAngle ?? 0) + ofWheel * passed) % (2 * Math.PI);
+      top.solid.turnWheel(top.wheelAngle);
+      top.solid.setBlur(exposure * about, exposure * (about + ofWheel));
       top.line.visible = show.trace && top.role !== "ghost";
       if (top.line.visible) top.line.update(i, this.traceRadius, show.thickness);
       this.drawPreviousTrace(top, this.page.previousMotion?.ways[i], show.thickness);
@@ -360,11 +438,37 @@ export class View {
   // Turn the room, and with it a camera that stands in the room.
   turnRoom(angle) {
     const { orbit, camera, floor } = this;
-    const change = angle - floor.room.rotation.z;
-    floor.room.rotation.z = angle;
+    const change = angle - (this.roomAngle ?? 0);
+    this.roomAngle = angle;
+    floor.room.rotation.set(0, 0, angle);
     if (!change || this.isNewRoom || !this.page.scene.show.room) return;
     camera.position.sub(orbit.target).applyAxisAngle(camera.up, change).add(orbit.target);
     orbit.update();
+  }
+  // Move a shaken support to its height at a time.
+  liftSupport({ group, stand, sleeve }, time) {
+    const [amplitude, rate, phase] = this.page.scene.shaking;
+    const height = this.zoom * amplitude * Math.cos(rate * time + phase);
+    group.position.z = height;
+    if (!stand) return;
+    stand.scale.z = this.thing?.hangsOn ? 1 : 1 - height / this.floor.height;
+    sleeve.visible = stand.visible && amplitude !== 0;
+    sleeve.position.z = this.floor.height - height;
+  }
+  // Turn the globe below an orbit. On turning ground, the whole world turns about the axis of the globe
+  // as seen from the room, where the light stays.
+  turnGlobe(time) {
+    const { world, floor, page } = this;
+    const { turning, gradient, show } = page.scene;
+    const [axis, angle] = [findGlobeAxis(page.scene), Math.hypot(...turning) * time];
+    floor.globe.turning.rotation.z = gradient ? -angle : 0;
+    const isSeen = axis && !gradient && show.room;
+    const turn = new THREE.Quaternion();
+    if (isSeen) turn.setFromAxisAngle(axis, angle);
+    world.quaternion.copy(turn);
+    const centre = new THREE.Vector3(0, 0, floor.height - GLOBE);
+    world.position.copy(centre).sub(centre.clone().applyQuaternion(turn));
+    if (axis && !gradient) floor.room.quaternion.setFromAxisAngle(axis, -angle);
   }
   // Draw the weight at the centre of mass, and at the tip of m the torque about the fixed point,
   // the rate of change of m.
@@ -373,7 +477,8 @@ export class View {
     const { com, mass } = this.page.body;
     const force = new THREE.Vector3(0, 0, -mass * scene.gravity);
     const isShown = scene.show.arrows && scene.show.torque && force.z !== 0;
-    weight.visible = torque.visible = momentumTrace.visible = isShown;
+    weight.visible = isShown;
+    torque.visible = momentumTrace.visible = isShown && scene.show.momentum; // at the tip of m
     if (!isShown) return;
     const axes = toQuaternion(this.page.body.axes);
     const lever = new THREE.Vector3(...com).applyQuaternion(axes).applyQuaternion(body.quaternion);
@@ -396,9 +501,9 @@ export class View {
     const points = new Float32Array(3 * TRACE_POINTS);
     return points.slice(0, 3 * simulation.fillTrace(i, 1, points));
   }
-  updateDrops({ m, body, solid, drops }) {
+  updateDrops({ group, m, body, solid, drops }) {
     const tip = new THREE.Vector3(0, 0, m.tip.position.z).applyQuaternion(m.quaternion);
-    drops.update(this.floor.height, tip, solid.position.clone().applyQuaternion(body.quaternion));
+    drops.update(this.floor.height - group.position.z, tip, solid.position.clone().applyQuaternion(body.quaternion));
   }
   render() {
     if (!this.isDirty && !this.recording) return;

@@ -15,6 +15,7 @@ from cli_helpers import call, join_lines
 from kreisel.types import View
 
 TOP = kr.scenes.thesis
+MOVED = {"shaking": (0.1, 2, 1)}, {"gradient": 0.1}
 
 
 @pytest.fixture
@@ -42,7 +43,7 @@ def test_defaults_depend_on_the_scene():
         assert kr.view(TOP, step=step, open=False).scene["step"] == [round(step, 6)]
     unnamed = kr.view(TOP.replace(gravity=0.3), open=False).scene
     assert unnamed["name"] == "a scene from Python" and unnamed["about"] == ""
-    for words in ({"damping": 0.1}, {"friction": 0.1}, {"turning": (0, 0, 1)}):
+    for words in ({"damping": 0.1}, {"friction": 0.1}, {"turning": (0, 0, 1)}, *MOVED):
         scene = kr.view(TOP.replace(**words), open=False).scene
         assert scene["tol"] == 1e-15 and scene["methods"] == ["taylor"]
         assert all(scene[name] == value for name, value in words.items())
@@ -92,7 +93,6 @@ REFUSALS = [  # (what, arguments, exception, a word of the message)
     (TOP, {"methods": []}, "one to three methods"),
     (TOP, {"methods": ["strang"] * 4}, "one to three methods"),
     (TOP.replace(damping=(0.1, 0.2, 0.1)), {}, "one damping"),
-    (TOP.replace(shaking=(0.1, 1.0, 0.0)), {}, "shaken"),
     *(
         (kr.solve(TOP, t, "taylor"), {}, "equal intervals")
         for t in (

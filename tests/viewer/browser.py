@@ -88,7 +88,8 @@ def scene_in_python(settings, second=False):
             spin=1, inertia=np.linalg.norm(settings["rotor"]), axis=settings["rotor"]
         )
     start = settings["second"] if second else [*settings["attitude"], *settings["momentum"]]
-    disturbances = {name: settings[name] for name in ("damping", "friction", "turning")}
+    names = "damping", "friction", "turning", "shaking", "gradient"
+    disturbances = {name: settings[name] for name in names}
     return kr.Scene(top_body, start[4:], start[:4], settings["gravity"], **disturbances)
 
 

@@ -11,7 +11,7 @@ SPINNING = "A spinning top"
 STARTED = [  # tops with a start in words and a closed form
     preset["name"]
     for preset in ALL
-    if "start" in preset and "damping" not in preset and "turning" not in preset
+    if "start" in preset and not {"damping", "turning", "shaking"} & {*preset}
 ]
 BODY_FIELDS = [  # value typed into a field, and the value of the body
     ("Half edges, N", 0.5, "half", [0.5, 0.8, 1]),

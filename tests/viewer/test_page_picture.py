@@ -130,15 +130,15 @@ def test_the_torque_is_drawn_at_the_tip_of_m_and_the_weight_at_the_centre(page):
 
 def check_torque(page):
     """Compare the drawn weight, torque and drop lines with those of the scene."""
-    page.set_value("show.torque", True)
-    page.set_value("show.drops", True)
+    for place in ("torque", "momentum", "vertical", "drops"):
+        page.set_value(f"show.{place}", True)
     page.advance(1.5)
     scene, state = page.build_scene(), page.read_states()[0]
     lever = np.array(kr.quaternion.turn(state[1:5], scene.body.com))
     torque = np.cross(lever, [0, 0, -scene.body.mass * scene.gravity])
     zoom, momentum_zoom = page.evaluate("[kreisel.view.zoom, kreisel.view.momentumZoom]")
     tip, centre = momentum_zoom * np.array(state[5:]), zoom * lever
-    floor = page.evaluate("kreisel.view.floor.height")
+    floor = page.evaluate(f"kreisel.view.floor.height - {TOP}.group.position.z")
     drops = page.evaluate(f"""{TOP}.drops.children.map(({{position, children}}) =>
         [...position.toArray(), children[0].scale.z])""")
     expected = [[x, y, floor, z - floor] for x, y, z in (tip, centre)]
@@ -172,7 +172,7 @@ def test_a_rod_alone_fills_the_picture_without_arrows_and_numbers(page, exercise
 
 
 def test_labels_stand_at_their_arrows_and_do_not_cover_the_torque(page):
-    page.load("A spinning top")
+    page.load("A spinning top", show={})
     page.evaluate("kreisel.view.isDirty = true; kreisel.view.render()")
     words = page.locator(".labels span:visible").all_inner_texts()
     assert [each[-1] for each in words[:3]] == ["m", "ω", "p"]
@@ -205,34 +205,61 @@ def test_tops_side_by_side_are_labelled(page):
 # Bodies
 
 
-def test_the_solid_of_revolution_has_the_mass_and_moments_of_the_scene(page):
-    for preset in ("A spinning top", "Gyroscope", UPRIGHT, "Elastic rod"):
-        page.load(preset, show={"solid": "top"})
-        check_solid(page)
+# Returns the density of each drawn solid, and its triangles relative to the fixed point.
+TRIANGLES = """(({zoom, world, tops: [{body, solid}]}) => {
+    world.updateMatrixWorld(true);
+    return solid.handles.map((mesh) => {
+        const {index, attributes: {position}} = mesh.geometry, at = mesh.position.clone();
+        const turn = (place) => body.worldToLocal(mesh.localToWorld(place)).divideScalar(zoom);
+        return [mesh.userData.density ?? 0,
+            Array.from(index.array, (k) => turn(at.fromBufferAttribute(position, k)).toArray())];
+    });
+})(kreisel.view)"""
+THINGS = ["top", "disk", "gyroscope", "compass", "wheel", "handle", "satellite"]
 
 
-def check_solid(page):
-    """Compare the mass and moments of the drawn solid with those of the scene."""
-    profile = np.array(page.evaluate("kreisel.view.revolution.profile"))
-    body = page.build_scene().body
-    parts = np.linspace(profile[:-1], profile[1:], 2001, axis=1).reshape(-1, 2)
-    z, r = parts.T
+@pytest.mark.parametrize("thing", THINGS)
+def test_things_are_drawn_with_the_centre_and_the_moments_of_any_body(page, thing):
+    given = {} if thing == "top" else {"body": {"thing": thing}}
+    page.load("A spinning top", **given, show={"solid": thing})
+    for change in (None, "body.half.2", "mass"):
+        if change:
+            page.set_value(change, 0.013)
+        mass, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
+        for density, corners in page.evaluate(TRIANGLES):
+            corners = np.reshape(corners, (-1, 3, 3))  # of tetrahedra with one corner at the origin
+            sixfold, sums = np.linalg.det(corners), corners.sum(axis=1)
+            squares = np.einsum("nij,nik->njk", corners, corners) + sums[:, :, None] * sums[:, None]
+            weight = density * np.sign(sixfold.sum())
+            mass += weight * sixfold.sum() / 6
+            first += weight * sixfold @ sums / 24
+            second += weight * np.tensordot(sixfold, squares, 1) / 120
+        body = page.build_scene().body
+        drawn = (np.trace(second) * np.eye(3) - second) / mass
+        scale = max(body.moments) / body.mass
+        expected = np.diag(body.inertia) / body.mass
+        assert drawn == pytest.approx(expected, abs=0.01 * scale)
+        assert first / mass == pytest.approx(body.com, abs=0.01 * scale**0.5)
 
-    def mean(values):
-        return np.trapezoid(values * r**2, z) / np.trapezoid(r**2, z)
 
-    axial, transverse = mean(r**2) / 2, mean(z**2 + r**2 / 4)
-    assert np.linalg.norm(body.com) == pytest.approx(mean(z), rel=1e-5)
-    expected = np.array(body.moments) / body.mass
-    assert [transverse, transverse, axial] == pytest.approx(expected, rel=1e-5)
-    assert profile[0, 0] > -0.02  # the body stands on its fixed point
+def test_the_mark_is_spread_over_the_angle_that_it_turns_in_a_frame(page):
+    page.load("A spinning top", start={"tilt": 30, "spin": 2 * np.pi / 0.03})
+    ring = """(({geometry: {attributes: {color}, looks}}) =>
+        Array.from({length: 96}, (_, k) => color.getY(k * looks.length + looks.indexOf('paint')))
+    )(kreisel.view.tops[0].solid.handles[0])"""
+    sharp = np.array(page.evaluate(ring))
+    run = f"(kreisel.page.isRunning = true, kreisel.advance(0.03), {ring})"  # for a full turn
+    spread = np.array(page.evaluate(run))
+    assert np.ptp(sharp) > 0.5 and np.abs(spread - sharp.mean()).max() < 0.01
+    page.evaluate("kreisel.page.setRunning(false)")
+    assert np.ptp(page.evaluate(ring)) > 0.5
 
 
 def draw_solid(page, body):
     """Show a body as a solid of revolution, and return the drawn profile."""
     scene = kr.view(kr.Scene(body, (0.0, 0.0, 1.0), gravity=1), open=False).scene
     page.load_scene({**scene, "show": {"solid": "top"}})
-    return np.array(page.evaluate("kreisel.view.revolution.profile"))
+    return np.array(page.evaluate("kreisel.view.revolution.profile.map((at) => at.slice(0, 2))"))
 
 
 @pytest.mark.parametrize("turn", [(0.5, 0.5, 0.5, 0.5), (0.8, 0.36, 0.48, 0.0)])
