@@ -59,8 +59,7 @@ export const TRACE_POINTS = C.kr_page_way_points();
 export const [ROD_RINGS, ROD_SIDES] = [C.kr_page_rod_rings(), C.kr_page_rod_sides()];
 
 const methodPointers = [];
-for (let pointer; (pointer = C.kr_method_at(methodPointers.length)); )
-  methodPointers.push(pointer);
+for (let pointer; (pointer = C.kr_method_at(methodPointers.length));) methodPointers.push(pointer);
 export const methods = new Map(
   methodPointers.map((pointer) => {
     const name = readText(C.kr_page_method_name(pointer));
@@ -113,7 +112,9 @@ export function makeBody(body, rotor = [0, 0, 0], wheel = [0, 0, 0]) {
   const made = { mass: own, moments: row.slice(0, 3), com: row.slice(3, 6), axes, rotor: along };
   const about = Math.hypot(...wheel);
   if (!about) return made;
-  const rest = computeTensor(made).map((x, i) => x - (wheel[i % 3] * wheel[Math.floor(i / 3)]) / about);
+  const rest = computeTensor(made).map(
+    (x, i) => x - (wheel[i % 3] * wheel[Math.floor(i / 3)]) / about,
+  );
   const [w, ...vector] = axes;
   const described = turnBack([w, ...vector.map((x) => -x)], made.com);
   return makeBody({ mass: own, inertia: rest, com: described }, rotor);
@@ -121,7 +122,9 @@ export function makeBody(body, rotor = [0, 0, 0], wheel = [0, 0, 0]) {
 // Compute the inertia tensor in the frame of description, by rows.
 export function computeTensor({ moments, axes: [w, x, y, z] }) {
   const turn = new Quaternion(x, y, z, w);
-  const columns = [0, 1, 2].map((k) => new Vector3().setComponent(k, 1).applyQuaternion(turn).toArray());
+  const columns = [0, 1, 2].map((k) =>
+    new Vector3().setComponent(k, 1).applyQuaternion(turn).toArray(),
+  );
   const sum = (i, j) => columns.reduce((all, axis, k) => all + moments[k] * axis[i] * axis[j], 0);
   return makeList(9, (i) => sum(Math.floor(i / 3), i % 3));
 }
@@ -158,8 +161,8 @@ export const findKind = (body) => readText(C.kr_page_kind(writeBody(body)));
 
 // Compute the limits of the tilt, the mean precession, the period, the critical spin and the spin
 // of a symmetric top. Returns null for other bodies, for tops with damping or friction, in a gravity
-// gradient, and if the support is shaken or turns about another axis. On a support that turns about the vertical the
-// precession is that seen from the support, and the type of motion "".
+// gradient, and if the support is shaken or turns about another axis. On a support that turns about
+// the vertical the precession is that seen from the support, and the type of motion "".
 export function computeLimits(body, world, q, m) {
   const [x, y, about] = world.turning;
   const pointer = C.kr_page_limits(writeScene(body, { ...world, turning: [0, 0, 0] }, q, m));

@@ -65,13 +65,20 @@ export function describeScene({ scene, tops }) {
 }
 
 // Render the text of a scene. Names of visible arrows have the colours of the arrows.
-const NAMES = { "momentum m": "momentum", torque: "torque", weight: "weight" };
+const NAMES = {
+  "momentum m": "momentum",
+  "momentum h": "rotor",
+  torque: "torque",
+  weight: "weight",
+};
 export function renderWords(page) {
-  const { arrows, torque, momentum } = page.scene.show;
-  const seen = { momentum, torque: torque && momentum, weight: torque };
+  const { rotor, show } = page.scene;
+  const { arrows, torque, momentum } = show;
+  const isTurning = rotor.some((x) => x !== 0);
+  const seen = { momentum, rotor: isTurning, torque: torque && momentum, weight: torque };
   const render = (words) =>
     arrows && seen[NAMES[words]] ? html`<b class=${NAMES[words]}>${words}</b>` : words;
-  return describeScene(page).split(/\b(momentum m|torque|weight)\b/).map(render);
+  return describeScene(page).split(/\b(momentum [mh]|torque|weight)\b/).map(render);
 }
 
 // Return the scene of an exercise.

@@ -138,7 +138,11 @@ export class Floor {
     const opacity = 1 - (1 - this.strength) ** (1 / POINTS);
     const look = { color: "#0c1018", transparent: true, opacity, depthWrite: false };
     // Each point of the lamp darkens each place once.
-    const once = { stencilWrite: true, stencilFunc: THREE.NotEqualStencilFunc, stencilZPass: THREE.ReplaceStencilOp };
+    const once = {
+      stencilWrite: true,
+      stencilFunc: THREE.NotEqualStencilFunc,
+      stencilZPass: THREE.ReplaceStencilOp,
+    };
     for (let k = 0; k < POINTS; k++) {
       const dark = new THREE.MeshBasicMaterial({ ...look, ...once, side: 2, stencilRef: k + 1 });
       for (const top of tops)
@@ -164,7 +168,9 @@ export class Floor {
   updateShadows() {
     const toFloor = this.group.matrixWorld.clone().invert();
     for (const { matrix, userData } of this.shadows.children) {
-      matrix.multiplyMatrices(toFloor, userData.caster.matrixWorld).premultiply(userData.projection);
+      matrix
+        .multiplyMatrices(toFloor, userData.caster.matrixWorld)
+        .premultiply(userData.projection);
     }
   }
 }

@@ -67,7 +67,10 @@ function makeMarkedMesh(revolution, colour, look, hasGrain) {
   const colours = new Float32Array(shape.attributes.position.array.length);
   shape.setAttribute("color", new THREE.BufferAttribute(colours, 3));
   const mesh = makeMesh(shape, makeShinyMaterial({ ...look, vertexColors: true }));
-  const [paints, mixed] = [{ paint: new THREE.Color(colour), mark: CREAM, wood: WOOD }, new THREE.Color()];
+  const [paints, mixed] = [
+    { paint: new THREE.Color(colour), mark: CREAM, wood: WOOD },
+    new THREE.Color(),
+  ];
   let drawn = null;
   mesh.setBlur = (blur) => {
     const rounded = Math.abs(blur) < 0.02 ? 0 : +blur.toFixed(2);
@@ -101,7 +104,9 @@ function makeAxle(low, high, thin, look) {
   const paint = makeShinyMaterial({ ...look, color: STEEL });
   const length = high - low - 6 * thin;
   const rod = new THREE.CylinderGeometry(thin, thin, length, 20).translate(0, high - length / 2, 0);
-  const tip = new THREE.ConeGeometry(thin, 6 * thin, 20).rotateX(Math.PI).translate(0, low + 3 * thin, 0);
+  const tip = new THREE.ConeGeometry(thin, 6 * thin, 20)
+    .rotateX(Math.PI)
+    .translate(0, low + 3 * thin, 0);
   return [makeMesh(rod, paint), makeMesh(tip, paint)];
 }
 // Make a solid of revolution with its axle. Lengths are in units of the body.
@@ -131,8 +136,14 @@ function addSpokes(group, { count, inner: [radius, side], outer, at }, look) {
   const shape = new THREE.BufferGeometry();
   shape.setAttribute("position", new THREE.Float32BufferAttribute(ends.flat(), 3));
   const faint = { ...look, color: STEEL, transparent: true, depthWrite: false };
-  const lines = new THREE.LineSegments(shape, new THREE.LineBasicMaterial({ color: STEEL, transparent: true }));
-  const veil = makeMesh(new THREE.RingGeometry(radius, outer, 64), makeShinyMaterial({ ...faint, side: 2 }));
+  const lines = new THREE.LineSegments(
+    shape,
+    new THREE.LineBasicMaterial({ color: STEEL, transparent: true }),
+  );
+  const veil = makeMesh(
+    new THREE.RingGeometry(radius, outer, 64),
+    makeShinyMaterial({ ...faint, side: 2 }),
+  );
   for (const part of [lines, veil]) addPart(group, part).position.set(...at);
   return (blur) => {
     const share = Math.min(1, (count * Math.abs(blur)) / (2 * Math.PI));
@@ -151,7 +162,10 @@ export function makeThing(given, { colour, role }, revolution) {
   const makePart = ({ profile, half, isWheel, colour: own }) => {
     const surface = { profile, height: 0 };
     if (isWheel || (isRound && !own)) return makeMarkedMesh(surface, own ?? colour, look);
-    return makeMesh(half ? CUBE : makeSurface(surface), makeShinyMaterial({ ...look, color: own ?? colour }));
+    return makeMesh(
+      half ? CUBE : makeSurface(surface),
+      makeShinyMaterial({ ...look, color: own ?? colour }),
+    );
   };
   const handles = solids.map((solid) => {
     const { half, axis, at, isWheel, density } = solid;
@@ -373,8 +387,12 @@ export function makeRod(color) {
     geometry.setDrawRange(0, 6 * (n - ROD_SIDES));
     const box = new THREE.Box3().setFromArray(places.array.subarray(0, 3 * n));
     const middle = isAlone ? box.getCenter(makeVector()) : makeVector();
-    const far = Math.max(...[box.min, box.max].flatMap((end) => end.sub(middle).toArray().map(Math.abs)));
-    rod.scale.setScalar(isAlone ? Math.min(LONE_ZOOM, LONE_REACH / far) : Math.min(1, ROD_REACH / far));
+    const far = Math.max(
+      ...[box.min, box.max].flatMap((end) => end.sub(middle).toArray().map(Math.abs)),
+    );
+    rod.scale.setScalar(
+      isAlone ? Math.min(LONE_ZOOM, LONE_REACH / far) : Math.min(1, ROD_REACH / far),
+    );
     rod.position.copy(middle).multiply(rod.scale).negate();
     places.needsUpdate = true;
     geometry.computeVertexNormals();

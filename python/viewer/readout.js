@@ -30,7 +30,10 @@ export class Readout {
     const i = page.tops.findIndex((top) => !top.track && top.role !== "ghost");
     const { spin, nutation } = simulation.measureTop(i);
     const { limits } = page.tops[i];
-    const axial = "angular velocity about its own axis, in radians per second";
+    const { body, view, scene } = page;
+    // A free body without symmetry spins about any of its axes.
+    const isAny = !view.revolution && body.com.every((x) => x === 0) && !scene.gradient;
+    const axial = `angular velocity${isAny ? "" : " about its own axis"}, in radians per second`;
     const lines = [
       ...this.describeTop(page, i),
       [
@@ -41,8 +44,8 @@ export class Readout {
         "angle between axis and vertical",
       ],
       [
-        "spin",
-        formatShort(spin),
+        isAny ? "rotation" : "spin",
+        formatShort(isAny ? Math.hypot(...simulation.getVelocity(i)) : spin),
         " rad/s",
         describeCriticalSpin(limits, simulation.getRecord(i, "nutation")[0]),
         axial,
@@ -54,9 +57,11 @@ export class Readout {
     lines.push(...describeWheel(page, i), ...describeStanding(page, i));
     if (limits && page.scene.show.torque) lines.push(...describeRule(page, spin, limits));
     const item = ([name, value, unit, note, about, colour = ""]) =>
-      html`<div title=${about} class=${name}><dt>${name}</dt>
+      html`<div title=${about} class=${name}>
+        <dt>${name}</dt>
         <dd class="value" data-unit=${unit} style="color: ${colour}">${value}</dd>
-        <dd><small>${note}</small></dd></div>`;
+        <dd><small>${note}</small></dd>
+      </div>`;
     render(isRodAlone(page.scene) ? "" : lines.map(item), this.container);
   }
   describeTop({ tops, scene }, i) {

@@ -87,7 +87,10 @@ export function fitRevolution({ half, centre: described, turn }) {
 export function fitRoundThing(thing, revolution, half) {
   const { stretch, centre } = fitThing(thing, half, revolution);
   const fit = ({ profile, at }) =>
-    profile.map(([z, r]) => [revolution.height + stretch[2] * (z + at[2] - centre[2]), stretch[0] * r]);
+    profile.map(([z, r]) => [
+      revolution.height + stretch[2] * (z + at[2] - centre[2]),
+      stretch[0] * r,
+    ]);
   return { ...revolution, profile: thing.solids.flatMap(fit) };
 }
 // Return the tilt at which the rim meets a floor at the height of the fixed point, or null if the

@@ -126,7 +126,11 @@ const CHECKS = {
 // Replace a body that is given as a thing, as {"thing": "wheel"}, by its cuboid, and show the thing.
 const resolveThing = (given) =>
   Object.hasOwn(THINGS, given.body?.thing ?? "")
-    ? { ...given, body: makeThingBody(given.body), show: { solid: given.body.thing, ...given.show } }
+    ? {
+        ...given,
+        body: makeThingBody(given.body),
+        show: { solid: given.body.thing, ...given.show },
+      }
     : given;
 // Complete and check a scene. Missing parts get their defaults, unknown parts are dropped. Throws
 // an Error for invalid parts.
@@ -191,7 +195,8 @@ export function listTops(scene, body) {
 }
 // Return the name of a top's method with its step. A closed form has none: the step of its scene is
 // the interval between two pictures.
-export const formatMethod = ({ method, step }) => (method === "exact" ? method : `${method} ${step}`);
+export const formatMethod = ({ method, step }) =>
+  method === "exact" ? method : `${method} ${step}`;
 // Return whether friction takes energy from the top.
 export const hasFriction = ({ damping, friction }) => damping > 0 || friction > 0;
 // Return whether the support turns about the vertical. Any other turning is that of the ground.

@@ -18,7 +18,8 @@ const listDisturbances = ({ damping, friction, turning, shaking, gradient }) => 
 function findTurningBody({ body, rotor, wheel }) {
   if (!isNonzero(wheel)) return body;
   const made = makeBody(body, rotor, wheel);
-  return { mass: made.mass, inertia: computeTensor(made), com: body.com ?? body.pivot.map((x) => -x || 0) };
+  const com = body.com ?? body.pivot.map((x) => -x || 0);
+  return { mass: made.mass, inertia: computeTensor(made), com };
 }
 export function toToml(scene) {
   const { momentum, attitude, gravity, rotor } = scene;

@@ -15,13 +15,39 @@ const THREAD = { density: 0, colour: "#8b929c" };
 
 // A solid of revolution has an axis, 0 to 2, and corners [height, radius]. A box has half edges.
 // Solids of a wheel turn with the rotor, in a thing with one.
-const makeSolid = (profile, look, how = {}) => ({ profile, axis: 2, at: [0, 0, 0], ...look, ...how });
+const makeSolid = (profile, look, how = {}) => ({
+  profile,
+  axis: 2,
+  at: [0, 0, 0],
+  ...look,
+  ...how,
+});
 const makeRod = (low, high, r, ...more) =>
-  makeSolid([[low, 0], [low, r], [high, r], [high, 0]], ...more);
+  makeSolid(
+    [
+      [low, 0],
+      [low, r],
+      [high, r],
+      [high, 0],
+    ],
+    ...more,
+  );
 const makeRing = (inner, outer, half, ...more) =>
-  makeSolid([[-half, inner], [-half, outer], [half, outer], [half, inner], [-half, inner]], ...more);
+  makeSolid(
+    [
+      [-half, inner],
+      [-half, outer],
+      [half, outer],
+      [half, inner],
+      [-half, inner],
+    ],
+    ...more,
+  );
 const makeHoop = (radius, r, ...more) => {
-  const corner = (_, k) => [r * Math.sin((Math.PI * k) / 6), radius + r * Math.cos((Math.PI * k) / 6)];
+  const corner = (_, k) => [
+    r * Math.sin((Math.PI * k) / 6),
+    radius + r * Math.cos((Math.PI * k) / 6),
+  ];
   return makeSolid(Array.from({ length: 13 }, corner), ...more);
 };
 const makeBlock = (half, at, look, how) => ({ half, at, ...look, ...how });
@@ -39,8 +65,27 @@ export const THINGS = {
     name: "disk on a rod",
     isRound: true,
     solids: [
-      makeSolid([[0.0275, 0], [0.0275, 0.027], [0.028, 0.028], [0.032, 0.028], [0.0325, 0.027], [0.0325, 0]], { ...PAINT, density: 7800 }),
-      makeSolid([[0, 0], [0.004, 0.0018], [0.066, 0.0018], [0.067, 0.001], [0.067, 0]], STEEL),
+      makeSolid(
+        [
+          [0.0275, 0],
+          [0.0275, 0.027],
+          [0.028, 0.028],
+          [0.032, 0.028],
+          [0.0325, 0.027],
+          [0.0325, 0],
+        ],
+        { ...PAINT, density: 7800 },
+      ),
+      makeSolid(
+        [
+          [0, 0],
+          [0.004, 0.0018],
+          [0.066, 0.0018],
+          [0.067, 0.001],
+          [0.067, 0],
+        ],
+        STEEL,
+      ),
       makeRod(0.0265, 0.0335, 0.005, STEEL),
     ],
   },
@@ -48,8 +93,26 @@ export const THINGS = {
     name: "gyroscope",
     solids: [
       ...makeGyroscope([0, 0, 0.05], 2),
-      makeSolid([[0, 0], [0.002, 0.002], [0.006, 0.003], [0.012, 0.003], [0.012, 0]], STEEL),
-      makeSolid([[0.088, 0], [0.088, 0.003], [0.094, 0.003], [0.097, 0.002], [0.097, 0]], STEEL),
+      makeSolid(
+        [
+          [0, 0],
+          [0.002, 0.002],
+          [0.006, 0.003],
+          [0.012, 0.003],
+          [0.012, 0],
+        ],
+        STEEL,
+      ),
+      makeSolid(
+        [
+          [0.088, 0],
+          [0.088, 0.003],
+          [0.094, 0.003],
+          [0.097, 0.002],
+          [0.097, 0],
+        ],
+        STEEL,
+      ),
     ],
   },
   compass: {
@@ -115,7 +178,11 @@ export function computeLengths(profile) {
 // Return mass and centre of a solid, and the mean squares of its extent about the centre.
 function measureSolid({ profile, half, axis, at, density }) {
   if (half)
-    return { mass: 8 * density * half[0] * half[1] * half[2], at, squares: half.map((h) => (h * h) / 3) };
+    return {
+      mass: 8 * density * half[0] * half[1] * half[2],
+      at,
+      squares: half.map((h) => (h * h) / 3),
+    };
   const { volume, mean, spread, across } = computeLengths(profile);
   const squares = [0, 1, 2].map((k) => (k === axis ? spread : across) ** 2);
   return { mass: density * volume, at: at.map((x, k) => (k === axis ? x + mean : x)), squares };
@@ -125,7 +192,8 @@ function measureSolid({ profile, half, axis, at, density }) {
 export function measureSolids(solids) {
   const all = solids.map(measureSolid);
   const mass = all.reduce((sum, solid) => sum + solid.mass, 0);
-  const average = (value) => [0, 1, 2].map((k) => all.reduce((sum, s) => sum + s.mass * value(s, k), 0) / mass);
+  const average = (value) =>
+    [0, 1, 2].map((k) => all.reduce((sum, s) => sum + s.mass * value(s, k), 0) / mass);
   const centre = average(({ at }, k) => at[k]);
   const squares = average((s, k) => s.squares[k] + (s.at[k] - centre[k]) ** 2);
   return { mass, centre, lengths: squares.map(Math.sqrt) };
@@ -145,7 +213,10 @@ function measureWheel(solids, stretch, whole) {
   if (!parts.length) return null;
   const [{ axis }] = parts;
   const { mass, lengths } = measureSolids(parts);
-  const moment = [0, 1, 2].reduce((sum, k) => sum + (k === axis ? 0 : (lengths[k] * stretch[k]) ** 2), 0);
+  const moment = [0, 1, 2].reduce(
+    (sum, k) => sum + (k === axis ? 0 : (lengths[k] * stretch[k]) ** 2),
+    0,
+  );
   return { axis, moment: (moment * mass) / whole };
 }
 // Return the body of a thing as a cuboid, with five digits. It is held at the origin of the solids,

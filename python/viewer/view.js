@@ -35,6 +35,7 @@ const SIDES = [
 ];
 const HOME = new THREE.Vector3(5.4, -9.6, 3.4);
 const EAST = new THREE.Vector3(10, -4.2, 3); // from which the axis of a globe is seen at length
+const SOUTH = new THREE.Vector3(2, -10.6, 2.4); // from which an orbit is seen
 const BELOW = 24; // from an arrow to a label below it [pixels]
 const ASIDE = (2 * Math.PI) / 3; // from a leaning axis to the camera, about the vertical
 const FRONT = new THREE.Vector3(0, -11, 4.4); // equally far from tops side by side
@@ -165,7 +166,9 @@ export class View {
     // The trace of the apex lies on a sphere of this radius.
     const [lever, least] = [Math.hypot(...centre), 0.85 * this.bodySize];
     const ends = isRevolution ? this.revolution.profile.map(([z]) => z) : [2 * lever];
-    this.traceRadius = this.zoom * Math.max((isRevolution ? 1.04 : 1) * Math.max(...ends), isRevolution ? 1.1 * least : least);
+    this.traceRadius =
+      this.zoom *
+      Math.max((isRevolution ? 1.04 : 1) * Math.max(...ends), isRevolution ? 1.1 * least : least);
     // The floor stays still during a drag.
     const height = this.isHeld ? this.floor.height : this.findFloorHeight();
     const partsKey = this.describeParts(height);
@@ -247,11 +250,14 @@ export class View {
     const spin = axis.dot(new THREE.Vector3(...momentum));
     axis.setZ(0);
     const isLeaning = axis.length() > 0.05 * this.bodySize;
-    if (findGlobeAxis(this.page.scene)) return EAST;
+    if (findGlobeAxis(this.page.scene)) return this.page.scene.gradient ? SOUTH : EAST;
     if (!isLeaning || findNorthAngle(this.page.scene) !== null) return HOME;
     const turn = spin * gravity < 0 ? ASIDE : -ASIDE;
     const level = Math.hypot(HOME.x, HOME.y);
-    return axis.setLength(level).applyAxisAngle(HOME.clone().set(0, 0, 1), turn).setZ(HOME.z);
+    return axis
+      .setLength(level)
+      .applyAxisAngle(HOME.clone().set(0, 0, 1), turn)
+      .setZ(HOME.z);
   }
   // Move the camera to the home position, which shows everything from the floor to the top of the
   // sphere. It adapts to the window until the user moves the camera.
@@ -261,7 +267,8 @@ export class View {
     const [low, high] = this.findHeights(hasRoom ? FRONT_ROOM : 0);
     const wide = this.pixels[0] > 1.1 * this.pixels[1] ? 1 : 1.6;
     const far = Math.max(10.5, 2.05 * (high - low) + 2.1);
-    const more = (this.sides - 1) * scene.distance * wide || (scene.show.rod && !isRodAlone(scene) ? 5 : 0);
+    const more =
+      (this.sides - 1) * scene.distance * wide || (scene.show.rod && !isRodAlone(scene) ? 5 : 0);
     const { fov, aspect } = this.cameras[0];
     const breadth = ((this.sides - 1) * scene.distance) / 2 + ARROW_REACH;
     const away = breadth / (aspect * Math.tan((fov * Math.PI) / 360));
@@ -365,7 +372,17 @@ export class View {
     parts.h = makeArrow(ROTOR, 0.04);
     parts.momentumTrace = makeMomentumTrace("#0d9678");
     const { group, rod, p, drops, weight, torque, momentumTrace } = parts;
-    group.add(parts.sphere, rod, p, drops, parts.stand, parts.sleeve, weight, torque, momentumTrace);
+    group.add(
+      parts.sphere,
+      rod,
+      p,
+      drops,
+      parts.stand,
+      parts.sleeve,
+      weight,
+      torque,
+      momentumTrace,
+    );
     parts.body.add(parts.axes, parts.h);
     return parts;
   }
@@ -417,10 +434,11 @@ export class View {
       if (top.line.visible) top.line.update(i, this.traceRadius, show.thickness);
       this.drawPreviousTrace(top, this.page.previousMotion?.ways[i], show.thickness);
       const { arrows } = show;
-      if (top.m) [top.m.visible, top.w.visible] = [arrows && show.momentum, arrows && show.velocity];
+      if (top.m)
+        [top.m.visible, top.w.visible] = [arrows && show.momentum, arrows && show.velocity];
       if (top.role !== "thick") return;
       this.drawTorque(top, i);
-      top.h.visible = arrows && show.momentum && this.page.scene.rotor.some((x) => x !== 0);
+      top.h.visible = arrows && this.page.scene.rotor.some((x) => x !== 0);
       top.h.position.set(...this.body.centre).multiplyScalar(this.zoom);
       top.h.pointTo(...this.page.scene.rotor.map((x) => x * this.momentumZoom));
       top.p.visible = arrows && show.vertical && this.page.scene.gravity !== 0;
@@ -503,7 +521,11 @@ export class View {
   }
   updateDrops({ group, m, body, solid, drops }) {
     const tip = new THREE.Vector3(0, 0, m.tip.position.z).applyQuaternion(m.quaternion);
-    drops.update(this.floor.height - group.position.z, tip, solid.position.clone().applyQuaternion(body.quaternion));
+    drops.update(
+      this.floor.height - group.position.z,
+      tip,
+      solid.position.clone().applyQuaternion(body.quaternion),
+    );
   }
   render() {
     if (!this.isDirty && !this.recording) return;

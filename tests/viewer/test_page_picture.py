@@ -225,21 +225,24 @@ def test_things_are_drawn_with_the_centre_and_the_moments_of_any_body(page, thin
     for change in (None, "body.half.2", "mass"):
         if change:
             page.set_value(change, 0.013)
-        mass, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
+        drawn = np.zeros((4, 4))  # integrals of the products of x, y, z and 1
         for density, corners in page.evaluate(TRIANGLES):
-            corners = np.reshape(corners, (-1, 3, 3))  # of tetrahedra with one corner at the origin
-            sixfold, sums = np.linalg.det(corners), corners.sum(axis=1)
-            squares = np.einsum("nij,nik->njk", corners, corners) + sums[:, :, None] * sums[:, None]
-            weight = density * np.sign(sixfold.sum())
-            mass += weight * sixfold.sum() / 6
-            first += weight * sixfold @ sums / 24
-            second += weight * np.tensordot(sixfold, squares, 1) / 120
-        body = page.build_scene().body
-        drawn = (np.trace(second) * np.eye(3) - second) / mass
-        scale = max(body.moments) / body.mass
-        expected = np.diag(body.inertia) / body.mass
-        assert drawn == pytest.approx(expected, abs=0.01 * scale)
-        assert first / mass == pytest.approx(body.com, abs=0.01 * scale**0.5)
+            tetrahedra = np.pad(np.reshape(corners, (-1, 3, 3)), ((0, 0), (1, 0), (0, 1)))
+            tetrahedra[..., 3] = 1  # each has a corner at the origin
+            volumes = np.linalg.det(tetrahedra) / 120
+            drawn += (
+                density
+                * np.sign(volumes.sum())
+                * sum(
+                    np.einsum("n,nij,nik->jk", volumes, each, each)
+                    for each in (tetrahedra, tetrahedra.sum(axis=1, keepdims=True))
+                )
+            )
+        body, drawn = page.build_scene().body, drawn / drawn[3, 3]
+        squares = 0.5 * np.sum(body.inertia) - np.array(body.inertia)
+        size = squares.max() / body.mass
+        assert drawn[:3, :3] == pytest.approx(np.diag(squares) / body.mass, abs=0.01 * size)
+        assert drawn[3, :3] == pytest.approx(body.com, abs=0.01 * size**0.5)
 
 
 def test_the_mark_is_spread_over_the_angle_that_it_turns_in_a_frame(page):
