@@ -5,8 +5,7 @@
 void call_bodies(void);       /* constructors, checks, kinds */
 void call_names(void);        /* reading of tables */
 void call_values(void);       /* quantities and other functions of a state */
-void call_closed_forms(void); /* closed forms of the motion and of the Bobenko-Suris map */
-void call_torus_forms(void);  /* closed forms of Kowalewski and Goryachev-Chaplygin tops */
+void call_closed_forms(void); /* closed forms, and turning points */
 void call_axes(void);         /* one motion in two orders of axes */
 void call_ensembles(void);    /* workers */
 void call_simulation(void);   /* the viewer's simulation and its pictures */

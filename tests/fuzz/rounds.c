@@ -62,10 +62,7 @@ static void one_of_all(void)
         call_simulation();
         break;
     case 8:
-        if (odds(60))
-            call_axes();
-        else
-            call_torus_forms();
+        call_axes();
         break;
     case 7:
         call_ensembles();
