@@ -22,6 +22,7 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
     "myst_parser",
+    "sphinx_design",
     "sphinx_gallery.gen_gallery",
     "making",
 ]
@@ -88,5 +89,6 @@ sphinx_gallery_conf = {
     "doc_module": ("kreisel",),
 }
 
-if (ROOT / "report/index.html").exists():
-    tags.add("report")  # noqa: F821, Sphinx gives it
+for tag, page in {"report": "index", "thesis": "thesis"}.items():
+    if (ROOT / f"report/{page}.html").exists():
+        tags.add(tag)  # noqa: F821, Sphinx gives it

@@ -1,14 +1,19 @@
-"""The directive `run`: a program that runs at each build, followed by its output and picture.
+"""The directives `run` and `shell`: programs that run at each build, followed by their output.
 
-All blocks of a page share their variables, like the cells of a notebook. The picture is the value
-of the last expression, if notebooks can display this value.
+All blocks of a page share their variables, like the cells of a notebook, or their folder. A picture
+is the value of the last expression in Python, if notebooks can display this value.
 """
 
 import ast
+import os
+import subprocess
+import sys
 from base64 import b64encode
 from contextlib import redirect_stdout
 from html import escape
 from io import BytesIO, StringIO
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import ClassVar
 
 import matplotlib
@@ -20,6 +25,7 @@ from .gallery import LOOK, figure_of
 
 def setup(app):
     app.add_directive("run", RunBlock)
+    app.add_directive("shell", ShellBlock)
 
 
 class RunBlock(Directive):
@@ -33,12 +39,37 @@ class RunBlock(Directive):
         with matplotlib.rc_context(LOOK):
             output, value = run_program(program, names)
             picture = render_value(value, self.options.get("alt", "The picture of this program"))
+        # The addresses of viewers are those of pages of the gallery, which are two folders deep.
+        depth = self.state.document.settings.env.docname.count("/")
+        picture = picture.replace("../../_static/", "../" * depth + "_static/")
         blocks = [nodes.literal_block(program, program, language="python")]
         if output:
             blocks.append(nodes.literal_block(output, output, language="text", classes=["output"]))
         if picture:
             blocks.append(nodes.raw("", picture, format="html"))
         return blocks
+
+
+class ShellBlock(Directive):
+    has_content = True
+
+    def run(self):
+        commands = "\n".join(self.content)
+        page = self.state.document.settings.env.temp_data
+        folder = page.setdefault("shell_folder", TemporaryDirectory())
+        path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+        output = subprocess.run(
+            ["sh", "-ec", commands],
+            cwd=folder.name,
+            env=os.environ | {"PATH": path},
+            check=True,
+            stdout=subprocess.PIPE,
+            text=True,
+        ).stdout
+        return [
+            nodes.literal_block(commands, commands, language="sh"),
+            nodes.literal_block(output, output, language="text", classes=["output"]),
+        ]
 
 
 def run_program(program, names):

@@ -69,7 +69,7 @@ def test_the_page_of_closed_forms_quotes_their_refusals():
     assert len(quotes) > 10 and [quote for quote in quotes if quote not in header] == []
 
 
-PROGRAMS = {"start": 6, "coming_from": 4, "scope": 1}  # numbers of programs of the pages
+PROGRAMS = {"start": 6, "recipes": 11, "coming_from": 4, "scope": 1}  # programs of each page
 
 
 def test_the_programs_of_the_pages_run(tmp_path):

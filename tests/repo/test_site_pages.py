@@ -12,6 +12,7 @@ SITE = ROOT / "build/docs"
 PAGES = {
     "index.html": SIZES,
     "start.html": SIZES[::2],  # tables, programs with their output and pictures
+    "recipes.html": SIZES[::2],  # tabs
     "gallery/index.html": SIZES[2:],
     "gallery/tops/loops_cusps_waves.html": SIZES[:1],
     "theory/equations.html": SIZES[2:],  # formulas
