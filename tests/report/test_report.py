@@ -138,6 +138,7 @@ def test_the_line_that_answers_a_question_reaches_the_error(quick_report, browse
             assert name in box.locator("[name=motion] option").first.text_content()
             if box.locator("tr.own").count():
                 line = box.locator("code").text_content()
+                assert "step" not in line  # which would fit this motion alone
                 path = eval(line, {"kr": kr, "scene": problem.to_scene()})
                 assert attitude_error(path.q[-1], truth) <= float(error.split()[0])
     view.close()
@@ -223,6 +224,12 @@ def test_invalid_scene_files_are_refused_by_name(content, tmp_path, capsys):
         (tmp_path / "wrong.toml").write_text(content)
     assert main(["--quick", "--out", str(tmp_path), str(tmp_path / "wrong.toml")]) == 2
     assert "wrong.toml" in capsys.readouterr().out.replace("\n", "")
+
+
+def test_a_report_of_a_part_without_methods_has_no_table_of_methods(tmp_path):
+    assert main(["--quick", "--only", "engines", "--out", str(tmp_path)]) == 0
+    text = (tmp_path / "index.html").read_text()
+    assert "methods" not in re.findall(r'(?:id="|href="#)(\w+)', text)
 
 
 def test_the_report_refuses_an_unknown_part(capsys):

@@ -49,9 +49,12 @@ def draw_curves(
         if name not in styles:
             axes.plot(x, y, marker="o" if len(x) == 1 else None, **GREY)
     shown = {name: style for name, style in styles.items() if name in lines}
-    for name, style in shown.items():
+    # Wider lines first, so that none is hidden by another with the same values.
+    widths = np.linspace(2.6, 1.2, len(shown)) if len(shown) > 1 else [1.4]
+    for wide, (name, style) in zip(widths, shown.items(), strict=True):
         x, y = lines[name]
-        axes.plot(x, y, linewidth=1.4, markevery=max(1, len(x) // 15), **style)
+        strokes = {"linewidth": wide, "markersize": 2.5 + wide}
+        axes.plot(x, y, markevery=max(1, len(x) // 15), **strokes, **style)
     if floor:
         mark_floor(axes, floor)
     for axis, count in zip((axes.xaxis, axes.yaxis), ticks, strict=True):

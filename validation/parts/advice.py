@@ -46,14 +46,21 @@ def group_scenes(comparison):
 
 
 def list_answers(comparison):
-    """Yield the fastest run of kreisel and of each other program, by scene and target error."""
+    """Yield the fastest run of kreisel and of each other program, by scene and target error.
+
+    A step fits one motion alone, so kreisel's methods without a step come first.
+    """
     problems = {problem.name: (problem, end) for problem, end in comparison.problems}
     for name, target, own, others in fastest.list_hits(comparison.rows, problems):
         problem, end = problems[name]
         turns = scene_table.count_turns(scene_table.trace_path(problem, end), end)
         motion = f"{name}, to t = {end:g}: about {format_large(turns)} turns"
         question = describe_answer(name_kind(problem), target, "one top", motion)
-        if own:
+        rows = comparison.rows
+        without_step = fastest.fastest_row(
+            rows, name, target, lambda row: not row.peer and row.step is None
+        )
+        if own := without_step or own:
             words = {"method": own.method} | own.setting.keywords
             if own.method == "exact" and problem.symmetric:
                 words = {}  # the default

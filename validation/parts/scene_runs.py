@@ -16,7 +16,7 @@ from .tasks import Task
 
 TIGHTER = range(2, 17)  # steps are turn / 2 ** k for these k
 TOLERANCES = [float(f"1e-{k}") for k in range(2, 16)]
-QUICK = ((6, 8, 10), [1e-4, 1e-8, 1e-12])
+QUICK = ((6, 8, 10), [1e-4, 1e-8, 1e-12, 1e-14])
 CHAOS = 1e-6  # an error below this value that no longer decreases is due to rounding [rad]
 LOOKS = 100  # approximate number of states at which the energy is evaluated
 

@@ -35,5 +35,5 @@ PARTS = (
     Part(published, "Published problems", "Published problems"),
     Part(engines, "Engines", "Physics engines on the spin suite"),
     Part(fits, "Fits", "Fits to measurements"),
-    Part(omissions, "Left out", "Time saved by what is left out"),
+    Part(omissions, "Left out", "Run time without what is left out"),
 )
