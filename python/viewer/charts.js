@@ -91,6 +91,7 @@ export function letKeysScroll(element) {
 const [SMALL_HEIGHT, LARGE_HEIGHT, PROJECTOR_HEIGHT] = [118, 250, 320]; // pixels
 
 export class Charts {
+  plots = []; // none until the panel is seen
   constructor(page) {
     this.page = page;
   }
@@ -126,7 +127,7 @@ export class Charts {
     const height = isProjector ? PROJECTOR_HEIGHT : hasLargeCharts ? LARGE_HEIGHT : SMALL_HEIGHT;
     Object.assign(this, { signature, width, height });
     this.noteRecord();
-    this.plots?.forEach((plot) => plot.destroy());
+    this.plots.forEach((plot) => plot.destroy());
     this.plots = places.map((place) => this.makePlot(place));
   }
   // Remember which record is drawn. Return whether it is new.

@@ -47,8 +47,8 @@ const panel = new Panel(
 const readout = new Readout(getElement("view"));
 view.labels.avoidElement(readout.container);
 const measureFooter = () => {
-  const isInFlow = (part) => part.offsetParent && getComputedStyle(part).position !== "absolute";
-  const first = ["hint", "hand"].map(getElement).find(isInFlow) ?? getElement("bar");
+  const isInFlow = (part) => part.offsetHeight && getComputedStyle(part).position !== "absolute";
+  const first = ["story", "ask", "hint", "hand"].map(getElement).find(isInFlow) ?? getElement("bar");
   return getElement("view").getBoundingClientRect().bottom - first.getBoundingClientRect().top;
 };
 const TEXTS = ["words", "times", "fold", "hand", "story", "ask"]; // that cover labels

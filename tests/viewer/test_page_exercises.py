@@ -9,13 +9,8 @@ COURSES = [
     ("A spinning top", "Why does it not fall?", "steady"),
     ("A spinning top", "Without spin", "pendulum"),
     ("Cusps", None, "cusps"),
-    ("Cusps", "Push it forward", "waves"),
-    ("Cusps", "Push it back", "loops"),
     ("Waves", None, "waves"),
-    ("Waves", "Push just right", "steady"),
-    ("Waves", "No push", "cusps"),
     ("Steady precession", None, "steady"),
-    ("Steady precession", "No gravity", "resting"),
     ("Fast precession", None, "steady"),
     ("Fast precession", "Twice the gravity", "steady"),
     ("Pendulum", None, "pendulum"),
@@ -63,15 +58,6 @@ def test_the_sleeping_tops_sleep_above_the_critical_spin(page, exercise):
     tilts = [np.degrees(page.read_record(i, "nutation").max()) for i in (0, 1)]
     assert spins[0] > critical and tilts[0] < 4
     assert (spins[1] > critical) == (tilts[1] < 25) == (exercise == "Both fast")
-
-
-def test_fast_precession_hardly_depends_on_gravity_and_slow_precession_on_spin(page):
-    rounds = []
-    for exercise in (None, "Twice the gravity", "The slow one"):
-        page.open_exercise("Fast precession", exercise)
-        rounds.append(2 * np.pi / page.read_exact().precession_rate)
-    fast, heavy, slow = rounds
-    assert heavy / fast < 1.2 and slow > 5 * fast
 
 
 def test_the_elastic_rods_are_a_helix_a_plane_curve_and_twisted(page):
@@ -177,15 +163,6 @@ def test_only_the_middle_axis_flips_over(page):
         assert abs(component[0]) > 0.99 and (np.ptp(np.sign(component)) > 0) == (axis == 2)
         page.advance(60)  # what the chart shows: the tilt, that of the middle axis
         assert (np.ptp(page.read_record(0, "nutation")) > 3) == (axis == 2)
-
-
-def test_a_top_with_spin_keeps_its_tilt_and_one_without_falls(page):
-    tilts = []
-    for exercise in ("Why does it not fall?", "Without spin"):
-        page.open_exercise("A spinning top", exercise)
-        page.advance(8)
-        tilts.append(np.degrees(page.read_record(0, "nutation")))
-    assert np.ptp(tilts[0]) < 1e-6 and tilts[1].max() > 170
 
 
 # The right predictions for the exercises that ask.

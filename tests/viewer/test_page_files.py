@@ -164,12 +164,15 @@ def test_a_preset_with_any_changes_is_read_back_from_every_file(
 
 def test_each_beat_of_the_story_is_a_link_and_the_last_leads_to_the_page(window):
     page = window.open(fragment="#story")
+    page.resize((816, 480))  # as on the first page of the site
     assert not page.locator("#panel").is_visible()
+    foot = "kreisel.view.project(kreisel.view.tops[0].group.position)[1]"
     for number in range(1, 6):
         at = "document.querySelector('#story nav')?.textContent"
         wait_for(page, f"{at}.includes('{number} of 5')")
         page.advance(0.3)
         assert (np.degrees(page.read_record(0, "nutation").max()) > 60) == (number == 3)  # falls
+        wait_for(page, f"{foot} < document.getElementById('story').getBoundingClientRect().top")
         page.keyboard.press("PageDown")
     wait_for(page, "document.getElementById('panel').offsetParent")
     assert page.locator("#story").inner_text() == "" and page.troubles == []
