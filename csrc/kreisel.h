@@ -293,8 +293,6 @@ KR_API kr_status kr_body_shape(kr_shape shape, kr_vec3 size, double mass, kr_vec
 KR_API double kr_shape_mass(kr_shape shape, kr_vec3 size, double density);
 /* Returns the moments about the centre of mass, and writes its height above the centre or tip. */
 KR_API kr_vec3 kr_shape_inertia(kr_shape shape, kr_vec3 size, double mass, double *height);
-/* Makes a cuboid as kr_body_shape does, from its density [M L^-3] and its half-edges. */
-KR_API kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_body *body);
 /* Smallest permitted ratio of the smallest to the largest principal moment of a nondiagonal tensor.
  * Below this ratio, the smallest moment would have too few correct digits. */
 #define KR_TENSOR_MIN_RATIO 2e-10
@@ -302,19 +300,15 @@ KR_API kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_
  * KR_ERR_BODY if the ratio of the smallest to the largest moment is below KR_TENSOR_MIN_RATIO. */
 KR_API kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
                                      kr_body *body);
-/* Adds the inertia of a point mass to a tensor stored by rows (Steiner's theorem). */
+/* Adds the inertia of a point mass to a tensor stored by rows. If the point is the centre of mass,
+ * a tensor about this centre becomes that about the fixed point (Steiner's theorem). */
 KR_API void kr_inertia_add_point(double inertia[9], double mass, kr_vec3 position);
-/* Makes a body from its inertia tensor about the centre of mass `com`, with fixed point `pivot`. */
-KR_API kr_status kr_body_from_com(double mass, const double inertia[9], kr_vec3 com, kr_vec3 pivot,
-                                  kr_body *body);
 /* Makes a body from a rounded inertia tensor about the fixed point; `rounded` is stored as
  * kr_body.rounded. */
 KR_API kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_vec3 com,
                                              double rounded, kr_body *body);
 /* Sets kr_body.rotor from a momentum in the frame of description [M L^2 T^-1]. */
 KR_API void kr_body_set_rotor(kr_body *body, kr_vec3 rotor);
-/* Returns KR_OK if the body is valid, else KR_ERR_ARGUMENT or KR_ERR_BODY. */
-KR_API kr_status kr_body_check(const kr_body *body);
 /* Returns 1 if some distribution of mass has this inertia, mass and com up to the relative error
  * 1e-6 + kr_body.rounded, else 0. The library also accepts unphysical bodies, because many tops in
  * the literature have fictitious masses and lever arms. */

@@ -337,16 +337,6 @@ void kr_inertia_add_point(double inertia[9], double mass, kr_vec3 a)
     const double steiner[9] = {yy + zz, -xy, -zx, -xy, zz + xx, -yz, -zx, -yz, xx + yy};
     for (int i = 0; i < 9; i++) inertia[i] += steiner[i];
 }
-kr_status kr_body_from_com(double mass, const double inertia[9], kr_vec3 com, kr_vec3 pivot,
-                           kr_body *out)
-{
-    const kr_vec3 a = v_sub(com, pivot);
-    double j[9];
-    if (!inertia) return KR_ERR_ARGUMENT;
-    memcpy(j, inertia, sizeof j);
-    kr_inertia_add_point(j, mass, a);
-    return kr_body_from_tensor(mass, j, a, out);
-}
 double kr_shape_mass(kr_shape shape, kr_vec3 s, double density)
 {
     static const double pi = 3.14159265358979323846;
@@ -373,16 +363,13 @@ kr_status kr_body_shape(kr_shape shape, kr_vec3 s, double mass, kr_vec3 pivot, k
 {
     double height;
     const kr_vec3 i = kr_shape_inertia(shape, s, mass, &height);
-    const double j[9] = {i.x, 0.0, 0.0, 0.0, i.y, 0.0, 0.0, 0.0, i.z};
+    const kr_vec3 com = v_sub(v3(0.0, 0.0, height), pivot);
+    double j[9] = {i.x, 0.0, 0.0, 0.0, i.y, 0.0, 0.0, 0.0, i.z};
     if ((unsigned)shape > KR_SHAPE_CONE || !(s.x >= 0.0 && s.y >= 0.0 && s.z >= 0.0) ||
         (shape == KR_SHAPE_TUBE && s.x > s.y))
         return KR_ERR_ARGUMENT;
-    return kr_body_from_com(mass, j, v3(0.0, 0.0, height), pivot, out);
-}
-kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_body *out)
-{
-    const double mass = kr_shape_mass(KR_SHAPE_CUBOID, half, density);
-    return kr_body_shape(KR_SHAPE_CUBOID, half, mass, pivot, out);
+    kr_inertia_add_point(j, mass, com);
+    return kr_body_from_tensor(mass, j, com, out);
 }
 kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *out)
 {

@@ -18,6 +18,8 @@ typedef struct kr_working {
  * these axes. A spherical body with unequal components of `damping` keeps its principal axes,
  * because the damping matrix is diagonal only in these axes. */
 kr_working kr_body_working_damped(const kr_body *body, kr_vec3 damping);
+/* Returns KR_OK if the body is valid, else KR_ERR_ARGUMENT or KR_ERR_BODY. */
+kr_status kr_body_check(const kr_body *body);
 /* Returns the axes used for an undamped body, and the inertia, centre of mass and rotor along these
  * axes. */
 kr_working kr_body_working(const kr_body *body);

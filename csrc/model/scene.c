@@ -4,8 +4,8 @@
 
 kr_scene kr_scene_default(void)
 {
-    /* kr_body_cuboid(1.0, v3(0.8, 0.8, 1.0), v3(0.0, 0.0, -1.0), &body). The numbers are written
-     * out so that programs do not link that function for them. */
+    /* A cuboid of density 1, half-edges (0.8, 0.8, 1) and pivot (0, 0, -1). The numbers are
+     * written out so that programs do not link kr_body_shape for them. */
     const kr_body body = {
         .mass = 0x1.47ae147ae147cp+2,
         .inertia = {0x1.facfcdc177bd8p+2, 0x1.facfcdc177bd8p+2, 0x1.179ec9cbd821fp+1},

@@ -43,6 +43,7 @@ export function computeApart(work) {
     C = inUse;
   }
 }
+const CUBOID = 0; // KR_SHAPE_CUBOID
 const makeList = (length, makeItem) => Array.from({ length }, (_, i) => makeItem(i));
 
 function readText(pointer) {
@@ -98,11 +99,11 @@ const turnBack = ([w, x, y, z], v) =>
 // rotation of the body about this axle.
 export function makeBody(body, rotor = [0, 0, 0], wheel = [0, 0, 0]) {
   const { half, pivot, density = 1, mass, inertia, com } = body;
-  if (half)
-    checkStatus(
-      C.kr_body_cuboid(density, writeDoubles(FIRST, half), writeDoubles(SECOND, pivot), SCENE),
-    );
-  else
+  if (half) {
+    const [edges, centre] = [writeDoubles(FIRST, half), writeDoubles(SECOND, pivot)];
+    const all = C.kr_shape_mass(CUBOID, edges, density);
+    checkStatus(C.kr_body_shape(CUBOID, edges, all, centre, SCENE));
+  } else
     checkStatus(
       C.kr_body_from_tensor(mass, writeDoubles(FIRST, inertia), writeDoubles(THIRD, com), SCENE),
     );

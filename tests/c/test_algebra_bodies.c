@@ -111,8 +111,8 @@ static void test_exact_kinds(void)
 }
 static void test_bodies(void)
 {
-    const double diagonal[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1.5},
-                 about_com[9] = {0.234375, 0, 0, 0, 0.46875, 0, 0, 0, 0.234375};
+    const double diagonal[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1.5};
+    double tensor[9] = {0.234375, 0, 0, 0, 0.46875, 0, 0, 0, 0.234375};
     /* size, mass over pi for the density 1; moments across and along the axis for the mass 1 */
     const double solids[][6] = {{1, 1, 2, 16.0 / 3.14159265358979323846, 5.0 / 3.0, 2.0 / 3.0},
                                 {5, 5, 5, 500.0 / 3.0, 10.0, 10.0},
@@ -129,17 +129,18 @@ static void test_bodies(void)
     }
     IS(kr_body_shape(KR_SHAPE_TUBE, v3(6, 5, 1), 1.0, v3(0, 0, 0), &b) == KR_ERR_ARGUMENT &&
        kr_body_shape((kr_shape)5, v3(1, 1, 1), 1.0, v3(0, 0, 0), &b) == KR_ERR_ARGUMENT);
-    IS(kr_body_cuboid(1.0, v3(0.8, 0.8, 1.0), v3(0, 0, -1.0), &b) == KR_OK);
+    IS(kr_body_shape(KR_SHAPE_CUBOID, v3(0.8, 0.8, 1.0), 1.0, v3(0, 0, -1.0), &b) == KR_OK);
     IS(b.com.z == 1.0 && b.axes.w == 1.0 && kr_body_kind(&b, 1e-12) == KR_KIND_LAGRANGE);
-    IS(kr_body_cuboid(1.0, v3(sqrt(3.0), 1.0, 0.5), v3(0, 0, -0.5), &b) == KR_OK &&
+    IS(kr_body_shape(KR_SHAPE_CUBOID, v3(sqrt(3.0), 1.0, 0.5), 1.0, v3(0, 0, -0.5), &b) == KR_OK &&
        kr_body_kind(&b, 1e-12) == KR_KIND_KOWALEWSKI);
-    IS(kr_body_cuboid(1.0, v3(sqrt(7.0), 1.0, 0.5), v3(0, 0, -0.5), &b) == KR_OK &&
+    IS(kr_body_shape(KR_SHAPE_CUBOID, v3(sqrt(7.0), 1.0, 0.5), 1.0, v3(0, 0, -0.5), &b) == KR_OK &&
        kr_body_kind(&b, 1e-12) == KR_KIND_GORYACHEV_CHAPLYGIN);
-    IS(kr_body_cuboid(1.0, v3(0.6, 0.8, 1.0), v3(0.1, -0.2, -1.0), &b) == KR_OK &&
+    IS(kr_body_shape(KR_SHAPE_CUBOID, v3(0.6, 0.8, 1.0), 1.0, v3(0.1, -0.2, -1.0), &b) == KR_OK &&
        kr_body_kind(&b, 1e-12) == KR_KIND_GENERAL);
     NEAR(inertia_as_described(&b, 0, 1), b.mass * 0.1 * 0.2, 1e-14);
     NEAR(inertia_as_described(&b, 1, 2), -b.mass * 0.2 * 1.0, 1e-14);
-    IS(kr_body_from_com(15.0, about_com, v3(0, 1, 0), v3(0, 0, 0), &b) == KR_OK);
+    kr_inertia_add_point(tensor, 15.0, v3(0, 1, 0)); /* it was about the centre of mass */
+    IS(kr_body_from_tensor(15.0, tensor, v3(0, 1, 0), &b) == KR_OK);
     IS(b.inertia.x == 15.234375 && b.inertia.y == 0.46875 && b.axes.w == 1.0 &&
        kr_body_kind(&b, 1e-12) == KR_KIND_LAGRANGE);
     NEAR(off(kr_body_working(&b).com, v3(0, 0, 1)), 0.0, 0.0);

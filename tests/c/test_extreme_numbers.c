@@ -2,6 +2,7 @@
  * power of two, or the call is refused. */
 #include <float.h>
 #include "event_helpers.h"
+#include "model/body.h"
 
 static const double many_units[] = {0x1p-1040, 0x1p-700, 0x1p-300, 0x1p300, 0x1p600};
 

@@ -10,7 +10,8 @@ static kr_vec3 at(int i) { return v3(point[i][0], point[i][1], point[i][2]); }
 static kr_body cuboid(double density, kr_vec3 half, kr_vec3 pivot)
 {
     kr_body body = {0};
-    IS(kr_body_cuboid(density, half, pivot, &body) == KR_OK);
+    const double mass = kr_shape_mass(KR_SHAPE_CUBOID, half, density);
+    IS(kr_body_shape(KR_SHAPE_CUBOID, half, mass, pivot, &body) == KR_OK);
     return body;
 }
 /* Returns the inertia tensor at the fixed point, in the frame of description, applied to a

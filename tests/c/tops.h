@@ -78,7 +78,8 @@ static inline kr_scene random_scene(int i)
 {
     kr_scene s = kr_scene_default();
     const kr_vec3 half = v3(uniform(0.2, 2.0), uniform(0.2, 2.0), uniform(0.2, 2.0));
-    if (i % 4 != 3) kr_body_cuboid(1.0, half, random_vec(1.5), &s.body);
+    const double mass = kr_shape_mass(KR_SHAPE_CUBOID, half, 1.0);
+    if (i % 4 != 3) kr_body_shape(KR_SHAPE_CUBOID, half, mass, random_vec(1.5), &s.body);
     if (i % 7 == 6) s.body.axes = random_quat();
     s.gravity = uniform(-2.0, 3.0);
     s.start.q = random_quat();

@@ -6,6 +6,7 @@
 #include "random_values.h"
 #include "claims.h"
 #include "math/su2.h"
+#include "model/body.h"
 #include "model/quantities.h"
 #include "scenes.h"
 
@@ -35,16 +36,16 @@ void call_bodies(void)
     const kr_vec3 com = spoiled_vector(-2.0, 2.0), pivot = spoiled_vector(-2.0, 2.0);
     any_tensor(j);
     fill_with_mark(&body, sizeof body);
-    const int maker = (int)choose(5);
+    const int maker = (int)choose(4);
+    if (odds(50)) kr_inertia_add_point(j, mass, com);
     print_call("make body %d", maker);
     if (maker == 0)
-        status = kr_body_cuboid(mass, v3(one, other, fabs(height)), pivot, &body);
+        status =
+            kr_body_shape((kr_shape)choose(6), v3(one, other, fabs(height)), mass, pivot, &body);
     else if (maker == 1)
         status = kr_body_symmetric(mass, one, other, height, &body);
     else if (maker == 2)
         status = kr_body_from_tensor(mass, j, com, &body);
-    else if (maker == 3)
-        status = kr_body_from_com(mass, j, com, pivot, &body);
     else
         status = kr_body_from_rounded_tensor(mass, j, com, maybe_arbitrary(spread(1e-16, 2.0), 10),
                                              &body);
