@@ -21,6 +21,7 @@ PICTURES = {
         TOP.vary(gravity=[[0.5], [1.0]], spin=[1.0, 2.0]), 10.0
     ),
     "frequencies": lambda: kr.frequencies(kr.solve(kr.scenes.cusps, np.linspace(0, 50, 1001))),
+    "steady rotations": lambda: kr.steady(TOP.body, [1.0, 2.0], gravity=1),
     "rod": lambda: kr.rod(kr.solve(kr.scenes.cusps, np.linspace(0, 5, 101))),
 }
 WITHOUT = {

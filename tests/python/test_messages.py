@@ -180,6 +180,8 @@ def test_known_names_are_listed_once():
         PATH.qqqqqqqqqqqq  # noqa: B018
     names = str(refusal.value).partition("known are ")[2].split(", ")
     assert len(names) > 30 and len(set(names)) == len(names)
+    for module in kr, kr.events, kr.quaternion:
+        assert dir(module) == sorted(module.__all__)
     for thing in kr, kr.scenes, kr.events, kr.Body, PATH:
         assert not hasattr(thing, "_private") and not hasattr(thing, "__dunder__")
 

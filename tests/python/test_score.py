@@ -157,6 +157,10 @@ def test_two_mistakes_at_once_are_named(tmp_path):
     t, q, _ = simulate("asymmetric_top", "no gravity")
     score = kr.score(write(tmp_path / "asymmetric_top.csv", t, q * [1, -1, -1, -1]))
     assert score.mistakes == ("no gravity and inverse attitude",)
+    assert "likely mistake: no gravity" in str(score) and "base64" in score._repr_html_()
+    assert (
+        "quaternions not normalized" in kr.score({"t": t, "q": 1.5 * q}, "asymmetric_top").mistakes
+    )
 
 
 @pytest.mark.parametrize(

@@ -134,6 +134,12 @@ def test_a_nodding_scene_can_be_varied_to_steady_precessions(fast):
     for top in [*tops, source[0], source[1]]:
         for end in (5.0, -5.0):
             assert np.ptp(kr.solve(top, np.linspace(0, end, 50)).nutation) < 1e-13
+    steady = {"steady": True, "fast": fast}
+    one, other = (
+        scene.vary(tilt=0.7, **steady),
+        scene.vary(tilt=np.degrees(0.7), degrees=True, **steady),
+    )
+    np.testing.assert_allclose(other.momentum, one.momentum, rtol=1e-13)
     nodding = scene.vary(tilt=[0.7], precession=0.1)[0]
     assert np.ptp(kr.solve(nodding, np.linspace(0, 5, 50)).nutation) > 0.1
 

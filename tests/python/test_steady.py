@@ -38,7 +38,9 @@ def test_the_rotations_are_steady_and_deviate_by_their_exponents(name):
         growth = math.exp(turn * found.exponents[i].real.max())
         change = path.body_velocity - found.rate[i] * found.axis[i]
         assert np.abs(change).max() < 1e-12 * growth
-        np.testing.assert_allclose(found.energy[i], path.energy[0], rtol=1e-14, atol=1e-14)
+        for quantity in ("energy", "axial_momentum"):
+            own, expected = (getattr(x, quantity) for x in (found, path))
+            np.testing.assert_allclose(own[i], expected[0], rtol=1e-14, atol=1e-14)
         if found.rate[i] and "free" not in name:  # after a turn the top is where it was
             factors = np.linalg.eigvals(path.tangents[1])
             for exponent in found.exponents[i]:
@@ -99,3 +101,4 @@ def test_the_diagram_shows_energies_over_momenta():
     lines = found.plot().get_lines()
     assert sum(len(line.get_xdata()) for line in lines) == len(found)
     assert {line.get_label() for line in lines} == {*found.stability}
+    assert f"{len(found)} rotations, {(found.stability == 'stable').sum()} stable" in repr(found)

@@ -143,7 +143,7 @@ class Score(ReadOnlyArrays):
         return plot_errors_of_runs(self.names, self._errors, self.limit, "s" if self.case else "T")
 
     def _repr_html_(self) -> str | None:
-        return format_picture_as_html(self.plot, repr(self))
+        return format_picture_as_html(lambda: self.plot()[0], repr(self))
 
 
 _NUMBERS = (
