@@ -287,6 +287,7 @@ export class Panel {
     const { bodySize } = this.page.view;
     const { rotor } = this.most;
     const formatShort = (x) => +dropRounding(x, bodySize).toPrecision(4);
+    const [unit, times] = bodySize < 1 ? ["cm", 100] : ["m", 1];
     const all = (numbers) => numbers.map(formatShort).join(", ");
     const toCapital = (first) => first.replace("_", "-").toUpperCase();
     const kind = this.page.kind.replace(/(^|_)./g, toCapital);
@@ -301,8 +302,8 @@ export class Panel {
         ${this.renderPair("Density", this.renderNumber("Density, number", "density"))}</div>`,
       this.renderSlider("Rotor", "rotor.2", { min: -rotor, max: rotor, step: rotor / 200 }),
       this.renderCheckbox("Corners move the fixed point (or Alt, middle button)", "corners"),
-      html`<p id="body">${kind} top: mass ${formatShort(mass)}, moments ${all(moments)},
-        centre of mass ${all(com)} (along N, B, T)</p>`,
+      html`<p id="body">${kind} top: mass ${formatShort(mass)} kg, moments ${all(moments)} kg m²,
+        centre of mass ${all(com.map((x) => x * times))} ${unit} (along N, B, T)</p>`,
     ];
   }
   renderLooks() {
