@@ -3,7 +3,7 @@ import * as THREE from "three";
 import { ROD_RINGS, ROD_SIDES, simulation, TRACE_POINTS } from "./core.js";
 import { writeCorners, Line, makeStrip, writePiece } from "./wide_lines.js";
 import { getCornerSigns, toQuaternion } from "./scene.js";
-import { makeSurface, PIECES } from "./revolution.js";
+import { makeSurface } from "./revolution.js";
 import { fitThing } from "./things.js";
 
 const makeVector = (...numbers) => new THREE.Vector3(...numbers);
@@ -60,13 +60,21 @@ function findCover(angle, blur) {
     covered += Math.max(0, Math.min(end, length) - Math.max(end - SECTOR, 0));
   return covered / length;
 }
+// Make a mesh of revolution, with a coarse one inside that casts the shadow.
+const [PIECES, PLAIN, COARSE] = [96, 40, 20]; // round the axis, with a mark, without one, in a shadow
+function makeTurned(revolution, pieces, paint) {
+  const caster = makeMesh(makeSurface(revolution, COARSE));
+  caster.visible = false;
+  return makeMesh(makeSurface(revolution, pieces), paint).add(caster);
+}
+const findCaster = (mesh) => mesh.children[0] ?? mesh;
 // Make a painted surface of revolution with a mark. `setBlur` spreads the mark over the angle by
 // which it turns while a picture is exposed: a sharp mark would seem to turn backwards.
 function makeMarkedMesh(revolution, colour, look, hasGrain) {
-  const shape = makeSurface(revolution);
+  const mesh = makeTurned(revolution, PIECES, makeShinyMaterial({ ...look, vertexColors: true }));
+  const shape = mesh.geometry;
   const colours = new Float32Array(shape.attributes.position.array.length);
   shape.setAttribute("color", new THREE.BufferAttribute(colours, 3));
-  const mesh = makeMesh(shape, makeShinyMaterial({ ...look, vertexColors: true }));
   const [paints, mixed] = [
     { paint: new THREE.Color(colour), mark: CREAM, wood: WOOD },
     new THREE.Color(),
@@ -120,7 +128,7 @@ export function makeRevolutionMesh(revolution, { colour, role }, pen) {
     addPart(group, part, { part: "face", density: +(part === surface) });
   group.quaternion.setFromUnitVectors(UNITS[1], UNITS[axis].clone().multiplyScalar(up));
   return Object.assign(new THREE.Group().add(group), {
-    shadowCasters: group.children,
+    shadowCasters: group.children.map(findCaster),
     handles: group.children,
     setLooks() {},
     setBlur: surface.setBlur,
@@ -138,7 +146,7 @@ function addSpokes(group, { count, inner: [radius, side], outer, at }, look) {
   const faint = { ...look, color: STEEL, transparent: true, depthWrite: false };
   const lines = new THREE.LineSegments(
     shape,
-    new THREE.LineBasicMaterial({ color: STEEL, transparent: true }),
+    new THREE.LineBasicMaterial({ color: STEEL, transparent: true, depthWrite: false }),
   );
   const veil = makeMesh(
     new THREE.RingGeometry(radius, outer, 64),
@@ -162,10 +170,8 @@ export function makeThing(given, { colour, role }, revolution) {
   const makePart = ({ profile, half, isWheel, colour: own }) => {
     const surface = { profile, height: 0 };
     if (isWheel || (isRound && !own)) return makeMarkedMesh(surface, own ?? colour, look);
-    return makeMesh(
-      half ? CUBE : makeSurface(surface),
-      makeShinyMaterial({ ...look, color: own ?? colour }),
-    );
+    const paint = makeShinyMaterial({ ...look, color: own ?? colour });
+    return half ? makeMesh(CUBE, paint) : makeTurned(surface, PLAIN, paint);
   };
   const handles = solids.map((solid) => {
     const { half, axis, at, isWheel, density } = solid;
@@ -179,7 +185,7 @@ export function makeThing(given, { colour, role }, revolution) {
   const spread = spokes && addSpokes(thing, spokes, look);
   const frame = new THREE.Group().add(thing.add(wheel));
   return Object.assign(new THREE.Group().add(frame), {
-    shadowCasters: handles,
+    shadowCasters: handles.map(findCaster),
     handles,
     setLooks(half) {
       const { edges, signs, stretch, centre } = fitThing(given, half, revolution);

@@ -101,11 +101,10 @@ export function computeContact({ profile }) {
   return angle > LEAST_ANGLE ? angle : null;
 }
 
-// Make the surface about y with the centre at 0. Its `looks` name the colour of each corner. Sharp
+// Make the surface about y, with pieces round the axis and the centre at 0. Its `looks` name the colour of each corner. Sharp
 // corners, and those at which the colour changes, are doubled.
-export const PIECES = 96; // round the axis
 const SHARP = 0.6; // [rad]
-export function makeSurface({ profile, height }) {
+export function makeSurface({ profile, height }, pieces) {
   const [points, looks] = [[], []];
   const add = (z, r, look) => (points.push(new Vector2(r, z - height)), looks.push(look));
   const findAngle = ([z0, r0], [z1, r1]) => Math.atan2(r1 - r0, z1 - z0);
@@ -116,5 +115,5 @@ export function makeSurface({ profile, height }) {
     add(z, r, now);
     if (look !== now || Math.cos(bend) < Math.cos(SHARP)) add(z, r, (now = look));
   });
-  return Object.assign(new LatheGeometry(points, PIECES), { looks });
+  return Object.assign(new LatheGeometry(points, pieces), { looks });
 }
