@@ -80,6 +80,7 @@ export class PageState {
       if (!methods.has(name)) throw new Error(`the viewer has no method ${name}`);
       if (methods.get(name).isSuitable(body, scene)) return;
       const other = findSuitable(["strang", "taylor"], scene, body);
+      if (!other) throw new Error("no method of the viewer applies to this top");
       scene.methods[i] = other;
       if (other === "taylor") scene.tol = 1e-15;
       this.showMessage(`${name} does not apply to this top: ${other} is used instead`);

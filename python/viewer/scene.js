@@ -107,7 +107,9 @@ const CHECKS = {
   friction: makeRangeCheck(0, 1e12),
   turning: isVector,
   heading: isSize,
-  shaking: isVector,
+  shaking: Object.assign((x) => isVector(x) && (x[0] === 0 || x[1] > 0), {
+    range: "three numbers, with a positive rate",
+  }),
   gradient: isSize,
   rotor: isVector,
   wheel: isVector,
