@@ -107,7 +107,7 @@ export class DragHandler {
     const { angle, view } = this;
     const [x, y] = view.project(view.findHandle("pen", i));
     angle.textContent = `tilt ${((180 * simulation.measureTop(i).nutation) / Math.PI).toFixed(1)}°`;
-    angle.style.translate = `${x + ASIDE}px ${y - ASIDE}px`;
+    angle.style.translate = `max(0px, ${x - ASIDE}px - 100%) ${y - ASIDE}px`;
   }
   showHover(event) {
     const hit = this.findPart(event);
