@@ -2,7 +2,6 @@
  * power of two, or the call is refused. */
 #include <float.h>
 #include "event_helpers.h"
-#include "model/body.h"
 
 static const double many_units[] = {0x1p-1040, 0x1p-700, 0x1p-300, 0x1p300, 0x1p600};
 
@@ -222,7 +221,7 @@ static void test_refusals(void)
         small.body.inertia = v_scale(ldexp(1.0, powers[k][0]), s.body.inertia);
         small.start.m = v_scale(ldexp(1.0, powers[k][1]), s.start.m);
         small.gravity = 0.0;
-        IS(kr_body_check(&small.body) == KR_OK && kr_scene_horizon(&small) == 0.0);
+        IS(kr_scene_horizon(&small) == 0.0);
         IS(plan_closed_form(&small, &exact) == KR_ERR_ARGUMENT);
         IS(kr_exact_nutation(&small, &turning) == KR_ERR_ARGUMENT);
         for (size_t i = 0; kr_method_at(i); i++) {

@@ -4,7 +4,6 @@
 #include <string.h>
 #include "driver/top.h"
 #include "events/event_polynomial.h"
-#include "model/body.h"
 #include "tops.h"
 
 enum { NUMBERS = sizeof(kr_scene) / sizeof(double), MOST = 1 << 15 };
@@ -74,12 +73,9 @@ static void test_makers(void)
         kr_vec3 edges = half;
         *(i == 0 ? &edges.x : i == 1 ? &edges.y : &edges.z) = -1.0;
         IS(kr_body_shape(KR_SHAPE_CUBOID, edges, 1.0, pivot, &body) != KR_OK);
-        edges = v_scale(-1.0, edges); /* two edges are negative, and the mass is positive */
-        IS(kr_body_shape(KR_SHAPE_CUBOID, edges, 1.0, pivot, &body) != KR_OK);
     }
     IS(kr_body_from_tensor(1.0, NULL, zero, &body) == KR_ERR_ARGUMENT);
     IS(kr_body_from_tensor(0.0, diagonal, zero, &body) == KR_ERR_ARGUMENT);
-    IS(kr_body_shape(KR_SHAPE_CUBOID, half, 0.0, pivot, &body) != KR_OK);
     IS(kr_body_shape(KR_SHAPE_CUBOID, half, NAN, pivot, &body) != KR_OK);
     IS(kr_body_symmetric(1.0, 1.0, 2.0 * (1 + 1e-11), 1.0, &body) == KR_ERR_BODY);
     IS(kr_body_symmetric(1.0, 1.0, 0.0, 1.0, &body) == KR_ERR_BODY); /* all mass on the axis */
@@ -87,7 +83,6 @@ static void test_makers(void)
     IS(kr_body_symmetric(1.0, NAN, 1.0, 1.0, &body) == KR_ERR_ARGUMENT);
     IS(memcmp(&body, &marked, sizeof body) == 0);
     IS(kr_body_symmetric(1.0, 1.0, 1.0, 1.0, NULL) == KR_ERR_ARGUMENT);
-    IS(kr_body_shape(KR_SHAPE_CUBOID, half, 1.0, pivot, NULL) == KR_ERR_ARGUMENT);
     IS(kr_body_from_tensor(1.0, diagonal, zero, NULL) == KR_ERR_ARGUMENT);
 }
 static void test_configs(void)

@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 #include "../c/random.h"
+#include "model/quantities.h"
 #include "random_values.h"
 
 static struct {
@@ -96,9 +97,4 @@ const kr_method *any_method(void)
     while (kr_method_at(n)) n++;
     return kr_method_at((size_t)choose(n));
 }
-const kr_quantity *any_quantity(void)
-{
-    size_t n = 0;
-    while (kr_quantity_at(n)) n++;
-    return kr_quantity_at((size_t)choose(n));
-}
+const kr_quantity *any_quantity(void) { return kr_quantity_at((size_t)choose(KR_QUANTITIES)); }
