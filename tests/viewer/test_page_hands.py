@@ -201,9 +201,8 @@ def test_dragging_the_pen_tilts_the_top_with_its_momentum_and_shows_the_angle(pa
     assert page.locator("#angle").inner_text() == ""
     after, apexes = page.read_scene(), []
     for q, m in ((before[1:5], before[5:]), (after["attitude"], after["momentum"])):
-        apex = kr.quaternion.turn(q, (0, 0, 1))
-        apexes.append(apex)
-        assert np.dot(apex, m) == pytest.approx(np.dot(apexes[0], before[5:]))
+        apexes.append(kr.quaternion.turn(q, (0, 0, 1)))
+        assert np.dot(apexes[-1], m) == pytest.approx(np.dot(apexes[0], before[5:]))
     assert shown == f"tilt {np.degrees(np.arccos(apexes[1][2])):.1f}°"
     assert np.linalg.norm(after["momentum"]) == pytest.approx(np.linalg.norm(before[5:]))
     assert page.measure_top(0, "spin") == pytest.approx(spin) and np.ptp(apexes, axis=0).max() > 0.1
