@@ -503,7 +503,8 @@ def test_a_member_of_an_ensemble_is_the_top_alone(scenes, data):
         single = kr.solve(kr.Scene.stack(many[i : i + 1]), t, **words)
         assert_same_path([single[0]], paths[i])
         if alone is not None:
-            assert_equal_members(paths[i], alone, is_bitwise, words.get("tol", 1e-9))
+            slack = words.get("tol", 1e-9) * (1.0 + max(many[i].damping))  # of accelerations
+            assert_equal_members(paths[i], alone, is_bitwise, slack)
         if "tangents" in words:
             n = len(alone)
             assert_same_bits(paths.tangents[i][:n], alone.tangents)
@@ -546,10 +547,19 @@ def test_reductions_are_those_of_the_states(scenes, data):
         assert np.all(np.isnan(found[name][kind][paths.status != "OK"]))
 
 
+def has_closed_form(scene):
+    try:
+        kr.exact(scene)
+    except ValueError as error:
+        assert not kr.methods["exact"].suits(scene) or "separatrix" in str(error)
+        return False
+    return True
+
+
 @LAWS
 @given(st.lists(UNMOVED, min_size=1, max_size=5), st.data())
 def test_closed_forms_of_many_tops_are_those_of_each(scenes, data):
-    scenes = [kr.scenes.cusps, *(s for s in scenes if kr.methods["exact"].suits(s))]
+    scenes = [kr.scenes.cusps, *(s for s in scenes if has_closed_form(s))]
     forms, t = kr.exact(scenes), data.draw(st.sampled_from((2.5, [0.0, 1.0, 1e4], [-3.0, 5.0])))
     for i, scene in enumerate(scenes):
         alone = kr.exact(scene)
