@@ -16,6 +16,11 @@ INLINE lane_vec lane_vec_load(kr_lane_number *const v)
     const lane_vec r = {wide_load(v[0]), wide_load(v[1]), wide_load(v[2])};
     return r;
 }
+INLINE lane_vec lane_vec_load_once(kr_lane_number *const v)
+{
+    const lane_vec r = {wide_load_once(v[0]), wide_load_once(v[1]), wide_load_once(v[2])};
+    return r;
+}
 INLINE void lane_vec_store(kr_lane_number *to, lane_vec v)
 {
     wide_store(to[0], v.x);
@@ -170,8 +175,8 @@ INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int t
     if (n % 2 == 0) add_middle(&a, l, n, terms);
     for (int j = (n - 1) / 2; j > 0; j--) {
         const int m = n - j;
-        const lane_vec wj = lane_vec_load(l->w[j]), wm = lane_vec_load(l->w[m]);
-        const lane_vec pj = lane_vec_load(l->p[j]), pm = lane_vec_load(l->p[m]);
+        const lane_vec wj = lane_vec_load_once(l->w[j]), wm = lane_vec_load_once(l->w[m]);
+        const lane_vec pj = lane_vec_load_once(l->p[j]), pm = lane_vec_load_once(l->p[m]);
         /* The sums are independent of each other; this order of additions was the fastest in
          * measurements. */
         add_turn(&a, wm, pj);

@@ -121,6 +121,16 @@ INLINE wide wide_load(const double *p)
     memcpy(&a, p, sizeof a);
     return a;
 }
+/* Loads a vector that is used several times. With AVX-512, gcc would load it again at each use, and
+ * the loads would take longer than the products: some processors load one such vector per cycle. */
+INLINE wide wide_load_once(const double *p)
+{
+    wide a = wide_load(p);
+#if defined KR_AVX512 && !defined KR_PLAIN && !defined __clang__
+    __asm__("" : "+v"(a)); /* keeps `a` in a register */
+#endif
+    return a;
+}
 INLINE void wide_store(double *p, wide a) { memcpy(p, &a, sizeof a); }
 /* The functions wide_bits and wide_of_bits convert between doubles and their bit patterns. */
 INLINE wide_integer wide_bits(wide a)
