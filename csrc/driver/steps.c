@@ -34,7 +34,7 @@ static void copy_motion(kr_motion *to, const kr_motion *from, size_t work)
     to->aux = aux;
     memcpy(memory, from->work, work * sizeof(double));
 }
-static void schedule_check(kr_top *top)
+static void schedule_inspection(kr_top *top)
 {
     const int64_t limit = top->config.max_steps, next = top->saved_steps + KR_CHECK;
     top->inspect_at = limit > 0 && limit < next ? limit : next;
@@ -43,7 +43,7 @@ void kr_steps_save(kr_top *top)
 {
     if (!top->method->at) copy_motion(&top->saved, &top->main, top->method->work);
     top->saved_steps = top->steps;
-    schedule_check(top);
+    schedule_inspection(top);
 }
 /* Restores the saved motion, but keeps the counts of evaluations, rejected steps and iterations. */
 static void restore_saved(kr_top *top)
@@ -52,7 +52,7 @@ static void restore_saved(kr_top *top)
     copy_motion(&top->main, &top->saved, top->method->work);
     top->main.stats = spent;
     top->steps = top->saved_steps;
-    schedule_check(top);
+    schedule_inspection(top);
 }
 static kr_status step_main(kr_top *top, double until)
 {

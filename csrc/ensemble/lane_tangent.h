@@ -160,7 +160,7 @@ INLINE lane_deviation remove_trivial_solutions(kr_lane_tangents *g, const lane_p
 }
 /* Returns the squared norm of the component of `d` orthogonal to the two trivial solutions. The
  * result is at least 2^-40 times the squared norm of `d`. */
-INLINE wide square_without_trivial(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
+INLINE wide norm2_without_trivial(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0);
     const trivial_solutions known = trivial_solutions_at(g, at);
@@ -255,7 +255,7 @@ INLINE growth_areas add_substep_growth(kr_lanes *l, kr_lane_tangents *g, wide h,
         const wide span = places[i] * h, time = t + span;
         const int order = g->terms[i];
         const lane_point here = sum_lane_terms(l, order, time, 1);
-        const wide square = square_without_trivial(g, &here, sum_growth(g, order, span));
+        const wide square = norm2_without_trivial(g, &here, sum_growth(g, order, span));
         a.last = unscale_log(g, wide_approx_log(square));
         a = add_integral_node(l, a, weights[i] * h, time);
     }

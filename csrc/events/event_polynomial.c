@@ -105,7 +105,7 @@ static kr_quat multiply_by_axis(int axis, kr_quat q)
     return products[axis];
 }
 /* Adds the component of a body-fixed vector along a space axis (0, 1 or 2) to the series c. */
-static void add_turned(const step_view *v, int axis, kr_vec3 body, double *c)
+static void add_space_component(const step_view *v, int axis, kr_vec3 body, double *c)
 {
     padded_series left[4], right[4];
     for (int i = 0; i < 4; i++) clear_padding(v, left[i]), clear_padding(v, right[i]);
@@ -119,7 +119,7 @@ static void add_turned(const step_view *v, int axis, kr_vec3 body, double *c)
 /* Adds a multiple of the angular momentum about a space axis to the power series c. The momentum
  * about an axis e is computed as <e q, q M>, where M is the momentum in the body frame. This
  * formula for the momentum, <e q, q M>, is valid even for damped motions and moving supports. */
-static void add_turned_momentum(const step_view *v, double factor, int axis, double *c)
+static void add_space_momentum(const step_view *v, double factor, int axis, double *c)
 {
     /* The three products in each component of q M, each as the index in q, the index in M, and 1
      * for a negative sign. */
@@ -175,7 +175,7 @@ static void add_m(const step_view *v, double factor, int axis, double *c)
         if (axis == 2)
             add_vertical_momentum(v, factor, c);
         else
-            add_turned_momentum(v, factor, axis, c);
+            add_space_momentum(v, factor, axis, c);
         return;
     }
     const kr_vec3 e = v_axis(axis), P = v3(v->x[0][5], v->x[0][6], v->x[0][7]);
@@ -188,7 +188,7 @@ static void add_m(const step_view *v, double factor, int axis, double *c)
     if (axis == 2) return;
     memset(torque, 0, sizeof torque);
     factor *= (axis == 0 ? -1.0 : 1.0) / (v->rate * v->rate);
-    add_turned(v, axis == 0 ? 1 : 0, v_scale(factor, motion->lever), torque);
+    add_space_component(v, axis == 0 ? 1 : 0, v_scale(factor, motion->lever), torque);
     for (int n = 0; n < v->order; n++) c[n + 1] += torque[n] / (n + 1);
 }
 static void add_apex(const step_view *v, double factor, int axis, double *c)
@@ -196,7 +196,7 @@ static void add_apex(const step_view *v, double factor, int axis, double *c)
     if (axis == 2)
         add_of_vertical(v, q_scale(factor, pure_quaternion(v->top->apex)), c);
     else
-        add_turned(v, axis, v_scale(factor, v->top->apex), c);
+        add_space_component(v, axis, v_scale(factor, v->top->apex), c);
 }
 /* Adds a multiple of a component of the velocity relative to the support to the series c. */
 static void add_relative_velocity(const step_view *v, double factor, kr_vec3 along, double *c)
@@ -206,7 +206,7 @@ static void add_relative_velocity(const step_view *v, double factor, kr_vec3 alo
     add_of_velocity(v, q_scale(factor, pure_quaternion(along)), c);
     v_put(turning, v_scale(-factor * v->top->time_unit / v->rate, scene->turning));
     for (int i = 0; i < 3; i++)
-        if (turning[i] != 0.0) add_turned(v, i, v_scale(turning[i], along), c);
+        if (turning[i] != 0.0) add_space_component(v, i, v_scale(turning[i], along), c);
 }
 static void add_body_velocity(const step_view *v, double factor, int axis, double *c)
 {

@@ -91,7 +91,7 @@ static void replace_beyond(const kr_exact_form *e, batch *b, int n)
     int late = 0;
     for (int i = 0; i < n; i++) late |= !(fabs(b->t[i] - begin) < reach);
     for (int i = 0; late && i < n; i++) {
-        if (is_within(e, b->t[i] - begin)) continue;
+        if (is_span_computable(e, b->t[i] - begin)) continue;
         const kr_state s = state_beyond(e, b->t[i]);
         b->w[i] = s.q.w, b->x[i] = s.q.x, b->y[i] = s.q.y, b->z[i] = s.q.z;
         b->mx[i] = s.m.x, b->my[i] = s.m.y, b->mz[i] = s.m.z;

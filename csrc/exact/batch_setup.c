@@ -307,7 +307,7 @@ static void read_states(const batch_job *j, group g, const exact_lanes *exact, u
     for (int i = 0; i < LANES; i++)
         t[i] = times_of(request, w->index[g.first + i < w->count ? g.first + i : 0])[k];
     const wide time = wide_load(t);
-    const unsigned within = mask_bits(is_within(exact, two_sum(time, -exact->begin).hi));
+    const unsigned within = mask_bits(is_span_computable(exact, two_sum(time, -exact->begin).hi));
     const state_lanes states = states_in_lanes(exact, time);
     memcpy(s, &states, sizeof s);
     for (int i = 0; i < LANES; i++) {

@@ -340,7 +340,7 @@ INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, 
 static const double longest = 0x1p990;
 /* Returns 1 if the state at the time `span` after the initial time can be computed. The phases must
  * not exceed 2^50 turns, because doubles must resolve their fractional parts. */
-INLINE mask is_within(const exact_lanes *e, wide span)
+INLINE mask is_span_computable(const exact_lanes *e, wide span)
 {
     const wide most = wide_splat(0x1p50);
     return mask_and(mask_and(wide_less(wide_abs(span), wide_splat(longest)),
@@ -595,7 +595,7 @@ static inline kr_state state_beyond(const kr_exact_form *e, double t)
 static inline kr_state state_at(const kr_exact_form *e, double t)
 {
     const dd span = two_sum(t, -e->begin);
-    return is_within(e, span.hi) ? state_after(e, t, span) : state_beyond(e, t);
+    return is_span_computable(e, span.hi) ? state_after(e, t, span) : state_beyond(e, t);
 }
 #endif
 #endif

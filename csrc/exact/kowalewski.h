@@ -1011,8 +1011,8 @@ static const double first_node = -0.99;
  * scalar product, and 1 in the others. `turns` are the angles y within two turns. If the
  * nearest node lies in the previous or in the next period of two turns, subtracts or adds 1 in
  * `wraps`. */
-INLINE wide sign_at_node(const kr_kowalewski_torus *plan, quat_lanes q, const wide turns[2],
-                         wide wraps[2])
+INLINE wide sign_relative_to_node(const kr_kowalewski_torus *plan, quat_lanes q,
+                                  const wide turns[2], wide wraps[2])
 {
     const int n = plan->nodes;
     const wide zero = wide_splat(0.0), one = wide_splat(1.0);
@@ -1048,7 +1048,7 @@ INLINE state_lanes kowalewski_kernel_at(const kr_kowalewski_torus *plan, wide ti
         wraps[j] = nearest(0.5 * (y[j].turns.hi + y[j].turns.lo));
         turns[j] = (y[j].turns.hi - 2.0 * wraps[j]) + y[j].turns.lo;
     }
-    const wide sign = sign_at_node(plan, q, turns, wraps);
+    const wide sign = sign_relative_to_node(plan, q, turns, wraps);
     /* While theta and y grow by two turns, the quaternion may change its sign. */
     for (int j = 0; j < 2; j++) {
         const wide half = wide_splat(0.5 * plan->half_turns[j]);

@@ -279,10 +279,11 @@ static void euler_series(kr_exact_form *exact, const body_axes *a, double c2, do
         theta_scale(&exact->beta, above * quarter / theta_at(exact->beta.even, 0.0));
     }
 }
-/* LEAST_SQUARE is a lower bound imposed on k^2, k'^2 and 1 - c^2 to keep quotients finite. CLOSE is
- * the largest k'^2 at which the initial phase may be measured from the intermediate axis. */
+/* LEAST_SQUARE is a lower bound imposed on k^2, k'^2 and 1 - c^2 to keep quotients finite.
+ * NEAR_SEPARATRIX_KP2 is the largest k'^2 at which the initial phase may be measured from the
+ * intermediate axis. */
 #define LEAST_SQUARE 1e-280
-#define CLOSE 1e-36
+#define NEAR_SEPARATRIX_KP2 1e-36
 
 /* Returns the initial phase of the nutation, in turns. The elliptic functions cn and sn are
  * proportional to the momentum components M1 and M2. Near the intermediate axis, where sn = +-1,
@@ -295,7 +296,7 @@ static dd euler_start(const body_axes *a, dd i31, dd i32, double kp2, double mea
     const double cn = a->momentum[0].hi * sqrt(i31.hi / a->inertia[0].hi);
     const double sn = way * a->momentum[1].hi * sqrt(i32.hi / a->inertia[1].hi);
     const double r = cn * cn + sn * sn, c2 = cn * cn / r, s2 = sn * sn / r;
-    if (kp2 < CLOSE && c2 < s2) {
+    if (kp2 < NEAR_SEPARATRIX_KP2 && c2 < s2) {
         const double d2 = c2 + kp2 * s2;
         const double left =
             mean * sqrt(c2 / d2) * elliptic_rf(kp2 * s2 / d2, kp2 / d2, 1.0) / (2.0 * pi);
@@ -546,7 +547,7 @@ static kr_exact_form lagrange_closed_form(const exact_top *top, dd half_turn)
 /* Returns 0 if the initial tilt and velocity of the axis are not both zero, but too small for the
  * closed-form solution. The time that an upright top takes to fall depends on the logarithm of its
  * initial tilt. The fourth power of the tilt underflows if the tilt is below 1e-77. */
-static int is_resolved(const kr_scene *scene)
+static int is_initial_tilt_resolved(const kr_scene *scene)
 {
     const kr_working w = kr_body_working(&scene->body);
     const kr_quat q = q_mul(scene->start.q, q_mul(scene->body.axes, w.axes));
@@ -568,7 +569,8 @@ static kr_status set_up(const kr_scene *scene, int own, double bound, void *memo
     if (status != KR_OK) return status;
     const kr_kind kind = kr_scene_kind(scene);
     if (kind != KR_KIND_EULER && kind != KR_KIND_LAGRANGE) return KR_ERR_METHOD;
-    if (kr_scene_excludes_exact(scene, own) || !is_resolved(scene)) return KR_ERR_METHOD;
+    if (kr_scene_excludes_exact(scene, own) || !is_initial_tilt_resolved(scene))
+        return KR_ERR_METHOD;
     status = read_top(scene, kind, &top);
     if (status != KR_OK) return status;
     const int is_free = top.own.lever.hi == 0.0;
@@ -622,7 +624,7 @@ static size_t size_of_plan(const void *plan) { return (void)plan, sizeof(kr_exac
 const kr_exact_scalar KR_NAME(kr_exact_scalar) = {sizeof(kr_exact_form),
                                                   sizeof(kr_exact_form),
                                                   size_of_plan,
-                                                  is_resolved,
+                                                  is_initial_tilt_resolved,
                                                   set_up,
                                                   state_of_plan,
                                                   NULL};

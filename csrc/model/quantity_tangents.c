@@ -153,19 +153,19 @@ static double tangent_of_potential(const quantity_point *at, const quantity_chan
 
 /* The vectors m and p on which the Kowalewski and Goryachev-Chaplygin integrals depend; dm and dp
  * are their infinitesimal changes. */
-typedef struct integral_frame {
+typedef struct integral_vectors {
     kr_vec3 m, p, dm, dp;
-} integral_frame;
+} integral_vectors;
 /* Returns dv plus the change of v by a small rotation of the axes about axis 3. */
-static kr_vec3 change_along_turning(double turn, kr_vec3 v, kr_vec3 dv)
+static kr_vec3 change_in_rotating_axes(double turn, kr_vec3 v, kr_vec3 dv)
 {
     return v3(dv.x + turn * v.y, dv.y - turn * v.x, dv.z);
 }
 /* Computes the vectors on which an integral of motion depends, together with their infinitesimal
  * changes. Returns 0 if the body or the perturbation does not belong to the integrable case
  * `kind`. */
-static int find_integral_frame(const quantity_point *at, const quantity_change *by, kr_kind kind,
-                               integral_frame *f)
+static int find_integral_vectors(const quantity_point *at, const quantity_change *by, kr_kind kind,
+                                 integral_vectors *f)
 {
     const kr_body *body = &at->scene->body;
     if (kr_body_kind(body, KR_KIND_RTOL) != kind || v_largest(by->moments) > 0.0) return 0;
@@ -183,14 +183,15 @@ static int find_integral_frame(const quantity_point *at, const quantity_change *
                   dp = components_along(axes, q_turn_back(w.axes, by->V));
     f->m = v_scale(share, components_along(axes, q_turn_back(w.axes, at->M)));
     f->p = v_scale(size, vertical);
-    f->dm = change_along_turning(turn, f->m, v_scale(share, dm));
-    f->dp = change_along_turning(turn, f->p, v_axpy(size, dp, v_scale(change * share, vertical)));
+    f->dm = change_in_rotating_axes(turn, f->m, v_scale(share, dm));
+    f->dp =
+        change_in_rotating_axes(turn, f->p, v_axpy(size, dp, v_scale(change * share, vertical)));
     return 1;
 }
 static double tangent_of_kowalewski(const quantity_point *at, const quantity_change *by)
 {
-    integral_frame f;
-    if (!find_integral_frame(at, by, KR_KIND_KOWALEWSKI, &f)) return NAN;
+    integral_vectors f;
+    if (!find_integral_vectors(at, by, KR_KIND_KOWALEWSKI, &f)) return NAN;
     const double re = f.m.x * f.m.x - f.m.y * f.m.y + 2.0 * f.p.x,
                  im = 2.0 * (f.m.x * f.m.y + f.p.y),
                  dre = 2.0 * (f.m.x * f.dm.x - f.m.y * f.dm.y + f.dp.x),
@@ -199,8 +200,8 @@ static double tangent_of_kowalewski(const quantity_point *at, const quantity_cha
 }
 static double tangent_of_goryachev_chaplygin(const quantity_point *at, const quantity_change *by)
 {
-    integral_frame f;
-    if (!find_integral_frame(at, by, KR_KIND_GORYACHEV_CHAPLYGIN, &f)) return NAN;
+    integral_vectors f;
+    if (!find_integral_vectors(at, by, KR_KIND_GORYACHEV_CHAPLYGIN, &f)) return NAN;
     return f.dm.z * (f.m.x * f.m.x + f.m.y * f.m.y) +
            2.0 * f.m.z * (f.m.x * f.dm.x + f.m.y * f.dm.y) + f.dm.x * f.p.z + f.m.x * f.dp.z;
 }

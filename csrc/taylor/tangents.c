@@ -113,7 +113,7 @@ static dd get_number(const kr_motion *motion, const double *high)
                 motion->digits > 16 ? high[sizeof(kr_tangent) / sizeof(double)] + 0.0 : 0.0};
 }
 /* Stores the three components of a vector in the elements 1 to 3 of an array of four numbers. */
-static void put_four(const kr_motion *motion, double *high, vec_dd v)
+static void put_padded_vector(const kr_motion *motion, double *high, vec_dd v)
 {
     put_number(motion, high + 1, v.x);
     put_number(motion, high + 2, v.y);
@@ -142,13 +142,13 @@ static void set_tangent_constants(kr_tangent *g, const kr_motion *motion)
                  behind = {ahead.y, ahead.z, ahead.x},
                  c = vdd_scale_exactly(1.0 / (rate * rate), v_dd(motion->lever, motion->lever_low)),
                  up = {c.y, c.z, c.x}, down = {dd_neg(c.z), dd_neg(c.x), dd_neg(c.y)};
-    put_four(motion, g->ahead, vdd_over(ahead, A));
-    put_four(motion, g->behind, vdd_over(behind, A));
-    put_four(motion, g->per, vdd_over(v_dd(one, none), A));
-    put_four(motion, g->drag, vdd_scale_exactly(1.0 / rate, v_dd(motion->damping, none)));
-    put_four(motion, g->up, up);
-    put_four(motion, g->down, down);
-    put_four(motion, g->rotor, vdd_scale_exactly(1.0 / rate, v_dd(motion->rotor, none)));
+    put_padded_vector(motion, g->ahead, vdd_over(ahead, A));
+    put_padded_vector(motion, g->behind, vdd_over(behind, A));
+    put_padded_vector(motion, g->per, vdd_over(v_dd(one, none), A));
+    put_padded_vector(motion, g->drag, vdd_scale_exactly(1.0 / rate, v_dd(motion->damping, none)));
+    put_padded_vector(motion, g->up, up);
+    put_padded_vector(motion, g->down, down);
+    put_padded_vector(motion, g->rotor, vdd_scale_exactly(1.0 / rate, v_dd(motion->rotor, none)));
     g->damped = v_largest(motion->damping);
     g->gyrostat = v_largest(motion->rotor);
 }
@@ -166,10 +166,10 @@ static void set_changes(const deviation_address *at, const kr_motion *motion, co
     put_components(motion, at, g->rotor_of, 0, vdd_scale_exactly(1.0 / rate, seed->rotor));
     g->rotor_changes = fmax(g->rotor_changes, v_largest(vdd_high(seed->rotor)));
     if (at->apart == 0) {
-        put_four(motion, g->pull, vdd_scale_exactly(1.0 / (rate * rate), seed->pull));
+        put_padded_vector(motion, g->pull, vdd_scale_exactly(1.0 / (rate * rate), seed->pull));
         v_put(g->turning_of + 1, seed->turning);
         g->timing = seed->timing;
-        put_four(motion, g->apex_of, seed->apex);
+        put_padded_vector(motion, g->apex_of, seed->apex);
         g->friction_of = seed->friction / (rate * rate);
         g->gradient_of = seed->gradient / (rate * rate);
     }
