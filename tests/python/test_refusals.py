@@ -200,6 +200,8 @@ VALUE_ERRORS = [
     (kr.events.wheel_rate, {"scene": WITH_WHEEL}, {"index": 1}, "has 1 wheel"),
     (kr.events.wheel_rate, {"scene": WITH_WHEEL}, {"scene": TOP}, "has 0 wheels"),
     (kr.events.wheel_rate, {"scene": WITH_WHEEL}, {"scene": BARE_WHEEL}, "is constant"),
+    (lambda scene, t: [*kr.stream(scene, iter(t))], SOLVE, {"t": [(1, 2)]}, "iterator"),
+    (kr.start(THESIS).push, {"impulse": (0, 0, 1)}, {"impulse": (0, 0, 1.7e308)}, "range"),
     (kr.solve, SOLVE, {"t": [1, -1]}, "t[0] = 1.0 goes back from the start"),
     (kr.solve, SOLVE, {"t": [*range(777), NAN]}, "t[777] = nan"),
     (kr.solve, SOLVE, {"t": 1e300}, "cannot resolve"),
