@@ -304,11 +304,11 @@ static void fill_chebyshev(series_work *w)
                          &w->wave_at_node[k][i]);
         }
 }
-/* Computes the polynomials of a cell. The nodes are in descending order of alpha if
- * `is_falling` is nonzero. Returns the largest magnitude among the last two coefficients of
- * both polynomials. The coefficients of the angle are in turns. Those of the time are divided
- * by the larger of q and the largest value of the periodic part. q is the average growth of the
- * time per radian of alpha. */
+/* Computes the Chebyshev polynomials of the angle [turns] and of the time in a cell. The nodes are
+ * in descending order of alpha if `is_falling` is nonzero. Returns the largest magnitude among the
+ * last two coefficients of both polynomials. For the polynomial of the time, this magnitude is
+ * relative to the larger of q, the mean growth of the time per radian of alpha, and the largest
+ * value of the periodic part. */
 static double make_cell(const series_work *w, const chaplygin_arc *arc, const kr_chaplygin_arc *e,
                         int cell, int is_falling, arc_place *at, double out[])
 {

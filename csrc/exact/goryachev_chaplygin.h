@@ -157,8 +157,8 @@ INLINE chaplygin_point point_of(const kr_chaplygin_arc *arc, wide s, wide c)
     }
     return (chaplygin_point){half[0], half[1], (arc->A * ss + arc->B * cc) * one};
 }
-/* Finds the points at halves of torus angles [turns] on the arcs with the indices from `from` to
- * `to`, and the periodic parts of the time if `time` is not NULL. */
+/* Finds the point on each of the arcs `from` to `to`, given half of its torus angle [turns]. Also
+ * finds the periodic parts of the time if `time` is not NULL. */
 INLINE void find_points(const kr_chaplygin_plan *plan, int from, int to, const dd half[],
                         chaplygin_point out[], wide time[])
 {

@@ -283,9 +283,9 @@ static int find_symmetry_line(cdd c)
     const cx u = crosswise ? sine : cosine;
     return fabs(u.im) > 1e-6 * fabs(u.re) ? -1 : crosswise;
 }
-/* Returns the smallest value of sinh |Im x| among the singularities x of the integrands. The values
- * `height` and `crosswise` describe the nearest singularity that a Landen transformation can
- * remove, such as that of a real branch point. */
+/* Returns the smallest value of sinh |Im x| among the singularities x of the integrands. Writes
+ * this value of the nearest singularity that a Landen transformation can remove to `height`, and
+ * the argument of move_singularities that removes it to `crosswise`. */
 static double find_nearest(const singularities *v, dd *height, int *crosswise)
 {
     double least = INFINITY;
@@ -314,10 +314,9 @@ static singularities singularities_of(const kowalewski_curve *o, const kowalewsk
     return v;
 }
 /* Moves the singularities of an integrand by a Landen transformation of modulus m. Let u be cos x,
- * or sin x if `crosswise` is nonzero, and let v be the same function of the new variable. Then m u
- * v^2 - (1 + m) v + u = 0. The transformation removes a singularity at u if the quadratic equation
- * for v has a double root. The Landen transformation adds a singularity of the integrand at v =
- * 1/m. */
+ * and let v be the cosine of the new variable. If `crosswise` is nonzero, u and v are the sines of
+ * both variables instead. They satisfy m u v^2 - (1 + m) v + u = 0. A singularity at u disappears
+ * if this equation for v has a double root. The transformation adds a singularity at v = 1/m. */
 static singularities move_singularities(const singularities *from, dd m, int crosswise)
 {
     const dd plus = dd_plus(m, 1.0), minus = dd_sub(dd_of(1.0), m);

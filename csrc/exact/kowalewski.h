@@ -509,9 +509,10 @@ INLINE dual quotient(dual a, dual b)
     const wide q = a.v / b.v;
     return dual_of(q, (a.d - q * b.d) / b.v);
 }
-/* A function of a root of phi, at the roots e1 and e2: two real values or, for complex roots, the
- * real and imaginary part of the value at e1. The functions `pair_...` have the argument `complex`
- * for the second case. */
+/* The values of a function at the two roots e1 and e2 of phi. If the roots are real, `one` and
+ * `two` are the values at e1 and at e2. If the roots are complex, the values are conjugate to each
+ * other, and `one` and `two` are the real and the imaginary part of the value at e1. The argument
+ * `complex` of the functions below is nonzero in this case. */
 typedef struct pair {
     dual one, two;
 } pair;

@@ -88,9 +88,9 @@ struct kr_slow_kind {
     int count; /* of axes or directions */
     /* Finds the directions. NULL for the principal axes. */
     void (*find)(const kr_motion *motion, held_directions *held);
-    /* Marks as strongly damped all axes but the `rank` with the weakest damping. Returns 1
-     * if their damping dominates all effects with rates up to `undamped` and torques up to
-     * `pull`. */
+    /* Marks all axes as strongly damped, except for the `rank` axes with the weakest damping.
+     * Returns 1 if the damping of the marked axes dominates all effects with rates up to `undamped`
+     * and torques up to `pull`. */
     int (*take)(const kr_motion *motion, int rank, double undamped, double pull, slow_axes *slow);
     /* Returns the smallest nonzero angular velocity about a strongly damped axis, or a negligible
      * velocity if that is larger. */

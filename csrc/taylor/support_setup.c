@@ -4,8 +4,8 @@
 #include "math/trig.h"
 #include "support_setup.h"
 
-/* Returns first (1 + z/a(a+1) + z^2/a(a+1)(a+2)(a+3) + ...) with z = square and a = from. The sum
- * omits all terms that have a factor greater than `to` in the denominator. */
+/* Returns first * (1 + z / (a (a+1)) + z^2 / (a (a+1) (a+2) (a+3)) + ...), where z is `square` and
+ * a is `from`. The sum ends before the first denominator with a factor greater than `to`. */
 static dd dd_series(dd first, int from, int to, dd square)
 {
     dd term = first, sum = first;

@@ -55,9 +55,9 @@ void kr_support_expand_tangents(const kr_motion *motion, double rate, const kr_s
 void kr_support_jump_tangents(const kr_motion *motion, double rate, const kr_series ended[2],
                               struct kr_tangent *first, size_t n, dd factor);
 
-/* The functions above, and those below, which use slow.c. The files below support_motion.c take
- * these functions as an argument that is NULL if the scene does not need them, so that the linker
- * can omit them. */
+/* All functions that only tops with friction or on moving supports need. The code for all tops
+ * calls them through a pointer to this table, which is NULL for the other tops. Programs without
+ * supports do not refer to the table, so that the linker can omit the functions. */
 typedef struct kr_support_ops {
     double (*rate)(const kr_motion *motion, kr_vec3 W, int is_held);
     vec_dd (*set_constants)(kr_series s[2], const kr_motion *motion, double rate);
