@@ -2,6 +2,7 @@
 
 import base64
 import hashlib
+import html
 import re
 import sys
 import types
@@ -208,3 +209,9 @@ def test_an_installation_without_viewer_says_how_to_get_it(home, monkeypatch):
         told = join_lines(call(f"view cusps{more}", code=1))
         assert told.startswith("Error: ") and "make viewer" in told
     assert not [*home.folder.iterdir()]
+
+
+def test_notebooks_show_the_page_in_a_frame():
+    view = kr.view(kr.scenes.cusps, open=False)
+    shown = re.search(r'<iframe srcdoc="(.*?)" style=', view._repr_html_(), re.S)[1]
+    assert html.unescape(shown) == view.html
