@@ -12,7 +12,7 @@ import { makeArrow, makeHighlight } from "./meshes.js";
 
 // Change of momentum, relative to m, for a push as long as the arrow of m at a lever of length 1.
 const PUSH_STRENGTH = 0.35;
-const RIM = 0.88; // least distance of the rim from the axis, over the largest one
+const RIM = 0.7; // least distance of the rim from the axis, over the largest one
 const NEAR = { mouse: 10, touch: 22 }; // greatest distance of a pointer from the pen [pixels]
 const ASIDE = 24; // from the pen to its angle [pixels]
 const [SWIPE_SPAN, LEAST_SPAN] = [120, 16]; // of the end of a swipe, which gives its speed [ms]

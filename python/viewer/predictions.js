@@ -86,8 +86,13 @@ export class Predictions {
     const { page, asked } = this;
     if (asked && asked.scene.about !== page.scene.about) this.asked = null; // another scene
     const isOpen = this.asked && asked.chosen === null;
-    document.body.classList.toggle("asking", !!isOpen);
+    document.body.classList.toggle("asking", !!this.asked && !this.isAnswered);
     render(this.asked ? (isOpen ? this.renderQuestion(asked) : this.renderAnswer(asked)) : "", this.place);
+  }
+  // Whether the film has run long enough after the reader's choice.
+  get isAnswered() {
+    const { clock, scene } = this.page;
+    return this.asked.chosen !== null && clock >= SECONDS * scene.speed * TICKS;
   }
   renderQuestion({ text, choices }) {
     const renderChoice = (words, i) => html`<button @click=${() => this.choose(i)}>${words}</button>`;
@@ -95,9 +100,7 @@ export class Predictions {
       <div class="row" role="group" aria-label="Your prediction">${choices.map(renderChoice)}</div>`;
   }
   renderAnswer({ choices, chosen, answer }) {
-    const { clock, scene } = this.page;
-    const isKnown = clock >= SECONDS * scene.speed * TICKS;
     const words = html`${chosen === answer ? "✓" : "✗"} The top: <b>${choices[answer]}</b>.`;
-    return html`<p>You: <b>${choices[chosen]}</b>. ${isKnown ? words : "Watch …"}</p>`;
+    return html`<p>You: <b>${choices[chosen]}</b>. ${this.isAnswered ? words : "Watch …"}</p>`;
   }
 }

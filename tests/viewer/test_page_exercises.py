@@ -192,6 +192,7 @@ def test_an_exercise_waits_for_a_prediction_and_then_shows_the_answer(page, pres
         words = choice.inner_text()
         choice.press("Enter")
         assert page.evaluate("kreisel.page.isRunning && kreisel.page.scene.show.trace")
+        assert not page.locator("#about p").is_visible()  # it tells the answer
         page.advance(3.1 * page.read_scene()["speed"])
         page.evaluate("kreisel.page.setRunning(false)")
         mark = "✓" if words == answer else "✗"
