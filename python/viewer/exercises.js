@@ -1,6 +1,6 @@
 // Exercises: each preset has variations with a title and a text. Numbers in texts are
 // computed from the closed form: "{round}" for the scene, "{round before}" for the preset.
-import { html } from "lit-html";
+import { html, nothing } from "lit-html";
 import { computeLimits, makeBody } from "./core.js";
 import presets from "./presets.json";
 import { computeKineticEnergy } from "./game.js";
@@ -104,6 +104,7 @@ export function describeStart({ scene, origin }) {
   return isChanged ? `changed by “${exercise.title}”` : "as given";
 }
 
+export const hasQuestions = (preset) => !!preset?.exercises?.some(({ ask }) => ask);
 // Render a link to the story of the current preset, if it has one.
 export const renderStoryLink = (scene) =>
   findPreset(scene)?.story ? html`<a class="beat" href="#story">Why? In one minute ▸</a>` : "";
@@ -118,11 +119,11 @@ export function renderExercises(page, choosePreset, predictions) {
     html`<button class="exercise" aria-pressed=${isOpen(exercise)} @click=${() => open(exercise)}>
       ${exercise.title}</button>`;
   const openNext = () => open(exercises[(exercises.findIndex(isOpen) + 1) % exercises.length]);
-  const canAsk = exercises.some(({ ask }) => ask);
   const again = page.scene.about !== preset.about || page.scene.name !== preset.name;
   return html`<section aria-label="Try this" class="exercises"><div class="row"><b>Try this</b>
     <button aria-label="Next exercise" aria-keyshortcuts="Y" @click=${openNext}>Next ▸</button>
-    <button aria-pressed=${predictions.isOn} aria-keyshortcuts=";" ?disabled=${!canAsk}
+    <button aria-pressed=${predictions.isOn} aria-keyshortcuts=";" ?disabled=${!hasQuestions(preset)}
+      title=${hasQuestions(preset) ? nothing : "no exercise of this scene asks a question"}
       @click=${() => predictions.toggle()}>Predict first</button>
     <button aria-label="Back to the start" ?hidden=${!again}
       @click=${() => choosePreset(preset)}>Back</button></div>

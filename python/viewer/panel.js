@@ -73,8 +73,13 @@ export class Panel {
   }
   draw() {
     const { origin } = this.page;
-    // a new scene
-    if (this.origin !== origin) Object.assign(this, { origin, sliderEnds: {}, most: this.chooseEnds() });
+    if (this.origin !== origin) {
+      const most = this.chooseEnds();
+      // The exercises of a scene have one scale of spins, so that a faster top has its knob further right.
+      if (this.origin?.name === origin.name) most.spin = Math.max(most.spin, this.most.spin);
+      Object.assign(this, { origin, sliderEnds: {}, most });
+    }
+    render(this.renderHint(), document.getElementById("hint"));
     render(this.renderHand(), document.getElementById("hand"));
     render([this.renderHeader(), this.renderChart(), ...this.renderSections()], this.place);
     letKeysScroll(document.getElementById("about"));
@@ -145,7 +150,7 @@ export class Panel {
   // Format the number at a place. Momentum, tilt and spin are the current ones.
   formatValue(place) {
     const x = this.getValue(place);
-    const digits = /^(tilt|spin)$/.test(place) ? 5 : 6; // that fit into the field
+    const digits = /^(tilt|spin)$/.test(place) ? (x < 0 ? 4 : 5) : 6; // that fit into the field
     return Number.isFinite(x) ? formatNumber(x, digits) : ""; // a failed top has no tilt
   }
   getValue(place) {
@@ -204,6 +209,16 @@ export class Panel {
       damping: roundUp(0.02 * size) || 0.2,
       rotor: roundUp(2 * size) || 20,
     };
+  }
+  // Render what can be dragged in the picture.
+  renderHint() {
+    const { scene, view } = this.page;
+    const hasTip = scene.show.momentum;
+    const round = html`Swipe the rim<span class="mouse"> to spin it</span>, drag the pen<span
+      class="mouse"> to tilt it</span>${hasTip ? ", or the green tip" : ""}.`;
+    const others = hasTip ? "Drag the green tip." : "Drag to look round.";
+    return html`${view.isRevolution ? round : others} <span class="mouse"><kbd>Space</kbd>
+      starts and stops, <kbd>?</kbd> lists all keys.</span>`;
   }
   // Render the dials in the picture.
   renderHand() {

@@ -2,7 +2,7 @@
 // choice the film runs, and then the answer stands beside the prediction. Answers are computed from
 // the closed form.
 import { html, render } from "lit-html";
-import { collectFacts, fillIn, findLimits, makeExerciseScene } from "./exercises.js";
+import { collectFacts, fillIn, findLimits, findPreset, hasQuestions, makeExerciseScene } from "./exercises.js";
 import { simulation, TICKS } from "./core.js";
 import { completeScene } from "./scene.js";
 
@@ -87,12 +87,17 @@ export class Predictions {
     if (asked && asked.scene.about !== page.scene.about) this.asked = null; // another scene
     const isOpen = this.asked && asked.chosen === null;
     document.body.classList.toggle("asking", !!this.asked && !this.isAnswered);
-    render(this.asked ? (isOpen ? this.renderQuestion(asked) : this.renderAnswer(asked)) : "", this.place);
+    const renderNow = () => (isOpen ? this.renderQuestion(asked) : this.renderAnswer(asked));
+    render(this.asked ? renderNow() : this.renderInvitation(), this.place);
   }
   // Whether the film has run long enough after the reader's choice.
   get isAnswered() {
     const { clock, scene } = this.page;
     return this.asked.chosen !== null && clock >= SECONDS * scene.speed * TICKS;
+  }
+  renderInvitation() {
+    if (!this.isOn || !hasQuestions(findPreset(this.page.scene))) return "";
+    return html`<p>Choose one under “Try this”. It asks before it runs.</p>`;
   }
   renderQuestion({ text, choices }) {
     const renderChoice = (words, i) => html`<button @click=${() => this.choose(i)}>${words}</button>`;

@@ -179,6 +179,7 @@ ANSWERS = {
 def test_an_exercise_waits_for_a_prediction_and_then_shows_the_answer(page, preset):
     page.load(preset)
     page.keyboard.press(";")
+    assert "Choose one" in page.locator("#ask").inner_text()
     asking = page.evaluate(
         "(name) => kreisel.presets.find((each) => each.name === name).exercises"
         ".filter(({ask}) => ask).map(({title}) => title)",

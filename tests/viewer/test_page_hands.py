@@ -359,3 +359,21 @@ def test_handles_follow_the_size_of_the_window(page):
         start, end = page.drag("tip", (12, -9))
         assert end - start == pytest.approx((12, -9), abs=1)
         assert page.read_scene()["momentum"] != before and page.read_message() == ""
+
+
+def test_a_faster_top_has_the_knob_of_its_spin_further_right(page):
+    page.load("A spinning top")
+    ends = set()
+    for title in ("Double the spin", "Spin it slowly"):
+        page.find_button(title).click()
+        ends.add(page.get_by_role("slider", name="Spin", exact=True).get_attribute("max"))
+    assert len(ends) == 1 and float(*ends) > 440
+
+
+@pytest.mark.parametrize(
+    "preset, said", [("Cusps", "rim pen tip"), ("Satellite", "tip"), ("Gyrocompass", "look")]
+)
+def test_the_hint_names_what_can_be_dragged(page, preset, said):
+    page.load(preset)
+    words = page.locator("#hint").inner_text()
+    assert [word for word in ("rim", "pen", "tip", "look") if word in words] == said.split()
