@@ -20,9 +20,9 @@ const addPart = (group, part, userData = {}) => (
 );
 
 // Make the stand below the fixed point, a needle, or a cone if the floor is near. A thing hangs on a
-// rope, or below an arch on a globe.
+// rope, or below an arch on a globe, or lies in a cup at some distance below the fixed point.
 const [ROPE, SPAN, DEEPER] = [8, 1.25, 0.5]; // length, half the width, and depth below the floor
-export function makeStand(depth, hangsOn) {
+export function makeStand(depth, hangsOn, cup) {
   if (hangsOn) {
     const paint = makeShinyMaterial({ color: "#8a7f6a", transparent: false });
     const [thin, low] = hangsOn === "rope" ? [0.02, 0] : [0.045, -depth - DEEPER];
@@ -34,9 +34,10 @@ export function makeStand(depth, hangsOn) {
     const bar = new THREE.CylinderGeometry(thin, thin, 2 * SPAN, 12).rotateZ(Math.PI / 2);
     return new THREE.Group().add(makePole(-SPAN, 0), makePole(SPAN, 0), makeMesh(bar, paint));
   }
-  const cone = turnUpright(new THREE.CylinderGeometry(0.012, 0.05 + 0.025 * depth, depth, 32));
+  const [top, base] = cup ? [0.4, 0.55] : [0.012, 0.05 + 0.025 * depth];
+  const cone = turnUpright(new THREE.CylinderGeometry(top, base, depth - cup, 32));
   return makeMesh(
-    cone.translate(0, 0, -depth / 2),
+    cone.translate(0, 0, -(depth + cup) / 2),
     makeShinyMaterial({ color: "#9a9389", transparent: false }),
   );
 }

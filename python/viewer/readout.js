@@ -47,7 +47,9 @@ export class Readout {
         isAny ? "rotation" : "spin",
         formatShort(isAny ? Math.hypot(...simulation.getVelocity(i)) : spin),
         " rad/s",
-        describeCriticalSpin(limits, simulation.getRecord(i, "nutation")[0]),
+        view.wheel
+          ? "of the frame"
+          : describeCriticalSpin(limits, simulation.getRecord(i, "nutation")[0]),
         axial,
       ],
     ];

@@ -91,6 +91,7 @@ export const THINGS = {
   },
   gyroscope: {
     name: "gyroscope",
+    frame: 0.039, // outer radius, by which a cup holds a balanced one on a turntable
     solids: [
       ...makeGyroscope([0, 0, 0.05], 2),
       makeSolid(

@@ -222,7 +222,7 @@ export class View {
     const revolution = this.isRevolution && [this.revolution, this.traceRadius / this.zoom];
     const thing = this.thing && [this.thing.name, this.revolution?.axis, this.revolution?.up];
     const paper = this.world.background.getHex();
-    return JSON.stringify([tops, revolution, thing, paper, this.isArrowVisible, height]);
+    return JSON.stringify([tops, revolution, thing, paper, this.isArrowVisible, height, this.findCup()]);
   }
   // Choose the scales of lengths and arrows.
   fitScales() {
@@ -320,7 +320,15 @@ export class View {
     top.axes.update(this.page.body, zoom, 0.8 * this.bodySize * zoom);
     // Bounded, so that it fits into the picture for any gravity.
     top.p.pointTo(0, 0, (2.4 * gravity) / (9.81 + Math.abs(gravity)));
-    top.stand.visible = gravity !== 0 && this.page.scene.show.solid !== "none";
+    const isHeld = gravity !== 0 || this.findCup() > 0;
+    top.stand.visible = isHeld && this.page.scene.show.solid !== "none";
+  }
+  // Return how far below the fixed point a cup holds the frame of a thing, or 0 without a cup.
+  findCup() {
+    const { page, thing, zoom, body, revolution } = this;
+    const isBalanced = !page.scene.gravity && !page.body.com.some(Boolean);
+    if (!thing?.frame || !isBalanced || !isOnTurntable(page.scene)) return 0;
+    return zoom * thing.frame * Math.max(...fitThing(thing, body.half, revolution).stretch);
   }
   // Return the height of the floor: at the tip, or lower if the body needs room.
   findFloorHeight() {
@@ -365,7 +373,7 @@ export class View {
     parts.rod = makeRod(colour);
     parts.p = makeArrow("#7c8698", 0.02, 0.6);
     parts.drops = makeDropLines();
-    parts.stand = makeStand(-this.floor.height, this.thing?.hangsOn);
+    parts.stand = makeStand(-this.floor.height, this.thing?.hangsOn, this.findCup());
     parts.sleeve = makeSleeve(-this.floor.height);
     parts.weight = makeArrow(WEIGHTS[+this.isDark()], 0.02);
     parts.torque = makeArrow(TORQUE, 0.028);
