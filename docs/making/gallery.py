@@ -22,6 +22,7 @@ FIRST = (
         "polhodes.py",
         "sections.py",
         "cloud.py",
+        "horseshoe.py",
         "film.py",
         "toutatis.py",
     ),

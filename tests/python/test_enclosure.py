@@ -8,6 +8,7 @@ import math
 from decimal import Decimal
 from fractions import Fraction
 from itertools import pairwise
+from pathlib import Path
 
 import kreisel as kr
 import numpy as np
@@ -25,6 +26,7 @@ CERTIFIED = (  # rows of the table of true states
     *("no axial momentum, t = 7", "kowalewski 4", "goryachev_chaplygin 5"),
     *("tensor, damping and shaking, t = 2.5", "gradient, tensor, turning, t = 1.5"),
 )
+UPWARDS = kr.events.plane((0, 1, 0), of="body_vertical", direction=1)
 UPRIGHT = {"attitude": (1, 0, 0, 0), "momentum": (0, 0, 0)}
 PARTS = {  # what a body and its scene have
     "heavy": ({}, {}),
@@ -259,3 +261,25 @@ def test_a_set_that_may_leave_the_tube_is_refused():
         moving = steps.MovingSet(Equations(make_scene("heavy")), 50)
         moving.r[:] = 1e-3
         assert moving.prove_step(moving.compute_series(), Fraction(1, 8)) is None
+
+
+def test_the_map_of_the_proof_of_chaos_is_that_of_sections():
+    file = Path(__file__).parents[2] / "docs/examples/chaos/horseshoe.py"
+    own = {}
+    with flint.ctx.workprec(53):
+        exec(file.read_text().partition("\norbit, times")[0], own)
+        p, d, period = own["p"], 1e-10, own["period"]
+        box = [x + flint.arb(0, d) for x in p]
+        z, slope, side = own["pass_surface"](box, 1, period)
+        assert side == 1 and all(a.contains(b) for a, b in zip(z, p, strict=True))
+
+        def find_passage(change):
+            scene = own["make_scene"](own["find_states"](p + np.array(change), 1))
+            states = kr.section(scene, UPWARDS, n=1, tol=1e-15)
+            return np.array([states.body_vertical[0, 0], states.body_velocity[0, 1]])
+
+        for k, change in enumerate(1e-5 * np.eye(2)):
+            column = (find_passage(change) - find_passage(-change)) / 2e-5
+            for i in range(2):
+                assert abs(float(slope[i, k].mid()) - column[i]) < float(slope[i, k].rad()) + 1e-7
+                assert float(slope[i, k].rad()) < 1e-2
