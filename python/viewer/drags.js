@@ -187,7 +187,7 @@ export class DragHandler {
     const [size, change, now] = [given.length(), rate, spin].map((x) => +x.toPrecision(3));
     const sign = change < 0 ? "−" : "+";
     page.showMessage(
-      `Your swipe: spin ${sign}${Math.abs(change)} to ${now} rad/s, momentum ${sign}${size} N m s`,
+      `Spin ${sign}${Math.abs(change)} to ${now} rad/s, momentum ${sign}${size} N m s`,
     );
     pushArrow.visible = true;
     setTimeout(() => (pushArrow.visible = !(view.isDirty = true)), SHOWN);

@@ -62,7 +62,7 @@ export class Labels {
     for (const { span, place, wide } of placed.sort(isHigher)) {
       const isInside = place && place[0] > 4 && place[0] < width - 8 && place[1] > 4;
       const isLeft = isInside && place[2] && place[0] > wide + MARGIN;
-      const right = isInside && Math.min(place[0], width - wide);
+      const right = isInside && Math.min(place[0], width - wide - MARGIN);
       const x = isLeft ? place[0] - wide - MARGIN : right;
       let y = isInside && place[1];
       const meets = ([a, b, w]) => a < x + wide && x < a + w && Math.abs(b - y) < gap;

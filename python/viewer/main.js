@@ -24,6 +24,7 @@ import { View } from "./view.js";
 const source = `<!doctype html>\n${document.documentElement.outerHTML}\n`;
 const getElement = (id) => document.getElementById(id);
 const LOW = 500; // height of a window without room for dials [pixels]
+const NARROW = 680; // width of a picture with room for messages beside its tops [pixels]
 const reducedMotion = matchMedia("(prefers-reduced-motion: reduce)");
 const { style } = document.documentElement;
 style.colorScheme = loadText("light or dark");
@@ -160,7 +161,7 @@ function describeLateTops() {
   const words = page.tops.map((top, i) => {
     const [t] = simulation.getState(i);
     if (page.isRunning)
-      return top.ticks > least ? `${formatTopName(top)} waits for its next step` : "";
+      return view.pixels[0] > NARROW && top.ticks > least ? `${formatTopName(top)} waits for its next step` : "";
     const isBehind = Math.abs(t * TICKS - page.clock) > 0.5 && !simulation.getFailure(i);
     return isBehind ? `${formatTopName(top)} is shown at t = ${+t.toFixed(6)}` : "";
   });

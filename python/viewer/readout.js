@@ -77,7 +77,7 @@ function describePrecession(velocity, spin, nutation, limits) {
   if (!(Math.sin(nutation) >= UPRIGHT)) return [];
   const now = computePrecession(velocity, spin, nutation);
   const round = (2 * Math.PI) / Math.abs(limits?.precession);
-  const mean = () => `mean ${formatShort(limits.precession)}: once round in ${round.toFixed(1)} s`;
+  const mean = () => `mean ${formatShort(limits.precession)}: once round in ${formatShort(round)} s`;
   const about = "angular velocity of the axis about the vertical, in radians per second";
   return [["precession", formatShort(now), " rad/s", round < 1e4 ? mean() : "", about]];
 }

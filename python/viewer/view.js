@@ -139,7 +139,7 @@ export class View {
   moveAboveFooter() {
     const [w, h] = this.pixels;
     this.covered = this.computeCovered();
-    for (const camera of this.cameras) camera.setViewOffset(w, h, 0, 0.36 * this.covered, w, h);
+    for (const camera of this.cameras) camera.setViewOffset(w, h, 0, 0.31 * this.covered, w, h);
     if (this.isHome) this.moveHome();
     this.isDirty = true;
   }
@@ -272,7 +272,7 @@ export class View {
     const { fov, aspect } = this.cameras[0];
     const breadth = ((this.sides - 1) * scene.distance) / 2 + ARROW_REACH;
     const away = breadth / (aspect * Math.tan((fov * Math.PI) / 360));
-    const free = 1 - this.covered / this.pixels[1] / 2; // the numbers at the top need room as well
+    const free = 1 - this.covered / this.pixels[1] / 1.6; // the numbers at the top need room as well
     const distance = Math.max((far + more) / free, away);
     this.orbit.target.set(0, 0, (low + high) / 2 - (this.isRevolution ? 0 : 0.1));
     this.orbit.maxDistance = 2.5 * distance;

@@ -2,6 +2,7 @@
 
 import fcntl
 import os
+import re
 
 import pytest
 from axe import SIZES, list_violations, open_browser
@@ -27,6 +28,15 @@ def browser():
         fcntl.flock(lock, fcntl.LOCK_SH)  # waits for `make docs`
     with open_browser() as browser:
         yield browser
+
+
+def test_the_site_opens_with_a_top_and_the_gallery_with_what_a_top_does():
+    if not (SITE / "index.html").exists():
+        (pytest.fail if os.environ.get("CI") == "true" else pytest.skip)("needs `make docs`")
+    start, gallery = ((SITE / page).read_text() for page in ("index.html", "gallery/index.html"))
+    assert 0 < start.index("<iframe") < start.index("<pre")
+    cards = re.findall(r'tooltip="([^"]*)"', gallery)
+    assert "loops" in cards[0] and "cusps" in cards[0]
 
 
 @pytest.mark.parametrize("page", PAGES)

@@ -63,6 +63,16 @@ def test_the_page_stands_alone_and_has_no_broken_link(quick_report, page):
         assert (quick_report / file).exists(), file
 
 
+def test_the_lead_is_short_and_diagrams_have_errors_upwards_and_times_to_the_right(page):
+    lead = re.search(r"<h1>.*?</h1>\s*<p>(.*?)</p>", page, re.DOTALL)[1]
+    assert len(re.sub("<[^>]*>", "", lead).split()) <= 80 and "compiles" in lead
+    costs = [svg for svg in re.findall("<svg.*?</svg>", page, re.DOTALL) if "run time" in svg]
+    assert len(costs) > 4
+    for svg in costs:
+        labels = re.findall(r'rotate\((-?\d+)[^"]*"[^>]*>([^<]*(?:error|run time)[^<]*)<', svg)
+        assert all((turn == "-90") == ("error" in label) for turn, label in labels if turn), labels
+
+
 def test_every_suitable_method_is_measured_on_every_scene(quick_report):
     rows = read_table(quick_report / "workprecision.csv")
     for name in BRIEF:

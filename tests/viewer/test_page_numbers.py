@@ -61,6 +61,14 @@ def test_limits_and_starts_of_presets_agree_with_python(page, preset):
         )
 
 
+def test_the_first_tops_have_the_size_of_toys(page):
+    for entry in ALL[:8]:
+        page.load(entry["name"])
+        top = page.build_scene()
+        assert 0.05 < top.body.mass < 0.5 and top.gravity == 9.81
+        assert 0.01 < np.linalg.norm(top.body.com) < 0.1  # metres
+
+
 @pytest.mark.parametrize("kind, root", [("slow", min), ("fast", max)])
 def test_slow_and_fast_precession_are_the_roots_for_either_sign_of_the_spin(page, kind, root):
     rates = []
@@ -195,7 +203,7 @@ def test_live_numbers_agree_with_python(page, t):
     assert float(numbers["precession"][0]) == pytest.approx(rate, rel=6e-3)
     mean = exact.precession_rate
     assert numbers["precession"][1].startswith(f"mean {mean:.3g}: ")
-    assert numbers["precession"][1].endswith(f" {2 * np.pi / mean:.1f} s")
+    assert numbers["precession"][1].endswith(f" {2 * np.pi / mean:#.3g} s")
     units = "document.querySelector('#numbers .{} .value').dataset.unit.trim()"
     assert [page.evaluate(units.format(name)) for name in ("spin", "precession")] == ["rad/s"] * 2
     wait_for(page, f"document.getElementById('clock').textContent === 't = {t:.3f} s'")

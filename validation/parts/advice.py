@@ -68,10 +68,11 @@ def list_answers(comparison):
             ms = 1e3 * own.seconds
             yield question | {"program": own.method, "ms": ms, "code": f"kr.solve({code})"}
         for other, hit in others.items():
+            answer = question | {"program": fastest.REFERENCES[other], "ms": None}
             if hit:
                 setup = 1e3 * (hit.setup_seconds or 0.0)
-                title = fastest.REFERENCES[other]
-                yield question | {"program": title, "ms": 1e3 * hit.seconds, "setup": setup}
+                answer |= {"ms": 1e3 * hit.seconds, "setup": setup}
+            yield answer
 
 
 def describe_group(rows, method, problems):

@@ -19,6 +19,10 @@ if (question) {
   };
   const drawRow = (answer, longest) => {
     const row = make("tr", "", answer.code ? "own" : ""), bar = make("td", "", "left");
+    if (answer.ms === null) {
+      row.append(make("td", answer.program), bar, make("td", "no measured run reaches the error", "left"));
+      return row;
+    }
     const strip = make("span", "", "bar");
     strip.style.width = `${Math.min(96, 96 * answer.ms / longest)}%`;
     bar.append(strip, answer.ms > longest ? "\u2192" : "");
@@ -33,12 +37,12 @@ if (question) {
       choice.replaceChildren(...values.map(value => new Option(value)));
       choice.value = chosen ?? values[0];
     }
-    const rows = select(choices.length).sort((one, other) => one.ms - other.ms);
+    const rows = select(choices.length).sort((one, other) => (one.ms ?? 1e99) - (other.ms ?? 1e99));
     const own = rows.find(answer => answer.code);
     line.textContent = own ? own.code : "no method of kreisel in doubles; try kr.solve(scene, t, digits=20)";
     button.hidden = !own;
     button.textContent = "Copy";
-    const longest = Math.min(rows.at(-1).ms, LONGEST * rows[0].ms);
+    const longest = Math.min(Math.max(...rows.map(answer => answer.ms ?? 0)), LONGEST * rows[0].ms);
     question.querySelector("table").replaceChildren(...rows.map(answer => drawRow(answer, longest)));
   };
   button.addEventListener("click", () => {
