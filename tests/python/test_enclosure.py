@@ -201,7 +201,7 @@ def test_a_step_satisfies_its_inequalities(name, size, step, monkeypatch):
     motion = Motion(scene)
     with flint.ctx.workprec(60):
         equations = Equations(scene)
-        moving = steps.MovingSet(equations, 50)
+        moving = steps.MovingSet(equations, equations.start, 50)
         moving.r[:] = size
         proof = moving.prove_step(moving.compute_series(), step)
     n, d = len(proof.p.values) - 1, len(moving.mid)
@@ -217,8 +217,9 @@ def test_a_step_satisfies_its_inequalities(name, size, step, monkeypatch):
     def differentiate(y):
         return np.array([(f(y + e) - f(y - e)) / 2 for e in exact(np.eye(d))]).T
 
-    p = [exact([as_fraction(x) for x in row]) for row in zip(*proof.p.coefficients, strict=True)]
-    end, mid = sum(p), exact([as_fraction(x) for x in proof.mid])
+    orders = [[int(x[k]) for x in proof.p.coefficients] for k in range(n + 1)]
+    p, mid = exact(orders) / 2**moving.scale, exact(proof.mid) / Fraction(2) ** moving.scale
+    end = sum(p)
     growth, rest, error = map(Fraction, (proof.growth, proof.rest, proof.error))
     g = sum(growth**k / math.factorial(k) for k in range(30))  # just below e^growth
     r, rng = exact(moving.r), np.random.default_rng(1)
@@ -258,7 +259,8 @@ def test_a_step_satisfies_its_inequalities(name, size, step, monkeypatch):
 
 def test_a_set_that_may_leave_the_tube_is_refused():
     with flint.ctx.workprec(60):
-        moving = steps.MovingSet(Equations(make_scene("heavy")), 50)
+        equations = Equations(make_scene("heavy"))
+        moving = steps.MovingSet(equations, equations.start, 50)
         moving.r[:] = 1e-3
         assert moving.prove_step(moving.compute_series(), Fraction(1, 8)) is None
 

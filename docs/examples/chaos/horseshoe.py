@@ -82,9 +82,7 @@ class Flow(MovingSet):
     """States and their derivative by the states at the start."""
 
     def __init__(self, y):
-        super().__init__(equations, BITS)
-        self.mid = np.array([x.mid() for x in y], object)
-        self.r = np.array([float(x.rad()) for x in y]) * (1 + 1e-9)
+        super().__init__(equations, y, BITS)
         self.derivative, self.cap = arb_mat(self.Q.tolist()), LONGEST_STEP
 
     def prove_step(self, *step):
@@ -130,8 +128,8 @@ def find_return(z, side):
     while not (was_below and flow.mid[P2] > 0):
         assert flow.advance(flow.t + Fraction(1, 2))
         was_below = was_below or flow.mid[P2] < 0
-    while abs(flow.mid[P2]) > 1e-28:  # Newton's method
-        assert flow.advance(flow.t - Fraction(float(flow.mid[P2] / equations(flow.mid)[P2])))
+    while abs((y := flow.find_box())[P2].mid()) > 1e-28:  # Newton's method
+        assert flow.advance(flow.t - Fraction(float(y[P2] / equations(y)[P2])))
     return flow.t
 
 

@@ -130,8 +130,8 @@ def enclose(scene: Scene, t: Numbers, *, digits: int = 45) -> Enclosure:
     The exact motion is that of the numbers that the scene stores: mass, inertia, com and rotor in
     the frame of description, momentum, the attitude divided by its length, and the surroundings.
     The principal axes are exact, while kreisel.solve rounds those of a matrix to doubles. A scene
-    that was given velocities has rounded their momentum, and the body of a scene with wheels is
-    that without their moments.
+    that was given velocities has rounded their momentum. Wheels on free axles count as in
+    scene.body: their moments about the axles are subtracted from the inertia, in doubles.
 
     The proof is in docs/theory/enclosures.md. It assumes that FLINT is correct.
 
@@ -160,7 +160,7 @@ def enclose(scene: Scene, t: Numbers, *, digits: int = 45) -> Enclosure:
     bits, rows = _count_bits(digits), []
     with _lock, ctx.workprec(bits + GUARD):
         equations = Equations(scene)
-        motion, unit = MovingSet(equations, bits), Fraction(2) ** equations.time
+        motion, unit = MovingSet(equations, equations.start, bits), Fraction(2) ** equations.time
         for time in times.tolist():
             if not motion.advance(Fraction(time) * unit):
                 reached = float(motion.t / unit)

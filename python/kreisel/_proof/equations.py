@@ -1,14 +1,16 @@
 """The equations of motion as quadratic polynomials with coefficients in ball arithmetic.
 
-The state y has the angular velocity W and the vertical P along the principal axes as `body.axes`
-rounds them, the attitude q of these axes, the angular velocity O of a turning support along them,
-and cosine c and sine s of the phase of a shaken support. With the relative velocity U = W - O,
+The state y has the angular velocity U of the body relative to the support and the vertical P along
+the principal axes as `body.axes` rounds them, the attitude q of these axes, the angular velocity O
+of a turning support along them, and cosine c and sine s of the phase of a shaken support. With the
+angular velocity W = U + O,
 
-    J W' = M x W - D U + P x (weight + push c + k J P),   M = J W + h
-    q' = q U / 2,   P' = P x U,   O' = O x W,   c' = -rate s,   s' = rate c.
+    J (U' + O x U) = M x W - D U + P x (weight + push c + k J P),   M = J W + h
+    q' = q U / 2,   P' = P x U,   O' = O x U,   c' = -rate s,   s' = rate c.
 
 J and D are full matrices, because the axes are rounded. Each right-hand side is a polynomial of
-degree two without a constant term. The lengths of q, P, O and (c, s) are conserved.
+degree two without a constant term. The lengths of q, P, O and (c, s) are conserved. P, O or (c, s)
+are left out if the motion does not depend on them.
 
 Vectors and matrices are arrays of objects: of balls, or of polynomials with balls as coefficients.
 """
@@ -23,7 +25,7 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from flint import acb_mat, arb
+from flint import acb_mat, arb, arb_poly, fmpz_poly
 
 from .._model.scene import Scene
 from .._utils.arguments import Array
@@ -32,7 +34,9 @@ from ..quaternion import conjugate, multiply, turn, turn_back
 Ball = Any  # flint.arb, which has no annotations
 Balls = Any  # an array of balls or polynomials
 ROUNDED_UP = 1.0 + 2.0**-40  # corrects nonnegative floats after up to 2^11 roundings
-_Q, _P = slice(3, 7), slice(7, 10)
+_Q, _O = slice(3, 7), slice(10, 13)
+# sums of any two are different, also of two equal ones (Mian and Chowla)
+_POWERS = 1, 3, 7, 12, 20, 30, 44, 65, 80, 96, 122, 147, 181, 203, 251
 
 
 def make_vector(values: Iterable[Any]) -> Balls:
@@ -50,12 +54,12 @@ def make_balls(values: Iterable[float], power: int = 0) -> Balls:
     return make_vector(make_ball(x, power) for x in values)
 
 
-def load_ball(m: int, power: int, radius: int, radius_power: int) -> Ball:
-    """Return the pickled ball with a midpoint m * 2^power and at least such a radius."""
-    return arb(arb((m, power)), arb((radius, radius_power)))
+def reduce_ball(x: Ball) -> Any:
+    """Return what pickle needs: mantissa and exponent of the midpoint and of the radius."""
+    return arb, tuple(tuple(map(int, part.man_exp())) for part in (x.mid(), x.rad()))
 
 
-copyreg.pickle(arb, lambda x: (load_ball, (*map(int, x.mid().man_exp() + x.rad().man_exp()),)))
+copyreg.pickle(arb, reduce_ball)
 
 
 def compute_length(v: Balls) -> Ball:
@@ -76,11 +80,12 @@ class Equations:
     """The equations y' = f(y) of a scene, and its start in balls.
 
     Times are in units of 2^-`time`, moments of 2^`moment` of the user's. Slender bodies have large
-    coefficients in the equations of W, which has `units` in which each angular velocity depends on
+    coefficients in the equations of U, which has `units` in which each angular velocity depends on
     the other numbers about as strongly as they depend on it.
 
-    The derivative of f is Df(y) = linear + bilinear y. The bounds of the absolute values of these
-    floats are also 2^52 times as large as their errors beyond rounding.
+    With 1 as the last number of y, f_a is the sum of x y_i y_k over (i, k, column) in `terms` and
+    (a, x) in `column`. The derivative is Df(y) = linear + bilinear y. The bounds of the absolute
+    values of these floats are also 2^52 times as large as their errors beyond rounding.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -109,71 +114,83 @@ class Equations:
         self.damping = np.diag(make_balls(scene.damping, -time - moment))
         if any(body.axes[1:]) and len({*scene.damping}) > 1:
             self.damping = _turn_to_axes(self.damping.diagonal(), self.inertia, moments)
-        self.is_damped = any(scene.damping)
         self.gradient = make_ball(scene.gradient, -2 * time)
-        self.is_shaken = bool(amplitude) and any(body.com)
-        self.is_pulled = bool(scene.gradient or (any(body.com) and scene.gravity)) or self.is_shaken
-        self.is_turning = any(scene.turning)
 
         # the start
         q: Balls = normalize(make_vector(multiply(make_balls(scene.attitude), self.axes)))
         m = make_vector(turn_back(q, make_balls(scene.momentum, -time - moment)))
-        parts = [self.inverse @ (m - self.rotor), q]
-        if self.is_pulled:
-            parts.append(make_vector(turn_back(q, make_balls((0.0, 0.0, 1.0)))))
-        if self.is_turning:
-            parts.append(make_vector(turn_back(q, make_balls(scene.turning, -time))))
-        if self.is_shaken:
-            parts.append(make_vector((make_ball(phase).cos(), make_ball(phase).sin())))
-        self.start: Balls = np.concatenate(parts)
-        self._differentiate()
+        p, o = turn_back(q, make_balls((0, 0, 1))), turn_back(q, make_balls(scene.turning, -time))
+        u = self.inverse @ (m - self.rotor) - make_vector(o)
+        is_shaken = bool(amplitude) and any(body.com)
+        is_pulled = is_shaken or bool(scene.gradient or (any(body.com) and scene.gravity))
+        is_used = [True] * 7 + [is_pulled] * 3 + [any(scene.turning)] * 3 + [is_shaken] * 2
+        self.used = np.flatnonzero(is_used)
+        y = make_vector((*u, *q, *p, *o, make_ball(phase).cos(), make_ball(phase).sin()))
+        self.start: Balls = y[self.used]
+        self._find_terms()
         sizes = self.linear_bound + self.bilinear_bound.sum(axis=2)
         np.fill_diagonal(sizes, 0.0)
         ratios = sizes.sum(axis=1)[:3] / np.maximum(sizes.sum(axis=0)[:3], 1.0)
         self.units = 2.0 ** np.round(0.5 * np.log2(np.maximum(ratios, 1.0)))
         self.inverse = self.inverse / self.units[:, None]
         self.start[:3] /= self.units
-        self._differentiate()
+        self._find_terms()
 
     def __call__(self, y: Balls) -> Balls:
         """Return f(y), for balls or for polynomials."""
-        w, q, p, c, s = self.units * y[:3], y[_Q], y[_P], y[-2:-1], y[-1:]
-        after = 10 if self.is_pulled else 7
-        o = y[after : after + 3]
-        u = w - o if self.is_turning else w
-        torque = cross(self.inertia @ w + self.rotor, w)
-        if self.is_damped:
-            torque = torque - self.damping @ u
-        parts = [make_vector(multiply(q, (arb(0), *u))) * 0.5]
-        if self.is_pulled:
-            pull = self.weight + self.push * c if self.is_shaken else self.weight
-            if self.gradient != 0:
-                pull = pull + self.inertia @ p * self.gradient
-            torque = torque + cross(p, pull)
-            parts.append(cross(p, u))
-        if self.is_turning:
-            parts.append(cross(o, w))
-        if self.is_shaken:
-            parts += [s * -self.rate, c * self.rate]
-        return np.concatenate([self.inverse @ torque, *parts])
+        y = self._fill(y)
+        u, q, p, o, c, s = self.units * y[:3], y[_Q], y[7:10], y[_O], y[13:14], y[14:]
+        w, turned = u + o, cross(o, u)
+        pull = self.weight + self.push * c + self.inertia @ p * self.gradient
+        torque = cross(self.inertia @ w + self.rotor, w) - self.damping @ u + cross(p, pull)
+        acceleration = self.inverse @ torque - turned * (1.0 / self.units)
+        spin = make_vector(multiply(q, (arb(0), *u))) * 0.5
+        parts = acceleration, spin, cross(p, u), turned, s * -self.rate, c * self.rate
+        return np.concatenate(parts)[self.used]
 
-    def _differentiate(self) -> None:
-        """Compute the coefficients of Df from values of f at sums of unit vectors."""
+    def _fill(self, y: Balls) -> Balls:
+        """Return all numbers of a state, with zeros for those that are left out."""
+        full = make_vector([arb(0)] * 15)
+        full[self.used] = y
+        return full
+
+    def _find_terms(self) -> None:
+        """Compute the coefficients of f, from its value at powers of one variable."""
         n = len(self.start)
-        basis = [make_vector(map(arb, row)) for row in np.eye(n).tolist()]
-        values = [self(e) for e in basis]
+        powers = *_POWERS[:n], 0
+        y = make_vector(arb_poly([0] * k + [1]) for k in powers[:n])
+        rows = [x.coeffs() + [arb(0)] * (2 * _POWERS[-1] + 1) for x in self(y)]
         linear, bilinear = np.zeros((2, n, n)), np.zeros((2, n, n, n))
-        for i, k in itertools.combinations_with_replacement(range(n), 2):
-            mixed = self(basis[i] + basis[k]) - values[i] - values[k]
-            bilinear[:, :, i, k] = bilinear[:, :, k, i] = _round(mixed)
-            linear[:, :, i] = _round(values[i] - mixed / 2) if i == k else linear[:, :, i]
+        self.terms: list[tuple[int, int, list[tuple[int, Ball]]]] = []
+        for i, k in itertools.combinations_with_replacement(range(n + 1), 2):
+            column = [row[powers[i] + powers[k]] for row in rows]
+            if k < n:
+                mixed = _round([x * (1 + (i == k)) for x in column])
+                bilinear[:, :, i, k] = bilinear[:, :, k, i] = mixed
+            elif i < n:
+                linear[:, :, i] = _round(column)
+            if found := [(a, x) for a, x in enumerate(column) if x.abs_upper() > 0]:
+                self.terms.append((i, k, found))
         self.linear, self.linear_bound = linear
         self.bilinear, self.bilinear_bound = bilinear
 
+    def find_defect(self, p: list[fmpz_poly], scale: int, h: Ball, n: int) -> list[arb_poly]:
+        """Return the first n orders of y' - h f(y) in balls, for y = p / 2^scale."""
+        factors = [*p, fmpz_poly([2**scale])]
+        unit = arb(2) ** -scale
+        defect = [arb_poly(x.derivative()) * unit for x in p]
+        for i, k, column in self.terms:
+            product = arb_poly(factors[i].mul_low(factors[k], n)) * unit * unit
+            for a, x in column:
+                defect[a] -= product * (h * x)
+        return defect
+
     def find_state(self, y: Balls) -> tuple[list[Ball], list[Ball]]:
         """Return attitude and momentum in the user's frame and units."""
-        m = (self.inertia @ (self.units * y[:3]) + self.rotor) * arb(2) ** (self.time + self.moment)
-        return list(multiply(y[_Q], conjugate(self.axes))), list(turn(y[_Q], m))
+        y = self._fill(y)
+        m = self.inertia @ (self.units * y[:3] + y[_O]) + self.rotor
+        m = turn(y[_Q], m * arb(2) ** (self.time + self.moment))
+        return list(multiply(y[_Q], conjugate(self.axes))), list(m)
 
 
 def _turn_to_axes(values: Balls, inertia: Balls, moments: Array) -> Balls:
