@@ -1,18 +1,18 @@
-"""
+r"""
 Can chaos be proved?
 ====================
 
 Lyapunov exponents are measured over finite times, with rounding errors. This example proves that an
 asymmetric heavy top is chaotic: for each sequence of the words *stay* and *go*, there is a motion
 that follows it. On *stay*, it passes a surface once, close to a periodic motion. On *go*, it leaves
-the periodic motion, swings through the hanging position, and comes back with the 40th passage. So
+the periodic motion, swings down until it nearly hangs, and comes back with the 40th passage. So
 what the top does can be as irregular as the tosses of a coin, and infinitely many motions are
 periodic.
 
-The moments of inertia are 1, 3/2 and 3/4. The centre of mass lies on the third axis, and mass *
-gravity * com is 1. The energy is 5/4, and the vertical momentum 1/4. The surface of section is P2 =
-0, P2 growing, where P is the vertical in the body. Its coordinates are P1 and the angular velocity
-W2 in the body.
+The moments of inertia are 1, 3/2 and 3/4. The centre of mass lies on the third axis, with the lever
+:math:`m g \lvert c \rvert = 1`. The energy is 5/4, and the vertical momentum 1/4. The surface of
+section is :math:`P_2 = 0` with :math:`\dot P_2 > 0`, where :math:`P` is the vertical in the body.
+Its coordinates are :math:`P_1` and the angular velocity :math:`W_2` in the body.
 """
 
 from fractions import Fraction
@@ -34,9 +34,10 @@ UNIT = arb(2) ** equations.time  # of frequency
 P1, P2, P3 = 7, 8, 9  # in the states of the equations: W / UNIT, attitude, P
 
 # %%
-# States follow from the coordinates by the integrals |P| = 1, momentum and energy: the vector
-# (sqrt(J1) W1, sqrt(J3) W3) has a known length and a known product with (sqrt(J1) P1, sqrt(J3) P3).
-# All numbers are balls of FLINT, so that the functions also apply to sets of states.
+# States follow from the coordinates by the integrals :math:`\lvert P \rvert = 1`, momentum and
+# energy: the vector :math:`(\sqrt{J_1} W_1, \sqrt{J_3} W_3)` has a known length and a known
+# product with :math:`(\sqrt{J_1} P_1, \sqrt{J_3} P_3)`. All numbers are balls of FLINT, so that the
+# functions also apply to sets of states.
 
 
 def find_states(z, side):
@@ -148,9 +149,9 @@ def pass_surface(z, side, time):
 # %%
 # The periodic motion always passes the surface at the point p. Its multipliers are 3.80 and 1/3.80:
 # nearby motions leave it in one direction, and approach it in another. The motion through the point
-# x does both, in the past and in the future, because the equations remain the same if time, W2 and
-# P2 are reversed. Both points were found by Newton's method. They need not be exact: the proof is
-# about sets around them and around the 19 passages before and after x.
+# x does both, in the past and in the future, because the equations remain the same if time,
+# :math:`W_2` and :math:`P_2` are reversed. Both points were found by Newton's method. They need not
+# be exact: the proof is about sets around them and around the 19 passages before and after x.
 
 
 def as_floats(matrix):
