@@ -32,7 +32,7 @@ static double component_unit(const kr_top *top, double rate, int number)
     const char letter = kr_quantity_rows[kr_component_of(number).quantity].dimension;
     return letter == 'M' ? top->momentum_unit * rate : letter == 'r' ? rate / top->time_unit : 1.0;
 }
-static double dot4(kr_quat a, const double b[4])
+static double dot_of_four(kr_quat a, const double b[4])
 {
     return (a.w * b[0] + a.x * b[1]) + (a.y * b[2] + a.z * b[3]);
 }
@@ -59,17 +59,17 @@ static void multiply_series(const step_view *v, const double *a, const double *b
 /* Adds a linear combination of the attitude components, with coefficients `weight`, to c. */
 static void add_of_attitude(const step_view *v, kr_quat weight, double *c)
 {
-    for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->x[n]);
+    for (int n = 0; n <= v->order; n++) c[n] += dot_of_four(weight, v->x[n]);
 }
 /* Adds a linear combination of the body-frame components of the vertical to c. */
 static void add_of_vertical(const step_view *v, kr_quat weight, double *c)
 {
-    for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->x[n] + 4);
+    for (int n = 0; n <= v->order; n++) c[n] += dot_of_four(weight, v->x[n] + 4);
 }
 /* Adds a linear combination of the body-frame components of the angular velocity to c. */
 static void add_of_velocity(const step_view *v, kr_quat weight, double *c)
 {
-    for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->w[n]);
+    for (int n = 0; n <= v->order; n++) c[n] += dot_of_four(weight, v->w[n]);
 }
 /* Returns an axis of the frame of description, along the axes of the method. */
 static kr_quat described_axis(const step_view *v, int axis)
@@ -162,13 +162,13 @@ static void add_vertical_momentum(const step_view *v, double factor, double *c)
 
 /* Adds a multiple of a component of the attitude quaternion to the power series c. Every quantity
  * that events can use (KR_QUANTITY_IN_EVENTS) requires its own add_ function. */
-static void add_q(const step_view *v, double factor, int axis, double *c)
+static void add_attitude_component(const step_view *v, double factor, int axis, double *c)
 {
     const kr_quat axes = v->top->axes,
                   weight = axis == 0 ? axes : q_mul(pure_quaternion(v_axis(axis - 1)), axes);
     add_of_attitude(v, q_scale(factor, weight), c);
 }
-static void add_m(const step_view *v, double factor, int axis, double *c)
+static void add_momentum_component(const step_view *v, double factor, int axis, double *c)
 {
     const kr_motion *motion = &v->top->main;
     if (kr_scene_is_disturbed(&v->top->scene)) {
@@ -238,8 +238,8 @@ static void add_spin(const step_view *v, double factor, int axis, double *c)
 static void add_component(const step_view *v, double factor, int number, double *c)
 {
     static void (*const adds[KR_QUANTITIES])(const step_view *, double, int, double *) = {
-        [KR_QUANTITY_q] = add_q,
-        [KR_QUANTITY_m] = add_m,
+        [KR_QUANTITY_q] = add_attitude_component,
+        [KR_QUANTITY_m] = add_momentum_component,
         [KR_QUANTITY_apex] = add_apex,
         [KR_QUANTITY_body_velocity] = add_body_velocity,
         [KR_QUANTITY_body_momentum] = add_body_momentum,

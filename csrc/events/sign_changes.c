@@ -18,7 +18,7 @@ static const double NARROW = 0x1p-5;      /* as NARROWEST, while the last terms 
 static const double TAIL_SHARE =
     0x1p-10; /* largest fraction of the slopes of all terms that may be omitted */
 
-static double evaluate(const double *c, int degree, double s)
+static double evaluate_polynomial(const double *c, int degree, double s)
 {
     double p = c[degree];
     for (int n = degree - 1; n >= 0; n--) p = p * s + c[n];
@@ -37,10 +37,10 @@ static double evaluate_with_slope(const double *c, int degree, double s, double 
 /* Returns a root between `low` and `high`, computed by Newton's method. If a Newton step would
  * leave the interval, the interval is bisected instead. Returns `low` if the polynomial does not
  * have the sign r->side at `low`. */
-static double refine(const kr_sign_search *r, double low, double high)
+static double refine_root_between(const kr_sign_search *r, double low, double high)
 {
     double s = 0.5 * (low + high);
-    if (!(r->side * evaluate(r->c, r->degree, low) > 0.0)) return low;
+    if (!(r->side * evaluate_polynomial(r->c, r->degree, low) > 0.0)) return low;
     for (int i = 0; i < MAX_NEWTON_STEPS; i++) {
         double slope;
         const double p = evaluate_with_slope(r->c, r->degree, s, &slope), step = p / slope;
@@ -54,11 +54,11 @@ static double refine(const kr_sign_search *r, double low, double high)
     return s;
 }
 /* Records the sign of the value p at s, and returns 1 if the sign has changed. */
-static int note_sign(kr_sign_search *r, double p, double s)
+static int record_sign(kr_sign_search *r, double p, double s)
 {
     if (!(fabs(p) > (r->side ? r->noise : r->start_noise))) return 0;
     const int sign = p > 0.0 ? 1 : -1, changed = r->side == -sign;
-    if (changed && r->sought * sign >= 0) r->root = refine(r, r->mark, s);
+    if (changed && r->sought * sign >= 0) r->root = refine_root_between(r, r->mark, s);
     r->side = sign;
     r->mark = s;
     return changed;
@@ -92,8 +92,9 @@ static search_outcome search_interval(kr_sign_search *r, double *b, double low, 
     double left[KR_POLYNOMIAL_ORDER_MAX + 1];
     if (high <= r->mark) return NO_ROOT;
     if (is_sign_decided(r, b, high - low) || (r->tail == 0.0 && high - low <= NARROWEST)) {
-        const double p = fabs(b[n]) > r->tail + r->noise ? b[n] : evaluate(r->c, r->degree, high);
-        return note_sign(r, p, high) ? ROOT_FOUND : NO_ROOT;
+        const double p =
+            fabs(b[n]) > r->tail + r->noise ? b[n] : evaluate_polynomial(r->c, r->degree, high);
+        return record_sign(r, p, high) ? ROOT_FOUND : NO_ROOT;
     }
     if (r->tail > 0.0 && high - low <= NARROW) return UNDECIDED;
     for (int k = 0; k <= n; k++) {
@@ -137,7 +138,8 @@ int kr_search_next_sign_change(kr_sign_search *r)
     for (int i = 1; i <= r->degree; i++) rest[i % 4] += fabs(r->c[i]);
     const double others = (rest[0] + rest[1]) + (rest[2] + rest[3]);
     if (!isfinite(fabs(r->c[0]) + r->degree * others)) return 0;
-    if (note_sign(r, r->mark > 0.0 ? evaluate(r->c, r->degree, r->mark) : r->c[0], r->mark))
+    if (record_sign(r, r->mark > 0.0 ? evaluate_polynomial(r->c, r->degree, r->mark) : r->c[0],
+                    r->mark))
         return 1;
     if (r->side * r->c[0] > others) return 0;
     truncate_polynomial(r);

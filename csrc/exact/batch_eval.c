@@ -14,7 +14,7 @@ typedef struct batch {
     double t[BATCH], w[BATCH], x[BATCH], y[BATCH], z[BATCH], mx[BATCH], my[BATCH], mz[BATCH];
 } batch;
 
-INLINE void fill(const kr_exact_form *e, int dual, int euler, batch *b, int n)
+INLINE void fill_block(const kr_exact_form *e, int dual, int euler, batch *b, int n)
 {
     for (int i = 0; i < n; i++) {
         const kr_state s = kernel(e, dual, euler, b->t[i], two_sum(b->t[i], -e->begin));
@@ -22,15 +22,15 @@ INLINE void fill(const kr_exact_form *e, int dual, int euler, batch *b, int n)
         b->mx[i] = s.m.x, b->my[i] = s.m.y, b->mz[i] = s.m.z;
     }
 }
-INLINE void apply_frame(const kr_exact_form *e, batch *b, int n)
+INLINE void apply_frame_to_block(const kr_exact_form *e, batch *b, int n)
 {
     for (int i = 0; i < n; i++) {
-        const kr_quat r = framed(e->frame, q4(b->w[i], v3(b->x[i], b->y[i], b->z[i])));
+        const kr_quat r = apply_frame(e->frame, q4(b->w[i], v3(b->x[i], b->y[i], b->z[i])));
         b->w[i] = r.w, b->x[i] = r.x, b->y[i] = r.y, b->z[i] = r.z;
     }
 }
 /* Converts states stored as one array per component to an array of kr_state structures. */
-INLINE void write(const batch *restrict b, int n, kr_state *restrict out)
+INLINE void store_block(const batch *restrict b, int n, kr_state *restrict out)
 {
     for (int i = 0; i < n; i++) {
         out[i].t = b->t[i];
@@ -38,15 +38,15 @@ INLINE void write(const batch *restrict b, int n, kr_state *restrict out)
         out[i].m.x = b->mx[i], out[i].m.y = b->my[i], out[i].m.z = b->mz[i];
     }
 }
-/* `stream` bypasses the cache. Bypassing the cache is faster for large arrays, because ordinary
+/* stream_states bypasses the cache. This is faster for large arrays, because ordinary
  * stores first read each cache line. */
 #if defined __SSE2__
 enum { LARGE = 1 << 14 };
-static int is_stream(size_t n, const kr_state out[])
+static int bypasses_cache(size_t n, const kr_state out[])
 {
     return n >= LARGE && (uintptr_t)out % 16 == 0;
 }
-INLINE void stream(const batch *b, int n, kr_state *out)
+INLINE void stream_states(const batch *b, int n, kr_state *out)
 {
     for (int i = 0; i < n; i++) {
         double *to = (double *)&out[i];
@@ -56,28 +56,28 @@ INLINE void stream(const batch *b, int n, kr_state *out)
         _mm_stream_pd(to + 6, _mm_set_pd(b->mz[i], b->my[i]));
     }
 }
-INLINE void end_stream(void) { _mm_sfence(); }
+INLINE void end_streaming(void) { _mm_sfence(); }
 #else
-INLINE int is_stream(size_t n, const kr_state out[]) { return (void)n, (void)out, 0; }
-INLINE void stream(const batch *b, int n, kr_state *out) { write(b, n, out); }
-INLINE void end_stream(void) {}
+INLINE int bypasses_cache(size_t n, const kr_state out[]) { return (void)n, (void)out, 0; }
+INLINE void stream_states(const batch *b, int n, kr_state *out) { store_block(b, n, out); }
+INLINE void end_streaming(void) {}
 #endif
 /* Computes the states of one top at the times b->t[i]. The number of states is rounded up to a
  * multiple of eight to avoid a remainder loop. */
-static void states(const kr_exact_form *exact, batch *b, int count)
+static void compute_block(const kr_exact_form *exact, batch *b, int count)
 {
     /* The compiler can keep a local copy in registers: no store through a pointer changes it. */
     const kr_exact_form e = *exact;
     const int n = (count + 7) & ~7;
     if (e.curve == LAGRANGE)
-        fill(&e, 0, 0, b, n);
+        fill_block(&e, 0, 0, b, n);
     else if (e.curve == EULER)
-        fill(&e, 0, 1, b, n);
+        fill_block(&e, 0, 1, b, n);
     else if (e.curve == LAGRANGE_DUAL)
-        fill(&e, 1, 0, b, n);
+        fill_block(&e, 1, 0, b, n);
     else
-        fill(&e, 1, 1, b, n);
-    if (e.framed != 0.0) apply_frame(&e, b, n);
+        fill_block(&e, 1, 1, b, n);
+    if (e.framed != 0.0) apply_frame_to_block(&e, b, n);
 }
 /* Uses state_beyond to recompute the states at times beyond the range of the vectorized code.
  * Times outside the vectorized range are rare, so a loop without branches first checks whether the
@@ -100,17 +100,17 @@ static void replace_beyond(const kr_exact_form *e, batch *b, int n)
 void KR_NAME(kr_exact_evaluate)(const void *plan, size_t n, const double t[], kr_state out[])
 {
     const kr_exact_form *e = plan;
-    const int streams = is_stream(n, out);
+    const int streams = bypasses_cache(n, out);
     batch b = {.t = {0.0}};
     for (size_t from = 0; from < n; from += BATCH) {
         const int count = n - from < BATCH ? (int)(n - from) : BATCH;
         memcpy(b.t, t + from, (size_t)count * sizeof b.t[0]);
-        states(e, &b, count);
+        compute_block(e, &b, count);
         replace_beyond(e, &b, count);
         if (streams)
-            stream(&b, count, out + from);
+            stream_states(&b, count, out + from);
         else
-            write(&b, count, out + from);
+            store_block(&b, count, out + from);
     }
-    if (streams) end_stream();
+    if (streams) end_streaming();
 }

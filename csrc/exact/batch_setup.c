@@ -74,39 +74,39 @@ static void analyse_body(const kr_body *body, body_data *known)
     known->per_inertia = 1.0 / known->working.inertia.x;
     known->gravity = 0.0;
     known->axes = axes;
-    known->turned = !is_one(axes);
+    known->turned = !is_identity(axes);
     known->framed[0] = known->framed[1] = 0;
 }
-/* Writes the map (fill_frame) that converts the computed attitudes of a body to the user's axes.
+/* Writes the map (make_frame) that converts the computed attitudes of a body to the user's axes.
  * If the map is the identity, returns 0 and writes nothing. If `below` is nonzero, the solution
  * was computed with up and down interchanged. */
-static int get_frame(body_data *known, int below, kr_quat out[4])
+static int find_frame_map(body_data *known, int below, kr_quat out[4])
 {
     kr_quat *frame = known->frame[below];
     if (!below && !known->turned) return 0;
     if (!known->framed[below]) {
-        if (below) fill_frame_below(frame);
-        if (known->turned) fill_frame_axes(frame, below, known->axes);
+        if (below) make_exchanging_frame(frame);
+        if (known->turned) add_axes_to_frame(frame, below, known->axes);
         known->framed[below] = 1;
     }
     memcpy(out, frame, sizeof known->frame[below]);
     return 1;
 }
-static void put_numbers(double in[][MANY], int to, int from, const double numbers[], int count)
+static void append_numbers(double in[][MANY], int to, int from, const double numbers[], int count)
 {
     for (int i = 0; i < count; i++) in[from + i][to] = numbers[i];
 }
 /* Appends the body and the initial state of a scene to the queue. */
-static void put_scene(batch_queue *w, const kr_scene *scene, const body_data *known)
+static void append_scene(batch_queue *w, const kr_scene *scene, const body_data *known)
 {
     const kr_quat q = scene->start.q, body = scene->body.axes, work = known->working.axes;
     const kr_vec3 m = scene->start.m, i = known->working.inertia;
     const double numbers[] = {i.x, i.y, i.z, q.w, q.x, q.y, q.z, m.x, m.y, m.z};
     const double axes[] = {body.w, body.x, body.y, body.z, work.w, work.x, work.y, work.z};
-    put_numbers(w->in, w->count, INERTIA, numbers, 10);
-    put_numbers(w->in, w->count, AXES, axes, 8);
-    w->turned[0] |= !is_one(body);
-    w->turned[1] |= !is_one(work);
+    append_numbers(w->in, w->count, INERTIA, numbers, 10);
+    append_numbers(w->in, w->count, AXES, axes, 8);
+    w->turned[0] |= !is_identity(body);
+    w->turned[1] |= !is_identity(work);
 }
 static void analyse_gravity(const kr_scene *scene, body_data *known)
 {
@@ -156,9 +156,9 @@ static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t ind
                               known->swing.moment, time,    scene->start.t};
     batch_queue *w =
         &queues[guess_lone_root(known, scene->start.q, v_scale(time, m), scale * lever)];
-    put_scene(w, scene, known);
-    put_numbers(w->in, w->count, MASS, numbers, 7);
-    w->framed[w->count] = get_frame(known, lever < 0.0, w->frame[w->count]);
+    append_scene(w, scene, known);
+    append_numbers(w->in, w->count, MASS, numbers, 7);
+    w->framed[w->count] = find_frame_map(known, lever < 0.0, w->frame[w->count]);
     w->index[w->count++] = index;
     return 1;
 }
@@ -168,19 +168,19 @@ typedef struct group {
     int first; /* index of the group's first top in the queue */
 } group;
 
-INLINE wide in_lanes(group w, int number) { return wide_load(&w.all->in[number][w.first]); }
+INLINE wide load_number(group w, int number) { return wide_load(&w.all->in[number][w.first]); }
 
 /* Multiplies the attitudes by rotations; the identity leaves an attitude bitwise unchanged. */
 INLINE void rotate_attitudes(exact_top *top, group w, int axes)
 {
-    const quat_lanes by = {in_lanes(w, axes), in_lanes(w, axes + 1), in_lanes(w, axes + 2),
-                           in_lanes(w, axes + 3)};
+    const quat_lanes by = {load_number(w, axes), load_number(w, axes + 1), load_number(w, axes + 2),
+                           load_number(w, axes + 3)};
     const wide zero = wide_splat(0.0);
     const mask one =
         mask_and(mask_and(wide_equal(by.x, zero), wide_equal(by.y, zero)), wide_equal(by.z, zero));
     dd turned[4];
     memcpy(turned, top->q, sizeof turned);
-    turn_first(turned, by);
+    multiply_from_right(turned, by);
     take_lanes(top->q, turned, sizeof turned, mask_not(one));
 }
 INLINE wide drop_tiny_momenta(wide m)
@@ -190,20 +190,20 @@ INLINE wide drop_tiny_momenta(wide m)
 /* Converts the tops of a group to internal axes and units. */
 INLINE exact_top read_group(group w)
 {
-    const wide inverse = 1.0 / in_lanes(w, MOMENT), time = in_lanes(w, TIME),
-               scale = in_lanes(w, SCALE);
-    const dd lever =
-        dd_times(in_lanes(w, MASS), dd_times(in_lanes(w, GRAVITY), dd_of(in_lanes(w, REACH))));
+    const wide inverse = 1.0 / load_number(w, MOMENT), time = load_number(w, TIME),
+               scale = load_number(w, SCALE);
+    const dd lever = dd_times(load_number(w, MASS),
+                              dd_times(load_number(w, GRAVITY), dd_of(load_number(w, REACH))));
     exact_top top;
-    for (int i = 0; i < 4; i++) top.q[i] = dd_of(in_lanes(w, ATTITUDE + i));
+    for (int i = 0; i < 4; i++) top.q[i] = dd_of(load_number(w, ATTITUDE + i));
     if (w.all->turned[0]) rotate_attitudes(&top, w, AXES);
     if (w.all->turned[1]) rotate_attitudes(&top, w, AXES + 4);
-    top.inertia.x = inverse * in_lanes(w, INERTIA);
-    top.inertia.y = inverse * in_lanes(w, INERTIA + 1);
-    top.inertia.z = inverse * in_lanes(w, INERTIA + 2);
-    top.m.x = drop_tiny_momenta(time * (inverse * in_lanes(w, MOMENTUM)));
-    top.m.y = drop_tiny_momenta(time * (inverse * in_lanes(w, MOMENTUM + 1)));
-    top.m.z = drop_tiny_momenta(time * (inverse * in_lanes(w, MOMENTUM + 2)));
+    top.inertia.x = inverse * load_number(w, INERTIA);
+    top.inertia.y = inverse * load_number(w, INERTIA + 1);
+    top.inertia.z = inverse * load_number(w, INERTIA + 2);
+    top.m.x = drop_tiny_momenta(time * (inverse * load_number(w, MOMENTUM)));
+    top.m.y = drop_tiny_momenta(time * (inverse * load_number(w, MOMENTUM + 1)));
+    top.m.z = drop_tiny_momenta(time * (inverse * load_number(w, MOMENTUM + 2)));
     top.lever = dd_make(scale * lever.hi, scale * lever.lo);
     return top;
 }
@@ -231,7 +231,7 @@ static void begin_group(group w, lagrange_setup *s)
     s->top = read_group(w);
     const mask below = is_negative(s->top.lever.hi);
     if (mask_any(below)) {
-        const exact_top seen = seen_from_below(&s->top);
+        const exact_top seen = exchange_up_and_down(&s->top);
         take_lanes(&s->top, &seen, sizeof seen, below);
     }
     begin_setup(s);
@@ -239,18 +239,18 @@ static void begin_group(group w, lagrange_setup *s)
 /* Converts the closed-form solutions for a group of tops to the user's units. */
 static group_result end_group(group w, lagrange_setup *s)
 {
-    const wide time = in_lanes(w, TIME);
-    const mask below = is_negative(in_lanes(w, GRAVITY) * in_lanes(w, REACH));
+    const wide time = load_number(w, TIME);
+    const mask below = is_negative(load_number(w, GRAVITY) * load_number(w, REACH));
     exact_lanes *exact = &s->exact;
     if (mask_any(below)) {
         exact_lanes turned = *exact;
-        undo_turn_over(&turned);
+        restore_up_and_down(&turned);
         take_lanes(exact, &turned, sizeof turned, below);
     }
     exact->spin_angle_rate =
-        wide_choose(is_negative(in_lanes(w, REACH)), opposite_spin(exact->spin_angle_rate),
-                    exact->spin_angle_rate);
-    to_user(exact, in_lanes(w, BEGIN), time, in_lanes(w, MOMENT) / time);
+        wide_choose(is_negative(load_number(w, REACH)),
+                    spin_about_opposite_axis(exact->spin_angle_rate), exact->spin_angle_rate);
+    convert_form_to_user(exact, load_number(w, BEGIN), time, load_number(w, MOMENT) / time);
     const wide rates = exact->nutation.fast + exact->first.fast + exact->second.fast;
     return (group_result){mask_bits(mask_not(is_moving(&s->top))),
                           mask_bits(mask_not(wide_less(wide_abs(rates), wide_splat(INFINITY))))};
@@ -268,7 +268,7 @@ typedef struct forms {
 
 /* Extracts the closed-form solution for one top from the solutions for a group of tops. The
  * argument `place` is the index of this top in the queue. */
-static void put_form(const forms *f, const batch_queue *w, int place, kr_exact_form *out)
+static void extract_form(const forms *f, const batch_queue *w, int place, kr_exact_form *out)
 {
     const int lane = place % LANES;
     double row[FORM];
@@ -317,13 +317,13 @@ static void read_states(const batch_job *j, group g, const exact_lanes *exact, u
         if (within >> i & 1) {
             const kr_quat q = q4(s[1][i], v3(s[2][i], s[3][i], s[4][i]));
             out->t = s[0][i];
-            out->q = w->framed[place] ? framed(w->frame[place], q) : q;
+            out->q = w->framed[place] ? apply_frame(w->frame[place], q) : q;
             out->m = v3(s[5][i], s[6][i], s[7][i]);
         } else {
             kr_exact_form one;
             forms f;
             memcpy(&f, exact, sizeof f);
-            put_form(&f, w, place, &one);
+            extract_form(&f, w, place, &one);
             *out = j->one->state(&one, t[i]);
         }
     }
@@ -351,7 +351,7 @@ static void write_group(const batch_job *j, group g, const exact_lanes *exact, u
         if (!(good >> i & 1)) continue;
         const size_t index = g.all->index[g.first + i];
         kr_exact_form one, *out = request->plans ? &request->plans[index] : &one;
-        put_form(&f, g.all, g.first + i, out);
+        extract_form(&f, g.all, g.first + i, out);
         if (many)
             KR_NAME(kr_exact_evaluate)(out, request->times, times_of(request, index),
                                        request->states + index * request->times);
@@ -371,7 +371,7 @@ static void finish_group(const batch_job *j, group g, lagrange_setup *s)
     write_group(j, g, &s->exact, ~(b.alone | b.refused) & ((1u << count) - 1));
 }
 /* Computes all queued tops. Unused SIMD lanes are filled with copies of the first top. */
-APART void flush(const batch_job *j, batch_queue *w)
+APART void compute_queue(const batch_job *j, batch_queue *w)
 {
     lagrange_setup s[GROUPS];
     const int groups = (w->count + LANES - 1) / LANES;
@@ -396,7 +396,7 @@ void KR_NAME(kr_exact_batch)(const kr_exact_scalar *one, const kr_exact_request 
         if (known.fits && known.gravity != scene->gravity) analyse_gravity(scene, &known);
         if (!known.fits || !add_to_queue(queues, scene, i, &known)) plan_scalar(&j, i);
         for (int top = 0; top < 2; top++)
-            if (queues[top].count == MANY) flush(&j, &queues[top]);
+            if (queues[top].count == MANY) compute_queue(&j, &queues[top]);
     }
-    for (int top = 0; top < 2; top++) flush(&j, &queues[top]);
+    for (int top = 0; top < 2; top++) compute_queue(&j, &queues[top]);
 }

@@ -362,8 +362,8 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     const kr_quat q = scene->start.q;
     dd turn[4] = {dd_of(q.w), dd_of(q.x), dd_of(q.y), dd_of(q.z)};
     const dd space_m[3] = {dd_of(m.x), dd_of(m.y), dd_of(m.z)};
-    turn_first(turn, body->axes);
-    turned_back(turn, space_m, top->start);
+    multiply_from_right(turn, body->axes);
+    turn_back_dd(turn, space_m, top->start);
     top->size = dd_sqrt(dd_dot(space_m, space_m));
     info->refusal = KR_REFUSAL_ROTATION; /* without momentum, J W = -h is constant */
     if (!(top->size.hi > 1e-100)) return KR_ERR_METHOD;
@@ -381,24 +381,24 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     info->refusal = make_plan(memory, &tilt, &info->certificate);
     if (info->refusal != KR_REFUSAL_NONE) return KR_ERR_METHOD;
     const dd period = top->period,
-             rates[2] = {
-                 dd_div(dd_of(1.0), period),
-                 dd_div(dd_add(dd_half(dd_mul(memory->growth, one_turn())), dd_of(plan->least)),
-                        period)};
+             rates[2] = {dd_div(dd_of(1.0), period),
+                         dd_div(dd_add(dd_half(dd_mul(memory->growth, turns_per_radian())),
+                                       dd_of(plan->least)),
+                                period)};
     const double unit = own ? 1.0 : units.time;
     for (int i = 0; i < 2; i++) {
         kr_phase *phase = &plan->torus.turn[i];
         phase->fast = rates[i].hi / unit;
         phase->slow = rates[i].lo / unit;
-        phase_start(phase, dd_of(0.0));
+        set_initial_phase(phase, dd_of(0.0));
     }
     plan->torus.begin = own ? 0.0 : scene->start.t;
     plan->momentum = own ? m : scene->start.m;
-    fill_frame(plan->map, q_one(), q_one());
+    make_frame(plan->map, q_one(), q_one());
     const kr_quat first = gyrostat_after(plan, 0.0, dd_of(0.0)).q,
-                  left = q_mul(q_mul(rounded(turn), tilt), q_conj(first)),
+                  left = q_mul(q_mul(round_quaternion(turn), tilt), q_conj(first)),
                   axes = own ? working.axes : q_conj(body->axes);
-    fill_frame(plan->map, left, q_mul(q_conj(tilt), axes));
+    make_frame(plan->map, left, q_mul(q_conj(tilt), axes));
     info->period = period.hi * unit;
     info->frequency[0] = two_pi / info->period;
     info->frequency[1] = memory->growth.hi / info->period;

@@ -178,7 +178,7 @@ static int average_arc(const chaplygin_curve *o, chaplygin_arc *arc, cosine_tabl
     const curve_arc p = {o, arc};
     const double floor[3] = {0.0, 0.0, 0.0};
     dd mean[3];
-    const int n = average(sample_arc, &p, 2, floor, table, v, mean);
+    const int n = average_functions(sample_arc, &p, 2, floor, table, v, mean);
     arc->p = mean[0];
     arc->q = mean[1];
     arc->points = n;
@@ -283,7 +283,7 @@ static void move_to_alpha(const chaplygin_arc *arc, const kr_chaplygin_arc *e, d
         double products[2];
         at->x += (alpha - at->alpha) / at->slope;
         if (!(at->x >= low && at->x <= high)) at->x = 0.5 * (low + high);
-        sincos_turns(dd_times(0.5 * at->x, one_turn()), &at->s, &at->c);
+        sincos_turns(dd_times(0.5 * at->x, turns_per_radian()), &at->s, &at->c);
         const double s = at->s, c = at->c, D = e->C * (s * s) + c * c;
         arc_products(e, s * s, c * c, D, products);
         at->alpha = at->x + sum_arc_sines(arc, 0, 2.0 * s * c, c * c - s * s);
@@ -318,7 +318,7 @@ static double make_cell(const series_work *w, const chaplygin_arc *arc, const kr
         const double alpha = 0.5 * two_pi * (cell + 0.5 + 0.5 * w->wave_at_node[1][i]) / e->cells;
         move_to_alpha(arc, e, alpha, at);
         const double s = at->s, c = at->c, rest = alpha - at->alpha;
-        value[0][i] = 0.5 * one_turn().hi * ((at->x - alpha) + rest / at->slope);
+        value[0][i] = 0.5 * turns_per_radian().hi * ((at->x - alpha) + rest / at->slope);
         value[1][i] = sum_arc_sines(arc, 1, 2.0 * s * c, c * c - s * s) +
                       rest * (arc->p.hi * point_of(e, s, c).size - arc->q.hi);
         scale[1] = fmax(scale[1], fabs(value[1][i]));
@@ -545,7 +545,7 @@ static int set_integrals(chaplygin_top *y, chaplygin_curve *o)
 /* Computes Chaplygin's separation variables u1 and u2, and for each of them a square root of |u|
  * exp(i chi). With A(u) = g1 u - L1 g3/2 and C(u) = -g2 u + L2 g3/2, A + i C = u exp(i chi). The
  * sign of the second square root follows from L1 - i L2 = -2i * product of the two square roots. */
-static void separate(chaplygin_top *y)
+static void find_separation(chaplygin_top *y)
 {
     const dd square = dd_times(0.25, dd_add(dd_square(y->L[0]), dd_square(y->L[1]))),
              half = dd_half(y->L[2]), root = dd_sqrt(dd_add(dd_square(half), square));
@@ -581,7 +581,8 @@ static dd start_angle(const chaplygin_arc *arc, dd u, cdd root, kr_chaplygin_arc
     const int first = fabs(root.re.hi) > fabs(root.im.hi);
     if ((first ? p.c * root.re.hi : p.s * root.im.hi) < 0.0) e->sign = -1.0;
     *time = sum_arc_sines(arc, 1, sine, cosine);
-    return dd_add(turns_of(s, c), dd_times(0.5 * sum_arc_sines(arc, 0, sine, cosine), one_turn()));
+    return dd_add(argument_in_turns(s, c),
+                  dd_times(0.5 * sum_arc_sines(arc, 0, sine, cosine), turns_per_radian()));
 }
 static void set_newton_bounds(kr_chaplygin_plan *plan)
 {
@@ -611,7 +612,7 @@ static dd set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2])
         kr_chaplygin_arc *e = &plan->arc[j];
         const dd rate = dd_div(dd_of(1.0), arc[j].p);
         e->rate = rate.hi;
-        e->half_rate = 0.5 * dd_mul(rate, one_turn()).hi;
+        e->half_rate = 0.5 * dd_mul(rate, turns_per_radian()).hi;
         plan->torus.turn[j] = phase_of(dd_half(dd_div(arc[1 - j].p, det)));
     }
     plan->span = two_pi * arc[0].p.hi;
@@ -628,7 +629,7 @@ static dd set_start(kr_chaplygin_plan *plan, dd ratio, const dd half[2], const d
     for (int j = 0; j < 2; j++) {
         kr_phase *turn = &plan->torus.turn[j];
         const dd extra = dd_of(slip * plan->arc[j].half_rate);
-        phase_start(turn, dd_sub(half[j], extra));
+        set_initial_phase(turn, dd_sub(half[j], extra));
         angle[j] = dd_add(dd_make(turn->start, turn->more), extra);
     }
     return dd_add(angle[1], dd_mul(ratio, dd_sub(dd_of(0.25), angle[0])));
@@ -668,7 +669,7 @@ static kr_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
     if (o->G.hi < least) o->G = dd_of(least);
     const kr_refusal degenerate = find_branch_points(o);
     if (degenerate != KR_REFUSAL_NONE) return degenerate;
-    separate(y);
+    find_separation(y);
     if (!make_arcs(o, y->u[0], y->u[1], w->arc)) return KR_REFUSAL_START;
     start_cosine_table(&w->table);
     for (int j = 0; j < 2; j++)
@@ -693,7 +694,7 @@ static void set_heading(kr_chaplygin_plan *plan, kr_quat q)
 {
     plan->heading_start = plan->heading_more = 0.0;
     const kr_quat turn = q_mul(q, q_conj(chaplygin_kernel(plan, 0.0, dd_of(0.0)).q));
-    const dd half = turns_of(turn.z, turn.w);
+    const dd half = argument_in_turns(turn.z, turn.w);
     plan->heading_start = half.hi;
     plan->heading_more = half.lo;
 }
@@ -720,8 +721,8 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     if (refusal == KR_REFUSAL_NONE) {
         set_heading(plan, way.attitude);
         const kr_state now = chaplygin_kernel(plan, 0.0, dd_of(0.0));
-        const body_view view = view_top(&chaplygin, now);
-        const double span = short_span(&view),
+        const body_view view = read_body_view(&chaplygin, now);
+        const double span = choose_short_span(&view),
                      miss = error_after_span(&chaplygin, view, span,
                                              chaplygin_kernel(plan, span, dd_of(span)));
         const kr_vec3 momentum = v3(top.L[0].hi, top.L[1].hi, top.L[2].hi);

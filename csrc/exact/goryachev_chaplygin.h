@@ -321,7 +321,7 @@ INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time,
     const wide c1 = p[0].c, c2 = p[1].c, s1 = p[0].s, s2 = p[1].s,
                size = (c1 * c1 + s1 * s1) + (c2 * c2 + s2 * s2);
     /* psi/2 in turns. The low part of the product is below the rounding error of the series. */
-    const wide near = 0.5 * (find_heading(plan, half, turns) * one_turn().hi);
+    const wide near = 0.5 * (find_heading(plan, half, turns) * turns_per_radian().hi);
     dd heading = two_sum(wide_splat(plan->heading_start), near - nearest(near));
     heading.lo = heading.lo + plan->heading_more;
     wide s, c;

@@ -113,9 +113,9 @@ INLINE mask is_positive(wide a) { return wide_less(wide_splat(0.0), a); }
 INLINE wide minus_where(mask m) { return wide_choose(m, wide_splat(-1.0), wide_splat(1.0)); }
 INLINE wide length(wide x, wide y) { return wide_sqrt(x * x + y * y); }
 
-static inline int is_one(kr_quat q) { return v_largest(q_vec(q)) == 0.0; }
+static inline int is_identity(kr_quat q) { return v_largest(q_vec(q)) == 0.0; }
 /* Applies the linear map `f`, called a frame, to the quaternion q. */
-INLINE kr_quat framed(const kr_quat f[4], kr_quat q)
+INLINE kr_quat apply_frame(const kr_quat f[4], kr_quat q)
 {
     return q4((q.w * f[0].w + q.x * f[1].w) + (q.y * f[2].w + q.z * f[3].w),
               v3((q.w * f[0].x + q.x * f[1].x) + (q.y * f[2].x + q.z * f[3].x),
@@ -123,45 +123,25 @@ INLINE kr_quat framed(const kr_quat f[4], kr_quat q)
                  (q.w * f[0].z + q.x * f[1].z) + (q.y * f[2].z + q.z * f[3].z)));
 }
 /* Writes the frame q -> left * q * right. */
-static inline void fill_frame(kr_quat frame[4], kr_quat left, kr_quat right)
+static inline void make_frame(kr_quat frame[4], kr_quat left, kr_quat right)
 {
     const double w = left.w, x = left.x, y = left.y, z = left.z;
     const kr_quat columns[4] = {left, {-x, w, z, -y}, {-y, -z, w, x}, {-z, y, -x, w}};
     for (int i = 0; i < 4; i++) frame[i] = q_mul(columns[i], right);
 }
 /* Writes the linear map q -> -i q, which interchanges up and down. */
-static inline void fill_frame_below(kr_quat frame[4])
+static inline void make_exchanging_frame(kr_quat frame[4])
 {
-    fill_frame(frame, q4(0.0, v3(-1.0, 0.0, 0.0)), q_one());
+    make_frame(frame, q4(0.0, v3(-1.0, 0.0, 0.0)), q_one());
 }
 /* Composes the linear map `frame` with the conversion from internal axes to the user's axes. `axes`
  * must not be the identity rotation. If `framed` is 0, the map is first set to the identity. */
-static inline void fill_frame_axes(kr_quat frame[4], int framed, kr_quat axes)
+static inline void add_axes_to_frame(kr_quat frame[4], int framed, kr_quat axes)
 {
-    if (!framed) fill_frame(frame, q_one(), q_one());
+    if (!framed) make_frame(frame, q_one(), q_one());
     for (int i = 0; i < 4; i++) frame[i] = q_mul(frame[i], q_conj(axes));
 }
 
-/* bits_of and of_bits reinterpret the bits of a double as an integer, and back. The kernel selects
- * values by bit masks, because branches would prevent vectorization. */
-INLINE wide_integer bits_of(wide x)
-{
-    union {
-        wide value;
-        wide_integer bits;
-    } r;
-    r.value = x;
-    return r.bits;
-}
-INLINE wide of_bits(wide_integer bits)
-{
-    union {
-        wide value;
-        wide_integer bits;
-    } r;
-    r.bits = bits;
-    return r.value;
-}
 /* Returns the integer nearest to x, |x| < 2^51. Adding 1.5 * 2^52 leaves no fraction bits. */
 INLINE wide nearest(wide x)
 {
@@ -184,7 +164,7 @@ INLINE dd phase_plus(dd x, wide extra)
     return dd_make(s.hi, s.lo + x.lo);
 }
 /* Returns 1 / (2 pi) in double-double precision. */
-INLINE dd one_turn(void)
+INLINE dd turns_per_radian(void)
 {
     return dd_make(wide_splat(0.15915494309189534561), wide_splat(-9.839338337591243e-18));
 }
@@ -206,10 +186,10 @@ INLINE void sincos_turns(dd x, wide *s, wide *c)
               zz * ((-26.426253274804587 + z * 7.903206845861561) + zz * -1.6990328650055457));
     const wide sine = y * 6.283185307179586 + y * (2.4492935982947064e-16 + z * odd),
                cosine = 1.0 + z * even;
-    const wide_integer quarter = bits_of(u),
-                       swap = (bits_of(sine) ^ bits_of(cosine)) & (0 - (quarter & 1));
-    *s = of_bits((bits_of(sine) ^ swap) ^ ((quarter & 2) << 62));
-    *c = of_bits((bits_of(cosine) ^ swap) ^ (((quarter + 1) & 2) << 62));
+    const wide_integer quarter = wide_bits(u),
+                       swap = (wide_bits(sine) ^ wide_bits(cosine)) & (0 - (quarter & 1));
+    *s = wide_of_bits((wide_bits(sine) ^ swap) ^ ((quarter & 2) << 62));
+    *c = wide_of_bits((wide_bits(cosine) ^ swap) ^ (((quarter + 1) & 2) << 62));
 }
 /* An exponential for |a| < 708, computed as exp(a) = 2^k exp(r) with |k| < 1022 and
  * |r| <= (ln 2)/2. Adding the low bits of k + 1.5 * 2^52 to the exponent of 1.0 gives 2^k. */
@@ -237,8 +217,8 @@ INLINE exponential exponential_of(dd a)
         rr * (0.5 + rr * (1.0 / 24 +
                           rr * (1.0 / 720 + rr * (1.0 / 40320 + rr * (1.0 / 3628800 +
                                                                       rr * (1.0 / 479001600.0))))));
-    e.plus = of_bits((bits_of(up) << 52) + one);
-    e.minus = of_bits((bits_of(shift - k) << 52) + one);
+    e.plus = wide_of_bits((wide_bits(up) << 52) + one);
+    e.minus = wide_of_bits((wide_bits(shift - k) << 52) + one);
     return e;
 }
 INLINE void sinhcosh(dd a, wide *s, wide *c)
@@ -269,7 +249,7 @@ typedef struct factors {
  * hyperbolic functions replace the sine and cosine. Jacobi's transformation adds a phase that is
  * proportional to the phase of the nutation. For torque-free bodies (`euler`), the function beta
  * contains theta4 instead of theta2. */
-INLINE factors theta_factors(const exact_lanes *e, int dual, int euler, dd t)
+INLINE factors evaluate_theta_series(const exact_lanes *e, int dual, int euler, dd t)
 {
     const dd x = phase_at(&e->nutation, t);
     wide s, c, sign = wide_splat(1.0), square, quartic;
@@ -287,7 +267,7 @@ INLINE factors theta_factors(const exact_lanes *e, int dual, int euler, dd t)
         f.first = phase_plus(f.first, z * e->slope[0]);
         f.second = phase_plus(f.second, z * e->slope[1]);
         /* theta1 and theta2 change sign after half a turn of the phase, which is one nutation. */
-        sign = of_bits(bits_of(sign) ^ (bits_of(u) << 63));
+        sign = wide_of_bits(wide_bits(sign) ^ (wide_bits(u) << 63));
         square = -s * s;
     } else {
         sincos_turns(x, &s, &c);
@@ -312,7 +292,7 @@ INLINE factors theta_factors(const exact_lanes *e, int dual, int euler, dd t)
  * (`euler`), the momentum is constant, and the functions alpha and beta have the same phase. */
 INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, dd span)
 {
-    const factors f = theta_factors(e, dual, euler, span);
+    const factors f = evaluate_theta_series(e, dual, euler, span);
     const wide n =
         1.0 / wide_sqrt((f.a_re * f.a_re + f.a_im * f.a_im) + (f.b_re * f.b_re + f.b_im * f.b_im));
     wide s1, c1, s2, c2;
@@ -357,7 +337,7 @@ INLINE mask is_span_computable(const exact_lanes *e, wide span)
 static inline void factors_of_kind(const exact_lanes *e, int dual, int euler, wide span,
                                    wide out[6])
 {
-    const factors f = theta_factors(e, dual, euler, dd_of(span));
+    const factors f = evaluate_theta_series(e, dual, euler, dd_of(span));
     wide s, c;
     sincos_turns(f.first, &s, &c);
     out[0] = f.a_re * c - f.a_im * s;
@@ -389,21 +369,21 @@ static const double two_pi = 6.283185307179586477;
 /* Returns a phase with initial value zero and the given rate [rad per unit of time]. */
 static inline phase_lanes phase_of(dd rate)
 {
-    const dd f = dd_mul(rate, one_turn());
+    const dd f = dd_mul(rate, turns_per_radian());
     return (phase_lanes){.fast = f.hi, .slow = f.lo};
 }
 /* Sets the initial value of a phase, in turns, after adding whole turns such that it lies between
  * 1/2 and 3/2, as phase_at requires. */
-static inline void phase_start(phase_lanes *phase, dd start)
+static inline void set_initial_phase(phase_lanes *phase, dd start)
 {
     const dd s = two_sum(wide_splat(1.0), start.hi - nearest(start.hi));
     phase->start = s.hi;
     phase->more = s.lo + start.lo;
 }
 /* Returns the arc tangent of u in turns, for |u| <= tan(pi/8), with an error of at most 1 ulp. */
-static inline wide turns_of_tangent(wide u)
+static inline wide arc_tangent_in_turns(wide u)
 {
-    const dd turn = one_turn();
+    const dd turn = turns_per_radian();
     const wide z = u * u, zz = z * z;
     const wide low = (-0.0530516476972984402 + z * 0.0318309886183719381) +
                      zz * (-0.0227364204400317979 + z * 0.0176838824132084663);
@@ -415,7 +395,7 @@ static inline wide turns_of_tangent(wide u)
 }
 /* Returns the argument of x + i y in turns. The result is an exact multiple of an eighth of a turn
  * plus an arc tangent of at most a sixteenth of a turn. */
-static inline dd turns_of(wide y, wide x)
+static inline dd argument_in_turns(wide y, wide x)
 {
     const wide ax = wide_abs(x), ay = wide_abs(y), zero = wide_splat(0.0);
     const mask flat = wide_at_most(ay, ax), left = is_negative(x), below = is_negative(y);
@@ -430,14 +410,14 @@ static inline dd turns_of(wide y, wide x)
     const wide over = wide_choose(far, b - up * a, b), under = wide_choose(far, a + up * b, a);
     const wide eighth = wide_choose(far, 0.125 * up, zero);
     const wide tangent = wide_choose(is_positive(under), over / under, zero);
-    return two_sum(quarters + eighth, turns_of_tangent(tangent));
+    return two_sum(quarters + eighth, arc_tangent_in_turns(tangent));
 }
 /* Returns the angle from the vector (x, y) to the vector (u, v), in turns. */
-static inline dd turns_between(wide x, wide y, wide u, wide v)
+static inline dd angle_in_turns(wide x, wide y, wide u, wide v)
 {
     const dd re = dd_add(two_product(u, x), two_product(v, y)),
              im = dd_sub(two_product(v, x), two_product(u, y));
-    return turns_of(im.hi, re.hi);
+    return argument_in_turns(im.hi, re.hi);
 }
 
 static inline dd dot(const dd a[4], wide w, wide x, wide y, wide z)
@@ -446,7 +426,7 @@ static inline dd dot(const dd a[4], wide w, wide x, wide y, wide z)
                   dd_add(dd_times(y, a[2]), dd_times(z, a[3])));
 }
 /* Multiplies q by `by` from the right, so that the rotation `by` is applied first. */
-static inline void turn_first(dd q[4], quat_lanes by)
+static inline void multiply_from_right(dd q[4], quat_lanes by)
 {
     const dd a[4] = {q[0], q[1], q[2], q[3]};
     q[0] = dot(a, by.w, -by.x, -by.y, -by.z);
@@ -456,7 +436,7 @@ static inline void turn_first(dd q[4], quat_lanes by)
 }
 
 /* Normalizes a double-double quaternion, and returns it rounded to double precision. */
-static inline quat_lanes rounded(const dd q[4])
+static inline quat_lanes round_quaternion(const dd q[4])
 {
     const wide w = q[0].hi, x = q[1].hi, y = q[2].hi, z = q[3].hi,
                n = 1.0 / wide_sqrt(w * w + (x * x + y * y + z * z));
@@ -466,7 +446,7 @@ static inline quat_lanes rounded(const dd q[4])
 /* Writes the axis a = q e3 q*, whose height is u = a.e3. Writes 1 + u to `plus` and returns 1 - u.
  * The values 1 + u and 1 - u are computed directly from the quaternion, so no digits are lost near
  * a pole. */
-static inline dd axis_of(const dd q[4], dd a[3], dd *plus)
+static inline dd find_third_axis(const dd q[4], dd a[3], dd *plus)
 {
     const dd up = dd_add(dd_square(q[0]), dd_square(q[3])),
              side = dd_add(dd_square(q[1]), dd_square(q[2]));
@@ -478,7 +458,7 @@ static inline dd axis_of(const dd q[4], dd a[3], dd *plus)
     return minus;
 }
 /* Writes q* v q / |q|^2; q need not have unit length. */
-static inline void turned_back(const dd q[4], const dd v[3], dd r[3])
+static inline void turn_back_dd(const dd q[4], const dd v[3], dd r[3])
 {
     dd p[4][4];
     for (int i = 0; i < 4; i++)
@@ -516,7 +496,7 @@ static inline void set_mean_rates(exact_lanes *exact, wide nu, wide first, wide 
 }
 /* Converts the mean spin about the third internal axis to the mean spin about the apex, for an apex
  * opposite to this axis. The mean precession rates of both directions are equal. */
-static inline wide opposite_spin(wide spin)
+static inline wide spin_about_opposite_axis(wide spin)
 {
     return 0.0 - spin; /* a zero spin stays a positive zero */
 }
@@ -526,7 +506,7 @@ static inline dd equal_moment(const exact_top *top)
     return dd_half(two_sum(top->inertia.x, top->inertia.y));
 }
 /* Returns the top with up and down interchanged (q -> i q), so with gravity reversed. */
-static inline exact_top seen_from_below(const exact_top *top)
+static inline exact_top exchange_up_and_down(const exact_top *top)
 {
     exact_top r = *top;
     r.q[0] = dd_neg(top->q[1]);
@@ -539,7 +519,7 @@ static inline exact_top seen_from_below(const exact_top *top)
     return r;
 }
 /* Undoes the interchange of up and down in a solution, but leaves its frame unchanged. */
-static inline void undo_turn_over(exact_lanes *exact)
+static inline void restore_up_and_down(exact_lanes *exact)
 {
     exact->side = wide_splat(-1.0);
     exact->constant.z = -exact->constant.z;
@@ -549,7 +529,7 @@ static inline void undo_turn_over(exact_lanes *exact)
 /* Converts a solution from internal units to the user's units, but leaves its frame unchanged. The
  * arguments `unit` and `momentum` are the internal units of time and momentum, expressed in the
  * user's units. */
-static inline void to_user(exact_lanes *exact, wide start, wide unit, wide momentum)
+static inline void convert_form_to_user(exact_lanes *exact, wide start, wide unit, wide momentum)
 {
     const wide rate = 1.0 / unit;
     phase_lanes *const phases[3] = {&exact->nutation, &exact->first, &exact->second};
@@ -582,7 +562,7 @@ static inline kr_state state_after(const kr_exact_form *e, double t, dd span)
         r = kernel(e, 1, 0, t, span);
     else
         r = kernel(e, 1, 1, t, span);
-    if (e->framed != 0.0) r.q = framed(e->frame, r.q);
+    if (e->framed != 0.0) r.q = apply_frame(e->frame, r.q);
     return r;
 }
 /* If t is too large for the phases to be computed, returns the initial state, because this state at

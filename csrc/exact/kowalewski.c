@@ -167,7 +167,7 @@ typedef struct arc_gaps {
 
 /* Returns q^2 (w1 - e)(e - w2), where the root e with index i is an end of an arc. With A^2 = 2 (e
  * + h), B^2 = e^2 + c and A B = l, this is the square of
- *     A (p^2 + q^2 - e)/2 + B p   for a root of phi, and of Re z (separate) for -k. */
+ *     A (p^2 + q^2 - e)/2 + B p   for a root of phi, and of Re z (find_separation) for -k. */
 static dd product_at_end(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
 {
     const dd e = o->root[i], sum = dd_twice(dd_add(e, o->h)), other = dd_add(dd_square(e), o->c),
@@ -217,7 +217,7 @@ static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps
  *     (k - w1)(k - w2) = (Im z/q)^2,   (w1 + k)(-k - w2) = (Re z/q)^2.
  * These two products and the results of product_at_end determine the distances to full
  * precision. */
-static arc_gaps separate(const kowalewski_curve *o, const dd y[6])
+static arc_gaps find_separation(const kowalewski_curve *o, const dd y[6])
 {
     const int low = o->order[o->real - 2], least = o->order[0];
     const dd p = y[0], q = y[1], r = y[2], square = dd_square(q);
@@ -270,7 +270,7 @@ static dd sinh_of_imaginary_part(cdd c)
         dd_add(dd_sqrt(cdd_abs_square(cdd_add(c, one))), dd_sqrt(cdd_abs_square(cdd_sub(c, one)))));
     return dd_sqrt(dd_max(dd_sub(dd_square(mean), dd_of(1.0)), dd_of(0.0)));
 }
-static cdd sine_of(cdd c)
+static cdd complex_sine(cdd c)
 {
     const cdd one = cdd_real(dd_of(1.0));
     return cdd_sqrt(cdd_mul(cdd_sub(one, c), cdd_add(one, c)));
@@ -278,7 +278,7 @@ static cdd sine_of(cdd c)
 /* Returns 1 if Re x is pi/2, 0 if Re x is 0 or pi, and -1 otherwise, given cos x. */
 static int find_symmetry_line(cdd c)
 {
-    const cx sine = cdd_high(sine_of(c)), cosine = cdd_high(c);
+    const cx sine = cdd_high(complex_sine(c)), cosine = cdd_high(c);
     const int crosswise = fabs(cosine.re) < fabs(cosine.im);
     const cx u = crosswise ? sine : cosine;
     return fabs(u.im) > 1e-6 * fabs(u.re) ? -1 : crosswise;
@@ -322,19 +322,19 @@ static singularities move_singularities(const singularities *from, dd m, int cro
     const dd plus = dd_plus(m, 1.0), minus = dd_sub(dd_of(1.0), m);
     singularities to = {0};
     for (int i = 0; i < from->count; i++) {
-        const cdd u = crosswise ? sine_of(from->cosine[i]) : from->cosine[i];
+        const cdd u = crosswise ? complex_sine(from->cosine[i]) : from->cosine[i];
         const cdd square =
             cdd_sub(cdd_real(dd_square(plus)), cdd_scale(dd_scale(4.0, m), cdd_mul(u, u)));
         if (cx_abs(cdd_high(square)) < 1e-12 * minus.hi * minus.hi) continue;
         const cdd v = cdd_div(cdd_scale(dd_of(2.0), u), cdd_add(cdd_real(plus), cdd_sqrt(square)));
-        to.cosine[to.count++] = crosswise ? sine_of(v) : v;
+        to.cosine[to.count++] = crosswise ? complex_sine(v) : v;
     }
     const cdd last = cdd_real(dd_div(dd_of(1.0), m));
-    to.cosine[to.count++] = crosswise ? sine_of(last) : last;
+    to.cosine[to.count++] = crosswise ? complex_sine(last) : last;
     return to;
 }
 /* Returns the modulus of the transformation that removes a singularity, given sinh |Im x|. */
-static dd modulus_for(dd height)
+static dd choose_modulus(dd height)
 {
     const dd other = dd_div(height, dd_sqrt(dd_plus(dd_square(height), 1.0)));
     return dd_div(dd_sub(dd_of(1.0), other), dd_plus(other, 1.0));
@@ -351,7 +351,7 @@ static double choose_landen_transformations(const kowalewski_curve *o, kowalewsk
     double best = find_nearest(&now, &height, &crosswise);
     for (arc->folds = 0; arc->folds < FOLDS && best < 0.6;) {
         if (!(height.hi > 1e-12)) break;
-        const dd m = modulus_for(height);
+        const dd m = choose_modulus(height);
         arc->fold[arc->folds] = m;
         arc->crosswise[arc->folds++] = crosswise;
         now = move_singularities(&now, m, crosswise);
@@ -545,7 +545,7 @@ static int average_arc(const kowalewski_curve *o, kowalewski_arc *arc, cosine_ta
     double floor[3] = {0.0, 0.0, 0.0};
     for (int i = 0; real && i < p.poles; i++) floor[2] += p.pole[i].adjacent ? 0.5 : 0.0;
     dd mean[3];
-    arc->points = average(sample_arc, &p, 3, floor, table, v, mean);
+    arc->points = average_functions(sample_arc, &p, 3, floor, table, v, mean);
     arc->p = mean[0];
     arc->q = mean[1];
     arc->turn = mean[2];
@@ -633,7 +633,7 @@ static cdd root_dd(const kowalewski_curve *o, int i)
     return cdd_of(o->root[1], i == 1 ? o->root[2] : dd_neg(o->root[2]));
 }
 /* Computes the Taylor coefficients of the state p, q, r, g1, g2, g3. */
-static void expand(const dd y[6], dd c[6][ORDER + 1])
+static void expand_body_series(const dd y[6], dd c[6][ORDER + 1])
 {
     for (int i = 0; i < 6; i++) c[i][0] = y[i];
     for (int n = 0; n < ORDER; n++) {
@@ -681,7 +681,7 @@ static int make_point(const kowalewski_arc *arc, dd gap, dd rest, dd next, doubl
     out->c = c.hi;
     apply_landen_transformations(arc, &sine, &cosine);
     /* The signs chosen for the square roots are correct for angles between -pi and pi. */
-    const double turns = turns_of(sine.hi, cosine.hi).hi;
+    const double turns = argument_in_turns(sine.hi, cosine.hi).hi;
     out->angle = two_pi * (sine.hi < 0.0 && turns > 0.0 ? turns - 1.0 : turns);
     out->theta[0] = out->theta[1] = 0.0;
     add_sines(arc, sine.hi, cosine.hi, out->theta);
@@ -702,10 +702,10 @@ static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
     for (int step = 0; step < 160; step++) {
         const int i = step % 8;
         const double least = step < 8 ? 0.02 : step < 32 ? 0.002 : step < 96 ? 1e-5 : 1e-9;
-        if (i == 0) expand(at, series);
+        if (i == 0) expand_body_series(at, series);
         sum_series(series, (i + 1) * moment, at);
         sum_series(series, (i + 1 + 0x1p-20) * moment, later);
-        const arc_gaps gap = separate(o, at), next = separate(o, later);
+        const arc_gaps gap = find_separation(o, at), next = find_separation(o, later);
         if (!make_point(&arc[0], gap.up, gap.down, next.up, least, &point[0])) continue;
         if (!make_point(&arc[1], gap.below, gap.below, next.below, least, &point[1])) continue;
         for (int j = 0; j < 2; j++)
@@ -1045,8 +1045,8 @@ static void set_torus_phases(const kowalewski_work *w, kr_kowalewski_torus *plan
         rate[2] = dd_add(rate[2], dd_scale(0.5 * plan->half_turns[j], rate[j]));
     for (int i = 0; i < 3; i++) {
         plan->torus.turn[i] = phase_of(rate[i]);
-        phase_start(&plan->torus.turn[i],
-                    i < 2 ? dd_times(0.5 * w->start[i], one_turn()) : dd_of(0.0));
+        set_initial_phase(&plan->torus.turn[i],
+                          i < 2 ? dd_times(0.5 * w->start[i], turns_per_radian()) : dd_of(0.0));
     }
 }
 /* Fills the plan, except for the initial phase of the heading and the certificate. Returns the
@@ -1085,7 +1085,7 @@ static void set_heading_phase(kr_kowalewski_torus *plan, kr_quat q)
     const kr_quat at = kowalewski_kernel(plan, 0.0, dd_of(0.0)).q;
     const cx alpha = cx_mul(cx_of(q.w, q.z), cx_of(at.w, -at.z)),
              beta = cx_mul(cx_of(q.x, q.y), cx_of(at.x, -at.y)), both = cx_add(alpha, beta);
-    phase_start(&plan->torus.turn[2], turns_of(both.im, both.re));
+    set_initial_phase(&plan->torus.turn[2], argument_in_turns(both.im, both.re));
 }
 /* Returns the largest error of the closed form at `points` points of the torus. The error is
  * the difference between the closed form after a short time and a Taylor series that starts
@@ -1097,8 +1097,8 @@ static double largest_error_on_torus(const kr_kowalewski_torus *plan, int points
         /* Multiples of two irrational numbers fill the torus evenly. */
         dd phase[3] = {dd_of(fraction_of_turns(0.7548776662466927 * i)),
                        dd_of(fraction_of_turns(0.5698402909980532 * i)), dd_of(0.0)};
-        const body_view now = view_top(&kowalewski, kowalewski_kernel_at(plan, 0.0, phase));
-        const double span = short_span(&now);
+        const body_view now = read_body_view(&kowalewski, kowalewski_kernel_at(plan, 0.0, phase));
+        const double span = choose_short_span(&now);
         for (int j = 0; j < 3; j++) {
             const kr_phase *p = &plan->torus.turn[j];
             phase[j] = dd_add(phase[j], dd_times(span, dd_make(p->fast, p->slow)));

@@ -113,9 +113,9 @@ typedef wide series_group;
 enum { GROUPS = 4 };
 INLINE series_group load_series(const double *p) { return wide_splat(*p); }
 INLINE void store_series(wide *out, series_group a) { *out = a; }
-INLINE series_group for_arcs(int i, wide one, wide two) { return i < 2 ? one : two; }
+INLINE series_group choose_by_arc(int i, wide one, wide two) { return i < 2 ? one : two; }
 enum { HEADING_GROUPS = 2 };
-INLINE series_group for_heading(int i, wide one, wide two) { return i ? two : one; }
+INLINE series_group choose_for_heading(int i, wide one, wide two) { return i ? two : one; }
 #else
 typedef double series_group __attribute__((vector_size(8 * LANES_OF_SERIES)));
 enum { GROUPS = 4 / LANES_OF_SERIES };
@@ -126,7 +126,7 @@ INLINE series_group load_series(const double *p)
     return r;
 }
 INLINE void store_series(wide *out, series_group a) { memcpy(out, &a, sizeof a); }
-INLINE series_group for_arcs(int i, wide one, wide two)
+INLINE series_group choose_by_arc(int i, wide one, wide two)
 {
 #  if LANES_OF_SERIES == 4
     const series_group r = {one, one, two, two};
@@ -137,7 +137,7 @@ INLINE series_group for_arcs(int i, wide one, wide two)
     return r;
 }
 enum { HEADING_GROUPS = 1 };
-INLINE series_group for_heading(int i, wide one, wide two)
+INLINE series_group choose_for_heading(int i, wide one, wide two)
 {
 #  if LANES_OF_SERIES == 4
     const series_group r = {one, two, one, two};
@@ -153,7 +153,7 @@ INLINE series_group for_heading(int i, wide one, wide two)
 typedef struct multiples {
     series_group s[5], c[5];
 } multiples;
-INLINE multiples multiples_of(series_group s, series_group c)
+INLINE multiples sines_of_multiples(series_group s, series_group c)
 {
     multiples m;
     m.s[1] = s, m.c[1] = c;
@@ -183,7 +183,8 @@ INLINE void sum_angles(const kr_kowalewski_torus *plan, const arc_angle y[2], wi
 {
     for (int g = 0; g < GROUPS; g++) {
         const int at = 4 / GROUPS * g;
-        const multiples m = multiples_of(for_arcs(g, y[0].s, y[1].s), for_arcs(g, y[0].c, y[1].c));
+        const multiples m =
+            sines_of_multiples(choose_by_arc(g, y[0].s, y[1].s), choose_by_arc(g, y[0].c, y[1].c));
         store_series(&value[at], sum_sines(&plan->harmonic[0].angle[at], plan->terms, &m));
     }
 }
@@ -192,8 +193,8 @@ INLINE wide sum_heading(const kr_kowalewski_torus *plan, const arc_angle y[2])
 {
     wide value[4];
     for (int g = 0; g < HEADING_GROUPS; g++) {
-        const multiples m =
-            multiples_of(for_heading(g, y[0].s, y[1].s), for_heading(g, y[0].c, y[1].c));
+        const multiples m = sines_of_multiples(choose_for_heading(g, y[0].s, y[1].s),
+                                               choose_for_heading(g, y[0].c, y[1].c));
         store_series(&value[g], sum_sines(&plan->harmonic[0].heading[g], plan->terms, &m));
     }
     return value[0] + value[1];
@@ -207,8 +208,9 @@ INLINE angle_series sum_angle_derivatives(const kr_harmonic *harmonic, int n, co
     angle_series r;
     for (int g = 0; g < GROUPS; g++) {
         const int at = 4 / GROUPS * g;
-        const series_group s = for_arcs(g, y[0].s, y[1].s), c = for_arcs(g, y[0].c, y[1].c),
-                           twice = 2.0 * (c * c - s * s), zero = s - s;
+        const series_group s = choose_by_arc(g, y[0].s, y[1].s),
+                           c = choose_by_arc(g, y[0].c, y[1].c), twice = 2.0 * (c * c - s * s),
+                           zero = s - s;
         /* recurrences for odd and even terms of each series, and the values before */
         series_group b[3][2], next[3][2];
         for (int i = 0; i < 6; i++) b[i / 2][i % 2] = next[i / 2][i % 2] = zero;
@@ -499,12 +501,12 @@ typedef struct dual {
     wide v, d;
 } dual;
 INLINE dual dual_of(wide v, wide d) { return (dual){v, d}; }
-INLINE dual constant(double v) { return dual_of(wide_splat(v), wide_splat(0.0)); }
-INLINE dual add(dual a, dual b) { return dual_of(a.v + b.v, a.d + b.d); }
-INLINE dual sub(dual a, dual b) { return dual_of(a.v - b.v, a.d - b.d); }
-INLINE dual mul(dual a, dual b) { return dual_of(a.v * b.v, a.d * b.v + a.v * b.d); }
-INLINE dual scale(double s, dual a) { return dual_of(s * a.v, s * a.d); }
-INLINE dual quotient(dual a, dual b)
+INLINE dual dual_constant(double v) { return dual_of(wide_splat(v), wide_splat(0.0)); }
+INLINE dual dual_add(dual a, dual b) { return dual_of(a.v + b.v, a.d + b.d); }
+INLINE dual dual_sub(dual a, dual b) { return dual_of(a.v - b.v, a.d - b.d); }
+INLINE dual dual_mul(dual a, dual b) { return dual_of(a.v * b.v, a.d * b.v + a.v * b.d); }
+INLINE dual dual_scale(double s, dual a) { return dual_of(s * a.v, s * a.d); }
+INLINE dual dual_quotient(dual a, dual b)
 {
     const wide q = a.v / b.v;
     return dual_of(q, (a.d - q * b.d) / b.v);
@@ -516,33 +518,34 @@ INLINE dual quotient(dual a, dual b)
 typedef struct pair {
     dual one, two;
 } pair;
-INLINE pair pair_of(const double a[2]) { return (pair){constant(a[0]), constant(a[1])}; }
-INLINE pair pair_times(dual s, pair a) { return (pair){mul(s, a.one), mul(s, a.two)}; }
+INLINE pair pair_of(const double a[2]) { return (pair){dual_constant(a[0]), dual_constant(a[1])}; }
+INLINE pair pair_times(dual s, pair a) { return (pair){dual_mul(s, a.one), dual_mul(s, a.two)}; }
 INLINE pair pair_mul(int complex, pair a, pair b)
 {
-    pair r = {mul(a.one, b.one), mul(a.two, b.two)};
+    pair r = {dual_mul(a.one, b.one), dual_mul(a.two, b.two)};
     if (complex) {
-        r.one = sub(r.one, r.two);
-        r.two = add(mul(a.one, b.two), mul(a.two, b.one));
+        r.one = dual_sub(r.one, r.two);
+        r.two = dual_add(dual_mul(a.one, b.two), dual_mul(a.two, b.one));
     }
     return r;
 }
 INLINE pair pair_signs(int complex, double one, double two, pair a)
 {
-    return (pair){scale(one, a.one), scale(complex ? one : two, a.two)};
+    return (pair){dual_scale(one, a.one), dual_scale(complex ? one : two, a.two)};
 }
 INLINE pair pair_swap(int complex, pair a)
 {
-    const pair conjugate = {a.one, scale(-1.0, a.two)}, other = {a.two, a.one};
+    const pair conjugate = {a.one, dual_scale(-1.0, a.two)}, other = {a.two, a.one};
     return complex ? conjugate : other;
 }
 INLINE dual pair_sum(int complex, pair a)
 {
-    return complex ? scale(2.0, a.one) : add(a.one, a.two);
+    return complex ? dual_scale(2.0, a.one) : dual_add(a.one, a.two);
 }
 INLINE dual pair_product(int complex, pair a)
 {
-    return complex ? add(mul(a.one, a.one), mul(a.two, a.two)) : mul(a.one, a.two);
+    return complex ? dual_add(dual_mul(a.one, a.one), dual_mul(a.two, a.two))
+                   : dual_mul(a.one, a.two);
 }
 /* Returns the divided difference (f1 - f2)/(e1 - e2). The argument `square` is (f1^2 -
  * f2^2)/(e1 - e2), and `terms` is the sum of the magnitudes of its terms. The result is
@@ -550,8 +553,9 @@ INLINE dual pair_product(int complex, pair a)
 INLINE dual first_difference(const kr_kowalewski_torus *plan, int complex, pair f, dual square,
                              wide terms)
 {
-    const dual sum = pair_sum(complex, f), way = complex ? scale(2.0, f.two) : sub(f.one, f.two),
-               plain = scale(plan->one_apart, way), other = quotient(square, sum);
+    const dual sum = pair_sum(complex, f),
+               way = complex ? dual_scale(2.0, f.two) : dual_sub(f.one, f.two),
+               plain = dual_scale(plan->one_apart, way), other = dual_quotient(square, sum);
     const wide zero = wide_splat(0.0), same = complex ? f.one.v * f.one.v : f.one.v * f.two.v;
     const mask better =
         mask_and(wide_less(zero, same), wide_less(terms * fabs(plan->apart), sum.v * sum.v));
@@ -634,7 +638,7 @@ INLINE arc_point point_at(const kr_kowalewski_arc *arc, int complex, half_angle 
     }
     r.minus = root_at(arc, ROOT_K, x, rate);
     r.plus = root_at(arc, ROOT_MINUS_K, x, rate);
-    r.h = mul(r.minus, r.plus);
+    r.h = dual_mul(r.minus, r.plus);
     r.g0 = root_at(arc, 0, x, rate);
     if (complex)
         r.g = complex_root_at(arc, x, r.D, rate);
@@ -663,7 +667,8 @@ typedef struct koetter_state {
 /* Returns f[e0, e1, e2], given f(e0), f[e1, e2] and f(e1) + f(e2). */
 INLINE dual second_difference(const kr_kowalewski_torus *plan, dual f0, dual first, dual sum)
 {
-    return scale(plan->one_product, sub(sub(f0, scale(0.5, sum)), scale(plan->middle, first)));
+    return dual_scale(plan->one_product, dual_sub(dual_sub(f0, dual_scale(0.5, sum)),
+                                                  dual_scale(plan->middle, first)));
 }
 /* A factor F of Koetter's formulas, which is A or B. `F` and `square` hold F and F^2 at e1 and
  * e2, `F0` holds F at e0, and `slope` is the divided difference F^2[e1, e2]. */
@@ -685,9 +690,10 @@ INLINE dual second_difference_of_G(const kr_kowalewski_torus *plan, int complex,
                other = pair_swap(complex, t->square),
                up = pair_mul(complex, other, pair_times(D2, pair_swap(complex, k->U))),
                down = pair_mul(complex, other, pair_times(D1, k->W));
-    const dual main = scale(t->slope, UW.one), square = add(main, sub(up.one, down.one));
+    const dual main = dual_scale(t->slope, UW.one),
+               square = dual_add(main, dual_sub(up.one, down.one));
     const wide terms = wide_abs(main.v) + (wide_abs(up.one.v) + wide_abs(down.one.v));
-    return second_difference(plan, scale(t->F0, k->G0),
+    return second_difference(plan, dual_scale(t->F0, k->G0),
                              first_difference(plan, complex, f, square, terms),
                              pair_sum(complex, f));
 }
@@ -699,20 +705,22 @@ INLINE dual second_difference_of_V(const kr_kowalewski_torus *plan, int complex,
     const pair X = pair_mul(complex, t->F, k->X), Y = pair_mul(complex, t->F, k->Y),
                UW = pair_mul(complex, k->U, pair_swap(complex, k->W)),
                WU = pair_mul(complex, k->W, pair_swap(complex, k->U));
-    const dual rest = mul(pair_swap(complex, t->square).one, k->Dl), up = scale(t->slope, UW.one),
-               down = scale(t->slope, WU.one);
-    const dual DX = first_difference(plan, complex, X, sub(up, rest),
+    const dual rest = dual_mul(pair_swap(complex, t->square).one, k->Dl),
+               up = dual_scale(t->slope, UW.one), down = dual_scale(t->slope, WU.one);
+    const dual DX = first_difference(plan, complex, X, dual_sub(up, rest),
                                      wide_abs(up.v) + wide_abs(rest.v)),
-               DY = first_difference(plan, complex, Y, add(down, rest),
+               DY = first_difference(plan, complex, Y, dual_add(down, rest),
                                      wide_abs(down.v) + wide_abs(rest.v));
-    const dual x = mul(k->x, DX), y = mul(k->y, DY);
+    const dual x = dual_mul(k->x, DX), y = dual_mul(k->y, DY);
     *size = wide_abs(x.v) + wide_abs(y.v);
-    return second_difference(plan, scale(t->F0, k->V0), sub(x, y),
-                             sub(mul(k->x, pair_sum(complex, X)), mul(k->y, pair_sum(complex, Y))));
+    return second_difference(
+        plan, dual_scale(t->F0, k->V0), dual_sub(x, y),
+        dual_sub(dual_mul(k->x, pair_sum(complex, X)), dual_mul(k->y, pair_sum(complex, Y))));
 }
 INLINE dual numerator_of_difference(const arc_point *one, const arc_point *two)
 {
-    return add(mul(mul(one->g0, one->g0), two->D), mul(mul(two->g0, two->g0), one->D));
+    return dual_add(dual_mul(dual_mul(one->g0, one->g0), two->D),
+                    dual_mul(dual_mul(two->g0, two->g0), one->D));
 }
 INLINE koetter_state evaluate_koetter(const kr_kowalewski_torus *plan, int complex,
                                       const arc_point *one, const arc_point *two)
@@ -720,9 +728,10 @@ INLINE koetter_state evaluate_koetter(const kr_kowalewski_torus *plan, int compl
     const double *sign = plan->sign, sqrt2 = 1.41421356237309504880;
     const koetter_terms A = {pair_of(plan->A), pair_of(plan->A_square), plan->A0, 2.0},
                         B = {pair_of(plan->B), pair_of(plan->B_square), plan->B0, plan->sum};
-    const dual H1 = scale(sign[3], mul(one->h, two->d)), H2 = scale(sign[4], mul(two->h, one->d)),
-               up = mul(mul(H1, pair_product(complex, two->g)), one->g0),
-               down = mul(mul(H2, pair_product(complex, one->g)), two->g0);
+    const dual H1 = dual_scale(sign[3], dual_mul(one->h, two->d)),
+               H2 = dual_scale(sign[4], dual_mul(two->h, one->d)),
+               up = dual_mul(dual_mul(H1, pair_product(complex, two->g)), one->g0),
+               down = dual_mul(dual_mul(H2, pair_product(complex, one->g)), two->g0);
     koetter_products k;
     k.G = pair_signs(complex, sign[1], sign[2], pair_mul(complex, one->g, two->g));
     k.X = pair_signs(complex, sign[2], sign[1],
@@ -731,21 +740,22 @@ INLINE koetter_state evaluate_koetter(const kr_kowalewski_torus *plan, int compl
                      pair_mul(complex, two->g, pair_swap(complex, one->g)));
     k.U = pair_mul(complex, one->g, one->g);
     k.W = pair_mul(complex, two->g, two->g);
-    k.G0 = scale(sign[0], mul(one->g0, two->g0));
-    k.V0 = scale(complex ? 1.0 : sign[1] * sign[2], sub(up, down));
-    k.x = scale(sign[0], mul(H1, two->g0));
-    k.y = scale(sign[0], mul(H2, one->g0));
+    k.G0 = dual_scale(sign[0], dual_mul(one->g0, two->g0));
+    k.V0 = dual_scale(complex ? 1.0 : sign[1] * sign[2], dual_sub(up, down));
+    k.x = dual_scale(sign[0], dual_mul(H1, two->g0));
+    k.y = dual_scale(sign[0], dual_mul(H2, one->g0));
     k.Dl = numerator_of_difference(one, two);
     wide size, unused;
     koetter_state s;
     s.a = second_difference_of_G(plan, complex, &A, &k, one->D, two->D);
     const dual b = second_difference_of_G(plan, complex, &B, &k, one->D, two->D),
-               under = mul(s.a, k.Dl), v = second_difference_of_V(plan, complex, &A, &k, &size),
+               under = dual_mul(s.a, k.Dl),
+               v = second_difference_of_V(plan, complex, &A, &k, &size),
                u = second_difference_of_V(plan, complex, &B, &k, &unused);
-    s.p = quotient(scale(-1.0, b), s.a);
-    s.q = quotient(scale(-1.0, mul(one->d, two->d)), s.a);
-    s.r = quotient(scale(sqrt2, v), under);
-    s.g3 = quotient(scale(sqrt2, u), under);
+    s.p = dual_quotient(dual_scale(-1.0, b), s.a);
+    s.q = dual_quotient(dual_scale(-1.0, dual_mul(one->d, two->d)), s.a);
+    s.r = dual_quotient(dual_scale(sqrt2, v), under);
+    s.g3 = dual_quotient(dual_scale(sqrt2, u), under);
     s.r_terms = sqrt2 *
                 (fabs(plan->A0) * (wide_abs(up.v) + wide_abs(down.v)) + fabs(plan->middle) * size) *
                 fabs(plan->one_product) / wide_abs(under.v);

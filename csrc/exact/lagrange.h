@@ -164,7 +164,7 @@ static const double SIN_EVEN[][KR_THETA_TERMS] = {
     {0}, {2}, {4, -8}, {6, -32, 32}, {8, -80, 192, -128}};
 
 /* Adds `weight` times row j of a table to `sum`. Row j has j + 1 coefficients. */
-static inline void accumulate(wide sum[], wide weight, int j, const double row[])
+static inline void add_table_row(wide sum[], wide weight, int j, const double row[])
 {
     for (int i = 0; i <= j; i++) sum[i] = sum[i] + weight * row[i];
 }
@@ -188,7 +188,7 @@ static inline theta_lanes theta_series(enum theta which, wide nome, wide y, int 
     const wide zero = wide_splat(0.0), one = wide_splat(1.0);
     wide c1, s1;
     if (dual)
-        sincos_turns(dd_mul(dd_of(y), one_turn()), &s1, &c1);
+        sincos_turns(dd_mul(dd_of(y), turns_per_radian()), &s1, &c1);
     else
         sinhcosh_all(y, &s1, &c1);
     const wide c2 = 1.0 + way * 2.0 * s1 * s1, s2 = 2.0 * s1 * c1;
@@ -199,11 +199,11 @@ static inline theta_lanes theta_series(enum theta which, wide nome, wide y, int 
         const double twice = !odd && j > 0 ? 2.0 : 1.0;
         const wide next = c * c2 + way * s * s2;
         if (which == THETA1) {
-            accumulate(r.even, dual ? -weight * c : weight * c, j, SIN_ODD[j]);
-            accumulate(r.odd, weight * s, j, COS_ODD[j]);
+            add_table_row(r.even, dual ? -weight * c : weight * c, j, SIN_ODD[j]);
+            add_table_row(r.odd, weight * s, j, COS_ODD[j]);
         } else {
-            accumulate(r.even, twice * weight * c, j, odd ? COS_ODD[j] : COS_EVEN[j]);
-            accumulate(r.odd, -twice * weight * s, j, odd ? SIN_ODD[j] : SIN_EVEN[j]);
+            add_table_row(r.even, twice * weight * c, j, odd ? COS_ODD[j] : COS_EVEN[j]);
+            add_table_row(r.odd, -twice * weight * s, j, odd ? SIN_ODD[j] : SIN_EVEN[j]);
         }
         s = s * c2 + c * s2;
         c = next;
@@ -251,7 +251,7 @@ static inline initial find_initial(const exact_top *top, dd i1)
 {
     const dd i = dd_over(dd_splat(1.0), i1);
     initial s;
-    s.minus = axis_of(top->q, s.a, &s.plus);
+    s.minus = find_third_axis(top->q, s.a, &s.plus);
     s.w[0] = dd_times(top->m.x, i);
     s.w[1] = dd_times(top->m.y, i);
     s.w[2] = dd_times(top->m.z, i);
@@ -317,7 +317,7 @@ static inline void find_roots_about_top(const initial *s, wide guess, turning_po
 /* Recomputes the smaller of a and b from the known product a * b * beside to avoid cancellation.
  * The mask `smaller_a` marks the lanes in which a is smaller than b. If a and b are both zero,
  * neither is changed. */
-static inline void sharpen_smaller(dd *a, dd *b, mask smaller_a, dd product, dd beside)
+static inline void recompute_smaller(dd *a, dd *b, mask smaller_a, dd product, dd beside)
 {
     const dd larger = dd_choose(smaller_a, *b, *a),
              smaller = dd_over(product, dd_mul(larger, beside));
@@ -330,21 +330,21 @@ static inline void sharpen_smaller(dd *a, dd *b, mask smaller_a, dd product, dd 
  *     (du/dt)^2 = (u0 - u1)(u2 - u0) g(u3 - u0).
  * The argument `top` is nonzero if the roots were computed by expansion about the initial
  * height. */
-static inline void sharpen(const initial *s, turning_points *r, int top)
+static inline void recompute_small_distances(const initial *s, turning_points *r, int top)
 {
     const dd plus = dd_square(s->sum), minus = dd_square(s->difference),
              climb = dd_square(s->climb);
     /* Smaller distances are replaced by this value, which is far below rounding errors, so that
      * quotients remain finite. */
     const dd level = dd_splat(1e-36);
-    if (!top) sharpen_smaller(&r->up, &r->down, wide_more(r->down.hi, r->up.hi), climb, r->third);
+    if (!top) recompute_smaller(&r->up, &r->down, wide_more(r->down.hi, r->up.hi), climb, r->third);
     r->plus2 = dd_max(dd_add(s->plus, r->up), level);
     r->plus3 = dd_add(r->third, dd_mul(s->g, s->plus));
     r->plus1 = dd_over(plus, dd_mul(r->plus2, r->plus3));
     r->minus1 = dd_max(r->minus1, level);
     if (top)
-        sharpen_smaller(&r->minus2, &r->minus3, wide_less(s->g.hi * r->minus2.hi, r->minus3.hi),
-                        minus, r->minus1);
+        recompute_smaller(&r->minus2, &r->minus3, wide_less(s->g.hi * r->minus2.hi, r->minus3.hi),
+                          minus, r->minus1);
     r->span = dd_max(r->span, level);
     r->g32 = dd_max(r->g32, dd_times(wide_splat(1e-150), r->g31));
 }
@@ -352,12 +352,12 @@ static inline void find_heights_about_start(const initial *s, const dd c[3], wid
                                             turning_points *r)
 {
     find_roots_about_start(s, c, guess, r);
-    sharpen(s, r, 1);
+    recompute_small_distances(s, r, 1);
 }
 static inline void find_heights_about_top(const initial *s, wide guess, turning_points *r)
 {
     find_roots_about_top(s, guess / s->g.hi, r);
-    sharpen(s, r, 0);
+    recompute_small_distances(s, r, 0);
 }
 /* Finds the roots u1, u2 and u3 of the cubic polynomial that governs the height of the axis. The
  * expansion point is chosen such that two nearly equal roots can be computed accurately. */
@@ -493,7 +493,7 @@ static inline void set_momentum_size(exact_lanes *exact, const initial *s, const
     const wide lowest = -0.5 * (wide_sqrt(r->minus1.hi * r->plus2.hi * r->plus3.hi) -
                                 way * wide_sqrt(r->plus1.hi * r->minus2.hi * r->minus3.hi));
     wide f[6];
-    phase_start(&exact->nutation, dd_splat(0.0));
+    set_initial_phase(&exact->nutation, dd_splat(0.0));
     factors_at(exact, 0.0, f);
     const wide norm = f[0] * f[0] + f[1] * f[1] + f[2] * f[2] + f[3] * f[3];
     exact->momentum = i1 * lowest * wide_sqrt(norm) / length(f[4], f[5]);
@@ -533,17 +533,17 @@ static inline void lagrange_start(exact_lanes *exact, const initial *s, const tu
     const wide of_first = alpha * per_all / r->plus2.hi, of_second = beta * per_all / r->minus1.hi,
                of_both = wide_choose(is_positive(mh), mh / (i1 * i1 * top_square), zero);
     wide f[6];
-    phase_start(&exact->nutation, dd_choose(is_negative(s->climb.hi), dd_neg(here), here));
+    set_initial_phase(&exact->nutation, dd_choose(is_negative(s->climb.hi), dd_neg(here), here));
     factors_at(exact, 0.0, f);
-    const dd both = turns_between(-f[4], -f[5], top->m.x, top->m.y); /* exact->momentum <= 0 */
-    const dd first = turns_between(f[0], f[1], p[0].hi, p[3].hi);
-    const dd second = turns_between(f[2], f[3], p[1].hi, p[2].hi);
+    const dd both = angle_in_turns(-f[4], -f[5], top->m.x, top->m.y); /* exact->momentum <= 0 */
+    const dd first = angle_in_turns(f[0], f[1], p[0].hi, p[3].hi);
+    const dd second = angle_in_turns(f[2], f[3], p[1].hi, p[2].hi);
     const mask least = wide_less(of_first, of_second);
     const mask by_second = mask_and(least, wide_less(4.0 * of_first, of_both)),
                by_first = mask_and(mask_not(least), wide_less(4.0 * of_second, of_both));
     /* Two phases determine the third, so the two with the smallest rounding errors are used. */
-    phase_start(&exact->first, dd_choose(by_second, dd_sub(both, second), first));
-    phase_start(&exact->second, dd_choose(by_first, dd_sub(both, first), second));
+    set_initial_phase(&exact->first, dd_choose(by_second, dd_sub(both, second), first));
+    set_initial_phase(&exact->second, dd_choose(by_first, dd_sub(both, first), second));
 }
 /* Returns 1 if the symmetry axis is at rest at a pole. The function kr_exact_resolves excludes tops
  * that are nearly at rest at a pole. */

@@ -29,7 +29,7 @@ static dd find_axis_tilt(const kr_body *b, const kr_working *w, kr_quat *tilt)
     const double xyz[3] = {b->com.x, b->com.y, b->com.z};
     dd com[3], c[3];
     for (int i = 0; i < 3; i++) com[i] = dd_div(dd_of(xyz[i]), dd_of(size));
-    turned_back(axes, com, c);
+    turn_back_dd(axes, com, c);
     const dd reach = dd_sqrt(dd_dot(c, c));
     const double twice = reach.hi + c[2].hi;
     *tilt = q4(1.0, v3(-c[1].hi / twice, c[0].hi / twice, 0.0));
@@ -74,11 +74,11 @@ static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *to
     own->q[1] = dd_of(q.x);
     own->q[2] = dd_of(q.y);
     own->q[3] = dd_of(q.z);
-    if (!is_one(b->axes)) turn_first(own->q, b->axes);
-    if (!is_one(w.axes)) turn_first(own->q, w.axes);
+    if (!is_identity(b->axes)) multiply_from_right(own->q, b->axes);
+    if (!is_identity(w.axes)) multiply_from_right(own->q, w.axes);
     if (w.tilted && kind == KR_KIND_LAGRANGE) {
         reach = find_axis_tilt(b, &w, &tilt);
-        turn_first(own->q, tilt);
+        multiply_from_right(own->q, tilt);
     }
     const int power =
         pull.power - exponent_of(top->units.moment) + 2 * exponent_of(top->units.time);
@@ -93,11 +93,11 @@ static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *to
 static void to_frame_and_units(kr_exact_form *exact, const described_top *top, double start,
                                double unit)
 {
-    if (!is_one(top->axes)) {
-        fill_frame_axes(exact->frame, exact->framed != 0.0, top->axes);
+    if (!is_identity(top->axes)) {
+        add_axes_to_frame(exact->frame, exact->framed != 0.0, top->axes);
         exact->framed = 1.0;
     }
-    to_user(exact, start, unit, top->units.moment / top->units.time);
+    convert_form_to_user(exact, start, unit, top->units.moment / top->units.time);
 }
 
 /* The closed form of a torque-free top. Let a (axis 3) be the principal axis
@@ -115,11 +115,11 @@ static inline void steady_closed_form(kr_exact_form *exact, kr_quat q, dd first,
 {
     const double a = length(q.w, q.z), b = length(q.x, q.y);
     exact->curve = LAGRANGE;
-    phase_start(&exact->nutation, dd_of(0.25));
+    set_initial_phase(&exact->nutation, dd_of(0.25));
     exact->first = phase_of(first);
     exact->second = phase_of(second);
-    phase_start(&exact->first, turns_of(q.z, q.w));
-    phase_start(&exact->second, dd_add(turns_of(q.y, q.x), dd_of(-0.25)));
+    set_initial_phase(&exact->first, argument_in_turns(q.z, q.w));
+    set_initial_phase(&exact->second, dd_add(argument_in_turns(q.y, q.x), dd_of(-0.25)));
     exact->alpha.even[0] = a;
     exact->beta.odd[0] = b;
     exact->period = INFINITY;
@@ -132,7 +132,7 @@ static inline void steady_closed_form(kr_exact_form *exact, kr_quat q, dd first,
 /* Sets the frame of the solution to q -> left * q * right. */
 static inline void set_frame(kr_exact_form *exact, kr_quat left, kr_quat right)
 {
-    fill_frame(exact->frame, left, right);
+    make_frame(exact->frame, left, right);
     exact->framed = 1.0;
 }
 
@@ -331,13 +331,13 @@ static void set_up_asymmetric_motion(kr_exact_form *exact, const body_axes *a, k
     double f[6], s, c;
     euler_series(exact, a, c2.hi, flat.hi, k2, kp2.hi, mean);
     exact->nutation = phase_of(dd_mul(lambda, mean));
-    phase_start(&exact->nutation, euler_start(a, i31, i32, kp2.hi, mean.hi));
+    set_initial_phase(&exact->nutation, euler_start(a, i31, i32, kp2.hi, mean.hi));
     factors_at(exact, 0.0, f);
     exact->first = exact->second = phase_of(k);
-    const dd first = turns_between(f[0], f[1], target.w, target.z),
-             second = turns_between(f[2], f[3], target.x, target.y);
-    phase_start(&exact->first, first);
-    phase_start(&exact->second, first);
+    const dd first = angle_in_turns(f[0], f[1], target.w, target.z),
+             second = angle_in_turns(f[2], f[3], target.x, target.y);
+    set_initial_phase(&exact->first, first);
+    set_initial_phase(&exact->second, first);
     /* alpha and beta use the same phase. The constant difference between their phases is included
      * in the frame, as a rotation about m. */
     sin_cos(pi * dd_sub(second, first).hi, &s, &c);
@@ -356,10 +356,10 @@ static kr_exact_form euler_closed_form(const exact_top *top, dd half_turn)
     const double moments[3] = {has_rotor ? pair : top->inertia.x, has_rotor ? pair : top->inertia.y,
                                top->inertia.z};
     const dd m[3] = {dd_of(top->m.x), dd_of(top->m.y), dd_of(top->m.z)};
-    const kr_quat q = rounded(top->q);
+    const kr_quat q = round_quaternion(top->q);
     kr_exact_form exact = {0};
     dd body[3];
-    turned_back(top->q, m, body);
+    turn_back_dd(top->q, m, body);
     exact.constant = top->m;
     const kr_quat left = v_largest(top->m) == 0.0 ? q_one() : q_conj(rotation_to_e3(top->m));
     if (!set_up_steady_motion(&exact, moments, body, dd_dot(body, body), half_turn, q, left)) {
@@ -396,7 +396,7 @@ static const char *const motion_type_names[] = {"resting", "circle",     "sleepi
                                                 "loops",   "cusps",      "waves"};
 
 /* Returns the nutation angle for the height u, given 1 - u and 1 + u. Values of 1 - u and 1 + u of
- * at most 2e-36 count as zero, because the function `sharpen` replaces values below 1e-36 with
+ * at most 2e-36 count as zero, because recompute_small_distances replaces values below 1e-36 with
  * 1e-36. */
 static double turning_angle(dd minus, dd plus)
 {
@@ -525,7 +525,7 @@ static kr_exact_form lagrange_closed_form(const exact_top *top, dd half_turn)
 {
     const int below = top->lever.hi < 0.0;
     lagrange_setup s;
-    s.top = below ? seen_from_below(top) : *top;
+    s.top = below ? exchange_up_and_down(top) : *top;
     begin_setup(&s);
     if (half_turn.hi != 0.0) s.half_spin = dd_add(s.half_spin, half_turn);
     if (is_resting_at_pole(&s.start)) {
@@ -533,13 +533,13 @@ static kr_exact_form lagrange_closed_form(const exact_top *top, dd half_turn)
         memset(&s.exact, 0, sizeof s.exact);
         s.exact.constant.z = s.top.m.z;
         s.exact.side = 1.0;
-        steady_closed_form(&s.exact, rounded(s.top.q), dd_add(half, s.half_spin),
+        steady_closed_form(&s.exact, round_quaternion(s.top.q), dd_add(half, s.half_spin),
                            dd_sub(half, s.half_spin));
     } else
         lagrange_moving(&s, 1);
     if (below) {
-        undo_turn_over(&s.exact);
-        fill_frame_below(s.exact.frame);
+        restore_up_and_down(&s.exact);
+        make_exchanging_frame(s.exact.frame);
         s.exact.framed = 1.0;
     }
     return s.exact;
@@ -576,7 +576,8 @@ static kr_status set_up(const kr_scene *scene, int own, double bound, void *memo
     const int is_free = top.own.lever.hi == 0.0;
     kr_exact_form made = is_free ? euler_closed_form(&top.own, top.half_turn)
                                  : lagrange_closed_form(&top.own, top.half_turn);
-    if (!is_free && top.behind) made.spin_angle_rate = opposite_spin(made.spin_angle_rate);
+    if (!is_free && top.behind)
+        made.spin_angle_rate = spin_about_opposite_axis(made.spin_angle_rate);
     if (!own) to_frame_and_units(&made, &top, scene->start.t, top.units.time);
     /* For extreme moments of inertia, the rates of the phases may exceed the range of doubles. */
     if (!isfinite(made.nutation.fast + made.first.fast + made.second.fast)) return KR_ERR_ARGUMENT;
@@ -610,7 +611,7 @@ kr_status KR_NAME(kr_exact_limits)(const kr_scene *scene, kr_nutation *out)
      * apex at no time that doubles resolve. */
     if (top.own.lever.hi == 0.0 && v_largest(top.own.m) < 1e-40) top.own.m = v3(0.0, 0.0, 0.0);
     const int below = top.own.lever.hi < 0.0;
-    if (below) top.own = seen_from_below(&top.own);
+    if (below) top.own = exchange_up_and_down(&top.own);
     kr_nutation r = turning_downwards(&top.own, -2.0 * top.half_turn.hi);
     /* The apex points along the third internal axis or in the opposite direction. */
     r.critical_spin += (top.behind ? -2.0 : 2.0) * top.half_turn.hi;

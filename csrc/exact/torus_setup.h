@@ -117,8 +117,8 @@ typedef void sample_function(const void *arc, const cosine_table *table, int i, 
  * plus `floor`. Convergence is exponential, so the relative error of an average is about the square
  * of its relative change in the last doubling. Returns the number of intervals, or 0 if the
  * averages have not converged with GRID intervals. */
-static int average(sample_function *function, const void *arc, int count, const double floor[3],
-                   cosine_table *table, samples *v, dd mean[3])
+static int average_functions(sample_function *function, const void *arc, int count,
+                             const double floor[3], cosine_table *table, samples *v, dd mean[3])
 {
     memset(v, 0, sizeof *v);
     for (int k = 0; k < count; k++) mean[k] = dd_of(0.0);
@@ -202,7 +202,7 @@ static int smallest_moment_axis(kr_vec3 i)
     return i.x < i.y ? (i.x < i.z ? 0 : 2) : i.y < i.z ? 1 : 2;
 }
 
-static com_plane body_of(const kr_body *b, kr_vec3 com, double side)
+static com_plane find_com_plane(const kr_body *b, kr_vec3 com, double side)
 {
     com_plane r;
     r.distinct = smallest_moment_axis(b->inertia);
@@ -223,7 +223,7 @@ static kr_quat turn_about_third(double c, double s)
 static void seen_from_body(const dd q[4], const dd v[3], const com_plane *b, dd out[3])
 {
     dd r[3];
-    turned_back(q, v, r);
+    turn_back_dd(q, v, r);
     out[0] = dd_add(dd_mul(b->c, r[0]), dd_mul(b->s, r[1]));
     out[1] = dd_sub(dd_mul(b->c, r[1]), dd_mul(b->s, r[0]));
     out[2] = r[2];
@@ -237,7 +237,7 @@ static kr_status read_torus_start(const kr_scene *scene, const torus_kind *kind,
     const kr_status status = kr_scene_units(scene, &working, &way->units);
     if (status != KR_OK) return status;
     const com_plane b =
-        body_of(&scene->body, pull.com, scene->gravity < 0.0 ? -kind->side : kind->side);
+        find_com_plane(&scene->body, pull.com, scene->gravity < 0.0 ? -kind->side : kind->side);
     const kr_units *u = &way->units;
     const int power = pull.power - exponent_of(u->moment) + 2 * exponent_of(u->time);
     const dd lever = dd_times(pull.mass, dd_times(fabs(pull.gravity), b.reach)),
@@ -252,8 +252,8 @@ static kr_status read_torus_start(const kr_scene *scene, const torus_kind *kind,
     const kr_quat q = scene->start.q;
     const kr_vec3 m = v_scale(u->time, v_scale(1.0 / u->moment, scene->start.m));
     dd turn[4] = {dd_of(q.w), dd_of(q.x), dd_of(q.y), dd_of(q.z)}, seen[3];
-    turn_first(turn, scene->body.axes);
-    turn_first(turn, working.axes);
+    multiply_from_right(turn, scene->body.axes);
+    multiply_from_right(turn, working.axes);
     const dd momentum[3] = {dd_of(m.x), dd_of(m.y), dd_of(m.z)},
              up[3] = {dd_of(0.0), dd_of(0.0), dd_of(1.0)};
     seen_from_body(turn, momentum, &b, seen);
@@ -325,7 +325,7 @@ typedef struct body_view {
     double w[3], e[3][3];
 } body_view;
 
-static body_view view_top(const torus_kind *kind, kr_state s)
+static body_view read_body_view(const torus_kind *kind, kr_state s)
 {
     const kr_vec3 m = v_scale(kind->factor, q_turn_back(s.q, s.m));
     body_view r = {.w = {m.x / kind->ratio, m.y / kind->ratio, m.z}};
@@ -336,11 +336,14 @@ static body_view view_top(const torus_kind *kind, kr_state s)
     return r;
 }
 static kr_vec3 velocity_of(const body_view *r) { return v3(r->w[0], r->w[1], r->w[2]); }
-/* Returns a time in which the Taylor series of move_view has a negligible remainder. */
-static double short_span(const body_view *r) { return 0.03125 / (1.0 + v_length(velocity_of(r))); }
+/* Returns a time in which the Taylor series of advance_body_view has a negligible remainder. */
+static double choose_short_span(const body_view *r)
+{
+    return 0.03125 / (1.0 + v_length(velocity_of(r)));
+}
 enum { VIEW_ORDER = 12 };
 /* Moves a top by the time `span` by the sum of its Taylor series. */
-static void move_view(const torus_kind *kind, double span, body_view *view)
+static void advance_body_view(const torus_kind *kind, double span, body_view *view)
 {
     const double bend = 1.0 - 1.0 / kind->ratio, across = kind->side * kind->factor / kind->ratio,
                  along = kind->side * kind->factor;
@@ -375,9 +378,9 @@ static void move_view(const torus_kind *kind, double span, body_view *view)
  * time `span` after `now`. */
 static double error_after_span(const torus_kind *kind, body_view now, double span, kr_state later)
 {
-    const body_view got = view_top(kind, later);
+    const body_view got = read_body_view(kind, later);
     double square = 0.0;
-    move_view(kind, span, &now);
+    advance_body_view(kind, span, &now);
     for (int i = 0; i < 9; i++) {
         const double d = now.e[i / 3][i % 3] - got.e[i / 3][i % 3];
         square += 0.5 * d * d;
