@@ -118,6 +118,13 @@ typedef struct kr_quat { /* w + x i + y j + z k */
     double w, x, y, z;
 } kr_quat;
 
+/* The numbers in the frame of description from which kr_body_from_tensor and kr_body_set_rotor have
+ * computed the rounded numbers of a body. Motions with more than 16 digits start from them, unless a
+ * program has changed a number of the body since. All zero: no numbers of the body are rounded. */
+typedef struct kr_given {
+    double inertia[9]; /* three rows [M L^2] */
+    kr_vec3 com, rotor;
+} kr_given;
 typedef struct kr_body {
     double mass;     /* [M] */
     kr_vec3 inertia; /* principal moments at the fixed point [M L^2] */
@@ -131,6 +138,7 @@ typedef struct kr_body {
      * L^2 T^-1]. The momentum m includes that of the rotors. `inertia` assumes locked rotors:
      * motors keep their rates. kr_scene_release_wheel describes a rotor without a motor. */
     kr_vec3 rotor;
+    kr_given given;
 } kr_body;
 
 typedef struct kr_state {

@@ -6,6 +6,13 @@
 #define KR_METHOD_H
 #include "math/su2_dd.h"
 
+/* The body of a motion in double-double numbers. With up to 16 digits, the low words are zero. */
+typedef struct body_dd {
+    vec_dd inertia, lever, rotor;
+    vec_dd differences; /* of `inertia`, more accurate than these: y - z, z - x, x - y */
+    vec_dd com;         /* centre of mass, divided by a power of two (kr_scene_pull) */
+    quat_dd rest;       /* internal axes -> kr_body.axes, which are rounded */
+} body_dd;
 /* The state of motion of a top, in the axes and units that the methods use. These internal axes are
  * the principal axes, in the order that the methods need. Methods with KR_METHOD_DIGITS use the
  * principal axes as given. For other methods, the third axis T is the symmetry axis of a symmetric
@@ -31,13 +38,12 @@ typedef struct kr_motion {
      * Always 0 for methods without KR_METHOD_SKIPS_HEADING. */
     int skip_heading;
     /* The number of requested digits (for methods with KR_METHOD_DIGITS), or 0 if `tol` is used.
-     * With more than 16 digits, lever_low holds the low words of the lever. On entry to `reset`,
-     * `low` holds the low words of the initial state, and the initial momentum has components along
-     * the body axes. Later, `low` holds the low words of the time and of the state that `at`
-     * writes. */
+     * With more than 16 digits, on entry to `reset`, `low` holds the low words of the initial state,
+     * and the initial momentum has components along the body axes. Later, `low` holds the low words
+     * of the time and of the state that `at` writes. */
     int digits;
-    kr_vec3 lever_low;
     kr_state low;
+    body_dd *body; /* set by the method, or with more than 16 digits by the driver */
     /* The user's scene; its initial state is the one that was set most recently. Closed-form
      * solutions use this scene to avoid the rounding errors of a conversion to internal units. */
     const kr_scene *scene;
@@ -48,6 +54,14 @@ typedef struct kr_motion {
      * body. 0 unless KR_METHOD_GRADIENT. */
     double gradient;
 } kr_motion;
+/* Returns the body of a motion with up to 16 digits. */
+static inline body_dd body_dd_of(const kr_motion *motion, kr_vec3 com)
+{
+    const kr_vec3 I = motion->inertia;
+    const vec_dd differences = {two_sum(I.y, -I.z), two_sum(I.z, -I.x), two_sum(I.x, -I.y)};
+    return (body_dd){vdd_of(I),   vdd_of(motion->lever), vdd_of(motion->rotor),
+                     differences, vdd_of(com),           qdd_of(q_one())};
+}
 
 /* The last step of a dense method, in powers of tau = (time - begin) * rate, 0 <= tau <= span. */
 enum { KR_POLYNOMIAL_ORDER_MAX = 40 };

@@ -88,15 +88,16 @@ static doubles symmetric(const tops &all)
 
 // Makes bodies from mass, inertia (moments, or the rows of a matrix), com, inertia_rtol and rotor.
 // Returns the status and index of the first invalid body, whether each body is physical, and the
-// blocks of the bodies that are given by matrices.
+// blocks of the bodies that are given by matrices, without these matrices.
 static py::tuple bodies(const std::vector<size_t> &shape, const py::list &given, bool are_matrices)
 {
     const columns<5> all(shape, given, {1, are_matrices ? size_t(9) : size_t(3), 3, 1, 3});
-    const auto n = py::ssize_t(all.size()), width = py::ssize_t(sizeof(kr_body) / sizeof(double));
+    const size_t size = offsetof(kr_body, given);
+    const auto n = py::ssize_t(all.size()), width = py::ssize_t(size / sizeof(double));
     py::array_t<bool> can_be(n);
     doubles blocks({are_matrices ? n : 0, width});
     bool *can = can_be.mutable_data();
-    auto *to = reinterpret_cast<kr_body *>(blocks.mutable_data());
+    double *to = blocks.mutable_data();
     std::pair<size_t, kr_status> found{all.size(), KR_OK};
     in_pieces(n, [&](py::ssize_t begin, py::ssize_t end) {
         all.walk(size_t(begin), size_t(end), [&](size_t i, const double *numbers) {
@@ -109,7 +110,7 @@ static py::tuple bodies(const std::vector<size_t> &shape, const py::list &given,
             if (status != KR_OK) found = {i, status};
             kr_body_set_rotor(&body, {com[4], com[5], com[6]});
             can[i] = kr_body_is_physical(&body) != 0;
-            if (are_matrices) to[i] = body;
+            if (are_matrices) std::memcpy(to + size_t(width) * i, &body, size);
         });
     });
     return py::make_tuple(name_of(found.second), found.first, can_be, blocks);

@@ -40,7 +40,7 @@ template <class Work> inline void in_pieces(py::ssize_t n, Work work)
 }
 
 static_assert(sizeof(kr_state) == 8 * sizeof(double), "plain doubles");
-static_assert(sizeof(kr_scene) == 47 * sizeof(double), "plain doubles");
+static_assert(sizeof(kr_scene) == 62 * sizeof(double), "plain doubles");
 
 template <class T> inline T value_of(const doubles &a)
 {

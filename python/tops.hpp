@@ -106,13 +106,14 @@ inline bool has_torus(const kr_scene &scene) { return kind_of(scene) >= KR_KIND_
 // Scenes, with the fields of a kr_scene in its order.
 class tops
 {
-    columns<16> fields;
+    columns<19> fields;
 
   public:
-    // Mass, moments, centre of mass, axes, inertia_rtol, rotor; gravity; t, q, m; damping, turning,
-    // shaking, friction, wheels, gradient.
+    // Mass, moments, centre of mass, axes, inertia_rtol, rotor; inertia, centre of mass and rotor as
+    // given by matrices, or zeros; gravity; t, q, m; damping, turning, shaking, friction, wheels,
+    // gradient.
     tops(const std::vector<size_t> &shape, const py::list &arrays)
-        : fields(shape, arrays, {1, 3, 3, 4, 1, 3, 1, 1, 4, 3, 3, 3, 3, 1, 12, 1})
+        : fields(shape, arrays, {1, 3, 3, 4, 1, 3, 9, 3, 3, 1, 1, 4, 3, 3, 3, 3, 1, 12, 1})
     {
     }
     size_t size() const { return fields.size(); }
@@ -120,8 +121,8 @@ class tops
     bool differ_in_starts_alone() const
     {
         bool shared = true;
-        for (size_t k = 0; k < 7; k++) shared = shared && fields.is_shared(k);
-        for (size_t k = 10; k < 16; k++) shared = shared && fields.is_shared(k);
+        for (size_t k = 0; k < 10; k++) shared = shared && fields.is_shared(k);
+        for (size_t k = 13; k < 19; k++) shared = shared && fields.is_shared(k);
         return shared;
     }
 

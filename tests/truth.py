@@ -29,11 +29,6 @@ def make_scene(row):
     return kr.Scene(kr.Body(**row["scene"]["body"]), **words)
 
 
-def is_tensor(row):
-    """Return True if the core rounds the principal axes of the body to doubles."""
-    return isinstance(row["scene"]["body"]["inertia"][0], list)
-
-
 def find_gap(high, low, true):
     """Return the largest difference between the sums of two words and the true numbers."""
     pairs = zip(high.tolist(), low.tolist(), map(Decimal, true), strict=True)

@@ -30,7 +30,7 @@ KR_SAVED_MOTION(X)
 #endif
 
 /* Number of bytes of a kr_top that are stored in a checkpoint. */
-enum { SAVED_BYTES = offsetof(kr_top, low) + sizeof(kr_state) };
+enum { SAVED_BYTES = offsetof(kr_top, body) + sizeof(body_dd) };
 
 /* The saved data of an event: its search state, and a checksum of its definition. */
 typedef struct event_record {
@@ -102,6 +102,7 @@ static void save_events(const kr_top *top, unsigned char *to)
 static void set_pointers(kr_motion *motion, const kr_motion *from)
 {
     motion->scene = from ? from->scene : NULL;
+    motion->body = from ? from->body : NULL;
     motion->aux = from ? from->aux : NULL;
     motion->work = from ? from->work : NULL;
 }

@@ -1,14 +1,33 @@
 /* Unit conversion for computations in extended precision (more than 16 digits). Computations with
  * up to 16 digits use the conversion in run.c. Input values are treated as exact. Quaternions are
- * normalized in double-double arithmetic. The inertia tensor need not be rotated, because the
- * methods use the principal axes. */
+ * normalized in double-double arithmetic.
+ *
+ * If a body was given by an inertia tensor J, the rotation q to its principal axes is rounded to
+ * doubles (kr_body.axes), and q* J q is diagonal only up to rounding errors. Its elements off the
+ * diagonal are computed without cancellation, and Jacobi's method finds the rotation `rest` that
+ * removes them. The internal axes are those of q rest. The rotation `rest` is small unless two
+ * moments are nearly equal. */
 #include "model/scene.h"
 #include "math/split_double.h"
 #include "top.h"
 
+/* Elements off the diagonal of the inertia tensor that are negligible, in multiples of the largest
+ * moment, even if two moments differ only by rounding errors. */
+#define LEAST_ELEMENT 0x1p-200
+/* Jacobi's method converges quadratically from elements that are rounding errors. */
+enum { TENSOR_SWEEPS = 6 };
+
 quat_dd kr_extended_axes(const kr_top *top)
 {
-    return top->is_turned ? qdd_unit(qdd_of(top->axes)) : qdd_of(q_one());
+    const quat_dd axes = qdd_unit(qdd_of(top->scene.body.axes));
+    return top->is_turned ? qdd_mul(axes, top->body.rest) : qdd_of(q_one());
+}
+/* Returns q* v q for a unit quaternion q. Unlike with qdd_turn, the errors of a small component of
+ * v are relative to it if the rotation is small. */
+static vec_dd turn_back_slightly(quat_dd q, vec_dd v)
+{
+    const vec_dd across = vdd_scale_exactly(2.0, vdd_cross(v, q.v));
+    return vdd_add(v, vdd_add(vdd_scale(q.w, across), vdd_cross(across, q.v)));
 }
 /* Returns the contribution of the digits of q and m beyond double precision to q* m q. The norm of
  * q is arbitrary. */
@@ -21,33 +40,133 @@ static vec_dd change_by_low_words(const kr_top *top, const kr_state *start, cons
     const quat_dd left = qdd_mul(qdd_mul(qdd_conj(q), m), rest),
                   change = qdd_add(qdd_mul(qdd_conj(rest), m), qdd_mul(qdd_conj(high), m_rest)),
                   sum = qdd_add(left, qdd_mul(change, high));
-    const quat_dd axes = qdd_of(top->axes);
+    const quat_dd axes = qdd_of(top->scene.body.axes);
     return top->is_turned ? qdd_mul(qdd_mul(qdd_conj(axes), sum), axes).v : sum.v;
 }
-/* Returns the body-frame components of the momentum. If `low` is NULL, the relative error of each
- * component is about one rounding error of double-double arithmetic. Errors that are small only
- * relative to the norm would be amplified by the small moment of inertia of a thin rod. */
+/* Returns the momentum of a state with components along the internal axes. If `low` is NULL, the
+ * relative error of each component is about one rounding error of double-double arithmetic. Errors
+ * that are small only relative to the norm would be amplified by the small moment of inertia of a
+ * thin rod. */
 static vec_dd momentum_in_body(const kr_top *top, const kr_state *start, const kr_state *low)
 {
+    const kr_quat axes = top->scene.body.axes;
     const split_vec in_space = split_vec_of(start->m), given = split_turn_back(start->q, &in_space),
-                    own = top->is_turned ? split_turn_back(top->axes, &given) : given;
+                    own = top->is_turned ? split_turn_back(axes, &given) : given;
     dd square = qdd_square(low ? q_dd(start->q, low->q) : qdd_of(start->q));
-    if (top->is_turned) square = dd_mul(square, qdd_square(qdd_of(top->axes)));
+    if (top->is_turned) square = dd_mul(square, qdd_square(qdd_of(axes)));
     vec_dd M = {split_dd(&own, 0), split_dd(&own, 1), split_dd(&own, 2)};
     if (low) M = vdd_add(M, change_by_low_words(top, start, low));
-    return (vec_dd){dd_div(M.x, square), dd_div(M.y, square), dd_div(M.z, square)};
+    M = (vec_dd){dd_div(M.x, square), dd_div(M.y, square), dd_div(M.z, square)};
+    return top->is_turned ? turn_back_slightly(top->body.rest, M) : M;
+}
+/* Returns a vector in the frame of description with components along the internal axes. */
+static vec_dd vector_in_body(const kr_top *top, kr_vec3 v)
+{
+    const kr_state unturned = {0.0, q_one(), v};
+    return momentum_in_body(top, &unturned, NULL);
 }
 
-static void set_lever(kr_top *top, double moment)
+/* Returns 1 if the numbers in `given` still make this body, else 0. */
+static int is_as_given(const kr_body *body)
 {
-    const kr_pull pull = kr_scene_pull(&top->scene, top->scene.body.com);
+    const kr_given *given = &body->given;
+    kr_body made;
+    if (kr_body_from_rounded_tensor(body->mass, given->inertia, given->com, body->rounded, &made) !=
+        KR_OK)
+        return 0;
+    kr_body_set_rotor(&made, given->rotor);
+    return memcmp(&made, body, sizeof made) == 0;
+}
+/* Computes the inertia tensor q* J q along the axes q of a body, in multiples of `unit`, less the
+ * diagonal matrix of `moments`. The norm of q is nearly one. */
+static void find_rest_of_tensor(const kr_body *body, double unit, const double moments[3],
+                                dd a[3][3])
+{
+    split_vec rows[3], turned[3];
+    for (int i = 0; i < 3; i++)
+        rows[i] = split_vec_of(v_scale(1.0 / unit, v_of(body->given.inertia + 3 * i)));
+    for (int side = 0; side < 2; side++) {
+        for (int i = 0; i < 3; i++) turned[i] = split_turn_back(body->axes, &rows[i]);
+        for (int i = 0; i < 3; i++) {
+            rows[i].count = SPLIT_MAX;
+            for (int k = 0; k < SPLIT_MAX; k++)
+                for (int j = 0; j < 3; j++) rows[i].part[k][j] = turned[j].part[k][i];
+        }
+    }
+    for (int i = 0; i < 3; i++) rows[i].part[0][i] -= moments[i]; /* exact, as both nearly agree */
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            a[i][j] = dd_half(dd_add(split_dd(&rows[i], j), split_dd(&rows[j], i)));
+}
+/* Performs a Jacobi rotation that annihilates the element a[p][p + 1] of a symmetric matrix, and
+ * updates the rotation `rest`. Indices are taken modulo 3. The matrix is the sum of a and the
+ * diagonal matrix of `moments`, so that small moments and differences of moments keep their
+ * digits. */
+static void rotate_tensor(const double moments[3], dd a[3][3], quat_dd *rest, int p)
+{
+    const int q = (p + 1) % 3, r = (p + 2) % 3;
+    const dd apq = a[p][q], apr = a[p][r], aqr = a[q][r], one = dd_of(1.0), none = dd_of(0.0);
+    if (!(fabs(apq.hi) > LEAST_ELEMENT)) return;
+    const dd apart = dd_add(two_sum(moments[q], -moments[p]), dd_sub(a[q][q], a[p][p])),
+             theta = dd_div(apart, dd_twice(apq)), root = dd_sqrt(dd_add(dd_square(theta), one)),
+             t = dd_div(one, theta.hi < 0.0 ? dd_sub(theta, root) : dd_add(theta, root)),
+             c = dd_div(one, dd_sqrt(dd_add(dd_square(t), one))), s = dd_mul(t, c);
+    dd half[3] = {none, none, none};
+    half[r] = dd_neg(s);
+    *rest = qdd_unit(qdd_mul(*rest, (quat_dd){dd_add(one, c), {half[0], half[1], half[2]}}));
+    a[p][p] = dd_sub(a[p][p], dd_mul(t, apq));
+    a[q][q] = dd_add(a[q][q], dd_mul(t, apq));
+    a[p][q] = a[q][p] = none;
+    a[p][r] = a[r][p] = dd_sub(dd_mul(c, apr), dd_mul(s, aqr));
+    a[q][r] = a[r][q] = dd_add(dd_mul(s, apr), dd_mul(c, aqr));
+}
+/* Finds the principal axes and moments of a body that was given by a tensor. Axes that only
+ * rounding errors determine, because their moments are equal, are kept if they matter: for unequal
+ * damping, and for tangents. */
+static void find_axes(kr_top *top, double unit)
+{
+    const kr_body *given = &top->scene.body;
+    body_dd *body = &top->body;
+    double moments[3], D[3];
+    dd a[3][3];
+    v_put(moments, top->main.inertia);
+    v_put(D, top->main.damping);
+    find_rest_of_tensor(given, unit, moments, a);
+    for (int sweep = 0; sweep < TENSOR_SWEEPS; sweep++)
+        for (int p = 0; p < 3; p++) {
+            const int q = (p + 1) % 3, is_kept = D[p] != D[q] || top->config.tangents;
+            if (moments[p] != moments[q] || !is_kept) rotate_tensor(moments, a, &body->rest, p);
+        }
+    const dd square = qdd_square(qdd_of(given->axes)),
+             per_norm = dd_div(dd_of(1.0), dd_square(square));
+    const dd x = a[0][0], y = a[1][1], z = a[2][2];
+    const vec_dd diagonal = {x, y, z}, apart = {dd_sub(y, z), dd_sub(z, x), dd_sub(x, y)};
+    body->inertia = vdd_scale(per_norm, vdd_add(body->inertia, diagonal));
+    body->differences = vdd_scale(per_norm, vdd_add(body->differences, apart));
+    top->main.inertia = vdd_high(body->inertia);
+    top->is_turned = 1;
+    top->axes = qdd_high(kr_extended_axes(top));
+}
+static void set_body(kr_top *top, double moment)
+{
+    const kr_body *body = &top->scene.body;
+    const kr_pull pull = kr_scene_pull(&top->scene, body->com);
     const int power = pull.power - ilogb(moment) + 2 * ilogb(top->time_unit);
-    const dd given = two_product(pull.gravity, pull.mass),
-             weight = dd_make(ldexp(given.hi, power), ldexp(given.lo, power));
-    const dd lever[3] = {dd_times(pull.com.x, weight), dd_times(pull.com.y, weight),
-                         dd_times(pull.com.z, weight)};
-    top->main.lever = v3(lever[0].hi, lever[1].hi, lever[2].hi);
-    top->main.lever_low = v3(lever[0].lo, lever[1].lo, lever[2].lo);
+    const dd product = two_product(pull.gravity, pull.mass),
+             weight = dd_make(ldexp(product.hi, power), ldexp(product.lo, power));
+    top->body = body_dd_of(&top->main, pull.com);
+    if (is_as_given(body)) {
+        const kr_pull given = kr_scene_pull(&top->scene, body->given.com);
+        find_axes(top, moment);
+        top->body.com =
+            vdd_scale_exactly(ldexp(1.0, given.power - pull.power), vector_in_body(top, given.com));
+        if (kr_body_has_rotor(body))
+            top->body.rotor =
+                vector_in_body(top, v_scale(1.0 / top->momentum_unit, body->given.rotor));
+        top->main.rotor = vdd_high(top->body.rotor);
+    }
+    top->body.lever = vdd_scale(weight, top->body.com);
+    top->main.lever = vdd_high(top->body.lever);
 }
 static kr_state state_from_user(kr_top *top, const kr_state *start, const kr_state *low)
 {
@@ -75,4 +194,4 @@ static void state_to_user(kr_top *top, kr_state *state)
     top->low.m = v_scale(top->momentum_unit, low->m);
 }
 
-const kr_extended_ops kr_extended = {set_lever, state_from_user, state_to_user};
+const kr_extended_ops kr_extended = {set_body, state_from_user, state_to_user};

@@ -64,7 +64,8 @@ static kr_status choose_units(kr_top *top)
     top->main.scene = &top->scene;
     top->main.time_unit = top->time_unit;
     top->main.momentum_unit = top->momentum_unit;
-    if (has_extended_digits(top)) top->method->extended->set_lever(top, own.moment);
+    top->main.body = &top->body;
+    if (has_extended_digits(top)) top->method->extended->set_body(top, own.moment);
     return isfinite(top->main.step) && isfinite(top->main.gradient) &&
                    v_finite(top->main.damping) && v_finite(top->main.rotor)
                ? KR_OK
@@ -356,6 +357,7 @@ static void replace_top(kr_top *top, const kr_top *begun)
     const kr_motion main = top->main, side = top->side, kept = top->saved;
     *top = *begun;
     top->main.scene = &top->scene;
+    top->main.body = &top->body;
     top->main.work = main.work;
     top->side.work = side.work;
     top->saved.work = kept.work;

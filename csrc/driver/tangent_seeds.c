@@ -55,18 +55,25 @@ static void seed_start(seed_list *to, const kr_top *top)
             seed->at_start.push = unit_vector_dd(i - 3);
     }
 }
-static vec_dd lever_in_own_units(const seed_list *to, dd weight, kr_vec3 com)
+/* Returns the centre of mass along the internal axes. */
+static vec_dd com_of(const kr_top *top)
 {
-    const kr_vec3 none = {0.0, 0.0, 0.0};
+    int reach;
+    fraction_of(v_largest(top->scene.body.com), &reach);
+    return vdd_scale_exactly(times_power_of_2(1.0, reach - 1),
+                             vdd_scale_exactly(2.0, top->body.com));
+}
+static vec_dd lever_in_own_units(const seed_list *to, dd weight, vec_dd com)
+{
     const dd own =
         dd_scale(to->time_unit, dd_scale(to->time_unit, dd_scale(1.0 / to->inertia_unit, weight)));
-    return vdd_scale(own, v_dd(com, none));
+    return vdd_scale(own, com);
 }
 /* Adds the column of the tangent matrix for a parameter on which lever = mass * gravity * com
  * depends, and returns its seed. On a support at rest, d(lever) / d(parameter) = weight * com. On a
  * shaken support the derivative is mass * com * k, where k is the acceleration or a derivative of
  * the acceleration. */
-static kr_seed *seed_lever(seed_list *to, dd weight, double mass, kr_vec3 com, kr_timing timing)
+static kr_seed *seed_lever(seed_list *to, dd weight, double mass, vec_dd com, kr_timing timing)
 {
     kr_seed *seed = add_seed(to);
     seed->lever = lever_in_own_units(to, weight, com);
@@ -76,48 +83,47 @@ static kr_seed *seed_lever(seed_list *to, dd weight, double mass, kr_vec3 com, k
 }
 /* Adds the three columns of the tangent matrix for the centre of mass, `com`. The direction of the
  * apex depends on `com` unless `com` is zero. */
-static void seed_com(seed_list *to, const kr_body *body, double gravity)
+static void seed_com(seed_list *to, const kr_top *top)
 {
-    const kr_vec3 none = {0.0, 0.0, 0.0};
+    const kr_body *body = &top->scene.body;
     const double size = v_largest(body->com);
+    const dd weight = two_product(body->mass, top->scene.gravity);
     for (int i = 0; i < 3; i++) {
-        const kr_vec3 axis = v_axis(i);
-        kr_seed *seed =
-            seed_lever(to, two_product(body->mass, gravity), body->mass, axis, KR_TIMING_STRENGTH);
+        const vec_dd by = unit_vector_dd(i);
+        kr_seed *seed = seed_lever(to, weight, body->mass, by, KR_TIMING_STRENGTH);
         if (!(size > 0.0)) continue;
         const double unit = times_power_of_2(1.0, -exponent_of(size));
-        const vec_dd com = v_dd(v_scale(unit, body->com), none), by = v_dd(axis, none);
+        const vec_dd com = vdd_scale_exactly(unit, com_of(top));
         const dd square = vdd_dot(com, com), along = dd_div(vdd_dot(com, by), square);
         const vec_dd across = vdd_add(by, vdd_scale(dd_neg(along), com));
         seed->apex = vdd_scale(dd_div(dd_of(unit), dd_sqrt(square)), across);
     }
 }
-static void seed_support(seed_list *to, const kr_body *body, uint64_t by)
+static void seed_support(seed_list *to, const kr_top *top, uint64_t by)
 {
     static const kr_timing timings[] = {KR_TIMING_AMPLITUDE, KR_TIMING_RATE, KR_TIMING_PHASE};
     if (by & KR_TANGENT_TURNING)
         for (int i = 0; i < 3; i++) add_seed(to)->turning = v_axis(i);
     /* The shaking changes the acceleration of the support, but not the lever at rest. */
     if (by & KR_TANGENT_SHAKING)
-        for (int i = 0; i < 3; i++) seed_lever(to, dd_of(0.0), body->mass, body->com, timings[i]);
+        for (int i = 0; i < 3; i++)
+            seed_lever(to, dd_of(0.0), top->scene.body.mass, com_of(top), timings[i]);
 }
 static void seed_tangents(seed_list *to, const kr_top *top)
 {
-    const kr_body *body = &top->scene.body;
     const uint64_t by = top->config.tangents;
-    const double g = top->scene.gravity;
+    const double g = top->scene.gravity, mass = top->scene.body.mass;
     to->next = to->seeds;
     to->time_unit = top->time_unit;
     to->inertia_unit = top->momentum_unit * top->time_unit;
     if (by & KR_TANGENT_START) seed_start(to, top);
     for (int i = 0; i < 3 && by & KR_TANGENT_MOMENTS; i++) add_seed(to)->moments = v_axis(i);
-    if (by & KR_TANGENT_COM) seed_com(to, body, g);
-    if (by & KR_TANGENT_GRAVITY)
-        seed_lever(to, dd_of(body->mass), body->mass, body->com, KR_TIMING_UNIFORM);
-    if (by & KR_TANGENT_MASS) seed_lever(to, dd_of(g), 1.0, body->com, KR_TIMING_STRENGTH);
+    if (by & KR_TANGENT_COM) seed_com(to, top);
+    if (by & KR_TANGENT_GRAVITY) seed_lever(to, dd_of(mass), mass, com_of(top), KR_TIMING_UNIFORM);
+    if (by & KR_TANGENT_MASS) seed_lever(to, dd_of(g), 1.0, com_of(top), KR_TIMING_STRENGTH);
     for (int i = 0; i < 3 && by & KR_TANGENT_DAMPING; i++) add_seed(to)->damping = v_axis(i);
     for (int i = 0; i < 3 && by & KR_TANGENT_ROTOR; i++) add_seed(to)->rotor = unit_vector_dd(i);
-    seed_support(to, body, by);
+    seed_support(to, top, by);
     if (by & KR_TANGENT_FRICTION) add_seed(to)->friction = 1.0;
     if (by & KR_TANGENT_GRADIENT) add_seed(to)->gradient = 1.0;
 }

@@ -28,6 +28,7 @@ struct kr_top {
     double requested;     /* the last requested time */
     kr_state now;         /* the state at the last requested time, in the user's units */
     kr_state low;         /* the part of `now` that doubles cannot store */
+    body_dd body;         /* the body in internal axes and units */
     /* Fields of the top that are not stored in checkpoints. */
     double horizon;     /* requested times must be below this limit */
     kr_event *events;   /* the watched events, in the user's memory */
@@ -68,11 +69,11 @@ static inline void kr_event_reset_search(kr_event *event)
  * changes the checkpoint format. */
 /* clang-format off */
 #define KR_SAVED_TOP(X)                                                                           \
-    X(scene, 0)            X(method, 376)         X(config, 384)         X(axes, 440)             \
-    X(is_turned, 472)      X(time_unit, 480)      X(momentum_unit, 488)  X(forward, 496)          \
-    X(main, 504)           X(side, 800)           X(saved, 1096)         X(steps, 1392)          \
-    X(saved_steps, 1400)   X(inspect_at, 1408)    X(before, 1416)        X(before_clock, 1480)    \
-    X(requested, 1488)     X(now, 1496)           X(low, 1560)
+    X(scene, 0)            X(method, 496)         X(config, 504)         X(axes, 560)             \
+    X(is_turned, 592)      X(time_unit, 600)      X(momentum_unit, 608)  X(forward, 616)          \
+    X(main, 624)           X(side, 904)           X(saved, 1184)         X(steps, 1464)           \
+    X(saved_steps, 1472)   X(inspect_at, 1480)    X(before, 1488)        X(before_clock, 1552)    \
+    X(requested, 1560)     X(now, 1568)           X(low, 1632)           X(body, 1696)
 #define KR_SAVED_CONFIG(X)                                                                        \
     X(step, 0)             X(tol, 8)              X(max_steps, 16)       X(poll, 24)              \
     X(context, 32)         X(digits, 40)          X(skip_heading, 44)     \
@@ -81,8 +82,8 @@ static inline void kr_event_reset_search(kr_event *event)
     X(inertia, 0)          X(lever, 24)           X(damping, 48)         X(rotor, 72)             \
     X(step, 96)            X(tol, 104)            X(clock, 112)          X(stats, 120)            \
     X(work, 152)           X(aux, 160)            X(skip_heading, 168)   X(digits, 172)           \
-    X(lever_low, 176)      X(low, 200)            X(scene, 264)          X(time_unit, 272)        \
-    X(momentum_unit, 280)  X(gradient, 288)
+    X(low, 176)            X(body, 240)           X(scene, 248)          X(time_unit, 256)        \
+    X(momentum_unit, 264)  X(gradient, 272)
 /* clang-format on */
 
 /* Returns the axes that the method uses, and the components of the inertia, centre of mass, damping
@@ -94,9 +95,9 @@ kr_state kr_top_start_in_own_units(kr_top *top, const kr_state *start);
 quat_dd kr_extended_axes(const kr_top *top);
 /* Unit conversion for computations in extended precision (more than 16 digits). */
 struct kr_extended_ops {
-    /* Sets the product weight * com in double-double precision. `moment` is the internal unit of
-     * the moments of inertia. */
-    void (*set_lever)(kr_top *top, double moment);
+    /* Sets the principal axes, and the moments of inertia, centre of mass, rotor and lever along
+     * them, in double-double precision. `moment` is the internal unit of the moments of inertia. */
+    void (*set_body)(kr_top *top, double moment);
     /* Converts the initial state start + low to internal units. The returned momentum has
      * components along the body axes. Stores the digits of the result beyond double precision in
      * main.low. `low` may be NULL. */

@@ -30,6 +30,7 @@ static inline split_vec split_sum(double x[][3], int n)
             }
         for (int i = 0; i < 3; i++) sum.part[round][i] = x[n - 1 - round][i];
     }
+    while (sum.count > 1 && v_largest(v_of(sum.part[sum.count - 1])) == 0.0) sum.count--;
     return sum;
 }
 /* Multiplies component `from` of v by a * b, and writes the product to component `to` of x as a sum

@@ -18,6 +18,7 @@ static inline vec_dd v_dd(kr_vec3 hi, kr_vec3 lo)
 {
     return (vec_dd){two_sum(hi.x, lo.x), two_sum(hi.y, lo.y), two_sum(hi.z, lo.z)};
 }
+static inline vec_dd vdd_of(kr_vec3 a) { return (vec_dd){dd_of(a.x), dd_of(a.y), dd_of(a.z)}; }
 static inline kr_vec3 vdd_high(vec_dd a) { return v3(a.x.hi, a.y.hi, a.z.hi); }
 static inline kr_vec3 vdd_low(vec_dd a) { return v3(a.x.lo, a.y.lo, a.z.lo); }
 static inline vec_dd vdd_add(vec_dd a, vec_dd b)
@@ -33,10 +34,14 @@ static inline vec_dd vdd_scale_exactly(double power, vec_dd a)
 {
     return (vec_dd){dd_scale(power, a.x), dd_scale(power, a.y), dd_scale(power, a.z)};
 }
-/* Divides componentwise, for example by the principal moments of inertia. */
-static inline vec_dd vdd_over(vec_dd a, kr_vec3 b)
+/* Multiplies or divides componentwise, for example by the principal moments of inertia. */
+static inline vec_dd vdd_times(vec_dd a, vec_dd b)
 {
-    return (vec_dd){dd_div(a.x, dd_of(b.x)), dd_div(a.y, dd_of(b.y)), dd_div(a.z, dd_of(b.z))};
+    return (vec_dd){dd_mul(a.x, b.x), dd_mul(a.y, b.y), dd_mul(a.z, b.z)};
+}
+static inline vec_dd vdd_over(vec_dd a, vec_dd b)
+{
+    return (vec_dd){dd_div(a.x, b.x), dd_div(a.y, b.y), dd_div(a.z, b.z)};
 }
 static inline dd vdd_dot(vec_dd a, vec_dd b)
 {

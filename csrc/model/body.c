@@ -316,6 +316,8 @@ kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_v
         set_axes(&b, choose_nearest_axes(&b, com), a, com);
         merge_equal_moments(&b);
         if (is_ill_conditioned(&b)) return KR_ERR_BODY;
+        memcpy(b.given.inertia, inertia, sizeof b.given.inertia);
+        b.given.com = com;
         b.inertia = v3(ldexp(b.inertia.x, exponent), ldexp(b.inertia.y, exponent),
                        ldexp(b.inertia.z, exponent));
     }
@@ -329,6 +331,7 @@ void kr_body_set_rotor(kr_body *body, kr_vec3 rotor)
 {
     const int is_turned = v_largest(q_vec(body->axes)) > 0.0;
     body->rotor = is_turned ? q_turn_back(body->axes, rotor) : rotor;
+    body->given.rotor = rotor;
 }
 void kr_inertia_add_point(double inertia[9], double mass, kr_vec3 a)
 {

@@ -5,6 +5,7 @@
  * tolerance. The unit of time is a power of two, chosen so that the angular velocity remains below
  * one, Taylor coefficients do not overflow, and all thresholds are dimensionless. */
 #include <float.h>
+#include "model/scene.h"
 #include "math/su2_dd.h"
 #include "slow.h"
 #include "support_setup.h"
@@ -86,9 +87,8 @@ static void extended_state(const kr_taylor *p, kr_motion *motion, kr_state *to)
 {
     const kr_series *s = p->series;
     const vec_dd W = vdd_scale_exactly(p->rate, v_dd(v_of(s[0].at_w + 1), v_of(s[1].at_w + 1)));
-    const kr_vec3 A = motion->inertia, h = motion->rotor, none = {0.0, 0.0, 0.0};
-    const vec_dd own = {dd_times(A.x, W.x), dd_times(A.y, W.y), dd_times(A.z, W.z)};
-    const vec_dd M = v_largest(h) > 0.0 ? vdd_add(own, v_dd(h, none)) : own;
+    const vec_dd own = vdd_times(motion->body->inertia, W);
+    const vec_dd M = v_largest(motion->rotor) > 0.0 ? vdd_add(own, motion->body->rotor) : own;
     const quat_dd q = qdd_unit(qdd_load(s[0].at_x, s[1].at_x));
     const vec_dd m = qdd_turn(q, M);
     to->q = qdd_high(q);
@@ -125,11 +125,11 @@ static void set_start(kr_taylor *p, const kr_motion *motion, const kr_state *sta
     const kr_support_ops *supports = supports_of(motion);
     const quat_dd q = q_dd(start->q, motion->low.q);
     const vec_dd vertical = {dd_of(0.0), dd_of(0.0), dd_of(1.0)};
-    const kr_vec3 h = motion->rotor, none = {0.0, 0.0, 0.0};
     const vec_dd m = v_dd(start->m, motion->low.m),
                  M = motion->digits > 16 ? m : qdd_turn(qdd_conj(q), m),
-                 own = v_largest(h) > 0.0 ? vdd_add(M, v_dd(v_scale(-1.0, h), none)) : M,
-                 W = vdd_over(own, motion->inertia);
+                 h = vdd_scale_exactly(-1.0, motion->body->rotor),
+                 own = v_largest(motion->rotor) > 0.0 ? vdd_add(M, h) : M,
+                 W = vdd_over(own, motion->body->inertia);
     const kr_quat q_high = qdd_high(q), q_low = qdd_low(q);
     p->rate = p->first_rate = rate_for(motion, vdd_high(W), 0);
     p->try_slow = motion->clock;
@@ -153,6 +153,9 @@ static kr_status taylor_reset(kr_motion *motion, const kr_state *start)
 {
     double log2_tol = log2_tolerance(motion);
     int i = 0;
+    if (motion->digits <= 16)
+        *motion->body =
+            body_dd_of(motion, kr_scene_pull(motion->scene, motion->scene->body.com).com);
     while (!kr_taylor_isa(i)->runs_here()) i++; /* untaken: if the first one runs */
     const kr_kernel *kernel = choose_kernel(kr_taylor_isa(i), motion, &log2_tol);
     kr_taylor_set_kernel(motion, kernel, log2_tol);

@@ -45,9 +45,9 @@ const kr_isa *kr_taylor_isa_of(const kr_motion *motion)
 }
 
 /* Sets one rotor term, given the coefficient `k` of the product of angular velocities. */
-static void set_shift(kr_series s[2], int lane, double h, double A, dd k)
+static void set_shift(kr_series s[2], int lane, dd h, dd A, dd k)
 {
-    const dd shift = h == 0.0 ? dd_make(-0.0, -0.0) : dd_div(dd_div(dd_of(h), dd_of(A)), k);
+    const dd shift = h.hi == 0.0 ? dd_make(-0.0, -0.0) : dd_div(dd_div(h, A), k);
     s[0].shift[lane] = shift.hi;
     s[1].shift[lane] = shift.lo;
 }
@@ -57,14 +57,14 @@ static void set_shift(kr_series s[2], int lane, double h, double A, dd k)
  * by the negligibly small KR_LEAST_FACTOR. */
 static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
 {
-    double A[3], h[3];
-    v_put(A, motion->inertia);
-    v_put(h, v_scale(1.0 / rate, motion->rotor));
+    const vec_dd moments = motion->body->inertia,
+                 rotor = vdd_scale_exactly(1.0 / rate, motion->body->rotor);
+    const dd A[3] = {moments.x, moments.y, moments.z}, h[3] = {rotor.x, rotor.y, rotor.z};
     for (int lane = 0; lane < 8; lane++) s[0].shift[lane] = s[1].shift[lane] = -0.0;
     for (int i = 0; i < 3; i++) {
-        const double ahead = -h[(i + 2) % 3], behind = h[(i + 1) % 3];
+        const dd ahead = dd_neg(h[(i + 2) % 3]), behind = h[(i + 1) % 3];
         dd k = dd_make(s[0].k[i + 1], s[1].k[i + 1]);
-        if (ahead == 0.0 && behind == 0.0) continue;
+        if (ahead.hi == 0.0 && behind.hi == 0.0) continue;
         if (!(fabs(k.hi) >= KR_LEAST_FACTOR)) k = dd_of(KR_LEAST_FACTOR);
         s[0].k[i + 1] = k.hi;
         s[1].k[i + 1] = k.lo;
@@ -85,13 +85,11 @@ static void set_gradient(kr_series s[2], double gradient)
 void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate,
                              const struct kr_support_ops *supports)
 {
-    const kr_vec3 A = motion->inertia;
-    const vec_dd pair = {two_sum(A.y, -A.z), two_sum(A.z, -A.x), two_sum(A.x, -A.y)};
-    const vec_dd lever = supports ? supports->set_constants(s, motion, rate)
-                                  : v_dd(motion->lever, motion->lever_low),
+    const vec_dd A = motion->body->inertia;
+    const vec_dd lever = supports ? supports->set_constants(s, motion, rate) : motion->body->lever,
                  c = vdd_scale_exactly(1.0 / (rate * rate), lever);
     const vec_dd up = {c.z, c.x, c.y}, down = {dd_neg(c.y), dd_neg(c.z), dd_neg(c.x)};
-    set_vector_words(s[0].k, s[1].k, vdd_over(pair, A));
+    set_vector_words(s[0].k, s[1].k, vdd_over(motion->body->differences, A));
     set_vector_words(s[0].up, s[1].up, vdd_over(up, A));
     set_vector_words(s[0].down, s[1].down, vdd_over(down, A));
     const kr_vec3 none = {0.0, 0.0, 0.0}, drag = v_scale(-1.0 / rate, motion->damping);

@@ -18,10 +18,10 @@ struct held_directions {
     double square[2]; /* <v_i, v_i> */
 };
 
-static dd bilinear_form(const dd a[3], const double factors[3], const dd b[3])
+static dd bilinear_form(const dd a[3], const dd factors[3], const dd b[3])
 {
     dd sum = dd_of(0.0);
-    for (int j = 0; j < 3; j++) sum = dd_add(sum, dd_mul(dd_times(factors[j], a[j]), b[j]));
+    for (int j = 0; j < 3; j++) sum = dd_add(sum, dd_mul(dd_mul(factors[j], a[j]), b[j]));
     return sum;
 }
 /* Replaces a by the linear combination `c` a + `s` b. */
@@ -29,13 +29,13 @@ static void combine_vectors(dd a[3], dd c, const dd b[3], dd s)
 {
     for (int j = 0; j < 3; j++) a[j] = dd_add(dd_mul(c, a[j]), dd_mul(s, b[j]));
 }
-static void normalize_moment(dd v[3], const double A[3])
+static void normalize_moment(dd v[3], const dd A[3])
 {
     const dd per_size = dd_div(dd_of(1.0), dd_sqrt(bilinear_form(v, A, v)));
     for (int j = 0; j < 3; j++) v[j] = dd_mul(per_size, v[j]);
 }
 /* Rotates the directions v_0 and v_1 such that <v_0, D v_1> vanishes (Jacobi rotation). */
-static void diagonalize_damping(dd v[2][3], const double D[3])
+static void diagonalize_damping(dd v[2][3], const dd D[3])
 {
     const dd cross = bilinear_form(v[0], D, v[1]),
              apart = dd_sub(bilinear_form(v[1], D, v[1]), bilinear_form(v[0], D, v[0]));
@@ -52,7 +52,7 @@ static void diagonalize_damping(dd v[2][3], const double D[3])
     combine_vectors(v[1], c, before, s);
 }
 /* Computes two vectors that are perpendicular to the apex vector. */
-static void set_directions(dd v[2][3], const dd apex[3], const double A[3], const double D[3])
+static void set_directions(dd v[2][3], const dd apex[3], const dd A[3], const dd D[3])
 {
     int k = 0;
     for (int i = 1; i < 3; i++)
@@ -76,19 +76,20 @@ static void set_directions(dd v[2][3], const dd apex[3], const double A[3], cons
 static void find_held_directions(const kr_motion *motion, held_directions *held)
 {
     const kr_series *s = taylor_of(motion)->series;
-    double A[3], D[3];
+    const vec_dd moments = motion->body->inertia;
+    const kr_vec3 damping = motion->damping;
+    const dd A[3] = {moments.x, moments.y, moments.z},
+             D[3] = {dd_of(damping.x), dd_of(damping.y), dd_of(damping.z)};
     dd apex[3];
-    v_put(A, motion->inertia);
-    v_put(D, motion->damping);
     for (int j = 0; j < 3; j++) {
         apex[j] = dd_make(s[0].apex[j + 1], s[1].apex[j + 1]);
-        held->moment[j] = dd_times(A[j], apex[j]);
+        held->moment[j] = dd_mul(A[j], apex[j]);
     }
     set_directions(held->v, apex, A, D);
     kr_vec3 high[2];
     for (int i = 0; i < 2; i++) {
         const dd *v = held->v[i];
-        for (int j = 0; j < 3; j++) held->weight[i][j] = dd_times(A[j], v[j]);
+        for (int j = 0; j < 3; j++) held->weight[i][j] = dd_mul(A[j], v[j]);
         for (int k = 0; k < 2; k++) held->drag[i][k] = bilinear_form(v, D, held->v[k]);
         held->load[i] = bilinear_form(apex, D, v);
         high[i] = v3(v[0].hi, v[1].hi, v[2].hi);

@@ -126,8 +126,8 @@ static void REAL(read_friction)(REAL(moving_path) * p, const kr_series path[2],
     p->inverse_inertia = r_of(0.0, 0.0);
     for (int i = 0; i < 3; i++) {
         p->apex[i] = r_of(data->apex[i].hi, data->apex[i].lo);
-        p->inverse_inertia =
-            r_add(p->inverse_inertia, r_div(r_mul(p->apex[i], p->apex[i]), r_of(data->A[i], 0.0)));
+        p->inverse_inertia = r_add(p->inverse_inertia, r_div(r_mul(p->apex[i], p->apex[i]),
+                                                             r_of(data->A[i].hi, data->A[i].lo)));
     }
     for (int n = 0; n < order; n++)
         p->torque[n] =
@@ -144,10 +144,10 @@ static void REAL(read_path)(REAL(moving_path) * p, const kr_series path[2],
     p->gradient = r_of(data->gradient, 0.0);
     p->has_gradient = data->gradient != 0.0;
     for (int i = 0; i < 3; i++) {
-        p->A[i] = r_of(data->A[i], 0.0);
+        p->A[i] = r_of(data->A[i].hi, data->A[i].lo);
         p->D[i] = r_of(data->D[i], 0.0);
         p->lever[i] = r_of(data->lever[i].hi, data->lever[i].lo);
-        h[i] = r_of(data->h[i], 0.0);
+        h[i] = r_of(data->h[i].hi, data->h[i].lo);
     }
     for (int i = 0; i < 4; i++) p->q[i] = r_of(data->q[i].hi, data->q[i].lo);
     REAL(rotate_to_body)(&p->support, p->q, data->turning);

@@ -48,8 +48,7 @@ static vec_dd support_lever(const kr_motion *motion, dd acceleration)
     const dd rest = dd_div(acceleration, dd_of(acceleration.hi)),
              weight =
                  dd_scale(ldexp(1.0, power), dd_mul(rest, two_product(pull.gravity, pull.mass)));
-    return (vec_dd){dd_times(pull.com.x, weight), dd_times(pull.com.y, weight),
-                    dd_times(pull.com.z, weight)};
+    return vdd_scale(weight, motion->body->com);
 }
 /* Returns the amplitude of the support's acceleration in the user's units. */
 static dd shaking_acceleration(const kr_scene *scene)
@@ -62,7 +61,7 @@ vec_dd kr_support_split(const kr_motion *motion, dd *base, dd *sway)
     const dd gravity = dd_of(motion->scene->gravity), most = shaking_acceleration(motion->scene);
     *base = dd_of(1.0);
     *sway = dd_of(0.0);
-    if (!(fabs(most.hi) > 0.0)) return v_dd(motion->lever, motion->lever_low);
+    if (!(fabs(most.hi) > 0.0)) return motion->body->lever;
     if (fabs(gravity.hi) >= fabs(most.hi)) {
         *sway = dd_neg(dd_div(most, gravity));
         return support_lever(motion, gravity);
@@ -88,11 +87,9 @@ double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held)
 /* Returns the apex as a unit vector in the principal axes. */
 static vec_dd apex_of(const kr_motion *motion)
 {
-    const kr_vec3 com = motion->scene->body.com, none = {0.0, 0.0, 0.0};
-    const double size = v_largest(com);
-    if (!(size > 0.0)) return v_dd(v3(0.0, 0.0, 1.0), none);
-    const double unit = times_power_of_2(1.0, -exponent_of(size));
-    const vec_dd along = v_dd(v_scale(unit, com), none);
+    const kr_vec3 none = {0.0, 0.0, 0.0};
+    const vec_dd along = motion->body->com;
+    if (!(v_largest(vdd_high(along)) > 0.0)) return v_dd(v3(0.0, 0.0, 1.0), none);
     return vdd_scale(dd_div(dd_of(1.0), dd_sqrt(vdd_dot(along, along))), along);
 }
 static void put_words(kr_series s[2], double *high, dd a)
@@ -102,7 +99,7 @@ static void put_words(kr_series s[2], double *high, dd a)
 }
 static void set_friction(kr_series s[2], const kr_motion *motion, double rate)
 {
-    const vec_dd apex = apex_of(motion), eased = vdd_over(apex, motion->inertia);
+    const vec_dd apex = apex_of(motion), eased = vdd_over(apex, motion->body->inertia);
     const dd ease = vdd_dot(apex, eased), per_ease = dd_div(dd_of(1.0), ease);
     const double friction = kr_support_friction(motion, rate);
     set_vector_words(s[0].apex, s[1].apex, apex);
@@ -219,7 +216,7 @@ void kr_support_set_mode(const kr_motion *motion)
     if (!(motion->scene->friction > 0.0)) return;
     const double friction = kr_support_friction(motion, p->rate);
     const vec_dd apex = v_dd(v_of(s[0].apex + 1), v_of(s[1].apex + 1)),
-                 eased = vdd_over(apex, motion->inertia);
+                 eased = vdd_over(apex, motion->body->inertia);
     s[0].slides = p->sliding != 0.0;
     s[0].holds = p->sliding == 0.0;
     set_vector_words(s[0].rub, s[1].rub, vdd_scale(dd_of(-p->sliding * friction), eased));

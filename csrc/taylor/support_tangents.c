@@ -9,8 +9,8 @@
  * `sway` describe the shaking, and `lever` is the lever arm of the effective gravity. `q` is the
  * current attitude, and `cosine` and `sine` give the current phase of the shaking. */
 typedef struct support_data {
-    double A[3], D[3], h[3], turning[3];
-    dd rate, base, sway, lever[3], q[4], cosine, sine;
+    double D[3], turning[3];
+    dd A[3], h[3], rate, base, sway, lever[3], q[4], cosine, sine;
     /* Friction data: the apex, the friction torque, and the sign of the spin while the top slides.
      * `holds` is nonzero if friction holds the top. */
     dd apex[3];
@@ -45,9 +45,9 @@ static support_data read_support(const kr_motion *motion, double rate, const kr_
     const quat_dd q = qdd_unit(qdd_load(path->x[0], deep ? path[1].x[0] : zero));
     support_data data;
     memset(&data, 0, sizeof data);
-    v_put(data.A, motion->inertia);
+    put_three(data.A, motion->body->inertia);
     v_put(data.D, v_scale(1.0 / rate, motion->damping));
-    v_put(data.h, v_scale(1.0 / rate, motion->rotor));
+    put_three(data.h, vdd_scale_exactly(1.0 / rate, motion->body->rotor));
     v_put(data.turning, v_scale(motion->time_unit / rate, motion->scene->turning));
     data.rate = dd_times(motion->time_unit / rate, dd_of(motion->scene->shaking.rate));
     put_three(data.lever, vdd_scale_exactly(1.0 / (rate * rate),

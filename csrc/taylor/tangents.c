@@ -136,11 +136,12 @@ static vec_dd get_components(const kr_motion *motion, const deviation_address *a
 }
 static void set_tangent_constants(kr_tangent *g, const kr_motion *motion)
 {
-    const kr_vec3 A = motion->inertia, none = {0.0, 0.0, 0.0}, one = {1.0, 1.0, 1.0};
+    const kr_vec3 none = {0.0, 0.0, 0.0}, one = {1.0, 1.0, 1.0};
     const double rate = taylor_of(motion)->rate;
-    const vec_dd ahead = {two_sum(A.x, -A.z), two_sum(A.y, -A.x), two_sum(A.z, -A.y)},
+    const vec_dd A = motion->body->inertia,
+                 ahead = {dd_sub(A.x, A.z), dd_sub(A.y, A.x), dd_sub(A.z, A.y)},
                  behind = {ahead.y, ahead.z, ahead.x},
-                 c = vdd_scale_exactly(1.0 / (rate * rate), v_dd(motion->lever, motion->lever_low)),
+                 c = vdd_scale_exactly(1.0 / (rate * rate), motion->body->lever),
                  up = {c.y, c.z, c.x}, down = {dd_neg(c.z), dd_neg(c.x), dd_neg(c.y)};
     put_padded_vector(motion, g->ahead, vdd_over(ahead, A));
     put_padded_vector(motion, g->behind, vdd_over(behind, A));
@@ -148,7 +149,7 @@ static void set_tangent_constants(kr_tangent *g, const kr_motion *motion)
     put_padded_vector(motion, g->drag, vdd_scale_exactly(1.0 / rate, v_dd(motion->damping, none)));
     put_padded_vector(motion, g->up, up);
     put_padded_vector(motion, g->down, down);
-    put_padded_vector(motion, g->rotor, vdd_scale_exactly(1.0 / rate, v_dd(motion->rotor, none)));
+    put_padded_vector(motion, g->rotor, vdd_scale_exactly(1.0 / rate, motion->body->rotor));
     g->damped = v_largest(motion->damping);
     g->gyrostat = v_largest(motion->rotor);
 }

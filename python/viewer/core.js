@@ -1,5 +1,5 @@
 // The C core as WebAssembly. Structures of kreisel.h are rows of doubles in its memory: a body has
-// 15, a state 8 (t, q, m), and a scene 47 (body, gravity, start, damping, turning, shaking,
+// 30, a state 8 (t, q, m), and a scene 62 (body, gravity, start, damping, turning, shaking,
 // friction, three wheels, and the gravity gradient). The file csrc/viewer/wasm.c asserts these sizes.
 // A `world` has the gravity, the damping, the turning, the shaking, the friction and the gradient of
 // a scene.
@@ -13,24 +13,25 @@ let C; // the functions of the instance in use
 function startInstance() {
   C = new WebAssembly.Instance(core).exports;
   C._initialize();
-  return C.malloc(8 * 84);
+  return C.malloc(8 * 99);
 }
 // Fixed addresses for arguments and results: one scene and three small arrays.
 const scratch = startInstance();
-const [SCENE, FIRST, SECOND, THIRD] = [0, 48, 60, 64].map((offset) => scratch + 8 * offset);
+const [SCENE, FIRST, SECOND, THIRD] = [0, 63, 75, 79].map((offset) => scratch + 8 * offset);
 
 const viewDoubles = (pointer, n) => new Float64Array(C.memory.buffer, pointer, n);
 const writeDoubles = (pointer, numbers) => (
   viewDoubles(pointer, numbers.length).set(numbers),
   pointer
 );
+const NOT_GIVEN = Array(15).fill(0); // the numbers along the principal axes are those of the user
 const writeBody = ({ mass, moments, com, axes, rotor }) =>
-  writeDoubles(SCENE, [mass, ...moments, ...com, ...axes, 0, ...rotor]);
+  writeDoubles(SCENE, [mass, ...moments, ...com, ...axes, 0, ...rotor, ...NOT_GIVEN]);
 const NO_WHEELS = Array(12).fill(0); // a wheel on a free axle is part of the rotor
 function writeScene(body, { gravity, damping, turning, shaking, friction, gradient }, q, m) {
   const support = [damping, damping, damping, ...turning, ...(shaking ?? [0, 0, 0]), friction];
   support.push(...NO_WHEELS, gradient ?? 0);
-  writeDoubles(writeBody(body) + 8 * 15, [gravity, 0, ...q, ...m, ...support]);
+  writeDoubles(writeBody(body) + 8 * 30, [gravity, 0, ...q, ...m, ...support]);
   return SCENE;
 }
 // Call `work` with an empty simulation, beside that of the viewer.
@@ -133,7 +134,7 @@ export function computeTensor({ moments, axes: [w, x, y, z] }) {
 // kinetic energy of a start.
 export function measureStart(body, world, q, m) {
   const scene = writeScene(body, world, q, m);
-  const start = scene + 8 * 16;
+  const start = scene + 8 * 31;
   C.kr_state_velocity(FIRST, scene, start);
   C.kr_state_apex(SECOND, scene, start);
   const [velocity, apex] = [FIRST, SECOND].map((pointer) => Array.from(viewDoubles(pointer, 3)));
@@ -143,7 +144,7 @@ export function measureStart(body, world, q, m) {
 export function computeMomentum(body, world, q, velocity) {
   const scene = writeScene(body, world, q, [0, 0, 0]);
   C.kr_scene_set_velocity(scene, writeDoubles(FIRST, velocity));
-  return Array.from(viewDoubles(scene + 8 * 21, 3));
+  return Array.from(viewDoubles(scene + 8 * 36, 3));
 }
 // Compute the steady precession of a symmetric top from spin and tilt of its third axis, as seen
 // from the inertial frame.

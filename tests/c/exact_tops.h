@@ -6,7 +6,7 @@
 
 static inline kr_scene scene_of(kr_vec3 inertia, kr_vec3 com, double gravity, kr_quat q, kr_vec3 m)
 {
-    const kr_body body = {1.0, inertia, com, {1, 0, 0, 0}, 0, {0, 0, 0}};
+    const kr_body body = {1.0, inertia, com, {1, 0, 0, 0}, 0, .rotor = {0, 0, 0}};
     const kr_scene s = {.body = body, .gravity = gravity, .start = {0.0, q, m}};
     return s;
 }

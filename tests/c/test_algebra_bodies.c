@@ -83,7 +83,7 @@ static void test_tensors(void)
                         {0, 0, 0},
                         {1, 0, 0, 0},
                         0,
-                        {0, 0, 0}},
+                        .rotor = {0, 0, 0}},
                 found;
         const kr_vec3 com = random_vec(1);
         double j[9];
@@ -218,7 +218,7 @@ static void test_rounded_moments(void)
 static void test_working_axes_of_damped_spheres(void)
 {
     const kr_vec3 com = {0.3, -0.4, 0.5}, none = {0.0, 0.0, 0.0};
-    const kr_body sphere = {1.0, {2.0, 2.0, 2.0}, com, {1, 0, 0, 0}, 0, none};
+    const kr_body sphere = {1.0, {2.0, 2.0, 2.0}, com, {1, 0, 0, 0}, 0, .rotor = none};
     const kr_vec3 damping[3] = {{0.1, 0.1, 0.1}, {0.1, 0.1, 0.2}, {0.1, 0.2, 0.2}};
     for (int i = 0; i < 3; i++) {
         const kr_working w = kr_body_working_damped(&sphere, damping[i]);
@@ -236,13 +236,17 @@ static void test_body_can_be(void)
         const double mass = ldexp(2.0, 3 * k), size = ldexp(1.0, k);
         for (int i = 0; i < 2; i++) {
             const double moment = (i ? 0.99 : 1.0) * utmost * ldexp(1.0, 5 * k);
-            const kr_body b = {
-                mass,     {moment, moment, 1e-9 * moment}, {0, 0, 3.0 * size}, {1, 0, 0, 0}, 0.0,
-                {0, 0, 0}};
+            const kr_body b = {mass,
+                               {moment, moment, 1e-9 * moment},
+                               {0, 0, 3.0 * size},
+                               {1, 0, 0, 0},
+                               0.0,
+                               .rotor = {0, 0, 0}};
             IS(kr_body_is_physical(&b) == (i == 0));
         }
     }
-    const kr_body plate = {1.0, {1.0, 2.0, 3.0}, {0.5, 0.5, 0.0}, {1, 0, 0, 0}, 0.0, {0, 0, 0}};
+    const kr_body plate = {1.0, {1.0, 2.0, 3.0},   {0.5, 0.5, 0.0}, {1, 0, 0, 0},
+                           0.0, .rotor = {0, 0, 0}};
     kr_body beside = plate;
     beside.com.z = 0.01;
     IS(kr_body_is_physical(&plate) && !kr_body_is_physical(&beside));

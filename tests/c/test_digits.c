@@ -52,6 +52,20 @@ static void test_exact_time(void)
     IS(span.lo != 0.0 && apart(a, b) > 0.1 * fabs(span.lo));
     NEAR(apart(a, want), 0.0, 1e-28);
 }
+/* The exact tensor of a body determines its motion, unless a program has changed a moment. */
+static void test_given_tensors(void)
+{
+    const double tensor[9] = {3.0, -0.25, 0.5, -0.25, 2.5, 0.125, 0.5, 0.125, 1.5};
+    kr_scene s = heavy();
+    IS(kr_body_from_tensor(1.0, tensor, v3(0.25, -0.5, 0.75), &s.body) == KR_OK);
+    for (int is_changed = 0; is_changed < 2; is_changed++) {
+        kr_scene rounded = s;
+        memset(&rounded.body.given, 0, sizeof rounded.body.given);
+        const double off = apart(run_to(&s, 30, 2.0), run_to(&rounded, 30, 2.0));
+        IS(is_changed ? off == 0.0 : off > 1e-19 && off < 1e-13);
+        s.body.inertia.x *= 1.0 + 0x1p-52;
+    }
+}
 static void test_single_steps(void)
 {
     const kr_scene s = heavy();
@@ -153,6 +167,7 @@ int main(void)
 {
     test_instruction_sets();
     test_exact_time();
+    test_given_tensors();
     test_single_steps();
     test_options();
     test_shorter_steps();

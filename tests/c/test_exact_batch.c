@@ -13,7 +13,8 @@ enum { TOPS = 6000, MOST_TIMES = 40, ALIKE = 20 };
 static double of_any_size(double least, double most) { return pow(10.0, uniform(least, most)); }
 static kr_body symmetric(void)
 {
-    kr_body b = {1.0, {1.0, 1.0, 1.0}, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}, 0.0, {0, 0, 0}};
+    kr_body b = {1.0, {1.0, 1.0, 1.0},   {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0},
+                 0.0, .rotor = {0, 0, 0}};
     b.inertia.z = uniform(0.05, 1.99);
     b.com.z = uniform(0.1, 1.0);
     return b;

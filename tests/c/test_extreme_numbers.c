@@ -16,7 +16,8 @@ static void test_levers(void)
         IS(off(kr_state_apex(&other, &s.start), want) <= 1e-15);
     }
     kr_scene top = s;
-    top.body = (kr_body){1.0, {2.0, 2.0, 1.0}, {0.5, 0.25, 0.0}, {1, 0, 0, 0}, 0.0, {0, 0, 0}};
+    top.body =
+        (kr_body){1.0, {2.0, 2.0, 1.0}, {0.5, 0.25, 0.0}, {1, 0, 0, 0}, 0.0, .rotor = {0, 0, 0}};
     kr_scene small = top;
     small.body.com = v_scale(0x1p-600, top.body.com);
     small.gravity = 0x1p600;
@@ -28,7 +29,8 @@ static void test_levers(void)
 static void test_least_levers(void)
 {
     kr_scene s = tilted(), other;
-    s.body = (kr_body){1.3, {2.0, 1.5, 1.0}, {0.5, 0.25, 0.0}, {1, 0, 0, 0}, 0.0, {0, 0, 0}};
+    s.body =
+        (kr_body){1.3, {2.0, 1.5, 1.0}, {0.5, 0.25, 0.0}, {1, 0, 0, 0}, 0.0, .rotor = {0, 0, 0}};
     s.gravity = 1.1;
     other = s;
     other.body.com = v_scale(0x1p-1060, s.body.com);

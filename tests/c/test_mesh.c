@@ -75,18 +75,22 @@ static void test_box_of_numbers_that_fit_no_body(void)
 /* A body too small for its distance from the fixed point has no cuboid of the same mass. */
 static void test_box_of_a_small_ball_far_away(void)
 {
-    const kr_body ball = {
-        1.0, {1.0 + 1e-9, 1.0 + 1e-9, 1e-9}, {0.0, 0.0, 1.0}, {1.0, 0.0, 0.0, 0.0}, 0.0, {0, 0, 0}};
+    const kr_body ball = {1.0,
+                          {1.0 + 1e-9, 1.0 + 1e-9, 1e-9},
+                          {0.0, 0.0, 1.0},
+                          {1.0, 0.0, 0.0, 0.0},
+                          0.0,
+                          .rotor = {0, 0, 0}};
     const kr_box box = kr_mesh_box(&ball);
     NEAR(8.0 * box.half.x * box.half.y * box.half.z * box.density * box.centre.z, 1.0, 1e-9);
 }
 static void test_box_of_a_plate_and_of_none(void)
 {
     const kr_body plate = cuboid(1.0, v3(1.0, 0.5, 1e-3), v3(0.0, 0.0, 0.0));
-    const kr_body flat = {1.0, {1.0, 2.0, 3.0}, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0},
-                          0.0, {0, 0, 0}};
-    const kr_body mass_point = {1.0, {1.0, 1.0, 0.0}, {0.0, 0.0, 1.0}, {1.0, 0.0, 0.0, 0.0},
-                                0.0, {0, 0, 0}};
+    const kr_body flat = {1.0, {1.0, 2.0, 3.0},   {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0},
+                          0.0, .rotor = {0, 0, 0}};
+    const kr_body mass_point = {1.0, {1.0, 1.0, 0.0},   {0.0, 0.0, 1.0}, {1.0, 0.0, 0.0, 0.0},
+                                0.0, .rotor = {0, 0, 0}};
     NEAR(off(kr_mesh_box(&plate).half, v3(1.0, 0.5, 1e-3)), 0.0, 1e-9);
     NEAR(off(kr_mesh_box(&flat).half, v3(sqrt(6.0), sqrt(3.0), sqrt(6.0) * 1e-4)), 0.0, 1e-9);
     const kr_box none = kr_mesh_box(&mass_point);

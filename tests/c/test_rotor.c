@@ -13,7 +13,7 @@ static kr_scene with_rotor(const kr_scene *s, kr_vec3 rotor)
 }
 static int is_axis_kept(kr_vec3 moments, kr_vec3 com, kr_vec3 rotor)
 {
-    const kr_body b = {1.0, moments, com, {1, 0, 0, 0}, 0, rotor};
+    const kr_body b = {1.0, moments, com, {1, 0, 0, 0}, 0, .rotor = rotor};
     return kr_body_is_rotor_axial(&b, KR_KIND_RTOL);
 }
 /* A rotor is axial if the body is symmetric about its direction. */
@@ -26,7 +26,7 @@ static void test_kinds(void)
     IS(!is_axis_kept(v3(1.5, 2, 3), none, v3(0, 0, 1)));
     IS(is_axis_kept(v3(2, 2, 2), com, v3(-0.6, 0, -0.8)) && is_axis_kept(v3(2, 2, 2), none, com));
     IS(!is_axis_kept(v3(2, 2, 2), com, v3(0.8, 0, -0.6)));
-    kr_body top = {1.0, {2, 2, 1}, {1, 0, 0}, {1, 0, 0, 0}, 0, {0, 0, 0}};
+    kr_body top = {1.0, {2, 2, 1}, {1, 0, 0}, {1, 0, 0, 0}, 0, .rotor = {0, 0, 0}};
     IS(kr_body_kind(&top, KR_KIND_RTOL) == KR_KIND_KOWALEWSKI);
     top.rotor.z = 0.1;
     IS(kr_body_kind(&top, KR_KIND_RTOL) == KR_KIND_GENERAL);

@@ -131,7 +131,7 @@ static void forge(unsigned char *saved, size_t size, size_t at, int64_t number, 
 }
 enum {
     HEADER = 104,
-    TOP = offsetof(kr_top, low) + sizeof(kr_state),
+    TOP = offsetof(kr_top, body) + sizeof(body_dd),
     MAIN = HEADER + offsetof(kr_top, main)
 };
 /* Checks that a checkpoint with this number at this place is refused, although the checksum is

@@ -113,8 +113,15 @@ static void test_extremes(void)
 /* Checks that a step fails with the status `why` and leaves the motion unchanged. */
 static void check_step_fails(double lever, double tol, double clock, kr_status why)
 {
-    kr_motion motion = {
-        .inertia = {1.0, 0.75, 0.5}, .lever = {0, 0, lever}, .tol = tol, .clock = clock};
+    const kr_vec3 inertia = {1.0, 0.75, 0.5}, pull = {0, 0, lever};
+    const kr_scene scene = kr_scene_default();
+    body_dd body;
+    kr_motion motion = {.inertia = inertia,
+                        .lever = pull,
+                        .tol = tol,
+                        .clock = clock,
+                        .body = &body,
+                        .scene = &scene};
     kr_state start = {0, {1, 0, 0, 0}, {0.5, 0.25, 0.5}}, before = start, after = start,
              there = start;
     motion.work = calloc(taylor()->work, sizeof(double));

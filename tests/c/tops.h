@@ -24,7 +24,7 @@ static inline kr_body thesis_body(void)
                           {0.0, 0.0, 0x1.47ae147ae147cp+2},
                           {1, 0, 0, 0},
                           0,
-                          {0, 0, 0}};
+                          .rotor = {0, 0, 0}};
     return body;
 }
 /* Returns the scene `asymmetric` of the report, bitwise as used for its references. */

@@ -15,7 +15,7 @@ static kr_body known_kind(void)
                           v_scale(odds(30) ? 0.0 : lever, axis),
                           q_one(),
                           0.0,
-                          {0, 0, 0}};
+                          .rotor = {0, 0, 0}};
     return body;
 }
 static kr_body any_three_moments(void)
@@ -27,7 +27,7 @@ static kr_body any_three_moments(void)
                           vector_between(-1, 1),
                           any_attitude(),
                           0.0,
-                          {0, 0, 0}};
+                          .rotor = {0, 0, 0}};
     return body;
 }
 /* Changes moments and centre of mass slightly, sometimes only by rounding errors. */

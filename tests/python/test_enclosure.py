@@ -153,8 +153,15 @@ def test_balls_certify_the_table_of_true_states(row):
         assert abs(as_fraction(ball.mid()) - Fraction(text)) <= as_fraction(ball.rad()) + last
 
 
+TURN = 0.5, 0.1, 0.7, 0.5  # turns (0, 0, 1) to (0.8, 0.6, 0)
 GYROSCOPE = kr.Body(1, (1, 2, 2.5), (0.1, 0, 0.3))
-FAMILIES = {name: make_scene(name) for name in ("free", "rotor", "shaking")} | {
+FAMILIES = {name: make_scene(name) for name in ("free", "rotor", "shaking", "all")} | {
+    "needle": kr.Scene(
+        kr.Body(1, (1, 1 + 1e-7, 1e-6), (0, 0, 0.1)).turn(TURN), (0.6, -0.8, 1), gravity=1
+    ),
+    "alike": kr.Scene(
+        kr.Body(1, (1, 1 + 1e-13, 1), (0.1, 0.2, 0.3)).turn(TURN), (1, 0, 1), gravity=1
+    ),
     "wheel": kr.Scene(
         GYROSCOPE.with_wheel(inertia=0.25, axis=(0, 0, 1), rate=9), (0, 0, 1), gravity=1
     ),

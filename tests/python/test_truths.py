@@ -5,7 +5,7 @@ from decimal import Decimal
 
 import kreisel as kr
 import pytest
-from truth import ROWS, find_error, is_tensor, make_scene, select_rows
+from truth import ROWS, find_error, make_scene, select_rows
 
 from validation.references import truths
 
@@ -41,9 +41,7 @@ def list_misses_of_ensembles(rows, limit, method):
 
 @pytest.mark.parametrize("digits, limit", [(None, 2e-14), (16, 2e-14), (20, 1e-19), (30, 1e-28)])
 def test_paths_on_all_supports_are_accurate_to_their_digits(digits, limit):
-    """Check all but tensors for many digits: their principal axes are rounded to doubles."""
-    rows = [row for row in SUPPORTS if digits in (None, 16) or not is_tensor(row)]
-    assert len(rows) > 50 and not list_misses(rows, limit, digits=digits)
+    assert len(SUPPORTS) > 50 and not list_misses(SUPPORTS, limit, digits=digits)
 
 
 @pytest.mark.parametrize("method", ["auto", "taylor"])
@@ -54,9 +52,8 @@ def test_ensembles_on_all_supports_are_accurate(method):
 @pytest.mark.parametrize("digits", [None, 20, 30])
 def test_error_estimates_are_not_far_below_the_true_error(digits):
     for row in SUPPORTS:
-        if digits is None or not is_tensor(row):
-            path = kr.solve(make_scene(row), [row["t"]], digits=digits)
-            assert find_error(path, row) < 4 * path.error + (0 if digits == 30 else 5e-16), row
+        path = kr.solve(make_scene(row), [row["t"]], digits=digits)
+        assert find_error(path, row) < 4 * path.error + (0 if digits == 30 else 5e-16), row
 
 
 @pytest.mark.parametrize("effect", ["rotor", "turning", "shaking", "damping", "gradient"])

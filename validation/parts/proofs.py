@@ -22,7 +22,7 @@ SETTINGS = {
 }
 FAMILIES = (
     *("free", "lagrange", "general", "rotor", "damping", "turning", "shaking", "gradient", "fast"),
-    *("matrix", "wheel"),  # whose principal axes kreisel.solve rounds
+    *("matrix", "wheel"),  # whose principal axes kreisel.solve rounds to 16 digits
 )
 MATRICES = FAMILIES[-2:]
 

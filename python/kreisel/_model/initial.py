@@ -41,8 +41,18 @@ def make_core_tops(body: Body, shape: Shape, columns: Mapping[str, Array]) -> Co
     names = "mass", "moments", "principal_com", "axes", "inertia_rtol", "principal_rotor"
     own = [body._columns[name] if body.shape else getattr(body, name) for name in names]
     gradient = start.pop("gradient", 0.0)
-    parts = [*own, *start.values(), _turn_wheels(body), gradient]
+    parts = [*own, *_list_given(body), *start.values(), _turn_wheels(body), gradient]
     return CoreTops(shape, [np.asarray(values, dtype=np.float64) for values in parts])
+
+
+def _list_given(body: Body) -> list[Array]:
+    """Return inertia, com and rotor as given by matrices that are not diagonal, or zeros."""
+    names = "inertia", "com", "rotor"
+    given = [np.asarray(body._columns[n] if body.shape else getattr(body, n)) for n in names]
+    if given[0].ndim < len(body.shape) + 2:
+        return [np.zeros(width) for width in (9, 3, 3)]
+    given[0] = given[0].reshape(*given[0].shape[:-2], 9)
+    return given
 
 
 def _turn_wheels(body: Body) -> Array:

@@ -519,15 +519,15 @@ class Scene(BatchBase):
                 )
         shape = (*shape, *members[0].shape)
         tops = [top for one in members for top in one.ravel()] if members[0].shape else members
-        rows = np.frombuffer(b"".join(top._block for top in tops)).reshape(*shape, 47)
+        rows = np.frombuffer(b"".join(top._block for top in tops)).reshape(*shape, -1)
         body = Body._combine_bodies([top.body for top in tops], shape)
-        places: tuple[Any, ...] = 15, slice(24, 27), slice(27, 30), slice(30, 33), 33, 46
+        places: tuple[Any, ...] = 30, slice(39, 42), slice(42, 45), slice(45, 48), 48, 61
         around = {
             name: BatchParameter(name, rows[..., place], PARAMETERS[name].shapes[0])
             for name, place in zip(ENVIRONMENT, places, strict=True)
         }
         joined = cls.__new__(cls)._store_starts(
-            body, [], rows[..., 21:24], rows[..., 17:21], around
+            body, [], rows[..., 36:39], rows[..., 32:36], around
         )
         return cast(Scenes, joined)
 

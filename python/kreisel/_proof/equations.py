@@ -112,7 +112,11 @@ class Equations:
         self.push = lever * (-make_ball(amplitude) * make_ball(rate) * make_ball(rate))
         self.rate = make_ball(rate, -time)
         self.damping = np.diag(make_balls(scene.damping, -time - moment))
-        if any(body.axes[1:]) and len({*scene.damping}) > 1:
+        is_diagonal = not np.any(body._tensors - np.diag(body._tensors.diagonal()))
+        if len({*scene.damping}) > 1 and not is_diagonal:
+            for i in range(3):
+                if moments[i] == moments[i - 1] and scene.damping[i] != scene.damping[i - 1]:
+                    raise ValueError("damping: the principal axes of inertia are not unique")
             self.damping = _turn_to_axes(self.damping.diagonal(), self.inertia, moments)
         self.gradient = make_ball(scene.gradient, -2 * time)
 
