@@ -359,13 +359,19 @@ void kr_scheduler_add(kr_worker *worker, size_t i)
     if (worker->interrupted) return;
     kr_slot *slot = &worker->slots[lane];
     const kr_config config = kr_worker_config_of(worker, i);
-    kr_scene scene = worker->tops->scenes[i];
-    const kr_slot empty = {.top = i, .last = scene.start};
+    const kr_scene *scene = &worker->tops->scenes[i];
+    const kr_slot empty = {.top = i, .last = scene->start};
+    kr_scene unturned;
+    double horizon = INFINITY;
     *slot = empty;
-    const double horizon = kr_scene_turns(&scene) ? kr_scene_horizon(&scene) : INFINITY;
-    if (kr_scene_turns(&scene)) scene.turning.z = 0.0;
-    kr_status status = kr_top_init(worker->fallback, &scene, NULL, &config);
-    if (!(fabs(scene.start.t) < horizon) ||
+    if (kr_scene_turns(scene)) {
+        horizon = kr_scene_horizon(scene);
+        unturned = *scene;
+        unturned.turning.z = 0.0;
+        scene = &unturned;
+    }
+    kr_status status = kr_top_init(worker->fallback, scene, NULL, &config);
+    if (!(fabs(scene->start.t) < horizon) ||
         (status == KR_OK && may_be_strongly_damped(worker, i))) {
         kr_worker_run_scalar(worker, worker->fallback, i);
         return;
