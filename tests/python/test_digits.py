@@ -114,11 +114,14 @@ def test_a_steady_precession_is_accurate_to_all_digits():
 @pytest.mark.parametrize("lone", [1e-2, 1e-5, 1e-7])
 def test_thin_bodies_are_accurate_to_30_digits_with_right_error_estimates(lone, has_rotation):
     """Check thin bodies, whose small moment of inertia amplifies rounding errors."""
+    if has_rotation:
+        pytest.importorskip("flint")
     ratios = []
     with mp.workdps(60):
         for end, scene in zip((8.0, -8.0) * 4, draw_thin_bodies(lone, has_rotation), strict=True):
             path = kr.solve(scene, [end], "taylor", digits=30)
-            true = find_largest_error(path)
+            # a turned body is symmetric up to rounding, so its truth is a proved enclosure
+            true = path.verify().error if has_rotation else find_largest_error(path)
             assert true < 3e-30
             ratios.append(path.error / true)
     assert min(ratios) > 1 and np.median(ratios) < 10 and max(ratios) < 60
