@@ -17,8 +17,16 @@ def structure(name, **members):
 
 Vec3 = structure("Vec3", x=c_double, y=c_double, z=c_double)
 Quat = structure("Quat", w=c_double, x=c_double, y=c_double, z=c_double)
+Given = structure("Given", inertia=9 * c_double, com=Vec3, rotor=Vec3)
 Body = structure(
-    "Body", mass=c_double, inertia=Vec3, com=Vec3, axes=Quat, rounded=c_double, rotor=Vec3
+    "Body",
+    mass=c_double,
+    inertia=Vec3,
+    com=Vec3,
+    axes=Quat,
+    rounded=c_double,
+    rotor=Vec3,
+    given=Given,
 )
 State = structure("State", t=c_double, q=Quat, m=Vec3)
 Shaking = structure("Shaking", amplitude=c_double, rate=c_double, phase=c_double)

@@ -4,7 +4,7 @@
  * the same, so tick() can run in the interrupt of a timer. */
 #include "bare.h"
 
-enum { POOL_DOUBLES = 320 };
+enum { POOL_DOUBLES = 384 };
 static double pool[POOL_DOUBLES];
 static size_t used;
 

@@ -22,6 +22,15 @@ pub struct Quat {
     pub z: f64,
 }
 
+/// The numbers from which a body was computed: see `kr_given`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Given {
+    pub inertia: [f64; 9],
+    pub com: Vec3,
+    pub rotor: Vec3,
+}
+
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Body {
@@ -31,6 +40,7 @@ pub struct Body {
     pub axes: Quat,
     pub rounded: f64,
     pub rotor: Vec3,
+    pub given: Given,
 }
 
 #[repr(C)]
@@ -164,6 +174,11 @@ impl Body {
             axes,
             rounded: 0.0,
             rotor: zero,
+            given: Given {
+                inertia: [0.0; 9],
+                com: zero,
+                rotor: zero,
+            },
         };
         check(unsafe { kr_body_symmetric(mass, i1, i3, height, &mut body) })?;
         Ok(body)
