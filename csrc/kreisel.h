@@ -225,10 +225,12 @@ typedef struct kr_config {
      * (implicit methods), or the `certificate` (exact; at most the default). */
     double tol;
     /* Maximum number of steps, or 0 for no limit. An adaptive method without dense output needs
-     * additional steps to reach a time within a step: at most 1024, and at most max_steps. */
+     * additional steps to reach a time within a step: for each time at most 1024, and at most
+     * max_steps if it is not 0. */
     int64_t max_steps;
-    /* Called every 256 steps and 1024 states (workers: 2^16), and in every step of adaptive
-     * methods without dense output. A nonzero value stops the integration. May be NULL. */
+    /* Called after every 256 steps, after every 1024 states (in a worker, 2^16), and in every step
+     * of adaptive methods without dense output. A nonzero value stops the integration. May be
+     * NULL. */
     int (*poll)(void *context);
     void *context;
     /* For methods with KR_METHOD_DIGITS, instead of tol: 16, 20 or 30 digits (other numbers are

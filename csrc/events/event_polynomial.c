@@ -413,8 +413,8 @@ int kr_terms_are_linear(size_t n, const kr_term terms[])
 }
 kr_linear kr_terms_linear_form(const kr_top *top, double rate, const kr_event *event)
 {
-    /* The points at which g is evaluated: unit vectors of the vertical, then of the angular
-     * velocity, and finally zero, where the value of g is the constant term. */
+    /* The coefficients of g follow from its values at seven points: the vertical is a unit vector
+     * and the angular velocity is zero, then the other way round, and finally both are zero. */
     static const double x[7][8] = {{[5] = 1.0}, {[6] = 1.0}, {[7] = 1.0}},
                         w[7][4] = {[3] = {[1] = 1.0}, [4] = {[2] = 1.0}, [5] = {[3] = 1.0}};
     double value[7], c[ROOM];

@@ -76,8 +76,9 @@ static dd product_coefficient(const gyrostat_series *s, int a, int b, int first,
     }
     return two_sum_ordered(sum.hi, sum.lo);
 }
-/* Computes the series from m, to the order `last`; those of phi' and |m| + m.a only if a is known.
- * Returns the time in which the last two terms fall to `tol`. */
+/* Expands the motion from m in Taylor series up to the order `last`, and if `has_axis` is nonzero
+ * also phi' and |m| + m.a. Returns the longest step for which the last two terms are at most
+ * `tol`. */
 static double begin_step(const gyrostat *top, gyrostat_series *s, const dd m[3], int has_axis,
                          int last, double tol)
 {
@@ -250,9 +251,10 @@ static double fourier_coefficient(const gyrostat_memory *memory, int n, double o
     for (int i = 0; i < 4; i++) out[i] = sum[i] / SAMPLES;
     return fabs(out[0]) + fabs(out[1]) + fabs(out[2]) + fabs(out[3]);
 }
-/* Computes ln D from its second derivative |B d|^2 - m.(tr(A) B/3 - B^2) h - mean, with d = m - h
- * and the traceless part B of A. Nothing cancels if the body is nearly spherical. Returns a bound
- * of the range of ln D, or infinity if the samples do not resolve it. */
+/* Computes ln D by integrating its second derivative twice. With d = m - h and the traceless part B
+ * of A, this derivative is |B d|^2 - m.(tr(A) B/3 - B^2) h less its average over a period, where
+ * nothing cancels if the body is nearly spherical. Returns a bound on the range of ln D, or infinity
+ * if the samples do not resolve it. */
 static double find_log_d(gyrostat_memory *memory)
 {
     const gyrostat *top = &memory->top;

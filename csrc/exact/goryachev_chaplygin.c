@@ -421,9 +421,10 @@ static dd phase_after(const kr_chaplygin_plan *plan, dd ratio, int k, double way
     const dd turns = dd_times(way * (k + 0.5 * !plan->is_whole), ratio);
     return dd_make(turns.hi - nearest(turns.hi), turns.lo);
 }
-/* Appends a slow term. `miss` is the coefficient that should be zero at alpha1 = pi; the term
- * grows there by twice this coefficient. `half` is half of alpha2 [turns] where alpha1 is pi.
- * Returns 0 if there are too many slow terms. */
+/* Appends the slow term k, whose phase hardly changes while alpha1 grows by one turn. `miss` is its
+ * coefficient in the function that would be zero at alpha1 = pi without this term, which grows there
+ * by twice this coefficient. `half` is half of alpha2 [turns] at alpha1 = pi. Returns 0 if there are
+ * too many slow terms. */
 static int append_slow_term(kr_chaplygin_plan *plan, dd ratio, int k, double miss, dd half)
 {
     if (plan->slow_terms == SLOW_TERMS) return 0;

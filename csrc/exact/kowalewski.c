@@ -283,9 +283,9 @@ static int find_symmetry_line(cdd c)
     const cx u = crosswise ? sine : cosine;
     return fabs(u.im) > 1e-6 * fabs(u.re) ? -1 : crosswise;
 }
-/* Returns the smallest value of sinh |Im x| among the singularities x of the integrands. Writes
- * this value of the nearest singularity that a Landen transformation can remove to `height`, and
- * the argument of move_singularities that removes it to `crosswise`. */
+/* Returns the smallest value of sinh |Im x| among the singularities x of the integrands. Of those
+ * that a Landen transformation can remove, the one with the smallest value determines `height`, this
+ * value, and `crosswise`, the argument of move_singularities that removes it. */
 static double find_nearest(const singularities *v, dd *height, int *crosswise)
 {
     double least = INFINITY;

@@ -590,7 +590,7 @@ static kr_status set_up(const kr_scene *scene, int own, double bound, void *memo
 }
 /* Returns 1 if the body, with its rotor, is symmetric about its apex: the direction of the centre
  * of mass, or T. */
-static int turns_about_apex(const kr_body *body, kr_kind kind)
+static int is_symmetric_about_apex(const kr_body *body, kr_kind kind)
 {
     const kr_vec3 i = body->inertia, h = body->rotor;
     const double across = fmax(fabs(h.x), fabs(h.y));
@@ -604,7 +604,8 @@ kr_status KR_NAME(kr_exact_limits)(const kr_scene *scene, kr_nutation *out)
     kr_status status = kr_scene_check(scene);
     if (status != KR_OK) return status;
     const kr_kind kind = kr_body_kind(&scene->body, KR_KIND_RTOL);
-    if (!turns_about_apex(&scene->body, kind) || kr_scene_is_disturbed(scene)) return KR_ERR_METHOD;
+    if (!is_symmetric_about_apex(&scene->body, kind) || kr_scene_is_disturbed(scene))
+        return KR_ERR_METHOD;
     status = read_top(scene, kind, &top);
     if (status != KR_OK) return status;
     /* Beside a rotor, powers of a much smaller momentum would underflow. Such a momentum moves the

@@ -208,8 +208,8 @@ static double tangent_of_goryachev_chaplygin(const quantity_point *at, const qua
 /* Adds what dry friction causes to the angular acceleration `gain` and to its derivative `change`,
  * and returns the derivative. The torque of friction that holds the top is
  * -<gain, a> / <a, J^-1 a>. */
-static kr_vec3 add_friction_changes(const quantity_point *at, const quantity_change *by,
-                                    kr_vec3 *gain, kr_vec3 change)
+static kr_vec3 add_friction_to_acceleration(const quantity_point *at, const quantity_change *by,
+                                            kr_vec3 *gain, kr_vec3 change)
 {
     int holds;
     const double torque = kr_friction_torque(at->scene, at->M, at->O, *gain, &holds);
@@ -246,7 +246,7 @@ static kr_vec3 change_acceleration(const quantity_point *at, const quantity_chan
         v_sub(v_over(v_sub(dtorque, v_times(by->moments, v_over(torque, J))), J), turned);
     *acceleration = gain;
     if (at->scene->friction > 0.0)
-        change = add_friction_changes(at, by, acceleration, change);
+        change = add_friction_to_acceleration(at, by, acceleration, change);
     else if (by->is_friction)
         change = v3(NAN, NAN, NAN);
     return change;

@@ -55,7 +55,7 @@ static void set_shift(kr_series s[2], int lane, dd h, dd A, dd k)
  * equal, the coefficient of the corresponding product of angular velocities is zero. The rotor
  * terms are divided by the coefficients of the velocity products, so a zero coefficient is replaced
  * by the negligibly small KR_LEAST_FACTOR. */
-static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
+static void set_rotor_terms(kr_series s[2], const kr_motion *motion, double rate)
 {
     const vec_dd moments = motion->body->inertia,
                  rotor = vdd_scale_exactly(1.0 / rate, motion->body->rotor);
@@ -73,7 +73,7 @@ static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
     }
 }
 /* Sets the terms of the Taylor recurrence that describe a gravity gradient. */
-static void set_gradient(kr_series s[2], double gradient)
+static void set_gradient_terms(kr_series s[2], double gradient)
 {
     s[0].gradient = s[1].gradient = gradient;
     for (int i = 1; i < 4; i++) {
@@ -95,8 +95,8 @@ void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rat
     const kr_vec3 none = {0.0, 0.0, 0.0}, drag = v_scale(-1.0 / rate, motion->damping);
     set_vector_words(s[0].drag, s[1].drag, vdd_over(v_dd(drag, none), A));
     s[0].linear = v_largest(drag) > 0.0 ? 1.0 : 0.0;
-    set_gradient(s, motion->gradient / (rate * rate));
-    set_rotor(s, motion, rate);
+    set_gradient_terms(s, motion->gradient / (rate * rate));
+    set_rotor_terms(s, motion, rate);
     if (supports) s[0].linear = 2.0;
     const double rates =
         v_largest(vdd_high(vdd_over(up, A))) + v_largest(vdd_high(vdd_over(down, A)));

@@ -310,7 +310,7 @@ static double shorten(const kr_motion *motion, double *memory, size_t n, double 
     return worst;
 }
 /* Returns the largest admissible relative truncation error of a tangent. */
-static double largest_last_term(const kr_motion *motion)
+static double truncation_tolerance(const kr_motion *motion)
 {
     return rest_over_tolerance * exp2(taylor_of(motion)->log2_tol);
 }
@@ -319,7 +319,7 @@ static double largest_last_term(const kr_motion *motion)
  * relative truncation error of the tangents at the end of the substep. */
 static double expand_substep(const kr_motion *motion, double *memory, size_t n)
 {
-    const double most = largest_last_term(motion);
+    const double most = truncation_tolerance(motion);
     tangent_work *c = tangent_work_of(memory);
     expand_tangents(motion, memory, n);
     c->path[0].at = c->to;
@@ -357,7 +357,7 @@ static double expand_next_substep(const kr_motion *motion, double *memory, size_
  * enough, or if MAX_SUBSTEPS substeps do not suffice. */
 static double propagate_over_substeps(const kr_motion *motion, double *memory, size_t n)
 {
-    const double most = largest_last_term(motion);
+    const double most = truncation_tolerance(motion);
     tangent_work *c = tangent_work_of(memory);
     double rest = 0.0, last = expand_first_substep(motion, memory, n);
     while (last <= most) {

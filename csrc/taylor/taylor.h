@@ -74,11 +74,10 @@ typedef struct kr_taylor {
     double rate;         /* unit of time of the series = 1 / rate, in units of the motion */
     double first_rate;   /* initial rate; strong damping lowers `rate` (slow.h) */
     double has_tangents; /* nonzero if there are tangents; the slow manifold is then not used */
-    /* With dry friction: the sign of the spin, or 0 while friction holds the top; and the sign of
-     * the spin before friction held the top, or 0 if it was held initially. */
-    double sliding, before_hold;
-    double held_rate; /* `rate` while large friction, which then does not count, holds the top */
-    double try_slow;  /* clock before which the motion cannot reach the slow manifold (slow.h) */
+    double sliding;      /* sign of the spin while the top slides; 0 while dry friction holds it */
+    double before_hold;  /* sign of the spin before friction held the top; 0 if held initially */
+    double held_rate;    /* `rate` while large friction, which then does not count, holds the top */
+    double try_slow;     /* clock before which the motion cannot reach the slow manifold (slow.h) */
     /* The largest set of strongly damped axes, as bits, and the clock at which the transient about
      * these axes has decayed (slow.c). */
     double settling, settled;

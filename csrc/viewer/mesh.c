@@ -36,7 +36,7 @@ static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
  * of the volume is concave in 1 / mass. The density of the cuboid increases with its mass. The
  * factor 1.001 extends the search slightly beyond the largest cuboid, because the cuboid of density
  * 1 is also the largest one for the body in the thesis (Bodack 2008). */
-static void fit_largest_cuboid(const kr_body *body, kr_box *box)
+static void fit_cuboid_of_any_mass(const kr_body *body, kr_box *box)
 {
     double low = 0.0, high = 1.0 / body->mass;
     for (int i = 0; i < 90; i++) {
@@ -60,7 +60,7 @@ static void fit_largest_cuboid(const kr_body *body, kr_box *box)
 kr_box kr_mesh_box(const kr_body *body)
 {
     kr_box box = {{1.0, 1.0, 1.0}, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}, 1.0};
-    if (fit_cuboid(body, body->mass, &box) == 0.0) fit_largest_cuboid(body, &box);
+    if (fit_cuboid(body, body->mass, &box) == 0.0) fit_cuboid_of_any_mass(body, &box);
     return box;
 }
 
