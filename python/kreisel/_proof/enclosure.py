@@ -129,10 +129,9 @@ def enclose(scene: Scene, t: Numbers, *, digits: int = 45) -> Enclosure:
 
     The exact motion is that of the numbers that the scene stores: mass, inertia, com and rotor in
     the frame of description, momentum, the attitude divided by its length, and the surroundings.
-    The principal axes are exact. kreisel.solve rounds those of a matrix to doubles, unless it is
-    asked for 20 or 30 digits. A scene that was given velocities has rounded their momentum. Wheels
-    on free axles count as in scene.body: their moments about the axles are subtracted from the
-    inertia, in doubles.
+    The principal axes are exact; those of kreisel.solve have as many digits as its path. A scene
+    that was given velocities has rounded their momentum. Wheels on free axles count as in
+    scene.body: their moments about the axles are subtracted from the inertia, in doubles.
 
     The proof is in docs/theory/enclosures.md. It assumes that FLINT is correct.
 

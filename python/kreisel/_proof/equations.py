@@ -54,12 +54,8 @@ def make_balls(values: Iterable[float], power: int = 0) -> Balls:
     return make_vector(make_ball(x, power) for x in values)
 
 
-def reduce_ball(x: Ball) -> Any:
-    """Return what pickle needs: mantissa and exponent of the midpoint and of the radius."""
-    return arb, tuple(tuple(map(int, part.man_exp())) for part in (x.mid(), x.rad()))
-
-
-copyreg.pickle(arb, reduce_ball)
+# a ball is pickled as the mantissas and exponents of its midpoint and radius
+copyreg.pickle(arb, lambda x: (arb, (*((*map(int, y.man_exp()),) for y in (x.mid(), x.rad())),)))
 
 
 def compute_length(v: Balls) -> Ball:
@@ -112,11 +108,10 @@ class Equations:
         self.push = lever * (-make_ball(amplitude) * make_ball(rate) * make_ball(rate))
         self.rate = make_ball(rate, -time)
         self.damping = np.diag(make_balls(scene.damping, -time - moment))
-        is_diagonal = not np.any(body._tensors - np.diag(body._tensors.diagonal()))
-        if len({*scene.damping}) > 1 and not is_diagonal:
-            for i in range(3):
-                if moments[i] == moments[i - 1] and scene.damping[i] != scene.damping[i - 1]:
-                    raise ValueError("damping: the principal axes of inertia are not unique")
+        pairs = {*zip(body.moments, scene.damping, strict=True)}
+        if len({*scene.damping}) > 1 and np.any(body._tensors != np.diag(body._tensors.diagonal())):
+            if len({*body.moments}) < len(pairs):
+                raise ValueError("damping: the principal axes of inertia are not unique")
             self.damping = _turn_to_axes(self.damping.diagonal(), self.inertia, moments)
         self.gradient = make_ball(scene.gradient, -2 * time)
 
