@@ -118,7 +118,7 @@ def test_the_dragged_top_determines_the_new_start(page, top):
 
 
 def test_arrows_can_be_hidden_and_hidden_parts_are_no_handles(page):
-    page.load("Cusps")
+    page.load("Cusps", show={"velocity": True, "vertical": True})
     tip = page.locate("tip")
     picked = "([x, y]) => kreisel.view.pick(x, y)?.part"
     assert page.evaluate(picked, tip) == "tip"
