@@ -55,7 +55,7 @@ static void test_refusals(const kr_method *method)
  * rotate it. Beyond the horizon, the closed form is refused by both interfaces. */
 static void test_slender_body(void)
 {
-    const kr_scene s = {.body = {1.0, {1.0, 1.0, 1e-6}, {0, 0, 0}, {1, 0, 0, 0}, 0, {0, 0, 0}},
+    const kr_scene s = {.body = {.mass = 1.0, .inertia = {1.0, 1.0, 1e-6}, .axes = {1, 0, 0, 0}},
                         .gravity = 1.0,
                         .start = {0.0, {1.0, 0.0, 0.0, 0.0}, {1e-3, 0.0, 1.0}}};
     const double horizon = kr_scene_horizon(&s);

@@ -78,8 +78,9 @@ static void test_rest(void)
  * turning points lie within a half circle, however small its momentum is. */
 static void test_closed_form_of_a_tiny_momentum(void)
 {
-    kr_scene s = {.body = {1.0, {2, 2, 0.5}, {0, 0, 0}, {1, 0, 0, 0}, 0, {0, 0, 1.5}},
-                  .start.q = q_unit(q4(0.7, v3(-0.1, -0.6, 0.2)))};
+    kr_scene s = {
+        .body = {.mass = 1.0, .inertia = {2, 2, 0.5}, .axes = {1, 0, 0, 0}, .rotor = {0, 0, 1.5}},
+        .start.q = q_unit(q4(0.7, v3(-0.1, -0.6, 0.2)))};
     for (int power = 0; power <= 1060; power += 20) {
         s.start.m = v_scale(ldexp(1.0, -power), v3(-0.3, 0.8, -0.6));
         const kr_exact *plan = closed_form(&s);
@@ -97,12 +98,9 @@ static void test_nearly_a_sphere(void)
 {
     static const char *const names[] = {"strang", "suzuki4", "kahan_li6"};
     const kr_vec3 m = {0.5, -1.0, 2.0};
-    const kr_scene s = {.body = {1.0,
-                                 {1.0, 1.0 + 6.0 * DBL_EPSILON, 1.0 + 6.0 * DBL_EPSILON},
-                                 {0, 0, 0},
-                                 {1, 0, 0, 0},
-                                 0,
-                                 {0, 0, 0}},
+    const kr_scene s = {.body = {.mass = 1.0,
+                                 .inertia = {1.0, 1.0 + 6.0 * DBL_EPSILON, 1.0 + 6.0 * DBL_EPSILON},
+                                 .axes = {1, 0, 0, 0}},
                         .start = {0.0, {1, 0, 0, 0}, m}};
     for (int i = 0; i < 3; i++) {
         const kr_state end =
