@@ -7,11 +7,13 @@
 /* Returns a symmetric top with this moment about its axis, its other moments being 1.25. */
 static kr_scene symmetric_top(double i3, double gravity, double friction, kr_vec3 m)
 {
-    const kr_scene s = {
-        .body = {1.0, {1.25, 1.25, i3}, {0.0, 0.0, 0.5}, {1, 0, 0, 0}, 0, {0, 0, 0}},
-        .gravity = gravity,
-        .start = {0.0, {1.0, 0.0, 0.0, 0.0}, m},
-        .friction = friction};
+    const kr_scene s = {.body = {.mass = 1.0,
+                                 .inertia = {1.25, 1.25, i3},
+                                 .com = {0.0, 0.0, 0.5},
+                                 .axes = {1, 0, 0, 0}},
+                        .gravity = gravity,
+                        .start = {0.0, {1.0, 0.0, 0.0, 0.0}, m},
+                        .friction = friction};
     return s;
 }
 /* A motion that begins later is the same if the phase of the shaking is the same. */
@@ -118,7 +120,7 @@ static void test_events_of_a_stopping_top(void)
 }
 static kr_scene damped(kr_vec3 inertia, kr_vec3 damping, kr_vec3 m)
 {
-    const kr_scene s = {.body = {1.0, inertia, {0.0, 0.0, 0.0}, {1, 0, 0, 0}, 0, {0.0, 0.0, 0.0}},
+    const kr_scene s = {.body = {.mass = 1.0, .inertia = inertia, .axes = {1, 0, 0, 0}},
                         .start = {0.0, {1, 0, 0, 0}, m},
                         .damping = damping};
     return s;
