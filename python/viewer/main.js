@@ -160,8 +160,8 @@ function describeLateTops() {
   const least = Math.min(...page.tops.map((top) => top.ticks));
   const words = page.tops.map((top, i) => {
     const [t] = simulation.getState(i);
-    if (page.isRunning)
-      return view.pixels[0] > NARROW && top.ticks > least ? `${formatTopName(top)} waits for its next step` : "";
+    const waits = top.ticks > least && view.pixels[0] > NARROW;
+    if (page.isRunning) return waits ? `${formatTopName(top)} waits for its next step` : "";
     const isBehind = Math.abs(t * TICKS - page.clock) > 0.5 && !simulation.getFailure(i);
     return isBehind ? `${formatTopName(top)} is shown at t = ${+t.toFixed(6)}` : "";
   });

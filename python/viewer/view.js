@@ -222,7 +222,8 @@ export class View {
     const revolution = this.isRevolution && [this.revolution, this.traceRadius / this.zoom];
     const thing = this.thing && [this.thing.name, this.revolution?.axis, this.revolution?.up];
     const paper = this.world.background.getHex();
-    return JSON.stringify([tops, revolution, thing, paper, this.isArrowVisible, height, this.findCup()]);
+    const stand = [height, this.findCup()];
+    return JSON.stringify([tops, revolution, thing, paper, this.isArrowVisible, stand]);
   }
   // Choose the scales of lengths and arrows.
   fitScales() {

@@ -226,5 +226,5 @@ SERIES = "Taylor series, compiled for each top; double precision"
 RUNGE_KUTTA = "Runge-Kutta of order 8 in Python, as most begin"
 PEERS = (
     Contender("heyoka", SERIES, "tol", HeyokaRun, EPS, peer=True),
-    Contender("scipy_dop853", RUNGE_KUTTA, "tol", ScipyRun, 1e-13, 8, peer=True, cost=64.0),
+    Contender("scipy_dop853", RUNGE_KUTTA, "tol", ScipyRun, 3e-14, 8, peer=True, cost=64.0),
 )
