@@ -1,44 +1,43 @@
 /* kreisel: motion of a rigid body that turns about a fixed point under gravity.
  *
  *     kr_scene scene = kr_scene_default();
- *     kr_top *top;
+ *     kr_top *top = NULL;
  *     kr_body_symmetric(1.0, 1.3, 0.3, 1.0, &scene.body);
  *     kr_scene_set_spinning(&scene, 10.0, 0.5, 0.0);
- *     if (kr_top_create(&scene, &kr_method_taylor, kr_config_default(), &top) != KR_OK) return 1;
- *     for (int i = 1; i <= 100 && kr_top_advance(top, 0.1 * i) == KR_OK; i++) {
+ *     kr_status status = kr_top_create(&scene, &kr_method_taylor, kr_config_default(), &top);
+ *     for (int i = 1; i <= 100 && status == KR_OK; i++) {
+ *         status = kr_top_advance(top, 0.1 * i);
  *         const kr_state state = kr_top_state(top);
  *         printf("%4.1f  %.15f\n", state.t, kr_state_nutation(&scene, &state));
  *     }
+ *     if (status != KR_OK) puts(kr_status_text(status));
  *     kr_top_free(top);
  *
- * The functions that every program needs come first. Bodies, starts, methods, quantities, further
- * functions of tops, events, derivatives, checkpoints, many tops and closed forms follow.
+ * The functions of this example are those that every program needs.
  *
  * Motion:  dm/dt = mass g e3 x a - D (w - turning) - turning x m + dry friction,   a = q com q*
  *          dq/dt = (w - turning) q / 2,   m = J w + rotor,   g = gravity - A r^2 cos(r t + phase)
  *          with the angular velocity w in the inertial frame, amplitude A and rate r of a shaken
  *          support; a gravity gradient adds gradient * e3 x J e3 to dm/dt.
- * Frames:  The space axes are e1, e2 and e3; gravity acts along -e3. If the support rotates, these
- *          axes rotate with it. The body has two frames: the frame of description, in which the
- *          user describes it, and the principal axes at the fixed point (N, B, T). An attitude q
- *          rotates vectors from the frame of description into space: v_space = q v q*. The angular
- *          momentum m has components in space. The apex is the direction from the fixed point to
- *          the centre of mass, or T if these points coincide.
+ * Frames:  The space axes are e1, e2 and e3; gravity acts along -e3. They rotate with the support.
+ *          The body has two frames: the frame of description, in which the user describes it, and
+ *          the principal axes at the fixed point (N, B, T). An attitude q rotates vectors from the
+ *          frame of description into space: v_space = q v q*. The angular momentum m has components
+ *          in space. The apex is the direction from the fixed point to the centre of mass, or T if
+ *          these points coincide.
  * Units:   Any consistent units can be used. Dimensions are given in brackets, as powers of mass M,
  *          length L and time T.
- * Memory:  Only kr_top_create and kr_worker_create allocate memory (GSL also allocates for the
- *          optional GSL methods).
+ * Memory:  Only kr_top_create and kr_worker_create allocate memory, and the methods of GSL.
  * Errors:  A function that can fail returns a kr_status and writes its results through its last
  *          arguments. On failure, they are unchanged, unless its comment says otherwise.
- * Threads: There is no global state. Different threads can use different tops at the same time,
- *          but only one thread at a time can use a given top.
+ * Threads: There is no global state. Only one thread at a time can use a given top.
  * SPDX-License-Identifier: MIT */
 #ifndef KREISEL_H
 #define KREISEL_H
 #include <stddef.h>
 #include <stdint.h>
 
-/* The version, as a string and as numbers for #if: 10000 * major + 100 * minor + patch. */
+/* The version, as a string and as numbers for #if. */
 #define KR_VERSION "0.1.0"
 #define KR_VERSION_MAJOR 0
 #define KR_VERSION_MINOR 1
@@ -106,10 +105,6 @@ typedef enum kr_status {
     KR_STATUS_COUNT
 } kr_status;
 /* clang-format on */
-/* Returns the text of a status. */
-KR_API const char *kr_status_text(kr_status status);
-/* Returns the version of the library, KR_VERSION. */
-KR_API const char *kr_version(void);
 
 typedef struct kr_vec3 {
     double x, y, z;
@@ -118,9 +113,9 @@ typedef struct kr_quat { /* w + x i + y j + z k */
     double w, x, y, z;
 } kr_quat;
 
-/* The numbers in the frame of description from which kr_body_from_tensor and kr_body_set_rotor have
- * computed the rounded numbers of a body. Motions with more than 16 digits start from them, unless a
- * program has changed a number of the body since. All zero: no numbers of the body are rounded. */
+/* The numbers from which kr_body_from_tensor and kr_body_set_rotor have computed rounded numbers of
+ * a body, in the frame of description; all zero if there are none. Motions with more than 16 digits
+ * start from them, unless a program has changed a number of the body since. */
 typedef struct kr_given {
     double inertia[9]; /* three rows [M L^2] */
     kr_vec3 com, rotor;
@@ -130,13 +125,12 @@ typedef struct kr_body {
     kr_vec3 inertia; /* principal moments at the fixed point [M L^2] */
     kr_vec3 com;     /* centre of mass relative to the fixed point, along the principal axes [L] */
     kr_quat axes;    /* principal axes -> frame of description: v_described = axes v axes* */
-    /* Relative tolerance of the triangle inequality, for rounded values from the literature: the
-     * largest moment may exceed the sum of the other two by this fraction. The moments are used as
-     * given. The tolerance must lie in [0, 1); values below 1e-12 are treated as 1e-12. */
+    /* For rounded values from the literature, in [0, 1): the largest moment may exceed the sum of
+     * the other two by this fraction, or by 1e-12 if this is more. */
     double rounded;
     /* Constant momentum of rotors relative to the body (a gyrostat), along the principal axes [M
-     * L^2 T^-1]. The momentum m includes that of the rotors. `inertia` assumes locked rotors:
-     * motors keep their rates. kr_scene_release_wheel describes a rotor without a motor. */
+     * L^2 T^-1]. It is part of the momentum m, and `inertia` is that with locked rotors. Motors
+     * keep the rates of rotors; kr_scene_release_wheel describes one without a motor. */
     kr_vec3 rotor;
     kr_given given;
 } kr_body;
@@ -144,19 +138,16 @@ typedef struct kr_body {
 typedef struct kr_state {
     double t;  /* [T] */
     kr_quat q; /* attitude: frame of description -> space, a unit quaternion */
-    /* Angular momentum about the fixed point in the inertial frame, along the axes of the support
-     * [M L^2 T^-1]. */
-    kr_vec3 m;
+    kr_vec3 m; /* angular momentum about the fixed point in the inertial frame [M L^2 T^-1] */
 } kr_state;
-/* The fixed point moves along e3 by amplitude * cos(rate * t + phase) at the time t. */
+/* The fixed point moves along e3 by amplitude * cos(rate * t + phase): [L], of either sign; [T^-1],
+ * positive unless the amplitude is 0; [rad]. */
 typedef struct kr_shaking {
-    /* [L], of either sign; [T^-1], positive unless the amplitude is 0; [rad] */
     double amplitude, rate, phase;
 } kr_shaking;
-
-/* A wheel on a free axle. Its momentum in space about the axle is constant and part of
- * kr_body.rotor, and kr_body.inertia lacks its moment about the axle (kr_scene_release_wheel). The
- * numbers below only determine its rate (the quantities wheel_rate...). All zero: no wheel. */
+/* A wheel on a free axle, whose momentum in space about the axle is constant. This momentum is part
+ * of kr_body.rotor, and kr_body.inertia lacks its moment (kr_scene_release_wheel), so that these
+ * numbers only determine the quantities wheel_rate... All zero: no wheel. */
 typedef struct kr_wheel {
     kr_vec3 axis; /* unit vector along the principal axes; 0: `rate` is relative to the body */
     double rate;  /* angular velocity in the inertial frame, about the axis [T^-1] */
@@ -168,9 +159,7 @@ typedef struct kr_scene {
     double gravity; /* acceleration along -e3, of either sign [L T^-2] */
     kr_state start;
     /* Linear damping, as by air that turns with the support: the torque along each principal axis
-     * is -damping * angular velocity relative to the support. Not negative; 0 means no damping
-     * [M L^2 T^-1]. If damping is strong, the number of steps depends only on the slow motion that
-     * remains, except with tangents or backward in time. */
+     * is -damping * angular velocity relative to the support [M L^2 T^-1]. Not negative. */
     kr_vec3 damping;
     /* Constant angular velocity of the support, along e1, e2, e3 [T^-1]. States and quantities,
      * except m, are relative to the support. */
@@ -180,31 +169,14 @@ typedef struct kr_scene {
      * T^-2]. A spin of zero stays zero as long as friction can hold the top. */
     double friction;
     kr_wheel wheels[KR_WHEELS_MAX];
-    /* Gravity gradient: a torque gradient * e3 x J e3, of either sign [T^-2]. With the distance R
-     * from an attracting body of strength mu along e3, it is 3 mu / R^3. On a circular orbit, e3
-     * turns with the orbital rate (`turning`). Not with a shaken support, or with wheels whose
-     * moment is not part of the inertia. */
+    /* Gravity gradient: a torque gradient * e3 x J e3, of either sign [T^-2]: 3 mu / R^3 at the
+     * distance R from an attracting body of strength mu along e3. On a circular orbit, e3 turns
+     * with the orbital rate (`turning`). Not with shaking or wheels that have an axis. */
     double gradient;
 } kr_scene;
 
-/* The functions that every program needs. */
-
-/* Returns the default scene, with the cuboid studied in chapter 6 of the thesis (Bodack 2008) and
- * gravity 1. */
-KR_API kr_scene kr_scene_default(void);
-/* Returns KR_OK if the scene is valid, else the status that describes the error. */
-KR_API kr_status kr_scene_check(const kr_scene *scene);
-/* Makes a body with the symmetry axis T. The moments [M L^2] at the fixed point are i3 about T and
- * i1 about axes normal to T. `height` is the coordinate of the centre of mass along T [L]. */
-KR_API kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *body);
-/* Sets attitude and momentum of a symmetric top from its spin [T^-1], from the angle 0 .. pi of its
- * apex with the vertical, about e1, and from the rate at which the apex begins to precess about the
- * vertical [T^-1]. Returns KR_ERR_ARGUMENT for other tilts, and for bodies without symmetry. */
-KR_API kr_status kr_scene_set_spinning(kr_scene *scene, double spin, double tilt,
-                                       double precession);
-
-/* Methods, a constant table. A statically linked program contains only the methods that it refers
- * to by name, or all methods if it calls kr_method_at or kr_method_find. */
+/* Methods. A statically linked program contains only the methods that it refers to by name, or all
+ * methods if it calls kr_method_at or kr_method_find. */
 typedef struct kr_method kr_method;
 extern KR_API const kr_method kr_method_exact, kr_method_bobenko_suris, kr_method_bobenko_suris2,
     kr_method_bobenko_suris4, kr_method_strang, kr_method_takahashi_imada4, kr_method_suzuki4,
@@ -212,30 +184,29 @@ extern KR_API const kr_method kr_method_exact, kr_method_bobenko_suris, kr_metho
     kr_method_veselov4, kr_method_hirota_kimura, kr_method_implicit_midpoint, kr_method_rk4,
     kr_method_extrap, kr_method_taylor, kr_method_extrap_kirchhoff;
 
-/* A moving top. A fixed-step method computes states at the grid points start.t + k * step. A state
- * between grid points is computed by a separate step from the previous grid point. The steps of an
- * adaptive method do not depend on the requested times. A state therefore depends neither on other
- * requested times nor on the number of calls. */
+/* A moving top. A fixed-step method computes states at the grid points start.t + k * step, and
+ * others by a separate step from the previous grid point. The steps of an adaptive method do not
+ * depend on the requested times. States therefore depend neither on other requested times nor on
+ * the number of calls. */
+typedef struct kr_top kr_top;
 typedef struct kr_config {
-    /* The step size [T]. For an adaptive method, the size of the first step, or 0 to let the method
-     * choose. A negative step integrates backward in time. Grid points more than 2^50 steps from t
-     * = 0 are refused (KR_ERR_STEP), because doubles cannot distinguish them. */
+    /* The step size [T], negative backward in time; for an adaptive method, the size of the first
+     * step, or 0 to let it choose. Grid points more than 2^50 steps from t = 0 are refused
+     * (KR_ERR_STEP), because doubles cannot distinguish them. */
     double step;
     /* Tolerance below 1, or 0 for the default: of the local error (adaptive methods), the residual
      * (implicit methods), or the `certificate` (exact; at most the default). */
     double tol;
     /* Maximum number of steps, or 0 for no limit. An adaptive method without dense output needs
-     * additional steps to reach a time within a step: for each time at most 1024, and at most
-     * max_steps if it is not 0. */
+     * further steps to reach a time within a step, for each time at most 1024 and max_steps. */
     int64_t max_steps;
     /* Called after every 256 steps, after every 1024 states (in a worker, 2^16), and in every step
-     * of adaptive methods without dense output. A nonzero value stops the integration. May be
-     * NULL. */
+     * of adaptive methods without dense output. A nonzero value stops the run. May be NULL. */
     int (*poll)(void *context);
     void *context;
     /* For methods with KR_METHOD_DIGITS, instead of tol: 16, 20 or 30 digits (other numbers are
      * rounded up to one of these); 0: use tol. With 30 digits, a tol of at most 2^-100 makes the
-     * steps shorter. Compare results for two step sizes to see how many digits are correct. */
+     * steps shorter, so that the difference of two runs shows how many digits are correct. */
     int digits;
     /* For methods with KR_METHOD_SKIPS_HEADING and up to 16 digits: if nonzero, states are computed
      * only up to a rotation about the vertical, at lower cost. Not on rotating supports. */
@@ -244,46 +215,82 @@ typedef struct kr_config {
      * the derivatives to compute. None exist by friction at 0, or by com at 0 with friction. */
     uint64_t tangents;
 } kr_config;
+
+/* The functions of the example above. */
+
+/* Returns the text of a status. */
+KR_API const char *kr_status_text(kr_status status);
+/* Returns the default scene: the cuboid of chapter 6 of the thesis (Bodack 2008), gravity 1. */
+KR_API kr_scene kr_scene_default(void);
+/* Makes a body with the symmetry axis T. The moments [M L^2] at the fixed point are i3 about T and
+ * i1 about axes normal to T. `height` is the coordinate of the centre of mass along T [L]. */
+KR_API kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *body);
+/* Sets attitude and momentum of a symmetric top from its spin [T^-1], from the angle 0 .. pi of its
+ * apex with the vertical, about e1, and from the rate at which the apex begins to precess about the
+ * vertical [T^-1]. Returns KR_ERR_ARGUMENT for other tilts, and for bodies without symmetry. */
+KR_API kr_status kr_scene_set_spinning(kr_scene *scene, double spin, double tilt,
+                                       double precession);
 /* Returns the default configuration (all zeros). Fixed-step methods require a nonzero step. */
 KR_API kr_config kr_config_default(void);
-typedef struct kr_stats {
-    int64_t steps, rejected, evaluations, iterations;
-} kr_stats;
-typedef struct kr_top kr_top;
-
 /* Allocates a top in the initial state of the scene. Free it with kr_top_free. */
 KR_API kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_config config,
                                kr_top **top);
-/* Frees a top; NULL is ignored. */
-KR_API void kr_top_free(kr_top *top);
-/* Advances the top to the end of the next step. On failure, the top keeps its last valid state. */
-KR_API kr_status kr_top_step(kr_top *top);
 /* Advances the top to time t [T]. On failure, the top keeps the last valid state before t. */
 KR_API kr_status kr_top_advance(kr_top *top, double t);
-/* Advances the top to the times t[0], t[1], ... in the direction of the step, and writes the
- * states. `done` (may be NULL) receives the number of valid states; later elements of `out` are
- * unchanged. On failure, the top keeps its last valid state. */
-KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
-                               size_t *done);
 /* Returns the current state. */
 KR_API kr_state kr_top_state(const kr_top *top);
-/* Returns the numbers of steps, rejected steps, evaluations and iterations so far. */
-KR_API kr_stats kr_top_stats(const kr_top *top);
-
-/* Returns the angular velocity relative to the support [T^-1]. */
-KR_API kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s);
-/* Returns the apex, a unit vector. */
-KR_API kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s);
-/* Returns the angle between the apex and e3 [rad]. */
+/* Returns the angle between the apex and e3 [rad], one of the quantities below. */
 KR_API double kr_state_nutation(const kr_scene *scene, const kr_state *s);
-/* Returns the sum of kinetic and potential energy. On a rotating support, this is the Jacobi
- * integral: the energy in the inertial frame minus <turning, m> [M L^2 T^-2]. */
-KR_API double kr_state_energy(const kr_scene *scene, const kr_state *s);
+/* Frees a top; NULL is ignored. */
+KR_API void kr_top_free(kr_top *top);
 
-/* Bodies. The constructors return KR_ERR_ARGUMENT or KR_ERR_BODY for invalid arguments. For a
- * diagonal inertia tensor, the coordinate axes are principal axes. For a nondiagonal tensor, they
- * form the right-handed frame nearest to the coordinate axes; T is then the symmetry axis of a
- * Lagrange top. */
+/* Further functions of tops. */
+
+/* Advances the top to the end of the next step. On failure, the top keeps its last valid state. */
+KR_API kr_status kr_top_step(kr_top *top);
+/* Advances the top to the times t[0], t[1], ... in the direction of the step. Writes the states to
+ * `out` and their digits beyond double precision to `low`, so that out[i] + low[i] has the
+ * requested digits (low[i].t is 0). `done` receives the number of valid states; later elements are
+ * unchanged. `low` and `done` may be NULL. On failure, the top keeps its last valid state. */
+KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
+                               kr_state low[], size_t *done);
+/* Restarts the top, as if kr_top_create had been called with this initial state, but keeps the
+ * events set by kr_top_watch. On failure, the top is unchanged. */
+KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
+/* Restarts the top with another scene. To push a moving top or change its body, set scene->start to
+ * kr_top_state(top). `low` has the digits of the initial state beyond double precision, so that
+ * start + low rounds to start (low->t must be 0); NULL: none. Returns KR_ERR_MEMORY if the closed
+ * form needs more memory than was allocated. */
+KR_API kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene, const kr_state *low);
+typedef struct kr_stats {
+    int64_t steps, rejected, evaluations, iterations;
+} kr_stats;
+typedef struct kr_top_info {
+    kr_state low;   /* digits of the current state beyond double precision; low.t is 0 */
+    kr_stats stats; /* since the initial state */
+    double time;    /* the time that the steps have reached [T] */
+    /* An estimate of the relative truncation error of the tangents: the largest ratio so far of the
+     * last Taylor term to the norm of a tangent; 0 without tangents. */
+    double truncation;
+    const char *kernel; /* the instruction set, for the method taylor; else "" */
+    int order;          /* of the method */
+} kr_top_info;
+/* Returns numbers of the top. `poll` may call it. */
+KR_API kr_top_info kr_top_describe(const kr_top *top);
+/* Returns KR_OK if the scene is valid, else the status that describes the error. */
+KR_API kr_status kr_scene_check(const kr_scene *scene);
+/* Returns the horizon [T], an upper bound on |t| for which doubles resolve the attitude: 2^53 rad
+ * over the largest of the components of the initial angular velocity, (|m| + |rotor|) / (largest
+ * moment), the pendulum frequency, and the rates of the support. INFINITY for a top at rest without
+ * torque, 0 for an invalid scene. Later times are refused with KR_ERR_RESOLUTION, and even earlier
+ * ones if damping accelerates the top backward in time. */
+KR_API double kr_scene_horizon(const kr_scene *scene);
+/* Returns the version of the library, KR_VERSION. */
+KR_API const char *kr_version(void);
+
+/* Bodies. The constructors return KR_ERR_ARGUMENT or KR_ERR_BODY for invalid arguments. The
+ * principal axes of a diagonal inertia tensor are the coordinate axes. Those of others are nearest
+ * to them as a right-handed frame; T is then the symmetry axis of a Lagrange top. */
 
 /* Homogeneous shapes and their sizes [L], none of which is negative. The axis of all but the first
  * two is T. A tube of the sizes {0, r, h} is a cylinder, {0, r, 0} a disk, {r, r, 0} a hoop, and
@@ -304,24 +311,20 @@ KR_API double kr_shape_mass(kr_shape shape, kr_vec3 size, double density);
 /* Returns the moments about the centre of mass, and writes its height above the centre or tip. */
 KR_API kr_vec3 kr_shape_inertia(kr_shape shape, kr_vec3 size, double mass, double *height);
 /* Smallest permitted ratio of the smallest to the largest principal moment of a nondiagonal tensor.
- * Below this ratio, the smallest moment would have too few correct digits. */
+ * The smallest moment would otherwise have too few correct digits. */
 #define KR_TENSOR_MIN_RATIO 2e-10
-/* Makes a body from its inertia tensor [M L^2] at the fixed point, stored by rows. Returns
- * KR_ERR_BODY if the ratio of the smallest to the largest moment is below KR_TENSOR_MIN_RATIO. */
+/* Makes a body from its inertia tensor [M L^2] at the fixed point, stored by rows; `rounded` is
+ * that of kr_body. Returns KR_ERR_BODY if the ratio of moments is below KR_TENSOR_MIN_RATIO. */
 KR_API kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
-                                     kr_body *body);
+                                     double rounded, kr_body *body);
 /* Adds the inertia of a point mass to a tensor stored by rows. If the point is the centre of mass,
  * a tensor about this centre becomes that about the fixed point (Steiner's theorem). */
 KR_API void kr_inertia_add_point(double inertia[9], double mass, kr_vec3 position);
-/* Makes a body from a rounded inertia tensor about the fixed point; `rounded` is stored as
- * kr_body.rounded. */
-KR_API kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_vec3 com,
-                                             double rounded, kr_body *body);
 /* Sets kr_body.rotor from a momentum in the frame of description [M L^2 T^-1]. */
 KR_API void kr_body_set_rotor(kr_body *body, kr_vec3 rotor);
 /* Returns 1 if some distribution of mass has this inertia, mass and com up to the relative error
- * 1e-6 + kr_body.rounded, else 0. The library also accepts unphysical bodies, because many tops in
- * the literature have fictitious masses and lever arms. */
+ * 1e-6 + kr_body.rounded, else 0. Others are accepted as well: many tops in the literature are
+ * fictitious. */
 KR_API int kr_body_is_physical(const kr_body *body);
 
 /* The kinds (integrable cases) of tops, listed as X(kind, name). */
@@ -342,41 +345,40 @@ typedef enum kr_kind {
 /* clang-format on */
 /* Returns the name of a kind of top. */
 KR_API const char *kr_kind_name(kr_kind kind);
-/* Relative tolerance for identifying an integrable case: 32 units in the last place. The tolerance
- * allows for rounding errors of the moments and of `com`. */
+/* Relative tolerance for identifying an integrable case: 32 units in the last place, for rounding
+ * errors of the moments and of `com`. */
 #define KR_KIND_RTOL 7.2e-15
 #define KR_INPUT_RTOL 1e-12 /* tolerance for unit quaternions, symmetric tensors and moments */
 /* Returns the integrable case of a body; `rtol` is the relative tolerance of comparisons. */
 KR_API kr_kind kr_body_kind(const kr_body *body, double rtol);
+/* Returns 1 if the body is symmetric about its apex, up to KR_KIND_RTOL, else 0. Writes its moments
+ * about axes normal to the apex and about the apex [M L^2]. */
+KR_API int kr_body_symmetry(const kr_body *body, double *across, double *along);
 
-/* Starts given by other numbers than attitude and momentum. The body, the support and, for the
- * first three functions, the attitude of the scene must already be set. Numbers that are not finite
- * give a scene that kr_scene_check refuses. */
+/* Starts given by other numbers than attitude and momentum, for a scene whose body, support and,
+ * for the first three functions, attitude are set. kr_scene_check refuses what follows from numbers
+ * that are not finite. */
 
-/* Sets the momentum from the angular velocity relative to the support, along e1, e2, e3 [T^-1]. */
+/* Set the momentum from the angular velocity relative to the support [T^-1], along e1, e2, e3 or in
+ * the frame of description. */
 KR_API void kr_scene_set_velocity(kr_scene *scene, kr_vec3 velocity);
-/* Sets the momentum from the angular velocity relative to the support, with components in the frame
- * of description [T^-1]. */
 KR_API void kr_scene_set_body_velocity(kr_scene *scene, kr_vec3 velocity);
 /* Sets the momentum from its components in the frame of description [M L^2 T^-1]. */
 KR_API void kr_scene_set_body_momentum(kr_scene *scene, kr_vec3 momentum);
-/* Sets attitude and momentum from precession_angle, nutation and spin_angle [rad] and their
- * rates [T^-1], in this order. The quantities below define the angles. */
+/* Sets attitude and momentum from precession_angle, nutation and spin_angle [rad] and their rates
+ * [T^-1], in this order. The quantities below define the angles. */
 KR_API void kr_scene_set_euler(kr_scene *scene, kr_vec3 angles, kr_vec3 rates);
 /* Lets a wheel turn freely on its axle from the start on. So far, its momentum inertia * rate along
  * `axis` (in the frame of description, of any length) must be part of body.rotor, and its moment
  * part of body.inertia. Changes the inertia, its principal axes and the rotor of the body. A wheel
- * that is all that turns about the axis of a symmetric body keeps its rate; damping and friction
- * are then refused. Returns KR_ERR_BODY for a wheel that the body cannot contain, and
- * KR_ERR_ARGUMENT for other invalid arguments or more than KR_WHEELS_MAX wheels. */
+ * that is all that turns about the axis of a symmetric body keeps its rate, and excludes damping
+ * and friction. Returns KR_ERR_BODY for a wheel that the body cannot contain, KR_ERR_ARGUMENT for
+ * other invalid arguments or more than KR_WHEELS_MAX wheels. */
 KR_API kr_status kr_scene_release_wheel(kr_scene *scene, double inertia, kr_vec3 axis, double rate);
-/* Returns 1 if the body is symmetric about its apex, up to KR_KIND_RTOL, else 0. Writes its moments
- * about axes normal to the apex and about the apex [M L^2]. */
-KR_API int kr_body_symmetry(const kr_body *body, double *across, double *along);
 /* Writes the rate of the steady precession of a symmetric top without rotor, damping, friction and
- * moving support: the slower or, if `fast` is nonzero, the faster of two. It is 0 for a vertical
- * apex. Returns KR_ERR_ARGUMENT if there is none; *least_spin is then the smallest spin with one if
- * the spin is too small, and else 0. */
+ * moving support, 0 for a vertical apex: the slower or, if `fast` is nonzero, the faster of two.
+ * Returns KR_ERR_ARGUMENT if there is none; *least_spin is then the spin that suffices, or 0 if
+ * none does. */
 KR_API kr_status kr_scene_steady_precession(const kr_scene *scene, double spin, double tilt,
                                             int fast, double *precession, double *least_spin);
 
@@ -411,10 +413,9 @@ enum {
 #undef KR_X_
 };
 
-/* Returns the method with index i, or NULL after the last one. */
+/* Return the method with an index or a name, or NULL. For a method that this build omits,
+ * kr_top_create returns KR_ERR_NOT_BUILT. */
 KR_API const kr_method *kr_method_at(size_t i);
-/* Returns the method with this name, or NULL. For a method that this build omits, kr_top_create
- * returns KR_ERR_NOT_BUILT. */
 KR_API const kr_method *kr_method_find(const char *name);
 typedef struct kr_method_info {
     /* Its name, what it is, the integrals that it conserves up to rounding, and its source. */
@@ -423,18 +424,17 @@ typedef struct kr_method_info {
     unsigned flags; /* the sum of its KR_METHOD_... flags */
 } kr_method_info;
 KR_API kr_method_info kr_method_describe(const kr_method *method);
-/* Returns 1 if a method applies to a body for all values of gravity, else 0. */
+/* Return 1 if a method applies to a body for all values of gravity, or to a scene, else 0. */
 KR_API int kr_method_applies(const kr_method *method, const kr_body *body);
-/* Returns 1 if a method applies to a scene, else 0. */
 KR_API int kr_method_suits(const kr_method *method, const kr_scene *scene);
 
-/* The table of physical quantities that can be computed from a state. Vectors refer to the space
- * frame, or to the frame of description if their name begins with body_. The Euler angles (z-x-z)
- * rotate the space axes into a body-fixed frame. The rotations are by precession_angle about e3, by
- * nutation about e3 x apex (the line of nodes), and by spin_angle about the apex. The body-fixed
- * frame is the frame of description, rotated by the smallest angle that brings its third axis to
- * the apex. If this angle exceeds 120 degrees, the frame is first rotated by 180 degrees about its
- * first axis. If the apex is vertical, precession_angle and spin_angle are equal up to sign. */
+/* Physical quantities of a state. Vectors refer to the space frame, or to the frame of description
+ * if their name begins with body_. Euler angles (z-x-z) rotate the space axes into a body-fixed
+ * frame: by precession_angle about e3, by nutation about the line of nodes e3 x apex, and by
+ * spin_angle about the apex. The body-fixed frame is the frame of description, rotated by the
+ * smallest angle that brings its third axis to the apex, after half a turn about its first axis if
+ * this angle exceeds 120 degrees. At a vertical apex, precession_angle and spin_angle are equal up
+ * to sign. */
 enum {
     KR_QUANTITY_TURNS = 1,     /* changes when the top is rotated about the vertical */
     KR_QUANTITY_CONSERVED = 2, /* an integral of the motion, for all tops or for one kind */
@@ -447,64 +447,38 @@ typedef struct kr_quantity {
     size_t doubles;              /* in a value: 1, 3, 4 or 9 */
     unsigned flags;              /* a sum of KR_QUANTITY_... */
 } kr_quantity;
-/* Returns the quantity with index i, or NULL after the last one. */
+/* Return the quantity with an index or a name, or NULL. */
 KR_API const kr_quantity *kr_quantity_at(size_t i);
-/* Returns the quantity with this name, or NULL. */
 KR_API const kr_quantity *kr_quantity_find(const char *name);
 /* Writes the values of a quantity at n states: n * quantity->doubles numbers. */
 KR_API void kr_quantity_values(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                                const kr_state states[], double out[]);
-enum { KR_COMPONENT_ONE = 0 }; /* the constant component "1" */
-/* Returns the index of the component with this name, such as "apex_z", "q_w" or "spin". Returns -1
- * if no component with this name can be used in events. */
-KR_API int kr_component_find(const char *name);
-
-/* Returns the modified energy [M L^2 T^-2] that a map with this step conserves: for the order 1,
- * E + step * <torque, m> / (2 I1) of bobenko_suris; for the order 4, that of bobenko_suris4, which
- * equals the energy up to a constant and O(step^4). Returns NaN if the body is no Lagrange top or
- * has a rotor, or if the step is too large. */
+/* Return quantities of one state: the angular velocity relative to the support [T^-1]; the apex;
+ * kinetic plus potential energy (on a rotating support, the energy in the inertial frame less
+ * <turning, m>: the Jacobi integral). */
+KR_API kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s);
+KR_API kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s);
+KR_API double kr_state_energy(const kr_scene *scene, const kr_state *s);
+/* Returns the modified energy [M L^2 T^-2] that a map with this step conserves: for the order 1, E
+ * + step * <torque, m> / (2 I1) of bobenko_suris; for the order 4, that of bobenko_suris4, which is
+ * the energy up to a constant and O(step^4). NaN for other bodies than Lagrange tops without rotor,
+ * and for a step that is too large. */
 KR_API double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step,
                                        int order);
 /* Returns the angle of the rotation between two attitudes, 0 .. pi [rad]. */
 KR_API double kr_attitude_error(kr_quat a, kr_quat b);
 
-/* Further functions of tops. */
-
-/* Works like kr_top_record, but also writes the digits beyond double precision to `low`. Each sum
- * out[i] + low[i] has the requested number of digits; low[i].t is 0. */
-KR_API kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state out[],
-                                   kr_state low[], size_t *done);
-/* Restarts the top, as if kr_top_create had been called with this initial state. Resets the counts
- * of kr_top_stats, but keeps the events set by kr_top_watch. On failure, the top is unchanged. */
-KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
-/* Restarts the top as kr_top_reset does, but with another scene, and resets the time grid and the
- * tangents. To push a moving top or change its body, set scene->start to kr_top_state(top). The
- * digits of the initial state beyond double precision are `low` (see kr_top_low), or 0 if it is
- * NULL: start + low must round to start, and low->t must be 0. Returns KR_ERR_MEMORY if the
- * closed-form solution needs more memory than kr_top_create allocated. */
-KR_API kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene, const kr_state *low);
-/* Returns the digits of the current state beyond double precision; the member t is 0. */
-KR_API kr_state kr_top_low(const kr_top *top);
-/* Returns the time that the steps have reached [T]. `poll` may call kr_top_time. */
-KR_API double kr_top_time(const kr_top *top);
-/* Returns the name of the instruction set if the method is taylor, otherwise "". Writes the order
- * of the method to `order`. */
-KR_API const char *kr_top_kernel(const kr_top *top, int *order);
-/* Returns the horizon [T], an upper bound on |t| for which doubles resolve the attitude: 2^53 rad
- * over the largest of these rates: components of the initial angular velocity, (|m| + |rotor|) /
- * (largest moment), pendulum frequency, rates of the support. It is INFINITY for a top at rest
- * without torque, and 0 for an invalid scene. Times beyond it are refused with KR_ERR_RESOLUTION.
- * Smaller times may also be refused if damping accelerates the top backward in time. */
-KR_API double kr_scene_horizon(const kr_scene *scene);
-
 /* Events, for the method taylor: times at which a function g of the state crosses zero. g is a sum
- * of terms factor * first * second, where first and second are the indices of components
- * (kr_component_find). */
+ * of terms factor * first * second, where first and second are the indices of components. */
+enum { KR_COMPONENT_ONE = 0 }; /* the constant component "1" */
+/* Returns the index of the component with this name, such as "apex_z", "q_w" or "spin", or -1 if no
+ * such component can be used in events. */
+KR_API int kr_component_find(const char *name);
 typedef struct kr_term {
     double factor;
     int first, second;
 } kr_term;
-/* Returns the sum of n terms factor * first * second at a state. */
+/* Returns the sum of n terms at a state. */
 KR_API double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n,
                              const kr_term terms[]);
 /* If g is a multiple of the spin, an event also occurs when friction stops the spin, but none when
@@ -521,21 +495,19 @@ typedef struct kr_event_hit {
     ptrdiff_t index; /* index of the event; -1: none */
     int direction;   /* 1 or -1 */
 } kr_event_hit;
-/* Sets the events at which kr_top_seek stops. `events` must remain valid until the next call, or
- * until the top is freed. Events do not affect the computed states. Returns KR_ERR_NO_EVENTS for
- * methods other than taylor, and KR_ERR_ARGUMENT if skip_heading is set and a component depends on
- * the heading. */
+/* Sets the events at which kr_top_seek stops, which change no state. `events` must remain valid
+ * until the next call, or until the top is freed. Returns KR_ERR_NO_EVENTS for methods other than
+ * taylor, and KR_ERR_ARGUMENT if skip_heading is set and a component depends on the heading. */
 KR_API kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[]);
 /* Advances the top to the next event, or to t if t comes first. Returns KR_ERR_STEP if an event
  * lies in a step that is shorter than doubles can resolve. */
 KR_API kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit);
 
-/* Groups of tangents (derivatives of the state), listed as X(parameter, bit, number of columns,
- * name). Requesting tangents changes no state, unless damping is strong. Rows 1 to 3 give the
- * rotation vector of the attitude in the frame of description [rad], and rows 4 to 6 the momentum
- * in space. The 6 columns of group START are derivatives by the same components at the initial
- * time. Derivatives by moments, centre of mass, damping and rotor refer to the principal axes.
- * Derivatives by parameters are taken at fixed initial momentum. */
+/* Groups of tangents (derivatives of the state), listed as X(parameter, bit, columns, name). They
+ * change no state, unless damping is strong. Rows 1 to 3 are the rotation vector of the attitude in
+ * the frame of description [rad], rows 4 to 6 the momentum in space. The columns of START are
+ * derivatives by these numbers at the start, others by parameters at fixed initial momentum.
+ * Moments, com, damping and rotor refer to the principal axes. */
 /* clang-format off */
 #define KR_TANGENT_LIST(X)                                                                        \
     X(START,    1, 6, "start")                                                                    \
@@ -553,57 +525,49 @@ enum {
 #define KR_X_(by, bit, columns, name) KR_TANGENT_##by = bit,
     KR_TANGENT_LIST(KR_X_)
 #undef KR_X_
-    KR_TANGENT_COLUMNS_MAX = 28,   /* columns */
+    KR_TANGENT_COLUMNS_MAX = 28,
     KR_TANGENT_GROWTH = 64 /* workers only: the growth of one tangent for each top */
 };
 /* clang-format on */
 /* Returns the number of columns of the tangent matrix for a sum of KR_TANGENT_... flags. */
 KR_API size_t kr_tangent_columns(uint64_t tangents);
-/* Writes the tangents at the current state: 6 rows of kr_tangent_columns numbers. Writes the digits
- * beyond double precision to `low`, which may be NULL. Returns KR_ERR_ARGUMENT for a top without
- * tangents, and KR_ERR_TANGENT if a tangent exceeds the range of doubles. */
+/* Writes the tangents at the current state: 6 rows of kr_tangent_columns numbers, and their digits
+ * beyond double precision to `low`, which may be NULL. Returns KR_ERR_ARGUMENT without tangents,
+ * and KR_ERR_TANGENT if one exceeds the range of doubles. */
 KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
-/* Returns an estimate of the relative truncation error of the tangents. The estimate is the ratio
- * of the last retained Taylor term to the norm of the tangent, maximized over all steps. */
-KR_API double kr_top_tangent_truncation(const kr_top *top);
-/* Writes the derivatives of a quantity at n states. `tangents` has the shape [n][6][columns], and
- * `out` the shape [n][doubles][columns]. The derivative of the attitude q is a rotation
- * vector (3 numbers). Derivatives that do not exist are NaN: of Euler angles at a vertical apex, of
- * the apex by com at 0, and of body_acceleration by friction at 0. */
+/* Writes the derivatives of a quantity at n states: from tangents[n][6][columns] to
+ * out[n][doubles][columns], with 3 doubles for q, a rotation vector. Derivatives that do not exist
+ * are NaN: of Euler angles at a vertical apex, of the apex by com at 0, and of body_acceleration by
+ * friction at 0. */
 KR_API void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                                  const kr_state states[], uint64_t by, const double tangents[],
                                  double out[]);
 
-/* Checkpoints. A checkpoint can be loaded into a top with the same method, events, scene (except
- * `start`) and configuration (except max_steps and poll). The loaded top continues with bitwise
- * equal states and the same events. If taylor continues with another kernel, the states agree only
- * up to rounding errors. (All kernels with fused multiply-add give bitwise equal results.) */
-
-/* Returns the size of a checkpoint of this top in bytes. */
+/* Checkpoints of kr_top_save_size bytes. A top with the same method, events, scene (except `start`)
+ * and configuration (except max_steps and poll) continues from one with bitwise equal states and
+ * the same events. (With another kernel of taylor, they are equal up to rounding errors, unless
+ * both have fused multiply-add.) */
 KR_API size_t kr_top_save_size(const kr_top *top);
-/* Writes a checkpoint to `memory`; `size` must equal kr_top_save_size(top). */
 KR_API kr_status kr_top_save(const kr_top *top, size_t size, void *memory);
-/* Loads a checkpoint. Returns KR_ERR_CHECKPOINT and leaves the top unchanged if the checkpoint is
- * damaged, or belongs to another version, machine type, scene or method. */
+/* Returns KR_ERR_CHECKPOINT and leaves the top unchanged if the checkpoint is damaged, or belongs
+ * to another version, machine type, scene or method. */
 KR_API kr_status kr_top_load(kr_top *top, size_t size, const void *memory);
 
-/* Many tops. A worker integrates any number of tops with one method, one by one or in parallel SIMD
- * lanes. Each worker owns its working memory. Each thread needs its own worker. With method NULL,
- * kr_exact solutions are used where they exist, also on supports turning about e3; else taylor is
- * used. The results for a top depend only on this top and its times, not on other tops, their
- * order, the number of calls, or failures. Results are bitwise equal to those of kr_exact_state or
- * of a kr_top, unless taylor integrates the top in a SIMD lane (with at most 16 digits).
- * Results from SIMD lanes are bitwise equal on all instruction sets with fused multiply-add. */
+/* Many tops. A worker integrates tops with one method, one by one or in SIMD lanes. Each thread
+ * needs its own. With method NULL, closed forms are used where they exist, also on supports turning
+ * about e3, else taylor. The results for a top depend only on this top and its times. They are
+ * bitwise equal to those of kr_exact_state or of a kr_top, unless taylor integrates the top in a
+ * SIMD lane (with at most 16 digits), where they are bitwise equal on all instruction sets with
+ * fused multiply-add. */
 typedef struct kr_worker kr_worker;
-/* Reductions over time of one component of a quantity, listed as X(kind, name). VARIANCE is the
- * population variance; WHERE_MIN and WHERE_MAX are the first times of the extrema. If any value is
- * NaN, all results except LAST are NaN. */
+/* Reductions over time of one component of a quantity, listed as X(kind, name). WHERE_MIN and
+ * WHERE_MAX are the first times of the extrema. If a value is NaN, all except LAST are NaN. */
 /* clang-format off */
 #define KR_REDUCE_LIST(X)                                                                         \
     X(MIN,       "min")                                                                           \
     X(MAX,       "max")                                                                           \
     X(MEAN,      "mean")                                                                          \
-    X(VARIANCE,  "variance")                                                                      \
+    X(VARIANCE,  "variance") /* of the population */                                              \
     X(LAST,      "last")                                                                          \
     X(WHERE_MIN, "where_min")                                                                     \
     X(WHERE_MAX, "where_max")
@@ -619,32 +583,26 @@ typedef struct kr_reduction {
     size_t component; /* index among the doubles of the quantity */
     kr_reduce kind;
 } kr_reduction;
-/* Growth indicators of a tangent (only taylor, 16 digits; no damping, friction, moving support).
- * The norm of the tangent is measured in the internal units of the top, and is initially 1. Tangent
- * components along the flow and the rotation about the vertical never grow, and are removed. All
- * growth indicators are accumulated from the initial time. LOG is ln |tangent vector|; LOG / time
- * is the Lyapunov exponent. MEGNO is the time average of the MEGNO indicator. MAX is the largest
- * LOG value at a few times in each step so far; between requested times, it may fall slightly.
- * ENERGY and MOMENTUM are the relative errors of the derivatives of the energy and of <m, e3> along
- * the tangent, which are constant. TRUNCATION is the largest ratio of the last retained Taylor term
- * to the norm of the tangent. Steps are shortened for it; if that fails: KR_ERR_TANGENT. */
+/* Growth indicators of a tangent since the initial time (only taylor, 16 digits; no damping,
+ * friction, moving support). Its norm, in the internal units of the top, is initially 1. Its
+ * components along the flow and the rotation about the vertical never grow, and are removed. */
 enum {
-    KR_GROWTH_LOG,
-    KR_GROWTH_MEGNO,
-    KR_GROWTH_MAX,
-    KR_GROWTH_ENERGY,
-    KR_GROWTH_MOMENTUM,
-    KR_GROWTH_TRUNCATION,
+    KR_GROWTH_LOG,        /* ln |tangent|; LOG / time is the Lyapunov exponent */
+    KR_GROWTH_MEGNO,      /* the time average of the MEGNO indicator */
+    KR_GROWTH_MAX,        /* the largest LOG at a few times in each step: may fall slightly */
+    KR_GROWTH_ENERGY,     /* relative errors of the derivatives of the energy and of */
+    KR_GROWTH_MOMENTUM,   /* <m, e3> along the tangent, which are constant */
+    KR_GROWTH_TRUNCATION, /* kr_top_info.truncation; KR_ERR_TANGENT if no step makes it small */
     KR_GROWTH_COUNT
 };
 typedef struct kr_outcome {
     kr_status status; /* the status of kr_top_create or kr_top_record */
     size_t done;      /* number of valid states */
-    kr_state last;    /* the last valid state; may be later than the last of `states` */
+    kr_state last;    /* the last valid state, perhaps later than the last of `states` */
     kr_stats stats;
 } kr_outcome;
-/* The input and output of kr_worker_run and kr_worker_section. The sign of the step is ignored;
- * each top is integrated towards its last time. */
+/* The input and output of workers. Each top is integrated towards its last time, whatever the sign
+ * of the step. */
 typedef struct kr_tops {
     size_t n;
     const kr_scene *scenes;
@@ -662,27 +620,24 @@ typedef struct kr_tops {
 /* Allocates a worker, which keeps a copy of the array `reduction`. Free it with kr_worker_free. */
 KR_API kr_status kr_worker_create(const kr_method *method, kr_config config, size_t reductions,
                                   const kr_reduction reduction[], kr_worker **worker);
-/* Computes the states of all tops at the requested times. Returns KR_OK even if the integration of
- * individual tops fails (see `outcomes`). Returns KR_ERR_INTERRUPTED if config.poll stops the
- * worker; unfinished tops then have the same status. */
+/* Computes the states of all tops at the requested times. Returns KR_OK even if tops fail (see
+ * `outcomes`), and KR_ERR_INTERRUPTED, also for unfinished tops, if config.poll stops it. */
 KR_API kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops);
-/* Computes sections: for each top, the first `times` states at which an event occurs (see
- * kr_top_watch). The time t is the maximum waiting time for each event, and is negative for motion
- * backward in time. Each top has its own waiting time if own_times is nonzero; otherwise, all tops
- * share one. The status of a top is KR_ERR_EVENT if no event occurs within the waiting time.
- * Returns KR_ERR_NO_EVENTS for methods other than taylor; see kr_worker_run for other statuses. */
+/* Computes sections like kr_worker_run: for each top, the first `times` states at which an event
+ * occurs (see kr_top_watch). `t` has one time, or one for each top with own_times: the longest wait
+ * for each event, negative backward in time, after which the status of a top is KR_ERR_EVENT.
+ * Returns KR_ERR_NO_EVENTS for methods other than taylor. */
 KR_API kr_status kr_worker_section(kr_worker *worker, const kr_event *event, const kr_tops *tops);
-/* Returns the name of the instruction set that the SIMD lanes use, or "" if no lanes are used.
- * Writes the order of the method to `order`. */
+/* Returns the instruction set of the SIMD lanes, or "" without. Writes the order of the method. */
 KR_API const char *kr_worker_kernel(const kr_worker *worker, int *order);
 /* Frees a worker; NULL is ignored. */
 KR_API void kr_worker_free(kr_worker *worker);
 
-/* Closed forms: free bodies and most free gyrostats, Lagrange tops, most Kowalewski tops, and most
- * Goryachev-Chaplygin tops with <m, e3> = 0, without damping, friction or moving support. Late
- * states are as accurate and as cheap as early ones. */
+/* Closed forms of free bodies and most free gyrostats, Lagrange tops, most Kowalewski tops, and
+ * most Goryachev-Chaplygin tops with <m, e3> = 0, without damping, friction or moving support. Late
+ * states are as accurate and as cheap as early ones. KR_REFUSAL_LIST has the reasons for refusing a
+ * closed form as X(name, message). */
 
-/* Reasons for refusing a closed form, listed as X(name, message). */
 /* clang-format off */
 #define KR_REFUSAL_LIST(X)                                                                        \
     X(NONE,        "there is a closed form")                                                      \
@@ -713,45 +668,42 @@ typedef struct kr_exact_info {
     kr_kind kind;
     kr_refusal refusal; /* why kr_exact_plan returned KR_ERR_METHOD */
     size_t used;        /* bytes of the kr_exact in use: a copy of them is a closed form as well */
-    /* Period of the nutation [T], or INFINITY if the nutation is constant; on a torus, the period
-     * of the first angle. */
+    /* Period of the nutation [T], INFINITY if it is constant; on a torus, that of the first
+     * angle. */
     double period;
-    /* Mean rates of the Euler angles of a Lagrange top or free body [T^-1]: of the apex about the
-     * vertical, and of the body about the apex. For a free body, the momentum replaces the
-     * vertical, and the apex is replaced by the principal axis that circulates about the momentum,
-     * at an acute angle to it. (In a symmetric body, this is the axis whose moment differs from the
-     * others.) Jumps by half a turn, when an axis passes through a pole, are not included. */
+    /* For Lagrange tops and free bodies, mean rates of the apex about the vertical and of the body
+     * about the apex [T^-1], without the jumps of Euler angles at the poles. For free bodies, the
+     * momentum replaces the vertical, and the principal axis that circulates about it, at an acute
+     * angle (the symmetry axis, if there is one), replaces the apex. */
     double precession_rate, spin_angle_rate;
-    /* For Kowalewski and Goryachev-Chaplygin tops, whose motion is on a torus: two frequencies of
-     * the body's motion and the mean rate of precession [T^-1]. Each frequency in the attitude
-     * matrix is a sum of integer multiples of these. For a free gyrostat, the frequency of the
-     * momentum in the body, the mean rate of the rotation about the momentum, and 0. */
+    /* For Kowalewski and Goryachev-Chaplygin tops, two frequencies of the body on its torus and the
+     * mean rate of precession [T^-1]: the frequencies in the attitude matrix are sums of their
+     * multiples. For free gyrostats, the frequency of the momentum in the body, the mean rate of
+     * the rotation about the momentum, and 0. */
     double frequency[3];
-    /* For these tops, the largest relative error found when the solution is checked. The error of
-     * the attitude is at most about ten times as large. If the integral G of a Goryachev-Chaplygin
-     * top is near 0, each radian of rotation about the vertical adds one rounding error. */
+    /* For these tops, the largest relative error of the solution, when it is checked. The error of
+     * the attitude is at most about ten times as large, plus a rounding error for each radian about
+     * the vertical if the integral G of a Goryachev-Chaplygin top is near 0. */
     double certificate;
 } kr_exact_info;
 #define KR_EXACT_BOUND 1e-11
 typedef struct kr_exact kr_exact;
-/* Returns the number of bytes that kr_exact_plan needs for a scene. It is at most KR_EXACT_SIZE for
- * Lagrange tops and free bodies. */
+/* Returns the number of bytes that kr_exact_plan needs: at most KR_EXACT_SIZE for Lagrange tops and
+ * free bodies. */
 #define KR_EXACT_SIZE 704
 KR_API size_t kr_exact_size(const kr_scene *scene);
-/* Computes the closed form in memory of kr_exact_size(scene) bytes. The caller owns this
- * memory, which must be aligned for doubles. Returns KR_ERR_METHOD if the scene has no closed
- * form, or if its `certificate` exceeds `bound` (0: KR_EXACT_BOUND). In this case, only
- * kr_exact_describe may be called. The moments and the centre of mass of Kowalewski and
- * Goryachev-Chaplygin tops must satisfy their conditions exactly: near a separatrix, a rounding
- * error of these parameters can change the attitude completely. Lagrange tops are refused if
- * they are almost but not exactly vertical (tilt and horizontal momentum below 1e-70). */
+/* Computes the closed form in memory of kr_exact_size(scene) bytes, which the caller owns and
+ * aligns for doubles. Returns KR_ERR_METHOD if there is none, or if its `certificate` exceeds
+ * `bound` (0: KR_EXACT_BOUND); only kr_exact_describe may then be called. Kowalewski and
+ * Goryachev-Chaplygin tops must satisfy the conditions of their kind exactly: near a separatrix, a
+ * rounding error can change the attitude completely. Lagrange tops are refused if they are almost
+ * but not exactly vertical (tilt and horizontal momentum below 1e-70). */
 KR_API kr_status kr_exact_plan(const kr_scene *scene, double bound, kr_exact *exact);
 /* Returns the numbers that describe the motion, or its refusal. */
 KR_API kr_exact_info kr_exact_describe(const kr_exact *exact);
-/* Returns the state at time t, or NaN if t is not finite. After about 2^50 turns, the integrals of
- * motion are correct, but the attitude is arbitrary. The state is NaN if any frequency of the
- * motion is close to the largest finite double. Momentum components below 1e-75 |m| are treated as
- * zero. */
+/* Returns the state at time t, or NaN if t is not finite or a frequency is close to the largest
+ * double. After about 2^50 turns, the integrals of motion are correct, but the attitude is
+ * arbitrary. Components of the momentum below 1e-75 |m| are treated as zero. */
 KR_API kr_state kr_exact_state(const kr_exact *exact, double t);
 /* Writes n states faster than kr_exact_state would, with bitwise equal results. */
 KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[]);
@@ -759,23 +711,22 @@ KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], k
  * frequency[1], at the initial time and with an arbitrary heading. NaN for other motions. */
 KR_API kr_state kr_exact_state_at(const kr_exact *exact, double first, double second);
 
-/* Turning points of the apex of a Lagrange top or a free body whose apex is on its symmetry axis.
- * For free bodies, motion_type is "resting" or "circle"; for others, it is "sleeping", "hanging",
- * "steady", "separatrix", "pendulum", "rosette" (the apex passes through the vertical), "loops",
- * "cusps" or "waves". */
+/* Turning points of the apex of a Lagrange top, or of a free body with the apex on its axis. */
 typedef struct kr_nutation {
     double least, greatest;     /* nutation [rad] */
     double t_least, t_greatest; /* first times of these values, or INFINITY [T] */
-    /* (2 * sqrt(I1 * mass * gravity * |com|) - rotor) / I3 [T^-1], with the component of the rotor
-     * along the apex; an upright top with a larger spin is stable (sleeping). */
+    /* (2 * sqrt(I1 * mass * gravity * |com|) - rotor along the apex) / I3 [T^-1]: an upright top
+     * with a larger spin is stable (sleeping). */
     double critical_spin;
+    /* "sleeping", "hanging", "steady", "separatrix", "pendulum", "rosette" (through the vertical),
+     * "loops", "cusps" or "waves"; of free bodies, "resting" or "circle" */
     const char *motion_type;
     /* <m, e3> + <m, apex>, <m, e3> - <m, apex>, I1, the energy of the rotation about the apex, and
      * mass * gravity * com along the apex. With h = nutation / 2, the energy minus I1/2 (d
      * nutation/dt)^2 is (sum tan h + difference cot h)^2 / 8 I1 + axial_energy + lever cos 2h. */
     double sum, difference, inertia, axial_energy, lever;
 } kr_nutation;
-/* Computes the turning points of the apex. Returns KR_ERR_METHOD unless kr_nutation applies. */
+/* Computes the turning points. Returns KR_ERR_METHOD unless kr_nutation applies. */
 KR_API kr_status kr_exact_nutation(const kr_scene *scene, kr_nutation *out);
 
 #ifdef __cplusplus

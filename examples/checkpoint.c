@@ -13,7 +13,7 @@ static kr_status create_top(kr_top **top)
     kr_scene scene = {.gravity = 9.81, .start.q = {0.8660254037844387, 0.5, 0.0, 0.0}};
     scene.start.m = (kr_vec3){0.0, -0.3, 0.2};
     const kr_status status =
-        kr_body_from_tensor(1.0, inertia, (kr_vec3){0.0, 0.0, 0.1}, &scene.body);
+        kr_body_from_tensor(1.0, inertia, (kr_vec3){0.0, 0.0, 0.1}, 0.0, &scene.body);
     return status == KR_OK ? kr_top_create(&scene, &kr_method_taylor, kr_config_default(), top)
                            : status;
 }
@@ -47,7 +47,7 @@ static int run_example(const char *name, kr_top *first, kr_top *second)
     if (kr_top_advance(first, 1.0) != KR_OK || !save_top(first, name)) return 1;
     printf("damaged: %s\n", kr_status_text(load_top(second, name, 100)));
     if (load_top(second, name, -1) != KR_OK) return 1;
-    printf("loaded at t = %.1f\n", kr_top_time(second));
+    printf("loaded at t = %.1f\n", kr_top_describe(second).time);
     if (kr_top_advance(first, 5.0) != KR_OK || kr_top_advance(second, 5.0) != KR_OK) return 1;
     const kr_state a = kr_top_state(first), b = kr_top_state(second);
     printf("t = %.1f: m = %.10f %.10f %.10f\n", b.t, b.m.x, b.m.y, b.m.z);

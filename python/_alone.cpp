@@ -23,7 +23,7 @@ class single_file
         const kr_status status =
             follow_tangents(top, n, t, {wide, states.data(), rest.data(), high, low}, *done,
                             [&] { return patience::poll(&waiting); });
-        to.truncation[row] = kr_top_tangent_truncation(top);
+        to.truncation[row] = kr_top_describe(top).truncation;
         return status;
     }
     // Records the states at the given times and the events between them. Writes the number of
@@ -33,7 +33,7 @@ class single_file
     {
         if (config.tangents) return record_tangents(top, row, n, t, to, done);
         if (wanted.events.empty())
-            return kr_top_record_low(top, n, t, states.data(), rest.data(), done);
+            return kr_top_record(top, n, t, states.data(), rest.data(), done);
         looked_for mine = wanted;
         kr_status status = kr_top_watch(top, mine.events.size(), mine.events.data());
         if (status != KR_OK) return status;
@@ -59,8 +59,9 @@ class single_file
         if (outcome.status == KR_OK) {
             outcome.status = record(made, row, n, t, to, &outcome.done);
             outcome.last = kr_top_state(made);
-            outcome.stats = kr_top_stats(made);
-            low = kr_top_low(made);
+            const kr_top_info info = kr_top_describe(made);
+            outcome.stats = info.stats;
+            low = info.low;
         }
         to.take(row, outcome);
         to.clear_tangents(row, n, outcome.done, 6 * kr_tangent_columns(config.tangents));

@@ -93,7 +93,8 @@ class run
     py::tuple state()
     {
         const turn mine(*this, true);
-        return py::make_tuple(array_of(kr_top_state(top.get())), array_of(kr_top_low(top.get())));
+        return py::make_tuple(array_of(kr_top_state(top.get())),
+                              array_of(kr_top_describe(top.get()).low));
     }
     kr_status look_for(const py::list &events)
     {
@@ -109,7 +110,7 @@ class run
     py::tuple result_of(const recorded &result) const
     {
         return py::make_tuple(name_of(result.status), result.states, result.low,
-                              counts(kr_top_stats(top.get())), watching.end);
+                              counts(kr_top_describe(top.get()).stats), watching.end);
     }
     recorded record_states(const given_times &t, bool low_too, const py::object &progress)
     {
@@ -125,13 +126,13 @@ class run
         size_t done = 0;
         watching.end = t.end();
         const kr_status status = go(progress, [&] {
-            return kr_top_record_low(top.get(), t.size(), t.data(), states, rest, &done);
+            return kr_top_record(top.get(), t.size(), t.data(), states, rest, &done);
         });
         if (status != KR_OK) {
             const kr_state last = kr_top_state(top.get());
             const bool more = done < t.size() && (done == 0 || states[done - 1].t != last.t);
             if (more) states[done] = last;
-            if (more && rest) rest[done] = kr_top_low(top.get());
+            if (more && rest) rest[done] = kr_top_describe(top.get()).low;
             out = reached(out, done + more);
             if (rest) low = reached(low, done + more);
         }
@@ -167,9 +168,9 @@ class run
         });
         const auto rows = py::make_tuple(name_of(status), reached(out, done),
                                          low_too ? py::object(reached(low, done)) : py::none(),
-                                         counts(kr_top_stats(top.get())), watching.end);
+                                         counts(kr_top_describe(top.get()).stats), watching.end);
         return py::make_tuple(rows, reached(carried, done), reached(rest, done),
-                              kr_top_tangent_truncation(top.get()));
+                              kr_top_describe(top.get()).truncation);
     }
     // Records the states at given times and the events between them: (states, low words, which,
     // direction).
@@ -184,10 +185,10 @@ class run
             return follow(top.get(), times, n, wanted, path, met,
                           [&] { return watch::poll(&watching); });
         });
-        return py::make_tuple(py::make_tuple(name_of(status), array_of_states(path.states),
-                                             array_of_states(path.low),
-                                             counts(kr_top_stats(top.get())), watching.end),
-                              numbers_of(met));
+        return py::make_tuple(
+            py::make_tuple(name_of(status), array_of_states(path.states), array_of_states(path.low),
+                           counts(kr_top_describe(top.get()).stats), watching.end),
+            numbers_of(met));
     }
     py::bytes save()
     {
@@ -208,9 +209,8 @@ class run
     }
     py::tuple kernel() const
     {
-        int order = 0;
-        const char *name = kr_top_kernel(top.get(), &order);
-        return py::make_tuple(name, order);
+        const kr_top_info info = kr_top_describe(top.get());
+        return py::make_tuple(info.kernel, info.order);
     }
     double time() const { return reached_time; }
     kr_state present() const { return kr_top_state(top.get()); }
@@ -222,7 +222,7 @@ class run
         if (status == KR_OK) has_ended = false;
         return status;
     }
-    kr_stats stats() const { return kr_top_stats(top.get()); }
+    kr_stats stats() const { return kr_top_describe(top.get()).stats; }
     std::vector<int64_t> found()
     {
         const turn mine(*this, true);

@@ -50,7 +50,7 @@ static py::object body(const py::object &mass, const py::object &inertia, const 
         return py::none();
     if (at_com) kr_inertia_add_point(j, m, vector(c));
     kr_body b = {};
-    if (kr_body_from_rounded_tensor(m, j, vector(c), rtol, &b) != KR_OK) return py::none();
+    if (kr_body_from_tensor(m, j, vector(c), rtol, &b) != KR_OK) return py::none();
     for (double &x : h) {
         if (!std::isfinite(x)) return py::none();
         x += 0.0; // no negative zeros

@@ -105,8 +105,8 @@ static py::tuple bodies(const std::vector<size_t> &shape, const py::list &given,
             const double *j = numbers + 1, *com = are_matrices ? j + 9 : j + 3;
             const double diagonal[9] = {j[0], 0.0, 0.0, 0.0, j[1], 0.0, 0.0, 0.0, j[2]};
             kr_body body = {};
-            const kr_status status = kr_body_from_rounded_tensor(
-                numbers[0], are_matrices ? j : diagonal, {com[0], com[1], com[2]}, com[3], &body);
+            const kr_status status = kr_body_from_tensor(numbers[0], are_matrices ? j : diagonal,
+                                                         {com[0], com[1], com[2]}, com[3], &body);
             if (status != KR_OK) found = {i, status};
             kr_body_set_rotor(&body, {com[4], com[5], com[6]});
             can[i] = kr_body_is_physical(&body) != 0;

@@ -72,7 +72,7 @@ struct journal {
     void add(const kr_top *top)
     {
         states.push_back(kr_top_state(top));
-        low.push_back(kr_top_low(top));
+        low.push_back(kr_top_describe(top).low);
     }
 };
 inline doubles array_of_states(const std::vector<kr_state> &states)

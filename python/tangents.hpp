@@ -25,7 +25,7 @@ kr_status follow_tangents(kr_top *top, size_t n, const double *t, const tangent_
     for (; done < n && came == KR_OK; done += came == KR_OK) {
         kr_state *low = to.low ? to.low + done : nullptr;
         double *under = to.under ? to.under + done * to.wide : nullptr;
-        came = kr_top_record_low(top, 1, t + done, to.states + done, low, nullptr);
+        came = kr_top_record(top, 1, t + done, to.states + done, low, nullptr);
         if (came == KR_OK) came = kr_top_tangents(top, to.high + done * to.wide, under);
         if (came == KR_OK && done % between == between - 1 && stops()) came = KR_ERR_INTERRUPTED;
     }

@@ -80,7 +80,7 @@ struct watch {
     }
     double time_reached() const
     {
-        const double time = kr_top_time(top);
+        const double time = kr_top_describe(top).time;
         return std::fabs(time) < std::fabs(end) ? time : end;
     }
     void look()

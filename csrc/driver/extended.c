@@ -71,8 +71,7 @@ static int is_as_given(const kr_body *body)
 {
     const kr_given *given = &body->given;
     kr_body made;
-    if (kr_body_from_rounded_tensor(body->mass, given->inertia, given->com, body->rounded, &made) !=
-        KR_OK)
+    if (kr_body_from_tensor(body->mass, given->inertia, given->com, body->rounded, &made) != KR_OK)
         return 0;
     kr_body_set_rotor(&made, given->rotor);
     return memcmp(&made, body, sizeof made) == 0;

@@ -160,7 +160,8 @@ static kr_status find_state(kr_top *top, double t, kr_state *state)
     top->requested = t;
     return KR_OK;
 }
-double kr_top_time(const kr_top *top)
+/* Returns the user's time that the steps have reached. */
+static double time_of_steps(const kr_top *top)
 {
     return is_adaptive(top) ? top->scene.start.t + top->main.clock * top->time_unit
                             : grid_time(top, top->steps);
@@ -168,7 +169,7 @@ double kr_top_time(const kr_top *top)
 /* Returns the time that the motion has reached, rounded towards the initial time. */
 static double time_reached(const kr_top *top)
 {
-    const double at = kr_top_time(top);
+    const double at = time_of_steps(top);
     if (!is_adaptive(top) || !(top->forward * (time_since_start(top, at) - top->main.clock) > 0.0))
         return at;
     return nextafter(at, top->scene.start.t);
@@ -418,7 +419,7 @@ kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene, const kr_state *l
 kr_status kr_top_advance(kr_top *top, double t)
 {
     kr_state state;
-    return kr_top_record(top, 1, &t, &state, NULL);
+    return kr_top_record(top, 1, &t, &state, NULL, NULL);
 }
 /* Records the state at time t. Leaves `out` unchanged on failure. */
 static kr_status record_one(kr_top *top, double t, kr_state *out)
@@ -454,8 +455,8 @@ static size_t record_together(kr_top *top, size_t n, const double t[], kr_state 
     }
     return done;
 }
-kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state out[], kr_state low[],
-                            size_t *done)
+kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[], kr_state low[],
+                        size_t *done)
 {
     kr_status status = top && (!n || (t && out)) ? KR_OK : KR_ERR_ARGUMENT;
     size_t i = 0;
@@ -476,10 +477,6 @@ kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state ou
     if (done) *done = i;
     return status;
 }
-kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[], size_t *done)
-{
-    return kr_top_record_low(top, n, t, out, NULL, done);
-}
 /* Advances a top by one step of an adaptive method. If the last requested time lies within the last
  * step, the top advances only to the end of that step. */
 static kr_status step_adaptive(kr_top *top)
@@ -488,7 +485,7 @@ static kr_status step_adaptive(kr_top *top)
     kr_status status = KR_OK;
     if (!(top->forward * (time_reached(top) - requested) > 0.0))
         status = top->method->at ? kr_steps_dense(top, end) : kr_steps_adaptive(top);
-    if (status == KR_OK && !(fabs(kr_top_time(top)) < top->horizon)) return KR_ERR_STEP;
+    if (status == KR_OK && !(fabs(time_of_steps(top)) < top->horizon)) return KR_ERR_STEP;
     const kr_status up = kr_top_sync(top, end);
     if (status == KR_OK) status = up;
     return status == KR_OK && top->requested == requested ? KR_ERR_STEP : status;
@@ -502,15 +499,16 @@ kr_status kr_top_step(kr_top *top)
         grid_time(top, top->steps + 1)); /* before the horizon, grid points are distinct doubles */
 }
 kr_state kr_top_state(const kr_top *top) { return top->now; }
-kr_state kr_top_low(const kr_top *top) { return top->low; }
-const char *kr_top_kernel(const kr_top *top, int *order)
+kr_top_info kr_top_describe(const kr_top *top)
 {
-    *order = top->method->order;
-    return top->method->kernel ? top->method->kernel(&top->main, order) : "";
-}
-kr_stats kr_top_stats(const kr_top *top)
-{
-    kr_stats stats = top->main.stats;
-    stats.steps = top->steps;
-    return stats;
+    const kr_method *method = top->method;
+    kr_top_info info = {.low = top->low,
+                        .time = time_of_steps(top),
+                        .stats = top->main.stats,
+                        .kernel = "",
+                        .order = method->order};
+    info.stats.steps = top->steps;
+    if (top->tangents) info.truncation = method->tangents->truncation(&top->main, top->tangents);
+    if (method->kernel) info.kernel = method->kernel(&top->main, &info.order);
+    return info;
 }

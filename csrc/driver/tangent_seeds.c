@@ -200,8 +200,3 @@ kr_status kr_top_tangents(kr_top *top, double out[], double low[])
     if (low) memcpy(low, rest, 6 * n * sizeof *low);
     return KR_OK;
 }
-double kr_top_tangent_truncation(const kr_top *top)
-{
-    const size_t n = top ? kr_tangent_columns(top->config.tangents) : 0;
-    return n > 0 ? top->method->tangents->truncation(&top->main, top->tangents) : 0.0;
-}

@@ -89,7 +89,7 @@ static kr_status record_top(kr_worker *worker, kr_top *top, kr_slot *slot,
     while (status == KR_OK && slot->states < tops->times) {
         const size_t left = tops->times - slot->states, n = left < 64 ? left : 64;
         size_t good = 0;
-        status = kr_top_record(top, n, t + slot->states, piece, &good);
+        status = kr_top_record(top, n, t + slot->states, piece, NULL, &good);
         for (size_t k = 0; k < good; k++)
             kr_worker_store_state(worker, slot, accumulators, &piece[k]);
         if (status == KR_OK && slot->states < tops->times && kr_worker_poll_after_states(worker))
@@ -130,7 +130,7 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
     if (status == KR_OK) {
         status = worker->is_section ? record_events(worker, top, &slot, accumulators)
                                     : record_top(worker, top, &slot, accumulators);
-        stats = kr_top_stats(top);
+        stats = kr_top_describe(top).stats;
     }
     if (kr_worker_has_tangents(worker)) {
         slot.states = 0; /* a top outside the lanes has no tangent */

@@ -290,8 +290,8 @@ static int is_ill_conditioned(const kr_body *b)
            KR_TENSOR_MIN_RATIO * v_largest(b->inertia);
 }
 
-kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_vec3 com,
-                                      double rounded, kr_body *out)
+kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com, double rounded,
+                              kr_body *out)
 {
     kr_body b = {.mass = mass, .com = com, .axes = {1.0, 0.0, 0.0, 0.0}, .rounded = rounded};
     double a[9], d[3][3], size = 0.0;
@@ -322,10 +322,6 @@ kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_v
                        ldexp(b.inertia.z, exponent));
     }
     return check_and_copy(&b, out);
-}
-kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com, kr_body *out)
-{
-    return kr_body_from_rounded_tensor(mass, inertia, com, 0.0, out);
 }
 void kr_body_set_rotor(kr_body *body, kr_vec3 rotor)
 {
@@ -372,7 +368,7 @@ kr_status kr_body_shape(kr_shape shape, kr_vec3 s, double mass, kr_vec3 pivot, k
         (shape == KR_SHAPE_TUBE && s.x > s.y))
         return KR_ERR_ARGUMENT;
     kr_inertia_add_point(j, mass, com);
-    return kr_body_from_tensor(mass, j, com, out);
+    return kr_body_from_tensor(mass, j, com, 0.0, out);
 }
 kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *out)
 {

@@ -79,7 +79,7 @@ static kr_status leave_out_moment(kr_body *body, double inertia, kr_vec3 axis)
                       column = q_turn_back(body->axes, v_axis(i % 3));
         j[i] = v_dot(row, v_times(moments, column)) - inertia * a[i / 3] * a[i % 3];
     }
-    return kr_body_from_rounded_tensor(body->mass, j, com, body->rounded, body);
+    return kr_body_from_tensor(body->mass, j, com, body->rounded, body);
 }
 kr_status kr_scene_release_wheel(kr_scene *scene, double inertia, kr_vec3 axis, double rate)
 {

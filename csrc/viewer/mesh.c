@@ -17,7 +17,7 @@ static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
                                  i.y - mass * (square - c.y * c.y), yz, zx, yz,
                                  i.z - mass * (square - c.z * c.z)};
     kr_body b;
-    if (kr_body_from_tensor(mass, about_com, v3(0.0, 0.0, 0.0), &b) != KR_OK) return 0.0;
+    if (kr_body_from_tensor(mass, about_com, v3(0.0, 0.0, 0.0), 0.0, &b) != KR_OK) return 0.0;
     const kr_vec3 j = b.inertia, twice = v3(j.y + j.z - j.x, j.z + j.x - j.y, j.x + j.y - j.z);
     const kr_vec3 squares = v_scale(1.5 / mass, twice);
     /* the edge of length 0 of a plate is replaced by a short edge */

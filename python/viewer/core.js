@@ -104,10 +104,10 @@ export function makeBody(body, rotor = [0, 0, 0], wheel = [0, 0, 0]) {
     const [edges, centre] = [writeDoubles(FIRST, half), writeDoubles(SECOND, pivot)];
     const all = C.kr_shape_mass(CUBOID, edges, density);
     checkStatus(C.kr_body_shape(CUBOID, edges, all, centre, SCENE));
-  } else
-    checkStatus(
-      C.kr_body_from_tensor(mass, writeDoubles(FIRST, inertia), writeDoubles(THIRD, com), SCENE),
-    );
+  } else {
+    const [tensor, centre] = [writeDoubles(FIRST, inertia), writeDoubles(THIRD, com)];
+    checkStatus(C.kr_body_from_tensor(mass, tensor, centre, 0, SCENE));
+  }
   const [own, ...row] = Array.from(viewDoubles(SCENE, 11));
   const axes = row.slice(6, 10);
   const along = turnBack(axes, rotor);

@@ -26,7 +26,7 @@ static inline kr_scene golden_scene(int which)
     const kr_vec3 com = {0.25, -0.5, 0.75};
     s.start.q = (kr_quat){0.5, 0.5, -0.5, 0.5};
     if (which == 1) s.start.m.z = 200.0;
-    if (which == 2) kr_body_from_tensor(2.0, tensor, com, &s.body);
+    if (which == 2) kr_body_from_tensor(2.0, tensor, com, 0.0, &s.body);
     if (which == 3) s.gravity = -10.0;
     return s;
 }

@@ -11,7 +11,7 @@ static kr_scene scene_of_ratio(double ratio)
 {
     const double tensor[9] = {ratio, 0.0, 0.0, 0.0, ratio, 0.0, 0.0, 0.0, 1.0};
     kr_scene s = kr_scene_default();
-    if (kr_body_from_tensor(1.0, tensor, (kr_vec3){1.0, 0.0, 0.0}, &s.body) != KR_OK) exit(1);
+    if (kr_body_from_tensor(1.0, tensor, (kr_vec3){1.0, 0.0, 0.0}, 0.0, &s.body) != KR_OK) exit(1);
     s.gravity = 1.0;
     s.start.q = (kr_quat){0.5, 0.5, -0.5, 0.5};
     return s;

@@ -35,7 +35,7 @@ static uint64_t hash_of_kernel_states(const kr_scene *scene, kr_config config,
     for (int i = 0; i < 40; i++) {
         must(kr_top_advance(top, 0.5 * (i + 1)) == KR_OK, "a top has not come to its time");
         states[2 * i] = kr_top_state(top);
-        states[2 * i + 1] = kr_top_low(top);
+        states[2 * i + 1] = kr_top_describe(top).low;
     }
     kr_top_free(top);
     return hash_of(states, sizeof states);

@@ -91,7 +91,7 @@ static void test_tensors(void)
         for (int i = 0; i < 9; i++)
             j[i] = i / 3 <= i % 3 ? inertia_as_described(&made, i / 3, i % 3) : 0.0;
         j[3] = j[1], j[6] = j[2], j[7] = j[5];
-        IS(kr_body_from_tensor(2.0, j, com, &found) == KR_OK);
+        IS(kr_body_from_tensor(2.0, j, com, 0.0, &found) == KR_OK);
         for (int i = 0; i < 9; i++)
             NEAR(inertia_as_described(&found, i / 3, i % 3) / scale, j[i] / scale, 3e-15);
         NEAR(off(q_turn(found.axes, found.com), com), 0.0, 2e-15);
@@ -140,11 +140,11 @@ static void test_bodies(void)
     NEAR(inertia_as_described(&b, 0, 1), b.mass * 0.1 * 0.2, 1e-14);
     NEAR(inertia_as_described(&b, 1, 2), -b.mass * 0.2 * 1.0, 1e-14);
     kr_inertia_add_point(tensor, 15.0, v3(0, 1, 0)); /* it was about the centre of mass */
-    IS(kr_body_from_tensor(15.0, tensor, v3(0, 1, 0), &b) == KR_OK);
+    IS(kr_body_from_tensor(15.0, tensor, v3(0, 1, 0), 0.0, &b) == KR_OK);
     IS(b.inertia.x == 15.234375 && b.inertia.y == 0.46875 && b.axes.w == 1.0 &&
        kr_body_kind(&b, 1e-12) == KR_KIND_LAGRANGE);
     NEAR(off(kr_body_working(&b).com, v3(0, 0, 1)), 0.0, 0.0);
-    IS(kr_body_from_tensor(1.0, diagonal, v3(0.3, 0, 0), &b) == KR_OK &&
+    IS(kr_body_from_tensor(1.0, diagonal, v3(0.3, 0, 0), 0.0, &b) == KR_OK &&
        kr_body_kind(&b, 1e-12) == KR_KIND_GENERAL);
     IS(kr_body_symmetric(1.0, 1.0, 1.0, 0.0, &b) == KR_OK &&
        kr_body_kind(&b, 1e-12) == KR_KIND_EULER);
@@ -198,9 +198,9 @@ static void test_rounded_moments(void)
                                   KR_ERR_ARGUMENT, KR_ERR_ARGUMENT, KR_ERR_ARGUMENT};
     kr_body b;
     for (int i = 0; i < 6; i++)
-        IS(kr_body_from_rounded_tensor(1.0, water, v3(0, 0, 0), slack[i], &b) == expected[i]);
-    IS(kr_body_from_tensor(1.0, water, v3(0, 0, 0), &b) == KR_ERR_BODY);
-    IS(kr_body_from_rounded_tensor(1.0, water, v3(0, 0, 0), 0.0021, &b) == KR_OK);
+        IS(kr_body_from_tensor(1.0, water, v3(0, 0, 0), slack[i], &b) == expected[i]);
+    IS(kr_body_from_tensor(1.0, water, v3(0, 0, 0), 0.0, &b) == KR_ERR_BODY);
+    IS(kr_body_from_tensor(1.0, water, v3(0, 0, 0), 0.0021, &b) == KR_OK);
     IS(b.inertia.x == 0.345 && b.inertia.y == 0.653 && b.inertia.z == 1.0 && b.rounded == 0.0021);
     const kr_scene scene = {.body = b, .start = {0.0, {1, 0, 0, 0}, {1, 2, 3}}};
     kr_scene strict = scene;

@@ -47,7 +47,7 @@ static void use_and_free_top(const kr_method *method, const kr_scene *s)
     const size_t size = kr_top_save_size(top);
     IS(size <= MOST && kr_top_save(top, size, saved) == KR_OK);
     (void)kr_top_seek(top, 0.3, &hit);
-    (void)kr_top_record(top, 2, t, out, &done);
+    (void)kr_top_record(top, 2, t, out, NULL, &done);
     (void)kr_top_reset(top, &bad.start);
     (void)kr_top_reset(top, &s->start);
     (void)kr_top_step(top);

@@ -324,14 +324,14 @@ static void check_recording(const kr_scene *s, kr_config config, kr_status expec
     kr_top *together = make(s, kr_method_find("exact"), config);
     config.context = &left[1];
     kr_top *alone = make(s, kr_method_find("exact"), config);
-    IS(kr_top_record(together, MANY, t, out, &done) == expected);
+    IS(kr_top_record(together, MANY, t, out, NULL, &done) == expected);
     IS((done == MANY) == (expected == KR_OK) && done > 100);
     for (size_t i = 0; i < done; i++) {
-        IS(kr_top_record(alone, 1, &t[i], &own, NULL) == KR_OK);
+        IS(kr_top_record(alone, 1, &t[i], &own, NULL, NULL) == KR_OK);
         IS(same(own, out[i]));
     }
     IS(same(kr_top_state(together), kr_top_state(alone)));
-    IS(kr_top_stats(together).steps == kr_top_stats(alone).steps);
+    IS(kr_top_describe(together).stats.steps == kr_top_describe(alone).stats.steps);
     if (done < MANY) {
         IS(kr_top_advance(alone, t[done]) == expected);
         IS(out[done].q.w == 0.0 && out[done].t == 0.0);

@@ -11,8 +11,8 @@ static deep run_to(const kr_scene *s, int digits, double t)
     const kr_config config = {.digits = digits, .step = t < s->start.t ? -1.0 : 1.0};
     deep end;
     kr_top *top = make(s, taylor(), config);
-    IS(kr_top_record_low(top, 1, &t, &end.high, &end.low, NULL) == KR_OK);
-    const kr_state high = kr_top_state(top), low = kr_top_low(top);
+    IS(kr_top_record(top, 1, &t, &end.high, &end.low, NULL) == KR_OK);
+    const kr_state high = kr_top_state(top), low = kr_top_describe(top).low;
     IS(same(high, end.high) && same(low, end.low));
     kr_top_free(top);
     return end;
@@ -57,7 +57,7 @@ static void test_given_tensors(void)
 {
     const double tensor[9] = {3.0, -0.25, 0.5, -0.25, 2.5, 0.125, 0.5, 0.125, 1.5};
     kr_scene s = heavy();
-    IS(kr_body_from_tensor(1.0, tensor, v3(0.25, -0.5, 0.75), &s.body) == KR_OK);
+    IS(kr_body_from_tensor(1.0, tensor, v3(0.25, -0.5, 0.75), 0.0, &s.body) == KR_OK);
     for (int is_changed = 0; is_changed < 2; is_changed++) {
         kr_scene rounded = s;
         memset(&rounded.body.given, 0, sizeof rounded.body.given);
@@ -73,7 +73,8 @@ static void test_single_steps(void)
     kr_top *top = make(&s, taylor(), config);
     for (int i = 0; i < 20; i++) {
         IS(kr_top_step(top) == KR_OK);
-        const deep here = {kr_top_state(top), kr_top_low(top)}, there = run_to(&s, 30, here.high.t);
+        const deep here = {kr_top_state(top), kr_top_describe(top).low},
+                   there = run_to(&s, 30, here.high.t);
         /* the end of a step, in the user's time, is rounded */
         NEAR(apart(here, there), 0.0, 1e-15);
         IS(here.low.q.w != 0.0);
@@ -108,8 +109,8 @@ static void test_shorter_steps(void)
     deep ends[2];
     for (int i = 0; i < 2; i++) {
         kr_top *top = make(&s, taylor(), configs[i]);
-        IS(kr_top_record_low(top, 1, &t, &ends[i].high, &ends[i].low, NULL) == KR_OK);
-        steps[i] = kr_top_stats(top).steps;
+        IS(kr_top_record(top, 1, &t, &ends[i].high, &ends[i].low, NULL) == KR_OK);
+        steps[i] = kr_top_describe(top).stats.steps;
         kr_top_free(top);
     }
     IS(steps[1] > steps[0]);
@@ -155,10 +156,9 @@ static void test_instruction_sets(void)
     const char *name = NULL;
     for (int i = 0; i < 4; i++) {
         kr_top *top = make(&s, taylor(), configs[i]);
-        int order = 0;
-        const char *its = kr_top_kernel(top, &order);
-        IS(order > 0 && (i == 0 || strcmp(its, name) == 0));
-        name = its;
+        const kr_top_info info = kr_top_describe(top);
+        IS(info.order > 0 && (i == 0 || strcmp(info.kernel, name) == 0));
+        name = info.kernel;
         kr_top_free(top);
     }
 }

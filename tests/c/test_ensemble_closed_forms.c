@@ -21,7 +21,7 @@ static void test_units(void)
     s.body.inertia = v3(1e-175, 1e-175, 0.5e-175), s.body.com = v3(0.0, 0.0, 0.0);
     s.start.m = v3(1e130, 2e130, 3e130);
     kr_top *alone = make(&s, kr_method_find("exact"), (kr_config){0});
-    IS(kr_top_record(alone, 3, t, truly, NULL) == KR_OK);
+    IS(kr_top_record(alone, 3, t, truly, NULL, NULL) == KR_OK);
     for (int i = 0; i < 2; i++) {
         kr_outcome outcome = {.status = KR_ERR_ARGUMENT};
         run(&s, t, &outcome, i ? NULL : out);

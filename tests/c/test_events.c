@@ -53,11 +53,11 @@ static void test_unchanged_path(void)
             const double t = 0.1 * i;
             while (kr_top_seek(top, t, &hit) == KR_OK && hit.index >= 0) found++;
             IS(hit.index == -1 && kr_top_advance(plain, t) == KR_OK);
-            const kr_state a[2] = {kr_top_state(top), kr_top_low(top)};
-            const kr_state b[2] = {kr_top_state(plain), kr_top_low(plain)};
+            const kr_state a[2] = {kr_top_state(top), kr_top_describe(top).low};
+            const kr_state b[2] = {kr_top_state(plain), kr_top_describe(plain).low};
             IS(memcmp(a, b, sizeof a) == 0);
         }
-        IS(found > 5 && kr_top_stats(top).steps == kr_top_stats(plain).steps);
+        IS(found > 5 && kr_top_describe(top).stats.steps == kr_top_describe(plain).stats.steps);
         kr_top_free(top);
         kr_top_free(plain);
     }
@@ -296,10 +296,10 @@ static void test_failures(void)
     kr_top *top = watched(&s, (kr_config){.max_steps = 3}, e, 2);
     for (; kr_top_seek(top, 100.0, &hit) == KR_OK; hit.index = 7) IS(hit.index == 0);
     IS(kr_top_seek(top, 100.0, &hit) == KR_ERR_LIMIT && hit.index == 7 &&
-       kr_top_stats(top).steps == 3);
+       kr_top_describe(top).stats.steps == 3);
     kr_top *other = make(&s, kr_method_find("taylor"), (kr_config){.max_steps = 3});
     IS(kr_top_advance(other, 100.0) == KR_ERR_LIMIT);
-    IS(same(kr_top_state(top), kr_top_state(other)) && kr_top_time(top) > 0.0);
+    IS(same(kr_top_state(top), kr_top_state(other)) && kr_top_describe(top).time > 0.0);
     kr_top_free(other);
     kr_top_free(top);
 }

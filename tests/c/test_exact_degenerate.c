@@ -60,7 +60,7 @@ static void test_tensor_in_any_order(void)
             double j[9];
             kr_body b = {0};
             for (int i = 0; i < 9; i++) j[i] = (i % 4 == 0) - 0.5 * e[i / 3] * e[i % 3];
-            IS(kr_body_from_tensor(1.0, j, v_scale(reach, a), &b) == KR_OK);
+            IS(kr_body_from_tensor(1.0, j, v_scale(reach, a), 0.0, &b) == KR_OK);
             const kr_working w = kr_body_working(&b);
             NEAR(w.inertia.x, 1.0, 1e-15);
             IS(w.inertia.x == w.inertia.y && w.com.x == 0.0 && w.com.y == 0.0);
@@ -81,9 +81,9 @@ static void test_axis_beside_the_centre(void)
         double j[9];
         kr_body b = {0};
         for (int k = 0; k < 9; k++) j[k] = (k % 4 == 0) + (i ? 1e-6 : -1e-6) * e[k / 3] * e[k % 3];
-        IS(kr_body_from_tensor(1.0, j, v_axpy(5e-9, beside, a), &b) == KR_OK);
+        IS(kr_body_from_tensor(1.0, j, v_axpy(5e-9, beside, a), 0.0, &b) == KR_OK);
         IS(kr_body_kind(&b, KR_KIND_RTOL) == KR_KIND_LAGRANGE);
-        IS(kr_body_from_tensor(1.0, j, v_axpy(2e-8, beside, a), &b) == KR_OK);
+        IS(kr_body_from_tensor(1.0, j, v_axpy(2e-8, beside, a), 0.0, &b) == KR_OK);
         IS(kr_body_kind(&b, KR_KIND_RTOL) != KR_KIND_LAGRANGE);
     }
 }

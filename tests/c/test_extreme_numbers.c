@@ -160,7 +160,7 @@ static void stop_in_ensemble(const kr_scene *s, const kr_method *method, double 
     kr_worker *worker = make_worker(method, (kr_config){0});
     for (int k = 0; k < TIMES; k++) t[k] = 2.5e-10 * (k + 1);
     kr_tops tops = {.n = 1, .scenes = s, .times = TIMES, .t = t, .outcomes = &outcome};
-    IS(kr_top_record(top, TIMES, t, out, &done) == KR_ERR_NOT_FINITE && done > 0);
+    IS(kr_top_record(top, TIMES, t, out, NULL, &done) == KR_ERR_NOT_FINITE && done > 0);
     for (int i = 0; i < 2; i++) {
         IS(kr_worker_run(worker, &tops) == KR_OK && outcome.status == KR_ERR_NOT_FINITE);
         IS(outcome.done == done && same(outcome.last, kr_top_state(top)));

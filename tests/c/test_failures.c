@@ -37,7 +37,7 @@ static int run_until_failure(const kr_method *method, kr_config config)
     for (int i = 0; i < TIMES; i++) t[i] = (i ? t[i - 1] : 0.0) + config.step * uniform(0.2, 40.0);
     memset(out, 0x55, sizeof out);
     memcpy(marked, out, sizeof out);
-    const kr_status why = kr_top_record(top, TIMES, t, out, &done);
+    const kr_status why = kr_top_record(top, TIMES, t, out, NULL, &done);
     if (why != KR_OK) {
         const kr_state last = kr_top_state(top);
         IS(is_state(&last) && is_on_path(&last, &s, method, config));
@@ -92,7 +92,8 @@ static void test_no_way_back(void)
         last = t;
         status = kr_top_advance(top, t += 1e-4);
     }
-    IS(status == KR_ERR_INTERRUPTED && kr_top_state(top).t == last && kr_top_time(top) < last);
+    IS(status == KR_ERR_INTERRUPTED && kr_top_state(top).t == last &&
+       kr_top_describe(top).time < last);
     kr_top_free(top);
 }
 /* After a failure the top stands at its last valid state and cannot go to an earlier time. */
@@ -119,14 +120,14 @@ static void test_stop_within_a_step(void)
     size_t done = 0;
     kr_top *top = make(&s, kr_method_find("exact"), (kr_config){0});
     for (int i = 0; i < MANY; i++) t[i] = 1e-6 * (i + 1);
-    IS(kr_top_record(top, MANY, t, out, &done) == KR_OK && done == MANY);
+    IS(kr_top_record(top, MANY, t, out, NULL, &done) == KR_OK && done == MANY);
     kr_top_free(top);
     top = make(&s, kr_method_find("exact"), (kr_config){.poll = stop});
-    IS(kr_top_record(top, MANY, t, out, &done) == KR_ERR_INTERRUPTED && done < EVERY);
+    IS(kr_top_record(top, MANY, t, out, NULL, &done) == KR_ERR_INTERRUPTED && done < EVERY);
     kr_top_free(top);
     int left = 1;
     top = make(&s, taylor(), (kr_config){.poll = stop_once, .context = &left});
-    IS(kr_top_record(top, MANY, t, out, &done) == KR_ERR_INTERRUPTED && done == EVERY - 1);
+    IS(kr_top_record(top, MANY, t, out, NULL, &done) == KR_ERR_INTERRUPTED && done == EVERY - 1);
     kr_top_free(top);
 }
 /* Units outside the range of doubles are refused. */
@@ -175,11 +176,11 @@ static void test_no_resolution_between_steps(const char *name, int limit)
         double t = 0.0;
         int64_t before = 0;
         for (int i = 0; i < LOOKS && status == KR_OK; i++) {
-            before = kr_top_stats(top).steps - calls;
+            before = kr_top_describe(top).stats.steps - calls;
             status = kr_top_advance(top, t += uniform(0.0, 20.0));
         }
         const kr_state last = kr_top_state(top);
-        const kr_stats stats = kr_top_stats(top);
+        const kr_stats stats = kr_top_describe(top).stats;
         if (status == KR_ERR_LIMIT && stats.steps < limit)
             IS(before - (stats.steps - calls) == (limit < 1024 ? limit : 1024));
         IS(status == KR_OK || status == KR_ERR_LIMIT || status == KR_ERR_STEP ||
@@ -236,7 +237,7 @@ static void test_counts(void)
     int64_t last = 0;
     for (int i = 1; i < 40; i++) {
         const kr_status status = kr_top_advance(top, i < 39 ? 0.1 * i : 400.0);
-        const int64_t now = kr_top_stats(top).evaluations;
+        const int64_t now = kr_top_describe(top).stats.evaluations;
         IS(now > last && status == (i < 39 ? KR_OK : KR_ERR_NOT_FINITE));
         last = now;
     }

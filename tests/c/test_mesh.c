@@ -34,7 +34,7 @@ static void test_box_of_a_cuboid(void)
         j[i] = column.x, j[3 + i] = column.y, j[6 + i] = column.z;
     }
     kr_body body;
-    IS(kr_body_from_tensor(plain.mass, j, q_turn(turn, v_scale(-1.0, pivot)), &body) == KR_OK);
+    IS(kr_body_from_tensor(plain.mass, j, q_turn(turn, v_scale(-1.0, pivot)), 0.0, &body) == KR_OK);
     const kr_box box = kr_mesh_box(&body);
     NEAR(box.density, 1.7, 1e-12);
     NEAR(off(box.centre, q_turn(turn, v_scale(-1.0, pivot))), 0.0, 1e-12);

@@ -9,7 +9,7 @@ static kr_scene random_top(void)
 {
     const double inertia[9] = {2.0, 0.1, -0.2, 0.1, 2.6, 0.3, -0.2, 0.3, 3.1};
     kr_scene s = kr_scene_default();
-    IS(kr_body_from_tensor(1.3, inertia, random_vec(1.0), &s.body) == KR_OK);
+    IS(kr_body_from_tensor(1.3, inertia, random_vec(1.0), 0.0, &s.body) == KR_OK);
     s.start.q = random_quat();
     s.start.m = random_vec(1.0);
     s.gravity = uniform(-3, 3);

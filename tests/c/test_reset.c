@@ -120,18 +120,19 @@ static void test_low_words(kr_body body, int digits, double tol)
     IS(kr_top_advance(whole, 7.0) == KR_OK);
     for (double t = 0.5; t < 7.0; t += 1.25) {
         IS(kr_top_advance(top, t) == KR_OK);
-        const kr_state low = kr_top_low(top);
+        const kr_state low = kr_top_describe(top).low;
         s.start = kr_top_state(top);
         IS(kr_top_set_scene(top, &s, &low) == KR_OK);
-        IS(same(kr_top_state(top), s.start) && same(kr_top_low(top), low));
-        IS(kr_top_advance(top, t) == KR_OK && same(kr_top_low(top), low));
+        IS(same(kr_top_state(top), s.start) && same(kr_top_describe(top).low, low));
+        IS(kr_top_advance(top, t) == KR_OK && same(kr_top_describe(top).low, low));
     }
     IS(kr_top_advance(top, 7.0) == KR_OK);
-    NEAR(distance_low(kr_top_state(top), kr_top_low(top), kr_top_state(whole), kr_top_low(whole)),
+    NEAR(distance_low(kr_top_state(top), kr_top_describe(top).low, kr_top_state(whole),
+                      kr_top_describe(whole).low),
          0.0, tol);
     IS(kr_top_set_scene(top, &s, NULL) == KR_OK && kr_top_advance(top, 7.0) == KR_OK);
-    IS(distance_low(kr_top_state(top), kr_top_low(top), kr_top_state(whole), kr_top_low(whole)) >
-       1e-19);
+    IS(distance_low(kr_top_state(top), kr_top_describe(top).low, kr_top_state(whole),
+                    kr_top_describe(whole).low) > 1e-19);
     kr_top_free(top);
     kr_top_free(whole);
 }
@@ -141,12 +142,13 @@ static void test_invalid_low_words(void)
     const kr_scene s = tilted();
     kr_top *top = make(&s, taylor(), config), *plain = make(&s, taylor(), (kr_config){0});
     kr_state low = {.m = {1e-20, 0.0, 0.0}};
-    IS(kr_top_set_scene(top, &s, &low) == KR_OK && kr_top_low(top).m.x == 1e-20);
-    IS(kr_top_set_scene(top, &s, NULL) == KR_OK && kr_top_low(top).m.x == 0.0);
-    IS(kr_top_set_scene(plain, &s, &low) == KR_OK && kr_top_low(plain).m.x == 0.0);
+    IS(kr_top_set_scene(top, &s, &low) == KR_OK && kr_top_describe(top).low.m.x == 1e-20);
+    IS(kr_top_set_scene(top, &s, NULL) == KR_OK && kr_top_describe(top).low.m.x == 0.0);
+    IS(kr_top_set_scene(plain, &s, &low) == KR_OK && kr_top_describe(plain).low.m.x == 0.0);
     kr_state bad[4] = {{.t = 1e-20}, {.q = {1e-15, 0, 0, 0}}, {.m = {0, NAN, 0}}, {.m = {0, 0, 1}}};
     for (int i = 0; i < 4; i++)
-        IS(kr_top_set_scene(top, &s, &bad[i]) == KR_ERR_ARGUMENT && kr_top_low(top).m.x == 0.0);
+        IS(kr_top_set_scene(top, &s, &bad[i]) == KR_ERR_ARGUMENT &&
+           kr_top_describe(top).low.m.x == 0.0);
     kr_top_free(top);
     kr_top_free(plain);
 }

@@ -254,7 +254,7 @@ static void test_step_budget(void)
         IS(kr_simulation_advance(&stage, 1000000, INT64_C(100)) == 0 && stage.is_late);
         /* After a call without work, no top counts as late. */
         IS(kr_simulation_advance(&stage, 0, 1) == 0 && !stage.is_late);
-        IS(kr_top_stats(stage.slots[0].top).steps <=
+        IS(kr_top_describe(stage.slots[0].top).stats.steps <=
            KR_SIMULATION_BUDGET + 100 * KR_SIMULATION_BUDGET_PER_STEP + 256);
         kr_simulation_clear(&stage);
         scene.start.m = v3(0.0, 0.0, 1e5);

@@ -7,7 +7,7 @@ static double cost(const char *method, const kr_scene *s, double tol, double t)
     const kr_config config = {.tol = tol};
     kr_top *top = make(s, kr_method_find(method), config);
     IS(kr_top_advance(top, t) == KR_OK);
-    const kr_stats stats = kr_top_stats(top);
+    const kr_stats stats = kr_top_describe(top).stats;
     kr_top_free(top);
     return (double)(stats.evaluations + stats.rejected);
 }

@@ -30,7 +30,7 @@ static void test_truth(const char *family, int digits, double begin, double most
         kr_top *top = make(&s, taylor(), config);
         IS(kr_top_advance(top, begin + row->end.t) == KR_OK);
         const double size = fmax(1.0, fmax(v_length(s.start.m), v_length(row->end.m))),
-                     miss = error_of_truth(row, kr_top_state(top), kr_top_low(top), size);
+                     miss = error_of_truth(row, kr_top_state(top), kr_top_describe(top).low, size);
         if (!(miss <= most)) printf("%s, %d digits:\n", row->name, digits);
         NEAR(miss, 0.0, most);
         kr_top_free(top);
@@ -53,7 +53,7 @@ static void test_stop_at_the_end_of_a_step(void)
         const kr_scene s = stopping_top(middle);
         kr_top *top = make(&s, taylor(), kr_config_default());
         IS(kr_top_step(top) == KR_OK);
-        *(kr_top_time(top) > 8.0 * middle - 1e-13 ? &low : &high) = middle;
+        *(kr_top_describe(top).time > 8.0 * middle - 1e-13 ? &low : &high) = middle;
         kr_top_free(top);
     }
     for (int i = -300; i <= 300; i++) {

@@ -57,9 +57,9 @@ static void test_unchanged_path(const kr_scene *s, int digits, double t)
                *top = top_with(s, by, digits, t < 0.0 ? -0.1 : 0.0);
         IS(kr_top_advance(plain, t) == KR_OK && kr_top_advance(top, t) == KR_OK);
         const kr_state a = kr_top_state(plain), b = kr_top_state(top);
-        const kr_state low = kr_top_low(plain), its = kr_top_low(top);
+        const kr_state low = kr_top_describe(plain).low, its = kr_top_describe(top).low;
         IS(memcmp(&a, &b, sizeof a) == 0 && memcmp(&low, &its, sizeof low) == 0);
-        IS(kr_top_stats(plain).steps == kr_top_stats(top).steps);
+        IS(kr_top_describe(plain).stats.steps == kr_top_describe(top).stats.steps);
         kr_top_free(plain);
         kr_top_free(top);
     }
@@ -150,7 +150,7 @@ static void test_start_and_refusals(const kr_scene *s)
         IS(kr_top_advance(top, 3.0) == KR_OK && kr_top_reset(top, &s->start) == KR_OK);
     }
     IS(kr_top_tangents(none, phi, low) == KR_ERR_ARGUMENT &&
-       kr_top_tangent_truncation(none) == 0.0);
+       kr_top_describe(none).truncation == 0.0);
     IS(kr_top_tangents(top, NULL, low) == KR_ERR_ARGUMENT);
     kr_top_free(top);
     kr_top_free(none);
@@ -169,7 +169,7 @@ static void test_overflow(void)
     const kr_scene s = upright(0.0);
     kr_top *top = top_with(&s, KR_TANGENT_START, 16, 0.0);
     IS(kr_top_advance(top, 2000.0) == KR_ERR_TANGENT);
-    IS(kr_top_time(top) > 300.0 && kr_top_time(top) < 2000.0);
+    IS(kr_top_describe(top).time > 300.0 && kr_top_describe(top).time < 2000.0);
     double phi[36] = {7.0};
     for (int i = 0; i < 150; i++) IS(kr_top_step(top) == KR_ERR_TANGENT);
     IS(kr_top_tangents(top, phi, NULL) == KR_ERR_TANGENT && phi[0] == 7.0);

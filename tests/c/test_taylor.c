@@ -166,11 +166,10 @@ static void test_own_kernel(void)
     for (int i = 0; i < 2; i++) {
         kr_event event = {.terms = &height, .count = 1, .extremum = 1};
         kr_event_hit hit = {0};
-        int order;
         kr_top *top = make(&s, taylor(), (kr_config){0});
         kr_taylor_set_kernel(&top->main, i ? &mine : &isa->plain[KR_ORDER_28], -53.0);
-        IS(strcmp(kr_top_kernel(top, &order), i ? "other" : isa->name) == 0);
-        IS(order == mine.order && kr_top_watch(top, 1, &event) == KR_OK);
+        IS(strcmp(kr_top_describe(top).kernel, i ? "other" : isa->name) == 0);
+        IS(kr_top_describe(top).order == mine.order && kr_top_watch(top, 1, &event) == KR_OK);
         IS(kr_top_seek(top, 20.0, &hit) == KR_OK && hit.index == 0);
         found[i] = kr_top_state(top).t;
         kr_top_free(top);
@@ -203,7 +202,7 @@ static void test_search_to_the_end_of_a_step(void)
     IS(kr_top_step(twin) == KR_OK && kr_top_watch(top, 1, &event) == KR_OK);
     IS(kr_top_seek(top, kr_top_state(twin).t, &hit) == KR_OK && hit.index < 0);
     IS(same(kr_top_state(top), kr_top_state(twin)));
-    IS(kr_top_stats(top).steps == 1 && kr_top_stats(twin).steps == 1);
+    IS(kr_top_describe(top).stats.steps == 1 && kr_top_describe(twin).stats.steps == 1);
     kr_top_free(top);
     kr_top_free(twin);
 }

@@ -32,7 +32,7 @@ static void use_top(const kr_method *method, kr_state out[TIMES + 3])
     kr_top *top = top_of(method, config), *other = top_of(method, config);
     kr_event_hit hit;
     if (!top || !other) return;
-    kr_top_record(top, TIMES, t, out, NULL);
+    kr_top_record(top, TIMES, t, out, NULL, NULL);
     if (kr_top_watch(top, 1, &event) == KR_OK) kr_top_seek(top, 9.0, &hit);
     out[TIMES] = kr_top_state(top);
     const size_t size = kr_top_save_size(top);

@@ -21,15 +21,15 @@ static void test_limits(void)
     kr_config config = {.step = 0.01, .max_steps = 300};
     for (int i = 0; i < MANY; i++) t[i] = i * 0.01;
     kr_top *top = make(&s, rk4, config);
-    IS(kr_top_record(top, MANY, t, out, &done) == KR_ERR_LIMIT && done == 301 &&
-       kr_top_stats(top).steps == 300);
+    IS(kr_top_record(top, MANY, t, out, NULL, &done) == KR_ERR_LIMIT && done == 301 &&
+       kr_top_describe(top).stats.steps == 300);
     IS(same(kr_top_state(top), out[300]) && kr_top_advance(top, 7.0) == KR_ERR_LIMIT &&
        same(kr_top_state(top), out[300]));
     kr_top_free(top);
     config.max_steps = 0, config.poll = stop_at, config.context = &left;
     IS(kr_top_create(&s, map, config, &top) == KR_OK);
     IS(kr_top_advance(top, 7.0) == KR_ERR_INTERRUPTED && kr_top_state(top).t == 512 * 0.01 &&
-       kr_top_stats(top).steps == 512);
+       kr_top_describe(top).stats.steps == 512);
     left = 9;
     IS(kr_top_advance(top, 7.0) == KR_OK); /* and continues from there */
     const kr_config plain = {.step = 0.01};
@@ -47,7 +47,7 @@ static void test_overflow(void)
     s.start.m = v3(20.0, 30.0, 5.0);
     for (int i = 0; i < MANY; i++) t[i] = i * 3.0;
     kr_top *top = fixed(&s, "rk4", 3.0), *again = fixed(&s, "rk4", 3.0);
-    const kr_status why = kr_top_record(top, MANY, t, out, &done);
+    const kr_status why = kr_top_record(top, MANY, t, out, NULL, &done);
     IS(why == KR_ERR_NOT_FINITE && done > 1 && done < MANY);
     last = kr_top_state(top);
     IS(same(last, out[done - 1]) && isfinite(v_length(last.m)));
@@ -63,7 +63,7 @@ static void test_steps_and_reversal(void)
     kr_top *top = fixed(&s, "bobenko_suris2", 0.1);
     IS(kr_top_advance(top, 0.25) == KR_OK && kr_top_step(top) == KR_OK);
     NEAR(kr_top_state(top).t, 0.3, 1e-15);
-    IS(kr_top_step(top) == KR_OK && kr_top_stats(top).steps == 4);
+    IS(kr_top_step(top) == KR_OK && kr_top_describe(top).stats.steps == 4);
     IS(kr_top_advance(top, 0.1) == KR_ERR_TIME && kr_top_state(top).t == 0.4 &&
        kr_top_advance(top, NAN) == KR_ERR_ARGUMENT);
     kr_scene from = s;

@@ -48,7 +48,7 @@ static inline kr_body general_body(void)
 {
     const double tensor[9] = {3.0, -0.25, 0.5, -0.25, 2.5, 0.125, 0.5, 0.125, 1.5};
     kr_body body = {0};
-    IS(kr_body_from_tensor(2.0, tensor, v3(0.25, -0.5, 0.75), &body) == KR_OK);
+    IS(kr_body_from_tensor(2.0, tensor, v3(0.25, -0.5, 0.75), 0.0, &body) == KR_OK);
     return body;
 }
 

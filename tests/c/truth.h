@@ -23,7 +23,7 @@ static inline kr_scene scene_of_truth(const truth *row)
 {
     kr_scene s = row->scene;
     if (!is_tensor(row)) return s;
-    IS(kr_body_from_tensor(s.body.mass, row->tensor, row->scene.body.com, &s.body) == KR_OK);
+    IS(kr_body_from_tensor(s.body.mass, row->tensor, row->scene.body.com, 0.0, &s.body) == KR_OK);
     kr_body_set_rotor(&s.body, row->scene.body.rotor);
     return s;
 }

@@ -87,7 +87,7 @@ void call_load(place *p)
         p->start_low = saved.start_low;
         p->landed = saved.landed;
         p->was = kr_top_state(p->top);
-        p->was_stats = kr_top_stats(p->top);
+        p->was_stats = kr_top_describe(p->top).stats;
     } else
         CLAIM(same_bits(image, again, save_image(p->top, again)));
     end_call(p, status);
@@ -170,7 +170,7 @@ void call_forge(place *p)
     error_category(kr_top_advance(p->top, t[0]));
     error_category(kr_top_step(p->top));
     error_category(kr_top_seek(p->top, t[1], &hit));
-    error_category(kr_top_record(p->top, 2, t, out, NULL));
+    error_category(kr_top_record(p->top, 2, t, out, NULL, NULL));
     CLAIM(p->polls <= p->patience + 4);
     kr_top_free(p->top);
     p->top = NULL;

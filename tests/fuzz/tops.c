@@ -26,7 +26,7 @@ size_t save_image(const kr_top *top, unsigned char *bytes)
 static int poll(void *context)
 {
     place *p = context;
-    if (p->top && !p->forged) CLAIM(!isnan(kr_top_time(p->top)));
+    if (p->top && !p->forged) CLAIM(!isnan(kr_top_describe(p->top).time));
     return ++p->polls >= p->patience;
 }
 
@@ -35,13 +35,13 @@ void begin_call(place *p)
     p->polls = 0;
     p->patience = 1 + (int)choose(odds(90) ? 2 : 8);
     p->was = kr_top_state(p->top);
-    p->was_stats = kr_top_stats(p->top);
+    p->was_stats = kr_top_describe(p->top).stats;
     p->imaged = odds(25);
     if (p->imaged) save_image(p->top, p->was_image);
 }
 static void claim_stats(const place *p, kr_status status)
 {
-    const kr_stats stats = kr_top_stats(p->top), *was = &p->was_stats;
+    const kr_stats stats = kr_top_describe(p->top).stats, *was = &p->was_stats;
     CLAIM(stats.steps >= was->steps);
     CLAIM(stats.rejected >= was->rejected && stats.evaluations >= was->evaluations &&
           stats.iterations >= was->iterations);
@@ -69,13 +69,13 @@ static void claim_failure(place *p, kr_status status)
 }
 void end_call(place *p, kr_status status)
 {
-    const kr_state state = kr_top_state(p->top), low = kr_top_low(p->top);
-    int order;
+    const kr_top_info info = kr_top_describe(p->top);
+    const kr_state state = kr_top_state(p->top), low = info.low;
     print_detail("%s: t %a, q %a %a %a %a, m %a %a %a", kr_status_text(status), state.t, state.q.w,
                  state.q.x, state.q.y, state.q.z, state.m.x, state.m.y, state.m.z);
     CLAIM(is_good(state));
     CLAIM(low.t == 0.0 && isfinite(low.q.w + low.q.x + low.m.x + low.m.y + low.m.z));
-    CLAIM(kr_top_kernel(p->top, &order) != NULL && order >= 0);
+    CLAIM(info.kernel != NULL && info.order >= 0);
     CLAIM(p->polls <= p->patience);
     CLAIM((status == KR_ERR_INTERRUPTED) == (p->polls == p->patience));
     claim_stats(p, status);
@@ -126,7 +126,7 @@ static void claim_created(place *p, kr_status status, kr_top *top, kr_top *mark)
     const unsigned carries = kr_method_describe(p->method).flags & KR_METHOD_TANGENTS;
     if (p->config.tangents) CLAIM(carries && (p->config.tangents & ~(uint64_t)ALL_TANGENTS) == 0);
     CLAIM(same_bits(&state, &p->scene.start, sizeof state));
-    CLAIM(kr_top_stats(top).steps == 0);
+    CLAIM(kr_top_describe(top).stats.steps == 0);
 }
 static void create(place *p)
 {
@@ -228,7 +228,7 @@ void call_reset(place *p)
         p->landed = 1;
         const kr_state state = kr_top_state(p->top);
         CLAIM(same_bits(&state, &start, sizeof state));
-        CLAIM(kr_top_stats(p->top).steps == 0);
+        CLAIM(kr_top_describe(p->top).stats.steps == 0);
     } else {
         const kr_state state = kr_top_state(p->top);
         CLAIM(same_bits(&state, &p->was, sizeof state));
@@ -249,13 +249,13 @@ void call_set_scene(place *p)
     begin_call(p);
     tell_scene(&scene);
     print_call("top %d: set scene", (int)(p - places));
-    const kr_state low = kr_top_low(p->top), was = p->was;
+    const kr_state low = kr_top_describe(p->top).low, was = p->was;
     const int has_low = odds(30), is_null = !has_low && odds(2),
               is_own_low = same_bits(&scene.start, &was, sizeof was);
     const kr_status would = kr_top_create(&scene, p->method, config, &other),
                     status = has_low ? kr_top_set_scene(p->top, &scene, &low)
                                      : kr_top_set_scene(p->top, is_null ? NULL : &scene, NULL);
-    const kr_state state = kr_top_state(p->top), kept = kr_top_low(p->top);
+    const kr_state state = kr_top_state(p->top), kept = kr_top_describe(p->top).low;
     kr_top_free(other);
     if (status == KR_OK) {
         CLAIM(would == KR_OK);
@@ -264,7 +264,7 @@ void call_set_scene(place *p)
         p->start_low = kept;
         p->landed = 1;
         CLAIM(same_bits(&state, &scene.start, sizeof state));
-        CLAIM(kr_top_stats(p->top).steps == 0);
+        CLAIM(kr_top_describe(p->top).stats.steps == 0);
         if (!has_low) CLAIM(kept.q.w == 0.0 && kept.m.x == 0.0);
     } else {
         CLAIM(same_bits(&state, &was, sizeof state) && same_bits(&low, &kept, sizeof low));

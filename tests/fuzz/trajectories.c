@@ -15,7 +15,8 @@ void call_step(place *p)
     const kr_state state = kr_top_state(p->top);
     if (status == KR_OK) {
         const int fixed = !(kr_method_describe(p->method).flags & KR_METHOD_ADAPTIVE);
-        const double grid = p->scene.start.t + (double)kr_top_stats(p->top).steps * p->config.step;
+        const double grid =
+            p->scene.start.t + (double)kr_top_describe(p->top).stats.steps * p->config.step;
         CLAIM(forward(p) * (state.t - p->was.t) > 0.0);
         if (fixed) CLAIM(state.t == grid);
         p->landed = fixed;
@@ -72,8 +73,7 @@ void call_record(place *p)
     begin_call(p);
     print_call("record%s %zu times", with_low ? " low" : "", n);
     for (size_t i = 0; i < n; i++) print_detail("time %a", t[i]);
-    const kr_status status = with_low ? kr_top_record_low(p->top, n, t, out, low, &done)
-                                      : kr_top_record(p->top, n, t, out, &done);
+    const kr_status status = kr_top_record(p->top, n, t, out, with_low ? low : NULL, &done);
     print_detail("%zu done", done);
     claim_recorded(p, status, n, done, t, out, with_low ? low : NULL);
     if (done > 0) p->landed = 1;
@@ -82,8 +82,8 @@ void call_record(place *p)
 
 void call_compare(place *p)
 {
-    const kr_state state = kr_top_state(p->top), low = kr_top_low(p->top);
-    if (!p->landed || kr_top_stats(p->top).steps > longest()) return;
+    const kr_state state = kr_top_state(p->top), low = kr_top_describe(p->top).low;
+    if (!p->landed || kr_top_describe(p->top).stats.steps > longest()) return;
     print_call("compare with a top that goes there at once");
     /* Tangents may shorten the steps of a damped top. */
     const int damped = v_largest(p->scene.damping) > 0.0;
@@ -92,7 +92,7 @@ void call_compare(place *p)
     const kr_status status = kr_top_advance(other, state.t);
     CLAIM(status == KR_OK || (tangents && status == KR_ERR_TANGENT));
     if (status != KR_OK) return;
-    const kr_state its = kr_top_state(other), its_low = kr_top_low(other);
+    const kr_state its = kr_top_state(other), its_low = kr_top_describe(other).low;
     print_detail("it: t %a, q %a %a %a %a, m %a %a %a", its.t, its.q.w, its.q.x, its.q.y, its.q.z,
                  its.m.x, its.m.y, its.m.z);
     CLAIM(same_bits(&state, &its, sizeof state));
@@ -129,8 +129,8 @@ void call_tangents(place *p)
         for (size_t i = 0; i < n; i++) CLAIM(isfinite(out[i]) && (!with_low || isfinite(low[i])));
         CLAIM(kr_top_tangents(p->top, again, NULL) == KR_OK);
         CLAIM(same_bits(out, again, n * sizeof *out));
-        CLAIM(kr_top_tangent_truncation(p->top) >= 0.0);
-        const int is_start = p->landed && kr_top_stats(p->top).steps == 0;
+        CLAIM(kr_top_describe(p->top).truncation >= 0.0);
+        const int is_start = p->landed && kr_top_describe(p->top).stats.steps == 0;
         /* Friction that holds a top at the start takes the derivative of its spin away. */
         if (is_start && p->config.tangents & KR_TANGENT_START && !(p->scene.friction > 0.0))
             claim_units(out, columns);

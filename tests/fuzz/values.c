@@ -44,11 +44,9 @@ void call_bodies(void)
             kr_body_shape((kr_shape)choose(6), v3(one, other, fabs(height)), mass, pivot, &body);
     else if (maker == 1)
         status = kr_body_symmetric(mass, one, other, height, &body);
-    else if (maker == 2)
-        status = kr_body_from_tensor(mass, j, com, &body);
     else
-        status = kr_body_from_rounded_tensor(mass, j, com, maybe_arbitrary(spread(1e-16, 2.0), 10),
-                                             &body);
+        status = kr_body_from_tensor(
+            mass, j, com, maker == 2 ? 0.0 : maybe_arbitrary(spread(1e-16, 2.0), 10), &body);
     const enum error_kind wrong = error_category(status);
     CLAIM(wrong == NONE || wrong == INPUT);
     CLAIM(status != KR_OK || kr_body_check(&body) == KR_OK);
