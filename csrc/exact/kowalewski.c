@@ -974,7 +974,7 @@ static void fill_series(const kowalewski_arc arc[2], kr_kowalewski_torus *plan)
         kr_harmonic *to = &plan->harmonic[k - 1];
         for (int j = 0; j < 2; j++) {
             const int has = k < arc[j].points;
-            for (int i = 0; i < 2; i++) to->angle[2 * j + i] = has ? arc[j].sine[i][k] : 0.0;
+            for (int i = 0; i < 2; i++) to->angle[j + 2 * i] = has ? arc[j].sine[i][k] : 0.0;
             to->heading[2 + j] = 0.0;
             to->heading[j] = has ? arc[j].sine[2][k] / (2.0 * two_pi) : 0.0;
         }

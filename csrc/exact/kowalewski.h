@@ -45,11 +45,10 @@ typedef struct kr_kowalewski_arc {
     int poles, low, high, folds;
     kr_fold fold[FOLDS]; /* from x to y */
 } kr_kowalewski_arc;
-/* The coefficients of sin(k y1) and of sin(k y2) in theta1 and theta2 [rad], and in half of the
- * heading [turns]. */
+/* The coefficients of sin(k y1) and sin(k y2): in theta1 and then in theta2 [rad], and in half of
+ * the heading [turns], to which two zeros are appended as padding. */
 typedef struct kr_harmonic {
-    double angle[4];   /* theta1, theta2 of arc 1; theta1, theta2 of arc 2 */
-    double heading[4]; /* of y1 and of y2, then two zeros as padding */
+    double angle[4], heading[4];
 } kr_harmonic;
 
 typedef struct kr_kowalewski_torus {
@@ -64,7 +63,7 @@ typedef struct kr_kowalewski_torus {
     double sign[6];       /* of Koetter's square roots: for e0, for e1 and e2, for each arc; of Z */
     double half_turns[2]; /* 1 if the quaternion changes sign when theta grows by 4 pi */
     int pair, fast;       /* 1 if e1 and e2 are complex; 1 if derivatives are always needed */
-    double p[2], q[2];    /* averages of dw/F and (w - w0) dw/F on the arcs */
+    double p[2], q[2];    /* averages of dw/F and (w - w0) dw/F on the arcs, w0 between them */
     int some_terms, terms;          /* numbers of terms: in steps of Newton's method, and of all */
     float guess[STARTS][STARTS][2]; /* y1 - theta1 and y2 - theta2 at equidistant theta1, theta2 */
     kr_kowalewski_arc arc[2];
@@ -81,14 +80,8 @@ static inline const signed char *kr_kowalewski_nodes(const kr_kowalewski_torus *
 
 /* The angles y1 and y2 of the two arcs of a Kowalewski top for given torus angles. Newton's method
  * starts at values interpolated in a table. All steps but the last use only the largest terms of
- * the sine series, and take the second derivatives into account.
- *
- * If the arcs nearly touch, the Jacobian is almost singular, and Newton's method may fail. Let p_j
- * and q_j be the averages of dw/F and (w - w0) dw/F on the arcs, for a w0 between the arcs. Then
- * p1 theta1 - p2 theta2 and q1 theta1 - q2 theta2 are sums of a function of y1 and a function of
- * y2. Along a line where the first sum is constant, the second one is monotonic, because it grows
- * at the rate w1 - w2 > 0. Two nested searches with bisection therefore find the solution. */
-/* Number of the four sine series that one SIMD vector sums if a single top is evaluated. */
+ * the sine series, and take the second derivatives into account. */
+/* Number of sine series that one SIMD vector sums if a single top is evaluated. */
 #if defined KR_PLAIN || !(defined __SSE2__ || defined KR_NEON)
 #  define LANES_OF_SERIES 1
 #elif defined KR_AVX2
@@ -96,7 +89,7 @@ static inline const signed char *kr_kowalewski_nodes(const kr_kowalewski_torus *
 #else
 #  define LANES_OF_SERIES 2
 #endif
-enum { NEWTON_STEPS = 14, LAST_STEPS = 3 };
+enum { NEWTON_STEPS = 14, LAST_STEPS = 3, SEARCH_STEPS = 1000 };
 /* The cube of a small step is negligible. */
 #define SMALL_STEP 3e-6
 
@@ -106,38 +99,24 @@ typedef struct arc_angle {
     wide s, c;
 } arc_angle;
 
-/* A vector that holds one of the four sine series of the torus angles in each of several lanes. If
- * there is a single top, its lanes are different series. */
+/* Terms of consecutive series of a kr_harmonic. If there are many times, each lane is a time, and a
+ * vector belongs to one series. If there is a single time, each lane is a series. */
 #if defined KR_EXACT_LANES || LANES_OF_SERIES == 1
 typedef wide series_group;
-enum { GROUPS = 4 };
+enum { GROUP = 1 };
 INLINE series_group load_series(const double *p) { return wide_splat(*p); }
-INLINE void store_series(wide *out, series_group a) { *out = a; }
-INLINE series_group choose_by_arc(int i, wide one, wide two) { return i < 2 ? one : two; }
-enum { HEADING_GROUPS = 2 };
-INLINE series_group choose_for_heading(int i, wide one, wide two) { return i ? two : one; }
+/* Returns the values of the arcs to which the series from index i on belong. */
+INLINE series_group choose_by_arc(int i, wide one, wide two) { return i % 2 ? two : one; }
 #else
 typedef double series_group __attribute__((vector_size(8 * LANES_OF_SERIES)));
-enum { GROUPS = 4 / LANES_OF_SERIES };
+enum { GROUP = LANES_OF_SERIES };
 INLINE series_group load_series(const double *p)
 {
     series_group r;
     memcpy(&r, p, sizeof r);
     return r;
 }
-INLINE void store_series(wide *out, series_group a) { memcpy(out, &a, sizeof a); }
 INLINE series_group choose_by_arc(int i, wide one, wide two)
-{
-#  if LANES_OF_SERIES == 4
-    const series_group r = {one, one, two, two};
-#  else
-    const series_group r = {i ? two : one, i ? two : one};
-#  endif
-    (void)i;
-    return r;
-}
-enum { HEADING_GROUPS = 1 };
-INLINE series_group choose_for_heading(int i, wide one, wide two)
 {
 #  if LANES_OF_SERIES == 4
     const series_group r = {one, two, one, two};
@@ -178,26 +157,17 @@ INLINE series_group sum_sines(const double *first, int n, const multiples *m)
     return ((m->s[1] * b[0] + m->s[3] * next[0]) + m->s[2] * (b[1] + next[1])) +
            ((m->s[3] * b[2] + m->s[1] * next[2]) + m->s[4] * b[3]);
 }
-/* Writes the sine series of the torus angles at y, with n terms, in the order of kr_harmonic. */
-INLINE void sum_angles(const kr_kowalewski_torus *plan, const arc_angle y[2], wide value[4])
+/* Writes the sums of `count` series at y. `first` points to their coefficients of sin y1 and sin y2
+ * in the plan. */
+INLINE void sum_sine_series(const kr_kowalewski_torus *plan, const double *first, int count,
+                            const arc_angle y[2], wide value[4])
 {
-    for (int g = 0; g < GROUPS; g++) {
-        const int at = 4 / GROUPS * g;
-        const multiples m =
-            sines_of_multiples(choose_by_arc(g, y[0].s, y[1].s), choose_by_arc(g, y[0].c, y[1].c));
-        store_series(&value[at], sum_sines(&plan->harmonic[0].angle[at], plan->terms, &m));
+    for (int at = 0; at < count; at += GROUP) {
+        const multiples m = sines_of_multiples(choose_by_arc(at, y[0].s, y[1].s),
+                                               choose_by_arc(at, y[0].c, y[1].c));
+        const series_group sum = sum_sines(first + at, plan->terms, &m);
+        memcpy(&value[at], &sum, sizeof sum);
     }
-}
-/* Returns the sum of the two series of the heading, in turns. */
-INLINE wide sum_heading(const kr_kowalewski_torus *plan, const arc_angle y[2])
-{
-    wide value[4];
-    for (int g = 0; g < HEADING_GROUPS; g++) {
-        const multiples m = sines_of_multiples(choose_for_heading(g, y[0].s, y[1].s),
-                                               choose_for_heading(g, y[0].c, y[1].c));
-        store_series(&value[g], sum_sines(&plan->harmonic[0].heading[g], plan->terms, &m));
-    }
-    return value[0] + value[1];
 }
 /* The sine series of the torus angles, as in kr_harmonic, and their first two derivatives. */
 typedef struct angle_series {
@@ -206,10 +176,9 @@ typedef struct angle_series {
 INLINE angle_series sum_angle_derivatives(const kr_harmonic *harmonic, int n, const arc_angle y[2])
 {
     angle_series r;
-    for (int g = 0; g < GROUPS; g++) {
-        const int at = 4 / GROUPS * g;
-        const series_group s = choose_by_arc(g, y[0].s, y[1].s),
-                           c = choose_by_arc(g, y[0].c, y[1].c), twice = 2.0 * (c * c - s * s),
+    for (int at = 0; at < 4; at += GROUP) {
+        const series_group s = choose_by_arc(at, y[0].s, y[1].s),
+                           c = choose_by_arc(at, y[0].c, y[1].c), twice = 2.0 * (c * c - s * s),
                            zero = s - s;
         /* recurrences for odd and even terms of each series, and the values before */
         series_group b[3][2], next[3][2];
@@ -225,10 +194,13 @@ INLINE angle_series sum_angle_derivatives(const kr_harmonic *harmonic, int n, co
                     next[m][i] = old;
                 }
             }
-        store_series(&r.value[at], s * ((b[0][0] + next[0][0]) + 2.0 * c * b[0][1]));
-        store_series(&r.slope[at],
-                     c * (b[1][0] - next[1][0]) + (0.5 * twice * b[1][1] - next[1][1]));
-        store_series(&r.bend[at], -s * ((b[2][0] + next[2][0]) + 2.0 * c * b[2][1]));
+        const series_group value = s * ((b[0][0] + next[0][0]) + 2.0 * c * b[0][1]),
+                           slope =
+                               c * (b[1][0] - next[1][0]) + (0.5 * twice * b[1][1] - next[1][1]),
+                           bend = -s * ((b[2][0] + next[2][0]) + 2.0 * c * b[2][1]);
+        memcpy(&r.value[at], &value, sizeof value);
+        memcpy(&r.slope[at], &slope, sizeof slope);
+        memcpy(&r.bend[at], &bend, sizeof bend);
     }
     return r;
 }
@@ -244,93 +216,6 @@ INLINE arc_angle angle_plus_radians(dd theta, wide d)
     return y;
 }
 
-/* The contributions of arc j at y to the two sums of the nested searches, and their slopes. */
-typedef struct separate_sums {
-    double value[2], slope[2];
-} separate_sums;
-static separate_sums arc_sums_at(const kr_kowalewski_torus *plan, int j, double y)
-{
-    double s, c, value[2] = {0.0, 0.0}, slope[2] = {0.0, 0.0};
-    separate_sums r;
-    sin_cos(y, &s, &c);
-    for (int i = 0; i < 2; i++) {
-        double b1 = 0.0, b2 = 0.0, d1 = 0.0, d2 = 0.0, old;
-        for (int k = plan->terms; k > 0; k--) {
-            const double a = plan->harmonic[k - 1].angle[2 * j + i];
-            old = b1, b1 = 2.0 * c * b1 + (a - b2), b2 = old;
-            old = d1, d1 = 2.0 * c * d1 + (k * a - d2), d2 = old;
-        }
-        value[i] = s * b1 + (i == j ? y : 0.0);
-        slope[i] = (c * d1 - d2) + (i == j);
-    }
-    for (int i = 0; i < 2; i++) {
-        const double *average = i ? plan->q : plan->p;
-        r.value[i] = average[0] * value[0] - average[1] * value[1];
-        r.slope[i] = average[0] * slope[0] - average[1] * slope[1];
-    }
-    return r;
-}
-/* Returns the middle of an interval if x, a step of Newton's method, lies outside. */
-static double bisect_if_outside(double x, double low, double high)
-{
-    return x >= low && x <= high ? x : 0.5 * (low + high);
-}
-/* Writes y1 and y2 for the angles theta, in radians, by nested searches. */
-APART void search_angles(const kr_kowalewski_torus *plan, const double theta[2], double y[2])
-{
-    const double sum[2] = {plan->p[0] * theta[0] - plan->p[1] * theta[1],
-                           plan->q[0] * theta[0] - plan->q[1] * theta[1]};
-    double reach[2] = {0.5, 0.5}; /* bounds of |y - theta|, a little enlarged */
-    for (int k = 0; k < plan->terms; k++) {
-        const double *a = plan->harmonic[k].angle;
-        reach[0] += fabs(a[0]) + fabs(a[2]) + plan->p[1] / plan->p[0] * (fabs(a[1]) + fabs(a[3]));
-        reach[1] += fabs(a[1]) + fabs(a[3]);
-    }
-    double low = theta[1] - reach[1], high = theta[1] + reach[1], step = 1.0;
-    y[0] = theta[0], y[1] = theta[1];
-    for (int i = 0; i < 100 && step > 1e-16; i++) {
-        const separate_sums two = arc_sums_at(plan, 1, y[1]);
-        const double want = sum[0] - two.value[0], middle = want / plan->p[0];
-        double below = middle - reach[0], above = middle + reach[0];
-        separate_sums one = arc_sums_at(plan, 0, y[0]);
-        step = 1.0;
-        for (int k = 0; k < 100 && step > 1e-16; k++) {
-            *(one.value[0] > want ? &above : &below) = y[0];
-            const double next =
-                bisect_if_outside(y[0] - (one.value[0] - want) / one.slope[0], below, above);
-            step = fabs(next - y[0]);
-            y[0] = next;
-            one = arc_sums_at(plan, 0, y[0]);
-        }
-        const double miss = one.value[1] + two.value[1] - sum[1],
-                     slide = two.slope[0] / one.slope[0]; /* -dy1/dy2 */
-        *(miss > 0.0 ? &high : &low) = y[1];
-        const double next =
-            bisect_if_outside(y[1] - miss / (two.slope[1] - one.slope[1] * slide), low, high);
-        step = fabs(next - y[1]);
-        y[0] -= (next - y[1]) * slide;
-        y[1] = next;
-    }
-}
-/* Applies search_angles to the lanes that are not in `found`. */
-INLINE void search_angles_in_lanes(const kr_kowalewski_torus *plan, const dd theta[2], mask found,
-                                   wide d[2])
-{
-    const double turn = 6.283185307179586;
-    double angle[2][LANES], out[2][LANES];
-    for (int j = 0; j < 2; j++) {
-        wide_store(angle[j], turn * (theta[j].hi + theta[j].lo));
-        wide_store(out[j], d[j]);
-    }
-    for (int i = 0; i < LANES; i++) {
-        if (mask_bits(found) >> i & 1) continue;
-        const double at[2] = {angle[0][i], angle[1][i]};
-        double y[2];
-        search_angles(plan, at, y);
-        for (int j = 0; j < 2; j++) out[j][i] = y[j] - at[j];
-    }
-    for (int j = 0; j < 2; j++) d[j] = wide_load(out[j]);
-}
 /* Writes the weights of four equidistant values for cubic interpolation. The position x between
  * the two middle values is from 0 to 1. */
 static inline void cubic_weights(double x, double out[4])
@@ -384,8 +269,8 @@ typedef struct jacobian {
 INLINE jacobian invert_jacobian(const angle_series *series, wide step_1, wide step_2)
 {
     const wide a = 1.0 + (series->slope[0] + step_1 * series->bend[0]),
-               b = series->slope[2] + step_2 * series->bend[2],
-               c = series->slope[1] + step_1 * series->bend[1],
+               b = series->slope[1] + step_2 * series->bend[1],
+               c = series->slope[2] + step_1 * series->bend[2],
                e = 1.0 + (series->slope[3] + step_2 * series->bend[3]), n = 1.0 / (a * e - b * c);
     return (jacobian){{e * n, -b * n}, {-c * n, a * n}};
 }
@@ -398,13 +283,13 @@ INLINE wide newton_step(const kr_kowalewski_torus *plan, int terms, const arc_an
     const wide one = wide_splat(1.0), zero = wide_splat(0.0);
     const angle_series series = sum_angle_derivatives(plan->harmonic, terms, y);
     const jacobian inverse = invert_jacobian(&series, zero, zero);
-    const wide r = d[0] + (series.value[0] + series.value[2]),
-               s = d[1] + (series.value[1] + series.value[3]);
+    const wide r = d[0] + (series.value[0] + series.value[1]),
+               s = d[1] + (series.value[2] + series.value[3]);
     const wide u = inverse.one[0] * r + inverse.one[1] * s,
                v = inverse.two[0] * r + inverse.two[1] * s;
     const wide uu = 0.5 * u * u, vv = 0.5 * v * v,
-               bend_1 = uu * series.bend[0] + vv * series.bend[2],
-               bend_2 = uu * series.bend[1] + vv * series.bend[3];
+               bend_1 = uu * series.bend[0] + vv * series.bend[1],
+               bend_2 = uu * series.bend[2] + vv * series.bend[3];
     const wide size = wide_max(wide_abs(u), wide_abs(v));
     step[0] = u + (inverse.one[0] * bend_1 + inverse.one[1] * bend_2);
     step[1] = v + (inverse.two[0] * bend_1 + inverse.two[1] * bend_2);
@@ -437,6 +322,56 @@ INLINE void move_angles(const dd theta[2], const wide d[2], const wide step[2], 
         }
     }
 }
+/* Returns the middle of an interval if x, a step of Newton's method, lies outside. */
+INLINE wide bisect_if_outside(wide x, wide low, wide high)
+{
+    const mask is_inside = mask_and(wide_at_most(low, x), wide_at_most(x, high));
+    return wide_choose(is_inside, x, 0.5 * (low + high));
+}
+/* Writes y - theta [rad] in the lanes that are not in `found`, by two nested searches.
+ *
+ * If the arcs nearly touch, the Jacobian is almost singular, and Newton's method may fail. Let P
+ * and Q be the errors of p1 theta1 - p2 theta2 and of q1 theta1 - q2 theta2, with the averages p
+ * and q of kr_kowalewski_torus. Both are sums of a function of y1 and a function of y2. For any y2,
+ * P grows with y1. Along the line P = 0, Q grows with y2, at the rate w1 - w2 > 0. Each step moves
+ * y1 towards this line. If this step is negligible, y2 also moves. */
+APART void search_angles(const kr_kowalewski_torus *plan, const dd theta[2], mask found, wide d[2])
+{
+    const wide zero = wide_splat(0.0), least = wide_splat(1e-15);
+    double bound[2] = {0.5, 0.5}; /* of |y - theta|, a little enlarged */
+    for (int k = 0; k < 4 * plan->terms; k++)
+        bound[k % 4 / 2] += fabs(plan->harmonic[k / 4].angle[k % 4]);
+    bound[0] += 2.0 * plan->p[1] / plan->p[0] * bound[1];
+    const wide most[2] = {wide_splat(bound[0]), wide_splat(bound[1])};
+    wide at[2] = {zero, zero}, low[2] = {-most[0], -most[1]}, high[2] = {most[0], most[1]};
+    for (int i = 0; i < SEARCH_STEPS && !mask_all(found); i++) {
+        arc_angle y[2];
+        for (int j = 0; j < 2; j++) y[j] = angle_plus_radians(theta[j], at[j]);
+        const angle_series series = sum_angle_derivatives(plan->harmonic, plan->terms, y);
+        const wide *v = series.value, *u = series.slope, one = at[0] + (v[0] + v[1]),
+                   two = at[1] + (v[2] + v[3]);
+        const double *p = plan->p, *q = plan->q;
+        const wide P = p[0] * one - p[1] * two, Q = q[0] * one - q[1] * two,
+                   P1 = p[0] * (1.0 + u[0]) - p[1] * u[2], Q1 = q[0] * (1.0 + u[0]) - q[1] * u[2],
+                   P2 = p[0] * u[1] - p[1] * (1.0 + u[3]), Q2 = q[0] * u[1] - q[1] * (1.0 + u[3]),
+                   slope = P2 / P1;
+        const mask right = wide_less(zero, P), above = wide_less(zero, Q);
+        high[0] = wide_choose(right, at[0], high[0]);
+        low[0] = wide_choose(right, low[0], at[0]);
+        const wide y1 = bisect_if_outside(at[0] - P / P1, low[0], high[0]);
+        const mask is_on_line = wide_at_most(wide_abs(y1 - at[0]), least);
+        high[1] = wide_choose(mask_and(is_on_line, above), at[1], high[1]);
+        low[1] = wide_choose(mask_and(is_on_line, mask_not(above)), at[1], low[1]);
+        const wide y2 = bisect_if_outside(at[1] - Q / (Q2 - Q1 * slope), low[1], high[1]),
+                   step = wide_choose(is_on_line, y2 - at[1], zero);
+        at[0] = y1 - slope * step;
+        at[1] = at[1] + step;
+        low[0] = wide_choose(is_on_line, -most[0], low[0]);
+        high[0] = wide_choose(is_on_line, most[0], high[0]);
+        for (int j = 0; j < 2; j++) d[j] = wide_choose(found, d[j], at[j]);
+        found = mask_or(found, mask_and(is_on_line, wide_at_most(wide_abs(step), least)));
+    }
+}
 /* Writes y1 and y2 for the angles theta, in turns between -1 and 1. */
 INLINE void find_arc_angles(const kr_kowalewski_torus *plan, const dd theta[2], arc_angle y[2])
 {
@@ -462,8 +397,8 @@ INLINE void find_arc_angles(const kr_kowalewski_torus *plan, const dd theta[2], 
     }
     for (int i = 0; i < LAST_STEPS && !mask_all(mask_or(found, mask_not(near))); i++) {
         wide value[4];
-        sum_angles(plan, y, value);
-        const wide r = d[0] + (value[0] + value[2]), s = d[1] + (value[1] + value[3]);
+        sum_sine_series(plan, plan->harmonic[0].angle, 4, y, value);
+        const wide r = d[0] + (value[0] + value[1]), s = d[1] + (value[2] + value[3]);
         const mask moves = mask_not(LANES == 1 ? none : found);
         step[0] = wide_choose(moves, inverse.one[0] * r + inverse.one[1] * s, zero);
         step[1] = wide_choose(moves, inverse.two[0] * r + inverse.two[1] * s, zero);
@@ -474,7 +409,7 @@ INLINE void find_arc_angles(const kr_kowalewski_torus *plan, const dd theta[2], 
             mask_or(found, mask_and(near, wide_less(size * (inexact + 1e-8), wide_splat(3e-16))));
     }
     if (mask_all(found)) return;
-    search_angles_in_lanes(plan, theta, found, d);
+    search_angles(plan, theta, found, d);
     for (int j = 0; j < 2; j++) {
         const arc_angle other = angle_plus_radians(theta[j], d[j]);
         take_lanes(&y[j], &other, sizeof other, mask_not(found));
@@ -1049,7 +984,7 @@ INLINE state_lanes kowalewski_kernel_at(const kr_kowalewski_torus *plan, wide ti
 {
     dd theta[2], heading = phase[2];
     arc_angle y[2];
-    wide turns[2], wraps[2], s, c;
+    wide turns[2], wraps[2], series[4], s, c;
     for (int j = 0; j < 2; j++)
         theta[j] = dd_make(2.0 * (phase[j].hi - nearest(phase[j].hi)), 2.0 * phase[j].lo);
     find_arc_angles(plan, theta, y);
@@ -1066,7 +1001,8 @@ INLINE state_lanes kowalewski_kernel_at(const kr_kowalewski_torus *plan, wide ti
         heading = dd_add(heading,
                          dd_make(half * (wraps[j] - 0.5 * theta[j].hi), -0.5 * half * theta[j].lo));
     }
-    heading = dd_add(heading, dd_of(sum_heading(plan, y)));
+    sum_sine_series(plan, plan->harmonic[0].heading, 2, y, series);
+    heading = dd_add(heading, dd_of(series[0] + series[1]));
     sincos_turns(heading, &s, &c);
     s = sign * s;
     c = sign * c;
