@@ -109,16 +109,16 @@ static void make_arc(const chaplygin_curve *o, int low, chaplygin_arc *arc)
 }
 /* Sets up the arcs on which Chaplygin's variables u1 and u2 move. Returns 0 if the initial value of
  * u1 or u2 lies outside its arc. */
-static int make_arcs(const chaplygin_curve *o, dd u1, dd u2, chaplygin_arc arc[2])
+static int make_arcs(const chaplygin_curve *o, const dd u[2], chaplygin_arc arc[2])
 {
-    const int lower = o->real == 4 || u2.hi < 0.5 * (ordered_root(o, 1).hi + ordered_root(o, 2).hi);
+    const int lower =
+        o->real == 4 || u[1].hi < 0.5 * (ordered_root(o, 1).hi + ordered_root(o, 2).hi);
     make_arc(o, o->real - 2, &arc[0]);
     make_arc(o, lower ? 0 : 2, &arc[1]);
     for (int j = 0; j < 2; j++) {
-        const dd u = j ? u2 : u1;
-        const double slack = 1e-25 * (1.0 + fabs(u.hi));
-        if (!(dd_sub(u, o->root[arc[j].low]).hi >= -slack) ||
-            !(dd_sub(o->root[arc[j].high], u).hi >= -slack))
+        const double slack = 1e-25 * (1.0 + fabs(u[j].hi));
+        if (!(dd_sub(u[j], o->root[arc[j].low]).hi >= -slack) ||
+            !(dd_sub(o->root[arc[j].high], u[j]).hi >= -slack))
             return 0;
     }
     return 1;
@@ -521,51 +521,54 @@ typedef struct chaplygin_memory {
     series_work work;
 } chaplygin_memory;
 
-/* The initial state of a top, Chaplygin's variables u1 and u2, and a square root of |u| exp(i
- * chi) for each of them, in the notation of chaplygin_curve. */
-typedef struct chaplygin_top {
-    dd L[3], g[3], u[2];
+/* Chaplygin's variables u1 and u2 at the start, and a square root of |u| exp(i chi) for each of
+ * them, in the notation of chaplygin_curve. */
+typedef struct separation {
+    dd u[2];
     cdd root[2];
-} chaplygin_top;
+} separation;
 
-/* Sets H and G. Makes G nonnegative by a rotation through pi about the first axis if necessary.
- * Returns 1 if the axes were rotated, and 0 otherwise. */
-static int set_integrals(chaplygin_top *y, chaplygin_curve *o)
+/* Sets H and G. Makes G nonnegative by a rotation through pi about the first axis if necessary. */
+static void set_integrals(torus_start *start, torus_units *way, chaplygin_curve *o)
 {
-    const dd across = dd_add(dd_square(y->L[0]), dd_square(y->L[1]));
-    o->H = dd_add(dd_half(dd_add(across, dd_scale(4.0, dd_square(y->L[2])))), y->g[0]);
-    o->G = dd_sub(dd_mul(y->L[2], across), dd_mul(y->L[0], y->g[2]));
-    if (o->G.hi >= 0.0) return 0;
-    o->G = dd_neg(o->G);
-    for (int i = 1; i < 3; i++) {
-        y->L[i] = dd_neg(y->L[i]);
-        y->g[i] = dd_neg(y->g[i]);
+    dd *const L = start->momentum, *const g = start->up;
+    const dd across = dd_add(dd_square(L[0]), dd_square(L[1]));
+    o->H = dd_add(dd_half(dd_add(across, dd_scale(4.0, dd_square(L[2])))), g[0]);
+    o->G = dd_sub(dd_mul(L[2], across), dd_mul(L[0], g[2]));
+    if (o->G.hi < 0.0) {
+        const kr_quat over = q4(0.0, v3(1.0, 0.0, 0.0));
+        o->G = dd_neg(o->G);
+        for (int i = 1; i < 3; i++) {
+            L[i] = dd_neg(L[i]);
+            g[i] = dd_neg(g[i]);
+        }
+        way->turn = q_mul(way->turn, over);
+        way->axes = q_mul(way->axes, over);
+        way->attitude = q_mul(way->attitude, over);
     }
-    return 1;
+    start->has_small_G = o->G.hi < 1e-9;
 }
 /* Computes Chaplygin's separation variables u1 and u2, and for each of them a square root of |u|
  * exp(i chi). With A(u) = g1 u - L1 g3/2 and C(u) = -g2 u + L2 g3/2, A + i C = u exp(i chi). The
  * sign of the second square root follows from L1 - i L2 = -2i * product of the two square roots. */
-static void find_separation(chaplygin_top *y)
+static separation find_separation(const torus_start *start)
 {
-    const dd square = dd_times(0.25, dd_add(dd_square(y->L[0]), dd_square(y->L[1]))),
-             half = dd_half(y->L[2]), root = dd_sqrt(dd_add(dd_square(half), square));
-    if (half.hi >= 0.0) {
-        y->u[0] = dd_add(half, root);
-        y->u[1] = dd_neg(dd_div(square, y->u[0]));
-    } else {
-        y->u[1] = dd_sub(half, root);
-        y->u[0] = dd_neg(dd_div(square, y->u[1]));
-    }
+    const dd *const L = start->momentum, *const g = start->up;
+    const dd square = dd_times(0.25, dd_add(dd_square(L[0]), dd_square(L[1]))),
+             half = dd_half(L[2]), root = dd_sqrt(dd_add(dd_square(half), square));
+    separation y;
+    const int lower = half.hi < 0.0; /* which of u1 and u2 is larger */
+    y.u[lower] = lower ? dd_sub(half, root) : dd_add(half, root);
+    y.u[!lower] = dd_neg(dd_div(square, y.u[lower]));
     for (int j = 0; j < 2; j++) {
-        const dd A = dd_sub(dd_mul(y->g[0], y->u[j]), dd_half(dd_mul(y->L[0], y->g[2]))),
-                 C = dd_sub(dd_half(dd_mul(y->L[1], y->g[2])), dd_mul(y->g[1], y->u[j]));
-        y->root[j] = cdd_sqrt(j ? cdd_of(dd_neg(A), dd_neg(C)) : cdd_of(A, C));
+        const dd A = dd_sub(dd_mul(g[0], y.u[j]), dd_half(dd_mul(L[0], g[2]))),
+                 C = dd_sub(dd_half(dd_mul(L[1], g[2])), dd_mul(g[1], y.u[j]));
+        y.root[j] = cdd_sqrt(j ? cdd_of(dd_neg(A), dd_neg(C)) : cdd_of(A, C));
     }
-    const cdd product = cdd_mul(y->root[0], y->root[1]);
+    const cdd product = cdd_mul(y.root[0], y.root[1]);
     /* -2i times the product, times the conjugate of L1 - i L2 */
-    if (product.im.hi * y->L[0].hi + product.re.hi * y->L[1].hi < 0.0)
-        y->root[1] = cdd_neg(y->root[1]);
+    if (product.im.hi * L[0].hi + product.re.hi * L[1].hi < 0.0) y.root[1] = cdd_neg(y.root[1]);
+    return y;
 }
 /* Returns, in turns, half of the initial torus angle that corresponds to the separation variable u.
  * Writes the periodic part of the time, evaluated at the initial torus angle, to `time`. Sets the
@@ -635,26 +638,8 @@ static dd set_start(kr_chaplygin_plan *plan, dd ratio, const dd half[2], const d
     }
     return dd_add(angle[1], dd_mul(ratio, dd_sub(dd_of(0.25), angle[0])));
 }
-/* Returns 1 if the top swings like a pendulum about its second or third axis, up to rounding. */
-static int is_planar(const chaplygin_top *y)
-{
-    const kr_vec3 L = v3(y->L[0].hi, y->L[1].hi, y->L[2].hi);
-    const double size = 1.0 + v_largest(L), slack = 1e-13 * size;
-    return v_largest(v3(L.x, L.y, y->g[2].hi * size)) < slack ||
-           v_largest(v3(L.x, L.z, y->g[1].hi * size)) < slack;
-}
-/* Returns the reason for refusing a degenerate motion, or `refusal` if there is none. */
-static kr_refusal find_chaplygin_degeneracy(const chaplygin_top *y, const chaplygin_curve *o,
-                                            kr_refusal refusal)
-{
-    const kr_vec3 L = v3(y->L[0].hi, y->L[1].hi, y->L[2].hi);
-    const double slack = 1e-8;
-    if (v_largest(L) < slack && v_largest(v3(0.0, y->g[1].hi, y->g[2].hi)) < slack)
-        return KR_REFUSAL_REST;
-    if (is_planar(y)) return KR_REFUSAL_PLANAR;
-    return o->G.hi < 1e-9 ? KR_REFUSAL_ZERO : refusal;
-}
-static kr_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
+/* Computes the plan, except for the initial heading and the certificate. */
+static kr_refusal analyse_curve(const torus_start *start, chaplygin_memory *m)
 {
     chaplygin_curve *o = &m->curve;
     series_work *w = &m->work;
@@ -666,12 +651,14 @@ static kr_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
     /* Two branch points coincide at G = 0, where a motion with a slightly larger G is computed
      * instead. The two motions differ by less than rounding errors, unless the motion is planar and
      * unstable. */
-    if (o->G.hi < least && is_planar(y)) return KR_REFUSAL_PLANAR;
-    if (o->G.hi < least) o->G = dd_of(least);
+    if (o->G.hi < least) {
+        if (is_planar(start, start_rates(&chaplygin, start))) return KR_REFUSAL_PLANAR;
+        o->G = dd_of(least);
+    }
     const kr_refusal degenerate = find_branch_points(o);
     if (degenerate != KR_REFUSAL_NONE) return degenerate;
-    find_separation(y);
-    if (!make_arcs(o, y->u[0], y->u[1], w->arc)) return KR_REFUSAL_START;
+    const separation y = find_separation(start);
+    if (!make_arcs(o, y.u, w->arc)) return KR_REFUSAL_START;
     start_cosine_table(&w->table);
     for (int j = 0; j < 2; j++)
         if (!average_arc(o, &w->arc[j], &w->table, &w->samples)) return KR_REFUSAL_INTEGRALS;
@@ -685,58 +672,41 @@ static kr_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
     const dd ratio = set_angle_rates(plan, w->arc);
     set_newton_bounds(plan);
     for (int j = 0; j < 2; j++)
-        half[j] = start_angle(&w->arc[j], y->u[j], y->root[j], &plan->arc[j], &time[j]);
+        half[j] = start_angle(&w->arc[j], y.u[j], y.root[j], &plan->arc[j], &time[j]);
     plan->is_even = plan->arc[0].has_sine[0] == plan->arc[1].has_sine[1];
     plan->is_whole = plan->arc[1].has_sine[0] == plan->arc[1].has_cosine[0];
     const dd second = set_start(plan, ratio, half, time);
     return make_sections(plan, w, ratio, second) ? KR_REFUSAL_NONE : KR_REFUSAL_HEADING;
 }
-static void set_heading(kr_chaplygin_plan *plan, kr_quat q)
-{
-    plan->heading_start = plan->heading_more = 0.0;
-    const kr_quat turn = q_mul(q, q_conj(chaplygin_kernel(plan, 0.0, dd_of(0.0)).q));
-    const dd half = argument_in_turns(turn.z, turn.w);
-    plan->heading_start = half.hi;
-    plan->heading_more = half.lo;
-}
-static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *space,
-                            kr_exact_info *info)
+static kr_refusal make_plan(void *space, torus_start *start, torus_units *way, double *certificate)
 {
     chaplygin_memory *memory = space;
     kr_chaplygin_plan *plan = &memory->plan;
-    chaplygin_top top;
-    torus_start start;
-    torus_units way;
-    const kr_status status = read_torus_scene(scene, own, &chaplygin, &info->refusal, &start, &way);
-    if (status != KR_OK) return status;
-    memcpy(top.L, start.momentum, sizeof top.L);
-    memcpy(top.g, start.up, sizeof top.g);
-    if (set_integrals(&top, &memory->curve)) {
-        const kr_quat over = q4(0.0, v3(1.0, 0.0, 0.0));
-        way.turn = q_mul(way.turn, over);
-        way.axes = q_mul(way.axes, over);
-        way.attitude = q_mul(way.attitude, over);
-    }
-    begin_torus(&plan->torus);
-    kr_refusal refusal = make_plan(&top, memory);
-    if (refusal == KR_REFUSAL_NONE) {
-        set_heading(plan, way.attitude);
-        const kr_state now = chaplygin_kernel(plan, 0.0, dd_of(0.0));
-        const body_view view = read_body_view(&chaplygin, now);
-        const double span = choose_short_span(&view),
-                     miss = error_after_span(&chaplygin, view, span,
-                                             chaplygin_kernel(plan, span, dd_of(span)));
-        const kr_vec3 momentum = v3(top.L[0].hi, top.L[1].hi, top.L[2].hi);
-        info->certificate = fmax(fmax(memory->work.tail, KR_TORUS_ROUNDING),
-                                 fmax(miss, error_of_state(now, way.attitude, momentum)));
-        torus_to_user(&plan->torus, &way, scene->start.t, own);
-        torus_info(&plan->torus, plan->is_whole ? 2.0 : 1.0, info);
-        if (!(info->certificate <= bound)) refusal = KR_REFUSAL_CERTIFICATE;
-    }
-    info->refusal = KR_REFUSAL_NONE;
-    if (refusal == KR_REFUSAL_NONE) return KR_OK;
-    info->refusal = find_chaplygin_degeneracy(&top, &memory->curve, refusal);
-    return KR_ERR_METHOD;
+    set_integrals(start, way, &memory->curve);
+    const kr_refusal refusal = analyse_curve(start, memory);
+    if (refusal != KR_REFUSAL_NONE) return refusal;
+    plan->heading_start = plan->heading_more = 0.0;
+    const kr_quat attitude = chaplygin_kernel(plan, 0.0, dd_of(0.0)).q,
+                  turn = q_mul(way->attitude, q_conj(attitude));
+    const dd half = argument_in_turns(turn.z, turn.w), *m = start->momentum;
+    plan->heading_start = half.hi;
+    plan->heading_more = half.lo;
+    const kr_state now = chaplygin_kernel(plan, 0.0, dd_of(0.0));
+    const body_view view = read_body_view(&chaplygin, now);
+    const double span = choose_short_span(&view),
+                 miss = error_after_span(&chaplygin, view, span,
+                                         chaplygin_kernel(plan, span, dd_of(span))),
+                 error = error_of_state(now, way->attitude, v3(m[0].hi, m[1].hi, m[2].hi));
+    *certificate = fmax(fmax(memory->work.tail, KR_TORUS_ROUNDING), fmax(miss, error));
+    return KR_REFUSAL_NONE;
+}
+static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *memory,
+                            kr_exact_info *info)
+{
+    const kr_chaplygin_plan *plan = memory;
+    const kr_status status = plan_torus(scene, own, bound, &chaplygin, make_plan, memory, info);
+    if (status == KR_OK && plan->is_whole) info->frequency[1] *= 2.0;
+    return status;
 }
 static kr_state chaplygin_state(const void *memory, double t)
 {

@@ -720,12 +720,6 @@ static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
 #define FAST 9.0
 static const torus_kind kowalewski = {KR_KIND_KOWALEWSKI, 2.0, 1.0, -1.0};
 
-/* The state p, q, r, g1, g2, g3 and the constant l = <m, e3> of a top, in the notation of
- * kowalewski_curve. */
-typedef struct kowalewski_top {
-    dd state[6], l;
-} kowalewski_top;
-
 /* Intermediate results of the set-up. */
 typedef struct kowalewski_work {
     kowalewski_curve curve;
@@ -792,21 +786,6 @@ static double least_distance(const kowalewski_curve *o)
                                         : cx_abs(root_minus_root(o, i, j)) / (1.0 + o->k.hi));
         }
     return least;
-}
-/* Returns the reason for rejecting a degenerate motion, or `refusal` if no specific reason applies.
- * The tests for degenerate motions tolerate rounding errors in the initial state. */
-static kr_refusal find_kowalewski_degeneracy(const kowalewski_top *top, kr_refusal refusal)
-{
-    const double p = top->state[0].hi, q = top->state[1].hi, r = top->state[2].hi,
-                 g1 = top->state[3].hi, g2 = top->state[4].hi, g3 = top->state[5].hi,
-                 size = 1.0 + v_largest(v3(p, q, r)), slack = 1e-13 * size;
-    const kr_vec3 w = v3(p, q, r), slope = v3(q * r, -p * r - g3, g2);
-    if (v_largest(slope) < 1e-8 && v_largest(w) < 1e-8) return KR_REFUSAL_REST;
-    if (v_largest(slope) < slack * size && v_largest(v_cross(v3(g1, g2, g3), w)) < slack)
-        return KR_REFUSAL_ROTATION;
-    if (v_largest(v3(p, q, g3 * size)) < slack || v_largest(v3(p, r, g2 * size)) < slack)
-        return KR_REFUSAL_PLANAR;
-    return refusal;
 }
 static void fill_arc(const kowalewski_curve *o, const kowalewski_arc *from, kr_kowalewski_arc *to)
 {
@@ -928,11 +907,11 @@ static double find_signs(kr_kowalewski_torus *plan, const start_point point[2], 
 }
 /* Computes all quantities that determine the plan: roots, arcs, series, rates, signs and angles.
  * Returns KR_REFUSAL_NONE on success, or the reason for the failure. */
-static kr_refusal analyse_curve(const kowalewski_top *top, kowalewski_work *w,
+static kr_refusal analyse_curve(const dd start[6], dd l, kowalewski_work *w,
                                 kr_kowalewski_torus *plan)
 {
     kowalewski_curve *o = &w->curve;
-    set_constants(o, top->state, top->l);
+    set_constants(o, start, l);
     /* Relative to a larger h, k^2 and -c = k^2 - 1 coincide. */
     if (!(fabs(o->h.hi) < 1e12)) return KR_REFUSAL_COINCIDENT;
     find_roots(o);
@@ -942,14 +921,14 @@ static kr_refusal analyse_curve(const kowalewski_top *top, kowalewski_work *w,
     if (!(distance > 1e-24)) return KR_REFUSAL_COINCIDENT;
     /* The formulas for the initial state divide by the distances between branch points. */
     const int unresolved = distance < 1e-12;
-    if (!is_on_arcs(o, top->state)) return unresolved ? KR_REFUSAL_COINCIDENT : KR_REFUSAL_START;
+    if (!is_on_arcs(o, start)) return unresolved ? KR_REFUSAL_COINCIDENT : KR_REFUSAL_START;
     make_arcs(o, w->arc);
     if (!average_arcs(o, w->arc, &w->table, w->samples, &w->rates)) return KR_REFUSAL_INTEGRALS;
     fill_roots(o, plan);
     for (int j = 0; j < 2; j++) fill_arc(o, &w->arc[j], &plan->arc[j]);
     start_point point[2];
     dd state[6];
-    const double mismatch = find_start(o, w->arc, &w->rates, top->state, point, state, w->start);
+    const double mismatch = find_start(o, w->arc, &w->rates, start, point, state, w->start);
     const int is_known = mismatch < 1e-13;
     if (is_known && find_signs(plan, point, state) < 1e-6) return KR_REFUSAL_NONE;
     return unresolved                    ? KR_REFUSAL_COINCIDENT
@@ -1108,19 +1087,19 @@ static double largest_error_on_torus(const kr_kowalewski_torus *plan, int points
     }
     return miss;
 }
-/* Computes the plan in internal units. Returns KR_REFUSAL_NONE, or the reason for a failure. */
-static kr_refusal make_plan(kowalewski_memory *memory, const kowalewski_top *top, kr_quat attitude,
-                            double *certificate)
+static kr_refusal make_plan(void *space, torus_start *start, torus_units *way, double *certificate)
 {
+    kowalewski_memory *memory = space;
     kr_kowalewski_torus *plan = &memory->plan;
-    const kr_refusal refusal = analyse_curve(top, &memory->work, plan);
+    const dd *m = start->momentum, *up = start->up,
+             state[6] = {dd_half(m[0]), dd_half(m[1]), m[2], up[0], up[1], up[2]};
+    const kr_refusal refusal = analyse_curve(state, start->vertical, &memory->work, plan);
     if (refusal != KR_REFUSAL_NONE) return refusal;
     if (!(fill_plan(&memory->work, plan) > 0.25)) return KR_REFUSAL_SEPARATRIX;
-    set_heading_phase(plan, attitude);
-    const kr_state start = kowalewski_kernel(plan, 0.0, dd_of(0.0));
-    const kr_vec3 momentum = v3(2.0 * top->state[0].hi, 2.0 * top->state[1].hi, top->state[2].hi);
-    double error =
-        fmax(error_of_state(start, attitude, momentum), largest_error_on_torus(plan, FEW_POINTS));
+    set_heading_phase(plan, way->attitude);
+    const kr_state now = kowalewski_kernel(plan, 0.0, dd_of(0.0));
+    double error = fmax(error_of_state(now, way->attitude, v3(m[0].hi, m[1].hi, m[2].hi)),
+                        largest_error_on_torus(plan, FEW_POINTS));
     if (error > KR_TORUS_ROUNDING) error = fmax(error, largest_error_on_torus(plan, MANY_POINTS));
     /* The last argument of fmax is the effect of the frequency errors after 1000 radians. It
      * matters only near separatrices, where a rounding error of the start changes the motion far
@@ -1128,33 +1107,10 @@ static kr_refusal make_plan(kowalewski_memory *memory, const kowalewski_top *top
     *certificate = fmax(fmax(error, KR_TORUS_ROUNDING), 1e3 * memory->work.separatrix);
     return KR_REFUSAL_NONE;
 }
-static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *space,
+static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *memory,
                             kr_exact_info *info)
 {
-    kowalewski_memory *memory = space;
-    kr_kowalewski_torus *plan = &memory->plan;
-    kowalewski_top top;
-    torus_start start;
-    torus_units way;
-    const kr_status status =
-        read_torus_scene(scene, own, &kowalewski, &info->refusal, &start, &way);
-    if (status != KR_OK) return status;
-    for (int i = 0; i < 3; i++) {
-        top.state[i] = dd_scale(i < 2 ? 0.5 : 1.0, start.momentum[i]);
-        top.state[3 + i] = start.up[i];
-    }
-    top.l = start.vertical;
-    begin_torus(&plan->torus);
-    info->refusal = make_plan(memory, &top, way.attitude, &info->certificate);
-    if (info->refusal != KR_REFUSAL_NONE) {
-        info->refusal = find_kowalewski_degeneracy(&top, info->refusal);
-        return KR_ERR_METHOD;
-    }
-    torus_to_user(&plan->torus, &way, scene->start.t, own);
-    torus_info(&plan->torus, 1.0, info);
-    if (info->certificate <= bound) return KR_OK;
-    info->refusal = find_kowalewski_degeneracy(&top, KR_REFUSAL_CERTIFICATE);
-    return KR_ERR_METHOD;
+    return plan_torus(scene, own, bound, &kowalewski, make_plan, memory, info);
 }
 static kr_state kowalewski_state(const void *memory, double t)
 {

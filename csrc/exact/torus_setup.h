@@ -174,13 +174,13 @@ typedef struct torus_kind {
     kr_kind kind;
     double ratio, factor, side;
 } torus_kind;
-/* The axis whose moment differs from the other two, and the position of the centre of mass. */
-typedef struct com_plane {
-    int distinct;
-    double com[2];  /* components along the two other axes, divided by a power of two */
-    dd reach, c, s; /* |com| divided by this power; axis 1 in the plane of these axes */
-} com_plane;
-/* The conversion of a closed-form solution back to the axes and units of the scene. */
+/* The initial state of a scene, in the axes and units of the closed form. */
+typedef struct torus_start {
+    dd momentum[3], up[3]; /* the angular momentum, and e3 */
+    dd vertical;           /* <m, e3> */
+    int has_small_G;       /* 1 if the integral G of a Goryachev-Chaplygin top is nearly 0 */
+} torus_start;
+/* The conversion of a closed form back to the axes and units of the scene. */
 typedef struct torus_units {
     dd time;                       /* unit of time divided by `units.time`, a power of two */
     double momentum, own_momentum; /* unit of momentum: in the user's units, in units of `units` */
@@ -189,90 +189,93 @@ typedef struct torus_units {
     kr_quat turn;     /* closed form's axes -> internal axes */
     kr_quat axes;     /* closed form's axes -> frame of description */
 } torus_units;
-/* The initial state of a scene, in the axes and units of the closed-form solution. */
-typedef struct torus_start {
-    dd momentum[3], up[3]; /* the angular momentum, and e3 */
-    dd vertical;           /* <m, e3> */
-} torus_start;
+/* Computes the plan at the beginning of `memory` from a start, in units of the closed form. May
+ * turn its axes. Returns the reason for a failure, or KR_REFUSAL_NONE. */
+typedef kr_refusal make_torus_plan(void *memory, torus_start *start, torus_units *way,
+                                   double *certificate);
 
-static double component(kr_vec3 v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
-/* The index of the smallest moment, which differs from the other two for the tops on a torus. */
-static int smallest_moment_axis(kr_vec3 i)
-{
-    return i.x < i.y ? (i.x < i.z ? 0 : 2) : i.y < i.z ? 1 : 2;
-}
-
-static com_plane find_com_plane(const kr_body *b, kr_vec3 com, double side)
-{
-    com_plane r;
-    r.distinct = smallest_moment_axis(b->inertia);
-    for (int j = 0; j < 2; j++) r.com[j] = component(com, (r.distinct + 1 + j) % 3);
-    const dd square = dd_add(dd_square(dd_of(r.com[0])), dd_square(dd_of(r.com[1])));
-    r.reach = dd_sqrt(square);
-    r.c = dd_div(dd_of(side * r.com[0]), r.reach);
-    r.s = dd_div(dd_of(side * r.com[1]), r.reach);
-    return r;
-}
 static kr_quat turn_about_third(double c, double s)
 {
     const double half = sqrt(0.5 * (1.0 + fabs(c))), other = 0.5 * s / half;
     return c >= 0.0 ? q4(half, v3(0.0, 0.0, other))
                     : q4(fabs(other), v3(0.0, 0.0, s < 0.0 ? -half : half));
 }
-/* Transforms the vector v from the space frame to the axes of the closed-form solution. */
-static void seen_from_body(const dd q[4], const dd v[3], const com_plane *b, dd out[3])
+/* Transforms the vector v from the space frame to internal axes, by the attitude q, and from there
+ * by a turn about the third axis, with the cosine c and the sine s. */
+static void seen_from_body(const dd q[4], const dd v[3], dd c, dd s, dd out[3])
 {
     dd r[3];
     turn_back_dd(q, v, r);
-    out[0] = dd_add(dd_mul(b->c, r[0]), dd_mul(b->s, r[1]));
-    out[1] = dd_sub(dd_mul(b->c, r[1]), dd_mul(b->s, r[0]));
+    out[0] = dd_add(dd_mul(c, r[0]), dd_mul(s, r[1]));
+    out[1] = dd_sub(dd_mul(c, r[1]), dd_mul(s, r[0]));
     out[2] = r[2];
 }
-/* Converts a validated scene to the axes and units of the closed-form solution. */
-static kr_status read_torus_start(const kr_scene *scene, const torus_kind *kind, torus_start *start,
-                                  torus_units *way)
+/* Checks that a scene describes an undamped top of the given kind under gravity, and converts it to
+ * the axes and units of the closed form. If a check fails, writes the reason to `refusal`. */
+static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_kind *kind,
+                                  kr_refusal *refusal, torus_start *start, torus_units *way)
 {
-    const kr_pull pull = kr_scene_pull(scene, scene->body.com);
-    const kr_working working = kr_body_working(&scene->body);
-    const kr_status status = kr_scene_units(scene, &working, &way->units);
+    *refusal = KR_REFUSAL_KIND;
+    kr_status status = kr_scene_check(scene);
     if (status != KR_OK) return status;
-    const com_plane b =
-        find_com_plane(&scene->body, pull.com, scene->gravity < 0.0 ? -kind->side : kind->side);
+    const kr_body *body = &scene->body;
+    if (scene->gravity == 0.0 || kr_body_kind(body, KR_KIND_RTOL) != kind->kind ||
+        kr_scene_excludes_exact(scene, own))
+        return KR_ERR_METHOD;
+    *refusal = KR_REFUSAL_VERTICAL;
+    if (kind->kind == KR_KIND_GORYACHEV_CHAPLYGIN && scene->start.m.z != 0.0) return KR_ERR_METHOD;
+    *refusal = KR_REFUSAL_ROUNDED;
+    /* The conditions of the integrable case must hold without rounding errors. The smallest moment
+     * differs from the other two. */
+    const kr_pull pull = kr_scene_pull(scene, body->com);
+    const kr_vec3 i = body->inertia;
+    const int third = i.x < i.y   ? (i.x < i.z ? 0 : 2)
+                      : i.y < i.z ? 1
+                                  : 2,
+              first = (third + 1) % 3, second = (third + 2) % 3;
+    const double inertia[3] = {i.x, i.y, i.z}, com[3] = {pull.com.x, pull.com.y, pull.com.z},
+                 equal = kind->ratio * inertia[third],
+                 side = scene->gravity < 0.0 ? -kind->side : kind->side;
+    if (inertia[first] != equal || inertia[second] != equal || com[third] != 0.0)
+        return KR_ERR_METHOD;
+    *refusal = KR_REFUSAL_WEIGHTLESS;
+    const kr_working working = kr_body_working(body);
+    status = kr_scene_units(scene, &working, &way->units);
+    if (status != KR_OK) return status;
     const kr_units *u = &way->units;
     const int power = pull.power - exponent_of(u->moment) + 2 * exponent_of(u->time);
-    const dd lever = dd_times(pull.mass, dd_times(fabs(pull.gravity), b.reach)),
-             own = dd_make(times_power_of_2(lever.hi, power), times_power_of_2(lever.lo, power)),
-             moment =
-                 dd_of(kind->factor * (component(scene->body.inertia, b.distinct) / u->moment));
-    if (!(own.hi > LEAST_LEVER)) return KR_ERR_METHOD;
-    way->time = dd_sqrt(dd_div(moment, own));
+    const dd reach = dd_sqrt(dd_add(dd_square(dd_of(com[first])), dd_square(dd_of(com[second])))),
+             c = dd_div(dd_of(side * com[first]), reach),
+             s = dd_div(dd_of(side * com[second]), reach),
+             lever = dd_times(pull.mass, dd_times(fabs(pull.gravity), reach)),
+             weight = dd_make(times_power_of_2(lever.hi, power), times_power_of_2(lever.lo, power)),
+             moment = dd_of(kind->factor * (inertia[third] / u->moment));
+    if (!(weight.hi > LEAST_LEVER)) return KR_ERR_METHOD;
+    way->time = dd_sqrt(dd_div(moment, weight));
     const dd unit = dd_div(moment, way->time);
     way->own_momentum = unit.hi;
     way->momentum = unit.hi * (u->moment / u->time);
     const kr_quat q = scene->start.q;
     const kr_vec3 m = v_scale(u->time, v_scale(1.0 / u->moment, scene->start.m));
-    dd turn[4] = {dd_of(q.w), dd_of(q.x), dd_of(q.y), dd_of(q.z)}, seen[3];
-    multiply_from_right(turn, scene->body.axes);
+    dd turn[4] = {dd_of(q.w), dd_of(q.x), dd_of(q.y), dd_of(q.z)};
+    multiply_from_right(turn, body->axes);
     multiply_from_right(turn, working.axes);
     const dd momentum[3] = {dd_of(m.x), dd_of(m.y), dd_of(m.z)},
              up[3] = {dd_of(0.0), dd_of(0.0), dd_of(1.0)};
-    seen_from_body(turn, momentum, &b, seen);
-    for (int i = 0; i < 3; i++) start->momentum[i] = dd_div(seen[i], unit);
-    seen_from_body(turn, up, &b, start->up);
-    start->vertical = dd_div(dd_of(m.z), unit);
-    way->turn = turn_about_third(b.c.hi, b.s.hi);
-    way->axes = q_unit(q_mul(q_mul(scene->body.axes, working.axes), way->turn));
+    seen_from_body(turn, momentum, c, s, start->momentum);
+    for (int k = 0; k < 3; k++) start->momentum[k] = dd_div(start->momentum[k], unit);
+    seen_from_body(turn, up, c, s, start->up);
+    start->vertical = dd_div(momentum[2], unit);
+    start->has_small_G = 0;
+    way->turn = turn_about_third(c.hi, s.hi);
+    way->axes = q_unit(q_mul(q_mul(body->axes, working.axes), way->turn));
     way->attitude = q_unit(q_mul(q, way->axes));
     return KR_OK;
 }
-static void begin_torus(kr_torus *torus)
-{
-    memset(torus, 0, sizeof *torus);
-    torus->momentum = 1.0;
-    torus->frame = q_one();
-}
-/* Converts a solution to the user's axes and units, or to internal ones if `own` is nonzero. */
-static void torus_to_user(kr_torus *torus, const torus_units *way, double start, int own)
+/* Converts a solution to the user's axes and units, or to internal ones if `own` is nonzero. Writes
+ * its period and frequencies. */
+static void convert_torus(kr_torus *torus, const torus_units *way, double start, int own,
+                          kr_exact_info *info)
 {
     const double unit = own ? 1.0 : way->units.time;
     for (int i = 0; i < 3; i++) {
@@ -280,44 +283,67 @@ static void torus_to_user(kr_torus *torus, const torus_units *way, double start,
         const dd turns = dd_div(dd_make(phase->fast, phase->slow), way->time);
         phase->fast = turns.hi / unit;
         phase->slow = turns.lo / unit;
+        info->frequency[i] = (i < 2 ? 1.0 : 2.0) * (two_pi * phase->fast);
     }
+    info->period = 0.5 / torus->turn[0].fast;
     torus->begin = own ? 0.0 : start;
     torus->momentum = own ? way->own_momentum : way->momentum;
     torus->frame = q_conj(own ? way->turn : way->axes);
 }
-/* Writes the period and the frequencies to `info`. The second frequency is `whole` times the
- * rate of the second phase. */
-static void torus_info(const kr_torus *torus, double whole, kr_exact_info *info)
+/* Returns the components of the angular velocity about axes 1 and 2, and of the momentum along
+ * axis 3. */
+static kr_vec3 start_rates(const torus_kind *kind, const torus_start *start)
 {
-    info->period = 0.5 / torus->turn[0].fast;
-    info->frequency[0] = two_pi * torus->turn[0].fast;
-    info->frequency[1] = whole * two_pi * torus->turn[1].fast;
-    info->frequency[2] = 2.0 * (two_pi * torus->turn[2].fast);
+    const dd *m = start->momentum;
+    return v_times(v3(kind->factor / kind->ratio, kind->factor / kind->ratio, 1.0),
+                   v3(m[0].hi, m[1].hi, m[2].hi));
 }
-/* Checks that a scene describes an undamped top of the given kind under gravity, and converts
- * it to the axes and units of the closed-form solution. If the check fails, writes the reason
- * to `refusal`. */
-static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_kind *kind,
-                                  kr_refusal *refusal, torus_start *start, torus_units *way)
+/* Returns 1 if a top with these rates swings like a pendulum about its second or third axis, up to
+ * rounding. */
+static int is_planar(const torus_start *start, kr_vec3 rates)
 {
-    *refusal = KR_REFUSAL_KIND;
-    const kr_status status = kr_scene_check(scene);
+    const double size = 1.0 + v_largest(rates), slack = 1e-13 * size;
+    return v_largest(v3(rates.x, rates.y, start->up[2].hi * size)) < slack ||
+           v_largest(v3(rates.x, rates.z, start->up[1].hi * size)) < slack;
+}
+/* Returns the reason for refusing a degenerate motion, or `refusal` if there is none. The tests
+ * tolerate rounding errors of the start. */
+static kr_refusal find_degeneracy(const torus_kind *kind, const torus_start *start,
+                                  kr_refusal refusal)
+{
+    const kr_vec3 w = start_rates(kind, start),
+                  up = v3(start->up[0].hi, start->up[1].hi, start->up[2].hi),
+                  /* the change of the momentum in the body */
+        change = v3((kind->ratio - 1.0) * w.y * w.z,
+                    kind->side * up.z - (kind->ratio - 1.0) * w.x * w.z, -kind->side * up.y);
+    const double size = 1.0 + v_largest(w), slack = 1e-13 * size;
+    if (v_largest(change) < 1e-8 && v_largest(w) < 1e-8) return KR_REFUSAL_REST;
+    if (v_largest(change) < slack * size && v_largest(v_cross(up, w)) < slack)
+        return KR_REFUSAL_ROTATION;
+    if (is_planar(start, w)) return KR_REFUSAL_PLANAR;
+    return start->has_small_G ? KR_REFUSAL_ZERO : refusal;
+}
+/* Reads a scene, and computes its plan and what `info` tells about it. The plan is at the beginning
+ * of `memory`, and begins with its kr_torus. */
+static kr_status plan_torus(const kr_scene *scene, int own, double bound, const torus_kind *kind,
+                            make_torus_plan *make_plan, void *memory, kr_exact_info *info)
+{
+    kr_torus *torus = memory;
+    torus_start start;
+    torus_units way;
+    const kr_status status = read_torus_scene(scene, own, kind, &info->refusal, &start, &way);
     if (status != KR_OK) return status;
-    if (scene->gravity == 0.0 || kr_body_kind(&scene->body, KR_KIND_RTOL) != kind->kind ||
-        kr_scene_excludes_exact(scene, own))
-        return KR_ERR_METHOD;
-    *refusal = KR_REFUSAL_VERTICAL;
-    if (kind->kind == KR_KIND_GORYACHEV_CHAPLYGIN && scene->start.m.z != 0.0) return KR_ERR_METHOD;
-    *refusal = KR_REFUSAL_ROUNDED;
-    /* The conditions of the integrable case must hold without rounding errors. */
-    const kr_vec3 i = scene->body.inertia;
-    const int axis = smallest_moment_axis(i);
-    const double equal = kind->ratio * component(i, axis);
-    if (component(i, (axis + 1) % 3) != equal || component(i, (axis + 2) % 3) != equal ||
-        component(scene->body.com, axis) != 0.0)
-        return KR_ERR_METHOD;
-    *refusal = KR_REFUSAL_WEIGHTLESS;
-    return read_torus_start(scene, kind, start, way);
+    memset(torus, 0, sizeof *torus);
+    torus->momentum = 1.0;
+    torus->frame = q_one();
+    info->refusal = make_plan(memory, &start, &way, &info->certificate);
+    if (info->refusal == KR_REFUSAL_NONE) {
+        convert_torus(torus, &way, scene->start.t, own, info);
+        if (info->certificate <= bound) return KR_OK;
+        info->refusal = KR_REFUSAL_CERTIFICATE;
+    }
+    info->refusal = find_degeneracy(kind, &start, info->refusal);
+    return KR_ERR_METHOD;
 }
 
 /* The angular velocity and the axes of space, of which the third is e3, in the body frame. */
