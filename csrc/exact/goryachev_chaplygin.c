@@ -34,6 +34,7 @@ typedef struct chaplygin_curve {
 
 /* An arc from the root `high` at x = 0 to the root `low` at x = pi. */
 typedef struct chaplygin_arc {
+    const chaplygin_curve *curve;
     dd A, B, C;
     int low, high;
     /* N - root D = a sin^2 + b cos^2, where a complex root is replaced by its real part. */
@@ -44,44 +45,22 @@ typedef struct chaplygin_arc {
     double sine[2][GRID];
 } chaplygin_arc;
 
-/* Finds the roots of 2 u^3 - h u - G/2. The largest root is computed first, by Newton's method from
- * above, where the cubic is convex. Returns the discriminant of the remaining quadratic factor,
- * divided by four times the square of the largest root. */
-static double find_cubic_roots(dd h, dd G, dd root[3])
-{
-    const dd p = dd_half(dd_neg(h)), q = dd_times(-0.25, G);
-    double x = sqrt(fabs(p.hi)) + 1.0;
-    while (x * x * x < fabs(p.hi) * x + fabs(q.hi)) x *= 1.5;
-    for (double next;; x = next) {
-        next = x - ((x * x + p.hi) * x + q.hi) / (3.0 * x * x + p.hi);
-        if (!(x - next > 1e-14 * x)) break;
-    }
-    dd u = dd_of(x);
-    for (int i = 0; i < 4; i++)
-        u = dd_sub(u, dd_div(dd_add(dd_mul(dd_add(dd_square(u), p), u), q),
-                             dd_add(dd_times(3.0, dd_square(u)), p)));
-    const dd product = dd_div(dd_neg(q), u), half = dd_half(u),
-             square = dd_sub(dd_square(half), product), far = dd_sqrt(dd_abs(square));
-    root[0] = u;
-    if (square.hi < 0.0) {
-        root[1] = dd_neg(half);
-        root[2] = far;
-    } else {
-        root[1] = dd_neg(dd_add(half, far));
-        root[2] = dd_div(product, root[1]);
-    }
-    return square.hi / (u.hi * u.hi);
-}
 /* Finds the branch points. Returns KR_REFUSAL_NONE, or the reason for a failure. */
 static kr_refusal find_branch_points(chaplygin_curve *o)
 {
-    const double plus = find_cubic_roots(dd_plus(o->H, 1.0), o->G, o->root),
-                 minus = find_cubic_roots(dd_plus(o->H, -1.0), o->G, o->root + 3);
+    double gap[2]; /* relative discriminants of p+ and p-, without their largest root */
+    for (int j = 0; j < 2; j++) {
+        dd *const root = o->root + 3 * j;
+        const cubic half = {dd_of(0.0), dd_scale(-0.5, dd_plus(o->H, j ? -1.0 : 1.0)),
+                            dd_scale(0.25, o->G)};
+        o->pair = find_cubic_roots(&half, root);
+        const double far = (o->pair ? root[2].hi : 0.5 * dd_sub(root[2], root[1]).hi) / root[0].hi;
+        gap[j] = o->pair ? -far * far : far * far;
+    }
     /* The discriminants of the cubic polynomials p+ and p- are accurate to about 31 digits. The
      * frequencies depend on the logarithm of the discriminant of p-. */
-    if (!(plus > 1e-20)) return plus > -1e-20 ? KR_REFUSAL_COINCIDENT : KR_REFUSAL_START;
-    if (!(fabs(minus) > 1e-15)) return KR_REFUSAL_SEPARATRIX;
-    o->pair = minus < 0.0;
+    if (!(gap[0] > 1e-20)) return gap[0] > -1e-20 ? KR_REFUSAL_COINCIDENT : KR_REFUSAL_START;
+    if (!(fabs(gap[1]) > 1e-15)) return KR_REFUSAL_SEPARATRIX;
     o->real = sort_real_roots(o->root, CURVE_ROOTS, o->pair ? 4 : CURVE_ROOTS, o->order);
     return KR_REFUSAL_NONE;
 }
@@ -93,6 +72,7 @@ static dd ordered_root(const chaplygin_curve *o, int i) { return o->root[o->orde
 static void make_arc(const chaplygin_curve *o, int low, chaplygin_arc *arc)
 {
     const int n = o->real;
+    arc->curve = o;
     arc->low = o->order[low];
     arc->high = o->order[low + 1];
     const dd from = o->root[arc->low], to = o->root[arc->high],
@@ -123,10 +103,10 @@ static int make_arcs(const chaplygin_curve *o, const dd u[2], chaplygin_arc arc[
     }
     return 1;
 }
-static dd add_products(dd a, dd s, dd b, dd c) { return dd_add(dd_mul(a, s), dd_mul(b, c)); }
 /* Returns P, and writes |u| to `size`. s and c are sin^2 and cos^2 of x/2. */
-static dd arc_rate(const chaplygin_curve *o, const chaplygin_arc *arc, dd s, dd c, dd *size)
+static dd arc_rate(const chaplygin_arc *arc, dd s, dd c, dd *size)
 {
+    const chaplygin_curve *o = arc->curve;
     const dd D = add_products(arc->C, s, dd_of(1.0), c);
     dd product = dd_of(1.0);
     for (int i = 0; i < CURVE_ROOTS - o->pair; i++) {
@@ -139,8 +119,9 @@ static dd arc_rate(const chaplygin_curve *o, const chaplygin_arc *arc, dd s, dd 
     return dd_half(dd_mul(D, dd_sqrt(dd_div(arc->C, dd_abs(product)))));
 }
 /* Fills the arc of the plan, except for its series and its sign. */
-static void fill_arc(const chaplygin_curve *o, const chaplygin_arc *arc, kr_chaplygin_arc *out)
+static void fill_arc(const chaplygin_arc *arc, kr_chaplygin_arc *out)
 {
+    const chaplygin_curve *o = arc->curve;
     out->A = fabs(arc->A.hi);
     out->B = fabs(arc->B.hi);
     out->C = arc->C.hi;
@@ -156,29 +137,20 @@ static void fill_arc(const chaplygin_curve *o, const chaplygin_arc *arc, kr_chap
         out->has_cosine[k] = arc->low / 3 == k;
     }
 }
-/* An arc of a curve. */
-typedef struct curve_arc {
-    const chaplygin_curve *o;
-    const chaplygin_arc *arc;
-} curve_arc;
-
 /* Computes the integrands P and |u| P. */
-static void sample_arc(const void *data, const cosine_table *t, int i, dd out[3])
+static void sample_arc(const void *arc, const cosine_table *t, int i, dd out[3])
 {
-    const curve_arc *p = data;
     const dd c = dd_half(dd_plus(t->c[i], 1.0)), s = dd_half(dd_sub(dd_of(1.0), t->c[i]));
     dd size;
-    out[0] = arc_rate(p->o, p->arc, s, c, &size);
+    out[0] = arc_rate(arc, s, c, &size);
     out[1] = dd_mul(out[0], size);
 }
 /* Computes the averages over an arc, and its sine series. Returns 0 if they do not converge. */
-static int average_arc(const chaplygin_curve *o, chaplygin_arc *arc, cosine_table *table,
-                       samples *v)
+static int average_arc(chaplygin_arc *arc, cosine_table *table, samples *v)
 {
-    const curve_arc p = {o, arc};
     const double floor[3] = {0.0, 0.0, 0.0};
     dd mean[3];
-    const int n = average_functions(sample_arc, &p, 2, floor, table, v, mean);
+    const int n = average_functions(sample_arc, arc, 2, floor, table, v, mean);
     arc->p = mean[0];
     arc->q = mean[1];
     arc->points = n;
@@ -661,12 +633,12 @@ static kr_refusal analyse_curve(const torus_start *start, chaplygin_memory *m)
     if (!make_arcs(o, y.u, w->arc)) return KR_REFUSAL_START;
     start_cosine_table(&w->table);
     for (int j = 0; j < 2; j++)
-        if (!average_arc(o, &w->arc[j], &w->table, &w->samples)) return KR_REFUSAL_INTEGRALS;
+        if (!average_arc(&w->arc[j], &w->table, &w->samples)) return KR_REFUSAL_INTEGRALS;
     w->tail = 0.0;
     plan->first = 0;
     fill_chebyshev(w);
     for (int j = 0; j < 2; j++) {
-        fill_arc(o, &w->arc[j], &plan->arc[j]);
+        fill_arc(&w->arc[j], &plan->arc[j]);
         if (!make_cells(plan, w, j)) return KR_REFUSAL_INTEGRALS;
     }
     const dd ratio = set_angle_rates(plan, w->arc);

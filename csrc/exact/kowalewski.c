@@ -26,8 +26,14 @@ typedef struct kowalewski_curve {
     int order[ROOTS], real; /* indices of the real roots, ascending; their number */
 } kowalewski_curve;
 
+/* A real pole w of the integrand of the heading, with N - w D = a sin^2 + b cos^2. */
+typedef struct heading_pole {
+    dd a, b, value;  /* value: sqrt(a b)/2, or 0 if the pole is not treated separately */
+    int is_adjacent; /* 1 if it is, because the pole is in the gap beside the arc's end */
+} heading_pole;
 /* An arc from the root `high` at x = 0 to the root `low`, or to minus infinity, at x = pi. */
 typedef struct kowalewski_arc {
+    const kowalewski_curve *curve;
     dd A, B, C, E;
     int low, high;
     /* N - root D = a sin^2 + b cos^2, where a complex root is replaced by its real part. */
@@ -35,67 +41,12 @@ typedef struct kowalewski_arc {
     int folds;            /* number of Landen transformations from the series' variable to x */
     dd fold[FOLDS];       /* moduli of the transformations */
     int crosswise[FOLDS]; /* 1 if a transformation moves singularities near pi/2, not 0 or pi */
+    heading_pole pole[2];
     dd p, q, turn;        /* averages of dt/dx, w dt/dx, and the heading's integrand */
     int points;           /* number of intervals used */
     double sine[3][GRID]; /* contributions to theta1 - y1, theta2 - y2, and the heading */
 } kowalewski_arc;
 
-/* Returns phi(w)/2 = (w + h)(w^2 + c) - l^2/2. */
-static dd half_phi(const kowalewski_curve *o, dd w)
-{
-    return dd_sub(dd_mul(dd_add(w, o->h), dd_add(dd_square(w), o->c)), dd_half(dd_square(o->l)));
-}
-static dd half_phi_slope(const kowalewski_curve *o, dd w)
-{
-    return dd_add(dd_add(dd_square(w), o->c), dd_twice(dd_mul(w, dd_add(w, o->h))));
-}
-static dd refine_root(const kowalewski_curve *o, dd w, int steps)
-{
-    for (int i = 0; i < steps; i++) {
-        const dd slope = half_phi_slope(o, w);
-        if (slope.hi != 0.0) w = dd_sub(w, dd_div(half_phi(o, w), slope));
-    }
-    return w;
-}
-/* Returns the root of phi that is farthest from the other two. Started beyond all roots, Newton's
- * method converges monotonically to the outermost root. */
-static dd find_lone_root(const kowalewski_curve *o)
-{
-    const double h = o->h.hi, c = o->c.hi, l = o->l.hi, bend = -h / 3.0,
-                 there = half_phi(o, dd_of(bend)).hi, side = there > 0.0 ? -1.0 : 1.0,
-                 slope = c - h * h / 3.0;
-    /* A bound on all roots x, from the point of inflection: x^3 + slope x + there = 0. */
-    double x = sqrt(fabs(slope)) + 1.0;
-    while (x * x * x < 2.0 * (fabs(slope) * x + fabs(there))) x *= 1.5;
-    dd w = dd_of(bend + side * x);
-    for (double next;; w.hi = next) {
-        const double f = (w.hi + h) * (w.hi * w.hi + c) - 0.5 * l * l,
-                     d = (w.hi * w.hi + c) + 2.0 * w.hi * (w.hi + h);
-        next = d != 0.0 ? w.hi - f / d : w.hi;
-        if (!(side * (w.hi - next) > 1e-14 * x)) break;
-    }
-    return refine_root(o, w, 4);
-}
-/* Computes the branch points, the roots of phi and k and -k. Sorts the real ones. */
-static void find_roots(kowalewski_curve *o)
-{
-    const dd lone = find_lone_root(o), sum = dd_add(o->h, lone),
-             product = dd_add(o->c, dd_mul(lone, sum)), half = dd_half(sum),
-             square = dd_sub(dd_square(half), product);
-    const dd root = dd_sqrt(dd_abs(square));
-    o->root[0] = lone;
-    o->pair = square.hi < 0.0;
-    if (o->pair) {
-        o->root[1] = dd_neg(half);
-        o->root[2] = root;
-    } else {
-        o->root[1] = refine_root(o, dd_sub(dd_neg(half), root), 1);
-        o->root[2] = refine_root(o, dd_add(dd_neg(half), root), 1);
-    }
-    o->root[ROOT_K] = o->k;
-    o->root[ROOT_MINUS_K] = dd_neg(o->k);
-    o->real = sort_real_roots(o->root, ROOTS, o->pair ? 1 : ROOTS, o->order);
-}
 static void set_constants(kowalewski_curve *o, const dd y[6], dd l)
 {
     const dd re = dd_add(dd_sub(dd_square(y[0]), dd_square(y[1])), y[3]),
@@ -105,6 +56,15 @@ static void set_constants(kowalewski_curve *o, const dd y[6], dd l)
     o->l = l;
     o->k = dd_sqrt(k2);
     o->c = dd_sub(dd_of(1.0), k2);
+}
+/* Computes the branch points, the roots of phi and k and -k. Sorts the real ones. */
+static void find_roots(kowalewski_curve *o)
+{
+    const cubic half_phi = {o->h, o->c, dd_half(dd_square(o->l))};
+    o->pair = find_cubic_roots(&half_phi, o->root);
+    o->root[ROOT_K] = o->k;
+    o->root[ROOT_MINUS_K] = dd_neg(o->k);
+    o->real = sort_real_roots(o->root, ROOTS, o->pair ? 1 : ROOTS, o->order);
 }
 /* Returns the i-th real root in ascending order. */
 static dd real_root(const kowalewski_curve *o, int i) { return o->root[o->order[i]]; }
@@ -236,24 +196,20 @@ static arc_gaps find_separation(const kowalewski_curve *o, const dd y[6])
     return gap;
 }
 
-static void set_differences(const kowalewski_curve *o, kowalewski_arc *arc)
-{
-    for (int i = 0; i < ROOTS; i++) {
-        arc->a[i] =
-            arc->low == AT_INFINITY ? arc->A : dd_mul(arc->C, root_difference(o, arc->low, i));
-        arc->b[i] = root_difference(o, arc->high, i);
-    }
-}
 /* Sets the coefficients A, B, C and E of one arc of the Kowalewski curve. The argument `scale` is
  * C, or -A if the arc extends to infinity. */
-static void scale_arc(const kowalewski_curve *o, kowalewski_arc *arc, dd scale)
+static void scale_arc(kowalewski_arc *arc, dd scale)
 {
+    const kowalewski_curve *o = arc->curve;
     const int infinite = arc->low == AT_INFINITY;
     arc->A = infinite ? dd_neg(scale) : dd_mul(o->root[arc->low], scale);
     arc->B = o->root[arc->high];
     arc->C = infinite ? dd_of(0.0) : scale;
     arc->E = dd_of(1.0);
-    set_differences(o, arc);
+    for (int i = 0; i < ROOTS; i++) {
+        arc->a[i] = infinite ? arc->A : dd_mul(arc->C, root_difference(o, arc->low, i));
+        arc->b[i] = root_difference(o, arc->high, i);
+    }
 }
 /* The complex singularities of the integrands of an arc, stored as values of cos x. Double-doubles
  * are needed, because cos x is close to 1 or -1 for singularities near an end of the arc. */
@@ -299,8 +255,9 @@ static double find_nearest(const singularities *v, dd *height, int *crosswise)
     }
     return least;
 }
-static singularities singularities_of(const kowalewski_curve *o, const kowalewski_arc *arc)
+static singularities singularities_of(const kowalewski_arc *arc)
 {
+    const kowalewski_curve *o = arc->curve;
     singularities v = {0};
     for (int i = 0; i < ROOTS + 1; i++) {
         const int end = i < ROOTS && (i == arc->low || i == arc->high);
@@ -343,9 +300,9 @@ static dd choose_modulus(dd height)
  * Each transformation removes one singularity near the real axis, but roughly halves the distances
  * of the others from the axis. Returns sinh |Im x| of the singularity x that is nearest to the real
  * axis after these transformations. */
-static double choose_landen_transformations(const kowalewski_curve *o, kowalewski_arc *arc)
+static double choose_landen_transformations(kowalewski_arc *arc)
 {
-    singularities now = singularities_of(o, arc);
+    singularities now = singularities_of(arc);
     dd height;
     int crosswise, folds = 0;
     double best = find_nearest(&now, &height, &crosswise);
@@ -365,8 +322,9 @@ static double choose_landen_transformations(const kowalewski_curve *o, kowalewsk
     return best;
 }
 /* Returns the scale of an arc that moves the complex branch points to Re x = pi/2. */
-static dd scale_for_pair(const kowalewski_curve *o, const kowalewski_arc *arc)
+static dd scale_for_pair(const kowalewski_arc *arc)
 {
+    const kowalewski_curve *o = arc->curve;
     const dd im = dd_square(o->root[2]), up = dd_sub(o->root[arc->high], o->root[1]),
              high = dd_add(dd_square(up), im);
     if (arc->low == AT_INFINITY) return dd_sqrt(high);
@@ -375,14 +333,14 @@ static dd scale_for_pair(const kowalewski_curve *o, const kowalewski_arc *arc)
 }
 /* Chooses the scale of an arc so that its averages converge as fast as possible. The argument
  * `scale` yields the fastest convergence if all branch points of the curve are real. */
-static void choose_scale(const kowalewski_curve *o, kowalewski_arc *arc, dd scale)
+static void choose_scale(kowalewski_arc *arc, dd scale)
 {
-    scale_arc(o, arc, scale);
-    const double plain = choose_landen_transformations(o, arc);
-    if (!o->pair || plain > 0.6) return;
+    scale_arc(arc, scale);
+    const double plain = choose_landen_transformations(arc);
+    if (!arc->curve->pair || plain > 0.6) return;
     const kowalewski_arc old = *arc;
-    scale_arc(o, arc, scale_for_pair(o, arc));
-    if (choose_landen_transformations(o, arc) < plain) *arc = old;
+    scale_arc(arc, scale_for_pair(arc));
+    if (choose_landen_transformations(arc) < plain) *arc = old;
 }
 /* Sets up the arc of w1, which ends at the largest real zero of F(w)^2, and the arc of w2, which
  * ends at the smallest one. */
@@ -391,15 +349,15 @@ static void make_arcs(const kowalewski_curve *o, kowalewski_arc arc[2])
     const int top = o->real - 1;
     const int high = o->order[top], low = o->order[top - 1], below = o->order[top - 2],
               least = o->order[0], above = o->order[1];
+    arc[0].curve = arc[1].curve = o;
     arc[0].low = low;
     arc[0].high = high;
     arc[1].low = AT_INFINITY;
     arc[1].high = least;
-    choose_scale(o, &arc[0],
+    choose_scale(&arc[0],
                  dd_sqrt(dd_div(root_difference(o, high, below), root_difference(o, low, below))));
-    choose_scale(
-        o, &arc[1],
-        dd_sqrt(dd_mul(root_difference(o, above, least), root_difference(o, high, least))));
+    choose_scale(&arc[1], dd_sqrt(dd_mul(root_difference(o, above, least),
+                                         root_difference(o, high, least))));
 }
 /* Converts the sine and cosine of the transformed variable y to those of x, and returns dx/dy. The
  * code exchanges values instead of pointers to avoid an optimizer error in gcc 12.2 at -O1. */
@@ -435,10 +393,10 @@ static void apply_landen_transformations(const kowalewski_arc *arc, dd *s, dd *c
         *c = dd_choose(crosswise, other, one);
     }
 }
-static dd add_products(dd a, dd s, dd b, dd c) { return dd_add(dd_mul(a, s), dd_mul(b, c)); }
 /* Writes N and D, and returns R. s and c are sin^2 and cos^2 of x/2. */
-static dd arc_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd s, dd c, dd *N, dd *D)
+static dd arc_at(const kowalewski_arc *arc, dd s, dd c, dd *N, dd *D)
 {
+    const kowalewski_curve *o = arc->curve;
     dd product = dd_of(1.0);
     *N = add_products(arc->A, s, arc->B, c);
     *D = add_products(arc->C, s, arc->E, c);
@@ -462,12 +420,6 @@ static dd arc_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd s, dd 
  * a sin^2 + b cos^2 of x/2. The multiple of 1/(N - w D) that has the same residue is subtracted.
  * Its integral is the argument of sqrt(b) cos x/2 + i sqrt(a) sin x/2, which kowalewski.h adds to
  * the heading. */
-/* A pole w of the integrand of the heading, with N - w D = a sin^2 + b cos^2. */
-typedef struct heading_pole {
-    dd a, b, value; /* sqrt(a b)/2, or 0 if the pole is not treated separately */
-    int adjacent;   /* 1 if the pole is in the gap beside the arc's end */
-} heading_pole;
-
 /* Returns root i minus the pole w, computed without cancellation. */
 static dd root_minus_pole(const kowalewski_curve *o, int i, dd w)
 {
@@ -478,74 +430,57 @@ static dd root_minus_pole(const kowalewski_curve *o, int i, dd w)
     if (!(fabs(other.hi) > 1e-3 * fabs(difference.hi))) return difference;
     return dd_div(dd_half(dd_square(o->l)), dd_mul(other, sum));
 }
-/* Finds the poles of the integrand of the heading on an arc. Returns their number. */
-static int find_heading_poles(const kowalewski_curve *o, const kowalewski_arc *arc,
-                              heading_pole pole[2])
+/* Sets the poles w = +-sqrt(-c) of the integrand of the heading, which are real for c <= 0. */
+static void set_heading_poles(kowalewski_arc *arc)
 {
+    const kowalewski_curve *o = arc->curve;
     const int infinite = arc->low == AT_INFINITY, end = infinite ? arc->high : arc->low;
     const dd next = real_root(o, infinite ? 1 : o->real - 3), w0 = dd_sqrt(dd_neg(o->c));
-    int count = 0;
     for (int i = 0; i < 2; i++) {
         const dd w = i ? dd_neg(w0) : w0, rest = root_minus_pole(o, end, w);
-        heading_pole *p = &pole[count];
+        const double side = infinite ? -1.0 : 1.0; /* sign of arc - pole: poles lie in gaps */
+        heading_pole *p = &arc->pole[i];
         p->a = infinite ? arc->A : dd_mul(arc->C, rest);
         p->b = infinite ? rest : root_minus_pole(o, arc->high, w);
-        const double side = infinite ? -1.0 : 1.0; /* sign of arc - pole: poles lie in gaps */
-        const int adjacent = side * dd_sub(w, next).hi >= 0.0; /* is it in the next gap? */
-        if (o->l.hi == 0.0 && !(adjacent && rest.hi == 0.0)) continue;
-        p->value = adjacent ? dd_half(dd_sqrt(dd_mul(p->a, p->b))) : dd_of(0.0);
-        p->adjacent = adjacent;
-        count++;
+        /* Without l, the heading changes only if the pole is at the end of the arc. */
+        p->is_adjacent = o->c.hi <= 0.0 && side * dd_sub(w, next).hi >= 0.0 &&
+                         (o->l.hi != 0.0 || rest.hi == 0.0);
+        p->value = p->is_adjacent ? dd_half(dd_sqrt(dd_mul(p->a, p->b))) : dd_of(0.0);
     }
-    return count;
 }
-/* Returns the integrand of the heading for l > 0, without the contributions of its poles. */
-static dd heading_integrand(const kowalewski_curve *o, int poles, const heading_pole pole[2], dd s,
-                            dd c, dd N, dd D, dd R, dd slope)
-{
-    const dd g = dd_mul(dd_abs(o->l), dd_mul(dd_square(D), R));
-    dd sum = dd_of(0.0);
-    if (o->c.hi > 0.0)
-        return dd_div(dd_mul(g, N), dd_add(dd_square(N), dd_mul(o->c, dd_square(D))));
-    for (int i = 0; i < poles; i++) {
-        const dd under = add_products(pole[i].a, s, pole[i].b, c);
-        if (under.hi != 0.0)
-            sum = dd_add(sum, dd_div(dd_sub(dd_half(g), dd_mul(slope, pole[i].value)), under));
-    }
-    return sum;
-}
-/* An arc with the poles of the heading. */
-typedef struct arc_with_poles {
-    const kowalewski_curve *o;
-    const kowalewski_arc *arc;
-    int poles;
-    heading_pole pole[2];
-} arc_with_poles;
-
-/* Computes dt/dx, w dt/dx, and the integrand of the heading. */
+/* Computes dt/dx, w dt/dx, and the integrand of the heading for l > 0, without the contributions of
+ * its poles. */
 static void sample_arc(const void *data, const cosine_table *t, int i, dd out[3])
 {
-    const arc_with_poles *p = data;
+    const kowalewski_arc *arc = data;
+    const kowalewski_curve *o = arc->curve;
     dd N, D, sine = t->c[i < GRID / 2 ? GRID / 2 - i : i - GRID / 2], cosine = t->c[i];
-    const dd slope = invert_landen_transformations(p->arc, &sine, &cosine),
-             c = dd_half(dd_plus(cosine, 1.0)), s = dd_half(dd_sub(dd_of(1.0), cosine));
-    const dd R = dd_mul(slope, arc_at(p->o, p->arc, s, c, &N, &D));
+    const dd slope = invert_landen_transformations(arc, &sine, &cosine),
+             c = dd_half(dd_plus(cosine, 1.0)), s = dd_half(dd_sub(dd_of(1.0), cosine)),
+             R = dd_mul(slope, arc_at(arc, s, c, &N, &D)),
+             g = dd_mul(dd_abs(o->l), dd_mul(dd_square(D), R));
     out[0] = dd_mul(D, R);
     out[1] = dd_mul(N, R);
-    out[2] =
-        p->poles ? heading_integrand(p->o, p->poles, p->pole, s, c, N, D, R, slope) : dd_of(0.0);
+    if (o->c.hi > 0.0) {
+        out[2] = dd_div(dd_mul(g, N), dd_add(dd_square(N), dd_mul(o->c, dd_square(D))));
+        return;
+    }
+    out[2] = dd_of(0.0);
+    for (int k = 0; k < 2; k++) {
+        const heading_pole *p = &arc->pole[k];
+        const dd under = add_products(p->a, s, p->b, c);
+        if (under.hi != 0.0)
+            out[2] = dd_add(out[2], dd_div(dd_sub(dd_half(g), dd_mul(slope, p->value)), under));
+    }
 }
 /* Computes the averages over an arc. Returns 0 if they do not converge. */
-static int average_arc(const kowalewski_curve *o, kowalewski_arc *arc, cosine_table *table,
-                       samples *v)
+static int average_arc(kowalewski_arc *arc, cosine_table *table, samples *v)
 {
-    arc_with_poles p = {.o = o, .arc = arc};
-    const int real = o->c.hi <= 0.0;
-    p.poles = real ? find_heading_poles(o, arc, p.pole) : o->l.hi != 0.0;
     double floor[3] = {0.0, 0.0, 0.0};
-    for (int i = 0; real && i < p.poles; i++) floor[2] += p.pole[i].adjacent ? 0.5 : 0.0;
+    set_heading_poles(arc);
+    for (int i = 0; i < 2; i++) floor[2] += arc->pole[i].is_adjacent ? 0.5 : 0.0;
     dd mean[3];
-    arc->points = average_functions(sample_arc, &p, 3, floor, table, v, mean);
+    arc->points = average_functions(sample_arc, arc, 3, floor, table, v, mean);
     arc->p = mean[0];
     arc->q = mean[1];
     arc->turn = mean[2];
@@ -563,9 +498,10 @@ typedef struct kowalewski_rates {
  *     (p2 w dt - q2 dt)/det  and  (p1 w dt - q1 dt)/det.
  * The heading contains multiples of theta1 and theta2, which can be large. They are subtracted
  * before the integration. */
-static void integrate_arc(const kowalewski_curve *o, kowalewski_arc arc[2], int j, dd det,
-                          const cosine_table *table, samples *v)
+static void integrate_arc(kowalewski_arc arc[2], int j, dd det, const cosine_table *table,
+                          samples *v)
 {
+    const kowalewski_curve *o = arc->curve;
     const double side = j ? -1.0 : 1.0, turn = o->l.hi < 0.0 ? -side : side;
     const dd scale = dd_div(dd_of(side), det);
     dd factor[2][2]; /* of w dt and dt in each angle */
@@ -592,11 +528,11 @@ static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine
 {
     start_cosine_table(table);
     for (int j = 0; j < 2; j++)
-        if (!average_arc(o, &arc[j], table, &v[j])) return 0;
+        if (!average_arc(&arc[j], table, &v[j])) return 0;
     const dd det = dd_sub(dd_mul(arc[1].p, arc[0].q), dd_mul(arc[0].p, arc[1].q));
     for (int j = 0; j < 2; j++) {
         out->rate[j] = dd_div(arc[1 - j].p, det);
-        integrate_arc(o, arc, j, det, table, &v[j]);
+        integrate_arc(arc, j, det, table, &v[j]);
     }
     const dd heading = dd_sub(dd_mul(arc[0].turn, out->rate[0]), dd_mul(arc[1].turn, out->rate[1]));
     out->heading = o->l.hi < 0.0 ? dd_neg(heading) : heading;
@@ -787,8 +723,9 @@ static double least_distance(const kowalewski_curve *o)
         }
     return least;
 }
-static void fill_arc(const kowalewski_curve *o, const kowalewski_arc *from, kr_kowalewski_arc *to)
+static void fill_arc(const kowalewski_arc *from, kr_kowalewski_arc *to)
 {
+    const kowalewski_curve *o = from->curve;
     const int infinite = from->low == AT_INFINITY;
     const double way = infinite ? -1.0 : 1.0;
     const dd edge = infinite ? dd_neg(from->A) : from->C;
@@ -820,21 +757,14 @@ static void fill_arc(const kowalewski_curve *o, const kowalewski_arc *from, kr_k
         to->fold[i].crosswise = from->crosswise[i];
     }
     to->poles = 0;
-    if (o->c.hi > 0.0) return;
-    heading_pole pole[2];
-    const int poles = find_heading_poles(o, from, pole);
-    for (int i = 0; i < poles; i++) {
-        if (!pole[i].adjacent) continue;
-        const dd a = dd_sqrt(dd_abs(pole[i].a));
-        to->pole_a[to->poles] = o->l.hi < 0.0 ? -a.hi : a.hi;
-        to->pole_b[to->poles++] = dd_sqrt(dd_abs(pole[i].b)).hi;
-    }
-    const dd w0 = dd_sqrt(dd_neg(o->c));
     for (int i = 0; i < 2; i++) {
-        const dd w = i ? dd_neg(w0) : w0;
-        to->both_a[i] =
-            infinite ? from->A.hi : dd_mul(from->C, root_minus_pole(o, from->low, w)).hi;
-        to->both_b[i] = root_minus_pole(o, from->high, w).hi;
+        const heading_pole *pole = &from->pole[i];
+        to->both_a[i] = pole->a.hi;
+        to->both_b[i] = pole->b.hi;
+        if (!pole->is_adjacent) continue;
+        const double a = dd_sqrt(dd_abs(pole->a)).hi;
+        to->pole_a[to->poles] = o->l.hi < 0.0 ? -a : a;
+        to->pole_b[to->poles++] = dd_sqrt(dd_abs(pole->b)).hi;
     }
 }
 /* Writes the values of a function of e at the roots e1 and e2. */
@@ -925,7 +855,7 @@ static kr_refusal analyse_curve(const dd start[6], dd l, kowalewski_work *w,
     make_arcs(o, w->arc);
     if (!average_arcs(o, w->arc, &w->table, w->samples, &w->rates)) return KR_REFUSAL_INTEGRALS;
     fill_roots(o, plan);
-    for (int j = 0; j < 2; j++) fill_arc(o, &w->arc[j], &plan->arc[j]);
+    for (int j = 0; j < 2; j++) fill_arc(&w->arc[j], &plan->arc[j]);
     start_point point[2];
     dd state[6];
     const double mismatch = find_start(o, w->arc, &w->rates, start, point, state, w->start);

@@ -89,6 +89,52 @@ static void refine_cosine_table(cosine_table *t, int stride)
             t->c[i] = dd_mul(scale, dd_add(t->c[i - s], t->c[i + s]));
     }
 }
+static dd add_products(dd a, dd s, dd b, dd c) { return dd_add(dd_mul(a, s), dd_mul(b, c)); }
+
+/* The cubic polynomial (w + h)(w^2 + c) - rest. */
+typedef struct cubic {
+    dd h, c, rest;
+} cubic;
+static dd refine_root(const cubic *o, dd w, int steps)
+{
+    for (int i = 0; i < steps; i++) {
+        const dd sum = dd_add(w, o->h), other = dd_add(dd_square(w), o->c),
+                 slope = dd_add(other, dd_twice(dd_mul(w, sum)));
+        if (slope.hi != 0.0) w = dd_sub(w, dd_div(dd_sub(dd_mul(sum, other), o->rest), slope));
+    }
+    return w;
+}
+/* Finds the roots, first the one that is farthest from the other two, and then the other two in
+ * ascending order, or the real and the positive imaginary part of complex ones. Returns 1 if they
+ * are complex. Started beyond all roots, Newton's method converges monotonically to the outermost
+ * root. */
+static int find_cubic_roots(const cubic *o, dd root[3])
+{
+    const double h = o->h.hi, c = o->c.hi, rest = o->rest.hi, bend = -h / 3.0,
+                 there = (bend + h) * (bend * bend + c) - rest, side = there > 0.0 ? -1.0 : 1.0,
+                 slope = c - h * h / 3.0;
+    /* A bound on all roots x, from the point of inflection: x^3 + slope x + there = 0. */
+    double x = sqrt(fabs(slope)) + 1.0;
+    while (x * x * x < 2.0 * (fabs(slope) * x + fabs(there))) x *= 1.5;
+    double w = bend + side * x;
+    for (double next;; w = next) {
+        const double f = (w + h) * (w * w + c) - rest, d = (w * w + c) + 2.0 * w * (w + h);
+        next = d != 0.0 ? w - f / d : w;
+        if (!(side * (w - next) > 1e-14 * x)) break;
+    }
+    root[0] = refine_root(o, dd_of(w), 4);
+    const dd sum = dd_add(o->h, root[0]), product = dd_add(o->c, dd_mul(root[0], sum)),
+             half = dd_half(sum), square = dd_sub(dd_square(half), product),
+             far = dd_sqrt(dd_abs(square));
+    if (square.hi < 0.0) {
+        root[1] = dd_neg(half);
+        root[2] = far;
+        return 1;
+    }
+    root[1] = refine_root(o, dd_sub(dd_neg(half), far), 1);
+    root[2] = refine_root(o, dd_add(dd_neg(half), far), 1);
+    return 0;
+}
 /* Writes the indices of the real ones of n roots, in ascending order of the roots. If `complex_at`
  * is below n, the roots with the indices `complex_at` and complex_at + 1 are complex. Returns the
  * number of real roots. */
