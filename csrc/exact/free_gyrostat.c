@@ -409,11 +409,9 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     info->refusal = KR_REFUSAL_NONE;
     return isfinite(info->frequency[0] + info->frequency[1]) ? KR_OK : KR_ERR_ARGUMENT;
 }
-static kr_state gyrostat_state(const void *memory, double t)
+static kr_state gyrostat_state(const void *plan, double t)
 {
-    const kr_gyrostat_plan *plan = memory;
-    const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
-    return isfinite(t) ? gyrostat_after(plan, t, torus_span(&plan->torus, t)) : none;
+    return evaluate_torus(gyrostat_after, plan, t);
 }
 static kr_state gyrostat_state_at(const void *memory, double first, double second)
 {

@@ -42,8 +42,9 @@ INLINE state_lanes gyrostat_kernel(const kr_gyrostat_plan *plan, wide time, dd f
     const kr_vec3 m = plan->momentum;
     return (state_lanes){time, q, {wide_splat(m.x), wide_splat(m.y), wide_splat(m.z)}};
 }
-INLINE state_lanes gyrostat_after(const kr_gyrostat_plan *plan, wide time, dd span)
+INLINE state_lanes gyrostat_after(const void *memory, wide time, dd span)
 {
+    const kr_gyrostat_plan *plan = memory;
     return gyrostat_kernel(plan, time, torus_phase_at(&plan->torus, 0, span),
                            torus_phase_at(&plan->torus, 1, span));
 }

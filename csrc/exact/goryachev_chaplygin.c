@@ -680,11 +680,9 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     if (status == KR_OK && plan->is_whole) info->frequency[1] *= 2.0;
     return status;
 }
-static kr_state chaplygin_state(const void *memory, double t)
+static kr_state chaplygin_state(const void *plan, double t)
 {
-    const kr_chaplygin_plan *plan = memory;
-    const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
-    return isfinite(t) ? chaplygin_kernel(plan, t, torus_span(&plan->torus, t)) : none;
+    return evaluate_torus(chaplygin_kernel, plan, t);
 }
 static kr_state chaplygin_state_at(const void *memory, double first, double second)
 {

@@ -327,21 +327,20 @@ INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time,
     wide s, c;
     sincos_turns(heading, &s, &c);
     const wide n = wide_sqrt(wide_splat(0.5)) / wide_sqrt(size);
-    /* The attitude for zero heading is (i + k)/sqrt2 (c1 + c2 i - s2 j + s1 k). The rotation by the
-     * heading follows below. */
-    const wide uw = -n * (c2 + s1), ux = n * (c1 + s2), uy = n * (c2 - s1), uz = n * (c1 - s2);
-    const quat_lanes q = {c * uw - s * uz, c * ux - s * uy, c * uy + s * ux, c * uz + s * uw};
+    /* The attitude for zero heading is (i + k)/sqrt2 (c1 + c2 i - s2 j + s1 k). */
+    const quat_lanes q = {-n * (c2 + s1), n * (c1 + s2), n * (c2 - s1), n * (c1 - s2)};
     const wide unit = plan->torus.momentum * size;
     state_lanes r;
     r.t = time;
     r.m.x = unit * (c * c - s * s);
     r.m.y = unit * (2.0 * c * s);
     r.m.z = wide_splat(0.0);
-    r.q = torus_attitude(&plan->torus, q);
+    r.q = torus_attitude(&plan->torus, s, c, q);
     return r;
 }
-INLINE state_lanes chaplygin_kernel(const kr_chaplygin_plan *plan, wide time, dd span)
+INLINE state_lanes chaplygin_kernel(const void *memory, wide time, dd span)
 {
+    const kr_chaplygin_plan *plan = memory;
     const dd mean[2] = {torus_phase_at(&plan->torus, 0, span),
                         torus_phase_at(&plan->torus, 1, span)};
     return chaplygin_kernel_at(plan, time, mean, 2.0 * nearest(span.hi * plan->torus.turn[0].fast));

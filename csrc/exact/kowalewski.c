@@ -681,18 +681,19 @@ static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
            dd_sub(w[0], low).hi >= -slack * (1.0 + fabs(low.hi)) &&
            dd_sub(least, w[1]).hi >= -slack * (1.0 + fabs(least.hi));
 }
-static cx root_minus_root(const kowalewski_curve *o, int i, int j)
+/* Returns the distance between two branch points, divided by 1 + k. */
+static double root_distance(const kowalewski_curve *o, int i, int j)
 {
-    const cdd a = root_dd(o, i), b = root_dd(o, j);
     const int pi = o->pair && i == 2 ? 1 : i, pj = o->pair && j == 2 ? 1 : j;
-    return cx_of(root_difference(o, pi, pj).hi, dd_sub(a.im, b.im).hi);
+    return cx_abs(cx_of(root_difference(o, pi, pj).hi,
+                        dd_sub(root_dd(o, i).im, root_dd(o, j).im).hi)) /
+           (1.0 + o->k.hi);
 }
-/* Returns the relative error of the distance between two branch points. If two roots of phi are
- * nearly equal, only about half of their digits are accurate. */
+/* Returns the relative error of this distance. If two roots of phi are nearly equal, only about
+ * half of their digits are accurate. */
 static double distance_error(const kowalewski_curve *o, int i, int j)
 {
-    const double size = 1.0 + o->k.hi, distance = cx_abs(root_minus_root(o, i, j)) / size,
-                 digits = 1e-31;
+    const double distance = root_distance(o, i, j), digits = 1e-31;
     return i < ROOT_K && j < ROOT_K ? digits / (distance * distance) : digits / distance;
 }
 /* Returns the largest relative error of the distances between branch points of F. The frequencies
@@ -718,8 +719,7 @@ static double least_distance(const kowalewski_curve *o)
     for (int i = 0; i < ROOTS; i++)
         for (int j = 0; j < i; j++) {
             const close_roots r = examine_roots(o, i, j);
-            least = fmin(least, r.apply ? r.resolution
-                                        : cx_abs(root_minus_root(o, i, j)) / (1.0 + o->k.hi));
+            least = fmin(least, r.apply ? r.resolution : root_distance(o, i, j));
         }
     return least;
 }
@@ -1042,11 +1042,9 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
 {
     return plan_torus(scene, own, bound, &kowalewski, make_plan, memory, info);
 }
-static kr_state kowalewski_state(const void *memory, double t)
+static kr_state kowalewski_state(const void *plan, double t)
 {
-    const kr_kowalewski_torus *plan = memory;
-    const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
-    return isfinite(t) ? kowalewski_kernel(plan, t, torus_span(&plan->torus, t)) : none;
+    return evaluate_torus(kowalewski_kernel, plan, t);
 }
 static kr_state kowalewski_state_at(const void *memory, double first, double second)
 {

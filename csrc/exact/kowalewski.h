@@ -227,37 +227,30 @@ static inline void cubic_weights(double x, double out[4])
     out[3] = (1.0 / 6.0) * a * (x * b);
 }
 /* Interpolates y - theta [rad] in the table of the plan, for angles theta in turns. */
-static inline void guess_angles(const kr_kowalewski_torus *plan, const double theta[2], double d[2])
-{
-    double weight[2][4];
-    int from[2];
-    for (int j = 0; j < 2; j++) {
-        const double at = STARTS * (theta[j] + 2.0);
-        from[j] = at >= 0.0 && at < 4.0 * STARTS ? (int)at : 0; /* NaN: any */
-        cubic_weights(at - from[j], weight[j]);
-    }
-    d[0] = d[1] = 0.0;
-    for (int i = 0; i < 4; i++) {
-        const float (*row)[2] = plan->guess[(from[0] + i - 1) & (STARTS - 1)];
-        double sum[2] = {0.0, 0.0};
-        for (int k = 0; k < 4; k++) {
-            const float *value = row[(from[1] + k - 1) & (STARTS - 1)];
-            sum[0] += weight[1][k] * value[0];
-            sum[1] += weight[1][k] * value[1];
-        }
-        d[0] += weight[0][i] * sum[0];
-        d[1] += weight[0][i] * sum[1];
-    }
-}
-INLINE void guess_angles_in_lanes(const kr_kowalewski_torus *plan, const dd theta[2], wide d[2])
+INLINE void guess_angles(const kr_kowalewski_torus *plan, const dd theta[2], wide d[2])
 {
     double angle[2][LANES], out[2][LANES];
     for (int j = 0; j < 2; j++) wide_store(angle[j], theta[j].hi);
-    for (int i = 0; i < LANES; i++) {
-        const double at[2] = {angle[0][i], angle[1][i]};
-        double some[2];
-        guess_angles(plan, at, some);
-        for (int j = 0; j < 2; j++) out[j][i] = some[j];
+    for (int lane = 0; lane < LANES; lane++) {
+        double weight[2][4], guess[2] = {0.0, 0.0};
+        int from[2];
+        for (int j = 0; j < 2; j++) {
+            const double at = STARTS * (angle[j][lane] + 2.0);
+            from[j] = at >= 0.0 && at < 4.0 * STARTS ? (int)at : 0; /* NaN: any */
+            cubic_weights(at - from[j], weight[j]);
+        }
+        for (int i = 0; i < 4; i++) {
+            const float (*row)[2] = plan->guess[(from[0] + i - 1) & (STARTS - 1)];
+            double sum[2] = {0.0, 0.0};
+            for (int k = 0; k < 4; k++) {
+                const float *value = row[(from[1] + k - 1) & (STARTS - 1)];
+                sum[0] += weight[1][k] * value[0];
+                sum[1] += weight[1][k] * value[1];
+            }
+            guess[0] += weight[0][i] * sum[0];
+            guess[1] += weight[0][i] * sum[1];
+        }
+        for (int j = 0; j < 2; j++) out[j][lane] = guess[j];
     }
     for (int j = 0; j < 2; j++) d[j] = wide_load(out[j]);
 }
@@ -380,7 +373,7 @@ INLINE void find_arc_angles(const kr_kowalewski_torus *plan, const dd theta[2], 
     jacobian inverse = {{one, one}, {one, one}};
     const mask none = wide_less(one, one);
     mask found = none, near = none;
-    guess_angles_in_lanes(plan, theta, d);
+    guess_angles(plan, theta, d);
     for (int j = 0; j < 2; j++) y[j] = angle_plus_radians(theta[j], d[j]);
     for (int i = 0; i < NEWTON_STEPS && !mask_all(near); i++) {
         jacobian after;
@@ -908,24 +901,22 @@ INLINE frame_state frame_at(const kr_kowalewski_torus *plan, int complex, int de
     f.row[2][0] = b.g1, f.row[2][1] = b.g2, f.row[2][2] = b.g3;
     return f;
 }
-APART void frame_without_derivatives(const kr_kowalewski_torus *plan, const arc_angle y[2],
-                                     frame_state *out, mask *again)
+APART void compute_frame(const kr_kowalewski_torus *plan, int derive, const arc_angle y[2],
+                         frame_state *out, mask *again)
 {
-    *out = plan->pair ? frame_at(plan, 1, 0, y, again) : frame_at(plan, 0, 0, y, again);
-}
-APART void frame_with_derivatives(const kr_kowalewski_torus *plan, const arc_angle y[2],
-                                  frame_state *out)
-{
-    *out = plan->pair ? frame_at(plan, 1, 1, y, NULL) : frame_at(plan, 0, 1, y, NULL);
+    if (derive)
+        *out = plan->pair ? frame_at(plan, 1, 1, y, NULL) : frame_at(plan, 0, 1, y, NULL);
+    else
+        *out = plan->pair ? frame_at(plan, 1, 0, y, again) : frame_at(plan, 0, 0, y, again);
 }
 INLINE frame_state find_frame(const kr_kowalewski_torus *plan, const arc_angle y[2])
 {
     const wide one = wide_splat(1.0);
     mask again = wide_equal(one, one);
     frame_state f, other;
-    if (!plan->fast) frame_without_derivatives(plan, y, &f, &again);
+    if (!plan->fast) compute_frame(plan, 0, y, &f, &again);
     if (!mask_any(again)) return f;
-    frame_with_derivatives(plan, y, &other);
+    compute_frame(plan, 1, y, &other, NULL);
     if (mask_all(again)) return other;
     take_lanes(&f, &other, sizeof f, again);
     return f;
@@ -1006,8 +997,6 @@ INLINE state_lanes kowalewski_kernel_at(const kr_kowalewski_torus *plan, wide ti
     sincos_turns(heading, &s, &c);
     s = sign * s;
     c = sign * c;
-    const quat_lanes attitude = {c * q.w - s * q.z, c * q.x - s * q.y, c * q.y + s * q.x,
-                                 c * q.z + s * q.w};
     const double unit = plan->torus.momentum;
     const wide m1 = 2.0 * unit * f.p, m2 = 2.0 * unit * f.q, m3 = unit * f.r,
                turn_c = (c - s) * (c + s), turn_s = 2.0 * s * c;
@@ -1018,11 +1007,12 @@ INLINE state_lanes kowalewski_kernel_at(const kr_kowalewski_torus *plan, wide ti
     r.m.x = turn_c * m[0] - turn_s * m[1];
     r.m.y = turn_s * m[0] + turn_c * m[1];
     r.m.z = m[2];
-    r.q = torus_attitude(&plan->torus, attitude);
+    r.q = torus_attitude(&plan->torus, s, c, q);
     return r;
 }
-INLINE state_lanes kowalewski_kernel(const kr_kowalewski_torus *plan, wide time, dd span)
+INLINE state_lanes kowalewski_kernel(const void *memory, wide time, dd span)
 {
+    const kr_kowalewski_torus *plan = memory;
     dd phase[3];
     for (int i = 0; i < 3; i++) phase[i] = torus_phase_at(&plan->torus, i, span);
     return kowalewski_kernel_at(plan, time, phase);

@@ -38,8 +38,9 @@ INLINE double fraction_of_turns(double turns)
 /* Returns t minus the initial time, or 0 if t is not finite or too large for the phases to be
  * computed. If the result is 0, the caller evaluates the solution at the initial time, where at
  * least the integrals of motion are correct. */
-INLINE dd torus_span(const kr_torus *torus, wide t)
+INLINE dd torus_span(const void *plan, wide t)
 {
+    const kr_torus *torus = plan;
     const dd span = two_sum(t, wide_splat(-torus->begin));
     const wide most = wide_splat(0x1p50);
     mask within = wide_less(wide_abs(span.hi), wide_splat(longest));
@@ -47,39 +48,51 @@ INLINE dd torus_span(const kr_torus *torus, wide t)
         within = mask_and(within, wide_less(wide_abs(span.hi * torus->turn[i].fast), most));
     return dd_choose(within, span, dd_of(wide_splat(0.0)));
 }
-/* Converts an attitude from the axes of the closed-form solution to the user's axes. */
-INLINE quat_lanes torus_attitude(const kr_torus *torus, quat_lanes q)
+/* Turns the attitude q in the axes of the closed form about e3 by twice the angle with the sine s
+ * and the cosine c, and converts it to the user's axes. */
+INLINE quat_lanes torus_attitude(const kr_torus *torus, wide s, wide c, quat_lanes q)
 {
     const kr_quat f = torus->frame;
+    const wide w = c * q.w - s * q.z, x = c * q.x - s * q.y, y = c * q.y + s * q.x,
+               z = c * q.z + s * q.w;
     quat_lanes r;
-    r.w = (q.w * f.w - q.x * f.x) - (q.y * f.y + q.z * f.z);
-    r.x = (q.w * f.x + q.x * f.w) + (q.y * f.z - q.z * f.y);
-    r.y = (q.w * f.y - q.x * f.z) + (q.y * f.w + q.z * f.x);
-    r.z = (q.w * f.z + q.x * f.y) + (q.z * f.w - q.y * f.x);
+    r.w = (w * f.w - x * f.x) - (y * f.y + z * f.z);
+    r.x = (w * f.x + x * f.w) + (y * f.z - z * f.y);
+    r.y = (w * f.y - x * f.z) + (y * f.w + z * f.x);
+    r.z = (w * f.z + x * f.y) + (z * f.w - y * f.x);
     return r;
 }
+/* Computes the state at `time`, which is the initial time plus `span`. `plan` begins with its
+ * kr_torus. */
+typedef state_lanes torus_kernel(const void *plan, wide time, dd span);
 #if defined KR_EXACT_LANES
-/* Loads one time of the array t into each SIMD lane. If there are fewer times than SIMD lanes, the
- * remaining lanes are filled with the first time. */
-INLINE wide load_time_lanes(size_t n, const double t[])
+/* Writes the states at n times, each in a SIMD lane. At non-finite times, their members are NaN. If
+ * there are fewer times than lanes, the other lanes repeat the first time. */
+INLINE void evaluate_torus(torus_kernel *state_of, const void *plan, size_t n, const double t[],
+                           kr_state out[])
 {
-    double times[LANES];
-    for (size_t i = 0; i < LANES; i++) times[i] = t[i < n ? i : 0];
-    return wide_load(times);
-}
-/* Writes the states in the first n SIMD lanes, or in all lanes if there are fewer than n. States at
- * non-finite times are set to NaN. */
-INLINE void store_state_lanes(const state_lanes *s, size_t n, kr_state out[])
-{
-    double rows[8][LANES];
-    memcpy(rows, s, sizeof rows);
-    for (size_t i = 0; i < LANES && i < n; i++) {
-        const double none = isfinite(rows[0][i]) ? -0.0 : NAN; /* -0: x + -0 is x, also for -0 */
-        out[i].t = rows[0][i];
-        out[i].q =
-            q4(rows[1][i] + none, v3(rows[2][i] + none, rows[3][i] + none, rows[4][i] + none));
-        out[i].m = v3(rows[5][i] + none, rows[6][i] + none, rows[7][i] + none);
+    for (size_t from = 0; from < n; from += LANES) {
+        double row[8][LANES];
+        for (size_t i = 0; i < LANES; i++) row[0][i] = t[from + i < n ? from + i : from];
+        const wide time = wide_load(row[0]);
+        const state_lanes s = state_of(plan, time, torus_span(plan, time));
+        memcpy(row, &s, sizeof row);
+        for (size_t i = 0; i < LANES && from + i < n; i++) {
+            kr_state *to = &out[from + i];
+            const double none = isfinite(row[0][i]) ? -0.0 : NAN; /* -0: x + -0 is x, also for -0 */
+            to->t = row[0][i];
+            to->q = q4(row[1][i] + none, v3(row[2][i] + none, row[3][i] + none, row[4][i] + none));
+            to->m = v3(row[5][i] + none, row[6][i] + none, row[7][i] + none);
+        }
     }
+    wide_leave();
+}
+#else
+/* Returns the state at the time t, or NaN if t is not finite. */
+INLINE kr_state evaluate_torus(torus_kernel *state_of, const void *plan, double t)
+{
+    const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
+    return isfinite(t) ? state_of(plan, t, torus_span(plan, t)) : none;
 }
 #endif
 #endif
