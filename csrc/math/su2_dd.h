@@ -21,6 +21,12 @@ static inline vec_dd v_dd(kr_vec3 hi, kr_vec3 lo)
 static inline vec_dd vdd_of(kr_vec3 a) { return (vec_dd){dd_of(a.x), dd_of(a.y), dd_of(a.z)}; }
 static inline kr_vec3 vdd_high(vec_dd a) { return v3(a.x.hi, a.y.hi, a.z.hi); }
 static inline kr_vec3 vdd_low(vec_dd a) { return v3(a.x.lo, a.y.lo, a.z.lo); }
+static inline void vdd_put(dd y[3], vec_dd v)
+{
+    y[0] = v.x;
+    y[1] = v.y;
+    y[2] = v.z;
+}
 static inline vec_dd vdd_add(vec_dd a, vec_dd b)
 {
     return (vec_dd){dd_add(a.x, b.x), dd_add(a.y, b.y), dd_add(a.z, b.z)};

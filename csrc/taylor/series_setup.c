@@ -132,3 +132,19 @@ void kr_taylor_end_at(kr_series s[2], const kr_kernel *kernel)
         s[i].end = s[i].at;
     }
 }
+kr_vec3 kr_taylor_acceleration(const kr_series *s)
+{
+    const int moves = s->linear > 1.0;
+    const kr_vec3 W = v_of(s->end_w + 1), P = v_of(s->end_x + 5),
+                  U = moves ? v_sub(W, v_of(s->turn + 1)) : W;
+    const double G = moves && s->shakes != 0.0 ? s->sway[3] + s->sway[0] : 1.0;
+    double sum[3];
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        const double w[3] = {W.x, W.y, W.z}, p[3] = {P.x, P.y, P.z}, u[3] = {U.x, U.y, U.z};
+        sum[i] = s->k[i + 1] * w[j] * w[k] + G * (s->up[i + 1] * p[j] + s->down[i + 1] * p[k]) +
+                 s->drag[i + 1] * u[i] + s->steep[i + 1] * p[j] * p[k] +
+                 s->k[i + 1] * (s->shift[i + 1] * w[j] + s->shift[i + 5] * w[k]);
+    }
+    return v_of(sum);
+}

@@ -15,7 +15,7 @@
  * the manifold. After that, the motion stays on the manifold, whatever the rounding errors: while
  * the top comes to rest, they grow relative to its angular velocity. A top with dry friction has
  * two slow manifolds. While the top slides, the friction torque is constant. The case in which
- * friction holds the top is treated in slow_held.h. */
+ * friction holds the top differs by its directions (slow_directions.h). */
 #include <string.h>
 #include "math/dd.h"
 #include "model/scene.h"
@@ -24,7 +24,7 @@
 
 /* Rows of the table of Taylor coefficients in slow_terms.h. The table rows from ROW_U on are used
  * only for tops with friction or on moving supports. The table rows from ROW_R on hold the Taylor
- * coefficients of the velocities u_i (slow_held.h). */
+ * coefficients of the velocities u_i while friction holds the top. */
 enum {
     ROW_Q = 0,
     ROW_P = 4,
@@ -38,13 +38,11 @@ enum {
     ROWS = 22,
     SWEEPS = 64
 };
-/* The rows of the relative angular velocity and of the effective gravity vector. */
+/* The first rows of the relative angular velocity U, of the velocities u_i and of the effective
+ * gravity vector. */
 #define U_OF(slow) ((slow)->turns ? ROW_U : ROW_W)
+#define U_ROW(slow) ((slow)->is_held ? ROW_R : U_OF(slow))
 #define GP_OF(slow) ((slow)->shakes ? ROW_GP : ROW_P)
-/* Damping about an axis is strong if its rate is more than STRONG times all other rates. If all
- * three axes are strongly damped, the smaller factor STRONG_ALONE is used instead of STRONG. */
-#define STRONG 256.0
-#define STRONG_ALONE 32.0
 /* An angular velocity below TINY_VELOCITY, in the units of the series, counts as zero. */
 #define TINY_VELOCITY 0x1p-400
 #define LOG2_AT_REST 900.0
@@ -65,121 +63,81 @@ enum {
 #define UNRESOLVED 0x1p500
 #define LOG_OF_2 0.6931471805599453
 
-/* Data of the strongly damped axes, in the units of the motion. `rate` is the largest rate of the
- * motion on the slow manifold, and `fall` is the largest rate at which the top falls over or its
- * support shakes. */
-typedef struct held_directions held_directions;
-typedef struct slow_axes {
-    int is_slow[3], has_rotor, turns, shakes, slides;
-    const struct kr_slow_kind *kind;
-    const kr_support_ops *supports; /* NULL: the series has no terms of a support */
-    /* Directions that replace the principal axes while friction holds the top; otherwise NULL. */
-    const held_directions *held;
-    double rate, fall;
-    /* Matrix of the angular velocities about the strongly damped axes that result from normalized
-     * torques. Each torque is normalized so that it causes the angular velocity 1 if no rotor
-     * couples the axes. */
-    double gain[3][3];
-} slow_axes;
+#include "slow_directions.h"
 
-/* The directions about which strong damping is considered: the principal axes or, if friction holds
- * the top, the directions of slow_held.h. */
-struct kr_slow_kind {
-    int count; /* of axes or directions */
-    /* Finds the directions. NULL for the principal axes. */
-    void (*find)(const kr_motion *motion, held_directions *held);
-    /* Marks all axes as strongly damped, except for the `rank` axes with the weakest damping.
-     * Returns 1 if the damping of the marked axes dominates all effects with rates up to `undamped`
-     * and torques up to `pull`. */
-    int (*take)(const kr_motion *motion, int rank, double undamped, double pull, slow_axes *slow);
-    /* Returns the smallest nonzero angular velocity about a strongly damped axis, or a negligible
-     * velocity if that is larger. */
-    double (*least_size)(const kr_series *s, const slow_axes *slow);
-    /* Returns the damping rate about axis i, in the unit of time of the Taylor series. */
-    double (*drag)(const kr_series *s, const slow_axes *slow, int i);
-    /* Returns 1 if the motion is close enough to the slow manifold to attempt an expansion. Angular
-     * velocities up to `noise` are treated as zero, and may differ from those on the slow manifold
-     * by the fraction `share`. */
-    int (*is_near)(const kr_series *s, const slow_axes *slow, double noise, double share);
-    /* Expands the motion on the slow manifold about the end of the last step (slow_terms.h). */
-    int (*expand)(kr_taylor *p, const kr_motion *motion, int order, const slow_axes *slow,
-                  double near, double *wait);
-};
-
-/* Returns the component of the support's angular velocity along a body axis. */
-static inline double turning_about(const kr_series *s, const slow_axes *slow, int axis)
+/* Returns the angular velocity of the support. */
+static kr_vec3 support_velocity(const kr_series *s, const slow_directions *slow)
 {
-    return slow->turns ? s->turn[axis + 1] : 0.0;
+    return slow->turns ? v_of(s->turn + 1) : v3(0.0, 0.0, 0.0);
 }
 /* Returns the largest magnitude of the effective gravity G. */
-static inline double largest_pull(const kr_series *s)
+static double largest_pull(const kr_series *s)
 {
     return s->linear > 1.0 ? fabs(s->sway[3]) + fabs(s->sway_most) : 1.0;
 }
-#include "slow_held.h"
-
-/* Returns the time derivative of one body-frame component of the support's angular velocity. */
-static double turning_derivative(const kr_series *s, const slow_axes *slow, int axis)
+/* Returns the angular velocity without the velocities u_i of the strongly damped directions. */
+static kr_vec3 velocity_without_slow(const kr_series *s, const slow_directions *slow)
 {
-    const int j = (axis + 1) % 3, k = (axis + 2) % 3;
-    const double *w = s->end_w + 1;
-    return turning_about(s, slow, j) * w[k] - turning_about(s, slow, k) * w[j];
+    const kr_vec3 O = support_velocity(s, slow), U = v_sub(v_of(s->end_w + 1), O);
+    kr_vec3 sum = O;
+    for (int i = 0; i < slow->count; i++)
+        if (!slow->is_slow[i])
+            sum = v_axpy(v_dot(high_words(slow->dual[i]), U), high_words(slow->v[i]), sum);
+    return sum;
 }
-/* Returns the part of the angular acceleration about a strongly damped axis that is due to the
- * rotor. About the other strongly damped axes, the top is assumed to rotate with the support. */
-static double rotor_torque(const kr_series *s, const slow_axes *slow, int axis)
+/* Computes upper bounds on the velocities u_i of the strongly damped directions. The products of two
+ * strongly damped velocities are negligible. */
+static void bound_slow_velocities(const kr_taylor *p, const slow_directions *slow, double bound[3])
 {
-    const int i = axis + 1, j = (axis + 1) % 3, k = (axis + 2) % 3;
-    const double *w = s->end_w + 1;
-    if (!slow->has_rotor) return 0.0;
-    return s->k[i] * ((slow->is_slow[j] ? turning_about(s, slow, j) : w[j]) * s->shift[i] +
-                      (slow->is_slow[k] ? turning_about(s, slow, k) : w[k]) * s->shift[i + 4]);
-}
-/* Returns an upper bound on the angular velocity, relative to the support, about a strongly damped
- * axis. If the support does not rotate, the product of two strongly damped components of the
- * angular velocity is negligible. */
-static double bound_slow_velocity(const kr_series *s, const slow_axes *slow, int axis)
-{
-    const double *p = s->end_x + 5, *w = s->end_w + 1;
-    const double most = largest_pull(s);
-    double size = 0.0;
+    const kr_series *s = p->series;
+    const double *P = s->end_x + 5, *w = s->end_w + 1, most = largest_pull(s);
+    double torque[3], own[3], turn[3];
+    const kr_vec3 rest = velocity_without_slow(s, slow);
+    v_put(own, rest);
+    v_put(turn, v_cross(support_velocity(s, slow), rest));
     for (int a = 0; a < 3; a++) {
-        const int i = a + 1, j = (a + 1) % 3, k = (a + 2) % 3;
-        if (!slow->is_slow[a] || slow->gain[axis][a] == 0.0) continue;
-        const int is_small = slow->is_slow[j] && slow->is_slow[k] && !slow->turns;
-        const double turning = is_small ? 0.0 : s->k[i] * w[j] * w[k],
-                     rub = slow->slides ? s->rub[i] : 0.0;
-        size +=
-            fabs(slow->gain[axis][a]) *
-            (most * (fabs(s->up[i] * p[j]) + fabs(s->down[i] * p[k])) + fabs(turning) + fabs(rub) +
-             fabs(turning_derivative(s, slow, a)) + fabs(rotor_torque(s, slow, a))) /
-            fabs(s->drag[i]);
+        const int lane = a + 1, j = (a + 1) % 3, k = (a + 2) % 3;
+        const double product = w[j] * w[k] - (w[j] - own[j]) * (w[k] - own[k]),
+                     rotor = own[j] * s->shift[lane] + own[k] * s->shift[lane + 4];
+        torque[a] = most * (fabs(s->up[lane] * P[j]) + fabs(s->down[lane] * P[k])) +
+                    fabs(s->k[lane]) * (fabs(product) + fabs(rotor)) + fabs(turn[a]) +
+                    (slow->slides ? fabs(s->rub[lane]) : 0.0);
     }
-    return size;
+    for (int i = 0; i < 3; i++) bound[i] = 0.0;
+    for (int k = 0; k < slow->count; k++) {
+        double alone = 0.0;
+        if (!slow->is_slow[k]) continue;
+        for (int a = 0; a < 3; a++) alone += fabs(slow->dual[k][a].hi) * torque[a];
+        alone *= p->rate / slow->drag[k].hi;
+        for (int i = 0; i < slow->count; i++)
+            bound[i] += slow->is_slow[i] ? fabs(slow->gain[i][k]) * alone : 0.0;
+    }
 }
-
-/* Returns the smallest non-negligible angular velocity about a strongly damped axis. If no torque
- * acts about any strongly damped axis, returns the largest angular velocity instead. */
-static double least_size(const kr_series *s, const slow_axes *slow)
+/* Returns the smallest non-negligible velocity of a strongly damped direction. If no torque acts
+ * about any strongly damped direction, returns the largest angular velocity instead. If friction
+ * holds the top, the velocities u_i are sums of components of W, whose rounding errors are relative
+ * to the largest component. */
+static double least_size(const kr_taylor *p, const slow_directions *slow, const double bound[3])
 {
-    double least = 1.0, most = 0.0, turning = 0.0;
-    for (int i = 0; i < 3; i++) {
-        const double size = slow->is_slow[i] ? bound_slow_velocity(s, slow, i) : 0.0;
-        most = fmax(most, fmax(size, fabs(s->end_w[i + 1])));
-        if (size > 0.0) least = fmin(least, size);
-        turning = fmax(turning, fabs(turning_about(s, slow, i)));
+    const kr_series *s = p->series;
+    const kr_vec3 known =
+        slow->is_held ? velocity_without_slow(s, slow) : support_velocity(s, slow);
+    double least = 1.0, largest = 0.0;
+    for (int i = 0; i < slow->count; i++) {
+        largest = fmax(largest, bound[i]);
+        if (bound[i] > 0.0) least = fmin(least, bound[i]);
     }
-    least = fmax(fmin(fmax(least, NEGLIGIBLE * most), most), TINY_VELOCITY);
-    return fmax(least, ROUNDED * turning);
+    const double most = fmax(largest, v_largest(v_of(s->end_w + 1))),
+                 rounded = fmax(v_largest(known), slow->is_held ? largest : 0.0);
+    least = fmax(fmin(fmax(least, NEGLIGIBLE * most), most), ROUNDED * rounded);
+    return fmax(least, TINY_VELOCITY);
 }
 
 #include "math/real.h"
 #include "slow_terms.h"
-#include "slow_held_terms.h"
 #define KR_DEEP
 #include "math/real.h"
 #include "slow_terms.h"
-#include "slow_held_terms.h"
 
 /* Returns an upper bound on the rates of the undamped top and of its support. */
 static double bound_undamped_rate(const kr_motion *motion, kr_vec3 velocity,
@@ -209,91 +167,6 @@ static double largest_torque(const kr_motion *motion)
     return pull * largest_pull(s) + friction +
            turning * (2.0 * v_largest(A) * turning + v_length(motion->rotor));
 }
-/* Inverts a 3 x 3 matrix with ones on its diagonal. The off-diagonal elements of row i are ahead[i]
- * in column i + 1 and behind[i] in column i - 1 (modulo 3). Off-diagonal elements in the row or
- * column of a weakly damped axis are replaced by zero. */
-static void invert_matrix(const double ahead[3], const double behind[3], const int is_slow[3],
-                          double inverse[3][3])
-{
-    double m[3][3], sum = 0.0;
-    for (int i = 0; i < 3; i++) {
-        const int j = (i + 1) % 3, k = (i + 2) % 3;
-        m[i][i] = 1.0;
-        m[i][j] = is_slow[i] && is_slow[j] ? ahead[i] : 0.0;
-        m[i][k] = is_slow[i] && is_slow[k] ? behind[i] : 0.0;
-    }
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) {
-            const int a = (i + 1) % 3, b = (i + 2) % 3, c = (j + 1) % 3, d = (j + 2) % 3;
-            inverse[j][i] = m[a][c] * m[b][d] - m[a][d] * m[b][c];
-        }
-    for (int i = 0; i < 3; i++) sum += m[0][i] * inverse[i][0];
-    for (int i = 0; i < 9; i++) inverse[i / 3][i % 3] /= sum;
-}
-/* Computes the matrix `gain` of the angular velocities about the strongly damped axes that result
- * from normalized torques. */
-static void set_gain(const kr_motion *motion, slow_axes *slow)
-{
-    double D[3], h[3], ahead[3], behind[3];
-    v_put(D, motion->damping);
-    v_put(h, motion->rotor);
-    for (int i = 0; i < 3; i++) {
-        ahead[i] = h[(i + 2) % 3] / D[i];
-        behind[i] = -h[(i + 1) % 3] / D[i];
-    }
-    invert_matrix(ahead, behind, slow->is_slow, slow->gain);
-}
-/* Returns the largest rate at which a rotor changes the weakly damped velocities. */
-static double rotor_rate(const kr_motion *motion, const slow_axes *slow, double weakest)
-{
-    const kr_vec3 A = motion->inertia;
-    const double least = fmin(A.x, fmin(A.y, A.z)), carried = v_length(motion->rotor);
-    const int count = slow->is_slow[0] + slow->is_slow[1] + slow->is_slow[2];
-    double h[3], direct = 0.0;
-    v_put(h, motion->rotor);
-    for (int i = 0; i < 3; i++)
-        if (count == 1 && slow->is_slow[i]) direct = fabs(h[i]);
-    return fmax(direct, carried / weakest * carried) / least;
-}
-static void sort_axes_by_damping(const kr_motion *motion, int axes[3])
-{
-    const kr_vec3 rate = v_over(motion->damping, motion->inertia);
-    double rates[3];
-    v_put(rates, rate);
-    for (int i = 0; i < 3; i++) {
-        int place = 0;
-        for (int j = 0; j < 3; j++) place += rates[j] < rates[i] || (rates[j] == rates[i] && j < i);
-        axes[place] = i;
-    }
-}
-/* Implements kr_slow_kind.take for the principal axes. On entry, slow->fall is the rate at
- * which the support shakes. */
-static int take_slow_axes(const kr_motion *motion, int rank, double undamped, double pull,
-                          slow_axes *slow)
-{
-    double A[3], D[3], others = undamped, weakest = INFINITY;
-    const double shaking = slow->fall;
-    int axes[3], count = 0;
-    sort_axes_by_damping(motion, axes);
-    const int least = axes[rank];
-    v_put(A, motion->inertia);
-    v_put(D, motion->damping);
-    for (int i = 0; i < 3; i++) {
-        slow->is_slow[i] = D[i] / A[i] >= D[least] / A[least];
-        count += slow->is_slow[i];
-        if (slow->is_slow[i])
-            weakest = fmin(weakest, D[i]);
-        else
-            others = fmax(others, D[i] / A[i]);
-        slow->fall = fmax(slow->fall, slow->is_slow[i] ? pull / D[i] : sqrt(pull / A[i]));
-    }
-    if (count < 3) others = fmax(others, rotor_rate(motion, slow, weakest));
-    slow->rate = 2.0 * pull / weakest + (count < 3 ? 2.0 * others : shaking);
-    if (!(D[least] / A[least] > (count < 3 ? STRONG : STRONG_ALONE) * others)) return 0;
-    set_gain(motion, slow);
-    return 1;
-}
-
 /* Returns log2 of the largest n-th Taylor coefficient, or -LOG2_AT_REST if all are zero.
  * LOG2_AT_REST is chosen so that powers of the resulting step size do not overflow. */
 static double log2_size(const kr_series *s, int n)
@@ -311,16 +184,18 @@ static double log2_step(const kr_series *s, int n, double log2_tol)
 }
 /* Returns log2 of the absolute tolerance: the relative tolerance times the smallest angular
  * velocity on the slow manifold. */
-static double log2_absolute_tolerance(const kr_taylor *p, const slow_axes *slow)
+static double log2_absolute_tolerance(const kr_taylor *p, const slow_directions *slow)
 {
-    return p->log2_tol + log2(slow->kind->least_size(p->series, slow));
+    double bound[3];
+    bound_slow_velocities(p, slow, bound);
+    return p->log2_tol + log2(least_size(p, slow, bound));
 }
 
 /* Chooses the end of the step according to the tolerance, and evaluates the series there. In
  * double-double precision, all terms except the leading ones are rounded to doubles, so they must
  * be small. */
 static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
-                     const slow_axes *slow, double log2_tol)
+                     const slow_directions *slow, double log2_tol)
 {
     kr_series *s = p->series;
     const int order = kernel->order, head = motion->digits > 20 ? KR_HEAD_30 : KR_HEAD_20;
@@ -337,63 +212,32 @@ static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *ker
     kr_taylor_end_at(s, kernel);
     if (slow->supports) slow->supports->place(s, motion, p->rate);
 }
-static int is_near(const kr_series *s, const slow_axes *slow, double noise, double share)
+/* Returns 1 if the motion is close enough to the slow manifold to attempt an expansion: within a
+ * relative distance `near` or, if the transient has decayed, roughly. */
+static int may_be_near(const kr_taylor *p, const slow_directions *slow, double near, int is_settled)
 {
-    const double *p = s->end_x + 5, *w = s->end_w + 1;
-    const double G = slow->shakes ? s->sway[3] + s->sway[0] : 1.0;
-    double alone[3];
-    for (int i = 0; i < 3; i++) {
-        const int j = (i + 1) % 3, k = (i + 2) % 3;
-        const double weight = s->up[i + 1] * p[j] + s->down[i + 1] * p[k],
-                     rub = slow->slides ? s->rub[i + 1] : 0.0;
-        alone[i] = (turning_derivative(s, slow, i) -
-                    (s->k[i + 1] * w[j] * w[k] + G * weight + rub + rotor_torque(s, slow, i))) /
-                   s->drag[i + 1];
+    const kr_series *s = p->series;
+    const kr_vec3 O = support_velocity(s, slow), W = v_of(s->end_w + 1),
+                  rub = slow->slides ? v_of(s->rub + 1) : v3(0.0, 0.0, 0.0),
+                  rate = v_add(v_sub(kr_taylor_acceleration(s), v_cross(O, W)), rub);
+    /* The change of u_i is computed with doubles, from velocities that may be differences. */
+    const double rounding = slow->turns || slow->is_held ? ROUNDING * v_largest(W) : 0.0,
+                 share = is_settled ? 0.25 : 0.0;
+    double change[3] = {0.0, 0.0, 0.0}, bound[3];
+    bound_slow_velocities(p, slow, bound);
+    const double small = fmax(near * least_size(p, slow, bound), rounding),
+                 noise = fmax(small, TINY_VELOCITY);
+    for (int k = 0; k < slow->count; k++) {
+        if (!slow->is_slow[k]) continue;
+        const double off = v_dot(high_words(slow->dual[k]), rate) * p->rate / slow->drag[k].hi;
+        for (int i = 0; i < slow->count; i++) change[i] += slow->gain[i][k] * off;
     }
-    for (int i = 0; i < 3; i++) {
-        double follows = turning_about(s, slow, i);
-        for (int j = 0; j < 3; j++)
-            if (slow->gain[i][j] != 0.0) follows += slow->gain[i][j] * alone[j];
-        const double allowed =
-            fmax(fmax(0.25 * bound_slow_velocity(s, slow, i), noise), share * fabs(follows));
-        if (slow->is_slow[i] && fabs(w[i] - follows) > allowed) return 0;
+    for (int i = 0; i < slow->count; i++) {
+        const double own = v_dot(high_words(slow->dual[i]), W) + change[i],
+                     allowed = fmax(fmax(0.25 * bound[i], noise), share * fabs(own));
+        if (slow->is_slow[i] && fabs(change[i]) > allowed) return 0;
     }
     return 1;
-}
-static int expand_on_axes(kr_taylor *p, const kr_motion *motion, int order, const slow_axes *slow,
-                          double near, double *wait)
-{
-    return kr_taylor_is_deep(motion) ? deep_expand(p->series, slow, order, near, 0x1p-96, wait)
-                                     : plain_expand(p->series, slow, order, near, 0x1p-48, wait);
-}
-static int expand_held(kr_taylor *p, const kr_motion *motion, int order, const slow_axes *slow,
-                       double near, double *wait)
-{
-    const double friction = kr_support_friction(motion, p->rate);
-    return kr_taylor_is_deep(motion)
-               ? deep_expand_held(p->series, slow, order, near, 0x1p-96, wait, p->rate, friction)
-               : plain_expand_held(p->series, slow, order, near, 0x1p-48, wait, p->rate, friction);
-}
-static double drag_about_axis(const kr_series *s, const slow_axes *slow, int axis)
-{
-    (void)slow;
-    return fabs(s->drag[axis + 1]);
-}
-static const struct kr_slow_kind principal_axes = {
-    3, NULL, take_slow_axes, least_size, drag_about_axis, is_near, expand_on_axes};
-const struct kr_slow_kind kr_slow_held = {
-    2,         find_held_directions, take_held_directions, least_held_size,
-    held_drag, is_held_near,         expand_held};
-/* Returns 1 if the motion may be within a relative distance `near` of the slow manifold, or, if the
- * transient has decayed, if it is roughly on the slow manifold. */
-static int may_be_near(const kr_taylor *p, const slow_axes *slow, double near, int is_settled)
-{
-    /* is_near computes with doubles, and subtracts velocities if the support turns. */
-    const double most = v_largest(v_of(p->series->end_w + 1)),
-                 rounding = slow->turns || slow->held ? ROUNDING * most : 0.0,
-                 noise = fmax(near * slow->kind->least_size(p->series, slow), rounding);
-    return slow->kind->is_near(p->series, slow, fmax(noise, TINY_VELOCITY),
-                               is_settled ? 0.25 : 0.0);
 }
 /* Returns the largest distance from the slow manifold, relative to the angular velocity, at
  * which the motion still counts as on the manifold. The result is `near` while the transient
@@ -401,13 +245,13 @@ static int may_be_near(const kr_taylor *p, const slow_axes *slow, double near, i
  * result is 1: the remaining distance is a rounding error, which is large relative to the
  * angular velocity of a top that is almost at rest. If the damping time is below the resolution
  * of time, the result is UNRESOLVED. */
-static double largest_distance(kr_taylor *p, const slow_axes *slow, double clock, double near)
+static double largest_distance(kr_taylor *p, const slow_directions *slow, double clock, double near)
 {
     double axes = 0.0, weakest = INFINITY;
-    for (int i = 0; i < slow->kind->count; i++) {
+    for (int i = 0; i < slow->count; i++) {
         if (!slow->is_slow[i]) continue;
         axes += 1 << i;
-        weakest = fmin(weakest, slow->kind->drag(p->series, slow, i) * p->rate);
+        weakest = fmin(weakest, slow->drag[i].hi);
     }
     if (p->settling != axes) p->settled = clock + SETTLED / weakest;
     p->settling = axes;
@@ -418,7 +262,7 @@ static double largest_distance(kr_taylor *p, const slow_axes *slow, double clock
  * `strong` is the largest set of strongly damped axes if a step with this set has failed, and NULL
  * otherwise. */
 static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
-                            const slow_axes *slow, const slow_axes *strong)
+                            const slow_directions *slow, const slow_directions *strong)
 {
     const double before = p->rate, near = exp2(p->log2_tol + 6.0), clock = p->series->end / p->rate;
     const double off = strong ? near : largest_distance(p, slow, clock, near);
@@ -428,7 +272,10 @@ static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kern
     if (off < UNRESOLVED && !may_be_near(p, slow, near, off >= 1.0)) return 0;
     frexp(slow->rate, &exponent);
     if (slow->rate > 0.0) kr_taylor_set_rate(p, motion, ldexp(1.0, exponent), slow->supports);
-    if (slow->kind->expand(p, motion, kernel->order, slow, off, &wait)) {
+    const double friction = slow->is_held ? kr_support_friction(motion, p->rate) : 0.0;
+    if (kr_taylor_is_deep(motion)
+            ? deep_expand(p, slow, kernel->order, off, 0x1p-96, friction, &wait)
+            : plain_expand(p, slow, kernel->order, off, 0x1p-48, friction, &wait)) {
         end_step(p, motion, kernel, slow,
                  strong ? log2_absolute_tolerance(p, strong) : p->log2_tol);
         return 1;
@@ -450,26 +297,25 @@ static int may_be_slow(const kr_motion *motion)
     return -fmin(drag[0], fmin(drag[1], drag[2])) >
            STRONG_ALONE * fmax(fabs(w[0]), fmax(fabs(w[1]), fabs(w[2])));
 }
-/* Initializes the members of `slow` that do not depend on the choice of the strongly damped axes.
- * Returns 0 if no axis is strongly damped. */
-static int begin_slow_axes(const kr_motion *motion, double undamped, const kr_support_ops *supports,
-                           held_directions *held, slow_axes *slow)
+/* Initializes all members of `slow` except for the choice of the strongly damped directions.
+ * Returns 0 if damping is not strong about any direction. */
+static int find_directions(const kr_motion *motion, double undamped, const kr_support_ops *supports,
+                           slow_directions *slow)
 {
     const kr_series *s = taylor_of(motion)->series;
-    const kr_vec3 ratio = v_over(motion->damping, motion->inertia);
     memset(slow, 0, sizeof *slow);
-    if (!(v_largest(ratio) > STRONG_ALONE * undamped)) return 0;
-    slow->kind = supports && s->holds != 0.0 ? supports->held : &principal_axes;
-    slow->has_rotor = v_largest(motion->rotor) > 0.0;
-    if (!supports) return 1;
-    slow->supports = supports;
-    slow->turns = s->turns != 0.0;
-    slow->shakes = s->shakes != 0.0;
-    slow->slides = s->slides != 0.0;
-    slow->fall = slow->shakes ? motion->time_unit * motion->scene->shaking.rate : 0.0;
-    if (!slow->kind->find) return 1;
-    slow->kind->find(motion, held);
-    slow->held = held;
+    if (!(v_largest(v_over(motion->damping, motion->inertia)) > STRONG_ALONE * undamped)) return 0;
+    if (supports) {
+        slow->supports = supports;
+        slow->turns = s->turns != 0.0;
+        slow->shakes = s->shakes != 0.0;
+        slow->slides = s->slides != 0.0;
+        slow->shaking = slow->shakes ? motion->time_unit * motion->scene->shaking.rate : 0.0;
+    }
+    if (supports && s->holds != 0.0)
+        supports->find_held(motion, slow);
+    else
+        find_axes(motion, slow);
     return 1;
 }
 /* Returns log2 of the tolerance for steps that are not on a slow manifold. The tolerance is
@@ -484,9 +330,8 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, const kr_support_op
 {
     kr_taylor *p = taylor_of(motion);
     const kr_vec3 velocity = v_scale(p->rate, v_of(p->series->end_w + 1));
-    const slow_axes *strong = NULL; /* the largest set of axes with strong damping */
-    slow_axes slow[4];
-    held_directions held;
+    slow_directions slow, largest_set;
+    const slow_directions *strong = NULL; /* the largest set of strongly damped directions */
     *log2_tol = p->log2_tol;
     if (!may_be_slow(motion)) {
         p->settling = 0.0;
@@ -495,13 +340,14 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, const kr_support_op
     const double undamped = bound_undamped_rate(motion, velocity, supports),
                  pull = largest_torque(motion);
     if (supports) supports->set_mode(motion);
-    const int is_damped = begin_slow_axes(motion, undamped, supports, &held, &slow[3]),
-              count = is_damped && p->has_tangents == 0.0 ? slow[3].kind->count : 0;
+    const int is_damped = find_directions(motion, undamped, supports, &slow),
+              count = p->has_tangents == 0.0 ? slow.count : 0;
     for (int i = 0; i < count; i++) {
-        slow[i] = slow[3];
-        if (!slow[i].kind->take(motion, i, undamped, pull, &slow[i])) continue;
-        if (step_on_manifold(p, motion, kernel, &slow[i], strong)) return 1;
-        if (!strong) strong = &slow[i];
+        if (!choose_slow_directions(&slow, i, undamped, pull)) continue;
+        if (step_on_manifold(p, motion, kernel, &slow, strong)) return 1;
+        if (strong) continue;
+        largest_set = slow;
+        strong = &largest_set;
     }
     if (!strong) p->settling = 0.0;
     /* Reset the unit of time for steps that are not computed on a slow manifold. */

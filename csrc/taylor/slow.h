@@ -4,8 +4,9 @@
 #include "taylor.h"
 
 struct kr_support_ops;
-/* The directions for a top that friction holds (slow.c). */
-extern const struct kr_slow_kind kr_slow_held;
+/* Finds the directions about which damping may be strong if friction holds the top
+ * (slow_directions.h). */
+void kr_slow_find_held(const kr_motion *motion, struct slow_directions *slow);
 /* Computes the next step of a strongly damped motion on the slow manifold, forward in time.
  * `supports` is NULL if the series has no terms of a support. Returns 0 if the motion has not
  * reached the slow manifold. If the result is 0, the caller must compute the step with `kernel` and

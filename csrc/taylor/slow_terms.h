@@ -3,17 +3,14 @@
 
 typedef struct REAL(terms) {
     real c[ROWS][KR_TAYLOR_MAX + 2];
-    real k[3], up[3], down[3], drag[3], rub[3];
+    real k[3], up[3], down[3], rub[3];
     real ahead[3], behind[3]; /* the rotor's terms: factors of next(W) and prev(W) */
+    /* The directions, with rates in the unit of frequency of the series (slow_directions.h). */
+    real v[3][3], dual[3][3], drag[3];
 } REAL(terms);
-/* Members of the struct held_directions, converted to the unit of time of the Taylor series. */
-typedef struct REAL(directions) {
-    real v[2][3], weight[2][3], drag[2][2], load[2], moment[3];
-} REAL(directions);
 
-static real *REAL(row)(REAL(terms) * s, int row) { return s->c[row]; }
 /* Returns the n-th coefficient of the product of the series in rows `a` and `b`. */
-static real REAL(product)(const REAL(terms) * s, int a, int b, int n)
+static inline real REAL(product)(const REAL(terms) * s, int a, int b, int n)
 {
     real sum = r_of(0.0, 0.0);
     for (int j = 0; j <= n; j++) sum = r_add(sum, r_mul(s->c[a][j], s->c[b][n - j]));
@@ -25,7 +22,7 @@ static void REAL(multiply_gravity)(REAL(terms) * s, int n)
     for (int i = 0; i < 3; i++) s->c[ROW_GP + i][n] = REAL(product)(s, ROW_G, ROW_P + i, n);
 }
 /* Returns the n-th coefficient of the angular acceleration about an axis, without damping. */
-static real REAL(torque)(const REAL(terms) * s, const slow_axes *slow, int axis, int n)
+static inline real REAL(torque)(const REAL(terms) * s, const slow_directions *slow, int axis, int n)
 {
     const int j = (axis + 1) % 3, k = (axis + 2) % 3;
     const int p = GP_OF(slow);
@@ -37,20 +34,40 @@ static real REAL(torque)(const REAL(terms) * s, const slow_axes *slow, int axis,
     sum = r_add(sum, r_mul(s->ahead[axis], s->c[ROW_W + j][n]));
     return r_add(sum, r_mul(s->behind[axis], s->c[ROW_W + k][n]));
 }
-/* Solves for the strongly damped components of the angular velocity when a rotor couples the axes.
- * The array `follows` holds the torque about each axis divided by the damping constant of the
- * axis. */
-static void REAL(solve_rotor_coupling)(REAL(terms) * s, const slow_axes *slow,
-                                       const real follows[3], int n)
+/* Returns the component u_i of a vector, if friction holds the top. */
+static real REAL(held_component)(const REAL(terms) * s, int i, const real vector[3])
 {
-    const int u = U_OF(slow);
-    real off[3];
-    for (int i = 0; i < 3; i++)
-        off[i] = slow->is_slow[i] ? r_sub(follows[i], s->c[u + i][n]) : r_of(0.0, 0.0);
-    for (int i = 0; i < 9; i++)
-        if (slow->is_slow[i / 3] && slow->is_slow[i % 3])
-            s->c[u + i / 3][n] =
-                r_add(s->c[u + i / 3][n], r_mul(r_of(slow->gain[i / 3][i % 3], 0.0), off[i % 3]));
+    real sum = r_of(0.0, 0.0);
+    for (int j = 0; j < 3; j++) sum = r_add(sum, r_mul(s->dual[i][j], vector[j]));
+    return sum;
+}
+/* Returns the n-th coefficient of X - O' about an axis. */
+static inline real REAL(relative_torque)(const REAL(terms) * s, const slow_directions *slow,
+                                         int axis, int n)
+{
+    const real torque = REAL(torque)(s, slow, axis, n);
+    return slow->turns ? r_sub(torque, r_mul(r_of(n + 1, 0.0), s->c[ROW_O + axis][n + 1])) : torque;
+}
+/* Returns the n-th coefficient of the component u_i of X - O'. */
+static inline real REAL(force)(const REAL(terms) * s, const slow_directions *slow, int i, int n)
+{
+    real torque[3];
+    if (!slow->is_held) return REAL(relative_torque)(s, slow, i, n);
+    for (int j = 0; j < 3; j++) torque[j] = REAL(relative_torque)(s, slow, j, n);
+    return REAL(held_component)(s, i, torque);
+}
+/* Computes the n-th coefficients of the angular velocities U and W from the velocities u_i. A weakly
+ * damped component of W_0 is not the sum O + U, whose rounding errors would accumulate. */
+static void REAL(sum_velocity)(REAL(terms) * s, const slow_directions *slow, int n)
+{
+    if (!slow->is_held && !slow->turns) return;
+    for (int j = 0; j < 3; j++) {
+        real *U = &s->c[U_OF(slow) + j][n];
+        if (slow->is_held)
+            *U = r_add(r_mul(s->v[0][j], s->c[ROW_R][n]), r_mul(s->v[1][j], s->c[ROW_R + 1][n]));
+        if (slow->turns && (n > 0 || slow->is_held || slow->is_slow[j]))
+            s->c[ROW_W + j][n] = r_add(s->c[ROW_O + j][n], *U);
+    }
 }
 /* Computes the (n + 1)-th coefficients of the body-frame components of a space-fixed vector. */
 static void REAL(next_body_vector)(REAL(terms) * s, int row, int u, int n)
@@ -77,52 +94,59 @@ static void REAL(turn_attitude)(REAL(terms) * s, int u, int n)
     s->c[ROW_Q][n + 1] = r_div(rate, r_of(2 * (n + 1), 0.0));
 }
 /* Recomputes the n-th strongly damped velocities. Returns the largest change. */
-static double REAL(solve_slow_velocities)(REAL(terms) * s, const slow_axes *slow, int n)
+static double REAL(solve_slow_velocities)(REAL(terms) * s, const slow_directions *slow, int n)
 {
-    const int u = U_OF(slow);
-    real last[3], follows[3];
+    real off[3];
     double moved = 0.0;
-    for (int i = 0; i < 3; i++) {
-        last[i] = s->c[u + i][n];
-        follows[i] = r_of(0.0, 0.0);
-        if (!slow->is_slow[i]) continue;
-        const real next = r_mul(r_of(n + 1, 0.0), s->c[ROW_W + i][n + 1]);
-        follows[i] = r_div(r_sub(next, REAL(torque)(s, slow, i, n)), s->drag[i]);
-        if (!slow->has_rotor) s->c[u + i][n] = follows[i];
-    }
-    if (slow->has_rotor) REAL(solve_rotor_coupling)(s, slow, follows, n);
-    for (int i = 0; i < 3; i++) {
-        const real change = r_sub(s->c[u + i][n], last[i]);
-        if (slow->is_slow[i]) moved = fmax(moved, fabs(r_high(change)));
-        if (u == ROW_W) continue;
+    for (int i = 0; i < slow->count; i++) {
+        const real *u = s->c[U_ROW(slow) + i], next = r_mul(r_of(n + 1, 0.0), u[n + 1]);
         if (slow->is_slow[i])
-            s->c[ROW_W + i][n] = r_add(s->c[ROW_O + i][n], s->c[ROW_U + i][n]);
-        else
-            s->c[ROW_U + i][n] = r_sub(s->c[ROW_W + i][n], s->c[ROW_O + i][n]);
+            off[i] = r_sub(r_div(r_sub(REAL(force)(s, slow, i, n), next), s->drag[i]), u[n]);
+    }
+    for (int i = 0; i < slow->count; i++) {
+        real *u = s->c[U_ROW(slow) + i], change = r_of(0.0, 0.0);
+        if (!slow->is_slow[i]) continue;
+        for (int k = 0; k < slow->count; k++)
+            if (slow->is_slow[k] && slow->gain[i][k] != 0.0)
+                change = r_add(change, r_mul(r_of(slow->gain[i][k], 0.0), off[k]));
+        u[n] = r_add(u[n], change);
+        moved = fmax(moved, fabs(r_high(change)));
     }
     return moved;
 }
-/* Performs one iteration: recomputes the strongly damped angular velocities, and all coefficients
- * that depend on them. Returns the largest change, in this iteration, of a coefficient of order at
- * most `order` / 2. */
-static double REAL(iterate_axes)(REAL(terms) * s, const slow_axes *slow, int order)
+/* Performs one iteration: recomputes the strongly damped velocities, and all coefficients that
+ * depend on them. Returns the largest change, in this iteration, of a coefficient of order at most
+ * `order` / 2. */
+static double REAL(iterate)(REAL(terms) * s, const slow_directions *slow, int order)
 {
     const int u = U_OF(slow);
     double moved = 0.0;
     for (int n = 0;; n++) {
-        if (GP_OF(slow) != ROW_P) REAL(multiply_gravity)(s, n);
+        if (slow->shakes) REAL(multiply_gravity)(s, n);
+        REAL(sum_velocity)(s, slow, n);
         const double change = REAL(solve_slow_velocities)(s, slow, n);
+        REAL(sum_velocity)(s, slow, n);
         if (2 * n <= order) moved = fmax(moved, change);
         if (n == order) break;
-        for (int i = 0; i < 3; i++)
+        if (slow->turns) REAL(next_body_vector)(s, ROW_O, u, n);
+        for (int i = 0; i < slow->count; i++) {
+            real *own = s->c[U_ROW(slow) + i];
+            const real drag = r_mul(s->drag[i], own[n]);
             if (!slow->is_slow[i])
-                s->c[ROW_W + i][n + 1] =
-                    r_div(r_add(REAL(torque)(s, slow, i, n), r_mul(s->drag[i], s->c[u + i][n])),
-                          r_of(n + 1, 0.0));
+                own[n + 1] = r_div(r_sub(REAL(force)(s, slow, i, n), drag), r_of(n + 1, 0.0));
+        }
         REAL(next_body_vector)(s, ROW_P, u, n);
-        if (u != ROW_W) REAL(next_body_vector)(s, ROW_O, u, n);
     }
     return moved;
+}
+/* Returns the velocity u_i at the end of the last step. */
+static real REAL(end_velocity)(const REAL(terms) * s, const slow_directions *slow,
+                               const kr_series from[2], int i)
+{
+    real U[3];
+    for (int j = 0; j < 3; j++)
+        U[j] = r_sub(r_of(from[0].end_w[1 + j], from[1].end_w[1 + j]), s->c[ROW_O + j][0]);
+    return slow->is_held ? REAL(held_component)(s, i, U) : U[i];
 }
 static void REAL(read_vector)(real to[3], const double a[4], const double b[4])
 {
@@ -132,7 +156,7 @@ static void REAL(read_vector)(real to[3], const double a[4], const double b[4])
 /* Computes the Taylor coefficients of the effective gravity, which is a constant plus a cosine. */
 static void REAL(expand_gravity)(REAL(terms) * s, const kr_series from[2])
 {
-    real *g = REAL(row)(s, ROW_G), sine = r_of(from[0].sway[1], from[1].sway[1]);
+    real *g = s->c[ROW_G], sine = r_of(from[0].sway[1], from[1].sway[1]);
     const real rate = r_of(from[0].sway[2], from[1].sway[2]);
     g[0] = r_of(from[0].sway[0], from[1].sway[0]);
     for (int n = 1; n <= KR_TAYLOR_MAX; n++) {
@@ -144,13 +168,13 @@ static void REAL(expand_gravity)(REAL(terms) * s, const kr_series from[2])
 }
 /* Starts a new Taylor expansion about the end of the last step. Copies the constant terms of the
  * series, and sets its higher-order coefficients to zero. */
-static void REAL(begin)(REAL(terms) * s, const slow_axes *slow, const kr_series from[2])
+static void REAL(begin)(REAL(terms) * s, const slow_directions *slow, const kr_series from[2],
+                        double rate)
 {
     memset(s, 0, sizeof *s);
     REAL(read_vector)(s->k, from[0].k, from[1].k);
     REAL(read_vector)(s->up, from[0].up, from[1].up);
     REAL(read_vector)(s->down, from[0].down, from[1].down);
-    REAL(read_vector)(s->drag, from[0].drag, from[1].drag);
     REAL(read_vector)(s->rub, from[0].rub, from[1].rub);
     REAL(read_vector)(s->ahead, from[0].shift, from[1].shift);
     REAL(read_vector)(s->behind, from[0].shift + 4, from[1].shift + 4);
@@ -158,16 +182,20 @@ static void REAL(begin)(REAL(terms) * s, const slow_axes *slow, const kr_series 
         s->ahead[i] = r_mul(s->k[i], s->ahead[i]);
         s->behind[i] = r_mul(s->k[i], s->behind[i]);
     }
+    for (int i = 0; i < 9; i++) {
+        const dd v = slow->v[i / 3][i % 3], dual = slow->dual[i / 3][i % 3];
+        s->v[i / 3][i % 3] = r_of(v.hi, v.lo);
+        s->dual[i / 3][i % 3] = r_of(dual.hi, dual.lo);
+    }
     for (int i = 0; i < 4; i++) s->c[ROW_Q + i][0] = r_of(from[0].end_x[i], from[1].end_x[i]);
     for (int i = 0; i < 3; i++) {
+        s->drag[i] = r_of(slow->drag[i].hi / rate, slow->drag[i].lo / rate);
         s->c[ROW_P + i][0] = r_of(from[0].end_x[5 + i], from[1].end_x[5 + i]);
         s->c[ROW_W + i][0] = r_of(from[0].end_w[1 + i], from[1].end_w[1 + i]);
+        if (slow->turns) s->c[ROW_O + i][0] = r_of(from[0].turn[1 + i], from[1].turn[1 + i]);
     }
-    if (slow->turns || slow->held)
-        for (int i = 0; i < 3; i++) {
-            s->c[ROW_O + i][0] = r_of(from[0].turn[1 + i], from[1].turn[1 + i]);
-            s->c[ROW_U + i][0] = r_sub(s->c[ROW_W + i][0], s->c[ROW_O + i][0]);
-        }
+    for (int i = 0; i < slow->count; i++)
+        s->c[U_ROW(slow) + i][0] = REAL(end_velocity)(s, slow, from, i);
     if (slow->shakes) REAL(expand_gravity)(s, from);
 }
 /* Copies the Taylor coefficients of orders 0 to `order` into the high and low words of a series. */
@@ -197,47 +225,75 @@ static void REAL(write_spin)(const REAL(terms) * s, int u, int order, kr_series 
         to[1].w[n][0] = r_low(sum);
     }
 }
-/* Returns 1 if the angular velocity at the end of a series agrees with that on the slow manifold.
- * The components of the two angular velocities along each strongly damped axis may differ by at
- * most `near` times the larger of bound_slow_velocity and least_size. If the motion has not reached
- * the slow manifold, `wait` receives an estimate of the remaining time. */
-static int REAL(is_on_manifold)(const REAL(terms) * s, const kr_series series[2],
-                                const slow_axes *slow, double near, double *wait)
+/* Writes the Taylor coefficients of the ratio of the friction torque to its limit `friction`, if
+ * friction holds the top. */
+static void REAL(write_friction_ratio)(const REAL(terms) * s, const slow_directions *slow,
+                                       double rate, double friction, int order, kr_series to[2])
 {
-    const double least = least_size(series, slow);
+    for (int n = 0; n <= order; n++) {
+        real sum = r_of(0.0, 0.0);
+        for (int j = 0; j < 3 && n < order; j++) {
+            const dd moment = slow->moment[j];
+            const real next = r_mul(r_of(n + 1, 0.0), s->c[ROW_W + j][n + 1]),
+                       excess = r_sub(next, REAL(torque)(s, slow, j, n));
+            sum = r_add(sum, r_mul(r_of(moment.hi, moment.lo), excess));
+        }
+        for (int i = 0; i < 2 && n < order; i++) {
+            const dd load = dd_scale(1.0 / rate, slow->load[i]);
+            sum = r_add(sum, r_mul(r_of(load.hi, load.lo), s->c[ROW_R + i][n]));
+        }
+        const real ratio = r_div(sum, r_of(friction, 0.0));
+        to[0].w[n][0] = r_high(ratio);
+        to[1].w[n][0] = r_low(ratio);
+    }
+}
+/* Returns 1 if the strongly damped velocities at the end of the last step agree with those on the
+ * slow manifold. They may differ by `near` times the larger of `bound` and `least`. If
+ * the motion has not reached the slow manifold, `wait` receives an estimate of the remaining time.
+ */
+static int REAL(is_on_manifold)(const REAL(terms) * s, const kr_series from[2],
+                                const slow_directions *slow, const double bound[3], double least,
+                                double near, double *wait)
+{
     double last = 0.0;
-    for (int i = 0; i < 3; i++) {
-        const real end = r_of(series[0].end_w[1 + i], series[1].end_w[1 + i]);
-        const double off = fabs(r_high(r_sub(end, s->c[ROW_W + i][0]))),
-                     size = fmax(bound_slow_velocity(series, slow, i), least),
-                     allowed = fmax(near * size, TINY_VELOCITY);
+    for (int i = 0; i < slow->count; i++) {
+        const real end = REAL(end_velocity)(s, slow, from, i);
+        const double off = fabs(r_high(r_sub(end, s->c[U_ROW(slow) + i][0]))),
+                     size = fmax(bound[i], least), allowed = fmax(near * size, TINY_VELOCITY);
         if (slow->is_slow[i] && !(off <= allowed))
-            last = fmax(last, LOG_OF_2 * log2(off / allowed) / fabs(series->drag[1 + i]));
+            last = fmax(last, LOG_OF_2 * log2(off / allowed) / r_high(s->drag[i]));
     }
     if (last > 0.0) *wait = last;
     return last == 0.0;
 }
 /* Expands the motion on the slow manifold in a Taylor series about the end of the last step. The
  * iteration ends when no coefficient of low order changes by more than `noise` times the strongly
- * damped angular velocity. Returns 0 if the iteration does not converge, or if the motion has not
- * reached the slow manifold. On failure, sets `wait` to the time after which the expansion should
- * be tried again. */
-static int REAL(expand)(kr_series series[2], const slow_axes *slow, int order, double near,
-                        double noise, double *wait)
+ * damped velocities. `friction` is the largest friction torque, if friction holds the top. Returns
+ * 0 if the iteration does not converge, or if the motion has not reached the slow manifold. On
+ * failure, sets `wait` to the time after which the expansion should be tried again. */
+static int REAL(expand)(kr_taylor *p, const slow_directions *slow, int order, double near,
+                        double noise, double friction, double *wait)
 {
+    double bound[3], moved = INFINITY;
+    bound_slow_velocities(p, slow, bound);
+    const double least = least_size(p, slow, bound);
+    double size = least;
     REAL(terms) s;
-    double moved = INFINITY, size = 0.0;
-    REAL(begin)(&s, slow, series);
-    for (int i = 0; i < 3; i++)
+    REAL(begin)(&s, slow, p->series, p->rate);
+    for (int i = 0; i < slow->count; i++)
         if (slow->is_slow[i]) {
-            size = fmax(size, bound_slow_velocity(series, slow, i));
-            *wait = fmax(*wait, 1.0 / fabs(series->drag[1 + i]));
+            size = fmax(size, bound[i]);
+            *wait = fmax(*wait, 1.0 / r_high(s.drag[i]));
         }
     for (int sweep = 0; sweep < SWEEPS && moved > noise * size; sweep++)
-        moved = REAL(iterate_axes)(&s, slow, order);
-    if (moved > noise * size || !REAL(is_on_manifold)(&s, series, slow, near, wait)) return 0;
+        moved = REAL(iterate)(&s, slow, order);
+    if (moved > noise * size) return 0;
+    /* Iterate once more, because the friction torque is inaccurate if large terms nearly cancel. */
+    if (slow->is_held) REAL(iterate)(&s, slow, order);
+    if (!REAL(is_on_manifold)(&s, p->series, slow, bound, least, near, wait)) return 0;
     for (int n = 0; n < order; n++) REAL(turn_attitude)(&s, U_OF(slow), n);
-    REAL(write)(&s, order, series);
-    if (slow->slides) REAL(write_spin)(&s, U_OF(slow), order, series);
+    REAL(write)(&s, order, p->series);
+    if (slow->slides) REAL(write_spin)(&s, U_OF(slow), order, p->series);
+    if (slow->is_held) REAL(write_friction_ratio)(&s, slow, p->rate, friction, order, p->series);
     return 1;
 }

@@ -31,7 +31,7 @@
 static double free_spin_rate(const kr_series *s)
 {
     const kr_vec3 W = v_of(s->end_w + 1), O = v_of(s->turn + 1);
-    return v_dot(v_of(s->apex + 1), v_sub(kr_support_acceleration(s), v_cross(O, W)));
+    return v_dot(v_of(s->apex + 1), v_sub(kr_taylor_acceleration(s), v_cross(O, W)));
 }
 static dd spin_at_end(const kr_series s[2])
 {
@@ -276,7 +276,7 @@ static void find_slopes(const kr_motion *motion, double x[8], double w[4])
                   U = v_sub(W, O);
     const kr_quat q = q4(s->end_x[0], v_of(s->end_x + 1)),
                   rate = q_scale(0.5, q_mul(q, q4(0.0, U)));
-    kr_vec3 gain = kr_support_acceleration(s);
+    kr_vec3 gain = kr_taylor_acceleration(s);
     if (s->slides != 0.0) gain = v_add(gain, v_of(s->rub + 1));
     if (s->holds != 0.0) gain = v_axpy(-free_spin_rate(s), v_of(s->yield + 1), gain);
     x[0] = rate.w;
@@ -319,9 +319,8 @@ const kr_support_ops kr_supports = {.rate = kr_support_rate,
                                     .place = kr_support_place,
                                     .limit_steps = kr_support_limit_steps,
                                     .set_mode = kr_support_set_mode,
-                                    .acceleration = kr_support_acceleration,
                                     .sliding = kr_support_sliding,
-                                    .held = &kr_slow_held,
+                                    .find_held = kr_slow_find_held,
                                     .start = start_support,
                                     .step = step_support,
                                     .slopes = find_slopes,

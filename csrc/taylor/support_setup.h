@@ -31,8 +31,6 @@ void kr_support_place(kr_series s[2], const kr_motion *motion, double rate);
 void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate);
 /* Sets the friction mode (sliding or held) and the friction torque of the next step. */
 void kr_support_set_mode(const kr_motion *motion);
-/* Returns the angular acceleration at the end of the last step, excluding that due to friction. */
-kr_vec3 kr_support_acceleration(const kr_series *s);
 /* Returns the sign of the spin of a sliding top, or 0 if friction holds the top. */
 double kr_support_sliding(const kr_series *s);
 /* Larger friction would overflow. Friction near MOST_FRICTION stops a top within a time smaller
@@ -64,10 +62,9 @@ typedef struct kr_support_ops {
     void (*place)(kr_series s[2], const kr_motion *motion, double rate);
     void (*limit_steps)(kr_series s[2], const kr_motion *motion, double rate);
     void (*set_mode)(const kr_motion *motion);
-    kr_vec3 (*acceleration)(const kr_series *s);
     double (*sliding)(const kr_series *s);
-    /* The directions of strong damping for a top that friction holds (slow.c). */
-    const struct kr_slow_kind *held;
+    /* Finds the directions of strong damping for a top that friction holds (slow.h). */
+    void (*find_held)(const kr_motion *motion, struct slow_directions *slow);
     /* Determines whether the top initially slides or is held by friction. */
     void (*start)(const kr_motion *motion);
     /* Computes the next step. With friction, the step ends at the latest when the spin vanishes or

@@ -180,9 +180,12 @@ static inline void set_vector_words(double high[4], double low[4], vec_dd v)
     set_lanes(high, vdd_high(v));
     set_lanes(low, vdd_low(v));
 }
+/* Returns the angular acceleration at the end of the last step, excluding that due to friction. */
+kr_vec3 kr_taylor_acceleration(const kr_series *s);
 /* Evaluates the series at the time `at`, and ends the step there. */
 void kr_taylor_end_at(kr_series s[2], const kr_kernel *kernel);
 struct kr_support_ops;
+struct slow_directions;
 /* Sets all constants of a Taylor series for the case that 1 / rate is the unit of time. `supports`
  * is NULL if the scene does not need the terms of a support. */
 void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate,

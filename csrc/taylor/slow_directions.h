@@ -1,0 +1,174 @@
+/* The directions about which damping may be strong (slow.c), and the choice of those about which it
+ * is. The angular velocity of the top relative to its support is U = u_0 v_0 + u_1 v_1 + ..., with
+ * vectors v_i that are orthogonal with respect to the moments of inertia A and to the damping D. The
+ * length of v_i is at least 1 and less than 2. In the notation of slow.c,
+ *     u_i' = <A v_i, X - O'> / a_i - d_i u_i,   a_i = <v_i, A v_i>,   d_i = <v_i, D v_i> / a_i,
+ *     A X = (AW + h) x W + G P x c
+ * In general, v_i are the principal axes. If friction holds the top, U is perpendicular to the apex
+ * a, and so are the two v_i. The friction torque is along the apex and does not affect these
+ * equations. It follows from
+ *     torque = <a, A (W' - X) + D U> */
+
+/* Data of the directions and of a set of strongly damped ones. All rates are expressed in the
+ * motion's unit of time. */
+typedef struct slow_directions {
+    int count, is_held;             /* number of directions; 1 if friction holds the top */
+    dd v[3][3], dual[3][3];         /* v_i and A v_i / a_i */
+    dd drag[3];                     /* d_i */
+    double ease[3], couple[3][3];   /* 1 / a_i; <v_i, h x v_k> / a_i */
+    dd moment[3], load[2];          /* A a and <a, D v_i>, if friction holds the top */
+    const kr_support_ops *supports; /* NULL: the series has no terms of a support */
+    int has_rotor, turns, shakes, slides;
+    double shaking; /* rate at which the support shakes */
+    int is_slow[3]; /* 1 if damping about the direction is strong */
+    /* Largest rate of the motion on the slow manifold, and largest rate at which the top falls over
+     * or its support shakes. */
+    double rate, fall;
+    /* Matrix of the strongly damped velocities u_i that result from normalized torques. Each torque
+     * is normalized so that it causes u_i = 1 if no rotor couples the directions. */
+    double gain[3][3];
+} slow_directions;
+
+/* Damping about a direction is strong if its rate is more than STRONG times all other rates. If all
+ * directions are strongly damped, the smaller factor STRONG_ALONE is used instead of STRONG. */
+#define STRONG 256.0
+#define STRONG_ALONE 32.0
+
+static kr_vec3 high_words(const dd v[3]) { return v3(v[0].hi, v[1].hi, v[2].hi); }
+/* Returns <a, M b> for the diagonal matrix M. */
+static dd bilinear_form(vec_dd a, vec_dd M, vec_dd b) { return vdd_dot(vdd_times(M, a), b); }
+static vec_dd normalize_moment(vec_dd v, vec_dd A)
+{
+    return vdd_scale(dd_div(dd_of(1.0), dd_sqrt(bilinear_form(v, A, v))), v);
+}
+/* Returns c a + s b. */
+static vec_dd combine_vectors(dd c, vec_dd a, dd s, vec_dd b)
+{
+    return vdd_add(vdd_scale(c, a), vdd_scale(s, b));
+}
+/* Rotates the directions v_0 and v_1 such that <v_0, D v_1> vanishes (Jacobi rotation). */
+static void diagonalize_damping(vec_dd v[2], vec_dd D)
+{
+    const dd cross = bilinear_form(v[0], D, v[1]),
+             apart = dd_sub(bilinear_form(v[1], D, v[1]), bilinear_form(v[0], D, v[0]));
+    if (!(fabs(cross.hi) > 0.0)) return;
+    const dd slope = dd_div(apart, dd_scale(2.0, cross)), one = dd_of(1.0),
+             root = dd_sqrt(dd_add(dd_mul(slope, slope), one)),
+             sum = slope.hi < 0.0 ? dd_sub(slope, root) : dd_add(slope, root),
+             tangent = fabs(sum.hi) < INFINITY ? dd_div(one, sum) : dd_of(0.0),
+             c = dd_div(one, dd_sqrt(dd_add(dd_mul(tangent, tangent), one))),
+             s = dd_mul(c, tangent);
+    const vec_dd before = v[0];
+    v[0] = combine_vectors(c, v[0], dd_neg(s), v[1]);
+    v[1] = combine_vectors(c, v[1], s, before);
+}
+static void set_rotor_coupling(slow_directions *slow, kr_vec3 rotor)
+{
+    slow->has_rotor = v_largest(rotor) > 0.0;
+    for (int i = 0; i < slow->count && slow->has_rotor; i++)
+        for (int k = 0; k < slow->count; k++)
+            slow->couple[i][k] = slow->ease[i] * v_dot(high_words(slow->v[i]),
+                                                       v_cross(rotor, high_words(slow->v[k])));
+}
+/* Chooses the principal axes as directions. */
+static void find_axes(const kr_motion *motion, slow_directions *slow)
+{
+    slow->count = 3;
+    for (int i = 0; i < 3; i++) slow->v[i][i] = slow->dual[i][i] = dd_of(1.0);
+    vdd_put(slow->drag, vdd_over(vdd_of(motion->damping), motion->body->inertia));
+    v_put(slow->ease, v_over(v3(1.0, 1.0, 1.0), motion->inertia));
+    set_rotor_coupling(slow, motion->rotor);
+}
+void kr_slow_find_held(const kr_motion *motion, slow_directions *slow)
+{
+    const kr_series *s = taylor_of(motion)->series;
+    const vec_dd A = motion->body->inertia, D = vdd_of(motion->damping),
+                 apex = v_dd(v_of(s[0].apex + 1), v_of(s[1].apex + 1));
+    const double x = fabs(apex.x.hi), y = fabs(apex.y.hi), z = fabs(apex.z.hi),
+                 least = fmin(x, fmin(y, z));
+    const kr_vec3 axis = v3(x == least, x != least && y == least, x != least && y != least);
+    const vec_dd e = vdd_of(axis);
+    vec_dd v[2] = {combine_vectors(dd_of(1.0), e, dd_neg(vdd_dot(e, apex)), apex),
+                   vdd_cross(e, apex)};
+    v[0] = normalize_moment(v[0], A);
+    v[1] = combine_vectors(dd_of(1.0), v[1], dd_neg(bilinear_form(v[0], A, v[1])), v[0]);
+    v[1] = normalize_moment(v[1], A);
+    diagonalize_damping(v, D);
+    slow->count = 2;
+    slow->is_held = 1;
+    vdd_put(slow->moment, vdd_times(A, apex));
+    for (int i = 0; i < 2; i++) {
+        const double size = ldexp(1.0, ilogb(v_length(vdd_high(v[i]))));
+        const vec_dd own = vdd_scale_exactly(1.0 / size, v[i]);
+        vdd_put(slow->v[i], own);
+        vdd_put(slow->dual[i], vdd_scale_exactly(size, vdd_times(A, v[i])));
+        slow->drag[i] = bilinear_form(v[i], D, v[i]);
+        slow->ease[i] = size * size;
+        slow->load[i] = bilinear_form(apex, D, own);
+    }
+    set_rotor_coupling(slow, motion->rotor);
+}
+
+/* Inverts the matrix m, whose off-diagonal elements in the row or column of a weakly damped
+ * direction are zero. */
+static void invert_matrix(double m[3][3], double inverse[3][3])
+{
+    double sum = 0.0;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            const int a = (i + 1) % 3, b = (i + 2) % 3, c = (j + 1) % 3, d = (j + 2) % 3;
+            inverse[j][i] = m[a][c] * m[b][d] - m[a][d] * m[b][c];
+        }
+    for (int i = 0; i < 3; i++) sum += m[0][i] * inverse[i][0];
+    for (int i = 0; i < 9; i++) inverse[i / 3][i % 3] /= sum;
+}
+static void set_gain(slow_directions *slow)
+{
+    double m[3][3];
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++) {
+            const int both = slow->has_rotor && slow->is_slow[i] && slow->is_slow[k];
+            m[i][k] = (i == k) - (both ? slow->couple[i][k] / slow->drag[i].hi : 0.0);
+        }
+    invert_matrix(m, slow->gain);
+}
+/* Returns the largest rate at which a rotor changes the weakly damped velocities, directly or
+ * through a strongly damped one. */
+static double rotor_rate(const slow_directions *slow)
+{
+    double most = 0.0;
+    for (int i = 0; i < slow->count && slow->has_rotor; i++)
+        for (int k = 0; k < slow->count && !slow->is_slow[i]; k++) {
+            const double square = fabs(slow->couple[i][k] * slow->couple[k][i]);
+            most = fmax(most, slow->is_slow[k] ? square / slow->drag[k].hi : sqrt(square));
+        }
+    return most;
+}
+/* Marks all directions as strongly damped, except for the `rank` ones with the weakest damping.
+ * Returns 1 if the damping of the marked directions dominates all effects with rates up to
+ * `undamped` and torques up to `pull`. */
+static int choose_slow_directions(slow_directions *slow, int rank, double undamped, double pull)
+{
+    double others = undamped, weakest = INFINITY, creep = 0.0;
+    slow->fall = slow->shaking;
+    for (int i = 0; i < slow->count; i++) {
+        const double d = slow->drag[i].hi, torque = pull * slow->ease[i];
+        int weaker = 0;
+        for (int k = 0; k < slow->count; k++)
+            weaker += slow->drag[k].hi < d || (slow->drag[k].hi == d && k < i);
+        slow->is_slow[i] = weaker >= rank;
+        if (slow->is_slow[i]) {
+            weakest = fmin(weakest, d);
+            creep = fmax(creep, torque / d);
+        } else {
+            others = fmax(others, d);
+            slow->fall = fmax(slow->fall, sqrt(torque));
+        }
+    }
+    slow->fall = fmax(slow->fall, creep);
+    others = fmax(others, rotor_rate(slow));
+    slow->rate = 2.0 * creep + (rank > 0 ? 2.0 * others : slow->shaking);
+    if (!(weakest > (rank > 0 ? STRONG : STRONG_ALONE) * others)) return 0;
+    set_gain(slow);
+    return 1;
+}
