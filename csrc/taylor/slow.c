@@ -315,7 +315,7 @@ static int find_directions(const kr_motion *motion, double undamped, const kr_su
     if (supports && s->holds != 0.0)
         supports->find_held(motion, slow);
     else
-        find_axes(motion, slow);
+        find_principal_axes(motion, slow);
     return 1;
 }
 /* Returns log2 of the tolerance for steps that are not on a slow manifold. The tolerance is

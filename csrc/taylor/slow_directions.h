@@ -71,7 +71,7 @@ static void set_rotor_coupling(slow_directions *slow, kr_vec3 rotor)
                                                        v_cross(rotor, high_words(slow->v[k])));
 }
 /* Chooses the principal axes as directions. */
-static void find_axes(const kr_motion *motion, slow_directions *slow)
+static void find_principal_axes(const kr_motion *motion, slow_directions *slow)
 {
     slow->count = 3;
     for (int i = 0; i < 3; i++) slow->v[i][i] = slow->dual[i][i] = dd_of(1.0);

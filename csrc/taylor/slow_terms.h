@@ -21,18 +21,25 @@ static void REAL(multiply_gravity)(REAL(terms) * s, int n)
 {
     for (int i = 0; i < 3; i++) s->c[ROW_GP + i][n] = REAL(product)(s, ROW_G, ROW_P + i, n);
 }
-/* Returns the n-th coefficient of the angular acceleration about an axis, without damping. */
-static inline real REAL(torque)(const REAL(terms) * s, const slow_directions *slow, int axis, int n)
+/* Computes the n-th coefficient of the angular acceleration X without damping. */
+static void REAL(find_torques)(const REAL(terms) * s, const slow_directions *slow, int n,
+                               real torque[3])
 {
-    const int j = (axis + 1) % 3, k = (axis + 2) % 3;
-    const int p = GP_OF(slow);
-    const real weight =
-        r_add(r_mul(s->up[axis], s->c[p + j][n]), r_mul(s->down[axis], s->c[p + k][n]));
-    real sum = r_add(r_mul(s->k[axis], REAL(product)(s, ROW_W + j, ROW_W + k, n)), weight);
-    if (n == 0 && slow->slides) sum = r_add(sum, s->rub[axis]);
-    if (!slow->has_rotor) return sum;
-    sum = r_add(sum, r_mul(s->ahead[axis], s->c[ROW_W + j][n]));
-    return r_add(sum, r_mul(s->behind[axis], s->c[ROW_W + k][n]));
+    const real *p[3] = {s->c[GP_OF(slow)], s->c[GP_OF(slow) + 1], s->c[GP_OF(slow) + 2]};
+    real square[3] = {r_of(0.0, 0.0), r_of(0.0, 0.0), r_of(0.0, 0.0)};
+    for (int m = 0; m <= n; m++)
+        for (int i = 0; i < 3; i++)
+            square[i] = r_add(
+                square[i], r_mul(s->c[ROW_W + (i + 1) % 3][m], s->c[ROW_W + (i + 2) % 3][n - m]));
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        const real weight = r_add(r_mul(s->up[i], p[j][n]), r_mul(s->down[i], p[k][n]));
+        torque[i] = r_add(r_mul(s->k[i], square[i]), weight);
+        if (n == 0 && slow->slides) torque[i] = r_add(torque[i], s->rub[i]);
+        if (!slow->has_rotor) continue;
+        torque[i] = r_add(torque[i], r_mul(s->ahead[i], s->c[ROW_W + j][n]));
+        torque[i] = r_add(torque[i], r_mul(s->behind[i], s->c[ROW_W + k][n]));
+    }
 }
 /* Returns the component u_i of a vector, if friction holds the top. */
 static real REAL(held_component)(const REAL(terms) * s, int i, const real vector[3])
@@ -41,20 +48,16 @@ static real REAL(held_component)(const REAL(terms) * s, int i, const real vector
     for (int j = 0; j < 3; j++) sum = r_add(sum, r_mul(s->dual[i][j], vector[j]));
     return sum;
 }
-/* Returns the n-th coefficient of X - O' about an axis. */
-static inline real REAL(relative_torque)(const REAL(terms) * s, const slow_directions *slow,
-                                         int axis, int n)
-{
-    const real torque = REAL(torque)(s, slow, axis, n);
-    return slow->turns ? r_sub(torque, r_mul(r_of(n + 1, 0.0), s->c[ROW_O + axis][n + 1])) : torque;
-}
-/* Returns the n-th coefficient of the component u_i of X - O'. */
-static inline real REAL(force)(const REAL(terms) * s, const slow_directions *slow, int i, int n)
+/* Computes the n-th coefficients of the components u_i of X - O'. */
+static void REAL(find_forces)(const REAL(terms) * s, const slow_directions *slow, int n,
+                              real force[3])
 {
     real torque[3];
-    if (!slow->is_held) return REAL(relative_torque)(s, slow, i, n);
-    for (int j = 0; j < 3; j++) torque[j] = REAL(relative_torque)(s, slow, j, n);
-    return REAL(held_component)(s, i, torque);
+    REAL(find_torques)(s, slow, n, torque);
+    for (int i = 0; i < 3 && slow->turns; i++)
+        torque[i] = r_sub(torque[i], r_mul(r_of(n + 1, 0.0), s->c[ROW_O + i][n + 1]));
+    for (int i = 0; i < slow->count; i++)
+        force[i] = slow->is_held ? REAL(held_component)(s, i, torque) : torque[i];
 }
 /* Computes the n-th coefficients of the angular velocities U and W from the velocities u_i. A weakly
  * damped component of W_0 is not the sum O + U, whose rounding errors would accumulate. */
@@ -72,12 +75,16 @@ static void REAL(sum_velocity)(REAL(terms) * s, const slow_directions *slow, int
 /* Computes the (n + 1)-th coefficients of the body-frame components of a space-fixed vector. */
 static void REAL(next_body_vector)(REAL(terms) * s, int row, int u, int n)
 {
-    for (int i = 0; i < 3; i++) {
-        const int j = (i + 1) % 3, k = (i + 2) % 3;
-        const real rate =
-            r_sub(REAL(product)(s, row + j, u + k, n), REAL(product)(s, row + k, u + j, n));
-        s->c[row + i][n + 1] = r_div(rate, r_of(n + 1, 0.0));
-    }
+    const real zero = r_of(0.0, 0.0);
+    real ahead[3] = {zero, zero, zero}, behind[3] = {zero, zero, zero};
+    for (int m = 0; m <= n; m++)
+        for (int i = 0; i < 3; i++) {
+            const int j = (i + 1) % 3, k = (i + 2) % 3;
+            ahead[i] = r_add(ahead[i], r_mul(s->c[row + j][m], s->c[u + k][n - m]));
+            behind[i] = r_add(behind[i], r_mul(s->c[row + k][m], s->c[u + j][n - m]));
+        }
+    for (int i = 0; i < 3; i++)
+        s->c[row + i][n + 1] = r_div(r_sub(ahead[i], behind[i]), r_of(n + 1, 0.0));
 }
 /* Computes the (n + 1)-th coefficient of the attitude. */
 static void REAL(turn_attitude)(REAL(terms) * s, int u, int n)
@@ -96,12 +103,12 @@ static void REAL(turn_attitude)(REAL(terms) * s, int u, int n)
 /* Recomputes the n-th strongly damped velocities. Returns the largest change. */
 static double REAL(solve_slow_velocities)(REAL(terms) * s, const slow_directions *slow, int n)
 {
-    real off[3];
+    real force[3], off[3];
     double moved = 0.0;
+    REAL(find_forces)(s, slow, n, force);
     for (int i = 0; i < slow->count; i++) {
         const real *u = s->c[U_ROW(slow) + i], next = r_mul(r_of(n + 1, 0.0), u[n + 1]);
-        if (slow->is_slow[i])
-            off[i] = r_sub(r_div(r_sub(REAL(force)(s, slow, i, n), next), s->drag[i]), u[n]);
+        if (slow->is_slow[i]) off[i] = r_sub(r_div(r_sub(force[i], next), s->drag[i]), u[n]);
     }
     for (int i = 0; i < slow->count; i++) {
         real *u = s->c[U_ROW(slow) + i], change = r_of(0.0, 0.0);
@@ -120,7 +127,10 @@ static double REAL(solve_slow_velocities)(REAL(terms) * s, const slow_directions
 static double REAL(iterate)(REAL(terms) * s, const slow_directions *slow, int order)
 {
     const int u = U_OF(slow);
+    real force[3];
     double moved = 0.0;
+    int has_weak = 0;
+    for (int i = 0; i < slow->count; i++) has_weak += !slow->is_slow[i];
     for (int n = 0;; n++) {
         if (slow->shakes) REAL(multiply_gravity)(s, n);
         REAL(sum_velocity)(s, slow, n);
@@ -129,11 +139,11 @@ static double REAL(iterate)(REAL(terms) * s, const slow_directions *slow, int or
         if (2 * n <= order) moved = fmax(moved, change);
         if (n == order) break;
         if (slow->turns) REAL(next_body_vector)(s, ROW_O, u, n);
+        if (has_weak) REAL(find_forces)(s, slow, n, force);
         for (int i = 0; i < slow->count; i++) {
             real *own = s->c[U_ROW(slow) + i];
-            const real drag = r_mul(s->drag[i], own[n]);
             if (!slow->is_slow[i])
-                own[n + 1] = r_div(r_sub(REAL(force)(s, slow, i, n), drag), r_of(n + 1, 0.0));
+                own[n + 1] = r_div(r_sub(force[i], r_mul(s->drag[i], own[n])), r_of(n + 1, 0.0));
         }
         REAL(next_body_vector)(s, ROW_P, u, n);
     }
@@ -231,12 +241,12 @@ static void REAL(write_friction_ratio)(const REAL(terms) * s, const slow_directi
                                        double rate, double friction, int order, kr_series to[2])
 {
     for (int n = 0; n <= order; n++) {
-        real sum = r_of(0.0, 0.0);
+        real sum = r_of(0.0, 0.0), torque[3];
+        REAL(find_torques)(s, slow, n, torque);
         for (int j = 0; j < 3 && n < order; j++) {
             const dd moment = slow->moment[j];
-            const real next = r_mul(r_of(n + 1, 0.0), s->c[ROW_W + j][n + 1]),
-                       excess = r_sub(next, REAL(torque)(s, slow, j, n));
-            sum = r_add(sum, r_mul(r_of(moment.hi, moment.lo), excess));
+            const real next = r_mul(r_of(n + 1, 0.0), s->c[ROW_W + j][n + 1]);
+            sum = r_add(sum, r_mul(r_of(moment.hi, moment.lo), r_sub(next, torque[j])));
         }
         for (int i = 0; i < 2 && n < order; i++) {
             const dd load = dd_scale(1.0 / rate, slow->load[i]);
