@@ -46,52 +46,40 @@ static size_t store_states(kr_worker *worker, kr_slot *slot, kr_accumulator *acc
     }
     return k;
 }
-/* Records the status and step count of a top. */
-static void finish_top(kr_worker *worker, const kr_slot *slot, const kr_accumulator *accumulators,
-                       kr_status status)
-{
-    const kr_stats stats = {.steps = slot->steps, .evaluations = slot->steps};
-    kr_worker_finish_top(worker, slot, accumulators, status, stats);
-}
-/* Evaluates and stores the states of a top in blocks of STATES_PER_CALL. */
-static void evaluate_top(kr_worker *worker, size_t i, const kr_exact_form *plan)
+/* Stores the states of a top, which the output array already contains, or which are evaluated in
+ * blocks of STATES_PER_CALL if there is a plan. */
+static void store_top(kr_worker *worker, size_t i, const kr_exact_form *plan)
 {
     const kr_tops *tops = worker->tops;
     const double *t = kr_worker_times_of(tops, i);
     kr_accumulator *accumulators = kr_worker_scalar_accumulators(worker);
     kr_slot slot = {.top = i, .last = tops->scenes[i].start};
-    kr_state piece[STATES_PER_CALL];
+    kr_state block[STATES_PER_CALL];
     while (slot.states < tops->times && !worker->interrupted) {
         const size_t left = tops->times - slot.states,
-                     n = left < STATES_PER_CALL ? left : STATES_PER_CALL;
-        kr_exact_evaluate_widest(kr_exact_widest_isa(kr_symmetric_form), plan, n, t + slot.states,
-                                 piece);
-        if (store_states(worker, &slot, accumulators, n, piece) < n) {
+                     n = !plan || left < STATES_PER_CALL ? left : STATES_PER_CALL;
+        if (plan)
+            kr_exact_evaluate_widest(kr_exact_widest_isa(kr_symmetric_form), plan, n,
+                                     t + slot.states, block);
+        if (store_states(worker, &slot, accumulators, n,
+                         plan ? block : tops->states + i * tops->times) < n) {
             kr_worker_run_scalar(worker, worker->exact_top, i);
             return;
         }
-        kr_worker_poll_after_states(worker);
+        if (plan) kr_worker_poll_after_states(worker);
     }
-    finish_top(worker, &slot, accumulators, slot.states < tops->times ? KR_ERR_INTERRUPTED : KR_OK);
-}
-/* Checks the states that the output array already contains for top i, and updates the accumulators
- * with these states. */
-static void store_computed_states(kr_worker *worker, size_t i)
-{
-    const kr_tops *tops = worker->tops;
-    kr_slot slot = {.top = i, .last = tops->scenes[i].start};
-    kr_accumulator *accumulators = kr_worker_scalar_accumulators(worker);
-    if (store_states(worker, &slot, accumulators, tops->times, tops->states + i * tops->times) ==
-        tops->times)
-        finish_top(worker, &slot, accumulators, KR_OK);
-    else
-        kr_worker_run_scalar(worker, worker->exact_top, i);
+    const kr_stats stats = {.steps = slot.steps, .evaluations = slot.steps};
+    kr_worker_finish_top(worker, &slot, accumulators,
+                         slot.states < tops->times ? KR_ERR_INTERRUPTED : KR_OK, stats);
 }
 void kr_exact_batch_run(kr_worker *worker, size_t from, size_t n, kr_status status[])
 {
     const kr_tops *tops = worker->tops;
     const int at_once = tops->states && tops->times <= KR_WORKER_STATES_PER_POLL / KR_BATCH;
-    kr_exact_request request = {.n = n, .scenes = tops->scenes + from, .status = status};
+    kr_exact_request request = {.isa = kr_exact_widest_isa(kr_symmetric_form),
+                                .n = n,
+                                .scenes = tops->scenes + from,
+                                .status = status};
     if (at_once) {
         request.times = tops->times;
         request.t = kr_worker_times_of(tops, from);
@@ -105,10 +93,8 @@ void kr_exact_batch_run(kr_worker *worker, size_t from, size_t n, kr_status stat
         if (status[i] != KR_OK) continue;
         if (!are_times_valid(&worker->config, tops, from + i))
             kr_worker_run_scalar(worker, worker->exact_top, from + i);
-        else if (at_once)
-            store_computed_states(worker, from + i);
         else
-            evaluate_top(worker, from + i, &worker->plans[i]);
+            store_top(worker, from + i, at_once ? NULL : &worker->plans[i]);
     }
     kr_worker_poll(worker);
 }

@@ -29,39 +29,34 @@ INLINE void apply_frame_to_block(const kr_exact_form *e, batch *b, int n)
         b->w[i] = r.w, b->x[i] = r.x, b->y[i] = r.y, b->z[i] = r.z;
     }
 }
-/* Converts states stored as one array per component to an array of kr_state structures. */
-INLINE void store_block(const batch *restrict b, int n, kr_state *restrict out)
+/* Returns 1 if the states are stored past the cache. This is faster for large arrays, because
+ * ordinary stores first read each cache line. */
+static int bypasses_cache(size_t n, const kr_state out[])
+{
+#if defined __SSE2__
+    return n >= 1 << 14 && (uintptr_t)out % 16 == 0;
+#else
+    return (void)n, (void)out, 0;
+#endif
+}
+INLINE void store_block(const batch *restrict b, int n, int bypasses, kr_state *restrict out)
 {
     for (int i = 0; i < n; i++) {
+#if defined __SSE2__
+        double *to = (double *)&out[i];
+        if (bypasses) {
+            _mm_stream_pd(to, _mm_set_pd(b->w[i], b->t[i]));
+            _mm_stream_pd(to + 2, _mm_set_pd(b->y[i], b->x[i]));
+            _mm_stream_pd(to + 4, _mm_set_pd(b->mx[i], b->z[i]));
+            _mm_stream_pd(to + 6, _mm_set_pd(b->mz[i], b->my[i]));
+            continue;
+        }
+#endif
         out[i].t = b->t[i];
         out[i].q.w = b->w[i], out[i].q.x = b->x[i], out[i].q.y = b->y[i], out[i].q.z = b->z[i];
         out[i].m.x = b->mx[i], out[i].m.y = b->my[i], out[i].m.z = b->mz[i];
     }
 }
-/* stream_states bypasses the cache. This is faster for large arrays, because ordinary
- * stores first read each cache line. */
-#if defined __SSE2__
-enum { LARGE = 1 << 14 };
-static int bypasses_cache(size_t n, const kr_state out[])
-{
-    return n >= LARGE && (uintptr_t)out % 16 == 0;
-}
-INLINE void stream_states(const batch *b, int n, kr_state *out)
-{
-    for (int i = 0; i < n; i++) {
-        double *to = (double *)&out[i];
-        _mm_stream_pd(to, _mm_set_pd(b->w[i], b->t[i]));
-        _mm_stream_pd(to + 2, _mm_set_pd(b->y[i], b->x[i]));
-        _mm_stream_pd(to + 4, _mm_set_pd(b->mx[i], b->z[i]));
-        _mm_stream_pd(to + 6, _mm_set_pd(b->mz[i], b->my[i]));
-    }
-}
-INLINE void end_streaming(void) { _mm_sfence(); }
-#else
-INLINE int bypasses_cache(size_t n, const kr_state out[]) { return (void)n, (void)out, 0; }
-INLINE void stream_states(const batch *b, int n, kr_state *out) { store_block(b, n, out); }
-INLINE void end_streaming(void) {}
-#endif
 /* Computes the states of one top at the times b->t[i]. The number of states is rounded up to a
  * multiple of eight to avoid a remainder loop. */
 static void compute_block(const kr_exact_form *exact, batch *b, int count)
@@ -79,38 +74,36 @@ static void compute_block(const kr_exact_form *exact, batch *b, int count)
         fill_block(&e, 1, 1, b, n);
     if (e.framed != 0.0) apply_frame_to_block(&e, b, n);
 }
-/* Uses state_beyond to recompute the states at times beyond the range of the vectorized code.
- * Times outside the vectorized range are rare, so a loop without branches first checks whether the
- * batch contains any of them. */
-static void replace_beyond(const kr_exact_form *e, batch *b, int n)
+/* Returns 1 if all times are finite and early enough for the phases. Without branches, the loop is
+ * vectorized. */
+static int are_times_computable(const kr_exact_form *e, const double t[], int n)
 {
-    const double rates[3] = {fabs(e->nutation.fast), fabs(e->first.fast), fabs(e->second.fast)},
-                 more = rates[0] > rates[1] ? rates[0] : rates[1],
-                 reach = fmin(longest, 0x1p49 / (more > rates[2] ? more : rates[2])),
-                 begin = e->begin;
+    const double most =
+                     fmax(fabs(e->nutation.fast), fmax(fabs(e->first.fast), fabs(e->second.fast))),
+                 reach = fmin(longest, 0x1p49 / most), begin = e->begin;
     int late = 0;
-    for (int i = 0; i < n; i++) late |= !(fabs(b->t[i] - begin) < reach);
-    for (int i = 0; late && i < n; i++) {
-        if (is_span_computable(e, b->t[i] - begin)) continue;
-        const kr_state s = state_beyond(e, b->t[i]);
-        b->w[i] = s.q.w, b->x[i] = s.q.x, b->y[i] = s.q.y, b->z[i] = s.q.z;
-        b->mx[i] = s.m.x, b->my[i] = s.m.y, b->mz[i] = s.m.z;
-    }
+    for (int i = 0; i < n; i++) late |= !(fabs(t[i] - begin) < reach);
+    return !late;
 }
 void KR_NAME(kr_exact_evaluate)(const void *plan, size_t n, const double t[], kr_state out[])
 {
     const kr_exact_form *e = plan;
-    const int streams = bypasses_cache(n, out);
+    const int bypasses = bypasses_cache(n, out);
     batch b = {.t = {0.0}};
     for (size_t from = 0; from < n; from += BATCH) {
         const int count = n - from < BATCH ? (int)(n - from) : BATCH;
+        if (!are_times_computable(e, t + from, count)) {
+            for (size_t i = from; i < from + (size_t)count; i++) out[i] = state_at(e, t[i]);
+            continue;
+        }
         memcpy(b.t, t + from, (size_t)count * sizeof b.t[0]);
         compute_block(e, &b, count);
-        replace_beyond(e, &b, count);
-        if (streams)
-            stream_states(&b, count, out + from);
+        if (bypasses)
+            store_block(&b, count, 1, out + from);
         else
-            store_block(&b, count, out + from);
+            store_block(&b, count, 0, out + from);
     }
-    if (streams) end_streaming();
+#if defined __SSE2__
+    if (bypasses) _mm_sfence();
+#endif
 }

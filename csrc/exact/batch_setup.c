@@ -96,18 +96,6 @@ static void append_numbers(double in[][MANY], int to, int from, const double num
 {
     for (int i = 0; i < count; i++) in[from + i][to] = numbers[i];
 }
-/* Appends the body and the initial state of a scene to the queue. */
-static void append_scene(batch_queue *w, const kr_scene *scene, const body_data *known)
-{
-    const kr_quat q = scene->start.q, body = scene->body.axes, work = known->working.axes;
-    const kr_vec3 m = scene->start.m, i = known->working.inertia;
-    const double numbers[] = {i.x, i.y, i.z, q.w, q.x, q.y, q.z, m.x, m.y, m.z};
-    const double axes[] = {body.w, body.x, body.y, body.z, work.w, work.x, work.y, work.z};
-    append_numbers(w->in, w->count, INERTIA, numbers, 10);
-    append_numbers(w->in, w->count, AXES, axes, 8);
-    w->turned[0] |= !is_identity(body);
-    w->turned[1] |= !is_identity(work);
-}
 static void analyse_gravity(const kr_scene *scene, body_data *known)
 {
     known->gravity = scene->gravity;
@@ -152,12 +140,18 @@ static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t ind
     if (power < -1000 || unit < -1000 || unit > 1000) return 0;
     const double gravity = known->gravity_fraction, scale = power_of_2(power),
                  time = power_of_2(unit), lever = known->mass * (gravity * known->reach);
-    const double numbers[] = {known->mass,         gravity, known->reach,  scale,
-                              known->swing.moment, time,    scene->start.t};
-    batch_queue *w =
-        &queues[guess_lone_root(known, scene->start.q, v_scale(time, m), scale * lever)];
-    append_scene(w, scene, known);
-    append_numbers(w->in, w->count, MASS, numbers, 7);
+    const kr_quat q = scene->start.q, body = scene->body.axes, work = known->working.axes;
+    const kr_vec3 i = known->working.inertia;
+    batch_queue *w = &queues[guess_lone_root(known, q, v_scale(time, m), scale * lever)];
+    const double start[] = {i.x, i.y, i.z, q.w, q.x, q.y, q.z, m.x, m.y, m.z},
+                 axes[] = {body.w, body.x, body.y, body.z, work.w, work.x, work.y, work.z},
+                 units[] = {known->mass,         gravity, known->reach,  scale,
+                            known->swing.moment, time,    scene->start.t};
+    append_numbers(w->in, w->count, INERTIA, start, 10);
+    append_numbers(w->in, w->count, AXES, axes, 8);
+    append_numbers(w->in, w->count, MASS, units, 7);
+    w->turned[0] |= !is_identity(body);
+    w->turned[1] |= !is_identity(work);
     w->framed[w->count] = find_frame_map(known, lever < 0.0, w->frame[w->count]);
     w->index[w->count++] = index;
     return 1;
@@ -183,10 +177,6 @@ INLINE void rotate_attitudes(exact_top *top, group w, int axes)
     multiply_from_right(turned, by);
     take_lanes(top->q, turned, sizeof turned, mask_not(one));
 }
-INLINE wide drop_tiny_momenta(wide m)
-{
-    return wide_choose(wide_less(wide_abs(m), wide_splat(LEAST_MOMENTUM)), wide_splat(0.0), m);
-}
 /* Converts the tops of a group to internal axes and units. */
 INLINE exact_top read_group(group w)
 {
@@ -201,9 +191,9 @@ INLINE exact_top read_group(group w)
     top.inertia.x = inverse * load_number(w, INERTIA);
     top.inertia.y = inverse * load_number(w, INERTIA + 1);
     top.inertia.z = inverse * load_number(w, INERTIA + 2);
-    top.m.x = drop_tiny_momenta(time * (inverse * load_number(w, MOMENTUM)));
-    top.m.y = drop_tiny_momenta(time * (inverse * load_number(w, MOMENTUM + 1)));
-    top.m.z = drop_tiny_momenta(time * (inverse * load_number(w, MOMENTUM + 2)));
+    top.m.x = drop_tiny_momentum(time * (inverse * load_number(w, MOMENTUM)));
+    top.m.y = drop_tiny_momentum(time * (inverse * load_number(w, MOMENTUM + 1)));
+    top.m.z = drop_tiny_momentum(time * (inverse * load_number(w, MOMENTUM + 2)));
     top.lever = dd_make(scale * lever.hi, scale * lever.lo);
     return top;
 }
@@ -219,13 +209,6 @@ INLINE mask is_moving(const exact_top *top)
     return mask_and(wide_less(wide_splat(LEAST_LEVER), wide_abs(top->lever.hi)),
                     wide_less(least, wide_max(wide_min(side, up), push)));
 }
-/* The results of the set-up of a group of Lagrange tops, as bit masks with one bit per lane.
- * `alone` marks tops whose closed-form solutions must be set up individually instead of in SIMD
- * lanes. `refused` marks tops for which the rate of a phase overflows. */
-typedef struct group_result {
-    unsigned alone, refused;
-} group_result;
-
 static void begin_group(group w, lagrange_setup *s)
 {
     s->top = read_group(w);
@@ -236,31 +219,6 @@ static void begin_group(group w, lagrange_setup *s)
     }
     begin_setup(s);
 }
-/* Converts the closed-form solutions for a group of tops to the user's units. */
-static group_result end_group(group w, lagrange_setup *s)
-{
-    const wide time = load_number(w, TIME);
-    const mask below = is_negative(load_number(w, GRAVITY) * load_number(w, REACH));
-    exact_lanes *exact = &s->exact;
-    if (mask_any(below)) {
-        exact_lanes turned = *exact;
-        restore_up_and_down(&turned);
-        take_lanes(exact, &turned, sizeof turned, below);
-    }
-    exact->spin_angle_rate =
-        wide_choose(is_negative(load_number(w, REACH)),
-                    spin_about_opposite_axis(exact->spin_angle_rate), exact->spin_angle_rate);
-    convert_form_to_user(exact, load_number(w, BEGIN), time, load_number(w, MOMENT) / time);
-    const wide rates = exact->nutation.fast + exact->first.fast + exact->second.fast;
-    return (group_result){mask_bits(mask_not(is_moving(&s->top))),
-                          mask_bits(mask_not(wide_less(wide_abs(rates), wide_splat(INFINITY))))};
-}
-
-/* The arguments of a batch computation, and the functions for tops that do not suit lanes. */
-typedef struct batch_job {
-    const kr_exact_scalar *one;
-    const kr_exact_request *request;
-} batch_job;
 /* The closed-form solutions for a group of tops, as an array of doubles. */
 typedef struct forms {
     double form[FORM][LANES];
@@ -280,10 +238,6 @@ static void extract_form(const forms *f, const batch_queue *w, int place, kr_exa
     else
         memset(out->frame, 0, sizeof out->frame);
 }
-static const double *times_of(const kr_exact_request *request, size_t index)
-{
-    return request->own_times ? request->t + index * request->times : request->t;
-}
 /* Returns the states of a group of tops, each at its own time. */
 static state_lanes states_in_lanes(const exact_lanes *exact, wide time)
 {
@@ -298,14 +252,13 @@ static state_lanes states_in_lanes(const exact_lanes *exact, wide time)
     return r;
 }
 /* Writes the k-th state of each top whose bit in `good` is set. */
-static void read_states(const batch_job *j, group g, const exact_lanes *exact, unsigned good,
-                        size_t k)
+static void read_states(const kr_exact_request *request, group g, const exact_lanes *exact,
+                        unsigned good, size_t k)
 {
-    const kr_exact_request *request = j->request;
     const batch_queue *w = g.all;
     double t[LANES], s[8][LANES];
     for (int i = 0; i < LANES; i++)
-        t[i] = times_of(request, w->index[g.first + i < w->count ? g.first + i : 0])[k];
+        t[i] = kr_exact_times_of(request, w->index[g.first + i < w->count ? g.first + i : 0])[k];
     const wide time = wide_load(t);
     const unsigned within = mask_bits(is_span_computable(exact, two_sum(time, -exact->begin).hi));
     const state_lanes states = states_in_lanes(exact, time);
@@ -324,26 +277,14 @@ static void read_states(const batch_job *j, group g, const exact_lanes *exact, u
             forms f;
             memcpy(&f, exact, sizeof f);
             extract_form(&f, w, place, &one);
-            *out = j->one->state(&one, t[i]);
+            *out = request->isa->scalar->state(&one, t[i]);
         }
     }
 }
-static void plan_scalar(const batch_job *j, size_t index)
-{
-    const kr_exact_request *request = j->request;
-    kr_exact_form one;
-    kr_exact_info info;
-    request->status[index] = j->one->plan(&request->scenes[index], 0, 0.0, &one, &info);
-    if (request->status[index] != KR_OK) return;
-    if (request->plans) request->plans[index] = one;
-    if (request->times > 0)
-        KR_NAME(kr_exact_evaluate)(&one, request->times, times_of(request, index),
-                                   request->states + index * request->times);
-}
 /* Writes the closed-form solution and the states of each top whose bit in `good` is set. */
-static void write_group(const batch_job *j, group g, const exact_lanes *exact, unsigned good)
+static void write_group(const kr_exact_request *request, group g, const exact_lanes *exact,
+                        unsigned good)
 {
-    const kr_exact_request *request = j->request;
     const int many = request->times > FEW_TIMES;
     forms f;
     if (many || request->plans) memcpy(&f, exact, sizeof f);
@@ -353,25 +294,38 @@ static void write_group(const batch_job *j, group g, const exact_lanes *exact, u
         kr_exact_form one, *out = request->plans ? &request->plans[index] : &one;
         extract_form(&f, g.all, g.first + i, out);
         if (many)
-            KR_NAME(kr_exact_evaluate)(out, request->times, times_of(request, index),
+            KR_NAME(kr_exact_evaluate)(out, request->times, kr_exact_times_of(request, index),
                                        request->states + index * request->times);
     }
-    for (size_t k = 0; k < request->times && !many; k++) read_states(j, g, exact, good, k);
+    for (size_t k = 0; k < request->times && !many; k++) read_states(request, g, exact, good, k);
 }
-/* Converts the plans of a group to the user's units, and writes the requested results. */
-static void finish_group(const batch_job *j, group g, lagrange_setup *s)
+/* Converts the closed forms of a group to the user's units, and writes the requested results. */
+static void finish_group(const kr_exact_request *request, group g, lagrange_setup *s)
 {
-    const group_result b = end_group(g, s);
+    const wide time = load_number(g, TIME), reach = load_number(g, REACH);
+    const mask below = is_negative(load_number(g, GRAVITY) * reach);
+    exact_lanes *exact = &s->exact;
+    if (mask_any(below)) {
+        exact_lanes turned = *exact;
+        restore_up_and_down(&turned);
+        take_lanes(exact, &turned, sizeof turned, below);
+    }
+    exact->spin_angle_rate = wide_choose(is_negative(reach), 0.0 - exact->spin_angle_rate,
+                                         exact->spin_angle_rate); /* never -0 */
+    convert_form_to_user(exact, load_number(g, BEGIN), time, load_number(g, MOMENT) / time);
+    const wide rates = exact->nutation.fast + exact->first.fast + exact->second.fast;
+    const unsigned alone = mask_bits(mask_not(is_moving(&s->top))),
+                   finite = mask_bits(wide_less(wide_abs(rates), wide_splat(INFINITY)));
     const int rest = g.all->count - g.first, count = rest < LANES ? rest : LANES;
     for (int i = 0; i < count; i++) {
         const size_t index = g.all->index[g.first + i];
-        j->request->status[index] = b.refused >> i & 1 ? KR_ERR_ARGUMENT : KR_OK;
-        if (b.alone >> i & 1) plan_scalar(j, index);
+        request->status[index] = finite >> i & 1 ? KR_OK : KR_ERR_ARGUMENT;
+        if (alone >> i & 1) kr_exact_run_top(request, index);
     }
-    write_group(j, g, &s->exact, ~(b.alone | b.refused) & ((1u << count) - 1));
+    write_group(request, g, exact, finite & ~alone & ((1u << count) - 1));
 }
 /* Computes all queued tops. Unused SIMD lanes are filled with copies of the first top. */
-APART void compute_queue(const batch_job *j, batch_queue *w)
+APART void compute_queue(const kr_exact_request *request, batch_queue *w)
 {
     lagrange_setup s[GROUPS];
     const int groups = (w->count + LANES - 1) / LANES;
@@ -379,13 +333,12 @@ APART void compute_queue(const batch_job *j, batch_queue *w)
         for (int i = 0; i < NUMBERS; i++) w->in[i][lane] = w->in[i][0];
     for (int i = 0; i < groups; i++) begin_group((group){w, i * LANES}, &s[i]);
     lagrange_moving(s, groups);
-    for (int i = 0; i < groups; i++) finish_group(j, (group){w, i * LANES}, &s[i]);
+    for (int i = 0; i < groups; i++) finish_group(request, (group){w, i * LANES}, &s[i]);
     w->count = w->turned[0] = w->turned[1] = 0;
     wide_leave();
 }
-void KR_NAME(kr_exact_batch)(const kr_exact_scalar *one, const kr_exact_request *request)
+void KR_NAME(kr_exact_batch)(const kr_exact_request *request)
 {
-    const batch_job j = {one, request};
     body_data known;
     batch_queue queues[2];
     for (int i = 0; i < 2; i++) queues[i].count = queues[i].turned[0] = queues[i].turned[1] = 0;
@@ -394,9 +347,9 @@ void KR_NAME(kr_exact_batch)(const kr_exact_scalar *one, const kr_exact_request 
         if (i == 0 || memcmp(&known.body, &scene->body, sizeof known.body) != 0)
             analyse_body(&scene->body, &known);
         if (known.fits && known.gravity != scene->gravity) analyse_gravity(scene, &known);
-        if (!known.fits || !add_to_queue(queues, scene, i, &known)) plan_scalar(&j, i);
+        if (!known.fits || !add_to_queue(queues, scene, i, &known)) kr_exact_run_top(request, i);
         for (int top = 0; top < 2; top++)
-            if (queues[top].count == MANY) compute_queue(&j, &queues[top]);
+            if (queues[top].count == MANY) compute_queue(request, &queues[top]);
     }
-    for (int top = 0; top < 2; top++) compute_queue(&j, &queues[top]);
+    for (int top = 0; top < 2; top++) compute_queue(request, &queues[top]);
 }

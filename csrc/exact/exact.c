@@ -6,23 +6,23 @@
 #include "method.h"
 #include "model/scene.h"
 
-/* The rows of a closed form for the instruction sets of the build. */
+/* A row of a table for each instruction set of the build, the widest first. */
 #ifdef KR_WITH_AVX512
-#  define ROW_AVX512(form)                                                                         \
-      {"avx512", kr_has_avx512, &KR_SCALAR_NAME(kr_##form##_scalar),                               \
-       KR_BATCHED(kr_##form##_evaluate_avx512)},
+#  define ROW_AVX512(...) __VA_ARGS__,
 #else
-#  define ROW_AVX512(form)
+#  define ROW_AVX512(...)
 #endif
 #ifdef KR_WITH_AVX2
-#  define ROW_AVX2(form)                                                                           \
-      {"avx2", kr_has_avx2, &kr_##form##_scalar_avx2, KR_BATCHED(kr_##form##_evaluate_avx2)},
+#  define ROW_AVX2(...) __VA_ARGS__,
 #else
-#  define ROW_AVX2(form)
+#  define ROW_AVX2(...)
 #endif
 #define ROWS(form)                                                                                 \
     {                                                                                              \
-        ROW_AVX512(form) ROW_AVX2(form)                                                            \
+        ROW_AVX512({"avx512", kr_has_avx512, &KR_SCALAR_NAME(kr_##form##_scalar),                  \
+                    KR_BATCHED(kr_##form##_evaluate_avx512)})                                      \
+        ROW_AVX2({"avx2", kr_has_avx2, &kr_##form##_scalar_avx2,                                   \
+                  KR_BATCHED(kr_##form##_evaluate_avx2)})                                          \
         {                                                                                          \
             KR_BASE_NAME, kr_has_base, &kr_##form##_scalar_base,                                   \
                 KR_BATCHED(kr_##form##_evaluate_base)                                              \
@@ -122,40 +122,27 @@ kr_status kr_exact_nutation(const kr_scene *scene, kr_nutation *out)
 #endif
     return kr_exact_limits_base(scene, out);
 }
-/* The batch functions are listed in a separate table, so that programs that compute only single
- * tops do not link the batch code. */
-const kr_exact_batch_isa *kr_exact_batch_isa_at(int i)
+void kr_exact_run_top(const kr_exact_request *request, size_t top)
 {
-    static const kr_exact_batch_isa widths[] = {
-#ifdef KR_WITH_AVX512
-        {"avx512", kr_has_avx512, &KR_SCALAR_NAME(kr_exact_scalar),
-         KR_BATCHED(kr_exact_batch_avx512)},
-#endif
-#ifdef KR_WITH_AVX2
-        {"avx2", kr_has_avx2, &kr_exact_scalar_avx2, KR_BATCHED(kr_exact_batch_avx2)},
-#endif
-        {KR_BASE_NAME, kr_has_base, &kr_exact_scalar_base, KR_BATCHED(kr_exact_batch_base)},
-    };
-    return i < (int)(sizeof widths / sizeof *widths) ? &widths[i] : NULL;
+    kr_exact_form plan;
+    kr_exact_info info;
+    request->status[top] = request->isa->scalar->plan(&request->scenes[top], 0, 0.0, &plan, &info);
+    if (request->status[top] != KR_OK) return;
+    if (request->plans) request->plans[top] = plan;
+    if (request->times > 0)
+        kr_exact_evaluate_widest(request->isa, &plan, request->times,
+                                 kr_exact_times_of(request, top),
+                                 request->states + top * request->times);
 }
 void kr_exact_run(const kr_exact_request *request)
 {
-    int i = 0;
-    while (!kr_exact_batch_isa_at(i)->runs_here()) i++; /* untaken: if the first one runs */
-    const kr_exact_batch_isa *isa = kr_exact_batch_isa_at(i);
 #ifdef KR_NO_BATCHES
-    for (size_t top = 0; top < request->n; top++) {
-        const double *t = request->own_times ? request->t + top * request->times : request->t;
-        kr_exact_form form;
-        kr_exact_info info;
-        request->status[top] = isa->scalar->plan(&request->scenes[top], 0, 0.0, &form, &info);
-        if (request->status[top] != KR_OK) continue;
-        if (request->plans) request->plans[top] = form;
-        for (size_t k = 0; k < request->times; k++)
-            request->states[top * request->times + k] = isa->scalar->state(&form, t[k]);
-    }
+    for (size_t top = 0; top < request->n; top++) kr_exact_run_top(request, top);
 #else
-    isa->batch(isa->scalar, request);
+    /* Not members of kr_exact_isa: programs that compute single tops do not link them. */
+    static kr_exact_batch *const batches[] = {
+        ROW_AVX512(kr_exact_batch_avx512) ROW_AVX2(kr_exact_batch_avx2) kr_exact_batch_base};
+    batches[request->isa - kr_symmetric_form](request);
 #endif
 }
 

@@ -75,13 +75,14 @@ void kr_exact_evaluate_widest(const kr_exact_isa *isa, const void *plan, size_t 
                               kr_state out[]);
 /* The limits of the nutation (symmetric.c). */
 typedef kr_status kr_exact_limits(const kr_scene *scene, kr_nutation *out);
-/* Arguments and results of a batch computation for n tops. If `plans` is not NULL, the closed-form
- * solutions are written to this array. The array `states` receives `times` consecutive states for
+/* A batch of n tops, computed with the row `isa` of kr_symmetric_form. If `plans` is not NULL, the
+ * closed forms are written to this array. The array `states` receives `times` consecutive states for
  * each top. If `own_times` is nonzero, the times of top i start at t[i * times]; otherwise all tops
- * share the same times. The array `status` receives the result of kr_exact_plan for each top. No
- * solution and no states are written for a top whose set-up fails. All results are bitwise equal to
- * those of kr_exact_plan and kr_exact_state. */
+ * share the same times. The array `status` receives the result of kr_exact_plan for each top; nothing
+ * else is written for a top that has no closed form. All results are bitwise equal to those of
+ * kr_exact_plan and kr_exact_state. */
 typedef struct kr_exact_request {
+    const kr_exact_isa *isa;
     size_t n;
     const kr_scene *scenes;
     kr_exact_form *plans;
@@ -91,19 +92,15 @@ typedef struct kr_exact_request {
     kr_state *states;
     kr_status *status;
 } kr_exact_request;
-/* Processes a request (batch_setup.c). The argument `one` contains scalar functions for tops that
- * the SIMD code cannot process. */
-typedef void kr_exact_batch(const kr_exact_scalar *one, const kr_exact_request *request);
-typedef struct kr_exact_batch_isa {
-    const char *name;
-    int (*runs_here)(void);
-    const kr_exact_scalar *scalar;
-    kr_exact_batch *batch; /* NULL: without batches */
-} kr_exact_batch_isa;
-/* Returns the i-th instruction set of the batch code, the widest first, or NULL after the last. */
-const kr_exact_batch_isa *kr_exact_batch_isa_at(int i);
-/* Performs a batch computation with the widest instruction set that this processor supports. */
+static inline const double *kr_exact_times_of(const kr_exact_request *request, size_t top)
+{
+    return request->own_times ? request->t + top * request->times : request->t;
+}
 void kr_exact_run(const kr_exact_request *request);
+/* Computes one top of a batch without vectors of tops. */
+void kr_exact_run_top(const kr_exact_request *request, size_t top);
+/* Computes a batch with vectors of tops (batch_setup.c). */
+typedef void kr_exact_batch(const kr_exact_request *request);
 
 extern const kr_exact_scalar kr_exact_scalar_base, kr_exact_scalar_avx2, kr_kowalewski_scalar_base,
     kr_kowalewski_scalar_avx2, kr_chaplygin_scalar_base, kr_chaplygin_scalar_avx2,

@@ -112,6 +112,10 @@ INLINE mask is_positive(wide a) { return wide_less(wide_splat(0.0), a); }
 /* Returns -1 in the lanes selected by the mask m, and 1 in all others. */
 INLINE wide minus_where(mask m) { return wide_choose(m, wide_splat(-1.0), wide_splat(1.0)); }
 INLINE wide length(wide x, wide y) { return wide_sqrt(x * x + y * y); }
+INLINE wide drop_tiny_momentum(wide m)
+{
+    return wide_choose(wide_less(wide_abs(m), wide_splat(LEAST_MOMENTUM)), wide_splat(0.0), m);
+}
 
 static inline int is_identity(kr_quat q) { return v_largest(q_vec(q)) == 0.0; }
 /* Applies the linear map `f`, called a frame, to the quaternion q. */
@@ -328,7 +332,6 @@ INLINE mask is_span_computable(const exact_lanes *e, wide span)
                     mask_and(wide_less(wide_abs(span * e->first.fast), most),
                              wide_less(wide_abs(span * e->second.fast), most)));
 }
-
 /* The functions factors_of_kind and factors_at write the real and imaginary parts of alpha, beta
  * and the horizontal momentum. The values include the phase factors, but the attitude q is not yet
  * normalized, and the map `frame` of the solution has not been applied to it. If factors_of_kind is
@@ -494,12 +497,6 @@ static inline void set_mean_rates(exact_lanes *exact, wide nu, wide first, wide 
     exact->precession_rate = (first + second) + (wind1 + wind2) * nu;
     exact->spin_angle_rate = (first - second) + (wind1 - wind2) * nu;
 }
-/* Converts the mean spin about the third internal axis to the mean spin about the apex, for an apex
- * opposite to this axis. The mean precession rates of both directions are equal. */
-static inline wide spin_about_opposite_axis(wide spin)
-{
-    return 0.0 - spin; /* a zero spin stays a positive zero */
-}
 /* Returns I1, the mean of the two equal principal moments. */
 static inline dd equal_moment(const exact_top *top)
 {
@@ -565,17 +562,14 @@ static inline kr_state state_after(const kr_exact_form *e, double t, dd span)
     if (e->framed != 0.0) r.q = apply_frame(e->frame, r.q);
     return r;
 }
-/* If t is too large for the phases to be computed, returns the initial state, because this state at
- * least has the correct integrals of motion. Returns NaN if t is not finite. */
-static inline kr_state state_beyond(const kr_exact_form *e, double t)
-{
-    const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
-    return isfinite(t) ? state_after(e, t, dd_of(0.0)) : none;
-}
+/* Returns NaN if t is not finite. If t is too late for the phases, returns the initial attitude and momentum, because these have at
+ * least the correct integrals of motion. */
 static inline kr_state state_at(const kr_exact_form *e, double t)
 {
+    const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
     const dd span = two_sum(t, -e->begin);
-    return is_span_computable(e, span.hi) ? state_after(e, t, span) : state_beyond(e, t);
+    if (is_span_computable(e, span.hi)) return state_after(e, t, span);
+    return isfinite(t) ? state_after(e, t, dd_of(0.0)) : none;
 }
 #endif
 #endif

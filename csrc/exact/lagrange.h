@@ -263,57 +263,6 @@ static inline initial find_initial(const exact_top *top, dd i1)
     s.w_square = dd_dot(s.w, s.w);
     return s;
 }
-/* Computes the roots u1, u2 and u3 of the cubic if u3 is far from the other two. The cubic is
- * expanded about the initial height, in v = u - u0, because u1 and u2 may be close to u0. Newton's
- * method yields V = g (u3 - u0). The other two roots of the cubic are computed from a quadratic
- * equation. */
-static inline void find_roots_about_start(const initial *s, const dd c[3], wide guess,
-                                          turning_points *r)
-{
-    const dd scaled[3] = {dd_mul(dd_square(s->g), c[0]), dd_mul(s->g, c[1]), c[2]};
-    r->third = newton_cubic(dd_splat(1.0), scaled, guess);
-    const dd product = dd_over(c[0], r->third),
-             b = dd_over(dd_add(dd_mul(s->g, product), c[1]), r->third);
-    /* The two other roots solve v^2 - b v - product = 0, where product >= 0. */
-    r->span = dd_sqrt(dd_add(dd_square(b), dd_scale(4.0, product)));
-    const dd large = dd_half(dd_add(r->span, dd_abs(b))),
-             small = dd_choose(is_positive(large.hi), dd_over(product, large), dd_splat(0.0));
-    const mask upwards = is_positive(b.hi);
-    r->up = dd_choose(upwards, large, small);
-    r->down = dd_choose(upwards, small, large);
-    r->g31 = dd_add(r->third, dd_mul(s->g, r->down));
-    r->g32 = dd_sub(r->third, dd_mul(s->g, r->up));
-    r->minus2 = dd_sub(s->minus, r->up);
-    r->minus3 = dd_sub(r->third, dd_mul(s->g, s->minus));
-    r->minus1 = dd_add(s->minus, r->down);
-}
-/* Computes the roots u1, u2 and u3 of the cubic if u1 is far from the other two. The cubic is
- * expanded about u = 1 (apex at the top), because the roots u2 and u3 can coincide only there. */
-static inline void find_roots_about_top(const initial *s, wide guess, turning_points *r)
-{
-    const dd wh = dd_add(dd_square(s->w[0]), dd_square(s->w[1]));
-    const dd wa = dd_add(dd_mul(s->w[0], s->a[0]), dd_mul(s->w[1], s->a[1]));
-    const dd tilt = dd_sub(dd_mul(s->minus, dd_sub(dd_square(s->w[2]), s->g)), dd_mul(s->w[2], wa));
-    const dd c[3] = {dd_neg(dd_square(s->difference)), dd_scale(-2.0, dd_add(wh, tilt)),
-                     dd_sub(dd_mul(s->g, dd_add(dd_splat(2.0), s->minus)), s->w_square)};
-    r->minus1 = dd_neg(newton_cubic(s->g, c, guess - s->minus.hi));
-    /* The two other roots solve g s^2 + e1 s + e0 = 0 for s = u - 1, where e0 <= 0. */
-    const dd e0 = dd_over(c[0], r->minus1), e1 = dd_over(dd_sub(c[1], e0), r->minus1);
-    r->g32 = dd_sqrt(dd_sub(dd_square(e1), dd_scale(4.0, dd_mul(s->g, e0))));
-    const dd large = dd_half(dd_add(r->g32, dd_abs(e1))), small = dd_neg(dd_over(e0, large));
-    const mask beyond = is_positive(e1.hi);
-    r->minus3 = large;
-    r->minus2 = dd_choose(is_positive(large.hi), small, dd_splat(0.0));
-    if (mask_any(beyond)) {
-        r->minus3 = dd_choose(beyond, dd_mul(s->g, small), r->minus3);
-        r->minus2 = dd_choose(beyond, dd_div(large, s->g), r->minus2);
-    }
-    r->third = dd_add(r->minus3, dd_mul(s->g, s->minus));
-    r->down = dd_max(dd_sub(r->minus1, s->minus), dd_splat(0.0));
-    r->up = dd_max(dd_sub(s->minus, r->minus2), dd_splat(0.0));
-    r->span = dd_sub(r->minus1, r->minus2);
-    r->g31 = dd_add(r->minus3, dd_mul(s->g, r->minus1));
-}
 /* Recomputes the smaller of a and b from the known product a * b * beside to avoid cancellation.
  * The mask `smaller_a` marks the lanes in which a is smaller than b. If a and b are both zero,
  * neither is changed. */
@@ -348,15 +297,57 @@ static inline void recompute_small_distances(const initial *s, turning_points *r
     r->span = dd_max(r->span, level);
     r->g32 = dd_max(r->g32, dd_times(wide_splat(1e-150), r->g31));
 }
-static inline void find_heights_about_start(const initial *s, const dd c[3], wide guess,
-                                            turning_points *r)
+/* Computes the roots u1, u2 and u3 of the cubic if u3 is far from the other two. The cubic is
+ * expanded about the initial height, in v = u - u0, because u1 and u2 may be close to u0. Newton's
+ * method yields V = g (u3 - u0). The other two roots of the cubic are computed from a quadratic
+ * equation. */
+static inline void find_roots_about_start(const initial *s, const dd c[3], wide guess,
+                                          turning_points *r)
 {
-    find_roots_about_start(s, c, guess, r);
+    const dd scaled[3] = {dd_mul(dd_square(s->g), c[0]), dd_mul(s->g, c[1]), c[2]};
+    r->third = newton_cubic(dd_splat(1.0), scaled, guess);
+    const dd product = dd_over(c[0], r->third),
+             b = dd_over(dd_add(dd_mul(s->g, product), c[1]), r->third);
+    /* The two other roots solve v^2 - b v - product = 0, where product >= 0. */
+    r->span = dd_sqrt(dd_add(dd_square(b), dd_scale(4.0, product)));
+    const dd large = dd_half(dd_add(r->span, dd_abs(b))),
+             small = dd_choose(is_positive(large.hi), dd_over(product, large), dd_splat(0.0));
+    const mask upwards = is_positive(b.hi);
+    r->up = dd_choose(upwards, large, small);
+    r->down = dd_choose(upwards, small, large);
+    r->g31 = dd_add(r->third, dd_mul(s->g, r->down));
+    r->g32 = dd_sub(r->third, dd_mul(s->g, r->up));
+    r->minus2 = dd_sub(s->minus, r->up);
+    r->minus3 = dd_sub(r->third, dd_mul(s->g, s->minus));
+    r->minus1 = dd_add(s->minus, r->down);
     recompute_small_distances(s, r, 1);
 }
-static inline void find_heights_about_top(const initial *s, wide guess, turning_points *r)
+/* Computes the roots u1, u2 and u3 of the cubic if u1 is far from the other two. The cubic is
+ * expanded about u = 1 (apex at the top), because the roots u2 and u3 can coincide only there. */
+static inline void find_roots_about_top(const initial *s, wide guess, turning_points *r)
 {
-    find_roots_about_top(s, guess / s->g.hi, r);
+    const dd wh = dd_add(dd_square(s->w[0]), dd_square(s->w[1]));
+    const dd wa = dd_add(dd_mul(s->w[0], s->a[0]), dd_mul(s->w[1], s->a[1]));
+    const dd tilt = dd_sub(dd_mul(s->minus, dd_sub(dd_square(s->w[2]), s->g)), dd_mul(s->w[2], wa));
+    const dd c[3] = {dd_neg(dd_square(s->difference)), dd_scale(-2.0, dd_add(wh, tilt)),
+                     dd_sub(dd_mul(s->g, dd_add(dd_splat(2.0), s->minus)), s->w_square)};
+    r->minus1 = dd_neg(newton_cubic(s->g, c, guess - s->minus.hi));
+    /* The two other roots solve g s^2 + e1 s + e0 = 0 for s = u - 1, where e0 <= 0. */
+    const dd e0 = dd_over(c[0], r->minus1), e1 = dd_over(dd_sub(c[1], e0), r->minus1);
+    r->g32 = dd_sqrt(dd_sub(dd_square(e1), dd_scale(4.0, dd_mul(s->g, e0))));
+    const dd large = dd_half(dd_add(r->g32, dd_abs(e1))), small = dd_neg(dd_over(e0, large));
+    const mask beyond = is_positive(e1.hi);
+    r->minus3 = large;
+    r->minus2 = dd_choose(is_positive(large.hi), small, dd_splat(0.0));
+    if (mask_any(beyond)) {
+        r->minus3 = dd_choose(beyond, dd_mul(s->g, small), r->minus3);
+        r->minus2 = dd_choose(beyond, dd_div(large, s->g), r->minus2);
+    }
+    r->third = dd_add(r->minus3, dd_mul(s->g, s->minus));
+    r->down = dd_max(dd_sub(r->minus1, s->minus), dd_splat(0.0));
+    r->up = dd_max(dd_sub(s->minus, r->minus2), dd_splat(0.0));
+    r->span = dd_sub(r->minus1, r->minus2);
+    r->g31 = dd_add(r->minus3, dd_mul(s->g, r->minus1));
     recompute_small_distances(s, r, 0);
 }
 /* Finds the roots u1, u2 and u3 of the cubic polynomial that governs the height of the axis. The
@@ -374,12 +365,12 @@ static turning_points find_turning_heights(const initial *s)
     const wide guess = lone_root(c[2].hi, s->g.hi * c[1].hi, s->g.hi * s->g.hi * c[0].hi, &top);
     turning_points r, some;
     if (mask_all(top)) {
-        find_heights_about_start(s, c, guess, &r);
+        find_roots_about_start(s, c, guess, &r);
         return r;
     }
-    find_heights_about_top(s, guess, &r);
+    find_roots_about_top(s, guess / s->g.hi, &r);
     if (!mask_any(top)) return r;
-    find_heights_about_start(s, c, guess, &some);
+    find_roots_about_start(s, c, guess, &some);
     take_lanes(&r, &some, sizeof r, top);
     return r;
 }
@@ -436,19 +427,18 @@ static inline arguments find_arguments(exact_lanes *exact, const initial *s,
     a.y2 = -minus_where(is_negative(s->difference.hi)) * wide_min(mean * b2, limit);
     return a;
 }
-/* Sets the theta series of the Cayley-Klein parameters alpha and beta, and of the horizontal
- * momentum. If `dual` is nonzero, the theta series are expanded in the complementary nome. The
- * scale factors of alpha and beta follow from
- * |alpha|^2 = (1 + u)/2 and |beta|^2 = (1 - u)/2 at the extreme heights. */
+/* Sets the theta series, in powers of the complementary nome if `dual` is nonzero. The scale factors
+ * of alpha and beta follow from |alpha|^2 = (1 + u)/2 and |beta|^2 = (1 - u)/2 at the extreme
+ * heights. */
 static inline void fill_series_of_kind(exact_lanes *exact, const turning_points *r,
                                        const arguments *a, int dual)
 {
     const double pi = 3.14159265358979323846;
-    const wide kp = wide_sqrt(r->g32.hi / r->g31.hi), p2 = r->plus2.hi, m1 = r->minus1.hi,
-               zero = wide_splat(0.0), shrink = dual ? 1.0 / a->T : wide_splat(1.0);
+    const wide kp = wide_sqrt(r->g32.hi / r->g31.hi), zero = wide_splat(0.0),
+               shrink = dual ? 1.0 / a->T : wide_splat(1.0);
     const exponential e = exponential_of(dd_of(-pi * (dual ? shrink : a->T)));
     const wide nome = e.plus * (e.even + e.odd), y1 = a->y1 * shrink, y2 = a->y2 * shrink;
-    const wide high = wide_sqrt(0.5 * p2), low = wide_sqrt(0.5 * m1);
+    const wide high = wide_sqrt(0.5 * r->plus2.hi), low = wide_sqrt(0.5 * r->minus1.hi);
     exact->curve = wide_splat(dual ? LAGRANGE_DUAL : LAGRANGE);
     exact->slope[0] = y1 * (-1.0 / pi);
     exact->slope[1] = y2 * (-1.0 / pi);
@@ -553,31 +543,25 @@ static inline mask is_resting_at_pole(const initial *s)
     return mask_and(wide_at_most(wh, least * (s->w_square.hi + s->g.hi)),
                     wide_at_most(wide_min(s->plus.hi, s->minus.hi), least));
 }
-/* Returns half of c (1/I3 - 1/I1), where c = <m, a>. The result is half the difference between the
- * spin and the component of W along the symmetry axis. The caller adds the result to the rate of
- * alpha, and subtracts it from the rate of beta. */
-static inline dd half_spin_of(const exact_top *top, const initial *s, dd i1)
-{
-    const dd axial = dd_half(dd_sub(s->sum, s->difference));
-    return dd_half(dd_mul(dd_sub(dd_over(i1, dd_of(top->inertia.z)), dd_splat(1.0)), axial));
-}
-/* Intermediate results of lagrange_setup up a closed-form solution. */
+/* The closed form of a top, and the intermediate results of its set-up. */
 typedef struct lagrange_setup {
     exact_lanes exact;
     exact_top top;
-    dd i1, half_spin;
+    dd i1, half_spin; /* I1; half of c (1/I3 - 1/I1) with c = <m, a>, which k1 and k2 lack */
     initial start;
     turning_points heights;
-    dd mean, nu, k1, k2; /* agm(1, k'), and rates without half_spin */
+    dd mean, nu, k1, k2; /* agm(1, k'), and rates */
     arguments at;
 } lagrange_setup;
 
-/* Computes the quantities on which all later stages of the closed-form set-up depend. */
+/* Computes the quantities on which all later stages of the set-up depend. */
 static void begin_setup(lagrange_setup *s)
 {
     s->i1 = equal_moment(&s->top);
     s->start = find_initial(&s->top, s->i1);
-    s->half_spin = half_spin_of(&s->top, &s->start, s->i1);
+    const dd axial = dd_half(dd_sub(s->start.sum, s->start.difference)),
+             ratio = dd_over(s->i1, dd_of(s->top.inertia.z));
+    s->half_spin = dd_half(dd_mul(dd_sub(ratio, dd_splat(1.0)), axial));
 }
 static void set_angles(lagrange_setup *s)
 {

@@ -35,7 +35,6 @@ static dd find_axis_tilt(const kr_body *b, const kr_working *w, kr_quat *tilt)
     *tilt = q4(1.0, v3(-c[1].hi / twice, c[0].hi / twice, 0.0));
     return dd_times(size, reach);
 }
-static double drop_tiny_momentum(double m) { return fabs(m) < LEAST_MOMENTUM ? 0.0 : m; }
 /* Returns half the rate that the rotor adds to the spin, in internal units. For a spherical body
  * with rotated axes, the norm of the rotor momentum is used, because it is not affected by rounding
  * errors of the rotation. */
@@ -88,18 +87,6 @@ static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *to
     top->half_turn = half_turn_of_rotor(&scene->body, &w, &top->units);
     return KR_OK;
 }
-/* Converts a solution to the user's axes and units. The argument `unit` is the internal unit of
- * time, expressed in the user's units. */
-static void to_frame_and_units(kr_exact_form *exact, const described_top *top, double start,
-                               double unit)
-{
-    if (!is_identity(top->axes)) {
-        add_axes_to_frame(exact->frame, exact->framed != 0.0, top->axes);
-        exact->framed = 1.0;
-    }
-    convert_form_to_user(exact, start, unit, top->units.moment / top->units.time);
-}
-
 /* The closed form of a torque-free top. Let a (axis 3) be the principal axis
  * around which the angular momentum m circulates in the body frame. The moment of inertia about
  * axis 3 is the largest or the smallest of the three. In the axes of the solution, the angular
@@ -155,29 +142,28 @@ static kr_quat frame_of(int k, int middle, int reverse)
     if (middle == (k + 1) % 3) q = q_mul(q, q4(r, v3(0.0, 0.0, r)));
     return reverse ? q_mul(q, q4(0.0, v3(0.0, 1.0, 0.0))) : q;
 }
-static void swap(int *a, int *b)
-{
-    const int t = *a;
-    *a = *b;
-    *b = t;
-}
-
-/* Reorders the principal axes, given the principal moments and the momentum m in the body frame. */
+/* Reorders the principal axes, given the principal moments, all different, and the momentum m in the
+ * body frame. */
 static body_axes body_axes_of(const double inertia[3], const dd m[3])
 {
-    int low = 0, middle = 1, high = 2;
+    int low = 0, high = 0;
     body_axes r;
     dd term[3];
-    if (inertia[low] > inertia[middle]) swap(&low, &middle);
-    if (inertia[middle] > inertia[high]) swap(&middle, &high);
-    if (inertia[low] > inertia[middle]) swap(&low, &middle);
+    for (int i = 1; i < 3; i++) {
+        if (inertia[i] < inertia[low]) low = i;
+        if (inertia[i] > inertia[high]) high = i;
+    }
+    const int middle = 3 - low - high;
     const dd more = two_sum(inertia[high], -inertia[middle]),
              less = two_sum(inertia[middle], -inertia[low]);
     const dd above = dd_div(dd_mul(dd_square(m[high]), more), dd_of(inertia[high]));
     const dd below = dd_div(dd_mul(dd_square(m[low]), less), dd_of(inertia[low]));
     r.sense = dd_less(above, below) ? -1.0 : 1.0;
     r.dm = dd_abs(dd_sub(above, below));
-    if (r.sense < 0.0) swap(&low, &high);
+    if (r.sense < 0.0) {
+        low = high;
+        high = 3 - low - middle;
+    }
     const int reverse = m[high].hi < 0.0, odd = middle == (high + 1) % 3;
     const int index[3] = {low, middle, high};
     const double sign[3] = {reverse ? -1.0 : 1.0, odd ? -1.0 : 1.0, reverse ? -1.0 : 1.0};
@@ -249,22 +235,20 @@ static dd common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean
     const dd cross = dd_mul(*mean, dd_sqrt(dd_div(c2, dd_mul(flat, dd_add(flat, ck)))));
     return dd_half(dd_add(k, dd_mul(excess, dd_sub(dd_div(dd_sub(one, drop), flat), cross))));
 }
-/* Sets the coefficients of the theta series for alpha and beta. The arguments of both theta series
- * have the same imaginary part, an incomplete elliptic integral of the first kind. The scale
- * factors of the theta series are computed from the largest values of |alpha| and |beta|. */
+/* Sets the theta series of alpha and beta. The arguments of both have the same imaginary part, an
+ * incomplete elliptic integral of the first kind. */
 static void euler_series(kr_exact_form *exact, const body_axes *a, double c2, double flat, dd k2,
                          double kp2, dd average)
 {
     const double pi = 3.14159265358979323846, c = sqrt(c2), kp = sqrt(kp2),
-                 quarter = sqrt(sqrt(kp));
-    const double T = theta_stretch(exact, dd_twice(average), k2), limit = 0.25 * pi * T;
-    const double b = sqrt(flat) * elliptic_rf(k2.hi * c2, k2.hi, flat + k2.hi * c2);
-    const double y = -a->sense * fmin(average.hi * b, limit);
+                 T = theta_stretch(exact, dd_twice(average), k2), limit = 0.25 * pi * T,
+                 b = sqrt(flat) * elliptic_rf(k2.hi * c2, k2.hi, flat + k2.hi * c2);
     const int dual = T < 1.0;
-    const double nome = exp(dual ? -pi / T : -pi * T), shrink = dual ? 1.0 / T : 1.0;
-    /* The largest value of |beta| is `above`, and the largest value of |alpha| is `below`. */
-    const double above = sqrt(0.5 * (1.0 + c)),
-                 below = sqrt(0.5 * (flat + c2 * k2.hi) / (1.0 + c * kp));
+    const double shrink = dual ? 1.0 / T : 1.0, nome = exp(dual ? -pi / T : -pi * T),
+                 y = -a->sense * fmin(average.hi * b, limit);
+    const double below = sqrt(0.5 * (flat + c2 * k2.hi) / (1.0 + c * kp)), /* largest |alpha| */
+        above = sqrt(0.5 * (1.0 + c)),                                     /* largest |beta| */
+        quarter = sqrt(sqrt(kp));
     exact->curve = dual ? EULER_DUAL : EULER;
     exact->slope[0] = exact->slope[1] = -y * shrink / pi;
     exact->alpha = theta_series(THETA1, nome, y * shrink, dual);
@@ -375,26 +359,6 @@ static kr_exact_form euler_closed_form(const exact_top *top, dd half_turn)
  * where (m3 - c cos th)/sin th = ((m3 + c) tan th/2 + (m3 - c) cot th/2) / 2 loses no digits near a
  * pole. An axial rotor with the momentum h replaces c^2/2 I3 by (c - h)^2/2 I3. For a torque-free
  * body, u3 is infinite, but only the product g u3 is used. */
-/* Types of motion. Quantities are considered equal if they agree within KR_INPUT_RTOL. For angles,
- * the tolerance is measured in radians. For a precession rate or a momentum, the tolerance is
- * relative to the magnitude of the terms in its formula. */
-enum motion_type {
-    RESTING,    /* no torque, and the apex rests */
-    CIRCLE,     /* no torque: a circle about the angular momentum */
-    SLEEPING,   /* upright against gravity */
-    HANGING,    /* straight down */
-    STEADY,     /* precession without nutation */
-    SEPARATRIX, /* reaches the upright position in infinite time */
-    PENDULUM,   /* in a vertical plane, swinging or circling */
-    ROSETTE,    /* passes through the vertical, above or below */
-    LOOPS,      /* precesses in opposite senses at the highest and lowest points */
-    CUSPS,      /* does not precess at the highest point */
-    WAVES       /* precesses in one sense */
-};
-static const char *const motion_type_names[] = {"resting", "circle",     "sleeping", "hanging",
-                                                "steady",  "separatrix", "pendulum", "rosette",
-                                                "loops",   "cusps",      "waves"};
-
 /* Returns the nutation angle for the height u, given 1 - u and 1 + u. Values of 1 - u and 1 + u of
  * at most 2e-36 count as zero, because recompute_small_distances replaces values below 1e-36 with
  * 1e-36. */
@@ -413,27 +377,22 @@ static int precession_sign(const initial *s, dd minus, dd plus, double tol)
     const double all = dd_add(one, two).hi, size = fabs(one.hi) + fabs(two.hi);
     return fabs(all) <= tol * size ? 0 : all < 0.0 ? -1 : 1;
 }
-/* Returns the type of motion of a heavy top, given its smallest and largest nutation angles.
- * Gravity must point downwards. */
-static enum motion_type heavy_motion_type(const initial *s, const turning_points *r, double least,
-                                          double greatest)
+/* Returns the type of motion of a heavy top (kr_nutation), given its smallest and largest nutation
+ * angles. Gravity must point downwards. Quantities count as equal if they agree within KR_INPUT_RTOL:
+ * angles in radians, rates and momenta relative to the terms of their formulas. */
+static const char *heavy_motion_type(const initial *s, const turning_points *r, double least,
+                                     double greatest)
 {
     const double pi = 3.14159265358979323846, tol = KR_INPUT_RTOL,
                  size = tol * sqrt(s->w_square.hi + s->g.hi);
     if (greatest - least <= tol)
-        return greatest <= tol ? SLEEPING : pi - least <= tol ? HANGING : STEADY;
-    if (least <= tol && r->g32.hi <= tol * r->g31.hi) return SEPARATRIX;
-    if (fabs(s->sum.hi) <= size && fabs(s->difference.hi) <= size) return PENDULUM;
-    if (least <= tol || pi - greatest <= tol) return ROSETTE;
+        return greatest <= tol ? "sleeping" : pi - least <= tol ? "hanging" : "steady";
+    if (least <= tol && r->g32.hi <= tol * r->g31.hi) return "separatrix";
+    if (fabs(s->sum.hi) <= size && fabs(s->difference.hi) <= size) return "pendulum";
+    if (least <= tol || pi - greatest <= tol) return "rosette";
     const int high = precession_sign(s, r->minus2, r->plus2, tol),
               low = precession_sign(s, r->minus1, r->plus1, 0.0);
-    return high == 0 ? CUSPS : high == low ? WAVES : LOOPS;
-}
-static enum motion_type free_motion_type(const initial *s)
-{
-    const dd axial = dd_half(dd_sub(s->sum, s->difference));
-    const dd across = dd_sqrt(dd_sub(s->w_square, dd_square(axial)));
-    return across.hi <= KR_INPUT_RTOL * sqrt(s->w_square.hi) ? RESTING : CIRCLE;
+    return high == 0 ? "cusps" : high == low ? "waves" : "loops";
 }
 /* Writes the first times, not negative, of the lowest and of the highest apex. */
 static void turning_times(const initial *s, const turning_points *r, double *low, double *high)
@@ -448,75 +407,48 @@ static void turning_times(const initial *s, const turning_points *r, double *low
     if (kp <= 1e-74) *high = INFINITY;
     if (kp <= 1e-74 && !falls && here.hi > 0.0) *low = INFINITY;
 }
-/* Sets the members of kr_nutation that do not depend on the turning points, in internal units,
- * and sets both extreme angles to the initial nutation.
- * Gravity must point downwards. The argument `rotor` is the momentum of an axial rotor divided by
- * I3. */
-static kr_nutation turning_of_body(const exact_top *top, const initial *s, dd i1, double rotor)
-{
-    kr_nutation r = {0};
-    const double axial = i1.hi * dd_half(dd_sub(s->sum, s->difference)).hi;
-    r.inertia = i1.hi;
-    r.sum = i1.hi * s->sum.hi;
-    r.difference = i1.hi * s->difference.hi;
-    const double own = axial - rotor * top->inertia.z;
-    r.axial_energy = own * own / (2.0 * top->inertia.z);
-    r.lever = top->lever.hi;
-    r.critical_spin = 2.0 * sqrt(i1.hi * top->lever.hi) / top->inertia.z;
-    r.least = r.greatest = turning_angle(s->minus, s->plus);
-    return r;
-}
 /* Returns the turning points, in internal units, of a top whose weight * com along its axis is
  * nonnegative. Times are measured from the initial time. The argument `rotor` is the momentum of an
  * axial rotor divided by I3. */
 static kr_nutation turning_downwards(const exact_top *top, double rotor)
 {
-    const dd i1 = dd_half(two_sum(top->inertia.x, top->inertia.y));
+    const dd i1 = equal_moment(top);
     const initial s = find_initial(top, i1);
-    const int free = s.g.hi == 0.0;
-    kr_nutation r = turning_of_body(top, &s, i1, rotor);
-    if (free ? free_motion_type(&s) == RESTING : is_resting_at_pole(&s)) {
-        r.motion_type = motion_type_names[free ? RESTING : s.a[2].hi > 0.0 ? SLEEPING : HANGING];
+    const dd spin = dd_half(dd_sub(s.sum, s.difference)),
+             across = dd_sqrt(dd_sub(s.w_square, dd_square(spin)));
+    const double own = i1.hi * spin.hi - rotor * top->inertia.z;
+    const int is_free = s.g.hi == 0.0;
+    kr_nutation r = {.sum = i1.hi * s.sum.hi,
+                     .difference = i1.hi * s.difference.hi,
+                     .inertia = i1.hi,
+                     .axial_energy = own * own / (2.0 * top->inertia.z),
+                     .lever = top->lever.hi,
+                     .critical_spin = 2.0 * sqrt(i1.hi * top->lever.hi) / top->inertia.z};
+    r.least = r.greatest = turning_angle(s.minus, s.plus);
+    r.motion_type = is_free ? "resting" : s.a[2].hi > 0.0 ? "sleeping" : "hanging";
+    if (is_free ? across.hi <= KR_INPUT_RTOL * sqrt(s.w_square.hi) : is_resting_at_pole(&s))
         return r;
-    }
     const turning_points heights = find_turning_heights(&s);
     r.least = turning_angle(heights.minus2, heights.plus2);
     r.greatest = turning_angle(heights.minus1, heights.plus1);
-    r.motion_type =
-        motion_type_names[free ? CIRCLE : heavy_motion_type(&s, &heights, r.least, r.greatest)];
+    r.motion_type = is_free ? "circle" : heavy_motion_type(&s, &heights, r.least, r.greatest);
     if (r.greatest - r.least > KR_INPUT_RTOL)
         turning_times(&s, &heights, &r.t_greatest, &r.t_least);
     return r;
 }
-static void swap_doubles(double *a, double *b)
+/* Returns turning points that were computed with up and down interchanged. */
+static kr_nutation exchange_turning_points(kr_nutation r)
 {
-    const double c = *a;
-    *a = *b;
-    *b = c;
-}
-/* Reverses turning points that were computed with up and down interchanged. */
-static void flip_nutation(kr_nutation *r)
-{
-    const double pi = 3.14159265358979323846, least = pi - r->greatest;
-    r->greatest = pi - r->least;
-    r->least = least;
-    swap_doubles(&r->t_least, &r->t_greatest);
-    swap_doubles(&r->sum, &r->difference);
-    r->sum = -r->sum;
-    r->difference = -r->difference;
-    r->lever = -r->lever;
-}
-static void convert_nutation_to_user(kr_nutation *r, const kr_units *units, double start)
-{
-    const double momentum = units->moment / units->time, energy = momentum / units->time;
-    r->t_least = start + units->time * r->t_least;
-    r->t_greatest = start + units->time * r->t_greatest;
-    r->critical_spin /= units->time;
-    r->inertia *= units->moment;
-    r->sum *= momentum;
-    r->difference *= momentum;
-    r->axial_energy *= energy;
-    r->lever *= energy;
+    const double pi = 3.14159265358979323846;
+    kr_nutation s = r;
+    s.least = pi - r.greatest;
+    s.greatest = pi - r.least;
+    s.t_least = r.t_greatest;
+    s.t_greatest = r.t_least;
+    s.sum = -r.difference;
+    s.difference = -r.sum;
+    s.lever = -r.lever;
+    return s;
 }
 
 /* Returns the closed-form solution for a Lagrange top, in internal units. `half_turn` is half the
@@ -576,9 +508,15 @@ static kr_status set_up(const kr_scene *scene, int own, double bound, void *memo
     const int is_free = top.own.lever.hi == 0.0;
     kr_exact_form made = is_free ? euler_closed_form(&top.own, top.half_turn)
                                  : lagrange_closed_form(&top.own, top.half_turn);
-    if (!is_free && top.behind)
-        made.spin_angle_rate = spin_about_opposite_axis(made.spin_angle_rate);
-    if (!own) to_frame_and_units(&made, &top, scene->start.t, top.units.time);
+    if (!is_free && top.behind) made.spin_angle_rate = 0.0 - made.spin_angle_rate; /* never -0 */
+    if (!own) {
+        if (!is_identity(top.axes)) {
+            add_axes_to_frame(made.frame, made.framed != 0.0, top.axes);
+            made.framed = 1.0;
+        }
+        convert_form_to_user(&made, scene->start.t, top.units.time,
+                             top.units.moment / top.units.time);
+    }
     /* For extreme moments of inertia, the rates of the phases may exceed the range of doubles. */
     if (!isfinite(made.nutation.fast + made.first.fast + made.second.fast)) return KR_ERR_ARGUMENT;
     memcpy(memory, &made, sizeof made);
@@ -616,9 +554,18 @@ kr_status KR_NAME(kr_exact_limits)(const kr_scene *scene, kr_nutation *out)
     kr_nutation r = turning_downwards(&top.own, -2.0 * top.half_turn.hi);
     /* The apex points along the third internal axis or in the opposite direction. */
     r.critical_spin += (top.behind ? -2.0 : 2.0) * top.half_turn.hi;
-    if (below != top.behind) flip_nutation(&r);
-    convert_nutation_to_user(&r, &top.units, scene->start.t);
-    memcpy(out, &r, sizeof r);
+    if (below != top.behind) r = exchange_turning_points(r);
+    const double time = top.units.time, momentum = top.units.moment / time,
+                 energy = momentum / time;
+    r.t_least = scene->start.t + time * r.t_least;
+    r.t_greatest = scene->start.t + time * r.t_greatest;
+    r.critical_spin /= time;
+    r.inertia *= top.units.moment;
+    r.sum *= momentum;
+    r.difference *= momentum;
+    r.axial_energy *= energy;
+    r.lever *= energy;
+    *out = r;
     return KR_OK;
 }
 static kr_state state_of_plan(const void *plan, double t) { return state_at(plan, t); }

@@ -107,7 +107,7 @@ static void print_lanes_hash(const kr_lanes_isa *isa, kr_config config, const ch
     kr_worker_free(worker);
     say(isa->name, what, 20, golden_names[which], hash_of(&came, size));
 }
-static void closed(const kr_exact_isa *isa, const kr_exact_batch_isa *width, int which)
+static void closed(const kr_exact_isa *isa, int which)
 {
     enum { TIMES = 200 };
     static double t[TIMES];
@@ -116,13 +116,12 @@ static void closed(const kr_exact_isa *isa, const kr_exact_batch_isa *width, int
     kr_exact_form plan;
     kr_exact_info info;
     kr_status status = KR_OK;
-    const kr_exact_request asked = {
-        .n = 1, .scenes = &s, .times = TIMES, .t = t, .states = same, .status = &status};
+    const kr_exact_request asked = {isa, 1, &s, NULL, TIMES, t, 0, same, &status};
     for (int k = 0; k < TIMES; k++) t[k] = 0.375 * (k - 50);
     memset(&plan, 0, sizeof plan);
     must(isa->scalar->plan(&s, 0, 0.0, &plan, &info) == KR_OK, "no closed form");
     isa->evaluate(&plan, TIMES, t, states);
-    width->batch(width->scalar, &asked);
+    kr_exact_run(&asked);
     must(status == KR_OK && memcmp(same, states, sizeof states) == 0, "tops and times differ");
     say(isa->name, "closed", TIMES, golden_names[which], hash_of(states, sizeof states));
 }
@@ -140,9 +139,8 @@ int main(void)
                 print_lanes_hash(kr_lanes_isa_at(i), whole, "lanes", which);
                 print_lanes_hash(kr_lanes_isa_at(i), growing, "growth", which);
             }
-        for (int i = 0; which != 2 && kr_exact_batch_isa_at(i); i++)
-            if (kr_exact_batch_isa_at(i)->runs_here())
-                closed(&kr_symmetric_form[i], kr_exact_batch_isa_at(i), which);
+        for (int i = 0; which != 2 && kr_symmetric_form[i].name; i++)
+            if (kr_symmetric_form[i].runs_here()) closed(&kr_symmetric_form[i], which);
     }
     return 0;
 }

@@ -228,41 +228,41 @@ static int differ(const void *a, const void *b, size_t size) { return memcmp(a, 
 
 /* Plans the n tops from `first` on together, and compares the results with those of each top
  * alone. */
-static void hold_to_alone(const kr_exact_batch_isa *width, size_t first, size_t n)
+static void hold_to_alone(const kr_exact_isa *isa, size_t first, size_t n)
 {
-    const kr_exact_request asked = {n, scenes + first, together, 3, times + 3 * first,
-                                    1, states,         status};
+    const kr_exact_request asked = {isa, n,      scenes + first, together, 3, times + 3 * first,
+                                    1,   states, status};
     int wrong = 0;
     memset(together, 0xa5, sizeof together);
     memset(states, 0xa5, sizeof states);
-    width->batch(width->scalar, &asked);
+    kr_exact_run(&asked);
     for (size_t i = 0; i < n; i++)
         wrong += status[i] != status_alone[first + i] ||
                  differ(&together[i], &alone[first + i], sizeof alone[0]) ||
                  differ(&states[3 * i], &states_alone[3 * (first + i)], 3 * sizeof states[0]);
-    if (wrong) printf("%s: %d of %zu from %zu on\n", width->name, wrong, n, first);
+    if (wrong) printf("%s: %d of %zu from %zu on\n", isa->name, wrong, n, first);
     IS(wrong == 0);
 }
-static void test_independence_of_neighbours(const kr_exact_batch_isa *width)
+static void test_independence_of_neighbours(const kr_exact_isa *isa)
 {
-    hold_to_alone(width, 0, TOPS);
-    for (size_t n = 0; n <= 70; n++) hold_to_alone(width, n * n, n);
-    for (size_t first = 0; first < 300; first++) hold_to_alone(width, first, 1);
+    hold_to_alone(isa, 0, TOPS);
+    for (size_t n = 0; n <= 70; n++) hold_to_alone(isa, n * n, n);
+    for (size_t first = 0; first < 300; first++) hold_to_alone(isa, first, 1);
 }
 /* Evaluates the tops at common times, few and many, without storing their plans. */
-static void test_common_times(const kr_exact_batch_isa *width)
+static void test_common_times(const kr_exact_isa *isa)
 {
     enum { FEW = 50 };
     static kr_state rows[FEW * MOST_TIMES], row[MOST_TIMES];
     double t[MOST_TIMES];
     for (int k = 0; k < MOST_TIMES; k++) t[k] = any_time(k);
     for (size_t count = 0; count <= MOST_TIMES; count += count < 2 ? 1 : 7) {
-        const kr_exact_request asked = {FEW, scenes, NULL, count, t, 0, rows, status};
-        width->batch(width->scalar, &asked);
+        const kr_exact_request asked = {isa, FEW, scenes, NULL, count, t, 0, rows, status};
+        kr_exact_run(&asked);
         for (size_t i = 0; i < FEW; i++) {
             IS(status[i] == status_alone[i]);
             if (status[i] != KR_OK) continue;
-            for (size_t k = 0; k < count; k++) row[k] = width->scalar->state(&alone[i], t[k]);
+            for (size_t k = 0; k < count; k++) row[k] = isa->scalar->state(&alone[i], t[k]);
             IS(!differ(row, rows + i * count, count * sizeof row[0]));
         }
     }
@@ -271,16 +271,16 @@ int main(void)
 {
     make_scenes();
     for (int order = 0; order < 3; order++) {
-        for (int i = 0; kr_exact_batch_isa_at(i); i++) {
-            const kr_exact_batch_isa *width = kr_exact_batch_isa_at(i);
-            if (!width->runs_here()) continue;
-            plan_alone(width->scalar);
-            test_independence_of_neighbours(width);
-            test_common_times(width);
+        for (const kr_exact_isa *isa = kr_symmetric_form; isa->name; isa++) {
+            if (!isa->runs_here()) continue;
+            plan_alone(isa->scalar);
+            test_independence_of_neighbours(isa);
+            test_common_times(isa);
         }
         shuffle();
     }
-    const kr_exact_request none = {0, NULL, NULL, 0, NULL, 0, NULL, NULL};
+    const kr_exact_request none = {
+        kr_exact_widest_isa(kr_symmetric_form), 0, NULL, NULL, 0, NULL, 0, NULL, NULL};
     kr_exact_run(&none);
     return check_result();
 }
