@@ -92,8 +92,8 @@ void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rat
     set_vector_words(s[0].k, s[1].k, vdd_over(motion->body->differences, A));
     set_vector_words(s[0].up, s[1].up, vdd_over(up, A));
     set_vector_words(s[0].down, s[1].down, vdd_over(down, A));
-    const kr_vec3 none = {0.0, 0.0, 0.0}, drag = v_scale(-1.0 / rate, motion->damping);
-    set_vector_words(s[0].drag, s[1].drag, vdd_over(v_dd(drag, none), A));
+    const kr_vec3 drag = v_scale(-1.0 / rate, motion->damping);
+    set_vector_words(s[0].drag, s[1].drag, vdd_over(vdd_of(drag), A));
     s[0].linear = v_largest(drag) > 0.0 ? 1.0 : 0.0;
     set_gradient_terms(s, motion->gradient / (rate * rate));
     set_rotor_terms(s, motion, rate);

@@ -174,7 +174,7 @@ static dd slope_at_end(const kr_series s[2], int order)
     return sum;
 }
 /* Returns 1 if the spin of a sliding top changes its sign within the step but remains within
- * `noise` of zero, so that find_limit does not detect the zero. Returns 0 if the spin is
+ * `noise` of zero, so that find_friction_limit does not detect the zero. Returns 0 if the spin is
  * already zero at the beginning of the step. */
 static int passes_zero(const kr_series s[2], int order, double sliding, double noise)
 {

@@ -87,9 +87,8 @@ double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held)
 /* Returns the apex as a unit vector in the principal axes. */
 static vec_dd apex_of(const kr_motion *motion)
 {
-    const kr_vec3 none = {0.0, 0.0, 0.0};
     const vec_dd along = motion->body->com;
-    if (!(v_largest(vdd_high(along)) > 0.0)) return v_dd(v3(0.0, 0.0, 1.0), none);
+    if (!(v_largest(vdd_high(along)) > 0.0)) return vdd_of(v3(0.0, 0.0, 1.0));
     return vdd_scale(dd_div(dd_of(1.0), dd_sqrt(vdd_dot(along, along))), along);
 }
 static void put_words(kr_series s[2], double *high, dd a)
@@ -185,9 +184,7 @@ static void set_support_velocity(kr_series s[2], const kr_motion *motion, double
         return;
     }
     const quat_dd q = qdd_unit(qdd_load(s[0].end_x, s[1].end_x));
-    const kr_vec3 none = {0.0, 0.0, 0.0};
-    const vec_dd seen = qdd_turn(qdd_conj(q), v_dd(own, none));
-    set_vector_words(s[0].turn, s[1].turn, seen);
+    set_vector_words(s[0].turn, s[1].turn, qdd_turn(qdd_conj(q), vdd_of(own)));
 }
 void kr_support_place(kr_series s[2], const kr_motion *motion, double rate)
 {
