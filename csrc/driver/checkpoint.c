@@ -14,21 +14,7 @@ typedef struct checkpoint_header {
     uint64_t layout[4];
     uint64_t sum; /* checksum of all bytes after the header */
 } checkpoint_header;
-typedef char header_is_as_it_was[sizeof(checkpoint_header) == 104 ? 1 : -1];
-#if UINTPTR_MAX == UINT64_MAX
-#  define LIES(type, field, at)                                                                    \
-      typedef char type##_##field##_lies_at_##at[offsetof(type, field) == (at) ? 1 : -1];
-#  define X(field, at) LIES(kr_top, field, at)
-KR_SAVED_TOP(X)
-#  undef X
-#  define X(field, at) LIES(kr_config, field, at)
-KR_SAVED_CONFIG(X)
-#  undef X
-#  define X(field, at) LIES(kr_motion, field, at)
-KR_SAVED_MOTION(X)
-#  undef X
-#endif
-
+typedef char header_has_no_gaps[sizeof(checkpoint_header) == 104 ? 1 : -1];
 /* Number of bytes of a kr_top that are stored in a checkpoint. */
 enum { SAVED_BYTES = offsetof(kr_top, body) + sizeof(body_dd) };
 
@@ -90,14 +76,6 @@ size_t kr_top_save_size(const kr_top *top)
 {
     return top ? size_without_events(top) + top->event_count * sizeof(event_record) : 0;
 }
-static void save_events(const kr_top *top, unsigned char *to)
-{
-    for (size_t i = 0; i < top->event_count; i++, to += sizeof(event_record)) {
-        const event_record saved = {kr_event_load_search(&top->events[i]),
-                                    checksum_event(&top->events[i])};
-        memcpy(to, &saved, sizeof saved);
-    }
-}
 /* Copies the pointers of `from` to `motion`, or sets them to NULL if `from` is NULL. */
 static void set_pointers(kr_motion *motion, const kr_motion *from)
 {
@@ -126,7 +104,11 @@ kr_status kr_top_save(const kr_top *top, size_t size, void *memory)
     if (top->tangents)
         memcpy(to + size_without_events(top) - tangents_size(top), top->tangents,
                tangents_size(top));
-    save_events(top, to + size_without_events(top));
+    for (size_t i = 0; i < top->event_count; i++) {
+        const event_record saved = {kr_event_load_search(&top->events[i]),
+                                    checksum_event(&top->events[i])};
+        memcpy(to + size_without_events(top) + i * sizeof saved, &saved, sizeof saved);
+    }
     head.sum = checksum(to + sizeof head, size - sizeof head);
     memcpy(to, &head, sizeof head);
     return KR_OK;

@@ -37,10 +37,39 @@ static kr_status horizon_error(const kr_top *top, double t)
     if (!isfinite(t)) return KR_ERR_ARGUMENT;
     return fabs(t) < kr_scene_horizon(&top->scene) ? KR_ERR_STEP : KR_ERR_RESOLUTION;
 }
+/* Returns the axes that the method uses. Methods that do not depend on the order of the axes use the
+ * principal axes as given, to which the start is converted exactly, so that small tilts keep their
+ * digits. */
+static kr_working find_working_axes(const kr_top *top)
+{
+    const kr_scene *scene = &top->scene;
+    return top->method->flags & KR_METHOD_DIGITS
+               ? kr_body_principal(&scene->body, scene->damping)
+               : kr_body_working_damped(&scene->body, scene->damping);
+}
+/* Returns the start of the scene in the axes and units of the method, for up to 16 digits. If these
+ * axes are a permutation of the principal axes, the small tilt of a nearly upright top is the
+ * difference of two nearly equal components of q. Double-double arithmetic keeps its digits, and
+ * top->main.low receives those of the result beyond double precision. */
+static kr_state convert_start(kr_top *top)
+{
+    const kr_state *start = &top->scene.start;
+    const kr_working working = find_working_axes(top);
+    const int is_renamed = !working.tilted && kr_body_last_axis(&top->scene.body) != 2;
+    kr_state own = {0.0, q_unit(q_mul(start->q, top->axes)),
+                    v_scale(1.0 / top->momentum_unit, start->m)};
+    if (is_renamed) {
+        const quat_dd principal = qdd_mul(qdd_of(start->q), qdd_of(top->scene.body.axes)),
+                      q = qdd_unit(qdd_mul(principal, qdd_of(working.axes)));
+        own.q = qdd_high(q);
+        top->main.low.q = qdd_low(q);
+    }
+    return own;
+}
 /* Sets the axes, internal units and time limit of `top`. */
 static kr_status choose_units(kr_top *top)
 {
-    const kr_working working = kr_top_working_axes(top);
+    const kr_working working = find_working_axes(top);
     kr_units own;
     const kr_status status = kr_scene_units(&top->scene, &working, &own);
     if (status != KR_OK) return status;
@@ -232,15 +261,6 @@ static kr_status check_options(const kr_method *method, const kr_config *config)
                          (method->supports || !(config->tangents & of_supports));
     return is_built ? KR_OK : KR_ERR_NOT_BUILT;
 }
-/* Returns KR_ERR_ROTOR if the method would apply without the rotor, else KR_ERR_METHOD. */
-static kr_status find_refusal(const kr_method *method, const kr_scene *scene)
-{
-    kr_scene without = *scene;
-    without.body.rotor = v3(0.0, 0.0, 0.0);
-    const int is_due_to_rotor =
-        kr_body_has_rotor(&scene->body) && kr_method_suits(method, &without);
-    return is_due_to_rotor ? KR_ERR_ROTOR : KR_ERR_METHOD;
-}
 /* Returns 0 if a requested derivative does not exist because of dry friction, else 1. The
  * derivative with respect to friction is undefined at zero friction. With dry friction, the
  * derivative with respect to the centre of mass is undefined at `com` = 0. */
@@ -264,8 +284,12 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
      * computed. */
     if (config->skip_heading && kr_scene_turns(scene)) return KR_ERR_OPTION;
     if (!has_tangents_of_friction(scene, config->tangents)) return KR_ERR_OPTION;
-    if (!kr_method_suits(method, scene)) return find_refusal(method, scene);
-    return step != 0.0 && start + step == start ? KR_ERR_STEP : KR_OK;
+    if (kr_method_suits(method, scene))
+        return step != 0.0 && start + step == start ? KR_ERR_STEP : KR_OK;
+    kr_scene without = *scene;
+    without.body.rotor = v3(0.0, 0.0, 0.0);
+    return kr_body_has_rotor(&scene->body) && kr_method_suits(method, &without) ? KR_ERR_ROTOR
+                                                                                : KR_ERR_METHOD;
 }
 /* Initializes a top from a validated scene, method and configuration. `low` holds the digits of the
  * initial state beyond double precision, or is NULL. The work arrays of the top must already be
@@ -286,7 +310,7 @@ static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_state *l
     if (status != KR_OK) return status;
     const kr_state own = has_extended_digits(top)
                              ? method->extended->from_user(top, &scene->start, low)
-                             : kr_top_start_in_own_units(top, &scene->start);
+                             : convert_start(top);
     if (low && has_extended_digits(top)) top->low = *low;
     return method->reset(&top->main, &own);
 }
@@ -421,18 +445,9 @@ kr_status kr_top_advance(kr_top *top, double t)
     kr_state state;
     return kr_top_record(top, 1, &t, &state, NULL, NULL);
 }
-/* Records the state at time t. Leaves `out` unchanged on failure. */
-static kr_status record_one(kr_top *top, double t, kr_state *out)
-{
-    const kr_state before = *out;
-    const kr_status status = find_state(top, t, out);
-    if (status != KR_OK) *out = before;
-    return status;
-}
 /* Records up to n states with a method that can evaluate several states at once. Recording stops at
- * the first time that is out of order. Returns the number of recorded states. If the function
- * returns 0, the caller must compute the first state with record_one. If a step fails, writes its
- * error code to `status`. */
+ * the first time that is out of order. Returns the number of recorded states, or 0 if the caller must
+ * compute the first state alone. If a step fails, writes its error code to `status`. */
 static size_t record_together(kr_top *top, size_t n, const double t[], kr_state out[],
                               kr_status *status)
 {
@@ -463,10 +478,12 @@ kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
     while (i < n && status == KR_OK) {
         size_t found = record_together(top, n - i, t + i, out + i, &status);
         if (status == KR_OK && found == 0) {
+            const kr_state before = out[i];
             status = i % STATES_PER_CHECK == STATES_PER_CHECK - 1 && kr_steps_poll(top)
                          ? KR_ERR_INTERRUPTED
-                         : record_one(top, t[i], &out[i]);
+                         : find_state(top, t[i], &out[i]);
             found = status == KR_OK;
+            if (!found) out[i] = before;
         }
         for (size_t k = 0; low && k < found; k++) low[i + k] = top->low;
         i += found;

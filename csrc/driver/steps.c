@@ -6,10 +6,8 @@
  * itself. */
 #include "top.h"
 
-enum {
-    SIDE_STEPS_MAX =
-        1024 /* largest number of steps of a side motion within one step of the main motion */
-};
+/* The largest number of steps of a side motion within one step of the main motion. */
+enum { SIDE_STEPS_MAX = 1024 };
 
 /* Returns 1 if a state in internal units is valid after conversion to the user's units. */
 static int is_good_state(const kr_top *top, const kr_state *state)
@@ -76,19 +74,19 @@ kr_status kr_steps_recover(kr_top *top)
     return status == KR_OK ? KR_ERR_NOT_FINITE : status;
 }
 int kr_steps_poll(kr_top *top) { return top->config.poll && top->config.poll(top->config.context); }
-/* Returns KR_ERR_INTERRUPTED or KR_ERR_LIMIT if the integration must stop, else KR_OK. */
-static kr_status check_limits(kr_top *top)
+/* Returns KR_ERR_INTERRUPTED or KR_ERR_LIMIT if a motion must stop after `steps` steps. */
+static kr_status check_limits(kr_top *top, int64_t steps)
 {
     const int64_t limit = top->config.max_steps;
     if (kr_steps_poll(top)) return KR_ERR_INTERRUPTED;
-    return limit > 0 && top->steps >= limit ? KR_ERR_LIMIT : KR_OK;
+    return limit > 0 && steps >= limit ? KR_ERR_LIMIT : KR_OK;
 }
 /* Checks the current state, saves the motion for recovery, and checks the step limit. */
 static kr_status inspect_main(kr_top *top)
 {
     if (!is_main_good(top)) return kr_steps_recover(top);
     kr_steps_save(top);
-    return check_limits(top);
+    return check_limits(top, top->steps);
 }
 
 kr_status kr_steps_to_grid(kr_top *top, int64_t goal, kr_state *state)
@@ -122,7 +120,7 @@ kr_status kr_steps_dense(kr_top *top, double until)
     kr_status status = KR_OK;
     if (top->steps >= top->inspect_at) {
         kr_steps_save(top);
-        status = check_limits(top);
+        status = check_limits(top, top->steps);
     }
     if (status != KR_OK) return status;
     const double clock = top->main.clock;
@@ -130,13 +128,6 @@ kr_status kr_steps_dense(kr_top *top, double until)
     if (status != KR_OK) return status;
     top->before_clock = clock;
     return kr_tangents_advance(top);
-}
-/* Returns KR_OK if an auxiliary motion may continue after `steps` steps, else an error. */
-static kr_status check_side_limits(kr_top *top, int64_t steps)
-{
-    const int64_t limit = top->config.max_steps;
-    if (kr_steps_poll(top)) return KR_ERR_INTERRUPTED;
-    return steps >= SIDE_STEPS_MAX || (limit > 0 && steps >= limit) ? KR_ERR_LIMIT : KR_OK;
 }
 /* Integrates an auxiliary motion from the state `from` over a time `span`. */
 static kr_status run_side_motion(kr_top *top, const kr_state *from, double span)
@@ -152,8 +143,8 @@ static kr_status run_side_motion(kr_top *top, const kr_state *from, double span)
     if (status == KR_OK) status = method->step(side, span);
     for (int64_t n = 1;
          status == KR_OK && method->flags & KR_METHOD_ADAPTIVE && side->clock != span; n++) {
-        status = check_side_limits(top, n);
-        if (status == KR_OK) status = method->step(side, span);
+        status = check_limits(top, n);
+        if (status == KR_OK) status = n < SIDE_STEPS_MAX ? method->step(side, span) : KR_ERR_LIMIT;
     }
     return status;
 }

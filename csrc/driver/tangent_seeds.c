@@ -20,7 +20,6 @@ size_t kr_tangents_size(const kr_method *method, const kr_config *config)
     return n > 0 ? method->tangents->doubles(config->digits, n) : 0;
 }
 
-static const vec_dd zero_vector = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}};
 static vec_dd unit_vector_dd(int i)
 {
     return (vec_dd){dd_of(i == 0), dd_of(i == 1), dd_of(i == 2)};
@@ -36,12 +35,7 @@ typedef struct {
 /* Appends a seed filled with zeros to the list, and returns its address. */
 static kr_seed *add_seed(seed_list *to)
 {
-    const kr_seed zero = {.at_start = {zero_vector, zero_vector},
-                          .lever = zero_vector,
-                          .rotor = zero_vector,
-                          .pull = zero_vector,
-                          .apex = zero_vector};
-    *to->next = zero;
+    *to->next = (kr_seed){.timing = KR_TIMING_NONE};
     return to->next++;
 }
 static void seed_start(seed_list *to, const kr_top *top)

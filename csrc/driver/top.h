@@ -8,7 +8,8 @@
 enum { KR_CHECK = 256 /* number of steps between two inspections of a fixed-step motion */ };
 
 struct kr_top {
-    /* Fields of the top that are stored in checkpoints. */
+    /* Fields that checkpoints store, with zeros for pointers. Another order of these fields changes
+     * the format of checkpoints, as does another order in kr_config and kr_motion. */
     kr_scene scene; /* the user's scene, with the start that was set last */
     const kr_method *method;
     kr_config config;
@@ -29,7 +30,7 @@ struct kr_top {
     kr_state now;         /* the state at the last requested time, in the user's units */
     kr_state low;         /* the part of `now` that doubles cannot store */
     body_dd body;         /* the body in internal axes and units */
-    /* Fields of the top that are not stored in checkpoints. */
+    /* Fields that checkpoints do not store. */
     double horizon;     /* requested times must be below this limit */
     kr_event *events;   /* the watched events, in the user's memory */
     size_t event_count; /* number of `events` */
@@ -64,33 +65,6 @@ static inline void kr_event_reset_search(kr_event *event)
     kr_event_store_search(event, none);
 }
 
-/* The byte offset of each checkpoint field on machines with 64-bit pointers. In a checkpoint,
- * pointers are stored as zeros, and the work arrays follow the last field. Reordering the fields
- * changes the checkpoint format. */
-/* clang-format off */
-#define KR_SAVED_TOP(X)                                                                           \
-    X(scene, 0)            X(method, 496)         X(config, 504)         X(axes, 560)             \
-    X(is_turned, 592)      X(time_unit, 600)      X(momentum_unit, 608)  X(forward, 616)          \
-    X(main, 624)           X(side, 904)           X(saved, 1184)         X(steps, 1464)           \
-    X(saved_steps, 1472)   X(inspect_at, 1480)    X(before, 1488)        X(before_clock, 1552)    \
-    X(requested, 1560)     X(now, 1568)           X(low, 1632)           X(body, 1696)
-#define KR_SAVED_CONFIG(X)                                                                        \
-    X(step, 0)             X(tol, 8)              X(max_steps, 16)       X(poll, 24)              \
-    X(context, 32)         X(digits, 40)          X(skip_heading, 44)     \
-    X(tangents, 48)
-#define KR_SAVED_MOTION(X)                                                                        \
-    X(inertia, 0)          X(lever, 24)           X(damping, 48)         X(rotor, 72)             \
-    X(step, 96)            X(tol, 104)            X(clock, 112)          X(stats, 120)            \
-    X(work, 152)           X(aux, 160)            X(skip_heading, 168)   X(digits, 172)           \
-    X(low, 176)            X(body, 240)           X(scene, 248)          X(time_unit, 256)        \
-    X(momentum_unit, 264)  X(gradient, 272)
-/* clang-format on */
-
-/* Returns the axes that the method uses, and the components of the inertia, centre of mass, damping
- * and rotor momentum along these axes. */
-kr_working kr_top_working_axes(const kr_top *top);
-/* Returns the initial state `start` in the axes and units that the method uses. */
-kr_state kr_top_start_in_own_units(kr_top *top, const kr_state *start);
 /* Returns the rotation from the method's axes to the frame of description, in full precision. */
 quat_dd kr_extended_axes(const kr_top *top);
 /* Unit conversion for computations in extended precision (more than 16 digits). */

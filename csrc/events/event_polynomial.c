@@ -32,15 +32,10 @@ static double component_unit(const kr_top *top, double rate, int number)
     const char letter = kr_quantity_rows[kr_component_of(number).quantity].dimension;
     return letter == 'M' ? top->momentum_unit * rate : letter == 'r' ? rate / top->time_unit : 1.0;
 }
-static double dot_of_four(kr_quat a, const double b[4])
-{
-    return (a.w * b[0] + a.x * b[1]) + (a.y * b[2] + a.z * b[3]);
-}
 static kr_quat attitude_coefficient(const step_view *v, int n)
 {
-    return q4(v->x[n][0], v3(v->x[n][1], v->x[n][2], v->x[n][3]));
+    return q4(v->x[n][0], v_of(v->x[n] + 1));
 }
-static kr_quat pure_quaternion(kr_vec3 a) { return q4(0.0, a); }
 /* Returns the coefficient of a term of an event function, in the units of the power series for one
  * step. In these units, the unit of frequency is `rate`. */
 static double term_factor(const kr_top *top, double rate, const kr_term *t)
@@ -56,30 +51,23 @@ static void multiply_series(const step_view *v, const double *a, const double *b
         c[0] += a[0] * b[0], c[1] += a[0] * b[1] + a[1] * b[0];
 }
 
-/* Adds a linear combination of the attitude components, with coefficients `weight`, to c. */
-static void add_of_attitude(const step_view *v, kr_quat weight, double *c)
+static double dot_of_body(kr_vec3 a, const double b[3])
 {
-    for (int n = 0; n <= v->order; n++) c[n] += dot_of_four(weight, v->x[n]);
+    return a.x * b[0] + (a.y * b[1] + a.z * b[2]);
 }
-/* Adds a linear combination of the body-frame components of the vertical to c. */
-static void add_of_vertical(const step_view *v, kr_quat weight, double *c)
+/* Adds the components of the vertical and of the angular velocity along a vector fixed in the body. */
+static void add_of_vertical(const step_view *v, kr_vec3 along, double *c)
 {
-    for (int n = 0; n <= v->order; n++) c[n] += dot_of_four(weight, v->x[n] + 4);
+    for (int n = 0; n <= v->order; n++) c[n] += dot_of_body(along, v->x[n] + 5);
 }
-/* Adds a linear combination of the body-frame components of the angular velocity to c. */
-static void add_of_velocity(const step_view *v, kr_quat weight, double *c)
+static void add_of_velocity(const step_view *v, kr_vec3 along, double *c)
 {
-    for (int n = 0; n <= v->order; n++) c[n] += dot_of_four(weight, v->w[n]);
-}
-/* Returns an axis of the frame of description, along the axes of the method. */
-static kr_quat described_axis(const step_view *v, int axis)
-{
-    return pure_quaternion(q_turn_back(v->top->axes, v_axis(axis)));
+    for (int n = 0; n <= v->order; n++) c[n] += dot_of_body(along, v->w[n] + 1);
 }
 static kr_vec3 momentum_coefficient(const step_view *v, int n)
 {
     const kr_motion *motion = &v->top->main;
-    const kr_vec3 M = v_times(motion->inertia, v3(v->w[n][1], v->w[n][2], v->w[n][3]));
+    const kr_vec3 M = v_times(motion->inertia, v_of(v->w[n] + 1));
     return n == 0 && kr_body_has_rotor(&v->top->scene.body)
                ? v_axpy(1.0 / v->rate, motion->rotor, M)
                : M;
@@ -112,7 +100,7 @@ static void add_space_component(const step_view *v, int axis, kr_vec3 body, doub
     for (int n = 0; n <= v->order; n++) {
         const kr_quat q = attitude_coefficient(v, n);
         set_coefficients(left, n, multiply_by_axis(axis, q));
-        set_coefficients(right, n, q_mul(q, pure_quaternion(body)));
+        set_coefficients(right, n, q_mul(q, q4(0.0, body)));
     }
     for (int i = 0; i < 4; i++) multiply_series(v, left[i] + PAD, right[i] + PAD, c);
 }
@@ -154,21 +142,13 @@ static void add_vertical_momentum(const step_view *v, double factor, double *c)
     padded_series P[4], M[4];
     for (int i = 0; i < 4; i++) clear_padding(v, P[i]), clear_padding(v, M[i]);
     for (int n = 0; n <= v->order; n++) {
-        set_coefficients(P, n, q4(0.0, v3(v->x[n][5], v->x[n][6], v->x[n][7])));
-        set_coefficients(M, n, pure_quaternion(v_scale(factor, momentum_coefficient(v, n))));
+        set_coefficients(P, n, q4(0.0, v_of(v->x[n] + 5)));
+        set_coefficients(M, n, q4(0.0, v_scale(factor, momentum_coefficient(v, n))));
     }
     for (int i = 1; i < 4; i++) multiply_series(v, P[i] + PAD, M[i] + PAD, c);
 }
 
-/* Adds a multiple of a component of the attitude quaternion to the power series c. Every quantity
- * that events can use (KR_QUANTITY_IN_EVENTS) requires its own add_ function. */
-static void add_attitude_component(const step_view *v, double factor, int axis, double *c)
-{
-    const kr_quat axes = v->top->axes,
-                  weight = axis == 0 ? axes : q_mul(pure_quaternion(v_axis(axis - 1)), axes);
-    add_of_attitude(v, q_scale(factor, weight), c);
-}
-static void add_momentum_component(const step_view *v, double factor, int axis, double *c)
+static void add_momentum(const step_view *v, double factor, int axis, double *c)
 {
     const kr_motion *motion = &v->top->main;
     if (kr_scene_is_disturbed(&v->top->scene)) {
@@ -178,80 +158,77 @@ static void add_momentum_component(const step_view *v, double factor, int axis, 
             add_space_momentum(v, factor, axis, c);
         return;
     }
-    const kr_vec3 e = v_axis(axis), P = v3(v->x[0][5], v->x[0][6], v->x[0][7]);
-    const kr_vec3 M = momentum_coefficient(v, 0);
+    const kr_vec3 e = v_axis(axis), P = v_of(v->x[0] + 5), M = momentum_coefficient(v, 0);
     const kr_quat q = attitude_coefficient(v, 0);
     double torque[ROOM];
-    c[0] +=
-        factor * (axis == 2 ? v_dot(P, M)
-                            : q_dot(q_mul(pure_quaternion(e), q), q_mul(q, pure_quaternion(M))));
+    c[0] += factor * (axis == 2 ? v_dot(P, M) : q_dot(q_mul(q4(0.0, e), q), q_mul(q, q4(0.0, M))));
     if (axis == 2) return;
     memset(torque, 0, sizeof torque);
     factor *= (axis == 0 ? -1.0 : 1.0) / (v->rate * v->rate);
     add_space_component(v, axis == 0 ? 1 : 0, v_scale(factor, motion->lever), torque);
     for (int n = 0; n < v->order; n++) c[n + 1] += torque[n] / (n + 1);
 }
-static void add_apex(const step_view *v, double factor, int axis, double *c)
-{
-    if (axis == 2)
-        add_of_vertical(v, q_scale(factor, pure_quaternion(v->top->apex)), c);
-    else
-        add_space_component(v, axis, v_scale(factor, v->top->apex), c);
-}
 /* Adds a multiple of a component of the velocity relative to the support to the series c. */
 static void add_relative_velocity(const step_view *v, double factor, kr_vec3 along, double *c)
 {
-    const kr_scene *scene = &v->top->scene;
     double turning[3];
-    add_of_velocity(v, q_scale(factor, pure_quaternion(along)), c);
-    v_put(turning, v_scale(-factor * v->top->time_unit / v->rate, scene->turning));
+    add_of_velocity(v, v_scale(factor, along), c);
+    v_put(turning, v_scale(-factor * v->top->time_unit / v->rate, v->top->scene.turning));
     for (int i = 0; i < 3; i++)
         if (turning[i] != 0.0) add_space_component(v, i, v_scale(turning[i], along), c);
 }
-static void add_body_velocity(const step_view *v, double factor, int axis, double *c)
+/* Returns an axis of the frame of description, along the axes of the method. */
+static kr_vec3 described_axis(const step_view *v, int axis)
 {
-    add_relative_velocity(v, factor, q_vec(described_axis(v, axis)), c);
+    return q_turn_back(v->top->axes, v_axis(axis));
 }
-static void add_inertial_velocity(const step_view *v, double factor, int axis, double *c)
-{
-    add_of_velocity(v, q_scale(factor, described_axis(v, axis)), c);
-}
-static void add_body_momentum(const step_view *v, double factor, int axis, double *c)
-{
-    const kr_vec3 along = q_vec(described_axis(v, axis)),
-                  weight = v_times(v->top->main.inertia, along);
-    add_of_velocity(v, q_scale(factor, pure_quaternion(weight)), c);
-    if (kr_body_has_rotor(&v->top->scene.body))
-        c[0] += factor / v->rate * v_dot(along, v->top->main.rotor);
-}
-static void add_body_vertical(const step_view *v, double factor, int axis, double *c)
-{
-    add_of_vertical(v, q_scale(factor, described_axis(v, axis)), c);
-}
-static void add_spin(const step_view *v, double factor, int axis, double *c)
-{
-    (void)axis;
-    add_relative_velocity(v, factor, v->top->apex, c);
-}
-/* Adds a multiple of the state component with index `number` to the power series c. The table
- * `adds` must contain every quantity that events can use (KR_QUANTITY_IN_EVENTS). */
+/* Adds a multiple of the state component with index `number` to the power series c. There is a case
+ * for each quantity that events can use (KR_QUANTITY_IN_EVENTS). */
 static void add_component(const step_view *v, double factor, int number, double *c)
 {
-    static void (*const adds[KR_QUANTITIES])(const step_view *, double, int, double *) = {
-        [KR_QUANTITY_q] = add_attitude_component,
-        [KR_QUANTITY_m] = add_momentum_component,
-        [KR_QUANTITY_apex] = add_apex,
-        [KR_QUANTITY_body_velocity] = add_body_velocity,
-        [KR_QUANTITY_body_momentum] = add_body_momentum,
-        [KR_QUANTITY_body_vertical] = add_body_vertical,
-        [KR_QUANTITY_spin] = add_spin,
-        [KR_QUANTITY_inertial_velocity] = add_inertial_velocity,
-    };
-    const kr_component component = kr_component_of(number);
-    if (number == KR_COMPONENT_ONE)
+    const kr_motion *motion = &v->top->main;
+    const kr_quat axes = v->top->axes;
+    const kr_vec3 apex = v->top->apex;
+    const int axis = kr_component_of(number).axis;
+    if (number == KR_COMPONENT_ONE) {
         c[0] += factor;
-    else
-        adds[component.quantity](v, factor, component.axis, c);
+        return;
+    }
+    switch (kr_component_of(number).quantity) {
+    case KR_QUANTITY_q: {
+        const kr_quat a =
+            q_scale(factor, axis == 0 ? axes : q_mul(q4(0.0, v_axis(axis - 1)), axes));
+        for (int n = 0; n <= v->order; n++)
+            c[n] += (a.w * v->x[n][0] + a.x * v->x[n][1]) + (a.y * v->x[n][2] + a.z * v->x[n][3]);
+        break;
+    }
+    case KR_QUANTITY_m:
+        add_momentum(v, factor, axis, c);
+        break;
+    case KR_QUANTITY_apex:
+        if (axis == 2)
+            add_of_vertical(v, v_scale(factor, apex), c);
+        else
+            add_space_component(v, axis, v_scale(factor, apex), c);
+        break;
+    case KR_QUANTITY_body_velocity:
+        add_relative_velocity(v, factor, described_axis(v, axis), c);
+        break;
+    case KR_QUANTITY_spin:
+        add_relative_velocity(v, factor, apex, c);
+        break;
+    case KR_QUANTITY_inertial_velocity:
+        add_of_velocity(v, v_scale(factor, described_axis(v, axis)), c);
+        break;
+    case KR_QUANTITY_body_vertical:
+        add_of_vertical(v, v_scale(factor, described_axis(v, axis)), c);
+        break;
+    case KR_QUANTITY_body_momentum:
+        add_of_velocity(v, v_scale(factor, v_times(motion->inertia, described_axis(v, axis))), c);
+        if (kr_body_has_rotor(&v->top->scene.body))
+            c[0] += factor / v->rate * v_dot(described_axis(v, axis), motion->rotor);
+        break;
+    }
 }
 
 /* Returns an upper bound on the magnitude of a state component, in the unit of the component.
@@ -330,10 +307,8 @@ static void sum_event_at_end(const kr_top *top, const kr_step_polynomial *p, con
 {
     const kr_vec3 A = top->main.inertia,
                   lever = v_scale(1.0 / (p->rate * p->rate), top->main.lever);
-    const kr_vec3 P = v3(p->end_x[5], p->end_x[6], p->end_x[7]),
-                  W = v3(p->end_w[1], p->end_w[2], p->end_w[3]);
-    const kr_quat q = q4(p->end_x[0], v3(p->end_x[1], p->end_x[2], p->end_x[3])),
-                  dq = q_scale(0.5, q_mul(q, pure_quaternion(W)));
+    const kr_vec3 P = v_of(p->end_x + 5), W = v_of(p->end_w + 1);
+    const kr_quat q = q4(p->end_x[0], v_of(p->end_x + 1)), dq = q_scale(0.5, q_mul(q, q4(0.0, W)));
     const kr_vec3 drag = v_scale(-1.0 / p->rate, v_times(top->main.damping, W));
     const kr_vec3 rotor = v_scale(1.0 / p->rate, top->main.rotor),
                   M = kr_body_has_rotor(&top->scene.body) ? v_add(v_times(A, W), rotor)

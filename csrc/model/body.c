@@ -52,6 +52,18 @@ static int is_equal(double a, double b, double rtol)
 static const kr_quat axis_cycles[3] = {
     {0.5, 0.5, 0.5, 0.5}, {0.5, -0.5, -0.5, -0.5}, {1.0, 0.0, 0.0, 0.0}};
 
+/* Cyclically permutes the components of `v` so that component `last` becomes the third. */
+static kr_vec3 rename_axes(kr_vec3 v, int last)
+{
+    return v3(component_at(v, (last + 1) % 3), component_at(v, (last + 2) % 3),
+              component_at(v, last));
+}
+/* Returns the larger of the components of `v` along the other two axes. */
+static double size_across(kr_vec3 v, int axis)
+{
+    const kr_vec3 w = rename_axes(v, axis);
+    return fmax(fabs(w.x), fabs(w.y));
+}
 /* Returns the index of the principal axis about which the inertia tensor is symmetric. Returns -1
  * if all three moments differ. For a spherical body, returns the axis nearest to the direction of
  * the centre of mass. */
@@ -78,15 +90,12 @@ static kr_kind kind_without_rotor(const kr_body *b, double rtol)
     const int axis = distinct_axis(b, rtol);
     if (reach == 0.0) return KR_KIND_EULER;
     if (axis < 0) return KR_KIND_GENERAL;
-    const double pair = component_at(b->inertia, (axis + 1) % 3),
-                 lone = component_at(b->inertia, axis), along = fabs(component_at(b->com, axis));
-    const double across = fmax(fabs(component_at(b->com, (axis + 1) % 3)),
-                               fabs(component_at(b->com, (axis + 2) % 3)));
-    if (across <= rtol * reach || is_equal(pair, lone, rtol)) return KR_KIND_LAGRANGE;
-    if (along > rtol * reach) return KR_KIND_GENERAL;
-    if (is_equal(pair, 2.0 * lone, rtol)) return KR_KIND_KOWALEWSKI;
-    if (is_equal(pair, 4.0 * lone, rtol)) return KR_KIND_GORYACHEV_CHAPLYGIN;
-    return KR_KIND_GENERAL;
+    const kr_vec3 J = rename_axes(b->inertia, axis);
+    if (size_across(b->com, axis) <= rtol * reach || is_equal(J.x, J.z, rtol))
+        return KR_KIND_LAGRANGE;
+    if (fabs(component_at(b->com, axis)) > rtol * reach) return KR_KIND_GENERAL;
+    if (is_equal(J.x, 2.0 * J.z, rtol)) return KR_KIND_KOWALEWSKI;
+    return is_equal(J.x, 4.0 * J.z, rtol) ? KR_KIND_GORYACHEV_CHAPLYGIN : KR_KIND_GENERAL;
 }
 int kr_body_is_rotor_axial(const kr_body *b, double rtol)
 {
@@ -96,8 +105,7 @@ int kr_body_is_rotor_axial(const kr_body *b, double rtol)
     if (is_spherical(b))
         return v_largest(b->com) == 0.0 ||
                v_largest(v_cross(v_unit(b->com), v_unit(b->rotor))) <= rtol;
-    return fmax(fabs(component_at(b->rotor, (axis + 1) % 3)),
-                fabs(component_at(b->rotor, (axis + 2) % 3))) <= rtol * v_largest(b->rotor);
+    return size_across(b->rotor, axis) <= rtol * v_largest(b->rotor);
 }
 /* The closed-form solutions and maps of integrable tops generally assume a body without a rotor. A
  * rotor along the symmetry axis is permitted, because it only adds the constant rate -rotor / I3 to
@@ -111,12 +119,6 @@ kr_kind kr_body_kind(const kr_body *b, double rtol)
     return kind == KR_KIND_EULER ? KR_KIND_GYROSTAT : KR_KIND_GENERAL;
 }
 
-/* Cyclically permutes the components of `v` so that component `last` becomes the third. */
-static kr_vec3 rename_axes(kr_vec3 v, int last)
-{
-    return v3(component_at(v, (last + 1) % 3), component_at(v, (last + 2) % 3),
-              component_at(v, last));
-}
 int kr_body_last_axis(const kr_body *b)
 {
     const kr_vec3 i = b->inertia;
@@ -194,8 +196,6 @@ static void jacobi_rotation(double a[3][3], kr_quat *axes, int p)
     a[q][r] = a[r][q] = s * apr + c * aqr;
     *axes = q_unit(q_mul(*axes, q4(1.0 + c, v3(half[0], half[1], half[2]))));
 }
-/* Returns the i-th column of the rotation matrix of the quaternion q. */
-static kr_vec3 axis_column(kr_quat q, int i) { return q_turn(q, v_axis(i)); }
 
 /* Returns the frame nearest to the identity among the 24 right-handed frames with axes parallel to
  * `axes`. */
@@ -218,37 +218,27 @@ static kr_quat nearest_axes(kr_quat axes)
     return best.w < 0.0 ? q_scale(-1.0, best) : best;
 }
 
-static double tensor_element(const double j[9], kr_vec3 u, kr_vec3 v)
-{
-    return v_dot(u, v3(j[0] * v.x + j[1] * v.y + j[2] * v.z, j[3] * v.x + j[4] * v.y + j[5] * v.z,
-                       j[6] * v.x + j[7] * v.y + j[8] * v.z));
-}
 /* Sets the principal axes of a body, and computes its moments of inertia and centre of mass with
  * respect to these axes. */
 static void set_axes(kr_body *b, kr_quat axes, const double j[9], kr_vec3 com)
 {
+    double moments[3];
+    for (int i = 0; i < 3; i++) {
+        const kr_vec3 u = q_turn(axes, v_axis(i));
+        moments[i] = v_dot(u, v3(v_dot(v_of(j), u), v_dot(v_of(j + 3), u), v_dot(v_of(j + 6), u)));
+    }
     b->axes = axes;
     b->com = q_turn_back(axes, com);
-    b->inertia = v3(tensor_element(j, axis_column(axes, 0), axis_column(axes, 0)),
-                    tensor_element(j, axis_column(axes, 1), axis_column(axes, 1)),
-                    tensor_element(j, axis_column(axes, 2), axis_column(axes, 2)));
+    b->inertia = v_of(moments);
 }
 /* Returns 1 if the distance of the centre of mass from the symmetry axis may be due to rounding
  * errors. If the moments are nearly equal, small errors in the inertia tensor cause large rotations
  * of the axes. */
 static int is_axis_through_com(const kr_body *b, int axis)
 {
-    const double lone = component_at(b->inertia, axis),
-                 pair = component_at(b->inertia, (axis + 1) % 3);
-    const double reach = v_largest(b->com),
-                 across = fmax(fabs(component_at(b->com, (axis + 1) % 3)),
-                               fabs(component_at(b->com, (axis + 2) % 3)));
-    return across * (fabs(lone - pair) / fmax(lone, pair)) <= KR_KIND_RTOL * reach;
-}
-static int find_largest_component(kr_vec3 a)
-{
-    const double x = fabs(a.x), y = fabs(a.y), z = fabs(a.z);
-    return x > y && x > z ? 0 : y > z ? 1 : 2;
+    const kr_vec3 J = rename_axes(b->inertia, axis);
+    return size_across(b->com, axis) * (fabs(J.z - J.x) / fmax(J.z, J.x)) <=
+           KR_KIND_RTOL * v_largest(b->com);
 }
 /* Returns the principal axes of a symmetric body that are nearest to the user's body frame. A
  * symmetry axis that misses the centre of mass only by rounding errors is rotated to pass through
@@ -259,12 +249,13 @@ static kr_quat choose_nearest_axes(const kr_body *b, kr_vec3 com)
     const double reach = v_largest(com);
     if (axis < 0) return b->axes;
     if (is_spherical(b)) return q_one();
-    kr_vec3 a = axis_column(b->axes, axis);
+    kr_vec3 a = q_turn(b->axes, v_axis(axis));
     if (is_axis_through_com(b, axis)) {
         if (reach > 0.0) a = v_scale(1.0 / reach, com);
         return q_tilt(v_scale((a.z < 0.0 ? -1.0 : 1.0) / v_length(a), a));
     }
-    const kr_quat cycle = axis_cycles[find_largest_component(a)];
+    const double x = fabs(a.x), y = fabs(a.y), z = fabs(a.z);
+    const kr_quat cycle = axis_cycles[x > y && x > z ? 0 : y > z ? 1 : 2];
     const kr_vec3 along = q_turn_back(cycle, a);
     const kr_quat tilt = q_tilt(v_scale(along.z < 0.0 ? -1.0 : 1.0, along));
     return q_mul(q_mul(cycle, tilt), q_conj(cycle));
@@ -274,20 +265,13 @@ static kr_quat choose_nearest_axes(const kr_body *b, kr_vec3 com)
 static void merge_equal_moments(kr_body *b)
 {
     const int axis = distinct_axis(b, KR_KIND_RTOL);
-    const kr_vec3 i = b->inertia, a = b->com;
+    const kr_vec3 a = b->com;
     if (axis < 0) return;
-    const double x = component_at(i, (axis + 1) % 3), y = component_at(i, (axis + 2) % 3),
-                 z = component_at(i, axis), pair = 0.5 * (x + y), lone = is_spherical(b) ? pair : z;
+    const kr_vec3 J = rename_axes(b->inertia, axis);
+    const double pair = 0.5 * (J.x + J.y), lone = is_spherical(b) ? pair : J.z;
     b->inertia = v3(axis == 0 ? lone : pair, axis == 1 ? lone : pair, axis == 2 ? lone : pair);
     if (kr_body_kind(b, KR_KIND_RTOL) == KR_KIND_LAGRANGE && lone != pair)
         b->com = v3(axis == 0 ? a.x : 0.0, axis == 1 ? a.y : 0.0, axis == 2 ? a.z : 0.0);
-}
-
-/* Returns 1 if rounding errors of the largest moment make the smallest moment too inaccurate. */
-static int is_ill_conditioned(const kr_body *b)
-{
-    return fmin(b->inertia.x, fmin(b->inertia.y, b->inertia.z)) <
-           KR_TENSOR_MIN_RATIO * v_largest(b->inertia);
 }
 
 kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com, double rounded,
@@ -315,11 +299,11 @@ kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
         set_axes(&b, nearest_axes(b.axes), a, com);
         set_axes(&b, choose_nearest_axes(&b, com), a, com);
         merge_equal_moments(&b);
-        if (is_ill_conditioned(&b)) return KR_ERR_BODY;
+        const kr_vec3 J = b.inertia;
+        if (fmin(J.x, fmin(J.y, J.z)) < KR_TENSOR_MIN_RATIO * v_largest(J)) return KR_ERR_BODY;
         memcpy(b.given.inertia, inertia, sizeof b.given.inertia);
         b.given.com = com;
-        b.inertia = v3(ldexp(b.inertia.x, exponent), ldexp(b.inertia.y, exponent),
-                       ldexp(b.inertia.z, exponent));
+        b.inertia = v3(ldexp(J.x, exponent), ldexp(J.y, exponent), ldexp(J.z, exponent));
     }
     return check_and_copy(&b, out);
 }

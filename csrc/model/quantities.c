@@ -38,16 +38,6 @@ double kr_acceleration_at(const kr_scene *scene, double t)
     sin_cos(shaking->rate * t + shaking->phase, &sine, &cosine);
     return scene->gravity - shaking->amplitude * shaking->rate * shaking->rate * cosine;
 }
-static kr_vec3 gradient_torque(const kr_scene *scene, kr_vec3 P)
-{
-    return v_scale(scene->gradient, v_cross(P, v_times(scene->body.inertia, P)));
-}
-/* Returns the components of the support's angular velocity along the principal axes. `q` is the
- * attitude of the principal axes. */
-static kr_vec3 turning_in_body(const kr_scene *scene, kr_quat q)
-{
-    return q_turn_back(q, scene->turning);
-}
 
 kr_quat kr_state_q(const kr_scene *scene, const kr_state *s)
 {
@@ -77,7 +67,7 @@ kr_vec3 kr_state_torque(const kr_scene *scene, const kr_state *s)
                   torque = v_scale(scene->body.mass * kr_acceleration_at(scene, s->t),
                                    v3(-a.y, a.x, 0.0));
     if (scene->gradient == 0.0) return torque;
-    return v_add(torque, q_turn(q, gradient_torque(scene, q_vertical(q))));
+    return v_add(torque, q_turn(q, kr_gradient_torque(scene, q_vertical(q))));
 }
 kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s)
 {
@@ -152,7 +142,7 @@ double kr_state_kinetic(const kr_scene *scene, const kr_state *s)
     const kr_quat q = principal_attitude(scene, s);
     kr_vec3 m = momentum_without_rotor(scene, s, q);
     if (kr_scene_turns(scene))
-        m = v_sub(m, v_times(scene->body.inertia, turning_in_body(scene, q)));
+        m = v_sub(m, v_times(scene->body.inertia, q_turn_back(q, scene->turning)));
     return 0.5 * v_dot(m, v_over(m, scene->body.inertia));
 }
 double kr_state_potential(const kr_scene *scene, const kr_state *s)
@@ -164,7 +154,7 @@ double kr_state_potential(const kr_scene *scene, const kr_state *s)
     if (scene->gradient != 0.0)
         of_weight += 0.5 * scene->gradient * v_dot(P, v_times(scene->body.inertia, P));
     if (!kr_scene_turns(scene)) return of_weight;
-    const kr_vec3 O = turning_in_body(scene, q),
+    const kr_vec3 O = q_turn_back(q, scene->turning),
                   carried = v_axpy(0.5, v_times(scene->body.inertia, O), scene->body.rotor);
     return of_weight - v_dot(carried, O);
 }
@@ -204,9 +194,14 @@ double kr_state_third_wheel_rate(const kr_scene *scene, const kr_state *s)
 }
 
 /* Writes momentum / I1 to `m`, and mass * gravity * |com| / I1 * vertical to `p`. `m` and `p` have
- * components along -com, o x (-com) and o, where o is the symmetry axis of the inertia tensor. */
-static void fourth_integral_frame(const kr_scene *scene, const kr_state *s, kr_vec3 *m, kr_vec3 *p)
+ * components along -com, o x (-com) and o, where o is the symmetry axis of the inertia tensor.
+ * Returns 0 if the top has no integral of this kind. */
+static int find_integral_frame(const kr_scene *scene, const kr_state *s, kr_kind kind, kr_vec3 *m,
+                               kr_vec3 *p)
 {
+    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != kind || kr_scene_shakes(scene) ||
+        scene->gradient != 0.0)
+        return 0;
     const kr_working w = kr_body_working(&scene->body);
     const kr_quat q = q_mul(principal_attitude(scene, s), w.axes);
     const kr_vec3 M = q_turn_back(q, s->m), P = q_vertical(q);
@@ -215,24 +210,19 @@ static void fourth_integral_frame(const kr_scene *scene, const kr_state *s, kr_v
     *m = v_scale(1.0 / i1, v3(v_dot(axis1, M), v_dot(axis2, M), M.z));
     *p = v_scale(scene->body.mass * scene->gravity * reach / i1,
                  v3(v_dot(axis1, P), v_dot(axis2, P), P.z));
+    return 1;
 }
 double kr_state_kowalewski(const kr_scene *scene, const kr_state *s)
 {
     kr_vec3 m, p;
-    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_KOWALEWSKI || kr_scene_shakes(scene) ||
-        scene->gradient != 0.0)
-        return NAN;
-    fourth_integral_frame(scene, s, &m, &p);
+    if (!find_integral_frame(scene, s, KR_KIND_KOWALEWSKI, &m, &p)) return NAN;
     const double re = m.x * m.x - m.y * m.y + 2.0 * p.x, im = 2.0 * (m.x * m.y + p.y);
     return re * re + im * im;
 }
 double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s)
 {
     kr_vec3 m, p;
-    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_GORYACHEV_CHAPLYGIN ||
-        kr_scene_shakes(scene) || scene->gradient != 0.0)
-        return NAN;
-    fourth_integral_frame(scene, s, &m, &p);
+    if (!find_integral_frame(scene, s, KR_KIND_GORYACHEV_CHAPLYGIN, &m, &p)) return NAN;
     /* mass * gravity * |com| / I1 is called 2 p in the thesis */
     return m.z * (m.x * m.x + m.y * m.y) + m.x * p.z;
 }
@@ -257,12 +247,12 @@ static kr_vec3 principal_acceleration(const kr_scene *scene, const kr_state *s, 
 {
     const kr_vec3 J = scene->body.inertia, M = q_turn_back(q, s->m),
                   W = v_over(v_sub(M, scene->body.rotor), J), P = q_vertical(q),
-                  pull = v_cross(P, scene->body.com), O = turning_in_body(scene, q),
+                  pull = v_cross(P, scene->body.com), O = q_turn_back(q, scene->turning),
                   V = kr_scene_turns(scene) ? v_sub(W, O) : W;
     const double weight = scene->body.mass * kr_acceleration_at(scene, s->t);
     int holds;
     kr_vec3 torque = v_sub(v_axpy(weight, pull, v_cross(M, W)), v_times(scene->damping, V));
-    if (scene->gradient != 0.0) torque = v_add(torque, gradient_torque(scene, P));
+    if (scene->gradient != 0.0) torque = v_add(torque, kr_gradient_torque(scene, P));
     kr_vec3 gain = v_over(torque, J);
     if (kr_scene_turns(scene)) gain = v_sub(gain, v_cross(O, W));
     if (scene->friction > 0.0)
@@ -280,19 +270,13 @@ kr_vec3 kr_state_pivot_force(const kr_scene *scene, const kr_state *s)
     const kr_vec3 com = scene->body.com,
                   W = v_over(momentum_without_rotor(scene, s, q), scene->body.inertia),
                   gain = v_add(principal_acceleration(scene, s, q),
-                               v_cross(turning_in_body(scene, q), W)),
+                               v_cross(q_turn_back(q, scene->turning), W)),
                   tide = kr_tide(q_vertical(q), com),
                   of_com = v_axpy(-scene->gradient, tide,
                                   v_add(v_cross(gain, com), v_cross(W, v_cross(W, com))));
     kr_vec3 force = q_turn(q, v_scale(scene->body.mass, of_com));
     force.z += scene->body.mass * kr_acceleration_at(scene, s->t);
     return force;
-}
-/* Returns the kinetic energy in the inertial frame. */
-static double kinetic_at_rest(const kr_scene *scene, const kr_state *s)
-{
-    const kr_vec3 m = momentum_without_rotor(scene, s, principal_attitude(scene, s));
-    return 0.5 * v_dot(m, v_over(m, scene->body.inertia));
 }
 double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step, int order)
 {
@@ -302,13 +286,14 @@ double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double
     /* The Bobenko-Suris map does not apply to bodies with rotors or on shaken supports. */
     if (kr_body_has_rotor(&scene->body) || kr_scene_shakes(scene) || scene->gradient != 0.0)
         return NAN;
+    const kr_quat q = principal_attitude(scene, s);
+    const kr_vec3 M = momentum_without_rotor(scene, s, q), a = q_axis(q_mul(q, w.axes));
     if (order == 1)
-        return kinetic_at_rest(scene, s) +
-               weight * v_dot(scene->body.com, q_vertical(principal_attitude(scene, s))) +
+        return 0.5 * v_dot(M, v_over(M, scene->body.inertia)) +
+               weight * v_dot(scene->body.com, q_vertical(q)) +
                0.5 * step * v_dot(kr_state_torque(scene, s), s->m) / i1;
     if (order != 4) return NAN;
     const double c = kr_state_axial_momentum(scene, s);
-    const kr_vec3 a = q_axis(q_mul(principal_attitude(scene, s), w.axes));
     const map_rates r = find_map_rates(step, weight * w.com.z / i1, a, v_scale(1.0 / i1, s->m));
     return i1 * r.energy + 0.5 * (1.0 / w.inertia.z - 1.0 / i1) * c * c;
 }

@@ -30,6 +30,11 @@ static inline kr_vec3 kr_tide(kr_vec3 P, kr_vec3 r)
 {
     return v_axpy(v_dot(P, r), P, v_scale(-1.0 / 3.0, r));
 }
+/* Returns the torque of the gravity gradient, for the vertical P along the principal axes. */
+static inline kr_vec3 kr_gradient_torque(const kr_scene *scene, kr_vec3 P)
+{
+    return v_scale(scene->gradient, v_cross(P, v_times(scene->body.inertia, P)));
+}
 /* Returns the torque of dry friction about the apex, and writes 1 to `holds` if friction holds the
  * top, else 0. `gain` is the angular acceleration without friction. M is the angular momentum, and
  * O the angular velocity of the support. All vectors are along the principal axes. */

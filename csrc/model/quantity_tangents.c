@@ -59,17 +59,13 @@ static kr_vec3 change_gradient_torque(const quantity_point *at, const quantity_c
     return v_axpy(by->gradient, v_cross(at->V, JV),
                   v_scale(k, v_add(v_cross(by->V, JV), v_cross(at->V, dJV))));
 }
-static kr_vec3 gradient_torque_at(const quantity_point *at)
-{
-    return v_scale(at->scene->gradient, v_cross(at->V, v_times(at->scene->body.inertia, at->V)));
-}
 
 static kr_vec3 tangent_of_torque(const quantity_point *at, const quantity_change *by)
 {
     const kr_vec3 com = at->scene->body.com, a = sum_along(at->frame, com),
                   da = change_in_space(at, by, com, by->com);
-    const kr_vec3 of_gradient =
-        change_in_space(at, by, gradient_torque_at(at), change_gradient_torque(at, by));
+    const kr_vec3 of_gradient = change_in_space(at, by, kr_gradient_torque(at->scene, at->V),
+                                                change_gradient_torque(at, by));
     return v_add(of_gradient, v3(-by->weight * a.y - at->weight * da.y,
                                  by->weight * a.x + at->weight * da.x, 0.0));
 }
@@ -233,7 +229,7 @@ static kr_vec3 change_acceleration(const quantity_point *at, const quantity_chan
                   pull = v_cross(at->V, com),
                   torque = v_add(
                       v_sub(v_axpy(at->weight, pull, v_cross(at->M, at->W)), v_times(D, at->U)),
-                      gradient_torque_at(at)),
+                      kr_gradient_torque(at->scene, at->V)),
                   dpull = v_add(v_cross(by->V, com), v_cross(at->V, by->com)),
                   gyric = v_add(v_cross(by->M, at->W), v_cross(at->M, by->W)),
                   drag = v_add(v_times(by->damping, at->U), v_times(D, by->U)),
