@@ -129,8 +129,8 @@ typedef struct kr_body {
      * the other two by this fraction, or by 1e-12 if this is more. */
     double rounded;
     /* Constant momentum of rotors relative to the body (a gyrostat), along the principal axes [M
-     * L^2 T^-1]. It is part of the momentum m, and `inertia` is that with locked rotors. Motors
-     * keep the rates of rotors; kr_scene_release_wheel describes one without a motor. */
+     * L^2 T^-1]. The momentum m includes it, and `inertia` is that with locked rotors. Motors keep
+     * the rates of these rotors; for a wheel without a motor, see kr_scene_release_wheel. */
     kr_vec3 rotor;
     kr_given given;
 } kr_body;
@@ -138,16 +138,15 @@ typedef struct kr_body {
 typedef struct kr_state {
     double t;  /* [T] */
     kr_quat q; /* attitude: frame of description -> space, a unit quaternion */
-    kr_vec3 m; /* angular momentum about the fixed point in the inertial frame [M L^2 T^-1] */
+    kr_vec3 m; /* angular momentum in the inertial frame, along e1, e2, e3 [M L^2 T^-1] */
 } kr_state;
-/* The fixed point moves along e3 by amplitude * cos(rate * t + phase): [L], of either sign; [T^-1],
- * positive unless the amplitude is 0; [rad]. */
+/* The fixed point moves along e3 by amplitude * cos(rate * t + phase). */
 typedef struct kr_shaking {
-    double amplitude, rate, phase;
+    double amplitude, rate, phase; /* [L], of any sign; [T^-1], positive if it shakes; [rad] */
 } kr_shaking;
-/* A wheel on a free axle, whose momentum in space about the axle is constant. This momentum is part
- * of kr_body.rotor, and kr_body.inertia lacks its moment (kr_scene_release_wheel), so that these
- * numbers only determine the quantities wheel_rate... All zero: no wheel. */
+/* A wheel on a free axle, whose momentum in space about the axle is constant: a part of
+ * kr_body.rotor, while kr_body.inertia lacks the moment of the wheel (kr_scene_release_wheel).
+ * These numbers only determine the quantities wheel_rate... All zero: no wheel. */
 typedef struct kr_wheel {
     kr_vec3 axis; /* unit vector along the principal axes; 0: `rate` is relative to the body */
     double rate;  /* angular velocity in the inertial frame, about the axis [T^-1] */
@@ -161,8 +160,8 @@ typedef struct kr_scene {
     /* Linear damping, as by air that turns with the support: the torque along each principal axis
      * is -damping * angular velocity relative to the support [M L^2 T^-1]. Not negative. */
     kr_vec3 damping;
-    /* Constant angular velocity of the support, along e1, e2, e3 [T^-1]. States and quantities,
-     * except m, are relative to the support. */
+    /* Constant angular velocity of the support, to which all states and quantities but m refer,
+     * along e1, e2, e3 [T^-1]. */
     kr_vec3 turning;
     kr_shaking shaking;
     /* Dry friction: a torque of this constant magnitude about the apex, against the spin [M L^2
@@ -175,8 +174,8 @@ typedef struct kr_scene {
     double gradient;
 } kr_scene;
 
-/* Methods. A statically linked program contains only the methods that it refers to by name, or all
- * methods if it calls kr_method_at or kr_method_find. */
+/* Methods. A program linked statically contains those that it names, or all if it calls
+ * kr_method_at or kr_method_find. */
 typedef struct kr_method kr_method;
 extern KR_API const kr_method kr_method_exact, kr_method_bobenko_suris, kr_method_bobenko_suris2,
     kr_method_bobenko_suris4, kr_method_strang, kr_method_takahashi_imada4, kr_method_suzuki4,
@@ -185,14 +184,12 @@ extern KR_API const kr_method kr_method_exact, kr_method_bobenko_suris, kr_metho
     kr_method_extrap, kr_method_taylor, kr_method_extrap_kirchhoff;
 
 /* A moving top. A fixed-step method computes states at the grid points start.t + k * step, and
- * others by a separate step from the previous grid point. The steps of an adaptive method do not
- * depend on the requested times. States therefore depend neither on other requested times nor on
- * the number of calls. */
+ * others by a separate step from the previous grid point. An adaptive method chooses its steps
+ * regardless of the requested times. No state depends on the other requested times. */
 typedef struct kr_top kr_top;
 typedef struct kr_config {
-    /* The step size [T], negative backward in time; for an adaptive method, the size of the first
-     * step, or 0 to let it choose. Grid points more than 2^50 steps from t = 0 are refused
-     * (KR_ERR_STEP), because doubles cannot distinguish them. */
+    /* The step size [T], negative backward in time; of an adaptive method the first, or 0 to let it
+     * choose. Grid points beyond 2^50 steps from t = 0 are refused (KR_ERR_STEP). */
     double step;
     /* Tolerance below 1, or 0 for the default: of the local error (adaptive methods), the residual
      * (implicit methods), or the `certificate` (exact; at most the default). */
@@ -215,8 +212,6 @@ typedef struct kr_config {
      * the derivatives to compute. None exist by friction at 0, or by com at 0 with friction. */
     uint64_t tangents;
 } kr_config;
-
-/* The functions of the example above. */
 
 /* Returns the text of a status. */
 KR_API const char *kr_status_text(kr_status status);
@@ -244,8 +239,6 @@ KR_API double kr_state_nutation(const kr_scene *scene, const kr_state *s);
 /* Frees a top; NULL is ignored. */
 KR_API void kr_top_free(kr_top *top);
 
-/* Further functions of tops. */
-
 /* Advances the top to the end of the next step. On failure, the top keeps its last valid state. */
 KR_API kr_status kr_top_step(kr_top *top);
 /* Advances the top to the times t[0], t[1], ... in the direction of the step. Writes the states to
@@ -257,10 +250,9 @@ KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state
 /* Restarts the top, as if kr_top_create had been called with this initial state, but keeps the
  * events set by kr_top_watch. On failure, the top is unchanged. */
 KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
-/* Restarts the top with another scene. To push a moving top or change its body, set scene->start to
- * kr_top_state(top). `low` has the digits of the initial state beyond double precision, so that
- * start + low rounds to start (low->t must be 0); NULL: none. Returns KR_ERR_MEMORY if the closed
- * form needs more memory than was allocated. */
+/* Restarts the top with another scene. To push a moving top, start from kr_top_state(top). `low`
+ * has the digits of the start beyond double precision (start + low rounds to start, low->t is 0),
+ * or is NULL. Returns KR_ERR_MEMORY if the closed form needs more memory than was allocated. */
 KR_API kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene, const kr_state *low);
 typedef struct kr_stats {
     int64_t steps, rejected, evaluations, iterations;
@@ -281,20 +273,18 @@ KR_API kr_top_info kr_top_describe(const kr_top *top);
 KR_API kr_status kr_scene_check(const kr_scene *scene);
 /* Returns the horizon [T], an upper bound on |t| for which doubles resolve the attitude: 2^53 rad
  * over the largest of the components of the initial angular velocity, (|m| + |rotor|) / (largest
- * moment), the pendulum frequency, and the rates of the support. INFINITY for a top at rest without
- * torque, 0 for an invalid scene. Later times are refused with KR_ERR_RESOLUTION, and even earlier
- * ones if damping accelerates the top backward in time. */
+ * moment), the pendulum frequency and the rates of the support; 0 for an invalid scene. Later times
+ * are refused (KR_ERR_RESOLUTION), and earlier ones if damping drives the top backward in time. */
 KR_API double kr_scene_horizon(const kr_scene *scene);
 /* Returns the version of the library, KR_VERSION. */
 KR_API const char *kr_version(void);
 
-/* Bodies. The constructors return KR_ERR_ARGUMENT or KR_ERR_BODY for invalid arguments. The
- * principal axes of a diagonal inertia tensor are the coordinate axes. Those of others are nearest
- * to them as a right-handed frame; T is then the symmetry axis of a Lagrange top. */
+/* Bodies. The constructors return KR_ERR_ARGUMENT or KR_ERR_BODY for invalid arguments. A diagonal
+ * inertia tensor has the coordinate axes as principal axes, and other tensors the nearest
+ * right-handed frame; T is then the symmetry axis of a Lagrange top. */
 
-/* Homogeneous shapes and their sizes [L], none of which is negative. The axis of all but the first
- * two is T. A tube of the sizes {0, r, h} is a cylinder, {0, r, 0} a disk, {r, r, 0} a hoop, and
- * {0, 0, h} a rod. */
+/* Homogeneous shapes and their sizes [L], none negative. The axis of the last three is T. A tube
+ * {0, r, h} is a cylinder, {0, r, 0} a disk, {r, r, 0} a hoop, and {0, 0, h} a rod. */
 typedef enum kr_shape {
     KR_SHAPE_CUBOID,    /* three half-edges */
     KR_SHAPE_ELLIPSOID, /* three semi-axes */
@@ -323,8 +313,7 @@ KR_API void kr_inertia_add_point(double inertia[9], double mass, kr_vec3 positio
 /* Sets kr_body.rotor from a momentum in the frame of description [M L^2 T^-1]. */
 KR_API void kr_body_set_rotor(kr_body *body, kr_vec3 rotor);
 /* Returns 1 if some distribution of mass has this inertia, mass and com up to the relative error
- * 1e-6 + kr_body.rounded, else 0. Others are accepted as well: many tops in the literature are
- * fictitious. */
+ * 1e-6 + kr_body.rounded, else 0. Fictitious bodies, common in the literature, are accepted. */
 KR_API int kr_body_is_physical(const kr_body *body);
 
 /* The kinds (integrable cases) of tops, listed as X(kind, name). */
@@ -345,25 +334,22 @@ typedef enum kr_kind {
 /* clang-format on */
 /* Returns the name of a kind of top. */
 KR_API const char *kr_kind_name(kr_kind kind);
-/* Relative tolerance for identifying an integrable case: 32 units in the last place, for rounding
- * errors of the moments and of `com`. */
+/* Relative tolerance for integrable cases: 32 units in the last place, for rounded moments. */
 #define KR_KIND_RTOL 7.2e-15
 #define KR_INPUT_RTOL 1e-12 /* tolerance for unit quaternions, symmetric tensors and moments */
 /* Returns the integrable case of a body; `rtol` is the relative tolerance of comparisons. */
 KR_API kr_kind kr_body_kind(const kr_body *body, double rtol);
 /* Returns 1 if the body is symmetric about its apex, up to KR_KIND_RTOL, else 0. Writes its moments
- * about axes normal to the apex and about the apex [M L^2]. */
+ * normal to the apex and about it [M L^2]. */
 KR_API int kr_body_symmetry(const kr_body *body, double *across, double *along);
 
-/* Starts given by other numbers than attitude and momentum, for a scene whose body, support and,
- * for the first three functions, attitude are set. kr_scene_check refuses what follows from numbers
- * that are not finite. */
+/* Starts given by other numbers than attitude and momentum, for a scene with body, support and, for
+ * the first three functions, attitude. NaN and infinity give scenes that kr_scene_check refuses. */
 
-/* Set the momentum from the angular velocity relative to the support [T^-1], along e1, e2, e3 or in
- * the frame of description. */
+/* Set the momentum from the angular velocity relative to the support, in space or in the body. */
 KR_API void kr_scene_set_velocity(kr_scene *scene, kr_vec3 velocity);
 KR_API void kr_scene_set_body_velocity(kr_scene *scene, kr_vec3 velocity);
-/* Sets the momentum from its components in the frame of description [M L^2 T^-1]. */
+/* Sets the momentum from its components in the frame of description, that of the body. */
 KR_API void kr_scene_set_body_momentum(kr_scene *scene, kr_vec3 momentum);
 /* Sets attitude and momentum from precession_angle, nutation and spin_angle [rad] and their rates
  * [T^-1], in this order. The quantities below define the angles. */
@@ -376,9 +362,8 @@ KR_API void kr_scene_set_euler(kr_scene *scene, kr_vec3 angles, kr_vec3 rates);
  * other invalid arguments or more than KR_WHEELS_MAX wheels. */
 KR_API kr_status kr_scene_release_wheel(kr_scene *scene, double inertia, kr_vec3 axis, double rate);
 /* Writes the rate of the steady precession of a symmetric top without rotor, damping, friction and
- * moving support, 0 for a vertical apex: the slower or, if `fast` is nonzero, the faster of two.
- * Returns KR_ERR_ARGUMENT if there is none; *least_spin is then the spin that suffices, or 0 if
- * none does. */
+ * moving support: the slower or, if `fast` is nonzero, the faster of two; 0 for a vertical apex.
+ * Returns KR_ERR_ARGUMENT if there is none, with *least_spin the spin that suffices, or 0. */
 KR_API kr_status kr_scene_steady_precession(const kr_scene *scene, double spin, double tilt,
                                             int fast, double *precession, double *least_spin);
 
@@ -413,8 +398,7 @@ enum {
 #undef KR_X_
 };
 
-/* Return the method with an index or a name, or NULL. For a method that this build omits,
- * kr_top_create returns KR_ERR_NOT_BUILT. */
+/* Return the method with an index or a name, or NULL. This build may omit it (KR_ERR_NOT_BUILT). */
 KR_API const kr_method *kr_method_at(size_t i);
 KR_API const kr_method *kr_method_find(const char *name);
 typedef struct kr_method_info {
@@ -431,10 +415,9 @@ KR_API int kr_method_suits(const kr_method *method, const kr_scene *scene);
 /* Physical quantities of a state. Vectors refer to the space frame, or to the frame of description
  * if their name begins with body_. Euler angles (z-x-z) rotate the space axes into a body-fixed
  * frame: by precession_angle about e3, by nutation about the line of nodes e3 x apex, and by
- * spin_angle about the apex. The body-fixed frame is the frame of description, rotated by the
- * smallest angle that brings its third axis to the apex, after half a turn about its first axis if
- * this angle exceeds 120 degrees. At a vertical apex, precession_angle and spin_angle are equal up
- * to sign. */
+ * spin_angle about the apex. This frame is the frame of description, rotated by the smallest angle
+ * that brings its third axis to the apex, after half a turn about its first axis if this angle
+ * exceeds 120 degrees. At a vertical apex, precession_angle and spin_angle are equal up to sign. */
 enum {
     KR_QUANTITY_TURNS = 1,     /* changes when the top is rotated about the vertical */
     KR_QUANTITY_CONSERVED = 2, /* an integral of the motion, for all tops or for one kind */
@@ -453,16 +436,15 @@ KR_API const kr_quantity *kr_quantity_find(const char *name);
 /* Writes the values of a quantity at n states: n * quantity->doubles numbers. */
 KR_API void kr_quantity_values(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                                const kr_state states[], double out[]);
-/* Return quantities of one state: the angular velocity relative to the support [T^-1]; the apex;
- * kinetic plus potential energy (on a rotating support, the energy in the inertial frame less
- * <turning, m>: the Jacobi integral). */
+/* Return quantities of one state: angular velocity relative to the support [T^-1], apex, and
+ * kinetic plus potential energy (the Jacobi integral on a rotating support: that in space -
+ * <turning, m>). */
 KR_API kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s);
 KR_API kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s);
 KR_API double kr_state_energy(const kr_scene *scene, const kr_state *s);
 /* Returns the modified energy [M L^2 T^-2] that a map with this step conserves: for the order 1, E
  * + step * <torque, m> / (2 I1) of bobenko_suris; for the order 4, that of bobenko_suris4, which is
- * the energy up to a constant and O(step^4). NaN for other bodies than Lagrange tops without rotor,
- * and for a step that is too large. */
+ * E + O(step^4) up to a constant. NaN for too large a step, and for other than Lagrange tops. */
 KR_API double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step,
                                        int order);
 /* Returns the angle of the rotation between two attitudes, 0 .. pi [rad]. */
@@ -471,8 +453,7 @@ KR_API double kr_attitude_error(kr_quat a, kr_quat b);
 /* Events, for the method taylor: times at which a function g of the state crosses zero. g is a sum
  * of terms factor * first * second, where first and second are the indices of components. */
 enum { KR_COMPONENT_ONE = 0 }; /* the constant component "1" */
-/* Returns the index of the component with this name, such as "apex_z", "q_w" or "spin", or -1 if no
- * such component can be used in events. */
+/* Returns the index of a component, such as "apex_z", "q_w" or "spin"; -1: not for events. */
 KR_API int kr_component_find(const char *name);
 typedef struct kr_term {
     double factor;
@@ -536,29 +517,26 @@ KR_API size_t kr_tangent_columns(uint64_t tangents);
  * and KR_ERR_TANGENT if one exceeds the range of doubles. */
 KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
 /* Writes the derivatives of a quantity at n states: from tangents[n][6][columns] to
- * out[n][doubles][columns], with 3 doubles for q, a rotation vector. Derivatives that do not exist
- * are NaN: of Euler angles at a vertical apex, of the apex by com at 0, and of body_acceleration by
- * friction at 0. */
+ * out[n][doubles][columns], with a rotation vector for q. Those that do not exist are NaN: of Euler
+ * angles at a vertical apex, of the apex by com at 0, and of body_acceleration by friction at 0. */
 KR_API void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                                  const kr_state states[], uint64_t by, const double tangents[],
                                  double out[]);
 
 /* Checkpoints of kr_top_save_size bytes. A top with the same method, events, scene (except `start`)
- * and configuration (except max_steps and poll) continues from one with bitwise equal states and
- * the same events. (With another kernel of taylor, they are equal up to rounding errors, unless
- * both have fused multiply-add.) */
+ * and configuration (except max_steps and poll) continues from one with the same bits and events
+ * (up to rounding errors if only one kernel of taylor has fused multiply-add). kr_top_load returns
+ * KR_ERR_CHECKPOINT, and leaves the top unchanged, if it is damaged or belongs to another version,
+ * machine, scene or method. */
 KR_API size_t kr_top_save_size(const kr_top *top);
 KR_API kr_status kr_top_save(const kr_top *top, size_t size, void *memory);
-/* Returns KR_ERR_CHECKPOINT and leaves the top unchanged if the checkpoint is damaged, or belongs
- * to another version, machine type, scene or method. */
 KR_API kr_status kr_top_load(kr_top *top, size_t size, const void *memory);
 
 /* Many tops. A worker integrates tops with one method, one by one or in SIMD lanes. Each thread
  * needs its own. With method NULL, closed forms are used where they exist, also on supports turning
- * about e3, else taylor. The results for a top depend only on this top and its times. They are
- * bitwise equal to those of kr_exact_state or of a kr_top, unless taylor integrates the top in a
- * SIMD lane (with at most 16 digits), where they are bitwise equal on all instruction sets with
- * fused multiply-add. */
+ * about e3, else taylor. The results for a top depend only on this top and its times. They have the
+ * bits of kr_exact_state or of a kr_top, unless taylor integrates the top in a SIMD lane (with at
+ * most 16 digits), where all instruction sets with fused multiply-add have the same bits. */
 typedef struct kr_worker kr_worker;
 /* Reductions over time of one component of a quantity, listed as X(kind, name). WHERE_MIN and
  * WHERE_MAX are the first times of the extrema. If a value is NaN, all except LAST are NaN. */
@@ -601,8 +579,8 @@ typedef struct kr_outcome {
     kr_state last;    /* the last valid state, perhaps later than the last of `states` */
     kr_stats stats;
 } kr_outcome;
-/* The input and output of workers. Each top is integrated towards its last time, whatever the sign
- * of the step. */
+/* Input and output of workers. Each top moves towards its last time, regardless of the sign of
+ * step. */
 typedef struct kr_tops {
     size_t n;
     const kr_scene *scenes;
@@ -635,8 +613,7 @@ KR_API void kr_worker_free(kr_worker *worker);
 
 /* Closed forms of free bodies and most free gyrostats, Lagrange tops, most Kowalewski tops, and
  * most Goryachev-Chaplygin tops with <m, e3> = 0, without damping, friction or moving support. Late
- * states are as accurate and as cheap as early ones. KR_REFUSAL_LIST has the reasons for refusing a
- * closed form as X(name, message). */
+ * states are as accurate and as cheap as early ones. Refusals are listed as X(name, message). */
 
 /* clang-format off */
 #define KR_REFUSAL_LIST(X)                                                                        \
@@ -668,8 +645,7 @@ typedef struct kr_exact_info {
     kr_kind kind;
     kr_refusal refusal; /* why kr_exact_plan returned KR_ERR_METHOD */
     size_t used;        /* bytes of the kr_exact in use: a copy of them is a closed form as well */
-    /* Period of the nutation [T], INFINITY if it is constant; on a torus, that of the first
-     * angle. */
+    /* Period of the nutation [T], INFINITY if constant; on a torus, that of the first angle. */
     double period;
     /* For Lagrange tops and free bodies, mean rates of the apex about the vertical and of the body
      * about the apex [T^-1], without the jumps of Euler angles at the poles. For free bodies, the
@@ -677,9 +653,8 @@ typedef struct kr_exact_info {
      * angle (the symmetry axis, if there is one), replaces the apex. */
     double precession_rate, spin_angle_rate;
     /* For Kowalewski and Goryachev-Chaplygin tops, two frequencies of the body on its torus and the
-     * mean rate of precession [T^-1]: the frequencies in the attitude matrix are sums of their
-     * multiples. For free gyrostats, the frequency of the momentum in the body, the mean rate of
-     * the rotation about the momentum, and 0. */
+     * mean rate of precession [T^-1], of whose multiples those of the attitude are sums. For free
+     * gyrostats, the frequency of m in the body, the mean rate of the rotation about m, and 0. */
     double frequency[3];
     /* For these tops, the largest relative error of the solution, when it is checked. The error of
      * the attitude is at most about ten times as large, plus a rounding error for each radian about
@@ -688,8 +663,7 @@ typedef struct kr_exact_info {
 } kr_exact_info;
 #define KR_EXACT_BOUND 1e-11
 typedef struct kr_exact kr_exact;
-/* Returns the number of bytes that kr_exact_plan needs: at most KR_EXACT_SIZE for Lagrange tops and
- * free bodies. */
+/* Returns the bytes that a plan needs: at most KR_EXACT_SIZE for Lagrange tops and free bodies. */
 #define KR_EXACT_SIZE 704
 KR_API size_t kr_exact_size(const kr_scene *scene);
 /* Computes the closed form in memory of kr_exact_size(scene) bytes, which the caller owns and
@@ -715,8 +689,8 @@ KR_API kr_state kr_exact_state_at(const kr_exact *exact, double first, double se
 typedef struct kr_nutation {
     double least, greatest;     /* nutation [rad] */
     double t_least, t_greatest; /* first times of these values, or INFINITY [T] */
-    /* (2 * sqrt(I1 * mass * gravity * |com|) - rotor along the apex) / I3 [T^-1]: an upright top
-     * with a larger spin is stable (sleeping). */
+    /* (2 * sqrt(I1 * mass * gravity * |com|) - rotor along the apex) / I3 [T^-1]: the least spin of
+     * a stable upright (sleeping) top. */
     double critical_spin;
     /* "sleeping", "hanging", "steady", "separatrix", "pendulum", "rosette" (through the vertical),
      * "loops", "cusps" or "waves"; of free bodies, "resting" or "circle" */

@@ -1,10 +1,8 @@
-/* Functions that save the state of a top to a block of memory (a checkpoint) and restore it.
- * Checkpoints contain no pointers; loading a checkpoint leaves the pointers of the top unchanged.
- * After a checkpoint is loaded, a fixed-step motion continues on the same time grid. A motion with
- * adaptive steps continues with its most recent step size and order. If the method has dense
- * output, the loaded motion continues within its last step. A checkpoint consists of a header, the
- * saved fields of the top, its work arrays and tangents, and the search state of each event. The
- * search states ensure that a resumed run neither repeats nor misses an event. */
+/* Functions that save a top to a block of memory (a checkpoint) and restore it. A checkpoint
+ * consists of a header, the saved fields of the top, its work arrays and tangents, and the search
+ * state of each event, so that a resumed run neither repeats nor misses an event. It contains no
+ * pointers. The loaded top continues on the same grid, with the last step size and order, and
+ * within the last step if the method has dense output. */
 #include "top.h"
 
 typedef struct checkpoint_header {
@@ -126,9 +124,8 @@ static int has_same_setup(const kr_top *one, const kr_top *other)
            config->step == its->step && config->tol == its->tol && config->digits == its->digits &&
            config->skip_heading == its->skip_heading && config->tangents == its->tangents;
 }
-/* Returns 1 if a saved motion and its work array are valid for `top`. Because checksums can be
- * forged, the function also checks the configuration and all counts, indices and loop bounds of the
- * saved motion. */
+/* Returns 1 if a saved motion and its work are valid for `top`. Because checksums can be forged,
+ * its configuration and all counts, indices and loop bounds are checked, too. */
 static int is_valid_motion(const kr_top *top, const kr_motion *motion, const void *work)
 {
     const kr_motion *own = &top->main;

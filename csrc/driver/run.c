@@ -1,10 +1,8 @@
-/* Functions that create a kr_top and compute its state at requested times, in the user's frame and
- * units. The code in steps.c enforces the step limit, detects non-finite states, handles
- * interruptions, and restores the last valid state after a failure. A fixed-step method computes
- * states on the time grid start.t + k * step. An adaptive method computes states at the ends of its
- * own steps. A state within a step is computed by dense output or, without it, by a separate
- * integration from the beginning of the step. The requested times therefore do not affect the
- * computed path. */
+/* Functions that create a top and compute its state at requested times, in the user's frame and
+ * units; steps.c makes the steps. A fixed-step method computes states on the grid start.t + k *
+ * step, and an adaptive method at the ends of its own steps. A state within a step is computed by
+ * dense output or, without it, by a separate integration from the beginning of the step. The
+ * requested times therefore do not affect the path. */
 #include <float.h>
 #include <stdlib.h>
 #include "model/scene.h"
@@ -37,9 +35,9 @@ static kr_status horizon_error(const kr_top *top, double t)
     if (!isfinite(t)) return KR_ERR_ARGUMENT;
     return fabs(t) < kr_scene_horizon(&top->scene) ? KR_ERR_STEP : KR_ERR_RESOLUTION;
 }
-/* Returns the axes that the method uses. Methods that do not depend on the order of the axes use the
- * principal axes as given, to which the start is converted exactly, so that small tilts keep their
- * digits. */
+/* Returns the axes that the method uses. Methods that do not depend on the order of the axes use
+ * the principal axes as given, to which the start is converted exactly, so that small tilts keep
+ * their digits. */
 static kr_working find_working_axes(const kr_top *top)
 {
     const kr_scene *scene = &top->scene;
@@ -261,14 +259,6 @@ static kr_status check_options(const kr_method *method, const kr_config *config)
                          (method->supports || !(config->tangents & of_supports));
     return is_built ? KR_OK : KR_ERR_NOT_BUILT;
 }
-/* Returns 0 if a requested derivative does not exist because of dry friction, else 1. The
- * derivative with respect to friction is undefined at zero friction. With dry friction, the
- * derivative with respect to the centre of mass is undefined at `com` = 0. */
-static int has_tangents_of_friction(const kr_scene *scene, uint64_t tangents)
-{
-    if (!(scene->friction > 0.0)) return !(tangents & KR_TANGENT_FRICTION);
-    return v_largest(scene->body.com) > 0.0 || !(tangents & KR_TANGENT_COM);
-}
 /* Returns KR_OK if `method` applies to `scene` with `config`, else an error code. */
 static kr_status check_config(const kr_scene *scene, const kr_method *method,
                               const kr_config *config)
@@ -283,7 +273,11 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
     /* On a rotating support, the motion depends on the heading of the top, so the heading must be
      * computed. */
     if (config->skip_heading && kr_scene_turns(scene)) return KR_ERR_OPTION;
-    if (!has_tangents_of_friction(scene, config->tangents)) return KR_ERR_OPTION;
+    /* There is no derivative by a friction of zero or, with friction, by com at the fixed point. */
+    const uint64_t missing = !(scene->friction > 0.0)           ? KR_TANGENT_FRICTION
+                             : v_largest(scene->body.com) > 0.0 ? 0
+                                                                : KR_TANGENT_COM;
+    if (config->tangents & missing) return KR_ERR_OPTION;
     if (kr_method_suits(method, scene))
         return step != 0.0 && start + step == start ? KR_ERR_STEP : KR_OK;
     kr_scene without = *scene;
@@ -291,9 +285,8 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
     return kr_body_has_rotor(&scene->body) && kr_method_suits(method, &without) ? KR_ERR_ROTOR
                                                                                 : KR_ERR_METHOD;
 }
-/* Initializes a top from a validated scene, method and configuration. `low` holds the digits of the
- * initial state beyond double precision, or is NULL. The work arrays of the top must already be
- * assigned. */
+/* Initializes a top, whose work arrays are assigned, from a validated scene, method and
+ * configuration. `low` has the low words of the start, or is NULL. */
 static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_state *low,
                            const kr_method *method, const kr_config *config)
 {
@@ -446,8 +439,8 @@ kr_status kr_top_advance(kr_top *top, double t)
     return kr_top_record(top, 1, &t, &state, NULL, NULL);
 }
 /* Records up to n states with a method that can evaluate several states at once. Recording stops at
- * the first time that is out of order. Returns the number of recorded states, or 0 if the caller must
- * compute the first state alone. If a step fails, writes its error code to `status`. */
+ * the first time that is out of order. Returns the number of recorded states, or 0 if the caller
+ * must compute the first state alone. If a step fails, writes its error code to `status`. */
 static size_t record_together(kr_top *top, size_t n, const double t[], kr_state out[],
                               kr_status *status)
 {

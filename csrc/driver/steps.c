@@ -1,9 +1,8 @@
-/* Time stepping of a top, and recovery of the last valid state after a failure. The state of a
- * fixed-step method is saved and checked for NaN and infinity every KR_CHECK steps. No failure is
- * missed, because NaN and infinity persist in all later states. After a failure, the steps since
- * the last saved state are repeated to find the last valid state. The state of an adaptive method
- * is checked after every step. The states of a method with dense output are checked by the method
- * itself. */
+/* Time stepping of a top, and recovery of the last valid state after a failure. The motion of a
+ * fixed-step method is saved and checked every KR_CHECK steps, because NaN and infinity persist in
+ * all later states. After a failure, the steps since then are repeated to find the last valid
+ * state. The state of an adaptive method is checked after every step, by the method itself if it
+ * has dense output. */
 #include "top.h"
 
 /* The largest number of steps of a side motion within one step of the main motion. */

@@ -20,11 +20,6 @@ size_t kr_tangents_size(const kr_method *method, const kr_config *config)
     return n > 0 ? method->tangents->doubles(config->digits, n) : 0;
 }
 
-static vec_dd unit_vector_dd(int i)
-{
-    return (vec_dd){dd_of(i == 0), dd_of(i == 1), dd_of(i == 2)};
-}
-
 /* The initial value of each column of the tangent matrix, and the derivatives of the equations of
  * motion by its parameter. `next` points to the first unused element of `seeds`. The units are the
  * internal units of time and of inertia. */
@@ -44,9 +39,9 @@ static void seed_start(seed_list *to, const kr_top *top)
     for (int i = 0; i < 6; i++) {
         kr_seed *seed = add_seed(to);
         if (i < 3)
-            seed->at_start.turn = qdd_turn(back, unit_vector_dd(i));
+            seed->at_start.turn = qdd_turn(back, vdd_of(v_axis(i)));
         else
-            seed->at_start.push = unit_vector_dd(i - 3);
+            seed->at_start.push = vdd_of(v_axis(i - 3));
     }
 }
 /* Returns the centre of mass along the internal axes. */
@@ -63,10 +58,9 @@ static vec_dd lever_in_own_units(const seed_list *to, dd weight, vec_dd com)
         dd_scale(to->time_unit, dd_scale(to->time_unit, dd_scale(1.0 / to->inertia_unit, weight)));
     return vdd_scale(own, com);
 }
-/* Adds the column of the tangent matrix for a parameter on which lever = mass * gravity * com
- * depends, and returns its seed. On a support at rest, d(lever) / d(parameter) = weight * com. On a
- * shaken support the derivative is mass * com * k, where k is the acceleration or a derivative of
- * the acceleration. */
+/* Adds the seed of a parameter on which lever = mass * gravity * com depends. On a support at rest,
+ * d(lever) / d(parameter) = weight * com. On a shaken support it is mass * com * k, where k is the
+ * acceleration or a derivative of the acceleration. */
 static kr_seed *seed_lever(seed_list *to, dd weight, double mass, vec_dd com, kr_timing timing)
 {
     kr_seed *seed = add_seed(to);
@@ -83,7 +77,7 @@ static void seed_com(seed_list *to, const kr_top *top)
     const double size = v_largest(body->com);
     const dd weight = two_product(body->mass, top->scene.gravity);
     for (int i = 0; i < 3; i++) {
-        const vec_dd by = unit_vector_dd(i);
+        const vec_dd by = vdd_of(v_axis(i));
         kr_seed *seed = seed_lever(to, weight, body->mass, by, KR_TIMING_STRENGTH);
         if (!(size > 0.0)) continue;
         const double unit = times_power_of_2(1.0, -exponent_of(size));
@@ -116,7 +110,7 @@ static void seed_tangents(seed_list *to, const kr_top *top)
     if (by & KR_TANGENT_GRAVITY) seed_lever(to, dd_of(mass), mass, com_of(top), KR_TIMING_UNIFORM);
     if (by & KR_TANGENT_MASS) seed_lever(to, dd_of(g), 1.0, com_of(top), KR_TIMING_STRENGTH);
     for (int i = 0; i < 3 && by & KR_TANGENT_DAMPING; i++) add_seed(to)->damping = v_axis(i);
-    for (int i = 0; i < 3 && by & KR_TANGENT_ROTOR; i++) add_seed(to)->rotor = unit_vector_dd(i);
+    for (int i = 0; i < 3 && by & KR_TANGENT_ROTOR; i++) add_seed(to)->rotor = vdd_of(v_axis(i));
     seed_support(to, top, by);
     if (by & KR_TANGENT_FRICTION) add_seed(to)->friction = 1.0;
     if (by & KR_TANGENT_GRADIENT) add_seed(to)->gradient = 1.0;
@@ -152,9 +146,8 @@ static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
     if (by & KR_TANGENT_FRICTION) *unit++ = momentum / time;
     if (by & KR_TANGENT_GRADIENT) *unit = 1.0 / (time * time);
 }
-/* Converts a rotation vector from the method's axes to the user's body frame. The conversion uses
- * double precision if at most 16 digits are requested. The argument `axes` is the result of
- * kr_extended_axes. */
+/* Converts a rotation vector from the method's axes, whose rotation is `axes`, to the frame of
+ * description; up to 16 digits in doubles. */
 static vec_dd turn_to_user(const kr_top *top, quat_dd axes, vec_dd turn)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};

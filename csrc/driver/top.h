@@ -65,31 +65,30 @@ static inline void kr_event_reset_search(kr_event *event)
     kr_event_store_search(event, none);
 }
 
-/* Returns the rotation from the method's axes to the frame of description, in full precision. */
+/* Returns the rotation from the method's axes to the frame of description, in double-double
+ * numbers. */
 quat_dd kr_extended_axes(const kr_top *top);
 /* Unit conversion for computations in extended precision (more than 16 digits). */
 struct kr_extended_ops {
-    /* Sets the principal axes, and the moments of inertia, centre of mass, rotor and lever along
-     * them, in double-double precision. `moment` is the internal unit of the moments of inertia. */
+    /* Sets the principal axes, and the moments, centre of mass, rotor and lever along them, in
+     * double-double numbers. `moment` is the internal unit of moments of inertia. */
     void (*set_body)(kr_top *top, double moment);
-    /* Converts the initial state start + low to internal units. The returned momentum has
-     * components along the body axes. Stores the digits of the result beyond double precision in
-     * main.low. `low` may be NULL. */
+    /* Converts the start, with low words that may be NULL, to internal units, with the momentum
+     * along the internal axes. Stores the low words of the result in main.low. */
     kr_state (*from_user)(kr_top *top, const kr_state *start, const kr_state *low);
-    /* Converts a state to the user's frame and units. Writes the low words to top->low. */
+    /* Converts a state to the user's frame and units, and its low words to top->low. */
     void (*to_user)(kr_top *top, kr_state *state);
 };
 
-/* Returns 1 if a state is valid: all values are finite, and the attitude has unit norm. After an
- * overflow, the attitude no longer has unit norm. */
+/* Returns 1 if a state is valid: finite, with an attitude of unit norm, which an overflow would
+ * change. */
 static inline int kr_state_is_good(kr_quat q, kr_vec3 m)
 {
     return fabs(q_dot(q, q) - 1.0) < 1e-6 && isfinite(fabs(m.x) + fabs(m.y) + fabs(m.z));
 }
-/* Returns the upper bound on requested times if `top` starts from the initial state of `scene`. */
+/* Returns the upper bound on requested times from the start of `scene`. */
 double kr_top_horizon_of(const kr_top *top, const kr_scene *scene);
-/* Allocates memory for a top, the work arrays of `method` and the tangents that `config` requests.
- * Reserves `extra` further doubles. */
+/* Allocates a top, the work of `method`, the tangents of `config`, and `extra` further doubles. */
 kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t extra,
                        kr_top **top);
 /* Stores the apex in the axes of the method, for the event search. */
@@ -102,45 +101,41 @@ static inline void kr_tangents_begin(kr_top *top)
 }
 /* Propagates the tangents over the last step. */
 kr_status kr_tangents_advance(kr_top *top);
-/* Restarts a top with a new `scene` and `config`, as if it had been created by kr_top_create. `low`
- * holds the digits of the initial state beyond double precision, or is NULL. Leaves the top
- * unchanged on failure. */
+/* Restarts a top as if kr_top_create had made it with `scene` and `config`. `low` has the low words
+ * of the start, or is NULL. Leaves the top unchanged on failure. */
 kr_status kr_top_init(kr_top *top, const kr_scene *scene, const kr_state *low,
                       const kr_config *config);
-/* Returns the magnitude of `step`, with a negative sign if `back` is nonzero. A step of 0 selects
- * the default first step: if `step` is 0 and `back` is nonzero, returns -0.1. */
+/* Returns the magnitude of `step`, negative if `back` is nonzero: -0.1 for the default step 0. */
 static inline double kr_step_directed(double step, int back)
 {
     const double size = fabs(step);
     return !back ? size : size > 0.0 ? -size : -0.1;
 }
-/* Moves the top to the last point that the integration has reached, unless this point is beyond
- * the time t. Does nothing if the integration has not passed the last requested time. */
+/* Moves the top to the last point that the steps have reached, unless it lies beyond the time t or
+ * before the last requested time. */
 kr_status kr_top_sync(kr_top *top, double t);
-/* After a failure, restores the saved motion and repeats its steps up to the last valid state.
- * Returns the status code that describes the failure. */
+/* After a failure, repeats the steps from the saved motion up to the last valid state. Returns the
+ * status of the failure. */
 kr_status kr_steps_recover(kr_top *top);
 /* Advances a top to grid point `goal`, and writes the state there to `state`. */
 kr_status kr_steps_to_grid(kr_top *top, int64_t goal, kr_state *state);
 /* Advances a top by one step of an adaptive method. */
 kr_status kr_steps_adaptive(kr_top *top);
-/* Advances a top by one step of a method with dense output. The end of the step may be later than
- * the time `until`. */
+/* Advances a top by one step of a method with dense output, which may end after `until`. */
 kr_status kr_steps_dense(kr_top *top, double until);
-/* Integrates from the state `from` over a time `span`, and writes the final state to `end`. All
- * values are in internal units. */
+/* Integrates from the state `from` over a time `span`, both in internal units. */
 kr_status kr_steps_off_grid(kr_top *top, const kr_state *from, double span, kr_state *end);
-/* Calls the user's poll callback, if any. Returns nonzero if the computation must stop. */
+/* Calls the user's `poll`, if any. Returns nonzero if the computation must stop. */
 int kr_steps_poll(kr_top *top);
 /* Saves the motion for recovery after a failure. */
 void kr_steps_save(kr_top *top);
-/* Converts the user's time t to the time since the initial state, in internal units. */
+/* Returns the time from the start to the user's time t, in internal units. */
 static inline double time_since_start(const kr_top *top, double t)
 {
     return (t - top->scene.start.t) / top->time_unit;
 }
-/* Evaluates the dense output of the last step at the user's time t. The state is in internal units,
- * and its low words are in main.low. */
+/* Evaluates the dense output of the last step at the user's time t, in internal units. The low
+ * words are in main.low. */
 static inline void kr_top_evaluate(kr_top *top, double t, kr_state *state)
 {
     top->main.low.t = two_sum(t, -top->scene.start.t).lo / top->time_unit;

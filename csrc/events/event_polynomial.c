@@ -55,7 +55,8 @@ static double dot_of_body(kr_vec3 a, const double b[3])
 {
     return a.x * b[0] + (a.y * b[1] + a.z * b[2]);
 }
-/* Adds the components of the vertical and of the angular velocity along a vector fixed in the body. */
+/* Adds the components of the vertical and of the angular velocity along a vector fixed in the
+ * body. */
 static void add_of_vertical(const step_view *v, kr_vec3 along, double *c)
 {
     for (int n = 0; n <= v->order; n++) c[n] += dot_of_body(along, v->x[n] + 5);
@@ -104,9 +105,8 @@ static void add_space_component(const step_view *v, int axis, kr_vec3 body, doub
     }
     for (int i = 0; i < 4; i++) multiply_series(v, left[i] + PAD, right[i] + PAD, c);
 }
-/* Adds a multiple of the angular momentum about a space axis to the power series c. The momentum
- * about an axis e is computed as <e q, q M>, where M is the momentum in the body frame. This
- * formula for the momentum, <e q, q M>, is valid even for damped motions and moving supports. */
+/* Adds a multiple of the angular momentum <e q, q M> about a space axis e, with the momentum M in
+ * the body. This formula holds with damping and on moving supports, too. */
 static void add_space_momentum(const step_view *v, double factor, int axis, double *c)
 {
     /* The three products in each component of q M, each as the index in q, the index in M, and 1
@@ -353,9 +353,8 @@ int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *p, const kr
     const int first = e->extremum ? 1 : 0, degree = p->order - first;
     double power[2] = {1.0, p->span}, reached[2] = {0.0, 0.0}, end[ROOM];
     if (kr_event_is_held(p, e)) {
-        /* While the top is held by friction, its spin is zero. The value stored here has the
-         * opposite sign to the spin before the stop, so that the stop is found as an event. The
-         * search discards this sign at the end of the step. */
+        /* The spin is zero while friction holds the top. A sign opposite to that of the spin before
+         * makes the stop an event, and is discarded at the end of the step. */
         c[0] = -p->held * term_factor(top, p->rate, e->terms);
         return 0;
     }

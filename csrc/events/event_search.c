@@ -1,7 +1,6 @@
-/* Functions that advance a top from event to event. Each step is first computed without regard to
- * events, and then searched for events. Events therefore never affect the computed motion. For each
- * event, the next sign change of its event function in the last step is stored. Once the time of a
- * stored sign change has passed, the search resumes from that time. */
+/* Functions that advance a top from event to event. Each step is computed without regard to events,
+ * which therefore never affect the motion, and then searched. For each event, the next sign change
+ * in the last step is stored. Once its time has passed, the search resumes from it. */
 #include "model/quantities.h"
 #include "sign_changes.h"
 #include "event_polynomial.h"
@@ -104,8 +103,8 @@ static void search_new_step(const kr_top *top, const kr_step_polynomial *piece,
     own->searched = top->steps;
     find_next_sign_change(top, piece, event, own);
 }
-/* Returns the earliest event in the last step at or after the current time of the top, or NULL.
- * If an event is found, writes the state of the search for this event to `found`. */
+/* Returns the earliest event in the last step at or after the current time of the top, or NULL. If
+ * an event is found, writes the state of the search for this event to `found`. */
 static kr_event *find_earliest(const kr_top *top, const kr_step_polynomial *piece,
                                kr_event_search *found)
 {

@@ -1,13 +1,10 @@
-/* Search for all sign changes of a polynomial on an interval. The coefficients of a polynomial in
- * the Bernstein basis bound its values, and their differences bound its slope. If all coefficients
- * on an interval have the same sign, there is no root in the interval. If all differences of
- * successive Bernstein coefficients have the same sign, the polynomial has no extremum in the
- * interval. Intervals that may contain both a root and an extremum are bisected (de Casteljau; Lane
- * and Riesenfeld 1981) until the values are indistinguishable from zero. The sign of a value is
- * considered certain only if its magnitude exceeds the rounding noise. If the polynomial stays
- * below the rounding noise between two roots, they are treated as a double root without a sign
- * change. A root at the boundary between two steps is found exactly once, because the last sign is
- * passed on to the next step. */
+/* Search for all sign changes of a polynomial on an interval. Its coefficients in the Bernstein
+ * basis bound its values, and their differences bound its slope. Coefficients of one sign exclude
+ * roots, and differences of one sign exclude extrema. Intervals that may contain both are bisected
+ * (de Casteljau; Lane and Riesenfeld 1981) until the values are indistinguishable from zero. A sign
+ * is certain only if the value exceeds the rounding noise. If the polynomial stays below it between
+ * two roots, they are a double root without a sign change. A root at the boundary of two steps is
+ * found exactly once, because the last sign is passed on to the next step. */
 #include "sign_changes.h"
 
 typedef enum search_outcome { NO_ROOT, ROOT_FOUND, UNDECIDED } search_outcome;
@@ -63,10 +60,8 @@ static int record_sign(kr_sign_search *r, double p, double s)
     r->mark = s;
     return changed;
 }
-/* Returns 1 if the sign at the end of an interval suffices to decide whether the polynomial changes
- * sign inside it.
- * It is sufficient to know the sign at the end of the interval if the polynomial has constant sign,
- * is monotonic, or is zero up to rounding noise. */
+/* Returns 1 if the sign at the end of an interval decides whether the polynomial changes sign
+ * inside it: if it has constant sign, is monotonic, or is zero up to rounding noise. */
 static int is_sign_decided(const kr_sign_search *r, const double *b, double width)
 {
     const double slack = r->used > 0 ? r->tail_slope * width / r->used : 0.0;

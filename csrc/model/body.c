@@ -119,6 +119,20 @@ kr_kind kr_body_kind(const kr_body *b, double rtol)
     return kind == KR_KIND_EULER ? KR_KIND_GYROSTAT : KR_KIND_GENERAL;
 }
 
+int kr_body_symmetry(const kr_body *b, double *across, double *along)
+{
+    const kr_vec3 i = b->inertia;
+    const double reach = v_largest(b->com), largest = v_largest(i),
+                 least = fmin(i.x, fmin(i.y, i.z));
+    const int is_round = largest - least <= KR_KIND_RTOL * largest;
+    int axis = 2, count = reach == 0.0;
+    for (int k = 2; k >= 0 && reach > 0.0; k--)
+        if (fabs(component_at(b->com, k)) > KR_KIND_RTOL * reach) axis = k, count++;
+    const kr_vec3 J = rename_axes(i, axis);
+    *across = is_round ? i.z : 0.5 * (J.x + J.y);
+    *along = is_round ? i.z : J.z;
+    return is_round || (count == 1 && fabs(J.x - J.y) <= KR_KIND_RTOL * largest);
+}
 int kr_body_last_axis(const kr_body *b)
 {
     const kr_vec3 i = b->inertia;

@@ -5,33 +5,28 @@
 
 static inline double component_at(kr_vec3 v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
 typedef struct kr_working {
-    /* Working -> principal axes. For a symmetric body, T is the distinct axis, whose moment differs
-     * from the other two. For a spherical body, T passes through the centre of mass, or is along
-     * the rotor. For a body with three different moments, B is the axis of the intermediate
-     * moment. */
+    /* Working -> principal axes. T is the axis of the moment that differs from the other two; for a
+     * spherical body, it passes through the centre of mass or along the rotor. If all moments
+     * differ, B is the axis of the intermediate one. */
     kr_quat axes;
     kr_vec3 inertia, com, damping, rotor;
-    int tilted; /* nonzero: T of a spherical body was rotated to pass through com, or along the
-                 * rotor */
+    int tilted; /* nonzero: T of a spherical body has been rotated */
 } kr_working;
-/* Returns the axes used for a damped body, and the inertia, centre of mass, damping and rotor along
- * these axes. A spherical body with unequal components of `damping` keeps its principal axes,
- * because the damping matrix is diagonal only in these axes. */
+/* Return the axes, and the inertia, centre of mass, damping and rotor along them. A spherical body
+ * with unequal components of `damping` keeps its principal axes, because the matrix of damping is
+ * diagonal only in these. */
 kr_working kr_body_working_damped(const kr_body *body, kr_vec3 damping);
+kr_working kr_body_working(const kr_body *body);
 /* Returns KR_OK if the body is valid, else KR_ERR_ARGUMENT or KR_ERR_BODY. */
 kr_status kr_body_check(const kr_body *body);
-/* Returns the axes used for an undamped body, and the inertia, centre of mass and rotor along these
- * axes. */
-kr_working kr_body_working(const kr_body *body);
-/* Returns the index of the principal axis that the methods use as the third axis. For a spherical
- * body, the axis nearest to the direction of the centre of mass is chosen. */
+/* Returns the index of the principal axis that becomes the third axis: of a spherical body, the one
+ * nearest to the centre of mass. */
 int kr_body_last_axis(const kr_body *body);
-/* Returns working axes that coincide with the principal axes N, B, T, in this order. */
+/* Returns the principal axes N, B, T as working axes. */
 kr_working kr_body_principal(const kr_body *body, kr_vec3 damping);
 static inline int kr_body_has_rotor(const kr_body *body) { return v_largest(body->rotor) > 0.0; }
-/* Returns 1 if the body has no rotor, or is symmetric about the direction of its rotor. For a
- * spherical body, the rotor must point towards or away from the centre of mass, unless the centre
- * of mass is the fixed point. */
+/* Returns 1 if the body has no rotor, or is symmetric about it. The rotor of a spherical body must
+ * point to or from the centre of mass, unless this is the fixed point. */
 int kr_body_is_rotor_axial(const kr_body *body, double rtol);
 /* Returns the unit vector to the centre of mass along the principal axes, or T if the centre of
  * mass is at the fixed point. */

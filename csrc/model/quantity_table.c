@@ -22,15 +22,12 @@ const kr_quantity_row kr_quantity_rows[KR_QUANTITIES] = {
 #include "quantities.def"
 #undef Q
 };
-static const char *const no_suffix[] = {""};
-static const char *const vector_suffixes[] = {"_x", "_y", "_z"};
-static const char *const quaternion_suffixes[] = {"_w", "_x", "_y", "_z"};
-static const char *const frame_suffixes[] = {"_Nx", "_Ny", "_Nz", "_Bx", "_By",
-                                             "_Bz", "_Tx", "_Ty", "_Tz"};
-#define SUFFIXES_1 no_suffix
-#define SUFFIXES_3 vector_suffixes
-#define SUFFIXES_4 quaternion_suffixes
-#define SUFFIXES_9 frame_suffixes
+/* The suffixes of quantities with 1, 3, 4 and 9 numbers. */
+static const char *const suffixes_1[] = {""};
+static const char *const suffixes_3[] = {"_x", "_y", "_z"};
+static const char *const suffixes_4[] = {"_w", "_x", "_y", "_z"};
+static const char *const suffixes_9[] = {"_Nx", "_Ny", "_Nz", "_Bx", "_By",
+                                         "_Bz", "_Tx", "_Ty", "_Tz"};
 /* One struct has all texts, because a linker does not leave out single string literals. */
 static const struct quantity_texts {
 #define Q(name, doubles, flags, dimension, text)                                                   \
@@ -47,7 +44,7 @@ const kr_quantity kr_quantities[KR_QUANTITIES] = {
     {quantity_texts.name##_name,                                                                   \
      quantity_texts.name##_text,                                                                   \
      quantity_texts.name##_dimension,                                                              \
-     SUFFIXES_##doubles,                                                                           \
+     suffixes_##doubles,                                                                           \
      doubles,                                                                                      \
      flags},
 #include "quantities.def"

@@ -114,19 +114,6 @@ kr_status kr_scene_release_wheel(kr_scene *scene, double inertia, kr_vec3 axis, 
     return status;
 }
 
-int kr_body_symmetry(const kr_body *body, double *across, double *along)
-{
-    const kr_vec3 i = body->inertia, com = body->com;
-    const double reach = v_largest(com), largest = v_largest(i), least = fmin(i.x, fmin(i.y, i.z));
-    int axis = 2, count = reach == 0.0;
-    for (int k = 2; k >= 0 && reach > 0.0; k--)
-        if (fabs(component_at(com, k)) > KR_KIND_RTOL * reach) axis = k, count++;
-    const double side = component_at(i, (axis + 2) % 3), other = component_at(i, (axis + 1) % 3);
-    const int is_round = largest - least <= KR_KIND_RTOL * largest;
-    *across = is_round ? i.z : 0.5 * (side + other);
-    *along = is_round ? i.z : component_at(i, axis);
-    return is_round || (count == 1 && fabs(side - other) <= KR_KIND_RTOL * largest);
-}
 kr_status kr_scene_steady_precession(const kr_scene *scene, double spin, double tilt, int fast,
                                      double *precession, double *least_spin)
 {
