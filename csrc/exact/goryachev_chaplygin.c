@@ -202,8 +202,10 @@ enum { LEAST_CELLS = 4 };
 #define LEAST_TERM 6e-17
 #define LEAST_DIVISOR 0.025
 
-/* Intermediate results of the set-up. */
-typedef struct series_work {
+/* A closed form and the intermediate results of its set-up. */
+typedef struct chaplygin_work {
+    kr_chaplygin_plan plan;
+    chaplygin_curve curve;
     cosine_table table;
     samples samples;
     chaplygin_arc arc[2];
@@ -213,10 +215,10 @@ typedef struct series_work {
     /* Points of the second arc for n values of alpha2, advanced to each node of a section. */
     chaplygin_point second[MOST_SAMPLES][HEADING_NODES];
     double tail; /* largest relative size of the terms that are left out */
-} series_work;
+} chaplygin_work;
 
 /* Transforms the n = 2^j numbers in w->fourier in place (Cooley and Tukey 1965). */
-static void fourier_transform(series_work *w, int n)
+static void fourier_transform(chaplygin_work *w, int n)
 {
     cx *const v = w->fourier;
     for (int i = 1, j = 0; i < n; i++) {
@@ -267,7 +269,7 @@ static void move_to_alpha(const chaplygin_arc *arc, const kr_chaplygin_arc *e, d
         if (fabs(alpha - at->alpha) < 1e-9 * at->slope) break;
     }
 }
-static void fill_chebyshev(series_work *w)
+static void fill_chebyshev(chaplygin_work *w)
 {
     for (int k = 0; k < CELL_TERMS; k++)
         for (int i = 0; i < CELL_TERMS; i++) {
@@ -281,8 +283,9 @@ static void fill_chebyshev(series_work *w)
  * last two coefficients of both polynomials. For the polynomial of the time, this magnitude is
  * relative to the larger of q, the mean growth of the time per radian of alpha, and the largest
  * value of the periodic part. */
-static double make_cell(const series_work *w, const chaplygin_arc *arc, const kr_chaplygin_arc *e,
-                        int cell, int is_falling, arc_place *at, double out[])
+static double make_cell(const chaplygin_work *w, const chaplygin_arc *arc,
+                        const kr_chaplygin_arc *e, int cell, int is_falling, arc_place *at,
+                        double out[])
 {
     double value[2][CELL_TERMS], scale[2] = {1.0, arc->q.hi}, tail = 0.0;
     for (int k = 0; k < CELL_TERMS; k++) {
@@ -309,8 +312,9 @@ static double make_cell(const series_work *w, const chaplygin_arc *arc, const kr
  * doubling is enough, because it reduces them below 1e-15 apart from rounding errors. The cell
  * where |u| is largest comes first, because the singularities are nearest to it. Returns 0 if
  * the last coefficients remain too large. */
-static int make_cells(kr_chaplygin_plan *plan, series_work *w, int j)
+static int make_cells(chaplygin_work *w, int j)
 {
+    kr_chaplygin_plan *const plan = &w->plan;
     const double end = j ? 0.5 * two_pi : 0.0;
     kr_chaplygin_arc *const e = &plan->arc[j];
     double tail = 1.0, before = 1.0;
@@ -331,8 +335,9 @@ static int make_cells(kr_chaplygin_plan *plan, series_work *w, int j)
     return e->cells <= MOST_CELLS && tail < 1e-13;
 }
 /* Fills the points of the second arc, and the waves of the Fourier transform. */
-static void sample_second_arc(const kr_chaplygin_plan *plan, series_work *w, int n)
+static void sample_second_arc(chaplygin_work *w, int n)
 {
+    const kr_chaplygin_plan *const plan = &w->plan;
     for (int i = 0; i < n; i++) {
         sincos_turns(dd_of(-0.5 * i / n), &w->wave[i].im, &w->wave[i].re);
         for (int g = 0; g < HEADING_NODES; g++) {
@@ -345,9 +350,9 @@ static void sample_second_arc(const kr_chaplygin_plan *plan, series_work *w, int
 /* Computes the growth of the heading from a section to the next one for n values of alpha2. Returns
  * the largest Legendre coefficient of degree 7, which is about the square root of the error of the
  * quadrature. */
-static double sample_section(const kr_chaplygin_plan *plan, series_work *w, int section, int n,
-                             double growth[])
+static double sample_section(const chaplygin_work *w, int section, int n, double growth[])
 {
+    const kr_chaplygin_plan *const plan = &w->plan;
     const double h = 0.5 / plan->sections;
     double weight[HEADING_NODES], seventh[HEADING_NODES], most = 0.0;
     chaplygin_point p[2], first[HEADING_NODES];
@@ -373,8 +378,9 @@ static double sample_section(const kr_chaplygin_plan *plan, series_work *w, int 
 }
 /* Replaces n samples of a function of alpha2 by its coefficients of n/2 cosines and n/2 sines.
  * Returns the largest of the last eighth of them. */
-static double transform_section(const kr_chaplygin_plan *plan, series_work *w, int n, double v[])
+static double transform_section(chaplygin_work *w, int n, double v[])
 {
+    const kr_chaplygin_plan *const plan = &w->plan;
     double last = 0.0;
     for (int i = 0; i < n; i++)
         w->fourier[i] = cx_scale(v[i], plan->is_whole ? cx_of(1.0, 0.0) : w->wave[i]);
@@ -456,22 +462,23 @@ static void drop_small_terms(kr_chaplygin_plan *plan, int n)
 /* Computes the heading on sections of alpha1. The number of sections grows until the error of the
  * quadrature is negligible, and the number of samples until the last coefficients are. Returns 0 if
  * the memory does not suffice. `half` is half of alpha2 [turns] where alpha1 is pi. */
-static int make_sections(kr_chaplygin_plan *plan, series_work *w, dd ratio, dd half)
+static int make_sections(chaplygin_work *w, dd ratio, dd half)
 {
+    kr_chaplygin_plan *const plan = &w->plan;
     const int room = MOST_TERMS - plan->first;
     int n = 8 * plan->arc[1].cells < MOST_SAMPLES ? 8 * plan->arc[1].cells : MOST_SAMPLES;
     plan->sections = plan->arc[0].cells;
     while (n * plan->sections <= room) {
         double *const section = plan->term + plan->first, highest = 0.0, tail = 0.0;
-        sample_second_arc(plan, w, n);
+        sample_second_arc(w, n);
         for (int j = 0; j < plan->sections; j++)
-            highest = fmax(highest, sample_section(plan, w, j, n, section + j * n));
+            highest = fmax(highest, sample_section(w, j, n, section + j * n));
         if (highest > 2e-8) {
             plan->sections *= 2;
             continue;
         }
         for (int j = 0; j < plan->sections; j++)
-            tail = fmax(tail, transform_section(plan, w, n, section + j * n));
+            tail = fmax(tail, transform_section(w, n, section + j * n));
         if (tail > 1e-16 && n < MOST_SAMPLES && 2 * n * plan->sections <= room) {
             n *= 2;
             continue;
@@ -485,13 +492,6 @@ static int make_sections(kr_chaplygin_plan *plan, series_work *w, dd ratio, dd h
 }
 
 static const torus_kind chaplygin = {KR_KIND_GORYACHEV_CHAPLYGIN, 4.0, 4.0, 1.0};
-
-/* A closed-form solution and the intermediate results of its set-up. */
-typedef struct chaplygin_memory {
-    kr_chaplygin_plan plan;
-    chaplygin_curve curve;
-    series_work work;
-} chaplygin_memory;
 
 /* Chaplygin's variables u1 and u2 at the start, and a square root of |u| exp(i chi) for each of
  * them, in the notation of chaplygin_curve. */
@@ -611,11 +611,10 @@ static dd set_start(kr_chaplygin_plan *plan, dd ratio, const dd half[2], const d
     return dd_add(angle[1], dd_mul(ratio, dd_sub(dd_of(0.25), angle[0])));
 }
 /* Computes the plan, except for the initial heading and the certificate. */
-static kr_refusal analyse_curve(const torus_start *start, chaplygin_memory *m)
+static kr_refusal analyse_curve(const torus_start *start, chaplygin_work *w)
 {
-    chaplygin_curve *o = &m->curve;
-    series_work *w = &m->work;
-    kr_chaplygin_plan *plan = &m->plan;
+    chaplygin_curve *o = &w->curve;
+    kr_chaplygin_plan *plan = &w->plan;
     const double least = 1e-24;
     dd half[2];
     double time[2];
@@ -639,7 +638,7 @@ static kr_refusal analyse_curve(const torus_start *start, chaplygin_memory *m)
     fill_chebyshev(w);
     for (int j = 0; j < 2; j++) {
         fill_arc(&w->arc[j], &plan->arc[j]);
-        if (!make_cells(plan, w, j)) return KR_REFUSAL_INTEGRALS;
+        if (!make_cells(w, j)) return KR_REFUSAL_INTEGRALS;
     }
     const dd ratio = set_angle_rates(plan, w->arc);
     set_newton_bounds(plan);
@@ -648,14 +647,14 @@ static kr_refusal analyse_curve(const torus_start *start, chaplygin_memory *m)
     plan->is_even = plan->arc[0].has_sine[0] == plan->arc[1].has_sine[1];
     plan->is_whole = plan->arc[1].has_sine[0] == plan->arc[1].has_cosine[0];
     const dd second = set_start(plan, ratio, half, time);
-    return make_sections(plan, w, ratio, second) ? KR_REFUSAL_NONE : KR_REFUSAL_HEADING;
+    return make_sections(w, ratio, second) ? KR_REFUSAL_NONE : KR_REFUSAL_HEADING;
 }
 static kr_refusal make_plan(void *space, torus_start *start, torus_units *way, double *certificate)
 {
-    chaplygin_memory *memory = space;
-    kr_chaplygin_plan *plan = &memory->plan;
-    set_integrals(start, way, &memory->curve);
-    const kr_refusal refusal = analyse_curve(start, memory);
+    chaplygin_work *w = space;
+    kr_chaplygin_plan *plan = &w->plan;
+    set_integrals(start, way, &w->curve);
+    const kr_refusal refusal = analyse_curve(start, w);
     if (refusal != KR_REFUSAL_NONE) return refusal;
     plan->heading_start = plan->heading_more = 0.0;
     const kr_quat attitude = chaplygin_kernel(plan, 0.0, dd_of(0.0)).q,
@@ -669,7 +668,7 @@ static kr_refusal make_plan(void *space, torus_start *start, torus_units *way, d
                  miss = error_after_span(&chaplygin, view, span,
                                          chaplygin_kernel(plan, span, dd_of(span))),
                  error = error_of_state(now, way->attitude, v3(m[0].hi, m[1].hi, m[2].hi));
-    *certificate = fmax(fmax(memory->work.tail, KR_TORUS_ROUNDING), fmax(miss, error));
+    *certificate = fmax(fmax(w->tail, KR_TORUS_ROUNDING), fmax(miss, error));
     return KR_REFUSAL_NONE;
 }
 static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *memory,
@@ -701,5 +700,5 @@ static size_t used_size(const void *memory)
 }
 static int is_level(const kr_scene *scene) { return scene->start.m.z == 0.0; }
 const kr_exact_scalar KR_NAME(kr_chaplygin_scalar) = {
-    sizeof(kr_chaplygin_plan), sizeof(chaplygin_memory), used_size, is_level, plan_scene,
+    sizeof(kr_chaplygin_plan), sizeof(chaplygin_work), used_size, is_level, plan_scene,
     chaplygin_state,           chaplygin_state_at};

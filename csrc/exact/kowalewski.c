@@ -47,7 +47,9 @@ typedef struct kowalewski_arc {
     double sine[3][GRID]; /* contributions to theta1 - y1, theta2 - y2, and the heading */
 } kowalewski_arc;
 
-static void set_constants(kowalewski_curve *o, const dd y[6], dd l)
+/* Computes the constants of the curve for the state (p, q, r, g1, g2, g3), and its branch points:
+ * the roots of phi, and k and -k. */
+static void set_curve(kowalewski_curve *o, const dd y[6], dd l)
 {
     const dd re = dd_add(dd_sub(dd_square(y[0]), dd_square(y[1])), y[3]),
              im = dd_add(dd_twice(dd_mul(y[0], y[1])), y[4]),
@@ -56,11 +58,7 @@ static void set_constants(kowalewski_curve *o, const dd y[6], dd l)
     o->l = l;
     o->k = dd_sqrt(k2);
     o->c = dd_sub(dd_of(1.0), k2);
-}
-/* Computes the branch points, the roots of phi and k and -k. Sorts the real ones. */
-static void find_roots(kowalewski_curve *o)
-{
-    const cubic half_phi = {o->h, o->c, dd_half(dd_square(o->l))};
+    const cubic half_phi = {o->h, o->c, dd_half(dd_square(l))};
     o->pair = find_cubic_roots(&half_phi, o->root);
     o->root[ROOT_K] = o->k;
     o->root[ROOT_MINUS_K] = dd_neg(o->k);
@@ -486,12 +484,6 @@ static int average_arc(kowalewski_arc *arc, cosine_table *table, samples *v)
     arc->turn = mean[2];
     return arc->points > 0;
 }
-/* The rates of the two torus angles and of the heading. The heading does not include the
- * arguments of the factors for its poles. */
-typedef struct kowalewski_rates {
-    dd rate[2], heading;
-} kowalewski_rates;
-
 /* Computes the sine series of arc j from its samples. F is positive at the start of the first
  * arc and negative at the start of the second. The differentials of theta1 and theta2 are the
  * sums over both arcs of
@@ -521,21 +513,22 @@ static void integrate_arc(kowalewski_arc arc[2], int j, dd det, const cosine_tab
     }
     for (int i = 0; i < 3; i++) integrate_samples(v->v[i], table, arc[j].points, arc[j].sine[i]);
 }
-/* Computes the averages over both arcs, the frequencies of the motion, and the sine series. Returns
- * 0 if the average of an integrand is not accurate enough. */
+/* Computes the averages over both arcs, the sine series, and the rates of the two torus angles and
+ * of the heading, to which the factors for its poles contribute nothing. Returns 0 if the average
+ * of an integrand is not accurate enough. */
 static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine_table *table,
-                        samples v[2], kowalewski_rates *out)
+                        samples v[2], dd rate[3])
 {
     start_cosine_table(table);
     for (int j = 0; j < 2; j++)
         if (!average_arc(&arc[j], table, &v[j])) return 0;
     const dd det = dd_sub(dd_mul(arc[1].p, arc[0].q), dd_mul(arc[0].p, arc[1].q));
     for (int j = 0; j < 2; j++) {
-        out->rate[j] = dd_div(arc[1 - j].p, det);
+        rate[j] = dd_div(arc[1 - j].p, det);
         integrate_arc(arc, j, det, table, &v[j]);
     }
-    const dd heading = dd_sub(dd_mul(arc[0].turn, out->rate[0]), dd_mul(arc[1].turn, out->rate[1]));
-    out->heading = o->l.hi < 0.0 ? dd_neg(heading) : heading;
+    const dd heading = dd_sub(dd_mul(arc[0].turn, rate[0]), dd_mul(arc[1].turn, rate[1]));
+    rate[2] = o->l.hi < 0.0 ? dd_neg(heading) : heading;
     return det.hi > 0.0;
 }
 /* Adds the values of the two sine series of an arc to the torus angles `theta`. `s` and `c` are the
@@ -628,9 +621,8 @@ static int make_point(const kowalewski_arc *arc, dd gap, dd rest, dd next, doubl
  * accepted. A slightly later state gives the directions of w1 and w2. Writes the state, its
  * points on the arcs, and the torus angles at the start. Returns the member `mismatch` of
  * arc_gaps for this state, or infinity if there is no such state. */
-static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
-                         const kowalewski_rates *rates, const dd start[6], start_point point[2],
-                         dd at[6], double theta[2])
+static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2], const dd rate[3],
+                         const dd start[6], start_point point[2], dd at[6], double theta[2])
 {
     const double moment = 0.00390625 / (1.0 + sqrt(fabs(o->h.hi)));
     dd series[6][ORDER + 1], later[6];
@@ -646,7 +638,7 @@ static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
         if (!make_point(&arc[1], gap.below, gap.below, next.below, least, &point[1])) continue;
         for (int j = 0; j < 2; j++)
             theta[j] = point[j].angle + (point[0].theta[j] + point[1].theta[j]) -
-                       (step + 1) * moment * rates->rate[j].hi;
+                       (step + 1) * moment * rate[j].hi;
         return gap.mismatch;
     }
     return INFINITY;
@@ -656,13 +648,14 @@ static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
 #define FAST 9.0
 static const torus_kind kowalewski = {KR_KIND_KOWALEWSKI, 2.0, 1.0, -1.0};
 
-/* Intermediate results of the set-up. */
+/* A closed form and the intermediate results of its set-up. */
 typedef struct kowalewski_work {
+    kr_kowalewski_torus plan;
     kowalewski_curve curve;
     kowalewski_arc arc[2];
     cosine_table table;
     samples samples[2];
-    kowalewski_rates rates;
+    dd rate[3];        /* of theta1, theta2 and the heading */
     double start[2];   /* theta1 and theta2 at the start */
     double separatrix; /* see separatrix_error */
 } kowalewski_work;
@@ -837,14 +830,13 @@ static double find_signs(kr_kowalewski_torus *plan, const start_point point[2], 
 }
 /* Computes all quantities that determine the plan: roots, arcs, series, rates, signs and angles.
  * Returns KR_REFUSAL_NONE on success, or the reason for the failure. */
-static kr_refusal analyse_curve(const dd start[6], dd l, kowalewski_work *w,
-                                kr_kowalewski_torus *plan)
+static kr_refusal analyse_curve(const dd start[6], dd l, kowalewski_work *w)
 {
+    kr_kowalewski_torus *plan = &w->plan;
     kowalewski_curve *o = &w->curve;
-    set_constants(o, start, l);
+    set_curve(o, start, l);
     /* Relative to a larger h, k^2 and -c = k^2 - 1 coincide. */
     if (!(fabs(o->h.hi) < 1e12)) return KR_REFUSAL_COINCIDENT;
-    find_roots(o);
     w->separatrix = separatrix_error(o);
     if (!(w->separatrix < 1e-14)) return KR_REFUSAL_SEPARATRIX;
     const double distance = least_distance(o);
@@ -853,12 +845,12 @@ static kr_refusal analyse_curve(const dd start[6], dd l, kowalewski_work *w,
     const int unresolved = distance < 1e-12;
     if (!is_on_arcs(o, start)) return unresolved ? KR_REFUSAL_COINCIDENT : KR_REFUSAL_START;
     make_arcs(o, w->arc);
-    if (!average_arcs(o, w->arc, &w->table, w->samples, &w->rates)) return KR_REFUSAL_INTEGRALS;
+    if (!average_arcs(o, w->arc, &w->table, w->samples, w->rate)) return KR_REFUSAL_INTEGRALS;
     fill_roots(o, plan);
     for (int j = 0; j < 2; j++) fill_arc(&w->arc[j], &plan->arc[j]);
     start_point point[2];
     dd state[6];
-    const double mismatch = find_start(o, w->arc, &w->rates, start, point, state, w->start);
+    const double mismatch = find_start(o, w->arc, w->rate, start, point, state, w->start);
     const int is_known = mismatch < 1e-13;
     if (is_known && find_signs(plan, point, state) < 1e-6) return KR_REFUSAL_NONE;
     return unresolved                    ? KR_REFUSAL_COINCIDENT
@@ -947,23 +939,13 @@ static double fill_sign_table(kr_kowalewski_torus *plan, int n)
     }
     return least;
 }
-static void set_torus_phases(const kowalewski_work *w, kr_kowalewski_torus *plan)
-{
-    dd rate[3] = {dd_half(w->rates.rate[0]), dd_half(w->rates.rate[1]), dd_half(w->rates.heading)};
-    for (int j = 0; j < 2; j++)
-        rate[2] = dd_add(rate[2], dd_scale(0.5 * plan->half_turns[j], rate[j]));
-    for (int i = 0; i < 3; i++) {
-        plan->torus.turn[i] = phase_of(rate[i]);
-        set_initial_phase(&plan->torus.turn[i],
-                          i < 2 ? dd_times(0.5 * w->start[i], turns_per_radian()) : dd_of(0.0));
-    }
-}
 /* Fills the plan, except for the initial phase of the heading and the certificate. Returns the
  * smallest scalar product of quaternions of neighbouring nodes. If it exceeds 1/4, each quaternion
  * of the motion is less than a right angle from the nearest node, so that the node determines the
  * sign of the quaternion. */
-static double fill_plan(const kowalewski_work *w, kr_kowalewski_torus *plan)
+static double fill_plan(kowalewski_work *w)
 {
+    kr_kowalewski_torus *plan = &w->plan;
     const kowalewski_curve *o = &w->curve;
     const dd base = dd_half(dd_add(real_root(o, o->real - 2), real_root(o, 0)));
     for (int j = 0; j < 2; j++) {
@@ -976,18 +958,19 @@ static double fill_plan(const kowalewski_work *w, kr_kowalewski_torus *plan)
     plan->fast = plan->k > FAST;
     double least = -1.0;
     for (int n = 16; n <= NODES && !(least > 0.5); n *= 2) least = fill_sign_table(plan, n);
-    set_torus_phases(w, plan);
+    dd rate[3];
+    for (int i = 0; i < 3; i++) rate[i] = dd_half(w->rate[i]);
+    for (int j = 0; j < 2; j++)
+        rate[2] = dd_add(rate[2], dd_scale(0.5 * plan->half_turns[j], rate[j]));
+    for (int i = 0; i < 3; i++) plan->torus.turn[i] = phase_of(rate[i]);
+    for (int j = 0; j < 2; j++)
+        set_initial_phase(&plan->torus.turn[j], dd_times(0.5 * w->start[j], turns_per_radian()));
+    set_initial_phase(&plan->torus.turn[2], dd_of(0.0));
     return least;
 }
 /* Numbers of points on the torus at which a solution is tested. The solution is tested at
  * FEW_POINTS points. If an error exceeds KR_TORUS_ROUNDING, it is tested at MANY_POINTS points. */
 enum { FEW_POINTS = 16, MANY_POINTS = 64 };
-
-/* A closed-form solution and the intermediate results of its set-up. */
-typedef struct kowalewski_memory {
-    kr_kowalewski_torus plan;
-    kowalewski_work work;
-} kowalewski_memory;
 
 static void set_heading_phase(kr_kowalewski_torus *plan, kr_quat q)
 {
@@ -1019,13 +1002,13 @@ static double largest_error_on_torus(const kr_kowalewski_torus *plan, int points
 }
 static kr_refusal make_plan(void *space, torus_start *start, torus_units *way, double *certificate)
 {
-    kowalewski_memory *memory = space;
-    kr_kowalewski_torus *plan = &memory->plan;
+    kowalewski_work *w = space;
+    kr_kowalewski_torus *plan = &w->plan;
     const dd *m = start->momentum, *up = start->up,
              state[6] = {dd_half(m[0]), dd_half(m[1]), m[2], up[0], up[1], up[2]};
-    const kr_refusal refusal = analyse_curve(state, start->vertical, &memory->work, plan);
+    const kr_refusal refusal = analyse_curve(state, start->vertical, w);
     if (refusal != KR_REFUSAL_NONE) return refusal;
-    if (!(fill_plan(&memory->work, plan) > 0.25)) return KR_REFUSAL_SEPARATRIX;
+    if (!(fill_plan(w) > 0.25)) return KR_REFUSAL_SEPARATRIX;
     set_heading_phase(plan, way->attitude);
     const kr_state now = kowalewski_kernel(plan, 0.0, dd_of(0.0));
     double error = fmax(error_of_state(now, way->attitude, v3(m[0].hi, m[1].hi, m[2].hi)),
@@ -1034,7 +1017,7 @@ static kr_refusal make_plan(void *space, torus_start *start, torus_units *way, d
     /* The last argument of fmax is the effect of the frequency errors after 1000 radians. It
      * matters only near separatrices, where a rounding error of the start changes the motion far
      * more. */
-    *certificate = fmax(fmax(error, KR_TORUS_ROUNDING), 1e3 * memory->work.separatrix);
+    *certificate = fmax(fmax(error, KR_TORUS_ROUNDING), 1e3 * w->separatrix);
     return KR_REFUSAL_NONE;
 }
 static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *memory,
@@ -1062,7 +1045,7 @@ static size_t used_size(const void *memory)
 }
 static int suits_any(const kr_scene *scene) { return (void)scene, 1; }
 const kr_exact_scalar KR_NAME(kr_kowalewski_scalar) = {sizeof(kr_kowalewski_torus),
-                                                       sizeof(kowalewski_memory),
+                                                       sizeof(kowalewski_work),
                                                        used_size,
                                                        suits_any,
                                                        plan_scene,

@@ -457,9 +457,9 @@ INLINE pair pair_mul(int complex, pair a, pair b)
     }
     return r;
 }
-INLINE pair pair_signs(int complex, double one, double two, pair a)
+INLINE pair pair_signs(double one, double two, pair a)
 {
-    return (pair){dual_scale(one, a.one), dual_scale(complex ? one : two, a.two)};
+    return (pair){dual_scale(one, a.one), dual_scale(two, a.two)};
 }
 INLINE pair pair_swap(int complex, pair a)
 {
@@ -661,15 +661,13 @@ INLINE koetter_state evaluate_koetter(const kr_kowalewski_torus *plan, int compl
                up = dual_mul(dual_mul(H1, pair_product(complex, two->g)), one->g0),
                down = dual_mul(dual_mul(H2, pair_product(complex, one->g)), two->g0);
     koetter_products k;
-    k.G = pair_signs(complex, sign[1], sign[2], pair_mul(complex, one->g, two->g));
-    k.X = pair_signs(complex, sign[2], sign[1],
-                     pair_mul(complex, one->g, pair_swap(complex, two->g)));
-    k.Y = pair_signs(complex, sign[2], sign[1],
-                     pair_mul(complex, two->g, pair_swap(complex, one->g)));
+    k.G = pair_signs(sign[1], sign[2], pair_mul(complex, one->g, two->g));
+    k.X = pair_signs(sign[2], sign[1], pair_mul(complex, one->g, pair_swap(complex, two->g)));
+    k.Y = pair_signs(sign[2], sign[1], pair_mul(complex, two->g, pair_swap(complex, one->g)));
     k.U = pair_mul(complex, one->g, one->g);
     k.W = pair_mul(complex, two->g, two->g);
     k.G0 = dual_scale(sign[0], dual_mul(one->g0, two->g0));
-    k.V0 = dual_scale(complex ? 1.0 : sign[1] * sign[2], dual_sub(up, down));
+    k.V0 = dual_scale(sign[1] * sign[2], dual_sub(up, down));
     k.x = dual_scale(sign[0], dual_mul(H1, two->g0));
     k.y = dual_scale(sign[0], dual_mul(H2, one->g0));
     k.Dl = numerator_of_difference(one, two);
