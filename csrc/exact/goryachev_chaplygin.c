@@ -269,7 +269,7 @@ static void move_to_alpha(const chaplygin_arc *arc, const kr_chaplygin_arc *e, d
         if (fabs(alpha - at->alpha) < 1e-9 * at->slope) break;
     }
 }
-static void fill_chebyshev(chaplygin_work *w)
+static void fill_waves_at_nodes(chaplygin_work *w)
 {
     for (int k = 0; k < CELL_TERMS; k++)
         for (int i = 0; i < CELL_TERMS; i++) {
@@ -560,7 +560,7 @@ static dd start_angle(const chaplygin_arc *arc, dd u, cdd root, kr_chaplygin_arc
     return dd_add(argument_in_turns(s, c),
                   dd_times(0.5 * sum_arc_sines(arc, 0, sine, cosine), turns_per_radian()));
 }
-static void set_newton_bounds(kr_chaplygin_plan *plan)
+static void bound_slip(kr_chaplygin_plan *plan)
 {
     double bound = 0.0;
     for (int j = 0; j < 2; j++) {
@@ -575,22 +575,23 @@ static void set_newton_bounds(kr_chaplygin_plan *plan)
         bound += most;
     }
     plan->most_slip = 1.01 * bound / plan->mean;
-    plan->rounding = 0x1p-53 / fmax(plan->arc[0].rate, plan->arc[1].rate);
-    plan->tolerance = 0.5 * sqrt(plan->rounding);
 }
 /* Sets the rates of the two torus angles with respect to tau and to time. Returns the ratio of
  * those of the second and the first. */
 static dd set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2])
 {
     const dd det = dd_add(dd_mul(arc[0].p, arc[1].q), dd_mul(arc[1].p, arc[0].q));
+    double most = 0.0;
     plan->mean = dd_div(det, dd_mul(arc[0].p, arc[1].p)).hi;
     for (int j = 0; j < 2; j++) {
         kr_chaplygin_arc *e = &plan->arc[j];
         const dd rate = dd_div(dd_of(1.0), arc[j].p);
-        e->rate = rate.hi;
+        most = fmax(most, rate.hi);
         e->half_rate = 0.5 * dd_mul(rate, turns_per_radian()).hi;
         plan->torus.turn[j] = phase_of(dd_half(dd_div(arc[1 - j].p, det)));
     }
+    plan->rounding = 0x1p-53 / most;
+    plan->tolerance = 0.5 * sqrt(plan->rounding);
     plan->span = two_pi * arc[0].p.hi;
     const dd ratio = dd_div(arc[0].p, arc[1].p);
     plan->ratio = ratio.hi;
@@ -635,13 +636,13 @@ static kr_refusal analyse_curve(const torus_start *start, chaplygin_work *w)
         if (!average_arc(&w->arc[j], &w->table, &w->samples)) return KR_REFUSAL_INTEGRALS;
     w->tail = 0.0;
     plan->first = 0;
-    fill_chebyshev(w);
+    fill_waves_at_nodes(w);
     for (int j = 0; j < 2; j++) {
         fill_arc(&w->arc[j], &plan->arc[j]);
         if (!make_cells(w, j)) return KR_REFUSAL_INTEGRALS;
     }
     const dd ratio = set_angle_rates(plan, w->arc);
-    set_newton_bounds(plan);
+    bound_slip(plan);
     for (int j = 0; j < 2; j++)
         half[j] = start_angle(&w->arc[j], y.u[j], y.root[j], &plan->arc[j], &time[j]);
     plan->is_even = plan->arc[0].has_sine[0] == plan->arc[1].has_sine[1];

@@ -36,7 +36,6 @@ typedef struct kr_chaplygin_arc {
     int pair;
     int has_sine[2], has_cosine[2]; /* is an end at x = 0, or at x = pi, a root of p+ or p-? */
     double sign;                    /* of sqrt|u| cos(chi/2) for 0 < x < pi */
-    double rate;                    /* d alpha/d tau */
     double half_rate;               /* rate of half of alpha [turns] */
     /* Cells are intervals of equal length between alpha = 0 and pi. Each has the Chebyshev
      * coefficients of (x - alpha)/2 [turns], and then those of the periodic part of t. Both

@@ -65,7 +65,7 @@ static void set_curve(kowalewski_curve *o, const dd y[6], dd l)
     o->real = sort_real_roots(o->root, ROOTS, o->pair ? 1 : ROOTS, o->order);
 }
 /* Returns the i-th real root in ascending order. */
-static dd real_root(const kowalewski_curve *o, int i) { return o->root[o->order[i]]; }
+static dd ordered_root(const kowalewski_curve *o, int i) { return o->root[o->order[i]]; }
 
 /* The difference between a root e of phi and a nearby branch point a (k or -k), computed
  * accurately. Since a^2 + c = 1 and e^2 + c = l^2/(2 (e + h)),
@@ -98,7 +98,7 @@ static dd root_difference(const kowalewski_curve *o, int i, int j)
     const close_roots r = examine_roots(o, i, j);
     return r.apply ? r.apart : dd_sub(o->root[i], o->root[j]);
 }
-/* Writes w1 > w2 of a state: the roots of (x1 - x2)^2 w^2 - 2 R12 w - R1. */
+/* Writes w1 > w2 for the state, the roots of (x1 - x2)^2 w^2 - 2 R12 w - R1. */
 static void find_variables(const kowalewski_curve *o, dd p, dd q, dd w[2])
 {
     const dd y = dd_add(dd_square(p), dd_square(q)), two_h = dd_twice(o->h);
@@ -240,7 +240,7 @@ static int find_symmetry_line(cdd c)
 /* Returns the smallest value of sinh |Im x| among the singularities x of the integrands. Of those
  * that a Landen transformation can remove, the one with the smallest value determines `height`, this
  * value, and `crosswise`, the argument of move_singularities that removes it. */
-static double find_nearest(const singularities *v, dd *height, int *crosswise)
+static double find_nearest_singularity(const singularities *v, dd *height, int *crosswise)
 {
     double least = INFINITY;
     *height = dd_of(INFINITY);
@@ -288,12 +288,6 @@ static singularities move_singularities(const singularities *from, dd m, int cro
     to.cosine[to.count++] = crosswise ? complex_sine(last) : last;
     return to;
 }
-/* Returns the modulus of the transformation that removes a singularity, given sinh |Im x|. */
-static dd choose_modulus(dd height)
-{
-    const dd other = dd_div(height, dd_sqrt(dd_plus(dd_square(height), 1.0)));
-    return dd_div(dd_sub(dd_of(1.0), other), dd_plus(other, 1.0));
-}
 /* Chooses Landen transformations that move the singularities of the integrands away from an arc.
  * Each transformation removes one singularity near the real axis, but roughly halves the distances
  * of the others from the axis. Returns sinh |Im x| of the singularity x that is nearest to the real
@@ -303,14 +297,16 @@ static double choose_landen_transformations(kowalewski_arc *arc)
     singularities now = singularities_of(arc);
     dd height;
     int crosswise, folds = 0;
-    double best = find_nearest(&now, &height, &crosswise);
+    double best = find_nearest_singularity(&now, &height, &crosswise);
     for (arc->folds = 0; arc->folds < FOLDS && best < 0.6;) {
         if (!(height.hi > 1e-12)) break;
-        const dd m = choose_modulus(height);
+        /* tanh |Im x|, and the modulus that removes this singularity x */
+        const dd slope = dd_div(height, dd_sqrt(dd_plus(dd_square(height), 1.0))),
+                 m = dd_div(dd_sub(dd_of(1.0), slope), dd_plus(slope, 1.0));
         arc->fold[arc->folds] = m;
         arc->crosswise[arc->folds++] = crosswise;
         now = move_singularities(&now, m, crosswise);
-        const double least = find_nearest(&now, &height, &crosswise);
+        const double least = find_nearest_singularity(&now, &height, &crosswise);
         if (least > 1.2 * best) {
             best = least;
             folds = arc->folds;
@@ -319,25 +315,23 @@ static double choose_landen_transformations(kowalewski_arc *arc)
     arc->folds = folds;
     return best;
 }
-/* Returns the scale of an arc that moves the complex branch points to Re x = pi/2. */
-static dd scale_for_pair(const kowalewski_arc *arc)
-{
-    const kowalewski_curve *o = arc->curve;
-    const dd im = dd_square(o->root[2]), up = dd_sub(o->root[arc->high], o->root[1]),
-             high = dd_add(dd_square(up), im);
-    if (arc->low == AT_INFINITY) return dd_sqrt(high);
-    const dd down = dd_sub(o->root[arc->low], o->root[1]);
-    return dd_sqrt(dd_div(high, dd_add(dd_square(down), im)));
-}
 /* Chooses the scale of an arc so that its averages converge as fast as possible. The argument
  * `scale` yields the fastest convergence if all branch points of the curve are real. */
 static void choose_scale(kowalewski_arc *arc, dd scale)
 {
     scale_arc(arc, scale);
     const double plain = choose_landen_transformations(arc);
-    if (!arc->curve->pair || plain > 0.6) return;
+    const kowalewski_curve *o = arc->curve;
+    if (!o->pair || plain > 0.6) return;
+    /* Complex branch points are moved to Re x = pi/2. */
     const kowalewski_arc old = *arc;
-    scale_arc(arc, scale_for_pair(arc));
+    const dd im = dd_square(o->root[2]),
+             up = dd_add(dd_square(dd_sub(o->root[arc->high], o->root[1])), im);
+    if (arc->low == AT_INFINITY)
+        scale = dd_sqrt(up);
+    else
+        scale = dd_sqrt(dd_div(up, dd_add(dd_square(dd_sub(o->root[arc->low], o->root[1])), im)));
+    scale_arc(arc, scale);
     if (choose_landen_transformations(arc) < plain) *arc = old;
 }
 /* Sets up the arc of w1, which ends at the largest real zero of F(w)^2, and the arc of w2, which
@@ -392,7 +386,7 @@ static void apply_landen_transformations(const kowalewski_arc *arc, dd *s, dd *c
     }
 }
 /* Writes N and D, and returns R. s and c are sin^2 and cos^2 of x/2. */
-static dd arc_at(const kowalewski_arc *arc, dd s, dd c, dd *N, dd *D)
+static dd evaluate_arc(const kowalewski_arc *arc, dd s, dd c, dd *N, dd *D)
 {
     const kowalewski_curve *o = arc->curve;
     dd product = dd_of(1.0);
@@ -411,10 +405,8 @@ static dd arc_at(const kowalewski_arc *arc, dd s, dd c, dd *N, dd *D)
     return dd_sqrt(dd_div(dd_mul(arc->C, arc->E), dd_mul(product, *D)));
 }
 
-/* Frequencies and sine series of a Kowalewski top, computed from averages over the two arcs on
- * which Kowalewski's variables move. The heading of the vector C (kowalewski.h) is the integral of
- * l w dw/((w^2 + c) F). The poles of this integrand, at w^2 = k^2 - 1, are close to the arcs if l
- * is small. A real pole w in the gap beside an arc contributes |l| D^2 R/2(N - w D), with N - w D =
+/* The heading of the vector C (kowalewski.h) is the integral of l w dw/((w^2 + c) F). The poles of
+ * this integrand, at w^2 = k^2 - 1, are close to the arcs if l is small. A real pole w in the gap beside an arc contributes |l| D^2 R/2(N - w D), with N - w D =
  * a sin^2 + b cos^2 of x/2. The multiple of 1/(N - w D) that has the same residue is subtracted.
  * Its integral is the argument of sqrt(b) cos x/2 + i sqrt(a) sin x/2, which kowalewski.h adds to
  * the heading. */
@@ -433,7 +425,7 @@ static void set_heading_poles(kowalewski_arc *arc)
 {
     const kowalewski_curve *o = arc->curve;
     const int infinite = arc->low == AT_INFINITY, end = infinite ? arc->high : arc->low;
-    const dd next = real_root(o, infinite ? 1 : o->real - 3), w0 = dd_sqrt(dd_neg(o->c));
+    const dd next = ordered_root(o, infinite ? 1 : o->real - 3), w0 = dd_sqrt(dd_neg(o->c));
     for (int i = 0; i < 2; i++) {
         const dd w = i ? dd_neg(w0) : w0, rest = root_minus_pole(o, end, w);
         const double side = infinite ? -1.0 : 1.0; /* sign of arc - pole: poles lie in gaps */
@@ -455,7 +447,7 @@ static void sample_arc(const void *data, const cosine_table *t, int i, dd out[3]
     dd N, D, sine = t->c[i < GRID / 2 ? GRID / 2 - i : i - GRID / 2], cosine = t->c[i];
     const dd slope = invert_landen_transformations(arc, &sine, &cosine),
              c = dd_half(dd_plus(cosine, 1.0)), s = dd_half(dd_sub(dd_of(1.0), cosine)),
-             R = dd_mul(slope, arc_at(arc, s, c, &N, &D)),
+             R = dd_mul(slope, evaluate_arc(arc, s, c, &N, &D)),
              g = dd_mul(dd_abs(o->l), dd_mul(dd_square(D), R));
     out[0] = dd_mul(D, R);
     out[1] = dd_mul(N, R);
@@ -531,8 +523,8 @@ static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine
     rate[2] = o->l.hi < 0.0 ? dd_neg(heading) : heading;
     return det.hi > 0.0;
 }
-/* Adds the values of the two sine series of an arc to the torus angles `theta`. `s` and `c` are the
- * sine and cosine of the variable of the series. */
+/* Adds the two sine series of an arc to the torus angles `theta`. s and c are the sine and cosine
+ * of the arc's angle y. */
 static void add_sines(const kowalewski_arc *arc, double s, double c, double theta[2])
 {
     for (int i = 0; i < 2; i++) {
@@ -546,9 +538,7 @@ static void add_sines(const kowalewski_arc *arc, double s, double c, double thet
     }
 }
 
-/* The torus angles of a Kowalewski top at the start, in double-double precision, from a state
- * shortly after the initial time at which w1 and w2 are not close to the ends of their arcs. */
-enum { ORDER = 12 };
+enum { ORDER = 12 }; /* of Taylor series */
 
 /* A point of an arc: the sine and cosine of x/2, the angle y, and the contributions of the arc to
  * theta1 - y1 and theta2 - y2. */
@@ -556,13 +546,13 @@ typedef struct start_point {
     double s, c, angle, theta[2];
 } start_point;
 
-static cdd root_dd(const kowalewski_curve *o, int i)
+static cdd complex_root(const kowalewski_curve *o, int i)
 {
     if (!o->pair || i == 0 || i >= ROOT_K) return cdd_real(o->root[i]);
     return cdd_of(o->root[1], i == 1 ? o->root[2] : dd_neg(o->root[2]));
 }
 /* Computes the Taylor coefficients of the state p, q, r, g1, g2, g3. */
-static void expand_body_series(const dd y[6], dd c[6][ORDER + 1])
+static void expand_taylor_series(const dd y[6], dd c[6][ORDER + 1])
 {
     for (int i = 0; i < 6; i++) c[i][0] = y[i];
     for (int n = 0; n < ORDER; n++) {
@@ -580,21 +570,19 @@ static void expand_body_series(const dd y[6], dd c[6][ORDER + 1])
         for (int i = 0; i < 6; i++) c[i][n + 1] = dd_div(d[i], dd_of(n + 1.0));
     }
 }
-static void sum_series(dd c[6][ORDER + 1], double span, dd out[6])
+static void sum_taylor_series(dd c[6][ORDER + 1], double span, dd out[6])
 {
     for (int i = 0; i < 6; i++) {
         out[i] = c[i][ORDER];
         for (int n = ORDER - 1; n >= 0; n--) out[i] = dd_add(dd_times(span, out[i]), c[i][n]);
     }
 }
-/* Computes the point on an arc where Kowalewski's variable has the distance `gap` from the upper
- * end. If the lower end of the arc is finite, `rest` is the distance of Kowalewski's variable from
- * this end. The argument `next` is the value of `gap` at a later time, and determines in which
- * direction the variable moves along the arc.
- * Returns 0 if the point is so close to an end of the arc that sin(x/2) or cos(x/2) is at most
- * `least`. */
-static int make_point(const kowalewski_arc *arc, dd gap, dd rest, dd next, double least,
-                      start_point *out)
+/* Computes the point of an arc at the distance `gap` from its upper end and, unless the lower end
+ * is at infinity, at the distance `rest` from that. `next` is the distance from the upper end at a
+ * later time, and tells the direction of the motion. Returns 0 if sin(x/2) or cos(x/2) is at most
+ * `least`, which means that the point is close to an end. */
+static int find_start_point(const kowalewski_arc *arc, dd gap, dd rest, dd next, double least,
+                            start_point *out)
 {
     const dd none = dd_of(0.0), up = dd_max(gap, none),
              down = arc->low == AT_INFINITY ? dd_neg(arc->A) : dd_mul(arc->C, dd_max(rest, none)),
@@ -616,11 +604,11 @@ static int make_point(const kowalewski_arc *arc, dd gap, dd rest, dd next, doubl
     add_sines(arc, sine.hi, cosine.hi, out->theta);
     return 1;
 }
-/* Finds the first state after the start at which neither w1 nor w2 is close to an end of its
- * arc. If they move very slowly, there may be no such state, and points closer to the ends are
- * accepted. A slightly later state gives the directions of w1 and w2. Writes the state, its
- * points on the arcs, and the torus angles at the start. Returns the member `mismatch` of
- * arc_gaps for this state, or infinity if there is no such state. */
+/* Finds the first state `at` after the start at which neither w1 nor w2 is close to an end of its
+ * arc. If they move slowly, points closer and closer to the ends are accepted. A slightly later
+ * state gives the directions of w1 and w2. Writes the points on the arcs at the state `at`, and the
+ * torus angles at the start. Returns the `mismatch` of the gaps, or infinity if there is no such
+ * state. */
 static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2], const dd rate[3],
                          const dd start[6], start_point point[2], dd at[6], double theta[2])
 {
@@ -630,12 +618,13 @@ static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
     for (int step = 0; step < 160; step++) {
         const int i = step % 8;
         const double least = step < 8 ? 0.02 : step < 32 ? 0.002 : step < 96 ? 1e-5 : 1e-9;
-        if (i == 0) expand_body_series(at, series);
-        sum_series(series, (i + 1) * moment, at);
-        sum_series(series, (i + 1 + 0x1p-20) * moment, later);
+        if (i == 0) expand_taylor_series(at, series);
+        sum_taylor_series(series, (i + 1) * moment, at);
+        sum_taylor_series(series, (i + 1 + 0x1p-20) * moment, later);
         const arc_gaps gap = find_separation(o, at), next = find_separation(o, later);
-        if (!make_point(&arc[0], gap.up, gap.down, next.up, least, &point[0])) continue;
-        if (!make_point(&arc[1], gap.below, gap.below, next.below, least, &point[1])) continue;
+        if (!find_start_point(&arc[0], gap.up, gap.down, next.up, least, &point[0])) continue;
+        if (!find_start_point(&arc[1], gap.below, gap.below, next.below, least, &point[1]))
+            continue;
         for (int j = 0; j < 2; j++)
             theta[j] = point[j].angle + (point[0].theta[j] + point[1].theta[j]) -
                        (step + 1) * moment * rate[j].hi;
@@ -660,16 +649,15 @@ typedef struct kowalewski_work {
     double separatrix; /* see separatrix_error */
 } kowalewski_work;
 
-/* Returns 1 if the initial values of Kowalewski's variables w1 and w2 lie on the arcs. The arc of
- * w1 ends at k, and the arc of w2 ends at the smallest real branch point. The choice of these end
- * points was confirmed for 1e6 random tops (docs/theory/closed_form.md), but has not been
- * proved. */
+/* Returns 1 if w1 and w2 start on their arcs, of which the first ends at k, and the second at the
+ * smallest real branch point. This has not been proved, but holds for 1e6 random tops
+ * (docs/theory/closed_form.md). */
 static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
 {
     const double slack = 1e-12;
     dd w[2];
     find_variables(o, state[0], state[1], w);
-    const dd low = real_root(o, o->real - 2), least = real_root(o, 0);
+    const dd low = ordered_root(o, o->real - 2), least = ordered_root(o, 0);
     return o->order[o->real - 1] == ROOT_K &&
            dd_sub(w[0], low).hi >= -slack * (1.0 + fabs(low.hi)) &&
            dd_sub(least, w[1]).hi >= -slack * (1.0 + fabs(least.hi));
@@ -679,7 +667,7 @@ static double root_distance(const kowalewski_curve *o, int i, int j)
 {
     const int pi = o->pair && i == 2 ? 1 : i, pj = o->pair && j == 2 ? 1 : j;
     return cx_abs(cx_of(root_difference(o, pi, pj).hi,
-                        dd_sub(root_dd(o, i).im, root_dd(o, j).im).hi)) /
+                        dd_sub(complex_root(o, i).im, complex_root(o, j).im).hi)) /
            (1.0 + o->k.hi);
 }
 /* Returns the relative error of this distance. If two roots of phi are nearly equal, only about
@@ -699,7 +687,7 @@ static double separatrix_error(const kowalewski_curve *o)
                        distance_error(o, o->order[0], o->order[1]));
     if (o->pair) {
         const double re = o->root[1].hi;
-        if ((re > real_root(o, top).hi && re < o->k.hi) || re < real_root(o, 0).hi)
+        if ((re > ordered_root(o, top).hi && re < o->k.hi) || re < ordered_root(o, 0).hi)
             most = fmax(most, distance_error(o, 1, 2));
     }
     return most;
@@ -768,11 +756,11 @@ static void fill_pair(const kowalewski_curve *o, cdd one, cdd two, double out[2]
 }
 static void fill_roots(const kowalewski_curve *o, kr_kowalewski_torus *plan)
 {
-    const cdd first = cdd_sub(root_dd(o, 0), root_dd(o, 1)),
-              second = cdd_sub(root_dd(o, 0), root_dd(o, 2));
+    const cdd first = cdd_sub(complex_root(o, 0), complex_root(o, 1)),
+              second = cdd_sub(complex_root(o, 0), complex_root(o, 2));
     cdd A[3], B[3];
     for (int i = 0; i < 3; i++) {
-        const cdd e = root_dd(o, i), l = cdd_real(o->l);
+        const cdd e = complex_root(o, i), l = cdd_real(o->l);
         A[i] = cdd_sqrt(cdd_scale(dd_of(2.0), cdd_add(e, cdd_real(o->h))));
         B[i] = cdd_sqrt(cdd_add(cdd_mul(e, e), cdd_real(o->c)));
         if (cdd_abs_square(A[i]).hi > cdd_abs_square(B[i]).hi)
@@ -828,8 +816,8 @@ static double find_signs(kr_kowalewski_torus *plan, const start_point point[2], 
     memcpy(plan->sign, sign, sizeof sign);
     return best;
 }
-/* Computes all quantities that determine the plan: roots, arcs, series, rates, signs and angles.
- * Returns KR_REFUSAL_NONE on success, or the reason for the failure. */
+/* Computes what determines the plan: roots, arcs, series, rates, signs and angles. Returns the
+ * reason for a failure, or KR_REFUSAL_NONE. */
 static kr_refusal analyse_curve(const dd start[6], dd l, kowalewski_work *w)
 {
     kr_kowalewski_torus *plan = &w->plan;
@@ -947,7 +935,7 @@ static double fill_plan(kowalewski_work *w)
 {
     kr_kowalewski_torus *plan = &w->plan;
     const kowalewski_curve *o = &w->curve;
-    const dd base = dd_half(dd_add(real_root(o, o->real - 2), real_root(o, 0)));
+    const dd base = dd_half(dd_add(ordered_root(o, o->real - 2), ordered_root(o, 0)));
     for (int j = 0; j < 2; j++) {
         const kowalewski_arc *arc = &w->arc[j];
         plan->p[j] = arc->p.hi;
@@ -968,20 +956,12 @@ static double fill_plan(kowalewski_work *w)
     set_initial_phase(&plan->torus.turn[2], dd_of(0.0));
     return least;
 }
-/* Numbers of points on the torus at which a solution is tested. The solution is tested at
- * FEW_POINTS points. If an error exceeds KR_TORUS_ROUNDING, it is tested at MANY_POINTS points. */
+/* Numbers of points on the torus at which a closed form is tested: many if an error at the few
+ * points exceeds KR_TORUS_ROUNDING. */
 enum { FEW_POINTS = 16, MANY_POINTS = 64 };
 
-static void set_heading_phase(kr_kowalewski_torus *plan, kr_quat q)
-{
-    const kr_quat at = kowalewski_kernel(plan, 0.0, dd_of(0.0)).q;
-    const cx alpha = cx_mul(cx_of(q.w, q.z), cx_of(at.w, -at.z)),
-             beta = cx_mul(cx_of(q.x, q.y), cx_of(at.x, -at.y)), both = cx_add(alpha, beta);
-    set_initial_phase(&plan->torus.turn[2], argument_in_turns(both.im, both.re));
-}
-/* Returns the largest error of the closed form at `points` points of the torus. The error is
- * the difference between the closed form after a short time and a Taylor series that starts
- * from the closed form. */
+/* Returns the largest difference, over points of the torus, between the closed form after a short
+ * time and a Taylor series that starts from the closed form. */
 static double largest_error_on_torus(const kr_kowalewski_torus *plan, int points)
 {
     double miss = 0.0;
@@ -1009,14 +989,16 @@ static kr_refusal make_plan(void *space, torus_start *start, torus_units *way, d
     const kr_refusal refusal = analyse_curve(state, start->vertical, w);
     if (refusal != KR_REFUSAL_NONE) return refusal;
     if (!(fill_plan(w) > 0.25)) return KR_REFUSAL_SEPARATRIX;
-    set_heading_phase(plan, way->attitude);
+    const kr_quat q = way->attitude, at = kowalewski_kernel(plan, 0.0, dd_of(0.0)).q;
+    const cx alpha = cx_mul(cx_of(q.w, q.z), cx_of(at.w, -at.z)),
+             beta = cx_mul(cx_of(q.x, q.y), cx_of(at.x, -at.y)), both = cx_add(alpha, beta);
+    set_initial_phase(&plan->torus.turn[2], argument_in_turns(both.im, both.re));
     const kr_state now = kowalewski_kernel(plan, 0.0, dd_of(0.0));
-    double error = fmax(error_of_state(now, way->attitude, v3(m[0].hi, m[1].hi, m[2].hi)),
+    double error = fmax(error_of_state(now, q, v3(m[0].hi, m[1].hi, m[2].hi)),
                         largest_error_on_torus(plan, FEW_POINTS));
     if (error > KR_TORUS_ROUNDING) error = fmax(error, largest_error_on_torus(plan, MANY_POINTS));
-    /* The last argument of fmax is the effect of the frequency errors after 1000 radians. It
-     * matters only near separatrices, where a rounding error of the start changes the motion far
-     * more. */
+    /* The last argument is the effect of errors of the frequencies after 1000 radians. It matters
+     * only near separatrices, where a rounding error of the start changes the motion far more. */
     *certificate = fmax(fmax(error, KR_TORUS_ROUNDING), 1e3 * w->separatrix);
     return KR_REFUSAL_NONE;
 }

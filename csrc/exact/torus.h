@@ -1,14 +1,11 @@
-/* Closed-form solutions for tops whose motion lies on an invariant torus (Kowalewski,
- * Goryachev-Chaplygin). The two angles that parametrize the torus grow at constant rates. A
- * structure of fixed size, called a plan, stores the data of a closed-form solution. This structure
- * begins with the members declared in kreisel.h and ends with the coefficients of the series. The
- * set-up of a closed-form solution needs working memory, which is placed directly after its
- * plan. */
+/* What the closed forms of motions on an invariant torus have in common: those of Kowalewski and
+ * Goryachev-Chaplygin tops and of free gyrostats. Two angles on the torus grow at constant rates.
+ * The plan of a motion is a struct of fixed size, which begins with a kr_torus and ends with the
+ * coefficients of series. */
 #ifndef KR_EXACT_TORUS_H
 #define KR_EXACT_TORUS_H
 #include "kernel.h"
 
-/* Members common to the solutions of Kowalewski and Goryachev-Chaplygin tops. */
 typedef struct kr_torus {
     double begin;    /* [T] */
     double momentum; /* unit of momentum [M L^2 T^-1] */

@@ -31,8 +31,7 @@ static inline cx cx_mul(cx a, cx b)
 {
     return cx_of(a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re);
 }
-static inline double cx_abs_square(cx a) { return a.re * a.re + a.im * a.im; }
-static inline double cx_abs(cx a) { return sqrt(cx_abs_square(a)); }
+static inline double cx_abs(cx a) { return sqrt(a.re * a.re + a.im * a.im); }
 
 static inline cdd cdd_of(dd re, dd im) { return (cdd){re, im}; }
 static inline cdd cdd_real(dd re) { return cdd_of(re, dd_of(0.0)); }
@@ -64,8 +63,7 @@ static inline cdd cdd_sqrt(cdd a)
 
 static inline dd dd_plus(dd a, double b) { return dd_add(a, dd_of(b)); }
 
-/* The values cos(pi * i / GRID). Only the cosines whose index i is a multiple of `stride` have been
- * computed. */
+/* The values c[i] = cos(pi * i / GRID), as far as i is a multiple of `stride`. */
 typedef struct cosine_table {
     int stride;
     dd c[GRID + 1];
@@ -246,9 +244,9 @@ static kr_quat turn_about_third(double c, double s)
     return c >= 0.0 ? q4(half, v3(0.0, 0.0, other))
                     : q4(fabs(other), v3(0.0, 0.0, s < 0.0 ? -half : half));
 }
-/* Transforms the vector v from the space frame to internal axes, by the attitude q, and from there
- * by a turn about the third axis, with the cosine c and the sine s. */
-static void seen_from_body(const dd q[4], const dd v[3], dd c, dd s, dd out[3])
+/* Transforms the vector v from space to internal axes, whose attitude is q, and then to axes that are
+ * turned about the third one by an angle with the cosine c and the sine s. */
+static void turn_to_axes(const dd q[4], const dd v[3], dd c, dd s, dd out[3])
 {
     dd r[3];
     turn_back_dd(q, v, r);
@@ -308,9 +306,9 @@ static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_ki
     multiply_from_right(turn, working.axes);
     const dd momentum[3] = {dd_of(m.x), dd_of(m.y), dd_of(m.z)},
              up[3] = {dd_of(0.0), dd_of(0.0), dd_of(1.0)};
-    seen_from_body(turn, momentum, c, s, start->momentum);
+    turn_to_axes(turn, momentum, c, s, start->momentum);
     for (int k = 0; k < 3; k++) start->momentum[k] = dd_div(start->momentum[k], unit);
-    seen_from_body(turn, up, c, s, start->up);
+    turn_to_axes(turn, up, c, s, start->up);
     start->vertical = dd_div(momentum[2], unit);
     start->has_small_G = 0;
     way->turn = turn_about_third(c.hi, s.hi);
