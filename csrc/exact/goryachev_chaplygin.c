@@ -1,12 +1,10 @@
-/* Set-up of the closed-form solution for a Goryachev-Chaplygin top. This file is compiled once for
- * each instruction set, because double-double products are three times as fast with fused
- * multiply-add. */
+/* Set-up of the closed form of a Goryachev-Chaplygin top. Double-double products are three times as
+ * fast with fused multiply-add, so that this file is compiled once for each instruction set. */
 #include "goryachev_chaplygin.h"
 enum { GRID = 2048 };
 #include "torus_setup.h"
 
-/* The algebraic curve of a Goryachev-Chaplygin top, and averages over its arcs in double-double
- * precision.
+/* The algebraic curve of a Goryachev-Chaplygin top, and averages over its arcs.
  *
  * Units and axes: The moments are (1, 1, 1/4), and mass * |gravity| * |com| = 1. Axis 1 points
  * towards the centre of mass if gravity is positive, and away from it otherwise. Axis 3 is the
@@ -18,9 +16,8 @@ enum { GRID = 2048 };
  * arc between roots of p+ and p-, with du/d tau = +-sqrt(-p+ p-) in the time d tau = dt/|L| (S. A.
  * Chaplygin, 1901). On an arc
  *     u = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + cos^2  of half of an angle x.
- * Then du/sqrt(-p+ p-) = P dx, where P is an even periodic function of x. The averages can
- * therefore be computed by the trapezoidal rule, which converges exponentially for periodic
- * functions. */
+ * Then du/sqrt(-p+ p-) = P dx, where P is an even periodic function of x, whose averages the
+ * trapezoidal rule computes with exponential convergence. */
 
 /* The roots of p+ have the indices 0, 1 and 2, and those of p- have the indices 3, 4 and 5. */
 enum { CURVE_ROOTS = 6 };
@@ -165,8 +162,7 @@ static int average_arc(chaplygin_arc *arc, cosine_table *table, samples *v)
     }
     return 1;
 }
-/* Evaluates one of the two sine series of an arc; `which` is its index. Even and odd terms have
- * separate recurrences, which do not wait for each other. */
+/* Evaluates the sine series with the index `which` of an arc, as sum_cells evaluates polynomials. */
 static double sum_arc_sines(const chaplygin_arc *arc, int which, double s, double c)
 {
     const double *const term = arc->sine[which], twice = 2.0 * (c - s) * (c + s);
@@ -240,14 +236,14 @@ static void fourier_transform(chaplygin_work *w, int n)
                 *one = cx_add(*one, other);
             }
 }
-/* A point of an arc, the interval in which a separation variable oscillates: its angle alpha on the
- * torus, its parameter x, d alpha/dx, and the sine and cosine of x/2. */
+/* A point of an arc: its torus angle alpha, its angle x, d alpha/dx, and the sine and cosine of
+ * x/2. */
 typedef struct arc_place {
     double alpha, x, slope, s, c;
 } arc_place;
 
-/* Moves to a place less than 1e-9 away from the given alpha, between 0 and pi, in x. Uses bracketed
- * Newton iteration. */
+/* Moves to a place whose x is less than 1e-9 away from that of the given alpha, between 0 and pi,
+ * by bracketed Newton steps. */
 static void move_to_alpha(const chaplygin_arc *arc, const kr_chaplygin_arc *e, double alpha,
                           arc_place *at)
 {
@@ -278,11 +274,10 @@ static void fill_waves_at_nodes(chaplygin_work *w)
                          &w->wave_at_node[k][i]);
         }
 }
-/* Computes the Chebyshev polynomials of the angle [turns] and of the time in a cell. The nodes are
- * in descending order of alpha if `is_falling` is nonzero. Returns the largest magnitude among the
- * last two coefficients of both polynomials. For the polynomial of the time, this magnitude is
- * relative to the larger of q, the mean growth of the time per radian of alpha, and the largest
- * value of the periodic part. */
+/* Computes the Chebyshev coefficients of the angle [turns] and of the time in a cell, at nodes in
+ * descending order of alpha if `is_falling` is nonzero. Returns the largest magnitude among the last
+ * two coefficients of both. Those of the time are divided by the larger of q, the mean growth of the
+ * time per radian of alpha, and the largest value of the periodic part. */
 static double make_cell(const chaplygin_work *w, const chaplygin_arc *arc,
                         const kr_chaplygin_arc *e, int cell, int is_falling, arc_place *at,
                         double out[])
@@ -307,11 +302,10 @@ static double make_cell(const chaplygin_work *w, const chaplygin_arc *arc,
         }
     return tail;
 }
-/* Computes the functions of the torus angle of arc j. The number of cells is doubled until the
- * last coefficients are at rounding level. If these coefficients are below 1e-11, one more
- * doubling is enough, because it reduces them below 1e-15 apart from rounding errors. The cell
- * where |u| is largest comes first, because the singularities are nearest to it. Returns 0 if
- * the last coefficients remain too large. */
+/* Computes the functions of the torus angle of arc j. The number of cells is doubled until the last
+ * coefficients are rounding errors, and once more if they are below 1e-11, which reduces them below
+ * 1e-15. The cell where |u| is largest comes first, because the singularities are nearest to it.
+ * Returns 0 if the last coefficients remain too large. */
 static int make_cells(chaplygin_work *w, int j)
 {
     kr_chaplygin_plan *const plan = &w->plan;
@@ -399,10 +393,10 @@ static dd phase_after(const kr_chaplygin_plan *plan, dd ratio, int k, double way
     const dd turns = dd_times(way * (k + 0.5 * !plan->is_whole), ratio);
     return dd_make(turns.hi - nearest(turns.hi), turns.lo);
 }
-/* Appends the slow term k, whose phase hardly changes while alpha1 grows by one turn. `miss` is its
- * coefficient in the function that would be zero at alpha1 = pi without this term, which grows there
- * by twice this coefficient. `half` is half of alpha2 [turns] at alpha1 = pi. Returns 0 if there are
- * too many slow terms. */
+/* Appends the slow term k, whose phase hardly changes in a turn of alpha1. `miss` is the real or
+ * imaginary part of B_k(pi) that would otherwise be zero, so that the term grows there by twice this
+ * value. `half` is half of alpha2 [turns] at alpha1 = pi. Returns 0 if there are too many slow
+ * terms. */
 static int append_slow_term(kr_chaplygin_plan *plan, dd ratio, int k, double miss, dd half)
 {
     if (plan->slow_terms == SLOW_TERMS) return 0;
@@ -459,9 +453,9 @@ static void drop_small_terms(kr_chaplygin_plan *plan, int n)
     for (int j = 0; j < rows; j++)
         memmove(from + j * plan->terms, from + j * (n / 2), sizeof(double) * (size_t)plan->terms);
 }
-/* Computes the heading on sections of alpha1. The number of sections grows until the error of the
- * quadrature is negligible, and the number of samples until the last coefficients are. Returns 0 if
- * the memory does not suffice. `half` is half of alpha2 [turns] where alpha1 is pi. */
+/* Computes the heading on sections of alpha1, of which `half` is half of alpha2 [turns] at alpha1 =
+ * pi. Doubles the sections until the error of the quadrature is negligible, and the samples until
+ * the last coefficients are. Returns 0 if the memory does not suffice. */
 static int make_sections(chaplygin_work *w, dd ratio, dd half)
 {
     kr_chaplygin_plan *const plan = &w->plan;
@@ -542,9 +536,8 @@ static separation find_separation(const torus_start *start)
     if (product.im.hi * L[0].hi + product.re.hi * L[1].hi < 0.0) y.root[1] = cdd_neg(y.root[1]);
     return y;
 }
-/* Returns, in turns, half of the initial torus angle that corresponds to the separation variable u.
- * Writes the periodic part of the time, evaluated at the initial torus angle, to `time`. Sets the
- * sign of the arc. */
+/* Returns half of the torus angle [turns] at the start, where the separation variable is u. Writes
+ * the periodic part of the time there to `time`. Sets the sign of the arc. */
 static dd start_angle(const chaplygin_arc *arc, dd u, cdd root, kr_chaplygin_arc *e, double *time)
 {
     const dd up = dd_max(dd_sub(arc->B, u), dd_of(0.0)),
@@ -620,9 +613,8 @@ static kr_refusal analyse_curve(const torus_start *start, chaplygin_work *w)
     dd half[2];
     double time[2];
     if (!(fabs(o->H.hi) < 1e10)) return KR_REFUSAL_COINCIDENT;
-    /* Two branch points coincide at G = 0, where a motion with a slightly larger G is computed
-     * instead. The two motions differ by less than rounding errors, unless the motion is planar and
-     * unstable. */
+    /* Two branch points coincide at G = 0. A motion with a slightly larger G, which is computed
+     * instead, differs by less than rounding errors, unless it is planar and unstable. */
     if (o->G.hi < least) {
         if (is_planar(start, start_rates(&chaplygin, start))) return KR_REFUSAL_PLANAR;
         o->G = dd_of(least);

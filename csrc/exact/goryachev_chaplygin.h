@@ -5,8 +5,7 @@
  * where |m| = c1^2 + s1^2 + c2^2 + s2^2 and m = |m| (cos psi, sin psi, 0). Here c1 and s1 are
  * algebraic functions of an angle x of an arc (goryachev_chaplygin.c), x - alpha1 is a
  * periodic function of alpha1, and the same holds for c2, s2 and alpha2. The time t is a multiple
- * of tau plus two such functions. Computing tau from t requires the numerical solution of a scalar
- * equation.
+ * of tau plus two such functions, an equation that is solved for tau by Newton's method.
  *
  * The rate of the heading psi is a function of both angles, and a sum of a function of alpha1 and a
  * function of alpha2 does not have the same integral. On the sections alpha1 = 2 pi j/J, psi is
@@ -28,10 +27,9 @@ enum {
 typedef struct kr_chaplygin_arc {
     /* |u| = (A s^2 + B c^2)/D, D = C s^2 + c^2, with the sine s and the cosine c of x/2. */
     double A, B, C;
-    /* The factors a s^2 + b c^2 of p+ D^3 (the first three) and p- D^3. The factor of an end of the
-     * arc is a constant times s^2 or c^2; its a and b are both this constant. If there is a pair of
-     * complex factors, index 4 holds their real part, and `imaginary` is their imaginary part over
-     * D. */
+    /* The factors a s^2 + b c^2 of p+ D^3 (the first three) and of p- D^3. For an end of the arc,
+     * the factor is a times s^2 or c^2, and b = a. Complex factors 4 and 5 are a s^2 + b c^2 +- i D
+     * imaginary, with the a and b of index 4. */
     double a[6], b[6], imaginary;
     int pair;
     int has_sine[2], has_cosine[2]; /* is an end at x = 0, or at x = pi, a root of p+ or p-? */
@@ -72,9 +70,6 @@ typedef struct kr_chaplygin_plan {
     double term[MOST_TERMS];
 } kr_chaplygin_plan;
 
-/* State of a Goryachev-Chaplygin top at time t, computed from its closed-form solution. The code
- * computes the state at a single time, or at a different time in each vector lane. Single and
- * vectorized evaluations give bitwise equal results. */
 /* The polynomials of a cell in each lane, and the place in the cell from -1 to 1. */
 typedef struct cell_place {
     const double *row[LANES];
@@ -98,9 +93,9 @@ INLINE cell_place find_cell(const kr_chaplygin_plan *plan, int j, dd half)
         r.row[lane] = plan->term + arc->first + 2 * CELL_TERMS * (int)at[lane];
     return r;
 }
-/* Evaluates one of the two odd functions of each torus angle; `which` is its index. Even and odd
- * terms have separate recurrences, which do not wait for each other: with z = T_2(y), T_2k(y) =
- * T_k(z) and T_2k+1(y) = y (U_k(z) - U_k-1(z)). */
+/* Evaluates the odd function with the index `which` of each torus angle. Clenshaw's recurrences for
+ * even and for odd terms do not wait for each other: with z = T_2(y), T_2k(y) = T_k(z) and
+ * T_2k+1(y) = y (U_k(z) - U_k-1(z)). */
 INLINE void sum_cells(const cell_place p[], int arcs, int which, wide out[])
 {
     const int first = which * CELL_TERMS;
@@ -170,11 +165,11 @@ INLINE void find_points(const kr_chaplygin_plan *plan, int from, int to, const d
     for (int j = 0; j < arcs; j++) sincos_turns(phase_plus(half[j], turns[j]), &s[j], &c[j]);
     for (int j = 0; j < arcs; j++) out[j] = point_of(&plan->arc[from + j], s[j], c[j]);
 }
-/* Finds half of each torus angle [turns] for half of each mean angle. The slip is the periodic part
- * of the rescaled time tau. Its equation has the derivative |m|, whose logarithm changes by at most
- * one in a unit of tau. The steps of Newton's method are confined to an interval that brackets the
- * solution. A step longer than half the previous one is replaced by bisection; Newton's method
- * could otherwise alternate between two points on opposite sides of the solution. */
+/* Finds half of each torus angle [turns] for half of each mean angle. The slip, the periodic part of
+ * tau, solves an equation with the derivative |m|, whose logarithm changes by at most one in a unit
+ * of tau. The steps of Newton's method stay in an interval that brackets the solution. A step longer
+ * than half the previous one is replaced by bisection, because Newton's method could alternate
+ * between two points on opposite sides of the solution. */
 INLINE void find_true_angles(const kr_chaplygin_plan *plan, const dd mean[2], dd half[2])
 {
     wide high = wide_splat(plan->most_slip), low = -high, moved = 4.0 * high,
@@ -232,8 +227,7 @@ INLINE wide integrate_heading(const kr_chaplygin_plan *plan, wide at, wide left,
     return plan->span * left * sum;
 }
 /* Returns the Fourier series of the heading on a section in each lane, for half of alpha2 [turns].
- * Clenshaw's recurrence is applied to the cosines and to the sines of even and of odd terms,
- * because the four recurrences do not wait for each other. */
+ * The four recurrences, for even and odd terms of cosines and sines, do not wait for each other. */
 INLINE wide heading_on_section(const kr_chaplygin_plan *plan, wide section, dd half)
 {
     const int terms = plan->terms, shift = !plan->is_whole;

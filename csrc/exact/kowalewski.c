@@ -1,6 +1,5 @@
-/* Set-up of the closed-form solution for a Kowalewski top. This file is compiled once for each
- * instruction set, because double-double products are three times as fast with fused
- * multiply-add. */
+/* Set-up of the closed form of a Kowalewski top. Double-double products are three times as fast with
+ * fused multiply-add, so that this file is compiled once for each instruction set. */
 #include "kowalewski.h"
 enum { GRID = HARMONICS };
 #include "torus_setup.h"
@@ -138,10 +137,10 @@ static dd product_at_end(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
         A = dd_div(o->l, B);
     return dd_square(dd_add(dd_half(dd_mul(A, size)), dd_mul(B, p)));
 }
-/* Iteratively refines approximate distances of w1 and w2 from the ends of their arcs. The array
- * `product` contains (k - w1)(k - w2), followed by (w1 - e)(e - w2) for the lower end e of the
- * first arc and for the upper end e of the second. Each iteration uses those two of the three
- * equations for the distances that give the fastest convergence. */
+/* Refines approximate distances of w1 and w2 from the ends of their arcs by iteration. `product` is
+ * (k - w1)(k - w2), then (w1 - e)(e - w2) for the lower end e of the first arc and for the upper end
+ * e of the second. Each iteration uses the two of these three equations with which it converges
+ * fastest. */
 static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps *gap)
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -169,12 +168,10 @@ static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps
     /* On a short arc, an error of w1 hardly changes the state. */
     gap->mismatch = fmax(fabs(ends.hi) / sqrt(height.hi), fabs(rest.hi) / product[2].hi);
 }
-/* Computes the distances of w1 and w2 from the ends of their arcs for the state (p, q, r, g1, g2,
- * g3).
- * With z = (r x + g3) times the conjugate of the square root of x^2 + g1 + i g2, where x = p + iq,
+/* Computes the distances of w1 and w2 from the ends of their arcs for the state y = (p, q, r, g1,
+ * g2, g3). With x = p + iq and z = (r x + g3) conj(sqrt(x^2 + g1 + i g2)),
  *     (k - w1)(k - w2) = (Im z/q)^2,   (w1 + k)(-k - w2) = (Re z/q)^2.
- * These two products and the results of product_at_end determine the distances to full
- * precision. */
+ * These products and those of product_at_end determine the distances to full precision. */
 static arc_gaps find_separation(const kowalewski_curve *o, const dd y[6])
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -237,9 +234,9 @@ static int find_symmetry_line(cdd c)
     const cx u = crosswise ? sine : cosine;
     return fabs(u.im) > 1e-6 * fabs(u.re) ? -1 : crosswise;
 }
-/* Returns the smallest value of sinh |Im x| among the singularities x of the integrands. Of those
- * that a Landen transformation can remove, the one with the smallest value determines `height`, this
- * value, and `crosswise`, the argument of move_singularities that removes it. */
+/* Returns the smallest sinh |Im x| of all singularities x. Writes the smallest one of those that a
+ * Landen transformation can remove to `height`, and the argument of move_singularities for this one
+ * to `crosswise`. */
 static double find_nearest_singularity(const singularities *v, dd *height, int *crosswise)
 {
     double least = INFINITY;
@@ -288,10 +285,9 @@ static singularities move_singularities(const singularities *from, dd m, int cro
     to.cosine[to.count++] = crosswise ? complex_sine(last) : last;
     return to;
 }
-/* Chooses Landen transformations that move the singularities of the integrands away from an arc.
- * Each transformation removes one singularity near the real axis, but roughly halves the distances
- * of the others from the axis. Returns sinh |Im x| of the singularity x that is nearest to the real
- * axis after these transformations. */
+/* Chooses Landen transformations that move the singularities of the integrands away from the real
+ * axis. Each of them removes one singularity, but roughly halves the distances of the others.
+ * Returns sinh |Im x| of the singularity x that is nearest to the axis afterwards. */
 static double choose_landen_transformations(kowalewski_arc *arc)
 {
     singularities now = singularities_of(arc);
@@ -315,8 +311,8 @@ static double choose_landen_transformations(kowalewski_arc *arc)
     arc->folds = folds;
     return best;
 }
-/* Chooses the scale of an arc so that its averages converge as fast as possible. The argument
- * `scale` yields the fastest convergence if all branch points of the curve are real. */
+/* Chooses the scale of an arc with which its averages converge fastest. If all branch points are
+ * real, this is `scale`. */
 static void choose_scale(kowalewski_arc *arc, dd scale)
 {
     scale_arc(arc, scale);
@@ -927,10 +923,9 @@ static double fill_sign_table(kr_kowalewski_torus *plan, int n)
     }
     return least;
 }
-/* Fills the plan, except for the initial phase of the heading and the certificate. Returns the
- * smallest scalar product of quaternions of neighbouring nodes. If it exceeds 1/4, each quaternion
- * of the motion is less than a right angle from the nearest node, so that the node determines the
- * sign of the quaternion. */
+/* Fills the plan, except for the initial phase of the heading. Returns the smallest scalar product
+ * of quaternions of neighbouring nodes. If it exceeds 1/4, each quaternion of the motion is less
+ * than a right angle from the nearest node, which therefore determines its sign. */
 static double fill_plan(kowalewski_work *w)
 {
     kr_kowalewski_torus *plan = &w->plan;

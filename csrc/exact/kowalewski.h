@@ -1,11 +1,10 @@
-/* The closed-form solution of a Kowalewski top, without theta functions. The axes, units and
- * constants are defined in kowalewski.c. Kowalewski's variables w1 and w2 move on arcs,
- * on which w = N/D is a function of an angle x. A sequence of Landen transformations computes x
- * from an angle y. The torus angles
+/* The closed form of a Kowalewski top, without theta functions. The axes, units and constants are
+ * defined in kowalewski.c. Kowalewski's variables w1 and w2 move on arcs, on which w = N/D is a
+ * function of an angle x. Landen transformations compute x from an angle y. The torus angles
  *     theta_i = y_i + S_i1(y1) + S_i2(y2)
- * with sine series S grow linearly with time. These two equations are solved for y1 and y2. The
- * state follows from x1 and x2 by the formulas of Koetter (Acta Math. 17 (1893) 209). The
- * heading psi of the body vector C with
+ * with sine series S grow linearly with time. Newton's method solves these equations for y1 and y2.
+ * The state follows from x1 and x2 by the formulas of Koetter (Acta Math. 17 (1893) 209). The heading
+ * psi of the body vector C with
  *     C2 - i C1 = (z^2 + 2 q^2 zeta)/2,  C3 = q Re(conj(x) z),
  *     x = p + iq,  z = r x + g3,  zeta = g1 + i g2
  * is a sum of integrals over one variable each (docs/theory/closed_form.md):
@@ -78,9 +77,6 @@ static inline const signed char *kr_kowalewski_nodes(const kr_kowalewski_torus *
     return (const signed char *)(plan->harmonic + plan->terms);
 }
 
-/* The angles y1 and y2 of the two arcs of a Kowalewski top for given torus angles. Newton's method
- * starts at values interpolated in a table. All steps but the last use only the largest terms of
- * the sine series, and take the second derivatives into account. */
 /* Number of sine series that one SIMD vector sums if a single top is evaluated. */
 #if defined KR_PLAIN || !(defined __SSE2__ || defined KR_NEON)
 #  define LANES_OF_SERIES 1
@@ -267,9 +263,9 @@ INLINE jacobian invert_jacobian(const angle_series *series, wide step_1, wide st
                e = 1.0 + (series->slope[3] + step_2 * series->bend[3]), n = 1.0 / (a * e - b * c);
     return (jacobian){{e * n, -b * n}, {-c * n, a * n}};
 }
-/* Computes a step of Chebyshev's method from y = theta + d. Chebyshev's method is Newton's
- * method with a correction for the second derivatives. The step is at most one radian. Writes
- * the inverse Jacobian after the step. Returns the size of the step of Newton's method. */
+/* Computes a step of Chebyshev's method from y = theta + d, which is at most one radian. This is
+ * Newton's method with a correction for the second derivatives. Writes the inverse Jacobian after
+ * the step. Returns the size of the step without the correction. */
 INLINE wide newton_step(const kr_kowalewski_torus *plan, int terms, const arc_angle y[2],
                         const wide d[2], jacobian *after, wide step[2])
 {
@@ -365,7 +361,9 @@ APART void search_angles(const kr_kowalewski_torus *plan, const dd theta[2], mas
         found = mask_or(found, mask_and(is_on_line, wide_at_most(wide_abs(step), least)));
     }
 }
-/* Writes y1 and y2 for the angles theta, in turns between -1 and 1. */
+/* Writes y1 and y2 for the angles theta, in turns between -1 and 1. Newton's method starts at values
+ * interpolated in a table. All steps but the last ones use only the largest terms of the sine
+ * series, and take their second derivatives into account. */
 INLINE void find_arc_angles(const kr_kowalewski_torus *plan, const dd theta[2], arc_angle y[2])
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0);
@@ -409,13 +407,11 @@ INLINE void find_arc_angles(const kr_kowalewski_torus *plan, const dd theta[2], 
     }
 }
 
-/* State of a Kowalewski top at time t, computed from its closed-form solution. The code
- * computes the state at a single time, or at a different time in each vector lane. Scalar and
- * vectorized evaluations give bitwise equal results.
+/* The state for the angles of both arcs.
  *
  * On each arc, let g_i be the square root of way * (N - e_i D), h that of way * (k^2 D^2 -
  * N^2), and d that of D. Upper indices 1 and 2 denote the arc. With the divided differences
- * f[e0, e1, e2] over the roots of phi, A^2 = 2 (e + h), B^2 = e^2 + c, A B = l and the signs of
+ * f[] = f[e0, e1, e2] over the roots of phi, A^2 = 2 (e + h), B^2 = e^2 + c, A B = l and the signs of
  * kr_kowalewski_torus,
  *     a = (A G)[],  p = -(B G)[]/a,  q = -d1 d2/a,  G = g^1 g^2,
  *     r = sqrt2 (A V)[]/(a Dl),  g3 = sqrt2 (B V)[]/(a Dl),  Dl = N1 D2 - N2 D1,
@@ -439,10 +435,9 @@ INLINE dual dual_quotient(dual a, dual b)
     const wide q = a.v / b.v;
     return dual_of(q, (a.d - q * b.d) / b.v);
 }
-/* The values of a function at the two roots e1 and e2 of phi. If the roots are real, `one` and
- * `two` are the values at e1 and at e2. If the roots are complex, the values are conjugate to each
- * other, and `one` and `two` are the real and the imaginary part of the value at e1. The argument
- * `complex` of the functions below is nonzero in this case. */
+/* The values `one` and `two` of a function at the roots e1 and e2 of phi or, if these roots are
+ * complex and the values conjugate, the real and the imaginary part of the value at e1. In that
+ * case, the argument `complex` of the functions below is nonzero. */
 typedef struct pair {
     dual one, two;
 } pair;
@@ -457,6 +452,7 @@ INLINE pair pair_mul(int complex, pair a, pair b)
     }
     return r;
 }
+/* Multiplies by the signs for e1 and e2, which are equal for complex roots. */
 INLINE pair pair_signs(double one, double two, pair a)
 {
     return (pair){dual_scale(one, a.one), dual_scale(two, a.two)};
@@ -475,9 +471,9 @@ INLINE dual pair_product(int complex, pair a)
     return complex ? dual_add(dual_mul(a.one, a.one), dual_mul(a.two, a.two))
                    : dual_mul(a.one, a.two);
 }
-/* Returns the divided difference (f1 - f2)/(e1 - e2). The argument `square` is (f1^2 -
- * f2^2)/(e1 - e2), and `terms` is the sum of the magnitudes of its terms. The result is
- * `square` / (f1 + f2) if this is more accurate. */
+/* Returns the divided difference (f1 - f2)/(e1 - e2), as `square` / (f1 + f2) if this is more
+ * accurate. `square` is (f1^2 - f2^2)/(e1 - e2), and `terms` is the sum of the magnitudes of its
+ * terms. */
 INLINE dual first_difference(const kr_kowalewski_torus *plan, int complex, pair f, dual square,
                              wide terms)
 {
@@ -807,8 +803,8 @@ INLINE heading_vector vector_V(const kr_kowalewski_torus *plan, const koetter_st
     return v;
 }
 
-/* The attitude of the closed form's axes without the heading's phase and series: the rotation
- * matrix, whose rows are the axes of space, and the angular velocity. */
+/* The axes of space in the body frame, as rows of a rotation matrix, without the phase and series of
+ * the heading; the angular velocity. */
 typedef struct frame_state {
     wide row[3][3];
     wide p, q, r;
@@ -943,9 +939,8 @@ INLINE quat_lanes quaternion_of(const frame_state *f)
 /* The angle of the first node [turns]. It avoids the ends of the arcs. */
 static const double first_node = -0.99;
 /* Returns -1 in the lanes in which the quaternion and that of the nearest node have a negative
- * scalar product, and 1 in the others. `turns` are the angles y within two turns. If the
- * nearest node lies in the previous or in the next period of two turns, subtracts or adds 1 in
- * `wraps`. */
+ * scalar product, and 1 in the others. `turns` are the angles y, from -1 to 1. Adds to `wraps` the
+ * number of periods, of two turns, in which the nearest node is ahead: -1, 0 or 1. */
 INLINE wide sign_relative_to_node(const kr_kowalewski_torus *plan, quat_lanes q,
                                   const wide turns[2], wide wraps[2])
 {
