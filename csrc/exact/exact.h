@@ -38,7 +38,7 @@ typedef struct kr_exact_form {
 #define KR_CHECK_LAYOUT(name, condition) typedef char name[(condition) ? 1 : -1]
 /* A closed form of one or more kinds of tops: that of Lagrange tops and free bodies (symmetric.c),
  * of Kowalewski tops, or of Goryachev-Chaplygin tops. The numbers that describe one motion are its
- * plan: a kr_exact_form, kr_kowalewski_torus or kr_chaplygin_plan. */
+ * plan: a kr_exact_form, kr_kowalewski_plan or kr_chaplygin_plan. */
 typedef struct kr_exact_scalar {
     size_t plan_size, memory_size; /* of a plan, and of a plan and its set-up, in bytes */
     /* Returns the number of bytes of a plan that must be copied to copy the plan. */

@@ -104,7 +104,7 @@ static int make_arcs(const chaplygin_curve *o, const dd u[2], chaplygin_arc arc[
 static dd arc_rate(const chaplygin_arc *arc, dd s, dd c, dd *size)
 {
     const chaplygin_curve *o = arc->curve;
-    const dd D = add_products(arc->C, s, dd_of(1.0), c);
+    const dd D = dd_add(dd_mul(arc->C, s), c);
     dd product = dd_of(1.0);
     for (int i = 0; i < CURVE_ROOTS - o->pair; i++) {
         if (i == arc->low || i == arc->high) continue;

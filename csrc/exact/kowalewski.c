@@ -14,7 +14,7 @@ enum { GRID = HARMONICS };
  *     phi(w) = 2 (w + h)(w^2 + c) - l^2,  F(w)^2 = -(w^2 - k^2) phi(w).
  * Kowalewski's variables w1 > w2 move on arcs between branch points of F, at the rates F(w1)/(w1 -
  * w2) and F(w2)/(w2 - w1). On an arc
- *     w = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + E cos^2  of half of an angle x.
+ *     w = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + cos^2  of half of an angle x.
  * With this substitution, the differential dt = dw/F equals D R dx, where R is an even periodic
  * function of x, and t is not the time. The trapezoidal rule for averages therefore converges
  * exponentially (Kowalevski, Acta Mathematica 12, 1889, 177). */
@@ -33,7 +33,7 @@ typedef struct heading_pole {
 /* An arc from the root `high` at x = 0 to the root `low`, or to minus infinity, at x = pi. */
 typedef struct kowalewski_arc {
     const kowalewski_curve *curve;
-    dd A, B, C, E;
+    dd A, B, C;
     int low, high;
     /* N - root D = a sin^2 + b cos^2, where a complex root is replaced by its real part. */
     dd a[ROOTS], b[ROOTS];
@@ -191,8 +191,7 @@ static arc_gaps find_separation(const kowalewski_curve *o, const dd y[6])
     return gap;
 }
 
-/* Sets the coefficients A, B, C and E of one arc of the Kowalewski curve. The argument `scale` is
- * C, or -A if the arc extends to infinity. */
+/* Sets the coefficients of an arc for a `scale`, which is C, or -A if the arc ends at infinity. */
 static void scale_arc(kowalewski_arc *arc, dd scale)
 {
     const kowalewski_curve *o = arc->curve;
@@ -200,7 +199,6 @@ static void scale_arc(kowalewski_arc *arc, dd scale)
     arc->A = infinite ? dd_neg(scale) : dd_mul(o->root[arc->low], scale);
     arc->B = o->root[arc->high];
     arc->C = infinite ? dd_of(0.0) : scale;
-    arc->E = dd_of(1.0);
     for (int i = 0; i < ROOTS; i++) {
         arc->a[i] = infinite ? arc->A : dd_mul(arc->C, root_difference(o, arc->low, i));
         arc->b[i] = root_difference(o, arc->high, i);
@@ -259,7 +257,7 @@ static singularities singularities_of(const kowalewski_arc *arc)
         if (end || (i == 2 && o->pair) || (i == ROOTS && arc->low == AT_INFINITY)) continue;
         const dd im = o->pair && i == 1 ? dd_neg(o->root[2]) : dd_of(0.0);
         const cdd a = i == ROOTS ? cdd_real(arc->C) : cdd_of(arc->a[i], dd_mul(im, arc->C)),
-                  b = i == ROOTS ? cdd_real(arc->E) : cdd_of(arc->b[i], dd_mul(im, arc->E)),
+                  b = i == ROOTS ? cdd_real(dd_of(1.0)) : cdd_of(arc->b[i], im),
                   apart = cdd_sub(a, b);
         if (cdd_abs_square(apart).hi > 0.0) v.cosine[v.count++] = cdd_div(cdd_add(a, b), apart);
     }
@@ -387,7 +385,7 @@ static dd evaluate_arc(const kowalewski_arc *arc, dd s, dd c, dd *N, dd *D)
     const kowalewski_curve *o = arc->curve;
     dd product = dd_of(1.0);
     *N = add_products(arc->A, s, arc->B, c);
-    *D = add_products(arc->C, s, arc->E, c);
+    *D = dd_add(dd_mul(arc->C, s), c);
     for (int i = 0; i < ROOTS; i++) {
         dd factor;
         if (i == arc->low || i == arc->high || (o->pair && i == 2)) continue;
@@ -397,8 +395,8 @@ static dd evaluate_arc(const kowalewski_arc *arc, dd s, dd c, dd *N, dd *D)
         product = dd_mul(product, factor);
     }
     product = dd_twice(dd_abs(product));
-    if (arc->low == AT_INFINITY) return dd_sqrt(dd_div(dd_neg(dd_mul(arc->A, arc->E)), product));
-    return dd_sqrt(dd_div(dd_mul(arc->C, arc->E), dd_mul(product, *D)));
+    if (arc->low == AT_INFINITY) return dd_sqrt(dd_div(dd_neg(arc->A), product));
+    return dd_sqrt(dd_div(arc->C, dd_mul(product, *D)));
 }
 
 /* The heading of the vector C (kowalewski.h) is the integral of l w dw/((w^2 + c) F). The poles of
@@ -635,7 +633,7 @@ static const torus_kind kowalewski = {KR_KIND_KOWALEWSKI, 2.0, 1.0, -1.0};
 
 /* A closed form and the intermediate results of its set-up. */
 typedef struct kowalewski_work {
-    kr_kowalewski_torus plan;
+    kr_kowalewski_plan plan;
     kowalewski_curve curve;
     kowalewski_arc arc[2];
     cosine_table table;
@@ -706,10 +704,10 @@ static void fill_arc(const kowalewski_arc *from, kr_kowalewski_arc *to)
     const int infinite = from->low == AT_INFINITY;
     const double way = infinite ? -1.0 : 1.0;
     const dd edge = infinite ? dd_neg(from->A) : from->C;
-    to->A = from->A.hi, to->B = from->B.hi, to->C = from->C.hi, to->E = from->E.hi;
+    to->A = from->A.hi, to->B = from->B.hi, to->C = from->C.hi;
     to->low = from->low;
     to->high = from->high;
-    to->scale = dd_sqrt(dd_half(dd_mul(edge, from->E))).hi;
+    to->scale = dd_sqrt(dd_half(edge)).hi;
     for (int i = 0; i < ROOTS; i++) {
         const double side = i == ROOT_K ? -1.0 : way;
         to->a[i] = side * from->a[i].hi;
@@ -720,7 +718,7 @@ static void fill_arc(const kowalewski_arc *from, kr_kowalewski_arc *to)
     if (o->pair) {
         const dd im = dd_scale(-way, o->root[2]);
         const cdd a = cdd_of(dd_scale(way, from->a[1]), dd_mul(im, from->C)),
-                  b = cdd_of(dd_scale(way, from->b[1]), dd_mul(im, from->E)), apart = cdd_sub(a, b),
+                  b = cdd_of(dd_scale(way, from->b[1]), im), apart = cdd_sub(a, b),
                   center = cdd_div(cdd_add(a, b), apart);
         to->im = im.hi;
         to->half = 0.5 * apart.re.hi;
@@ -750,7 +748,7 @@ static void fill_pair(const kowalewski_curve *o, cdd one, cdd two, double out[2]
     out[0] = one.re.hi;
     out[1] = o->pair ? one.im.hi : two.re.hi;
 }
-static void fill_roots(const kowalewski_curve *o, kr_kowalewski_torus *plan)
+static void fill_roots(const kowalewski_curve *o, kr_kowalewski_plan *plan)
 {
     const cdd first = cdd_sub(complex_root(o, 0), complex_root(o, 1)),
               second = cdd_sub(complex_root(o, 0), complex_root(o, 2));
@@ -782,7 +780,7 @@ static void fill_roots(const kowalewski_curve *o, kr_kowalewski_torus *plan)
 /* Finds the signs of Koetter's square roots, one for each root of phi, one for each arc and one for
  * Z (frame_at), with which his formulas reproduce a state. They are constant during the motion;
  * only one combination should reproduce p, q, r and g3. Returns the error for the best one. */
-static double find_signs(kr_kowalewski_torus *plan, const start_point point[2], const dd state[6])
+static double find_signs(kr_kowalewski_plan *plan, const start_point point[2], const dd state[6])
 {
     arc_point at[2];
     double best = INFINITY, sign[6] = {1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
@@ -816,7 +814,7 @@ static double find_signs(kr_kowalewski_torus *plan, const start_point point[2], 
  * reason for a failure, or KR_REFUSAL_NONE. */
 static kr_refusal analyse_curve(const dd start[6], dd l, kowalewski_work *w)
 {
-    kr_kowalewski_torus *plan = &w->plan;
+    kr_kowalewski_plan *plan = &w->plan;
     kowalewski_curve *o = &w->curve;
     set_curve(o, start, l);
     /* Relative to a larger h, k^2 and -c = k^2 - 1 coincide. */
@@ -851,7 +849,7 @@ static int count_terms(const kowalewski_arc arc[2], int series, double least)
                 if (fabs(arc[j].sine[i][k]) > least) terms = (k + 3) / 4 * 4;
     return terms;
 }
-static void fill_series(const kowalewski_arc arc[2], kr_kowalewski_torus *plan)
+static void fill_series(const kowalewski_arc arc[2], kr_kowalewski_plan *plan)
 {
     plan->some_terms = count_terms(arc, 2, 1e-9);
     plan->terms = count_terms(arc, 3, 1e-18);
@@ -866,7 +864,7 @@ static void fill_series(const kowalewski_arc arc[2], kr_kowalewski_torus *plan)
     }
 }
 /* Fills the table that starts Newton's method. Each entry is found from the one before. */
-static void fill_start_table(kr_kowalewski_torus *plan)
+static void fill_start_table(kr_kowalewski_plan *plan)
 {
     jacobian unused;
     for (int i = 0; i < STARTS; i++)
@@ -893,7 +891,7 @@ static double dot_of_nodes(const signed char a[4], const signed char b[4])
 /* Fills the table of signs with quaternions that change continuously from node to node. Determines
  * whether they change their sign when an angle grows by two turns. Returns the smallest scalar
  * product of neighbours. */
-static double fill_sign_table(kr_kowalewski_torus *plan, int n)
+static double fill_sign_table(kr_kowalewski_plan *plan, int n)
 {
     signed char *const node = (signed char *)(plan->harmonic + plan->terms);
     arc_angle angle[NODES];
@@ -928,7 +926,7 @@ static double fill_sign_table(kr_kowalewski_torus *plan, int n)
  * than a right angle from the nearest node, which therefore determines its sign. */
 static double fill_plan(kowalewski_work *w)
 {
-    kr_kowalewski_torus *plan = &w->plan;
+    kr_kowalewski_plan *plan = &w->plan;
     const kowalewski_curve *o = &w->curve;
     const dd base = dd_half(dd_add(ordered_root(o, o->real - 2), ordered_root(o, 0)));
     for (int j = 0; j < 2; j++) {
@@ -957,7 +955,7 @@ enum { FEW_POINTS = 16, MANY_POINTS = 64 };
 
 /* Returns the largest difference, over points of the torus, between the closed form after a short
  * time and a Taylor series that starts from the closed form. */
-static double largest_error_on_torus(const kr_kowalewski_torus *plan, int points)
+static double largest_error_on_torus(const kr_kowalewski_plan *plan, int points)
 {
     double miss = 0.0;
     for (int i = 1; i <= points; i++) {
@@ -978,7 +976,7 @@ static double largest_error_on_torus(const kr_kowalewski_torus *plan, int points
 static kr_refusal make_plan(void *space, torus_start *start, torus_units *way, double *certificate)
 {
     kowalewski_work *w = space;
-    kr_kowalewski_torus *plan = &w->plan;
+    kr_kowalewski_plan *plan = &w->plan;
     const dd *m = start->momentum, *up = start->up,
              state[6] = {dd_half(m[0]), dd_half(m[1]), m[2], up[0], up[1], up[2]};
     const kr_refusal refusal = analyse_curve(state, start->vertical, w);
@@ -1008,7 +1006,7 @@ static kr_state kowalewski_state(const void *plan, double t)
 }
 static kr_state kowalewski_state_at(const void *memory, double first, double second)
 {
-    const kr_kowalewski_torus *plan = memory;
+    const kr_kowalewski_plan *plan = memory;
     const kr_torus *torus = &plan->torus;
     const dd phase[3] = {dd_of(fraction_of_turns(first)), dd_of(fraction_of_turns(second)),
                          torus_phase_at(torus, 2, dd_of(0.0))};
@@ -1016,15 +1014,11 @@ static kr_state kowalewski_state_at(const void *memory, double first, double sec
 }
 static size_t used_size(const void *memory)
 {
-    const kr_kowalewski_torus *plan = memory;
-    return offsetof(kr_kowalewski_torus, harmonic) + (size_t)plan->terms * sizeof *plan->harmonic +
+    const kr_kowalewski_plan *plan = memory;
+    return offsetof(kr_kowalewski_plan, harmonic) + (size_t)plan->terms * sizeof *plan->harmonic +
            4 * (size_t)(plan->nodes * plan->nodes);
 }
 static int suits_any(const kr_scene *scene) { return (void)scene, 1; }
-const kr_exact_scalar KR_NAME(kr_kowalewski_scalar) = {sizeof(kr_kowalewski_torus),
-                                                       sizeof(kowalewski_work),
-                                                       used_size,
-                                                       suits_any,
-                                                       plan_scene,
-                                                       kowalewski_state,
-                                                       kowalewski_state_at};
+const kr_exact_scalar KR_NAME(kr_kowalewski_scalar) = {
+    sizeof(kr_kowalewski_plan), sizeof(kowalewski_work), used_size, suits_any, plan_scene,
+    kowalewski_state,           kowalewski_state_at};

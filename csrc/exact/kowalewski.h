@@ -30,10 +30,10 @@ typedef struct kr_fold {
     double m, rest;   /* m, 1 - m */
     double crosswise; /* 1 if it moves singularities near pi/2, not 0 or pi */
 } kr_fold;
-/* An arc: N = A sin^2 + B cos^2 and D = C sin^2 + E cos^2 of x/2. For a real root e, and a sign
+/* An arc: N = A sin^2 + B cos^2 and D = C sin^2 + cos^2 of x/2. For a real root e, and a sign
  * `way` that makes the value positive on the arc, way * (N - e D) = a sin^2 + b cos^2. */
 typedef struct kr_kowalewski_arc {
-    double A, B, C, E;
+    double A, B, C;
     double a[ROOTS], b[ROOTS], root_a[ROOTS], root_b[ROOTS]; /* and square roots of a and b */
     double scale; /* dw/F = scale D dx / (product of the square roots of all way * (N - e D)) */
     /* For complex roots e, way * (N - e D) = half * (center[0] - cos x) - center[1] + i im D. */
@@ -50,7 +50,7 @@ typedef struct kr_harmonic {
     double angle[4], heading[4];
 } kr_harmonic;
 
-typedef struct kr_kowalewski_torus {
+typedef struct kr_kowalewski_plan {
     kr_torus torus; /* its phases are theta1/2, theta2/2 and half of the heading */
     double l, c, k;
     /* Koetter's constants for the roots e1 and e2 of phi: A^2 = 2 (e + h), B^2 = e^2 + c, A B = l.
@@ -69,10 +69,10 @@ typedef struct kr_kowalewski_torus {
     int nodes; /* number of angles of each arc in the table of signs, a power of two */
     /* The harmonics, and after them the table of signs (kr_kowalewski_nodes). */
     kr_harmonic harmonic[HARMONICS + NODES * NODES / 16];
-} kr_kowalewski_torus;
+} kr_kowalewski_plan;
 /* Returns the table of signs: for nodes * nodes pairs of angles y1 and y2 within two turns each, a
  * quaternion without the phase and series of the heading, times 127. */
-static inline const signed char *kr_kowalewski_nodes(const kr_kowalewski_torus *plan)
+static inline const signed char *kr_kowalewski_nodes(const kr_kowalewski_plan *plan)
 {
     return (const signed char *)(plan->harmonic + plan->terms);
 }
@@ -155,7 +155,7 @@ INLINE series_group sum_sines(const double *first, int n, const multiples *m)
 }
 /* Writes the sums of `count` series at y. `first` points to their coefficients of sin y1 and sin y2
  * in the plan. */
-INLINE void sum_sine_series(const kr_kowalewski_torus *plan, const double *first, int count,
+INLINE void sum_sine_series(const kr_kowalewski_plan *plan, const double *first, int count,
                             const arc_angle y[2], wide value[4])
 {
     for (int at = 0; at < count; at += GROUP) {
@@ -223,7 +223,7 @@ static inline void cubic_weights(double x, double out[4])
     out[3] = (1.0 / 6.0) * a * (x * b);
 }
 /* Interpolates y - theta [rad] in the table of the plan, for angles theta in turns. */
-INLINE void guess_angles(const kr_kowalewski_torus *plan, const dd theta[2], wide d[2])
+INLINE void guess_angles(const kr_kowalewski_plan *plan, const dd theta[2], wide d[2])
 {
     double angle[2][LANES], out[2][LANES];
     for (int j = 0; j < 2; j++) wide_store(angle[j], theta[j].hi);
@@ -266,7 +266,7 @@ INLINE jacobian invert_jacobian(const angle_series *series, wide step_1, wide st
 /* Computes a step of Chebyshev's method from y = theta + d, which is at most one radian. This is
  * Newton's method with a correction for the second derivatives. Writes the inverse Jacobian after
  * the step. Returns the size of the step without the correction. */
-INLINE wide newton_step(const kr_kowalewski_torus *plan, int terms, const arc_angle y[2],
+INLINE wide newton_step(const kr_kowalewski_plan *plan, int terms, const arc_angle y[2],
                         const wide d[2], jacobian *after, wide step[2])
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0);
@@ -321,10 +321,10 @@ INLINE wide bisect_if_outside(wide x, wide low, wide high)
  *
  * If the arcs nearly touch, the Jacobian is almost singular, and Newton's method may fail. Let P
  * and Q be the errors of p1 theta1 - p2 theta2 and of q1 theta1 - q2 theta2, with the averages p
- * and q of kr_kowalewski_torus. Both are sums of a function of y1 and a function of y2. For any y2,
+ * and q of kr_kowalewski_plan. Both are sums of a function of y1 and a function of y2. For any y2,
  * P grows with y1. Along the line P = 0, Q grows with y2, at the rate w1 - w2 > 0. Each step moves
  * y1 towards this line. If this step is negligible, y2 also moves. */
-APART void search_angles(const kr_kowalewski_torus *plan, const dd theta[2], mask found, wide d[2])
+APART void search_angles(const kr_kowalewski_plan *plan, const dd theta[2], mask found, wide d[2])
 {
     const wide zero = wide_splat(0.0), least = wide_splat(1e-15);
     double bound[2] = {0.5, 0.5}; /* of |y - theta|, a little enlarged */
@@ -364,7 +364,7 @@ APART void search_angles(const kr_kowalewski_torus *plan, const dd theta[2], mas
 /* Writes y1 and y2 for the angles theta, in turns between -1 and 1. Newton's method starts at values
  * interpolated in a table. All steps but the last ones use only the largest terms of the sine
  * series, and take their second derivatives into account. */
-INLINE void find_arc_angles(const kr_kowalewski_torus *plan, const dd theta[2], arc_angle y[2])
+INLINE void find_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], arc_angle y[2])
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0);
     wide d[2], step[2], inexact = one; /* the relative error of the Jacobian */
@@ -412,7 +412,7 @@ INLINE void find_arc_angles(const kr_kowalewski_torus *plan, const dd theta[2], 
  * On each arc, let g_i be the square root of way * (N - e_i D), h that of way * (k^2 D^2 -
  * N^2), and d that of D. Upper indices 1 and 2 denote the arc. With the divided differences
  * f[] = f[e0, e1, e2] over the roots of phi, A^2 = 2 (e + h), B^2 = e^2 + c, A B = l and the signs of
- * kr_kowalewski_torus,
+ * kr_kowalewski_plan,
  *     a = (A G)[],  p = -(B G)[]/a,  q = -d1 d2/a,  G = g^1 g^2,
  *     r = sqrt2 (A V)[]/(a Dl),  g3 = sqrt2 (B V)[]/(a Dl),  Dl = N1 D2 - N2 D1,
  *     V_i = d2 h1 g_i^1 g_j^2 g_k^2 - d1 h2 g_i^2 g_j^1 g_k^1
@@ -474,7 +474,7 @@ INLINE dual pair_product(int complex, pair a)
 /* Returns the divided difference (f1 - f2)/(e1 - e2), as `square` / (f1 + f2) if this is more
  * accurate. `square` is (f1^2 - f2^2)/(e1 - e2), and `terms` is the sum of the magnitudes of its
  * terms. */
-INLINE dual first_difference(const kr_kowalewski_torus *plan, int complex, pair f, dual square,
+INLINE dual first_difference(const kr_kowalewski_plan *plan, int complex, pair f, dual square,
                              wide terms)
 {
     const dual sum = pair_sum(complex, f),
@@ -553,7 +553,7 @@ INLINE arc_point point_at(const kr_kowalewski_arc *arc, int complex, half_angle 
     const wide ss = x.s * x.s, cc = x.c * x.c, sc = x.s * x.c * rate;
     arc_point r;
     r.N = dual_of(arc->A * ss + arc->B * cc, (arc->A - arc->B) * sc);
-    r.D = dual_of(arc->C * ss + arc->E * cc, (arc->C - arc->E) * sc);
+    r.D = dual_of(arc->C * ss + cc, (arc->C - 1.0) * sc);
     if (arc->low == AT_INFINITY)
         r.d = dual_of(x.c, -0.5 * x.s * rate);
     else {
@@ -589,7 +589,7 @@ typedef struct koetter_state {
     wide r_terms; /* the size of the terms of r */
 } koetter_state;
 /* Returns f[e0, e1, e2], given f(e0), f[e1, e2] and f(e1) + f(e2). */
-INLINE dual second_difference(const kr_kowalewski_torus *plan, dual f0, dual first, dual sum)
+INLINE dual second_difference(const kr_kowalewski_plan *plan, dual f0, dual first, dual sum)
 {
     return dual_scale(plan->one_product, dual_sub(dual_sub(f0, dual_scale(0.5, sum)),
                                                   dual_scale(plan->middle, first)));
@@ -606,7 +606,7 @@ typedef struct koetter_products {
     wide V0_terms;
 } koetter_products;
 /* Returns (F G)[e0, e1, e2]. */
-INLINE dual second_difference_of_G(const kr_kowalewski_torus *plan, int complex,
+INLINE dual second_difference_of_G(const kr_kowalewski_plan *plan, int complex,
                                    const koetter_terms *t, const koetter_products *k, dual D1,
                                    dual D2)
 {
@@ -623,7 +623,7 @@ INLINE dual second_difference_of_G(const kr_kowalewski_torus *plan, int complex,
 }
 /* Returns the second divided difference (F V)[e0, e1, e2]. Writes the sum of the magnitudes of
  * the terms of (F V)[e1, e2] to `size`. */
-INLINE dual second_difference_of_V(const kr_kowalewski_torus *plan, int complex,
+INLINE dual second_difference_of_V(const kr_kowalewski_plan *plan, int complex,
                                    const koetter_terms *t, const koetter_products *k, wide *size)
 {
     const pair X = pair_mul(complex, t->F, k->X), Y = pair_mul(complex, t->F, k->Y),
@@ -646,7 +646,7 @@ INLINE dual numerator_of_difference(const arc_point *one, const arc_point *two)
     return dual_add(dual_mul(dual_mul(one->g0, one->g0), two->D),
                     dual_mul(dual_mul(two->g0, two->g0), one->D));
 }
-INLINE koetter_state evaluate_koetter(const kr_kowalewski_torus *plan, int complex,
+INLINE koetter_state evaluate_koetter(const kr_kowalewski_plan *plan, int complex,
                                       const arc_point *one, const arc_point *two)
 {
     const double *sign = plan->sign, sqrt2 = 1.41421356237309504880;
@@ -730,7 +730,7 @@ INLINE heading_vector vector_C(const body_state *b, wide S, wide S_terms)
  *     B = S (-r g2, r g1 - 2 p g3, 2 p g2) + q (-2 (g2^2 + 2 p (p g1 + q g2)), 2 (g1 g2 - q l),
  *         -r (l + 2 p g1)),   S = Re z.
  * The heading of B is that of C minus the sum of the arguments of l (k^2 - w^2) + i F. */
-INLINE heading_vector vector_B(const kr_kowalewski_torus *plan, int complex, const body_state *b,
+INLINE heading_vector vector_B(const kr_kowalewski_plan *plan, int complex, const body_state *b,
                                wide S, wide S_terms, const arc_point *one, const arc_point *two,
                                wide a)
 {
@@ -758,7 +758,7 @@ INLINE heading_vector vector_B(const kr_kowalewski_torus *plan, int complex, con
  * and B are both nearly vertical. Let rho be the length of the horizontal part of C, with rho^2
  * = K1 K2/a^4 and K = N^2 + c D^2. The horizontal part of V is the complex number (rho' + i rho
  * psi') exp(i psi). */
-INLINE heading_vector vector_V(const kr_kowalewski_torus *plan, const koetter_state *s,
+INLINE heading_vector vector_V(const kr_kowalewski_plan *plan, const koetter_state *s,
                                const body_state *b, wide S, const arc_point *one,
                                const arc_point *two, const half_angle x[2], const wide rate[2])
 {
@@ -812,7 +812,7 @@ typedef struct frame_state {
 /* Computes the axes of space and the angular velocity in the body frame at the angles y. If
  * `derive` is 0, sets `again` in the lanes in which a result loses digits to cancellation.
  * These lanes must be computed again with `derive` = 1. */
-INLINE frame_state frame_at(const kr_kowalewski_torus *plan, int complex, int derive,
+INLINE frame_state frame_at(const kr_kowalewski_plan *plan, int complex, int derive,
                             const arc_angle y[2], mask *again)
 {
     const wide zero = wide_splat(0.0);
@@ -895,7 +895,7 @@ INLINE frame_state frame_at(const kr_kowalewski_torus *plan, int complex, int de
     f.row[2][0] = b.g1, f.row[2][1] = b.g2, f.row[2][2] = b.g3;
     return f;
 }
-APART void compute_frame(const kr_kowalewski_torus *plan, int derive, const arc_angle y[2],
+APART void compute_frame(const kr_kowalewski_plan *plan, int derive, const arc_angle y[2],
                          frame_state *out, mask *again)
 {
     if (derive)
@@ -903,7 +903,7 @@ APART void compute_frame(const kr_kowalewski_torus *plan, int derive, const arc_
     else
         *out = plan->pair ? frame_at(plan, 1, 0, y, again) : frame_at(plan, 0, 0, y, again);
 }
-INLINE frame_state find_frame(const kr_kowalewski_torus *plan, const arc_angle y[2])
+INLINE frame_state find_frame(const kr_kowalewski_plan *plan, const arc_angle y[2])
 {
     const wide one = wide_splat(1.0);
     mask again = wide_equal(one, one);
@@ -941,8 +941,8 @@ static const double first_node = -0.99;
 /* Returns -1 in the lanes in which the quaternion and that of the nearest node have a negative
  * scalar product, and 1 in the others. `turns` are the angles y, from -1 to 1. Adds to `wraps` the
  * number of periods, of two turns, in which the nearest node is ahead: -1, 0 or 1. */
-INLINE wide sign_relative_to_node(const kr_kowalewski_torus *plan, quat_lanes q,
-                                  const wide turns[2], wide wraps[2])
+INLINE wide sign_relative_to_node(const kr_kowalewski_plan *plan, quat_lanes q, const wide turns[2],
+                                  wide wraps[2])
 {
     const int n = plan->nodes;
     const wide zero = wide_splat(0.0), one = wide_splat(1.0);
@@ -963,7 +963,7 @@ INLINE wide sign_relative_to_node(const kr_kowalewski_torus *plan, quat_lanes q,
     return minus_where(is_negative(dot));
 }
 /* Returns the state for the phases theta1/2, theta2/2 and half of the heading, in turns. */
-INLINE state_lanes kowalewski_kernel_at(const kr_kowalewski_torus *plan, wide time,
+INLINE state_lanes kowalewski_kernel_at(const kr_kowalewski_plan *plan, wide time,
                                         const dd phase[3])
 {
     dd theta[2], heading = phase[2];
@@ -1005,7 +1005,7 @@ INLINE state_lanes kowalewski_kernel_at(const kr_kowalewski_torus *plan, wide ti
 }
 INLINE state_lanes kowalewski_kernel(const void *memory, wide time, dd span)
 {
-    const kr_kowalewski_torus *plan = memory;
+    const kr_kowalewski_plan *plan = memory;
     dd phase[3];
     for (int i = 0; i < 3; i++) phase[i] = torus_phase_at(&plan->torus, i, span);
     return kowalewski_kernel_at(plan, time, phase);
