@@ -220,12 +220,6 @@ kr_status kr_top_sync(kr_top *top, double t)
     return KR_OK;
 }
 
-/* Returns the number of requested digits, rounded up to 16, 20 or 30. Returns 0 if the accuracy is
- * specified by a tolerance instead of a number of digits. */
-static int round_digits(int digits)
-{
-    return digits == 0 ? 0 : digits <= 16 ? 16 : digits <= 20 ? 20 : 30;
-}
 /* Returns the total number of doubles in the work arrays of all motions. */
 static size_t count_work_doubles(const kr_method *method)
 {
@@ -290,11 +284,12 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
 static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_state *low,
                            const kr_method *method, const kr_config *config)
 {
+    const int digits = config->digits;
     top->scene = *scene;
     top->method = method;
     top->config = *config;
     top->forward = config->step < 0.0 ? -1.0 : 1.0;
-    top->main.digits = round_digits(config->digits);
+    top->main.digits = digits <= 0 ? 0 : digits <= 16 ? 16 : digits <= 20 ? 20 : 30;
     top->main.skip_heading = config->skip_heading;
     top->is_carried = kr_scene_turns_about_vertical(scene) && !method->supports;
     top->now = scene->start;
@@ -312,17 +307,6 @@ static double *align64(double *memory)
 {
     return memory + (CACHE_LINE - (uintptr_t)memory / sizeof(double) % CACHE_LINE) % CACHE_LINE;
 }
-/* Assigns memory to the tangents and to the work array of each motion. The tangents and the most
- * frequently used work array are aligned to 64 bytes. */
-static void assign_memory(kr_top *top, int has_tangents)
-{
-    const size_t work = top->method->work;
-    top->main.work = align64(top->memory);
-    if (has_tangents) top->tangents = align64(top->main.work + count_work_doubles(top->method));
-    if (top->method->at) return;
-    top->saved.work = top->main.work + work;
-    top->side.work = top->saved.work + work;
-}
 kr_config kr_config_default(void) { return (kr_config){0}; }
 kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t extra, kr_top **top)
 {
@@ -332,7 +316,12 @@ kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t 
     if (!made) return KR_ERR_MEMORY;
     made->method = method;
     made->extra = extra;
-    assign_memory(made, tangents > 0);
+    made->main.work = align64(made->memory);
+    if (tangents > 0) made->tangents = align64(made->main.work + count_work_doubles(method));
+    if (!method->at) {
+        made->saved.work = made->main.work + method->work;
+        made->side.work = made->saved.work + method->work;
+    }
     *top = made;
     return KR_OK;
 }

@@ -146,20 +146,16 @@ static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
     if (by & KR_TANGENT_FRICTION) *unit++ = momentum / time;
     if (by & KR_TANGENT_GRADIENT) *unit = 1.0 / (time * time);
 }
-/* Converts a rotation vector from the method's axes, whose rotation is `axes`, to the frame of
- * description; up to 16 digits in doubles. */
-static vec_dd turn_to_user(const kr_top *top, quat_dd axes, vec_dd turn)
-{
-    const kr_vec3 none = {0.0, 0.0, 0.0};
-    if (!top->is_turned) return turn;
-    return top->main.digits > 16 ? qdd_turn(axes, turn)
-                                 : v_dd(q_turn(top->axes, vdd_high(turn)), none);
-}
-/* Writes one column of the tangent matrix, converted to the user's frame and units. */
+/* Writes one column of the tangent matrix, converted to the user's frame and units: up to 16 digits
+ * in doubles. `axes` is the result of kr_extended_axes. */
 static void put_column(const kr_top *top, quat_dd axes, const kr_deviation *from, double unit,
                        size_t n, double *out, double *low)
 {
-    const vec_dd turn = turn_to_user(top, axes, from->turn);
+    vec_dd turn = from->turn;
+    if (top->is_turned && top->main.digits > 16)
+        turn = qdd_turn(axes, turn);
+    else if (top->is_turned)
+        turn = v_dd(q_turn(top->axes, vdd_high(turn)), v3(0.0, 0.0, 0.0));
     const dd axis[6] = {turn.x, turn.y, turn.z, from->push.x, from->push.y, from->push.z};
     const double factors[2] = {1.0 / unit, top->momentum_unit / unit};
     for (size_t i = 0; i < 6; i++) {

@@ -123,11 +123,6 @@ static kr_event *find_earliest(const kr_top *top, const kr_step_polynomial *piec
     }
     return first;
 }
-static int is_condition_true(const kr_top *top, const kr_event *event)
-{
-    return !event->condition_count ||
-           kr_terms_value(&top->scene, &top->now, event->condition_count, event->condition) > 0.0;
-}
 /* Advances to the next event in the last step, but not beyond the time t. Sets hit->index to -1 if
  * there is no event. */
 static kr_status seek_in_step(kr_top *top, double t, kr_event_hit *hit)
@@ -142,7 +137,8 @@ static kr_status seek_in_step(kr_top *top, double t, kr_event_hit *hit)
         if (top->forward * (there - t) > 0.0) break;
         const kr_status status = kr_top_advance(top, there);
         if (status != KR_OK) return status;
-        if (is_condition_true(top, event)) {
+        const size_t terms = event->condition_count;
+        if (!terms || kr_terms_value(&top->scene, &top->now, terms, event->condition) > 0.0) {
             hit->index = event - top->events;
             hit->direction = own.sign;
         }

@@ -148,18 +148,16 @@ static kr_working choose_spherical_axes(const kr_body *b, kr_vec3 last, kr_vec3 
     const kr_vec3 i = b->inertia;
     const double mean = i.x + ((i.y - i.x) + (i.z - i.x)) / 3.0;
     const kr_quat axes = q_tilt(v_unit(last));
-    const kr_working w = {.axes = axes,
-                          .inertia = v3(mean, mean, mean),
-                          .com = q_turn_back(axes, b->com),
-                          .damping = damping,
-                          .rotor = q_turn_back(axes, b->rotor),
-                          .tilted = 1};
-    return w;
+    return (kr_working){.axes = axes,
+                        .inertia = v3(mean, mean, mean),
+                        .com = q_turn_back(axes, b->com),
+                        .damping = damping,
+                        .rotor = q_turn_back(axes, b->rotor),
+                        .tilted = 1};
 }
 kr_working kr_body_principal(const kr_body *b, kr_vec3 damping)
 {
-    const kr_working w = {q_one(), b->inertia, b->com, damping, b->rotor, 0};
-    return w;
+    return (kr_working){q_one(), b->inertia, b->com, damping, b->rotor, 0};
 }
 /* Sets the off-axis components of an axial rotor to zero, because they are rounding errors. */
 static kr_working align_rotor(kr_working w, const kr_body *b)
