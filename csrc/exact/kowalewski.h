@@ -333,6 +333,8 @@ APART void search_angles(const kr_kowalewski_plan *plan, const dd theta[2], mask
     bound[0] += 2.0 * plan->p[1] / plan->p[0] * bound[1];
     const wide most[2] = {wide_splat(bound[0]), wide_splat(bound[1])};
     wide at[2] = {zero, zero}, low[2] = {-most[0], -most[1]}, high[2] = {most[0], most[1]};
+    for (int j = 0; j < 2; j++) /* NaN has no solution */
+        found = mask_or(found, mask_not(wide_equal(theta[j].hi, theta[j].hi)));
     for (int i = 0; i < SEARCH_STEPS && !mask_all(found); i++) {
         arc_angle y[2];
         for (int j = 0; j < 2; j++) y[j] = angle_plus_radians(theta[j], at[j]);
@@ -708,11 +710,6 @@ INLINE void keep_better_vector(heading_vector *best, const heading_vector *v)
 {
     take_lanes(best, v, sizeof *v, wide_less(best->square * v->terms, v->square * best->terms));
 }
-/* Returns Re z, the real part of r x + g3, which is -2 q'. */
-INLINE wide real_z(const koetter_state *s, int derive)
-{
-    return derive ? -2.0 * s->q.d : s->g3.v + s->p.v * s->r.v;
-}
 INLINE heading_vector vector_C(const body_state *b, wide S, wide S_terms)
 {
     const wide Q2 = b->q * b->q, Q = wide_abs(b->q), R = wide_abs(b->r), P = wide_abs(b->p);
@@ -838,8 +835,8 @@ INLINE frame_state frame_at(const kr_kowalewski_plan *plan, int complex, int der
                         R);
     /* zeta = xi - x^2. The square root of xi is z/conj(Z) up to its size, with Z = Z1 + i Z2,
      * Z1^2 = q^2 (w1 + k)(-k - w2), Z2^2 = q^2 (k - w1)(k - w2). */
-    const wide S = real_z(&s, derive), Z1 = one.plus.v * two.plus.v,
-               Z2 = plan->sign[5] * one.minus.v * two.minus.v;
+    const wide S = derive ? -2.0 * s.q.d : g3 + P * s.r.v; /* Re z */
+    const wide Z1 = one.plus.v * two.plus.v, Z2 = plan->sign[5] * one.minus.v * two.minus.v;
     const wide Z_re = (Z1 - Z2) * (Z1 + Z2), Z_im = 2.0 * Z1 * Z2, z_re = S, z_im = R * Q,
                z2_re = (z_re - z_im) * (z_re + z_im), z2_im = 2.0 * z_re * z_im;
     const wide xi_re = Z_re * z2_re + Z_im * z2_im, xi_im = Z_re * z2_im - Z_im * z2_re,

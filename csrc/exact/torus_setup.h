@@ -273,12 +273,11 @@ static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_ki
      * differs from the other two. */
     const kr_pull pull = kr_scene_pull(scene, body->com);
     const kr_vec3 i = body->inertia;
-    const int third = i.x < i.y   ? (i.x < i.z ? 0 : 2)
-                      : i.y < i.z ? 1
-                                  : 2,
-              first = (third + 1) % 3, second = (third + 2) % 3;
-    const double inertia[3] = {i.x, i.y, i.z}, com[3] = {pull.com.x, pull.com.y, pull.com.z},
-                 equal = kind->ratio * inertia[third],
+    const double inertia[3] = {i.x, i.y, i.z}, com[3] = {pull.com.x, pull.com.y, pull.com.z};
+    int third = inertia[1] < inertia[0];
+    if (inertia[2] < inertia[third]) third = 2;
+    const int first = (third + 1) % 3, second = (third + 2) % 3;
+    const double equal = kind->ratio * inertia[third],
                  side = scene->gravity < 0.0 ? -kind->side : kind->side;
     if (inertia[first] != equal || inertia[second] != equal || com[third] != 0.0)
         return KR_ERR_METHOD;
