@@ -73,11 +73,10 @@ void KR_NAME(kr_lanes_sample)(kr_lanes *l)
     const lane_point r = sum_lanes(l, wide_load(l->at), headless);
     const lane_quat q = lane_attitude(l, &r, headless);
     const lane_vec M = lane_vec_fma(lane_vec_load(l->moment), r.w, lane_vec_load(l->rotor));
-    const lane_quat momentum = {wide_splat(0.0), M.x, M.y, M.z};
+    const lane_quat momentum = {wide_splat(0.0), M};
     const lane_quat m = lane_quat_mul(lane_quat_mul(q, momentum), lane_quat_conj(q));
-    const lane_vec m_vector = {m.x, m.y, m.z};
     lane_quat_store(l->out_q, lane_quat_mul(q, lane_quat_load(l->axes)));
-    lane_vec_store(l->out_m, m_vector);
+    lane_vec_store(l->out_m, m.v);
     if (l->tangents) write_growth(l, l->tangents);
 }
 void KR_NAME(kr_lanes_begin)(kr_lanes *l) { begin_growth(l, l->tangents); }

@@ -14,18 +14,11 @@ INLINE wide event_value(kr_lanes *l, lane_vec p, lane_vec w)
 /* Returns the time derivative of the event function. */
 INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w, int terms)
 {
-    const lane_vec k = lane_vec_load(l->k), up = lane_vec_load(l->up),
-                   down = lane_vec_load(l->down);
-    const lane_vec none = {wide_splat(0.0), wide_splat(0.0), wide_splat(0.0)},
-                   carried = add_rotor_products(l, w, none);
-    const lane_vec dp = {wide_fma(p.y, w.z, -(p.z * w.y)), wide_fma(p.z, w.x, -(p.x * w.z)),
-                         wide_fma(p.x, w.y, -(p.y * w.x))};
-    const lane_vec weight = {wide_fma(up.x, p.y, down.x * p.z), wide_fma(up.y, p.z, down.y * p.x),
-                             wide_fma(up.z, p.x, down.z * p.y)};
-    lane_vec linear = lane_vec_fma(k, carried, weight);
+    const lane_vec k = lane_vec_load(l->k), carried = add_rotor_products(l, w, lane_vec_splat(0.0));
+    lane_vec linear = lane_vec_fma(k, carried, gravity_rates(l, p));
     if (terms & KR_LANES_DAMPED) linear = lane_vec_fma(lane_vec_load(l->drag), w, linear);
-    const lane_vec dw = {wide_fma(k.x * w.y, w.z, linear.x), wide_fma(k.y * w.z, w.x, linear.y),
-                         wide_fma(k.z * w.x, w.y, linear.z)};
+    const lane_vec dp = lane_vec_cross(p, w),
+                   dw = lane_vec_fma(lane_vec_times(k, lane_vec_next(w)), lane_vec_prev(w), linear);
     return event_value(l, dp, dw);
 }
 /* Computes the polynomial coefficients of the event function, or of its derivative, over a step of

@@ -13,13 +13,11 @@ typedef struct {
 } lane_vec;
 INLINE lane_vec lane_vec_load(kr_lane_number *const v)
 {
-    const lane_vec r = {wide_load(v[0]), wide_load(v[1]), wide_load(v[2])};
-    return r;
+    return (lane_vec){wide_load(v[0]), wide_load(v[1]), wide_load(v[2])};
 }
 INLINE lane_vec lane_vec_load_once(kr_lane_number *const v)
 {
-    const lane_vec r = {wide_load_once(v[0]), wide_load_once(v[1]), wide_load_once(v[2])};
-    return r;
+    return (lane_vec){wide_load_once(v[0]), wide_load_once(v[1]), wide_load_once(v[2])};
 }
 INLINE void lane_vec_store(kr_lane_number *to, lane_vec v)
 {
@@ -27,68 +25,73 @@ INLINE void lane_vec_store(kr_lane_number *to, lane_vec v)
     wide_store(to[1], v.y);
     wide_store(to[2], v.z);
 }
-INLINE lane_vec lane_vec_prev(lane_vec v)
+INLINE lane_vec lane_vec_splat(double a)
 {
-    const lane_vec r = {v.z, v.x, v.y};
-    return r;
+    return (lane_vec){wide_splat(a), wide_splat(a), wide_splat(a)};
 }
-INLINE lane_vec lane_vec_next(lane_vec v)
-{
-    const lane_vec r = {v.y, v.z, v.x};
-    return r;
-}
-/* Returns a + b. */
+INLINE lane_vec lane_vec_prev(lane_vec v) { return (lane_vec){v.z, v.x, v.y}; }
+INLINE lane_vec lane_vec_next(lane_vec v) { return (lane_vec){v.y, v.z, v.x}; }
 INLINE lane_vec lane_vec_add(lane_vec a, lane_vec b)
 {
-    const lane_vec r = {a.x + b.x, a.y + b.y, a.z + b.z};
-    return r;
+    return (lane_vec){a.x + b.x, a.y + b.y, a.z + b.z};
 }
-/* Returns a b + c, computed componentwise. */
+INLINE lane_vec lane_vec_sub(lane_vec a, lane_vec b)
+{
+    return (lane_vec){a.x - b.x, a.y - b.y, a.z - b.z};
+}
+INLINE lane_vec lane_vec_scale(wide s, lane_vec a) { return (lane_vec){s * a.x, s * a.y, s * a.z}; }
+/* Returns s * a + b. */
+INLINE lane_vec lane_vec_axpy(wide s, lane_vec a, lane_vec b)
+{
+    return (lane_vec){wide_fma(s, a.x, b.x), wide_fma(s, a.y, b.y), wide_fma(s, a.z, b.z)};
+}
+/* The functions lane_vec_times and lane_vec_fma multiply componentwise, and lane_vec_fma adds c. */
+INLINE lane_vec lane_vec_times(lane_vec a, lane_vec b)
+{
+    return (lane_vec){a.x * b.x, a.y * b.y, a.z * b.z};
+}
 INLINE lane_vec lane_vec_fma(lane_vec a, lane_vec b, lane_vec c)
 {
-    const lane_vec r = {wide_fma(a.x, b.x, c.x), wide_fma(a.y, b.y, c.y), wide_fma(a.z, b.z, c.z)};
-    return r;
+    return (lane_vec){wide_fma(a.x, b.x, c.x), wide_fma(a.y, b.y, c.y), wide_fma(a.z, b.z, c.z)};
 }
 INLINE wide lane_vec_dot(lane_vec a, lane_vec b)
 {
     return wide_fma(a.x, b.x, wide_fma(a.y, b.y, a.z * b.z));
 }
-typedef struct {
-    wide w, x, y, z;
-} lane_quat;
-INLINE lane_quat lane_quat_load(kr_lane_number *const v)
+INLINE lane_vec lane_vec_cross(lane_vec a, lane_vec b)
 {
-    const lane_quat r = {wide_load(v[0]), wide_load(v[1]), wide_load(v[2]), wide_load(v[3])};
-    return r;
+    return (lane_vec){wide_fma(a.y, b.z, -(a.z * b.y)), wide_fma(a.z, b.x, -(a.x * b.z)),
+                      wide_fma(a.x, b.y, -(a.y * b.x))};
+}
+INLINE lane_vec lane_vec_choose(mask m, lane_vec yes, lane_vec no)
+{
+    return (lane_vec){wide_choose(m, yes.x, no.x), wide_choose(m, yes.y, no.y),
+                      wide_choose(m, yes.z, no.z)};
+}
+/* A quaternion with the scalar part w and the vector part v. */
+typedef struct {
+    wide w;
+    lane_vec v;
+} lane_quat;
+INLINE lane_quat lane_quat_load(kr_lane_number *const q)
+{
+    return (lane_quat){wide_load(q[0]), lane_vec_load(q + 1)};
 }
 INLINE void lane_quat_store(kr_lane_number *to, lane_quat q)
 {
     wide_store(to[0], q.w);
-    wide_store(to[1], q.x);
-    wide_store(to[2], q.y);
-    wide_store(to[3], q.z);
+    lane_vec_store(to + 1, q.v);
 }
-INLINE lane_quat lane_quat_conj(lane_quat q)
-{
-    const lane_quat r = {q.w, -q.x, -q.y, -q.z};
-    return r;
-}
+INLINE lane_quat lane_quat_conj(lane_quat q) { return (lane_quat){q.w, {-q.v.x, -q.v.y, -q.v.z}}; }
 INLINE lane_quat lane_quat_mul(lane_quat a, lane_quat b)
 {
-    const lane_quat r = {
-        wide_fma(a.w, b.w, -wide_fma(a.x, b.x, wide_fma(a.y, b.y, a.z * b.z))),
-        wide_fma(a.w, b.x, wide_fma(a.x, b.w, wide_fma(a.y, b.z, -(a.z * b.y)))),
-        wide_fma(a.w, b.y, wide_fma(a.y, b.w, wide_fma(a.z, b.x, -(a.x * b.z)))),
-        wide_fma(a.w, b.z, wide_fma(a.z, b.w, wide_fma(a.x, b.y, -(a.y * b.x)))),
-    };
-    return r;
+    return (lane_quat){wide_fma(a.w, b.w, -lane_vec_dot(a.v, b.v)),
+                       lane_vec_axpy(a.w, b.v, lane_vec_axpy(b.w, a.v, lane_vec_cross(a.v, b.v)))};
 }
 INLINE lane_quat lane_quat_unit(lane_quat q)
 {
-    const wide n =
-        1.0 / wide_sqrt(wide_fma(q.w, q.w, wide_fma(q.x, q.x, wide_fma(q.y, q.y, q.z * q.z))));
-    const lane_quat r = {n * q.w, n * q.x, n * q.y, n * q.z};
-    return r;
+    const wide n = 1.0 / wide_sqrt(wide_fma(q.w, q.w, lane_vec_dot(q.v, q.v)));
+    return (lane_quat){n * q.w, lane_vec_scale(n, q.v)};
 }
 
 /* Taylor coefficients of the angular velocity and of the vertical. */
@@ -106,20 +109,14 @@ typedef struct {
 /* Adds the contribution of two Taylor coefficients to the cross product P x W. */
 INLINE void add_turn(lane_sums *a, lane_vec wm, lane_vec pj)
 {
-    a->plus.x = wide_fma(pj.y, wm.z, a->plus.x);
-    a->minus.x = wide_fma(pj.z, wm.y, a->minus.x);
-    a->plus.y = wide_fma(pj.z, wm.x, a->plus.y);
-    a->minus.y = wide_fma(pj.x, wm.z, a->minus.y);
-    a->plus.z = wide_fma(pj.x, wm.y, a->plus.z);
-    a->minus.z = wide_fma(pj.y, wm.x, a->minus.z);
+    a->plus = lane_vec_fma(lane_vec_next(pj), lane_vec_prev(wm), a->plus);
+    a->minus = lane_vec_fma(lane_vec_prev(pj), lane_vec_next(wm), a->minus);
 }
 /* Adds the contribution of two Taylor coefficients to the products of angular velocity
  * components. */
 INLINE void add_torque(lane_sums *a, lane_vec wj, lane_vec wm)
 {
-    a->ww.x = wide_fma(wj.y, wm.z, a->ww.x);
-    a->ww.y = wide_fma(wj.z, wm.x, a->ww.y);
-    a->ww.z = wide_fma(wj.x, wm.y, a->ww.z);
+    a->ww = lane_vec_fma(lane_vec_next(wj), lane_vec_prev(wm), a->ww);
 }
 /* Adds to `a` those products of Taylor coefficients that are needed only to compute the heading. */
 INLINE void add_heading(lane_sums *a, lane_vec wm, lane_vec pj, int terms)
@@ -155,9 +152,7 @@ INLINE void add_newest(lane_sums *a, kr_lanes *l, int n, const lane_pair *newest
     const lane_vec w0 = lane_vec_load(l->w[0]), p0 = lane_vec_load(l->p[0]), wn = newest->w,
                    pn = newest->p;
     const lane_vec next = lane_vec_load(l->next), prev = lane_vec_load(l->prev);
-    a->ww.x = wide_fma(wn.y, prev.x, wide_fma(next.x, wn.z, a->ww.x));
-    a->ww.y = wide_fma(wn.z, prev.y, wide_fma(next.y, wn.x, a->ww.y));
-    a->ww.z = wide_fma(wn.x, prev.z, wide_fma(next.z, wn.y, a->ww.z));
+    a->ww = lane_vec_fma(lane_vec_next(wn), prev, lane_vec_fma(next, lane_vec_prev(wn), a->ww));
     add_turn(a, wn, p0);
     add_turn(a, w0, pn);
     if (terms & KR_LANES_HEADLESS) return;
@@ -169,9 +164,8 @@ INLINE void add_newest(lane_sums *a, kr_lanes *l, int n, const lane_pair *newest
 }
 INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int terms)
 {
-    const wide zero = wide_splat(0.0);
-    const lane_vec none = {zero, zero, zero};
-    lane_sums a = {none, none, none, none, zero};
+    const lane_vec none = lane_vec_splat(0.0);
+    lane_sums a = {none, none, none, none, wide_splat(0.0)};
     if (n % 2 == 0) add_middle(&a, l, n, terms);
     for (int j = (n - 1) / 2; j > 0; j--) {
         const int m = n - j;
@@ -210,24 +204,24 @@ INLINE void next_heading_rate(kr_lanes *l, const lane_sums *a, int n, const lane
     wide_store(l->rate[n], rate);
     wide_store(l->turn[n + 1], share * rate);
 }
+/* Returns the coefficient of A^-1 (P x c), given the coefficient p of P. */
+INLINE lane_vec gravity_rates(kr_lanes *l, lane_vec p)
+{
+    return lane_vec_fma(lane_vec_load(l->up), lane_vec_next(p),
+                        lane_vec_times(lane_vec_load(l->down), lane_vec_prev(p)));
+}
 /* Computes the Taylor coefficients of order n + 1, and returns those of P and W. */
 INLINE lane_pair next_lane_coefficient(kr_lanes *l, int n, lane_pair newest, int terms)
 {
     const lane_sums a = sum_products(l, n, &newest, terms);
     const wide share = wide_splat(1.0 / (n + 1));
-    const lane_vec p = newest.p, k = lane_vec_load(l->k), up = lane_vec_load(l->up),
-                   down = lane_vec_load(l->down);
-    lane_vec linear = {wide_fma(up.x, p.y, down.x * p.z), wide_fma(up.y, p.z, down.y * p.x),
-                       wide_fma(up.z, p.x, down.z * p.y)};
+    lane_vec linear = gravity_rates(l, newest.p);
     if (terms & KR_LANES_DAMPED) linear = lane_vec_fma(lane_vec_load(l->drag), newest.w, linear);
     /* The convolution sums are added last, because they become available last. */
-    const lane_vec w = {wide_fma(share * k.x, a.ww.x, share * linear.x),
-                        wide_fma(share * k.y, a.ww.y, share * linear.y),
-                        wide_fma(share * k.z, a.ww.z, share * linear.z)};
-    const lane_pair next = {w,
-                            {share * (a.plus.x - a.minus.x), share * (a.plus.y - a.minus.y),
-                             share * (a.plus.z - a.minus.z)}};
-    lane_vec_store(l->w[n + 1], w);
+    const lane_pair next = {lane_vec_fma(lane_vec_scale(share, lane_vec_load(l->k)), a.ww,
+                                         lane_vec_scale(share, linear)),
+                            lane_vec_scale(share, lane_vec_sub(a.plus, a.minus))};
+    lane_vec_store(l->w[n + 1], next.w);
     lane_vec_store(l->p[n + 1], next.p);
     if (terms & KR_LANES_HEADLESS) return next;
     next_heading_rate(l, &a, n, &newest, share, terms);
@@ -301,13 +295,8 @@ INLINE lane_point sum_lane_terms(kr_lanes *l, int order, wide at, int headless)
     lane_point r = {lane_vec_load(l->p[n]), lane_vec_load(l->w[n]), wide_splat(0.0)};
     if (!headless) r.turn = wide_load(l->turn[n]);
     while (--n >= 0) {
-        const lane_vec p = lane_vec_load(l->p[n]), w = lane_vec_load(l->w[n]);
-        r.p.x = wide_fma(h, r.p.x, p.x);
-        r.p.y = wide_fma(h, r.p.y, p.y);
-        r.p.z = wide_fma(h, r.p.z, p.z);
-        r.w.x = wide_fma(h, r.w.x, w.x);
-        r.w.y = wide_fma(h, r.w.y, w.y);
-        r.w.z = wide_fma(h, r.w.z, w.z);
+        r.p = lane_vec_axpy(h, r.p, lane_vec_load(l->p[n]));
+        r.w = lane_vec_axpy(h, r.w, lane_vec_load(l->w[n]));
         if (!headless) r.turn = wide_fma(h, r.turn, wide_load(l->turn[n]));
     }
     return r;
@@ -320,9 +309,7 @@ INLINE lane_point sum_lanes(kr_lanes *l, wide at, int headless)
 /* Returns an unnormalized quaternion for the smallest rotation that takes the vector p to d. */
 INLINE lane_quat shortest_turn(lane_vec p, lane_vec d)
 {
-    const lane_quat s = {1.0 + lane_vec_dot(p, d), wide_fma(p.y, d.z, -(p.z * d.y)),
-                         wide_fma(p.z, d.x, -(p.x * d.z)), wide_fma(p.x, d.y, -(p.y * d.x))};
-    return s;
+    return (lane_quat){1.0 + lane_vec_dot(p, d), lane_vec_cross(p, d)};
 }
 /* Returns the attitude exp(e3 f/2) q s(P). Here q is the attitude at the beginning of the step,
  * f the heading, and s(P) the shortest rotation from the vertical P to its value at the
@@ -336,19 +323,17 @@ INLINE lane_quat lane_attitude(kr_lanes *l, const lane_point *at, int headless)
         /* If P.z < 0, the shortest rotation to the other pole is followed by a half turn about the
          * first axis. */
         const lane_vec d = {zero, zero, sign};
-        const lane_quat s = lane_quat_unit(shortest_turn(at->p, d)), over = {-s.x, s.w, -s.z, s.y};
+        const lane_quat s = lane_quat_unit(shortest_turn(at->p, d)),
+                        over = {-s.v.x, {s.w, -s.v.z, s.v.y}};
         const mask up = wide_less(zero, sign);
-        const lane_quat r = {wide_choose(up, s.w, over.w), wide_choose(up, s.x, over.x),
-                             wide_choose(up, s.y, over.y), wide_choose(up, s.z, over.z)};
-        return r;
+        return (lane_quat){wide_choose(up, s.w, over.w), lane_vec_choose(up, s.v, over.v)};
     }
     const lane_quat here =
         lane_quat_mul(lane_quat_load(l->q), shortest_turn(at->p, lane_vec_load(l->p[0])));
     wide s, c;
     wide_sin_cos(0.5 * at->turn, &s, &c);
-    const lane_quat turned = {wide_fma(c, here.w, -(s * here.z)),
-                              wide_fma(c, here.x, -(s * here.y)), wide_fma(c, here.y, s * here.x),
-                              wide_fma(c, here.z, s * here.w)};
+    const lane_vec v = here.v, across = {-(s * v.y), s * v.x, s * here.w};
+    const lane_quat turned = {wide_fma(c, here.w, -(s * v.z)), lane_vec_axpy(c, v, across)};
     return lane_quat_unit(turned);
 }
 #endif

@@ -24,45 +24,25 @@ typedef struct {
 } lane_deviation;
 INLINE lane_deviation deviation_load(kr_lane_vector *const v)
 {
-    const lane_deviation d = {lane_vec_load(v[0]), lane_vec_load(v[1])};
-    return d;
+    return (lane_deviation){lane_vec_load(v[0]), lane_vec_load(v[1])};
 }
 INLINE void deviation_store(kr_lane_vector *to, lane_deviation d)
 {
     lane_vec_store(to[0], d.turn);
     lane_vec_store(to[1], d.push);
 }
-INLINE lane_vec lane_vec_cross(lane_vec a, lane_vec b)
+INLINE lane_deviation deviation_scale(wide s, lane_deviation d)
 {
-    const lane_vec r = {wide_fma(a.y, b.z, -(a.z * b.y)), wide_fma(a.z, b.x, -(a.x * b.z)),
-                        wide_fma(a.x, b.y, -(a.y * b.x))};
-    return r;
-}
-INLINE lane_vec lane_vec_times(lane_vec a, lane_vec b)
-{
-    const lane_vec r = {a.x * b.x, a.y * b.y, a.z * b.z};
-    return r;
+    return (lane_deviation){lane_vec_scale(s, d.turn), lane_vec_scale(s, d.push)};
 }
 /* Returns s * a + b. */
-INLINE lane_vec lane_vec_axpy(wide s, lane_vec a, lane_vec b)
-{
-    const lane_vec r = {wide_fma(s, a.x, b.x), wide_fma(s, a.y, b.y), wide_fma(s, a.z, b.z)};
-    return r;
-}
 INLINE lane_deviation deviation_axpy(wide s, lane_deviation a, lane_deviation b)
 {
-    const lane_deviation r = {lane_vec_axpy(s, a.turn, b.turn), lane_vec_axpy(s, a.push, b.push)};
-    return r;
+    return (lane_deviation){lane_vec_axpy(s, a.turn, b.turn), lane_vec_axpy(s, a.push, b.push)};
 }
 INLINE wide deviation_dot(lane_deviation a, lane_deviation b)
 {
     return lane_vec_dot(a.turn, b.turn) + lane_vec_dot(a.push, b.push);
-}
-INLINE lane_vec lane_vec_zero(void)
-{
-    const wide zero = wide_splat(0.0);
-    const lane_vec r = {zero, zero, zero};
-    return r;
 }
 
 /* The n-th coefficients of products of Taylor series (Cauchy products). */
@@ -75,30 +55,24 @@ typedef struct {
 INLINE void add_growth(growth_sums *a, kr_lanes *l, kr_lane_tangents *g, int j, int m)
 {
     const lane_vec turn = lane_vec_load(g->x[j][0]), push = lane_vec_load(g->x[j][1]),
-                   w = lane_vec_load(l->w[m]), p = lane_vec_load(l->p[m]);
+                   minus_push = {-push.x, -push.y, -push.z}, w = lane_vec_load(l->w[m]),
+                   p = lane_vec_load(l->p[m]);
     /* next(W_0) and prev(W_0) include the rotor terms */
     const lane_vec next = m > 0 ? lane_vec_next(w) : lane_vec_load(l->next),
                    prev = m > 0 ? lane_vec_prev(w) : lane_vec_load(l->prev);
-    a->plus.x = wide_fma(turn.y, next.y, a->plus.x);
-    a->plus.y = wide_fma(turn.z, next.z, a->plus.y);
-    a->plus.z = wide_fma(turn.x, next.x, a->plus.z);
-    a->minus.x = wide_fma(turn.z, prev.z, a->minus.x);
-    a->minus.y = wide_fma(turn.x, prev.x, a->minus.y);
-    a->minus.z = wide_fma(turn.y, prev.y, a->minus.z);
-    a->push.x = wide_fma(push.y, w.z, wide_fma(-push.z, w.y, a->push.x));
-    a->push.y = wide_fma(push.z, w.x, wide_fma(-push.x, w.z, a->push.y));
-    a->push.z = wide_fma(push.x, w.y, wide_fma(-push.y, w.x, a->push.z));
+    a->plus = lane_vec_fma(lane_vec_next(turn), lane_vec_next(next), a->plus);
+    a->minus = lane_vec_fma(lane_vec_prev(turn), lane_vec_prev(prev), a->minus);
+    a->push = lane_vec_fma(lane_vec_next(push), lane_vec_prev(w),
+                           lane_vec_fma(lane_vec_prev(minus_push), lane_vec_next(w), a->push));
     a->lifted = lane_vec_axpy(wide_load(g->lift[m]), turn, a->lifted);
-    a->leaned.x = wide_fma(turn.x, p.x, a->leaned.x);
-    a->leaned.y = wide_fma(turn.y, p.y, a->leaned.y);
-    a->leaned.z = wide_fma(turn.z, p.z, a->leaned.z);
+    a->leaned = lane_vec_fma(turn, p, a->leaned);
 }
 /* Computes the Taylor coefficients of order n + 1 of the tangent. */
 INLINE void next_growth(kr_lanes *l, kr_lane_tangents *g, int n)
 {
     const wide share = wide_splat(1.0 / (n + 1));
-    growth_sums a = {lane_vec_zero(), lane_vec_zero(), lane_vec_zero(), lane_vec_zero(),
-                     lane_vec_zero()};
+    const lane_vec none = lane_vec_splat(0.0);
+    growth_sums a = {none, none, none, none, none};
     wide_store(g->lift[n], lane_vec_dot(lane_vec_load(g->c), lane_vec_load(l->p[n])));
     for (int j = 0; j < n; j++) add_growth(&a, l, g, j, n - j);
     add_growth(&a, l, g, n, 0);
@@ -107,11 +81,9 @@ INLINE void next_growth(kr_lanes *l, kr_lane_tangents *g, int n)
                    behind = lane_vec_times(lane_vec_load(g->behind), a.minus),
                    own = lane_vec_times(lane_vec_load(g->per), lane_vec_load(g->x[n][1]));
     const lane_vec push = lane_vec_axpy(-lean, lane_vec_load(g->c), a.push);
-    const lane_deviation next = {{share * (ahead.x + (behind.x + own.x)),
-                                  share * (ahead.y + (behind.y + own.y)),
-                                  share * (ahead.z + (behind.z + own.z))},
-                                 {share * (push.x + a.lifted.x), share * (push.y + a.lifted.y),
-                                  share * (push.z + a.lifted.z)}};
+    const lane_deviation next = {
+        lane_vec_scale(share, lane_vec_add(ahead, lane_vec_add(behind, own))),
+        lane_vec_scale(share, lane_vec_add(push, a.lifted))};
     deviation_store(g->x[n + 1], next);
 }
 INLINE lane_deviation sum_growth(kr_lane_tangents *g, int order, wide h)
@@ -140,9 +112,8 @@ typedef struct {
 } trivial_solutions;
 INLINE trivial_solutions trivial_solutions_at(kr_lane_tangents *g, const lane_point *at)
 {
-    const trivial_solutions r = {{at->w, lane_vec_cross(at->p, lane_vec_load(g->c))},
-                                 {at->p, lane_vec_cross(at->p, momentum_at(g, at))}};
-    return r;
+    return (trivial_solutions){{at->w, lane_vec_cross(at->p, lane_vec_load(g->c))},
+                               {at->p, lane_vec_cross(at->p, momentum_at(g, at))}};
 }
 /* Returns the component of `d` orthogonal to the two trivial solutions. If the two trivial
  * solutions are parallel to within rounding errors, only the component of `d` along the flow is
@@ -151,12 +122,11 @@ INLINE lane_deviation remove_trivial_solutions(kr_lane_tangents *g, const lane_p
                                                lane_deviation d)
 {
     const trivial_solutions known = trivial_solutions_at(g, at);
-    const lane_deviation own = remove_component(known.turn, known.flow),
-                         nothing = {lane_vec_zero(), lane_vec_zero()};
+    const lane_deviation own = remove_component(known.turn, known.flow);
     const mask is_own =
         wide_less(0x1p-60 * deviation_dot(known.turn, known.turn), deviation_dot(own, own));
     const wide keep = wide_choose(is_own, wide_splat(1.0), wide_splat(0.0));
-    return remove_component(remove_component(d, known.flow), deviation_axpy(keep, own, nothing));
+    return remove_component(remove_component(d, known.flow), deviation_scale(keep, own));
 }
 /* Returns the squared norm of the component of `d` orthogonal to the two trivial solutions. The
  * result is at least 2^-40 times the squared norm of `d`. */
@@ -327,12 +297,8 @@ APART void begin_path_substep(kr_lanes *l, kr_lane_tangents *g, const double *at
 }
 INLINE lane_point choose_point(mask m, const lane_point *yes, const lane_point *no)
 {
-    const lane_point r = {{wide_choose(m, yes->p.x, no->p.x), wide_choose(m, yes->p.y, no->p.y),
-                           wide_choose(m, yes->p.z, no->p.z)},
-                          {wide_choose(m, yes->w.x, no->w.x), wide_choose(m, yes->w.y, no->w.y),
-                           wide_choose(m, yes->w.z, no->w.z)},
-                          wide_splat(0.0)};
-    return r;
+    return (lane_point){lane_vec_choose(m, yes->p, no->p), lane_vec_choose(m, yes->w, no->w),
+                        wide_splat(0.0)};
 }
 /* Propagates the tangent from the beginning of the step to the time `to`, using at most `most`
  * substeps. The argument `at` contains the vertical and the angular velocity of the top at the time
@@ -368,10 +334,9 @@ INLINE lane_deviation propagate_deviation(kr_lanes *l, kr_lane_tangents *g, wide
 }
 INLINE growth_areas load_areas(kr_lane_tangents *g)
 {
-    const growth_areas a = {wide_load(g->begin.area), wide_load(g->begin.moment),
-                            wide_load(g->begin.max), wide_load(g->begin.last),
-                            wide_load(g->begin.truncation)};
-    return a;
+    return (growth_areas){wide_load(g->begin.area), wide_load(g->begin.moment),
+                          wide_load(g->begin.max), wide_load(g->begin.last),
+                          wide_load(g->begin.truncation)};
 }
 /* Propagates the tangent over the last step, removes its components along trivial solutions of the
  * tangent equations, and scales the result by a power of two. Returns the time reached by the
@@ -383,9 +348,8 @@ INLINE wide propagate_over_step(kr_lanes *l, kr_lane_tangents *g)
     memcpy(&g->begin, &g->end, sizeof g->end);
     growth_areas areas = load_areas(g);
     wide reached;
-    const lane_deviation d = propagate_deviation(l, g, wide_load(l->end), &at, GROWTH_SUBSTEPS,
-                                                 &areas, &reached),
-                         nothing = {lane_vec_zero(), lane_vec_zero()};
+    const lane_deviation d =
+        propagate_deviation(l, g, wide_load(l->end), &at, GROWTH_SUBSTEPS, &areas, &reached);
     wide_store(g->end.area, areas.area);
     wide_store(g->end.moment, areas.moment);
     wide_store(g->end.max, areas.most);
@@ -393,7 +357,7 @@ INLINE wide propagate_over_step(kr_lanes *l, kr_lane_tangents *g)
     wide_store(g->end.truncation, areas.rest);
     const wide moved = 0x1.8p52 - 0.5 * approx_log2_lanes(deviation_dot(d, d)),
                power = wide_of_bits((wide_bits(moved) + 1023) << 52);
-    deviation_store(g->end.d, deviation_axpy(power, d, nothing));
+    deviation_store(g->end.d, deviation_scale(power, d));
     wide_store(g->end.power, wide_load(g->begin.power) - (moved - 0x1.8p52));
     wide_store(g->end.scale, wide_load(g->begin.scale) * power);
     return reached;
@@ -434,10 +398,9 @@ INLINE void begin_growth(kr_lanes *l, kr_lane_tangents *g)
 {
     set_limits(l, g);
     const lane_point at = {lane_vec_load(l->end_p), lane_vec_load(l->end_w), wide_splat(0.0)};
-    const lane_deviation d = remove_trivial_solutions(g, &at, deviation_load(g->end.d)),
-                         nothing = {lane_vec_zero(), lane_vec_zero()};
+    const lane_deviation d = remove_trivial_solutions(g, &at, deviation_load(g->end.d));
     const wide size = wide_sqrt(deviation_dot(d, d));
-    const lane_deviation one = deviation_axpy(1.0 / size, d, nothing);
+    const lane_deviation one = deviation_scale(1.0 / size, d);
     const lane_vec lean = energy_gradient_at(g, &at);
     deviation_store(g->first, one);
     wide_store(g->first_energy, lane_vec_dot(one.push, at.w) + lane_vec_dot(one.turn, lean));
