@@ -1,10 +1,14 @@
 /* Arithmetic of a template that is compiled first for doubles and then for double-doubles. A source
  * includes this file before each inclusion of its template, the second time with KR_DEEP defined.
- * `real` is the type of a number, r_of(hi, lo) a number with these words, and REAL forms the names
- * of types and functions. r_put stores a number at the same place in two adjacent structs, of high
- * and of low words. Without KR_DEEP, low words are neither read nor stored. */
+ * `real` is the type of a number and `real_vec` that of a vector. REAL forms the names of types and
+ * functions of the template, and VEC those of functions of vectors (su2.h, su2_dd.h). r_of(hi, lo)
+ * is a number with these words; r_dd and r_vdd convert a dd and a vec_dd. r_get and r_put load and
+ * store a vector at the same place in two adjacent structs, of high and of low words. Without
+ * KR_DEEP, low words are neither read nor stored. */
 #undef real
+#undef real_vec
 #undef REAL
+#undef VEC
 #undef r_of
 #undef r_high
 #undef r_low
@@ -12,10 +16,15 @@
 #undef r_sub
 #undef r_mul
 #undef r_div
+#undef r_dd
+#undef r_vdd
+#undef r_get
 #undef r_put
 #if defined KR_DEEP
 #  define real dd
+#  define real_vec vec_dd
 #  define REAL(name) deep_##name
+#  define VEC(name) vdd_##name
 #  define r_of(hi, lo) dd_make((double)(hi), (lo))
 #  define r_high(a) ((a).hi)
 #  define r_low(a) ((a).lo)
@@ -23,10 +32,16 @@
 #  define r_sub dd_sub
 #  define r_mul dd_mul
 #  define r_div dd_div
-#  define r_put(to, member, a) ((to)[0].member = (a).hi, (to)[1].member = (a).lo)
+#  define r_dd(a) (a)
+#  define r_vdd(a) (a)
+#  define r_get(from, member) vdd_load((from)[0].member, (from)[1].member)
+#  define r_put(to, member, a)                                                                     \
+      (v_put((to)[0].member, vdd_high(a)), v_put((to)[1].member, vdd_low(a)))
 #else
 #  define real double
+#  define real_vec kr_vec3
 #  define REAL(name) plain_##name
+#  define VEC(name) v_##name
 #  define r_of(hi, lo) ((double)(hi))
 #  define r_high(a) (a)
 #  define r_low(a) 0.0
@@ -34,5 +49,8 @@
 #  define r_sub(a, b) ((a) - (b))
 #  define r_mul(a, b) ((a) * (b))
 #  define r_div(a, b) ((a) / (b))
-#  define r_put(to, member, a) ((to)[0].member = (a))
+#  define r_dd(a) ((a).hi)
+#  define r_vdd(a) vdd_high(a)
+#  define r_get(from, member) v_of((from)[0].member)
+#  define r_put(to, member, a) v_put((to)[0].member, a)
 #endif

@@ -18,6 +18,11 @@ static inline vec_dd v_dd(kr_vec3 hi, kr_vec3 lo)
 {
     return (vec_dd){two_sum(hi.x, lo.x), two_sum(hi.y, lo.y), two_sum(hi.z, lo.z)};
 }
+/* Returns the vector whose high and low words are in two arrays of three doubles. */
+static inline vec_dd vdd_load(const double high[3], const double low[3])
+{
+    return (vec_dd){two_sum(high[0], low[0]), two_sum(high[1], low[1]), two_sum(high[2], low[2])};
+}
 static inline vec_dd vdd_of(kr_vec3 a) { return (vec_dd){dd_of(a.x), dd_of(a.y), dd_of(a.z)}; }
 static inline kr_vec3 vdd_high(vec_dd a) { return v3(a.x.hi, a.y.hi, a.z.hi); }
 static inline kr_vec3 vdd_low(vec_dd a) { return v3(a.x.lo, a.y.lo, a.z.lo); }
@@ -30,6 +35,10 @@ static inline void vdd_put(dd y[3], vec_dd v)
 static inline vec_dd vdd_add(vec_dd a, vec_dd b)
 {
     return (vec_dd){dd_add(a.x, b.x), dd_add(a.y, b.y), dd_add(a.z, b.z)};
+}
+static inline vec_dd vdd_sub(vec_dd a, vec_dd b)
+{
+    return (vec_dd){dd_sub(a.x, b.x), dd_sub(a.y, b.y), dd_sub(a.z, b.z)};
 }
 static inline vec_dd vdd_scale(dd s, vec_dd a)
 {
@@ -67,7 +76,7 @@ static inline quat_dd q_dd(kr_quat hi, kr_quat lo)
 /* Returns the quaternion whose high and low words are in two arrays of four doubles. */
 static inline quat_dd qdd_load(const double high[4], const double low[4])
 {
-    return q_dd(q4(high[0], v_of(high + 1)), q4(low[0], v_of(low + 1)));
+    return (quat_dd){two_sum(high[0], low[0]), vdd_load(high + 1, low + 1)};
 }
 static inline quat_dd qdd_of(kr_quat q) { return q_dd(q, q4(0.0, v3(0.0, 0.0, 0.0))); }
 static inline kr_quat qdd_high(quat_dd q) { return q4(q.w.hi, vdd_high(q.v)); }

@@ -15,378 +15,290 @@
  *                 which of the two is replaced by its derivative
  *     K           `gradient`: the gravity gradient; K A P `steep`, (K A)' the parameter's change
  * While friction holds the top, g is chosen such that the spin <U, a> of the perturbed motion
- * remains zero. All numbers are of the type `real` (math/real.h). */
+ * remains zero. Numbers are of the type `real`, and vectors of the type `real_vec` (math/real.h). */
 
-/* Taylor coefficients of a vector with three components. */
-typedef struct REAL(series) {
-    real c[3][KR_TAYLOR_MAX + 1];
-} REAL(series);
 /* Taylor series of the motion of the top (the path), expanded about the beginning of a substep.
- * `inverse_inertia` is <a / A, a>, about the apex. */
+ * `stiffness` is K A, `inverse_inertia` is <a / A, a>, about the apex a, and `q` the attitude. */
 typedef struct REAL(moving_path) {
-    REAL(series) velocity, relative, support, momentum, dragged, vertical, pulled, steep;
-    real gradient;
-    int has_gradient;
-    real cosine[KR_TAYLOR_MAX + 1], sine[KR_TAYLOR_MAX + 1];
-    real torque[KR_TAYLOR_MAX + 1];
-    real A[3], D[3], lever[3], apex[3], inverse_inertia;
-    real q[4];
+    real_vec velocity[TERMS], relative[TERMS], support[TERMS], momentum[TERMS], dragged[TERMS],
+        vertical[TERMS], pulled[TERMS], steep[TERMS];
+    real cosine[TERMS], sine[TERMS]; /* of the phase of the shaking */
+    real torque[TERMS];
+    real_vec A, D, lever, apex, stiffness;
+    real gradient, inverse_inertia, q[4];
     int has_friction, is_held;
 } REAL(moving_path);
-/* Taylor series of one tangent, with `cross`, c x theta, and `apex_change`, theta x a + d.
- * `turn_by` and `push_by` are the inhomogeneous terms of theta' and N'. */
+/* Taylor series of one tangent, with `cross`, c x theta, and `apex_change`, theta x a + d, where d
+ * is `apex`. `turn_loss` and `push_loss` are the inhomogeneous terms of -theta' and -N'. */
 typedef struct REAL(moving_deviation) {
-    REAL(series) turn, push, cross, apex_change, turn_by, push_by, tilted;
-    real apex[3];
+    real_vec turn[TERMS], push[TERMS], cross[TERMS], apex_change[TERMS], turn_loss[TERMS],
+        push_loss[TERMS], tilted[TERMS], apex;
 } REAL(moving_deviation);
 
-typedef struct REAL(vector) {
-    real c[3];
-} REAL(vector);
-
+static real_vec REAL(zero)(void)
+{
+    const kr_vec3 none = {0.0, 0.0, 0.0};
+    return r_vdd(vdd_of(none));
+}
+static real REAL(sum_components)(real_vec a) { return r_add(r_add(a.x, a.y), a.z); }
+/* Returns 1 / (n + 1). */
+static real REAL(share)(int n) { return r_div(r_of(1.0, 0.0), r_of(n + 1, 0.0)); }
+/* Returns the n-th coefficient of the product of a series of numbers and a series of vectors. */
+static real_vec REAL(multiply_series)(const real a[], const real_vec b[], int n)
+{
+    real_vec sum = REAL(zero)();
+    for (int m = 0; m <= n; m++) sum = VEC(add)(sum, VEC(scale)(a[m], b[n - m]));
+    return sum;
+}
 /* Returns the n-th coefficient of the cross product of two series. The six sums are independent, so
  * the processor can compute them in parallel. */
-static REAL(vector) REAL(cross)(const REAL(series) * a, const REAL(series) * b, int n)
+static real_vec REAL(cross)(const real_vec a[], const real_vec b[], int n)
 {
-    const real zero = r_of(0.0, 0.0);
-    real up[3] = {zero, zero, zero}, down[3] = {zero, zero, zero};
+    real_vec up = REAL(zero)(), down = up;
     for (int m = 0; m <= n; m++) {
-        const real x = a->c[0][m], y = a->c[1][m], z = a->c[2][m], u = b->c[0][n - m],
-                   v = b->c[1][n - m], w = b->c[2][n - m];
-        up[0] = r_add(up[0], r_mul(y, w));
-        up[1] = r_add(up[1], r_mul(z, u));
-        up[2] = r_add(up[2], r_mul(x, v));
-        down[0] = r_add(down[0], r_mul(z, v));
-        down[1] = r_add(down[1], r_mul(x, w));
-        down[2] = r_add(down[2], r_mul(y, u));
+        const real_vec u = a[m], v = b[n - m];
+        up.x = r_add(up.x, r_mul(u.y, v.z));
+        up.y = r_add(up.y, r_mul(u.z, v.x));
+        up.z = r_add(up.z, r_mul(u.x, v.y));
+        down.x = r_add(down.x, r_mul(u.z, v.y));
+        down.y = r_add(down.y, r_mul(u.x, v.z));
+        down.z = r_add(down.z, r_mul(u.y, v.x));
     }
-    return (REAL(vector)){{r_sub(up[0], down[0]), r_sub(up[1], down[1]), r_sub(up[2], down[2])}};
+    return VEC(sub)(up, down);
 }
-/* Returns the i-th body-frame component of the space-fixed unit vector with index `axis`. */
-static real REAL(body_component)(const real q[4], int axis, int i)
+/* Returns the body-frame components of a vector along e1, e2, e3. */
+static real_vec REAL(rotate_to_body)(const real q[4], const double vector[3])
 {
-    const int same = axis == i, third = 3 - axis - i;
-    const real two = r_of(2.0, 0.0), both = r_mul(q[1 + axis], q[1 + i]);
-    if (same) {
-        const real w = r_mul(q[0], q[0]), own = r_mul(q[1 + i], q[1 + i]);
-        return r_sub(r_mul(two, r_add(w, own)), r_of(1.0, 0.0));
-    }
-    const real turned = r_mul(q[0], q[1 + third]);
-    return r_mul(two, (i + 1) % 3 == axis ? r_add(both, turned) : r_sub(both, turned));
-}
-/* Writes the body-frame components, of order 0, of a vector along e1, e2, e3. */
-static void REAL(rotate_to_body)(REAL(series) * a, const real q[4], const double vector[3])
-{
+    real sum[3];
     for (int i = 0; i < 3; i++) {
-        a->c[i][0] = r_of(0.0, 0.0);
-        for (int axis = 0; axis < 3; axis++)
-            a->c[i][0] =
-                r_add(a->c[i][0], r_mul(r_of(vector[axis], 0.0), REAL(body_component)(q, axis, i)));
+        sum[i] = r_of(0.0, 0.0);
+        for (int axis = 0; axis < 3; axis++) {
+            const real both = r_mul(q[1 + axis], q[1 + i]),
+                       turned = r_mul(q[0], q[axis == i ? 0 : 4 - axis - i]),
+                       half = axis == (i + 2) % 3 ? r_sub(both, turned) : r_add(both, turned),
+                       whole = r_mul(r_of(2.0, 0.0), half),
+                       cosine = axis == i ? r_sub(whole, r_of(1.0, 0.0)) : whole;
+            sum[i] = r_add(sum[i], r_mul(r_of(vector[axis], 0.0), cosine));
+        }
     }
+    return (real_vec){sum[0], sum[1], sum[2]};
 }
-/* Computes the next coefficients of the body-frame components of a space-fixed vector. */
-static void REAL(next_space_vector)(REAL(series) * a, const REAL(series) * relative, int n)
+/* Computes the next coefficient of the body-frame components of a space-fixed vector. */
+static void REAL(next_space_vector)(real_vec a[], const real_vec relative[], int n)
 {
-    const real share = r_div(r_of(1.0, 0.0), r_of(n + 1, 0.0));
-    const REAL(vector) rate = REAL(cross)(a, relative, n);
-    for (int i = 0; i < 3; i++) a->c[i][n + 1] = r_mul(share, rate.c[i]);
+    a[n + 1] = VEC(scale)(REAL(share)(n), REAL(cross)(a, relative, n));
 }
-/* Computes the n-th coefficients of the angular velocities and of the angular momentum. */
-static void REAL(set_velocity)(REAL(moving_path) * p, const kr_series path[2], int n,
-                               const real h[3])
+/* Computes the n-th coefficients of the angular velocities, of the momentum with that of the rotor,
+ * and of the vertical. */
+static void REAL(read_coefficients)(REAL(moving_path) * p, const kr_series path[2], int n,
+                                    real_vec rotor)
 {
-    for (int i = 0; i < 3; i++) {
-        const real w = r_of(path[0].w[n][1 + i], path[1].w[n][1 + i]), own = r_mul(p->A[i], w),
-                   u = r_sub(w, p->support.c[i][n]);
-        p->velocity.c[i][n] = w;
-        p->relative.c[i][n] = u;
-        p->momentum.c[i][n] = n == 0 ? r_add(own, h[i]) : own;
-        p->dragged.c[i][n] = r_mul(p->D[i], u);
-        p->vertical.c[i][n] = r_of(path[0].x[n][5 + i], path[1].x[n][5 + i]);
-        p->steep.c[i][n] = r_mul(r_mul(p->gradient, p->A[i]), p->vertical.c[i][n]);
-    }
-}
-/* Computes the n-th coefficient of the effective gravity vector G P. */
-static void REAL(pull_vertical)(REAL(moving_path) * p, real base, real sway, int n)
-{
-    for (int i = 0; i < 3; i++) {
-        real sum = r_of(0.0, 0.0);
-        for (int j = 0; j <= n; j++) sum = r_add(sum, r_mul(p->cosine[j], p->vertical.c[i][n - j]));
-        p->pulled.c[i][n] = r_add(r_mul(base, p->vertical.c[i][n]), r_mul(sway, sum));
-    }
+    const real_vec W = r_get(path, w[n] + 1), own = VEC(times)(p->A, W);
+    p->velocity[n] = W;
+    p->relative[n] = VEC(sub)(W, p->support[n]);
+    p->momentum[n] = n == 0 ? VEC(add)(own, rotor) : own;
+    p->dragged[n] = VEC(times)(p->D, p->relative[n]);
+    p->vertical[n] = r_get(path, x[n] + 5);
+    p->steep[n] = VEC(times)(p->stiffness, p->vertical[n]);
 }
 /* Sets the friction torque, which is constant while the top slides. While friction holds the top,
  * the friction torque is stored in lane 0 of W (see series.h). */
-static void REAL(read_friction)(REAL(moving_path) * p, const kr_series path[2],
-                                const support_data *data, int order)
+static void REAL(read_friction)(REAL(moving_path) * p, const kr_motion *motion, double rate,
+                                const kr_series path[2], int order)
 {
-    const real friction = r_of(data->friction, 0.0);
-    p->has_friction = data->friction > 0.0;
-    p->is_held = data->holds;
-    p->inverse_inertia = r_of(0.0, 0.0);
-    for (int i = 0; i < 3; i++) {
-        p->apex[i] = r_of(data->apex[i].hi, data->apex[i].lo);
-        p->inverse_inertia = r_add(p->inverse_inertia, r_div(r_mul(p->apex[i], p->apex[i]),
-                                                             r_of(data->A[i].hi, data->A[i].lo)));
-    }
+    const double friction = kr_support_friction(motion, rate);
+    p->apex = r_get(path, apex + 1);
+    p->inverse_inertia = REAL(sum_components)(VEC(over)(VEC(times)(p->apex, p->apex), p->A));
     for (int n = 0; n < order; n++)
-        p->torque[n] =
-            p->is_held ? r_mul(friction, r_of(path[0].w[n][0], path[1].w[n][0])) : r_of(0.0, 0.0);
-    if (!p->is_held) p->torque[0] = r_of(-data->sliding * data->friction, 0.0);
+        p->torque[n] = p->is_held
+                           ? r_mul(r_of(friction, 0.0), r_of(path[0].w[n][0], path[1].w[n][0]))
+                           : r_of(0.0, 0.0);
+    if (!p->is_held) p->torque[0] = r_of(-kr_support_sliding(path) * friction, 0.0);
 }
 /* Computes the Taylor series of the path and of the support motion. */
-static void REAL(read_path)(REAL(moving_path) * p, const kr_series path[2],
-                            const support_data *data, int order)
+static void REAL(read_path)(REAL(moving_path) * p, const kr_motion *motion, double rate,
+                            const kr_series path[2], int order)
 {
-    const real rate = r_of(data->rate.hi, data->rate.lo), base = r_of(data->base.hi, data->base.lo),
-               sway = r_of(data->sway.hi, data->sway.lo);
-    real h[3];
-    p->gradient = r_of(data->gradient, 0.0);
-    p->has_gradient = data->gradient != 0.0;
-    for (int i = 0; i < 3; i++) {
-        p->A[i] = r_of(data->A[i].hi, data->A[i].lo);
-        p->D[i] = r_of(data->D[i], 0.0);
-        p->lever[i] = r_of(data->lever[i].hi, data->lever[i].lo);
-        h[i] = r_of(data->h[i].hi, data->h[i].lo);
-    }
-    for (int i = 0; i < 4; i++) p->q[i] = r_of(data->q[i].hi, data->q[i].lo);
-    REAL(rotate_to_body)(&p->support, p->q, data->turning);
-    p->cosine[0] = r_of(data->cosine.hi, data->cosine.lo);
-    p->sine[0] = r_of(data->sine.hi, data->sine.lo);
-    REAL(read_friction)(p, path, data, order);
+    const double low[4] = {0.0}, unit = motion->time_unit / rate;
+    double turning[3];
+    dd base, sway, cosine, sine;
+    const int deep = motion->digits > 16;
+    const quat_dd q = qdd_unit(qdd_load(path->x[0], deep ? path[1].x[0] : low));
+    const vec_dd lever = kr_support_split(motion, &base, &sway);
+    const real_vec rotor = r_vdd(vdd_scale_exactly(1.0 / rate, motion->body->rotor));
+    const dd shaking = dd_times(unit, dd_of(motion->scene->shaking.rate));
+    kr_support_phase(motion, rate, path->t, deep ? path[1].t : 0.0, &cosine, &sine);
+    p->A = r_vdd(motion->body->inertia);
+    p->D = r_vdd(vdd_of(v_scale(1.0 / rate, motion->damping)));
+    p->lever = r_vdd(vdd_scale_exactly(1.0 / (rate * rate), lever));
+    p->gradient = r_of(motion->gradient / (rate * rate), 0.0);
+    p->stiffness = VEC(scale)(p->gradient, p->A);
+    p->q[0] = r_dd(q.w), p->q[1] = r_dd(q.v.x), p->q[2] = r_dd(q.v.y), p->q[3] = r_dd(q.v.z);
+    v_put(turning, v_scale(unit, motion->scene->turning));
+    p->support[0] = REAL(rotate_to_body)(p->q, turning);
+    p->cosine[0] = r_dd(cosine);
+    p->sine[0] = r_dd(sine);
+    p->has_friction = motion->scene->friction > 0.0;
+    p->is_held = p->has_friction && path->holds != 0.0;
+    if (p->has_friction) REAL(read_friction)(p, motion, rate, path, order);
     for (int n = 0; n < order; n++) {
-        const real share = r_div(rate, r_of(n + 1, 0.0));
-        REAL(set_velocity)(p, path, n, h);
-        REAL(pull_vertical)(p, base, sway, n);
-        REAL(next_space_vector)(&p->support, &p->relative, n);
+        const real share = r_div(r_dd(shaking), r_of(n + 1, 0.0));
+        REAL(read_coefficients)(p, path, n, rotor);
+        p->pulled[n] =
+            VEC(add)(VEC(scale)(r_dd(base), p->vertical[n]),
+                     VEC(scale)(r_dd(sway), REAL(multiply_series)(p->cosine, p->vertical, n)));
+        REAL(next_space_vector)(p->support, p->relative, n);
         p->cosine[n + 1] = r_sub(r_of(0.0, 0.0), r_mul(share, p->sine[n]));
         p->sine[n + 1] = r_mul(share, p->cosine[n]);
     }
-    if (p->is_held) REAL(set_velocity)(p, path, order, h);
+    if (p->is_held) REAL(read_coefficients)(p, path, order, rotor);
 }
-/* Adds the n-th coefficient of k P x b, with
+/* Adds the coefficients of k P x b, with
  *     k = scale[0] + scale[1] cosine + scale[2] sine + scale[3] t sine */
 static void REAL(add_pull)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
-                           const support_drive *drive, int n)
+                           const kr_tangent *g, const dd scale[4], int order)
 {
-    real k[KR_TAYLOR_MAX + 1], b[3], scale[4], sum[3];
-    for (int i = 0; i < 4; i++) scale[i] = r_of(drive->scale[i].hi, drive->scale[i].lo);
-    for (int i = 0; i < 3; i++) b[i] = r_of(drive->pull[i].hi, drive->pull[i].lo);
-    for (int j = 0; j <= n; j++) {
-        k[j] = r_add(r_mul(scale[1], p->cosine[j]), r_mul(scale[2], p->sine[j]));
-        if (j == 0)
-            k[j] = r_add(k[j], scale[0]);
-        else
-            k[j] = r_add(k[j], r_mul(scale[3], p->sine[j - 1]));
-    }
-    for (int i = 0; i < 3; i++) {
-        sum[i] = r_of(0.0, 0.0);
-        for (int j = 0; j <= n; j++) sum[i] = r_add(sum[i], r_mul(k[j], p->vertical.c[i][n - j]));
-    }
-    for (int i = 0; i < 3; i++) {
-        const int j = (i + 1) % 3, m = (i + 2) % 3;
-        d->push_by.c[i][n] =
-            r_add(d->push_by.c[i][n], r_sub(r_mul(sum[j], b[m]), r_mul(sum[m], b[j])));
+    real k[TERMS];
+    for (int n = 0; n < order; n++) {
+        const real phase =
+            r_add(r_mul(r_dd(scale[1]), p->cosine[n]), r_mul(r_dd(scale[2]), p->sine[n]));
+        k[n] = r_add(phase, n == 0 ? r_dd(scale[0]) : r_mul(r_dd(scale[3]), p->sine[n - 1]));
+        d->push_loss[n] =
+            VEC(sub)(d->push_loss[n],
+                     VEC(cross)(REAL(multiply_series)(k, p->vertical, n), r_get(g, pull + 1)));
     }
 }
-/* Subtracts the terms of the derivative of the support's angular velocity. */
-static void REAL(subtract_turning)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
-                                   const support_drive *drive, int order)
+/* Adds the terms of the derivative of the support's angular velocity. */
+static void REAL(add_turning)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
+                              const kr_tangent *g, double rate, int order)
 {
-    REAL(series) turned;
-    const real per_rate = r_of(drive->per_rate, 0.0);
-    REAL(rotate_to_body)(&turned, p->q, drive->turning);
-    /* While friction holds the top, spin_change requires one more coefficient. */
+    real_vec turned[TERMS];
+    const real per_rate = r_of(1.0 / rate, 0.0);
+    turned[0] = REAL(rotate_to_body)(p->q, g->turning_of + 1);
+    /* While friction holds the top, find_spin_change requires one more coefficient. */
     for (int n = 0; n < order + p->is_held; n++) {
-        const REAL(vector) carried = REAL(cross)(&turned, &p->momentum, n);
-        for (int i = 0; i < 3; i++) {
-            d->turn_by.c[i][n] = r_sub(d->turn_by.c[i][n], r_mul(per_rate, turned.c[i][n]));
-            d->push_by.c[i][n] = r_sub(d->push_by.c[i][n], r_mul(per_rate, carried.c[i]));
-        }
-        if (n < order) REAL(next_space_vector)(&turned, &p->relative, n);
+        const real_vec carried = REAL(cross)(turned, p->momentum, n);
+        d->turn_loss[n] = VEC(add)(d->turn_loss[n], VEC(scale)(per_rate, turned[n]));
+        d->push_loss[n] = VEC(add)(d->push_loss[n], VEC(scale)(per_rate, carried));
+        if (n < order) REAL(next_space_vector)(turned, p->relative, n);
     }
 }
 /* Adds the terms due to changes of the gravity gradient, or of the moments in it. */
 static void REAL(add_gradient)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
-                               const support_drive *drive, int order)
+                               const kr_tangent *g, int order)
 {
-    REAL(series) change;
+    real_vec change[TERMS];
+    const real_vec moments = r_vdd(vdd_of(v_of(g->moments + 1))),
+                   by = VEC(add)(VEC(scale)(r_of(g->gradient_of, 0.0), p->A),
+                                 VEC(scale)(p->gradient, moments));
     for (int n = 0; n < order; n++) {
-        for (int i = 0; i < 3; i++) {
-            const real by = r_add(r_mul(r_of(drive->gradient, 0.0), p->A[i]),
-                                  r_mul(p->gradient, r_of(drive->moments[i], 0.0)));
-            change.c[i][n] = r_mul(by, p->vertical.c[i][n]);
-        }
-        const REAL(vector) torque = REAL(cross)(&p->vertical, &change, n);
-        for (int i = 0; i < 3; i++) d->push_by.c[i][n] = r_add(d->push_by.c[i][n], torque.c[i]);
+        change[n] = VEC(times)(by, p->vertical[n]);
+        d->push_loss[n] = VEC(sub)(d->push_loss[n], REAL(cross)(p->vertical, change, n));
     }
 }
 /* Computes the inhomogeneous terms of the variational equations. */
 static void REAL(set_parameter_terms)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
-                                      const support_drive *drive, int order)
+                                      const kr_motion *motion, double rate, const kr_series path[2],
+                                      const kr_tangent *g, int order)
 {
-    const double *turning = drive->turning;
+    const real_vec moments = r_vdd(vdd_of(v_of(g->moments + 1))),
+                   drags = r_vdd(vdd_of(v_of(g->drags + 1)));
     for (int n = 0; n < order + p->is_held; n++) {
-        for (int i = 0; i < 3; i++) {
-            real moved = r_mul(r_of(drive->moments[i], 0.0), p->velocity.c[i][n]);
-            const real dragged = r_mul(r_of(drive->drags[i], 0.0), p->relative.c[i][n]);
-            if (n == 0) moved = r_add(moved, r_of(drive->rotor[i].hi, drive->rotor[i].lo));
-            d->turn_by.c[i][n] = r_div(r_sub(r_of(0.0, 0.0), moved), p->A[i]);
-            d->push_by.c[i][n] = r_sub(r_of(0.0, 0.0), dragged);
-        }
-        if (drive->has_pull && n < order) REAL(add_pull)(p, d, drive, n);
+        const real_vec own = VEC(times)(moments, p->velocity[n]),
+                       moved = n == 0 ? VEC(add)(own, r_get(g, rotor_of + 1)) : own;
+        d->turn_loss[n] = VEC(over)(moved, p->A);
+        d->push_loss[n] = VEC(times)(drags, p->relative[n]);
     }
-    if (turning[0] != 0.0 || turning[1] != 0.0 || turning[2] != 0.0)
-        REAL(subtract_turning)(p, d, drive, order);
-    if (p->has_gradient || drive->gradient != 0.0) REAL(add_gradient)(p, d, drive, order);
-}
-/* Sets the derivative of the apex by a parameter, and adds that of sliding friction to N'. */
-static void REAL(set_friction_drive)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
-                                     const support_drive *drive)
-{
-    for (int i = 0; i < 3; i++) {
-        d->apex[i] = r_of(drive->apex[i].hi, drive->apex[i].lo);
-        d->push_by.c[i][0] = r_add(d->push_by.c[i][0], r_mul(r_of(drive->torque, 0.0), p->apex[i]));
+    if (g->timing != 0.0) {
+        const dd since = dd_make(path->t, motion->digits > 16 ? path[1].t : 0.0);
+        dd scale[4] = {{0.0, 0.0}};
+        set_acceleration_coefficients(motion, rate, since, g->timing, scale);
+        REAL(add_pull)(p, d, g, scale, order);
     }
+    if (v_largest(v_of(g->turning_of + 1)) > 0.0) REAL(add_turning)(p, d, g, rate, order);
+    if (motion->gradient != 0.0 || g->gradient_of != 0.0) REAL(add_gradient)(p, d, g, order);
+    if (!p->has_friction) return;
+    const real torque = r_of(-kr_support_sliding(path) * g->friction_of, 0.0);
+    d->apex = r_get(g, apex_of + 1);
+    d->push_loss[0] = VEC(sub)(d->push_loss[0], VEC(scale)(torque, p->apex));
 }
 /* Returns the n-th coefficient of the time derivative of the rotation vector theta. */
-static REAL(vector)
-    REAL(turn_rate)(const REAL(moving_path) * p, const REAL(moving_deviation) * d, int n)
+static real_vec REAL(find_turn_rate)(const REAL(moving_path) * p, const REAL(moving_deviation) * d,
+                                     int n)
 {
-    const REAL(vector) gained = REAL(cross)(&p->momentum, &d->turn, n),
-                       turned = REAL(cross)(&d->turn, &p->velocity, n);
-    REAL(vector) rate;
-    for (int i = 0; i < 3; i++) {
-        const real own = r_div(r_add(d->push.c[i][n], gained.c[i]), p->A[i]);
-        rate.c[i] = r_add(r_add(own, d->turn_by.c[i][n]), turned.c[i]);
-    }
-    return rate;
+    const real_vec gained = VEC(add)(d->push[n], REAL(cross)(p->momentum, d->turn, n));
+    return VEC(add)(VEC(sub)(VEC(over)(gained, p->A), d->turn_loss[n]),
+                    REAL(cross)(d->turn, p->velocity, n));
 }
 /* Returns the n-th coefficient of the perturbation of the spin <U, a>. */
-static real REAL(spin_change)(const REAL(moving_path) * p, const REAL(moving_deviation) * d, int n)
+static real REAL(find_spin_change)(const REAL(moving_path) * p, const REAL(moving_deviation) * d,
+                                   int n)
 {
-    const REAL(vector) rate = REAL(turn_rate)(p, d, n),
-                       turned = REAL(cross)(&d->turn, &p->relative, n);
-    real sum = r_of(0.0, 0.0);
-    for (int i = 0; i < 3; i++) {
-        const real slipped = r_sub(rate.c[i], turned.c[i]);
-        sum = r_add(sum, r_add(r_mul(p->apex[i], slipped), r_mul(d->apex[i], p->relative.c[i][n])));
-    }
-    return sum;
+    const real_vec slipped =
+        VEC(sub)(REAL(find_turn_rate)(p, d, n), REAL(cross)(d->turn, p->relative, n));
+    return REAL(sum_components)(
+        VEC(add)(VEC(times)(p->apex, slipped), VEC(times)(d->apex, p->relative[n])));
 }
 /* Adds the effect of friction to the (n + 1)-th coefficient of the momentum part N of a tangent. */
 static void REAL(add_friction)(const REAL(moving_path) * p, REAL(moving_deviation) * d, int n)
 {
-    const real share = r_div(r_of(1.0, 0.0), r_of(n + 1, 0.0));
-    for (int i = 0; i < 3; i++) {
-        const int j = (i + 1) % 3, k = (i + 2) % 3;
-        real sum = r_sub(r_mul(d->turn.c[j][n], p->apex[k]), r_mul(d->turn.c[k][n], p->apex[j]));
-        d->apex_change.c[i][n] = n == 0 ? r_add(sum, d->apex[i]) : sum;
-        sum = r_mul(p->torque[0], d->apex_change.c[i][n]);
-        for (int m = 1; m <= n && p->is_held; m++)
-            sum = r_add(sum, r_mul(p->torque[m], d->apex_change.c[i][n - m]));
-        d->push.c[i][n + 1] = r_add(d->push.c[i][n + 1], r_mul(share, sum));
-    }
+    const real_vec turned = VEC(cross)(d->turn[n], p->apex);
+    d->apex_change[n] = n == 0 ? VEC(add)(turned, d->apex) : turned;
+    d->push[n + 1] =
+        VEC(add)(d->push[n + 1],
+                 VEC(scale)(REAL(share)(n), REAL(multiply_series)(p->torque, d->apex_change, n)));
     if (!p->is_held) return;
-    const real lost = r_div(REAL(spin_change)(p, d, n + 1), p->inverse_inertia);
-    for (int i = 0; i < 3; i++)
-        d->push.c[i][n + 1] = r_sub(d->push.c[i][n + 1], r_mul(lost, p->apex[i]));
+    const real lost = r_div(REAL(find_spin_change)(p, d, n + 1), p->inverse_inertia);
+    d->push[n + 1] = VEC(sub)(d->push[n + 1], VEC(scale)(lost, p->apex));
 }
 /* Returns the n-th coefficient of the change of the gravity gradient's torque due to the turn. */
-static REAL(vector)
-    REAL(gradient_change)(const REAL(moving_path) * p, REAL(moving_deviation) * d, int n)
+static real_vec REAL(find_gradient_change)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
+                                           int n)
 {
-    const REAL(vector) tipped = REAL(cross)(&d->turn, &p->steep, n),
-                       moved = REAL(cross)(&p->vertical, &d->turn, n);
-    for (int i = 0; i < 3; i++)
-        d->tilted.c[i][n] = r_add(tipped.c[i], r_mul(r_mul(p->gradient, p->A[i]), moved.c[i]));
-    return REAL(cross)(&p->vertical, &d->tilted, n);
+    d->tilted[n] = VEC(add)(REAL(cross)(d->turn, p->steep, n),
+                            VEC(times)(p->stiffness, REAL(cross)(p->vertical, d->turn, n)));
+    return REAL(cross)(p->vertical, d->tilted, n);
 }
-static void REAL(next_deviation)(const REAL(moving_path) * p, REAL(moving_deviation) * d, int n)
+/* Computes the coefficients of order n + 1 of a tangent. */
+static void REAL(next_deviation)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
+                                 int has_gradient, int n)
 {
-    const real share = r_div(r_of(1.0, 0.0), r_of(n + 1, 0.0));
-    for (int i = 0; i < 3; i++) {
-        const int j = (i + 1) % 3, k = (i + 2) % 3;
-        d->cross.c[i][n] =
-            r_sub(r_mul(p->lever[j], d->turn.c[k][n]), r_mul(p->lever[k], d->turn.c[j][n]));
-    }
-    const REAL(vector) rate = REAL(turn_rate)(p, d, n),
-                       turned = REAL(cross)(&d->turn, &p->relative, n),
-                       pushed = REAL(cross)(&d->push, &p->velocity, n),
-                       pulled = REAL(cross)(&d->cross, &p->pulled, n),
-                       dragged = REAL(cross)(&p->dragged, &d->turn, n);
-    REAL(vector) pulls = pulled;
-    if (p->has_gradient) {
-        const REAL(vector) by_gradient = REAL(gradient_change)(p, d, n);
-        for (int i = 0; i < 3; i++) pulls.c[i] = r_add(pulls.c[i], by_gradient.c[i]);
-    }
-    for (int i = 0; i < 3; i++) {
-        const real slipped = r_sub(rate.c[i], turned.c[i]),
-                   force = r_add(r_add(pushed.c[i], d->push_by.c[i][n]), pulls.c[i]),
-                   drag = r_sub(r_mul(p->D[i], slipped), dragged.c[i]);
-        d->turn.c[i][n + 1] = r_mul(share, rate.c[i]);
-        d->push.c[i][n + 1] = r_mul(share, r_sub(force, drag));
-    }
+    const real share = REAL(share)(n);
+    d->cross[n] = VEC(cross)(p->lever, d->turn[n]);
+    const real_vec rate = REAL(find_turn_rate)(p, d, n),
+                   slipped = VEC(sub)(rate, REAL(cross)(d->turn, p->relative, n)),
+                   pushed = VEC(sub)(REAL(cross)(d->push, p->velocity, n), d->push_loss[n]),
+                   dragged = REAL(cross)(p->dragged, d->turn, n);
+    real_vec pulled = REAL(cross)(d->cross, p->pulled, n);
+    if (has_gradient) pulled = VEC(add)(pulled, REAL(find_gradient_change)(p, d, n));
+    d->turn[n + 1] = VEC(scale)(share, rate);
+    d->push[n + 1] = VEC(scale)(
+        share, VEC(sub)(VEC(add)(pushed, pulled), VEC(sub)(VEC(times)(p->D, slipped), dragged)));
     if (p->has_friction) REAL(add_friction)(p, d, n);
 }
-/* Initializes the Taylor series of a tangent and its inhomogeneous terms. */
-static void REAL(begin_deviation)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
-                                  const support_drive *drive, const kr_tangent *g,
-                                  const double *high, int order)
-{
-    /* The low words are those of the next kr_tangent. Doubles have none. */
-    const double *low = (const double *)(const void *)((const char *)high + sizeof *g);
-    (void)low;
-    for (int i = 0; i < 3; i++) {
-        d->turn.c[i][0] = r_of(high[1 + i], low[1 + i]);
-        d->push.c[i][0] = r_of(high[5 + i], low[5 + i]);
-        d->apex[i] = r_of(0.0, 0.0);
-    }
-    REAL(set_parameter_terms)(p, d, drive, order);
-    if (p->has_friction) REAL(set_friction_drive)(p, d, drive);
-}
-/* Subtracts factor * (derivative of the spin) * a from N at the end of the step. */
-static void REAL(jump)(const REAL(moving_path) * p, const support_drive *drive, kr_tangent *g,
-                       dd factor)
-{
-    REAL(moving_deviation) d;
-    REAL(begin_deviation)(p, &d, drive, g, g->end, 1);
-    const real change = REAL(spin_change)(p, &d, 0),
-               lost = r_mul(change, r_of(factor.hi, factor.lo));
-    if (r_high(change) == 0.0) return;
-    for (int i = 0; i < 3; i++) {
-        const real rest = r_sub(d.push.c[i][0], r_mul(lost, p->apex[i]));
-        r_put(g, end[5 + i], rest);
-    }
-}
-/* Computes all Taylor coefficients of a tangent from those of order 0. */
-static void REAL(expand_deviation)(const REAL(moving_path) * p, const support_drive *drive,
-                                   kr_tangent *g, int order)
-{
-    REAL(moving_deviation) d;
-    REAL(begin_deviation)(p, &d, drive, g, g->x[0], order);
-    for (int n = 0; n < order; n++) {
-        REAL(next_deviation)(p, &d, n);
-        for (int i = 0; i < 3; i++) {
-            r_put(g, x[n + 1][1 + i], d.turn.c[i][n + 1]);
-            r_put(g, x[n + 1][5 + i], d.push.c[i][n + 1]);
-        }
-    }
-}
-/* Expands n tangents or, if `factor` is not NULL, changes their momentum part. */
+/* Computes the Taylor coefficients of n tangents from those of order 0. If `factor` is not NULL,
+ * subtracts factor * (derivative of the spin) * a from N at the end of the step instead. */
 static void REAL(change_tangents)(const kr_motion *motion, double rate, const kr_series path[2],
                                   kr_tangent *first, size_t n, int order, const dd *factor)
 {
-    const support_data data = read_support(motion, rate, path);
-    const size_t words = motion->digits > 16 ? 2 : 1;
     REAL(moving_path) p;
-    REAL(read_path)(&p, path, &data, order);
-    for (size_t i = 0; i < n; i++) {
-        kr_tangent *g = first + words * i;
-        const support_drive drive = read_drive(motion, rate, path, g);
-        if (factor)
-            REAL(jump)(&p, &drive, g, *factor);
-        else
-            REAL(expand_deviation)(&p, &drive, g, order);
+    REAL(moving_deviation) d;
+    REAL(read_path)(&p, motion, rate, path, order);
+    for (kr_tangent *g = first; n > 0; n--, g += motion->digits > 16 ? 2 : 1) {
+        REAL(set_parameter_terms)(&p, &d, motion, rate, path, g, order);
+        d.turn[0] = factor ? r_get(g, end + 1) : r_get(g, x[0] + 1);
+        d.push[0] = factor ? r_get(g, end + 5) : r_get(g, x[0] + 5);
+        if (factor) {
+            const real change = REAL(find_spin_change)(&p, &d, 0),
+                       lost = r_mul(change, r_dd(*factor));
+            if (r_high(change) == 0.0) continue;
+            r_put(g, end + 5, VEC(sub)(d.push[0], VEC(scale)(lost, p.apex)));
+            continue;
+        }
+        for (int k = 0; k < order; k++) {
+            REAL(next_deviation)(&p, &d, motion->gradient != 0.0, k);
+            r_put(g, x[k + 1] + 1, d.turn[k + 1]);
+            r_put(g, x[k + 1] + 5, d.push[k + 1]);
+        }
     }
 }
