@@ -33,14 +33,14 @@ INLINE void set_deviation(kr_tangent *g, turned_deviation *d, int n, triple turn
 /* Returns the n-th coefficient of the torque due to a change of the lever arm. */
 INLINE triple lever_torque(const kr_series *s, const kr_tangent *g, int n)
 {
-    const triple p = triple_of(s->x[n] + 4), b = load_lever(g);
+    const triple p = triple_of(s->x[n] + 4), b = load_triple(g->lever);
     return triple_sub(triple_mul(triple_next(p), triple_prev(b)),
                       triple_mul(triple_prev(p), triple_next(b)));
 }
 /* Returns the n-th coefficient of the cross product of the rotor momentum h and theta. */
 INLINE triple rotor_turn(const kr_tangent *g, int n)
 {
-    const triple h = triple_of(g->rotor), turn = load_turn(g, n);
+    const triple h = triple_of(g->rotor), turn = load_triple(g->x[n]);
     return triple_sub(triple_mul(triple_next(h), triple_prev(turn)),
                       triple_mul(triple_prev(h), triple_next(turn)));
 }
@@ -77,13 +77,13 @@ INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *
                  minus = triple_mul(share, halves_second(crossed));
     triple own = load_push(g, n), force = triple_sub(halves_first(pushed), halves_second(pushed));
     if (g->changes != 0.0) {
-        own = triple_sub(own, triple_mul(load_moments(g), triple_of(s->w[n])));
+        own = triple_sub(own, triple_mul(load_triple(g->moments), triple_of(s->w[n])));
         force = triple_add(force, lever_torque(s, g, n));
     }
     if (g->gyrostat != 0.0) own = triple_add(own, rotor_turn(g, n));
-    if (n == 0 && g->rotor_changes != 0.0) own = triple_sub(own, load_rotor(g));
+    if (n == 0 && g->rotor_changes != 0.0) own = triple_sub(own, load_triple(g->rotor_of));
     if (g->drag_changes != 0.0)
-        force = triple_sub(force, triple_mul(load_drags(g), triple_of(s->w[n])));
+        force = triple_sub(force, triple_mul(load_triple(g->drags), triple_of(s->w[n])));
     own = triple_mul(triple_mul(share, triple_of(g->per)), own);
     const triple rate =
         triple_fma(triple_of(g->ahead), plus, triple_fma(triple_of(g->behind), minus, own));
@@ -130,7 +130,7 @@ INLINE void expand_few(const kr_series *s, const turned_path *path, kr_tangent *
         kr_tangent *own = g + k * STRUCTS;
         for (int n = 1; n < order + BLOCK - 1 && BLOCK > 2; n++)
             d[k].turn[n] = d[k].push[n] = d[k].cross[n] = turned_zero();
-        set_deviation(own, &d[k], 0, load_turn(own, 0), load_push(own, 0));
+        set_deviation(own, &d[k], 0, load_triple(own->x[0]), load_push(own, 0));
     }
     for (int n = 0; n < order; n++) next_few(s, path, g, d, few, n);
 }

@@ -64,11 +64,13 @@ INLINE halves halves_fma(turned a, path_term four, halves c)
 INLINE triple halves_first(halves a) { return a.lo; }
 INLINE triple halves_second(halves a) { return a.hi; }
 
-INLINE triple load_turn(const kr_tangent *g, int n)
+/* Returns the vectors whose three components follow each other at the distance of a struct. */
+INLINE triple load_triple(const double *numbers)
 {
-    return triple_all(duo_load(g->x[n]), duo_load(g[WORDS].x[n]), duo_load(g[2 * WORDS].x[n]));
+    const size_t apart = WORDS * sizeof(kr_tangent) / sizeof(double);
+    return triple_all(duo_load(numbers), duo_load(numbers + apart), duo_load(numbers + 2 * apart));
 }
-INLINE triple load_push(const kr_tangent *g, int n) { return load_turn(g + 3 * WORDS, n); }
+INLINE triple load_push(const kr_tangent *g, int n) { return load_triple(g[3 * WORDS].x[n]); }
 INLINE void store_turn(kr_tangent *g, int n, triple a)
 {
     duo_store(g->x[n], a.x);
@@ -76,21 +78,3 @@ INLINE void store_turn(kr_tangent *g, int n, triple a)
     duo_store(g[2 * WORDS].x[n], a.z);
 }
 INLINE void store_push(kr_tangent *g, int n, triple a) { store_turn(g + 3 * WORDS, n, a); }
-INLINE triple load_lever(const kr_tangent *g)
-{
-    return triple_all(duo_load(g->lever), duo_load(g[WORDS].lever), duo_load(g[2 * WORDS].lever));
-}
-INLINE triple load_rotor(const kr_tangent *g)
-{
-    return triple_all(duo_load(g->rotor_of), duo_load(g[WORDS].rotor_of),
-                      duo_load(g[2 * WORDS].rotor_of));
-}
-INLINE triple load_moments(const kr_tangent *g)
-{
-    return triple_all(duo_load(g->moments), duo_load(g[WORDS].moments),
-                      duo_load(g[2 * WORDS].moments));
-}
-INLINE triple load_drags(const kr_tangent *g)
-{
-    return triple_all(duo_load(g->drags), duo_load(g[WORDS].drags), duo_load(g[2 * WORDS].drags));
-}

@@ -31,11 +31,7 @@ INLINE halves halves_fma(turned a, path_term b, halves c) { return duo_fma(a, b,
 INLINE triple halves_first(halves a) { return duo_first(a); }
 INLINE triple halves_second(halves a) { return duo_second(a); }
 
-INLINE triple load_turn(const kr_tangent *g, int n) { return quad_load(g->x[n]); }
+INLINE triple load_triple(const double *four) { return quad_load(four); }
 INLINE triple load_push(const kr_tangent *g, int n) { return quad_load(g->x[n] + 4); }
 INLINE void store_turn(kr_tangent *g, int n, triple a) { quad_store(g->x[n], a); }
 INLINE void store_push(kr_tangent *g, int n, triple a) { quad_store(g->x[n] + 4, a); }
-INLINE triple load_lever(const kr_tangent *g) { return quad_load(g->lever); }
-INLINE triple load_rotor(const kr_tangent *g) { return quad_load(g->rotor_of); }
-INLINE triple load_moments(const kr_tangent *g) { return quad_load(g->moments); }
-INLINE triple load_drags(const kr_tangent *g) { return quad_load(g->drags); }

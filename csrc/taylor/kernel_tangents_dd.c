@@ -6,13 +6,5 @@ enum { WORDS = 2 };
 #include "deviation_single.h"
 #include "deviation.h"
 
-static void expand_all_dd(const kr_series *s, kr_tangent *tangents, size_t n, int order)
-{
-    expand_deviations(s, tangents, n, order);
-}
-static void sum_one_dd(const kr_tangent *tangent, int order, const double *to, double *sum)
-{
-    sum_deviation(tangent, order, to, sum);
-}
 const kr_tangents_kernel KR_NAME(kr_tangents_dd) = {
-    expand_all_dd, KR_BATCHED(KR_NAME(kr_expand_batches_dd)), sum_one_dd};
+    expand_deviations, KR_BATCHED(KR_NAME(kr_expand_batches_dd)), sum_deviation};

@@ -24,60 +24,39 @@ typedef struct {
     double moving;           /* nonzero if the terms of support_deviation.h are needed */
     double from_low, to_low; /* low words of `from` and `to` */
 } tangent_work;
-static tangent_work *tangent_work_of(double *memory) { return (tangent_work *)memory; }
-
-static size_t words_of(int digits) { return digits > 16 ? 2 : 1; }
-static kr_tangent *tangent(const kr_motion *motion, double *memory, size_t i)
-{
-    return (kr_tangent *)(tangent_work_of(memory) + 1) + i * words_of(motion->digits);
-}
-/* Returns the number of batches of tangents, which precede the remaining single tangents in memory.
+/* The tangents of a motion. In memory, batches of tangents precede the remaining single tangents.
  * Tangents are bitwise equal whether computed in batches or one by one, so a small build can omit
  * batches. Tangents of tops with friction or on moving supports are never combined in batches. */
-static size_t count_batches(double *memory, size_t n)
+typedef struct {
+    const kr_motion *motion;
+    const kr_tangents_kernel *kernel;
+    int order; /* of the Taylor series */
+    tangent_work *work;
+    kr_tangent *first;
+    size_t n, batches, structs; /* numbers of tangents, of batches, and of structs of high words */
+    size_t words;               /* structs that hold the words of the same numbers */
+} tangents;
+
+static size_t words_of(int digits) { return digits > 16 ? 2 : 1; }
+static size_t count_batches(size_t n)
 {
 #ifdef KR_NO_BATCHES
-    (void)memory, (void)n;
+    (void)n;
     return 0;
 #else
-    if (memory && tangent_work_of(memory)->moving != 0.0) return 0;
     return n / KR_DEVIATION_BATCH + (n % KR_DEVIATION_BATCH >= KR_DEVIATION_BATCH_MIN);
 #endif
 }
-/* Returns the number of tangents that are propagated singly instead of in batches. */
-static size_t count_single(double *memory, size_t n)
+/* Returns the number of structs that n tangents need, of which the first are in batches. */
+static size_t count_structs(size_t n, size_t batches)
 {
-    const size_t batched = KR_DEVIATION_BATCH * count_batches(memory, n);
-    return n > batched ? n - batched : 0;
+    const size_t batched = KR_DEVIATION_BATCH * batches;
+    return KR_DEVIATION_BATCH_STRUCTS * batches + (n > batched ? n - batched : 0);
 }
-/* Returns the number of kr_tangent structs needed to store n tangents in batches and singly. */
-static size_t count_structs(double *memory, size_t n)
+static size_t count_doubles(int digits, size_t n)
 {
-    return KR_DEVIATION_BATCH_STRUCTS * count_batches(memory, n) + count_single(memory, n);
-}
-
-/* Memory address of a tangent: its first struct `from`, its lane if it belongs to a batch, and the
- * distance `apart` between its components. The member `apart` is a number of doubles, and is 0 for
- * a tangent that does not belong to a batch. */
-typedef struct {
-    kr_tangent *from;
-    size_t lane, apart;
-} deviation_address;
-static deviation_address address_of(const kr_motion *motion, double *memory, size_t n, size_t i)
-{
-    const size_t batched = KR_DEVIATION_BATCH * count_batches(memory, n);
-    if (i >= batched) {
-        const size_t behind = KR_DEVIATION_BATCH_STRUCTS * count_batches(memory, n) + (i - batched);
-        return (deviation_address){tangent(motion, memory, behind), 0, 0};
-    }
-    return (deviation_address){
-        tangent(motion, memory, i / KR_DEVIATION_BATCH * KR_DEVIATION_BATCH_STRUCTS),
-        i % KR_DEVIATION_BATCH, words_of(motion->digits) * sizeof(kr_tangent) / sizeof(double)};
-}
-/* Returns the address of component k of a tangent in the array `numbers` of its struct. */
-static double *component_address(const deviation_address *at, double *numbers, size_t k)
-{
-    return numbers + (at->apart > 0 ? at->lane + k * at->apart : 1 + k + k / 3);
+    const size_t structs = count_structs(n, count_batches(n)), most = structs > n ? structs : n;
+    return (sizeof(tangent_work) + most * words_of(digits) * sizeof(kr_tangent)) / sizeof(double);
 }
 /* Returns the baseline instruction set, which is the last one in the table. */
 static const kr_isa *base_isa(void)
@@ -86,105 +65,123 @@ static const kr_isa *base_isa(void)
     while (kr_taylor_isa(i + 1)) i++;
     return kr_taylor_isa(i);
 }
-static const kr_tangents_kernel *tangent_kernel(const kr_motion *motion)
+static tangents tangents_of(const kr_motion *motion, double *memory, size_t n)
 {
+    tangent_work *work = (tangent_work *)memory;
     const kr_isa *known = kr_taylor_isa_of(motion), *isa = known ? known : base_isa();
-    return motion->digits > 16 ? isa->deep_tangents : isa->tangents;
+    const size_t batches = work->moving != 0.0 ? 0 : count_batches(n);
+    return (tangents){.motion = motion,
+                      .kernel = motion->digits > 16 ? isa->deep_tangents : isa->tangents,
+                      .order = ((const kr_kernel *)motion->aux)->order,
+                      .work = work,
+                      .first = (kr_tangent *)(work + 1),
+                      .n = n,
+                      .batches = batches,
+                      .structs = count_structs(n, batches),
+                      .words = words_of(motion->digits)};
 }
-static int order_of(const kr_motion *motion) { return ((const kr_kernel *)motion->aux)->order; }
 
-static size_t count_doubles(int digits, size_t n)
+/* Where the numbers of a tangent are in memory: in the struct `from` and, in a batch, in those that
+ * follow it. The first component of theta is at the index `first` of an array of the struct, and
+ * each further component `stride` doubles after the last. */
+typedef struct {
+    kr_tangent *from;
+    size_t first, stride;
+} deviation_address;
+static deviation_address address_of(const tangents *t, size_t i)
 {
-    const size_t structs = count_structs(NULL, n), most = structs > n ? structs : n;
-    return (sizeof(tangent_work) + most * words_of(digits) * sizeof(kr_tangent)) / sizeof(double);
+    const size_t batched = KR_DEVIATION_BATCH * t->batches, structs = KR_DEVIATION_BATCH_STRUCTS;
+    if (i >= batched)
+        return (deviation_address){t->first + (structs * t->batches + i - batched) * t->words, 1,
+                                   1};
+    return (deviation_address){t->first + i / KR_DEVIATION_BATCH * structs * t->words,
+                               i % KR_DEVIATION_BATCH,
+                               t->words * sizeof(kr_tangent) / sizeof(double)};
+}
+static int is_single(const deviation_address *at) { return at->stride == 1; }
+/* Returns the address of component k of a tangent in the array `numbers` of its struct. In a single
+ * tangent, a zero precedes the components of N. */
+static double *component_address(const deviation_address *at, double *numbers, size_t k)
+{
+    return numbers + at->first + k * at->stride + (is_single(at) ? k / 3 : 0);
 }
 
-/* Writes a number. The low word is written only if more than 16 digits are requested. */
-static void put_number(const kr_motion *motion, double *high, dd a)
+/* Writes a vector, with its low words if more than 16 digits are requested. */
+static void put_vector(const tangents *t, double *high, size_t stride, vec_dd v)
 {
-    *high = a.hi;
-    if (motion->digits > 16) high[sizeof(kr_tangent) / sizeof(double)] = a.lo;
+    const double words[2][3] = {{v.x.hi, v.y.hi, v.z.hi}, {v.x.lo, v.y.lo, v.z.lo}};
+    for (size_t word = 0; word < t->words; word++)
+        for (size_t i = 0; i < 3; i++)
+            high[word * sizeof(kr_tangent) / sizeof(double) + i * stride] = words[word][i];
+}
+/* Stores a vector as components k to k + 2 of a tangent. */
+static void put_components(const tangents *t, const deviation_address *at, double *numbers,
+                           size_t k, vec_dd v)
+{
+    put_vector(t, component_address(at, numbers, k), at->stride, v);
 }
 /* Reads a number. Negative zeros are replaced by positive zeros, because the sign of a zero may
  * depend on other tangents in the batch. */
-static dd get_number(const kr_motion *motion, const double *high)
+static dd get_number(const tangents *t, const double *high)
 {
-    return (dd){*high + 0.0,
-                motion->digits > 16 ? high[sizeof(kr_tangent) / sizeof(double)] + 0.0 : 0.0};
+    return (dd){*high + 0.0, t->words > 1 ? high[sizeof(kr_tangent) / sizeof(double)] + 0.0 : 0.0};
 }
-/* Stores the three components of a vector in the elements 1 to 3 of an array of four numbers. */
-static void put_padded_vector(const kr_motion *motion, double *high, vec_dd v)
-{
-    put_number(motion, high + 1, v.x);
-    put_number(motion, high + 2, v.y);
-    put_number(motion, high + 3, v.z);
-}
-/* Stores a vector as components k to k + 2 of a tangent. */
-static void put_components(const kr_motion *motion, const deviation_address *at, double *numbers,
-                           size_t k, vec_dd v)
-{
-    put_number(motion, component_address(at, numbers, k), v.x);
-    put_number(motion, component_address(at, numbers, k + 1), v.y);
-    put_number(motion, component_address(at, numbers, k + 2), v.z);
-}
-static vec_dd get_components(const kr_motion *motion, const deviation_address *at, double *numbers,
+static vec_dd get_components(const tangents *t, const deviation_address *at, double *numbers,
                              size_t k)
 {
-    return (vec_dd){get_number(motion, component_address(at, numbers, k)),
-                    get_number(motion, component_address(at, numbers, k + 1)),
-                    get_number(motion, component_address(at, numbers, k + 2))};
+    const double *high = component_address(at, numbers, k);
+    return (vec_dd){get_number(t, high), get_number(t, high + at->stride),
+                    get_number(t, high + 2 * at->stride)};
 }
-static void set_tangent_constants(kr_tangent *g, const kr_motion *motion)
+static void set_constants(const tangents *t, kr_tangent *g)
 {
-    const kr_vec3 none = {0.0, 0.0, 0.0}, one = {1.0, 1.0, 1.0};
+    const kr_motion *motion = t->motion;
     const double rate = taylor_of(motion)->rate;
     const vec_dd A = motion->body->inertia,
                  ahead = {dd_sub(A.x, A.z), dd_sub(A.y, A.x), dd_sub(A.z, A.y)},
                  behind = {ahead.y, ahead.z, ahead.x},
                  c = vdd_scale_exactly(1.0 / (rate * rate), motion->body->lever),
                  up = {c.y, c.z, c.x}, down = {dd_neg(c.z), dd_neg(c.x), dd_neg(c.y)};
-    put_padded_vector(motion, g->ahead, vdd_over(ahead, A));
-    put_padded_vector(motion, g->behind, vdd_over(behind, A));
-    put_padded_vector(motion, g->per, vdd_over(v_dd(one, none), A));
-    put_padded_vector(motion, g->drag, vdd_scale_exactly(1.0 / rate, v_dd(motion->damping, none)));
-    put_padded_vector(motion, g->up, up);
-    put_padded_vector(motion, g->down, down);
-    put_padded_vector(motion, g->rotor, vdd_scale_exactly(1.0 / rate, motion->body->rotor));
+    put_vector(t, g->ahead + 1, 1, vdd_over(ahead, A));
+    put_vector(t, g->behind + 1, 1, vdd_over(behind, A));
+    put_vector(t, g->per + 1, 1, vdd_over(vdd_of(v3(1.0, 1.0, 1.0)), A));
+    put_vector(t, g->drag + 1, 1, vdd_scale_exactly(1.0 / rate, vdd_of(motion->damping)));
+    put_vector(t, g->up + 1, 1, up);
+    put_vector(t, g->down + 1, 1, down);
+    put_vector(t, g->rotor + 1, 1, vdd_scale_exactly(1.0 / rate, motion->body->rotor));
     g->damped = v_largest(motion->damping);
     g->gyrostat = v_largest(motion->rotor);
 }
-/* Sets the derivatives of the lever arm, the moments of inertia and the damping with respect to
- * the parameter that belongs to the tangent. */
-static void set_changes(const deviation_address *at, const kr_motion *motion, const kr_seed *seed)
+/* Sets the derivatives of the equations of motion with respect to the parameter that belongs to the
+ * tangent. */
+static void set_changes(const tangents *t, const deviation_address *at, const kr_seed *seed)
 {
-    const double rate = taylor_of(motion)->rate;
-    const kr_vec3 none = {0.0, 0.0, 0.0};
+    const double rate = taylor_of(t->motion)->rate, square = rate * rate;
     kr_tangent *g = at->from;
-    put_components(motion, at, g->moments, 0, v_dd(seed->moments, none));
-    put_components(motion, at, g->drags, 0,
-                   vdd_scale_exactly(1.0 / rate, v_dd(seed->damping, none)));
-    put_components(motion, at, g->lever, 0, vdd_scale_exactly(1.0 / (rate * rate), seed->lever));
-    put_components(motion, at, g->rotor_of, 0, vdd_scale_exactly(1.0 / rate, seed->rotor));
+    put_components(t, at, g->moments, 0, vdd_of(seed->moments));
+    put_components(t, at, g->drags, 0, vdd_scale_exactly(1.0 / rate, vdd_of(seed->damping)));
+    put_components(t, at, g->lever, 0, vdd_scale_exactly(1.0 / square, seed->lever));
+    put_components(t, at, g->rotor_of, 0, vdd_scale_exactly(1.0 / rate, seed->rotor));
     g->rotor_changes = fmax(g->rotor_changes, v_largest(vdd_high(seed->rotor)));
-    if (at->apart == 0) {
-        put_padded_vector(motion, g->pull, vdd_scale_exactly(1.0 / (rate * rate), seed->pull));
+    if (is_single(at)) {
+        put_vector(t, g->pull + 1, 1, vdd_scale_exactly(1.0 / square, seed->pull));
         v_put(g->turning_of + 1, seed->turning);
         g->timing = seed->timing;
-        put_padded_vector(motion, g->apex_of, seed->apex);
-        g->friction_of = seed->friction / (rate * rate);
-        g->gradient_of = seed->gradient / (rate * rate);
+        put_vector(t, g->apex_of + 1, 1, seed->apex);
+        g->friction_of = seed->friction / square;
+        g->gradient_of = seed->gradient / square;
     }
     g->changes = fmax(g->changes, fmax(v_largest(seed->moments), v_largest(vdd_high(seed->lever))));
     g->drag_changes = fmax(g->drag_changes, v_largest(seed->damping));
 }
 /* Updates the tangents if the friction torque jumps at the end of the last step. */
-static void pass_stop(const kr_motion *motion, double *memory, size_t n)
+static void pass_stop(const tangents *t)
 {
-    const kr_taylor *p = taylor_of(motion);
+    const kr_taylor *p = taylor_of(t->motion);
     dd factor;
-    if (supports && motion->scene->friction > 0.0 &&
-        supports->jumps(motion, order_of(motion), &factor))
-        supports->jump_tangents(motion, p->rate, p->series, tangent(motion, memory, 0), n, factor);
+    if (supports && t->motion->scene->friction > 0.0 &&
+        supports->jumps(t->motion, t->order, &factor))
+        supports->jump_tangents(t->motion, p->rate, p->series, t->first, t->n, factor);
 }
 /* Returns 1 if there is dry friction, if the support moves, or if a tangent is a derivative with
  * respect to a parameter of the support motion. */
@@ -200,28 +197,27 @@ static int needs_support_terms(const kr_motion *motion, size_t n, const kr_seed 
 /* Initializes n tangents at the end of the last step of the motion. */
 static void tangents_begin(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[])
 {
-    const size_t words = words_of(motion->digits);
-    const kr_series *s = taylor_of(motion)->series;
+    kr_taylor *p = taylor_of(motion);
+    const kr_series *s = p->series;
     const quat_dd to_body = qdd_conj(qdd_unit(qdd_load(s[0].end_x, s[1].end_x)));
     memset(memory, 0, count_doubles(motion->digits, n) * sizeof(double));
-    taylor_of(motion)->has_tangents = 1.0;
-    tangent_work_of(memory)->moving = needs_support_terms(motion, n, seeds);
-    tangent_work_of(memory)->from = tangent_work_of(memory)->to = s->end;
-    for (size_t i = 0; i < count_structs(memory, n); i++)
-        set_tangent_constants(tangent(motion, memory, i), motion);
+    p->has_tangents = 1.0;
+    ((tangent_work *)memory)->moving = needs_support_terms(motion, n, seeds);
+    const tangents t = tangents_of(motion, memory, n);
+    t.work->from = t.work->to = s->end;
+    for (size_t i = 0; i < t.structs; i++) set_constants(&t, t.first + i * t.words);
     for (size_t i = 0; i < n; i++) {
-        const deviation_address to = address_of(motion, memory, n, i);
+        const deviation_address to = address_of(&t, i);
         const kr_deviation *start = &seeds[i].at_start;
-        set_changes(&to, motion, &seeds[i]);
-        put_components(motion, &to, to.from->end, 0, start->turn);
-        put_components(
-            motion, &to, to.from->end, 3,
-            vdd_scale_exactly(1.0 / taylor_of(motion)->rate, qdd_turn(to_body, start->push)));
+        set_changes(&t, &to, &seeds[i]);
+        put_components(&t, &to, to.from->end, 0, start->turn);
+        put_components(&t, &to, to.from->end, 3,
+                       vdd_scale_exactly(1.0 / p->rate, qdd_turn(to_body, start->push)));
     }
-    pass_stop(motion, memory, n);
-    for (size_t i = 0; i < count_structs(memory, n) * words; i++) {
-        kr_tangent *g = tangent(motion, memory, 0) + i;
-        g->t = s[i % words].end;
+    pass_stop(&t);
+    for (size_t i = 0; i < t.structs * t.words; i++) {
+        kr_tangent *g = t.first + i;
+        g->t = s[i % t.words].end;
         memcpy(g->x[0], g->end, sizeof g->end);
         memcpy(g->begin, g->end, sizeof g->end);
     }
@@ -238,134 +234,116 @@ static double square_of(const deviation_address *at, double *numbers)
 }
 /* Evaluates all tangents at the time path->at, and stores the values in `substep_end`. Returns the
  * largest relative truncation error, or INFINITY if a tangent is not finite. */
-static double sum_tangents(const kr_motion *motion, double *memory, size_t n)
+static double sum_tangents(const tangents *t)
 {
-    const int order = order_of(motion);
-    const double *to = &tangent_work_of(memory)->path->at;
-    const double power = pow(*to - tangent(motion, memory, 0)->t, order);
+    const double *to = &t->work->path->at;
+    const double power = pow(*to - t->first->t, t->order);
     double worst = 0.0;
-    for (size_t i = 0; i < count_structs(memory, n); i++) {
-        kr_tangent *g = tangent(motion, memory, i);
-        tangent_kernel(motion)->sum(g, order, to, g->substep_end);
+    for (size_t i = 0; i < t->structs; i++) {
+        kr_tangent *g = t->first + i * t->words;
+        t->kernel->sum(g, t->order, to, g->substep_end);
     }
-    for (size_t i = 0; i < n; i++) {
-        const deviation_address at = address_of(motion, memory, n, i);
+    for (size_t i = 0; i < t->n; i++) {
+        const deviation_address at = address_of(t, i);
         const double size = square_of(&at, at.from->substep_end),
-                     last = power * power * square_of(&at, at.from->x[order]);
+                     last = power * power * square_of(&at, at.from->x[t->order]);
         if (!isfinite(size)) return INFINITY;
         if (last > worst * worst * size) worst = sqrt(last / size);
     }
     return worst;
 }
-static void expand_tangents(const kr_motion *motion, double *memory, size_t n)
+static void expand_tangents(const tangents *t)
 {
-    const kr_tangents_kernel *kernel = tangent_kernel(motion);
-    const kr_series *path = tangent_work_of(memory)->path;
-    kr_tangent *first = tangent(motion, memory, 0),
-               *rest_of_them =
-                   tangent(motion, memory, KR_DEVIATION_BATCH_STRUCTS * count_batches(memory, n));
-    if (tangent_work_of(memory)->moving != 0.0) {
-        supports->expand_tangents(motion, taylor_of(motion)->rate, path, first, n,
-                                  order_of(motion));
+    const kr_series *path = t->work->path;
+    const size_t batched = KR_DEVIATION_BATCH_STRUCTS * t->batches;
+    if (t->work->moving != 0.0) {
+        supports->expand_tangents(t->motion, taylor_of(t->motion)->rate, path, t->first, t->n,
+                                  t->order);
         return;
     }
-    if (count_batches(memory, n) > 0)
-        kernel->expand_batches(path, first, count_batches(memory, n), order_of(motion));
-    if (count_single(memory, n) > 0)
-        kernel->expand(path, rest_of_them, count_single(memory, n), order_of(motion));
+    if (t->batches > 0) t->kernel->expand_batches(path, t->first, t->batches, t->order);
+    if (t->structs > batched)
+        t->kernel->expand(path, t->first + batched * t->words, t->structs - batched, t->order);
 }
 /* Starts new Taylor series of the path and of the tangents at the time `at`. */
-static void restart_series(const kr_motion *motion, double *memory, size_t n)
+static void restart_series(const tangents *t)
 {
-    const kr_kernel *kernel = motion->aux;
-    kr_series *path = tangent_work_of(memory)->path;
-    const size_t words = words_of(motion->digits);
+    const kr_kernel *kernel = t->motion->aux;
+    const kr_taylor *p = taylor_of(t->motion);
+    kr_series *path = t->work->path;
     kr_taylor_end_at(path, kernel);
-    for (size_t word = 0; word < words; word++) path[word].t = path[word].end;
-    if (path->linear > 1.0) supports->place(path, motion, taylor_of(motion)->rate);
-    kernel->advance(path, taylor_of(motion)->log2_tol, 1.0);
-    for (size_t i = 0; i < count_structs(memory, n) * words; i++) {
-        kr_tangent *g = tangent(motion, memory, 0) + i;
-        g->t = path[i % words].t;
+    for (size_t word = 0; word < t->words; word++) path[word].t = path[word].end;
+    if (path->linear > 1.0) supports->place(path, t->motion, p->rate);
+    kernel->advance(path, p->log2_tol, 1.0);
+    for (size_t i = 0; i < t->structs * t->words; i++) {
+        kr_tangent *g = t->first + i;
+        g->t = path[i % t->words].t;
         memcpy(g->x[0], g->substep_end, sizeof g->substep_end);
     }
 }
-/* Shortens a substep until its relative truncation error does not exceed the limit `most`. The
- * argument `worst` is the relative truncation error of the tangents at the time `to`. Returns the
- * relative truncation error of the tangents at the end of the shortened substep. */
-static double shorten(const kr_motion *motion, double *memory, size_t n, double to, double worst,
-                      double most)
-{
-    tangent_work *c = tangent_work_of(memory);
-    const double from = tangent(motion, memory, 0)->t;
-    const int order = order_of(motion);
-    double h = to - from;
-    c->path[1].at = 0.0;
-    for (int i = 0; i < MAX_SHORTENINGS && !(worst <= most); i++) {
-        const double share = pow(most / worst, 1.0 / order);
-        h = share > 0.01 ? h * 0.9 * share : 0.01 * h;
-        c->path[0].at = from + h;
-        worst = sum_tangents(motion, memory, n);
-    }
-    return worst;
-}
 /* Returns the largest admissible relative truncation error of a tangent. */
-static double truncation_tolerance(const kr_motion *motion)
+static double truncation_tolerance(const tangents *t)
 {
-    return rest_over_tolerance * exp2(taylor_of(motion)->log2_tol);
+    return rest_over_tolerance * exp2(taylor_of(t->motion)->log2_tol);
 }
 /* Computes the Taylor series of the tangents for one substep. The substep ends at the end of the
  * step, or earlier if the truncation error of a tangent would be too large. Returns the largest
  * relative truncation error of the tangents at the end of the substep. */
-static double expand_substep(const kr_motion *motion, double *memory, size_t n)
+static double expand_substep(const tangents *t)
 {
-    const double most = truncation_tolerance(motion);
-    tangent_work *c = tangent_work_of(memory);
-    expand_tangents(motion, memory, n);
+    const double most = truncation_tolerance(t), from = t->first->t;
+    tangent_work *c = t->work;
+    double h = c->to - from;
+    expand_tangents(t);
     c->path[0].at = c->to;
     c->path[1].at = c->to_low;
-    double worst = sum_tangents(motion, memory, n);
-    if (!(worst <= most)) worst = shorten(motion, memory, n, c->to, worst, most);
+    double worst = sum_tangents(t);
+    for (int i = 0; i < MAX_SHORTENINGS && !(worst <= most); i++) {
+        const double share = pow(most / worst, 1.0 / t->order);
+        h = share > 0.01 ? h * 0.9 * share : 0.01 * h;
+        c->path[0].at = from + h;
+        c->path[1].at = 0.0;
+        worst = sum_tangents(t);
+    }
     c->until = c->path[0].at;
     return worst;
 }
 /* Computes the Taylor series of the tangents for the first substep of the last step. Returns the
  * largest relative truncation error of the tangents at the end of this substep. */
-static double expand_first_substep(const kr_motion *motion, double *memory, size_t n)
+static double expand_first_substep(const tangents *t)
 {
-    const size_t words = words_of(motion->digits);
-    tangent_work *c = tangent_work_of(memory);
-    for (size_t i = 0; i < count_structs(memory, n) * words; i++) {
-        kr_tangent *g = tangent(motion, memory, 0) + i;
-        g->t = i % words ? c->from_low : c->from;
+    tangent_work *c = t->work;
+    for (size_t i = 0; i < t->structs * t->words; i++) {
+        kr_tangent *g = t->first + i;
+        g->t = i % t->words ? c->from_low : c->from;
         memcpy(g->x[0], g->begin, sizeof g->begin);
     }
-    memcpy(c->path, taylor_of(motion)->series, words * sizeof(kr_series));
+    memcpy(c->path, taylor_of(t->motion)->series, t->words * sizeof(kr_series));
     c->substep = 1.0;
-    return expand_substep(motion, memory, n);
+    return expand_substep(t);
 }
 /* Computes the Taylor series of the tangents for the next substep. Returns the largest relative
  * truncation error of the tangents at the end of the next substep. */
-static double expand_next_substep(const kr_motion *motion, double *memory, size_t n)
+static double expand_next_substep(const tangents *t)
 {
-    restart_series(motion, memory, n);
-    tangent_work_of(memory)->substep += 1.0;
-    return expand_substep(motion, memory, n);
+    restart_series(t);
+    t->work->substep += 1.0;
+    return expand_substep(t);
 }
 /* Propagates all tangents over the last step of the path. Returns the largest relative truncation
  * error of all substeps. Returns INFINITY if a tangent overflows, if a substep cannot be made short
  * enough, or if MAX_SUBSTEPS substeps do not suffice. */
-static double propagate_over_substeps(const kr_motion *motion, double *memory, size_t n)
+static double propagate_over_substeps(const tangents *t)
 {
-    const double most = truncation_tolerance(motion);
-    tangent_work *c = tangent_work_of(memory);
-    double rest = 0.0, last = expand_first_substep(motion, memory, n);
+    const double most = truncation_tolerance(t);
+    tangent_work *c = t->work;
+    double rest = 0.0, last = expand_first_substep(t);
     while (last <= most) {
         rest = fmax(rest, last);
         c->substeps = c->substep;
         if (c->until == c->to) return rest;
         if (c->substep >= MAX_SUBSTEPS) return INFINITY;
-        last = expand_next_substep(motion, memory, n);
+        last = expand_next_substep(t);
     }
     return INFINITY;
 }
@@ -373,19 +351,19 @@ static double propagate_over_substeps(const kr_motion *motion, double *memory, s
 static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_series *s = taylor_of(motion)->series;
-    const size_t all = count_structs(memory, n) * words_of(motion->digits);
-    tangent_work *c = tangent_work_of(memory);
-    kr_tangent *first = tangent(motion, memory, 0);
+    const tangents t = tangents_of(motion, memory, n);
+    const size_t all = t.structs * t.words;
+    kr_tangent *first = t.first;
     for (size_t i = 0; i < all; i++) memcpy(first[i].begin, first[i].end, sizeof first->end);
-    c->from = s->t;
-    c->to = s->end;
-    c->from_low = motion->digits > 16 ? s[1].t : 0.0;
-    c->to_low = motion->digits > 16 ? s[1].end : 0.0;
-    const double last = propagate_over_substeps(motion, memory, n);
+    t.work->from = s->t;
+    t.work->to = s->end;
+    t.work->from_low = t.words > 1 ? s[1].t : 0.0;
+    t.work->to_low = t.words > 1 ? s[1].end : 0.0;
+    const double last = propagate_over_substeps(&t);
     for (size_t i = 0; i < all; i++)
         for (int k = 0; k < 8; k++)
             first[i].end[k] = last < INFINITY ? first[i].substep_end[k] : NAN;
-    if (last < INFINITY) pass_stop(motion, memory, n);
+    if (last < INFINITY) pass_stop(&t);
     if (last > first->truncation) first->truncation = last;
     return last < INFINITY ? KR_OK : KR_ERR_TANGENT;
 }
@@ -393,56 +371,53 @@ static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t
 /* Computes the Taylor series of the tangents for the substep that contains the time `to`, unless
  * these series are already in memory. Substeps are rarely recomputed, because the requested times
  * usually increase from call to call. */
-static void find_substep(const kr_motion *motion, double *memory, size_t n, double to)
+static void find_substep(const tangents *t, double to)
 {
-    tangent_work *c = tangent_work_of(memory);
+    const tangent_work *c = t->work;
     const double forward = c->to < c->from ? -1.0 : 1.0;
-    if (forward * (to - tangent(motion, memory, 0)->t) < 0.0)
-        expand_first_substep(motion, memory, n);
+    if (forward * (to - t->first->t) < 0.0) expand_first_substep(t);
     while (c->substep < fmin(c->substeps, MAX_SUBSTEPS) && forward * (to - c->until) > 0.0)
-        expand_next_substep(motion, memory, n);
+        expand_next_substep(t);
 }
 /* Evaluates all tangents at the sampled time in the last step, and stores them in `at`. */
-static void evaluate_tangents(const kr_motion *motion, double *memory, size_t n)
+static void evaluate_tangents(const tangents *t)
 {
-    const kr_series *s = taylor_of(motion)->series;
-    const size_t words = words_of(motion->digits);
-    const tangent_work *c = tangent_work_of(memory);
-    kr_tangent *first = tangent(motion, memory, 0);
-    if (s->at == c->to && (words == 1 || s[1].at == c->to_low)) {
-        for (size_t i = 0; i < count_structs(memory, n) * words; i++)
+    const kr_series *s = taylor_of(t->motion)->series;
+    const tangent_work *c = t->work;
+    kr_tangent *first = t->first;
+    if (s->at == c->to && (t->words == 1 || s[1].at == c->to_low)) {
+        for (size_t i = 0; i < t->structs * t->words; i++)
             memcpy(first[i].at, first[i].end, sizeof first->end);
         return;
     }
-    find_substep(motion, memory, n, s->at);
-    for (size_t i = 0; i < count_structs(memory, n); i++)
-        tangent_kernel(motion)->sum(first + i * words, order_of(motion), &s->at,
-                                    first[i * words].at);
+    find_substep(t, s->at);
+    for (size_t i = 0; i < t->structs; i++)
+        t->kernel->sum(first + i * t->words, t->order, &s->at, first[i * t->words].at);
 }
 /* Converts a momentum change from the body frame to the space frame. If at most 16 digits are
  * requested, the vector is rotated in double precision, because double-double arithmetic would
  * dominate the run time. */
-static vec_dd push_in_space(const kr_motion *motion, quat_dd q, vec_dd push)
+static vec_dd push_in_space(const tangents *t, quat_dd q, vec_dd push)
 {
-    const kr_vec3 none = {0.0, 0.0, 0.0};
-    return vdd_scale_exactly(taylor_of(motion)->rate,
-                             motion->digits > 16 ? qdd_turn(q, push)
-                                                 : v_dd(q_turn(qdd_high(q), vdd_high(push)), none));
+    return vdd_scale_exactly(taylor_of(t->motion)->rate,
+                             t->words > 1 ? qdd_turn(q, push)
+                                          : vdd_of(q_turn(qdd_high(q), vdd_high(push))));
 }
 static void tangents_at(const kr_motion *motion, kr_quat attitude, double *memory, size_t n,
                         kr_deviation out[])
 {
     const quat_dd q = q_dd(attitude, motion->low.q);
-    evaluate_tangents(motion, memory, n);
+    const tangents t = tangents_of(motion, memory, n);
+    evaluate_tangents(&t);
     for (size_t i = 0; i < n; i++) {
-        const deviation_address from = address_of(motion, memory, n, i);
-        out[i].turn = get_components(motion, &from, from.from->at, 0);
-        out[i].push = push_in_space(motion, q, get_components(motion, &from, from.from->at, 3));
+        const deviation_address from = address_of(&t, i);
+        out[i].turn = get_components(&t, &from, from.from->at, 0);
+        out[i].push = push_in_space(&t, q, get_components(&t, &from, from.from->at, 3));
     }
 }
 static double tangents_truncation(const kr_motion *motion, double *memory)
 {
-    return tangent(motion, memory, 0)->truncation;
+    return tangents_of(motion, memory, 1).first->truncation;
 }
 
 const kr_tangent_ops kr_taylor_tangents = {kr_tangents_start, count_doubles, tangents_begin,
