@@ -75,15 +75,6 @@ static kr_quat rotate_axes(kr_vec3 A, int *shift)
     const double h = *shift == 1 ? 0.5 : -0.5;
     return *shift == 0 ? q_one() : q4(0.5, v3(h, h, h));
 }
-/* Returns v with its components shifted cyclically by `shift` places. */
-static kr_vec3 shift_axes(kr_vec3 v, int shift)
-{
-    return shift == 0 ? v : shift == 1 ? v3(v.y, v.z, v.x) : v3(v.z, v.x, v.y);
-}
-static void set_vector3(kr_lane_number *to, int lane, kr_vec3 v)
-{
-    set_components(to, lane, v.x, v.y, v.z);
-}
 /* Returns v with -0 in place of all zeros, because adding -0 leaves every number unchanged. */
 static kr_vec3 with_negative_zeros(kr_vec3 v)
 {
@@ -97,23 +88,16 @@ static double replace_zero_difference(double apart, double moment, double h1, do
     const double least = KR_LEAST_FACTOR * moment + DBL_MIN;
     return (h1 != 0.0 || h2 != 0.0) && fabs(apart) < least ? least : apart;
 }
-/* Returns the differences of the moments of inertia, after replace_zero_difference has replaced
- * values near zero. */
-static kr_vec3 moments_apart(kr_vec3 A, kr_vec3 h)
-{
-    return v3(replace_zero_difference(A.y - A.z, A.x, h.y, h.z),
-              replace_zero_difference(A.z - A.x, A.y, h.z, h.x),
-              replace_zero_difference(A.x - A.y, A.z, h.x, h.y));
-}
 /* Returns `torque` / `factor`, or -0 if there is no torque. */
 static double divide_torque(double torque, double factor)
 {
     return torque == 0.0 ? -0.0 : torque / factor;
 }
-static void set_shifts(kr_lane_number *to, int lane, kr_vec3 torque, kr_vec3 factor)
+/* Returns the components of `torque` divided by those of `factor`, or -0 for each that is zero. */
+static kr_vec3 divide_torques(kr_vec3 torque, kr_vec3 factor)
 {
-    set_components(to, lane, divide_torque(torque.x, factor.x), divide_torque(torque.y, factor.y),
-                   divide_torque(torque.z, factor.z));
+    return v3(divide_torque(torque.x, factor.x), divide_torque(torque.y, factor.y),
+              divide_torque(torque.z, factor.z));
 }
 /* Constants of the equations of motion for permuted body axes, in the units of the Taylor series.
  * The member `apart` holds the differences between the moments of inertia, which are stored in
@@ -125,27 +109,31 @@ typedef struct {
  * series. */
 static shifted_constants shift_constants(const kr_motion *motion, double rate, int shift)
 {
-    shifted_constants constants;
-    constants.A = shift_axes(motion->inertia, shift);
-    constants.c = v_scale(1.0 / (rate * rate), shift_axes(motion->lever, shift));
-    constants.h = v_scale(1.0 / rate, shift_axes(motion->rotor, shift));
-    constants.drag = v_scale(-1.0 / rate, v_over(shift_axes(motion->damping, shift), constants.A));
-    constants.apart = moments_apart(constants.A, constants.h);
-    return constants;
+    const kr_vec3 A = shift_axes(motion->inertia, shift),
+                  h = v_scale(1.0 / rate, shift_axes(motion->rotor, shift));
+    return (shifted_constants){
+        .A = A,
+        .c = v_scale(1.0 / (rate * rate), shift_axes(motion->lever, shift)),
+        .h = h,
+        .drag = v_scale(-1.0 / rate, v_over(shift_axes(motion->damping, shift), A)),
+        .apart = v3(replace_zero_difference(A.y - A.z, A.x, h.y, h.z),
+                    replace_zero_difference(A.z - A.x, A.y, h.z, h.x),
+                    replace_zero_difference(A.x - A.y, A.z, h.x, h.y))};
 }
 /* Stores the constants of the equations of motion for one lane. */
 static void set_lane_constants(kr_lanes *l, int lane, const shifted_constants *from)
 {
     const kr_vec3 A = from->A, c = from->c, h = from->h, apart = from->apart;
-    set_components(l->k, lane, apart.x / A.x, apart.y / A.y, apart.z / A.z);
-    set_components(l->inner, lane, apart.y / A.z, -apart.x / A.z, -h.z / A.z);
-    set_shifts(l->shift_prev, lane, v3(-h.z, -h.x, -h.y), apart);
-    set_shifts(l->shift_next, lane, v3(h.y, h.z, h.x), apart);
-    set_components(l->up, lane, c.z / A.x, c.x / A.y, c.y / A.z);
-    set_components(l->down, lane, -c.y / A.x, -c.z / A.y, -c.x / A.z);
-    set_vector3(l->drag, lane, from->drag);
-    const double rates = fmax(fabs(c.z / A.x), fmax(fabs(c.x / A.y), fabs(c.y / A.z))) +
-                         fmax(fabs(c.y / A.x), fmax(fabs(c.z / A.y), fabs(c.x / A.z)));
+    const kr_vec3 up = v_over(shift_axes(c, 2), A),
+                  down = v_over(v_scale(-1.0, shift_axes(c, 1)), A);
+    set_vector(l->k, lane, v_over(apart, A));
+    set_vector(l->inner, lane, v3(apart.y / A.z, -apart.x / A.z, -h.z / A.z));
+    set_vector(l->shift_prev, lane, divide_torques(v_scale(-1.0, shift_axes(h, 2)), apart));
+    set_vector(l->shift_next, lane, divide_torques(shift_axes(h, 1), apart));
+    set_vector(l->up, lane, up);
+    set_vector(l->down, lane, down);
+    set_vector(l->drag, lane, from->drag);
+    const double rates = v_largest(up) + v_largest(down);
     l->fall[lane] = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
 }
 static kr_vec3 v_times_power_of_2(kr_vec3 a, int power)
@@ -179,16 +167,17 @@ static void set_growth_constants(kr_lanes *l, int lane, const shifted_constants 
 {
     kr_lane_tangents *g = l->tangents;
     const kr_vec3 A = from->A, apart = from->apart;
-    set_components(g->ahead, lane, -apart.y / A.x, -apart.z / A.y, -apart.x / A.z);
-    set_components(g->behind, lane, -apart.z / A.x, -apart.x / A.y, -apart.y / A.z);
-    set_components(g->per, lane, 1.0 / A.x, 1.0 / A.y, 1.0 / A.z);
-    set_vector3(g->moments, lane, A);
-    set_vector3(g->c, lane, from->c);
-    set_vector3(g->rotor, lane, with_negative_zeros(from->h));
+    set_vector(g->ahead, lane, v_over(v_scale(-1.0, shift_axes(apart, 1)), A));
+    set_vector(g->behind, lane, v_over(v_scale(-1.0, shift_axes(apart, 2)), A));
+    set_vector(g->per, lane, v_over(v3(1.0, 1.0, 1.0), A));
+    set_vector(g->moments, lane, A);
+    set_vector(g->c, lane, from->c);
+    set_vector(g->rotor, lane, with_negative_zeros(from->h));
 }
 /* Initializes the tangent of a lane. Returns 0 if the tangent overflows, if it is a combination of
  * the flow direction and a rotation about the vertical, or if a moment of inertia is too small. */
-static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
+static int begin_tangent(kr_worker *worker, int lane, double rate, int shift,
+                         const shifted_constants *constants)
 {
     const kr_top *top = worker->fallback;
     kr_lanes *l = worker->lanes;
@@ -196,11 +185,10 @@ static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
     const kr_vec3 A = top->main.inertia;
     kr_vec3 turn, push;
     set_initial_tangent(worker, top, rate, &turn, &push);
-    const shifted_constants constants = shift_constants(&top->main, rate, shift);
-    set_growth_constants(l, lane, &constants);
+    set_growth_constants(l, lane, constants);
     kr_growth others = g->end;
-    set_vector3(g->end.d[0], lane, shift_axes(turn, shift));
-    set_vector3(g->end.d[1], lane, shift_axes(push, shift));
+    set_vector(g->end.d[0], lane, shift_axes(turn, shift));
+    set_vector(g->end.d[1], lane, shift_axes(push, shift));
     worker->isa->begin(l);
     for (int i = 0; i < 6; i++) others.d[i / 3][i % 3][lane] = g->first[i / 3][i % 3][lane];
     g->end = others;
@@ -223,15 +211,14 @@ static int load_lane(kr_worker *worker, int lane)
     const kr_quat turn = rotate_axes(motion->inertia, &shift);
     const shifted_constants constants = shift_constants(motion, p.rate, shift);
     set_lane_constants(l, lane, &constants);
-    set_vector3(l->end_p, lane, shift_axes(v3(p.end_x[5], p.end_x[6], p.end_x[7]), shift));
-    set_vector3(l->end_w, lane, shift_axes(v3(p.end_w[1], p.end_w[2], p.end_w[3]), shift));
-    set_quaternion(l->end_q, lane,
-                   q_mul(q4(p.end_x[0], v3(p.end_x[1], p.end_x[2], p.end_x[3])), turn));
+    set_vector(l->end_p, lane, shift_axes(v_of(p.end_x + 5), shift));
+    set_vector(l->end_w, lane, shift_axes(v_of(p.end_w + 1), shift));
+    set_quaternion(l->end_q, lane, q_mul(q4(p.end_x[0], v_of(p.end_x + 1)), turn));
     set_quaternion(l->axes, lane, q_conj(q_mul(top->axes, turn)));
-    set_vector3(l->moment, lane,
-                v_scale(top->momentum_unit * p.rate, shift_axes(motion->inertia, shift)));
-    set_vector3(l->rotor, lane,
-                with_negative_zeros(v_scale(top->momentum_unit, shift_axes(motion->rotor, shift))));
+    set_vector(l->moment, lane,
+               v_scale(top->momentum_unit * p.rate, shift_axes(motion->inertia, shift)));
+    set_vector(l->rotor, lane,
+               with_negative_zeros(v_scale(top->momentum_unit, shift_axes(motion->rotor, shift))));
     l->end[lane] = l->steps[lane] = 0.0;
     l->forward[lane] = slot->forward = top->forward;
     l->max_steps[lane] = worker->config.max_steps > 0 ? (double)worker->config.max_steps : INFINITY;
@@ -241,7 +228,7 @@ static int load_lane(kr_worker *worker, int lane)
     slot->horizon = top->horizon;
     slot->last = top->scene.start;
     if (worker->is_section) kr_section_load_event(worker, lane, p.rate, shift);
-    return !l->tangents || begin_tangent(worker, lane, p.rate, shift);
+    return !l->tangents || begin_tangent(worker, lane, p.rate, shift, &constants);
 }
 
 /* Sets the goal of a lane, up to which it integrates, to the next requested time. If a requested
@@ -382,9 +369,8 @@ void kr_scheduler_add(kr_worker *worker, size_t i)
     }
     if (status == KR_OK && !load_lane(worker, lane)) status = KR_ERR_ARGUMENT;
     if (status != KR_OK) {
-        const kr_stats none = {0};
         kr_lane_park(worker->lanes, lane);
-        kr_worker_finish_top(worker, slot, NULL, status, none);
+        kr_worker_finish_top(worker, slot, NULL, status, (kr_stats){0});
         return;
     }
     slot->horizon = fmin(slot->horizon, horizon);

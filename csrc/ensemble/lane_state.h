@@ -15,26 +15,30 @@
  * Energy and angular momentum are conserved only up to the tolerance. */
 #ifndef KR_LANE_STATE_H
 #define KR_LANE_STATE_H
-#include "kreisel.h"
 #include "math/isa.h"
+#include "math/su2.h"
 
 enum { KR_LANES_MAX = 8, KR_LANES_ORDER = 28 };
 
 /* Arrays of numbers, vectors and quaternions, with one element for each lane. */
 typedef double kr_lane_number[KR_LANES_MAX];
 typedef kr_lane_number kr_lane_vector[3], kr_lane_quaternion[4];
-/* Stores the three components of a vector in the given SIMD lane of the arrays v[0], v[1] and
- * v[2]. */
-static inline void set_components(kr_lane_number *v, int lane, double x, double y, double z)
+/* Stores the components of a vector in one SIMD lane of the arrays to[0], to[1] and to[2]. */
+static inline void set_vector(kr_lane_number *to, int lane, kr_vec3 v)
 {
-    v[0][lane] = x;
-    v[1][lane] = y;
-    v[2][lane] = z;
+    to[0][lane] = v.x;
+    to[1][lane] = v.y;
+    to[2][lane] = v.z;
 }
 static inline void set_quaternion(kr_lane_number *to, int lane, kr_quat q)
 {
     to[0][lane] = q.w;
-    set_components(to + 1, lane, q.x, q.y, q.z);
+    set_vector(to + 1, lane, q_vec(q));
+}
+/* Returns v with its components shifted cyclically by `shift` places, 0, 1 or 2. */
+static inline kr_vec3 shift_axes(kr_vec3 v, int shift)
+{
+    return shift == 0 ? v : shift == 1 ? v3(v.y, v.z, v.x) : v3(v.z, v.x, v.y);
 }
 
 /* The terms of the recurrence, a sum of flags that is constant when a function is compiled.

@@ -13,12 +13,6 @@ int kr_section_suits_lanes(const kr_worker *worker)
 {
     return kr_terms_are_linear(worker->event.count, worker->event.terms);
 }
-/* Stores the cyclically permuted components of a vector in one SIMD lane. */
-static void put_shifted_vector(kr_lane_number *to, int lane, kr_vec3 v, int shift)
-{
-    const double c[3] = {v.x, v.y, v.z};
-    for (int i = 0; i < 3; i++) to[i][lane] = c[(i + shift) % 3];
-}
 void kr_section_load_event(kr_worker *worker, int lane, double rate, int shift)
 {
     const kr_top *top = worker->fallback;
@@ -27,8 +21,8 @@ void kr_section_load_event(kr_worker *worker, int lane, double rate, int shift)
     const kr_linear g = kr_terms_linear_form(top, rate, event);
     const double size = kr_terms_bound(top, &piece, event->count, event->terms);
     kr_lanes *l = worker->lanes;
-    put_shifted_vector(l->along_p, lane, g.along_vertical, shift);
-    put_shifted_vector(l->along_w, lane, g.along_velocity, shift);
+    set_vector(l->along_p, lane, shift_axes(g.along_vertical, shift));
+    set_vector(l->along_w, lane, shift_axes(g.along_velocity, shift));
     l->constant[lane] = g.constant;
     l->side[lane] = 0.0;
     l->noise[lane] = KR_TERMS_UNSURE * size;

@@ -154,8 +154,9 @@ static void fill_unused_tangent(kr_lane_tangents *g, int lane)
 {
     kr_lane_number *const none[] = {g->ahead, g->behind, g->per,     g->moments,
                                     g->c,     g->rotor,  g->end.d[1]};
-    for (size_t i = 0; i < sizeof none / sizeof *none; i++) set_components(none[i], lane, 0, 0, 0);
-    set_components(g->end.d[0], lane, 1, 0, 0);
+    for (size_t i = 0; i < sizeof none / sizeof *none; i++)
+        set_vector(none[i], lane, v3(0.0, 0.0, 0.0));
+    set_vector(g->end.d[0], lane, v3(1.0, 0.0, 0.0));
     kr_lane_reset_growth(&g->end, lane);
 }
 void kr_lane_park(kr_lanes *l, int lane)
@@ -163,8 +164,9 @@ void kr_lane_park(kr_lanes *l, int lane)
     kr_lane_number *const none[] = {l->end_w,   l->k,       l->up,         l->down,
                                     l->drag,    l->inner,   l->moment,     l->rotor,
                                     l->along_p, l->along_w, l->shift_prev, l->shift_next};
-    for (size_t i = 0; i < sizeof none / sizeof *none; i++) set_components(none[i], lane, 0, 0, 0);
-    set_components(l->end_p, lane, 0, 0, 1);
+    for (size_t i = 0; i < sizeof none / sizeof *none; i++)
+        set_vector(none[i], lane, v3(0.0, 0.0, 0.0));
+    set_vector(l->end_p, lane, v3(0.0, 0.0, 1.0));
     set_quaternion(l->end_q, lane, q_one());
     set_quaternion(l->axes, lane, q_one());
     l->end[lane] = l->steps[lane] = 0.0;

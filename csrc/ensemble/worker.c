@@ -47,8 +47,7 @@ static void dispatch_top(kr_worker *worker, size_t i)
     kr_top *top = choose_top(worker, scene);
     if (kr_worker_has_tangents(worker) && kr_scene_is_disturbed(scene)) {
         const kr_slot slot = {.top = i, .last = scene->start};
-        const kr_stats none = {0};
-        kr_worker_finish_top(worker, &slot, NULL, find_lane_refusal(scene), none);
+        kr_worker_finish_top(worker, &slot, NULL, find_lane_refusal(scene), (kr_stats){0});
     } else if (top != worker->fallback || !suits_lanes(worker, scene))
         kr_worker_run_scalar(worker, top, i);
     else if (!(v_largest(scene->damping) > 0.0))

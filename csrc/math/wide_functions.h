@@ -13,21 +13,21 @@ INLINE void wide_sin_cos(wide x, wide *sine, wide *cosine)
     const wide y = wide_fma(turns, wide_splat(-6.123233995736766e-17),
                             wide_fma(turns, wide_splat(-1.5707963267948966), x));
     const wide z = y * y;
+    static const double sines[] = {-1.0 / 1307674368000.0,
+                                   1.0 / 6227020800.0,
+                                   -1.0 / 39916800,
+                                   1.0 / 362880,
+                                   -1.0 / 5040,
+                                   1.0 / 120,
+                                   -1.0 / 6},
+                        cosines[] = {
+                            -1.0 / 87178291200.0, 1.0 / 479001600, -1.0 / 3628800, 1.0 / 40320,
+                            -1.0 / 720,           1.0 / 24,        -1.0 / 2};
     wide s = wide_splat(1.0 / 355687428096000.0), c = wide_splat(1.0 / 20922789888000.0);
-    s = wide_fma(z, s, wide_splat(-1.0 / 1307674368000.0));
-    s = wide_fma(z, s, wide_splat(1.0 / 6227020800.0));
-    s = wide_fma(z, s, wide_splat(-1.0 / 39916800));
-    s = wide_fma(z, s, wide_splat(1.0 / 362880));
-    s = wide_fma(z, s, wide_splat(-1.0 / 5040));
-    s = wide_fma(z, s, wide_splat(1.0 / 120));
-    s = wide_fma(z, s, wide_splat(-1.0 / 6));
-    c = wide_fma(z, c, wide_splat(-1.0 / 87178291200.0));
-    c = wide_fma(z, c, wide_splat(1.0 / 479001600));
-    c = wide_fma(z, c, wide_splat(-1.0 / 3628800));
-    c = wide_fma(z, c, wide_splat(1.0 / 40320));
-    c = wide_fma(z, c, wide_splat(-1.0 / 720));
-    c = wide_fma(z, c, wide_splat(1.0 / 24));
-    c = wide_fma(z, c, wide_splat(-1.0 / 2));
+    for (int n = 0; n < 7; n++) {
+        s = wide_fma(z, s, wide_splat(sines[n]));
+        c = wide_fma(z, c, wide_splat(cosines[n]));
+    }
     s = wide_fma(y * z, s, y);
     c = wide_fma(z, c, wide_splat(1.0));
     const wide_integer quarter = wide_bits(u),

@@ -8,7 +8,8 @@
 
 static kr_status bobenko_suris_reset(kr_motion *motion, const kr_state *start)
 {
-    bobenko_suris_begin((bobenko_suris_orbit *)motion->work, motion, start);
+    bobenko_suris_begin((bobenko_suris_orbit *)motion->work, motion, start, motion->step,
+                        bobenko_suris_half_twist(motion, start));
     return KR_OK;
 }
 static kr_status bobenko_suris_step(kr_motion *motion, double until)

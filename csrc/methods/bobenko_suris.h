@@ -43,24 +43,23 @@ static inline void bobenko_suris_drift(bobenko_suris_orbit *o)
     if ((int64_t)o->steps % BOBENKO_SURIS_REFRESH == 0)
         sin_cos(o->steps * o->half_twist, &o->sine, &o->cosine);
 }
-/* Sets the twist angle, by which each step rotates the body about its symmetry axis, to 2 * s. */
-static inline void bobenko_suris_set_twist(bobenko_suris_orbit *o, double s)
-{
-    o->half_twist = s;
-    sin_cos(o->half_twist, &o->sin_half_twist, &o->cos_half_twist);
-    o->steps = o->sine = 0.0;
-    o->cosine = 1.0;
-}
+/* Begins steps of size h with the twist R = (cos s, 0, 0, sin s). */
 static inline void bobenko_suris_begin(bobenko_suris_orbit *o, const kr_motion *motion,
-                                       const kr_state *s)
+                                       const kr_state *start, double h, double s)
 {
-    const double h = motion->step, c = v_dot(s->m, q_axis(s->q));
-    o->q = s->q;
-    o->m = s->m;
-    o->kick_strength = h * motion->lever.z;
-    o->drift_factor = h / motion->inertia.x;
-    bobenko_suris_set_twist(o, 0.5 * h * c / motion->inertia.z -
-                                   arc_tangent(0.5 * h * c / motion->inertia.x));
+    *o = (bobenko_suris_orbit){.q = start->q,
+                               .m = start->m,
+                               .kick_strength = h * motion->lever.z,
+                               .drift_factor = h / motion->inertia.x,
+                               .half_twist = s,
+                               .cosine = 1.0};
+    sin_cos(s, &o->sin_half_twist, &o->cos_half_twist);
+}
+/* Returns the angle s for the maps bobenko_suris and bobenko_suris2. */
+static inline double bobenko_suris_half_twist(const kr_motion *motion, const kr_state *start)
+{
+    const double half = 0.5 * motion->step * v_dot(start->m, q_axis(start->q));
+    return half / motion->inertia.z - arc_tangent(half / motion->inertia.x);
 }
 /* Returns 1 if the number of steps that is stored in the work array is valid. */
 static inline int bobenko_suris_is_valid(const void *work)

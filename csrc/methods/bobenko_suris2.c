@@ -9,7 +9,7 @@
 static kr_status bobenko_suris2_reset(kr_motion *motion, const kr_state *start)
 {
     bobenko_suris_orbit *o = (bobenko_suris_orbit *)motion->work;
-    bobenko_suris_begin(o, motion, start);
+    bobenko_suris_begin(o, motion, start, motion->step, bobenko_suris_half_twist(motion, start));
     o->m = bobenko_suris_momentum_after_kick(o, 0.5 * o->kick_strength);
     return KR_OK;
 }

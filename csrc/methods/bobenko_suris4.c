@@ -34,12 +34,8 @@ static kr_status bobenko_suris4_reset(kr_motion *motion, const kr_state *start)
     const kr_vec3 a = q_axis(start->q);
     const map_rates r = find_map_rates(motion->step, g, a, v_scale(1.0 / i1, start->m));
     if (!isfinite(r.step)) return KR_ERR_STEP_SIZE;
-    bobenko_suris_begin(&p->o, motion, start);
-    p->o.kick_strength = r.step * motion->lever.z;
-    p->o.drift_factor = r.step / i1;
-    bobenko_suris_set_twist(
-        &p->o,
-        0.5 * (motion->step * v_dot(start->m, a) * (1.0 / motion->inertia.z - 1.0 / i1) + r.spin));
+    const double turned = motion->step * v_dot(start->m, a) * (1.0 / motion->inertia.z - 1.0 / i1);
+    bobenko_suris_begin(&p->o, motion, start, r.step, 0.5 * (turned + r.spin));
     p->b = 0.25 * r.step * r.step * g;
     p->precession = r.precession;
     p->o.m = apply_corrected_kick(p, 0.5);

@@ -16,33 +16,27 @@ typedef struct {
     kr_vec3 M, W;
 } hirota_kimura_state;
 
-static kr_vec3 body_angular_velocity(const kr_motion *motion, kr_vec3 M)
-{
-    return v_over(M, motion->inertia);
-}
 static kr_status hirota_kimura_reset(kr_motion *motion, const kr_state *start)
 {
     hirota_kimura_state *p = (hirota_kimura_state *)motion->work;
     p->q = start->q;
     p->M = q_turn_back(start->q, start->m);
-    p->W = body_angular_velocity(motion, p->M);
+    p->W = v_over(p->M, motion->inertia);
     return KR_OK;
 }
 static kr_status hirota_kimura_step(kr_motion *motion, double until)
 {
     hirota_kimura_state *p = (hirota_kimura_state *)motion->work;
     const double half = 0.5 * motion->step;
-    const kr_vec3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
     kr_vec3 columns[3];
     (void)until;
-    for (int i = 0; i < 3; i++)
-        columns[i] = v_axpy(
-            -half,
-            v_add(v_cross(p->M, body_angular_velocity(motion, axes[i])), v_cross(axes[i], p->W)),
-            axes[i]);
+    for (int i = 0; i < 3; i++) {
+        const kr_vec3 e = v_axis(i), change = v_over(e, motion->inertia);
+        columns[i] = v_axpy(-half, v_add(v_cross(p->M, change), v_cross(e, p->W)), e);
+    }
     p->M = v_solve(columns, p->M);
     const kr_vec3 before = p->W;
-    p->W = body_angular_velocity(motion, p->M);
+    p->W = v_over(p->M, motion->inertia);
     p->q = q_unit(q_mul(p->q, q4(1.0, v_scale(0.5 * half, v_add(before, p->W)))));
     motion->stats.evaluations++;
     return KR_OK;

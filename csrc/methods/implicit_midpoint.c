@@ -19,6 +19,7 @@ typedef struct {
 /* The quantities computed in one Newton iteration for an approximate angular velocity V. */
 typedef struct {
     kr_vec3 y;        /* h V / 4 */
+    kr_quat r;        /* half of the rotation in the step */
     kr_vec3 M, P;     /* momentum and vertical at the midpoint, in the body frame */
     kr_vec3 residual; /* J V - (M - h) */
 } attempt;
@@ -32,9 +33,9 @@ static kr_vec3 lever_at(const kr_motion *motion, kr_vec3 P)
 static attempt evaluate_attempt(const kr_motion *motion, kr_vec3 M, kr_vec3 P, kr_vec3 V)
 {
     attempt a = {.y = v_scale(0.25 * motion->step, V)};
-    const kr_quat r = q_unit(q4(1.0, a.y));
-    a.P = q_turn_back(r, P);
-    a.M = v_axpy(0.5 * motion->step, v_cross(a.P, lever_at(motion, a.P)), q_turn_back(r, M));
+    a.r = q_unit(q4(1.0, a.y));
+    a.P = q_turn_back(a.r, P);
+    a.M = v_axpy(0.5 * motion->step, v_cross(a.P, lever_at(motion, a.P)), q_turn_back(a.r, M));
     a.residual = v_sub(v_times(motion->inertia, V), v_sub(a.M, motion->rotor));
     return a;
 }
@@ -42,20 +43,19 @@ static attempt evaluate_attempt(const kr_motion *motion, kr_vec3 M, kr_vec3 P, k
  * derivative of the residual with respect to one component of V. */
 static kr_vec3 newton_correction(const kr_motion *motion, const attempt *a)
 {
-    const kr_vec3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
     const double half = 0.5 * motion->step, scale = half / (1.0 + v_dot(a->y, a->y));
     /* M without the contribution of the torque */
     const kr_vec3 lever = lever_at(motion, a->P), spun = v_axpy(-half, v_cross(a->P, lever), a->M);
     kr_vec3 columns[3];
     for (int i = 0; i < 3; i++) {
-        const kr_vec3 turn = v_scale(scale, v_sub(axes[i], v_cross(a->y, axes[i])));
+        const kr_vec3 turn = v_scale(scale, v_sub(v_axis(i), v_cross(a->y, v_axis(i))));
         const kr_vec3 change = v_cross(a->P, turn);
         kr_vec3 torque = v_cross(change, lever);
         if (motion->gradient != 0.0)
             torque =
                 v_axpy(motion->gradient, v_cross(a->P, v_times(motion->inertia, change)), torque);
         columns[i] =
-            v_sub(v_times(motion->inertia, axes[i]), v_axpy(half, torque, v_cross(spun, turn)));
+            v_sub(v_times(motion->inertia, v_axis(i)), v_axpy(half, torque, v_cross(spun, turn)));
     }
     return v_solve(columns, a->residual);
 }
@@ -82,11 +82,10 @@ static kr_status midpoint_step(kr_motion *motion, double until)
         motion->stats.iterations++;
         motion->stats.evaluations++;
         if (v_largest(a.residual) <= tol) {
-            const kr_quat r = q_unit(q4(1.0, a.y));
-            const kr_quat middle = q_mul(p->q, r);
+            const kr_quat middle = q_mul(p->q, a.r);
             const kr_vec3 lever = q_turn(middle, lever_at(motion, q_vertical(middle)));
             p->m = v_axpy(motion->step, v3(-lever.y, lever.x, 0.0), p->m);
-            p->q = q_renew(q_mul(q_mul(p->q, r), r));
+            p->q = q_renew(q_mul(middle, a.r));
             p->V = V;
             return KR_OK;
         }

@@ -54,11 +54,6 @@ static inline kr_vec3 modified_kick_push(const modified_kick *kick, kr_quat q, d
     const kr_vec3 a = modified_kick_lever(kick, q);
     return v3(-part * kick->h * a.y, part * kick->h * a.x, 0.0);
 }
-static inline kr_vec3 apply_modified_kick(const modified_kick *kick, kr_quat q, kr_vec3 m,
-                                          double part)
-{
-    return v_add(m, modified_kick_push(kick, q, part));
-}
 /* Returns 1 if the rotation of the top per step does not exceed `most` radians. The angle of
  * rotation per step is estimated from the larger of two rates: the maximum that the energy permits,
  * and the rate due to the rotor. */

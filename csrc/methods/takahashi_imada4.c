@@ -37,16 +37,14 @@ static void takahashi_drift(takahashi_state *p)
         return;
     }
     splitting_body b = splitting_begin_body(&p->s);
-    for (int i = 0; i < p->c.stages && p->s.extra != 0.0; i++)
-        splitting_turn_rotor(&b, &p->s, p->c.drift[i]);
     if (p->s.extra != 0.0) {
-        splitting_rotate(&p->s, &b, 1.0);
-        return;
-    }
-    splitting_turn_n(&b, p->c.ahead * p->s.n);
-    for (int i = 0; i < p->c.stages; i++) {
-        splitting_turn_t(&b, p->c.drift[i] * p->s.t);
-        splitting_turn_n(&b, (i + 1 < p->c.stages ? p->c.kick[i] : p->c.ahead) * p->s.n);
+        for (int i = 0; i < p->c.stages; i++) splitting_turn_rotor(&b, &p->s, p->c.drift[i]);
+    } else {
+        splitting_turn_n(&b, p->c.ahead * p->s.n);
+        for (int i = 0; i < p->c.stages; i++) {
+            splitting_turn_t(&b, p->c.drift[i] * p->s.t);
+            splitting_turn_n(&b, (i + 1 < p->c.stages ? p->c.kick[i] : p->c.ahead) * p->s.n);
+        }
     }
     splitting_rotate(&p->s, &b, 1.0);
 }
@@ -64,7 +62,7 @@ static void takahashi_read(const kr_motion *motion, kr_state *out)
 {
     const takahashi_state *p = (const takahashi_state *)motion->work;
     splitting_read(&p->s, motion, 0.0, out);
-    out->m = apply_modified_kick(&p->kick, out->q, out->m, -0.5);
+    out->m = v_add(out->m, modified_kick_push(&p->kick, out->q, -0.5));
     modified_kick_process(&p->kick, 1.0, &out->q, &out->m);
 }
 /* Returns 1 if the number of stages fits in the arrays of a composition. */

@@ -17,10 +17,9 @@ enum { VESELOV_MOST = 20 };
  * Moser-Veselov equation at the given r. */
 static inline kr_vec3 veselov_newton(kr_vec3 I, double r0, kr_vec3 r, kr_vec3 Ir, kr_vec3 F)
 {
-    const kr_vec3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
     kr_vec3 columns[3];
     for (int i = 0; i < 3; i++) {
-        const kr_vec3 e = axes[i], Ie = v_times(I, e);
+        const kr_vec3 e = v_axis(i), Ie = v_times(I, e);
         columns[i] = v_add(v_axpy(-v_dot(r, e) / r0, Ir, v_scale(r0, Ie)),
                            v_add(v_cross(e, Ir), v_cross(r, Ie)));
     }

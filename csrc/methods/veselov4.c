@@ -39,7 +39,7 @@ static kr_status veselov4_reset(kr_motion *motion, const kr_state *start)
     p->kick = modified_kick_begin(motion);
     if (!modified_kick_within(&p->kick, start, 1.25)) return KR_ERR_STEP_SIZE;
     const kr_status status = modified_kick_process(&p->kick, -1.0, &p->q, &p->m);
-    p->m = apply_modified_kick(&p->kick, p->q, p->m, 0.5);
+    p->m = v_add(p->m, modified_kick_push(&p->kick, p->q, 0.5));
     return status;
 }
 static kr_status veselov4_step(kr_motion *motion, double until)
@@ -47,7 +47,7 @@ static kr_status veselov4_step(kr_motion *motion, double until)
     veselov4_state *p = (veselov4_state *)motion->work;
     (void)until;
     const kr_status status = veselov_drift(motion, preprocess_moments(p), p->m, &p->q, &p->r);
-    p->m = apply_modified_kick(&p->kick, p->q, p->m, 1.0);
+    p->m = v_add(p->m, modified_kick_push(&p->kick, p->q, 1.0));
     motion->stats.evaluations++;
     return status;
 }
@@ -55,7 +55,7 @@ static void veselov4_read(const kr_motion *motion, kr_state *s)
 {
     const veselov4_state *p = (const veselov4_state *)motion->work;
     s->q = p->q;
-    s->m = apply_modified_kick(&p->kick, p->q, p->m, -0.5);
+    s->m = v_add(p->m, modified_kick_push(&p->kick, p->q, -0.5));
     modified_kick_process(&p->kick, 1.0, &s->q, &s->m);
 }
 
