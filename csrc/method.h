@@ -204,6 +204,7 @@ static inline kr_vec3 motion_velocity(const kr_motion *motion, kr_vec3 M)
 /* Returns lever + k J P for the vertical P in the body, with the gravity gradient k. */
 static inline kr_vec3 motion_lever(const kr_motion *motion, kr_vec3 P)
 {
+    if (motion->gradient == 0.0) return motion->lever;
     return v_axpy(motion->gradient, v_times(motion->inertia, P), motion->lever);
 }
 /* Returns the angular velocity of the support, along e1, e2, e3, in the units of the motion. It is
@@ -217,9 +218,7 @@ static inline kr_vec3 motion_turning(const kr_motion *motion)
 /* Returns the torque at attitude q: e3 x (q lever q*), with that of the gravity gradient. */
 static inline kr_vec3 motion_torque(const kr_motion *motion, kr_quat q)
 {
-    const kr_vec3 lever =
-        motion->gradient != 0.0 ? motion_lever(motion, q_vertical(q)) : motion->lever;
-    const kr_vec3 a = q_turn(q, lever);
+    const kr_vec3 a = q_turn(q, motion_lever(motion, q_vertical(q)));
     return v3(-a.y, a.x, 0.0);
 }
 #endif

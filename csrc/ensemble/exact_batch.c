@@ -52,7 +52,7 @@ static void store_top(kr_worker *worker, size_t i, const kr_exact_form *plan)
 {
     const kr_tops *tops = worker->tops;
     const double *t = kr_worker_times_of(tops, i);
-    kr_accumulator *accumulators = kr_worker_scalar_accumulators(worker);
+    kr_accumulator *accumulators = kr_worker_accumulators(worker, KR_LANES_MAX);
     kr_slot slot = {.top = i, .last = tops->scenes[i].start};
     kr_state block[STATES_PER_CALL];
     while (slot.states < tops->times && !worker->interrupted) {

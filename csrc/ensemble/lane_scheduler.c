@@ -88,16 +88,12 @@ static double replace_zero_difference(double apart, double moment, double h1, do
     const double least = KR_LEAST_FACTOR * moment + DBL_MIN;
     return (h1 != 0.0 || h2 != 0.0) && fabs(apart) < least ? least : apart;
 }
-/* Returns `torque` / `factor`, or -0 if there is no torque. */
-static double divide_torque(double torque, double factor)
-{
-    return torque == 0.0 ? -0.0 : torque / factor;
-}
 /* Returns the components of `torque` divided by those of `factor`, or -0 for each that is zero. */
-static kr_vec3 divide_torques(kr_vec3 torque, kr_vec3 factor)
+static kr_vec3 divide_torque(kr_vec3 torque, kr_vec3 factor)
 {
-    return v3(divide_torque(torque.x, factor.x), divide_torque(torque.y, factor.y),
-              divide_torque(torque.z, factor.z));
+    return v3(torque.x == 0.0 ? -0.0 : torque.x / factor.x,
+              torque.y == 0.0 ? -0.0 : torque.y / factor.y,
+              torque.z == 0.0 ? -0.0 : torque.z / factor.z);
 }
 /* Constants of the equations of motion for permuted body axes, in the units of the Taylor series.
  * The member `apart` holds the differences between the moments of inertia, which are stored in
@@ -128,8 +124,8 @@ static void set_lane_constants(kr_lanes *l, int lane, const shifted_constants *f
                   down = v_over(v_scale(-1.0, shift_axes(c, 1)), A);
     set_vector(l->k, lane, v_over(apart, A));
     set_vector(l->inner, lane, v3(apart.y / A.z, -apart.x / A.z, -h.z / A.z));
-    set_vector(l->shift_prev, lane, divide_torques(v_scale(-1.0, shift_axes(h, 2)), apart));
-    set_vector(l->shift_next, lane, divide_torques(shift_axes(h, 1), apart));
+    set_vector(l->shift_prev, lane, divide_torque(v_scale(-1.0, shift_axes(h, 2)), apart));
+    set_vector(l->shift_next, lane, divide_torque(shift_axes(h, 1), apart));
     set_vector(l->up, lane, up);
     set_vector(l->down, lane, down);
     set_vector(l->drag, lane, from->drag);
@@ -162,18 +158,6 @@ static void set_initial_tangent(const kr_worker *worker, const kr_top *top, doub
 /* Upper limit on the reciprocals of the moments of inertia, in internal units; beyond this limit,
  * the squared norm of a tangent could overflow. */
 #define MAX_INVERSE_MOMENT 0x1p300
-/* Stores the constants of the variational equations for one lane. */
-static void set_growth_constants(kr_lanes *l, int lane, const shifted_constants *from)
-{
-    kr_lane_tangents *g = l->tangents;
-    const kr_vec3 A = from->A, apart = from->apart;
-    set_vector(g->ahead, lane, v_over(v_scale(-1.0, shift_axes(apart, 1)), A));
-    set_vector(g->behind, lane, v_over(v_scale(-1.0, shift_axes(apart, 2)), A));
-    set_vector(g->per, lane, v_over(v3(1.0, 1.0, 1.0), A));
-    set_vector(g->moments, lane, A);
-    set_vector(g->c, lane, from->c);
-    set_vector(g->rotor, lane, with_negative_zeros(from->h));
-}
 /* Initializes the tangent of a lane. Returns 0 if the tangent overflows, if it is a combination of
  * the flow direction and a rotation about the vertical, or if a moment of inertia is too small. */
 static int begin_tangent(kr_worker *worker, int lane, double rate, int shift,
@@ -182,10 +166,15 @@ static int begin_tangent(kr_worker *worker, int lane, double rate, int shift,
     const kr_top *top = worker->fallback;
     kr_lanes *l = worker->lanes;
     kr_lane_tangents *g = l->tangents;
-    const kr_vec3 A = top->main.inertia;
+    const kr_vec3 A = constants->A, apart = constants->apart;
     kr_vec3 turn, push;
     set_initial_tangent(worker, top, rate, &turn, &push);
-    set_growth_constants(l, lane, constants);
+    set_vector(g->ahead, lane, v_over(v_scale(-1.0, shift_axes(apart, 1)), A));
+    set_vector(g->behind, lane, v_over(v_scale(-1.0, shift_axes(apart, 2)), A));
+    set_vector(g->per, lane, v_over(v3(1.0, 1.0, 1.0), A));
+    set_vector(g->moments, lane, A);
+    set_vector(g->c, lane, constants->c);
+    set_vector(g->rotor, lane, with_negative_zeros(constants->h));
     kr_growth others = g->end;
     set_vector(g->end.d[0], lane, shift_axes(turn, shift));
     set_vector(g->end.d[1], lane, shift_axes(push, shift));
@@ -243,7 +232,7 @@ static int set_next_goal(kr_worker *worker, int lane)
            slot->requested == slot->start;
          slot->requested = slot->start) {
         kr_worker_store_growth(worker, slot, NULL, 0);
-        kr_worker_store_state(worker, slot, kr_lane_accumulators(worker, lane),
+        kr_worker_store_state(worker, slot, kr_worker_accumulators(worker, lane),
                               &tops->scenes[slot->top].start);
     }
     if (slot->states == tops->times) {
@@ -287,7 +276,7 @@ static int store_sample(kr_worker *worker, int lane)
         return 0;
     }
     if (l->tangents) kr_worker_store_growth(worker, slot, worker->lanes->tangents->out, lane);
-    kr_worker_store_state(worker, slot, kr_lane_accumulators(worker, lane), &s);
+    kr_worker_store_state(worker, slot, kr_worker_accumulators(worker, lane), &s);
     return set_next_goal(worker, lane) && kr_lane_has_passed_goal(l, lane);
 }
 /* Samples the lanes in the bit mask `lanes` at all requested times within their last steps. */
@@ -347,10 +336,9 @@ void kr_scheduler_add(kr_worker *worker, size_t i)
     kr_slot *slot = &worker->slots[lane];
     const kr_config config = kr_worker_config_of(worker, i);
     const kr_scene *scene = &worker->tops->scenes[i];
-    const kr_slot empty = {.top = i, .last = scene->start};
     kr_scene unturned;
     double horizon = INFINITY;
-    *slot = empty;
+    *slot = (kr_slot){.top = i, .last = scene->start};
     if (kr_scene_turns(scene)) {
         horizon = kr_scene_horizon(scene);
         unturned = *scene;

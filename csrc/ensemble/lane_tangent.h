@@ -272,11 +272,6 @@ INLINE wide shorten_growth_substep(kr_lane_tangents *g, int order, wide h)
     }
     return wide_choose(is_long, wide_splat(0.0), h);
 }
-INLINE void expand_growth(kr_lanes *l, kr_lane_tangents *g, lane_deviation start)
-{
-    deviation_store(g->x[0], start);
-    for (int n = 0; n < l->order; n++) next_growth(l, g, n);
-}
 /* Computes new Taylor series for the motions in all lanes, expanded about the times `at`. */
 APART void begin_path_substep(kr_lanes *l, kr_lane_tangents *g, const double *at)
 {
@@ -295,11 +290,6 @@ APART void begin_path_substep(kr_lanes *l, kr_lane_tangents *g, const double *at
     lane_vec_store(substep->w[0], here.w);
     expand_lanes(substep, KR_LANES_HEADLESS);
 }
-INLINE lane_point choose_point(mask m, const lane_point *yes, const lane_point *no)
-{
-    return (lane_point){lane_vec_choose(m, yes->p, no->p), lane_vec_choose(m, yes->w, no->w),
-                        wide_splat(0.0)};
-}
 /* Propagates the tangent from the beginning of the step to the time `to`, using at most `most`
  * substeps. The argument `at` contains the vertical and the angular velocity of the top at the time
  * `to`. Sets `reached` to the time that the tangent in each SIMD lane has reached. Returns the
@@ -312,7 +302,8 @@ INLINE lane_deviation propagate_deviation(kr_lanes *l, kr_lane_tangents *g, wide
     lane_deviation d = deviation_load(g->begin.d);
     for (int parts = 1;; parts++) {
         const wide t = wide_load(path->t), left = to - t;
-        expand_growth(path, g, d);
+        deviation_store(g->x[0], d);
+        for (int n = 0; n < l->order; n++) next_growth(path, g, n);
         const lane_deviation all = sum_growth(g, l->order, left);
         const wide share = allowed_step_fraction(g, l->order, left, all);
         const mask whole_way = wide_equal(share, wide_splat(1.0));
@@ -322,8 +313,12 @@ INLINE lane_deviation propagate_deviation(kr_lanes *l, kr_lane_tangents *g, wide
         *reached = wide_choose(whole_way, to, t + h);
         wide_store(time, *reached);
         d = arrived ? all : sum_growth(g, l->order, h);
-        const lane_point there = arrived ? *at : sum_lanes(path, wide_load(time), 1),
-                         here = arrived ? *at : choose_point(whole_way, at, &there);
+        lane_point here = *at;
+        if (!arrived) {
+            const lane_point there = sum_lanes(path, wide_load(time), 1);
+            here.p = lane_vec_choose(whole_way, at->p, there.p);
+            here.w = lane_vec_choose(whole_way, at->w, there.w);
+        }
         const lane_deviation own = remove_trivial_solutions(g, &here, d);
         update_truncation(areas, last_square(g, l->order, h), d);
         *areas = add_substep_growth(path, g, h, own, *areas);

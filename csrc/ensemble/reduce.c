@@ -2,8 +2,7 @@
  * top are bitwise independent of the other tops, because the states of each top are processed in
  * the order of the requested times. Mean and variance use Welford's update (Technometrics 4, 1962),
  * which avoids cancellation. */
-#include "reduce.h"
-#include <math.h>
+#include "slots.h"
 
 /* Replaces the extremum and its time by x and t if `is_more_so` is nonzero. Sets the extremum and
  * its time to NaN if x is NaN. */

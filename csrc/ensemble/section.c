@@ -9,10 +9,6 @@
 #include "events/event_polynomial.h"
 #include "slots.h"
 
-int kr_section_suits_lanes(const kr_worker *worker)
-{
-    return kr_terms_are_linear(worker->event.count, worker->event.terms);
-}
 void kr_section_load_event(kr_worker *worker, int lane, double rate, int shift)
 {
     const kr_top *top = worker->fallback;
@@ -86,7 +82,7 @@ static int store_event(kr_worker *worker, int lane, double place)
         return 0;
     }
     if (!is_section_condition_true(worker, slot, &s)) return 1;
-    kr_worker_store_state(worker, slot, kr_lane_accumulators(worker, lane), &s);
+    kr_worker_store_state(worker, slot, kr_worker_accumulators(worker, lane), &s);
     return kr_section_set_goal(worker, lane);
 }
 void kr_section_search(kr_worker *worker, int lane)

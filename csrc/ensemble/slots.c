@@ -27,10 +27,6 @@ int kr_worker_poll_after_states(kr_worker *worker)
     if (worker->unpolled >= KR_WORKER_STATES_PER_POLL) kr_worker_poll(worker);
     return worker->interrupted;
 }
-int kr_worker_has_tangents(const kr_worker *worker)
-{
-    return worker->lanes && worker->lanes->tangents;
-}
 /* Returns a pointer to the tangent growth of a top at its k-th requested time, or NULL if no growth
  * is requested. */
 static double *growth_row(const kr_worker *worker, size_t top, size_t k)
@@ -120,7 +116,7 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
 {
     const kr_scene *scene = &worker->tops->scenes[i];
     kr_config config = kr_worker_config_of(worker, i);
-    kr_accumulator *accumulators = kr_worker_scalar_accumulators(worker);
+    kr_accumulator *accumulators = kr_worker_accumulators(worker, KR_LANES_MAX);
     kr_slot slot = {.top = i, .last = scene->start};
     kr_stats stats = {0};
     /* Skipping the heading would not make closed-form solutions faster, and is undefined on
@@ -149,16 +145,6 @@ void kr_lane_reset_growth(kr_growth *growth, int lane)
     growth->max[lane] = growth->last[lane] = growth->truncation[lane] = 0.0;
     growth->scale[lane] = 1.0;
 }
-/* Fills the tangent of an unused lane with finite numbers. */
-static void fill_unused_tangent(kr_lane_tangents *g, int lane)
-{
-    kr_lane_number *const none[] = {g->ahead, g->behind, g->per,     g->moments,
-                                    g->c,     g->rotor,  g->end.d[1]};
-    for (size_t i = 0; i < sizeof none / sizeof *none; i++)
-        set_vector(none[i], lane, v3(0.0, 0.0, 0.0));
-    set_vector(g->end.d[0], lane, v3(1.0, 0.0, 0.0));
-    kr_lane_reset_growth(&g->end, lane);
-}
 void kr_lane_park(kr_lanes *l, int lane)
 {
     kr_lane_number *const none[] = {l->end_w,   l->k,       l->up,         l->down,
@@ -174,7 +160,14 @@ void kr_lane_park(kr_lanes *l, int lane)
     l->goal[lane] = l->fall[lane] = l->max_steps[lane] = INFINITY;
     l->side[lane] = l->constant[lane] = 0.0;
     l->noise[lane] = -1.0; /* no event */
-    if (l->tangents) fill_unused_tangent(l->tangents, lane);
+    kr_lane_tangents *g = l->tangents;
+    if (!g) return;
+    kr_lane_number *const also[] = {g->ahead, g->behind, g->per,     g->moments,
+                                    g->c,     g->rotor,  g->end.d[1]};
+    for (size_t i = 0; i < sizeof also / sizeof *also; i++)
+        set_vector(also[i], lane, v3(0.0, 0.0, 0.0));
+    set_vector(g->end.d[0], lane, v3(1.0, 0.0, 0.0));
+    kr_lane_reset_growth(&g->end, lane);
 }
 /* Marks a lane as unused and loads a top at rest into it. */
 static void release_lane(kr_worker *worker, int lane)
@@ -192,7 +185,7 @@ void kr_lane_finish(kr_worker *worker, int lane, kr_status status)
 {
     kr_stats stats = {0};
     stats.steps = stats.evaluations = (int64_t)worker->lanes->steps[lane];
-    kr_worker_finish_top(worker, &worker->slots[lane], kr_lane_accumulators(worker, lane), status,
+    kr_worker_finish_top(worker, &worker->slots[lane], kr_worker_accumulators(worker, lane), status,
                          stats);
     release_lane(worker, lane);
 }

@@ -8,7 +8,6 @@
 #include "exact/exact.h"
 #include "lane_state.h"
 #include "model/scene.h"
-#include "reduce.h"
 
 enum { KR_BATCH = 64 /* number of tops that are dispatched together */ };
 
@@ -20,6 +19,19 @@ typedef struct kr_slot {
     double start_noise; /* in sections, smaller values count as zero until a first sign is known */
     kr_state last;
 } kr_slot;
+
+/* State of a reduction: the number `value`, and an auxiliary number `more`. For a variance, `value`
+ * is the mean, and `more` is the sum of the squared deviations from the mean. For other reductions,
+ * `value` is the current extremum, mean or last value, and `more` is the time of an extremum. */
+typedef struct kr_accumulator {
+    double value, more;
+} kr_accumulator;
+/* Updates the accumulators of all reductions with the k-th state of a top. */
+void kr_reduce_add(size_t n, const kr_reduction reduction[], kr_accumulator accumulators[],
+                   const kr_scene *scene, const kr_state *state, size_t k);
+/* Writes the final results of the reductions, where `states` is the number of states. */
+void kr_reduce_end(size_t n, const kr_reduction reduction[], const kr_accumulator accumulators[],
+                   size_t states, double out[]);
 
 /* Largest number of states between two calls of poll. */
 enum { KR_WORKER_STATES_PER_POLL = 1 << 16 };
@@ -54,18 +66,20 @@ int kr_worker_poll(kr_worker *worker);
 /* Calls the user's poll if many states have been stored since its last call. Returns nonzero if the
  * worker must stop. */
 int kr_worker_poll_after_states(kr_worker *worker);
-/* Returns 1 if the worker propagates tangents. */
-int kr_worker_has_tangents(const kr_worker *worker);
+static inline int kr_worker_has_tangents(const kr_worker *worker)
+{
+    return worker->lanes && worker->lanes->tangents;
+}
 /* Stores the growth of a lane's tangent for the next requested time, or zeros if `row` is NULL. */
 void kr_worker_store_growth(kr_worker *worker, const kr_slot *slot, kr_lane_number *row, int lane);
 /* Writes the outcome of a top and the results of its reductions. Sets all output elements that
  * were not computed to NaN. */
 void kr_worker_finish_top(kr_worker *worker, const kr_slot *slot,
                           const kr_accumulator *accumulators, kr_status status, kr_stats stats);
-/* Returns the accumulators for tops that are integrated by the scalar code. */
-static inline kr_accumulator *kr_worker_scalar_accumulators(const kr_worker *worker)
+/* Returns the accumulators of a lane or, for KR_LANES_MAX, those of the scalar code. */
+static inline kr_accumulator *kr_worker_accumulators(const kr_worker *worker, int lane)
 {
-    return worker->accumulators + KR_LANES_MAX * worker->reductions;
+    return worker->accumulators + (size_t)lane * worker->reductions;
 }
 /* Returns the maximum waiting time for the next event of top i, or 0 if no times are requested. */
 static inline double kr_worker_max_wait(const kr_worker *worker, size_t i)
@@ -101,11 +115,6 @@ static inline int kr_lane_has_passed_goal(const kr_lanes *l, int lane)
 {
     return l->forward[lane] * l->end[lane] >= l->forward[lane] * l->goal[lane];
 }
-/* Returns the accumulators for the statistics of the top in a SIMD lane. */
-static inline kr_accumulator *kr_lane_accumulators(const kr_worker *worker, int lane)
-{
-    return worker->accumulators + (size_t)lane * worker->reductions;
-}
 /* Returns the state of a lane that was sampled last, with its time set to t. */
 static inline kr_state kr_lane_read_sample(const kr_worker *worker, int lane, double t)
 {
@@ -135,8 +144,6 @@ void kr_scheduler_add(kr_worker *worker, size_t i);
 /* Advances the tops in all SIMD lanes until each has reached its last requested time or event. */
 void kr_scheduler_drain(kr_worker *worker);
 
-/* Returns 1 if the SIMD code can detect the event that defines the requested Poincare section. */
-int kr_section_suits_lanes(const kr_worker *worker);
 /* Stores the event function for the top in one SIMD lane, given the frequency unit `rate` and the
  * cyclic shift of the axes. */
 void kr_section_load_event(kr_worker *worker, int lane, double rate, int shift);

@@ -2,9 +2,8 @@
  * and writes the outcomes. Tops with closed-form solutions are evaluated in batches if possible;
  * all others are processed in vector lanes or by the scalar code (kr_top). The results for a top do
  * not depend on other tops. */
+#include "events/event_polynomial.h"
 #include "slots.h"
-#include "exact/exact.h"
-#include "model/scene.h"
 #include <stdlib.h>
 
 enum { LINE_DOUBLES = 8 /* doubles in 64 bytes */ };
@@ -35,7 +34,9 @@ static int suits_lanes(const kr_worker *worker, const kr_scene *scene)
 {
     kr_scene undamped = *scene;
     undamped.damping = v3(0.0, 0.0, 0.0);
-    if (!worker->isa || (worker->is_section && !kr_section_suits_lanes(worker))) return 0;
+    if (!worker->isa ||
+        (worker->is_section && !kr_terms_are_linear(worker->event.count, worker->event.terms)))
+        return 0;
     return !kr_scene_is_disturbed(&undamped) ||
            (!worker->is_section && !kr_scene_excludes_exact(scene, 1));
 }

@@ -63,8 +63,7 @@ int kr_gsl_rates(double t, const double y[], double rate[], void *params)
     const kr_quat q = ode_attitude(y);
     const kr_vec3 W = ode_velocity(y), I = motion->inertia;
     const kr_vec3 M = motion_add_rotor(motion, v_times(I, W)), P = q_vertical(q),
-                  lever = motion->gradient != 0.0 ? motion_lever(motion, P) : motion->lever,
-                  torque = v_add(v_cross(M, W), v_cross(P, lever));
+                  torque = v_add(v_cross(M, W), v_cross(P, motion_lever(motion, P)));
     (void)t;
     put_vector_at(rate, turn_with_support(motion, q, q_mul(q, q4(0.0, W))), v_over(torque, I));
     motion->stats.evaluations++;
@@ -76,7 +75,9 @@ int kr_gsl_jacobian(double t, const double y[], double *jacobian, double rate_t[
 {
     kr_motion *motion = params;
     const kr_quat q = ode_attitude(y), e3 = q4(0.0, v3(0.0, 0.0, 1.0));
-    const kr_vec3 W = ode_velocity(y), I = motion->inertia;
+    const kr_vec3 W = ode_velocity(y), I = motion->inertia,
+                  M = motion_add_rotor(motion, v_times(I, W)), P = q_vertical(q),
+                  lever = motion_lever(motion, P);
     (void)t;
     for (int j = 0; j < GSL_SIZE; j++) {
         double along[GSL_SIZE] = {0.0}, column[GSL_SIZE];
@@ -85,14 +86,11 @@ int kr_gsl_jacobian(double t, const double y[], double *jacobian, double rate_t[
                       turn = q_add(q_mul(dq, q4(0.0, W)), q_mul(q, q4(0.0, ode_velocity(along))));
         const kr_vec3 dW = ode_velocity(along),
                       dP = v_scale(2.0, q_vec(q_mul(q_conj(q), q_mul(e3, dq))));
-        const kr_vec3 M = motion_add_rotor(motion, v_times(I, W)), P = q_vertical(q),
-                      lever = motion->gradient != 0.0 ? motion_lever(motion, P) : motion->lever,
-                      steep = v_scale(motion->gradient, v_cross(P, v_times(I, dP))),
-                      pull = v_cross(dP, lever);
         kr_vec3 gyration = v_add(v_cross(v_times(I, dW), W), v_cross(M, dW));
-        if (motion->gradient != 0.0) gyration = v_add(gyration, steep);
+        if (motion->gradient != 0.0)
+            gyration = v_add(gyration, v_scale(motion->gradient, v_cross(P, v_times(I, dP))));
         put_vector_at(column, turn_with_support(motion, dq, turn),
-                      v_over(v_add(gyration, pull), I));
+                      v_over(v_add(gyration, v_cross(dP, lever)), I));
         for (int i = 0; i < GSL_SIZE; i++) jacobian[GSL_SIZE * i + j] = column[i];
         rate_t[j] = 0.0;
     }

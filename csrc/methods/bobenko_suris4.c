@@ -23,9 +23,9 @@ typedef struct {
 /* Returns the momentum after a modified kick of `part` times the full strength. */
 static kr_vec3 apply_corrected_kick(const bobenko_suris4_state *p, double part)
 {
-    const kr_vec3 a = q_axis(p->o.q);
-    const double bu = p->b * a.z, k = part * p->o.kick_strength * ((1.0 - bu) / (1.0 + bu * bu));
-    return v3(p->o.m.x - k * a.y, p->o.m.y + k * a.x, p->o.m.z);
+    const double bu = p->b * q_axis(p->o.q).z;
+    return bobenko_suris_momentum_after_kick(&p->o, part * p->o.kick_strength *
+                                                        ((1.0 - bu) / (1.0 + bu * bu)));
 }
 static kr_status bobenko_suris4_reset(kr_motion *motion, const kr_state *start)
 {

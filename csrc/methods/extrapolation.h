@@ -188,10 +188,9 @@ static inline kr_status gbs_reset(kr_motion *motion, const kr_state *start, cons
     gbs_path *p = (gbs_path *)motion->work;
     const double row = fmin(0.6 * -log10(gbs_tolerance(motion)) + 1.5, GBS_ROWS - 1);
     const double h = motion->step != 0.0 ? fabs(motion->step) : 0.1;
-    const gbs_control next = {.h = h, .target = row < 2.0 ? 2 : (int)row, .first = 1};
     form->begin(motion, start, p->y);
     p->q = start->q;
-    p->next = next;
+    p->next = (gbs_control){.h = h, .target = row < 2.0 ? 2 : (int)row, .first = 1};
     return KR_OK;
 }
 /* Accepts a trial step, which ends at the time `end` in internal units. The sign of q is chosen to

@@ -36,22 +36,18 @@ static inline modified_kick modified_kick_begin(const kr_motion *motion)
                            motion->rotor, h,
                            -h * h / 12.0, lagrange};
 }
-/* Returns q L q*. For a Lagrange top with symmetry axis a, returns (A - k A^2 <a,e3> / I1) a, which
- * is cheaper to compute and has the same cross product with the vertical. */
-static inline kr_vec3 modified_kick_lever(const modified_kick *kick, kr_quat q)
-{
-    const kr_vec3 A = kick->lever;
-    if (kick->lagrange) {
-        const kr_vec3 a = q_axis(q);
-        return v_scale(A.z - kick->k * kick->inverse.x * (A.z * A.z) * a.z, a);
-    }
-    return q_turn(
-        q, v_axpy(kick->k, v_cross(A, v_times(kick->inverse, v_cross(q_vertical(q), A))), A));
-}
-/* Returns the change in momentum due to a kick scaled by `part`. */
+/* Returns the change in momentum due to a kick scaled by `part`. For a Lagrange top with symmetry
+ * axis a, q L q* is replaced by (A - k A^2 <a,e3> / I1) a, which is cheaper to compute and has the
+ * same cross product with the vertical. */
 static inline kr_vec3 modified_kick_push(const modified_kick *kick, kr_quat q, double part)
 {
-    const kr_vec3 a = modified_kick_lever(kick, q);
+    const kr_vec3 A = kick->lever;
+    kr_vec3 a = q_axis(q);
+    if (kick->lagrange)
+        a = v_scale(A.z - kick->k * kick->inverse.x * (A.z * A.z) * a.z, a);
+    else
+        a = q_turn(
+            q, v_axpy(kick->k, v_cross(A, v_times(kick->inverse, v_cross(q_vertical(q), A))), A));
     return v3(-part * kick->h * a.y, part * kick->h * a.x, 0.0);
 }
 /* Returns 1 if the rotation of the top per step does not exceed `most` radians. The angle of

@@ -48,10 +48,12 @@ typedef struct splitting {
 static inline void splitting_begin(splitting *s, const kr_motion *motion, const kr_state *start)
 {
     const kr_vec3 I = motion->inertia;
-    const splitting fresh = {.q = start->q, .m = start->m, .round = motion->step / I.y};
-    *s = fresh;
-    s->t = 0.5 * motion->step * ((I.y - I.z) / (I.z * I.y));
-    s->rotor = v_scale(-0.5 * motion->step, v_over(motion->rotor, I));
+    *s = (splitting){.q = start->q,
+                     .m = start->m,
+                     .round = motion->step / I.y,
+                     .t = 0.5 * motion->step * ((I.y - I.z) / (I.z * I.y)),
+                     .rotor = v_scale(-0.5 * motion->step, v_over(motion->rotor, I)),
+                     .turning = v_scale(-0.5 * motion->step, motion_turning(motion))};
     if (fabs(I.y - I.x) > 4.0 * DBL_EPSILON * I.y)
         s->n = 0.5 * motion->step * ((I.y - I.x) / (I.x * I.y));
     else if (motion->lever.x == 0.0 && motion->lever.y == 0.0 && s->rotor.x == 0.0 &&
@@ -62,7 +64,6 @@ static inline void splitting_begin(splitting *s, const kr_motion *motion, const 
         s->t = 0.0;
         s->rotor.z = 0.0;
     }
-    s->turning = v_scale(-0.5 * motion->step, motion_turning(motion));
     s->extra = v_largest(s->rotor) + v_largest(s->turning);
 }
 

@@ -8,9 +8,8 @@
  * the symplectic form only up to a bounded error of order h^6. Steps in which the top may rotate by
  * more than 2.5 rad are refused. Lagrange tops may rotate by larger angles per step, because their
  * drift is exact. */
-#include "compose.h"
+#include "composition.h"
 #include "modified_kick.h"
-#include "splitting.h"
 
 typedef struct {
     splitting s; /* m is half a kick ahead; the processor is not applied to m and q */

@@ -30,19 +30,10 @@ INLINE void set_deviation(kr_tangent *g, turned_deviation *d, int n, triple turn
     d->push[n] = turned_of(push);
     d->cross[n] = turned_of(triple_fma(up, triple_prev(turn), triple_mul(down, triple_next(turn))));
 }
-/* Returns the n-th coefficient of the torque due to a change of the lever arm. */
-INLINE triple lever_torque(const kr_series *s, const kr_tangent *g, int n)
+INLINE triple triple_cross(triple a, triple b)
 {
-    const triple p = triple_of(s->x[n] + 4), b = load_triple(g->lever);
-    return triple_sub(triple_mul(triple_next(p), triple_prev(b)),
-                      triple_mul(triple_prev(p), triple_next(b)));
-}
-/* Returns the n-th coefficient of the cross product of the rotor momentum h and theta. */
-INLINE triple rotor_turn(const kr_tangent *g, int n)
-{
-    const triple h = triple_of(g->rotor), turn = load_triple(g->x[n]);
-    return triple_sub(triple_mul(triple_next(h), triple_prev(turn)),
-                      triple_mul(triple_prev(h), triple_next(turn)));
+    return triple_sub(triple_mul(triple_next(a), triple_prev(b)),
+                      triple_mul(triple_prev(a), triple_next(b)));
 }
 /* Returns the damping term of the variational equations, which the caller subtracts. `rate` is the
  * time derivative of the rotation vector theta. The cross product of theta and the angular velocity
@@ -78,9 +69,10 @@ INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *
     triple own = load_push(g, n), force = triple_sub(halves_first(pushed), halves_second(pushed));
     if (g->changes != 0.0) {
         own = triple_sub(own, triple_mul(load_triple(g->moments), triple_of(s->w[n])));
-        force = triple_add(force, lever_torque(s, g, n));
+        force = triple_add(force, triple_cross(triple_of(s->x[n] + 4), load_triple(g->lever)));
     }
-    if (g->gyrostat != 0.0) own = triple_add(own, rotor_turn(g, n));
+    if (g->gyrostat != 0.0)
+        own = triple_add(own, triple_cross(triple_of(g->rotor), load_triple(g->x[n])));
     if (n == 0 && g->rotor_changes != 0.0) own = triple_sub(own, load_triple(g->rotor_of));
     if (g->drag_changes != 0.0)
         force = triple_sub(force, triple_mul(load_triple(g->drags), triple_of(s->w[n])));

@@ -35,7 +35,7 @@ typedef struct {
     kr_tangent *first;
     size_t n, batches, structs; /* numbers of tangents, of batches, and of structs of high words */
     size_t words;               /* structs that hold the words of the same numbers */
-} tangents;
+} tangent_set;
 
 static size_t words_of(int digits) { return digits > 16 ? 2 : 1; }
 static size_t count_batches(size_t n)
@@ -65,20 +65,20 @@ static const kr_isa *base_isa(void)
     while (kr_taylor_isa(i + 1)) i++;
     return kr_taylor_isa(i);
 }
-static tangents tangents_of(const kr_motion *motion, double *memory, size_t n)
+static tangent_set tangents_of(const kr_motion *motion, double *memory, size_t n)
 {
     tangent_work *work = (tangent_work *)memory;
     const kr_isa *known = kr_taylor_isa_of(motion), *isa = known ? known : base_isa();
     const size_t batches = work->moving != 0.0 ? 0 : count_batches(n);
-    return (tangents){.motion = motion,
-                      .kernel = motion->digits > 16 ? isa->deep_tangents : isa->tangents,
-                      .order = ((const kr_kernel *)motion->aux)->order,
-                      .work = work,
-                      .first = (kr_tangent *)(work + 1),
-                      .n = n,
-                      .batches = batches,
-                      .structs = count_structs(n, batches),
-                      .words = words_of(motion->digits)};
+    return (tangent_set){.motion = motion,
+                         .kernel = motion->digits > 16 ? isa->deep_tangents : isa->tangents,
+                         .order = ((const kr_kernel *)motion->aux)->order,
+                         .work = work,
+                         .first = (kr_tangent *)(work + 1),
+                         .n = n,
+                         .batches = batches,
+                         .structs = count_structs(n, batches),
+                         .words = words_of(motion->digits)};
 }
 
 /* Where the numbers of a tangent are in memory: in the struct `from` and, in a batch, in those that
@@ -88,7 +88,7 @@ typedef struct {
     kr_tangent *from;
     size_t first, stride;
 } deviation_address;
-static deviation_address address_of(const tangents *t, size_t i)
+static deviation_address address_of(const tangent_set *t, size_t i)
 {
     const size_t batched = KR_DEVIATION_BATCH * t->batches, structs = KR_DEVIATION_BATCH_STRUCTS;
     if (i >= batched)
@@ -107,7 +107,7 @@ static double *component_address(const deviation_address *at, double *numbers, s
 }
 
 /* Writes a vector, with its low words if more than 16 digits are requested. */
-static void put_vector(const tangents *t, double *high, size_t stride, vec_dd v)
+static void put_vector(const tangent_set *t, double *high, size_t stride, vec_dd v)
 {
     const double words[2][3] = {{v.x.hi, v.y.hi, v.z.hi}, {v.x.lo, v.y.lo, v.z.lo}};
     for (size_t word = 0; word < t->words; word++)
@@ -115,25 +115,25 @@ static void put_vector(const tangents *t, double *high, size_t stride, vec_dd v)
             high[word * sizeof(kr_tangent) / sizeof(double) + i * stride] = words[word][i];
 }
 /* Stores a vector as components k to k + 2 of a tangent. */
-static void put_components(const tangents *t, const deviation_address *at, double *numbers,
+static void put_components(const tangent_set *t, const deviation_address *at, double *numbers,
                            size_t k, vec_dd v)
 {
     put_vector(t, component_address(at, numbers, k), at->stride, v);
 }
 /* Reads a number. Negative zeros are replaced by positive zeros, because the sign of a zero may
  * depend on other tangents in the batch. */
-static dd get_number(const tangents *t, const double *high)
+static dd get_number(const tangent_set *t, const double *high)
 {
     return (dd){*high + 0.0, t->words > 1 ? high[sizeof(kr_tangent) / sizeof(double)] + 0.0 : 0.0};
 }
-static vec_dd get_components(const tangents *t, const deviation_address *at, double *numbers,
+static vec_dd get_components(const tangent_set *t, const deviation_address *at, double *numbers,
                              size_t k)
 {
     const double *high = component_address(at, numbers, k);
     return (vec_dd){get_number(t, high), get_number(t, high + at->stride),
                     get_number(t, high + 2 * at->stride)};
 }
-static void set_constants(const tangents *t, kr_tangent *g)
+static void set_constants(const tangent_set *t, kr_tangent *g)
 {
     const kr_motion *motion = t->motion;
     const double rate = taylor_of(motion)->rate;
@@ -154,7 +154,7 @@ static void set_constants(const tangents *t, kr_tangent *g)
 }
 /* Sets the derivatives of the equations of motion with respect to the parameter that belongs to the
  * tangent. */
-static void set_changes(const tangents *t, const deviation_address *at, const kr_seed *seed)
+static void set_changes(const tangent_set *t, const deviation_address *at, const kr_seed *seed)
 {
     const double rate = taylor_of(t->motion)->rate, square = rate * rate;
     kr_tangent *g = at->from;
@@ -175,7 +175,7 @@ static void set_changes(const tangents *t, const deviation_address *at, const kr
     g->drag_changes = fmax(g->drag_changes, v_largest(seed->damping));
 }
 /* Updates the tangents if the friction torque jumps at the end of the last step. */
-static void pass_stop(const tangents *t)
+static void pass_stop(const tangent_set *t)
 {
     const kr_taylor *p = taylor_of(t->motion);
     dd factor;
@@ -203,7 +203,7 @@ static void tangents_begin(const kr_motion *motion, double *memory, size_t n, co
     memset(memory, 0, count_doubles(motion->digits, n) * sizeof(double));
     p->has_tangents = 1.0;
     ((tangent_work *)memory)->moving = needs_support_terms(motion, n, seeds);
-    const tangents t = tangents_of(motion, memory, n);
+    const tangent_set t = tangents_of(motion, memory, n);
     t.work->from = t.work->to = s->end;
     for (size_t i = 0; i < t.structs; i++) set_constants(&t, t.first + i * t.words);
     for (size_t i = 0; i < n; i++) {
@@ -234,7 +234,7 @@ static double square_of(const deviation_address *at, double *numbers)
 }
 /* Evaluates all tangents at the time path->at, and stores the values in `substep_end`. Returns the
  * largest relative truncation error, or INFINITY if a tangent is not finite. */
-static double sum_tangents(const tangents *t)
+static double sum_tangents(const tangent_set *t)
 {
     const double *to = &t->work->path->at;
     const double power = pow(*to - t->first->t, t->order);
@@ -252,7 +252,7 @@ static double sum_tangents(const tangents *t)
     }
     return worst;
 }
-static void expand_tangents(const tangents *t)
+static void expand_tangents(const tangent_set *t)
 {
     const kr_series *path = t->work->path;
     const size_t batched = KR_DEVIATION_BATCH_STRUCTS * t->batches;
@@ -265,31 +265,15 @@ static void expand_tangents(const tangents *t)
     if (t->structs > batched)
         t->kernel->expand(path, t->first + batched * t->words, t->structs - batched, t->order);
 }
-/* Starts new Taylor series of the path and of the tangents at the time `at`. */
-static void restart_series(const tangents *t)
-{
-    const kr_kernel *kernel = t->motion->aux;
-    const kr_taylor *p = taylor_of(t->motion);
-    kr_series *path = t->work->path;
-    kr_taylor_end_at(path, kernel);
-    for (size_t word = 0; word < t->words; word++) path[word].t = path[word].end;
-    if (path->linear > 1.0) supports->place(path, t->motion, p->rate);
-    kernel->advance(path, p->log2_tol, 1.0);
-    for (size_t i = 0; i < t->structs * t->words; i++) {
-        kr_tangent *g = t->first + i;
-        g->t = path[i % t->words].t;
-        memcpy(g->x[0], g->substep_end, sizeof g->substep_end);
-    }
-}
 /* Returns the largest admissible relative truncation error of a tangent. */
-static double truncation_tolerance(const tangents *t)
+static double truncation_tolerance(const tangent_set *t)
 {
     return rest_over_tolerance * exp2(taylor_of(t->motion)->log2_tol);
 }
 /* Computes the Taylor series of the tangents for one substep. The substep ends at the end of the
  * step, or earlier if the truncation error of a tangent would be too large. Returns the largest
  * relative truncation error of the tangents at the end of the substep. */
-static double expand_substep(const tangents *t)
+static double expand_substep(const tangent_set *t)
 {
     const double most = truncation_tolerance(t), from = t->first->t;
     tangent_work *c = t->work;
@@ -310,7 +294,7 @@ static double expand_substep(const tangents *t)
 }
 /* Computes the Taylor series of the tangents for the first substep of the last step. Returns the
  * largest relative truncation error of the tangents at the end of this substep. */
-static double expand_first_substep(const tangents *t)
+static double expand_first_substep(const tangent_set *t)
 {
     tangent_work *c = t->work;
     for (size_t i = 0; i < t->structs * t->words; i++) {
@@ -322,18 +306,29 @@ static double expand_first_substep(const tangents *t)
     c->substep = 1.0;
     return expand_substep(t);
 }
-/* Computes the Taylor series of the tangents for the next substep. Returns the largest relative
- * truncation error of the tangents at the end of the next substep. */
-static double expand_next_substep(const tangents *t)
+/* Starts new Taylor series of the path and of the tangents at the end of the substep in memory.
+ * Returns the largest relative truncation error of the tangents at the end of the next substep. */
+static double expand_next_substep(const tangent_set *t)
 {
-    restart_series(t);
+    const kr_kernel *kernel = t->motion->aux;
+    const kr_taylor *p = taylor_of(t->motion);
+    kr_series *path = t->work->path;
+    kr_taylor_end_at(path, kernel);
+    for (size_t word = 0; word < t->words; word++) path[word].t = path[word].end;
+    if (path->linear > 1.0) supports->place(path, t->motion, p->rate);
+    kernel->advance(path, p->log2_tol, 1.0);
+    for (size_t i = 0; i < t->structs * t->words; i++) {
+        kr_tangent *g = t->first + i;
+        g->t = path[i % t->words].t;
+        memcpy(g->x[0], g->substep_end, sizeof g->substep_end);
+    }
     t->work->substep += 1.0;
     return expand_substep(t);
 }
 /* Propagates all tangents over the last step of the path. Returns the largest relative truncation
  * error of all substeps. Returns INFINITY if a tangent overflows, if a substep cannot be made short
  * enough, or if MAX_SUBSTEPS substeps do not suffice. */
-static double propagate_over_substeps(const tangents *t)
+static double propagate_over_substeps(const tangent_set *t)
 {
     const double most = truncation_tolerance(t);
     tangent_work *c = t->work;
@@ -351,7 +346,7 @@ static double propagate_over_substeps(const tangents *t)
 static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_series *s = taylor_of(motion)->series;
-    const tangents t = tangents_of(motion, memory, n);
+    const tangent_set t = tangents_of(motion, memory, n);
     const size_t all = t.structs * t.words;
     kr_tangent *first = t.first;
     for (size_t i = 0; i < all; i++) memcpy(first[i].begin, first[i].end, sizeof first->end);
@@ -371,7 +366,7 @@ static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t
 /* Computes the Taylor series of the tangents for the substep that contains the time `to`, unless
  * these series are already in memory. Substeps are rarely recomputed, because the requested times
  * usually increase from call to call. */
-static void find_substep(const tangents *t, double to)
+static void find_substep(const tangent_set *t, double to)
 {
     const tangent_work *c = t->work;
     const double forward = c->to < c->from ? -1.0 : 1.0;
@@ -380,7 +375,7 @@ static void find_substep(const tangents *t, double to)
         expand_next_substep(t);
 }
 /* Evaluates all tangents at the sampled time in the last step, and stores them in `at`. */
-static void evaluate_tangents(const tangents *t)
+static void evaluate_tangents(const tangent_set *t)
 {
     const kr_series *s = taylor_of(t->motion)->series;
     const tangent_work *c = t->work;
@@ -397,7 +392,7 @@ static void evaluate_tangents(const tangents *t)
 /* Converts a momentum change from the body frame to the space frame. If at most 16 digits are
  * requested, the vector is rotated in double precision, because double-double arithmetic would
  * dominate the run time. */
-static vec_dd push_in_space(const tangents *t, quat_dd q, vec_dd push)
+static vec_dd push_in_space(const tangent_set *t, quat_dd q, vec_dd push)
 {
     return vdd_scale_exactly(taylor_of(t->motion)->rate,
                              t->words > 1 ? qdd_turn(q, push)
@@ -407,7 +402,7 @@ static void tangents_at(const kr_motion *motion, kr_quat attitude, double *memor
                         kr_deviation out[])
 {
     const quat_dd q = q_dd(attitude, motion->low.q);
-    const tangents t = tangents_of(motion, memory, n);
+    const tangent_set t = tangents_of(motion, memory, n);
     evaluate_tangents(&t);
     for (size_t i = 0; i < n; i++) {
         const deviation_address from = address_of(&t, i);

@@ -122,27 +122,28 @@ static void put_point(float point[3], kr_vec3 v)
     point[1] = (float)v.y;
     point[2] = (float)v.z;
 }
-static int64_t trail_stride(const kr_trail *trail) { return trail->steps < KR_MESH_POINTS ? 1 : 2; }
-int kr_mesh_trail(const kr_body *body, const kr_trail *trail, double radius, float point[][3])
+/* Writes the points of a trail: of the apex, which is `apex` in the body and approaches the centre
+ * with its age, or if `apex` is NULL of the momentum. */
+static int write_trail(const kr_trail *trail, const kr_vec3 *apex, double scale, float point[][3])
 {
-    const kr_vec3 apex = apex_in_body(body);
-    const int64_t stride = trail_stride(trail), oldest = trail->steps - trail->size;
+    const int64_t stride = trail->steps < KR_MESH_POINTS ? 1 : 2,
+                  oldest = trail->steps - trail->size;
     int n = 0;
     for (int64_t k = trail->steps; k >= 0 && k > oldest && n < KR_MESH_POINTS; k -= stride, n++) {
-        const kr_quat q = trail->attitude[k % trail->size];
-        const double out = radius * (1.0 - 0.02 * n / (double)KR_MESH_POINTS);
-        put_point(point[n], v_scale(out, q_turn(q, apex)));
+        const double out = apex ? scale * (1.0 - 0.02 * n / (double)KR_MESH_POINTS) : scale;
+        put_point(point[n], v_scale(out, apex ? q_turn(trail->attitude[k % trail->size], *apex)
+                                              : trail->momentum[k % trail->size]));
     }
     return n;
 }
-
+int kr_mesh_trail(const kr_body *body, const kr_trail *trail, double radius, float point[][3])
+{
+    const kr_vec3 apex = apex_in_body(body);
+    return write_trail(trail, &apex, radius, point);
+}
 int kr_mesh_momentum_trail(const kr_trail *trail, double scale, float point[][3])
 {
-    const int64_t stride = trail_stride(trail), oldest = trail->steps - trail->size;
-    int n = 0;
-    for (int64_t k = trail->steps; k >= 0 && k > oldest && n < KR_MESH_POINTS; k -= stride, n++)
-        put_point(point[n], v_scale(scale, trail->momentum[k % trail->size]));
-    return n;
+    return write_trail(trail, NULL, scale, point);
 }
 
 /* Computes the semi-axes of the rod's cross section, which lie along the two principal axes farther
@@ -152,15 +153,14 @@ int kr_mesh_momentum_trail(const kr_trail *trail, double scale, float point[][3]
 static void cross_section(const kr_body *body, kr_vec3 apex, double radius, double power,
                           kr_vec3 side[2])
 {
-    const kr_vec3 e[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
     const double moment[3] = {body->inertia.x, body->inertia.y, body->inertia.z};
     const kr_vec3 a = q_turn_back(body->axes, apex);
     const double along[3] = {fabs(a.x), fabs(a.y), fabs(a.z)};
     const int k = along[2] >= fmax(along[0], along[1]) ? 2 : along[1] >= along[0], i = (k + 1) % 3,
               j = (k + 2) % 3;
     const double most = fmax(moment[i], moment[j]);
-    side[0] = q_turn(body->axes, v_scale(radius * pow(moment[j] / most, power), e[i]));
-    side[1] = q_turn(body->axes, v_scale(radius * pow(moment[i] / most, power), e[j]));
+    side[0] = q_turn(body->axes, v_scale(radius * pow(moment[j] / most, power), v_axis(i)));
+    side[1] = q_turn(body->axes, v_scale(radius * pow(moment[i] / most, power), v_axis(j)));
 }
 int kr_mesh_rod(const kr_body *body, const kr_trail *trail, double scale, double radius,
                 double power, float point[][3])
