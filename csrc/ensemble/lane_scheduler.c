@@ -220,34 +220,6 @@ static int load_lane(kr_worker *worker, int lane)
     return !l->tangents || begin_tangent(worker, lane, p.rate, shift, &constants);
 }
 
-/* Sets the goal of a lane, up to which it integrates, to the next requested time. If a requested
- * time equals the initial time, the initial state itself is stored. Returns 0 and frees the SIMD
- * lane if the top is finished or must be integrated by the scalar code. */
-static int set_next_goal(kr_worker *worker, int lane)
-{
-    kr_slot *slot = &worker->slots[lane];
-    const kr_tops *tops = worker->tops;
-    const double *t = kr_worker_times_of(tops, slot->top);
-    for (; slot->states < tops->times && t[slot->states] == slot->start &&
-           slot->requested == slot->start;
-         slot->requested = slot->start) {
-        kr_worker_store_growth(worker, slot, NULL, 0);
-        kr_worker_store_state(worker, slot, kr_worker_accumulators(worker, lane),
-                              &tops->scenes[slot->top].start);
-    }
-    if (slot->states == tops->times) {
-        kr_lane_finish(worker, lane, KR_OK);
-        return 0;
-    }
-    const double next = t[slot->states];
-    if (!(fabs(next) < slot->horizon) || !(slot->forward * (next - slot->requested) >= 0.0)) {
-        kr_lane_fall_back(worker, lane);
-        return 0;
-    }
-    slot->requested = next;
-    worker->lanes->goal[lane] = slot->rate * ((next - slot->start) / slot->time_unit);
-    return 1;
-}
 /* Returns 1 if the last step in a SIMD lane is valid. Steps of length 0 are invalid. */
 static int is_good_step(const kr_lanes *l, int lane)
 {
@@ -277,7 +249,7 @@ static int store_sample(kr_worker *worker, int lane)
     }
     if (l->tangents) kr_worker_store_growth(worker, slot, worker->lanes->tangents->out, lane);
     kr_worker_store_state(worker, slot, kr_worker_accumulators(worker, lane), &s);
-    return set_next_goal(worker, lane) && kr_lane_has_passed_goal(l, lane);
+    return kr_lane_set_goal(worker, lane) && kr_lane_has_passed_goal(l, lane);
 }
 /* Samples the lanes in the bit mask `lanes` at all requested times within their last steps. */
 static void sample_lanes(kr_worker *worker, unsigned lanes)
@@ -363,10 +335,7 @@ void kr_scheduler_add(kr_worker *worker, size_t i)
     }
     slot->horizon = fmin(slot->horizon, horizon);
     worker->busy |= 1u << lane;
-    if (worker->is_section)
-        kr_section_set_goal(worker, lane);
-    else
-        set_next_goal(worker, lane);
+    kr_lane_set_goal(worker, lane);
 }
 void kr_scheduler_drain(kr_worker *worker)
 {

@@ -24,23 +24,6 @@ void kr_section_load_event(kr_worker *worker, int lane, double rate, int shift)
     l->noise[lane] = KR_TERMS_UNSURE * size;
     worker->slots[lane].start_noise = KR_TERMS_START * size;
 }
-int kr_section_set_goal(kr_worker *worker, int lane)
-{
-    kr_slot *slot = &worker->slots[lane];
-    const double until = slot->last.t + kr_worker_max_wait(worker, slot->top);
-    if (slot->states == worker->tops->times) {
-        kr_lane_finish(worker, lane, KR_OK);
-        return 0;
-    }
-    if (!(fabs(until) < slot->horizon)) {
-        kr_lane_fall_back(worker, lane);
-        return 0;
-    }
-    slot->requested = until;
-    worker->lanes->goal[lane] = slot->rate * ((until - slot->start) / slot->time_unit);
-    return 1;
-}
-
 /* Returns 1 if the state `s` satisfies the condition of the event. */
 static int is_section_condition_true(const kr_worker *worker, const kr_slot *slot,
                                      const kr_state *s)
@@ -83,7 +66,7 @@ static int store_event(kr_worker *worker, int lane, double place)
     }
     if (!is_section_condition_true(worker, slot, &s)) return 1;
     kr_worker_store_state(worker, slot, kr_worker_accumulators(worker, lane), &s);
-    return kr_section_set_goal(worker, lane);
+    return kr_lane_set_goal(worker, lane);
 }
 void kr_section_search(kr_worker *worker, int lane)
 {

@@ -189,12 +189,42 @@ void kr_lane_finish(kr_worker *worker, int lane, kr_status status)
                          stats);
     release_lane(worker, lane);
 }
+/* Returns the time t of a top in a lane, in the units of its Taylor series. */
+static double clock_of(const kr_slot *slot, double t)
+{
+    return slot->rate * ((t - slot->start) / slot->time_unit);
+}
+int kr_lane_set_goal(kr_worker *worker, int lane)
+{
+    kr_slot *slot = &worker->slots[lane];
+    const kr_tops *tops = worker->tops;
+    const double *t = kr_worker_times_of(tops, slot->top);
+    while (!worker->is_section && slot->states < tops->times && t[slot->states] == slot->start &&
+           slot->requested == slot->start) {
+        kr_worker_store_growth(worker, slot, NULL, 0);
+        kr_worker_store_state(worker, slot, kr_worker_accumulators(worker, lane),
+                              &tops->scenes[slot->top].start);
+    }
+    if (slot->states == tops->times) {
+        kr_lane_finish(worker, lane, KR_OK);
+        return 0;
+    }
+    const double until =
+        worker->is_section ? slot->last.t + kr_worker_max_wait(worker, slot->top) : t[slot->states];
+    if (!(fabs(until) < slot->horizon) || !(slot->forward * (until - slot->requested) >= 0.0)) {
+        kr_lane_fall_back(worker, lane);
+        return 0;
+    }
+    slot->requested = until;
+    worker->lanes->goal[lane] = clock_of(slot, until);
+    return 1;
+}
 kr_state kr_lane_sample(kr_worker *worker, int lane, double t)
 {
     const kr_slot *slot = &worker->slots[lane];
     kr_lanes *l = worker->lanes;
     memcpy(l->at, l->end, sizeof l->at);
-    l->at[lane] = slot->rate * ((t - slot->start) / slot->time_unit);
+    l->at[lane] = clock_of(slot, t);
     worker->isa->sample(l);
     return kr_lane_read_sample(worker, lane, t);
 }

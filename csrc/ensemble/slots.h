@@ -102,6 +102,11 @@ static inline const double *kr_worker_times_of(const kr_tops *tops, size_t i)
 void kr_lane_park(kr_lanes *l, int lane);
 /* Sets the growth of the tangent in a lane to zero. */
 void kr_lane_reset_growth(kr_growth *growth, int lane);
+/* Sets the time at which a lane must stop (its goal): the next requested time, or in a section the
+ * latest time of the next event. If a requested time equals the initial time, stores the initial
+ * state itself. Returns 0 and frees the lane if the top is finished, or if the scalar code must
+ * integrate it. */
+int kr_lane_set_goal(kr_worker *worker, int lane);
 /* Returns the state of a lane at time t, which must lie within its last step. */
 kr_state kr_lane_sample(kr_worker *worker, int lane, double t);
 /* Removes a top from its lane and repeats the integration with the scalar code, which reports the
@@ -147,9 +152,6 @@ void kr_scheduler_drain(kr_worker *worker);
 /* Stores the event function for the top in one SIMD lane, given the frequency unit `rate` and the
  * cyclic shift of the axes. */
 void kr_section_load_event(kr_worker *worker, int lane, double rate, int shift);
-/* Sets the time at which a lane must stop (its goal) to the latest admissible time of the next
- * event. Returns 0 and frees the lane if there are no more events to search for. */
-int kr_section_set_goal(kr_worker *worker, int lane);
 /* Stores the events in the last step of a lane, and frees the lane if the top is finished. */
 void kr_section_search(kr_worker *worker, int lane);
 #endif

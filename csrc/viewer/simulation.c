@@ -142,12 +142,10 @@ static kr_status prepare_top(kr_simulation *simulation, const kr_scene *scene, i
 {
     const kr_status status = kr_scene_check(scene);
     if (status != KR_OK) return status;
-    if (simulation->count == KR_SIMULATION_TOPS || simulation->clock || step < 1 || step > LARGEST)
+    if (simulation->count == KR_SIMULATION_TOPS || simulation->clock || step < 1 ||
+        step > LARGEST || against < KR_SIMULATION_REFERENCE || against >= KR_SIMULATION_TOPS ||
+        against == simulation->count || scene->start.t != 0.0)
         return KR_ERR_ARGUMENT;
-    if (against < KR_SIMULATION_REFERENCE || against >= KR_SIMULATION_TOPS ||
-        against == simulation->count)
-        return KR_ERR_ARGUMENT;
-    if (scene->start.t != 0.0) return KR_ERR_ARGUMENT;
     kr_simulation_slot *a = &simulation->slots[simulation->count];
     a->scene = *scene;
     a->now = scene->start;
