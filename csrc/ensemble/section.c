@@ -24,15 +24,6 @@ void kr_section_load_event(kr_worker *worker, int lane, double rate, int shift)
     l->noise[lane] = KR_TERMS_UNSURE * size;
     worker->slots[lane].start_noise = KR_TERMS_START * size;
 }
-/* Returns 1 if the state `s` satisfies the condition of the event. */
-static int is_section_condition_true(const kr_worker *worker, const kr_slot *slot,
-                                     const kr_state *s)
-{
-    const kr_event *event = &worker->event;
-    const kr_scene *scene = &worker->tops->scenes[slot->top];
-    return !event->condition_count ||
-           kr_terms_value(scene, s, event->condition_count, event->condition) > 0.0;
-}
 /* Ends the computation for a top whose next event did not occur within the maximum waiting time. */
 static void finish_without_event(kr_worker *worker, int lane)
 {
@@ -52,7 +43,9 @@ static void finish_without_event(kr_worker *worker, int lane)
 static int store_event(kr_worker *worker, int lane, double place)
 {
     const kr_lanes *l = worker->lanes;
+    const kr_event *event = &worker->event;
     kr_slot *slot = &worker->slots[lane];
+    const kr_scene *scene = &worker->tops->scenes[slot->top];
     const double clock = l->t[lane] + place * (l->end[lane] - l->t[lane]),
                  t = slot->start + clock / slot->rate * slot->time_unit;
     if (slot->forward * (t - slot->requested) > 0.0) {
@@ -64,7 +57,9 @@ static int store_event(kr_worker *worker, int lane, double place)
         kr_lane_fall_back(worker, lane);
         return 0;
     }
-    if (!is_section_condition_true(worker, slot, &s)) return 1;
+    if (event->condition_count &&
+        !(kr_terms_value(scene, &s, event->condition_count, event->condition) > 0.0))
+        return 1;
     kr_worker_store_state(worker, slot, kr_worker_accumulators(worker, lane), &s);
     return kr_lane_set_goal(worker, lane);
 }

@@ -6,7 +6,8 @@
 #include "slots.h"
 #include <stdlib.h>
 
-enum { LINE_DOUBLES = 8 /* doubles in 64 bytes */ };
+/* Bytes in a cache line. Loading a vector that spans two cache lines takes twice as long. */
+enum { LINE = 64 };
 
 /* Returns the status code that states why a top cannot be integrated in a SIMD lane. */
 static kr_status find_lane_refusal(const kr_scene *scene)
@@ -125,26 +126,18 @@ static int are_valid_reductions(size_t n, const kr_reduction reduction[])
         i++;
     return i == n;
 }
-/* Rounds a size up to a multiple of 64 bytes. Loading a vector that spans two cache lines takes
- * twice as long. */
-static size_t round_to_lines(size_t size)
-{
-    const size_t line = LINE_DOUBLES * sizeof(double);
-    return (size + line - 1) / line * line;
-}
 /* Allocates a worker and all its arrays in one block of memory. */
 static kr_worker *allocate_worker(size_t reductions, int in_lanes, int is_closed, int grows)
 {
-    const size_t rows = KR_LANES_MAX + 1, lanes = in_lanes ? round_to_lines(sizeof(kr_lanes)) : 0,
+    const size_t rows = KR_LANES_MAX + 1,
+                 lanes = in_lanes ? (sizeof(kr_lanes) + LINE - 1) / LINE * LINE : 0,
                  plans = is_closed ? KR_BATCH * sizeof(kr_exact_form) : 0,
                  tangents = grows ? sizeof(kr_lane_tangents) : 0,
-                 size = sizeof(kr_worker) + LINE_DOUBLES * sizeof(double) + lanes + tangents +
-                        plans + reductions * (sizeof(kr_reduction) + rows * sizeof(kr_accumulator));
+                 size = sizeof(kr_worker) + LINE + lanes + tangents + plans +
+                        reductions * (sizeof(kr_reduction) + rows * sizeof(kr_accumulator));
     kr_worker *worker = reductions < SIZE_MAX / 1024 ? calloc(1, size) : NULL;
     if (!worker) return NULL;
-    char *memory = (char *)(worker->memory + (LINE_DOUBLES - (uintptr_t)worker->memory /
-                                                                 sizeof(double) % LINE_DOUBLES) %
-                                                 LINE_DOUBLES);
+    char *memory = (char *)worker->memory + (LINE - (uintptr_t)worker->memory % LINE) % LINE;
     if (in_lanes) worker->lanes = (kr_lanes *)(void *)memory;
     if (grows) worker->lanes->tangents = (kr_lane_tangents *)(void *)(memory + lanes);
     if (is_closed) worker->plans = (kr_exact_form *)(void *)(memory + lanes);

@@ -175,7 +175,7 @@ static void set_changes(const tangent_set *t, const deviation_address *at, const
     g->drag_changes = fmax(g->drag_changes, v_largest(seed->damping));
 }
 /* Updates the tangents if the friction torque jumps at the end of the last step. */
-static void pass_stop(const tangent_set *t)
+static void apply_friction_jump(const tangent_set *t)
 {
     const kr_taylor *p = taylor_of(t->motion);
     dd factor;
@@ -195,7 +195,7 @@ static int needs_support_terms(const kr_motion *motion, size_t n, const kr_seed 
     return kr_support_moves(motion->scene);
 }
 /* Initializes n tangents at the end of the last step of the motion. */
-static void tangents_begin(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[])
+static void begin_tangents(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[])
 {
     kr_taylor *p = taylor_of(motion);
     const kr_series *s = p->series;
@@ -214,7 +214,7 @@ static void tangents_begin(const kr_motion *motion, double *memory, size_t n, co
         put_components(&t, &to, to.from->end, 3,
                        vdd_scale_exactly(1.0 / p->rate, qdd_turn(to_body, start->push)));
     }
-    pass_stop(&t);
+    apply_friction_jump(&t);
     for (size_t i = 0; i < t.structs * t.words; i++) {
         kr_tangent *g = t.first + i;
         g->t = s[i % t.words].end;
@@ -223,7 +223,7 @@ static void tangents_begin(const kr_motion *motion, double *memory, size_t n, co
     }
 }
 
-static double square_of(const deviation_address *at, double *numbers)
+static double sum_squares(const deviation_address *at, double *numbers)
 {
     double sum = 0.0;
     for (size_t k = 0; k < 6; k++) {
@@ -245,8 +245,8 @@ static double sum_tangents(const tangent_set *t)
     }
     for (size_t i = 0; i < t->n; i++) {
         const deviation_address at = address_of(t, i);
-        const double size = square_of(&at, at.from->substep_end),
-                     last = power * power * square_of(&at, at.from->x[t->order]);
+        const double size = sum_squares(&at, at.from->substep_end),
+                     last = power * power * sum_squares(&at, at.from->x[t->order]);
         if (!isfinite(size)) return INFINITY;
         if (last > worst * worst * size) worst = sqrt(last / size);
     }
@@ -343,7 +343,7 @@ static double propagate_over_substeps(const tangent_set *t)
     return INFINITY;
 }
 /* Propagates n tangents over the last step of the path. Sets the tangents to NaN on failure. */
-static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t n)
+static kr_status advance_tangents(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_series *s = taylor_of(motion)->series;
     const tangent_set t = tangents_of(motion, memory, n);
@@ -358,7 +358,7 @@ static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t
     for (size_t i = 0; i < all; i++)
         for (int k = 0; k < 8; k++)
             first[i].end[k] = last < INFINITY ? first[i].substep_end[k] : NAN;
-    if (last < INFINITY) pass_stop(&t);
+    if (last < INFINITY) apply_friction_jump(&t);
     if (last > first->truncation) first->truncation = last;
     return last < INFINITY ? KR_OK : KR_ERR_TANGENT;
 }
@@ -374,46 +374,41 @@ static void find_substep(const tangent_set *t, double to)
     while (c->substep < fmin(c->substeps, MAX_SUBSTEPS) && forward * (to - c->until) > 0.0)
         expand_next_substep(t);
 }
-/* Evaluates all tangents at the sampled time in the last step, and stores them in `at`. */
-static void evaluate_tangents(const tangent_set *t)
-{
-    const kr_series *s = taylor_of(t->motion)->series;
-    const tangent_work *c = t->work;
-    kr_tangent *first = t->first;
-    if (s->at == c->to && (t->words == 1 || s[1].at == c->to_low)) {
-        for (size_t i = 0; i < t->structs * t->words; i++)
-            memcpy(first[i].at, first[i].end, sizeof first->end);
-        return;
-    }
-    find_substep(t, s->at);
-    for (size_t i = 0; i < t->structs; i++)
-        t->kernel->sum(first + i * t->words, t->order, &s->at, first[i * t->words].at);
-}
 /* Converts a momentum change from the body frame to the space frame. If at most 16 digits are
  * requested, the vector is rotated in double precision, because double-double arithmetic would
  * dominate the run time. */
-static vec_dd push_in_space(const tangent_set *t, quat_dd q, vec_dd push)
+static vec_dd rotate_push_to_space(const tangent_set *t, quat_dd q, vec_dd push)
 {
     return vdd_scale_exactly(taylor_of(t->motion)->rate,
                              t->words > 1 ? qdd_turn(q, push)
                                           : vdd_of(q_turn(qdd_high(q), vdd_high(push))));
 }
-static void tangents_at(const kr_motion *motion, kr_quat attitude, double *memory, size_t n,
-                        kr_deviation out[])
+/* Evaluates n tangents at the sampled time in the last step. */
+static void evaluate_tangents(const kr_motion *motion, kr_quat attitude, double *memory, size_t n,
+                              kr_deviation out[])
 {
     const quat_dd q = q_dd(attitude, motion->low.q);
+    const kr_series *s = taylor_of(motion)->series;
     const tangent_set t = tangents_of(motion, memory, n);
-    evaluate_tangents(&t);
+    const int is_end = s->at == t.work->to && (t.words == 1 || s[1].at == t.work->to_low);
+    if (!is_end) {
+        find_substep(&t, s->at);
+        for (size_t i = 0; i < t.structs; i++) {
+            kr_tangent *g = t.first + i * t.words;
+            t.kernel->sum(g, t.order, &s->at, g->at);
+        }
+    }
     for (size_t i = 0; i < n; i++) {
         const deviation_address from = address_of(&t, i);
-        out[i].turn = get_components(&t, &from, from.from->at, 0);
-        out[i].push = push_in_space(&t, q, get_components(&t, &from, from.from->at, 3));
+        double *numbers = is_end ? from.from->end : from.from->at;
+        out[i].turn = get_components(&t, &from, numbers, 0);
+        out[i].push = rotate_push_to_space(&t, q, get_components(&t, &from, numbers, 3));
     }
 }
-static double tangents_truncation(const kr_motion *motion, double *memory)
+static double get_truncation(const kr_motion *motion, double *memory)
 {
     return tangents_of(motion, memory, 1).first->truncation;
 }
 
-const kr_tangent_ops kr_taylor_tangents = {kr_tangents_start, count_doubles, tangents_begin,
-                                           tangents_follow,   tangents_at,   tangents_truncation};
+const kr_tangent_ops kr_taylor_tangents = {kr_tangents_start, count_doubles,     begin_tangents,
+                                           advance_tangents,  evaluate_tangents, get_truncation};

@@ -7,19 +7,16 @@ enum { LARGEST = INT32_MAX };
 
 static double time_of(int64_t ticks) { return (double)ticks / (double)KR_SIMULATION_TICKS; }
 
-static int64_t greatest_common_divisor(int64_t a, int64_t b)
-{
-    while (b) {
-        const int64_t rest = a % b;
-        a = b;
-        b = rest;
-    }
-    return a;
-}
+/* Returns the least common multiple of a and b, by Euclid's algorithm, or 0 if it is too large. */
 static int64_t common_multiple(int64_t a, int64_t b)
 {
-    const int64_t share = b / greatest_common_divisor(a, b);
-    return a <= INT64_MAX / share ? a * share : 0;
+    int64_t divisor = a, rest = b;
+    while (rest) {
+        const int64_t next = divisor % rest;
+        divisor = rest;
+        rest = next;
+    }
+    return a <= INT64_MAX / (b / divisor) ? a * (b / divisor) : 0;
 }
 
 const kr_quantity *kr_simulation_quantity(int k)
@@ -31,10 +28,6 @@ const kr_quantity *kr_simulation_quantity(int k)
     }
     return NULL;
 }
-static int is_integral(const kr_quantity *quantity)
-{
-    return (quantity->flags & KR_QUANTITY_CONSERVED) != 0;
-}
 /* Writes the measured values of top i. If `all` is zero, writes only the integrals of the motion,
  * the attitude error and the modified energy. */
 static void measure_top(const kr_simulation *simulation, int i, int all, double measure[])
@@ -45,7 +38,7 @@ static void measure_top(const kr_simulation *simulation, int i, int all, double 
     for (int k = 0; k < KR_SIMULATION_MEASURES; k++) measure[k] = NAN;
     if (a->status != KR_OK) return;
     for (int k = 0; k < KR_SIMULATION_ERROR; k++)
-        if (a->quantity[k] && (all || is_integral(a->quantity[k])))
+        if (a->quantity[k] && (all || a->quantity[k]->flags & KR_QUANTITY_CONSERVED))
             kr_quantity_values(a->quantity[k], &a->scene, 1, &a->now, &measure[k]);
     if (b && b->status == KR_OK && a->steps * a->step == b->steps * b->step)
         measure[KR_SIMULATION_ERROR] = kr_attitude_error(a->now.q, b->now.q);
