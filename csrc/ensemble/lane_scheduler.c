@@ -88,7 +88,7 @@ static double replace_zero_difference(double apart, double moment, double h1, do
     const double least = KR_LEAST_FACTOR * moment + DBL_MIN;
     return (h1 != 0.0 || h2 != 0.0) && fabs(apart) < least ? least : apart;
 }
-/* Returns the components of `torque` divided by those of `factor`, or -0 for each that is zero. */
+/* Divides componentwise, but returns -0 where `torque` is 0, even if `factor` is 0 there. */
 static kr_vec3 divide_torque(kr_vec3 torque, kr_vec3 factor)
 {
     return v3(torque.x == 0.0 ? -0.0 : torque.x / factor.x,

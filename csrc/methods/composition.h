@@ -1,15 +1,14 @@
 /* Symmetric compositions of kicks and drifts (splitting.h), and their coefficients. The methods
  * conserve the vertical momentum and, for Lagrange tops and torque-free symmetric bodies, the
- * momentum about the symmetry axis. The energy error is bounded and O(h^order). The sequence of a step is
+ * momentum about the symmetry axis. The energy error is bounded and O(h^order). A step is
  *     kick b_0, drift a_1, kick b_1, drift a_2, ... drift a_s, kick b_s,
  * where a_i and b_i are fractions of the step size. The kick coefficients and the drift
- * coefficients are palindromic, and each set sums to 1. For both kicks and drifts, the table lists
- * only the first half of the coefficients; the middle coefficient follows because the sum is 1. A
- * table row without kick coefficients composes steps of a symmetric second-order method, such as
- * Strang splitting. In such a row, b_i = (a_i + a_(i+1)) / 2. At orders 6 and 8, the tabulated
+ * coefficients are palindromic, and each set sums to 1. The table therefore lists only the first
+ * half of each set, without the middle coefficient. A row without kick coefficients composes steps
+ * of Strang splitting, with b_i = (a_i + a_(i+1)) / 2. At orders 6 and 8, the tabulated
  * compositions are cheaper than repeated compositions with Suzuki's coefficients. A composition
- * that has kick coefficients begins and ends with a drift, because b_0 = 0. With an exact drift,
- * only the order conditions of Runge-Kutta-Nystrom methods must be satisfied. */
+ * with kick coefficients begins and ends with a drift, because b_0 = 0. If the drift is exact, the
+ * coefficients must satisfy only the order conditions of Runge-Kutta-Nystrom methods. */
 #ifndef KR_COMPOSITION_H
 #define KR_COMPOSITION_H
 #include "splitting.h"

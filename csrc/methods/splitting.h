@@ -28,7 +28,7 @@
 #  define SPLITTING_INLINE INLINE
 #endif
 
-/* The integrals that every splitting conserves, and the flags of the methods whose kicks are exact. */
+/* The integrals that every splitting conserves, and the flags of methods whose kicks are exact. */
 #define SPLITTING_CONSERVES "<m,e3>; on Lagrange tops <m,apex>"
 #define SPLITTING_FLAGS                                                                            \
     (KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC | KR_METHOD_SPLITTING |     \

@@ -15,7 +15,7 @@
  *                 which of the two is replaced by its derivative
  *     K           `gradient`: the gravity gradient; K A P `steep`, (K A)' the parameter's change
  * While friction holds the top, g is chosen such that the spin <U, a> of the perturbed motion
- * remains zero. Numbers are of the type `real`, and vectors of the type `real_vec` (math/real.h). */
+ * remains zero. `real` and `real_vec` are the types of numbers and vectors (math/real.h). */
 
 /* Taylor series of the motion of the top (the path), expanded about the beginning of a substep.
  * `stiffness` is K A, `inverse_inertia` is <a / A, a>, about the apex a, and `q` the attitude. */
