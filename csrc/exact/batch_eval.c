@@ -41,6 +41,7 @@ static int bypasses_cache(size_t n, const kr_state out[])
 }
 INLINE void store_block(const batch *restrict b, int n, int bypasses, kr_state *restrict out)
 {
+    (void)bypasses; /* without SSE2 */
     for (int i = 0; i < n; i++) {
 #if defined __SSE2__
         double *to = (double *)&out[i];
