@@ -48,7 +48,7 @@ static size_t store_states(kr_worker *worker, kr_slot *slot, kr_accumulator *acc
 }
 /* Stores the states of a top, which the output array already contains, or which are evaluated in
  * blocks of STATES_PER_CALL if there is a plan. */
-static void store_top(kr_worker *worker, size_t i, const kr_exact_form *plan)
+INLINE void store_top(kr_worker *worker, size_t i, const kr_exact_form *plan)
 {
     const kr_tops *tops = worker->tops;
     const double *t = kr_worker_times_of(tops, i);

@@ -1,7 +1,6 @@
-/* Computation of closed-form solutions for many tops at once. Each vector lane processes one heavy
- * top. The results are bitwise identical to those of the scalar code (kernel.h). Other tops,
- * such as torque-free bodies and vertical tops at rest, are processed one by one. This file is
- * compiled once for each instruction set. */
+/* Closed forms of many tops at once, with one heavy top in each vector lane. Other tops, such as
+ * torque-free bodies and vertical tops at rest, are computed one by one. The results are bitwise
+ * equal to those of one top alone. This file is compiled once for each instruction set. */
 #define KR_EXACT_LANES
 #include "lagrange.h"
 #include "math/exponent.h"
@@ -197,9 +196,8 @@ INLINE exact_top read_group(group w)
     top.lever = dd_make(scale * lever.hi, scale * lever.lo);
     return top;
 }
-/* Returns a mask of the heavy tops whose tilt or momentum is large enough for the vectorized
- * set-up. The function kr_exact_resolves need not be called for these tops, because it refuses only
- * much smaller tilts and velocities. */
+/* Returns a mask of the heavy tops whose tilt or momentum exceeds 1e-10. The closed form refuses
+ * tilts and momenta below 1e-70 (is_initial_tilt_resolved), so it exists for all of them. */
 INLINE mask is_moving(const exact_top *top)
 {
     const wide least = wide_splat(1e-10);
@@ -219,18 +217,13 @@ static void begin_group(group w, lagrange_setup *s)
     }
     begin_setup(s);
 }
-/* The closed-form solutions for a group of tops, as an array of doubles. */
-typedef struct forms {
-    double form[FORM][LANES];
-} forms;
-
-/* Extracts the closed-form solution for one top from the solutions for a group of tops. The
- * argument `place` is the index of this top in the queue. */
-static void extract_form(const forms *f, const batch_queue *w, int place, kr_exact_form *out)
+/* Extracts the closed form of the top at an index of the queue from those of its group. */
+static void extract_form(const exact_lanes *exact, const batch_queue *w, int place,
+                         kr_exact_form *out)
 {
-    const int lane = place % LANES;
+    const char *from = (const char *)exact + (size_t)(place % LANES) * sizeof(double);
     double row[FORM];
-    for (int i = 0; i < FORM; i++) row[i] = f->form[i][lane];
+    for (int i = 0; i < FORM; i++) memcpy(&row[i], from + (size_t)i * sizeof(wide), sizeof row[i]);
     memcpy(out, row, sizeof row);
     out->framed = w->framed[place];
     if (w->framed[place])
@@ -274,9 +267,7 @@ static void read_states(const kr_exact_request *request, group g, const exact_la
             out->m = v3(s[5][i], s[6][i], s[7][i]);
         } else {
             kr_exact_form one;
-            forms f;
-            memcpy(&f, exact, sizeof f);
-            extract_form(&f, w, place, &one);
+            extract_form(exact, w, place, &one);
             *out = request->isa->scalar->state(&one, t[i]);
         }
     }
@@ -286,13 +277,11 @@ static void write_group(const kr_exact_request *request, group g, const exact_la
                         unsigned good)
 {
     const int many = request->times > FEW_TIMES;
-    forms f;
-    if (many || request->plans) memcpy(&f, exact, sizeof f);
     for (int i = 0; i < LANES && (many || request->plans); i++) {
         if (!(good >> i & 1)) continue;
         const size_t index = g.all->index[g.first + i];
         kr_exact_form one, *out = request->plans ? &request->plans[index] : &one;
-        extract_form(&f, g.all, g.first + i, out);
+        extract_form(exact, g.all, g.first + i, out);
         if (many)
             KR_NAME(kr_exact_evaluate)(out, request->times, kr_exact_times_of(request, index),
                                        request->states + index * request->times);
@@ -332,7 +321,7 @@ APART void compute_queue(const kr_exact_request *request, batch_queue *w)
     for (int lane = w->count; lane < groups * LANES; lane++)
         for (int i = 0; i < NUMBERS; i++) w->in[i][lane] = w->in[i][0];
     for (int i = 0; i < groups; i++) begin_group((group){w, i * LANES}, &s[i]);
-    lagrange_moving(s, groups);
+    set_up_moving_tops(s, groups);
     for (int i = 0; i < groups; i++) finish_group(request, (group){w, i * LANES}, &s[i]);
     w->count = w->turned[0] = w->turned[1] = 0;
     wide_leave();

@@ -146,14 +146,12 @@ void kr_exact_run(const kr_exact_request *request)
 #endif
 }
 
-/* The method `exact`: closed-form solutions for Lagrange, Kowalewski and Goryachev-Chaplygin tops
- * and for torque-free bodies. The method needs no intermediate steps, its error does not grow with
- * time, and it conserves all integrals of motion. Each step extends to the next requested time,
- * however far away that time is. The default step size is the nutation period or, for motions on a
- * torus, the period of the first torus angle. The solution for Lagrange tops follows Klein and
- * Sommerfeld (Theorie des Kreisels), and that for free bodies follows Jacobi (1849). The solution
- * for Kowalewski tops follows Kowalevski (1889) and Koetter (1893). The solution for
- * Goryachev-Chaplygin tops follows Chaplygin (1901), except for the heading. */
+/* The method `exact`: closed forms of Lagrange tops (Klein and Sommerfeld, Theorie des Kreisels),
+ * free bodies (Jacobi 1849), Kowalewski tops (Kowalevski 1889, Koetter 1893), Goryachev-Chaplygin
+ * tops (Chaplygin 1901, except for the heading) and free gyrostats (Volterra 1899). The method
+ * needs no intermediate steps: each step extends to the next requested time, however late. The
+ * error does not grow with time, and all integrals of motion are conserved. The default step size
+ * is the nutation period or, for motions on a torus, the period of the first torus angle. */
 /* The memory of a motion: its period, its plan and, while a new plan is set up, also the new one.
  * The pointer motion->aux is the kr_exact_isa of the plan. */
 static size_t doubles_of_form(const kr_exact_isa form[])

@@ -36,9 +36,9 @@ typedef struct kr_exact_form {
 } kr_exact_form;
 /* Stops the compilation if the condition is false, by an array type of negative size. */
 #define KR_CHECK_LAYOUT(name, condition) typedef char name[(condition) ? 1 : -1]
-/* A closed form of one or more kinds of tops: that of Lagrange tops and free bodies (symmetric.c),
- * of Kowalewski tops, or of Goryachev-Chaplygin tops. The numbers that describe one motion are its
- * plan: a kr_exact_form, kr_kowalewski_plan or kr_chaplygin_plan. */
+/* The closed form of Lagrange tops and free bodies (symmetric.c), of Kowalewski tops, of
+ * Goryachev-Chaplygin tops, or of free gyrostats. The numbers that describe one motion are its
+ * plan: a kr_exact_form, or a structure that begins with a kr_torus (torus.h). */
 typedef struct kr_exact_scalar {
     size_t plan_size, memory_size; /* of a plan, and of a plan and its set-up, in bytes */
     /* Returns the number of bytes of a plan that must be copied to copy the plan. */
@@ -76,11 +76,11 @@ void kr_exact_evaluate_widest(const kr_exact_isa *isa, const void *plan, size_t 
 /* The limits of the nutation (symmetric.c). */
 typedef kr_status kr_exact_limits(const kr_scene *scene, kr_nutation *out);
 /* A batch of n tops, computed with the row `isa` of kr_symmetric_form. If `plans` is not NULL, the
- * closed forms are written to this array. The array `states` receives `times` consecutive states for
- * each top. If `own_times` is nonzero, the times of top i start at t[i * times]; otherwise all tops
- * share the same times. The array `status` receives the result of kr_exact_plan for each top; nothing
- * else is written for a top that has no closed form. All results are bitwise equal to those of
- * kr_exact_plan and kr_exact_state. */
+ * closed forms are written to this array. The array `states` receives `times` consecutive states
+ * for each top. If `own_times` is nonzero, the times of top i start at t[i * times]; otherwise all
+ * tops share the same times. The array `status` receives the result of kr_exact_plan for each top;
+ * nothing else is written for a top that has no closed form. All results are bitwise equal to those
+ * of kr_exact_plan and kr_exact_state. */
 typedef struct kr_exact_request {
     const kr_exact_isa *isa;
     size_t n;

@@ -7,8 +7,10 @@
  * about a unit vector a by the angle phi, times the shortest rotation of m to |m| a, with
  *     phi' = (2 E + w.(h + |m| a)) / (|m| + m.a),   2 E = w.(m - h).
  * The period T of m is found in doubles. A Taylor series in double-doubles over this time then
- * gives T, the growth Om T of phi, and samples, from which the coefficients of X and Y follow. */
-#include "free_gyrostat.h"
+ * gives T, the growth Om T of phi, and samples, from which the coefficients of X and Y (torus.h)
+ * follow. Of all pairs X, Y that give the attitude, the one without poles has the norm
+ * D = |X|^2 + |Y|^2 of find_log_d, and needs the fewest coefficients. */
+#include "torus.h"
 
 enum {
     LAST_DEEP = 20,   /* the last Taylor coefficient that is needed in double-doubles */
@@ -27,7 +29,7 @@ typedef struct gyrostat {
     dd energy;           /* 2 E - A h.(h + |m| a) */
     dd period;           /* T, as far as it is known */
 } gyrostat;
-/* Taylor series of m, phi' and |m| + m.a, whose coefficients after `deep` are doubles. */
+/* Taylor series of m, phi' and |m| + m.a. The coefficients after `deep` have no low words. */
 enum { ANGLE_RATE = 3, BELOW, UNKNOWNS };
 typedef struct gyrostat_series {
     int deep;
@@ -64,7 +66,8 @@ static void set_coefficient(gyrostat_series *s, int i, int n, dd value)
     s->hi[i][n] = value.hi;
     s->lo[i][n] = n > s->deep ? 0.0 : value.lo;
 }
-/* Returns the coefficient n of a product of series, or its terms from the first one of `a` on. */
+/* Returns the coefficient n of the product of the series a and b, without the terms that contain
+ * the coefficients of a below `first`. */
 static dd product_coefficient(const gyrostat_series *s, int a, int b, int first, int n)
 {
     dd sum = dd_of(0.0);
@@ -141,8 +144,9 @@ static void set_axis(gyrostat *top, const double least[DIRECTIONS])
                                                  dd_mul(top->rest[i], arm)));
     }
 }
-/* Finds the period in doubles, as the first return to the plane through the start across the
- * motion, and the direction a. Returns 0 if there is no return, as near separatrices. */
+/* Finds the direction a and, in doubles, the period: the time until m returns to the plane through
+ * its initial value, perpendicular to its initial derivative. Returns 0 if it does not return
+ * within MOST_STEPS, as near separatrices. */
 static int find_period(gyrostat *top, gyrostat_series *s)
 {
     const kr_vec3 start = high_of(top->start), along = change_at(top, start);
@@ -181,7 +185,8 @@ static int find_period(gyrostat *top, gyrostat_series *s)
     set_axis(top, least);
     return has_returned;
 }
-/* Integrates over the known period and corrects it. Returns the relative change, or infinity. */
+/* Integrates m and phi over the known period, and corrects the period by the distance of m from its
+ * initial value. Returns the relative change of the period, or infinity if m does not return. */
 static double integrate_period(gyrostat_memory *memory)
 {
     gyrostat *top = &memory->top;
@@ -251,10 +256,11 @@ static double fourier_coefficient(const gyrostat_memory *memory, int n, double o
     for (int i = 0; i < 4; i++) out[i] = sum[i] / SAMPLES;
     return fabs(out[0]) + fabs(out[1]) + fabs(out[2]) + fabs(out[3]);
 }
-/* Computes ln D by integrating its second derivative twice. With d = m - h and the traceless part B
- * of A, this derivative is |B d|^2 - m.(tr(A) B/3 - B^2) h less its average over a period, where
- * nothing cancels if the body is nearly spherical. Returns a bound on the range of ln D, or infinity
- * if the samples do not resolve it. */
+/* Computes ln D by integrating its second derivative twice, term by term in a Fourier series. With
+ * d = m - h and the traceless part B of A, the second derivative is
+ *     |B d|^2 - m.(tr(A) B/3 - B^2) h
+ * minus its average over a period. For a nearly spherical body, B is small and nothing cancels.
+ * Returns a bound on the range of ln D, or infinity if the samples do not resolve it. */
 static double find_log_d(gyrostat_memory *memory)
 {
     const gyrostat *top = &memory->top;
@@ -283,7 +289,8 @@ static double find_log_d(gyrostat_memory *memory)
     }
     return 4.0 * total;
 }
-/* Samples sqrt(D) e^{-i Om t/2} times the spinor, in axes in which `a` is the third one. */
+/* Samples X and Y: sqrt(D) e^{-i Om t/2} (w + i z, x + i y) for the attitude (w, x, y, z), in axes
+ * in which `a` is the third one. */
 static void sample_spinor(gyrostat_memory *memory, kr_quat tilt)
 {
     for (int k = 0; k < SAMPLES; k++) {
@@ -306,7 +313,7 @@ static int fill_coefficients(gyrostat_memory *memory)
         size[i] = fourier_coefficient(memory, i - HIGHEST, all[i]);
         peak = size[i] > size[peak] ? i : peak;
     }
-    const double least = 3e-16 * size[peak]; /* the rounding errors of the samples */
+    const double least = 3e-16 * size[peak]; /* a bound on rounding errors of the samples */
     int first = peak, last = peak;
     while (first > 1 && fmax(size[first - 1], size[first - 2]) > least) first--;
     while (last < COUNTED - 2 && fmax(size[last + 1], size[last + 2]) > least) last++;

@@ -1,5 +1,6 @@
-/* The closed form of a Lagrange top or of a free body, and its states. With q = (w, x, y,
- * z), alpha = w + i z and beta = x + i y, a phase X(t) = X0 + nu t and the nome exp(-pi K'/K)
+/* The closed form of a Lagrange top or of a free body, and its states. With the attitude q = (w, x,
+ * y, z), the momentum m, alpha = w + i z and beta = x + i y, a phase X(t) = X0 + nu t and the nome
+ * exp(-pi K'/K)
  *     alpha ~ theta1(X + i y1) e^{i(c1 + k1 t)},  beta ~ theta2(X + i y2) e^{i(c2 + k2 t)},
  *     m_x + i m_y ~ theta3(X + i(y1 + y2)) e^{i(c1 + c2 + (k1 + k2) t)},  all over theta4(X)
  * (Klein and Sommerfeld, Theorie des Kreisels). For torque-free tops (Jacobi), beta contains theta4
@@ -28,8 +29,8 @@
 #include "math/su2.h"
 
 /* The kinds of theta series, for heavy (LAGRANGE) and torque-free (EULER) tops, in powers of the
- * nome or of the dual nome. The dual nome is smaller than the nome if K' < K, for example near a
- * separatrix. */
+ * nome or of the dual nome exp(-pi K/K'). The dual nome is smaller than the nome if K' < K, for
+ * example near a separatrix. */
 enum { LAGRANGE, EULER, LAGRANGE_DUAL, EULER_DUAL };
 
 /* Vector versions of the types in kreisel.h and exact.h, with one lane per top. */
@@ -90,14 +91,13 @@ INLINE void take_lanes(void *to, const void *from, size_t bytes, mask m)
 }
 
 /* In internal units, the larger of the momentum and weight * |com| is about one. If weight * |com|
- * is below LEAST_LEVER, it is treated as zero, because its effect is negligible at all times that
- * doubles can resolve. Momentum components below LEAST_MOMENTUM are treated as zero, because their
+ * is below LEAST_LEVER, it is treated as zero, because its effect is negligible before the phases
+ * exceed 2^50 turns. Momentum components below LEAST_MOMENTUM are treated as zero, because their
  * squares underflow. */
 #define LEAST_LEVER 1e-100
 #define LEAST_MOMENTUM 1e-160
 
-/* A top and its initial state in internal axes and units. The attitude in these axes and the
- * component of weight * com along T are stored in double-double precision. */
+/* A top and its initial state in internal axes and units. T is the third internal axis. */
 typedef struct exact_top {
     vec3_lanes inertia;
     dd q[4];  /* the attitude, which need not be of unit length */
@@ -138,8 +138,8 @@ static inline void make_exchanging_frame(kr_quat frame[4])
 {
     make_frame(frame, q4(0.0, v3(-1.0, 0.0, 0.0)), q_one());
 }
-/* Composes the linear map `frame` with the conversion from internal axes to the user's axes. `axes`
- * must not be the identity rotation. If `framed` is 0, the map is first set to the identity. */
+/* Composes the linear map `frame`, or the identity if `framed` is 0, with the conversion from
+ * internal axes to the user's axes, q -> q * conj(axes). */
 static inline void add_axes_to_frame(kr_quat frame[4], int framed, kr_quat axes)
 {
     if (!framed) make_frame(frame, q_one(), q_one());
@@ -250,9 +250,8 @@ typedef struct factors {
 } factors;
 
 /* Evaluates the theta series at time t. If `dual` is nonzero, the series use the dual nome, and
- * hyperbolic functions replace the sine and cosine. Jacobi's transformation adds a phase that is
- * proportional to the phase of the nutation. For torque-free bodies (`euler`), the function beta
- * contains theta4 instead of theta2. */
+ * hyperbolic functions replace the sine and cosine. Jacobi's transformation to the dual nome adds
+ * to the phases of alpha and beta the `slope` times the phase of the nutation. */
 INLINE factors evaluate_theta_series(const exact_lanes *e, int dual, int euler, dd t)
 {
     const dd x = phase_at(&e->nutation, t);
@@ -332,11 +331,9 @@ INLINE mask is_span_computable(const exact_lanes *e, wide span)
                     mask_and(wide_less(wide_abs(span * e->first.fast), most),
                              wide_less(wide_abs(span * e->second.fast), most)));
 }
-/* The functions factors_of_kind and factors_at write the real and imaginary parts of alpha, beta
- * and the horizontal momentum. The values include the phase factors, but the attitude q is not yet
- * normalized, and the map `frame` of the solution has not been applied to it. If factors_of_kind is
- * used, the theta series of all SIMD lanes must be of the same kind; factors_at has no such
- * restriction. */
+/* Writes the real and imaginary parts of alpha, beta and the horizontal momentum, all multiplied by
+ * theta4(X), in the frame of the solution. The theta series of all SIMD lanes must be of the same
+ * kind. */
 static inline void factors_of_kind(const exact_lanes *e, int dual, int euler, wide span,
                                    wide out[6])
 {
@@ -352,6 +349,7 @@ static inline void factors_of_kind(const exact_lanes *e, int dual, int euler, wi
     out[4] = f.h_re * c - f.h_im * s;
     out[5] = f.h_re * s + f.h_im * c;
 }
+/* Writes the same numbers for lanes with series of different kinds. */
 static inline void factors_at(const exact_lanes *e, double span, wide out[6])
 {
     const mask dual = is_dual(e);
@@ -562,8 +560,9 @@ static inline kr_state state_after(const kr_exact_form *e, double t, dd span)
     if (e->framed != 0.0) r.q = apply_frame(e->frame, r.q);
     return r;
 }
-/* Returns NaN if t is not finite. If t is too late for the phases, returns the initial attitude and momentum, because these have at
- * least the correct integrals of motion. */
+/* Returns the state at time t, or NaN if t is not finite. If t is too late for the phases, returns
+ * the initial attitude and momentum, because these have at least the correct integrals of
+ * motion. */
 static inline kr_state state_at(const kr_exact_form *e, double t)
 {
     const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};

@@ -2,7 +2,6 @@
  * the state at a different time. The results are bitwise equal to those of the scalar code. This
  * file is compiled once for each instruction set. */
 #define KR_EXACT_LANES
-#include "free_gyrostat.h"
 #include "goryachev_chaplygin.h"
 #include "kowalewski.h"
 

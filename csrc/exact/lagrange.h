@@ -1,5 +1,5 @@
-/* Set-up of the closed form of a Lagrange top. Let u = a.e3 be the height of the axis
- * a, U u the potential energy, W = m / I1 and g = 2 U / I1. The height obeys
+/* Set-up of the closed form of a Lagrange top. Let u = a.e3 be the height of the symmetry axis a,
+ * U u the potential energy, I1 the equal moments, W = m / I1 and g = 2 U / I1. The height obeys
  *     (du/dt)^2 = g (u - u1)(u - u2)(u - u3),   u1 <= u <= u2 <= 1 <= u3.
  * The roots u1, u2 and u3, the nutation rate nu, and the rates k1 and k2 of alpha and beta are
  * computed in double-double arithmetic. The moment of inertia about the symmetry axis affects only
@@ -67,10 +67,10 @@ static inline wide elliptic_agm(wide a, wide b)
     }
     return 0.5 * (a + b);
 }
-/* Returns T = numerator / agm(1, k). If the numerator is agm(1, k'), T is K'/K. If the series is in
- * powers of the square of the nome, the numerator is 2 agm(1, k'), and T is 2 K'/K. In a dual theta
- * series, the phase is multiplied by pi / T. For dual series, pi / T is stored in double-double
- * precision. */
+/* Returns T = numerator / agm(1, k) for the square k2 of the modulus k. With the numerator agm(1,
+ * k'), T is K'/K. For series in powers of the square of the nome, the numerator is 2 agm(1, k'),
+ * and T is 2 K'/K. For T < 1, the series are dual, and pi / T, by which the phase in them is
+ * multiplied, is stored in double-double precision. */
 static inline wide theta_stretch(exact_lanes *exact, dd numerator, dd k2)
 {
     const wide T = numerator.hi / elliptic_agm(wide_splat(1.0), wide_sqrt(k2.hi));
@@ -113,7 +113,7 @@ static inline wide elliptic_rf(wide x, wide y, wide z)
 
 /* Returns cos(acos(c) / 3) for 0 <= c <= 1: the largest root of 4 x^3 - 3 x = c, by Newton's method
  * from an approximation with an error of 4e-5. */
-static inline wide third_of_angle(wide c)
+static inline wide cos_third_of_angle(wide c)
 {
     wide x =
         (0.866066329533 + c * 0.165330350221) + c * c * (-0.0406911974229 + c * 0.00931968389748);
@@ -131,14 +131,13 @@ static inline wide lone_root(wide c2, wide c1, wide c0, mask *top)
     const wide zero = wide_splat(0.0), square = c2 * c2 - 3.0 * c1, d = wide_sqrt(square),
                r = (-2.0 * c2 * c2 * c2 + 9.0 * c2 * c1 - 27.0 * c0) / (2.0 * d * d * d);
     const mask apart = is_positive(square); /* else all three roots coincide */
-    const wide third = third_of_angle(wide_min(wide_abs(r), wide_splat(1.0)));
+    const wide third = cos_third_of_angle(wide_min(wide_abs(r), wide_splat(1.0)));
     *top = mask_or(mask_not(apart), wide_at_most(zero, r));
     const wide way = minus_where(mask_not(*top));
     return (wide_choose(apart, 2.0 * d * way * third, zero) - c2) * (1.0 / 3);
 }
 /* Refines a root of lead x^3 + c[2] x^2 + c[1] x + c[0] from double to double-double precision by
- * two Newton steps. Both Newton steps use the slope at the initial guess, which is accurate
- * enough. */
+ * two Newton steps, both with the slope at the initial guess `start`. */
 static inline dd newton_cubic(dd lead, const dd c[3], wide start)
 {
     const wide slope = (3.0 * lead.hi * start + 2.0 * c[2].hi) * start + c[1].hi,
@@ -263,7 +262,7 @@ static inline initial find_initial(const exact_top *top, dd i1)
     s.w_square = dd_dot(s.w, s.w);
     return s;
 }
-/* Recomputes the smaller of a and b from the known product a * b * beside to avoid cancellation.
+/* Recomputes the smaller of a and b from `product` = a * b * beside, to avoid cancellation.
  * The mask `smaller_a` marks the lanes in which a is smaller than b. If a and b are both zero,
  * neither is changed. */
 static inline void recompute_smaller(dd *a, dd *b, mask smaller_a, dd product, dd beside)
@@ -277,30 +276,31 @@ static inline void recompute_smaller(dd *a, dd *b, mask smaller_a, dd product, d
 /* Replaces small distances, which suffer from cancellation, by quotients of exact products:
  *     (W.e3 + W.a)^2 = (1 + u1)(1 + u2) g(1 + u3),   (W.e3 - W.a)^2 = (1 - u1)(1 - u2) g(u3 - 1),
  *     (du/dt)^2 = (u0 - u1)(u2 - u0) g(u3 - u0).
- * The argument `top` is nonzero if the roots were computed by expansion about the initial
+ * The argument `about_start` is nonzero if the roots were computed by expansion about the initial
  * height. */
-static inline void recompute_small_distances(const initial *s, turning_points *r, int top)
+static inline void recompute_small_distances(const initial *s, turning_points *r, int about_start)
 {
     const dd plus = dd_square(s->sum), minus = dd_square(s->difference),
              climb = dd_square(s->climb);
     /* Smaller distances are replaced by this value, which is far below rounding errors, so that
      * quotients remain finite. */
     const dd level = dd_splat(1e-36);
-    if (!top) recompute_smaller(&r->up, &r->down, wide_more(r->down.hi, r->up.hi), climb, r->third);
+    if (!about_start)
+        recompute_smaller(&r->up, &r->down, wide_more(r->down.hi, r->up.hi), climb, r->third);
     r->plus2 = dd_max(dd_add(s->plus, r->up), level);
     r->plus3 = dd_add(r->third, dd_mul(s->g, s->plus));
     r->plus1 = dd_over(plus, dd_mul(r->plus2, r->plus3));
     r->minus1 = dd_max(r->minus1, level);
-    if (top)
+    if (about_start)
         recompute_smaller(&r->minus2, &r->minus3, wide_less(s->g.hi * r->minus2.hi, r->minus3.hi),
                           minus, r->minus1);
     r->span = dd_max(r->span, level);
     r->g32 = dd_max(r->g32, dd_times(wide_splat(1e-150), r->g31));
 }
 /* Computes the roots u1, u2 and u3 of the cubic if u3 is far from the other two. The cubic is
- * expanded about the initial height, in v = u - u0, because u1 and u2 may be close to u0. Newton's
- * method yields V = g (u3 - u0). The other two roots of the cubic are computed from a quadratic
- * equation. */
+ * expanded about the initial height u0, because u1 and u2 may be close to u0. Newton's method
+ * yields g (u3 - u0) from the value `guess`, and a quadratic equation for u - u0 the other two
+ * roots. */
 static inline void find_roots_about_start(const initial *s, const dd c[3], wide guess,
                                           turning_points *r)
 {
@@ -323,7 +323,7 @@ static inline void find_roots_about_start(const initial *s, const dd c[3], wide 
     recompute_small_distances(s, r, 1);
 }
 /* Computes the roots u1, u2 and u3 of the cubic if u1 is far from the other two. The cubic is
- * expanded about u = 1 (apex at the top), because the roots u2 and u3 can coincide only there. */
+ * expanded about u = 1 (apex at the top), because u2 <= 1 <= u3 can coincide only there. */
 static inline void find_roots_about_top(const initial *s, wide guess, turning_points *r)
 {
     const dd wh = dd_add(dd_square(s->w[0]), dd_square(s->w[1]));
@@ -374,11 +374,12 @@ static turning_points find_turning_heights(const initial *s)
     take_lanes(&r, &some, sizeof r, top);
     return r;
 }
-/* Writes the rates nu, k1 and k2, and returns agm(1, k'). The rate k1 is
- *     (W.e3 + W.a) / (4 (1 + u3)) sum Q_n,   p0^2 = (1 + u3)/(u3 - u1),
- * and k2 is the corresponding expression at the upper pole, with 1 - u in place of 1 + u. The sum
- * in the expression for k2 starts from u2 or u3, whichever is farther from the upper pole. */
-static inline dd lagrange_rates(const initial *s, const turning_points *r, dd *nu, dd *k1, dd *k2)
+/* Writes the rates nu, k1 and k2, and returns agm(1, k'). With the sum of elliptic_mean that starts
+ * from p0^2 = (1 + u3)/(u3 - u1), the rate k1 is
+ *     (W.e3 + W.a) / (4 (1 + u3)) sum Q_n,
+ * and k2 is the corresponding expression at the upper pole, with W.e3 - W.a and 1 - u in place of
+ * W.e3 + W.a and 1 + u. Its sum starts from u2 or u3, whichever is farther from the upper pole. */
+static inline dd find_rates(const initial *s, const turning_points *r, dd *nu, dd *k1, dd *k2)
 {
     const dd kp = dd_sqrt(dd_over(r->g32, r->g31)), zero = dd_splat(0.0);
     const mask far = wide_at_most(s->g.hi * r->minus2.hi, r->minus3.hi);
@@ -427,11 +428,11 @@ static inline arguments find_arguments(exact_lanes *exact, const initial *s,
     a.y2 = -minus_where(is_negative(s->difference.hi)) * wide_min(mean * b2, limit);
     return a;
 }
-/* Sets the theta series, in powers of the complementary nome if `dual` is nonzero. The scale factors
- * of alpha and beta follow from |alpha|^2 = (1 + u)/2 and |beta|^2 = (1 - u)/2 at the extreme
- * heights. */
-static inline void fill_series_of_kind(exact_lanes *exact, const turning_points *r,
-                                       const arguments *a, int dual)
+/* Sets the theta series, in powers of the complementary nome if `dual` is nonzero. The scale
+ * factors of alpha and beta follow from |alpha|^2 = (1 + u)/2 and |beta|^2 = (1 - u)/2 at the
+ * extreme heights. */
+static inline void set_series_of_kind(exact_lanes *exact, const turning_points *r,
+                                      const arguments *a, int dual)
 {
     const double pi = 3.14159265358979323846;
     const wide kp = wide_sqrt(r->g32.hi / r->g31.hi), zero = wide_splat(0.0),
@@ -456,20 +457,20 @@ static inline void fill_series_of_kind(exact_lanes *exact, const turning_points 
         theta_scale(&exact->beta, low * wide_sqrt(kp) / theta_at(exact->beta.even, zero));
     }
 }
-static inline void lagrange_series(exact_lanes *exact, const turning_points *r, const arguments *a)
+static inline void set_theta_series(exact_lanes *exact, const turning_points *r, const arguments *a)
 {
     const mask dual = wide_less(a->T, wide_splat(1.0));
     if (mask_all(dual)) {
-        fill_series_of_kind(exact, r, a, 1);
+        set_series_of_kind(exact, r, a, 1);
         return;
     }
     if (mask_any(dual)) {
         exact_lanes some = *exact;
-        fill_series_of_kind(&some, r, a, 1);
-        fill_series_of_kind(exact, r, a, 0);
+        set_series_of_kind(&some, r, a, 1);
+        set_series_of_kind(exact, r, a, 0);
         take_lanes(exact, &some, sizeof some, dual);
     } else
-        fill_series_of_kind(exact, r, a, 0);
+        set_series_of_kind(exact, r, a, 0);
 }
 /* Sets the scale factor of the horizontal momentum from its magnitude at the lowest position of the
  * axis. The momentum is larger there than at the highest position, because m1 p2 >= p1 m2 and plus3
@@ -505,12 +506,12 @@ static inline dd phase_at_start(const turning_points *r, wide mean)
     return dd_choose(below, dd_of(away), two_sum(wide_splat(0.25), -away));
 }
 /* Sets the initial phases of the nutation, of alpha and of beta. The phase of the complex
- * horizontal momentum is the sum of the phases of the functions alpha and beta. Phases of
- * quantities close to zero are inaccurate, so only two of the three phases are computed directly.
- * The phase of the momentum is less accurate when the momentum is nearly vertical. The phase of the
- * momentum is used only if the momentum is large compared with alpha or beta. */
-static inline void lagrange_start(exact_lanes *exact, const initial *s, const turning_points *r,
-                                  wide i1, wide mean, const exact_top *top)
+ * horizontal momentum m_x + i m_y is the sum of the phases of alpha and beta, so two of the three
+ * determine the third. The phase of a small number is inaccurate. If the square of alpha or of
+ * beta, relative to its maximum, is below a quarter of that of the horizontal momentum, the phase
+ * of the momentum is used instead. */
+static inline void set_initial_phases(exact_lanes *exact, const initial *s, const turning_points *r,
+                                      wide i1, wide mean, const exact_top *top)
 {
     const dd *p = top->q, here = phase_at_start(r, mean);
     const wide zero = wide_splat(0.0);
@@ -531,12 +532,11 @@ static inline void lagrange_start(exact_lanes *exact, const initial *s, const tu
     const mask least = wide_less(of_first, of_second);
     const mask by_second = mask_and(least, wide_less(4.0 * of_first, of_both)),
                by_first = mask_and(mask_not(least), wide_less(4.0 * of_second, of_both));
-    /* Two phases determine the third, so the two with the smallest rounding errors are used. */
     set_initial_phase(&exact->first, dd_choose(by_second, dd_sub(both, second), first));
     set_initial_phase(&exact->second, dd_choose(by_first, dd_sub(both, first), second));
 }
-/* Returns 1 if the symmetry axis is at rest at a pole. The function kr_exact_resolves excludes tops
- * that are nearly at rest at a pole. */
+/* Returns 1 if the symmetry axis rests at a pole, up or down. Tops that almost rest there are
+ * refused before the set-up (is_initial_tilt_resolved). */
 static inline mask is_resting_at_pole(const initial *s)
 {
     const wide least = wide_splat(1e-150), wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;
@@ -547,10 +547,10 @@ static inline mask is_resting_at_pole(const initial *s)
 typedef struct lagrange_setup {
     exact_lanes exact;
     exact_top top;
-    dd i1, half_spin; /* I1; half of c (1/I3 - 1/I1) with c = <m, a>, which k1 and k2 lack */
+    dd i1, half_spin; /* I1; <m, a> (1/I3 - 1/I1) / 2, to be added to k1 and subtracted from k2 */
     initial start;
     turning_points heights;
-    dd mean, nu, k1, k2; /* agm(1, k'), and rates */
+    dd mean, nu, k1, k2; /* see find_rates */
     arguments at;
 } lagrange_setup;
 
@@ -563,7 +563,7 @@ static void begin_setup(lagrange_setup *s)
              ratio = dd_over(s->i1, dd_of(s->top.inertia.z));
     s->half_spin = dd_half(dd_mul(dd_sub(ratio, dd_splat(1.0)), axial));
 }
-static void set_angles(lagrange_setup *s)
+static void set_phases(lagrange_setup *s)
 {
     const dd first = dd_add(s->k1, s->half_spin), second = dd_sub(s->k2, s->half_spin);
     exact_lanes *exact = &s->exact;
@@ -571,26 +571,25 @@ static void set_angles(lagrange_setup *s)
     exact->nutation = phase_of(s->nu);
     exact->first = phase_of(first);
     exact->second = phase_of(second);
-    lagrange_start(exact, &s->start, &s->heights, s->i1.hi, s->mean.hi, &s->top);
+    set_initial_phases(exact, &s->start, &s->heights, s->i1.hi, s->mean.hi, &s->top);
     set_mean_rates(exact, s->nu.hi, first.hi, second.hi);
 }
-/* Computes n closed-form solutions in internal units; begin_setup must have been called for each
- * of them.
- * For each top, weight * |com| must be positive, and the symmetry axis must not stay vertical. Each
- * stage is completed for all tops before the next, because the code of all stages does not fit into
- * the first-level instruction cache. */
-INLINE void lagrange_moving(lagrange_setup s[], int n)
+/* Computes the closed forms of n tops in internal units, after begin_setup has been called for
+ * each. For each top, weight * |com| must be positive, and the symmetry axis must not stay
+ * vertical. Each stage is completed for all tops before the next, because the code of all stages
+ * does not fit into the first-level instruction cache. */
+INLINE void set_up_moving_tops(lagrange_setup s[], int n)
 {
     for (int i = 0; i < n; i++) s[i].heights = find_turning_heights(&s[i].start);
     for (int i = 0; i < n; i++)
-        s[i].mean = lagrange_rates(&s[i].start, &s[i].heights, &s[i].nu, &s[i].k1, &s[i].k2);
+        s[i].mean = find_rates(&s[i].start, &s[i].heights, &s[i].nu, &s[i].k1, &s[i].k2);
     for (int i = 0; i < n; i++) {
         memset(&s[i].exact, 0, sizeof s[i].exact);
         s[i].exact.constant.z = s[i].top.m.z;
         s[i].exact.side = wide_splat(1.0);
         s[i].at = find_arguments(&s[i].exact, &s[i].start, &s[i].heights, s[i].mean);
     }
-    for (int i = 0; i < n; i++) lagrange_series(&s[i].exact, &s[i].heights, &s[i].at);
-    for (int i = 0; i < n; i++) set_angles(&s[i]);
+    for (int i = 0; i < n; i++) set_theta_series(&s[i].exact, &s[i].heights, &s[i].at);
+    for (int i = 0; i < n; i++) set_phases(&s[i]);
 }
 #endif

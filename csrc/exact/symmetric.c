@@ -5,11 +5,10 @@
 #include "math/exponent.h"
 #include "math/trig.h"
 
-/* Conversion of a scene to the axes and units in which the closed-form solution is computed. The
- * internal axes are defined in method.h. The error of a state must not grow with time. No value
- * that determines a rate is therefore rounded to double precision: the attitude and mass * gravity
- * * com are double-double products, and the units are powers of two. */
-/* A top in internal axes and units, and the data for converting results to the user's units. */
+/* A top in internal axes (method.h) and internal units, and the data for converting results to the
+ * user's units. The error of a state must not grow with time, so no value that determines a rate is
+ * rounded to double precision: the attitude and mass * gravity * com are double-double products,
+ * and the units are powers of two. */
 typedef struct described_top {
     exact_top own;
     int behind;   /* nonzero if the apex is opposite to the third internal axis */
@@ -18,18 +17,17 @@ typedef struct described_top {
     kr_units units;
 } described_top;
 
-/* Computes the rotation that maps the third internal axis of a spherical body to the direction of
- * its centre of mass. This small rotation corrects the rounding error in the direction of the
- * internal axis. Returns |com|. */
-static dd find_axis_tilt(const kr_body *b, const kr_working *w, kr_quat *tilt)
+/* Computes the rotation `tilt` that maps the third internal axis of a spherical body to the
+ * direction of its centre of mass. They differ by the rounding error of the internal axis. Returns
+ * |com|. */
+static dd find_axis_tilt(kr_vec3 com, const kr_working *w, kr_quat *tilt)
 {
     const dd axes[4] = {dd_of(w->axes.w), dd_of(w->axes.x), dd_of(w->axes.y), dd_of(w->axes.z)};
     /* Divided by the largest component, because squares may overflow or underflow. */
-    const double size = v_largest(b->com);
-    const double xyz[3] = {b->com.x, b->com.y, b->com.z};
-    dd com[3], c[3];
-    for (int i = 0; i < 3; i++) com[i] = dd_div(dd_of(xyz[i]), dd_of(size));
-    turn_back_dd(axes, com, c);
+    const double size = v_largest(com), xyz[3] = {com.x, com.y, com.z};
+    dd unit[3], c[3];
+    for (int i = 0; i < 3; i++) unit[i] = dd_div(dd_of(xyz[i]), dd_of(size));
+    turn_back_dd(axes, unit, c);
     const dd reach = dd_sqrt(dd_dot(c, c));
     const double twice = reach.hi + c[2].hi;
     *tilt = q4(1.0, v3(-c[1].hi / twice, c[0].hi / twice, 0.0));
@@ -53,52 +51,44 @@ static dd half_turn_of_rotor(const kr_body *b, const kr_working *w, const kr_uni
 /* Converts a valid scene to the axes and units of the closed-form solution. */
 static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *top)
 {
-    const kr_pull pull = kr_scene_pull(scene, scene->body.com);
-    kr_working w = kr_body_working(&scene->body);
+    const kr_body *b = &scene->body;
+    const kr_pull pull = kr_scene_pull(scene, b->com);
+    const kr_working w = kr_body_working(b);
     const kr_status status = kr_scene_units(scene, &w, &top->units);
-    kr_body body = scene->body, *b = &body;
-    body.com = pull.com;
-    w.com = q_turn_back(w.axes, body.com);
-    const kr_quat q = scene->start.q;
-    dd reach = dd_of(kind == KR_KIND_LAGRANGE ? w.com.z : 0.0);
-    kr_quat tilt;
     if (status != KR_OK) return status;
+    const double moment = top->units.moment, time = top->units.time,
+                 along = q_turn_back(w.axes, pull.com).z;
+    const kr_quat q = scene->start.q;
+    const kr_vec3 m = v_scale(time, v_scale(1.0 / moment, scene->start.m));
     exact_top *own = &top->own;
-    top->behind = w.com.z < 0.0;
-    own->inertia = v_scale(1.0 / top->units.moment, w.inertia);
-    const kr_vec3 m = v_scale(top->units.time, v_scale(1.0 / top->units.moment, scene->start.m));
-    own->m = v3(drop_tiny_momentum(m.x), drop_tiny_momentum(m.y), drop_tiny_momentum(m.z));
+    top->behind = along < 0.0;
     top->axes = q_unit(q_mul(b->axes, w.axes));
+    top->half_turn = half_turn_of_rotor(b, &w, &top->units);
+    own->inertia = v_scale(1.0 / moment, w.inertia);
+    own->m = v3(drop_tiny_momentum(m.x), drop_tiny_momentum(m.y), drop_tiny_momentum(m.z));
     own->q[0] = dd_of(q.w);
     own->q[1] = dd_of(q.x);
     own->q[2] = dd_of(q.y);
     own->q[3] = dd_of(q.z);
     if (!is_identity(b->axes)) multiply_from_right(own->q, b->axes);
     if (!is_identity(w.axes)) multiply_from_right(own->q, w.axes);
+    dd reach = dd_of(kind == KR_KIND_LAGRANGE ? along : 0.0);
     if (w.tilted && kind == KR_KIND_LAGRANGE) {
-        reach = find_axis_tilt(b, &w, &tilt);
+        kr_quat tilt;
+        reach = find_axis_tilt(pull.com, &w, &tilt);
         multiply_from_right(own->q, tilt);
     }
-    const int power =
-        pull.power - exponent_of(top->units.moment) + 2 * exponent_of(top->units.time);
+    const int power = pull.power - exponent_of(moment) + 2 * exponent_of(time);
     const dd lever = dd_times(pull.mass, dd_times(pull.gravity, reach));
     own->lever = dd_make(times_power_of_2(lever.hi, power), times_power_of_2(lever.lo, power));
     if (fabs(own->lever.hi) < LEAST_LEVER) own->lever = dd_of(0.0);
-    top->half_turn = half_turn_of_rotor(&scene->body, &w, &top->units);
     return KR_OK;
 }
-/* The closed form of a torque-free top. Let a (axis 3) be the principal axis
- * around which the angular momentum m circulates in the body frame. The moment of inertia about
- * axis 3 is the largest or the smallest of the three. In the axes of the solution, the angular
- * momentum points along e3 and the body axis a along -e3. In this frame u = -a.e3 = c dn(X). The
- * functions alpha and beta are theta1 and theta4 in the square of the nome, with the common rate
- *     k = (m / I3 + e sum Q_n / 2) / 2,   e = 2T/m - m/I3,   p0^2 = 1/c^2.
- * D3 = |2T I3 - m^2| and D1 = |m^2 - 2T I1| are computed as sums of terms of equal sign (Jacobi
- * 1849; Whittaker, Dynamics, 69). */
+
 /* Sets up a motion in which alpha and beta have constant magnitudes and constant rates. Such
  * motions include those of sleeping, hanging and resting tops, and of symmetric bodies without
  * torque. */
-static inline void steady_closed_form(kr_exact_form *exact, kr_quat q, dd first, dd second)
+static inline void set_up_steady_form(kr_exact_form *exact, kr_quat q, dd first, dd second)
 {
     const double a = length(q.w, q.z), b = length(q.x, q.y);
     exact->curve = LAGRANGE;
@@ -123,6 +113,15 @@ static inline void set_frame(kr_exact_form *exact, kr_quat left, kr_quat right)
     exact->framed = 1.0;
 }
 
+/* The closed form of a torque-free top. The angular momentum m circulates in the body about a
+ * principal axis a, which is axis 3 and has the largest or the smallest moment I3. In the axes of
+ * the solution, m points along e3 and a along -e3, so the height of axis 3 is u = -a.e3 = c dn(X).
+ * The functions alpha and beta are theta1 and theta4 in the square of the nome. With the energy T
+ * and the sums Q_n of elliptic_mean, the phases of both grow at the rate
+ *     k = (m / I3 + e sum Q_n / 2) / 2,   e = 2T/m - m/I3,   p0^2 = 1/c^2.
+ * D3 = |2T I3 - m^2| and D1 = |m^2 - 2T I1| are computed as sums of terms of equal sign (Jacobi
+ * 1849; Whittaker, Dynamics, 69). */
+
 /* The principal axes, reordered so that axis 2 has the intermediate moment and the angular momentum
  * circulates around axis 3. The component of the angular momentum along axis 3 is nonnegative. */
 typedef struct body_axes {
@@ -135,15 +134,15 @@ typedef struct body_axes {
 
 /* Returns the rotation that maps e3 to axis k, and e2 to axis `middle` or its negative. If
  * `reverse` is nonzero, the directions to which e1 and e3 are mapped are reversed. */
-static kr_quat frame_of(int k, int middle, int reverse)
+static kr_quat find_axis_frame(int k, int middle, int reverse)
 {
     const double h = 0.5, r = 0.70710678118654752440;
     kr_quat q = k == 2 ? q_one() : k == 0 ? q4(h, v3(h, h, h)) : q4(h, v3(-h, -h, -h));
     if (middle == (k + 1) % 3) q = q_mul(q, q4(r, v3(0.0, 0.0, r)));
     return reverse ? q_mul(q, q4(0.0, v3(0.0, 1.0, 0.0))) : q;
 }
-/* Reorders the principal axes, given the principal moments, all different, and the momentum m in the
- * body frame. */
+/* Reorders the principal axes, given the principal moments, all different, and the momentum m in
+ * the body frame. */
 static body_axes body_axes_of(const double inertia[3], const dd m[3])
 {
     int low = 0, high = 0;
@@ -178,7 +177,7 @@ static body_axes body_axes_of(const double inertia[3], const dd m[3])
     r.d3 = dd_add(dd_mul(term[0], i31), dd_mul(term[1], i32));
     r.d1 = dd_add(dd_mul(term[1], i21), dd_mul(term[2], i31));
     r.square = dd_dot(m, m);
-    r.turn = frame_of(high, middle, reverse);
+    r.turn = find_axis_frame(high, middle, reverse);
     return r;
 }
 /* Returns a rotation that maps the direction of m to e3. A tiny m is scaled up first, because its
@@ -212,17 +211,18 @@ static int set_up_steady_motion(kr_exact_form *exact, const double inertia[3], c
     dd half_spin = dd_half(
         dd_mul(m[k], dd_sub(dd_div(dd_of(1.0), dd_of(inertia[k])), dd_div(dd_of(1.0), across))));
     if (has_rotor) half_spin = dd_add(half_spin, half_turn);
-    const kr_quat axis = frame_of(k, (k + 2) % 3, 0);
-    steady_closed_form(exact, q_mul(q_mul(q_conj(left), q), axis),
+    const kr_quat axis = find_axis_frame(k, (k + 2) % 3, 0);
+    set_up_steady_form(exact, q_mul(q_mul(q_conj(left), q), axis),
                        dd_add(half_precession, half_spin), dd_sub(half_precession, half_spin));
     set_frame(exact, left, q_conj(axis));
     if (m[k].hi < 0.0) exact->spin_angle_rate = -exact->spin_angle_rate;
     return 1;
 }
-/* Returns the common rate of the phases of alpha and beta, and writes agm(1, k') to `mean`. The
- * arguments `c2` and `flat` are c^2 and 1 - c^2. For small c, the sum starts from p0^2 = 1 + c^2
- * k^2 / flat, which avoids a division by c. */
-static dd common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean)
+/* Returns the common rate k of the phases of alpha and beta, and writes agm(1, k') to `mean`. The
+ * arguments `c2`, `flat`, `k2` and `kp` are c^2, 1 - c^2, the square of the modulus of the elliptic
+ * functions, and its complement k'. For c^2 <= 1/4, the sum starts from p0^2 = 1 + c2 k2 / flat,
+ * which avoids a division by c. */
+static dd find_common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean)
 {
     const dd one = dd_of(1.0), size = dd_sqrt(a->square), ck = dd_mul(c2, k2);
     const dd excess = dd_div(dd_times(a->sense, a->d3), dd_mul(size, a->inertia[2]));
@@ -237,8 +237,8 @@ static dd common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean
 }
 /* Sets the theta series of alpha and beta. The arguments of both have the same imaginary part, an
  * incomplete elliptic integral of the first kind. */
-static void euler_series(kr_exact_form *exact, const body_axes *a, double c2, double flat, dd k2,
-                         double kp2, dd average)
+static void set_euler_series(kr_exact_form *exact, const body_axes *a, double c2, double flat,
+                             dd k2, double kp2, dd average)
 {
     const double pi = 3.14159265358979323846, c = sqrt(c2), kp = sqrt(kp2),
                  T = theta_stretch(exact, dd_twice(average), k2), limit = 0.25 * pi * T,
@@ -269,12 +269,11 @@ static void euler_series(kr_exact_form *exact, const body_axes *a, double c2, do
 #define LEAST_SQUARE 1e-280
 #define NEAR_SEPARATRIX_KP2 1e-36
 
-/* Returns the initial phase of the nutation, in turns. The elliptic functions cn and sn are
- * proportional to the momentum components M1 and M2. Near the intermediate axis, where sn = +-1,
- * the phase is measured from this axis by sn(K - x) = cn/dn. If the phase were measured from
- * another axis, it would be computed as the difference of two large numbers, and therefore be
- * inaccurate. */
-static dd euler_start(const body_axes *a, dd i31, dd i32, double kp2, double mean)
+/* Returns the initial phase of the nutation, in turns. The components of the momentum along axes 1
+ * and 2 are proportional to cn and sn. Near a separatrix, K is large, and a phase near K is
+ * measured from axis 2, where sn = +-1, by sn(K - x) = cn/dn: as a difference of large numbers, it
+ * would be inaccurate. */
+static dd find_initial_phase(const body_axes *a, dd i31, dd i32, double kp2, double mean)
 {
     const double pi = 3.14159265358979323846, way = a->sense < 0.0 ? -1.0 : 1.0;
     const double cn = a->momentum[0].hi * sqrt(i31.hi / a->inertia[0].hi);
@@ -310,12 +309,12 @@ static void set_up_asymmetric_motion(kr_exact_form *exact, const body_axes *a, k
     const kr_quat turn = q_mul(a->turn, q4(0.0, v3(1.0, 0.0, 0.0)));
     const kr_quat target = q_mul(q_mul(q_conj(left), q), turn);
     dd mean;
-    const dd k = common_rate(a, c2, flat, k2, dd_sqrt(kp2), &mean);
+    const dd k = find_common_rate(a, c2, flat, k2, dd_sqrt(kp2), &mean);
     const double pi = 3.14159265358979323846;
     double f[6], s, c;
-    euler_series(exact, a, c2.hi, flat.hi, k2, kp2.hi, mean);
+    set_euler_series(exact, a, c2.hi, flat.hi, k2, kp2.hi, mean);
     exact->nutation = phase_of(dd_mul(lambda, mean));
-    set_initial_phase(&exact->nutation, euler_start(a, i31, i32, kp2.hi, mean.hi));
+    set_initial_phase(&exact->nutation, find_initial_phase(a, i31, i32, kp2.hi, mean.hi));
     factors_at(exact, 0.0, f);
     exact->first = exact->second = phase_of(k);
     const dd first = angle_in_turns(f[0], f[1], target.w, target.z),
@@ -333,7 +332,7 @@ static void set_up_asymmetric_motion(kr_exact_form *exact, const body_axes *a, k
 }
 /* Returns the closed-form solution for a torque-free body, in internal units. `half_turn` is half
  * the rate that an axial rotor adds to the rotation about axis 3. */
-static kr_exact_form euler_closed_form(const exact_top *top, dd half_turn)
+static kr_exact_form make_euler_form(const exact_top *top, dd half_turn)
 {
     const double pair = 0.5 * (top->inertia.x + top->inertia.y);
     const int has_rotor = half_turn.hi != 0.0;
@@ -359,10 +358,9 @@ static kr_exact_form euler_closed_form(const exact_top *top, dd half_turn)
  * where (m3 - c cos th)/sin th = ((m3 + c) tan th/2 + (m3 - c) cot th/2) / 2 loses no digits near a
  * pole. An axial rotor with the momentum h replaces c^2/2 I3 by (c - h)^2/2 I3. For a torque-free
  * body, u3 is infinite, but only the product g u3 is used. */
-/* Returns the nutation angle for the height u, given 1 - u and 1 + u. Values of 1 - u and 1 + u of
- * at most 2e-36 count as zero, because recompute_small_distances replaces values below 1e-36 with
- * 1e-36. */
-static double turning_angle(dd minus, dd plus)
+/* Returns the nutation angle for the height u, given 1 - u and 1 + u. Values of at most 2e-36 count
+ * as zero, because recompute_small_distances replaces smaller values by 1e-36. */
+static double nutation_of_height(dd minus, dd plus)
 {
     const double least = 2e-36, low = minus.hi > least ? minus.hi : 0.0,
                  high = plus.hi > least ? plus.hi : 0.0;
@@ -371,16 +369,16 @@ static double turning_angle(dd minus, dd plus)
 /* Returns the sign of the precession rate at the height u, given 1 - u and 1 + u. Returns 0 if the
  * magnitude of the precession rate is at most `tol` times the sum of the absolute values of its
  * terms. */
-static int precession_sign(const initial *s, dd minus, dd plus, double tol)
+static int find_precession_sign(const initial *s, dd minus, dd plus, double tol)
 {
     const dd one = dd_mul(s->sum, minus), two = dd_mul(s->difference, plus);
     const double all = dd_add(one, two).hi, size = fabs(one.hi) + fabs(two.hi);
     return fabs(all) <= tol * size ? 0 : all < 0.0 ? -1 : 1;
 }
 /* Returns the type of motion of a heavy top (kr_nutation), given its smallest and largest nutation
- * angles. Gravity must point downwards. Quantities count as equal if they agree within KR_INPUT_RTOL:
- * angles in radians, rates and momenta relative to the terms of their formulas. */
-static const char *heavy_motion_type(const initial *s, const turning_points *r, double least,
+ * angles. Gravity must point downwards. Quantities count as equal if they agree within
+ * KR_INPUT_RTOL: angles in radians, rates and momenta relative to the terms of their formulas. */
+static const char *name_heavy_motion(const initial *s, const turning_points *r, double least,
                                      double greatest)
 {
     const double pi = 3.14159265358979323846, tol = KR_INPUT_RTOL,
@@ -390,12 +388,12 @@ static const char *heavy_motion_type(const initial *s, const turning_points *r, 
     if (least <= tol && r->g32.hi <= tol * r->g31.hi) return "separatrix";
     if (fabs(s->sum.hi) <= size && fabs(s->difference.hi) <= size) return "pendulum";
     if (least <= tol || pi - greatest <= tol) return "rosette";
-    const int high = precession_sign(s, r->minus2, r->plus2, tol),
-              low = precession_sign(s, r->minus1, r->plus1, 0.0);
+    const int high = find_precession_sign(s, r->minus2, r->plus2, tol),
+              low = find_precession_sign(s, r->minus1, r->plus1, 0.0);
     return high == 0 ? "cusps" : high == low ? "waves" : "loops";
 }
 /* Writes the first times, not negative, of the lowest and of the highest apex. */
-static void turning_times(const initial *s, const turning_points *r, double *low, double *high)
+static void find_turning_times(const initial *s, const turning_points *r, double *low, double *high)
 {
     const double kp = sqrt(r->g32.hi / r->g31.hi);
     const dd mean = elliptic_mean(dd_of(kp), 0, NULL, NULL), here = phase_at_start(r, mean.hi);
@@ -410,7 +408,7 @@ static void turning_times(const initial *s, const turning_points *r, double *low
 /* Returns the turning points, in internal units, of a top whose weight * com along its axis is
  * nonnegative. Times are measured from the initial time. The argument `rotor` is the momentum of an
  * axial rotor divided by I3. */
-static kr_nutation turning_downwards(const exact_top *top, double rotor)
+static kr_nutation find_turning_points(const exact_top *top, double rotor)
 {
     const dd i1 = equal_moment(top);
     const initial s = find_initial(top, i1);
@@ -424,16 +422,16 @@ static kr_nutation turning_downwards(const exact_top *top, double rotor)
                      .axial_energy = own * own / (2.0 * top->inertia.z),
                      .lever = top->lever.hi,
                      .critical_spin = 2.0 * sqrt(i1.hi * top->lever.hi) / top->inertia.z};
-    r.least = r.greatest = turning_angle(s.minus, s.plus);
+    r.least = r.greatest = nutation_of_height(s.minus, s.plus);
     r.motion_type = is_free ? "resting" : s.a[2].hi > 0.0 ? "sleeping" : "hanging";
     if (is_free ? across.hi <= KR_INPUT_RTOL * sqrt(s.w_square.hi) : is_resting_at_pole(&s))
         return r;
     const turning_points heights = find_turning_heights(&s);
-    r.least = turning_angle(heights.minus2, heights.plus2);
-    r.greatest = turning_angle(heights.minus1, heights.plus1);
-    r.motion_type = is_free ? "circle" : heavy_motion_type(&s, &heights, r.least, r.greatest);
+    r.least = nutation_of_height(heights.minus2, heights.plus2);
+    r.greatest = nutation_of_height(heights.minus1, heights.plus1);
+    r.motion_type = is_free ? "circle" : name_heavy_motion(&s, &heights, r.least, r.greatest);
     if (r.greatest - r.least > KR_INPUT_RTOL)
-        turning_times(&s, &heights, &r.t_greatest, &r.t_least);
+        find_turning_times(&s, &heights, &r.t_greatest, &r.t_least);
     return r;
 }
 /* Returns turning points that were computed with up and down interchanged. */
@@ -453,7 +451,7 @@ static kr_nutation exchange_turning_points(kr_nutation r)
 
 /* Returns the closed-form solution for a Lagrange top, in internal units. `half_turn` is half the
  * rate that a rotor adds to the rotation about the symmetry axis. */
-static kr_exact_form lagrange_closed_form(const exact_top *top, dd half_turn)
+static kr_exact_form make_lagrange_form(const exact_top *top, dd half_turn)
 {
     const int below = top->lever.hi < 0.0;
     lagrange_setup s;
@@ -465,10 +463,10 @@ static kr_exact_form lagrange_closed_form(const exact_top *top, dd half_turn)
         memset(&s.exact, 0, sizeof s.exact);
         s.exact.constant.z = s.top.m.z;
         s.exact.side = 1.0;
-        steady_closed_form(&s.exact, round_quaternion(s.top.q), dd_add(half, s.half_spin),
+        set_up_steady_form(&s.exact, round_quaternion(s.top.q), dd_add(half, s.half_spin),
                            dd_sub(half, s.half_spin));
     } else
-        lagrange_moving(&s, 1);
+        set_up_moving_tops(&s, 1);
     if (below) {
         restore_up_and_down(&s.exact);
         make_exchanging_frame(s.exact.frame);
@@ -492,8 +490,8 @@ static int is_initial_tilt_resolved(const kr_scene *scene)
 }
 /* Computes the closed-form solution for a scene. If `own` is nonzero, the solution is expressed in
  * internal axes and units. */
-static kr_status set_up(const kr_scene *scene, int own, double bound, void *memory,
-                        kr_exact_info *info)
+static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *memory,
+                            kr_exact_info *info)
 {
     (void)bound;
     described_top top;
@@ -506,8 +504,8 @@ static kr_status set_up(const kr_scene *scene, int own, double bound, void *memo
     status = read_top(scene, kind, &top);
     if (status != KR_OK) return status;
     const int is_free = top.own.lever.hi == 0.0;
-    kr_exact_form made = is_free ? euler_closed_form(&top.own, top.half_turn)
-                                 : lagrange_closed_form(&top.own, top.half_turn);
+    kr_exact_form made = is_free ? make_euler_form(&top.own, top.half_turn)
+                                 : make_lagrange_form(&top.own, top.half_turn);
     if (!is_free && top.behind) made.spin_angle_rate = 0.0 - made.spin_angle_rate; /* never -0 */
     if (!own) {
         if (!is_identity(top.axes)) {
@@ -551,7 +549,7 @@ kr_status KR_NAME(kr_exact_limits)(const kr_scene *scene, kr_nutation *out)
     if (top.own.lever.hi == 0.0 && v_largest(top.own.m) < 1e-40) top.own.m = v3(0.0, 0.0, 0.0);
     const int below = top.own.lever.hi < 0.0;
     if (below) top.own = exchange_up_and_down(&top.own);
-    kr_nutation r = turning_downwards(&top.own, -2.0 * top.half_turn.hi);
+    kr_nutation r = find_turning_points(&top.own, -2.0 * top.half_turn.hi);
     /* The apex points along the third internal axis or in the opposite direction. */
     r.critical_spin += (top.behind ? -2.0 : 2.0) * top.half_turn.hi;
     if (below != top.behind) r = exchange_turning_points(r);
@@ -574,6 +572,6 @@ const kr_exact_scalar KR_NAME(kr_exact_scalar) = {sizeof(kr_exact_form),
                                                   sizeof(kr_exact_form),
                                                   size_of_plan,
                                                   is_initial_tilt_resolved,
-                                                  set_up,
+                                                  plan_scene,
                                                   state_of_plan,
                                                   NULL};
