@@ -158,7 +158,8 @@ typedef struct kr_scene {
     double gravity; /* acceleration along -e3, of either sign [L T^-2] */
     kr_state start;
     /* Linear damping, as by air that turns with the support: the torque along each principal axis
-     * is -damping * angular velocity relative to the support [M L^2 T^-1]. Not negative. */
+     * is -damping * angular velocity relative to the support [M L^2 T^-1]. Not negative. Strong
+     * damping costs no more steps than the slow motion that remains, except with tangents. */
     kr_vec3 damping;
     /* Constant angular velocity of the support, to which all states and quantities but m refer,
      * along e1, e2, e3 [T^-1]. */
@@ -250,9 +251,10 @@ KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state
 /* Restarts the top, as if kr_top_create had been called with this initial state, but keeps the
  * events set by kr_top_watch. On failure, the top is unchanged. */
 KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
-/* Restarts the top with another scene. To push a moving top, start from kr_top_state(top). `low`
- * has the digits of the start beyond double precision (start + low rounds to start, low->t is 0),
- * or is NULL. Returns KR_ERR_MEMORY if the closed form needs more memory than was allocated. */
+/* Restarts the top with another scene, which also resets the time grid and the tangents. To push a
+ * moving top, start from kr_top_state(top). `low` has the digits of the start beyond double
+ * precision (start + low rounds to start, low->t is 0), or is NULL. Returns KR_ERR_MEMORY if the
+ * closed form needs more memory than was allocated. */
 KR_API kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene, const kr_state *low);
 typedef struct kr_stats {
     int64_t steps, rejected, evaluations, iterations;
@@ -273,8 +275,9 @@ KR_API kr_top_info kr_top_describe(const kr_top *top);
 KR_API kr_status kr_scene_check(const kr_scene *scene);
 /* Returns the horizon [T], an upper bound on |t| for which doubles resolve the attitude: 2^53 rad
  * over the largest of the components of the initial angular velocity, (|m| + |rotor|) / (largest
- * moment), the pendulum frequency and the rates of the support; 0 for an invalid scene. Later times
- * are refused (KR_ERR_RESOLUTION), and earlier ones if damping drives the top backward in time. */
+ * moment), the pendulum frequency and the rates of the support; INFINITY if all are 0, and 0 for an
+ * invalid scene. Times beyond it are refused (KR_ERR_RESOLUTION). Backward in time, where damping
+ * accelerates the top, smaller ones may be refused, too. */
 KR_API double kr_scene_horizon(const kr_scene *scene);
 /* Returns the version of the library, KR_VERSION. */
 KR_API const char *kr_version(void);
