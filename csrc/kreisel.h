@@ -251,10 +251,10 @@ KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state
 /* Restarts the top, as if kr_top_create had been called with this initial state, but keeps the
  * events set by kr_top_watch. On failure, the top is unchanged. */
 KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
-/* Restarts the top with another scene, which also resets the time grid and the tangents. To push a
- * moving top, start from kr_top_state(top). `low` has the digits of the start beyond double
- * precision (start + low rounds to start, low->t is 0), or is NULL. Returns KR_ERR_MEMORY if the
- * closed form needs more memory than was allocated. */
+/* Restarts the top with another scene, and resets the time grid and the tangents. To push a moving
+ * top, set scene->start to kr_top_state(top) with another momentum. `low` is NULL, or holds the
+ * digits of scene->start beyond double precision (start + low rounds to start, low->t is 0).
+ * Returns KR_ERR_MEMORY if the closed form needs more memory than was allocated. */
 KR_API kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene, const kr_state *low);
 typedef struct kr_stats {
     int64_t steps, rejected, evaluations, iterations;
@@ -479,9 +479,9 @@ typedef struct kr_event_hit {
     ptrdiff_t index; /* index of the event; -1: none */
     int direction;   /* 1 or -1 */
 } kr_event_hit;
-/* Sets the events at which kr_top_seek stops, which change no state. `events` must remain valid
- * until the next call, or until the top is freed. Returns KR_ERR_NO_EVENTS for methods other than
- * taylor, and KR_ERR_ARGUMENT if skip_heading is set and a component depends on the heading. */
+/* Sets the events at which kr_top_seek stops; they do not affect the states. `events` must remain
+ * valid until the next call, or until the top is freed. Returns KR_ERR_NO_EVENTS unless the method
+ * is taylor, KR_ERR_ARGUMENT if skip_heading is set and a term depends on the heading. */
 KR_API kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[]);
 /* Advances the top to the next event, or to t if t comes first. Returns KR_ERR_STEP if an event
  * lies in a step that is shorter than doubles can resolve. */

@@ -45,8 +45,8 @@ typedef struct kr_motion {
     const kr_scene *scene;
     /* The internal units of time and momentum, in the user's units. */
     double time_unit, momentum_unit;
-    /* The gravity gradient k, which adds e3 x (q k J P q*) to the torque, with the vertical P in
-     * the body. */
+    /* The gravity gradient k. It adds e3 x (q (k J P) q*) to the torque, with the inertia J and the
+     * vertical P in the body. */
     double gradient;
 } kr_motion;
 /* Returns the body of a motion with up to 16 digits. */
@@ -99,9 +99,9 @@ typedef enum kr_timing {
     KR_TIMING_PHASE
 } kr_timing;
 /* An initial perturbation, and the derivatives of the coefficients of the equations of motion by a
- * parameter: on a shaken support, that of the lever is `pull` times the function of `timing`. All
- * vectors except `push` and `turning` are along the principal axes, which all methods with tangents
- * use. */
+ * parameter. On a shaken support, the derivative of the lever is `pull` times the function of time
+ * that `timing` names. All vectors except `push` and `turning` are along the principal axes, which
+ * all methods with tangents use. */
 typedef struct kr_seed {
     kr_deviation at_start;
     vec_dd lever, rotor, pull;
@@ -154,8 +154,8 @@ struct kr_method {
     int (*applies)(const kr_body *body, kr_kind kind);
     int (*suits)(const kr_scene *scene);
     size_t work;
-    /* Returns the doubles that the method needs in addition for a scene. Checkpoints omit them,
-     * because `reset` computes them from the start. NULL: none. */
+    /* Returns the number of doubles, in addition to `work`, that the method needs for a scene.
+     * Checkpoints omit them, because `reset` computes them again. NULL: none. */
     size_t (*extra_doubles)(const kr_scene *scene);
     /* Starts the motion from the attitude and momentum of `start`. On failure, a method with dense
      * output leaves `work` and `aux` unchanged. */

@@ -132,8 +132,8 @@ static inline kr_state kr_lane_read_sample(const kr_worker *worker, int lane, do
     return s;
 }
 
-/* Evaluates the closed-form solutions of up to KR_BATCH tops, starting at index `from`. `status` is
- * KR_OK for each top that has a closed-form solution. */
+/* Evaluates the closed forms of the tops `from` to from + n - 1, with n <= KR_BATCH. Sets status[i]
+ * to KR_OK if top from + i has a closed form, else to an error code. */
 void kr_exact_batch_run(kr_worker *worker, size_t from, size_t n, kr_status status[]);
 
 /* Chooses the instruction set, order and tolerance of the lanes from the configuration. */

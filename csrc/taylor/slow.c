@@ -85,8 +85,8 @@ static kr_vec3 velocity_without_slow(const kr_series *s, const slow_directions *
             sum = v_axpy(v_dot(high_words(slow->dual[i]), U), high_words(slow->v[i]), sum);
     return sum;
 }
-/* Computes upper bounds on the velocities u_i of the strongly damped directions. The products of two
- * strongly damped velocities are negligible. */
+/* Computes upper bounds on the components u_i of U along the strongly damped directions
+ * (slow_directions.h). The products of two such components are negligible. */
 static void bound_slow_velocities(const kr_taylor *p, const slow_directions *slow, double bound[3])
 {
     const kr_series *s = p->series;

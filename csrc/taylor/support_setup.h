@@ -10,10 +10,9 @@ static inline int kr_support_moves(const kr_scene *scene)
 {
     return scene && kr_scene_needs_support_terms(scene);
 }
-/* Returns an upper bound on the rates at which the support moves, the friction changes and the top
- * rotates. W is the current angular velocity. If `is_held` is nonzero, the change of the friction
- * is not counted. If the shaking of the support later increases the energy, the steps adjust the
- * unit of time. */
+/* Returns an upper bound on the rates of the support, of the friction (unless `is_held` is nonzero)
+ * and of the rotation of a top with the angular velocity W. The bound determines the unit of time
+ * of the series, which the steps adjust if the shaking later increases the energy. */
 double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held);
 /* Sets the constants of a Taylor series that describe the support and the friction. Returns the
  * lever arm of the effective gravity. */
@@ -47,8 +46,9 @@ static inline double kr_support_friction(const kr_motion *motion, double rate)
  * unit of time is 1 / rate. The tangents are stored one by one, not in batches (tangents.h). */
 void kr_support_expand_tangents(const kr_motion *motion, double rate, const kr_series path[2],
                                 struct kr_tangent *first, size_t n, int order);
-/* Subtracts factor * (derivative of the spin) * apex from the momentum part of n single tangents,
- * at the end of the last step. Tangents for which the derivative of the spin is zero remain
+/* Applies a jump of the friction torque at the end of the last step to n tangents outside batches:
+ * subtracts factor * (derivative of the spin) * apex from their momentum parts, with the factor
+ * that `jumps` of kr_support_ops writes. Tangents whose derivative of the spin is zero remain
  * unchanged. */
 void kr_support_jump_tangents(const kr_motion *motion, double rate, const kr_series ended[2],
                               struct kr_tangent *first, size_t n, dd factor);
