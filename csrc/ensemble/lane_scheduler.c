@@ -69,7 +69,7 @@ void kr_scheduler_reset(kr_worker *worker, int damped)
 
 /* Returns the rotation that permutes the principal axes cyclically so that the third moment of
  * inertia is the largest. Sets `shift` to the number of places by which the axes are shifted. */
-static kr_quat rotate_axes(kr_vec3 A, int *shift)
+static kr_quat rotation_to_largest_moment(kr_vec3 A, int *shift)
 {
     *shift = A.z >= A.x && A.z >= A.y ? 0 : A.x >= A.y ? 1 : 2;
     const double h = *shift == 1 ? 0.5 : -0.5;
@@ -197,7 +197,7 @@ static int load_lane(kr_worker *worker, int lane)
     kr_lanes *l = worker->lanes;
     kr_slot *slot = &worker->slots[lane];
     int shift;
-    const kr_quat turn = rotate_axes(motion->inertia, &shift);
+    const kr_quat turn = rotation_to_largest_moment(motion->inertia, &shift);
     const shifted_constants constants = shift_constants(motion, p.rate, shift);
     set_lane_constants(l, lane, &constants);
     set_vector(l->end_p, lane, shift_axes(v_of(p.end_x + 5), shift));

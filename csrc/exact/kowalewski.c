@@ -103,7 +103,7 @@ static void find_variables(const kowalewski_curve *o, dd p, dd q, dd w[2])
     const dd y = dd_add(dd_square(p), dd_square(q)), two_h = dd_twice(o->h);
     const cdd x = cdd_of(p, q), x2 = cdd_mul(x, x);
     const cdd rx = cdd_add(cdd_sub(cdd_scale(two_h, x2), cdd_mul(x2, x2)),
-                           cdd_add(cdd_scale(dd_twice(o->l), x), cdd_real(o->c)));
+                           cdd_add(cdd_scale(dd_twice(o->l), x), cdd_of_real(o->c)));
     const dd r = dd_sqrt(cdd_abs_square(rx)), lp = dd_mul(o->l, p);
     const dd r12 = dd_add(dd_add(dd_sub(dd_mul(two_h, y), dd_square(y)), dd_twice(lp)), o->c);
     const dd r1 = dd_sub(dd_sub(dd_mul(two_h, o->c), dd_square(o->l)),
@@ -177,7 +177,7 @@ static arc_gaps find_separation(const kowalewski_curve *o, const dd y[6])
     const int low = o->order[o->real - 2], least = o->order[0];
     const dd p = y[0], q = y[1], r = y[2], square = dd_square(q);
     const cdd x = cdd_of(p, q), root = cdd_sqrt(cdd_add(cdd_mul(x, x), cdd_of(y[3], y[4]))),
-              z = cdd_mul(cdd_add(cdd_scale(r, x), cdd_real(y[5])),
+              z = cdd_mul(cdd_add(cdd_scale(r, x), cdd_of_real(y[5])),
                           cdd_of(root.re, dd_neg(root.im)));
     dd w[2];
     find_variables(o, p, q, w);
@@ -214,14 +214,14 @@ typedef struct singularities {
 /* Returns the hyperbolic sine of |Im x|, given cos x. */
 static dd sinh_of_imaginary_part(cdd c)
 {
-    const cdd one = cdd_real(dd_of(1.0));
+    const cdd one = cdd_of_real(dd_of(1.0));
     const dd mean = dd_half(
         dd_add(dd_sqrt(cdd_abs_square(cdd_add(c, one))), dd_sqrt(cdd_abs_square(cdd_sub(c, one)))));
     return dd_sqrt(dd_max(dd_sub(dd_square(mean), dd_of(1.0)), dd_of(0.0)));
 }
 static cdd complex_sine(cdd c)
 {
-    const cdd one = cdd_real(dd_of(1.0));
+    const cdd one = cdd_of_real(dd_of(1.0));
     return cdd_sqrt(cdd_mul(cdd_sub(one, c), cdd_add(one, c)));
 }
 /* Returns 1 if Re x is pi/2, 0 if Re x is 0 or pi, and -1 otherwise, given cos x. */
@@ -256,8 +256,8 @@ static singularities singularities_of(const kowalewski_arc *arc)
         const int end = i < ROOTS && (i == arc->low || i == arc->high);
         if (end || (i == 2 && o->pair) || (i == ROOTS && arc->low == AT_INFINITY)) continue;
         const dd im = o->pair && i == 1 ? dd_neg(o->root[2]) : dd_of(0.0);
-        const cdd a = i == ROOTS ? cdd_real(arc->C) : cdd_of(arc->a[i], dd_mul(im, arc->C)),
-                  b = i == ROOTS ? cdd_real(dd_of(1.0)) : cdd_of(arc->b[i], im),
+        const cdd a = i == ROOTS ? cdd_of_real(arc->C) : cdd_of(arc->a[i], dd_mul(im, arc->C)),
+                  b = i == ROOTS ? cdd_of_real(dd_of(1.0)) : cdd_of(arc->b[i], im),
                   apart = cdd_sub(a, b);
         if (cdd_abs_square(apart).hi > 0.0) v.cosine[v.count++] = cdd_div(cdd_add(a, b), apart);
     }
@@ -274,12 +274,13 @@ static singularities move_singularities(const singularities *from, dd m, int cro
     for (int i = 0; i < from->count; i++) {
         const cdd u = crosswise ? complex_sine(from->cosine[i]) : from->cosine[i];
         const cdd square =
-            cdd_sub(cdd_real(dd_square(plus)), cdd_scale(dd_scale(4.0, m), cdd_mul(u, u)));
+            cdd_sub(cdd_of_real(dd_square(plus)), cdd_scale(dd_scale(4.0, m), cdd_mul(u, u)));
         if (cx_abs(cdd_high(square)) < 1e-12 * minus.hi * minus.hi) continue;
-        const cdd v = cdd_div(cdd_scale(dd_of(2.0), u), cdd_add(cdd_real(plus), cdd_sqrt(square)));
+        const cdd v =
+            cdd_div(cdd_scale(dd_of(2.0), u), cdd_add(cdd_of_real(plus), cdd_sqrt(square)));
         to.cosine[to.count++] = crosswise ? complex_sine(v) : v;
     }
-    const cdd last = cdd_real(dd_div(dd_of(1.0), m));
+    const cdd last = cdd_of_real(dd_div(dd_of(1.0), m));
     to.cosine[to.count++] = crosswise ? complex_sine(last) : last;
     return to;
 }
@@ -542,7 +543,7 @@ typedef struct start_point {
 
 static cdd complex_root(const kowalewski_curve *o, int i)
 {
-    if (!o->pair || i == 0 || i >= ROOT_K) return cdd_real(o->root[i]);
+    if (!o->pair || i == 0 || i >= ROOT_K) return cdd_of_real(o->root[i]);
     return cdd_of(o->root[1], i == 1 ? o->root[2] : dd_neg(o->root[2]));
 }
 /* Computes the Taylor coefficients of the state p, q, r, g1, g2, g3. */
@@ -754,9 +755,9 @@ static void fill_roots(const kowalewski_curve *o, kr_kowalewski_plan *plan)
               second = cdd_sub(complex_root(o, 0), complex_root(o, 2));
     cdd A[3], B[3];
     for (int i = 0; i < 3; i++) {
-        const cdd e = complex_root(o, i), l = cdd_real(o->l);
-        A[i] = cdd_sqrt(cdd_scale(dd_of(2.0), cdd_add(e, cdd_real(o->h))));
-        B[i] = cdd_sqrt(cdd_add(cdd_mul(e, e), cdd_real(o->c)));
+        const cdd e = complex_root(o, i), l = cdd_of_real(o->l);
+        A[i] = cdd_sqrt(cdd_scale(dd_of(2.0), cdd_add(e, cdd_of_real(o->h))));
+        B[i] = cdd_sqrt(cdd_add(cdd_mul(e, e), cdd_of_real(o->c)));
         if (cdd_abs_square(A[i]).hi > cdd_abs_square(B[i]).hi)
             B[i] = cdd_div(l, A[i]);
         else if (cdd_abs_square(B[i]).hi > 0.0)

@@ -324,7 +324,8 @@ INLINE wide bisect_if_outside(wide x, wide low, wide high)
  * and q of kr_kowalewski_plan. Both are sums of a function of y1 and a function of y2. For any y2,
  * P grows with y1. Along the line P = 0, Q grows with y2, at the rate w1 - w2 > 0. Each step moves
  * y1 towards this line. If this step is negligible, y2 also moves. */
-APART void search_angles(const kr_kowalewski_plan *plan, const dd theta[2], mask found, wide d[2])
+APART void search_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], mask found,
+                             wide d[2])
 {
     const wide zero = wide_splat(0.0), least = wide_splat(1e-15);
     double bound[2] = {0.5, 0.5}; /* of |y - theta|, a little enlarged */
@@ -402,7 +403,7 @@ INLINE void find_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], a
             mask_or(found, mask_and(near, wide_less(size * (inexact + 1e-8), wide_splat(3e-16))));
     }
     if (mask_all(found)) return;
-    search_angles(plan, theta, found, d);
+    search_arc_angles(plan, theta, found, d);
     for (int j = 0; j < 2; j++) {
         const arc_angle other = angle_plus_radians(theta[j], d[j]);
         take_lanes(&y[j], &other, sizeof other, mask_not(found));
@@ -608,9 +609,9 @@ typedef struct koetter_products {
     wide V0_terms;
 } koetter_products;
 /* Returns (F G)[e0, e1, e2]. */
-INLINE dual second_difference_of_G(const kr_kowalewski_plan *plan, int complex,
-                                   const koetter_terms *t, const koetter_products *k, dual D1,
-                                   dual D2)
+INLINE dual second_difference_of_FG(const kr_kowalewski_plan *plan, int complex,
+                                    const koetter_terms *t, const koetter_products *k, dual D1,
+                                    dual D2)
 {
     const pair f = pair_mul(complex, t->F, k->G), UW = pair_mul(complex, k->U, k->W),
                other = pair_swap(complex, t->square),
@@ -671,8 +672,8 @@ INLINE koetter_state evaluate_koetter(const kr_kowalewski_plan *plan, int comple
     k.Dl = numerator_of_difference(one, two);
     wide size, unused;
     koetter_state s;
-    s.a = second_difference_of_G(plan, complex, &A, &k, one->D, two->D);
-    const dual b = second_difference_of_G(plan, complex, &B, &k, one->D, two->D),
+    s.a = second_difference_of_FG(plan, complex, &A, &k, one->D, two->D);
+    const dual b = second_difference_of_FG(plan, complex, &B, &k, one->D, two->D),
                under = dual_mul(s.a, k.Dl),
                v = second_difference_of_V(plan, complex, &A, &k, &size),
                u = second_difference_of_V(plan, complex, &B, &k, &unused);

@@ -34,7 +34,7 @@ static inline cx cx_mul(cx a, cx b)
 static inline double cx_abs(cx a) { return sqrt(a.re * a.re + a.im * a.im); }
 
 static inline cdd cdd_of(dd re, dd im) { return (cdd){re, im}; }
-static inline cdd cdd_real(dd re) { return cdd_of(re, dd_of(0.0)); }
+static inline cdd cdd_of_real(dd re) { return cdd_of(re, dd_of(0.0)); }
 static inline cx cdd_high(cdd a) { return cx_of(a.re.hi, a.im.hi); }
 static inline cdd cdd_neg(cdd a) { return cdd_of(dd_neg(a.re), dd_neg(a.im)); }
 static inline cdd cdd_add(cdd a, cdd b) { return cdd_of(dd_add(a.re, b.re), dd_add(a.im, b.im)); }
@@ -55,7 +55,7 @@ static inline cdd cdd_div(cdd a, cdd b)
 static inline cdd cdd_sqrt(cdd a)
 {
     const dd t = dd_sqrt(dd_half(dd_add(dd_sqrt(cdd_abs_square(a)), dd_abs(a.re))));
-    if (t.hi == 0.0) return cdd_real(dd_of(0.0));
+    if (t.hi == 0.0) return cdd_of_real(dd_of(0.0));
     const dd other = dd_half(dd_div(a.im, t));
     if (a.re.hi >= 0.0) return cdd_of(t, other);
     return a.im.hi < 0.0 ? cdd_of(dd_neg(other), dd_neg(t)) : cdd_of(other, t);

@@ -55,7 +55,7 @@ typedef struct {
 
 /* Returns the number of evaluations of the right-hand side for rows 1 to `row` of the table. */
 static inline double gbs_cost(int row) { return 1.0 + row * (row + 1); }
-static inline int gbs_least(int a, int b) { return a < b ? a : b; }
+static inline int gbs_min(int a, int b) { return a < b ? a : b; }
 static inline double gbs_square(double x) { return x * x; }
 
 /* Returns the root mean square of (a - b) / (1 + max(|y|, |z|)). The returned value divided by the
@@ -147,11 +147,10 @@ static inline int gbs_best_row(const gbs_attempt *a, int target, int rejected)
     if (row == 2) return rejected ? 2 : 3;
     if (row <= target) {
         if (work[row - 1] < 0.8 * work[row]) best = row - 1;
-        if (work[row] < 0.9 * work[row - 1])
-            best = rejected ? row : gbs_least(row + 1, GBS_ROWS - 1);
+        if (work[row] < 0.9 * work[row - 1]) best = rejected ? row : gbs_min(row + 1, GBS_ROWS - 1);
     } else {
         best = row > 3 && work[row - 2] < 0.8 * work[row - 1] ? row - 2 : row - 1;
-        if (work[row] < 0.9 * work[best]) best = gbs_least(row, GBS_ROWS - 1);
+        if (work[row] < 0.9 * work[best]) best = gbs_min(row, GBS_ROWS - 1);
     }
     return best;
 }
@@ -167,7 +166,7 @@ static inline gbs_control gbs_after_accepted(const gbs_attempt *a, int target, i
 /* Returns the step size and target row to try after a failed trial step. */
 static inline gbs_control gbs_after_failed(const gbs_attempt *a, gbs_control tried, int outcome)
 {
-    int row = gbs_least(tried.target, a->row);
+    int row = gbs_min(tried.target, a->row);
     tried.first = 0;
     if (outcome == GBS_UNSTABLE) {
         tried.h = 0.5 * fabs(a->h);

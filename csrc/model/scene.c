@@ -96,7 +96,7 @@ kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working)
                       times_power_of_2(sqrt(times_power_of_2(part, odd)), (power - odd) / 2)};
 }
 /* Returns the larger of the rotation rate and the shaking rate of the support. */
-static double support_rate(const kr_scene *scene)
+static double largest_support_rate(const kr_scene *scene)
 {
     const double shaking = kr_scene_shakes(scene) ? scene->shaking.rate : 0.0;
     return fmax(v_largest(scene->turning), shaking);
@@ -122,7 +122,7 @@ kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_un
     const kr_swing swing = strongest_swing(scene, working);
     const kr_pull pull = kr_scene_pull(scene, working->com);
     int time;
-    const double turning = support_rate(scene) * swing.moment,
+    const double turning = largest_support_rate(scene) * swing.moment,
                  momentum =
                      fmax(fmax(v_largest(scene->start.m), v_largest(scene->body.rotor)), turning);
     if (!kr_swing_time(&swing, momentum, &time)) return KR_ERR_ARGUMENT;
@@ -143,7 +143,7 @@ double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_w
                              v_scale(1.0 / units->moment, scene->body.inertia));
     const double swing = sqrt(v_length(lever) / moment),
                  shaking = strongest_swing(scene, working).rate * units->time,
-                 turning = units->time * support_rate(scene),
+                 turning = units->time * largest_support_rate(scene),
                  moved = kr_scene_shakes(scene) ? fmax(shaking, turning) : turning;
     const double rotation = fmax(v_largest(W), (v_length(m) + v_length(h)) / moment);
     return 0x1p53 * units->time / fmax(rotation, fmax(swing, moved));

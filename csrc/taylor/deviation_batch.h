@@ -27,7 +27,7 @@ INLINE triple triple_of(const double *four)
     return triple_all(duo_lane(four, 1), duo_lane(four, 2), duo_lane(four, 3));
 }
 INLINE triple triple_splat(duo a) { return triple_all(a, a, a); }
-INLINE triple triple_inverse(int n) { return triple_splat(duo_inverse(n)); }
+INLINE triple triple_reciprocal(int n) { return triple_splat(duo_reciprocal(n)); }
 INLINE triple triple_add(triple a, triple b)
 {
     return triple_all(duo_add(a.x, b.x), duo_add(a.y, b.y), duo_add(a.z, b.z));

@@ -186,12 +186,12 @@ INLINE double lone_fma(double a, double b, double c) { return a * b + c; }
 /* The header quat_simd_dd.h redefines the following operations for double-double numbers. The
  * function duo_lane copies one component of w to all SIMD lanes. The function duo_scale multiplies
  * the eight SIMD lanes by eight constants that doubles represent exactly. The function duo_span
- * returns the difference of two times, and duo_inverse returns 1 / n. */
+ * returns the difference of two times, and duo_reciprocal returns 1 / n. */
 INLINE duo duo_lane(const double *w, int lane) { return duo_splat(w[lane]); }
 INLINE duo duo_scale(const double exact[8], duo a) { return duo_mul(duo_load(exact), a); }
 INLINE duo duo_span(const double *from, const double *to) { return duo_splat(*to - *from); }
 INLINE quad quad_span(const double *from, const double *to) { return quad_splat(*to - *from); }
 INLINE void copy_number(double *to, const double *from) { *to = *from; }
-INLINE duo duo_inverse(int n) { return duo_splat(1.0 / n); }
-INLINE quad quad_inverse(int n) { return quad_splat(1.0 / n); }
+INLINE duo duo_reciprocal(int n) { return duo_splat(1.0 / n); }
+INLINE quad quad_reciprocal(int n) { return quad_splat(1.0 / n); }
 #endif

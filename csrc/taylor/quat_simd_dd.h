@@ -67,7 +67,7 @@ INLINE double *low_of(double *p) { return (double *)((char *)p + sizeof(kr_serie
         T##_store(low_of(p), n.lo);                                                                \
     }                                                                                              \
     INLINE D D##_splat(double a) { return D##_of(T##_splat(a), T##_splat(0.0)); }                  \
-    INLINE D D##_inverse(int n)                                                                    \
+    INLINE D D##_reciprocal(int n)                                                                 \
     {                                                                                              \
         const double hi = 1.0 / n;                                                                 \
         return D##_of(T##_splat(hi), T##_splat(fma(-hi, n, 1.0) / n));                             \
@@ -140,7 +140,7 @@ INLINE duo2 duo2_scale(const double p[8], duo2 a)
 #define duo_store duo2_store
 #define duo_splat duo2_splat
 #define duo_span duo2_span
-#define duo_inverse duo2_inverse
+#define duo_reciprocal duo2_reciprocal
 #define duo_add duo2_add
 #define duo_mul duo2_mul
 #define duo_fma duo2_fma
@@ -161,7 +161,7 @@ INLINE duo2 duo2_scale(const double p[8], duo2 a)
 #define quad_store quad2_store
 #define quad_splat quad2_splat
 #define quad_span quad2_span
-#define quad_inverse quad2_inverse
+#define quad_reciprocal quad2_reciprocal
 #define quad_add quad2_add
 #define quad_mul quad2_mul
 #define quad_fma quad2_fma

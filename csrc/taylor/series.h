@@ -167,7 +167,8 @@ INLINE duo attitude_rates(const series_sums *a, duo share)
 
 INLINE quad vertical_rates(const series_sums *a, int n)
 {
-    return quad_fma(quad_inverse(-n), duo_first(a->p), quad_mul(quad_inverse(n), duo_second(a->p)));
+    return quad_fma(quad_reciprocal(-n), duo_first(a->p),
+                    quad_mul(quad_reciprocal(n), duo_second(a->p)));
 }
 
 INLINE quad velocity_rates(const series_sums *a, const kr_series *s, quad p, quad share)
@@ -188,8 +189,8 @@ INLINE void set_vertical(kr_series *s, turned_term *turned, int n, quad p)
 /* Returns the n-th coefficient of the support's angular velocity in the body frame. */
 INLINE quad support_rates(duo support, int n)
 {
-    return quad_fma(quad_inverse(-n), duo_first(support),
-                    quad_mul(quad_inverse(n), duo_second(support)));
+    return quad_fma(quad_reciprocal(-n), duo_first(support),
+                    quad_mul(quad_reciprocal(n), duo_second(support)));
 }
 /* Returns the dot product of lanes 1 to 3 of two vectors, copied to every lane. */
 INLINE quad dot_lanes(kr_series *own, quad a, quad b)
@@ -220,7 +221,7 @@ INLINE quad hold_spin(kr_series *s, kr_series *own, int n, quad w, quad o)
 INLINE quad support_velocity(const series_sums *a, const kr_series *s, const kr_series *own, int n,
                              quad p)
 {
-    const quad share = quad_inverse(n + 1),
+    const quad share = quad_reciprocal(n + 1),
                drag = quad_mul(quad_mul(share, quad_load(s->drag)), quad_load(own->w[n])),
                other = n == 0 ? quad_add(drag, quad_load(s->rub)) : drag,
                up = quad_fma(quad_mul(share, quad_load(s->up)), quad_next(p), other),
@@ -258,7 +259,7 @@ INLINE void set_acceleration(const kr_series *s, kr_series *own, int order)
     duo cosine = duo_lane(s->sway, 0), sine = duo_lane(s->sway, 1);
     duo_store(own->x[0], duo_add(cosine, duo_lane(s->sway, 3)));
     for (int n = 1; n < order; n++) {
-        const duo rate = duo_mul(duo_inverse(n), duo_lane(s->sway, 2)),
+        const duo rate = duo_mul(duo_reciprocal(n), duo_lane(s->sway, 2)),
                   next = duo_mul(rate, cosine);
         cosine = duo_mul(duo_splat(-1.0), duo_mul(rate, sine));
         sine = next;
@@ -273,7 +274,7 @@ INLINE void next_support_velocity(kr_series *s, kr_series *own, turned_term *tur
     const quad o = terms & TURNS ? support_rates(a->support, n + 1) : quad_splat(0.0);
     quad w = support_velocity(a, s, own, n, terms & SHAKES ? duo_second(a->pulled) : vertical);
     if (terms & GRADIENT)
-        w = quad_fma(quad_mul(quad_inverse(n + 1), quad_load(s->steep)), gradient_products(s, n),
+        w = quad_fma(quad_mul(quad_reciprocal(n + 1), quad_load(s->steep)), gradient_products(s, n),
                      w);
     if (s->holds != 0.0) w = hold_spin(s, own, n, w, o);
     set_velocities(s, own, turned, n + 1, w, o, terms & TURNS, 0);
@@ -288,14 +289,14 @@ INLINE void next_series_coefficient(kr_series *s, kr_series *own, turned_term *t
     if (terms & HEADLESS)
         set_vertical(s, turned, n + 1, vertical_rates(&a, n + 1));
     else
-        duo_store(s->x[n + 1], attitude_rates(&a, duo_inverse(n + 1)));
+        duo_store(s->x[n + 1], attitude_rates(&a, duo_reciprocal(n + 1)));
     if (terms & SUPPORT) {
         next_support_velocity(s, own, turned, n, p, &a, terms);
         return;
     }
-    quad w = velocity_rates(&a, s, p, quad_inverse(n + 1));
+    quad w = velocity_rates(&a, s, p, quad_reciprocal(n + 1));
     if (terms & DAMPED)
-        w = quad_fma(quad_mul(quad_inverse(n + 1), quad_load(s->drag)), quad_load(s->w[n]), w);
+        w = quad_fma(quad_mul(quad_reciprocal(n + 1), quad_load(s->drag)), quad_load(s->w[n]), w);
     set_turned(s->w[n + 1], &turned[n + 1].w, w);
 }
 

@@ -273,7 +273,7 @@ static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kern
     frexp(slow->rate, &exponent);
     if (slow->rate > 0.0) kr_taylor_set_rate(p, motion, ldexp(1.0, exponent), slow->supports);
     const double friction = slow->is_held ? kr_support_friction(motion, p->rate) : 0.0;
-    if (kr_taylor_is_deep(motion)
+    if (kr_taylor_is_extended(motion)
             ? deep_expand(p, slow, kernel->order, off, 0x1p-96, friction, &wait)
             : plain_expand(p, slow, kernel->order, off, 0x1p-48, friction, &wait)) {
         end_step(p, motion, kernel, slow,

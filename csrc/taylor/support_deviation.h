@@ -223,8 +223,8 @@ static void REAL(set_parameter_terms)(const REAL(moving_path) * p, REAL(moving_d
     d->push_loss[0] = VEC(sub)(d->push_loss[0], VEC(scale)(torque, p->apex));
 }
 /* Returns the n-th coefficient of the time derivative of the rotation vector theta. */
-static real_vec REAL(find_turn_rate)(const REAL(moving_path) * p, const REAL(moving_deviation) * d,
-                                     int n)
+static real_vec REAL(find_theta_rate)(const REAL(moving_path) * p, const REAL(moving_deviation) * d,
+                                      int n)
 {
     const real_vec gained = VEC(add)(d->push[n], REAL(cross)(p->momentum, d->turn, n));
     return VEC(add)(VEC(sub)(VEC(over)(gained, p->A), d->turn_loss[n]),
@@ -235,7 +235,7 @@ static real REAL(find_spin_change)(const REAL(moving_path) * p, const REAL(movin
                                    int n)
 {
     const real_vec slipped =
-        VEC(sub)(REAL(find_turn_rate)(p, d, n), REAL(cross)(d->turn, p->relative, n));
+        VEC(sub)(REAL(find_theta_rate)(p, d, n), REAL(cross)(d->turn, p->relative, n));
     return REAL(sum_components)(
         VEC(add)(VEC(times)(p->apex, slipped), VEC(times)(d->apex, p->relative[n])));
 }
@@ -265,7 +265,7 @@ static void REAL(next_deviation)(const REAL(moving_path) * p, REAL(moving_deviat
 {
     const real share = REAL(share)(n);
     d->cross[n] = VEC(cross)(p->lever, d->turn[n]);
-    const real_vec rate = REAL(find_turn_rate)(p, d, n),
+    const real_vec rate = REAL(find_theta_rate)(p, d, n),
                    slipped = VEC(sub)(rate, REAL(cross)(d->turn, p->relative, n)),
                    pushed = VEC(sub)(REAL(cross)(d->push, p->velocity, n), d->push_loss[n]),
                    dragged = REAL(cross)(p->dragged, d->turn, n);

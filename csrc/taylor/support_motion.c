@@ -68,7 +68,7 @@ static double negligible_spin(const kr_motion *motion)
     const double part = fmin(1.0, 2.0 * kr_support_rate(motion, W, 0) / p->rate),
                  terms = v_largest(eased) * (v_largest(M) + v_largest(h)) / p->rate +
                          v_largest(v_of(s->turn + 1));
-    return fmax(part * (kr_taylor_is_deep(motion) ? NEGLIGIBLE_SPIN_DEEP : NEGLIGIBLE_SPIN),
+    return fmax(part * (kr_taylor_is_extended(motion) ? NEGLIGIBLE_SPIN_DEEP : NEGLIGIBLE_SPIN),
                 ROUNDED_SPIN * terms);
 }
 static void start_support(const kr_motion *motion)
@@ -226,7 +226,7 @@ static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr
                                  double unit, int is_slow)
 {
     kr_series *s = p->series;
-    const int n = kernel->order, slides = s->slides != 0.0, deep = kr_taylor_is_deep(motion);
+    const int n = kernel->order, slides = s->slides != 0.0, deep = kr_taylor_is_extended(motion);
     const double noise = unit * NEGLIGIBLE_SPIN, most = 1.0 + NEGLIGIBLE_SPIN;
     const double first = slides ? find_friction_limit(s, n, p->sliding, noise)
                                 : find_friction_limit(s, n, 1.0, most),

@@ -51,14 +51,15 @@ static vec_dd support_lever(const kr_motion *motion, dd acceleration)
     return vdd_scale(weight, motion->body->com);
 }
 /* Returns the amplitude of the support's acceleration in the user's units. */
-static dd shaking_acceleration(const kr_scene *scene)
+static dd shaking_acceleration_amplitude(const kr_scene *scene)
 {
     const kr_shaking *shaking = &scene->shaking;
     return dd_times(shaking->amplitude, two_product(shaking->rate, shaking->rate));
 }
 vec_dd kr_support_split(const kr_motion *motion, dd *base, dd *sway)
 {
-    const dd gravity = dd_of(motion->scene->gravity), most = shaking_acceleration(motion->scene);
+    const dd gravity = dd_of(motion->scene->gravity),
+             most = shaking_acceleration_amplitude(motion->scene);
     *base = dd_of(1.0);
     *sway = dd_of(0.0);
     if (!(fabs(most.hi) > 0.0)) return motion->body->lever;
@@ -155,7 +156,7 @@ void kr_support_phase(const kr_motion *motion, double rate, double end, double l
 {
     const kr_scene *scene = motion->scene;
     const double unit = motion->time_unit / rate;
-    if (!kr_taylor_is_deep(motion)) {
+    if (!kr_taylor_is_extended(motion)) {
         find_shaking_phase(scene, unit * end, cosine, sine);
         return;
     }
@@ -178,7 +179,7 @@ static void set_gravity_oscillation(kr_series s[2], const kr_motion *motion, dou
 static void set_support_velocity(kr_series s[2], const kr_motion *motion, double rate)
 {
     const kr_vec3 own = v_scale(motion->time_unit / rate, motion->scene->turning);
-    if (!kr_taylor_is_deep(motion)) {
+    if (!kr_taylor_is_extended(motion)) {
         const kr_quat at_end = q4(s->end_x[0], v_of(s->end_x + 1));
         v_put(s->turn + 1, q_turn_back(q_unit(at_end), own));
         return;

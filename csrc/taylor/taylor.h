@@ -128,7 +128,7 @@ KR_TAYLOR_ISA(avx2)
 KR_TAYLOR_ISA(avx512)
 
 /* Returns 1 if the motion is computed with more than 16 digits. */
-static inline int kr_taylor_is_deep(const kr_motion *motion)
+static inline int kr_taylor_is_extended(const kr_motion *motion)
 {
 #ifdef KR_NO_DIGITS
     (void)motion;
