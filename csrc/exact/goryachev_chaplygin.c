@@ -54,8 +54,8 @@ static kr_refusal find_branch_points(chaplygin_curve *o)
         const double far = (o->pair ? root[2].hi : 0.5 * dd_sub(root[2], root[1]).hi) / root[0].hi;
         gap[j] = o->pair ? -far * far : far * far;
     }
-    /* The discriminants of the cubic polynomials p+ and p- are accurate to about 31 digits. The
-     * frequencies depend on the logarithm of the discriminant of p-. */
+    /* The relative errors of these squared differences of roots of p+ and p- are about 1e-31. The
+     * limit for p- is larger, because the frequencies depend on the logarithm of its difference. */
     if (!(gap[0] > 1e-20)) return gap[0] > -1e-20 ? KR_REFUSAL_COINCIDENT : KR_REFUSAL_START;
     if (!(fabs(gap[1]) > 1e-15)) return KR_REFUSAL_SEPARATRIX;
     o->real = sort_real_roots(o->root, CURVE_ROOTS, o->pair ? 4 : CURVE_ROOTS, o->order);

@@ -923,8 +923,8 @@ static double fill_sign_table(kr_kowalewski_plan *plan, int n)
     return least;
 }
 /* Fills the plan, except for the initial phase of the heading. Returns the smallest scalar product
- * of quaternions of neighbouring nodes. If it exceeds 1/4, each quaternion of the motion is less
- * than a right angle from the nearest node, which therefore determines its sign. */
+ * of neighbouring quaternions in the table of signs. If it exceeds 1/4, each quaternion of the
+ * motion, with the right sign, has a positive scalar product with the nearest entry. */
 static double fill_plan(kowalewski_work *w)
 {
     kr_kowalewski_plan *plan = &w->plan;

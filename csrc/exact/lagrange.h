@@ -1,9 +1,9 @@
-/* Set-up of the closed form of a Lagrange top. Let u = a.e3 be the height of the symmetry axis a,
- * U u the potential energy, I1 the equal moments, W = m / I1 and g = 2 U / I1. The height obeys
+/* Set-up of the closed form of a Lagrange top (kernel.h). With the height u = a.e3 of the symmetry
+ * axis a, the potential energy U u, the momentum m, the equal moments I1, W = m / I1 and g = 2 U / I1,
  *     (du/dt)^2 = g (u - u1)(u - u2)(u - u3),   u1 <= u <= u2 <= 1 <= u3.
- * The roots u1, u2 and u3, the nutation rate nu, and the rates k1 and k2 of alpha and beta are
- * computed in double-double arithmetic. The moment of inertia about the symmetry axis affects only
- * the spin, by a constant rate that is added separately. */
+ * The roots, and the rates nu, k1 and k2 of the phases in kernel.h, are computed in double-double
+ * arithmetic. The moment of inertia about the symmetry axis affects only the spin, by a constant
+ * rate that is added separately. */
 #ifndef KR_EXACT_LAGRANGE_H
 #define KR_EXACT_LAGRANGE_H
 #include "kernel.h"

@@ -45,8 +45,8 @@ INLINE dd torus_span(const void *plan, wide t)
         within = mask_and(within, wide_less(wide_abs(span.hi * torus->turn[i].fast), most));
     return dd_choose(within, span, dd_of(wide_splat(0.0)));
 }
-/* Turns the attitude q in the axes of the closed form about e3 by twice the angle with the sine s
- * and the cosine c, and converts it to the user's axes. */
+/* Turns the attitude q, which is in the axes of the closed form, about e3 by twice the angle with
+ * the sine s and the cosine c. Returns the result in the user's axes. */
 INLINE quat_lanes torus_attitude(const kr_torus *torus, wide s, wide c, quat_lanes q)
 {
     const kr_quat f = torus->frame;

@@ -315,8 +315,8 @@ static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_ki
     way->attitude = q_unit(q_mul(q, way->axes));
     return KR_OK;
 }
-/* Converts a solution to the user's axes and units, or to internal ones if `own` is nonzero. Writes
- * its period and frequencies. */
+/* Converts `torus` from the axes and units of the closed form to the user's or, if `own` is
+ * nonzero, to the library's internal ones. Writes the period and the frequencies to `info`. */
 static void convert_torus(kr_torus *torus, const torus_units *way, double start, int own,
                           kr_exact_info *info)
 {
