@@ -22,20 +22,21 @@
 #include "slow.h"
 #include "support_setup.h"
 
-/* Rows of the table of Taylor coefficients in slow_terms.h. The table rows from ROW_U on are used
- * only for tops with friction or on moving supports. The table rows from ROW_R on hold the Taylor
- * coefficients of the velocities u_i while friction holds the top. */
+/* Rows of the table of Taylor coefficients in slow_terms.h. The first ROWS_OF_SERIES are those of x
+ * and w in kr_series. The rows from ROW_U on are used only for tops with friction or on moving
+ * supports, and the rows from ROW_R on hold the velocities u_i while friction holds the top. */
 enum {
     ROW_Q = 0,
-    ROW_P = 4,
-    ROW_W = 7,
-    ROWS_AT_REST = 10,
-    ROW_U = 10,
-    ROW_O = 13,
-    ROW_G = 16,
-    ROW_GP = 17,
-    ROW_R = 20,
-    ROWS = 22,
+    ROW_P = 5,
+    ROW_FRICTION = 8,
+    ROW_W = 9,
+    ROWS_OF_SERIES = 12,
+    ROW_U = 12,
+    ROW_O = 15,
+    ROW_G = 18,
+    ROW_GP = 19,
+    ROW_R = 22,
+    ROWS = 24,
     SWEEPS = 64
 };
 /* The first rows of the relative angular velocity U, of the velocities u_i and of the effective

@@ -193,14 +193,12 @@ static void REAL(begin)(REAL(terms) * s, const slow_directions *slow, const kr_s
         s->behind[i] = r_mul(s->k[i], s->behind[i]);
     }
     for (int i = 0; i < 9; i++) {
-        const dd v = slow->v[i / 3][i % 3], dual = slow->dual[i / 3][i % 3];
-        s->v[i / 3][i % 3] = r_of(v.hi, v.lo);
-        s->dual[i / 3][i % 3] = r_of(dual.hi, dual.lo);
+        s->v[i / 3][i % 3] = r_dd(slow->v[i / 3][i % 3]);
+        s->dual[i / 3][i % 3] = r_dd(slow->dual[i / 3][i % 3]);
     }
-    for (int i = 0; i < 4; i++) s->c[ROW_Q + i][0] = r_of(from[0].end_x[i], from[1].end_x[i]);
+    for (int i = 0; i < 8; i++) s->c[ROW_Q + i][0] = r_of(from[0].end_x[i], from[1].end_x[i]);
     for (int i = 0; i < 3; i++) {
         s->drag[i] = r_of(slow->drag[i].hi / rate, slow->drag[i].lo / rate);
-        s->c[ROW_P + i][0] = r_of(from[0].end_x[5 + i], from[1].end_x[5 + i]);
         s->c[ROW_W + i][0] = r_of(from[0].end_w[1 + i], from[1].end_w[1 + i]);
         if (slow->turns) s->c[ROW_O + i][0] = r_of(from[0].turn[1 + i], from[1].turn[1 + i]);
     }
@@ -208,54 +206,41 @@ static void REAL(begin)(REAL(terms) * s, const slow_directions *slow, const kr_s
         s->c[U_ROW(slow) + i][0] = REAL(end_velocity)(s, slow, from, i);
     if (slow->shakes) REAL(expand_gravity)(s, from);
 }
+/* Computes the Taylor coefficients of the spin of a sliding top. */
+static void REAL(find_spin)(REAL(terms) * s, int u, int order, const kr_series from[2])
+{
+    for (int n = 0; n <= order; n++)
+        for (int i = 0; i < 3; i++)
+            s->c[ROW_FRICTION][n] =
+                r_add(s->c[ROW_FRICTION][n],
+                      r_mul(r_of(from[0].apex[1 + i], from[1].apex[1 + i]), s->c[u + i][n]));
+}
+/* Computes the Taylor coefficients of the ratio of the friction torque to its limit `friction`, if
+ * friction holds the top. */
+static void REAL(find_friction_ratio)(REAL(terms) * s, const slow_directions *slow, double rate,
+                                      double friction, int order)
+{
+    for (int n = 0; n < order; n++) {
+        real sum = r_of(0.0, 0.0), torque[3];
+        REAL(find_torques)(s, slow, n, torque);
+        for (int j = 0; j < 3; j++) {
+            const real next = r_mul(r_of(n + 1, 0.0), s->c[ROW_W + j][n + 1]);
+            sum = r_add(sum, r_mul(r_dd(slow->moment[j]), r_sub(next, torque[j])));
+        }
+        for (int i = 0; i < 2; i++)
+            sum = r_add(sum, r_mul(r_dd(dd_scale(1.0 / rate, slow->load[i])), s->c[ROW_R + i][n]));
+        s->c[ROW_FRICTION][n] = r_div(sum, r_of(friction, 0.0));
+    }
+}
 /* Copies the Taylor coefficients of orders 0 to `order` into the high and low words of a series. */
 static void REAL(write)(const REAL(terms) * s, int order, kr_series to[2])
 {
     for (int n = 0; n <= order; n++)
-        for (int row = 0; row < ROWS_AT_REST; row++) {
-            const real value = s->c[row][n];
-            double *hi = row < ROW_P   ? &to[0].x[n][row]
-                         : row < ROW_W ? &to[0].x[n][row + 1]
-                                       : &to[0].w[n][row - ROW_W + 1];
-            double *lo = row < ROW_P   ? &to[1].x[n][row]
-                         : row < ROW_W ? &to[1].x[n][row + 1]
-                                       : &to[1].w[n][row - ROW_W + 1];
-            *hi = r_high(value);
-            *lo = r_low(value);
+        for (int row = 0; row < ROWS_OF_SERIES; row++) {
+            const int is_x = row < ROW_FRICTION, i = is_x ? row : row - ROW_FRICTION;
+            *(is_x ? &to[0].x[n][i] : &to[0].w[n][i]) = r_high(s->c[row][n]);
+            *(is_x ? &to[1].x[n][i] : &to[1].w[n][i]) = r_low(s->c[row][n]);
         }
-}
-/* Writes the Taylor coefficients of the spin of a sliding top. */
-static void REAL(write_spin)(const REAL(terms) * s, int u, int order, kr_series to[2])
-{
-    for (int n = 0; n <= order; n++) {
-        real sum = r_of(0.0, 0.0);
-        for (int i = 0; i < 3; i++)
-            sum = r_add(sum, r_mul(r_of(to[0].apex[1 + i], to[1].apex[1 + i]), s->c[u + i][n]));
-        to[0].w[n][0] = r_high(sum);
-        to[1].w[n][0] = r_low(sum);
-    }
-}
-/* Writes the Taylor coefficients of the ratio of the friction torque to its limit `friction`, if
- * friction holds the top. */
-static void REAL(write_friction_ratio)(const REAL(terms) * s, const slow_directions *slow,
-                                       double rate, double friction, int order, kr_series to[2])
-{
-    for (int n = 0; n <= order; n++) {
-        real sum = r_of(0.0, 0.0), torque[3];
-        REAL(find_torques)(s, slow, n, torque);
-        for (int j = 0; j < 3 && n < order; j++) {
-            const dd moment = slow->moment[j];
-            const real next = r_mul(r_of(n + 1, 0.0), s->c[ROW_W + j][n + 1]);
-            sum = r_add(sum, r_mul(r_of(moment.hi, moment.lo), r_sub(next, torque[j])));
-        }
-        for (int i = 0; i < 2 && n < order; i++) {
-            const dd load = dd_scale(1.0 / rate, slow->load[i]);
-            sum = r_add(sum, r_mul(r_of(load.hi, load.lo), s->c[ROW_R + i][n]));
-        }
-        const real ratio = r_div(sum, r_of(friction, 0.0));
-        to[0].w[n][0] = r_high(ratio);
-        to[1].w[n][0] = r_low(ratio);
-    }
 }
 /* Returns 1 if the strongly damped velocities at the end of the last step agree with those on the
  * slow manifold. They may differ by `near` times the larger of `bound` and `least`. If
@@ -302,8 +287,8 @@ static int REAL(expand)(kr_taylor *p, const slow_directions *slow, int order, do
     if (slow->is_held) REAL(iterate)(&s, slow, order);
     if (!REAL(is_on_manifold)(&s, p->series, slow, bound, least, near, wait)) return 0;
     for (int n = 0; n < order; n++) REAL(turn_attitude)(&s, U_OF(slow), n);
+    if (slow->slides) REAL(find_spin)(&s, U_OF(slow), order, p->series);
+    if (slow->is_held) REAL(find_friction_ratio)(&s, slow, p->rate, friction, order);
     REAL(write)(&s, order, p->series);
-    if (slow->slides) REAL(write_spin)(&s, U_OF(slow), order, p->series);
-    if (slow->is_held) REAL(write_friction_ratio)(&s, slow, p->rate, friction, order, p->series);
     return 1;
 }
