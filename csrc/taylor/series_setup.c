@@ -47,9 +47,7 @@ const kr_isa *kr_taylor_isa_of(const kr_motion *motion)
 /* Sets one rotor term, given the coefficient `k` of the product of angular velocities. */
 static void set_shift(kr_series s[2], int lane, dd h, dd A, dd k)
 {
-    const dd shift = h.hi == 0.0 ? dd_make(-0.0, -0.0) : dd_div(dd_div(h, A), k);
-    s[0].shift[lane] = shift.hi;
-    s[1].shift[lane] = shift.lo;
+    set_words(&s->shift[lane], h.hi == 0.0 ? dd_make(-0.0, -0.0) : dd_div(dd_div(h, A), k));
 }
 /* Sets the terms of the Taylor recurrence that describe the rotor. If two moments of inertia are
  * equal, the coefficient of the corresponding product of angular velocities is zero. The rotor
@@ -66,8 +64,7 @@ static void set_rotor_terms(kr_series s[2], const kr_motion *motion, double rate
         dd k = dd_make(s[0].k[i + 1], s[1].k[i + 1]);
         if (ahead.hi == 0.0 && behind.hi == 0.0) continue;
         if (!(fabs(k.hi) >= KR_LEAST_FACTOR)) k = dd_of(KR_LEAST_FACTOR);
-        s[0].k[i + 1] = k.hi;
-        s[1].k[i + 1] = k.lo;
+        set_words(&s->k[i + 1], k);
         set_shift(s, i + 1, ahead, A[i], k);
         set_shift(s, i + 5, behind, A[i], k);
     }
@@ -76,11 +73,8 @@ static void set_rotor_terms(kr_series s[2], const kr_motion *motion, double rate
 static void set_gradient_terms(kr_series s[2], double gradient)
 {
     s[0].gradient = s[1].gradient = gradient;
-    for (int i = 1; i < 4; i++) {
-        const dd steep = dd_times(-gradient, dd_make(s[0].k[i], s[1].k[i]));
-        s[0].steep[i] = steep.hi;
-        s[1].steep[i] = steep.lo;
-    }
+    for (int i = 1; i < 4; i++)
+        set_words(&s->steep[i], dd_times(-gradient, dd_make(s[0].k[i], s[1].k[i])));
 }
 void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate,
                              const struct kr_support_ops *supports)

@@ -194,8 +194,11 @@ static int is_slide_opposed(const kr_taylor *p, const kr_motion *motion)
     return p->sliding != 0.0 && (motion->step < 0.0 ? -gain : gain) < -noise;
 }
 /* Chooses the friction mode (sliding or held) after a step in which the friction variable has
- * reached its limit. `value` is the limit that the friction variable has reached. */
-static void choose_mode(kr_taylor *p, const kr_motion *motion, int order, double value)
+ * reached the limit `value`. If the tolerance is large, the chosen direction of sliding may be
+ * impossible in the state at the end of the step. Friction then holds the top, because the next
+ * step would have length zero. On the slow manifold (`is_slow`), this is not tested: the
+ * acceleration is a difference of large torques, and its sign is unknown. */
+static void change_mode(kr_taylor *p, const kr_motion *motion, int order, double value, int is_slow)
 {
     kr_series *s = p->series;
     const double before = p->sliding, slope = before != 0.0 ? slope_at_end(s, order).hi : 0.0;
@@ -203,21 +206,12 @@ static void choose_mode(kr_taylor *p, const kr_motion *motion, int order, double
     remove_spin(s);
     if (before == 0.0) {
         p->sliding = -value;
-        return;
+    } else {
+        /* The torque to be balanced is computed from the slope of the spin and the friction during
+         * the last step, not from the velocity, whose rounding errors strong damping amplifies. */
+        p->before_hold = before;
+        decide_hold(p, motion, slope * s->per_grip + before);
     }
-    /* The torque to be balanced is computed from the slope of the spin and the friction during the
-     * last step. A computation from the velocity is avoided, because strong damping would amplify
-     * the rounding errors of the velocity. */
-    p->before_hold = before;
-    decide_hold(p, motion, slope * s->per_grip + before);
-}
-/* Changes the friction mode (see choose_mode). If the tolerance is large, the chosen direction
- * of sliding may be impossible in the state at the end of the step. Friction then holds the
- * top, because the next step would have length zero. On the slow manifold (`is_slow`), this is
- * not tested: the acceleration is a difference of large torques, and its sign is unknown. */
-static void change_mode(kr_taylor *p, const kr_motion *motion, int order, double value, int is_slow)
-{
-    choose_mode(p, motion, order, value);
     if (!is_slow && is_slide_opposed(p, motion)) p->sliding = 0.0;
 }
 /* Shortens the step if friction stops the top or can no longer hold it. A spin below

@@ -92,11 +92,6 @@ static vec_dd apex_of(const kr_motion *motion)
     if (!(v_largest(vdd_high(along)) > 0.0)) return vdd_of(v3(0.0, 0.0, 1.0));
     return vdd_scale(dd_div(dd_of(1.0), dd_sqrt(vdd_dot(along, along))), along);
 }
-static void put_words(kr_series s[2], double *high, dd a)
-{
-    *high = a.hi;
-    *(double *)(void *)((char *)high + ((char *)&s[1] - (char *)&s[0])) = a.lo;
-}
 static void set_friction(kr_series s[2], const kr_motion *motion, double rate)
 {
     const vec_dd apex = apex_of(motion), eased = vdd_over(apex, motion->body->inertia);
@@ -104,16 +99,16 @@ static void set_friction(kr_series s[2], const kr_motion *motion, double rate)
     const double friction = kr_support_friction(motion, rate);
     set_vector_words(s[0].apex, s[1].apex, apex);
     set_vector_words(s[0].yield, s[1].yield, vdd_scale(per_ease, eased));
-    put_words(s, &s[0].per_grip, dd_div(per_ease, dd_of(friction)));
+    set_words(&s[0].per_grip, dd_div(per_ease, dd_of(friction)));
 }
 vec_dd kr_support_set_constants(kr_series s[2], const kr_motion *motion, double rate)
 {
     dd base, sway;
     const vec_dd lever = kr_support_split(motion, &base, &sway);
     const dd per_rate = dd_times(motion->time_unit / rate, dd_of(motion->scene->shaking.rate));
-    put_words(s, &s[0].sway[2], per_rate);
-    put_words(s, &s[0].sway[3], base);
-    put_words(s, &s[0].sway_most, sway);
+    set_words(&s[0].sway[2], per_rate);
+    set_words(&s[0].sway[3], base);
+    set_words(&s[0].sway_most, sway);
     s[0].turns = kr_scene_turns(motion->scene);
     s[0].shakes = kr_scene_shakes(motion->scene);
     if (motion->scene->friction > 0.0) set_friction(s, motion, rate);
@@ -172,8 +167,8 @@ static void set_gravity_oscillation(kr_series s[2], const kr_motion *motion, dou
     const dd sway = dd_make(s[0].sway_most, s[1].sway_most);
     dd sine, cosine;
     kr_support_phase(motion, rate, s[0].end, s[1].end, &cosine, &sine);
-    put_words(s, &s[0].sway[0], dd_mul(sway, cosine));
-    put_words(s, &s[0].sway[1], dd_mul(sway, sine));
+    set_words(&s[0].sway[0], dd_mul(sway, cosine));
+    set_words(&s[0].sway[1], dd_mul(sway, sine));
 }
 /* Sets the body-frame angular velocity of the support at the end of the last step. */
 static void set_support_velocity(kr_series s[2], const kr_motion *motion, double rate)

@@ -174,6 +174,12 @@ static inline void set_lanes(double lanes[4], kr_vec3 v)
     lanes[0] = 0.0;
     v_put(lanes + 1, v);
 }
+/* Stores the high word in a member of a series, and the low word in the next series in memory. */
+static inline void set_words(double *high, dd a)
+{
+    *high = a.hi;
+    *(double *)(void *)((char *)high + sizeof(kr_series)) = a.lo;
+}
 /* Stores the high and the low words of a double-double vector as two pure quaternions. */
 static inline void set_vector_words(double high[4], double low[4], vec_dd v)
 {
