@@ -7,11 +7,12 @@
  * Equations:  dm/dt = torque,   dq/dt = w q / 2,   w = q J^-1 (q* m q) q*
  * with the principal moments J and a unit quaternion q = (w, x, y, z) that rotates vectors from the
  * principal axes into space. A step adds half of the impulse, the torque times h, to m, turns the
- * body, and adds the other half. The energy, with M = q* m q and the middle moment B,
- *     |m|^2/2B + (1/N - 1/B) M_N^2/2 + (1/T - 1/B) M_T^2/2,
+ * body, and adds the other half. With M = q* m q and moments N, B, T, of which B is the middle one,
+ * the energy
+ *     |m|^2/2B + (1/N - 1/B) M_N^2/2 + (1/T - 1/B) M_T^2/2
  * is split into terms whose flows are rotations about m, N and T (McLachlan 1993, Reich 1994). The
- * step is exact for symmetric bodies, explicit, reversible and symplectic: without an impulse m
- * keeps its bits, and the error of the energy is bounded. Order 4 composes the rotations with
+ * step is exact for symmetric bodies, explicit, reversible and symplectic. Without an impulse, m
+ * keeps its bits. The error of the energy is then bounded. Order 4 composes the rotations with
  * Suzuki's coefficients (1990); its order in the torque is 2. Steps that turn the body by less than
  * 0.75 rad use only + - * /, with the same bits on machines that do not fuse sums and products.
  *
@@ -49,7 +50,7 @@ static inline void KR_F(kr_step_sinc)(KR_REAL z, KR_REAL *c, KR_REAL *s)
     if (x > KR_C(0)) *c = KR_F(cos)(x) - KR_C(1);
     if (x > KR_C(0)) *s = KR_F(sin)(x) / x;
 }
-/* Writes q v q* to `out`, or q* v q if sign is -1. out may be v. */
+/* Writes the rotated vector q v q* to `out`, or q* v q if `sign` is -1. out may be v. */
 static inline void KR_F(kr_step_rotate)(const KR_REAL q[4], KR_REAL sign, const KR_REAL v[3],
                                         KR_REAL out[3])
 {
@@ -68,8 +69,8 @@ static inline void KR_F(kr_step_multiply)(const KR_REAL p[4], const KR_REAL q[4]
     out[2] += p[0] * q[2] + p[2] * q[0] + p[3] * q[1] - p[1] * q[3];
     out[3] += p[0] * q[3] + p[3] * q[0] + p[1] * q[2] - p[2] * q[1];
 }
-/* Turns the body about its axis i by the angle 2 rate M[i]. Updates the momentum M in the body and
- * the quaternion 1 + r of all turns so far. */
+/* Rotates the body about its axis i by the angle 2 rate M[i]. Updates the momentum M in the body,
+ * and the product 1 + r of the quaternions of all rotations so far. */
 static inline void KR_F(kr_step_turn)(int i, KR_REAL rate, KR_REAL M[3], KR_REAL r[4])
 {
     const int j = (i + 1) % 3, k = (i + 2) % 3;
@@ -90,11 +91,11 @@ static inline void KR_F(kr_step_turn)(int i, KR_REAL rate, KR_REAL M[3], KR_REAL
 KR_STEP_API void KR_F(kr_step)(const KR_REAL moments[3], KR_REAL q[4], KR_REAL m[3],
                                const KR_REAL impulse[3], KR_REAL h, int order)
 {
-    /* The fractions of h for which the body turns about T. Turns about N lie between. */
+    /* Rotations about T for the fractions part[i] of h alternate with rotations about N. */
     const KR_REAL a = order < 4 ? KR_C(0) : KR_C(0.41449077179437573714);
     const KR_REAL part[] = {KR_C(0), a, a, KR_C(1) - KR_C(2) * a - KR_C(2) * a, a, a, KR_C(0)};
     const int first = order < 4 ? 2 : 0, last = order < 4 ? 3 : 5;
-    int b = 1; /* the axis B between N and T, cyclically, with N equal to B if two are equal */
+    int b = 1; /* index of the axis B; N precedes B cyclically, T follows; N = B if two are equal */
     for (int i = 3; i > 0; i--) {
         const KR_REAL N = moments[(i + 2) % 3], B = moments[i % 3], T = moments[(i + 1) % 3];
         if (N == B || (B != T && (N < B) == (B < T))) b = i % 3;

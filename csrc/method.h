@@ -1,32 +1,34 @@
-/* The interface of an integration method. Each method has a line in methods.def and a source,
- * usually in methods/, and advances a motion (kr_motion) step by step. The driver converts units,
- * lands on requested times, limits steps and recovers from failures. */
+/* The interface of an integration method. Each method has a line in methods.def and a source file.
+ * A method advances a motion (kr_motion) step by step. The driver (driver/) converts units,
+ * computes states at requested times, limits steps and recovers from failures. */
 #ifndef KR_METHOD_H
 #define KR_METHOD_H
 #include "math/su2_dd.h"
 
-/* The body of a motion in double-double numbers. With up to 16 digits, the low words are zero. */
+/* The body of a motion in double-double numbers, sums of a high and a low word. With up to 16
+ * digits, all low words except those of `differences` are zero. */
 typedef struct body_dd {
     vec_dd inertia, lever, rotor;
-    vec_dd differences; /* of `inertia`, more accurate than these: y - z, z - x, x - y */
+    vec_dd differences; /* of the moments, more accurate than from `inertia`: y - z, z - x, x - y */
     vec_dd com;         /* centre of mass, divided by a power of two (kr_scene_pull) */
-    quat_dd rest;       /* internal axes -> kr_body.axes, which are rounded */
+    quat_dd rest;       /* rotation from the internal axes to kr_body.axes, which are rounded */
 } body_dd;
-/* The state of motion of a top, in the axes and units that the methods use. The internal axes are
- * the principal axes: as given, for methods with KR_METHOD_DIGITS; for others in the order in which
- * the third axis T is the symmetry axis, or the second axis B has the intermediate moment if the
- * moments differ. The internal units are powers of two times the user's units, in which the largest
- * moment of inertia and the rate of rotation are about one. Methods with KR_METHOD_ABSOLUTE use the
- * user's time. */
+/* The state of motion of a top, in internal axes and units. The internal axes are the principal
+ * axes N, B, T (kreisel.h): as given, for methods with KR_METHOD_DIGITS; for others, permuted so
+ * that T is the symmetry axis or, if all moments differ, B has the intermediate moment. The
+ * internal units are powers of two times the user's units, in which the largest moment of inertia
+ * and the rate of rotation are about one. Methods with KR_METHOD_ABSOLUTE use the user's unit of
+ * time. */
 typedef struct kr_motion {
     kr_vec3 inertia;
     kr_vec3 lever;    /* mass * gravity * centre of mass: the torque is e3 x (q lever q*) */
-    kr_vec3 damping;  /* the torque in the body is -damping * W; 0 unless KR_METHOD_DAMPED */
+    kr_vec3 damping;  /* torque / -(angular velocity) along each axis; 0 unless KR_METHOD_DAMPED */
     kr_vec3 rotor;    /* momentum of rotors relative to the body; 0 unless KR_METHOD_ROTORS */
     double step, tol; /* from the config; tol = 0: the method's default */
     double clock;     /* time since the start, in internal units; used by adaptive methods only */
     kr_stats stats;
-    /* method->work doubles, without pointers. Those of the main motion are aligned to 64 bytes. */
+    /* The work array of the method: kr_method.work numbers, none of which is a pointer. The array
+     * of kr_top.main is aligned to 64 bytes. */
     double *work;
     /* Further data of the method, such as its kernel or the memory of another library, which
      * `release` frees. */
@@ -34,22 +36,23 @@ typedef struct kr_motion {
     /* Nonzero: states are determined only up to a rotation about the vertical
      * (KR_METHOD_SKIPS_HEADING). */
     int skip_heading;
-    /* The number of requested digits, or 0 if `tol` is used. With more than 16 digits, `low` has
-     * low words: at the entry of `reset`, those of the initial state, whose momentum is then along
-     * the body axes; later, those of the time and of the state that `at` writes. */
+    /* The number of requested digits, or 0 if `tol` is used. With more than 16 digits, `low` holds
+     * low words: for kr_method.reset those of the initial state, whose momentum then has components
+     * along the body axes; later, those of the time and the state of the last call of
+     * kr_method.at. */
     int digits;
     kr_state low;
     body_dd *body; /* set by the method, or with more than 16 digits by the driver */
-    /* The user's scene, with the start that was set last. Closed forms use it, to avoid the
-     * rounding errors of a conversion to internal units. */
+    /* The user's scene, with the initial state that was set last. Closed-form solutions use the
+     * scene directly, because a conversion to internal units has rounding errors. */
     const kr_scene *scene;
     /* The internal units of time and momentum, in the user's units. */
     double time_unit, momentum_unit;
-    /* The gravity gradient k. It adds e3 x (q (k J P) q*) to the torque, with the inertia J and the
-     * vertical P in the body. */
+    /* The coefficient k of the gravity gradient, which adds e3 x (q (k J P) q*) to the torque. J is
+     * the inertia, and P the vertical in the body frame. */
     double gradient;
 } kr_motion;
-/* Returns the body of a motion with up to 16 digits. */
+/* Returns the body of a motion with up to 16 digits. `com` is body_dd.com. */
 static inline body_dd body_dd_of(const kr_motion *motion, kr_vec3 com)
 {
     const kr_vec3 I = motion->inertia;
@@ -58,7 +61,8 @@ static inline body_dd body_dd_of(const kr_motion *motion, kr_vec3 com)
                      differences, vdd_of(com),           qdd_of(q_one())};
 }
 
-/* The last step of a dense method, in powers of tau = (time - begin) * rate, 0 <= tau <= span. */
+/* The last step of a method with dense output: polynomials in tau = (time - begin) * rate, 0 <= tau
+ * <= span. */
 enum { KR_POLYNOMIAL_ORDER_MAX = 40 };
 typedef struct kr_step_polynomial {
     int order; /* at most KR_POLYNOMIAL_ORDER_MAX */
@@ -68,28 +72,29 @@ typedef struct kr_step_polynomial {
     double end_x[8], end_w[4]; /* values at the end of the step */
     double rate, span;
     double begin, end; /* times of the step since the start, in internal units */
-    /* Nonzero for a top with dry friction, a gravity gradient or a moving support: the slopes are
-     * then the derivatives at the end of the step, from the forces in this step. */
+    /* Nonzero for a top with dry friction, a gravity gradient or a moving support. In this case,
+     * slope_x and slope_w are the derivatives of x and w at the end of the step, computed from the
+     * forces in this step. */
     int is_disturbed;
     double slope_x[8], slope_w[4];
     /* The sign of the spin before the top stopped, while friction holds the top; else 0. */
     double held;
     /* With dry friction: the sign of the spin in this step, or 0 while friction holds the top. */
     double sliding;
-    /* Adds the product of the series a and b to c, up to the coefficient `order` or a few more.
-     * Before the start of b and beyond the ends of a and b, the arrays must contain zeros. */
+    /* Adds the product of the series a and b to c, up to the coefficient c[order] or a few more.
+     * The arrays must contain zeros before b[0] and after the last coefficients of a and b. */
     void (*product)(const double *a, const double *b, int order, double *c);
 } kr_step_polynomial;
 
-/* An infinitesimal perturbation of a motion in internal axes and units: a rotation vector in the
- * body, and a change of the momentum in space. Only strongly damped motions are computed otherwise
- * because of perturbations: with short steps. */
+/* An infinitesimal perturbation of a motion, in internal units: a rotation vector along the
+ * internal axes, and a change of the momentum in space. Perturbations change the steps only of
+ * strongly damped motions, which then need short steps. */
 typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;
-/* The function of time to which the change of the torque by a parameter is proportional, at a fixed
- * attitude: the acceleration g(t), a constant, or the derivative of g(t) by the amplitude, rate or
- * phase of the shaking. */
+/* At a fixed attitude, the derivative of the torque by a parameter is proportional to one of these
+ * functions of time: the acceleration g(t), a constant, or the derivative of g(t) by the amplitude,
+ * rate or phase of the shaking. */
 typedef enum kr_timing {
     KR_TIMING_NONE,
     KR_TIMING_STRENGTH,
@@ -98,10 +103,10 @@ typedef enum kr_timing {
     KR_TIMING_RATE,
     KR_TIMING_PHASE
 } kr_timing;
-/* An initial perturbation, and the derivatives of the coefficients of the equations of motion by a
- * parameter. On a shaken support, the derivative of the lever is `pull` times the function of time
- * that `timing` names. All vectors except `push` and `turning` are along the principal axes, which
- * all methods with tangents use. */
+/* The input for one tangent: an initial perturbation, and the derivatives of the coefficients of
+ * the equations of motion by a parameter. On a shaken support, the derivative of the lever is
+ * `pull` times the function of time that `timing` names. Vectors are along the principal axes,
+ * except at_start.push and `turning` (along e1, e2, e3). */
 typedef struct kr_seed {
     kr_deviation at_start;
     vec_dd lever, rotor, pull;
@@ -114,23 +119,24 @@ typedef struct kr_seed {
 typedef struct kr_tangent_ops {
     /* Begins the tangents of a top: kr_tangents_start for all methods. */
     void (*start)(struct kr_top *top);
-    /* Returns the doubles that n deviations need, a multiple of 8. */
+    /* Returns the size of the memory for n deviations, in numbers. It is a multiple of 8. */
     size_t (*doubles)(int digits, size_t n);
     /* Begins n deviations at the current state of a motion. `memory` contains zeros. */
     void (*begin)(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[]);
-    /* Propagates n deviations over the last step of a motion. Returns KR_ERR_TANGENT if one exceeds
-     * the range of doubles. */
+    /* Propagates n deviations over the last step of a motion. Returns KR_ERR_TANGENT if a deviation
+     * exceeds the range of double precision. */
     kr_status (*advance)(const kr_motion *motion, double *memory, size_t n);
-    /* Writes the deviations at the time for which kr_method.at was called last. q and motion->low.q
-     * are the attitude at this time. */
+    /* Writes the deviations at the time for which kr_method.at was called last. The sum of q and
+     * motion->low.q is the attitude at this time. */
     void (*evaluate)(const kr_motion *motion, kr_quat q, double *memory, size_t n,
                      kr_deviation out[]);
-    /* Returns the largest last term of a deviation's series so far, relative to its size. */
+    /* Returns the relative truncation error of the deviations: the largest ratio so far of the last
+     * Taylor term to the norm of a deviation. */
     double (*truncation)(const kr_motion *motion, double *memory);
 } kr_tangent_ops;
 
-/* Functions of the driver to which only methods that need them refer, so that programs without
- * these methods do not link them. */
+/* Functions of the driver for more than 16 digits and for tangents. Only methods that need these
+ * functions refer to them, so that programs without these methods do not link them. */
 typedef struct kr_extended_ops kr_extended_ops;
 extern const kr_extended_ops kr_extended;
 void kr_tangents_start(struct kr_top *top);
@@ -139,8 +145,8 @@ void kr_tangents_start(struct kr_top *top);
  * error code. */
 kr_status kr_refusal_by_method(const struct kr_method *method, const kr_scene *scene);
 
-/* A text that a linker leaves out with what refers to it. It keeps all string literals of a
- * file. */
+/* A string that a linker omits together with the objects that refer to it. String literals of a
+ * file, in contrast, are all kept. */
 #define KR_TEXT(text) ((const char[]){text})
 #define KR_METHOD_TEXTS(its_name, its_text, its_integrals, its_source)                             \
     .name = KR_TEXT(its_name), .text = KR_TEXT(its_text), .conserves = KR_TEXT(its_integrals),     \
@@ -149,28 +155,29 @@ struct kr_method {
     const char *name, *text, *conserves, *reference;
     int order;
     unsigned flags; /* KR_METHOD_DENSE is not stored, because it follows from `at` */
-    /* Return 1 if the method applies to a valid body of this kind under any gravity, or to a valid
-     * scene. NULL: the flags decide. */
+    /* `applies` returns 1 if the method applies to a valid body of this kind under any gravity, and
+     * `suits` if it applies to a valid scene. If both are NULL, the flags decide. */
     int (*applies)(const kr_body *body, kr_kind kind);
     int (*suits)(const kr_scene *scene);
     size_t work;
-    /* Returns the number of doubles, in addition to `work`, that the method needs for a scene.
-     * Checkpoints omit them, because `reset` computes them again. NULL: none. */
+    /* Returns how many numbers of memory the method needs for a scene in addition to the work
+     * array. Checkpoints do not contain them, because `reset` computes them again. NULL: none. */
     size_t (*extra_doubles)(const kr_scene *scene);
-    /* Starts the motion from the attitude and momentum of `start`. On failure, a method with dense
-     * output leaves `work` and `aux` unchanged. */
+    /* Begins the motion in the initial state `start`. On failure, a method with dense output leaves
+     * `work` and `aux` unchanged. */
     kr_status (*reset)(kr_motion *motion, const kr_state *start);
     /* Advances the motion by one step: of the size motion->step or, for an adaptive method, of a
-     * size that it chooses. Only methods with dense output may step beyond `until`. They also check
-     * that their state is finite, and leave the motion unchanged on failure. */
+     * size that the method chooses. Only methods with dense output may step beyond the time
+     * `until`. These methods check that their state is finite, and leave the motion unchanged on
+     * failure. */
     kr_status (*step)(kr_motion *motion, double until);
     /* Writes the attitude, with unit norm, and the momentum at the end of the last step. */
     void (*read)(const kr_motion *motion, kr_state *s);
     /* Writes the attitude and momentum at the time `clock` in the last step. NULL: no dense
      * output. */
     void (*at)(kr_motion *motion, double clock, kr_state *s);
-    /* Writes what `at` would write at n times, which may lie beyond the last step, but faster. May
-     * be NULL. */
+    /* Writes the states that `at` would write at n times, but faster. The times may lie beyond the
+     * last step. May be NULL. */
     void (*at_times)(const kr_motion *motion, size_t n, const double clock[], kr_state out[]);
     /* Returns the Taylor polynomials of the last step. May be NULL. */
     kr_step_polynomial (*polynomial)(const kr_motion *motion);
@@ -180,8 +187,8 @@ struct kr_method {
     const kr_tangent_ops *tangents;
     const struct kr_support_ops *supports;
     const kr_extended_ops *extended;
-    /* Returns 1 if all counts, indices and loop bounds in `work` are within range, as they may not
-     * be in a damaged checkpoint. NULL: there are none. */
+    /* Returns 1 if all counts, indices and loop bounds in `work` are within range, which may be
+     * false in a damaged checkpoint. NULL: `work` contains none. */
     int (*is_valid)(const void *work);
     /* Frees `aux`. May be NULL. */
     void (*release)(kr_motion *motion);
@@ -207,15 +214,15 @@ static inline kr_vec3 motion_lever(const kr_motion *motion, kr_vec3 P)
     if (motion->gradient == 0.0) return motion->lever;
     return v_axpy(motion->gradient, v_times(motion->inertia, P), motion->lever);
 }
-/* Returns the angular velocity of the support, along e1, e2, e3, in the units of the motion. It is
- * 0 for a support that turns about the vertical, with which the driver turns the states, unless the
- * method has `supports`. */
+/* Returns the angular velocity of the support, along e1, e2, e3, in the units of the motion, or 0
+ * for a support that turns about the vertical. Then the driver rotates the states with the
+ * support. */
 static inline kr_vec3 motion_turning(const kr_motion *motion)
 {
     const kr_vec3 turning = motion->scene->turning;
     return v_scale(turning.x != 0.0 || turning.y != 0.0 ? motion->time_unit : 0.0, turning);
 }
-/* Returns the torque at attitude q: e3 x (q lever q*), with that of the gravity gradient. */
+/* Returns the torque of the weight and of the gravity gradient at the attitude q. */
 static inline kr_vec3 motion_torque(const kr_motion *motion, kr_quat q)
 {
     const kr_vec3 a = q_turn(q, motion_lever(motion, q_vertical(q)));

@@ -6,8 +6,8 @@
 
 enum { STATES_PER_CALL = 64 };
 
-/* Returns a lower bound on kr_scene_horizon that is cheap to compute. */
-static double lower_bound_of_horizon(const kr_scene *s)
+/* Returns a lower bound on kr_scene_horizon (kreisel.h) that is cheap to compute. */
+static double bound_horizon_below(const kr_scene *s)
 {
     const kr_vec3 A = s->body.inertia, m = s->start.m;
     const double least = fmin(A.x, fmin(A.y, A.z)),
@@ -21,7 +21,7 @@ static int are_times_valid(const kr_config *config, const kr_tops *tops, size_t 
 {
     const kr_scene *scene = &tops->scenes[i];
     const double *t = kr_worker_times_of(tops, i), start = scene->start.t,
-                 horizon = lower_bound_of_horizon(scene);
+                 horizon = bound_horizon_below(scene);
     const double forward = tops->times > 0 && t[tops->times - 1] < start ? -1.0 : 1.0;
     double before = start;
     int plain = fabs(start) < horizon &&
@@ -46,8 +46,8 @@ static size_t store_states(kr_worker *worker, kr_slot *slot, kr_accumulator *acc
     }
     return k;
 }
-/* Stores the states of a top, which the output array already contains, or which are evaluated in
- * blocks of STATES_PER_CALL if there is a plan. */
+/* Stores the states of top i. If `plan` is NULL, they are already in tops->states; otherwise, they
+ * are evaluated from this closed form in blocks of STATES_PER_CALL. */
 INLINE void store_top(kr_worker *worker, size_t i, const kr_exact_form *plan)
 {
     const kr_tops *tops = worker->tops;

@@ -76,13 +76,13 @@ static kr_quat rotation_to_largest_moment(kr_vec3 A, int *shift)
     return *shift == 0 ? q_one() : q4(0.5, v3(h, h, h));
 }
 /* Returns v with -0 in place of all zeros, because adding -0 leaves every number unchanged. */
-static kr_vec3 with_negative_zeros(kr_vec3 v)
+static kr_vec3 replace_zeros_by_negative(kr_vec3 v)
 {
     return v3(-(0.0 - v.x), -(0.0 - v.y), -(0.0 - v.z));
 }
-/* Returns `apart`, the difference between two moments of inertia. If the top has a rotor and
- * `apart` is almost zero, returns a tiny number instead, because the rotor terms of the series
- * are divided by this difference. */
+/* Returns `apart`, the difference between two moments of inertia. If this difference is almost zero
+ * and a rotor component h1 or h2 is not, returns a tiny fraction of `moment` instead, because the
+ * rotor terms of the series are divided by the difference. */
 static double replace_zero_difference(double apart, double moment, double h1, double h2)
 {
     const double least = KR_LEAST_FACTOR * moment + DBL_MIN;
@@ -95,14 +95,14 @@ static kr_vec3 divide_torque(kr_vec3 torque, kr_vec3 factor)
               torque.y == 0.0 ? -0.0 : torque.y / factor.y,
               torque.z == 0.0 ? -0.0 : torque.z / factor.z);
 }
-/* Constants of the equations of motion for permuted body axes, in the units of the Taylor series.
- * The member `apart` holds the differences between the moments of inertia, which are stored in
- * `A`. */
+/* The constants A, c and h of the equations of motion (lane_state.h), drag = -D / A, and the
+ * differences `apart` between the moments A, for permuted body axes, in the units of the Taylor
+ * series. */
 typedef struct {
     kr_vec3 A, c, h, drag, apart;
 } shifted_constants;
 /* Returns the constants of the equations of motion. `rate` is the unit of frequency of the Taylor
- * series. */
+ * series, and `shift` the number of places by which the axes are shifted cyclically. */
 static shifted_constants shift_constants(const kr_motion *motion, double rate, int shift)
 {
     const kr_vec3 A = shift_axes(motion->inertia, shift),
@@ -174,7 +174,7 @@ static int begin_tangent(kr_worker *worker, int lane, double rate, int shift,
     set_vector(g->per, lane, v_over(v3(1.0, 1.0, 1.0), A));
     set_vector(g->moments, lane, A);
     set_vector(g->c, lane, constants->c);
-    set_vector(g->rotor, lane, with_negative_zeros(constants->h));
+    set_vector(g->rotor, lane, replace_zeros_by_negative(constants->h));
     kr_growth others = g->end;
     set_vector(g->end.d[0], lane, shift_axes(turn, shift));
     set_vector(g->end.d[1], lane, shift_axes(push, shift));
@@ -206,8 +206,9 @@ static int load_lane(kr_worker *worker, int lane)
     set_quaternion(l->axes, lane, q_conj(q_mul(top->axes, turn)));
     set_vector(l->moment, lane,
                v_scale(top->momentum_unit * p.rate, shift_axes(motion->inertia, shift)));
-    set_vector(l->rotor, lane,
-               with_negative_zeros(v_scale(top->momentum_unit, shift_axes(motion->rotor, shift))));
+    set_vector(
+        l->rotor, lane,
+        replace_zeros_by_negative(v_scale(top->momentum_unit, shift_axes(motion->rotor, shift))));
     l->end[lane] = l->steps[lane] = 0.0;
     l->forward[lane] = slot->forward = top->forward;
     l->max_steps[lane] = worker->config.max_steps > 0 ? (double)worker->config.max_steps : INFINITY;
@@ -228,8 +229,8 @@ static int is_good_step(const kr_lanes *l, int lane)
     return isfinite(sum) && l->forward[lane] * (l->end[lane] - l->t[lane]) > 0.0 &&
            l->steps[lane] <= l->max_steps[lane];
 }
-/* Returns 0 if the tangent of a lane could not be propagated to the requested time. */
-static int has_growth(const kr_lanes *l, int lane)
+/* Returns 1 if the tangent of a lane, if any, could be propagated to the requested time, else 0. */
+static int is_growth_finite(const kr_lanes *l, int lane)
 {
     double sum = 0.0;
     for (int i = 0; l->tangents && i < KR_GROWTH_COUNT; i++) sum += l->tangents->out[i][lane];
@@ -243,7 +244,7 @@ static int store_sample(kr_worker *worker, int lane)
     const kr_lanes *l = worker->lanes;
     kr_slot *slot = &worker->slots[lane];
     const kr_state s = kr_lane_read_sample(worker, lane, slot->requested);
-    if (!kr_state_is_good(s.q, s.m) || !has_growth(l, lane)) {
+    if (!kr_state_is_good(s.q, s.m) || !is_growth_finite(l, lane)) {
         kr_lane_fall_back(worker, lane);
         return 0;
     }
@@ -287,7 +288,7 @@ static int find_free_lane(const kr_worker *worker)
     while (lane < *worker->isa->lanes && worker->busy >> lane & 1) lane++;
     return lane;
 }
-/* Returns 0 only if damping of top i is not strong at any time up to its last requested time. */
+/* Returns 0 only if the damping is certainly weak up to the last requested time of top i. */
 static int may_be_strongly_damped(const kr_worker *worker, size_t i)
 {
     const kr_top *top = worker->fallback;

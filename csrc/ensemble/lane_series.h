@@ -107,26 +107,25 @@ typedef struct {
 } lane_sums;
 
 /* Adds the contribution of two Taylor coefficients to the cross product P x W. */
-INLINE void add_turn(lane_sums *a, lane_vec wm, lane_vec pj)
+INLINE void add_cross_products(lane_sums *a, lane_vec wm, lane_vec pj)
 {
     a->plus = lane_vec_fma(lane_vec_next(pj), lane_vec_prev(wm), a->plus);
     a->minus = lane_vec_fma(lane_vec_prev(pj), lane_vec_next(wm), a->minus);
 }
-/* Adds the contribution of two Taylor coefficients to the products of angular velocity
- * components. */
-INLINE void add_torque(lane_sums *a, lane_vec wj, lane_vec wm)
+/* Adds the contribution of two Taylor coefficients of W to the products in `ww`. */
+INLINE void add_velocity_products(lane_sums *a, lane_vec wj, lane_vec wm)
 {
     a->ww = lane_vec_fma(lane_vec_next(wj), lane_vec_prev(wm), a->ww);
 }
 /* Adds to `a` those products of Taylor coefficients that are needed only to compute the heading. */
-INLINE void add_heading(lane_sums *a, lane_vec wm, lane_vec pj, int terms)
+INLINE void add_heading_products(lane_sums *a, lane_vec wm, lane_vec pj, int terms)
 {
     a->wp.x = wide_fma(pj.x, wm.x, a->wp.x);
     a->wp.y = wide_fma(pj.y, wm.y, a->wp.y);
     if (terms & KR_LANES_DAMPED) a->wp.z = wide_fma(pj.z, wm.z, a->wp.z);
 }
-/* Adds the products of the rotor with w in Euler's equations to the sum `to` of the products
- * w_j w_k, and returns the result. */
+/* Adds the products of the rotor with w in Euler's equations to the sum `to` of the products w_j
+ * w_k, and returns the result. */
 INLINE lane_vec add_rotor_products(kr_lanes *l, lane_vec w, lane_vec to)
 {
     const lane_vec of_prev = lane_vec_fma(lane_vec_load(l->shift_next), lane_vec_prev(w), to);
@@ -134,62 +133,64 @@ INLINE lane_vec add_rotor_products(kr_lanes *l, lane_vec w, lane_vec to)
 }
 /* Adds to the sums `a` the products of the middle Taylor coefficients (of order n / 2). The number
  * n must be even. */
-INLINE void add_middle(lane_sums *a, kr_lanes *l, int n, int terms)
+INLINE void add_middle_products(lane_sums *a, kr_lanes *l, int n, int terms)
 {
     const lane_vec w = lane_vec_load(l->w[n / 2]), p = lane_vec_load(l->p[n / 2]);
     if (n == 0) a->ww = add_rotor_products(l, w, a->ww);
-    add_torque(a, w, w);
-    add_turn(a, w, p);
+    add_velocity_products(a, w, w);
+    add_cross_products(a, w, p);
     if (terms & KR_LANES_HEADLESS) return;
-    add_heading(a, w, p, terms);
+    add_heading_products(a, w, p, terms);
     if (n > 0) a->quotient = wide_load(l->near[n / 2]) * wide_load(l->rate[n / 2]);
 }
 /* Adds to the sums `a` the products of the Taylor coefficients of orders 0 and n, including the
  * rotor terms. The argument `newest` holds the coefficients of order n, which are still in
  * processor registers. */
-INLINE void add_newest(lane_sums *a, kr_lanes *l, int n, const lane_pair *newest, int terms)
+INLINE void add_newest_products(lane_sums *a, kr_lanes *l, int n, const lane_pair *newest,
+                                int terms)
 {
     const lane_vec w0 = lane_vec_load(l->w[0]), p0 = lane_vec_load(l->p[0]), wn = newest->w,
                    pn = newest->p;
     const lane_vec next = lane_vec_load(l->next), prev = lane_vec_load(l->prev);
     a->ww = lane_vec_fma(lane_vec_next(wn), prev, lane_vec_fma(next, lane_vec_prev(wn), a->ww));
-    add_turn(a, wn, p0);
-    add_turn(a, w0, pn);
+    add_cross_products(a, wn, p0);
+    add_cross_products(a, w0, pn);
     if (terms & KR_LANES_HEADLESS) return;
     /* W_0 with the rotor terms included */
     const lane_vec shifted = {prev.y, next.x, w0.z};
-    add_heading(a, wn, p0, terms);
-    add_heading(a, terms & KR_LANES_DAMPED ? w0 : shifted, pn, terms);
+    add_heading_products(a, wn, p0, terms);
+    add_heading_products(a, terms & KR_LANES_DAMPED ? w0 : shifted, pn, terms);
     a->quotient = wide_fma(wide_load(l->near[n]), wide_load(l->rate[0]), a->quotient);
 }
 INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int terms)
 {
     const lane_vec none = lane_vec_splat(0.0);
     lane_sums a = {none, none, none, none, wide_splat(0.0)};
-    if (n % 2 == 0) add_middle(&a, l, n, terms);
+    if (n % 2 == 0) add_middle_products(&a, l, n, terms);
     for (int j = (n - 1) / 2; j > 0; j--) {
         const int m = n - j;
         const lane_vec wj = lane_vec_load_once(l->w[j]), wm = lane_vec_load_once(l->w[m]);
         const lane_vec pj = lane_vec_load_once(l->p[j]), pm = lane_vec_load_once(l->p[m]);
         /* The sums are independent of each other; this order of additions was the fastest in
          * measurements. */
-        add_turn(&a, wm, pj);
-        add_turn(&a, wj, pm);
-        add_torque(&a, wj, wm);
-        add_torque(&a, wm, wj);
+        add_cross_products(&a, wm, pj);
+        add_cross_products(&a, wj, pm);
+        add_velocity_products(&a, wj, wm);
+        add_velocity_products(&a, wm, wj);
         if (terms & KR_LANES_HEADLESS) continue;
-        add_heading(&a, wm, pj, terms);
-        add_heading(&a, wj, pm, terms);
+        add_heading_products(&a, wm, pj, terms);
+        add_heading_products(&a, wj, pm, terms);
         a.quotient = wide_fma(wide_load(l->near[m]), wide_load(l->rate[j]), a.quotient);
         a.quotient = wide_fma(wide_load(l->near[j]), wide_load(l->rate[m]), a.quotient);
     }
-    if (n > 0) add_newest(&a, l, n, newest, terms);
+    if (n > 0) add_newest_products(&a, l, n, newest, terms);
     return a;
 }
 
-/* Computes the next Taylor coefficients of the heading and of its derivative. */
-INLINE void next_heading_rate(kr_lanes *l, const lane_sums *a, int n, const lane_pair *newest,
-                              wide share, int terms)
+/* Computes the Taylor coefficient n of f' and n + 1 of the heading f (lane_state.h), with share = 1
+ * / (n + 1). */
+INLINE void next_heading_coefficients(kr_lanes *l, const lane_sums *a, int n,
+                                      const lane_pair *newest, wide share, int terms)
 {
     const lane_vec w = newest->w, p0 = lane_vec_load(l->p[0]), inner = lane_vec_load(l->inner);
     const wide rest = n == 0                    ? wide_splat(0.0)
@@ -224,7 +225,7 @@ INLINE lane_pair next_lane_coefficient(kr_lanes *l, int n, lane_pair newest, int
     lane_vec_store(l->w[n + 1], next.w);
     lane_vec_store(l->p[n + 1], next.p);
     if (terms & KR_LANES_HEADLESS) return next;
-    next_heading_rate(l, &a, n, &newest, share, terms);
+    next_heading_coefficients(l, &a, n, &newest, share, terms);
     wide_store(l->near[n + 1], lane_vec_dot(next.p, lane_vec_load(l->p[0])));
     return next;
 }
@@ -288,7 +289,7 @@ typedef struct {
     wide turn;
 } lane_point;
 /* Evaluates the Taylor polynomials of degree `order` at the time `at`. */
-INLINE lane_point sum_lane_terms(kr_lanes *l, int order, wide at, int headless)
+INLINE lane_point evaluate_lane_terms(kr_lanes *l, int order, wide at, int headless)
 {
     const wide h = at - wide_load(l->t);
     int n = order;
@@ -301,20 +302,20 @@ INLINE lane_point sum_lane_terms(kr_lanes *l, int order, wide at, int headless)
     }
     return r;
 }
-INLINE lane_point sum_lanes(kr_lanes *l, wide at, int headless)
+INLINE lane_point evaluate_lanes(kr_lanes *l, wide at, int headless)
 {
-    return sum_lane_terms(l, l->order, at, headless);
+    return evaluate_lane_terms(l, l->order, at, headless);
 }
 
 /* Returns an unnormalized quaternion for the smallest rotation that takes the vector p to d. */
-INLINE lane_quat shortest_turn(lane_vec p, lane_vec d)
+INLINE lane_quat shortest_rotation(lane_vec p, lane_vec d)
 {
     return (lane_quat){1.0 + lane_vec_dot(p, d), lane_vec_cross(p, d)};
 }
-/* Returns the attitude exp(e3 f/2) q s(P). Here q is the attitude at the beginning of the step,
- * f the heading, and s(P) the shortest rotation from the vertical P to its value at the
- * beginning of the step (lane_state.h). If `headless` is nonzero, returns a rotation that takes
- * P to the vertical; its heading is arbitrary. */
+/* Returns the attitude exp(e3 f/2) q s(P), where q is the attitude at the beginning of the step, f
+ * the heading, and s(P) the shortest rotation from the vertical P to its value at the beginning of
+ * the step (lane_state.h). If `headless` is nonzero, returns a rotation that takes P to the
+ * vertical; its heading is arbitrary. */
 INLINE lane_quat lane_attitude(kr_lanes *l, const lane_point *at, int headless)
 {
     if (headless) {
@@ -323,13 +324,13 @@ INLINE lane_quat lane_attitude(kr_lanes *l, const lane_point *at, int headless)
         /* If P.z < 0, the shortest rotation to the other pole is followed by a half turn about the
          * first axis. */
         const lane_vec d = {zero, zero, sign};
-        const lane_quat s = lane_quat_unit(shortest_turn(at->p, d)),
+        const lane_quat s = lane_quat_unit(shortest_rotation(at->p, d)),
                         over = {-s.v.x, {s.w, -s.v.z, s.v.y}};
         const mask up = wide_less(zero, sign);
         return (lane_quat){wide_choose(up, s.w, over.w), lane_vec_choose(up, s.v, over.v)};
     }
     const lane_quat here =
-        lane_quat_mul(lane_quat_load(l->q), shortest_turn(at->p, lane_vec_load(l->p[0])));
+        lane_quat_mul(lane_quat_load(l->q), shortest_rotation(at->p, lane_vec_load(l->p[0])));
     wide s, c;
     wide_sin_cos(0.5 * at->turn, &s, &c);
     const lane_vec v = here.v, across = {-(s * v.y), s * v.x, s * here.w};

@@ -3,16 +3,16 @@
  *     P' = P x W                  P = q* e3 q: the vertical in the body frame
  *     A W' = (AW + h) x W + P x c - D W     W: angular velocity in the body; A: moments; h: rotor;
  *                                           c: mass gravity com; D: damping
- *     q = exp(e3 f/2) g s(P)      s: the shortest turn from P to d; d and g are constant
+ *     q = exp(e3 f/2) g s(P)      s: the shortest turn from P to d; f: the heading
  *     f' = (W, P + d) / (1 + (P, d))
- * The vertical P and the heading f determine the attitude, so each order needs only 12 products of
- * Taylor coefficients. With a Taylor series of the quaternion q, each order would need 21 products.
- * The inner product (W, P) requires only two of the twelve products of Taylor coefficients, because
- * (AW + h, P) is constant, unless the top is damped: then it requires all three. The torque of a
- * rotor is included by modifying the coefficient W_0, as described in taylor.h. The constant d is
- * the value of the vertical P at the beginning of a step. The expression for f' has a pole at
- * P = -d, and the distance from this pole limits the step size. Time is scaled so that |W| < 1.
- * Energy and angular momentum are conserved only up to the tolerance. */
+ * The constants d and g are the values of the vertical P and of the attitude q at the beginning of
+ * a step. The vertical P and the heading f determine the attitude, so each order needs only 12
+ * products of Taylor coefficients. With a Taylor series of the quaternion q, each order would need
+ * 21 products. The inner product (W, P) requires only two of the twelve products, because (AW + h,
+ * P) is constant, unless the top is damped: then it requires all three. The torque of a rotor is
+ * included by modifying the coefficient W_0, as described in taylor.h. The expression for f' has a
+ * pole at P = -d, and the distance from this pole limits the step size. Time is scaled so that |W|
+ * < 1. Energy and angular momentum are conserved only up to the tolerance. */
 #ifndef KR_LANE_STATE_H
 #define KR_LANE_STATE_H
 #include "math/isa.h"
@@ -41,8 +41,9 @@ static inline kr_vec3 shift_axes(kr_vec3 v, int shift)
     return shift == 0 ? v : shift == 1 ? v3(v.y, v.z, v.x) : v3(v.z, v.x, v.y);
 }
 
-/* The terms of the recurrence, a sum of flags that is constant when a function is compiled.
- * KR_LANES_HEADLESS does not compute the heading f. KR_LANES_DAMPED adds the damping. */
+/* Flags for the terms of the recurrence. The sum of the flags is constant when a function is
+ * compiled. With KR_LANES_HEADLESS, the heading f is not computed. With KR_LANES_DAMPED, the
+ * damping is included. */
 enum { KR_LANES_HEADLESS = 1, KR_LANES_DAMPED = 2 };
 
 struct kr_lane_tangents;
@@ -62,24 +63,25 @@ typedef struct kr_lanes {
     kr_lane_vector drag;        /* -Dx / Ax, and cyclic permutations */
     /* factors of Wx Px, Wy Py and Pz in (W, P): 1 - Ax / Az, 1 - Ay / Az, -hz / Az */
     kr_lane_vector inner;
-    /* Rotor terms added to prev(W_0) and next(W_0): -hz / (Ay - Az) and hy / (Ay - Az), permuted
-     * cyclically. The members `prev` and `next` contain the cyclic permutations prev(W_0) and
-     * next(W_0) with the rotor terms added. Without a rotor, the terms are -0, because adding -0
-     * leaves every number unchanged. */
+    /* The cyclic permutations prev(W_0) = (z, x, y) and next(W_0) = (y, z, x), in `prev` and
+     * `next`, include the rotor terms -hz / (Ay - Az) and hy / (Ay - Az), permuted cyclically, in
+     * `shift_prev` and `shift_next`. Without a rotor, the terms are -0, because adding -0 leaves
+     * every number unchanged. */
     kr_lane_vector shift_prev, shift_next, prev, next;
     kr_lane_number t, end, goal, forward; /* `forward` is 1, or -1 backward in time */
     kr_lane_number fall;                  /* as in kr_series */
     kr_lane_number steps, max_steps;
     kr_lane_number at; /* time to sample */
-    /* The event: a zero or an extremum of g = (along_p, P) + (along_w, W) + constant. g[] holds the
-     * coefficients of g, or of dg/ds, as a polynomial in s over the step, 0 <= s <= 1. `side` is
-     * the last sign known with certainty, or 0. Function values of magnitude at most `noise` are
-     * treated as zero. */
+    /* The event: a zero or an extremum of g = (along_p, P) + (along_w, W) + constant, with inner
+     * products. g[] holds the coefficients of g, or of dg/ds, as a polynomial in s over the step, 0
+     * <= s <= 1. `side` is the last sign of g known with certainty, or 0. Values of magnitude at
+     * most `noise` are treated as zero. */
     kr_lane_vector along_p, along_w;
     kr_lane_number constant, g[KR_LANES_ORDER + 1], side, noise;
     int has_event, extremum;
-    /* Conversion to the user's frame and units: the rotation from the frame of description to the
-     * axes of the lane, the momentum for W = 1 along each axis, and that of the rotor. */
+    /* Conversion to the user's frame and units: `axes` rotates vectors from the frame of
+     * description to the axes of the lane. `moment` is the momentum for W = 1 along each axis, and
+     * `rotor` the momentum of the rotor. */
     kr_lane_quaternion axes;
     kr_lane_vector moment, rotor;
     kr_lane_quaternion out_q; /* result of `sample`: q and m in the user's frame and units */
@@ -89,8 +91,8 @@ typedef struct kr_lanes {
     struct kr_lane_tangents *tangents; /* NULL: no tangents */
 } kr_lanes;
 
-/* The state of a tangent: d holds theta (the rotation vector) and N (the change of the momentum),
- * scaled by `scale` = 2^-power. */
+/* The state of a tangent delta = (theta, N): d holds theta (a rotation vector) and N (a change of
+ * the momentum), scaled by `scale` = 2^-power. */
 typedef struct kr_growth {
     kr_lane_vector d[2];
     kr_lane_number power, scale;
@@ -124,8 +126,8 @@ typedef struct kr_lanes_isa {
     unsigned (*advance)(kr_lanes *lanes, int steps);
     /* Computes the state of each lane at the time `at` within its last step. */
     void (*sample)(kr_lanes *lanes);
-    /* Removes the trivial solutions from the initial tangent tangents->end.d, scales the remainder
-     * to unit length, and writes the result to tangents->first. */
+    /* Removes the trivial solutions (lane_tangent.h) from the initial tangent tangents->end.d,
+     * scales the remainder to unit length, and writes the result to tangents->first. */
     void (*begin)(kr_lanes *lanes);
 } kr_lanes_isa;
 /* KR_LANES_ISA declares the functions that kernel_lanes.c exports for an instruction set. */
@@ -137,7 +139,7 @@ typedef struct kr_lanes_isa {
 KR_LANES_ISA(base)
 KR_LANES_ISA(avx2)
 KR_LANES_ISA(avx512)
-/* Returns the i-th instruction set included in the build, or NULL if i is too large. The widest
- * comes first. */
+/* Returns the i-th instruction set included in the build, beginning with the widest, or NULL if i
+ * is too large. */
 const kr_lanes_isa *kr_lanes_isa_at(int i);
 #endif

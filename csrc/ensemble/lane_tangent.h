@@ -1,15 +1,16 @@
 /* The growth of an infinitesimal perturbation (tangent) of the top in each SIMD lane. Computing the
  * tangents may require shorter steps, but does not otherwise change the path. This source file is
- * compiled once for each instruction set. The variational equations are those of taylor/tangents.h,
- * but without damping and without derivatives with respect to parameters. Two solutions of the
- * variational equations are trivial: the direction of the flow, and an infinitesimal rotation about
- * the vertical. The two trivial solutions are the pairs (theta | N) = (W | P x c) and (P | P x M),
- * where M = AW + h. At the end of each step, the components of the tangent along the trivial
+ * compiled once for each instruction set. A tangent delta = (theta | N) consists of a rotation
+ * vector theta and a change N of the momentum, both in the body frame. The variational equations
+ * are those of taylor/tangents.h, but without damping and without derivatives with respect to
+ * parameters. Two solutions of the variational equations are trivial: the direction of the flow, (W
+ * | P x c), and an infinitesimal rotation about the vertical, (P | P x M), with M = AW + h
+ * (lane_state.h). At the end of each step, the components of the tangent along the trivial
  * solutions are removed, and the growth of the rest is measured. Up to the tolerance, each tangent
  * conserves the quantities
  *     dE = <N, W> + <theta, W x M + c x P>       d<m, e3> = <N, P>
- * MEGNO is defined by Cincotta and Simo (2000). Integration by parts gives the mean of MEGNO over
- * the time T:
+ * The chaos indicator MEGNO is defined by Cincotta and Simo (2000). Its mean over the time T is, by
+ * integration by parts,
  *     2/T int ln|delta| (1 + ln(t/T)) dt. */
 #include "lane_series.h"
 
@@ -52,7 +53,7 @@ typedef struct {
     lane_vec lifted;      /* theta <c, P> */
     lane_vec leaned;      /* theta * P */
 } growth_sums;
-INLINE void add_growth(growth_sums *a, kr_lanes *l, kr_lane_tangents *g, int j, int m)
+INLINE void add_tangent_products(growth_sums *a, kr_lanes *l, kr_lane_tangents *g, int j, int m)
 {
     const lane_vec turn = lane_vec_load(g->x[j][0]), push = lane_vec_load(g->x[j][1]),
                    minus_push = {-push.x, -push.y, -push.z}, w = lane_vec_load(l->w[m]),
@@ -68,14 +69,14 @@ INLINE void add_growth(growth_sums *a, kr_lanes *l, kr_lane_tangents *g, int j, 
     a->leaned = lane_vec_fma(turn, p, a->leaned);
 }
 /* Computes the Taylor coefficients of order n + 1 of the tangent. */
-INLINE void next_growth(kr_lanes *l, kr_lane_tangents *g, int n)
+INLINE void next_tangent_coefficient(kr_lanes *l, kr_lane_tangents *g, int n)
 {
     const wide share = wide_splat(1.0 / (n + 1));
     const lane_vec none = lane_vec_splat(0.0);
     growth_sums a = {none, none, none, none, none};
     wide_store(g->lift[n], lane_vec_dot(lane_vec_load(g->c), lane_vec_load(l->p[n])));
-    for (int j = 0; j < n; j++) add_growth(&a, l, g, j, n - j);
-    add_growth(&a, l, g, n, 0);
+    for (int j = 0; j < n; j++) add_tangent_products(&a, l, g, j, n - j);
+    add_tangent_products(&a, l, g, n, 0);
     const wide lean = a.leaned.x + a.leaned.y + a.leaned.z;
     const lane_vec ahead = lane_vec_times(lane_vec_load(g->ahead), a.plus),
                    behind = lane_vec_times(lane_vec_load(g->behind), a.minus),
@@ -86,7 +87,7 @@ INLINE void next_growth(kr_lanes *l, kr_lane_tangents *g, int n)
         lane_vec_scale(share, lane_vec_add(push, a.lifted))};
     deviation_store(g->x[n + 1], next);
 }
-INLINE lane_deviation sum_growth(kr_lane_tangents *g, int order, wide h)
+INLINE lane_deviation evaluate_tangent(kr_lane_tangents *g, int order, wide h)
 {
     lane_deviation d = deviation_load(g->x[order]);
     for (int n = order - 1; n >= 0; n--) d = deviation_axpy(h, d, deviation_load(g->x[n]));
@@ -101,7 +102,7 @@ INLINE lane_deviation remove_component(lane_deviation d, lane_deviation known)
     return deviation_axpy(-share, known, d);
 }
 /* Returns the angular momentum in the body frame. */
-INLINE lane_vec momentum_at(kr_lane_tangents *g, const lane_point *at)
+INLINE lane_vec body_momentum(kr_lane_tangents *g, const lane_point *at)
 {
     return lane_vec_fma(lane_vec_load(g->moments), at->w, lane_vec_load(g->rotor));
 }
@@ -110,10 +111,10 @@ INLINE lane_vec momentum_at(kr_lane_tangents *g, const lane_point *at)
 typedef struct {
     lane_deviation flow, turn;
 } trivial_solutions;
-INLINE trivial_solutions trivial_solutions_at(kr_lane_tangents *g, const lane_point *at)
+INLINE trivial_solutions find_trivial_solutions(kr_lane_tangents *g, const lane_point *at)
 {
     return (trivial_solutions){{at->w, lane_vec_cross(at->p, lane_vec_load(g->c))},
-                               {at->p, lane_vec_cross(at->p, momentum_at(g, at))}};
+                               {at->p, lane_vec_cross(at->p, body_momentum(g, at))}};
 }
 /* Returns the component of `d` orthogonal to the two trivial solutions. If the two trivial
  * solutions are parallel to within rounding errors, only the component of `d` along the flow is
@@ -121,7 +122,7 @@ INLINE trivial_solutions trivial_solutions_at(kr_lane_tangents *g, const lane_po
 INLINE lane_deviation remove_trivial_solutions(kr_lane_tangents *g, const lane_point *at,
                                                lane_deviation d)
 {
-    const trivial_solutions known = trivial_solutions_at(g, at);
+    const trivial_solutions known = find_trivial_solutions(g, at);
     const lane_deviation own = remove_component(known.turn, known.flow);
     const mask is_own =
         wide_less(0x1p-60 * deviation_dot(known.turn, known.turn), deviation_dot(own, own));
@@ -133,7 +134,7 @@ INLINE lane_deviation remove_trivial_solutions(kr_lane_tangents *g, const lane_p
 INLINE wide norm2_without_trivial(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0);
-    const trivial_solutions known = trivial_solutions_at(g, at);
+    const trivial_solutions known = find_trivial_solutions(g, at);
     const wide f = deviation_dot(known.flow, known.flow);
     const mask moves = wide_less(wide_splat(0x1p-1000), f);
     const wide per = wide_choose(moves, one, zero) / wide_choose(moves, f, one),
@@ -153,18 +154,18 @@ INLINE wide unscale_log(kr_lane_tangents *g, wide log_square)
     return wide_fma(wide_load(g->begin.power), wide_splat(LN_2), 0.5 * log_square);
 }
 /* Returns the derivative of the energy with respect to the rotation vector theta. */
-INLINE lane_vec energy_gradient_at(kr_lane_tangents *g, const lane_point *at)
+INLINE lane_vec energy_gradient(kr_lane_tangents *g, const lane_point *at)
 {
     const lane_vec pull = lane_vec_cross(lane_vec_load(g->c), at->p);
-    return lane_vec_add(pull, lane_vec_cross(at->w, momentum_at(g, at)));
+    return lane_vec_add(pull, lane_vec_cross(at->w, body_momentum(g, at)));
 }
 /* Writes the relative errors of the changes in energy and in vertical momentum along a tangent.
  * For an exact solution of the variational equations, the changes in energy and momentum are
  * constant in time. Each error is divided by the largest change in energy or momentum that a
  * tangent vector of the same norm can cause. */
-INLINE void write_form_errors(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
+INLINE void write_conservation_errors(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
-    const lane_vec lean = energy_gradient_at(g, at);
+    const lane_vec lean = energy_gradient(g, at);
     const wide size = deviation_dot(d, d), down = wide_load(g->begin.scale),
                energy = lane_vec_dot(d.push, at->w) + lane_vec_dot(d.turn, lean),
                vertical = lane_vec_dot(d.push, at->p);
@@ -192,10 +193,10 @@ static const double places[] = {0.11747233803526765, 0.35738424175967745, 0.6426
  * ln|delta|. `rest` is the square of the largest relative truncation error. */
 typedef struct {
     wide area, moment, most, last, rest;
-} growth_areas;
+} growth_integrals;
 /* Adds `share` times the integrands at the time t to the growth integrals. SIMD lanes that have
  * already reached the end of the step contribute nothing to the integrals. */
-INLINE growth_areas add_integral_node(kr_lanes *l, growth_areas a, wide share, wide t)
+INLINE growth_integrals add_integral_node(kr_lanes *l, growth_integrals a, wide share, wide t)
 {
     const wide forward = wide_load(l->forward), span = share * forward, weight = span * a.last;
     a.area = a.area + weight;
@@ -206,7 +207,7 @@ INLINE growth_areas add_integral_node(kr_lanes *l, growth_areas a, wide share, w
 }
 /* Updates the largest relative truncation error of the tangent. `last` is the squared norm of the
  * last Taylor term of the tangent `d`. */
-INLINE void update_truncation(growth_areas *a, wide last, lane_deviation d)
+INLINE void update_truncation(growth_integrals *a, wide last, lane_deviation d)
 {
     const wide size = deviation_dot(d, d), zero = wide_splat(0.0);
     const wide rest = wide_choose(wide_less(zero, last), last / size, zero);
@@ -216,16 +217,16 @@ INLINE void update_truncation(growth_areas *a, wide last, lane_deviation d)
  * tangent. `d` is the tangent at the end of the substep, without its components along the two
  * trivial solutions. The Lobatto rule is used because the logarithm of the tangent's length may
  * have a sharp minimum. */
-INLINE growth_areas add_substep_growth(kr_lanes *l, kr_lane_tangents *g, wide h, lane_deviation d,
-                                       growth_areas a)
+INLINE growth_integrals add_substep_growth(kr_lanes *l, kr_lane_tangents *g, wide h,
+                                           lane_deviation d, growth_integrals a)
 {
     const wide t = wide_load(l->t);
     a = add_integral_node(l, a, END_WEIGHT * h, t);
     for (int i = 0; i < 4; i++) {
         const wide span = places[i] * h, time = t + span;
         const int order = g->terms[i];
-        const lane_point here = sum_lane_terms(l, order, time, 1);
-        const wide square = norm2_without_trivial(g, &here, sum_growth(g, order, span));
+        const lane_point here = evaluate_lane_terms(l, order, time, 1);
+        const wide square = norm2_without_trivial(g, &here, evaluate_tangent(g, order, span));
         a.last = unscale_log(g, wide_approx_log(square));
         a = add_integral_node(l, a, weights[i] * h, time);
     }
@@ -234,7 +235,7 @@ INLINE growth_areas add_substep_growth(kr_lanes *l, kr_lane_tangents *g, wide h,
 }
 
 /* Returns the squared norm of the last retained Taylor term of a tangent for a step of length h. */
-INLINE wide last_square(kr_lane_tangents *g, int order, wide h)
+INLINE wide last_term_norm2(kr_lane_tangents *g, int order, wide h)
 {
     wide power = wide_splat(1.0);
     for (int n = 0; n < order; n++) power = power * h;
@@ -246,7 +247,7 @@ INLINE wide last_square(kr_lane_tangents *g, int order, wide h)
 INLINE wide allowed_step_fraction(kr_lane_tangents *g, int order, wide h, lane_deviation all)
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0), least = wide_splat(0.01);
-    const wide size = deviation_dot(all, all), rest = last_square(g, order, h);
+    const wide size = deviation_dot(all, all), rest = last_term_norm2(g, order, h);
     const wide most = wide_splat(g->truncation_limit) * size;
     const mask is_finite = wide_less(size, wide_splat(INFINITY));
     const mask is_small =
@@ -265,7 +266,7 @@ INLINE wide shorten_growth_substep(kr_lane_tangents *g, int order, wide h)
     const wide one = wide_splat(1.0);
     mask is_long = wide_less(one, one);
     for (int i = 0; i < GROWTH_TRIES; i++) {
-        const wide share = allowed_step_fraction(g, order, h, sum_growth(g, order, h));
+        const wide share = allowed_step_fraction(g, order, h, evaluate_tangent(g, order, h));
         is_long = wide_less(share, one);
         if (!mask_any(is_long)) return h;
         h = share * h;
@@ -277,7 +278,7 @@ APART void begin_path_substep(kr_lanes *l, kr_lane_tangents *g, const double *at
 {
     kr_lanes *substep = &g->substep;
     const wide time = wide_load(at);
-    const lane_point here = sum_lanes(l, time, 1);
+    const lane_point here = evaluate_lanes(l, time, 1);
     substep->order = l->order;
     memcpy(substep->k, l->k, sizeof l->k);
     memcpy(substep->up, l->up, sizeof l->up);
@@ -295,7 +296,7 @@ APART void begin_path_substep(kr_lanes *l, kr_lane_tangents *g, const double *at
  * `to`. Sets `reached` to the time that the tangent in each SIMD lane has reached. Returns the
  * tangent without its components along the trivial solutions. */
 INLINE lane_deviation propagate_deviation(kr_lanes *l, kr_lane_tangents *g, wide to,
-                                          const lane_point *at, int most, growth_areas *areas,
+                                          const lane_point *at, int most, growth_integrals *areas,
                                           wide *reached)
 {
     kr_lanes *path = l;
@@ -303,8 +304,8 @@ INLINE lane_deviation propagate_deviation(kr_lanes *l, kr_lane_tangents *g, wide
     for (int parts = 1;; parts++) {
         const wide t = wide_load(path->t), left = to - t;
         deviation_store(g->x[0], d);
-        for (int n = 0; n < l->order; n++) next_growth(path, g, n);
-        const lane_deviation all = sum_growth(g, l->order, left);
+        for (int n = 0; n < l->order; n++) next_tangent_coefficient(path, g, n);
+        const lane_deviation all = evaluate_tangent(g, l->order, left);
         const wide share = allowed_step_fraction(g, l->order, left, all);
         const mask whole_way = wide_equal(share, wide_splat(1.0));
         const int arrived = mask_all(whole_way);
@@ -312,26 +313,26 @@ INLINE lane_deviation propagate_deviation(kr_lanes *l, kr_lane_tangents *g, wide
         kr_lane_number time;
         *reached = wide_choose(whole_way, to, t + h);
         wide_store(time, *reached);
-        d = arrived ? all : sum_growth(g, l->order, h);
+        d = arrived ? all : evaluate_tangent(g, l->order, h);
         lane_point here = *at;
         if (!arrived) {
-            const lane_point there = sum_lanes(path, wide_load(time), 1);
+            const lane_point there = evaluate_lanes(path, wide_load(time), 1);
             here.p = lane_vec_choose(whole_way, at->p, there.p);
             here.w = lane_vec_choose(whole_way, at->w, there.w);
         }
         const lane_deviation own = remove_trivial_solutions(g, &here, d);
-        update_truncation(areas, last_square(g, l->order, h), d);
+        update_truncation(areas, last_term_norm2(g, l->order, h), d);
         *areas = add_substep_growth(path, g, h, own, *areas);
         if (arrived || parts == most) return own;
         begin_path_substep(l, g, time);
         path = &g->substep;
     }
 }
-INLINE growth_areas load_areas(kr_lane_tangents *g)
+INLINE growth_integrals load_growth_integrals(kr_lane_tangents *g)
 {
-    return (growth_areas){wide_load(g->begin.area), wide_load(g->begin.moment),
-                          wide_load(g->begin.max), wide_load(g->begin.last),
-                          wide_load(g->begin.truncation)};
+    return (growth_integrals){wide_load(g->begin.area), wide_load(g->begin.moment),
+                              wide_load(g->begin.max), wide_load(g->begin.last),
+                              wide_load(g->begin.truncation)};
 }
 /* Propagates the tangent over the last step, removes its components along trivial solutions of the
  * tangent equations, and scales the result by a power of two. Returns the time reached by the
@@ -341,7 +342,7 @@ INLINE wide propagate_over_step(kr_lanes *l, kr_lane_tangents *g)
 {
     const lane_point at = {lane_vec_load(l->end_p), lane_vec_load(l->end_w), wide_splat(0.0)};
     memcpy(&g->begin, &g->end, sizeof g->end);
-    growth_areas areas = load_areas(g);
+    growth_integrals areas = load_growth_integrals(g);
     wide reached;
     const lane_deviation d =
         propagate_deviation(l, g, wide_load(l->end), &at, GROWTH_SUBSTEPS, &areas, &reached);
@@ -363,8 +364,8 @@ INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
 {
     const wide at = wide_load(l->at), tiny = wide_splat(0x1p-1000);
     const wide t = wide_max(wide_load(l->forward) * at, tiny);
-    const lane_point here = sum_lanes(l, at, 1);
-    growth_areas areas = load_areas(g);
+    const lane_point here = evaluate_lanes(l, at, 1);
+    growth_integrals areas = load_growth_integrals(g);
     wide reached;
     const lane_deviation d =
         propagate_deviation(l, g, at, &here, 2 * GROWTH_SUBSTEPS, &areas, &reached);
@@ -374,7 +375,7 @@ INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
     wide_store(g->out[KR_GROWTH_MEGNO],
                2.0 * wide_fma(areas.area, 1.0 - wide_log(t), areas.moment) / t);
     wide_store(g->out[KR_GROWTH_MAX], areas.most);
-    write_form_errors(g, &here, d);
+    write_conservation_errors(g, &here, d);
 }
 /* Sets the limit on the truncation error and, for each quadrature node, the number of Taylor terms
  * larger than 2^-24. The n-th term is about tol^(n/order) at the end of the step, and smaller by a
@@ -396,7 +397,7 @@ INLINE void begin_growth(kr_lanes *l, kr_lane_tangents *g)
     const lane_deviation d = remove_trivial_solutions(g, &at, deviation_load(g->end.d));
     const wide size = wide_sqrt(deviation_dot(d, d));
     const lane_deviation one = deviation_scale(1.0 / size, d);
-    const lane_vec lean = energy_gradient_at(g, &at);
+    const lane_vec lean = energy_gradient(g, &at);
     deviation_store(g->first, one);
     wide_store(g->first_energy, lane_vec_dot(one.push, at.w) + lane_vec_dot(one.turn, lean));
     wide_store(g->first_vertical, lane_vec_dot(one.push, at.p));

@@ -4,8 +4,8 @@
  * which avoids cancellation. */
 #include "slots.h"
 
-/* Replaces the extremum and its time by x and t if `is_more_so` is nonzero. Sets the extremum and
- * its time to NaN if x is NaN. */
+/* Sets the stored extremum and its time to x and t if x is more extreme (`is_more_so` is nonzero),
+ * or to NaN if x is NaN. */
 static void add_extreme(kr_accumulator *accumulators, double x, double t, int is_more_so)
 {
     if (!is_more_so && !isnan(x)) return;
@@ -38,7 +38,7 @@ static void add_value(kr_reduce kind, kr_accumulator *accumulators, double x, do
 void kr_reduce_add(size_t n, const kr_reduction reduction[], kr_accumulator accumulators[],
                    const kr_scene *scene, const kr_state *state, size_t k)
 {
-    double values[9]; /* the doubles of a quantity are at most 9 */
+    double values[9]; /* a quantity has at most 9 numbers */
     for (size_t i = 0; i < n; i++) {
         const kr_reduction *r = &reduction[i];
         if (i == 0 || r->quantity != r[-1].quantity)

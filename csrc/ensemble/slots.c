@@ -29,14 +29,14 @@ int kr_worker_poll_after_states(kr_worker *worker)
 }
 /* Returns a pointer to the tangent growth of a top at its k-th requested time, or NULL if no growth
  * is requested. */
-static double *growth_row(const kr_worker *worker, size_t top, size_t k)
+static double *find_growth_row(const kr_worker *worker, size_t top, size_t k)
 {
     double *growth = kr_worker_has_tangents(worker) ? worker->tops->growth : NULL;
     return growth ? growth + (top * worker->tops->times + k) * KR_GROWTH_COUNT : NULL;
 }
 void kr_worker_store_growth(kr_worker *worker, const kr_slot *slot, kr_lane_number *row, int lane)
 {
-    double *to = growth_row(worker, slot->top, slot->states);
+    double *to = find_growth_row(worker, slot->top, slot->states);
     for (int i = 0; to && i < KR_GROWTH_COUNT; i++) to[i] = row ? row[i][lane] : 0.0;
 }
 void kr_worker_finish_top(kr_worker *worker, const kr_slot *slot,
@@ -54,7 +54,7 @@ void kr_worker_finish_top(kr_worker *worker, const kr_slot *slot,
         states[k] = none;
     }
     for (size_t k = slot->states; k < tops->times; k++) {
-        double *growth = growth_row(worker, slot->top, k);
+        double *growth = find_growth_row(worker, slot->top, k);
         for (int i = 0; growth && i < KR_GROWTH_COUNT; i++) growth[i] = NAN;
     }
     if (row && status == KR_OK && slot->states > 0)
@@ -135,7 +135,7 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
     kr_worker_finish_top(worker, &slot, accumulators, status, stats);
     if (status == KR_ERR_INTERRUPTED) worker->interrupted = 1;
     /* The set-up of a closed-form solution on a torus takes as long as thousands of steps, and does
-     * not poll. */
+     * not call poll. */
     if (top == worker->exact_top) kr_worker_poll(worker);
 }
 
@@ -169,7 +169,7 @@ void kr_lane_park(kr_lanes *l, int lane)
     set_vector(g->end.d[0], lane, v3(1.0, 0.0, 0.0));
     kr_lane_reset_growth(&g->end, lane);
 }
-/* Marks a lane as unused and loads a top at rest into it. */
+/* Marks a lane as unused, and fills the lane with a top at rest. */
 static void release_lane(kr_worker *worker, int lane)
 {
     worker->busy &= ~(1u << lane);
@@ -189,8 +189,9 @@ void kr_lane_finish(kr_worker *worker, int lane, kr_status status)
                          stats);
     release_lane(worker, lane);
 }
-/* Returns the time t of a top in a lane, in the units of its Taylor series. */
-static double clock_of(const kr_slot *slot, double t)
+/* Converts the time t to the time since the initial state of a slot, in the units of the Taylor
+ * series. */
+static double convert_to_lane_time(const kr_slot *slot, double t)
 {
     return slot->rate * ((t - slot->start) / slot->time_unit);
 }
@@ -216,7 +217,7 @@ int kr_lane_set_goal(kr_worker *worker, int lane)
         return 0;
     }
     slot->requested = until;
-    worker->lanes->goal[lane] = clock_of(slot, until);
+    worker->lanes->goal[lane] = convert_to_lane_time(slot, until);
     return 1;
 }
 kr_state kr_lane_sample(kr_worker *worker, int lane, double t)
@@ -224,7 +225,7 @@ kr_state kr_lane_sample(kr_worker *worker, int lane, double t)
     const kr_slot *slot = &worker->slots[lane];
     kr_lanes *l = worker->lanes;
     memcpy(l->at, l->end, sizeof l->at);
-    l->at[lane] = clock_of(slot, t);
+    l->at[lane] = convert_to_lane_time(slot, t);
     worker->isa->sample(l);
     return kr_lane_read_sample(worker, lane, t);
 }

@@ -1,7 +1,7 @@
 /* The worker and the functions that the source files in ensemble/ share. The file worker.c
  * dispatches the tops: exact_batch.c evaluates closed-form solutions in batches, and
- * lane_scheduler.c integrates other tops in SIMD lanes. Events are found by section.c. The slots of
- * slots.c hold the tops in progress, whose states reduce.c reduces. */
+ * lane_scheduler.c integrates other tops in SIMD lanes. Events are found by section.c. Each top in
+ * progress has a slot (slots.c). The file reduce.c computes statistics of the states. */
 #ifndef KR_SLOTS_H
 #define KR_SLOTS_H
 #include "driver/top.h"
