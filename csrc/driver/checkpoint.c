@@ -124,8 +124,8 @@ static int has_same_setup(const kr_top *one, const kr_top *other)
            config->step == its->step && config->tol == its->tol && config->digits == its->digits &&
            config->skip_heading == its->skip_heading && config->tangents == its->tangents;
 }
-/* Returns 1 if a saved motion and its work are valid for `top`. Because checksums can be forged,
- * its configuration and all counts, indices and loop bounds are checked, too. */
+/* Returns 1 if a saved motion and its work array are valid for `top`. Because checksums can be
+ * forged, the options of the motion and all counts, indices and loop bounds are checked, too. */
 static int is_valid_motion(const kr_top *top, const kr_motion *motion, const void *work)
 {
     const kr_motion *own = &top->main;
@@ -170,8 +170,8 @@ static int load_events(kr_top *top, int64_t steps, const unsigned char *from, in
     }
     return 1;
 }
-/* Recomputes the work array from the initial state. Returns 0 and leaves the work array unchanged
- * if the method rejects the initial state. */
+/* Computes the work array again from the initial state. Returns 0 and leaves the work array
+ * unchanged if the method rejects this state. */
 static int rebuild_work(kr_top *top, const kr_scene *scene)
 {
     kr_motion motion = top->main;

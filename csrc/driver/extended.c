@@ -22,16 +22,16 @@ quat_dd kr_extended_axes(const kr_top *top)
     const quat_dd axes = qdd_unit(qdd_of(top->scene.body.axes));
     return top->is_turned ? qdd_mul(axes, top->body.rest) : qdd_of(q_one());
 }
-/* Returns q* v q for a unit quaternion q. Unlike with qdd_turn, the errors of a small component of
- * v are relative to it if the rotation is small. */
-static vec_dd turn_back_slightly(quat_dd q, vec_dd v)
+/* Returns q* v q for a unit quaternion q. If the rotation is small, the error of each component is
+ * small relative to this component of v, unlike the errors of qdd_turn. */
+static vec_dd turn_back_accurately(quat_dd q, vec_dd v)
 {
     const vec_dd across = vdd_scale_exactly(2.0, vdd_cross(v, q.v));
     return vdd_add(v, vdd_add(vdd_scale(q.w, across), vdd_cross(across, q.v)));
 }
-/* Returns the contribution of the digits of q and m beyond double precision to q* m q. The norm of
- * q is arbitrary. */
-static vec_dd change_by_low_words(const kr_top *top, const kr_state *start, const kr_state *low)
+/* Returns the change of the momentum q* m q in the body if the low words `low` are added to q and m
+ * of `start`. The norm of q is arbitrary. */
+static vec_dd find_low_momentum(const kr_top *top, const kr_state *start, const kr_state *low)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
     const quat_dd q = q_dd(start->q, low->q), high = qdd_of(start->q), rest = qdd_of(low->q),
@@ -55,9 +55,9 @@ static vec_dd momentum_in_body(const kr_top *top, const kr_state *start, const k
     dd square = qdd_square(low ? q_dd(start->q, low->q) : qdd_of(start->q));
     if (top->is_turned) square = dd_mul(square, qdd_square(qdd_of(axes)));
     vec_dd M = {split_dd(&own, 0), split_dd(&own, 1), split_dd(&own, 2)};
-    if (low) M = vdd_add(M, change_by_low_words(top, start, low));
+    if (low) M = vdd_add(M, find_low_momentum(top, start, low));
     M = (vec_dd){dd_div(M.x, square), dd_div(M.y, square), dd_div(M.z, square)};
-    return top->is_turned ? turn_back_slightly(top->body.rest, M) : M;
+    return top->is_turned ? turn_back_accurately(top->body.rest, M) : M;
 }
 /* Returns a vector in the frame of description with components along the internal axes. */
 static vec_dd vector_in_body(const kr_top *top, kr_vec3 v)
@@ -66,8 +66,8 @@ static vec_dd vector_in_body(const kr_top *top, kr_vec3 v)
     return momentum_in_body(top, &unturned, NULL);
 }
 
-/* Returns 1 if the numbers in `given` still make this body, else 0. */
-static int is_as_given(const kr_body *body)
+/* Returns 1 if a body computed from the numbers in body->given is equal to `body`, else 0. */
+static int matches_given(const kr_body *body)
 {
     const kr_given *given = &body->given;
     kr_body made;
@@ -76,10 +76,10 @@ static int is_as_given(const kr_body *body)
     kr_body_set_rotor(&made, given->rotor);
     return memcmp(&made, body, sizeof made) == 0;
 }
-/* Computes the inertia tensor q* J q along the axes q of a body, in multiples of `unit`, less the
- * diagonal matrix of `moments`. The norm of q is nearly one. */
-static void find_rest_of_tensor(const kr_body *body, double unit, const double moments[3],
-                                dd a[3][3])
+/* Writes to `a` the inertia tensor q* J q of a body, in multiples of `unit`, minus the diagonal
+ * matrix of `moments`. q is body->axes, of almost unit norm, and J the tensor in body->given. */
+static void find_tensor_remainder(const kr_body *body, double unit, const double moments[3],
+                                  dd a[3][3])
 {
     split_vec rows[3], turned[3];
     for (int i = 0; i < 3; i++)
@@ -119,9 +119,9 @@ static void rotate_tensor(const double moments[3], dd a[3][3], quat_dd *rest, in
     a[p][r] = a[r][p] = dd_sub(dd_mul(c, apr), dd_mul(s, aqr));
     a[q][r] = a[r][q] = dd_add(dd_mul(s, apr), dd_mul(c, aqr));
 }
-/* Finds the principal axes and moments of a body that was given by a tensor. Axes that only
- * rounding errors determine, because their moments are equal, are kept if they matter: for unequal
- * damping, and for tangents. */
+/* Finds the principal axes and moments of a body that was given by a tensor. If two moments are
+ * equal, only rounding errors determine their axes. Such axes are kept if the result depends on
+ * them: with unequal damping, and with tangents. */
 static void find_axes(kr_top *top, double unit)
 {
     const kr_body *given = &top->scene.body;
@@ -130,7 +130,7 @@ static void find_axes(kr_top *top, double unit)
     dd a[3][3];
     v_put(moments, top->main.inertia);
     v_put(D, top->main.damping);
-    find_rest_of_tensor(given, unit, moments, a);
+    find_tensor_remainder(given, unit, moments, a);
     for (int sweep = 0; sweep < TENSOR_SWEEPS; sweep++)
         for (int p = 0; p < 3; p++) {
             const int q = (p + 1) % 3, is_kept = D[p] != D[q] || top->config.tangents;
@@ -154,7 +154,7 @@ static void set_body(kr_top *top, double moment)
     const dd product = two_product(pull.gravity, pull.mass),
              weight = dd_make(ldexp(product.hi, power), ldexp(product.lo, power));
     top->body = body_dd_of(&top->main, pull.com);
-    if (is_as_given(body)) {
+    if (matches_given(body)) {
         const kr_pull given = kr_scene_pull(&top->scene, body->given.com);
         find_axes(top, moment);
         top->body.com =

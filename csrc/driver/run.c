@@ -17,7 +17,6 @@ enum {
 
 /* Returns 1 if the motion is computed in extended precision (more than 16 digits). */
 static int has_extended_digits(const kr_top *top) { return top->main.digits > 16; }
-/* Returns 1 if the method chooses its own step size. */
 static int is_adaptive(const kr_top *top) { return (top->method->flags & KR_METHOD_ADAPTIVE) != 0; }
 /* Returns `horizon`, limited to the duration of 2^50 steps if the step size is fixed. Beyond 2^50
  * steps, the times of two grid points may round to the same double. */
@@ -35,9 +34,9 @@ static kr_status horizon_error(const kr_top *top, double t)
     if (!isfinite(t)) return KR_ERR_ARGUMENT;
     return fabs(t) < kr_scene_horizon(&top->scene) ? KR_ERR_STEP : KR_ERR_RESOLUTION;
 }
-/* Returns the axes that the method uses. Methods that do not depend on the order of the axes use
- * the principal axes as given, to which the start is converted exactly, so that small tilts keep
- * their digits. */
+/* Returns the internal axes (method.h). Methods that do not depend on the order of the axes use the
+ * principal axes as given. The initial state is converted to these axes exactly, which preserves
+ * the digits of small tilts. */
 static kr_working find_working_axes(const kr_top *top)
 {
     const kr_scene *scene = &top->scene;
@@ -45,10 +44,10 @@ static kr_working find_working_axes(const kr_top *top)
                ? kr_body_principal(&scene->body, scene->damping)
                : kr_body_working_damped(&scene->body, scene->damping);
 }
-/* Returns the start of the scene in the axes and units of the method, for up to 16 digits. If these
- * axes are a permutation of the principal axes, the small tilt of a nearly upright top is the
- * difference of two nearly equal components of q. Double-double arithmetic keeps its digits, and
- * top->main.low receives those of the result beyond double precision. */
+/* Returns the initial state in the axes and units of the method, for up to 16 digits. If these axes
+ * are a permutation of the principal axes, the small tilt of a nearly upright top is the difference
+ * of two nearly equal components of q. Therefore, q is then computed in double-double arithmetic,
+ * and top->main.low receives the low words. */
 static kr_state convert_start(kr_top *top)
 {
     const kr_state *start = &top->scene.start;
@@ -98,8 +97,8 @@ static kr_status choose_units(kr_top *top)
                ? KR_OK
                : KR_ERR_ARGUMENT;
 }
-/* Converts `state` at time t to the user's frame and units. The conversion is done in place to
- * avoid a costly copy. Returns 0 if the converted state is invalid. */
+/* Converts `state` at time t to the user's frame and units, in place, because a copy would be
+ * costly. Returns 0 if the converted state is invalid. */
 static int convert_to_user(kr_top *top, double t, kr_state *state)
 {
     const kr_state low = top->low;
@@ -187,23 +186,23 @@ static kr_status find_state(kr_top *top, double t, kr_state *state)
     top->requested = t;
     return KR_OK;
 }
-/* Returns the user's time that the steps have reached. */
-static double time_of_steps(const kr_top *top)
+/* Returns the time of the end of the last step, in the user's units. */
+static double find_step_end(const kr_top *top)
 {
     return is_adaptive(top) ? top->scene.start.t + top->main.clock * top->time_unit
                             : grid_time(top, top->steps);
 }
-/* Returns the time that the motion has reached, rounded towards the initial time. */
-static double time_reached(const kr_top *top)
+/* Returns the time of the end of the last step, rounded towards the initial time. */
+static double find_rounded_step_end(const kr_top *top)
 {
-    const double at = time_of_steps(top);
+    const double at = find_step_end(top);
     if (!is_adaptive(top) || !(top->forward * (time_since_start(top, at) - top->main.clock) > 0.0))
         return at;
     return nextafter(at, top->scene.start.t);
 }
 kr_status kr_top_sync(kr_top *top, double t)
 {
-    const double at = time_reached(top);
+    const double at = find_rounded_step_end(top);
     kr_state state;
     if (!(top->forward * (at - top->requested) > 0.0 && top->forward * (t - at) >= 0.0))
         return KR_OK;
@@ -220,7 +219,7 @@ kr_status kr_top_sync(kr_top *top, double t)
     return KR_OK;
 }
 
-/* Returns the total number of doubles in the work arrays of all motions. */
+/* Returns the total size of the work arrays of all motions of a top, in numbers. */
 static size_t count_work_doubles(const kr_method *method)
 {
     return (method->at ? 1 : 3) * method->work;
@@ -267,7 +266,8 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
     /* On a rotating support, the motion depends on the heading of the top, so the heading must be
      * computed. */
     if (config->skip_heading && kr_scene_turns(scene)) return KR_ERR_OPTION;
-    /* There is no derivative by a friction of zero or, with friction, by com at the fixed point. */
+    /* There is no derivative by a friction of zero. With friction, there is none by a com of
+     * zero. */
     const uint64_t missing = !(scene->friction > 0.0)           ? KR_TANGENT_FRICTION
                              : v_largest(scene->body.com) > 0.0 ? 0
                                                                 : KR_TANGENT_COM;
@@ -280,7 +280,7 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
                                                                                 : KR_ERR_METHOD;
 }
 /* Initializes a top, whose work arrays are assigned, from a validated scene, method and
- * configuration. `low` has the low words of the start, or is NULL. */
+ * configuration. `low` has the low words of the initial state, or is NULL. */
 static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_state *low,
                            const kr_method *method, const kr_config *config)
 {
@@ -325,7 +325,7 @@ kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t 
     *top = made;
     return KR_OK;
 }
-/* Returns the number of additional doubles that a method needs for `scene`. */
+/* Returns how many numbers of memory a method needs for `scene` in addition to the work arrays. */
 static size_t count_extra(const kr_method *method, const kr_scene *scene)
 {
     return method->extra_doubles ? method->extra_doubles(scene) : 0;
@@ -482,9 +482,9 @@ static kr_status step_adaptive(kr_top *top)
 {
     const double end = top->forward * INFINITY, requested = top->requested;
     kr_status status = KR_OK;
-    if (!(top->forward * (time_reached(top) - requested) > 0.0))
+    if (!(top->forward * (find_rounded_step_end(top) - requested) > 0.0))
         status = top->method->at ? kr_steps_dense(top, end) : kr_steps_adaptive(top);
-    if (status == KR_OK && !(fabs(time_of_steps(top)) < top->horizon)) return KR_ERR_STEP;
+    if (status == KR_OK && !(fabs(find_step_end(top)) < top->horizon)) return KR_ERR_STEP;
     const kr_status up = kr_top_sync(top, end);
     if (status == KR_OK) status = up;
     return status == KR_OK && top->requested == requested ? KR_ERR_STEP : status;
@@ -502,7 +502,7 @@ kr_top_info kr_top_describe(const kr_top *top)
 {
     const kr_method *method = top->method;
     kr_top_info info = {.low = top->low,
-                        .time = time_of_steps(top),
+                        .time = find_step_end(top),
                         .stats = top->main.stats,
                         .kernel = "",
                         .order = method->order};

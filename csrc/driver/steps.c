@@ -13,7 +13,7 @@ static int is_good_state(const kr_top *top, const kr_state *state)
 {
     return kr_state_is_good(state->q, v_scale(top->momentum_unit, state->m));
 }
-/* Returns 1 if the current state is valid. */
+/* Returns 1 if the current state of the main motion is valid. */
 static int is_main_good(const kr_top *top)
 {
     kr_state state = {0}; /* zeros are invalid, in case the method writes nothing */
@@ -73,14 +73,15 @@ kr_status kr_steps_recover(kr_top *top)
     return status == KR_OK ? KR_ERR_NOT_FINITE : status;
 }
 int kr_steps_poll(kr_top *top) { return top->config.poll && top->config.poll(top->config.context); }
-/* Returns KR_ERR_INTERRUPTED or KR_ERR_LIMIT if a motion must stop after `steps` steps. */
+/* Returns KR_ERR_INTERRUPTED or KR_ERR_LIMIT if the motion must stop after `steps` steps. */
 static kr_status check_limits(kr_top *top, int64_t steps)
 {
     const int64_t limit = top->config.max_steps;
     if (kr_steps_poll(top)) return KR_ERR_INTERRUPTED;
     return limit > 0 && steps >= limit ? KR_ERR_LIMIT : KR_OK;
 }
-/* Checks the current state, saves the motion for recovery, and checks the step limit. */
+/* Checks the state of the main motion, saves this motion for recovery, and checks the step
+ * limit. */
 static kr_status inspect_main(kr_top *top)
 {
     if (!is_main_good(top)) return kr_steps_recover(top);

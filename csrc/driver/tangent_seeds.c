@@ -1,5 +1,6 @@
-/* Initialization of tangents, and their conversion to the user's frame and units. The integration
- * methods propagate the tangents. */
+/* Initialization of tangents, and their conversion to the user's frame and units. A seed (kr_seed)
+ * is the input for one column of the tangent matrix. The integration methods propagate the
+ * tangents. */
 #include <math.h>
 #include <string.h>
 #include "model/scene.h"
@@ -20,9 +21,8 @@ size_t kr_tangents_size(const kr_method *method, const kr_config *config)
     return n > 0 ? method->tangents->doubles(config->digits, n) : 0;
 }
 
-/* The initial value of each column of the tangent matrix, and the derivatives of the equations of
- * motion by its parameter. `next` points to the first unused element of `seeds`. The units are the
- * internal units of time and of inertia. */
+/* The seeds of all columns of the tangent matrix. `next` points to the first unused element of
+ * `seeds`. The units are the internal units of time and of inertia. */
 typedef struct {
     kr_seed seeds[KR_TANGENT_COLUMNS_MAX], *next;
     double time_unit, inertia_unit;
@@ -33,7 +33,7 @@ static kr_seed *add_seed(seed_list *to)
     *to->next = (kr_seed){.timing = KR_TIMING_NONE};
     return to->next++;
 }
-static void seed_start(seed_list *to, const kr_top *top)
+static void add_start_seeds(seed_list *to, const kr_top *top)
 {
     const quat_dd back = qdd_conj(kr_extended_axes(top));
     for (int i = 0; i < 6; i++) {
@@ -45,49 +45,49 @@ static void seed_start(seed_list *to, const kr_top *top)
     }
 }
 /* Returns the centre of mass along the internal axes. */
-static vec_dd com_of(const kr_top *top)
+static vec_dd find_com(const kr_top *top)
 {
     int reach;
     fraction_of(v_largest(top->scene.body.com), &reach);
     return vdd_scale_exactly(times_power_of_2(1.0, reach - 1),
                              vdd_scale_exactly(2.0, top->body.com));
 }
-static vec_dd lever_in_own_units(const seed_list *to, dd weight, vec_dd com)
+static vec_dd scale_lever(const seed_list *to, dd weight, vec_dd com)
 {
     const dd own =
         dd_scale(to->time_unit, dd_scale(to->time_unit, dd_scale(1.0 / to->inertia_unit, weight)));
     return vdd_scale(own, com);
 }
 /* Adds the seed of a parameter on which lever = mass * gravity * com depends. On a support at rest,
- * d(lever) / d(parameter) = weight * com. On a shaken support it is mass * com * k, where k is the
- * acceleration or a derivative of the acceleration. */
-static kr_seed *seed_lever(seed_list *to, dd weight, double mass, vec_dd com, kr_timing timing)
+ * d(lever) / d(parameter) = weight * com. On a shaken support, this derivative is mass * com times
+ * the function of time that `timing` names. */
+static kr_seed *add_lever_seed(seed_list *to, dd weight, double mass, vec_dd com, kr_timing timing)
 {
     kr_seed *seed = add_seed(to);
-    seed->lever = lever_in_own_units(to, weight, com);
-    seed->pull = lever_in_own_units(to, dd_of(mass), com);
+    seed->lever = scale_lever(to, weight, com);
+    seed->pull = scale_lever(to, dd_of(mass), com);
     seed->timing = timing;
     return seed;
 }
 /* Adds the three columns of the tangent matrix for the centre of mass, `com`. The direction of the
  * apex depends on `com` unless `com` is zero. */
-static void seed_com(seed_list *to, const kr_top *top)
+static void add_com_seeds(seed_list *to, const kr_top *top)
 {
     const kr_body *body = &top->scene.body;
     const double size = v_largest(body->com);
     const dd weight = two_product(body->mass, top->scene.gravity);
     for (int i = 0; i < 3; i++) {
         const vec_dd by = vdd_of(v_axis(i));
-        kr_seed *seed = seed_lever(to, weight, body->mass, by, KR_TIMING_STRENGTH);
+        kr_seed *seed = add_lever_seed(to, weight, body->mass, by, KR_TIMING_STRENGTH);
         if (!(size > 0.0)) continue;
         const double unit = times_power_of_2(1.0, -exponent_of(size));
-        const vec_dd com = vdd_scale_exactly(unit, com_of(top));
+        const vec_dd com = vdd_scale_exactly(unit, find_com(top));
         const dd square = vdd_dot(com, com), along = dd_div(vdd_dot(com, by), square);
         const vec_dd across = vdd_add(by, vdd_scale(dd_neg(along), com));
         seed->apex = vdd_scale(dd_div(dd_of(unit), dd_sqrt(square)), across);
     }
 }
-static void seed_support(seed_list *to, const kr_top *top, uint64_t by)
+static void add_support_seeds(seed_list *to, const kr_top *top, uint64_t by)
 {
     static const kr_timing timings[] = {KR_TIMING_AMPLITUDE, KR_TIMING_RATE, KR_TIMING_PHASE};
     if (by & KR_TANGENT_TURNING)
@@ -95,30 +95,31 @@ static void seed_support(seed_list *to, const kr_top *top, uint64_t by)
     /* The shaking changes the acceleration of the support, but not the lever at rest. */
     if (by & KR_TANGENT_SHAKING)
         for (int i = 0; i < 3; i++)
-            seed_lever(to, dd_of(0.0), top->scene.body.mass, com_of(top), timings[i]);
+            add_lever_seed(to, dd_of(0.0), top->scene.body.mass, find_com(top), timings[i]);
 }
-static void seed_tangents(seed_list *to, const kr_top *top)
+static void list_all_seeds(seed_list *to, const kr_top *top)
 {
     const uint64_t by = top->config.tangents;
     const double g = top->scene.gravity, mass = top->scene.body.mass;
     to->next = to->seeds;
     to->time_unit = top->time_unit;
     to->inertia_unit = top->momentum_unit * top->time_unit;
-    if (by & KR_TANGENT_START) seed_start(to, top);
+    if (by & KR_TANGENT_START) add_start_seeds(to, top);
     for (int i = 0; i < 3 && by & KR_TANGENT_MOMENTS; i++) add_seed(to)->moments = v_axis(i);
-    if (by & KR_TANGENT_COM) seed_com(to, top);
-    if (by & KR_TANGENT_GRAVITY) seed_lever(to, dd_of(mass), mass, com_of(top), KR_TIMING_UNIFORM);
-    if (by & KR_TANGENT_MASS) seed_lever(to, dd_of(g), 1.0, com_of(top), KR_TIMING_STRENGTH);
+    if (by & KR_TANGENT_COM) add_com_seeds(to, top);
+    if (by & KR_TANGENT_GRAVITY)
+        add_lever_seed(to, dd_of(mass), mass, find_com(top), KR_TIMING_UNIFORM);
+    if (by & KR_TANGENT_MASS) add_lever_seed(to, dd_of(g), 1.0, find_com(top), KR_TIMING_STRENGTH);
     for (int i = 0; i < 3 && by & KR_TANGENT_DAMPING; i++) add_seed(to)->damping = v_axis(i);
     for (int i = 0; i < 3 && by & KR_TANGENT_ROTOR; i++) add_seed(to)->rotor = vdd_of(v_axis(i));
-    seed_support(to, top, by);
+    add_support_seeds(to, top, by);
     if (by & KR_TANGENT_FRICTION) add_seed(to)->friction = 1.0;
     if (by & KR_TANGENT_GRADIENT) add_seed(to)->gradient = 1.0;
 }
 void kr_tangents_start(kr_top *top)
 {
     seed_list to;
-    seed_tangents(&to, top);
+    list_all_seeds(&to, top);
     top->method->tangents->begin(&top->main, top->tangents,
                                  kr_tangent_columns(top->config.tangents), to.seeds);
 }
@@ -128,9 +129,9 @@ kr_status kr_tangents_advance(kr_top *top)
     return n > 0 ? top->method->tangents->advance(&top->main, top->tangents, n) : KR_OK;
 }
 
-/* Writes the internal units of the parameters, powers of two times the user's units. The columns
- * are in the order of the flags. */
-static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
+/* Writes the internal unit of the parameter of each column, in the user's units. The columns are in
+ * the order of the flags KR_TANGENT_... */
+static void write_parameter_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
 {
     const uint64_t by = top->config.tangents;
     const double momentum = top->momentum_unit, time = top->time_unit;
@@ -146,10 +147,11 @@ static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
     if (by & KR_TANGENT_FRICTION) *unit++ = momentum / time;
     if (by & KR_TANGENT_GRADIENT) *unit = 1.0 / (time * time);
 }
-/* Writes one column of the tangent matrix, converted to the user's frame and units: up to 16 digits
- * in doubles. `axes` is the result of kr_extended_axes. */
-static void put_column(const kr_top *top, quat_dd axes, const kr_deviation *from, double unit,
-                       size_t n, double *out, double *low)
+/* Writes one of the n columns of the tangent matrix, in the user's frame and units, to `out`, and
+ * its low words to `low`. With up to 16 digits, it is rotated in double precision. `axes` is the
+ * result of kr_extended_axes. */
+static void write_column(const kr_top *top, quat_dd axes, const kr_deviation *from, double unit,
+                         size_t n, double *out, double *low)
 {
     vec_dd turn = from->turn;
     if (top->is_turned && top->main.digits > 16)
@@ -175,8 +177,9 @@ kr_status kr_top_tangents(kr_top *top, double out[], double low[])
     const quat_dd axes = kr_extended_axes(top);
     kr_top_evaluate(top, top->requested, &state);
     top->method->tangents->evaluate(&top->main, state.q, top->tangents, n, came);
-    put_units(top, unit);
-    for (size_t i = 0; i < n; i++) put_column(top, axes, &came[i], unit[i], n, high + i, rest + i);
+    write_parameter_units(top, unit);
+    for (size_t i = 0; i < n; i++)
+        write_column(top, axes, &came[i], unit[i], n, high + i, rest + i);
     for (size_t i = 0; i < 6 * n; i++)
         if (!isfinite(high[i] + rest[i])) return KR_ERR_TANGENT;
     memcpy(out, high, 6 * n * sizeof *out);

@@ -8,8 +8,8 @@
 enum { KR_CHECK = 256 /* number of steps between two inspections of a fixed-step motion */ };
 
 struct kr_top {
-    /* Fields that checkpoints store, with zeros for pointers. Another order of these fields changes
-     * the format of checkpoints, as does another order in kr_config and kr_motion. */
+    /* Fields that checkpoints store, with zeros in place of pointers. Another order of these
+     * fields, or of those of kr_config and kr_motion, would change the format of checkpoints. */
     kr_scene scene; /* the user's scene, with the start that was set last */
     const kr_method *method;
     kr_config config;
@@ -73,27 +73,30 @@ struct kr_extended_ops {
     /* Sets the principal axes, and the moments, centre of mass, rotor and lever along them, in
      * double-double numbers. `moment` is the internal unit of moments of inertia. */
     void (*set_body)(kr_top *top, double moment);
-    /* Converts the start, with low words that may be NULL, to internal units, with the momentum
-     * along the internal axes. Stores the low words of the result in main.low. */
+    /* Converts the initial state `start` to internal units, with the momentum along the internal
+     * axes. `low` has the low words of `start`, or is NULL. Stores the low words of the result in
+     * main.low. */
     kr_state (*from_user)(kr_top *top, const kr_state *start, const kr_state *low);
-    /* Converts a state to the user's frame and units, and its low words to top->low. */
+    /* Converts a state in place to the user's frame and units. Stores the low words of the result
+     * in top->low. */
     void (*to_user)(kr_top *top, kr_state *state);
 };
 
-/* Returns 1 if a state is valid: finite, with an attitude of unit norm, which an overflow would
- * change. */
+/* Returns 1 if a state is valid: m is finite, and q has unit norm. (An overflow would change the
+ * norm.) */
 static inline int kr_state_is_good(kr_quat q, kr_vec3 m)
 {
     return fabs(q_dot(q, q) - 1.0) < 1e-6 && isfinite(fabs(m.x) + fabs(m.y) + fabs(m.z));
 }
-/* Returns the upper bound on requested times from the start of `scene`. */
+/* Returns the upper bound on the magnitude of requested times for `scene`. */
 double kr_top_horizon_of(const kr_top *top, const kr_scene *scene);
-/* Allocates a top, the work of `method`, the tangents of `config`, and `extra` further doubles. */
+/* Allocates a top with memory for the work arrays of `method`, for the tangents that `config`
+ * requests, and for `extra` further numbers. */
 kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t extra,
                        kr_top **top);
-/* Stores the apex in the axes of the method, for the event search. */
+/* Stores the apex (kreisel.h) along the internal axes, for the event search. */
 void kr_top_set_apex(kr_top *top);
-/* Returns the number of doubles needed for the tangents that `config` requests. */
+/* Returns how many numbers of memory the tangents that `config` requests need. */
 size_t kr_tangents_size(const kr_method *method, const kr_config *config);
 static inline void kr_tangents_begin(kr_top *top)
 {
@@ -102,20 +105,20 @@ static inline void kr_tangents_begin(kr_top *top)
 /* Propagates the tangents over the last step. */
 kr_status kr_tangents_advance(kr_top *top);
 /* Restarts a top as if kr_top_create had made it with `scene` and `config`. `low` has the low words
- * of the start, or is NULL. Leaves the top unchanged on failure. */
+ * of the initial state, or is NULL. Leaves the top unchanged on failure. */
 kr_status kr_top_init(kr_top *top, const kr_scene *scene, const kr_state *low,
                       const kr_config *config);
-/* Returns the magnitude of `step`, negative if `back` is nonzero: -0.1 for the default step 0. */
+/* Returns |step|, or -|step| if `back` is nonzero; in the latter case, -0.1 if `step` is 0. */
 static inline double kr_step_directed(double step, int back)
 {
     const double size = fabs(step);
     return !back ? size : size > 0.0 ? -size : -0.1;
 }
-/* Moves the top to the last point that the steps have reached, unless it lies beyond the time t or
- * before the last requested time. */
+/* Sets the current state to that at the end of the last step, unless this end lies beyond the time
+ * t or before the last requested time. */
 kr_status kr_top_sync(kr_top *top, double t);
-/* After a failure, repeats the steps from the saved motion up to the last valid state. Returns the
- * status of the failure. */
+/* After a failure, repeats the steps from the saved motion to the last valid state. Returns the
+ * error code of the failed step. */
 kr_status kr_steps_recover(kr_top *top);
 /* Advances a top to grid point `goal`, and writes the state there to `state`. */
 kr_status kr_steps_to_grid(kr_top *top, int64_t goal, kr_state *state);
@@ -134,8 +137,8 @@ static inline double time_since_start(const kr_top *top, double t)
 {
     return (t - top->scene.start.t) / top->time_unit;
 }
-/* Evaluates the dense output of the last step at the user's time t, in internal units. The low
- * words are in main.low. */
+/* Writes the state, in internal units, at the user's time t within the last step of a method with
+ * dense output. The low words are in main.low. */
 static inline void kr_top_evaluate(kr_top *top, double t, kr_state *state)
 {
     top->main.low.t = two_sum(t, -top->scene.start.t).lo / top->time_unit;

@@ -116,7 +116,6 @@ static shifted_constants shift_constants(const kr_motion *motion, double rate, i
                     replace_zero_difference(A.z - A.x, A.y, h.z, h.x),
                     replace_zero_difference(A.x - A.y, A.z, h.x, h.y))};
 }
-/* Stores the constants of the equations of motion for one lane. */
 static void set_lane_constants(kr_lanes *l, int lane, const shifted_constants *from)
 {
     const kr_vec3 A = from->A, c = from->c, h = from->h, apart = from->apart;

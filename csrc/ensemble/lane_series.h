@@ -40,7 +40,6 @@ INLINE lane_vec lane_vec_sub(lane_vec a, lane_vec b)
     return (lane_vec){a.x - b.x, a.y - b.y, a.z - b.z};
 }
 INLINE lane_vec lane_vec_scale(wide s, lane_vec a) { return (lane_vec){s * a.x, s * a.y, s * a.z}; }
-/* Returns s * a + b. */
 INLINE lane_vec lane_vec_axpy(wide s, lane_vec a, lane_vec b)
 {
     return (lane_vec){wide_fma(s, a.x, b.x), wide_fma(s, a.y, b.y), wide_fma(s, a.z, b.z)};

@@ -36,7 +36,6 @@ INLINE lane_deviation deviation_scale(wide s, lane_deviation d)
 {
     return (lane_deviation){lane_vec_scale(s, d.turn), lane_vec_scale(s, d.push)};
 }
-/* Returns s * a + b. */
 INLINE lane_deviation deviation_axpy(wide s, lane_deviation a, lane_deviation b)
 {
     return (lane_deviation){lane_vec_axpy(s, a.turn, b.turn), lane_vec_axpy(s, a.push, b.push)};
@@ -101,13 +100,11 @@ INLINE lane_deviation remove_component(lane_deviation d, lane_deviation known)
     const wide share = wide_choose(wide_less(zero, size), deviation_dot(d, known) / size, zero);
     return deviation_axpy(-share, known, d);
 }
-/* Returns the angular momentum in the body frame. */
 INLINE lane_vec body_momentum(kr_lane_tangents *g, const lane_point *at)
 {
     return lane_vec_fma(lane_vec_load(g->moments), at->w, lane_vec_load(g->rotor));
 }
-/* The two trivial solutions of the variational equations: the flow, and the rotation about the
- * vertical. */
+/* The two trivial solutions: the flow, and the rotation about the vertical. */
 typedef struct {
     lane_deviation flow, turn;
 } trivial_solutions;

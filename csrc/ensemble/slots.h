@@ -92,7 +92,6 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i);
 /* Returns the configuration for top i. The step is negative if the last requested time precedes the
  * initial time, or if the waiting time of a section is negative. */
 kr_config kr_worker_config_of(const kr_worker *worker, size_t i);
-/* Returns the requested times of top i. */
 static inline const double *kr_worker_times_of(const kr_tops *tops, size_t i)
 {
     return tops->own_times && tops->times > 0 ? tops->t + i * tops->times : tops->t;

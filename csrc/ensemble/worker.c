@@ -65,7 +65,6 @@ static void dispatch_block(kr_worker *worker, size_t from, size_t n)
     for (size_t i = 0; i < n && !worker->interrupted; i++)
         if (status[i] != KR_OK) dispatch_top(worker, from + i);
 }
-/* Marks all unfinished tops as interrupted. */
 static void mark_interrupted(kr_worker *worker, const kr_tops *tops)
 {
     const kr_stats none = {0};

@@ -1,13 +1,12 @@
 /* Two GSL methods, used as references: the Prince-Dormand Runge-Kutta pair and the semi-implicit
  * Bulirsch-Stoer method. They integrate
  *     q' = (q W - S q) / 2,    I W' = (I W + h) x W + P x lever,    P = q* e3 q
- * where W and P are the angular velocity and the vertical in the body frame, h is the momentum of
- * the rotor, and S is the angular velocity of the support. Neither method conserves any integral of
- * the motion. This file uses GSL's step and control objects, but not gsl_odeiv2_evolve. Unlike
- * gsl_odeiv2_evolve, this file makes each step size exactly equal to the difference between the end
- * and the start time of the step. The time limit `until` of a step may be infinite. A failed step
- * does not change the state of the motion.
- * */
+ * where W and P are the angular velocity and the vertical in the body frame, I are the moments of
+ * inertia, h is the momentum of the rotor, and S is the angular velocity of the support. Neither
+ * method conserves any integral of the motion. This file uses GSL's step and control objects, but
+ * not gsl_odeiv2_evolve. Unlike gsl_odeiv2_evolve, this file makes each step size exactly equal to
+ * the difference between the end and the start time of the step. The time limit `until` of a step
+ * may be infinite. A failed step does not change the state of the motion. */
 #include <float.h>
 #include <stdlib.h>
 #include <gsl/gsl_errno.h>
@@ -36,13 +35,14 @@ typedef struct {
 /* The vector y consists of the attitude q and the body-frame angular velocity W. */
 static kr_quat ode_attitude(const double y[]) { return q4(y[0], v_of(y + 1)); }
 static kr_vec3 ode_velocity(const double y[]) { return v_of(y + 4); }
-static void put_vector_at(double y[], kr_quat q, kr_vec3 W)
+static void set_ode_vector(double y[], kr_quat q, kr_vec3 W)
 {
     y[0] = q.w;
     v_put(y + 1, q_vec(q));
     v_put(y + 4, W);
 }
-/* Returns GSL_EBADFUNC unless all numbers are finite: GSL takes an error of NaN for zero. */
+/* Returns GSL_EBADFUNC unless all numbers are finite, because GSL treats an error of NaN as
+ * zero. */
 static int check_finite(const double *a, int n)
 {
     for (int i = 0; i < n; i++)
@@ -50,7 +50,7 @@ static int check_finite(const double *a, int n)
     return GSL_SUCCESS;
 }
 
-/* Returns (`turn` - S q) / 2. */
+/* Returns dq/dt = (`turn` - S q) / 2, where `turn` is q W and S the velocity of the support. */
 static kr_quat turn_with_support(const kr_motion *motion, kr_quat q, kr_quat turn)
 {
     const kr_vec3 S = motion_turning(motion);
@@ -65,7 +65,7 @@ int kr_gsl_rates(double t, const double y[], double rate[], void *params)
     const kr_vec3 M = motion_add_rotor(motion, v_times(I, W)), P = q_vertical(q),
                   torque = v_add(v_cross(M, W), v_cross(P, motion_lever(motion, P)));
     (void)t;
-    put_vector_at(rate, turn_with_support(motion, q, q_mul(q, q4(0.0, W))), v_over(torque, I));
+    set_ode_vector(rate, turn_with_support(motion, q, q_mul(q, q4(0.0, W))), v_over(torque, I));
     motion->stats.evaluations++;
     return check_finite(rate, GSL_SIZE);
 }
@@ -89,8 +89,8 @@ int kr_gsl_jacobian(double t, const double y[], double *jacobian, double rate_t[
         kr_vec3 gyration = v_add(v_cross(v_times(I, dW), W), v_cross(M, dW));
         if (motion->gradient != 0.0)
             gyration = v_add(gyration, v_scale(motion->gradient, v_cross(P, v_times(I, dP))));
-        put_vector_at(column, turn_with_support(motion, dq, turn),
-                      v_over(v_add(gyration, v_cross(dP, lever)), I));
+        set_ode_vector(column, turn_with_support(motion, dq, turn),
+                       v_over(v_add(gyration, v_cross(dP, lever)), I));
         for (int i = 0; i < GSL_SIZE; i++) jacobian[GSL_SIZE * i + j] = column[i];
         rate_t[j] = 0.0;
     }
@@ -127,7 +127,7 @@ static kr_status ode_begin(kr_motion *motion, const kr_state *start,
         }
     }
     gsl_odeiv2_step_reset(((tools *)motion->aux)->step);
-    put_vector_at(p->y, start->q, motion_velocity(motion, q_turn_back(start->q, start->m)));
+    set_ode_vector(p->y, start->q, motion_velocity(motion, q_turn_back(start->q, start->m)));
     p->h = motion->step != 0.0 ? motion->step : 1e-3;
     return kr_gsl_rates(0.0, p->y, p->rate, motion) == GSL_SUCCESS ? KR_OK : KR_ERR_NOT_FINITE;
 }
@@ -143,7 +143,7 @@ static kr_status reset_bsimp(kr_motion *motion, const kr_state *start)
 /* Returns the largest permitted step size for the angular velocity W. In the body frame, a rotor
  * with angular momentum h rotates the angular velocity W at a rate of at most |h| / I, where I is
  * the smallest moment of inertia. */
-static double longest_step(const kr_motion *motion, kr_vec3 W)
+static double find_longest_step(const kr_motion *motion, kr_vec3 W)
 {
     const kr_vec3 I = motion->inertia, l = motion->lever;
     const double rate = v_length(W) + v_length(motion_turning(motion)) +
@@ -174,7 +174,7 @@ static kr_status ode_step(kr_motion *motion, double until)
     ode_work *p = (ode_work *)motion->work, next = *p;
     /* In double precision, no step can meet a tolerance smaller than the machine epsilon. */
     if (tolerance(motion) < DBL_EPSILON) return KR_ERR_STEP;
-    const double longest = longest_step(motion, ode_velocity(p->y));
+    const double longest = find_longest_step(motion, ode_velocity(p->y));
     for (int rejected = 0; rejected < MAX_TRIES; rejected++) {
         if (fabs(next.h) > longest) next.h = copysign(longest, next.h);
         const int lands =

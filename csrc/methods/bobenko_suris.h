@@ -1,7 +1,7 @@
 /* Code shared by the Bobenko-Suris maps of the Lagrange top. With the step size h, the moments I1 =
- * I_N = I_B and I3 = I_T, and the axis a = q e3 q*:
+ * I_N = I_B and I3 = I_T, the momentum m, and the symmetry axis a = q e3 q*:
  *     drift  q <- Cay(h m / I1) q R,    Cay(v) = (1, v/2) / sqrt(1 + |v|^2/4)
- *     kick   m <- m + k e3 x a
+ *     kick   m <- m + k e3 x a,         k = h * mass * gravity * com_T
  *     twist  R = (cos s, 0, 0, sin s),  2 s = h c / I3 - 2 atan(h c / 2 I1),   c = <m, a>
  * R rotates the body about its symmetry axis by the same angle 2 s in every step, so that the total
  * rotation about this axis is exact. R commutes with drifts and kicks. All twists are therefore
@@ -43,7 +43,7 @@ static inline void bobenko_suris_drift(bobenko_suris_orbit *o)
     if ((int64_t)o->steps % BOBENKO_SURIS_REFRESH == 0)
         sin_cos(o->steps * o->half_twist, &o->sine, &o->cosine);
 }
-/* Begins steps of size h with the twist R = (cos s, 0, 0, sin s). */
+/* Sets the initial state, the step size h, and the twist R = (cos s, 0, 0, sin s). */
 static inline void bobenko_suris_begin(bobenko_suris_orbit *o, const kr_motion *motion,
                                        const kr_state *start, double h, double s)
 {
@@ -55,7 +55,7 @@ static inline void bobenko_suris_begin(bobenko_suris_orbit *o, const kr_motion *
                                .cosine = 1.0};
     sin_cos(s, &o->sin_half_twist, &o->cos_half_twist);
 }
-/* Returns the angle s for the maps bobenko_suris and bobenko_suris2. */
+/* Returns half the twist angle, s, for the maps bobenko_suris and bobenko_suris2. */
 static inline double bobenko_suris_half_twist(const kr_motion *motion, const kr_state *start)
 {
     const double half = 0.5 * motion->step * v_dot(start->m, q_axis(start->q));

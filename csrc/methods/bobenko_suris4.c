@@ -1,6 +1,6 @@
 /* A fourth-order variant of the Bobenko-Suris map, with a modified kick and modified rates of
  * rotation (model/map_rates.h). A step of size h of the method is a step of size e of the following
- * map, with u = <a,e3>:
+ * map for the symmetry axis a, with u = <a,e3> and a potential V:
  *     m+ = m + (e/2) V'(u) e3 x a,    a' = Cay(e m+ / I1) a,    m' = m+ + (e/2) V'(u') e3 x a'
  * The map is explicit and integrable, and needs one kick per step. The map conserves the vertical
  * and axial momenta and a modified energy (kr_state_modified_energy). The step size e depends on

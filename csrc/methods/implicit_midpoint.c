@@ -1,12 +1,13 @@
-/* The implicit midpoint rule for (q, m), for comparison on stiff problems:
- *     (q' - q) / h = q_ V / 2,    q_ = (q + q') / 2,    which is, up to the norm of q_,
+/* The implicit midpoint rule for the attitude q and the momentum m, for comparison on stiff
+ * problems:
+ *     (q' - q) / h = q_ V / 2,    q_ = (q + q') / 2,    or, except for the norm of q_,
  *     q_ = q r,    q' = q r^2,    r = (1, h V / 4) / norm,    m' = m + h p x a_ M
- * with the angular velocity V = J^-1 (q_* (m + m')/2 q_ - h) at the midpoint, in the body frame. In
- * the expression for V, h denotes the momentum of the rotor; elsewhere, h is the step size. The
- * vector a_ is the centre of mass at the midpoint of the step, M is the mass, and p is the gravity
- * vector. The nonlinear equation for V is solved by Newton's method (Hairer, Lubich, Wanner,
- * VII.5). The method conserves the norm of q and the vertical momentum. For small h |V|, the errors
- * of the energy and the axial momentum are bounded and O(h^2). */
+ * with the step size h, the mass M, the gravity vector p, and the centre of mass a_ at the midpoint
+ * of the step. V = J^-1 (q_* (m + m')/2 q_ - R) is the angular velocity at the midpoint, in the
+ * body frame, with the momentum R of the rotor. The nonlinear equation for V is solved by Newton's
+ * method (Hairer, Lubich, Wanner, VII.5). The method conserves the norm of q and the vertical
+ * momentum. For small h |V|, the errors of the energy and the axial momentum are bounded and
+ * O(h^2). */
 #include "method.h"
 
 enum { MOST = 30 };
@@ -21,7 +22,7 @@ typedef struct {
     kr_vec3 y;        /* h V / 4 */
     kr_quat r;        /* half of the rotation in the step */
     kr_vec3 M, P;     /* momentum and vertical at the midpoint, in the body frame */
-    kr_vec3 residual; /* J V - (M - h) */
+    kr_vec3 residual; /* J V - (M - R) */
 } attempt;
 
 /* Evaluates the residual for an approximate angular velocity V. M and P are the momentum and the

@@ -1,16 +1,15 @@
 /* The modified kick of Takahashi and Imada, with which a splitting has order 4 up to a change of
- * variables.
- *     kick h:  m += h e3 x q L q*,   L = A + k A x J^-1 (P x A),   P = q* e3 q,   k = -h^2/12
- * with the lever A. It is the kick of a modified potential: the potential minus h^2/24 <torque,
- * J^-1 torque>. A step (half kick, drift, half kick) is conjugate to a method of order 4. The
- * conjugating map, called the processor, is the flow of G = k d(potential)/dt. Its equations of
- * motion are
- *     Om = k J^-1 (A x P),   dm = q (k P x (W x A)) q*,   W = J^-1 (M - h)
- * (Om, W, M, P: in the body frame; h: momentum of the rotor), integrated by the implicit midpoint
- * rule, so that -k inverts +k (Takahashi and Imada 1984; Rowlands 1991). The processor is applied
- * when a state is read, and its inverse when a state is set; the steps in between do not need it.
- * The modified kick conserves the vertical momentum, and for a Lagrange top also the axial
- * momentum. */
+ * variables. With the step size h and the lever A (method.h), the kick is
+ *     m += h e3 x q L q*,   L = A + k A x J^-1 (P x A),   P = q* e3 q,   k = -h^2/12.
+ * This is the kick of a modified potential: the potential minus h^2/24 <torque, J^-1 torque>. A
+ * step (half kick, drift, half kick) is conjugate to a method of order 4. The conjugating map,
+ * called the processor, is the flow of G = k d(potential)/dt over one unit of time:
+ *     Om = k J^-1 (A x P),   dm/dt = q (k P x (W x A)) q*,   W = J^-1 (M - R)
+ * (Om: angular velocity of this flow; Om, W, M, P: in the body frame; R: momentum of the rotor).
+ * The implicit midpoint rule integrates the flow, so that -k inverts +k (Takahashi and Imada 1984;
+ * Rowlands 1991). The processor is applied when a state is read, and its inverse when a state is
+ * set; the steps in between do not need it. The modified kick conserves the vertical momentum, and
+ * for a Lagrange top also the axial momentum. */
 #ifndef KR_MODIFIED_KICK_H
 #define KR_MODIFIED_KICK_H
 #include <float.h>
@@ -64,10 +63,10 @@ static inline int modified_kick_within(const modified_kick *kick, const kr_state
     const double carried = v_length(kick->rotor) * v_largest(kick->inverse);
     return kick->h * kick->h * fmax(rate2, carried * carried) <= most * most;
 }
-/* Applies the conjugating map (processor), or its inverse if `sign` is -1. Returns KR_ERR_STEP_SIZE
- * if h^2 |A| exceeds twice the smallest moment of inertia, because then the modification of the
- * potential is not small. The midpoint iteration would fail to converge if h^2 |A| exceeded 12
- * times the smallest moment of inertia. */
+/* Applies the conjugating map (processor), or its inverse if `sign` is -1, to q and m. Returns
+ * KR_ERR_STEP_SIZE if h^2 |A| exceeds twice the smallest moment of inertia, because then the
+ * modification of the potential is not small. The midpoint iteration would fail to converge if h^2
+ * |A| exceeded 12 times the smallest moment of inertia. */
 static inline kr_status modified_kick_process(const modified_kick *kick, double sign, kr_quat *q,
                                               kr_vec3 *m)
 {

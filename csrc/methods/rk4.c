@@ -15,7 +15,6 @@ static kr_status rk4_reset(kr_motion *motion, const kr_state *start)
     p->q = start->q;
     return KR_OK;
 }
-/* Writes the vector y + h * k to `out`. */
 static void add_scaled(const double y[SPACE_FRAME], double h, const double k[SPACE_FRAME],
                        double out[SPACE_FRAME])
 {

@@ -1,6 +1,7 @@
-/* Kicks and drifts: the flows of the potential energy and of the kinetic energy.
+/* Kicks and drifts: the flows of the potential energy and of the kinetic energy, with the principal
+ * axes N, B, T.
  *     H = potential + |m|^2/2I_B + (1/I_N - 1/I_B) <m,N>^2/2 + (1/I_T - 1/I_B) <m,T>^2/2.
- * A kick changes only the momentum, and a drift changes only the attitude (McLachlan 1993, Reich
+ * A kick changes only the momentum m, and a drift changes only the attitude (McLachlan 1993, Reich
  * 1994). The flow of the term in |m|^2 is a rotation about m, and commutes with the flows of the
  * other two kinetic terms. The drift of a symmetric body (I_N = I_B) is therefore exact, and
  * consists of two rotations. The drift of an asymmetric body consists of four rotations: about m,
@@ -8,20 +9,20 @@
  * third order in the step size. The local error is smallest if B is the principal axis with the
  * intermediate moment of inertia. A rotor with momentum h changes the rates of rotation by
  * constants, such as -h_N / I_N about the axis N. For a body with a rotor, the drift generally
- * contains two additional rotations about the principal axis B.
- * The drift of a symmetric body remains exact if the rotor momentum is along the symmetry axis T.
- * A support with the angular velocity S adds -<S,m> to H, whose flow rotates attitude and momentum
- * against the support. It commutes with the kinetic energy, and so is a part of the drift.
- * Sums are compensated: the rounding error of each sum is stored and added to the next sum (Kahan
- * 1965). With compensated sums, rounding errors affect the energy only through the small changes of
- * q and m per step. */
+ * contains two additional rotations about the principal axis B. The drift of a symmetric body
+ * remains exact if the rotor momentum is along the symmetry axis T. A support with the angular
+ * velocity S adds -<S,m> to H. The flow of this term rotates attitude and momentum against the
+ * support, commutes with the kinetic energy, and is a part of the drift. Sums are compensated: the
+ * rounding error of each sum is stored and added to the next sum (Kahan 1965). Rounding errors then
+ * affect the energy only through the small changes of q and m per step. */
 #ifndef KR_SPLITTING_H
 #define KR_SPLITTING_H
 #include <float.h>
 #include "math/isa.h"
 #include "method.h"
 
-/* Inlining makes compositions faster and longer. Builds for small size do without it. */
+/* Inlining makes compositions faster, but the program longer. Programs optimized for size do not
+ * inline. */
 #ifdef __OPTIMIZE_SIZE__
 #  define SPLITTING_INLINE static inline
 #else
@@ -99,9 +100,8 @@ static inline splitting_body splitting_begin_body(const splitting *s)
     return (splitting_body){.m = q_turn_back(s->q, s->m)};
 }
 /* Rotates by the angle 2 * half about axis i, where (i, j, k) is a cyclic permutation of the axes.
- * The arguments mj and mk are the components of the momentum along axes j and k. The arguments w,
- * ri, rj and rk are the components of the deviation r of the accumulated rotation from the
- * identity. */
+ * Updates the components mj and mk of the momentum in the body, and the components w, ri, rj and rk
+ * of the deviation r (splitting_body) of the accumulated rotation from the identity. */
 static inline void splitting_rotate_about_axis(double half, double *mj, double *mk, double *w,
                                                double *ri, double *rj, double *rk)
 {

@@ -74,9 +74,9 @@ static kr_vec3 choose_frame(const kr_scene *scene, double weight)
               is_level = weight == 0.0 || (turning.x == 0.0 && turning.y == 0.0);
     return is_level && !is_damped ? v3(0.0, 0.0, 0.0) : turning;
 }
-/* Returns an upper bound on the angular velocity relative to the frame of a scene, from one on the
- * kinetic energy. In the inertial frame, the spin of a Lagrange top never increases, and the rest
- * of the energy is that of a rotation about a transverse axis. */
+/* Returns an upper bound on the angular velocity relative to the frame of a scene, given a bound
+ * `energy` on the kinetic energy. In the inertial frame, the spin of a Lagrange top never
+ * increases, and the rest of the energy is that of a rotation about a transverse axis. */
 static double bound_velocity(const kr_scene *scene, double energy)
 {
     const kr_vec3 i = scene->body.inertia, a = v_unit(scene->body.com);
@@ -122,8 +122,9 @@ static void put_point(float point[3], kr_vec3 v)
     point[1] = (float)v.y;
     point[2] = (float)v.z;
 }
-/* Writes the points of a trail: of the apex, which is `apex` in the body and approaches the centre
- * with its age, or if `apex` is NULL of the momentum. */
+/* Writes the points of the trail of the unit vector `apex` in the body, or of the momentum if
+ * `apex` is NULL. Older points of an apex trail are closer to the fixed point. Returns the number
+ * of points. */
 static int write_trail(const kr_trail *trail, const kr_vec3 *apex, double scale, float point[][3])
 {
     const int64_t stride = trail->steps < KR_MESH_POINTS ? 1 : 2,
@@ -146,12 +147,12 @@ int kr_mesh_momentum_trail(const kr_trail *trail, double scale, float point[][3]
     return write_trail(trail, NULL, scale, point);
 }
 
-/* Computes the semi-axes of the rod's cross section, which lie along the two principal axes farther
- * from the apex. The bending stiffness of the rod in one direction is proportional to the square of
- * its thickness in that direction. If the exponent `power` is 0.5, the stiffness is proportional to
- * the moment of inertia of the body about the other axis. */
-static void cross_section(const kr_body *body, kr_vec3 apex, double radius, double power,
-                          kr_vec3 side[2])
+/* Computes the semi-axes of the rod's cross section, along the two principal axes farther from the
+ * apex. The bending stiffness of the rod in one direction is proportional to the square of its
+ * thickness in that direction. If the exponent `power` is 0.5, the stiffness is proportional to the
+ * moment of inertia of the body about the other axis. */
+static void find_cross_section(const kr_body *body, kr_vec3 apex, double radius, double power,
+                               kr_vec3 side[2])
 {
     const double moment[3] = {body->inertia.x, body->inertia.y, body->inertia.z};
     const kr_vec3 a = q_turn_back(body->axes, apex);
@@ -171,7 +172,7 @@ int kr_mesh_rod(const kr_body *body, const kr_trail *trail, double scale, double
                   oldest = trail->steps - trail->size;
     kr_vec3 side[2], at = v3(0.0, 0.0, 0.0);
     int n = 0;
-    cross_section(body, apex, radius, power, side);
+    find_cross_section(body, apex, radius, power, side);
     for (int64_t k = trail->steps; k >= 0 && k > oldest && n < KR_MESH_RINGS; k -= stride, n++) {
         const kr_quat q = trail->attitude[k % trail->size];
         for (int s = 0; s < KR_MESH_SIDES; s++) {

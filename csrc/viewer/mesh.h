@@ -32,19 +32,17 @@ typedef struct kr_trail {
  * cuboid. If no suitable cuboid exists, the function returns a cube with edges of length 2. */
 kr_box kr_mesh_box(const kr_body *body);
 /* Writes upper bounds on the momentum and the angular velocity, forward in time, which determine
- * the scale of the picture. They are derived from a bound on the kinetic energy in a frame in which
- * the top never gains energy. The bound is the initial kinetic energy plus the largest possible
- * loss of potential energy. On a turning support, the potential energy includes the centrifugal
- * potential. The momentum is largest in a rotation about the axis of the largest moment of inertia,
- * and the angular velocity about that of the smallest; for a Lagrange top, the constant spin gives
- * a closer bound. On a shaken support nothing bounds the energy: both numbers are then estimates
- * with the greatest acceleration. A bound of zero, as for a top that cannot move, is replaced by
- * 1. */
+ * the scale of the picture. The bounds are derived from a bound on the kinetic energy in a frame in
+ * which the top never gains energy: the initial kinetic energy plus the largest possible loss of
+ * potential energy. On a turning support, the potential energy includes the centrifugal potential.
+ * The momentum is largest in a rotation about the axis of the largest moment of inertia, and the
+ * angular velocity about that of the smallest; for a Lagrange top, the constant spin gives a closer
+ * bound. On a shaken support, the energy has no bound: both numbers are then estimates with the
+ * greatest acceleration. A bound of zero, as for a top that cannot move, is replaced by 1. */
 void kr_mesh_limits(const kr_scene *scene, double *momentum, double *velocity);
 /* Writes the trail of the apex on a sphere with the given radius. Older points of the trail are up
  * to 2 % closer to the centre of the sphere. Returns the number of points written, which is at most
- * KR_MESH_POINTS.
- * */
+ * KR_MESH_POINTS. */
 int kr_mesh_trail(const kr_body *body, const kr_trail *trail, double radius, float point[][3]);
 /* Writes the trail of the tip of the momentum vector, multiplied by `scale`. Returns the number of
  * points written, which is at most KR_MESH_POINTS. */
@@ -52,10 +50,10 @@ int kr_mesh_momentum_trail(const kr_trail *trail, double scale, float point[][3]
 /* Writes rings of KR_MESH_SIDES points around the centre line of the rod. The centre line starts at
  * the fixed point, and a unit of time corresponds to the length `scale`. The larger semi-axis of a
  * ring is `radius`. The ratio of the semi-axes is the ratio of the moments of inertia, raised to
- * the exponent `power`. If the exponent `power` is 0.5, the bending stiffness of the rod is
- * proportional to the moments of inertia of the body. The rod in the thesis (Bodack 2008) has the
- * exponent `power` = 1. If the exponent `power` is 0, the rod has circular cross-sections. Returns
- * the number of rings of the rod, which is at most KR_MESH_RINGS. */
+ * the exponent `power`. With `power` 0.5, the bending stiffness of the rod is proportional to the
+ * moments of inertia of the body. The rod in the thesis (Bodack 2008) has `power` 1. With `power`
+ * 0, the rod has circular cross-sections. Returns the number of rings of the rod, which is at most
+ * KR_MESH_RINGS. */
 int kr_mesh_rod(const kr_body *body, const kr_trail *trail, double scale, double radius,
                 double power, float point[][3]);
 #endif

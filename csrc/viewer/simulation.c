@@ -8,7 +8,7 @@ enum { LARGEST = INT32_MAX };
 static double time_of(int64_t ticks) { return (double)ticks / (double)KR_SIMULATION_TICKS; }
 
 /* Returns the least common multiple of a and b, by Euclid's algorithm, or 0 if it is too large. */
-static int64_t common_multiple(int64_t a, int64_t b)
+static int64_t least_common_multiple(int64_t a, int64_t b)
 {
     int64_t divisor = a, rest = b;
     while (rest) {
@@ -162,7 +162,7 @@ static void add_prepared_top(kr_simulation *simulation)
     if (simulation->count == 0)
         simulation->common = step;
     else if (simulation->common)
-        simulation->common = common_multiple(simulation->common, step);
+        simulation->common = least_common_multiple(simulation->common, step);
     simulation->stride = simulation->common;
     simulation->count++;
     simulation->rows = 0;
@@ -243,7 +243,7 @@ static int take_step(kr_simulation *simulation, kr_simulation_slot *a)
 }
 /* Finds the top whose next step ends first, and writes its slot to `next`. Returns the earliest end
  * of a step in ticks, or INT64_MAX if no top can continue. */
-static int64_t next_step(kr_simulation *simulation, kr_simulation_slot **next)
+static int64_t find_next_step(kr_simulation *simulation, kr_simulation_slot **next)
 {
     int64_t first = INT64_MAX;
     int goes_on = 0;
@@ -261,7 +261,7 @@ static int64_t next_step(kr_simulation *simulation, kr_simulation_slot **next)
 int64_t kr_simulation_advance(kr_simulation *simulation, int64_t target, int64_t most)
 {
     kr_simulation_slot *next = NULL;
-    int64_t tick = next_step(simulation, &next);
+    int64_t tick = find_next_step(simulation, &next);
     simulation->is_late = 0;
     simulation->budget = KR_SIMULATION_BUDGET +
                          KR_SIMULATION_BUDGET_PER_STEP * (most < INT32_MAX ? most : INT32_MAX);
@@ -269,7 +269,7 @@ int64_t kr_simulation_advance(kr_simulation *simulation, int64_t target, int64_t
         const int64_t reached = tick;
         simulation->is_late = !take_step(simulation, next);
         if (simulation->is_late) break;
-        tick = next_step(simulation, &next);
+        tick = find_next_step(simulation, &next);
         if (tick == reached || tick == INT64_MAX) continue; /* another step ends at `reached` */
         simulation->clock = reached;
         record_measures(simulation);
