@@ -113,9 +113,9 @@ typedef struct kr_quat { /* w + x i + y j + z k */
     double w, x, y, z;
 } kr_quat;
 
-/* The numbers from which kr_body_from_tensor and kr_body_set_rotor have computed rounded numbers of
- * a body, in the frame of description; all zero if there are none. Motions with more than 16 digits
- * start from them, unless a program has changed a number of the body since. */
+/* The arguments of kr_body_from_tensor and kr_body_set_rotor, in the frame of description; all zero
+ * if there are none. Motions with more than 16 digits use them, unless a program has changed a
+ * number of the body since. */
 typedef struct kr_given {
     double inertia[9]; /* three rows [M L^2] */
     kr_vec3 com, rotor;
@@ -126,10 +126,10 @@ typedef struct kr_body {
     kr_vec3 com;     /* centre of mass relative to the fixed point, along the principal axes [L] */
     kr_quat axes;    /* principal axes -> frame of description: v_described = axes v axes* */
     /* For rounded values from the literature, in [0, 1): the largest moment may exceed the sum of
-     * the other two by this fraction, or by 1e-12 if this is more. */
+     * the other two by this fraction, or by 1e-12 if `rounded` is smaller. */
     double rounded;
     /* Constant momentum of rotors relative to the body (a gyrostat), along the principal axes [M
-     * L^2 T^-1]. The momentum m includes it, and `inertia` is that with locked rotors. Motors keep
+     * L^2 T^-1]. The momentum m of a state includes it; `inertia` is for locked rotors. Motors keep
      * the rates of these rotors; for a wheel without a motor, see kr_scene_release_wheel. */
     kr_vec3 rotor;
     kr_given given;
@@ -144,8 +144,8 @@ typedef struct kr_state {
 typedef struct kr_shaking {
     double amplitude, rate, phase; /* [L], of any sign; [T^-1], positive if it shakes; [rad] */
 } kr_shaking;
-/* A wheel on a free axle, whose momentum in space about the axle is constant: a part of
- * kr_body.rotor, while kr_body.inertia lacks the moment of the wheel (kr_scene_release_wheel).
+/* A wheel on a free axle. Its momentum about the axle, in the inertial frame, is constant and a
+ * part of kr_body.rotor. kr_body.inertia lacks its moment about the axle (kr_scene_release_wheel).
  * These numbers only determine the quantities wheel_rate... All zero: no wheel. */
 typedef struct kr_wheel {
     kr_vec3 axis; /* unit vector along the principal axes; 0: `rate` is relative to the body */
@@ -159,18 +159,18 @@ typedef struct kr_scene {
     kr_state start;
     /* Linear damping, as by air that turns with the support: the torque along each principal axis
      * is -damping * angular velocity relative to the support [M L^2 T^-1]. Not negative. Strong
-     * damping costs no more steps than the slow motion that remains, except with tangents. */
+     * damping needs no shorter steps than the remaining slow motion, except with tangents. */
     kr_vec3 damping;
-    /* Constant angular velocity of the support, to which all states and quantities but m refer,
-     * along e1, e2, e3 [T^-1]. */
+    /* Constant angular velocity of the support, along e1, e2, e3 [T^-1]. All states and quantities
+     * except m are relative to the support. */
     kr_vec3 turning;
     kr_shaking shaking;
     /* Dry friction: a torque of this constant magnitude about the apex, against the spin [M L^2
      * T^-2]. A spin of zero stays zero as long as friction can hold the top. */
     double friction;
     kr_wheel wheels[KR_WHEELS_MAX];
-    /* Gravity gradient: a torque gradient * e3 x J e3, of either sign [T^-2]: 3 mu / R^3 at the
-     * distance R from an attracting body of strength mu along e3. On a circular orbit, e3 turns
+    /* Gravity gradient: a torque gradient * e3 x J e3, of either sign [T^-2]. It is 3 mu / R^3 at
+     * the distance R from an attracting body of strength mu along e3. On a circular orbit, e3 turns
      * with the orbital rate (`turning`). Not with shaking or wheels that have an axis. */
     double gradient;
 } kr_scene;
@@ -185,18 +185,18 @@ extern KR_API const kr_method kr_method_exact, kr_method_bobenko_suris, kr_metho
     kr_method_extrap, kr_method_taylor, kr_method_extrap_kirchhoff;
 
 /* A moving top. A fixed-step method computes states at the grid points start.t + k * step, and
- * others by a separate step from the previous grid point. An adaptive method chooses its steps
- * regardless of the requested times. No state depends on the other requested times. */
+ * states at other times by a separate step from the previous grid point. An adaptive method chooses
+ * its steps regardless of the requested times. No state depends on the other requested times. */
 typedef struct kr_top kr_top;
 typedef struct kr_config {
-    /* The step size [T], negative backward in time; of an adaptive method the first, or 0 to let it
-     * choose. Grid points beyond 2^50 steps from t = 0 are refused (KR_ERR_STEP). */
+    /* The step size [T], negative backward in time; for an adaptive method, the first one, or 0 for
+     * an automatic choice. Grid points beyond 2^50 steps from t = 0 are refused (KR_ERR_STEP). */
     double step;
     /* Tolerance below 1, or 0 for the default: of the local error (adaptive methods), the residual
      * (implicit methods), or the `certificate` (exact; at most the default). */
     double tol;
     /* Maximum number of steps, or 0 for no limit. An adaptive method without dense output needs
-     * further steps to reach a time within a step, for each time at most 1024 and max_steps. */
+     * further steps for each requested time within a step: at most 1024, and at most max_steps. */
     int64_t max_steps;
     /* Called after every 256 steps, after every 1024 states (in a worker, 2^16), and in every step
      * of adaptive methods without dense output. A nonzero value stops the run. May be NULL. */
@@ -210,7 +210,7 @@ typedef struct kr_config {
      * only up to a rotation about the vertical, at lower cost. Not on rotating supports. */
     int skip_heading;
     /* For methods with KR_METHOD_TANGENTS, if skip_heading is 0: the sum of KR_TANGENT_... flags of
-     * the derivatives to compute. None exist by friction at 0, or by com at 0 with friction. */
+     * the derivatives to compute. None exist by a friction of 0, or by a com of 0 with friction. */
     uint64_t tangents;
 } kr_config;
 
@@ -221,8 +221,8 @@ KR_API kr_scene kr_scene_default(void);
 /* Makes a body with the symmetry axis T. The moments [M L^2] at the fixed point are i3 about T and
  * i1 about axes normal to T. `height` is the coordinate of the centre of mass along T [L]. */
 KR_API kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *body);
-/* Sets attitude and momentum of a symmetric top from its spin [T^-1], from the angle 0 .. pi of its
- * apex with the vertical, about e1, and from the rate at which the apex begins to precess about the
+/* Sets attitude and momentum of a symmetric top from its spin [T^-1], the angle `tilt` (0 .. pi) by
+ * which its apex is turned from the vertical about e1, and the initial rate of precession about the
  * vertical [T^-1]. Returns KR_ERR_ARGUMENT for other tilts, and for bodies without symmetry. */
 KR_API kr_status kr_scene_set_spinning(kr_scene *scene, double spin, double tilt,
                                        double precession);
@@ -277,7 +277,7 @@ KR_API kr_status kr_scene_check(const kr_scene *scene);
  * over the largest of the components of the initial angular velocity, (|m| + |rotor|) / (largest
  * moment), the pendulum frequency and the rates of the support; INFINITY if all are 0, and 0 for an
  * invalid scene. Times beyond it are refused (KR_ERR_RESOLUTION). Backward in time, where damping
- * accelerates the top, smaller ones may be refused, too. */
+ * accelerates the top, smaller times may be refused, too. */
 KR_API double kr_scene_horizon(const kr_scene *scene);
 /* Returns the version of the library, KR_VERSION. */
 KR_API const char *kr_version(void);
@@ -301,7 +301,7 @@ KR_API kr_status kr_body_shape(kr_shape shape, kr_vec3 size, double mass, kr_vec
                                kr_body *body);
 /* Returns the mass of a shape with this density [M L^-3], which is 0 for thin shapes. */
 KR_API double kr_shape_mass(kr_shape shape, kr_vec3 size, double density);
-/* Returns the moments about the centre of mass, and writes its height above the centre or tip. */
+/* Returns the moments about the centre of mass, whose height above centre or tip is written. */
 KR_API kr_vec3 kr_shape_inertia(kr_shape shape, kr_vec3 size, double mass, double *height);
 /* Smallest permitted ratio of the smallest to the largest principal moment of a nondiagonal tensor.
  * The smallest moment would otherwise have too few correct digits. */
@@ -346,27 +346,27 @@ KR_API kr_kind kr_body_kind(const kr_body *body, double rtol);
  * normal to the apex and about it [M L^2]. */
 KR_API int kr_body_symmetry(const kr_body *body, double *across, double *along);
 
-/* Starts given by other numbers than attitude and momentum, for a scene with body, support and, for
- * the first three functions, attitude. NaN and infinity give scenes that kr_scene_check refuses. */
+/* Initial states from other numbers than q and m, for a scene with body, support and, for the first
+ * three functions, attitude. NaN and infinity give scenes that kr_scene_check refuses. */
 
 /* Set the momentum from the angular velocity relative to the support, in space or in the body. */
 KR_API void kr_scene_set_velocity(kr_scene *scene, kr_vec3 velocity);
 KR_API void kr_scene_set_body_velocity(kr_scene *scene, kr_vec3 velocity);
-/* Sets the momentum from its components in the frame of description, that of the body. */
+/* Sets the momentum from its components in the frame of description (a body frame). */
 KR_API void kr_scene_set_body_momentum(kr_scene *scene, kr_vec3 momentum);
 /* Sets attitude and momentum from precession_angle, nutation and spin_angle [rad] and their rates
  * [T^-1], in this order. The quantities below define the angles. */
 KR_API void kr_scene_set_euler(kr_scene *scene, kr_vec3 angles, kr_vec3 rates);
-/* Lets a wheel turn freely on its axle from the start on. So far, its momentum inertia * rate along
- * `axis` (in the frame of description, of any length) must be part of body.rotor, and its moment
- * part of body.inertia. Changes the inertia, its principal axes and the rotor of the body. A wheel
- * that is all that turns about the axis of a symmetric body keeps its rate, and excludes damping
- * and friction. Returns KR_ERR_BODY for a wheel that the body cannot contain, KR_ERR_ARGUMENT for
- * other invalid arguments or more than KR_WHEELS_MAX wheels. */
+/* Lets a wheel turn freely on its axle from the initial time on. Before, its momentum inertia *
+ * rate along `axis` (in the frame of description, of any length) must be part of body.rotor, and
+ * its moment part of body.inertia. Changes the inertia, its principal axes and the rotor of the
+ * body. A wheel with the whole moment of a symmetric body about its axis keeps its rate, and
+ * excludes damping and friction. Returns KR_ERR_BODY for a wheel that the body cannot contain,
+ * KR_ERR_ARGUMENT for other invalid arguments or more than KR_WHEELS_MAX wheels. */
 KR_API kr_status kr_scene_release_wheel(kr_scene *scene, double inertia, kr_vec3 axis, double rate);
 /* Writes the rate of the steady precession of a symmetric top without rotor, damping, friction and
  * moving support: the slower or, if `fast` is nonzero, the faster of two; 0 for a vertical apex.
- * Returns KR_ERR_ARGUMENT if there is none, with *least_spin the spin that suffices, or 0. */
+ * Returns KR_ERR_ARGUMENT if there is none; *least_spin is then the least spin with one, or 0. */
 KR_API kr_status kr_scene_steady_precession(const kr_scene *scene, double spin, double tilt,
                                             int fast, double *precession, double *least_spin);
 
@@ -446,15 +446,15 @@ KR_API kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s);
 KR_API kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s);
 KR_API double kr_state_energy(const kr_scene *scene, const kr_state *s);
 /* Returns the modified energy [M L^2 T^-2] that a map with this step conserves: for the order 1, E
- * + step * <torque, m> / (2 I1) of bobenko_suris; for the order 4, that of bobenko_suris4, which is
- * E + O(step^4) up to a constant. NaN for too large a step, and for other than Lagrange tops. */
+ * + step * <torque, m> / (2 I1) of bobenko_suris (E: energy); for the order 4, E + O(step^4) of
+ * bobenko_suris4, up to a constant. NaN for too large a step, and for other than Lagrange tops. */
 KR_API double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step,
                                        int order);
 /* Returns the angle of the rotation between two attitudes, 0 .. pi [rad]. */
 KR_API double kr_attitude_error(kr_quat a, kr_quat b);
 
 /* Events, for the method taylor: times at which a function g of the state crosses zero. g is a sum
- * of terms factor * first * second, where first and second are the indices of components. */
+ * of terms factor * first * second, where first and second are indices of components. */
 enum { KR_COMPONENT_ONE = 0 }; /* the constant component "1" */
 /* Returns the index of a component, such as "apex_z", "q_w" or "spin"; -1: not for events. */
 KR_API int kr_component_find(const char *name);
@@ -466,7 +466,7 @@ typedef struct kr_term {
 KR_API double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n,
                              const kr_term terms[]);
 /* If g is a multiple of the spin, an event also occurs when friction stops the spin, but none when
- * the top then slides. Values of g below 2^-50 times its terms (2^-40 initially) count as zero. */
+ * the top slides again. Values of g below 2^-50 times its terms (2^-40 initially) count as zero. */
 typedef struct kr_event {
     const kr_term *terms;     /* the `count` terms of g */
     const kr_term *condition; /* must be positive at the event; condition_count 0: no condition */
@@ -479,7 +479,7 @@ typedef struct kr_event_hit {
     ptrdiff_t index; /* index of the event; -1: none */
     int direction;   /* 1 or -1 */
 } kr_event_hit;
-/* Sets the events at which kr_top_seek stops; they do not affect the states. `events` must remain
+/* Sets the events at which kr_top_seek stops. Events do not affect the states. `events` must remain
  * valid until the next call, or until the top is freed. Returns KR_ERR_NO_EVENTS unless the method
  * is taylor, KR_ERR_ARGUMENT if skip_heading is set and a term depends on the heading. */
 KR_API kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[]);
@@ -487,11 +487,11 @@ KR_API kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[]);
  * lies in a step that is shorter than doubles can resolve. */
 KR_API kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit);
 
-/* Groups of tangents (derivatives of the state), listed as X(parameter, bit, columns, name). They
- * change no state, unless damping is strong. Rows 1 to 3 are the rotation vector of the attitude in
- * the frame of description [rad], rows 4 to 6 the momentum in space. The columns of START are
- * derivatives by these numbers at the start, others by parameters at fixed initial momentum.
- * Moments, com, damping and rotor refer to the principal axes. */
+/* Groups of tangents (derivatives of the state), listed as X(parameter, bit, columns, name).
+ * Computing tangents changes no state, unless damping is strong. Rows 1 to 3 are the rotation
+ * vector of the attitude in the frame of description [rad], rows 4 to 6 the momentum in space. The
+ * columns of START are derivatives by the same numbers of the initial state, others by parameters
+ * at fixed initial momentum. Moments, com, damping and rotor refer to the principal axes. */
 /* clang-format off */
 #define KR_TANGENT_LIST(X)                                                                        \
     X(START,    1, 6, "start")                                                                    \
@@ -517,20 +517,20 @@ enum {
 KR_API size_t kr_tangent_columns(uint64_t tangents);
 /* Writes the tangents at the current state: 6 rows of kr_tangent_columns numbers, and their digits
  * beyond double precision to `low`, which may be NULL. Returns KR_ERR_ARGUMENT without tangents,
- * and KR_ERR_TANGENT if one exceeds the range of doubles. */
+ * and KR_ERR_TANGENT if a tangent exceeds the range of doubles. */
 KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
 /* Writes the derivatives of a quantity at n states: from tangents[n][6][columns] to
- * out[n][doubles][columns], with a rotation vector for q. Those that do not exist are NaN: of Euler
+ * out[n][doubles][columns], with a rotation vector for q. Some do not exist and are NaN: of Euler
  * angles at a vertical apex, of the apex by com at 0, and of body_acceleration by friction at 0. */
 KR_API void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                                  const kr_state states[], uint64_t by, const double tangents[],
                                  double out[]);
 
 /* Checkpoints of kr_top_save_size bytes. A top with the same method, events, scene (except `start`)
- * and configuration (except max_steps and poll) continues from one with the same bits and events
- * (up to rounding errors if only one kernel of taylor has fused multiply-add). kr_top_load returns
- * KR_ERR_CHECKPOINT, and leaves the top unchanged, if it is damaged or belongs to another version,
- * machine, scene or method. */
+ * and configuration (except max_steps and poll) continues from a checkpoint with the same bits and
+ * events (up to rounding errors if only one kernel of taylor has fused multiply-add). kr_top_load
+ * returns KR_ERR_CHECKPOINT, and leaves the top unchanged, if the checkpoint is damaged or of
+ * another version, machine, scene or method. */
 KR_API size_t kr_top_save_size(const kr_top *top);
 KR_API kr_status kr_top_save(const kr_top *top, size_t size, void *memory);
 KR_API kr_status kr_top_load(kr_top *top, size_t size, const void *memory);
@@ -565,7 +565,7 @@ typedef struct kr_reduction {
     kr_reduce kind;
 } kr_reduction;
 /* Growth indicators of a tangent since the initial time (only taylor, 16 digits; no damping,
- * friction, moving support). Its norm, in the internal units of the top, is initially 1. Its
+ * friction, moving support). Its initial norm, in the internal units of the top, is 1. Its
  * components along the flow and the rotation about the vertical never grow, and are removed. */
 enum {
     KR_GROWTH_LOG,        /* ln |tangent|; LOG / time is the Lyapunov exponent */
@@ -602,7 +602,8 @@ typedef struct kr_tops {
 KR_API kr_status kr_worker_create(const kr_method *method, kr_config config, size_t reductions,
                                   const kr_reduction reduction[], kr_worker **worker);
 /* Computes the states of all tops at the requested times. Returns KR_OK even if tops fail (see
- * `outcomes`), and KR_ERR_INTERRUPTED, also for unfinished tops, if config.poll stops it. */
+ * `outcomes`). If config.poll stops it, KR_ERR_INTERRUPTED is the result and that of unfinished
+ * tops. */
 KR_API kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops);
 /* Computes sections like kr_worker_run: for each top, the first `times` states at which an event
  * occurs (see kr_top_watch). `t` has one time, or one for each top with own_times: the longest wait
@@ -648,7 +649,8 @@ typedef struct kr_exact_info {
     kr_kind kind;
     kr_refusal refusal; /* why kr_exact_plan returned KR_ERR_METHOD */
     size_t used;        /* bytes of the kr_exact in use: a copy of them is a closed form as well */
-    /* Period of the nutation [T], INFINITY if constant; on a torus, that of the first angle. */
+    /* Period of the nutation [T], INFINITY if constant; on a torus, the period of the first
+     * angle. */
     double period;
     /* For Lagrange tops and free bodies, mean rates of the apex about the vertical and of the body
      * about the apex [T^-1], without the jumps of Euler angles at the poles. For free bodies, the
@@ -656,12 +658,13 @@ typedef struct kr_exact_info {
      * angle (the symmetry axis, if there is one), replaces the apex. */
     double precession_rate, spin_angle_rate;
     /* For Kowalewski and Goryachev-Chaplygin tops, two frequencies of the body on its torus and the
-     * mean rate of precession [T^-1], of whose multiples those of the attitude are sums. For free
-     * gyrostats, the frequency of m in the body, the mean rate of the rotation about m, and 0. */
+     * mean rate of precession [T^-1]: those of the attitude are sums of multiples of the three. For
+     * free gyrostats, the frequency of m in the body, the mean rate of the rotation about m, and
+     * 0. */
     double frequency[3];
-    /* For these tops, the largest relative error of the solution, when it is checked. The error of
-     * the attitude is at most about ten times as large, plus a rounding error for each radian about
-     * the vertical if the integral G of a Goryachev-Chaplygin top is near 0. */
+    /* For these tops, the largest relative error of the closed form where it is checked. The error
+     * of the attitude is at most about ten times as large, plus a rounding error for each radian
+     * about the vertical if the integral G of a Goryachev-Chaplygin top is near 0. */
     double certificate;
 } kr_exact_info;
 #define KR_EXACT_BOUND 1e-11

@@ -7,12 +7,12 @@
  * Equations:  dm/dt = torque,   dq/dt = w q / 2,   w = q J^-1 (q* m q) q*
  * with the principal moments J and a unit quaternion q = (w, x, y, z) that rotates vectors from the
  * principal axes into space. A step adds half of the impulse, the torque times h, to m, turns the
- * body, and adds the other half. With M = q* m q and moments N, B, T, of which B is the middle one,
- * the energy
+ * body, and adds the other half. With M = q* m q and moments N, B, T, B being the middle one, the
+ * energy
  *     |m|^2/2B + (1/N - 1/B) M_N^2/2 + (1/T - 1/B) M_T^2/2
  * is split into terms whose flows are rotations about m, N and T (McLachlan 1993, Reich 1994). The
  * step is exact for symmetric bodies, explicit, reversible and symplectic. Without an impulse, m
- * keeps its bits. The error of the energy is then bounded. Order 4 composes the rotations with
+ * keeps its bits, and the error of the energy is bounded. Order 4 composes the rotations with
  * Suzuki's coefficients (1990); its order in the torque is 2. Steps that turn the body by less than
  * 0.75 rad use only + - * /, with the same bits on machines that do not fuse sums and products.
  *

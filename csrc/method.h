@@ -48,8 +48,8 @@ typedef struct kr_motion {
     const kr_scene *scene;
     /* The internal units of time and momentum, in the user's units. */
     double time_unit, momentum_unit;
-    /* The coefficient k of the gravity gradient, which adds e3 x (q (k J P) q*) to the torque. J is
-     * the inertia, and P the vertical in the body frame. */
+    /* The gravity gradient k, which adds e3 x (q (k J P) q*) to the torque, with the inertia J and
+     * the vertical P in the body frame. */
     double gradient;
 } kr_motion;
 /* Returns the body of a motion with up to 16 digits. `com` is body_dd.com. */
@@ -61,8 +61,7 @@ static inline body_dd body_dd_of(const kr_motion *motion, kr_vec3 com)
                      differences, vdd_of(com),           qdd_of(q_one())};
 }
 
-/* The last step of a method with dense output: polynomials in tau = (time - begin) * rate, 0 <= tau
- * <= span. */
+/* The last step of a dense method: polynomials in tau = (time - begin) * rate, 0 <= tau <= span. */
 enum { KR_POLYNOMIAL_ORDER_MAX = 40 };
 typedef struct kr_step_polynomial {
     int order; /* at most KR_POLYNOMIAL_ORDER_MAX */
@@ -87,14 +86,14 @@ typedef struct kr_step_polynomial {
 } kr_step_polynomial;
 
 /* An infinitesimal perturbation of a motion, in internal units: a rotation vector along the
- * internal axes, and a change of the momentum in space. Perturbations change the steps only of
- * strongly damped motions, which then need short steps. */
+ * internal axes, and a change of the momentum in space. Perturbations shorten only the steps of
+ * strongly damped motions. */
 typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;
-/* At a fixed attitude, the derivative of the torque by a parameter is proportional to one of these
- * functions of time: the acceleration g(t), a constant, or the derivative of g(t) by the amplitude,
- * rate or phase of the shaking. */
+/* At a fixed attitude, the derivative of the torque by a parameter is proportional to the
+ * acceleration g(t), to a constant, or to the derivative of g(t) by the amplitude, rate or phase of
+ * the shaking. */
 typedef enum kr_timing {
     KR_TIMING_NONE,
     KR_TIMING_STRENGTH,
@@ -123,15 +122,14 @@ typedef struct kr_tangent_ops {
     size_t (*doubles)(int digits, size_t n);
     /* Begins n deviations at the current state of a motion. `memory` contains zeros. */
     void (*begin)(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[]);
-    /* Propagates n deviations over the last step of a motion. Returns KR_ERR_TANGENT if a deviation
-     * exceeds the range of double precision. */
+    /* Propagates n deviations over the last step of a motion. Returns KR_ERR_TANGENT if a result
+     * exceeds the range of doubles. */
     kr_status (*advance)(const kr_motion *motion, double *memory, size_t n);
     /* Writes the deviations at the time for which kr_method.at was called last. The sum of q and
      * motion->low.q is the attitude at this time. */
     void (*evaluate)(const kr_motion *motion, kr_quat q, double *memory, size_t n,
                      kr_deviation out[]);
-    /* Returns the relative truncation error of the deviations: the largest ratio so far of the last
-     * Taylor term to the norm of a deviation. */
+    /* Returns the largest ratio so far of the last Taylor term of a deviation to its norm. */
     double (*truncation)(const kr_motion *motion, double *memory);
 } kr_tangent_ops;
 
@@ -167,9 +165,8 @@ struct kr_method {
      * `work` and `aux` unchanged. */
     kr_status (*reset)(kr_motion *motion, const kr_state *start);
     /* Advances the motion by one step: of the size motion->step or, for an adaptive method, of a
-     * size that the method chooses. Only methods with dense output may step beyond the time
-     * `until`. These methods check that their state is finite, and leave the motion unchanged on
-     * failure. */
+     * size that it chooses. Only methods with dense output may step beyond `until`. Such methods
+     * check that their state is finite, and leave the motion unchanged on failure. */
     kr_status (*step)(kr_motion *motion, double until);
     /* Writes the attitude, with unit norm, and the momentum at the end of the last step. */
     void (*read)(const kr_motion *motion, kr_state *s);
@@ -215,8 +212,7 @@ static inline kr_vec3 motion_lever(const kr_motion *motion, kr_vec3 P)
     return v_axpy(motion->gradient, v_times(motion->inertia, P), motion->lever);
 }
 /* Returns the angular velocity of the support, along e1, e2, e3, in the units of the motion, or 0
- * for a support that turns about the vertical. Then the driver rotates the states with the
- * support. */
+ * for a support that turns about the vertical (the driver then turns the states). */
 static inline kr_vec3 motion_turning(const kr_motion *motion)
 {
     const kr_vec3 turning = motion->scene->turning;

@@ -266,8 +266,7 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
     /* On a rotating support, the motion depends on the heading of the top, so the heading must be
      * computed. */
     if (config->skip_heading && kr_scene_turns(scene)) return KR_ERR_OPTION;
-    /* There is no derivative by a friction of zero. With friction, there is none by a com of
-     * zero. */
+    /* No derivative exists by a friction of zero or, with friction, by a com of zero. */
     const uint64_t missing = !(scene->friction > 0.0)           ? KR_TANGENT_FRICTION
                              : v_largest(scene->body.com) > 0.0 ? 0
                                                                 : KR_TANGENT_COM;

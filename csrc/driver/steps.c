@@ -80,8 +80,7 @@ static kr_status check_limits(kr_top *top, int64_t steps)
     if (kr_steps_poll(top)) return KR_ERR_INTERRUPTED;
     return limit > 0 && steps >= limit ? KR_ERR_LIMIT : KR_OK;
 }
-/* Checks the state of the main motion, saves this motion for recovery, and checks the step
- * limit. */
+/* Checks the state of the main motion, saves the motion for recovery, and checks the step limit. */
 static kr_status inspect_main(kr_top *top)
 {
     if (!is_main_good(top)) return kr_steps_recover(top);

@@ -1,6 +1,5 @@
-/* Initialization of tangents, and their conversion to the user's frame and units. A seed (kr_seed)
- * is the input for one column of the tangent matrix. The integration methods propagate the
- * tangents. */
+/* Initialization of tangents, which the integration methods propagate, and their conversion to the
+ * user's frame and units. A seed (kr_seed) is the input for one column of the tangent matrix. */
 #include <math.h>
 #include <string.h>
 #include "model/scene.h"
@@ -147,9 +146,8 @@ static void write_parameter_units(const kr_top *top, double unit[KR_TANGENT_COLU
     if (by & KR_TANGENT_FRICTION) *unit++ = momentum / time;
     if (by & KR_TANGENT_GRADIENT) *unit = 1.0 / (time * time);
 }
-/* Writes one of the n columns of the tangent matrix, in the user's frame and units, to `out`, and
- * its low words to `low`. With up to 16 digits, it is rotated in double precision. `axes` is the
- * result of kr_extended_axes. */
+/* Writes one of n columns of the tangent matrix, in the user's frame and units, and its low words.
+ * Up to 16 digits, it is rotated in doubles. `axes` is the result of kr_extended_axes. */
 static void write_column(const kr_top *top, quat_dd axes, const kr_deviation *from, double unit,
                          size_t n, double *out, double *low)
 {

@@ -77,8 +77,7 @@ struct kr_extended_ops {
      * axes. `low` has the low words of `start`, or is NULL. Stores the low words of the result in
      * main.low. */
     kr_state (*from_user)(kr_top *top, const kr_state *start, const kr_state *low);
-    /* Converts a state in place to the user's frame and units. Stores the low words of the result
-     * in top->low. */
+    /* Converts a state in place to the user's frame and units; top->low receives its low words. */
     void (*to_user)(kr_top *top, kr_state *state);
 };
 
@@ -90,8 +89,7 @@ static inline int kr_state_is_good(kr_quat q, kr_vec3 m)
 }
 /* Returns the upper bound on the magnitude of requested times for `scene`. */
 double kr_top_horizon_of(const kr_top *top, const kr_scene *scene);
-/* Allocates a top with memory for the work arrays of `method`, for the tangents that `config`
- * requests, and for `extra` further numbers. */
+/* Allocates a top, and memory for its motions, the tangents of `config`, and `extra` numbers. */
 kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t extra,
                        kr_top **top);
 /* Stores the apex (kreisel.h) along the internal axes, for the event search. */

@@ -21,10 +21,9 @@ INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w, int terms)
                    dw = lane_vec_fma(lane_vec_times(k, lane_vec_next(w)), lane_vec_prev(w), linear);
     return event_value(l, dp, dw);
 }
-/* Stores in l->g the polynomial coefficients of the event function, or of its derivative for events
- * at extrema, over a step of size h. Returns the degree. As in events/event_polynomial.c, the last
- * coefficient is corrected so that the polynomials of consecutive steps agree at the common end
- * point. */
+/* Stores in l->g the polynomial coefficients of the event function, or of its derivative for
+ * extrema, over a step of size h. Returns the degree. As in events/event_polynomial.c, the last
+ * coefficient is corrected so that the polynomials of consecutive steps agree at the common end. */
 INLINE int expand_event(kr_lanes *l, wide h, const lane_point *end, int terms)
 {
     const int first = l->extremum, degree = l->order - first;

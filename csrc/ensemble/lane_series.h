@@ -186,8 +186,8 @@ INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int t
     return a;
 }
 
-/* Computes the Taylor coefficient n of f' and n + 1 of the heading f (lane_state.h), with share = 1
- * / (n + 1). */
+/* Computes Taylor coefficient n of f' and n + 1 of the heading f (lane_state.h); share: 1 / (n +
+ * 1). */
 INLINE void next_heading_coefficients(kr_lanes *l, const lane_sums *a, int n,
                                       const lane_pair *newest, wide share, int terms)
 {

@@ -41,9 +41,8 @@ static inline kr_vec3 shift_axes(kr_vec3 v, int shift)
     return shift == 0 ? v : shift == 1 ? v3(v.y, v.z, v.x) : v3(v.z, v.x, v.y);
 }
 
-/* Flags for the terms of the recurrence. The sum of the flags is constant when a function is
- * compiled. With KR_LANES_HEADLESS, the heading f is not computed. With KR_LANES_DAMPED, the
- * damping is included. */
+/* Flags for the terms of the recurrence; their sum is known when a function is compiled.
+ * KR_LANES_HEADLESS leaves out the heading f. KR_LANES_DAMPED includes the damping. */
 enum { KR_LANES_HEADLESS = 1, KR_LANES_DAMPED = 2 };
 
 struct kr_lane_tangents;
@@ -63,10 +62,10 @@ typedef struct kr_lanes {
     kr_lane_vector drag;        /* -Dx / Ax, and cyclic permutations */
     /* factors of Wx Px, Wy Py and Pz in (W, P): 1 - Ax / Az, 1 - Ay / Az, -hz / Az */
     kr_lane_vector inner;
-    /* The cyclic permutations prev(W_0) = (z, x, y) and next(W_0) = (y, z, x), in `prev` and
-     * `next`, include the rotor terms -hz / (Ay - Az) and hy / (Ay - Az), permuted cyclically, in
-     * `shift_prev` and `shift_next`. Without a rotor, the terms are -0, because adding -0 leaves
-     * every number unchanged. */
+    /* The members `prev` and `next` are the cyclic permutations (Wz, Wx, Wy) and (Wy, Wz, Wx) of
+     * W_0 plus the rotor terms `shift_prev` and `shift_next`: -hz / (Ay - Az) and hy / (Ay - Az),
+     * permuted cyclically. Without a rotor, these terms are -0, because adding -0 leaves every
+     * number unchanged. */
     kr_lane_vector shift_prev, shift_next, prev, next;
     kr_lane_number t, end, goal, forward; /* `forward` is 1, or -1 backward in time */
     kr_lane_number fall;                  /* as in kr_series */
@@ -139,7 +138,6 @@ typedef struct kr_lanes_isa {
 KR_LANES_ISA(base)
 KR_LANES_ISA(avx2)
 KR_LANES_ISA(avx512)
-/* Returns the i-th instruction set included in the build, beginning with the widest, or NULL if i
- * is too large. */
+/* Returns the i-th instruction set of the build, from the widest on, or NULL if i is too large. */
 const kr_lanes_isa *kr_lanes_isa_at(int i);
 #endif

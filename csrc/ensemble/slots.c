@@ -134,8 +134,7 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
     }
     kr_worker_finish_top(worker, &slot, accumulators, status, stats);
     if (status == KR_ERR_INTERRUPTED) worker->interrupted = 1;
-    /* The set-up of a closed-form solution on a torus takes as long as thousands of steps, and does
-     * not call poll. */
+    /* The set-up of a closed form on a torus takes as long as thousands of steps, without poll. */
     if (top == worker->exact_top) kr_worker_poll(worker);
 }
 

@@ -122,9 +122,8 @@ static void put_point(float point[3], kr_vec3 v)
     point[1] = (float)v.y;
     point[2] = (float)v.z;
 }
-/* Writes the points of the trail of the unit vector `apex` in the body, or of the momentum if
- * `apex` is NULL. Older points of an apex trail are closer to the fixed point. Returns the number
- * of points. */
+/* Writes the trail of the vector `apex` in the body, or of the momentum if `apex` is NULL. Older
+ * points of an apex trail are closer to the fixed point. Returns the number of points. */
 static int write_trail(const kr_trail *trail, const kr_vec3 *apex, double scale, float point[][3])
 {
     const int64_t stride = trail->steps < KR_MESH_POINTS ? 1 : 2,
