@@ -17,8 +17,8 @@
  *
  * Motion:  dm/dt = mass g e3 x a - D (w - turning) - turning x m + dry friction,   a = q com q*
  *          dq/dt = (w - turning) q / 2,   m = J w + rotor,   g = gravity - A r^2 cos(r t + phase)
- *          with the angular velocity w in the inertial frame, amplitude A and rate r of a shaken
- *          support; a gravity gradient adds gradient * e3 x J e3 to dm/dt.
+ *          with the inertial angular velocity w, inertia J, damping D, and amplitude A and rate r
+ *          of a shaken support; a gravity gradient adds gradient * e3 x J e3 to dm/dt.
  * Frames:  The space axes are e1, e2 and e3; gravity acts along -e3. They rotate with the support.
  *          The body has two frames: the frame of description, in which the user describes it, and
  *          the principal axes at the fixed point (N, B, T). An attitude q rotates vectors from the
@@ -175,8 +175,8 @@ typedef struct kr_scene {
     double gradient;
 } kr_scene;
 
-/* Methods. A program linked statically contains those that it names, or all if it calls
- * kr_method_at or kr_method_find. */
+/* Methods. A program linked statically contains the methods that it names, or all methods if it
+ * calls kr_method_at or kr_method_find. */
 typedef struct kr_method kr_method;
 extern KR_API const kr_method kr_method_exact, kr_method_bobenko_suris, kr_method_bobenko_suris2,
     kr_method_bobenko_suris4, kr_method_strang, kr_method_takahashi_imada4, kr_method_suzuki4,
@@ -440,8 +440,8 @@ KR_API const kr_quantity *kr_quantity_find(const char *name);
 KR_API void kr_quantity_values(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                                const kr_state states[], double out[]);
 /* Return quantities of one state: angular velocity relative to the support [T^-1], apex, and
- * kinetic plus potential energy (the Jacobi integral on a rotating support: that in space -
- * <turning, m>). */
+ * kinetic plus potential energy (on a rotating support the Jacobi integral: the energy in space
+ * minus <turning, m>). */
 KR_API kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s);
 KR_API kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s);
 KR_API double kr_state_energy(const kr_scene *scene, const kr_state *s);
@@ -536,10 +536,11 @@ KR_API kr_status kr_top_save(const kr_top *top, size_t size, void *memory);
 KR_API kr_status kr_top_load(kr_top *top, size_t size, const void *memory);
 
 /* Many tops. A worker integrates tops with one method, one by one or in SIMD lanes. Each thread
- * needs its own. With method NULL, closed forms are used where they exist, also on supports turning
- * about e3, else taylor. The results for a top depend only on this top and its times. They have the
- * bits of kr_exact_state or of a kr_top, unless taylor integrates the top in a SIMD lane (with at
- * most 16 digits), where all instruction sets with fused multiply-add have the same bits. */
+ * needs its own worker. With method NULL, closed forms are used where they exist, also on supports
+ * turning about e3, else taylor. The results for a top depend only on this top and its times. They
+ * have the bits of kr_exact_state or of a kr_top, unless taylor integrates the top in a SIMD lane
+ * (with at most 16 digits), where all instruction sets with fused multiply-add have the same
+ * bits. */
 typedef struct kr_worker kr_worker;
 /* Reductions over time of one component of a quantity, listed as X(kind, name). WHERE_MIN and
  * WHERE_MAX are the first times of the extrema. If a value is NaN, all except LAST are NaN. */
@@ -602,8 +603,7 @@ typedef struct kr_tops {
 KR_API kr_status kr_worker_create(const kr_method *method, kr_config config, size_t reductions,
                                   const kr_reduction reduction[], kr_worker **worker);
 /* Computes the states of all tops at the requested times. Returns KR_OK even if tops fail (see
- * `outcomes`). If config.poll stops it, KR_ERR_INTERRUPTED is the result and that of unfinished
- * tops. */
+ * `outcomes`), but KR_ERR_INTERRUPTED, the status of unfinished tops, if config.poll stops it. */
 KR_API kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops);
 /* Computes sections like kr_worker_run: for each top, the first `times` states at which an event
  * occurs (see kr_top_watch). `t` has one time, or one for each top with own_times: the longest wait
@@ -617,7 +617,7 @@ KR_API void kr_worker_free(kr_worker *worker);
 
 /* Closed forms of free bodies and most free gyrostats, Lagrange tops, most Kowalewski tops, and
  * most Goryachev-Chaplygin tops with <m, e3> = 0, without damping, friction or moving support. Late
- * states are as accurate and as cheap as early ones. Refusals are listed as X(name, message). */
+ * states are as accurate and as cheap as early ones. Reasons for refusals: X(name, message). */
 
 /* clang-format off */
 #define KR_REFUSAL_LIST(X)                                                                        \
@@ -648,9 +648,8 @@ KR_API const char *kr_refusal_text(kr_refusal refusal);
 typedef struct kr_exact_info {
     kr_kind kind;
     kr_refusal refusal; /* why kr_exact_plan returned KR_ERR_METHOD */
-    size_t used;        /* bytes of the kr_exact in use: a copy of them is a closed form as well */
-    /* Period of the nutation [T], INFINITY if constant; on a torus, the period of the first
-     * angle. */
+    size_t used;        /* used bytes of the kr_exact, of which a copy is a closed form as well */
+    /* Period of the nutation [T], INFINITY if constant; on a torus, period of the first angle. */
     double period;
     /* For Lagrange tops and free bodies, mean rates of the apex about the vertical and of the body
      * about the apex [T^-1], without the jumps of Euler angles at the poles. For free bodies, the
@@ -658,9 +657,8 @@ typedef struct kr_exact_info {
      * angle (the symmetry axis, if there is one), replaces the apex. */
     double precession_rate, spin_angle_rate;
     /* For Kowalewski and Goryachev-Chaplygin tops, two frequencies of the body on its torus and the
-     * mean rate of precession [T^-1]: those of the attitude are sums of multiples of the three. For
-     * free gyrostats, the frequency of m in the body, the mean rate of the rotation about m, and
-     * 0. */
+     * mean rate of precession [T^-1]. Those of the attitude are sums of their multiples. For free
+     * gyrostats, the frequency of m in the body, the mean rate of the rotation about m, and 0. */
     double frequency[3];
     /* For these tops, the largest relative error of the closed form where it is checked. The error
      * of the attitude is at most about ten times as large, plus a rounding error for each radian
@@ -669,7 +667,8 @@ typedef struct kr_exact_info {
 } kr_exact_info;
 #define KR_EXACT_BOUND 1e-11
 typedef struct kr_exact kr_exact;
-/* Returns the bytes that a plan needs: at most KR_EXACT_SIZE for Lagrange tops and free bodies. */
+/* Returns the size of a kr_exact in bytes: at most KR_EXACT_SIZE for Lagrange tops and free
+ * bodies. */
 #define KR_EXACT_SIZE 704
 KR_API size_t kr_exact_size(const kr_scene *scene);
 /* Computes the closed form in memory of kr_exact_size(scene) bytes, which the caller owns and
@@ -687,8 +686,9 @@ KR_API kr_exact_info kr_exact_describe(const kr_exact *exact);
 KR_API kr_state kr_exact_state(const kr_exact *exact, double t);
 /* Writes n states faster than kr_exact_state would, with bitwise equal results. */
 KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[]);
-/* Returns the state at two angles [turns] on the torus, which grow at the rates frequency[0] and
- * frequency[1], at the initial time and with an arbitrary heading. NaN for other motions. */
+/* Returns the state at two angles [turns] on the torus, with the initial time and an arbitrary
+ * heading. In a motion, these angles grow at the rates frequency[0] and frequency[1]. NaN for other
+ * motions. */
 KR_API kr_state kr_exact_state_at(const kr_exact *exact, double first, double second);
 
 /* Turning points of the apex of a Lagrange top, or of a free body with the apex on its axis. */

@@ -1,6 +1,6 @@
-/* The interface of an integration method. Each method has a line in methods.def and a source file.
- * A method advances a motion (kr_motion) step by step. The driver (driver/) converts units,
- * computes states at requested times, limits steps and recovers from failures. */
+/* The interface of an integration method. Each method has a line in methods.def and a source file,
+ * usually in methods/. It advances a motion (kr_motion) by steps. The driver (driver/) converts
+ * units, computes states at requested times, limits steps and recovers from failures. */
 #ifndef KR_METHOD_H
 #define KR_METHOD_H
 #include "math/su2_dd.h"

@@ -100,9 +100,9 @@ typedef struct {
 /* The n-th coefficients of products of Taylor series (Cauchy products). */
 typedef struct {
     lane_vec ww;          /* Wy Wz, Wz Wx, Wx Wy */
-    lane_vec plus, minus; /* P x W */
+    lane_vec plus, minus; /* plus - minus is P x W */
     lane_vec wp;          /* Wx Px, Wy Py, and with damping Wz Pz */
-    wide quotient;        /* sum for the quotient, of (P, d) and f', without the newest term */
+    wide quotient;        /* of 1 + (P, d) and f', without the newest coefficient of f' */
 } lane_sums;
 
 /* Adds the contribution of two Taylor coefficients to the cross product P x W. */

@@ -90,8 +90,8 @@ typedef struct kr_lanes {
     struct kr_lane_tangents *tangents; /* NULL: no tangents */
 } kr_lanes;
 
-/* The state of a tangent delta = (theta, N): d holds theta (a rotation vector) and N (a change of
- * the momentum), scaled by `scale` = 2^-power. */
+/* The state of a tangent delta = (theta, N), a rotation vector and a change of the momentum: d is
+ * delta times `scale` = 2^-power. */
 typedef struct kr_growth {
     kr_lane_vector d[2];
     kr_lane_number power, scale;

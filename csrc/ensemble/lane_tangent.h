@@ -100,7 +100,7 @@ INLINE lane_deviation remove_component(lane_deviation d, lane_deviation known)
     const wide share = wide_choose(wide_less(zero, size), deviation_dot(d, known) / size, zero);
     return deviation_axpy(-share, known, d);
 }
-INLINE lane_vec body_momentum(kr_lane_tangents *g, const lane_point *at)
+INLINE lane_vec find_body_momentum(kr_lane_tangents *g, const lane_point *at)
 {
     return lane_vec_fma(lane_vec_load(g->moments), at->w, lane_vec_load(g->rotor));
 }
@@ -111,7 +111,7 @@ typedef struct {
 INLINE trivial_solutions find_trivial_solutions(kr_lane_tangents *g, const lane_point *at)
 {
     return (trivial_solutions){{at->w, lane_vec_cross(at->p, lane_vec_load(g->c))},
-                               {at->p, lane_vec_cross(at->p, body_momentum(g, at))}};
+                               {at->p, lane_vec_cross(at->p, find_body_momentum(g, at))}};
 }
 /* Returns the component of `d` orthogonal to the two trivial solutions. If the two trivial
  * solutions are parallel to within rounding errors, only the component of `d` along the flow is
@@ -154,7 +154,7 @@ INLINE wide unscale_log(kr_lane_tangents *g, wide log_square)
 INLINE lane_vec energy_gradient(kr_lane_tangents *g, const lane_point *at)
 {
     const lane_vec pull = lane_vec_cross(lane_vec_load(g->c), at->p);
-    return lane_vec_add(pull, lane_vec_cross(at->w, body_momentum(g, at)));
+    return lane_vec_add(pull, lane_vec_cross(at->w, find_body_momentum(g, at)));
 }
 /* Writes the relative errors of the changes in energy and in vertical momentum along a tangent.
  * For an exact solution of the variational equations, the changes in energy and momentum are

@@ -188,8 +188,7 @@ void kr_lane_finish(kr_worker *worker, int lane, kr_status status)
                          stats);
     release_lane(worker, lane);
 }
-/* Converts the time t to the time since the initial state of a slot, in the units of the Taylor
- * series. */
+/* Returns the time from the initial state of a slot to t, in the units of the Taylor series. */
 static double convert_to_lane_time(const kr_slot *slot, double t)
 {
     return slot->rate * ((t - slot->start) / slot->time_unit);

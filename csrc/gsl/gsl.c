@@ -41,8 +41,7 @@ static void set_ode_vector(double y[], kr_quat q, kr_vec3 W)
     v_put(y + 1, q_vec(q));
     v_put(y + 4, W);
 }
-/* Returns GSL_EBADFUNC unless all numbers are finite, because GSL treats an error of NaN as
- * zero. */
+/* Returns GSL_EBADFUNC unless all numbers are finite, because GSL treats a NaN error as 0. */
 static int check_finite(const double *a, int n)
 {
     for (int i = 0; i < n; i++)
@@ -51,7 +50,7 @@ static int check_finite(const double *a, int n)
 }
 
 /* Returns dq/dt = (`turn` - S q) / 2, where `turn` is q W and S the velocity of the support. */
-static kr_quat turn_with_support(const kr_motion *motion, kr_quat q, kr_quat turn)
+static kr_quat find_attitude_rate(const kr_motion *motion, kr_quat q, kr_quat turn)
 {
     const kr_vec3 S = motion_turning(motion);
     return q_scale(0.5,
@@ -65,7 +64,7 @@ int kr_gsl_rates(double t, const double y[], double rate[], void *params)
     const kr_vec3 M = motion_add_rotor(motion, v_times(I, W)), P = q_vertical(q),
                   torque = v_add(v_cross(M, W), v_cross(P, motion_lever(motion, P)));
     (void)t;
-    set_ode_vector(rate, turn_with_support(motion, q, q_mul(q, q4(0.0, W))), v_over(torque, I));
+    set_ode_vector(rate, find_attitude_rate(motion, q, q_mul(q, q4(0.0, W))), v_over(torque, I));
     motion->stats.evaluations++;
     return check_finite(rate, GSL_SIZE);
 }
@@ -89,7 +88,7 @@ int kr_gsl_jacobian(double t, const double y[], double *jacobian, double rate_t[
         kr_vec3 gyration = v_add(v_cross(v_times(I, dW), W), v_cross(M, dW));
         if (motion->gradient != 0.0)
             gyration = v_add(gyration, v_scale(motion->gradient, v_cross(P, v_times(I, dP))));
-        set_ode_vector(column, turn_with_support(motion, dq, turn),
+        set_ode_vector(column, find_attitude_rate(motion, dq, turn),
                        v_over(v_add(gyration, v_cross(dP, lever)), I));
         for (int i = 0; i < GSL_SIZE; i++) jacobian[GSL_SIZE * i + j] = column[i];
         rate_t[j] = 0.0;

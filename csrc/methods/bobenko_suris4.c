@@ -15,13 +15,13 @@
 /* Each step also includes fixed rotations about the vertical and the symmetry axis. The fixed
  * rotations of all steps are combined, and are applied only when a state is read. */
 typedef struct {
-    bobenko_suris_orbit o; /* m is half a kick ahead */
+    bobenko_suris_orbit o; /* o.m includes half of the next kick */
     double b;              /* the kick's V'(u) is g (1 - b u) / (1 + b^2 u^2) */
     double precession;     /* angle of the rotation about e3 in a step */
 } bobenko_suris4_state;
 
 /* Returns the momentum after a modified kick of `part` times the full strength. */
-static kr_vec3 apply_corrected_kick(const bobenko_suris4_state *p, double part)
+static kr_vec3 momentum_after_modified_kick(const bobenko_suris4_state *p, double part)
 {
     const double bu = p->b * q_axis(p->o.q).z;
     return bobenko_suris_momentum_after_kick(&p->o, part * p->o.kick_strength *
@@ -38,7 +38,7 @@ static kr_status bobenko_suris4_reset(kr_motion *motion, const kr_state *start)
     bobenko_suris_begin(&p->o, motion, start, r.step, 0.5 * (turned + r.spin));
     p->b = 0.25 * r.step * r.step * g;
     p->precession = r.precession;
-    p->o.m = apply_corrected_kick(p, 0.5);
+    p->o.m = momentum_after_modified_kick(p, 0.5);
     return KR_OK;
 }
 static kr_status bobenko_suris4_step(kr_motion *motion, double until)
@@ -46,7 +46,7 @@ static kr_status bobenko_suris4_step(kr_motion *motion, double until)
     bobenko_suris4_state *p = (bobenko_suris4_state *)motion->work;
     (void)until;
     bobenko_suris_drift(&p->o);
-    p->o.m = apply_corrected_kick(p, 1.0);
+    p->o.m = momentum_after_modified_kick(p, 1.0);
     motion->stats.evaluations++;
     return KR_OK;
 }
@@ -57,7 +57,7 @@ static void bobenko_suris4_read(const kr_motion *motion, kr_state *s)
     sin_cos(0.5 * p->o.steps * p->precession, &turn.z, &turn.w);
     bobenko_suris_read_orbit(&p->o, s);
     s->q = q_mul(turn, s->q);
-    s->m = q_turn(turn, apply_corrected_kick(p, -0.5));
+    s->m = q_turn(turn, momentum_after_modified_kick(p, -0.5));
 }
 
 const kr_method kr_method_bobenko_suris4 = {

@@ -12,7 +12,7 @@ static kr_vec3 body_velocity(const kr_motion *motion, const double y[GBS_SIZE])
 {
     return motion_velocity(motion, v_of(y));
 }
-static kr_vec3 in_space(const double y[GBS_SIZE], kr_vec3 v)
+static kr_vec3 rotate_to_space(const double y[GBS_SIZE], kr_vec3 v)
 {
     return v3(v_dot(v_of(y + 3), v), v_dot(v_of(y + 6), v), v_dot(v_of(y + 9), v));
 }
@@ -37,12 +37,12 @@ static void kirchhoff_rates(kr_motion *motion, const double y[GBS_SIZE], double 
 }
 static kr_vec3 kirchhoff_velocity(const kr_motion *motion, const double y[GBS_SIZE])
 {
-    return in_space(y, body_velocity(motion, y));
+    return rotate_to_space(y, body_velocity(motion, y));
 }
 static kr_vec3 kirchhoff_momentum(const kr_motion *motion, const double y[GBS_SIZE])
 {
     (void)motion;
-    return in_space(y, v_of(y));
+    return rotate_to_space(y, v_of(y));
 }
 
 static kr_quat kirchhoff_attitude(const double y[GBS_SIZE], kr_quat last)

@@ -154,7 +154,7 @@ static inline int gbs_best_row(const gbs_attempt *a, int target, int rejected)
     }
     return best;
 }
-static inline gbs_control gbs_after_accepted(const gbs_attempt *a, int target, int rejected)
+static inline gbs_control gbs_plan_next(const gbs_attempt *a, int target, int rejected)
 {
     const int row = a->row, best = gbs_best_row(a, target, rejected);
     gbs_control next = {.h = a->length[best <= row ? best : row], .target = best};
@@ -164,7 +164,7 @@ static inline gbs_control gbs_after_accepted(const gbs_attempt *a, int target, i
     return next;
 }
 /* Returns the step size and target row to try after a failed trial step. */
-static inline gbs_control gbs_after_failed(const gbs_attempt *a, gbs_control tried, int outcome)
+static inline gbs_control gbs_plan_retry(const gbs_attempt *a, gbs_control tried, int outcome)
 {
     int row = gbs_min(tried.target, a->row);
     tried.first = 0;
@@ -226,10 +226,10 @@ static inline kr_status gbs_step(kr_motion *motion, double until, const gbs_form
         if (outcome > GBS_REJECTED) {
             gbs_accept_step(motion, &a, end);
             /* A step shortened to end at `until` does not affect the size of the next step. */
-            if (!lands || rejected) p->next = gbs_after_accepted(&a, now.target, rejected > 0);
+            if (!lands || rejected) p->next = gbs_plan_next(&a, now.target, rejected > 0);
             return KR_OK;
         }
-        now = gbs_after_failed(&a, now, outcome);
+        now = gbs_plan_retry(&a, now, outcome);
         motion->stats.rejected++;
     }
     return KR_ERR_STEP;

@@ -38,7 +38,7 @@ static inline modified_kick modified_kick_begin(const kr_motion *motion)
 /* Returns the change in momentum due to a kick scaled by `part`. For a Lagrange top with symmetry
  * axis a, q L q* is replaced by (A - k A^2 <a,e3> / I1) a, which is cheaper to compute and has the
  * same cross product with the vertical. */
-static inline kr_vec3 modified_kick_push(const modified_kick *kick, kr_quat q, double part)
+static inline kr_vec3 modified_kick_impulse(const modified_kick *kick, kr_quat q, double part)
 {
     const kr_vec3 A = kick->lever;
     kr_vec3 a = q_axis(q);
@@ -52,8 +52,8 @@ static inline kr_vec3 modified_kick_push(const modified_kick *kick, kr_quat q, d
 /* Returns 1 if the rotation of the top per step does not exceed `most` radians. The angle of
  * rotation per step is estimated from the larger of two rates: the maximum that the energy permits,
  * and the rate due to the rotor. */
-static inline int modified_kick_within(const modified_kick *kick, const kr_state *start,
-                                       double most)
+static inline int modified_kick_is_step_small(const modified_kick *kick, const kr_state *start,
+                                              double most)
 {
     const kr_vec3 M = v_sub(q_turn_back(start->q, start->m), kick->rotor), A = kick->lever;
     /* potential energy of the start minus the smallest potential energy */
@@ -67,8 +67,8 @@ static inline int modified_kick_within(const modified_kick *kick, const kr_state
  * KR_ERR_STEP_SIZE if h^2 |A| exceeds twice the smallest moment of inertia, because then the
  * modification of the potential is not small. The midpoint iteration would fail to converge if h^2
  * |A| exceeded 12 times the smallest moment of inertia. */
-static inline kr_status modified_kick_process(const modified_kick *kick, double sign, kr_quat *q,
-                                              kr_vec3 *m)
+static inline kr_status modified_kick_apply_processor(const modified_kick *kick, double sign,
+                                                      kr_quat *q, kr_vec3 *m)
 {
     const double k = sign * kick->k, size = v_largest(*m) + v_largest(kick->rotor);
     if (!(6.0 * fabs(k) * v_length(kick->lever) * v_largest(kick->inverse) <= 1.0))

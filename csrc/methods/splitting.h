@@ -77,7 +77,7 @@ static inline double splitting_sum(double sum, double change, double *low)
 }
 /* Adds `change` to the horizontal components of m. Gravity does not change the vertical component
  * of the angular momentum m. */
-static inline void splitting_push(splitting *s, kr_vec3 change)
+static inline void splitting_add_impulse(splitting *s, kr_vec3 change)
 {
     s->m.x = splitting_sum(s->m.x, change.x, &s->low_m.x);
     s->m.y = splitting_sum(s->m.y, change.y, &s->low_m.y);
@@ -85,7 +85,7 @@ static inline void splitting_push(splitting *s, kr_vec3 change)
 /* Adds the torque, multiplied by the fraction `part` of the step size, to the momentum. */
 static inline void splitting_kick(splitting *s, const kr_motion *motion, double part)
 {
-    splitting_push(s, v_scale(part * motion->step, motion_torque(motion, s->q)));
+    splitting_add_impulse(s, v_scale(part * motion->step, motion_torque(motion, s->q)));
 }
 
 /* The momentum m in the body frame, and the deviation r of the accumulated rotation from the

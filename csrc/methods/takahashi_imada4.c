@@ -1,18 +1,18 @@
 /* The splitting of Takahashi and Imada: half a modified kick (modified_kick.h), a free drift, and
  * half a modified kick. The method has order 4 and needs only one kick per step. The free drift
  * must be computed with order 4 or higher. For symmetric bodies, the drift is exact (splitting.h).
- * Otherwise, the drift is Suzuki's composition of the rotations about N and T (and also about B if
- * there is a rotor). It contains no kicks. The method conserves the vertical momentum, and for
- * Lagrange tops also the axial momentum. The energy error is bounded and O(h^4). The steps are
- * symplectic. The processor, a change of variables that is applied when a state is read, preserves
- * the symplectic form only up to a bounded error of order h^6. Steps in which the top may rotate by
+ * Otherwise, the drift is Suzuki's composition, without kicks, of the rotations about N and T (and
+ * also about B if there is a rotor). The method conserves the vertical momentum, and for Lagrange
+ * tops also the axial momentum. The energy error is bounded and O(h^4). The steps are symplectic.
+ * The processor, a change of variables that is applied when a state is read, preserves the
+ * symplectic form only up to a bounded error of order h^6. Steps in which the top may rotate by
  * more than 2.5 rad are refused. Lagrange tops may rotate by larger angles per step, because their
  * drift is exact. */
 #include "composition.h"
 #include "modified_kick.h"
 
 typedef struct {
-    splitting s; /* m is half a kick ahead; the processor is not applied to m and q */
+    splitting s; /* m includes half of the next kick; the processor is not applied */
     modified_kick kick;
     composition c;
 } takahashi_state;
@@ -24,9 +24,9 @@ static kr_status takahashi_reset(kr_motion *motion, const kr_state *start)
     p->kick = modified_kick_begin(motion);
     p->c = compose(SUZUKI4);
     const int is_exact = p->kick.lagrange && splitting_is_exact(&p->s);
-    if (!is_exact && !modified_kick_within(&p->kick, start, 2.5)) return KR_ERR_STEP_SIZE;
-    const kr_status status = modified_kick_process(&p->kick, -1.0, &p->s.q, &p->s.m);
-    splitting_push(&p->s, modified_kick_push(&p->kick, p->s.q, 0.5));
+    if (!is_exact && !modified_kick_is_step_small(&p->kick, start, 2.5)) return KR_ERR_STEP_SIZE;
+    const kr_status status = modified_kick_apply_processor(&p->kick, -1.0, &p->s.q, &p->s.m);
+    splitting_add_impulse(&p->s, modified_kick_impulse(&p->kick, p->s.q, 0.5));
     return status;
 }
 static void takahashi_drift(takahashi_state *p)
@@ -52,7 +52,7 @@ static kr_status takahashi_step(kr_motion *motion, double until)
     takahashi_state *p = (takahashi_state *)motion->work;
     (void)until;
     takahashi_drift(p);
-    splitting_push(&p->s, modified_kick_push(&p->kick, p->s.q, 1.0));
+    splitting_add_impulse(&p->s, modified_kick_impulse(&p->kick, p->s.q, 1.0));
     p->s.steps += 1.0;
     motion->stats.evaluations++;
     return KR_OK;
@@ -61,8 +61,8 @@ static void takahashi_read(const kr_motion *motion, kr_state *out)
 {
     const takahashi_state *p = (const takahashi_state *)motion->work;
     splitting_read(&p->s, motion, 0.0, out);
-    out->m = v_add(out->m, modified_kick_push(&p->kick, out->q, -0.5));
-    modified_kick_process(&p->kick, 1.0, &out->q, &out->m);
+    out->m = v_add(out->m, modified_kick_impulse(&p->kick, out->q, -0.5));
+    modified_kick_apply_processor(&p->kick, 1.0, &out->q, &out->m);
 }
 /* Returns 1 if the number of stages fits in the arrays of a composition. */
 static int takahashi_is_valid(const void *work)

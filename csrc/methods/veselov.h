@@ -15,7 +15,7 @@ enum { VESELOV_MOST = 20 };
 
 /* Performs one Newton step and returns the new value of r. The vector F is the residual of the
  * Moser-Veselov equation at the given r. */
-static inline kr_vec3 veselov_newton(kr_vec3 I, double r0, kr_vec3 r, kr_vec3 Ir, kr_vec3 F)
+static inline kr_vec3 veselov_newton_step(kr_vec3 I, double r0, kr_vec3 r, kr_vec3 Ir, kr_vec3 F)
 {
     kr_vec3 columns[3];
     for (int i = 0; i < 3; i++) {
@@ -44,7 +44,7 @@ static inline kr_status veselov_drift(kr_motion *motion, kr_vec3 I, kr_vec3 m, k
             return KR_OK;
         }
         if (!(r0 > 0.0)) break;
-        x = veselov_newton(I, r0, x, Ix, F);
+        x = veselov_newton_step(I, r0, x, Ix, F);
     }
     return KR_ERR_CONVERGENCE;
 }

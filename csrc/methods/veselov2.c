@@ -6,7 +6,7 @@
 
 typedef struct {
     kr_quat q;
-    kr_vec3 m; /* half a kick ahead */
+    kr_vec3 m; /* includes half of the next kick */
     kr_vec3 r; /* solution of the last step, the initial guess for the next one */
 } veselov2_state;
 

@@ -14,7 +14,7 @@
 
 typedef struct {
     kr_quat q;
-    kr_vec3 m; /* half a kick ahead; the processor is not applied to m and q */
+    kr_vec3 m; /* includes half of the next kick; the processor is not applied */
     kr_vec3 r; /* solution of the last step, the initial guess for the next one */
     modified_kick kick;
 } veselov4_state;
@@ -37,9 +37,9 @@ static kr_status veselov4_reset(kr_motion *motion, const kr_state *start)
     p->m = start->m;
     p->r = v3(0.0, 0.0, 0.0);
     p->kick = modified_kick_begin(motion);
-    if (!modified_kick_within(&p->kick, start, 1.25)) return KR_ERR_STEP_SIZE;
-    const kr_status status = modified_kick_process(&p->kick, -1.0, &p->q, &p->m);
-    p->m = v_add(p->m, modified_kick_push(&p->kick, p->q, 0.5));
+    if (!modified_kick_is_step_small(&p->kick, start, 1.25)) return KR_ERR_STEP_SIZE;
+    const kr_status status = modified_kick_apply_processor(&p->kick, -1.0, &p->q, &p->m);
+    p->m = v_add(p->m, modified_kick_impulse(&p->kick, p->q, 0.5));
     return status;
 }
 static kr_status veselov4_step(kr_motion *motion, double until)
@@ -47,7 +47,7 @@ static kr_status veselov4_step(kr_motion *motion, double until)
     veselov4_state *p = (veselov4_state *)motion->work;
     (void)until;
     const kr_status status = veselov_drift(motion, preprocess_moments(p), p->m, &p->q, &p->r);
-    p->m = v_add(p->m, modified_kick_push(&p->kick, p->q, 1.0));
+    p->m = v_add(p->m, modified_kick_impulse(&p->kick, p->q, 1.0));
     motion->stats.evaluations++;
     return status;
 }
@@ -55,8 +55,8 @@ static void veselov4_read(const kr_motion *motion, kr_state *s)
 {
     const veselov4_state *p = (const veselov4_state *)motion->work;
     s->q = p->q;
-    s->m = v_add(p->m, modified_kick_push(&p->kick, p->q, -0.5));
-    modified_kick_process(&p->kick, 1.0, &s->q, &s->m);
+    s->m = v_add(p->m, modified_kick_impulse(&p->kick, p->q, -0.5));
+    modified_kick_apply_processor(&p->kick, 1.0, &s->q, &s->m);
 }
 
 const kr_method kr_method_veselov4 = {

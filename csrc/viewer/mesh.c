@@ -67,7 +67,7 @@ kr_box kr_mesh_box(const kr_body *body)
 /* Returns the angular velocity of a frame in which the top never gains energy: the inertial frame
  * if the weight keeps its direction there and nothing else acts on the top, otherwise the frame of
  * the support, in which damping and friction take energy. */
-static kr_vec3 choose_frame(const kr_scene *scene, double weight)
+static kr_vec3 find_frame_velocity(const kr_scene *scene, double weight)
 {
     const kr_vec3 turning = scene->turning;
     const int is_damped = v_largest(scene->damping) > 0.0 || scene->friction > 0.0,
@@ -98,7 +98,7 @@ void kr_mesh_limits(const kr_scene *scene, double *momentum, double *velocity)
                  largest = v_largest(b->inertia),
                  smallest = fmin(b->inertia.x, fmin(b->inertia.y, b->inertia.z));
     kr_scene seen = *scene;
-    seen.turning = choose_frame(scene, weight);
+    seen.turning = find_frame_velocity(scene, weight);
     const double turning = v_length(seen.turning),
                  centrifugal = turning * (0.5 * turning * (largest - smallest) + 2.0 * rotor),
                  energy = kr_state_kinetic(&seen, &scene->start) + 2.0 * weight + centrifugal;

@@ -5,7 +5,7 @@
 /* Largest permitted step size in ticks, chosen so that its square fits in 64 bits. */
 enum { LARGEST = INT32_MAX };
 
-static double time_of(int64_t ticks) { return (double)ticks / (double)KR_SIMULATION_TICKS; }
+static double convert_ticks(int64_t ticks) { return (double)ticks / (double)KR_SIMULATION_TICKS; }
 
 /* Returns the least common multiple of a and b, by Euclid's algorithm, or 0 if it is too large. */
 static int64_t least_common_multiple(int64_t a, int64_t b)
@@ -44,7 +44,7 @@ static void measure_top(const kr_simulation *simulation, int i, int all, double 
         measure[KR_SIMULATION_ERROR] = kr_attitude_error(a->now.q, b->now.q);
     if (a->has_modified_energy)
         measure[KR_SIMULATION_MODIFIED] =
-            kr_state_modified_energy(&a->scene, &a->now, time_of(a->step), 1);
+            kr_state_modified_energy(&a->scene, &a->now, convert_ticks(a->step), 1);
 }
 void kr_simulation_measure(const kr_simulation *simulation, int i,
                            double measure[KR_SIMULATION_MEASURES])
@@ -111,7 +111,7 @@ static void record_measures(kr_simulation *simulation)
         widen_extremes(row, i, row->at[i], row->at[i]);
     }
     if (simulation->clock % simulation->stride) return;
-    row->time = time_of(simulation->clock);
+    row->time = convert_ticks(simulation->clock);
     simulation->rows++;
     begin_row(simulation);
 }
@@ -187,7 +187,7 @@ kr_status kr_simulation_add(kr_simulation *simulation, const kr_scene *scene,
     kr_simulation_slot *a = &simulation->slots[simulation->count];
     a->restarts = (flags & (KR_METHOD_ADAPTIVE | KR_METHOD_DENSE)) == KR_METHOD_ADAPTIVE;
     a->has_modified_energy = method == kr_method_find("bobenko_suris");
-    if (!(flags & KR_METHOD_ADAPTIVE)) config.step = time_of(step);
+    if (!(flags & KR_METHOD_ADAPTIVE)) config.step = convert_ticks(step);
     status = kr_top_create(scene, method, config, &a->top);
     if (status == KR_OK) add_prepared_top(simulation);
     return status;
@@ -215,7 +215,8 @@ static void check_floor(kr_simulation_slot *a, const kr_state *before)
                  low = kr_state_apex(&a->scene, &a->now).z;
     if (!(low < a->lowest)) return;
     a->is_down = 1;
-    a->stood = time_of(a->steps * a->step) + time_of(a->step) * (high - a->lowest) / (high - low);
+    a->stood = convert_ticks(a->steps * a->step) +
+               convert_ticks(a->step) * (high - a->lowest) / (high - low);
     a->now = *before;
 }
 /* Advances a top by one step. Returns 0 if the step budget was exhausted before its end. */
@@ -228,7 +229,7 @@ static int take_step(kr_simulation *simulation, kr_simulation_slot *a)
         a->status = k < a->length ? KR_OK : KR_ERR_LIMIT;
         if (a->status == KR_OK) a->now = a->track[k];
     } else {
-        const kr_status status = kr_top_advance(a->top, (double)k * time_of(a->step));
+        const kr_status status = kr_top_advance(a->top, (double)k * convert_ticks(a->step));
         if (status == KR_ERR_INTERRUPTED) return 0;
         a->status = status;
         a->now = kr_top_state(a->top);

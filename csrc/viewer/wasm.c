@@ -184,7 +184,7 @@ EXPORT(const kr_box *, kr_page_box, (const kr_body *body))
     box = kr_mesh_box(body);
     return &box;
 }
-static kr_trail trail(const kr_simulation_slot *a)
+static kr_trail make_trail(const kr_simulation_slot *a)
 {
     return (kr_trail){a->attitudes, a->momenta, KR_SIMULATION_TRACE, a->steps,
                       (double)a->step / KR_SIMULATION_TICKS};
@@ -192,17 +192,17 @@ static kr_trail trail(const kr_simulation_slot *a)
 EXPORT(const float *, kr_page_points, (void)) { return points[0]; }
 EXPORT(int, kr_page_way, (int i, double radius))
 {
-    const kr_trail t = trail(&simulation.slots[i]);
+    const kr_trail t = make_trail(&simulation.slots[i]);
     return kr_mesh_trail(&simulation.slots[i].scene.body, &t, radius, points);
 }
 EXPORT(int, kr_page_momentum_way, (int i, double scale))
 {
-    const kr_trail t = trail(&simulation.slots[i]);
+    const kr_trail t = make_trail(&simulation.slots[i]);
     return kr_mesh_momentum_trail(&t, scale, points);
 }
 EXPORT(int, kr_page_rod, (int i, double scale, double radius, double power))
 {
     const kr_body *body = &simulation.slots[i].scene.body;
-    const kr_trail t = trail(&simulation.slots[i]);
+    const kr_trail t = make_trail(&simulation.slots[i]);
     return KR_MESH_SIDES * kr_mesh_rod(body, &t, scale, radius, power, points);
 }
