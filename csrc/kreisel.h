@@ -145,7 +145,7 @@ typedef struct kr_shaking {
     double amplitude, rate, phase; /* [L], of any sign; [T^-1], positive if it shakes; [rad] */
 } kr_shaking;
 /* A wheel on a free axle. Its momentum about the axle, in the inertial frame, is constant and a
- * part of kr_body.rotor. kr_body.inertia lacks its moment about the axle (kr_scene_release_wheel).
+ * part of kr_body.rotor. kr_body.inertia lacks the moment of the wheel (kr_scene_release_wheel).
  * These numbers only determine the quantities wheel_rate... All zero: no wheel. */
 typedef struct kr_wheel {
     kr_vec3 axis; /* unit vector along the principal axes; 0: `rate` is relative to the body */
@@ -657,8 +657,9 @@ typedef struct kr_exact_info {
      * angle (the symmetry axis, if there is one), replaces the apex. */
     double precession_rate, spin_angle_rate;
     /* For Kowalewski and Goryachev-Chaplygin tops, two frequencies of the body on its torus and the
-     * mean rate of precession [T^-1]. Those of the attitude are sums of their multiples. For free
-     * gyrostats, the frequency of m in the body, the mean rate of the rotation about m, and 0. */
+     * mean rate of precession [T^-1]. The frequencies of the attitude are sums of multiples of
+     * these three. For free gyrostats, the frequency of m in the body, the mean rate of the
+     * rotation about m, and 0. */
     double frequency[3];
     /* For these tops, the largest relative error of the closed form where it is checked. The error
      * of the attitude is at most about ten times as large, plus a rounding error for each radian

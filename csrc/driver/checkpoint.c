@@ -1,8 +1,8 @@
 /* Functions that save a top to a block of memory (a checkpoint) and restore it. A checkpoint
  * consists of a header, the saved fields of the top, its work arrays and tangents, and the search
- * state of each event, so that a resumed run neither repeats nor misses an event. It contains no
- * pointers. The loaded top continues on the same grid, with the last step size and order, and
- * within the last step if the method has dense output. */
+ * state of each event, so that a resumed run neither repeats nor misses an event. A checkpoint
+ * contains no pointers. The loaded top continues on the same grid, with the last step size and
+ * order, and within the last step if the method has dense output. */
 #include "top.h"
 
 typedef struct checkpoint_header {

@@ -3,10 +3,10 @@
  * normalized in double-double arithmetic.
  *
  * If a body was given by an inertia tensor J, the rotation q to its principal axes is rounded to
- * doubles (kr_body.axes), and q* J q is diagonal only up to rounding errors. Its elements off the
- * diagonal are computed without cancellation, and Jacobi's method finds the rotation `rest` that
- * removes them. The internal axes are those of q rest. The rotation `rest` is small unless two
- * moments are nearly equal. */
+ * doubles (kr_body.axes), and q* J q is diagonal only up to rounding errors. The elements of q* J q
+ * off the diagonal are computed without cancellation, and Jacobi's method finds the rotation `rest`
+ * that removes them. The product q rest rotates vectors from the internal axes to the frame of
+ * description. The rotation `rest` is small unless two moments are nearly equal. */
 #include "model/scene.h"
 #include "math/split_double.h"
 #include "top.h"

@@ -357,7 +357,7 @@ void kr_top_free(kr_top *top)
     free(top);
 }
 /* Copies the newly initialized top `begun` to `top`, but keeps the memory of `top`. The work array
- * of `begun` is the spare work array of `top`. */
+ * of `begun` is the work array of top->side, if the method has one, or else that of top->main. */
 static void replace_top(kr_top *top, const kr_top *begun)
 {
     const kr_motion main = top->main, side = top->side, kept = top->saved;

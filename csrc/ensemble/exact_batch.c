@@ -46,8 +46,8 @@ static size_t store_states(kr_worker *worker, kr_slot *slot, kr_accumulator *acc
     }
     return k;
 }
-/* Stores the states of top i. If `plan` is NULL, they are already in tops->states; otherwise, they
- * are evaluated from this closed form in blocks of STATES_PER_CALL. */
+/* Stores the states of top i. If `plan` is NULL, the states are already in tops->states; otherwise,
+ * they are evaluated from this closed form in blocks of STATES_PER_CALL. */
 INLINE void store_top(kr_worker *worker, size_t i, const kr_exact_form *plan)
 {
     const kr_tops *tops = worker->tops;

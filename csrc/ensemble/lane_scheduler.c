@@ -157,8 +157,8 @@ static void set_initial_tangent(const kr_worker *worker, const kr_top *top, doub
 /* Upper limit on the reciprocals of the moments of inertia, in internal units; beyond this limit,
  * the squared norm of a tangent could overflow. */
 #define MAX_INVERSE_MOMENT 0x1p300
-/* Initializes the tangent of a lane. Returns 0 if the tangent overflows, if it is a combination of
- * the flow direction and a rotation about the vertical, or if a moment of inertia is too small. */
+/* Initializes the tangent of a lane. Returns 0 if the tangent overflows or is a combination of the
+ * flow direction and a rotation about the vertical, or if a moment of inertia is too small. */
 static int begin_tangent(kr_worker *worker, int lane, double rate, int shift,
                          const shifted_constants *constants)
 {

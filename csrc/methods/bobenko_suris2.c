@@ -1,9 +1,9 @@
 /* The symmetric form of the Bobenko-Suris map: half kick, Cayley drift, half kick.
  *     m+ = m + (h/2) p x a M,    a' = Cay(h m+ / I1) a,    m' = m+ + (h/2) p x a' M
  * with the notation of bobenko_suris.c. The map is integrable, because it is conjugate to
- * bobenko_suris. The composition is symmetric, and is therefore of order 2. It conserves <m,p>,
- * <m,a> and E - h^2 M^2 |p x a|^2 / (8 I1). The last half kick of a step is merged with the first
- * half kick of the next step. */
+ * bobenko_suris. The composition is symmetric, and is therefore of order 2. The map conserves
+ * <m,p>, <m,a> and E - h^2 M^2 |p x a|^2 / (8 I1). The last half kick of a step is merged with the
+ * first half kick of the next step. */
 #include "bobenko_suris.h"
 
 static kr_status bobenko_suris2_reset(kr_motion *motion, const kr_state *start)

@@ -31,8 +31,8 @@ enum {
     /* Number of times that integrals and errors are measured between two rows of the record. The
      * number is smaller if the tops have fewer times in common. */
     KR_SIMULATION_SAMPLES = 64,
-    /* The same number for quantities that are neither integrals nor errors. It is smaller, because
-     * they take longer to measure. */
+    /* Number of times that quantities other than integrals and errors are measured between two rows
+     * of the record. These quantities take longer to measure. */
     KR_SIMULATION_FULL_SAMPLES = 32,
     KR_SIMULATION_TICKS = 1000000, /* ticks in a unit of time */
     /* Values of `reference` for a top without a reference, and for a top that is itself a
