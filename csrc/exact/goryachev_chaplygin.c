@@ -1,10 +1,6 @@
-/* Set-up of the closed form of a Goryachev-Chaplygin top. Double-double products are three times as
- * fast with fused multiply-add, so that this file is compiled once for each instruction set. */
-#include "goryachev_chaplygin.h"
-enum { GRID = 2048 };
-#include "torus_setup.h"
-
-/* The algebraic curve of a Goryachev-Chaplygin top, and averages over its arcs.
+/* Set-up of the closed form of a Goryachev-Chaplygin top, whose states goryachev_chaplygin.h
+ * computes. Double-double products are three times as fast with fused multiply-add, so that this
+ * file is compiled once for each instruction set.
  *
  * Units and axes: The moments are (1, 1, 1/4), and mass * |gravity| * |com| = 1. Axis 1 points
  * towards the centre of mass if gravity is positive, and away from it otherwise. Axis 3 is the
@@ -17,7 +13,13 @@ enum { GRID = 2048 };
  * Chaplygin, 1901). On an arc
  *     u = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + cos^2  of half of an angle x.
  * Then du/sqrt(-p+ p-) = P dx, where P is an even periodic function of x, whose averages the
- * trapezoidal rule computes with exponential convergence. */
+ * trapezoidal rule computes with exponential convergence. For alpha and psi, see
+ * goryachev_chaplygin.h. */
+#include "goryachev_chaplygin.h"
+enum { GRID = 2048 };
+#include "torus_setup.h"
+
+/* The constants of a motion and its branch points (see the first comment of this file). */
 
 /* The roots of p+ have the indices 0, 1 and 2, and those of p- have the indices 3, 4 and 5. */
 enum { CURVE_ROOTS = 6 };
@@ -38,7 +40,7 @@ typedef struct chaplygin_arc {
     dd a[CURVE_ROOTS], b[CURVE_ROOTS];
     dd p, q;           /* averages of P and |u| P */
     int points, terms; /* numbers of intervals used, and of significant terms of the series */
-    /* Sine series of the periodic parts of the integrals of P/p and, over tau, of |u| P. */
+    /* Sine series in x of alpha - x and of the periodic part of t. */
     double sine[2][GRID];
 } chaplygin_arc;
 
@@ -100,8 +102,8 @@ static int make_arcs(const chaplygin_curve *o, const dd u[2], chaplygin_arc arc[
     }
     return 1;
 }
-/* Returns P, and writes |u| to `size`. s and c are sin^2 and cos^2 of x/2. */
-static dd arc_rate(const chaplygin_arc *arc, dd s, dd c, dd *size)
+/* Returns P, and writes |u| to `size`; s and c are the squares of sin x/2 and cos x/2. */
+static dd evaluate_P(const chaplygin_arc *arc, dd s, dd c, dd *size)
 {
     const chaplygin_curve *o = arc->curve;
     const dd D = dd_add(dd_mul(arc->C, s), c);
@@ -134,15 +136,15 @@ static void fill_arc(const chaplygin_arc *arc, kr_chaplygin_arc *out)
         out->has_cosine[k] = arc->low / 3 == k;
     }
 }
-/* Computes the integrands P and |u| P. */
+/* Writes the integrands P and |u| P at angle i of the table. */
 static void sample_arc(const void *arc, const cosine_table *t, int i, dd out[3])
 {
     const dd c = dd_half(dd_plus(t->c[i], 1.0)), s = dd_half(dd_sub(dd_of(1.0), t->c[i]));
     dd size;
-    out[0] = arc_rate(arc, s, c, &size);
+    out[0] = evaluate_P(arc, s, c, &size);
     out[1] = dd_mul(out[0], size);
 }
-/* Computes the averages over an arc, and its sine series. Returns 0 if they do not converge. */
+/* Computes the averages over an arc, and its sine series. Returns 0 without convergence. */
 static int average_arc(chaplygin_arc *arc, cosine_table *table, samples *v)
 {
     const double floor[3] = {0.0, 0.0, 0.0};
@@ -162,7 +164,7 @@ static int average_arc(chaplygin_arc *arc, cosine_table *table, samples *v)
     }
     return 1;
 }
-/* Evaluates the sine series with the index `which` of an arc, as sum_cells evaluates polynomials. */
+/* Returns the sum of the sine series `which` at the x with the sine s and the cosine c. */
 static double sum_arc_sines(const chaplygin_arc *arc, int which, double s, double c)
 {
     const double *const term = arc->sine[which], twice = 2.0 * (c - s) * (c + s);
@@ -182,16 +184,16 @@ static double sum_arc_sines(const chaplygin_arc *arc, int which, double s, doubl
  * heading psi.
  *
  * Let rho be the ratio of the rates of alpha2 and alpha1. On the section alpha1 = a, psi is the
- * real part of the sum of B_k(a) exp(i k alpha2). On the next section, the coefficients are
+ * real part of the sum of B_k(a) exp(i k alpha2). On the next section, at alpha1 = a + h, the
+ * coefficients are
  *     B_k(a + h) = exp(-i k rho h) (B_k(a) + G_k),
  * where G_k are the coefficients of the change of psi between the two sections. This change is
  * computed by quadrature, for the same values of alpha2 on each section. Sections from 0 to pi
- * suffice: psi changes its sign when alpha1 grows by 2 pi, and psi is an even or an odd
- * function of the two angles. For the same reasons, the real or the imaginary part of B_k(pi)
- * is zero. This condition determines B_k(0) after a division by cos(k rho pi). If this divisor
- * is small, B_k(0) is set to 0, and psi is discontinuous at alpha1 = pi (kr_slow_term). The
- * error of such a term grows linearly with time, but more slowly than the effect of rounding
- * the initial state. */
+ * suffice: psi changes its sign when alpha1 grows by 2 pi, and is an even or an odd function of the
+ * two angles. For the same reasons, the real or the imaginary part of B_k(pi) is zero. This
+ * condition determines B_k(0) after a division by cos(k rho pi). If this divisor is small, B_k(0)
+ * is set to 0, and psi is discontinuous at alpha1 = pi (kr_slow_term). The error of such a term
+ * grows linearly with time, but more slowly than the effect of rounding the initial state. */
 enum { LEAST_CELLS = 4 };
 /* Terms of the heading below LEAST_TERM are left out. Terms with a divisor below LEAST_DIVISOR, or
  * with an amplitude above one radian, are slow. */
@@ -208,7 +210,7 @@ typedef struct chaplygin_work {
     double wave_at_node[CELL_TERMS][CELL_TERMS]; /* cos(k y) at the Chebyshev nodes */
     cx wave[MOST_SAMPLES];                       /* exp(-i pi j/n) for j = 0 ... n - 1 */
     cx fourier[MOST_SAMPLES];
-    /* Points of the second arc for n values of alpha2, advanced to each node of a section. */
+    /* Points of the second arc at the quadrature nodes, for n values of alpha2. */
     chaplygin_point second[MOST_SAMPLES][HEADING_NODES];
     double tail; /* largest relative size of the terms that are left out */
 } chaplygin_work;
@@ -236,14 +238,13 @@ static void fourier_transform(chaplygin_work *w, int n)
                 *one = cx_add(*one, other);
             }
 }
-/* A point of an arc: its torus angle alpha, its angle x, d alpha/dx, and the sine and cosine of
- * x/2. */
+/* A point of an arc: torus angle alpha, angle x, d alpha/dx, sine s and cosine c of x/2. */
 typedef struct arc_place {
     double alpha, x, slope, s, c;
 } arc_place;
 
-/* Moves to a place whose x is less than 1e-9 away from that of the given alpha, between 0 and pi,
- * by bracketed Newton steps. */
+/* Changes `at` to a place whose x differs by less than 1e-9 from the x of the given alpha, by
+ * bracketed Newton steps. alpha is between 0 and pi. */
 static void move_to_alpha(const chaplygin_arc *arc, const kr_chaplygin_arc *e, double alpha,
                           arc_place *at)
 {
@@ -274,10 +275,10 @@ static void fill_waves_at_nodes(chaplygin_work *w)
                          &w->wave_at_node[k][i]);
         }
 }
-/* Computes the Chebyshev coefficients of the angle [turns] and of the time in a cell, at nodes in
- * descending order of alpha if `is_falling` is nonzero. Returns the largest magnitude among the last
- * two coefficients of both. Those of the time are divided by the larger of q, the mean growth of the
- * time per radian of alpha, and the largest value of the periodic part. */
+/* Computes the Chebyshev coefficients of (x - alpha)/2 [turns] and of the periodic part of t in a
+ * cell, at nodes in descending order of alpha if `is_falling` is nonzero. Returns the largest
+ * magnitude among the last two coefficients of both. Those of t are divided by the larger of q, the
+ * mean growth of t per radian of alpha, and the largest value of the periodic part. */
 static double make_cell(const chaplygin_work *w, const chaplygin_arc *arc,
                         const kr_chaplygin_arc *e, int cell, int is_falling, arc_place *at,
                         double out[])
@@ -290,7 +291,7 @@ static double make_cell(const chaplygin_work *w, const chaplygin_arc *arc,
         const double s = at->s, c = at->c, rest = alpha - at->alpha;
         value[0][i] = 0.5 * turns_per_radian().hi * ((at->x - alpha) + rest / at->slope);
         value[1][i] = sum_arc_sines(arc, 1, 2.0 * s * c, c * c - s * s) +
-                      rest * (arc->p.hi * point_of(e, s, c).size - arc->q.hi);
+                      rest * (arc->p.hi * find_chaplygin_point(e, s, c).size - arc->q.hi);
         scale[1] = fmax(scale[1], fabs(value[1][i]));
     }
     for (int j = 0; j < 2; j++)
@@ -328,7 +329,7 @@ static int make_cells(chaplygin_work *w, int j)
     w->tail = fmax(w->tail, tail);
     return e->cells <= MOST_CELLS && tail < 1e-13;
 }
-/* Fills the points of the second arc, and the waves of the Fourier transform. */
+/* Fills w->second for n values of alpha2, and w->wave for the Fourier transform. */
 static void sample_second_arc(chaplygin_work *w, int n)
 {
     const kr_chaplygin_plan *const plan = &w->plan;
@@ -342,8 +343,8 @@ static void sample_second_arc(chaplygin_work *w, int n)
     }
 }
 /* Computes the growth of the heading from a section to the next one for n values of alpha2. Returns
- * the largest Legendre coefficient of degree 7, which is about the square root of the error of the
- * quadrature. */
+ * the largest Legendre coefficient of degree 7 of the integrand, which is about the square root of
+ * the error of the quadrature. */
 static double sample_section(const chaplygin_work *w, int section, int n, double growth[])
 {
     const kr_chaplygin_plan *const plan = &w->plan;
@@ -362,7 +363,7 @@ static double sample_section(const chaplygin_work *w, int section, int n, double
         for (int g = 0; g < HEADING_NODES; g++) {
             p[0] = first[g];
             p[1] = w->second[i][g];
-            const double part = weight[g] * heading_rate(p);
+            const double part = weight[g] * find_heading_rate(p);
             growth[i] += part;
             highest += seventh[g] * part;
         }
@@ -371,7 +372,7 @@ static double sample_section(const chaplygin_work *w, int section, int n, double
     return most;
 }
 /* Replaces n samples of a function of alpha2 by its coefficients of n/2 cosines and n/2 sines.
- * Returns the largest of the last eighth of them. */
+ * Returns the largest magnitude in the last eighth of both. */
 static double transform_section(chaplygin_work *w, int n, double v[])
 {
     const kr_chaplygin_plan *const plan = &w->plan;
@@ -388,22 +389,21 @@ static double transform_section(chaplygin_work *w, int n, double v[])
     return last;
 }
 /* Returns the growth of the phase of term k [turns] while alpha1 grows by `way` turns. */
-static dd phase_after(const kr_chaplygin_plan *plan, dd ratio, int k, double way)
+static dd find_phase_growth(const kr_chaplygin_plan *plan, dd ratio, int k, double way)
 {
     const dd turns = dd_times(way * (k + 0.5 * !plan->is_whole), ratio);
     return dd_make(turns.hi - nearest(turns.hi), turns.lo);
 }
 /* Appends the slow term k, whose phase hardly changes in a turn of alpha1. `miss` is the real or
- * imaginary part of B_k(pi) that would otherwise be zero, so that the term grows there by twice this
- * value. `half` is half of alpha2 [turns] at alpha1 = pi. Returns 0 if there are too many slow
- * terms. */
+ * imaginary part of B_k(pi) that should be zero. The term jumps by twice this value at alpha1 = pi.
+ * `half` is half of alpha2 [turns] there. Returns 0 if there are too many slow terms. */
 static int append_slow_term(kr_chaplygin_plan *plan, dd ratio, int k, double miss, dd half)
 {
     if (plan->slow_terms == SLOW_TERMS) return 0;
     kr_slow_term *e = &plan->slow[plan->slow_terms++];
     double unused;
     const dd phase = dd_times(2 * k + !plan->is_whole, half);
-    dd step = dd_plus(phase_after(plan, ratio, k, 1.0), 0.5);
+    dd step = dd_plus(find_phase_growth(plan, ratio, k, 1.0), 0.5);
     step.hi -= nearest(step.hi);
     e->value = 2.0 * miss;
     e->phase = (phase.hi - nearest(phase.hi)) + phase.lo + (plan->is_even ? 0.0 : 0.25);
@@ -412,17 +412,17 @@ static int append_slow_term(kr_chaplygin_plan *plan, dd ratio, int k, double mis
     sincos_turns(dd_half(step), &e->sine, &unused);
     return 1;
 }
-/* Replaces the coefficients of the growths between sections by those of the heading on each
- * section. In complex numbers, they are the conjugates of B_k. Returns 0 if there are too many slow
- * terms. */
+/* Replaces the coefficients G_k of the changes of psi between sections by those of psi on each
+ * section. As complex numbers, the results are the conjugates of B_k. Returns 0 if there are too
+ * many slow terms. */
 static int sum_sections(kr_chaplygin_plan *plan, dd ratio, int n, dd half)
 {
     plan->slow_terms = 0;
     for (int k = 0; k < n / 2; k++) {
         double *const re = plan->term + plan->first + k, *const im = re + n / 2;
         cx step, across, sum = cx_of(0.0, 0.0);
-        sincos_turns(phase_after(plan, ratio, k, 0.5 / plan->sections), &step.im, &step.re);
-        sincos_turns(phase_after(plan, ratio, k, 0.5), &across.im, &across.re);
+        sincos_turns(find_phase_growth(plan, ratio, k, 0.5 / plan->sections), &step.im, &step.re);
+        sincos_turns(find_phase_growth(plan, ratio, k, 0.5), &across.im, &across.re);
         for (int at = 0; at < plan->sections * n; at += n)
             sum = cx_mul(step, cx_add(sum, cx_of(re[at], im[at])));
         const double miss = plan->is_even ? sum.im : sum.re;
@@ -441,7 +441,7 @@ static int sum_sections(kr_chaplygin_plan *plan, dd ratio, int n, dd half)
     }
     return 1;
 }
-/* Leaves out the small last terms of all sections, whose length is n/2. */
+/* Removes the small last terms from the n/2 cosines and n/2 sines of each section. */
 static void drop_small_terms(kr_chaplygin_plan *plan, int n)
 {
     double *const from = plan->term + plan->first;
@@ -453,9 +453,9 @@ static void drop_small_terms(kr_chaplygin_plan *plan, int n)
     for (int j = 0; j < rows; j++)
         memmove(from + j * plan->terms, from + j * (n / 2), sizeof(double) * (size_t)plan->terms);
 }
-/* Computes the heading on sections of alpha1, of which `half` is half of alpha2 [turns] at alpha1 =
- * pi. Doubles the sections until the error of the quadrature is negligible, and the samples until
- * the last coefficients are. Returns 0 if the memory does not suffice. */
+/* Computes the Fourier series of psi on the sections. `half` is half of alpha2 [turns] at alpha1 =
+ * pi. Doubles the number of sections until the error of the quadrature is negligible, and then the
+ * number of samples until the last coefficients are. Returns 0 if the memory does not suffice. */
 static int make_sections(chaplygin_work *w, dd ratio, dd half)
 {
     kr_chaplygin_plan *const plan = &w->plan;
@@ -487,14 +487,14 @@ static int make_sections(chaplygin_work *w, dd ratio, dd half)
 
 static const torus_kind chaplygin = {KR_KIND_GORYACHEV_CHAPLYGIN, 4.0, 4.0, 1.0};
 
-/* Chaplygin's variables u1 and u2 at the start, and a square root of |u| exp(i chi) for each of
- * them, in the notation of chaplygin_curve. */
+/* The initial values of Chaplygin's variables u1 and u2, and for each of them a square root of |u|
+ * exp(i chi) (see find_separation). */
 typedef struct separation {
     dd u[2];
     cdd root[2];
 } separation;
 
-/* Sets H and G. Makes G nonnegative by a rotation through pi about the first axis if necessary. */
+/* Sets H and G. If G is negative, makes it positive by a rotation through pi about axis 1. */
 static void set_integrals(torus_start *start, torus_units *way, chaplygin_curve *o)
 {
     dd *const L = start->momentum, *const g = start->up;
@@ -514,9 +514,9 @@ static void set_integrals(torus_start *start, torus_units *way, chaplygin_curve 
     }
     start->has_small_G = o->G.hi < 1e-9;
 }
-/* Computes Chaplygin's separation variables u1 and u2, and for each of them a square root of |u|
- * exp(i chi). With A(u) = g1 u - L1 g3/2 and C(u) = -g2 u + L2 g3/2, A + i C = u exp(i chi). The
- * sign of the second square root follows from L1 - i L2 = -2i * product of the two square roots. */
+/* Computes the initial u1 and u2, and for each of them a square root of |u| exp(i chi). With A(u) =
+ * g1 u - L1 g3/2 and C(u) = -g2 u + L2 g3/2, A + i C = u exp(i chi). The sign of the second square
+ * root follows from L1 - i L2 = -2i * product of the two square roots. */
 static separation find_separation(const torus_start *start)
 {
     const dd *const L = start->momentum, *const g = start->up;
@@ -536,9 +536,10 @@ static separation find_separation(const torus_start *start)
     if (product.im.hi * L[0].hi + product.re.hi * L[1].hi < 0.0) y.root[1] = cdd_neg(y.root[1]);
     return y;
 }
-/* Returns half of the torus angle [turns] at the start, where the separation variable is u. Writes
- * the periodic part of the time there to `time`. Sets the sign of the arc. */
-static dd start_angle(const chaplygin_arc *arc, dd u, cdd root, kr_chaplygin_arc *e, double *time)
+/* Returns half of the initial torus angle [turns], given u and its square root (find_separation).
+ * Writes the initial periodic part of the time to `time`. Sets the sign of the arc. */
+static dd find_initial_angle(const chaplygin_arc *arc, dd u, cdd root, kr_chaplygin_arc *e,
+                             double *time)
 {
     const dd up = dd_max(dd_sub(arc->B, u), dd_of(0.0)),
              down = dd_max(dd_sub(dd_mul(u, arc->C), arc->A), dd_of(0.0)), both = dd_add(up, down);
@@ -546,7 +547,7 @@ static dd start_angle(const chaplygin_arc *arc, dd u, cdd root, kr_chaplygin_arc
                  s = way * dd_sqrt(dd_div(up, both)).hi, c = dd_sqrt(dd_div(down, both)).hi,
                  sine = 2.0 * s * c, cosine = c * c - s * s;
     e->sign = 1.0;
-    const chaplygin_point p = point_of(e, s, c);
+    const chaplygin_point p = find_chaplygin_point(e, s, c);
     const int first = fabs(root.re.hi) > fabs(root.im.hi);
     if ((first ? p.c * root.re.hi : p.s * root.im.hi) < 0.0) e->sign = -1.0;
     *time = sum_arc_sines(arc, 1, sine, cosine);
@@ -569,8 +570,8 @@ static void bound_slip(kr_chaplygin_plan *plan)
     }
     plan->most_slip = 1.01 * bound / plan->mean;
 }
-/* Sets the rates of the two torus angles with respect to tau and to time. Returns the ratio of
- * those of the second and the first. */
+/* Sets the rates of the two torus angles with respect to tau and to time. Returns the rate of
+ * alpha2 divided by the rate of alpha1. */
 static dd set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2])
 {
     const dd det = dd_add(dd_mul(arc[0].p, arc[1].q), dd_mul(arc[1].p, arc[0].q));
@@ -592,7 +593,7 @@ static dd set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2])
 }
 /* Sets the initial values of the mean angles. A mean angle grows at a constant rate with time,
  * unlike the true angle. Returns half of alpha2 [turns] where alpha1 is pi. */
-static dd set_start(kr_chaplygin_plan *plan, dd ratio, const dd half[2], const double time[2])
+static dd set_mean_angles(kr_chaplygin_plan *plan, dd ratio, const dd half[2], const double time[2])
 {
     const double slip = -(time[0] + time[1]) / plan->mean;
     dd angle[2];
@@ -613,10 +614,10 @@ static kr_refusal analyse_curve(const torus_start *start, chaplygin_work *w)
     dd half[2];
     double time[2];
     if (!(fabs(o->H.hi) < 1e10)) return KR_REFUSAL_COINCIDENT;
-    /* Two branch points coincide at G = 0. A motion with a slightly larger G, which is computed
-     * instead, differs by less than rounding errors, unless it is planar and unstable. */
+    /* Two branch points coincide at G = 0. The motion is then computed with a slightly larger G.
+     * The difference is below rounding errors, unless the motion is planar and unstable. */
     if (o->G.hi < least) {
-        if (is_planar(start, start_rates(&chaplygin, start))) return KR_REFUSAL_PLANAR;
+        if (is_planar(start, find_initial_rates(&chaplygin, start))) return KR_REFUSAL_PLANAR;
         o->G = dd_of(least);
     }
     const kr_refusal degenerate = find_branch_points(o);
@@ -636,10 +637,10 @@ static kr_refusal analyse_curve(const torus_start *start, chaplygin_work *w)
     const dd ratio = set_angle_rates(plan, w->arc);
     bound_slip(plan);
     for (int j = 0; j < 2; j++)
-        half[j] = start_angle(&w->arc[j], y.u[j], y.root[j], &plan->arc[j], &time[j]);
+        half[j] = find_initial_angle(&w->arc[j], y.u[j], y.root[j], &plan->arc[j], &time[j]);
     plan->is_even = plan->arc[0].has_sine[0] == plan->arc[1].has_sine[1];
     plan->is_whole = plan->arc[1].has_sine[0] == plan->arc[1].has_cosine[0];
-    const dd second = set_start(plan, ratio, half, time);
+    const dd second = set_mean_angles(plan, ratio, half, time);
     return make_sections(w, ratio, second) ? KR_REFUSAL_NONE : KR_REFUSAL_HEADING;
 }
 static kr_refusal make_plan(void *space, torus_start *start, torus_units *way, double *certificate)
@@ -658,9 +659,9 @@ static kr_refusal make_plan(void *space, torus_start *start, torus_units *way, d
     const kr_state now = chaplygin_kernel(plan, 0.0, dd_of(0.0));
     const body_view view = read_body_view(&chaplygin, now);
     const double span = choose_short_span(&view),
-                 miss = error_after_span(&chaplygin, view, span,
-                                         chaplygin_kernel(plan, span, dd_of(span))),
-                 error = error_of_state(now, way->attitude, v3(m[0].hi, m[1].hi, m[2].hi));
+                 miss = find_taylor_error(&chaplygin, view, span,
+                                          chaplygin_kernel(plan, span, dd_of(span))),
+                 error = find_state_error(now, way->attitude, v3(m[0].hi, m[1].hi, m[2].hi));
     *certificate = fmax(fmax(w->tail, KR_TORUS_ROUNDING), fmax(miss, error));
     return KR_REFUSAL_NONE;
 }

@@ -1,15 +1,16 @@
-/* The closed-form solution of a Goryachev-Chaplygin top without angular momentum about the
- * vertical. In terms of the rescaled time tau, d tau = dt/|m|, two angles alpha1 and alpha2 grow at
- * constant rates. The attitude (axes of the closed-form solution -> space) is the product
+/* States of a Goryachev-Chaplygin top with <m, e3> = 0 in closed form (axes and units:
+ * goryachev_chaplygin.c). In terms of the rescaled time tau, d tau = dt/|m|, the two torus angles
+ * alpha1 and alpha2 grow at constant rates. The attitude (axes of the closed form -> space) is the
+ * quaternion product
  *     exp(k psi/2) (i + k)/sqrt2 (c1 + c2 i - s2 j + s1 k)/sqrt(|m|),
- * where |m| = c1^2 + s1^2 + c2^2 + s2^2 and m = |m| (cos psi, sin psi, 0). Here c1 and s1 are
- * algebraic functions of an angle x of an arc (goryachev_chaplygin.c), x - alpha1 is a
- * periodic function of alpha1, and the same holds for c2, s2 and alpha2. The time t is a multiple
- * of tau plus two such functions, an equation that is solved for tau by Newton's method.
+ * where |m| = c1^2 + s1^2 + c2^2 + s2^2 and m = |m| (cos psi, sin psi, 0), with the heading psi. c
+ * + i s is sqrt|u| exp(i chi/2) for Chaplygin's variables u1 and u2, which oscillate on intervals,
+ * called arcs. On each arc, c and s are functions of an angle x, and x - alpha is a periodic
+ * function of alpha. The time t is a multiple of tau plus a periodic function of each alpha.
+ * Newton's method solves this equation for tau. Mean angles are the linear parts of alpha(t).
  *
- * The rate of the heading psi is a function of both angles, and a sum of a function of alpha1 and a
- * function of alpha2 does not have the same integral. On the sections alpha1 = 2 pi j/J, psi is
- * therefore a Fourier series in alpha2, and between two sections an integral along the motion. */
+ * psi is not a sum of functions of alpha1 and of alpha2. On the sections alpha1 = 2 pi j/J, psi is
+ * therefore a Fourier series in alpha2, and between sections an integral along the motion. */
 #ifndef KR_EXACT_GORYACHEV_CHAPLYGIN_H
 #define KR_EXACT_GORYACHEV_CHAPLYGIN_H
 #include "torus.h"
@@ -20,16 +21,16 @@ enum {
     MOST_TERMS = 5 << 15,   /* largest number of coefficients of all cells and sections */
     MOST_SAMPLES = 1 << 11, /* largest number of values of alpha2 on a section */
     SLOW_TERMS = 256,
-    HEADING_NODES = 8 /* of the quadrature from a section */
+    HEADING_NODES = 8 /* nodes of the quadrature from a section */
 };
 
-/* An arc on which one of Chaplygin's variables u moves, and functions of its torus angle alpha. */
+/* The arc of one of Chaplygin's variables u, and functions of its torus angle alpha. */
 typedef struct kr_chaplygin_arc {
     /* |u| = (A s^2 + B c^2)/D, D = C s^2 + c^2, with the sine s and the cosine c of x/2. */
     double A, B, C;
-    /* The factors a s^2 + b c^2 of p+ D^3 (the first three) and of p- D^3. For an end of the arc,
-     * the factor is a times s^2 or c^2, and b = a. Complex factors 4 and 5 are a s^2 + b c^2 +- i D
-     * imaginary, with the a and b of index 4. */
+    /* The factors a s^2 + b c^2 of p+ D^3 (the first three) and of p- D^3 (goryachev_chaplygin.c).
+     * For an end of the arc, the factor is a times s^2 or c^2, and b = a. The complex factors 4 and
+     * 5 are a s^2 + b c^2 +- i D imaginary, with the a and b of index 4. */
     double a[6], b[6], imaginary;
     int pair;
     int has_sine[2], has_cosine[2]; /* is an end at x = 0, or at x = pi, a root of p+ or p-? */
@@ -40,8 +41,8 @@ typedef struct kr_chaplygin_arc {
      * functions are odd. */
     int cells, first; /* `cells` is a power of two; index of the first coefficient */
 } kr_chaplygin_arc;
-/* A nearly resonant term of the heading. At alpha1 = (2n + 1) pi, the term grows by value *
- * sin(phase + n * step). */
+/* A nearly resonant term of the Fourier series of the heading. When alpha1 passes (2n + 1) pi, the
+ * term jumps by value * sin(phase + n * step). */
 typedef struct kr_slow_term {
     double value, phase;    /* phase [turns] */
     double step, step_more; /* [turns] */
@@ -52,9 +53,9 @@ typedef struct kr_chaplygin_plan {
     kr_torus torus;
     kr_chaplygin_arc arc[2];
     double mean; /* mean of |m| over tau */
-    /* Bound and rounding error of the periodic part of tau, which is tau minus its mean rate
-     * times t and is called slip in the code. `tolerance` is the tolerance of Newton's method:
-     * after a step below it, only a rounding error remains. */
+    /* The slip is the periodic part of tau: tau minus its mean rate times t. `most_slip` and
+     * `rounding` are a bound and the rounding error of the slip. After a step of Newton's method
+     * below `tolerance`, only a rounding error remains. */
     double most_slip, rounding, tolerance;
     /* The value of psi/2 where the series for psi is zero, in turns, as the sum of two doubles. */
     double heading_start, heading_more;
@@ -70,7 +71,7 @@ typedef struct kr_chaplygin_plan {
     double term[MOST_TERMS];
 } kr_chaplygin_plan;
 
-/* The polynomials of a cell in each lane, and the place in the cell from -1 to 1. */
+/* The coefficients of each lane's cell, and the position y in the cell from -1 to 1. */
 typedef struct cell_place {
     const double *row[LANES];
     wide y, side; /* side: -1 where alpha is between -pi and 0, and 1 elsewhere */
@@ -93,9 +94,9 @@ INLINE cell_place find_cell(const kr_chaplygin_plan *plan, int j, dd half)
         r.row[lane] = plan->term + arc->first + 2 * CELL_TERMS * (int)at[lane];
     return r;
 }
-/* Evaluates the odd function with the index `which` of each torus angle. Clenshaw's recurrences for
- * even and for odd terms do not wait for each other: with z = T_2(y), T_2k(y) = T_k(z) and
- * T_2k+1(y) = y (U_k(z) - U_k-1(z)). */
+/* Writes an odd function of the torus angle of each arc: (x - alpha)/2 [turns] for `which` = 0, and
+ * the periodic part of t for 1. Clenshaw's recurrences for even and for odd terms are independent
+ * and run in parallel: with z = T_2(y), T_2k(y) = T_k(z) and T_2k+1(y) = y (U_k(z) - U_k-1(z)). */
 INLINE void sum_cells(const cell_place p[], int arcs, int which, wide out[])
 {
     const int first = which * CELL_TERMS;
@@ -135,9 +136,9 @@ INLINE void arc_products(const kr_chaplygin_arc *arc, wide ss, wide cc, wide D, 
         out[k] = wide_abs(out[k]);
     }
 }
-/* Returns the point where x/2 has the sine s and the cosine c. No digits are lost where c and s are
- * both close to zero. */
-INLINE chaplygin_point point_of(const kr_chaplygin_arc *arc, wide s, wide c)
+/* Returns the point where x/2 has the sine s and the cosine c. The relative errors remain small
+ * where u is close to zero. */
+INLINE chaplygin_point find_chaplygin_point(const kr_chaplygin_arc *arc, wide s, wide c)
 {
     const wide ss = s * s, cc = c * c, D = arc->C * ss + cc, one = 1.0 / D;
     const wide scale = arc->sign * (one * wide_sqrt(one));
@@ -151,8 +152,8 @@ INLINE chaplygin_point point_of(const kr_chaplygin_arc *arc, wide s, wide c)
     }
     return (chaplygin_point){half[0], half[1], (arc->A * ss + arc->B * cc) * one};
 }
-/* Finds the point on each of the arcs `from` to `to`, given half of its torus angle [turns]. Also
- * finds the periodic parts of the time if `time` is not NULL. */
+/* Finds the points on the arcs with the indices `from` to `to`, given half of each torus angle
+ * [turns]. Also finds the periodic parts of the time if `time` is not NULL. */
 INLINE void find_points(const kr_chaplygin_plan *plan, int from, int to, const dd half[],
                         chaplygin_point out[], wide time[])
 {
@@ -163,13 +164,13 @@ INLINE void find_points(const kr_chaplygin_plan *plan, int from, int to, const d
     sum_cells(p, arcs, 0, turns);
     if (time) sum_cells(p, arcs, 1, time);
     for (int j = 0; j < arcs; j++) sincos_turns(phase_plus(half[j], turns[j]), &s[j], &c[j]);
-    for (int j = 0; j < arcs; j++) out[j] = point_of(&plan->arc[from + j], s[j], c[j]);
+    for (int j = 0; j < arcs; j++) out[j] = find_chaplygin_point(&plan->arc[from + j], s[j], c[j]);
 }
-/* Finds half of each torus angle [turns] for half of each mean angle. The slip, the periodic part of
- * tau, solves an equation with the derivative |m|, whose logarithm changes by at most one in a unit
- * of tau. The steps of Newton's method stay in an interval that brackets the solution. A step longer
- * than half the previous one is replaced by bisection, because Newton's method could alternate
- * between two points on opposite sides of the solution. */
+/* Finds half of each torus angle [turns] for half of each mean angle. The slip, the periodic part
+ * of tau, solves an equation with the derivative |m|. The logarithm of |m| changes by at most one
+ * in a unit of tau. The steps of Newton's method stay in an interval that brackets the solution. A
+ * step longer than half the previous one is replaced by bisection, because Newton's method could
+ * alternate between two points on opposite sides of the solution. */
 INLINE void find_true_angles(const kr_chaplygin_plan *plan, const dd mean[2], dd half[2])
 {
     wide high = wide_splat(plan->most_slip), low = -high, moved = 4.0 * high,
@@ -197,8 +198,8 @@ INLINE void find_true_angles(const kr_chaplygin_plan *plan, const dd mean[2], dd
     }
     for (int j = 0; j < 2; j++) half[j] = phase_plus(mean[j], slip * plan->arc[j].half_rate);
 }
-/* Returns the rate of the heading in tau. */
-INLINE wide heading_rate(const chaplygin_point p[2])
+/* Returns the derivative of the heading psi with respect to tau. */
+INLINE wide find_heading_rate(const chaplygin_point p[2])
 {
     return 2.0 * (p[0].c * p[1].s + p[0].s * p[1].c) / (p[0].size + p[1].size);
 }
@@ -222,13 +223,13 @@ INLINE wide integrate_heading(const kr_chaplygin_plan *plan, wide at, wide left,
         const dd node[2] = {dd_of(0.5 * at + way), dd_of(half + plan->ratio * way)};
         chaplygin_point p[2];
         find_points(plan, 0, 1, node, p, NULL);
-        sum = sum + gauss_weight[g] * heading_rate(p);
+        sum = sum + gauss_weight[g] * find_heading_rate(p);
     }
     return plan->span * left * sum;
 }
-/* Returns the Fourier series of the heading on a section in each lane, for half of alpha2 [turns].
- * The four recurrences, for even and odd terms of cosines and sines, do not wait for each other. */
-INLINE wide heading_on_section(const kr_chaplygin_plan *plan, wide section, dd half)
+/* Returns the sum of the Fourier series of the heading on the section of each lane, for half of
+ * alpha2 [turns]. The recurrences for even and odd terms of cosines and sines are independent. */
+INLINE wide sum_section_series(const kr_chaplygin_plan *plan, wide section, dd half)
 {
     const int terms = plan->terms, shift = !plan->is_whole;
     wide c[5], s[5]; /* of multiples of half of alpha2 */
@@ -264,7 +265,7 @@ INLINE wide heading_on_section(const kr_chaplygin_plan *plan, wide section, dd h
     return total;
 }
 INLINE wide signed_fraction(dd x) { return (x.hi - nearest(x.hi)) + x.lo; }
-/* Returns the sum of the slow terms over n turns of alpha1, a geometric series. */
+/* Returns the sum of the jumps of all slow terms in n turns of alpha1, a geometric series. */
 INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, wide n)
 {
     wide sum = wide_splat(0.0);
@@ -296,7 +297,7 @@ INLINE wide find_heading(const kr_chaplygin_plan *plan, const dd half[2], wide t
                at = section / all, left = (place - at) + side * (2.0 * half[0].lo);
     const dd second =
         phase_plus(dd_make(side * half[1].hi, side * half[1].lo), -0.5 * plan->ratio * left);
-    const wide value = heading_on_section(plan, section, second) +
+    const wide value = sum_section_series(plan, section, second) +
                        integrate_heading(plan, at, left, signed_fraction(second));
     const mask is_odd = wide_less(wide_splat(0.0), wide_abs(0.5 * turn - nearest(0.5 * turn)));
     const wide sign = minus_where(is_odd) * (plan->is_even ? side : wide_splat(1.0));

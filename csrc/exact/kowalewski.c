@@ -1,23 +1,24 @@
-/* Set-up of the closed form of a Kowalewski top. Double-double products are three times as fast with
- * fused multiply-add, so that this file is compiled once for each instruction set. */
+/* Set-up of the closed form of a Kowalewski top, whose states kowalewski.h computes. Double-double
+ * products are three times as fast with fused multiply-add, so that this file is compiled once for
+ * each instruction set.
+ *
+ * Units and axes: The moments are (2, 2, 1), and mass * |gravity| * |com| = 1. Axis 1 points away
+ * from the centre of mass if gravity is positive, and towards it otherwise. Axis 3 is the principal
+ * axis with moment 1. With the angular velocity (p, q, r) and e3 = (g1, g2, g3) in the body frame,
+ *     h = p^2 + q^2 + r^2/2 - g1,  l = <m, e3>,  k = |(p + iq)^2 + g1 + i g2|,  c = 1 - k^2,
+ *     phi(w) = 2 (w + h)(w^2 + c) - l^2,  F(w)^2 = -(w^2 - k^2) phi(w).
+ * Kowalewski's variables w1 > w2 move at the rates F(w1)/(w1 - w2) and F(w2)/(w2 - w1) on arcs
+ * between branch points of F, which are k, -k and the roots of phi. On an arc
+ *     w = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + cos^2  of half of an angle x.
+ * Then dt = |dw/F| equals D R dx, where R is an even periodic function of x, and t is not the time.
+ * The trapezoidal rule for averages therefore converges exponentially (Kowalevski, Acta Mathematica
+ * 12, 1889, 177). Landen transformations replace x by y. kowalewski.h defines y, the torus angles
+ * theta, and the heading. */
 #include "kowalewski.h"
 enum { GRID = HARMONICS };
 #include "torus_setup.h"
 
-/* The algebraic curve of a Kowalewski top and its two arcs, in double-double precision.
- *
- * Units and axes: The moments are (2, 2, 1), and mass * |gravity| * |com| = 1. Axis 1 points away
- * from the centre of mass if gravity is positive, and towards it otherwise. Axis 3 is the principal
- * axis with moment 1. With the angular velocity (p, q, r) in the body frame, and e3 = (g1, g2, g3)
- * in the body frame,
- *     h = p^2 + q^2 + r^2/2 - g1,  l = <m, e3>,  k = |(p + iq)^2 + g1 + i g2|,  c = 1 - k^2,
- *     phi(w) = 2 (w + h)(w^2 + c) - l^2,  F(w)^2 = -(w^2 - k^2) phi(w).
- * Kowalewski's variables w1 > w2 move on arcs between branch points of F, at the rates F(w1)/(w1 -
- * w2) and F(w2)/(w2 - w1). On an arc
- *     w = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + cos^2  of half of an angle x.
- * With this substitution, the differential dt = dw/F equals D R dx, where R is an even periodic
- * function of x, and t is not the time. The trapezoidal rule for averages therefore converges
- * exponentially (Kowalevski, Acta Mathematica 12, 1889, 177). */
+/* The constants of a motion and its branch points (see the first comment of this file). */
 typedef struct kowalewski_curve {
     dd h, l, k, c;
     int pair; /* 1 if roots 1 and 2 are complex: root[1] +- i root[2] */
@@ -28,7 +29,7 @@ typedef struct kowalewski_curve {
 /* A real pole w of the integrand of the heading, with N - w D = a sin^2 + b cos^2. */
 typedef struct heading_pole {
     dd a, b, value;  /* value: sqrt(a b)/2, or 0 if the pole is not treated separately */
-    int is_adjacent; /* 1 if it is, because the pole is in the gap beside the arc's end */
+    int is_adjacent; /* 1 if it is: the pole is in the gap next to an end of the arc */
 } heading_pole;
 /* An arc from the root `high` at x = 0 to the root `low`, or to minus infinity, at x = pi. */
 typedef struct kowalewski_arc {
@@ -37,13 +38,13 @@ typedef struct kowalewski_arc {
     int low, high;
     /* N - root D = a sin^2 + b cos^2, where a complex root is replaced by its real part. */
     dd a[ROOTS], b[ROOTS];
-    int folds;            /* number of Landen transformations from the series' variable to x */
+    int folds;            /* number of Landen transformations from y to x */
     dd fold[FOLDS];       /* moduli of the transformations */
-    int crosswise[FOLDS]; /* 1 if a transformation moves singularities near pi/2, not 0 or pi */
+    int crosswise[FOLDS]; /* 1 if one removes singularities with Re x = pi/2, not 0 or pi */
     heading_pole pole[2];
-    dd p, q, turn;        /* averages of dt/dx, w dt/dx, and the heading's integrand */
+    dd p, q, turn;        /* averages of dt/dy, w dt/dy, and the heading's integrand */
     int points;           /* number of intervals used */
-    double sine[3][GRID]; /* contributions to theta1 - y1, theta2 - y2, and the heading */
+    double sine[3][GRID]; /* series of theta1 - y1, theta2 - y2 and the heading */
 } kowalewski_arc;
 
 /* Computes the constants of the curve for the state (p, q, r, g1, g2, g3), and its branch points:
@@ -71,12 +72,12 @@ static dd ordered_root(const kowalewski_curve *o, int i) { return o->root[o->ord
  *     (a - e)(a + e)(e + h) = e + h - l^2/2.
  * The member `resolution` measures the cancellation in e + h and in e + h - l^2/2. */
 typedef struct close_roots {
-    int apply; /* 1 if this loses fewer digits to cancellation than a - e */
+    int apply; /* 1 if this formula loses fewer digits to cancellation than a - e */
     dd apart;
     double resolution;
 } close_roots;
 
-static close_roots examine_roots(const kowalewski_curve *o, int i, int j)
+static close_roots find_close_roots(const kowalewski_curve *o, int i, int j)
 {
     const int first = i < j ? i : j;
     const dd e = o->root[first], sum = dd_add(o->root[i], o->root[j]), other = dd_add(e, o->h),
@@ -94,11 +95,11 @@ static close_roots examine_roots(const kowalewski_curve *o, int i, int j)
 /* Returns root i minus root j, or the difference of the real parts for complex roots. */
 static dd root_difference(const kowalewski_curve *o, int i, int j)
 {
-    const close_roots r = examine_roots(o, i, j);
+    const close_roots r = find_close_roots(o, i, j);
     return r.apply ? r.apart : dd_sub(o->root[i], o->root[j]);
 }
-/* Writes w1 > w2 for the state, the roots of (x1 - x2)^2 w^2 - 2 R12 w - R1. */
-static void find_variables(const kowalewski_curve *o, dd p, dd q, dd w[2])
+/* Writes w1 > w2, the roots of (2q)^2 w^2 + 2 R12 w + R1 (Kowalewski's R1 and R12). */
+static void find_kowalewski_variables(const kowalewski_curve *o, dd p, dd q, dd w[2])
 {
     const dd y = dd_add(dd_square(p), dd_square(q)), two_h = dd_twice(o->h);
     const cdd x = cdd_of(p, q), x2 = cdd_mul(x, x);
@@ -116,16 +117,16 @@ static void find_variables(const kowalewski_curve *o, dd p, dd q, dd w[2])
     w[0] = swap ? v : u;
     w[1] = swap ? u : v;
 }
-/* The distances of Kowalewski's variables w1 and w2 from the ends of their arcs. */
+/* The distances up = k - w1, down and below of w1 and w2 from the ends of their arcs. */
 typedef struct arc_gaps {
-    dd up, down, below;
-    double mismatch; /* relative error of those equations that are left over (refine_gaps) */
+    dd up, down, below; /* down: w1 minus the lower end; below: the upper end minus w2 */
+    double mismatch;    /* relative error of the unused equations (refine_gaps) */
 } arc_gaps;
 
 /* Returns q^2 (w1 - e)(e - w2), where the root e with index i is an end of an arc. With A^2 = 2 (e
  * + h), B^2 = e^2 + c and A B = l, this is the square of
- *     A (p^2 + q^2 - e)/2 + B p   for a root of phi, and of Re z (find_separation) for -k. */
-static dd product_at_end(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
+ *     A (p^2 + q^2 - e)/2 + B p   for a root of phi, and of re_z (find_arc_gaps) for -k. */
+static dd find_end_product(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
 {
     const dd e = o->root[i], sum = dd_twice(dd_add(e, o->h)), other = dd_add(dd_square(e), o->c),
              size = dd_sub(dd_add(dd_square(p), dd_square(q)), e);
@@ -137,10 +138,10 @@ static dd product_at_end(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
         A = dd_div(o->l, B);
     return dd_square(dd_add(dd_half(dd_mul(A, size)), dd_mul(B, p)));
 }
-/* Refines approximate distances of w1 and w2 from the ends of their arcs by iteration. `product` is
- * (k - w1)(k - w2), then (w1 - e)(e - w2) for the lower end e of the first arc and for the upper end
- * e of the second. Each iteration uses the two of these three equations with which it converges
- * fastest. */
+/* Refines approximate distances of w1 and w2 from the ends of their arcs. `product` contains exact
+ * values of (k - w1)(k - w2), and of (w1 - e)(e - w2) for the lower end e of the first arc and then
+ * for the upper end e of the second. Each iteration solves two of these three equations; of the
+ * three pairs, this one converges fastest. */
 static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps *gap)
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -171,8 +172,8 @@ static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps
 /* Computes the distances of w1 and w2 from the ends of their arcs for the state y = (p, q, r, g1,
  * g2, g3). With x = p + iq and z = (r x + g3) conj(sqrt(x^2 + g1 + i g2)),
  *     (k - w1)(k - w2) = (Im z/q)^2,   (w1 + k)(-k - w2) = (Re z/q)^2.
- * These products and those of product_at_end determine the distances to full precision. */
-static arc_gaps find_separation(const kowalewski_curve *o, const dd y[6])
+ * These products and those of find_end_product determine the distances to full precision. */
+static arc_gaps find_arc_gaps(const kowalewski_curve *o, const dd y[6])
 {
     const int low = o->order[o->real - 2], least = o->order[0];
     const dd p = y[0], q = y[1], r = y[2], square = dd_square(q);
@@ -180,18 +181,18 @@ static arc_gaps find_separation(const kowalewski_curve *o, const dd y[6])
               z = cdd_mul(cdd_add(cdd_scale(r, x), cdd_of_real(y[5])),
                           cdd_of(root.re, dd_neg(root.im)));
     dd w[2];
-    find_variables(o, p, q, w);
+    find_kowalewski_variables(o, p, q, w);
     arc_gaps gap = {dd_sub(o->k, w[0]), dd_sub(w[0], o->root[low]), dd_sub(o->root[least], w[1]),
                     INFINITY};
     if (!(square.hi > 0.0)) return gap;
     const dd product[3] = {dd_div(dd_square(z.im), square),
-                           dd_div(product_at_end(o, low, p, q, z.re), square),
-                           dd_div(product_at_end(o, least, p, q, z.re), square)};
+                           dd_div(find_end_product(o, low, p, q, z.re), square),
+                           dd_div(find_end_product(o, least, p, q, z.re), square)};
     refine_gaps(o, product, &gap);
     return gap;
 }
 
-/* Sets the coefficients of an arc for a `scale`, which is C, or -A if the arc ends at infinity. */
+/* Sets the coefficients of an arc. `scale` is C, or -A if the arc ends at infinity. */
 static void scale_arc(kowalewski_arc *arc, dd scale)
 {
     const kowalewski_curve *o = arc->curve;
@@ -232,9 +233,9 @@ static int find_symmetry_line(cdd c)
     const cx u = crosswise ? sine : cosine;
     return fabs(u.im) > 1e-6 * fabs(u.re) ? -1 : crosswise;
 }
-/* Returns the smallest sinh |Im x| of all singularities x. Writes the smallest one of those that a
- * Landen transformation can remove to `height`, and the argument of move_singularities for this one
- * to `crosswise`. */
+/* Returns the smallest sinh |Im x| of all singularities x. Writes the smallest one of those with Re
+ * x = 0, pi/2 or pi, which a Landen transformation can remove, to `height`. Sets `crosswise` to 1
+ * if Re x = pi/2 for this singularity, and to 0 otherwise. */
 static double find_nearest_singularity(const singularities *v, dd *height, int *crosswise)
 {
     double least = INFINITY;
@@ -248,7 +249,7 @@ static double find_nearest_singularity(const singularities *v, dd *height, int *
     }
     return least;
 }
-static singularities singularities_of(const kowalewski_arc *arc)
+static singularities find_singularities(const kowalewski_arc *arc)
 {
     const kowalewski_curve *o = arc->curve;
     singularities v = {0};
@@ -263,10 +264,10 @@ static singularities singularities_of(const kowalewski_arc *arc)
     }
     return v;
 }
-/* Moves the singularities of an integrand by a Landen transformation of modulus m. Let u be cos x,
- * and let v be the cosine of the new variable. If `crosswise` is nonzero, u and v are the sines of
- * both variables instead. They satisfy m u v^2 - (1 + m) v + u = 0. A singularity at u disappears
- * if this equation for v has a double root. The transformation adds a singularity at v = 1/m. */
+/* Returns the singularities after a Landen transformation of modulus m. Let u be cos x, and let v
+ * be the cosine of the new variable. If `crosswise` is nonzero, u and v are the sines of both
+ * variables instead. They satisfy m u v^2 - (1 + m) v + u = 0. A singularity at u disappears if
+ * this equation for v has a double root. The transformation adds a singularity at v = 1/m. */
 static singularities move_singularities(const singularities *from, dd m, int crosswise)
 {
     const dd plus = dd_plus(m, 1.0), minus = dd_sub(dd_of(1.0), m);
@@ -285,11 +286,11 @@ static singularities move_singularities(const singularities *from, dd m, int cro
     return to;
 }
 /* Chooses Landen transformations that move the singularities of the integrands away from the real
- * axis. Each of them removes one singularity, but roughly halves the distances of the others.
- * Returns sinh |Im x| of the singularity x that is nearest to the axis afterwards. */
+ * axis. Each transformation removes one singularity, but roughly halves the distances of the
+ * others. Returns sinh |Im x| of the singularity x that is nearest to the axis afterwards. */
 static double choose_landen_transformations(kowalewski_arc *arc)
 {
-    singularities now = singularities_of(arc);
+    singularities now = find_singularities(arc);
     dd height;
     int crosswise, folds = 0;
     double best = find_nearest_singularity(&now, &height, &crosswise);
@@ -310,15 +311,15 @@ static double choose_landen_transformations(kowalewski_arc *arc)
     arc->folds = folds;
     return best;
 }
-/* Chooses the scale of an arc with which its averages converge fastest. If all branch points are
- * real, this is `scale`. */
+/* Sets the coefficients of an arc such that its averages converge fast. If all branch points are
+ * real, `scale` is the best argument of scale_arc. */
 static void choose_scale(kowalewski_arc *arc, dd scale)
 {
     scale_arc(arc, scale);
     const double plain = choose_landen_transformations(arc);
     const kowalewski_curve *o = arc->curve;
     if (!o->pair || plain > 0.6) return;
-    /* Complex branch points are moved to Re x = pi/2. */
+    /* With this scale, the complex branch points are at Re x = pi/2. */
     const kowalewski_arc old = *arc;
     const dd im = dd_square(o->root[2]),
              up = dd_add(dd_square(dd_sub(o->root[arc->high], o->root[1])), im);
@@ -380,7 +381,7 @@ static void apply_landen_transformations(const kowalewski_arc *arc, dd *s, dd *c
         *c = dd_choose(crosswise, other, one);
     }
 }
-/* Writes N and D, and returns R. s and c are sin^2 and cos^2 of x/2. */
+/* Writes N and D, and returns R at x; s and c are the squares of sin x/2 and cos x/2. */
 static dd evaluate_arc(const kowalewski_arc *arc, dd s, dd c, dd *N, dd *D)
 {
     const kowalewski_curve *o = arc->curve;
@@ -401,10 +402,10 @@ static dd evaluate_arc(const kowalewski_arc *arc, dd s, dd c, dd *N, dd *D)
 }
 
 /* The heading of the vector C (kowalewski.h) is the integral of l w dw/((w^2 + c) F). The poles of
- * this integrand, at w^2 = k^2 - 1, are close to the arcs if l is small. A real pole w in the gap beside an arc contributes |l| D^2 R/2(N - w D), with N - w D =
- * a sin^2 + b cos^2 of x/2. The multiple of 1/(N - w D) that has the same residue is subtracted.
- * Its integral is the argument of sqrt(b) cos x/2 + i sqrt(a) sin x/2, which kowalewski.h adds to
- * the heading. */
+ * this integrand, at w^2 = -c, are close to the arcs if l is small. A real pole w0 in the gap next
+ * to an arc contributes |l| D^2 R/2(N - w0 D), with N - w0 D = a sin^2 + b cos^2 of x/2. The
+ * multiple of 1/(N - w0 D) that has the same residue is subtracted. The integral of this multiple
+ * is the argument of sqrt(b) cos x/2 + i sqrt(a) sin x/2, which kowalewski.h adds. */
 /* Returns root i minus the pole w, computed without cancellation. */
 static dd root_minus_pole(const kowalewski_curve *o, int i, dd w)
 {
@@ -427,14 +428,14 @@ static void set_heading_poles(kowalewski_arc *arc)
         heading_pole *p = &arc->pole[i];
         p->a = infinite ? arc->A : dd_mul(arc->C, rest);
         p->b = infinite ? rest : root_minus_pole(o, arc->high, w);
-        /* Without l, the heading changes only if the pole is at the end of the arc. */
+        /* If l = 0, the heading changes only if the pole is at the end of the arc. */
         p->is_adjacent = o->c.hi <= 0.0 && side * dd_sub(w, next).hi >= 0.0 &&
                          (o->l.hi != 0.0 || rest.hi == 0.0);
         p->value = p->is_adjacent ? dd_half(dd_sqrt(dd_mul(p->a, p->b))) : dd_of(0.0);
     }
 }
-/* Computes dt/dx, w dt/dx, and the integrand of the heading for l > 0, without the contributions of
- * its poles. */
+/* Writes dt/dy, w dt/dy, and the integrand of the heading for l > 0, without the terms subtracted
+ * for its poles, at angle i of the table. */
 static void sample_arc(const void *data, const cosine_table *t, int i, dd out[3])
 {
     const kowalewski_arc *arc = data;
@@ -458,7 +459,7 @@ static void sample_arc(const void *data, const cosine_table *t, int i, dd out[3]
             out[2] = dd_add(out[2], dd_div(dd_sub(dd_half(g), dd_mul(slope, p->value)), under));
     }
 }
-/* Computes the averages over an arc. Returns 0 if they do not converge. */
+/* Computes the averages over an arc. Returns 0 if the averages do not converge. */
 static int average_arc(kowalewski_arc *arc, cosine_table *table, samples *v)
 {
     double floor[3] = {0.0, 0.0, 0.0};
@@ -471,19 +472,20 @@ static int average_arc(kowalewski_arc *arc, cosine_table *table, samples *v)
     arc->turn = mean[2];
     return arc->points > 0;
 }
-/* Computes the sine series of arc j from its samples. F is positive at the start of the first
- * arc and negative at the start of the second. The differentials of theta1 and theta2 are the
- * sums over both arcs of
- *     (p2 w dt - q2 dt)/det  and  (p1 w dt - q1 dt)/det.
- * The heading contains multiples of theta1 and theta2, which can be large. They are subtracted
- * before the integration. */
+/* Computes the sine series of arc j from its samples. With the averages p and q of dt/dy and w
+ * dt/dy and det = p2 q1 - p1 q2, the differentials of theta1 and theta2 are the sums over both arcs
+ * of
+ *     (p2 w dt - q2 dt)/det  and  (p1 w dt - q1 dt)/det,
+ * with a minus sign for the second arc, where F has the opposite sign. The heading contains
+ * multiples of theta1 and theta2, which can be large. They are subtracted before the
+ * integration. */
 static void integrate_arc(kowalewski_arc arc[2], int j, dd det, const cosine_table *table,
                           samples *v)
 {
     const kowalewski_curve *o = arc->curve;
     const double side = j ? -1.0 : 1.0, turn = o->l.hi < 0.0 ? -side : side;
     const dd scale = dd_div(dd_of(side), det);
-    dd factor[2][2]; /* of w dt and dt in each angle */
+    dd factor[2][2]; /* factors of w dt and dt in each torus angle */
     for (int i = 0; i < 2; i++) {
         factor[i][0] = dd_mul(scale, arc[1 - i].p);
         factor[i][1] = dd_neg(dd_mul(scale, arc[1 - i].q));
@@ -501,8 +503,8 @@ static void integrate_arc(kowalewski_arc arc[2], int j, dd det, const cosine_tab
     for (int i = 0; i < 3; i++) integrate_samples(v->v[i], table, arc[j].points, arc[j].sine[i]);
 }
 /* Computes the averages over both arcs, the sine series, and the rates of the two torus angles and
- * of the heading, to which the factors for its poles contribute nothing. Returns 0 if the average
- * of an integrand is not accurate enough. */
+ * of the heading. The rate of the heading does not include the factors for poles (kowalewski.h).
+ * Returns 0 if an average is not accurate enough. */
 static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine_table *table,
                         samples v[2], dd rate[3])
 {
@@ -518,8 +520,8 @@ static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine
     rate[2] = o->l.hi < 0.0 ? dd_neg(heading) : heading;
     return det.hi > 0.0;
 }
-/* Adds the two sine series of an arc to the torus angles `theta`. s and c are the sine and cosine
- * of the arc's angle y. */
+/* Adds the sums of two sine series of an arc to the torus angles `theta`. s and c are the sine and
+ * cosine of the arc's angle y. */
 static void add_sines(const kowalewski_arc *arc, double s, double c, double theta[2])
 {
     for (int i = 0; i < 2; i++) {
@@ -546,7 +548,7 @@ static cdd complex_root(const kowalewski_curve *o, int i)
     if (!o->pair || i == 0 || i >= ROOT_K) return cdd_of_real(o->root[i]);
     return cdd_of(o->root[1], i == 1 ? o->root[2] : dd_neg(o->root[2]));
 }
-/* Computes the Taylor coefficients of the state p, q, r, g1, g2, g3. */
+/* Computes the Taylor coefficients of the solution with the initial state y = (p, ..., g3). */
 static void expand_taylor_series(const dd y[6], dd c[6][ORDER + 1])
 {
     for (int i = 0; i < 6; i++) c[i][0] = y[i];
@@ -572,10 +574,10 @@ static void sum_taylor_series(dd c[6][ORDER + 1], double span, dd out[6])
         for (int n = ORDER - 1; n >= 0; n--) out[i] = dd_add(dd_times(span, out[i]), c[i][n]);
     }
 }
-/* Computes the point of an arc at the distance `gap` from its upper end and, unless the lower end
- * is at infinity, at the distance `rest` from that. `next` is the distance from the upper end at a
- * later time, and tells the direction of the motion. Returns 0 if sin(x/2) or cos(x/2) is at most
- * `least`, which means that the point is close to an end. */
+/* Computes the point of an arc at the distance `gap` from its upper end. `rest` is the distance
+ * from the lower end, and is unused if this end is at infinity. `next` is the value of `gap` a
+ * short time later, and tells the direction of the motion. Returns 0 if sin(x/2) or cos(x/2) is at
+ * most `least`: the point is too close to an end. */
 static int find_start_point(const kowalewski_arc *arc, dd gap, dd rest, dd next, double least,
                             start_point *out)
 {
@@ -599,13 +601,14 @@ static int find_start_point(const kowalewski_arc *arc, dd gap, dd rest, dd next,
     add_sines(arc, sine.hi, cosine.hi, out->theta);
     return 1;
 }
-/* Finds the first state `at` after the start at which neither w1 nor w2 is close to an end of its
- * arc. If they move slowly, points closer and closer to the ends are accepted. A slightly later
- * state gives the directions of w1 and w2. Writes the points on the arcs at the state `at`, and the
- * torus angles at the start. Returns the `mismatch` of the gaps, or infinity if there is no such
- * state. */
-static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2], const dd rate[3],
-                         const dd start[6], start_point point[2], dd at[6], double theta[2])
+/* Finds the first state `at` after the initial state `start` at which neither w1 nor w2 is close to
+ * an end of its arc. After 8, 32 and 96 failures, points closer to the ends are accepted. The state
+ * shortly after `at` gives the directions of w1 and w2. Writes the points on the arcs for the state
+ * `at`, and the initial torus angles `theta`. Returns the `mismatch` of arc_gaps, or infinity if
+ * there is no such state. */
+static double find_initial_angles(const kowalewski_curve *o, const kowalewski_arc arc[2],
+                                  const dd rate[3], const dd start[6], start_point point[2],
+                                  dd at[6], double theta[2])
 {
     const double moment = 0.00390625 / (1.0 + sqrt(fabs(o->h.hi)));
     dd series[6][ORDER + 1], later[6];
@@ -616,7 +619,7 @@ static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
         if (i == 0) expand_taylor_series(at, series);
         sum_taylor_series(series, (i + 1) * moment, at);
         sum_taylor_series(series, (i + 1 + 0x1p-20) * moment, later);
-        const arc_gaps gap = find_separation(o, at), next = find_separation(o, later);
+        const arc_gaps gap = find_arc_gaps(o, at), next = find_arc_gaps(o, later);
         if (!find_start_point(&arc[0], gap.up, gap.down, next.up, least, &point[0])) continue;
         if (!find_start_point(&arc[1], gap.below, gap.below, next.below, least, &point[1]))
             continue;
@@ -628,7 +631,7 @@ static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
     return INFINITY;
 }
 
-/* For tops with a larger k, most states need derivatives (frame_at). */
+/* For tops with a larger k, most states need derivatives (evaluate_frame). */
 #define FAST 9.0
 static const torus_kind kowalewski = {KR_KIND_KOWALEWSKI, 2.0, 1.0, -1.0};
 
@@ -640,24 +643,23 @@ typedef struct kowalewski_work {
     cosine_table table;
     samples samples[2];
     dd rate[3];        /* of theta1, theta2 and the heading */
-    double start[2];   /* theta1 and theta2 at the start */
+    double start[2];   /* initial theta1 and theta2 */
     double separatrix; /* see separatrix_error */
 } kowalewski_work;
 
-/* Returns 1 if w1 and w2 start on their arcs, of which the first ends at k, and the second at the
- * smallest real branch point. This has not been proved, but holds for 1e6 random tops
- * (docs/theory/closed_form.md). */
+/* Returns 1 if the first arc ends at k, and the initial w1 and w2 lie on their arcs. This condition
+ * has not been proved, but holds for 1e6 random tops (docs/theory/closed_form.md). */
 static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
 {
     const double slack = 1e-12;
     dd w[2];
-    find_variables(o, state[0], state[1], w);
+    find_kowalewski_variables(o, state[0], state[1], w);
     const dd low = ordered_root(o, o->real - 2), least = ordered_root(o, 0);
     return o->order[o->real - 1] == ROOT_K &&
            dd_sub(w[0], low).hi >= -slack * (1.0 + fabs(low.hi)) &&
            dd_sub(least, w[1]).hi >= -slack * (1.0 + fabs(least.hi));
 }
-/* Returns the distance between two branch points, divided by 1 + k. */
+/* Returns the distance between the branch points i and j, divided by 1 + k. */
 static double root_distance(const kowalewski_curve *o, int i, int j)
 {
     const int pi = o->pair && i == 2 ? 1 : i, pj = o->pair && j == 2 ? 1 : j;
@@ -665,16 +667,16 @@ static double root_distance(const kowalewski_curve *o, int i, int j)
                         dd_sub(complex_root(o, i).im, complex_root(o, j).im).hi)) /
            (1.0 + o->k.hi);
 }
-/* Returns the relative error of this distance. If two roots of phi are nearly equal, only about
+/* Returns the relative error of root_distance. If two roots of phi are nearly equal, only about
  * half of their digits are accurate. */
 static double distance_error(const kowalewski_curve *o, int i, int j)
 {
     const double distance = root_distance(o, i, j), digits = 1e-31;
     return i < ROOT_K && j < ROOT_K ? digits / (distance * distance) : digits / distance;
 }
-/* Returns the largest relative error of the distances between branch points of F. The frequencies
- * of the motion depend on the logarithms of these distances. The distances considered are the
- * widths of the gaps next to the arcs, and the separation of two complex roots close to an arc. */
+/* Returns the largest relative error of those distances between branch points of F on whose
+ * logarithms the frequencies of the motion depend. These distances are the widths of the gaps next
+ * to the arcs, and the separation of two complex roots close to an arc. */
 static double separatrix_error(const kowalewski_curve *o)
 {
     const int top = o->real - 2;
@@ -694,7 +696,7 @@ static double least_distance(const kowalewski_curve *o)
     double least = INFINITY;
     for (int i = 0; i < ROOTS; i++)
         for (int j = 0; j < i; j++) {
-            const close_roots r = examine_roots(o, i, j);
+            const close_roots r = find_close_roots(o, i, j);
             least = fmin(least, r.apply ? r.resolution : root_distance(o, i, j));
         }
     return least;
@@ -743,7 +745,7 @@ static void fill_arc(const kowalewski_arc *from, kr_kowalewski_arc *to)
         to->pole_b[to->poles++] = dd_sqrt(dd_abs(pole->b)).hi;
     }
 }
-/* Writes the values of a function of e at the roots e1 and e2. */
+/* Writes two values of a function for the roots e1 and e2 (struct pair). */
 static void fill_pair(const kowalewski_curve *o, cdd one, cdd two, double out[2])
 {
     out[0] = one.re.hi;
@@ -779,8 +781,8 @@ static void fill_roots(const kowalewski_curve *o, kr_kowalewski_plan *plan)
     plan->one_product = 1.0 / cdd_mul(first, second).re.hi;
 }
 /* Finds the signs of Koetter's square roots, one for each root of phi, one for each arc and one for
- * Z (frame_at), with which his formulas reproduce a state. They are constant during the motion;
- * only one combination should reproduce p, q, r and g3. Returns the error for the best one. */
+ * Z (evaluate_frame). With these signs, which are constant, his formulas should reproduce p, q, r
+ * and g3 of a state. Returns the error of this state for the best combination of signs. */
 static double find_signs(kr_kowalewski_plan *plan, const start_point point[2], const dd state[6])
 {
     arc_point at[2];
@@ -789,7 +791,7 @@ static double find_signs(kr_kowalewski_plan *plan, const start_point point[2], c
                  size = fmax(1.0, v_largest(v3(p, q, r)));
     for (int j = 0; j < 2; j++) {
         const double s = point[j].s, c = point[j].c;
-        at[j] = point_at(&plan->arc[j], plan->pair, (half_angle){s, c, c * c - s * s}, 0.0);
+        at[j] = find_arc_point(&plan->arc[j], plan->pair, (half_angle){s, c, c * c - s * s}, 0.0);
     }
     for (int all = 0; all < 32; all++) {
         for (int i = 0; i < 5; i++) plan->sign[i] = all >> i & 1 ? -1.0 : 1.0;
@@ -801,7 +803,7 @@ static double find_signs(kr_kowalewski_plan *plan, const start_point point[2], c
         best = miss;
         memcpy(sign, plan->sign, sizeof sign);
     }
-    /* For the right sign of Im Z, xi = x^2 + g1 + i g2 has the argument of z^2 conj(Z^2). */
+    /* For the right sign of Im Z, xi = (p + iq)^2 + g1 + i g2 has the argument of (z/Z)^2. */
     const cx x = cx_of(p, q), xi = cx_add(cx_mul(x, x), cx_of(state[3].hi, state[4].hi)),
              z = cx_add(cx_scale(r, x), cx_of(g3, 0.0)),
              Z = cx_of(at[0].plus.v * at[1].plus.v, at[0].minus.v * at[1].minus.v),
@@ -811,7 +813,7 @@ static double find_signs(kr_kowalewski_plan *plan, const start_point point[2], c
     memcpy(plan->sign, sign, sizeof sign);
     return best;
 }
-/* Computes what determines the plan: roots, arcs, series, rates, signs and angles. Returns the
+/* Computes the roots, arcs, series, rates, signs and initial angles for the plan. Returns the
  * reason for a failure, or KR_REFUSAL_NONE. */
 static kr_refusal analyse_curve(const dd start[6], dd l, kowalewski_work *w)
 {
@@ -833,14 +835,14 @@ static kr_refusal analyse_curve(const dd start[6], dd l, kowalewski_work *w)
     for (int j = 0; j < 2; j++) fill_arc(&w->arc[j], &plan->arc[j]);
     start_point point[2];
     dd state[6];
-    const double mismatch = find_start(o, w->arc, w->rate, start, point, state, w->start);
+    const double mismatch = find_initial_angles(o, w->arc, w->rate, start, point, state, w->start);
     const int is_known = mismatch < 1e-13;
     if (is_known && find_signs(plan, point, state) < 1e-6) return KR_REFUSAL_NONE;
     return unresolved                    ? KR_REFUSAL_COINCIDENT
            : !is_known && mismatch < 1.0 ? KR_REFUSAL_SEPARATRIX
                                          : KR_REFUSAL_START;
 }
-/* Returns the number of terms, a multiple of four, after which all are at most `least`. */
+/* Returns a multiple of four after which the terms of `series` series are at most `least`. */
 static int count_terms(const kowalewski_arc arc[2], int series, double least)
 {
     int terms = 4;
@@ -864,8 +866,8 @@ static void fill_series(const kowalewski_arc arc[2], kr_kowalewski_plan *plan)
         }
     }
 }
-/* Fills the table that starts Newton's method. Each entry is found from the one before. */
-static void fill_start_table(kr_kowalewski_plan *plan)
+/* Fills the table of initial values of Newton's method. The search for one starts at another. */
+static void fill_guess_table(kr_kowalewski_plan *plan)
 {
     jacobian unused;
     for (int i = 0; i < STARTS; i++)
@@ -883,15 +885,15 @@ static void fill_start_table(kr_kowalewski_plan *plan)
             for (int n = 0; n < 2; n++) plan->guess[i][j][n] = (float)d[n];
         }
 }
-static double dot_of_nodes(const signed char a[4], const signed char b[4])
+static double dot_nodes(const signed char a[4], const signed char b[4])
 {
     int dot = 0;
     for (int i = 0; i < 4; i++) dot += a[i] * b[i];
     return dot / (127.0 * 127.0);
 }
-/* Fills the table of signs with quaternions that change continuously from node to node. Determines
- * whether they change their sign when an angle grows by two turns. Returns the smallest scalar
- * product of neighbours. */
+/* Fills the table of signs with n * n quaternions. Their signs are such that the scalar products of
+ * neighbours are positive. Determines whether the quaternion changes its sign when y1 or y2 grows
+ * by two turns. Returns the smallest scalar product of neighbours. */
 static double fill_sign_table(kr_kowalewski_plan *plan, int n)
 {
     signed char *const node = (signed char *)(plan->harmonic + plan->terms);
@@ -902,21 +904,20 @@ static double fill_sign_table(kr_kowalewski_plan *plan, int n)
     for (int i = 0; i < n * n; i++) {
         const arc_angle y[2] = {angle[i / n], angle[i % n]};
         const frame_state f = find_frame(plan, y);
-        const kr_quat q = quaternion_of(&f);
+        const kr_quat q = find_quaternion(&f);
         const double part[4] = {q.w, q.x, q.y, q.z};
         signed char *to = node + 4 * i, *before = to - 4 * (i % n > 0 ? 1 : i > 0 ? n : 0);
         for (int k = 0; k < 4; k++)
             to[k] = (signed char)(fabs(part[k]) <= 1.0 ? nearest(127.0 * part[k]) : 0.0);
-        if (dot_of_nodes(before, to) < 0.0)
+        if (dot_nodes(before, to) < 0.0)
             for (int k = 0; k < 4; k++) to[k] = (signed char)-to[k];
     }
     const int corner[2] = {n * (n - 1), n - 1};
-    for (int j = 0; j < 2; j++)
-        plan->half_turns[j] = dot_of_nodes(node + 4 * corner[j], node) < 0.0;
+    for (int j = 0; j < 2; j++) plan->half_turns[j] = dot_nodes(node + 4 * corner[j], node) < 0.0;
     for (int i = 0; i < n * n; i++) {
         const int one = (i + n) % (n * n), two = (i + 1) % n + i / n * n;
-        const double across = dot_of_nodes(node + 4 * i, node + 4 * one),
-                     along = dot_of_nodes(node + 4 * i, node + 4 * two);
+        const double across = dot_nodes(node + 4 * i, node + 4 * one),
+                     along = dot_nodes(node + 4 * i, node + 4 * two);
         least = fmin(least, one < i && plan->half_turns[0] != 0.0 ? -across : across);
         least = fmin(least, two < i && plan->half_turns[1] != 0.0 ? -along : along);
     }
@@ -936,7 +937,7 @@ static double fill_plan(kowalewski_work *w)
         plan->q[j] = dd_sub(arc->q, dd_mul(base, arc->p)).hi;
     }
     fill_series(w->arc, plan);
-    fill_start_table(plan);
+    fill_guess_table(plan);
     plan->fast = plan->k > FAST;
     double least = -1.0;
     for (int n = 16; n <= NODES && !(least > 0.5); n *= 2) least = fill_sign_table(plan, n);
@@ -950,13 +951,13 @@ static double fill_plan(kowalewski_work *w)
     set_initial_phase(&plan->torus.turn[2], dd_of(0.0));
     return least;
 }
-/* Numbers of points on the torus at which a closed form is tested: many if an error at the few
- * points exceeds KR_TORUS_ROUNDING. */
+/* Numbers of points on the torus at which a closed form is tested. MANY_POINTS are tested if an
+ * error at the FEW_POINTS exceeds KR_TORUS_ROUNDING. */
 enum { FEW_POINTS = 16, MANY_POINTS = 64 };
 
-/* Returns the largest difference, over points of the torus, between the closed form after a short
- * time and a Taylor series that starts from the closed form. */
-static double largest_error_on_torus(const kr_kowalewski_plan *plan, int points)
+/* Returns the largest error at points of the torus: the difference between the state of the closed
+ * form a short time later and the state that a Taylor series gives at this time. */
+static double find_largest_error(const kr_kowalewski_plan *plan, int points)
 {
     double miss = 0.0;
     for (int i = 1; i <= points; i++) {
@@ -970,7 +971,7 @@ static double largest_error_on_torus(const kr_kowalewski_plan *plan, int points)
             phase[j] = dd_add(phase[j], dd_times(span, dd_make(p->fast, p->slow)));
         }
         const kr_state later = kowalewski_kernel_at(plan, 0.0, phase);
-        miss = fmax(miss, error_after_span(&kowalewski, now, span, later));
+        miss = fmax(miss, find_taylor_error(&kowalewski, now, span, later));
     }
     return miss;
 }
@@ -988,11 +989,11 @@ static kr_refusal make_plan(void *space, torus_start *start, torus_units *way, d
              beta = cx_mul(cx_of(q.x, q.y), cx_of(at.x, -at.y)), both = cx_add(alpha, beta);
     set_initial_phase(&plan->torus.turn[2], argument_in_turns(both.im, both.re));
     const kr_state now = kowalewski_kernel(plan, 0.0, dd_of(0.0));
-    double error = fmax(error_of_state(now, q, v3(m[0].hi, m[1].hi, m[2].hi)),
-                        largest_error_on_torus(plan, FEW_POINTS));
-    if (error > KR_TORUS_ROUNDING) error = fmax(error, largest_error_on_torus(plan, MANY_POINTS));
+    double error = fmax(find_state_error(now, q, v3(m[0].hi, m[1].hi, m[2].hi)),
+                        find_largest_error(plan, FEW_POINTS));
+    if (error > KR_TORUS_ROUNDING) error = fmax(error, find_largest_error(plan, MANY_POINTS));
     /* The last argument is the effect of errors of the frequencies after 1000 radians. It matters
-     * only near separatrices, where a rounding error of the start changes the motion far more. */
+     * only near separatrices, where rounding the initial state changes the motion far more. */
     *certificate = fmax(fmax(error, KR_TORUS_ROUNDING), 1e3 * w->separatrix);
     return KR_REFUSAL_NONE;
 }

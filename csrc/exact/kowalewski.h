@@ -1,51 +1,51 @@
-/* The closed form of a Kowalewski top, without theta functions. The axes, units and constants are
- * defined in kowalewski.c. Kowalewski's variables w1 and w2 move on arcs, on which w = N/D is a
- * function of an angle x. Landen transformations compute x from an angle y. The torus angles
- *     theta_i = y_i + S_i1(y1) + S_i2(y2)
- * with sine series S grow linearly with time. Newton's method solves these equations for y1 and y2.
- * The state follows from x1 and x2 by the formulas of Koetter (Acta Math. 17 (1893) 209). The heading
- * psi of the body vector C with
- *     C2 - i C1 = (z^2 + 2 q^2 zeta)/2,  C3 = q Re(conj(x) z),
- *     x = p + iq,  z = r x + g3,  zeta = g1 + i g2
+/* States of a Kowalewski top in closed form, without theta functions. kowalewski.c defines the
+ * axes, the units, h, l, k, c, phi and F. The angular velocity (p, q, r) and e3 = (g1, g2, g3) are
+ * in the body frame. Kowalewski's variables w1 and w2 oscillate on real intervals, called arcs. On
+ * an arc, w = N/D is a function of an angle x. Landen transformations compute x from an angle y.
+ * The torus angles theta_i = y_i + S_i1(y1) + S_i2(y2), with sine series S, grow linearly with
+ * time. Newton's method solves these equations for y1 and y2. The state follows from x1 and x2 by
+ * Koetter's formulas (Acta Math. 17 (1893) 209). The heading of a vector is the angle of its
+ * horizontal part. The heading psi of the body vector C with
+ *     C2 - i C1 = (z^2 + 2 q^2 (g1 + i g2))/2,  C3 = q Re((p - iq) z),  z = r (p + iq) + g3
  * is a sum of integrals over one variable each (docs/theory/closed_form.md):
- *     dpsi/dt = sum of l w/(w^2 + c) dw/F over both variables.
- * The heading is the sum of a phase that grows linearly with time, of one sine series for each
- * arc, and of the arguments of factors for poles near the ends of the arcs. */
+ *     dpsi = sum of l w/(w^2 + c) dw/F over both variables.
+ * psi is computed as the sum of a phase that grows linearly with time, of one sine series for each
+ * arc, and of arguments of factors for poles near the ends of the arcs (heading_pole). */
 #ifndef KR_EXACT_KOWALEWSKI_H
 #define KR_EXACT_KOWALEWSKI_H
 #include "math/trig.h"
 #include "torus.h"
 
-/* The roots of phi have the indices 0, 1 and 2, and k and -k have the indices 3 and 4. */
+/* Indices of the branch points of F: 0, 1, 2 for the roots e0, e1, e2 of phi; k and -k. */
 enum { ROOT_K = 3, ROOT_MINUS_K = 4, ROOTS = 5, AT_INFINITY = -1 };
 enum {
     HARMONICS = 1024, /* largest number of terms of a series */
     FOLDS = 12,
-    STARTS = 16, /* number of torus angles in the table that starts Newton's method */
-    NODES = 256  /* largest number of angles of each arc in the table of signs */
+    STARTS = 16, /* values of each torus angle in the table `guess` */
+    NODES = 256  /* largest number of values of y1 or y2 in the table of signs */
 };
 
 /* A Landen transformation with the modulus m. */
 typedef struct kr_fold {
     double m, rest;   /* m, 1 - m */
-    double crosswise; /* 1 if it moves singularities near pi/2, not 0 or pi */
+    double crosswise; /* 1 if it removes singularities with Re x = pi/2, not 0 or pi */
 } kr_fold;
-/* An arc: N = A sin^2 + B cos^2 and D = C sin^2 + cos^2 of x/2. For a real root e, and a sign
- * `way` that makes the value positive on the arc, way * (N - e D) = a sin^2 + b cos^2. */
+/* An arc: N = A sin^2 + B cos^2 and D = C sin^2 + cos^2 of x/2. For a real branch point e, way * (N
+ * - e D) = a sin^2 + b cos^2 of x/2. The sign `way` makes this positive on the arc. */
 typedef struct kr_kowalewski_arc {
     double A, B, C;
     double a[ROOTS], b[ROOTS], root_a[ROOTS], root_b[ROOTS]; /* and square roots of a and b */
     double scale; /* dw/F = scale D dx / (product of the square roots of all way * (N - e D)) */
-    /* For complex roots e, way * (N - e D) = half * (center[0] - cos x) - center[1] + i im D. */
+    /* For complex e1, way * (N - e1 D) = half * (center[0] - cos x) - center[1] + i im D. */
     double half, center[2], im;
-    /* The poles w of the heading, which satisfy w^2 = -c. For those next to the arc, the square
-     * roots of a and b; if both poles are real, a and b of each. */
+    /* Poles of the heading's integrand, w = +-sqrt(-c), N - w D = a sin^2 + b cos^2. Square roots
+     * of a and b for poles next to the arc; a and b of both poles, if real. */
     double pole_a[2], pole_b[2], both_a[2], both_b[2];
     int poles, low, high, folds;
     kr_fold fold[FOLDS]; /* from x to y */
 } kr_kowalewski_arc;
-/* The coefficients of sin(k y1) and sin(k y2): in theta1 and then in theta2 [rad], and in half of
- * the heading [turns], to which two zeros are appended as padding. */
+/* The coefficients of sin(k y1) and sin(k y2) for one k: first in theta1, then in theta2 [rad]; in
+ * half of the heading [turns], followed by two zeros as padding. */
 typedef struct kr_harmonic {
     double angle[4], heading[4];
 } kr_harmonic;
@@ -54,7 +54,7 @@ typedef struct kr_kowalewski_plan {
     kr_torus torus; /* its phases are theta1/2, theta2/2 and half of the heading */
     double l, c, k;
     /* Koetter's constants for the roots e1 and e2 of phi: A^2 = 2 (e + h), B^2 = e^2 + c, A B = l.
-     * The two elements belong to e1 and e2, or are real and imaginary parts for complex e1. */
+     * The two elements belong to e1 and e2. For complex e1, they are real and imaginary parts. */
     double A[2], B[2], A0, B0; /* A0, B0: the same for e0 */
     double A_square[2], B_square[2];
     double sum, apart, middle;     /* e1 + e2, e1 - e2 (or 2 Im e1), e0 - sum/2 */
@@ -62,16 +62,16 @@ typedef struct kr_kowalewski_plan {
     double sign[6];       /* of Koetter's square roots: for e0, for e1 and e2, for each arc; of Z */
     double half_turns[2]; /* 1 if the quaternion changes sign when theta grows by 4 pi */
     int pair, fast;       /* 1 if e1 and e2 are complex; 1 if derivatives are always needed */
-    double p[2], q[2];    /* averages of dw/F and (w - w0) dw/F on the arcs, w0 between them */
-    int some_terms, terms;          /* numbers of terms: in steps of Newton's method, and of all */
+    double p[2], q[2];    /* averages of dw/F and (w - w0) dw/F on the arcs; w0: between the arcs */
+    int some_terms, terms;          /* numbers of terms: in most Newton steps, and in all */
     float guess[STARTS][STARTS][2]; /* y1 - theta1 and y2 - theta2 at equidistant theta1, theta2 */
     kr_kowalewski_arc arc[2];
     int nodes; /* number of angles of each arc in the table of signs, a power of two */
     /* The harmonics, and after them the table of signs (kr_kowalewski_nodes). */
     kr_harmonic harmonic[HARMONICS + NODES * NODES / 16];
 } kr_kowalewski_plan;
-/* Returns the table of signs: for nodes * nodes pairs of angles y1 and y2 within two turns each, a
- * quaternion without the phase and series of the heading, times 127. */
+/* Returns the table that fixes the signs of quaternions: for nodes * nodes pairs of y1 and y2
+ * within two turns each, 127 times the quaternion without the phase and series of the heading. */
 static inline const signed char *kr_kowalewski_nodes(const kr_kowalewski_plan *plan)
 {
     return (const signed char *)(plan->harmonic + plan->terms);
@@ -86,7 +86,7 @@ static inline const signed char *kr_kowalewski_nodes(const kr_kowalewski_plan *p
 #  define LANES_OF_SERIES 2
 #endif
 enum { NEWTON_STEPS = 14, LAST_STEPS = 3, SEARCH_STEPS = 1000 };
-/* The cube of a small step is negligible. */
+/* The cube of a step [rad] below this limit is negligible in double precision. */
 #define SMALL_STEP 3e-6
 
 /* An angle y of an arc [turns], and its sine and cosine. */
@@ -95,13 +95,13 @@ typedef struct arc_angle {
     wide s, c;
 } arc_angle;
 
-/* Terms of consecutive series of a kr_harmonic. If there are many times, each lane is a time, and a
- * vector belongs to one series. If there is a single time, each lane is a series. */
+/* Coefficients or sums of series of a kr_harmonic. For states at many times, each lane is a time,
+ * and the vector belongs to one series. For a single state, each lane is a series. */
 #if defined KR_EXACT_LANES || LANES_OF_SERIES == 1
 typedef wide series_group;
 enum { GROUP = 1 };
 INLINE series_group load_series(const double *p) { return wide_splat(*p); }
-/* Returns the values of the arcs to which the series from index i on belong. */
+/* Returns `one` or `two` for each series from index i on: the value for its arc. */
 INLINE series_group choose_by_arc(int i, wide one, wide two) { return i % 2 ? two : one; }
 #else
 typedef double series_group __attribute__((vector_size(8 * LANES_OF_SERIES)));
@@ -124,11 +124,11 @@ INLINE series_group choose_by_arc(int i, wide one, wide two)
 }
 #endif
 
-/* The sines and cosines of the multiples of an angle up to 4. */
+/* The sines s[k] and cosines c[k] of the multiples k = 1, 2, 3, 4 of an angle. */
 typedef struct multiples {
     series_group s[5], c[5];
 } multiples;
-INLINE multiples sines_of_multiples(series_group s, series_group c)
+INLINE multiples find_multiples(series_group s, series_group c)
 {
     multiples m;
     m.s[1] = s, m.c[1] = c;
@@ -137,8 +137,8 @@ INLINE multiples sines_of_multiples(series_group s, series_group c)
     m.s[4] = 2.0 * (m.s[2] * m.c[2]), m.c[4] = (m.c[2] - m.s[2]) * (m.c[2] + m.s[2]);
     return m;
 }
-/* Returns the sum of the first n terms of a sine series. Clenshaw's recurrence is applied to every
- * fourth term, because the four recurrences do not wait for each other. */
+/* Returns the sum of the first n terms of a sine series; n is a multiple of 4. Clenshaw's
+ * recurrence is applied to every fourth term, because the four recurrences are independent. */
 INLINE series_group sum_sines(const double *first, int n, const multiples *m)
 {
     const int row = sizeof(kr_harmonic) / sizeof(double);
@@ -153,19 +153,19 @@ INLINE series_group sum_sines(const double *first, int n, const multiples *m)
     return ((m->s[1] * b[0] + m->s[3] * next[0]) + m->s[2] * (b[1] + next[1])) +
            ((m->s[3] * b[2] + m->s[1] * next[2]) + m->s[4] * b[3]);
 }
-/* Writes the sums of `count` series at y. `first` points to their coefficients of sin y1 and sin y2
- * in the plan. */
+/* Writes the sums of `count` sine series at the angles y. `first` points to the coefficients of sin
+ * y1 and sin y2 of these series in the plan. */
 INLINE void sum_sine_series(const kr_kowalewski_plan *plan, const double *first, int count,
                             const arc_angle y[2], wide value[4])
 {
     for (int at = 0; at < count; at += GROUP) {
-        const multiples m = sines_of_multiples(choose_by_arc(at, y[0].s, y[1].s),
-                                               choose_by_arc(at, y[0].c, y[1].c));
+        const multiples m =
+            find_multiples(choose_by_arc(at, y[0].s, y[1].s), choose_by_arc(at, y[0].c, y[1].c));
         const series_group sum = sum_sines(first + at, plan->terms, &m);
         memcpy(&value[at], &sum, sizeof sum);
     }
 }
-/* The sine series of the torus angles, as in kr_harmonic, and their first two derivatives. */
+/* The sums of the series S_11, S_12, S_21 and S_22, and of their first two derivatives. */
 typedef struct angle_series {
     wide value[4], slope[4], bend[4];
 } angle_series;
@@ -176,7 +176,7 @@ INLINE angle_series sum_angle_derivatives(const kr_harmonic *harmonic, int n, co
         const series_group s = choose_by_arc(at, y[0].s, y[1].s),
                            c = choose_by_arc(at, y[0].c, y[1].c), twice = 2.0 * (c * c - s * s),
                            zero = s - s;
-        /* recurrences for odd and even terms of each series, and the values before */
+        /* b: recurrences for odd and even terms of each series; next: their previous values */
         series_group b[3][2], next[3][2];
         for (int i = 0; i < 6; i++) b[i / 2][i % 2] = next[i / 2][i % 2] = zero;
         for (int k = n - 1; k > 0; k -= 2) /* the terms k and k + 1 */
@@ -222,7 +222,7 @@ static inline void cubic_weights(double x, double out[4])
     out[2] = -0.5 * a * (x * c);
     out[3] = (1.0 / 6.0) * a * (x * b);
 }
-/* Interpolates y - theta [rad] in the table of the plan, for angles theta in turns. */
+/* Interpolates d = y - theta [rad] in the table `guess`, for angles theta in turns. */
 INLINE void guess_angles(const kr_kowalewski_plan *plan, const dd theta[2], wide d[2])
 {
     double angle[2][LANES], out[2][LANES];
@@ -250,11 +250,11 @@ INLINE void guess_angles(const kr_kowalewski_plan *plan, const dd theta[2], wide
     }
     for (int j = 0; j < 2; j++) d[j] = wide_load(out[j]);
 }
-/* The inverse of the Jacobian of theta by y. */
+/* The rows of the inverse of the Jacobian matrix d theta_i / d y_j. */
 typedef struct jacobian {
     wide one[2], two[2];
 } jacobian;
-/* Computes the inverse of the Jacobian at y + step, to first order in the step. */
+/* Returns the inverse Jacobian at y + step, to first order in the step, for the series at y. */
 INLINE jacobian invert_jacobian(const angle_series *series, wide step_1, wide step_2)
 {
     const wide a = 1.0 + (series->slope[0] + step_1 * series->bend[0]),
@@ -263,9 +263,9 @@ INLINE jacobian invert_jacobian(const angle_series *series, wide step_1, wide st
                e = 1.0 + (series->slope[3] + step_2 * series->bend[3]), n = 1.0 / (a * e - b * c);
     return (jacobian){{e * n, -b * n}, {-c * n, a * n}};
 }
-/* Computes a step of Chebyshev's method from y = theta + d, which is at most one radian. This is
- * Newton's method with a correction for the second derivatives. Writes the inverse Jacobian after
- * the step. Returns the size of the step without the correction. */
+/* Computes the step [rad], at most 1, that is to be subtracted from y = theta + d: a step of
+ * Newton's method with Chebyshev's correction for the second derivatives. Writes the inverse
+ * Jacobian after the step to `after`. Returns the size of the step without the correction. */
 INLINE wide newton_step(const kr_kowalewski_plan *plan, int terms, const arc_angle y[2],
                         const wide d[2], jacobian *after, wide step[2])
 {
@@ -292,8 +292,8 @@ INLINE wide newton_step(const kr_kowalewski_plan *plan, int terms, const arc_ang
     *after = invert_jacobian(&series, -step[0], -step[1]);
     return size;
 }
-/* Sets the angles y to theta + d after a step. In the lanes of `are_small`, the step is below
- * SMALL_STEP, and a Taylor polynomial updates the sine and the cosine. */
+/* Sets the angles y to theta + d, after `step` was subtracted from d. In the lanes of `are_small`,
+ * the step is below SMALL_STEP, and a Taylor polynomial updates the sine and the cosine. */
 INLINE void move_angles(const dd theta[2], const wide d[2], const wide step[2], mask are_small,
                         arc_angle y[2])
 {
@@ -311,24 +311,24 @@ INLINE void move_angles(const dd theta[2], const wide d[2], const wide step[2], 
         }
     }
 }
-/* Returns the middle of an interval if x, a step of Newton's method, lies outside. */
+/* Returns x, or the middle of the interval from `low` to `high` if x lies outside. */
 INLINE wide bisect_if_outside(wide x, wide low, wide high)
 {
     const mask is_inside = mask_and(wide_at_most(low, x), wide_at_most(x, high));
     return wide_choose(is_inside, x, 0.5 * (low + high));
 }
-/* Writes y - theta [rad] in the lanes that are not in `found`, by two nested searches.
+/* Writes d = y - theta [rad] in the lanes that are not in `found`, by two nested searches.
  *
- * If the arcs nearly touch, the Jacobian is almost singular, and Newton's method may fail. Let P
- * and Q be the errors of p1 theta1 - p2 theta2 and of q1 theta1 - q2 theta2, with the averages p
- * and q of kr_kowalewski_plan. Both are sums of a function of y1 and a function of y2. For any y2,
- * P grows with y1. Along the line P = 0, Q grows with y2, at the rate w1 - w2 > 0. Each step moves
- * y1 towards this line. If this step is negligible, y2 also moves. */
+ * If the arcs nearly touch, the Jacobian is almost singular, and Newton's method may fail. With the
+ * averages p and q of kr_kowalewski_plan, let P and Q be the errors of p1 theta1 - p2 theta2 and of
+ * q1 theta1 - q2 theta2 for given y. Both are sums of a function of y1 and a function of y2. For
+ * any y2, P grows with y1. Along the curve P = 0, Q grows with y2, because w1 > w2. Each step moves
+ * y1 towards this curve. If this step is negligible, y2 also moves, towards Q = 0. */
 APART void search_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], mask found,
                              wide d[2])
 {
     const wide zero = wide_splat(0.0), least = wide_splat(1e-15);
-    double bound[2] = {0.5, 0.5}; /* of |y - theta|, a little enlarged */
+    double bound[2] = {0.5, 0.5}; /* of |y - theta| [rad], with a margin */
     for (int k = 0; k < 4 * plan->terms; k++)
         bound[k % 4 / 2] += fabs(plan->harmonic[k / 4].angle[k % 4]);
     bound[0] += 2.0 * plan->p[1] / plan->p[0] * bound[1];
@@ -364,9 +364,9 @@ APART void search_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], 
         found = mask_or(found, mask_and(is_on_line, wide_at_most(wide_abs(step), least)));
     }
 }
-/* Writes y1 and y2 for the angles theta, in turns between -1 and 1. Newton's method starts at values
- * interpolated in a table. All steps but the last ones use only the largest terms of the sine
- * series, and take their second derivatives into account. */
+/* Writes y1 and y2 for torus angles theta, in turns between -1 and 1. Newton's method starts at
+ * values interpolated in a table. All steps but the last ones use only the largest terms of the
+ * sine series, and include a correction for their second derivatives. */
 INLINE void find_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], arc_angle y[2])
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0);
@@ -386,7 +386,7 @@ INLINE void find_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], a
             d[j] = wide_choose(moves, d[j] - step[j], d[j]);
             y[j] = angle_plus_radians(theta[j], d[j]);
         }
-        /* The error of the step is about the cube of its size. */
+        /* The error after the step is about the cube of the size of the step. */
         near = mask_or(near, wide_less(size, wide_splat(2e-3)));
     }
     for (int i = 0; i < LAST_STEPS && !mask_all(mask_or(found, mask_not(near))); i++) {
@@ -410,20 +410,19 @@ INLINE void find_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], a
     }
 }
 
-/* The state for the angles of both arcs.
+/* The state for the angles x1 and x2 by Koetter's formulas (Acta Math. 17 (1893) 209).
  *
- * On each arc, let g_i be the square root of way * (N - e_i D), h that of way * (k^2 D^2 -
- * N^2), and d that of D. Upper indices 1 and 2 denote the arc. With the divided differences
- * f[] = f[e0, e1, e2] over the roots of phi, A^2 = 2 (e + h), B^2 = e^2 + c, A B = l and the signs of
- * kr_kowalewski_plan,
+ * On each arc, let g_i be the square root of way * (N - e_i D) (kr_kowalewski_arc), d that of D,
+ * and h1 or h2 that of |k^2 D^2 - N^2|. Upper indices of g and indices of d, N and D denote the
+ * arc. Let f[] be the divided difference f[e0, e1, e2] over the roots of phi. With A(e)^2 = 2 (e +
+ * h), B(e)^2 = e^2 + c, A B = l and the signs of kr_kowalewski_plan,
  *     a = (A G)[],  p = -(B G)[]/a,  q = -d1 d2/a,  G = g^1 g^2,
  *     r = sqrt2 (A V)[]/(a Dl),  g3 = sqrt2 (B V)[]/(a Dl),  Dl = N1 D2 - N2 D1,
- *     V_i = d2 h1 g_i^1 g_j^2 g_k^2 - d1 h2 g_i^2 g_j^1 g_k^1
- * (Koetter, Acta Math. 17 (1893) 209). Each divided difference has two formulas, of which at
- * least one is accurate. If the formula for g1, g2 or r loses digits to cancellation, this
- * component is computed from time derivatives instead. All quantities are therefore pairs of a
- * value and its time derivative (struct dual). */
-/* A quantity and its derivative by time. */
+ *     V_i = d2 h1 g_i^1 g_j^2 g_k^2 - d1 h2 g_i^2 g_j^1 g_k^1  for (i, j, k) = (0, 1, 2) and so on.
+ * Each divided difference has two formulas, of which at least one is accurate. If the formula for
+ * g1, g2 or r loses digits to cancellation, this component is computed from time derivatives. For
+ * this purpose, each quantity is a pair of a value and its time derivative (struct dual). */
+/* A quantity v and its time derivative d. */
 typedef struct dual {
     wide v, d;
 } dual;
@@ -475,8 +474,7 @@ INLINE dual pair_product(int complex, pair a)
                    : dual_mul(a.one, a.two);
 }
 /* Returns the divided difference (f1 - f2)/(e1 - e2), as `square` / (f1 + f2) if this is more
- * accurate. `square` is (f1^2 - f2^2)/(e1 - e2), and `terms` is the sum of the magnitudes of its
- * terms. */
+ * accurate. `square` is (f1^2 - f2^2)/(e1 - e2), and `terms` sums the magnitudes of its terms. */
 INLINE dual first_difference(const kr_kowalewski_plan *plan, int complex, pair f, dual square,
                              wide terms)
 {
@@ -489,7 +487,7 @@ INLINE dual first_difference(const kr_kowalewski_plan *plan, int complex, pair f
     return dual_of(wide_choose(better, other.v, plain.v), wide_choose(better, other.d, plain.d));
 }
 
-/* The position on an arc: sine and cosine of x/2, and cosine of x. */
+/* A position on an arc: the sine s and the cosine c of x/2, and the cosine of x. */
 typedef struct half_angle {
     wide s, c, cosine;
 } half_angle;
@@ -507,7 +505,7 @@ INLINE half_angle find_half_angle(const kr_kowalewski_arc *arc, const arc_angle 
         s = crosswise ? first : second;
         c = crosswise ? second : first;
     }
-    /* The signs change if y is moved by a whole turn. */
+    /* s and c change their signs if y grows by a whole turn. */
     const wide whole = nearest(y->turns.hi + y->turns.lo),
                rest = (y->turns.hi - whole) + y->turns.lo,
                odd = wide_abs(whole - 2.0 * nearest(0.5 * whole)), sign = 1.0 - 2.0 * odd;
@@ -520,13 +518,13 @@ INLINE half_angle find_half_angle(const kr_kowalewski_arc *arc, const arc_angle 
     r.cosine = c;
     return r;
 }
-/* The quantities of an arc in Koetter's formulas, and the square roots for k - w and w + k. */
+/* Quantities of Koetter's formulas on an arc. minus, plus: square roots of |kD - N|, |kD + N|. */
 typedef struct arc_point {
     dual N, D, d, g0, h, minus, plus;
     pair g;
 } arc_point;
-/* Returns the root of way * (N - e D) for the real branch point i. `rate` is dx/dt. */
-INLINE dual root_at(const kr_kowalewski_arc *arc, int i, half_angle x, wide rate)
+/* Returns the square root of way * (N - e D) for the real branch point e = e_i; `rate` is dx/dt. */
+INLINE dual find_real_factor_root(const kr_kowalewski_arc *arc, int i, half_angle x, wide rate)
 {
     const wide half = 0.5 * rate;
     if (i == arc->low) return dual_of(arc->root_b[i] * x.c, -half * x.s * arc->root_b[i]);
@@ -535,9 +533,9 @@ INLINE dual root_at(const kr_kowalewski_arc *arc, int i, half_angle x, wide rate
                root = wide_sqrt(wide_max(square, wide_splat(0.0)));
     return dual_of(root, (arc->a[i] - arc->b[i]) * (x.s * x.c) * half / root);
 }
-/* Returns the square root of way * (N - e1 D) for complex roots, with positive real part. Near
- * roots that are close to the arc, N - e D is computed without cancellation. */
-INLINE pair complex_root_at(const kr_kowalewski_arc *arc, half_angle x, dual D, wide rate)
+/* Returns the square root of way * (N - e1 D) for complex e1, with positive real part. The formula
+ * has no cancellation if e1 is close to the arc. */
+INLINE pair find_complex_factor_root(const kr_kowalewski_arc *arc, half_angle x, dual D, wide rate)
 {
     const wide zero = wide_splat(0.0),
                re = arc->half * (arc->center[0] - x.cosine) - arc->center[1], im = arc->im * D.v,
@@ -551,7 +549,7 @@ INLINE pair complex_root_at(const kr_kowalewski_arc *arc, half_angle x, dual D, 
     return (pair){dual_of(u, (re_rate * u + im_rate * v) * n),
                   dual_of(v, (im_rate * u - re_rate * v) * n)};
 }
-INLINE arc_point point_at(const kr_kowalewski_arc *arc, int complex, half_angle x, wide rate)
+INLINE arc_point find_arc_point(const kr_kowalewski_arc *arc, int complex, half_angle x, wide rate)
 {
     const wide ss = x.s * x.s, cc = x.c * x.c, sc = x.s * x.c * rate;
     arc_point r;
@@ -563,18 +561,19 @@ INLINE arc_point point_at(const kr_kowalewski_arc *arc, int complex, half_angle 
         const wide d = wide_sqrt(r.D.v);
         r.d = dual_of(d, 0.5 * r.D.d / d);
     }
-    r.minus = root_at(arc, ROOT_K, x, rate);
-    r.plus = root_at(arc, ROOT_MINUS_K, x, rate);
+    r.minus = find_real_factor_root(arc, ROOT_K, x, rate);
+    r.plus = find_real_factor_root(arc, ROOT_MINUS_K, x, rate);
     r.h = dual_mul(r.minus, r.plus);
-    r.g0 = root_at(arc, 0, x, rate);
+    r.g0 = find_real_factor_root(arc, 0, x, rate);
     if (complex)
-        r.g = complex_root_at(arc, x, r.D, rate);
+        r.g = find_complex_factor_root(arc, x, r.D, rate);
     else
-        r.g.one = root_at(arc, 1, x, rate), r.g.two = root_at(arc, 2, x, rate);
+        r.g.one = find_real_factor_root(arc, 1, x, rate),
+        r.g.two = find_real_factor_root(arc, 2, x, rate);
     return r;
 }
-/* Returns D R, where dw/F = D R dx, divided by D. */
-INLINE wide density_at(const kr_kowalewski_arc *arc, int complex, const arc_point *at)
+/* Returns R, where dw/F = D R dx. */
+INLINE wide find_arc_density(const kr_kowalewski_arc *arc, int complex, const arc_point *at)
 {
     wide product = arc->low == AT_INFINITY ? wide_splat(1.0) : at->d.v;
     if (arc->low != 0 && arc->high != 0) product = product * at->g0.v;
@@ -624,10 +623,10 @@ INLINE dual second_difference_of_FG(const kr_kowalewski_plan *plan, int complex,
                              first_difference(plan, complex, f, square, terms),
                              pair_sum(complex, f));
 }
-/* Returns the second divided difference (F V)[e0, e1, e2]. Writes the sum of the magnitudes of
- * the terms of (F V)[e1, e2] to `size`. */
-INLINE dual second_difference_of_V(const kr_kowalewski_plan *plan, int complex,
-                                   const koetter_terms *t, const koetter_products *k, wide *size)
+/* Returns the divided difference (F V)[e0, e1, e2]. Writes the sum of the magnitudes of the terms
+ * of (F V)[e1, e2] to `size`. */
+INLINE dual second_difference_of_FV(const kr_kowalewski_plan *plan, int complex,
+                                    const koetter_terms *t, const koetter_products *k, wide *size)
 {
     const pair X = pair_mul(complex, t->F, k->X), Y = pair_mul(complex, t->F, k->Y),
                UW = pair_mul(complex, k->U, pair_swap(complex, k->W)),
@@ -644,7 +643,8 @@ INLINE dual second_difference_of_V(const kr_kowalewski_plan *plan, int complex,
         plan, dual_scale(t->F0, k->V0), dual_sub(x, y),
         dual_sub(dual_mul(k->x, pair_sum(complex, X)), dual_mul(k->y, pair_sum(complex, Y))));
 }
-INLINE dual numerator_of_difference(const arc_point *one, const arc_point *two)
+/* Returns Dl = N1 D2 - N2 D1, the numerator of w1 - w2. */
+INLINE dual find_difference_numerator(const arc_point *one, const arc_point *two)
 {
     return dual_add(dual_mul(dual_mul(one->g0, one->g0), two->D),
                     dual_mul(dual_mul(two->g0, two->g0), one->D));
@@ -669,14 +669,14 @@ INLINE koetter_state evaluate_koetter(const kr_kowalewski_plan *plan, int comple
     k.V0 = dual_scale(sign[1] * sign[2], dual_sub(up, down));
     k.x = dual_scale(sign[0], dual_mul(H1, two->g0));
     k.y = dual_scale(sign[0], dual_mul(H2, one->g0));
-    k.Dl = numerator_of_difference(one, two);
+    k.Dl = find_difference_numerator(one, two);
     wide size, unused;
     koetter_state s;
     s.a = second_difference_of_FG(plan, complex, &A, &k, one->D, two->D);
     const dual b = second_difference_of_FG(plan, complex, &B, &k, one->D, two->D),
                under = dual_mul(s.a, k.Dl),
-               v = second_difference_of_V(plan, complex, &A, &k, &size),
-               u = second_difference_of_V(plan, complex, &B, &k, &unused);
+               v = second_difference_of_FV(plan, complex, &A, &k, &size),
+               u = second_difference_of_FV(plan, complex, &B, &k, &unused);
     s.p = dual_quotient(dual_scale(-1.0, b), s.a);
     s.q = dual_quotient(dual_scale(-1.0, dual_mul(one->d, two->d)), s.a);
     s.r = dual_quotient(dual_scale(sqrt2, v), under);
@@ -691,9 +691,9 @@ INLINE koetter_state evaluate_koetter(const kr_kowalewski_plan *plan, int comple
 typedef struct body_state {
     wide p, q, r, g1, g2, g3;
 } body_state;
-/* A body-fixed vector with a known heading: its horizontal part, the squared length of this
- * part, and the square of the size of its terms. The heading is the argument of re + i im, up
- * to rotations that are the same for all these vectors. */
+/* The vector C, B or V, whose heading is known: its horizontal part (x, y, z) in the body frame,
+ * the squared length of this part, and the squared sum of the magnitudes of its terms. The heading
+ * is psi plus the argument of re + i im. */
 typedef struct heading_vector {
     wide x, y, z, square, terms, re, im;
 } heading_vector;
@@ -711,7 +711,7 @@ INLINE void keep_better_vector(heading_vector *best, const heading_vector *v)
 {
     take_lanes(best, v, sizeof *v, wide_less(best->square * v->terms, v->square * best->terms));
 }
-INLINE heading_vector vector_C(const body_state *b, wide S, wide S_terms)
+INLINE heading_vector find_vector_C(const body_state *b, wide S, wide S_terms)
 {
     const wide Q2 = b->q * b->q, Q = wide_abs(b->q), R = wide_abs(b->r), P = wide_abs(b->p);
     heading_vector v;
@@ -727,10 +727,10 @@ INLINE heading_vector vector_C(const body_state *b, wide S, wide S_terms)
 /* Returns the vector B, which replaces C where C is nearly vertical (fast tops, small l):
  *     B = S (-r g2, r g1 - 2 p g3, 2 p g2) + q (-2 (g2^2 + 2 p (p g1 + q g2)), 2 (g1 g2 - q l),
  *         -r (l + 2 p g1)),   S = Re z.
- * The heading of B is that of C minus the sum of the arguments of l (k^2 - w^2) + i F. */
-INLINE heading_vector vector_B(const kr_kowalewski_plan *plan, int complex, const body_state *b,
-                               wide S, wide S_terms, const arc_point *one, const arc_point *two,
-                               wide a)
+ * The heading of B is psi minus the sum over both w of the arguments of l (k^2 - w^2) + i F(w). */
+INLINE heading_vector find_vector_B(const kr_kowalewski_plan *plan, int complex,
+                                    const body_state *b, wide S, wide S_terms, const arc_point *one,
+                                    const arc_point *two, wide a)
 {
     const double l = plan->l, sqrt2 = 1.41421356237309504880;
     const wide p2 = 2.0 * b->p, g22 = b->g2 * b->g2;
@@ -752,13 +752,13 @@ INLINE heading_vector vector_B(const kr_kowalewski_plan *plan, int complex, cons
     v.im = side * (u1 * F2 + u2 * F1);
     return v;
 }
-/* Returns the time derivative of C in the space frame, V = C' + omega x C. V replaces C where C
- * and B are both nearly vertical. Let rho be the length of the horizontal part of C, with rho^2
- * = K1 K2/a^4 and K = N^2 + c D^2. The horizontal part of V is the complex number (rho' + i rho
- * psi') exp(i psi). */
-INLINE heading_vector vector_V(const kr_kowalewski_plan *plan, const koetter_state *s,
-                               const body_state *b, wide S, const arc_point *one,
-                               const arc_point *two, const half_angle x[2], const wide rate[2])
+/* Returns the time derivative of C in the space frame, V = C' + omega x C. V replaces C where C and
+ * B are nearly vertical. Let rho be the length of the horizontal part of C: rho^2 = K1 K2/a^4,
+ * where K = N^2 + c D^2 on each arc. The horizontal part of V is (rho' + i rho psi') exp(i psi) as
+ * a complex number. */
+INLINE heading_vector find_vector_V(const kr_kowalewski_plan *plan, const koetter_state *s,
+                                    const body_state *b, wide S, const arc_point *one,
+                                    const arc_point *two, const half_angle x[2], const wide rate[2])
 {
     const wide P = b->p, Q = b->q, R = b->r, g1 = b->g1, g2 = b->g2, Pd = s->p.d, Qd = s->q.d,
                Rd = g2, Sd = (g1 * Q - g2 * P) + Pd * R + P * Rd, g1d = g2 * R - b->g3 * Q,
@@ -801,8 +801,8 @@ INLINE heading_vector vector_V(const kr_kowalewski_plan *plan, const koetter_sta
     return v;
 }
 
-/* The axes of space in the body frame, as rows of a rotation matrix, without the phase and series of
- * the heading; the angular velocity. */
+/* The axes of space in the body frame, as rows of a rotation matrix, and the angular velocity. The
+ * matrix does not include the phase and the sine series of the heading. */
 typedef struct frame_state {
     wide row[3][3];
     wide p, q, r;
@@ -810,8 +810,8 @@ typedef struct frame_state {
 /* Computes the axes of space and the angular velocity in the body frame at the angles y. If
  * `derive` is 0, sets `again` in the lanes in which a result loses digits to cancellation.
  * These lanes must be computed again with `derive` = 1. */
-INLINE frame_state frame_at(const kr_kowalewski_plan *plan, int complex, int derive,
-                            const arc_angle y[2], mask *again)
+INLINE frame_state evaluate_frame(const kr_kowalewski_plan *plan, int complex, int derive,
+                                  const arc_angle y[2], mask *again)
 {
     const wide zero = wide_splat(0.0);
     half_angle x[2];
@@ -819,14 +819,14 @@ INLINE frame_state frame_at(const kr_kowalewski_plan *plan, int complex, int der
     arc_point one, two;
     for (int j = 0; j < 2; j++) x[j] = find_half_angle(&plan->arc[j], &y[j]);
     if (derive) { /* dw/F = D R dx, so that x1' = D2/(Dl R1) and x2' = D1/(Dl R2) */
-        one = point_at(&plan->arc[0], complex, x[0], zero);
-        two = point_at(&plan->arc[1], complex, x[1], zero);
-        const wide Dl = numerator_of_difference(&one, &two).v;
-        rate[0] = two.D.v / (Dl * density_at(&plan->arc[0], complex, &one));
-        rate[1] = one.D.v / (Dl * density_at(&plan->arc[1], complex, &two));
+        one = find_arc_point(&plan->arc[0], complex, x[0], zero);
+        two = find_arc_point(&plan->arc[1], complex, x[1], zero);
+        const wide Dl = find_difference_numerator(&one, &two).v;
+        rate[0] = two.D.v / (Dl * find_arc_density(&plan->arc[0], complex, &one));
+        rate[1] = one.D.v / (Dl * find_arc_density(&plan->arc[1], complex, &two));
     }
-    one = point_at(&plan->arc[0], complex, x[0], rate[0]);
-    two = point_at(&plan->arc[1], complex, x[1], rate[1]);
+    one = find_arc_point(&plan->arc[0], complex, x[0], rate[0]);
+    two = find_arc_point(&plan->arc[1], complex, x[1], rate[1]);
     const koetter_state s = evaluate_koetter(plan, complex, &one, &two);
     const wide P = s.p.v, Q = s.q.v, g3 = s.g3.v;
     wide R = s.r.v;
@@ -834,8 +834,8 @@ INLINE frame_state frame_at(const kr_kowalewski_plan *plan, int complex, int der
     if (derive)
         R = wide_choose(mask_and(is_lost, wide_less(wide_splat(0.3), wide_abs(Q))), 2.0 * s.p.d / Q,
                         R);
-    /* zeta = xi - x^2. The square root of xi is z/conj(Z) up to its size, with Z = Z1 + i Z2,
-     * Z1^2 = q^2 (w1 + k)(-k - w2), Z2^2 = q^2 (k - w1)(k - w2). */
+    /* xi = (p + iq)^2 + g1 + i g2 has the absolute value k and the argument of (z/Z)^2, with Z = Z1
+     * + i Z2, Z1^2 = q^2 (w1 + k)(-k - w2), Z2^2 = q^2 (k - w1)(k - w2). */
     const wide S = derive ? -2.0 * s.q.d : g3 + P * s.r.v; /* Re z */
     const wide Z1 = one.plus.v * two.plus.v, Z2 = plan->sign[5] * one.minus.v * two.minus.v;
     const wide Z_re = (Z1 - Z2) * (Z1 + Z2), Z_im = 2.0 * Z1 * Z2, z_re = S, z_im = R * Q,
@@ -848,19 +848,19 @@ INLINE frame_state frame_at(const kr_kowalewski_plan *plan, int complex, int der
                there = (fabs(plan->l) + wide_abs(R * g3) + size) / size,
                here = derive ? plan->k + square : plan->k * lost + plan->k + square;
     body_state b = {P, Q, R, xi_re * unit - (P - Q) * (P + Q), xi_im * unit - 2.0 * P * Q, g3};
-    if (derive) { /* conj(x) zeta = (l - r g3)/2 - i g3' */
+    if (derive) { /* (p - iq)(g1 + i g2) = (l - r g3)/2 - i g3' */
         const mask better = wide_less(there, here);
         const wide n = 1.0 / square, re = 0.5 * (plan->l - R * g3), im = -s.g3.d;
         b.g1 = wide_choose(better, (P * re - Q * im) * n, b.g1);
         b.g2 = wide_choose(better, (P * im + Q * re) * n, b.g2);
     }
     const wide S_terms = derive ? wide_abs(S) : wide_abs(R * P) + wide_abs(g3);
-    heading_vector best = vector_C(&b, S, S_terms);
-    const heading_vector B = vector_B(plan, complex, &b, S, S_terms, &one, &two, s.a.v);
+    heading_vector best = find_vector_C(&b, S, S_terms);
+    const heading_vector B = find_vector_B(plan, complex, &b, S, S_terms, &one, &two, s.a.v);
     keep_better_vector(&best, &B);
     const mask is_poor = wide_less(best.square, 1e-3 * best.terms);
     if (derive && mask_any(is_poor)) {
-        const heading_vector V = vector_V(plan, &s, &b, S, &one, &two, x, rate);
+        const heading_vector V = find_vector_V(plan, &s, &b, S, &one, &two, x, rate);
         heading_vector other = best;
         keep_better_vector(&other, &V);
         take_lanes(&best, &other, sizeof best, is_poor);
@@ -871,7 +871,7 @@ INLINE frame_state frame_at(const kr_kowalewski_plan *plan, int complex, int der
                     mask_and(wide_less(wide_splat(12.0), here), wide_less(3.0 * there, here)));
         *again = mask_or(mask_or(is_lost, is_poor), cancels);
     }
-    /* the poles' factors */
+    /* the factors for poles of the heading */
     wide re = best.re, im = best.im;
     for (int j = 0; j < 2; j++)
         for (int i = 0; i < plan->arc[j].poles; i++) {
@@ -881,7 +881,7 @@ INLINE frame_state frame_at(const kr_kowalewski_plan *plan, int complex, int der
             re = turned;
         }
     const wide n = 1.0 / wide_sqrt(best.square * (re * re + im * im));
-    /* The vector has the heading of re + i im: e1 is this vector, turned back. */
+    /* The vector has the heading arg(re + i im). Turned back by this angle, it gives e1. */
     const wide across[3] = {b.g2 * best.z - b.g3 * best.y, b.g3 * best.x - b.g1 * best.z,
                             b.g1 * best.y - b.g2 * best.x},
                along[3] = {best.x, best.y, best.z};
@@ -897,9 +897,11 @@ APART void compute_frame(const kr_kowalewski_plan *plan, int derive, const arc_a
                          frame_state *out, mask *again)
 {
     if (derive)
-        *out = plan->pair ? frame_at(plan, 1, 1, y, NULL) : frame_at(plan, 0, 1, y, NULL);
+        *out =
+            plan->pair ? evaluate_frame(plan, 1, 1, y, NULL) : evaluate_frame(plan, 0, 1, y, NULL);
     else
-        *out = plan->pair ? frame_at(plan, 1, 0, y, again) : frame_at(plan, 0, 0, y, again);
+        *out = plan->pair ? evaluate_frame(plan, 1, 0, y, again)
+                          : evaluate_frame(plan, 0, 0, y, again);
 }
 INLINE frame_state find_frame(const kr_kowalewski_plan *plan, const arc_angle y[2])
 {
@@ -913,8 +915,8 @@ INLINE frame_state find_frame(const kr_kowalewski_plan *plan, const arc_angle y[
     take_lanes(&f, &other, sizeof f, again);
     return f;
 }
-/* Returns a quaternion of the rotation. Its sign is arbitrary. */
-INLINE quat_lanes quaternion_of(const frame_state *f)
+/* Returns the unit quaternion, of arbitrary sign, of the rotation matrix. */
+INLINE quat_lanes find_quaternion(const frame_state *f)
 {
     const wide xx = f->row[0][0], yy = f->row[1][1], zz = f->row[2][2];
     const wide wx = f->row[2][1] - f->row[1][2], wy = f->row[0][2] - f->row[2][0],
@@ -934,13 +936,13 @@ INLINE quat_lanes quaternion_of(const frame_state *f)
     const wide n = 1.0 / wide_sqrt((q.w * q.w + q.x * q.x) + (q.y * q.y + q.z * q.z));
     return (quat_lanes){n * q.w, n * q.x, n * q.y, n * q.z};
 }
-/* The angle of the first node [turns]. It avoids the ends of the arcs. */
+/* The smallest y in the table of signs [turns]. No y in the table is at an end of an arc. */
 static const double first_node = -0.99;
-/* Returns -1 in the lanes in which the quaternion and that of the nearest node have a negative
- * scalar product, and 1 in the others. `turns` are the angles y, from -1 to 1. Adds to `wraps` the
- * number of periods, of two turns, in which the nearest node is ahead: -1, 0 or 1. */
-INLINE wide sign_relative_to_node(const kr_kowalewski_plan *plan, quat_lanes q, const wide turns[2],
-                                  wide wraps[2])
+/* Returns -1 in the lanes in which the scalar product of q and the nearest entry of the table of
+ * signs is negative, and 1 in the others. `turns` are y1 and y2, from -1 to 1. The table has a
+ * period of two turns. Adds the period of the nearest entry to `wraps`: -1, 0 or 1. */
+INLINE wide find_quaternion_sign(const kr_kowalewski_plan *plan, quat_lanes q, const wide turns[2],
+                                 wide wraps[2])
 {
     const int n = plan->nodes;
     const wide zero = wide_splat(0.0), one = wide_splat(1.0);
@@ -960,7 +962,7 @@ INLINE wide sign_relative_to_node(const kr_kowalewski_plan *plan, quat_lanes q, 
                      (q.y * wide_load(node[2]) + q.z * wide_load(node[3]));
     return minus_where(is_negative(dot));
 }
-/* Returns the state for the phases theta1/2, theta2/2 and half of the heading, in turns. */
+/* Returns the state, given the phases theta1/2, theta2/2 and half of the heading, in turns. */
 INLINE state_lanes kowalewski_kernel_at(const kr_kowalewski_plan *plan, wide time,
                                         const dd phase[3])
 {
@@ -971,13 +973,13 @@ INLINE state_lanes kowalewski_kernel_at(const kr_kowalewski_plan *plan, wide tim
         theta[j] = dd_make(2.0 * (phase[j].hi - nearest(phase[j].hi)), 2.0 * phase[j].lo);
     find_arc_angles(plan, theta, y);
     const frame_state f = find_frame(plan, y);
-    const quat_lanes q = quaternion_of(&f);
+    const quat_lanes q = find_quaternion(&f);
     for (int j = 0; j < 2; j++) {
         wraps[j] = nearest(0.5 * (y[j].turns.hi + y[j].turns.lo));
         turns[j] = (y[j].turns.hi - 2.0 * wraps[j]) + y[j].turns.lo;
     }
-    const wide sign = sign_relative_to_node(plan, q, turns, wraps);
-    /* While theta and y grow by two turns, the quaternion may change its sign. */
+    const wide sign = find_quaternion_sign(plan, q, turns, wraps);
+    /* If the quaternion changes its sign when y grows by two turns, the phase compensates this. */
     for (int j = 0; j < 2; j++) {
         const wide half = wide_splat(0.5 * plan->half_turns[j]);
         heading = dd_add(heading,

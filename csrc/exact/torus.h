@@ -1,7 +1,7 @@
-/* What the closed forms of motions on an invariant torus have in common: those of Kowalewski and
+/* The common part of the closed forms of motions on an invariant torus: those of Kowalewski and
  * Goryachev-Chaplygin tops and of free gyrostats. Two angles on the torus grow at constant rates.
- * The plan of a motion is a struct of fixed size, which begins with a kr_torus and ends with the
- * coefficients of series. */
+ * The numbers that describe one motion are its plan, a struct of fixed size, which begins with a
+ * kr_torus and ends with the coefficients of series. */
 #ifndef KR_EXACT_TORUS_H
 #define KR_EXACT_TORUS_H
 #include "kernel.h"
@@ -10,13 +10,13 @@ typedef struct kr_torus {
     double begin;    /* [T] */
     double momentum; /* unit of momentum [M L^2 T^-1] */
     kr_quat frame;   /* frame of description -> axes of the closed form */
-    /* The phases of half of each torus angle and, for a Kowalewski top, of half of the heading.
-     * For a Goryachev-Chaplygin top, the third phase is zero. */
+    /* Half of each torus angle and, for a Kowalewski top, half of the heading, as phases that grow
+     * linearly with time. For a Goryachev-Chaplygin top, the third phase is zero. */
     kr_phase turn[3];
 } kr_torus;
 
-/* Lower limit of every certificate: a tenth of the largest rounding error of a state that was
- * found within 300 radians, in random and degenerate motions. */
+/* The least certificate (kr_exact_info). The largest rounding error of a state that was found
+ * within 300 radians, in random and degenerate motions, is ten times as large. */
 #define KR_TORUS_ROUNDING 0x1p-48
 
 /* Returns the i-th phase, in turns, at the time `span` after the initial time. */
@@ -33,8 +33,8 @@ INLINE double fraction_of_turns(double turns)
     return isfinite(turns) ? turns - floor(turns) : NAN;
 }
 /* Returns t minus the initial time, or 0 if t is not finite or too large for the phases to be
- * computed. If the result is 0, the caller evaluates the solution at the initial time, where at
- * least the integrals of motion are correct. */
+ * computed. With 0, the caller computes the initial state, of which at least the integrals of
+ * motion are correct. */
 INLINE dd torus_span(const void *plan, wide t)
 {
     const kr_torus *torus = plan;
@@ -63,8 +63,8 @@ INLINE quat_lanes torus_attitude(const kr_torus *torus, wide s, wide c, quat_lan
  * kr_torus. */
 typedef state_lanes torus_kernel(const void *plan, wide time, dd span);
 #if defined KR_EXACT_LANES
-/* Writes the states at n times, each in a SIMD lane. At non-finite times, their members are NaN. If
- * there are fewer times than lanes, the other lanes repeat the first time. */
+/* Writes the states at n times, each computed in a SIMD lane. At a non-finite time, attitude and
+ * momentum are NaN. If fewer times than lanes are left, the other lanes repeat a time. */
 INLINE void evaluate_torus(torus_kernel *state_of, const void *plan, size_t n, const double t[],
                            kr_state out[])
 {
@@ -93,10 +93,10 @@ INLINE kr_state evaluate_torus(torus_kernel *state_of, const void *plan, double 
 }
 #endif
 
-/* A free gyrostat. With the phases `first` and `second`, the attitude q = (w, x, y, z) in the axes
- * of the plan is
+/* The closed form of a free gyrostat. With the phases `first` and `second`, the attitude q = (w, x,
+ * y, z) in the axes of the plan is
  *     (w + i z, x + i y) = e^{i second} (X(u), Y(u)) / sqrt(|X|^2 + |Y|^2),  u = e^{i first},
- * where X and Y are finite sums of powers of u, whose coefficients decrease as fast as those of
+ * where X and Y are finite sums of powers of u. Their coefficients decrease as fast as those of
  * theta functions. */
 enum { GYROSTAT_TERMS = 48 };
 typedef struct kr_gyrostat_plan {

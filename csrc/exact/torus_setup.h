@@ -3,12 +3,11 @@
  *
  * Both tops have two equal principal moments of inertia. Axis 3 is the principal axis whose moment
  * differs from the other two. The centre of mass lies in the plane perpendicular to axis 3. Axis 1
- * passes through the centre of mass; its direction depends on `side` and on the sign of gravity.
- * The units are such that mass * |gravity| * |com| = 1.
+ * passes through the centre of mass; its direction depends on the kind of top and on the sign of
+ * gravity (torus_kind). The units are such that mass * |gravity| * |com| = 1.
  *
- * The including file must define GRID, the largest number of intervals between 0 and pi at which
- * functions are sampled. The trapezoidal rule converges exponentially for analytic periodic
- * functions. */
+ * The including file must define GRID, a power of two. Averages use up to GRID intervals between 0
+ * and pi. The trapezoidal rule converges exponentially for analytic periodic functions. */
 #ifndef KR_EXACT_TORUS_SETUP_H
 #define KR_EXACT_TORUS_SETUP_H
 #include "torus.h"
@@ -63,7 +62,7 @@ static inline cdd cdd_sqrt(cdd a)
 
 static inline dd dd_plus(dd a, double b) { return dd_add(a, dd_of(b)); }
 
-/* The values c[i] = cos(pi * i / GRID), as far as i is a multiple of `stride`. */
+/* The values c[i] = cos(pi * i / GRID) for all multiples i of `stride`. */
 typedef struct cosine_table {
     int stride;
     dd c[GRID + 1];
@@ -102,10 +101,10 @@ static dd refine_root(const cubic *o, dd w, int steps)
     }
     return w;
 }
-/* Finds the roots, first the one that is farthest from the other two, and then the other two in
- * ascending order, or the real and the positive imaginary part of complex ones. Returns 1 if they
- * are complex. Started beyond all roots, Newton's method converges monotonically to the outermost
- * root. */
+/* Writes the roots of a cubic polynomial. root[0] is the real root that is farthest from the mean
+ * of all roots. If the other two are real, they are root[1] < root[2], and the result is 0. If they
+ * are complex, they are root[1] +- i root[2] with root[2] > 0, and the result is 1. Newton's method
+ * starts beyond the outermost root, and therefore converges monotonically to this root. */
 static int find_cubic_roots(const cubic *o, dd root[3])
 {
     const double h = o->h.hi, c = o->c.hi, rest = o->rest.hi, bend = -h / 3.0,
@@ -133,9 +132,9 @@ static int find_cubic_roots(const cubic *o, dd root[3])
     root[2] = refine_root(o, dd_add(dd_neg(half), far), 1);
     return 0;
 }
-/* Writes the indices of the real ones of n roots, in ascending order of the roots. If `complex_at`
- * is below n, the roots with the indices `complex_at` and complex_at + 1 are complex. Returns the
- * number of real roots. */
+/* Writes the indices of the real roots among n roots to `order`, in ascending order of the roots.
+ * If `complex_at` is below n, the roots with the indices `complex_at` and complex_at + 1 are
+ * complex. Returns the number of real roots. */
 static int sort_real_roots(const dd root[], int n, int complex_at, int order[])
 {
     int real = 0;
@@ -147,20 +146,20 @@ static int sort_real_roots(const dd root[], int n, int complex_at, int order[])
     }
     return real;
 }
-/* Values of even functions at the angles of the table, and their sums. */
+/* Values of up to three even functions at the angles of the table, and their sums. */
 typedef struct samples {
     dd v[3][GRID + 1];
     dd sum[3];
     double size[3]; /* sum of the absolute values */
 } samples;
-/* Computes the values of `count` functions of an arc at angle i of the table. */
+/* Writes the values of up to three functions on an arc at angle i of the table. */
 typedef void sample_function(const void *arc, const cosine_table *table, int i, dd out[3]);
 
-/* Computes the averages of `count` functions. The number of intervals is doubled until each average
- * changes by at most the rounding error of a double, relative to the average of the absolute value
- * plus `floor`. Convergence is exponential, so the relative error of an average is about the square
- * of its relative change in the last doubling. Returns the number of intervals, or 0 if the
- * averages have not converged with GRID intervals. */
+/* Writes the averages of `count` functions to `mean`. The number of intervals is doubled until each
+ * average changes by at most the rounding error of a double, relative to the average of the
+ * absolute value plus `floor`. Convergence is exponential, so that the relative error of an average
+ * is about the square of its relative change in the last doubling. Returns the number of intervals,
+ * or 0 if the averages have not converged with GRID intervals. */
 static int average_functions(sample_function *function, const void *arc, int count,
                              const double floor[3], cosine_table *table, samples *v, dd mean[3])
 {
@@ -189,16 +188,16 @@ static int average_functions(sample_function *function, const void *arc, int cou
     }
     return 0;
 }
-/* Subtracts the average from an even function, and computes the sine series of the integral of the
- * remainder. The array `v` contains samples of the function at n + 1 angles from 0 to pi. */
+/* Writes the coefficients out[k] of sin(k x) in the integral of an even function minus its average.
+ * The array `v` contains values of the function at n + 1 angles x from 0 to pi. */
 static void integrate_samples(const dd v[], const cosine_table *table, int n, double out[])
 {
     const int stride = GRID / n;
     for (int k = 1; k < n; k++) {
         const double sign = k % 2 ? -1.0 : 1.0;
         double sum = 0.5 * (v[0].hi + sign * v[GRID].hi);
-        /* The values cos(k x) and cos(k (pi - x)) differ at most in sign. The loop ends at pi/2, an
-         * angle that has no such partner. */
+        /* As cos(k x) and cos(k (pi - x)) differ at most in sign, the values at x and pi - x are
+         * added first. The loop ends at x = pi/2 = pi - x. */
         for (int i = 1, at = k; i <= n / 2; i++) {
             const double mirrored =
                 2 * i < n ? v[i * stride].hi + sign * v[GRID - i * stride].hi : v[i * stride].hi;
@@ -212,8 +211,8 @@ static void integrate_samples(const dd v[], const cosine_table *table, int n, do
 }
 
 /* A kind of top. In units of the closed form, the moments are ratio/factor, ratio/factor and
- * 1/factor, where `ratio` and `factor` are powers of two. Axis 1 points towards the centre of mass
- * if gravity is positive and `side` is 1, and away from it if `side` is -1. */
+ * 1/factor, where `ratio` and `factor` are powers of two. If side * gravity > 0, axis 1 points
+ * towards the centre of mass, and otherwise away from the centre of mass. */
 typedef struct torus_kind {
     kr_kind kind;
     double ratio, factor, side;
@@ -224,28 +223,28 @@ typedef struct torus_start {
     dd vertical;           /* <m, e3> */
     int has_small_G;       /* 1 if the integral G of a Goryachev-Chaplygin top is nearly 0 */
 } torus_start;
-/* The conversion of a closed form back to the axes and units of the scene. */
+/* The conversion from the axes and units of the closed form to those of the scene. */
 typedef struct torus_units {
     dd time;                       /* unit of time divided by `units.time`, a power of two */
     double momentum, own_momentum; /* unit of momentum: in the user's units, in units of `units` */
     kr_units units;
-    kr_quat attitude; /* attitude of the closed form's axes at the start */
+    kr_quat attitude; /* initial attitude of the closed form's axes */
     kr_quat turn;     /* closed form's axes -> internal axes */
     kr_quat axes;     /* closed form's axes -> frame of description */
 } torus_units;
-/* Computes the plan at the beginning of `memory` from a start, in units of the closed form. May
- * turn its axes. Returns the reason for a failure, or KR_REFUSAL_NONE. */
+/* Computes the plan at the beginning of `memory` from the initial state. May turn the axes of
+ * `start` and `way`. Returns the reason for a failure, or KR_REFUSAL_NONE. */
 typedef kr_refusal make_torus_plan(void *memory, torus_start *start, torus_units *way,
                                    double *certificate);
 
-static kr_quat turn_about_third(double c, double s)
+static kr_quat make_rotation_about_axis_3(double c, double s)
 {
     const double half = sqrt(0.5 * (1.0 + fabs(c))), other = 0.5 * s / half;
     return c >= 0.0 ? q4(half, v3(0.0, 0.0, other))
                     : q4(fabs(other), v3(0.0, 0.0, s < 0.0 ? -half : half));
 }
-/* Transforms the vector v from space to internal axes, whose attitude is q, and then to axes that are
- * turned about the third one by an angle with the cosine c and the sine s. */
+/* Transforms the vector v from space to internal axes, whose attitude is q, and then to axes that
+ * are turned from the internal ones about axis 3 by an angle with the cosine c and the sine s. */
 static void turn_to_axes(const dd q[4], const dd v[3], dd c, dd s, dd out[3])
 {
     dd r[3];
@@ -255,7 +254,8 @@ static void turn_to_axes(const dd q[4], const dd v[3], dd c, dd s, dd out[3])
     out[2] = r[2];
 }
 /* Checks that a scene describes an undamped top of the given kind under gravity, and converts it to
- * the axes and units of the closed form. If a check fails, writes the reason to `refusal`. */
+ * the axes and units of the closed form: `start` and `way`. If a check fails, writes the reason to
+ * `refusal`. */
 static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_kind *kind,
                                   kr_refusal *refusal, torus_start *start, torus_units *way)
 {
@@ -269,8 +269,8 @@ static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_ki
     *refusal = KR_REFUSAL_VERTICAL;
     if (kind->kind == KR_KIND_GORYACHEV_CHAPLYGIN && scene->start.m.z != 0.0) return KR_ERR_METHOD;
     *refusal = KR_REFUSAL_ROUNDED;
-    /* The conditions of the integrable case must hold without rounding errors. The smallest moment
-     * differs from the other two. */
+    /* The conditions of the integrable case must hold exactly. Axis 3 is the principal axis of the
+     * smallest moment. */
     const kr_pull pull = kr_scene_pull(scene, body->com);
     const kr_vec3 i = body->inertia;
     const double inertia[3] = {i.x, i.y, i.z}, com[3] = {pull.com.x, pull.com.y, pull.com.z};
@@ -310,7 +310,7 @@ static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_ki
     turn_to_axes(turn, up, c, s, start->up);
     start->vertical = dd_div(momentum[2], unit);
     start->has_small_G = 0;
-    way->turn = turn_about_third(c.hi, s.hi);
+    way->turn = make_rotation_about_axis_3(c.hi, s.hi);
     way->axes = q_unit(q_mul(q_mul(body->axes, working.axes), way->turn));
     way->attitude = q_unit(q_mul(q, way->axes));
     return KR_OK;
@@ -333,28 +333,28 @@ static void convert_torus(kr_torus *torus, const torus_units *way, double start,
     torus->momentum = own ? way->own_momentum : way->momentum;
     torus->frame = q_conj(own ? way->turn : way->axes);
 }
-/* Returns the components of the angular velocity about axes 1 and 2, and of the momentum along
- * axis 3. */
-static kr_vec3 start_rates(const torus_kind *kind, const torus_start *start)
+/* Returns the components of the initial angular velocity about axes 1 and 2, and of the initial
+ * momentum along axis 3. */
+static kr_vec3 find_initial_rates(const torus_kind *kind, const torus_start *start)
 {
     const dd *m = start->momentum;
     return v_times(v3(kind->factor / kind->ratio, kind->factor / kind->ratio, 1.0),
                    v3(m[0].hi, m[1].hi, m[2].hi));
 }
-/* Returns 1 if a top with these rates swings like a pendulum about its second or third axis, up to
- * rounding. */
+/* Returns 1 if the top swings like a pendulum about axis 2 or 3, up to rounding errors. `rates` are
+ * the result of find_initial_rates. */
 static int is_planar(const torus_start *start, kr_vec3 rates)
 {
     const double size = 1.0 + v_largest(rates), slack = 1e-13 * size;
     return v_largest(v3(rates.x, rates.y, start->up[2].hi * size)) < slack ||
            v_largest(v3(rates.x, rates.z, start->up[1].hi * size)) < slack;
 }
-/* Returns the reason for refusing a degenerate motion, or `refusal` if there is none. The tests
- * tolerate rounding errors of the start. */
+/* Returns the reason for refusing a degenerate motion, or `refusal` if the motion is not
+ * degenerate. The tests tolerate rounding errors of the initial state. */
 static kr_refusal find_degeneracy(const torus_kind *kind, const torus_start *start,
                                   kr_refusal refusal)
 {
-    const kr_vec3 w = start_rates(kind, start),
+    const kr_vec3 w = find_initial_rates(kind, start),
                   up = v3(start->up[0].hi, start->up[1].hi, start->up[2].hi),
                   /* the change of the momentum in the body */
         change = v3((kind->ratio - 1.0) * w.y * w.z,
@@ -366,8 +366,8 @@ static kr_refusal find_degeneracy(const torus_kind *kind, const torus_start *sta
     if (is_planar(start, w)) return KR_REFUSAL_PLANAR;
     return start->has_small_G ? KR_REFUSAL_ZERO : refusal;
 }
-/* Reads a scene, and computes its plan and what `info` tells about it. The plan is at the beginning
- * of `memory`, and begins with its kr_torus. */
+/* Writes the plan of a scene to the beginning of `memory`, and its frequencies and certificate to
+ * `info`. Refuses scenes whose certificate exceeds `bound`. The plan begins with its kr_torus. */
 static kr_status plan_torus(const kr_scene *scene, int own, double bound, const torus_kind *kind,
                             make_torus_plan *make_plan, void *memory, kr_exact_info *info)
 {
@@ -389,7 +389,7 @@ static kr_status plan_torus(const kr_scene *scene, int own, double bound, const 
     return KR_ERR_METHOD;
 }
 
-/* The angular velocity and the axes of space, of which the third is e3, in the body frame. */
+/* The angular velocity w and the axes e[i] of space in the body frame; e[2] is e3. */
 typedef struct body_view {
     double w[3], e[3][3];
 } body_view;
@@ -404,14 +404,14 @@ static body_view read_body_view(const torus_kind *kind, kr_state s)
     }
     return r;
 }
-static kr_vec3 velocity_of(const body_view *r) { return v3(r->w[0], r->w[1], r->w[2]); }
+static kr_vec3 get_angular_velocity(const body_view *r) { return v3(r->w[0], r->w[1], r->w[2]); }
 /* Returns a time in which the Taylor series of advance_body_view has a negligible remainder. */
 static double choose_short_span(const body_view *r)
 {
-    return 0.03125 / (1.0 + v_length(velocity_of(r)));
+    return 0.03125 / (1.0 + v_length(get_angular_velocity(r)));
 }
 enum { VIEW_ORDER = 12 };
-/* Moves a top by the time `span` by the sum of its Taylor series. */
+/* Advances `view` by the time `span` with the Taylor series of the equations of motion. */
 static void advance_body_view(const torus_kind *kind, double span, body_view *view)
 {
     const double bend = 1.0 - 1.0 / kind->ratio, across = kind->side * kind->factor / kind->ratio,
@@ -443,9 +443,9 @@ static void advance_body_view(const torus_kind *kind, double span, body_view *vi
             for (int a = 0; a < 3; a++) view->e[a][i] = e[a][i][n] + span * view->e[a][i];
         }
 }
-/* Returns the distance of the state `later` from the state that a Taylor series gives at the
+/* Returns the distance between the state `later` and the state that a Taylor series gives at the
  * time `span` after `now`. */
-static double error_after_span(const torus_kind *kind, body_view now, double span, kr_state later)
+static double find_taylor_error(const torus_kind *kind, body_view now, double span, kr_state later)
 {
     const body_view got = read_body_view(kind, later);
     double square = 0.0;
@@ -454,14 +454,14 @@ static double error_after_span(const torus_kind *kind, body_view now, double spa
         const double d = now.e[i / 3][i % 3] - got.e[i / 3][i % 3];
         square += 0.5 * d * d;
     }
-    const kr_vec3 w = velocity_of(&now);
+    const kr_vec3 w = get_angular_velocity(&now);
     const double miss =
-        fmax(sqrt(square), v_length(v_sub(w, velocity_of(&got))) / (1.0 + v_length(w)));
+        fmax(sqrt(square), v_length(v_sub(w, get_angular_velocity(&got))) / (1.0 + v_length(w)));
     return isfinite(miss) ? miss : INFINITY;
 }
 /* Returns the larger of the errors of the attitude and of the momentum of the state s.
  * `attitude` and `momentum` (in the body frame) are the correct values. */
-static double error_of_state(kr_state s, kr_quat attitude, kr_vec3 momentum)
+static double find_state_error(kr_state s, kr_quat attitude, kr_vec3 momentum)
 {
     const double off = v_length(v_sub(q_turn_back(s.q, s.m), momentum)),
                  miss = fmax(kr_attitude_error(s.q, attitude), off / (1.0 + v_length(momentum)));
