@@ -4,17 +4,16 @@
  *
  * Units and axes: The moments are (1, 1, 1/4), and mass * |gravity| * |com| = 1. Axis 1 points
  * towards the centre of mass if gravity is positive, and away from it otherwise. Axis 3 is the
- * principal axis with moment 1/4, directed such that G is not negative. With the momentum L in the
- * body frame, g = e3 in the body frame, and <L, g> = 0,
+ * principal axis with moment 1/4, directed such that G is not negative. With the momentum L and g =
+ * e3 in the body frame, and <L, g> = 0,
  *     H = (L1^2 + L2^2 + 4 L3^2)/2 + g1,  G = L3 (L1^2 + L2^2) - L1 g3,
  *     p+-(u) = 2 u^3 - (H +- 1) u - G/2.
  * Chaplygin's variables u1 > 0 > u2 are the roots of u^2 - L3 u - (L1^2 + L2^2)/4. Each moves on an
  * arc between roots of p+ and p-, with du/d tau = +-sqrt(-p+ p-) in the time d tau = dt/|L| (S. A.
  * Chaplygin, 1901). On an arc
  *     u = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + cos^2  of half of an angle x.
- * Then du/sqrt(-p+ p-) = P dx, where P is an even periodic function of x, whose averages the
- * trapezoidal rule computes with exponential convergence. For alpha and psi, see
- * goryachev_chaplygin.h. */
+ * Then du/sqrt(-p+ p-) = P dx, where P is an even periodic function of x. The trapezoidal rule for
+ * averages of P converges exponentially. goryachev_chaplygin.h defines alpha and psi. */
 #include "goryachev_chaplygin.h"
 enum { GRID = 2048 };
 #include "torus_setup.h"
@@ -256,7 +255,7 @@ static void move_to_alpha(const chaplygin_arc *arc, const kr_chaplygin_arc *e, d
         if (!(at->x >= low && at->x <= high)) at->x = 0.5 * (low + high);
         sincos_turns(dd_times(0.5 * at->x, turns_per_radian()), &at->s, &at->c);
         const double s = at->s, c = at->c, D = e->C * (s * s) + c * c;
-        arc_products(e, s * s, c * c, D, products);
+        find_arc_products(e, s * s, c * c, D, products);
         at->alpha = at->x + sum_arc_sines(arc, 0, 2.0 * s * c, c * c - s * s);
         at->slope = 0.5 * D * sqrt(e->C * ends / (products[0] * products[1])) / arc->p.hi;
         if (at->alpha > alpha)
@@ -413,8 +412,7 @@ static int append_slow_term(kr_chaplygin_plan *plan, dd ratio, int k, double mis
     return 1;
 }
 /* Replaces the coefficients G_k of the changes of psi between sections by those of psi on each
- * section. As complex numbers, the results are the conjugates of B_k. Returns 0 if there are too
- * many slow terms. */
+ * section, the complex conjugates of B_k. Returns 0 if there are too many slow terms. */
 static int sum_sections(kr_chaplygin_plan *plan, dd ratio, int n, dd half)
 {
     plan->slow_terms = 0;
@@ -514,9 +512,9 @@ static void set_integrals(torus_start *start, torus_units *way, chaplygin_curve 
     }
     start->has_small_G = o->G.hi < 1e-9;
 }
-/* Computes the initial u1 and u2, and for each of them a square root of |u| exp(i chi). With A(u) =
- * g1 u - L1 g3/2 and C(u) = -g2 u + L2 g3/2, A + i C = u exp(i chi). The sign of the second square
- * root follows from L1 - i L2 = -2i * product of the two square roots. */
+/* Computes the initial u1 and u2, and for each of them a square root of |u| exp(i chi). With
+ * A(u) = g1 u - L1 g3/2 and C(u) = -g2 u + L2 g3/2, A + i C = u exp(i chi). The sign of the second
+ * square root follows from L1 - i L2 = -2i * product of the two square roots. */
 static separation find_separation(const torus_start *start)
 {
     const dd *const L = start->momentum, *const g = start->up;
@@ -657,7 +655,7 @@ static kr_refusal make_plan(void *space, torus_start *start, torus_units *way, d
     plan->heading_start = half.hi;
     plan->heading_more = half.lo;
     const kr_state now = chaplygin_kernel(plan, 0.0, dd_of(0.0));
-    const body_view view = read_body_view(&chaplygin, now);
+    const body_view view = find_body_view(&chaplygin, now);
     const double span = choose_short_span(&view),
                  miss = find_taylor_error(&chaplygin, view, span,
                                           chaplygin_kernel(plan, span, dd_of(span))),

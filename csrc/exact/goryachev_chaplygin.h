@@ -1,13 +1,13 @@
 /* States of a Goryachev-Chaplygin top with <m, e3> = 0 in closed form (axes and units:
- * goryachev_chaplygin.c). In terms of the rescaled time tau, d tau = dt/|m|, the two torus angles
- * alpha1 and alpha2 grow at constant rates. The attitude (axes of the closed form -> space) is the
- * quaternion product
+ * goryachev_chaplygin.c). In the rescaled time tau, d tau = dt/|m|, the two torus angles alpha1 and
+ * alpha2 grow at constant rates. The attitude (axes of the closed form -> space) is a product of
+ * quaternions:
  *     exp(k psi/2) (i + k)/sqrt2 (c1 + c2 i - s2 j + s1 k)/sqrt(|m|),
- * where |m| = c1^2 + s1^2 + c2^2 + s2^2 and m = |m| (cos psi, sin psi, 0), with the heading psi. c
- * + i s is sqrt|u| exp(i chi/2) for Chaplygin's variables u1 and u2, which oscillate on intervals,
- * called arcs. On each arc, c and s are functions of an angle x, and x - alpha is a periodic
- * function of alpha. The time t is a multiple of tau plus a periodic function of each alpha.
- * Newton's method solves this equation for tau. Mean angles are the linear parts of alpha(t).
+ * where |m| = c1^2 + s1^2 + c2^2 + s2^2 and m = |m| (cos psi, sin psi, 0), with the heading psi.
+ * For Chaplygin's variables u1 and u2, which oscillate on intervals, called arcs,
+ * c + i s = sqrt|u| exp(i chi/2). On each arc, c and s are functions of an angle x, and x - alpha
+ * is a periodic function of alpha. The time t is a multiple of tau plus a periodic function of each
+ * alpha. Newton's method solves this equation for tau. Mean angles are the linear part of alpha.
  *
  * psi is not a sum of functions of alpha1 and of alpha2. On the sections alpha1 = 2 pi j/J, psi is
  * therefore a Fourier series in alpha2, and between sections an integral along the motion. */
@@ -123,7 +123,7 @@ typedef struct chaplygin_point {
 } chaplygin_point;
 
 /* Writes |p+| D^3/2 and |p-| D^3/2, except for the factor s^2 or c^2 of each end of the arc. */
-INLINE void arc_products(const kr_chaplygin_arc *arc, wide ss, wide cc, wide D, wide out[2])
+INLINE void find_arc_products(const kr_chaplygin_arc *arc, wide ss, wide cc, wide D, wide out[2])
 {
     for (int k = 0; k < 2; k++) {
         out[k] = wide_splat(1.0);
@@ -143,7 +143,7 @@ INLINE chaplygin_point find_chaplygin_point(const kr_chaplygin_arc *arc, wide s,
     const wide ss = s * s, cc = c * c, D = arc->C * ss + cc, one = 1.0 / D;
     const wide scale = arc->sign * (one * wide_sqrt(one));
     wide half[2];
-    arc_products(arc, ss, cc, D, half);
+    find_arc_products(arc, ss, cc, D, half);
     for (int k = 0; k < 2; k++) {
         wide ends = k ? -scale : scale;
         if (arc->has_sine[k]) ends = ends * s;

@@ -11,8 +11,8 @@
  * between branch points of F, which are k, -k and the roots of phi. On an arc
  *     w = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + cos^2  of half of an angle x.
  * Then dt = |dw/F| equals D R dx, where R is an even periodic function of x, and t is not the time.
- * The trapezoidal rule for averages therefore converges exponentially (Kowalevski, Acta Mathematica
- * 12, 1889, 177). Landen transformations replace x by y. kowalewski.h defines y, the torus angles
+ * The trapezoidal rule for averages therefore converges exponentially (Kowalevski, Acta Math. 12
+ * (1889) 177). Landen transformations replace x by y. kowalewski.h defines y, the torus angles
  * theta, and the heading. */
 #include "kowalewski.h"
 enum { GRID = HARMONICS };
@@ -123,8 +123,8 @@ typedef struct arc_gaps {
     double mismatch;    /* relative error of the unused equations (refine_gaps) */
 } arc_gaps;
 
-/* Returns q^2 (w1 - e)(e - w2), where the root e with index i is an end of an arc. With A^2 = 2 (e
- * + h), B^2 = e^2 + c and A B = l, this is the square of
+/* Returns q^2 (w1 - e)(e - w2), where the root e with index i is an end of an arc. With
+ * A^2 = 2 (e + h), B^2 = e^2 + c and A B = l, this is the square of
  *     A (p^2 + q^2 - e)/2 + B p   for a root of phi, and of re_z (find_arc_gaps) for -k. */
 static dd find_end_product(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
 {
@@ -140,8 +140,8 @@ static dd find_end_product(const kowalewski_curve *o, int i, dd p, dd q, dd re_z
 }
 /* Refines approximate distances of w1 and w2 from the ends of their arcs. `product` contains exact
  * values of (k - w1)(k - w2), and of (w1 - e)(e - w2) for the lower end e of the first arc and then
- * for the upper end e of the second. Each iteration solves two of these three equations; of the
- * three pairs, this one converges fastest. */
+ * for the upper end e of the second. Each iteration solves two of these three equations, chosen for
+ * the fastest convergence. */
 static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps *gap)
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -220,7 +220,7 @@ static dd sinh_of_imaginary_part(cdd c)
         dd_add(dd_sqrt(cdd_abs_square(cdd_add(c, one))), dd_sqrt(cdd_abs_square(cdd_sub(c, one)))));
     return dd_sqrt(dd_max(dd_sub(dd_square(mean), dd_of(1.0)), dd_of(0.0)));
 }
-static cdd complex_sine(cdd c)
+static cdd convert_cosine_to_sine(cdd c)
 {
     const cdd one = cdd_of_real(dd_of(1.0));
     return cdd_sqrt(cdd_mul(cdd_sub(one, c), cdd_add(one, c)));
@@ -228,7 +228,7 @@ static cdd complex_sine(cdd c)
 /* Returns 1 if Re x is pi/2, 0 if Re x is 0 or pi, and -1 otherwise, given cos x. */
 static int find_symmetry_line(cdd c)
 {
-    const cx sine = cdd_high(complex_sine(c)), cosine = cdd_high(c);
+    const cx sine = cdd_high(convert_cosine_to_sine(c)), cosine = cdd_high(c);
     const int crosswise = fabs(cosine.re) < fabs(cosine.im);
     const cx u = crosswise ? sine : cosine;
     return fabs(u.im) > 1e-6 * fabs(u.re) ? -1 : crosswise;
@@ -266,23 +266,23 @@ static singularities find_singularities(const kowalewski_arc *arc)
 }
 /* Returns the singularities after a Landen transformation of modulus m. Let u be cos x, and let v
  * be the cosine of the new variable. If `crosswise` is nonzero, u and v are the sines of both
- * variables instead. They satisfy m u v^2 - (1 + m) v + u = 0. A singularity at u disappears if
- * this equation for v has a double root. The transformation adds a singularity at v = 1/m. */
+ * variables. The transformation is m u v^2 - (1 + m) v + u = 0. A singularity at u disappears if
+ * this equation for v has a double root. There is a new singularity at v = 1/m. */
 static singularities move_singularities(const singularities *from, dd m, int crosswise)
 {
     const dd plus = dd_plus(m, 1.0), minus = dd_sub(dd_of(1.0), m);
     singularities to = {0};
     for (int i = 0; i < from->count; i++) {
-        const cdd u = crosswise ? complex_sine(from->cosine[i]) : from->cosine[i];
+        const cdd u = crosswise ? convert_cosine_to_sine(from->cosine[i]) : from->cosine[i];
         const cdd square =
             cdd_sub(cdd_of_real(dd_square(plus)), cdd_scale(dd_scale(4.0, m), cdd_mul(u, u)));
         if (cx_abs(cdd_high(square)) < 1e-12 * minus.hi * minus.hi) continue;
         const cdd v =
             cdd_div(cdd_scale(dd_of(2.0), u), cdd_add(cdd_of_real(plus), cdd_sqrt(square)));
-        to.cosine[to.count++] = crosswise ? complex_sine(v) : v;
+        to.cosine[to.count++] = crosswise ? convert_cosine_to_sine(v) : v;
     }
     const cdd last = cdd_of_real(dd_div(dd_of(1.0), m));
-    to.cosine[to.count++] = crosswise ? complex_sine(last) : last;
+    to.cosine[to.count++] = crosswise ? convert_cosine_to_sine(last) : last;
     return to;
 }
 /* Chooses Landen transformations that move the singularities of the integrands away from the real
@@ -319,7 +319,7 @@ static void choose_scale(kowalewski_arc *arc, dd scale)
     const double plain = choose_landen_transformations(arc);
     const kowalewski_curve *o = arc->curve;
     if (!o->pair || plain > 0.6) return;
-    /* With this scale, the complex branch points are at Re x = pi/2. */
+    /* The following scale moves the complex branch points to Re x = pi/2. */
     const kowalewski_arc old = *arc;
     const dd im = dd_square(o->root[2]),
              up = dd_add(dd_square(dd_sub(o->root[arc->high], o->root[1])), im);
@@ -472,13 +472,12 @@ static int average_arc(kowalewski_arc *arc, cosine_table *table, samples *v)
     arc->turn = mean[2];
     return arc->points > 0;
 }
-/* Computes the sine series of arc j from its samples. With the averages p and q of dt/dy and w
- * dt/dy and det = p2 q1 - p1 q2, the differentials of theta1 and theta2 are the sums over both arcs
+/* Computes the sine series of arc j from its samples. Let p and q be the averages of dt/dy and
+ * w dt/dy, and det = p2 q1 - p1 q2. The differentials of theta1 and theta2 are sums over both arcs
  * of
  *     (p2 w dt - q2 dt)/det  and  (p1 w dt - q1 dt)/det,
  * with a minus sign for the second arc, where F has the opposite sign. The heading contains
- * multiples of theta1 and theta2, which can be large. They are subtracted before the
- * integration. */
+ * multiples of theta1 and theta2, which can be large. They are subtracted before integration. */
 static void integrate_arc(kowalewski_arc arc[2], int j, dd det, const cosine_table *table,
                           samples *v)
 {
@@ -842,7 +841,7 @@ static kr_refusal analyse_curve(const dd start[6], dd l, kowalewski_work *w)
            : !is_known && mismatch < 1.0 ? KR_REFUSAL_SEPARATRIX
                                          : KR_REFUSAL_START;
 }
-/* Returns a multiple of four after which the terms of `series` series are at most `least`. */
+/* Returns a number of terms, a multiple of 4; the later ones are at most `least`. */
 static int count_terms(const kowalewski_arc arc[2], int series, double least)
 {
     int terms = 4;
@@ -866,7 +865,7 @@ static void fill_series(const kowalewski_arc arc[2], kr_kowalewski_plan *plan)
         }
     }
 }
-/* Fills the table of initial values of Newton's method. The search for one starts at another. */
+/* Fills the table of initial guesses. The search for each entry starts at an adjacent entry. */
 static void fill_guess_table(kr_kowalewski_plan *plan)
 {
     jacobian unused;
@@ -879,7 +878,7 @@ static void fill_guess_table(kr_kowalewski_plan *plan)
             if (i + j > 0) d[0] = before[0], d[1] = before[1];
             for (int k = 0; k < NEWTON_STEPS && !(size < 1e-3); k++) {
                 for (int n = 0; n < 2; n++) y[n] = angle_plus_radians(theta[n], d[n]);
-                size = newton_step(plan, plan->some_terms, y, d, &unused, step);
+                size = find_newton_step(plan, plan->some_terms, y, d, &unused, step);
                 for (int n = 0; n < 2; n++) d[n] -= step[n];
             }
             for (int n = 0; n < 2; n++) plan->guess[i][j][n] = (float)d[n];
@@ -964,7 +963,7 @@ static double find_largest_error(const kr_kowalewski_plan *plan, int points)
         /* Multiples of two irrational numbers fill the torus evenly. */
         dd phase[3] = {dd_of(fraction_of_turns(0.7548776662466927 * i)),
                        dd_of(fraction_of_turns(0.5698402909980532 * i)), dd_of(0.0)};
-        const body_view now = read_body_view(&kowalewski, kowalewski_kernel_at(plan, 0.0, phase));
+        const body_view now = find_body_view(&kowalewski, kowalewski_kernel_at(plan, 0.0, phase));
         const double span = choose_short_span(&now);
         for (int j = 0; j < 3; j++) {
             const kr_phase *p = &plan->torus.turn[j];

@@ -30,8 +30,8 @@ typedef struct kr_fold {
     double m, rest;   /* m, 1 - m */
     double crosswise; /* 1 if it removes singularities with Re x = pi/2, not 0 or pi */
 } kr_fold;
-/* An arc: N = A sin^2 + B cos^2 and D = C sin^2 + cos^2 of x/2. For a real branch point e, way * (N
- * - e D) = a sin^2 + b cos^2 of x/2. The sign `way` makes this positive on the arc. */
+/* An arc: N = A sin^2 + B cos^2 and D = C sin^2 + cos^2 of x/2. For a real branch point e, the sign
+ * `way` makes way * (N - e D) = a sin^2 + b cos^2 of x/2 positive on the arc. */
 typedef struct kr_kowalewski_arc {
     double A, B, C;
     double a[ROOTS], b[ROOTS], root_a[ROOTS], root_b[ROOTS]; /* and square roots of a and b */
@@ -214,7 +214,7 @@ INLINE arc_angle angle_plus_radians(dd theta, wide d)
 
 /* Writes the weights of four equidistant values for cubic interpolation. The position x between
  * the two middle values is from 0 to 1. */
-static inline void cubic_weights(double x, double out[4])
+static inline void find_cubic_weights(double x, double out[4])
 {
     const double a = x + 1.0, b = x - 1.0, c = x - 2.0;
     out[0] = -(1.0 / 6.0) * x * (b * c);
@@ -233,7 +233,7 @@ INLINE void guess_angles(const kr_kowalewski_plan *plan, const dd theta[2], wide
         for (int j = 0; j < 2; j++) {
             const double at = STARTS * (angle[j][lane] + 2.0);
             from[j] = at >= 0.0 && at < 4.0 * STARTS ? (int)at : 0; /* NaN: any */
-            cubic_weights(at - from[j], weight[j]);
+            find_cubic_weights(at - from[j], weight[j]);
         }
         for (int i = 0; i < 4; i++) {
             const float (*row)[2] = plan->guess[(from[0] + i - 1) & (STARTS - 1)];
@@ -266,8 +266,8 @@ INLINE jacobian invert_jacobian(const angle_series *series, wide step_1, wide st
 /* Computes the step [rad], at most 1, that is to be subtracted from y = theta + d: a step of
  * Newton's method with Chebyshev's correction for the second derivatives. Writes the inverse
  * Jacobian after the step to `after`. Returns the size of the step without the correction. */
-INLINE wide newton_step(const kr_kowalewski_plan *plan, int terms, const arc_angle y[2],
-                        const wide d[2], jacobian *after, wide step[2])
+INLINE wide find_newton_step(const kr_kowalewski_plan *plan, int terms, const arc_angle y[2],
+                             const wide d[2], jacobian *after, wide step[2])
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0);
     const angle_series series = sum_angle_derivatives(plan->harmonic, terms, y);
@@ -378,7 +378,7 @@ INLINE void find_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], a
     for (int j = 0; j < 2; j++) y[j] = angle_plus_radians(theta[j], d[j]);
     for (int i = 0; i < NEWTON_STEPS && !mask_all(near); i++) {
         jacobian after;
-        const wide size = newton_step(plan, plan->some_terms, y, d, &after, step);
+        const wide size = find_newton_step(plan, plan->some_terms, y, d, &after, step);
         const mask moves = mask_not(LANES == 1 ? none : near);
         take_lanes(&inverse, &after, sizeof inverse, moves);
         inexact = wide_choose(moves, size * size, inexact);
@@ -414,11 +414,11 @@ INLINE void find_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], a
  *
  * On each arc, let g_i be the square root of way * (N - e_i D) (kr_kowalewski_arc), d that of D,
  * and h1 or h2 that of |k^2 D^2 - N^2|. Upper indices of g and indices of d, N and D denote the
- * arc. Let f[] be the divided difference f[e0, e1, e2] over the roots of phi. With A(e)^2 = 2 (e +
- * h), B(e)^2 = e^2 + c, A B = l and the signs of kr_kowalewski_plan,
+ * arc. Let f[] be the divided difference f[e0, e1, e2] over the roots of phi. With
+ * A(e)^2 = 2 (e + h), B(e)^2 = e^2 + c, A B = l and the signs of kr_kowalewski_plan,
  *     a = (A G)[],  p = -(B G)[]/a,  q = -d1 d2/a,  G = g^1 g^2,
  *     r = sqrt2 (A V)[]/(a Dl),  g3 = sqrt2 (B V)[]/(a Dl),  Dl = N1 D2 - N2 D1,
- *     V_i = d2 h1 g_i^1 g_j^2 g_k^2 - d1 h2 g_i^2 g_j^1 g_k^1  for (i, j, k) = (0, 1, 2) and so on.
+ *     V_i = d2 h1 g_i^1 g_j^2 g_k^2 - d1 h2 g_i^2 g_j^1 g_k^1  with i, j, k all different.
  * Each divided difference has two formulas, of which at least one is accurate. If the formula for
  * g1, g2 or r loses digits to cancellation, this component is computed from time derivatives. For
  * this purpose, each quantity is a pair of a value and its time derivative (struct dual). */
@@ -455,7 +455,7 @@ INLINE pair pair_mul(int complex, pair a, pair b)
     return r;
 }
 /* Multiplies by the signs for e1 and e2, which are equal for complex roots. */
-INLINE pair pair_signs(double one, double two, pair a)
+INLINE pair pair_scale(double one, double two, pair a)
 {
     return (pair){dual_scale(one, a.one), dual_scale(two, a.two)};
 }
@@ -660,9 +660,9 @@ INLINE koetter_state evaluate_koetter(const kr_kowalewski_plan *plan, int comple
                up = dual_mul(dual_mul(H1, pair_product(complex, two->g)), one->g0),
                down = dual_mul(dual_mul(H2, pair_product(complex, one->g)), two->g0);
     koetter_products k;
-    k.G = pair_signs(sign[1], sign[2], pair_mul(complex, one->g, two->g));
-    k.X = pair_signs(sign[2], sign[1], pair_mul(complex, one->g, pair_swap(complex, two->g)));
-    k.Y = pair_signs(sign[2], sign[1], pair_mul(complex, two->g, pair_swap(complex, one->g)));
+    k.G = pair_scale(sign[1], sign[2], pair_mul(complex, one->g, two->g));
+    k.X = pair_scale(sign[2], sign[1], pair_mul(complex, one->g, pair_swap(complex, two->g)));
+    k.Y = pair_scale(sign[2], sign[1], pair_mul(complex, two->g, pair_swap(complex, one->g)));
     k.U = pair_mul(complex, one->g, one->g);
     k.W = pair_mul(complex, two->g, two->g);
     k.G0 = dual_scale(sign[0], dual_mul(one->g0, two->g0));
@@ -754,8 +754,7 @@ INLINE heading_vector find_vector_B(const kr_kowalewski_plan *plan, int complex,
 }
 /* Returns the time derivative of C in the space frame, V = C' + omega x C. V replaces C where C and
  * B are nearly vertical. Let rho be the length of the horizontal part of C: rho^2 = K1 K2/a^4,
- * where K = N^2 + c D^2 on each arc. The horizontal part of V is (rho' + i rho psi') exp(i psi) as
- * a complex number. */
+ * where K = N^2 + c D^2 on each arc. The horizontal part of V is (rho' + i rho psi') exp(i psi). */
 INLINE heading_vector find_vector_V(const kr_kowalewski_plan *plan, const koetter_state *s,
                                     const body_state *b, wide S, const arc_point *one,
                                     const arc_point *two, const half_angle x[2], const wide rate[2])
@@ -834,8 +833,8 @@ INLINE frame_state evaluate_frame(const kr_kowalewski_plan *plan, int complex, i
     if (derive)
         R = wide_choose(mask_and(is_lost, wide_less(wide_splat(0.3), wide_abs(Q))), 2.0 * s.p.d / Q,
                         R);
-    /* xi = (p + iq)^2 + g1 + i g2 has the absolute value k and the argument of (z/Z)^2, with Z = Z1
-     * + i Z2, Z1^2 = q^2 (w1 + k)(-k - w2), Z2^2 = q^2 (k - w1)(k - w2). */
+    /* xi = (p + iq)^2 + g1 + i g2 has the absolute value k and the argument of (z/Z)^2, with
+     * Z = Z1 + i Z2, Z1^2 = q^2 (w1 + k)(-k - w2), Z2^2 = q^2 (k - w1)(k - w2). */
     const wide S = derive ? -2.0 * s.q.d : g3 + P * s.r.v; /* Re z */
     const wide Z1 = one.plus.v * two.plus.v, Z2 = plan->sign[5] * one.minus.v * two.minus.v;
     const wide Z_re = (Z1 - Z2) * (Z1 + Z2), Z_im = 2.0 * Z1 * Z2, z_re = S, z_im = R * Q,

@@ -33,8 +33,7 @@ INLINE double fraction_of_turns(double turns)
     return isfinite(turns) ? turns - floor(turns) : NAN;
 }
 /* Returns t minus the initial time, or 0 if t is not finite or too large for the phases to be
- * computed. With 0, the caller computes the initial state, of which at least the integrals of
- * motion are correct. */
+ * computed. The caller then computes the initial state, whose integrals of motion are correct. */
 INLINE dd torus_span(const void *plan, wide t)
 {
     const kr_torus *torus = plan;
@@ -59,8 +58,7 @@ INLINE quat_lanes torus_attitude(const kr_torus *torus, wide s, wide c, quat_lan
     r.z = (w * f.z + x * f.y) + (z * f.w - y * f.x);
     return r;
 }
-/* Computes the state at `time`, which is the initial time plus `span`. `plan` begins with its
- * kr_torus. */
+/* Computes the state at `time`, `span` after the initial time. `plan` begins with a kr_torus. */
 typedef state_lanes torus_kernel(const void *plan, wide time, dd span);
 #if defined KR_EXACT_LANES
 /* Writes the states at n times, each computed in a SIMD lane. At a non-finite time, attitude and
@@ -93,8 +91,8 @@ INLINE kr_state evaluate_torus(torus_kernel *state_of, const void *plan, double 
 }
 #endif
 
-/* The closed form of a free gyrostat. With the phases `first` and `second`, the attitude q = (w, x,
- * y, z) in the axes of the plan is
+/* The closed form of a free gyrostat. With the phases `first` and `second`, the attitude
+ * q = (w, x, y, z) in the axes of the plan is
  *     (w + i z, x + i y) = e^{i second} (X(u), Y(u)) / sqrt(|X|^2 + |Y|^2),  u = e^{i first},
  * where X and Y are finite sums of powers of u. Their coefficients decrease as fast as those of
  * theta functions. */

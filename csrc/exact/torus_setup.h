@@ -102,9 +102,9 @@ static dd refine_root(const cubic *o, dd w, int steps)
     return w;
 }
 /* Writes the roots of a cubic polynomial. root[0] is the real root that is farthest from the mean
- * of all roots. If the other two are real, they are root[1] < root[2], and the result is 0. If they
- * are complex, they are root[1] +- i root[2] with root[2] > 0, and the result is 1. Newton's method
- * starts beyond the outermost root, and therefore converges monotonically to this root. */
+ * of all roots. If the other two are real, they are root[1] <= root[2], and the result is 0. If
+ * they are complex, they are root[1] +- i root[2] with root[2] > 0, and the result is 1. Newton's
+ * method starts beyond the outermost root, and therefore converges monotonically to this root. */
 static int find_cubic_roots(const cubic *o, dd root[3])
 {
     const double h = o->h.hi, c = o->c.hi, rest = o->rest.hi, bend = -h / 3.0,
@@ -197,7 +197,7 @@ static void integrate_samples(const dd v[], const cosine_table *table, int n, do
         const double sign = k % 2 ? -1.0 : 1.0;
         double sum = 0.5 * (v[0].hi + sign * v[GRID].hi);
         /* As cos(k x) and cos(k (pi - x)) differ at most in sign, the values at x and pi - x are
-         * added first. The loop ends at x = pi/2 = pi - x. */
+         * first added, or subtracted for odd k. The loop ends at x = pi/2 = pi - x. */
         for (int i = 1, at = k; i <= n / 2; i++) {
             const double mirrored =
                 2 * i < n ? v[i * stride].hi + sign * v[GRID - i * stride].hi : v[i * stride].hi;
@@ -253,8 +253,8 @@ static void turn_to_axes(const dd q[4], const dd v[3], dd c, dd s, dd out[3])
     out[1] = dd_sub(dd_mul(c, r[1]), dd_mul(s, r[0]));
     out[2] = r[2];
 }
-/* Checks that a scene describes an undamped top of the given kind under gravity, and converts it to
- * the axes and units of the closed form: `start` and `way`. If a check fails, writes the reason to
+/* Checks that a scene describes an undamped top of this kind under gravity. Converts it to `start`
+ * and `way`, in axes and units of the closed form. If a check fails, writes the cause to
  * `refusal`. */
 static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_kind *kind,
                                   kr_refusal *refusal, torus_start *start, torus_units *way)
@@ -394,7 +394,7 @@ typedef struct body_view {
     double w[3], e[3][3];
 } body_view;
 
-static body_view read_body_view(const torus_kind *kind, kr_state s)
+static body_view find_body_view(const torus_kind *kind, kr_state s)
 {
     const kr_vec3 m = v_scale(kind->factor, q_turn_back(s.q, s.m));
     body_view r = {.w = {m.x / kind->ratio, m.y / kind->ratio, m.z}};
@@ -447,7 +447,7 @@ static void advance_body_view(const torus_kind *kind, double span, body_view *vi
  * time `span` after `now`. */
 static double find_taylor_error(const torus_kind *kind, body_view now, double span, kr_state later)
 {
-    const body_view got = read_body_view(kind, later);
+    const body_view got = find_body_view(kind, later);
     double square = 0.0;
     advance_body_view(kind, span, &now);
     for (int i = 0; i < 9; i++) {
