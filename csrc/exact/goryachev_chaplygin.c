@@ -46,7 +46,7 @@ typedef struct chaplygin_arc {
 /* Finds the branch points. Returns KR_REFUSAL_NONE, or the reason for a failure. */
 static kr_refusal find_branch_points(chaplygin_curve *o)
 {
-    double gap[2]; /* relative discriminants of p+ and p-, without their largest root */
+    double gap[2]; /* (half the difference of the last two roots / root[0])^2, for p+ and p- */
     for (int j = 0; j < 2; j++) {
         dd *const root = o->root + 3 * j;
         const cubic half = {dd_of(0.0), dd_scale(-0.5, dd_plus(o->H, j ? -1.0 : 1.0)),
@@ -678,8 +678,8 @@ static kr_state chaplygin_state(const void *plan, double t)
 static kr_state chaplygin_state_at(const void *memory, double first, double second)
 {
     const kr_chaplygin_plan *plan = memory;
-    /* The phases are half the angles, except that `second` is the whole angle if only integer
-     * multiples of it occur. */
+    /* `first` and `second` are half of the mean angles [turns]. If only integer multiples of alpha2
+     * occur, `second` is the whole angle. */
     const double part = plan->is_whole ? 0.5 : 1.0;
     const dd mean[2] = {dd_of(fraction_of_turns(first)), dd_of(part * fraction_of_turns(second))};
     return chaplygin_kernel_at(plan, plan->torus.begin, mean, 0.0);

@@ -28,8 +28,8 @@ typedef struct kowalewski_curve {
 
 /* A real pole w of the integrand of the heading, with N - w D = a sin^2 + b cos^2. */
 typedef struct heading_pole {
-    dd a, b, value;  /* value: sqrt(a b)/2, or 0 if the pole is not treated separately */
-    int is_adjacent; /* 1 if it is: the pole is in the gap next to an end of the arc */
+    dd a, b, value;  /* value: sqrt(a b)/2 if is_adjacent, or 0 */
+    int is_adjacent; /* 1 if the pole is in the gap next to an end of the arc */
 } heading_pole;
 /* An arc from the root `high` at x = 0 to the root `low`, or to minus infinity, at x = pi. */
 typedef struct kowalewski_arc {
@@ -865,7 +865,7 @@ static void fill_series(const kowalewski_arc arc[2], kr_kowalewski_plan *plan)
         }
     }
 }
-/* Fills the table of initial guesses. The search for each entry starts at an adjacent entry. */
+/* Fills the table `guess` of the plan. The search for each entry starts at an adjacent entry. */
 static void fill_guess_table(kr_kowalewski_plan *plan)
 {
     jacobian unused;

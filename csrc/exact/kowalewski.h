@@ -38,8 +38,9 @@ typedef struct kr_kowalewski_arc {
     double scale; /* dw/F = scale D dx / (product of the square roots of all way * (N - e D)) */
     /* For complex e1, way * (N - e1 D) = half * (center[0] - cos x) - center[1] + i im D. */
     double half, center[2], im;
-    /* Poles of the heading's integrand, w = +-sqrt(-c), N - w D = a sin^2 + b cos^2. Square roots
-     * of a and b for poles next to the arc; a and b of both poles, if real. */
+    /* Poles w = +-sqrt(-c) of the heading's integrand: N - w D = a sin^2 + b cos^2. pole_a, pole_b:
+     * square roots of a and b for poles next to the arc. both_a, both_b: a and b of both poles, if
+     * real. */
     double pole_a[2], pole_b[2], both_a[2], both_b[2];
     int poles, low, high, folds;
     kr_fold fold[FOLDS]; /* from x to y */
@@ -101,7 +102,7 @@ typedef struct arc_angle {
 typedef wide series_group;
 enum { GROUP = 1 };
 INLINE series_group load_series(const double *p) { return wide_splat(*p); }
-/* Returns `one` or `two` for each series from index i on: the value for its arc. */
+/* Returns `one` or `two` for each series from index i on, depending on the arc of the series. */
 INLINE series_group choose_by_arc(int i, wide one, wide two) { return i % 2 ? two : one; }
 #else
 typedef double series_group __attribute__((vector_size(8 * LANES_OF_SERIES)));
@@ -585,7 +586,7 @@ INLINE wide find_arc_density(const kr_kowalewski_arc *arc, int complex, const ar
     return arc->scale / product;
 }
 
-/* The state without g1 and g2, and the common denominator a. */
+/* p, q, r and g3 by Koetter's formulas, and the common denominator a. */
 typedef struct koetter_state {
     dual p, q, r, g3, a;
     wide r_terms; /* the size of the terms of r */
@@ -687,7 +688,7 @@ INLINE koetter_state evaluate_koetter(const kr_kowalewski_plan *plan, int comple
     return s;
 }
 
-/* The state in the body frame: angular velocity p, q, r, and e3. */
+/* The state in the body frame: angular velocity (p, q, r), and e3 = (g1, g2, g3). */
 typedef struct body_state {
     wide p, q, r, g1, g2, g3;
 } body_state;
@@ -880,7 +881,7 @@ INLINE frame_state evaluate_frame(const kr_kowalewski_plan *plan, int complex, i
             re = turned;
         }
     const wide n = 1.0 / wide_sqrt(best.square * (re * re + im * im));
-    /* The vector has the heading arg(re + i im). Turned back by this angle, it gives e1. */
+    /* The vector has the heading arg(re + i im). A rotation by minus this angle gives e1. */
     const wide across[3] = {b.g2 * best.z - b.g3 * best.y, b.g3 * best.x - b.g1 * best.z,
                             b.g1 * best.y - b.g2 * best.x},
                along[3] = {best.x, best.y, best.z};
@@ -978,7 +979,7 @@ INLINE state_lanes kowalewski_kernel_at(const kr_kowalewski_plan *plan, wide tim
         turns[j] = (y[j].turns.hi - 2.0 * wraps[j]) + y[j].turns.lo;
     }
     const wide sign = find_quaternion_sign(plan, q, turns, wraps);
-    /* If the quaternion changes its sign when y grows by two turns, the phase compensates this. */
+    /* If the quaternion changes its sign when y grows by two turns, a phase compensates this. */
     for (int j = 0; j < 2; j++) {
         const wide half = wide_splat(0.5 * plan->half_turns[j]);
         heading = dd_add(heading,

@@ -110,7 +110,7 @@ static int find_cubic_roots(const cubic *o, dd root[3])
     const double h = o->h.hi, c = o->c.hi, rest = o->rest.hi, bend = -h / 3.0,
                  there = (bend + h) * (bend * bend + c) - rest, side = there > 0.0 ? -1.0 : 1.0,
                  slope = c - h * h / 3.0;
-    /* A bound on all roots x, from the point of inflection: x^3 + slope x + there = 0. */
+    /* A bound on |v| for all roots w = bend + v, where v^3 + slope v + there = 0. */
     double x = sqrt(fabs(slope)) + 1.0;
     while (x * x * x < 2.0 * (fabs(slope) * x + fabs(there))) x *= 1.5;
     double w = bend + side * x;
@@ -356,7 +356,7 @@ static kr_refusal find_degeneracy(const torus_kind *kind, const torus_start *sta
 {
     const kr_vec3 w = find_initial_rates(kind, start),
                   up = v3(start->up[0].hi, start->up[1].hi, start->up[2].hi),
-                  /* the change of the momentum in the body */
+                  /* the time derivative of the momentum in the body frame */
         change = v3((kind->ratio - 1.0) * w.y * w.z,
                     kind->side * up.z - (kind->ratio - 1.0) * w.x * w.z, -kind->side * up.y);
     const double size = 1.0 + v_largest(w), slack = 1e-13 * size;
