@@ -9,10 +9,10 @@
  * is known. */
 #include "tangents.h"
 
-/* Taylor coefficients with their components permuted for multiplication. For the path, the
- * coefficients of W (`w`) and P (`p`) are stored as two cyclic permutations (prev | next), preceded
- * by BEFORE zeros. For a tangent, the coefficients of theta (`turn`), N (`push`) and c x theta
- * (`cross`) are stored as two cyclic permutations (next | prev). */
+/* Taylor coefficients with their components permuted for multiplication. For the path, `w` and `p`
+ * are the coefficients of W and P (taylor.h) as two cyclic permutations (prev | next), preceded by
+ * BEFORE zeros. For a tangent, `turn`, `push` and `cross` are the coefficients of theta, N
+ * (tangents.h) and c x theta as two cyclic permutations (next | prev). */
 typedef struct {
     path_term w[KR_TAYLOR_MAX + BEFORE], p[KR_TAYLOR_MAX + BEFORE];
 } turned_path;
@@ -21,26 +21,25 @@ typedef struct {
 } turned_deviation;
 
 /* Stores the n-th Taylor coefficients of a tangent, in their original and in permuted order. */
-INLINE void set_deviation(kr_tangent *g, turned_deviation *d, int n, triple turn, triple push)
+INLINE void store_coefficients(kr_tangent *g, turned_deviation *d, int n, triple turn, triple push)
 {
-    const triple up = triple_of(g->up), down = triple_of(g->down);
+    const triple up = make_triple(g->up), down = make_triple(g->down);
     store_turn(g, n, turn);
     store_push(g, n, push);
-    d->turn[n] = turned_of(turn);
-    d->push[n] = turned_of(push);
-    d->cross[n] = turned_of(triple_fma(up, triple_prev(turn), triple_mul(down, triple_next(turn))));
+    d->turn[n] = permute(turn);
+    d->push[n] = permute(push);
+    d->cross[n] = permute(triple_fma(up, triple_prev(turn), triple_mul(down, triple_next(turn))));
 }
 INLINE triple triple_cross(triple a, triple b)
 {
     return triple_sub(triple_mul(triple_next(a), triple_prev(b)),
                       triple_mul(triple_prev(a), triple_next(b)));
 }
-/* Returns the damping term of the variational equations, which the caller subtracts. `rate` is the
- * time derivative of the rotation vector theta. The cross product of theta and the angular velocity
- * is `plus` - `minus`. */
-INLINE triple damping(const kr_tangent *g, triple rate, triple plus, triple minus)
+/* Returns D (theta' - theta x W) + theta x (D W), the damping term of -N' (tangents.h). `rate` is
+ * the time derivative theta', and `plus` - `minus` is theta x W. All are divided by n + 1. */
+INLINE triple find_damping(const kr_tangent *g, triple rate, triple plus, triple minus)
 {
-    const triple drag = triple_of(g->drag), change = triple_sub(rate, triple_sub(plus, minus));
+    const triple drag = make_triple(g->drag), change = triple_sub(rate, triple_sub(plus, minus));
     const triple turned_by =
         triple_sub(triple_mul(triple_prev(drag), plus), triple_mul(triple_next(drag), minus));
     return triple_fma(drag, change, turned_by);
@@ -68,25 +67,25 @@ INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *
                  minus = triple_mul(share, halves_second(crossed));
     triple own = load_push(g, n), force = triple_sub(halves_first(pushed), halves_second(pushed));
     if (g->changes != 0.0) {
-        own = triple_sub(own, triple_mul(load_triple(g->moments), triple_of(s->w[n])));
-        force = triple_add(force, triple_cross(triple_of(s->x[n] + 4), load_triple(g->lever)));
+        own = triple_sub(own, triple_mul(load_triple(g->moments), make_triple(s->w[n])));
+        force = triple_add(force, triple_cross(make_triple(s->x[n] + 4), load_triple(g->lever)));
     }
     if (g->gyrostat != 0.0)
-        own = triple_add(own, triple_cross(triple_of(g->rotor), load_triple(g->x[n])));
+        own = triple_add(own, triple_cross(make_triple(g->rotor), load_triple(g->x[n])));
     if (n == 0 && g->rotor_changes != 0.0) own = triple_sub(own, load_triple(g->rotor_of));
     if (g->drag_changes != 0.0)
-        force = triple_sub(force, triple_mul(load_triple(g->drags), triple_of(s->w[n])));
-    own = triple_mul(triple_mul(share, triple_of(g->per)), own);
+        force = triple_sub(force, triple_mul(load_triple(g->drags), make_triple(s->w[n])));
+    own = triple_mul(triple_mul(share, make_triple(g->per)), own);
     const triple rate =
-        triple_fma(triple_of(g->ahead), plus, triple_fma(triple_of(g->behind), minus, own));
+        triple_fma(make_triple(g->ahead), plus, triple_fma(make_triple(g->behind), minus, own));
     force = triple_mul(share, force);
-    if (g->damped != 0.0) force = triple_sub(force, damping(g, rate, plus, minus));
-    set_deviation(g, d, n + 1, rate, force);
+    if (g->damped != 0.0) force = triple_sub(force, find_damping(g, rate, plus, minus));
+    store_coefficients(g, d, n + 1, rate, force);
 }
-/* Adds every second term of the Cauchy products to `a`, beginning with the term of index `first`.
- * If CHAINS is 2, the remaining terms of the Cauchy products are added to `b`. */
-INLINE void add_terms(deviation_sums *a, deviation_sums *b, const turned_path *path,
-                      const turned_deviation *d, int few, int first, int n)
+/* Adds every second term of the Cauchy products of `few` tangents to `a`, beginning with the term
+ * of index `first`. If CHAINS is 2, the remaining terms are added to `b`. */
+INLINE void add_product_terms(deviation_sums *a, deviation_sums *b, const turned_path *path,
+                              const turned_deviation *d, int few, int first, int n)
 {
     for (; first <= n; first += BLOCK) {
         UNROLL
@@ -99,32 +98,31 @@ INLINE void add_terms(deviation_sums *a, deviation_sums *b, const turned_path *p
         }
     }
 }
-/* Computes the Taylor coefficients of order n + 1 of the first `few` entries of `g`, each of which
- * is a tangent or a batch of tangents.
- * The even and the odd terms of each Cauchy product are accumulated separately. */
-INLINE void next_few(const kr_series *s, const turned_path *path, kr_tangent *g,
-                     turned_deviation *d, int few, int n)
+/* Computes the Taylor coefficients of order n + 1 of the first `few` tangents or batches of
+ * tangents in `g`. The even and odd terms of each Cauchy product are accumulated separately. */
+INLINE void next_coefficients(const kr_series *s, const turned_path *path, kr_tangent *g,
+                              turned_deviation *d, int few, int n)
 {
     const halves zero = halves_zero();
     const deviation_sums none = {zero, zero, zero};
     deviation_sums a[AT_ONCE], b[AT_ONCE];
     for (int k = 0; k < few; k++) a[k] = b[k] = none;
-    add_terms(a, b, path, d, few, 0, n);
-    if (CHAINS == 1) add_terms(b, b, path, d, few, 1, n);
+    add_product_terms(a, b, path, d, few, 0, n);
+    if (CHAINS == 1) add_product_terms(b, b, path, d, few, 1, n);
     UNROLL
     for (int k = 0; k < few; k++) next_deviation(s, g + k * STRUCTS, &d[k], n, &a[k], &b[k]);
 }
-INLINE void expand_few(const kr_series *s, const turned_path *path, kr_tangent *g, int few,
-                       int order)
+INLINE void expand_tangent_group(const kr_series *s, const turned_path *path, kr_tangent *g,
+                                 int few, int order)
 {
     turned_deviation d[AT_ONCE];
     for (int k = 0; k < few; k++) {
         kr_tangent *own = g + k * STRUCTS;
         for (int n = 1; n < order + BLOCK - 1 && BLOCK > 2; n++)
             d[k].turn[n] = d[k].push[n] = d[k].cross[n] = turned_zero();
-        set_deviation(own, &d[k], 0, load_triple(own->x[0]), load_push(own, 0));
+        store_coefficients(own, &d[k], 0, load_triple(own->x[0]), load_push(own, 0));
     }
-    for (int n = 0; n < order; n++) next_few(s, path, g, d, few, n);
+    for (int n = 0; n < order; n++) next_coefficients(s, path, g, d, few, n);
 }
 /* Computes all Taylor coefficients of the first `many` tangents (or batches of tangents) in `g`,
  * given those of order 0. */
@@ -133,12 +131,12 @@ INLINE void expand_deviations(const kr_series *s, kr_tangent *g, size_t many, in
     turned_path path;
     for (int n = 0; n < BEFORE; n++) path.w[n] = path.p[n] = path_zero();
     for (int n = 0; n < order; n++) {
-        path.w[BEFORE + n] = path_term_of(s->w[n]);
-        path.p[BEFORE + n] = path_term_of(s->x[n] + 4);
+        path.w[BEFORE + n] = make_path_term(s->w[n]);
+        path.p[BEFORE + n] = make_path_term(s->x[n] + 4);
     }
     for (; many >= AT_ONCE; many -= AT_ONCE, g += AT_ONCE * STRUCTS)
-        expand_few(s, &path, g, AT_ONCE, order);
-    for (; many > 0; many--, g += STRUCTS) expand_few(s, &path, g, 1, order);
+        expand_tangent_group(s, &path, g, AT_ONCE, order);
+    for (; many > 0; many--, g += STRUCTS) expand_tangent_group(s, &path, g, 1, order);
 }
 /* Evaluates the eight Taylor series of a kr_tangent at the time `to`. */
 INLINE void sum_deviation(const kr_tangent *g, int order, const double *to, double *sum)

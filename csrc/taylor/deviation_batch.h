@@ -22,7 +22,7 @@ typedef struct {
 
 INLINE triple triple_all(duo x, duo y, duo z) { return (triple){x, y, z}; }
 /* Returns a triple with the same components (x, y, z) for every tangent of a batch. */
-INLINE triple triple_of(const double *four)
+INLINE triple make_triple(const double *four)
 {
     return triple_all(duo_lane(four, 1), duo_lane(four, 2), duo_lane(four, 3));
 }
@@ -46,8 +46,8 @@ INLINE triple triple_sub(triple a, triple b)
 }
 INLINE triple triple_next(triple a) { return triple_all(a.y, a.z, a.x); }
 INLINE triple triple_prev(triple a) { return triple_all(a.z, a.x, a.y); }
-INLINE turned turned_of(triple a) { return a; }
-INLINE path_term path_term_of(const double *four) { return four; }
+INLINE turned permute(triple a) { return a; }
+INLINE path_term make_path_term(const double *four) { return four; }
 INLINE path_term path_zero(void) { return NULL; }
 INLINE turned turned_zero(void) { return triple_splat(duo_splat(0.0)); }
 INLINE halves halves_zero(void) { return (halves){turned_zero(), turned_zero()}; }
@@ -57,14 +57,15 @@ INLINE halves halves_add(halves a, halves b)
 }
 INLINE halves halves_fma(turned a, path_term four, halves c)
 {
-    const triple b = triple_of(four);
+    const triple b = make_triple(four);
     return (halves){triple_fma(triple_next(a), triple_prev(b), c.lo),
                     triple_fma(triple_prev(a), triple_next(b), c.hi)};
 }
 INLINE triple halves_first(halves a) { return a.lo; }
 INLINE triple halves_second(halves a) { return a.hi; }
 
-/* Returns the vectors whose three components follow each other at the distance of a struct. */
+/* Loads a triple from three structs of a batch. `numbers` is an array in the first struct, and the
+ * same arrays of successive components are `apart` numbers from each other. */
 INLINE triple load_triple(const double *numbers)
 {
     const size_t apart = WORDS * sizeof(kr_tangent) / sizeof(double);

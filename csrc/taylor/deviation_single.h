@@ -13,7 +13,7 @@ enum {
 typedef quad triple;
 typedef duo turned, path_term, halves;
 
-INLINE triple triple_of(const double *four) { return quad_load(four); }
+INLINE triple make_triple(const double *four) { return quad_load(four); }
 INLINE triple triple_reciprocal(int n) { return quad_reciprocal(n); }
 INLINE triple triple_add(triple a, triple b) { return quad_add(a, b); }
 INLINE triple triple_sub(triple a, triple b) { return quad_fma(quad_splat(-1.0), b, a); }
@@ -21,8 +21,8 @@ INLINE triple triple_mul(triple a, triple b) { return quad_mul(a, b); }
 INLINE triple triple_fma(triple a, triple b, triple c) { return quad_fma(a, b, c); }
 INLINE triple triple_next(triple a) { return quad_next(a); }
 INLINE triple triple_prev(triple a) { return quad_prev(a); }
-INLINE turned turned_of(triple a) { return duo_next_prev(a); }
-INLINE path_term path_term_of(const double *four) { return duo_prev_next(quad_load(four)); }
+INLINE turned permute(triple a) { return duo_next_prev(a); }
+INLINE path_term make_path_term(const double *four) { return duo_prev_next(quad_load(four)); }
 INLINE path_term path_zero(void) { return duo_splat(0.0); }
 INLINE turned turned_zero(void) { return duo_splat(0.0); }
 INLINE halves halves_zero(void) { return duo_splat(0.0); }

@@ -17,13 +17,13 @@ PER_ORDER void expand_headless(kr_series *s, int from, int order)
 /* Evaluates the Taylor series at the time s->at. */
 PER_ORDER void evaluate_series(kr_series *s, int order)
 {
-    evaluate_sums(s, 0, order, &s->at, s->at_x, s->at_w);
+    evaluate_terms(s, 0, order, &s->at, s->at_x, s->at_w);
 }
 /* Chooses the end of the step according to the tolerance, and evaluates the series there. */
 PER_ORDER void end_step_by_tolerance(kr_series *s, int order, double log2_tol, double direction)
 {
     s->end = s->t + direction * series_step_size(s, order, log2_tol);
-    evaluate_sums(s, 0, order, &s->end, s->end_x, s->end_w);
+    evaluate_terms(s, 0, order, &s->end, s->end_x, s->end_w);
 }
 
 /* Compilers unroll only loops of constant length, so each order n has its own functions. STEP
@@ -34,7 +34,7 @@ PER_ORDER void end_step_by_tolerance(kr_series *s, int order, double log2_tol, d
 #define STEP(form, n)                                                                              \
     static void step_##form##_##n(kr_series *s, double log2_tol, double direction)                 \
     {                                                                                              \
-        begin_at_end(s);                                                                           \
+        begin_step(s);                                                                             \
         expand_##form(s, 0, n);                                                                    \
         end_step_by_tolerance(s, n, log2_tol, direction);                                          \
     }
@@ -49,7 +49,7 @@ ORDERS(KERNELS)
 const kr_kernel KR_NAME(kr_kernel)[KR_ORDERS] = {ORDERS(WHOLE_KERNEL)};
 const kr_kernel KR_NAME(kr_headless)[KR_ORDERS] = {ORDERS(HEADLESS_KERNEL)};
 
-/* TAIL defines the functions that compute the tail of a series in doubles (see kernel_dd.c). */
+/* TAIL defines the functions that compute the tail of a series in doubles (kernel_dd.c). */
 #define TAIL(digits)                                                                               \
     static void expand_##digits(kr_series *s)                                                      \
     {                                                                                              \
@@ -57,15 +57,15 @@ const kr_kernel KR_NAME(kr_headless)[KR_ORDERS] = {ORDERS(HEADLESS_KERNEL)};
     }                                                                                              \
     static void sum_##digits(const kr_series *s, const double *to, double *x, double *w)           \
     {                                                                                              \
-        evaluate_sums(s, KR_HEAD_##digits + 1, KR_LAST_##digits, to, x, w);                        \
+        evaluate_terms(s, KR_HEAD_##digits + 1, KR_LAST_##digits, to, x, w);                       \
     }
 TAIL(20)
 TAIL(30)
 const kr_tail KR_NAME(kr_tail)[KR_DEPTHS] = {{expand_20, sum_20}, {expand_30, sum_30}};
 
-/* Adds the product of two power series to c. Even and odd terms of `a` are accumulated in two
- * parallel chains of fused multiply-adds. The member `product` of kr_step_polynomial points to this
- * function. */
+/* Adds the product of the power series `a` and `b` to c. Even and odd terms of `a` are accumulated
+ * in two parallel chains of fused multiply-adds. The member `product` of kr_step_polynomial
+ * (method.h) points to this function. */
 void KR_NAME(kr_product)(const double *a, const double *b, int order, double *c)
 {
     for (int n = 0; n <= order; n += 8) {

@@ -7,8 +7,8 @@
 #include "quat_simd_dd.h"
 #include "series.h"
 
-/* Evaluates a Taylor series whose first terms are stored in double-double precision and whose last
- * terms are stored in double precision. */
+/* Evaluates a Taylor series at the time `to`. The terms up to `head` are stored in double-double
+ * precision, and the others in double precision. */
 INLINE void sum_mixed(const kr_series *s, int head, const kr_tail *tail, const double *to,
                       double *x, double *w)
 {
@@ -16,16 +16,16 @@ INLINE void sum_mixed(const kr_series *s, int head, const kr_tail *tail, const d
     double tail_x[8], tail_w[4], power = h;
     for (int i = 0; i < head; i++) power *= h;
     tail->sum(s, to, tail_x, tail_w);
-    evaluate_sums(s, 0, head, to, x, w);
-    duo_store(x, duo_fma(duo_splat(power), duo_exact(tail_x), duo_load(x)));
-    quad_store(w, quad_fma(quad_splat(power), quad_exact(tail_w), quad_load(w)));
+    evaluate_terms(s, 0, head, to, x, w);
+    duo_store(x, duo_fma(duo_splat(power), duo_load_doubles(tail_x), duo_load(x)));
+    quad_store(w, quad_fma(quad_splat(power), quad_load_doubles(tail_w), quad_load(w)));
 }
 INLINE void advance_mixed(kr_series *s, int head, int last, double log2_less, const kr_tail *tail,
                           double log2_tol, double direction)
 {
-    begin_at_end(s);
+    begin_step(s);
     expand_series(s, 0, head, WHOLE);
-    const double by_tail = step_to_tail(s, head, log2_tol + log2_less);
+    const double by_tail = step_size_for_tail(s, head, log2_tol + log2_less);
     tail->expand(s);
     const double by_last = series_step_size(s, last, log2_tol);
     s->end = s->t + direction * (by_last < by_tail ? by_last : by_tail);

@@ -1,4 +1,4 @@
-/* Tangents in doubles. This file is compiled once for each instruction set. */
+/* Single tangents in double precision. This file is compiled once for each instruction set. */
 #include "quat_simd.h"
 enum { WORDS = 1 };
 #include "deviation_single.h"

@@ -10,11 +10,11 @@
 
 /* Each function returns the address of the low-order words of double-double numbers, given the
  * address p of their high-order words. */
-INLINE const double *low(const double *p)
+INLINE const double *low_words(const double *p)
 {
     return (const double *)((const char *)p + sizeof(kr_series));
 }
-INLINE double *low_of(double *p) { return (double *)((char *)p + sizeof(kr_series)); }
+INLINE double *writable_low_words(double *p) { return (double *)((char *)p + sizeof(kr_series)); }
 
 /* PRODUCT_ERROR defines a function that returns the rounding error of the product ab = a * b of
  * vectors. Without fused multiply-add, the rounding error is computed by Dekker's product of 26-bit
@@ -58,13 +58,13 @@ INLINE double *low_of(double *p) { return (double *)((char *)p + sizeof(kr_serie
         const T s = T##_add(hi, lo);                                                               \
         return D##_of(s, T##_sub(lo, T##_sub(s, hi)));                                             \
     }                                                                                              \
-    INLINE D D##_exact(const double *p) { return D##_of(T##_load(p), T##_splat(0.0)); }            \
-    INLINE D D##_load(const double *p) { return D##_of(T##_load(p), T##_load(low(p))); }           \
+    INLINE D D##_load_doubles(const double *p) { return D##_of(T##_load(p), T##_splat(0.0)); }     \
+    INLINE D D##_load(const double *p) { return D##_of(T##_load(p), T##_load(low_words(p))); }     \
     INLINE void D##_store(double *p, D a)                                                          \
     {                                                                                              \
         const D n = D##_normal(a.hi, a.lo);                                                        \
         T##_store(p, n.hi);                                                                        \
-        T##_store(low_of(p), n.lo);                                                                \
+        T##_store(writable_low_words(p), n.lo);                                                    \
     }                                                                                              \
     INLINE D D##_splat(double a) { return D##_of(T##_splat(a), T##_splat(0.0)); }                  \
     INLINE D D##_reciprocal(int n)                                                                 \
@@ -74,7 +74,7 @@ INLINE double *low_of(double *p) { return (double *)((char *)p + sizeof(kr_serie
     }                                                                                              \
     INLINE D D##_span(const double *from, const double *to)                                        \
     {                                                                                              \
-        const dd h = dd_add(two_sum(*to, -*from), dd_of(*low(to) - *low(from)));                   \
+        const dd h = dd_add(two_sum(*to, -*from), dd_of(*low_words(to) - *low_words(from)));       \
         return D##_of(T##_splat(h.hi), T##_splat(h.lo));                                           \
     }                                                                                              \
     INLINE D D##_product(D a, D b)                                                                 \
@@ -111,7 +111,7 @@ INLINE quad2 duo2_first(duo2 a) { return quad2_of(duo_first(a.hi), duo_first(a.l
 INLINE quad2 duo2_second(duo2 a) { return quad2_of(duo_second(a.hi), duo_second(a.lo)); }
 INLINE duo2 duo2_lane(const double *w, int i)
 {
-    return duo2_of(duo_lane(w, i), duo_lane(low(w), i));
+    return duo2_of(duo_lane(w, i), duo_lane(low_words(w), i));
 }
 INLINE duo2 duo2_lane_of(duo2 a, const double *w, int lane)
 {
@@ -121,7 +121,7 @@ INLINE duo2 duo2_lane_of(duo2 a, const double *w, int lane)
 INLINE void copy_both_words(double *to, const double *from)
 {
     *to = *from;
-    *low_of(to) = *low(from);
+    *writable_low_words(to) = *low_words(from);
 }
 INLINE duo2 duo2_scale(const double p[8], duo2 a)
 {
@@ -135,7 +135,7 @@ INLINE duo2 duo2_scale(const double p[8], duo2 a)
 #undef UNROLL
 #define UNROLL
 #define duo duo2
-#define duo_exact duo2_exact
+#define duo_load_doubles duo2_load_doubles
 #define duo_load duo2_load
 #define duo_store duo2_store
 #define duo_splat duo2_splat
@@ -156,7 +156,7 @@ INLINE duo2 duo2_scale(const double p[8], duo2 a)
 #define duo_scale duo2_scale
 #define copy_number copy_both_words
 #define quad quad2
-#define quad_exact quad2_exact
+#define quad_load_doubles quad2_load_doubles
 #define quad_load quad2_load
 #define quad_store quad2_store
 #define quad_splat quad2_splat

@@ -28,12 +28,12 @@ static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
 
-/* The terms of the recurrence, a sum of flags that is constant when a function is compiled.
- * HEADLESS does not compute the attitude q, so the SIMD lanes of q remain zero. DAMPED adds the
- * damping of a top without friction on a support at rest; separate code keeps the computation of
- * undamped motions fast. SUPPORT has all terms of a top with friction or on a moving support,
- * except those that only a rotating (TURNS) or shaken support (SHAKES) or a gravity gradient
- * (GRADIENT) has. */
+/* Flags of the terms in the recurrence. The argument `terms` of a function is a sum of flags, and a
+ * constant at compile time. HEADLESS: the attitude q is not computed, and the SIMD lanes of q
+ * remain zero. DAMPED: damping of a top without friction on a support at rest. Undamped motions
+ * have separate code, which is faster. SUPPORT: all terms of a top with friction or on a moving
+ * support, except the terms of a rotating support (TURNS), a shaken support (SHAKES) and a gravity
+ * gradient (GRADIENT). */
 enum {
     WHOLE = 0,
     HEADLESS = 1,
@@ -50,51 +50,51 @@ enum {
     GRADIENT = 32
 #endif
 };
-/* The two cyclic permutations of a vector coefficient: (next | prev) and (prev | next). */
+/* The two cyclic permutations of a Taylor coefficient, as duos (next | prev) and (prev | next). */
 typedef struct {
     duo ahead, behind;
 } turned_vector;
-/* Permuted Taylor coefficients of W, of U (next | prev), and of a vector that is fixed in space
- * (prev | next): of O if the support rotates, and of P if the attitude is not computed. */
+/* Permuted Taylor coefficients: `w` of W; `u` of U, as (next | prev); and `fixed` of a vector fixed
+ * in space, as (prev | next). This vector is O if the support rotates, or P if the attitude q is
+ * not computed. */
 typedef struct {
     turned_vector w;
     duo u, fixed;
 } turned_term;
-/* The n-th coefficients of products of Taylor series (Cauchy products). */
+/* The n-th coefficients of products of Taylor series: sums over all j + m = n (Cauchy products). */
 typedef struct {
-    duo i, j, k; /* of W_j or U_j with x_m for each axis; the headless form uses p instead */
-    duo p;       /* of (next(W_j) * prev(P_m) | prev(W_j) * next(P_m)) */
-    duo cross;   /* of next(W_j) * prev(W_m), in two halves */
-    duo support; /* of (next(U_j) * prev(O_m) | prev(U_j) * next(O_m)) */
-    duo pulled;  /* of G_j x_m */
+    duo i, j, k; /* one component of W_j or U_j times x_m; if HEADLESS, p instead */
+    duo p;       /* (next(W_j) * prev(P_m) | prev(W_j) * next(P_m)) */
+    duo cross;   /* the sum of both halves is next(W_j) * prev(W_m) */
+    duo support; /* (next(U_j) * prev(O_m) | prev(U_j) * next(O_m)) */
+    duo pulled;  /* G_j x_m */
 } series_sums;
 
 /* Stores a Taylor coefficient of a vector, together with its cyclic permutations. */
-INLINE void set_turned(double *to, turned_vector *a, quad value)
+INLINE void store_permuted(double *to, turned_vector *a, quad value)
 {
     quad_store(to, value);
     a->ahead = duo_next_prev(value);
     a->behind = duo_prev_next(value);
 }
 
-/* Adds the rotor terms to the initial coefficient of the angular velocity. As a result, every
- * product with the initial coefficient of the angular velocity includes the torque of the rotor. */
+/* Adds the constants of the rotor (kr_series.shift) to the permuted initial coefficient W_0. Every
+ * product with W_0 then includes the torque of the rotor. */
 INLINE void add_rotor(const kr_series *s, turned_vector *first)
 {
     first->behind = duo_add(first->behind, duo_load(s->shift));
 }
-/* For a vector coefficient (x, y, z), returns half the componentwise product of (y, z, x) and (z,
- * x, y). If j is 0, the contribution of the rotor is first added to the coefficient. */
-INLINE duo half_square(const kr_series *s, turned_vector w, int j)
+/* Returns half of next(W_j) * prev(W_j) in each half of a duo. If j is 0, the constants of the
+ * rotor are added to W_0 a second time, because they are halved. */
+INLINE duo half_cross_products(const kr_series *s, turned_vector w, int j)
 {
     if (j == 0) add_rotor(s, &w);
     return duo_mul(duo_splat(0.5), duo_mul(w.ahead, w.behind));
 }
-/* Adds to `a` the products of the j-th coefficients of the angular velocity relative to the support
- * and of the effective gravity with the m-th coefficients of the attitude, of the vertical and of
- * the angular velocity of the support. */
-INLINE void add_term(series_sums *a, const kr_series *s, const kr_series *own,
-                     const turned_term *turned, int j, int m, int terms)
+/* Adds to `a` the products of the j-th coefficients of U (or W) and of G with the m-th coefficients
+ * of the attitude q, of the vertical P, and of the support's angular velocity O. */
+INLINE void add_products(series_sums *a, const kr_series *s, const kr_series *own,
+                         const turned_term *turned, int j, int m, int terms)
 {
     const duo x = duo_load(s->x[m]);
     if (!(terms & (HEADLESS | SUPPORT))) {
@@ -115,15 +115,16 @@ INLINE void add_term(series_sums *a, const kr_series *s, const kr_series *own,
     if (terms & SHAKES) a->pulled = duo_fma(duo_load(own->x[j]), x, a->pulled);
 }
 /* Adds the products of Taylor coefficients with indices (j, m) to `a`, and those with indices (m,
- * j) to `b`. */
-INLINE void add_pair(series_sums *a, series_sums *b, const kr_series *s, const kr_series *own,
-                     const turned_term *turned, int j, int m, int terms)
+ * j) to `b`. A single term of a->cross covers both pairs of indices. */
+INLINE void add_product_pair(series_sums *a, series_sums *b, const kr_series *s,
+                             const kr_series *own, const turned_term *turned, int j, int m,
+                             int terms)
 {
-    add_term(a, s, own, turned, j, m, terms);
-    add_term(b, s, own, turned, m, j, terms);
+    add_products(a, s, own, turned, j, m, terms);
+    add_products(b, s, own, turned, m, j, terms);
     a->cross = duo_fma(turned[j].w.ahead, turned[m].w.behind, a->cross);
 }
-INLINE void add_chains(series_sums *a, const series_sums *b, int terms)
+INLINE void add_sums(series_sums *a, const series_sums *b, int terms)
 {
     if (terms & HEADLESS)
         a->p = duo_add(a->p, b->p);
@@ -137,7 +138,7 @@ INLINE void add_chains(series_sums *a, const series_sums *b, int terms)
 }
 
 /* Returns the n-th coefficients of all products of Taylor series in the equations of motion. Each
- * sum starts with the products of middle-order coefficients, and the products with the newest
+ * sum starts with products of two coefficients of middle order. The products with the newest
  * coefficients are added last. */
 INLINE series_sums cauchy_products(const kr_series *s, const kr_series *own,
                                    const turned_term *turned, int n, int terms)
@@ -145,33 +146,33 @@ INLINE series_sums cauchy_products(const kr_series *s, const kr_series *own,
     const duo zero = duo_splat(0.0);
     series_sums a = {zero, zero, zero, zero, zero, zero, zero}, b = a;
     if (n % 2 == 0) {
-        add_term(&a, s, own, turned, n / 2, n / 2, terms);
-        a.cross = half_square(s, turned[n / 2].w, n / 2);
+        add_products(&a, s, own, turned, n / 2, n / 2, terms);
+        a.cross = half_cross_products(s, turned[n / 2].w, n / 2);
     }
     UNROLL
     for (int j = (n - 1) / 2; j > 0; j--)
-        add_pair(&a, SIDE_BY_SIDE ? &b : &a, s, own, turned, n - j, j, terms);
-    if (SIDE_BY_SIDE) add_chains(&a, &b, terms);
-    if (n > 0) add_pair(&a, &a, s, own, turned, n, 0, terms);
+        add_product_pair(&a, SIDE_BY_SIDE ? &b : &a, s, own, turned, n - j, j, terms);
+    if (SIDE_BY_SIDE) add_sums(&a, &b, terms);
+    if (n > 0) add_product_pair(&a, &a, s, own, turned, n, 0, terms);
     return a;
 }
 
-/* Returns the next Taylor coefficients of the attitude and the vertical, where `share` is 1 / (n +
- * 1). */
-INLINE duo attitude_rates(const series_sums *a, duo share)
+/* Returns the Taylor coefficients of order n + 1 of the attitude and the vertical, given the
+ * products `a` of order n. `share` is 1 / (n + 1). */
+INLINE duo next_attitude_coefficient(const series_sums *a, duo share)
 {
     const duo i = duo_mul(duo_scale(sign_i, share), duo_i(a->i));
     const duo ij = duo_fma(duo_scale(sign_j, share), duo_j(a->j), i);
     return duo_fma(duo_scale(sign_k, share), duo_k(a->k), ij);
 }
 
-INLINE quad vertical_rates(const series_sums *a, int n)
+INLINE quad next_vertical_coefficient(const series_sums *a, int n)
 {
     return quad_fma(quad_reciprocal(-n), duo_first(a->p),
                     quad_mul(quad_reciprocal(n), duo_second(a->p)));
 }
 
-INLINE quad velocity_rates(const series_sums *a, const kr_series *s, quad p, quad share)
+INLINE quad next_velocity_coefficient(const series_sums *a, const kr_series *s, quad p, quad share)
 {
     const quad up = quad_mul(quad_mul(share, quad_load(s->up)), quad_next(p));
     const quad torque = quad_fma(quad_mul(share, quad_load(s->down)), quad_prev(p), up);
@@ -187,7 +188,7 @@ INLINE void set_vertical(kr_series *s, turned_term *turned, int n, quad p)
 }
 
 /* Returns the n-th coefficient of the support's angular velocity in the body frame. */
-INLINE quad support_rates(duo support, int n)
+INLINE quad support_velocity_coefficient(duo support, int n)
 {
     return quad_fma(quad_reciprocal(-n), duo_first(support),
                     quad_mul(quad_reciprocal(n), duo_second(support)));
@@ -199,16 +200,17 @@ INLINE quad dot_lanes(kr_series *own, quad a, quad b)
     const quad x = duo_first(duo_lane(own->end_w, 1)), y = duo_first(duo_lane(own->end_w, 2));
     return quad_add(duo_first(duo_lane(own->end_w, 3)), quad_add(x, y));
 }
-/* Stores a number in SIMD lane 0 of the vector that holds the n-th coefficient of the angular
- * velocity. The vector `number` must hold the same value in all SIMD lanes. */
+/* Stores the n-th coefficient of the friction variable in lane 0 of W_n. The vector `number` must
+ * hold this coefficient in all SIMD lanes. */
 INLINE void set_lane0(kr_series *s, kr_series *own, int n, quad number)
 {
     quad_store(own->end_w, number);
     copy_number(s->w[n], own->end_w);
 }
-/* Adds to coefficient n + 1 of W the effect of the friction torque that keeps the spin constant,
- * and returns the sum. */
-INLINE quad hold_spin(kr_series *s, kr_series *own, int n, quad w, quad o)
+/* Returns W_{n+1} including the friction torque that keeps the spin constant, and stores the n-th
+ * coefficient of this torque as the friction variable. `w` is W_{n+1} without friction, and `o` is
+ * O_{n+1}. */
+INLINE quad add_holding_torque(kr_series *s, kr_series *own, int n, quad w, quad o)
 {
     const quad minus = quad_splat(-1.0), gained = quad_fma(minus, o, w),
                lost = quad_mul(minus, dot_lanes(own, gained, quad_load(s->apex)));
@@ -216,10 +218,10 @@ INLINE quad hold_spin(kr_series *s, kr_series *own, int n, quad w, quad o)
     set_lane0(s, own, n, quad_mul(quad_splat((double)(n + 1)), torque));
     return quad_fma(lost, quad_load(s->yield), w);
 }
-/* Returns the next Taylor coefficient of the angular velocity, given the coefficient `p` of the
- * effective gravity vector. */
-INLINE quad support_velocity(const series_sums *a, const kr_series *s, const kr_series *own, int n,
-                             quad p)
+/* Returns W_{n+1} of a top with friction or on a moving support, without a friction torque that
+ * holds the top. `p` is the n-th coefficient of G P. */
+INLINE quad next_velocity_on_support(const series_sums *a, const kr_series *s, const kr_series *own,
+                                     int n, quad p)
 {
     const quad share = quad_reciprocal(n + 1),
                drag = quad_mul(quad_mul(share, quad_load(s->drag)), quad_load(own->w[n])),
@@ -229,8 +231,8 @@ INLINE quad support_velocity(const series_sums *a, const kr_series *s, const kr_
     return quad_fma(quad_mul(share, quad_load(s->k)),
                     quad_add(duo_first(a->cross), duo_second(a->cross)), torque);
 }
-/* Returns the n-th Taylor coefficient of next(P) * prev(P). The torque of a gravity gradient is
- * proportional to it. */
+/* Returns the n-th Taylor coefficient of next(P) * prev(P), to which the torque of a gravity
+ * gradient is proportional. */
 INLINE quad gradient_products(const kr_series *s, int n)
 {
     quad sum = quad_splat(0.0);
@@ -239,8 +241,8 @@ INLINE quad gradient_products(const kr_series *s, int n)
             quad_fma(quad_next(quad_load(s->x[j] + 4)), quad_prev(quad_load(s->x[n - j] + 4)), sum);
     return sum;
 }
-/* Stores the n-th Taylor coefficients of the angular velocities of the top and of its support. For
- * a sliding top, also stores the n-th coefficient of the spin, unless `is_known` is nonzero. */
+/* Stores the n-th Taylor coefficients of W (`w`) and O (`o`), and that of U = W - O. For a sliding
+ * top, also stores the n-th coefficient of the spin, unless `is_known` is nonzero. */
 INLINE void set_velocities(kr_series *s, kr_series *own, turned_term *turned, int n, quad w, quad o,
                            int turns, int is_known)
 {
@@ -250,11 +252,11 @@ INLINE void set_velocities(kr_series *s, kr_series *own, turned_term *turned, in
         turned[n].u = duo_next_prev(u);
         turned[n].fixed = duo_prev_next(o);
     }
-    set_turned(s->w[n], &turned[n].w, w);
+    store_permuted(s->w[n], &turned[n].w, w);
     if (s->slides != 0.0 && !is_known) set_lane0(s, own, n, dot_lanes(own, u, quad_load(s->apex)));
 }
-/* Computes the Taylor coefficients of the effective gravity, which is a constant plus a cosine. */
-INLINE void set_acceleration(const kr_series *s, kr_series *own, int order)
+/* Computes the Taylor coefficients of the effective gravity G, a constant plus a cosine. */
+INLINE void expand_effective_gravity(const kr_series *s, kr_series *own, int order)
 {
     duo cosine = duo_lane(s->sway, 0), sine = duo_lane(s->sway, 1);
     duo_store(own->x[0], duo_add(cosine, duo_lane(s->sway, 3)));
@@ -266,17 +268,19 @@ INLINE void set_acceleration(const kr_series *s, kr_series *own, int order)
         duo_store(own->x[n], cosine);
     }
 }
-/* Computes the Taylor coefficients of order n + 1 of the angular velocities of a top with friction
- * or on a moving support. */
-INLINE void next_support_velocity(kr_series *s, kr_series *own, turned_term *turned, int n,
-                                  quad vertical, const series_sums *a, int terms)
+/* Computes the Taylor coefficients of order n + 1 of the angular velocities W, U and O of a top
+ * with friction or on a moving support. `vertical` is the n-th coefficient of P. */
+INLINE void set_next_velocities(kr_series *s, kr_series *own, turned_term *turned, int n,
+                                quad vertical, const series_sums *a, int terms)
 {
-    const quad o = terms & TURNS ? support_rates(a->support, n + 1) : quad_splat(0.0);
-    quad w = support_velocity(a, s, own, n, terms & SHAKES ? duo_second(a->pulled) : vertical);
+    const quad o =
+        terms & TURNS ? support_velocity_coefficient(a->support, n + 1) : quad_splat(0.0);
+    quad w =
+        next_velocity_on_support(a, s, own, n, terms & SHAKES ? duo_second(a->pulled) : vertical);
     if (terms & GRADIENT)
         w = quad_fma(quad_mul(quad_reciprocal(n + 1), quad_load(s->steep)), gradient_products(s, n),
                      w);
-    if (s->holds != 0.0) w = hold_spin(s, own, n, w, o);
+    if (s->holds != 0.0) w = add_holding_torque(s, own, n, w, o);
     set_velocities(s, own, turned, n + 1, w, o, terms & TURNS, 0);
 }
 
@@ -287,28 +291,28 @@ INLINE void next_series_coefficient(kr_series *s, kr_series *own, turned_term *t
     const series_sums a = cauchy_products(s, own, turned, n, terms);
     const quad p = terms & HEADLESS ? quad_load(s->x[n] + 4) : duo_second(duo_load(s->x[n]));
     if (terms & HEADLESS)
-        set_vertical(s, turned, n + 1, vertical_rates(&a, n + 1));
+        set_vertical(s, turned, n + 1, next_vertical_coefficient(&a, n + 1));
     else
-        duo_store(s->x[n + 1], attitude_rates(&a, duo_reciprocal(n + 1)));
+        duo_store(s->x[n + 1], next_attitude_coefficient(&a, duo_reciprocal(n + 1)));
     if (terms & SUPPORT) {
-        next_support_velocity(s, own, turned, n, p, &a, terms);
+        set_next_velocities(s, own, turned, n, p, &a, terms);
         return;
     }
-    quad w = velocity_rates(&a, s, p, quad_reciprocal(n + 1));
+    quad w = next_velocity_coefficient(&a, s, p, quad_reciprocal(n + 1));
     if (terms & DAMPED)
         w = quad_fma(quad_mul(quad_reciprocal(n + 1), quad_load(s->drag)), quad_load(s->w[n]), w);
-    set_turned(s->w[n + 1], &turned[n + 1].w, w);
+    store_permuted(s->w[n + 1], &turned[n + 1].w, w);
 }
 
 /* approx_log2 and approx_exp2 operate on the bits of a double, and are much faster than libm. Two
- * correct digits suffice for a step size. The function approx_log2 replaces the logarithm of the
- * mantissa by the mantissa itself. The error of approx_log2 hardly affects the step size, because
- * the logarithm is later divided by the order. */
+ * correct digits suffice for a step size. approx_log2 replaces the logarithm of the mantissa by a
+ * linear function of the mantissa. Its error hardly affects the step size, because the logarithm is
+ * later divided by the order. */
 INLINE double approx_log2(double x)
 {
     int64_t bits;
     memcpy(&bits, &x, sizeof bits);
-    return lone_fma((double)bits, 0x1p-52, -1022.957);
+    return scalar_fma((double)bits, 0x1p-52, -1022.957);
 }
 INLINE double approx_exp2(double x)
 {
@@ -318,7 +322,7 @@ INLINE double approx_exp2(double x)
     memcpy(&bits, &whole, sizeof bits);
     bits = (bits + 1023) << 52;
     memcpy(&power, &bits, sizeof power);
-    return power * lone_fma(f, lone_fma(f, 0.2384, 0.7035), 1.0004);
+    return power * scalar_fma(f, scalar_fma(f, 0.2384, 0.7035), 1.0004);
 }
 
 /* Returns log2 of the radius of convergence, estimated from the n-th Taylor term. */
@@ -327,7 +331,7 @@ INLINE double series_log2_radius(const kr_series *s, int n)
     const double *x = s->x[n], *w = s->w[n];
     double a[4];
     for (int i = 0; i < 4; i++)
-        a[i] = lone_fma(x[i], x[i], lone_fma(x[4 + i], x[4 + i], w[i] * w[i]));
+        a[i] = scalar_fma(x[i], x[i], scalar_fma(x[4 + i], x[4 + i], w[i] * w[i]));
     return approx_log2((a[0] + a[2]) + (a[1] + a[3])) * (-0.5 / n);
 }
 /* Returns the step size for which the last retained Taylor term equals the tolerance. The radius of
@@ -340,35 +344,35 @@ INLINE double series_log2_radius(const kr_series *s, int n)
 INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 {
     const double a = series_log2_radius(s, order - 1), b = series_log2_radius(s, order - 2);
-    const double step = approx_exp2(lone_fma(log2_tol, 1.0 / order, a < b ? a : b)),
+    const double step = approx_exp2(scalar_fma(log2_tol, 1.0 / order, a < b ? a : b)),
                  longest = order / 6.0 * s->fall;
     return step < longest ? step : longest;
 }
 
-/* Returns the step size at which products of Taylor terms of middle order have the magnitude
- * 2^log2_size. The tail of a Taylor series consists of the terms that are computed in doubles. The
- * first coefficient of the tail is a sum of products of lower coefficients, some of them of about
- * half its order. If these products nearly cancel, the tail is small, but still contains the
- * rounding errors of the large products. A step size based only on the last Taylor term would then
- * be too large. */
-INLINE double step_to_tail(const kr_series *s, int head, double log2_size)
+/* Returns the step size at which products of two Taylor terms of order about head / 2 have the
+ * magnitude 2^log2_size. The tail of a Taylor series consists of the terms after the term `head`,
+ * which are computed in double precision. The first coefficient of the tail is a sum of products of
+ * lower coefficients, some of them of order about head / 2. If these products nearly cancel, the
+ * tail is small, but still contains the rounding errors of the large products. A step size based
+ * only on the last Taylor term would then be too large. */
+INLINE double step_size_for_tail(const kr_series *s, int head, double log2_size)
 {
     const double a = series_log2_radius(s, head / 2), b = series_log2_radius(s, head / 2 + 1);
-    return approx_exp2(lone_fma(log2_size, 1.0 / head, a < b ? a : b));
+    return approx_exp2(scalar_fma(log2_size, 1.0 / head, a < b ? a : b));
 }
 
 /* Permutes the coefficients of orders 0 to `from`, which are known. */
 INLINE void permute_known_coefficients(kr_series *s, turned_term *turned, int from, int terms)
 {
     for (int n = 0; n <= from; n++) {
-        if (!(terms & SUPPORT)) set_turned(s->w[n], &turned[n].w, quad_load(s->w[n]));
+        if (!(terms & SUPPORT)) store_permuted(s->w[n], &turned[n].w, quad_load(s->w[n]));
         if (terms & HEADLESS) set_vertical(s, turned, n, quad_load(s->x[n] + 4));
     }
 }
-/* Computes the coefficients of orders 0 to `from` of the relative angular velocity and of the
- * motion of the support from the known coefficients of the top's motion. */
-INLINE void find_known_coefficients(kr_series *s, kr_series *own, turned_term *turned, int from,
-                                    int terms)
+/* Computes the coefficients of orders 0 to `from` of U and of O from the known coefficients of the
+ * top's motion. */
+INLINE void find_known_velocities(kr_series *s, kr_series *own, turned_term *turned, int from,
+                                  int terms)
 {
     set_velocities(s, own, turned, 0, quad_load(s->w[0]), quad_load(s->turn), terms & TURNS,
                    from > 0);
@@ -377,19 +381,20 @@ INLINE void find_known_coefficients(kr_series *s, kr_series *own, turned_term *t
         if (terms & TURNS)
             for (int j = 0; j <= n; j++)
                 support = duo_fma(turned[j].u, turned[n - j].fixed, support);
-        set_velocities(s, own, turned, n + 1, quad_load(s->w[n + 1]), support_rates(support, n + 1),
-                       terms & TURNS, 1);
+        set_velocities(s, own, turned, n + 1, quad_load(s->w[n + 1]),
+                       support_velocity_coefficient(support, n + 1), terms & TURNS, 1);
     }
 }
-/* Computes the Taylor coefficients of orders `from` + 1 to `order` of a top that is not plain. In
- * double-double precision, `own` consists of one struct of high words and one of low words. */
+/* Computes the Taylor coefficients of orders `from` + 1 to `order` of a top with damping, with
+ * friction, or on a moving support. In double-double precision, own[0] holds high words, and own[1]
+ * holds low words. */
 INLINE void expand_terms(kr_series *s, int from, int order, int terms)
 {
     kr_series own[2];
     turned_term turned[KR_TAYLOR_MAX + 1];
     permute_known_coefficients(s, turned, from, terms);
-    if (terms & SHAKES) set_acceleration(s, own, order);
-    if (terms & SUPPORT) find_known_coefficients(s, own, turned, from, terms);
+    if (terms & SHAKES) expand_effective_gravity(s, own, order);
+    if (terms & SUPPORT) find_known_velocities(s, own, turned, from, terms);
     add_rotor(s, &turned[0].w);
     for (int n = from; n < order; n++)
         next_series_coefficient(s, terms & SUPPORT ? own : s, turned, n, terms);
@@ -453,7 +458,7 @@ INLINE void expand_support(kr_series *s, int from, int order, int terms)
 }
 #  endif
 #endif
-/* Computes the Taylor coefficients of orders `from` + 1 to `order`. */
+/* Computes the Taylor coefficients of orders `from` + 1 to `order`, given those of lower order. */
 INLINE void expand_series(kr_series *s, int from, int order, int terms)
 {
     turned_term turned[KR_TAYLOR_MAX + 1];
@@ -473,10 +478,10 @@ INLINE void expand_series(kr_series *s, int from, int order, int terms)
     for (int n = from; n < order; n++) next_series_coefficient(s, s, turned, n, terms);
 }
 
-/* Sums x_n h^(n - from) for n >= from, with h = to - t. Even and odd powers are summed in two
- * parallel chains of fused multiply-adds. */
-INLINE void evaluate_sums(const kr_series *s, int from, int order, const double *to, double *sum_x,
-                          double *sum_w)
+/* Computes the sums of x_n h^(n - from) and of w_n h^(n - from) for n >= from, with h = to - t.
+ * Even and odd powers are summed in two parallel chains of fused multiply-adds. */
+INLINE void evaluate_terms(const kr_series *s, int from, int order, const double *to, double *sum_x,
+                           double *sum_w)
 {
     const duo h = duo_span(&s->t, to), hh = duo_mul(h, h);
     const quad h4 = quad_span(&s->t, to), hh4 = quad_mul(h4, h4);
@@ -500,7 +505,7 @@ INLINE void evaluate_sums(const kr_series *s, int from, int order, const double 
 }
 
 /* Begins a step at the end of the previous step. */
-INLINE void begin_at_end(kr_series *s)
+INLINE void begin_step(kr_series *s)
 {
     s->t = s->end;
     duo_store(s->x[0], duo_load(s->end_x));

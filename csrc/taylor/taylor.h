@@ -1,8 +1,9 @@
 /* Taylor series of the motion of a heavy top. Private to taylor/.
  *     q' = q W / 2                q: attitude, body -> space, a unit quaternion
- *     P' = P x W                  P = q* e3 q: the vertical in the body frame
+ *     P' = P x W                  P = q* e3 q: the vertical e3 in the body frame
  *     A W' = (AW + h) x W + P x c - D W    W: angular velocity in the body; A: moments of inertia;
- *                                          c: mass * gravity * com; D: damping; h: rotor
+ *                                          c: weight * center of mass; D: damping coefficients;
+ *                                          h: angular momentum of a rotor fixed in the body
  * Every right-hand side consists of products of two unknowns and of linear terms. The coefficients
  * of x = sum x_n t^n are therefore
  *     (n+1) q_{n+1} = 1/2 sum q_{n-j} W_j         (n+1) P_{n+1} = sum P_{n-j} x W_j
@@ -21,9 +22,9 @@
 /* Numbers of Taylor terms for results with 20 and with 30 digits. HEAD is the index of the last
  * Taylor term computed in double-double precision, and LAST is the index of the last Taylor term.
  * Taylor terms with an index above HEAD are so small that double precision suffices for them. A
- * product that is summed in doubles may exceed the tolerance by a factor of at most 2^LESS, about
- * the reciprocal of the relative rounding error 2^-53. docs/theory/taylor.md states how these
- * numbers of terms were measured. */
+ * product of Taylor terms that is computed in double precision may exceed the tolerance by a factor
+ * of at most 2^LESS, about the reciprocal of the relative rounding error 2^-53.
+ * docs/theory/taylor.md states how these numbers of terms were measured. */
 #define KR_HEAD_20 8
 #define KR_LAST_20 28
 #define KR_HEAD_30 20
@@ -31,15 +32,15 @@
 #define KR_LESS_20 58.0
 #define KR_LESS_30 52.0
 enum { KR_TAYLOR_MAX = KR_LAST_30 };
-/* Least nonzero coefficient of a product of velocities, negligible even at 30 digits. */
+/* Least absolute value of `k` (kr_series) if there is a rotor; negligible even at 30 digits. */
 #define KR_LEAST_FACTOR 0x1p-120
 
-/* Taylor series of one step of the path, from the time t to the time `end`. Access is fastest if
- * the struct is aligned to 64 bytes. At 20 and 30 digits, two adjacent structs hold the high and
- * the low words of the double-double numbers. The attitude q and the vertical P share vectors of
- * eight lanes (q | P), so P costs no extra time. Right multiplication by i, j or k permutes the
- * components of q and those of P in the same way, up to signs. If skip_heading is set, the attitude
- * q is not computed, and its SIMD lanes are zero. */
+/* Taylor series of one step of the motion (the path), from the time t to the time `end`. Access is
+ * fastest if the struct is aligned to 64 bytes. At 20 and 30 digits, two adjacent structs hold the
+ * high and the low words of the double-double numbers. The attitude q and the vertical P share
+ * vectors of eight lanes (q | P), so P costs no extra time: right multiplication by i, j or k
+ * permutes the components of q and those of P in the same way, up to signs. If skip_heading is set,
+ * the attitude q is not computed, and its SIMD lanes are zero. */
 typedef struct kr_series {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients of (q | P) */
     double end_x[8], at_x[8];       /* values at `end`, where the next step begins, and at `at` */
@@ -47,24 +48,25 @@ typedef struct kr_series {
     double end_w[4], at_w[4];
     double k[4], up[4], down[4]; /* (Ay - Az) / Ax, cz / Ax, -cy / Ax; and cyclic permutations */
     double drag[4];              /* -Dx / Ax; and cyclic permutations */
-    /* The terms of the rotor that are added to prev(W_0) and to next(W_0): -hz / (Ay - Az) and hy /
-     * (Ay - Az); and cyclic permutations. Without a rotor, they are -0, because x + -0 equals x for
-     * every x. */
+    /* The terms of the rotor: -hz / (Ay - Az) is added to prev(W_0), and hy / (Ay - Az) to
+     * next(W_0); and cyclic permutations. Without a rotor, the terms are -0, because x + -0 equals
+     * x for every x. */
     double shift[8];
     double t, end, at;
     double linear; /* linear terms in W: 0 none; 1 drag; 2 drag and those of series.h */
     double fall;   /* shortest time in which a falling top's deviation can grow by a factor e */
-    /* Support motion and friction at the beginning of the step (series.h). `turn` is O. `sway`
-     * consists of the oscillating part of G, the corresponding sine, the rate, and the constant
-     * part of G. `rub` is the angular acceleration due to friction. */
+    /* Support motion and friction at the beginning of the step (series.h). `turn` is the angular
+     * velocity O of the support. sway[0] and sway[3] are the oscillating and the constant part of
+     * the effective gravity G. sway[1] is sway[0] with a sine instead of the cosine, and sway[2] is
+     * the angular frequency. `rub` is the angular acceleration due to friction. */
     double turn[4], sway[4], rub[4];
-    /* apex a; (a / A) / <a / A, a>; 1 / (<a / A, a> friction) */
+    /* unit vector a to the center of mass; (a / A) / <a / A, a>; 1 / (<a / A, a> friction) */
     double apex[4], yield[4], per_grip;
-    double sway_most; /* the largest size of the varying part of G, with the sign of its cosine */
-    /* Nonzero if the support rotates, if it shakes, if the top slides, and if friction holds the
-     * top, respectively. */
+    double sway_most; /* amplitude of the oscillating part of G, with sign */
+    /* Nonzero if the support rotates, if the support shakes, if the top slides, and if friction
+     * holds the top, respectively. */
     double turns, shakes, slides, holds;
-    double gradient, steep[4]; /* the gravity gradient; minus its product with `k` */
+    double gradient, steep[4]; /* the gravity gradient; -gradient * k */
 } kr_series;
 
 /* State of the Taylor method for one motion. */
@@ -149,8 +151,8 @@ typedef struct kr_isa {
     void (*product)(const double *a, const double *b, int order, double *c);
 } kr_isa;
 
-/* A build may omit what belongs to more than 16 digits, to tangents, or to tops with dry friction
- * and on moving supports. */
+/* A build may omit the functions for more than 16 digits, for tangents, or for tops with dry
+ * friction and on moving supports. Pointers to omitted functions are NULL. */
 #ifdef KR_NO_DIGITS
 #  define FOR_DIGITS(what) NULL
 #else
@@ -197,7 +199,7 @@ struct slow_directions;
 void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate,
                              const struct kr_support_ops *supports);
 /* Changes the unit of time to 1 / rate, where `rate` is a power of two. Does nothing if there are
- * tangents, whose constants are stored in the unit of time. */
+ * tangents, because the stored constants of tangents depend on the unit of time. */
 void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate,
                         const struct kr_support_ops *supports);
 /* Returns the i-th instruction set of the build, the widest first, or NULL after the last. */
