@@ -10,20 +10,20 @@
 #include "slow.h"
 #include "support_setup.h"
 
-static const kr_kernel *kernel_of_motion(const kr_motion *motion) { return motion->aux; }
+static const kr_kernel *get_kernel(const kr_motion *motion) { return motion->aux; }
 
-/* Returns log2 of the tolerance for one step. docs/theory/taylor.md states how the tolerances for
- * 20 and 30 digits were measured. */
-static double log2_tolerance(const kr_motion *motion)
+/* Returns log2 of the relative tolerance for one step. docs/theory/taylor.md states how the
+ * tolerances for 20 and 30 digits were measured. */
+static double step_log2_tolerance(const kr_motion *motion)
 {
     if (motion->digits > 20) return motion->tol > 0.0 ? log2(motion->tol) : -100.0;
     if (motion->digits > 16) return -70.0;
     return motion->tol > 0.0 ? log2(motion->tol) : -53.0;
 }
-/* Returns the kernel of the order that is fastest for the given tolerance. If the last Taylor terms
- * are equally large, truncating the series at a higher order causes a larger error. For high
- * orders, the tolerance is therefore lowered, but not below the rounding error of a double.
- * docs/theory/taylor.md states how the orders and these tolerances were measured. */
+/* Returns the kernel of the order that is fastest for the given tolerance. If the last Taylor term
+ * has a given size, truncating the series at a higher order causes a larger error. For high orders,
+ * the tolerance is therefore lowered, but not below the rounding error of a double.
+ * docs/theory/taylor.md states how the orders and the lowered tolerances were measured. */
 static const kr_kernel *choose_kernel(const kr_isa *isa, const kr_motion *motion, double *log2_tol)
 {
     static const struct {
@@ -44,7 +44,7 @@ void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log
 }
 
 /* Returns the functions for friction and moving supports, or NULL if they are not needed. */
-static const kr_support_ops *supports_of(const kr_motion *motion)
+static const kr_support_ops *find_supports(const kr_motion *motion)
 {
     return kr_support_moves(motion->scene) ? kr_method_taylor.supports : NULL;
 }
@@ -52,9 +52,9 @@ static const kr_support_ops *supports_of(const kr_motion *motion)
  * velocity; the other rates are those of the damping, the rotor and the support motion. Damping
  * does not increase the energy, hence
  *     W^2 least moment <= 2 T <= 2 T0 + 4 |c|, with the kinetic energy T. */
-static double rate_for(const kr_motion *motion, kr_vec3 W, int is_held)
+static double bound_rate(const kr_motion *motion, kr_vec3 W, int is_held)
 {
-    const kr_support_ops *supports = supports_of(motion);
+    const kr_support_ops *supports = find_supports(motion);
     const kr_vec3 A = motion->inertia;
     const double twice_energy = v_dot(v_times(A, W), W) + 4.0 * v_length(motion->lever);
     const kr_vec3 D = motion->damping;
@@ -73,17 +73,17 @@ static kr_quat series_attitude(const kr_motion *motion, const double x[8])
     return motion->skip_heading ? q_conj(q_tilt(v_scale(1.5 - 0.5 * v_dot(P, P), P)))
                                 : q_unit(q4(x[0], v3(x[1], x[2], x[3])));
 }
-/* Converts values of the Taylor series of a top to its state in double precision. */
-static void plain_state(const kr_taylor *p, const kr_motion *motion, const double x[8],
-                        const double w[4], kr_state *s)
+/* Converts values of the Taylor series (taylor.h) to a state in double precision. */
+static void read_plain_state(const kr_taylor *p, const kr_motion *motion, const double x[8],
+                             const double w[4], kr_state *s)
 {
     const kr_vec3 M = v_times(motion->inertia, v_scale(p->rate, v3(w[1], w[2], w[3])));
     s->q = series_attitude(motion, x);
     s->m = q_turn(s->q, motion_add_rotor(motion, M));
 }
-/* Converts the values of a series to a state in double-double precision. The low words of the state
- * are stored in motion->low. */
-static void extended_state(const kr_taylor *p, kr_motion *motion, kr_state *to)
+/* Converts the values of the series at the time `at` to a state in double-double precision. The low
+ * words of the state are stored in motion->low. */
+static void read_extended_state(const kr_taylor *p, kr_motion *motion, kr_state *to)
 {
     const kr_series *s = p->series;
     const vec_dd W = vdd_scale_exactly(p->rate, v_dd(v_of(s[0].at_w + 1), v_of(s[1].at_w + 1)));
@@ -106,7 +106,7 @@ static int is_end_finite(const kr_series *s)
     return isfinite(sum);
 }
 /* Replaces the last step of the series by a step of length 0 that starts at the same time. */
-static void reset_to_begin(kr_series s[2])
+static void set_empty_step(kr_series s[2])
 {
     for (int i = 0; i < 2; i++) {
         memcpy(s[i].end_x, s[i].x[0], sizeof s->end_x);
@@ -118,11 +118,11 @@ static void reset_to_begin(kr_series s[2])
     s[1].end = s[1].t;
 }
 
-/* Initializes the series with the state `start`. */
-static void set_start(kr_taylor *p, const kr_motion *motion, const kr_state *start)
+/* Initializes the series with the initial state `start`. */
+static void set_initial_state(kr_taylor *p, const kr_motion *motion, const kr_state *start)
 {
     kr_series *high = &p->series[0], *low = &p->series[1];
-    const kr_support_ops *supports = supports_of(motion);
+    const kr_support_ops *supports = find_supports(motion);
     const quat_dd q = q_dd(start->q, motion->low.q);
     const vec_dd vertical = {dd_of(0.0), dd_of(0.0), dd_of(1.0)};
     const vec_dd m = v_dd(start->m, motion->low.m),
@@ -131,7 +131,7 @@ static void set_start(kr_taylor *p, const kr_motion *motion, const kr_state *sta
                  own = v_largest(motion->rotor) > 0.0 ? vdd_add(M, h) : M,
                  W = vdd_over(own, motion->body->inertia);
     const kr_quat q_high = qdd_high(q), q_low = qdd_low(q);
-    p->rate = p->first_rate = rate_for(motion, vdd_high(W), 0);
+    p->rate = p->first_rate = bound_rate(motion, vdd_high(W), 0);
     p->try_slow = motion->clock;
     p->settling = 0.0;
     if (!motion->skip_heading) {
@@ -143,15 +143,15 @@ static void set_start(kr_taylor *p, const kr_motion *motion, const kr_state *sta
     kr_taylor_set_constants(p->series, motion, p->rate, supports);
     high->t = p->rate * motion->clock;
     low->t = low->end = 0.0;
-    reset_to_begin(p->series);
+    set_empty_step(p->series);
     if (!supports) return;
-    p->held_rate = rate_for(motion, vdd_high(W), 1);
+    p->held_rate = bound_rate(motion, vdd_high(W), 1);
     if (p->held_rate > p->first_rate * 0x1p-10) p->held_rate = p->first_rate;
     supports->start(motion);
 }
 static kr_status taylor_reset(kr_motion *motion, const kr_state *start)
 {
-    double log2_tol = log2_tolerance(motion);
+    double log2_tol = step_log2_tolerance(motion);
     int i = 0;
     if (motion->digits <= 16)
         *motion->body =
@@ -159,7 +159,7 @@ static kr_status taylor_reset(kr_motion *motion, const kr_state *start)
     while (!kr_taylor_isa(i)->runs_here()) i++; /* untaken: if the first one runs */
     const kr_kernel *kernel = choose_kernel(kr_taylor_isa(i), motion, &log2_tol);
     kr_taylor_set_kernel(motion, kernel, log2_tol);
-    set_start(taylor_of(motion), motion, start);
+    set_initial_state(taylor_of(motion), motion, start);
     return KR_OK;
 }
 static kr_status taylor_step(kr_motion *motion, double until)
@@ -170,15 +170,15 @@ static kr_status taylor_step(kr_motion *motion, double until)
     double log2_tol;
     if (s->linear != 0.0 && kr_slow_drives_apart(motion, until))
         return motion->clock == 0.0 ? KR_ERR_RESOLUTION : KR_ERR_NOT_FINITE;
-    if (s->linear == 1.0 && kr_slow_overflows(motion, kernel_of_motion(motion)->order, until))
+    if (s->linear == 1.0 && kr_slow_overflows(motion, get_kernel(motion)->order, until))
         return KR_ERR_NOT_FINITE;
     /* In double precision, no step can meet a tolerance below 2^-54. */
     if (motion->digits <= 16 && p->log2_tol < -54.0) return KR_ERR_STEP;
     if (s->linear > 1.0) {
-        const kr_status status = kr_method_taylor.supports->step(motion, kernel_of_motion(motion));
+        const kr_status status = kr_method_taylor.supports->step(motion, get_kernel(motion));
         if (status != KR_OK) return status;
-    } else if (!kr_slow_step(motion, kernel_of_motion(motion), NULL, &log2_tol))
-        kernel_of_motion(motion)->advance(s, log2_tol, forward);
+    } else if (!kr_slow_step(motion, get_kernel(motion), NULL, &log2_tol))
+        get_kernel(motion)->advance(s, log2_tol, forward);
     motion->stats.evaluations++;
     const kr_status status = !is_end_finite(s)                 ? KR_ERR_NOT_FINITE
                              : forward * (s->end - s->t) > 0.0 ? KR_OK
@@ -186,15 +186,15 @@ static kr_status taylor_step(kr_motion *motion, double until)
     if (status == KR_OK)
         motion->clock = s->end / p->rate;
     else
-        reset_to_begin(s);
+        set_empty_step(s);
     return status;
 }
 static void taylor_read(const kr_motion *motion, kr_state *s)
 {
     const kr_taylor *p = taylor_of(motion);
-    plain_state(p, motion, p->series->end_x, p->series->end_w, s);
+    read_plain_state(p, motion, p->series->end_x, p->series->end_w, s);
 }
-static void taylor_at(kr_motion *motion, double clock, kr_state *s)
+static void taylor_evaluate(kr_motion *motion, double clock, kr_state *s)
 {
     kr_taylor *p = taylor_of(motion);
     const double begin = p->series->t, end = p->series->end;
@@ -207,16 +207,16 @@ static void taylor_at(kr_motion *motion, double clock, kr_state *s)
         p->series[0].at = fabs(before) < fabs(behind) ? begin : end;
         p->series[1].at = 0.0;
     }
-    kernel_of_motion(motion)->evaluate(p->series);
+    get_kernel(motion)->evaluate(p->series);
     if (motion->digits > 16)
-        extended_state(p, motion, s);
+        read_extended_state(p, motion, s);
     else
-        plain_state(p, motion, p->series->at_x, p->series->at_w, s);
+        read_plain_state(p, motion, p->series->at_x, p->series->at_w, s);
 }
 static const char *taylor_kernel(const kr_motion *motion, int *order)
 {
     const kr_isa *isa = kr_taylor_isa_of(motion);
-    *order = kernel_of_motion(motion)->order;
+    *order = get_kernel(motion)->order;
     return isa ? isa->name : "other";
 }
 static kr_step_polynomial taylor_polynomial(const kr_motion *motion)
@@ -224,7 +224,7 @@ static kr_step_polynomial taylor_polynomial(const kr_motion *motion)
     const kr_taylor *p = taylor_of(motion);
     const kr_series *s = p->series;
     const kr_isa *isa = kr_taylor_isa_of(motion);
-    kr_step_polynomial piece = {.order = kernel_of_motion(motion)->order,
+    kr_step_polynomial piece = {.order = get_kernel(motion)->order,
                                 .x = s->x,
                                 .w = s->w,
                                 .rate = p->rate,
@@ -258,7 +258,7 @@ const kr_method kr_method_taylor = {
     .reset = taylor_reset,
     .step = taylor_step,
     .read = taylor_read,
-    .at = taylor_at,
+    .at = taylor_evaluate,
     .kernel = taylor_kernel,
     .polynomial = taylor_polynomial,
     .tangents = FOR_TANGENTS(&kr_taylor_tangents),

@@ -1,5 +1,5 @@
-/* Functions shared by all parts of the method taylor: the table of instruction sets, and those that
- * set the constants of a Taylor series (see taylor.h) and end a step. */
+/* Functions shared by all parts of the Taylor method: the table of instruction sets, and functions
+ * that set the constants of a Taylor series (taylor.h) and that end a step. */
 #include <string.h>
 #include "support_setup.h"
 #include "taylor.h"
@@ -44,15 +44,15 @@ const kr_isa *kr_taylor_isa_of(const kr_motion *motion)
     return isa;
 }
 
-/* Sets one rotor term, given the coefficient `k` of the product of angular velocities. */
-static void set_shift(kr_series s[2], int lane, dd h, dd A, dd k)
+/* Sets shift[lane] (taylor.h) to h / (A k), where k is the coefficient of a velocity product. */
+static void set_rotor_term(kr_series s[2], int lane, dd h, dd A, dd k)
 {
     set_words(&s->shift[lane], h.hi == 0.0 ? dd_make(-0.0, -0.0) : dd_div(dd_div(h, A), k));
 }
-/* Sets the terms of the Taylor recurrence that describe the rotor. If two moments of inertia are
- * equal, the coefficient of the corresponding product of angular velocities is zero. The rotor
- * terms are divided by the coefficients of the velocity products, so a zero coefficient is replaced
- * by the negligibly small KR_LEAST_FACTOR. */
+/* Sets the rotor terms `shift` of the Taylor recurrence (taylor.h). The rotor terms are divided by
+ * the coefficients `k` of the products of angular velocities. If two moments of inertia are equal,
+ * one of these coefficients is zero. A zero coefficient is replaced by the negligibly small
+ * KR_LEAST_FACTOR. */
 static void set_rotor_terms(kr_series s[2], const kr_motion *motion, double rate)
 {
     const vec_dd moments = motion->body->inertia,
@@ -65,8 +65,8 @@ static void set_rotor_terms(kr_series s[2], const kr_motion *motion, double rate
         if (ahead.hi == 0.0 && behind.hi == 0.0) continue;
         if (!(fabs(k.hi) >= KR_LEAST_FACTOR)) k = dd_of(KR_LEAST_FACTOR);
         set_words(&s->k[i + 1], k);
-        set_shift(s, i + 1, ahead, A[i], k);
-        set_shift(s, i + 5, behind, A[i], k);
+        set_rotor_term(s, i + 1, ahead, A[i], k);
+        set_rotor_term(s, i + 5, behind, A[i], k);
     }
 }
 /* Sets the terms of the Taylor recurrence that describe a gravity gradient. */
@@ -97,7 +97,7 @@ void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rat
     s[0].fall = s[1].fall = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
     if (supports) supports->limit_steps(s, motion, rate);
 }
-static void scale_series(kr_series s[2], double longer)
+static void change_time_unit(kr_series s[2], double longer)
 {
     for (int i = 0; i < 2; i++) {
         s[i].t *= longer;
@@ -112,7 +112,7 @@ void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate,
                         const struct kr_support_ops *supports)
 {
     if (rate == p->rate || p->has_tangents != 0.0) return;
-    scale_series(p->series, rate / p->rate);
+    change_time_unit(p->series, rate / p->rate);
     p->rate = rate;
     kr_taylor_set_constants(p->series, motion, rate, supports);
     if (supports) supports->place(p->series, motion, rate);

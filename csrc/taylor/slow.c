@@ -14,17 +14,18 @@
  * the absolute error tolerance is proportional to the small angular velocity that the top has on
  * the manifold. After that, the motion stays on the manifold, whatever the rounding errors: while
  * the top comes to rest, they grow relative to its angular velocity. A top with dry friction has
- * two slow manifolds. While the top slides, the friction torque is constant. The case in which
- * friction holds the top differs by its directions (slow_directions.h). */
+ * two slow manifolds. While the top slides, the friction torque is constant. While friction holds
+ * the top, damping acts only about two directions normal to the apex (slow_directions.h). */
 #include <string.h>
 #include "math/dd.h"
 #include "model/scene.h"
 #include "slow.h"
 #include "support_setup.h"
 
-/* Rows of the table of Taylor coefficients in slow_terms.h. The first ROWS_OF_SERIES are those of x
- * and w in kr_series. The rows from ROW_U on are used only for tops with friction or on moving
- * supports, and the rows from ROW_R on hold the velocities u_i while friction holds the top. */
+/* Rows of the table of Taylor coefficients in slow_terms.h: q, P, the friction variable, W, U, O, G,
+ * and G P. The first ROWS_OF_SERIES are those of x and w in kr_series. The rows from ROW_U on are
+ * used only for tops with friction or on moving supports, those from ROW_R on for the velocities u_i
+ * (slow_directions.h) while friction holds the top. */
 enum {
     ROW_Q = 0,
     ROW_P = 5,
@@ -39,17 +40,17 @@ enum {
     ROWS = 24,
     SWEEPS = 64
 };
-/* The first rows of the relative angular velocity U, of the velocities u_i and of the effective
- * gravity vector. */
+/* The first rows of U, of the velocities u_i (slow_directions.h), and of the effective gravity
+ * vector G P. */
 #define U_OF(slow) ((slow)->turns ? ROW_U : ROW_W)
 #define U_ROW(slow) ((slow)->is_held ? ROW_R : U_OF(slow))
 #define GP_OF(slow) ((slow)->shakes ? ROW_GP : ROW_P)
-/* An angular velocity below TINY_VELOCITY, in the units of the series, counts as zero. */
+/* Angular velocities below TINY_VELOCITY, in the units of the series, are treated as zero. */
 #define TINY_VELOCITY 0x1p-400
 #define LOG2_AT_REST 900.0
 /* Errors of an angular velocity are relative to its magnitude, or to NEGLIGIBLE times the largest
- * angular velocity if that is larger. On a rotating support, errors are relative to at least
- * ROUNDED times the support's angular velocity, because this velocity has rounding errors. */
+ * angular velocity if this product is larger. On a rotating support, errors are relative to at
+ * least ROUNDED times the support's angular velocity, which has rounding errors. */
 #define NEGLIGIBLE 0x1p-64
 #define ROUNDED 0.25
 /* Rounding error of the difference between two doubles, relative to the larger of them. */
@@ -60,26 +61,27 @@ enum {
 /* A transient has decayed after SETTLED times the damping time, because exp(-SETTLED) is below the
  * rounding errors of a double-double. */
 #define SETTLED 128.0
-/* A distance from the slow manifold that no motion exceeds, relative to the angular velocity. */
+/* Larger than any distance from the slow manifold, relative to the angular velocity. */
 #define UNRESOLVED 0x1p500
 #define LOG_OF_2 0.6931471805599453
 
 #include "slow_directions.h"
 
 /* Returns the angular velocity of the support. */
-static kr_vec3 support_velocity(const kr_series *s, const slow_directions *slow)
+static kr_vec3 get_support_velocity(const kr_series *s, const slow_directions *slow)
 {
     return slow->turns ? v_of(s->turn + 1) : v3(0.0, 0.0, 0.0);
 }
 /* Returns the largest magnitude of the effective gravity G. */
-static double largest_pull(const kr_series *s)
+static double largest_effective_gravity(const kr_series *s)
 {
     return s->linear > 1.0 ? fabs(s->sway[3]) + fabs(s->sway_most) : 1.0;
 }
-/* Returns the angular velocity without the velocities u_i of the strongly damped directions. */
-static kr_vec3 velocity_without_slow(const kr_series *s, const slow_directions *slow)
+/* Returns the angular velocity W without its components u_i v_i along the strongly damped
+ * directions (slow_directions.h). */
+static kr_vec3 find_weakly_damped_velocity(const kr_series *s, const slow_directions *slow)
 {
-    const kr_vec3 O = support_velocity(s, slow), U = v_sub(v_of(s->end_w + 1), O);
+    const kr_vec3 O = get_support_velocity(s, slow), U = v_sub(v_of(s->end_w + 1), O);
     kr_vec3 sum = O;
     for (int i = 0; i < slow->count; i++)
         if (!slow->is_slow[i])
@@ -87,15 +89,15 @@ static kr_vec3 velocity_without_slow(const kr_series *s, const slow_directions *
     return sum;
 }
 /* Computes upper bounds on the components u_i of U along the strongly damped directions
- * (slow_directions.h). The products of two such components are negligible. */
+ * (slow_directions.h). Products of two such components are neglected. */
 static void bound_slow_velocities(const kr_taylor *p, const slow_directions *slow, double bound[3])
 {
     const kr_series *s = p->series;
-    const double *P = s->end_x + 5, *w = s->end_w + 1, most = largest_pull(s);
+    const double *P = s->end_x + 5, *w = s->end_w + 1, most = largest_effective_gravity(s);
     double torque[3], own[3], turn[3];
-    const kr_vec3 rest = velocity_without_slow(s, slow);
+    const kr_vec3 rest = find_weakly_damped_velocity(s, slow);
     v_put(own, rest);
-    v_put(turn, v_cross(support_velocity(s, slow), rest));
+    v_put(turn, v_cross(get_support_velocity(s, slow), rest));
     for (int a = 0; a < 3; a++) {
         const int lane = a + 1, j = (a + 1) % 3, k = (a + 2) % 3;
         const double product = w[j] * w[k] - (w[j] - own[j]) * (w[k] - own[k]),
@@ -114,15 +116,15 @@ static void bound_slow_velocities(const kr_taylor *p, const slow_directions *slo
             bound[i] += slow->is_slow[i] ? fabs(slow->gain[i][k]) * alone : 0.0;
     }
 }
-/* Returns the smallest non-negligible velocity of a strongly damped direction. If no torque acts
- * about any strongly damped direction, returns the largest angular velocity instead. If friction
- * holds the top, the velocities u_i are sums of components of W, whose rounding errors are relative
- * to the largest component. */
-static double least_size(const kr_taylor *p, const slow_directions *slow, const double bound[3])
+/* Returns the velocity to which errors are relative: the smallest non-negligible upper bound on a
+ * strongly damped velocity u_i. If no torque acts about any strongly damped direction, returns the
+ * largest angular velocity instead. While friction holds the top, u_i is a sum of components of W,
+ * and its rounding error is relative to the largest component. */
+static double error_scale(const kr_taylor *p, const slow_directions *slow, const double bound[3])
 {
     const kr_series *s = p->series;
     const kr_vec3 known =
-        slow->is_held ? velocity_without_slow(s, slow) : support_velocity(s, slow);
+        slow->is_held ? find_weakly_damped_velocity(s, slow) : get_support_velocity(s, slow);
     double least = 1.0, largest = 0.0;
     for (int i = 0; i < slow->count; i++) {
         largest = fmax(largest, bound[i]);
@@ -165,23 +167,24 @@ static double largest_torque(const kr_motion *motion)
                  pull = square * v_length(v_times(A, v_of(s->up + 1))) +
                         fabs(motion->gradient) * v_largest(A),
                  friction = s->slides != 0.0 ? kr_support_friction(motion, 1.0) : 0.0;
-    return pull * largest_pull(s) + friction +
+    return pull * largest_effective_gravity(s) + friction +
            turning * (2.0 * v_largest(A) * turning + v_length(motion->rotor));
 }
-/* Returns log2 of the largest n-th Taylor coefficient, or -LOG2_AT_REST if all are zero.
- * LOG2_AT_REST is chosen so that powers of the resulting step size do not overflow. */
-static double log2_size(const kr_series *s, int n)
+/* Returns log2 of the largest component of the n-th Taylor coefficient, or -LOG2_AT_REST if all
+ * components are zero. With LOG2_AT_REST, powers of the resulting step size do not overflow. */
+static double log2_coefficient(const kr_series *s, int n)
 {
     double size = 0.0;
     for (int i = 0; i < 8; i++) size = fmax(size, fabs(s->x[n][i]));
     for (int i = 0; i < 4; i++) size = fmax(size, fabs(s->w[n][i]));
     return size > 0.0 ? log2(size) : -LOG2_AT_REST;
 }
-/* Returns log2 of the largest step size h for which h^n times the coefficients n - 1 and n does not
- * exceed the tolerance. */
-static double log2_step(const kr_series *s, int n, double log2_tol)
+/* Returns log2 of the largest step size h for which neither h^n x_n nor h^n x_{n-1} exceeds the
+ * tolerance. x_n stands for all n-th Taylor coefficients. */
+static double log2_step_size(const kr_series *s, int n, double log2_tol)
 {
-    return fmin((log2_tol - log2_size(s, n)) / n, (log2_tol - log2_size(s, n - 1)) / n);
+    return fmin((log2_tol - log2_coefficient(s, n)) / n,
+                (log2_tol - log2_coefficient(s, n - 1)) / n);
 }
 /* Returns log2 of the absolute tolerance: the relative tolerance times the smallest angular
  * velocity on the slow manifold. */
@@ -189,19 +192,19 @@ static double log2_absolute_tolerance(const kr_taylor *p, const slow_directions 
 {
     double bound[3];
     bound_slow_velocities(p, slow, bound);
-    return p->log2_tol + log2(least_size(p, slow, bound));
+    return p->log2_tol + log2(error_scale(p, slow, bound));
 }
 
-/* Chooses the end of the step according to the tolerance, and evaluates the series there. In
- * double-double precision, all terms except the leading ones are rounded to doubles, so they must
- * be small. */
-static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
-                     const slow_directions *slow, double log2_tol)
+/* Chooses the end of the step according to the tolerance, and evaluates the series there.
+ * If more than 16 digits are requested, only the leading terms are computed in double-double
+ * precision. The other terms are rounded to doubles, so they must be small. */
+static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
+                                  const slow_directions *slow, double log2_tol)
 {
     kr_series *s = p->series;
     const int order = kernel->order, head = motion->digits > 20 ? KR_HEAD_30 : KR_HEAD_20;
-    double step = log2_step(s, order, log2_tol);
-    if (motion->digits > 16) step = fmin(step, log2_step(s, head + 2, log2_tol + 52.0));
+    double step = log2_step_size(s, order, log2_tol);
+    if (motion->digits > 16) step = fmin(step, log2_step_size(s, head + 2, log2_tol + 52.0));
     /* Clear the low words of the terms after the head, which refine_friction_limit reads although
      * the evaluation of the series ignores them. */
     for (int n = head + 1; n <= order; n++) s[1].w[n][0] = 0.0;
@@ -213,20 +216,22 @@ static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *ker
     kr_taylor_end_at(s, kernel);
     if (slow->supports) slow->supports->place(s, motion, p->rate);
 }
-/* Returns 1 if the motion is close enough to the slow manifold to attempt an expansion: within a
- * relative distance `near` or, if the transient has decayed, roughly. */
-static int may_be_near(const kr_taylor *p, const slow_directions *slow, double near, int is_settled)
+/* Returns 1 if a Taylor expansion on the slow manifold is worth trying. For each strongly damped
+ * direction, the estimated distance of u_i from the manifold must be at most bound[i] / 4, `near`
+ * times the error scale, or, if the transient has decayed (`is_settled`), |u_i| / 4. */
+static int may_be_near_manifold(const kr_taylor *p, const slow_directions *slow, double near,
+                                int is_settled)
 {
     const kr_series *s = p->series;
-    const kr_vec3 O = support_velocity(s, slow), W = v_of(s->end_w + 1),
+    const kr_vec3 O = get_support_velocity(s, slow), W = v_of(s->end_w + 1),
                   rub = slow->slides ? v_of(s->rub + 1) : v3(0.0, 0.0, 0.0),
                   rate = v_add(v_sub(kr_taylor_acceleration(s), v_cross(O, W)), rub);
-    /* The change of u_i is computed with doubles, from velocities that may be differences. */
+    /* Rounding error of the change of u_i, which is computed from differences of velocities. */
     const double rounding = slow->turns || slow->is_held ? ROUNDING * v_largest(W) : 0.0,
                  share = is_settled ? 0.25 : 0.0;
     double change[3] = {0.0, 0.0, 0.0}, bound[3];
     bound_slow_velocities(p, slow, bound);
-    const double small = fmax(near * least_size(p, slow, bound), rounding),
+    const double small = fmax(near * error_scale(p, slow, bound), rounding),
                  noise = fmax(small, TINY_VELOCITY);
     for (int k = 0; k < slow->count; k++) {
         if (!slow->is_slow[k]) continue;
@@ -240,12 +245,12 @@ static int may_be_near(const kr_taylor *p, const slow_directions *slow, double n
     }
     return 1;
 }
-/* Returns the largest distance from the slow manifold, relative to the angular velocity, at
- * which the motion still counts as on the manifold. The result is `near` while the transient
- * decays. After damping about the same axes has been strong for SETTLED damping times, the
- * result is 1: the remaining distance is a rounding error, which is large relative to the
- * angular velocity of a top that is almost at rest. If the damping time is below the resolution
- * of time, the result is UNRESOLVED. */
+/* Returns the largest distance from the slow manifold, relative to the angular velocity, at which
+ * the motion still counts as on the manifold. The result is `near` while the transient decays.
+ * After damping about the same axes has been strong for SETTLED damping times, the result is 1: the
+ * remaining distance is then a rounding error, which is large relative to the angular velocity of a
+ * top that is almost at rest. If the damping time is below the resolution of the clock, the result
+ * is UNRESOLVED. */
 static double largest_distance(kr_taylor *p, const slow_directions *slow, double clock, double near)
 {
     double axes = 0.0, weakest = INFINITY;
@@ -259,9 +264,9 @@ static double largest_distance(kr_taylor *p, const slow_directions *slow, double
     if (clock + 0.5 / weakest == clock) return UNRESOLVED;
     return clock >= p->settled ? 1.0 : near;
 }
-/* Computes a step on the slow manifold that results from strong damping about a given set of axes.
- * `strong` is the largest set of strongly damped axes if a step with this set has failed, and NULL
- * otherwise. */
+/* Computes a step on the slow manifold that results from strong damping about the axes marked in
+ * `slow`. `strong` is NULL for the largest set of strongly damped axes. For a smaller set, `strong`
+ * is the largest set, with which a step has failed. Returns 1 on success. */
 static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                             const slow_directions *slow, const slow_directions *strong)
 {
@@ -270,24 +275,24 @@ static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kern
     double wait = 0.0;
     int exponent;
     if (!strong && clock < p->try_slow) return 0;
-    if (off < UNRESOLVED && !may_be_near(p, slow, near, off >= 1.0)) return 0;
+    if (off < UNRESOLVED && !may_be_near_manifold(p, slow, near, off >= 1.0)) return 0;
     frexp(slow->rate, &exponent);
     if (slow->rate > 0.0) kr_taylor_set_rate(p, motion, ldexp(1.0, exponent), slow->supports);
     const double friction = slow->is_held ? kr_support_friction(motion, p->rate) : 0.0;
     if (kr_taylor_is_extended(motion)
             ? deep_expand(p, slow, kernel->order, off, 0x1p-96, friction, &wait)
             : plain_expand(p, slow, kernel->order, off, 0x1p-48, friction, &wait)) {
-        end_step(p, motion, kernel, slow,
-                 strong ? log2_absolute_tolerance(p, strong) : p->log2_tol);
+        end_step_by_tolerance(p, motion, kernel, slow,
+                              strong ? log2_absolute_tolerance(p, strong) : p->log2_tol);
         return 1;
     }
     if (!strong) p->try_slow = clock + PATIENCE * wait / p->rate;
     kr_taylor_set_rate(p, motion, before, slow->supports);
     return 0;
 }
-/* Returns 1 if the next step may lie on a slow manifold, and 0 otherwise. If the support moves,
- * comparing the damping rates with the angular velocity often excludes a slow manifold without a
- * more expensive computation. */
+/* Returns 1 if the next step may lie on a slow manifold, and 0 otherwise. If the support moves, the
+ * damping rates are compared with the angular velocity, because this comparison often makes a more
+ * expensive computation unnecessary. */
 static int may_be_slow(const kr_motion *motion)
 {
     const kr_taylor *p = taylor_of(motion);
@@ -378,7 +383,7 @@ int kr_slow_is_possible(const kr_motion *motion, double until)
 #define CERTAIN 0.98
 /* Let y be the magnitude of the angular velocity U relative to the support, with y^2 = <U, A U>.
  * Backward in time, damping increases y, which satisfies the inequality dy/dt >= `growth` y -
- * `loss`. */
+ * `loss`. The function tests whether the integral of the lower bound on y exceeds 2^53. */
 int kr_slow_drives_apart(const kr_motion *motion, double until)
 {
     const kr_taylor *p = taylor_of(motion);

@@ -6,7 +6,7 @@
  *     A X = (AW + h) x W + G P x c
  * In general, v_i are the principal axes. If friction holds the top, U is perpendicular to the apex
  * a, and so are the two v_i. The friction torque is along the apex and does not affect these
- * equations. It follows from
+ * equations. The friction torque is
  *     torque = <a, A (W' - X) + D U> */
 
 /* Data of the directions and of a set of strongly damped ones. All rates are expressed in the
@@ -15,7 +15,7 @@ typedef struct slow_directions {
     int count, is_held;             /* number of directions; 1 if friction holds the top */
     dd v[3][3], dual[3][3];         /* v_i and A v_i / a_i */
     dd drag[3];                     /* d_i */
-    double ease[3], couple[3][3];   /* 1 / a_i; <v_i, h x v_k> / a_i */
+    double ease[3], couple[3][3];   /* 1 / a_i; <v_i, h x v_k> / a_i (h: rotor) */
     dd moment[3], load[2];          /* A a and <a, D v_i>, if friction holds the top */
     const kr_support_ops *supports; /* NULL: the series has no terms of a support */
     int has_rotor, turns, shakes, slides;
@@ -24,13 +24,13 @@ typedef struct slow_directions {
     /* Largest rate of the motion on the slow manifold, and largest rate at which the top falls over
      * or its support shakes. */
     double rate, fall;
-    /* Matrix of the strongly damped velocities u_i that result from normalized torques. Each torque
-     * is normalized so that it causes u_i = 1 if no rotor couples the directions. */
+    /* gain[i][k] is the velocity u_i that results from a torque about the direction k. This torque
+     * is normalized so that it causes u_k = 1 if no rotor couples the directions. */
     double gain[3][3];
 } slow_directions;
 
-/* Damping about a direction is strong if its rate is more than STRONG times all other rates. If all
- * directions are strongly damped, the smaller factor STRONG_ALONE is used instead of STRONG. */
+/* Damping about a direction is strong if its rate d_i is more than STRONG times all other rates. If
+ * all directions are strongly damped, the smaller factor STRONG_ALONE replaces STRONG. */
 #define STRONG 256.0
 #define STRONG_ALONE 32.0
 
@@ -109,8 +109,8 @@ void kr_slow_find_held(const kr_motion *motion, slow_directions *slow)
     set_rotor_coupling(slow, motion->rotor);
 }
 
-/* Inverts the matrix m, whose off-diagonal elements in the row or column of a weakly damped
- * direction are zero. */
+/* Inverts the matrix m by cofactors. In the row and in the column of a weakly damped direction, all
+ * off-diagonal elements of m are zero. */
 static void invert_matrix(double m[3][3], double inverse[3][3])
 {
     double sum = 0.0;
@@ -132,8 +132,8 @@ static void set_gain(slow_directions *slow)
         }
     invert_matrix(m, slow->gain);
 }
-/* Returns the largest rate at which a rotor changes the weakly damped velocities, directly or
- * through a strongly damped one. */
+/* Returns the largest rate at which a rotor changes the weakly damped velocities u_i, directly or
+ * through a strongly damped velocity. */
 static double rotor_rate(const slow_directions *slow)
 {
     double most = 0.0;

@@ -1,10 +1,10 @@
-/* Taylor coefficients of a strongly damped motion on the slow manifold (slow.c), which are of the
- * type `real` (math/real.h). */
+/* Taylor coefficients of a strongly damped motion on the slow manifold (slow.c). The coefficients
+ * are of the type `real` (math/real.h). slow_directions.h defines v_i, u_i, U and X. */
 
 typedef struct REAL(terms) {
     real c[ROWS][KR_TAYLOR_MAX + 2];
     real k[3], up[3], down[3], rub[3];
-    real ahead[3], behind[3]; /* the rotor's terms: factors of next(W) and prev(W) */
+    real ahead[3], behind[3]; /* factors of next(W) and prev(W) due to a rotor */
     /* The directions, with rates in the unit of frequency of the series (slow_directions.h). */
     real v[3][3], dual[3][3], drag[3];
 } REAL(terms);
@@ -21,9 +21,9 @@ static void REAL(multiply_gravity)(REAL(terms) * s, int n)
 {
     for (int i = 0; i < 3; i++) s->c[ROW_GP + i][n] = REAL(product)(s, ROW_G, ROW_P + i, n);
 }
-/* Computes the n-th coefficient of the angular acceleration X without damping. */
-static void REAL(find_torques)(const REAL(terms) * s, const slow_directions *slow, int n,
-                               real torque[3])
+/* Computes the n-th coefficient of X, the angular acceleration without damping. */
+static void REAL(find_acceleration)(const REAL(terms) * s, const slow_directions *slow, int n,
+                                    real torque[3])
 {
     const real *p[3] = {s->c[GP_OF(slow)], s->c[GP_OF(slow) + 1], s->c[GP_OF(slow) + 2]};
     real square[3] = {r_of(0.0, 0.0), r_of(0.0, 0.0), r_of(0.0, 0.0)};
@@ -41,26 +41,26 @@ static void REAL(find_torques)(const REAL(terms) * s, const slow_directions *slo
         torque[i] = r_add(torque[i], r_mul(s->behind[i], s->c[ROW_W + k][n]));
     }
 }
-/* Returns the component u_i of a vector, if friction holds the top. */
+/* Returns the component of a vector along v_i, for a top that friction holds. */
 static real REAL(held_component)(const REAL(terms) * s, int i, const real vector[3])
 {
     real sum = r_of(0.0, 0.0);
     for (int j = 0; j < 3; j++) sum = r_add(sum, r_mul(s->dual[i][j], vector[j]));
     return sum;
 }
-/* Computes the n-th coefficients of the components u_i of X - O'. */
-static void REAL(find_forces)(const REAL(terms) * s, const slow_directions *slow, int n,
-                              real force[3])
+/* Computes the n-th coefficients of the components of X - O' along the directions v_i. */
+static void REAL(find_acceleration_components)(const REAL(terms) * s, const slow_directions *slow,
+                                               int n, real force[3])
 {
     real torque[3];
-    REAL(find_torques)(s, slow, n, torque);
+    REAL(find_acceleration)(s, slow, n, torque);
     for (int i = 0; i < 3 && slow->turns; i++)
         torque[i] = r_sub(torque[i], r_mul(r_of(n + 1, 0.0), s->c[ROW_O + i][n + 1]));
     for (int i = 0; i < slow->count; i++)
         force[i] = slow->is_held ? REAL(held_component)(s, i, torque) : torque[i];
 }
-/* Computes the n-th coefficients of the angular velocities U and W from the velocities u_i. A weakly
- * damped component of W_0 is not the sum O + U, whose rounding errors would accumulate. */
+/* Computes the n-th coefficients of U and of W = O + U from the velocities u_i. Weakly damped
+ * components of W_0 remain unchanged, because the rounding errors of the sum would accumulate. */
 static void REAL(sum_velocity)(REAL(terms) * s, const slow_directions *slow, int n)
 {
     if (!slow->is_held && !slow->turns) return;
@@ -72,7 +72,8 @@ static void REAL(sum_velocity)(REAL(terms) * s, const slow_directions *slow, int
             s->c[ROW_W + j][n] = r_add(s->c[ROW_O + j][n], *U);
     }
 }
-/* Computes the (n + 1)-th coefficients of the body-frame components of a space-fixed vector. */
+/* Computes the (n + 1)-th coefficients of the body-frame components of a vector that is constant in
+ * space. `u` is the first row of U. */
 static void REAL(next_body_vector)(REAL(terms) * s, int row, int u, int n)
 {
     const real zero = r_of(0.0, 0.0);
@@ -87,7 +88,7 @@ static void REAL(next_body_vector)(REAL(terms) * s, int row, int u, int n)
         s->c[row + i][n + 1] = r_div(r_sub(ahead[i], behind[i]), r_of(n + 1, 0.0));
 }
 /* Computes the (n + 1)-th coefficient of the attitude. */
-static void REAL(turn_attitude)(REAL(terms) * s, int u, int n)
+static void REAL(next_attitude)(REAL(terms) * s, int u, int n)
 {
     real rate = r_of(0.0, 0.0);
     for (int i = 0; i < 3; i++) {
@@ -100,12 +101,13 @@ static void REAL(turn_attitude)(REAL(terms) * s, int u, int n)
     }
     s->c[ROW_Q][n + 1] = r_div(rate, r_of(2 * (n + 1), 0.0));
 }
-/* Recomputes the n-th strongly damped velocities. Returns the largest change. */
+/* Recomputes the n-th coefficients of the strongly damped velocities u_i. Returns the largest
+ * change. */
 static double REAL(solve_slow_velocities)(REAL(terms) * s, const slow_directions *slow, int n)
 {
     real force[3], off[3];
     double moved = 0.0;
-    REAL(find_forces)(s, slow, n, force);
+    REAL(find_acceleration_components)(s, slow, n, force);
     for (int i = 0; i < slow->count; i++) {
         const real *u = s->c[U_ROW(slow) + i], next = r_mul(r_of(n + 1, 0.0), u[n + 1]);
         if (slow->is_slow[i]) off[i] = r_sub(r_div(r_sub(force[i], next), s->drag[i]), u[n]);
@@ -122,9 +124,9 @@ static double REAL(solve_slow_velocities)(REAL(terms) * s, const slow_directions
     return moved;
 }
 /* Performs one iteration: recomputes the strongly damped velocities, and all coefficients that
- * depend on them. Returns the largest change, in this iteration, of a coefficient of order at most
- * `order` / 2. */
-static double REAL(iterate)(REAL(terms) * s, const slow_directions *slow, int order)
+ * depend on these velocities. Returns the largest change, in this iteration, of a coefficient of
+ * order at most `order` / 2. */
+static double REAL(iterate_once)(REAL(terms) * s, const slow_directions *slow, int order)
 {
     const int u = U_OF(slow);
     real force[3];
@@ -139,7 +141,7 @@ static double REAL(iterate)(REAL(terms) * s, const slow_directions *slow, int or
         if (2 * n <= order) moved = fmax(moved, change);
         if (n == order) break;
         if (slow->turns) REAL(next_body_vector)(s, ROW_O, u, n);
-        if (has_weak) REAL(find_forces)(s, slow, n, force);
+        if (has_weak) REAL(find_acceleration_components)(s, slow, n, force);
         for (int i = 0; i < slow->count; i++) {
             real *own = s->c[U_ROW(slow) + i];
             if (!slow->is_slow[i])
@@ -150,8 +152,8 @@ static double REAL(iterate)(REAL(terms) * s, const slow_directions *slow, int or
     return moved;
 }
 /* Returns the velocity u_i at the end of the last step. */
-static real REAL(end_velocity)(const REAL(terms) * s, const slow_directions *slow,
-                               const kr_series from[2], int i)
+static real REAL(find_end_velocity)(const REAL(terms) * s, const slow_directions *slow,
+                                    const kr_series from[2], int i)
 {
     real U[3];
     for (int j = 0; j < 3; j++)
@@ -163,7 +165,7 @@ static void REAL(read_vector)(real to[3], const double a[4], const double b[4])
     (void)b; /* for doubles */
     for (int i = 0; i < 3; i++) to[i] = r_of(a[1 + i], b[1 + i]);
 }
-/* Computes the Taylor coefficients of the effective gravity, which is a constant plus a cosine. */
+/* Computes the Taylor coefficients of the effective gravity G, a constant plus a cosine. */
 static void REAL(expand_gravity)(REAL(terms) * s, const kr_series from[2])
 {
     real *g = s->c[ROW_G], sine = r_of(from[0].sway[1], from[1].sway[1]);
@@ -176,10 +178,10 @@ static void REAL(expand_gravity)(REAL(terms) * s, const kr_series from[2])
     }
     g[0] = r_add(g[0], r_of(from[0].sway[3], from[1].sway[3]));
 }
-/* Starts a new Taylor expansion about the end of the last step. Copies the constant terms of the
- * series, and sets its higher-order coefficients to zero. */
-static void REAL(begin)(REAL(terms) * s, const slow_directions *slow, const kr_series from[2],
-                        double rate)
+/* Starts a new Taylor expansion about the end of the last step: copies the constants and the
+ * initial values, and sets all coefficients of higher order to zero. */
+static void REAL(begin_expansion)(REAL(terms) * s, const slow_directions *slow,
+                                  const kr_series from[2], double rate)
 {
     memset(s, 0, sizeof *s);
     REAL(read_vector)(s->k, from[0].k, from[1].k);
@@ -203,7 +205,7 @@ static void REAL(begin)(REAL(terms) * s, const slow_directions *slow, const kr_s
         if (slow->turns) s->c[ROW_O + i][0] = r_of(from[0].turn[1 + i], from[1].turn[1 + i]);
     }
     for (int i = 0; i < slow->count; i++)
-        s->c[U_ROW(slow) + i][0] = REAL(end_velocity)(s, slow, from, i);
+        s->c[U_ROW(slow) + i][0] = REAL(find_end_velocity)(s, slow, from, i);
     if (slow->shakes) REAL(expand_gravity)(s, from);
 }
 /* Computes the Taylor coefficients of the spin of a sliding top. */
@@ -222,7 +224,7 @@ static void REAL(find_friction_ratio)(REAL(terms) * s, const slow_directions *sl
 {
     for (int n = 0; n < order; n++) {
         real sum = r_of(0.0, 0.0), torque[3];
-        REAL(find_torques)(s, slow, n, torque);
+        REAL(find_acceleration)(s, slow, n, torque);
         for (int j = 0; j < 3; j++) {
             const real next = r_mul(r_of(n + 1, 0.0), s->c[ROW_W + j][n + 1]);
             sum = r_add(sum, r_mul(r_dd(slow->moment[j]), r_sub(next, torque[j])));
@@ -233,7 +235,7 @@ static void REAL(find_friction_ratio)(REAL(terms) * s, const slow_directions *sl
     }
 }
 /* Copies the Taylor coefficients of orders 0 to `order` into the high and low words of a series. */
-static void REAL(write)(const REAL(terms) * s, int order, kr_series to[2])
+static void REAL(write_coefficients)(const REAL(terms) * s, int order, kr_series to[2])
 {
     for (int n = 0; n <= order; n++)
         for (int row = 0; row < ROWS_OF_SERIES; row++) {
@@ -243,16 +245,15 @@ static void REAL(write)(const REAL(terms) * s, int order, kr_series to[2])
         }
 }
 /* Returns 1 if the strongly damped velocities at the end of the last step agree with those on the
- * slow manifold. They may differ by `near` times the larger of `bound` and `least`. If
- * the motion has not reached the slow manifold, `wait` receives an estimate of the remaining time.
- */
+ * slow manifold. Each may differ by `near` times the larger of bound[i] and `least`. If the motion
+ * has not reached the slow manifold, writes an estimate of the remaining time to `wait`. */
 static int REAL(is_on_manifold)(const REAL(terms) * s, const kr_series from[2],
                                 const slow_directions *slow, const double bound[3], double least,
                                 double near, double *wait)
 {
     double last = 0.0;
     for (int i = 0; i < slow->count; i++) {
-        const real end = REAL(end_velocity)(s, slow, from, i);
+        const real end = REAL(find_end_velocity)(s, slow, from, i);
         const double off = fabs(r_high(r_sub(end, s->c[U_ROW(slow) + i][0]))),
                      size = fmax(bound[i], least), allowed = fmax(near * size, TINY_VELOCITY);
         if (slow->is_slow[i] && !(off <= allowed))
@@ -271,24 +272,24 @@ static int REAL(expand)(kr_taylor *p, const slow_directions *slow, int order, do
 {
     double bound[3], moved = INFINITY;
     bound_slow_velocities(p, slow, bound);
-    const double least = least_size(p, slow, bound);
+    const double least = error_scale(p, slow, bound);
     double size = least;
     REAL(terms) s;
-    REAL(begin)(&s, slow, p->series, p->rate);
+    REAL(begin_expansion)(&s, slow, p->series, p->rate);
     for (int i = 0; i < slow->count; i++)
         if (slow->is_slow[i]) {
             size = fmax(size, bound[i]);
             *wait = fmax(*wait, 1.0 / r_high(s.drag[i]));
         }
     for (int sweep = 0; sweep < SWEEPS && moved > noise * size; sweep++)
-        moved = REAL(iterate)(&s, slow, order);
+        moved = REAL(iterate_once)(&s, slow, order);
     if (moved > noise * size) return 0;
     /* Iterate once more, because the friction torque is inaccurate if large terms nearly cancel. */
-    if (slow->is_held) REAL(iterate)(&s, slow, order);
+    if (slow->is_held) REAL(iterate_once)(&s, slow, order);
     if (!REAL(is_on_manifold)(&s, p->series, slow, bound, least, near, wait)) return 0;
-    for (int n = 0; n < order; n++) REAL(turn_attitude)(&s, U_OF(slow), n);
+    for (int n = 0; n < order; n++) REAL(next_attitude)(&s, U_OF(slow), n);
     if (slow->slides) REAL(find_spin)(&s, U_OF(slow), order, p->series);
     if (slow->is_held) REAL(find_friction_ratio)(&s, slow, p->rate, friction, order);
-    REAL(write)(&s, order, p->series);
+    REAL(write_coefficients)(&s, order, p->series);
     return 1;
 }

@@ -1,6 +1,6 @@
 /* Variational equations of tops with dry friction, or on a support that rotates or shakes
  * (series.h), with derivatives with respect to the motion of the support and to the friction. All
- * vectors are along the internal axes:
+ * vectors are given by components along the principal axes of inertia:
  *     theta' = 1/A ((AW + h) x theta + N - B W - y) + theta x W - E
  *     N' = N x W + (c x theta) x G P + k P x b - E x (AW + h)
  *          + P x (theta x K A P + K A (P x theta) + (K A)' P)
@@ -18,7 +18,7 @@
  * remains zero. `real` and `real_vec` are the types of numbers and vectors (math/real.h). */
 
 /* Taylor series of the motion of the top (the path), expanded about the beginning of a substep.
- * `stiffness` is K A, `inverse_inertia` is <a / A, a>, about the apex a, and `q` the attitude. */
+ * `stiffness` is K A, `inverse_inertia` is <a / A, a> for the apex a, and `q` is the attitude. */
 typedef struct REAL(moving_path) {
     real_vec velocity[TERMS], relative[TERMS], support[TERMS], momentum[TERMS], dragged[TERMS],
         vertical[TERMS], pulled[TERMS], steep[TERMS];
@@ -28,8 +28,9 @@ typedef struct REAL(moving_path) {
     real gradient, inverse_inertia, q[4];
     int has_friction, is_held;
 } REAL(moving_path);
-/* Taylor series of one tangent, with `cross`, c x theta, and `apex_change`, theta x a + d, where d
- * is `apex`. `turn_loss` and `push_loss` are the inhomogeneous terms of -theta' and -N'. */
+/* Taylor series of one tangent: `cross` is c x theta, `apex_change` is theta x a + d, and `apex` is
+ * d. `tilted` is theta x K A P + K A (P x theta). `turn_loss` and `push_loss` are the inhomogeneous
+ * terms of -theta' and -N'. */
 typedef struct REAL(moving_deviation) {
     real_vec turn[TERMS], push[TERMS], cross[TERMS], apex_change[TERMS], turn_loss[TERMS],
         push_loss[TERMS], tilted[TERMS], apex;
@@ -66,7 +67,7 @@ static real_vec REAL(cross)(const real_vec a[], const real_vec b[], int n)
     }
     return VEC(sub)(up, down);
 }
-/* Returns the body-frame components of a vector along e1, e2, e3. */
+/* Returns the body-frame components of a vector, given its components in the space frame. */
 static real_vec REAL(rotate_to_body)(const real q[4], const double vector[3])
 {
     real sum[3];
@@ -83,13 +84,14 @@ static real_vec REAL(rotate_to_body)(const real q[4], const double vector[3])
     }
     return (real_vec){sum[0], sum[1], sum[2]};
 }
-/* Computes the next coefficient of the body-frame components of a space-fixed vector. */
+/* Computes the (n + 1)-th coefficient of `a`, a vector that is constant in space, in the body
+ * frame. */
 static void REAL(next_space_vector)(real_vec a[], const real_vec relative[], int n)
 {
     a[n + 1] = VEC(scale)(REAL(share)(n), REAL(cross)(a, relative, n));
 }
-/* Computes the n-th coefficients of the angular velocities, of the momentum with that of the rotor,
- * and of the vertical. */
+/* Computes the n-th coefficients of W, U, A W + h, D U, P and K A P from the Taylor series of the
+ * path. */
 static void REAL(read_coefficients)(REAL(moving_path) * p, const kr_series path[2], int n,
                                     real_vec rotor)
 {
@@ -153,7 +155,7 @@ static void REAL(read_path)(REAL(moving_path) * p, const kr_motion *motion, doub
     }
     if (p->is_held) REAL(read_coefficients)(p, path, order, rotor);
 }
-/* Adds the coefficients of k P x b, with
+/* Subtracts the coefficients of k P x b from `push_loss`, with
  *     k = scale[0] + scale[1] cosine + scale[2] sine + scale[3] t sine */
 static void REAL(add_pull)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                            const kr_tangent *g, const dd scale[4], int order)
@@ -168,7 +170,8 @@ static void REAL(add_pull)(const REAL(moving_path) * p, REAL(moving_deviation) *
                      VEC(cross)(REAL(multiply_series)(k, p->vertical, n), r_get(g, pull + 1)));
     }
 }
-/* Adds the terms of the derivative of the support's angular velocity. */
+/* Adds the terms of E, the derivative of the support's angular velocity. `turned` is E in the units
+ * of the motion. */
 static void REAL(add_turning)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                               const kr_tangent *g, double rate, int order)
 {
@@ -183,7 +186,7 @@ static void REAL(add_turning)(const REAL(moving_path) * p, REAL(moving_deviation
         if (n < order) REAL(next_space_vector)(turned, p->relative, n);
     }
 }
-/* Adds the terms due to changes of the gravity gradient, or of the moments in it. */
+/* Adds the terms of (K A)', the derivative of the product of gravity gradient and moments. */
 static void REAL(add_gradient)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                                const kr_tangent *g, int order)
 {
@@ -251,7 +254,8 @@ static void REAL(add_friction)(const REAL(moving_path) * p, REAL(moving_deviatio
     const real lost = r_div(REAL(find_spin_change)(p, d, n + 1), p->inverse_inertia);
     d->push[n + 1] = VEC(sub)(d->push[n + 1], VEC(scale)(lost, p->apex));
 }
-/* Returns the n-th coefficient of the change of the gravity gradient's torque due to the turn. */
+/* Returns the n-th coefficient of the change of the gravity gradient's torque due to the
+ * infinitesimal rotation theta. */
 static real_vec REAL(find_gradient_change)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                                            int n)
 {
@@ -277,7 +281,8 @@ static void REAL(next_deviation)(const REAL(moving_path) * p, REAL(moving_deviat
     if (p->has_friction) REAL(add_friction)(p, d, n);
 }
 /* Computes the Taylor coefficients of n tangents from those of order 0. If `factor` is not NULL,
- * subtracts factor * (derivative of the spin) * a from N at the end of the step instead. */
+ * computes no coefficients, but subtracts factor * (derivative of the spin) * a from N at the end
+ * of the step. */
 static void REAL(change_tangents)(const kr_motion *motion, double rate, const kr_series path[2],
                                   kr_tangent *first, size_t n, int order, const dd *factor)
 {
