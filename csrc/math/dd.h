@@ -125,8 +125,8 @@ static inline dd dd_div(dd a, dd b)
     const dd_word rest = ((a.hi - p.hi) - p.lo) + (a.lo - q * b.lo);
     return two_sum_ordered(q, rest / b.hi);
 }
-/* Returns a / b like dd_div, but faster, because it needs only one double-precision division
- * instead of two. Requires that 1 / b is a normal double. */
+/* Returns a / b. Faster than dd_div, because only one double-precision division is needed instead
+ * of two. Requires that 1 / b is a normal double. */
 static inline dd dd_over(dd a, dd b)
 {
     const dd_word inverse = 1.0 / b.hi, q = a.hi * inverse;

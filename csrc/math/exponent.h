@@ -15,7 +15,7 @@ static inline double power_of_2(int power)
     memcpy(&r, &bits, sizeof r);
     return r;
 }
-/* Returns the fraction of x, 1/2 <= |fraction| < 1, and writes the exponent of x, like frexp. */
+/* Returns the fraction of x, 1/2 <= |fraction| < 1, and writes the exponent, like frexp. */
 static inline double fraction_of(double x, int *exponent)
 {
     const uint64_t field = (uint64_t)0x7ff << 52, half = (uint64_t)0x3fe << 52;
@@ -33,7 +33,7 @@ static inline double times_power_of_2(double x, int power)
 {
     return power < -1022 || power > 1023 ? ldexp(x, power) : x * power_of_2(power);
 }
-/* Returns the exponent of the smallest power of two above |x|, at most 1023; for x = 0, 0. */
+/* Returns the least exponent e with 2^e > |x|, but at most 1023. Returns 0 if x = 0. */
 static inline int power_above(double x)
 {
     int exponent = 0;

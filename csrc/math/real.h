@@ -1,10 +1,10 @@
 /* Arithmetic of a template that is compiled first for doubles and then for double-doubles. A source
- * includes this file before each inclusion of its template, the second time with KR_DEEP defined.
- * `real` is the type of a number and `real_vec` that of a vector. REAL forms the names of types and
- * functions of the template, and VEC those of functions of vectors (su2.h, su2_dd.h). r_of(hi, lo)
- * is a number with these words; r_dd and r_vdd convert a dd and a vec_dd. r_get and r_put load and
- * store a vector at the same place in two adjacent structs, of high and of low words. Without
- * KR_DEEP, low words are neither read nor stored. */
+ * file includes this header before each inclusion of the template, the second time with KR_DEEP
+ * defined. `real` is the type of numbers, and `real_vec` is the type of vectors. REAL forms the
+ * names of types and functions of the template. VEC forms the names of vector functions (su2.h,
+ * su2_dd.h). r_of(hi, lo) is the number hi + lo; r_dd and r_vdd convert a dd and a vec_dd. r_get
+ * and r_put load and store a vector whose high and low words are the same member of two adjacent
+ * structs. Without KR_DEEP, low words are neither read nor stored. */
 #undef real
 #undef real_vec
 #undef REAL

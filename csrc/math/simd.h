@@ -1,6 +1,6 @@
 /* SIMD vectors of doubles, in which each lane is computed independently, for a different top or a
  * different time. The result in a lane is bitwise the same for all vector widths. The type `wide`
- * has as many lanes as a vector of the instruction set: 8 for x86-64-v4, 4 for v3, 2 for SSE2 and
+ * has as many lanes as a vector of the instruction set: 8 for AVX-512, 4 for AVX2, 2 for SSE2 and
  * NEON. In plain C99, or if KR_ONE_LANE is defined, a `wide` has one lane. The operators + - * /
  * and unary - apply to values of type `wide`, which may be combined with a double. A `mask` holds
  * one Boolean value per lane. Only wide_fma uses fused multiply-add, and only if the hardware has
@@ -15,7 +15,7 @@
 enum { LANES = 1 };
 #  define WIDE_LANE(a, i) (a)
 typedef double wide;
-typedef uint64_t wide_integer; /* the bits of a wide, as integers */
+typedef uint64_t wide_integer; /* the bit patterns of the lanes, as integers */
 typedef int mask;
 static inline wide wide_splat(double a) { return a; }
 static inline wide wide_sqrt(wide a) { return sqrt(a); }
@@ -121,8 +121,9 @@ INLINE wide wide_load(const double *p)
     memcpy(&a, p, sizeof a);
     return a;
 }
-/* Loads a vector that is used several times. With AVX-512, gcc would load it again at each use, and
- * the loads would take longer than the products: some processors load one such vector per cycle. */
+/* Loads a vector that is used several times. With AVX-512, gcc would load the vector again at each
+ * use. These loads would take longer than the products, because some processors load only one such
+ * vector per cycle. */
 INLINE wide wide_load_once(const double *p)
 {
     wide a = wide_load(p);

@@ -1,6 +1,6 @@
-/* Sums of products, computed without cancellation errors. All products are exact. The sums are as
- * accurate as if computed with four times the precision of a double (SumK of Ogita, Rump and Oishi,
- * SISC 26, 2005). The sums for the three components of a vector are interleaved, because
+/* Sums of products, computed with negligible cancellation errors. All products are exact. The sums
+ * are as accurate as if computed with four times the precision of a double (SumK of Ogita, Rump and
+ * Oishi, SISC 26, 2005). The sums for the three components of a vector are interleaved, because
  * independent operations can be executed in parallel. */
 #ifndef KR_SPLIT_DOUBLE_H
 #define KR_SPLIT_DOUBLE_H
@@ -18,7 +18,7 @@ static inline dd split_dd(const split_vec *v, int i)
 {
     return dd_add(two_sum(v->part[0][i], v->part[1][i]), two_sum(v->part[2][i], v->part[3][i]));
 }
-/* Returns the sum of the n vectors x, which are overwritten. Requires n >= 4. */
+/* Returns the sum of the n vectors x, and overwrites these vectors. Requires n >= 4. */
 static inline split_vec split_sum(double x[][3], int n)
 {
     split_vec sum = {SPLIT_MAX, {{0.0}}};

@@ -1,6 +1,6 @@
 /* Vectors and quaternions in double-double precision, passed by value, for states computed to 20 or
- * 30 digits. The functions are named as in su2.h, with vdd_ instead of v_ for vectors, and qdd_
- * instead of q_ for quaternions. */
+ * 30 digits. Function names are those of su2.h, with the prefix vdd_ instead of v_ for vectors, and
+ * qdd_ instead of q_ for quaternions. */
 #ifndef KR_SU2_DD_H
 #define KR_SU2_DD_H
 #include "dd.h"

@@ -10,8 +10,8 @@
 #include <stdint.h>
 #include <string.h>
 
-/* Writes cos(x) - 1 to `c` and sin(x)/x to `s`, for z = x^2 <= (pi/4)^2, without square roots or
- * divisions. z = 0 needs no special case. */
+/* Writes cos(x) - 1 to `c` and sin(x)/x to `s`, given z = x^2 <= (pi/4)^2. Needs no square root and
+ * no division, so z = 0 is no special case. */
 static inline void less_one_sinc_small(double z, double *c, double *s)
 {
     const double z2 = z * z, z4 = z2 * z2;
@@ -55,7 +55,7 @@ static inline void sin_cos(double x, double *sine, double *cosine)
     if ((quadrant + 1) & 2) *cosine = -*cosine;
 }
 
-/* Writes cos(x) and sin(x)/x for any z = x^2. */
+/* Writes cos(x) and sin(x)/x, given z = x^2 of any size. */
 static inline void cos_sinc(double z, double *c, double *s)
 {
     if (z <= 0.61) {
@@ -67,8 +67,8 @@ static inline void cos_sinc(double z, double *c, double *s)
     }
 }
 
-/* Writes cos(x) - 1 and sin(x)/x for any z = x^2. For small x, cos(x) - 1 retains digits that would
- * be lost in cos(x). */
+/* Writes cos(x) - 1 and sin(x)/x, given z = x^2 of any size. For small x, cos(x) - 1 has digits
+ * that would be lost in cos(x). */
 static inline void less_one_sinc(double z, double *c, double *s)
 {
     if (z <= 0.61) {

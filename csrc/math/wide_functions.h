@@ -1,4 +1,4 @@
-/* Sine, cosine and logarithm in SIMD lanes. */
+/* Sine, cosine and natural logarithm of each SIMD lane of a vector (simd.h). */
 #ifndef KR_WIDE_FUNCTIONS_H
 #define KR_WIDE_FUNCTIONS_H
 #include "simd.h"
@@ -36,8 +36,8 @@ INLINE void wide_sin_cos(wide x, wide *sine, wide *cosine)
     *cosine = wide_of_bits((wide_bits(c) ^ swap) ^ (((quarter + 1) & 2) << 62));
 }
 #define LN_2 0.69314718055994531
-/* Writes a positive normal number as x = factor * 2^power, with a factor between sqrt(1/2) and
- * sqrt(2). Returns the factor. */
+/* Decomposes positive normal numbers as x = m * 2^power, with m between sqrt(1/2) and sqrt(2).
+ * Returns the mantissa m. */
 INLINE wide mantissa(wide x, wide *power)
 {
     const wide_integer one = wide_bits(wide_splat(1.0)),
@@ -57,8 +57,8 @@ INLINE wide wide_log(wide x)
     return wide_fma(power, wide_splat(LN_2), sum);
 }
 /* Returns the natural logarithm of x to within 1e-8, without a division. An error of 1e-8 is small
- * enough for the integrals of tangent growth. The polynomial interpolates ln(1 + m) / m at
- * Chebyshev points. */
+ * enough for integrals of tangent growth. The polynomial interpolates ln(1 + m) / m at Chebyshev
+ * nodes. */
 INLINE wide wide_approx_log(wide x)
 {
     static const double terms[] = {-0.143773305674, 0.149490954762, -0.165606959921,

@@ -1,6 +1,7 @@
-/* Starts and steps of the Taylor series for tops with dry friction or on moving supports
- * (series.h). Within a step, the spin of a sliding top and the torque on a held top are polynomials
- * in time. A step ends where the spin reaches zero or the friction torque reaches its limit. The
+/* Initial values and steps of the Taylor series for tops with dry friction or on moving supports
+ * (series.h). The spin is <U, a>; friction holds the top if the friction torque keeps the spin
+ * zero. Within a step, the spin of a sliding top and the torque on a held top are polynomials in
+ * time. A step ends where the spin reaches zero or the friction torque reaches its limit. The
  * end time of the step is accurate to double precision, or to double-double precision if more than
  * 16 digits are requested. */
 #include <float.h>
@@ -8,13 +9,14 @@
 #include "slow.h"
 #include "support_setup.h"
 
-/* Relative threshold below which a spin or friction torque is treated as zero. */
+/* A spin below this threshold, in the units of the series, is treated as zero. A friction torque
+ * may exceed its maximum by this relative amount. */
 #define NEGLIGIBLE_SPIN 0x1p-48
 #define NEGLIGIBLE_SPIN_DEEP 0x1p-92
-/* Rounding error of the spin of an initial state, which is given in doubles, relative to the terms
- * of which the spin is the sum. */
+/* Rounding error of the initial spin, relative to the terms of which the spin is the sum. Initial
+ * states are given in double precision. */
 #define ROUNDED_SPIN 0x1p-44
-/* An acceleration of the spin against the direction of sliding, in the units of the series, is used
+/* An acceleration of the spin against the direction of sliding, in the units of the series, counts
  * only above this threshold, which is far above rounding errors. A smaller acceleration has no
  * effect, because the spin stays negligible until the acceleration has changed its sign. */
 #define OPPOSED_ACCELERATION 0x1p-32
@@ -33,7 +35,7 @@ static double free_spin_rate(const kr_series *s)
     const kr_vec3 W = v_of(s->end_w + 1), O = v_of(s->turn + 1);
     return v_dot(v_of(s->apex + 1), v_sub(kr_taylor_acceleration(s), v_cross(O, W)));
 }
-static dd spin_at_end(const kr_series s[2])
+static dd find_end_spin(const kr_series s[2])
 {
     const vec_dd W = v_dd(v_of(s[0].end_w + 1), v_of(s[1].end_w + 1)),
                  O = v_dd(v_of(s[0].turn + 1), v_of(s[1].turn + 1)),
@@ -45,11 +47,13 @@ static void remove_spin(kr_series s[2])
 {
     const vec_dd W = v_dd(v_of(s[0].end_w + 1), v_of(s[1].end_w + 1)),
                  yield = v_dd(v_of(s[0].yield + 1), v_of(s[1].yield + 1));
-    set_vector_words(s[0].end_w, s[1].end_w, vdd_add(W, vdd_scale(dd_neg(spin_at_end(s)), yield)));
+    set_vector_words(s[0].end_w, s[1].end_w,
+                     vdd_add(W, vdd_scale(dd_neg(find_end_spin(s)), yield)));
 }
-/* Decides whether friction holds a top whose spin is zero. `needed` is the torque that friction has
- * to balance, in units of the maximum friction torque. The top starts to slide in the direction of
- * the needed torque or, backward in time, in the opposite direction. */
+/* Decides whether friction holds a top whose spin is zero, and writes the result to p->sliding.
+ * `needed` is the torque that friction has to balance, divided by the maximum friction torque. The
+ * top starts to slide in the direction of the needed torque or, backward in time, in the opposite
+ * direction. */
 static void decide_hold(kr_taylor *p, const kr_motion *motion, double needed)
 {
     const double along = (needed > 0.0) == (motion->step >= 0.0) ? 1.0 : -1.0;
@@ -57,7 +61,7 @@ static void decide_hold(kr_taylor *p, const kr_motion *motion, double needed)
 }
 /* Returns the threshold below which the spin of the initial state is treated as zero, in the units
  * of the series. If damping is much faster than all other effects, the threshold is lower, but
- * never below the rounding error of the state: the terms of the spin <W - O, apex> may cancel. */
+ * never below the rounding error of the spin <W - O, a>, whose terms may cancel. */
 static double negligible_spin(const kr_motion *motion)
 {
     const kr_taylor *p = taylor_of(motion);
@@ -71,7 +75,7 @@ static double negligible_spin(const kr_motion *motion)
     return fmax(part * (kr_taylor_is_extended(motion) ? NEGLIGIBLE_SPIN_DEEP : NEGLIGIBLE_SPIN),
                 ROUNDED_SPIN * terms);
 }
-static void start_support(const kr_motion *motion)
+static void set_initial_mode(const kr_motion *motion)
 {
     kr_taylor *p = taylor_of(motion);
     kr_series *s = p->series;
@@ -85,7 +89,7 @@ static void start_support(const kr_motion *motion)
     }
     kr_support_place(s, motion, p->rate);
     if (!(motion->scene->friction > 0.0)) return;
-    const double spin = spin_at_end(s).hi;
+    const double spin = find_end_spin(s).hi;
     if (fabs(spin) > negligible_spin(motion)) {
         p->sliding = spin > 0.0 ? 1.0 : -1.0;
         return;
@@ -97,8 +101,8 @@ static void start_support(const kr_motion *motion)
 }
 
 /* Returns the first point in [low, high] where a polynomial becomes negative, or INFINITY if there
- * is none. The resolution is NARROW_PART. `b` holds the n + 1 Bernstein coefficients, and is
- * overwritten. */
+ * is none, by bisection down to intervals of width NARROW_PART. `b` holds the n + 1 Bernstein
+ * coefficients on [low, high], and is overwritten. */
 static double first_negative(double *b, int n, double low, double high)
 {
     double left[KR_TAYLOR_MAX + 1], least = b[0];
@@ -132,9 +136,9 @@ static double find_friction_limit(const kr_series *s, int order, double sign, do
         for (int i = order; i >= k; i--) b[i] += b[i - 1];
     return first_negative(b, order, 0.0, 1.0);
 }
-/* Returns the time from the start of the step until the friction variable equals `value`.
- * Newton's method starts at the time `near`, at which the friction variable is known to be within
- * about `noise` of `value`. */
+/* Returns the time from the beginning of the step until the friction variable equals `value`.
+ * Newton's method starts at the time `near`, where the friction variable is within about `noise` of
+ * `value`. */
 static dd refine_friction_limit(const kr_series s[2], int order, double value, double near,
                                 double noise)
 {
@@ -155,8 +159,8 @@ static dd refine_friction_limit(const kr_series s[2], int order, double value, d
     }
     return h;
 }
-/* Changes the length of the step to `h`. */
-static void end_step_at(kr_series s[2], const kr_kernel *kernel, int deep, dd h)
+/* Ends the step at the time `h` after its beginning. */
+static void end_step_after(kr_series s[2], const kr_kernel *kernel, int deep, dd h)
 {
     const dd to = dd_add(dd_add(dd_of(s[0].t), dd_of(s[1].t)), h);
     s[0].at = to.hi;
@@ -164,7 +168,7 @@ static void end_step_at(kr_series s[2], const kr_kernel *kernel, int deep, dd h)
     kr_taylor_end_at(s, kernel);
 }
 /* Returns the time derivative of the friction variable (spin or torque) at the end of the step. */
-static dd slope_at_end(const kr_series s[2], int order)
+static dd find_end_slope(const kr_series s[2], int order)
 {
     const dd h =
         dd_sub(dd_add(dd_of(s[0].end), dd_of(s[1].end)), dd_add(dd_of(s[0].t), dd_of(s[1].t)));
@@ -176,16 +180,16 @@ static dd slope_at_end(const kr_series s[2], int order)
 /* Returns 1 if the spin of a sliding top changes its sign within the step but remains within
  * `noise` of zero, so that find_friction_limit does not detect the zero. Returns 0 if the spin is
  * already zero at the beginning of the step. */
-static int passes_zero(const kr_series s[2], int order, double sliding, double noise)
+static int spin_crosses_zero(const kr_series s[2], int order, double sliding, double noise)
 {
     const double span = s->end - s->t;
     if (!(sliding * s->end_w[0] < 0.0 && sliding * s->w[0][0] > 0.0)) return 0;
-    if (!(sliding * slope_at_end(s, order).hi * span < 0.0)) return 0;
+    if (!(sliding * find_end_slope(s, order).hi * span < 0.0)) return 0;
     const double at = refine_friction_limit(s, order, 0.0, span, noise).hi;
     return at * span > 0.0 && fabs(at) <= fabs(span);
 }
-/* Returns 1 if a top without spin cannot slide in the chosen direction, because the spin would
- * accelerate in the opposite direction. */
+/* Returns 1 if a top without spin cannot slide in the chosen direction p->sliding, because the spin
+ * would accelerate in the opposite direction. */
 static int is_slide_opposed(const kr_taylor *p, const kr_motion *motion)
 {
     const kr_series *s = p->series;
@@ -201,14 +205,14 @@ static int is_slide_opposed(const kr_taylor *p, const kr_motion *motion)
 static void change_mode(kr_taylor *p, const kr_motion *motion, int order, double value, int is_slow)
 {
     kr_series *s = p->series;
-    const double before = p->sliding, slope = before != 0.0 ? slope_at_end(s, order).hi : 0.0;
+    const double before = p->sliding, slope = before != 0.0 ? find_end_slope(s, order).hi : 0.0;
     p->try_slow = p->settling = 0.0;
     remove_spin(s);
     if (before == 0.0) {
         p->sliding = -value;
     } else {
-        /* The torque to be balanced is computed from the slope of the spin and the friction during
-         * the last step, not from the velocity, whose rounding errors strong damping amplifies. */
+        /* The torque that friction has to balance is computed from the slope of the spin and the
+         * friction during the last step, not from the velocity, whose rounding errors strong damping amplifies. */
         p->before_hold = before;
         decide_hold(p, motion, slope * s->per_grip + before);
     }
@@ -226,7 +230,7 @@ static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr
                                 : find_friction_limit(s, n, 1.0, most),
                  second = slides ? INFINITY : find_friction_limit(s, n, -1.0, most);
     const double span = s->end - s->t;
-    const int passes = slides && !(first < INFINITY) && passes_zero(s, n, p->sliding, noise);
+    const int passes = slides && !(first < INFINITY) && spin_crosses_zero(s, n, p->sliding, noise);
     const double part = passes ? 1.0 : fmin(first, second);
     if (part < INFINITY) {
         const double value = slides            ? 0.0
@@ -237,7 +241,7 @@ static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr
         /* At the beginning of the step, a spin below `noise` may already have the opposite sign. */
         if (!(h.hi * span > 0.0)) h = refine_friction_limit(s, n, beyond, part * span, 0.0);
         if (!(h.hi * span > 0.0)) h = dd_of(NARROW_PART * span);
-        end_step_at(s, kernel, deep, h);
+        end_step_after(s, kernel, deep, h);
         kr_support_place(s, motion, p->rate);
         change_mode(p, motion, n, value, is_slow);
     } else if (!slides) {
@@ -245,7 +249,7 @@ static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr
     }
     s[0].end_w[0] = s[1].end_w[0] = 0.0;
 }
-static int friction_jumps(const kr_motion *motion, int order, dd *factor)
+static int find_friction_jump(const kr_motion *motion, int order, dd *factor)
 {
     const kr_taylor *p = taylor_of(motion);
     const kr_series *s = p->series;
@@ -258,12 +262,12 @@ static int friction_jumps(const kr_motion *motion, int order, dd *factor)
     }
     if (is_start) {
         *factor = dd_of(NAN);
-        return fabs(spin_at_end(s).hi) <= negligible_spin(motion);
+        return fabs(find_end_spin(s).hi) <= negligible_spin(motion);
     }
-    *factor = dd_div(dd_of(-2.0 * before * friction), slope_at_end(s, order));
+    *factor = dd_div(dd_of(-2.0 * before * friction), find_end_slope(s, order));
     return 1;
 }
-static void find_slopes(const kr_motion *motion, double x[8], double w[4])
+static void find_end_derivatives(const kr_motion *motion, double x[8], double w[4])
 {
     const kr_series *s = taylor_of(motion)->series;
     const kr_vec3 W = v_of(s->end_w + 1), O = v_of(s->turn + 1), P = v_of(s->end_x + 5),
@@ -298,7 +302,7 @@ static kr_status step_support(kr_motion *motion, const kr_kernel *kernel)
         kr_support_set_mode(motion);
         s[1].t = s[1].end;
         s[1].end = 0.0;
-        /* Strong damping reduces the spin to the size of the tolerance. */
+        /* With strong damping, the spin is of the size of the lowered tolerance. */
         if (log2_tol < p->log2_tol)
             unit = fmax(exp2(log2_tol - p->log2_tol), fmin(v_largest(v_of(s->end_w + 1)), 1.0));
         kernel->advance(s, log2_tol, forward);
@@ -315,9 +319,9 @@ const kr_support_ops kr_supports = {.rate = kr_support_rate,
                                     .set_mode = kr_support_set_mode,
                                     .sliding = kr_support_sliding,
                                     .find_held = kr_slow_find_held,
-                                    .start = start_support,
+                                    .start = set_initial_mode,
                                     .step = step_support,
-                                    .slopes = find_slopes,
-                                    .jumps = friction_jumps,
+                                    .slopes = find_end_derivatives,
+                                    .jumps = find_friction_jump,
                                     .expand_tangents = FOR_TANGENTS(kr_support_expand_tangents),
                                     .jump_tangents = FOR_TANGENTS(kr_support_jump_tangents)};

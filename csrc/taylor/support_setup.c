@@ -1,12 +1,12 @@
-/* The support and the friction in a Taylor series (series.h): the constants, the exact position of
- * the support at the beginning of each step, and the friction mode. */
+/* Terms of the support and of the friction in a Taylor series (series.h): the constants, the
+ * support's velocity and acceleration at the beginning of each step, and the friction mode. */
 #include "math/dd.h"
 #include "math/trig.h"
 #include "support_setup.h"
 
 /* Returns first * (1 + z / (a (a+1)) + z^2 / (a (a+1) (a+2) (a+3)) + ...), where z is `square` and
  * a is `from`. The sum ends before the first denominator with a factor greater than `to`. */
-static dd dd_series(dd first, int from, int to, dd square)
+static dd dd_sum_series(dd first, int from, int to, dd square)
 {
     dd term = first, sum = first;
     for (int i = from; i < to; i += 2) {
@@ -19,7 +19,7 @@ static dd dd_series(dd first, int from, int to, dd square)
 static void dd_sincos(dd a, dd *s, dd *c)
 {
     const dd r = dd_times(0.0625, a), rr = dd_neg(dd_square(r));
-    dd sn = dd_series(r, 2, 22, rr), cs = dd_series(dd_of(1.0), 1, 22, rr);
+    dd sn = dd_sum_series(r, 2, 22, rr), cs = dd_sum_series(dd_of(1.0), 1, 22, rr);
     for (int i = 0; i < 4; i++) {
         const dd twice = dd_twice(dd_mul(sn, cs));
         cs = dd_sub(dd_of(1.0), dd_twice(dd_square(sn)));
@@ -29,7 +29,7 @@ static void dd_sincos(dd a, dd *s, dd *c)
     *c = cs;
 }
 /* Returns the angular velocity of the support in the units of the motion. */
-static kr_vec3 turning_of(const kr_motion *motion)
+static kr_vec3 support_angular_velocity(const kr_motion *motion)
 {
     return v_scale(motion->time_unit, motion->scene->turning);
 }
@@ -37,7 +37,7 @@ static double shaking_rate(const kr_motion *motion)
 {
     return kr_scene_shakes(motion->scene) ? motion->time_unit * motion->scene->shaking.rate : 0.0;
 }
-/* Returns mass * com * acceleration in the units of the motion. */
+/* Returns mass * acceleration * (center of mass) in the units of the motion. */
 static vec_dd support_lever(const kr_motion *motion, dd acceleration)
 {
     kr_scene scene = *motion->scene;
@@ -75,7 +75,8 @@ double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held)
 {
     const kr_vec3 A = motion->inertia;
     dd base, sway;
-    const double turning = v_length(turning_of(motion)), least = fmin(A.x, fmin(A.y, A.z));
+    const double turning = v_length(support_angular_velocity(motion)),
+                 least = fmin(A.x, fmin(A.y, A.z));
     const vec_dd lever = kr_support_split(motion, &base, &sway);
     const double pull = v_length(vdd_high(lever)), carried = v_length(motion->rotor),
                  root = sqrt(v_dot(v_times(A, W), W)) + sqrt(v_largest(A)) * turning,
@@ -85,16 +86,16 @@ double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held)
     const double stop = is_held ? 0.0 : sqrt(kr_support_friction(motion, 1.0) / least);
     return fmax(fmax(shaking_rate(motion), stop), turning + sqrt(energy / least));
 }
-/* Returns the apex as a unit vector in the principal axes. */
-static vec_dd apex_of(const kr_motion *motion)
+/* Returns the apex: the unit vector to the center of mass, in the principal axes. */
+static vec_dd find_apex(const kr_motion *motion)
 {
     const vec_dd along = motion->body->com;
     if (!(v_largest(vdd_high(along)) > 0.0)) return vdd_of(v3(0.0, 0.0, 1.0));
     return vdd_scale(dd_div(dd_of(1.0), dd_sqrt(vdd_dot(along, along))), along);
 }
-static void set_friction(kr_series s[2], const kr_motion *motion, double rate)
+static void set_friction_constants(kr_series s[2], const kr_motion *motion, double rate)
 {
-    const vec_dd apex = apex_of(motion), eased = vdd_over(apex, motion->body->inertia);
+    const vec_dd apex = find_apex(motion), eased = vdd_over(apex, motion->body->inertia);
     const dd ease = vdd_dot(apex, eased), per_ease = dd_div(dd_of(1.0), ease);
     const double friction = kr_support_friction(motion, rate);
     set_vector_words(s[0].apex, s[1].apex, apex);
@@ -111,12 +112,12 @@ vec_dd kr_support_set_constants(kr_series s[2], const kr_motion *motion, double 
     set_words(&s[0].sway_most, sway);
     s[0].turns = kr_scene_turns(motion->scene);
     s[0].shakes = kr_scene_shakes(motion->scene);
-    if (motion->scene->friction > 0.0) set_friction(s, motion, rate);
+    if (motion->scene->friction > 0.0) set_friction_constants(s, motion, rate);
     return lever;
 }
 void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate)
 {
-    const double turning = v_length(turning_of(motion)) / rate,
+    const double turning = v_length(support_angular_velocity(motion)) / rate,
                  shaking = shaking_rate(motion) / rate, steep = sqrt(v_largest(v_of(s->steep + 1))),
                  most = fmax(fmax(turning, shaking), steep);
     if (most > 0.0) s[0].fall = s[1].fall = fmin(s[0].fall, 1.0 / most);
@@ -130,7 +131,7 @@ static dd reduce_angle(dd angle)
     for (int i = 0; i < 2; i++) rest = dd_sub(rest, dd_times(rint(rest.hi / turn.hi), turn));
     return rest;
 }
-/* Computes the cosine and sine of the shaking phase to double precision. `since` is the time since
+/* Computes the cosine and sine of the shaking phase to double precision, at the time `since` after
  * the initial time. */
 static void find_shaking_phase(const kr_scene *scene, double since, dd *cosine, dd *sine)
 {

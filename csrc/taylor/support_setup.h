@@ -5,14 +5,14 @@
 #include "model/scene.h"
 #include "taylor.h"
 
-/* Returns 1 if `scene` is not NULL and needs the terms of series.h. */
+/* Returns 1 if `scene` is not NULL and has friction or a moving support (series.h). */
 static inline int kr_support_moves(const kr_scene *scene)
 {
     return scene && kr_scene_needs_support_terms(scene);
 }
 /* Returns an upper bound on the rates of the support, of the friction (unless `is_held` is nonzero)
  * and of the rotation of a top with the angular velocity W. The bound determines the unit of time
- * of the series, which the steps adjust if the shaking later increases the energy. */
+ * of the series. If shaking later increases the energy, the steps adjust the unit of time. */
 double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held);
 /* Sets the constants of a Taylor series that describe the support and the friction. Returns the
  * lever arm of the effective gravity. */
@@ -24,7 +24,8 @@ vec_dd kr_support_split(const kr_motion *motion, dd *base, dd *sway);
  * is 1 / rate. */
 void kr_support_phase(const kr_motion *motion, double rate, double end, double low, dd *cosine,
                       dd *sine);
-/* Updates the position of the support for the beginning of the next step. */
+/* Computes the support's angular velocity and acceleration at the end of the last step, where the
+ * next step begins. */
 void kr_support_place(kr_series s[2], const kr_motion *motion, double rate);
 /* Limits the step size so that the support motion is resolved. */
 void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate);
@@ -32,8 +33,8 @@ void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate
 void kr_support_set_mode(const kr_motion *motion);
 /* Returns the sign of the spin of a sliding top, or 0 if friction holds the top. */
 double kr_support_sliding(const kr_series *s);
-/* Larger friction would overflow. Friction near MOST_FRICTION stops a top within a time smaller
- * than the rounding error of the time. */
+/* Upper bound on the friction torque, because larger values would overflow. Such a friction torque
+ * stops a top within a time smaller than the rounding error of the time. */
 #define MOST_FRICTION 1e250
 /* Returns the magnitude of the friction torque, with 1 / rate as the unit of time. */
 static inline double kr_support_friction(const kr_motion *motion, double rate)
@@ -46,16 +47,17 @@ static inline double kr_support_friction(const kr_motion *motion, double rate)
  * unit of time is 1 / rate. The tangents are stored one by one, not in batches (tangents.h). */
 void kr_support_expand_tangents(const kr_motion *motion, double rate, const kr_series path[2],
                                 struct kr_tangent *first, size_t n, int order);
-/* Applies a jump of the friction torque at the end of the last step to n tangents outside batches:
- * subtracts factor * (derivative of the spin) * apex from their momentum parts, with the factor
- * that `jumps` of kr_support_ops writes. Tangents whose derivative of the spin is zero remain
- * unchanged. */
+/* Applies a discontinuity of the friction torque at the end of the last step to n tangents outside
+ * batches: subtracts factor * (derivative of the spin) * apex from their momentum parts N. `factor`
+ * is the number that `jumps` of kr_support_ops writes. Tangents whose derivative of the spin is
+ * zero remain unchanged. */
 void kr_support_jump_tangents(const kr_motion *motion, double rate, const kr_series ended[2],
                               struct kr_tangent *first, size_t n, dd factor);
 
-/* All functions that only tops with friction or on moving supports need. The code for all tops
- * calls them through a pointer to this table, which is NULL for the other tops. Programs without
- * supports do not refer to the table, so that the linker can omit the functions. */
+/* Table of all functions that only tops with friction or on moving supports need. The code for all
+ * tops calls these functions through a pointer to the table. The pointer is NULL for the other
+ * tops. Programs without supports do not refer to the table, so that the linker can omit the
+ * functions. */
 typedef struct kr_support_ops {
     double (*rate)(const kr_motion *motion, kr_vec3 W, int is_held);
     vec_dd (*set_constants)(kr_series s[2], const kr_motion *motion, double rate);
@@ -74,10 +76,10 @@ typedef struct kr_support_ops {
      * of the last step. The derivatives are computed for the friction mode (sliding or held) of the
      * last step. */
     void (*slopes)(const kr_motion *motion, double x[8], double w[4]);
-    /* Returns 1 if the friction torque is discontinuous at the end of the last step. Writes to
-     * `factor` the factor that jump_tangents needs. `factor` is NaN if the top starts
-     * without spin and friction cannot hold the top, because the direction of the friction then
-     * depends on the sign of the perturbation. */
+    /* Returns 1 if the friction torque is discontinuous at the end of the last step, and then
+     * writes the argument `factor` of jump_tangents. `factor` is NaN if the top starts without spin
+     * and friction cannot hold the top, because the direction of the friction then depends on the
+     * sign of the perturbation. */
     int (*jumps)(const kr_motion *motion, int order, dd *factor);
     void (*expand_tangents)(const kr_motion *motion, double rate, const kr_series path[2],
                             struct kr_tangent *first, size_t n, int order);

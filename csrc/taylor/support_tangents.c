@@ -6,9 +6,9 @@
 
 enum { TERMS = KR_TAYLOR_MAX + 1 /* coefficients of a series */ };
 
-/* Computes the coefficients of the factor k (support_deviation.h), which is the effective
- * acceleration or its derivative with respect to gravity or to the amplitude, rate or phase of the
- * shaking. */
+/* Computes the coefficients `scale` of the factor k (support_deviation.h). The factor k is the
+ * effective acceleration, or its derivative with respect to gravity or to the amplitude, rate or
+ * phase of the shaking, as selected by the kr_timing `timing`. */
 static void set_acceleration_coefficients(const kr_motion *motion, double rate, dd since,
                                           double timing, dd scale[4])
 {
@@ -46,7 +46,8 @@ static void set_acceleration_coefficients(const kr_motion *motion, double rate, 
 #include "math/real.h"
 #include "support_deviation.h"
 
-/* Expands the tangents or, if `factor` is not NULL, lets them jump (kr_support_jump_tangents). */
+/* Computes the Taylor coefficients of the tangents or, if `factor` is not NULL, applies a
+ * discontinuity of the friction torque (kr_support_jump_tangents). */
 static void change_tangents(const kr_motion *motion, double rate, const kr_series path[2],
                             kr_tangent *first, size_t n, int order, const dd *factor)
 {

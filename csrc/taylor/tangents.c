@@ -13,7 +13,7 @@ enum { MAX_SUBSTEPS = 64, MAX_SHORTENINGS = 32 };
  * are needed. */
 static const double rest_over_tolerance = 0x1p9;
 
-/* Header of the memory block for tangents, which contains the Taylor series of the motion on one
+/* Header of the memory block for tangents. It contains the Taylor series of the motion on one
  * substep. The tangents are stored in the memory block after this header. */
 typedef struct {
     kr_series path[2];
@@ -25,19 +25,19 @@ typedef struct {
     double from_low, to_low; /* low words of `from` and `to` */
 } tangent_work;
 /* The tangents of a motion. In memory, batches of tangents precede the remaining single tangents.
- * Tangents are bitwise equal whether computed in batches or one by one, so a small build can omit
- * batches. Tangents of tops with friction or on moving supports are never combined in batches. */
+ * Tangents computed in batches are bitwise equal to tangents computed one by one, so a small build
+ * can omit batches. Tangents of tops with friction or on moving supports are never in batches. */
 typedef struct {
     const kr_motion *motion;
     const kr_tangents_kernel *kernel;
     int order; /* of the Taylor series */
     tangent_work *work;
     kr_tangent *first;
-    size_t n, batches, structs; /* numbers of tangents, of batches, and of structs of high words */
-    size_t words;               /* structs that hold the words of the same numbers */
+    size_t n, batches, structs; /* numbers of tangents, batches and structs of high words */
+    size_t words;               /* structs per number: 1, or 2 for high and low words */
 } tangent_set;
 
-static size_t words_of(int digits) { return digits > 16 ? 2 : 1; }
+static size_t words_per_number(int digits) { return digits > 16 ? 2 : 1; }
 static size_t count_batches(size_t n)
 {
 #ifdef KR_NO_BATCHES
@@ -47,16 +47,17 @@ static size_t count_batches(size_t n)
     return n / KR_DEVIATION_BATCH + (n % KR_DEVIATION_BATCH >= KR_DEVIATION_BATCH_MIN);
 #endif
 }
-/* Returns the number of structs that n tangents need, of which the first are in batches. */
+/* Returns the number of structs that n tangents need, the first of them in `batches` batches. */
 static size_t count_structs(size_t n, size_t batches)
 {
     const size_t batched = KR_DEVIATION_BATCH * batches;
     return KR_DEVIATION_BATCH_STRUCTS * batches + (n > batched ? n - batched : 0);
 }
-static size_t count_doubles(int digits, size_t n)
+static size_t count_memory_doubles(int digits, size_t n)
 {
     const size_t structs = count_structs(n, count_batches(n)), most = structs > n ? structs : n;
-    return (sizeof(tangent_work) + most * words_of(digits) * sizeof(kr_tangent)) / sizeof(double);
+    return (sizeof(tangent_work) + most * words_per_number(digits) * sizeof(kr_tangent)) /
+           sizeof(double);
 }
 /* Returns the baseline instruction set, which is the last one in the table. */
 static const kr_isa *base_isa(void)
@@ -65,7 +66,7 @@ static const kr_isa *base_isa(void)
     while (kr_taylor_isa(i + 1)) i++;
     return kr_taylor_isa(i);
 }
-static tangent_set tangents_of(const kr_motion *motion, double *memory, size_t n)
+static tangent_set find_tangents(const kr_motion *motion, double *memory, size_t n)
 {
     tangent_work *work = (tangent_work *)memory;
     const kr_isa *known = kr_taylor_isa_of(motion), *isa = known ? known : base_isa();
@@ -78,17 +79,17 @@ static tangent_set tangents_of(const kr_motion *motion, double *memory, size_t n
                          .n = n,
                          .batches = batches,
                          .structs = count_structs(n, batches),
-                         .words = words_of(motion->digits)};
+                         .words = words_per_number(motion->digits)};
 }
 
-/* Where the numbers of a tangent are in memory: in the struct `from` and, in a batch, in those that
- * follow it. The first component of theta is at the index `first` of an array of the struct, and
- * each further component `stride` doubles after the last. */
+/* Location of the numbers of a tangent. `from` is the struct of a single tangent, or the first
+ * struct of a batch. In an array of this struct, the first component of theta has the index
+ * `first`. Each further component follows at a distance of `stride` doubles. */
 typedef struct {
     kr_tangent *from;
     size_t first, stride;
 } deviation_address;
-static deviation_address address_of(const tangent_set *t, size_t i)
+static deviation_address find_address(const tangent_set *t, size_t i)
 {
     const size_t batched = KR_DEVIATION_BATCH * t->batches, structs = KR_DEVIATION_BATCH_STRUCTS;
     if (i >= batched)
@@ -99,15 +100,15 @@ static deviation_address address_of(const tangent_set *t, size_t i)
                                t->words * sizeof(kr_tangent) / sizeof(double)};
 }
 static int is_single(const deviation_address *at) { return at->stride == 1; }
-/* Returns the address of component k of a tangent in the array `numbers` of its struct. In a single
- * tangent, a zero precedes the components of N. */
+/* Returns the address of component k of (theta, N) in the array `numbers` of the struct `from`. In
+ * a single tangent, a zero precedes the components of N. */
 static double *component_address(const deviation_address *at, double *numbers, size_t k)
 {
     return numbers + at->first + k * at->stride + (is_single(at) ? k / 3 : 0);
 }
 
 /* Writes a vector, with its low words if more than 16 digits are requested. */
-static void put_vector(const tangent_set *t, double *high, size_t stride, vec_dd v)
+static void store_vector(const tangent_set *t, double *high, size_t stride, vec_dd v)
 {
     const double words[2][3] = {{v.x.hi, v.y.hi, v.z.hi}, {v.x.lo, v.y.lo, v.z.lo}};
     for (size_t word = 0; word < t->words; word++)
@@ -115,23 +116,23 @@ static void put_vector(const tangent_set *t, double *high, size_t stride, vec_dd
             high[word * sizeof(kr_tangent) / sizeof(double) + i * stride] = words[word][i];
 }
 /* Stores a vector as components k to k + 2 of a tangent. */
-static void put_components(const tangent_set *t, const deviation_address *at, double *numbers,
-                           size_t k, vec_dd v)
+static void store_components(const tangent_set *t, const deviation_address *at, double *numbers,
+                             size_t k, vec_dd v)
 {
-    put_vector(t, component_address(at, numbers, k), at->stride, v);
+    store_vector(t, component_address(at, numbers, k), at->stride, v);
 }
 /* Reads a number. Negative zeros are replaced by positive zeros, because the sign of a zero may
  * depend on other tangents in the batch. */
-static dd get_number(const tangent_set *t, const double *high)
+static dd load_number(const tangent_set *t, const double *high)
 {
     return (dd){*high + 0.0, t->words > 1 ? high[sizeof(kr_tangent) / sizeof(double)] + 0.0 : 0.0};
 }
-static vec_dd get_components(const tangent_set *t, const deviation_address *at, double *numbers,
-                             size_t k)
+static vec_dd load_components(const tangent_set *t, const deviation_address *at, double *numbers,
+                              size_t k)
 {
     const double *high = component_address(at, numbers, k);
-    return (vec_dd){get_number(t, high), get_number(t, high + at->stride),
-                    get_number(t, high + 2 * at->stride)};
+    return (vec_dd){load_number(t, high), load_number(t, high + at->stride),
+                    load_number(t, high + 2 * at->stride)};
 }
 static void set_constants(const tangent_set *t, kr_tangent *g)
 {
@@ -142,39 +143,40 @@ static void set_constants(const tangent_set *t, kr_tangent *g)
                  behind = {ahead.y, ahead.z, ahead.x},
                  c = vdd_scale_exactly(1.0 / (rate * rate), motion->body->lever),
                  up = {c.y, c.z, c.x}, down = {dd_neg(c.z), dd_neg(c.x), dd_neg(c.y)};
-    put_vector(t, g->ahead + 1, 1, vdd_over(ahead, A));
-    put_vector(t, g->behind + 1, 1, vdd_over(behind, A));
-    put_vector(t, g->per + 1, 1, vdd_over(vdd_of(v3(1.0, 1.0, 1.0)), A));
-    put_vector(t, g->drag + 1, 1, vdd_scale_exactly(1.0 / rate, vdd_of(motion->damping)));
-    put_vector(t, g->up + 1, 1, up);
-    put_vector(t, g->down + 1, 1, down);
-    put_vector(t, g->rotor + 1, 1, vdd_scale_exactly(1.0 / rate, motion->body->rotor));
+    store_vector(t, g->ahead + 1, 1, vdd_over(ahead, A));
+    store_vector(t, g->behind + 1, 1, vdd_over(behind, A));
+    store_vector(t, g->per + 1, 1, vdd_over(vdd_of(v3(1.0, 1.0, 1.0)), A));
+    store_vector(t, g->drag + 1, 1, vdd_scale_exactly(1.0 / rate, vdd_of(motion->damping)));
+    store_vector(t, g->up + 1, 1, up);
+    store_vector(t, g->down + 1, 1, down);
+    store_vector(t, g->rotor + 1, 1, vdd_scale_exactly(1.0 / rate, motion->body->rotor));
     g->damped = v_largest(motion->damping);
     g->gyrostat = v_largest(motion->rotor);
 }
-/* Sets the derivatives of the equations of motion with respect to the parameter that belongs to the
- * tangent. */
-static void set_changes(const tangent_set *t, const deviation_address *at, const kr_seed *seed)
+/* Sets the derivatives of the constants in the equations of motion with respect to the parameter of
+ * the tangent. */
+static void set_parameter_derivatives(const tangent_set *t, const deviation_address *at,
+                                      const kr_seed *seed)
 {
     const double rate = taylor_of(t->motion)->rate, square = rate * rate;
     kr_tangent *g = at->from;
-    put_components(t, at, g->moments, 0, vdd_of(seed->moments));
-    put_components(t, at, g->drags, 0, vdd_scale_exactly(1.0 / rate, vdd_of(seed->damping)));
-    put_components(t, at, g->lever, 0, vdd_scale_exactly(1.0 / square, seed->lever));
-    put_components(t, at, g->rotor_of, 0, vdd_scale_exactly(1.0 / rate, seed->rotor));
+    store_components(t, at, g->moments, 0, vdd_of(seed->moments));
+    store_components(t, at, g->drags, 0, vdd_scale_exactly(1.0 / rate, vdd_of(seed->damping)));
+    store_components(t, at, g->lever, 0, vdd_scale_exactly(1.0 / square, seed->lever));
+    store_components(t, at, g->rotor_of, 0, vdd_scale_exactly(1.0 / rate, seed->rotor));
     g->rotor_changes = fmax(g->rotor_changes, v_largest(vdd_high(seed->rotor)));
     if (is_single(at)) {
-        put_vector(t, g->pull + 1, 1, vdd_scale_exactly(1.0 / square, seed->pull));
+        store_vector(t, g->pull + 1, 1, vdd_scale_exactly(1.0 / square, seed->pull));
         v_put(g->turning_of + 1, seed->turning);
         g->timing = seed->timing;
-        put_vector(t, g->apex_of + 1, 1, seed->apex);
+        store_vector(t, g->apex_of + 1, 1, seed->apex);
         g->friction_of = seed->friction / square;
         g->gradient_of = seed->gradient / square;
     }
     g->changes = fmax(g->changes, fmax(v_largest(seed->moments), v_largest(vdd_high(seed->lever))));
     g->drag_changes = fmax(g->drag_changes, v_largest(seed->damping));
 }
-/* Updates the tangents if the friction torque jumps at the end of the last step. */
+/* Updates the tangents if the friction torque is discontinuous at the end of the last step. */
 static void apply_friction_jump(const tangent_set *t)
 {
     const kr_taylor *p = taylor_of(t->motion);
@@ -184,7 +186,7 @@ static void apply_friction_jump(const tangent_set *t)
         supports->jump_tangents(t->motion, p->rate, p->series, t->first, t->n, factor);
 }
 /* Returns 1 if there is dry friction, if the support moves, or if a tangent is a derivative with
- * respect to a parameter of the support motion. */
+ * respect to a parameter of the support motion or to the gravity gradient. */
 static int needs_support_terms(const kr_motion *motion, size_t n, const kr_seed seeds[])
 {
     if (!supports) return 0;
@@ -200,19 +202,19 @@ static void begin_tangents(const kr_motion *motion, double *memory, size_t n, co
     kr_taylor *p = taylor_of(motion);
     const kr_series *s = p->series;
     const quat_dd to_body = qdd_conj(qdd_unit(qdd_load(s[0].end_x, s[1].end_x)));
-    memset(memory, 0, count_doubles(motion->digits, n) * sizeof(double));
+    memset(memory, 0, count_memory_doubles(motion->digits, n) * sizeof(double));
     p->has_tangents = 1.0;
     ((tangent_work *)memory)->moving = needs_support_terms(motion, n, seeds);
-    const tangent_set t = tangents_of(motion, memory, n);
+    const tangent_set t = find_tangents(motion, memory, n);
     t.work->from = t.work->to = s->end;
     for (size_t i = 0; i < t.structs; i++) set_constants(&t, t.first + i * t.words);
     for (size_t i = 0; i < n; i++) {
-        const deviation_address to = address_of(&t, i);
+        const deviation_address to = find_address(&t, i);
         const kr_deviation *start = &seeds[i].at_start;
-        set_changes(&t, &to, &seeds[i]);
-        put_components(&t, &to, to.from->end, 0, start->turn);
-        put_components(&t, &to, to.from->end, 3,
-                       vdd_scale_exactly(1.0 / p->rate, qdd_turn(to_body, start->push)));
+        set_parameter_derivatives(&t, &to, &seeds[i]);
+        store_components(&t, &to, to.from->end, 0, start->turn);
+        store_components(&t, &to, to.from->end, 3,
+                         vdd_scale_exactly(1.0 / p->rate, qdd_turn(to_body, start->push)));
     }
     apply_friction_jump(&t);
     for (size_t i = 0; i < t.structs * t.words; i++) {
@@ -234,7 +236,7 @@ static double sum_squares(const deviation_address *at, double *numbers)
 }
 /* Evaluates all tangents at the time path->at, and stores the values in `substep_end`. Returns the
  * largest relative truncation error, or INFINITY if a tangent is not finite. */
-static double sum_tangents(const tangent_set *t)
+static double evaluate_substep_end(const tangent_set *t)
 {
     const double *to = &t->work->path->at;
     const double power = pow(*to - t->first->t, t->order);
@@ -244,7 +246,7 @@ static double sum_tangents(const tangent_set *t)
         t->kernel->sum(g, t->order, to, g->substep_end);
     }
     for (size_t i = 0; i < t->n; i++) {
-        const deviation_address at = address_of(t, i);
+        const deviation_address at = find_address(t, i);
         const double size = sum_squares(&at, at.from->substep_end),
                      last = power * power * sum_squares(&at, at.from->x[t->order]);
         if (!isfinite(size)) return INFINITY;
@@ -281,13 +283,13 @@ static double expand_substep(const tangent_set *t)
     expand_tangents(t);
     c->path[0].at = c->to;
     c->path[1].at = c->to_low;
-    double worst = sum_tangents(t);
+    double worst = evaluate_substep_end(t);
     for (int i = 0; i < MAX_SHORTENINGS && !(worst <= most); i++) {
         const double share = pow(most / worst, 1.0 / t->order);
         h = share > 0.01 ? h * 0.9 * share : 0.01 * h;
         c->path[0].at = from + h;
         c->path[1].at = 0.0;
-        worst = sum_tangents(t);
+        worst = evaluate_substep_end(t);
     }
     c->until = c->path[0].at;
     return worst;
@@ -306,8 +308,9 @@ static double expand_first_substep(const tangent_set *t)
     c->substep = 1.0;
     return expand_substep(t);
 }
-/* Starts new Taylor series of the path and of the tangents at the end of the substep in memory.
- * Returns the largest relative truncation error of the tangents at the end of the next substep. */
+/* Computes the Taylor series of the path and of the tangents for the substep that follows the
+ * current substep. Returns the largest relative truncation error of the tangents at the end of the
+ * new substep. */
 static double expand_next_substep(const tangent_set *t)
 {
     const kr_kernel *kernel = t->motion->aux;
@@ -346,7 +349,7 @@ static double propagate_over_substeps(const tangent_set *t)
 static kr_status advance_tangents(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_series *s = taylor_of(motion)->series;
-    const tangent_set t = tangents_of(motion, memory, n);
+    const tangent_set t = find_tangents(motion, memory, n);
     const size_t all = t.structs * t.words;
     kr_tangent *first = t.first;
     for (size_t i = 0; i < all; i++) memcpy(first[i].begin, first[i].end, sizeof first->end);
@@ -375,7 +378,7 @@ static void find_substep(const tangent_set *t, double to)
         expand_next_substep(t);
 }
 /* Converts a momentum change from the body frame to the space frame. If at most 16 digits are
- * requested, the vector is rotated in double precision, because double-double arithmetic would
+ * requested, the rotation is computed in double precision, because double-double arithmetic would
  * dominate the run time. */
 static vec_dd rotate_push_to_space(const tangent_set *t, quat_dd q, vec_dd push)
 {
@@ -389,7 +392,7 @@ static void evaluate_tangents(const kr_motion *motion, kr_quat attitude, double 
 {
     const quat_dd q = q_dd(attitude, motion->low.q);
     const kr_series *s = taylor_of(motion)->series;
-    const tangent_set t = tangents_of(motion, memory, n);
+    const tangent_set t = find_tangents(motion, memory, n);
     const int is_end = s->at == t.work->to && (t.words == 1 || s[1].at == t.work->to_low);
     if (!is_end) {
         find_substep(&t, s->at);
@@ -399,16 +402,16 @@ static void evaluate_tangents(const kr_motion *motion, kr_quat attitude, double 
         }
     }
     for (size_t i = 0; i < n; i++) {
-        const deviation_address from = address_of(&t, i);
+        const deviation_address from = find_address(&t, i);
         double *numbers = is_end ? from.from->end : from.from->at;
-        out[i].turn = get_components(&t, &from, numbers, 0);
-        out[i].push = rotate_push_to_space(&t, q, get_components(&t, &from, numbers, 3));
+        out[i].turn = load_components(&t, &from, numbers, 0);
+        out[i].push = rotate_push_to_space(&t, q, load_components(&t, &from, numbers, 3));
     }
 }
 static double get_truncation(const kr_motion *motion, double *memory)
 {
-    return tangents_of(motion, memory, 1).first->truncation;
+    return find_tangents(motion, memory, 1).first->truncation;
 }
 
-const kr_tangent_ops kr_taylor_tangents = {kr_tangents_start, count_doubles,     begin_tangents,
-                                           advance_tangents,  evaluate_tangents, get_truncation};
+const kr_tangent_ops kr_taylor_tangents = {kr_tangents_start, count_memory_doubles, begin_tangents,
+                                           advance_tangents,  evaluate_tangents,    get_truncation};

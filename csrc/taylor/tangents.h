@@ -15,12 +15,12 @@
 #define KR_TANGENTS_H
 #include "taylor.h"
 
-/* Eight Taylor series that describe tangents on one step or substep, expanded about its start time
- * t. A single tangent, with rotation vector theta and momentum change N, is stored as the eight
- * numbers (0, theta | 0, N). A batch of eight tangents occupies six structs, one for each component
- * of (theta, N), with one tangent in each lane. Tangents computed in batches are bitwise equal to
- * tangents computed one by one. At 20 and 30 digits, two adjacent structs hold the high and the low
- * words of the double-double numbers. */
+/* Eight Taylor series that describe tangents on one step or substep, expanded about its initial
+ * time t. A single tangent, with rotation vector theta and momentum change N, is stored as the
+ * eight numbers (0, theta | 0, N). A batch of eight tangents occupies six structs, one for each
+ * component of (theta, N), with one tangent in each lane. Tangents computed in batches are bitwise
+ * equal to tangents computed one by one. At 20 and 30 digits, two adjacent structs hold the high
+ * and the low words of the double-double numbers. */
 typedef struct kr_tangent {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients */
     double end[8], at[8];           /* values at the end of the step, and at the sampled time */
@@ -38,9 +38,9 @@ typedef struct kr_tangent {
     double truncation;              /* largest relative truncation error so far */
     double rotor_of[8];             /* (0, y); in a batch component k of each y, for k < 3 */
     double rotor_changes;           /* nonzero if y is not zero */
-    /* For support_deviation.h, and only for single deviations: the derivatives of the lever per
-     * unit of acceleration, (0, b), and of the angular velocity of the support in space; a
-     * kr_timing, which selects k. */
+    /* For single tangents and support_deviation.h: the derivatives (0, b) of the lever per unit of
+     * acceleration, and of the support's angular velocity in the space frame. The kr_timing selects
+     * the factor k. */
     double pull[4], turning_of[4], timing;
     double apex_of[4], friction_of; /* the derivatives of the apex, (0, d), and of the friction */
     double gradient_of;             /* the derivative of the gravity gradient */
