@@ -121,9 +121,8 @@ INLINE wide wide_load(const double *p)
     memcpy(&a, p, sizeof a);
     return a;
 }
-/* Loads a vector that is used several times. With AVX-512, gcc would load the vector again at each
- * use. These loads would take longer than the products, because some processors load only one such
- * vector per cycle. */
+/* Loads a vector and keeps it in a register. With AVX-512, gcc would load the vector at each use,
+ * and these loads would take longer than the products (one per cycle on some processors). */
 INLINE wide wide_load_once(const double *p)
 {
     wide a = wide_load(p);

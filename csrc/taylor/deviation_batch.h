@@ -64,8 +64,7 @@ INLINE halves halves_fma(turned a, path_term four, halves c)
 INLINE triple halves_first(halves a) { return a.lo; }
 INLINE triple halves_second(halves a) { return a.hi; }
 
-/* Loads a triple from three structs of a batch. `numbers` is an array in the first struct, and the
- * same arrays of successive components are `apart` numbers from each other. */
+/* Loads a triple, whose components are `apart` numbers from each other in a batch. */
 INLINE triple load_triple(const double *numbers)
 {
     const size_t apart = WORDS * sizeof(kr_tangent) / sizeof(double);

@@ -184,10 +184,9 @@ INLINE double scalar_fma(double a, double b, double c) { return a * b + c; }
 #endif
 
 /* The header quat_simd_dd.h redefines the following operations for double-double numbers. The
- * function duo_lane copies component `lane` of the vector w to all SIMD lanes. The function
- * duo_scale multiplies the eight SIMD lanes by eight constants, which must be exact in double
- * precision. The function duo_span returns the difference of two times, and duo_reciprocal returns
- * 1 / n. */
+ * function duo_lane copies component `lane` of w to all SIMD lanes. The function duo_scale
+ * multiplies the eight SIMD lanes by eight constants, which are exact in double precision. The
+ * function duo_span returns the difference of two times, and duo_reciprocal returns 1 / n. */
 INLINE duo duo_lane(const double *w, int lane) { return duo_splat(w[lane]); }
 INLINE duo duo_scale(const double exact[8], duo a) { return duo_mul(duo_load(exact), a); }
 INLINE duo duo_span(const double *from, const double *to) { return duo_splat(*to - *from); }

@@ -54,9 +54,8 @@ enum {
 typedef struct {
     duo ahead, behind;
 } turned_vector;
-/* Permuted Taylor coefficients: `w` of W; `u` of U, as (next | prev); and `fixed` of a vector fixed
- * in space, as (prev | next). This vector is O if the support rotates, or P if the attitude q is
- * not computed. */
+/* Permuted Taylor coefficients: `w` of W; `u` of U (next | prev); `fixed` (prev | next) of O if the
+ * support rotates, or of P if the attitude is not computed. */
 typedef struct {
     turned_vector w;
     duo u, fixed;
@@ -116,9 +115,8 @@ INLINE void add_products(series_sums *a, const kr_series *s, const kr_series *ow
 }
 /* Adds the products of Taylor coefficients with indices (j, m) to `a`, and those with indices (m,
  * j) to `b`. A single term of a->cross covers both pairs of indices. */
-INLINE void add_product_pair(series_sums *a, series_sums *b, const kr_series *s,
-                             const kr_series *own, const turned_term *turned, int j, int m,
-                             int terms)
+INLINE void add_pair(series_sums *a, series_sums *b, const kr_series *s, const kr_series *own,
+                     const turned_term *turned, int j, int m, int terms)
 {
     add_products(a, s, own, turned, j, m, terms);
     add_products(b, s, own, turned, m, j, terms);
@@ -151,9 +149,9 @@ INLINE series_sums cauchy_products(const kr_series *s, const kr_series *own,
     }
     UNROLL
     for (int j = (n - 1) / 2; j > 0; j--)
-        add_product_pair(&a, SIDE_BY_SIDE ? &b : &a, s, own, turned, n - j, j, terms);
+        add_pair(&a, SIDE_BY_SIDE ? &b : &a, s, own, turned, n - j, j, terms);
     if (SIDE_BY_SIDE) add_sums(&a, &b, terms);
-    if (n > 0) add_product_pair(&a, &a, s, own, turned, n, 0, terms);
+    if (n > 0) add_pair(&a, &a, s, own, turned, n, 0, terms);
     return a;
 }
 
@@ -188,7 +186,7 @@ INLINE void set_vertical(kr_series *s, turned_term *turned, int n, quad p)
 }
 
 /* Returns the n-th coefficient of the support's angular velocity in the body frame. */
-INLINE quad support_velocity_coefficient(duo support, int n)
+INLINE quad support_velocity(duo support, int n)
 {
     return quad_fma(quad_reciprocal(-n), duo_first(support),
                     quad_mul(quad_reciprocal(n), duo_second(support)));
@@ -207,9 +205,8 @@ INLINE void set_lane0(kr_series *s, kr_series *own, int n, quad number)
     quad_store(own->end_w, number);
     copy_number(s->w[n], own->end_w);
 }
-/* Returns W_{n+1} including the friction torque that keeps the spin constant, and stores the n-th
- * coefficient of this torque as the friction variable. `w` is W_{n+1} without friction, and `o` is
- * O_{n+1}. */
+/* Returns W_{n+1} with the friction torque that keeps the spin constant, and stores the n-th
+ * coefficient of this torque in W_n. `w` is W_{n+1} without friction, and `o` is O_{n+1}. */
 INLINE quad add_holding_torque(kr_series *s, kr_series *own, int n, quad w, quad o)
 {
     const quad minus = quad_splat(-1.0), gained = quad_fma(minus, o, w),
@@ -220,8 +217,8 @@ INLINE quad add_holding_torque(kr_series *s, kr_series *own, int n, quad w, quad
 }
 /* Returns W_{n+1} of a top with friction or on a moving support, without a friction torque that
  * holds the top. `p` is the n-th coefficient of G P. */
-INLINE quad next_velocity_on_support(const series_sums *a, const kr_series *s, const kr_series *own,
-                                     int n, quad p)
+INLINE quad next_top_velocity(const series_sums *a, const kr_series *s, const kr_series *own, int n,
+                              quad p)
 {
     const quad share = quad_reciprocal(n + 1),
                drag = quad_mul(quad_mul(share, quad_load(s->drag)), quad_load(own->w[n])),
@@ -273,10 +270,8 @@ INLINE void expand_effective_gravity(const kr_series *s, kr_series *own, int ord
 INLINE void set_next_velocities(kr_series *s, kr_series *own, turned_term *turned, int n,
                                 quad vertical, const series_sums *a, int terms)
 {
-    const quad o =
-        terms & TURNS ? support_velocity_coefficient(a->support, n + 1) : quad_splat(0.0);
-    quad w =
-        next_velocity_on_support(a, s, own, n, terms & SHAKES ? duo_second(a->pulled) : vertical);
+    const quad o = terms & TURNS ? support_velocity(a->support, n + 1) : quad_splat(0.0);
+    quad w = next_top_velocity(a, s, own, n, terms & SHAKES ? duo_second(a->pulled) : vertical);
     if (terms & GRADIENT)
         w = quad_fma(quad_mul(quad_reciprocal(n + 1), quad_load(s->steep)), gradient_products(s, n),
                      w);
@@ -382,12 +377,11 @@ INLINE void find_known_velocities(kr_series *s, kr_series *own, turned_term *tur
             for (int j = 0; j <= n; j++)
                 support = duo_fma(turned[j].u, turned[n - j].fixed, support);
         set_velocities(s, own, turned, n + 1, quad_load(s->w[n + 1]),
-                       support_velocity_coefficient(support, n + 1), terms & TURNS, 1);
+                       support_velocity(support, n + 1), terms & TURNS, 1);
     }
 }
-/* Computes the Taylor coefficients of orders `from` + 1 to `order` of a top with damping, with
- * friction, or on a moving support. In double-double precision, own[0] holds high words, and own[1]
- * holds low words. */
+/* Computes the Taylor coefficients of orders `from` + 1 to `order` of a top with damping, friction
+ * or a moving support. In double-double precision, own[0] holds high and own[1] low words. */
 INLINE void expand_terms(kr_series *s, int from, int order, int terms)
 {
     kr_series own[2];

@@ -67,7 +67,6 @@ enum {
 
 #include "slow_directions.h"
 
-/* Returns the angular velocity of the support. */
 static kr_vec3 get_support_velocity(const kr_series *s, const slow_directions *slow)
 {
     return slow->turns ? v_of(s->turn + 1) : v3(0.0, 0.0, 0.0);
@@ -77,8 +76,7 @@ static double largest_effective_gravity(const kr_series *s)
 {
     return s->linear > 1.0 ? fabs(s->sway[3]) + fabs(s->sway_most) : 1.0;
 }
-/* Returns the angular velocity W without its components u_i v_i along the strongly damped
- * directions (slow_directions.h). */
+/* Returns W without its components u_i v_i along the strongly damped directions. */
 static kr_vec3 find_weakly_damped_velocity(const kr_series *s, const slow_directions *slow)
 {
     const kr_vec3 O = get_support_velocity(s, slow), U = v_sub(v_of(s->end_w + 1), O);
@@ -172,7 +170,7 @@ static double largest_torque(const kr_motion *motion)
 }
 /* Returns log2 of the largest component of the n-th Taylor coefficient, or -LOG2_AT_REST if all
  * components are zero. With LOG2_AT_REST, powers of the resulting step size do not overflow. */
-static double log2_coefficient(const kr_series *s, int n)
+static double log2_norm(const kr_series *s, int n)
 {
     double size = 0.0;
     for (int i = 0; i < 8; i++) size = fmax(size, fabs(s->x[n][i]));
@@ -183,8 +181,7 @@ static double log2_coefficient(const kr_series *s, int n)
  * tolerance. x_n stands for all n-th Taylor coefficients. */
 static double log2_step_size(const kr_series *s, int n, double log2_tol)
 {
-    return fmin((log2_tol - log2_coefficient(s, n)) / n,
-                (log2_tol - log2_coefficient(s, n - 1)) / n);
+    return fmin((log2_tol - log2_norm(s, n)) / n, (log2_tol - log2_norm(s, n - 1)) / n);
 }
 /* Returns log2 of the absolute tolerance: the relative tolerance times the smallest angular
  * velocity on the slow manifold. */

@@ -70,7 +70,6 @@ static void set_rotor_coupling(slow_directions *slow, kr_vec3 rotor)
             slow->couple[i][k] = slow->ease[i] * v_dot(high_words(slow->v[i]),
                                                        v_cross(rotor, high_words(slow->v[k])));
 }
-/* Chooses the principal axes as directions. */
 static void find_principal_axes(const kr_motion *motion, slow_directions *slow)
 {
     slow->count = 3;

@@ -72,8 +72,7 @@ static void REAL(sum_velocity)(REAL(terms) * s, const slow_directions *slow, int
             s->c[ROW_W + j][n] = r_add(s->c[ROW_O + j][n], *U);
     }
 }
-/* Computes the (n + 1)-th coefficients of the body-frame components of a vector that is constant in
- * space. `u` is the first row of U. */
+/* Computes the (n + 1)-th coefficients of the body-frame components of a space-fixed vector. */
 static void REAL(next_body_vector)(REAL(terms) * s, int row, int u, int n)
 {
     const real zero = r_of(0.0, 0.0);
@@ -101,8 +100,7 @@ static void REAL(next_attitude)(REAL(terms) * s, int u, int n)
     }
     s->c[ROW_Q][n + 1] = r_div(rate, r_of(2 * (n + 1), 0.0));
 }
-/* Recomputes the n-th coefficients of the strongly damped velocities u_i. Returns the largest
- * change. */
+/* Recomputes the n-th coefficients of the strongly damped u_i. Returns the largest change. */
 static double REAL(solve_slow_velocities)(REAL(terms) * s, const slow_directions *slow, int n)
 {
     real force[3], off[3];

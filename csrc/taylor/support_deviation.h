@@ -84,8 +84,7 @@ static real_vec REAL(rotate_to_body)(const real q[4], const double vector[3])
     }
     return (real_vec){sum[0], sum[1], sum[2]};
 }
-/* Computes the (n + 1)-th coefficient of `a`, a vector that is constant in space, in the body
- * frame. */
+/* Computes the (n + 1)-th coefficient of the body-frame components of a space-fixed vector. */
 static void REAL(next_space_vector)(real_vec a[], const real_vec relative[], int n)
 {
     a[n + 1] = VEC(scale)(REAL(share)(n), REAL(cross)(a, relative, n));
@@ -170,8 +169,7 @@ static void REAL(add_pull)(const REAL(moving_path) * p, REAL(moving_deviation) *
                      VEC(cross)(REAL(multiply_series)(k, p->vertical, n), r_get(g, pull + 1)));
     }
 }
-/* Adds the terms of E, the derivative of the support's angular velocity. `turned` is E in the units
- * of the motion. */
+/* Adds the terms of E, the derivative of O. `turned` is E in the units of the motion. */
 static void REAL(add_turning)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                               const kr_tangent *g, double rate, int order)
 {
@@ -254,8 +252,7 @@ static void REAL(add_friction)(const REAL(moving_path) * p, REAL(moving_deviatio
     const real lost = r_div(REAL(find_spin_change)(p, d, n + 1), p->inverse_inertia);
     d->push[n + 1] = VEC(sub)(d->push[n + 1], VEC(scale)(lost, p->apex));
 }
-/* Returns the n-th coefficient of the change of the gravity gradient's torque due to the
- * infinitesimal rotation theta. */
+/* Returns the n-th coefficient of the change of the gravity gradient's torque due to theta. */
 static real_vec REAL(find_gradient_change)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                                            int n)
 {
@@ -281,8 +278,7 @@ static void REAL(next_deviation)(const REAL(moving_path) * p, REAL(moving_deviat
     if (p->has_friction) REAL(add_friction)(p, d, n);
 }
 /* Computes the Taylor coefficients of n tangents from those of order 0. If `factor` is not NULL,
- * computes no coefficients, but subtracts factor * (derivative of the spin) * a from N at the end
- * of the step. */
+ * only subtracts factor * (derivative of the spin) * a from N at the end of the step. */
 static void REAL(change_tangents)(const kr_motion *motion, double rate, const kr_series path[2],
                                   kr_tangent *first, size_t n, int order, const dd *factor)
 {

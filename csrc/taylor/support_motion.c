@@ -9,8 +9,7 @@
 #include "slow.h"
 #include "support_setup.h"
 
-/* A spin below this threshold, in the units of the series, is treated as zero. A friction torque
- * may exceed its maximum by this relative amount. */
+/* A spin, or a relative excess of the friction torque, below this threshold is treated as zero. */
 #define NEGLIGIBLE_SPIN 0x1p-48
 #define NEGLIGIBLE_SPIN_DEEP 0x1p-92
 /* Rounding error of the initial spin, relative to the terms of which the spin is the sum. Initial
@@ -35,7 +34,7 @@ static double free_spin_rate(const kr_series *s)
     const kr_vec3 W = v_of(s->end_w + 1), O = v_of(s->turn + 1);
     return v_dot(v_of(s->apex + 1), v_sub(kr_taylor_acceleration(s), v_cross(O, W)));
 }
-static dd find_end_spin(const kr_series s[2])
+static dd find_spin(const kr_series s[2])
 {
     const vec_dd W = v_dd(v_of(s[0].end_w + 1), v_of(s[1].end_w + 1)),
                  O = v_dd(v_of(s[0].turn + 1), v_of(s[1].turn + 1)),
@@ -47,13 +46,11 @@ static void remove_spin(kr_series s[2])
 {
     const vec_dd W = v_dd(v_of(s[0].end_w + 1), v_of(s[1].end_w + 1)),
                  yield = v_dd(v_of(s[0].yield + 1), v_of(s[1].yield + 1));
-    set_vector_words(s[0].end_w, s[1].end_w,
-                     vdd_add(W, vdd_scale(dd_neg(find_end_spin(s)), yield)));
+    set_vector_words(s[0].end_w, s[1].end_w, vdd_add(W, vdd_scale(dd_neg(find_spin(s)), yield)));
 }
-/* Decides whether friction holds a top whose spin is zero, and writes the result to p->sliding.
- * `needed` is the torque that friction has to balance, divided by the maximum friction torque. The
- * top starts to slide in the direction of the needed torque or, backward in time, in the opposite
- * direction. */
+/* Decides whether friction holds a top without spin, and sets p->sliding. `needed` is the torque
+ * that friction has to balance, divided by the maximum friction torque. The top starts to slide in
+ * the direction of this torque or, backward in time, in the opposite direction. */
 static void decide_hold(kr_taylor *p, const kr_motion *motion, double needed)
 {
     const double along = (needed > 0.0) == (motion->step >= 0.0) ? 1.0 : -1.0;
@@ -89,7 +86,7 @@ static void set_initial_mode(const kr_motion *motion)
     }
     kr_support_place(s, motion, p->rate);
     if (!(motion->scene->friction > 0.0)) return;
-    const double spin = find_end_spin(s).hi;
+    const double spin = find_spin(s).hi;
     if (fabs(spin) > negligible_spin(motion)) {
         p->sliding = spin > 0.0 ? 1.0 : -1.0;
         return;
@@ -262,7 +259,7 @@ static int find_friction_jump(const kr_motion *motion, int order, dd *factor)
     }
     if (is_start) {
         *factor = dd_of(NAN);
-        return fabs(find_end_spin(s).hi) <= negligible_spin(motion);
+        return fabs(find_spin(s).hi) <= negligible_spin(motion);
     }
     *factor = dd_div(dd_of(-2.0 * before * friction), find_end_slope(s, order));
     return 1;

@@ -29,7 +29,7 @@ static void dd_sincos(dd a, dd *s, dd *c)
     *c = cs;
 }
 /* Returns the angular velocity of the support in the units of the motion. */
-static kr_vec3 support_angular_velocity(const kr_motion *motion)
+static kr_vec3 support_velocity(const kr_motion *motion)
 {
     return v_scale(motion->time_unit, motion->scene->turning);
 }
@@ -75,8 +75,7 @@ double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held)
 {
     const kr_vec3 A = motion->inertia;
     dd base, sway;
-    const double turning = v_length(support_angular_velocity(motion)),
-                 least = fmin(A.x, fmin(A.y, A.z));
+    const double turning = v_length(support_velocity(motion)), least = fmin(A.x, fmin(A.y, A.z));
     const vec_dd lever = kr_support_split(motion, &base, &sway);
     const double pull = v_length(vdd_high(lever)), carried = v_length(motion->rotor),
                  root = sqrt(v_dot(v_times(A, W), W)) + sqrt(v_largest(A)) * turning,
@@ -117,7 +116,7 @@ vec_dd kr_support_set_constants(kr_series s[2], const kr_motion *motion, double 
 }
 void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate)
 {
-    const double turning = v_length(support_angular_velocity(motion)) / rate,
+    const double turning = v_length(support_velocity(motion)) / rate,
                  shaking = shaking_rate(motion) / rate, steep = sqrt(v_largest(v_of(s->steep + 1))),
                  most = fmax(fmax(turning, shaking), steep);
     if (most > 0.0) s[0].fall = s[1].fall = fmin(s[0].fall, 1.0 / most);

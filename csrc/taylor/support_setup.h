@@ -24,8 +24,7 @@ vec_dd kr_support_split(const kr_motion *motion, dd *base, dd *sway);
  * is 1 / rate. */
 void kr_support_phase(const kr_motion *motion, double rate, double end, double low, dd *cosine,
                       dd *sine);
-/* Computes the support's angular velocity and acceleration at the end of the last step, where the
- * next step begins. */
+/* Sets the support's angular velocity and acceleration at the beginning of the next step. */
 void kr_support_place(kr_series s[2], const kr_motion *motion, double rate);
 /* Limits the step size so that the support motion is resolved. */
 void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate);
@@ -55,9 +54,8 @@ void kr_support_jump_tangents(const kr_motion *motion, double rate, const kr_ser
                               struct kr_tangent *first, size_t n, dd factor);
 
 /* Table of all functions that only tops with friction or on moving supports need. The code for all
- * tops calls these functions through a pointer to the table. The pointer is NULL for the other
- * tops. Programs without supports do not refer to the table, so that the linker can omit the
- * functions. */
+ * tops calls these functions through a pointer, which is NULL for the other tops. Programs without
+ * supports do not refer to the table, so that the linker can omit the functions. */
 typedef struct kr_support_ops {
     double (*rate)(const kr_motion *motion, kr_vec3 W, int is_held);
     vec_dd (*set_constants)(kr_series s[2], const kr_motion *motion, double rate);

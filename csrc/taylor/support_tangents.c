@@ -46,8 +46,7 @@ static void set_acceleration_coefficients(const kr_motion *motion, double rate, 
 #include "math/real.h"
 #include "support_deviation.h"
 
-/* Computes the Taylor coefficients of the tangents or, if `factor` is not NULL, applies a
- * discontinuity of the friction torque (kr_support_jump_tangents). */
+/* Expands the tangents or, if `factor` is not NULL, applies a jump (kr_support_jump_tangents). */
 static void change_tangents(const kr_motion *motion, double rate, const kr_series path[2],
                             kr_tangent *first, size_t n, int order, const dd *factor)
 {

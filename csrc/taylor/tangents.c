@@ -37,7 +37,7 @@ typedef struct {
     size_t words;               /* structs per number: 1, or 2 for high and low words */
 } tangent_set;
 
-static size_t words_per_number(int digits) { return digits > 16 ? 2 : 1; }
+static size_t count_words(int digits) { return digits > 16 ? 2 : 1; }
 static size_t count_batches(size_t n)
 {
 #ifdef KR_NO_BATCHES
@@ -56,7 +56,7 @@ static size_t count_structs(size_t n, size_t batches)
 static size_t count_memory_doubles(int digits, size_t n)
 {
     const size_t structs = count_structs(n, count_batches(n)), most = structs > n ? structs : n;
-    return (sizeof(tangent_work) + most * words_per_number(digits) * sizeof(kr_tangent)) /
+    return (sizeof(tangent_work) + most * count_words(digits) * sizeof(kr_tangent)) /
            sizeof(double);
 }
 /* Returns the baseline instruction set, which is the last one in the table. */
@@ -79,7 +79,7 @@ static tangent_set find_tangents(const kr_motion *motion, double *memory, size_t
                          .n = n,
                          .batches = batches,
                          .structs = count_structs(n, batches),
-                         .words = words_per_number(motion->digits)};
+                         .words = count_words(motion->digits)};
 }
 
 /* Location of the numbers of a tangent. `from` is the struct of a single tangent, or the first
@@ -155,8 +155,7 @@ static void set_constants(const tangent_set *t, kr_tangent *g)
 }
 /* Sets the derivatives of the constants in the equations of motion with respect to the parameter of
  * the tangent. */
-static void set_parameter_derivatives(const tangent_set *t, const deviation_address *at,
-                                      const kr_seed *seed)
+static void set_derivatives(const tangent_set *t, const deviation_address *at, const kr_seed *seed)
 {
     const double rate = taylor_of(t->motion)->rate, square = rate * rate;
     kr_tangent *g = at->from;
@@ -211,7 +210,7 @@ static void begin_tangents(const kr_motion *motion, double *memory, size_t n, co
     for (size_t i = 0; i < n; i++) {
         const deviation_address to = find_address(&t, i);
         const kr_deviation *start = &seeds[i].at_start;
-        set_parameter_derivatives(&t, &to, &seeds[i]);
+        set_derivatives(&t, &to, &seeds[i]);
         store_components(&t, &to, to.from->end, 0, start->turn);
         store_components(&t, &to, to.from->end, 3,
                          vdd_scale_exactly(1.0 / p->rate, qdd_turn(to_body, start->push)));
@@ -267,7 +266,6 @@ static void expand_tangents(const tangent_set *t)
     if (t->structs > batched)
         t->kernel->expand(path, t->first + batched * t->words, t->structs - batched, t->order);
 }
-/* Returns the largest admissible relative truncation error of a tangent. */
 static double truncation_tolerance(const tangent_set *t)
 {
     return rest_over_tolerance * exp2(taylor_of(t->motion)->log2_tol);
@@ -308,9 +306,8 @@ static double expand_first_substep(const tangent_set *t)
     c->substep = 1.0;
     return expand_substep(t);
 }
-/* Computes the Taylor series of the path and of the tangents for the substep that follows the
- * current substep. Returns the largest relative truncation error of the tangents at the end of the
- * new substep. */
+/* Computes the Taylor series of the path and of the tangents for the next substep. Returns the
+ * largest relative truncation error of the tangents at the end of this substep. */
 static double expand_next_substep(const tangent_set *t)
 {
     const kr_kernel *kernel = t->motion->aux;
