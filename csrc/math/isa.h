@@ -26,11 +26,11 @@
 #  define KR_FUSED
 #endif
 
-/* A kernel is a single loop without function calls, because a call would force all vector registers
- * to be saved to memory. APART prevents the compiler from inlining functions that kernels rarely
- * call. If KR_SMALL is defined, the compiler decides what to inline, which makes the code smaller.
- * Source files that contain long functions define KR_LONG_FUNCTIONS. In some builds without fused
- * multiply-add, the compiler also decides what to inline in files with long functions. */
+/* INLINE forces the compiler to inline a function. A function call in the loop of a kernel would
+ * force all vector registers to be saved to memory. APART prevents the compiler from inlining
+ * functions that kernels rarely call. If KR_SMALL is defined, the compiler decides what to inline,
+ * which makes the code smaller. Source files that contain long functions define KR_LONG_FUNCTIONS.
+ * In some builds without fused multiply-add, the compiler also decides in such files. */
 #if defined KR_LONG_FUNCTIONS && !defined KR_FUSED
 #  if defined KR_WITH_AVX2 || defined KR_WITH_AVX512 || defined KR_ONE_ISA
 #    define KR_SMALL_FILE

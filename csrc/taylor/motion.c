@@ -51,7 +51,7 @@ static const kr_support_ops *find_supports(const kr_motion *motion)
 /* Returns a power of two that exceeds all rates of the motion. The energy bounds the angular
  * velocity; the other rates are those of the damping, the rotor and the support motion. Damping
  * does not increase the energy, hence
- *     W^2 least moment <= 2 T <= 2 T0 + 4 |c|, with the kinetic energy T. */
+ *     W^2 least moment <= 2 T <= 2 T0 + 4 |c|, with the kinetic energy T, initially T0. */
 static double bound_rate(const kr_motion *motion, kr_vec3 W, int is_held)
 {
     const kr_support_ops *supports = find_supports(motion);

@@ -11,13 +11,14 @@
  *     q' = q U / 2,   P' = P x U,   O' = O x U,   U = W - O
  *     A W' = (AW + h) x W + P x (G c + k A P) - D U + (torque of friction) a
  * O is the angular velocity of the support, and U is the angular velocity of the body relative to
- * the support. All vectors, including the apex a, are in the body frame. The effective gravity G =
- * base + sway cos(...) is the acceleration along -e3 divided by a constant acceleration, by which
- * the lever arm c is multiplied. k is the gravity gradient. U and G are coefficients w and x, in
- * all SIMD lanes, of a further kr_series called `own`. Lane 0 of the SIMD vector W holds the
- * friction variable. While the top slides, the friction variable is the spin <U, a>. While friction
- * holds the top, the friction variable is the friction torque relative to its maximum. For a top
- * without friction, lane 0 of the vector W is not used. */
+ * the support. All vectors, including the apex a (taylor.h), are in the body frame. The effective
+ * gravity G = base + sway cos(...) is the acceleration along -e3 divided by a constant
+ * acceleration, by which the lever arm c is multiplied. k is the gravity gradient. The coefficients
+ * of U and of G are stored as `w` and as `x` of another kr_series, `own`. All lanes of own->x hold
+ * G. Lane 0 of the SIMD vector W holds the friction variable. While the top slides, the friction
+ * variable is the spin <U, a>. While friction holds the top, the friction variable is the friction
+ * torque relative to its maximum. For a top without friction, lane 0 of the vector W is not used.
+ * */
 #include <stdint.h>
 #include <string.h>
 #include "taylor.h"

@@ -192,9 +192,9 @@ static double log2_absolute_tolerance(const kr_taylor *p, const slow_directions 
     return p->log2_tol + log2(error_scale(p, slow, bound));
 }
 
-/* Chooses the end of the step according to the tolerance, and evaluates the series there.
- * If more than 16 digits are requested, only the leading terms are computed in double-double
- * precision. The other terms are rounded to doubles, so they must be small. */
+/* Chooses the end of the step according to the tolerance, and evaluates the series there. If more
+ * than 16 digits are requested, only the leading terms are computed in double-double precision. The
+ * other terms are rounded to doubles, so they must be small. */
 static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                                   const slow_directions *slow, double log2_tol)
 {

@@ -37,7 +37,7 @@ typedef struct slow_directions {
 static kr_vec3 high_words(const dd v[3]) { return v3(v[0].hi, v[1].hi, v[2].hi); }
 /* Returns <a, M b> for the diagonal matrix M. */
 static dd bilinear_form(vec_dd a, vec_dd M, vec_dd b) { return vdd_dot(vdd_times(M, a), b); }
-static vec_dd normalize_moment(vec_dd v, vec_dd A)
+static vec_dd normalize_by_inertia(vec_dd v, vec_dd A)
 {
     return vdd_scale(dd_div(dd_of(1.0), dd_sqrt(bilinear_form(v, A, v))), v);
 }
@@ -89,9 +89,9 @@ void kr_slow_find_held(const kr_motion *motion, slow_directions *slow)
     const vec_dd e = vdd_of(axis);
     vec_dd v[2] = {combine_vectors(dd_of(1.0), e, dd_neg(vdd_dot(e, apex)), apex),
                    vdd_cross(e, apex)};
-    v[0] = normalize_moment(v[0], A);
+    v[0] = normalize_by_inertia(v[0], A);
     v[1] = combine_vectors(dd_of(1.0), v[1], dd_neg(bilinear_form(v[0], A, v[1])), v[0]);
-    v[1] = normalize_moment(v[1], A);
+    v[1] = normalize_by_inertia(v[1], A);
     diagonalize_damping(v, D);
     slow->count = 2;
     slow->is_held = 1;
@@ -133,7 +133,7 @@ static void set_gain(slow_directions *slow)
 }
 /* Returns the largest rate at which a rotor changes the weakly damped velocities u_i, directly or
  * through a strongly damped velocity. */
-static double rotor_rate(const slow_directions *slow)
+static double bound_rotor_rate(const slow_directions *slow)
 {
     double most = 0.0;
     for (int i = 0; i < slow->count && slow->has_rotor; i++)
@@ -165,7 +165,7 @@ static int choose_slow_directions(slow_directions *slow, int rank, double undamp
         }
     }
     slow->fall = fmax(slow->fall, creep);
-    others = fmax(others, rotor_rate(slow));
+    others = fmax(others, bound_rotor_rate(slow));
     slow->rate = 2.0 * creep + (rank > 0 ? 2.0 * others : slow->shaking);
     if (!(weakest > (rank > 0 ? STRONG : STRONG_ALONE) * others)) return 0;
     set_gain(slow);

@@ -42,7 +42,7 @@ static void REAL(find_acceleration)(const REAL(terms) * s, const slow_directions
     }
 }
 /* Returns the component of a vector along v_i, for a top that friction holds. */
-static real REAL(held_component)(const REAL(terms) * s, int i, const real vector[3])
+static real REAL(find_component)(const REAL(terms) * s, int i, const real vector[3])
 {
     real sum = r_of(0.0, 0.0);
     for (int j = 0; j < 3; j++) sum = r_add(sum, r_mul(s->dual[i][j], vector[j]));
@@ -57,11 +57,11 @@ static void REAL(find_acceleration_components)(const REAL(terms) * s, const slow
     for (int i = 0; i < 3 && slow->turns; i++)
         torque[i] = r_sub(torque[i], r_mul(r_of(n + 1, 0.0), s->c[ROW_O + i][n + 1]));
     for (int i = 0; i < slow->count; i++)
-        force[i] = slow->is_held ? REAL(held_component)(s, i, torque) : torque[i];
+        force[i] = slow->is_held ? REAL(find_component)(s, i, torque) : torque[i];
 }
 /* Computes the n-th coefficients of U and of W = O + U from the velocities u_i. Weakly damped
  * components of W_0 remain unchanged, because the rounding errors of the sum would accumulate. */
-static void REAL(sum_velocity)(REAL(terms) * s, const slow_directions *slow, int n)
+static void REAL(combine_velocities)(REAL(terms) * s, const slow_directions *slow, int n)
 {
     if (!slow->is_held && !slow->turns) return;
     for (int j = 0; j < 3; j++) {
@@ -133,9 +133,9 @@ static double REAL(iterate_once)(REAL(terms) * s, const slow_directions *slow, i
     for (int i = 0; i < slow->count; i++) has_weak += !slow->is_slow[i];
     for (int n = 0;; n++) {
         if (slow->shakes) REAL(multiply_gravity)(s, n);
-        REAL(sum_velocity)(s, slow, n);
+        REAL(combine_velocities)(s, slow, n);
         const double change = REAL(solve_slow_velocities)(s, slow, n);
-        REAL(sum_velocity)(s, slow, n);
+        REAL(combine_velocities)(s, slow, n);
         if (2 * n <= order) moved = fmax(moved, change);
         if (n == order) break;
         if (slow->turns) REAL(next_body_vector)(s, ROW_O, u, n);
@@ -156,7 +156,7 @@ static real REAL(find_end_velocity)(const REAL(terms) * s, const slow_directions
     real U[3];
     for (int j = 0; j < 3; j++)
         U[j] = r_sub(r_of(from[0].end_w[1 + j], from[1].end_w[1 + j]), s->c[ROW_O + j][0]);
-    return slow->is_held ? REAL(held_component)(s, i, U) : U[i];
+    return slow->is_held ? REAL(find_component)(s, i, U) : U[i];
 }
 static void REAL(read_vector)(real to[3], const double a[4], const double b[4])
 {

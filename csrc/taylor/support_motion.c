@@ -29,7 +29,7 @@
 #define NEWTON_MOST 8
 
 /* Returns the time derivative of the spin at the end of the last step, without friction. */
-static double free_spin_rate(const kr_series *s)
+static double frictionless_spin_rate(const kr_series *s)
 {
     const kr_vec3 W = v_of(s->end_w + 1), O = v_of(s->turn + 1);
     return v_dot(v_of(s->apex + 1), v_sub(kr_taylor_acceleration(s), v_cross(O, W)));
@@ -94,13 +94,13 @@ static void set_initial_mode(const kr_motion *motion)
     remove_spin(s);
     memcpy(s[0].w[0], s[0].end_w, sizeof s->end_w);
     memcpy(s[1].w[0], s[1].end_w, sizeof s->end_w);
-    decide_hold(p, motion, free_spin_rate(s) * s->per_grip);
+    decide_hold(p, motion, frictionless_spin_rate(s) * s->per_grip);
 }
 
 /* Returns the first point in [low, high] where a polynomial becomes negative, or INFINITY if there
  * is none, by bisection down to intervals of width NARROW_PART. `b` holds the n + 1 Bernstein
  * coefficients on [low, high], and is overwritten. */
-static double first_negative(double *b, int n, double low, double high)
+static double find_first_negative(double *b, int n, double low, double high)
 {
     double left[KR_TAYLOR_MAX + 1], least = b[0];
     for (int i = 1; i <= n; i++) least = fmin(least, b[i]);
@@ -110,8 +110,8 @@ static double first_negative(double *b, int n, double low, double high)
         left[k] = b[0];
         for (int i = 0; i < n - k; i++) b[i] = 0.5 * (b[i] + b[i + 1]);
     }
-    const double middle = 0.5 * (low + high), first = first_negative(left, n, low, middle);
-    return first < INFINITY ? first : first_negative(b, n, middle, high);
+    const double middle = 0.5 * (low + high), first = find_first_negative(left, n, low, middle);
+    return first < INFINITY ? first : find_first_negative(b, n, middle, high);
 }
 /* Returns the fraction of the step at which `sign` times the friction variable plus `constant`
  * first becomes negative. Returns INFINITY if the sum stays nonnegative throughout the step. */
@@ -131,7 +131,7 @@ static double find_friction_limit(const kr_series *s, int order, double sign, do
     }
     for (int k = 1; k <= order; k++)
         for (int i = order; i >= k; i--) b[i] += b[i - 1];
-    return first_negative(b, order, 0.0, 1.0);
+    return find_first_negative(b, order, 0.0, 1.0);
 }
 /* Returns the time from the beginning of the step until the friction variable equals `value`.
  * Newton's method starts at the time `near`, where the friction variable is within about `noise` of
@@ -190,7 +190,7 @@ static int spin_crosses_zero(const kr_series s[2], int order, double sliding, do
 static int is_slide_opposed(const kr_taylor *p, const kr_motion *motion)
 {
     const kr_series *s = p->series;
-    const double gain = p->sliding * free_spin_rate(s) - 1.0 / s->per_grip,
+    const double gain = p->sliding * frictionless_spin_rate(s) - 1.0 / s->per_grip,
                  noise = OPPOSED_ACCELERATION * (1.0 + v_largest(v_of(s->drag + 1)));
     return p->sliding != 0.0 && (motion->step < 0.0 ? -gain : gain) < -noise;
 }
@@ -199,7 +199,7 @@ static int is_slide_opposed(const kr_taylor *p, const kr_motion *motion)
  * impossible in the state at the end of the step. Friction then holds the top, because the next
  * step would have length zero. On the slow manifold (`is_slow`), this is not tested: the
  * acceleration is a difference of large torques, and its sign is unknown. */
-static void change_mode(kr_taylor *p, const kr_motion *motion, int order, double value, int is_slow)
+static void update_mode(kr_taylor *p, const kr_motion *motion, int order, double value, int is_slow)
 {
     kr_series *s = p->series;
     const double before = p->sliding, slope = before != 0.0 ? find_end_slope(s, order).hi : 0.0;
@@ -209,7 +209,8 @@ static void change_mode(kr_taylor *p, const kr_motion *motion, int order, double
         p->sliding = -value;
     } else {
         /* The torque that friction has to balance is computed from the slope of the spin and the
-         * friction during the last step, not from the velocity, whose rounding errors strong damping amplifies. */
+         * friction during the last step, not from the velocity, whose rounding errors strong
+         * damping amplifies. */
         p->before_hold = before;
         decide_hold(p, motion, slope * s->per_grip + before);
     }
@@ -240,7 +241,7 @@ static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr
         if (!(h.hi * span > 0.0)) h = dd_of(NARROW_PART * span);
         end_step_after(s, kernel, deep, h);
         kr_support_place(s, motion, p->rate);
-        change_mode(p, motion, n, value, is_slow);
+        update_mode(p, motion, n, value, is_slow);
     } else if (!slides) {
         remove_spin(s);
     }
@@ -273,7 +274,7 @@ static void find_end_derivatives(const kr_motion *motion, double x[8], double w[
                   rate = q_scale(0.5, q_mul(q, q4(0.0, U)));
     kr_vec3 gain = kr_taylor_acceleration(s);
     if (s->slides != 0.0) gain = v_add(gain, v_of(s->rub + 1));
-    if (s->holds != 0.0) gain = v_axpy(-free_spin_rate(s), v_of(s->yield + 1), gain);
+    if (s->holds != 0.0) gain = v_axpy(-frictionless_spin_rate(s), v_of(s->yield + 1), gain);
     x[0] = rate.w;
     v_put(x + 1, q_vec(rate));
     x[4] = w[0] = 0.0;

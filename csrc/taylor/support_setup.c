@@ -38,7 +38,7 @@ static double shaking_rate(const kr_motion *motion)
     return kr_scene_shakes(motion->scene) ? motion->time_unit * motion->scene->shaking.rate : 0.0;
 }
 /* Returns mass * acceleration * (center of mass) in the units of the motion. */
-static vec_dd support_lever(const kr_motion *motion, dd acceleration)
+static vec_dd effective_lever(const kr_motion *motion, dd acceleration)
 {
     kr_scene scene = *motion->scene;
     scene.gravity = acceleration.hi;
@@ -65,11 +65,11 @@ vec_dd kr_support_split(const kr_motion *motion, dd *base, dd *sway)
     if (!(fabs(most.hi) > 0.0)) return motion->body->lever;
     if (fabs(gravity.hi) >= fabs(most.hi)) {
         *sway = dd_neg(dd_div(most, gravity));
-        return support_lever(motion, gravity);
+        return effective_lever(motion, gravity);
     }
     *base = dd_div(gravity, most);
     *sway = dd_of(-1.0);
-    return support_lever(motion, most);
+    return effective_lever(motion, most);
 }
 double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held)
 {

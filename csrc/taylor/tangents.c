@@ -53,14 +53,14 @@ static size_t count_structs(size_t n, size_t batches)
     const size_t batched = KR_DEVIATION_BATCH * batches;
     return KR_DEVIATION_BATCH_STRUCTS * batches + (n > batched ? n - batched : 0);
 }
-static size_t count_memory_doubles(int digits, size_t n)
+static size_t count_doubles(int digits, size_t n)
 {
     const size_t structs = count_structs(n, count_batches(n)), most = structs > n ? structs : n;
     return (sizeof(tangent_work) + most * count_words(digits) * sizeof(kr_tangent)) /
            sizeof(double);
 }
 /* Returns the baseline instruction set, which is the last one in the table. */
-static const kr_isa *base_isa(void)
+static const kr_isa *find_base_isa(void)
 {
     int i = 0;
     while (kr_taylor_isa(i + 1)) i++;
@@ -69,7 +69,7 @@ static const kr_isa *base_isa(void)
 static tangent_set find_tangents(const kr_motion *motion, double *memory, size_t n)
 {
     tangent_work *work = (tangent_work *)memory;
-    const kr_isa *known = kr_taylor_isa_of(motion), *isa = known ? known : base_isa();
+    const kr_isa *known = kr_taylor_isa_of(motion), *isa = known ? known : find_base_isa();
     const size_t batches = work->moving != 0.0 ? 0 : count_batches(n);
     return (tangent_set){.motion = motion,
                          .kernel = motion->digits > 16 ? isa->deep_tangents : isa->tangents,
@@ -123,16 +123,16 @@ static void store_components(const tangent_set *t, const deviation_address *at, 
 }
 /* Reads a number. Negative zeros are replaced by positive zeros, because the sign of a zero may
  * depend on other tangents in the batch. */
-static dd load_number(const tangent_set *t, const double *high)
+static dd read_number(const tangent_set *t, const double *high)
 {
     return (dd){*high + 0.0, t->words > 1 ? high[sizeof(kr_tangent) / sizeof(double)] + 0.0 : 0.0};
 }
-static vec_dd load_components(const tangent_set *t, const deviation_address *at, double *numbers,
+static vec_dd read_components(const tangent_set *t, const deviation_address *at, double *numbers,
                               size_t k)
 {
     const double *high = component_address(at, numbers, k);
-    return (vec_dd){load_number(t, high), load_number(t, high + at->stride),
-                    load_number(t, high + 2 * at->stride)};
+    return (vec_dd){read_number(t, high), read_number(t, high + at->stride),
+                    read_number(t, high + 2 * at->stride)};
 }
 static void set_constants(const tangent_set *t, kr_tangent *g)
 {
@@ -196,12 +196,12 @@ static int needs_support_terms(const kr_motion *motion, size_t n, const kr_seed 
     return kr_support_moves(motion->scene);
 }
 /* Initializes n tangents at the end of the last step of the motion. */
-static void begin_tangents(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[])
+static void start_tangents(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[])
 {
     kr_taylor *p = taylor_of(motion);
     const kr_series *s = p->series;
     const quat_dd to_body = qdd_conj(qdd_unit(qdd_load(s[0].end_x, s[1].end_x)));
-    memset(memory, 0, count_memory_doubles(motion->digits, n) * sizeof(double));
+    memset(memory, 0, count_doubles(motion->digits, n) * sizeof(double));
     p->has_tangents = 1.0;
     ((tangent_work *)memory)->moving = needs_support_terms(motion, n, seeds);
     const tangent_set t = find_tangents(motion, memory, n);
@@ -401,14 +401,15 @@ static void evaluate_tangents(const kr_motion *motion, kr_quat attitude, double 
     for (size_t i = 0; i < n; i++) {
         const deviation_address from = find_address(&t, i);
         double *numbers = is_end ? from.from->end : from.from->at;
-        out[i].turn = load_components(&t, &from, numbers, 0);
-        out[i].push = rotate_push_to_space(&t, q, load_components(&t, &from, numbers, 3));
+        out[i].turn = read_components(&t, &from, numbers, 0);
+        out[i].push = rotate_push_to_space(&t, q, read_components(&t, &from, numbers, 3));
     }
 }
-static double get_truncation(const kr_motion *motion, double *memory)
+static double get_truncation_error(const kr_motion *motion, double *memory)
 {
     return find_tangents(motion, memory, 1).first->truncation;
 }
 
-const kr_tangent_ops kr_taylor_tangents = {kr_tangents_start, count_memory_doubles, begin_tangents,
-                                           advance_tangents,  evaluate_tangents,    get_truncation};
+const kr_tangent_ops kr_taylor_tangents = {kr_tangents_start, count_doubles,
+                                           start_tangents,    advance_tangents,
+                                           evaluate_tangents, get_truncation_error};
