@@ -72,7 +72,7 @@ static inline dd two_sum(dd_word a, dd_word b)
     return dd_make(sum, (a - (sum - v)) + (b - v));
 }
 /* Returns a * b exactly. Processors with and without fused multiply-add give bitwise equal results,
- * because the rounding error of a product is itself a double. */
+ * because both compute the rounding error of the product exactly. */
 static inline dd two_product(dd_word a, dd_word b)
 {
     const dd_word product = a * b;

@@ -39,7 +39,7 @@ static inline double v_dot(kr_vec3 a, kr_vec3 b) { return a.x * b.x + a.y * b.y 
 static inline double v_length(kr_vec3 a) { return sqrt(v_dot(a, a)); }
 static inline double v_largest(kr_vec3 a) { return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z))); }
 /* Returns the unit vector along a, which must not be zero. A tiny vector is scaled up first,
- * because the reciprocal of its norm would overflow. */
+ * because the reciprocal of a tiny norm would overflow. */
 static inline kr_vec3 v_unit(kr_vec3 a)
 {
     const double size = v_largest(a), up = size < 0x1p-1000 ? 0x1p200 : 1.0;
@@ -131,15 +131,15 @@ static inline kr_quat q_mul_z(kr_quat q, double c, double s)
     return q4(c * q.w - s * q.z, v3(c * q.x + s * q.y, c * q.y - s * q.x, c * q.z + s * q.w));
 }
 
-/* Returns the smallest rotation that maps e3 to the unit vector a. If a.z < -1/2, returns a half
- * turn about the first axis, followed by the smallest rotation from -e3 to a. */
+/* If a.z >= -1/2, returns the smallest rotation that maps e3 to the unit vector a. Otherwise,
+ * returns a half turn about e1, followed by the smallest rotation that maps -e3 to a. */
 static inline kr_quat q_tilt(kr_vec3 a)
 {
     if (a.z < -0.5) return q_mul(q_tilt(v3(-a.x, -a.y, -a.z)), q4(0.0, v3(1.0, 0.0, 0.0)));
     return q_unit(q4(1.0 + a.z, v3(-a.y, a.x, 0.0)));
 }
-/* Returns the unit quaternion of the orthonormal frame with axes n, b, t. The largest component is
- * computed first, to avoid division by a small number (Shepperd 1978). */
+/* Returns the unit quaternion that rotates e1, e2, e3 to the orthonormal vectors n, b, t. The
+ * largest component is computed first, to avoid division by a small number (Shepperd 1978). */
 static inline kr_quat q_of_frame(kr_vec3 n, kr_vec3 b, kr_vec3 t)
 {
     const double w = 1.0 + n.x + b.y + t.z, x = 1.0 + n.x - b.y - t.z, y = 1.0 - n.x + b.y - t.z,

@@ -27,8 +27,7 @@ PER_ORDER void end_step_by_tolerance(kr_series *s, int order, double log2_tol, d
 }
 
 /* Compilers unroll only loops of constant length, so each order n has its own functions. STEP
- * defines a function that computes a step of order n. KERNELS defines all functions for Taylor
- * series of order n.
+ * defines a function that computes a step of order n. KERNELS defines all functions of order n.
  * ORDERS lists the orders. WHOLE_KERNEL and HEADLESS_KERNEL define the entries of the two tables of
  * kernels. */
 #define STEP(form, n)                                                                              \

@@ -17,8 +17,7 @@
  * of U and of G are stored as `w` and as `x` of another kr_series, `own`. All lanes of own->x hold
  * G. Lane 0 of the SIMD vector W holds the friction variable. While the top slides, the friction
  * variable is the spin <U, a>. While friction holds the top, the friction variable is the friction
- * torque relative to its maximum. For a top without friction, lane 0 of the vector W is not used.
- * */
+ * torque relative to its maximum. For a top without friction, lane 0 of W is not used. */
 #include <stdint.h>
 #include <string.h>
 #include "taylor.h"

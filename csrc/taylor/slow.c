@@ -202,8 +202,8 @@ static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const k
     const int order = kernel->order, head = motion->digits > 20 ? KR_HEAD_30 : KR_HEAD_20;
     double step = log2_step_size(s, order, log2_tol);
     if (motion->digits > 16) step = fmin(step, log2_step_size(s, head + 2, log2_tol + 52.0));
-    /* Clear the low words of the terms after the head, which refine_friction_limit reads although
-     * the evaluation of the series ignores them. */
+    /* refine_friction_limit reads the low words of all terms. After the head, these words must be
+     * zero, because the evaluation of the series ignores them. */
     for (int n = head + 1; n <= order; n++) s[1].w[n][0] = 0.0;
     const double longest = slow->fall > 0.0 ? order / 6.0 * (p->rate / slow->fall) : INFINITY;
     s[0].t = s[0].end;
@@ -395,11 +395,11 @@ int kr_slow_drives_apart(const kr_motion *motion, double until)
     if (!(growth > 0.0 && y > 0.0)) return 0;
     return y / sqrt(most) * (exp(growth * fabs(until - motion->clock)) - 1.0) > 0x1p53 * growth;
 }
-/* Backward in time, damping makes the angular momentum grow. If the damping D is the same about
- * all axes and no other torque acts, the magnitude L grows at the relative rate D <W, A W> /
- * L^2, which does not decrease with time. Small additional torques change this rate only
- * slightly. The angular velocity therefore exceeds `limit` before the time `until` if
- * exponential growth at the initial rate does. */
+/* Backward in time, damping makes the magnitude L of the angular momentum grow. If the damping D is
+ * the same about all axes and no other torque acts, the relative growth rate is D <W, A W> / L^2,
+ * which does not decrease with time. Small additional torques change this rate only slightly. The
+ * angular velocity therefore exceeds `limit` before the time `until` if exponential growth at the
+ * initial rate does. */
 int kr_slow_overflows(const kr_motion *motion, int order, double until)
 {
     const kr_taylor *p = taylor_of(motion);

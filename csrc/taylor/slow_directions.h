@@ -9,8 +9,8 @@
  * equations. The friction torque is
  *     torque = <a, A (W' - X) + D U> */
 
-/* Data of the directions and of a set of strongly damped ones. All rates are expressed in the
- * motion's unit of time. */
+/* The directions v_i, and a set of strongly damped directions. All rates are in the unit of time of
+ * the motion. */
 typedef struct slow_directions {
     int count, is_held;             /* number of directions; 1 if friction holds the top */
     dd v[3][3], dual[3][3];         /* v_i and A v_i / a_i */

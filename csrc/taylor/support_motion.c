@@ -175,7 +175,7 @@ static dd find_end_slope(const kr_series s[2], int order)
     return sum;
 }
 /* Returns 1 if the spin of a sliding top changes its sign within the step but remains within
- * `noise` of zero, so that find_friction_limit does not detect the zero. Returns 0 if the spin is
+ * `noise` of zero, so that find_friction_limit does not detect the change. Returns 0 if the spin is
  * already zero at the beginning of the step. */
 static int spin_crosses_zero(const kr_series s[2], int order, double sliding, double noise)
 {
@@ -216,8 +216,8 @@ static void update_mode(kr_taylor *p, const kr_motion *motion, int order, double
     }
     if (!is_slow && is_slide_opposed(p, motion)) p->sliding = 0.0;
 }
-/* Shortens the step if friction stops the top or can no longer hold it. A spin below
- * NEGLIGIBLE_SPIN times `unit` counts as zero. */
+/* Shortens the step if, within the step, friction stops the top or can no longer hold the top. A
+ * spin below NEGLIGIBLE_SPIN times `unit` is treated as zero. */
 static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                                  double unit, int is_slow)
 {
