@@ -1,21 +1,22 @@
 /* Event functions expressed as polynomials in time over one step. An event function is a sum of
  * products of two state components. Each product is the Cauchy product of the Taylor series of its
- * two factors. Each component of the attitude is linear in the quaternion q, and each body-frame
- * component of a vector is linear in either the vertical P or the angular velocity W. For
- * components along a unit vector e in space, with a vector v in the body frame,
- *     <e, q v q*> = <e q, q v>,   m' = e3 x (q lever q*)
+ * two factors. A component of the attitude is linear in the quaternion q. A body-frame component of
+ * a vector is linear in the vertical P or in the angular velocity W. The component of v, a vector
+ * in the body frame, along a unit vector e in space, and the derivative of the momentum m are
+ *     <e, q v q*> = <e q, q v>,   m' = e3 x (q lever q*),   lever = mass * gravity * com.
  * All numbers are scaled by powers of two such that every component has magnitude at most one. */
 #include "model/quantities.h"
 #include "model/scene.h"
 #include "event_polynomial.h"
 
-/* The coefficients of a power series, with PAD zeros in front and further zeros at the end. */
+/* Element PAD + n is the coefficient n of a power series. The other elements are zero, as
+ * step_view.product requires. */
 enum { PAD = 8, ROOM = KR_TERMS_ROOM };
 typedef double padded_series[PAD + ROOM];
 
-/* The Taylor polynomials of the state over a step, truncated at a given order. The members have the
- * same meaning as those of kr_step_polynomial. Each function with the prefix add_ adds the
- * coefficients of a power series to the array c. */
+/* The Taylor polynomials of the state over a step, truncated at the order `order`. The members are
+ * those of kr_step_polynomial (method.h). Each function with the prefix add_ adds the coefficients
+ * of a power series to the array c. */
 typedef struct step_view {
     const kr_top *top;
     double rate;
@@ -24,8 +25,8 @@ typedef struct step_view {
     void (*product)(const double *a, const double *b, int order, double *c);
 } step_view;
 
-/* Returns the unit of a state component, which is a power of two. The string that states the
- * physical dimension of a momentum begins with M; the unit of a rate is rad/T. */
+/* Returns the unit of the state component with index `number`, a power of two. The first letter of
+ * the dimension is M for a momentum [M L^2 T^-1] and r for a rate [rad/T]. */
 static double component_unit(const kr_top *top, double rate, int number)
 {
     if (number == KR_COMPONENT_ONE) return 1.0;
@@ -36,8 +37,8 @@ static kr_quat attitude_coefficient(const step_view *v, int n)
 {
     return q4(v->x[n][0], v_of(v->x[n] + 1));
 }
-/* Returns the coefficient of a term of an event function, in the units of the power series for one
- * step. In these units, the unit of frequency is `rate`. */
+/* Returns the factor of the term t, converted to the units of the power series for one step. In
+ * these units, the unit of frequency is `rate`. */
 static double term_factor(const kr_top *top, double rate, const kr_term *t)
 {
     return t->factor * component_unit(top, rate, t->first) * component_unit(top, rate, t->second);
@@ -55,8 +56,7 @@ static double dot_of_body(kr_vec3 a, const double b[3])
 {
     return a.x * b[0] + (a.y * b[1] + a.z * b[2]);
 }
-/* Adds the components of the vertical and of the angular velocity along a vector fixed in the
- * body. */
+/* Add the component of the vertical, or of the angular velocity, along a body-fixed vector. */
 static void add_of_vertical(const step_view *v, kr_vec3 along, double *c)
 {
     for (int n = 0; n <= v->order; n++) c[n] += dot_of_body(along, v->x[n] + 5);
@@ -78,7 +78,7 @@ static void clear_padding(const step_view *v, padded_series s)
     memset(s, 0, PAD * sizeof *s);
     memset(s + PAD + v->order + 1, 0, (size_t)(ROOM - v->order - 1) * sizeof *s);
 }
-/* Stores the components of q as the n-th coefficients of four power series. */
+/* Stores the components of the quaternion q as the n-th coefficients of four power series. */
 static void set_coefficients(padded_series s[4], int n, kr_quat q)
 {
     s[0][PAD + n] = q.w;
@@ -93,7 +93,7 @@ static kr_quat multiply_by_axis(int axis, kr_quat q)
         {-q.x, q.w, -q.z, q.y}, {-q.y, q.z, q.w, -q.x}, {-q.z, -q.y, q.x, q.w}};
     return products[axis];
 }
-/* Adds the component of a body-fixed vector along a space axis (0, 1 or 2) to the series c. */
+/* Adds the component of the vector `body` in the body along the space axis 0, 1 or 2 to c. */
 static void add_space_component(const step_view *v, int axis, kr_vec3 body, double *c)
 {
     padded_series left[4], right[4];
@@ -105,12 +105,12 @@ static void add_space_component(const step_view *v, int axis, kr_vec3 body, doub
     }
     for (int i = 0; i < 4; i++) multiply_series(v, left[i] + PAD, right[i] + PAD, c);
 }
-/* Adds a multiple of the angular momentum <e q, q M> about a space axis e, with the momentum M in
- * the body. This formula holds with damping and on moving supports, too. */
+/* Adds `factor` times the angular momentum <e q, q M> about the space axis e with index `axis`. M
+ * is the angular momentum in the body. Damping and moving supports do not change this formula. */
 static void add_space_momentum(const step_view *v, double factor, int axis, double *c)
 {
-    /* The three products in each component of q M, each as the index in q, the index in M, and 1
-     * for a negative sign. */
+    /* Row i lists the three products whose sum is component i of q M. Each product is given by the
+     * index in q, the index in M, and 1 for a negative sign. */
     static const int terms[4][3][3] = {{{1, 0, 1}, {2, 1, 1}, {3, 2, 1}},
                                        {{0, 0, 0}, {2, 2, 0}, {3, 1, 1}},
                                        {{0, 1, 0}, {3, 0, 0}, {1, 2, 1}},
@@ -168,7 +168,8 @@ static void add_momentum(const step_view *v, double factor, int axis, double *c)
     add_space_component(v, axis == 0 ? 1 : 0, v_scale(factor, motion->lever), torque);
     for (int n = 0; n < v->order; n++) c[n + 1] += torque[n] / (n + 1);
 }
-/* Adds a multiple of a component of the velocity relative to the support to the series c. */
+/* Adds `factor` times the component of the angular velocity relative to the support along the
+ * body-fixed vector `along` to the series c. */
 static void add_relative_velocity(const step_view *v, double factor, kr_vec3 along, double *c)
 {
     double turning[3];
@@ -177,13 +178,13 @@ static void add_relative_velocity(const step_view *v, double factor, kr_vec3 alo
     for (int i = 0; i < 3; i++)
         if (turning[i] != 0.0) add_space_component(v, i, v_scale(turning[i], along), c);
 }
-/* Returns an axis of the frame of description, along the axes of the method. */
+/* Returns an axis of the frame of description (kreisel.h), along the internal axes (method.h). */
 static kr_vec3 described_axis(const step_view *v, int axis)
 {
     return q_turn_back(v->top->axes, v_axis(axis));
 }
-/* Adds a multiple of the state component with index `number` to the power series c. There is a case
- * for each quantity that events can use (KR_QUANTITY_IN_EVENTS). */
+/* Adds `factor` times the state component with index `number` to the power series c. There is a
+ * case for each quantity that events can use (KR_QUANTITY_IN_EVENTS). */
 static void add_component(const step_view *v, double factor, int number, double *c)
 {
     const kr_motion *motion = &v->top->main;
@@ -231,9 +232,9 @@ static void add_component(const step_view *v, double factor, int number, double 
     }
 }
 
-/* Returns an upper bound on the magnitude of a state component, in the unit of the component.
- * Angular velocities are divided by an upper bound that follows from the energy. With the same
- * energy, the body rotates more slowly about an axis with a larger moment of inertia. */
+/* Returns an upper bound on the magnitude of a state component, in the unit of the component. The
+ * unit of angular velocity is an upper bound on |W| that follows from the energy. With the same
+ * energy, the component of W along an axis with the moment A is at most sqrt(least / A) units. */
 static double component_bound(const kr_top *top, double rate, int number)
 {
     const double rotor = v_length(top->main.rotor) / rate;
@@ -270,8 +271,8 @@ double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t
                 component_bound(top, piece->rate, terms[i].second);
     return size;
 }
-/* Adds the terms from `t` up to (but not including) `end` to the power series c. The first factor
- * must be the same state component in all these terms. */
+/* Adds the terms from `t` up to (but not including) `end` to the power series c. The first state
+ * component must be the same in all these terms. */
 static void add_term_products(const step_view *v, const kr_term *t, const kr_term *end, double *c)
 {
     padded_series of, times;
@@ -281,8 +282,8 @@ static void add_term_products(const step_view *v, const kr_term *t, const kr_ter
     for (; t < end; t++) add_component(v, term_factor(v->top, v->rate, t), t->second, times + PAD);
     multiply_series(v, of + PAD, times + PAD, c);
 }
-/* Expands an event function in powers of the scaled time tau. Consecutive terms with the same first
- * factor are combined into a single product of two power series. */
+/* Writes the power series of an event function over a step. Consecutive terms with the same first
+ * component are combined into a single product of two power series. */
 static void sum_terms_of_event(const step_view *v, const kr_event *e, double *c)
 {
     const kr_term *t = e->terms, *last = t + e->count, *end;
@@ -300,8 +301,8 @@ static void sum_terms_of_event(const step_view *v, const kr_event *e, double *c)
                           i->first == KR_COMPONENT_ONE ? i->second : i->first, c);
     }
 }
-/* Expands an event function about the end of a step, to order one for an extremum event and to
- * order zero otherwise. */
+/* Writes the value of an event function at the end of a step to c[0] and, for an extremum event,
+ * the derivative to c[1]. */
 static void sum_event_at_end(const kr_top *top, const kr_step_polynomial *p, const kr_event *e,
                              double *c)
 {
@@ -353,8 +354,9 @@ int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *p, const kr
     const int first = e->extremum ? 1 : 0, degree = p->order - first;
     double power[2] = {1.0, p->span}, reached[2] = {0.0, 0.0}, end[ROOM];
     if (kr_event_is_held(p, e)) {
-        /* The spin is zero while friction holds the top. A sign opposite to that of the spin before
-         * makes the stop an event, and is discarded at the end of the step. */
+        /* While friction holds the top, the spin is zero. The constant returned here has the sign
+         * opposite to that of the spin before, so that the stop is a sign change. At the end of the
+         * step, find_next_sign_change discards this sign. */
         c[0] = -p->held * term_factor(top, p->rate, e->terms);
         return 0;
     }
@@ -387,8 +389,9 @@ int kr_terms_are_linear(size_t n, const kr_term terms[])
 }
 kr_linear kr_terms_linear_form(const kr_top *top, double rate, const kr_event *event)
 {
-    /* The coefficients of g follow from its values at seven points: the vertical is a unit vector
-     * and the angular velocity is zero, then the other way round, and finally both are zero. */
+    /* The coefficients follow from the values of the event function at seven points. At each of the
+     * first six, either P or W is a unit vector, and the other is zero. At the last, both are
+     * zero. */
     static const double x[7][8] = {{[5] = 1.0}, {[6] = 1.0}, {[7] = 1.0}},
                         w[7][4] = {[3] = {[1] = 1.0}, [4] = {[2] = 1.0}, [5] = {[3] = 1.0}};
     double value[7], c[ROOM];

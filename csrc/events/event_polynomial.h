@@ -1,37 +1,38 @@
-/* Event functions as polynomials over one time step, and bounds on their values. */
+/* Event functions as polynomials over one time step, and bounds on their values. An event function
+ * is a sum of terms. Each term is a factor times two state components (kr_term, kreisel.h). */
 #ifndef KR_EVENT_POLYNOMIAL_H
 #define KR_EVENT_POLYNOMIAL_H
 #include "driver/top.h"
 
 enum { KR_TERMS_ROOM = KR_POLYNOMIAL_ORDER_MAX + 16 };
-/* Returns an upper bound on the magnitude of a sum of n terms during a step. Sign changes can be
- * found if it is finite and not zero. */
+/* Returns an upper bound on the magnitude of a sum of n terms during a step. Sign changes of the
+ * sum can be found if the bound is finite and not zero. */
 double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t n,
                       const kr_term terms[]);
-/* Writes the event function, or its derivative for an extremum, as a polynomial in s over the step,
- * 0 <= s <= 1, and returns the degree. The polynomials of consecutive steps agree, up to rounding
- * errors, at the time that both share. The array c has KR_TERMS_ROOM elements. */
+/* Writes the event function, or for an extremum event its derivative, as a polynomial in s over the
+ * step, 0 <= s <= 1. Element c[n] of KR_TERMS_ROOM is the coefficient of s^n. Returns the degree.
+ * The polynomials of consecutive steps agree, up to rounding errors, at their common time. */
 int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *piece, const kr_event *event,
                         double c[]);
-/* Returns 1 if the event function is a multiple of the spin, which is zero in this step because
- * friction has stopped the top. */
+/* Returns 1 if the event function is a multiple of the spin, and the spin is zero in this step
+ * because friction has stopped the top. */
 int kr_event_is_held(const kr_step_polynomial *piece, const kr_event *event);
-/* Returns the sign of an event function that is a multiple of the spin while the top slides, else
- * 0. */
+/* Returns the sign in this step of an event function that is a multiple of the spin, if the top
+ * slides with dry friction. Otherwise returns 0. */
 int kr_event_side_by_friction(const kr_step_polynomial *piece, const kr_event *event);
-/* Values below KR_TERMS_UNSURE times the upper bound count as zero, and before a first sign is
- * known those below KR_TERMS_START times it, because an event function may be exactly zero at the
- * start. */
+/* Smaller multiples of the upper bound (kr_terms_bound) count as zero. KR_TERMS_START applies until
+ * a first sign is known, because an event function may be zero at the initial time. */
 #define KR_TERMS_UNSURE 0x1p-50
 #define KR_TERMS_START 0x1p-40
-/* Returns 1 if an event function has the form of kr_linear. */
+/* Returns 1 if a sum of n terms has the form of kr_linear. */
 int kr_terms_are_linear(size_t n, const kr_term terms[]);
-/* A linear function of the components in the body of the vertical and of the angular velocity. */
+/* A linear function of two vectors in the body, the vertical P and the angular velocity W:
+ * <along_vertical, P> + <along_velocity, W> + constant. */
 typedef struct kr_linear {
     kr_vec3 along_vertical, along_velocity;
     double constant;
 } kr_linear;
-/* Returns the coefficients of an event function of this form along internal axes. `rate` is the
- * unit of frequency. */
+/* Returns the coefficients of an event function that has the form of kr_linear, along internal
+ * axes. The unit of W is `rate`. */
 kr_linear kr_terms_linear_form(const kr_top *top, double rate, const kr_event *event);
 #endif

@@ -1,12 +1,13 @@
-/* Functions that advance a top from event to event. Each step is computed without regard to events,
- * which therefore never affect the motion, and then searched. For each event, the next sign change
- * in the last step is stored. Once its time has passed, the search resumes from it. */
+/* Functions that advance a top from event to event. Each step is computed without regard to events
+ * and is searched afterwards, so that events never affect the motion. For each event, the next sign
+ * change in the last step is stored (kr_event_search). Once the time of this sign change has
+ * passed, the search resumes there. */
 #include "model/quantities.h"
 #include "sign_changes.h"
 #include "event_polynomial.h"
 
 /* Converts a time within the last step from internal units to the user's units. If rounding moves
- * the result out of the step, an adjacent double inside the step is returned, if any. */
+ * the result out of the step, an adjacent double inside the step is returned, if there is one. */
 static double user_time_in_step(const kr_top *top, double clock)
 {
     const double t = top->scene.start.t + clock * top->time_unit,
@@ -19,7 +20,7 @@ static double user_time_in_step(const kr_top *top, double clock)
                : t;
 }
 
-/* Returns 1 if the sign changes of an event function can be found along the motion of `top`. */
+/* Returns 1 if the sign changes of a sum of n terms can be found along the motion of `top`. */
 static int are_valid_terms(const kr_top *top, const kr_step_polynomial *piece, size_t n,
                            const kr_term terms[])
 {
@@ -60,8 +61,8 @@ kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[])
     return KR_OK;
 }
 
-/* Finds the next sign change of an event function within the last step. Sets own->sign to 0 if
- * there is no further sign change. */
+/* Finds the next sign change of an event function after own->mark within the last step. Writes the
+ * time to own->next and the direction to own->sign, which is 0 if there is none. */
 static void find_next_sign_change(const kr_top *top, const kr_step_polynomial *piece,
                                   const kr_event *event, kr_event_search *own)
 {
@@ -80,13 +81,13 @@ static void find_next_sign_change(const kr_top *top, const kr_step_polynomial *p
     while (!own->sign && kr_search_next_sign_change(&search))
         if (search.side * search.sought >= 0) own->sign = turn * search.side;
     own->next = piece->begin + search.root * (piece->end - piece->begin);
-    /* A held top may slide in either direction next, which is not an event. */
+    /* The onset of sliding, in either direction, is not an event. Hence the sign is discarded. */
     own->side = kr_event_is_held(piece, event) ? 0 : search.side;
     own->mark = search.mark;
 }
 /* Finds the first sign change of an event function in the last step, unless this step has already
- * been searched. The sign of the event function at the beginning is taken over from the previous
- * step if that step was fully searched. */
+ * been searched. If the previous step was searched to its end, the sign at that end is used as the
+ * sign at the beginning. */
 static void search_new_step(const kr_top *top, const kr_step_polynomial *piece,
                             const kr_event *event, kr_event_search *own)
 {
@@ -97,14 +98,14 @@ static void search_new_step(const kr_top *top, const kr_step_polynomial *piece,
         own->side = 0;
         own->mark = fmax(0.0, since / (piece->end - piece->begin));
     } else if (own->side == 0) {
-        /* After friction held the top, the sign of the spin is known before it exceeds noise. */
+        /* Once friction no longer holds the top, the sign of the spin is known even near zero. */
         own->side = kr_event_side_by_friction(piece, event);
     }
     own->searched = top->steps;
     find_next_sign_change(top, piece, event, own);
 }
-/* Returns the earliest event in the last step at or after the current time of the top, or NULL. If
- * an event is found, writes the state of the search for this event to `found`. */
+/* Returns the event with the earliest sign change in the last step at or after the current time of
+ * the top, or NULL. Writes the state of the search for this event to `found`. */
 static kr_event *find_earliest(const kr_top *top, const kr_step_polynomial *piece,
                                kr_event_search *found)
 {
@@ -123,8 +124,8 @@ static kr_event *find_earliest(const kr_top *top, const kr_step_polynomial *piec
     }
     return first;
 }
-/* Advances to the next event in the last step, but not beyond the time t. Sets hit->index to -1 if
- * there is no event. */
+/* Advances the top to the next event in the last step, but not beyond the time t. If there is no
+ * such event, sets hit->index to -1. */
 static kr_status seek_in_step(kr_top *top, double t, kr_event_hit *hit)
 {
     const kr_step_polynomial piece = top->method->polynomial(&top->main);
@@ -152,7 +153,7 @@ kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit)
     kr_event_hit found = {-1, 0};
     if (!top || !hit || !isfinite(t)) return KR_ERR_ARGUMENT;
     if (!(fabs(t) < top->horizon)) return KR_ERR_RESOLUTION;
-    /* A reset may change the internal units, in which the terms of an event may then exceed the
+    /* A reset may change the internal units. In the new units, the terms of an event may exceed the
      * range of doubles. */
     if (top->event_count > 0 && kr_event_load_search(top->events).searched < 0 &&
         !are_valid_events(top, top->event_count, top->events))

@@ -1,10 +1,10 @@
-/* Search for all sign changes of a polynomial on an interval. Its coefficients in the Bernstein
- * basis bound its values, and their differences bound its slope. Coefficients of one sign exclude
- * roots, and differences of one sign exclude extrema. Intervals that may contain both are bisected
+/* Search for all sign changes of a polynomial on an interval. The coefficients in the Bernstein
+ * basis bound the values, and their differences bound the slope. Coefficients of one sign exclude
+ * roots, and differences of one sign exclude extrema. An interval that may contain both is bisected
  * (de Casteljau; Lane and Riesenfeld 1981) until the values are indistinguishable from zero. A sign
- * is certain only if the value exceeds the rounding noise. If the polynomial stays below it between
- * two roots, they are a double root without a sign change. A root at the boundary of two steps is
- * found exactly once, because the last sign is passed on to the next step. */
+ * is certain only if the value exceeds the rounding noise. Two roots between which no value exceeds
+ * the noise are a double root without a sign change. The last sign is passed on to the next step,
+ * so that a root at the boundary of two steps is found once. */
 #include "sign_changes.h"
 
 typedef enum search_outcome { NO_ROOT, ROOT_FOUND, UNDECIDED } search_outcome;
@@ -61,7 +61,7 @@ static int record_sign(kr_sign_search *r, double p, double s)
     return changed;
 }
 /* Returns 1 if the sign at the end of an interval decides whether the polynomial changes sign
- * inside it: if it has constant sign, is monotonic, or is zero up to rounding noise. */
+ * inside: the polynomial has constant sign, is monotonic, or is zero up to rounding noise. */
 static int is_sign_decided(const kr_sign_search *r, const double *b, double width)
 {
     const double slack = r->used > 0 ? r->tail_slope * width / r->used : 0.0;
@@ -80,7 +80,7 @@ static int is_sign_decided(const kr_sign_search *r, const double *b, double widt
     return rising | falling;
 }
 /* Searches the interval [low, high] for a sign change of the polynomial. `b` holds the coefficients
- * in the Bernstein basis, and is overwritten. */
+ * in the Bernstein basis on this interval, and is overwritten. */
 static search_outcome search_interval(kr_sign_search *r, double *b, double low, double high)
 {
     const int n = r->used;
@@ -114,8 +114,8 @@ static search_outcome search_polynomial(kr_sign_search *r)
     return search_interval(r, b, 0.0, 1.0);
 }
 /* Omits high-order terms that contribute negligibly to the slope of the polynomial. The truncation
- * error is at most the sum of the magnitudes of the omitted terms. If the search is inconclusive,
- * it is repeated with all terms of the polynomial. */
+ * error is at most the sum of the magnitudes of the omitted terms. If the search is then
+ * inconclusive, the caller repeats the search with all terms. */
 static void truncate_polynomial(kr_sign_search *r)
 {
     double slopes = 0.0;

@@ -11,7 +11,7 @@ typedef struct kr_sign_search {
     int sought;         /* search for changes to this sign only; 0: to either sign */
     int side;           /* the last sign known with certainty; 0: none so far */
     double mark;        /* where the search continues */
-    double root;        /* position of the change of sign to `side`, if it was searched for */
+    double root;        /* position of the last sign change to a sought sign */
     int used;           /* number of terms in use, minus one */
     double tail;        /* bound of the sum of the omitted terms */
     double tail_slope;  /* bound of the slope of the omitted terms */

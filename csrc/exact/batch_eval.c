@@ -29,7 +29,7 @@ INLINE void apply_frame_to_block(const kr_exact_form *e, batch *b, int n)
         b->w[i] = r.w, b->x[i] = r.x, b->y[i] = r.y, b->z[i] = r.z;
     }
 }
-/* Returns 1 if the states are stored past the cache. This is faster for large arrays, because
+/* Returns 1 if stores of states should bypass the cache. This is faster for large arrays, because
  * ordinary stores first read each cache line. */
 static int bypasses_cache(size_t n, const kr_state out[])
 {

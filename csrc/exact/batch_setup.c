@@ -19,7 +19,7 @@ typedef struct body_data {
     kr_working working;
     kr_vec3 apex;       /* the apex in the frame of description, up to its sign */
     double per_inertia; /* 1 / I1 */
-    double mass, reach; /* mass and |com| without powers of two */
+    double mass, reach; /* mass and com along T, divided by powers of two */
     int power;          /* sum of the exponents of these powers */
     int turned;         /* 1 if `axes` (internal axes -> frame of description) is not 1 */
     kr_quat axes;
@@ -30,7 +30,7 @@ typedef struct body_data {
     kr_swing swing;
 } body_data;
 
-/* Indices of the quantities that a queue stores for each top. */
+/* First indices of the quantities that a queue stores for each top: AXES has two rotations. */
 enum {
     INERTIA,
     ATTITUDE = 3,
@@ -76,9 +76,9 @@ static void analyse_body(const kr_body *body, body_data *known)
     known->turned = !is_identity(axes);
     known->framed[0] = known->framed[1] = 0;
 }
-/* Writes the map (make_frame) that converts the computed attitudes of a body to the user's axes.
- * If the map is the identity, returns 0 and writes nothing. If `below` is nonzero, the solution
- * was computed with up and down interchanged. */
+/* Writes the linear map (make_frame) from the computed attitudes of a body to attitudes in the
+ * user's axes. If the map is the identity, returns 0 and writes nothing. If `below` is nonzero, the
+ * solution was computed with up and down interchanged. */
 static int find_frame_map(body_data *known, int below, kr_quat out[4])
 {
     kr_quat *frame = known->frame[below];
@@ -134,8 +134,8 @@ static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t ind
     int unit;
     if (!kr_swing_time(&known->swing, most, &unit)) return 0;
     const int power = known->power + known->gravity_power + 2 * unit;
-    /* Scale factors above 2^1000 or below 2^-1000 could cause overflow or underflow. `power` is not
-     * large, because the unit of time is at most about the time of the fall. */
+    /* Scale factors above 2^1000 or below 2^-1000 could cause overflow or underflow. The unit of
+     * time is at most about the time of the fall, so `power` is not large. */
     if (power < -1000 || unit < -1000 || unit > 1000) return 0;
     const double gravity = known->gravity_fraction, scale = power_of_2(power),
                  time = power_of_2(unit), lever = known->mass * (gravity * known->reach);
@@ -163,7 +163,8 @@ typedef struct group {
 
 INLINE wide load_number(group w, int number) { return wide_load(&w.all->in[number][w.first]); }
 
-/* Multiplies the attitudes by rotations; the identity leaves an attitude bitwise unchanged. */
+/* Multiplies attitudes from the right by the rotations stored from the index `axes`. The identity
+ * leaves an attitude bitwise unchanged. */
 INLINE void rotate_attitudes(exact_top *top, group w, int axes)
 {
     const quat_lanes by = {load_number(w, axes), load_number(w, axes + 1), load_number(w, axes + 2),
@@ -196,8 +197,8 @@ INLINE exact_top read_group(group w)
     top.lever = dd_make(scale * lever.hi, scale * lever.lo);
     return top;
 }
-/* Returns a mask of the heavy tops whose tilt or momentum exceeds 1e-10. The closed form refuses
- * tilts and momenta below 1e-70 (is_initial_tilt_resolved), so it exists for all of them. */
+/* Returns a mask of the heavy tops whose tilt or momentum exceeds 1e-10. The closed form of such a
+ * top exists: only tilts and momenta below 1e-70 are refused (is_initial_tilt_resolved). */
 INLINE mask is_moving(const exact_top *top)
 {
     const wide least = wide_splat(1e-10);
@@ -217,7 +218,7 @@ static void begin_group(group w, lagrange_setup *s)
     }
     begin_setup(s);
 }
-/* Extracts the closed form of the top at an index of the queue from those of its group. */
+/* Extracts the closed form of the top at the index `place` of the queue from the vectors. */
 static void extract_form(const exact_lanes *exact, const batch_queue *w, int place,
                          kr_exact_form *out)
 {
@@ -231,7 +232,7 @@ static void extract_form(const exact_lanes *exact, const batch_queue *w, int pla
     else
         memset(out->frame, 0, sizeof out->frame);
 }
-/* Returns the states of a group of tops, each at its own time. */
+/* Returns the states of a group of tops, each at the time in its lane. */
 static state_lanes states_in_lanes(const exact_lanes *exact, wide time)
 {
     const dd span = two_sum(time, -exact->begin);
@@ -244,7 +245,7 @@ static state_lanes states_in_lanes(const exact_lanes *exact, wide time)
     }
     return r;
 }
-/* Writes the k-th state of each top whose bit in `good` is set. */
+/* Writes the k-th requested state of each top of a group whose bit in `good` is set. */
 static void read_states(const kr_exact_request *request, group g, const exact_lanes *exact,
                         unsigned good, size_t k)
 {

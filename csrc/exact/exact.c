@@ -6,7 +6,7 @@
 #include "method.h"
 #include "model/scene.h"
 
-/* A row of a table for each instruction set of the build, the widest first. */
+/* An array element for each instruction set of the build, the widest first. */
 #ifdef KR_WITH_AVX512
 #  define ROW_AVX512(...) __VA_ARGS__,
 #else
@@ -152,8 +152,8 @@ void kr_exact_run(const kr_exact_request *request)
  * needs no intermediate steps: each step extends to the next requested time, however late. The
  * error does not grow with time, and all integrals of motion are conserved. The default step size
  * is the nutation period or, for motions on a torus, the period of the first torus angle. */
-/* The memory of a motion: its period, its plan and, while a new plan is set up, also the new one.
- * The pointer motion->aux is the kr_exact_isa of the plan. */
+/* motion->work holds the period, the plan and, while a new plan is set up, also the new one. The
+ * pointer motion->aux is the kr_exact_isa of the plan. */
 static size_t doubles_of_form(const kr_exact_isa form[])
 {
     const kr_exact_scalar *scalar = kr_exact_widest_isa(form)->scalar;
@@ -175,7 +175,7 @@ size_t kr_exact_extra_doubles(int with_torus)
 }
 static void *plan_of_motion(const kr_motion *motion) { return (double *)motion->work + 1; }
 /* Sets up a new plan without overwriting the old one, which remains valid if the set-up fails. The
- * bound of the certificate is the smaller of the tolerance and the default. */
+ * error bound passed to the set-up is the smaller of the tolerance and the default. */
 static kr_status exact_reset(kr_motion *motion, const kr_state *start)
 {
     (void)start; /* not used: the conversion to internal axes has rounded it */

@@ -1,6 +1,7 @@
-/* The closed form of a Lagrange top or of a free body, and its states. With the attitude q = (w, x,
- * y, z), the momentum m, alpha = w + i z and beta = x + i y, a phase X(t) = X0 + nu t and the nome
- * exp(-pi K'/K)
+/* The closed form of a Lagrange top or of a free body, and the states computed from the closed
+ * form. Let q = (w, x, y, z) be the attitude, m the momentum, alpha = w + i z and beta = x + i y.
+ * With a phase X(t) = X0 + nu t and the nome exp(-pi K'/K) of elliptic functions, up to constant
+ * factors,
  *     alpha ~ theta1(X + i y1) e^{i(c1 + k1 t)},  beta ~ theta2(X + i y2) e^{i(c2 + k2 t)},
  *     m_x + i m_y ~ theta3(X + i(y1 + y2)) e^{i(c1 + c2 + (k1 + k2) t)},  all over theta4(X)
  * (Klein and Sommerfeld, Theorie des Kreisels). For torque-free tops (Jacobi), beta contains theta4
@@ -28,9 +29,9 @@
 #include "math/simd.h"
 #include "math/su2.h"
 
-/* The kinds of theta series, for heavy (LAGRANGE) and torque-free (EULER) tops, in powers of the
- * nome or of the dual nome exp(-pi K/K'). The dual nome is smaller than the nome if K' < K, for
- * example near a separatrix. */
+/* The kinds of theta series: for heavy (LAGRANGE) or torque-free (EULER) tops, in powers of the
+ * nome or (_DUAL) of the dual nome exp(-pi K/K'). The dual nome is smaller than the nome if K' < K,
+ * for example near a separatrix. */
 enum { LAGRANGE, EULER, LAGRANGE_DUAL, EULER_DUAL };
 
 /* Vector versions of the types in kreisel.h and exact.h, with one lane per top. */
@@ -90,14 +91,14 @@ INLINE void take_lanes(void *to, const void *from, size_t bytes, mask m)
     }
 }
 
-/* In internal units, the larger of the momentum and weight * |com| is about one. If weight * |com|
- * is below LEAST_LEVER, it is treated as zero, because its effect is negligible before the phases
- * exceed 2^50 turns. Momentum components below LEAST_MOMENTUM are treated as zero, because their
- * squares underflow. */
+/* In internal units (scene.h), the larger of the momentum and weight * |com| is about one. If
+ * weight * |com| is below LEAST_LEVER, it is treated as zero: its effect is negligible until the
+ * phases exceed 2^50 turns, the limit of is_span_computable. Momentum components below
+ * LEAST_MOMENTUM are treated as zero, because their squares underflow. */
 #define LEAST_LEVER 1e-100
 #define LEAST_MOMENTUM 1e-160
 
-/* A top and its initial state in internal axes and units. T is the third internal axis. */
+/* A top and its initial state, in internal axes and units. T is the third axis (method.h). */
 typedef struct exact_top {
     vec3_lanes inertia;
     dd q[4];  /* the attitude, which need not be of unit length */
@@ -118,7 +119,8 @@ INLINE wide drop_tiny_momentum(wide m)
 }
 
 static inline int is_identity(kr_quat q) { return v_largest(q_vec(q)) == 0.0; }
-/* Applies the linear map `f`, called a frame, to the quaternion q. */
+/* Applies the linear map f to the quaternion q; f[0] .. f[3] are the images of 1, i, j, k. Such a
+ * map is called a frame. */
 INLINE kr_quat apply_frame(const kr_quat f[4], kr_quat q)
 {
     return q4((q.w * f[0].w + q.x * f[1].w) + (q.y * f[2].w + q.z * f[3].w),
@@ -126,7 +128,7 @@ INLINE kr_quat apply_frame(const kr_quat f[4], kr_quat q)
                  (q.w * f[0].y + q.x * f[1].y) + (q.y * f[2].y + q.z * f[3].y),
                  (q.w * f[0].z + q.x * f[1].z) + (q.y * f[2].z + q.z * f[3].z)));
 }
-/* Writes the frame q -> left * q * right. */
+/* Writes the linear map q -> left * q * right to `frame`. */
 static inline void make_frame(kr_quat frame[4], kr_quat left, kr_quat right)
 {
     const double w = left.w, x = left.x, y = left.y, z = left.z;
@@ -152,10 +154,10 @@ INLINE wide nearest(wide x)
     const double shift = 6755399441055744.0;
     return (x + shift) - shift;
 }
-/* Returns the phase at time t in turns, up to a whole number of turns. The high-order part of the
- * returned double-double lies between 0 and 2. The condition |start| >= 1/2 makes two_sum_ordered
- * exact. The low-order part is the rounding error of the high-order part. If the low-order part of
- * the phase were omitted, the errors of the states would be about twice as large. */
+/* Returns the phase at the time t after the initial time, in turns, up to a whole number of turns.
+ * The high-order part of the returned double-double lies between 0 and 2. Since f->start >= 1/2,
+ * two_sum_ordered is exact. The low-order part is the rounding error of the high-order part. If the
+ * low-order part were omitted, the errors of the states would be about twice as large. */
 INLINE dd phase_at(const phase_lanes *f, dd t)
 {
     const dd p = two_product(t.hi, f->fast), s = two_sum_ordered(f->start, p.hi - nearest(p.hi));
@@ -172,10 +174,10 @@ INLINE dd turns_per_radian(void)
 {
     return dd_make(wide_splat(0.15915494309189534561), wide_splat(-9.839338337591243e-18));
 }
-/* Writes the sine and cosine of an angle of x turns, |x| < 2^49: x + shift then lies between 2^50
- * and 2^51, where doubles are multiples of 1/4. The low bits of u contain the number of quarter
- * turns nearest to x. The polynomials are evaluated at the remainder y, whose magnitude is at most
- * an eighth of a turn. */
+/* Writes the sine and cosine of an angle of x turns, |x| < 2^49. The sum u = x + shift lies between
+ * 2^50 and 2^51, where doubles are multiples of 1/4. The low bits of u contain the number of
+ * quarter turns nearest to x. The polynomials are evaluated at the remainder y, whose magnitude is
+ * at most an eighth of a turn. */
 INLINE void sincos_turns(dd x, wide *s, wide *c)
 {
     const double shift = 1688849860263936.0;
@@ -242,16 +244,16 @@ INLINE wide poly5(const wide a[], wide s, wide ss)
     return (a[0] + s * a[1]) + ss * ((a[2] + s * a[3]) + ss * a[4]);
 }
 
-/* The values of the theta functions for alpha, beta and the horizontal momentum. The phases of
- * alpha and beta, in turns, are stored separately. */
+/* The real and imaginary parts of the theta functions for alpha (a), beta (b) and the horizontal
+ * momentum (h), and the phases of alpha and beta, in turns. */
 typedef struct factors {
     wide a_re, a_im, b_re, b_im, h_re, h_im;
     dd first, second;
 } factors;
 
-/* Evaluates the theta series at time t. If `dual` is nonzero, the series use the dual nome, and
- * hyperbolic functions replace the sine and cosine. Jacobi's transformation to the dual nome adds
- * to the phases of alpha and beta the `slope` times the phase of the nutation. */
+/* Evaluates the theta series at the time t after the initial time. If `dual` is nonzero, the series
+ * use the dual nome, and hyperbolic functions replace the sine and cosine. Jacobi's transformation
+ * to the dual nome adds `slope` times the phase of the nutation to the phases of alpha and beta. */
 INLINE factors evaluate_theta_series(const exact_lanes *e, int dual, int euler, dd t)
 {
     const dd x = phase_at(&e->nutation, t);
@@ -260,8 +262,8 @@ INLINE factors evaluate_theta_series(const exact_lanes *e, int dual, int euler, 
     f.first = phase_at(&e->first, t);
     f.second = phase_at(&e->second, t);
     if (dual) {
-        /* |x| < 2^50, so that x + shift is a multiple of 1/2. The low bits of u contain the number
-         * of half turns nearest to x. The remainder |y| is at most a quarter of a turn. */
+        /* Since |x| < 2^50, the sum u = x + shift is a multiple of 1/2. The low bits of u contain
+         * the number of half turns nearest to x. The remainder |y| is at most a quarter turn. */
         const double shift = 3377699720527872.0;
         const wide u = (x.hi + x.lo) + shift, near = x.hi - (u - shift), y = near + x.lo;
         const wide z = 2.0 * y, rest = 2.0 * ((near - y) + x.lo);
@@ -291,8 +293,8 @@ INLINE factors evaluate_theta_series(const exact_lanes *e, int dual, int euler, 
     return f;
 }
 /* Returns the state at `time`, which is the initial time plus `span`. The attitude is not in the
- * user's frame: the caller must apply the map `frame` of the solution to it. For a torque-free body
- * (`euler`), the momentum is constant, and the functions alpha and beta have the same phase. */
+ * user's frame: the caller must apply the linear map e->frame. For a torque-free body (`euler`),
+ * the momentum is constant, and alpha and beta have the same phase. */
 INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, dd span)
 {
     const factors f = evaluate_theta_series(e, dual, euler, span);
@@ -307,7 +309,7 @@ INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, 
         sincos_turns(f.second, &s2, &c2);
     const quat_lanes q = {n * (f.a_re * c1 - f.a_im * s1), n * (f.b_re * c2 - f.b_im * s2),
                           n * (f.b_re * s2 + f.b_im * c2), n * (f.a_re * s1 + f.a_im * c1)};
-    /* 0, or NaN if the attitude is NaN, which makes the constant momentum NaN as well. */
+    /* Zero, or NaN if the attitude is NaN. Then the momentum must be NaN, too. */
     const wide none = q.w - q.w;
     vec3_lanes m = {e->constant.x - none, e->constant.y - none, e->constant.z - none};
     if (!euler) {
@@ -331,9 +333,9 @@ INLINE mask is_span_computable(const exact_lanes *e, wide span)
                     mask_and(wide_less(wide_abs(span * e->first.fast), most),
                              wide_less(wide_abs(span * e->second.fast), most)));
 }
-/* Writes the real and imaginary parts of alpha, beta and the horizontal momentum, all multiplied by
- * theta4(X), in the frame of the solution. The theta series of all SIMD lanes must be of the same
- * kind. */
+/* Writes the real and imaginary parts of alpha, beta and the horizontal momentum at the time `span`
+ * after the initial time, up to constant factors and theta4(X). The frame of the solution is not
+ * applied. The theta series of all SIMD lanes must be of the same kind. */
 static inline void factors_of_kind(const exact_lanes *e, int dual, int euler, wide span,
                                    wide out[6])
 {
@@ -349,7 +351,7 @@ static inline void factors_of_kind(const exact_lanes *e, int dual, int euler, wi
     out[4] = f.h_re * c - f.h_im * s;
     out[5] = f.h_re * s + f.h_im * c;
 }
-/* Writes the same numbers for lanes with series of different kinds. */
+/* Writes the numbers of factors_of_kind for lanes with series of different kinds. */
 static inline void factors_at(const exact_lanes *e, double span, wide out[6])
 {
     const mask dual = is_dual(e);
@@ -373,8 +375,8 @@ static inline phase_lanes phase_of(dd rate)
     const dd f = dd_mul(rate, turns_per_radian());
     return (phase_lanes){.fast = f.hi, .slow = f.lo};
 }
-/* Sets the initial value of a phase, in turns, after adding whole turns such that it lies between
- * 1/2 and 3/2, as phase_at requires. */
+/* Sets the initial value of a phase to `start` turns plus whole turns, such that the value lies
+ * between 1/2 and 3/2, as phase_at requires. */
 static inline void set_initial_phase(phase_lanes *phase, dd start)
 {
     const dd s = two_sum(wide_splat(1.0), start.hi - nearest(start.hi));
@@ -436,7 +438,7 @@ static inline void multiply_from_right(dd q[4], quat_lanes by)
     q[3] = dot(a, by.z, by.y, -by.x, by.w);
 }
 
-/* Normalizes a double-double quaternion, and returns it rounded to double precision. */
+/* Returns a double-double quaternion, normalized and rounded to double precision. */
 static inline quat_lanes round_quaternion(const dd q[4])
 {
     const wide w = q[0].hi, x = q[1].hi, y = q[2].hi, z = q[3].hi,
@@ -444,9 +446,8 @@ static inline quat_lanes round_quaternion(const dd q[4])
     return (quat_lanes){n * w, n * x, n * y, n * z};
 }
 
-/* Writes the axis a = q e3 q*, whose height is u = a.e3. Writes 1 + u to `plus` and returns 1 - u.
- * The values 1 + u and 1 - u are computed directly from the quaternion, so no digits are lost near
- * a pole. */
+/* Writes the axis a = q e3 q* / |q|^2, whose height is u = a.e3. Writes 1 + u to `plus` and returns
+ * 1 - u. Both are computed directly from the quaternion, so no digits are lost near a pole. */
 static inline dd find_third_axis(const dd q[4], dd a[3], dd *plus)
 {
     const dd up = dd_add(dd_square(q[0]), dd_square(q[3])),
@@ -458,7 +459,7 @@ static inline dd find_third_axis(const dd q[4], dd a[3], dd *plus)
     a[2] = dd_half(dd_sub(*plus, minus));
     return minus;
 }
-/* Writes q* v q / |q|^2; q need not have unit length. */
+/* Writes q* v q / |q|^2 to r. */
 static inline void turn_back_dd(const dd q[4], const dd v[3], dd r[3])
 {
     dd p[4][4];
@@ -482,11 +483,12 @@ static inline wide sign_of(wide x)
     return wide_choose(is_positive(x), one, wide_choose(is_negative(x), -one, zero));
 }
 
-/* Sets the nutation period and the mean rates of precession and spin from the rates of the phases.
- * The complex values of theta1 and theta2 rotate about zero as X increases. The sign of `slope`,
- * which is opposite to the sign of y, determines the direction of rotation. If theta1 or theta2
- * passes through zero, its phase jumps by half a turn, and its winding number is defined as zero.
- * For a torque-free top, beta is a theta4 function, whose values do not wind around zero. */
+/* Sets the nutation period and the mean rates of precession and spin, from the rates nu, `first`
+ * and `second` of the phases of nutation, alpha and beta. The complex values of theta1 and theta2
+ * rotate about zero as X increases. The sign of `slope`, opposite to the sign of y1 or y2, gives
+ * the direction. If theta1 or theta2 passes through zero, its phase jumps by half a turn, and its
+ * winding number is defined as zero. For a torque-free top, beta is a theta4 function, whose values
+ * do not wind around zero. */
 static inline void set_mean_rates(exact_lanes *exact, wide nu, wide first, wide second)
 {
     const wide wind1 = sign_of(exact->slope[0]),
@@ -500,7 +502,7 @@ static inline dd equal_moment(const exact_top *top)
 {
     return dd_half(two_sum(top->inertia.x, top->inertia.y));
 }
-/* Returns the top with up and down interchanged (q -> i q), so with gravity reversed. */
+/* Returns the top with up and down interchanged (q -> i q), and gravity reversed. */
 static inline exact_top exchange_up_and_down(const exact_top *top)
 {
     exact_top r = *top;
@@ -521,9 +523,9 @@ static inline void restore_up_and_down(exact_lanes *exact)
     exact->precession_rate = -exact->precession_rate;
 }
 
-/* Converts a solution from internal units to the user's units, but leaves its frame unchanged. The
- * arguments `unit` and `momentum` are the internal units of time and momentum, expressed in the
- * user's units. */
+/* Converts a solution from internal units to the user's units, but leaves its frame unchanged.
+ * `start` is the initial time, and `unit` and `momentum` are the internal units of time and
+ * momentum, all in the user's units. */
 static inline void convert_form_to_user(exact_lanes *exact, wide start, wide unit, wide momentum)
 {
     const wide rate = 1.0 / unit;
@@ -561,8 +563,7 @@ static inline kr_state state_after(const kr_exact_form *e, double t, dd span)
     return r;
 }
 /* Returns the state at time t, or NaN if t is not finite. If t is too late for the phases, returns
- * the initial attitude and momentum, because these have at least the correct integrals of
- * motion. */
+ * the initial attitude and momentum, which have at least the correct integrals of motion. */
 static inline kr_state state_at(const kr_exact_form *e, double t)
 {
     const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};

@@ -1,5 +1,6 @@
-/* Set-up of the closed form of a Lagrange top (kernel.h). With the height u = a.e3 of the symmetry
- * axis a, the potential energy U u, the momentum m, the equal moments I1, W = m / I1 and g = 2 U / I1,
+/* Set-up of the closed form of a Lagrange top (kernel.h). Let a be the symmetry axis, u = a.e3 its
+ * height, U u the potential energy, m the momentum, I1 the equal moments, W = m / I1 and g = 2 U /
+ * I1:
  *     (du/dt)^2 = g (u - u1)(u - u2)(u - u3),   u1 <= u <= u2 <= 1 <= u3.
  * The roots, and the rates nu, k1 and k2 of the phases in kernel.h, are computed in double-double
  * arithmetic. The moment of inertia about the symmetry axis affects only the spin, by a constant
@@ -10,19 +11,17 @@
 
 /* Elliptic integrals, roots of cubic polynomials, and theta functions as polynomials. Complete
  * elliptic integrals are computed by the arithmetic-geometric mean M. The integral of the third
- * kind is (DLMF 19.8.6)
+ * kind is (DLMF 19.8.6; for Q_n, see elliptic_mean)
  *     Pi(alpha^2, k) = pi/4M (2 + alpha^2/(1 - alpha^2) sum Q_n).
- * Incomplete elliptic integrals of the first kind are computed from Carlson's R_F by
- * duplication. */
+ * Incomplete integrals of the first kind are computed from Carlson's R_F by duplication. */
 enum theta { THETA1, THETA2, THETA3, THETA4 };
 
-/* Returns agm(1, kp) and writes the sum of Q_n for each start p0^2 = 1 - alpha^2. Initially a = Q =
- * 1 and g = kp. A step is
+/* Returns agm(1, kp). For each of n initial values p0^2 = 1 - alpha^2 in `start`, writes the sum of
+ * Q_n. Initially a = Q = 1 and g = kp. A step is
  *     a' = (a + g)/2,   g' = sqrt(a g),   p' = (p^2 + a g)/2p,
  *     Q' = Q e/2,   e = (p^2 - a g)/(p^2 + a g).
- * Each step of the iteration squares the relative differences between its variables. The iteration
- * stops one step after the differences fall below 1e-8; double precision suffices for the last
- * step. */
+ * Each step squares the relative differences between a, g and p. The iteration stops one step after
+ * the differences fall below 1e-8; double precision suffices for the last step. */
 static inline dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
 {
     const wide enough = wide_splat(1e-8);
@@ -67,10 +66,10 @@ static inline wide elliptic_agm(wide a, wide b)
     }
     return 0.5 * (a + b);
 }
-/* Returns T = numerator / agm(1, k) for the square k2 of the modulus k. With the numerator agm(1,
- * k'), T is K'/K. For series in powers of the square of the nome, the numerator is 2 agm(1, k'),
- * and T is 2 K'/K. For T < 1, the series are dual, and pi / T, by which the phase in them is
- * multiplied, is stored in double-double precision. */
+/* Returns T = numerator / agm(1, k), given k2 = k^2. With the numerator agm(1, k'), T is K'/K. For
+ * series in powers of the square of the nome, the numerator is 2 agm(1, k'), and T is 2 K'/K. If T
+ * < 1, the dual series are used: their phase is multiplied by pi / T, which is written to
+ * exact->stretch and stretch_rest as a double-double. */
 static inline wide theta_stretch(exact_lanes *exact, dd numerator, dd k2)
 {
     const wide T = numerator.hi / elliptic_agm(wide_splat(1.0), wide_sqrt(k2.hi));
@@ -111,8 +110,8 @@ static inline wide elliptic_rf(wide x, wide y, wide z)
            wide_sqrt(mean);
 }
 
-/* Returns cos(acos(c) / 3) for 0 <= c <= 1: the largest root of 4 x^3 - 3 x = c, by Newton's method
- * from an approximation with an error of 4e-5. */
+/* Returns cos(acos(c) / 3) for 0 <= c <= 1. This is the largest root of 4 x^3 - 3 x = c, found by
+ * Newton's method from an approximation with an error of 4e-5. */
 static inline wide cos_third_of_angle(wide c)
 {
     wide x =
@@ -123,7 +122,7 @@ static inline wide cos_third_of_angle(wide c)
     }
     return x;
 }
-/* Returns the isolated root of x^3 + c2 x^2 + c1 x + c0, the one farthest from the other two. All
+/* Returns the isolated root of x^3 + c2 x^2 + c1 x + c0: the root farthest from the other two. All
  * three roots must be real up to rounding errors. Sets `top` to 1 if the isolated root is the
  * largest, and to 0 if it is the smallest. */
 static inline wide lone_root(wide c2, wide c1, wide c0, mask *top)
@@ -152,9 +151,9 @@ static inline dd newton_cubic(dd lead, const dd c[3], wide start)
     return x;
 }
 
-/* The functions sin(2j+1)x / sin x, cos(2j+1)x / cos x, cos 2jx and sin 2jx / (sin x cos x), as
- * polynomials in sin^2 x. Row j of each table holds the coefficients of one polynomial in ascending
- * order. */
+/* The functions sin(2j+1)x / sin x, cos(2j+1)x / cos x, cos 2jx and sin 2jx / (sin x cos x), in
+ * this order, as polynomials in sin^2 x. Row j of each table holds the coefficients of the
+ * polynomial for index j in ascending order. */
 static const double SIN_ODD[][KR_THETA_TERMS] = {{1}, {3, -4}, {5, -20, 16}, {7, -56, 112, -64}};
 static const double COS_ODD[][KR_THETA_TERMS] = {{1}, {1, -4}, {1, -12, 16}, {1, -24, 80, -64}};
 static const double COS_EVEN[][KR_THETA_TERMS] = {
@@ -176,10 +175,10 @@ static inline void sinhcosh_all(wide y, wide *s, wide *c)
     *s = e.even * odd + e.odd * even;
     *c = e.even * even + e.odd * odd;
 }
-/* Returns the real and imaginary parts of theta(x + i y) as polynomials in sin^2 x. If `dual`
- * is nonzero, returns theta(y + i x) as polynomials in sinh^2 x instead. In this case, the result
- * for theta1 is also multiplied by i. The common factor 2 nome^(1/4) of theta1 and theta2 is
- * omitted. */
+/* Returns the real (`even`) and imaginary (`odd`) parts of theta(x + i y) as polynomials in sin^2
+ * x, without the factors sin x, cos x or sin x cos x of the tables. If `dual` is nonzero, returns
+ * theta(y + i x), multiplied by i for theta1, as polynomials in sinh^2 x instead. The common factor
+ * 2 nome^(1/4) of theta1 and theta2 is omitted. */
 static inline theta_lanes theta_series(enum theta which, wide nome, wide y, int dual)
 {
     const int odd = which == THETA1 || which == THETA2;
@@ -225,14 +224,14 @@ static inline void theta_scale(theta_lanes *series, wide factor)
     }
 }
 
-/* Quantities derived from the initial state. */
+/* Quantities derived from the initial state, in which the axis a has the height u0. */
 typedef struct initial {
     dd w[3], g;         /* W [T^-1] and g [T^-2] */
     dd w_square;        /* |W|^2 */
-    dd a[3];            /* the axis */
+    dd a[3];            /* the symmetry axis */
     dd plus, minus;     /* 1 + u0, 1 - u0, computed directly from the quaternion */
     dd sum, difference; /* W.e3 + W.a, W.e3 - W.a */
-    dd climb;           /* du/dt */
+    dd climb;           /* initial du/dt */
 } initial;
 
 /* Distances between the roots u1, u2 and u3, the initial height u0 and the poles u = -1 and 1.
@@ -273,16 +272,15 @@ static inline void recompute_smaller(dd *a, dd *b, mask smaller_a, dd product, d
     *a = dd_choose(mask_and(smaller_a, known), smaller, *a);
     *b = dd_choose(mask_and(mask_not(smaller_a), known), smaller, *b);
 }
-/* Replaces small distances, which suffer from cancellation, by quotients of exact products:
+/* Replaces small distances, which suffer from cancellation, by quotients of accurate products:
  *     (W.e3 + W.a)^2 = (1 + u1)(1 + u2) g(1 + u3),   (W.e3 - W.a)^2 = (1 - u1)(1 - u2) g(u3 - 1),
  *     (du/dt)^2 = (u0 - u1)(u2 - u0) g(u3 - u0).
- * The argument `about_start` is nonzero if the roots were computed by expansion about the initial
- * height. */
+ * `about_start` is nonzero if the distances come from find_roots_about_start. */
 static inline void recompute_small_distances(const initial *s, turning_points *r, int about_start)
 {
     const dd plus = dd_square(s->sum), minus = dd_square(s->difference),
              climb = dd_square(s->climb);
-    /* Smaller distances are replaced by this value, which is far below rounding errors, so that
+    /* Smaller distances are replaced by `level`, which is far below rounding errors, so that
      * quotients remain finite. */
     const dd level = dd_splat(1e-36);
     if (!about_start)
@@ -297,10 +295,10 @@ static inline void recompute_small_distances(const initial *s, turning_points *r
     r->span = dd_max(r->span, level);
     r->g32 = dd_max(r->g32, dd_times(wide_splat(1e-150), r->g31));
 }
-/* Computes the roots u1, u2 and u3 of the cubic if u3 is far from the other two. The cubic is
- * expanded about the initial height u0, because u1 and u2 may be close to u0. Newton's method
- * yields g (u3 - u0) from the value `guess`, and a quadratic equation for u - u0 the other two
- * roots. */
+/* Computes the roots u1, u2 and u3 of the cubic if u3 is far from u1 and u2. The cubic has the
+ * coefficients c and g in powers of u - u0, because u1 and u2 may be close to the initial height
+ * u0. Newton's method, started from `guess`, yields g (u3 - u0). The other two roots follow from a
+ * quadratic equation for u - u0. */
 static inline void find_roots_about_start(const initial *s, const dd c[3], wide guess,
                                           turning_points *r)
 {
@@ -308,7 +306,7 @@ static inline void find_roots_about_start(const initial *s, const dd c[3], wide 
     r->third = newton_cubic(dd_splat(1.0), scaled, guess);
     const dd product = dd_over(c[0], r->third),
              b = dd_over(dd_add(dd_mul(s->g, product), c[1]), r->third);
-    /* The two other roots solve v^2 - b v - product = 0, where product >= 0. */
+    /* The roots v = u1 - u0 and u2 - u0 solve v^2 - b v - product = 0, where product >= 0. */
     r->span = dd_sqrt(dd_add(dd_square(b), dd_scale(4.0, product)));
     const dd large = dd_half(dd_add(r->span, dd_abs(b))),
              small = dd_choose(is_positive(large.hi), dd_over(product, large), dd_splat(0.0));
@@ -322,8 +320,8 @@ static inline void find_roots_about_start(const initial *s, const dd c[3], wide 
     r->minus1 = dd_add(s->minus, r->down);
     recompute_small_distances(s, r, 1);
 }
-/* Computes the roots u1, u2 and u3 of the cubic if u1 is far from the other two. The cubic is
- * expanded about u = 1 (apex at the top), because u2 <= 1 <= u3 can coincide only there. */
+/* Computes the roots u1, u2 and u3 of the cubic if u1 is far from u2 and u3. The cubic is expanded
+ * about u = 1 (axis upright), because u2 <= 1 <= u3 can coincide only there. */
 static inline void find_roots_about_top(const initial *s, wide guess, turning_points *r)
 {
     const dd wh = dd_add(dd_square(s->w[0]), dd_square(s->w[1]));
@@ -332,7 +330,7 @@ static inline void find_roots_about_top(const initial *s, wide guess, turning_po
     const dd c[3] = {dd_neg(dd_square(s->difference)), dd_scale(-2.0, dd_add(wh, tilt)),
                      dd_sub(dd_mul(s->g, dd_add(dd_splat(2.0), s->minus)), s->w_square)};
     r->minus1 = dd_neg(newton_cubic(s->g, c, guess - s->minus.hi));
-    /* The two other roots solve g s^2 + e1 s + e0 = 0 for s = u - 1, where e0 <= 0. */
+    /* The roots s = u2 - 1 and u3 - 1 solve g s^2 + e1 s + e0 = 0, where e0 <= 0. */
     const dd e0 = dd_over(c[0], r->minus1), e1 = dd_over(dd_sub(c[1], e0), r->minus1);
     r->g32 = dd_sqrt(dd_sub(dd_square(e1), dd_scale(4.0, dd_mul(s->g, e0))));
     const dd large = dd_half(dd_add(r->g32, dd_abs(e1))), small = dd_neg(dd_over(e0, large));
@@ -374,11 +372,11 @@ static turning_points find_turning_heights(const initial *s)
     take_lanes(&r, &some, sizeof r, top);
     return r;
 }
-/* Writes the rates nu, k1 and k2, and returns agm(1, k'). With the sum of elliptic_mean that starts
- * from p0^2 = (1 + u3)/(u3 - u1), the rate k1 is
- *     (W.e3 + W.a) / (4 (1 + u3)) sum Q_n,
- * and k2 is the corresponding expression at the upper pole, with W.e3 - W.a and 1 - u in place of
- * W.e3 + W.a and 1 + u. Its sum starts from u2 or u3, whichever is farther from the upper pole. */
+/* Writes the rates nu, k1 and k2, and returns agm(1, k'). With the sum of Q_n (elliptic_mean) for
+ * p0^2 = (1 + u3)/(u3 - u1), the rate k1 is
+ *     (W.e3 + W.a) / (4 (1 + u3)) sum Q_n.
+ * For k2, W.e3 - W.a and 1 - u3 replace W.e3 + W.a and 1 + u3, and p0^2 is (u3 - 1)/(u3 - u1). If
+ * u2 is farther than u3 from 1, k2 follows from the sum for p0^2 = (1 - u2)/(1 - u1) instead. */
 static inline dd find_rates(const initial *s, const turning_points *r, dd *nu, dd *k1, dd *k2)
 {
     const dd kp = dd_sqrt(dd_over(r->g32, r->g31)), zero = dd_splat(0.0);
@@ -403,14 +401,13 @@ static inline dd find_rates(const initial *s, const turning_points *r, dd *nu, d
     }
     return mean;
 }
-/* The imaginary parts y1 and y2 of the arguments of alpha and beta, and the ratio T of K' to K. */
+/* The imaginary parts y1 and y2 in the arguments of theta1 and theta2 (kernel.h), and T = K'/K. */
 typedef struct arguments {
     wide y1, y2, T;
 } arguments;
 
-/* Computes the arguments of the theta functions in alpha and beta; these arguments are incomplete
- * elliptic integrals of the first kind. Here p1 and p2 are 1 + u1 and 1 + u2, and m1 and m2 are 1 -
- * u1 and 1 - u2. */
+/* Computes y1, y2 and T, given `average` = agm(1, k'). The values y1 and y2 are incomplete elliptic
+ * integrals of the first kind. p1 and p2 are 1 + u1 and 1 + u2; m1 and m2 are 1 - u1 and 1 - u2. */
 static inline arguments find_arguments(exact_lanes *exact, const initial *s,
                                        const turning_points *r, dd average)
 {
@@ -428,9 +425,8 @@ static inline arguments find_arguments(exact_lanes *exact, const initial *s,
     a.y2 = -minus_where(is_negative(s->difference.hi)) * wide_min(mean * b2, limit);
     return a;
 }
-/* Sets the theta series, in powers of the complementary nome if `dual` is nonzero. The scale
- * factors of alpha and beta follow from |alpha|^2 = (1 + u)/2 and |beta|^2 = (1 - u)/2 at the
- * extreme heights. */
+/* Sets the theta series, in powers of the dual nome if `dual` is nonzero. The scale factors of
+ * alpha and beta follow from |alpha|^2 = (1 + u)/2 at u = u2 and |beta|^2 = (1 - u)/2 at u = u1. */
 static inline void set_series_of_kind(exact_lanes *exact, const turning_points *r,
                                       const arguments *a, int dual)
 {
@@ -473,9 +469,9 @@ static inline void set_theta_series(exact_lanes *exact, const turning_points *r,
         set_series_of_kind(exact, r, a, 0);
 }
 /* Sets the scale factor of the horizontal momentum from its magnitude at the lowest position of the
- * axis. The momentum is larger there than at the highest position, because m1 p2 >= p1 m2 and plus3
- * >= minus3 (in the notation of find_arguments). The theta3 series is positive for real and
- * imaginary arguments. */
+ * axis. There, the magnitude is larger than at the highest position, because (1 - u1)(1 + u2) >= (1
+ * + u1)(1 - u2) and u3 + 1 >= u3 - 1. The theta3 series is positive for real and imaginary
+ * arguments, so that the sign of the scale factor is that of `lowest`. */
 static inline void set_momentum_size(exact_lanes *exact, const initial *s, const turning_points *r,
                                      wide i1)
 {
@@ -489,8 +485,8 @@ static inline void set_momentum_size(exact_lanes *exact, const initial *s, const
     const wide norm = f[0] * f[0] + f[1] * f[1] + f[2] * f[2] + f[3] * f[3];
     exact->momentum = i1 * lowest * wide_sqrt(norm) / length(f[4], f[5]);
 }
-/* Returns the initial phase of the nutation in turns, a number between 0 and 1/4. The phase is
- * computed from the distance to the nearer of the two extreme heights. */
+/* Returns the initial phase of the nutation in turns, up to its sign: 0 at the lowest and 1/4 at
+ * the highest position. The phase is computed from the distance to the nearer of the two. */
 static inline dd phase_at_start(const turning_points *r, wide mean)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0), per_span = 1.0 / r->span.hi,
@@ -507,9 +503,9 @@ static inline dd phase_at_start(const turning_points *r, wide mean)
 }
 /* Sets the initial phases of the nutation, of alpha and of beta. The phase of the complex
  * horizontal momentum m_x + i m_y is the sum of the phases of alpha and beta, so two of the three
- * determine the third. The phase of a small number is inaccurate. If the square of alpha or of
- * beta, relative to its maximum, is below a quarter of that of the horizontal momentum, the phase
- * of the momentum is used instead. */
+ * determine the third. The phase of a complex number near zero is inaccurate. If the square of
+ * alpha or beta, relative to its maximum, is below a quarter of that of the horizontal momentum,
+ * the phase of the momentum is used instead. */
 static inline void set_initial_phases(exact_lanes *exact, const initial *s, const turning_points *r,
                                       wide i1, wide mean, const exact_top *top)
 {
@@ -535,8 +531,8 @@ static inline void set_initial_phases(exact_lanes *exact, const initial *s, cons
     set_initial_phase(&exact->first, dd_choose(by_second, dd_sub(both, second), first));
     set_initial_phase(&exact->second, dd_choose(by_first, dd_sub(both, first), second));
 }
-/* Returns 1 if the symmetry axis rests at a pole, up or down. Tops that almost rest there are
- * refused before the set-up (is_initial_tilt_resolved). */
+/* Returns 1 if the symmetry axis stays vertical. A top whose axis is almost vertical and almost at
+ * rest is refused before the set-up (is_initial_tilt_resolved). */
 static inline mask is_resting_at_pole(const initial *s)
 {
     const wide least = wide_splat(1e-150), wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;

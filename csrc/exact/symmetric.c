@@ -18,12 +18,12 @@ typedef struct described_top {
 } described_top;
 
 /* Computes the rotation `tilt` that maps the third internal axis of a spherical body to the
- * direction of its centre of mass. They differ by the rounding error of the internal axis. Returns
- * |com|. */
+ * direction of its centre of mass. The two directions differ by the rounding error of the internal
+ * axis. Returns |com|. */
 static dd find_axis_tilt(kr_vec3 com, const kr_working *w, kr_quat *tilt)
 {
     const dd axes[4] = {dd_of(w->axes.w), dd_of(w->axes.x), dd_of(w->axes.y), dd_of(w->axes.z)};
-    /* Divided by the largest component, because squares may overflow or underflow. */
+    /* `com` is divided by its largest component, because squares may overflow or underflow. */
     const double size = v_largest(com), xyz[3] = {com.x, com.y, com.z};
     dd unit[3], c[3];
     for (int i = 0; i < 3; i++) unit[i] = dd_div(dd_of(xyz[i]), dd_of(size));
@@ -48,7 +48,7 @@ static dd half_spin_rate_of_rotor(const kr_body *b, const kr_working *w, const k
     }
     return dd_scale(-0.5, dd_div(size, dd_of(per_moment * w->inertia.z)));
 }
-/* Converts a valid scene to the axes and units of the closed-form solution. */
+/* Converts a valid scene to internal axes and units. */
 static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *top)
 {
     const kr_body *b = &scene->body;
@@ -85,9 +85,9 @@ static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *to
     return KR_OK;
 }
 
-/* Sets up a motion in which alpha and beta have constant magnitudes and constant rates. Such
- * motions include those of sleeping, hanging and resting tops, and of symmetric bodies without
- * torque. */
+/* Sets up a motion in which alpha and beta have constant magnitudes, and phases with the constant
+ * rates `first` and `second`. Such motions include those of sleeping, hanging and resting tops, and
+ * of symmetric bodies without torque. */
 static inline void set_up_steady_form(kr_exact_form *exact, kr_quat q, dd first, dd second)
 {
     const double a = length(q.w, q.z), b = length(q.x, q.y);
@@ -114,11 +114,11 @@ static inline void set_frame(kr_exact_form *exact, kr_quat left, kr_quat right)
 }
 
 /* The closed form of a torque-free top. The angular momentum m circulates in the body about a
- * principal axis a, which is axis 3 and has the largest or the smallest moment I3. In the axes of
- * the solution, m points along e3 and a along -e3, so the height of axis 3 is u = -a.e3 = c dn(X).
- * The functions alpha and beta are theta1 and theta4 in the square of the nome. With the energy T
- * and the sums Q_n of elliptic_mean, the phases of both grow at the rate
- *     k = (m / I3 + e sum Q_n / 2) / 2,   e = 2T/m - m/I3,   p0^2 = 1/c^2.
+ * principal axis a, called axis 3, which has the largest or the smallest moment I3. In the axes of
+ * the solution, m points along e3, and the third axis is -a, with the height u = -a.e3 = -c dn(X).
+ * The functions alpha and beta are theta1 and theta4 in the square of the nome. With the energy T,
+ * the modulus k, m = |m| and the sums Q_n of elliptic_mean, the phases of both grow at the rate
+ *     (m / I3 + e sum Q_n / 2) / 2,   e = 2T/m - m/I3,   p0^2 = 1/c^2.
  * D3 = |2T I3 - m^2| and D1 = |m^2 - 2T I1| are computed as sums of terms of equal sign (Jacobi
  * 1849; Whittaker, Dynamics, 69). */
 
@@ -133,7 +133,7 @@ typedef struct body_axes {
 } body_axes;
 
 /* Returns the rotation that maps e3 to axis k, and e2 to axis `middle` or its negative. If
- * `reverse` is nonzero, the directions to which e1 and e3 are mapped are reversed. */
+ * `reverse` is nonzero, e1 and e3 are mapped to the opposite directions. */
 static kr_quat find_axis_frame(int k, int middle, int reverse)
 {
     const double h = 0.5, r = 0.70710678118654752440;
@@ -180,8 +180,8 @@ static body_axes body_axes_of(const double inertia[3], const dd m[3])
     r.turn = find_axis_frame(high, middle, reverse);
     return r;
 }
-/* Returns a rotation that maps the direction of m to e3. A tiny m is scaled up first, because its
- * squares would underflow. It is tiny if the momentum of a rotor is much larger. */
+/* Returns a rotation that maps the direction of m to e3. A tiny m, which can occur together with a
+ * much larger momentum of a rotor, is scaled up first, because its squares would underflow. */
 static kr_quat rotation_to_e3(kr_vec3 m)
 {
     if (v_largest(m) < 0x1p-400) m = v_scale(0x1p500, m);
@@ -190,9 +190,9 @@ static kr_quat rotation_to_e3(kr_vec3 m)
     return q_unit(q4(m.y, v3(h, 0.0, m.x)));
 }
 /* Sets up the solution for a body that rests, rotates about a principal axis, or has two equal
- * moments of inertia. Returns 0 if the body has three distinct moments and does not rotate about a
- * principal axis. `half_turn` is half the rate that an axial rotor adds to the rotation about axis
- * 3. */
+ * moments of inertia. Returns 0 for all other motions. The momentum m is along the principal axes,
+ * `square` is |m|^2, and `left` maps e3 to the direction of the momentum in space. `half_turn` is
+ * half the rate that an axial rotor adds to the rotation about axis 3. */
 static int set_up_steady_motion(kr_exact_form *exact, const double inertia[3], const dd m[3],
                                 dd square, dd half_turn, kr_quat q, kr_quat left)
 {
@@ -218,10 +218,10 @@ static int set_up_steady_motion(kr_exact_form *exact, const double inertia[3], c
     if (m[k].hi < 0.0) exact->spin_angle_rate = -exact->spin_angle_rate;
     return 1;
 }
-/* Returns the common rate k of the phases of alpha and beta, and writes agm(1, k') to `mean`. The
- * arguments `c2`, `flat`, `k2` and `kp` are c^2, 1 - c^2, the square of the modulus of the elliptic
- * functions, and its complement k'. For c^2 <= 1/4, the sum starts from p0^2 = 1 + c2 k2 / flat,
- * which avoids a division by c. */
+/* Returns the common rate of the phases of alpha and beta, and writes agm(1, k') to `mean`. The
+ * arguments `c2`, `flat`, `k2` and `kp` are c^2, 1 - c^2, the square of the modulus k of the
+ * elliptic functions, and the complementary modulus k'. For c^2 <= 1/4, the sum for p0^2 = 1 + c2
+ * k2 / flat is used, which avoids a division by c. */
 static dd find_common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean)
 {
     const dd one = dd_of(1.0), size = dd_sqrt(a->square), ck = dd_mul(c2, k2);
@@ -235,8 +235,8 @@ static dd find_common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd 
     const dd cross = dd_mul(*mean, dd_sqrt(dd_div(c2, dd_mul(flat, dd_add(flat, ck)))));
     return dd_half(dd_add(k, dd_mul(excess, dd_sub(dd_div(dd_sub(one, drop), flat), cross))));
 }
-/* Sets the theta series of alpha and beta. The arguments of both have the same imaginary part, an
- * incomplete elliptic integral of the first kind. */
+/* Sets the theta series of alpha and beta. Their arguments have the same imaginary part y, an
+ * incomplete elliptic integral of the first kind. `average` is agm(1, k'). */
 static void set_euler_series(kr_exact_form *exact, const body_axes *a, double c2, double flat,
                              dd k2, double kp2, dd average)
 {
@@ -270,9 +270,9 @@ static void set_euler_series(kr_exact_form *exact, const body_axes *a, double c2
 #define NEAR_SEPARATRIX_KP2 1e-36
 
 /* Returns the initial phase of the nutation, in turns. The components of the momentum along axes 1
- * and 2 are proportional to cn and sn. Near a separatrix, K is large, and a phase near K is
- * measured from axis 2, where sn = +-1, by sn(K - x) = cn/dn: as a difference of large numbers, it
- * would be inaccurate. */
+ * and 2 are proportional to cn and sn. `mean` is agm(1, k'). Near a separatrix, K is large, and the
+ * difference K - x would be inaccurate for a phase x near K. There, K - x is computed from sn(K -
+ * x) = cn/dn. */
 static dd find_initial_phase(const body_axes *a, dd i31, dd i32, double kp2, double mean)
 {
     const double pi = 3.14159265358979323846, way = a->sense < 0.0 ? -1.0 : 1.0;
@@ -321,13 +321,13 @@ static void set_up_asymmetric_motion(kr_exact_form *exact, const body_axes *a, k
              second = angle_in_turns(f[2], f[3], target.x, target.y);
     set_initial_phase(&exact->first, first);
     set_initial_phase(&exact->second, first);
-    /* alpha and beta use the same phase. The constant difference between their phases is included
-     * in the frame, as a rotation about m. */
+    /* The rotation about m by the constant difference between the phases of alpha and beta is part
+     * of the frame, so that alpha and beta use the same phase. */
     sin_cos(pi * dd_sub(second, first).hi, &s, &c);
     set_frame(exact, q_mul(left, q4(c, v3(0.0, 0.0, s))),
               q_mul(q4(c, v3(0.0, 0.0, -s)), q_conj(turn)));
     set_mean_rates(exact, dd_mul(lambda, mean).hi, k.hi, k.hi);
-    /* The mean spin refers to the axis on the side of the momentum; here it points along -e3. */
+    /* The spin is the rotation about a, but the third axis of the solution is -a. */
     exact->spin_angle_rate = -exact->spin_angle_rate;
 }
 /* Returns the closed-form solution for a torque-free body, in internal units. `half_turn` is half
@@ -353,22 +353,22 @@ static kr_exact_form make_euler_form(const exact_top *top, dd half_turn)
 }
 
 /* The extreme nutation angles of a top, and the precession at these angles. With m3 = <m, e3>, c =
- * <m, apex> and the nutation th
+ * <m, apex> and the nutation th, the energy is
  *     E = I1 th'^2/2 + U(th),   U = (m3 - c cos th)^2 / (2 I1 sin^2 th) + c^2/2 I3 + lever cos th,
  * where (m3 - c cos th)/sin th = ((m3 + c) tan th/2 + (m3 - c) cot th/2) / 2 loses no digits near a
  * pole. An axial rotor with the momentum h replaces c^2/2 I3 by (c - h)^2/2 I3. For a torque-free
- * body, u3 is infinite, but only the product g u3 is used. */
-/* Returns the nutation angle for the height u, given 1 - u and 1 + u. Values of at most 2e-36 count
- * as zero, because recompute_small_distances replaces smaller values by 1e-36. */
+ * body, the root u3 (lagrange.h) is infinite, but only the product g u3 is used. */
+/* Returns the nutation angle for the height u of the apex, given 1 - u and 1 + u. Values of at most
+ * 2e-36 count as zero, because recompute_small_distances replaces smaller values by 1e-36. */
 static double nutation_of_height(dd minus, dd plus)
 {
     const double least = 2e-36, low = minus.hi > least ? minus.hi : 0.0,
                  high = plus.hi > least ? plus.hi : 0.0;
     return 2.0 * atan2(sqrt(low), sqrt(high));
 }
-/* Returns the sign of the precession rate at the height u, given 1 - u and 1 + u. Returns 0 if the
- * magnitude of the precession rate is at most `tol` times the sum of the absolute values of its
- * terms. */
+/* Returns the sign of the precession rate at the height u of the apex, given 1 - u and 1 + u.
+ * Returns 0 if the magnitude of the rate is at most `tol` times the sum of the absolute values of
+ * its terms. */
 static int find_precession_sign(const initial *s, dd minus, dd plus, double tol)
 {
     const dd one = dd_mul(s->sum, minus), two = dd_mul(s->difference, plus);
@@ -392,7 +392,7 @@ static const char *name_heavy_motion(const initial *s, const turning_points *r, 
               low = find_precession_sign(s, r->minus1, r->plus1, 0.0);
     return high == 0 ? "cusps" : high == low ? "waves" : "loops";
 }
-/* Writes the first times, not negative, of the lowest and of the highest apex. */
+/* Writes the first times >= 0 at which the apex is lowest and highest, or infinity. */
 static void find_turning_times(const initial *s, const turning_points *r, double *low, double *high)
 {
     const double kp = sqrt(r->g32.hi / r->g31.hi);
@@ -434,7 +434,7 @@ static kr_nutation find_turning_points(const exact_top *top, double rotor)
         find_turning_times(&s, &heights, &r.t_greatest, &r.t_least);
     return r;
 }
-/* Returns turning points that were computed with up and down interchanged. */
+/* Converts turning points that were computed with up and down interchanged. */
 static kr_nutation exchange_turning_points(kr_nutation r)
 {
     const double pi = 3.14159265358979323846;
@@ -476,7 +476,8 @@ static kr_exact_form make_lagrange_form(const exact_top *top, dd half_turn)
 }
 /* Returns 0 if the initial tilt and velocity of the axis are not both zero, but too small for the
  * closed-form solution. The time that an upright top takes to fall depends on the logarithm of its
- * initial tilt. The fourth power of the tilt underflows if the tilt is below 1e-77. */
+ * initial tilt. The set-up uses the fourth power of the tilt, which underflows for tilts below
+ * 1e-77. */
 static int is_initial_tilt_resolved(const kr_scene *scene)
 {
     const kr_working w = kr_body_working(&scene->body);
@@ -488,8 +489,8 @@ static int is_initial_tilt_resolved(const kr_scene *scene)
     if (kr_scene_units(scene, &w, &units) != KR_OK) return 1; /* reported by other functions */
     return fmax(lean, push * (units.time / units.moment)) >= 1e-70;
 }
-/* Computes the closed-form solution for a scene. If `own` is nonzero, the solution is expressed in
- * internal axes and units. */
+/* Writes the closed-form solution for a scene to `memory`. If `own` is nonzero, the solution is
+ * expressed in internal axes and units. */
 static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *memory,
                             kr_exact_info *info)
 {
@@ -525,7 +526,7 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     return KR_OK;
 }
 /* Returns 1 if the body, with its rotor, is symmetric about its apex: the direction of the centre
- * of mass, or T. */
+ * of mass or, if the fixed point is the centre of mass, T. */
 static int is_symmetric_about_apex(const kr_body *body, kr_kind kind)
 {
     const kr_vec3 i = body->inertia, h = body->rotor;
@@ -544,8 +545,8 @@ kr_status KR_NAME(kr_exact_limits)(const kr_scene *scene, kr_nutation *out)
         return KR_ERR_METHOD;
     status = read_top(scene, kind, &top);
     if (status != KR_OK) return status;
-    /* Beside a rotor, powers of a much smaller momentum would underflow. Such a momentum moves the
-     * apex at no time that doubles resolve. */
+    /* Powers of a momentum that is much smaller than that of the rotor would underflow. Such a
+     * momentum does not move the apex within the times that doubles resolve. */
     if (top.own.lever.hi == 0.0 && v_largest(top.own.m) < 1e-40) top.own.m = v3(0.0, 0.0, 0.0);
     const int below = top.own.lever.hi < 0.0;
     if (below) top.own = exchange_up_and_down(&top.own);
