@@ -2,14 +2,15 @@
  * (Zhukovsky, Volterra). This file is compiled once for each instruction set, because double-double
  * products are three times as fast with fused multiply-add.
  *
- * In principal axes with A = diag(1/J) and the momentum h of the rotors, the momentum m in the body
- * satisfies m' = m x w, w = A (m - h). The attitude is a constant rotation, times the rotation
- * about a unit vector a by the angle phi, times the shortest rotation of m to |m| a, with
+ * In principal axes with the moments J, A = diag(1/J) and the momentum h of the rotors, the angular
+ * momentum m and velocity w in the body satisfy m' = m x w, w = A (m - h). The attitude is a
+ * constant rotation, times the rotation about a unit vector a by the angle phi, times the shortest
+ * rotation of m to |m| a, with
  *     phi' = (2 E + w.(h + |m| a)) / (|m| + m.a),   2 E = w.(m - h).
- * The period T of m is found in doubles. A Taylor series in double-doubles over this time then
- * gives T, the growth Om T of phi, and samples, from which the coefficients of X and Y (torus.h)
- * follow. Of all pairs X, Y that give the attitude, the one without poles has the norm
- * D = |X|^2 + |Y|^2 of find_log_d, and needs the fewest coefficients. */
+ * First, the period T of m is found in doubles. A Taylor series in double-doubles over this time
+ * then gives a more accurate T, the growth Om T of phi, and samples of m and phi, from which the
+ * coefficients of X and Y (torus.h) follow. Of all pairs X, Y that give the attitude, the pair
+ * without poles has the norm D = |X|^2 + |Y|^2 of find_log_d, and needs the fewest coefficients. */
 #include "torus.h"
 
 enum {
@@ -29,7 +30,7 @@ typedef struct gyrostat {
     dd energy;           /* 2 E - A h.(h + |m| a) */
     dd period;           /* T, as far as it is known */
 } gyrostat;
-/* Taylor series of m, phi' and |m| + m.a. The coefficients after `deep` have no low words. */
+/* Taylor series of m (indices 0 to 2), phi' and |m| + m.a. After `deep`, all `lo` are zero. */
 enum { ANGLE_RATE = 3, BELOW, UNKNOWNS };
 typedef struct gyrostat_series {
     int deep;
@@ -66,8 +67,8 @@ static void set_coefficient(gyrostat_series *s, int i, int n, dd value)
     s->hi[i][n] = value.hi;
     s->lo[i][n] = n > s->deep ? 0.0 : value.lo;
 }
-/* Returns the coefficient n of the product of the series a and b, without the terms that contain
- * the coefficients of a below `first`. */
+/* Returns the coefficient n of the product of the series with the indices a and b, without the
+ * terms that contain the coefficients of a below `first`. */
 static dd product_coefficient(const gyrostat_series *s, int a, int b, int first, int n)
 {
     dd sum = dd_of(0.0);
@@ -79,9 +80,9 @@ static dd product_coefficient(const gyrostat_series *s, int a, int b, int first,
     }
     return two_sum_ordered(sum.hi, sum.lo);
 }
-/* Expands the motion from m in Taylor series up to the order `last`, and if `has_axis` is nonzero
- * also phi' and |m| + m.a. Returns the longest step for which the last two terms are at most
- * `tol`. */
+/* Expands m in a Taylor series up to the order `last` from the initial value `m`. If `has_axis` is
+ * nonzero, also expands phi' and |m| + m.a. Returns the longest step for which the last two terms
+ * of the series of m / |m| and phi are at most `tol`. */
 static double begin_step(const gyrostat *top, gyrostat_series *s, const dd m[3], int has_axis,
                          int last, double tol)
 {
@@ -118,7 +119,7 @@ static kr_vec3 momentum_at(const gyrostat_series *s, int last, double t)
     for (int n = last; n >= 0; n--) m = v_axpy(t, m, v3(s->hi[0][n], s->hi[1][n], s->hi[2][n]));
     return m;
 }
-/* Returns the square of the frequency of small oscillations about m. */
+/* Returns the square of the frequency of small oscillations about an equilibrium m. */
 static double small_frequency_square(const gyrostat *top, kr_vec3 m)
 {
     const kr_vec3 a = high_of(top->rate), w = velocity_at(top, m), am = v_times(a, m);
@@ -126,7 +127,8 @@ static double small_frequency_square(const gyrostat *top, kr_vec3 m)
            v_dot(w, m) * (a.x + a.y + a.z);
 }
 static kr_vec3 direction_of(int d) { return v3(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1); }
-/* Sets the direction a whose least m.a is largest, and what depends on it. */
+/* Sets a to the direction d with the largest least[d], the minimum of m.d over a period, and sets
+ * the constants that depend on a. */
 static void set_axis(gyrostat *top, const double least[DIRECTIONS])
 {
     int best = 0;
@@ -145,8 +147,8 @@ static void set_axis(gyrostat *top, const double least[DIRECTIONS])
     }
 }
 /* Finds the direction a and, in doubles, the period: the time until m returns to the plane through
- * its initial value, perpendicular to its initial derivative. Returns 0 if it does not return
- * within MOST_STEPS, as near separatrices. */
+ * its initial value, perpendicular to its initial derivative. Returns 0 if m does not return within
+ * MOST_STEPS steps, for example near separatrices. */
 static int find_period(gyrostat *top, gyrostat_series *s)
 {
     const kr_vec3 start = high_of(top->start), along = change_at(top, start);
@@ -241,7 +243,7 @@ static double integrate_period(gyrostat_memory *memory)
     const double beside = v_length(v_sub(high_of(miss), v_scale(late.hi, along)));
     return beside < 1e-10 * top->size.hi ? fabs(late.hi) / period.hi : INFINITY;
 }
-/* Computes the coefficients of e^{i n theta} in the samples, and returns their size. */
+/* Writes the coefficients of e^{i n theta} of X and Y, and returns the sum of their magnitudes. */
 static double fourier_coefficient(const gyrostat_memory *memory, int n, double out[4])
 {
     double sum[4] = {0.0, 0.0, 0.0, 0.0};
@@ -260,7 +262,7 @@ static double fourier_coefficient(const gyrostat_memory *memory, int n, double o
  * d = m - h and the traceless part B of A, the second derivative is
  *     |B d|^2 - m.(tr(A) B/3 - B^2) h
  * minus its average over a period. For a nearly spherical body, B is small and nothing cancels.
- * Returns a bound on the range of ln D, or infinity if the samples do not resolve it. */
+ * Returns a bound on the range of ln D, or infinity if the samples do not resolve ln D. */
 static double find_log_d(gyrostat_memory *memory)
 {
     const gyrostat *top = &memory->top;
@@ -289,8 +291,8 @@ static double find_log_d(gyrostat_memory *memory)
     }
     return 4.0 * total;
 }
-/* Samples X and Y: sqrt(D) e^{-i Om t/2} (w + i z, x + i y) for the attitude (w, x, y, z), in axes
- * in which `a` is the third one. */
+/* Writes samples of (X, Y) = sqrt(D) e^{-i Om t/2} (w + i z, x + i y), with the attitude (w, x, y,
+ * z) in axes whose third axis is a. `tilt` maps e3 to a. */
 static void sample_spinor(gyrostat_memory *memory, kr_quat tilt)
 {
     for (int k = 0; k < SAMPLES; k++) {
@@ -303,7 +305,7 @@ static void sample_spinor(gyrostat_memory *memory, kr_quat tilt)
         for (int i = 0; i < 4; i++) memory->sample[k][i] = root * spinor[i];
     }
 }
-/* Fills the coefficients of the plan. Returns 0 if there are too many. */
+/* Writes the significant coefficients of X and Y to the plan. Returns 0 if there are too many. */
 static int fill_coefficients(gyrostat_memory *memory)
 {
     enum { HIGHEST = GYROSTAT_TERMS / 2, COUNTED = 2 * HIGHEST + 1 };

@@ -271,8 +271,7 @@ static void set_euler_series(kr_exact_form *exact, const body_axes *a, double c2
 
 /* Returns the initial phase of the nutation, in turns. The components of the momentum along axes 1
  * and 2 are proportional to cn and sn. `mean` is agm(1, k'). Near a separatrix, K is large, and the
- * difference K - x would be inaccurate for a phase x near K. There, K - x is computed from sn(K -
- * x) = cn/dn. */
+ * difference K - x would be inaccurate for a phase x near K. Then sn(K - x) = cn/dn is used. */
 static dd find_initial_phase(const body_axes *a, dd i31, dd i32, double kp2, double mean)
 {
     const double pi = 3.14159265358979323846, way = a->sense < 0.0 ? -1.0 : 1.0;
@@ -367,8 +366,7 @@ static double nutation_of_height(dd minus, dd plus)
     return 2.0 * atan2(sqrt(low), sqrt(high));
 }
 /* Returns the sign of the precession rate at the height u of the apex, given 1 - u and 1 + u.
- * Returns 0 if the magnitude of the rate is at most `tol` times the sum of the absolute values of
- * its terms. */
+ * Returns 0 if the rate is at most `tol` times the sum of the magnitudes of its two terms. */
 static int find_precession_sign(const initial *s, dd minus, dd plus, double tol)
 {
     const dd one = dd_mul(s->sum, minus), two = dd_mul(s->difference, plus);
@@ -476,8 +474,7 @@ static kr_exact_form make_lagrange_form(const exact_top *top, dd half_turn)
 }
 /* Returns 0 if the initial tilt and velocity of the axis are not both zero, but too small for the
  * closed-form solution. The time that an upright top takes to fall depends on the logarithm of its
- * initial tilt. The set-up uses the fourth power of the tilt, which underflows for tilts below
- * 1e-77. */
+ * initial tilt. The set-up uses the fourth power of the tilt, which may underflow below 1e-77. */
 static int is_initial_tilt_resolved(const kr_scene *scene)
 {
     const kr_working w = kr_body_working(&scene->body);

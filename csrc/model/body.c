@@ -1,7 +1,7 @@
-/* The inertia, the principal axes and the kind (integrable case) of a body with a fixed point. J =
- * J_com + mass * (|a|^2 1 - a a^t), with the centre of mass a (Bodack 2008, 2.14). The principal
- * axes are computed by Jacobi's eigenvalue method, which is accurate even if principal moments
- * coincide. */
+/* The inertia, the principal axes and the kind (integrable case) of a body with a fixed point. The
+ * inertia about this point is J = J_com + mass * (|a|^2 1 - a a^t), with the centre of mass a
+ * (Bodack 2008, 2.14). The principal axes are computed by Jacobi's eigenvalue method, which is
+ * accurate even if principal moments coincide. */
 #include "body.h"
 
 /* Returns 1 if the moments are positive and satisfy the triangle inequality up to a relative
@@ -21,9 +21,9 @@ kr_status kr_body_check(const kr_body *b)
     if (!(b->rounded >= 0.0 && b->rounded < 1.0)) return KR_ERR_ARGUMENT;
     return moments_are_physical(b->inertia, b->rounded) ? KR_OK : KR_ERR_BODY;
 }
-/* The mass of a body has the second moments S = (tr J / 2) 1 - J about the fixed point, and S -
- * mass * com com^t about the centre of mass. The second matrix must be positive semidefinite, which
- * is equivalent to com S^-1 com <= 1 / mass. */
+/* A body with the inertia J has the second moments of mass S = (tr J / 2) 1 - J about the fixed
+ * point, and S - mass * com com^t about the centre of mass. The second matrix must be positive
+ * semidefinite, which is equivalent to com S^-1 com <= 1 / mass. */
 int kr_body_is_physical(const kr_body *b)
 {
     const kr_vec3 i = b->inertia, c = b->com;
@@ -47,8 +47,8 @@ static int is_equal(double a, double b, double rtol)
 {
     return fabs(a - b) <= rtol * fmax(fabs(a), fabs(b));
 }
-/* Rotations that permute the principal axes N, B, T (method.h) cyclically. The rotation with index
- * i takes the axis T to the coordinate axis with index i. */
+/* Rotations that permute the principal axes N, B, T (method.h) cyclically. Rotation i takes the
+ * axis T to the coordinate axis with index i. */
 static const kr_quat axis_cycles[3] = {
     {0.5, 0.5, 0.5, 0.5}, {0.5, -0.5, -0.5, -0.5}, {1.0, 0.0, 0.0, 0.0}};
 
@@ -58,15 +58,15 @@ static kr_vec3 rename_axes(kr_vec3 v, int last)
     return v3(component_at(v, (last + 1) % 3), component_at(v, (last + 2) % 3),
               component_at(v, last));
 }
-/* Returns the larger of the components of `v` along the other two axes. */
+/* Returns the larger of the magnitudes of the two components of v other than component `axis`. */
 static double size_across(kr_vec3 v, int axis)
 {
     const kr_vec3 w = rename_axes(v, axis);
     return fmax(fabs(w.x), fabs(w.y));
 }
-/* Returns the index of the principal axis about which the inertia tensor is symmetric. Returns -1
- * if all three moments differ. For a spherical body, returns the axis nearest to the direction of
- * the centre of mass. */
+/* Returns the index of the principal axis about which the inertia tensor is symmetric, or -1 if all
+ * three moments differ. For a spherical body, returns the axis nearest to the direction of the
+ * centre of mass. */
 static int distinct_axis(const kr_body *b, double rtol)
 {
     int axis = -1;
@@ -190,8 +190,8 @@ kr_working kr_body_working(const kr_body *b)
     return kr_body_working_damped(b, v3(0.0, 0.0, 0.0));
 }
 
-/* Performs a Jacobi rotation that annihilates the element a[p][p + 1], and updates `axes`. Indices
- * are taken modulo 3. */
+/* Performs a Jacobi rotation that annihilates the matrix element a[p][p + 1], and applies this
+ * rotation to `axes`. Indices are taken modulo 3. */
 static void jacobi_rotation(double a[3][3], kr_quat *axes, int p)
 {
     const int q = (p + 1) % 3, r = (p + 2) % 3;
@@ -209,8 +209,8 @@ static void jacobi_rotation(double a[3][3], kr_quat *axes, int p)
     *axes = q_unit(q_mul(*axes, q4(1.0 + c, v3(half[0], half[1], half[2]))));
 }
 
-/* Returns the frame nearest to the identity among the 24 right-handed frames with axes parallel to
- * `axes`. */
+/* Returns the rotation with the smallest angle among the 24 right-handed frames with axes parallel
+ * to those of `axes`. */
 static kr_quat nearest_axes(kr_quat axes)
 {
     static const double r = 0.70710678118654752;
@@ -252,9 +252,9 @@ static int is_axis_through_com(const kr_body *b, int axis)
     return size_across(b->com, axis) * (fabs(J.z - J.x) / fmax(J.z, J.x)) <=
            KR_KIND_RTOL * v_largest(b->com);
 }
-/* Returns the principal axes of a symmetric body that are nearest to the user's body frame. A
- * symmetry axis that misses the centre of mass only by rounding errors is rotated to pass through
- * it. */
+/* Returns the principal axes of a symmetric body that are nearest to the user's body frame. If the
+ * symmetry axis misses the centre of mass only by rounding errors, the axes are rotated such that
+ * the symmetry axis passes through it. */
 static kr_quat choose_nearest_axes(const kr_body *b, kr_vec3 com)
 {
     const int axis = distinct_axis(b, KR_KIND_RTOL);

@@ -1,5 +1,5 @@
 /* Physical quantities of a state, such as energies, momenta and angles. With the attitude R of the
- * principal axes, M = R* m R, and the momentum h of the rotor:
+ * principal axes, M = R* m R, the inertia J, the damping D and the momentum h of the rotor:
  *     T = V J V / 2,   U = mass g <com, P> + k P J P / 2 - O J O / 2 - <h, O>,   P = R* e3 R
  *     J W' = M x W + P x (mass g com + k J P) - D V - friction,   W = J^-1 (M - h)
  *     force at the fixed point = mass R (W' x com + W x (W x com) - k (<P, com> P - com / 3)) R*
@@ -193,9 +193,9 @@ double kr_state_third_wheel_rate(const kr_scene *scene, const kr_state *s)
     return rate_of_wheel(scene, s, 2);
 }
 
-/* Writes momentum / I1 to `m`, and mass * gravity * |com| / I1 * vertical to `p`. `m` and `p` have
- * components along -com, o x (-com) and o, where o is the symmetry axis of the inertia tensor.
- * Returns 0 if the top has no integral of this kind. */
+/* Writes momentum / I1 to `m`, and mass * gravity * |com| / I1 * vertical to `p`. The components of
+ * m and p are along -com, o x (-com) and o, where o is the symmetry axis of the inertia tensor.
+ * Returns 0 if the integral of the integrable case `kind` does not exist for this top. */
 static int find_integral_frame(const kr_scene *scene, const kr_state *s, kr_kind kind, kr_vec3 *m,
                                kr_vec3 *p)
 {
@@ -233,16 +233,15 @@ double kr_friction_torque(const kr_scene *scene, kr_vec3 M, kr_vec3 O, kr_vec3 g
     const double spin = v_dot(v_sub(M, h), eased) - v_dot(O, apex), most = scene->friction,
                  needed = -v_dot(gain, apex) / v_dot(apex, eased),
                  size = v_largest(eased) * (v_largest(M) + v_largest(h)) + v_largest(O);
-    /* The terms of the spin may cancel, so that its rounding error is proportional to their
-     * magnitude. A spin that is not larger than its rounding error is treated as zero. Friction
-     * then holds the top if the required torque is within its limit, else opposes the spin that the
-     * top is about to gain. */
+    /* The terms of the spin may cancel, so a spin below SPIN_OF_HELD times their magnitude is a
+     * rounding error, and counts as zero. Friction then holds the top if the required torque is
+     * within the limit of friction. Otherwise, friction opposes the spin that the top will gain. */
     const int is_zero = fabs(spin) <= SPIN_OF_HELD * size;
     *holds = is_zero && fabs(needed) <= most;
     if (is_zero) return fmax(-most, fmin(needed, most));
     return spin > 0.0 ? -most : most;
 }
-/* Returns V' along the principal axes. `q` is the attitude of the principal axes. */
+/* Returns the derivative V' along the principal axes. `q` is the attitude of these axes. */
 static kr_vec3 principal_acceleration(const kr_scene *scene, const kr_state *s, kr_quat q)
 {
     const kr_vec3 J = scene->body.inertia, M = q_turn_back(q, s->m),

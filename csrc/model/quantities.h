@@ -13,8 +13,8 @@ enum {
     KR_AXES = 16                 /* number of component indices reserved for each quantity */
 };
 extern const kr_quantity kr_quantities[KR_QUANTITIES];
-/* The part of a quantity that computations use. It has no texts, so that programs that name no
- * quantity do not link them. */
+/* The part of a kr_quantity that computations use. Programs that refer to no names of quantities
+ * link only these rows, which contain no texts. */
 typedef struct kr_quantity_row {
     void (*values)(const kr_scene *scene, size_t n, const kr_state states[], double out[]);
     unsigned char doubles, flags;
@@ -24,20 +24,20 @@ extern const kr_quantity_row kr_quantity_rows[KR_QUANTITIES];
 /* Returns the acceleration along -e3 at the time t, due to gravity and the shaking of the
  * support. */
 double kr_acceleration_at(const kr_scene *scene, double t);
-/* Returns <P, r> P - r / 3, to which the gradient of the gravity of a distant mass in the direction
- * P is proportional, at a position r. */
+/* Returns <P, r> P - r / 3 for a position r. The gradient of the gravity of a distant mass in the
+ * direction P causes an acceleration proportional to this vector. */
 static inline kr_vec3 kr_tide(kr_vec3 P, kr_vec3 r)
 {
     return v_axpy(v_dot(P, r), P, v_scale(-1.0 / 3.0, r));
 }
-/* Returns the torque of the gravity gradient, for the vertical P along the principal axes. */
+/* Returns the torque of the gravity gradient, given the vertical P along the principal axes. */
 static inline kr_vec3 kr_gradient_torque(const kr_scene *scene, kr_vec3 P)
 {
     return v_scale(scene->gradient, v_cross(P, v_times(scene->body.inertia, P)));
 }
 /* Returns the torque of dry friction about the apex, and writes 1 to `holds` if friction holds the
- * top, else 0. `gain` is the angular acceleration without friction. M is the angular momentum, and
- * O the angular velocity of the support. All vectors are along the principal axes. */
+ * top, else 0. M is the angular momentum, O the angular velocity of the support, and `gain` the
+ * angular acceleration without friction. All vectors are along the principal axes. */
 double kr_friction_torque(const kr_scene *scene, kr_vec3 M, kr_vec3 O, kr_vec3 gain, int *holds);
 
 /* For each quantity, a function kr_state_<name> computes its value. The return type depends on the

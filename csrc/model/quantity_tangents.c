@@ -1,12 +1,11 @@
-/* Derivatives of quantities such as the energy, computed from the tangents of the state. With the
- * attitude R of the principal axes, M = R* m R, the momentum h of the rotor, W = J^-1 (M - h) and
- * the vertical V = R* e3 R, a rotation vector theta in the body frame and a change dm of the
- * momentum cause the changes
- *     dM = R* dm R + M x theta,   dW = J^-1 (dM - dh - dJ W),   dV = V x theta
- * with the angular velocity O of the support and U relative to it, for which
- *     dO = O x theta + R* dturning R,   dU = dW - dO
- * and R (dv + theta x v) R* of a vector R v R* in space. The derivative has an additional term if a
- * quantity depends explicitly on a parameter. */
+/* Derivatives of quantities such as the energy, computed from the tangents of the state. Let R be
+ * the attitude of the principal axes, J the inertia, h the momentum of the rotor, M = R* m R, W =
+ * J^-1 (M - h), V = R* e3 R the vertical, O the angular velocity of the support and U = W - O. A
+ * rotation vector theta in the body and a change dm of the momentum in space cause the changes
+ *     dM = R* dm R + M x theta,   dW = J^-1 (dM - dh - dJ W),   dV = V x theta,
+ *     dO = O x theta + R* dturning R,   dU = dW - dO,
+ * and a vector R v R* in space changes by R (dv + theta x v) R*. The derivative has an additional
+ * term if a quantity depends explicitly on a parameter. */
 #include "quantities.h"
 #include "math/trig.h"
 #include "scene.h"
@@ -70,7 +69,7 @@ static kr_vec3 tangent_of_torque(const quantity_point *at, const quantity_change
                                  by->weight * a.x + at->weight * da.x, 0.0));
 }
 
-/* Returns the infinitesimal change of the rotation from e3 to `a` when `a` changes by `da`. */
+/* Returns the rotation vector by which q_tilt(a) (su2.h) changes when `a` changes by `da`. */
 static kr_vec3 turn_of_tilt(kr_vec3 a, kr_vec3 da)
 {
     if (a.z < -0.5) return turn_of_tilt(v_scale(-1.0, a), v_scale(-1.0, da));
@@ -89,9 +88,9 @@ static kr_vec3 turn_of_euler_frame(const quantity_point *at, const quantity_chan
         turn_of_tilt(sum_along(at->described, at->apex), sum_along(at->described, by->apex));
     return v_add(turn, q_turn(at->state->q, tilt));
 }
-/* Returns the direction of the horizontal projection of the apex. Writes the length of the
- * horizontal projection to `length`, and the apex in space to `apex`. If the apex is vertical, the
- * Euler angles have no derivatives, and the direction is NaN. */
+/* Returns the direction of the horizontal projection of the apex. Writes the length of this
+ * projection to `length`, and the apex in space to `apex`. If the apex is vertical, the Euler
+ * angles have no derivatives, and the direction is NaN. */
 static kr_vec3 horizontal_apex(const quantity_point *at, double *length, kr_vec3 *apex)
 {
     *apex = sum_along(at->frame, at->apex);
@@ -147,12 +146,12 @@ static double tangent_of_potential(const quantity_point *at, const quantity_chan
             v_dot(by->rotor, at->O) + v_dot(h, by->O));
 }
 
-/* The vectors m and p on which the Kowalewski and Goryachev-Chaplygin integrals depend; dm and dp
- * are their infinitesimal changes. */
+/* The vectors m and p of find_integral_frame (quantities.c), on which the Kowalewski and
+ * Goryachev-Chaplygin integrals depend, and their infinitesimal changes dm and dp. */
 typedef struct integral_vectors {
     kr_vec3 m, p, dm, dp;
 } integral_vectors;
-/* Returns dv plus the change of v by a small rotation of the axes about axis 3. */
+/* Returns dv plus the change of v by a rotation of the axes about axis 3 by a small angle. */
 static kr_vec3 change_in_rotating_axes(double turn, kr_vec3 v, kr_vec3 dv)
 {
     return v3(dv.x + turn * v.y, dv.y - turn * v.x, dv.z);
@@ -201,9 +200,9 @@ static double tangent_of_goryachev_chaplygin(const quantity_point *at, const qua
     return f.dm.z * (f.m.x * f.m.x + f.m.y * f.m.y) +
            2.0 * f.m.z * (f.m.x * f.dm.x + f.m.y * f.dm.y) + f.dm.x * f.p.z + f.m.x * f.dp.z;
 }
-/* Adds what dry friction causes to the angular acceleration `gain` and to its derivative `change`,
- * and returns the derivative. The torque of friction that holds the top is
- * -<gain, a> / <a, J^-1 a>. */
+/* Adds the contributions of dry friction to the angular acceleration `gain` and to its derivative
+ * `change`, and returns the derivative. If friction holds the top, the torque of friction is
+ * -<gain, a> / <a, J^-1 a>, with the apex a. */
 static kr_vec3 add_friction_to_acceleration(const quantity_point *at, const quantity_change *by,
                                             kr_vec3 *gain, kr_vec3 change)
 {
@@ -219,9 +218,9 @@ static kr_vec3 add_friction_to_acceleration(const quantity_point *at, const quan
     *gain = v_axpy(torque, eased, *gain);
     return v_axpy(dtorque, eased, v_axpy(torque, deased, change));
 }
-/* Returns the derivative of U' = W' - O x W, with J W' = M x W + weight V x com - D U - friction,
- * and writes U' to `acceleration`. The derivative with respect to a friction of zero, which cannot
- * decrease, is NaN. */
+/* Returns the derivative of U' = W' - O x W, with J W' = M x W + weight V x com - D U - friction
+ * and the damping D. Writes U' to `acceleration`. The derivative with respect to a friction of
+ * zero, which cannot decrease, is NaN. */
 static kr_vec3 change_acceleration(const quantity_point *at, const quantity_change *by,
                                    kr_vec3 *acceleration)
 {
@@ -253,7 +252,7 @@ static kr_vec3 tangent_of_body_acceleration(const quantity_point *at, const quan
     return sum_along(at->described, change_acceleration(at, by, &acceleration));
 }
 /* The force is R (mass A + weight V) R*, where A = W' x com + W x (W x com) - gradient * tide is
- * the acceleration of the centre of mass less that by the gradient, and W' = U' + O x W. */
+ * the acceleration of the centre of mass minus that by the gradient, and W' = U' + O x W. */
 static kr_vec3 tangent_of_pivot_force(const quantity_point *at, const quantity_change *by)
 {
     kr_vec3 gain, dgain = change_acceleration(at, by, &gain);
@@ -283,7 +282,7 @@ static double tangent_of_wheel(const quantity_point *at, const quantity_change *
     return is_none ? NAN : -v_dot(wheel->axis, by->W);
 }
 
-/* Returns the derivative of the quantity with this index, which has one component. */
+/* Returns the derivative of the one-component quantity with this index. */
 static double tangent_of_number(size_t index, const quantity_point *at, const quantity_change *by)
 {
     switch (index) {
@@ -389,8 +388,8 @@ static double change_of_acceleration(const quantity_point *at, int shaking)
     const double by_phase = by->amplitude * square * sine;
     return shaking == 3 ? by_phase : by_phase * t - 2.0 * by->amplitude * by->rate * cosine;
 }
-/* From given changes of the state and the parameters, computes the changes of all vectors that
- * depend on them. `column` is one column of the tangent matrix. */
+/* Computes the changes of all vectors in `by` from the parameter changes in `by` and the change of
+ * the state in `column`, one column of the tangent matrix. */
 static void set_change(const quantity_point *at, const double column[6], quantity_change *by)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};

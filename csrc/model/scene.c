@@ -101,9 +101,9 @@ static double largest_support_rate(const kr_scene *scene)
     const double shaking = kr_scene_shakes(scene) ? scene->shaking.rate : 0.0;
     return fmax(v_largest(scene->turning), shaking);
 }
-/* Returns the constants that determine the unit of time. On a shaken support, the pendulum
- * frequency refers to the larger of gravity and the amplitude of the shaking acceleration. In a
- * gravity gradient, it is at least the largest frequency of libration. */
+/* Returns the constants that determine the unit of time. On a shaken support, the larger of gravity
+ * and the amplitude of the shaking acceleration determines the pendulum frequency. In a gravity
+ * gradient, this frequency is at least the largest frequency of libration. */
 static kr_swing strongest_swing(const kr_scene *scene, const kr_working *working)
 {
     const kr_shaking *shaking = &scene->shaking;

@@ -20,8 +20,8 @@ typedef struct kr_pull {
 /* Returns the mass, the gravity and the vector `com`, scaled by powers of two. */
 kr_pull kr_scene_pull(const kr_scene *scene, kr_vec3 com);
 
-/* Returns the kind of a top. Without gravity, it is that of a torque-free body, wherever the centre
- * of mass is and whether the support is shaken or not. */
+/* Returns the kind of a top. Without gravity, the top is of the kind of a torque-free body,
+ * wherever the centre of mass is and whether the support is shaken or not. */
 kr_kind kr_scene_kind(const kr_scene *scene);
 static inline int kr_scene_turns(const kr_scene *scene) { return v_largest(scene->turning) > 0.0; }
 static inline int kr_scene_shakes(const kr_scene *scene) { return scene->shaking.amplitude != 0.0; }
@@ -36,17 +36,17 @@ static inline int kr_scene_is_disturbed(const kr_scene *scene)
 {
     return v_largest(scene->damping) > 0.0 || kr_scene_needs_support_terms(scene);
 }
-/* Returns 1 if the support rotates about the vertical: an undamped top then moves in the inertial
- * frame as if the support were at rest. */
+/* Returns 1 if the support rotates about the vertical only. In the inertial frame, an undamped top
+ * then moves as if the support were at rest. */
 static inline int kr_scene_turns_about_vertical(const kr_scene *scene)
 {
     return scene->turning.z != 0.0 && scene->turning.x == 0.0 && scene->turning.y == 0.0;
 }
-/* Converts a state from the inertial frame to that of a support that rotates about e3. The frames
- * coincide at the initial time. */
+/* Converts a state from the inertial frame to the frame of a support that rotates about e3. The two
+ * frames coincide at the initial time. */
 void kr_scene_turn_state(const kr_scene *scene, kr_state *state);
 /* Returns 1 if damping, friction, a gravity gradient or a moving support rules out a closed form.
- * If `own` is nonzero, a rotation about the vertical does not. */
+ * If `own` is nonzero, a rotation of the support about the vertical is permitted. */
 static inline int kr_scene_excludes_exact(const kr_scene *scene, int own)
 {
     kr_scene at_rest = *scene;
@@ -56,15 +56,15 @@ static inline int kr_scene_excludes_exact(const kr_scene *scene, int own)
 /* Validates a scene like kr_scene_check, but without checking the body. */
 kr_status kr_scene_check_start(const kr_scene *scene);
 
-/* The unit of moments, its reciprocal, and the pendulum frequency [T^-1], for the unit of time. */
+/* The unit of moments of inertia, its reciprocal, and the pendulum frequency [T^-1]. */
 typedef struct kr_swing {
     double moment, per_moment, rate;
 } kr_swing;
 kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working);
 /* The smallest permitted internal unit; the reciprocal of a smaller unit might overflow. */
 static const double kr_min_unit = 0x1p-1020;
-/* Writes the exponent of the unit of time 2^power, for momenta with components up to `momentum`.
- * Returns 0 if the units exceed the range of doubles. */
+/* Writes the exponent of the unit of time 2^power, in which the rate of the motion is about one,
+ * for momenta up to `momentum`. Returns 0 if the units exceed the range of doubles. */
 static inline int kr_swing_time(const kr_swing *swing, double momentum, int *power)
 {
     const double turn = momentum * swing->per_moment,
