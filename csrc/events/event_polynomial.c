@@ -39,7 +39,7 @@ static kr_quat attitude_coefficient(const step_view *v, int n)
 }
 /* Returns the factor of the term t, converted to the units of the power series for one step. In
  * these units, the unit of frequency is `rate`. */
-static double term_factor(const kr_top *top, double rate, const kr_term *t)
+static double scale_factor(const kr_top *top, double rate, const kr_term *t)
 {
     return t->factor * component_unit(top, rate, t->first) * component_unit(top, rate, t->second);
 }
@@ -52,18 +52,18 @@ static void multiply_series(const step_view *v, const double *a, const double *b
         c[0] += a[0] * b[0], c[1] += a[0] * b[1] + a[1] * b[0];
 }
 
-static double dot_of_body(kr_vec3 a, const double b[3])
+static double dot_with_array(kr_vec3 a, const double b[3])
 {
     return a.x * b[0] + (a.y * b[1] + a.z * b[2]);
 }
 /* Add the component of the vertical, or of the angular velocity, along a body-fixed vector. */
-static void add_of_vertical(const step_view *v, kr_vec3 along, double *c)
+static void add_vertical_component(const step_view *v, kr_vec3 along, double *c)
 {
-    for (int n = 0; n <= v->order; n++) c[n] += dot_of_body(along, v->x[n] + 5);
+    for (int n = 0; n <= v->order; n++) c[n] += dot_with_array(along, v->x[n] + 5);
 }
-static void add_of_velocity(const step_view *v, kr_vec3 along, double *c)
+static void add_velocity_component(const step_view *v, kr_vec3 along, double *c)
 {
-    for (int n = 0; n <= v->order; n++) c[n] += dot_of_body(along, v->w[n] + 1);
+    for (int n = 0; n <= v->order; n++) c[n] += dot_with_array(along, v->w[n] + 1);
 }
 static kr_vec3 momentum_coefficient(const step_view *v, int n)
 {
@@ -173,13 +173,13 @@ static void add_momentum(const step_view *v, double factor, int axis, double *c)
 static void add_relative_velocity(const step_view *v, double factor, kr_vec3 along, double *c)
 {
     double turning[3];
-    add_of_velocity(v, v_scale(factor, along), c);
+    add_velocity_component(v, v_scale(factor, along), c);
     v_put(turning, v_scale(-factor * v->top->time_unit / v->rate, v->top->scene.turning));
     for (int i = 0; i < 3; i++)
         if (turning[i] != 0.0) add_space_component(v, i, v_scale(turning[i], along), c);
 }
 /* Returns an axis of the frame of description (kreisel.h), along the internal axes (method.h). */
-static kr_vec3 described_axis(const step_view *v, int axis)
+static kr_vec3 body_axis(const step_view *v, int axis)
 {
     return q_turn_back(v->top->axes, v_axis(axis));
 }
@@ -208,26 +208,26 @@ static void add_component(const step_view *v, double factor, int number, double 
         break;
     case KR_QUANTITY_apex:
         if (axis == 2)
-            add_of_vertical(v, v_scale(factor, apex), c);
+            add_vertical_component(v, v_scale(factor, apex), c);
         else
             add_space_component(v, axis, v_scale(factor, apex), c);
         break;
     case KR_QUANTITY_body_velocity:
-        add_relative_velocity(v, factor, described_axis(v, axis), c);
+        add_relative_velocity(v, factor, body_axis(v, axis), c);
         break;
     case KR_QUANTITY_spin:
         add_relative_velocity(v, factor, apex, c);
         break;
     case KR_QUANTITY_inertial_velocity:
-        add_of_velocity(v, v_scale(factor, described_axis(v, axis)), c);
+        add_velocity_component(v, v_scale(factor, body_axis(v, axis)), c);
         break;
     case KR_QUANTITY_body_vertical:
-        add_of_vertical(v, v_scale(factor, described_axis(v, axis)), c);
+        add_vertical_component(v, v_scale(factor, body_axis(v, axis)), c);
         break;
     case KR_QUANTITY_body_momentum:
-        add_of_velocity(v, v_scale(factor, v_times(motion->inertia, described_axis(v, axis))), c);
+        add_velocity_component(v, v_scale(factor, v_times(motion->inertia, body_axis(v, axis))), c);
         if (kr_body_has_rotor(&v->top->scene.body))
-            c[0] += factor / v->rate * v_dot(described_axis(v, axis), motion->rotor);
+            c[0] += factor / v->rate * v_dot(body_axis(v, axis), motion->rotor);
         break;
     }
 }
@@ -266,7 +266,7 @@ double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t
 {
     double size = 0.0;
     for (size_t i = 0; i < n; i++)
-        size += fabs(term_factor(top, piece->rate, &terms[i])) *
+        size += fabs(scale_factor(top, piece->rate, &terms[i])) *
                 component_bound(top, piece->rate, terms[i].first) *
                 component_bound(top, piece->rate, terms[i].second);
     return size;
@@ -279,12 +279,12 @@ static void add_term_products(const step_view *v, const kr_term *t, const kr_ter
     memset(of, 0, sizeof of);
     memset(times, 0, sizeof times);
     add_component(v, 1.0, t->first, of + PAD);
-    for (; t < end; t++) add_component(v, term_factor(v->top, v->rate, t), t->second, times + PAD);
+    for (; t < end; t++) add_component(v, scale_factor(v->top, v->rate, t), t->second, times + PAD);
     multiply_series(v, of + PAD, times + PAD, c);
 }
 /* Writes the power series of an event function over a step. Consecutive terms with the same first
  * component are combined into a single product of two power series. */
-static void sum_terms_of_event(const step_view *v, const kr_event *e, double *c)
+static void expand_event_in_step(const step_view *v, const kr_event *e, double *c)
 {
     const kr_term *t = e->terms, *last = t + e->count, *end;
     memset(c, 0, ROOM * sizeof *c);
@@ -297,14 +297,14 @@ static void sum_terms_of_event(const step_view *v, const kr_event *e, double *c)
             continue;
         }
         for (const kr_term *i = t; i < end; i++)
-            add_component(v, term_factor(v->top, v->rate, i),
+            add_component(v, scale_factor(v->top, v->rate, i),
                           i->first == KR_COMPONENT_ONE ? i->second : i->first, c);
     }
 }
 /* Writes the value of an event function at the end of a step to c[0] and, for an extremum event,
  * the derivative to c[1]. */
-static void sum_event_at_end(const kr_top *top, const kr_step_polynomial *p, const kr_event *e,
-                             double *c)
+static void expand_event_at_end(const kr_top *top, const kr_step_polynomial *p, const kr_event *e,
+                                double *c)
 {
     const kr_vec3 A = top->main.inertia,
                   lever = v_scale(1.0 / (p->rate * p->rate), top->main.lever);
@@ -325,10 +325,10 @@ static void sum_event_at_end(const kr_top *top, const kr_step_polynomial *p, con
     }
     const step_view v = {
         top, p->rate, e->extremum ? 1 : 0, (const double (*)[8])x, (const double (*)[4])w, NULL};
-    sum_terms_of_event(&v, e, c);
+    expand_event_in_step(&v, e, c);
 }
 /* Returns 1 if the event function is a multiple of the spin. */
-static int is_stop(const kr_event *e)
+static int is_spin_event(const kr_event *e)
 {
     const kr_term *t = e->terms;
     if (e->extremum || e->count != 1) return 0;
@@ -338,18 +338,17 @@ static int is_stop(const kr_event *e)
 }
 int kr_event_is_held(const kr_step_polynomial *piece, const kr_event *event)
 {
-    return piece->held != 0.0 && is_stop(event);
+    return piece->held != 0.0 && is_spin_event(event);
 }
 int kr_event_side_by_friction(const kr_step_polynomial *piece, const kr_event *event)
 {
-    if (piece->sliding == 0.0 || !is_stop(event)) return 0;
+    if (piece->sliding == 0.0 || !is_spin_event(event)) return 0;
     return (piece->sliding > 0.0) == (event->terms->factor > 0.0) ? 1 : -1;
 }
 int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *p, const kr_event *e,
                         double c[])
 {
-    /* Even and odd terms are summed separately, because the processor can execute two independent
-     * sums in parallel. */
+    /* Even and odd terms are summed separately: two independent sums run in parallel. */
     const step_view v = {top, p->rate, p->order, p->x, p->w, p->product};
     const int first = e->extremum ? 1 : 0, degree = p->order - first;
     double power[2] = {1.0, p->span}, reached[2] = {0.0, 0.0}, end[ROOM];
@@ -357,10 +356,10 @@ int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *p, const kr
         /* While friction holds the top, the spin is zero. The constant returned here has the sign
          * opposite to that of the spin before, so that the stop is a sign change. At the end of the
          * step, find_next_sign_change discards this sign. */
-        c[0] = -p->held * term_factor(top, p->rate, e->terms);
+        c[0] = -p->held * scale_factor(top, p->rate, e->terms);
         return 0;
     }
-    sum_terms_of_event(&v, e, c);
+    expand_event_in_step(&v, e, c);
     for (int n = 0; n <= p->order; n++) {
         c[n] *= power[n % 2];
         power[n % 2] *= p->span * p->span;
@@ -369,7 +368,7 @@ int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *p, const kr
         if (first) c[n] = (n + 1) * c[n + 1];
         reached[n % 2] += c[n];
     }
-    sum_event_at_end(top, p, e, end);
+    expand_event_at_end(top, p, e, end);
     c[degree] += (first ? end[1] * p->span : end[0]) - (reached[0] + reached[1]);
     return degree;
 }
@@ -390,14 +389,13 @@ int kr_terms_are_linear(size_t n, const kr_term terms[])
 kr_linear kr_terms_linear_form(const kr_top *top, double rate, const kr_event *event)
 {
     /* The coefficients follow from the values of the event function at seven points. At each of the
-     * first six, either P or W is a unit vector, and the other is zero. At the last, both are
-     * zero. */
+     * first six, either P or W is a unit vector, and the other is 0. At the last, both are 0. */
     static const double x[7][8] = {{[5] = 1.0}, {[6] = 1.0}, {[7] = 1.0}},
                         w[7][4] = {[3] = {[1] = 1.0}, [4] = {[2] = 1.0}, [5] = {[3] = 1.0}};
     double value[7], c[ROOM];
     for (int i = 0; i < 7; i++) {
         const step_view v = {top, rate, 0, x + i, w + i, NULL};
-        sum_terms_of_event(&v, event, c);
+        expand_event_in_step(&v, event, c);
         value[i] = c[0];
     }
     const double rest = value[6];

@@ -21,7 +21,7 @@ static double user_time_in_step(const kr_top *top, double clock)
 }
 
 /* Returns 1 if the sign changes of a sum of n terms can be found along the motion of `top`. */
-static int are_valid_terms(const kr_top *top, const kr_step_polynomial *piece, size_t n,
+static int are_terms_valid(const kr_top *top, const kr_step_polynomial *piece, size_t n,
                            const kr_term terms[])
 {
     if (!terms) return 0;
@@ -36,15 +36,15 @@ static int are_valid_terms(const kr_top *top, const kr_step_polynomial *piece, s
     const double size = kr_terms_bound(top, piece, n, terms);
     return isfinite(size) && KR_TERMS_UNSURE * size > 0.0;
 }
-static int are_valid_events(const kr_top *top, size_t n, const kr_event events[])
+static int are_events_valid(const kr_top *top, size_t n, const kr_event events[])
 {
     for (size_t i = 0; i < n; i++) {
         const kr_step_polynomial piece = top->method->polynomial(&top->main);
         const kr_event *event = &events[i];
         if (event->direction < -1 || event->direction > 1) return 0;
-        if (!are_valid_terms(top, &piece, event->count, event->terms)) return 0;
+        if (!are_terms_valid(top, &piece, event->count, event->terms)) return 0;
         if (event->condition_count > 0 &&
-            !are_valid_terms(top, &piece, event->condition_count, event->condition))
+            !are_terms_valid(top, &piece, event->condition_count, event->condition))
             return 0;
     }
     return 1;
@@ -54,7 +54,7 @@ kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[])
     if (!top || (n > 0 && !events)) return KR_ERR_ARGUMENT;
     if (n > 0 && !top->method->polynomial) return KR_ERR_NO_EVENTS;
     kr_top_set_apex(top);
-    if (!are_valid_events(top, n, events)) return KR_ERR_ARGUMENT;
+    if (!are_events_valid(top, n, events)) return KR_ERR_ARGUMENT;
     for (size_t i = 0; i < n; i++) kr_event_reset_search(&events[i]);
     top->events = events;
     top->event_count = n;
@@ -86,8 +86,8 @@ static void find_next_sign_change(const kr_top *top, const kr_step_polynomial *p
     own->mark = search.mark;
 }
 /* Finds the first sign change of an event function in the last step, unless this step has already
- * been searched. If the previous step was searched to its end, the sign at that end is used as the
- * sign at the beginning. */
+ * been searched. If the previous step was searched to its end, its last sign is the initial
+ * sign. */
 static void search_new_step(const kr_top *top, const kr_step_polynomial *piece,
                             const kr_event *event, kr_event_search *own)
 {
@@ -106,8 +106,8 @@ static void search_new_step(const kr_top *top, const kr_step_polynomial *piece,
 }
 /* Returns the event with the earliest sign change in the last step at or after the current time of
  * the top, or NULL. Writes the state of the search for this event to `found`. */
-static kr_event *find_earliest(const kr_top *top, const kr_step_polynomial *piece,
-                               kr_event_search *found)
+static kr_event *find_earliest_event(const kr_top *top, const kr_step_polynomial *piece,
+                                     kr_event_search *found)
 {
     kr_event *first = NULL;
     for (size_t i = 0; i < top->event_count; i++) {
@@ -126,14 +126,14 @@ static kr_event *find_earliest(const kr_top *top, const kr_step_polynomial *piec
 }
 /* Advances the top to the next event in the last step, but not beyond the time t. If there is no
  * such event, sets hit->index to -1. */
-static kr_status seek_in_step(kr_top *top, double t, kr_event_hit *hit)
+static kr_status seek_event_in_step(kr_top *top, double t, kr_event_hit *hit)
 {
     const kr_step_polynomial piece = top->method->polynomial(&top->main);
     kr_event *event;
     kr_event_search own;
     hit->index = -1;
     hit->direction = 0;
-    while (hit->index < 0 && (event = find_earliest(top, &piece, &own)) != NULL) {
+    while (hit->index < 0 && (event = find_earliest_event(top, &piece, &own)) != NULL) {
         const double there = user_time_in_step(top, own.next);
         if (top->forward * (there - t) > 0.0) break;
         const kr_status status = kr_top_advance(top, there);
@@ -156,11 +156,11 @@ kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit)
     /* A reset may change the internal units. In the new units, the terms of an event may exceed the
      * range of doubles. */
     if (top->event_count > 0 && kr_event_load_search(top->events).searched < 0 &&
-        !are_valid_events(top, top->event_count, top->events))
+        !are_events_valid(top, top->event_count, top->events))
         return KR_ERR_ARGUMENT;
     if (top->forward * (t - top->requested) < 0.0) return KR_ERR_TIME;
     while (top->event_count > 0) {
-        kr_status status = top->steps > 0 ? seek_in_step(top, t, &found) : KR_OK;
+        kr_status status = top->steps > 0 ? seek_event_in_step(top, t, &found) : KR_OK;
         if (status != KR_OK) return status;
         if (found.index >= 0 ||
             !(top->forward * (time_since_start(top, t) - top->main.clock) > 0.0))

@@ -14,10 +14,10 @@ typedef struct batch {
     double t[BATCH], w[BATCH], x[BATCH], y[BATCH], z[BATCH], mx[BATCH], my[BATCH], mz[BATCH];
 } batch;
 
-INLINE void fill_block(const kr_exact_form *e, int dual, int euler, batch *b, int n)
+INLINE void compute_block_of_kind(const kr_exact_form *e, int dual, int euler, batch *b, int n)
 {
     for (int i = 0; i < n; i++) {
-        const kr_state s = kernel(e, dual, euler, b->t[i], two_sum(b->t[i], -e->begin));
+        const kr_state s = evaluate_state(e, dual, euler, b->t[i], two_sum(b->t[i], -e->begin));
         b->w[i] = s.q.w, b->x[i] = s.q.x, b->y[i] = s.q.y, b->z[i] = s.q.z;
         b->mx[i] = s.m.x, b->my[i] = s.m.y, b->mz[i] = s.m.z;
     }
@@ -66,17 +66,17 @@ static void compute_block(const kr_exact_form *exact, batch *b, int count)
     const kr_exact_form e = *exact;
     const int n = (count + 7) & ~7;
     if (e.curve == LAGRANGE)
-        fill_block(&e, 0, 0, b, n);
+        compute_block_of_kind(&e, 0, 0, b, n);
     else if (e.curve == EULER)
-        fill_block(&e, 0, 1, b, n);
+        compute_block_of_kind(&e, 0, 1, b, n);
     else if (e.curve == LAGRANGE_DUAL)
-        fill_block(&e, 1, 0, b, n);
+        compute_block_of_kind(&e, 1, 0, b, n);
     else
-        fill_block(&e, 1, 1, b, n);
+        compute_block_of_kind(&e, 1, 1, b, n);
     if (e.framed != 0.0) apply_frame_to_block(&e, b, n);
 }
-/* Returns 1 if all times are finite and early enough for the phases. Without branches, the loop is
- * vectorized. */
+/* Returns 1 if all times are finite and early enough for the phases. The loop has no branches, so
+ * that it is vectorized. */
 static int are_times_computable(const kr_exact_form *e, const double t[], int n)
 {
     const double most =

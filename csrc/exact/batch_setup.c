@@ -91,7 +91,7 @@ static int find_frame_map(body_data *known, int below, kr_quat out[4])
     memcpy(out, frame, sizeof known->frame[below]);
     return 1;
 }
-static void append_numbers(double in[][MANY], int to, int from, const double numbers[], int count)
+static void store_numbers(double in[][MANY], int to, int from, const double numbers[], int count)
 {
     for (int i = 0; i < count; i++) in[from + i][to] = numbers[i];
 }
@@ -113,7 +113,7 @@ static double larger(double a, double b) { return a > b ? a : b; }
  * processed together, so that most SIMD vectors compute only one branch. A wrong prediction
  * costs time but does not change the results. The unit of the momentum `m` is the user's unit
  * of inertia divided by the internal unit of time. */
-static int guess_lone_root(const body_data *known, kr_quat q, kr_vec3 m, double lever)
+static int is_largest_root_isolated(const body_data *known, kr_quat q, kr_vec3 m, double lever)
 {
     const kr_vec3 a = q_turn(q, known->apex);
     const double part = known->per_inertia, n = part * v_dot(m, a), l = part * m.z,
@@ -141,14 +141,14 @@ static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t ind
                  time = power_of_2(unit), lever = known->mass * (gravity * known->reach);
     const kr_quat q = scene->start.q, body = scene->body.axes, work = known->working.axes;
     const kr_vec3 i = known->working.inertia;
-    batch_queue *w = &queues[guess_lone_root(known, q, v_scale(time, m), scale * lever)];
+    batch_queue *w = &queues[is_largest_root_isolated(known, q, v_scale(time, m), scale * lever)];
     const double start[] = {i.x, i.y, i.z, q.w, q.x, q.y, q.z, m.x, m.y, m.z},
                  axes[] = {body.w, body.x, body.y, body.z, work.w, work.x, work.y, work.z},
                  units[] = {known->mass,         gravity, known->reach,  scale,
                             known->swing.moment, time,    scene->start.t};
-    append_numbers(w->in, w->count, INERTIA, start, 10);
-    append_numbers(w->in, w->count, AXES, axes, 8);
-    append_numbers(w->in, w->count, MASS, units, 7);
+    store_numbers(w->in, w->count, INERTIA, start, 10);
+    store_numbers(w->in, w->count, AXES, axes, 8);
+    store_numbers(w->in, w->count, MASS, units, 7);
     w->turned[0] |= !is_identity(body);
     w->turned[1] |= !is_identity(work);
     w->framed[w->count] = find_frame_map(known, lever < 0.0, w->frame[w->count]);
@@ -178,7 +178,7 @@ INLINE void rotate_attitudes(exact_top *top, group w, int axes)
     take_lanes(top->q, turned, sizeof turned, mask_not(one));
 }
 /* Converts the tops of a group to internal axes and units. */
-INLINE exact_top read_group(group w)
+INLINE exact_top convert_group(group w)
 {
     const wide inverse = 1.0 / load_number(w, MOMENT), time = load_number(w, TIME),
                scale = load_number(w, SCALE);
@@ -210,13 +210,13 @@ INLINE mask is_moving(const exact_top *top)
 }
 static void begin_group(group w, lagrange_setup *s)
 {
-    s->top = read_group(w);
+    s->top = convert_group(w);
     const mask below = is_negative(s->top.lever.hi);
     if (mask_any(below)) {
         const exact_top seen = exchange_up_and_down(&s->top);
         take_lanes(&s->top, &seen, sizeof seen, below);
     }
-    begin_setup(s);
+    set_initial_quantities(s);
 }
 /* Extracts the closed form of the top at the index `place` of the queue from the vectors. */
 static void extract_form(const exact_lanes *exact, const batch_queue *w, int place,
@@ -233,21 +233,21 @@ static void extract_form(const exact_lanes *exact, const batch_queue *w, int pla
         memset(out->frame, 0, sizeof out->frame);
 }
 /* Returns the states of a group of tops, each at the time in its lane. */
-static state_lanes states_in_lanes(const exact_lanes *exact, wide time)
+static state_lanes evaluate_lanes(const exact_lanes *exact, wide time)
 {
     const dd span = two_sum(time, -exact->begin);
     const mask dual = is_dual(exact);
-    if (mask_all(dual)) return kernel(exact, 1, 0, time, span);
-    state_lanes r = kernel(exact, 0, 0, time, span);
+    if (mask_all(dual)) return evaluate_state(exact, 1, 0, time, span);
+    state_lanes r = evaluate_state(exact, 0, 0, time, span);
     if (mask_any(dual)) {
-        const state_lanes some = kernel(exact, 1, 0, time, span);
+        const state_lanes some = evaluate_state(exact, 1, 0, time, span);
         take_lanes(&r, &some, sizeof r, dual);
     }
     return r;
 }
 /* Writes the k-th requested state of each top of a group whose bit in `good` is set. */
-static void read_states(const kr_exact_request *request, group g, const exact_lanes *exact,
-                        unsigned good, size_t k)
+static void write_states(const kr_exact_request *request, group g, const exact_lanes *exact,
+                         unsigned good, size_t k)
 {
     const batch_queue *w = g.all;
     double t[LANES], s[8][LANES];
@@ -255,7 +255,7 @@ static void read_states(const kr_exact_request *request, group g, const exact_la
         t[i] = kr_exact_times_of(request, w->index[g.first + i < w->count ? g.first + i : 0])[k];
     const wide time = wide_load(t);
     const unsigned within = mask_bits(is_span_computable(exact, two_sum(time, -exact->begin).hi));
-    const state_lanes states = states_in_lanes(exact, time);
+    const state_lanes states = evaluate_lanes(exact, time);
     memcpy(s, &states, sizeof s);
     for (int i = 0; i < LANES; i++) {
         const int place = g.first + i;
@@ -287,7 +287,7 @@ static void write_group(const kr_exact_request *request, group g, const exact_la
             KR_NAME(kr_exact_evaluate)(out, request->times, kr_exact_times_of(request, index),
                                        request->states + index * request->times);
     }
-    for (size_t k = 0; k < request->times && !many; k++) read_states(request, g, exact, good, k);
+    for (size_t k = 0; k < request->times && !many; k++) write_states(request, g, exact, good, k);
 }
 /* Converts the closed forms of a group to the user's units, and writes the requested results. */
 static void finish_group(const kr_exact_request *request, group g, lagrange_setup *s)

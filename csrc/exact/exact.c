@@ -66,7 +66,7 @@ struct kr_exact {
     const kr_exact_isa *isa;
 };
 KR_CHECK_LAYOUT(kr_exact_size_is_known, sizeof(kr_exact) + sizeof(kr_exact_form) <= KR_EXACT_SIZE);
-static const void *plan_after(const kr_exact *exact) { return exact + 1; }
+static const void *get_plan(const kr_exact *exact) { return exact + 1; }
 
 size_t kr_exact_size(const kr_scene *scene)
 {
@@ -91,17 +91,17 @@ kr_status kr_exact_plan(const kr_scene *scene, double bound, kr_exact *exact)
 kr_exact_info kr_exact_describe(const kr_exact *exact) { return exact->info; }
 kr_state kr_exact_state(const kr_exact *exact, double t)
 {
-    return exact->isa->scalar->state(plan_after(exact), t);
+    return exact->isa->scalar->state(get_plan(exact), t);
 }
 kr_state kr_exact_state_at(const kr_exact *exact, double first, double second)
 {
     static const kr_state none = {NAN, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
     const kr_exact_scalar *scalar = exact->isa->scalar;
-    return scalar->state_at ? scalar->state_at(plan_after(exact), first, second) : none;
+    return scalar->state_at ? scalar->state_at(get_plan(exact), first, second) : none;
 }
 void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[])
 {
-    kr_exact_evaluate_widest(exact->isa, plan_after(exact), n, t, out);
+    kr_exact_evaluate_widest(exact->isa, get_plan(exact), n, t, out);
 }
 static const char *const refusal_texts[] = {
 #define X(name, text) KR_TEXT(text),
@@ -154,26 +154,26 @@ void kr_exact_run(const kr_exact_request *request)
  * is the nutation period or, for motions on a torus, the period of the first torus angle. */
 /* motion->work holds the period, the plan and, while a new plan is set up, also the new one. The
  * pointer motion->aux is the kr_exact_isa of the plan. */
-static size_t doubles_of_form(const kr_exact_isa form[])
+static size_t count_form_doubles(const kr_exact_isa form[])
 {
     const kr_exact_scalar *scalar = kr_exact_widest_isa(form)->scalar;
     return (scalar->plan_size + scalar->memory_size) / sizeof(double);
 }
-static size_t extra_doubles_of(const kr_scene *scene)
+static size_t count_extra_doubles(const kr_scene *scene)
 {
     const kr_exact_isa *form = kr_closed_form_of(kr_scene_kind(scene));
-    return form ? doubles_of_form(form) : 0;
+    return form ? count_form_doubles(form) : 0;
 }
 size_t kr_exact_extra_doubles(int with_torus)
 {
-    size_t most = doubles_of_form(kr_symmetric_form);
+    size_t most = count_form_doubles(kr_symmetric_form);
     for (int kind = 0; with_torus && kind < KR_KIND_COUNT; kind++) {
         const kr_exact_isa *form = kr_closed_form_of((kr_kind)kind);
-        if (form && doubles_of_form(form) > most) most = doubles_of_form(form);
+        if (form && count_form_doubles(form) > most) most = count_form_doubles(form);
     }
     return most;
 }
-static void *plan_of_motion(const kr_motion *motion) { return (double *)motion->work + 1; }
+static void *get_motion_plan(const kr_motion *motion) { return (double *)motion->work + 1; }
 /* Sets up a new plan without overwriting the old one, which remains valid if the set-up fails. The
  * error bound passed to the set-up is the smaller of the tolerance and the default. */
 static kr_status exact_reset(kr_motion *motion, const kr_state *start)
@@ -182,7 +182,7 @@ static kr_status exact_reset(kr_motion *motion, const kr_state *start)
     const kr_exact_isa *form = kr_closed_form_of(kr_scene_kind(motion->scene));
     if (!form) return KR_ERR_METHOD;
     const kr_exact_isa *isa = kr_exact_widest_isa(form);
-    char *plan = plan_of_motion(motion), *made = plan + isa->scalar->plan_size;
+    char *plan = get_motion_plan(motion), *made = plan + isa->scalar->plan_size;
     const double bound = motion->tol > 0.0 ? fmin(motion->tol, KR_EXACT_BOUND) : KR_EXACT_BOUND;
     kr_exact_info info;
     const kr_status status = isa->scalar->plan(motion->scene, 1, bound, made, &info);
@@ -214,11 +214,11 @@ static kr_status exact_step(kr_motion *motion, double until)
 static void exact_at(kr_motion *motion, double clock, kr_state *s)
 {
     const kr_exact_isa *isa = motion->aux;
-    *s = isa->scalar->state(plan_of_motion(motion), clock);
+    *s = isa->scalar->state(get_motion_plan(motion), clock);
 }
 static void exact_at_times(const kr_motion *motion, size_t n, const double clock[], kr_state out[])
 {
-    kr_exact_evaluate_widest(motion->aux, plan_of_motion(motion), n, clock, out);
+    kr_exact_evaluate_widest(motion->aux, get_motion_plan(motion), n, clock, out);
 }
 static void exact_read(const kr_motion *motion, kr_state *s)
 {
@@ -236,7 +236,7 @@ const kr_method kr_method_exact = {
     .applies = exact_applies,
     .suits = exact_suits,
     .work = 1,
-    .extra_doubles = extra_doubles_of,
+    .extra_doubles = count_extra_doubles,
     .reset = exact_reset,
     .step = exact_step,
     .read = exact_read,

@@ -47,18 +47,21 @@ typedef struct gyrostat_memory {
     double log_d[SAMPLES], sample[SAMPLES][4], cosine[SAMPLES], sine[SAMPLES];
 } gyrostat_memory;
 
-static kr_vec3 high_of(const dd v[3]) { return v3(v[0].hi, v[1].hi, v[2].hi); }
-static kr_vec3 velocity_at(const gyrostat *top, kr_vec3 m)
+static kr_vec3 v_round(const dd v[3]) { return v3(v[0].hi, v[1].hi, v[2].hi); }
+static kr_vec3 find_velocity(const gyrostat *top, kr_vec3 m)
 {
-    return v_sub(v_times(high_of(top->rate), m), high_of(top->rest));
+    return v_sub(v_times(v_round(top->rate), m), v_round(top->rest));
 }
-static kr_vec3 change_at(const gyrostat *top, kr_vec3 m) { return v_cross(m, velocity_at(top, m)); }
-static double angle_rate_at(const gyrostat *top, kr_vec3 m)
+static kr_vec3 find_momentum_change(const gyrostat *top, kr_vec3 m)
 {
-    return (top->energy.hi + v_dot(high_of(top->up), m)) /
-           (top->size.hi + v_dot(high_of(top->axis), m));
+    return v_cross(m, find_velocity(top, m));
 }
-static dd coefficient_of(const gyrostat_series *s, int i, int n)
+static double find_angle_rate(const gyrostat *top, kr_vec3 m)
+{
+    return (top->energy.hi + v_dot(v_round(top->up), m)) /
+           (top->size.hi + v_dot(v_round(top->axis), m));
+}
+static dd get_coefficient(const gyrostat_series *s, int i, int n)
 {
     return dd_make(s->hi[i][n], s->lo[i][n]);
 }
@@ -83,8 +86,8 @@ static dd product_coefficient(const gyrostat_series *s, int a, int b, int first,
 /* Expands m in a Taylor series up to the order `last` from the initial value `m`. If `has_axis` is
  * nonzero, also expands phi' and |m| + m.a. Returns the longest step for which the last two terms
  * of the series of m / |m| and phi are at most `tol`. */
-static double begin_step(const gyrostat *top, gyrostat_series *s, const dd m[3], int has_axis,
-                         int last, double tol)
+static double expand_motion(const gyrostat *top, gyrostat_series *s, const dd m[3], int has_axis,
+                            int last, double tol)
 {
     double step = INFINITY;
     for (int i = 0; i < 3; i++) set_coefficient(s, i, 0, m[i]);
@@ -92,18 +95,18 @@ static double begin_step(const gyrostat *top, gyrostat_series *s, const dd m[3],
         dd over = n == 0 ? top->energy : dd_of(0.0), below = n == 0 ? top->size : dd_of(0.0);
         for (int i = 0; i < 3; i++) {
             const int j = (i + 1) % 3, k = (i + 2) % 3;
-            const dd linear = dd_sub(dd_mul(top->rest[j], coefficient_of(s, k, n)),
-                                     dd_mul(top->rest[k], coefficient_of(s, j, n))),
+            const dd linear = dd_sub(dd_mul(top->rest[j], get_coefficient(s, k, n)),
+                                     dd_mul(top->rest[k], get_coefficient(s, j, n))),
                      square = dd_mul(top->bend[i], product_coefficient(s, j, k, 0, n));
             set_coefficient(s, i, n + 1, dd_over(dd_add_near(square, linear), dd_of(n + 1.0)));
             if (!has_axis) continue;
-            over = dd_add_near(over, dd_mul(top->up[i], coefficient_of(s, i, n)));
-            below = dd_add_near(below, dd_mul(top->axis[i], coefficient_of(s, i, n)));
+            over = dd_add_near(over, dd_mul(top->up[i], get_coefficient(s, i, n)));
+            below = dd_add_near(below, dd_mul(top->axis[i], get_coefficient(s, i, n)));
         }
         if (!has_axis) continue;
         set_coefficient(s, BELOW, n, below);
         over = dd_sub(over, product_coefficient(s, BELOW, ANGLE_RATE, 1, n));
-        set_coefficient(s, ANGLE_RATE, n, dd_over(over, coefficient_of(s, BELOW, 0)));
+        set_coefficient(s, ANGLE_RATE, n, dd_over(over, get_coefficient(s, BELOW, 0)));
     }
     for (int i = 0; i < (has_axis ? 4 : 3); i++)
         for (int n = last - 1; n <= last; n++) {
@@ -113,20 +116,20 @@ static double begin_step(const gyrostat *top, gyrostat_series *s, const dd m[3],
         }
     return step;
 }
-static kr_vec3 momentum_at(const gyrostat_series *s, int last, double t)
+static kr_vec3 evaluate_momentum(const gyrostat_series *s, int last, double t)
 {
     kr_vec3 m = v3(0.0, 0.0, 0.0);
     for (int n = last; n >= 0; n--) m = v_axpy(t, m, v3(s->hi[0][n], s->hi[1][n], s->hi[2][n]));
     return m;
 }
 /* Returns the square of the frequency of small oscillations about an equilibrium m. */
-static double small_frequency_square(const gyrostat *top, kr_vec3 m)
+static double find_frequency_square(const gyrostat *top, kr_vec3 m)
 {
-    const kr_vec3 a = high_of(top->rate), w = velocity_at(top, m), am = v_times(a, m);
+    const kr_vec3 a = v_round(top->rate), w = find_velocity(top, m), am = v_times(a, m);
     return v_dot(v_times(m, m), v3(a.y * a.z, a.z * a.x, a.x * a.y)) + v_dot(w, v_add(w, am)) -
            v_dot(w, m) * (a.x + a.y + a.z);
 }
-static kr_vec3 direction_of(int d) { return v3(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1); }
+static kr_vec3 get_direction(int d) { return v3(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1); }
 /* Sets a to the direction d with the largest least[d], the minimum of m.d over a period, and sets
  * the constants that depend on a. */
 static void set_axis(gyrostat *top, const double least[DIRECTIONS])
@@ -134,7 +137,7 @@ static void set_axis(gyrostat *top, const double least[DIRECTIONS])
     int best = 0;
     for (int d = 1; d < DIRECTIONS; d++)
         if (least[d] > least[best]) best = d;
-    const kr_vec3 v = direction_of(best);
+    const kr_vec3 v = get_direction(best);
     const dd a[3] = {dd_of(v.x), dd_of(v.y), dd_of(v.z)}, length = dd_sqrt(dd_dot(a, a));
     top->energy = dd_of(0.0);
     for (int i = 0; i < 3; i++) {
@@ -151,8 +154,8 @@ static void set_axis(gyrostat *top, const double least[DIRECTIONS])
  * MOST_STEPS steps, for example near separatrices. */
 static int find_period(gyrostat *top, gyrostat_series *s)
 {
-    const kr_vec3 start = high_of(top->start), along = change_at(top, start);
-    const double square = small_frequency_square(top, start);
+    const kr_vec3 start = v_round(top->start), along = find_momentum_change(top, start);
+    const double square = find_frequency_square(top, start);
     const int is_small = square > 0.0 && v_length(along) < 1e-4 * (top->size.hi * sqrt(square));
     double least[DIRECTIONS], t = 0.0, far = 0.0;
     kr_vec3 m = start;
@@ -162,19 +165,19 @@ static int find_period(gyrostat *top, gyrostat_series *s)
     s->deep = 0;
     for (int steps = 0; steps < MOST_STEPS; steps++) {
         for (int d = 0; d < DIRECTIONS; d++)
-            least[d] = fmin(least[d], v_dot(v_unit(direction_of(d)), m));
+            least[d] = fmin(least[d], v_dot(v_unit(get_direction(d)), m));
         if (has_returned) break;
         const dd here[3] = {dd_of(m.x), dd_of(m.y), dd_of(m.z)};
-        const double step = begin_step(top, s, here, 0, LAST_ROUGH, 1e-14);
+        const double step = expand_motion(top, s, here, 0, LAST_ROUGH, 1e-14);
         if (!(step < INFINITY)) return 0;
         const double before = v_dot(v_sub(m, start), along);
-        const kr_vec3 next = momentum_at(s, LAST_ROUGH, step);
+        const kr_vec3 next = evaluate_momentum(s, LAST_ROUGH, step);
         const double after = v_dot(v_sub(next, start), along);
         if (before < 0.0 && after >= 0.0) {
             double x = step * (before / (before - after));
             for (int k = 0; k < 8; k++) {
-                m = momentum_at(s, LAST_ROUGH, x);
-                x -= v_dot(v_sub(m, start), along) / v_dot(change_at(top, m), along);
+                m = evaluate_momentum(s, LAST_ROUGH, x);
+                x -= v_dot(v_sub(m, start), along) / v_dot(find_momentum_change(top, m), along);
                 x = fmin(fmax(x, 0.0), step);
             }
             has_returned = v_length(v_sub(m, start)) < 1e-3 * far;
@@ -198,24 +201,24 @@ static double integrate_period(gyrostat_memory *memory)
     s->deep = LAST_DEEP;
     for (int steps = 0, k = 0; t.hi < period.hi; steps++) {
         if (steps == MOST_STEPS) return INFINITY;
-        const double step = begin_step(top, s, m, 1, LAST, 1e-32);
+        const double step = expand_motion(top, s, m, 1, LAST, 1e-32);
         const dd left = dd_sub(period, t);
         const int is_last = !(step < left.hi);
         const dd x = is_last ? left : dd_of(step);
         for (; k < SAMPLES; k++) {
             const double here = (period.hi * (k / (double)SAMPLES) - t.hi) - t.lo;
             if (here > x.hi) break;
-            memory->m[k] = momentum_at(s, LAST, here);
+            memory->m[k] = evaluate_momentum(s, LAST, here);
             double sum = 0.0;
             for (int n = LAST - 1; n > 0; n--)
                 sum = here * (sum + s->hi[ANGLE_RATE][n] / (n + 1.0));
-            memory->phi[k] = dd_add(dd_add(phi, dd_times(here, coefficient_of(s, ANGLE_RATE, 0))),
+            memory->phi[k] = dd_add(dd_add(phi, dd_times(here, get_coefficient(s, ANGLE_RATE, 0))),
                                     dd_of(here * sum));
         }
         for (int i = 0; i < 4; i++) {
             dd sum = dd_of(0.0);
             for (int n = i < 3 ? LAST : LAST - 1; n >= 0; n--) {
-                const dd c = coefficient_of(s, i, n);
+                const dd c = get_coefficient(s, i, n);
                 sum = dd_add_near(dd_mul(sum, x), i < 3 ? c : dd_over(c, dd_of(n + 1.0)));
             }
             if (i < 3)
@@ -225,7 +228,7 @@ static double integrate_period(gyrostat_memory *memory)
         }
         t = is_last ? period : dd_add(t, x);
     }
-    const kr_vec3 along = change_at(top, high_of(top->start));
+    const kr_vec3 along = find_momentum_change(top, v_round(top->start));
     const double speed = v_length(along);
     dd miss[3], late = dd_of(0.0);
     for (int i = 0; i < 3; i++) {
@@ -234,13 +237,13 @@ static double integrate_period(gyrostat_memory *memory)
         if (speed > 0.0) late = dd_add(late, dd_times(part / speed / speed, miss[i]));
     }
     top->period = dd_add(period, late);
-    memory->growth = dd_add(phi, dd_times(angle_rate_at(top, high_of(top->start)), late));
+    memory->growth = dd_add(phi, dd_times(find_angle_rate(top, v_round(top->start)), late));
     for (int k = 0; k < SAMPLES; k++) {
         const double by = late.hi * (k / (double)SAMPLES);
-        memory->phi[k] = dd_add(memory->phi[k], dd_of(by * angle_rate_at(top, memory->m[k])));
-        memory->m[k] = v_axpy(by, change_at(top, memory->m[k]), memory->m[k]);
+        memory->phi[k] = dd_add(memory->phi[k], dd_of(by * find_angle_rate(top, memory->m[k])));
+        memory->m[k] = v_axpy(by, find_momentum_change(top, memory->m[k]), memory->m[k]);
     }
-    const double beside = v_length(v_sub(high_of(miss), v_scale(late.hi, along)));
+    const double beside = v_length(v_sub(v_round(miss), v_scale(late.hi, along)));
     return beside < 1e-10 * top->size.hi ? fabs(late.hi) / period.hi : INFINITY;
 }
 /* Writes the coefficients of e^{i n theta} of X and Y, and returns the sum of their magnitudes. */
@@ -266,7 +269,7 @@ static double fourier_coefficient(const gyrostat_memory *memory, int n, double o
 static double find_log_d(gyrostat_memory *memory)
 {
     const gyrostat *top = &memory->top;
-    const kr_vec3 a = high_of(top->rate), bend = high_of(top->bend), h = high_of(top->h),
+    const kr_vec3 a = v_round(top->rate), bend = v_round(top->bend), h = v_round(top->h),
                   b = v_scale(1.0 / 3.0, v3(bend.y - bend.z, bend.z - bend.x, bend.x - bend.y)),
                   c = v_times(v_sub(v_scale((a.x + a.y + a.z) / 3.0, b), v_times(b, b)), h);
     const double turn = top->period.hi / two_pi;
@@ -293,7 +296,7 @@ static double find_log_d(gyrostat_memory *memory)
 }
 /* Writes samples of (X, Y) = sqrt(D) e^{-i Om t/2} (w + i z, x + i y), with the attitude (w, x, y,
  * z) in axes whose third axis is a. `tilt` maps e3 to a. */
-static void sample_spinor(gyrostat_memory *memory, kr_quat tilt)
+static void set_spinor_samples(gyrostat_memory *memory, kr_quat tilt)
 {
     for (int k = 0; k < SAMPLES; k++) {
         const kr_vec3 n = v_unit(q_turn_back(tilt, memory->m[k]));
@@ -336,9 +339,9 @@ static kr_refusal make_plan(gyrostat_memory *memory, kr_quat *tilt, double *cert
         late = integrate_period(memory);
         if (!(late < 1e-3)) return KR_REFUSAL_SEPARATRIX;
     }
-    *tilt = q_tilt(high_of(memory->top.axis));
+    *tilt = q_tilt(v_round(memory->top.axis));
     if (!(find_log_d(memory) < 9.0)) return KR_REFUSAL_SEPARATRIX;
-    sample_spinor(memory, *tilt);
+    set_spinor_samples(memory, *tilt);
     if (!fill_coefficients(memory)) return KR_REFUSAL_SEPARATRIX;
     *certificate = KR_TORUS_ROUNDING;
     for (int k = 1; k < SAMPLES; k += 3) {

@@ -204,7 +204,7 @@ typedef struct exponential {
     wide even, odd;   /* cosh r, sinh r */
 } exponential;
 
-INLINE exponential exponential_of(dd a)
+INLINE exponential split_exponential(dd a)
 {
     const double shift = 6755399441055744.0;
     const wide up = a.hi * 1.44269504088896340736 + shift, k = up - shift;
@@ -229,7 +229,7 @@ INLINE exponential exponential_of(dd a)
 }
 INLINE void sinhcosh(dd a, wide *s, wide *c)
 {
-    const exponential e = exponential_of(a);
+    const exponential e = split_exponential(a);
     const wide plus = e.plus * (e.even + e.odd), minus = e.minus * (e.even - e.odd);
     *s = 0.5 * (plus - minus);
     *c = 0.5 * (plus + minus);
@@ -295,7 +295,7 @@ INLINE factors evaluate_theta_series(const exact_lanes *e, int dual, int euler, 
 /* Returns the state at `time`, which is the initial time plus `span`. The attitude is not in the
  * user's frame: the caller must apply the linear map e->frame. For a torque-free body (`euler`),
  * the momentum is constant, and alpha and beta have the same phase. */
-INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, dd span)
+INLINE state_lanes evaluate_state(const exact_lanes *e, int dual, int euler, wide time, dd span)
 {
     const factors f = evaluate_theta_series(e, dual, euler, span);
     const wide n =
@@ -336,8 +336,8 @@ INLINE mask is_span_computable(const exact_lanes *e, wide span)
 /* Writes the real and imaginary parts of alpha, beta and the horizontal momentum at the time `span`
  * after the initial time, up to constant factors and theta4(X). The frame of the solution is not
  * applied. The theta series of all SIMD lanes must be of the same kind. */
-static inline void factors_of_kind(const exact_lanes *e, int dual, int euler, wide span,
-                                   wide out[6])
+static inline void evaluate_factors_of_kind(const exact_lanes *e, int dual, int euler, wide span,
+                                            wide out[6])
 {
     const factors f = evaluate_theta_series(e, dual, euler, dd_of(span));
     wide s, c;
@@ -351,19 +351,19 @@ static inline void factors_of_kind(const exact_lanes *e, int dual, int euler, wi
     out[4] = f.h_re * c - f.h_im * s;
     out[5] = f.h_re * s + f.h_im * c;
 }
-/* Writes the numbers of factors_of_kind for lanes with series of different kinds. */
-static inline void factors_at(const exact_lanes *e, double span, wide out[6])
+/* Writes the numbers of evaluate_factors_of_kind for lanes with series of different kinds. */
+static inline void evaluate_factors(const exact_lanes *e, double span, wide out[6])
 {
     const mask dual = is_dual(e);
     const wide at = wide_splat(span);
     wide some[6];
     if (mask_all(dual)) {
-        factors_of_kind(e, 1, is_euler(e), at, out);
+        evaluate_factors_of_kind(e, 1, is_euler(e), at, out);
         return;
     }
-    factors_of_kind(e, 0, is_euler(e), at, out);
+    evaluate_factors_of_kind(e, 0, is_euler(e), at, out);
     if (!mask_any(dual)) return;
-    factors_of_kind(e, 1, is_euler(e), at, some);
+    evaluate_factors_of_kind(e, 1, is_euler(e), at, some);
     take_lanes(out, some, sizeof some, dual);
 }
 
@@ -545,20 +545,19 @@ static inline void convert_form_to_user(exact_lanes *exact, wide start, wide uni
 }
 
 #if !defined KR_EXACT_LANES
-/* Returns the state at the time t, which is the initial time plus `span`. The kernel is called with
- * constants that select the kind of series, so that the compiler can remove the code for the other
- * kinds. */
-static inline kr_state state_after(const kr_exact_form *e, double t, dd span)
+/* Returns the state at the time t, which is the initial time plus `span`. The arguments `dual` and
+ * `euler` are constants, so that the compiler can remove the code for other kinds of series. */
+static inline kr_state compute_state_after(const kr_exact_form *e, double t, dd span)
 {
     kr_state r;
     if (e->curve == LAGRANGE)
-        r = kernel(e, 0, 0, t, span);
+        r = evaluate_state(e, 0, 0, t, span);
     else if (e->curve == EULER)
-        r = kernel(e, 0, 1, t, span);
+        r = evaluate_state(e, 0, 1, t, span);
     else if (e->curve == LAGRANGE_DUAL)
-        r = kernel(e, 1, 0, t, span);
+        r = evaluate_state(e, 1, 0, t, span);
     else
-        r = kernel(e, 1, 1, t, span);
+        r = evaluate_state(e, 1, 1, t, span);
     if (e->framed != 0.0) r.q = apply_frame(e->frame, r.q);
     return r;
 }
@@ -568,8 +567,8 @@ static inline kr_state state_at(const kr_exact_form *e, double t)
 {
     const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
     const dd span = two_sum(t, -e->begin);
-    if (is_span_computable(e, span.hi)) return state_after(e, t, span);
-    return isfinite(t) ? state_after(e, t, dd_of(0.0)) : none;
+    if (is_span_computable(e, span.hi)) return compute_state_after(e, t, span);
+    return isfinite(t) ? compute_state_after(e, t, dd_of(0.0)) : none;
 }
 #endif
 #endif

@@ -70,7 +70,7 @@ static inline wide elliptic_agm(wide a, wide b)
  * series in powers of the square of the nome, the numerator is 2 agm(1, k'), and T is 2 K'/K. If T
  * < 1, the dual series are used: their phase is multiplied by pi / T, which is written to
  * exact->stretch and stretch_rest as a double-double. */
-static inline wide theta_stretch(exact_lanes *exact, dd numerator, dd k2)
+static inline wide find_theta_stretch(exact_lanes *exact, dd numerator, dd k2)
 {
     const wide T = numerator.hi / elliptic_agm(wide_splat(1.0), wide_sqrt(k2.hi));
     const mask dual = wide_less(T, wide_splat(1.0));
@@ -125,7 +125,7 @@ static inline wide cos_third_of_angle(wide c)
 /* Returns the isolated root of x^3 + c2 x^2 + c1 x + c0: the root farthest from the other two. All
  * three roots must be real up to rounding errors. Sets `top` to 1 if the isolated root is the
  * largest, and to 0 if it is the smallest. */
-static inline wide lone_root(wide c2, wide c1, wide c0, mask *top)
+static inline wide isolated_root(wide c2, wide c1, wide c0, mask *top)
 {
     const wide zero = wide_splat(0.0), square = c2 * c2 - 3.0 * c1, d = wide_sqrt(square),
                r = (-2.0 * c2 * c2 * c2 + 9.0 * c2 * c1 - 27.0 * c0) / (2.0 * d * d * d);
@@ -137,7 +137,7 @@ static inline wide lone_root(wide c2, wide c1, wide c0, mask *top)
 }
 /* Refines a root of lead x^3 + c[2] x^2 + c[1] x + c[0] from double to double-double precision by
  * two Newton steps, both with the slope at the initial guess `start`. */
-static inline dd newton_cubic(dd lead, const dd c[3], wide start)
+static inline dd refine_cubic_root(dd lead, const dd c[3], wide start)
 {
     const wide slope = (3.0 * lead.hi * start + 2.0 * c[2].hi) * start + c[1].hi,
                zero = wide_splat(0.0),
@@ -168,9 +168,9 @@ static inline void add_table_row(wide sum[], wide weight, int j, const double ro
 }
 /* Computes sinh y and cosh y to full precision, even for small y. With exp y = 2^k exp r
  *     sinh y = cosh r sinh(k ln 2) + sinh r cosh(k ln 2),   cosh y likewise. */
-static inline void sinhcosh_all(wide y, wide *s, wide *c)
+static inline void sinhcosh_accurate(wide y, wide *s, wide *c)
 {
-    const exponential e = exponential_of(dd_of(y));
+    const exponential e = split_exponential(dd_of(y));
     const wide even = 0.5 * (e.plus + e.minus), odd = 0.5 * (e.plus - e.minus);
     *s = e.even * odd + e.odd * even;
     *c = e.even * even + e.odd * odd;
@@ -179,7 +179,7 @@ static inline void sinhcosh_all(wide y, wide *s, wide *c)
  * x, without the factors sin x, cos x or sin x cos x of the tables. If `dual` is nonzero, returns
  * theta(y + i x), multiplied by i for theta1, as polynomials in sinh^2 x instead. The common factor
  * 2 nome^(1/4) of theta1 and theta2 is omitted. */
-static inline theta_lanes theta_series(enum theta which, wide nome, wide y, int dual)
+static inline theta_lanes make_theta_series(enum theta which, wide nome, wide y, int dual)
 {
     const int odd = which == THETA1 || which == THETA2;
     const double sign = which == THETA1 || which == THETA4 ? -1.0 : 1.0, way = dual ? -1.0 : 1.0;
@@ -188,7 +188,7 @@ static inline theta_lanes theta_series(enum theta which, wide nome, wide y, int 
     if (dual)
         sincos_turns(dd_mul(dd_of(y), turns_per_radian()), &s1, &c1);
     else
-        sinhcosh_all(y, &s1, &c1);
+        sinhcosh_accurate(y, &s1, &c1);
     const wide c2 = 1.0 + way * 2.0 * s1 * s1, s2 = 2.0 * s1 * c1;
     wide c = odd ? c1 : one, s = odd ? s1 : zero, weight = one, ratio = odd ? nome * nome : nome;
     theta_lanes r;
@@ -210,13 +210,13 @@ static inline theta_lanes theta_series(enum theta which, wide nome, wide y, int 
     }
     return r;
 }
-static inline wide theta_at(const wide poly[KR_THETA_TERMS], wide s)
+static inline wide evaluate_poly(const wide poly[KR_THETA_TERMS], wide s)
 {
     wide r = poly[KR_THETA_TERMS - 1];
     for (int i = KR_THETA_TERMS - 2; i >= 0; i--) r = r * s + poly[i];
     return r;
 }
-static inline void theta_scale(theta_lanes *series, wide factor)
+static inline void scale_series(theta_lanes *series, wide factor)
 {
     for (int i = 0; i < KR_THETA_TERMS; i++) {
         series->even[i] = series->even[i] * factor;
@@ -235,8 +235,7 @@ typedef struct initial {
 } initial;
 
 /* Distances between the roots u1, u2 and u3, the initial height u0 and the poles u = -1 and 1.
- * Distances from the root u3 are multiplied by g, because u3 becomes infinite if the torque
- * vanishes. */
+ * Distances from u3 are multiplied by g, because u3 becomes infinite if the torque vanishes. */
 typedef struct turning_points {
     dd down, up;                     /* u0 - u1, u2 - u0 */
     dd third;                        /* g (u3 - u0) */
@@ -245,7 +244,7 @@ typedef struct turning_points {
     dd plus3, minus3;                /* g (u3 + 1), g (u3 - 1) */
 } turning_points;
 
-static inline initial find_initial(const exact_top *top, dd i1)
+static inline initial find_initial_quantities(const exact_top *top, dd i1)
 {
     const dd i = dd_over(dd_splat(1.0), i1);
     initial s;
@@ -261,9 +260,8 @@ static inline initial find_initial(const exact_top *top, dd i1)
     s.w_square = dd_dot(s.w, s.w);
     return s;
 }
-/* Recomputes the smaller of a and b from `product` = a * b * beside, to avoid cancellation.
- * The mask `smaller_a` marks the lanes in which a is smaller than b. If a and b are both zero,
- * neither is changed. */
+/* Recomputes the smaller of a and b from `product` = a * b * beside, to avoid cancellation. In the
+ * lanes `smaller_a`, a is smaller than b. If both are zero, neither is changed. */
 static inline void recompute_smaller(dd *a, dd *b, mask smaller_a, dd product, dd beside)
 {
     const dd larger = dd_choose(smaller_a, *b, *a),
@@ -275,7 +273,7 @@ static inline void recompute_smaller(dd *a, dd *b, mask smaller_a, dd product, d
 /* Replaces small distances, which suffer from cancellation, by quotients of accurate products:
  *     (W.e3 + W.a)^2 = (1 + u1)(1 + u2) g(1 + u3),   (W.e3 - W.a)^2 = (1 - u1)(1 - u2) g(u3 - 1),
  *     (du/dt)^2 = (u0 - u1)(u2 - u0) g(u3 - u0).
- * `about_start` is nonzero if the distances come from find_roots_about_start. */
+ * `about_start` is nonzero if the distances come from find_roots_about_initial. */
 static inline void recompute_small_distances(const initial *s, turning_points *r, int about_start)
 {
     const dd plus = dd_square(s->sum), minus = dd_square(s->difference),
@@ -299,11 +297,11 @@ static inline void recompute_small_distances(const initial *s, turning_points *r
  * coefficients c and g in powers of u - u0, because u1 and u2 may be close to the initial height
  * u0. Newton's method, started from `guess`, yields g (u3 - u0). The other two roots follow from a
  * quadratic equation for u - u0. */
-static inline void find_roots_about_start(const initial *s, const dd c[3], wide guess,
-                                          turning_points *r)
+static inline void find_roots_about_initial(const initial *s, const dd c[3], wide guess,
+                                            turning_points *r)
 {
     const dd scaled[3] = {dd_mul(dd_square(s->g), c[0]), dd_mul(s->g, c[1]), c[2]};
-    r->third = newton_cubic(dd_splat(1.0), scaled, guess);
+    r->third = refine_cubic_root(dd_splat(1.0), scaled, guess);
     const dd product = dd_over(c[0], r->third),
              b = dd_over(dd_add(dd_mul(s->g, product), c[1]), r->third);
     /* The roots v = u1 - u0 and u2 - u0 solve v^2 - b v - product = 0, where product >= 0. */
@@ -322,14 +320,14 @@ static inline void find_roots_about_start(const initial *s, const dd c[3], wide 
 }
 /* Computes the roots u1, u2 and u3 of the cubic if u1 is far from u2 and u3. The cubic is expanded
  * about u = 1 (axis upright), because u2 <= 1 <= u3 can coincide only there. */
-static inline void find_roots_about_top(const initial *s, wide guess, turning_points *r)
+static inline void find_roots_about_pole(const initial *s, wide guess, turning_points *r)
 {
     const dd wh = dd_add(dd_square(s->w[0]), dd_square(s->w[1]));
     const dd wa = dd_add(dd_mul(s->w[0], s->a[0]), dd_mul(s->w[1], s->a[1]));
     const dd tilt = dd_sub(dd_mul(s->minus, dd_sub(dd_square(s->w[2]), s->g)), dd_mul(s->w[2], wa));
     const dd c[3] = {dd_neg(dd_square(s->difference)), dd_scale(-2.0, dd_add(wh, tilt)),
                      dd_sub(dd_mul(s->g, dd_add(dd_splat(2.0), s->minus)), s->w_square)};
-    r->minus1 = dd_neg(newton_cubic(s->g, c, guess - s->minus.hi));
+    r->minus1 = dd_neg(refine_cubic_root(s->g, c, guess - s->minus.hi));
     /* The roots s = u2 - 1 and u3 - 1 solve g s^2 + e1 s + e0 = 0, where e0 <= 0. */
     const dd e0 = dd_over(c[0], r->minus1), e1 = dd_over(dd_sub(c[1], e0), r->minus1);
     r->g32 = dd_sqrt(dd_sub(dd_square(e1), dd_scale(4.0, dd_mul(s->g, e0))));
@@ -360,15 +358,15 @@ static turning_points find_turning_heights(const initial *s)
     const dd c[3] = {dd_square(s->climb), dd_neg(dd_add(dd_mul(s->g, flat), dd_twice(twist))),
                      dd_sub(dd_twice(dd_mul(s->g, s->a[2])), s->w_square)};
     mask top;
-    const wide guess = lone_root(c[2].hi, s->g.hi * c[1].hi, s->g.hi * s->g.hi * c[0].hi, &top);
+    const wide guess = isolated_root(c[2].hi, s->g.hi * c[1].hi, s->g.hi * s->g.hi * c[0].hi, &top);
     turning_points r, some;
     if (mask_all(top)) {
-        find_roots_about_start(s, c, guess, &r);
+        find_roots_about_initial(s, c, guess, &r);
         return r;
     }
-    find_roots_about_top(s, guess / s->g.hi, &r);
+    find_roots_about_pole(s, guess / s->g.hi, &r);
     if (!mask_any(top)) return r;
-    find_roots_about_start(s, c, guess, &some);
+    find_roots_about_initial(s, c, guess, &some);
     take_lanes(&r, &some, sizeof r, top);
     return r;
 }
@@ -408,8 +406,8 @@ typedef struct arguments {
 
 /* Computes y1, y2 and T, given `average` = agm(1, k'). The values y1 and y2 are incomplete elliptic
  * integrals of the first kind. p1 and p2 are 1 + u1 and 1 + u2; m1 and m2 are 1 - u1 and 1 - u2. */
-static inline arguments find_arguments(exact_lanes *exact, const initial *s,
-                                       const turning_points *r, dd average)
+static inline arguments find_theta_arguments(exact_lanes *exact, const initial *s,
+                                             const turning_points *r, dd average)
 {
     const wide third = r->g31.hi, mean = average.hi, one = wide_splat(1.0);
     const dd k2 = dd_max(dd_over(dd_mul(s->g, r->span), r->g31), dd_splat(1e-36));
@@ -419,7 +417,7 @@ static inline arguments find_arguments(exact_lanes *exact, const initial *s,
     const wide b2 = wide_sqrt(m2 * third * per_m32) *
                     elliptic_rf(d * r->minus3.hi * per_m32, d * r->g32.hi * per_m32, one);
     arguments a;
-    a.T = theta_stretch(exact, average, k2);
+    a.T = find_theta_stretch(exact, average, k2);
     const wide limit = 1.57079632679489661923 * a.T;
     a.y1 = -minus_where(is_negative(s->sum.hi)) * wide_min(mean * b1, limit);
     a.y2 = -minus_where(is_negative(s->difference.hi)) * wide_min(mean * b2, limit);
@@ -433,24 +431,24 @@ static inline void set_series_of_kind(exact_lanes *exact, const turning_points *
     const double pi = 3.14159265358979323846;
     const wide kp = wide_sqrt(r->g32.hi / r->g31.hi), zero = wide_splat(0.0),
                shrink = dual ? 1.0 / a->T : wide_splat(1.0);
-    const exponential e = exponential_of(dd_of(-pi * (dual ? shrink : a->T)));
+    const exponential e = split_exponential(dd_of(-pi * (dual ? shrink : a->T)));
     const wide nome = e.plus * (e.even + e.odd), y1 = a->y1 * shrink, y2 = a->y2 * shrink;
     const wide high = wide_sqrt(0.5 * r->plus2.hi), low = wide_sqrt(0.5 * r->minus1.hi);
     exact->curve = wide_splat(dual ? LAGRANGE_DUAL : LAGRANGE);
     exact->slope[0] = y1 * (-1.0 / pi);
     exact->slope[1] = y2 * (-1.0 / pi);
-    exact->alpha = theta_series(THETA1, nome, y1, dual);
-    exact->beta = theta_series(dual ? THETA4 : THETA2, nome, y2, dual);
-    exact->horizontal = theta_series(THETA3, nome, y1 + y2, dual);
+    exact->alpha = make_theta_series(THETA1, nome, y1, dual);
+    exact->beta = make_theta_series(dual ? THETA4 : THETA2, nome, y2, dual);
+    exact->horizontal = make_theta_series(THETA3, nome, y1 + y2, dual);
     if (dual) {
-        const theta_lanes pole = theta_series(THETA4, nome, y1, 1);
+        const theta_lanes pole = make_theta_series(THETA4, nome, y1, 1);
         const wide quarter = wide_sqrt(wide_sqrt(nome));
-        theta_scale(&exact->alpha,
-                    high * 2.0 * quarter / wide_sqrt(kp) / theta_at(pole.even, zero));
-        theta_scale(&exact->beta, low / theta_at(exact->beta.even, zero));
+        scale_series(&exact->alpha,
+                     high * 2.0 * quarter / wide_sqrt(kp) / evaluate_poly(pole.even, zero));
+        scale_series(&exact->beta, low / evaluate_poly(exact->beta.even, zero));
     } else {
-        theta_scale(&exact->alpha, high / theta_at(exact->alpha.even, wide_splat(1.0)));
-        theta_scale(&exact->beta, low * wide_sqrt(kp) / theta_at(exact->beta.even, zero));
+        scale_series(&exact->alpha, high / evaluate_poly(exact->alpha.even, wide_splat(1.0)));
+        scale_series(&exact->beta, low * wide_sqrt(kp) / evaluate_poly(exact->beta.even, zero));
     }
 }
 static inline void set_theta_series(exact_lanes *exact, const turning_points *r, const arguments *a)
@@ -472,8 +470,8 @@ static inline void set_theta_series(exact_lanes *exact, const turning_points *r,
  * axis. There, the magnitude is larger than at the highest position, because (1 - u1)(1 + u2) >= (1
  * + u1)(1 - u2) and u3 + 1 >= u3 - 1. The theta3 series is positive for real and imaginary
  * arguments, so that the sign of the scale factor is that of `lowest`. */
-static inline void set_momentum_size(exact_lanes *exact, const initial *s, const turning_points *r,
-                                     wide i1)
+static inline void set_momentum_scale(exact_lanes *exact, const initial *s, const turning_points *r,
+                                      wide i1)
 {
     const wide way =
         minus_where(is_negative(s->sum.hi)) * minus_where(is_negative(s->difference.hi));
@@ -481,13 +479,13 @@ static inline void set_momentum_size(exact_lanes *exact, const initial *s, const
                                 way * wide_sqrt(r->plus1.hi * r->minus2.hi * r->minus3.hi));
     wide f[6];
     set_initial_phase(&exact->nutation, dd_splat(0.0));
-    factors_at(exact, 0.0, f);
+    evaluate_factors(exact, 0.0, f);
     const wide norm = f[0] * f[0] + f[1] * f[1] + f[2] * f[2] + f[3] * f[3];
     exact->momentum = i1 * lowest * wide_sqrt(norm) / length(f[4], f[5]);
 }
 /* Returns the initial phase of the nutation in turns, up to its sign: 0 at the lowest and 1/4 at
  * the highest position. The phase is computed from the distance to the nearer of the two. */
-static inline dd phase_at_start(const turning_points *r, wide mean)
+static inline dd find_nutation_phase(const turning_points *r, wide mean)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0), per_span = 1.0 / r->span.hi,
                per_g31 = 1.0 / r->g31.hi, low = r->down.hi * per_span;
@@ -509,7 +507,7 @@ static inline dd phase_at_start(const turning_points *r, wide mean)
 static inline void set_initial_phases(exact_lanes *exact, const initial *s, const turning_points *r,
                                       wide i1, wide mean, const exact_top *top)
 {
-    const dd *p = top->q, here = phase_at_start(r, mean);
+    const dd *p = top->q, here = find_nutation_phase(r, mean);
     const wide zero = wide_splat(0.0);
     const wide alpha = p[0].hi * p[0].hi + p[3].hi * p[3].hi,
                beta = p[1].hi * p[1].hi + p[2].hi * p[2].hi, per_all = 2.0 / (alpha + beta);
@@ -521,7 +519,7 @@ static inline void set_initial_phases(exact_lanes *exact, const initial *s, cons
                of_both = wide_choose(is_positive(mh), mh / (i1 * i1 * top_square), zero);
     wide f[6];
     set_initial_phase(&exact->nutation, dd_choose(is_negative(s->climb.hi), dd_neg(here), here));
-    factors_at(exact, 0.0, f);
+    evaluate_factors(exact, 0.0, f);
     const dd both = angle_in_turns(-f[4], -f[5], top->m.x, top->m.y); /* exact->momentum <= 0 */
     const dd first = angle_in_turns(f[0], f[1], p[0].hi, p[3].hi);
     const dd second = angle_in_turns(f[2], f[3], p[1].hi, p[2].hi);
@@ -551,10 +549,10 @@ typedef struct lagrange_setup {
 } lagrange_setup;
 
 /* Computes the quantities on which all later stages of the set-up depend. */
-static void begin_setup(lagrange_setup *s)
+static void set_initial_quantities(lagrange_setup *s)
 {
     s->i1 = equal_moment(&s->top);
-    s->start = find_initial(&s->top, s->i1);
+    s->start = find_initial_quantities(&s->top, s->i1);
     const dd axial = dd_half(dd_sub(s->start.sum, s->start.difference)),
              ratio = dd_over(s->i1, dd_of(s->top.inertia.z));
     s->half_spin = dd_half(dd_mul(dd_sub(ratio, dd_splat(1.0)), axial));
@@ -563,17 +561,17 @@ static void set_phases(lagrange_setup *s)
 {
     const dd first = dd_add(s->k1, s->half_spin), second = dd_sub(s->k2, s->half_spin);
     exact_lanes *exact = &s->exact;
-    set_momentum_size(exact, &s->start, &s->heights, s->i1.hi);
+    set_momentum_scale(exact, &s->start, &s->heights, s->i1.hi);
     exact->nutation = phase_of(s->nu);
     exact->first = phase_of(first);
     exact->second = phase_of(second);
     set_initial_phases(exact, &s->start, &s->heights, s->i1.hi, s->mean.hi, &s->top);
     set_mean_rates(exact, s->nu.hi, first.hi, second.hi);
 }
-/* Computes the closed forms of n tops in internal units, after begin_setup has been called for
- * each. For each top, weight * |com| must be positive, and the symmetry axis must not stay
- * vertical. Each stage is completed for all tops before the next, because the code of all stages
- * does not fit into the first-level instruction cache. */
+/* Computes the closed forms of n tops in internal units, after set_initial_quantities for each top.
+ * For each top, weight * |com| must be positive, and the symmetry axis must not stay vertical. Each
+ * stage is completed for all tops before the next, because the code of all stages does not fit into
+ * the first-level instruction cache. */
 INLINE void set_up_moving_tops(lagrange_setup s[], int n)
 {
     for (int i = 0; i < n; i++) s[i].heights = find_turning_heights(&s[i].start);
@@ -583,7 +581,7 @@ INLINE void set_up_moving_tops(lagrange_setup s[], int n)
         memset(&s[i].exact, 0, sizeof s[i].exact);
         s[i].exact.constant.z = s[i].top.m.z;
         s[i].exact.side = wide_splat(1.0);
-        s[i].at = find_arguments(&s[i].exact, &s[i].start, &s[i].heights, s[i].mean);
+        s[i].at = find_theta_arguments(&s[i].exact, &s[i].start, &s[i].heights, s[i].mean);
     }
     for (int i = 0; i < n; i++) set_theta_series(&s[i].exact, &s[i].heights, &s[i].at);
     for (int i = 0; i < n; i++) set_phases(&s[i]);

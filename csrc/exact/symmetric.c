@@ -36,7 +36,7 @@ static dd find_axis_tilt(kr_vec3 com, const kr_working *w, kr_quat *tilt)
 /* Returns half the rate that the rotor adds to the spin, in internal units. For a spherical body
  * with rotated axes, the norm of the rotor momentum is used, because it is not affected by rounding
  * errors of the rotation. */
-static dd half_spin_rate_of_rotor(const kr_body *b, const kr_working *w, const kr_units *units)
+static dd find_rotor_half_spin(const kr_body *b, const kr_working *w, const kr_units *units)
 {
     const double scale = units->time, per_moment = 1.0 / units->moment;
     const kr_vec3 h = v_scale(scale, v_scale(per_moment, b->rotor));
@@ -49,7 +49,7 @@ static dd half_spin_rate_of_rotor(const kr_body *b, const kr_working *w, const k
     return dd_scale(-0.5, dd_div(size, dd_of(per_moment * w->inertia.z)));
 }
 /* Converts a valid scene to internal axes and units. */
-static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *top)
+static kr_status convert_to_internal(const kr_scene *scene, kr_kind kind, described_top *top)
 {
     const kr_body *b = &scene->body;
     const kr_pull pull = kr_scene_pull(scene, b->com);
@@ -63,7 +63,7 @@ static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *to
     exact_top *own = &top->own;
     top->behind = along < 0.0;
     top->axes = q_unit(q_mul(b->axes, w.axes));
-    top->half_turn = half_spin_rate_of_rotor(b, &w, &top->units);
+    top->half_turn = find_rotor_half_spin(b, &w, &top->units);
     own->inertia = v_scale(1.0 / moment, w.inertia);
     own->m = v3(drop_tiny_momentum(m.x), drop_tiny_momentum(m.y), drop_tiny_momentum(m.z));
     own->q[0] = dd_of(q.w);
@@ -141,9 +141,8 @@ static kr_quat find_axis_frame(int k, int middle, int reverse)
     if (middle == (k + 1) % 3) q = q_mul(q, q4(r, v3(0.0, 0.0, r)));
     return reverse ? q_mul(q, q4(0.0, v3(0.0, 1.0, 0.0))) : q;
 }
-/* Reorders the principal axes, given the principal moments, all different, and the momentum m in
- * the body frame. */
-static body_axes body_axes_of(const double inertia[3], const dd m[3])
+/* Reorders the principal axes, given three different moments and the momentum m in the body. */
+static body_axes reorder_axes(const double inertia[3], const dd m[3])
 {
     int low = 0, high = 0;
     body_axes r;
@@ -182,7 +181,7 @@ static body_axes body_axes_of(const double inertia[3], const dd m[3])
 }
 /* Returns a rotation that maps the direction of m to e3. A tiny m, which can occur together with a
  * much larger momentum of a rotor, is scaled up first, because its squares would underflow. */
-static kr_quat rotation_to_e3(kr_vec3 m)
+static kr_quat find_rotation_to_e3(kr_vec3 m)
 {
     if (v_largest(m) < 0x1p-400) m = v_scale(0x1p500, m);
     const double h = v_length(m) + fabs(m.z);
@@ -241,7 +240,7 @@ static void set_euler_series(kr_exact_form *exact, const body_axes *a, double c2
                              dd k2, double kp2, dd average)
 {
     const double pi = 3.14159265358979323846, c = sqrt(c2), kp = sqrt(kp2),
-                 T = theta_stretch(exact, dd_twice(average), k2), limit = 0.25 * pi * T,
+                 T = find_theta_stretch(exact, dd_twice(average), k2), limit = 0.25 * pi * T,
                  b = sqrt(flat) * elliptic_rf(k2.hi * c2, k2.hi, flat + k2.hi * c2);
     const int dual = T < 1.0;
     const double shrink = dual ? 1.0 / T : 1.0, nome = exp(dual ? -pi / T : -pi * T),
@@ -251,16 +250,16 @@ static void set_euler_series(kr_exact_form *exact, const body_axes *a, double c2
         quarter = sqrt(sqrt(kp));
     exact->curve = dual ? EULER_DUAL : EULER;
     exact->slope[0] = exact->slope[1] = -y * shrink / pi;
-    exact->alpha = theta_series(THETA1, nome, y * shrink, dual);
-    exact->beta = theta_series(dual ? THETA2 : THETA4, nome, y * shrink, dual);
+    exact->alpha = make_theta_series(THETA1, nome, y * shrink, dual);
+    exact->beta = make_theta_series(dual ? THETA2 : THETA4, nome, y * shrink, dual);
     if (dual) {
-        const kr_theta pole = theta_series(THETA4, nome, y * shrink, 1);
-        theta_scale(&exact->alpha,
-                    below * 2.0 * sqrt(sqrt(nome)) / quarter / theta_at(pole.even, 0.0));
-        theta_scale(&exact->beta, above / theta_at(exact->beta.even, 0.0));
+        const kr_theta pole = make_theta_series(THETA4, nome, y * shrink, 1);
+        scale_series(&exact->alpha,
+                     below * 2.0 * sqrt(sqrt(nome)) / quarter / evaluate_poly(pole.even, 0.0));
+        scale_series(&exact->beta, above / evaluate_poly(exact->beta.even, 0.0));
     } else {
-        theta_scale(&exact->alpha, below / theta_at(exact->alpha.even, 1.0));
-        theta_scale(&exact->beta, above * quarter / theta_at(exact->beta.even, 0.0));
+        scale_series(&exact->alpha, below / evaluate_poly(exact->alpha.even, 1.0));
+        scale_series(&exact->beta, above * quarter / evaluate_poly(exact->beta.even, 0.0));
     }
 }
 /* LEAST_SQUARE is a lower bound imposed on k^2, k'^2 and 1 - c^2 to keep quotients finite.
@@ -314,7 +313,7 @@ static void set_up_asymmetric_motion(kr_exact_form *exact, const body_axes *a, k
     set_euler_series(exact, a, c2.hi, flat.hi, k2, kp2.hi, mean);
     exact->nutation = phase_of(dd_mul(lambda, mean));
     set_initial_phase(&exact->nutation, find_initial_phase(a, i31, i32, kp2.hi, mean.hi));
-    factors_at(exact, 0.0, f);
+    evaluate_factors(exact, 0.0, f);
     exact->first = exact->second = phase_of(k);
     const dd first = angle_in_turns(f[0], f[1], target.w, target.z),
              second = angle_in_turns(f[2], f[3], target.x, target.y);
@@ -343,9 +342,9 @@ static kr_exact_form make_euler_form(const exact_top *top, dd half_turn)
     dd body[3];
     turn_back_dd(top->q, m, body);
     exact.constant = top->m;
-    const kr_quat left = v_largest(top->m) == 0.0 ? q_one() : q_conj(rotation_to_e3(top->m));
+    const kr_quat left = v_largest(top->m) == 0.0 ? q_one() : q_conj(find_rotation_to_e3(top->m));
     if (!set_up_steady_motion(&exact, moments, body, dd_dot(body, body), half_turn, q, left)) {
-        const body_axes a = body_axes_of(moments, body);
+        const body_axes a = reorder_axes(moments, body);
         set_up_asymmetric_motion(&exact, &a, q, left);
     }
     return exact;
@@ -359,7 +358,7 @@ static kr_exact_form make_euler_form(const exact_top *top, dd half_turn)
  * body, the root u3 (lagrange.h) is infinite, but only the product g u3 is used. */
 /* Returns the nutation angle for the height u of the apex, given 1 - u and 1 + u. Values of at most
  * 2e-36 count as zero, because recompute_small_distances replaces smaller values by 1e-36. */
-static double nutation_of_height(dd minus, dd plus)
+static double find_nutation_angle(dd minus, dd plus)
 {
     const double least = 2e-36, low = minus.hi > least ? minus.hi : 0.0,
                  high = plus.hi > least ? plus.hi : 0.0;
@@ -376,8 +375,8 @@ static int find_precession_sign(const initial *s, dd minus, dd plus, double tol)
 /* Returns the type of motion of a heavy top (kr_nutation), given its smallest and largest nutation
  * angles. Gravity must point downwards. Quantities count as equal if they agree within
  * KR_INPUT_RTOL: angles in radians, rates and momenta relative to the terms of their formulas. */
-static const char *name_heavy_motion(const initial *s, const turning_points *r, double least,
-                                     double greatest)
+static const char *classify_heavy_motion(const initial *s, const turning_points *r, double least,
+                                         double greatest)
 {
     const double pi = 3.14159265358979323846, tol = KR_INPUT_RTOL,
                  size = tol * sqrt(s->w_square.hi + s->g.hi);
@@ -394,7 +393,7 @@ static const char *name_heavy_motion(const initial *s, const turning_points *r, 
 static void find_turning_times(const initial *s, const turning_points *r, double *low, double *high)
 {
     const double kp = sqrt(r->g32.hi / r->g31.hi);
-    const dd mean = elliptic_mean(dd_of(kp), 0, NULL, NULL), here = phase_at_start(r, mean.hi);
+    const dd mean = elliptic_mean(dd_of(kp), 0, NULL, NULL), here = find_nutation_phase(r, mean.hi);
     const dd rise = dd_sub(dd_of(0.25), here);
     const double turn = 2.0 * two_pi / (sqrt(r->g31.hi) * mean.hi);
     const int falls = s->climb.hi < 0.0;
@@ -409,7 +408,7 @@ static void find_turning_times(const initial *s, const turning_points *r, double
 static kr_nutation find_turning_points(const exact_top *top, double rotor)
 {
     const dd i1 = equal_moment(top);
-    const initial s = find_initial(top, i1);
+    const initial s = find_initial_quantities(top, i1);
     const dd spin = dd_half(dd_sub(s.sum, s.difference)),
              across = dd_sqrt(dd_sub(s.w_square, dd_square(spin)));
     const double own = i1.hi * spin.hi - rotor * top->inertia.z;
@@ -420,14 +419,14 @@ static kr_nutation find_turning_points(const exact_top *top, double rotor)
                      .axial_energy = own * own / (2.0 * top->inertia.z),
                      .lever = top->lever.hi,
                      .critical_spin = 2.0 * sqrt(i1.hi * top->lever.hi) / top->inertia.z};
-    r.least = r.greatest = nutation_of_height(s.minus, s.plus);
+    r.least = r.greatest = find_nutation_angle(s.minus, s.plus);
     r.motion_type = is_free ? "resting" : s.a[2].hi > 0.0 ? "sleeping" : "hanging";
     if (is_free ? across.hi <= KR_INPUT_RTOL * sqrt(s.w_square.hi) : is_resting_at_pole(&s))
         return r;
     const turning_points heights = find_turning_heights(&s);
-    r.least = nutation_of_height(heights.minus2, heights.plus2);
-    r.greatest = nutation_of_height(heights.minus1, heights.plus1);
-    r.motion_type = is_free ? "circle" : name_heavy_motion(&s, &heights, r.least, r.greatest);
+    r.least = find_nutation_angle(heights.minus2, heights.plus2);
+    r.greatest = find_nutation_angle(heights.minus1, heights.plus1);
+    r.motion_type = is_free ? "circle" : classify_heavy_motion(&s, &heights, r.least, r.greatest);
     if (r.greatest - r.least > KR_INPUT_RTOL)
         find_turning_times(&s, &heights, &r.t_greatest, &r.t_least);
     return r;
@@ -454,7 +453,7 @@ static kr_exact_form make_lagrange_form(const exact_top *top, dd half_turn)
     const int below = top->lever.hi < 0.0;
     lagrange_setup s;
     s.top = below ? exchange_up_and_down(top) : *top;
-    begin_setup(&s);
+    set_initial_quantities(&s);
     if (half_turn.hi != 0.0) s.half_spin = dd_add(s.half_spin, half_turn);
     if (is_resting_at_pole(&s.start)) {
         const dd half = dd_half(s.start.w[2]);
@@ -499,7 +498,7 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     if (kind != KR_KIND_EULER && kind != KR_KIND_LAGRANGE) return KR_ERR_METHOD;
     if (kr_scene_excludes_exact(scene, own) || !is_initial_tilt_resolved(scene))
         return KR_ERR_METHOD;
-    status = read_top(scene, kind, &top);
+    status = convert_to_internal(scene, kind, &top);
     if (status != KR_OK) return status;
     const int is_free = top.own.lever.hi == 0.0;
     kr_exact_form made = is_free ? make_euler_form(&top.own, top.half_turn)
@@ -540,7 +539,7 @@ kr_status KR_NAME(kr_exact_limits)(const kr_scene *scene, kr_nutation *out)
     const kr_kind kind = kr_body_kind(&scene->body, KR_KIND_RTOL);
     if (!is_symmetric_about_apex(&scene->body, kind) || kr_scene_is_disturbed(scene))
         return KR_ERR_METHOD;
-    status = read_top(scene, kind, &top);
+    status = convert_to_internal(scene, kind, &top);
     if (status != KR_OK) return status;
     /* Powers of a momentum that is much smaller than that of the rotor would underflow. Such a
      * momentum does not move the apex within the times that doubles resolve. */
@@ -564,12 +563,12 @@ kr_status KR_NAME(kr_exact_limits)(const kr_scene *scene, kr_nutation *out)
     *out = r;
     return KR_OK;
 }
-static kr_state state_of_plan(const void *plan, double t) { return state_at(plan, t); }
-static size_t size_of_plan(const void *plan) { return (void)plan, sizeof(kr_exact_form); }
+static kr_state evaluate_plan(const void *plan, double t) { return state_at(plan, t); }
+static size_t find_plan_size(const void *plan) { return (void)plan, sizeof(kr_exact_form); }
 const kr_exact_scalar KR_NAME(kr_exact_scalar) = {sizeof(kr_exact_form),
                                                   sizeof(kr_exact_form),
-                                                  size_of_plan,
+                                                  find_plan_size,
                                                   is_initial_tilt_resolved,
                                                   plan_scene,
-                                                  state_of_plan,
+                                                  evaluate_plan,
                                                   NULL};

@@ -6,7 +6,7 @@
 
 /* Returns 1 if the moments are positive and satisfy the triangle inequality up to a relative
  * tolerance: the larger of `rounded` and KR_INPUT_RTOL. */
-static int moments_are_physical(kr_vec3 i, double rounded)
+static int are_moments_physical(kr_vec3 i, double rounded)
 {
     const double one = 1.0 + fmax(rounded, KR_INPUT_RTOL);
     return i.x > 0.0 && i.y > 0.0 && i.z > 0.0 && i.x <= (i.y + i.z) * one &&
@@ -19,7 +19,7 @@ kr_status kr_body_check(const kr_body *b)
     if (!v_finite(b->rotor)) return KR_ERR_ARGUMENT;
     if (!(fabs(q_dot(b->axes, b->axes) - 1.0) <= KR_INPUT_RTOL)) return KR_ERR_ARGUMENT;
     if (!(b->rounded >= 0.0 && b->rounded < 1.0)) return KR_ERR_ARGUMENT;
-    return moments_are_physical(b->inertia, b->rounded) ? KR_OK : KR_ERR_BODY;
+    return are_moments_physical(b->inertia, b->rounded) ? KR_OK : KR_ERR_BODY;
 }
 /* A body with the inertia J has the second moments of mass S = (tr J / 2) 1 - J about the fixed
  * point, and S - mass * com com^t about the centre of mass. The second matrix must be positive
@@ -34,7 +34,7 @@ int kr_body_is_physical(const kr_body *b)
         b->mass * c.x * (c.x / s.x) + b->mass * c.y * (c.y / s.y) + b->mass * c.z * (c.z / s.z);
     return !(needed > 1.0);
 }
-/* Validates the body `b`, and copies it to `out` if it is valid. Returns the status code of the
+/* Validates the body `b`, and copies a valid body to `out`. Returns the status of the
  * validation. */
 static kr_status check_and_copy(const kr_body *b, kr_body *out)
 {
@@ -53,21 +53,20 @@ static const kr_quat axis_cycles[3] = {
     {0.5, 0.5, 0.5, 0.5}, {0.5, -0.5, -0.5, -0.5}, {1.0, 0.0, 0.0, 0.0}};
 
 /* Cyclically permutes the components of `v` so that component `last` becomes the third. */
-static kr_vec3 rename_axes(kr_vec3 v, int last)
+static kr_vec3 permute_axes(kr_vec3 v, int last)
 {
     return v3(component_at(v, (last + 1) % 3), component_at(v, (last + 2) % 3),
               component_at(v, last));
 }
 /* Returns the larger of the magnitudes of the two components of v other than component `axis`. */
-static double size_across(kr_vec3 v, int axis)
+static double largest_across(kr_vec3 v, int axis)
 {
-    const kr_vec3 w = rename_axes(v, axis);
+    const kr_vec3 w = permute_axes(v, axis);
     return fmax(fabs(w.x), fabs(w.y));
 }
 /* Returns the index of the principal axis about which the inertia tensor is symmetric, or -1 if all
- * three moments differ. For a spherical body, returns the axis nearest to the direction of the
- * centre of mass. */
-static int distinct_axis(const kr_body *b, double rtol)
+ * three moments differ. For a spherical body, returns the axis nearest to the centre of mass. */
+static int find_symmetry_axis(const kr_body *b, double rtol)
 {
     int axis = -1;
     for (int i = 2; i >= 0; i--) {
@@ -84,14 +83,14 @@ static int is_spherical(const kr_body *b)
     return is_equal(i.x, i.y, KR_KIND_RTOL) && is_equal(i.y, i.z, KR_KIND_RTOL);
 }
 /* Returns the kind (integrable case) of the body, disregarding its rotor. */
-static kr_kind kind_without_rotor(const kr_body *b, double rtol)
+static kr_kind find_kind_without_rotor(const kr_body *b, double rtol)
 {
     const double reach = v_largest(b->com);
-    const int axis = distinct_axis(b, rtol);
+    const int axis = find_symmetry_axis(b, rtol);
     if (reach == 0.0) return KR_KIND_EULER;
     if (axis < 0) return KR_KIND_GENERAL;
-    const kr_vec3 J = rename_axes(b->inertia, axis);
-    if (size_across(b->com, axis) <= rtol * reach || is_equal(J.x, J.z, rtol))
+    const kr_vec3 J = permute_axes(b->inertia, axis);
+    if (largest_across(b->com, axis) <= rtol * reach || is_equal(J.x, J.z, rtol))
         return KR_KIND_LAGRANGE;
     if (fabs(component_at(b->com, axis)) > rtol * reach) return KR_KIND_GENERAL;
     if (is_equal(J.x, 2.0 * J.z, rtol)) return KR_KIND_KOWALEWSKI;
@@ -99,20 +98,20 @@ static kr_kind kind_without_rotor(const kr_body *b, double rtol)
 }
 int kr_body_is_rotor_axial(const kr_body *b, double rtol)
 {
-    const int axis = distinct_axis(b, rtol);
+    const int axis = find_symmetry_axis(b, rtol);
     if (!kr_body_has_rotor(b)) return 1;
     if (axis < 0) return 0;
     if (is_spherical(b))
         return v_largest(b->com) == 0.0 ||
                v_largest(v_cross(v_unit(b->com), v_unit(b->rotor))) <= rtol;
-    return size_across(b->rotor, axis) <= rtol * v_largest(b->rotor);
+    return largest_across(b->rotor, axis) <= rtol * v_largest(b->rotor);
 }
 /* The closed-form solutions and maps of integrable tops generally assume a body without a rotor. A
- * rotor along the symmetry axis is permitted, because it only adds the constant rate -rotor / I3 to
- * the spin. */
+ * rotor along the symmetry axis is permitted: it only adds the constant rate -rotor / I3 to the
+ * spin. */
 kr_kind kr_body_kind(const kr_body *b, double rtol)
 {
-    const kr_kind kind = kind_without_rotor(b, rtol);
+    const kr_kind kind = find_kind_without_rotor(b, rtol);
     if (!kr_body_has_rotor(b)) return kind;
     if (kind != KR_KIND_EULER && kind != KR_KIND_LAGRANGE) return KR_KIND_GENERAL;
     if (kr_body_is_rotor_axial(b, rtol)) return kind;
@@ -128,7 +127,7 @@ int kr_body_symmetry(const kr_body *b, double *across, double *along)
     int axis = 2, count = reach == 0.0;
     for (int k = 2; k >= 0 && reach > 0.0; k--)
         if (fabs(component_at(b->com, k)) > KR_KIND_RTOL * reach) axis = k, count++;
-    const kr_vec3 J = rename_axes(i, axis);
+    const kr_vec3 J = permute_axes(i, axis);
     *across = is_round ? i.z : 0.5 * (J.x + J.y);
     *along = is_round ? i.z : J.z;
     return is_round || (count == 1 && fabs(J.x - J.y) <= KR_KIND_RTOL * largest);
@@ -136,7 +135,7 @@ int kr_body_symmetry(const kr_body *b, double *across, double *along)
 int kr_body_last_axis(const kr_body *b)
 {
     const kr_vec3 i = b->inertia;
-    const int axis = distinct_axis(b, KR_KIND_RTOL);
+    const int axis = find_symmetry_axis(b, KR_KIND_RTOL);
     if (axis >= 0) return axis;
     const int middle = (i.x < i.y) != (i.x < i.z) ? 0 : (i.y < i.x) != (i.y < i.z) ? 1 : 2;
     return (middle + 1) % 3;
@@ -180,9 +179,9 @@ kr_working kr_body_working_damped(const kr_body *b, kr_vec3 damping)
         return is_even ? align_rotor(choose_spherical_axes(b, last_axis, damping), b)
                        : kr_body_principal(b, damping);
     const int last = kr_body_last_axis(b);
-    const kr_working w = {axis_cycles[last],           rename_axes(b->inertia, last),
-                          rename_axes(b->com, last),   rename_axes(damping, last),
-                          rename_axes(b->rotor, last), 0};
+    const kr_working w = {
+        axis_cycles[last],           permute_axes(b->inertia, last), permute_axes(b->com, last),
+        permute_axes(damping, last), permute_axes(b->rotor, last),   0};
     return align_rotor(w, b);
 }
 kr_working kr_body_working(const kr_body *b)
@@ -192,7 +191,7 @@ kr_working kr_body_working(const kr_body *b)
 
 /* Performs a Jacobi rotation that annihilates the matrix element a[p][p + 1], and applies this
  * rotation to `axes`. Indices are taken modulo 3. */
-static void jacobi_rotation(double a[3][3], kr_quat *axes, int p)
+static void apply_jacobi_rotation(double a[3][3], kr_quat *axes, int p)
 {
     const int q = (p + 1) % 3, r = (p + 2) % 3;
     if (a[p][q] == 0.0) return;
@@ -209,9 +208,9 @@ static void jacobi_rotation(double a[3][3], kr_quat *axes, int p)
     *axes = q_unit(q_mul(*axes, q4(1.0 + c, v3(half[0], half[1], half[2]))));
 }
 
-/* Returns the rotation with the smallest angle among the 24 right-handed frames with axes parallel
- * to those of `axes`. */
-static kr_quat nearest_axes(kr_quat axes)
+/* Returns the rotation with the smallest angle among the 24 that map the coordinate axes to the
+ * axes of `axes` in any order and with any signs. */
+static kr_quat find_nearest_axes(kr_quat axes)
 {
     static const double r = 0.70710678118654752;
     const kr_quat turns[6] = {q_one(),
@@ -243,13 +242,13 @@ static void set_axes(kr_body *b, kr_quat axes, const double j[9], kr_vec3 com)
     b->com = q_turn_back(axes, com);
     b->inertia = v_of(moments);
 }
-/* Returns 1 if the distance of the centre of mass from the symmetry axis may be due to rounding
- * errors. If the moments are nearly equal, small errors in the inertia tensor cause large rotations
- * of the axes. */
+/* Returns 1 if the distance of the centre of mass from the principal axis with index `axis` may be
+ * due to rounding errors. If the moments are nearly equal, small errors of the inertia tensor
+ * rotate the axes by large angles. */
 static int is_axis_through_com(const kr_body *b, int axis)
 {
-    const kr_vec3 J = rename_axes(b->inertia, axis);
-    return size_across(b->com, axis) * (fabs(J.z - J.x) / fmax(J.z, J.x)) <=
+    const kr_vec3 J = permute_axes(b->inertia, axis);
+    return largest_across(b->com, axis) * (fabs(J.z - J.x) / fmax(J.z, J.x)) <=
            KR_KIND_RTOL * v_largest(b->com);
 }
 /* Returns the principal axes of a symmetric body that are nearest to the user's body frame. If the
@@ -257,7 +256,7 @@ static int is_axis_through_com(const kr_body *b, int axis)
  * the symmetry axis passes through it. */
 static kr_quat choose_nearest_axes(const kr_body *b, kr_vec3 com)
 {
-    const int axis = distinct_axis(b, KR_KIND_RTOL);
+    const int axis = find_symmetry_axis(b, KR_KIND_RTOL);
     const double reach = v_largest(com);
     if (axis < 0) return b->axes;
     if (is_spherical(b)) return q_one();
@@ -276,10 +275,10 @@ static kr_quat choose_nearest_axes(const kr_body *b, kr_vec3 com)
  * Lagrange top exactly onto the symmetry axis. */
 static void merge_equal_moments(kr_body *b)
 {
-    const int axis = distinct_axis(b, KR_KIND_RTOL);
+    const int axis = find_symmetry_axis(b, KR_KIND_RTOL);
     const kr_vec3 a = b->com;
     if (axis < 0) return;
-    const kr_vec3 J = rename_axes(b->inertia, axis);
+    const kr_vec3 J = permute_axes(b->inertia, axis);
     const double pair = 0.5 * (J.x + J.y), lone = is_spherical(b) ? pair : J.z;
     b->inertia = v3(axis == 0 ? lone : pair, axis == 1 ? lone : pair, axis == 2 ? lone : pair);
     if (kr_body_kind(b, KR_KIND_RTOL) == KR_KIND_LAGRANGE && lone != pair)
@@ -304,11 +303,10 @@ kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
     }
     b.inertia = v3(inertia[0], inertia[4], inertia[8]);
     if (a[1] != 0.0 || a[2] != 0.0 || a[5] != 0.0) {
-        /* Jacobi's method converges quadratically, so 16 sweeps are more than enough for a 3 x 3
-         * matrix. */
+        /* Jacobi's method converges quadratically: 16 sweeps suffice for a 3 x 3 matrix. */
         for (int sweep = 0; sweep < 16; sweep++)
-            for (int p = 0; p < 3; p++) jacobi_rotation(d, &b.axes, p);
-        set_axes(&b, nearest_axes(b.axes), a, com);
+            for (int p = 0; p < 3; p++) apply_jacobi_rotation(d, &b.axes, p);
+        set_axes(&b, find_nearest_axes(b.axes), a, com);
         set_axes(&b, choose_nearest_axes(&b, com), a, com);
         merge_equal_moments(&b);
         const kr_vec3 J = b.inertia;

@@ -38,7 +38,7 @@ static inline double map_energy(double e, double g, kr_vec3 a, kr_vec3 m)
 }
 /* Returns the time step of the continuous motion that corresponds to the step r->step of the map.
  * Sets all members of `r` except r->step. */
-static inline double time_step_of_map(map_rates *r, double g, kr_vec3 a, kr_vec3 m)
+static inline double find_time_step(map_rates *r, double g, kr_vec3 a, kr_vec3 m)
 {
     const double e = r->step, c = v_dot(m, a), l = m.z;
     double A = 0.0, B = 0.0, D = 0.0, power = 1.0;
@@ -62,7 +62,7 @@ static inline map_rates find_map_rates(double h, double g, kr_vec3 a, kr_vec3 m)
     map_rates r = {h, 0.0, 0.0, 0.0};
     double last = 0.0, reached = 0.0;
     for (int i = 0; i < 20; i++) {
-        const double now = time_step_of_map(&r, g, a, m), e = r.step;
+        const double now = find_time_step(&r, g, a, m), e = r.step;
         if (fabs(now - h) <= 4.0 * DBL_EPSILON * fabs(h)) {
             if (h * h * fmax(2.0 * fabs(r.energy), fabs(g)) <= 1.0) return r;
             break;

@@ -50,14 +50,14 @@ kr_vec3 kr_state_m(const kr_scene *scene, const kr_state *s)
     return s->m;
 }
 /* Returns the angular velocity in the inertial frame, along e1, e2, e3. */
-static kr_vec3 total_velocity(const kr_scene *scene, const kr_state *s)
+static kr_vec3 find_inertial_velocity(const kr_scene *scene, const kr_state *s)
 {
     const kr_quat q = principal_attitude(scene, s);
     return q_turn(q, v_over(momentum_without_rotor(scene, s, q), scene->body.inertia));
 }
 kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s)
 {
-    const kr_vec3 w = total_velocity(scene, s);
+    const kr_vec3 w = find_inertial_velocity(scene, s);
     return kr_scene_turns(scene) ? v_sub(w, scene->turning) : w;
 }
 kr_vec3 kr_state_torque(const kr_scene *scene, const kr_state *s)
@@ -86,7 +86,7 @@ kr_vec3 kr_state_body_velocity(const kr_scene *scene, const kr_state *s)
 }
 kr_vec3 kr_state_inertial_velocity(const kr_scene *scene, const kr_state *s)
 {
-    return q_turn_back(s->q, total_velocity(scene, s));
+    return q_turn_back(s->q, find_inertial_velocity(scene, s));
 }
 kr_vec3 kr_state_body_momentum(const kr_scene *scene, const kr_state *s)
 {
@@ -173,7 +173,7 @@ double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s)
 }
 
 /* Returns the rate of a wheel on a free axle relative to the body, or NaN if there is no wheel. */
-static double rate_of_wheel(const kr_scene *scene, const kr_state *s, int i)
+static double find_wheel_rate(const kr_scene *scene, const kr_state *s, int i)
 {
     const kr_wheel *wheel = &scene->wheels[i];
     if (v_largest(wheel->axis) == 0.0) return wheel->rate != 0.0 ? wheel->rate : NAN;
@@ -182,15 +182,15 @@ static double rate_of_wheel(const kr_scene *scene, const kr_state *s, int i)
 }
 double kr_state_wheel_rate(const kr_scene *scene, const kr_state *s)
 {
-    return rate_of_wheel(scene, s, 0);
+    return find_wheel_rate(scene, s, 0);
 }
 double kr_state_second_wheel_rate(const kr_scene *scene, const kr_state *s)
 {
-    return rate_of_wheel(scene, s, 1);
+    return find_wheel_rate(scene, s, 1);
 }
 double kr_state_third_wheel_rate(const kr_scene *scene, const kr_state *s)
 {
-    return rate_of_wheel(scene, s, 2);
+    return find_wheel_rate(scene, s, 2);
 }
 
 /* Writes momentum / I1 to `m`, and mass * gravity * |com| / I1 * vertical to `p`. The components of

@@ -21,8 +21,7 @@ typedef struct kr_quantity_row {
     char dimension; /* the first letter */
 } kr_quantity_row;
 extern const kr_quantity_row kr_quantity_rows[KR_QUANTITIES];
-/* Returns the acceleration along -e3 at the time t, due to gravity and the shaking of the
- * support. */
+/* Returns the acceleration along -e3 at time t by gravity and the shaking of the support. */
 double kr_acceleration_at(const kr_scene *scene, double t);
 /* Returns <P, r> P - r / 3 for a position r. The gradient of the gravity of a distant mass in the
  * direction P causes an acceleration proportional to this vector. */

@@ -33,7 +33,7 @@ typedef struct quantity_change {
 } quantity_change;
 
 /* Returns the linear combination of three axes whose coefficients are the components of v. */
-static kr_vec3 sum_along(const kr_vec3 axes[3], kr_vec3 v)
+static kr_vec3 combine_axes(const kr_vec3 axes[3], kr_vec3 v)
 {
     return v_axpy(v.x, axes[0], v_axpy(v.y, axes[1], v_scale(v.z, axes[2])));
 }
@@ -43,14 +43,14 @@ static kr_vec3 components_along(const kr_vec3 axes[3], kr_vec3 v)
     return v3(v_dot(axes[0], v), v_dot(axes[1], v), v_dot(axes[2], v));
 }
 /* Returns the change in space of a vector whose body-frame components change by dv. */
-static kr_vec3 change_in_space(const quantity_point *at, const quantity_change *by, kr_vec3 v,
-                               kr_vec3 dv)
+static kr_vec3 find_space_change(const quantity_point *at, const quantity_change *by, kr_vec3 v,
+                                 kr_vec3 dv)
 {
-    return sum_along(at->frame, v_add(dv, v_cross(by->turn, v)));
+    return combine_axes(at->frame, v_add(dv, v_cross(by->turn, v)));
 }
 
 /* Returns the change of the torque of the gravity gradient, k V x J V. */
-static kr_vec3 change_gradient_torque(const quantity_point *at, const quantity_change *by)
+static kr_vec3 find_gradient_torque_change(const quantity_point *at, const quantity_change *by)
 {
     const double k = at->scene->gradient;
     const kr_vec3 J = at->scene->body.inertia, JV = v_times(J, at->V),
@@ -61,31 +61,30 @@ static kr_vec3 change_gradient_torque(const quantity_point *at, const quantity_c
 
 static kr_vec3 tangent_of_torque(const quantity_point *at, const quantity_change *by)
 {
-    const kr_vec3 com = at->scene->body.com, a = sum_along(at->frame, com),
-                  da = change_in_space(at, by, com, by->com);
-    const kr_vec3 of_gradient = change_in_space(at, by, kr_gradient_torque(at->scene, at->V),
-                                                change_gradient_torque(at, by));
+    const kr_vec3 com = at->scene->body.com, a = combine_axes(at->frame, com),
+                  da = find_space_change(at, by, com, by->com);
+    const kr_vec3 of_gradient = find_space_change(at, by, kr_gradient_torque(at->scene, at->V),
+                                                  find_gradient_torque_change(at, by));
     return v_add(of_gradient, v3(-by->weight * a.y - at->weight * da.y,
                                  by->weight * a.x + at->weight * da.x, 0.0));
 }
 
 /* Returns the rotation vector by which q_tilt(a) (su2.h) changes when `a` changes by `da`. */
-static kr_vec3 turn_of_tilt(kr_vec3 a, kr_vec3 da)
+static kr_vec3 find_tilt_change(kr_vec3 a, kr_vec3 da)
 {
-    if (a.z < -0.5) return turn_of_tilt(v_scale(-1.0, a), v_scale(-1.0, da));
+    if (a.z < -0.5) return find_tilt_change(v_scale(-1.0, a), v_scale(-1.0, da));
     const double w = 1.0 + a.z;
     const kr_vec3 v = v3(-a.y, a.x, 0.0), dv = v3(-da.y, da.x, 0.0),
                   turn = v_add(v_sub(v_scale(w, dv), v_scale(da.z, v)), v_cross(v, dv));
     return v_scale(1.0 / w, turn);
 }
-/* Returns the infinitesimal rotation of the frame described by the Euler angles, with components
- * along the space axes. */
-static kr_vec3 turn_of_euler_frame(const quantity_point *at, const quantity_change *by)
+/* Returns the infinitesimal rotation vector of the frame of the Euler angles, in space. */
+static kr_vec3 find_euler_frame_turn(const quantity_point *at, const quantity_change *by)
 {
-    const kr_vec3 turn = sum_along(at->frame, by->turn);
+    const kr_vec3 turn = combine_axes(at->frame, by->turn);
     if (!by->changes_com) return turn;
-    const kr_vec3 tilt =
-        turn_of_tilt(sum_along(at->described, at->apex), sum_along(at->described, by->apex));
+    const kr_vec3 tilt = find_tilt_change(combine_axes(at->described, at->apex),
+                                          combine_axes(at->described, by->apex));
     return v_add(turn, q_turn(at->state->q, tilt));
 }
 /* Returns the direction of the horizontal projection of the apex. Writes the length of this
@@ -93,7 +92,7 @@ static kr_vec3 turn_of_euler_frame(const quantity_point *at, const quantity_chan
  * angles have no derivatives, and the direction is NaN. */
 static kr_vec3 horizontal_apex(const quantity_point *at, double *length, kr_vec3 *apex)
 {
-    *apex = sum_along(at->frame, at->apex);
+    *apex = combine_axes(at->frame, at->apex);
     *length = sqrt(apex->x * apex->x + apex->y * apex->y);
     return v3(apex->x / *length, apex->y / *length, 0.0);
 }
@@ -104,7 +103,7 @@ static double tangent_of_precession_angle(const quantity_point *at, const quanti
 {
     double length;
     kr_vec3 apex;
-    const kr_vec3 along = horizontal_apex(at, &length, &apex), turn = turn_of_euler_frame(at, by);
+    const kr_vec3 along = horizontal_apex(at, &length, &apex), turn = find_euler_frame_turn(at, by);
     return turn.z - apex.z / length * v_dot(along, turn);
 }
 static double tangent_of_nutation(const quantity_point *at, const quantity_change *by)
@@ -112,7 +111,7 @@ static double tangent_of_nutation(const quantity_point *at, const quantity_chang
     double length;
     kr_vec3 apex;
     const kr_vec3 along = horizontal_apex(at, &length, &apex),
-                  change = change_in_space(at, by, at->apex, by->apex);
+                  change = find_space_change(at, by, at->apex, by->apex);
     return apex.z * v_dot(along, change) - length * change.z;
 }
 static double tangent_of_spin_angle(const quantity_point *at, const quantity_change *by)
@@ -120,7 +119,7 @@ static double tangent_of_spin_angle(const quantity_point *at, const quantity_cha
     double length;
     kr_vec3 apex;
     const kr_vec3 along = horizontal_apex(at, &length, &apex);
-    return v_dot(along, turn_of_euler_frame(at, by)) / length;
+    return v_dot(along, find_euler_frame_turn(at, by)) / length;
 }
 
 static double tangent_of_kinetic(const quantity_point *at, const quantity_change *by)
@@ -156,9 +155,8 @@ static kr_vec3 change_in_rotating_axes(double turn, kr_vec3 v, kr_vec3 dv)
 {
     return v3(dv.x + turn * v.y, dv.y - turn * v.x, dv.z);
 }
-/* Computes the vectors on which an integral of motion depends, together with their infinitesimal
- * changes. Returns 0 if the body or the perturbation does not belong to the integrable case
- * `kind`. */
+/* Computes the vectors on which an integral of motion depends, and their infinitesimal changes.
+ * Returns 0 if the body or the change `by` does not belong to the integrable case `kind`. */
 static int find_integral_vectors(const quantity_point *at, const quantity_change *by, kr_kind kind,
                                  integral_vectors *f)
 {
@@ -221,8 +219,8 @@ static kr_vec3 add_friction_to_acceleration(const quantity_point *at, const quan
 /* Returns the derivative of U' = W' - O x W, with J W' = M x W + weight V x com - D U - friction
  * and the damping D. Writes U' to `acceleration`. The derivative with respect to a friction of
  * zero, which cannot decrease, is NaN. */
-static kr_vec3 change_acceleration(const quantity_point *at, const quantity_change *by,
-                                   kr_vec3 *acceleration)
+static kr_vec3 find_acceleration_change(const quantity_point *at, const quantity_change *by,
+                                        kr_vec3 *acceleration)
 {
     const kr_vec3 J = at->scene->body.inertia, com = at->scene->body.com, D = at->scene->damping,
                   pull = v_cross(at->V, com),
@@ -234,7 +232,7 @@ static kr_vec3 change_acceleration(const quantity_point *at, const quantity_chan
                   drag = v_add(v_times(by->damping, at->U), v_times(D, by->U)),
                   dtorque = v_add(v_add(v_axpy(by->weight, pull, v_scale(at->weight, dpull)),
                                         v_sub(gyric, drag)),
-                                  change_gradient_torque(at, by)),
+                                  find_gradient_torque_change(at, by)),
                   turned = v_add(v_cross(by->O, at->W), v_cross(at->O, by->W)),
                   gain = v_sub(v_over(torque, J), v_cross(at->O, at->W));
     kr_vec3 change =
@@ -249,13 +247,13 @@ static kr_vec3 change_acceleration(const quantity_point *at, const quantity_chan
 static kr_vec3 tangent_of_body_acceleration(const quantity_point *at, const quantity_change *by)
 {
     kr_vec3 acceleration;
-    return sum_along(at->described, change_acceleration(at, by, &acceleration));
+    return combine_axes(at->described, find_acceleration_change(at, by, &acceleration));
 }
 /* The force is R (mass A + weight V) R*, where A = W' x com + W x (W x com) - gradient * tide is
  * the acceleration of the centre of mass minus that by the gradient, and W' = U' + O x W. */
 static kr_vec3 tangent_of_pivot_force(const quantity_point *at, const quantity_change *by)
 {
-    kr_vec3 gain, dgain = change_acceleration(at, by, &gain);
+    kr_vec3 gain, dgain = find_acceleration_change(at, by, &gain);
     const kr_vec3 com = at->scene->body.com, W = at->W, moved = v_cross(W, com),
                   dmoved = v_add(v_cross(by->W, com), v_cross(W, by->com));
     gain = v_add(gain, v_cross(at->O, W));
@@ -271,7 +269,7 @@ static kr_vec3 tangent_of_pivot_force(const quantity_point *at, const quantity_c
     const double mass = at->scene->body.mass;
     const kr_vec3 force = v_axpy(mass, A, v_scale(at->weight, at->V)),
                   dforce = v_axpy(mass, dA, v_axpy(by->weight, at->V, v_scale(at->weight, by->V)));
-    return change_in_space(at, by, force, by->is_mass ? v_add(dforce, A) : dforce);
+    return find_space_change(at, by, force, by->is_mass ? v_add(dforce, A) : dforce);
 }
 
 /* The momentum of a wheel and its axis do not depend on the parameters. */
@@ -283,7 +281,7 @@ static double tangent_of_wheel(const quantity_point *at, const quantity_change *
 }
 
 /* Returns the derivative of the one-component quantity with this index. */
-static double tangent_of_number(size_t index, const quantity_point *at, const quantity_change *by)
+static double tangent_of_scalar(size_t index, const quantity_point *at, const quantity_change *by)
 {
     switch (index) {
     case KR_QUANTITY_spin:
@@ -327,19 +325,19 @@ static kr_vec3 tangent_of_vector(size_t index, const quantity_point *at, const q
     case KR_QUANTITY_m:
         return by->push;
     case KR_QUANTITY_velocity:
-        return change_in_space(at, by, at->U, by->U);
+        return find_space_change(at, by, at->U, by->U);
     case KR_QUANTITY_torque:
         return tangent_of_torque(at, by);
     case KR_QUANTITY_apex:
-        return change_in_space(at, by, at->apex, by->apex);
+        return find_space_change(at, by, at->apex, by->apex);
     case KR_QUANTITY_body_velocity:
-        return sum_along(at->described, by->U);
+        return combine_axes(at->described, by->U);
     case KR_QUANTITY_inertial_velocity:
-        return sum_along(at->described, by->W);
+        return combine_axes(at->described, by->W);
     case KR_QUANTITY_body_momentum:
-        return sum_along(at->described, by->M);
+        return combine_axes(at->described, by->M);
     case KR_QUANTITY_body_vertical:
-        return sum_along(at->described, by->V);
+        return combine_axes(at->described, by->V);
     case KR_QUANTITY_body_acceleration:
         return tangent_of_body_acceleration(at, by);
     case KR_QUANTITY_pivot_force:
@@ -348,19 +346,19 @@ static kr_vec3 tangent_of_vector(size_t index, const quantity_point *at, const q
         return v3(NAN, NAN, NAN);
     }
 }
-static void put_tangent(size_t index, const quantity_point *at, const quantity_change *by,
-                        double out[])
+static void write_tangent(size_t index, const quantity_point *at, const quantity_change *by,
+                          double out[])
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
     if (index == KR_QUANTITY_frame)
-        for (int i = 0; i < 3; i++) v_put(out + 3 * i, change_in_space(at, by, v_axis(i), none));
+        for (int i = 0; i < 3; i++) v_put(out + 3 * i, find_space_change(at, by, v_axis(i), none));
     else if (kr_quantities[index].doubles == 1)
-        *out = tangent_of_number(index, at, by);
+        *out = tangent_of_scalar(index, at, by);
     else
         v_put(out, tangent_of_vector(index, at, by));
 }
 
-static quantity_point point_at(const kr_scene *scene, const kr_state *s)
+static quantity_point make_point(const kr_scene *scene, const kr_state *s)
 {
     const kr_body *body = &scene->body;
     quantity_point at = {
@@ -378,7 +376,7 @@ static quantity_point point_at(const kr_scene *scene, const kr_state *s)
 }
 /* Returns the derivative of the acceleration with respect to the amplitude, the rate or the phase
  * of the shaking. */
-static double change_of_acceleration(const quantity_point *at, int shaking)
+static double find_shaking_derivative(const quantity_point *at, int shaking)
 {
     const kr_shaking *by = &at->scene->shaking;
     const double square = by->rate * by->rate, t = at->state->t;
@@ -390,7 +388,7 @@ static double change_of_acceleration(const quantity_point *at, int shaking)
 }
 /* Computes the changes of all vectors in `by` from the parameter changes in `by` and the change of
  * the state in `column`, one column of the tangent matrix. */
-static void set_change(const quantity_point *at, const double column[6], quantity_change *by)
+static void set_changes(const quantity_point *at, const double column[6], quantity_change *by)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
     by->described_turn = v_of(column);
@@ -402,7 +400,7 @@ static void set_change(const quantity_point *at, const double column[6], quantit
     by->V = v_cross(at->V, by->turn);
     by->O = v_add(v_cross(at->O, by->turn), components_along(at->frame, by->turning));
     by->U = v_sub(by->W, by->O);
-    if (by->shaking) by->weight = at->scene->body.mass * change_of_acceleration(at, by->shaking);
+    if (by->shaking) by->weight = at->scene->body.mass * find_shaking_derivative(at, by->shaking);
     if (by->is_mass) by->weight = kr_acceleration_at(at->scene, at->state->t);
     by->apex = none;
     if (!by->changes_com) return;
@@ -438,11 +436,11 @@ void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, si
     double value[KR_QUANTITY_DOUBLES_MAX], column[6];
     set_parameter_changes(scene, by, changes);
     for (size_t i = 0; i < n; i++, tangents += 6 * columns, out += rows * columns) {
-        const quantity_point at = point_at(scene, &states[i]);
+        const quantity_point at = make_point(scene, &states[i]);
         for (size_t c = 0; c < columns; c++) {
             for (size_t row = 0; row < 6; row++) column[row] = tangents[row * columns + c];
-            set_change(&at, column, &changes[c]);
-            put_tangent(index, &at, &changes[c], value);
+            set_changes(&at, column, &changes[c]);
+            write_tangent(index, &at, &changes[c], value);
             for (size_t row = 0; row < rows; row++) out[row * columns + c] = value[row];
         }
     }

@@ -63,7 +63,7 @@ kr_kind kr_scene_kind(const kr_scene *scene)
     return kr_body_kind(&centred, KR_KIND_RTOL);
 }
 
-static kr_vec3 vec_times_power(kr_vec3 a, int power)
+static kr_vec3 scale_by_power_of_2(kr_vec3 a, int power)
 {
     return v3(times_power_of_2(a.x, power), times_power_of_2(a.y, power),
               times_power_of_2(a.z, power));
@@ -74,7 +74,7 @@ kr_pull kr_scene_pull(const kr_scene *scene, kr_vec3 com)
     kr_pull pull = {fraction_of(scene->body.mass, &mass), fraction_of(scene->gravity, &gravity),
                     com, 0};
     fraction_of(v_largest(com), &reach);
-    pull.com = vec_times_power(com, -reach);
+    pull.com = scale_by_power_of_2(com, -reach);
     pull.power = mass + gravity + reach;
     return pull;
 }
@@ -104,7 +104,7 @@ static double largest_support_rate(const kr_scene *scene)
 /* Returns the constants that determine the unit of time. On a shaken support, the larger of gravity
  * and the amplitude of the shaking acceleration determines the pendulum frequency. In a gravity
  * gradient, this frequency is at least the largest frequency of libration. */
-static kr_swing strongest_swing(const kr_scene *scene, const kr_working *working)
+static kr_swing find_strongest_swing(const kr_scene *scene, const kr_working *working)
 {
     const kr_shaking *shaking = &scene->shaking;
     if (!kr_scene_shakes(scene)) {
@@ -119,7 +119,7 @@ static kr_swing strongest_swing(const kr_scene *scene, const kr_working *working
 }
 kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_units *units)
 {
-    const kr_swing swing = strongest_swing(scene, working);
+    const kr_swing swing = find_strongest_swing(scene, working);
     const kr_pull pull = kr_scene_pull(scene, working->com);
     int time;
     const double turning = largest_support_rate(scene) * swing.moment,
@@ -128,8 +128,8 @@ kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_un
     if (!kr_swing_time(&swing, momentum, &time)) return KR_ERR_ARGUMENT;
     units->moment = swing.moment;
     units->time = times_power_of_2(1.0, time);
-    units->lever = vec_times_power(v_scale(pull.gravity * pull.mass, pull.com),
-                                   pull.power - exponent_of(swing.moment) + 2 * time);
+    units->lever = scale_by_power_of_2(v_scale(pull.gravity * pull.mass, pull.com),
+                                       pull.power - exponent_of(swing.moment) + 2 * time);
     return KR_OK;
 }
 double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_working *working)
@@ -142,7 +142,7 @@ double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_w
                   W = v_over(v_sub(q_turn_back(q_mul(scene->start.q, scene->body.axes), m), h),
                              v_scale(1.0 / units->moment, scene->body.inertia));
     const double swing = sqrt(v_length(lever) / moment),
-                 shaking = strongest_swing(scene, working).rate * units->time,
+                 shaking = find_strongest_swing(scene, working).rate * units->time,
                  turning = units->time * largest_support_rate(scene),
                  moved = kr_scene_shakes(scene) ? fmax(shaking, turning) : turning;
     const double rotation = fmax(v_largest(W), (v_length(m) + v_length(h)) / moment);

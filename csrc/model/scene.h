@@ -10,8 +10,8 @@ typedef struct kr_units {
     double moment, time; /* [M L^2], [T] */
     kr_vec3 lever;       /* mass * gravity * com in these units, along internal axes */
 } kr_units;
-/* The factors of lever = mass * gravity * com * 2^power, whose product may exceed the range of
- * doubles. */
+/* The factors of lever = mass * gravity * com * 2^power. Their product may overflow or
+ * underflow. */
 typedef struct kr_pull {
     double mass, gravity;
     kr_vec3 com;

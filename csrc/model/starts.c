@@ -11,7 +11,7 @@ static kr_vec3 add_nonzero(kr_vec3 a, kr_vec3 b)
 }
 /* Returns the product a b. The sums are rounded in another order than by q_mul, because published
  * initial states depend on the last bits of their attitudes. */
-static kr_quat product(kr_quat a, kr_quat b)
+static kr_quat q_product(kr_quat a, kr_quat b)
 {
     return q4(a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z,
               v3(a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
@@ -20,7 +20,7 @@ static kr_quat product(kr_quat a, kr_quat b)
 }
 void kr_scene_set_velocity(kr_scene *scene, kr_vec3 velocity)
 {
-    const kr_quat q = product(scene->start.q, scene->body.axes);
+    const kr_quat q = q_product(scene->start.q, scene->body.axes);
     const kr_vec3 W = q_turn_back(q, add_nonzero(velocity, scene->turning));
     scene->start.m = q_turn(q, add_nonzero(v_times(scene->body.inertia, W), scene->body.rotor));
 }
@@ -54,7 +54,7 @@ static kr_quat upright_euler_frame(const kr_scene *scene)
 void kr_scene_set_euler(kr_scene *scene, kr_vec3 angles, kr_vec3 rates)
 {
     const double c = cos(angles.x), s = sin(angles.x), level = rates.z * sin(angles.y);
-    scene->start.q = product(euler_rotation(angles), q_conj(upright_euler_frame(scene)));
+    scene->start.q = q_product(euler_rotation(angles), q_conj(upright_euler_frame(scene)));
     kr_scene_set_velocity(scene, v3(rates.y * c + level * s, rates.y * s - level * c,
                                     rates.x + rates.z * cos(angles.y)));
 }
@@ -69,7 +69,7 @@ static int is_symmetric_about(const kr_body *body, kr_vec3 axis)
 }
 /* Subtracts the moment of inertia of a wheel about `axis` from the inertia tensor of a body. Both
  * the axis and the tensor are along the axes of description. */
-static kr_status leave_out_moment(kr_body *body, double inertia, kr_vec3 axis)
+static kr_status subtract_wheel_moment(kr_body *body, double inertia, kr_vec3 axis)
 {
     const kr_vec3 com = q_turn(body->axes, body->com), moments = body->inertia;
     double j[9], a[3];
@@ -102,7 +102,7 @@ kr_status kr_scene_release_wheel(kr_scene *scene, double inertia, kr_vec3 axis, 
         if (!is_symmetric_about(body, along)) return KR_ERR_BODY;
         *wheel = (kr_wheel){.rate = rate};
     } else {
-        const kr_status status = leave_out_moment(body, inertia, unit);
+        const kr_status status = subtract_wheel_moment(body, inertia, unit);
         if (status != KR_OK) return KR_ERR_BODY;
         for (int i = 0; i < place; i++)
             made.wheels[i].axis = q_turn_back(body->axes, q_turn(old, made.wheels[i].axis));
