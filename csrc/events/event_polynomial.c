@@ -39,7 +39,7 @@ static kr_quat attitude_coefficient(const step_view *v, int n)
 }
 /* Returns the factor of the term t, converted to the units of the power series for one step. In
  * these units, the unit of frequency is `rate`. */
-static double scale_factor(const kr_top *top, double rate, const kr_term *t)
+static double convert_factor(const kr_top *top, double rate, const kr_term *t)
 {
     return t->factor * component_unit(top, rate, t->first) * component_unit(top, rate, t->second);
 }
@@ -233,8 +233,8 @@ static void add_component(const step_view *v, double factor, int number, double 
 }
 
 /* Returns an upper bound on the magnitude of a state component, in the unit of the component. The
- * unit of angular velocity is an upper bound on |W| that follows from the energy. With the same
- * energy, the component of W along an axis with the moment A is at most sqrt(least / A) units. */
+ * unit of angular velocity is an upper bound on |W| that follows from the energy. With this energy,
+ * |W_i| is at most sqrt(least / A_i) units, where `least` is the least of the moments A. */
 static double component_bound(const kr_top *top, double rate, int number)
 {
     const double rotor = v_length(top->main.rotor) / rate;
@@ -266,7 +266,7 @@ double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t
 {
     double size = 0.0;
     for (size_t i = 0; i < n; i++)
-        size += fabs(scale_factor(top, piece->rate, &terms[i])) *
+        size += fabs(convert_factor(top, piece->rate, &terms[i])) *
                 component_bound(top, piece->rate, terms[i].first) *
                 component_bound(top, piece->rate, terms[i].second);
     return size;
@@ -279,7 +279,8 @@ static void add_term_products(const step_view *v, const kr_term *t, const kr_ter
     memset(of, 0, sizeof of);
     memset(times, 0, sizeof times);
     add_component(v, 1.0, t->first, of + PAD);
-    for (; t < end; t++) add_component(v, scale_factor(v->top, v->rate, t), t->second, times + PAD);
+    for (; t < end; t++)
+        add_component(v, convert_factor(v->top, v->rate, t), t->second, times + PAD);
     multiply_series(v, of + PAD, times + PAD, c);
 }
 /* Writes the power series of an event function over a step. Consecutive terms with the same first
@@ -297,7 +298,7 @@ static void expand_event_in_step(const step_view *v, const kr_event *e, double *
             continue;
         }
         for (const kr_term *i = t; i < end; i++)
-            add_component(v, scale_factor(v->top, v->rate, i),
+            add_component(v, convert_factor(v->top, v->rate, i),
                           i->first == KR_COMPONENT_ONE ? i->second : i->first, c);
     }
 }
@@ -356,7 +357,7 @@ int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *p, const kr
         /* While friction holds the top, the spin is zero. The constant returned here has the sign
          * opposite to that of the spin before, so that the stop is a sign change. At the end of the
          * step, find_next_sign_change discards this sign. */
-        c[0] = -p->held * scale_factor(top, p->rate, e->terms);
+        c[0] = -p->held * convert_factor(top, p->rate, e->terms);
         return 0;
     }
     expand_event_in_step(&v, e, c);

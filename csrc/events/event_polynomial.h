@@ -10,8 +10,9 @@ enum { KR_TERMS_ROOM = KR_POLYNOMIAL_ORDER_MAX + 16 };
 double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t n,
                       const kr_term terms[]);
 /* Writes the event function, or for an extremum event its derivative, as a polynomial in s over the
- * step, 0 <= s <= 1. Element c[n] of KR_TERMS_ROOM is the coefficient of s^n. Returns the degree.
- * The polynomials of consecutive steps agree, up to rounding errors, at their common time. */
+ * step, 0 <= s <= 1. The array c has KR_TERMS_ROOM elements; c[n] is the coefficient of s^n.
+ * Returns the degree. The polynomials of consecutive steps agree at their common time, up to
+ * rounding. */
 int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *piece, const kr_event *event,
                         double c[]);
 /* Returns 1 if the event function is a multiple of the spin, and the spin is zero in this step
@@ -20,8 +21,9 @@ int kr_event_is_held(const kr_step_polynomial *piece, const kr_event *event);
 /* Returns the sign in this step of an event function that is a multiple of the spin, if the top
  * slides with dry friction. Otherwise returns 0. */
 int kr_event_side_by_friction(const kr_step_polynomial *piece, const kr_event *event);
-/* Smaller multiples of the upper bound (kr_terms_bound) count as zero. KR_TERMS_START applies until
- * a first sign is known, because an event function may be zero at the initial time. */
+/* Values below KR_TERMS_UNSURE times the upper bound of kr_terms_bound count as zero. Until a first
+ * sign is known, KR_TERMS_START is used instead, because an event function may be zero
+ * initially. */
 #define KR_TERMS_UNSURE 0x1p-50
 #define KR_TERMS_START 0x1p-40
 /* Returns 1 if a sum of n terms has the form of kr_linear. */

@@ -86,8 +86,7 @@ static void find_next_sign_change(const kr_top *top, const kr_step_polynomial *p
     own->mark = search.mark;
 }
 /* Finds the first sign change of an event function in the last step, unless this step has already
- * been searched. If the previous step was searched to its end, its last sign is the initial
- * sign. */
+ * been searched. If the previous step was fully searched, the search starts with its last sign. */
 static void search_new_step(const kr_top *top, const kr_step_polynomial *piece,
                             const kr_event *event, kr_event_search *own)
 {

@@ -60,8 +60,9 @@ static int record_sign(kr_sign_search *r, double p, double s)
     r->mark = s;
     return changed;
 }
-/* Returns 1 if the sign at the end of an interval decides whether the polynomial changes sign
- * inside: the polynomial has constant sign, is monotonic, or is zero up to rounding noise. */
+/* Returns 1 if the sign at the end of an interval decides whether a polynomial with the Bernstein
+ * coefficients b changes sign inside: it has constant sign, is monotonic, or is zero up to
+ * noise. */
 static int is_sign_decided(const kr_sign_search *r, const double *b, double width)
 {
     const double slack = r->used > 0 ? r->tail_slope * width / r->used : 0.0;

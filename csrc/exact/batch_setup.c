@@ -54,7 +54,7 @@ typedef struct batch_queue {
     double in[NUMBERS][MANY];
 } batch_queue;
 
-/* Checks whether lanes can handle a body, and computes the data that depend on it alone. */
+/* Checks whether lanes can handle a body, and computes the data that depend only on the body. */
 static void analyse_body(const kr_body *body, body_data *known)
 {
     const kr_scene scene = {.body = *body};

@@ -73,7 +73,7 @@ const kr_exact_isa *kr_exact_widest_isa(const kr_exact_isa form[]);
 /* Writes the n states of a plan at the times t. */
 void kr_exact_evaluate_widest(const kr_exact_isa *isa, const void *plan, size_t n, const double t[],
                               kr_state out[]);
-/* The limits of the nutation (symmetric.c). */
+/* Writes the extreme nutation angles and the related quantities of kr_nutation (symmetric.c). */
 typedef kr_status kr_exact_limits(const kr_scene *scene, kr_nutation *out);
 /* A batch of n tops, computed with the element `isa` of kr_symmetric_form. If `plans` is not NULL,
  * the closed forms are written to this array. The array `states` receives `times` consecutive

@@ -150,7 +150,7 @@ static void set_axis(gyrostat *top, const double least[DIRECTIONS])
     }
 }
 /* Finds the direction a and, in doubles, the period: the time until m returns to the plane through
- * its initial value, perpendicular to its initial derivative. Returns 0 if m does not return within
+ * the initial m that is perpendicular to the initial m'. Returns 0 if m does not return within
  * MOST_STEPS steps, for example near separatrices. */
 static int find_period(gyrostat *top, gyrostat_series *s)
 {

@@ -1,7 +1,6 @@
 /* Set-up of the closed form of a Lagrange top (kernel.h). Let a be the symmetry axis, u = a.e3 its
- * height, U u the potential energy, m the momentum, I1 the equal moments, W = m / I1 and g = 2 U /
- * I1:
- *     (du/dt)^2 = g (u - u1)(u - u2)(u - u3),   u1 <= u <= u2 <= 1 <= u3.
+ * height, U u the potential energy, m the momentum, I1 the equal moments and W = m / I1. Then
+ *     (du/dt)^2 = g (u - u1)(u - u2)(u - u3),   u1 <= u <= u2 <= 1 <= u3,   g = 2 U / I1.
  * The roots, and the rates nu, k1 and k2 of the phases in kernel.h, are computed in double-double
  * arithmetic. The moment of inertia about the symmetry axis affects only the spin, by a constant
  * rate that is added separately. */
@@ -467,9 +466,9 @@ static inline void set_theta_series(exact_lanes *exact, const turning_points *r,
         set_series_of_kind(exact, r, a, 0);
 }
 /* Sets the scale factor of the horizontal momentum from its magnitude at the lowest position of the
- * axis. There, the magnitude is larger than at the highest position, because (1 - u1)(1 + u2) >= (1
- * + u1)(1 - u2) and u3 + 1 >= u3 - 1. The theta3 series is positive for real and imaginary
- * arguments, so that the sign of the scale factor is that of `lowest`. */
+ * axis. There, the magnitude is larger than at the highest position, because m1 p2 >= p1 m2 and
+ * plus3 >= minus3 (in the notation of find_theta_arguments). The theta3 series is positive for real
+ * and imaginary arguments, so that the sign of the scale factor is that of `lowest`. */
 static inline void set_momentum_scale(exact_lanes *exact, const initial *s, const turning_points *r,
                                       wide i1)
 {
@@ -548,7 +547,7 @@ typedef struct lagrange_setup {
     arguments at;
 } lagrange_setup;
 
-/* Computes the quantities on which all later stages of the set-up depend. */
+/* Computes i1, half_spin and start, on which all other stages of the set-up depend. */
 static void set_initial_quantities(lagrange_setup *s)
 {
     s->i1 = equal_moment(&s->top);

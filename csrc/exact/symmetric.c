@@ -389,7 +389,7 @@ static const char *classify_heavy_motion(const initial *s, const turning_points 
               low = find_precession_sign(s, r->minus1, r->plus1, 0.0);
     return high == 0 ? "cusps" : high == low ? "waves" : "loops";
 }
-/* Writes the first times >= 0 at which the apex is lowest and highest, or infinity. */
+/* Writes the first times >= 0, or infinity, at which the apex is lowest and highest. */
 static void find_turning_times(const initial *s, const turning_points *r, double *low, double *high)
 {
     const double kp = sqrt(r->g32.hi / r->g31.hi);

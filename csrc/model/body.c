@@ -34,8 +34,7 @@ int kr_body_is_physical(const kr_body *b)
         b->mass * c.x * (c.x / s.x) + b->mass * c.y * (c.y / s.y) + b->mass * c.z * (c.z / s.z);
     return !(needed > 1.0);
 }
-/* Validates the body `b`, and copies a valid body to `out`. Returns the status of the
- * validation. */
+/* Validates the body b, and copies a valid body to `out`. Returns the status of the validation. */
 static kr_status check_and_copy(const kr_body *b, kr_body *out)
 {
     const kr_status status = out ? kr_body_check(b) : KR_ERR_ARGUMENT;
@@ -107,8 +106,7 @@ int kr_body_is_rotor_axial(const kr_body *b, double rtol)
     return largest_across(b->rotor, axis) <= rtol * v_largest(b->rotor);
 }
 /* The closed-form solutions and maps of integrable tops generally assume a body without a rotor. A
- * rotor along the symmetry axis is permitted: it only adds the constant rate -rotor / I3 to the
- * spin. */
+ * rotor along the symmetry axis is permitted: it only adds the rate -rotor / I3 to the spin. */
 kr_kind kr_body_kind(const kr_body *b, double rtol)
 {
     const kr_kind kind = find_kind_without_rotor(b, rtol);
@@ -168,9 +166,9 @@ static kr_working align_rotor(kr_working w, const kr_body *b)
 kr_working kr_body_working_damped(const kr_body *b, kr_vec3 damping)
 {
     const int is_even = damping.x == damping.y && damping.y == damping.z;
-    /* A rotor off the line to the centre of mass determines the axis, about which the body is
-     * symmetric together with the rotor. The centre of mass matters only under gravity. Without it,
-     * the apex is the axis (0, 0, 1). */
+    /* The third axis points to the centre of mass if the rotor is zero or parallel to it.
+     * Otherwise, the third axis is along the rotor, about which a spherical body without gravity is
+     * symmetric. Its third component is positive, because the apex is (0, 0, 1) if com = 0. */
     const int is_about_com = v_largest(b->com) > 0.0 && kr_body_is_rotor_axial(b, KR_KIND_RTOL);
     const kr_vec3 last_axis = is_about_com || !kr_body_has_rotor(b)
                                   ? b->com

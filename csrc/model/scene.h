@@ -10,8 +10,7 @@ typedef struct kr_units {
     double moment, time; /* [M L^2], [T] */
     kr_vec3 lever;       /* mass * gravity * com in these units, along internal axes */
 } kr_units;
-/* The factors of lever = mass * gravity * com * 2^power. Their product may overflow or
- * underflow. */
+/* The factors of lever = mass * gravity * com * 2^power. The product itself may overflow. */
 typedef struct kr_pull {
     double mass, gravity;
     kr_vec3 com;
@@ -31,7 +30,7 @@ static inline int kr_scene_needs_support_terms(const kr_scene *scene)
     return scene->friction > 0.0 || kr_scene_turns(scene) || kr_scene_shakes(scene) ||
            scene->gradient != 0.0;
 }
-/* Returns 1 if the top is damped or kr_scene_needs_support_terms. */
+/* Returns 1 if the top is damped, or if kr_scene_needs_support_terms returns 1. */
 static inline int kr_scene_is_disturbed(const kr_scene *scene)
 {
     return v_largest(scene->damping) > 0.0 || kr_scene_needs_support_terms(scene);
