@@ -30,7 +30,7 @@
     }
 
 const kr_exact_isa kr_symmetric_form[KR_EXACT_ISAS] = ROWS(exact);
-/* KR_NO_TORUS leaves out all closed forms but the symmetric one, which are most of the code. */
+/* KR_NO_TORUS leaves out all closed forms except kr_symmetric_form, and so most of the code. */
 #ifndef KR_NO_TORUS
 const kr_exact_isa kr_kowalewski_form[KR_EXACT_ISAS] = ROWS(kowalewski);
 const kr_exact_isa kr_chaplygin_form[KR_EXACT_ISAS] = ROWS(chaplygin);
@@ -139,7 +139,7 @@ void kr_exact_run(const kr_exact_request *request)
 #ifdef KR_NO_BATCHES
     for (size_t top = 0; top < request->n; top++) kr_exact_run_top(request, top);
 #else
-    /* Not members of kr_exact_isa: programs that compute single tops do not link them. */
+    /* Not in kr_exact_isa, so that programs for single tops do not link these functions. */
     static kr_exact_batch *const batches[] = {
         ROW_AVX512(kr_exact_batch_avx512) ROW_AVX2(kr_exact_batch_avx2) kr_exact_batch_base};
     batches[request->isa - kr_symmetric_form](request);

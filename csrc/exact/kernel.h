@@ -197,8 +197,8 @@ INLINE void sincos_turns(dd x, wide *s, wide *c)
     *s = wide_of_bits((wide_bits(sine) ^ swap) ^ ((quarter & 2) << 62));
     *c = wide_of_bits((wide_bits(cosine) ^ swap) ^ (((quarter + 1) & 2) << 62));
 }
-/* An exponential for |a| < 708, computed as exp(a) = 2^k exp(r) with |k| < 1022 and
- * |r| <= (ln 2)/2. Adding the low bits of k + 1.5 * 2^52 to the exponent of 1.0 gives 2^k. */
+/* The factors of exp(a) = 2^k exp(r) for |a| < 708, with |k| < 1022 and |r| <= (ln 2)/2. Adding the
+ * low bits of k + 1.5 * 2^52 to the exponent of 1.0 gives 2^k. */
 typedef struct exponential {
     wide plus, minus; /* 2^k, 2^-k */
     wide even, odd;   /* cosh r, sinh r */

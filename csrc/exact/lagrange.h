@@ -215,7 +215,7 @@ static inline wide evaluate_poly(const wide poly[KR_THETA_TERMS], wide s)
     for (int i = KR_THETA_TERMS - 2; i >= 0; i--) r = r * s + poly[i];
     return r;
 }
-static inline void scale_series(theta_lanes *series, wide factor)
+static inline void scale_theta(theta_lanes *series, wide factor)
 {
     for (int i = 0; i < KR_THETA_TERMS; i++) {
         series->even[i] = series->even[i] * factor;
@@ -442,12 +442,12 @@ static inline void set_series_of_kind(exact_lanes *exact, const turning_points *
     if (dual) {
         const theta_lanes pole = make_theta_series(THETA4, nome, y1, 1);
         const wide quarter = wide_sqrt(wide_sqrt(nome));
-        scale_series(&exact->alpha,
-                     high * 2.0 * quarter / wide_sqrt(kp) / evaluate_poly(pole.even, zero));
-        scale_series(&exact->beta, low / evaluate_poly(exact->beta.even, zero));
+        scale_theta(&exact->alpha,
+                    high * 2.0 * quarter / wide_sqrt(kp) / evaluate_poly(pole.even, zero));
+        scale_theta(&exact->beta, low / evaluate_poly(exact->beta.even, zero));
     } else {
-        scale_series(&exact->alpha, high / evaluate_poly(exact->alpha.even, wide_splat(1.0)));
-        scale_series(&exact->beta, low * wide_sqrt(kp) / evaluate_poly(exact->beta.even, zero));
+        scale_theta(&exact->alpha, high / evaluate_poly(exact->alpha.even, wide_splat(1.0)));
+        scale_theta(&exact->beta, low * wide_sqrt(kp) / evaluate_poly(exact->beta.even, zero));
     }
 }
 static inline void set_theta_series(exact_lanes *exact, const turning_points *r, const arguments *a)

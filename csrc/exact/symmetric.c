@@ -254,12 +254,12 @@ static void set_euler_series(kr_exact_form *exact, const body_axes *a, double c2
     exact->beta = make_theta_series(dual ? THETA2 : THETA4, nome, y * shrink, dual);
     if (dual) {
         const kr_theta pole = make_theta_series(THETA4, nome, y * shrink, 1);
-        scale_series(&exact->alpha,
-                     below * 2.0 * sqrt(sqrt(nome)) / quarter / evaluate_poly(pole.even, 0.0));
-        scale_series(&exact->beta, above / evaluate_poly(exact->beta.even, 0.0));
+        scale_theta(&exact->alpha,
+                    below * 2.0 * sqrt(sqrt(nome)) / quarter / evaluate_poly(pole.even, 0.0));
+        scale_theta(&exact->beta, above / evaluate_poly(exact->beta.even, 0.0));
     } else {
-        scale_series(&exact->alpha, below / evaluate_poly(exact->alpha.even, 1.0));
-        scale_series(&exact->beta, above * quarter / evaluate_poly(exact->beta.even, 0.0));
+        scale_theta(&exact->alpha, below / evaluate_poly(exact->alpha.even, 1.0));
+        scale_theta(&exact->beta, above * quarter / evaluate_poly(exact->beta.even, 0.0));
     }
 }
 /* LEAST_SQUARE is a lower bound imposed on k^2, k'^2 and 1 - c^2 to keep quotients finite.

@@ -388,7 +388,8 @@ static double find_shaking_derivative(const quantity_point *at, int shaking)
 }
 /* Computes the changes of all vectors in `by` from the parameter changes in `by` and the change of
  * the state in `column`, one column of the tangent matrix. */
-static void set_changes(const quantity_point *at, const double column[6], quantity_change *by)
+static void set_vector_changes(const quantity_point *at, const double column[6],
+                               quantity_change *by)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
     by->described_turn = v_of(column);
@@ -439,7 +440,7 @@ void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, si
         const quantity_point at = make_point(scene, &states[i]);
         for (size_t c = 0; c < columns; c++) {
             for (size_t row = 0; row < 6; row++) column[row] = tangents[row * columns + c];
-            set_changes(&at, column, &changes[c]);
+            set_vector_changes(&at, column, &changes[c]);
             write_tangent(index, &at, &changes[c], value);
             for (size_t row = 0; row < rows; row++) out[row * columns + c] = value[row];
         }
