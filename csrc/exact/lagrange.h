@@ -66,8 +66,8 @@ static inline wide elliptic_agm(wide a, wide b)
     return 0.5 * (a + b);
 }
 /* Returns T = numerator / agm(1, k), given k2 = k^2. With the numerator agm(1, k'), T is K'/K. For
- * series in powers of the square of the nome, the numerator is 2 agm(1, k'), and T is 2 K'/K. If T
- * < 1, the dual series are used: their phase is multiplied by pi / T, which is written to
+ * series in powers of the square of the nome, the numerator is 2 agm(1, k'), and T is 2 K'/K. If
+ * T < 1, the dual series are used: their phase is multiplied by pi / T, which is written to
  * exact->stretch and stretch_rest as a double-double. */
 static inline wide find_theta_stretch(exact_lanes *exact, dd numerator, dd k2)
 {
@@ -174,10 +174,10 @@ static inline void sinhcosh_accurate(wide y, wide *s, wide *c)
     *s = e.even * odd + e.odd * even;
     *c = e.even * even + e.odd * odd;
 }
-/* Returns the real (`even`) and imaginary (`odd`) parts of theta(x + i y) as polynomials in sin^2
- * x, without the factors sin x, cos x or sin x cos x of the tables. If `dual` is nonzero, returns
- * theta(y + i x), multiplied by i for theta1, as polynomials in sinh^2 x instead. The common factor
- * 2 nome^(1/4) of theta1 and theta2 is omitted. */
+/* Returns the real (`even`) and imaginary (`odd`) parts of theta(x + i y) as polynomials in
+ * sin^2 x, without the factors sin x, cos x or sin x cos x of the tables. If `dual` is nonzero,
+ * returns theta(y + i x), multiplied by i for theta1, as polynomials in sinh^2 x instead. The
+ * common factor 2 nome^(1/4) of theta1 and theta2 is omitted. */
 static inline theta_lanes make_theta_series(enum theta which, wide nome, wide y, int dual)
 {
     const int odd = which == THETA1 || which == THETA2;

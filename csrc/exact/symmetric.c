@@ -219,8 +219,8 @@ static int set_up_steady_motion(kr_exact_form *exact, const double inertia[3], c
 }
 /* Returns the common rate of the phases of alpha and beta, and writes agm(1, k') to `mean`. The
  * arguments `c2`, `flat`, `k2` and `kp` are c^2, 1 - c^2, the square of the modulus k of the
- * elliptic functions, and the complementary modulus k'. For c^2 <= 1/4, the sum for p0^2 = 1 + c2
- * k2 / flat is used, which avoids a division by c. */
+ * elliptic functions, and the complementary modulus k'. For c^2 <= 1/4, the sum for
+ * p0^2 = 1 + c2 k2 / flat is used, which avoids a division by c. */
 static dd find_common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean)
 {
     const dd one = dd_of(1.0), size = dd_sqrt(a->square), ck = dd_mul(c2, k2);
@@ -350,8 +350,8 @@ static kr_exact_form make_euler_form(const exact_top *top, dd half_turn)
     return exact;
 }
 
-/* The extreme nutation angles of a top, and the precession at these angles. With m3 = <m, e3>, c =
- * <m, apex> and the nutation th, the energy is
+/* The extreme nutation angles of a top, and the precession at these angles. With m3 = <m, e3>,
+ * c = <m, apex> and the nutation th, the energy is
  *     E = I1 th'^2/2 + U(th),   U = (m3 - c cos th)^2 / (2 I1 sin^2 th) + c^2/2 I3 + lever cos th,
  * where (m3 - c cos th)/sin th = ((m3 + c) tan th/2 + (m3 - c) cot th/2) / 2 loses no digits near a
  * pole. An axial rotor with the momentum h replaces c^2/2 I3 by (c - h)^2/2 I3. For a torque-free

@@ -1,8 +1,8 @@
 /* Modified rates and the conserved energy of the fourth-order map bobenko_suris4. The units are
  * chosen such that the moment of inertia I1 is 1. Let a be the symmetry axis, m the momentum, e the
- * step of the map, u = <a,e3>, c = <m,a>, l = <m,e3>, g the largest possible torque, and b = e^2 g
- * / 4. The energy H = |m|^2/2 + g u is that of a top with I3 = I1; for other tops, the constant c^2
- * (1/I3 - 1)/2 must be added. With the Cayley transform Cay and a modified potential V, the map is
+ * step of the map, u = <a,e3>, c = <m,a>, l = <m,e3>, g the largest possible torque, and
+ * b = e^2 g / 4. The energy H = |m|^2/2 + g u is that of a top with I3 = I1; for other tops, the
+ * constant c^2 (1/I3 - 1)/2 must be added. With the Cayley transform Cay, the map is
  *     half kick m += (e/2) V'(u) e3 x a,    a -> Cay(e m) a,    half kick,
  *     V'(u) = dV/du = g (1 - b u) / (1 + b^2 u^2).
  * The map conserves c, l and
@@ -11,8 +11,8 @@
  * which equals H + e^2 g l c / 4 + O(e^4). Replacing K by K + e^2 g^2, which is also conserved,
  * would cause an error of order e^4 in the rates. The map bobenko_suris4 follows the same orbit as
  * the continuous motion of the top, but at a different rate. To first order in g and to all orders
- * in e |m|, a step e of the map equals a step h of the top, rotated by -e g c om about e3 and by -e
- * g l om about a, with
+ * in e |m|, a step e of the map equals a step h of the top, rotated by -e g c om about e3 and by
+ * -e g l om about a, with
  *     z = e^2 K / 2,    h = e (A + g l c e^4/8 (B + (1 + z) dB/dz)),    om = e^2 B / 4
  *     A = atan(sqrt z) / sqrt z,    B = (1 - A) / z
  * All these quantities are constant along an orbit. (Derived for this library; no earlier source is

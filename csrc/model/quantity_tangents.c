@@ -1,7 +1,7 @@
 /* Derivatives of quantities such as the energy, computed from the tangents of the state. Let R be
- * the attitude of the principal axes, J the inertia, h the momentum of the rotor, M = R* m R, W =
- * J^-1 (M - h), V = R* e3 R the vertical, O the angular velocity of the support and U = W - O. A
- * rotation vector theta in the body and a change dm of the momentum in space cause the changes
+ * the attitude of the principal axes, J the inertia, h the momentum of the rotor, M = R* m R,
+ * W = J^-1 (M - h), V = R* e3 R the vertical, O the angular velocity of the support and U = W - O.
+ * A rotation vector theta in the body and a change dm of the momentum in space cause the changes
  *     dM = R* dm R + M x theta,   dW = J^-1 (dM - dh - dJ W),   dV = V x theta,
  *     dO = O x theta + R* dturning R,   dU = dW - dO,
  * and a vector R v R* in space changes by R (dv + theta x v) R*. The derivative has an additional
