@@ -22,10 +22,10 @@
 #include "slow.h"
 #include "support_setup.h"
 
-/* Rows of the table of Taylor coefficients in slow_terms.h: q, P, the friction variable, W, U, O, G,
- * and G P. The first ROWS_OF_SERIES are those of x and w in kr_series. The rows from ROW_U on are
- * used only for tops with friction or on moving supports, those from ROW_R on for the velocities u_i
- * (slow_directions.h) while friction holds the top. */
+/* Rows of the table of Taylor coefficients in slow_terms.h: q, P, the friction variable, W, U, O,
+ * G, and G P. The first ROWS_OF_SERIES are those of x and w in kr_series. The rows from ROW_U on
+ * are used only for tops with friction or on moving supports, those from ROW_R on for the
+ * velocities u_i (slow_directions.h) while friction holds the top. */
 enum {
     ROW_Q = 0,
     ROW_P = 5,

@@ -1,7 +1,7 @@
 /* The directions about which damping may be strong (slow.c), and the choice of those about which it
  * is. The angular velocity of the top relative to its support is U = u_0 v_0 + u_1 v_1 + ..., with
- * vectors v_i that are orthogonal with respect to the moments of inertia A and to the damping D. The
- * length of v_i is at least 1 and less than 2. In the notation of slow.c,
+ * vectors v_i that are orthogonal with respect to the moments of inertia A and to the damping D.
+ * The length of v_i is at least 1 and less than 2. In the notation of slow.c,
  *     u_i' = <A v_i, X - O'> / a_i - d_i u_i,   a_i = <v_i, A v_i>,   d_i = <v_i, D v_i> / a_i,
  *     A X = (AW + h) x W + G P x c
  * In general, v_i are the principal axes. If friction holds the top, U is perpendicular to the apex
