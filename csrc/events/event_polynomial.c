@@ -179,7 +179,7 @@ static void add_relative_velocity(const step_view *v, double factor, kr_vec3 alo
         if (turning[i] != 0.0) add_space_component(v, i, v_scale(turning[i], along), c);
 }
 /* Returns an axis of the frame of description (kreisel.h), along the internal axes (method.h). */
-static kr_vec3 body_axis(const step_view *v, int axis)
+static kr_vec3 find_internal_axis(const step_view *v, int axis)
 {
     return q_turn_back(v->top->axes, v_axis(axis));
 }
@@ -213,21 +213,22 @@ static void add_component(const step_view *v, double factor, int number, double 
             add_space_component(v, axis, v_scale(factor, apex), c);
         break;
     case KR_QUANTITY_body_velocity:
-        add_relative_velocity(v, factor, body_axis(v, axis), c);
+        add_relative_velocity(v, factor, find_internal_axis(v, axis), c);
         break;
     case KR_QUANTITY_spin:
         add_relative_velocity(v, factor, apex, c);
         break;
     case KR_QUANTITY_inertial_velocity:
-        add_velocity_component(v, v_scale(factor, body_axis(v, axis)), c);
+        add_velocity_component(v, v_scale(factor, find_internal_axis(v, axis)), c);
         break;
     case KR_QUANTITY_body_vertical:
-        add_vertical_component(v, v_scale(factor, body_axis(v, axis)), c);
+        add_vertical_component(v, v_scale(factor, find_internal_axis(v, axis)), c);
         break;
     case KR_QUANTITY_body_momentum:
-        add_velocity_component(v, v_scale(factor, v_times(motion->inertia, body_axis(v, axis))), c);
+        add_velocity_component(
+            v, v_scale(factor, v_times(motion->inertia, find_internal_axis(v, axis))), c);
         if (kr_body_has_rotor(&v->top->scene.body))
-            c[0] += factor / v->rate * v_dot(body_axis(v, axis), motion->rotor);
+            c[0] += factor / v->rate * v_dot(find_internal_axis(v, axis), motion->rotor);
         break;
     }
 }

@@ -97,7 +97,7 @@ INLINE cell_place find_cell(const kr_chaplygin_plan *plan, int j, dd half)
 /* Writes an odd function of the torus angle of each arc: (x - alpha)/2 [turns] for `which` = 0, and
  * the periodic part of t for 1. Clenshaw's recurrences for even and for odd terms are independent
  * and run in parallel: with z = T_2(y), T_2k(y) = T_k(z) and T_2k+1(y) = y (U_k(z) - U_k-1(z)). */
-INLINE void sum_cells(const cell_place p[], int arcs, int which, wide out[])
+INLINE void evaluate_cell_series(const cell_place p[], int arcs, int which, wide out[])
 {
     const int first = which * CELL_TERMS;
     wide twice[2], sum[2][2], before[2][2];
@@ -161,8 +161,8 @@ INLINE void find_points(const kr_chaplygin_plan *plan, int from, int to, const d
     cell_place p[2];
     wide turns[2], s[2], c[2];
     for (int j = 0; j < arcs; j++) p[j] = find_cell(plan, from + j, half[j]);
-    sum_cells(p, arcs, 0, turns);
-    if (time) sum_cells(p, arcs, 1, time);
+    evaluate_cell_series(p, arcs, 0, turns);
+    if (time) evaluate_cell_series(p, arcs, 1, time);
     for (int j = 0; j < arcs; j++) sincos_turns(phase_plus(half[j], turns[j]), &s[j], &c[j]);
     for (int j = 0; j < arcs; j++) out[j] = find_chaplygin_point(&plan->arc[from + j], s[j], c[j]);
 }

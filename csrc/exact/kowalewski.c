@@ -472,12 +472,12 @@ static int average_arc(kowalewski_arc *arc, cosine_table *table, samples *v)
     arc->turn = mean[2];
     return arc->points > 0;
 }
-/* Computes the sine series of arc j from its samples. Let p and q be the averages of dt/dy and
- * w dt/dy, and det = p2 q1 - p1 q2. The differentials of theta1 and theta2 are sums over both arcs
- * of
+/* Computes the sine series of arc j, for both torus angles and the heading, from its samples. Let p
+ * and q be the averages of dt/dy and w dt/dy, and det = p2 q1 - p1 q2. The differentials of theta1
+ * and theta2 are sums over both arcs of
  *     (p2 w dt - q2 dt)/det  and  (p1 w dt - q1 dt)/det,
- * with a minus sign for the second arc, where F has the opposite sign. The heading contains
- * multiples of theta1 and theta2, which can be large. They are subtracted before integration. */
+ * with a minus sign for the second arc, where F has the opposite sign. Multiples of these
+ * differentials in the integrand of the heading can be large, and are subtracted from it first. */
 static void integrate_arc(kowalewski_arc arc[2], int j, dd det, const cosine_table *table,
                           samples *v)
 {
@@ -668,7 +668,7 @@ static double root_distance(const kowalewski_curve *o, int i, int j)
 }
 /* Returns the relative error of root_distance. If two roots of phi are nearly equal, only about
  * half of their digits are accurate. */
-static double distance_error(const kowalewski_curve *o, int i, int j)
+static double distance_relative_error(const kowalewski_curve *o, int i, int j)
 {
     const double distance = root_distance(o, i, j), digits = 1e-31;
     return i < ROOT_K && j < ROOT_K ? digits / (distance * distance) : digits / distance;
@@ -679,12 +679,12 @@ static double distance_error(const kowalewski_curve *o, int i, int j)
 static double separatrix_error(const kowalewski_curve *o)
 {
     const int top = o->real - 2;
-    double most = fmax(distance_error(o, o->order[top], o->order[top - 1]),
-                       distance_error(o, o->order[0], o->order[1]));
+    double most = fmax(distance_relative_error(o, o->order[top], o->order[top - 1]),
+                       distance_relative_error(o, o->order[0], o->order[1]));
     if (o->pair) {
         const double re = o->root[1].hi;
         if ((re > ordered_root(o, top).hi && re < o->k.hi) || re < ordered_root(o, 0).hi)
-            most = fmax(most, distance_error(o, 1, 2));
+            most = fmax(most, distance_relative_error(o, 1, 2));
     }
     return most;
 }
@@ -745,7 +745,7 @@ static void fill_arc(const kowalewski_arc *from, kr_kowalewski_arc *to)
     }
 }
 /* Writes two values of a function for the roots e1 and e2 (struct pair). */
-static void fill_pair(const kowalewski_curve *o, cdd one, cdd two, double out[2])
+static void store_root_pair(const kowalewski_curve *o, cdd one, cdd two, double out[2])
 {
     out[0] = one.re.hi;
     out[1] = o->pair ? one.im.hi : two.re.hi;
@@ -768,10 +768,10 @@ static void fill_roots(const kowalewski_curve *o, kr_kowalewski_plan *plan)
     plan->l = o->l.hi, plan->c = o->c.hi, plan->k = o->k.hi;
     plan->pair = o->pair;
     plan->A0 = A[0].re.hi, plan->B0 = B[0].re.hi;
-    fill_pair(o, A[1], A[2], plan->A);
-    fill_pair(o, B[1], B[2], plan->B);
-    fill_pair(o, cdd_mul(A[1], A[1]), cdd_mul(A[2], A[2]), plan->A_square);
-    fill_pair(o, cdd_mul(B[1], B[1]), cdd_mul(B[2], B[2]), plan->B_square);
+    store_root_pair(o, A[1], A[2], plan->A);
+    store_root_pair(o, B[1], B[2], plan->B);
+    store_root_pair(o, cdd_mul(A[1], A[1]), cdd_mul(A[2], A[2]), plan->A_square);
+    store_root_pair(o, cdd_mul(B[1], B[1]), cdd_mul(B[2], B[2]), plan->B_square);
     /* The sum of the roots is -h, and A^2 = 2 (e + h). */
     plan->sum = -0.5 * square.hi;
     plan->apart = o->pair ? 2.0 * o->root[2].hi : dd_sub(o->root[1], o->root[2]).hi;

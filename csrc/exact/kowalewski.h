@@ -692,9 +692,9 @@ INLINE koetter_state evaluate_koetter(const kr_kowalewski_plan *plan, int comple
 typedef struct body_state {
     wide p, q, r, g1, g2, g3;
 } body_state;
-/* The vector C, B or V, whose heading is known: its horizontal part (x, y, z) in the body frame,
- * the squared length of this part, and the squared sum of the magnitudes of its terms. The heading
- * is psi plus the argument of re + i im. */
+/* The horizontal part (x, y, z), in the body frame, of the vector C, B or V (find_vector_C, _B and
+ * _V), its squared length, and the squared sum of the magnitudes of its terms, which measures
+ * cancellation. The heading of the vector is psi plus the argument of re + i im. */
 typedef struct heading_vector {
     wide x, y, z, square, terms, re, im;
 } heading_vector;

@@ -174,10 +174,10 @@ static inline void sinhcosh_accurate(wide y, wide *s, wide *c)
     *s = e.even * odd + e.odd * even;
     *c = e.even * even + e.odd * odd;
 }
-/* Returns the real (`even`) and imaginary (`odd`) parts of theta(x + i y) as polynomials in
- * sin^2 x, without the factors sin x, cos x or sin x cos x of the tables. If `dual` is nonzero,
- * returns theta(y + i x), multiplied by i for theta1, as polynomials in sinh^2 x instead. The
- * common factor 2 nome^(1/4) of theta1 and theta2 is omitted. */
+/* Returns the real part (`even`) and the imaginary part (`odd`) of theta(x + i y) as polynomials in
+ * sin^2 x, each divided by its factor sin x, cos x or sin x cos x, if any (see the tables). If
+ * `dual` is nonzero, does the same for theta(y + i x), with i theta1 for theta1, and with sinh x
+ * and cosh x. The common factor 2 nome^(1/4) of theta1 and theta2 is omitted. */
 static inline theta_lanes make_theta_series(enum theta which, wide nome, wide y, int dual)
 {
     const int odd = which == THETA1 || which == THETA2;

@@ -36,7 +36,7 @@ static dd find_axis_tilt(kr_vec3 com, const kr_working *w, kr_quat *tilt)
 /* Returns half the rate that the rotor adds to the spin, in internal units. For a spherical body
  * with rotated axes, the norm of the rotor momentum is used, because it is not affected by rounding
  * errors of the rotation. */
-static dd find_rotor_half_spin(const kr_body *b, const kr_working *w, const kr_units *units)
+static dd find_half_spin_due_to_rotor(const kr_body *b, const kr_working *w, const kr_units *units)
 {
     const double scale = units->time, per_moment = 1.0 / units->moment;
     const kr_vec3 h = v_scale(scale, v_scale(per_moment, b->rotor));
@@ -63,7 +63,7 @@ static kr_status convert_to_internal(const kr_scene *scene, kr_kind kind, descri
     exact_top *own = &top->own;
     top->behind = along < 0.0;
     top->axes = q_unit(q_mul(b->axes, w.axes));
-    top->half_turn = find_rotor_half_spin(b, &w, &top->units);
+    top->half_turn = find_half_spin_due_to_rotor(b, &w, &top->units);
     own->inertia = v_scale(1.0 / moment, w.inertia);
     own->m = v3(drop_tiny_momentum(m.x), drop_tiny_momentum(m.y), drop_tiny_momentum(m.z));
     own->q[0] = dd_of(q.w);

@@ -253,9 +253,9 @@ static void turn_to_axes(const dd q[4], const dd v[3], dd c, dd s, dd out[3])
     out[1] = dd_sub(dd_mul(c, r[1]), dd_mul(s, r[0]));
     out[2] = r[2];
 }
-/* Checks that a scene describes an undamped top of this kind under gravity. Converts it to `start`
- * and `way`, in axes and units of the closed form. If a check fails, writes the cause to
- * `refusal`. */
+/* Checks that a scene describes an undamped top of this kind under gravity. Writes its initial
+ * state to `start`, and the conversion of axes and units to `way`. If `own` is nonzero, the support
+ * may rotate about the vertical. If a check fails, writes the cause to `refusal`. */
 static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_kind *kind,
                                   kr_refusal *refusal, torus_start *start, torus_units *way)
 {

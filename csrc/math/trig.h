@@ -69,7 +69,7 @@ static inline void cos_sinc(double z, double *c, double *s)
 
 /* Writes cos(x) - 1 and sin(x)/x, given z = x^2 of any size. For small x, cos(x) - 1 has digits
  * that would be lost in cos(x). */
-static inline void less_one_sinc(double z, double *c, double *s)
+static inline void cosm1_sinc(double z, double *c, double *s)
 {
     if (z <= 0.61) {
         less_one_sinc_small(z, c, s);

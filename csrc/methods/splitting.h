@@ -107,7 +107,7 @@ static inline void splitting_rotate_about_axis(double half, double *mj, double *
 {
     const double y = *mj, z = *mk, a = *w, b = *ri, p = *rj, q = *rk;
     double c, s;
-    less_one_sinc(half * half, &c, &s);
+    cosm1_sinc(half * half, &c, &s);
     s *= half;
     const double turn = 2.0 * (s + s * c), back = 2.0 * s * s;
     *mj = y + (turn * z - back * y);
@@ -134,7 +134,7 @@ SPLITTING_INLINE void splitting_rotate(splitting *s, const splitting_body *b, do
 {
     const kr_vec3 turn = v_scale(part * s->round, s->m);
     double c, sinc;
-    less_one_sinc(0.25 * v_dot(turn, turn), &c, &sinc);
+    cosm1_sinc(0.25 * v_dot(turn, turn), &c, &sinc);
     kr_quat change = q_mul(q4(c, v_scale(0.5 * sinc, turn)), s->q);
     if (b) change = q_add(change, q_mul(q_add(s->q, change), b->r));
     change = q_add(change, q_scale(0.5 - 0.5 * q_dot(s->q, s->q), q_add(s->q, change)));
@@ -149,7 +149,7 @@ static inline void splitting_turn_support(splitting *s, double part)
     const kr_vec3 half = v_scale(part, s->turning);
     if (v_largest(half) == 0.0) return;
     double c, sinc;
-    less_one_sinc(v_dot(half, half), &c, &sinc);
+    cosm1_sinc(v_dot(half, half), &c, &sinc);
     const kr_vec3 axis = v_scale(sinc, half), across = v_scale(2.0, v_cross(axis, s->m)),
                   push = v_add(v_axpy(1.0 + c, across, v_cross(axis, across)), s->low_m);
     const kr_quat turn = q_add(q_mul(q4(c, axis), s->q), s->low_q), q = q_add(s->q, turn);

@@ -157,8 +157,8 @@ static kr_vec3 change_in_rotating_axes(double turn, kr_vec3 v, kr_vec3 dv)
 }
 /* Computes the vectors on which an integral of motion depends, and their infinitesimal changes.
  * Returns 0 if the body or the change `by` does not belong to the integrable case `kind`. */
-static int find_integral_vectors(const quantity_point *at, const quantity_change *by, kr_kind kind,
-                                 integral_vectors *f)
+static int find_integral_arguments(const quantity_point *at, const quantity_change *by,
+                                   kr_kind kind, integral_vectors *f)
 {
     const kr_body *body = &at->scene->body;
     if (kr_body_kind(body, KR_KIND_RTOL) != kind || v_largest(by->moments) > 0.0) return 0;
@@ -184,7 +184,7 @@ static int find_integral_vectors(const quantity_point *at, const quantity_change
 static double tangent_of_kowalewski(const quantity_point *at, const quantity_change *by)
 {
     integral_vectors f;
-    if (!find_integral_vectors(at, by, KR_KIND_KOWALEWSKI, &f)) return NAN;
+    if (!find_integral_arguments(at, by, KR_KIND_KOWALEWSKI, &f)) return NAN;
     const double re = f.m.x * f.m.x - f.m.y * f.m.y + 2.0 * f.p.x,
                  im = 2.0 * (f.m.x * f.m.y + f.p.y),
                  dre = 2.0 * (f.m.x * f.dm.x - f.m.y * f.dm.y + f.dp.x),
@@ -194,7 +194,7 @@ static double tangent_of_kowalewski(const quantity_point *at, const quantity_cha
 static double tangent_of_goryachev_chaplygin(const quantity_point *at, const quantity_change *by)
 {
     integral_vectors f;
-    if (!find_integral_vectors(at, by, KR_KIND_GORYACHEV_CHAPLYGIN, &f)) return NAN;
+    if (!find_integral_arguments(at, by, KR_KIND_GORYACHEV_CHAPLYGIN, &f)) return NAN;
     return f.dm.z * (f.m.x * f.m.x + f.m.y * f.m.y) +
            2.0 * f.m.z * (f.m.x * f.dm.x + f.m.y * f.dm.y) + f.dm.x * f.p.z + f.m.x * f.dp.z;
 }

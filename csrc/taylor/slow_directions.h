@@ -1,13 +1,12 @@
-/* The directions about which damping may be strong (slow.c), and the choice of those about which it
- * is. The angular velocity of the top relative to its support is U = u_0 v_0 + u_1 v_1 + ..., with
- * vectors v_i that are orthogonal with respect to the moments of inertia A and to the damping D.
- * The length of v_i is at least 1 and less than 2. In the notation of slow.c,
+/* The directions v_i about which damping may be strong (slow.c), and the selection of the strongly
+ * damped ones. The angular velocity of the top relative to its support is U = u_0 v_0 + u_1 v_1 +
+ * ..., where the v_i are orthogonal with respect to both the moments of inertia A and the damping
+ * D, and 1 <= |v_i| < 2. In the notation of slow.c, with X defined by the last line,
  *     u_i' = <A v_i, X - O'> / a_i - d_i u_i,   a_i = <v_i, A v_i>,   d_i = <v_i, D v_i> / a_i,
  *     A X = (AW + h) x W + G P x c
  * In general, v_i are the principal axes. If friction holds the top, U is perpendicular to the apex
- * a, and so are the two v_i. The friction torque is along the apex and does not affect these
- * equations. The friction torque is
- *     torque = <a, A (W' - X) + D U> */
+ * a, and so are the two v_i. The friction torque is then along the apex, does not occur in these
+ * equations, and equals <a, A (W' - X) + D U>. */
 
 /* The directions v_i, and a set of strongly damped directions. All rates are in the unit of time of
  * the motion. */

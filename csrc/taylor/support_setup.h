@@ -46,10 +46,10 @@ static inline double kr_support_friction(const kr_motion *motion, double rate)
  * unit of time is 1 / rate. The tangents are stored one by one, not in batches (tangents.h). */
 void kr_support_expand_tangents(const kr_motion *motion, double rate, const kr_series path[2],
                                 struct kr_tangent *first, size_t n, int order);
-/* Applies a discontinuity of the friction torque at the end of the last step to n tangents outside
- * batches: subtracts factor * (derivative of the spin) * apex from their momentum parts N. `factor`
- * is the number that `jumps` of kr_support_ops writes. Tangents whose derivative of the spin is
- * zero remain unchanged. */
+/* Changes n tangents that are stored singly (tangents.h), because the friction torque jumps at the
+ * end of the last step: subtracts factor * (derivative of the spin) * apex from the momentum change
+ * N of each. `factor` is written by `jumps` of kr_support_ops. A tangent whose derivative of the
+ * spin is zero does not change. */
 void kr_support_jump_tangents(const kr_motion *motion, double rate, const kr_series ended[2],
                               struct kr_tangent *first, size_t n, dd factor);
 

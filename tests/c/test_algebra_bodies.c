@@ -29,7 +29,7 @@ static void test_trigonometry(void)
         cos_sinc(z, &c, &s);
         NEAR(c, cos(sqrt(z)), 3e-16 * (1.0 + sqrt(z)));
         NEAR(s, z > 0.0 ? sin(sqrt(z)) / sqrt(z) : 1.0, 3e-16);
-        less_one_sinc(z, &c, &s);
+        cosm1_sinc(z, &c, &s);
         NEAR(c, -2.0 * sin(0.5 * sqrt(z)) * sin(0.5 * sqrt(z)), 3e-16 * (fmin(z, 1.0) + sqrt(z)));
         NEAR(s, z > 0.0 ? sin(sqrt(z)) / sqrt(z) : 1.0, 3e-16);
     }
