@@ -113,9 +113,9 @@ typedef struct kr_quat { /* w + x i + y j + z k */
     double w, x, y, z;
 } kr_quat;
 
-/* The arguments of kr_body_from_tensor and kr_body_set_rotor, in the frame of description; all zero
- * if there are none. Motions with more than 16 digits use them, unless a program has changed a
- * number of the body since. */
+/* The arguments of kr_body_from_tensor and kr_body_set_rotor, in the frame of description; zero if
+ * not called. Motions with more than 16 digits use them instead of the rounded numbers of kr_body,
+ * unless a program has changed one of these numbers since. */
 typedef struct kr_given {
     double inertia[9]; /* three rows [M L^2] */
     kr_vec3 com, rotor;
@@ -202,9 +202,9 @@ typedef struct kr_config {
      * of adaptive methods without dense output. A nonzero value stops the run. May be NULL. */
     int (*poll)(void *context);
     void *context;
-    /* For methods with KR_METHOD_DIGITS, instead of tol: 16, 20 or 30 digits (other numbers are
-     * rounded up to one of these); 0: use tol. With 30 digits, a tol of at most 2^-100 makes the
-     * steps shorter, so that the difference of two runs shows how many digits are correct. */
+    /* Number of digits, for methods with KR_METHOD_DIGITS: 0 for the accuracy `tol`, else 16, 20 or
+     * 30 (others are rounded up). With 30, a tol of at most 2^-100 still shortens the steps, and
+     * the difference of two runs then shows how many digits are correct. */
     int digits;
     /* For methods with KR_METHOD_SKIPS_HEADING and up to 16 digits: if nonzero, states are computed
      * only up to a rotation about the vertical, at lower cost. Not on rotating supports. */
@@ -366,7 +366,7 @@ KR_API void kr_scene_set_euler(kr_scene *scene, kr_vec3 angles, kr_vec3 rates);
 KR_API kr_status kr_scene_release_wheel(kr_scene *scene, double inertia, kr_vec3 axis, double rate);
 /* Writes the rate of the steady precession of a symmetric top without rotor, damping, friction and
  * moving support: the slower or, if `fast` is nonzero, the faster of two; 0 for a vertical apex.
- * Returns KR_ERR_ARGUMENT if there is none; *least_spin is then the least spin with one, or 0. */
+ * Returns KR_ERR_ARGUMENT if none exists: *least_spin is the spin needed, or 0 if none helps. */
 KR_API kr_status kr_scene_steady_precession(const kr_scene *scene, double spin, double tilt,
                                             int fast, double *precession, double *least_spin);
 
@@ -606,9 +606,9 @@ KR_API kr_status kr_worker_create(const kr_method *method, kr_config config, siz
  * `outcomes`), but KR_ERR_INTERRUPTED, the status of unfinished tops, if config.poll stops it. */
 KR_API kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops);
 /* Computes sections like kr_worker_run: for each top, the first `times` states at which an event
- * occurs (see kr_top_watch). `t` has one time, or one for each top with own_times: the longest wait
- * for each event, negative backward in time, after which the status of a top is KR_ERR_EVENT.
- * Returns KR_ERR_NO_EVENTS for methods other than taylor. */
+ * occurs (see kr_top_watch). `t` holds the longest wait for each event: one number or, with
+ * own_times, one per top; negative backward in time. If no event occurs in this time, the top gets
+ * KR_ERR_EVENT. Returns KR_ERR_NO_EVENTS for methods other than taylor. */
 KR_API kr_status kr_worker_section(kr_worker *worker, const kr_event *event, const kr_tops *tops);
 /* Returns the instruction set of the SIMD lanes, or "" without. Writes the order of the method. */
 KR_API const char *kr_worker_kernel(const kr_worker *worker, int *order);

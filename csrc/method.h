@@ -27,8 +27,8 @@ typedef struct kr_motion {
     double step, tol; /* from the config; tol = 0: the method's default */
     double clock;     /* time since the start, in internal units; used by adaptive methods only */
     kr_stats stats;
-    /* The work array of the method: kr_method.work numbers, none of which is a pointer. The array
-     * of kr_top.main is aligned to 64 bytes. */
+    /* The work array of the method, whose length is kr_method.work. Checkpoints copy it, so it must
+     * not contain pointers. The work array of kr_top.main is aligned to 64 bytes. */
     double *work;
     /* Further data of the method, such as its kernel or the memory of another library, which
      * `release` frees. */

@@ -51,7 +51,7 @@ static vec_dd find_com(const kr_top *top)
     return vdd_scale_exactly(times_power_of_2(1.0, reach - 1),
                              vdd_scale_exactly(2.0, top->body.com));
 }
-static vec_dd scale_lever(const seed_list *to, dd weight, vec_dd com)
+static vec_dd find_internal_lever(const seed_list *to, dd weight, vec_dd com)
 {
     const dd own =
         dd_scale(to->time_unit, dd_scale(to->time_unit, dd_scale(1.0 / to->inertia_unit, weight)));
@@ -63,8 +63,8 @@ static vec_dd scale_lever(const seed_list *to, dd weight, vec_dd com)
 static kr_seed *add_lever_seed(seed_list *to, dd weight, double mass, vec_dd com, kr_timing timing)
 {
     kr_seed *seed = add_seed(to);
-    seed->lever = scale_lever(to, weight, com);
-    seed->pull = scale_lever(to, dd_of(mass), com);
+    seed->lever = find_internal_lever(to, weight, com);
+    seed->pull = find_internal_lever(to, dd_of(mass), com);
     seed->timing = timing;
     return seed;
 }
@@ -146,8 +146,9 @@ static void write_parameter_units(const kr_top *top, double unit[KR_TANGENT_COLU
     if (by & KR_TANGENT_FRICTION) *unit++ = momentum / time;
     if (by & KR_TANGENT_GRADIENT) *unit = 1.0 / (time * time);
 }
-/* Writes one of n columns of the tangent matrix, in the user's frame and units, and its low words.
- * Up to 16 digits, it is rotated in doubles. `axes` is the result of kr_extended_axes. */
+/* Writes one of n columns of the tangent matrix, in the user's frame and units: high words to `out`
+ * and low words to `low`. With more than 16 digits, `axes` (kr_extended_axes) rotates the column
+ * into the user's frame, else the axes of the top do in doubles. */
 static void write_column(const kr_top *top, quat_dd axes, const kr_deviation *from, double unit,
                          size_t n, double *out, double *low)
 {

@@ -76,7 +76,7 @@ static kr_quat rotation_to_largest_moment(kr_vec3 A, int *shift)
     return *shift == 0 ? q_one() : q4(0.5, v3(h, h, h));
 }
 /* Returns v with -0 in place of all zeros, because adding -0 leaves every number unchanged. */
-static kr_vec3 replace_zeros_by_negative(kr_vec3 v)
+static kr_vec3 make_zeros_negative(kr_vec3 v)
 {
     return v3(-(0.0 - v.x), -(0.0 - v.y), -(0.0 - v.z));
 }
@@ -173,7 +173,7 @@ static int begin_tangent(kr_worker *worker, int lane, double rate, int shift,
     set_vector(g->per, lane, v_over(v3(1.0, 1.0, 1.0), A));
     set_vector(g->moments, lane, A);
     set_vector(g->c, lane, constants->c);
-    set_vector(g->rotor, lane, replace_zeros_by_negative(constants->h));
+    set_vector(g->rotor, lane, make_zeros_negative(constants->h));
     kr_growth others = g->end;
     set_vector(g->end.d[0], lane, shift_axes(turn, shift));
     set_vector(g->end.d[1], lane, shift_axes(push, shift));
@@ -205,9 +205,8 @@ static int load_lane(kr_worker *worker, int lane)
     set_quaternion(l->axes, lane, q_conj(q_mul(top->axes, turn)));
     set_vector(l->moment, lane,
                v_scale(top->momentum_unit * p.rate, shift_axes(motion->inertia, shift)));
-    set_vector(
-        l->rotor, lane,
-        replace_zeros_by_negative(v_scale(top->momentum_unit, shift_axes(motion->rotor, shift))));
+    set_vector(l->rotor, lane,
+               make_zeros_negative(v_scale(top->momentum_unit, shift_axes(motion->rotor, shift))));
     l->end[lane] = l->steps[lane] = 0.0;
     l->forward[lane] = slot->forward = top->forward;
     l->max_steps[lane] = worker->config.max_steps > 0 ? (double)worker->config.max_steps : INFINITY;

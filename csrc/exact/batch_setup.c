@@ -163,8 +163,8 @@ typedef struct group {
 
 INLINE wide load_number(group w, int number) { return wide_load(&w.all->in[number][w.first]); }
 
-/* Multiplies attitudes from the right by the rotations stored from the index `axes`. The identity
- * leaves an attitude bitwise unchanged. */
+/* Multiplies the attitudes from the right by the rotations that the group stores at the index
+ * `axes`. Attitudes whose rotation is the identity keep their bits. */
 INLINE void rotate_attitudes(exact_top *top, group w, int axes)
 {
     const quat_lanes by = {load_number(w, axes), load_number(w, axes + 1), load_number(w, axes + 2),

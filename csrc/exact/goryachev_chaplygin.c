@@ -413,7 +413,7 @@ static int append_slow_term(kr_chaplygin_plan *plan, dd ratio, int k, double mis
 }
 /* Replaces the coefficients G_k of the changes of psi between sections by those of psi on each
  * section, the complex conjugates of B_k. Returns 0 if there are too many slow terms. */
-static int sum_sections(kr_chaplygin_plan *plan, dd ratio, int n, dd half)
+static int accumulate_section_changes(kr_chaplygin_plan *plan, dd ratio, int n, dd half)
 {
     plan->slow_terms = 0;
     for (int k = 0; k < n / 2; k++) {
@@ -476,7 +476,7 @@ static int make_sections(chaplygin_work *w, dd ratio, dd half)
             continue;
         }
         w->tail = fmax(w->tail, tail);
-        if (!sum_sections(plan, ratio, n, half)) return 0;
+        if (!accumulate_section_changes(plan, ratio, n, half)) return 0;
         drop_small_terms(plan, n);
         return tail < 1e-14;
     }

@@ -753,9 +753,9 @@ INLINE heading_vector find_vector_B(const kr_kowalewski_plan *plan, int complex,
     v.im = side * (u1 * F2 + u2 * F1);
     return v;
 }
-/* Returns the time derivative of C in the space frame, V = C' + omega x C. V replaces C where C and
- * B are nearly vertical. Let rho be the length of the horizontal part of C: rho^2 = K1 K2/a^4,
- * where K = N^2 + c D^2 on each arc. The horizontal part of V is (rho' + i rho psi') exp(i psi). */
+/* Returns the time derivative V = C' + omega x C of C in the space frame. V replaces C where C and
+ * B (find_vector_B) are nearly vertical. With the horizontal length rho of C, rho^2 = K1 K2/a^4
+ * where K = N^2 + c D^2 on each arc, the horizontal part of V is (rho' + i rho psi') exp(i psi). */
 INLINE heading_vector find_vector_V(const kr_kowalewski_plan *plan, const koetter_state *s,
                                     const body_state *b, wide S, const arc_point *one,
                                     const arc_point *two, const half_angle x[2], const wide rate[2])

@@ -69,7 +69,7 @@ static inline wide elliptic_agm(wide a, wide b)
  * series in powers of the square of the nome, the numerator is 2 agm(1, k'), and T is 2 K'/K. If
  * T < 1, the dual series are used: their phase is multiplied by pi / T, which is written to
  * exact->stretch and stretch_rest as a double-double. */
-static inline wide find_theta_stretch(exact_lanes *exact, dd numerator, dd k2)
+static inline wide find_period_ratio(exact_lanes *exact, dd numerator, dd k2)
 {
     const wide T = numerator.hi / elliptic_agm(wide_splat(1.0), wide_sqrt(k2.hi));
     const mask dual = wide_less(T, wide_splat(1.0));
@@ -416,7 +416,7 @@ static inline arguments find_theta_arguments(exact_lanes *exact, const initial *
     const wide b2 = wide_sqrt(m2 * third * per_m32) *
                     elliptic_rf(d * r->minus3.hi * per_m32, d * r->g32.hi * per_m32, one);
     arguments a;
-    a.T = find_theta_stretch(exact, average, k2);
+    a.T = find_period_ratio(exact, average, k2);
     const wide limit = 1.57079632679489661923 * a.T;
     a.y1 = -minus_where(is_negative(s->sum.hi)) * wide_min(mean * b1, limit);
     a.y2 = -minus_where(is_negative(s->difference.hi)) * wide_min(mean * b2, limit);
@@ -482,8 +482,9 @@ static inline void set_momentum_scale(exact_lanes *exact, const initial *s, cons
     const wide norm = f[0] * f[0] + f[1] * f[1] + f[2] * f[2] + f[3] * f[3];
     exact->momentum = i1 * lowest * wide_sqrt(norm) / length(f[4], f[5]);
 }
-/* Returns the initial phase of the nutation in turns, up to its sign: 0 at the lowest and 1/4 at
- * the highest position. The phase is computed from the distance to the nearer of the two. */
+/* Returns the initial phase of the nutation, up to its sign, in turns. A nutation takes half a
+ * turn: the phase is 0 at the lowest and 1/4 at the highest position, and is computed from the
+ * distance to the nearer of the two. */
 static inline dd find_nutation_phase(const turning_points *r, wide mean)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0), per_span = 1.0 / r->span.hi,

@@ -221,7 +221,7 @@ static int set_up_steady_motion(kr_exact_form *exact, const double inertia[3], c
  * arguments `c2`, `flat`, `k2` and `kp` are c^2, 1 - c^2, the square of the modulus k of the
  * elliptic functions, and the complementary modulus k'. For c^2 <= 1/4, the sum for
  * p0^2 = 1 + c2 k2 / flat is used, which avoids a division by c. */
-static dd find_common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean)
+static dd find_common_phase_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean)
 {
     const dd one = dd_of(1.0), size = dd_sqrt(a->square), ck = dd_mul(c2, k2);
     const dd excess = dd_div(dd_times(a->sense, a->d3), dd_mul(size, a->inertia[2]));
@@ -240,7 +240,7 @@ static void set_euler_series(kr_exact_form *exact, const body_axes *a, double c2
                              dd k2, double kp2, dd average)
 {
     const double pi = 3.14159265358979323846, c = sqrt(c2), kp = sqrt(kp2),
-                 T = find_theta_stretch(exact, dd_twice(average), k2), limit = 0.25 * pi * T,
+                 T = find_period_ratio(exact, dd_twice(average), k2), limit = 0.25 * pi * T,
                  b = sqrt(flat) * elliptic_rf(k2.hi * c2, k2.hi, flat + k2.hi * c2);
     const int dual = T < 1.0;
     const double shrink = dual ? 1.0 / T : 1.0, nome = exp(dual ? -pi / T : -pi * T),
@@ -307,7 +307,7 @@ static void set_up_asymmetric_motion(kr_exact_form *exact, const body_axes *a, k
     const kr_quat turn = q_mul(a->turn, q4(0.0, v3(1.0, 0.0, 0.0)));
     const kr_quat target = q_mul(q_mul(q_conj(left), q), turn);
     dd mean;
-    const dd k = find_common_rate(a, c2, flat, k2, dd_sqrt(kp2), &mean);
+    const dd k = find_common_phase_rate(a, c2, flat, k2, dd_sqrt(kp2), &mean);
     const double pi = 3.14159265358979323846;
     double f[6], s, c;
     set_euler_series(exact, a, c2.hi, flat.hi, k2, kp2.hi, mean);
@@ -432,7 +432,7 @@ static kr_nutation find_turning_points(const exact_top *top, double rotor)
     return r;
 }
 /* Converts turning points that were computed with up and down interchanged. */
-static kr_nutation exchange_turning_points(kr_nutation r)
+static kr_nutation turn_nutation_over(kr_nutation r)
 {
     const double pi = 3.14159265358979323846;
     kr_nutation s = r;
@@ -549,7 +549,7 @@ kr_status KR_NAME(kr_exact_limits)(const kr_scene *scene, kr_nutation *out)
     kr_nutation r = find_turning_points(&top.own, -2.0 * top.half_turn.hi);
     /* The apex points along the third internal axis or in the opposite direction. */
     r.critical_spin += (top.behind ? -2.0 : 2.0) * top.half_turn.hi;
-    if (below != top.behind) r = exchange_turning_points(r);
+    if (below != top.behind) r = turn_nutation_over(r);
     const double time = top.units.time, momentum = top.units.moment / time,
                  energy = momentum / time;
     r.t_least = scene->start.t + time * r.t_least;

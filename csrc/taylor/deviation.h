@@ -119,7 +119,7 @@ INLINE void expand_tangent_group(const kr_series *s, const turned_path *path, kr
     for (int k = 0; k < few; k++) {
         kr_tangent *own = g + k * STRUCTS;
         for (int n = 1; n < order + BLOCK - 1 && BLOCK > 2; n++)
-            d[k].turn[n] = d[k].push[n] = d[k].cross[n] = turned_zero();
+            d[k].turn[n] = d[k].push[n] = d[k].cross[n] = permuted_zero();
         store_coefficients(own, &d[k], 0, load_triple(own->x[0]), load_push(own, 0));
     }
     for (int n = 0; n < order; n++) next_coefficients(s, path, g, d, few, n);

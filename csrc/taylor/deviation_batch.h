@@ -49,8 +49,8 @@ INLINE triple triple_prev(triple a) { return triple_all(a.z, a.x, a.y); }
 INLINE turned permute(triple a) { return a; }
 INLINE path_term make_path_term(const double *four) { return four; }
 INLINE path_term path_zero(void) { return NULL; }
-INLINE turned turned_zero(void) { return triple_splat(duo_splat(0.0)); }
-INLINE halves halves_zero(void) { return (halves){turned_zero(), turned_zero()}; }
+INLINE turned permuted_zero(void) { return triple_splat(duo_splat(0.0)); }
+INLINE halves halves_zero(void) { return (halves){permuted_zero(), permuted_zero()}; }
 INLINE halves halves_add(halves a, halves b)
 {
     return (halves){triple_add(a.lo, b.lo), triple_add(a.hi, b.hi)};

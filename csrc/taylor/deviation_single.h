@@ -24,7 +24,7 @@ INLINE triple triple_prev(triple a) { return quad_prev(a); }
 INLINE turned permute(triple a) { return duo_next_prev(a); }
 INLINE path_term make_path_term(const double *four) { return duo_prev_next(quad_load(four)); }
 INLINE path_term path_zero(void) { return duo_splat(0.0); }
-INLINE turned turned_zero(void) { return duo_splat(0.0); }
+INLINE turned permuted_zero(void) { return duo_splat(0.0); }
 INLINE halves halves_zero(void) { return duo_splat(0.0); }
 INLINE halves halves_add(halves a, halves b) { return duo_add(a, b); }
 INLINE halves halves_fma(turned a, path_term b, halves c) { return duo_fma(a, b, c); }

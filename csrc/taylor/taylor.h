@@ -19,11 +19,11 @@
 #include "method.h"
 #include "math/isa.h"
 
-/* Numbers of Taylor terms for results with 20 and with 30 digits. HEAD is the index of the last
- * Taylor term computed in double-double precision, and LAST is the index of the last Taylor term.
- * Taylor terms with an index above HEAD are so small that double precision suffices for them. A
- * product of Taylor terms that is computed in double precision may exceed the tolerance by a factor
- * of at most 2^LESS, about the reciprocal of the relative rounding error 2^-53.
+/* Numbers of Taylor terms for results with 20 and with 30 digits. LAST is the index of the last
+ * Taylor term, and HEAD that of the last one computed in double-double precision; double precision
+ * suffices for the smaller terms after it. Their rounding errors contain those of products of
+ * earlier terms. A step is therefore so short that these products are at most 2^LESS times the
+ * tolerance, where 2^-LESS is about the rounding error 2^-53.
  * docs/theory/taylor.md states how these numbers of terms were measured. */
 #define KR_HEAD_20 8
 #define KR_LAST_20 28
