@@ -286,7 +286,7 @@ KR_API const char *kr_version(void);
  * inertia tensor has the coordinate axes as principal axes, and other tensors the nearest
  * right-handed frame; T is then the symmetry axis of a Lagrange top. */
 
-/* Homogeneous shapes and their sizes [L], none negative. The axis of the last three is T. A tube
+/* Homogeneous shapes and their sizes [L], none negative. The axis of a tube or cone is T. A tube
  * {0, r, h} is a cylinder, {0, r, 0} a disk, {r, r, 0} a hoop, and {0, 0, h} a rod. */
 typedef enum kr_shape {
     KR_SHAPE_CUBOID,    /* three half-edges */
@@ -316,7 +316,7 @@ KR_API void kr_inertia_add_point(double inertia[9], double mass, kr_vec3 positio
 /* Sets kr_body.rotor from a momentum in the frame of description [M L^2 T^-1]. */
 KR_API void kr_body_set_rotor(kr_body *body, kr_vec3 rotor);
 /* Returns 1 if some distribution of mass has this inertia, mass and com up to the relative error
- * 1e-6 + kr_body.rounded, else 0. Fictitious bodies, common in the literature, are accepted. */
+ * 1e-6 + kr_body.rounded, else 0. All functions accept bodies without one, as in the literature. */
 KR_API int kr_body_is_physical(const kr_body *body);
 
 /* The kinds (integrable cases) of tops, listed as X(kind, name). */

@@ -206,7 +206,7 @@ static inline kr_vec3 motion_velocity(const kr_motion *motion, kr_vec3 M)
     return v_over(v_sub(M, motion->rotor), motion->inertia);
 }
 /* Returns lever + k J P for the vertical P in the body, with the gravity gradient k. */
-static inline kr_vec3 motion_lever(const kr_motion *motion, kr_vec3 P)
+static inline kr_vec3 find_effective_lever(const kr_motion *motion, kr_vec3 P)
 {
     if (motion->gradient == 0.0) return motion->lever;
     return v_axpy(motion->gradient, v_times(motion->inertia, P), motion->lever);
@@ -221,7 +221,7 @@ static inline kr_vec3 motion_turning(const kr_motion *motion)
 /* Returns the torque of the weight and of the gravity gradient at the attitude q. */
 static inline kr_vec3 motion_torque(const kr_motion *motion, kr_quat q)
 {
-    const kr_vec3 a = q_turn(q, motion_lever(motion, q_vertical(q)));
+    const kr_vec3 a = q_turn(q, find_effective_lever(motion, q_vertical(q)));
     return v3(-a.y, a.x, 0.0);
 }
 #endif

@@ -44,7 +44,7 @@ static void add_start_seeds(seed_list *to, const kr_top *top)
     }
 }
 /* Returns the centre of mass along the internal axes. */
-static vec_dd find_com(const kr_top *top)
+static vec_dd find_internal_com(const kr_top *top)
 {
     int reach;
     fraction_of(v_largest(top->scene.body.com), &reach);
@@ -80,7 +80,7 @@ static void add_com_seeds(seed_list *to, const kr_top *top)
         kr_seed *seed = add_lever_seed(to, weight, body->mass, by, KR_TIMING_STRENGTH);
         if (!(size > 0.0)) continue;
         const double unit = times_power_of_2(1.0, -exponent_of(size));
-        const vec_dd com = vdd_scale_exactly(unit, find_com(top));
+        const vec_dd com = vdd_scale_exactly(unit, find_internal_com(top));
         const dd square = vdd_dot(com, com), along = dd_div(vdd_dot(com, by), square);
         const vec_dd across = vdd_add(by, vdd_scale(dd_neg(along), com));
         seed->apex = vdd_scale(dd_div(dd_of(unit), dd_sqrt(square)), across);
@@ -94,7 +94,8 @@ static void add_support_seeds(seed_list *to, const kr_top *top, uint64_t by)
     /* The shaking changes the acceleration of the support, but not the lever at rest. */
     if (by & KR_TANGENT_SHAKING)
         for (int i = 0; i < 3; i++)
-            add_lever_seed(to, dd_of(0.0), top->scene.body.mass, find_com(top), timings[i]);
+            add_lever_seed(to, dd_of(0.0), top->scene.body.mass, find_internal_com(top),
+                           timings[i]);
 }
 static void list_all_seeds(seed_list *to, const kr_top *top)
 {
@@ -107,8 +108,9 @@ static void list_all_seeds(seed_list *to, const kr_top *top)
     for (int i = 0; i < 3 && by & KR_TANGENT_MOMENTS; i++) add_seed(to)->moments = v_axis(i);
     if (by & KR_TANGENT_COM) add_com_seeds(to, top);
     if (by & KR_TANGENT_GRAVITY)
-        add_lever_seed(to, dd_of(mass), mass, find_com(top), KR_TIMING_UNIFORM);
-    if (by & KR_TANGENT_MASS) add_lever_seed(to, dd_of(g), 1.0, find_com(top), KR_TIMING_STRENGTH);
+        add_lever_seed(to, dd_of(mass), mass, find_internal_com(top), KR_TIMING_UNIFORM);
+    if (by & KR_TANGENT_MASS)
+        add_lever_seed(to, dd_of(g), 1.0, find_internal_com(top), KR_TIMING_STRENGTH);
     for (int i = 0; i < 3 && by & KR_TANGENT_DAMPING; i++) add_seed(to)->damping = v_axis(i);
     for (int i = 0; i < 3 && by & KR_TANGENT_ROTOR; i++) add_seed(to)->rotor = vdd_of(v_axis(i));
     add_support_seeds(to, top, by);

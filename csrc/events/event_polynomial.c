@@ -233,9 +233,9 @@ static void add_component(const step_view *v, double factor, int number, double 
     }
 }
 
-/* Returns an upper bound on the magnitude of a state component, in the unit of the component. The
- * unit of angular velocity is an upper bound on |W| that follows from the energy. With this energy,
- * |W_i| is at most sqrt(least / A_i) units, where `least` is the least of the moments A. */
+/* Returns an upper bound on the magnitude of a state component in the unit of the component. For
+ * angular velocities, this unit is the largest |W| that the energy permits, which is reached about
+ * the axis of the least moment; about axis i, W is at most sqrt(least moment / A_i) units. */
 static double component_bound(const kr_top *top, double rate, int number)
 {
     const double rotor = v_length(top->main.rotor) / rate;

@@ -84,7 +84,7 @@ static int find_frame_map(body_data *known, int below, kr_quat out[4])
     kr_quat *frame = known->frame[below];
     if (!below && !known->turned) return 0;
     if (!known->framed[below]) {
-        if (below) make_exchanging_frame(frame);
+        if (below) make_up_down_exchange(frame);
         if (known->turned) add_axes_to_frame(frame, below, known->axes);
         known->framed[below] = 1;
     }

@@ -278,9 +278,9 @@ static void fill_waves_at_nodes(chaplygin_work *w)
  * cell, at nodes in descending order of alpha if `is_falling` is nonzero. Returns the largest
  * magnitude among the last two coefficients of both. Those of t are divided by the larger of q, the
  * mean growth of t per radian of alpha, and the largest value of the periodic part. */
-static double make_cell(const chaplygin_work *w, const chaplygin_arc *arc,
-                        const kr_chaplygin_arc *e, int cell, int is_falling, arc_place *at,
-                        double out[])
+static double fit_cell_series(const chaplygin_work *w, const chaplygin_arc *arc,
+                              const kr_chaplygin_arc *e, int cell, int is_falling, arc_place *at,
+                              double out[])
 {
     double value[2][CELL_TERMS], scale[2] = {1.0, arc->q.hi}, tail = 0.0;
     for (int k = 0; k < CELL_TERMS; k++) {
@@ -320,7 +320,7 @@ static int make_cells(chaplygin_work *w, int j)
         for (int i = 0; i < e->cells && tail < 1e-11; i++) {
             const int cell = j ? e->cells - 1 - i : i;
             double *const out = plan->term + e->first + 2 * CELL_TERMS * cell;
-            tail = fmax(tail, make_cell(w, &w->arc[j], e, cell, j, &at, out));
+            tail = fmax(tail, fit_cell_series(w, &w->arc[j], e, cell, j, &at, out));
         }
         if (tail < 4e-15 || before < 1e-11) break;
     }
@@ -344,7 +344,7 @@ static void sample_second_arc(chaplygin_work *w, int n)
 /* Computes the growth of the heading from a section to the next one for n values of alpha2. Returns
  * the largest Legendre coefficient of degree 7 of the integrand, which is about the square root of
  * the error of the quadrature. */
-static double sample_section(const chaplygin_work *w, int section, int n, double growth[])
+static double find_heading_growth(const chaplygin_work *w, int section, int n, double growth[])
 {
     const kr_chaplygin_plan *const plan = &w->plan;
     const double h = 0.5 / plan->sections;
@@ -464,7 +464,7 @@ static int make_sections(chaplygin_work *w, dd ratio, dd half)
         double *const section = plan->term + plan->first, highest = 0.0, tail = 0.0;
         sample_second_arc(w, n);
         for (int j = 0; j < plan->sections; j++)
-            highest = fmax(highest, sample_section(w, j, n, section + j * n));
+            highest = fmax(highest, find_heading_growth(w, j, n, section + j * n));
         if (highest > 2e-8) {
             plan->sections *= 2;
             continue;
@@ -580,7 +580,7 @@ static dd set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2])
         const dd rate = dd_div(dd_of(1.0), arc[j].p);
         most = fmax(most, rate.hi);
         e->half_rate = 0.5 * dd_mul(rate, turns_per_radian()).hi;
-        plan->torus.turn[j] = phase_of(dd_half(dd_div(arc[1 - j].p, det)));
+        plan->torus.turn[j] = make_phase(dd_half(dd_div(arc[1 - j].p, det)));
     }
     plan->rounding = 0x1p-53 / most;
     plan->tolerance = 0.5 * sqrt(plan->rounding);

@@ -136,7 +136,7 @@ static inline void make_frame(kr_quat frame[4], kr_quat left, kr_quat right)
     for (int i = 0; i < 4; i++) frame[i] = q_mul(columns[i], right);
 }
 /* Writes the linear map q -> -i q, which interchanges up and down. */
-static inline void make_exchanging_frame(kr_quat frame[4])
+static inline void make_up_down_exchange(kr_quat frame[4])
 {
     make_frame(frame, q4(0.0, v3(-1.0, 0.0, 0.0)), q_one());
 }
@@ -370,7 +370,7 @@ static inline void evaluate_factors(const exact_lanes *e, double span, wide out[
 static const double two_pi = 6.283185307179586477;
 
 /* Returns a phase with initial value zero and the given rate [rad per unit of time]. */
-static inline phase_lanes phase_of(dd rate)
+static inline phase_lanes make_phase(dd rate)
 {
     const dd f = dd_mul(rate, turns_per_radian());
     return (phase_lanes){.fast = f.hi, .slow = f.lo};

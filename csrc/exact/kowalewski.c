@@ -573,10 +573,10 @@ static void sum_taylor_series(dd c[6][ORDER + 1], double span, dd out[6])
         for (int n = ORDER - 1; n >= 0; n--) out[i] = dd_add(dd_times(span, out[i]), c[i][n]);
     }
 }
-/* Computes the point of an arc at the distance `gap` from its upper end. `rest` is the distance
- * from the lower end, and is unused if this end is at infinity. `next` is the value of `gap` a
- * short time later, and tells the direction of the motion. Returns 0 if sin(x/2) or cos(x/2) is at
- * most `least`: the point is too close to an end. */
+/* Computes the point of an arc whose variable w (kowalewski.h) is below its upper end by `gap` and
+ * above its lower end by `rest`, which is not used if the lower end is at infinity. `next` is the
+ * value of `gap` a short time later, and determines the direction of the motion. Returns 0 if the
+ * point is too close to an end: sin(x/2) or cos(x/2) is at most `least`. */
 static int find_start_point(const kowalewski_arc *arc, dd gap, dd rest, dd next, double least,
                             start_point *out)
 {
@@ -944,7 +944,7 @@ static double fill_plan(kowalewski_work *w)
     for (int i = 0; i < 3; i++) rate[i] = dd_half(w->rate[i]);
     for (int j = 0; j < 2; j++)
         rate[2] = dd_add(rate[2], dd_scale(0.5 * plan->half_turns[j], rate[j]));
-    for (int i = 0; i < 3; i++) plan->torus.turn[i] = phase_of(rate[i]);
+    for (int i = 0; i < 3; i++) plan->torus.turn[i] = make_phase(rate[i]);
     for (int j = 0; j < 2; j++)
         set_initial_phase(&plan->torus.turn[j], dd_times(0.5 * w->start[j], turns_per_radian()));
     set_initial_phase(&plan->torus.turn[2], dd_of(0.0));
@@ -1005,7 +1005,7 @@ static kr_state kowalewski_state(const void *plan, double t)
 {
     return evaluate_torus(kowalewski_kernel, plan, t);
 }
-static kr_state kowalewski_state_at(const void *memory, double first, double second)
+static kr_state kowalewski_state_at_angles(const void *memory, double first, double second)
 {
     const kr_kowalewski_plan *plan = memory;
     const kr_torus *torus = &plan->torus;
@@ -1021,5 +1021,5 @@ static size_t used_size(const void *memory)
 }
 static int suits_any(const kr_scene *scene) { return (void)scene, 1; }
 const kr_exact_scalar KR_NAME(kr_kowalewski_scalar) = {
-    sizeof(kr_kowalewski_plan), sizeof(kowalewski_work), used_size, suits_any, plan_scene,
-    kowalewski_state,           kowalewski_state_at};
+    sizeof(kr_kowalewski_plan), sizeof(kowalewski_work),   used_size, suits_any, plan_scene,
+    kowalewski_state,           kowalewski_state_at_angles};

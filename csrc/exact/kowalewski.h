@@ -293,8 +293,9 @@ INLINE wide find_newton_step(const kr_kowalewski_plan *plan, int terms, const ar
     *after = invert_jacobian(&series, -step[0], -step[1]);
     return size;
 }
-/* Sets the angles y to theta + d, after `step` was subtracted from d. In the lanes of `are_small`,
- * the step is below SMALL_STEP, and a Taylor polynomial updates the sine and the cosine. */
+/* Sets the angles y to theta + d, where d has just decreased by `step`. In the lanes of
+ * `are_small`, where the step is below SMALL_STEP, a Taylor polynomial updates the sine and cosine
+ * of the old y in place of a new evaluation. */
 INLINE void move_angles(const dd theta[2], const wide d[2], const wide step[2], mask are_small,
                         arc_angle y[2])
 {

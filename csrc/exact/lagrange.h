@@ -562,9 +562,9 @@ static void set_phases(lagrange_setup *s)
     const dd first = dd_add(s->k1, s->half_spin), second = dd_sub(s->k2, s->half_spin);
     exact_lanes *exact = &s->exact;
     set_momentum_scale(exact, &s->start, &s->heights, s->i1.hi);
-    exact->nutation = phase_of(s->nu);
-    exact->first = phase_of(first);
-    exact->second = phase_of(second);
+    exact->nutation = make_phase(s->nu);
+    exact->first = make_phase(first);
+    exact->second = make_phase(second);
     set_initial_phases(exact, &s->start, &s->heights, s->i1.hi, s->mean.hi, &s->top);
     set_mean_rates(exact, s->nu.hi, first.hi, second.hi);
 }

@@ -93,8 +93,8 @@ static inline void set_up_steady_form(kr_exact_form *exact, kr_quat q, dd first,
     const double a = length(q.w, q.z), b = length(q.x, q.y);
     exact->curve = LAGRANGE;
     set_initial_phase(&exact->nutation, dd_of(0.25));
-    exact->first = phase_of(first);
-    exact->second = phase_of(second);
+    exact->first = make_phase(first);
+    exact->second = make_phase(second);
     set_initial_phase(&exact->first, argument_in_turns(q.z, q.w));
     set_initial_phase(&exact->second, dd_add(argument_in_turns(q.y, q.x), dd_of(-0.25)));
     exact->alpha.even[0] = a;
@@ -311,10 +311,10 @@ static void set_up_asymmetric_motion(kr_exact_form *exact, const body_axes *a, k
     const double pi = 3.14159265358979323846;
     double f[6], s, c;
     set_euler_series(exact, a, c2.hi, flat.hi, k2, kp2.hi, mean);
-    exact->nutation = phase_of(dd_mul(lambda, mean));
+    exact->nutation = make_phase(dd_mul(lambda, mean));
     set_initial_phase(&exact->nutation, find_initial_phase(a, i31, i32, kp2.hi, mean.hi));
     evaluate_factors(exact, 0.0, f);
-    exact->first = exact->second = phase_of(k);
+    exact->first = exact->second = make_phase(k);
     const dd first = angle_in_turns(f[0], f[1], target.w, target.z),
              second = angle_in_turns(f[2], f[3], target.x, target.y);
     set_initial_phase(&exact->first, first);
@@ -466,7 +466,7 @@ static kr_exact_form make_lagrange_form(const exact_top *top, dd half_turn)
         set_up_moving_tops(&s, 1);
     if (below) {
         restore_up_and_down(&s.exact);
-        make_exchanging_frame(s.exact.frame);
+        make_up_down_exchange(s.exact.frame);
         s.exact.framed = 1.0;
     }
     return s.exact;

@@ -232,8 +232,9 @@ typedef struct torus_units {
     kr_quat turn;     /* closed form's axes -> internal axes */
     kr_quat axes;     /* closed form's axes -> frame of description */
 } torus_units;
-/* Computes the plan at the beginning of `memory` from the initial state. May turn the axes of
- * `start` and `way`. Returns the reason for a failure, or KR_REFUSAL_NONE. */
+/* Computes a plan (torus.h) at the beginning of `memory`, and the certificate of its errors, from
+ * the initial state `start` and the conversion of units `way`. May turn the axes of the closed
+ * form, which changes both. Returns the reason for a failure, or KR_REFUSAL_NONE. */
 typedef kr_refusal make_torus_plan(void *memory, torus_start *start, torus_units *way,
                                    double *certificate);
 

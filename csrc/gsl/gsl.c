@@ -62,7 +62,7 @@ int kr_gsl_rates(double t, const double y[], double rate[], void *params)
     const kr_quat q = ode_attitude(y);
     const kr_vec3 W = ode_velocity(y), I = motion->inertia;
     const kr_vec3 M = motion_add_rotor(motion, v_times(I, W)), P = q_vertical(q),
-                  torque = v_add(v_cross(M, W), v_cross(P, motion_lever(motion, P)));
+                  torque = v_add(v_cross(M, W), v_cross(P, find_effective_lever(motion, P)));
     (void)t;
     set_ode_vector(rate, find_attitude_rate(motion, q, q_mul(q, q4(0.0, W))), v_over(torque, I));
     motion->stats.evaluations++;
@@ -76,7 +76,7 @@ int kr_gsl_jacobian(double t, const double y[], double *jacobian, double rate_t[
     const kr_quat q = ode_attitude(y), e3 = q4(0.0, v3(0.0, 0.0, 1.0));
     const kr_vec3 W = ode_velocity(y), I = motion->inertia,
                   M = motion_add_rotor(motion, v_times(I, W)), P = q_vertical(q),
-                  lever = motion_lever(motion, P);
+                  lever = find_effective_lever(motion, P);
     (void)t;
     for (int j = 0; j < GSL_SIZE; j++) {
         double along[GSL_SIZE] = {0.0}, column[GSL_SIZE];

@@ -27,7 +27,7 @@ static void kirchhoff_begin(const kr_motion *motion, const kr_state *s, double y
 }
 static void kirchhoff_rates(kr_motion *motion, const double y[GBS_SIZE], double rate[GBS_SIZE])
 {
-    const kr_vec3 W = body_velocity(motion, y), lever = motion_lever(motion, v_of(y + 9));
+    const kr_vec3 W = body_velocity(motion, y), lever = find_effective_lever(motion, v_of(y + 9));
     v_put(rate, v_add(v_cross(v_of(y), W), v_cross(v_of(y + 9), lever)));
     const kr_vec3 S = motion_turning(motion),
                   U = v_sub(W, v_axpy(S.x, v_of(y + 3),

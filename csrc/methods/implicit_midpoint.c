@@ -32,7 +32,8 @@ static attempt evaluate_attempt(const kr_motion *motion, kr_vec3 M, kr_vec3 P, k
     attempt a = {.y = v_scale(0.25 * motion->step, V)};
     a.r = q_unit(q4(1.0, a.y));
     a.P = q_turn_back(a.r, P);
-    a.M = v_axpy(0.5 * motion->step, v_cross(a.P, motion_lever(motion, a.P)), q_turn_back(a.r, M));
+    a.M = v_axpy(0.5 * motion->step, v_cross(a.P, find_effective_lever(motion, a.P)),
+                 q_turn_back(a.r, M));
     a.residual = v_sub(v_times(motion->inertia, V), v_sub(a.M, motion->rotor));
     return a;
 }
@@ -42,7 +43,7 @@ static kr_vec3 newton_correction(const kr_motion *motion, const attempt *a)
 {
     const double half = 0.5 * motion->step, scale = half / (1.0 + v_dot(a->y, a->y));
     /* M without the contribution of the torque */
-    const kr_vec3 lever = motion_lever(motion, a->P),
+    const kr_vec3 lever = find_effective_lever(motion, a->P),
                   spun = v_axpy(-half, v_cross(a->P, lever), a->M);
     kr_vec3 columns[3];
     for (int i = 0; i < 3; i++) {
@@ -81,7 +82,7 @@ static kr_status midpoint_step(kr_motion *motion, double until)
         motion->stats.evaluations++;
         if (v_largest(a.residual) <= tol) {
             const kr_quat middle = q_mul(p->q, a.r);
-            const kr_vec3 lever = q_turn(middle, motion_lever(motion, q_vertical(middle)));
+            const kr_vec3 lever = q_turn(middle, find_effective_lever(motion, q_vertical(middle)));
             p->m = v_axpy(motion->step, v3(-lever.y, lever.x, 0.0), p->m);
             p->q = q_renew(q_mul(middle, a.r));
             p->V = V;

@@ -31,7 +31,7 @@ static inline void space_frame_rates(kr_motion *motion, const double y[SPACE_FRA
                                      double rate[SPACE_FRAME])
 {
     const kr_vec3 w = v_of(y), N = v_of(y + 3), B = v_of(y + 6), T = v_of(y + 9);
-    const kr_vec3 I = motion->inertia, c = motion_lever(motion, v3(N.z, B.z, T.z));
+    const kr_vec3 I = motion->inertia, c = find_effective_lever(motion, v3(N.z, B.z, T.z));
     const kr_vec3 a = v_axpy(c.x, N, v_axpy(c.y, B, v_scale(c.z, T))); /* M |p| a */
     const kr_vec3 f = v_add(v_cross(space_frame_momentum(motion, y), w), v3(-a.y, a.x, 0.0));
     const kr_vec3 turning = motion_turning(motion), u = v_sub(w, turning);

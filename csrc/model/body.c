@@ -166,9 +166,9 @@ static kr_working align_rotor(kr_working w, const kr_body *b)
 kr_working kr_body_working_damped(const kr_body *b, kr_vec3 damping)
 {
     const int is_even = damping.x == damping.y && damping.y == damping.z;
-    /* The third axis points to the centre of mass if the rotor is zero or parallel to it.
-     * Otherwise, the third axis is along the rotor, about which a spherical body without gravity is
-     * symmetric. Its third component is positive, because the apex is (0, 0, 1) if com = 0. */
+    /* For a spherical body, the third axis points to the centre of mass if the rotor is zero or
+     * parallel to it. Otherwise, the third axis is along the rotor, with a positive component along
+     * (0, 0, 1), which is the apex if com = 0. */
     const int is_about_com = v_largest(b->com) > 0.0 && kr_body_is_rotor_axial(b, KR_KIND_RTOL);
     const kr_vec3 last_axis = is_about_com || !kr_body_has_rotor(b)
                                   ? b->com

@@ -5,8 +5,7 @@
  * components of one vector for each tangent. The type `path_term` holds one Taylor coefficient of
  * the path. The type `turned` is a triple whose components are permuted for multiplication by a
  * `path_term`. The type `halves` holds two sums of products; their difference is a cross product.
- * In each sum, the latest coefficient is added last, because all other terms can be added before it
- * is known. */
+ * The product with the latest coefficient is added last, so that others need not wait for it. */
 #include "tangents.h"
 
 /* Taylor coefficients with their components permuted for multiplication. For the path, `w` and `p`

@@ -52,7 +52,7 @@ static const kr_support_ops *find_supports(const kr_motion *motion)
  * velocity; the other rates are those of the damping, the rotor and the support motion. Damping
  * does not increase the energy, hence
  *     W^2 least moment <= 2 T <= 2 T0 + 4 |c|, with the kinetic energy T, initially T0. */
-static double bound_rate(const kr_motion *motion, kr_vec3 W, int is_held)
+static double choose_frequency_unit(const kr_motion *motion, kr_vec3 W, int is_held)
 {
     const kr_support_ops *supports = find_supports(motion);
     const kr_vec3 A = motion->inertia;
@@ -131,7 +131,7 @@ static void set_initial_state(kr_taylor *p, const kr_motion *motion, const kr_st
                  own = v_largest(motion->rotor) > 0.0 ? vdd_add(M, h) : M,
                  W = vdd_over(own, motion->body->inertia);
     const kr_quat q_high = qdd_high(q), q_low = qdd_low(q);
-    p->rate = p->first_rate = bound_rate(motion, vdd_high(W), 0);
+    p->rate = p->first_rate = choose_frequency_unit(motion, vdd_high(W), 0);
     p->try_slow = motion->clock;
     p->settling = 0.0;
     if (!motion->skip_heading) {
@@ -145,7 +145,7 @@ static void set_initial_state(kr_taylor *p, const kr_motion *motion, const kr_st
     low->t = low->end = 0.0;
     set_empty_step(p->series);
     if (!supports) return;
-    p->held_rate = bound_rate(motion, vdd_high(W), 1);
+    p->held_rate = choose_frequency_unit(motion, vdd_high(W), 1);
     if (p->held_rate > p->first_rate * 0x1p-10) p->held_rate = p->first_rate;
     supports->start(motion);
 }

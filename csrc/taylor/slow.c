@@ -183,8 +183,8 @@ static double log2_step_size(const kr_series *s, int n, double log2_tol)
 {
     return fmin((log2_tol - log2_norm(s, n)) / n, (log2_tol - log2_norm(s, n - 1)) / n);
 }
-/* Returns log2 of the absolute tolerance: the relative tolerance times the smallest angular
- * velocity on the slow manifold. */
+/* Returns log2 of the absolute tolerance: the relative tolerance times error_scale, the smallest of
+ * the strongly damped velocities that is not negligible. */
 static double log2_absolute_tolerance(const kr_taylor *p, const slow_directions *slow)
 {
     double bound[3];

@@ -61,7 +61,7 @@ static void REAL(find_acceleration_components)(const REAL(terms) * s, const slow
 }
 /* Computes the n-th coefficients of U and of W = O + U from the velocities u_i. Weakly damped
  * components of W_0 remain unchanged, because the rounding errors of the sum would accumulate. */
-static void REAL(combine_velocities)(REAL(terms) * s, const slow_directions *slow, int n)
+static void REAL(set_velocities_from_slow)(REAL(terms) * s, const slow_directions *slow, int n)
 {
     if (!slow->is_held && !slow->turns) return;
     for (int j = 0; j < 3; j++) {
@@ -133,9 +133,9 @@ static double REAL(iterate_once)(REAL(terms) * s, const slow_directions *slow, i
     for (int i = 0; i < slow->count; i++) has_weak += !slow->is_slow[i];
     for (int n = 0;; n++) {
         if (slow->shakes) REAL(multiply_gravity)(s, n);
-        REAL(combine_velocities)(s, slow, n);
+        REAL(set_velocities_from_slow)(s, slow, n);
         const double change = REAL(solve_slow_velocities)(s, slow, n);
-        REAL(combine_velocities)(s, slow, n);
+        REAL(set_velocities_from_slow)(s, slow, n);
         if (2 * n <= order) moved = fmax(moved, change);
         if (n == order) break;
         if (slow->turns) REAL(next_body_vector)(s, ROW_O, u, n);

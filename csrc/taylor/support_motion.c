@@ -157,7 +157,7 @@ static dd refine_friction_limit(const kr_series s[2], int order, double value, d
     return h;
 }
 /* Ends the step at the time `h` after its beginning. */
-static void end_step_after(kr_series s[2], const kr_kernel *kernel, int deep, dd h)
+static void end_step_after_time(kr_series s[2], const kr_kernel *kernel, int deep, dd h)
 {
     const dd to = dd_add(dd_add(dd_of(s[0].t), dd_of(s[1].t)), h);
     s[0].at = to.hi;
@@ -239,7 +239,7 @@ static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr
         /* At the beginning of the step, a spin below `noise` may already have the opposite sign. */
         if (!(h.hi * span > 0.0)) h = refine_friction_limit(s, n, beyond, part * span, 0.0);
         if (!(h.hi * span > 0.0)) h = dd_of(NARROW_PART * span);
-        end_step_after(s, kernel, deep, h);
+        end_step_after_time(s, kernel, deep, h);
         kr_support_place(s, motion, p->rate);
         update_mode(p, motion, n, value, is_slow);
     } else if (!slides) {

@@ -80,7 +80,7 @@ typedef struct kr_taylor {
     double before_hold;  /* sign of the spin before friction held the top; 0 if held initially */
     double held_rate;    /* `rate` while large friction, which then does not count, holds the top */
     double try_slow;     /* clock before which the motion cannot reach the slow manifold (slow.h) */
-    /* The largest set of strongly damped axes i, as the sum of 2^i, and the clock at which the
+    /* The set of strongly damped axes i, as a sum of 2^i, and the time s.end / rate at which the
      * transient about these axes has decayed (slow.c). */
     double settling, settled;
     double unused[6]; /* the next struct is aligned to 64 bytes, too */
