@@ -144,9 +144,9 @@ typedef struct kr_state {
 typedef struct kr_shaking {
     double amplitude, rate, phase; /* [L], of any sign; [T^-1], positive if it shakes; [rad] */
 } kr_shaking;
-/* A wheel on a free axle. Its momentum about the axle, in the inertial frame, is constant and a
- * part of kr_body.rotor. kr_body.inertia lacks the moment of the wheel (kr_scene_release_wheel).
- * These numbers only determine the quantities wheel_rate... All zero: no wheel. */
+/* A wheel on a free axle (kr_scene_release_wheel). Its momentum about the axle, in the inertial
+ * frame, is constant and a part of kr_body.rotor. Its moment about the axle is not a part of
+ * kr_body.inertia. Only the quantities wheel_rate... use these numbers. All zero: no wheel. */
 typedef struct kr_wheel {
     kr_vec3 axis; /* unit vector along the principal axes; 0: `rate` is relative to the body */
     double rate;  /* angular velocity in the inertial frame, about the axis [T^-1] */
@@ -210,7 +210,7 @@ typedef struct kr_config {
      * only up to a rotation about the vertical, at lower cost. Not on rotating supports. */
     int skip_heading;
     /* For methods with KR_METHOD_TANGENTS, if skip_heading is 0: the sum of KR_TANGENT_... flags of
-     * the derivatives to compute. None exist by a friction of 0, or by a com of 0 with friction. */
+     * the derivatives to compute: not by a friction of 0, and with friction not by a com of 0. */
     uint64_t tangents;
 } kr_config;
 
@@ -269,7 +269,7 @@ typedef struct kr_top_info {
     const char *kernel; /* the instruction set, for the method taylor; else "" */
     int order;          /* of the method */
 } kr_top_info;
-/* Returns numbers of the top. `poll` may call it. */
+/* Returns the numbers above for the current state. kr_config.poll may call this function. */
 KR_API kr_top_info kr_top_describe(const kr_top *top);
 /* Returns KR_OK if the scene is valid, else the status that describes the error. */
 KR_API kr_status kr_scene_check(const kr_scene *scene);
@@ -301,7 +301,8 @@ KR_API kr_status kr_body_shape(kr_shape shape, kr_vec3 size, double mass, kr_vec
                                kr_body *body);
 /* Returns the mass of a shape with this density [M L^-3], which is 0 for thin shapes. */
 KR_API double kr_shape_mass(kr_shape shape, kr_vec3 size, double density);
-/* Returns the moments about the centre of mass, whose height above centre or tip is written. */
+/* Returns the moments about the centre of mass, and writes the height of the centre of mass above
+ * the centre of the shape, or above the tip of a cone. */
 KR_API kr_vec3 kr_shape_inertia(kr_shape shape, kr_vec3 size, double mass, double *height);
 /* Smallest permitted ratio of the smallest to the largest principal moment of a nondiagonal tensor.
  * The smallest moment would otherwise have too few correct digits. */
@@ -310,8 +311,9 @@ KR_API kr_vec3 kr_shape_inertia(kr_shape shape, kr_vec3 size, double mass, doubl
  * that of kr_body. Returns KR_ERR_BODY if the ratio of moments is below KR_TENSOR_MIN_RATIO. */
 KR_API kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
                                      double rounded, kr_body *body);
-/* Adds the inertia of a point mass to a tensor stored by rows. If the point is the centre of mass,
- * a tensor about this centre becomes that about the fixed point (Steiner's theorem). */
+/* Adds the inertia of a point mass to a tensor stored by rows. By Steiner's theorem, this changes a
+ * tensor about the centre of mass into the tensor about the fixed point, if `mass` is the mass of
+ * the body and `position` its centre of mass. */
 KR_API void kr_inertia_add_point(double inertia[9], double mass, kr_vec3 position);
 /* Sets kr_body.rotor from a momentum in the frame of description [M L^2 T^-1]. */
 KR_API void kr_body_set_rotor(kr_body *body, kr_vec3 rotor);
@@ -346,8 +348,8 @@ KR_API kr_kind kr_body_kind(const kr_body *body, double rtol);
  * normal to the apex and about it [M L^2]. */
 KR_API int kr_body_symmetry(const kr_body *body, double *across, double *along);
 
-/* Initial states from other numbers than q and m, for a scene with body, support and, for the first
- * three functions, attitude. NaN and infinity give scenes that kr_scene_check refuses. */
+/* The next functions set the initial state of a scene whose body and support are set, the first
+ * three also for its attitude. NaN and infinity give scenes that kr_scene_check refuses. */
 
 /* Set the momentum from the angular velocity relative to the support, in space or in the body. */
 KR_API void kr_scene_set_velocity(kr_scene *scene, kr_vec3 velocity);
@@ -364,9 +366,10 @@ KR_API void kr_scene_set_euler(kr_scene *scene, kr_vec3 angles, kr_vec3 rates);
  * excludes damping and friction. Returns KR_ERR_BODY for a wheel that the body cannot contain,
  * KR_ERR_ARGUMENT for other invalid arguments or more than KR_WHEELS_MAX wheels. */
 KR_API kr_status kr_scene_release_wheel(kr_scene *scene, double inertia, kr_vec3 axis, double rate);
-/* Writes the rate of the steady precession of a symmetric top without rotor, damping, friction and
- * moving support: the slower or, if `fast` is nonzero, the faster of two; 0 for a vertical apex.
- * Returns KR_ERR_ARGUMENT if none exists: *least_spin is the spin needed, or 0 if none helps. */
+/* Writes the slower, or if `fast` is nonzero the faster, rate of steady precession of a symmetric
+ * top without rotor, damping, friction and moving support; 0 for a vertical apex. If there is no
+ * steady precession, returns KR_ERR_ARGUMENT, and *least_spin is the least spin that permits one,
+ * or 0 if none does. */
 KR_API kr_status kr_scene_steady_precession(const kr_scene *scene, double spin, double tilt,
                                             int fast, double *precession, double *least_spin);
 
@@ -445,9 +448,9 @@ KR_API void kr_quantity_values(const kr_quantity *quantity, const kr_scene *scen
 KR_API kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s);
 KR_API kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s);
 KR_API double kr_state_energy(const kr_scene *scene, const kr_state *s);
-/* Returns the modified energy [M L^2 T^-2] that a map with this step conserves: for the order 1, E
- * + step * <torque, m> / (2 I1) of bobenko_suris (E: energy); for the order 4, E + O(step^4) of
- * bobenko_suris4, up to a constant. NaN for too large a step, and for other than Lagrange tops. */
+/* Returns the modified energy [M L^2 T^-2] that bobenko_suris (order 1) or bobenko_suris4 (order 4)
+ * conserves with this step: E + step * <torque, m> / (2 I1), or E + O(step^4) up to a constant,
+ * where E is the energy. NaN if the step is too large, or the top is not a Lagrange top. */
 KR_API double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step,
                                        int order);
 /* Returns the angle of the rotation between two attitudes, 0 .. pi [rad]. */
@@ -519,9 +522,10 @@ KR_API size_t kr_tangent_columns(uint64_t tangents);
  * beyond double precision to `low`, which may be NULL. Returns KR_ERR_ARGUMENT without tangents,
  * and KR_ERR_TANGENT if a tangent exceeds the range of doubles. */
 KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
-/* Writes the derivatives of a quantity at n states: from tangents[n][6][columns] to
- * out[n][doubles][columns], with a rotation vector for q. Some do not exist and are NaN: of Euler
- * angles at a vertical apex, of the apex by com at 0, and of body_acceleration by friction at 0. */
+/* Writes the derivatives of a quantity at n states, from tangents[n][6][columns] to
+ * out[n][doubles][columns]; those of q are rotation vectors. Derivatives that do not exist are NaN:
+ * of Euler angles at a vertical apex, and by a com (of the apex) or a friction (of
+ * body_acceleration) of 0. */
 KR_API void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                                  const kr_state states[], uint64_t by, const double tangents[],
                                  double out[]);
@@ -565,15 +569,15 @@ typedef struct kr_reduction {
     size_t component; /* index among the doubles of the quantity */
     kr_reduce kind;
 } kr_reduction;
-/* Growth indicators of a tangent since the initial time (only taylor, 16 digits; no damping,
- * friction, moving support). Its initial norm, in the internal units of the top, is 1. Its
- * components along the flow and the rotation about the vertical never grow, and are removed. */
+/* Indicators of the growth of a tangent since the initial time (only taylor, 16 digits; no damping,
+ * friction, moving support). The tangent has the initial norm 1 in the internal units of the top.
+ * Its components along the flow and the rotation about the vertical never grow, and are removed. */
 enum {
-    KR_GROWTH_LOG,        /* ln |tangent|; LOG / time is the Lyapunov exponent */
-    KR_GROWTH_MEGNO,      /* the time average of the MEGNO indicator */
-    KR_GROWTH_MAX,        /* the largest LOG at a few times in each step: may fall slightly */
-    KR_GROWTH_ENERGY,     /* relative errors of the derivatives of the energy and of */
-    KR_GROWTH_MOMENTUM,   /* <m, e3> along the tangent, which are constant */
+    KR_GROWTH_LOG,      /* ln |tangent|; LOG / time is the Lyapunov exponent */
+    KR_GROWTH_MEGNO,    /* the time average of the MEGNO indicator */
+    KR_GROWTH_MAX,      /* the largest LOG at a few times in each step: may fall slightly */
+    KR_GROWTH_ENERGY,   /* relative error of the energy's derivative along the tangent, and */
+    KR_GROWTH_MOMENTUM, /* of that of <m, e3>: both derivatives are constant in exact arithmetic */
     KR_GROWTH_TRUNCATION, /* kr_top_info.truncation; KR_ERR_TANGENT if no step makes it small */
     KR_GROWTH_COUNT
 };
@@ -588,9 +592,9 @@ typedef struct kr_outcome {
 typedef struct kr_tops {
     size_t n;
     const kr_scene *scenes;
-    size_t times;    /* number of times of each top */
-    const double *t; /* [times], or [n][times] with own_times */
-    int own_times;
+    size_t times;         /* number of times of each top */
+    const double *t;      /* [times], or [n][times] with own_times */
+    int own_times;        /* nonzero: each top has its own times */
     kr_state *states;     /* [n][times]; NaN after the first `done`; may be NULL */
     double *reduced;      /* [n][reductions]; NaN for a failed top; may be NULL */
     kr_outcome *outcomes; /* [n] */
