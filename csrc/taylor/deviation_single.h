@@ -1,6 +1,7 @@
-/* Implements the types and operations of deviation.h for single tangents. A triple of vector
- * components is stored as a `quad`, and its two cyclic permutations as a `duo`. Three tangents are
- * computed in parallel, because the instructions for a single tangent depend on each other. */
+/* Implements the types and operations of deviation.h for single tangents. A `triple` is a quad
+ * (0, x, y, z), a `turned` is a duo (next | prev), and a `path_term` is a duo (prev | next), with
+ * next(x,y,z) = (y,z,x) and prev(x,y,z) = (z,x,y). Three tangents are computed in parallel, because
+ * the instructions for a single tangent depend on each other. */
 #include "tangents.h"
 
 enum {
