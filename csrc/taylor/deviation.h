@@ -5,9 +5,8 @@
  * holds the three components of a vector of a tangent. A `path_term` holds a Taylor coefficient of
  * W or P of the path. A `turned` is a triple whose components are permuted for multiplication by a
  * path_term. The type `halves` holds next(a) * prev(b) and prev(a) * next(b), whose difference is
- * a x b, or sums of such products; next and prev are those of taylor.h. The headers also define
- * AT_ONCE (tangents computed in parallel), BLOCK (terms per pass of a loop), BEFORE (zeros before
- * the coefficients of the path), CHAINS (parallel sums) and STRUCTS (kr_tangent per tangent). */
+ * a x b, or sums of such products; next and prev are those of taylor.h. The header
+ * deviation_single.h explains the constants AT_ONCE, BLOCK, BEFORE, CHAINS and STRUCTS. */
 #include "tangents.h"
 
 /* Taylor coefficients, prepared for multiplication. For the path, w[BEFORE + n] and p[BEFORE + n]

@@ -64,8 +64,7 @@ INLINE halves halves_fma(turned a, path_term four, halves c)
 INLINE triple halves_first(halves a) { return a.lo; }
 INLINE triple halves_second(halves a) { return a.hi; }
 
-/* Loads one vector of each tangent: the x components from `numbers`, inside a kr_tangent, and the y
- * and z components from the same place of the kr_tangent of the next components. */
+/* Loads one vector of each tangent. Its x, y and z components are in successive structs. */
 INLINE triple load_triple(const double *numbers)
 {
     const size_t apart = WORDS * sizeof(kr_tangent) / sizeof(double);

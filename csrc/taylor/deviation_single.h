@@ -1,7 +1,6 @@
-/* Implements the types and operations of deviation.h for single tangents. A `triple` is a quad
- * (0, x, y, z), a `turned` is a duo (next | prev), and a `path_term` is a duo (prev | next), with
- * next(x,y,z) = (y,z,x) and prev(x,y,z) = (z,x,y). Three tangents are computed in parallel, because
- * the instructions for a single tangent depend on each other. */
+/* Implements the types and operations of deviation.h for single tangents: a `triple` is (0,x,y,z),
+ * a `turned` is (0,y,z,x | 0,z,x,y), and a `path_term` is (0,z,x,y | 0,y,z,x). Three tangents are
+ * computed in parallel, because the instructions for a single tangent depend on each other. */
 #include "tangents.h"
 
 enum {

@@ -4,8 +4,6 @@
 #include "quat_simd.h"
 #include "series.h"
 
-/* Both functions compute the Taylor coefficients of orders from + 1 to `order`, the first with and
- * the second without the attitude q. */
 PER_ORDER void expand_whole(kr_series *s, int from, int order)
 {
     expand_series(s, from, order, WHOLE);

@@ -1,11 +1,10 @@
 /* Vectors of doubles: a `quad` holds one quaternion (w,x,y,z), and a `duo` holds two. A quad or duo
- * is a single hardware vector if the instruction set has vectors of its width. If the hardware
- * has no vectors of this width, the type is a pair of vectors of half the width, and so on down to
- * single doubles. Hardware vectors have 8 lanes on x86-64-v4, 4 lanes on x86-64-v3, and 2 lanes on
- * baseline x86-64 and on arm64. The operation fma is a fused multiply-add if the hardware has one,
- * and a product followed by a sum otherwise. Numerical results therefore depend on the hardware
- * only through the availability of a fused multiply-add. This header is compiled once for each
- * instruction set. */
+ * is a single hardware vector if the instruction set has vectors of this width, else a pair of
+ * vectors of half the width, and so on down to single doubles. Hardware vectors have 8 lanes on
+ * x86-64-v4, 4 lanes on x86-64-v3, and 2 lanes on baseline x86-64 and on arm64. The operation fma
+ * is a fused multiply-add if the hardware has one, and a product followed by a sum otherwise.
+ * Numerical results depend on the hardware only through the availability of a fused multiply-add.
+ * This header is compiled once for each instruction set. */
 #ifndef KR_QUAT_SIMD_H
 #define KR_QUAT_SIMD_H
 #include "math/isa.h"
@@ -38,9 +37,8 @@
 #endif
 
 /* NATIVE and PAIRED define a vector type T and the operations common to all widths: load, store,
- * splat, add, sub, mul, fma. NATIVE defines T as a hardware vector, and `fused` is an expression
- * for a * b + c of vectors named a, b and c. PAIRED defines T as a pair of vectors of type `half`.
- * T_splat(a) has a in all lanes. */
+ * splat (copy a number to all lanes), add, sub, mul, fma. NATIVE defines T as a hardware vector;
+ * `fused` is an expression for a * b + c. PAIRED defines T as a pair of vectors of type `half`. */
 #define NATIVE(T, lanes, fused)                                                                    \
     typedef double T __attribute__((vector_size(8 * lanes)));                                      \
     typedef double T##_at __attribute__((vector_size(8 * lanes), aligned(8), may_alias));          \
@@ -108,7 +106,7 @@ NATIVE(two, 2, a *b + c)
 #  define two_mix(a, i, b, j) __builtin_shufflevector(a, b, i, 2 + j)
 #endif
 
-/* A `quad` is a quaternion (w,x,y,z). The functions quad_i, quad_j and quad_k
+/* A `quad` is a quaternion (w,x,y,z). quad_i, quad_j and quad_k
  * return (x,w,z,y), (y,z,w,x) and (z,y,x,w), which are its products with i, j and k up to signs.
  * quad_next and quad_prev return (w,y,z,x) and (w,z,x,y), with (x,y,z) permuted cyclically. */
 #if defined KR_AVX2 && !defined KR_PLAIN
@@ -186,8 +184,8 @@ INLINE double scalar_fma(double a, double b, double c) { return a * b + c; }
 #endif
 
 /* The header quat_simd_dd.h redefines the following operations for double-double numbers.
- * duo_lane returns w[lane] in all SIMD lanes. duo_scale multiplies the eight lanes of `a` by eight
- * numbers that are exact in double precision. duo_span and quad_span return the difference
+ * duo_lane returns w[lane] in all SIMD lanes. duo_scale multiplies the eight lanes of
+ * `a` by eight numbers that are exact in double precision. duo_span and quad_span return
  * *to - *from, and duo_reciprocal and quad_reciprocal return 1 / n, in all lanes. */
 INLINE duo duo_lane(const double *w, int lane) { return duo_splat(w[lane]); }
 INLINE duo duo_scale(const double exact[8], duo a) { return duo_mul(duo_load(exact), a); }

@@ -21,8 +21,8 @@
 #include <string.h>
 #include "taylor.h"
 
-/* The factors by which the lanes of duo_i(x), duo_j(x) and duo_k(x), with x = (q | P), are
- * multiplied to obtain (q i / 2 | P x i), (q j / 2 | P x j) and (q k / 2 | P x k). */
+/* The factors of the lanes of duo_i(x), duo_j(x) and duo_k(x), with x = (q | P),
+ * in (q i / 2 | P x i), (q j / 2 | P x j) and (q k / 2 | P x k). */
 static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
@@ -48,8 +48,7 @@ enum {
     GRADIENT = 32
 #endif
 };
-/* The cyclic permutations next and prev (taylor.h) of a Taylor coefficient: `ahead` is the duo
- * (next | prev), and `behind` is (prev | next). */
+/* The cyclic permutations (taylor.h) of a Taylor coefficient: (next | prev) and (prev | next). */
 typedef struct {
     duo ahead, behind;
 } turned_vector;
@@ -91,8 +90,8 @@ INLINE duo half_cross_products(const kr_series *s, turned_vector w, int j)
     if (j == 0) add_rotor(s, &w);
     return duo_mul(duo_splat(0.5), duo_mul(w.ahead, w.behind));
 }
-/* Adds one product to each sum in `a` that `terms` requires, except `cross`: of the j-th
- * coefficient of U (or W) or G with the m-th coefficient of q, P or O. */
+/* Adds products of the j-th coefficients of U (or W) and G with the m-th coefficients of q, P and O
+ * to the sums in `a` that `terms` requires. Does not change a->cross. */
 INLINE void add_products(series_sums *a, const kr_series *s, const kr_series *own,
                          const turned_term *turned, int j, int m, int terms)
 {
@@ -114,9 +113,8 @@ INLINE void add_products(series_sums *a, const kr_series *s, const kr_series *ow
     if (terms & TURNS) a->support = duo_fma(u, turned[m].fixed, a->support);
     if (terms & SHAKES) a->pulled = duo_fma(duo_load(own->x[j]), x, a->pulled);
 }
-/* Adds the products with the indices (j, m) to `a`, and those with (m, j) to `b`. The sum a->cross
- * gets both: the halves of the duo added to it are next(W_j) * prev(W_m) and prev(W_j) * next(W_m).
- */
+/* Adds the products with the indices (j, m) to `a`, and those with (m, j) to `b`. Adds both to
+ * a->cross, whose halves increase by next(W_j) * prev(W_m) and prev(W_j) * next(W_m). */
 INLINE void add_pair(series_sums *a, series_sums *b, const kr_series *s, const kr_series *own,
                      const turned_term *turned, int j, int m, int terms)
 {
@@ -186,7 +184,7 @@ INLINE void set_vertical(kr_series *s, turned_term *turned, int n, quad p)
     turned[n].fixed = duo_prev_next(p);
 }
 
-/* Returns the n-th coefficient of O, given the (n-1)-th sum series_sums.support. */
+/* Returns the n-th coefficient of O, given the sum series_sums.support of order n - 1. */
 INLINE quad support_velocity(duo products, int n)
 {
     return quad_fma(quad_reciprocal(-n), duo_first(products),

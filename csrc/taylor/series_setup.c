@@ -5,7 +5,6 @@
 #include "support_setup.h"
 #include "taylor.h"
 
-/* The initializer of the kr_isa of an instruction set. */
 #define KERNELS(name, isa)                                                                         \
     {name,                                                                                         \
      kr_has_##isa,                                                                                 \
@@ -51,8 +50,8 @@ static void set_rotor_term(kr_series s[2], int lane, dd h, dd A, dd k)
 {
     set_words(&s->shift[lane], h.hi == 0.0 ? dd_make(-0.0, -0.0) : dd_div(dd_div(h, A), k));
 }
-/* Sets the rotor terms s->shift. They are divided by the coefficients s->k of the velocity products,
- * which are zero for equal moments of inertia, and are then replaced by KR_LEAST_FACTOR. */
+/* Sets the rotor terms s->shift, which are divided by the coefficients s->k of the velocity
+ * products. If such a divisor is zero (equal moments of inertia), KR_LEAST_FACTOR replaces it. */
 static void set_rotor_terms(kr_series s[2], const kr_motion *motion, double rate)
 {
     const vec_dd moments = motion->body->inertia,
