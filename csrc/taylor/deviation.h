@@ -45,7 +45,7 @@ INLINE triple find_damping(const kr_tangent *g, triple rate, triple plus, triple
         triple_sub(triple_mul(triple_prev(drag), plus), triple_mul(triple_next(drag), minus));
     return triple_fma(drag, change, turned_by);
 }
-/* Sums over j + m = n of theta_j x W_m, N_j x W_m and (c x theta_j) x P_m, respectively. */
+/* Cauchy products: sums over j + m = n of theta_j x W_m, N_j x W_m and (c x theta_j) x P_m. */
 typedef struct {
     halves turn, push, cross;
 } deviation_sums;
@@ -56,8 +56,8 @@ INLINE void add_products(deviation_sums *a, const turned_path *path, const turne
     a->push = halves_fma(d->push[j], path->w[BEFORE + m], a->push);
     a->cross = halves_fma(d->cross[j], path->p[BEFORE + m], a->cross);
 }
-/* Computes the Taylor coefficients of order n + 1 of the tangent g. `a` and `b` are the sums over
- * even and over odd j. */
+/* Computes the Taylor coefficients of order n + 1 of the tangent g, and stores them in g and d. `a`
+ * and `b` are the parts of the Cauchy products of order n with even and with odd terms. */
 INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *d, int n,
                            const deviation_sums *a, const deviation_sums *b)
 {
@@ -83,8 +83,9 @@ INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *
     if (g->damped != 0.0) force = triple_sub(force, find_damping(g, rate, plus, minus));
     store_coefficients(g, d, n + 1, rate, force);
 }
-/* For each of `count` tangents, adds the products with j = first, first + 2, ... <= n to a[k]. If
- * CHAINS is 2, adds those with j = first + 1, first + 3, ... to b[k]. */
+/* For j = first, first + 2, ... <= n, adds the products of the j-th coefficients of tangent k with
+ * the (n - j)-th coefficients of the path to a[k], for k < count. If CHAINS is 2, adds the products
+ * for j = first + 1, first + 3, ... <= n to b[k]. */
 INLINE void add_product_terms(deviation_sums *a, deviation_sums *b, const turned_path *path,
                               const turned_deviation *d, int count, int first, int n)
 {
@@ -99,8 +100,8 @@ INLINE void add_product_terms(deviation_sums *a, deviation_sums *b, const turned
         }
     }
 }
-/* Computes the Taylor coefficients of order n + 1 of the first `count` tangents in `g`. The
- * products with even and with odd j are summed separately. */
+/* Computes the Taylor coefficients of order n + 1 of the first `count` tangents in `g`. The even and
+ * the odd terms of the Cauchy products are summed separately. */
 INLINE void next_coefficients(const kr_series *s, const turned_path *path, kr_tangent *g,
                               turned_deviation *d, int count, int n)
 {

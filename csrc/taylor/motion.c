@@ -48,10 +48,10 @@ static const kr_support_ops *find_supports(const kr_motion *motion)
 {
     return kr_support_moves(motion->scene) ? kr_method_taylor.supports : NULL;
 }
-/* Returns `rate`: a power of two that exceeds a bound on |W|, the rates of the damping and of the
- * rotor, and those of the support and the friction (unless `is_held` is nonzero). The argument W is
- * initial. Damping does not increase the energy, so the kinetic energy T, initially T0, satisfies
- *     (least moment) W^2 <= 2 T <= 2 T0 + 4 |c|. */
+/* Returns `rate`, given the initial angular velocity W: a power of two that exceeds a bound on |W|,
+ * the rates of the damping and of the rotor, and the rates of the support and, unless `is_held` is
+ * nonzero, of the friction. Damping does not increase the energy. The kinetic energy T, initially
+ * T0, therefore satisfies (least moment of inertia) |W|^2 <= 2 T <= 2 T0 + 4 |c|. */
 static double choose_frequency_unit(const kr_motion *motion, kr_vec3 W, int is_held)
 {
     const kr_support_ops *supports = find_supports(motion);

@@ -44,14 +44,14 @@ const kr_isa *kr_taylor_isa_of(const kr_motion *motion)
     return isa;
 }
 
-/* Sets s->shift[lane] to h / (A k), or to -0 if h is 0: A is a moment of inertia, h a component of
- * the rotor's angular momentum with its sign, and k the coefficient of a velocity product. */
+/* Sets s->shift[lane] to h / (A k), or to -0 if h is 0. A is a moment of inertia, h or -h is a
+ * component of the rotor's angular momentum, and k is a component of s->k. */
 static void set_rotor_term(kr_series s[2], int lane, dd h, dd A, dd k)
 {
     set_words(&s->shift[lane], h.hi == 0.0 ? dd_make(-0.0, -0.0) : dd_div(dd_div(h, A), k));
 }
-/* Sets the rotor terms s->shift, which are divided by the coefficients s->k of the velocity
- * products. If such a divisor is zero (equal moments of inertia), KR_LEAST_FACTOR replaces it. */
+/* Sets the rotor terms s->shift for the unit of time 1 / rate. The rotor terms are divided by s->k.
+ * If two moments of inertia are equal, KR_LEAST_FACTOR replaces the component 0 of s->k. */
 static void set_rotor_terms(kr_series s[2], const kr_motion *motion, double rate)
 {
     const vec_dd moments = motion->body->inertia,

@@ -4,16 +4,17 @@
  *     A W' = (AW + h) x W + P x c - D W    W: angular velocity in the body; A: moments of inertia;
  *                                          c: weight * center of mass; D: damping coefficients;
  *                                          h: angular momentum of a rotor fixed in the body
- * Every right-hand side consists of products of two unknowns and of linear terms. The coefficients
- * of x = sum x_n t^n are therefore
+ * Every right-hand side consists of products of two unknowns and of linear terms. The Taylor
+ * coefficients, q = sum q_n t^n and so on, therefore satisfy, with sums over j = 0, ..., n:
  *     (n+1) q_{n+1} = 1/2 sum q_{n-j} W_j         (n+1) P_{n+1} = sum P_{n-j} x W_j
  *     (n+1) W_{n+1} = k * sum next(W_j) * prev(W_{n-j})  +  up * next(P_n)  +  down * prev(P_n)
  *                     +  drag * W_n
- *     with next(x,y,z) = (y,z,x), prev(x,y,z) = (z,x,y), and the other constants of kr_series
+ *     with next(x,y,z) = (y,z,x), prev(x,y,z) = (z,x,y), the constants k, up, down and drag of
+ *     kr_series, and the product * of vectors by components
  * The rotor term h x W_n costs no extra time, because it is included by adding constants to
- * prev(W_0) and next(W_0). If kr_config.skip_heading is set, only the equations for P and W are
- * solved, with 9 products per order instead of 21. The Taylor method conserves the integrals of the
- * motion only up to the tolerance. */
+ * prev(W_0) and next(W_0). If skip_heading (kreisel.h) is set, only the equations for P and W are
+ * solved, with 9 products per order instead of 21. The integrals of the motion are conserved only
+ * up to the tolerance. */
 #ifndef KR_TAYLOR_H
 #define KR_TAYLOR_H
 #include "method.h"
@@ -34,12 +35,12 @@ enum { KR_TAYLOR_MAX = KR_LAST_30 };
 /* Replaces smaller |k| (kr_series) by which rotor terms are divided; negligible at 30 digits. */
 #define KR_LEAST_FACTOR 0x1p-120
 
-/* Taylor series of one step of the motion (the path), from the time t to the time `end`. Access is
- * fastest if the struct is aligned to 64 bytes. At 20 and 30 digits, two adjacent structs hold the
- * high and the low words of the double-double numbers. A vector of eight lanes, (q | P), holds the
- * attitude q and the pure quaternion P, so P costs no extra time: up to signs and zeros, q -> q i
- * and P -> P x i permute the components in the same way, and so do j and k. If skip_heading is set,
- * the attitude q is not computed, and its SIMD lanes are zero. */
+/* Taylor series of one step of the motion (called the path of its tangents), from the time t to the
+ * time `end`. Access is fastest if the struct is aligned to 64 bytes. At 20 and 30 digits, two
+ * adjacent structs hold the high and the low words of the double-double numbers. A vector of eight
+ * lanes, (q | P), holds the attitude q and the pure quaternion P. P costs no extra time, because
+ * the products q i and P x i permute the components in the same way up to signs and zeros, and so
+ * do those with j and k. If skip_heading is set, q is not computed, and its SIMD lanes are zero. */
 typedef struct kr_series {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients of (q | P) */
     double end_x[8], at_x[8];       /* values at `end`, where the next step begins, and at `at` */
@@ -114,7 +115,7 @@ typedef struct kr_tail {
 
 enum { KR_ORDER_12, KR_ORDER_16, KR_ORDER_18, KR_ORDER_22, KR_ORDER_28, KR_ORDERS };
 enum { KR_DIGITS_20, KR_DIGITS_30, KR_DEPTHS };
-/* Declares what kernel.c and kernel_dd.c export for an instruction set. */
+/* Declares what the files kernel*.c export for an instruction set. */
 #define KR_TAYLOR_ISA(isa)                                                                         \
     extern const kr_kernel kr_kernel_##isa[KR_ORDERS], kr_headless_##isa[KR_ORDERS];               \
     extern const kr_kernel kr_kernel_dd_##isa[KR_DEPTHS];                                          \
