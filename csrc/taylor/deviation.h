@@ -100,8 +100,8 @@ INLINE void add_product_terms(deviation_sums *a, deviation_sums *b, const turned
         }
     }
 }
-/* Computes the Taylor coefficients of order n + 1 of the first `count` tangents in `g`. The even and
- * the odd terms of the Cauchy products are summed separately. */
+/* Computes the Taylor coefficients of order n + 1 of the first `count` tangents in `g`. The even
+ * and the odd terms of the Cauchy products are summed separately. */
 INLINE void next_coefficients(const kr_series *s, const turned_path *path, kr_tangent *g,
                               turned_deviation *d, int count, int n)
 {

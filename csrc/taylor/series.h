@@ -21,8 +21,8 @@
 #include <string.h>
 #include "taylor.h"
 
-/* The factors of the lanes of duo_i(x), duo_j(x) and duo_k(x), with x = (q | P),
- * in (q i / 2 | P x i), (q j / 2 | P x j) and (q k / 2 | P x k). */
+/* The factors of the lanes of duo_i(x), duo_j(x) and duo_k(x) in
+ * (q i / 2 | P x i), (q j / 2 | P x j) and (q k / 2 | P x k), for x = (q | P). */
 static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
