@@ -1,17 +1,17 @@
 /* Implements the Taylor series declared in tangents.h: computes the coefficients and evaluates the
- * series. This source file is compiled for single tangents (deviation_single.h) and for batches
- * (deviation_batch.h), each in double and in double-double precision. The headers
- * deviation_single.h and deviation_batch.h each define four types. A `triple` holds the three
- * components of one vector for each tangent. The type `path_term` holds one Taylor coefficient of
- * the path. The type `turned` is a triple whose components are permuted for multiplication by a
- * `path_term`. The type `halves` holds two sums of products; their difference is a cross product.
- * The product with the latest coefficient is added last, so that others need not wait for it. */
+ * series. This source file is compiled for single tangents (deviation_single.h) and for batches of
+ * eight (deviation_batch.h), each in double and in double-double precision. In the comments, a
+ * tangent `g` is a single tangent or a batch. The two headers each define four types. A `triple`
+ * holds the three components of a vector of a tangent. A `path_term` holds a Taylor coefficient of
+ * W or P of the path. A `turned` is a triple whose components are permuted for multiplication by a
+ * path_term. The type `halves` holds next(a) * prev(b) and prev(a) * next(b), whose difference is
+ * a x b, or sums of such products; next and prev are those of taylor.h. The header
+ * deviation_single.h explains the constants AT_ONCE, BLOCK, BEFORE, CHAINS and STRUCTS. */
 #include "tangents.h"
 
-/* Taylor coefficients with their components permuted for multiplication. For the path, `w` and `p`
- * are the coefficients of W and P (taylor.h) as two cyclic permutations (prev | next), preceded by
- * BEFORE zeros. For a tangent, `turn`, `push` and `cross` are the coefficients of theta, N
- * (tangents.h) and c x theta as two cyclic permutations (next | prev). */
+/* Taylor coefficients, prepared for multiplication. For the path, w[BEFORE + n] and p[BEFORE + n]
+ * are the coefficients of W and P (taylor.h); the elements before are zero. For a tangent, turn[n],
+ * push[n] and cross[n] are the coefficients of theta, N (tangents.h) and c x theta. */
 typedef struct {
     path_term w[KR_TAYLOR_MAX + BEFORE], p[KR_TAYLOR_MAX + BEFORE];
 } turned_path;
@@ -19,7 +19,8 @@ typedef struct {
     turned turn[KR_TAYLOR_MAX + BLOCK], push[KR_TAYLOR_MAX + BLOCK], cross[KR_TAYLOR_MAX + BLOCK];
 } turned_deviation;
 
-/* Stores the n-th Taylor coefficients of a tangent, in their original and in permuted order. */
+/* Stores the n-th Taylor coefficients of theta (`turn`) and N (`push`) in g, and with permuted
+ * components in d, together with c x theta. */
 INLINE void store_coefficients(kr_tangent *g, turned_deviation *d, int n, triple turn, triple push)
 {
     const triple up = make_triple(g->up), down = make_triple(g->down);
@@ -34,8 +35,9 @@ INLINE triple triple_cross(triple a, triple b)
     return triple_sub(triple_mul(triple_next(a), triple_prev(b)),
                       triple_mul(triple_prev(a), triple_next(b)));
 }
-/* Returns D (theta' - theta x W) + theta x (D W), the damping term of -N' (tangents.h). `rate` is
- * the time derivative theta', and `plus` - `minus` is theta x W. All are divided by n + 1. */
+/* Returns 1 / (n + 1) times the n-th coefficient of D (theta' - theta x W) + theta x (D W), the
+ * damping term of -N' (tangents.h). The arguments are 1 / (n + 1) times the n-th coefficients of
+ * theta' (`rate`), next(theta) * prev(W) (`plus`), and prev(theta) * next(W) (`minus`). */
 INLINE triple find_damping(const kr_tangent *g, triple rate, triple plus, triple minus)
 {
     const triple drag = make_triple(g->drag), change = triple_sub(rate, triple_sub(plus, minus));
@@ -43,7 +45,7 @@ INLINE triple find_damping(const kr_tangent *g, triple rate, triple plus, triple
         triple_sub(triple_mul(triple_prev(drag), plus), triple_mul(triple_next(drag), minus));
     return triple_fma(drag, change, turned_by);
 }
-/* Sums of the products of tangent coefficients and path coefficients (Cauchy products). */
+/* Cauchy products: sums over j + m = n of theta_j x W_m, N_j x W_m and (c x theta_j) x P_m. */
 typedef struct {
     halves turn, push, cross;
 } deviation_sums;
@@ -54,8 +56,8 @@ INLINE void add_products(deviation_sums *a, const turned_path *path, const turne
     a->push = halves_fma(d->push[j], path->w[BEFORE + m], a->push);
     a->cross = halves_fma(d->cross[j], path->p[BEFORE + m], a->cross);
 }
-/* Computes the Taylor coefficients of order n + 1 of a tangent. `a` and `b` are the sums of the
- * even and of the odd terms of the Cauchy products. */
+/* Computes the Taylor coefficients of order n + 1 of the tangent g, and stores them in g and d. `a`
+ * and `b` are the parts of the Cauchy products of order n with even and with odd terms. */
 INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *d, int n,
                            const deviation_sums *a, const deviation_sums *b)
 {
@@ -81,51 +83,52 @@ INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *
     if (g->damped != 0.0) force = triple_sub(force, find_damping(g, rate, plus, minus));
     store_coefficients(g, d, n + 1, rate, force);
 }
-/* Adds every second term of the Cauchy products of `few` tangents to `a`, beginning with the term
- * of index `first`. If CHAINS is 2, the remaining terms are added to `b`. */
+/* For j = first, first + 2, ... <= n, adds the products of the j-th coefficients of tangent k with
+ * the (n - j)-th coefficients of the path to a[k], for k < count. If CHAINS is 2, adds the products
+ * for j = first + 1, first + 3, ... <= n to b[k]. */
 INLINE void add_product_terms(deviation_sums *a, deviation_sums *b, const turned_path *path,
-                              const turned_deviation *d, int few, int first, int n)
+                              const turned_deviation *d, int count, int first, int n)
 {
     for (; first <= n; first += BLOCK) {
         UNROLL
         for (int j = first; j < first + BLOCK; j += 2) {
             UNROLL
-            for (int k = 0; k < few; k++) {
+            for (int k = 0; k < count; k++) {
                 add_products(&a[k], path, &d[k], j, n - j);
                 if (CHAINS > 1) add_products(&b[k], path, &d[k], j + 1, n - j - 1);
             }
         }
     }
 }
-/* Computes the Taylor coefficients of order n + 1 of the first `few` tangents or batches of
- * tangents in `g`. The even and odd terms of each Cauchy product are accumulated separately. */
+/* Computes the Taylor coefficients of order n + 1 of the first `count` tangents in `g`. The even
+ * and the odd terms of the Cauchy products are summed separately. */
 INLINE void next_coefficients(const kr_series *s, const turned_path *path, kr_tangent *g,
-                              turned_deviation *d, int few, int n)
+                              turned_deviation *d, int count, int n)
 {
     const halves zero = halves_zero();
     const deviation_sums none = {zero, zero, zero};
     deviation_sums a[AT_ONCE], b[AT_ONCE];
-    for (int k = 0; k < few; k++) a[k] = b[k] = none;
-    add_product_terms(a, b, path, d, few, 0, n);
-    if (CHAINS == 1) add_product_terms(b, b, path, d, few, 1, n);
+    for (int k = 0; k < count; k++) a[k] = b[k] = none;
+    add_product_terms(a, b, path, d, count, 0, n);
+    if (CHAINS == 1) add_product_terms(b, b, path, d, count, 1, n);
     UNROLL
-    for (int k = 0; k < few; k++) next_deviation(s, g + k * STRUCTS, &d[k], n, &a[k], &b[k]);
+    for (int k = 0; k < count; k++) next_deviation(s, g + k * STRUCTS, &d[k], n, &a[k], &b[k]);
 }
 INLINE void expand_tangent_group(const kr_series *s, const turned_path *path, kr_tangent *g,
-                                 int few, int order)
+                                 int count, int order)
 {
     turned_deviation d[AT_ONCE];
-    for (int k = 0; k < few; k++) {
+    for (int k = 0; k < count; k++) {
         kr_tangent *own = g + k * STRUCTS;
         for (int n = 1; n < order + BLOCK - 1 && BLOCK > 2; n++)
             d[k].turn[n] = d[k].push[n] = d[k].cross[n] = permuted_zero();
         store_coefficients(own, &d[k], 0, load_triple(own->x[0]), load_push(own, 0));
     }
-    for (int n = 0; n < order; n++) next_coefficients(s, path, g, d, few, n);
+    for (int n = 0; n < order; n++) next_coefficients(s, path, g, d, count, n);
 }
-/* Computes all Taylor coefficients of the first `many` tangents (or batches of tangents) in `g`,
- * given those of order 0. */
-INLINE void expand_deviations(const kr_series *s, kr_tangent *g, size_t many, int order)
+/* Computes the Taylor coefficients 1 to `order` of the first `count` tangents in `g`, given those
+ * of order 0 and the path `s`. */
+INLINE void expand_deviations(const kr_series *s, kr_tangent *g, size_t count, int order)
 {
     turned_path path;
     for (int n = 0; n < BEFORE; n++) path.w[n] = path.p[n] = path_zero();
@@ -133,11 +136,11 @@ INLINE void expand_deviations(const kr_series *s, kr_tangent *g, size_t many, in
         path.w[BEFORE + n] = make_path_term(s->w[n]);
         path.p[BEFORE + n] = make_path_term(s->x[n] + 4);
     }
-    for (; many >= AT_ONCE; many -= AT_ONCE, g += AT_ONCE * STRUCTS)
+    for (; count >= AT_ONCE; count -= AT_ONCE, g += AT_ONCE * STRUCTS)
         expand_tangent_group(s, &path, g, AT_ONCE, order);
-    for (; many > 0; many--, g += STRUCTS) expand_tangent_group(s, &path, g, 1, order);
+    for (; count > 0; count--, g += STRUCTS) expand_tangent_group(s, &path, g, 1, order);
 }
-/* Evaluates the eight Taylor series of a kr_tangent at the time `to`. */
+/* Writes the values of the eight Taylor series of one kr_tangent at the time `to` to `sum`. */
 INLINE void sum_deviation(const kr_tangent *g, int order, const double *to, double *sum)
 {
     const duo h = duo_span(&g->t, to);

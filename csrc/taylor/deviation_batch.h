@@ -1,7 +1,7 @@
 /* Implements the types and operations of deviation.h for batches of eight tangents. Each lane of a
- * vector holds one tangent. A triple consists of three vectors, one for each axis, so cyclic
- * permutations cost nothing. The even terms of a Cauchy product are summed before the odd
- * ones, because there are too few vector registers to sum both at once. */
+ * SIMD vector holds one tangent. A triple consists of three vectors, one for each axis, so cyclic
+ * permutations take no time. The even terms of a Cauchy product are summed before the odd terms
+ * (CHAINS = 1), because there are too few vector registers to sum both at once. */
 #include "tangents.h"
 
 enum {
@@ -21,7 +21,7 @@ typedef struct {
 } halves;
 
 INLINE triple triple_all(duo x, duo y, duo z) { return (triple){x, y, z}; }
-/* Returns a triple with the same components (x, y, z) for every tangent of a batch. */
+/* Returns the vector (four[1], four[2], four[3]), the same for every tangent of a batch. */
 INLINE triple make_triple(const double *four)
 {
     return triple_all(duo_lane(four, 1), duo_lane(four, 2), duo_lane(four, 3));
@@ -64,7 +64,7 @@ INLINE halves halves_fma(turned a, path_term four, halves c)
 INLINE triple halves_first(halves a) { return a.lo; }
 INLINE triple halves_second(halves a) { return a.hi; }
 
-/* Loads a triple, whose components are `apart` numbers from each other in a batch. */
+/* Loads one vector of each tangent. Its x, y and z components are in successive structs. */
 INLINE triple load_triple(const double *numbers)
 {
     const size_t apart = WORDS * sizeof(kr_tangent) / sizeof(double);

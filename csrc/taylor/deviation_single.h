@@ -1,5 +1,5 @@
-/* Implements the types and operations of deviation.h for single tangents. A triple of vector
- * components is stored as a `quad`, and its two cyclic permutations as a `duo`. Three tangents are
+/* Implements the types and operations of deviation.h for single tangents: a `triple` is (0,x,y,z),
+ * a `turned` is (0,y,z,x | 0,z,x,y), and a `path_term` is (0,z,x,y | 0,y,z,x). Three tangents are
  * computed in parallel, because the instructions for a single tangent depend on each other. */
 #include "tangents.h"
 

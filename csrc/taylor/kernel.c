@@ -4,8 +4,6 @@
 #include "quat_simd.h"
 #include "series.h"
 
-/* The next two functions compute the Taylor coefficients of the motion, first with and then without
- * the attitude q. */
 PER_ORDER void expand_whole(kr_series *s, int from, int order)
 {
     expand_series(s, from, order, WHOLE);
@@ -14,12 +12,12 @@ PER_ORDER void expand_headless(kr_series *s, int from, int order)
 {
     expand_series(s, from, order, HEADLESS);
 }
-/* Evaluates the Taylor series at the time s->at. */
+/* Evaluates the Taylor series at the time s->at, and writes the values to s->at_x and s->at_w. */
 PER_ORDER void evaluate_series(kr_series *s, int order)
 {
     evaluate_terms(s, 0, order, &s->at, s->at_x, s->at_w);
 }
-/* Chooses the end of the step according to the tolerance, and evaluates the series there. */
+/* Sets the end of the step according to log2 of the tolerance, and evaluates the series there. */
 PER_ORDER void end_step_by_tolerance(kr_series *s, int order, double log2_tol, double direction)
 {
     s->end = s->t + direction * series_step_size(s, order, log2_tol);
@@ -27,9 +25,9 @@ PER_ORDER void end_step_by_tolerance(kr_series *s, int order, double log2_tol, d
 }
 
 /* Compilers unroll only loops of constant length, so each order n has its own functions. STEP
- * defines a function that computes a step of order n. KERNELS defines all functions of order n.
- * ORDERS lists the orders. WHOLE_KERNEL and HEADLESS_KERNEL define the entries of the two tables of
- * kernels. */
+ * defines a function that computes a step of order n; `form` selects the function for the
+ * coefficients. KERNELS defines all functions of order n. ORDERS applies a macro to all orders.
+ * WHOLE_KERNEL (with the attitude q) and HEADLESS_KERNEL (without q) are entries of tables. */
 #define STEP(form, n)                                                                              \
     static void step_##form##_##n(kr_series *s, double log2_tol, double direction)                 \
     {                                                                                              \
@@ -48,7 +46,7 @@ ORDERS(KERNELS)
 const kr_kernel KR_NAME(kr_kernel)[KR_ORDERS] = {ORDERS(WHOLE_KERNEL)};
 const kr_kernel KR_NAME(kr_headless)[KR_ORDERS] = {ORDERS(HEADLESS_KERNEL)};
 
-/* TAIL defines the functions that compute the tail of a series in doubles (kernel_dd.c). */
+/* TAIL defines the functions of a kr_tail for 20 or 30 digits (kernel_dd.c). */
 #define TAIL(digits)                                                                               \
     static void expand_##digits(kr_series *s)                                                      \
     {                                                                                              \
@@ -62,9 +60,10 @@ TAIL(20)
 TAIL(30)
 const kr_tail KR_NAME(kr_tail)[KR_DEPTHS] = {{expand_20, sum_20}, {expand_30, sum_30}};
 
-/* Adds the product of the power series `a` and `b` to c. Even and odd terms of `a` are accumulated
- * in two parallel chains of fused multiply-adds. The member `product` of kr_step_polynomial
- * (method.h) points to this function. */
+/* Adds the product of the power series `a` and `b` to the series c, up to the coefficient c[order]
+ * or a few more (kr_step_polynomial.product in method.h). Seven zeros precede b[0], and zeros
+ * follow the last coefficients of a and b. The products with even and with odd coefficients of `a`
+ * are summed in two parallel chains. */
 void KR_NAME(kr_product)(const double *a, const double *b, int order, double *c)
 {
     for (int n = 0; n <= order; n += 8) {

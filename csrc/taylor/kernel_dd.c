@@ -1,14 +1,13 @@
-/* Computation of Taylor series with 20 and 30 digits. The leading terms of a series (its head) are
- * computed in double-double precision, and the remaining terms (its tail) in double precision. For
- * results with 20 digits, only a few terms of the series are computed in double-double precision.
- * For results with 30 digits, about half of the terms of the series are computed in double-double
- * precision. This file is compiled once for each instruction set. */
+/* Taylor series with 20 and 30 digits. The terms 0 to `head` of a series are computed in
+ * double-double precision, and the terms head + 1 to `last`, the tail, in double precision. The
+ * terms in double-double precision are about a third of all terms for 20 digits, and about half for
+ * 30 digits. This file is compiled once for each instruction set. */
 #define KR_LONG_FUNCTIONS
 #include "quat_simd_dd.h"
 #include "series.h"
 
-/* Evaluates a Taylor series at the time `to`. The terms up to `head` are stored in double-double
- * precision, and the others in double precision. */
+/* Evaluates a Taylor series at the time `to`, and writes the values of (q | P) and W to x and w.
+ * `tail` contains the functions for the tail. */
 INLINE void sum_mixed(const kr_series *s, int head, const kr_tail *tail, const double *to,
                       double *x, double *w)
 {
@@ -32,7 +31,7 @@ INLINE void advance_mixed(kr_series *s, int head, int last, double log2_less, co
     sum_mixed(s, head, tail, &s->end, s->end_x, s->end_w);
 }
 
-/* DIGITS defines the two functions of a kernel for 20 or 30 digits. */
+/* DIGITS defines the two functions of a kr_kernel for n = 20 or 30 digits. */
 #define DIGITS(n)                                                                                  \
     static void advance_##n(kr_series *s, double log2_tol, double direction)                       \
     {                                                                                              \

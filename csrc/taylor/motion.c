@@ -1,9 +1,9 @@
 /* The Taylor method integrates any top in double precision, or with 20 or 30 digits. Each step is
  * as long as the tolerance permits, independently of the requested times. A state within a step is
- * obtained by a single evaluation of the Taylor series. The equations are given in taylor.h, and
- * the step size follows Jorba and Zou (2005). Integrals of the motion are conserved only up to the
- * tolerance. The unit of time is a power of two, chosen so that the angular velocity remains below
- * one, Taylor coefficients do not overflow, and all thresholds are dimensionless. */
+ * obtained by a single evaluation of the Taylor series. The equations and symbols are those of
+ * taylor.h, and the step size follows Jorba and Zou (2005). Integrals of the motion are conserved
+ * only up to the tolerance. The unit of time of the series is 1 / rate in units of kr_motion, where
+ * the power of two `rate` is so large that |W| < 1 and Taylor coefficients do not overflow. */
 #include <float.h>
 #include "model/scene.h"
 #include "math/su2_dd.h"
@@ -12,18 +12,18 @@
 
 static const kr_kernel *get_kernel(const kr_motion *motion) { return motion->aux; }
 
-/* Returns log2 of the relative tolerance for one step. docs/theory/taylor.md states how the
- * tolerances for 20 and 30 digits were measured. */
+/* Returns log2 of the tolerance for one step. The values for 20 and 30 digits were chosen by the
+ * measurements in docs/theory/taylor.md. */
 static double step_log2_tolerance(const kr_motion *motion)
 {
     if (motion->digits > 20) return motion->tol > 0.0 ? log2(motion->tol) : -100.0;
     if (motion->digits > 16) return -70.0;
     return motion->tol > 0.0 ? log2(motion->tol) : -53.0;
 }
-/* Returns the kernel of the order that is fastest for the given tolerance. If the last Taylor term
- * has a given size, truncating the series at a higher order causes a larger error. For high orders,
- * the tolerance is therefore lowered, but not below the rounding error of a double.
- * docs/theory/taylor.md states how the orders and the lowered tolerances were measured. */
+/* Returns the kernel of the order that is fastest for the tolerance 2^*log2_tol. The higher the
+ * order, the larger is the truncation error relative to the last Taylor term. For high orders,
+ * *log2_tol is therefore lowered by `less`, but not below -53. docs/theory/taylor.md states how the
+ * orders and the values of `less` were measured. */
 static const kr_kernel *choose_kernel(const kr_isa *isa, const kr_motion *motion, double *log2_tol)
 {
     static const struct {
@@ -43,15 +43,15 @@ void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log
     taylor_of(motion)->log2_tol = log2_tol;
 }
 
-/* Returns the functions for friction and moving supports, or NULL if they are not needed. */
+/* Returns the functions for friction, moving supports and gradients, or NULL if not needed. */
 static const kr_support_ops *find_supports(const kr_motion *motion)
 {
     return kr_support_moves(motion->scene) ? kr_method_taylor.supports : NULL;
 }
-/* Returns a power of two that exceeds all rates of the motion. The energy bounds the angular
- * velocity; the other rates are those of the damping, the rotor and the support motion. Damping
- * does not increase the energy, hence
- *     W^2 least moment <= 2 T <= 2 T0 + 4 |c|, with the kinetic energy T, initially T0. */
+/* Returns `rate`, given the initial angular velocity W: a power of two that exceeds a bound on |W|,
+ * the rates of the damping and of the rotor, and the rates of the support and, unless `is_held` is
+ * nonzero, of the friction. Damping does not increase the energy. The kinetic energy T, initially
+ * T0, therefore satisfies (least moment of inertia) |W|^2 <= 2 T <= 2 T0 + 4 |c|. */
 static double choose_frequency_unit(const kr_motion *motion, kr_vec3 W, int is_held)
 {
     const kr_support_ops *supports = find_supports(motion);
@@ -65,15 +65,16 @@ static double choose_frequency_unit(const kr_motion *motion, kr_vec3 W, int is_h
     frexp(supports ? fmax(own, supports->rate(motion, W, is_held)) : own, &exponent);
     return ldexp(1.0, exponent);
 }
-/* Returns the attitude. If skip_heading is set, returns the smallest rotation that takes P to the
- * vertical. Because |P| is close to 1, two terms of the series for 1 / |P| suffice. */
+/* Returns the attitude q, given the values x of (q | P). If skip_heading is set, returns the
+ * rotation by the smallest angle that takes P to the vertical e3. Because |P| is close to 1, two
+ * terms of the series for 1 / |P| suffice. */
 static kr_quat series_attitude(const kr_motion *motion, const double x[8])
 {
     const kr_vec3 P = v3(x[5], x[6], x[7]);
     return motion->skip_heading ? q_conj(q_tilt(v_scale(1.5 - 0.5 * v_dot(P, P), P)))
                                 : q_unit(q4(x[0], v3(x[1], x[2], x[3])));
 }
-/* Converts values of the Taylor series (taylor.h) to a state in double precision. */
+/* Converts the values x of (q | P) and w of W to a state in double precision. */
 static void read_plain_state(const kr_taylor *p, const kr_motion *motion, const double x[8],
                              const double w[4], kr_state *s)
 {
@@ -81,8 +82,8 @@ static void read_plain_state(const kr_taylor *p, const kr_motion *motion, const 
     s->q = series_attitude(motion, x);
     s->m = q_turn(s->q, motion_add_rotor(motion, M));
 }
-/* Converts the values of the series at the time `at` to a state in double-double precision. The low
- * words of the state are stored in motion->low. */
+/* Converts the values at_x and at_w of the series to a state in double-double precision. Stores its
+ * high words in `to`, and its low words in motion->low. */
 static void read_extended_state(const kr_taylor *p, kr_motion *motion, kr_state *to)
 {
     const kr_series *s = p->series;
@@ -97,7 +98,6 @@ static void read_extended_state(const kr_taylor *p, kr_motion *motion, kr_state 
     motion->low.m = vdd_low(m);
 }
 
-/* Returns 1 if the state at the end of the step is finite. */
 static int is_end_finite(const kr_series *s)
 {
     double sum = 0.0;
@@ -105,7 +105,7 @@ static int is_end_finite(const kr_series *s)
         sum += fabs(s->end_x[i]) + fabs(s->end_x[4 + i]) + fabs(s->end_w[i]);
     return isfinite(sum);
 }
-/* Replaces the last step of the series by a step of length 0 that starts at the same time. */
+/* Replaces the last step of the series by a step of length 0 with the same initial state. */
 static void set_empty_step(kr_series s[2])
 {
     for (int i = 0; i < 2; i++) {
@@ -118,7 +118,6 @@ static void set_empty_step(kr_series s[2])
     s[1].end = s[1].t;
 }
 
-/* Initializes the series with the initial state `start`. */
 static void set_initial_state(kr_taylor *p, const kr_motion *motion, const kr_state *start)
 {
     kr_series *high = &p->series[0], *low = &p->series[1];
@@ -172,7 +171,7 @@ static kr_status taylor_step(kr_motion *motion, double until)
         return motion->clock == 0.0 ? KR_ERR_RESOLUTION : KR_ERR_NOT_FINITE;
     if (s->linear == 1.0 && kr_slow_overflows(motion, get_kernel(motion)->order, until))
         return KR_ERR_NOT_FINITE;
-    /* In double precision, no step can meet a tolerance below 2^-54. */
+    /* In double precision, no step can attain a tolerance below 2^-54. */
     if (motion->digits <= 16 && p->log2_tol < -54.0) return KR_ERR_STEP;
     if (s->linear > 1.0) {
         const kr_status status = kr_method_taylor.supports->step(motion, get_kernel(motion));
@@ -200,8 +199,8 @@ static void taylor_evaluate(kr_motion *motion, double clock, kr_state *s)
     const double begin = p->series->t, end = p->series->end;
     p->series[0].at = p->rate * clock;
     p->series[1].at = p->rate * motion->low.t;
-    /* Only rounding errors can place a requested time outside the step. The Taylor series is not
-     * valid outside the step, so the nearer end of the step is used instead. */
+    /* Only rounding errors can place `clock` outside the step, where the Taylor series is not
+     * accurate. In this case, the nearer end of the step is used instead. */
     const double before = begin - p->series->at, behind = p->series->at - end;
     if (before * behind < 0.0) {
         p->series[0].at = fabs(before) < fabs(behind) ? begin : end;

@@ -1,11 +1,10 @@
 /* Vectors of doubles: a `quad` holds one quaternion (w,x,y,z), and a `duo` holds two. A quad or duo
- * is a single hardware vector if the instruction set has vectors of its width. If the hardware
- * has no vectors of this width, the type is a pair of vectors of half the width, and so on down to
- * single doubles. Hardware vectors have 8 lanes on x86-64-v4, 4 lanes on x86-64-v3, and 2 lanes on
- * baseline x86-64 and on arm64. The operation fma is a fused multiply-add if the hardware has one,
- * and a product followed by a sum otherwise. Numerical results therefore depend on the hardware
- * only through the availability of a fused multiply-add. This header is compiled once for each
- * instruction set. */
+ * is a single hardware vector if the instruction set has vectors of this width, else a pair of
+ * vectors of half the width, and so on down to single doubles. Hardware vectors have 8 lanes on
+ * x86-64-v4, 4 lanes on x86-64-v3, and 2 lanes on baseline x86-64 and on arm64. The operation fma
+ * is a fused multiply-add if the hardware has one, and a product followed by a sum otherwise.
+ * Numerical results depend on the hardware only through the availability of a fused multiply-add.
+ * This header is compiled once for each instruction set. */
 #ifndef KR_QUAT_SIMD_H
 #define KR_QUAT_SIMD_H
 #include "math/isa.h"
@@ -20,11 +19,11 @@
 #else
 #  define ALIGNED
 #endif
-/* UNROLL requests that the compiler unroll a loop over the terms of a series. Up to 28 copies of a
- * loop body fit in the instruction cache if vectors have eight lanes. Loops are not unrolled if
- * vectors have fewer than eight lanes. If loops are not unrolled, a function marked PER_ORDER is
- * compiled only once for all orders of the series. If KR_ROLLED is defined, loops are never
- * unrolled. */
+/* UNROLL, before a loop over the terms of a series, requests that the compiler unroll the loop. The
+ * order of the series must then be a compile-time constant. PER_ORDER therefore inlines a function
+ * with such loops, so that each order has its own copy. Up to 28 copies of a loop body fit in the
+ * instruction cache only if vectors have eight lanes. For shorter vectors, and if KR_ROLLED is
+ * defined, loops are not unrolled, and a PER_ORDER function is compiled only once. */
 #if !defined KR_AVX512 || defined KR_PLAIN || defined KR_ROLLED
 #  define UNROLL
 #  define PER_ORDER static
@@ -38,8 +37,8 @@
 #endif
 
 /* NATIVE and PAIRED define a vector type T and the operations common to all widths: load, store,
- * splat, add, sub, mul, fma. NATIVE defines T as a hardware vector whose multiply-add is the
- * expression `fused`. PAIRED defines T as a pair of vectors of type `half`. */
+ * splat (copy a number to all lanes), add, sub, mul, fma. NATIVE defines T as a hardware vector;
+ * `fused` is an expression for a * b + c. PAIRED defines T as a pair of vectors of type `half`. */
 #define NATIVE(T, lanes, fused)                                                                    \
     typedef double T __attribute__((vector_size(8 * lanes)));                                      \
     typedef double T##_at __attribute__((vector_size(8 * lanes), aligned(8), may_alias));          \
@@ -79,8 +78,8 @@
         return T##_of(half##_fma(a.lo, b.lo, c.lo), half##_fma(a.hi, b.hi, c.hi));                 \
     }
 
-/* The type `two` is a vector of two doubles, which is half of a quaternion. The macro two_mix
- * combines one number from each of two vectors. */
+/* The type `two` is a vector of two doubles, and `one` is a double with the operations of vectors.
+ * The macro two_mix(a, i, b, j) returns the vector (a[i], b[j]), where i and j are 0 or 1. */
 #if defined KR_PLAIN
 INLINE double one_load(const double *p) { return *p; }
 INLINE void one_store(double *p, double a) { *p = a; }
@@ -107,9 +106,9 @@ NATIVE(two, 2, a *b + c)
 #  define two_mix(a, i, b, j) __builtin_shufflevector(a, b, i, 2 + j)
 #endif
 
-/* A `quad` is a quaternion. The functions quad_i, quad_j and quad_k permute the components of a
- * quaternion like a multiplication by i, j or k, but do not change signs. The functions quad_next
- * and quad_prev permute the vector part cyclically: (x,y,z) -> (y,z,x) and (z,x,y). */
+/* A `quad` is a quaternion (w,x,y,z). quad_i, quad_j and quad_k
+ * return (x,w,z,y), (y,z,w,x) and (z,y,x,w), which are its products with i, j and k up to signs.
+ * quad_next and quad_prev return (w,y,z,x) and (w,z,x,y), with (x,y,z) permuted cyclically. */
 #if defined KR_AVX2 && !defined KR_PLAIN
 NATIVE(quad, 4, _mm256_fmadd_pd(a, b, c))
 #  define quad_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
@@ -134,12 +133,12 @@ INLINE quad quad_prev(quad a)
 }
 #endif
 
-/* A `duo` is a pair of quaternions. The functions duo_i, duo_j and duo_k apply quad_i, quad_j and
- * quad_k to both quaternions of a pair. The functions duo_first and duo_second return the first and
- * the second quaternion of a pair. The functions duo_next_prev and duo_prev_next return both cyclic
- * permutations of one vector. The function duo_lane_of copies one component of the vector w to all
- * SIMD lanes; its argument `a` must be duo_next_prev(w). If SIMD vectors have eight lanes, the
- * component is copied from `a`, because loading it from memory would be slower. */
+/* A `duo` is a pair of quaternions. duo_i, duo_j and duo_k apply the
+ * functions of a `quad` with the same ending to both quaternions. duo_first and duo_second return
+ * one quaternion of the pair. duo_next_prev and duo_prev_next return a duo of both cyclic
+ * permutations of one quad. duo_lane_of returns w[lane], with lane = 1, 2 or 3, in all
+ * SIMD lanes. `permuted` must be duo_next_prev of w: if SIMD vectors have eight lanes, the number
+ * is copied from `permuted`, because loading w[lane] from memory would be slower. */
 #if defined KR_AVX512 && !defined KR_PLAIN
 NATIVE(duo, 8, _mm512_fmadd_pd(a, b, c))
 #  define duo_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
@@ -150,11 +149,12 @@ INLINE duo duo_next_prev(quad a) { return duo_lanes(a, 0, 2, 3, 1, 0, 3, 1, 2); 
 INLINE duo duo_prev_next(quad a) { return duo_lanes(a, 0, 3, 1, 2, 0, 2, 3, 1); }
 INLINE quad duo_first(duo a) { return duo_lanes(a, 0, 1, 2, 3); }
 INLINE quad duo_second(duo a) { return duo_lanes(a, 4, 5, 6, 7); }
-INLINE duo duo_lane_of(duo a, const double *w, int lane)
+INLINE duo duo_lane_of(duo permuted, const double *w, int lane)
 {
     (void)w;
-    if (lane == 1) return duo_lanes(a, 3, 3, 3, 3, 3, 3, 3, 3);
-    return lane == 2 ? duo_lanes(a, 1, 1, 1, 1, 1, 1, 1, 1) : duo_lanes(a, 2, 2, 2, 2, 2, 2, 2, 2);
+    if (lane == 1) return duo_lanes(permuted, 3, 3, 3, 3, 3, 3, 3, 3);
+    return lane == 2 ? duo_lanes(permuted, 1, 1, 1, 1, 1, 1, 1, 1)
+                     : duo_lanes(permuted, 2, 2, 2, 2, 2, 2, 2, 2);
 }
 #else
 PAIRED(duo, quad, 8)
@@ -165,16 +165,16 @@ INLINE duo duo_next_prev(quad a) { return duo_of(quad_next(a), quad_prev(a)); }
 INLINE duo duo_prev_next(quad a) { return duo_of(quad_prev(a), quad_next(a)); }
 INLINE quad duo_first(duo a) { return a.lo; }
 INLINE quad duo_second(duo a) { return a.hi; }
-INLINE duo duo_lane_of(duo a, const double *w, int lane)
+INLINE duo duo_lane_of(duo permuted, const double *w, int lane)
 {
-    (void)a;
+    (void)permuted;
     return duo_splat(w[lane]);
 }
 #endif
 
-/* SIDE_BY_SIDE is 1 if sums are accumulated in two parallel chains, which hides instruction
- * latency. Instruction sets with fused multiply-add have enough vector registers for two parallel
- * chains. The function scalar_fma computes a multiply-add of scalar doubles. */
+/* SIDE_BY_SIDE is 1 if the terms of a sum are added in two parallel chains, which hides instruction
+ * latency. Instruction sets with fused multiply-add have enough vector registers for two chains.
+ * The function scalar_fma returns a * b + c, by a fused multiply-add if the hardware has one. */
 #if defined KR_FUSED
 enum { SIDE_BY_SIDE = 1 };
 INLINE double scalar_fma(double a, double b, double c) { return fma(a, b, c); }
@@ -183,10 +183,10 @@ enum { SIDE_BY_SIDE = 0 };
 INLINE double scalar_fma(double a, double b, double c) { return a * b + c; }
 #endif
 
-/* The header quat_simd_dd.h redefines the following operations for double-double numbers. The
- * function duo_lane copies component `lane` of w to all SIMD lanes. The function duo_scale
- * multiplies the eight SIMD lanes by eight constants, which are exact in double precision. The
- * function duo_span returns the difference of two times, and duo_reciprocal returns 1 / n. */
+/* The header quat_simd_dd.h redefines the following operations for double-double numbers.
+ * duo_lane returns w[lane] in all SIMD lanes. duo_scale multiplies the eight lanes of
+ * `a` by eight numbers that are exact in double precision. duo_span and quad_span return
+ * *to - *from, and duo_reciprocal and quad_reciprocal return 1 / n, in all lanes. */
 INLINE duo duo_lane(const double *w, int lane) { return duo_splat(w[lane]); }
 INLINE duo duo_scale(const double exact[8], duo a) { return duo_mul(duo_load(exact), a); }
 INLINE duo duo_span(const double *from, const double *to) { return duo_splat(*to - *from); }

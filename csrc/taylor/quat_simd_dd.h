@@ -8,17 +8,16 @@
 #include "quat_simd.h"
 #include "taylor.h"
 
-/* Each function returns the address of the low-order words of double-double numbers, given the
- * address p of their high-order words. */
-INLINE const double *low_words(const double *p)
+/* Both functions return the address of the low words that belong to the high words at `hi`. */
+INLINE const double *low_words(const double *hi)
 {
-    return (const double *)((const char *)p + sizeof(kr_series));
+    return (const double *)((const char *)hi + sizeof(kr_series));
 }
-INLINE double *writable_low_words(double *p) { return (double *)((char *)p + sizeof(kr_series)); }
+INLINE double *writable_low_words(double *hi) { return (double *)((char *)hi + sizeof(kr_series)); }
 
-/* PRODUCT_ERROR defines a function that returns the rounding error of the product ab = a * b of
- * vectors. Without fused multiply-add, the rounding error is computed by Dekker's product of 26-bit
- * halves. */
+/* PRODUCT_ERROR defines a function T_error(a, b, ab) for vectors of type T, which returns the exact
+ * a * b minus its rounded value ab. Without fused multiply-add, T_top splits the factors into
+ * halves of 26 bits (Dekker 1971). */
 #if defined KR_FMA || defined __aarch64__
 #  define PRODUCT_ERROR(T)                                                                         \
       INLINE T T##_error(T a, T b, T ab) { return T##_fma(a, b, T##_sub(T##_splat(0.0), ab)); }
@@ -37,10 +36,10 @@ INLINE double *writable_low_words(double *p) { return (double *)((char *)p + siz
       }
 #endif
 
-/* DOUBLED defines a type D, whose members are a high-order and a low-order word of type T, and the
- * arithmetic operations on D. For speed, add and fma return unnormalized results, in which |lo| may
- * be a few units in the last place of hi. The operations mul and store normalize their
- * double-double results, so that |lo| is at most half a unit in the last place of hi. */
+/* DOUBLED defines a type D of double-double vectors, whose members hi and lo are vectors of type T,
+ * and the operations D_add, D_mul and so on. For speed, the results of add, fma and product are not
+ * normalized: |lo| may be a few units in the last place of hi. The results of mul and the numbers
+ * that `store` writes are normalized: |lo| is at most half a unit in the last place of hi. */
 #define DOUBLED(D, T)                                                                              \
     PRODUCT_ERROR(T)                                                                               \
     typedef struct {                                                                               \
@@ -97,7 +96,7 @@ INLINE double *writable_low_words(double *p) { return (double *)((char *)p + siz
 DOUBLED(duo2, duo)
 DOUBLED(quad2, quad)
 
-/* Operations that only permute SIMD lanes are applied to the high and the low words separately. */
+/* BOTH_WORDS defines an operation D_name that permutes the lanes of both words like T_name. */
 #define BOTH_WORDS(D, T, name)                                                                     \
     INLINE D D##_##name(D a) { return D##_of(T##_##name(a.hi), T##_##name(a.lo)); }
 BOTH_WORDS(duo2, duo, i)
@@ -109,13 +108,13 @@ INLINE duo2 duo2_next_prev(quad2 a) { return duo2_of(duo_next_prev(a.hi), duo_ne
 INLINE duo2 duo2_prev_next(quad2 a) { return duo2_of(duo_prev_next(a.hi), duo_prev_next(a.lo)); }
 INLINE quad2 duo2_first(duo2 a) { return quad2_of(duo_first(a.hi), duo_first(a.lo)); }
 INLINE quad2 duo2_second(duo2 a) { return quad2_of(duo_second(a.hi), duo_second(a.lo)); }
-INLINE duo2 duo2_lane(const double *w, int i)
+INLINE duo2 duo2_lane(const double *w, int lane)
 {
-    return duo2_of(duo_lane(w, i), duo_lane(low_words(w), i));
+    return duo2_of(duo_lane(w, lane), duo_lane(low_words(w), lane));
 }
-INLINE duo2 duo2_lane_of(duo2 a, const double *w, int lane)
+INLINE duo2 duo2_lane_of(duo2 permuted, const double *w, int lane)
 {
-    (void)a;
+    (void)permuted;
     return duo2_lane(w, lane);
 }
 INLINE void copy_both_words(double *to, const double *from)
@@ -123,15 +122,14 @@ INLINE void copy_both_words(double *to, const double *from)
     *to = *from;
     *writable_low_words(to) = *low_words(from);
 }
-INLINE duo2 duo2_scale(const double p[8], duo2 a)
+INLINE duo2 duo2_scale(const double exact[8], duo2 a)
 {
-    return duo2_of(duo_scale(p, a.hi), duo_scale(p, a.lo));
+    return duo2_of(duo_scale(exact, a.hi), duo_scale(exact, a.lo));
 }
 
-/* series.h uses the names of quat_simd.h: duo, quad, and their functions. The macros below redefine
- * the names of quat_simd.h, so that series.h can be compiled in double-double precision. The macros
- * are listed one by one, because a macro cannot define other macros. Loops are not unrolled,
- * because the loop bodies are too long. */
+/* series.h and deviation.h use the names of quat_simd.h: duo, quad, and their functions. The macros
+ * below redefine these names, so that both headers can be compiled in double-double precision.
+ * Loops are not unrolled, because the loop bodies are too long. */
 #undef UNROLL
 #define UNROLL
 #define duo duo2

@@ -1,39 +1,37 @@
 /* Implements the Taylor series declared in taylor.h: computes the coefficients, chooses the step
  * size, and evaluates the series. This source file is compiled twice for each instruction set: in
  * double precision (quat_simd.h) and in double-double precision (quat_simd_dd.h). Three
- * optimizations make the recurrence fast. Every convolution sum starts with its middle terms, so
- * that it can begin before the latest coefficients are known. The two terms of a convolution sum
- * with indices (j, m) and (m, j) are added in parallel. The order is a compile-time constant, so
- * loops can be unrolled.
+ * optimizations make the recurrence fast. Every Cauchy product, a sum over j + m = n, starts with
+ * its middle terms, so that it can begin before the latest coefficients are known. The terms with
+ * the indices (j, m) and (m, j) are added in parallel. The order is a compile-time constant, so
+ * loops can be unrolled. The argument `s` of a function is the series of q, P and W, and turned[n]
+ * holds copies of its n-th coefficients with permuted components.
  *
- * The equations of tops with dry friction or on a support that rotates or shakes are those of
- * taylor.h with
+ * The equations with dry friction, a gravity gradient k, or a support that rotates or shakes are
  *     q' = q U / 2,   P' = P x U,   O' = O x U,   U = W - O
  *     A W' = (AW + h) x W + P x (G c + k A P) - D U + (torque of friction) a
  * O is the angular velocity of the support, and U is the angular velocity of the body relative to
- * the support. All vectors, including the apex a (taylor.h), are in the body frame. The effective
- * gravity G = base + sway cos(...) is the acceleration along -e3 divided by a constant
- * acceleration, by which the lever arm c is multiplied. k is the gravity gradient. The coefficients
- * of U and of G are stored as `w` and as `x` of another kr_series, `own`. All lanes of own->x hold
- * G. Lane 0 of the SIMD vector W holds the friction variable. While the top slides, the friction
- * variable is the spin <U, a>. While friction holds the top, the friction variable is the friction
- * torque relative to its maximum. For a top without friction, lane 0 of W is not used. */
+ * the support. The vectors are in the body frame, and a is the unit vector to the center of mass.
+ * The effective gravity G, a constant plus a cosine, is the acceleration along -e3 divided by the
+ * acceleration in c. The coefficients of U and G are `w` and `x` of another kr_series, `own`; all
+ * eight lanes of own->x[n] hold G_n. Lane 0 of W holds the friction variable: while the top slides,
+ * the spin <U, a>; while friction holds the top, the friction torque divided by its maximum. For a
+ * top without friction, lane 0 of W is not used. */
 #include <stdint.h>
 #include <string.h>
 #include "taylor.h"
 
-/* Signs and factors of the terms of quaternion and cross products, for the SIMD lanes in the order
- * produced by duo_i, duo_j and duo_k. */
+/* The factors of the lanes of duo_i(x), duo_j(x) and duo_k(x) in
+ * (q i / 2 | P x i), (q j / 2 | P x j) and (q k / 2 | P x k), for x = (q | P). */
 static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
 
-/* Flags of the terms in the recurrence. The argument `terms` of a function is a sum of flags, and a
- * constant at compile time. HEADLESS: the attitude q is not computed, and the SIMD lanes of q
- * remain zero. DAMPED: damping of a top without friction on a support at rest. Undamped motions
- * have separate code, which is faster. SUPPORT: all terms of a top with friction or on a moving
- * support, except the terms of a rotating support (TURNS), a shaken support (SHAKES) and a gravity
- * gradient (GRADIENT). */
+/* Flags of the terms in the equations. The argument `terms` of a function is a sum of flags, and a
+ * compile-time constant. WHOLE: no flag. HEADLESS: the attitude q is not computed, and the SIMD
+ * lanes of q remain zero. DAMPED: damping in the equations of taylor.h. SUPPORT: the equations
+ * above, with damping and friction. TURNS, SHAKES and GRADIENT, in addition to SUPPORT: the
+ * rotation of the support (O), its shaking (G, else 1), and the gravity gradient (k). */
 enum {
     WHOLE = 0,
     HEADLESS = 1,
@@ -50,48 +48,50 @@ enum {
     GRADIENT = 32
 #endif
 };
-/* The two cyclic permutations of a Taylor coefficient, as duos (next | prev) and (prev | next). */
+/* The cyclic permutations (taylor.h) of a Taylor coefficient: (next | prev) and (prev | next). */
 typedef struct {
     duo ahead, behind;
 } turned_vector;
-/* Permuted Taylor coefficients: `w` of W; `u` of U (next | prev); `fixed` (prev | next) of O if the
- * support rotates, or of P if the attitude is not computed. */
+/* Permutations of the n-th Taylor coefficients: `w` of W; `u` = (next | prev) of U; `fixed` =
+ * (prev | next) of O if TURNS, or of P if HEADLESS. */
 typedef struct {
     turned_vector w;
     duo u, fixed;
 } turned_term;
-/* The n-th coefficients of products of Taylor series: sums over all j + m = n (Cauchy products). */
+/* The n-th coefficients of products of Taylor series: the sums over all j + m = n of the terms
+ * below, where U_j is W_j unless TURNS, and x = (q | P). */
 typedef struct {
-    duo i, j, k; /* one component of W_j or U_j times x_m; if HEADLESS, p instead */
-    duo p;       /* (next(W_j) * prev(P_m) | prev(W_j) * next(P_m)) */
+    duo i, j, k; /* unless HEADLESS: the x, y and z component of U_j times x_m */
+    duo p;       /* if HEADLESS: (next(U_j) * prev(P_m) | prev(U_j) * next(P_m)) */
     duo cross;   /* the sum of both halves is next(W_j) * prev(W_m) */
-    duo support; /* (next(U_j) * prev(O_m) | prev(U_j) * next(O_m)) */
-    duo pulled;  /* G_j x_m */
+    duo support; /* if TURNS: (next(U_j) * prev(O_m) | prev(U_j) * next(O_m)) */
+    duo pulled;  /* if SHAKES: G_j x_m */
 } series_sums;
 
-/* Stores a Taylor coefficient of a vector, together with its cyclic permutations. */
-INLINE void store_permuted(double *to, turned_vector *a, quad value)
+/* Stores a Taylor coefficient of a vector at `to`, and its cyclic permutations in `permuted`. */
+INLINE void store_permuted(double *to, turned_vector *permuted, quad value)
 {
     quad_store(to, value);
-    a->ahead = duo_next_prev(value);
-    a->behind = duo_prev_next(value);
+    permuted->ahead = duo_next_prev(value);
+    permuted->behind = duo_prev_next(value);
 }
 
-/* Adds the constants of the rotor (kr_series.shift) to the permuted initial coefficient W_0. Every
- * product with W_0 then includes the torque of the rotor. */
-INLINE void add_rotor(const kr_series *s, turned_vector *first)
+/* Adds the constants of the rotor (kr_series.shift) to `w0`, the permuted coefficient W_0, so that
+ * the products with W_0 in `cross` include the torque of the rotor. */
+INLINE void add_rotor(const kr_series *s, turned_vector *w0)
 {
-    first->behind = duo_add(first->behind, duo_load(s->shift));
+    w0->behind = duo_add(w0->behind, duo_load(s->shift));
 }
-/* Returns half of next(W_j) * prev(W_j) in each half of a duo. If j is 0, the constants of the
- * rotor are added to W_0 a second time, because they are halved. */
+/* Returns half of the duo (next(W_j) * prev(W_j) | prev(W_j) * next(W_j)), where `w` is W_j. If j
+ * is 0, `w` includes the constants of the rotor, which must not be halved. They are therefore added
+ * a second time. */
 INLINE duo half_cross_products(const kr_series *s, turned_vector w, int j)
 {
     if (j == 0) add_rotor(s, &w);
     return duo_mul(duo_splat(0.5), duo_mul(w.ahead, w.behind));
 }
-/* Adds to `a` the products of the j-th coefficients of U (or W) and of G with the m-th coefficients
- * of the attitude q, of the vertical P, and of the support's angular velocity O. */
+/* Adds products of the j-th coefficients of U (or W) and G with the m-th coefficients of q, P and O
+ * to the sums in `a` that `terms` requires. Does not change a->cross. */
 INLINE void add_products(series_sums *a, const kr_series *s, const kr_series *own,
                          const turned_term *turned, int j, int m, int terms)
 {
@@ -113,8 +113,8 @@ INLINE void add_products(series_sums *a, const kr_series *s, const kr_series *ow
     if (terms & TURNS) a->support = duo_fma(u, turned[m].fixed, a->support);
     if (terms & SHAKES) a->pulled = duo_fma(duo_load(own->x[j]), x, a->pulled);
 }
-/* Adds the products of Taylor coefficients with indices (j, m) to `a`, and those with indices (m,
- * j) to `b`. A single term of a->cross covers both pairs of indices. */
+/* Adds the products with the indices (j, m) to `a`, and those with (m, j) to `b`. Adds both to
+ * a->cross, whose halves increase by next(W_j) * prev(W_m) and prev(W_j) * next(W_m). */
 INLINE void add_pair(series_sums *a, series_sums *b, const kr_series *s, const kr_series *own,
                      const turned_term *turned, int j, int m, int terms)
 {
@@ -136,8 +136,8 @@ INLINE void add_sums(series_sums *a, const series_sums *b, int terms)
 }
 
 /* Returns the n-th coefficients of all products of Taylor series in the equations of motion. Each
- * sum starts with products of two coefficients of middle order. The products with the newest
- * coefficients are added last. */
+ * sum starts with the products of two coefficients of orders near n / 2. The products with the
+ * coefficients of order n, which are known last, are added last. */
 INLINE series_sums cauchy_products(const kr_series *s, const kr_series *own,
                                    const turned_term *turned, int n, int terms)
 {
@@ -155,8 +155,8 @@ INLINE series_sums cauchy_products(const kr_series *s, const kr_series *own,
     return a;
 }
 
-/* Returns the Taylor coefficients of order n + 1 of the attitude and the vertical, given the
- * products `a` of order n. `share` is 1 / (n + 1). */
+/* Returns the Taylor coefficient of order n + 1 of (q | P), given the sums `a` of order n.
+ * `share` is 1 / (n + 1). */
 INLINE duo next_attitude_coefficient(const series_sums *a, duo share)
 {
     const duo i = duo_mul(duo_scale(sign_i, share), duo_i(a->i));
@@ -178,35 +178,36 @@ INLINE quad next_velocity_coefficient(const series_sums *a, const kr_series *s, 
                     quad_add(duo_first(a->cross), duo_second(a->cross)), torque);
 }
 
-/* Stores the n-th Taylor coefficient of the vertical P if the attitude is not computed. */
 INLINE void set_vertical(kr_series *s, turned_term *turned, int n, quad p)
 {
     quad_store(s->x[n] + 4, p);
     turned[n].fixed = duo_prev_next(p);
 }
 
-/* Returns the n-th coefficient of the support's angular velocity in the body frame. */
-INLINE quad support_velocity(duo support, int n)
+/* Returns the n-th coefficient of O, given the sum series_sums.support of order n - 1. */
+INLINE quad support_velocity(duo products, int n)
 {
-    return quad_fma(quad_reciprocal(-n), duo_first(support),
-                    quad_mul(quad_reciprocal(n), duo_second(support)));
+    return quad_fma(quad_reciprocal(-n), duo_first(products),
+                    quad_mul(quad_reciprocal(n), duo_second(products)));
 }
-/* Returns the dot product of lanes 1 to 3 of two vectors, copied to every lane. */
-INLINE quad dot_lanes(kr_series *own, quad a, quad b)
+/* Returns the dot product of lanes 1 to 3 of a and b in all lanes. Overwrites scratch->end_w. */
+INLINE quad dot_lanes(kr_series *scratch, quad a, quad b)
 {
-    quad_store(own->end_w, quad_mul(a, b));
-    const quad x = duo_first(duo_lane(own->end_w, 1)), y = duo_first(duo_lane(own->end_w, 2));
-    return quad_add(duo_first(duo_lane(own->end_w, 3)), quad_add(x, y));
+    quad_store(scratch->end_w, quad_mul(a, b));
+    const quad x = duo_first(duo_lane(scratch->end_w, 1)),
+               y = duo_first(duo_lane(scratch->end_w, 2));
+    return quad_add(duo_first(duo_lane(scratch->end_w, 3)), quad_add(x, y));
 }
-/* Stores the n-th coefficient of the friction variable in lane 0 of W_n. The vector `number` must
- * hold this coefficient in all SIMD lanes. */
-INLINE void set_lane0(kr_series *s, kr_series *own, int n, quad number)
+/* Stores the n-th coefficient of the friction variable in lane 0 of W_n. All lanes of `number` hold
+ * this coefficient. Overwrites scratch->end_w. */
+INLINE void set_lane0(kr_series *s, kr_series *scratch, int n, quad number)
 {
-    quad_store(own->end_w, number);
-    copy_number(s->w[n], own->end_w);
+    quad_store(scratch->end_w, number);
+    copy_number(s->w[n], scratch->end_w);
 }
-/* Returns W_{n+1} with the friction torque that keeps the spin constant, and stores the n-th
- * coefficient of this torque in W_n. `w` is W_{n+1} without friction, and `o` is O_{n+1}. */
+/* Returns W_{n+1} with the friction torque that keeps the spin <U, a> constant, and stores the n-th
+ * coefficient of this torque, divided by the maximum, in lane 0 of W_n. `w` is W_{n+1} without
+ * friction, and `o` is O_{n+1}. */
 INLINE quad add_holding_torque(kr_series *s, kr_series *own, int n, quad w, quad o)
 {
     const quad minus = quad_splat(-1.0), gained = quad_fma(minus, o, w),
@@ -215,8 +216,8 @@ INLINE quad add_holding_torque(kr_series *s, kr_series *own, int n, quad w, quad
     set_lane0(s, own, n, quad_mul(quad_splat((double)(n + 1)), torque));
     return quad_fma(lost, quad_load(s->yield), w);
 }
-/* Returns W_{n+1} of a top with friction or on a moving support, without a friction torque that
- * holds the top. `p` is the n-th coefficient of G P. */
+/* Returns W_{n+1} by the equations above, without gradient and without a friction torque that holds
+ * the top. `a` contains the sums of order n, and `p` is the n-th coefficient of G P. */
 INLINE quad next_top_velocity(const series_sums *a, const kr_series *s, const kr_series *own, int n,
                               quad p)
 {
@@ -228,8 +229,8 @@ INLINE quad next_top_velocity(const series_sums *a, const kr_series *s, const kr
     return quad_fma(quad_mul(share, quad_load(s->k)),
                     quad_add(duo_first(a->cross), duo_second(a->cross)), torque);
 }
-/* Returns the n-th Taylor coefficient of next(P) * prev(P), to which the torque of a gravity
- * gradient is proportional. */
+/* Returns the n-th Taylor coefficient of next(P) * prev(P). The torque of the gravity gradient is
+ * P x (k A P) = k * (prev(A) - next(A)) * next(P) * prev(P). */
 INLINE quad gradient_products(const kr_series *s, int n)
 {
     quad sum = quad_splat(0.0);
@@ -238,8 +239,9 @@ INLINE quad gradient_products(const kr_series *s, int n)
             quad_fma(quad_next(quad_load(s->x[j] + 4)), quad_prev(quad_load(s->x[n - j] + 4)), sum);
     return sum;
 }
-/* Stores the n-th Taylor coefficients of W (`w`) and O (`o`), and that of U = W - O. For a sliding
- * top, also stores the n-th coefficient of the spin, unless `is_known` is nonzero. */
+/* Stores the n-th Taylor coefficients of W (`w`) and of U = W - O, and their permutations and those
+ * of O (`o`). O is 0 unless `turns` is nonzero. For a sliding top, also stores the n-th coefficient
+ * of the spin, unless `is_known` is nonzero. */
 INLINE void set_velocities(kr_series *s, kr_series *own, turned_term *turned, int n, quad w, quad o,
                            int turns, int is_known)
 {
@@ -252,7 +254,7 @@ INLINE void set_velocities(kr_series *s, kr_series *own, turned_term *turned, in
     store_permuted(s->w[n], &turned[n].w, w);
     if (s->slides != 0.0 && !is_known) set_lane0(s, own, n, dot_lanes(own, u, quad_load(s->apex)));
 }
-/* Computes the Taylor coefficients of the effective gravity G, a constant plus a cosine. */
+/* Computes the Taylor coefficients 0 to order - 1 of the effective gravity G (kr_series.sway). */
 INLINE void expand_effective_gravity(const kr_series *s, kr_series *own, int order)
 {
     duo cosine = duo_lane(s->sway, 0), sine = duo_lane(s->sway, 1);
@@ -265,8 +267,8 @@ INLINE void expand_effective_gravity(const kr_series *s, kr_series *own, int ord
         duo_store(own->x[n], cosine);
     }
 }
-/* Computes the Taylor coefficients of order n + 1 of the angular velocities W, U and O of a top
- * with friction or on a moving support. `vertical` is the n-th coefficient of P. */
+/* Computes the Taylor coefficients of order n + 1 of W, U and O by the equations above. `vertical`
+ * is the n-th coefficient of P, and `a` contains the sums of order n. */
 INLINE void set_next_velocities(kr_series *s, kr_series *own, turned_term *turned, int n,
                                 quad vertical, const series_sums *a, int terms)
 {
@@ -279,7 +281,7 @@ INLINE void set_next_velocities(kr_series *s, kr_series *own, turned_term *turne
     set_velocities(s, own, turned, n + 1, w, o, terms & TURNS, 0);
 }
 
-/* Computes the Taylor coefficients of order n + 1. */
+/* Computes the Taylor coefficients of order n + 1 of q, P and W, with SUPPORT also of U and O. */
 INLINE void next_series_coefficient(kr_series *s, kr_series *own, turned_term *turned, int n,
                                     int terms)
 {
@@ -299,10 +301,10 @@ INLINE void next_series_coefficient(kr_series *s, kr_series *own, turned_term *t
     store_permuted(s->w[n + 1], &turned[n + 1].w, w);
 }
 
-/* approx_log2 and approx_exp2 operate on the bits of a double, and are much faster than libm. Two
- * correct digits suffice for a step size. approx_log2 replaces the logarithm of the mantissa by a
- * linear function of the mantissa. Its error hardly affects the step size, because the logarithm is
- * later divided by the order. */
+/* approx_log2 (for x >= 0) and approx_exp2 (for |x| < 1022) operate on the bits of a double, and
+ * are much faster than libm. Two correct digits suffice for a step size. approx_log2 replaces the
+ * logarithm of the mantissa by a linear function. The error, less than 0.05, hardly affects the
+ * step size, because the logarithm is later divided by the order. */
 INLINE double approx_log2(double x)
 {
     int64_t bits;
@@ -320,7 +322,7 @@ INLINE double approx_exp2(double x)
     return power * scalar_fma(f, scalar_fma(f, 0.2384, 0.7035), 1.0004);
 }
 
-/* Returns log2 of the radius of convergence, estimated from the n-th Taylor term. */
+/* Returns log2 of the radius of convergence, estimated as |(q_n, P_n, W_n)|^(-1 / n). */
 INLINE double series_log2_radius(const kr_series *s, int n)
 {
     const double *x = s->x[n], *w = s->w[n];
@@ -329,13 +331,13 @@ INLINE double series_log2_radius(const kr_series *s, int n)
         a[i] = scalar_fma(x[i], x[i], scalar_fma(x[4 + i], x[4 + i], w[i] * w[i]));
     return approx_log2((a[0] + a[2]) + (a[1] + a[3])) * (-0.5 / n);
 }
-/* Returns the step size for which the last retained Taylor term equals the tolerance. The radius of
- * convergence is estimated from two terms (Jorba and Zou 2005), because every other term of an even
- * or odd series vanishes. The estimate does not use the last Taylor term, so that the processor can
- * compute the step size and the last coefficients in parallel. Very close to an unstable
- * equilibrium, all Taylor terms are below the tolerance, so they do not determine the step size.
- * The step size is therefore also limited by the rate at which a falling top leaves the
- * equilibrium. */
+/* Returns the step size for which the Taylor term of index `order`, the last one, is 2^log2_tol.
+ * The radius of convergence is estimated from two terms (Jorba and Zou 2005), because every other
+ * term of an even or odd series vanishes. The estimate does not use the last Taylor term, so that
+ * the processor can compute the step size and the last coefficients in parallel. Very close to an
+ * unstable equilibrium, all Taylor terms are below the tolerance, so they do not determine the step
+ * size. The step size is therefore at most order / 6 times s->fall, the shortest time in which the
+ * distance of a falling top from the equilibrium can grow by a factor e. */
 INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 {
     const double a = series_log2_radius(s, order - 1), b = series_log2_radius(s, order - 2);
@@ -345,18 +347,17 @@ INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 }
 
 /* Returns the step size at which products of two Taylor terms of order about head / 2 have the
- * magnitude 2^log2_size. The tail of a Taylor series consists of the terms after the term `head`,
- * which are computed in double precision. The first coefficient of the tail is a sum of products of
- * lower coefficients, some of them of order about head / 2. If these products nearly cancel, the
- * tail is small, but still contains the rounding errors of the large products. A step size based
- * only on the last Taylor term would then be too large. */
+ * magnitude 2^log2_size. The terms after the term `head` are computed in double precision, as sums
+ * of such products. If the products nearly cancel, the sums are small, but still contain the
+ * rounding errors of the large products. A step size based only on the last Taylor term would then
+ * be too large. */
 INLINE double step_size_for_tail(const kr_series *s, int head, double log2_size)
 {
     const double a = series_log2_radius(s, head / 2), b = series_log2_radius(s, head / 2 + 1);
     return approx_exp2(scalar_fma(log2_size, 1.0 / head, a < b ? a : b));
 }
 
-/* Permutes the coefficients of orders 0 to `from`, which are known. */
+/* Stores permutations of the known coefficients of orders 0 to `from`, with SUPPORT only of P. */
 INLINE void permute_known_coefficients(kr_series *s, turned_term *turned, int from, int terms)
 {
     for (int n = 0; n <= from; n++) {
@@ -364,8 +365,7 @@ INLINE void permute_known_coefficients(kr_series *s, turned_term *turned, int fr
         if (terms & HEADLESS) set_vertical(s, turned, n, quad_load(s->x[n] + 4));
     }
 }
-/* Computes the coefficients of orders 0 to `from` of U and of O from the known coefficients of the
- * top's motion. */
+/* Computes the coefficients of orders 0 to `from` of U and O, given those of W, and s->turn. */
 INLINE void find_known_velocities(kr_series *s, kr_series *own, turned_term *turned, int from,
                                   int terms)
 {
@@ -380,8 +380,8 @@ INLINE void find_known_velocities(kr_series *s, kr_series *own, turned_term *tur
                        support_velocity(support, n + 1), terms & TURNS, 1);
     }
 }
-/* Computes the Taylor coefficients of orders `from` + 1 to `order` of a top with damping, friction
- * or a moving support. In double-double precision, own[0] holds high and own[1] low words. */
+/* Computes the Taylor coefficients of orders `from` + 1 to `order`, given those of orders 0 to
+ * `from`, with DAMPED or SUPPORT. In double-double precision, own[1] holds the low words. */
 INLINE void expand_terms(kr_series *s, int from, int order, int terms)
 {
     kr_series own[2];
@@ -452,7 +452,8 @@ INLINE void expand_support(kr_series *s, int from, int order, int terms)
 }
 #  endif
 #endif
-/* Computes the Taylor coefficients of orders `from` + 1 to `order`, given those of lower order. */
+/* Computes the Taylor coefficients of orders `from` + 1 to `order`, given those of orders 0 to
+ * `from`. `terms` is WHOLE or HEADLESS; s->linear tells whether the other flags are needed. */
 INLINE void expand_series(kr_series *s, int from, int order, int terms)
 {
     turned_term turned[KR_TAYLOR_MAX + 1];
@@ -472,8 +473,8 @@ INLINE void expand_series(kr_series *s, int from, int order, int terms)
     for (int n = from; n < order; n++) next_series_coefficient(s, s, turned, n, terms);
 }
 
-/* Computes the sums of x_n h^(n - from) and of w_n h^(n - from) for n >= from, with h = to - t.
- * Even and odd powers are summed in two parallel chains of fused multiply-adds. */
+/* Writes the sums of x_n h^(n - from) and w_n h^(n - from) over n = from, ..., order to sum_x and
+ * sum_w, where h = *to - s->t. Even and odd powers of h are summed in two parallel chains. */
 INLINE void evaluate_terms(const kr_series *s, int from, int order, const double *to, double *sum_x,
                            double *sum_w)
 {
@@ -498,7 +499,7 @@ INLINE void evaluate_terms(const kr_series *s, int from, int order, const double
     quad_store(sum_w, w);
 }
 
-/* Begins a step at the end of the previous step. */
+/* Begins a step at the time s->end, with the values of q, P and W at the end of the last step. */
 INLINE void begin_step(kr_series *s)
 {
     s->t = s->end;

@@ -1,10 +1,10 @@
 /* Functions shared by all parts of the Taylor method: the table of instruction sets, and functions
- * that set the constants of a Taylor series (taylor.h) and that end a step. */
+ * that set the constants of a Taylor series and that end a step. The notation is that of taylor.h.
+ * An array s[2] holds the high and the low words of a series in double-double numbers. */
 #include <string.h>
 #include "support_setup.h"
 #include "taylor.h"
 
-/* Tables of integration kernels, one for each instruction set. */
 #define KERNELS(name, isa)                                                                         \
     {name,                                                                                         \
      kr_has_##isa,                                                                                 \
@@ -27,7 +27,7 @@ const kr_isa *kr_taylor_isa(int i)
     };
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
-/* Returns 1 if `wanted` is one of the n kernels in a table. */
+
 static int is_in_table(const kr_kernel *kernels, int n, const kr_kernel *wanted)
 {
     while (n > 0 && &kernels[n - 1] != wanted) n--;
@@ -44,15 +44,14 @@ const kr_isa *kr_taylor_isa_of(const kr_motion *motion)
     return isa;
 }
 
-/* Sets shift[lane] (taylor.h) to h / (A k), where k is the coefficient of a velocity product. */
+/* Sets s->shift[lane] to h / (A k), or to -0 if h is 0. A is a moment of inertia, h or -h is a
+ * component of the rotor's angular momentum, and k is a component of s->k. */
 static void set_rotor_term(kr_series s[2], int lane, dd h, dd A, dd k)
 {
     set_words(&s->shift[lane], h.hi == 0.0 ? dd_make(-0.0, -0.0) : dd_div(dd_div(h, A), k));
 }
-/* Sets the rotor terms `shift` of the Taylor recurrence (taylor.h). The rotor terms are divided by
- * the coefficients `k` of the products of angular velocities. If two moments of inertia are equal,
- * one of these coefficients is zero. A zero coefficient is replaced by the negligibly small
- * KR_LEAST_FACTOR. */
+/* Sets the rotor terms s->shift for the unit of time 1 / rate. The rotor terms are divided by s->k.
+ * If two moments of inertia are equal, KR_LEAST_FACTOR replaces the component 0 of s->k. */
 static void set_rotor_terms(kr_series s[2], const kr_motion *motion, double rate)
 {
     const vec_dd moments = motion->body->inertia,
@@ -69,7 +68,7 @@ static void set_rotor_terms(kr_series s[2], const kr_motion *motion, double rate
         set_rotor_term(s, i + 5, behind, A[i], k);
     }
 }
-/* Sets the terms of the Taylor recurrence that describe a gravity gradient. */
+/* Sets the members `gradient` and `steep`, given s->k. */
 static void set_gradient_terms(kr_series s[2], double gradient)
 {
     s[0].gradient = s[1].gradient = gradient;
@@ -97,14 +96,14 @@ void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rat
     s[0].fall = s[1].fall = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
     if (supports) supports->limit_steps(s, motion, rate);
 }
-static void change_time_unit(kr_series s[2], double longer)
+static void change_time_unit(kr_series s[2], double factor)
 {
     for (int i = 0; i < 2; i++) {
-        s[i].t *= longer;
-        s[i].end *= longer;
+        s[i].t *= factor;
+        s[i].end *= factor;
         for (int k = 0; k < 4; k++) {
-            s[i].end_w[k] /= longer;
-            s[i].rub[k] /= longer * longer;
+            s[i].end_w[k] /= factor;
+            s[i].rub[k] /= factor * factor;
         }
     }
 }

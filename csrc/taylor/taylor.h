@@ -4,27 +4,27 @@
  *     A W' = (AW + h) x W + P x c - D W    W: angular velocity in the body; A: moments of inertia;
  *                                          c: weight * center of mass; D: damping coefficients;
  *                                          h: angular momentum of a rotor fixed in the body
- * Every right-hand side consists of products of two unknowns and of linear terms. The coefficients
- * of x = sum x_n t^n are therefore
+ * Every right-hand side consists of products of two unknowns and of linear terms. The Taylor
+ * coefficients, q = sum q_n t^n and so on, therefore satisfy, with sums over j = 0, ..., n:
  *     (n+1) q_{n+1} = 1/2 sum q_{n-j} W_j         (n+1) P_{n+1} = sum P_{n-j} x W_j
  *     (n+1) W_{n+1} = k * sum next(W_j) * prev(W_{n-j})  +  up * next(P_n)  +  down * prev(P_n)
  *                     +  drag * W_n
- *     with next(x,y,z) = (y,z,x), prev(x,y,z) = (z,x,y), and the other constants of kr_series
+ *     with next(x,y,z) = (y,z,x), prev(x,y,z) = (z,x,y), the constants k, up, down and drag of
+ *     kr_series, and the product * of vectors by components
  * The rotor term h x W_n costs no extra time, because it is included by adding constants to
- * prev(W_0) and next(W_0). If kr_config.skip_heading is set, only the equations for P and W are
- * solved, with 9 products per order instead of 21. The Taylor method conserves the integrals of the
- * motion only up to the tolerance. */
+ * prev(W_0) and next(W_0). If skip_heading (kreisel.h) is set, only the equations for P and W are
+ * solved, with 9 products per order instead of 21. The integrals of the motion are conserved only
+ * up to the tolerance. */
 #ifndef KR_TAYLOR_H
 #define KR_TAYLOR_H
 #include "method.h"
 #include "math/isa.h"
 
-/* Numbers of Taylor terms for results with 20 and with 30 digits. LAST is the index of the last
- * Taylor term, and HEAD that of the last one computed in double-double precision; double precision
- * suffices for the smaller terms after it. Their rounding errors contain those of products of
- * earlier terms. A step is therefore so short that these products are at most 2^LESS times the
- * tolerance, where 2^-LESS is about the rounding error 2^-53.
- * docs/theory/taylor.md states how these numbers of terms were measured. */
+/* Numbers of Taylor terms for results with d = 20 and d = 30 digits, measured in
+ * docs/theory/taylor.md. KR_LAST_d is the index of the last Taylor term. The terms 0 to KR_HEAD_d
+ * are computed in double-double precision, and the later terms in double precision. Later terms are
+ * sums of products of earlier terms. A step is so short that these products are at most 2^KR_LESS_d
+ * times the tolerance, and their rounding errors at most 2^(KR_LESS_d - 53) times the tolerance. */
 #define KR_HEAD_20 8
 #define KR_LAST_20 28
 #define KR_HEAD_30 20
@@ -32,15 +32,15 @@
 #define KR_LESS_20 58.0
 #define KR_LESS_30 52.0
 enum { KR_TAYLOR_MAX = KR_LAST_30 };
-/* Least absolute value of `k` (kr_series) if there is a rotor; negligible even at 30 digits. */
+/* Replaces smaller |k| (kr_series) by which rotor terms are divided; negligible at 30 digits. */
 #define KR_LEAST_FACTOR 0x1p-120
 
-/* Taylor series of one step of the motion (the path), from the time t to the time `end`. Access is
- * fastest if the struct is aligned to 64 bytes. At 20 and 30 digits, two adjacent structs hold the
- * high and the low words of the double-double numbers. The attitude q and the vertical P share
- * vectors of eight lanes (q | P), so P costs no extra time: right multiplication by i, j or k
- * permutes the components of q and those of P in the same way, up to signs. If skip_heading is set,
- * the attitude q is not computed, and its SIMD lanes are zero. */
+/* Taylor series of one step of the motion (called the path of its tangents), from the time t to the
+ * time `end`. Access is fastest if the struct is aligned to 64 bytes. At 20 and 30 digits, two
+ * adjacent structs hold the high and the low words of the double-double numbers. A vector of eight
+ * lanes, (q | P), holds the attitude q and the pure quaternion P. P costs no extra time, because
+ * the products q i and P x i permute the components in the same way up to signs and zeros, and so
+ * do those with j and k. If skip_heading is set, q is not computed, and its SIMD lanes are zero. */
 typedef struct kr_series {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients of (q | P) */
     double end_x[8], at_x[8];       /* values at `end`, where the next step begins, and at `at` */
@@ -48,24 +48,23 @@ typedef struct kr_series {
     double end_w[4], at_w[4];
     double k[4], up[4], down[4]; /* (Ay - Az) / Ax, cz / Ax, -cy / Ax; and cyclic permutations */
     double drag[4];              /* -Dx / Ax; and cyclic permutations */
-    /* The terms of the rotor: -hz / (Ay - Az) is added to prev(W_0), and hy / (Ay - Az) to
-     * next(W_0); and cyclic permutations. Without a rotor, the terms are -0, because x + -0 equals
-     * x for every x. */
+    /* The terms of the rotor: -hz / (Ay - Az) is added to the x component of prev(W_0), and
+     * hy / (Ay - Az) to that of next(W_0); and cyclic permutations. Without a rotor, the terms are
+     * -0, because x + -0 equals x for every x, even for x = -0. */
     double shift[8];
     double t, end, at;
     double linear; /* linear terms in W: 0 none; 1 drag; 2 drag and those of series.h */
     double fall;   /* shortest time in which a falling top's deviation can grow by a factor e */
     /* Support motion and friction at the beginning of the step (series.h). `turn` is the angular
-     * velocity O of the support. sway[0] and sway[3] are the oscillating and the constant part of
-     * the effective gravity G. sway[1] is sway[0] with a sine instead of the cosine, and sway[2] is
-     * the angular frequency. `rub` is the angular acceleration due to friction. */
+     * velocity O of the support. The effective gravity is G = sway[3] + b cos(phase), where
+     * sway[0] = b cos(phase), sway[1] = b sin(phase), and sway[2] is the angular frequency. `rub`
+     * is the angular acceleration due to friction. */
     double turn[4], sway[4], rub[4];
     /* unit vector a to the center of mass; (a / A) / <a / A, a>; 1 / (<a / A, a> friction) */
     double apex[4], yield[4], per_grip;
-    double sway_most; /* amplitude of the oscillating part of G, with sign */
-    /* Nonzero if the support rotates, if the support shakes, if the top slides, and if friction
-     * holds the top, respectively. */
-    double turns, shakes, slides, holds;
+    double sway_most;          /* amplitude of the oscillating part of G, with sign */
+    double turns, shakes;      /* nonzero if the support rotates; nonzero if it oscillates */
+    double slides, holds;      /* nonzero if the top slides; nonzero if friction holds the top */
     double gradient, steep[4]; /* the gravity gradient; -gradient * k */
 } kr_series;
 
@@ -80,10 +79,9 @@ typedef struct kr_taylor {
     double before_hold;  /* sign of the spin before friction held the top; 0 if held initially */
     double held_rate;    /* `rate` while large friction, which then does not count, holds the top */
     double try_slow;     /* clock before which the motion cannot reach the slow manifold (slow.h) */
-    /* The set of strongly damped axes i, as a sum of 2^i, and the time s.end / rate at which the
-     * transient about these axes has decayed (slow.c). */
-    double settling, settled;
-    double unused[6]; /* the next struct is aligned to 64 bytes, too */
+    double settling;     /* sum of 2^i over the strongly damped axes i (slow.c) */
+    double settled;      /* clock at which the transient about these axes has decayed */
+    double unused[6];    /* the next struct is aligned to 64 bytes, too */
 } kr_taylor;
 
 static inline kr_taylor *taylor_of(const kr_motion *motion) { return (kr_taylor *)motion->work; }
@@ -98,7 +96,7 @@ typedef struct kr_kernel {
     void (*evaluate)(kr_series *s);
 } kr_kernel;
 
-/* Functions that propagate tangents with one instruction set (see tangents.h). */
+/* Functions that propagate tangents (tangents.h) with one instruction set. */
 struct kr_tangent;
 typedef void kr_tangents_expand(const kr_series *s, struct kr_tangent *tangents, size_t n,
                                 int order);
@@ -117,7 +115,7 @@ typedef struct kr_tail {
 
 enum { KR_ORDER_12, KR_ORDER_16, KR_ORDER_18, KR_ORDER_22, KR_ORDER_28, KR_ORDERS };
 enum { KR_DIGITS_20, KR_DIGITS_30, KR_DEPTHS };
-/* Declares what kernel.c and kernel_dd.c export for an instruction set. */
+/* Declares what the files kernel*.c export for an instruction set. */
 #define KR_TAYLOR_ISA(isa)                                                                         \
     extern const kr_kernel kr_kernel_##isa[KR_ORDERS], kr_headless_##isa[KR_ORDERS];               \
     extern const kr_kernel kr_kernel_dd_##isa[KR_DEPTHS];                                          \
@@ -139,10 +137,10 @@ static inline int kr_taylor_is_extended(const kr_motion *motion)
     return motion->digits > 16;
 #endif
 }
-/* An instruction set that is included in the build. The arrays `plain` and `headless` contain
- * KR_ORDERS kernels each; the kernels in `headless` do not compute the heading. The array `deep`
- * contains one kernel for each extended precision, 20 and 30 digits. The function `product`
- * multiplies two power series (see kr_step_polynomial). */
+/* An instruction set that is included in the build. The arrays `plain` and `headless` contain one
+ * kernel of each order; those of `headless` do not compute the attitude q (skip_heading). The array
+ * `deep` contains one kernel for 20 digits and one for 30 digits. The function `product` multiplies
+ * two power series (kr_step_polynomial in method.h). */
 typedef struct kr_isa {
     const char *name;
     int (*runs_here)(void);
@@ -151,8 +149,9 @@ typedef struct kr_isa {
     void (*product)(const double *a, const double *b, int order, double *c);
 } kr_isa;
 
-/* A build may omit the functions for more than 16 digits, for tangents, or for tops with dry
- * friction and on moving supports. Pointers to omitted functions are NULL. */
+/* A build may omit the functions for more than 16 digits (FOR_DIGITS), for tangents (FOR_TANGENTS),
+ * or for friction, moving supports and a gravity gradient (FOR_SUPPORTS). Each macro expands to its
+ * argument, or to NULL if the build omits the functions. */
 #ifdef KR_NO_DIGITS
 #  define FOR_DIGITS(what) NULL
 #else
@@ -170,42 +169,43 @@ typedef struct kr_isa {
 #endif
 
 extern const kr_tangent_ops kr_taylor_tangents;
-/* Stores a vector as a pure quaternion in an array of four doubles. */
+/* Stores the vector v as a pure quaternion (0, v) in four doubles. */
 static inline void set_lanes(double lanes[4], kr_vec3 v)
 {
     lanes[0] = 0.0;
     v_put(lanes + 1, v);
 }
-/* Stores the high word in a member of a series, and the low word in the next series in memory. */
+/* Stores a.hi at `high`, inside a kr_series, and a.lo at the same place of the next kr_series. */
 static inline void set_words(double *high, dd a)
 {
     *high = a.hi;
     *(double *)(void *)((char *)high + sizeof(kr_series)) = a.lo;
 }
-/* Stores the high and the low words of a double-double vector as two pure quaternions. */
+/* Stores the high and the low words of the vector v as two pure quaternions. */
 static inline void set_vector_words(double high[4], double low[4], vec_dd v)
 {
     set_lanes(high, vdd_high(v));
     set_lanes(low, vdd_low(v));
 }
-/* Returns the angular acceleration at the end of the last step, excluding that due to friction. */
+/* Returns the time derivative of W at the end of the last step, in the unit of time of the series,
+ * without the contribution of friction. */
 kr_vec3 kr_taylor_acceleration(const kr_series *s);
-/* Evaluates the series at the time `at`, and ends the step there. */
+/* Evaluates the series at the time s->at, and moves the end of the step to this time. */
 void kr_taylor_end_at(kr_series s[2], const kr_kernel *kernel);
 struct kr_support_ops;
 struct slow_directions;
-/* Sets all constants of a Taylor series for the case that 1 / rate is the unit of time. `supports`
- * is NULL if the scene does not need the terms of a support. */
+/* Sets all constants of a Taylor series whose unit of time is 1 / rate. `supports` is NULL if the
+ * scene has no friction, no moving support and no gravity gradient. */
 void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate,
                              const struct kr_support_ops *supports);
-/* Changes the unit of time to 1 / rate, where `rate` is a power of two. Does nothing if there are
- * tangents, because the stored constants of tangents depend on the unit of time. */
+/* Changes the unit of time of the series to 1 / rate, where `rate` is a power of two. Does nothing
+ * if there are tangents, because the stored constants of tangents depend on the unit of time. */
 void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate,
                         const struct kr_support_ops *supports);
 /* Returns the i-th instruction set of the build, the widest first, or NULL after the last. */
 const kr_isa *kr_taylor_isa(int i);
 /* Returns the instruction set of the kernel of a motion, or NULL if it is unknown. */
 const kr_isa *kr_taylor_isa_of(const kr_motion *motion);
-/* Replaces the kernel and the tolerance of a motion, for tests and measurements. */
+/* Sets the kernel and log2 of the tolerance of a motion. */
 void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log2_tol);
 #endif
