@@ -12,8 +12,7 @@
 #include "event_polynomial.h"
 
 /* Element PAD + n is the n-th coefficient of a power series, n <= step_view.order. The other
- * elements are zero, as step_view.product requires. Functions with arguments a, b or c expect the
- * address of element PAD, except for the array of a result c, which needs no padding. */
+ * elements are zero, as step_view.product requires. Its arguments point to the elements PAD. */
 enum { PAD = 8, ROOM = KR_TERMS_ROOM };
 typedef double padded_series[PAD + ROOM];
 
@@ -81,7 +80,6 @@ static void clear_padding(const step_view *v, padded_series s)
     memset(s, 0, PAD * sizeof *s);
     memset(s + PAD + v->order + 1, 0, (size_t)(ROOM - v->order - 1) * sizeof *s);
 }
-/* Stores the components of the quaternion q as the n-th coefficients of four power series. */
 static void set_coefficients(padded_series s[4], int n, kr_quat q)
 {
     s[0][PAD + n] = q.w;
@@ -108,13 +106,11 @@ static void add_space_component(const step_view *v, int axis, kr_vec3 body, doub
     }
     for (int i = 0; i < 4; i++) multiply_series(v, left[i] + PAD, right[i] + PAD, c);
 }
-/* Adds `factor` times the angular momentum <e q, q M> about the space axis e with index `axis` to
- * c. M is the angular momentum in the body frame. This formula holds also with damping and on
- * moving supports. */
+/* Adds to c `factor` times the angular momentum <e q, q M> about the space axis e with index
+ * `axis`, where M is the angular momentum in the body frame, for any damping and support. */
 static void add_space_momentum(const step_view *v, double factor, int axis, double *c)
 {
-    /* Row i lists the three products whose sum is component i of q M: the index in q, the index in
-     * M, and 1 for a negative sign. */
+    /* Row i lists three products with sum (q M)_i: index in q, index in M, and 1 for a minus. */
     static const int terms[4][3][3] = {{{1, 0, 1}, {2, 1, 1}, {3, 2, 1}},
                                        {{0, 0, 0}, {2, 2, 0}, {3, 1, 1}},
                                        {{0, 1, 0}, {3, 0, 0}, {1, 2, 1}},
@@ -172,8 +168,7 @@ static void add_momentum(const step_view *v, double factor, int axis, double *c)
     add_space_component(v, axis == 0 ? 1 : 0, v_scale(factor, motion->lever), torque);
     for (int n = 0; n < v->order; n++) c[n + 1] += torque[n] / (n + 1);
 }
-/* Adds `factor` times the component, along the body-fixed vector `along`, of the angular velocity
- * relative to the support to c. */
+/* Adds to c `factor` times <along, U>, where U is the angular velocity relative to the support. */
 static void add_relative_velocity(const step_view *v, double factor, kr_vec3 along, double *c)
 {
     double turning[3];
@@ -182,8 +177,7 @@ static void add_relative_velocity(const step_view *v, double factor, kr_vec3 alo
     for (int i = 0; i < 3; i++)
         if (turning[i] != 0.0) add_space_component(v, i, v_scale(turning[i], along), c);
 }
-/* Returns the unit vector along an axis of the frame of description (kreisel.h), with components
- * along the internal axes (method.h). */
+/* Returns an axis of the frame of description (kreisel.h), along the internal axes (method.h). */
 static kr_vec3 find_internal_axis(const step_view *v, int axis)
 {
     return q_turn_back(v->top->axes, v_axis(axis));
@@ -238,15 +232,14 @@ static void add_component(const step_view *v, double factor, int number, double 
     }
 }
 
-/* Returns an upper bound on the magnitude of a state component in its unit (component_unit). The
- * angular velocity satisfies |W| <= 1 in these units. If the energy is bounded, |W| = 1 is possible
- * only about the axis of the least moment; about axis i, |W_i| <= sqrt(least moment / A_i). */
+/* Returns an upper bound on the magnitude of a state component in its unit (component_unit), in
+ * which |W| <= 1. The energy limits W about the axis i to sqrt(least moment / A_i). */
 static double component_bound(const kr_top *top, double rate, int number)
 {
     const double rotor = v_length(top->main.rotor) / rate;
     const kr_vec3 A = top->main.inertia;
     const double least = fmin(A.x, fmin(A.y, A.z));
-    /* The energy is not bounded on moving supports, and not known in a gravity gradient. */
+    /* The energy bound does not apply on moving supports, where energy is not conserved. */
     const int is_moving =
         kr_scene_turns(&top->scene) || kr_scene_shakes(&top->scene) || top->scene.gradient != 0.0;
     const kr_vec3 root =
@@ -277,8 +270,7 @@ double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t
                 component_bound(top, piece->rate, terms[i].second);
     return size;
 }
-/* Adds the terms from `t` up to (but not including) `end`, which have the same first component, to
- * c. */
+/* Adds to c the terms t[0], ..., end[-1], which have the same first component. */
 static void add_term_products(const step_view *v, const kr_term *t, const kr_term *end, double *c)
 {
     padded_series of, times;
@@ -334,7 +326,6 @@ static void expand_event_at_end(const kr_top *top, const kr_step_polynomial *p, 
         top, p->rate, e->extremum ? 1 : 0, (const double (*)[8])x, (const double (*)[4])w, NULL};
     expand_event_in_step(&v, e, c);
 }
-/* Returns 1 if the event function is a multiple of the spin. */
 static int is_spin_event(const kr_event *e)
 {
     const kr_term *t = e->terms;

@@ -7,9 +7,8 @@
 #include "sign_changes.h"
 #include "event_polynomial.h"
 
-/* Converts `clock`, a time within the last step in internal units since the start, to the user's
- * time. If rounding moves the result out of the step, an adjacent double inside the step is
- * returned, if there is one. */
+/* Converts `clock`, a time in the last step, from internal units to the user's time. If rounding
+ * moves the result out of the step, returns an adjacent double in the step, if there is one. */
 static double user_time_in_step(const kr_top *top, double clock)
 {
     const double t = top->scene.start.t + clock * top->time_unit,
@@ -22,8 +21,7 @@ static double user_time_in_step(const kr_top *top, double clock)
                : t;
 }
 
-/* Returns 1 if the sign changes of a sum of n terms can be found along the motion of `top`: the
- * terms are valid, and their sum has a finite, nonzero bound in the step `piece`. */
+/* Returns 1 if the sign changes of a sum of n terms can be found along the motion of `top`. */
 static int are_terms_valid(const kr_top *top, const kr_step_polynomial *piece, size_t n,
                            const kr_term terms[])
 {
@@ -91,7 +89,7 @@ static void find_next_sign_change(const kr_top *top, const kr_step_polynomial *p
 }
 /* Finds the first sign change of an event function in the last step, unless this step has already
  * been searched. The search starts with the last sign of the previous step if that step was
- * searched to its end; else at the current time of the top, without a sign. */
+ * searched to its end, else without a sign at the current time of the top. */
 static void search_new_step(const kr_top *top, const kr_step_polynomial *piece,
                             const kr_event *event, kr_event_search *own)
 {
@@ -157,8 +155,7 @@ kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit)
     kr_event_hit found = {-1, 0};
     if (!top || !hit || !isfinite(t)) return KR_ERR_ARGUMENT;
     if (!(fabs(t) < top->horizon)) return KR_ERR_RESOLUTION;
-    /* A reset may change the internal units. In the new units, the terms of an event may exceed the
-     * range of doubles. */
+    /* A reset may change the internal units, in which the terms may exceed the range of doubles. */
     if (top->event_count > 0 && kr_event_load_search(top->events).searched < 0 &&
         !are_events_valid(top, top->event_count, top->events))
         return KR_ERR_ARGUMENT;

@@ -1,11 +1,11 @@
 /* Search for all sign changes of a polynomial p(s) on the interval [0, 1]. The coefficients of p in
  * the Bernstein basis of an interval bound the values of p there, and their differences bound the
- * slope. If all coefficients have one sign, there is no root; if all differences have one sign,
- * there is no extremum. An interval that may contain both a root and an extremum is bisected (de
- * Casteljau; Lane and Riesenfeld 1981) until the values are indistinguishable from zero. A sign is
- * certain only if the value exceeds the rounding noise. Two roots between which no value exceeds
- * the noise are a double root without a sign change. The last sign is passed on to the next step of
- * the motion, so that a root at the boundary of two steps is found once. */
+ * slope. Coefficients of one sign exclude roots, and differences of one sign exclude extrema. An
+ * interval that may contain both is bisected (de Casteljau; Lane and Riesenfeld 1981) until the
+ * values are indistinguishable from zero. A sign is certain only if the value exceeds the rounding
+ * noise. Two roots between which no value exceeds the noise are a double root without a sign
+ * change. The last sign is passed on to the next step of the motion, so that a root at the boundary
+ * of two steps is found once. */
 #include "sign_changes.h"
 
 typedef enum search_outcome { NO_ROOT, ROOT_FOUND, UNDECIDED } search_outcome;
@@ -13,8 +13,7 @@ enum { MAX_NEWTON_STEPS = 60 };
 static const double RESOLUTION = 0x1p-54; /* absolute error of a root */
 static const double NARROWEST = 0x1p-48;  /* shortest interval that is halved */
 static const double NARROW = 0x1p-5;      /* as NARROWEST, while the last terms are omitted */
-static const double TAIL_SHARE =
-    0x1p-10; /* largest fraction of the slopes of all terms that may be omitted */
+static const double TAIL_SHARE = 0x1p-10; /* largest omitted part of the sum of all slopes */
 
 static double evaluate_polynomial(const double *c, int degree, double s)
 {
@@ -32,9 +31,8 @@ static double evaluate_with_slope(const double *c, int degree, double s, double 
     *slope = d;
     return p;
 }
-/* Returns a root between `low` and `high`, computed by Newton's method. If a Newton step would
- * leave the interval, the interval is bisected instead. Returns `low` if the polynomial does not
- * have the sign r->side at `low`. */
+/* Returns a root between `low` and `high`, by Newton's method. If a Newton step would leave the
+ * interval, the interval is bisected instead. Returns `low` if the sign there is not r->side. */
 static double refine_root_between(const kr_sign_search *r, double low, double high)
 {
     double s = 0.5 * (low + high);
@@ -52,8 +50,7 @@ static double refine_root_between(const kr_sign_search *r, double low, double hi
     return s;
 }
 /* Stores the sign and the position s of the value p, unless |p| is below the noise. Returns 1 if
- * the sign has changed since the last stored one, with the root in r->root if this sign is
- * sought. */
+ * the sign has changed since the last stored one. Writes the root if the new sign is sought. */
 static int record_sign(kr_sign_search *r, double p, double s)
 {
     if (!(fabs(p) > (r->side ? r->noise : r->start_noise))) return 0;
@@ -63,10 +60,9 @@ static int record_sign(kr_sign_search *r, double p, double s)
     r->mark = s;
     return changed;
 }
-/* Returns 1 if the sign at the end of an interval tells whether the sign changes inside. This is so
- * if the polynomial has constant sign, is monotonic, or is zero up to noise. `bernstein` has the
- * coefficients of the truncated polynomial in the Bernstein basis of the interval, `width` its
- * length. */
+/* Returns 1 if the sign at the end of an interval tells whether the sign changes inside: if the
+ * polynomial has constant sign, is monotonic, or is zero up to noise. `bernstein` has the Bernstein
+ * coefficients of the truncated polynomial on this interval of length `width`. */
 static int is_sign_decided(const kr_sign_search *r, const double *bernstein, double width)
 {
     const double slack = r->used > 0 ? r->tail_slope * width / r->used : 0.0;
@@ -85,8 +81,8 @@ static int is_sign_decided(const kr_sign_search *r, const double *bernstein, dou
     return rising | falling;
 }
 /* Searches the interval [low, high], after r->mark, for the first sign change. `bernstein` has the
- * coefficients of the truncated polynomial in the Bernstein basis of this interval, and is
- * overwritten. Returns UNDECIDED if this would need the omitted terms. */
+ * Bernstein coefficients of the truncated polynomial on this interval, and is overwritten. Returns
+ * UNDECIDED if this would need the omitted terms. */
 static search_outcome search_interval(kr_sign_search *r, double *bernstein, double low, double high)
 {
     const int n = r->used;
@@ -107,7 +103,6 @@ static search_outcome search_interval(kr_sign_search *r, double *bernstein, doub
     const search_outcome first = search_interval(r, left, low, middle);
     return first == NO_ROOT ? search_interval(r, bernstein, middle, high) : first;
 }
-/* Searches [0, 1], after r->mark, for the first sign change, with the first r->used + 1 terms. */
 static search_outcome search_polynomial(kr_sign_search *r)
 {
     const int n = r->used;
@@ -120,10 +115,9 @@ static search_outcome search_polynomial(kr_sign_search *r)
         for (int i = n; i >= k; i--) b[i] += b[i - 1];
     return search_interval(r, b, 0.0, 1.0);
 }
-/* Sets r->used so that terms of higher order, which contribute negligibly to the slope, are
- * omitted. The error is at most r->tail, the sum of the magnitudes of the omitted coefficients;
- * r->tail_slope is that of their slopes. If the search is then UNDECIDED, the caller repeats it
- * with all terms. */
+/* Omits the terms after r->used, which contribute negligibly to the slope. The error is at most
+ * r->tail, the sum of the magnitudes of the omitted coefficients; r->tail_slope is that of their
+ * slopes. If the search is then UNDECIDED, the caller repeats it with all terms. */
 static void truncate_polynomial(kr_sign_search *r)
 {
     double slopes = 0.0;

@@ -3,11 +3,10 @@
  *     q' = (q W - S q) / 2,    I W' = (I W + h) x W + P x (lever + k I P),    P = q* e3 q
  * for the attitude q. W and P are the angular velocity and the vertical in the body frame, I are
  * the moments of inertia, h is the momentum of the rotor, k the gravity gradient, and S the angular
- * velocity of the support, in internal units (method.h). Neither method conserves any integral of
- * the motion. This file uses GSL's step and control objects, but not gsl_odeiv2_evolve, because
- * each step size must exactly equal the difference between the end and the start time of the step.
- * The time limit `until` of a step may be infinite. A failed step does not change the state of the
- * motion. */
+ * velocity of the support. Neither method conserves any integral of the motion. This file uses
+ * GSL's step and control objects, but not gsl_odeiv2_evolve, because each step size must exactly
+ * equal the difference between the end and the start time of the step. The time limit `until` of a
+ * step may be infinite. A failed step does not change the state of the motion. */
 #include <float.h>
 #include <stdlib.h>
 #include <gsl/gsl_errno.h>
@@ -50,11 +49,11 @@ static int check_finite(const double *a, int n)
     return GSL_SUCCESS;
 }
 
-/* Returns dq/dt = (qW - S q) / 2, where qW is the product q W. */
-static kr_quat find_attitude_rate(const kr_motion *motion, kr_quat q, kr_quat qW)
+static kr_quat find_attitude_rate(const kr_motion *motion, kr_quat q, kr_quat q_times_W)
 {
     const kr_vec3 S = motion_turning(motion);
-    return q_scale(0.5, v_largest(S) > 0.0 ? q_add(qW, q_mul(q4(0.0, v_scale(-1.0, S)), q)) : qW);
+    return q_scale(0.5, v_largest(S) > 0.0 ? q_add(q_times_W, q_mul(q4(0.0, v_scale(-1.0, S)), q))
+                                           : q_times_W);
 }
 int kr_gsl_rates(double t, const double y[], double rate[], void *params)
 {
@@ -153,8 +152,7 @@ static double find_longest_step(const kr_motion *motion, kr_vec3 W)
     return fmin(most_turn / rate, fmin(sqrt(most_fall / a), most_pull / a));
 }
 /* Tries a step of size h from the state p. Writes the result and the suggested size of the
- * following step to `next`. Returns 0 if the step is rejected; next->h is then the step size to try
- * instead. */
+ * following step to `next`. If the step is rejected, returns 0, and next->h is the size to try. */
 static int try_step(kr_motion *motion, double h, const ode_work *p, ode_work *next)
 {
     const gsl_odeiv2_system system = {kr_gsl_rates, kr_gsl_jacobian, GSL_SIZE, motion};

@@ -5,29 +5,27 @@
  *     D U_n - h x W_n = (AW x W + G P x c)_n - (n+1) A W_{n+1},   W_n = O_n + U_n
  * This equation is solved by iteration (slow_terms.h). O is the angular velocity of the support,
  * and U that of the top relative to the support. G is the effective gravity on a shaken support
- * (series.h). On a support at rest, U = W and G = 1. The rotor torque h x W is on the left side
- * because it is linear in W, like the damping torque, and may exceed the damping torque. All other
- * Taylor coefficients are computed by the explicit recurrence of taylor.h. The radius of
- * convergence is that of the slow motion, so steps can be long. With the explicit recurrence alone,
- * steps would be limited to about one damping time A / D, because the problem is stiff. Until the
- * motion reaches the manifold, steps are computed with the explicit recurrence, and the absolute
- * error tolerance is proportional to the small angular velocity that the top has on the manifold. A
- * motion that has reached the manifold stays there. Its computed distance may grow relative to the
- * angular velocity, but only by rounding errors while the top comes to rest. A top with dry
- * friction has two slow manifolds. While the top slides, the friction torque is constant. While
- * friction holds the top, that is, keeps the spin about the apex zero, damping acts only about the
- * two directions normal to the apex (slow_directions.h). u_i is the component of U along the
- * direction v_i, and d_i its damping rate. */
+ * (series.h). On a support at rest, U = W and G = 1. The rotor torque h x W is on the left side,
+ * because it is linear in W and may exceed the damping torque. All other coefficients are computed
+ * by the explicit recurrence of taylor.h. The radius of convergence is that of the slow motion, so
+ * steps can be long. The explicit recurrence alone would limit steps to about one damping time A /
+ * D, because the problem is stiff. It is used until the motion reaches the manifold, with an
+ * absolute tolerance proportional to the small angular velocity that the top has on the manifold. A
+ * motion that has reached the manifold stays there, although rounding errors grow relative to the
+ * angular velocity while the top comes to rest. A top with dry friction has two slow manifolds.
+ * While the top slides, the friction torque is constant. While friction holds the top, that is,
+ * keeps the spin about the apex zero, damping acts only about the two directions normal to the
+ * apex. u_i is the component of U along a direction v_i, and d_i its damping rate
+ * (slow_directions.h). */
 #include <string.h>
 #include "math/dd.h"
 #include "model/scene.h"
 #include "slow.h"
 #include "support_setup.h"
 
-/* Rows of the table of Taylor coefficients in slow_terms.h: the first rows of q, P, the friction
- * variable (series.h), W, U, O, G, G P and, while friction holds the top, the u_i. The rows before
- * ROWS_OF_SERIES are those of x and w in kr_series. The rows from ROW_U on are used only for tops
- * with friction or on moving supports. */
+/* First rows of the table of Taylor coefficients in slow_terms.h: of q, P, the friction variable,
+ * W, U, O, G, G P, and the u_i while friction holds the top. The first ROWS_OF_SERIES rows are
+ * those of x and w in kr_series. The rows from ROW_U on are for support terms (series.h) only. */
 enum {
     ROW_Q = 0,
     ROW_P = 5,
@@ -57,11 +55,9 @@ enum {
 #define ROUNDED 0.25
 /* Rounding error of the difference between two doubles, relative to the larger of them. */
 #define ROUNDING 0x1p-50
-/* If the motion is not on the slow manifold, the next test is after PATIENCE times the estimated
- * time to reach the manifold. */
+/* The test for the slow manifold is repeated after this part of the time estimated to reach it. */
 #define PATIENCE 0.5
-/* A transient has decayed after SETTLED / d_i, because exp(-SETTLED) is below the rounding errors
- * of a double-double. */
+/* A transient has decayed after SETTLED / d_i: exp(-SETTLED) is below any rounding error. */
 #define SETTLED 128.0
 /* Larger than any relative distance from the slow manifold (largest_distance). */
 #define UNRESOLVED 0x1p500
@@ -73,7 +69,6 @@ static kr_vec3 get_support_velocity(const kr_series *s, const slow_directions *s
 {
     return slow->turns ? v_of(s->turn + 1) : v3(0.0, 0.0, 0.0);
 }
-/* Returns the largest magnitude that the effective gravity G reaches. */
 static double largest_effective_gravity(const kr_series *s)
 {
     return s->linear > 1.0 ? fabs(s->sway[3]) + fabs(s->sway_most) : 1.0;
@@ -88,9 +83,9 @@ static kr_vec3 find_weakly_damped_velocity(const kr_series *s, const slow_direct
             sum = v_axpy(v_dot(high_words(slow->dual[i]), U), high_words(slow->v[i]), sum);
     return sum;
 }
-/* Writes to bound[i] an upper bound on the strongly damped u_i that the torques at the end of the
- * last step cause on the slow manifold. Products of two such u_i are neglected. For a weakly damped
- * u_i, bound[i] is 0. The unit is that of the series. */
+/* Writes to bound[i], in the units of the series, an upper bound on the strongly damped u_i that
+ * the torques at the end of the last step cause on the slow manifold, or 0 for a weakly damped u_i.
+ * Products of two strongly damped u_i are neglected. */
 static void bound_slow_velocities(const kr_taylor *p, const slow_directions *slow, double bound[3])
 {
     const kr_series *s = p->series;
@@ -118,9 +113,9 @@ static void bound_slow_velocities(const kr_taylor *p, const slow_directions *slo
     }
 }
 /* Returns the velocity by which the relative tolerance is multiplied: the smallest non-negligible
- * bound[i] on a strongly damped u_i (bound_slow_velocities). If all bound[i] are 0, returns the
- * largest angular velocity instead. While friction holds the top, u_i is a sum of components of W,
- * and its rounding error is proportional to the largest component. */
+ * bound[i] on a strongly damped u_i (bound_slow_velocities), or the largest angular velocity if all
+ * bound[i] are 0. While friction holds the top, the result is not below the rounding error of the
+ * sums u_i, which is proportional to the largest component of W. */
 static double error_scale(const kr_taylor *p, const slow_directions *slow, const double bound[3])
 {
     const kr_series *s = p->series;
@@ -143,8 +138,8 @@ static double error_scale(const kr_taylor *p, const slow_directions *slow, const
 #include "math/real.h"
 #include "slow_terms.h"
 
-/* Returns an upper bound on the rates of the undamped top, which initially has the angular velocity
- * `velocity`, and of its support, in internal units (method.h). */
+/* Returns an upper bound, in internal units (method.h), on the rates of the support and of the
+ * undamped top, now and later, if its angular velocity now is `velocity`. */
 static double bound_undamped_rate(const kr_motion *motion, kr_vec3 velocity,
                                   const kr_support_ops *supports)
 {
@@ -188,7 +183,6 @@ static double log2_step_size(const kr_series *s, int n, double log2_tol)
 {
     return fmin((log2_tol - log2_norm(s, n)) / n, (log2_tol - log2_norm(s, n - 1)) / n);
 }
-/* Returns log2 of the absolute tolerance: the relative tolerance times error_scale. */
 static double log2_absolute_tolerance(const kr_taylor *p, const slow_directions *slow)
 {
     double bound[3];
@@ -196,9 +190,9 @@ static double log2_absolute_tolerance(const kr_taylor *p, const slow_directions 
     return p->log2_tol + log2(error_scale(p, slow, bound));
 }
 
-/* Ends the step where the last Taylor terms are 2^log2_tol, and evaluates the series there. If more
- * than 16 digits are requested, the terms after the leading ones are evaluated in double precision,
- * so they must be less than 2^52 times 2^log2_tol. */
+/* Ends the step where the last Taylor terms are 2^log2_tol, and evaluates the series there. With
+ * more than 16 digits, the terms after the leading ones are evaluated in double precision, so they
+ * must be less than 2^52 times 2^log2_tol. */
 static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                                   const slow_directions *slow, double log2_tol)
 {
@@ -218,9 +212,9 @@ static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const k
     if (slow->supports) slow->supports->place(s, motion, p->rate);
 }
 /* Returns 1 if a Taylor expansion on the slow manifold is worth trying. The distance of each
- * strongly damped u_i from the manifold is estimated as |u_i'| / d_i. It must be at most the
- * largest of bound[i] / 4 (bound_slow_velocities), `near` times the error scale, and, if the
- * transient has decayed (`is_settled`), |u_i| / 4. */
+ * strongly damped u_i from the manifold, about |u_i'| / d_i, must be at most bound[i] / 4
+ * (bound_slow_velocities), `near` times error_scale or, if the transient has decayed
+ * (`is_settled`), |u_i| / 4. */
 static int may_be_near_manifold(const kr_taylor *p, const slow_directions *slow, double near,
                                 int is_settled)
 {
@@ -248,11 +242,10 @@ static int may_be_near_manifold(const kr_taylor *p, const slow_directions *slow,
     return 1;
 }
 /* Returns the largest distance from the slow manifold, relative to the bounds on the u_i, at which
- * the motion still counts as on the manifold. The result is `near` while the transient decays.
- * After damping about the same axes has been strong for SETTLED damping times, the result is 1: the
- * remaining distance is then a rounding error, which is large relative to the angular velocity of a
- * top that is almost at rest. If the damping time is below the resolution of `clock`, the time of
- * the motion, the result is UNRESOLVED. Updates p->settling and p->settled. */
+ * the motion counts as on the manifold: `near` while the transient decays, and 1 after damping
+ * about the same axes has been strong for SETTLED damping times. The remaining distance is then a
+ * rounding error, which is large relative to the angular velocity of a top almost at rest. If the
+ * damping time is below the resolution of the time `clock`, the result is UNRESOLVED. */
 static double largest_distance(kr_taylor *p, const slow_directions *slow, double clock, double near)
 {
     double axes = 0.0, weakest = INFINITY;
@@ -292,7 +285,7 @@ static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kern
     kr_taylor_set_rate(p, motion, before, slow->supports);
     return 0;
 }
-/* Returns 0 if the next step certainly does not lie on a slow manifold. If the support moves, the
+/* Returns 0 if the next step certainly does not lie on a slow manifold. On a moving support, the
  * damping rates are compared with the angular velocity, because this comparison often makes the
  * more expensive bound_undamped_rate unnecessary. */
 static int may_be_slow(const kr_motion *motion)
@@ -306,8 +299,7 @@ static int may_be_slow(const kr_motion *motion)
            STRONG_ALONE * fmax(fabs(w[0]), fmax(fabs(w[1]), fabs(w[2])));
 }
 /* Initializes all members of `slow` except for the choice of the strongly damped directions.
- * Returns 0 if no damping rate is large compared with the rate `undamped` of the undamped
- * motion. */
+ * Returns 0 if no damping rate is large compared with the rate `undamped` of other effects. */
 static int find_directions(const kr_motion *motion, double undamped, const kr_support_ops *supports,
                            slow_directions *slow)
 {
@@ -327,10 +319,9 @@ static int find_directions(const kr_motion *motion, double undamped, const kr_su
         find_principal_axes(motion, slow);
     return 1;
 }
-/* Returns log2 of the tolerance for steps of strongly damped motions that are not on a slow
- * manifold. Their angular velocity, to which the permitted error is proportional, is about
- * `undamped`, the rate of the undamped motion, and thus smaller than 1 in the unit p->rate of the
- * series. */
+/* Returns log2 of the tolerance for strongly damped steps that are not on a slow manifold. Their
+ * angular velocity, to which the permitted error is proportional, is about the rate `undamped` of
+ * other effects, and thus smaller than p->rate, the unit of the series. */
 static double log2_transient_tolerance(const kr_taylor *p, double undamped)
 {
     return p->log2_tol + log2(fmax(fmin(undamped / p->rate, 1.0), NEGLIGIBLE));
@@ -404,9 +395,8 @@ int kr_slow_drives_apart(const kr_motion *motion, double until)
 }
 /* Backward in time, damping makes the magnitude L of the angular momentum grow. If the damping D is
  * the same about all axes and no other torque acts, the relative growth rate is D <W, A W> / L^2,
- * which does not decrease backward in time. Small additional torques change this rate only
- * slightly. Hence the angular velocity exceeds `limit` before the time `until` if exponential
- * growth at the initial rate does. */
+ * which does not decrease backward in time. Small additional torques hardly change this rate. Hence
+ * the angular velocity exceeds `limit` in time if exponential growth at the initial rate does. */
 int kr_slow_overflows(const kr_motion *motion, int order, double until)
 {
     const kr_taylor *p = taylor_of(motion);

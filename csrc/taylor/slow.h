@@ -10,15 +10,13 @@ struct kr_support_ops;
 /* Writes to `slow` the directions about which damping may be strong while dry friction holds the
  * top, that is, keeps it from spinning about the apex (slow_directions.h). */
 void kr_slow_find_held(const kr_motion *motion, struct slow_directions *slow);
-/* Computes the next step on the slow manifold, forward in time, and returns 1. Returns 0 without a
- * step if the motion is not on a slow manifold. The caller must then compute the step with `kernel`
- * and the tolerance whose log2 has been written to `log2_tol`. `supports` is NULL for a top without
- * dry friction on a support at rest. */
+/* Computes the next step on the slow manifold, forward in time, and returns 1. If the motion is not
+ * on a slow manifold, returns 0, and the caller must compute the step with `kernel` and the
+ * tolerance 2^log2_tol. `supports` is NULL for a top without dry friction on a support at rest. */
 int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, const struct kr_support_ops *supports,
                  double *log2_tol);
-/* Returns 0 only if damping is not strong in any step from now to the time `until`. The support
- * must be at rest. Returns 1 backward in time, because damping may then accelerate the top without
- * bound. */
+/* Returns 0 only if the support is at rest and damping is not strong in any step from now to the
+ * time `until`. Returns 1 backward in time, because damping may then accelerate the top. */
 int kr_slow_is_possible(const kr_motion *motion, double until);
 /* Returns 1 if the top certainly rotates by more than 2^53 rad before the time `until`. This is
  * possible backward in time, where damping accelerates the top. */

@@ -1,15 +1,14 @@
 /* The directions v_i about which damping may be strong, and the choice of the strongly damped ones.
- * All vectors have components along the principal axes. Let W and O be the angular velocities of
- * the top and of its support. Then U = W - O = u_0 v_0 + u_1 v_1 + ..., where the v_i are
- * orthogonal with respect to both the moments of inertia A and the damping D, and 1 <= |v_i| < 2:
+ * All vectors have components along the principal axes. With the angular velocities W of the top
+ * and O of its support, U = W - O = u_0 v_0 + u_1 v_1 + ..., where the v_i are orthogonal with
+ * respect to both the moments of inertia A and the damping D, and 1 <= |v_i| < 2:
  *     u_i' = <A v_i, X - O'> / a_i - d_i u_i,   a_i = <v_i, A v_i>,   d_i = <v_i, D v_i> / a_i,
  *     A X = (AW + h) x W + G P x c
  * X is the angular acceleration without damping; while the top slides with dry friction, A X also
  * includes the friction torque. h is the momentum of a rotor, P the vertical, c the lever arm
- * (taylor.h), and G the effective gravity (series.h). In general, the v_i are the three principal
- * axes. If friction holds the top, U is perpendicular to the apex a (taylor.h), and so are the two
- * v_i. The friction torque is then along a, does not occur in these equations, and equals
- * <a, A (W' - X) + D U>. */
+ * (taylor.h), and G the effective gravity (series.h). In general, the v_i are the principal axes.
+ * While friction holds the top, U and the two v_i are perpendicular to the apex a (taylor.h), and
+ * the friction torque, <a, A (W' - X) + D U>, is along a and absent from these equations. */
 
 /* The directions v_i, and a set of strongly damped directions. Rates are in internal units
  * (method.h), not in those of the Taylor series. */
@@ -23,8 +22,7 @@ typedef struct slow_directions {
     int has_rotor, turns, shakes, slides;
     double shaking; /* rate at which the support shakes */
     int is_slow[3]; /* 1 if damping about the direction is strong */
-    /* Bounds on the rates of the motion on the slow manifold: all of them; those at which the top
-     * falls over or its support shakes. */
+    /* rate: largest on the slow manifold; fall: largest of falling over or of shaking */
     double rate, fall;
     /* A rotor couples the directions: a steady torque that would cause u_k = 1 without a rotor
      * causes the velocities u_i = gain[i][k]. Without a rotor, `gain` is the unit matrix. */
@@ -44,7 +42,6 @@ static vec_dd normalize_by_inertia(vec_dd v, vec_dd A)
 {
     return vdd_scale(dd_div(dd_of(1.0), dd_sqrt(bilinear_form(v, A, v))), v);
 }
-/* Returns c a + s b. */
 static vec_dd combine_vectors(dd c, vec_dd a, dd s, vec_dd b)
 {
     return vdd_add(vdd_scale(c, a), vdd_scale(s, b));
@@ -111,7 +108,6 @@ void kr_slow_find_held(const kr_motion *motion, slow_directions *slow)
     set_rotor_coupling(slow, motion->rotor);
 }
 
-/* Writes the inverse of the nonsingular matrix m, computed by cofactors. */
 static void invert_matrix(double m[3][3], double inverse[3][3])
 {
     double sum = 0.0;

@@ -7,8 +7,7 @@
  * where X is the angular acceleration without damping, and d_i a damping rate. The friction
  * variable is the spin <U, a> about the apex a while the top slides, and the ratio of the friction
  * torque to its maximum while friction holds the top. c[row][n] is the n-th coefficient of the
- * number to which slow.c assigns the row. The rows of G P, U and u_i begin at GP_OF, U_OF and
- * U_ROW. */
+ * number in a row (slow.c). The rows of G P, U and u_i begin at GP_OF, U_OF and U_ROW. */
 
 typedef struct REAL(terms) {
     real c[ROWS][KR_TAYLOR_MAX + 2];
@@ -84,39 +83,35 @@ static void REAL(set_velocities_from_slow)(REAL(terms) * s, const slow_direction
     }
 }
 /* Sets the (n + 1)-th coefficient of a vector b at rest relative to the support: b' = b x U. The
- * rows of b begin at `vector_row`, and those of U at `velocity_row`. */
-static void REAL(next_body_vector)(REAL(terms) * s, int vector_row, int velocity_row, int n)
+ * rows of b and of U begin at `row` and `u_row`. */
+static void REAL(next_body_vector)(REAL(terms) * s, int row, int u_row, int n)
 {
     const real zero = r_of(0.0, 0.0);
     real ahead[3] = {zero, zero, zero}, behind[3] = {zero, zero, zero};
     for (int m = 0; m <= n; m++)
         for (int i = 0; i < 3; i++) {
             const int j = (i + 1) % 3, k = (i + 2) % 3;
-            ahead[i] =
-                r_add(ahead[i], r_mul(s->c[vector_row + j][m], s->c[velocity_row + k][n - m]));
-            behind[i] =
-                r_add(behind[i], r_mul(s->c[vector_row + k][m], s->c[velocity_row + j][n - m]));
+            ahead[i] = r_add(ahead[i], r_mul(s->c[row + j][m], s->c[u_row + k][n - m]));
+            behind[i] = r_add(behind[i], r_mul(s->c[row + k][m], s->c[u_row + j][n - m]));
         }
     for (int i = 0; i < 3; i++)
-        s->c[vector_row + i][n + 1] = r_div(r_sub(ahead[i], behind[i]), r_of(n + 1, 0.0));
+        s->c[row + i][n + 1] = r_div(r_sub(ahead[i], behind[i]), r_of(n + 1, 0.0));
 }
-/* Sets the (n + 1)-th coefficient of q: q' = q U / 2. The rows of U begin at `velocity_row`. */
-static void REAL(next_attitude)(REAL(terms) * s, int velocity_row, int n)
+static void REAL(next_attitude)(REAL(terms) * s, int u_row, int n)
 {
     real rate = r_of(0.0, 0.0);
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
-        const real along = REAL(product)(s, ROW_Q, velocity_row + i, n),
-                   across = r_sub(REAL(product)(s, ROW_Q + 1 + j, velocity_row + k, n),
-                                  REAL(product)(s, ROW_Q + 1 + k, velocity_row + j, n));
-        rate = r_sub(rate, REAL(product)(s, ROW_Q + 1 + i, velocity_row + i, n));
+        const real along = REAL(product)(s, ROW_Q, u_row + i, n),
+                   across = r_sub(REAL(product)(s, ROW_Q + 1 + j, u_row + k, n),
+                                  REAL(product)(s, ROW_Q + 1 + k, u_row + j, n));
+        rate = r_sub(rate, REAL(product)(s, ROW_Q + 1 + i, u_row + i, n));
         s->c[ROW_Q + 1 + i][n + 1] = r_div(r_add(along, across), r_of(2 * (n + 1), 0.0));
     }
     s->c[ROW_Q][n + 1] = r_div(rate, r_of(2 * (n + 1), 0.0));
 }
 /* Sets the n-th coefficients of the strongly damped u_i to the values for which u_i' is that of the
- * previous iteration. X depends on the u_i if there is a rotor (slow->gain). Returns the largest
- * absolute change. */
+ * previous iteration. A rotor couples the u_i (slow->gain). Returns the largest change. */
 static double REAL(solve_slow_velocities)(REAL(terms) * s, const slow_directions *slow, int n)
 {
     real force[3], off[3];
@@ -137,9 +132,9 @@ static double REAL(solve_slow_velocities)(REAL(terms) * s, const slow_directions
     }
     return moved;
 }
-/* Computes the coefficients of orders 0 to `order` of all rows except for q and the friction
- * variable, given the strongly damped u_i of the previous iteration. Returns the largest change of
- * a coefficient of order at most `order` / 2 of a strongly damped u_i. */
+/* Computes the coefficients of all rows except for q and the friction variable, given the strongly
+ * damped u_i of the previous iteration. Returns the largest change of a coefficient of order at
+ * most `order` / 2 of a strongly damped u_i. */
 static double REAL(iterate_once)(REAL(terms) * s, const slow_directions *slow, int order)
 {
     const int u = U_OF(slow);
@@ -179,8 +174,7 @@ static void REAL(read_vector)(real vector[3], const double high[4], const double
     (void)low; /* for doubles */
     for (int i = 0; i < 3; i++) vector[i] = r_of(high[1 + i], low[1 + i]);
 }
-/* Sets all coefficients of G. The members of from->sway (taylor.h) define G, a constant plus a
- * cosine. */
+/* Sets all coefficients of G, a constant plus a cosine (kr_series.sway, taylor.h). */
 static void REAL(expand_gravity)(REAL(terms) * s, const kr_series from[2])
 {
     real *g = s->c[ROW_G], sine = r_of(from[0].sway[1], from[1].sway[1]);
@@ -224,18 +218,17 @@ static void REAL(begin_expansion)(REAL(terms) * s, const slow_directions *slow,
     if (slow->shakes) REAL(expand_gravity)(s, from);
 }
 /* Sets the friction variable of a sliding top, which must be zero before, to the spin <U, a>, for
- * orders 0 to `order`. `from` contains the apex a. The rows of U begin at `velocity_row`. */
-static void REAL(find_spin)(REAL(terms) * s, int velocity_row, int order, const kr_series from[2])
+ * orders 0 to `order`. The rows of U begin at `u_row`. */
+static void REAL(find_spin)(REAL(terms) * s, int u_row, int order, const kr_series from[2])
 {
     for (int n = 0; n <= order; n++)
         for (int i = 0; i < 3; i++)
             s->c[ROW_FRICTION][n] =
-                r_add(s->c[ROW_FRICTION][n], r_mul(r_of(from[0].apex[1 + i], from[1].apex[1 + i]),
-                                                   s->c[velocity_row + i][n]));
+                r_add(s->c[ROW_FRICTION][n],
+                      r_mul(r_of(from[0].apex[1 + i], from[1].apex[1 + i]), s->c[u_row + i][n]));
 }
-/* Sets the friction variable while friction holds the top, for all orders below `order`: the
- * friction torque <a, A (W' - X) + D U> divided by its maximum `friction`. 1 / rate is the unit of
- * time. */
+/* Sets the friction variable while friction holds the top, for orders below `order`: the friction
+ * torque <a, A (W' - X) + D U> divided by its maximum `friction`. The unit of time is 1 / rate. */
 static void REAL(find_friction_ratio)(REAL(terms) * s, const slow_directions *slow, double rate,
                                       double friction, int order)
 {
@@ -251,8 +244,7 @@ static void REAL(find_friction_ratio)(REAL(terms) * s, const slow_directions *sl
         s->c[ROW_FRICTION][n] = r_div(sum, r_of(friction, 0.0));
     }
 }
-/* Copies the coefficients of orders 0 to `order` of q, P, the friction variable and W: the high
- * words to to[0], the low words to to[1]. */
+/* Copies the first rows, q to W, up to `order`: the high words to to[0], the low words to to[1]. */
 static void REAL(write_coefficients)(const REAL(terms) * s, int order, kr_series to[2])
 {
     for (int n = 0; n <= order; n++)
@@ -263,8 +255,8 @@ static void REAL(write_coefficients)(const REAL(terms) * s, int order, kr_series
         }
 }
 /* Returns 1 if each strongly damped u_i at the end of the last step, whose series is `from`,
- * differs from the value s->c[..][0] on the manifold by at most `near` times the larger of bound[i]
- * and `scale`. Otherwise returns 0, and writes an estimate of the time until then to `wait`. */
+ * differs from its value on the manifold, s->c[..][0], by at most `near` times max(bound[i],
+ * scale). Otherwise writes an estimate of the time until then to `wait`, and returns 0. */
 static int REAL(is_on_manifold)(const REAL(terms) * s, const kr_series from[2],
                                 const slow_directions *slow, const double bound[3], double scale,
                                 double near, double *wait)
@@ -281,11 +273,11 @@ static int REAL(is_on_manifold)(const REAL(terms) * s, const kr_series from[2],
     return last == 0.0;
 }
 /* Expands the motion on the slow manifold about the end of the last step, and writes the
- * coefficients of orders 0 to `order` to p->series. The iteration ends when no coefficient of order
- * at most `order` / 2 changes by more than `noise` times the largest bound on a strongly damped
- * u_i. `near` is the argument of is_on_manifold; `friction` is the largest friction torque, if
- * friction holds the top. Returns 0 if the iteration does not converge, or if the motion is not on
- * the manifold. `wait` is then an estimate of the time to reach it, in the units of the series. */
+ * coefficients to p->series. The iteration ends when no coefficient of order at most `order` / 2
+ * changes by more than `noise` times the largest bound on a strongly damped u_i. `near` is the
+ * argument of is_on_manifold; `friction` is the largest friction torque, if friction holds the top.
+ * Returns 0 if the iteration does not converge, or if the motion is not on the manifold; `wait` is
+ * then an estimate of the time to reach it, in the units of the series. */
 static int REAL(expand)(kr_taylor *p, const slow_directions *slow, int order, double near,
                         double noise, double friction, double *wait)
 {

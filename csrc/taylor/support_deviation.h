@@ -11,17 +11,16 @@
  *                 inertial frame, of the top relative to the support, and of the support
  *     A, D, h, a  the inertia, the damping, the momentum of the rotor, and the apex (taylor.h)
  *     AW + h      `momentum`; D U `dragged`                f  `torque`: the friction torque
- *     B, F, y, E, d  the derivatives of A, D, h, O and a by the parameter of the tangent
+ *     B, F, y, E, d, g  the derivatives of A, D, h, O, a and f by the tangent's parameter
  *     k, b        the acceleration and the lever per unit of acceleration; the parameter decides
  *                 which of the two is replaced by its derivative
  *     K           `gradient`: the gravity gradient; K A P `steep`, (K A)' the parameter's change
- *     g           the change of f. While friction holds the top, that is, keeps the spin <U, a>
- *                 zero, g keeps the spin of the perturbed motion zero.
- * `real` and `real_vec` are the types of numbers and vectors (math/real.h). Arrays hold Taylor
- * coefficients; the n-th coefficient of a product is a sum over all j + m = n. */
+ * While friction holds the top, g is chosen such that the spin <U, a> of the perturbed motion
+ * remains zero. `real` and `real_vec` are the types of numbers and vectors (math/real.h). Arrays
+ * hold Taylor coefficients; the n-th one of a product is a sum over j + m = n. */
 
-/* Taylor series of the motion of the top (the path), expanded about the beginning of a substep.
- * `stiffness` is K A, `inverse_inertia` is <a / A, a> for the apex a, and `q` is the attitude. */
+/* Taylor series of the motion of the top (the path), about the beginning of a substep. `stiffness`
+ * is K A, `inverse_inertia` is <a / A, a>, and `q` is the attitude. */
 typedef struct REAL(moving_path) {
     real_vec velocity[TERMS], relative[TERMS], support[TERMS], momentum[TERMS], dragged[TERMS],
         vertical[TERMS], pulled[TERMS], steep[TERMS];
@@ -31,9 +30,9 @@ typedef struct REAL(moving_path) {
     real gradient, inverse_inertia, q[4];
     int has_friction, is_held;
 } REAL(moving_path);
-/* Taylor series of one tangent: `cross` is c x theta, `apex_change` is theta x a + d, and `apex` is
- * d. `tilted` is theta x K A P + K A (P x theta). `turn_loss` and `push_loss` are the inhomogeneous
- * terms of -theta' and -N'. */
+/* Taylor series of one tangent: `cross` is c x theta, `apex_change` theta x a + d, `apex` d, and
+ * `tilted` theta x K A P + K A (P x theta). -theta' and -N' have the inhomogeneous terms
+ * `turn_loss` and `push_loss`. */
 typedef struct REAL(moving_deviation) {
     real_vec turn[TERMS], push[TERMS], cross[TERMS], apex_change[TERMS], turn_loss[TERMS],
         push_loss[TERMS], tilted[TERMS], apex;
@@ -45,10 +44,7 @@ static real_vec REAL(zero)(void)
     return r_vdd(vdd_of(none));
 }
 static real REAL(sum_components)(real_vec a) { return r_add(r_add(a.x, a.y), a.z); }
-/* Returns 1 / (n + 1). */
 static real REAL(share)(int n) { return r_div(r_of(1.0, 0.0), r_of(n + 1, 0.0)); }
-/* Returns the n-th coefficient of the product of a series `a` of numbers and a series of
- * vectors. */
 static real_vec REAL(multiply_series)(const real a[], const real_vec b[], int n)
 {
     real_vec sum = REAL(zero)();
@@ -70,8 +66,8 @@ static real_vec REAL(cross)(const real_vec a[], const real_vec b[], int n)
     }
     return VEC(sub)(up, down);
 }
-/* Returns the body-frame components of `vector`, which is given in the space frame. The attitude q,
- * a unit quaternion, is stored as its real part and three imaginary parts. */
+/* Returns the body-frame components of `vector`, which is given in the space frame. The attitude is
+ * q[0] + q[1] i + q[2] j + q[3] k, a unit quaternion. */
 static real_vec REAL(rotate_to_body)(const real q[4], const double vector[3])
 {
     real sum[3];
@@ -231,7 +227,6 @@ static void REAL(set_parameter_terms)(const REAL(moving_path) * p, REAL(moving_d
     d->apex = r_get(g, apex_of + 1);
     d->push_loss[0] = VEC(sub)(d->push_loss[0], VEC(scale)(torque, p->apex));
 }
-/* Returns the n-th coefficient of theta', given the coefficients 0 to n of theta and N. */
 static real_vec REAL(find_theta_rate)(const REAL(moving_path) * p, const REAL(moving_deviation) * d,
                                       int n)
 {
@@ -239,7 +234,6 @@ static real_vec REAL(find_theta_rate)(const REAL(moving_path) * p, const REAL(mo
     return VEC(add)(VEC(sub)(VEC(over)(gained, p->A), d->turn_loss[n]),
                     REAL(cross)(d->turn, p->velocity, n));
 }
-/* Returns the n-th coefficient of the change of the spin <U, a> due to a tangent. */
 static real REAL(find_spin_change)(const REAL(moving_path) * p, const REAL(moving_deviation) * d,
                                    int n)
 {
@@ -269,7 +263,6 @@ static real_vec REAL(find_gradient_change)(const REAL(moving_path) * p, REAL(mov
                             VEC(times)(p->stiffness, REAL(cross)(p->vertical, d->turn, n)));
     return REAL(cross)(p->vertical, d->tilted, n);
 }
-/* Sets the (n + 1)-th coefficients of theta and N, given those of orders 0 to n. */
 static void REAL(next_deviation)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                                  int has_gradient, int n)
 {
@@ -287,8 +280,8 @@ static void REAL(next_deviation)(const REAL(moving_path) * p, REAL(moving_deviat
     if (p->has_friction) REAL(add_friction)(p, d, n);
 }
 /* Computes the Taylor coefficients of n tangents from those of order 0. If `jump_factor` is not
- * NULL, only subtracts jump_factor * (change of the spin) * a from N at the end of the step; `path`
- * must then begin at the end of the step. 1 / rate is the unit of time. */
+ * NULL, only subtracts jump_factor * (change of the spin) * a from N at the end of the step, where
+ * `path` must then begin. 1 / rate is the unit of time. */
 static void REAL(change_tangents)(const kr_motion *motion, double rate, const kr_series path[2],
                                   kr_tangent *first, size_t n, int order, const dd *jump_factor)
 {

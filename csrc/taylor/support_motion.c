@@ -1,11 +1,10 @@
 /* Initial values and steps of the Taylor series for tops with dry friction or on moving supports
  * (series.h). The spin is <U, a> for the angular velocity U = W - O of the top relative to the
- * support, and the apex a. The friction mode is `sliding` or `held`: friction holds the top if the
- * friction torque keeps the spin zero. Within a step, the friction variable is a polynomial in
- * time: the spin of a sliding top, or the friction torque on a held top divided by its maximum. It
- * is stored in lane 0 of W. A step ends where the spin reaches zero or the friction torque its
- * maximum, accurate to double precision, or to double-double precision if more than 16 digits are
- * requested. */
+ * support, and the apex a. Friction holds the top if the friction torque keeps the spin zero.
+ * Within a step, the friction variable, in lane 0 of W, is a polynomial in time: the spin of a
+ * sliding top, or the friction torque on a held top divided by its maximum. A step ends where the
+ * spin reaches zero or the friction torque its maximum, accurate to double precision, or to
+ * double-double precision if more than 16 digits are requested. */
 #include <float.h>
 #include <string.h>
 #include "slow.h"
@@ -15,25 +14,21 @@
  * below this threshold is treated as zero. DEEP: with more than 16 digits. */
 #define NEGLIGIBLE_SPIN 0x1p-48
 #define NEGLIGIBLE_SPIN_DEEP 0x1p-92
-/* Rounding error of the initial spin divided by the largest term of the sum <U, a>. Initial states
- * are given in double precision. */
+/* Rounding error of the initial spin, given in doubles, divided by the largest term of <U, a>. */
 #define ROUNDED_SPIN 0x1p-44
 /* A spin acceleration opposite to the direction of sliding, in the units of the series, prevents
- * sliding only if it is above this threshold, which is far above rounding errors. A smaller
- * acceleration has no effect, because the spin stays negligible until the sign of the acceleration
- * has changed. */
+ * sliding only if it is above this threshold, which is far above rounding errors. If smaller, the
+ * spin stays negligible until the acceleration changes its sign. */
 #define OPPOSED_ACCELERATION 0x1p-32
 /* Width of the intervals at which bisection stops, as a fraction of the step. */
 #define NARROW_PART 0x1p-30
-/* Newton's method stops if a correction, divided by the step size, is above FARTHEST_PART or, from
- * the iteration NEWTON_LEAST on, below CONVERGED_PART; at the latest after NEWTON_MOST
- * iterations. */
+/* Newton's method stops if a correction, divided by the step size, is above FARTHEST_PART, or after
+ * NEWTON_LEAST iterations below CONVERGED_PART, at the latest after NEWTON_MOST iterations. */
 #define FARTHEST_PART 0x1p-20
 #define CONVERGED_PART 0x1p-50
 #define NEWTON_LEAST 3
 #define NEWTON_MOST 8
 
-/* Returns the time derivative of the spin at the end of the last step without dry friction. */
 static double frictionless_spin_rate(const kr_series *s)
 {
     const kr_vec3 W = v_of(s->end_w + 1), O = v_of(s->turn + 1);
@@ -63,9 +58,9 @@ static void decide_hold(kr_taylor *p, const kr_motion *motion, double torque_rat
     p->sliding = fabs(torque_ratio) <= 1.0 ? 0.0 : along;
 }
 /* Returns the threshold below which the spin of the initial state is treated as zero, in the units
- * of the series. The threshold is NEGLIGIBLE_SPIN, and lower if damping is so strong that the unit
- * of time is much shorter than the time scale of the motion. It is never below the rounding error
- * of the spin <W - O, a>, whose terms may cancel. */
+ * of the series. If damping is so strong that the unit of time is much shorter than the time scale
+ * of the motion, the threshold is lower, but never below the rounding error of the spin <W - O, a>,
+ * whose terms may cancel. */
 static double negligible_spin(const kr_motion *motion)
 {
     const kr_taylor *p = taylor_of(motion);
@@ -163,7 +158,6 @@ static dd refine_friction_limit(const kr_series s[2], int order, double value, d
     }
     return h;
 }
-/* Ends the step at the time `h` after its beginning. `deep`: with more than 16 digits. */
 static void end_step_after_time(kr_series s[2], const kr_kernel *kernel, int deep, dd h)
 {
     const dd to = dd_add(dd_add(dd_of(s[0].t), dd_of(s[1].t)), h);
@@ -171,7 +165,6 @@ static void end_step_after_time(kr_series s[2], const kr_kernel *kernel, int dee
     s[1].at = deep ? to.lo : 0.0;
     kr_taylor_end_at(s, kernel);
 }
-/* Returns the time derivative of the friction variable at the end of the step. */
 static dd find_end_slope(const kr_series s[2], int order)
 {
     const dd h =
@@ -181,9 +174,8 @@ static dd find_end_slope(const kr_series s[2], int order)
         sum = dd_add(dd_mul(sum, h), dd_times(i, dd_make(s[0].w[i][0], s[1].w[i][0])));
     return sum;
 }
-/* Returns 1 if the spin, initially of the sign `sliding`, has the other sign at the end of the
- * step, but remains within `noise` of zero, so that find_friction_limit does not detect the
- * change. */
+/* Returns 1 if the spin, initially of the sign `sliding`, has the other sign at the end of the step
+ * but is within `noise` of zero, so that find_friction_limit does not detect the change. */
 static int spin_crosses_zero(const kr_series s[2], int order, double sliding, double noise)
 {
     const double span = s->end - s->t;
@@ -204,8 +196,8 @@ static int is_slide_opposed(const kr_taylor *p, const kr_motion *motion)
 /* Sets p->sliding and p->before_hold after a step in which the friction variable has reached the
  * limit `value`: 0 for the spin, 1 or -1 for the friction torque. If the tolerance is large, the
  * spin may accelerate opposite to the chosen direction of sliding. Friction then holds the top,
- * because the next step would have length zero. On the slow manifold (`is_slow`, slow.c), this is
- * not tested: the acceleration is a difference of large torques, and its sign is unknown. */
+ * because the next step would have length zero. The slow manifold (`is_slow`) has no such test,
+ * because the acceleration is a difference of large torques, and its sign is unknown. */
 static void update_mode(kr_taylor *p, const kr_motion *motion, int order, double value, int is_slow)
 {
     kr_series *s = p->series;
@@ -215,9 +207,8 @@ static void update_mode(kr_taylor *p, const kr_motion *motion, int order, double
     if (before == 0.0) {
         p->sliding = -value;
     } else {
-        /* The torque that friction has to balance is computed from the slope of the spin and the
-         * friction during the last step, not from the velocity, whose rounding errors strong
-         * damping amplifies. */
+        /* The slope of the spin and the last friction determine the torque that friction has to
+         * balance. The velocity does not: strong damping amplifies its rounding errors. */
         p->before_hold = before;
         decide_hold(p, motion, slope * s->per_grip + before);
     }
@@ -299,8 +290,7 @@ static kr_status step_support(kr_motion *motion, const kr_kernel *kernel)
     if (rubs && p->sliding == 0.0 && forward < 0.0) return KR_ERR_STOPPED;
     const int is_slow = kr_slow_step(motion, kernel, &kr_supports, &log2_tol);
     if (!is_slow) {
-        /* While the top slides, the unit of time is chosen so that the friction variable does not
-         * shorten the steps. */
+        /* While the top slides, choose a unit of time in which friction does not shorten steps. */
         if (rubs)
             kr_taylor_set_rate(p, motion,
                                p->sliding == 0.0 ? p->held_rate : fmax(p->rate, p->first_rate),

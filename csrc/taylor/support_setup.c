@@ -39,8 +39,8 @@ static double shaking_rate(const kr_motion *motion)
 {
     return kr_scene_shakes(motion->scene) ? motion->time_unit * motion->scene->shaking.rate : 0.0;
 }
-/* Returns mass * acceleration * (center of mass) in internal units, along the principal axes. The
- * acceleration is in the user's units. */
+/* Returns mass * acceleration * (center of mass) in internal units, along the principal axes, for
+ * an acceleration in the user's units. */
 static vec_dd effective_lever(const kr_motion *motion, dd acceleration)
 {
     kr_scene scene = *motion->scene;
@@ -88,8 +88,8 @@ double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held)
     const double stop = is_held ? 0.0 : sqrt(kr_support_friction(motion, 1.0) / least);
     return fmax(fmax(shaking_rate(motion), stop), turning + sqrt(energy / least));
 }
-/* Returns the unit vector along the principal axes to the center of mass, or to T if there is none
- * (kreisel.h). */
+/* Returns the apex (kreisel.h): the unit vector to the center of mass along principal axes, or
+ * T. */
 static vec_dd find_apex(const kr_motion *motion)
 {
     const vec_dd along = motion->body->com;
@@ -165,7 +165,6 @@ void kr_support_phase(const kr_motion *motion, double rate, double end, double l
                  dd_add(dd_times(scene->shaking.rate, t), dd_of(scene->shaking.phase)));
     dd_sincos(angle, sine, cosine);
 }
-/* Sets sway[0] and sway[1] (taylor.h) for the end of the last step. */
 static void set_gravity_oscillation(kr_series s[2], const kr_motion *motion, double rate)
 {
     const dd sway = dd_make(s[0].sway_most, s[1].sway_most);
@@ -174,7 +173,6 @@ static void set_gravity_oscillation(kr_series s[2], const kr_motion *motion, dou
     set_words(&s[0].sway[0], dd_mul(sway, cosine));
     set_words(&s[0].sway[1], dd_mul(sway, sine));
 }
-/* Sets `turn`, the support's angular velocity in the body frame at the end of the last step. */
 static void set_support_velocity(kr_series s[2], const kr_motion *motion, double rate)
 {
     const kr_vec3 own = v_scale(motion->time_unit / rate, motion->scene->turning);

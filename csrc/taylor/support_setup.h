@@ -12,19 +12,17 @@ static inline int kr_support_moves(const kr_scene *scene)
 {
     return scene && kr_scene_needs_support_terms(scene);
 }
-/* Returns an upper bound on the rates of the support, of the friction (unless `is_held` is nonzero)
- * and of the rotation of a top with the angular velocity W, all in internal units. The bound
- * determines the unit of time of the series. If shaking later increases the energy, the steps
- * adjust the unit of time. */
+/* Returns an upper bound, in internal units, on the rates of the support, of the friction (unless
+ * `is_held` is nonzero) and of the rotation of a top with the angular velocity W. It determines the
+ * unit of time of the series. If shaking later increases the energy, the steps adjust this unit. */
 double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held);
 /* Sets the constants in `s` that describe the support and the friction. Returns the lever arm of
  * the effective gravity in internal units. */
 vec_dd kr_support_set_constants(kr_series s[2], const kr_motion *motion, double rate);
-/* Returns the lever arm of the effective gravity G = base + sway cos(...) (series.h) in internal
- * units, and writes `base` and `sway`. */
+/* Returns the lever arm, in internal units, of the effective gravity G = base + sway cos(...)
+ * (series.h), and writes `base` and `sway`. */
 vec_dd kr_support_split(const kr_motion *motion, dd *base, dd *sway);
-/* Writes the cosine and the sine of the phase of the shaking at the time `end` + `low` since the
- * start, in the unit of time 1 / rate. */
+/* Writes the cosine and sine of the phase of the shaking at the time `end` + `low` of a series. */
 void kr_support_phase(const kr_motion *motion, double rate, double end, double low, dd *cosine,
                       dd *sine);
 /* Sets the angular velocity of the support and the oscillating part of the effective gravity at the
@@ -36,8 +34,8 @@ void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate
 void kr_support_set_mode(const kr_motion *motion);
 /* Returns the sign of the spin of a sliding top, or 0 while friction holds the top. */
 double kr_support_sliding(const kr_series *s);
-/* Larger friction torques are replaced by this torque, because they would overflow. A top with so
- * large a friction torque stops within a time smaller than the rounding error of the time. */
+/* Upper limit of the friction torque, because larger values would overflow. Such a torque stops a
+ * top within a time smaller than the rounding error of the time. */
 #define MOST_FRICTION 1e250
 /* Returns the magnitude of the friction torque, with 1 / rate as the unit of time. */
 static inline double kr_support_friction(const kr_motion *motion, double rate)
@@ -51,9 +49,8 @@ static inline double kr_support_friction(const kr_motion *motion, double rate)
 void kr_support_expand_tangents(const kr_motion *motion, double rate, const kr_series path[2],
                                 struct kr_tangent *first, size_t n, int order);
 /* Changes n single tangents (tangents.h), because the friction torque jumps at the end of the last
- * step, whose series is `ended`: subtracts factor * (derivative of the spin) * apex from the
- * momentum change N of each. `jumps` of kr_support_ops writes `factor`. A tangent whose derivative
- * of the spin is zero does not change. */
+ * step, whose series is `ended`: subtracts factor * (derivative of the spin) * apex from each
+ * momentum change N, unless the derivative is zero. kr_support_ops.jumps writes `factor`. */
 void kr_support_jump_tangents(const kr_motion *motion, double rate, const kr_series ended[2],
                               struct kr_tangent *first, size_t n, dd factor);
 
@@ -67,20 +64,16 @@ typedef struct kr_support_ops {
     void (*limit_steps)(kr_series s[2], const kr_motion *motion, double rate);
     void (*set_mode)(const kr_motion *motion);
     double (*sliding)(const kr_series *s);
-    /* Finds the directions about which damping may be strong if friction holds the top (slow.h). */
     void (*find_held)(const kr_motion *motion, struct slow_directions *slow);
-    /* Sets the friction mode of the initial state. */
     void (*start)(const kr_motion *motion);
-    /* Computes the next step. The step ends at the latest when the spin vanishes or friction can no
-     * longer hold the top. */
+    /* Computes the next step, at most until the spin vanishes or friction cannot hold the top. */
     kr_status (*step)(kr_motion *motion, const kr_kernel *kernel);
     /* Writes the time derivatives of the attitude and the vertical (x) and of the angular velocity
      * (w) at the end of the last step, for the friction mode of this step. */
     void (*slopes)(const kr_motion *motion, double x[8], double w[4]);
     /* Returns 1 if the friction torque is discontinuous at the end of the last step, and then
      * writes the argument `factor` of jump_tangents. `factor` is NaN if the top starts without spin
-     * and friction cannot hold the top: the direction of the friction then depends on the sign of
-     * the perturbation. */
+     * and friction cannot hold it: the sign of the friction then depends on the perturbation. */
     int (*jumps)(const kr_motion *motion, int order, dd *factor);
     void (*expand_tangents)(const kr_motion *motion, double rate, const kr_series path[2],
                             struct kr_tangent *first, size_t n, int order);

@@ -47,8 +47,7 @@ static void set_acceleration_coefficients(const kr_motion *motion, double rate, 
 #include "math/real.h"
 #include "support_deviation.h"
 
-/* Computes the Taylor coefficients of n tangents or, if `jump_factor` is not NULL, only applies a
- * jump (kr_support_jump_tangents). */
+/* Expands n tangents or, if `jump_factor` is not NULL, applies kr_support_jump_tangents to them. */
 static void change_tangents(const kr_motion *motion, double rate, const kr_series path[2],
                             kr_tangent *first, size_t n, int order, const dd *jump_factor)
 {

@@ -117,7 +117,6 @@ static void store_vector(const tangent_set *t, double *high, size_t stride, vec_
         for (size_t i = 0; i < 3; i++)
             high[word * sizeof(kr_tangent) / sizeof(double) + i * stride] = words[word][i];
 }
-/* Writes v to the components k to k + 2 of (theta, N) in the member `numbers` of a tangent. */
 static void store_components(const tangent_set *t, const deviation_address *at, double *numbers,
                              size_t k, vec_dd v)
 {
@@ -177,7 +176,6 @@ static void set_derivatives(const tangent_set *t, const deviation_address *at, c
     g->changes = fmax(g->changes, fmax(v_largest(seed->moments), v_largest(vdd_high(seed->lever))));
     g->drag_changes = fmax(g->drag_changes, v_largest(seed->damping));
 }
-/* Applies kr_support_ops.jump_tangents if the friction torque jumps at the end of the last step. */
 static void apply_friction_jump(const tangent_set *t)
 {
     const kr_taylor *p = taylor_of(t->motion);
@@ -197,7 +195,6 @@ static int needs_support_terms(const kr_motion *motion, size_t n, const kr_seed 
             return 1;
     return kr_support_moves(motion->scene);
 }
-/* Initializes n tangents at the current state, the end of the last step of the motion. */
 static void start_tangents(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[])
 {
     kr_taylor *p = taylor_of(motion);
