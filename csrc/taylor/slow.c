@@ -8,15 +8,14 @@
  * (series.h). On a support at rest, U = W and G = 1. The rotor torque h x W is on the left side,
  * because it is linear in W and may exceed the damping torque. All other coefficients are computed
  * by the explicit recurrence of taylor.h. The radius of convergence is that of the slow motion, so
- * steps can be long. The explicit recurrence alone would limit steps to about one damping time A /
- * D, because the problem is stiff. It is used until the motion reaches the manifold, with an
+ * steps can be long. The explicit recurrence alone would limit steps to about one damping time
+ * A / D, because the problem is stiff. It is used until the motion reaches the manifold, with an
  * absolute tolerance proportional to the small angular velocity that the top has on the manifold. A
  * motion that has reached the manifold stays there, although rounding errors grow relative to the
- * angular velocity while the top comes to rest. A top with dry friction has two slow manifolds.
- * While the top slides, the friction torque is constant. While friction holds the top, that is,
- * keeps the spin about the apex zero, damping acts only about the two directions normal to the
- * apex. u_i is the component of U along a direction v_i, and d_i its damping rate
- * (slow_directions.h). */
+ * angular velocity while the top comes to rest. While a top with dry friction slides, the friction
+ * torque is constant. While friction holds the top, that is, keeps the spin about the apex zero,
+ * damping acts only about the two directions normal to the apex. u_i is the component of U along a
+ * direction v_i, and d_i its damping rate (slow_directions.h). */
 #include <string.h>
 #include "math/dd.h"
 #include "model/scene.h"
@@ -114,8 +113,8 @@ static void bound_slow_velocities(const kr_taylor *p, const slow_directions *slo
 }
 /* Returns the velocity by which the relative tolerance is multiplied: the smallest non-negligible
  * bound[i] on a strongly damped u_i (bound_slow_velocities), or the largest angular velocity if all
- * bound[i] are 0. While friction holds the top, the result is not below the rounding error of the
- * sums u_i, which is proportional to the largest component of W. */
+ * bound[i] are 0. On a rotating support or while friction holds the top, the result is at least
+ * ROUNDED times the other velocities from which u_i is computed with rounding errors. */
 static double error_scale(const kr_taylor *p, const slow_directions *slow, const double bound[3])
 {
     const kr_series *s = p->series;
@@ -212,8 +211,8 @@ static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const k
     if (slow->supports) slow->supports->place(s, motion, p->rate);
 }
 /* Returns 1 if a Taylor expansion on the slow manifold is worth trying. The distance of each
- * strongly damped u_i from the manifold, about |u_i'| / d_i, must be at most bound[i] / 4
- * (bound_slow_velocities), `near` times error_scale or, if the transient has decayed
+ * strongly damped u_i from the manifold, about |u_i'| / d_i, must be at most the largest of
+ * bound[i] / 4 (bound_slow_velocities), `near` times error_scale and, if the transient has decayed
  * (`is_settled`), |u_i| / 4. */
 static int may_be_near_manifold(const kr_taylor *p, const slow_directions *slow, double near,
                                 int is_settled)

@@ -10,8 +10,7 @@
  * While friction holds the top, U and the two v_i are perpendicular to the apex a (taylor.h), and
  * the friction torque, <a, A (W' - X) + D U>, is along a and absent from these equations. */
 
-/* The directions v_i, and a set of strongly damped directions. Rates are in internal units
- * (method.h), not in those of the Taylor series. */
+/* The directions v_i, and a set of strongly damped ones. Rates are in internal units (method.h). */
 typedef struct slow_directions {
     int count, is_held;             /* number of directions; 1 if friction holds the top */
     dd v[3][3], dual[3][3];         /* v_i and A v_i / a_i */

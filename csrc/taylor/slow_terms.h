@@ -3,11 +3,11 @@
  * are the angular velocities of the top, of its support, and of the top relative to the support. q
  * is the attitude, P the vertical (taylor.h), and G the effective gravity (series.h). The
  * components u_i of U along the directions v_i (slow_directions.h) satisfy
- *     u_i' = (component of X - O' along v_i) - d_i u_i
- * where X is the angular acceleration without damping, and d_i a damping rate. The friction
- * variable is the spin <U, a> about the apex a while the top slides, and the ratio of the friction
- * torque to its maximum while friction holds the top. c[row][n] is the n-th coefficient of the
- * number in a row (slow.c). The rows of G P, U and u_i begin at GP_OF, U_OF and U_ROW. */
+ *     u_i' = <A v_i, X - O'> / a_i - d_i u_i,   a_i = <v_i, A v_i>
+ * where A is the inertia, X the angular acceleration without damping, and d_i a damping rate. The
+ * friction variable is the spin <U, a> about the apex a while the top slides, and the ratio of the
+ * friction torque to its maximum while friction holds the top. c[row][n] is the n-th coefficient of
+ * the number in a row (slow.c). The rows of G P, U and u_i begin at GP_OF, U_OF and U_ROW. */
 
 typedef struct REAL(terms) {
     real c[ROWS][KR_TAYLOR_MAX + 2];
@@ -49,7 +49,7 @@ static void REAL(find_acceleration)(const REAL(terms) * s, const slow_directions
         acceleration[i] = r_add(acceleration[i], r_mul(s->behind[i], s->c[ROW_W + k][n]));
     }
 }
-/* Returns <A v_i, vector> / a_i, the component along v_i of a vector in the span of all v_i. */
+/* Returns <A v_i, vector> / a_i, which is called the component of the vector along v_i. */
 static real REAL(find_component)(const REAL(terms) * s, int i, const real vector[3])
 {
     real sum = r_of(0.0, 0.0);

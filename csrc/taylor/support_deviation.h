@@ -31,8 +31,8 @@ typedef struct REAL(moving_path) {
     int has_friction, is_held;
 } REAL(moving_path);
 /* Taylor series of one tangent: `cross` is c x theta, `apex_change` theta x a + d, `apex` d, and
- * `tilted` theta x K A P + K A (P x theta). -theta' and -N' have the inhomogeneous terms
- * `turn_loss` and `push_loss`. */
+ * `tilted` theta x K A P + K A (P x theta). `turn_loss` and `push_loss` are inhomogeneous terms of
+ * -theta' and -N'. */
 typedef struct REAL(moving_deviation) {
     real_vec turn[TERMS], push[TERMS], cross[TERMS], apex_change[TERMS], turn_loss[TERMS],
         push_loss[TERMS], tilted[TERMS], apex;

@@ -196,8 +196,8 @@ static int is_slide_opposed(const kr_taylor *p, const kr_motion *motion)
 /* Sets p->sliding and p->before_hold after a step in which the friction variable has reached the
  * limit `value`: 0 for the spin, 1 or -1 for the friction torque. If the tolerance is large, the
  * spin may accelerate opposite to the chosen direction of sliding. Friction then holds the top,
- * because the next step would have length zero. The slow manifold (`is_slow`) has no such test,
- * because the acceleration is a difference of large torques, and its sign is unknown. */
+ * because the next step would have length zero. On the slow manifold (`is_slow`), this is not
+ * tested: the acceleration is a difference of large torques, and its sign is unknown. */
 static void update_mode(kr_taylor *p, const kr_motion *motion, int order, double value, int is_slow)
 {
     kr_series *s = p->series;
@@ -207,8 +207,8 @@ static void update_mode(kr_taylor *p, const kr_motion *motion, int order, double
     if (before == 0.0) {
         p->sliding = -value;
     } else {
-        /* The slope of the spin and the last friction determine the torque that friction has to
-         * balance. The velocity does not: strong damping amplifies its rounding errors. */
+        /* The torque to balance is computed from the slope of the spin and the last friction, not
+         * from the velocity, whose rounding errors strong damping amplifies. */
         p->before_hold = before;
         decide_hold(p, motion, slope * s->per_grip + before);
     }

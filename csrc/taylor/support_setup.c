@@ -88,8 +88,7 @@ double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held)
     const double stop = is_held ? 0.0 : sqrt(kr_support_friction(motion, 1.0) / least);
     return fmax(fmax(shaking_rate(motion), stop), turning + sqrt(energy / least));
 }
-/* Returns the apex (kreisel.h): the unit vector to the center of mass along principal axes, or
- * T. */
+/* Returns the apex (kreisel.h), a unit vector, along the principal axes. */
 static vec_dd find_apex(const kr_motion *motion)
 {
     const vec_dd along = motion->body->com;
