@@ -168,7 +168,8 @@ static void add_momentum(const step_view *v, double factor, int axis, double *c)
     add_space_component(v, axis == 0 ? 1 : 0, v_scale(factor, motion->lever), torque);
     for (int n = 0; n < v->order; n++) c[n + 1] += torque[n] / (n + 1);
 }
-/* Adds to c `factor` times <along, U>, where U is the angular velocity relative to the support. */
+/* Adds to c `factor` times <along, U>, where U is the angular velocity of the top relative to the
+ * support, and `along` a body-fixed vector. */
 static void add_relative_velocity(const step_view *v, double factor, kr_vec3 along, double *c)
 {
     double turning[3];
@@ -233,7 +234,7 @@ static void add_component(const step_view *v, double factor, int number, double 
 }
 
 /* Returns an upper bound on the magnitude of a state component in its unit (component_unit), in
- * which |W| <= 1. The energy limits W about the axis i to sqrt(least moment / A_i). */
+ * which |W| <= 1. On a fixed support, the energy limits W_i to sqrt(least moment / A_i). */
 static double component_bound(const kr_top *top, double rate, int number)
 {
     const double rotor = v_length(top->main.rotor) / rate;
@@ -351,9 +352,8 @@ int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *p, const kr
     const int first = e->extremum ? 1 : 0, degree = p->order - first;
     double power[2] = {1.0, p->span}, reached[2] = {0.0, 0.0}, end[ROOM];
     if (kr_event_is_held(p, e)) {
-        /* While friction holds the top, the spin is zero. Return a constant with the sign opposite
-         * to that of the spin before, so that the stop is a sign change. At the end of the step,
-         * find_next_sign_change discards this sign. */
+        /* While friction holds the top, the spin is zero. The sign opposite to that of the spin
+         * before makes the stop a sign change. find_next_sign_change later discards this sign. */
         c[0] = -p->held * convert_factor(top, p->rate, e->terms);
         return 0;
     }

@@ -4,8 +4,8 @@
  * interval that may contain both is bisected (de Casteljau; Lane and Riesenfeld 1981) until the
  * values are indistinguishable from zero. A sign is certain only if the value exceeds the rounding
  * noise. Two roots between which no value exceeds the noise are a double root without a sign
- * change. The last sign is passed on to the next step of the motion, so that a root at the boundary
- * of two steps is found once. */
+ * change. The last sign is passed on to the next step, so that a root between two steps is found
+ * once. */
 #include "sign_changes.h"
 
 typedef enum search_outcome { NO_ROOT, ROOT_FOUND, UNDECIDED } search_outcome;
@@ -82,7 +82,7 @@ static int is_sign_decided(const kr_sign_search *r, const double *bernstein, dou
 }
 /* Searches the interval [low, high], after r->mark, for the first sign change. `bernstein` has the
  * Bernstein coefficients of the truncated polynomial on this interval, and is overwritten. Returns
- * UNDECIDED if this would need the omitted terms. */
+ * UNDECIDED if the omitted terms are needed. */
 static search_outcome search_interval(kr_sign_search *r, double *bernstein, double low, double high)
 {
     const int n = r->used;

@@ -138,9 +138,9 @@ static kr_status reset_bsimp(kr_motion *motion, const kr_state *start)
     return ode_begin(motion, start, gsl_odeiv2_step_bsimp);
 }
 
-/* Returns the largest permitted step size for the angular velocity W: the smallest that one of the
- * limits most_turn, most_fall and most_pull permits. A rotor with angular momentum h rotates W in
- * the body frame at a rate of at most |h| / I, where I is the smallest moment of inertia. */
+/* Returns the largest step size that most_turn, most_fall and most_pull permit at the angular
+ * velocity W. A rotor with angular momentum h rotates W in the body frame at a rate of at most |h|
+ * / I, where I is the smallest moment of inertia. */
 static double find_longest_step(const kr_motion *motion, kr_vec3 W)
 {
     const kr_vec3 I = motion->inertia, l = motion->lever;

@@ -167,8 +167,8 @@ static double largest_torque(const kr_motion *motion)
     return pull * largest_effective_gravity(s) + friction +
            turning * (2.0 * v_largest(A) * turning + v_length(motion->rotor));
 }
-/* Returns log2 of the largest absolute n-th Taylor coefficient, or -LOG2_AT_REST if all are zero.
- * The n-th power of the resulting step size is about 2^LOG2_AT_REST, which does not overflow. */
+/* Returns log2 of the largest absolute n-th coefficient of q, P and W, or -LOG2_AT_REST if all are
+ * zero. In log2_step_size, h^n is then about 2^LOG2_AT_REST, which does not overflow. */
 static double log2_norm(const kr_series *s, int n)
 {
     double size = 0.0;
@@ -210,10 +210,10 @@ static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const k
     kr_taylor_end_at(s, kernel);
     if (slow->supports) slow->supports->place(s, motion, p->rate);
 }
-/* Returns 1 if a Taylor expansion on the slow manifold is worth trying. The distance of each
- * strongly damped u_i from the manifold, about |u_i'| / d_i, must be at most the largest of
- * bound[i] / 4 (bound_slow_velocities), `near` times error_scale and, if the transient has decayed
- * (`is_settled`), |u_i| / 4. */
+/* Returns 1 if an expansion on the slow manifold is worth trying: the distance |u_i'| / d_i of each
+ * strongly damped u_i from the manifold is at most the largest of bound[i] / 4
+ * (bound_slow_velocities), `near` times error_scale and, after the transient (`is_settled`), |u_i|
+ * / 4. */
 static int may_be_near_manifold(const kr_taylor *p, const slow_directions *slow, double near,
                                 int is_settled)
 {
@@ -298,7 +298,7 @@ static int may_be_slow(const kr_motion *motion)
            STRONG_ALONE * fmax(fabs(w[0]), fmax(fabs(w[1]), fabs(w[2])));
 }
 /* Initializes all members of `slow` except for the choice of the strongly damped directions.
- * Returns 0 if no damping rate is large compared with the rate `undamped` of other effects. */
+ * Returns 0 if no damping rate is large compared with `undamped`, the rate of the undamped top. */
 static int find_directions(const kr_motion *motion, double undamped, const kr_support_ops *supports,
                            slow_directions *slow)
 {
@@ -318,9 +318,9 @@ static int find_directions(const kr_motion *motion, double undamped, const kr_su
         find_principal_axes(motion, slow);
     return 1;
 }
-/* Returns log2 of the tolerance for strongly damped steps that are not on a slow manifold. Their
- * angular velocity, to which the permitted error is proportional, is about the rate `undamped` of
- * other effects, and thus smaller than p->rate, the unit of the series. */
+/* Returns log2 of the tolerance for strongly damped steps that are not on a slow manifold. Errors
+ * are relative to the angular velocity, which is about the rate `undamped` of other effects, and
+ * thus less than p->rate, the unit of the series. */
 static double log2_transient_tolerance(const kr_taylor *p, double undamped)
 {
     return p->log2_tol + log2(fmax(fmin(undamped / p->rate, 1.0), NEGLIGIBLE));

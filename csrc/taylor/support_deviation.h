@@ -31,8 +31,7 @@ typedef struct REAL(moving_path) {
     int has_friction, is_held;
 } REAL(moving_path);
 /* Taylor series of one tangent: `cross` is c x theta, `apex_change` theta x a + d, `apex` d, and
- * `tilted` theta x K A P + K A (P x theta). `turn_loss` and `push_loss` are inhomogeneous terms of
- * -theta' and -N'. */
+ * `tilted` theta x K A P + K A (P x theta). -theta' contains `turn_loss`, -N' `push_loss`. */
 typedef struct REAL(moving_deviation) {
     real_vec turn[TERMS], push[TERMS], cross[TERMS], apex_change[TERMS], turn_loss[TERMS],
         push_loss[TERMS], tilted[TERMS], apex;
@@ -156,7 +155,8 @@ static void REAL(read_path)(REAL(moving_path) * p, const kr_motion *motion, doub
     }
     if (p->is_held) REAL(read_coefficients)(p, path, order, rotor);
 }
-/* Subtracts k P x b from `push_loss`, with b = g->pull and the phase of the shaking in
+/* Subtracts k P x b from `push_loss`, where b is g->pull, t the time since the beginning of the
+ * series, and cosine and sine are those of the phase of the shaking:
  *     k = scale[0] + scale[1] cosine + scale[2] sine + scale[3] t sine */
 static void REAL(add_pull)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                            const kr_tangent *g, const dd scale[4], int order)

@@ -57,10 +57,9 @@ static void decide_hold(kr_taylor *p, const kr_motion *motion, double torque_rat
     const double along = (torque_ratio > 0.0) == (motion->step >= 0.0) ? 1.0 : -1.0;
     p->sliding = fabs(torque_ratio) <= 1.0 ? 0.0 : along;
 }
-/* Returns the threshold below which the spin of the initial state is treated as zero, in the units
- * of the series. If damping is so strong that the unit of time is much shorter than the time scale
- * of the motion, the threshold is lower, but never below the rounding error of the spin <W - O, a>,
- * whose terms may cancel. */
+/* Returns the threshold, in the units of the series, below which the initial spin is treated as
+ * zero. If damping is so strong that the unit of time is much shorter than the time scale of the
+ * motion, the threshold is lower, but never below the rounding error of the spin <W - O, a>. */
 static double negligible_spin(const kr_motion *motion)
 {
     const kr_taylor *p = taylor_of(motion);

@@ -83,9 +83,9 @@ static tangent_set find_tangents(const kr_motion *motion, double *memory, size_t
                          .words = count_words(motion->digits)};
 }
 
-/* Location of the numbers of a tangent. `from` is the struct of a single tangent, or the first
- * struct of a batch. In an array member of this struct, the first component of theta has the index
- * `first`. Each further component follows at a distance of `stride` doubles. */
+/* Location of a tangent: `from` is the struct of a single tangent, or the first struct of a batch.
+ * In an array member of this struct, the first component of theta has the index `first`. Each
+ * further component follows at a distance of `stride` doubles. */
 typedef struct {
     kr_tangent *from;
     size_t first, stride;

@@ -7,8 +7,8 @@
  * The notation is that of taylor.h. B, b, F and y are the derivatives of A, c, D and h with respect
  * to the parameter of the tangent. B and F are diagonal, like A and D. On moving supports, the
  * equations of the tangents have additional terms (support_deviation.h). The equations are linear
- * in theta and N, and require 18 products of Taylor coefficients per order. If the motion conserves
- * energy and vertical momentum, the tangents conserve the changes of both up to the tolerance. */
+ * in theta and N, with 18 products of Taylor coefficients per order. If the motion conserves energy
+ * and vertical momentum, the changes of both due to a tangent are constant up to the tolerance. */
 #ifndef KR_TANGENTS_H
 #define KR_TANGENTS_H
 #include "taylor.h"
