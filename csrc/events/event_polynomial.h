@@ -18,7 +18,7 @@ int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *piece, cons
                         double c[]);
 /* Returns 1 if the event function is a multiple of the spin, and friction keeps the spin zero. */
 int kr_event_is_held(const kr_step_polynomial *piece, const kr_event *event);
-/* Returns the sign in this step of an event function that is a multiple of the spin, if the top
+/* Returns the sign, in this step, of an event function that is a multiple of the spin, if the top
  * slides with dry friction. Otherwise returns 0. */
 int kr_event_side_by_friction(const kr_step_polynomial *piece, const kr_event *event);
 /* Absolute values below KR_TERMS_UNSURE times the bound kr_terms_bound count as zero. The larger

@@ -211,9 +211,8 @@ static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const k
     if (slow->supports) slow->supports->place(s, motion, p->rate);
 }
 /* Returns 1 if an expansion on the slow manifold is worth trying: the distance |u_i'| / d_i of each
- * strongly damped u_i from the manifold is at most the largest of bound[i] / 4
- * (bound_slow_velocities), `near` times error_scale and, after the transient (`is_settled`), |u_i|
- * / 4. */
+ * strongly damped u_i from it is at most the largest of bound[i] / 4 (bound_slow_velocities),
+ * `near` times error_scale and, after the transient (`is_settled`), |u_i| / 4. */
 static int may_be_near_manifold(const kr_taylor *p, const slow_directions *slow, double near,
                                 int is_settled)
 {
