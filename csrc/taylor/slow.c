@@ -190,7 +190,7 @@ static double log2_absolute_tolerance(const kr_taylor *p, const slow_directions 
 }
 
 /* Ends the step where the last Taylor terms are 2^log2_tol, and evaluates the series there. With
- * more than 16 digits, the terms after the leading ones are evaluated in double precision, so they
+ * more than 16 digits, the terms after the order `head` are evaluated in double precision, so they
  * must be less than 2^52 times 2^log2_tol. */
 static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                                   const slow_directions *slow, double log2_tol)

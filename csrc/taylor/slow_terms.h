@@ -110,8 +110,8 @@ static void REAL(next_attitude)(REAL(terms) * s, int u_row, int n)
     }
     s->c[ROW_Q][n + 1] = r_div(rate, r_of(2 * (n + 1), 0.0));
 }
-/* Sets the n-th coefficients of the strongly damped u_i to the values for which u_i' is that of the
- * previous iteration. A rotor couples the u_i (slow->gain). Returns the largest change. */
+/* Solves the equation for u_i' for the n-th coefficients of the strongly damped u_i, with u_i' from
+ * the previous iteration. slow->gain describes a rotor's part in X. Returns the largest change. */
 static double REAL(solve_slow_velocities)(REAL(terms) * s, const slow_directions *slow, int n)
 {
     real force[3], off[3];
@@ -255,8 +255,9 @@ static void REAL(write_coefficients)(const REAL(terms) * s, int order, kr_series
         }
 }
 /* Returns 1 if each strongly damped u_i at the end of the last step, whose series is `from`,
- * differs from its value on the manifold, s->c[..][0], by at most `near` times max(bound[i],
- * scale). Otherwise writes an estimate of the time until then to `wait`, and returns 0. */
+ * differs by at most `near` times the larger of bound[i] and `scale` from its value on the
+ * manifold, s->c[..][0]. Otherwise returns 0, and writes the estimated time until it does to
+ * `wait`. */
 static int REAL(is_on_manifold)(const REAL(terms) * s, const kr_series from[2],
                                 const slow_directions *slow, const double bound[3], double scale,
                                 double near, double *wait)
@@ -275,9 +276,9 @@ static int REAL(is_on_manifold)(const REAL(terms) * s, const kr_series from[2],
 /* Expands the motion on the slow manifold about the end of the last step, and writes the
  * coefficients to p->series. The iteration ends when no coefficient of order at most `order` / 2
  * changes by more than `noise` times the largest bound on a strongly damped u_i. `near` is the
- * argument of is_on_manifold; `friction` is the largest friction torque, if friction holds the top.
- * Returns 0 if the iteration does not converge, or if the motion is not on the manifold; `wait` is
- * then an estimate of the time to reach it, in the units of the series. */
+ * permitted relative distance (is_on_manifold); `friction` is the largest friction torque, if
+ * friction holds the top. Returns 0 if the iteration does not converge, or if the motion is not on
+ * the manifold. `wait` is then an estimate of the time to reach it, in the units of the series. */
 static int REAL(expand)(kr_taylor *p, const slow_directions *slow, int order, double near,
                         double noise, double friction, double *wait)
 {

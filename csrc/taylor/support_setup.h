@@ -13,8 +13,8 @@ static inline int kr_support_moves(const kr_scene *scene)
     return scene && kr_scene_needs_support_terms(scene);
 }
 /* Returns an upper bound, in internal units, on the rates of the support, of the friction (unless
- * `is_held` is nonzero) and of the rotation of a top with the angular velocity W. It determines the
- * unit of time of the series. If shaking later increases the energy, the steps adjust this unit. */
+ * `is_held` is nonzero) and of the rotation of a top with the angular velocity W. The unit of time
+ * of the series follows from the bound, and is adjusted if shaking increases the energy later. */
 double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held);
 /* Sets the constants in `s` that describe the support and the friction. Returns the lever arm of
  * the effective gravity in internal units. */
