@@ -110,8 +110,9 @@ static void REAL(next_attitude)(REAL(terms) * s, int u_row, int n)
     }
     s->c[ROW_Q][n + 1] = r_div(rate, r_of(2 * (n + 1), 0.0));
 }
-/* Solves the equation for u_i' for the n-th coefficients of the strongly damped u_i, with u_i' from
- * the previous iteration. slow->gain describes a rotor's part in X. Returns the largest change. */
+/* Sets the n-th coefficients of the strongly damped u_i to solutions of the equations for u_i',
+ * with u_i' from the previous iteration. slow->gain adds a rotor's effect. Returns the largest
+ * change. */
 static double REAL(solve_slow_velocities)(REAL(terms) * s, const slow_directions *slow, int n)
 {
     real force[3], off[3];
