@@ -111,8 +111,7 @@ static void REAL(next_attitude)(REAL(terms) * s, int u_row, int n)
     s->c[ROW_Q][n + 1] = r_div(rate, r_of(2 * (n + 1), 0.0));
 }
 /* Sets the n-th coefficients of the strongly damped u_i to solutions of the equations for u_i',
- * with u_i' from the previous iteration. slow->gain includes a rotor. Returns the largest
- * change. */
+ * with u_i' from the previous iteration and any rotor in slow->gain. Returns the largest change. */
 static double REAL(solve_slow_velocities)(REAL(terms) * s, const slow_directions *slow, int n)
 {
     real force[3], off[3];
