@@ -1,22 +1,24 @@
 /* Event functions expressed as polynomials in time over one step. An event function is a sum of
- * products of two state components. Each product is the Cauchy product of the Taylor series of its
- * two factors. A component of the attitude is linear in the quaternion q. A body-frame component of
- * a vector is linear in the vertical P or in the angular velocity W. The component of v, a vector
- * in the body frame, along a unit vector e in space, and the derivative of the momentum m are
+ * products of two state components (kr_term, kreisel.h). Each product is the Cauchy product of the
+ * power series of its two factors, whose time is counted from the beginning of the step in units of
+ * 1 / `rate` internal units (method.h). A component of the attitude is linear in the quaternion q.
+ * A body-frame component of a vector is linear in the vertical P or in the angular velocity W. The
+ * component of v, a vector in the body frame, along a unit vector e in space, and the derivative of
+ * the momentum m without damping on a support at rest are
  *     <e, q v q*> = <e q, q v>,   m' = e3 x (q lever q*),   lever = mass * gravity * com.
  * All numbers are scaled by powers of two such that every component has magnitude at most one. */
 #include "model/quantities.h"
 #include "model/scene.h"
 #include "event_polynomial.h"
 
-/* Element PAD + n is the coefficient n of a power series. The other elements are zero, as
- * step_view.product requires. */
+/* Element PAD + n is the n-th coefficient of a power series, n <= step_view.order. The other
+ * elements are zero, as step_view.product requires. Its arguments point to the elements PAD. */
 enum { PAD = 8, ROOM = KR_TERMS_ROOM };
 typedef double padded_series[PAD + ROOM];
 
-/* The Taylor polynomials of the state over a step, truncated at the order `order`. The members are
- * those of kr_step_polynomial (method.h). Each function with the prefix add_ adds the coefficients
- * of a power series to the array c. */
+/* The Taylor polynomials of the state over a step, truncated at the order `order`: the members of
+ * kr_step_polynomial (method.h). Each function with the prefix add_ adds the coefficients of a
+ * power series to the array c, c[n] being that of the n-th power. */
 typedef struct step_view {
     const kr_top *top;
     double rate;
@@ -25,8 +27,9 @@ typedef struct step_view {
     void (*product)(const double *a, const double *b, int order, double *c);
 } step_view;
 
-/* Returns the unit of the state component with index `number`, a power of two. The first letter of
- * the dimension is M for a momentum [M L^2 T^-1] and r for a rate [rad/T]. */
+/* Returns the unit of the state component with index `number` (kr_term) in the user's units, a
+ * power of two. The first letter of the dimension is M for a momentum [M L^2 T^-1] and r for a rate
+ * [rad/T]; other components are dimensionless. */
 static double component_unit(const kr_top *top, double rate, int number)
 {
     if (number == KR_COMPONENT_ONE) return 1.0;
@@ -37,13 +40,12 @@ static kr_quat attitude_coefficient(const step_view *v, int n)
 {
     return q4(v->x[n][0], v_of(v->x[n] + 1));
 }
-/* Returns the factor of the term t, converted to the units of the power series for one step. In
- * these units, the unit of frequency is `rate`. */
+/* Returns the factor of the term t for components in their units (component_unit). */
 static double convert_factor(const kr_top *top, double rate, const kr_term *t)
 {
     return t->factor * component_unit(top, rate, t->first) * component_unit(top, rate, t->second);
 }
-/* Adds the product of two power series to c. */
+/* Adds the product of the power series a and b, truncated at v->order, to c. */
 static void multiply_series(const step_view *v, const double *a, const double *b, double *c)
 {
     if (v->order > 1)
@@ -56,7 +58,7 @@ static double dot_with_array(kr_vec3 a, const double b[3])
 {
     return a.x * b[0] + (a.y * b[1] + a.z * b[2]);
 }
-/* Add the component of the vertical, or of the angular velocity, along a body-fixed vector. */
+/* Add to c the component of the vertical, or of the angular velocity, along a body-fixed vector. */
 static void add_vertical_component(const step_view *v, kr_vec3 along, double *c)
 {
     for (int n = 0; n <= v->order; n++) c[n] += dot_with_array(along, v->x[n] + 5);
@@ -78,7 +80,6 @@ static void clear_padding(const step_view *v, padded_series s)
     memset(s, 0, PAD * sizeof *s);
     memset(s + PAD + v->order + 1, 0, (size_t)(ROOM - v->order - 1) * sizeof *s);
 }
-/* Stores the components of the quaternion q as the n-th coefficients of four power series. */
 static void set_coefficients(padded_series s[4], int n, kr_quat q)
 {
     s[0][PAD + n] = q.w;
@@ -93,7 +94,7 @@ static kr_quat multiply_by_axis(int axis, kr_quat q)
         {-q.x, q.w, -q.z, q.y}, {-q.y, q.z, q.w, -q.x}, {-q.z, -q.y, q.x, q.w}};
     return products[axis];
 }
-/* Adds the component of the vector `body` in the body along the space axis 0, 1 or 2 to c. */
+/* Adds to c the component, along the space axis 0, 1 or 2, of the body-fixed vector `body`. */
 static void add_space_component(const step_view *v, int axis, kr_vec3 body, double *c)
 {
     padded_series left[4], right[4];
@@ -105,12 +106,11 @@ static void add_space_component(const step_view *v, int axis, kr_vec3 body, doub
     }
     for (int i = 0; i < 4; i++) multiply_series(v, left[i] + PAD, right[i] + PAD, c);
 }
-/* Adds `factor` times the angular momentum <e q, q M> about the space axis e with index `axis`. M
- * is the angular momentum in the body. Damping and moving supports do not change this formula. */
+/* Adds to c `factor` times the angular momentum <e q, q M> about the space axis e with index
+ * `axis`, where M is the angular momentum in the body frame, for any damping and support. */
 static void add_space_momentum(const step_view *v, double factor, int axis, double *c)
 {
-    /* Row i lists the three products whose sum is component i of q M. Each product is given by the
-     * index in q, the index in M, and 1 for a negative sign. */
+    /* Row i lists three products with sum (q M)_i: index in q, index in M, and 1 for a minus. */
     static const int terms[4][3][3] = {{{1, 0, 1}, {2, 1, 1}, {3, 2, 1}},
                                        {{0, 0, 0}, {2, 2, 0}, {3, 1, 1}},
                                        {{0, 1, 0}, {3, 0, 0}, {1, 2, 1}},
@@ -168,8 +168,8 @@ static void add_momentum(const step_view *v, double factor, int axis, double *c)
     add_space_component(v, axis == 0 ? 1 : 0, v_scale(factor, motion->lever), torque);
     for (int n = 0; n < v->order; n++) c[n + 1] += torque[n] / (n + 1);
 }
-/* Adds `factor` times the component of the angular velocity relative to the support along the
- * body-fixed vector `along` to the series c. */
+/* Adds to c `factor` times <along, U>, where U is the angular velocity of the top relative to the
+ * support, and `along` a body-fixed vector. */
 static void add_relative_velocity(const step_view *v, double factor, kr_vec3 along, double *c)
 {
     double turning[3];
@@ -183,8 +183,8 @@ static kr_vec3 find_internal_axis(const step_view *v, int axis)
 {
     return q_turn_back(v->top->axes, v_axis(axis));
 }
-/* Adds `factor` times the state component with index `number` to the power series c. There is a
- * case for each quantity that events can use (KR_QUANTITY_IN_EVENTS). */
+/* Adds `factor` times the state component with index `number` to c. There is a case for each
+ * quantity that events can use (KR_QUANTITY_IN_EVENTS). */
 static void add_component(const step_view *v, double factor, int number, double *c)
 {
     const kr_motion *motion = &v->top->main;
@@ -233,9 +233,8 @@ static void add_component(const step_view *v, double factor, int number, double 
     }
 }
 
-/* Returns an upper bound on the magnitude of a state component in the unit of the component. For
- * angular velocities, this unit is the largest |W| that the energy permits, which is reached about
- * the axis of the least moment; about axis i, W is at most sqrt(least moment / A_i) units. */
+/* Returns an upper bound on the magnitude of a state component in its unit (component_unit), in
+ * which |W| <= 1. On a fixed support, the energy limits W_i to sqrt(least moment / A_i). */
 static double component_bound(const kr_top *top, double rate, int number)
 {
     const double rotor = v_length(top->main.rotor) / rate;
@@ -272,8 +271,7 @@ double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t
                 component_bound(top, piece->rate, terms[i].second);
     return size;
 }
-/* Adds the terms from `t` up to (but not including) `end` to the power series c. The first state
- * component must be the same in all these terms. */
+/* Adds to c the terms t[0], ..., end[-1], which have the same first component. */
 static void add_term_products(const step_view *v, const kr_term *t, const kr_term *end, double *c)
 {
     padded_series of, times;
@@ -284,8 +282,8 @@ static void add_term_products(const step_view *v, const kr_term *t, const kr_ter
         add_component(v, convert_factor(v->top, v->rate, t), t->second, times + PAD);
     multiply_series(v, of + PAD, times + PAD, c);
 }
-/* Writes the power series of an event function over a step. Consecutive terms with the same first
- * component are combined into a single product of two power series. */
+/* Writes the power series of an event function over a step to c. Consecutive terms with the same
+ * first component are combined into a single product of two power series. */
 static void expand_event_in_step(const step_view *v, const kr_event *e, double *c)
 {
     const kr_term *t = e->terms, *last = t + e->count, *end;
@@ -303,8 +301,8 @@ static void expand_event_in_step(const step_view *v, const kr_event *e, double *
                           i->first == KR_COMPONENT_ONE ? i->second : i->first, c);
     }
 }
-/* Writes the value of an event function at the end of a step to c[0] and, for an extremum event,
- * the derivative to c[1]. */
+/* Writes the value of an event function at the end of the step p to c[0] and, for an extremum
+ * event, its derivative by the time in units of 1 / p->rate to c[1]. */
 static void expand_event_at_end(const kr_top *top, const kr_step_polynomial *p, const kr_event *e,
                                 double *c)
 {
@@ -329,7 +327,6 @@ static void expand_event_at_end(const kr_top *top, const kr_step_polynomial *p, 
         top, p->rate, e->extremum ? 1 : 0, (const double (*)[8])x, (const double (*)[4])w, NULL};
     expand_event_in_step(&v, e, c);
 }
-/* Returns 1 if the event function is a multiple of the spin. */
 static int is_spin_event(const kr_event *e)
 {
     const kr_term *t = e->terms;
@@ -355,9 +352,8 @@ int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *p, const kr
     const int first = e->extremum ? 1 : 0, degree = p->order - first;
     double power[2] = {1.0, p->span}, reached[2] = {0.0, 0.0}, end[ROOM];
     if (kr_event_is_held(p, e)) {
-        /* While friction holds the top, the spin is zero. The constant returned here has the sign
-         * opposite to that of the spin before, so that the stop is a sign change. At the end of the
-         * step, find_next_sign_change discards this sign. */
+        /* While friction holds the top, the spin is zero. The sign opposite to that of the spin
+         * before makes the stop a sign change. find_next_sign_change later discards this sign. */
         c[0] = -p->held * convert_factor(top, p->rate, e->terms);
         return 0;
     }
@@ -390,8 +386,8 @@ int kr_terms_are_linear(size_t n, const kr_term terms[])
 }
 kr_linear kr_terms_linear_form(const kr_top *top, double rate, const kr_event *event)
 {
-    /* The coefficients follow from the values of the event function at seven points. At each of the
-     * first six, either P or W is a unit vector, and the other is 0. At the last, both are 0. */
+    /* The coefficients follow from the values of the event function at seven points (P, W): in six
+     * of them, one vector is a unit vector and the other 0; in the last, both are 0. */
     static const double x[7][8] = {{[5] = 1.0}, {[6] = 1.0}, {[7] = 1.0}},
                         w[7][4] = {[3] = {[1] = 1.0}, [4] = {[2] = 1.0}, [5] = {[3] = 1.0}};
     double value[7], c[ROOM];

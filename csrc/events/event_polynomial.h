@@ -1,5 +1,7 @@
 /* Event functions as polynomials over one time step, and bounds on their values. An event function
- * is a sum of terms. Each term is a factor times two state components (kr_term, kreisel.h). */
+ * is a sum of terms. Each term is a factor times two state components (kr_term, kreisel.h). A step
+ * `piece` has the Taylor polynomials of the state (kr_step_polynomial, method.h). The spin is the
+ * angular velocity about the apex, relative to the support. */
 #ifndef KR_EVENT_POLYNOMIAL_H
 #define KR_EVENT_POLYNOMIAL_H
 #include "driver/top.h"
@@ -10,20 +12,17 @@ enum { KR_TERMS_ROOM = KR_POLYNOMIAL_ORDER_MAX + 16 };
 double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t n,
                       const kr_term terms[]);
 /* Writes the event function, or for an extremum event its derivative, as a polynomial in s over the
- * step, 0 <= s <= 1. The array c has KR_TERMS_ROOM elements; c[n] is the coefficient of s^n.
- * Returns the degree. The polynomials of consecutive steps agree at their common time, up to
- * rounding. */
+ * step, 0 <= s <= 1. c[n] is the coefficient of s^n; c has KR_TERMS_ROOM elements. Returns the
+ * degree. The polynomials of consecutive steps agree at their common time, up to rounding. */
 int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *piece, const kr_event *event,
                         double c[]);
-/* Returns 1 if the event function is a multiple of the spin, and the spin is zero in this step
- * because friction has stopped the top. */
+/* Returns 1 if the event function is a multiple of the spin, and friction keeps the spin zero. */
 int kr_event_is_held(const kr_step_polynomial *piece, const kr_event *event);
-/* Returns the sign in this step of an event function that is a multiple of the spin, if the top
+/* Returns the sign, in this step, of an event function that is a multiple of the spin, if the top
  * slides with dry friction. Otherwise returns 0. */
 int kr_event_side_by_friction(const kr_step_polynomial *piece, const kr_event *event);
-/* Values below KR_TERMS_UNSURE times the upper bound of kr_terms_bound count as zero. Until a first
- * sign is known, KR_TERMS_START is used instead, because an event function may be zero
- * initially. */
+/* Absolute values below KR_TERMS_UNSURE times the bound kr_terms_bound count as zero. The larger
+ * KR_TERMS_START applies until a first sign is known: an event function may be zero initially. */
 #define KR_TERMS_UNSURE 0x1p-50
 #define KR_TERMS_START 0x1p-40
 /* Returns 1 if a sum of n terms has the form of kr_linear. */
@@ -34,7 +33,7 @@ typedef struct kr_linear {
     kr_vec3 along_vertical, along_velocity;
     double constant;
 } kr_linear;
-/* Returns the coefficients of an event function that has the form of kr_linear, along internal
- * axes. The unit of W is `rate`. */
+/* Returns the coefficients of an event function that has the form of kr_linear, along internal axes
+ * (method.h). W is in units of `rate` / (internal unit of time). */
 kr_linear kr_terms_linear_form(const kr_top *top, double rate, const kr_event *event);
 #endif

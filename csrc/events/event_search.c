@@ -1,13 +1,14 @@
 /* Functions that advance a top from event to event. Each step is computed without regard to events
  * and is searched afterwards, so that events never affect the motion. For each event, the next sign
- * change in the last step is stored (kr_event_search). Once the time of this sign change has
- * passed, the search resumes there. */
+ * change of its event function (or of the derivative, for an extremum event) in the last step is
+ * stored in a kr_event_search (driver/top.h). Once the time of this sign change has passed, the
+ * search resumes there. `piece` has the polynomials of the last step (method.h). */
 #include "model/quantities.h"
 #include "sign_changes.h"
 #include "event_polynomial.h"
 
-/* Converts a time within the last step from internal units to the user's units. If rounding moves
- * the result out of the step, an adjacent double inside the step is returned, if there is one. */
+/* Converts `clock`, a time in the last step, from internal units to the user's time. If rounding
+ * moves the result out of the step, returns an adjacent double in the step, if there is one. */
 static double user_time_in_step(const kr_top *top, double clock)
 {
     const double t = top->scene.start.t + clock * top->time_unit,
@@ -61,8 +62,9 @@ kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[])
     return KR_OK;
 }
 
-/* Finds the next sign change of an event function after own->mark within the last step. Writes the
- * time to own->next and the direction to own->sign, which is 0 if there is none. */
+/* Finds the next sign change of an event function after the position own->mark, 0 to 1, in the last
+ * step. Writes its time in internal units to own->next and the direction to own->sign, which is 0
+ * if there is no sign change. Updates own->mark and own->side, the last sign. */
 static void find_next_sign_change(const kr_top *top, const kr_step_polynomial *piece,
                                   const kr_event *event, kr_event_search *own)
 {
@@ -86,7 +88,8 @@ static void find_next_sign_change(const kr_top *top, const kr_step_polynomial *p
     own->mark = search.mark;
 }
 /* Finds the first sign change of an event function in the last step, unless this step has already
- * been searched. If the previous step was fully searched, the search starts with its last sign. */
+ * been searched. The search starts with the last sign of the previous step if that step was
+ * searched to its end, else without a sign at the current time of the top. */
 static void search_new_step(const kr_top *top, const kr_step_polynomial *piece,
                             const kr_event *event, kr_event_search *own)
 {
@@ -123,8 +126,8 @@ static kr_event *find_earliest_event(const kr_top *top, const kr_step_polynomial
     }
     return first;
 }
-/* Advances the top to the next event in the last step, but not beyond the time t. If there is no
- * such event, sets hit->index to -1. */
+/* Advances the top to the next event in the last step whose condition is satisfied, but not beyond
+ * the user's time t. If there is no such event, sets hit->index to -1. */
 static kr_status seek_event_in_step(kr_top *top, double t, kr_event_hit *hit)
 {
     const kr_step_polynomial piece = top->method->polynomial(&top->main);
@@ -152,8 +155,7 @@ kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit)
     kr_event_hit found = {-1, 0};
     if (!top || !hit || !isfinite(t)) return KR_ERR_ARGUMENT;
     if (!(fabs(t) < top->horizon)) return KR_ERR_RESOLUTION;
-    /* A reset may change the internal units. In the new units, the terms of an event may exceed the
-     * range of doubles. */
+    /* A reset may change the internal units, in which the terms may exceed the range of doubles. */
     if (top->event_count > 0 && kr_event_load_search(top->events).searched < 0 &&
         !are_events_valid(top, top->event_count, top->events))
         return KR_ERR_ARGUMENT;

@@ -1,10 +1,11 @@
-/* Search for all sign changes of a polynomial on an interval. The coefficients in the Bernstein
- * basis bound the values, and their differences bound the slope. Coefficients of one sign exclude
- * roots, and differences of one sign exclude extrema. An interval that may contain both is bisected
- * (de Casteljau; Lane and Riesenfeld 1981) until the values are indistinguishable from zero. A sign
- * is certain only if the value exceeds the rounding noise. Two roots between which no value exceeds
- * the noise are a double root without a sign change. The last sign is passed on to the next step,
- * so that a root at the boundary of two steps is found once. */
+/* Search for all sign changes of a polynomial p(s) on the interval [0, 1]. The coefficients of p in
+ * the Bernstein basis of an interval bound the values of p there, and their differences bound the
+ * slope. Coefficients of one sign exclude roots, and differences of one sign exclude extrema. An
+ * interval that may contain both is bisected (de Casteljau; Lane and Riesenfeld 1981) until the
+ * values are indistinguishable from zero. A sign is certain only if the value exceeds the rounding
+ * noise. Two roots between which no value exceeds the noise are a double root without a sign
+ * change. The last sign is passed on to the next step, so that a root between two steps is found
+ * once. */
 #include "sign_changes.h"
 
 typedef enum search_outcome { NO_ROOT, ROOT_FOUND, UNDECIDED } search_outcome;
@@ -12,8 +13,7 @@ enum { MAX_NEWTON_STEPS = 60 };
 static const double RESOLUTION = 0x1p-54; /* absolute error of a root */
 static const double NARROWEST = 0x1p-48;  /* shortest interval that is halved */
 static const double NARROW = 0x1p-5;      /* as NARROWEST, while the last terms are omitted */
-static const double TAIL_SHARE =
-    0x1p-10; /* largest fraction of the slopes of all terms that may be omitted */
+static const double TAIL_SHARE = 0x1p-10; /* largest omitted part of the sum of all slopes */
 
 static double evaluate_polynomial(const double *c, int degree, double s)
 {
@@ -31,9 +31,8 @@ static double evaluate_with_slope(const double *c, int degree, double s, double 
     *slope = d;
     return p;
 }
-/* Returns a root between `low` and `high`, computed by Newton's method. If a Newton step would
- * leave the interval, the interval is bisected instead. Returns `low` if the polynomial does not
- * have the sign r->side at `low`. */
+/* Returns a root between `low` and `high`, by Newton's method. If a Newton step would leave the
+ * interval, the interval is bisected instead. Returns `low` if the sign there is not r->side. */
 static double refine_root_between(const kr_sign_search *r, double low, double high)
 {
     double s = 0.5 * (low + high);
@@ -50,7 +49,8 @@ static double refine_root_between(const kr_sign_search *r, double low, double hi
     }
     return s;
 }
-/* Records the sign of the value p at s, and returns 1 if the sign has changed. */
+/* Stores the sign and the position s of the value p, unless |p| is below the noise. Returns 1 if
+ * the sign has changed since the last stored one. Writes the root if the new sign is sought. */
 static int record_sign(kr_sign_search *r, double p, double s)
 {
     if (!(fabs(p) > (r->side ? r->noise : r->start_noise))) return 0;
@@ -60,48 +60,49 @@ static int record_sign(kr_sign_search *r, double p, double s)
     r->mark = s;
     return changed;
 }
-/* Returns 1 if the sign at the end of an interval decides whether a polynomial with the Bernstein
- * coefficients b changes sign inside: it has constant sign, is monotonic, or is zero up to
- * noise. */
-static int is_sign_decided(const kr_sign_search *r, const double *b, double width)
+/* Returns 1 if the sign at the end of an interval tells whether the sign changes inside: if the
+ * polynomial has constant sign, is monotonic, or is zero up to noise. `bernstein` has the Bernstein
+ * coefficients of the truncated polynomial on this interval of length `width`. */
+static int is_sign_decided(const kr_sign_search *r, const double *bernstein, double width)
 {
     const double slack = r->used > 0 ? r->tail_slope * width / r->used : 0.0;
-    const double end = b[r->used], sure = r->tail + r->noise;
+    const double end = bernstein[r->used], sure = r->tail + r->noise;
     int above = end > sure, below = end < -sure, rising = 1, falling = 1, flat = r->tail == 0.0;
     for (int i = 0; i <= r->used; i++) {
-        above &= b[i] > r->tail;
-        below &= b[i] < -r->tail;
-        flat &= fabs(b[i]) <= r->noise;
+        above &= bernstein[i] > r->tail;
+        below &= bernstein[i] < -r->tail;
+        flat &= fabs(bernstein[i]) <= r->noise;
     }
     if (above | below | flat) return 1;
     for (int i = 1; i <= r->used; i++) {
-        rising &= b[i] - b[i - 1] >= slack;
-        falling &= b[i - 1] - b[i] >= slack;
+        rising &= bernstein[i] - bernstein[i - 1] >= slack;
+        falling &= bernstein[i - 1] - bernstein[i] >= slack;
     }
     return rising | falling;
 }
-/* Searches the interval [low, high] for a sign change of the polynomial. `b` holds the coefficients
- * in the Bernstein basis on this interval, and is overwritten. */
-static search_outcome search_interval(kr_sign_search *r, double *b, double low, double high)
+/* Searches the interval [low, high], after r->mark, for the first sign change. `bernstein` has the
+ * Bernstein coefficients of the truncated polynomial on this interval, and is overwritten. Returns
+ * UNDECIDED if the omitted terms are needed. */
+static search_outcome search_interval(kr_sign_search *r, double *bernstein, double low, double high)
 {
     const int n = r->used;
     double left[KR_POLYNOMIAL_ORDER_MAX + 1];
     if (high <= r->mark) return NO_ROOT;
-    if (is_sign_decided(r, b, high - low) || (r->tail == 0.0 && high - low <= NARROWEST)) {
-        const double p =
-            fabs(b[n]) > r->tail + r->noise ? b[n] : evaluate_polynomial(r->c, r->degree, high);
+    if (is_sign_decided(r, bernstein, high - low) || (r->tail == 0.0 && high - low <= NARROWEST)) {
+        const double p = fabs(bernstein[n]) > r->tail + r->noise
+                             ? bernstein[n]
+                             : evaluate_polynomial(r->c, r->degree, high);
         return record_sign(r, p, high) ? ROOT_FOUND : NO_ROOT;
     }
     if (r->tail > 0.0 && high - low <= NARROW) return UNDECIDED;
     for (int k = 0; k <= n; k++) {
-        left[k] = b[0];
-        for (int i = 0; i < n - k; i++) b[i] = 0.5 * (b[i] + b[i + 1]);
+        left[k] = bernstein[0];
+        for (int i = 0; i < n - k; i++) bernstein[i] = 0.5 * (bernstein[i] + bernstein[i + 1]);
     }
     const double middle = 0.5 * (low + high);
     const search_outcome first = search_interval(r, left, low, middle);
-    return first == NO_ROOT ? search_interval(r, b, middle, high) : first;
+    return first == NO_ROOT ? search_interval(r, bernstein, middle, high) : first;
 }
-/* Searches [0, 1] for a sign change of the truncated polynomial. */
 static search_outcome search_polynomial(kr_sign_search *r)
 {
     const int n = r->used;
@@ -114,9 +115,9 @@ static search_outcome search_polynomial(kr_sign_search *r)
         for (int i = n; i >= k; i--) b[i] += b[i - 1];
     return search_interval(r, b, 0.0, 1.0);
 }
-/* Omits high-order terms that contribute negligibly to the slope of the polynomial. The truncation
- * error is at most the sum of the magnitudes of the omitted terms. If the search is then
- * inconclusive, the caller repeats the search with all terms. */
+/* Omits the terms after r->used, which contribute negligibly to the slope. The error is at most
+ * r->tail, the sum of the magnitudes of the omitted coefficients; r->tail_slope is that of their
+ * slopes. If the search is then UNDECIDED, the caller repeats it with all terms. */
 static void truncate_polynomial(kr_sign_search *r)
 {
     double slopes = 0.0;

@@ -1,12 +1,12 @@
 /* Two GSL methods, used as references: the Prince-Dormand Runge-Kutta pair and the semi-implicit
  * Bulirsch-Stoer method. They integrate
- *     q' = (q W - S q) / 2,    I W' = (I W + h) x W + P x lever,    P = q* e3 q
- * where W and P are the angular velocity and the vertical in the body frame, I are the moments of
- * inertia, h is the momentum of the rotor, and S is the angular velocity of the support. Neither
- * method conserves any integral of the motion. This file uses GSL's step and control objects, but
- * not gsl_odeiv2_evolve. Unlike gsl_odeiv2_evolve, this file makes each step size exactly equal to
- * the difference between the end and the start time of the step. The time limit `until` of a step
- * may be infinite. A failed step does not change the state of the motion. */
+ *     q' = (q W - S q) / 2,    I W' = (I W + h) x W + P x (lever + k I P),    P = q* e3 q
+ * for the attitude q. W and P are the angular velocity and the vertical in the body frame, I are
+ * the moments of inertia, h is the momentum of the rotor, k the gravity gradient, and S the angular
+ * velocity of the support. Neither method conserves any integral of the motion. This file uses
+ * GSL's step and control objects, but not gsl_odeiv2_evolve, because each step size must exactly
+ * equal the difference between the end and the start time of the step. The time limit `until` of a
+ * step may be infinite. A failed step does not change the state of the motion. */
 #include <float.h>
 #include <stdlib.h>
 #include <gsl/gsl_errno.h>
@@ -19,8 +19,8 @@ enum { MAX_TRIES = 1000 };
  * would be too small. (extrapolation.h needs no such limit.) */
 static const double most_turn = 4.0;
 /* Upper limits on h^2 a and h a, where h is the step size and a bounds the angular acceleration due
- * to gravity. If h^2 a or h a were larger, rounding errors might make the matrix 1 - h J singular,
- * where J is the Jacobian. If the matrix is singular, GSL reads uninitialized memory. */
+ * to gravity. Beyond these limits, rounding errors might make the matrix 1 - h J singular, where J
+ * is the Jacobian. GSL would then read uninitialized memory. */
 static const double most_fall = 1e12, most_pull = 1e14;
 
 typedef struct {
@@ -49,12 +49,11 @@ static int check_finite(const double *a, int n)
     return GSL_SUCCESS;
 }
 
-/* Returns dq/dt = (`turn` - S q) / 2, where `turn` is q W and S the velocity of the support. */
-static kr_quat find_attitude_rate(const kr_motion *motion, kr_quat q, kr_quat turn)
+static kr_quat find_attitude_rate(const kr_motion *motion, kr_quat q, kr_quat q_times_W)
 {
     const kr_vec3 S = motion_turning(motion);
-    return q_scale(0.5,
-                   v_largest(S) > 0.0 ? q_add(turn, q_mul(q4(0.0, v_scale(-1.0, S)), q)) : turn);
+    return q_scale(0.5, v_largest(S) > 0.0 ? q_add(q_times_W, q_mul(q4(0.0, v_scale(-1.0, S)), q))
+                                           : q_times_W);
 }
 int kr_gsl_rates(double t, const double y[], double rate[], void *params)
 {
@@ -139,9 +138,9 @@ static kr_status reset_bsimp(kr_motion *motion, const kr_state *start)
     return ode_begin(motion, start, gsl_odeiv2_step_bsimp);
 }
 
-/* Returns the largest permitted step size for the angular velocity W. In the body frame, a rotor
- * with angular momentum h rotates the angular velocity W at a rate of at most |h| / I, where I is
- * the smallest moment of inertia. */
+/* Returns the largest step size that most_turn, most_fall and most_pull permit at the angular
+ * velocity W. A rotor with angular momentum h rotates W in the body frame at a rate of at most |h|
+ * / I, where I is the smallest moment of inertia. */
 static double find_longest_step(const kr_motion *motion, kr_vec3 W)
 {
     const kr_vec3 I = motion->inertia, l = motion->lever;
@@ -153,8 +152,7 @@ static double find_longest_step(const kr_motion *motion, kr_vec3 W)
     return fmin(most_turn / rate, fmin(sqrt(most_fall / a), most_pull / a));
 }
 /* Tries a step of size h from the state p. Writes the result and the suggested size of the
- * following step to `next`. Returns 0 if the step is rejected; next->h is then the step size to try
- * instead. */
+ * following step to `next`. If the step is rejected, returns 0, and next->h is the size to try. */
 static int try_step(kr_motion *motion, double h, const ode_work *p, ode_work *next)
 {
     const gsl_odeiv2_system system = {kr_gsl_rates, kr_gsl_jacobian, GSL_SIZE, motion};

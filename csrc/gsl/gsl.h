@@ -6,8 +6,9 @@
 
 enum { GSL_SIZE = 7 };
 
-/* Functions with the signatures that GSL requires: y = (q, W), params is the kr_motion, and
- * jacobian[GSL_SIZE * i + j] = d rate[i] / d y[j]. */
+/* Functions with the signatures that GSL requires. y is (q, W): attitude, angular velocity in the
+ * body frame; `params` is the kr_motion. They write rate[i] = dy[i]/dt and d rate[i] / d y[j] =
+ * jacobian[GSL_SIZE * i + j], and return GSL_EBADFUNC if a result is not finite. */
 int kr_gsl_rates(double t, const double y[], double rate[], void *params);
 int kr_gsl_jacobian(double t, const double y[], double *jacobian, double rate_t[], void *params);
 #endif

@@ -1,31 +1,30 @@
 /* Motion with strong damping. If damping about an axis is much faster than all other effects, the
- * angular velocity about this axis is determined by the torque. The motion then stays on a slow
- * manifold, where the Taylor coefficients of the angular velocity about this axis satisfy
+ * torque determines the angular velocity about this axis, after a transient that decays as
+ * exp(-D t / A) (Fenichel 1979). The motion then stays on a slow manifold, where the Taylor
+ * coefficients of the angular velocity about this axis satisfy, in the notation of taylor.h,
  *     D U_n - h x W_n = (AW x W + G P x c)_n - (n+1) A W_{n+1},   W_n = O_n + U_n
- * This equation is solved by iteration. O is the angular velocity of the support, and U is the
- * angular velocity of the top relative to the support. G is the effective gravity on a shaken
- * support (series.h). On a support at rest, U = W and G = 1. The rotor torque h x W is linear in
- * W, like the damping torque, and may exceed it. All other Taylor coefficients are computed by the
- * recurrence described in taylor.h. The radius of convergence of the Taylor series is that of the
- * slow motion, so steps can be long. With the explicit recurrence, steps would be limited to about
- * one damping time A / D, because the problem is stiff. The neglected transient decays as exp(-D t
- * / A), and is below the rounding errors (Fenichel 1979). Until the motion reaches the slow
- * manifold, steps are computed with the explicit recurrence. Before the slow manifold is reached,
- * the absolute error tolerance is proportional to the small angular velocity that the top has on
- * the manifold. After that, the motion stays on the manifold, whatever the rounding errors: while
- * the top comes to rest, they grow relative to its angular velocity. A top with dry friction has
- * two slow manifolds. While the top slides, the friction torque is constant. While friction holds
- * the top, damping acts only about two directions normal to the apex (slow_directions.h). */
+ * This equation is solved by iteration (slow_terms.h). O is the angular velocity of the support,
+ * and U that of the top relative to the support. G is the effective gravity on a shaken support
+ * (series.h). On a support at rest, U = W and G = 1. The rotor torque h x W is on the left side,
+ * because it is linear in W and may exceed the damping torque. All other coefficients are computed
+ * by the explicit recurrence of taylor.h. The radius of convergence is that of the slow motion, so
+ * steps can be long. The explicit recurrence alone would limit steps to about one damping time
+ * A / D, because the problem is stiff. It is used until the motion reaches the manifold, with an
+ * absolute tolerance proportional to the small angular velocity that the top has on the manifold. A
+ * motion that has reached the manifold stays there, although rounding errors grow relative to the
+ * angular velocity while the top comes to rest. While a top with dry friction slides, the friction
+ * torque is constant. While friction holds the top, that is, keeps the spin about the apex zero,
+ * damping acts only about the two directions normal to the apex. u_i is the component of U along a
+ * direction v_i, and d_i its damping rate (slow_directions.h). */
 #include <string.h>
 #include "math/dd.h"
 #include "model/scene.h"
 #include "slow.h"
 #include "support_setup.h"
 
-/* Rows of the table of Taylor coefficients in slow_terms.h: q, P, the friction variable, W, U, O,
- * G, and G P. The first ROWS_OF_SERIES are those of x and w in kr_series. The rows from ROW_U on
- * are used only for tops with friction or on moving supports, those from ROW_R on for the
- * velocities u_i (slow_directions.h) while friction holds the top. */
+/* First rows of the table of Taylor coefficients in slow_terms.h: of q, P, the friction variable,
+ * W, U, O, G, G P, and the u_i while friction holds the top. The first ROWS_OF_SERIES rows are
+ * those of x and w in kr_series. The rows from ROW_U on are for support terms (series.h) only. */
 enum {
     ROW_Q = 0,
     ROW_P = 5,
@@ -40,28 +39,26 @@ enum {
     ROWS = 24,
     SWEEPS = 64
 };
-/* The first rows of U, of the velocities u_i (slow_directions.h), and of the effective gravity
- * vector G P. */
+/* The first rows of U, of the u_i and of G P. U shares the rows of W if O = 0, the u_i share those
+ * of U unless friction holds the top, and G P shares those of P unless the support shakes. */
 #define U_OF(slow) ((slow)->turns ? ROW_U : ROW_W)
 #define U_ROW(slow) ((slow)->is_held ? ROW_R : U_OF(slow))
 #define GP_OF(slow) ((slow)->shakes ? ROW_GP : ROW_P)
 /* Angular velocities below TINY_VELOCITY, in the units of the series, are treated as zero. */
 #define TINY_VELOCITY 0x1p-400
 #define LOG2_AT_REST 900.0
-/* Errors of an angular velocity are relative to its magnitude, or to NEGLIGIBLE times the largest
- * angular velocity if this product is larger. On a rotating support, errors are relative to at
- * least ROUNDED times the support's angular velocity, which has rounding errors. */
+/* An error of an angular velocity is compared with its magnitude, but at least with NEGLIGIBLE
+ * times the largest angular velocity. On a rotating support, it is compared with at least ROUNDED
+ * times the support's angular velocity, which has rounding errors. */
 #define NEGLIGIBLE 0x1p-64
 #define ROUNDED 0.25
 /* Rounding error of the difference between two doubles, relative to the larger of them. */
 #define ROUNDING 0x1p-50
-/* If the motion has not reached the slow manifold, the test is repeated after PATIENCE times the
- * estimated time to reach it. */
+/* The test for the slow manifold is repeated after this part of the time estimated to reach it. */
 #define PATIENCE 0.5
-/* A transient has decayed after SETTLED times the damping time, because exp(-SETTLED) is below the
- * rounding errors of a double-double. */
+/* A transient has decayed after SETTLED / d_i: exp(-SETTLED) is below any rounding error. */
 #define SETTLED 128.0
-/* Larger than any distance from the slow manifold, relative to the angular velocity. */
+/* Larger than any relative distance from the slow manifold (largest_distance). */
 #define UNRESOLVED 0x1p500
 #define LOG_OF_2 0.6931471805599453
 
@@ -71,12 +68,11 @@ static kr_vec3 get_support_velocity(const kr_series *s, const slow_directions *s
 {
     return slow->turns ? v_of(s->turn + 1) : v3(0.0, 0.0, 0.0);
 }
-/* Returns the largest magnitude of the effective gravity G. */
 static double largest_effective_gravity(const kr_series *s)
 {
     return s->linear > 1.0 ? fabs(s->sway[3]) + fabs(s->sway_most) : 1.0;
 }
-/* Returns W without its components u_i v_i along the strongly damped directions. */
+/* Returns W at the end of the last step without the strongly damped components u_i v_i. */
 static kr_vec3 find_weakly_damped_velocity(const kr_series *s, const slow_directions *slow)
 {
     const kr_vec3 O = get_support_velocity(s, slow), U = v_sub(v_of(s->end_w + 1), O);
@@ -86,8 +82,9 @@ static kr_vec3 find_weakly_damped_velocity(const kr_series *s, const slow_direct
             sum = v_axpy(v_dot(high_words(slow->dual[i]), U), high_words(slow->v[i]), sum);
     return sum;
 }
-/* Computes upper bounds on the components u_i of U along the strongly damped directions
- * (slow_directions.h). Products of two such components are neglected. */
+/* Writes to bound[i], in the units of the series, an upper bound on the strongly damped u_i that
+ * the torques at the end of the last step cause on the slow manifold, or 0 for a weakly damped u_i.
+ * Products of two strongly damped u_i are neglected. */
 static void bound_slow_velocities(const kr_taylor *p, const slow_directions *slow, double bound[3])
 {
     const kr_series *s = p->series;
@@ -114,10 +111,10 @@ static void bound_slow_velocities(const kr_taylor *p, const slow_directions *slo
             bound[i] += slow->is_slow[i] ? fabs(slow->gain[i][k]) * alone : 0.0;
     }
 }
-/* Returns the velocity to which errors are relative: the smallest non-negligible upper bound on a
- * strongly damped velocity u_i. If no torque acts about any strongly damped direction, returns the
- * largest angular velocity instead. While friction holds the top, u_i is a sum of components of W,
- * and its rounding error is relative to the largest component. */
+/* Returns the velocity by which the relative tolerance is multiplied: the smallest non-negligible
+ * bound[i] on a strongly damped u_i (bound_slow_velocities), or the largest angular velocity if all
+ * bound[i] are 0. On a rotating support or while friction holds the top, the result is at least
+ * ROUNDED times the other velocities from which u_i is computed with rounding errors. */
 static double error_scale(const kr_taylor *p, const slow_directions *slow, const double bound[3])
 {
     const kr_series *s = p->series;
@@ -140,7 +137,8 @@ static double error_scale(const kr_taylor *p, const slow_directions *slow, const
 #include "math/real.h"
 #include "slow_terms.h"
 
-/* Returns an upper bound on the rates of the undamped top and of its support. */
+/* Returns an upper bound, in internal units (method.h), on the rates of the support and of the
+ * undamped top, now and later, if its angular velocity now is `velocity`. */
 static double bound_undamped_rate(const kr_motion *motion, kr_vec3 velocity,
                                   const kr_support_ops *supports)
 {
@@ -154,7 +152,8 @@ static double support_angular_speed(const kr_taylor *p)
     const kr_series *s = p->series;
     return s->linear > 1.0 ? p->rate * v_length(v_of(s->turn + 1)) : 0.0;
 }
-/* Returns an upper bound on the torques of weight, sliding friction and a rotating support. */
+/* Returns an upper bound on the sum of the torques due to weight, gravity gradient, sliding
+ * friction and the rotation of the support, in internal units (method.h). */
 static double largest_torque(const kr_motion *motion)
 {
     const kr_taylor *p = taylor_of(motion);
@@ -168,8 +167,8 @@ static double largest_torque(const kr_motion *motion)
     return pull * largest_effective_gravity(s) + friction +
            turning * (2.0 * v_largest(A) * turning + v_length(motion->rotor));
 }
-/* Returns log2 of the largest component of the n-th Taylor coefficient, or -LOG2_AT_REST if all
- * components are zero. With LOG2_AT_REST, powers of the resulting step size do not overflow. */
+/* Returns log2 of the largest absolute n-th coefficient of q, P and W, or -LOG2_AT_REST if all are
+ * zero. In log2_step_size, h^n is then about 2^LOG2_AT_REST, which does not overflow. */
 static double log2_norm(const kr_series *s, int n)
 {
     double size = 0.0;
@@ -177,14 +176,12 @@ static double log2_norm(const kr_series *s, int n)
     for (int i = 0; i < 4; i++) size = fmax(size, fabs(s->w[n][i]));
     return size > 0.0 ? log2(size) : -LOG2_AT_REST;
 }
-/* Returns log2 of the largest step size h for which neither h^n x_n nor h^n x_{n-1} exceeds the
- * tolerance. x_n stands for all n-th Taylor coefficients. */
+/* Returns log2 of the largest step size h for which h^n times the largest absolute Taylor
+ * coefficient of order n or n - 1 does not exceed the tolerance. */
 static double log2_step_size(const kr_series *s, int n, double log2_tol)
 {
     return fmin((log2_tol - log2_norm(s, n)) / n, (log2_tol - log2_norm(s, n - 1)) / n);
 }
-/* Returns log2 of the absolute tolerance: the relative tolerance times error_scale, the smallest of
- * the strongly damped velocities that is not negligible. */
 static double log2_absolute_tolerance(const kr_taylor *p, const slow_directions *slow)
 {
     double bound[3];
@@ -192,9 +189,9 @@ static double log2_absolute_tolerance(const kr_taylor *p, const slow_directions 
     return p->log2_tol + log2(error_scale(p, slow, bound));
 }
 
-/* Chooses the end of the step according to the tolerance, and evaluates the series there. If more
- * than 16 digits are requested, only the leading terms are computed in double-double precision. The
- * other terms are rounded to doubles, so they must be small. */
+/* Ends the step where the last Taylor terms are 2^log2_tol, and evaluates the series there. With
+ * more than 16 digits, the terms after the order `head` are evaluated in double precision, so they
+ * must be less than 2^52 times 2^log2_tol. */
 static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                                   const slow_directions *slow, double log2_tol)
 {
@@ -213,9 +210,9 @@ static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const k
     kr_taylor_end_at(s, kernel);
     if (slow->supports) slow->supports->place(s, motion, p->rate);
 }
-/* Returns 1 if a Taylor expansion on the slow manifold is worth trying. For each strongly damped
- * direction, the estimated distance of u_i from the manifold must be at most bound[i] / 4, `near`
- * times the error scale, or, if the transient has decayed (`is_settled`), |u_i| / 4. */
+/* Returns 1 if an expansion on the slow manifold is worth trying: the distance |u_i'| / d_i of each
+ * strongly damped u_i from it is at most the largest of bound[i] / 4 (bound_slow_velocities),
+ * `near` times error_scale and, after the transient (`is_settled`), |u_i| / 4. */
 static int may_be_near_manifold(const kr_taylor *p, const slow_directions *slow, double near,
                                 int is_settled)
 {
@@ -242,12 +239,11 @@ static int may_be_near_manifold(const kr_taylor *p, const slow_directions *slow,
     }
     return 1;
 }
-/* Returns the largest distance from the slow manifold, relative to the angular velocity, at which
- * the motion still counts as on the manifold. The result is `near` while the transient decays.
- * After damping about the same axes has been strong for SETTLED damping times, the result is 1: the
- * remaining distance is then a rounding error, which is large relative to the angular velocity of a
- * top that is almost at rest. If the damping time is below the resolution of the clock, the result
- * is UNRESOLVED. */
+/* Returns the largest distance from the slow manifold, relative to the bounds on the u_i, at which
+ * the motion counts as on the manifold: `near` while the transient decays, and 1 after damping
+ * about the same axes has been strong for SETTLED damping times. The remaining distance is then a
+ * rounding error, which is large relative to the angular velocity of a top almost at rest. If the
+ * damping time is below the resolution of the time `clock`, the result is UNRESOLVED. */
 static double largest_distance(kr_taylor *p, const slow_directions *slow, double clock, double near)
 {
     double axes = 0.0, weakest = INFINITY;
@@ -261,9 +257,9 @@ static double largest_distance(kr_taylor *p, const slow_directions *slow, double
     if (clock + 0.5 / weakest == clock) return UNRESOLVED;
     return clock >= p->settled ? 1.0 : near;
 }
-/* Computes a step on the slow manifold that results from strong damping about the axes marked in
- * `slow`. `strong` is NULL for the largest set of strongly damped axes. For a smaller set, `strong`
- * is the largest set, with which a step has failed. Returns 1 on success. */
+/* Tries to compute a step on the slow manifold that results from strong damping about the axes
+ * marked in `slow`. `strong` is NULL if these are all strongly damped axes. Otherwise, `strong`
+ * marks all of them, and a step with all of them has failed. Returns 1 on success. */
 static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                             const slow_directions *slow, const slow_directions *strong)
 {
@@ -287,9 +283,9 @@ static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kern
     kr_taylor_set_rate(p, motion, before, slow->supports);
     return 0;
 }
-/* Returns 1 if the next step may lie on a slow manifold, and 0 otherwise. If the support moves, the
- * damping rates are compared with the angular velocity, because this comparison often makes a more
- * expensive computation unnecessary. */
+/* Returns 0 if the next step certainly does not lie on a slow manifold. On a moving support, the
+ * damping rates are compared with the angular velocity, because this comparison often makes the
+ * more expensive bound_undamped_rate unnecessary. */
 static int may_be_slow(const kr_motion *motion)
 {
     const kr_taylor *p = taylor_of(motion);
@@ -301,7 +297,7 @@ static int may_be_slow(const kr_motion *motion)
            STRONG_ALONE * fmax(fabs(w[0]), fmax(fabs(w[1]), fabs(w[2])));
 }
 /* Initializes all members of `slow` except for the choice of the strongly damped directions.
- * Returns 0 if damping is not strong about any direction. */
+ * Returns 0 if no damping rate is large compared with `undamped`, the rate of the undamped top. */
 static int find_directions(const kr_motion *motion, double undamped, const kr_support_ops *supports,
                            slow_directions *slow)
 {
@@ -321,9 +317,9 @@ static int find_directions(const kr_motion *motion, double undamped, const kr_su
         find_principal_axes(motion, slow);
     return 1;
 }
-/* Returns log2 of the tolerance for steps that are not on a slow manifold. The tolerance is
- * lowered, because the permitted error is proportional to the angular velocity, which is small
- * compared with the damping rate. */
+/* Returns log2 of the tolerance for strongly damped steps that are not on a slow manifold. Errors
+ * are relative to the angular velocity, which is about the rate `undamped` of other effects, and
+ * thus less than p->rate, the unit of the series. */
 static double log2_transient_tolerance(const kr_taylor *p, double undamped)
 {
     return p->log2_tol + log2(fmax(fmin(undamped / p->rate, 1.0), NEGLIGIBLE));
@@ -370,17 +366,17 @@ int kr_slow_is_possible(const kr_motion *motion, double until)
     return motion->step < 0.0 ||
            !(drag <= STRONG_ALONE * bound_undamped_rate(motion, velocity, NULL));
 }
-/* If the angular velocity exceeds 2^(OVERFLOW_LEAST + OVERFLOW_SHARE / (n - 1)), squares of the
- * Taylor coefficients of a series of order n may overflow. */
+/* If the angular velocity in the unit of the series exceeds 2^(OVERFLOW_LEAST + OVERFLOW_SHARE /
+ * (n - 1)), squares of the Taylor coefficients of a series of order n may overflow. */
 #define OVERFLOW_LEAST 5.0
 #define OVERFLOW_SHARE 512.0
-/* Torques smaller than SMALL_TORQUE times the damping torque are neglected. As a safety margin, the
- * computed growth rate is multiplied by CERTAIN, which is less than 1. */
+/* Torques that change the growth rate of the angular momentum by less than the fraction
+ * SMALL_TORQUE are neglected. The computed growth rate is multiplied by CERTAIN < 1 as a margin. */
 #define SMALL_TORQUE 0.0025
 #define CERTAIN 0.98
-/* Let y be the magnitude of the angular velocity U relative to the support, with y^2 = <U, A U>.
- * Backward in time, damping increases y, which satisfies the inequality dy/dt >= `growth` y -
- * `loss`. The function tests whether the integral of the lower bound on y exceeds 2^53. */
+/* Let y^2 = <U, A U>, and let tau be the time counted backward. Damping increases y: dy/dtau >=
+ * `growth` y - `loss`, where `loss` bounds the effect of all other torques. The function tests
+ * whether the integral of the resulting lower bound on |U| >= y / sqrt(most) exceeds 2^53. */
 int kr_slow_drives_apart(const kr_motion *motion, double until)
 {
     const kr_taylor *p = taylor_of(motion);
@@ -397,9 +393,8 @@ int kr_slow_drives_apart(const kr_motion *motion, double until)
 }
 /* Backward in time, damping makes the magnitude L of the angular momentum grow. If the damping D is
  * the same about all axes and no other torque acts, the relative growth rate is D <W, A W> / L^2,
- * which does not decrease with time. Small additional torques change this rate only slightly. The
- * angular velocity therefore exceeds `limit` before the time `until` if exponential growth at the
- * initial rate does. */
+ * which does not decrease backward in time. Small additional torques hardly change this rate. Hence
+ * the angular velocity exceeds `limit` in time if exponential growth at the initial rate does. */
 int kr_slow_overflows(const kr_motion *motion, int order, double until)
 {
     const kr_taylor *p = taylor_of(motion);

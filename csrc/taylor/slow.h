@@ -1,27 +1,27 @@
-/* Steps of strongly damped motions on the slow manifold. Private to taylor/. */
+/* Steps of strongly damped motions. Private to taylor/. Damping about an axis is strong if it is
+ * much faster than all other effects (slow_directions.h). After a transient, the torque then
+ * determines the angular velocity about this axis: the motion stays on a slow manifold (slow.c).
+ * `until` is a value of kr_motion.clock. */
 #ifndef KR_TAYLOR_SLOW_H
 #define KR_TAYLOR_SLOW_H
 #include "taylor.h"
 
 struct kr_support_ops;
-/* Finds the directions about which damping may be strong if friction holds the top
- * (slow_directions.h). */
+/* Writes to `slow` the directions about which damping may be strong while dry friction holds the
+ * top, that is, keeps it from spinning about the apex (slow_directions.h). */
 void kr_slow_find_held(const kr_motion *motion, struct slow_directions *slow);
-/* Computes the next step of a strongly damped motion on the slow manifold, forward in time.
- * `supports` is NULL if the series has no terms of a support. Returns 0 if the motion has not
- * reached the slow manifold. If the result is 0, the caller must compute the step with `kernel` and
- * the tolerance written to `log2_tol`. */
+/* Computes the next step on the slow manifold, forward in time, and returns 1. If the motion is not
+ * on a slow manifold, returns 0, and the caller must compute the step with `kernel` and the
+ * tolerance 2^log2_tol. `supports` is NULL for a top without dry friction on a support at rest. */
 int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, const struct kr_support_ops *supports,
                  double *log2_tol);
-/* Returns 0 only if damping is not strong in any step from now until the clock `until`, for a
- * top on a support at rest. Backward in time, the result is 1, because damping may accelerate
- * the top without bound. */
+/* Returns 0 only if the support is at rest and damping is not strong in any step from now to the
+ * time `until`. Returns 1 backward in time, because damping may then accelerate the top. */
 int kr_slow_is_possible(const kr_motion *motion, double until);
-/* Returns 1 if the top rotates by more than 2^53 rad before the time `until`. Fast rotations are
+/* Returns 1 if the top certainly rotates by more than 2^53 rad before the time `until`. This is
  * possible backward in time, where damping accelerates the top. */
 int kr_slow_drives_apart(const kr_motion *motion, double until);
-/* Returns 1 if a damped top turns too fast for a series of the given order, now or before the time
- * `until`. Taylor coefficients can overflow only backward in time, where damping accelerates the
- * top. */
+/* Returns 1 if a series of the given order overflows now, or certainly before the time `until`,
+ * because the top rotates too fast. This is possible backward in time only. */
 int kr_slow_overflows(const kr_motion *motion, int order, double until);
 #endif

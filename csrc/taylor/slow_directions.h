@@ -1,15 +1,16 @@
-/* The directions v_i about which damping may be strong (slow.c), and the selection of the strongly
- * damped ones. The angular velocity of the top relative to its support is U = u_0 v_0 + u_1 v_1 +
- * ..., where the v_i are orthogonal with respect to both the moments of inertia A and the damping
- * D, and 1 <= |v_i| < 2. In the notation of slow.c, with X defined by the last line,
+/* The directions v_i about which damping may be strong, and the choice of the strongly damped ones.
+ * All vectors have components along the principal axes. With the angular velocities W of the top
+ * and O of its support, U = W - O = u_0 v_0 + u_1 v_1 + ..., where the v_i are orthogonal with
+ * respect to both the moments of inertia A and the damping D, and 1 <= |v_i| < 2:
  *     u_i' = <A v_i, X - O'> / a_i - d_i u_i,   a_i = <v_i, A v_i>,   d_i = <v_i, D v_i> / a_i,
  *     A X = (AW + h) x W + G P x c
- * In general, v_i are the principal axes. If friction holds the top, U is perpendicular to the apex
- * a, and so are the two v_i. The friction torque is then along the apex, does not occur in these
- * equations, and equals <a, A (W' - X) + D U>. */
+ * X is the angular acceleration without damping; while the top slides with dry friction, A X also
+ * includes the friction torque. h is the momentum of a rotor, P the vertical, c the lever arm
+ * (taylor.h), and G the effective gravity (series.h). In general, the v_i are the principal axes.
+ * While friction holds the top, U and the two v_i are perpendicular to the apex a (taylor.h), and
+ * the friction torque, <a, A (W' - X) + D U>, is along a and absent from these equations. */
 
-/* The directions v_i, and a set of strongly damped directions. All rates are in the unit of time of
- * the motion. */
+/* The directions v_i, and a set of strongly damped ones. Rates are in internal units (method.h). */
 typedef struct slow_directions {
     int count, is_held;             /* number of directions; 1 if friction holds the top */
     dd v[3][3], dual[3][3];         /* v_i and A v_i / a_i */
@@ -20,16 +21,16 @@ typedef struct slow_directions {
     int has_rotor, turns, shakes, slides;
     double shaking; /* rate at which the support shakes */
     int is_slow[3]; /* 1 if damping about the direction is strong */
-    /* Largest rate of the motion on the slow manifold, and largest rate at which the top falls over
-     * or its support shakes. */
+    /* rate: largest on the slow manifold; fall: largest of falling over or of shaking */
     double rate, fall;
-    /* gain[i][k] is the velocity u_i that results from a torque about the direction k. This torque
-     * is normalized so that it causes u_k = 1 if no rotor couples the directions. */
+    /* A rotor couples the directions: a steady torque that would cause u_k = 1 without a rotor
+     * causes the velocities u_i = gain[i][k]. Without a rotor, `gain` is the unit matrix. */
     double gain[3][3];
 } slow_directions;
 
-/* Damping about a direction is strong if its rate d_i is more than STRONG times all other rates. If
- * all directions are strongly damped, the smaller factor STRONG_ALONE replaces STRONG. */
+/* Damping about a direction is strong if its rate d_i is more than STRONG times all rates of the
+ * undamped motion, of weaker damping and of a rotor. If all directions are strongly damped, the
+ * smaller factor STRONG_ALONE replaces STRONG. */
 #define STRONG 256.0
 #define STRONG_ALONE 32.0
 
@@ -40,12 +41,11 @@ static vec_dd normalize_by_inertia(vec_dd v, vec_dd A)
 {
     return vdd_scale(dd_div(dd_of(1.0), dd_sqrt(bilinear_form(v, A, v))), v);
 }
-/* Returns c a + s b. */
 static vec_dd combine_vectors(dd c, vec_dd a, dd s, vec_dd b)
 {
     return vdd_add(vdd_scale(c, a), vdd_scale(s, b));
 }
-/* Rotates the directions v_0 and v_1 such that <v_0, D v_1> vanishes (Jacobi rotation). */
+/* Replaces v[0] and v[1] by linear combinations for which <v[0], D v[1]> = 0 (Jacobi rotation). */
 static void diagonalize_damping(vec_dd v[2], vec_dd D)
 {
     const dd cross = bilinear_form(v[0], D, v[1]),
@@ -107,8 +107,6 @@ void kr_slow_find_held(const kr_motion *motion, slow_directions *slow)
     set_rotor_coupling(slow, motion->rotor);
 }
 
-/* Inverts the matrix m by cofactors. In the row and in the column of a weakly damped direction, all
- * off-diagonal elements of m are zero. */
 static void invert_matrix(double m[3][3], double inverse[3][3])
 {
     double sum = 0.0;
@@ -120,6 +118,7 @@ static void invert_matrix(double m[3][3], double inverse[3][3])
     for (int i = 0; i < 3; i++) sum += m[0][i] * inverse[i][0];
     for (int i = 0; i < 9; i++) inverse[i / 3][i % 3] /= sum;
 }
+/* Sets slow->gain to the inverse of the matrix 1 - couple[i][k] / d_i (i, k: strongly damped). */
 static void set_gain(slow_directions *slow)
 {
     double m[3][3];
@@ -130,8 +129,8 @@ static void set_gain(slow_directions *slow)
         }
     invert_matrix(m, slow->gain);
 }
-/* Returns the largest rate at which a rotor changes the weakly damped velocities u_i, directly or
- * through a strongly damped velocity. */
+/* Returns the largest rate at which a rotor changes the weakly damped u_i, where c is slow->couple:
+ * sqrt|c_ik c_ki| through a weakly damped u_k, |c_ik c_ki| / d_k through a strongly damped u_k. */
 static double bound_rotor_rate(const slow_directions *slow)
 {
     double most = 0.0;
@@ -142,19 +141,20 @@ static double bound_rotor_rate(const slow_directions *slow)
         }
     return most;
 }
-/* Marks all directions as strongly damped, except for the `rank` ones with the weakest damping.
- * Returns 1 if the damping of the marked directions dominates all effects with rates up to
- * `undamped` and torques up to `pull`. */
-static int choose_slow_directions(slow_directions *slow, int rank, double undamped, double pull)
+/* Marks all directions as strongly damped, except for the `weak_count` ones with the weakest
+ * damping. Sets slow->fall and slow->rate for undamped rates up to `undamped_rate` and torques up
+ * to `most_torque`. Returns 1 if damping about the marked directions is strong (STRONG). */
+static int choose_slow_directions(slow_directions *slow, int weak_count, double undamped_rate,
+                                  double most_torque)
 {
-    double others = undamped, weakest = INFINITY, creep = 0.0;
+    double others = undamped_rate, weakest = INFINITY, creep = 0.0;
     slow->fall = slow->shaking;
     for (int i = 0; i < slow->count; i++) {
-        const double d = slow->drag[i].hi, torque = pull * slow->ease[i];
+        const double d = slow->drag[i].hi, torque = most_torque * slow->ease[i];
         int weaker = 0;
         for (int k = 0; k < slow->count; k++)
             weaker += slow->drag[k].hi < d || (slow->drag[k].hi == d && k < i);
-        slow->is_slow[i] = weaker >= rank;
+        slow->is_slow[i] = weaker >= weak_count;
         if (slow->is_slow[i]) {
             weakest = fmin(weakest, d);
             creep = fmax(creep, torque / d);
@@ -165,8 +165,8 @@ static int choose_slow_directions(slow_directions *slow, int rank, double undamp
     }
     slow->fall = fmax(slow->fall, creep);
     others = fmax(others, bound_rotor_rate(slow));
-    slow->rate = 2.0 * creep + (rank > 0 ? 2.0 * others : slow->shaking);
-    if (!(weakest > (rank > 0 ? STRONG : STRONG_ALONE) * others)) return 0;
+    slow->rate = 2.0 * creep + (weak_count > 0 ? 2.0 * others : slow->shaking);
+    if (!(weakest > (weak_count > 0 ? STRONG : STRONG_ALONE) * others)) return 0;
     set_gain(slow);
     return 1;
 }

@@ -1,29 +1,37 @@
-/* Taylor coefficients of a strongly damped motion on the slow manifold (slow.c). The coefficients
- * are of the type `real` (math/real.h). slow_directions.h defines v_i, u_i, U and X. */
+/* Taylor series of a strongly damped motion on the slow manifold (slow.c), for numbers of the type
+ * `real` (math/real.h). All vectors have components along the principal axes. W, O and U = W - O
+ * are the angular velocities of the top, of its support, and of the top relative to the support. q
+ * is the attitude, P the vertical (taylor.h), and G the effective gravity (series.h). The
+ * components u_i of U along the directions v_i (slow_directions.h) satisfy
+ *     u_i' = <A v_i, X - O'> / a_i - d_i u_i,   a_i = <v_i, A v_i>
+ * where A is the inertia, X the angular acceleration without damping, and d_i a damping rate. The
+ * friction variable is the spin <U, a> about the apex a while the top slides, and the ratio of the
+ * friction torque to its maximum while friction holds the top. c[row][n] is the n-th coefficient of
+ * the number in a row (slow.c). The rows of G P, U and u_i begin at GP_OF, U_OF and U_ROW. */
 
 typedef struct REAL(terms) {
     real c[ROWS][KR_TAYLOR_MAX + 2];
     real k[3], up[3], down[3], rub[3];
     real ahead[3], behind[3]; /* factors of next(W) and prev(W) due to a rotor */
-    /* The directions, with rates in the unit of frequency of the series (slow_directions.h). */
+    /* v_i, A v_i / a_i, and d_i in the unit of frequency of the series */
     real v[3][3], dual[3][3], drag[3];
 } REAL(terms);
 
-/* Returns the n-th coefficient of the product of the series in rows `a` and `b`. */
-static inline real REAL(product)(const REAL(terms) * s, int a, int b, int n)
+/* Returns the n-th coefficient of the product of the series in two rows. */
+static inline real REAL(product)(const REAL(terms) * s, int row_a, int row_b, int n)
 {
     real sum = r_of(0.0, 0.0);
-    for (int j = 0; j <= n; j++) sum = r_add(sum, r_mul(s->c[a][j], s->c[b][n - j]));
+    for (int j = 0; j <= n; j++) sum = r_add(sum, r_mul(s->c[row_a][j], s->c[row_b][n - j]));
     return sum;
 }
-/* Computes the n-th coefficient of the effective gravity vector G P. */
+/* Sets the n-th coefficient of G P, given the coefficients 0 to n of G and of P. */
 static void REAL(multiply_gravity)(REAL(terms) * s, int n)
 {
     for (int i = 0; i < 3; i++) s->c[ROW_GP + i][n] = REAL(product)(s, ROW_G, ROW_P + i, n);
 }
-/* Computes the n-th coefficient of X, the angular acceleration without damping. */
+/* Writes the n-th coefficient of X, given the coefficients 0 to n of W and of G P. */
 static void REAL(find_acceleration)(const REAL(terms) * s, const slow_directions *slow, int n,
-                                    real torque[3])
+                                    real acceleration[3])
 {
     const real *p[3] = {s->c[GP_OF(slow)], s->c[GP_OF(slow) + 1], s->c[GP_OF(slow) + 2]};
     real square[3] = {r_of(0.0, 0.0), r_of(0.0, 0.0), r_of(0.0, 0.0)};
@@ -34,33 +42,35 @@ static void REAL(find_acceleration)(const REAL(terms) * s, const slow_directions
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
         const real weight = r_add(r_mul(s->up[i], p[j][n]), r_mul(s->down[i], p[k][n]));
-        torque[i] = r_add(r_mul(s->k[i], square[i]), weight);
-        if (n == 0 && slow->slides) torque[i] = r_add(torque[i], s->rub[i]);
+        acceleration[i] = r_add(r_mul(s->k[i], square[i]), weight);
+        if (n == 0 && slow->slides) acceleration[i] = r_add(acceleration[i], s->rub[i]);
         if (!slow->has_rotor) continue;
-        torque[i] = r_add(torque[i], r_mul(s->ahead[i], s->c[ROW_W + j][n]));
-        torque[i] = r_add(torque[i], r_mul(s->behind[i], s->c[ROW_W + k][n]));
+        acceleration[i] = r_add(acceleration[i], r_mul(s->ahead[i], s->c[ROW_W + j][n]));
+        acceleration[i] = r_add(acceleration[i], r_mul(s->behind[i], s->c[ROW_W + k][n]));
     }
 }
-/* Returns the component of a vector along v_i, for a top that friction holds. */
+/* Returns <A v_i, vector> / a_i, which is called the component of the vector along v_i. */
 static real REAL(find_component)(const REAL(terms) * s, int i, const real vector[3])
 {
     real sum = r_of(0.0, 0.0);
     for (int j = 0; j < 3; j++) sum = r_add(sum, r_mul(s->dual[i][j], vector[j]));
     return sum;
 }
-/* Computes the n-th coefficients of the components of X - O' along the directions v_i. */
+/* Writes the n-th coefficients of the components of X - O' along the v_i, given the coefficients 0
+ * to n of W and of G P, and 0 to n + 1 of O. */
 static void REAL(find_acceleration_components)(const REAL(terms) * s, const slow_directions *slow,
-                                               int n, real force[3])
+                                               int n, real components[3])
 {
-    real torque[3];
-    REAL(find_acceleration)(s, slow, n, torque);
+    real acceleration[3];
+    REAL(find_acceleration)(s, slow, n, acceleration);
     for (int i = 0; i < 3 && slow->turns; i++)
-        torque[i] = r_sub(torque[i], r_mul(r_of(n + 1, 0.0), s->c[ROW_O + i][n + 1]));
+        acceleration[i] = r_sub(acceleration[i], r_mul(r_of(n + 1, 0.0), s->c[ROW_O + i][n + 1]));
     for (int i = 0; i < slow->count; i++)
-        force[i] = slow->is_held ? REAL(find_component)(s, i, torque) : torque[i];
+        components[i] = slow->is_held ? REAL(find_component)(s, i, acceleration) : acceleration[i];
 }
-/* Computes the n-th coefficients of U and of W = O + U from the velocities u_i. Weakly damped
- * components of W_0 remain unchanged, because the rounding errors of the sum would accumulate. */
+/* Sets the n-th coefficients of U and of W = O + U from those of the u_i and of O. Weakly damped
+ * components of W_0 remain unchanged, unless friction holds the top, because the rounding errors of
+ * O + U would accumulate from step to step. */
 static void REAL(set_velocities_from_slow)(REAL(terms) * s, const slow_directions *slow, int n)
 {
     if (!slow->is_held && !slow->turns) return;
@@ -72,35 +82,36 @@ static void REAL(set_velocities_from_slow)(REAL(terms) * s, const slow_direction
             s->c[ROW_W + j][n] = r_add(s->c[ROW_O + j][n], *U);
     }
 }
-/* Computes the (n + 1)-th coefficients of the body-frame components of a space-fixed vector. */
-static void REAL(next_body_vector)(REAL(terms) * s, int row, int u, int n)
+/* Sets the (n + 1)-th coefficient of a vector b at rest relative to the support: b' = b x U. The
+ * rows of b and of U begin at `row` and `u_row`. */
+static void REAL(next_body_vector)(REAL(terms) * s, int row, int u_row, int n)
 {
     const real zero = r_of(0.0, 0.0);
     real ahead[3] = {zero, zero, zero}, behind[3] = {zero, zero, zero};
     for (int m = 0; m <= n; m++)
         for (int i = 0; i < 3; i++) {
             const int j = (i + 1) % 3, k = (i + 2) % 3;
-            ahead[i] = r_add(ahead[i], r_mul(s->c[row + j][m], s->c[u + k][n - m]));
-            behind[i] = r_add(behind[i], r_mul(s->c[row + k][m], s->c[u + j][n - m]));
+            ahead[i] = r_add(ahead[i], r_mul(s->c[row + j][m], s->c[u_row + k][n - m]));
+            behind[i] = r_add(behind[i], r_mul(s->c[row + k][m], s->c[u_row + j][n - m]));
         }
     for (int i = 0; i < 3; i++)
         s->c[row + i][n + 1] = r_div(r_sub(ahead[i], behind[i]), r_of(n + 1, 0.0));
 }
-/* Computes the (n + 1)-th coefficient of the attitude. */
-static void REAL(next_attitude)(REAL(terms) * s, int u, int n)
+static void REAL(next_attitude)(REAL(terms) * s, int u_row, int n)
 {
     real rate = r_of(0.0, 0.0);
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
-        const real along = REAL(product)(s, ROW_Q, u + i, n),
-                   across = r_sub(REAL(product)(s, ROW_Q + 1 + j, u + k, n),
-                                  REAL(product)(s, ROW_Q + 1 + k, u + j, n));
-        rate = r_sub(rate, REAL(product)(s, ROW_Q + 1 + i, u + i, n));
+        const real along = REAL(product)(s, ROW_Q, u_row + i, n),
+                   across = r_sub(REAL(product)(s, ROW_Q + 1 + j, u_row + k, n),
+                                  REAL(product)(s, ROW_Q + 1 + k, u_row + j, n));
+        rate = r_sub(rate, REAL(product)(s, ROW_Q + 1 + i, u_row + i, n));
         s->c[ROW_Q + 1 + i][n + 1] = r_div(r_add(along, across), r_of(2 * (n + 1), 0.0));
     }
     s->c[ROW_Q][n + 1] = r_div(rate, r_of(2 * (n + 1), 0.0));
 }
-/* Recomputes the n-th coefficients of the strongly damped u_i. Returns the largest change. */
+/* Sets the n-th coefficients of the strongly damped u_i to solutions of the equations for u_i',
+ * with u_i' from the previous iteration and any rotor in slow->gain. Returns the largest change. */
 static double REAL(solve_slow_velocities)(REAL(terms) * s, const slow_directions *slow, int n)
 {
     real force[3], off[3];
@@ -121,9 +132,9 @@ static double REAL(solve_slow_velocities)(REAL(terms) * s, const slow_directions
     }
     return moved;
 }
-/* Performs one iteration: recomputes the strongly damped velocities, and all coefficients that
- * depend on these velocities. Returns the largest change, in this iteration, of a coefficient of
- * order at most `order` / 2. */
+/* Computes the coefficients of all rows except for q and the friction variable, given the strongly
+ * damped u_i of the previous iteration. Returns the largest change of a coefficient of order at
+ * most `order` / 2 of a strongly damped u_i. */
 static double REAL(iterate_once)(REAL(terms) * s, const slow_directions *slow, int order)
 {
     const int u = U_OF(slow);
@@ -149,7 +160,7 @@ static double REAL(iterate_once)(REAL(terms) * s, const slow_directions *slow, i
     }
     return moved;
 }
-/* Returns the velocity u_i at the end of the last step. */
+/* Returns u_i at the end of the last step, given the series `from` of this step and O_0. */
 static real REAL(find_end_velocity)(const REAL(terms) * s, const slow_directions *slow,
                                     const kr_series from[2], int i)
 {
@@ -158,12 +169,12 @@ static real REAL(find_end_velocity)(const REAL(terms) * s, const slow_directions
         U[j] = r_sub(r_of(from[0].end_w[1 + j], from[1].end_w[1 + j]), s->c[ROW_O + j][0]);
     return slow->is_held ? REAL(find_component)(s, i, U) : U[i];
 }
-static void REAL(read_vector)(real to[3], const double a[4], const double b[4])
+static void REAL(read_vector)(real vector[3], const double high[4], const double low[4])
 {
-    (void)b; /* for doubles */
-    for (int i = 0; i < 3; i++) to[i] = r_of(a[1 + i], b[1 + i]);
+    (void)low; /* for doubles */
+    for (int i = 0; i < 3; i++) vector[i] = r_of(high[1 + i], low[1 + i]);
 }
-/* Computes the Taylor coefficients of the effective gravity G, a constant plus a cosine. */
+/* Sets all coefficients of G, a constant plus a cosine (kr_series.sway, taylor.h). */
 static void REAL(expand_gravity)(REAL(terms) * s, const kr_series from[2])
 {
     real *g = s->c[ROW_G], sine = r_of(from[0].sway[1], from[1].sway[1]);
@@ -176,8 +187,8 @@ static void REAL(expand_gravity)(REAL(terms) * s, const kr_series from[2])
     }
     g[0] = r_add(g[0], r_of(from[0].sway[3], from[1].sway[3]));
 }
-/* Starts a new Taylor expansion about the end of the last step: copies the constants and the
- * initial values, and sets all coefficients of higher order to zero. */
+/* Copies the constants, with 1 / rate as the unit of time, and the values at the end of the last
+ * step, whose series is `from`. Expands G, and sets all other coefficients to zero. */
 static void REAL(begin_expansion)(REAL(terms) * s, const slow_directions *slow,
                                   const kr_series from[2], double rate)
 {
@@ -206,17 +217,18 @@ static void REAL(begin_expansion)(REAL(terms) * s, const slow_directions *slow,
         s->c[U_ROW(slow) + i][0] = REAL(find_end_velocity)(s, slow, from, i);
     if (slow->shakes) REAL(expand_gravity)(s, from);
 }
-/* Computes the Taylor coefficients of the spin of a sliding top. */
-static void REAL(find_spin)(REAL(terms) * s, int u, int order, const kr_series from[2])
+/* Sets the friction variable of a sliding top, which must be zero before, to the spin <U, a>, for
+ * orders 0 to `order`. The rows of U begin at `u_row`. */
+static void REAL(find_spin)(REAL(terms) * s, int u_row, int order, const kr_series from[2])
 {
     for (int n = 0; n <= order; n++)
         for (int i = 0; i < 3; i++)
             s->c[ROW_FRICTION][n] =
                 r_add(s->c[ROW_FRICTION][n],
-                      r_mul(r_of(from[0].apex[1 + i], from[1].apex[1 + i]), s->c[u + i][n]));
+                      r_mul(r_of(from[0].apex[1 + i], from[1].apex[1 + i]), s->c[u_row + i][n]));
 }
-/* Computes the Taylor coefficients of the ratio of the friction torque to its limit `friction`, if
- * friction holds the top. */
+/* Sets the friction variable while friction holds the top, for orders below `order`: the friction
+ * torque <a, A (W' - X) + D U> divided by its maximum `friction`. The unit of time is 1 / rate. */
 static void REAL(find_friction_ratio)(REAL(terms) * s, const slow_directions *slow, double rate,
                                       double friction, int order)
 {
@@ -232,7 +244,7 @@ static void REAL(find_friction_ratio)(REAL(terms) * s, const slow_directions *sl
         s->c[ROW_FRICTION][n] = r_div(sum, r_of(friction, 0.0));
     }
 }
-/* Copies the Taylor coefficients of orders 0 to `order` into the high and low words of a series. */
+/* Copies the first rows, q to W, up to `order`: the high words to to[0], the low words to to[1]. */
 static void REAL(write_coefficients)(const REAL(terms) * s, int order, kr_series to[2])
 {
     for (int n = 0; n <= order; n++)
@@ -242,29 +254,31 @@ static void REAL(write_coefficients)(const REAL(terms) * s, int order, kr_series
             *(is_x ? &to[1].x[n][i] : &to[1].w[n][i]) = r_low(s->c[row][n]);
         }
 }
-/* Returns 1 if the strongly damped velocities at the end of the last step agree with those on the
- * slow manifold. Each may differ by `near` times the larger of bound[i] and `least`. If the motion
- * has not reached the slow manifold, writes an estimate of the remaining time to `wait`. */
+/* Returns 1 if each strongly damped u_i at the end of the last step, whose series is `from`,
+ * differs by at most `near` times the larger of bound[i] and `scale` from its value on the
+ * manifold, s->c[..][0]. Otherwise returns 0, and writes the estimated time until it does to
+ * `wait`. */
 static int REAL(is_on_manifold)(const REAL(terms) * s, const kr_series from[2],
-                                const slow_directions *slow, const double bound[3], double least,
+                                const slow_directions *slow, const double bound[3], double scale,
                                 double near, double *wait)
 {
     double last = 0.0;
     for (int i = 0; i < slow->count; i++) {
         const real end = REAL(find_end_velocity)(s, slow, from, i);
         const double off = fabs(r_high(r_sub(end, s->c[U_ROW(slow) + i][0]))),
-                     size = fmax(bound[i], least), allowed = fmax(near * size, TINY_VELOCITY);
+                     size = fmax(bound[i], scale), allowed = fmax(near * size, TINY_VELOCITY);
         if (slow->is_slow[i] && !(off <= allowed))
             last = fmax(last, LOG_OF_2 * log2(off / allowed) / r_high(s->drag[i]));
     }
     if (last > 0.0) *wait = last;
     return last == 0.0;
 }
-/* Expands the motion on the slow manifold in a Taylor series about the end of the last step. The
- * iteration ends when no coefficient of low order changes by more than `noise` times the strongly
- * damped velocities. `friction` is the largest friction torque, if friction holds the top. Returns
- * 0 if the iteration does not converge, or if the motion has not reached the slow manifold. On
- * failure, sets `wait` to the time after which the expansion should be tried again. */
+/* Expands the motion on the slow manifold about the end of the last step, and writes the
+ * coefficients to p->series. The iteration ends when no coefficient of order at most `order` / 2
+ * changes by more than `noise` times the largest bound on a strongly damped u_i. `near` is the
+ * permitted relative distance (is_on_manifold); `friction` is the largest friction torque, if
+ * friction holds the top. Returns 0 if the iteration does not converge, or if the motion is not on
+ * the manifold. `wait` is then an estimate of the time to reach it, in the units of the series. */
 static int REAL(expand)(kr_taylor *p, const slow_directions *slow, int order, double near,
                         double noise, double friction, double *wait)
 {

@@ -9,16 +9,18 @@
  *     c           `lever`                                  P  `vertical`     G P  `pulled`
  *     W, U, O     `velocity`, `relative`, `support`: the angular velocities of the top in the
  *                 inertial frame, of the top relative to the support, and of the support
+ *     A, D, h, a  the inertia, the damping, the momentum of the rotor, and the apex (taylor.h)
  *     AW + h      `momentum`; D U `dragged`                f  `torque`: the friction torque
- *     y, E, d, g  the derivatives of the rotor, of O, of the apex a and of f by the parameter
+ *     B, F, y, E, d, g  the derivatives of A, D, h, O, a and f by the tangent's parameter
  *     k, b        the acceleration and the lever per unit of acceleration; the parameter decides
  *                 which of the two is replaced by its derivative
  *     K           `gradient`: the gravity gradient; K A P `steep`, (K A)' the parameter's change
  * While friction holds the top, g is chosen such that the spin <U, a> of the perturbed motion
- * remains zero. `real` and `real_vec` are the types of numbers and vectors (math/real.h). */
+ * remains zero. `real` and `real_vec` are the types of numbers and vectors (math/real.h). Arrays
+ * hold Taylor coefficients; the n-th one of a product is a sum over j + m = n. */
 
-/* Taylor series of the motion of the top (the path), expanded about the beginning of a substep.
- * `stiffness` is K A, `inverse_inertia` is <a / A, a> for the apex a, and `q` is the attitude. */
+/* Taylor series of the motion of the top (the path), about the beginning of a substep. `stiffness`
+ * is K A, `inverse_inertia` is <a / A, a>, and `q` is the attitude. */
 typedef struct REAL(moving_path) {
     real_vec velocity[TERMS], relative[TERMS], support[TERMS], momentum[TERMS], dragged[TERMS],
         vertical[TERMS], pulled[TERMS], steep[TERMS];
@@ -28,9 +30,8 @@ typedef struct REAL(moving_path) {
     real gradient, inverse_inertia, q[4];
     int has_friction, is_held;
 } REAL(moving_path);
-/* Taylor series of one tangent: `cross` is c x theta, `apex_change` is theta x a + d, and `apex` is
- * d. `tilted` is theta x K A P + K A (P x theta). `turn_loss` and `push_loss` are the inhomogeneous
- * terms of -theta' and -N'. */
+/* Taylor series of one tangent: `cross` is c x theta, `apex_change` theta x a + d, `apex` d, and
+ * `tilted` theta x K A P + K A (P x theta). -theta' contains `turn_loss`, -N' `push_loss`. */
 typedef struct REAL(moving_deviation) {
     real_vec turn[TERMS], push[TERMS], cross[TERMS], apex_change[TERMS], turn_loss[TERMS],
         push_loss[TERMS], tilted[TERMS], apex;
@@ -42,17 +43,14 @@ static real_vec REAL(zero)(void)
     return r_vdd(vdd_of(none));
 }
 static real REAL(sum_components)(real_vec a) { return r_add(r_add(a.x, a.y), a.z); }
-/* Returns 1 / (n + 1). */
 static real REAL(share)(int n) { return r_div(r_of(1.0, 0.0), r_of(n + 1, 0.0)); }
-/* Returns the n-th coefficient of the product of a series of numbers and a series of vectors. */
 static real_vec REAL(multiply_series)(const real a[], const real_vec b[], int n)
 {
     real_vec sum = REAL(zero)();
     for (int m = 0; m <= n; m++) sum = VEC(add)(sum, VEC(scale)(a[m], b[n - m]));
     return sum;
 }
-/* Returns the n-th coefficient of the cross product of two series. The six sums are independent, so
- * the processor can compute them in parallel. */
+/* Returns the n-th coefficient of a x b. The processor can compute the six sums in parallel. */
 static real_vec REAL(cross)(const real_vec a[], const real_vec b[], int n)
 {
     real_vec up = REAL(zero)(), down = up;
@@ -67,7 +65,8 @@ static real_vec REAL(cross)(const real_vec a[], const real_vec b[], int n)
     }
     return VEC(sub)(up, down);
 }
-/* Returns the body-frame components of a vector, given its components in the space frame. */
+/* Returns the body-frame components of `vector`, which is given in the space frame. The attitude is
+ * q[0] + q[1] i + q[2] j + q[3] k, a unit quaternion. */
 static real_vec REAL(rotate_to_body)(const real q[4], const double vector[3])
 {
     real sum[3];
@@ -84,13 +83,13 @@ static real_vec REAL(rotate_to_body)(const real q[4], const double vector[3])
     }
     return (real_vec){sum[0], sum[1], sum[2]};
 }
-/* Computes the (n + 1)-th coefficient of the body-frame components of a space-fixed vector. */
+/* Sets a[n + 1] of a vector fixed in the support's frame: a' = a x U, U = `relative`. */
 static void REAL(next_space_vector)(real_vec a[], const real_vec relative[], int n)
 {
     a[n + 1] = VEC(scale)(REAL(share)(n), REAL(cross)(a, relative, n));
 }
-/* Computes the n-th coefficients of W, U, A W + h, D U, P and K A P from the Taylor series of the
- * path. */
+/* Sets the n-th coefficients of W, U, AW + h, D U, P and K A P from the series `path` of the top.
+ * The n-th coefficient of O must be known. h is `rotor`. */
 static void REAL(read_coefficients)(REAL(moving_path) * p, const kr_series path[2], int n,
                                     real_vec rotor)
 {
@@ -102,8 +101,9 @@ static void REAL(read_coefficients)(REAL(moving_path) * p, const kr_series path[
     p->vertical[n] = r_get(path, x[n] + 5);
     p->steep[n] = VEC(times)(p->stiffness, p->vertical[n]);
 }
-/* Sets the friction torque, which is constant while the top slides. While friction holds the top,
- * the friction torque is stored in lane 0 of W (see series.h). */
+/* Sets the apex, inverse_inertia, and the coefficients of orders below `order` of the friction
+ * torque f. While the top slides, f is constant. While friction holds the top, lane 0 of W in
+ * `path` contains f divided by its maximum (series.h). 1 / rate is the unit of time. */
 static void REAL(read_friction)(REAL(moving_path) * p, const kr_motion *motion, double rate,
                                 const kr_series path[2], int order)
 {
@@ -116,7 +116,8 @@ static void REAL(read_friction)(REAL(moving_path) * p, const kr_motion *motion, 
                            : r_of(0.0, 0.0);
     if (!p->is_held) p->torque[0] = r_of(-kr_support_sliding(path) * friction, 0.0);
 }
-/* Computes the Taylor series of the path and of the support motion. */
+/* Sets all members of p, given the series `path` of the top, for Taylor coefficients of orders
+ * below `order`. 1 / rate is the unit of time of the series. */
 static void REAL(read_path)(REAL(moving_path) * p, const kr_motion *motion, double rate,
                             const kr_series path[2], int order)
 {
@@ -154,7 +155,8 @@ static void REAL(read_path)(REAL(moving_path) * p, const kr_motion *motion, doub
     }
     if (p->is_held) REAL(read_coefficients)(p, path, order, rotor);
 }
-/* Subtracts the coefficients of k P x b from `push_loss`, with
+/* Subtracts k P x b from `push_loss`, where b is g->pull, t the time since the beginning of the
+ * series, and cosine and sine are those of the phase of the shaking:
  *     k = scale[0] + scale[1] cosine + scale[2] sine + scale[3] t sine */
 static void REAL(add_pull)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                            const kr_tangent *g, const dd scale[4], int order)
@@ -169,7 +171,8 @@ static void REAL(add_pull)(const REAL(moving_path) * p, REAL(moving_deviation) *
                      VEC(cross)(REAL(multiply_series)(k, p->vertical, n), r_get(g, pull + 1)));
     }
 }
-/* Adds the terms of E, the derivative of O. `turned` is E in the units of the motion. */
+/* Adds E to `turn_loss` and E x (AW + h) to `push_loss`. `turned` is E in internal units, which is
+ * divided by `rate` to convert it to the unit of the series. */
 static void REAL(add_turning)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                               const kr_tangent *g, double rate, int order)
 {
@@ -184,7 +187,7 @@ static void REAL(add_turning)(const REAL(moving_path) * p, REAL(moving_deviation
         if (n < order) REAL(next_space_vector)(turned, p->relative, n);
     }
 }
-/* Adds the terms of (K A)', the derivative of the product of gravity gradient and moments. */
+/* Subtracts P x (K A)' P from `push_loss`. */
 static void REAL(add_gradient)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                                const kr_tangent *g, int order)
 {
@@ -197,7 +200,8 @@ static void REAL(add_gradient)(const REAL(moving_path) * p, REAL(moving_deviatio
         d->push_loss[n] = VEC(sub)(d->push_loss[n], REAL(cross)(p->vertical, change, n));
     }
 }
-/* Computes the inhomogeneous terms of the variational equations. */
+/* Sets the inhomogeneous terms turn_loss and push_loss, and d->apex, from the derivatives in g of
+ * the constants by the parameter of the tangent. 1 / rate is the unit of time. */
 static void REAL(set_parameter_terms)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                                       const kr_motion *motion, double rate, const kr_series path[2],
                                       const kr_tangent *g, int order)
@@ -223,7 +227,6 @@ static void REAL(set_parameter_terms)(const REAL(moving_path) * p, REAL(moving_d
     d->apex = r_get(g, apex_of + 1);
     d->push_loss[0] = VEC(sub)(d->push_loss[0], VEC(scale)(torque, p->apex));
 }
-/* Returns the n-th coefficient of the time derivative of the rotation vector theta. */
 static real_vec REAL(find_theta_rate)(const REAL(moving_path) * p, const REAL(moving_deviation) * d,
                                       int n)
 {
@@ -231,7 +234,6 @@ static real_vec REAL(find_theta_rate)(const REAL(moving_path) * p, const REAL(mo
     return VEC(add)(VEC(sub)(VEC(over)(gained, p->A), d->turn_loss[n]),
                     REAL(cross)(d->turn, p->velocity, n));
 }
-/* Returns the n-th coefficient of the perturbation of the spin <U, a>. */
 static real REAL(find_spin_change)(const REAL(moving_path) * p, const REAL(moving_deviation) * d,
                                    int n)
 {
@@ -240,7 +242,8 @@ static real REAL(find_spin_change)(const REAL(moving_path) * p, const REAL(movin
     return REAL(sum_components)(
         VEC(add)(VEC(times)(p->apex, slipped), VEC(times)(d->apex, p->relative[n])));
 }
-/* Adds the effect of friction to the (n + 1)-th coefficient of the momentum part N of a tangent. */
+/* Adds f (theta x a + d) to the (n + 1)-th coefficient of N and, while friction holds the top, g a,
+ * such that the (n + 1)-th coefficient of the change of the spin becomes zero. */
 static void REAL(add_friction)(const REAL(moving_path) * p, REAL(moving_deviation) * d, int n)
 {
     const real_vec turned = VEC(cross)(d->turn[n], p->apex);
@@ -252,7 +255,7 @@ static void REAL(add_friction)(const REAL(moving_path) * p, REAL(moving_deviatio
     const real lost = r_div(REAL(find_spin_change)(p, d, n + 1), p->inverse_inertia);
     d->push[n + 1] = VEC(sub)(d->push[n + 1], VEC(scale)(lost, p->apex));
 }
-/* Returns the n-th coefficient of the change of the gravity gradient's torque due to theta. */
+/* Returns the n-th coefficient of P x (theta x K A P + K A (P x theta)). */
 static real_vec REAL(find_gradient_change)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                                            int n)
 {
@@ -260,7 +263,6 @@ static real_vec REAL(find_gradient_change)(const REAL(moving_path) * p, REAL(mov
                             VEC(times)(p->stiffness, REAL(cross)(p->vertical, d->turn, n)));
     return REAL(cross)(p->vertical, d->tilted, n);
 }
-/* Computes the coefficients of order n + 1 of a tangent. */
 static void REAL(next_deviation)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                                  int has_gradient, int n)
 {
@@ -277,21 +279,22 @@ static void REAL(next_deviation)(const REAL(moving_path) * p, REAL(moving_deviat
         share, VEC(sub)(VEC(add)(pushed, pulled), VEC(sub)(VEC(times)(p->D, slipped), dragged)));
     if (p->has_friction) REAL(add_friction)(p, d, n);
 }
-/* Computes the Taylor coefficients of n tangents from those of order 0. If `factor` is not NULL,
- * only subtracts factor * (derivative of the spin) * a from N at the end of the step. */
+/* Computes the Taylor coefficients of n tangents from those of order 0. If `jump_factor` is not
+ * NULL, only subtracts jump_factor * (change of the spin) * a from N at the end of the step, where
+ * `path` must then begin. 1 / rate is the unit of time. */
 static void REAL(change_tangents)(const kr_motion *motion, double rate, const kr_series path[2],
-                                  kr_tangent *first, size_t n, int order, const dd *factor)
+                                  kr_tangent *first, size_t n, int order, const dd *jump_factor)
 {
     REAL(moving_path) p;
     REAL(moving_deviation) d;
     REAL(read_path)(&p, motion, rate, path, order);
     for (kr_tangent *g = first; n > 0; n--, g += motion->digits > 16 ? 2 : 1) {
         REAL(set_parameter_terms)(&p, &d, motion, rate, path, g, order);
-        d.turn[0] = factor ? r_get(g, end + 1) : r_get(g, x[0] + 1);
-        d.push[0] = factor ? r_get(g, end + 5) : r_get(g, x[0] + 5);
-        if (factor) {
+        d.turn[0] = jump_factor ? r_get(g, end + 1) : r_get(g, x[0] + 1);
+        d.push[0] = jump_factor ? r_get(g, end + 5) : r_get(g, x[0] + 5);
+        if (jump_factor) {
             const real change = REAL(find_spin_change)(&p, &d, 0),
-                       lost = r_mul(change, r_dd(*factor));
+                       lost = r_mul(change, r_dd(*jump_factor));
             if (r_high(change) == 0.0) continue;
             r_put(g, end + 5, VEC(sub)(d.push[0], VEC(scale)(lost, p.apex)));
             continue;

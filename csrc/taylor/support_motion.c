@@ -1,34 +1,34 @@
 /* Initial values and steps of the Taylor series for tops with dry friction or on moving supports
- * (series.h). The spin is <U, a>; friction holds the top if the friction torque keeps the spin
- * zero. Within a step, the spin of a sliding top and the torque on a held top are polynomials in
- * time. A step ends where the spin reaches zero or the friction torque reaches its limit. The
- * end time of the step is accurate to double precision, or to double-double precision if more than
- * 16 digits are requested. */
+ * (series.h). The spin is <U, a> for the angular velocity U = W - O of the top relative to the
+ * support, and the apex a. Friction holds the top if the friction torque keeps the spin zero.
+ * Within a step, the friction variable, in lane 0 of W, is a polynomial in time: the spin of a
+ * sliding top, or the friction torque on a held top divided by its maximum. A step ends where the
+ * spin reaches zero or the friction torque its maximum, accurate to double precision, or to
+ * double-double precision if more than 16 digits are requested. */
 #include <float.h>
 #include <string.h>
 #include "slow.h"
 #include "support_setup.h"
 
-/* A spin, or a relative excess of the friction torque, below this threshold is treated as zero. */
+/* A spin, or an excess of the friction torque over its maximum, relative to the maximum, that is
+ * below this threshold is treated as zero. DEEP: with more than 16 digits. */
 #define NEGLIGIBLE_SPIN 0x1p-48
 #define NEGLIGIBLE_SPIN_DEEP 0x1p-92
-/* Rounding error of the initial spin, relative to the terms of which the spin is the sum. Initial
- * states are given in double precision. */
+/* Rounding error of the initial spin, given in doubles, divided by the largest term of <U, a>. */
 #define ROUNDED_SPIN 0x1p-44
-/* An acceleration of the spin against the direction of sliding, in the units of the series, counts
- * only above this threshold, which is far above rounding errors. A smaller acceleration has no
- * effect, because the spin stays negligible until the acceleration has changed its sign. */
+/* A spin acceleration opposite to the direction of sliding, in the units of the series, prevents
+ * sliding only if it is above this threshold, which is far above rounding errors. If smaller, the
+ * spin stays negligible until the acceleration changes its sign. */
 #define OPPOSED_ACCELERATION 0x1p-32
-/* Relative interval width at which bisection stops. */
+/* Width of the intervals at which bisection stops, as a fraction of the step. */
 #define NARROW_PART 0x1p-30
-/* Newton's method stops if a correction, divided by the step size, is above FARTHEST_PART or below
- * CONVERGED_PART. */
+/* Newton's method stops if a correction, divided by the step size, is above FARTHEST_PART, or after
+ * NEWTON_LEAST iterations below CONVERGED_PART, at the latest after NEWTON_MOST iterations. */
 #define FARTHEST_PART 0x1p-20
 #define CONVERGED_PART 0x1p-50
 #define NEWTON_LEAST 3
 #define NEWTON_MOST 8
 
-/* Returns the time derivative of the spin at the end of the last step, without friction. */
 static double frictionless_spin_rate(const kr_series *s)
 {
     const kr_vec3 W = v_of(s->end_w + 1), O = v_of(s->turn + 1);
@@ -48,17 +48,18 @@ static void remove_spin(kr_series s[2])
                  yield = v_dd(v_of(s[0].yield + 1), v_of(s[1].yield + 1));
     set_vector_words(s[0].end_w, s[1].end_w, vdd_add(W, vdd_scale(dd_neg(find_spin(s)), yield)));
 }
-/* Decides whether friction holds a top without spin, and sets p->sliding. `needed` is the torque
- * that friction has to balance, divided by the maximum friction torque. The top starts to slide in
- * the direction of this torque or, backward in time, in the opposite direction. */
-static void decide_hold(kr_taylor *p, const kr_motion *motion, double needed)
+/* Sets p->sliding of a top without spin: 0 if friction can hold the top, else the sign of the spin
+ * when the top starts to slide. `torque_ratio` is the torque that friction has to balance, divided
+ * by the maximum friction torque. The top starts to slide in the direction of this torque or,
+ * backward in time, in the opposite direction. */
+static void decide_hold(kr_taylor *p, const kr_motion *motion, double torque_ratio)
 {
-    const double along = (needed > 0.0) == (motion->step >= 0.0) ? 1.0 : -1.0;
-    p->sliding = fabs(needed) <= 1.0 ? 0.0 : along;
+    const double along = (torque_ratio > 0.0) == (motion->step >= 0.0) ? 1.0 : -1.0;
+    p->sliding = fabs(torque_ratio) <= 1.0 ? 0.0 : along;
 }
-/* Returns the threshold below which the spin of the initial state is treated as zero, in the units
- * of the series. If damping is much faster than all other effects, the threshold is lower, but
- * never below the rounding error of the spin <W - O, a>, whose terms may cancel. */
+/* Returns the threshold, in the units of the series, below which the initial spin is treated as
+ * zero. If damping is so strong that the unit of time is much shorter than the time scale of the
+ * motion, the threshold is lower, but never below the rounding error of the spin <W - O, a>. */
 static double negligible_spin(const kr_motion *motion)
 {
     const kr_taylor *p = taylor_of(motion);
@@ -97,21 +98,21 @@ static void set_initial_mode(const kr_motion *motion)
     decide_hold(p, motion, frictionless_spin_rate(s) * s->per_grip);
 }
 
-/* Returns the first point in [low, high] where a polynomial becomes negative, or INFINITY if there
- * is none, by bisection down to intervals of width NARROW_PART. `b` holds the n + 1 Bernstein
- * coefficients on [low, high], and is overwritten. */
-static double find_first_negative(double *b, int n, double low, double high)
+/* Returns the first point in [low, high] where a polynomial of degree n becomes negative, or
+ * INFINITY if there is none, by bisection down to intervals of width NARROW_PART. `bernstein` holds
+ * the n + 1 Bernstein coefficients on [low, high], and is overwritten. */
+static double find_first_negative(double *bernstein, int n, double low, double high)
 {
-    double left[KR_TAYLOR_MAX + 1], least = b[0];
-    for (int i = 1; i <= n; i++) least = fmin(least, b[i]);
+    double left[KR_TAYLOR_MAX + 1], least = bernstein[0];
+    for (int i = 1; i <= n; i++) least = fmin(least, bernstein[i]);
     if (least >= 0.0) return INFINITY;
-    if (b[0] < 0.0 || high - low <= NARROW_PART) return low;
+    if (bernstein[0] < 0.0 || high - low <= NARROW_PART) return low;
     for (int k = 0; k <= n; k++) {
-        left[k] = b[0];
-        for (int i = 0; i < n - k; i++) b[i] = 0.5 * (b[i] + b[i + 1]);
+        left[k] = bernstein[0];
+        for (int i = 0; i < n - k; i++) bernstein[i] = 0.5 * (bernstein[i] + bernstein[i + 1]);
     }
     const double middle = 0.5 * (low + high), first = find_first_negative(left, n, low, middle);
-    return first < INFINITY ? first : find_first_negative(b, n, middle, high);
+    return first < INFINITY ? first : find_first_negative(bernstein, n, middle, high);
 }
 /* Returns the fraction of the step at which `sign` times the friction variable plus `constant`
  * first becomes negative. Returns INFINITY if the sum stays nonnegative throughout the step. */
@@ -134,8 +135,8 @@ static double find_friction_limit(const kr_series *s, int order, double sign, do
     return find_first_negative(b, order, 0.0, 1.0);
 }
 /* Returns the time from the beginning of the step until the friction variable equals `value`.
- * Newton's method starts at the time `near`, where the friction variable is within about `noise` of
- * `value`. */
+ * Newton's method starts at the time `near` after the beginning, where the friction variable may
+ * differ from `value` by about `noise`. */
 static dd refine_friction_limit(const kr_series s[2], int order, double value, double near,
                                 double noise)
 {
@@ -156,7 +157,6 @@ static dd refine_friction_limit(const kr_series s[2], int order, double value, d
     }
     return h;
 }
-/* Ends the step at the time `h` after its beginning. */
 static void end_step_after_time(kr_series s[2], const kr_kernel *kernel, int deep, dd h)
 {
     const dd to = dd_add(dd_add(dd_of(s[0].t), dd_of(s[1].t)), h);
@@ -164,7 +164,6 @@ static void end_step_after_time(kr_series s[2], const kr_kernel *kernel, int dee
     s[1].at = deep ? to.lo : 0.0;
     kr_taylor_end_at(s, kernel);
 }
-/* Returns the time derivative of the friction variable (spin or torque) at the end of the step. */
 static dd find_end_slope(const kr_series s[2], int order)
 {
     const dd h =
@@ -174,9 +173,8 @@ static dd find_end_slope(const kr_series s[2], int order)
         sum = dd_add(dd_mul(sum, h), dd_times(i, dd_make(s[0].w[i][0], s[1].w[i][0])));
     return sum;
 }
-/* Returns 1 if the spin of a sliding top changes its sign within the step but remains within
- * `noise` of zero, so that find_friction_limit does not detect the change. Returns 0 if the spin is
- * already zero at the beginning of the step. */
+/* Returns 1 if the spin, initially of the sign `sliding`, has the other sign at the end of the step
+ * but is within `noise` of zero, so that find_friction_limit does not detect the change. */
 static int spin_crosses_zero(const kr_series s[2], int order, double sliding, double noise)
 {
     const double span = s->end - s->t;
@@ -186,7 +184,7 @@ static int spin_crosses_zero(const kr_series s[2], int order, double sliding, do
     return at * span > 0.0 && fabs(at) <= fabs(span);
 }
 /* Returns 1 if a top without spin cannot slide in the chosen direction p->sliding, because the spin
- * would accelerate in the opposite direction. */
+ * would accelerate in the opposite direction (OPPOSED_ACCELERATION). */
 static int is_slide_opposed(const kr_taylor *p, const kr_motion *motion)
 {
     const kr_series *s = p->series;
@@ -194,11 +192,11 @@ static int is_slide_opposed(const kr_taylor *p, const kr_motion *motion)
                  noise = OPPOSED_ACCELERATION * (1.0 + v_largest(v_of(s->drag + 1)));
     return p->sliding != 0.0 && (motion->step < 0.0 ? -gain : gain) < -noise;
 }
-/* Chooses the friction mode (sliding or held) after a step in which the friction variable has
- * reached the limit `value`. If the tolerance is large, the chosen direction of sliding may be
- * impossible in the state at the end of the step. Friction then holds the top, because the next
- * step would have length zero. On the slow manifold (`is_slow`), this is not tested: the
- * acceleration is a difference of large torques, and its sign is unknown. */
+/* Sets p->sliding and p->before_hold after a step in which the friction variable has reached the
+ * limit `value`: 0 for the spin, 1 or -1 for the friction torque. If the tolerance is large, the
+ * spin may accelerate opposite to the chosen direction of sliding. Friction then holds the top,
+ * because the next step would have length zero. On the slow manifold (`is_slow`), this is not
+ * tested: the acceleration is a difference of large torques, and its sign is unknown. */
 static void update_mode(kr_taylor *p, const kr_motion *motion, int order, double value, int is_slow)
 {
     kr_series *s = p->series;
@@ -208,22 +206,22 @@ static void update_mode(kr_taylor *p, const kr_motion *motion, int order, double
     if (before == 0.0) {
         p->sliding = -value;
     } else {
-        /* The torque that friction has to balance is computed from the slope of the spin and the
-         * friction during the last step, not from the velocity, whose rounding errors strong
-         * damping amplifies. */
+        /* The torque to balance is computed from the slope of the spin and the last friction, not
+         * from the velocity, whose rounding errors strong damping amplifies. */
         p->before_hold = before;
         decide_hold(p, motion, slope * s->per_grip + before);
     }
     if (!is_slow && is_slide_opposed(p, motion)) p->sliding = 0.0;
 }
-/* Shortens the step if, within the step, friction stops the top or can no longer hold the top. A
- * spin below NEGLIGIBLE_SPIN times `unit` is treated as zero. */
+/* Shortens the step if, within the step, friction stops the top or can no longer hold the top, and
+ * then changes the friction mode. A spin below NEGLIGIBLE_SPIN times `spin_unit` is treated as
+ * zero. `is_slow`: the step is on the slow manifold (slow.c). */
 static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
-                                 double unit, int is_slow)
+                                 double spin_unit, int is_slow)
 {
     kr_series *s = p->series;
     const int n = kernel->order, slides = s->slides != 0.0, deep = kr_taylor_is_extended(motion);
-    const double noise = unit * NEGLIGIBLE_SPIN, most = 1.0 + NEGLIGIBLE_SPIN;
+    const double noise = spin_unit * NEGLIGIBLE_SPIN, most = 1.0 + NEGLIGIBLE_SPIN;
     const double first = slides ? find_friction_limit(s, n, p->sliding, noise)
                                 : find_friction_limit(s, n, 1.0, most),
                  second = slides ? INFINITY : find_friction_limit(s, n, -1.0, most);
@@ -265,7 +263,7 @@ static int find_friction_jump(const kr_motion *motion, int order, dd *factor)
     *factor = dd_div(dd_of(-2.0 * before * friction), find_end_slope(s, order));
     return 1;
 }
-static void find_end_derivatives(const kr_motion *motion, double x[8], double w[4])
+static void find_end_derivatives(const kr_motion *motion, double x_rate[8], double w_rate[4])
 {
     const kr_series *s = taylor_of(motion)->series;
     const kr_vec3 W = v_of(s->end_w + 1), O = v_of(s->turn + 1), P = v_of(s->end_x + 5),
@@ -275,11 +273,11 @@ static void find_end_derivatives(const kr_motion *motion, double x[8], double w[
     kr_vec3 gain = kr_taylor_acceleration(s);
     if (s->slides != 0.0) gain = v_add(gain, v_of(s->rub + 1));
     if (s->holds != 0.0) gain = v_axpy(-frictionless_spin_rate(s), v_of(s->yield + 1), gain);
-    x[0] = rate.w;
-    v_put(x + 1, q_vec(rate));
-    x[4] = w[0] = 0.0;
-    v_put(x + 5, v_cross(P, U));
-    v_put(w + 1, gain);
+    x_rate[0] = rate.w;
+    v_put(x_rate + 1, q_vec(rate));
+    x_rate[4] = w_rate[0] = 0.0;
+    v_put(x_rate + 5, v_cross(P, U));
+    v_put(w_rate + 1, gain);
 }
 static kr_status step_support(kr_motion *motion, const kr_kernel *kernel)
 {
@@ -291,8 +289,7 @@ static kr_status step_support(kr_motion *motion, const kr_kernel *kernel)
     if (rubs && p->sliding == 0.0 && forward < 0.0) return KR_ERR_STOPPED;
     const int is_slow = kr_slow_step(motion, kernel, &kr_supports, &log2_tol);
     if (!is_slow) {
-        /* While the top slides, the unit of time is chosen so that the friction variable does not
-         * shorten the steps. */
+        /* While the top slides, choose a unit of time in which friction does not shorten steps. */
         if (rubs)
             kr_taylor_set_rate(p, motion,
                                p->sliding == 0.0 ? p->held_rate : fmax(p->rate, p->first_rate),

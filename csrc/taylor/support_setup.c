@@ -1,11 +1,13 @@
-/* Terms of the support and of the friction in a Taylor series (series.h): the constants, the
- * support's velocity and acceleration at the beginning of each step, and the friction mode. */
+/* Terms of the support and of the friction in a Taylor series (series.h): constants, friction mode
+ * (support_setup.h), and the angular velocity of the support and the effective gravity at the
+ * beginning of each step. The user's units are those of kr_scene, internal units those of kr_motion
+ * (method.h). The unit of time of a series is 1 / rate internal units. */
 #include "math/dd.h"
 #include "math/trig.h"
 #include "support_setup.h"
 
 /* Returns first * (1 + z / (a (a+1)) + z^2 / (a (a+1) (a+2) (a+3)) + ...), where z is `square` and
- * a is `from`. The sum ends before the first denominator with a factor greater than `to`. */
+ * a is `from`, without terms whose denominator contains a factor greater than `to`. */
 static dd dd_sum_series(dd first, int from, int to, dd square)
 {
     dd term = first, sum = first;
@@ -15,10 +17,10 @@ static dd dd_sum_series(dd first, int from, int to, dd square)
     }
     return sum;
 }
-/* Computes the sine and cosine of an angle below 4 by power series and four doublings. */
-static void dd_sincos(dd a, dd *s, dd *c)
+/* Writes the sine and the cosine of an angle, |angle| < 4: power series and four doublings. */
+static void dd_sincos(dd angle, dd *s, dd *c)
 {
-    const dd r = dd_times(0.0625, a), rr = dd_neg(dd_square(r));
+    const dd r = dd_times(0.0625, angle), rr = dd_neg(dd_square(r));
     dd sn = dd_sum_series(r, 2, 22, rr), cs = dd_sum_series(dd_of(1.0), 1, 22, rr);
     for (int i = 0; i < 4; i++) {
         const dd twice = dd_twice(dd_mul(sn, cs));
@@ -28,7 +30,7 @@ static void dd_sincos(dd a, dd *s, dd *c)
     *s = sn;
     *c = cs;
 }
-/* Returns the angular velocity of the support in the units of the motion. */
+/* Returns the angular velocity of the support along e1, e2, e3 (kreisel.h), in internal units. */
 static kr_vec3 support_velocity(const kr_motion *motion)
 {
     return v_scale(motion->time_unit, motion->scene->turning);
@@ -37,7 +39,8 @@ static double shaking_rate(const kr_motion *motion)
 {
     return kr_scene_shakes(motion->scene) ? motion->time_unit * motion->scene->shaking.rate : 0.0;
 }
-/* Returns mass * acceleration * (center of mass) in the units of the motion. */
+/* Returns mass * acceleration * (center of mass) in internal units, along the principal axes, for
+ * an acceleration in the user's units. */
 static vec_dd effective_lever(const kr_motion *motion, dd acceleration)
 {
     kr_scene scene = *motion->scene;
@@ -85,7 +88,7 @@ double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held)
     const double stop = is_held ? 0.0 : sqrt(kr_support_friction(motion, 1.0) / least);
     return fmax(fmax(shaking_rate(motion), stop), turning + sqrt(energy / least));
 }
-/* Returns the apex: the unit vector to the center of mass, in the principal axes. */
+/* Returns the apex (kreisel.h), a unit vector, along the principal axes. */
 static vec_dd find_apex(const kr_motion *motion)
 {
     const vec_dd along = motion->body->com;
@@ -122,7 +125,7 @@ void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate
     if (most > 0.0) s[0].fall = s[1].fall = fmin(s[0].fall, 1.0 / most);
 }
 
-/* Reduces an angle to the interval from -pi to pi. */
+/* Adds a multiple of 2 pi to an angle such that the sum lies between -pi and pi. */
 static dd reduce_angle(dd angle)
 {
     const dd turn = dd_scale(2.0, dd_pi());
@@ -130,8 +133,8 @@ static dd reduce_angle(dd angle)
     for (int i = 0; i < 2; i++) rest = dd_sub(rest, dd_times(rint(rest.hi / turn.hi), turn));
     return rest;
 }
-/* Computes the cosine and sine of the shaking phase to double precision, at the time `since` after
- * the initial time. */
+/* Writes the cosine and sine of the phase of the shaking, rate * t + phase, in double precision
+ * (with low words zero), at the time `since` after the initial time, in the user's unit of time. */
 static void find_shaking_phase(const kr_scene *scene, double since, dd *cosine, dd *sine)
 {
     const dd t = two_sum(scene->start.t, since), turned = two_product(scene->shaking.rate, t.hi),
@@ -161,7 +164,6 @@ void kr_support_phase(const kr_motion *motion, double rate, double end, double l
                  dd_add(dd_times(scene->shaking.rate, t), dd_of(scene->shaking.phase)));
     dd_sincos(angle, sine, cosine);
 }
-/* Sets the oscillating part of the effective gravity at the end of the last step. */
 static void set_gravity_oscillation(kr_series s[2], const kr_motion *motion, double rate)
 {
     const dd sway = dd_make(s[0].sway_most, s[1].sway_most);
@@ -170,7 +172,6 @@ static void set_gravity_oscillation(kr_series s[2], const kr_motion *motion, dou
     set_words(&s[0].sway[0], dd_mul(sway, cosine));
     set_words(&s[0].sway[1], dd_mul(sway, sine));
 }
-/* Sets the body-frame angular velocity of the support at the end of the last step. */
 static void set_support_velocity(kr_series s[2], const kr_motion *motion, double rate)
 {
     const kr_vec3 own = v_scale(motion->time_unit / rate, motion->scene->turning);

@@ -6,9 +6,10 @@
 
 enum { TERMS = KR_TAYLOR_MAX + 1 /* coefficients of a series */ };
 
-/* Computes the coefficients `scale` of the factor k (support_deviation.h). The factor k is the
- * effective acceleration, or its derivative with respect to gravity or to the amplitude, rate or
- * phase of the shaking, as selected by the kr_timing `timing`. */
+/* Writes the coefficients `scale` of the factor k = scale[0] + scale[1] cosine + scale[2] sine +
+ * scale[3] t sine, with the phase of the shaking. k is the acceleration, 1, or the derivative of
+ * the acceleration by the amplitude, rate or phase of the shaking, as selected by the kr_timing
+ * `timing` (method.h). The series begins at the time `since`, in its unit of time 1 / rate. */
 static void set_acceleration_coefficients(const kr_motion *motion, double rate, dd since,
                                           double timing, dd scale[4])
 {
@@ -46,14 +47,14 @@ static void set_acceleration_coefficients(const kr_motion *motion, double rate, 
 #include "math/real.h"
 #include "support_deviation.h"
 
-/* Expands the tangents or, if `factor` is not NULL, applies a jump (kr_support_jump_tangents). */
+/* Expands n tangents or, if `jump_factor` is not NULL, applies kr_support_jump_tangents to them. */
 static void change_tangents(const kr_motion *motion, double rate, const kr_series path[2],
-                            kr_tangent *first, size_t n, int order, const dd *factor)
+                            kr_tangent *first, size_t n, int order, const dd *jump_factor)
 {
     if (motion->digits > 16)
-        deep_change_tangents(motion, rate, path, first, n, order, factor);
+        deep_change_tangents(motion, rate, path, first, n, order, jump_factor);
     else
-        plain_change_tangents(motion, rate, path, first, n, order, factor);
+        plain_change_tangents(motion, rate, path, first, n, order, jump_factor);
 }
 void kr_support_expand_tangents(const kr_motion *motion, double rate, const kr_series path[2],
                                 kr_tangent *first, size_t n, int order)

@@ -1,20 +1,20 @@
-/* Tangents along a path of the Taylor method: initial values, propagation, and evaluation within a
- * step. If the truncation error of a tangent is too large, the step is divided into substeps. Each
- * substep works on a copy of the Taylor series of the path, so tangents do not affect the
- * motion. */
+/* Tangents (tangents.h) along the motion of a top by the Taylor method: initial values,
+ * propagation, and evaluation within a step. The Taylor series of the motion is called the path. A
+ * tangent consists of a rotation vector theta and a momentum change N. The truncation error of a
+ * tangent is the ratio of its last Taylor term to its norm. If the truncation error is too large at
+ * the end of a step, the step is divided into substeps. Each substep works on a copy of the path,
+ * so tangents do not affect the motion. */
 #include "support_setup.h"
 #include "tangents.h"
 
 static const kr_support_ops *const supports = FOR_SUPPORTS(&kr_supports);
 /* Maximum number of substeps in a step, and maximum number of attempts to shorten a substep. */
 enum { MAX_SUBSTEPS = 64, MAX_SHORTENINGS = 32 };
-/* Largest admissible relative truncation error of a tangent, divided by the tolerance of the path.
- * For most motions, the truncation errors of the tangents remain below this limit, so no substeps
- * are needed. */
+/* Largest permitted truncation error of a tangent, divided by the tolerance of the path. In most
+ * motions, the truncation errors of the tangents are smaller, so no substeps are needed. */
 static const double rest_over_tolerance = 0x1p9;
 
-/* Header of the memory block for tangents. It contains the Taylor series of the motion on one
- * substep. The tangents are stored in the memory block after this header. */
+/* Header of the memory block for tangents, with the path on one substep. The tangents follow. */
 typedef struct {
     kr_series path[2];
     double substeps;         /* number of substeps of the last step */
@@ -24,9 +24,10 @@ typedef struct {
     double moving;           /* nonzero if the terms of support_deviation.h are needed */
     double from_low, to_low; /* low words of `from` and `to` */
 } tangent_work;
-/* The tangents of a motion. In memory, batches of tangents precede the remaining single tangents.
- * Tangents computed in batches are bitwise equal to tangents computed one by one, so a small build
- * can omit batches. Tangents of tops with friction or on moving supports are never in batches. */
+/* The tangents of a motion. In memory, batches of tangents precede the remaining single tangents. A
+ * tangent in a batch is bitwise equal to the same tangent stored singly, so a small build can omit
+ * batches. Tangents of tops with friction or on moving supports are never in batches. For more than
+ * 16 digits, each struct is followed by a struct with the low words. */
 typedef struct {
     const kr_motion *motion;
     const kr_tangents_kernel *kernel;
@@ -47,7 +48,7 @@ static size_t count_batches(size_t n)
     return n / KR_DEVIATION_BATCH + (n % KR_DEVIATION_BATCH >= KR_DEVIATION_BATCH_MIN);
 #endif
 }
-/* Returns the number of structs that n tangents need, the first of them in `batches` batches. */
+/* Returns the number of structs of high words of n tangents, the first in `batches` batches. */
 static size_t count_structs(size_t n, size_t batches)
 {
     const size_t batched = KR_DEVIATION_BATCH * batches;
@@ -82,9 +83,9 @@ static tangent_set find_tangents(const kr_motion *motion, double *memory, size_t
                          .words = count_words(motion->digits)};
 }
 
-/* Location of the numbers of a tangent. `from` is the struct of a single tangent, or the first
- * struct of a batch. In an array of this struct, the first component of theta has the index
- * `first`. Each further component follows at a distance of `stride` doubles. */
+/* Location of a tangent: `from` is the struct of a single tangent, or the first struct of a batch.
+ * In an array member of this struct, the first component of theta has the index `first`. Each
+ * further component follows at a distance of `stride` doubles. */
 typedef struct {
     kr_tangent *from;
     size_t first, stride;
@@ -100,14 +101,15 @@ static deviation_address find_address(const tangent_set *t, size_t i)
                                t->words * sizeof(kr_tangent) / sizeof(double)};
 }
 static int is_single(const deviation_address *at) { return at->stride == 1; }
-/* Returns the address of component k of (theta, N) in the array `numbers` of the struct `from`. In
- * a single tangent, a zero precedes the components of N. */
+/* Returns the address of component k, 0 <= k < 6, of (theta, N) in the array `numbers`, a member of
+ * the struct at->from. In a single tangent, a zero precedes the components of N. */
 static double *component_address(const deviation_address *at, double *numbers, size_t k)
 {
     return numbers + at->first + k * at->stride + (is_single(at) ? k / 3 : 0);
 }
 
-/* Writes a vector, with its low words if more than 16 digits are requested. */
+/* Writes v to high[0], high[stride] and high[2 * stride] and, if more than 16 digits are requested,
+ * the low words to the same places in the next struct. */
 static void store_vector(const tangent_set *t, double *high, size_t stride, vec_dd v)
 {
     const double words[2][3] = {{v.x.hi, v.y.hi, v.z.hi}, {v.x.lo, v.y.lo, v.z.lo}};
@@ -115,14 +117,13 @@ static void store_vector(const tangent_set *t, double *high, size_t stride, vec_
         for (size_t i = 0; i < 3; i++)
             high[word * sizeof(kr_tangent) / sizeof(double) + i * stride] = words[word][i];
 }
-/* Stores a vector as components k to k + 2 of a tangent. */
 static void store_components(const tangent_set *t, const deviation_address *at, double *numbers,
                              size_t k, vec_dd v)
 {
     store_vector(t, component_address(at, numbers, k), at->stride, v);
 }
-/* Reads a number. Negative zeros are replaced by positive zeros, because the sign of a zero may
- * depend on other tangents in the batch. */
+/* Reads a number with its low word. Negative zeros are replaced by positive zeros, because the sign
+ * of a zero may depend on other tangents in the batch. */
 static dd read_number(const tangent_set *t, const double *high)
 {
     return (dd){*high + 0.0, t->words > 1 ? high[sizeof(kr_tangent) / sizeof(double)] + 0.0 : 0.0};
@@ -153,8 +154,8 @@ static void set_constants(const tangent_set *t, kr_tangent *g)
     g->damped = v_largest(motion->damping);
     g->gyrostat = v_largest(motion->rotor);
 }
-/* Sets the derivatives of the constants in the equations of motion with respect to the parameter of
- * the tangent. */
+/* Sets the derivatives, in the units of the series, of the constants in the equations of motion
+ * with respect to the parameter of the tangent. */
 static void set_derivatives(const tangent_set *t, const deviation_address *at, const kr_seed *seed)
 {
     const double rate = taylor_of(t->motion)->rate, square = rate * rate;
@@ -175,7 +176,6 @@ static void set_derivatives(const tangent_set *t, const deviation_address *at, c
     g->changes = fmax(g->changes, fmax(v_largest(seed->moments), v_largest(vdd_high(seed->lever))));
     g->drag_changes = fmax(g->drag_changes, v_largest(seed->damping));
 }
-/* Updates the tangents if the friction torque is discontinuous at the end of the last step. */
 static void apply_friction_jump(const tangent_set *t)
 {
     const kr_taylor *p = taylor_of(t->motion);
@@ -184,8 +184,8 @@ static void apply_friction_jump(const tangent_set *t)
         supports->jumps(t->motion, t->order, &factor))
         supports->jump_tangents(t->motion, p->rate, p->series, t->first, t->n, factor);
 }
-/* Returns 1 if there is dry friction, if the support moves, or if a tangent is a derivative with
- * respect to a parameter of the support motion or to the gravity gradient. */
+/* Returns 1 if the top has dry friction, a gravity gradient or a moving support, or if a tangent is
+ * a derivative with respect to a parameter of the support motion or to the gravity gradient. */
 static int needs_support_terms(const kr_motion *motion, size_t n, const kr_seed seeds[])
 {
     if (!supports) return 0;
@@ -195,7 +195,6 @@ static int needs_support_terms(const kr_motion *motion, size_t n, const kr_seed 
             return 1;
     return kr_support_moves(motion->scene);
 }
-/* Initializes n tangents at the end of the last step of the motion. */
 static void start_tangents(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[])
 {
     kr_taylor *p = taylor_of(motion);
@@ -234,7 +233,7 @@ static double sum_squares(const deviation_address *at, double *numbers)
     return sum;
 }
 /* Evaluates all tangents at the time path->at, and stores the values in `substep_end`. Returns the
- * largest relative truncation error, or INFINITY if a tangent is not finite. */
+ * largest truncation error, or INFINITY if a tangent is not finite. */
 static double evaluate_substep_end(const tangent_set *t)
 {
     const double *to = &t->work->path->at;
@@ -270,9 +269,9 @@ static double truncation_tolerance(const tangent_set *t)
 {
     return rest_over_tolerance * exp2(taylor_of(t->motion)->log2_tol);
 }
-/* Computes the Taylor series of the tangents for one substep. The substep ends at the end of the
- * step, or earlier if the truncation error of a tangent would be too large. Returns the largest
- * relative truncation error of the tangents at the end of the substep. */
+/* Computes the Taylor series of the tangents for one substep, from their values at its beginning.
+ * The substep ends at the end of the step, or earlier if the truncation error of a tangent would be
+ * too large there. Returns the largest truncation error of a tangent at the end of the substep. */
 static double expand_substep(const tangent_set *t)
 {
     const double most = truncation_tolerance(t), from = t->first->t;
@@ -293,7 +292,7 @@ static double expand_substep(const tangent_set *t)
     return worst;
 }
 /* Computes the Taylor series of the tangents for the first substep of the last step. Returns the
- * largest relative truncation error of the tangents at the end of this substep. */
+ * largest truncation error at the end of this substep. */
 static double expand_first_substep(const tangent_set *t)
 {
     tangent_work *c = t->work;
@@ -307,7 +306,7 @@ static double expand_first_substep(const tangent_set *t)
     return expand_substep(t);
 }
 /* Computes the Taylor series of the path and of the tangents for the next substep. Returns the
- * largest relative truncation error of the tangents at the end of this substep. */
+ * largest truncation error at the end of this substep. */
 static double expand_next_substep(const tangent_set *t)
 {
     const kr_kernel *kernel = t->motion->aux;
@@ -325,9 +324,9 @@ static double expand_next_substep(const tangent_set *t)
     t->work->substep += 1.0;
     return expand_substep(t);
 }
-/* Propagates all tangents over the last step of the path. Returns the largest relative truncation
- * error of all substeps. Returns INFINITY if a tangent overflows, if a substep cannot be made short
- * enough, or if MAX_SUBSTEPS substeps do not suffice. */
+/* Propagates all tangents over the last step of the path. Returns the largest truncation error of
+ * all substeps, or INFINITY if a tangent overflows, if a substep cannot be made short enough, or if
+ * MAX_SUBSTEPS substeps do not suffice. */
 static double propagate_over_substeps(const tangent_set *t)
 {
     const double most = truncation_tolerance(t);
@@ -363,27 +362,27 @@ static kr_status advance_tangents(const kr_motion *motion, double *memory, size_
     return last < INFINITY ? KR_OK : KR_ERR_TANGENT;
 }
 
-/* Computes the Taylor series of the tangents for the substep that contains the time `to`, unless
- * these series are already in memory. Substeps are rarely recomputed, because the requested times
- * usually increase from call to call. */
-static void find_substep(const tangent_set *t, double to)
+/* Makes the Taylor series in memory those of the substep that contains `time`. Substeps are rarely
+ * recomputed, because the requested times usually increase from call to call. */
+static void find_substep(const tangent_set *t, double time)
 {
     const tangent_work *c = t->work;
     const double forward = c->to < c->from ? -1.0 : 1.0;
-    if (forward * (to - t->first->t) < 0.0) expand_first_substep(t);
-    while (c->substep < fmin(c->substeps, MAX_SUBSTEPS) && forward * (to - c->until) > 0.0)
+    if (forward * (time - t->first->t) < 0.0) expand_first_substep(t);
+    while (c->substep < fmin(c->substeps, MAX_SUBSTEPS) && forward * (time - c->until) > 0.0)
         expand_next_substep(t);
 }
-/* Converts a momentum change from the body frame to the space frame. If at most 16 digits are
- * requested, the rotation is computed in double precision, because double-double arithmetic would
- * dominate the run time. */
+/* Converts the momentum change `push` from the body frame and the units of the series to the space
+ * frame and internal units. q is the attitude. With up to 16 digits, the rotation is computed in
+ * double precision, because double-double arithmetic would dominate the run time. */
 static vec_dd rotate_push_to_space(const tangent_set *t, quat_dd q, vec_dd push)
 {
     return vdd_scale_exactly(taylor_of(t->motion)->rate,
                              t->words > 1 ? qdd_turn(q, push)
                                           : vdd_of(q_turn(qdd_high(q), vdd_high(push))));
 }
-/* Evaluates n tangents at the sampled time in the last step. */
+/* Evaluates n tangents at the time of the last call of kr_method.at, in the last step. The attitude
+ * at this time is `attitude` + motion->low.q. */
 static void evaluate_tangents(const kr_motion *motion, kr_quat attitude, double *memory, size_t n,
                               kr_deviation out[])
 {

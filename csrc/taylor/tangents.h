@@ -4,13 +4,11 @@
  * by q theta / 2, and the change N of the angular momentum m:
  *     theta' = 1/A ((AW + h) x theta + N - B W - y) + theta x W
  *     N' = N x W + (c x theta) x P + P x b + (D W) x theta - D (theta' - theta x W) - F W
- *
  * The notation is that of taylor.h. B, b, F and y are the derivatives of A, c, D and h with respect
- * to the parameter of the tangent. B and F are symmetric matrices. On moving supports, the
+ * to the parameter of the tangent. B and F are diagonal, like A and D. On moving supports, the
  * equations of the tangents have additional terms (support_deviation.h). The equations are linear
- * in theta and N, and require 18 products of Taylor coefficients per order. If the motion conserves
- * energy and vertical momentum, the changes of both due to a tangent are constant up to the
- * tolerance. */
+ * in theta and N, with 18 products of Taylor coefficients per order. If the motion conserves energy
+ * and vertical momentum, the changes of both due to a tangent are constant up to the tolerance. */
 #ifndef KR_TANGENTS_H
 #define KR_TANGENTS_H
 #include "taylor.h"
@@ -18,9 +16,8 @@
 /* Eight Taylor series that describe tangents on one step or substep, expanded about its initial
  * time t. A single tangent, with rotation vector theta and momentum change N, is stored as the
  * eight numbers (0, theta | 0, N). A batch of eight tangents occupies six structs, one for each
- * component of (theta, N), with one tangent in each lane. Tangents computed in batches are bitwise
- * equal to tangents computed one by one. At 20 and 30 digits, two adjacent structs hold the high
- * and the low words of the double-double numbers. */
+ * component of (theta, N), with one tangent in each lane. At 20 and 30 digits, each struct of high
+ * words is followed by one of low words of the double-double numbers. */
 typedef struct kr_tangent {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients */
     double end[8], at[8];           /* values at the end of the step, and at the sampled time */
@@ -38,9 +35,9 @@ typedef struct kr_tangent {
     double truncation;              /* largest relative truncation error so far */
     double rotor_of[8];             /* (0, y); in a batch component k of each y, for k < 3 */
     double rotor_changes;           /* nonzero if y is not zero */
-    /* For single tangents and support_deviation.h: the derivatives (0, b) of the lever per unit of
-     * acceleration, and of the support's angular velocity in the space frame. The kr_timing selects
-     * the factor k. */
+    /* For single tangents and support_deviation.h: the derivative (0, b) of the lever per unit of
+     * acceleration, the derivative of the support's angular velocity in the space frame, and the
+     * kr_timing, which selects the factor k. */
     double pull[4], turning_of[4], timing;
     double apex_of[4], friction_of; /* the derivatives of the apex, (0, d), and of the friction */
     double gradient_of;             /* the derivative of the gravity gradient */
