@@ -171,8 +171,7 @@ INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int t
         const int m = n - j;
         const lane_vec wj = lane_vec_load_once(l->w[j]), wm = lane_vec_load_once(l->w[m]);
         const lane_vec pj = lane_vec_load_once(l->p[j]), pm = lane_vec_load_once(l->p[m]);
-        /* The sums are independent of each other; this order of additions was the fastest in
-         * measurements. */
+        /* The order of these independent sums was the fastest in measurements. */
         add_cross_products(&a, wm, pj);
         add_cross_products(&a, wj, pm);
         add_velocity_products(&a, wj, wm);
@@ -321,8 +320,7 @@ INLINE lane_quat lane_attitude(kr_lanes *l, const lane_point *at, int headless)
     if (headless) {
         const wide zero = wide_splat(0.0),
                    sign = wide_choose(wide_less(at->p.z, zero), wide_splat(-1.0), wide_splat(1.0));
-        /* If Pz < 0, P is rotated to -e3 by the smallest angle, and then to e3 by a half turn about
-         * the first axis. */
+        /* If Pz < 0, P is first rotated to -e3, and then to e3 by a half turn about e1. */
         const lane_vec d = {zero, zero, sign};
         const lane_quat s = lane_quat_unit(shortest_rotation(at->p, d)),
                         over = {-s.v.x, {s.w, -s.v.z, s.v.y}};

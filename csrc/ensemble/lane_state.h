@@ -10,9 +10,8 @@
  * rotation, about the vertical. Because P and f determine q, each order needs only 12 products of
  * Taylor coefficients, instead of 21 with a series of q. The sum <W, P> contributes two of these
  * products, because <AW + h, P> is constant; for a damped top, it contributes three. The rotor
- * costs no products (taylor.h). The expression for f' is singular at P = -d; this limits the step
- * size. Time is scaled so that |W| < 1. Energy and angular momentum are conserved only up to the
- * tolerance. */
+ * costs no products (taylor.h). The singularity of f' at P = -d limits the step size. Time is
+ * scaled so that |W| < 1. Energy and angular momentum are conserved only up to the tolerance. */
 #ifndef KR_LANE_STATE_H
 #define KR_LANE_STATE_H
 #include "math/isa.h"
@@ -79,8 +78,7 @@ typedef struct kr_lanes {
     kr_lane_number constant, g[KR_LANES_ORDER + 1], side, noise;
     int has_event, extremum;
     /* Conversion to the user's frame and units: `axes` rotates vectors from the user's body frame
-     * to the axes of the lane. The angular momentum in the user's units is moment * W + rotor,
-     * componentwise. */
+     * to the axes of the lane. The user's momentum is moment * W + rotor, componentwise. */
     kr_lane_quaternion axes;
     kr_lane_vector moment, rotor;
     kr_lane_quaternion out_q; /* from `sample`: the user's q and m (kr_state) */
@@ -121,8 +119,7 @@ typedef struct kr_lanes_isa {
     int (*runs_here)(void);
     /* Advances the tops in all SIMD lanes by at most `steps` integration steps. Stops after a step
      * in which a lane has reached its goal, has made no progress, has exceeded max_steps, is not
-     * finite, or may have met its event. Returns a mask with bit i set for each such lane i, or
-     * 0. */
+     * finite, or may have met its event. Returns the mask of such lanes: bit i for lane i. */
     unsigned (*advance)(kr_lanes *lanes, int steps);
     /* Writes the state of each lane i at the time lanes->at[i] within its last step to out_q and
      * out_m, and the growth of its tangent, if any, to tangents->out. */
@@ -140,7 +137,6 @@ typedef struct kr_lanes_isa {
 KR_LANES_ISA(base)
 KR_LANES_ISA(avx2)
 KR_LANES_ISA(avx512)
-/* Returns the i-th instruction set in the build, widest vectors first, or NULL if i is too
- * large. */
+/* Returns the i-th instruction set in the build, widest vectors first; NULL if i is too large. */
 const kr_lanes_isa *kr_lanes_isa_at(int i);
 #endif

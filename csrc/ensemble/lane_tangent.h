@@ -114,9 +114,8 @@ INLINE trivial_solutions find_trivial_solutions(kr_lane_tangents *g, const lane_
     return (trivial_solutions){{at->w, lane_vec_cross(at->p, lane_vec_load(g->c))},
                                {at->p, lane_vec_cross(at->p, find_body_momentum(g, at))}};
 }
-/* Returns the component of `d` orthogonal to the two trivial solutions at the point `at` of the
- * path. If the trivial solutions are parallel to within rounding errors, returns the component
- * orthogonal to the flow. */
+/* Returns the component of `d` orthogonal to both trivial solutions at the point `at` of the path,
+ * or only to the flow if they are parallel to within rounding errors. */
 INLINE lane_deviation remove_trivial_solutions(kr_lane_tangents *g, const lane_point *at,
                                                lane_deviation d)
 {
@@ -237,9 +236,8 @@ INLINE wide last_term_norm2(kr_lane_tangents *g, int order, wide h)
     const lane_deviation last = deviation_load(g->x[order]);
     return power * power * deviation_dot(last, last);
 }
-/* Returns 1 if the truncation error of a substep of length h is small enough, and otherwise an
- * estimate, from 0.01 to 0.99, of the fraction of h for which it is. `all` is the tangent at the
- * end of the substep. */
+/* Returns 1 if the truncation error of a substep of length h is small enough, else an estimate from
+ * 0.01 to 0.99 of the fraction of h for which it is. `all`: the tangent after the substep. */
 INLINE wide allowed_step_fraction(kr_lane_tangents *g, int order, wide h, lane_deviation all)
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0), least = wide_splat(0.01);
@@ -269,8 +267,7 @@ INLINE wide shorten_growth_substep(kr_lane_tangents *g, int order, wide h)
     }
     return wide_choose(is_long, wide_splat(0.0), h);
 }
-/* Computes the Taylor series of P and W in all lanes about the times `at`, and writes them to
- * g->substep. */
+/* Writes the Taylor series of P and W about the times at[lane] in the step `l` to g->substep. */
 APART void begin_path_substep(kr_lanes *l, kr_lane_tangents *g, const double *at)
 {
     kr_lanes *substep = &g->substep;
@@ -385,9 +382,8 @@ static void set_limits(const kr_lanes *l, kr_lane_tangents *g)
     }
 }
 /* Removes from the initial tangents g->end.d their components along the trivial solutions, and
- * scales the rest to unit length. Writes the results to g->first, their values of dE and d<m, e3>
- * to g->first_energy and g->first_vertical, and their lengths before the scaling to
- * g->first_size. */
+ * scales the rest to unit length. Writes the results to g->first, with dE and d<m, e3> in
+ * g->first_energy and g->first_vertical, and the lengths before the scaling in g->first_size. */
 INLINE void begin_growth(kr_lanes *l, kr_lane_tangents *g)
 {
     set_limits(l, g);
