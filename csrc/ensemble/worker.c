@@ -1,5 +1,5 @@
-/* A worker computes the motions of many tops (kr_tops). It allocates memory once, and dispatches
- * each top to the batch code for closed-form solutions (exact_batch.c), to a SIMD lane
+/* A worker computes the motions of many tops (kr_tops). The worker allocates memory once, and
+ * dispatches each top to the batch code for closed-form solutions (exact_batch.c), to a SIMD lane
  * (lane_scheduler.c), or to the scalar code (kr_top). Each result is independent of other tops. */
 #include "events/event_polynomial.h"
 #include "slots.h"
@@ -27,8 +27,8 @@ static kr_top *choose_top(const kr_worker *worker, const kr_scene *scene)
     const int is_closed = !has_torus && kr_method_suits(&kr_method_exact, scene);
     return is_closed ? worker->exact_top : worker->fallback;
 }
-/* Returns 1 if the top of `scene` can be integrated in a SIMD lane. A top on a support that rotates
- * about the vertical is integrated as if at rest, and its states are then rotated. */
+/* Returns 1 if the top of `scene` can be integrated in a SIMD lane. For a support that rotates
+ * about the vertical, the states on a support at rest are computed and then rotated. */
 static int suits_lanes(const kr_worker *worker, const kr_scene *scene)
 {
     kr_scene undamped = *scene;
