@@ -6,7 +6,7 @@
 
 enum { STATES_PER_CALL = 64 };
 
-/* Returns a lower bound on kr_scene_horizon (kreisel.h), the largest |t|, at less cost. */
+/* Returns a lower bound on kr_scene_horizon (kreisel.h), the limit on |t|, at less cost. */
 static double bound_horizon_below(const kr_scene *s)
 {
     const kr_vec3 A = s->body.inertia, m = s->start.m;

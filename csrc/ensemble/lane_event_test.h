@@ -45,7 +45,7 @@ INLINE int expand_event(kr_lanes *l, wide h, const lane_point *end, int terms)
     wide_store(l->g[degree], wide_load(l->g[degree]) + (there - reached));
     return degree;
 }
-/* Returns a mask of the lanes that have no event in the step of size h that ends at *end. */
+/* Returns a mask of lanes that certainly have no event in the step of size h that ends at *end. */
 INLINE mask keeps_sign(kr_lanes *l, wide h, const lane_point *end, int terms)
 {
     const int degree = expand_event(l, h, end, terms);

@@ -83,15 +83,16 @@ static kr_vec3 make_zeros_negative(kr_vec3 v)
 {
     return v3(-(0.0 - v.x), -(0.0 - v.y), -(0.0 - v.z));
 }
-/* Returns `difference`, of two moments of inertia, by which the components rotor_1 and rotor_2 of h
- * are divided; but KR_LEAST_FACTOR * moment if it is less and rotor_1 or rotor_2 is not 0. */
+/* Returns `difference`, that of two moments of inertia. If |difference| < least, and the component
+ * rotor_1 or rotor_2 of the rotor is not 0, returns `least` = KR_LEAST_FACTOR * moment + DBL_MIN
+ * instead, because these components are divided by the result. */
 static double replace_zero_difference(double difference, double moment, double rotor_1,
                                       double rotor_2)
 {
     const double least = KR_LEAST_FACTOR * moment + DBL_MIN;
     return (rotor_1 != 0.0 || rotor_2 != 0.0) && fabs(difference) < least ? least : difference;
 }
-/* Returns rotor / difference, componentwise, with -0 where `rotor` is 0, also for 0 / 0. */
+/* Returns rotor / difference, componentwise, but -0 for each component of `rotor` that is 0. */
 static kr_vec3 divide_torque(kr_vec3 rotor, kr_vec3 difference)
 {
     return v3(rotor.x == 0.0 ? -0.0 : rotor.x / difference.x,
@@ -231,7 +232,7 @@ static int is_good_step(const kr_lanes *l, int lane)
     return isfinite(sum) && l->forward[lane] * (l->end[lane] - l->t[lane]) > 0.0 &&
            l->steps[lane] <= l->max_steps[lane];
 }
-/* Returns 1 if the lanes have no tangents, or if the growth of the lane's tangent is finite. */
+/* Returns 1 if the lanes have no tangents, or if the last sampled growth in the lane is finite. */
 static int is_growth_finite(const kr_lanes *l, int lane)
 {
     double sum = 0.0;

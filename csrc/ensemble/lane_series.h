@@ -106,26 +106,27 @@ typedef struct {
     wide quotient;        /* (1 + <P, d>) f', without the product of near[0] and rate[n] */
 } lane_sums;
 
-/* Adds the cross product of the coefficients pj of P and wm of W to plus - minus. */
+/* Adds the cross product pj x wm of coefficients of P and W to a->plus - a->minus. */
 INLINE void add_cross_products(lane_sums *a, lane_vec wm, lane_vec pj)
 {
     a->plus = lane_vec_fma(lane_vec_next(pj), lane_vec_prev(wm), a->plus);
     a->minus = lane_vec_fma(lane_vec_prev(pj), lane_vec_next(wm), a->minus);
 }
-/* Adds the products of the coefficients wj and wm of W to `ww`. */
+/* Adds the products wjy wmz, wjz wmx and wjx wmy of two coefficients of W to a->ww. */
 INLINE void add_velocity_products(lane_sums *a, lane_vec wj, lane_vec wm)
 {
     a->ww = lane_vec_fma(lane_vec_next(wj), lane_vec_prev(wm), a->ww);
 }
-/* Adds the products of the coefficients wm of W and pj of P to `wp`, for the heading. */
+/* Adds the products wmx pjx and wmy pjy, and with damping wmz pjz, of coefficients of W and P to
+ * a->wp. Only the heading requires them. */
 INLINE void add_heading_products(lane_sums *a, lane_vec wm, lane_vec pj, int terms)
 {
     a->wp.x = wide_fma(pj.x, wm.x, a->wp.x);
     a->wp.y = wide_fma(pj.y, wm.y, a->wp.y);
     if (terms & KR_LANES_DAMPED) a->wp.z = wide_fma(pj.z, wm.z, a->wp.z);
 }
-/* Returns the sum of `to`, which has the form of `ww`, and of the rotor terms of a coefficient w of
- * W: shift_next * (wz, wx, wy) + shift_prev * (wy, wz, wx), componentwise. */
+/* Returns `to`, a sum of products of coefficients of W, plus the rotor terms (lane_state.h) of the
+ * coefficient w: shift_next * (wz, wx, wy) + shift_prev * (wy, wz, wx), componentwise. */
 INLINE lane_vec add_rotor_products(kr_lanes *l, lane_vec w, lane_vec to)
 {
     const lane_vec of_prev = lane_vec_fma(lane_vec_load(l->shift_next), lane_vec_prev(w), to);
@@ -272,7 +273,7 @@ INLINE wide lane_log2_radius(kr_lanes *l, int n, int headless)
     }
     return approx_log2_lanes(square) * (-0.5 / n);
 }
-/* Returns the step size (> 0) for which the last retained Taylor term equals the tolerance. Near an
+/* Returns the step size (> 0) for which the last retained Taylor term equals 2^log2_tol. Near an
  * unstable equilibrium, `fall` limits the step size (series_step_size in taylor/series.h). */
 INLINE wide lane_step_size(kr_lanes *l, int headless)
 {

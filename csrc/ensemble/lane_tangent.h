@@ -189,8 +189,8 @@ static const double places[] = {0.11747233803526765, 0.35738424175967745, 0.6426
 typedef struct {
     wide area, moment, most, last, rest;
 } growth_integrals;
-/* Adds the quadrature node t with the weight `share` to the integrals `a` and to their maximum,
- * with a.last as the value of ln|delta| at t. Lanes with the weight 0 are left unchanged. */
+/* Returns `a`, updated for a quadrature node at the time t with the weight `share`, where ln|delta|
+ * is a.last. In lanes with the weight 0, nothing changes. */
 INLINE growth_integrals add_integral_node(kr_lanes *l, growth_integrals a, wide share, wide t)
 {
     const wide forward = wide_load(l->forward), span = share * forward, weight = span * a.last;

@@ -91,7 +91,7 @@ static inline double kr_worker_max_wait(const kr_worker *worker, size_t i)
     const kr_tops *tops = worker->tops;
     return tops->times > 0 ? tops->t[tops->own_times ? i : 0] : 0.0;
 }
-/* Integrates top i with the scalar code, using `top` as workspace. */
+/* Integrates top i with the scalar code, using `top` as workspace, and writes its results. */
 void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i);
 /* Returns the configuration of the worker for top i. The step is negative if the last requested
  * time precedes the initial time, or in a section if the longest wait is negative. */
@@ -144,7 +144,8 @@ void kr_scheduler_set_kernel(kr_worker *worker, const kr_lanes_isa *isa, int ord
                              double log2_tol);
 /* Empties all lanes, and prepares them for damped (`damped` nonzero) or undamped tops. */
 void kr_scheduler_reset(kr_worker *worker, int damped);
-/* Integrates the tops in the SIMD lanes until one lane is free, and loads top i into this lane. */
+/* Integrates the tops in the SIMD lanes until one lane is free, and loads top i into this lane. A
+ * top that lanes cannot integrate goes to the scalar code instead, or gets an error status. */
 void kr_scheduler_add(kr_worker *worker, size_t i);
 /* Advances the tops in all SIMD lanes until each has reached its last requested time or event. */
 void kr_scheduler_drain(kr_worker *worker);
