@@ -1,7 +1,6 @@
 /* Vectorized integration of many tops in double precision. Each SIMD lane holds one top; all lanes
  * make their steps together, each from its own time and with its own step size (lane_state.h). This
- * file is compiled once for each instruction set, with options such as -DKR_ISA=avx2 -mavx2 -mfma
- * (CMakeLists.txt). */
+ * file is compiled once for each instruction set, with options such as -DKR_ISA=avx2 -mavx2. */
 #include "lane_tangent.h"
 #include "lane_event_test.h"
 

@@ -223,8 +223,7 @@ static int load_lane(kr_worker *worker, int lane)
     return !l->tangents || begin_tangent(worker, lane, p.rate, shift, &constants);
 }
 
-/* Returns 1 if the last step in a lane has finite results and a length other than 0, and the number
- * of steps does not exceed max_steps. */
+/* Returns 1 if the last step of a lane is finite, has a length > 0, and is within max_steps. */
 static int is_good_step(const kr_lanes *l, int lane)
 {
     double sum = l->turn[l->order][lane];
@@ -239,9 +238,8 @@ static int is_growth_finite(const kr_lanes *l, int lane)
     for (int i = 0; l->tangents && i < KR_GROWTH_COUNT; i++) sum += l->tangents->out[i][lane];
     return isfinite(sum);
 }
-/* Stores the state that was computed for a lane at its goal, and sets the goal to the next
- * requested time. Returns 1 if the top is still in the lane and its last step reaches the new
- * goal. */
+/* Stores the state that was computed for a lane at its goal, and sets the next goal. Returns 1 if
+ * the top is still in the lane and its last step also reaches the new goal. */
 static int store_sample(kr_worker *worker, int lane)
 {
     const kr_lanes *l = worker->lanes;

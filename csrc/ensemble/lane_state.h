@@ -88,8 +88,7 @@ typedef struct kr_lanes {
     struct kr_lane_tangents *tangents; /* NULL: no tangents */
 } kr_lanes;
 
-/* The state of the tangents delta = (theta, N) (lane_tangent.h): d is delta times
- * `scale` = 2^-power. */
+/* The tangents delta = (theta, N) (lane_tangent.h): d is delta times `scale` = 2^-power. */
 typedef struct kr_growth {
     kr_lane_vector d[2];
     kr_lane_number power, scale;

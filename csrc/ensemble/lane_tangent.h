@@ -1,12 +1,13 @@
 /* The growth of an infinitesimal perturbation (tangent) of the top in each SIMD lane. A, c, h, P
  * and W are those of lane_state.h, and M = AW + h is the momentum in the body frame. A tangent
- * delta = (theta, N) consists of a rotation vector theta, which changes the attitude q by q
- * theta / 2, and a change N of the momentum, both in the body frame:
+ * delta = (theta, N) consists of a rotation vector theta, which adds q theta/2 to the attitude q,
+ * and a change N of the momentum, both in the body frame:
  *     theta' = 1/A (M x theta + N) + theta x W        N' = N x W + (c x theta) x P
  * Two solutions are trivial: the direction of the flow, (W, P x c), and an infinitesimal rotation
  * about the vertical, (P, P x M). At the end of each step, the components of the tangent along the
- * trivial solutions are removed, and the growth of the rest is measured. The tangent is stored as
- * d = delta 2^-power, so that |d| stays near 1. Up to the tolerance, each tangent conserves
+ * trivial solutions are removed. The growth of its norm, |delta|^2 = |theta|^2 + |N|^2, is
+ * measured. Stored is d = delta 2^-power, with |d| near 1. Up to the tolerance, each tangent
+ * conserves
  *     dE = <N, W> + <theta, W x M + c x P>            d<m, e3> = <N, P>
  * The mean over the time T of the chaos indicator MEGNO (Cincotta and Simo 2000) is, by integration
  * by parts, 2/T int ln|delta| (1 + ln(t/T)) dt. Tangents may require shorter steps, but do not

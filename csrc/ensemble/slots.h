@@ -13,8 +13,7 @@
 
 enum { KR_BATCH = 64 /* number of tops that are dispatched together */ };
 
-/* The progress of one top. At the user's time t, its lane has the time
- * rate * ((t - start) / time_unit). */
+/* The progress of one top. Its lane counts the time rate * ((t - start) / time_unit). */
 typedef struct kr_slot {
     size_t top, states; /* index of the top; number of its valid states */
     int64_t steps;      /* steps of a closed form; lanes count their own steps */

@@ -32,11 +32,12 @@ static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
     box->density = mass / volume;
     return volume;
 }
-/* Writes to `box` a cuboid that fits the body as in fit_cuboid, with any mass: the one of density 1
- * if there is one, else the largest one. The largest cuboid is found by ternary search, because the
- * logarithm of the volume is concave in 1 / mass. The density increases with the mass. The factor
- * 1.001 extends the search for density 1 slightly beyond the largest cuboid, because that has
- * density 1 for the body in the thesis (Bodack 2008). */
+/* Writes to `box` the cuboid of density 1 that has the inertia, and the product of mass and centre
+ * of mass, of the body, or the largest such cuboid if none has density 1. The largest cuboid is
+ * found by ternary search, because the logarithm of the volume is concave in 1 / mass. The density
+ * increases with the mass. The factor 1.001 extends the search for density 1 slightly beyond the
+ * largest cuboid, because the largest cuboid has density 1 for the body in the thesis (Bodack
+ * 2008). */
 static void fit_cuboid_of_any_mass(const kr_body *body, kr_box *box)
 {
     double low = 0.0, high = 1.0 / body->mass;
@@ -67,8 +68,8 @@ kr_box kr_mesh_box(const kr_body *body)
 
 /* Returns the angular velocity of a frame in which the top never gains energy. If the weight is
  * constant in the inertial frame, and the top is free of damping and friction, this frame is the
- * inertial frame. Otherwise it is the frame of the support, in which damping and friction take
- * energy. If `weight` is 0, the top has no weight. */
+ * inertial frame, and the result is 0. Otherwise it is the frame of the support, in which damping
+ * and friction take energy. If `weight` is 0, the weight has no torque. */
 static kr_vec3 find_frame_velocity(const kr_scene *scene, double weight)
 {
     const kr_vec3 turning = scene->turning;
@@ -78,8 +79,8 @@ static kr_vec3 find_frame_velocity(const kr_scene *scene, double weight)
 }
 /* Returns an upper bound on the angular speed relative to the frame with the angular velocity
  * scene->turning, given an upper bound `energy` on the kinetic energy there. In the inertial frame,
- * the spin of a Lagrange top never increases; the rest of its energy is due to transverse
- * motion. */
+ * the spin of a Lagrange top never increases; the rest of its energy is that of a rotation about a
+ * transverse axis. */
 static double bound_velocity(const kr_scene *scene, double energy)
 {
     const kr_vec3 i = scene->body.inertia, a = v_unit(scene->body.com);
@@ -126,7 +127,8 @@ static void put_point(float point[3], kr_vec3 v)
     point[2] = (float)v.z;
 }
 /* Writes the trail of scale * apex, where `apex` is fixed in the body; the older points are closer
- * to the fixed point. If `apex` is NULL, writes that of scale * momentum. Returns their number. */
+ * to the fixed point. If `apex` is NULL, writes that of scale * momentum. Returns the number of
+ * points. */
 static int write_trail(const kr_trail *trail, const kr_vec3 *apex, double scale, float point[][3])
 {
     const int64_t stride = trail->steps < KR_MESH_POINTS ? 1 : 2,

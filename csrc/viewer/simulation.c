@@ -1,7 +1,8 @@
 /* The simulation displayed by the viewer (simulation.h): up to KR_SIMULATION_TOPS tops with a
  * common time, counted in ticks, and a record of their measured values. A row of the record holds
  * the values at its time and their extrema since the previous row. `stride` is the number of ticks
- * between two rows, and `common` the least common multiple of the steps. */
+ * between two rows, and `common` the least common multiple of the steps. A kr_simulation_slot holds
+ * one top; its attitude may be compared with that of another top, its reference. */
 #include <math.h>
 #include "simulation.h"
 
@@ -66,8 +67,7 @@ static void choose_quantities(kr_simulation_slot *a)
     }
 }
 
-/* Extends the ranges of the measured values of top i in `row` to the values `low` and `high`,
- * unless they are NaN. */
+/* Extends the ranges of top i in `row` to the values `low` and `high`, unless they are NaN. */
 static void widen_extremes(kr_record_row *row, int i, const double low[], const double high[])
 {
     for (int k = 0; k < KR_SIMULATION_MEASURES; k++) {
@@ -83,7 +83,7 @@ static void begin_row(kr_simulation *simulation)
             row->at[i][k] = row->low[i][k] = row->high[i][k] = NAN;
 }
 /* Halves the number of rows of the record and doubles `stride`: merges the rows 2k - 1 and 2k to
- * row k, with the time of row 2k. The last of these is the incomplete row, with index `rows`. */
+ * row k, with the time of row 2k. The last row 2k is the incomplete one, with index `rows`. */
 static void halve_record(kr_simulation *simulation)
 {
     for (int64_t k = 1; 2 * k <= simulation->rows; k++) {
@@ -102,8 +102,7 @@ static int is_sample_time(const kr_simulation *simulation, int samples)
     const int64_t part = simulation->stride / samples;
     return simulation->clock % (part > simulation->common ? part : simulation->common) == 0;
 }
-/* Measures all tops if the current time is a sample time. Completes a row of the record if the
- * current time is a multiple of `stride`. */
+/* Measures all tops at a sample time. Completes a row of the record at a multiple of `stride`. */
 static void record_measures(kr_simulation *simulation)
 {
     if (!simulation->common || !is_sample_time(simulation, KR_SIMULATION_SAMPLES)) return;
@@ -133,7 +132,8 @@ static void store_state(kr_simulation_slot *a)
     a->momenta[a->steps % KR_SIMULATION_TRACE] = a->now.m;
 }
 /* Initializes the slot after the last top, without adding the top. `step` is in ticks; `against` is
- * the index of the top's reference, or KR_SIMULATION_... Returns KR_OK or an error. */
+ * the index of the top's reference, or KR_SIMULATION_NO_REFERENCE or KR_SIMULATION_REFERENCE.
+ * Returns KR_OK or an error. */
 static kr_status prepare_top(kr_simulation *simulation, const kr_scene *scene, int64_t step,
                              int against)
 {

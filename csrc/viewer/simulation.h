@@ -89,7 +89,7 @@ typedef struct kr_simulation {
 const kr_quantity *kr_simulation_quantity(int k);
 
 /* Removes all tops. A zero-initialized simulation has none. A simulation must not be moved in
- * memory while it contains tops, because kr_top points to it. */
+ * memory while it contains tops, because its tops point to it. */
 void kr_simulation_clear(kr_simulation *simulation);
 /* Adds a top in its initial state at time 0, and clears the record. `step` is in ticks; `against`
  * is the index of the top's reference, KR_SIMULATION_NO_REFERENCE or KR_SIMULATION_REFERENCE. An
