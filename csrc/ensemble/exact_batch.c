@@ -1,12 +1,12 @@
-/* Batched evaluation of closed-form solutions for many tops. The states equal those of
- * kr_exact_state, except that the initial state is returned exactly as given. Tops with invalid
- * times are passed on to the driver, which reports the error. */
+/* Batched evaluation of closed-form solutions (kr_exact_form) for many tops. The states equal those
+ * of kr_exact_state, except that the initial state is returned exactly as given. A top with invalid
+ * times or states is passed on to the scalar code (kr_top), which reports the error. */
 #include "exact/exact.h"
 #include "slots.h"
 
 enum { STATES_PER_CALL = 64 };
 
-/* Returns a lower bound on kr_scene_horizon (kreisel.h) that is cheap to compute. */
+/* Returns a lower bound on kr_scene_horizon (kreisel.h), the limit on |t|, at less cost. */
 static double bound_horizon_below(const kr_scene *s)
 {
     const kr_vec3 A = s->body.inertia, m = s->start.m;
@@ -15,8 +15,8 @@ static double bound_horizon_below(const kr_scene *s)
                  swing = sqrt(s->body.mass * fabs(s->gravity) / least * v_length(s->body.com));
     return 0x1p52 / fmax(turning, swing);
 }
-/* Returns 1 if the output times of a top are monotonic and within the limits on their magnitude and
- * number. For a closed-form solution, each requested time counts as one step. */
+/* Returns 1 if the initial and the requested times of top i are monotonic and less than the horizon
+ * in magnitude, and no more than config->max_steps times (if positive) are requested. */
 static int are_times_valid(const kr_config *config, const kr_tops *tops, size_t i)
 {
     const kr_scene *scene = &tops->scenes[i];
@@ -32,8 +32,7 @@ static int are_times_valid(const kr_config *config, const kr_tops *tops, size_t 
     }
     return plain;
 }
-/* Stores the states of a top, stopping before the first invalid state. Returns the number of stored
- * states. */
+/* Stores n states of the top in `slot`, or those before an invalid one. Returns their number. */
 static size_t store_states(kr_worker *worker, kr_slot *slot, kr_accumulator *accumulators, size_t n,
                            kr_state states[])
 {
@@ -46,8 +45,8 @@ static size_t store_states(kr_worker *worker, kr_slot *slot, kr_accumulator *acc
     }
     return k;
 }
-/* Stores the states of top i. If `plan` is NULL, the states are already in tops->states; otherwise,
- * they are evaluated from this closed form in blocks of STATES_PER_CALL. */
+/* Stores the states of top i and its outcome. If `plan` is NULL, tops->states already contains the
+ * states; otherwise, evaluates them from the closed form `plan`, in blocks of STATES_PER_CALL. */
 INLINE void store_top(kr_worker *worker, size_t i, const kr_exact_form *plan)
 {
     const kr_tops *tops = worker->tops;

@@ -1,11 +1,11 @@
-/* Vectorized integration of many tops in double precision. Each SIMD lane holds one top.
- * This file is compiled once for each instruction set, with options such as -DKR_ISA=avx2 -mavx2
- * -mfma (CMakeLists.txt). */
+/* Vectorized integration of many tops in double precision. Each SIMD lane holds one top; all lanes
+ * make their steps together, each from its own time and with its own step size (lane_state.h). This
+ * file is compiled once for each instruction set, with options such as -DKR_ISA=avx2 -mavx2. */
 #include "lane_tangent.h"
 #include "lane_event_test.h"
 
-/* Ends the current step in every SIMD lane at the time `end`, and returns the states at that
- * time. */
+/* Stores the time `end` and the state at that time as the end of the step in every lane. Returns
+ * the vertical, the angular velocity and the heading at `end`. */
 INLINE lane_point end_lane_steps(kr_lanes *l, wide end, int headless)
 {
     const lane_point r = evaluate_lanes(l, end, headless);
@@ -15,8 +15,7 @@ INLINE lane_point end_lane_steps(kr_lanes *l, wide end, int headless)
     if (!headless) lane_quat_store(l->end_q, lane_attitude(l, &r, headless));
     return r;
 }
-/* Advances every lane by one step. Returns a bit mask of the lanes that the scheduler must process
- * (see kr_lanes_isa.advance). */
+/* Advances every lane by one step. Returns the result of kr_lanes_isa.advance (lane_state.h). */
 INLINE unsigned step_lanes(kr_lanes *l, int terms)
 {
     const int headless = terms & KR_LANES_HEADLESS;

@@ -1,17 +1,18 @@
-/* Test for possible events within the current step of each SIMD lane. Within a step, the event
- * function is a polynomial, and its coefficients in the Bernstein basis bound its values. If all
- * coefficients have the sign that the event function had before the step, its sign has not changed.
- * The test may report false positives, but never misses a sign change. If an event is possible in a
- * lane, section.c searches the last step of this lane for the event. This source file is compiled
- * once for each instruction set. */
+/* Test for possible events within the last step of each SIMD lane. An event is a zero of the event
+ * function g = <along_p, P> + <along_w, W> + constant (lane_state.h), or for an extremum a zero of
+ * its derivative. Within a step, both functions are polynomials. The coefficients of a polynomial
+ * in the Bernstein basis bound its values: if all of them have the sign `side` that is known from
+ * earlier steps, the polynomial does not change sign. The test may report false positives, but
+ * never misses a sign change. If an event is possible in a lane, section.c searches the step. This
+ * file is compiled once for each instruction set. */
 #include "lane_series.h"
 
-/* Returns the event function without its constant term. */
+/* Returns <along_p, p> + <along_w, w>: the event function without its constant. */
 INLINE wide event_value(kr_lanes *l, lane_vec p, lane_vec w)
 {
     return lane_vec_dot(lane_vec_load(l->along_p), p) + lane_vec_dot(lane_vec_load(l->along_w), w);
 }
-/* Returns the time derivative of the event function. */
+/* Returns the time derivative dg/dt of the event function at P = p and W = w. */
 INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w, int terms)
 {
     const lane_vec k = lane_vec_load(l->k), carried = add_rotor_products(l, w, lane_vec_splat(0.0));
@@ -21,9 +22,10 @@ INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w, int terms)
                    dw = lane_vec_fma(lane_vec_times(k, lane_vec_next(w)), lane_vec_prev(w), linear);
     return event_value(l, dp, dw);
 }
-/* Stores in l->g the polynomial coefficients of the event function, or of its derivative for
- * extrema, over a step of size h. Returns the degree. As in events/event_polynomial.c, the last
- * coefficient is corrected so that the polynomials of consecutive steps agree at the common end. */
+/* Writes to l->g the coefficients of g, or of dg/ds for an extremum, as a polynomial in s = (time
+ * since the start of the step) / h, where h is the size of the step. Returns the degree. The last
+ * coefficient is corrected so that the value at s = 1 is that at the point *end, where the step
+ * ends. The polynomials of consecutive steps therefore agree at their common time. */
 INLINE int expand_event(kr_lanes *l, wide h, const lane_point *end, int terms)
 {
     const int first = l->extremum, degree = l->order - first;
@@ -43,7 +45,7 @@ INLINE int expand_event(kr_lanes *l, wide h, const lane_point *end, int terms)
     wide_store(l->g[degree], wide_load(l->g[degree]) + (there - reached));
     return degree;
 }
-/* Returns a mask of the lanes in which no event can have occurred during the step. */
+/* Returns a mask of lanes that certainly have no event in the step of size h that ends at *end. */
 INLINE mask keeps_sign(kr_lanes *l, wide h, const lane_point *end, int terms)
 {
     const int degree = expand_event(l, h, end, terms);

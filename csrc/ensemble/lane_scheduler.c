@@ -1,6 +1,8 @@
-/* The scheduler that assigns tops to SIMD lanes. Each top has its own time and step sizes. When a
- * top has reached its final time, the next top is loaded into its lane. If the computation in a
- * SIMD lane fails, the scalar code repeats it from the initial state and reports the error. */
+/* The scheduler assigns tops to SIMD lanes and integrates them (lane_state.h). Each top has its own
+ * time and step sizes. The goal of a lane is the next requested time of its top. When a top has
+ * reached its last requested time, the next top is loaded into its lane. If the computation in a
+ * lane fails, the scalar code (kr_top) repeats it from the initial state and reports the error.
+ * `rate` is the unit of frequency of a lane: its times are `rate` times those of kr_top. */
 #include <float.h>
 #include "math/exponent.h"
 #include "taylor/slow.h"
@@ -25,9 +27,10 @@ const kr_lanes_isa *kr_lanes_isa_at(int i)
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
 
-/* Chooses the fastest Taylor order for the tolerance `tol`. The internal tolerance is set below
- * `tol`, so that the resulting error meets `tol`. docs/theory/ensembles.md states how the orders
- * and tolerances of this table were measured. */
+/* Sets the Taylor order of `l` to the fastest one for the tolerance `tol`, and the tolerance of `l`
+ * to 2^-less tol, but not below min(tol, 2^-54.5), so that the results are as accurate as those of
+ * single tops. The first row with tol >= 2^until applies. docs/theory/ensembles.md states how the
+ * orders and tolerances of this table were measured. */
 static void choose_order(kr_lanes *l, double tol)
 {
     static const struct {
@@ -67,42 +70,42 @@ void kr_scheduler_reset(kr_worker *worker, int damped)
     for (int i = 0; i < KR_LANES_MAX; i++) kr_lane_park(worker->lanes, i);
 }
 
-/* Returns the rotation that permutes the principal axes cyclically so that the third moment of
- * inertia is the largest. Sets `shift` to the number of places by which the axes are shifted. */
+/* Returns the rotation from permuted to original principal axes, where shift_axes(A, *shift) are
+ * the permuted moments of inertia. Sets `shift` such that the third of them is the largest. */
 static kr_quat rotation_to_largest_moment(kr_vec3 A, int *shift)
 {
     *shift = A.z >= A.x && A.z >= A.y ? 0 : A.x >= A.y ? 1 : 2;
     const double h = *shift == 1 ? 0.5 : -0.5;
     return *shift == 0 ? q_one() : q4(0.5, v3(h, h, h));
 }
-/* Returns v with -0 in place of all zeros, because adding -0 leaves every number unchanged. */
+/* Returns v with -0 in place of zero components; adding -0 leaves every number unchanged. */
 static kr_vec3 make_zeros_negative(kr_vec3 v)
 {
     return v3(-(0.0 - v.x), -(0.0 - v.y), -(0.0 - v.z));
 }
-/* Returns `apart`, the difference between two moments of inertia. If this difference is almost zero
- * and a rotor component h1 or h2 is not, returns a tiny fraction of `moment` instead, because the
- * rotor terms of the series are divided by the difference. */
-static double replace_zero_difference(double apart, double moment, double h1, double h2)
+/* Returns `difference`, that of two moments of inertia. If |difference| < least, and the component
+ * rotor_1 or rotor_2 of the rotor is not 0, returns `least` = KR_LEAST_FACTOR * moment + DBL_MIN
+ * instead, because these components are divided by the result. */
+static double replace_zero_difference(double difference, double moment, double rotor_1,
+                                      double rotor_2)
 {
     const double least = KR_LEAST_FACTOR * moment + DBL_MIN;
-    return (h1 != 0.0 || h2 != 0.0) && fabs(apart) < least ? least : apart;
+    return (rotor_1 != 0.0 || rotor_2 != 0.0) && fabs(difference) < least ? least : difference;
 }
-/* Divides componentwise, but returns -0 where `torque` is 0, even if `factor` is 0 there. */
-static kr_vec3 divide_torque(kr_vec3 torque, kr_vec3 factor)
+/* Returns rotor / difference, componentwise, but -0 for each component of `rotor` that is 0. */
+static kr_vec3 divide_torque(kr_vec3 rotor, kr_vec3 difference)
 {
-    return v3(torque.x == 0.0 ? -0.0 : torque.x / factor.x,
-              torque.y == 0.0 ? -0.0 : torque.y / factor.y,
-              torque.z == 0.0 ? -0.0 : torque.z / factor.z);
+    return v3(rotor.x == 0.0 ? -0.0 : rotor.x / difference.x,
+              rotor.y == 0.0 ? -0.0 : rotor.y / difference.y,
+              rotor.z == 0.0 ? -0.0 : rotor.z / difference.z);
 }
-/* The constants A, c and h of the equations of motion (lane_state.h), drag = -D / A, and the
- * differences `apart` between the moments A, for permuted body axes, in the units of the Taylor
- * series. */
+/* The constants A, c and h of lane_state.h, drag = -D / A and apart = (Ay - Az, Az - Ax, Ax - Ay),
+ * for the permuted axes and in the units of a lane. */
 typedef struct {
     kr_vec3 A, c, h, drag, apart;
 } shifted_constants;
-/* Returns the constants of the equations of motion. `rate` is the unit of frequency of the Taylor
- * series, and `shift` the number of places by which the axes are shifted cyclically. */
+/* Returns the constants of the equations of motion, converted from the units and axes of kr_top by
+ * the unit of frequency `rate` and the cyclic permutation shift_axes(v, shift). */
 static shifted_constants shift_constants(const kr_motion *motion, double rate, int shift)
 {
     const kr_vec3 A = shift_axes(motion->inertia, shift),
@@ -136,9 +139,10 @@ static kr_vec3 v_times_power_of_2(kr_vec3 a, int power)
     return v3(times_power_of_2(a.x, power), times_power_of_2(a.y, power),
               times_power_of_2(a.z, power));
 }
-/* Writes the initial tangent, expressed in the principal axes of the method and in internal units.
- * The user's tangent is scaled by a power of two so that its squared norm does not overflow. The
- * default tangent has arbitrary components, so it is unlikely to lie in a symmetry direction. */
+/* Writes the initial tangent (theta, N) = (turn, push) (lane_tangent.h) along the principal axes,
+ * in the units of a lane. The user's tangent is scaled by a power of two, so that its squared norm
+ * does not overflow. Without a user's tangent, one with arbitrary components is used, which is
+ * unlikely to be close to a trivial solution. */
 static void set_initial_tangent(const kr_worker *worker, const kr_top *top, double rate,
                                 kr_vec3 *turn, kr_vec3 *push)
 {
@@ -154,11 +158,12 @@ static void set_initial_tangent(const kr_worker *worker, const kr_top *top, doub
     *turn = v_times_power_of_2(*turn, -exponent_of(size));
     *push = v_times_power_of_2(*push, -exponent_of(size));
 }
-/* Upper limit on the reciprocals of the moments of inertia, in internal units; beyond this limit,
- * the squared norm of a tangent could overflow. */
+/* Upper limit on the sum of the reciprocals of the moments of inertia, in the units of kr_top.
+ * Above this limit, the squared norm of a tangent could overflow. */
 #define MAX_INVERSE_MOMENT 0x1p300
-/* Initializes the tangent of a lane. Returns 0 if the tangent overflows or is a combination of the
- * flow direction and a rotation about the vertical, or if a moment of inertia is too small. */
+/* Initializes the tangent of the top in worker->fallback in a lane. Returns 0 if the tangent is not
+ * finite, if it is within 1e-10 of a combination of the trivial solutions (lane_tangent.h), or if a
+ * moment of inertia is too small. */
 static int begin_tangent(kr_worker *worker, int lane, double rate, int shift,
                          const shifted_constants *constants)
 {
@@ -186,8 +191,7 @@ static int begin_tangent(kr_worker *worker, int lane, double rate, int shift,
     const double size = v_length(turn) + v_length(push), per = 1.0 / A.x + 1.0 / A.y + 1.0 / A.z;
     return g->first_size[lane] > 1e-10 * size && size < INFINITY && per < MAX_INVERSE_MOMENT;
 }
-/* Loads the top in worker->fallback into a SIMD lane. Returns 0 if the initial tangent is
- * invalid. */
+/* Loads the top in worker->fallback into a SIMD lane. Returns 0 if its tangent is invalid. */
 static int load_lane(kr_worker *worker, int lane)
 {
     const kr_top *top = worker->fallback;
@@ -219,7 +223,7 @@ static int load_lane(kr_worker *worker, int lane)
     return !l->tangents || begin_tangent(worker, lane, p.rate, shift, &constants);
 }
 
-/* Returns 1 if the last step in a SIMD lane is valid. Steps of length 0 are invalid. */
+/* Returns 1 if the last step of a lane is finite, has a length > 0, and is within max_steps. */
 static int is_good_step(const kr_lanes *l, int lane)
 {
     double sum = l->turn[l->order][lane];
@@ -227,16 +231,15 @@ static int is_good_step(const kr_lanes *l, int lane)
     return isfinite(sum) && l->forward[lane] * (l->end[lane] - l->t[lane]) > 0.0 &&
            l->steps[lane] <= l->max_steps[lane];
 }
-/* Returns 1 if the tangent of a lane, if any, could be propagated to the requested time, else 0. */
+/* Returns 1 if the lanes have no tangents, or if the last sampled growth in the lane is finite. */
 static int is_growth_finite(const kr_lanes *l, int lane)
 {
     double sum = 0.0;
     for (int i = 0; l->tangents && i < KR_GROWTH_COUNT; i++) sum += l->tangents->out[i][lane];
     return isfinite(sum);
 }
-/* Stores the state of a lane at the requested time, and sets the goal of the lane to the next
- * requested time. Returns 1 if the next requested time also lies within the current step of this
- * lane. */
+/* Stores the state that was computed for a lane at its goal, and sets the next goal. Returns 1 if
+ * the top is still in the lane and its last step also reaches the new goal. */
 static int store_sample(kr_worker *worker, int lane)
 {
     const kr_lanes *l = worker->lanes;
@@ -250,7 +253,7 @@ static int store_sample(kr_worker *worker, int lane)
     kr_worker_store_state(worker, slot, kr_worker_accumulators(worker, lane), &s);
     return kr_lane_set_goal(worker, lane) && kr_lane_has_passed_goal(l, lane);
 }
-/* Samples the lanes in the bit mask `lanes` at all requested times within their last steps. */
+/* Stores the states of the lanes in the mask `lanes` at all requested times in their last steps. */
 static void sample_lanes(kr_worker *worker, unsigned lanes)
 {
     kr_lanes *l = worker->lanes;
@@ -262,7 +265,8 @@ static void sample_lanes(kr_worker *worker, unsigned lanes)
             if (lanes >> lane & 1 && !store_sample(worker, lane)) lanes &= ~(1u << lane);
     }
 }
-/* Advances all lanes by up to STEPS_PER_POLL steps, and processes each lane that has stopped. */
+/* Advances all lanes by up to STEPS_PER_POLL steps. In each lane that has stopped, stores the
+ * states or events within the last step, or hands the top to the scalar code. */
 static void advance_lanes(kr_worker *worker)
 {
     const unsigned called = worker->isa->advance(worker->lanes, STEPS_PER_POLL) & worker->busy;
@@ -286,7 +290,8 @@ static int find_free_lane(const kr_worker *worker)
     while (lane < *worker->isa->lanes && worker->busy >> lane & 1) lane++;
     return lane;
 }
-/* Returns 0 only if the damping is certainly weak up to the last requested time of top i. */
+/* Returns 1 if the damping of top i, which is in worker->fallback, may be strong (taylor/slow.h)
+ * before its last requested time. */
 static int may_be_strongly_damped(const kr_worker *worker, size_t i)
 {
     const kr_top *top = worker->fallback;

@@ -1,8 +1,9 @@
-/* Implements the Taylor series declared in lane_state.h: computes the coefficients, chooses the
- * step size, and evaluates the series. This source file is compiled once for each instruction set.
- * Every convolution sum starts with its middle terms, so that it can begin before the latest
- * coefficients are known. On all hardware with fused multiply-add, the results in a lane are
- * bitwise equal, whatever the vector width. */
+/* Computes and evaluates the Taylor series of P, W and f (lane_state.h) for the tops in all SIMD
+ * lanes, and chooses the step sizes. `terms` is a sum of KR_LANES_HEADLESS and KR_LANES_DAMPED;
+ * `headless` is nonzero if the heading f is not computed. A sum of products of the coefficients j
+ * and n - j starts with j near n / 2, so that it can begin before coefficient n is known. With
+ * fused multiply-add, the results in a lane are bitwise equal for all vector widths. This file is
+ * compiled once for each instruction set, with vectors of the type `wide` (math/simd.h). */
 #ifndef KR_LANE_SERIES_H
 #define KR_LANE_SERIES_H
 #include "lane_state.h"
@@ -44,7 +45,7 @@ INLINE lane_vec lane_vec_axpy(wide s, lane_vec a, lane_vec b)
 {
     return (lane_vec){wide_fma(s, a.x, b.x), wide_fma(s, a.y, b.y), wide_fma(s, a.z, b.z)};
 }
-/* The functions lane_vec_times and lane_vec_fma multiply componentwise, and lane_vec_fma adds c. */
+/* lane_vec_times and lane_vec_fma return the componentwise products a b and a b + c. */
 INLINE lane_vec lane_vec_times(lane_vec a, lane_vec b)
 {
     return (lane_vec){a.x * b.x, a.y * b.y, a.z * b.z};
@@ -102,36 +103,37 @@ typedef struct {
     lane_vec ww;          /* Wy Wz, Wz Wx, Wx Wy */
     lane_vec plus, minus; /* plus - minus is P x W */
     lane_vec wp;          /* Wx Px, Wy Py, and with damping Wz Pz */
-    wide quotient;        /* of 1 + (P, d) and f', without the newest coefficient of f' */
+    wide quotient;        /* (1 + <P, d>) f', without the product of near[0] and rate[n] */
 } lane_sums;
 
-/* Adds the contribution of two Taylor coefficients to the cross product P x W. */
+/* Adds the cross product pj x wm of coefficients of P and W to a->plus - a->minus. */
 INLINE void add_cross_products(lane_sums *a, lane_vec wm, lane_vec pj)
 {
     a->plus = lane_vec_fma(lane_vec_next(pj), lane_vec_prev(wm), a->plus);
     a->minus = lane_vec_fma(lane_vec_prev(pj), lane_vec_next(wm), a->minus);
 }
-/* Adds the contribution of two Taylor coefficients of W to the products in `ww`. */
+/* Adds the products wjy wmz, wjz wmx and wjx wmy of two coefficients of W to a->ww. */
 INLINE void add_velocity_products(lane_sums *a, lane_vec wj, lane_vec wm)
 {
     a->ww = lane_vec_fma(lane_vec_next(wj), lane_vec_prev(wm), a->ww);
 }
-/* Adds to `a` those products of Taylor coefficients that are needed only to compute the heading. */
+/* Adds the products wmx pjx and wmy pjy, and with damping wmz pjz, of coefficients of W and P to
+ * a->wp. Only the heading requires them. */
 INLINE void add_heading_products(lane_sums *a, lane_vec wm, lane_vec pj, int terms)
 {
     a->wp.x = wide_fma(pj.x, wm.x, a->wp.x);
     a->wp.y = wide_fma(pj.y, wm.y, a->wp.y);
     if (terms & KR_LANES_DAMPED) a->wp.z = wide_fma(pj.z, wm.z, a->wp.z);
 }
-/* Adds the products of the rotor with w in Euler's equations to the sum `to` of the products w_j
- * w_k, and returns the result. */
+/* Returns `to`, a sum of products of coefficients of W, plus the rotor terms (lane_state.h) of the
+ * coefficient w: shift_next * (wz, wx, wy) + shift_prev * (wy, wz, wx), componentwise. */
 INLINE lane_vec add_rotor_products(kr_lanes *l, lane_vec w, lane_vec to)
 {
     const lane_vec of_prev = lane_vec_fma(lane_vec_load(l->shift_next), lane_vec_prev(w), to);
     return lane_vec_fma(lane_vec_load(l->shift_prev), lane_vec_next(w), of_prev);
 }
-/* Adds to the sums `a` the products of the middle Taylor coefficients (of order n / 2). The number
- * n must be even. */
+/* Adds to the sums `a` of order n, which must be even, the products of two coefficients of order
+ * n / 2, and for n = 0 the rotor terms. */
 INLINE void add_middle_products(lane_sums *a, kr_lanes *l, int n, int terms)
 {
     const lane_vec w = lane_vec_load(l->w[n / 2]), p = lane_vec_load(l->p[n / 2]);
@@ -142,9 +144,8 @@ INLINE void add_middle_products(lane_sums *a, kr_lanes *l, int n, int terms)
     add_heading_products(a, w, p, terms);
     if (n > 0) a->quotient = wide_load(l->near[n / 2]) * wide_load(l->rate[n / 2]);
 }
-/* Adds to the sums `a` the products of the Taylor coefficients of orders 0 and n, including the
- * rotor terms. The argument `newest` holds the coefficients of order n, which are still in
- * processor registers. */
+/* Adds to the sums `a` of order n > 0 the products of the coefficients of orders 0 and n, and the
+ * rotor terms. `newest` holds the coefficients n of W and P, still in processor registers. */
 INLINE void add_newest_products(lane_sums *a, kr_lanes *l, int n, const lane_pair *newest,
                                 int terms)
 {
@@ -155,12 +156,13 @@ INLINE void add_newest_products(lane_sums *a, kr_lanes *l, int n, const lane_pai
     add_cross_products(a, wn, p0);
     add_cross_products(a, w0, pn);
     if (terms & KR_LANES_HEADLESS) return;
-    /* W_0 with the rotor terms included */
+    /* W_0, with rotor terms in its first two components */
     const lane_vec shifted = {prev.y, next.x, w0.z};
     add_heading_products(a, wn, p0, terms);
     add_heading_products(a, terms & KR_LANES_DAMPED ? w0 : shifted, pn, terms);
     a->quotient = wide_fma(wide_load(l->near[n]), wide_load(l->rate[0]), a->quotient);
 }
+/* Returns all sums of order n. `newest` holds the coefficients n of W and P. */
 INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int terms)
 {
     const lane_vec none = lane_vec_splat(0.0);
@@ -170,8 +172,7 @@ INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int t
         const int m = n - j;
         const lane_vec wj = lane_vec_load_once(l->w[j]), wm = lane_vec_load_once(l->w[m]);
         const lane_vec pj = lane_vec_load_once(l->p[j]), pm = lane_vec_load_once(l->p[m]);
-        /* The sums are independent of each other; this order of additions was the fastest in
-         * measurements. */
+        /* The order of these independent sums was the fastest in measurements. */
         add_cross_products(&a, wm, pj);
         add_cross_products(&a, wj, pm);
         add_velocity_products(&a, wj, wm);
@@ -186,8 +187,8 @@ INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int t
     return a;
 }
 
-/* Computes Taylor coefficient n of f' and n + 1 of the heading f (lane_state.h); share: 1 / (n +
- * 1). */
+/* Writes coefficient n of f' to l->rate, and coefficient n + 1 of the heading f to l->turn, from
+ * the sums `a` of order n and share = 1 / (n + 1). */
 INLINE void next_heading_coefficients(kr_lanes *l, const lane_sums *a, int n,
                                       const lane_pair *newest, wide share, int terms)
 {
@@ -204,13 +205,14 @@ INLINE void next_heading_coefficients(kr_lanes *l, const lane_sums *a, int n,
     wide_store(l->rate[n], rate);
     wide_store(l->turn[n + 1], share * rate);
 }
-/* Returns the coefficient of A^-1 (P x c), given the coefficient p of P. */
+/* Returns A^-1 (p x c) for a Taylor coefficient p of P. */
 INLINE lane_vec gravity_rates(kr_lanes *l, lane_vec p)
 {
     return lane_vec_fma(lane_vec_load(l->up), lane_vec_next(p),
                         lane_vec_times(lane_vec_load(l->down), lane_vec_prev(p)));
 }
-/* Computes the Taylor coefficients of order n + 1, and returns those of P and W. */
+/* Writes all Taylor coefficients of order n + 1 to `l`, given the coefficients `newest` of order n
+ * of W and P. Returns the coefficients n + 1 of W and P. */
 INLINE lane_pair next_lane_coefficient(kr_lanes *l, int n, lane_pair newest, int terms)
 {
     const lane_sums a = sum_products(l, n, &newest, terms);
@@ -244,7 +246,8 @@ INLINE void expand_lanes(kr_lanes *l, int terms)
     for (int n = 0; n < l->order; n++) newest = next_lane_coefficient(l, n, newest, terms);
 }
 
-/* Vectorized versions of approx_log2 and approx_exp2 in taylor/series.h. */
+/* approx_log2_lanes returns log2 x for a normal number x > 0, with an error below 0.05, and
+ * approx_exp2_lanes 2^x, with a relative error below 0.002. Both suffice for a step size. */
 INLINE wide approx_log2_lanes(wide x)
 {
     const wide bits = wide_of_bits((wide_bits(x) >> 20) | 0x4330000000000000u) - 0x1p52;
@@ -257,9 +260,9 @@ INLINE wide approx_exp2_lanes(wide x)
     return power *
            wide_fma(f, wide_fma(f, wide_splat(0.2384), wide_splat(0.7035)), wide_splat(1.0004));
 }
-/* Returns log2 of the radius of convergence, estimated from the n-th Taylor term. In this estimate,
- * the heading has a larger weight than the other variables, because the omitted terms of its Taylor
- * series may all have the same sign. */
+/* Returns log2 of the radius of convergence, estimated as -log2(|x_n|) / n from the coefficients
+ * x_n = (p_n, w_n, 16 f_n) of P, W and f. The heading f has the weight 16, because the omitted
+ * terms of its series may all have the same sign. */
 INLINE wide lane_log2_radius(kr_lanes *l, int n, int headless)
 {
     const lane_vec p = lane_vec_load(l->p[n]), w = lane_vec_load(l->w[n]);
@@ -270,8 +273,8 @@ INLINE wide lane_log2_radius(kr_lanes *l, int n, int headless)
     }
     return approx_log2_lanes(square) * (-0.5 / n);
 }
-/* Returns the step size for which the last retained Taylor term equals the tolerance, as in
- * taylor/series.h. */
+/* Returns the step size (> 0) for which the last retained Taylor term equals 2^log2_tol. Near an
+ * unstable equilibrium, `fall` limits the step size (series_step_size in taylor/series.h). */
 INLINE wide lane_step_size(kr_lanes *l, int headless)
 {
     const int order = l->order;
@@ -282,12 +285,12 @@ INLINE wide lane_step_size(kr_lanes *l, int headless)
     return wide_min(step, longest);
 }
 
-/* The vertical, the angular velocity and the heading at one time. */
+/* The vertical P, the angular velocity W and the heading f (`turn`) at one time in each lane. */
 typedef struct {
     lane_vec p, w;
     wide turn;
 } lane_point;
-/* Evaluates the Taylor polynomials of degree `order` at the time `at`. */
+/* Evaluates the Taylor polynomials of degree `order` at the time `at` (l->t: start of the step). */
 INLINE lane_point evaluate_lane_terms(kr_lanes *l, int order, wide at, int headless)
 {
     const wide h = at - wide_load(l->t);
@@ -306,22 +309,19 @@ INLINE lane_point evaluate_lanes(kr_lanes *l, wide at, int headless)
     return evaluate_lane_terms(l, l->order, at, headless);
 }
 
-/* Returns an unnormalized quaternion for the smallest rotation that takes the vector p to d. */
+/* Returns an unnormalized quaternion of the smallest rotation that takes unit vector p to d. */
 INLINE lane_quat shortest_rotation(lane_vec p, lane_vec d)
 {
     return (lane_quat){1.0 + lane_vec_dot(p, d), lane_vec_cross(p, d)};
 }
-/* Returns the attitude exp(e3 f/2) q s(P), where q is the attitude at the beginning of the step, f
- * the heading, and s(P) the shortest rotation from the vertical P to its value at the beginning of
- * the step (lane_state.h). If `headless` is nonzero, returns a rotation that takes P to the
- * vertical; its heading is arbitrary. */
+/* Returns the attitude exp(e3 f/2) g s(P) of lane_state.h at the point (P, W, f) = *at. If
+ * `headless` is nonzero, returns a rotation that takes P to e3, with an arbitrary heading. */
 INLINE lane_quat lane_attitude(kr_lanes *l, const lane_point *at, int headless)
 {
     if (headless) {
         const wide zero = wide_splat(0.0),
                    sign = wide_choose(wide_less(at->p.z, zero), wide_splat(-1.0), wide_splat(1.0));
-        /* If P.z < 0, the shortest rotation to the other pole is followed by a half turn about the
-         * first axis. */
+        /* If Pz < 0, P is first rotated to -e3, and then to e3 by a half turn about e1. */
         const lane_vec d = {zero, zero, sign};
         const lane_quat s = lane_quat_unit(shortest_rotation(at->p, d)),
                         over = {-s.v.x, {s.w, -s.v.z, s.v.y}};

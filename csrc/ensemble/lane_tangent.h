@@ -1,25 +1,27 @@
-/* The growth of an infinitesimal perturbation (tangent) of the top in each SIMD lane. Computing the
- * tangents may require shorter steps, but does not otherwise change the path. This source file is
- * compiled once for each instruction set. A tangent delta = (theta | N) consists of a rotation
- * vector theta and a change N of the momentum, both in the body frame. The variational equations
- * are those of taylor/tangents.h, but without damping and without derivatives with respect to
- * parameters. Two solutions of the variational equations are trivial: the direction of the flow, (W
- * | P x c), and an infinitesimal rotation about the vertical, (P | P x M), with M = AW + h
- * (lane_state.h). At the end of each step, the components of the tangent along the trivial
- * solutions are removed, and the growth of the rest is measured. Up to the tolerance, each tangent
- * conserves the quantities
- *     dE = <N, W> + <theta, W x M + c x P>       d<m, e3> = <N, P>
- * The chaos indicator MEGNO is defined by Cincotta and Simo (2000). Its mean over the time T is, by
- * integration by parts,
- *     2/T int ln|delta| (1 + ln(t/T)) dt. */
+/* The growth of an infinitesimal perturbation (tangent) of the top in each SIMD lane. A, c, h, P
+ * and W are those of lane_state.h, and M = AW + h is the momentum in the body frame. A tangent
+ * delta = (theta, N) consists of a rotation vector theta, which adds q theta/2 to the attitude q,
+ * and a change N of the momentum, both in the body frame:
+ *     theta' = 1/A (M x theta + N) + theta x W        N' = N x W + (c x theta) x P
+ * Two solutions are trivial: the direction of the flow, (W, P x c), and an infinitesimal rotation
+ * about the vertical, (P, P x M). At the end of each step, the components of the tangent along the
+ * trivial solutions are removed. The growth of its norm, |delta|^2 = |theta|^2 + |N|^2, is
+ * measured. Stored is d = delta 2^-power, with |d| near 1. Up to the tolerance, each tangent
+ * conserves
+ *     dE = <N, W> + <theta, W x M + c x P>            d<m, e3> = <N, P>
+ * The mean over the time T of the chaos indicator MEGNO (Cincotta and Simo 2000) is, by integration
+ * by parts, 2/T int ln|delta| (1 + ln(t/T)) dt. Tangents may require shorter steps, but do not
+ * otherwise change the motion (path). This file is compiled once for each instruction set. */
 #include "lane_series.h"
 
-/* The relative truncation error of a tangent may be at most 2^GROWTH_SLACK times the tolerance. A
- * step is divided into at most GROWTH_SUBSTEPS substeps, and is cut short if these do not suffice.
- * Each substep is shortened at most GROWTH_TRIES times. */
+/* The truncation error of a tangent d is estimated by the last Taylor term, whose norm may be at
+ * most 2^GROWTH_SLACK times the tolerance times |d|. For this purpose, a step is divided into at
+ * most GROWTH_SUBSTEPS substeps, and ends early if these do not suffice. The length of a substep is
+ * reduced at most GROWTH_TRIES times. */
 #define GROWTH_SLACK 9.0
 enum { GROWTH_SUBSTEPS = 64, GROWTH_TRIES = 32 };
 
+/* A tangent, or a Taylor coefficient of one: theta and N. */
 typedef struct {
     lane_vec turn, push;
 } lane_deviation;
@@ -45,19 +47,19 @@ INLINE wide deviation_dot(lane_deviation a, lane_deviation b)
     return lane_vec_dot(a.turn, b.turn) + lane_vec_dot(a.push, b.push);
 }
 
-/* The n-th coefficients of products of Taylor series (Cauchy products). */
+/* The n-th coefficients of products of Taylor series; * multiplies vectors componentwise. */
 typedef struct {
-    lane_vec plus, minus; /* next(theta) * prev(W), prev(theta) * next(W) */
+    lane_vec plus, minus; /* (thetay Wz, ...), (thetaz Wy, ...), cyclic; with rotor terms in W_0 */
     lane_vec push;        /* N x W */
     lane_vec lifted;      /* theta <c, P> */
     lane_vec leaned;      /* theta * P */
 } growth_sums;
+/* Adds the products of coefficient j of the tangent and coefficient m of the path. */
 INLINE void add_tangent_products(growth_sums *a, kr_lanes *l, kr_lane_tangents *g, int j, int m)
 {
     const lane_vec turn = lane_vec_load(g->x[j][0]), push = lane_vec_load(g->x[j][1]),
                    minus_push = {-push.x, -push.y, -push.z}, w = lane_vec_load(l->w[m]),
                    p = lane_vec_load(l->p[m]);
-    /* next(W_0) and prev(W_0) include the rotor terms */
     const lane_vec next = m > 0 ? lane_vec_next(w) : lane_vec_load(l->next),
                    prev = m > 0 ? lane_vec_prev(w) : lane_vec_load(l->prev);
     a->plus = lane_vec_fma(lane_vec_next(turn), lane_vec_next(next), a->plus);
@@ -67,7 +69,7 @@ INLINE void add_tangent_products(growth_sums *a, kr_lanes *l, kr_lane_tangents *
     a->lifted = lane_vec_axpy(wide_load(g->lift[m]), turn, a->lifted);
     a->leaned = lane_vec_fma(turn, p, a->leaned);
 }
-/* Computes the Taylor coefficients of order n + 1 of the tangent. */
+/* Writes the Taylor coefficient of order n + 1 of the tangent to g->x. */
 INLINE void next_tangent_coefficient(kr_lanes *l, kr_lane_tangents *g, int n)
 {
     const wide share = wide_splat(1.0 / (n + 1));
@@ -93,7 +95,7 @@ INLINE lane_deviation evaluate_tangent(kr_lane_tangents *g, int order, wide h)
     return d;
 }
 
-/* Returns the component of the deviation `d` orthogonal to the deviation `known`. */
+/* Returns the component of `d` orthogonal to `known`, or `d` if `known` is zero. */
 INLINE lane_deviation remove_component(lane_deviation d, lane_deviation known)
 {
     const wide size = deviation_dot(known, known), zero = wide_splat(0.0);
@@ -104,7 +106,7 @@ INLINE lane_vec find_body_momentum(kr_lane_tangents *g, const lane_point *at)
 {
     return lane_vec_fma(lane_vec_load(g->moments), at->w, lane_vec_load(g->rotor));
 }
-/* The two trivial solutions: the flow, and the rotation about the vertical. */
+/* The two trivial solutions: the flow (W, P x c), and the rotation (P, P x M). */
 typedef struct {
     lane_deviation flow, turn;
 } trivial_solutions;
@@ -113,9 +115,8 @@ INLINE trivial_solutions find_trivial_solutions(kr_lane_tangents *g, const lane_
     return (trivial_solutions){{at->w, lane_vec_cross(at->p, lane_vec_load(g->c))},
                                {at->p, lane_vec_cross(at->p, find_body_momentum(g, at))}};
 }
-/* Returns the component of `d` orthogonal to the two trivial solutions. If the two trivial
- * solutions are parallel to within rounding errors, only the component of `d` along the flow is
- * removed. */
+/* Returns the component of `d` orthogonal to both trivial solutions at the point `at` of the path,
+ * or only to the flow if they are parallel to within rounding errors. */
 INLINE lane_deviation remove_trivial_solutions(kr_lane_tangents *g, const lane_point *at,
                                                lane_deviation d)
 {
@@ -126,8 +127,8 @@ INLINE lane_deviation remove_trivial_solutions(kr_lane_tangents *g, const lane_p
     const wide keep = wide_choose(is_own, wide_splat(1.0), wide_splat(0.0));
     return remove_component(remove_component(d, known.flow), deviation_scale(keep, own));
 }
-/* Returns the squared norm of the component of `d` orthogonal to the two trivial solutions. The
- * result is at least 2^-40 times the squared norm of `d`. */
+/* Returns the squared norm of the component of `d` orthogonal to the two trivial solutions at the
+ * point `at`, or 2^-40 |d|^2 if this is larger. */
 INLINE wide norm2_without_trivial(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0);
@@ -144,22 +145,20 @@ INLINE wide norm2_without_trivial(kr_lane_tangents *g, const lane_point *at, lan
     const wide share = wide_choose(is_own, about * about, zero) / wide_max(u, least);
     return wide_max(wide_fma(-per * along, along, all) - share, 0x1p-40 * all);
 }
-/* Returns the logarithm of the norm of a tangent, given the logarithm of its scaled squared
- * norm. */
+/* Returns ln|delta|, given log_square = ln(|d|^2), where d = delta 2^-power (g->begin.power). */
 INLINE wide unscale_log(kr_lane_tangents *g, wide log_square)
 {
     return wide_fma(wide_load(g->begin.power), wide_splat(LN_2), 0.5 * log_square);
 }
-/* Returns the derivative of the energy with respect to the rotation vector theta. */
+/* Returns the derivative W x M + c x P of the energy with respect to theta at the point `at`. */
 INLINE lane_vec energy_gradient(kr_lane_tangents *g, const lane_point *at)
 {
     const lane_vec pull = lane_vec_cross(lane_vec_load(g->c), at->p);
     return lane_vec_add(pull, lane_vec_cross(at->w, find_body_momentum(g, at)));
 }
-/* Writes the relative errors of the changes in energy and in vertical momentum along a tangent.
- * For an exact solution of the variational equations, the changes in energy and momentum are
- * constant in time. Each error is divided by the largest change in energy or momentum that a
- * tangent vector of the same norm can cause. */
+/* Writes the errors of dE and d<m, e3>, which an exact tangent conserves, to g->out: their changes
+ * since the initial time, divided by the largest values of |dE| and |d<m, e3>| among all tangents
+ * of the same norm as `d`, at the point `at` of the path. */
 INLINE void write_conservation_errors(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const lane_vec lean = energy_gradient(g, at);
@@ -177,22 +176,22 @@ INLINE void write_conservation_errors(kr_lane_tangents *g, const lane_point *at,
                                                wide_sqrt(size * lane_vec_dot(at->p, at->p)));
 }
 
-/* Interior nodes and their weights of the six-point Gauss-Lobatto rule on [0, 1]. END_WEIGHT is the
- * quadrature weight of each end point of the interval. */
+/* The interior nodes of the six-point Gauss-Lobatto quadrature rule on [0, 1], and their weights.
+ * The weight of the nodes 0 and 1 is END_WEIGHT. */
 static const double places[] = {0.11747233803526765, 0.35738424175967745, 0.64261575824032255,
                                 0.88252766196473235},
                     weights[] = {0.18923747814892349, 0.27742918851774318, 0.27742918851774318,
                                  0.18923747814892349};
 #define END_WEIGHT (1.0 / 30.0)
 
-/* Statistics of the growth of a tangent delta. `area` and `moment` are the time integrals of
- * ln|delta| and of ln|delta| ln t. `most` is the largest and `last` the most recent value of
- * ln|delta|. `rest` is the square of the largest relative truncation error. */
+/* Statistics of the growth of a tangent delta since the initial time t = 0. `area` and `moment` are
+ * the integrals of ln|delta| and of ln|delta| ln|t| over |t|. `most` is the largest and `last` the
+ * most recent value of ln|delta|. `rest` is the square of the largest relative truncation error. */
 typedef struct {
     wide area, moment, most, last, rest;
 } growth_integrals;
-/* Adds `share` times the integrands at the time t to the growth integrals. SIMD lanes that have
- * already reached the end of the step contribute nothing to the integrals. */
+/* Returns `a`, updated for a quadrature node at the time t with the weight `share`, where ln|delta|
+ * is a.last. In lanes with the weight 0, nothing changes. */
 INLINE growth_integrals add_integral_node(kr_lanes *l, growth_integrals a, wide share, wide t)
 {
     const wide forward = wide_load(l->forward), span = share * forward, weight = span * a.last;
@@ -202,18 +201,17 @@ INLINE growth_integrals add_integral_node(kr_lanes *l, growth_integrals a, wide 
     a.most = wide_choose(wide_less(wide_splat(0.0), span), wide_max(a.most, a.last), a.most);
     return a;
 }
-/* Updates the largest relative truncation error of the tangent. `last` is the squared norm of the
- * last Taylor term of the tangent `d`. */
+/* Sets a->rest to the larger of a->rest and last / |d|^2, where `last` is the squared norm of the
+ * last Taylor term of the tangent d. */
 INLINE void update_truncation(growth_integrals *a, wide last, lane_deviation d)
 {
     const wide size = deviation_dot(d, d), zero = wide_splat(0.0);
     const wide rest = wide_choose(wide_less(zero, last), last / size, zero);
     a->rest = wide_max(rest, a->rest);
 }
-/* Adds the contribution of a substep of length h to the integrals that measure the growth of the
- * tangent. `d` is the tangent at the end of the substep, without its components along the two
- * trivial solutions. The Lobatto rule is used because the logarithm of the tangent's length may
- * have a sharp minimum. */
+/* Returns the growth integrals `a` plus those over a substep of length h of the path `l`. `d` is
+ * the tangent at the end of the substep, without its components along the trivial solutions. Six
+ * nodes are used because ln|delta| may have a sharp minimum within the substep. */
 INLINE growth_integrals add_substep_growth(kr_lanes *l, kr_lane_tangents *g, wide h,
                                            lane_deviation d, growth_integrals a)
 {
@@ -231,7 +229,7 @@ INLINE growth_integrals add_substep_growth(kr_lanes *l, kr_lane_tangents *g, wid
     return add_integral_node(l, a, END_WEIGHT * h, t + h);
 }
 
-/* Returns the squared norm of the last retained Taylor term of a tangent for a step of length h. */
+/* Returns the squared norm of the last Taylor term of the tangent, x[order] h^order. */
 INLINE wide last_term_norm2(kr_lane_tangents *g, int order, wide h)
 {
     wide power = wide_splat(1.0);
@@ -239,8 +237,8 @@ INLINE wide last_term_norm2(kr_lane_tangents *g, int order, wide h)
     const lane_deviation last = deviation_load(g->x[order]);
     return power * power * deviation_dot(last, last);
 }
-/* Returns the fraction of h, at most 1, for which the truncation error is estimated to be small
- * enough. The argument `all` holds the tangent at the end of a substep of length h. */
+/* Returns 1 if the truncation error of a substep of length h is small enough, else an estimate from
+ * 0.01 to 0.99 of the fraction of h for which it is. `all`: the tangent after the substep. */
 INLINE wide allowed_step_fraction(kr_lane_tangents *g, int order, wide h, lane_deviation all)
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0), least = wide_splat(0.01);
@@ -256,8 +254,8 @@ INLINE wide allowed_step_fraction(kr_lane_tangents *g, int order, wide h, lane_d
     const wide estimate = wide_min(wide_max(share, least), wide_splat(0.99));
     return wide_choose(is_small, one, wide_choose(is_finite, estimate, least));
 }
-/* Shortens a substep of length h until its truncation error is small enough. Returns the length of
- * the shortened substep, or 0 on failure. */
+/* Returns a length of the substep, at most h, for which the truncation error is small enough, or 0
+ * if GROWTH_TRIES reductions do not suffice. */
 INLINE wide shorten_growth_substep(kr_lane_tangents *g, int order, wide h)
 {
     const wide one = wide_splat(1.0);
@@ -270,7 +268,7 @@ INLINE wide shorten_growth_substep(kr_lane_tangents *g, int order, wide h)
     }
     return wide_choose(is_long, wide_splat(0.0), h);
 }
-/* Computes new Taylor series for the motions in all lanes, expanded about the times `at`. */
+/* Writes the Taylor series of P and W about the times at[lane] in the step `l` to g->substep. */
 APART void begin_path_substep(kr_lanes *l, kr_lane_tangents *g, const double *at)
 {
     kr_lanes *substep = &g->substep;
@@ -288,10 +286,10 @@ APART void begin_path_substep(kr_lanes *l, kr_lane_tangents *g, const double *at
     lane_vec_store(substep->w[0], here.w);
     expand_lanes(substep, KR_LANES_HEADLESS);
 }
-/* Propagates the tangent from the beginning of the step to the time `to`, using at most `most`
- * substeps. The argument `at` contains the vertical and the angular velocity of the top at the time
- * `to`. Sets `reached` to the time that the tangent in each SIMD lane has reached. Returns the
- * tangent without its components along the trivial solutions. */
+/* Propagates the tangent d = g->begin.d from the beginning of the step to the time `to`, in at most
+ * `most` substeps. `at` is the point of the path at the time `to`. Adds the growth to `areas`, and
+ * sets `reached` to the time that the tangent in each lane has reached. Returns d at that time,
+ * without its components along the trivial solutions. */
 INLINE lane_deviation propagate_deviation(kr_lanes *l, kr_lane_tangents *g, wide to,
                                           const lane_point *at, int most, growth_integrals *areas,
                                           wide *reached)
@@ -331,10 +329,10 @@ INLINE growth_integrals load_growth_integrals(kr_lane_tangents *g)
                               wide_load(g->begin.max), wide_load(g->begin.last),
                               wide_load(g->begin.truncation)};
 }
-/* Propagates the tangent over the last step, removes its components along trivial solutions of the
- * tangent equations, and scales the result by a power of two. Returns the time reached by the
- * tangent in each lane: the end of the step, or an earlier time if the tangent needs too many
- * substeps. */
+/* Propagates the tangent over the last step, removes its components along the trivial solutions,
+ * and scales it by a power of two to a norm near 1. Writes the result and the growth to g->end.
+ * Returns the time that the tangent in each lane has reached: the end of the step, or an earlier
+ * time if the tangent needs more than GROWTH_SUBSTEPS substeps. */
 INLINE wide propagate_over_step(kr_lanes *l, kr_lane_tangents *g)
 {
     const lane_point at = {lane_vec_load(l->end_p), lane_vec_load(l->end_w), wide_splat(0.0)};
@@ -355,8 +353,8 @@ INLINE wide propagate_over_step(kr_lanes *l, kr_lane_tangents *g)
     wide_store(g->end.scale, wide_load(g->begin.scale) * power);
     return reached;
 }
-/* Writes the growth of the tangents up to the times `at`, or NaN where a tangent cannot be
- * propagated that far. */
+/* Writes the growth of the tangents up to the times l->at, which lie in the last step, to g->out.
+ * If a tangent cannot be propagated that far, its element of out[KR_GROWTH_LOG] is NaN. */
 INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
 {
     const wide at = wide_load(l->at), tiny = wide_splat(0x1p-1000);
@@ -374,9 +372,8 @@ INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
     wide_store(g->out[KR_GROWTH_MAX], areas.most);
     write_conservation_errors(g, &here, d);
 }
-/* Sets the limit on the truncation error and, for each quadrature node, the number of Taylor terms
- * larger than 2^-24. The n-th term is about tol^(n/order) at the end of the step, and smaller by a
- * factor of x^n at a node x. */
+/* Sets the limit on the truncation error and, for each interior quadrature node x, the number of
+ * Taylor terms larger than 2^-24. The n-th term is about x^n tol^(n/order) at the node x. */
 static void set_limits(const kr_lanes *l, kr_lane_tangents *g)
 {
     g->truncation_limit = exp2(2.0 * (l->log2_tol + GROWTH_SLACK));
@@ -385,8 +382,9 @@ static void set_limits(const kr_lanes *l, kr_lane_tangents *g)
         g->terms[i] = (int)fmin(ceil(24.0 / fall), l->order);
     }
 }
-/* Subtracts from the initial tangents their components along the trivial solutions, and normalizes
- * the tangents. */
+/* Removes from the initial tangents g->end.d their components along the trivial solutions, and
+ * scales the rest to unit length. Writes the results to g->first, with dE and d<m, e3> in
+ * g->first_energy and g->first_vertical, and the lengths before the scaling in g->first_size. */
 INLINE void begin_growth(kr_lanes *l, kr_lane_tangents *g)
 {
     set_limits(l, g);

@@ -1,37 +1,34 @@
-/* Statistics of a quantity of one top over its requested times, such as the mean. The results for a
- * top are bitwise independent of the other tops, because the states of each top are processed in
- * the order of the requested times. Mean and variance use Welford's update (Technometrics 4, 1962),
- * which avoids cancellation. */
+/* Statistics of a quantity of one top over its requested times, such as the mean. The states of a
+ * top are added in the order of its requested times, so its results do not depend on other tops.
+ * Mean and variance use Welford's update (Technometrics 4, 1962), which avoids cancellation. */
 #include "slots.h"
 
-/* Sets the stored extremum and its time to x and t if x is more extreme (`is_more_so` is nonzero),
- * or to NaN if x is NaN. */
-static void add_extreme(kr_accumulator *accumulators, double x, double t, int is_more_so)
+/* Sets the extremum to x and its time to t if `is_new` is nonzero; both to NaN if x is NaN. */
+static void add_extreme(kr_accumulator *accumulator, double x, double t, int is_new)
 {
-    if (!is_more_so && !isnan(x)) return;
-    accumulators->value = x;
-    accumulators->more = isnan(x) ? x : t;
+    if (!is_new && !isnan(x)) return;
+    accumulator->value = x;
+    accumulator->more = isnan(x) ? x : t;
 }
-/* Adds the value x at the time t to an accumulator. */
-static void add_value(kr_reduce kind, kr_accumulator *accumulators, double x, double t, size_t k)
+/* Adds x, the value of the quantity in state k = 0, 1, ... at the time t, to an accumulator. */
+static void add_value(kr_reduce kind, kr_accumulator *accumulator, double x, double t, size_t k)
 {
-    const double far = x - accumulators->value;
+    const double far = x - accumulator->value;
     switch (kind) {
     case KR_REDUCE_MIN:
     case KR_REDUCE_WHERE_MIN:
-        add_extreme(accumulators, x, t, k == 0 || x < accumulators->value);
+        add_extreme(accumulator, x, t, k == 0 || x < accumulator->value);
         break;
     case KR_REDUCE_MAX:
     case KR_REDUCE_WHERE_MAX:
-        add_extreme(accumulators, x, t, k == 0 || x > accumulators->value);
+        add_extreme(accumulator, x, t, k == 0 || x > accumulator->value);
         break;
     case KR_REDUCE_LAST:
-        accumulators->value = x;
+        accumulator->value = x;
         break;
     default:
-        accumulators->value = k == 0 ? x : accumulators->value + far / (double)(k + 1);
-        accumulators->more =
-            k == 0 ? 0.0 * x : accumulators->more + far * (x - accumulators->value);
+        accumulator->value = k == 0 ? x : accumulator->value + far / (double)(k + 1);
+        accumulator->more = k == 0 ? 0.0 * x : accumulator->more + far * (x - accumulator->value);
         break;
     }
 }

@@ -1,10 +1,9 @@
-/* Sections of the motions of many tops, consisting of the states at which an event occurs. The
- * vectorized code can detect an event if the event function is linear in the body-frame components
- * of the vertical and the angular velocity. For example, the height of the centre of mass is linear
- * in the body-frame components of the vertical. Each lane holds one top, and stops after a step in
- * which its event function may have changed sign. The functions in this file then search the last
- * time step of this top for the event. Tops with other events are integrated one at a time by the
- * scalar code (events/event_search.c). */
+/* Sections of the motions of many tops: the states at which an event occurs. An event is a sign
+ * change of the event function, or for an extremum of its derivative. The SIMD lanes, each with one
+ * top (lane_state.h), can be used if the event function is linear in the body-frame components of
+ * the vertical and of the angular velocity. A lane stops after a step in which an event is possible
+ * (lane_event_test.h), and the functions of this file search this step. Other events are found by
+ * the scalar code (events/event_search.c). The longest wait limits the time from event to event. */
 #include "events/sign_changes.h"
 #include "events/event_polynomial.h"
 #include "slots.h"
@@ -24,7 +23,7 @@ void kr_section_load_event(kr_worker *worker, int lane, double rate, int shift)
     l->noise[lane] = KR_TERMS_UNSURE * size;
     worker->slots[lane].start_noise = KR_TERMS_START * size;
 }
-/* Ends the computation for a top whose next event did not occur within the maximum waiting time. */
+/* Finishes the top in a lane, with its state after the longest wait and the status KR_ERR_EVENT. */
 static void finish_without_event(kr_worker *worker, int lane)
 {
     kr_slot *slot = &worker->slots[lane];
@@ -37,16 +36,16 @@ static void finish_without_event(kr_worker *worker, int lane)
     kr_lane_finish(worker, lane, KR_ERR_EVENT);
 }
 /* Stores the state at a sign change of the event function in the last step of a lane, if the
- * waiting time has not expired and the condition of the event is met. `place` is the position
- * of the sign change within the step, from 0 (beginning) to 1 (end). Returns 1 if the search in
- * this step should continue. */
-static int store_event(kr_worker *worker, int lane, double place)
+ * condition of the event is met there and the longest wait has not passed. `fraction` is the time
+ * from the beginning of the step to the sign change, divided by the step size. Returns 1 if the
+ * search in this step must continue, or 0 if the top has left the lane. */
+static int store_event(kr_worker *worker, int lane, double fraction)
 {
     const kr_lanes *l = worker->lanes;
     const kr_event *event = &worker->event;
     kr_slot *slot = &worker->slots[lane];
     const kr_scene *scene = &worker->tops->scenes[slot->top];
-    const double clock = l->t[lane] + place * (l->end[lane] - l->t[lane]),
+    const double clock = l->t[lane] + fraction * (l->end[lane] - l->t[lane]),
                  t = slot->start + clock / slot->rate * slot->time_unit;
     if (slot->forward * (t - slot->requested) > 0.0) {
         finish_without_event(worker, lane);

@@ -1,5 +1,6 @@
-/* The tops that a worker computes now, each in a lane or by the scalar code (kr_top): stores their
- * states, statistics, growth and outcomes, and frees their lanes. */
+/* The tops that a worker computes now, each in a SIMD lane (lane_state.h) or by the scalar code
+ * (kr_top). A kr_slot holds the progress of one of these tops. The functions store the states, the
+ * growth of tangents and the outcomes, and free lanes. */
 #include "model/scene.h"
 #include "slots.h"
 
@@ -27,8 +28,8 @@ int kr_worker_poll_after_states(kr_worker *worker)
     if (worker->unpolled >= KR_WORKER_STATES_PER_POLL) kr_worker_poll(worker);
     return worker->interrupted;
 }
-/* Returns a pointer to the tangent growth of a top at its k-th requested time, or NULL if no growth
- * is requested. */
+/* Returns the address of the KR_GROWTH_COUNT numbers for the tangent of the top with index `top` at
+ * its requested time k, or NULL if no growth is requested. */
 static double *find_growth_row(const kr_worker *worker, size_t top, size_t k)
 {
     double *growth = kr_worker_has_tangents(worker) ? worker->tops->growth : NULL;
@@ -74,7 +75,7 @@ kr_config kr_worker_config_of(const kr_worker *worker, size_t i)
     return config;
 }
 
-/* Computes and stores the states of a top at its requested times. */
+/* Integrates `top` by the scalar code to its requested times, and stores the states. */
 static kr_status record_top(kr_worker *worker, kr_top *top, kr_slot *slot,
                             kr_accumulator *accumulators)
 {
@@ -94,7 +95,7 @@ static kr_status record_top(kr_worker *worker, kr_top *top, kr_slot *slot,
     slot->last = kr_top_state(top);
     return status;
 }
-/* Integrates a top from event to event, and stores the states at the events. */
+/* Integrates `top` by the scalar code from event to event, and stores the states at the events. */
 static kr_status record_events(kr_worker *worker, kr_top *top, kr_slot *slot,
                                kr_accumulator *accumulators)
 {
@@ -119,8 +120,7 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
     kr_accumulator *accumulators = kr_worker_accumulators(worker, KR_LANES_MAX);
     kr_slot slot = {.top = i, .last = scene->start};
     kr_stats stats = {0};
-    /* Skipping the heading would not make closed-form solutions faster, and is undefined on
-     * rotating supports. */
+    /* Skipping the heading would not make closed forms faster, and needs a support at rest. */
     if (top == worker->exact_top || kr_scene_turns(scene)) config.skip_heading = 0;
     kr_status status = kr_top_init(top, scene, NULL, &config);
     if (status == KR_OK) {
@@ -188,7 +188,7 @@ void kr_lane_finish(kr_worker *worker, int lane, kr_status status)
                          stats);
     release_lane(worker, lane);
 }
-/* Returns the time from the initial state of a slot to t, in the units of the Taylor series. */
+/* Converts the user's time t to the time of a lane, which starts at 0 (kr_slot). */
 static double convert_to_lane_time(const kr_slot *slot, double t)
 {
     return slot->rate * ((t - slot->start) / slot->time_unit);

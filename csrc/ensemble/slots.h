@@ -1,7 +1,9 @@
-/* The worker and the functions that the source files in ensemble/ share. The file worker.c
- * dispatches the tops: exact_batch.c evaluates closed-form solutions in batches, and
- * lane_scheduler.c integrates other tops in SIMD lanes. Events are found by section.c. Each top in
- * progress has a slot (slots.c). The file reduce.c computes statistics of the states. */
+/* The worker (kr_worker, kreisel.h), which computes many tops, and the functions shared by the
+ * files of ensemble/. worker.c dispatches the tops: exact_batch.c evaluates closed-form solutions
+ * in batches, lane_scheduler.c integrates tops in SIMD lanes (lane_state.h), and the scalar code
+ * integrates the remaining tops one by one (kr_top). section.c finds events, and reduce.c computes
+ * reductions: statistics of the states. A top that is being computed has a slot (slots.c). Top i is
+ * the one with index i in kr_tops. */
 #ifndef KR_SLOTS_H
 #define KR_SLOTS_H
 #include "driver/top.h"
@@ -11,25 +13,26 @@
 
 enum { KR_BATCH = 64 /* number of tops that are dispatched together */ };
 
-/* The progress of one top, which is integrated in a lane or by the scalar code. */
+/* The progress of one top. Its lane counts the time rate * ((t - start) / time_unit). */
 typedef struct kr_slot {
     size_t top, states; /* index of the top; number of its valid states */
     int64_t steps;      /* steps of a closed form; lanes count their own steps */
-    double start, time_unit, rate, horizon, forward, requested;
+    double start, time_unit, rate;
+    double horizon, forward, requested; /* limit on |t|; direction: 1 or -1; the goal of the lane */
     double start_noise; /* in sections, smaller values count as zero until a first sign is known */
     kr_state last;
 } kr_slot;
 
-/* State of a reduction: the number `value`, and an auxiliary number `more`. For a variance, `value`
- * is the mean, and `more` is the sum of the squared deviations from the mean. For other reductions,
- * `value` is the current extremum, mean or last value, and `more` is the time of an extremum. */
+/* The state of a reduction after some of the states of a top: `value` is their extremum, mean or
+ * last value. `more` is the time of the extremum; for a mean or a variance, it is the sum of the
+ * squared deviations from the mean. */
 typedef struct kr_accumulator {
     double value, more;
 } kr_accumulator;
-/* Updates the accumulators of all reductions with the k-th state of a top. */
+/* Updates the accumulators of n reductions with state k of a top, k = 0, 1, ... */
 void kr_reduce_add(size_t n, const kr_reduction reduction[], kr_accumulator accumulators[],
                    const kr_scene *scene, const kr_state *state, size_t k);
-/* Writes the final results of the reductions, where `states` is the number of states. */
+/* Writes the results of n reductions over `states` > 0 states. */
 void kr_reduce_end(size_t n, const kr_reduction reduction[], const kr_accumulator accumulators[],
                    size_t states, double out[]);
 
@@ -57,23 +60,23 @@ struct kr_worker {
     double memory[];
 };
 
-/* Stores a state of the top described by `slot`, and adds it to the statistics in
- * `accumulators`. */
+/* Stores the next state of the top in `slot`, and adds it to the reductions in `accumulators`. */
 void kr_worker_store_state(kr_worker *worker, kr_slot *slot, kr_accumulator *accumulators,
                            const kr_state *state);
 /* Calls the user's poll. Returns nonzero if the worker must stop. */
 int kr_worker_poll(kr_worker *worker);
-/* Calls the user's poll if many states have been stored since its last call. Returns nonzero if the
- * worker must stop. */
+/* Calls kr_worker_poll if KR_WORKER_STATES_PER_POLL states have been stored since its last call.
+ * Returns nonzero if the worker must stop. */
 int kr_worker_poll_after_states(kr_worker *worker);
 static inline int kr_worker_has_tangents(const kr_worker *worker)
 {
     return worker->lanes && worker->lanes->tangents;
 }
-/* Stores the growth of a lane's tangent for the next requested time, or zeros if `row` is NULL. */
+/* Stores row[0][lane], row[1][lane], ... as the growth (KR_GROWTH_...) at the next requested time
+ * of the top in `slot`, or zeros if `row` is NULL. */
 void kr_worker_store_growth(kr_worker *worker, const kr_slot *slot, kr_lane_number *row, int lane);
-/* Writes the outcome of a top and the results of its reductions. Sets all output elements that
- * were not computed to NaN. */
+/* Writes the outcome of the top in `slot` and the results of its reductions. Sets the elements of
+ * its states, growth and reductions that were not computed to NaN. */
 void kr_worker_finish_top(kr_worker *worker, const kr_slot *slot,
                           const kr_accumulator *accumulators, kr_status status, kr_stats stats);
 /* Returns the accumulators of a lane or, for KR_LANES_MAX, those of the scalar code. */
@@ -81,45 +84,43 @@ static inline kr_accumulator *kr_worker_accumulators(const kr_worker *worker, in
 {
     return worker->accumulators + (size_t)lane * worker->reductions;
 }
-/* Returns the maximum waiting time for the next event of top i, or 0 if no times are requested. */
+/* Returns the longest wait for the next event of top i (kr_worker_section), or 0 without times. */
 static inline double kr_worker_max_wait(const kr_worker *worker, size_t i)
 {
     const kr_tops *tops = worker->tops;
     return tops->times > 0 ? tops->t[tops->own_times ? i : 0] : 0.0;
 }
-/* Integrates top i with the scalar code, using `top` as workspace. */
+/* Integrates top i with the scalar code, using `top` as workspace, and writes its results. */
 void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i);
-/* Returns the configuration for top i. The step is negative if the last requested time precedes the
- * initial time, or if the waiting time of a section is negative. */
+/* Returns the configuration of the worker for top i. The step is negative if the last requested
+ * time precedes the initial time, or in a section if the longest wait is negative. */
 kr_config kr_worker_config_of(const kr_worker *worker, size_t i);
 static inline const double *kr_worker_times_of(const kr_tops *tops, size_t i)
 {
     return tops->own_times && tops->times > 0 ? tops->t + i * tops->times : tops->t;
 }
 
-/* Fills an unused SIMD lane with a top at rest, which never reaches its goal. */
+/* Fills a SIMD lane with a top at rest that has no goal and no event. */
 void kr_lane_park(kr_lanes *l, int lane);
-/* Sets the growth of the tangent in a lane to zero. */
+/* Sets the growth of the tangent in a lane to that of an initial tangent of length 1. */
 void kr_lane_reset_growth(kr_growth *growth, int lane);
-/* Sets the time at which a lane must stop (its goal): the next requested time, or in a section the
- * latest time of the next event. If a requested time equals the initial time, stores the initial
- * state itself. Returns 0 and frees the lane if the top is finished, or if the scalar code must
- * integrate it. */
+/* Sets the goal of a lane, at which it must stop: the next requested time, or in a section the
+ * latest time of the next event. Stores the initial state itself for requested times that equal the
+ * initial time. Returns 1, or 0 if the top has left the lane because it is finished, or because the
+ * scalar code has integrated it. */
 int kr_lane_set_goal(kr_worker *worker, int lane);
-/* Returns the state of a lane at time t, which must lie within its last step. */
+/* Computes the state of a lane at the user's time t, which must lie within its last step. */
 kr_state kr_lane_sample(kr_worker *worker, int lane, double t);
-/* Removes a top from its lane and repeats the integration with the scalar code, which reports the
- * error. */
+/* Removes a top from its lane, and integrates it from the start with the scalar code. */
 void kr_lane_fall_back(kr_worker *worker, int lane);
-/* Writes the status and statistics of the top in a SIMD lane, and frees the lane. */
+/* Writes the outcome and the reductions of the top in a SIMD lane, and frees the lane. */
 void kr_lane_finish(kr_worker *worker, int lane, kr_status status);
-/* Returns 1 if the current step of a lane reaches the time at which the lane must stop (its
- * goal). */
+/* Returns 1 if the last step of a lane reaches its goal. */
 static inline int kr_lane_has_passed_goal(const kr_lanes *l, int lane)
 {
     return l->forward[lane] * l->end[lane] >= l->forward[lane] * l->goal[lane];
 }
-/* Returns the state of a lane that was sampled last, with its time set to t. */
+/* Returns the state that kr_lanes_isa.sample has computed for a lane, with the user's time t. */
 static inline kr_state kr_lane_read_sample(const kr_worker *worker, int lane, double t)
 {
     const kr_lanes *l = worker->lanes;
@@ -131,26 +132,27 @@ static inline kr_state kr_lane_read_sample(const kr_worker *worker, int lane, do
     return s;
 }
 
-/* Evaluates the closed forms of the tops `from` to from + n - 1, with n <= KR_BATCH. Sets status[i]
- * to KR_OK if top from + i has a closed form, else to an error code. */
+/* Evaluates the closed forms of the tops `from` to from + n - 1, with n <= KR_BATCH, and writes the
+ * results. Sets status[i] to KR_OK if top from + i has a closed form, else to an error code. */
 void kr_exact_batch_run(kr_worker *worker, size_t from, size_t n, kr_status status[]);
 
-/* Chooses the instruction set, order and tolerance of the lanes from the configuration. */
+/* Sets the instruction set, Taylor order and tolerance of the lanes for the worker's config. */
 void kr_scheduler_configure(kr_worker *worker);
-/* Replaces the instruction set, Taylor order and tolerance of the vectorized integration, for tests
- * and benchmarks. */
+/* Replaces the instruction set, order and tolerance of the lanes, for tests and benchmarks. */
 void kr_scheduler_set_kernel(kr_worker *worker, const kr_lanes_isa *isa, int order,
                              double log2_tol);
-/* Empties all lanes, for damped or for undamped tops. */
+/* Empties all lanes, and prepares them for damped (`damped` nonzero) or undamped tops. */
 void kr_scheduler_reset(kr_worker *worker, int damped);
-/* Integrates the tops in the SIMD lanes until one lane is free, and loads top i into this lane. */
+/* Integrates the tops in the SIMD lanes until one lane is free, and loads top i into this lane. A
+ * top that lanes cannot integrate goes to the scalar code instead, or gets an error status. */
 void kr_scheduler_add(kr_worker *worker, size_t i);
 /* Advances the tops in all SIMD lanes until each has reached its last requested time or event. */
 void kr_scheduler_drain(kr_worker *worker);
 
-/* Stores the event function for the top in one SIMD lane, given the frequency unit `rate` and the
- * cyclic shift of the axes. */
+/* Stores the event function of the top in worker->fallback in a lane, whose unit of frequency is
+ * `rate`, and along whose axes a vector v has the components shift_axes(v, shift). */
 void kr_section_load_event(kr_worker *worker, int lane, double rate, int shift);
-/* Stores the events in the last step of a lane, and frees the lane if the top is finished. */
+/* Stores the states at the events in the last step of a lane. Frees the lane if the top is finished
+ * or its longest wait has passed. */
 void kr_section_search(kr_worker *worker, int lane);
 #endif

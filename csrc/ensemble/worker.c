@@ -1,7 +1,6 @@
-/* A worker computes the motion of many tops. The worker allocates memory once, dispatches each top,
- * and writes the outcomes. Tops with closed-form solutions are evaluated in batches if possible;
- * all others are processed in vector lanes or by the scalar code (kr_top). The results for a top do
- * not depend on other tops. */
+/* A worker computes the motions of many tops (kr_tops). The worker allocates memory once, and
+ * dispatches each top to the batch code for closed-form solutions (exact_batch.c), to a SIMD lane
+ * (lane_scheduler.c), or to the scalar code (kr_top). Each result is independent of other tops. */
 #include "events/event_polynomial.h"
 #include "slots.h"
 #include <stdlib.h>
@@ -9,7 +8,7 @@
 /* Bytes in a cache line. Loading a vector that spans two cache lines takes twice as long. */
 enum { LINE = 64 };
 
-/* Returns the status code that states why a top cannot be integrated in a SIMD lane. */
+/* Returns the error for a top that cannot have a tangent, because it is damped or disturbed. */
 static kr_status find_lane_refusal(const kr_scene *scene)
 {
     if (v_largest(scene->damping) > 0.0) return KR_ERR_DAMPING;
@@ -17,9 +16,9 @@ static kr_status find_lane_refusal(const kr_scene *scene)
     if (kr_scene_shakes(scene)) return KR_ERR_SHAKING;
     return scene->gradient != 0.0 ? KR_ERR_GRADIENT : KR_ERR_TURNING;
 }
-/* Chooses the kr_top object for a top that is not integrated in a SIMD lane. The closed-form
- * solutions of tops on rotating supports are computed one by one, because the batch code does not
- * handle such supports. */
+/* Returns the kr_top of the worker for a top outside the SIMD lanes: `exact_top` for a closed form,
+ * else `fallback`. If the worker has both, a top on a support at rest gets `fallback`, because the
+ * batch code has already refused it; the batch code does not handle rotating supports. */
 static kr_top *choose_top(const kr_worker *worker, const kr_scene *scene)
 {
     if (!worker->fallback || !worker->exact_top || !kr_scene_turns(scene))
@@ -28,9 +27,8 @@ static kr_top *choose_top(const kr_worker *worker, const kr_scene *scene)
     const int is_closed = !has_torus && kr_method_suits(&kr_method_exact, scene);
     return is_closed ? worker->exact_top : worker->fallback;
 }
-/* Returns 1 if the top of `scene` can be integrated in a SIMD lane. An undamped top on a
- * support that rotates about the vertical is integrated as on a support at rest, and its states
- * are rotated afterwards. */
+/* Returns 1 if the top of `scene` can be integrated in a SIMD lane. For a support that rotates
+ * about the vertical, the states on a support at rest are computed and then rotated. */
 static int suits_lanes(const kr_worker *worker, const kr_scene *scene)
 {
     kr_scene undamped = *scene;
@@ -41,8 +39,8 @@ static int suits_lanes(const kr_worker *worker, const kr_scene *scene)
     return !kr_scene_is_disturbed(&undamped) ||
            (!worker->is_section && !kr_scene_excludes_exact(scene, 1));
 }
-/* Dispatches a top that the batch code has not computed to a lane or to the scalar code. Damped
- * tops that suit lanes are left for later. */
+/* Dispatches top i, which has no closed form in the batch code, to a lane or to the scalar code.
+ * Leaves a damped top that suits lanes to a second pass (run_tops). */
 static void dispatch_top(kr_worker *worker, size_t i)
 {
     const kr_scene *scene = &worker->tops->scenes[i];
@@ -55,8 +53,8 @@ static void dispatch_top(kr_worker *worker, size_t i)
     else if (!(v_largest(scene->damping) > 0.0))
         kr_scheduler_add(worker, i);
 }
-/* Dispatches n tops, starting at index `from`. Tops whose closed-form solutions the batch code can
- * compute are processed before the other tops of the block. */
+/* Dispatches the tops `from` to from + n - 1, where n <= KR_BATCH: first those with closed-form
+ * solutions to the batch code, then the others. */
 static void dispatch_block(kr_worker *worker, size_t from, size_t n)
 {
     kr_status status[KR_BATCH];
@@ -77,7 +75,7 @@ static void mark_interrupted(kr_worker *worker, const kr_tops *tops)
             kr_worker_finish_top(worker, &slot, NULL, KR_ERR_INTERRUPTED, none);
     }
 }
-/* Integrates all tops up to their requested times or events. */
+/* Computes all tops up to their last requested times or events. */
 static kr_status run_tops(kr_worker *worker, const kr_tops *tops)
 {
     if (tops->n > 0 && (!tops->scenes || !tops->outcomes || (tops->times > 0 && !tops->t)))
@@ -115,7 +113,7 @@ kr_status kr_worker_section(kr_worker *worker, const kr_event *event, const kr_t
     return status;
 }
 
-/* Returns 1 if all reductions have a valid quantity, component and kind. */
+/* Returns 1 if all n reductions have a valid quantity, component and kind. */
 static int are_valid_reductions(size_t n, const kr_reduction reduction[])
 {
     size_t i = 0;
@@ -125,7 +123,8 @@ static int are_valid_reductions(size_t n, const kr_reduction reduction[])
         i++;
     return i == n;
 }
-/* Allocates a worker and all its arrays in one block of memory. */
+/* Allocates a worker and its arrays, all zero, in one block of memory, or returns NULL. `in_lanes`,
+ * `is_closed` and `grows` request lanes, closed forms and tangents. */
 static kr_worker *allocate_worker(size_t reductions, int in_lanes, int is_closed, int grows)
 {
     const size_t rows = KR_LANES_MAX + 1,
@@ -144,8 +143,8 @@ static kr_worker *allocate_worker(size_t reductions, int in_lanes, int is_closed
     worker->reduction = (kr_reduction *)(void *)(worker->accumulators + rows * reductions);
     return worker;
 }
-/* Allocates the kr_top objects for the tops that are not integrated in SIMD lanes. Validates the
- * configuration by initializing a default top with it. */
+/* Allocates worker->fallback and worker->exact_top, the kr_top objects for tops outside the lanes.
+ * Validates the configuration by initializing a default top with it. */
 static kr_status create_scalar_tops(kr_worker *worker)
 {
     const kr_method *method = worker->method ? worker->method : &kr_method_taylor;

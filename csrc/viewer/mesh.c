@@ -1,13 +1,14 @@
-/* Shapes that the viewer draws for a top (see mesh.h). */
+/* Shapes that the viewer draws for a top (mesh.h): the cuboid with the inertia of the body, trails,
+ * and an elastic rod. The apex is the unit vector from the fixed point to the centre of mass. The
+ * tangent of the rod's centre line at each point is the apex at the corresponding time. */
 #include <math.h>
 #include "mesh.h"
 #include "math/su2.h"
 #include "model/quantities.h"
 #include "model/scene.h"
 
-/* Computes the cuboid of the given mass that has the same inertia as the body, and the same product
- * of mass and centre of mass. Returns the volume of the cuboid, or 0 if no such cuboid
- * exists. */
+/* Writes to `box` the homogeneous cuboid of the given mass that has the same inertia as the body,
+ * and the same product of mass and centre of mass. Returns its volume, or 0 if there is none. */
 static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
 {
     const kr_vec3 c = v_scale(body->mass / mass, body->com), i = body->inertia;
@@ -31,11 +32,12 @@ static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
     box->density = mass / volume;
     return volume;
 }
-/* Computes a cuboid with the inertia of the body, which has density 1 if possible, and otherwise
- * the largest possible volume. The largest cuboid is found by ternary search, because the logarithm
- * of the volume is concave in 1 / mass. The density of the cuboid increases with its mass. The
- * factor 1.001 extends the search slightly beyond the largest cuboid, because the cuboid of density
- * 1 is also the largest one for the body in the thesis (Bodack 2008). */
+/* Writes to `box` the cuboid of density 1 that has the inertia, and the product of mass and centre
+ * of mass, of the body, or the largest such cuboid if none has density 1. The largest cuboid is
+ * found by ternary search, because the logarithm of the volume is concave in 1 / mass. The density
+ * increases with the mass. The factor 1.001 extends the search for density 1 slightly beyond the
+ * largest cuboid, because the largest cuboid has density 1 for the body in the thesis (Bodack
+ * 2008). */
 static void fit_cuboid_of_any_mass(const kr_body *body, kr_box *box)
 {
     double low = 0.0, high = 1.0 / body->mass;
@@ -64,9 +66,10 @@ kr_box kr_mesh_box(const kr_body *body)
     return box;
 }
 
-/* Returns the angular velocity of a frame in which the top never gains energy: the inertial frame
- * if the weight keeps its direction there and nothing else acts on the top, otherwise the frame of
- * the support, in which damping and friction take energy. */
+/* Returns the angular velocity of a frame in which the top never gains energy. If the weight is
+ * constant in the inertial frame, and the top is free of damping and friction, this frame is the
+ * inertial frame, and the result is 0. Otherwise it is the frame of the support, in which damping
+ * and friction take energy. If `weight` is 0, the weight has no torque. */
 static kr_vec3 find_frame_velocity(const kr_scene *scene, double weight)
 {
     const kr_vec3 turning = scene->turning;
@@ -74,9 +77,10 @@ static kr_vec3 find_frame_velocity(const kr_scene *scene, double weight)
               is_level = weight == 0.0 || (turning.x == 0.0 && turning.y == 0.0);
     return is_level && !is_damped ? v3(0.0, 0.0, 0.0) : turning;
 }
-/* Returns an upper bound on the angular velocity relative to the frame of a scene, given a bound
- * `energy` on the kinetic energy. In the inertial frame, the spin of a Lagrange top never
- * increases, and the rest of the energy is that of a rotation about a transverse axis. */
+/* Returns an upper bound on the angular speed relative to the frame with the angular velocity
+ * scene->turning, given an upper bound `energy` on the kinetic energy there. In the inertial frame,
+ * the spin of a Lagrange top never increases; the rest of its energy is that of a rotation about a
+ * transverse axis. */
 static double bound_velocity(const kr_scene *scene, double energy)
 {
     const kr_vec3 i = scene->body.inertia, a = v_unit(scene->body.com);
@@ -110,7 +114,7 @@ void kr_mesh_limits(const kr_scene *scene, double *momentum, double *velocity)
     if (!(*velocity > 0.0)) *velocity = 1.0;
 }
 
-/* Returns the direction from the fixed point to the centre of mass, in the user's body frame. */
+/* Returns the apex in the user's body frame. */
 static kr_vec3 apex_in_body(const kr_body *body)
 {
     const kr_scene scene = {.body = *body, .start = {.q = {1.0, 0.0, 0.0, 0.0}}};
@@ -122,8 +126,9 @@ static void put_point(float point[3], kr_vec3 v)
     point[1] = (float)v.y;
     point[2] = (float)v.z;
 }
-/* Writes the trail of the vector `apex` in the body, or of the momentum if `apex` is NULL. Older
- * points of an apex trail are closer to the fixed point. Returns the number of points. */
+/* Writes the trail of scale * apex, where `apex` is fixed in the body; the older points are closer
+ * to the fixed point. If `apex` is NULL, writes that of scale * momentum. Returns the number of
+ * points. */
 static int write_trail(const kr_trail *trail, const kr_vec3 *apex, double scale, float point[][3])
 {
     const int64_t stride = trail->steps < KR_MESH_POINTS ? 1 : 2,
@@ -146,12 +151,11 @@ int kr_mesh_momentum_trail(const kr_trail *trail, double scale, float point[][3]
     return write_trail(trail, NULL, scale, point);
 }
 
-/* Computes the semi-axes of the rod's cross section, along the two principal axes farther from the
- * apex. The bending stiffness of the rod in one direction is proportional to the square of its
- * thickness in that direction. If the exponent `power` is 0.5, the stiffness is proportional to the
- * moment of inertia of the body about the other axis. */
+/* Writes the semi-axes of the rod's cross section, in the user's body frame. They lie along the two
+ * principal axes farthest from the apex. The one along one axis is proportional to the moment of
+ * inertia of the body about the other axis, raised to `power`; the longer one is `radius`. */
 static void find_cross_section(const kr_body *body, kr_vec3 apex, double radius, double power,
-                               kr_vec3 side[2])
+                               kr_vec3 semi_axis[2])
 {
     const double moment[3] = {body->inertia.x, body->inertia.y, body->inertia.z};
     const kr_vec3 a = q_turn_back(body->axes, apex);
@@ -159,8 +163,8 @@ static void find_cross_section(const kr_body *body, kr_vec3 apex, double radius,
     const int k = along[2] >= fmax(along[0], along[1]) ? 2 : along[1] >= along[0], i = (k + 1) % 3,
               j = (k + 2) % 3;
     const double most = fmax(moment[i], moment[j]);
-    side[0] = q_turn(body->axes, v_scale(radius * pow(moment[j] / most, power), v_axis(i)));
-    side[1] = q_turn(body->axes, v_scale(radius * pow(moment[i] / most, power), v_axis(j)));
+    semi_axis[0] = q_turn(body->axes, v_scale(radius * pow(moment[j] / most, power), v_axis(i)));
+    semi_axis[1] = q_turn(body->axes, v_scale(radius * pow(moment[i] / most, power), v_axis(j)));
 }
 int kr_mesh_rod(const kr_body *body, const kr_trail *trail, double scale, double radius,
                 double power, float point[][3])

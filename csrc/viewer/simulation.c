@@ -1,4 +1,8 @@
-/* The simulation displayed by the viewer (see simulation.h). */
+/* The simulation displayed by the viewer (simulation.h): up to KR_SIMULATION_TOPS tops with a
+ * common time, counted in ticks, and a record of their measured values. A row of the record holds
+ * the values at its time and their extrema since the previous row. `stride` is the number of ticks
+ * between two rows, and `common` the least common multiple of the steps. A kr_simulation_slot holds
+ * one top; its attitude may be compared with that of another top, its reference. */
 #include <math.h>
 #include "simulation.h"
 
@@ -28,8 +32,8 @@ const kr_quantity *kr_simulation_quantity(int k)
     }
     return NULL;
 }
-/* Writes the measured values of top i. If `all` is zero, writes only the integrals of the motion,
- * the attitude error and the modified energy. */
+/* Writes the current measured values of top i. If `all` is zero, writes NaN for those other than
+ * the integrals of the motion, the attitude error and the modified energy. */
 static void measure_top(const kr_simulation *simulation, int i, int all, double measure[])
 {
     const kr_simulation_slot *a = &simulation->slots[i];
@@ -51,8 +55,8 @@ void kr_simulation_measure(const kr_simulation *simulation, int i,
 {
     measure_top(simulation, i, 1, measure);
 }
-/* Chooses the quantities to be measured: those that are not NaN initially. (An integral is NaN if
- * it exists only for another kind of body.) */
+/* Sets the quantities to be measured: those whose initial values are not NaN. (An integral of the
+ * motion is NaN if it exists only for another kind of body.) */
 static void choose_quantities(kr_simulation_slot *a)
 {
     for (int k = 0; k < KR_SIMULATION_ERROR; k++) {
@@ -63,7 +67,7 @@ static void choose_quantities(kr_simulation_slot *a)
     }
 }
 
-/* Extends the ranges of top i in `row` by the values `low` and `high`, ignoring NaN. */
+/* Extends the ranges of top i in `row` to the values `low` and `high`, unless they are NaN. */
 static void widen_extremes(kr_record_row *row, int i, const double low[], const double high[])
 {
     for (int k = 0; k < KR_SIMULATION_MEASURES; k++) {
@@ -78,8 +82,8 @@ static void begin_row(kr_simulation *simulation)
         for (int k = 0; k < KR_SIMULATION_MEASURES; k++)
             row->at[i][k] = row->low[i][k] = row->high[i][k] = NAN;
 }
-/* Halves the number of rows of the record by merging rows in pairs. The incomplete last row of the
- * record is moved to the position after the merged rows. */
+/* Halves the number of rows of the record and doubles `stride`: merges the rows 2k - 1 and 2k to
+ * row k, with the time of row 2k. The last row 2k is the incomplete one, with index `rows`. */
 static void halve_record(kr_simulation *simulation)
 {
     for (int64_t k = 1; 2 * k <= simulation->rows; k++) {
@@ -91,15 +95,14 @@ static void halve_record(kr_simulation *simulation)
     simulation->rows /= 2;
     simulation->stride *= 2;
 }
-/* Returns 1 if the current time is a sample time. Each interval between two rows of the record
- * contains up to `times` equidistant sample times, at which all tops have a state. */
-static int is_sample_time(const kr_simulation *simulation, int times)
+/* Returns 1 if the current time is a sample time. The interval between two rows of the record has
+ * up to `samples` equidistant sample times, all multiples of `common`. */
+static int is_sample_time(const kr_simulation *simulation, int samples)
 {
-    const int64_t part = simulation->stride / times;
+    const int64_t part = simulation->stride / samples;
     return simulation->clock % (part > simulation->common ? part : simulation->common) == 0;
 }
-/* Measures all tops if the current time is a sample time. Adds a row to the record when the
- * interval between rows has elapsed. */
+/* Measures all tops at a sample time. Completes a row of the record at a multiple of `stride`. */
 static void record_measures(kr_simulation *simulation)
 {
     if (!simulation->common || !is_sample_time(simulation, KR_SIMULATION_SAMPLES)) return;
@@ -122,14 +125,15 @@ void kr_simulation_clear(kr_simulation *simulation)
     simulation->count = 0;
     simulation->clock = simulation->common = simulation->rows = 0;
 }
-/* Stores the current state for the trails that the viewer draws. */
+/* Stores the current attitude and momentum of a top for its trails. */
 static void store_state(kr_simulation_slot *a)
 {
     a->attitudes[a->steps % KR_SIMULATION_TRACE] = a->now.q;
     a->momenta[a->steps % KR_SIMULATION_TRACE] = a->now.m;
 }
-/* Prepares the next unused element in the simulation's array of tops for a new top. Returns KR_OK,
- * or the reason why the top cannot be added. */
+/* Initializes the slot after the last top, without adding the top. `step` is in ticks; `against` is
+ * the index of the top's reference, or KR_SIMULATION_NO_REFERENCE or KR_SIMULATION_REFERENCE.
+ * Returns KR_OK or an error. */
 static kr_status prepare_top(kr_simulation *simulation, const kr_scene *scene, int64_t step,
                              int against)
 {
@@ -169,7 +173,7 @@ static void add_prepared_top(kr_simulation *simulation)
     begin_row(simulation);
     record_measures(simulation);
 }
-/* Poll callback that returns nonzero if the step budget is exhausted. */
+/* Reduces the step budget by the steps since the last call. Returns nonzero if it is exhausted. */
 static int poll_budget(void *context)
 {
     kr_simulation *simulation = context;
@@ -208,7 +212,7 @@ void kr_simulation_set_floor(kr_simulation *simulation, double lowest)
     if (simulation->count) simulation->slots[simulation->count - 1].lowest = lowest;
 }
 
-/* If the apex has fallen below the floor, stops the top in its previous state, `before`. */
+/* If the apex is below the floor, restores the previous state `before` and stops the top there. */
 static void check_floor(kr_simulation_slot *a, const kr_state *before)
 {
     const double high = kr_state_apex(&a->scene, before).z,
@@ -219,7 +223,7 @@ static void check_floor(kr_simulation_slot *a, const kr_state *before)
                convert_ticks(a->step) * (high - a->lowest) / (high - low);
     a->now = *before;
 }
-/* Advances a top by one step. Returns 0 if the step budget was exhausted before its end. */
+/* Advances a top by one step. Returns 0 if the step budget was exhausted before its end, else 1. */
 static int take_step(kr_simulation *simulation, kr_simulation_slot *a)
 {
     const int64_t k = a->steps + 1;
@@ -242,8 +246,8 @@ static int take_step(kr_simulation *simulation, kr_simulation_slot *a)
     }
     return 1;
 }
-/* Finds the top whose next step ends first, and writes its slot to `next`. Returns the earliest end
- * of a step in ticks, or INT64_MAX if no top can continue. */
+/* Sets `next` to the top whose next step ends first. Returns the end of this step in ticks, or
+ * INT64_MAX if no top can continue, apart from references. */
 static int64_t find_next_step(kr_simulation *simulation, kr_simulation_slot **next)
 {
     int64_t first = INT64_MAX;

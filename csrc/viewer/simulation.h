@@ -1,17 +1,15 @@
 /* Simulation of several tops with a common time, and a record of their measured values. Time is
  * counted in integer ticks, so that multiples of different steps can be exactly equal. The states
- * of each top are computed at multiples of its own step size. Tops are compared only at common
- * multiples of their steps; otherwise time differences would appear as errors. Results do not
- * depend on how the simulated time is divided among calls. A simulation needs a fixed amount of
- * memory. */
+ * of each top are computed at multiples of its own step size. A top may have a reference: another
+ * top with which its attitude is compared, at common multiples of their steps only. Results do not
+ * depend on how the simulated time is divided among calls. The size of a simulation is fixed. */
 #ifndef KR_SIMULATION_H
 #define KR_SIMULATION_H
 #include "kreisel.h"
 
-/* Indices of the measured values of a top. The first measured values are the scalar quantities that
- * do not depend on the heading, in the order of quantities.def. The last two measured values are
- * the attitude error relative to a reference, in radians, and the modified energy that
- * bobenko_suris conserves. */
+/* Indices of the measured values of a top: first the scalar quantities that do not change in a
+ * rotation about the vertical, in the order of quantities.def; then the attitude error relative to
+ * the reference, in radians, and the modified energy that the method bobenko_suris conserves. */
 enum {
 #define Q(name, doubles, flags, dimension, text) +((doubles) == 1 && !((flags) & KR_QUANTITY_TURNS))
     KR_SIMULATION_ERROR =
@@ -25,25 +23,21 @@ enum {
     KR_SIMULATION_TOPS = 8,
     /* Number of most recent attitudes stored for each top. */
     KR_SIMULATION_TRACE = 4096,
-    /* Maximum number of rows in the record of measured values. When the record is full, rows are
-     * merged in pairs. */
+    /* Maximum number of rows in the record. When it is full, rows are merged in pairs. */
     KR_SIMULATION_ROWS = 1024,
-    /* Number of times that integrals and errors are measured between two rows of the record. The
-     * number is smaller if the tops have fewer times in common. */
+    /* Number of times at which integrals and errors are measured between two rows of the record, or
+     * less if the tops have fewer times in common. */
     KR_SIMULATION_SAMPLES = 64,
-    /* Number of times that quantities other than integrals and errors are measured between two rows
-     * of the record. These quantities take longer to measure. */
+    /* The same number for the other quantities, which take longer to measure. */
     KR_SIMULATION_FULL_SAMPLES = 32,
     KR_SIMULATION_TICKS = 1000000, /* ticks in a unit of time */
-    /* Values of `reference` for a top without a reference, and for a top that is itself a
-     * reference. Reference tops are advanced only while a top that is not a reference can
-     * continue. */
+    /* Values of `reference` for a top without a reference, and for a top that is a reference. A
+     * reference is advanced only while a top that is not a reference can continue. */
     KR_SIMULATION_NO_REFERENCE = -1,
     KR_SIMULATION_REFERENCE = -2,
-    /* The step budget: in a call for n steps of the simulation, the methods perform at most
-     * KR_SIMULATION_BUDGET + KR_SIMULATION_BUDGET_PER_STEP * n steps, plus up to 256 steps between
-     * two checks. A call for a few steps therefore returns within milliseconds, even if a top
-     * rotates very fast. */
+    /* The step budget: in a call of kr_simulation_advance for n steps of the simulation, the
+     * methods make at most KR_SIMULATION_BUDGET + KR_SIMULATION_BUDGET_PER_STEP * n steps, plus up
+     * to 256 steps between two checks. Such a call returns within milliseconds if n is small. */
     KR_SIMULATION_BUDGET = 32,
     KR_SIMULATION_BUDGET_PER_STEP = 4
 };
@@ -65,7 +59,7 @@ typedef struct kr_simulation_slot {
     double stood;            /* time at which the rim meets the floor */
     /* the measured quantities; NULL for a quantity that is NaN at the start */
     const kr_quantity *quantity[KR_SIMULATION_ERROR];
-    /* The array index of the state after step k is k modulo KR_SIMULATION_TRACE. */
+    /* the attitude and momentum after step k have the index k % KR_SIMULATION_TRACE */
     kr_quat attitudes[KR_SIMULATION_TRACE];
     kr_vec3 momenta[KR_SIMULATION_TRACE];
 } kr_simulation_slot;
@@ -91,37 +85,34 @@ typedef struct kr_simulation {
     int is_late;          /* 1 if the last call ended because the budget was used up */
 } kr_simulation;
 
-/* Returns the quantity with index k among the measured values, or NULL for the attitude error and
- * the modified energy. */
+/* Returns the quantity with index k among the measured values, or NULL if k is not a quantity. */
 const kr_quantity *kr_simulation_quantity(int k);
 
-/* Removes all tops. A zero-initialized simulation is empty. A simulation must not be moved in
- * memory while it contains tops. */
+/* Removes all tops. A zero-initialized simulation has none. A simulation must not be moved in
+ * memory while it contains tops, because its tops point to it. */
 void kr_simulation_clear(kr_simulation *simulation);
-/* Adds a top in its initial state, and clears the record. An adaptive method without dense output
- * is restarted after each step of the simulation, as in the thesis (Bodack 2008). Because of these
- * restarts, the states computed by such a method depend on the step size `step`. */
+/* Adds a top in its initial state at time 0, and clears the record. `step` is in ticks; `against`
+ * is the index of the top's reference, KR_SIMULATION_NO_REFERENCE or KR_SIMULATION_REFERENCE. An
+ * adaptive method without dense output is restarted after each step (Bodack 2008), so its states
+ * depend on `step`. Once the simulation has advanced, no top can be added. */
 kr_status kr_simulation_add(kr_simulation *simulation, const kr_scene *scene,
                             const kr_method *method, int64_t step, double tol, int against);
 /* Adds a top whose motion is given by the array `track`: the initial state and the state after each
- * step. The array `track` must outlive the simulation. */
+ * step, `length` states in all. The array must outlive the simulation. */
 kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *scene,
                                   const kr_state track[], int64_t length, int64_t step,
                                   int against);
-/* Sets a floor for the most recently added top. The motion ends when the height of the apex falls
- * below `lowest`. The value of `lowest` is the cosine of the nutation angle at which the rim of the
- * top touches the floor. The top then remains in the last state above the floor. The time of
- * contact with the floor is found by interpolation within the next step, and is stored in `stood`.
- * If no floor is set, the height of the apex does not end the motion. */
+/* Sets a floor for the most recently added top. Its motion ends when the height of its apex falls
+ * below `lowest`, the cosine of the nutation angle at which the rim of the top touches the floor.
+ * The top then remains in the last state above the floor. The time of contact is interpolated
+ * linearly within the next step, and stored in `stood`. Without this call, there is no floor. */
 void kr_simulation_set_floor(kr_simulation *simulation, double lowest);
-/* Advances each top by whole steps, as far as possible without passing `target`. Performs at most
- * `most` steps of the simulation in total for all tops. Returns the time reached. Sets `is_late` if
- * the step budget is exhausted within a step. The next call of kr_simulation_advance continues the
- * interrupted step. */
+/* Advances each top by whole steps, as far as possible without passing the time `target`, in ticks.
+ * Makes at most `most` steps in total for all tops. Returns the time reached, in ticks. Sets
+ * `is_late` if the step budget is exhausted within a step; the next call continues this step. */
 int64_t kr_simulation_advance(kr_simulation *simulation, int64_t target, int64_t most);
-/* Writes the current measured values of top i. All values are NaN if the computation for the top
- * has failed. The attitude error is NaN if the top has no reference, or if the reference has
- * reached a different time. */
+/* Writes the current measured values of top i. All are NaN if its status is not KR_OK. The attitude
+ * error is NaN without a reference, or if the reference has reached a different time. */
 void kr_simulation_measure(const kr_simulation *simulation, int i,
                            double measure[KR_SIMULATION_MEASURES]);
 #endif

@@ -1,19 +1,19 @@
-/* Functions that the viewer needs in addition to kreisel.h: the simulation, the meshes, and
- * constants. This file is compiled only for WebAssembly. The simulation is stored in a global
- * variable, because each web page contains exactly one simulation. */
+/* Functions that the viewer, a web page, calls in addition to those of kreisel.h: the simulation
+ * (simulation.h), the meshes (mesh.h), and constants. This file is compiled only for WebAssembly.
+ * The simulation is a global variable, because each page contains exactly one. */
 #include <math.h>
 #include <stddef.h>
 #include "viewer/mesh.h"
 #include "viewer/simulation.h"
 
-/* Declares a function for the viewer, and begins its definition. No header declares these
+/* EXPORT declares a function for the viewer, and begins its definition. No header declares these
  * functions, because no C code calls them. */
 #define EXPORT(type, name, parameters)                                                             \
     KR_API type name parameters;                                                                   \
     KR_API type name parameters
 
-/* The viewer accesses structs such as kr_body as arrays of doubles. The macro PLACE checks at
- * compile time that a member of a struct has the expected index. */
+/* The viewer accesses structs such as kr_body as arrays of doubles. PLACE checks at compile time
+ * that a member has the expected index, and SIZE that a struct has the expected length. */
 #define PLACE(type, part, place)                                                                   \
     typedef char place_of_##type##_##part[offsetof(type, part) == 8 * (place) ? 1 : -1]
 #define SIZE(type, doubles) typedef char size_of_##type[sizeof(type) == 8 * (doubles) ? 1 : -1]
@@ -81,9 +81,9 @@ EXPORT(const char *, kr_page_kind, (const kr_body *body))
     return kr_kind_name(kr_body_kind(body, KR_KIND_RTOL));
 }
 
-/* Returns six numbers for a symmetric top: smallest and largest nutation, critical spin, mean
- * precession, period of the nutation, and spin. The period is NaN if it is infinite or unknown.
- * Returns NULL if kr_exact_nutation does not apply to the scene. */
+/* Returns six numbers for a symmetric top: smallest and largest nutation angle, critical spin, mean
+ * rate of precession, period of the nutation, and spin. The mean rate is NaN if it is unknown, and
+ * the period if it is infinite or unknown. Returns NULL if kr_exact_nutation returns an error. */
 EXPORT(const double *, kr_page_limits, (const kr_scene *scene))
 {
     kr_nutation nutation;
@@ -165,7 +165,7 @@ EXPORT(const double *, kr_page_measure, (int i))
 EXPORT(int, kr_page_rows, (void)) { return (int)simulation.rows; }
 EXPORT(int, kr_page_row_doubles, (void)) { return sizeof(kr_record_row) / sizeof(double); }
 EXPORT(const double *, kr_page_times, (void)) { return &simulation.record[0].time; }
-/* Returns a pointer to the quantity `measure` of top i in the first row of the record. The argument
+/* Returns the address of the value with index `measure` of top i in the first row of the record.
  * `side` selects the value (0), or its minimum (-1) or maximum (1) since the previous row. */
 EXPORT(const double *, kr_page_record, (int i, int measure, int side))
 {
