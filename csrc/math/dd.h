@@ -3,8 +3,7 @@
  * multiples of 2^-104 (Joldes, Muller, Popescu, ACM TOMS 44, 2017). All functions assume that no
  * intermediate result overflows or underflows. They require strict floating-point evaluation:
  * compile with -ffp-contract=off, and never with -ffast-math. If KR_DD_LANES is defined, hi and lo
- * are SIMD vectors of doubles (simd.h). The result in each lane is bitwise equal to the result of
- * the same computation with scalars. */
+ * are SIMD vectors (simd.h), and the result in each lane is bitwise equal to that of scalars. */
 #ifndef KR_DD_H
 #define KR_DD_H
 #include <math.h>
@@ -126,8 +125,8 @@ static inline dd dd_div(dd a, dd b)
     const dd_word rest = ((a.hi - p.hi) - p.lo) + (a.lo - q * b.lo);
     return two_sum_ordered(q, rest / b.hi);
 }
-/* Returns a / b with one division of doubles; dd_div needs two divisions and is slower. Requires
- * that 1 / b.hi is a normal double. */
+/* Returns a / b with one division of doubles instead of two, which is faster than dd_div. Requires
+ * that the double 1 / b.hi is normal. */
 static inline dd dd_over(dd a, dd b)
 {
     const dd_word inverse = 1.0 / b.hi, q = a.hi * inverse;

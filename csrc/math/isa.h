@@ -80,18 +80,16 @@
 #  define KR_SCALAR_NAME(thing) thing##_base
 #endif
 
-/* The functions kr_has_... return 1 if the processor supports the instruction set. CPU features are
- * tested individually, because some compilers do not know processor levels such as x86-64-v4. */
+/* The functions kr_has_... return 1 if the processor supports the instruction set. Its features are
+ * tested one by one, because some compilers do not know processor levels such as x86-64-v4. */
 static inline int kr_has_base(void) { return 1; }
 #if defined KR_WITH_AVX2 || defined KR_WITH_AVX512
-/* Returns 1 if the processor supports AVX2 and FMA. */
 static inline int kr_has_avx2(void)
 {
     return (__builtin_cpu_supports("avx2") != 0) & (__builtin_cpu_supports("fma") != 0);
 }
 #endif
 #if defined KR_WITH_AVX512
-/* Returns 1 if the processor supports AVX2, FMA, and the parts F, VL and DQ of AVX-512. */
 static inline int kr_has_avx512(void)
 {
     return kr_has_avx2() & (__builtin_cpu_supports("avx512f") != 0) &

@@ -4,8 +4,7 @@
  * plain C99, or if KR_ONE_LANE is defined, a `wide` has one lane. The operators + - * / and unary -
  * apply to values of type `wide`; one operand may be a double. A `mask` has one Boolean value per
  * lane. wide_fma(a, b, c) returns a * b + c, with one rounding if the hardware has fused
- * multiply-add; no other function uses it. This header is compiled once for each instruction
- * set. */
+ * multiply-add. This header is compiled once for each instruction set. */
 #ifndef KR_SIMD_H
 #define KR_SIMD_H
 #include <stdint.h>

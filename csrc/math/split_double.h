@@ -14,9 +14,8 @@ typedef struct split_vec {
 } split_vec;
 
 static inline split_vec split_vec_of(kr_vec3 v) { return (split_vec){1, {{v.x, v.y, v.z}}}; }
-static inline dd split_dd(const split_vec *v, int component)
+static inline dd split_dd(const split_vec *v, int i)
 {
-    const int i = component;
     return dd_add(two_sum(v->part[0][i], v->part[1][i]), two_sum(v->part[2][i], v->part[3][i]));
 }
 /* Returns x[0] + ... + x[n - 1], and overwrites the vectors x[...]. Requires n >= 4. */

@@ -50,12 +50,10 @@ static inline kr_vec3 v_cross(kr_vec3 a, kr_vec3 b)
 {
     return v3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
-/* Returns the solution (x, y, z) of x c[0] + y c[1] + z c[2] = b, computed by Cramer's rule from
- * the columns c of the matrix. */
-static inline kr_vec3 v_solve(const kr_vec3 columns[3], kr_vec3 b)
+/* Returns the solution (x, y, z) of x c[0] + y c[1] + z c[2] = b, computed by Cramer's rule. */
+static inline kr_vec3 v_solve(const kr_vec3 c[3], kr_vec3 b)
 {
-    const kr_vec3 *c = columns, yz = v_cross(c[1], c[2]), zx = v_cross(c[2], c[0]),
-                  xy = v_cross(c[0], c[1]);
+    const kr_vec3 yz = v_cross(c[1], c[2]), zx = v_cross(c[2], c[0]), xy = v_cross(c[0], c[1]);
     return v_scale(1.0 / v_dot(c[0], yz), v3(v_dot(b, yz), v_dot(b, zx), v_dot(b, xy)));
 }
 
@@ -81,10 +79,9 @@ static inline kr_quat q_near(kr_quat q, kr_quat last)
     return q_dot(q, last) < 0.0 ? q_scale(-1.0, q) : q;
 }
 static inline kr_quat q_unit(kr_quat q) { return q_scale(1.0 / sqrt(q_dot(q, q)), q); }
-/* Returns q / |q|. Assumes that |q| differs from 1 only by rounding errors, so that one step of
- * Newton's method suffices: q + e q with e = (1 - |q|^2) / 2. The correction e q is added to q,
- * because the rounding errors of the product (1 + e) q would not average out. They would cause an
- * energy drift of 1e-12 over 1e6 steps. */
+/* Returns q / |q|, if |q| differs from 1 only by rounding errors, so that one step of Newton's
+ * method suffices: q + e q with e = (1 - |q|^2) / 2. The rounding errors of the product (1 + e) q
+ * would not average out, and would cause an energy drift of 1e-12 over 1e6 steps. */
 static inline kr_quat q_renew(kr_quat q)
 {
     const double e = 0.5 - 0.5 * q_dot(q, q);
@@ -132,17 +129,15 @@ static inline kr_quat q_mul_z(kr_quat q, double c, double s)
     return q4(c * q.w - s * q.z, v3(c * q.x + s * q.y, c * q.y - s * q.x, c * q.z + s * q.w));
 }
 
-/* Returns a rotation that maps e3 to the unit vector a: if a.z >= -1/2, the rotation by the
- * smallest angle; otherwise, a half turn about e1, which maps e3 to -e3, followed by the rotation
- * by the smallest angle that maps -e3 to a. */
+/* Returns a rotation that maps e3 to the unit vector a: the smallest one if a.z >= -1/2, else a
+ * half turn about e1, which maps e3 to -e3, followed by the smallest one that maps -e3 to a. */
 static inline kr_quat q_tilt(kr_vec3 a)
 {
     if (a.z < -0.5) return q_mul(q_tilt(v3(-a.x, -a.y, -a.z)), q4(0.0, v3(1.0, 0.0, 0.0)));
     return q_unit(q4(1.0 + a.z, v3(-a.y, a.x, 0.0)));
 }
-/* Returns the unit quaternion that rotates e1, e2, e3 to the orthonormal vectors n, b, t. To avoid
- * cancellation, the components are computed from the one with the largest magnitude (Shepperd
- * 1978). */
+/* Returns the unit quaternion that rotates e1, e2, e3 to the orthonormal vectors n, b, t. The
+ * component with the largest magnitude comes first, to avoid cancellation (Shepperd 1978). */
 static inline kr_quat q_of_frame(kr_vec3 n, kr_vec3 b, kr_vec3 t)
 {
     const double w = 1.0 + n.x + b.y + t.z, x = 1.0 + n.x - b.y - t.z, y = 1.0 - n.x + b.y - t.z,

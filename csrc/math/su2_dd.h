@@ -49,7 +49,6 @@ static inline vec_dd vdd_scale_exactly(double power, vec_dd a)
 {
     return (vec_dd){dd_scale(power, a.x), dd_scale(power, a.y), dd_scale(power, a.z)};
 }
-/* vdd_times and vdd_over multiply and divide a by b componentwise. */
 static inline vec_dd vdd_times(vec_dd a, vec_dd b)
 {
     return (vec_dd){dd_mul(a.x, b.x), dd_mul(a.y, b.y), dd_mul(a.z, b.z)};

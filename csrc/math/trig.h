@@ -29,9 +29,8 @@ static inline void cos_sinc_small(double x_squared, double *c, double *s)
     *c += 1.0;
 }
 
-/* Writes the sine and cosine of any x. If |x| >= 2^19, x is first reduced modulo the double nearest
- * to 2 pi. The resulting error of the angle is smaller than the error caused by rounding x to a
- * double. */
+/* Writes the sine and cosine of x. If |x| >= 2^19, x is first reduced modulo the double nearest to
+ * 2 pi. The resulting error of the angle is smaller than one unit in the last place of x. */
 static inline void sin_cos(double x, double *sine, double *cosine)
 {
     /* The low bits of the sum of a number and 1.5 * 2^52 are the integer nearest to the number. */

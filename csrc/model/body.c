@@ -36,7 +36,6 @@ int kr_body_is_physical(const kr_body *b)
         b->mass * c.x * (c.x / s.x) + b->mass * c.y * (c.y / s.y) + b->mass * c.z * (c.z / s.z);
     return !(needed > 1.0);
 }
-/* Copies the body b to `out` if b is valid. Returns the status of kr_body_check. */
 static kr_status check_and_copy(const kr_body *b, kr_body *out)
 {
     const kr_status status = out ? kr_body_check(b) : KR_ERR_ARGUMENT;

@@ -1,9 +1,9 @@
 /* The step, the conserved energy and the rates of rotation of the fourth-order map bobenko_suris4
  * of the Lagrange top. The units are chosen such that the moment of inertia I1 is 1. Let a be the
  * symmetry axis, m the momentum, e the step of the map, u = <a,e3>, c = <m,a>, l = <m,e3>, g the
- * largest possible torque of gravity, and b = e^2 g / 4. The energy of the motion is
- * H = |m|^2/2 + g u if I3 = I1; for other tops, the constant c^2 (1/I3 - 1)/2 must be added. With
- * the Cayley transform Cay(e m), a rotation about m, a step of the map consists of
+ * largest possible torque of gravity, and b = e^2 g / 4. The energy is H = |m|^2/2 + g u if I3 = 1;
+ * for other tops, the constant c^2 (1/I3 - 1)/2 must be added. With the Cayley transform Cay(e m),
+ * a rotation about m, a step of the map consists of
  *     m += (e/2) V' e3 x a,    then    a -> Cay(e m) a,    then again    m += (e/2) V' e3 x a,
  * where V'(u) = g (1 - b u) / (1 + b^2 u^2). The map conserves c, l and
  *     K = (1 + b^2 u^2) (|m|^2/2 + V' (u + e^2 c l / 4) - e^2 V'^2 (1 - u^2) / 8)
@@ -15,8 +15,7 @@
  * rotations by the angles -e g c om about e3 and -e g l om about a, with
  *     z = e^2 K / 2,    h = e (A + g l c e^4/8 (B + (1 + z) dB/dz)),    om = e^2 B / 4
  *     A = atan(sqrt z) / sqrt z,    B = (1 - A) / z
- * The quantities K, z, h and om are constant along an orbit. (Derived for this library; no earlier
- * source is known.) */
+ * K, z, h and om are constant along an orbit. (Derived here; no earlier source is known.) */
 #ifndef KR_MAP_RATES_H
 #define KR_MAP_RATES_H
 #include <float.h>

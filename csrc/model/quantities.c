@@ -50,7 +50,7 @@ kr_vec3 kr_state_m(const kr_scene *scene, const kr_state *s)
     (void)scene;
     return s->m;
 }
-/* Returns the angular velocity relative to the inertial frame, with components along e1, e2, e3. */
+/* Returns the angular velocity in the inertial frame, along e1, e2, e3. */
 static kr_vec3 find_inertial_velocity(const kr_scene *scene, const kr_state *s)
 {
     const kr_quat q = principal_attitude(scene, s);
@@ -104,9 +104,9 @@ double kr_state_spin(const kr_scene *scene, const kr_state *s)
     return v_dot(kr_state_velocity(scene, s), kr_state_apex(scene, s));
 }
 
-/* Writes (precession_angle + spin_angle) / 2 and (precession_angle - spin_angle) / 2. If the apex is
- * vertical, the state does not determine one of them, which is set to 0. Adding 0.0 turns negative
- * zeros into positive zeros, because atan2(0, -0) would be pi. */
+/* Writes (precession_angle + spin_angle) / 2 and (precession_angle - spin_angle) / 2. If the apex
+ * is vertical, the state does not determine one of them, which is set to 0. Adding 0.0 turns
+ * negative zeros into positive zeros, because atan2(0, -0) would be pi. */
 static void half_angles(const kr_scene *scene, const kr_state *s, double *half_sum,
                         double *half_difference)
 {
@@ -195,8 +195,8 @@ double kr_state_third_wheel_rate(const kr_scene *scene, const kr_state *s)
     return find_wheel_rate(scene, s, 2);
 }
 
-/* Writes momentum / I1 to `m`, and (mass * gravity * |com| / I1) * vertical to `p`. The components of
- * m and p are along a, o x a and o, where o is the symmetry axis of the inertia tensor, I1 the
+/* Writes momentum / I1 to `m`, and (mass * gravity * |com| / I1) * vertical to `p`. The components
+ * of m and p are along a, o x a and o, where o is the symmetry axis of the inertia tensor, I1 the
  * moment across it, and a = -com / |com| for the signs of the thesis. Returns 0 if the top is not
  * of the integrable case `kind`, or if the support is shaken or there is a gravity gradient. */
 static int find_integral_frame(const kr_scene *scene, const kr_state *s, kr_kind kind, kr_vec3 *m,
@@ -235,9 +235,9 @@ double kr_friction_torque(const kr_scene *scene, kr_vec3 M, kr_vec3 O, kr_vec3 g
     const double spin = v_dot(v_sub(M, h), eased) - v_dot(O, apex), most = scene->friction,
                  needed = -v_dot(gain, apex) / v_dot(apex, eased),
                  size = v_largest(eased) * (v_largest(M) + v_largest(h)) + v_largest(O);
-    /* The terms of the spin may cancel; a spin below SPIN_OF_HELD times their size is then a rounding
-     * error. If the spin is zero, friction keeps it at zero if the required torque is at most `most`.
-     * Otherwise, friction with the torque `most` opposes the spin that the top is about to gain. */
+    /* A spin below SPIN_OF_HELD times the size of its terms, which may cancel, counts as zero.
+     * Friction keeps a zero spin at zero if |needed| <= most. Otherwise, the torque is -most or
+     * most, and opposes the spin that the top has or is about to gain. */
     const int is_zero = fabs(spin) <= SPIN_OF_HELD * size;
     *holds = is_zero && fabs(needed) <= most;
     if (is_zero) return fmax(-most, fmin(needed, most));

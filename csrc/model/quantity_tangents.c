@@ -1,10 +1,10 @@
 /* Derivatives of quantities such as the energy, computed from the tangents of the state: its
  * derivatives with respect to the initial state and the parameters. Let R be the attitude of the
- * principal axes, J the inertia and h the momentum of the rotor. Along the principal axes, let
- * M = R* m R be the momentum, W = J^-1 (M - h) the angular velocity, V = R* e3 R the vertical,
- * O = R* turning R the angular velocity of the support, and U = W - O. A rotation of the body by
- * the infinitesimal vector theta along the principal axes, a change dm of the momentum in space,
- * and changes dJ, dh and dturning of the parameters cause the changes
+ * principal axes, J the inertia and h the momentum of the rotor. Along the principal axes, let M =
+ * R* m R be the momentum, W = J^-1 (M - h) the angular velocity, V = R* e3 R the vertical, O = R*
+ * turning R the angular velocity of the support, and U = W - O. An infinitesimal rotation vector
+ * theta along the principal axes, a change dm of the momentum in space, and changes dJ, dh and
+ * dturning of the parameters cause the changes
  *     dM = R* dm R + M x theta,   dW = J^-1 (dM - dh - dJ W),   dV = V x theta,
  *     dO = O x theta + R* dturning R,   dU = dW - dO,
  * and a vector R v R* in space changes by R (dv + theta x v) R*. A function tangent_of_<quantity>
@@ -54,7 +54,7 @@ static kr_vec3 find_space_change(const quantity_point *at, const quantity_change
     return combine_axes(at->frame, v_add(dv, v_cross(by->turn, v)));
 }
 
-/* Returns the change of k V x J V along the principal axes, the torque of the gravity gradient k. */
+/* Returns the change of the torque k V x J V of the gravity gradient k. */
 static kr_vec3 find_gradient_torque_change(const quantity_point *at, const quantity_change *by)
 {
     const double k = at->scene->gradient;
@@ -205,10 +205,9 @@ static double tangent_of_goryachev_chaplygin(const quantity_point *at, const qua
     return f.dm.z * (f.m.x * f.m.x + f.m.y * f.m.y) +
            2.0 * f.m.z * (f.m.x * f.dm.x + f.m.y * f.dm.y) + f.dm.x * f.p.z + f.m.x * f.dp.z;
 }
-/* Adds J^-1 torque * a, with the torque of dry friction about the apex a, to the angular
- * acceleration `gain`. Returns the derivative of the sum, given the derivative `dgain` of `gain`. If
- * friction keeps the spin at zero, torque = -<gain, a> / <a, J^-1 a>; otherwise |torque| is
- * constant. */
+/* Adds J^-1 torque a, with the torque of dry friction about the apex a, to the angular acceleration
+ * `gain`. Returns the derivative of the sum, given the derivative `dgain` of `gain`. If friction
+ * keeps the spin at zero, torque = -<gain, a> / <a, J^-1 a>. */
 static kr_vec3 add_friction_to_acceleration(const quantity_point *at, const quantity_change *by,
                                             kr_vec3 *gain, kr_vec3 dgain)
 {
@@ -224,9 +223,9 @@ static kr_vec3 add_friction_to_acceleration(const quantity_point *at, const quan
     *gain = v_axpy(torque, eased, *gain);
     return v_axpy(dtorque, eased, v_axpy(torque, deased, dgain));
 }
-/* Writes the angular acceleration U' = W' - O x W to `acceleration`, and returns its derivative. The
- * torque is J W' = M x W + weight V x com + k V x J V - D U - friction, with the gravity gradient k
- * and the damping D. If there is no friction, the derivative with respect to friction is NaN. */
+/* Writes the angular acceleration U' = W' - O x W to `acceleration`, and returns its derivative.
+ * The torque is J W' = M x W + weight V x com + k V x J V - D U - friction, with the gravity
+ * gradient k and the damping D. The derivative with respect to friction is NaN at friction 0. */
 static kr_vec3 find_acceleration_change(const quantity_point *at, const quantity_change *by,
                                         kr_vec3 *acceleration)
 {
@@ -257,9 +256,8 @@ static kr_vec3 tangent_of_body_acceleration(const quantity_point *at, const quan
     kr_vec3 acceleration;
     return combine_axes(at->described, find_acceleration_change(at, by, &acceleration));
 }
-/* The force at the fixed point is R (mass A + weight V) R*. A is the acceleration of the centre of
- * mass, W' x com + W x (W x com) with W' = U' + O x W, minus the acceleration due to the gravity
- * gradient, gradient * kr_tide(V, com). */
+/* The force at the fixed point is R (mass A + weight V) R*, with W' = U' + O x W, the acceleration
+ * A = W' x com + W x (W x com) - k kr_tide(V, com) and the gravity gradient k. */
 static kr_vec3 tangent_of_pivot_force(const quantity_point *at, const quantity_change *by)
 {
     kr_vec3 gain, dgain = find_acceleration_change(at, by, &gain);
@@ -281,7 +279,7 @@ static kr_vec3 tangent_of_pivot_force(const quantity_point *at, const quantity_c
     return find_space_change(at, by, force, by->is_mass ? v_add(dforce, A) : dforce);
 }
 
-/* Returns the derivative of the rate of wheel i: the momentum and the axis of a wheel are constant. */
+/* The momentum and the axis of a wheel do not depend on the parameters. */
 static double tangent_of_wheel(const quantity_point *at, const quantity_change *by, int i)
 {
     const kr_wheel *wheel = &at->scene->wheels[i];
@@ -289,7 +287,6 @@ static double tangent_of_wheel(const quantity_point *at, const quantity_change *
     return is_none ? NAN : -v_dot(wheel->axis, by->W);
 }
 
-/* Returns the derivative of the quantity KR_QUANTITY_... = index, which has one component. */
 static double tangent_of_scalar(size_t index, const quantity_point *at, const quantity_change *by)
 {
     switch (index) {
@@ -325,8 +322,8 @@ static double tangent_of_scalar(size_t index, const quantity_point *at, const qu
         return NAN;
     }
 }
-/* Returns the derivative of the vector KR_QUANTITY_... = index; for the attitude, the rotation vector
- * of its change in the frame of description. */
+/* Returns the derivative of the vector KR_QUANTITY_... = index; for the attitude, the rotation
+ * vector of its change in the frame of description. */
 static kr_vec3 tangent_of_vector(size_t index, const quantity_point *at, const quantity_change *by)
 {
     switch (index) {
@@ -384,8 +381,8 @@ static quantity_point make_point(const kr_scene *scene, const kr_state *s)
     at.reach = v_dot(at.apex, body->com);
     return at;
 }
-/* Returns the derivative of kr_acceleration_at with respect to the amplitude (parameter 1), the rate
- * (2) or the phase (3) of the shaking. */
+/* Returns the derivative of kr_acceleration_at with respect to a parameter of the shaking: 1
+ * amplitude, 2 rate, 3 phase. */
 static double find_shaking_derivative(const quantity_point *at, int parameter)
 {
     const kr_shaking *by = &at->scene->shaking;

@@ -24,7 +24,6 @@ static int is_valid_support(const kr_scene *scene)
            isfinite(shaking->amplitude * shaking->rate * shaking->rate) &&
            (shaking->rate > 0.0 || !kr_scene_shakes(scene));
 }
-/* Returns KR_OK if the wheels and the gravity gradient of a scene are valid, else an error. */
 static kr_status check_wheels_and_gradient(const kr_scene *scene)
 {
     const int is_braked = v_largest(scene->damping) > 0.0 || scene->friction > 0.0;
@@ -95,15 +94,14 @@ kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working)
     return (kr_swing){moment, 1.0 / moment,
                       times_power_of_2(sqrt(times_power_of_2(part, odd)), (power - odd) / 2)};
 }
-/* Returns the largest of the shaking rate and the components of the support's angular velocity. */
 static double largest_support_rate(const kr_scene *scene)
 {
     const double shaking = kr_scene_shakes(scene) ? scene->shaking.rate : 0.0;
     return fmax(v_largest(scene->turning), shaking);
 }
-/* Returns the unit of moments of inertia, and an upper bound of the pendulum frequency (kr_swing). On
- * a shaken support, the larger of gravity and the amplitude of the shaking acceleration determines
- * this frequency. In a gravity gradient k, it is at least sqrt(|k|), which bounds librations. */
+/* Returns the unit of moments of inertia, and an upper bound of the pendulum frequency (kr_swing).
+ * It is computed with the larger of gravity and the amplitude of the acceleration of a shaken
+ * support. In a gravity gradient k, it is at least sqrt(|k|), the bound of librations. */
 static kr_swing find_strongest_swing(const kr_scene *scene, const kr_working *working)
 {
     const kr_shaking *shaking = &scene->shaking;

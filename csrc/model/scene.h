@@ -1,6 +1,6 @@
-/* Internal units of a top: powers of two times the user's units. If a user scales the units of mass,
- * length and time by powers of two, all results are therefore scaled exactly. The term lever is
- * short for the vector mass * gravity * com, with the vector com to the centre of mass. */
+/* Internal units of a top: powers of two times the user's units. If a user scales the units of
+ * mass, length and time by powers of two, all results are therefore scaled exactly. The term lever
+ * is short for the vector mass * gravity * com, with the vector com to the centre of mass. */
 #ifndef KR_SCENE_H
 #define KR_SCENE_H
 #include "body.h"
@@ -20,8 +20,8 @@ typedef struct kr_pull {
 /* Returns the factors: mass, gravity and `com` scaled by powers of two to magnitudes below one. */
 kr_pull kr_scene_pull(const kr_scene *scene, kr_vec3 com);
 
-/* Returns the kind (integrable case) of a top. If gravity = 0, returns the kind of its body with the
- * centre of mass at the fixed point, even if the support is shaken. */
+/* Returns the kind (integrable case) of a top. If gravity = 0, returns the kind of its body with
+ * the centre of mass at the fixed point, even if the support is shaken. */
 kr_kind kr_scene_kind(const kr_scene *scene);
 static inline int kr_scene_turns(const kr_scene *scene) { return v_largest(scene->turning) > 0.0; }
 static inline int kr_scene_shakes(const kr_scene *scene) { return scene->shaking.amplitude != 0.0; }
@@ -56,15 +56,15 @@ static inline int kr_scene_excludes_exact(const kr_scene *scene, int allow_turni
 /* Validates a scene like kr_scene_check, but without checking the body. */
 kr_status kr_scene_check_start(const kr_scene *scene);
 
-/* The unit of moments of inertia, its reciprocal, and the pendulum frequency sqrt(|lever| / unit). */
+/* The unit of moments of inertia, its reciprocal, and the frequency of a pendulum [T^-1]. */
 typedef struct kr_swing {
     double moment, per_moment, rate;
 } kr_swing;
 kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working);
 /* The smallest permitted internal unit: reciprocals of smaller ones might overflow. */
 static const double kr_min_unit = 0x1p-1020;
-/* Writes the exponent of the unit of time 2^exponent, in which the rate of motions with momenta up to
- * max_momentum is about one. Returns 0 if the units exceed the range of doubles, else 1. */
+/* Writes the exponent of the unit of time 2^exponent, in which the rate of motions with momenta up
+ * to max_momentum is about one. Returns 0 if the units exceed the range of doubles, else 1. */
 static inline int kr_swing_time(const kr_swing *swing, double max_momentum, int *exponent)
 {
     const double turn = max_momentum * swing->per_moment,

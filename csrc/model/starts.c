@@ -68,8 +68,8 @@ static int is_symmetric_about(const kr_body *body, kr_vec3 axis)
     return kr_body_kind(&spun, KR_KIND_RTOL) != KR_KIND_GENERAL &&
            kr_body_is_rotor_axial(body, KR_KIND_RTOL);
 }
-/* Subtracts `inertia`, the moment of a wheel about its axle, from the inertia tensor of the body. The
- * unit vector `axis` along the axle is in the frame of description. */
+/* Subtracts `inertia`, the moment of a wheel about its axle, from the inertia tensor of the body.
+ * The unit vector `axis` along the axle is in the frame of description. */
 static kr_status subtract_wheel_moment(kr_body *body, double inertia, kr_vec3 axis)
 {
     const kr_vec3 com = q_turn(body->axes, body->com), moments = body->inertia;
