@@ -29,7 +29,6 @@ static inline kr_vec3 v_scale(double s, kr_vec3 a) { return v3(s * a.x, s * a.y,
 /* v_times and v_over multiply and divide a by b componentwise. */
 static inline kr_vec3 v_times(kr_vec3 a, kr_vec3 b) { return v3(a.x * b.x, a.y * b.y, a.z * b.z); }
 static inline kr_vec3 v_over(kr_vec3 a, kr_vec3 b) { return v3(a.x / b.x, a.y / b.y, a.z / b.z); }
-/* Returns s * a + b. */
 static inline kr_vec3 v_axpy(double s, kr_vec3 a, kr_vec3 b)
 {
     return v3(s * a.x + b.x, s * a.y + b.y, s * a.z + b.z);

@@ -1,8 +1,7 @@
-/* The inertia, the principal axes and the kind (integrable case) of a body with a fixed point. The
- * inertia about this point is J = J_com + mass * (|a|^2 1 - a a^t), with the centre of mass a
- * (Bodack 2008, 2.14). A body is symmetric if two moments of inertia are equal up to rounding
- * errors, and spherical if all three are. A rotor is axial if its momentum is along the symmetry
- * axis. `com` is the vector from the fixed point to the centre of mass. The principal axes are
+/* The inertia J, the principal axes and the kind (integrable case) of a body with a fixed point.
+ * `com` is the vector from this point to the centre of mass. A body is symmetric if two of its
+ * principal moments of inertia are equal up to rounding errors, and spherical if all three are. A
+ * rotor (kreisel.h) is axial if its momentum is along the symmetry axis. The principal axes are
  * computed by Jacobi's eigenvalue method, which is accurate even if principal moments coincide. */
 #include "body.h"
 
@@ -23,9 +22,9 @@ kr_status kr_body_check(const kr_body *b)
     if (!(b->rounded >= 0.0 && b->rounded < 1.0)) return KR_ERR_ARGUMENT;
     return are_moments_physical(b->inertia, b->rounded) ? KR_OK : KR_ERR_BODY;
 }
-/* Returns 1 if some distribution of mass has the inertia J and the centre of mass of the body. Its
- * second moments are S = (tr J / 2) 1 - J about the fixed point and S - mass * com com^t about the
- * centre of mass. If <com, S^-1 com> <= 1 / mass, the last matrix is positive semidefinite. */
+/* Returns 1 if some distribution of mass has, up to a tolerance, the inertia J and the vector com.
+ * The second moments of mass are S = (tr J / 2) 1 - J about the fixed point, and S - mass com com^t
+ * about the centre of mass. Both are positive semidefinite if <com, S^-1 com> <= 1 / mass. */
 int kr_body_is_physical(const kr_body *b)
 {
     const kr_vec3 i = b->inertia, c = b->com;
@@ -47,8 +46,7 @@ static int is_equal(double a, double b, double rtol)
 {
     return fabs(a - b) <= rtol * fmax(fabs(a), fabs(b));
 }
-/* Rotations that permute the coordinate axes cyclically. Rotation axis_cycles[i] maps the third
- * axis to the axis with index i. */
+/* axis_cycles[i] is the rotation that permutes the axes cyclically and maps the third to axis i. */
 static const kr_quat axis_cycles[3] = {
     {0.5, 0.5, 0.5, 0.5}, {0.5, -0.5, -0.5, -0.5}, {1.0, 0.0, 0.0, 0.0}};
 
@@ -83,7 +81,6 @@ static int is_spherical(const kr_body *b)
     const kr_vec3 i = b->inertia;
     return is_equal(i.x, i.y, KR_KIND_RTOL) && is_equal(i.y, i.z, KR_KIND_RTOL);
 }
-/* Returns the kind of the body without its rotor. rtol is the tolerance for equal moments. */
 static kr_kind find_kind_without_rotor(const kr_body *b, double rtol)
 {
     const double reach = v_largest(b->com);
@@ -107,8 +104,9 @@ int kr_body_is_rotor_axial(const kr_body *b, double rtol)
                v_largest(v_cross(v_unit(b->com), v_unit(b->rotor))) <= rtol;
     return largest_across(b->rotor, axis) <= rtol * v_largest(b->rotor);
 }
-/* The closed-form solutions and maps for integrable tops assume that the body has no rotor, or an
- * axial one, which only adds the rate -rotor / I3 to the rotation about the symmetry axis. */
+/* Returns the kind of the body. An axial rotor changes neither KR_KIND_EULER nor KR_KIND_LAGRANGE,
+ * because it only adds the rate -rotor / I3 to the rotation about the symmetry axis, where I3 is
+ * the moment about this axis. The other kinds assume that there is no rotor. */
 kr_kind kr_body_kind(const kr_body *b, double rtol)
 {
     const kr_kind kind = find_kind_without_rotor(b, rtol);
@@ -141,7 +139,7 @@ int kr_body_last_axis(const kr_body *b)
     return (middle + 1) % 3;
 }
 /* Returns working axes (body.h) of a spherical body, with the third axis along `third_axis`, and
- * the vectors of the body along them. All three moments of inertia are replaced by their mean,
+ * the vectors of the body along these axes. All three moments are replaced by their mean,
  * because they may differ by rounding errors. Requires equal components of `damping`. */
 static kr_working choose_spherical_axes(const kr_body *b, kr_vec3 third_axis, kr_vec3 damping)
 {
@@ -256,7 +254,7 @@ static int is_axis_through_com(const kr_body *b, int axis)
 }
 /* Returns the principal axes of the body b. If the body is symmetric, its axes are not unique, and
  * those nearest to the frame of description are chosen. If the symmetry axis misses the centre of
- * mass only by rounding errors, it is set to the direction of `com` (in that frame). */
+ * mass only by rounding errors, its direction is set to `com`, given in this frame. */
 static kr_quat choose_nearest_axes(const kr_body *b, kr_vec3 com)
 {
     const int axis = find_symmetry_axis(b, KR_KIND_RTOL);

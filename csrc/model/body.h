@@ -18,8 +18,7 @@ kr_working kr_body_working_damped(const kr_body *body, kr_vec3 damping);
 kr_working kr_body_working(const kr_body *body);
 /* Returns KR_OK if the body is valid, else KR_ERR_ARGUMENT or KR_ERR_BODY. */
 kr_status kr_body_check(const kr_body *body);
-/* Returns the index of the principal axis that becomes the third working axis. For a spherical
- * body, this is the axis nearest to the centre of mass. */
+/* Returns the index of the principal axis that becomes the third working axis (if not tilted). */
 int kr_body_last_axis(const kr_body *body);
 /* Returns the principal axes in their given order as working axes. */
 kr_working kr_body_principal(const kr_body *body, kr_vec3 damping);

@@ -105,8 +105,8 @@ double kr_state_spin(const kr_scene *scene, const kr_state *s)
 }
 
 /* Writes (precession_angle + spin_angle) / 2 and (precession_angle - spin_angle) / 2. If the apex
- * is vertical, the state does not determine one of them, which is set to 0. Adding 0.0 turns
- * negative zeros into positive zeros, because atan2(0, -0) would be pi. */
+ * is vertical, the state determines only one of these angles, and the other is set to 0. Adding 0.0
+ * turns negative zeros into positive zeros, because atan2(0, -0) would be pi. */
 static void half_angles(const kr_scene *scene, const kr_state *s, double *half_sum,
                         double *half_difference)
 {
@@ -284,7 +284,6 @@ double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double
     const kr_working w = kr_body_working(&scene->body);
     const double weight = scene->body.mass * scene->gravity, i1 = w.inertia.x;
     if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_LAGRANGE) return NAN;
-    /* The Bobenko-Suris map does not apply to bodies with rotors or on shaken supports. */
     if (kr_body_has_rotor(&scene->body) || kr_scene_shakes(scene) || scene->gradient != 0.0)
         return NAN;
     const kr_quat q = principal_attitude(scene, s);

@@ -22,7 +22,6 @@ const kr_quantity_row kr_quantity_rows[KR_QUANTITIES] = {
 #include "quantities.def"
 #undef Q
 };
-/* The suffixes of quantities with 1, 3, 4 and 9 numbers. */
 static const char *const suffixes_1[] = {""};
 static const char *const suffixes_3[] = {"_x", "_y", "_z"};
 static const char *const suffixes_4[] = {"_w", "_x", "_y", "_z"};

@@ -1,10 +1,10 @@
 /* Derivatives of quantities such as the energy, computed from the tangents of the state: its
  * derivatives with respect to the initial state and the parameters. Let R be the attitude of the
- * principal axes, J the inertia and h the momentum of the rotor. Along the principal axes, let M =
- * R* m R be the momentum, W = J^-1 (M - h) the angular velocity, V = R* e3 R the vertical, O = R*
- * turning R the angular velocity of the support, and U = W - O. An infinitesimal rotation vector
- * theta along the principal axes, a change dm of the momentum in space, and changes dJ, dh and
- * dturning of the parameters cause the changes
+ * principal axes, J the inertia and h the momentum of the rotor. Along these axes, the momentum is
+ * M = R* m R, the angular velocity W = J^-1 (M - h), the vertical V = R* e3 R, the angular velocity
+ * of the support O = R* turning R, and U = W - O. An infinitesimal rotation vector theta along the
+ * principal axes, a change dm of the momentum in space, and changes dJ, dh and dturning of the
+ * parameters cause the changes
  *     dM = R* dm R + M x theta,   dW = J^-1 (dM - dh - dJ W),   dV = V x theta,
  *     dO = O x theta + R* dturning R,   dU = dW - dO,
  * and a vector R v R* in space changes by R (dv + theta x v) R*. A function tangent_of_<quantity>
@@ -24,13 +24,14 @@ typedef struct quantity_point {
     kr_vec3 apex;         /* unit vector to the centre of mass, or T */
     double reach, weight; /* |com|; mass * acceleration along -e3 (kr_acceleration_at) */
 } quantity_point;
-/* An infinitesimal change of the state or of one parameter, and the resulting changes of derived
- * vectors: of those with the same names in quantity_point, and of those of the scene. */
+/* An infinitesimal change of the state or of one parameter. Members are changes of the members with
+ * the same names of quantity_point, kr_scene and kr_body. */
 typedef struct quantity_change {
     kr_vec3 described_turn; /* theta in the frame of description */
     kr_vec3 push;           /* dm, in space */
     kr_vec3 turn;           /* theta */
-    kr_vec3 M, W, V, O, U, apex, moments, com, damping, rotor, turning;
+    kr_vec3 M, W, V, O, U, apex;
+    kr_vec3 moments, com, damping, rotor, turning; /* moments: of kr_body.inertia */
     int shaking; /* the changed parameter: 1 amplitude, 2 rate, 3 phase; 0: none */
     double weight, gradient;
     int changes_com, is_mass, is_friction; /* 1: this parameter is changed */
@@ -93,9 +94,8 @@ static kr_vec3 find_euler_frame_turn(const quantity_point *at, const quantity_ch
                                           combine_axes(at->described, by->apex));
     return v_add(turn, q_turn(at->state->q, tilt));
 }
-/* Returns the unit vector along the horizontal projection of the apex. Writes the length of this
- * projection, and the apex in space. If the apex is vertical, returns NaN, which makes the
- * derivatives of the Euler angles NaN, because they do not exist. */
+/* Returns the unit vector along the horizontal projection of the apex, or NaN if the apex is
+ * vertical. Writes the length of this projection, and the apex in space. */
 static kr_vec3 horizontal_apex(const quantity_point *at, double *length, kr_vec3 *apex)
 {
     *apex = combine_axes(at->frame, at->apex);
@@ -103,7 +103,7 @@ static kr_vec3 horizontal_apex(const quantity_point *at, double *length, kr_vec3
     return v3(apex->x / *length, apex->y / *length, 0.0);
 }
 /* If the Euler angles change by dprecession, dnutation and dspin, the frame rotates by the vector
- * turn = dprecession * e3 + dnutation * n + dspin * apex, where n is the line of nodes. The
+ * turn = dprecession * e3 + dnutation * n + dspin * apex, where n is along the line of nodes. The
  * derivatives of the angles are therefore the coefficients of `turn` in this basis. */
 static double tangent_of_precession_angle(const quantity_point *at, const quantity_change *by)
 {
@@ -163,7 +163,7 @@ static kr_vec3 change_in_rotating_axes(double angle, kr_vec3 v, kr_vec3 dv)
     return v3(dv.x + angle * v.y, dv.y - angle * v.x, dv.z);
 }
 /* Writes the vectors that determine an integral of motion, and their infinitesimal changes, to `f`.
- * Returns 0 if the body is not of the integrable case `kind`, or is not after the change `by`. */
+ * Returns 0 if the top is not of the integrable case `kind`, or if the changed top is not. */
 static int find_integral_arguments(const quantity_point *at, const quantity_change *by,
                                    kr_kind kind, integral_vectors *f)
 {
@@ -256,8 +256,8 @@ static kr_vec3 tangent_of_body_acceleration(const quantity_point *at, const quan
     kr_vec3 acceleration;
     return combine_axes(at->described, find_acceleration_change(at, by, &acceleration));
 }
-/* The force at the fixed point is R (mass A + weight V) R*, with W' = U' + O x W, the acceleration
- * A = W' x com + W x (W x com) - k kr_tide(V, com) and the gravity gradient k. */
+/* Returns the derivative of the force R (mass A + weight V) R* at the fixed point, where W' is
+ * U' + O x W, k is the gravity gradient, and A = W' x com + W x (W x com) - k kr_tide(V, com). */
 static kr_vec3 tangent_of_pivot_force(const quantity_point *at, const quantity_change *by)
 {
     kr_vec3 gain, dgain = find_acceleration_change(at, by, &gain);
@@ -322,8 +322,8 @@ static double tangent_of_scalar(size_t index, const quantity_point *at, const qu
         return NAN;
     }
 }
-/* Returns the derivative of the vector KR_QUANTITY_... = index; for the attitude, the rotation
- * vector of its change in the frame of description. */
+/* Returns the derivative of the vector with this index in kr_quantities, or for the attitude, the
+ * infinitesimal rotation vector in the frame of description. */
 static kr_vec3 tangent_of_vector(size_t index, const quantity_point *at, const quantity_change *by)
 {
     switch (index) {
@@ -381,8 +381,7 @@ static quantity_point make_point(const kr_scene *scene, const kr_state *s)
     at.reach = v_dot(at.apex, body->com);
     return at;
 }
-/* Returns the derivative of kr_acceleration_at with respect to a parameter of the shaking: 1
- * amplitude, 2 rate, 3 phase. */
+/* Returns the derivative of kr_acceleration_at by the amplitude (1), rate (2) or phase (3). */
 static double find_shaking_derivative(const quantity_point *at, int parameter)
 {
     const kr_shaking *by = &at->scene->shaking;
@@ -393,8 +392,8 @@ static double find_shaking_derivative(const quantity_point *at, int parameter)
     const double by_phase = by->amplitude * square * sine;
     return parameter == 3 ? by_phase : by_phase * t - 2.0 * by->amplitude * by->rate * cosine;
 }
-/* Sets the changes of all derived vectors in `by` from the parameter changes in `by` and from one
- * column of the tangent matrix: theta in the frame of description, and dm. */
+/* Sets the changes of derived vectors and numbers in `by`, from the parameter changes in `by` and
+ * one column of the tangent matrix: theta in the frame of description, and dm. */
 static void set_vector_changes(const quantity_point *at, const double tangent_column[6],
                                quantity_change *by)
 {

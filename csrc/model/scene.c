@@ -99,9 +99,9 @@ static double largest_support_rate(const kr_scene *scene)
     const double shaking = kr_scene_shakes(scene) ? scene->shaking.rate : 0.0;
     return fmax(v_largest(scene->turning), shaking);
 }
-/* Returns the unit of moments of inertia, and an upper bound of the pendulum frequency (kr_swing).
- * It is computed with the larger of gravity and the amplitude of the acceleration of a shaken
- * support. In a gravity gradient k, it is at least sqrt(|k|), the bound of librations. */
+/* Returns the unit of moments of inertia, and the largest frequency of a pendulum (kr_swing). On a
+ * shaken support, the larger of gravity and the amplitude of the support's acceleration determines
+ * this frequency. In a gravity gradient k, the frequency of librations is at most sqrt(|k|). */
 static kr_swing find_strongest_swing(const kr_scene *scene, const kr_working *working)
 {
     const kr_shaking *shaking = &scene->shaking;

@@ -31,7 +31,6 @@ static inline int kr_scene_needs_support_terms(const kr_scene *scene)
     return scene->friction > 0.0 || kr_scene_turns(scene) || kr_scene_shakes(scene) ||
            scene->gradient != 0.0;
 }
-/* Returns 1 if the top is damped, or if kr_scene_needs_support_terms returns 1. */
 static inline int kr_scene_is_disturbed(const kr_scene *scene)
 {
     return v_largest(scene->damping) > 0.0 || kr_scene_needs_support_terms(scene);

@@ -41,8 +41,8 @@ static kr_quat euler_rotation(kr_vec3 angles)
                  difference = 0.5 * angles.x - 0.5 * angles.z;
     return q4(c * cos(sum), v3(s * cos(difference), s * sin(difference), c * sin(sum)));
 }
-/* Returns the rotation from the frame of description to the frame of the Euler angles, whose third
- * axis is the apex. Both frames are fixed in the body. */
+/* Returns the attitude, relative to the frame of description, of the frame that the Euler angles
+ * describe. Its third axis is the apex. */
 static kr_quat upright_euler_frame(const kr_scene *scene)
 {
     static const kr_state upright = {.q = {1.0, 0.0, 0.0, 0.0}};
@@ -121,9 +121,9 @@ kr_status kr_scene_steady_precession(const kr_scene *scene, double spin, double 
     double i1, i3;
     if (!kr_body_symmetry(&scene->body, &i1, &i3) || !isfinite(spin) || !isfinite(tilt))
         return KR_ERR_ARGUMENT;
-    /* The precession rate W is a root of a W^2 - b W + torque = 0 (Goldstein, Classical Mechanics,
-     * 5.7). The larger root, larger / a, is computed without cancellation. The product of the
-     * roots, torque / a, then gives the smaller one. */
+    /* The precession rate W solves I1 cos(tilt) W^2 - I3 spin W + torque = 0 (Goldstein, Classical
+     * Mechanics, 5.7). The larger root is computed without cancellation, and the other one from the
+     * product of both roots. */
     const kr_vec3 com = scene->body.com;
     const double torque = scene->body.mass * scene->gravity * hypot(hypot(com.x, com.y), com.z);
     const double a = fabs(cos(tilt)) > 1e-15 ? i1 * cos(tilt) : 0.0, b = i3 * spin, size = fabs(b),
