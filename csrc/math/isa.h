@@ -44,8 +44,8 @@
 #  define APART static
 #endif
 
-/* KR_BATCHED(function) is `function`, which computes several tops or times at once. If KR_NO_BATCHES
- * is defined, it is NULL, and tops and times are computed one by one with the same results. */
+/* KR_BATCHED(function) is `function`, which computes several tops or times at once, or NULL if
+ * KR_NO_BATCHES is defined: callers then compute tops and times one by one, with the same bits. */
 #ifdef KR_NO_BATCHES
 #  define KR_BATCHED(function) NULL
 #else

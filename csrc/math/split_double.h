@@ -33,17 +33,17 @@ static inline split_vec split_sum(double x[][3], int n)
     while (sum.count > 1 && v_largest(v_of(sum.part[sum.count - 1])) == 0.0) sum.count--;
     return sum;
 }
-/* Multiplies component `from` of v by a * b. The exact product is the sum of 4 * v->count doubles,
- * which are written to terms[0][to], terms[1][to], ... */
-static inline void split_product(double a, double b, const split_vec *v, int from,
-                                 double terms[][3], int to)
+/* Multiplies one component of v by a * b. The exact product is the sum of 4 * v->count doubles,
+ * which are written to terms[0][to_component], terms[1][to_component], ... */
+static inline void split_product(double a, double b, const split_vec *v, int from_component,
+                                 double terms[][3], int to_component)
 {
     const dd ab = two_product(a, b);
     for (int k = 0; k < v->count; k++) {
-        const dd high = two_product(ab.hi, v->part[k][from]),
-                 low = two_product(ab.lo, v->part[k][from]);
-        terms[4 * k][to] = high.hi, terms[4 * k + 1][to] = high.lo;
-        terms[4 * k + 2][to] = low.hi, terms[4 * k + 3][to] = low.lo;
+        const dd high = two_product(ab.hi, v->part[k][from_component]),
+                 low = two_product(ab.lo, v->part[k][from_component]);
+        terms[4 * k][to_component] = high.hi, terms[4 * k + 1][to_component] = high.lo;
+        terms[4 * k + 2][to_component] = low.hi, terms[4 * k + 3][to_component] = low.lo;
     }
 }
 /* Returns q* v q for a quaternion q of any norm: the vector v rotated by q*, times |q|^2. */

@@ -205,23 +205,23 @@ static double tangent_of_goryachev_chaplygin(const quantity_point *at, const qua
     return f.dm.z * (f.m.x * f.m.x + f.m.y * f.m.y) +
            2.0 * f.m.z * (f.m.x * f.dm.x + f.m.y * f.dm.y) + f.dm.x * f.p.z + f.m.x * f.dp.z;
 }
-/* Adds J^-1 torque a, with the torque of dry friction about the apex a, to the angular acceleration
- * `gain`. Returns the derivative of the sum, given the derivative `dgain` of `gain`. If friction
- * keeps the spin at zero, torque = -<gain, a> / <a, J^-1 a>. */
+/* Adds the contribution J^-1 torque a of dry friction about the apex a to the angular acceleration.
+ * Returns the derivative of the sum, given the derivative `dacceleration` without friction. If
+ * friction keeps the spin at zero, torque = -<acceleration, a> / <a, J^-1 a>. */
 static kr_vec3 add_friction_to_acceleration(const quantity_point *at, const quantity_change *by,
-                                            kr_vec3 *gain, kr_vec3 dgain)
+                                            kr_vec3 *acceleration, kr_vec3 dacceleration)
 {
     int holds;
-    const double torque = kr_friction_torque(at->scene, at->M, at->O, *gain, &holds);
+    const double torque = kr_friction_torque(at->scene, at->M, at->O, *acceleration, &holds);
     const kr_vec3 a = at->apex, da = by->apex, J = at->scene->body.inertia, eased = v_over(a, J),
                   deased = v_over(v_sub(da, v_times(by->moments, eased)), J);
     double dtorque = by->is_friction ? copysign(1.0, torque) : 0.0;
     if (holds)
-        dtorque =
-            -(v_dot(dgain, a) + v_dot(*gain, da) + torque * (v_dot(da, eased) + v_dot(a, deased))) /
-            v_dot(a, eased);
-    *gain = v_axpy(torque, eased, *gain);
-    return v_axpy(dtorque, eased, v_axpy(torque, deased, dgain));
+        dtorque = -(v_dot(dacceleration, a) + v_dot(*acceleration, da) +
+                    torque * (v_dot(da, eased) + v_dot(a, deased))) /
+                  v_dot(a, eased);
+    *acceleration = v_axpy(torque, eased, *acceleration);
+    return v_axpy(dtorque, eased, v_axpy(torque, deased, dacceleration));
 }
 /* Writes the angular acceleration U' = W' - O x W to `acceleration`, and returns its derivative.
  * The torque is J W' = M x W + weight V x com + k V x J V - D U - friction, with the gravity
@@ -382,15 +382,16 @@ static quantity_point make_point(const kr_scene *scene, const kr_state *s)
     return at;
 }
 /* Returns the derivative of kr_acceleration_at by the amplitude (1), rate (2) or phase (3). */
-static double find_shaking_derivative(const quantity_point *at, int parameter)
+static double find_shaking_derivative(const quantity_point *at, int shaking_parameter)
 {
     const kr_shaking *by = &at->scene->shaking;
     const double square = by->rate * by->rate, t = at->state->t;
     double sine, cosine;
     sin_cos(by->rate * t + by->phase, &sine, &cosine);
-    if (parameter == 1) return -square * cosine;
+    if (shaking_parameter == 1) return -square * cosine;
     const double by_phase = by->amplitude * square * sine;
-    return parameter == 3 ? by_phase : by_phase * t - 2.0 * by->amplitude * by->rate * cosine;
+    return shaking_parameter == 3 ? by_phase
+                                  : by_phase * t - 2.0 * by->amplitude * by->rate * cosine;
 }
 /* Sets the changes of derived vectors and numbers in `by`, from the parameter changes in `by` and
  * one column of the tangent matrix: theta in the frame of description, and dm. */
