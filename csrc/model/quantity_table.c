@@ -27,7 +27,7 @@ static const char *const suffixes_3[] = {"_x", "_y", "_z"};
 static const char *const suffixes_4[] = {"_w", "_x", "_y", "_z"};
 static const char *const suffixes_9[] = {"_Nx", "_Ny", "_Nz", "_Bx", "_By",
                                          "_Bz", "_Tx", "_Ty", "_Tz"};
-/* All texts are in one struct, because linkers do not omit single string literals. */
+/* All texts are in one struct, because linkers do not omit single unused string literals. */
 static const struct quantity_texts {
 #define Q(name, doubles, flags, dimension, text)                                                   \
     char name##_name[sizeof #name], name##_dimension[sizeof dimension], name##_text[sizeof text];
