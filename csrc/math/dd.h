@@ -1,17 +1,16 @@
-/* Double-double numbers: unevaluated sums hi + lo of two doubles, with about 32 digits. This header
- * needs only libc and libm. The relative error of a sum or product is at most a small multiple of
- * 2^-104 (Joldes, Muller, Popescu, ACM TOMS 44, 2017). The operations require strict floating-point
- * evaluation: compile with -ffp-contract=off, and never with -ffast-math. Functions named dd_...
- * round their results to double-double; two_sum and two_product are exact. If KR_DD_LANES is
- * defined, hi and lo are vectors of doubles (simd.h). In each SIMD lane, the result is bitwise
- * equal to that of the same computation with scalars. */
+/* Double-double numbers: unevaluated sums hi + lo of two doubles, with about 32 digits, where hi is
+ * the double nearest to the sum. The relative errors of dd_add and dd_mul are at most small
+ * multiples of 2^-104 (Joldes, Muller, Popescu, ACM TOMS 44, 2017). All functions assume that no
+ * intermediate result overflows or underflows. They require strict floating-point evaluation:
+ * compile with -ffp-contract=off, and never with -ffast-math. If KR_DD_LANES is defined, hi and lo
+ * are SIMD vectors (simd.h), and the result in each lane is bitwise equal to that of scalars. */
 #ifndef KR_DD_H
 #define KR_DD_H
 #include <math.h>
 #include "isa.h"
 
-/* dd_word is the type of hi and lo. dd_truth is the type of the result of a comparison between two
- * values of type dd_word. */
+/* dd_word is the type of hi and lo: double, or a SIMD vector of doubles. dd_truth is the type of
+ * comparison results: int, or a SIMD mask with one Boolean value per lane. */
 #if defined KR_DD_LANES
 #  include "simd.h"
 typedef wide dd_word;
@@ -59,7 +58,7 @@ static inline dd dd_choose(dd_truth m, dd yes, dd no)
 }
 static inline dd dd_abs(dd a) { return dd_choose(word_less(a.hi, word_of(0.0)), dd_neg(a), a); }
 
-/* Returns a + b exactly. Requires |a| >= |b|. */
+/* Returns a + b exactly. Requires |a| >= |b| or a = 0. */
 static inline dd two_sum_ordered(dd_word a, dd_word b)
 {
     const dd_word sum = a + b;
@@ -71,8 +70,8 @@ static inline dd two_sum(dd_word a, dd_word b)
     const dd_word sum = a + b, v = sum - a;
     return dd_make(sum, (a - (sum - v)) + (b - v));
 }
-/* Returns a * b exactly. Processors with and without fused multiply-add give bitwise equal results,
- * because both compute the rounding error of the product exactly. */
+/* Returns a * b exactly: `hi` is the rounded product, and `lo` its rounding error. With and without
+ * fused multiply-add, the results are bitwise equal, because both variants are exact. */
 static inline dd two_product(dd_word a, dd_word b)
 {
     const dd_word product = a * b;
@@ -92,7 +91,8 @@ static inline dd dd_add(dd a, dd b)
     s = two_sum_ordered(s.hi, s.lo + t.hi);
     return two_sum_ordered(s.hi, s.lo + t.lo);
 }
-/* Returns a + b with an error of at most 2^-104 * (|a| + |b|), in half the time of dd_add. */
+/* Returns a + b with an error of at most 2^-104 * (|a| + |b|), in half the time of dd_add. The
+ * relative error can be large if a and b have opposite signs. */
 static inline dd dd_add_near(dd a, dd b)
 {
     const dd s = two_sum(a.hi, b.hi);
@@ -125,8 +125,8 @@ static inline dd dd_div(dd a, dd b)
     const dd_word rest = ((a.hi - p.hi) - p.lo) + (a.lo - q * b.lo);
     return two_sum_ordered(q, rest / b.hi);
 }
-/* Returns a / b. Faster than dd_div, because only one double-precision division is needed instead
- * of two. Requires that 1 / b is a normal double. */
+/* Returns a / b with one division of doubles instead of two, which is faster than dd_div. Requires
+ * that the double 1 / b.hi is normal. */
 static inline dd dd_over(dd a, dd b)
 {
     const dd_word inverse = 1.0 / b.hi, q = a.hi * inverse;
@@ -134,8 +134,8 @@ static inline dd dd_over(dd a, dd b)
     const dd_word rest = ((a.hi - p.hi) - p.lo) + (a.lo - q * b.lo);
     return two_sum_ordered(q, rest * inverse);
 }
-/* Returns the square root of a. Returns 0 if a < 0, because a negative argument is assumed to
- * result from a rounding error. */
+/* Returns the square root of a, or 0 if a < 0, because a negative argument is assumed to result
+ * from a rounding error. */
 static inline dd dd_sqrt(dd a)
 {
     const dd_word x = word_sqrt(a.hi);

@@ -1,6 +1,6 @@
-/* The fraction and the exponent of a double, extracted from its bits. The functions in this file
- * return the same results as frexp and ldexp of libm in a fifth of the time. The function
- * fraction_of passes zero, subnormal, infinite and NaN arguments to libm. */
+/* Binary fractions and exponents of doubles, extracted from their bits. The functions fraction_of
+ * and times_power_of_2 return the same results as frexp and ldexp of libm in a fifth of the time.
+ * They call libm if x is zero, subnormal, infinite or NaN, or if 2^power is no normal double. */
 #ifndef KR_EXPONENT_H
 #define KR_EXPONENT_H
 #include <math.h>
@@ -15,7 +15,7 @@ static inline double power_of_2(int power)
     memcpy(&r, &bits, sizeof r);
     return r;
 }
-/* Returns the fraction of x, 1/2 <= |fraction| < 1, and writes the exponent, like frexp. */
+/* Returns f and writes e such that x = f * 2^e and 1/2 <= |f| < 1, like frexp. */
 static inline double fraction_of(double x, int *exponent)
 {
     const uint64_t field = (uint64_t)0x7ff << 52, half = (uint64_t)0x3fe << 52;
@@ -33,7 +33,7 @@ static inline double times_power_of_2(double x, int power)
 {
     return power < -1022 || power > 1023 ? ldexp(x, power) : x * power_of_2(power);
 }
-/* Returns the least exponent e with 2^e > |x|, but at most 1023. Returns 0 if x = 0. */
+/* Returns the least exponent e with 2^e > |x|, but at most 1023; 0 if x = 0. */
 static inline int power_above(double x)
 {
     int exponent = 0;

@@ -1,10 +1,10 @@
-/* Arithmetic of a template that is compiled first for doubles and then for double-doubles. A source
- * file includes this header before each inclusion of the template, the second time with KR_DEEP
- * defined. `real` is the type of numbers, and `real_vec` is the type of vectors. REAL forms the
+/* Arithmetic of a template: a header that is compiled first for doubles and then, with KR_DEEP
+ * defined, for double-doubles (dd.h). A source file includes real.h before each inclusion of the
+ * template. `real` is the type of numbers, and `real_vec` is the type of vectors. REAL forms the
  * names of types and functions of the template. VEC forms the names of vector functions (su2.h,
- * su2_dd.h). r_of(hi, lo) is the number hi + lo; r_dd and r_vdd convert a dd and a vec_dd. r_get
- * and r_put load and store a vector whose high and low words are the same member of two adjacent
- * structs. Without KR_DEEP, low words are neither read nor stored. */
+ * su2_dd.h). r_of(hi, lo) is the `real` hi + lo. r_dd converts a dd to `real`, and r_vdd a vec_dd
+ * to `real_vec`. r_get and r_put load and store a real_vec. Its high words are `member` of a first
+ * struct, and its low words `member` of the next; without KR_DEEP, low words are ignored. */
 #undef real
 #undef real_vec
 #undef REAL

@@ -1,10 +1,10 @@
-/* SIMD vectors of doubles, in which each lane is computed independently, for a different top or a
- * different time. The result in a lane is bitwise the same for all vector widths. The type `wide`
- * has as many lanes as a vector of the instruction set: 8 for AVX-512, 4 for AVX2, 2 for SSE2 and
- * NEON. In plain C99, or if KR_ONE_LANE is defined, a `wide` has one lane. The operators + - * /
- * and unary - apply to values of type `wide`, which may be combined with a double. A `mask` holds
- * one Boolean value per lane. Only wide_fma uses fused multiply-add, and only if the hardware has
- * it. This header is compiled once for each instruction set. */
+/* SIMD vectors of doubles. Each lane is computed independently, for a different top or a different
+ * time. The result in a lane is bitwise the same for all numbers of lanes. The type `wide` has as
+ * many lanes as a vector of the instruction set: 8 for AVX-512, 4 for AVX2, 2 for SSE2 and NEON. In
+ * plain C99, or if KR_ONE_LANE is defined, a `wide` has one lane. The operators + - * / and unary -
+ * apply to values of type `wide`; one operand may be a double. A `mask` has one Boolean value per
+ * lane. wide_fma(a, b, c) returns a * b + c, with one rounding if the hardware has fused
+ * multiply-add. This header is compiled once for each instruction set. */
 #ifndef KR_SIMD_H
 #define KR_SIMD_H
 #include <stdint.h>
@@ -121,18 +121,18 @@ INLINE wide wide_load(const double *p)
     memcpy(&a, p, sizeof a);
     return a;
 }
-/* Loads a vector and keeps it in a register. With AVX-512, gcc would load the vector at each use,
- * and these loads would take longer than the products (one per cycle on some processors). */
+/* Loads a vector like wide_load, and forces gcc to keep the vector in a register. With AVX-512, gcc
+ * would load the vector again at each use, and the loads would take longer than the arithmetic. */
 INLINE wide wide_load_once(const double *p)
 {
     wide a = wide_load(p);
 #if defined KR_AVX512 && !defined KR_PLAIN && !defined __clang__
-    __asm__("" : "+v"(a)); /* keeps `a` in a register */
+    __asm__("" : "+v"(a));
 #endif
     return a;
 }
 INLINE void wide_store(double *p, wide a) { memcpy(p, &a, sizeof a); }
-/* The functions wide_bits and wide_of_bits convert between doubles and their bit patterns. */
+/* Returns the bit patterns of the lanes. wide_of_bits is the inverse. */
 INLINE wide_integer wide_bits(wide a)
 {
     wide_integer r;
@@ -145,8 +145,8 @@ INLINE wide wide_of_bits(wide_integer a)
     memcpy(&r, &a, sizeof r);
     return r;
 }
-/* Marks the end of code that uses wide vectors. If wide_leave were not called, later code that uses
- * narrower vector registers would run slowly. */
+/* Zeroes the upper halves of the AVX registers. Must be called after code that uses `wide`, because
+ * later SSE code would otherwise run slowly on some processors. */
 INLINE void wide_leave(void)
 {
 #if defined KR_AVX2 && !defined KR_ONE_LANE && !defined KR_PLAIN
@@ -156,7 +156,7 @@ INLINE void wide_leave(void)
 INLINE int mask_any(mask a) { return mask_bits(a) != 0; }
 INLINE int mask_all(mask a) { return (mask_bits(a) & ((1u << LANES) - 1)) == (1u << LANES) - 1; }
 INLINE wide wide_abs(wide a) { return wide_of_bits(wide_bits(a) & (UINT64_MAX >> 1)); }
-/* wide_min and wide_max return b if a or b is NaN, unlike fmin and fmax. */
+/* wide_min and wide_max return b in lanes where a or b is NaN, unlike fmin and fmax. */
 INLINE wide wide_min(wide a, wide b) { return wide_choose(wide_less(a, b), a, b); }
 INLINE wide wide_max(wide a, wide b) { return wide_choose(wide_less(b, a), a, b); }
 #endif

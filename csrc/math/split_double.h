@@ -1,13 +1,13 @@
-/* Sums of products, computed with negligible cancellation errors. All products are exact. The sums
- * are as accurate as if computed with four times the precision of a double (SumK of Ogita, Rump and
- * Oishi, SISC 26, 2005). The sums for the three components of a vector are interleaved, because
- * independent operations can be executed in parallel. */
+/* Sums of products, computed with negligible cancellation errors. The products are computed exactly
+ * (two_product, dd.h). The sums are as accurate as if computed with four times the precision of a
+ * double (SumK of Ogita, Rump and Oishi, SISC 26, 2005). The sums for the three components of a
+ * vector are interleaved, because independent operations can be executed in parallel. */
 #ifndef KR_SPLIT_DOUBLE_H
 #define KR_SPLIT_DOUBLE_H
 #include "su2_dd.h"
 
 enum { SPLIT_MAX = 4, SPLIT_PRODUCTS = 8, SPLIT_TERMS = SPLIT_PRODUCTS * SPLIT_MAX * 4 };
-/* A vector represented as an unevaluated sum of `count` vectors. */
+/* A vector represented as the unevaluated sum part[0] + ... + part[count - 1]. */
 typedef struct split_vec {
     int count;
     double part[SPLIT_MAX][3];
@@ -18,7 +18,7 @@ static inline dd split_dd(const split_vec *v, int i)
 {
     return dd_add(two_sum(v->part[0][i], v->part[1][i]), two_sum(v->part[2][i], v->part[3][i]));
 }
-/* Returns the sum of the n vectors x, and overwrites these vectors. Requires n >= 4. */
+/* Returns x[0] + ... + x[n - 1], and overwrites the vectors x[...]. Requires n >= 4. */
 static inline split_vec split_sum(double x[][3], int n)
 {
     split_vec sum = {SPLIT_MAX, {{0.0}}};
@@ -33,20 +33,20 @@ static inline split_vec split_sum(double x[][3], int n)
     while (sum.count > 1 && v_largest(v_of(sum.part[sum.count - 1])) == 0.0) sum.count--;
     return sum;
 }
-/* Multiplies component `from` of v by a * b, and writes the product to component `to` of x as a sum
- * of 4 * v->count doubles. */
-static inline void split_product(double a, double b, const split_vec *v, int from, double x[][3],
-                                 int to)
+/* Multiplies one component of v by a * b. The exact product is the sum of 4 * v->count doubles,
+ * which are written to terms[0][to_component], terms[1][to_component], ... */
+static inline void split_product(double a, double b, const split_vec *v, int from_component,
+                                 double terms[][3], int to_component)
 {
     const dd ab = two_product(a, b);
     for (int k = 0; k < v->count; k++) {
-        const dd high = two_product(ab.hi, v->part[k][from]),
-                 low = two_product(ab.lo, v->part[k][from]);
-        x[4 * k][to] = high.hi, x[4 * k + 1][to] = high.lo;
-        x[4 * k + 2][to] = low.hi, x[4 * k + 3][to] = low.lo;
+        const dd high = two_product(ab.hi, v->part[k][from_component]),
+                 low = two_product(ab.lo, v->part[k][from_component]);
+        terms[4 * k][to_component] = high.hi, terms[4 * k + 1][to_component] = high.lo;
+        terms[4 * k + 2][to_component] = low.hi, terms[4 * k + 3][to_component] = low.lo;
     }
 }
-/* Returns q* v q for a quaternion q of arbitrary norm. */
+/* Returns q* v q for a quaternion q of any norm: the vector v rotated by q*, times |q|^2. */
 static inline split_vec split_turn_back(kr_quat q, const split_vec *v)
 {
     const double w = q.w, u[3] = {q.x, q.y, q.z};

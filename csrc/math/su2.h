@@ -1,7 +1,7 @@
 /* Vectors and unit quaternions (SU(2)), passed by value. Names of vector functions begin with v_,
- * and names of quaternion functions with q_. A unit quaternion q rotates the vector v to q v q*.
- * The thesis (Bodack 2008) represents a vector in su(2) by half its pure quaternion, and denotes q
- * by Phi^-1. */
+ * and names of quaternion functions with q_. A unit quaternion q with the conjugate q* rotates the
+ * vector v to q v q*. An attitude rotates from the body frame to the space frame, whose third axis
+ * e3 is the vertical. (The thesis, Bodack 2008, denotes q by Phi^-1.) */
 #ifndef KR_SU2_H
 #define KR_SU2_H
 #include "kreisel.h"
@@ -15,7 +15,7 @@ static inline kr_vec3 v3(double x, double y, double z)
 }
 /* Returns the unit vector along axis i, or zero if i is not 0, 1 or 2. */
 static inline kr_vec3 v_axis(int i) { return v3(i == 0, i == 1, i == 2); }
-/* v_of reads a vector from an array of doubles, and v_put writes it to an array. */
+/* v_of reads a vector from an array y of three doubles, and v_put writes a vector to y. */
 static inline kr_vec3 v_of(const double *y) { return v3(y[0], y[1], y[2]); }
 static inline void v_put(double *y, kr_vec3 v)
 {
@@ -26,11 +26,9 @@ static inline void v_put(double *y, kr_vec3 v)
 static inline kr_vec3 v_add(kr_vec3 a, kr_vec3 b) { return v3(a.x + b.x, a.y + b.y, a.z + b.z); }
 static inline kr_vec3 v_sub(kr_vec3 a, kr_vec3 b) { return v3(a.x - b.x, a.y - b.y, a.z - b.z); }
 static inline kr_vec3 v_scale(double s, kr_vec3 a) { return v3(s * a.x, s * a.y, s * a.z); }
-/* The functions v_times and v_over multiply and divide componentwise, for example by the principal
- * moments of inertia. */
+/* v_times and v_over multiply and divide a by b componentwise. */
 static inline kr_vec3 v_times(kr_vec3 a, kr_vec3 b) { return v3(a.x * b.x, a.y * b.y, a.z * b.z); }
 static inline kr_vec3 v_over(kr_vec3 a, kr_vec3 b) { return v3(a.x / b.x, a.y / b.y, a.z / b.z); }
-/* Returns s * a + b. */
 static inline kr_vec3 v_axpy(double s, kr_vec3 a, kr_vec3 b)
 {
     return v3(s * a.x + b.x, s * a.y + b.y, s * a.z + b.z);
@@ -38,8 +36,8 @@ static inline kr_vec3 v_axpy(double s, kr_vec3 a, kr_vec3 b)
 static inline double v_dot(kr_vec3 a, kr_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 static inline double v_length(kr_vec3 a) { return sqrt(v_dot(a, a)); }
 static inline double v_largest(kr_vec3 a) { return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z))); }
-/* Returns the unit vector along a, which must not be zero. A tiny vector is scaled up first,
- * because the reciprocal of a tiny norm would overflow. */
+/* Returns a / |a|; a must not be zero. A vector with components below 2^-1000 is scaled up first,
+ * because the reciprocal of its norm could overflow. */
 static inline kr_vec3 v_unit(kr_vec3 a)
 {
     const double size = v_largest(a), up = size < 0x1p-1000 ? 0x1p200 : 1.0;
@@ -73,18 +71,16 @@ static inline kr_quat q_add(kr_quat a, kr_quat b)
     return q4(a.w + b.w, v_add(q_vec(a), q_vec(b)));
 }
 static inline double q_dot(kr_quat a, kr_quat b) { return a.w * b.w + v_dot(q_vec(a), q_vec(b)); }
-/* Returns q or -q, whichever is closer to `last`. The quaternions q and -q describe the same
- * attitude; choosing the closer one avoids sign changes between successive attitudes. */
+/* Returns q or -q, whichever is closer to `last`. Both describe the same attitude. If `last` is the
+ * previous attitude, the choice avoids a change of sign between successive attitudes. */
 static inline kr_quat q_near(kr_quat q, kr_quat last)
 {
     return q_dot(q, last) < 0.0 ? q_scale(-1.0, q) : q;
 }
 static inline kr_quat q_unit(kr_quat q) { return q_scale(1.0 / sqrt(q_dot(q, q)), q); }
-/* Returns the normalized quaternion q / |q|. Assumes that |q| differs from 1 only by rounding
- * errors. The norm is therefore corrected by one step of Newton's method, without a square root.
- * The correction is added to q, because multiplying q by a factor near 1 would introduce a rounding
- * bias. The rounding bias of a multiplication would cause an energy drift of 1e-12 over 1e6
- * steps. */
+/* Returns q / |q|, if |q| differs from 1 only by rounding errors, so that one step of Newton's
+ * method suffices: q + e q with e = (1 - |q|^2) / 2. The rounding errors of the product (1 + e) q
+ * would not average out, and would cause an energy drift of 1e-12 over 1e6 steps. */
 static inline kr_quat q_renew(kr_quat q)
 {
     const double e = 0.5 - 0.5 * q_dot(q, q);
@@ -98,14 +94,14 @@ static inline kr_quat q_mul(kr_quat a, kr_quat b)
                  a.w * b.z + a.z * b.w + a.x * b.y - a.y * b.x));
 }
 
-/* Returns q v q*. If q is an attitude, converts v from the body frame to the space frame. */
+/* Returns q v q*: if q is an attitude, v converted from the body frame to the space frame. */
 static inline kr_vec3 q_turn(kr_quat q, kr_vec3 v)
 {
     const kr_vec3 u = q_vec(q), s = v_scale(2.0, v_cross(u, v));
     return v_add(v, v_axpy(q.w, s, v_cross(u, s)));
 }
 static inline kr_vec3 q_turn_back(kr_quat q, kr_vec3 v) { return q_turn(q_conj(q), v); }
-/* Returns q e3 q*, the third body axis in the space frame. */
+/* Returns q e3 q*: the third body axis in the space frame. */
 static inline kr_vec3 q_axis(kr_quat q)
 {
     return v3(2.0 * (q.x * q.z + q.w * q.y), 2.0 * (q.y * q.z - q.w * q.x),
@@ -118,28 +114,29 @@ static inline kr_vec3 q_vertical(kr_quat q)
               (q.w * q.w + q.z * q.z) - (q.x * q.x + q.y * q.y));
 }
 
-/* Returns the unit quaternion of the rotation by the rotation vector r. */
-static inline kr_quat q_exp(kr_vec3 r)
+/* Returns the unit quaternion of the rotation about `rotation` by the angle |rotation|. */
+static inline kr_quat q_exp(kr_vec3 rotation)
 {
     double c, s;
-    cos_sinc(0.25 * v_dot(r, r), &c, &s);
-    return q4(c, v_scale(0.5 * s, r));
+    cos_sinc(0.25 * v_dot(rotation, rotation), &c, &s);
+    return q4(c, v_scale(0.5 * s, rotation));
 }
-/* Returns q (c + s k): a rotation about the third body axis, followed by q. */
+/* Returns q (c + s k), where k is the third imaginary unit. If c and s are the cosine and sine of
+ * half an angle, the result is the rotation about e3 by this angle, followed by the rotation q. */
 static inline kr_quat q_mul_z(kr_quat q, double c, double s)
 {
     return q4(c * q.w - s * q.z, v3(c * q.x + s * q.y, c * q.y - s * q.x, c * q.z + s * q.w));
 }
 
-/* If a.z >= -1/2, returns the smallest rotation that maps e3 to the unit vector a. Otherwise,
- * returns a half turn about e1, followed by the smallest rotation that maps -e3 to a. */
+/* Returns a rotation that maps e3 to the unit vector a: the smallest one if a.z >= -1/2, else a
+ * half turn about e1, which maps e3 to -e3, followed by the smallest one that maps -e3 to a. */
 static inline kr_quat q_tilt(kr_vec3 a)
 {
     if (a.z < -0.5) return q_mul(q_tilt(v3(-a.x, -a.y, -a.z)), q4(0.0, v3(1.0, 0.0, 0.0)));
     return q_unit(q4(1.0 + a.z, v3(-a.y, a.x, 0.0)));
 }
 /* Returns the unit quaternion that rotates e1, e2, e3 to the orthonormal vectors n, b, t. The
- * largest component is computed first, to avoid division by a small number (Shepperd 1978). */
+ * component with the largest magnitude comes first, to avoid cancellation (Shepperd 1978). */
 static inline kr_quat q_of_frame(kr_vec3 n, kr_vec3 b, kr_vec3 t)
 {
     const double w = 1.0 + n.x + b.y + t.z, x = 1.0 + n.x - b.y - t.z, y = 1.0 - n.x + b.y - t.z,

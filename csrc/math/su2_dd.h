@@ -1,6 +1,6 @@
-/* Vectors and quaternions in double-double precision, passed by value, for states computed to 20 or
- * 30 digits. Function names are those of su2.h, with the prefix vdd_ instead of v_ for vectors, and
- * qdd_ instead of q_ for quaternions. */
+/* Vectors and quaternions of double-double numbers (dd.h), passed by value, for states computed to
+ * 20 or 30 digits. The functions vdd_... for vectors and qdd_... for quaternions do the same as the
+ * functions v_... and q_... of su2.h. */
 #ifndef KR_SU2_DD_H
 #define KR_SU2_DD_H
 #include "dd.h"
@@ -49,7 +49,6 @@ static inline vec_dd vdd_scale_exactly(double power, vec_dd a)
 {
     return (vec_dd){dd_scale(power, a.x), dd_scale(power, a.y), dd_scale(power, a.z)};
 }
-/* Multiplies or divides componentwise, for example by the principal moments of inertia. */
 static inline vec_dd vdd_times(vec_dd a, vec_dd b)
 {
     return (vec_dd){dd_mul(a.x, b.x), dd_mul(a.y, b.y), dd_mul(a.z, b.z)};

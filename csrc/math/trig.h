@@ -1,20 +1,19 @@
 /* Sine, cosine and arc tangent with errors of at most 2 units in the last place. The functions in
- * this file use only + - * / and sqrt, which are correctly rounded, and fmod, which is exact. The
- * results of different versions of libm differ in the last bits, and this would affect all computed
- * states. With the trigonometric functions of this file, the computed states are bitwise identical
- * for all compilers and libm versions, and in WebAssembly. The functions sum power series, and use
- * neither tables nor fused multiply-add. */
+ * this file sum power series with + - * / and sqrt, which are correctly rounded, and fmod, which is
+ * exact. They use neither tables nor fused multiply-add. Their results are therefore bitwise
+ * identical for all compilers and processors, and in WebAssembly. The functions of different
+ * versions of libm differ in the last bits of their results. */
 #ifndef KR_TRIG_H
 #define KR_TRIG_H
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
 
-/* Writes cos(x) - 1 to `c` and sin(x)/x to `s`, given z = x^2 <= (pi/4)^2. Needs no square root and
- * no division, so z = 0 is no special case. */
-static inline void less_one_sinc_small(double z, double *c, double *s)
+/* Writes cos(x) - 1 to `c` and sin(x)/x to `s`, given x_squared = x^2 <= (pi/4)^2. Divides by no
+ * power of x, so x = 0 is no special case. */
+static inline void less_one_sinc_small(double x_squared, double *c, double *s)
 {
-    const double z2 = z * z, z4 = z2 * z2;
+    const double z = x_squared, z2 = z * z, z4 = z2 * z2;
     *c = (z2 * (1.0 / 24 - z * (1.0 / 720)) - z * (1.0 / 2)) +
          z4 * (((1.0 / 40320 - z * (1.0 / 3628800)) +
                 z2 * (1.0 / 479001600 - z * (1.0 / 87178291200.0))) +
@@ -24,18 +23,17 @@ static inline void less_one_sinc_small(double z, double *c, double *s)
                 z2 * (1.0 / 6227020800.0 - z * (1.0 / 1307674368000.0))) +
                z4 * (1.0 / 355687428096000.0));
 }
-static inline void cos_sinc_small(double z, double *c, double *s)
+static inline void cos_sinc_small(double x_squared, double *c, double *s)
 {
-    less_one_sinc_small(z, c, s);
+    less_one_sinc_small(x_squared, c, s);
     *c += 1.0;
 }
 
-/* Writes the sine and cosine of any x. If |x| is 2^19 or larger, x is reduced modulo the double
- * nearest to 2 pi. The error of the reduced argument is smaller than the error caused by rounding x
- * to a double. */
+/* Writes the sine and cosine of x. If |x| >= 2^19, x is first reduced modulo the double nearest to
+ * 2 pi. The resulting error of the angle is smaller than one unit in the last place of x. */
 static inline void sin_cos(double x, double *sine, double *cosine)
 {
-    /* Adding 1.5 * 2^52 to a number leaves the nearest integer in the low bits of the sum. */
+    /* The low bits of the sum of a number and 1.5 * 2^52 are the integer nearest to the number. */
     const double to_integer = 6755399441055744.0;
     double turns, r, s, c;
     uint64_t quadrant;
@@ -43,8 +41,8 @@ static inline void sin_cos(double x, double *sine, double *cosine)
     turns = x * 0.63661977236758138 + to_integer;
     memcpy(&quadrant, &turns, sizeof quadrant);
     turns -= to_integer;
-    /* pi/2 is split into three parts (from fdlibm); the first two have 33 bits, so their products
-     * with `turns` are exact. */
+    /* pi/2 is split into three parts (from fdlibm). The first two have 33 bits, so their products
+     * with `turns` are exact, because |turns| < 2^20. */
     r = ((x - turns * 1.57079632673412561417e+00) - turns * 6.07710050630396597660e-11) -
         turns * 2.02226624879595063154e-21;
     cos_sinc_small(r * r, &c, &s);
@@ -55,26 +53,26 @@ static inline void sin_cos(double x, double *sine, double *cosine)
     if ((quadrant + 1) & 2) *cosine = -*cosine;
 }
 
-/* Writes cos(x) and sin(x)/x, given z = x^2 of any size. */
-static inline void cos_sinc(double z, double *c, double *s)
+/* Writes cos(x) to `c` and sin(x)/x to `s`, given x_squared = x^2. */
+static inline void cos_sinc(double x_squared, double *c, double *s)
 {
-    if (z <= 0.61) {
-        cos_sinc_small(z, c, s);
+    if (x_squared <= 0.61) {
+        cos_sinc_small(x_squared, c, s);
     } else {
-        const double x = sqrt(z);
+        const double x = sqrt(x_squared);
         sin_cos(x, s, c);
         *s /= x;
     }
 }
 
-/* Writes cos(x) - 1 and sin(x)/x, given z = x^2 of any size. For small x, cos(x) - 1 has digits
- * that would be lost in cos(x). */
-static inline void cosm1_sinc(double z, double *c, double *s)
+/* Writes cos(x) - 1 to `c` and sin(x)/x to `s`, given x_squared = x^2. For small x, cos(x) - 1 is
+ * computed without the cancellation of a subtraction. */
+static inline void cosm1_sinc(double x_squared, double *c, double *s)
 {
-    if (z <= 0.61) {
-        less_one_sinc_small(z, c, s);
+    if (x_squared <= 0.61) {
+        less_one_sinc_small(x_squared, c, s);
     } else {
-        cos_sinc(z, c, s);
+        cos_sinc(x_squared, c, s);
         *c -= 1.0;
     }
 }
@@ -84,7 +82,7 @@ static inline double arc_tangent(double x)
     const double a = fabs(x), inverse = 1.0 / a;
     double t = a > 1.0 ? inverse : a, sum = 0.0, z;
     int k;
-    /* The angle arctan(t) is halved twice, so that |t| < 0.2. */
+    /* Each line replaces t by the tangent of half the angle arctan(t); then t < 0.2. */
     t = t / (1.0 + sqrt(1.0 + t * t));
     t = t / (1.0 + sqrt(1.0 + t * t));
     z = t * t;

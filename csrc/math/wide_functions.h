@@ -1,11 +1,11 @@
-/* Sine, cosine and natural logarithm of each SIMD lane of a vector (simd.h). */
+/* Sine, cosine and natural logarithm of each lane of a SIMD vector (`wide`, simd.h). */
 #ifndef KR_WIDE_FUNCTIONS_H
 #define KR_WIDE_FUNCTIONS_H
 #include "simd.h"
 
-/* Computes the sine and cosine of x. The argument is reduced by the nearest multiple of pi/2. The
- * low bits of u contain the number of quarter turns that are subtracted from x. The sine and cosine
- * of the reduced argument are approximated by the polynomials of trig.h. */
+/* Writes the sine and cosine of x. The nearest multiple of pi/2 is subtracted from x, and the sine
+ * and cosine of the difference y are computed by the polynomials of trig.h. The low bits of u are
+ * the number of quarter turns in this multiple. Requires |x| < 2^51. */
 INLINE void wide_sin_cos(wide x, wide *sine, wide *cosine)
 {
     const wide u = wide_fma(x, wide_splat(0.63661977236758138), wide_splat(0x1.8p52)),
@@ -36,37 +36,37 @@ INLINE void wide_sin_cos(wide x, wide *sine, wide *cosine)
     *cosine = wide_of_bits((wide_bits(c) ^ swap) ^ (((quarter + 1) & 2) << 62));
 }
 #define LN_2 0.69314718055994531
-/* Decomposes positive normal numbers as x = m * 2^power, with m between sqrt(1/2) and sqrt(2).
- * Returns the mantissa m. */
-INLINE wide mantissa(wide x, wide *power)
+/* Returns m and writes `exponent` such that x = m * 2^exponent and sqrt(1/2) <= m < sqrt(2).
+ * Requires that x is a positive normal number. */
+INLINE wide mantissa(wide x, wide *exponent)
 {
     const wide_integer one = wide_bits(wide_splat(1.0)),
                        root = wide_bits(wide_splat(0.70710678118654752));
     const wide_integer bits = wide_bits(x) + (one - root);
-    *power = wide_of_bits((bits >> 52) | 0x4330000000000000u) - (0x1p52 + 1023.0);
+    *exponent = wide_of_bits((bits >> 52) | 0x4330000000000000u) - (0x1p52 + 1023.0);
     return wide_of_bits((bits & 0x000fffffffffffffu) + root);
 }
-/* Returns the natural logarithm of x to full precision. */
+/* Returns the natural logarithm of x to full precision. Requires that x is positive and normal. */
 INLINE wide wide_log(wide x)
 {
-    wide power;
-    const wide m = mantissa(x, &power), z = (m - 1.0) / (m + 1.0), y = z * z;
+    wide exponent;
+    const wide m = mantissa(x, &exponent), z = (m - 1.0) / (m + 1.0), y = z * z;
     wide sum = wide_splat(1.0 / 21.0);
     for (int n = 19; n > 1; n -= 2) sum = wide_fma(y, sum, wide_splat(1.0 / n));
     sum = wide_fma(2.0 * z * y, sum, 2.0 * z);
-    return wide_fma(power, wide_splat(LN_2), sum);
+    return wide_fma(exponent, wide_splat(LN_2), sum);
 }
-/* Returns the natural logarithm of x to within 1e-8, without a division. An error of 1e-8 is small
- * enough for integrals of tangent growth. The polynomial interpolates ln(1 + m) / m at Chebyshev
- * nodes. */
+/* Returns the natural logarithm of x with an absolute error of at most 1e-8, without a division.
+ * With x = (1 + m) * 2^exponent, a polynomial interpolates ln(1 + m) / m at Chebyshev nodes. This
+ * accuracy suffices for Lyapunov exponents. Requires that x is positive and normal. */
 INLINE wide wide_approx_log(wide x)
 {
     static const double terms[] = {-0.143773305674, 0.149490954762, -0.165606959921,
                                    0.199569774831,  -0.25002153461, 0.333341833385,
                                    -0.499999870323, 0.999999974267};
-    wide power, sum = wide_splat(0.0874394535206);
-    const wide m = mantissa(x, &power) - 1.0;
+    wide exponent, sum = wide_splat(0.0874394535206);
+    const wide m = mantissa(x, &exponent) - 1.0;
     for (int n = 0; n < 8; n++) sum = wide_fma(m, sum, wide_splat(terms[n]));
-    return wide_fma(power, wide_splat(LN_2), m * sum);
+    return wide_fma(exponent, wide_splat(LN_2), m * sum);
 }
 #endif

@@ -1,11 +1,12 @@
-/* The inertia, the principal axes and the kind (integrable case) of a body with a fixed point. The
- * inertia about this point is J = J_com + mass * (|a|^2 1 - a a^t), with the centre of mass a
- * (Bodack 2008, 2.14). The principal axes are computed by Jacobi's eigenvalue method, which is
- * accurate even if principal moments coincide. */
+/* The inertia J, the principal axes and the kind (integrable case) of a body with a fixed point.
+ * `com` is the vector from this point to the centre of mass. A body is symmetric if two of its
+ * principal moments of inertia are equal up to rounding errors, and spherical if all three are. A
+ * rotor (kreisel.h) is axial if its momentum is along the symmetry axis. The principal axes are
+ * computed by Jacobi's eigenvalue method, which is accurate even if principal moments coincide. */
 #include "body.h"
 
-/* Returns 1 if the moments are positive and satisfy the triangle inequality up to a relative
- * tolerance: the larger of `rounded` and KR_INPUT_RTOL. */
+/* Returns 1 if the principal moments i are positive, and none exceeds the sum of the other two by
+ * more than a relative tolerance: the larger of `rounded` and KR_INPUT_RTOL. */
 static int are_moments_physical(kr_vec3 i, double rounded)
 {
     const double one = 1.0 + fmax(rounded, KR_INPUT_RTOL);
@@ -21,9 +22,9 @@ kr_status kr_body_check(const kr_body *b)
     if (!(b->rounded >= 0.0 && b->rounded < 1.0)) return KR_ERR_ARGUMENT;
     return are_moments_physical(b->inertia, b->rounded) ? KR_OK : KR_ERR_BODY;
 }
-/* A body with the inertia J has the second moments of mass S = (tr J / 2) 1 - J about the fixed
- * point, and S - mass * com com^t about the centre of mass. The second matrix must be positive
- * semidefinite, which is equivalent to com S^-1 com <= 1 / mass. */
+/* Returns 1 if some distribution of mass has, up to a tolerance, the inertia J and the vector com.
+ * The second moments of mass are S = (tr J / 2) 1 - J about the fixed point, and S - mass com com^t
+ * about the centre of mass. Both are positive semidefinite if <com, S^-1 com> <= 1 / mass. */
 int kr_body_is_physical(const kr_body *b)
 {
     const kr_vec3 i = b->inertia, c = b->com;
@@ -34,7 +35,6 @@ int kr_body_is_physical(const kr_body *b)
         b->mass * c.x * (c.x / s.x) + b->mass * c.y * (c.y / s.y) + b->mass * c.z * (c.z / s.z);
     return !(needed > 1.0);
 }
-/* Validates the body b, and copies a valid body to `out`. Returns the status of the validation. */
 static kr_status check_and_copy(const kr_body *b, kr_body *out)
 {
     const kr_status status = out ? kr_body_check(b) : KR_ERR_ARGUMENT;
@@ -46,12 +46,11 @@ static int is_equal(double a, double b, double rtol)
 {
     return fabs(a - b) <= rtol * fmax(fabs(a), fabs(b));
 }
-/* Rotations that permute the principal axes N, B, T (method.h) cyclically. Rotation i takes the
- * axis T to the coordinate axis with index i. */
+/* axis_cycles[i] is the rotation that permutes the axes cyclically and maps the third to axis i. */
 static const kr_quat axis_cycles[3] = {
     {0.5, 0.5, 0.5, 0.5}, {0.5, -0.5, -0.5, -0.5}, {1.0, 0.0, 0.0, 0.0}};
 
-/* Cyclically permutes the components of `v` so that component `last` becomes the third. */
+/* Returns v with cyclically permuted components, so that component `last` becomes the third. */
 static kr_vec3 permute_axes(kr_vec3 v, int last)
 {
     return v3(component_at(v, (last + 1) % 3), component_at(v, (last + 2) % 3),
@@ -64,7 +63,8 @@ static double largest_across(kr_vec3 v, int axis)
     return fmax(fabs(w.x), fabs(w.y));
 }
 /* Returns the index of the principal axis about which the inertia tensor is symmetric, or -1 if all
- * three moments differ. For a spherical body, returns the axis nearest to the centre of mass. */
+ * three moments differ by more than the relative tolerance rtol. For a spherical body, returns the
+ * index of the principal axis that is nearest to the direction of the centre of mass. */
 static int find_symmetry_axis(const kr_body *b, double rtol)
 {
     int axis = -1;
@@ -81,7 +81,6 @@ static int is_spherical(const kr_body *b)
     const kr_vec3 i = b->inertia;
     return is_equal(i.x, i.y, KR_KIND_RTOL) && is_equal(i.y, i.z, KR_KIND_RTOL);
 }
-/* Returns the kind (integrable case) of the body, disregarding its rotor. */
 static kr_kind find_kind_without_rotor(const kr_body *b, double rtol)
 {
     const double reach = v_largest(b->com);
@@ -105,8 +104,9 @@ int kr_body_is_rotor_axial(const kr_body *b, double rtol)
                v_largest(v_cross(v_unit(b->com), v_unit(b->rotor))) <= rtol;
     return largest_across(b->rotor, axis) <= rtol * v_largest(b->rotor);
 }
-/* The closed-form solutions and maps of integrable tops generally assume a body without a rotor. A
- * rotor along the symmetry axis is permitted: it only adds the rate -rotor / I3 to the spin. */
+/* Returns the kind of the body. An axial rotor changes neither KR_KIND_EULER nor KR_KIND_LAGRANGE,
+ * because it only adds the rate -rotor / I3 to the rotation about the symmetry axis, where I3 is
+ * the moment about this axis. The other kinds assume that there is no rotor. */
 kr_kind kr_body_kind(const kr_body *b, double rtol)
 {
     const kr_kind kind = find_kind_without_rotor(b, rtol);
@@ -138,13 +138,14 @@ int kr_body_last_axis(const kr_body *b)
     const int middle = (i.x < i.y) != (i.x < i.z) ? 0 : (i.y < i.x) != (i.y < i.z) ? 1 : 2;
     return (middle + 1) % 3;
 }
-/* Returns principal axes of a spherical body, with the third axis along `last`. All three moments
- * of inertia are replaced by their mean, because they are equal only up to rounding errors. */
-static kr_working choose_spherical_axes(const kr_body *b, kr_vec3 last, kr_vec3 damping)
+/* Returns working axes (body.h) of a spherical body, with the third axis along `third_axis`, and
+ * the vectors of the body along these axes. All three moments are replaced by their mean,
+ * because they may differ by rounding errors. Requires equal components of `damping`. */
+static kr_working choose_spherical_axes(const kr_body *b, kr_vec3 third_axis, kr_vec3 damping)
 {
     const kr_vec3 i = b->inertia;
     const double mean = i.x + ((i.y - i.x) + (i.z - i.x)) / 3.0;
-    const kr_quat axes = q_tilt(v_unit(last));
+    const kr_quat axes = q_tilt(v_unit(third_axis));
     return (kr_working){.axes = axes,
                         .inertia = v3(mean, mean, mean),
                         .com = q_turn_back(axes, b->com),
@@ -156,7 +157,8 @@ kr_working kr_body_principal(const kr_body *b, kr_vec3 damping)
 {
     return (kr_working){q_one(), b->inertia, b->com, damping, b->rotor, 0};
 }
-/* Sets the off-axis components of an axial rotor to zero, because they are rounding errors. */
+/* Returns w. If the rotor of the body b is axial, the components of w.rotor across the third axis
+ * are rounding errors, and are set to zero. */
 static kr_working align_rotor(kr_working w, const kr_body *b)
 {
     if (kr_body_has_rotor(b) && kr_body_is_rotor_axial(b, KR_KIND_RTOL))
@@ -166,9 +168,9 @@ static kr_working align_rotor(kr_working w, const kr_body *b)
 kr_working kr_body_working_damped(const kr_body *b, kr_vec3 damping)
 {
     const int is_even = damping.x == damping.y && damping.y == damping.z;
-    /* For a spherical body, the third axis points to the centre of mass if the rotor is zero or
-     * parallel to it. Otherwise, the third axis is along the rotor, with a positive component along
-     * (0, 0, 1), which is the apex if com = 0. */
+    /* The third axis of a spherical body points to the centre of mass if the rotor is zero or
+     * parallel to com, and com is not zero. Otherwise, a nonzero rotor determines the third axis,
+     * which then has a component along (0, 0, 1) that is not negative. */
     const int is_about_com = v_largest(b->com) > 0.0 && kr_body_is_rotor_axial(b, KR_KIND_RTOL);
     const kr_vec3 last_axis = is_about_com || !kr_body_has_rotor(b)
                                   ? b->com
@@ -187,8 +189,8 @@ kr_working kr_body_working(const kr_body *b)
     return kr_body_working_damped(b, v3(0.0, 0.0, 0.0));
 }
 
-/* Performs a Jacobi rotation that annihilates the matrix element a[p][p + 1], and applies this
- * rotation to `axes`. Indices are taken modulo 3. */
+/* Performs a Jacobi rotation that makes the element a[p][p + 1] of the symmetric matrix a zero, and
+ * multiplies `axes` by this rotation. Indices are taken modulo 3. */
 static void apply_jacobi_rotation(double a[3][3], kr_quat *axes, int p)
 {
     const int q = (p + 1) % 3, r = (p + 2) % 3;
@@ -206,8 +208,8 @@ static void apply_jacobi_rotation(double a[3][3], kr_quat *axes, int p)
     *axes = q_unit(q_mul(*axes, q4(1.0 + c, v3(half[0], half[1], half[2]))));
 }
 
-/* Returns the rotation with the smallest angle among the 24 that map the coordinate axes to the
- * axes of `axes` in any order and with any signs. */
+/* Returns the rotation by the smallest angle that maps the coordinate axes to q e1 q*, q e2 q* and
+ * q e3 q* in any order and with any signs, where q = `axes`. */
 static kr_quat find_nearest_axes(kr_quat axes)
 {
     static const double r = 0.70710678118654752;
@@ -227,10 +229,11 @@ static kr_quat find_nearest_axes(kr_quat axes)
     return best.w < 0.0 ? q_scale(-1.0, best) : best;
 }
 
-/* Sets the principal axes of a body, and computes its moments of inertia and centre of mass with
- * respect to these axes. */
-static void set_axes(kr_body *b, kr_quat axes, const double j[9], kr_vec3 com)
+/* Sets the principal axes of the body b, and its moments of inertia and centre of mass along these
+ * axes. The arguments `tensor` (three rows) and `com` are in the frame of description. */
+static void set_axes(kr_body *b, kr_quat axes, const double tensor[9], kr_vec3 com)
 {
+    const double *j = tensor;
     double moments[3];
     for (int i = 0; i < 3; i++) {
         const kr_vec3 u = q_turn(axes, v_axis(i));
@@ -241,17 +244,17 @@ static void set_axes(kr_body *b, kr_quat axes, const double j[9], kr_vec3 com)
     b->inertia = v_of(moments);
 }
 /* Returns 1 if the distance of the centre of mass from the principal axis with index `axis` may be
- * due to rounding errors. If the moments are nearly equal, small errors of the inertia tensor
- * rotate the axes by large angles. */
+ * due to rounding errors of the inertia tensor. These errors rotate the axis by an angle inversely
+ * proportional to the relative difference between the moment about this axis and the others. */
 static int is_axis_through_com(const kr_body *b, int axis)
 {
     const kr_vec3 J = permute_axes(b->inertia, axis);
     return largest_across(b->com, axis) * (fabs(J.z - J.x) / fmax(J.z, J.x)) <=
            KR_KIND_RTOL * v_largest(b->com);
 }
-/* Returns the principal axes of a symmetric body that are nearest to the user's body frame. If the
- * symmetry axis misses the centre of mass only by rounding errors, the axes are rotated such that
- * the symmetry axis passes through it. */
+/* Returns the principal axes of the body b. If the body is symmetric, its axes are not unique, and
+ * those nearest to the frame of description are chosen. If the symmetry axis misses the centre of
+ * mass only by rounding errors, its direction is set to `com`, given in this frame. */
 static kr_quat choose_nearest_axes(const kr_body *b, kr_vec3 com)
 {
     const int axis = find_symmetry_axis(b, KR_KIND_RTOL);
@@ -269,8 +272,8 @@ static kr_quat choose_nearest_axes(const kr_body *b, kr_vec3 com)
     const kr_quat tilt = q_tilt(v_scale(along.z < 0.0 ? -1.0 : 1.0, along));
     return q_mul(q_mul(cycle, tilt), q_conj(cycle));
 }
-/* Makes two moments equal if they differ only by rounding errors. Moves the centre of mass of a
- * Lagrange top exactly onto the symmetry axis. */
+/* Makes moments of inertia equal that differ only by rounding errors. Moves the centre of mass of a
+ * Lagrange top exactly onto the symmetry axis, unless the body is spherical. */
 static void merge_equal_moments(kr_body *b)
 {
     const int axis = find_symmetry_axis(b, KR_KIND_RTOL);
@@ -301,7 +304,7 @@ kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
     }
     b.inertia = v3(inertia[0], inertia[4], inertia[8]);
     if (a[1] != 0.0 || a[2] != 0.0 || a[5] != 0.0) {
-        /* Jacobi's method converges quadratically: 16 sweeps suffice for a 3 x 3 matrix. */
+        /* 16 sweeps suffice for a 3 x 3 matrix, because Jacobi's method converges quadratically. */
         for (int sweep = 0; sweep < 16; sweep++)
             for (int p = 0; p < 3; p++) apply_jacobi_rotation(d, &b.axes, p);
         set_axes(&b, find_nearest_axes(b.axes), a, com);
@@ -340,7 +343,7 @@ kr_vec3 kr_shape_inertia(kr_shape shape, kr_vec3 s, double mass, double *height)
 {
     const kr_vec3 square = v_times(s, s);
     const double third = mass / 3.0, shell = square.x / 3.0, tube = (square.y + square.x) / 4.0;
-    /* the integrals of the squared coordinates over the mass */
+    /* m: the integrals of x^2, y^2 and z^2 over the mass */
     kr_vec3 m = v_scale(mass, v3(shell, shell, shell));
     if (shape == KR_SHAPE_CUBOID) m = v3(third * s.x * s.x, third * s.y * s.y, third * s.z * s.z);
     if (shape == KR_SHAPE_ELLIPSOID) m = v_scale(mass, v_over(square, v3(5.0, 5.0, 5.0)));

@@ -1,6 +1,6 @@
 /* Names of kinds of tops and texts of statuses, generated from the lists in kreisel.h. All texts of
- * statuses are members of one struct, and the table contains their offsets in this struct. An
- * offset takes less memory than a pointer, and needs no relocation when the library is loaded. */
+ * statuses are members of one struct, and a table contains the offset of each text in the struct.
+ * Offsets take less memory than pointers, and need no relocation when the library is loaded. */
 #include <stddef.h>
 #include "kreisel.h"
 

@@ -1,43 +1,43 @@
-/* Modified rates and the conserved energy of the fourth-order map bobenko_suris4. The units are
- * chosen such that the moment of inertia I1 is 1. Let a be the symmetry axis, m the momentum, e the
- * step of the map, u = <a,e3>, c = <m,a>, l = <m,e3>, g the largest possible torque, and
- * b = e^2 g / 4. The energy H = |m|^2/2 + g u is that of a top with I3 = I1; for other tops, the
- * constant c^2 (1/I3 - 1)/2 must be added. With the Cayley transform Cay, the map is
- *     half kick m += (e/2) V'(u) e3 x a,    a -> Cay(e m) a,    half kick,
- *     V'(u) = dV/du = g (1 - b u) / (1 + b^2 u^2).
- * The map conserves c, l and
+/* The step, the conserved energy and the rates of rotation of the fourth-order map bobenko_suris4
+ * of the Lagrange top. The units are chosen such that the moment of inertia I1 is 1. Let a be the
+ * symmetry axis, m the momentum, e the step of the map, u = <a,e3>, c = <m,a>, l = <m,e3>, g the
+ * largest possible torque of gravity, and b = e^2 g / 4. The energy is H = |m|^2/2 + g u if I3 = 1;
+ * for other tops, the constant c^2 (1/I3 - 1)/2 must be added. With the Cayley transform Cay(e m),
+ * a rotation about m, a step of the map consists of
+ *     m += (e/2) V' e3 x a,    then    a -> Cay(e m) a,    then again    m += (e/2) V' e3 x a,
+ * where V'(u) = g (1 - b u) / (1 + b^2 u^2). The map conserves c, l and
  *     K = (1 + b^2 u^2) (|m|^2/2 + V' (u + e^2 c l / 4) - e^2 V'^2 (1 - u^2) / 8)
  *         + e^2 g^2 (1 + u^2) / 8
- * which equals H + e^2 g l c / 4 + O(e^4). Replacing K by K + e^2 g^2, which is also conserved,
- * would cause an error of order e^4 in the rates. The map bobenko_suris4 follows the same orbit as
+ * which equals H + e^2 g l c / 4 + O(e^4). The sum K + e^2 g^2 is also conserved, but if it
+ * replaced K below, the rates would have an error of order e^4. The map follows the same orbit as
  * the continuous motion of the top, but at a different rate. To first order in g and to all orders
- * in e |m|, a step e of the map equals a step h of the top, rotated by -e g c om about e3 and by
- * -e g l om about a, with
+ * in e |m|, a step e of the map equals the motion of the top during the time h, followed by
+ * rotations by the angles -e g c om about e3 and -e g l om about a, with
  *     z = e^2 K / 2,    h = e (A + g l c e^4/8 (B + (1 + z) dB/dz)),    om = e^2 B / 4
  *     A = atan(sqrt z) / sqrt z,    B = (1 - A) / z
- * All these quantities are constant along an orbit. (Derived for this library; no earlier source is
- * known.) */
+ * K, z, h and om are constant along an orbit. (Derived here; no earlier source is known.) */
 #ifndef KR_MAP_RATES_H
 #define KR_MAP_RATES_H
 #include <float.h>
 #include "math/su2.h"
 
 typedef struct map_rates {
-    /* e and K; NaN if 2 h^2 |K| > 1 or h^2 |g| > 1, because the rates need not exist then */
+    /* e and K; NaN if 2 h^2 |K| > 1 or h^2 |g| > 1, because the rates may not exist then */
     double step, energy;
-    double precession, spin; /* rotation angles of a step: -e g c om, -e g l om */
+    double precession, spin; /* the angles -e g c om and -e g l om */
 } map_rates;
 
-static inline double map_energy(double e, double g, kr_vec3 a, kr_vec3 m)
+/* Returns the conserved energy K at the symmetry axis a and the momentum m, for the step e. */
+static inline double map_energy(double step, double g, kr_vec3 a, kr_vec3 m)
 {
-    const double b = 0.25 * e * e * g, u = a.z, shift = 0.25 * e * e * v_dot(m, a) * m.z;
+    const double e = step, b = 0.25 * e * e * g, u = a.z, shift = 0.25 * e * e * v_dot(m, a) * m.z;
     const double slope = g * (1.0 - b * u) / (1.0 + b * b * u * u);
     const double inner =
         0.5 * v_dot(m, m) + slope * (u + shift) - 0.125 * e * e * slope * slope * (1.0 - u * u);
     return (1.0 + b * b * u * u) * inner + 0.125 * e * e * g * g * (1.0 + u * u);
 }
-/* Returns the time step of the continuous motion that corresponds to the step r->step of the map.
- * Sets all members of `r` except r->step. */
+/* Returns the time h of the continuous motion that corresponds to the step e = r->step of the map,
+ * or NaN if |z| >= 1/2. Sets the other members of `r`; if |z| >= 1/2, only r->energy. */
 static inline double find_time_step(map_rates *r, double g, kr_vec3 a, kr_vec3 m)
 {
     const double e = r->step, c = v_dot(m, a), l = m.z;
@@ -55,10 +55,11 @@ static inline double find_time_step(map_rates *r, double g, kr_vec3 a, kr_vec3 m
     r->spin = -0.25 * e * e * e * B * g * l;
     return e * (A + 0.125 * e * e * e * e * g * l * c * (B + (1.0 + z) * D));
 }
-/* Finds the step size of the map that corresponds to a time step h of the continuous motion, by the
- * secant method. */
-static inline map_rates find_map_rates(double h, double g, kr_vec3 a, kr_vec3 m)
+/* Returns the step e of the map that corresponds to the time h = time_step of the continuous
+ * motion, found by the secant method, and the rates for this step. */
+static inline map_rates find_map_rates(double time_step, double g, kr_vec3 a, kr_vec3 m)
 {
+    const double h = time_step;
     map_rates r = {h, 0.0, 0.0, 0.0};
     double last = 0.0, reached = 0.0;
     for (int i = 0; i < 20; i++) {

@@ -1,30 +1,31 @@
-/* Physical quantities of a state, such as energies, momenta and angles. With the attitude R of the
- * principal axes, M = R* m R, the inertia J, the damping D and the momentum h of the rotor:
- *     T = V J V / 2,   U = mass g <com, P> + k P J P / 2 - O J O / 2 - <h, O>,   P = R* e3 R
- *     J W' = M x W + P x (mass g com + k J P) - D V - friction,   W = J^-1 (M - h)
+/* Physical quantities of a state, such as energies, momenta and angles. Let R be the attitude of
+ * the principal axes, J the inertia, D the damping and h the momentum of the rotor. Along the
+ * principal axes, the momentum is M = R* m R, the vertical is P = R* e3 R, and the angular velocity
+ * in the inertial frame is W = J^-1 (M - h). The kinetic energy T, the potential energy U, the
+ * equation of motion and the force at the fixed point are
+ *     T = <V, J V> / 2,   U = mass g <com, P> + k <P, J P> / 2 - <O, J O> / 2 - <h, O>
+ *     J W' = M x W + P x (mass g com + k J P) - D V - friction
  *     force at the fixed point = mass R (W' x com + W x (W x com) - k (<P, com> P - com / 3)) R*
  *                                + mass g e3
  * where k is the gravity gradient, g is the acceleration due to gravity and to the shaking of the
  * support, O = R* turning R is the angular velocity of the support, and V = W - O is the angular
- * velocity relative to the support. The integrals K and G are defined by equations (5.1) and (5.2)
- * in the thesis (Bodack 2008). Axis 1 is directed opposite to the centre of mass, to match the sign
- * convention in the thesis. Euler's angles are z-x-z. They describe the frame r = q tilt, whose
- * third axis is the apex:
+ * velocity relative to the support. The integrals of Kowalewski and Goryachev-Chaplygin are those
+ * of equations (5.1) and (5.2) in the thesis (Bodack 2008). Euler's angles are z-x-z. They describe
+ * the attitude r of a frame fixed in the body, whose third axis is the apex:
  *     r = exp(e3 precession_angle) exp(e1 nutation) exp(e3 spin_angle) */
 #include "quantities.h"
 #include "math/trig.h"
 #include "map_rates.h"
 #include "scene.h"
 
-/* Rounding error of a spin, relative to the terms of which it is the sum. */
+/* A spin smaller than this multiple of the terms in its sum counts as zero. */
 #define SPIN_OF_HELD 0x1p-40
 
 static kr_quat principal_attitude(const kr_scene *scene, const kr_state *s)
 {
     return q_mul(s->q, scene->body.axes);
 }
-/* Returns the total angular momentum minus that of the rotor, as components along the principal
- * axes. `q` is the attitude of the principal axes. */
+/* Returns M - h along the principal axes, whose attitude is q. */
 static kr_vec3 momentum_without_rotor(const kr_scene *scene, const kr_state *s, kr_quat q)
 {
     return v_sub(q_turn_back(q, s->m), scene->body.rotor);
@@ -103,17 +104,18 @@ double kr_state_spin(const kr_scene *scene, const kr_state *s)
     return v_dot(kr_state_velocity(scene, s), kr_state_apex(scene, s));
 }
 
-/* Writes half the sum and half the difference of the precession and spin angles. If the apex is
- * vertical, the undefined sum or difference of the angles is set to 0. Adding 0.0 turns negative
- * zeros into positive zeros. */
-static void half_angles(const kr_scene *scene, const kr_state *s, double *sum, double *difference)
+/* Writes (precession_angle + spin_angle) / 2 and (precession_angle - spin_angle) / 2. If the apex
+ * is vertical, the state determines only one of these angles, and the other is set to 0. Adding 0.0
+ * turns negative zeros into positive zeros, because atan2(0, -0) would be pi. */
+static void half_angles(const kr_scene *scene, const kr_state *s, double *half_sum,
+                        double *half_difference)
 {
     static const kr_state unturned = {.q = {1.0, 0.0, 0.0, 0.0}};
     const kr_quat r = q_mul(s->q, q_tilt(kr_state_apex(scene, &unturned)));
-    *sum = atan2(r.z + 0.0, r.w + 0.0);
-    *difference = atan2(r.y + 0.0, r.x + 0.0);
+    *half_sum = atan2(r.z + 0.0, r.w + 0.0);
+    *half_difference = atan2(r.y + 0.0, r.x + 0.0);
 }
-/* Wraps an angle between -2 pi and 2 pi to the interval (-pi, pi]. */
+/* Returns an angle between -2 pi and 2 pi, reduced to the interval (-pi, pi]. */
 static double wrap_angle(double angle)
 {
     static const double pi = 3.14159265358979323846;
@@ -172,7 +174,7 @@ double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s)
     return v_dot(s->m, kr_state_apex(scene, s));
 }
 
-/* Returns the rate of a wheel on a free axle relative to the body, or NaN if there is no wheel. */
+/* Returns the rate of the free wheel i relative to the body, or NaN if there is no such wheel. */
 static double find_wheel_rate(const kr_scene *scene, const kr_state *s, int i)
 {
     const kr_wheel *wheel = &scene->wheels[i];
@@ -193,9 +195,10 @@ double kr_state_third_wheel_rate(const kr_scene *scene, const kr_state *s)
     return find_wheel_rate(scene, s, 2);
 }
 
-/* Writes momentum / I1 to `m`, and mass * gravity * |com| / I1 * vertical to `p`. The components of
- * m and p are along -com, o x (-com) and o, where o is the symmetry axis of the inertia tensor.
- * Returns 0 if the integral of the integrable case `kind` does not exist for this top. */
+/* Writes momentum / I1 to `m`, and (mass * gravity * |com| / I1) * vertical to `p`. The components
+ * of m and p are along a, o x a and o, where o is the symmetry axis of the inertia tensor, I1 the
+ * moment across it, and a = -com / |com| for the signs of the thesis. Returns 0 if the top is not
+ * of the integrable case `kind`, or if the support is shaken or there is a gravity gradient. */
 static int find_integral_frame(const kr_scene *scene, const kr_state *s, kr_kind kind, kr_vec3 *m,
                                kr_vec3 *p)
 {
@@ -223,7 +226,6 @@ double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s)
 {
     kr_vec3 m, p;
     if (!find_integral_frame(scene, s, KR_KIND_GORYACHEV_CHAPLYGIN, &m, &p)) return NAN;
-    /* mass * gravity * |com| / I1 is called 2 p in the thesis */
     return m.z * (m.x * m.x + m.y * m.y) + m.x * p.z;
 }
 double kr_friction_torque(const kr_scene *scene, kr_vec3 M, kr_vec3 O, kr_vec3 gain, int *holds)
@@ -233,15 +235,15 @@ double kr_friction_torque(const kr_scene *scene, kr_vec3 M, kr_vec3 O, kr_vec3 g
     const double spin = v_dot(v_sub(M, h), eased) - v_dot(O, apex), most = scene->friction,
                  needed = -v_dot(gain, apex) / v_dot(apex, eased),
                  size = v_largest(eased) * (v_largest(M) + v_largest(h)) + v_largest(O);
-    /* The terms of the spin may cancel, so a spin below SPIN_OF_HELD times their magnitude is a
-     * rounding error, and counts as zero. Friction then holds the top if the required torque is
-     * within the limit of friction. Otherwise, friction opposes the spin that the top will gain. */
+    /* A spin below SPIN_OF_HELD times the size of its terms, which may cancel, counts as zero.
+     * Friction keeps a zero spin at zero if |needed| <= most. Otherwise, the torque is -most or
+     * most, and opposes the spin that the top has or is about to gain. */
     const int is_zero = fabs(spin) <= SPIN_OF_HELD * size;
     *holds = is_zero && fabs(needed) <= most;
     if (is_zero) return fmax(-most, fmin(needed, most));
     return spin > 0.0 ? -most : most;
 }
-/* Returns the derivative V' along the principal axes. `q` is the attitude of these axes. */
+/* Returns the angular acceleration V' along the principal axes, whose attitude is q. */
 static kr_vec3 principal_acceleration(const kr_scene *scene, const kr_state *s, kr_quat q)
 {
     const kr_vec3 J = scene->body.inertia, M = q_turn_back(q, s->m),
@@ -282,7 +284,6 @@ double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double
     const kr_working w = kr_body_working(&scene->body);
     const double weight = scene->body.mass * scene->gravity, i1 = w.inertia.x;
     if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_LAGRANGE) return NAN;
-    /* The Bobenko-Suris map does not apply to bodies with rotors or on shaken supports. */
     if (kr_body_has_rotor(&scene->body) || kr_scene_shakes(scene) || scene->gradient != 0.0)
         return NAN;
     const kr_quat q = principal_attitude(scene, s);

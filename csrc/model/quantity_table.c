@@ -3,7 +3,7 @@
 #include <string.h>
 #include "quantities.h"
 
-/* Each function values_of_<name> writes the values of one quantity at n states. */
+/* Each function values_of_<name> writes the values of one quantity at n states to `out`. */
 #define PUT_1(name) out[i] = kr_state_##name(scene, &s[i])
 #define PUT_3(name) ((kr_vec3 *)out)[i] = kr_state_##name(scene, &s[i])
 #define PUT_4(name) ((kr_quat *)out)[i] = kr_state_##name(scene, &s[i])
@@ -22,13 +22,12 @@ const kr_quantity_row kr_quantity_rows[KR_QUANTITIES] = {
 #include "quantities.def"
 #undef Q
 };
-/* The suffixes of quantities with 1, 3, 4 and 9 numbers. */
 static const char *const suffixes_1[] = {""};
 static const char *const suffixes_3[] = {"_x", "_y", "_z"};
 static const char *const suffixes_4[] = {"_w", "_x", "_y", "_z"};
 static const char *const suffixes_9[] = {"_Nx", "_Ny", "_Nz", "_Bx", "_By",
                                          "_Bz", "_Tx", "_Ty", "_Tz"};
-/* One struct has all texts, because a linker does not leave out single string literals. */
+/* All texts are in one struct, because linkers do not omit single unused string literals. */
 static const struct quantity_texts {
 #define Q(name, doubles, flags, dimension, text)                                                   \
     char name##_name[sizeof #name], name##_dimension[sizeof dimension], name##_text[sizeof text];
@@ -86,8 +85,8 @@ int kr_component_is_valid(int number)
            kr_quantity_rows[c.quantity].flags & KR_QUANTITY_IN_EVENTS &&
            c.axis < kr_quantity_rows[c.quantity].doubles;
 }
-/* The third component of a vector in the space frame is the vertical one, and is unchanged when the
- * top is rotated about the vertical. */
+/* All components of a quantity with the flag KR_QUANTITY_TURNS change when the top is rotated about
+ * the vertical, except the third component of vectors, which is vertical. */
 int kr_component_is_turned(int number)
 {
     const kr_component c = kr_component_of(number);

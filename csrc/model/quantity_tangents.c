@@ -1,11 +1,14 @@
-/* Derivatives of quantities such as the energy, computed from the tangents of the state. Let R be
- * the attitude of the principal axes, J the inertia, h the momentum of the rotor, M = R* m R,
- * W = J^-1 (M - h), V = R* e3 R the vertical, O the angular velocity of the support and U = W - O.
- * A rotation vector theta in the body and a change dm of the momentum in space cause the changes
+/* Derivatives of quantities such as the energy, computed from the tangents of the state: its
+ * derivatives with respect to the initial state and the parameters. Let R be the attitude of the
+ * principal axes, J the inertia and h the momentum of the rotor. Along these axes, the momentum is
+ * M = R* m R, the angular velocity W = J^-1 (M - h), the vertical V = R* e3 R, the angular velocity
+ * of the support O = R* turning R, and U = W - O. An infinitesimal rotation vector theta along the
+ * principal axes, a change dm of the momentum in space, and changes dJ, dh and dturning of the
+ * parameters cause the changes
  *     dM = R* dm R + M x theta,   dW = J^-1 (dM - dh - dJ W),   dV = V x theta,
  *     dO = O x theta + R* dturning R,   dU = dW - dO,
- * and a vector R v R* in space changes by R (dv + theta x v) R*. The derivative has an additional
- * term if a quantity depends explicitly on a parameter. */
+ * and a vector R v R* in space changes by R (dv + theta x v) R*. A function tangent_of_<quantity>
+ * returns the derivative of the quantity at the point `at` along the change `by`. */
 #include "quantities.h"
 #include "math/trig.h"
 #include "scene.h"
@@ -19,17 +22,19 @@ typedef struct quantity_point {
     kr_vec3 frame[3];     /* the principal axes in space */
     kr_vec3 M, W, V, O, U;
     kr_vec3 apex;         /* unit vector to the centre of mass, or T */
-    double reach, weight; /* |com|; mass * acceleration along -e3 */
+    double reach, weight; /* |com|; mass * acceleration along -e3 (kr_acceleration_at) */
 } quantity_point;
-/* A change of the state and parameters, and the resulting changes of derived vectors. */
+/* An infinitesimal change of the state or of one parameter. Members are changes of the members with
+ * the same names of quantity_point, kr_scene and kr_body. */
 typedef struct quantity_change {
     kr_vec3 described_turn; /* theta in the frame of description */
     kr_vec3 push;           /* dm, in space */
-    kr_vec3 turn, M, W, V, O, U, apex;
-    kr_vec3 moments, com, damping, rotor, turning;
-    int shaking; /* 1 amplitude, 2 rate, 3 phase */
+    kr_vec3 turn;           /* theta */
+    kr_vec3 M, W, V, O, U, apex;
+    kr_vec3 moments, com, damping, rotor, turning; /* moments: of kr_body.inertia */
+    int shaking; /* the changed parameter: 1 amplitude, 2 rate, 3 phase; 0: none */
     double weight, gradient;
-    int changes_com, is_mass, is_friction;
+    int changes_com, is_mass, is_friction; /* 1: this parameter is changed */
 } quantity_change;
 
 /* Returns the linear combination of three axes whose coefficients are the components of v. */
@@ -42,14 +47,15 @@ static kr_vec3 components_along(const kr_vec3 axes[3], kr_vec3 v)
 {
     return v3(v_dot(axes[0], v), v_dot(axes[1], v), v_dot(axes[2], v));
 }
-/* Returns the change in space of a vector whose body-frame components change by dv. */
+/* Returns the change in space of a vector with the components v along the principal axes, if these
+ * components change by dv and the body rotates by by->turn. */
 static kr_vec3 find_space_change(const quantity_point *at, const quantity_change *by, kr_vec3 v,
                                  kr_vec3 dv)
 {
     return combine_axes(at->frame, v_add(dv, v_cross(by->turn, v)));
 }
 
-/* Returns the change of the torque of the gravity gradient, k V x J V. */
+/* Returns the change of the torque k V x J V of the gravity gradient k. */
 static kr_vec3 find_gradient_torque_change(const quantity_point *at, const quantity_change *by)
 {
     const double k = at->scene->gradient;
@@ -69,7 +75,7 @@ static kr_vec3 tangent_of_torque(const quantity_point *at, const quantity_change
                                  by->weight * a.x + at->weight * da.x, 0.0));
 }
 
-/* Returns the rotation vector by which q_tilt(a) (su2.h) changes when `a` changes by `da`. */
+/* Returns the infinitesimal vector v with q_tilt(a + da) = q_exp(v) q_tilt(a) (su2.h). */
 static kr_vec3 find_tilt_change(kr_vec3 a, kr_vec3 da)
 {
     if (a.z < -0.5) return find_tilt_change(v_scale(-1.0, a), v_scale(-1.0, da));
@@ -78,7 +84,8 @@ static kr_vec3 find_tilt_change(kr_vec3 a, kr_vec3 da)
                   turn = v_add(v_sub(v_scale(w, dv), v_scale(da.z, v)), v_cross(v, dv));
     return v_scale(1.0 / w, turn);
 }
-/* Returns the infinitesimal rotation vector of the frame of the Euler angles, in space. */
+/* Returns the infinitesimal rotation vector, in space, of the frame of the Euler angles: the frame
+ * with the attitude r (quantities.c), whose third axis is the apex. */
 static kr_vec3 find_euler_frame_turn(const quantity_point *at, const quantity_change *by)
 {
     const kr_vec3 turn = combine_axes(at->frame, by->turn);
@@ -87,18 +94,17 @@ static kr_vec3 find_euler_frame_turn(const quantity_point *at, const quantity_ch
                                           combine_axes(at->described, by->apex));
     return v_add(turn, q_turn(at->state->q, tilt));
 }
-/* Returns the direction of the horizontal projection of the apex. Writes the length of this
- * projection to `length`, and the apex in space to `apex`. If the apex is vertical, the Euler
- * angles have no derivatives, and the direction is NaN. */
+/* Returns the unit vector along the horizontal projection of the apex, or NaN if the apex is
+ * vertical. Writes the length of this projection, and the apex in space. */
 static kr_vec3 horizontal_apex(const quantity_point *at, double *length, kr_vec3 *apex)
 {
     *apex = combine_axes(at->frame, at->apex);
     *length = sqrt(apex->x * apex->x + apex->y * apex->y);
     return v3(apex->x / *length, apex->y / *length, 0.0);
 }
-/* In terms of the Euler angles, an infinitesimal rotation is e3 dprecession + n dnutation + apex
- * dspin, where n is the line of nodes. The derivatives of the angles are the coefficients of the
- * rotation vector in the basis (e3, n, apex). */
+/* If the Euler angles change by dprecession, dnutation and dspin, the frame rotates by the vector
+ * turn = dprecession * e3 + dnutation * n + dspin * apex, where n is along the line of nodes. The
+ * derivatives of the angles are therefore the coefficients of `turn` in this basis. */
 static double tangent_of_precession_angle(const quantity_point *at, const quantity_change *by)
 {
     double length;
@@ -145,18 +151,19 @@ static double tangent_of_potential(const quantity_point *at, const quantity_chan
             v_dot(by->rotor, at->O) + v_dot(h, by->O));
 }
 
-/* The vectors m and p of find_integral_frame (quantities.c), on which the Kowalewski and
- * Goryachev-Chaplygin integrals depend, and their infinitesimal changes dm and dp. */
+/* The vectors m and p of find_integral_frame (quantities.c), which determine the Kowalewski and
+ * Goryachev-Chaplygin integrals, and the infinitesimal changes dm and dp of m and p. */
 typedef struct integral_vectors {
     kr_vec3 m, p, dm, dp;
 } integral_vectors;
-/* Returns dv plus the change of v by a rotation of the axes about axis 3 by a small angle. */
-static kr_vec3 change_in_rotating_axes(double turn, kr_vec3 v, kr_vec3 dv)
+/* Returns the change of the components v of a vector along axes that rotate about the third one by
+ * an infinitesimal angle, if the components along fixed axes change by dv. */
+static kr_vec3 change_in_rotating_axes(double angle, kr_vec3 v, kr_vec3 dv)
 {
-    return v3(dv.x + turn * v.y, dv.y - turn * v.x, dv.z);
+    return v3(dv.x + angle * v.y, dv.y - angle * v.x, dv.z);
 }
-/* Computes the vectors on which an integral of motion depends, and their infinitesimal changes.
- * Returns 0 if the body or the change `by` does not belong to the integrable case `kind`. */
+/* Writes the vectors that determine an integral of motion, and their infinitesimal changes, to `f`.
+ * Returns 0 if the top is not of the integrable case `kind`, or if the changed top is not. */
 static int find_integral_arguments(const quantity_point *at, const quantity_change *by,
                                    kr_kind kind, integral_vectors *f)
 {
@@ -198,27 +205,27 @@ static double tangent_of_goryachev_chaplygin(const quantity_point *at, const qua
     return f.dm.z * (f.m.x * f.m.x + f.m.y * f.m.y) +
            2.0 * f.m.z * (f.m.x * f.dm.x + f.m.y * f.dm.y) + f.dm.x * f.p.z + f.m.x * f.dp.z;
 }
-/* Adds the contributions of dry friction to the angular acceleration `gain` and to its derivative
- * `change`, and returns the derivative. If friction holds the top, the torque of friction is
- * -<gain, a> / <a, J^-1 a>, with the apex a. */
+/* Adds the contribution J^-1 torque a of dry friction about the apex a to the angular acceleration.
+ * Returns the derivative of the sum, given the derivative `dacceleration` without friction. If
+ * friction keeps the spin at zero, torque = -<acceleration, a> / <a, J^-1 a>. */
 static kr_vec3 add_friction_to_acceleration(const quantity_point *at, const quantity_change *by,
-                                            kr_vec3 *gain, kr_vec3 change)
+                                            kr_vec3 *acceleration, kr_vec3 dacceleration)
 {
     int holds;
-    const double torque = kr_friction_torque(at->scene, at->M, at->O, *gain, &holds);
+    const double torque = kr_friction_torque(at->scene, at->M, at->O, *acceleration, &holds);
     const kr_vec3 a = at->apex, da = by->apex, J = at->scene->body.inertia, eased = v_over(a, J),
                   deased = v_over(v_sub(da, v_times(by->moments, eased)), J);
     double dtorque = by->is_friction ? copysign(1.0, torque) : 0.0;
     if (holds)
-        dtorque = -(v_dot(change, a) + v_dot(*gain, da) +
+        dtorque = -(v_dot(dacceleration, a) + v_dot(*acceleration, da) +
                     torque * (v_dot(da, eased) + v_dot(a, deased))) /
                   v_dot(a, eased);
-    *gain = v_axpy(torque, eased, *gain);
-    return v_axpy(dtorque, eased, v_axpy(torque, deased, change));
+    *acceleration = v_axpy(torque, eased, *acceleration);
+    return v_axpy(dtorque, eased, v_axpy(torque, deased, dacceleration));
 }
-/* Returns the derivative of U' = W' - O x W, with J W' = M x W + weight V x com - D U - friction
- * and the damping D. Writes U' to `acceleration`. The derivative with respect to a friction of
- * zero, which cannot decrease, is NaN. */
+/* Writes the angular acceleration U' = W' - O x W to `acceleration`, and returns its derivative.
+ * The torque is J W' = M x W + weight V x com + k V x J V - D U - friction, with the gravity
+ * gradient k and the damping D. The derivative with respect to friction is NaN at friction 0. */
 static kr_vec3 find_acceleration_change(const quantity_point *at, const quantity_change *by,
                                         kr_vec3 *acceleration)
 {
@@ -249,8 +256,8 @@ static kr_vec3 tangent_of_body_acceleration(const quantity_point *at, const quan
     kr_vec3 acceleration;
     return combine_axes(at->described, find_acceleration_change(at, by, &acceleration));
 }
-/* The force is R (mass A + weight V) R*, where A = W' x com + W x (W x com) - gradient * tide is
- * the acceleration of the centre of mass minus that by the gradient, and W' = U' + O x W. */
+/* Returns the derivative of the force R (mass A + weight V) R* at the fixed point, where W' is
+ * U' + O x W, k is the gravity gradient, and A = W' x com + W x (W x com) - k kr_tide(V, com). */
 static kr_vec3 tangent_of_pivot_force(const quantity_point *at, const quantity_change *by)
 {
     kr_vec3 gain, dgain = find_acceleration_change(at, by, &gain);
@@ -272,7 +279,7 @@ static kr_vec3 tangent_of_pivot_force(const quantity_point *at, const quantity_c
     return find_space_change(at, by, force, by->is_mass ? v_add(dforce, A) : dforce);
 }
 
-/* The momentum of a wheel and its axis do not depend on the parameters. */
+/* The momentum and the axis of a wheel do not depend on the parameters. */
 static double tangent_of_wheel(const quantity_point *at, const quantity_change *by, int i)
 {
     const kr_wheel *wheel = &at->scene->wheels[i];
@@ -280,7 +287,6 @@ static double tangent_of_wheel(const quantity_point *at, const quantity_change *
     return is_none ? NAN : -v_dot(wheel->axis, by->W);
 }
 
-/* Returns the derivative of the one-component quantity with this index. */
 static double tangent_of_scalar(size_t index, const quantity_point *at, const quantity_change *by)
 {
     switch (index) {
@@ -316,7 +322,8 @@ static double tangent_of_scalar(size_t index, const quantity_point *at, const qu
         return NAN;
     }
 }
-/* Returns the derivative of a vector, or the rotation vector of the change of the attitude. */
+/* Returns the derivative of the vector with this index in kr_quantities, or for the attitude, the
+ * infinitesimal rotation vector in the frame of description. */
 static kr_vec3 tangent_of_vector(size_t index, const quantity_point *at, const quantity_change *by)
 {
     switch (index) {
@@ -374,26 +381,26 @@ static quantity_point make_point(const kr_scene *scene, const kr_state *s)
     at.reach = v_dot(at.apex, body->com);
     return at;
 }
-/* Returns the derivative of the acceleration with respect to the amplitude, the rate or the phase
- * of the shaking. */
-static double find_shaking_derivative(const quantity_point *at, int shaking)
+/* Returns the derivative of kr_acceleration_at by the amplitude (1), rate (2) or phase (3). */
+static double find_shaking_derivative(const quantity_point *at, int shaking_parameter)
 {
     const kr_shaking *by = &at->scene->shaking;
     const double square = by->rate * by->rate, t = at->state->t;
     double sine, cosine;
     sin_cos(by->rate * t + by->phase, &sine, &cosine);
-    if (shaking == 1) return -square * cosine;
+    if (shaking_parameter == 1) return -square * cosine;
     const double by_phase = by->amplitude * square * sine;
-    return shaking == 3 ? by_phase : by_phase * t - 2.0 * by->amplitude * by->rate * cosine;
+    return shaking_parameter == 3 ? by_phase
+                                  : by_phase * t - 2.0 * by->amplitude * by->rate * cosine;
 }
-/* Computes the changes of all vectors in `by` from the parameter changes in `by` and the change of
- * the state in `column`, one column of the tangent matrix. */
-static void set_vector_changes(const quantity_point *at, const double column[6],
+/* Sets the changes of derived vectors and numbers in `by`, from the parameter changes in `by` and
+ * one column of the tangent matrix: theta in the frame of description, and dm. */
+static void set_vector_changes(const quantity_point *at, const double tangent_column[6],
                                quantity_change *by)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
-    by->described_turn = v_of(column);
-    by->push = v_of(column + 3);
+    by->described_turn = v_of(tangent_column);
+    by->push = v_of(tangent_column + 3);
     by->turn = components_along(at->described, by->described_turn);
     by->M = v_add(components_along(at->frame, by->push), v_cross(at->M, by->turn));
     by->W = v_over(v_sub(v_sub(by->M, by->rotor), v_times(by->moments, at->W)),
@@ -409,7 +416,7 @@ static void set_vector_changes(const quantity_point *at, const double column[6],
                    ? v_scale(1.0 / at->reach, v_axpy(-v_dot(at->apex, by->com), at->apex, by->com))
                    : v3(NAN, NAN, NAN);
 }
-/* Sets the parameter change that corresponds to each column of the tangent matrix. */
+/* Sets the parameter change of each column of the tangent matrix, for KR_TANGENT_... flags. */
 static void set_parameter_changes(const kr_scene *scene, uint64_t tangents, quantity_change *by)
 {
     if (tangents & KR_TANGENT_START) by += 6;

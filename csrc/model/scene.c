@@ -1,11 +1,11 @@
-/* The default scene, and functions that validate a scene and determine its internal units. */
+/* The default scene, and functions that validate a scene and find its internal units (scene.h). */
 #include "scene.h"
 #include "math/trig.h"
 
 kr_scene kr_scene_default(void)
 {
-    /* A cuboid of density 1, half-edges (0.8, 0.8, 1) and pivot (0, 0, -1). The numbers are
-     * written out so that programs do not link kr_body_shape for them. */
+    /* A cuboid of density 1 with half-edges (0.8, 0.8, 1) and the fixed point (0, 0, -1). The
+     * numbers are written out so that programs need not link kr_body_shape. */
     const kr_body body = {
         .mass = 0x1.47ae147ae147cp+2,
         .inertia = {0x1.facfcdc177bd8p+2, 0x1.facfcdc177bd8p+2, 0x1.179ec9cbd821fp+1},
@@ -24,7 +24,6 @@ static int is_valid_support(const kr_scene *scene)
            isfinite(shaking->amplitude * shaking->rate * shaking->rate) &&
            (shaking->rate > 0.0 || !kr_scene_shakes(scene));
 }
-/* Returns KR_OK if the wheels and the gravity gradient of a scene are valid, else an error code. */
 static kr_status check_wheels_and_gradient(const kr_scene *scene)
 {
     const int is_braked = v_largest(scene->damping) > 0.0 || scene->friction > 0.0;
@@ -95,15 +94,14 @@ kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working)
     return (kr_swing){moment, 1.0 / moment,
                       times_power_of_2(sqrt(times_power_of_2(part, odd)), (power - odd) / 2)};
 }
-/* Returns the larger of the rotation rate and the shaking rate of the support. */
 static double largest_support_rate(const kr_scene *scene)
 {
     const double shaking = kr_scene_shakes(scene) ? scene->shaking.rate : 0.0;
     return fmax(v_largest(scene->turning), shaking);
 }
-/* Returns the constants that determine the unit of time. On a shaken support, the larger of gravity
- * and the amplitude of the shaking acceleration determines the pendulum frequency. In a gravity
- * gradient, this frequency is at least the largest frequency of libration. */
+/* Returns the unit of moments of inertia, and the largest frequency of a pendulum (kr_swing). On a
+ * shaken support, the larger of gravity and the amplitude of the support's acceleration determines
+ * this frequency. In a gravity gradient k, the frequency of librations is at most sqrt(|k|). */
 static kr_swing find_strongest_swing(const kr_scene *scene, const kr_working *working)
 {
     const kr_shaking *shaking = &scene->shaking;
@@ -134,7 +132,7 @@ kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_un
 }
 double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_working *working)
 {
-    /* Internal units are used, because squares of values in the user's units could overflow. */
+    /* Computed in internal units, because squares of values in the user's units could overflow. */
     const double moment = v_largest(working->inertia) / units->moment;
     const kr_vec3 m = v_scale(units->time, v_scale(1.0 / units->moment, scene->start.m)),
                   h = v_scale(units->time, v_scale(1.0 / units->moment, scene->body.rotor)),

@@ -3,14 +3,14 @@
 #include "quantities.h"
 #include "scene.h"
 
-/* Returns a + b; a zero component of b leaves even a negative zero of a unchanged. */
+/* Returns a + b, but keeps the components of a, even -0.0, where those of b are zero. */
 static kr_vec3 add_nonzero(kr_vec3 a, kr_vec3 b)
 {
     return v3(b.x == 0.0 ? a.x : a.x + b.x, b.y == 0.0 ? a.y : a.y + b.y,
               b.z == 0.0 ? a.z : a.z + b.z);
 }
-/* Returns the product a b. The sums are rounded in another order than by q_mul, because published
- * initial states depend on the last bits of their attitudes. */
+/* Returns the quaternion product a b, like q_mul (su2.h), but adds the terms in another order. This
+ * order is kept, because published initial states depend on the last bits of their attitudes. */
 static kr_quat q_product(kr_quat a, kr_quat b)
 {
     return q4(a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z,
@@ -41,7 +41,8 @@ static kr_quat euler_rotation(kr_vec3 angles)
                  difference = 0.5 * angles.x - 0.5 * angles.z;
     return q4(c * cos(sum), v3(s * cos(difference), s * sin(difference), c * sin(sum)));
 }
-/* Returns the attitude of the frame of the Euler angles in a body with the attitude 1. */
+/* Returns the attitude, relative to the frame of description, of the frame that the Euler angles
+ * describe. Its third axis is the apex. */
 static kr_quat upright_euler_frame(const kr_scene *scene)
 {
     static const kr_state upright = {.q = {1.0, 0.0, 0.0, 0.0}};
@@ -59,7 +60,7 @@ void kr_scene_set_euler(kr_scene *scene, kr_vec3 angles, kr_vec3 rates)
                                     rates.x + rates.z * cos(angles.y)));
 }
 
-/* Returns 1 if the body and its rotor are symmetric about `axis`, along the principal axes. */
+/* Returns 1 if the body and its rotor are symmetric about `axis` (in the principal axes). */
 static int is_symmetric_about(const kr_body *body, kr_vec3 axis)
 {
     kr_body spun = *body;
@@ -67,8 +68,8 @@ static int is_symmetric_about(const kr_body *body, kr_vec3 axis)
     return kr_body_kind(&spun, KR_KIND_RTOL) != KR_KIND_GENERAL &&
            kr_body_is_rotor_axial(body, KR_KIND_RTOL);
 }
-/* Subtracts the moment of inertia of a wheel about `axis` from the inertia tensor of a body. Both
- * the axis and the tensor are along the axes of description. */
+/* Subtracts `inertia`, the moment of a wheel about its axle, from the inertia tensor of the body.
+ * The unit vector `axis` along the axle is in the frame of description. */
 static kr_status subtract_wheel_moment(kr_body *body, double inertia, kr_vec3 axis)
 {
     const kr_vec3 com = q_turn(body->axes, body->com), moments = body->inertia;
@@ -121,8 +122,8 @@ kr_status kr_scene_steady_precession(const kr_scene *scene, double spin, double 
     if (!kr_body_symmetry(&scene->body, &i1, &i3) || !isfinite(spin) || !isfinite(tilt))
         return KR_ERR_ARGUMENT;
     /* The precession rate W solves I1 cos(tilt) W^2 - I3 spin W + torque = 0 (Goldstein, Classical
-     * Mechanics, 5.7). The larger root is computed without cancellation, and the smaller one from
-     * the product of the roots. */
+     * Mechanics, 5.7). The larger root is computed without cancellation, and the other one from the
+     * product of both roots. */
     const kr_vec3 com = scene->body.com;
     const double torque = scene->body.mass * scene->gravity * hypot(hypot(com.x, com.y), com.z);
     const double a = fabs(cos(tilt)) > 1e-15 ? i1 * cos(tilt) : 0.0, b = i3 * spin, size = fabs(b),
