@@ -3,9 +3,9 @@
  *     M' = M x W + E3 x L,   E1' = E1 x U,   E2' = E2 x U,   E3' = E3 x U,   U = W - S
  * with the momentum M, the angular velocity W = J^-1 (M - h), the momentum h of the rotor, the
  * lever L (method.h), the axes E1, E2, E3 of space or of a turning support, and the angular
- * velocity S of the support. All vectors are expressed in the body frame. The method `extrap` also
- * integrates a system of twelve equations, so the two formulations can be compared. The method
- * extrap_kirchhoff does not conserve the integrals of motion. */
+ * velocity S of the support. All vectors have components along the body axes; y = (M, E1, E2, E3).
+ * The method `extrap` also integrates a system of twelve equations, so the two formulations can be
+ * compared. The method extrap_kirchhoff does not conserve the integrals of motion. */
 #include "extrapolation.h"
 
 static kr_vec3 body_velocity(const kr_motion *motion, const double y[GBS_SIZE])

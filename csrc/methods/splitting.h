@@ -88,8 +88,9 @@ static inline void splitting_kick(splitting *s, const kr_motion *motion, double 
     splitting_add_impulse(s, v_scale(part * motion->step, motion_torque(motion, s->q)));
 }
 
-/* The momentum m in the body frame, and the deviation r of the accumulated rotation from the
- * identity. In the body frame, m rotates in the direction opposite to the rotation of the body. */
+/* The momentum m in the body frame, and the deviation r of a rotation from the identity: the
+ * quaternion 1 + r is the product of the rotations of the body so far in a drift. In the body
+ * frame, m rotates in the direction opposite to the rotation of the body. */
 typedef struct splitting_body {
     kr_vec3 m;
     kr_quat r;
@@ -99,9 +100,9 @@ static inline splitting_body splitting_begin_body(const splitting *s)
 {
     return (splitting_body){.m = q_turn_back(s->q, s->m)};
 }
-/* Rotates by the angle 2 * half about axis i, where (i, j, k) is a cyclic permutation of the axes.
- * Updates the components mj and mk of the momentum in the body, and the components w, ri, rj and rk
- * of the deviation r (splitting_body) of the accumulated rotation from the identity. */
+/* Rotates the body by the angle 2 * half about axis i, where (i, j, k) is a cyclic permutation of
+ * the axes. Updates the components mj and mk of the momentum in the body, and the components w, ri,
+ * rj and rk of r (splitting_body). */
 static inline void splitting_rotate_about_axis(double half, double *mj, double *mk, double *w,
                                                double *ri, double *rj, double *rk)
 {
@@ -127,9 +128,9 @@ static inline void splitting_turn_t(splitting_body *b, double rate)
     splitting_rotate_about_axis(rate * b->m.z, &b->m.x, &b->m.y, &b->r.w, &b->r.z, &b->r.x,
                                 &b->r.y);
 }
-/* Rotates the attitude q about the momentum m for the fraction `part` of a step, and normalizes q.
- * Unless `b` is NULL, the rotation accumulated in b->r is applied as well. The norm of q is
- * measured before the rotation, so its correction does not depend on the rotation angle. */
+/* Rotates the attitude q about the momentum m by the angle part * step * |m| / I_B, and normalizes
+ * q. Unless `b` is NULL, the rotation 1 + b->r of the body is applied as well. The norm of q is
+ * measured before the rotations, so that its correction does not depend on their angles. */
 SPLITTING_INLINE void splitting_rotate(splitting *s, const splitting_body *b, double part)
 {
     const kr_vec3 turn = v_scale(part * s->round, s->m);
@@ -164,8 +165,7 @@ static inline int splitting_is_exact(const splitting *s)
 {
     return s->n == 0.0 && s->rotor.x == 0.0 && s->rotor.y == 0.0;
 }
-/* Rotates a body with a rotor about N, B, T, B and N in turn, for `part` times the step size. The
- * loop keeps the code short. */
+/* Rotates a body with a rotor about N, B, T, B and N in turn, for `part` times the step size. */
 static void splitting_turn_rotor(splitting_body *b, const splitting *s, double part)
 {
     static const int axes[] = {0, 1, 2, 1, 0};
@@ -178,8 +178,8 @@ static void splitting_turn_rotor(splitting_body *b, const splitting *s, double p
                                     r[i], r[j], r[k]);
     }
 }
-/* Applies the drift of a body without a rotor, on a support at rest, for `part` times the step
- * size. This function is inlined in loops that keep the splitting in registers. */
+/* Applies the drift of a body without a rotor, on a support at rest, for `part` of a step. This
+ * function is inlined in loops that keep the splitting in registers. */
 SPLITTING_INLINE void splitting_drift_plain(splitting *s, double part)
 {
     splitting_body b;
