@@ -39,8 +39,8 @@ typedef struct kr_motion {
     /* The number of requested digits, or 0 if `tol` is used. */
     int digits;
     /* Low words. For kr_method.reset: of the initial attitude and, with more than 16 digits, of the
-     * momentum, which then has components along the internal axes. After kr_method.at: of its time
-     * and state. */
+     * momentum, which then has components along the internal axes. After kr_method.at with more
+     * than 16 digits: of its time and state. */
     kr_state low;
     body_dd *body; /* set by the method, or with more than 16 digits by the driver */
     /* The user's scene, with the initial state that was set last. Closed-form solutions use the
@@ -139,8 +139,8 @@ typedef struct kr_extended_ops kr_extended_ops;
 extern const kr_extended_ops kr_extended;
 void kr_tangents_start(struct kr_top *top);
 
-/* Returns KR_OK if `method` supports the damping, friction and support motion of a scene, else an
- * error code. */
+/* Returns KR_OK if `method` supports the damping, friction, gravity gradient and support motion of
+ * a scene, else an error code. */
 kr_status kr_refusal_by_method(const struct kr_method *method, const kr_scene *scene);
 
 /* A string that a linker omits together with the objects that refer to it. String literals of a
@@ -153,8 +153,9 @@ struct kr_method {
     const char *name, *text, *conserves, *reference;
     int order;
     unsigned flags; /* KR_METHOD_DENSE is not stored, because it follows from `at` */
-    /* `applies` returns 1 if the method applies to a valid body of this kind under any gravity, and
-     * `suits` if it applies to a valid scene. If both are NULL, the flags decide. */
+    /* `applies` returns 1 if the method applies to a valid body of the given kind under any
+     * gravity, `suits` returns 1 if it applies to a valid scene. If both are NULL, the flags
+     * decide. */
     int (*applies)(const kr_body *body, kr_kind kind);
     int (*suits)(const kr_scene *scene);
     size_t work;
@@ -205,8 +206,8 @@ static inline kr_vec3 motion_velocity(const kr_motion *motion, kr_vec3 M)
 {
     return v_over(v_sub(M, motion->rotor), motion->inertia);
 }
-/* Returns lever + k J P for the vertical P in the body frame and the gravity gradient k. Its cross
- * product P x (lever + k J P) is the torque in the body frame. */
+/* Returns lever + k J P for the vertical P in the body frame and the gravity gradient k. The torque
+ * in the body frame is P x (lever + k J P). */
 static inline kr_vec3 find_effective_lever(const kr_motion *motion, kr_vec3 P)
 {
     if (motion->gradient == 0.0) return motion->lever;

@@ -1,7 +1,7 @@
 /* Functions that save a top to a block of memory (a checkpoint) and restore it. A checkpoint
  * contains no pointers. It consists of a header, the first SAVED_BYTES of kr_top (top.h), the work
  * arrays of its saved motions (kr_top.main and, without dense output, kr_top.saved), the tangents,
- * and a record of each event. A record holds the state of the search, so that a resumed run neither
+ * and a record of each event. A record holds the state of its search, so that a resumed run neither
  * repeats nor misses an event. A restored top continues on the same time grid, with the last step
  * size and order, and within the last step if the method has dense output. */
 #include "top.h"
@@ -125,8 +125,9 @@ static int has_same_setup(const kr_top *one, const kr_top *other)
            config->step == its->step && config->tol == its->tol && config->digits == its->digits &&
            config->skip_heading == its->skip_heading && config->tangents == its->tangents;
 }
-/* Returns 1 if a motion from a checkpoint and its array `work` can continue `top`, else 0. Checks
- * all counts, indices and loop bounds, because a forged checkpoint can have a valid checksum. */
+/* Returns 1 if a motion from a checkpoint has the options and direction of `top`, and all counts,
+ * indices and loop bounds in `motion` and its work array are in range; else 0. The checksum does
+ * not exclude other numbers, because it can be forged. */
 static int is_valid_motion(const kr_top *top, const kr_motion *motion, const void *work)
 {
     const kr_motion *own = &top->main;

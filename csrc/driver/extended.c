@@ -23,7 +23,7 @@ quat_dd kr_extended_axes(const kr_top *top)
     return top->is_turned ? qdd_mul(axes, top->body.rest) : qdd_of(q_one());
 }
 /* Returns q* v q for a unit quaternion q. If the rotation is small, the error of each component is
- * small relative to the same component of v. The errors of qdd_turn are relative to |v|. */
+ * small relative to this component of v. The errors of qdd_turn are small only relative to |v|. */
 static vec_dd turn_back_accurately(quat_dd q, vec_dd v)
 {
     const vec_dd across = vdd_scale_exactly(2.0, vdd_cross(v, q.v));
@@ -99,8 +99,8 @@ static void find_tensor_remainder(const kr_body *body, double unit, const double
 }
 /* Applies to the symmetric matrix a + diag(moments) the Jacobi rotation that annihilates its
  * element (p, p + 1), with indices modulo 3. Updates `a` and the product `rest` of all rotations.
- * The moments are kept apart from `a` so that small moments and differences of moments keep their
- * digits. */
+ * Keeping `moments` apart from `a` preserves the digits of small moments and of differences of
+ * moments. */
 static void rotate_tensor(const double moments[3], dd a[3][3], quat_dd *rest, int p)
 {
     const int q = (p + 1) % 3, r = (p + 2) % 3;
@@ -121,7 +121,7 @@ static void rotate_tensor(const double moments[3], dd a[3][3], quat_dd *rest, in
 }
 /* Corrects the rounded principal axes and moments of a body that was given by a tensor. `unit` is
  * the internal unit of inertia. If two moments are equal, rounding errors alone determine their
- * axes. Such axes are not corrected if the result depends on them: with unequal damping or with
+ * axes. Such axes are not corrected if results depend on them: with unequal damping or with
  * tangents. */
 static void find_axes(kr_top *top, double unit)
 {

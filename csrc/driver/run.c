@@ -17,8 +17,9 @@ enum {
 
 static int has_extended_digits(const kr_top *top) { return top->main.digits > 16; }
 static int is_adaptive(const kr_top *top) { return (top->method->flags & KR_METHOD_ADAPTIVE) != 0; }
-/* Returns `horizon`, an upper bound on |t|, or at most the duration of 2^50 steps if the step size
- * is fixed. Beyond 2^50 steps, the times of two grid points may round to the same double. */
+/* Returns the upper bound on |t| for requested times: `horizon` or, if the step size is fixed, at
+ * most the duration of 2^50 steps. Beyond, the times of two grid points may round to the same
+ * double. */
 static double limit_horizon(const kr_top *top, double horizon)
 {
     return is_adaptive(top) ? horizon : fmin(horizon, 0x1p50 * fabs(top->config.step));
@@ -95,8 +96,8 @@ static kr_status choose_units(kr_top *top)
                ? KR_OK
                : KR_ERR_ARGUMENT;
 }
-/* Converts `state` at time t in place from internal to the user's frame and units. Returns 1, or 0
- * if the converted state is invalid; top->low is then unchanged. */
+/* Converts `state` in place from internal axes and units to those of the user, and sets its time to
+ * t. Returns 1, or 0 if the converted state is invalid; top->low is then unchanged. */
 static int convert_to_user(kr_top *top, double t, kr_state *state)
 {
     const kr_state low = top->low;
@@ -147,8 +148,8 @@ static kr_status find_adaptive_state(kr_top *top, double t, kr_state *state)
         const kr_status status = dense ? kr_steps_dense(top, goal) : kr_steps_adaptive(top);
         if (status != KR_OK) return status;
     }
-    /* If a step is shorter than the spacing of doubles near t, then t may lie before the last
-     * step. */
+    /* Rounding places t before the last step if that step is shorter than the spacing of doubles
+     * near t. */
     if (!(top->forward * (goal - top->before_clock) >= 0.0)) return KR_ERR_STEP;
     if (dense)
         kr_top_evaluate(top, t, state);
@@ -422,10 +423,9 @@ kr_status kr_top_advance(kr_top *top, double t)
     kr_state state;
     return kr_top_record(top, 1, &t, &state, NULL, NULL);
 }
-/* Writes the states at the first of the times t[0 .. n - 1] to `out`, by one call of
- * kr_method.at_times. Stops before a time that does not follow the preceding one. Returns the
- * number of states; 0: the caller must compute the first state alone. Writes to `status` if a step
- * fails. */
+/* Writes the states at t[0], t[1], ... to `out`, at most n, by one call of kr_method.at_times.
+ * Stops before a time that does not follow the preceding one. Returns the number of states; 0: the
+ * caller must compute the first state alone. If a step fails, writes its error code to `status`. */
 static size_t record_together(kr_top *top, size_t n, const double t[], kr_state out[],
                               kr_status *status)
 {

@@ -2,7 +2,7 @@
  * persist in all later states of a fixed-step method, so its motion is checked and saved only every
  * KR_CHECK steps. After a failure, the steps since the last save are repeated to find the last
  * valid state. The state of an adaptive method is checked after every step, by the method itself if
- * it has dense output. The side motion (kr_top.side) leads from such a state to a time within a
+ * it has dense output. Without it, a second motion (kr_top.side) leads to a requested time within a
  * step. */
 #include "top.h"
 

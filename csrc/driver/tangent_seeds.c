@@ -58,9 +58,10 @@ static vec_dd find_internal_lever(const seed_list *to, dd weight, vec_dd com)
         dd_scale(to->time_unit, dd_scale(to->time_unit, dd_scale(1.0 / to->inertia_unit, weight)));
     return vdd_scale(own, com);
 }
-/* Adds the seed of a parameter on which lever = mass * gravity * com depends. All arguments are in
- * the user's units. On a support at rest, d(lever) / d(parameter) = weight * com. On a shaken
- * support, the derivative is mass * com times the function of time `timing` (method.h). */
+/* Adds the seed of a parameter of lever = mass * gravity * com. All arguments are in the user's
+ * units. On a support at rest, d(lever) / d(parameter) = weight * com with the arguments `weight`
+ * and `com`. On a shaken support, the derivative is mass * com times the function of time `timing`
+ * (method.h). */
 static kr_seed *add_lever_seed(seed_list *to, dd weight, double mass, vec_dd com, kr_timing timing)
 {
     kr_seed *seed = add_seed(to);
@@ -69,8 +70,8 @@ static kr_seed *add_lever_seed(seed_list *to, dd weight, double mass, vec_dd com
     seed->timing = timing;
     return seed;
 }
-/* Adds the three seeds of the centre of mass, `com`, along the principal axes. The direction of the
- * apex depends on `com` unless `com` is zero. */
+/* Adds the three seeds of the components of the centre of mass, `com`, along the principal axes.
+ * The direction of the apex depends on `com` unless `com` is zero. */
 static void add_com_seeds(seed_list *to, const kr_top *top)
 {
     const kr_body *body = &top->scene.body;

@@ -134,7 +134,7 @@ static inline double time_since_start(const kr_top *top, double t)
     return (t - top->scene.start.t) / top->time_unit;
 }
 /* Writes the state, in internal units, at the user's time t within the last step of a method with
- * dense output. The low words are in main.low. */
+ * dense output. With more than 16 digits, main.low receives the low words. */
 static inline void kr_top_evaluate(kr_top *top, double t, kr_state *state)
 {
     top->main.low.t = two_sum(t, -top->scene.start.t).lo / top->time_unit;

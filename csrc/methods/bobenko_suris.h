@@ -2,11 +2,11 @@
  * I_N = I_B and I3 = I_T, the momentum m, and the symmetry axis a = q e3 q*:
  *     drift  q <- Cay(h m / I1) q R,    Cay(v) = (1, v/2) / sqrt(1 + |v|^2/4)
  *     kick   m <- m + k e3 x a,         k = h * mass * gravity * com_T
- *     twist  R = (cos s, 0, 0, sin s),  2 s = h c / I3 - 2 atan(h c / 2 I1),   c = <m, a>
+ *     twist  R = (cos s, 0, 0, sin s),  2 s = h c / I3 - 2 atan(h c / (2 I1)),   c = <m,a>
  * R rotates the body about its symmetry axis by the same angle 2 s in every step, so that the total
  * rotation about this axis is exact. R commutes with drifts and kicks. Therefore, the twists of all
  * n steps are applied together, as R^n, when the state is read. The twist angle in theorem 4.2 of
- * Bodack (2008) contains 2 atan(h c / 2 I3) instead of h c / I3. */
+ * Bodack (2008) contains 2 atan(h c / (2 I3)) instead of h c / I3. */
 #ifndef KR_BOBENKO_SURIS_H
 #define KR_BOBENKO_SURIS_H
 #include "method.h"

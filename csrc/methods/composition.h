@@ -27,7 +27,7 @@ static const struct {
                    .drift = {0.39216144400731413928, 0.33259913678935943860,
                              -0.70624617255763935981, 0.08221359629355080023}},
     /* Kahan and Li, Mathematics of Computation 66 (1997); Hairer, Lubich, Wanner V.3.2, (3.13).
-     * Suzuki and Umeno's 15 stages of order 8 (1993) are not better than these 17. */
+     * The 15 stages of Suzuki and Umeno (1993), also of order 8, are not better. */
     [KAHAN_LI8] = {.stages = 17,
                    .drift = {0.13020248308889008088, 0.56116298177510838456,
                              -0.38947496264484728641, 0.15884190655515560090,
@@ -45,7 +45,7 @@ static const struct {
 
 /* The coefficients of one step: drift[0], kick[0], drift[1], ... as fractions of the step size. The
  * last kick of a step is merged with the first kick of the next step. Between steps, the momentum
- * therefore already includes the first kick of the next step, of the fraction `ahead`. */
+ * therefore already includes the first kick of the next step, whose coefficient is `ahead`. */
 typedef struct composition {
     int stages;
     double ahead, drift[COMPOSE_MOST], kick[COMPOSE_MOST];

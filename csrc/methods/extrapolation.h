@@ -1,7 +1,7 @@
 /* Gragg-Bulirsch-Stoer extrapolation with order and step-size control, for any formulation of the
- * motion as twelve differential equations. T(j,1) is the result of the midpoint rule with n_j = 2 j
- * substeps and Gragg's smoothing. The asymptotic expansion of the error contains only even powers
- * of 1 / n_j. The Aitken-Neville scheme therefore gives the better approximations
+ * motion as twelve differential equations. T(j,1) is the result of the midpoint rule for one step,
+ * with n_j = 2 j substeps and Gragg's smoothing. The asymptotic expansion of the error contains
+ * only even powers of 1 / n_j. The Aitken-Neville scheme therefore gives the better approximations
  *     T(j,k+1) = T(j,k) + (T(j,k) - T(j-1,k)) / ((n_j / n_(j-k))^2 - 1).
  * A step is accepted at row j of the table T if the scaled norm of T(j,j) - T(j,j-1) is at most tol
  * (Bodack 2008, 4.1.1). The next step is planned to converge in its target row, the row with the
@@ -134,9 +134,8 @@ static inline int gbs_converge(gbs_attempt *a, int from, int target)
     return GBS_REJECTED;
 }
 
-/* Returns the row that is expected to need the least work per unit of time in the next step.
- * `target` is the target row of this step. If `rejected` is nonzero, the returned row is at most
- * a->row. */
+/* Returns the row with the least expected work per unit of time in the next step. `target` is the
+ * target row of this step. If `rejected` is nonzero, the returned row is at most a->row. */
 static inline int gbs_best_row(const gbs_attempt *a, int target, int rejected)
 {
     const double *work = a->work;
@@ -191,9 +190,8 @@ static inline kr_status gbs_reset(kr_motion *motion, const kr_state *start, cons
     return KR_OK;
 }
 /* Accepts a trial step, which ends at the time `end` in internal units. Of q and -q, the one is
- * chosen that is closer to the previous attitude, rotated at the mean of the angular velocities at
- * both ends. Without this rotation, the sign could be wrong after more than half a turn per
- * step. */
+ * chosen that is closer to the previous attitude after a rotation at the mean angular velocity,
+ * because the top may rotate by more than half a turn per step. */
 static inline void gbs_accept_step(kr_motion *motion, const gbs_attempt *a, double end)
 {
     gbs_path *p = (gbs_path *)motion->work;

@@ -1,13 +1,13 @@
 /* The implicit midpoint rule for the attitude q and the momentum m, for comparison on stiff
  * problems:
  *     (q' - q) / h = q_ V / 2,    m' = m + h mass p x a_,    q_ = (q + q') / 2
- * with the step size h, the gravity vector p, and the centre of mass a_ at the attitude q_ / |q_|.
- * The first equation is equivalent to q_ / |q_| = q r, q' = q r^2 with the unit quaternion r = (1,
- * h V / 4) / norm. V = J^-1 (r* q* (m + m')/2 q r - R) is the angular velocity at the midpoint, in
- * the body frame, with the momentum R of the rotor. The nonlinear equation for V is solved by
- * Newton's method (Hairer, Lubich, Wanner, VII.5). The method conserves the norm of q and the
- * vertical momentum. For small h |V|, the errors of the energy and the axial momentum are bounded
- * and O(h^2). */
+ * with the step size h, p = gravity * e3, and the centre of mass a_ at the attitude q_ / |q_|. The
+ * first equation is equivalent to q_ / |q_| = q r and q' = q r^2, where the unit quaternion r is
+ * parallel to (1, h V / 4). V = J^-1 (r* q* (m + m')/2 q r - R) is the angular velocity at the
+ * midpoint, in the body frame, with the momentum R of the rotor. The nonlinear equation for V is
+ * solved by Newton's method (Hairer, Lubich, Wanner, VII.5). The method conserves the norm of q and
+ * the vertical momentum. For small h |V|, the errors of the energy and the axial momentum are
+ * bounded and O(h^2). */
 #include "method.h"
 
 enum { MOST = 30 };

@@ -3,7 +3,7 @@
  *     m += h e3 x q L q*,   L = A + k A x J^-1 (P x A),   P = q* e3 q,   k = -h^2/12.
  * This is the kick of a modified potential: the potential minus h^2/24 <torque, J^-1 torque>. A
  * step (half kick, drift, half kick) is conjugate to a method of order 4. The conjugating map,
- * called the processor, is the flow of G = k d(potential)/dt over one unit of time:
+ * called the processor, is the flow of the Hamiltonian G = k d(potential)/dt over one unit of time:
  *     Om = k J^-1 (A x P),   dm/dt = q (k P x (W x A)) q*,   W = J^-1 (M - R)
  * (Om: angular velocity of this flow; Om, W, M, P: in the body frame; R: momentum of the rotor).
  * The implicit midpoint rule integrates the flow, so that -k inverts +k (Takahashi and Imada 1984;
@@ -49,9 +49,8 @@ static inline kr_vec3 modified_kick_impulse(const modified_kick *kick, kr_quat q
             q, v_axpy(kick->k, v_cross(A, v_times(kick->inverse, v_cross(q_vertical(q), A))), A));
     return v3(-part * kick->h * a.y, part * kick->h * a.x, 0.0);
 }
-/* Returns 1 if the top rotates by at most max_angle radians per step, else 0. The rate of rotation
- * is estimated as the larger of the maximum that the energy permits and the rate due to the
- * rotor. */
+/* Returns 1 if the top rotates by at most max_angle radians per step, else 0. The estimated rate of
+ * rotation is the maximum that the energy permits, or that due to the rotor if that is larger. */
 static inline int modified_kick_is_step_small(const modified_kick *kick, const kr_state *start,
                                               double max_angle)
 {
@@ -64,9 +63,9 @@ static inline int modified_kick_is_step_small(const modified_kick *kick, const k
     return kick->h * kick->h * fmax(rate2, carried * carried) <= max_angle * max_angle;
 }
 /* Applies the processor, or its inverse if `sign` is -1, to q and m. Returns KR_ERR_STEP_SIZE if
- * the iteration does not converge, or if h^2 |A| exceeds twice the smallest moment of inertia,
- * because then the modification of the potential is not small. (Beyond 12 times this moment, the
- * midpoint iteration could not converge.) */
+ * h^2 |A| exceeds twice the smallest moment of inertia, because the modification of the potential
+ * is then not small, or if the midpoint iteration does not converge, as beyond 12 times this
+ * moment. */
 static inline kr_status modified_kick_apply_processor(const modified_kick *kick, double sign,
                                                       kr_quat *q, kr_vec3 *m)
 {

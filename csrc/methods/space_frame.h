@@ -1,6 +1,6 @@
-/* The twelve equations of motion in space (Bodack 2008, 3.9), for rk4 and extrap. With the gravity
- * vector p, the centre of mass a, the angular velocity w, and the principal axes N, B, T, on a
- * support at rest,
+/* The twelve equations of motion in space (Bodack 2008, 3.9), for rk4 and extrap. With p = gravity
+ * * e3, the centre of mass a, the angular velocity w, and the principal axes N, B, T, on a support
+ * at rest,
  *     A w' = (A w) x w + mass p x a,   N' = w x N,   B' = w x B,   T' = w x T,
  *     A = I_N N N^t + I_B B B^t + I_T T T^t  (the inertia tensor).
  * On a support with the angular velocity S, all vectors have components along the axes of the
@@ -33,7 +33,7 @@ static inline void space_frame_rates(kr_motion *motion, const double y[SPACE_FRA
 {
     const kr_vec3 w = v_of(y), N = v_of(y + 3), B = v_of(y + 6), T = v_of(y + 9);
     const kr_vec3 I = motion->inertia, c = find_effective_lever(motion, v3(N.z, B.z, T.z));
-    const kr_vec3 a = v_axpy(c.x, N, v_axpy(c.y, B, v_scale(c.z, T))); /* M |p| a */
+    const kr_vec3 a = v_axpy(c.x, N, v_axpy(c.y, B, v_scale(c.z, T))); /* mass * gravity * a */
     const kr_vec3 f = v_add(v_cross(space_frame_momentum(motion, y), w), v3(-a.y, a.x, 0.0));
     const kr_vec3 turning = motion_turning(motion), u = v_sub(w, turning);
     v_put(rate, v_axpy(v_dot(f, N) / I.x, N,

@@ -1,16 +1,16 @@
 /* Kicks and drifts: the flows of the potential energy and of the kinetic energy, with the principal
  * axes N, B, T.
  *     H = potential + |m|^2/2I_B + (1/I_N - 1/I_B) <m,N>^2/2 + (1/I_T - 1/I_B) <m,T>^2/2.
- * A kick changes only the momentum m, and a drift changes only the attitude (McLachlan 1993, Reich
- * 1994). The flow of the term in |m|^2 is a rotation about m, and commutes with the flows of the
- * other two kinetic terms. The drift of a symmetric body (I_N = I_B) is therefore exact, and
- * consists of two rotations. The drift of an asymmetric body consists of four rotations: about m,
- * about N, about T, and about N again. For an asymmetric body, the local error of the drift is of
- * third order in the step size. The local error is smallest if B is the principal axis with the
- * intermediate moment of inertia. A rotor with momentum h changes the rates of rotation by
- * constants, such as -h_N / I_N about the axis N. For a body with a rotor, the drift generally
- * contains two additional rotations about the principal axis B. The drift of a symmetric body
- * remains exact if the rotor momentum is along the symmetry axis T. A support with the angular
+ * A kick changes only the momentum m. On a support at rest, a drift changes only the attitude
+ * (McLachlan 1993, Reich 1994). The flow of the term in |m|^2 is a rotation about m, and commutes
+ * with the flows of the other two kinetic terms. The drift of a symmetric body (I_N = I_B) is
+ * therefore exact, and consists of two rotations. The drift of an asymmetric body consists of four
+ * rotations: about m, about N, about T, and about N again. For an asymmetric body, the local error
+ * of the drift is of third order in the step size. The local error is smallest if B is the
+ * principal axis with the intermediate moment of inertia. A rotor with momentum h changes the rates
+ * of rotation by constants, such as -h_N / I_N about the axis N. For a body with a rotor, the drift
+ * generally contains two additional rotations about the principal axis B. The drift of a symmetric
+ * body remains exact if the rotor momentum is along the symmetry axis T. A support with the angular
  * velocity S adds -<S,m> to H. The flow of this term rotates attitude and momentum against the
  * support, commutes with the kinetic energy, and is a part of the drift. Sums are compensated: the
  * rounding error of each sum is stored and added to the next sum (Kahan 1965). Rounding errors then
@@ -59,8 +59,8 @@ static inline void splitting_begin(splitting *s, const kr_motion *motion, const 
         s->n = 0.5 * motion->step * ((I.y - I.x) / (I.x * I.y));
     else if (motion->lever.x == 0.0 && motion->lever.y == 0.0 && s->rotor.x == 0.0 &&
              s->rotor.y == 0.0) {
-        /* The rotation about the symmetry axis T is the same in every step and commutes with all
-         * other rotations. It is therefore applied only when a state is read. */
+        /* The rotation of a Lagrange top about its symmetry axis T is the same in every step and
+         * commutes with all other rotations. It is therefore applied only when a state is read. */
         s->s = s->t * v_dot(start->m, q_axis(start->q)) + s->rotor.z;
         s->t = 0.0;
         s->rotor.z = 0.0;
@@ -179,7 +179,7 @@ static void splitting_turn_rotor(splitting_body *b, const splitting *s, double p
     }
 }
 /* Applies the drift of a body without a rotor, on a support at rest, for `part` of a step. This
- * function is inlined in loops that keep the splitting in registers. */
+ * function is inlined in loops that keep *s in registers. */
 SPLITTING_INLINE void splitting_drift_plain(splitting *s, double part)
 {
     splitting_body b;
