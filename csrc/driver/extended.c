@@ -76,14 +76,14 @@ static int matches_given(const kr_body *body)
     kr_body_set_rotor(&made, given->rotor);
     return memcmp(&made, body, sizeof made) == 0;
 }
-/* Writes to `a` the matrix q* J q / unit minus the diagonal matrix of `moments`. q is body->axes,
- * of almost unit norm, and J is the inertia tensor in body->given. */
-static void find_tensor_remainder(const kr_body *body, double unit, const double moments[3],
+/* Writes to `a` the matrix q* J q / inertia_unit minus the diagonal matrix of `moments`. q is
+ * body->axes, of almost unit norm, and J is the inertia tensor in body->given. */
+static void find_tensor_remainder(const kr_body *body, double inertia_unit, const double moments[3],
                                   dd a[3][3])
 {
     split_vec rows[3], turned[3];
     for (int i = 0; i < 3; i++)
-        rows[i] = split_vec_of(v_scale(1.0 / unit, v_of(body->given.inertia + 3 * i)));
+        rows[i] = split_vec_of(v_scale(1.0 / inertia_unit, v_of(body->given.inertia + 3 * i)));
     for (int side = 0; side < 2; side++) {
         for (int i = 0; i < 3; i++) turned[i] = split_turn_back(body->axes, &rows[i]);
         for (int i = 0; i < 3; i++) {
@@ -119,11 +119,10 @@ static void rotate_tensor(const double moments[3], dd a[3][3], quat_dd *rest, in
     a[p][r] = a[r][p] = dd_sub(dd_mul(c, apr), dd_mul(s, aqr));
     a[q][r] = a[r][q] = dd_add(dd_mul(s, apr), dd_mul(c, aqr));
 }
-/* Corrects the rounded principal axes and moments of a body that was given by a tensor. `unit` is
- * the internal unit of inertia. If two moments are equal, rounding errors alone determine their
- * axes. Such axes are not corrected if results depend on them: with unequal damping or with
- * tangents. */
-static void find_axes(kr_top *top, double unit)
+/* Corrects the rounded principal axes and moments of a body that was given by a tensor. If two
+ * moments are equal, rounding errors alone determine their axes. Such axes are not corrected if
+ * results depend on them: with unequal damping or with tangents. */
+static void find_axes(kr_top *top, double inertia_unit)
 {
     const kr_body *given = &top->scene.body;
     body_dd *body = &top->body;
@@ -131,7 +130,7 @@ static void find_axes(kr_top *top, double unit)
     dd a[3][3];
     v_put(moments, top->main.inertia);
     v_put(D, top->main.damping);
-    find_tensor_remainder(given, unit, moments, a);
+    find_tensor_remainder(given, inertia_unit, moments, a);
     for (int sweep = 0; sweep < TENSOR_SWEEPS; sweep++)
         for (int p = 0; p < 3; p++) {
             const int q = (p + 1) % 3, is_kept = D[p] != D[q] || top->config.tangents;
@@ -147,17 +146,17 @@ static void find_axes(kr_top *top, double unit)
     top->is_turned = 1;
     top->axes = qdd_high(kr_extended_axes(top));
 }
-static void set_body(kr_top *top, double moment)
+static void set_body(kr_top *top, double inertia_unit)
 {
     const kr_body *body = &top->scene.body;
     const kr_pull pull = kr_scene_pull(&top->scene, body->com);
-    const int power = pull.power - ilogb(moment) + 2 * ilogb(top->time_unit);
+    const int power = pull.power - ilogb(inertia_unit) + 2 * ilogb(top->time_unit);
     const dd product = two_product(pull.gravity, pull.mass),
              weight = dd_make(ldexp(product.hi, power), ldexp(product.lo, power));
     top->body = body_dd_of(&top->main, pull.com);
     if (matches_given(body)) {
         const kr_pull given = kr_scene_pull(&top->scene, body->given.com);
-        find_axes(top, moment);
+        find_axes(top, inertia_unit);
         top->body.com =
             vdd_scale_exactly(ldexp(1.0, given.power - pull.power), vector_in_body(top, given.com));
         if (kr_body_has_rotor(body))

@@ -21,15 +21,15 @@ static int is_main_good(const kr_top *top)
     return is_good_state(top, &state);
 }
 
-/* Copies a motion and its work array of `work` doubles, but not the pointers `work` and `aux`. */
-static void copy_motion(kr_motion *to, const kr_motion *from, size_t work)
+/* Copies a motion and `doubles` numbers of its work array, but not the pointers work and aux. */
+static void copy_motion(kr_motion *to, const kr_motion *from, size_t doubles)
 {
     double *memory = to->work;
     void *aux = to->aux;
     *to = *from;
     to->work = memory;
     to->aux = aux;
-    memcpy(memory, from->work, work * sizeof(double));
+    memcpy(memory, from->work, doubles * sizeof(double));
 }
 static void schedule_inspection(kr_top *top)
 {

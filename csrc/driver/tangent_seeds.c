@@ -88,13 +88,13 @@ static void add_com_seeds(seed_list *to, const kr_top *top)
         seed->apex = vdd_scale(dd_div(dd_of(unit), dd_sqrt(square)), across);
     }
 }
-static void add_support_seeds(seed_list *to, const kr_top *top, uint64_t by)
+static void add_support_seeds(seed_list *to, const kr_top *top, uint64_t flags)
 {
     static const kr_timing timings[] = {KR_TIMING_AMPLITUDE, KR_TIMING_RATE, KR_TIMING_PHASE};
-    if (by & KR_TANGENT_TURNING)
+    if (flags & KR_TANGENT_TURNING)
         for (int i = 0; i < 3; i++) add_seed(to)->turning = v_axis(i);
     /* The shaking changes the acceleration of the support, but not the lever at rest. */
-    if (by & KR_TANGENT_SHAKING)
+    if (flags & KR_TANGENT_SHAKING)
         for (int i = 0; i < 3; i++)
             add_lever_seed(to, dd_of(0.0), top->scene.body.mass, find_internal_com(top),
                            timings[i]);

@@ -70,8 +70,8 @@ quat_dd kr_extended_axes(const kr_top *top);
 /* Conversions for more than 16 digits, from and to internal axes and units (method.h). */
 struct kr_extended_ops {
     /* Sets top->body: the principal axes, and the moments, centre of mass, rotor and lever along
-     * them, in double-double numbers. `moment` is the internal unit of moments of inertia. */
-    void (*set_body)(kr_top *top, double moment);
+     * them, in double-double numbers. inertia_unit is the internal unit of moments of inertia. */
+    void (*set_body)(kr_top *top, double inertia_unit);
     /* Converts the initial state `start` to internal units, with the momentum along the internal
      * axes. `low` has the low words of `start`, or is NULL. Stores the low words of the result in
      * main.low. */

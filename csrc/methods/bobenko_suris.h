@@ -25,10 +25,11 @@ enum {
     BOBENKO_SURIS_REFRESH = 64
 };
 
-static inline kr_vec3 bobenko_suris_momentum_after_kick(const bobenko_suris_orbit *o, double k)
+static inline kr_vec3 bobenko_suris_momentum_after_kick(const bobenko_suris_orbit *o,
+                                                        double strength)
 {
     const kr_vec3 a = q_axis(o->q);
-    return v3(o->m.x - k * a.y, o->m.y + k * a.x, o->m.z);
+    return v3(o->m.x - strength * a.y, o->m.y + strength * a.x, o->m.z);
 }
 static inline void bobenko_suris_drift(bobenko_suris_orbit *o)
 {

@@ -100,16 +100,16 @@ static inline splitting_body splitting_begin_body(const splitting *s)
 {
     return (splitting_body){.m = q_turn_back(s->q, s->m)};
 }
-/* Rotates the body by the angle 2 * half about axis i, where (i, j, k) is a cyclic permutation of
- * the axes. Updates the components mj and mk of the momentum in the body, and the components w, ri,
- * rj and rk of r (splitting_body). */
-static inline void splitting_rotate_about_axis(double half, double *mj, double *mk, double *w,
+/* Rotates the body by the angle 2 * half_angle about axis i, where (i, j, k) is a cyclic
+ * permutation of the axes. Updates the components mj and mk of the momentum in the body, and the
+ * components w, ri, rj and rk of r (splitting_body). */
+static inline void splitting_rotate_about_axis(double half_angle, double *mj, double *mk, double *w,
                                                double *ri, double *rj, double *rk)
 {
     const double y = *mj, z = *mk, a = *w, b = *ri, p = *rj, q = *rk;
     double c, s;
-    cosm1_sinc(half * half, &c, &s);
-    s *= half;
+    cosm1_sinc(half_angle * half_angle, &c, &s);
+    s *= half_angle;
     const double turn = 2.0 * (s + s * c), back = 2.0 * s * s;
     *mj = y + (turn * z - back * y);
     *mk = z - (turn * y + back * z);
