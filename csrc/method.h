@@ -114,7 +114,6 @@ typedef struct kr_seed {
     vec_dd apex;
     double friction, gradient;
 } kr_seed;
-/* The functions with which a method propagates tangents. */
 typedef struct kr_tangent_ops {
     /* Begins the tangents of a top: kr_tangents_start for all methods. */
     void (*start)(struct kr_top *top);

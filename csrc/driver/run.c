@@ -148,8 +148,7 @@ static kr_status find_adaptive_state(kr_top *top, double t, kr_state *state)
         const kr_status status = dense ? kr_steps_dense(top, goal) : kr_steps_adaptive(top);
         if (status != KR_OK) return status;
     }
-    /* Rounding places t before the last step if that step is shorter than the spacing of doubles
-     * near t. */
+    /* Rounding can place t before a step that is shorter than the spacing of doubles near t. */
     if (!(top->forward * (goal - top->before_clock) >= 0.0)) return KR_ERR_STEP;
     if (dense)
         kr_top_evaluate(top, t, state);
@@ -299,7 +298,6 @@ static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_state *l
     if (low && has_extended_digits(top)) top->low = *low;
     return method->reset(&top->main, &own);
 }
-/* Rounds the address `memory` up to a multiple of 64 bytes. */
 static double *align64(double *memory)
 {
     return memory + (CACHE_LINE - (uintptr_t)memory / sizeof(double) % CACHE_LINE) % CACHE_LINE;

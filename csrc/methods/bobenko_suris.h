@@ -62,7 +62,6 @@ static inline double bobenko_suris_half_twist(const kr_motion *motion, const kr_
     const double half = 0.5 * motion->step * v_dot(start->m, q_axis(start->q));
     return half / motion->inertia.z - arc_tangent(half / motion->inertia.x);
 }
-/* Returns 1 if the number of steps that is stored in the work array is valid. */
 static inline int bobenko_suris_is_valid(const void *work)
 {
     bobenko_suris_orbit o;

@@ -21,13 +21,11 @@ static inline kr_vec3 space_frame_momentum(const kr_motion *motion, const double
         motion_add_rotor(motion, v3(I.x * v_dot(w, N), I.y * v_dot(w, B), I.z * v_dot(w, T)));
     return v_axpy(M.x, N, v_axpy(M.y, B, v_scale(M.z, T)));
 }
-
 static inline kr_vec3 space_frame_velocity(const kr_motion *motion, const double y[SPACE_FRAME])
 {
     (void)motion;
     return v_of(y);
 }
-
 static inline void space_frame_rates(kr_motion *motion, const double y[SPACE_FRAME],
                                      double rate[SPACE_FRAME])
 {
@@ -44,7 +42,6 @@ static inline void space_frame_rates(kr_motion *motion, const double y[SPACE_FRA
     v_put(rate + 9, v_cross(u, T));
     motion->stats.evaluations++;
 }
-
 static inline void space_frame_begin(const kr_motion *motion, const kr_state *s,
                                      double y[SPACE_FRAME])
 {
@@ -54,7 +51,6 @@ static inline void space_frame_begin(const kr_motion *motion, const kr_state *s,
     v_put(y + 6, q_turn(s->q, v3(0.0, 1.0, 0.0)));
     v_put(y + 9, q_turn(s->q, v3(0.0, 0.0, 1.0)));
 }
-
 static inline kr_quat space_frame_attitude(const double y[SPACE_FRAME], kr_quat last)
 {
     return q_near(q_of_frame(v_of(y + 3), v_of(y + 6), v_of(y + 9)), last);

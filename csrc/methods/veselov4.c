@@ -19,7 +19,6 @@ typedef struct {
     modified_kick kick;
 } veselov4_state;
 
-/* Returns the modified moments of inertia I~, which are defined at the top of this file. */
 static kr_vec3 preprocess_moments(const veselov4_state *p)
 {
     const kr_vec3 M = q_turn_back(p->q, p->m), i = p->kick.inverse, one = v3(1.0, 1.0, 1.0);
