@@ -70,7 +70,7 @@ static inline void KR_F(kr_step_multiply)(const KR_REAL p[4], const KR_REAL q[4]
     out[3] += p[0] * q[3] + p[3] * q[0] + p[1] * q[2] - p[2] * q[1];
 }
 /* Rotates the body about its axis i by the angle 2 rate M[i]. Updates the momentum M in the body,
- * and the product 1 + r of the quaternions of all rotations so far. */
+ * and r, where the quaternion 1 + r is the product of all rotations so far. */
 static inline void KR_F(kr_step_turn)(int i, KR_REAL rate, KR_REAL M[3], KR_REAL r[4])
 {
     const int j = (i + 1) % 3, k = (i + 2) % 3;

@@ -36,11 +36,11 @@ typedef struct kr_motion {
     /* Nonzero: states are determined only up to a rotation about the vertical
      * (KR_METHOD_SKIPS_HEADING). */
     int skip_heading;
-    /* The number of requested digits, or 0 if `tol` is used. With more than 16 digits, `low` holds
-     * low words: for kr_method.reset those of the initial state, whose momentum then has components
-     * along the body axes; later, those of the time and the state of the last call of
-     * kr_method.at. */
+    /* The number of requested digits, or 0 if `tol` is used. */
     int digits;
+    /* Low words. For kr_method.reset: of the initial attitude and, with more than 16 digits, of the
+     * momentum, which then has components along the internal axes. After kr_method.at with more
+     * than 16 digits: of its time and state. */
     kr_state low;
     body_dd *body; /* set by the method, or with more than 16 digits by the driver */
     /* The user's scene, with the initial state that was set last. Closed-form solutions use the
@@ -52,7 +52,7 @@ typedef struct kr_motion {
      * the vertical P in the body frame. */
     double gradient;
 } kr_motion;
-/* Returns the body of a motion with up to 16 digits. `com` is body_dd.com. */
+/* Returns the double-double body of a motion with up to 16 digits. `com` is body_dd.com. */
 static inline body_dd body_dd_of(const kr_motion *motion, kr_vec3 com)
 {
     const kr_vec3 I = motion->inertia;
@@ -86,14 +86,13 @@ typedef struct kr_step_polynomial {
 } kr_step_polynomial;
 
 /* An infinitesimal perturbation of a motion, in internal units: a rotation vector along the
- * internal axes, and a change of the momentum in space. Perturbations shorten only the steps of
- * strongly damped motions. */
+ * internal axes, and a change of the momentum in space. */
 typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;
-/* At a fixed attitude, the derivative of the torque by a parameter is proportional to the
- * acceleration g(t), to a constant, or to the derivative of g(t) by the amplitude, rate or phase of
- * the shaking. */
+/* The function of time to which the derivative of the torque by a parameter is proportional, at a
+ * fixed attitude: the acceleration g(t) = gravity - A r^2 cos(r t + phase) (STRENGTH), a constant
+ * (UNIFORM), or the derivative of g(t) by the amplitude A, the rate r or the phase. */
 typedef enum kr_timing {
     KR_TIMING_NONE,
     KR_TIMING_STRENGTH,
@@ -104,8 +103,9 @@ typedef enum kr_timing {
 } kr_timing;
 /* The input for one tangent: an initial perturbation, and the derivatives of the coefficients of
  * the equations of motion by a parameter. On a shaken support, the derivative of the lever is
- * `pull` times the function of time that `timing` names. Vectors are along the principal axes,
- * except at_start.push and `turning` (along e1, e2, e3). */
+ * `pull` times the function `timing`. `apex` is the derivative of the direction of the centre of
+ * mass. Vectors are along the principal axes, except at_start.push and `turning` (along e1, e2,
+ * e3). */
 typedef struct kr_seed {
     kr_deviation at_start;
     vec_dd lever, rotor, pull;
@@ -114,7 +114,6 @@ typedef struct kr_seed {
     vec_dd apex;
     double friction, gradient;
 } kr_seed;
-/* The functions with which a method propagates tangents. */
 typedef struct kr_tangent_ops {
     /* Begins the tangents of a top: kr_tangents_start for all methods. */
     void (*start)(struct kr_top *top);
@@ -139,8 +138,8 @@ typedef struct kr_extended_ops kr_extended_ops;
 extern const kr_extended_ops kr_extended;
 void kr_tangents_start(struct kr_top *top);
 
-/* Returns KR_OK if `method` supports the damping, friction and support motion of a scene, else an
- * error code. */
+/* Returns KR_OK if `method` supports the damping, friction, gravity gradient and support motion of
+ * a scene, else an error code. */
 kr_status kr_refusal_by_method(const struct kr_method *method, const kr_scene *scene);
 
 /* A string that a linker omits together with the objects that refer to it. String literals of a
@@ -153,8 +152,9 @@ struct kr_method {
     const char *name, *text, *conserves, *reference;
     int order;
     unsigned flags; /* KR_METHOD_DENSE is not stored, because it follows from `at` */
-    /* `applies` returns 1 if the method applies to a valid body of this kind under any gravity, and
-     * `suits` if it applies to a valid scene. If both are NULL, the flags decide. */
+    /* `applies` returns 1 if the method applies to a valid body of the given kind under any
+     * gravity, `suits` returns 1 if it applies to a valid scene. If both are NULL, the flags
+     * decide. */
     int (*applies)(const kr_body *body, kr_kind kind);
     int (*suits)(const kr_scene *scene);
     size_t work;
@@ -205,7 +205,8 @@ static inline kr_vec3 motion_velocity(const kr_motion *motion, kr_vec3 M)
 {
     return v_over(v_sub(M, motion->rotor), motion->inertia);
 }
-/* Returns lever + k J P for the vertical P in the body, with the gravity gradient k. */
+/* Returns lever + k J P for the vertical P in the body frame and the gravity gradient k. The torque
+ * in the body frame is P x (lever + k J P). */
 static inline kr_vec3 find_effective_lever(const kr_motion *motion, kr_vec3 P)
 {
     if (motion->gradient == 0.0) return motion->lever;
@@ -218,7 +219,7 @@ static inline kr_vec3 motion_turning(const kr_motion *motion)
     const kr_vec3 turning = motion->scene->turning;
     return v_scale(turning.x != 0.0 || turning.y != 0.0 ? motion->time_unit : 0.0, turning);
 }
-/* Returns the torque of the weight and of the gravity gradient at the attitude q. */
+/* Returns the torque of the weight and of the gravity gradient in space, at the attitude q. */
 static inline kr_vec3 motion_torque(const kr_motion *motion, kr_quat q)
 {
     const kr_vec3 a = q_turn(q, find_effective_lever(motion, q_vertical(q)));

@@ -1,14 +1,15 @@
 /* Functions that save a top to a block of memory (a checkpoint) and restore it. A checkpoint
- * consists of a header, the saved fields of the top, its work arrays and tangents, and the search
- * state of each event, so that a resumed run neither repeats nor misses an event. A checkpoint
- * contains no pointers. The loaded top continues on the same grid, with the last step size and
- * order, and within the last step if the method has dense output. */
+ * contains no pointers. It consists of a header, the first SAVED_BYTES of kr_top (top.h), the work
+ * arrays of its saved motions (kr_top.main and, without dense output, kr_top.saved), the tangents,
+ * and a record of each event. A record holds the state of its search, so that a resumed run neither
+ * repeats nor misses an event. A restored top continues on the same time grid, with the last step
+ * size and order, and within the last step if the method has dense output. */
 #include "top.h"
 
 typedef struct checkpoint_header {
     char what[16], version[16], method[32];
-    /* Four numbers: one that identifies the byte order; the sizes of the saved part of the top and
-     * of the work of one motion, in bytes; and the number of saved motions. */
+    /* Four numbers: one that identifies the byte order; SAVED_BYTES; the size of the work array of
+     * one motion, in bytes; and the number of saved motions. */
     uint64_t layout[4];
     uint64_t sum; /* checksum of all bytes after the header */
 } checkpoint_header;
@@ -16,7 +17,7 @@ typedef char header_has_no_gaps[sizeof(checkpoint_header) == 104 ? 1 : -1];
 /* Number of bytes of a kr_top that are stored in a checkpoint. */
 enum { SAVED_BYTES = offsetof(kr_top, body) + sizeof(body_dd) };
 
-/* The saved data of an event: its search state, and a checksum of its definition. */
+/* The record of an event: its search state, and a checksum of its definition. */
 typedef struct event_record {
     kr_event_search own;
     uint64_t what;
@@ -41,8 +42,8 @@ static checkpoint_header make_header(const kr_top *top)
     memcpy(made.method, top->method->name, strlen(top->method->name));
     return made;
 }
-/* Returns a checksum of `bytes`. Changing any single 64-bit word always changes the checksum,
- * because each update is invertible. */
+/* Returns a checksum of `size` bytes, a multiple of 8. Changing any single 64-bit word changes the
+ * checksum, because each update of the sum is invertible. */
 static uint64_t checksum(const unsigned char *bytes, size_t size)
 {
     uint64_t sum = 0xcbf29ce484222325, word;
@@ -64,7 +65,7 @@ static uint64_t checksum_event(const kr_event *event)
     return checksum((const unsigned char *)parts, sizeof parts);
 }
 
-/* Returns the size of a checkpoint in bytes, not counting the data of its events. */
+/* Returns the size of a checkpoint in bytes, without the records of events. */
 static size_t size_without_events(const kr_top *top)
 {
     return sizeof(checkpoint_header) + SAVED_BYTES + (size_t)motion_count(top) * work_size(top) +
@@ -74,13 +75,13 @@ size_t kr_top_save_size(const kr_top *top)
 {
     return top ? size_without_events(top) + top->event_count * sizeof(event_record) : 0;
 }
-/* Copies the pointers of `from` to `motion`, or sets them to NULL if `from` is NULL. */
-static void set_pointers(kr_motion *motion, const kr_motion *from)
+/* Copies the pointers of `from` to `to`, or sets them to NULL if `from` is NULL. */
+static void set_pointers(kr_motion *to, const kr_motion *from)
 {
-    motion->scene = from ? from->scene : NULL;
-    motion->body = from ? from->body : NULL;
-    motion->aux = from ? from->aux : NULL;
-    motion->work = from ? from->work : NULL;
+    to->scene = from ? from->scene : NULL;
+    to->body = from ? from->body : NULL;
+    to->aux = from ? from->aux : NULL;
+    to->work = from ? from->work : NULL;
 }
 kr_status kr_top_save(const kr_top *top, size_t size, void *memory)
 {
@@ -112,8 +113,8 @@ kr_status kr_top_save(const kr_top *top, size_t size, void *memory)
     return KR_OK;
 }
 
-/* Returns 1 if `one` and `other` have the same body, gravity, damping, support, friction and
- * configuration, else 0. */
+/* Returns 1 if two tops have the same scene, except for the initial state, and the same
+ * configuration, except for max_steps and poll; else 0. */
 static int has_same_setup(const kr_top *one, const kr_top *other)
 {
     const kr_config *config = &one->config, *its = &other->config;
@@ -124,8 +125,9 @@ static int has_same_setup(const kr_top *one, const kr_top *other)
            config->step == its->step && config->tol == its->tol && config->digits == its->digits &&
            config->skip_heading == its->skip_heading && config->tangents == its->tangents;
 }
-/* Returns 1 if a saved motion and its work array are valid for `top`. Because checksums can be
- * forged, the options of the motion and all counts, indices and loop bounds are checked, too. */
+/* Returns 1 if a motion from a checkpoint has the options and direction of `top`, and all counts,
+ * indices and loop bounds in `motion` and its work array are in range; else 0. The checksum does
+ * not exclude other numbers, because it can be forged. */
 static int is_valid_motion(const kr_top *top, const kr_motion *motion, const void *work)
 {
     const kr_motion *own = &top->main;
@@ -137,7 +139,8 @@ static int is_valid_motion(const kr_top *top, const kr_motion *motion, const voi
     if (stats->rejected > most || stats->evaluations > most || stats->iterations > most) return 0;
     return !top->method->is_valid || top->method->is_valid(work);
 }
-/* Returns 1 if the top stored in a checkpoint (`image`) is consistent with `top`. */
+/* Returns 1 if `image`, a kr_top from a checkpoint, can continue `top`, else 0. `work` points to
+ * the work arrays in the checkpoint. */
 static int is_valid_image(const kr_top *top, const kr_top *image, const unsigned char *work)
 {
     const int64_t most = (int64_t)1 << 53;
@@ -150,28 +153,28 @@ static int is_valid_image(const kr_top *top, const kr_top *image, const unsigned
     if (!is_valid_motion(top, &image->main, work)) return 0;
     return motion_count(top) < 2 || is_valid_motion(top, &image->saved, work + work_size(top));
 }
-/* Returns 1 if an event search state is valid for a top that has taken `steps` steps. */
+/* Returns 1 if an event search state is valid for a top that has taken `steps` steps, else 0. */
 static int is_valid_search(const kr_event_search *own, int64_t steps)
 {
     return own->searched >= -1 && own->searched <= steps && own->mark >= 0.0 && own->mark <= 2.0 &&
            isfinite(own->next) && own->side >= -1 && own->side <= 1 && own->sign >= -1 &&
            own->sign <= 1;
 }
-/* Returns 1 if the events in a checkpoint match the events of `top`. If `take` is nonzero, also
- * restores the state of the search for each event. */
-static int load_events(kr_top *top, int64_t steps, const unsigned char *from, int take)
+/* Returns 1 if the event records at `from` belong to the events of `top`, in this order, and are
+ * valid after `steps` steps; else 0. If `restore` is nonzero, also restores the search states. */
+static int load_events(kr_top *top, int64_t steps, const unsigned char *from, int restore)
 {
     for (size_t i = 0; i < top->event_count; i++, from += sizeof(event_record)) {
         event_record saved;
         memcpy(&saved, from, sizeof saved);
         if (saved.what != checksum_event(&top->events[i]) || !is_valid_search(&saved.own, steps))
             return 0;
-        if (take) kr_event_store_search(&top->events[i], saved.own);
+        if (restore) kr_event_store_search(&top->events[i], saved.own);
     }
     return 1;
 }
-/* Computes the work array again from the initial state. Returns 0 and leaves the work array
- * unchanged if the method rejects this state. */
+/* Computes the work array of the main motion from the initial state of `scene`. Returns 1, or 0 if
+ * the method rejects this state; the work array is then unchanged. */
 static int rebuild_work(kr_top *top, const kr_scene *scene)
 {
     kr_motion motion = top->main;

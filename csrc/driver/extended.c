@@ -1,18 +1,18 @@
-/* Unit conversion for computations in extended precision (more than 16 digits). Computations with
- * up to 16 digits use the conversion in run.c. Input values are treated as exact. Quaternions are
- * normalized in double-double arithmetic.
+/* Conversion between the user's frame and units and the internal axes and units (method.h), for
+ * more than 16 digits, in double-double arithmetic (sums of a high and a low word). run.c converts
+ * with up to 16 digits. Input values are treated as exact. Quaternions are normalized.
  *
  * If a body was given by an inertia tensor J, the rotation q to its principal axes is rounded to
  * doubles (kr_body.axes), and q* J q is diagonal only up to rounding errors. The elements of q* J q
  * off the diagonal are computed without cancellation, and Jacobi's method finds the rotation `rest`
  * that removes them. The product q rest rotates vectors from the internal axes to the frame of
- * description. The rotation `rest` is small unless two moments are nearly equal. */
+ * description (kreisel.h). The rotation `rest` is small unless two moments are nearly equal. */
 #include "model/scene.h"
 #include "math/split_double.h"
 #include "top.h"
 
-/* Elements off the diagonal of the inertia tensor that are negligible, in multiples of the largest
- * moment, even if two moments differ only by rounding errors. */
+/* An element of the inertia tensor off the diagonal is negligible up to this multiple of the
+ * largest moment, even if two moments differ only by rounding errors. */
 #define LEAST_ELEMENT 0x1p-200
 /* Jacobi's method converges quadratically from elements that are rounding errors. */
 enum { TENSOR_SWEEPS = 6 };
@@ -23,14 +23,14 @@ quat_dd kr_extended_axes(const kr_top *top)
     return top->is_turned ? qdd_mul(axes, top->body.rest) : qdd_of(q_one());
 }
 /* Returns q* v q for a unit quaternion q. If the rotation is small, the error of each component is
- * small relative to this component of v, unlike the errors of qdd_turn. */
+ * small relative to this component of v. The errors of qdd_turn are small only relative to |v|. */
 static vec_dd turn_back_accurately(quat_dd q, vec_dd v)
 {
     const vec_dd across = vdd_scale_exactly(2.0, vdd_cross(v, q.v));
     return vdd_add(v, vdd_add(vdd_scale(q.w, across), vdd_cross(across, q.v)));
 }
-/* Returns the change of the momentum q* m q in the body if the low words `low` are added to q and m
- * of `start`. The norm of q is arbitrary. */
+/* Returns the change of the vector q* m q, along the principal axes, if `low` is added to q and m
+ * of `start`. Without unit norms, the result has the factor |q|^2 |axes|^2 (axes: kr_body.axes). */
 static vec_dd find_low_momentum(const kr_top *top, const kr_state *start, const kr_state *low)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
@@ -43,10 +43,10 @@ static vec_dd find_low_momentum(const kr_top *top, const kr_state *start, const 
     const quat_dd axes = qdd_of(top->scene.body.axes);
     return top->is_turned ? qdd_mul(qdd_mul(qdd_conj(axes), sum), axes).v : sum.v;
 }
-/* Returns the momentum of a state with components along the internal axes. If `low` is NULL, the
- * relative error of each component is about one rounding error of double-double arithmetic. Errors
- * that are small only relative to the norm would be amplified by the small moment of inertia of a
- * thin rod. */
+/* Returns the components along the internal axes of the momentum of the state start + low. If `low`
+ * is NULL, the relative error of each component is about one rounding error of double-double
+ * arithmetic. The small moment of inertia of a thin rod would amplify errors that are small only
+ * relative to the norm. */
 static vec_dd momentum_in_body(const kr_top *top, const kr_state *start, const kr_state *low)
 {
     const kr_quat axes = top->scene.body.axes;
@@ -59,14 +59,14 @@ static vec_dd momentum_in_body(const kr_top *top, const kr_state *start, const k
     M = (vec_dd){dd_div(M.x, square), dd_div(M.y, square), dd_div(M.z, square)};
     return top->is_turned ? turn_back_accurately(top->body.rest, M) : M;
 }
-/* Returns a vector in the frame of description with components along the internal axes. */
+/* Returns the components along the internal axes of a vector v in the frame of description. */
 static vec_dd vector_in_body(const kr_top *top, kr_vec3 v)
 {
     const kr_state unturned = {0.0, q_one(), v};
     return momentum_in_body(top, &unturned, NULL);
 }
 
-/* Returns 1 if a body computed from the numbers in body->given is equal to `body`, else 0. */
+/* Returns 1 if the tensor, com and rotor in body->given result in the numbers of `body`, else 0. */
 static int matches_given(const kr_body *body)
 {
     const kr_given *given = &body->given;
@@ -76,14 +76,14 @@ static int matches_given(const kr_body *body)
     kr_body_set_rotor(&made, given->rotor);
     return memcmp(&made, body, sizeof made) == 0;
 }
-/* Writes to `a` the inertia tensor q* J q of a body, in multiples of `unit`, minus the diagonal
- * matrix of `moments`. q is body->axes, of almost unit norm, and J the tensor in body->given. */
-static void find_tensor_remainder(const kr_body *body, double unit, const double moments[3],
+/* Writes to `a` the matrix q* J q / inertia_unit minus the diagonal matrix of `moments`. q is
+ * body->axes, of almost unit norm, and J is the inertia tensor in body->given. */
+static void find_tensor_remainder(const kr_body *body, double inertia_unit, const double moments[3],
                                   dd a[3][3])
 {
     split_vec rows[3], turned[3];
     for (int i = 0; i < 3; i++)
-        rows[i] = split_vec_of(v_scale(1.0 / unit, v_of(body->given.inertia + 3 * i)));
+        rows[i] = split_vec_of(v_scale(1.0 / inertia_unit, v_of(body->given.inertia + 3 * i)));
     for (int side = 0; side < 2; side++) {
         for (int i = 0; i < 3; i++) turned[i] = split_turn_back(body->axes, &rows[i]);
         for (int i = 0; i < 3; i++) {
@@ -97,10 +97,10 @@ static void find_tensor_remainder(const kr_body *body, double unit, const double
         for (int j = 0; j < 3; j++)
             a[i][j] = dd_half(dd_add(split_dd(&rows[i], j), split_dd(&rows[j], i)));
 }
-/* Performs a Jacobi rotation that annihilates the element a[p][p + 1] of a symmetric matrix, and
- * updates the rotation `rest`. Indices are taken modulo 3. The matrix is the sum of a and the
- * diagonal matrix of `moments`, so that small moments and differences of moments keep their
- * digits. */
+/* Applies to the symmetric matrix a + diag(moments) the Jacobi rotation that annihilates its
+ * element (p, p + 1), with indices modulo 3. Updates `a` and the product `rest` of all rotations.
+ * Keeping `moments` apart from `a` preserves the digits of small moments and of differences of
+ * moments. */
 static void rotate_tensor(const double moments[3], dd a[3][3], quat_dd *rest, int p)
 {
     const int q = (p + 1) % 3, r = (p + 2) % 3;
@@ -119,10 +119,10 @@ static void rotate_tensor(const double moments[3], dd a[3][3], quat_dd *rest, in
     a[p][r] = a[r][p] = dd_sub(dd_mul(c, apr), dd_mul(s, aqr));
     a[q][r] = a[r][q] = dd_add(dd_mul(s, apr), dd_mul(c, aqr));
 }
-/* Finds the principal axes and moments of a body that was given by a tensor. If two moments are
- * equal, only rounding errors determine their axes. Such axes are kept if the result depends on
- * them: with unequal damping, and with tangents. */
-static void find_axes(kr_top *top, double unit)
+/* Corrects the rounded principal axes and moments of a body that was given by a tensor. If two
+ * moments are equal, rounding errors alone determine their axes. Such axes are not corrected if
+ * results depend on them: with unequal damping or with tangents. */
+static void find_axes(kr_top *top, double inertia_unit)
 {
     const kr_body *given = &top->scene.body;
     body_dd *body = &top->body;
@@ -130,7 +130,7 @@ static void find_axes(kr_top *top, double unit)
     dd a[3][3];
     v_put(moments, top->main.inertia);
     v_put(D, top->main.damping);
-    find_tensor_remainder(given, unit, moments, a);
+    find_tensor_remainder(given, inertia_unit, moments, a);
     for (int sweep = 0; sweep < TENSOR_SWEEPS; sweep++)
         for (int p = 0; p < 3; p++) {
             const int q = (p + 1) % 3, is_kept = D[p] != D[q] || top->config.tangents;
@@ -146,17 +146,17 @@ static void find_axes(kr_top *top, double unit)
     top->is_turned = 1;
     top->axes = qdd_high(kr_extended_axes(top));
 }
-static void set_body(kr_top *top, double moment)
+static void set_body(kr_top *top, double inertia_unit)
 {
     const kr_body *body = &top->scene.body;
     const kr_pull pull = kr_scene_pull(&top->scene, body->com);
-    const int power = pull.power - ilogb(moment) + 2 * ilogb(top->time_unit);
+    const int power = pull.power - ilogb(inertia_unit) + 2 * ilogb(top->time_unit);
     const dd product = two_product(pull.gravity, pull.mass),
              weight = dd_make(ldexp(product.hi, power), ldexp(product.lo, power));
     top->body = body_dd_of(&top->main, pull.com);
     if (matches_given(body)) {
         const kr_pull given = kr_scene_pull(&top->scene, body->given.com);
-        find_axes(top, moment);
+        find_axes(top, inertia_unit);
         top->body.com =
             vdd_scale_exactly(ldexp(1.0, given.power - pull.power), vector_in_body(top, given.com));
         if (kr_body_has_rotor(body))

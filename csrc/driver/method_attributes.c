@@ -21,7 +21,7 @@ int kr_method_applies(const kr_method *method, const kr_body *body)
     const int symmetric = fabs(moments.x - moments.y) <= KR_KIND_RTOL * moments.x;
     if (flags & KR_METHOD_LAGRANGE_ONLY)
         return kind == KR_KIND_LAGRANGE || (kind == KR_KIND_EULER && symmetric);
-    /* Methods for symmetric bodies need an exact drift, so a rotor along the symmetry axis. */
+    /* The drift of these methods must be exact, so the rotor must be along the symmetry axis. */
     if (flags & KR_METHOD_SYMMETRIC_ONLY)
         return symmetric && kr_body_is_rotor_axial(body, KR_KIND_RTOL);
     return !(flags & KR_METHOD_EULER_ONLY) || kind == KR_KIND_EULER;

@@ -1,8 +1,8 @@
 /* Functions that create a top and compute its state at requested times, in the user's frame and
- * units; steps.c makes the steps. A fixed-step method computes states on the grid start.t + k *
- * step, and an adaptive method at the ends of its own steps. A state within a step is computed by
- * dense output or, without it, by a separate integration from the beginning of the step. The
- * requested times therefore do not affect the path. */
+ * units; steps.c makes the steps, in internal axes and units (method.h). A fixed-step method
+ * computes states on the grid start.t + k * step, and an adaptive method at the ends of its own
+ * steps. A state within a step is computed by dense output or, without it, by a separate
+ * integration from the beginning of the step. The requested times thus do not affect the steps. */
 #include <float.h>
 #include <stdlib.h>
 #include "model/scene.h"
@@ -15,11 +15,11 @@ enum {
     STATES_TOGETHER = 64     /* largest number of states that a method evaluates in one call */
 };
 
-/* Returns 1 if the motion is computed in extended precision (more than 16 digits). */
 static int has_extended_digits(const kr_top *top) { return top->main.digits > 16; }
 static int is_adaptive(const kr_top *top) { return (top->method->flags & KR_METHOD_ADAPTIVE) != 0; }
-/* Returns `horizon`, limited to the duration of 2^50 steps if the step size is fixed. Beyond 2^50
- * steps, the times of two grid points may round to the same double. */
+/* Returns the upper bound on |t| for requested times: `horizon` or, if the step size is fixed, at
+ * most the duration of 2^50 steps. Beyond, the times of two grid points may round to the same
+ * double. */
 static double limit_horizon(const kr_top *top, double horizon)
 {
     return is_adaptive(top) ? horizon : fmin(horizon, 0x1p50 * fabs(top->config.step));
@@ -34,9 +34,8 @@ static kr_status horizon_error(const kr_top *top, double t)
     if (!isfinite(t)) return KR_ERR_ARGUMENT;
     return fabs(t) < kr_scene_horizon(&top->scene) ? KR_ERR_STEP : KR_ERR_RESOLUTION;
 }
-/* Returns the internal axes (method.h). Methods that do not depend on the order of the axes use the
- * principal axes as given. The initial state is converted to these axes exactly, which preserves
- * the digits of small tilts. */
+/* Returns the internal axes, and the inertia, com, damping and rotor along them. Methods with
+ * KR_METHOD_DIGITS use the unpermuted principal axes, which preserves digits of small tilts. */
 static kr_working find_working_axes(const kr_top *top)
 {
     const kr_scene *scene = &top->scene;
@@ -44,10 +43,10 @@ static kr_working find_working_axes(const kr_top *top)
                ? kr_body_principal(&scene->body, scene->damping)
                : kr_body_working_damped(&scene->body, scene->damping);
 }
-/* Returns the initial state in the axes and units of the method, for up to 16 digits. If these axes
- * are a permutation of the principal axes, the small tilt of a nearly upright top is the difference
- * of two nearly equal components of q. Therefore, q is then computed in double-double arithmetic,
- * and top->main.low receives the low words. */
+/* Returns the initial state, for up to 16 digits: the attitude of the internal axes, and the
+ * momentum in space in internal units. If these axes are permuted principal axes, the small tilt of
+ * a nearly upright top is the difference of two nearly equal components of q. Therefore, q is then
+ * computed in double-double arithmetic, and top->main.low receives the low words of q. */
 static kr_state convert_start(kr_top *top)
 {
     const kr_state *start = &top->scene.start;
@@ -63,7 +62,7 @@ static kr_state convert_start(kr_top *top)
     }
     return own;
 }
-/* Sets the axes, internal units and time limit of `top`. */
+/* Sets the internal axes and units, the body in these units, and the time limit of `top`. */
 static kr_status choose_units(kr_top *top)
 {
     const kr_working working = find_working_axes(top);
@@ -97,8 +96,8 @@ static kr_status choose_units(kr_top *top)
                ? KR_OK
                : KR_ERR_ARGUMENT;
 }
-/* Converts `state` at time t to the user's frame and units, in place, because a copy would be
- * costly. Returns 0 if the converted state is invalid. */
+/* Converts `state` in place from internal axes and units to those of the user, and sets its time to
+ * t. Returns 1, or 0 if the converted state is invalid; top->low is then unchanged. */
 static int convert_to_user(kr_top *top, double t, kr_state *state)
 {
     const kr_state low = top->low;
@@ -115,7 +114,6 @@ static int convert_to_user(kr_top *top, double t, kr_state *state)
     return 0;
 }
 
-/* Returns the time of grid point k. */
 static double grid_time(const kr_top *top, int64_t k)
 {
     return top->scene.start.t + (double)k * top->config.step;
@@ -126,7 +124,7 @@ static int is_at_grid_point(const kr_top *top, int64_t k, double t)
     return fabs(grid_time(top, k) - t) <=
            2.0 * DBL_EPSILON * fmax(fabs(t), fabs(top->scene.start.t));
 }
-/* Returns the index of the last grid point at or before t, or the current index if it is larger. */
+/* Returns the index of the last grid point at or before t, but at least that of the main motion. */
 static int64_t find_grid_point(const kr_top *top, double t)
 {
     const int64_t k = (int64_t)((t - top->scene.start.t) / top->config.step + 0.5);
@@ -150,8 +148,7 @@ static kr_status find_adaptive_state(kr_top *top, double t, kr_state *state)
         const kr_status status = dense ? kr_steps_dense(top, goal) : kr_steps_adaptive(top);
         if (status != KR_OK) return status;
     }
-    /* If a step is shorter than the spacing of doubles near t, then t may lie before the last
-     * step. */
+    /* Rounding can place t before a step that is shorter than the spacing of doubles near t. */
     if (!(top->forward * (goal - top->before_clock) >= 0.0)) return KR_ERR_STEP;
     if (dense)
         kr_top_evaluate(top, t, state);
@@ -192,7 +189,8 @@ static double find_step_end(const kr_top *top)
     return is_adaptive(top) ? top->scene.start.t + top->main.clock * top->time_unit
                             : grid_time(top, top->steps);
 }
-/* Returns the time of the end of the last step, rounded towards the initial time. */
+/* Returns the time of the end of the last step or, if its rounded value lies beyond the end, the
+ * next double towards the initial time. */
 static double find_rounded_step_end(const kr_top *top)
 {
     const double at = find_step_end(top);
@@ -219,7 +217,6 @@ kr_status kr_top_sync(kr_top *top, double t)
     return KR_OK;
 }
 
-/* Returns the total size of the work arrays of all motions of a top, in numbers. */
 static size_t count_work_doubles(const kr_method *method)
 {
     return (method->at ? 1 : 3) * method->work;
@@ -227,7 +224,7 @@ static size_t count_work_doubles(const kr_method *method)
 #define X(by, bit, columns, name) | (bit)
 enum { ALL_TANGENTS = 0 KR_TANGENT_LIST(X) };
 #undef X
-/* Returns KR_OK if the numbers in a configuration are valid, regardless of the method. */
+/* Returns KR_OK if the numbers in a configuration are valid for some method. */
 static kr_status check_numbers(const kr_config *config)
 {
     const int digits = config->digits;
@@ -263,10 +260,10 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
     if (step == 0.0 && !(method->flags & KR_METHOD_ADAPTIVE)) return KR_ERR_NO_STEP;
     status = kr_refusal_by_method(method, scene);
     if (status != KR_OK) return status;
-    /* On a rotating support, the motion depends on the heading of the top, so the heading must be
-     * computed. */
+    /* On a rotating support, the motion depends on the heading (the angle about the vertical). */
     if (config->skip_heading && kr_scene_turns(scene)) return KR_ERR_OPTION;
-    /* No derivative exists by a friction of zero or, with friction, by a com of zero. */
+    /* The derivative by friction does not exist if friction is 0. The derivative by com does not
+     * exist if com is 0 and friction is not. */
     const uint64_t missing = !(scene->friction > 0.0)           ? KR_TANGENT_FRICTION
                              : v_largest(scene->body.com) > 0.0 ? 0
                                                                 : KR_TANGENT_COM;
@@ -278,8 +275,8 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
     return kr_body_has_rotor(&scene->body) && kr_method_suits(method, &without) ? KR_ERR_ROTOR
                                                                                 : KR_ERR_METHOD;
 }
-/* Initializes a top, whose work arrays are assigned, from a validated scene, method and
- * configuration. `low` has the low words of the initial state, or is NULL. */
+/* Initializes a top from a scene, method and configuration that are valid together. The work arrays
+ * of `top` are already assigned. `low` has the low words of the initial state, or is NULL. */
 static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_state *low,
                            const kr_method *method, const kr_config *config)
 {
@@ -301,7 +298,6 @@ static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_state *l
     if (low && has_extended_digits(top)) top->low = *low;
     return method->reset(&top->main, &own);
 }
-/* Rounds the address `memory` up to a multiple of 64 bytes. */
 static double *align64(double *memory)
 {
     return memory + (CACHE_LINE - (uintptr_t)memory / sizeof(double) % CACHE_LINE) % CACHE_LINE;
@@ -324,7 +320,6 @@ kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t 
     *top = made;
     return KR_OK;
 }
-/* Returns how many numbers of memory a method needs for `scene` in addition to the work arrays. */
 static size_t count_extra(const kr_method *method, const kr_scene *scene)
 {
     return method->extra_doubles ? method->extra_doubles(scene) : 0;
@@ -356,8 +351,8 @@ void kr_top_free(kr_top *top)
     }
     free(top);
 }
-/* Copies the newly initialized top `begun` to `top`, but keeps the memory of `top`. The work array
- * of `begun` is the work array of top->side, if the method has one, or else that of top->main. */
+/* Copies the newly initialized top `begun` to `top`, but keeps the work arrays of `top`. The array
+ * begun->main.work is top->side.work or, if the method has dense output, top->main.work. */
 static void replace_top(kr_top *top, const kr_top *begun)
 {
     const kr_motion main = top->main, side = top->side, kept = top->saved;
@@ -426,9 +421,9 @@ kr_status kr_top_advance(kr_top *top, double t)
     kr_state state;
     return kr_top_record(top, 1, &t, &state, NULL, NULL);
 }
-/* Records up to n states with a method that can evaluate several states at once. Recording stops at
- * the first time that is out of order. Returns the number of recorded states, or 0 if the caller
- * must compute the first state alone. If a step fails, writes its error code to `status`. */
+/* Writes the states at t[0], t[1], ... to `out`, at most n, by one call of kr_method.at_times.
+ * Stops before a time that does not follow the preceding one. Returns the number of states; 0: the
+ * caller must compute the first state alone. If a step fails, writes its error code to `status`. */
 static size_t record_together(kr_top *top, size_t n, const double t[], kr_state out[],
                               kr_status *status)
 {
@@ -475,8 +470,8 @@ kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
     if (done) *done = i;
     return status;
 }
-/* Advances a top by one step of an adaptive method. If the last requested time lies within the last
- * step, the top advances only to the end of that step. */
+/* Advances a top by one step of an adaptive method or, if the last requested time lies within the
+ * last step, to the end of that step. */
 static kr_status step_adaptive(kr_top *top)
 {
     const double end = top->forward * INFINITY, requested = top->requested;

@@ -1,11 +1,12 @@
-/* Time stepping of a top, and recovery of the last valid state after a failure. The motion of a
- * fixed-step method is saved and checked every KR_CHECK steps, because NaN and infinity persist in
- * all later states. After a failure, the steps since then are repeated to find the last valid
- * state. The state of an adaptive method is checked after every step, by the method itself if it
- * has dense output. */
+/* Time stepping of a top, and recovery of the last valid state after a failure. NaN and infinity
+ * persist in all later states of a fixed-step method, so its motion is checked and saved only every
+ * KR_CHECK steps. After a failure, the steps since the last save are repeated to find the last
+ * valid state. The state of an adaptive method is checked after every step, by the method itself if
+ * it has dense output. Without dense output, a second motion (kr_top.side) leads from the beginning
+ * of a step to a requested time in it. */
 #include "top.h"
 
-/* The largest number of steps of a side motion within one step of the main motion. */
+/* The largest number of steps of the side motion for one requested time. */
 enum { SIDE_STEPS_MAX = 1024 };
 
 /* Returns 1 if a state in internal units is valid after conversion to the user's units. */
@@ -13,7 +14,6 @@ static int is_good_state(const kr_top *top, const kr_state *state)
 {
     return kr_state_is_good(state->q, v_scale(top->momentum_unit, state->m));
 }
-/* Returns 1 if the current state of the main motion is valid. */
 static int is_main_good(const kr_top *top)
 {
     kr_state state = {0}; /* zeros are invalid, in case the method writes nothing */
@@ -21,15 +21,15 @@ static int is_main_good(const kr_top *top)
     return is_good_state(top, &state);
 }
 
-/* Copies a motion and its work array, but leaves the pointers to->work and to->aux unchanged. */
-static void copy_motion(kr_motion *to, const kr_motion *from, size_t work)
+/* Copies a motion and `doubles` numbers of its work array, but not the pointers work and aux. */
+static void copy_motion(kr_motion *to, const kr_motion *from, size_t doubles)
 {
     double *memory = to->work;
     void *aux = to->aux;
     *to = *from;
     to->work = memory;
     to->aux = aux;
-    memcpy(memory, from->work, work * sizeof(double));
+    memcpy(memory, from->work, doubles * sizeof(double));
 }
 static void schedule_inspection(kr_top *top)
 {
@@ -73,14 +73,16 @@ kr_status kr_steps_recover(kr_top *top)
     return status == KR_OK ? KR_ERR_NOT_FINITE : status;
 }
 int kr_steps_poll(kr_top *top) { return top->config.poll && top->config.poll(top->config.context); }
-/* Returns KR_ERR_INTERRUPTED or KR_ERR_LIMIT if the motion must stop after `steps` steps. */
+/* Calls the user's `poll`. Returns KR_OK, or KR_ERR_INTERRUPTED or KR_ERR_LIMIT if the computation
+ * must stop after `steps` steps. */
 static kr_status check_limits(kr_top *top, int64_t steps)
 {
     const int64_t limit = top->config.max_steps;
     if (kr_steps_poll(top)) return KR_ERR_INTERRUPTED;
     return limit > 0 && steps >= limit ? KR_ERR_LIMIT : KR_OK;
 }
-/* Checks the state of the main motion, saves the motion for recovery, and checks the step limit. */
+/* Checks the main motion, saves it for recovery, and checks the step limit. If the motion is
+ * invalid, restores its last valid state and returns an error code. */
 static kr_status inspect_main(kr_top *top)
 {
     if (!is_main_good(top)) return kr_steps_recover(top);
@@ -128,7 +130,7 @@ kr_status kr_steps_dense(kr_top *top, double until)
     top->before_clock = clock;
     return kr_tangents_advance(top);
 }
-/* Integrates an auxiliary motion from the state `from` over a time `span`. */
+/* Integrates the side motion from the state `from` over a time `span`, both in internal units. */
 static kr_status run_side_motion(kr_top *top, const kr_state *from, double span)
 {
     const kr_method *method = top->method;

@@ -1,5 +1,7 @@
 /* Initialization of tangents, which the integration methods propagate, and their conversion to the
- * user's frame and units. A seed (kr_seed) is the input for one column of the tangent matrix. */
+ * user's frame and units. The tangent matrix has the 6 rows (rotation vector, change of momentum)
+ * and the columns that KR_TANGENT_LIST (kreisel.h) defines. A seed (kr_seed, method.h) is the input
+ * for one column: an initial perturbation, and derivatives of the coefficients of the motion. */
 #include <math.h>
 #include <string.h>
 #include "model/scene.h"
@@ -21,7 +23,7 @@ size_t kr_tangents_size(const kr_method *method, const kr_config *config)
 }
 
 /* The seeds of all columns of the tangent matrix. `next` points to the first unused element of
- * `seeds`. The units are the internal units of time and of inertia. */
+ * `seeds`. time_unit and inertia_unit are the internal units, in the user's units. */
 typedef struct {
     kr_seed seeds[KR_TANGENT_COLUMNS_MAX], *next;
     double time_unit, inertia_unit;
@@ -43,7 +45,6 @@ static void add_start_seeds(seed_list *to, const kr_top *top)
             seed->at_start.push = vdd_of(v_axis(i - 3));
     }
 }
-/* Returns the centre of mass along the internal axes. */
 static vec_dd find_internal_com(const kr_top *top)
 {
     int reach;
@@ -57,9 +58,10 @@ static vec_dd find_internal_lever(const seed_list *to, dd weight, vec_dd com)
         dd_scale(to->time_unit, dd_scale(to->time_unit, dd_scale(1.0 / to->inertia_unit, weight)));
     return vdd_scale(own, com);
 }
-/* Adds the seed of a parameter on which lever = mass * gravity * com depends. On a support at rest,
- * d(lever) / d(parameter) = weight * com. On a shaken support, this derivative is mass * com times
- * the function of time that `timing` names. */
+/* Adds the seed of a parameter of lever = mass * gravity * com. All arguments are in the user's
+ * units. On a support at rest, d(lever) / d(parameter) = weight * com with the arguments `weight`
+ * and `com`. On a shaken support, the derivative is mass * com times the function of time `timing`
+ * (method.h). */
 static kr_seed *add_lever_seed(seed_list *to, dd weight, double mass, vec_dd com, kr_timing timing)
 {
     kr_seed *seed = add_seed(to);
@@ -68,8 +70,8 @@ static kr_seed *add_lever_seed(seed_list *to, dd weight, double mass, vec_dd com
     seed->timing = timing;
     return seed;
 }
-/* Adds the three columns of the tangent matrix for the centre of mass, `com`. The direction of the
- * apex depends on `com` unless `com` is zero. */
+/* Adds the three seeds of the components of the centre of mass, `com`, along the principal axes.
+ * The direction of the apex depends on `com` unless `com` is zero. */
 static void add_com_seeds(seed_list *to, const kr_top *top)
 {
     const kr_body *body = &top->scene.body;
@@ -86,13 +88,13 @@ static void add_com_seeds(seed_list *to, const kr_top *top)
         seed->apex = vdd_scale(dd_div(dd_of(unit), dd_sqrt(square)), across);
     }
 }
-static void add_support_seeds(seed_list *to, const kr_top *top, uint64_t by)
+static void add_support_seeds(seed_list *to, const kr_top *top, uint64_t flags)
 {
     static const kr_timing timings[] = {KR_TIMING_AMPLITUDE, KR_TIMING_RATE, KR_TIMING_PHASE};
-    if (by & KR_TANGENT_TURNING)
+    if (flags & KR_TANGENT_TURNING)
         for (int i = 0; i < 3; i++) add_seed(to)->turning = v_axis(i);
     /* The shaking changes the acceleration of the support, but not the lever at rest. */
-    if (by & KR_TANGENT_SHAKING)
+    if (flags & KR_TANGENT_SHAKING)
         for (int i = 0; i < 3; i++)
             add_lever_seed(to, dd_of(0.0), top->scene.body.mass, find_internal_com(top),
                            timings[i]);
@@ -130,8 +132,8 @@ kr_status kr_tangents_advance(kr_top *top)
     return n > 0 ? top->method->tangents->advance(&top->main, top->tangents, n) : KR_OK;
 }
 
-/* Writes the internal unit of the parameter of each column, in the user's units. The columns are in
- * the order of the flags KR_TANGENT_... */
+/* Writes the divisor of each column, in the order of the flags KR_TANGENT_...: the internal unit of
+ * its parameter in the user's units, or 1 if the unit was already applied to the seed. */
 static void write_parameter_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
 {
     const uint64_t by = top->config.tangents;
@@ -148,9 +150,9 @@ static void write_parameter_units(const kr_top *top, double unit[KR_TANGENT_COLU
     if (by & KR_TANGENT_FRICTION) *unit++ = momentum / time;
     if (by & KR_TANGENT_GRADIENT) *unit = 1.0 / (time * time);
 }
-/* Writes one of n columns of the tangent matrix, in the user's frame and units: high words to `out`
- * and low words to `low`. With more than 16 digits, `axes` (kr_extended_axes) rotates the column
- * into the user's frame, else the axes of the top do in doubles. */
+/* Writes column `from` of a tangent matrix of n columns in the user's frame and units, with the
+ * unit of its parameter: high words to out[0], out[n], ... and low words to `low`. With more than
+ * 16 digits, `axes` (kr_extended_axes) rotates the column into the user's frame, else top->axes. */
 static void write_column(const kr_top *top, quat_dd axes, const kr_deviation *from, double unit,
                          size_t n, double *out, double *low)
 {

@@ -45,7 +45,7 @@ struct kr_top {
 typedef struct kr_event_search {
     int64_t searched;  /* index of the last step that was searched; -1: none */
     double mark, next; /* positions in the step, 0 .. 1: start of the search; event found */
-    int side, sign;    /* sign of g at `mark`, 0: uncertain; direction of the event, 0: none */
+    int side, sign; /* signs of the event function at `mark`, 0: uncertain; of the event, 0: none */
 } kr_event_search;
 typedef char kr_event_search_fits[sizeof(kr_event_search) == sizeof(double[4]) ? 1 : -1];
 static inline kr_event_search kr_event_load_search(const kr_event *event)
@@ -65,29 +65,27 @@ static inline void kr_event_reset_search(kr_event *event)
     kr_event_store_search(event, none);
 }
 
-/* Returns the rotation from the method's axes to the frame of description, in double-double
- * numbers. */
+/* Returns the rotation from the internal axes (method.h) to the frame of description. */
 quat_dd kr_extended_axes(const kr_top *top);
-/* Unit conversion for computations in extended precision (more than 16 digits). */
+/* Conversions for more than 16 digits, from and to internal axes and units (method.h). */
 struct kr_extended_ops {
-    /* Sets the principal axes, and the moments, centre of mass, rotor and lever along them, in
-     * double-double numbers. `moment` is the internal unit of moments of inertia. */
-    void (*set_body)(kr_top *top, double moment);
+    /* Sets top->body: the principal axes, and the moments, centre of mass, rotor and lever along
+     * them, in double-double numbers. inertia_unit is the internal unit of moments of inertia. */
+    void (*set_body)(kr_top *top, double inertia_unit);
     /* Converts the initial state `start` to internal units, with the momentum along the internal
      * axes. `low` has the low words of `start`, or is NULL. Stores the low words of the result in
      * main.low. */
     kr_state (*from_user)(kr_top *top, const kr_state *start, const kr_state *low);
-    /* Converts a state in place to the user's frame and units; top->low receives its low words. */
+    /* Converts a state in place to the user's frame and units. Sets top->low to its low words. */
     void (*to_user)(kr_top *top, kr_state *state);
 };
 
-/* Returns 1 if a state is valid: m is finite, and q has unit norm. (An overflow would change the
- * norm.) */
+/* Returns 1 if m is finite and |q| is almost 1. (An overflow would change |q|.) */
 static inline int kr_state_is_good(kr_quat q, kr_vec3 m)
 {
     return fabs(q_dot(q, q) - 1.0) < 1e-6 && isfinite(fabs(m.x) + fabs(m.y) + fabs(m.z));
 }
-/* Returns the upper bound on the magnitude of requested times for `scene`. */
+/* Returns the horizon for `scene`: the magnitude of requested times must be smaller. */
 double kr_top_horizon_of(const kr_top *top, const kr_scene *scene);
 /* Allocates a top, and memory for its motions, the tangents of `config`, and `extra` numbers. */
 kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t extra,
@@ -112,11 +110,11 @@ static inline double kr_step_directed(double step, int back)
     const double size = fabs(step);
     return !back ? size : size > 0.0 ? -size : -0.1;
 }
-/* Sets the current state to that at the end of the last step, unless this end lies beyond the time
- * t or before the last requested time. */
+/* Sets the current state to that at the end of the last step. Does nothing if this end is later
+ * than t or not later than the last requested time. */
 kr_status kr_top_sync(kr_top *top, double t);
-/* After a failure, repeats the steps from the saved motion to the last valid state. Returns the
- * error code of the failed step. */
+/* After a failure, sets the main motion to its last valid state, by repeating the steps from the
+ * saved motion. Returns the error code of the failed step. */
 kr_status kr_steps_recover(kr_top *top);
 /* Advances a top to grid point `goal`, and writes the state there to `state`. */
 kr_status kr_steps_to_grid(kr_top *top, int64_t goal, kr_state *state);
@@ -124,7 +122,7 @@ kr_status kr_steps_to_grid(kr_top *top, int64_t goal, kr_state *state);
 kr_status kr_steps_adaptive(kr_top *top);
 /* Advances a top by one step of a method with dense output, which may end after `until`. */
 kr_status kr_steps_dense(kr_top *top, double until);
-/* Integrates from the state `from` over a time `span`, both in internal units. */
+/* Writes to `end` the state that follows `from` after a time `span`, all in internal units. */
 kr_status kr_steps_off_grid(kr_top *top, const kr_state *from, double span, kr_state *end);
 /* Calls the user's `poll`, if any. Returns nonzero if the computation must stop. */
 int kr_steps_poll(kr_top *top);
@@ -136,7 +134,7 @@ static inline double time_since_start(const kr_top *top, double t)
     return (t - top->scene.start.t) / top->time_unit;
 }
 /* Writes the state, in internal units, at the user's time t within the last step of a method with
- * dense output. The low words are in main.low. */
+ * dense output. With more than 16 digits, main.low receives the low words. */
 static inline void kr_top_evaluate(kr_top *top, double t, kr_state *state)
 {
     top->main.low.t = two_sum(t, -top->scene.start.t).lo / top->time_unit;

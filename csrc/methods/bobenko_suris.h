@@ -2,11 +2,11 @@
  * I_N = I_B and I3 = I_T, the momentum m, and the symmetry axis a = q e3 q*:
  *     drift  q <- Cay(h m / I1) q R,    Cay(v) = (1, v/2) / sqrt(1 + |v|^2/4)
  *     kick   m <- m + k e3 x a,         k = h * mass * gravity * com_T
- *     twist  R = (cos s, 0, 0, sin s),  2 s = h c / I3 - 2 atan(h c / 2 I1),   c = <m, a>
+ *     twist  R = (cos s, 0, 0, sin s),  2 s = h c / I3 - 2 atan(h c / (2 I1)),   c = <m,a>
  * R rotates the body about its symmetry axis by the same angle 2 s in every step, so that the total
- * rotation about this axis is exact. R commutes with drifts and kicks. All twists are therefore
- * applied together when the state is read. The twist angle in theorem 4.2 of Bodack (2008) contains
- * 2 atan(h c / 2 I3) instead of h c / I3. */
+ * rotation about this axis is exact. R commutes with drifts and kicks. Therefore, the twists of all
+ * n steps are applied together, as R^n, when the state is read. The twist angle in theorem 4.2 of
+ * Bodack (2008) contains 2 atan(h c / (2 I3)) instead of h c / I3. */
 #ifndef KR_BOBENKO_SURIS_H
 #define KR_BOBENKO_SURIS_H
 #include "method.h"
@@ -19,16 +19,17 @@ typedef struct bobenko_suris_orbit {
     double steps, cosine, sine; /* the number n of steps; cos(n s) and sin(n s) */
 } bobenko_suris_orbit;
 /* Each step updates cos(n s) and sin(n s) by the addition theorems, which is cheap. To limit
- * rounding errors, the sine and cosine are recomputed every BOBENKO_SURIS_REFRESH steps. */
+ * rounding errors, both are recomputed every BOBENKO_SURIS_REFRESH steps. */
 enum {
     BOBENKO_SURIS_WORK = sizeof(bobenko_suris_orbit) / sizeof(double),
     BOBENKO_SURIS_REFRESH = 64
 };
 
-static inline kr_vec3 bobenko_suris_momentum_after_kick(const bobenko_suris_orbit *o, double k)
+static inline kr_vec3 bobenko_suris_momentum_after_kick(const bobenko_suris_orbit *o,
+                                                        double strength)
 {
     const kr_vec3 a = q_axis(o->q);
-    return v3(o->m.x - k * a.y, o->m.y + k * a.x, o->m.z);
+    return v3(o->m.x - strength * a.y, o->m.y + strength * a.x, o->m.z);
 }
 static inline void bobenko_suris_drift(bobenko_suris_orbit *o)
 {
@@ -43,25 +44,24 @@ static inline void bobenko_suris_drift(bobenko_suris_orbit *o)
     if ((int64_t)o->steps % BOBENKO_SURIS_REFRESH == 0)
         sin_cos(o->steps * o->half_twist, &o->sine, &o->cosine);
 }
-/* Sets the initial state, the step size h, and the twist R = (cos s, 0, 0, sin s). */
+/* Sets the initial state `start`, the size `step` of each step, and s = half_twist. */
 static inline void bobenko_suris_begin(bobenko_suris_orbit *o, const kr_motion *motion,
-                                       const kr_state *start, double h, double s)
+                                       const kr_state *start, double step, double half_twist)
 {
     *o = (bobenko_suris_orbit){.q = start->q,
                                .m = start->m,
-                               .kick_strength = h * motion->lever.z,
-                               .drift_factor = h / motion->inertia.x,
-                               .half_twist = s,
+                               .kick_strength = step * motion->lever.z,
+                               .drift_factor = step / motion->inertia.x,
+                               .half_twist = half_twist,
                                .cosine = 1.0};
-    sin_cos(s, &o->sin_half_twist, &o->cos_half_twist);
+    sin_cos(half_twist, &o->sin_half_twist, &o->cos_half_twist);
 }
-/* Returns half the twist angle, s, for the maps bobenko_suris and bobenko_suris2. */
+/* Returns s, half the twist angle, for the maps bobenko_suris and bobenko_suris2. */
 static inline double bobenko_suris_half_twist(const kr_motion *motion, const kr_state *start)
 {
     const double half = 0.5 * motion->step * v_dot(start->m, q_axis(start->q));
     return half / motion->inertia.z - arc_tangent(half / motion->inertia.x);
 }
-/* Returns 1 if the number of steps that is stored in the work array is valid. */
 static inline int bobenko_suris_is_valid(const void *work)
 {
     bobenko_suris_orbit o;

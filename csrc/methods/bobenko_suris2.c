@@ -1,8 +1,9 @@
 /* The symmetric form of the Bobenko-Suris map: half kick, Cayley drift, half kick.
- *     m+ = m + (h/2) p x a M,    a' = Cay(h m+ / I1) a,    m' = m+ + (h/2) p x a' M
- * with the notation of bobenko_suris.c. The map is integrable, because it is conjugate to
- * bobenko_suris. The composition is symmetric, and is therefore of order 2. The map conserves
- * <m,p>, <m,a> and E - h^2 M^2 |p x a|^2 / (8 I1). The last half kick of a step is merged with the
+ *     m+ = m + (h/2) M p x a,    a' = Cay(h m+ / I1) a,    m' = m+ + (h/2) M p x a'
+ * with the momentum m, the centre of mass a, the step size h, the mass M, p = gravity * e3, and I1
+ * and Cay of bobenko_suris.h. The map is integrable, because it is conjugate to bobenko_suris. The
+ * composition is symmetric, and is therefore of order 2. The map conserves <m,p>, <m,a> and E - h^2
+ * M^2 |p x a|^2 / (8 I1), where E is the energy. The last half kick of a step is merged with the
  * first half kick of the next step. */
 #include "bobenko_suris.h"
 

@@ -12,11 +12,11 @@
 #include "bobenko_suris.h"
 #include "model/map_rates.h"
 
-/* Each step also includes fixed rotations about the vertical and the symmetry axis. The fixed
- * rotations of all steps are combined, and are applied only when a state is read. */
+/* Each step also includes fixed rotations about the vertical and the symmetry axis. Their product
+ * over all steps is applied only when a state is read. */
 typedef struct {
     bobenko_suris_orbit o; /* o.m includes half of the next kick */
-    double b;              /* the kick's V'(u) is g (1 - b u) / (1 + b^2 u^2) */
+    double b;              /* V'(u) = lever (1 - b u) / (1 + b^2 u^2) */
     double precession;     /* angle of the rotation about e3 in a step */
 } bobenko_suris4_state;
 

@@ -2,13 +2,13 @@
  * conserve the vertical momentum and, for Lagrange tops and torque-free symmetric bodies, the
  * momentum about the symmetry axis. The energy error is bounded and O(h^order). A step is
  *     kick b_0, drift a_1, kick b_1, drift a_2, ... drift a_s, kick b_s,
- * where a_i and b_i are fractions of the step size. The kick coefficients and the drift
- * coefficients are palindromic, and each set sums to 1. The table therefore lists only the first
- * half of each set, without the middle coefficient. A row without kick coefficients composes steps
- * of Strang splitting, with b_i = (a_i + a_(i+1)) / 2. At orders 6 and 8, the tabulated
- * compositions are cheaper than repeated compositions with Suzuki's coefficients. A composition
- * with kick coefficients begins and ends with a drift, because b_0 = 0. If the drift is exact, the
- * coefficients must satisfy only the order conditions of Runge-Kutta-Nystrom methods. */
+ * where a_i and b_i are fractions of the step size. The sequences a_1 ... a_s and b_0 ... b_s are
+ * palindromic, and each sums to 1. A row of the table therefore lists only the first half of each
+ * sequence, without the middle coefficient. A row without kick coefficients composes s steps of
+ * Strang splitting, with b_i = (a_i + a_(i+1)) / 2 and a_0 = a_(s+1) = 0. A composition with kick
+ * coefficients begins and ends with a drift: b_0 = b_s = 0, which the table omits. If the drift is
+ * exact, the coefficients must satisfy only the order conditions of Runge-Kutta-Nystrom methods. Of
+ * orders 6 and 8, these compositions are cheaper than repeated ones with Suzuki's coefficients. */
 #ifndef KR_COMPOSITION_H
 #define KR_COMPOSITION_H
 #include "splitting.h"
@@ -27,7 +27,7 @@ static const struct {
                    .drift = {0.39216144400731413928, 0.33259913678935943860,
                              -0.70624617255763935981, 0.08221359629355080023}},
     /* Kahan and Li, Mathematics of Computation 66 (1997); Hairer, Lubich, Wanner V.3.2, (3.13).
-     * Suzuki and Umeno's 15 stages of order 8 (1993) are not better than these 17. */
+     * The 15 stages of Suzuki and Umeno (1993), also of order 8, are not better. */
     [KAHAN_LI8] = {.stages = 17,
                    .drift = {0.13020248308889008088, 0.56116298177510838456,
                              -0.38947496264484728641, 0.15884190655515560090,
@@ -43,10 +43,9 @@ static const struct {
                                0.004914688774712854, 0.143761127168358, 0.328567693746804}},
 };
 
-/* The drifts and kicks of one step alternate, starting with drift[0] and kick[0]. The arrays drift
- * and kick contain fractions of the step size. The last kick of a step is merged with the first
- * kick of the next step. Between steps, the momentum therefore already includes a kick over the
- * fraction `ahead` of the next step. */
+/* The coefficients of one step: drift[0], kick[0], drift[1], ... as fractions of the step size. The
+ * last kick of a step is merged with the first kick of the next step. Between steps, the momentum
+ * therefore already includes the first kick of the next step, whose coefficient is `ahead`. */
 typedef struct composition {
     int stages;
     double ahead, drift[COMPOSE_MOST], kick[COMPOSE_MOST];

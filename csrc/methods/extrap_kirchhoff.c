@@ -3,9 +3,9 @@
  *     M' = M x W + E3 x L,   E1' = E1 x U,   E2' = E2 x U,   E3' = E3 x U,   U = W - S
  * with the momentum M, the angular velocity W = J^-1 (M - h), the momentum h of the rotor, the
  * lever L (method.h), the axes E1, E2, E3 of space or of a turning support, and the angular
- * velocity S of the support. All vectors are expressed in the body frame. The method `extrap` also
- * integrates a system of twelve equations, so the two formulations can be compared. The method
- * extrap_kirchhoff does not conserve the integrals of motion. */
+ * velocity S of the support. All vectors have components along the body axes; y = (M, E1, E2, E3).
+ * The method `extrap` also integrates a system of twelve equations, so the two formulations can be
+ * compared. The method extrap_kirchhoff does not conserve the integrals of motion. */
 #include "extrapolation.h"
 
 static kr_vec3 body_velocity(const kr_motion *motion, const double y[GBS_SIZE])
@@ -16,7 +16,6 @@ static kr_vec3 rotate_to_space(const double y[GBS_SIZE], kr_vec3 v)
 {
     return v3(v_dot(v_of(y + 3), v), v_dot(v_of(y + 6), v), v_dot(v_of(y + 9), v));
 }
-
 static void kirchhoff_begin(const kr_motion *motion, const kr_state *s, double y[GBS_SIZE])
 {
     (void)motion;
@@ -44,13 +43,11 @@ static kr_vec3 kirchhoff_momentum(const kr_motion *motion, const double y[GBS_SI
     (void)motion;
     return rotate_to_space(y, v_of(y));
 }
-
 static kr_quat kirchhoff_attitude(const double y[GBS_SIZE], kr_quat last)
 {
     return q_near(q_of_frame(v3(y[3], y[6], y[9]), v3(y[4], y[7], y[10]), v3(y[5], y[8], y[11])),
                   last);
 }
-
 static const gbs_form kirchhoff_form = {
     .begin = kirchhoff_begin,
     .rates = kirchhoff_rates,

@@ -1,13 +1,12 @@
 /* Gragg-Bulirsch-Stoer extrapolation with order and step-size control, for any formulation of the
- * motion as twelve differential equations. T(j,1) is the result of the midpoint rule with n_j = 2 j
- * substeps and Gragg's smoothing. The asymptotic expansion of the error contains only even powers
- * of 1 / n_j. The Aitken-Neville scheme therefore gives the better approximations
+ * motion as twelve differential equations. T(j,1) is the result of the midpoint rule for one step,
+ * with n_j = 2 j substeps and Gragg's smoothing. The asymptotic expansion of the error contains
+ * only even powers of 1 / n_j. The Aitken-Neville scheme therefore gives the better approximations
  *     T(j,k+1) = T(j,k) + (T(j,k) - T(j-1,k)) / ((n_j / n_(j-k))^2 - 1).
- * A step is accepted at row j of the table T if the norm of T(j,j) - T(j,j-1) is at most tol. The
- * error norm is defined in the thesis (Bodack 2008, 4.1.1). The next step is planned to converge in
- * its target row, the row with the least work per unit time. The rules and constants of the
- * step-size control follow ODEX (Hairer, Norsett, Wanner, II.9). The method does not conserve the
- * integrals of motion. */
+ * A step is accepted at row j of the table T if the scaled norm of T(j,j) - T(j,j-1) is at most tol
+ * (Bodack 2008, 4.1.1). The next step is planned to converge in its target row, the row with the
+ * least work per unit time. The rules and constants of the step-size control follow ODEX (Hairer,
+ * Norsett, Wanner, II.9). The method does not conserve the integrals of motion. */
 #ifndef KR_EXTRAPOLATION_H
 #define KR_EXTRAPOLATION_H
 #include <float.h>
@@ -16,9 +15,8 @@
 enum { GBS_SIZE = 12, GBS_ROWS = 9, GBS_TRIES = 1000, GBS_REJECTED = 0, GBS_UNSTABLE = -1 };
 
 /* A formulation of the equations of motion as twelve first-order differential equations for y. The
- * function `begin` converts a state to y, and `rates` computes dy/dt. The functions `velocity`,
- * `momentum` and `attitude` compute the angular velocity, the momentum and the attitude in the
- * space frame from y. */
+ * function `begin` converts a state to y, and `rates` computes dy/dt. The other functions compute
+ * from y the angular velocity and the momentum in space, and the attitude. */
 typedef struct {
     void (*begin)(const kr_motion *motion, const kr_state *s, double y[GBS_SIZE]);
     void (*rates)(kr_motion *motion, const double y[GBS_SIZE], double rate[GBS_SIZE]);
@@ -58,8 +56,7 @@ static inline double gbs_cost(int row) { return 1.0 + row * (row + 1); }
 static inline int gbs_min(int a, int b) { return a < b ? a : b; }
 static inline double gbs_square(double x) { return x * x; }
 
-/* Returns the root mean square of (a - b) / (1 + max(|y|, |z|)). The returned value divided by the
- * tolerance is the error norm defined in the thesis (Bodack 2008). */
+/* Returns the scaled norm of a - b, the root mean square of (a - b) / (1 + max(|y|, |z|)). */
 static inline double gbs_norm(const double a[GBS_SIZE], const double b[GBS_SIZE],
                               const double y[GBS_SIZE], const double z[GBS_SIZE])
 {
@@ -69,8 +66,8 @@ static inline double gbs_norm(const double a[GBS_SIZE], const double b[GBS_SIZE]
     return sqrt(sum / (double)GBS_SIZE);
 }
 
-/* Computes T(row, 1). Returns 0 if the first substep of row 1 or 2 changes the derivatives by more
- * than twice their norm, because the extrapolation would then diverge. */
+/* Computes T(row, 1). Returns 0 if the first substep of row 1 or 2 changes dy/dt by more than twice
+ * the norm of dy/dt, because the extrapolation would then diverge; else 1. */
 static inline int gbs_midpoint(gbs_attempt *a, int row)
 {
     const int n = 2 * row;
@@ -94,7 +91,7 @@ static inline int gbs_midpoint(gbs_attempt *a, int row)
         a->table[row][i] = 0.5 * ((before[i] + now[i]) + h * rate[i]);
     return 1;
 }
-/* Computes the extrapolated values in a row, which overwrite those of the previous row. */
+/* Computes T(row, 2) to T(row, row), which overwrite the values of the previous row. */
 static inline void gbs_extrapolate(gbs_attempt *a, int row)
 {
     for (int k = row; k > 1; k--) {
@@ -104,8 +101,8 @@ static inline void gbs_extrapolate(gbs_attempt *a, int row)
         for (int i = 0; i < GBS_SIZE; i++) worse[i] = better[i] + (better[i] - worse[i]) / divisor;
     }
 }
-/* Computes a row of the extrapolation table, its error estimate, and the step size that follows
- * from the estimate. Returns 0 if the extrapolation diverges or its result is not finite. */
+/* Computes a row of the table, its error divided by tol, and the step size that follows from this
+ * estimate. Returns 0 if the extrapolation diverges or its result is not finite, else 1. */
 static inline int gbs_add_row(gbs_attempt *a, int row)
 {
     const double exponent = 1.0 / (2 * row - 1), shrink = pow(0.02, exponent), last = a->err;
@@ -121,9 +118,9 @@ static inline int gbs_add_row(gbs_attempt *a, int row)
     a->work[row] = gbs_cost(row) / a->length[row];
     return 1;
 }
-/* Computes the extrapolation table up to row target + 1, and returns the first row, from row `from`
- * on, that meets the tolerance. Returns GBS_REJECTED as soon as the remaining rows of the table are
- * unlikely to meet the tolerance. Returns GBS_UNSTABLE if the extrapolation diverges. */
+/* Computes the table up to row target + 1, and returns the first row, not before row `from`, that
+ * meets the tolerance. Returns GBS_REJECTED as soon as the remaining rows are unlikely to meet the
+ * tolerance, and GBS_UNSTABLE if the extrapolation diverges. */
 static inline int gbs_converge(gbs_attempt *a, int from, int target)
 {
     for (int row = 1; row <= target + 1; row++) {
@@ -137,8 +134,8 @@ static inline int gbs_converge(gbs_attempt *a, int from, int target)
     return GBS_REJECTED;
 }
 
-/* Returns the row of the extrapolation table that is expected to need the least work per unit of
- * time in the next step. */
+/* Returns the row with the least expected work per unit of time in the next step. `target` is the
+ * target row of this step. If `rejected` is nonzero, the returned row is at most a->row. */
 static inline int gbs_best_row(const gbs_attempt *a, int target, int rejected)
 {
     const double *work = a->work;
@@ -163,7 +160,7 @@ static inline gbs_control gbs_plan_next(const gbs_attempt *a, int target, int re
     if (rejected) next.h = fmin(next.h, fabs(a->h));
     return next;
 }
-/* Returns the step size and target row to try after a failed trial step. */
+/* Returns the step size and target row to try after the trial step `tried` failed. */
 static inline gbs_control gbs_plan_retry(const gbs_attempt *a, gbs_control tried, int outcome)
 {
     int row = gbs_min(tried.target, a->row);
@@ -192,9 +189,9 @@ static inline kr_status gbs_reset(kr_motion *motion, const kr_state *start, cons
     p->next = (gbs_control){.h = h, .target = row < 2.0 ? 2 : (int)row, .first = 1};
     return KR_OK;
 }
-/* Accepts a trial step, which ends at the time `end` in internal units. The sign of q is chosen to
- * agree with a rotation at the mean angular velocity. The previous attitude does not determine the
- * sign of q, because the top may rotate by more than half a turn per step. */
+/* Accepts a trial step, which ends at the time `end` in internal units. Of q and -q, the one is
+ * chosen that is closer to the previous attitude after a rotation at the mean angular velocity,
+ * because the top may rotate by more than half a turn per step. */
 static inline void gbs_accept_step(kr_motion *motion, const gbs_attempt *a, double end)
 {
     gbs_path *p = (gbs_path *)motion->work;

@@ -1,13 +1,13 @@
 /* The implicit midpoint rule for the attitude q and the momentum m, for comparison on stiff
  * problems:
- *     (q' - q) / h = q_ V / 2,    q_ = (q + q') / 2,    or, except for the norm of q_,
- *     q_ = q r,    q' = q r^2,    r = (1, h V / 4) / norm,    m' = m + h p x a_ M
- * with the step size h, the mass M, the gravity vector p, and the centre of mass a_ at the midpoint
- * of the step. V = J^-1 (q_* (m + m')/2 q_ - R) is the angular velocity at the midpoint, in the
- * body frame, with the momentum R of the rotor. The nonlinear equation for V is solved by Newton's
- * method (Hairer, Lubich, Wanner, VII.5). The method conserves the norm of q and the vertical
- * momentum. For small h |V|, the errors of the energy and the axial momentum are bounded and
- * O(h^2). */
+ *     (q' - q) / h = q_ V / 2,    m' = m + h mass p x a_,    q_ = (q + q') / 2
+ * with the step size h, p = gravity * e3, and the centre of mass a_ at the attitude q_ / |q_|. The
+ * first equation is equivalent to q_ / |q_| = q r and q' = q r^2, where the unit quaternion r is
+ * parallel to (1, h V / 4). V = J^-1 (r* q* (m + m')/2 q r - R) is the angular velocity at the
+ * midpoint, in the body frame, with the momentum R of the rotor. The nonlinear equation for V is
+ * solved by Newton's method (Hairer, Lubich, Wanner, VII.5). The method conserves the norm of q and
+ * the vertical momentum. For small h |V|, the errors of the energy and the axial momentum are
+ * bounded and O(h^2). */
 #include "method.h"
 
 enum { MOST = 30 };
@@ -17,7 +17,7 @@ typedef struct {
     kr_vec3 m;
     kr_vec3 V; /* solution of the last step, the initial guess for the next one */
 } midpoint_state;
-/* The quantities computed in one Newton iteration for an approximate angular velocity V. */
+/* The quantities of one Newton iteration for an approximate angular velocity V. */
 typedef struct {
     kr_vec3 y;        /* h V / 4 */
     kr_quat r;        /* half of the rotation in the step */
@@ -25,8 +25,8 @@ typedef struct {
     kr_vec3 residual; /* J V - (M - R) */
 } attempt;
 
-/* Evaluates the residual for an approximate angular velocity V. M and P are the momentum and the
- * vertical at the beginning of the step, in the body frame. */
+/* Evaluates the residual and the other members of `attempt` for an approximate angular velocity V.
+ * M and P are the momentum and the vertical at the beginning of the step, in the body frame. */
 static attempt evaluate_attempt(const kr_motion *motion, kr_vec3 M, kr_vec3 P, kr_vec3 V)
 {
     attempt a = {.y = v_scale(0.25 * motion->step, V)};
@@ -37,8 +37,8 @@ static attempt evaluate_attempt(const kr_motion *motion, kr_vec3 M, kr_vec3 P, k
     a.residual = v_sub(v_times(motion->inertia, V), v_sub(a.M, motion->rotor));
     return a;
 }
-/* Returns the Newton correction to subtract from V. Each column of the linear system is the
- * derivative of the residual with respect to one component of V. */
+/* Returns the Newton correction to subtract from V: the solution of a linear system whose columns
+ * are the derivatives of the residual by the components of V. */
 static kr_vec3 newton_correction(const kr_motion *motion, const attempt *a)
 {
     const double half = 0.5 * motion->step, scale = half / (1.0 + v_dot(a->y, a->y));

@@ -3,7 +3,7 @@
  *     m += h e3 x q L q*,   L = A + k A x J^-1 (P x A),   P = q* e3 q,   k = -h^2/12.
  * This is the kick of a modified potential: the potential minus h^2/24 <torque, J^-1 torque>. A
  * step (half kick, drift, half kick) is conjugate to a method of order 4. The conjugating map,
- * called the processor, is the flow of G = k d(potential)/dt over one unit of time:
+ * called the processor, is the flow of the Hamiltonian G = k d(potential)/dt over one unit of time:
  *     Om = k J^-1 (A x P),   dm/dt = q (k P x (W x A)) q*,   W = J^-1 (M - R)
  * (Om: angular velocity of this flow; Om, W, M, P: in the body frame; R: momentum of the rotor).
  * The implicit midpoint rule integrates the flow, so that -k inverts +k (Takahashi and Imada 1984;
@@ -35,9 +35,9 @@ static inline modified_kick modified_kick_begin(const kr_motion *motion)
                            motion->rotor, h,
                            -h * h / 12.0, lagrange};
 }
-/* Returns the change in momentum due to a kick scaled by `part`. For a Lagrange top with symmetry
- * axis a, q L q* is replaced by (A - k A^2 <a,e3> / I1) a, which is cheaper to compute and has the
- * same cross product with the vertical. */
+/* Returns the change in momentum due to `part` times a kick. For a Lagrange top with the symmetry
+ * axis a in space and A = (0, 0, A_T), q L q* is replaced by (A_T - k A_T^2 <a,e3> / I_N) a. This
+ * vector has the same cross product with the vertical and costs less. */
 static inline kr_vec3 modified_kick_impulse(const modified_kick *kick, kr_quat q, double part)
 {
     const kr_vec3 A = kick->lever;
@@ -49,24 +49,23 @@ static inline kr_vec3 modified_kick_impulse(const modified_kick *kick, kr_quat q
             q, v_axpy(kick->k, v_cross(A, v_times(kick->inverse, v_cross(q_vertical(q), A))), A));
     return v3(-part * kick->h * a.y, part * kick->h * a.x, 0.0);
 }
-/* Returns 1 if the rotation of the top per step does not exceed `most` radians. The angle of
- * rotation per step is estimated from the larger of two rates: the maximum that the energy permits,
- * and the rate due to the rotor. */
+/* Returns 1 if the top rotates by at most max_angle radians per step, else 0. The estimated rate of
+ * rotation is the maximum that the energy permits, or that due to the rotor if that is larger. */
 static inline int modified_kick_is_step_small(const modified_kick *kick, const kr_state *start,
-                                              double most)
+                                              double max_angle)
 {
     const kr_vec3 M = v_sub(q_turn_back(start->q, start->m), kick->rotor), A = kick->lever;
-    /* potential energy of the start minus the smallest potential energy */
+    /* potential energy of `start` minus the smallest potential energy */
     const double above = v_dot(A, q_vertical(start->q)) + v_length(A);
     const double rate2 =
         (v_dot(M, v_times(kick->inverse, M)) + 2.0 * above) * v_largest(kick->inverse);
     const double carried = v_length(kick->rotor) * v_largest(kick->inverse);
-    return kick->h * kick->h * fmax(rate2, carried * carried) <= most * most;
+    return kick->h * kick->h * fmax(rate2, carried * carried) <= max_angle * max_angle;
 }
-/* Applies the conjugating map (processor), or its inverse if `sign` is -1, to q and m. Returns
- * KR_ERR_STEP_SIZE if h^2 |A| exceeds twice the smallest moment of inertia, because then the
- * modification of the potential is not small. The midpoint iteration would fail to converge if h^2
- * |A| exceeded 12 times the smallest moment of inertia. */
+/* Applies the processor, or its inverse if `sign` is -1, to q and m. Returns KR_ERR_STEP_SIZE if
+ * h^2 |A| exceeds twice the smallest moment of inertia, because the modification of the potential
+ * is then not small, or if the midpoint iteration does not converge, as beyond 12 times this
+ * moment. */
 static inline kr_status modified_kick_apply_processor(const modified_kick *kick, double sign,
                                                       kr_quat *q, kr_vec3 *m)
 {

@@ -1,11 +1,12 @@
-/* The twelve equations of motion in space (Bodack 2008, 3.9), for rk4 and extrap. With the mass M,
- * the gravity vector p, the centre of mass a, the angular velocity w, and the principal axes N, B,
- * T, on a support at rest,
- *     A w' = A w x w + M p x a,   N' = w x N,   B' = w x B,   T' = w x T,
+/* The twelve equations of motion in space (Bodack 2008, 3.9), for rk4 and extrap. With p = gravity
+ * * e3, the centre of mass a, the angular velocity w, and the principal axes N, B, T, on a support
+ * at rest,
+ *     A w' = (A w) x w + mass p x a,   N' = w x N,   B' = w x B,   T' = w x T,
  *     A = I_N N N^t + I_B B B^t + I_T T T^t  (the inertia tensor).
- * On a support with the angular velocity S, all vectors are along its axes; then N' = (w - S) x N,
- * and w' has the further term -S x w. The rotor momentum h = h_N N + h_B B + h_T T is added to A w.
- * After numerical integration, (N, B, T) is orthonormal only up to the error of the method. */
+ * On a support with the angular velocity S, all vectors have components along the axes of the
+ * support; then N' = (w - S) x N (B and T alike), and w' has the further term -S x w. The rotor
+ * momentum h = h_N N + h_B B + h_T T is added to A w. After numerical integration, (N, B, T) is
+ * orthonormal only up to the error of the method. */
 #ifndef KR_SPACE_FRAME_H
 #define KR_SPACE_FRAME_H
 #include "method.h"
@@ -20,19 +21,17 @@ static inline kr_vec3 space_frame_momentum(const kr_motion *motion, const double
         motion_add_rotor(motion, v3(I.x * v_dot(w, N), I.y * v_dot(w, B), I.z * v_dot(w, T)));
     return v_axpy(M.x, N, v_axpy(M.y, B, v_scale(M.z, T)));
 }
-
 static inline kr_vec3 space_frame_velocity(const kr_motion *motion, const double y[SPACE_FRAME])
 {
     (void)motion;
     return v_of(y);
 }
-
 static inline void space_frame_rates(kr_motion *motion, const double y[SPACE_FRAME],
                                      double rate[SPACE_FRAME])
 {
     const kr_vec3 w = v_of(y), N = v_of(y + 3), B = v_of(y + 6), T = v_of(y + 9);
     const kr_vec3 I = motion->inertia, c = find_effective_lever(motion, v3(N.z, B.z, T.z));
-    const kr_vec3 a = v_axpy(c.x, N, v_axpy(c.y, B, v_scale(c.z, T))); /* M |p| a */
+    const kr_vec3 a = v_axpy(c.x, N, v_axpy(c.y, B, v_scale(c.z, T))); /* mass * gravity * a */
     const kr_vec3 f = v_add(v_cross(space_frame_momentum(motion, y), w), v3(-a.y, a.x, 0.0));
     const kr_vec3 turning = motion_turning(motion), u = v_sub(w, turning);
     v_put(rate, v_axpy(v_dot(f, N) / I.x, N,
@@ -43,7 +42,6 @@ static inline void space_frame_rates(kr_motion *motion, const double y[SPACE_FRA
     v_put(rate + 9, v_cross(u, T));
     motion->stats.evaluations++;
 }
-
 static inline void space_frame_begin(const kr_motion *motion, const kr_state *s,
                                      double y[SPACE_FRAME])
 {
@@ -53,7 +51,6 @@ static inline void space_frame_begin(const kr_motion *motion, const kr_state *s,
     v_put(y + 6, q_turn(s->q, v3(0.0, 1.0, 0.0)));
     v_put(y + 9, q_turn(s->q, v3(0.0, 0.0, 1.0)));
 }
-
 static inline kr_quat space_frame_attitude(const double y[SPACE_FRAME], kr_quat last)
 {
     return q_near(q_of_frame(v_of(y + 3), v_of(y + 6), v_of(y + 9)), last);

@@ -1,16 +1,16 @@
 /* Kicks and drifts: the flows of the potential energy and of the kinetic energy, with the principal
  * axes N, B, T.
  *     H = potential + |m|^2/2I_B + (1/I_N - 1/I_B) <m,N>^2/2 + (1/I_T - 1/I_B) <m,T>^2/2.
- * A kick changes only the momentum m, and a drift changes only the attitude (McLachlan 1993, Reich
- * 1994). The flow of the term in |m|^2 is a rotation about m, and commutes with the flows of the
- * other two kinetic terms. The drift of a symmetric body (I_N = I_B) is therefore exact, and
- * consists of two rotations. The drift of an asymmetric body consists of four rotations: about m,
- * about N, about T, and about N again. For an asymmetric body, the local error of the drift is of
- * third order in the step size. The local error is smallest if B is the principal axis with the
- * intermediate moment of inertia. A rotor with momentum h changes the rates of rotation by
- * constants, such as -h_N / I_N about the axis N. For a body with a rotor, the drift generally
- * contains two additional rotations about the principal axis B. The drift of a symmetric body
- * remains exact if the rotor momentum is along the symmetry axis T. A support with the angular
+ * A kick changes only the momentum m. On a support at rest, a drift changes only the attitude
+ * (McLachlan 1993, Reich 1994). The flow of the term in |m|^2 is a rotation about m, and commutes
+ * with the flows of the other two kinetic terms. The drift of a symmetric body (I_N = I_B) is
+ * therefore exact, and consists of two rotations. The drift of an asymmetric body consists of four
+ * rotations: about m, about N, about T, and about N again. For an asymmetric body, the local error
+ * of the drift is of third order in the step size. The local error is smallest if B is the
+ * principal axis with the intermediate moment of inertia. A rotor with momentum h changes the rates
+ * of rotation by constants, such as -h_N / I_N about the axis N. For a body with a rotor, the drift
+ * generally contains two additional rotations about the principal axis B. The drift of a symmetric
+ * body remains exact if the rotor momentum is along the symmetry axis T. A support with the angular
  * velocity S adds -<S,m> to H. The flow of this term rotates attitude and momentum against the
  * support, commutes with the kinetic energy, and is a part of the drift. Sums are compensated: the
  * rounding error of each sum is stored and added to the next sum (Kahan 1965). Rounding errors then
@@ -59,8 +59,8 @@ static inline void splitting_begin(splitting *s, const kr_motion *motion, const 
         s->n = 0.5 * motion->step * ((I.y - I.x) / (I.x * I.y));
     else if (motion->lever.x == 0.0 && motion->lever.y == 0.0 && s->rotor.x == 0.0 &&
              s->rotor.y == 0.0) {
-        /* The rotation about the symmetry axis T is the same in every step and commutes with all
-         * other rotations. It is therefore applied only when a state is read. */
+        /* The rotation of a Lagrange top about its symmetry axis T is the same in every step and
+         * commutes with all other rotations. It is therefore applied only when a state is read. */
         s->s = s->t * v_dot(start->m, q_axis(start->q)) + s->rotor.z;
         s->t = 0.0;
         s->rotor.z = 0.0;
@@ -88,8 +88,9 @@ static inline void splitting_kick(splitting *s, const kr_motion *motion, double 
     splitting_add_impulse(s, v_scale(part * motion->step, motion_torque(motion, s->q)));
 }
 
-/* The momentum m in the body frame, and the deviation r of the accumulated rotation from the
- * identity. In the body frame, m rotates in the direction opposite to the rotation of the body. */
+/* The momentum m in the body frame, and the deviation r of a rotation from the identity: the
+ * quaternion 1 + r is the product of the rotations of the body so far in a drift. In the body
+ * frame, m rotates in the direction opposite to the rotation of the body. */
 typedef struct splitting_body {
     kr_vec3 m;
     kr_quat r;
@@ -99,16 +100,16 @@ static inline splitting_body splitting_begin_body(const splitting *s)
 {
     return (splitting_body){.m = q_turn_back(s->q, s->m)};
 }
-/* Rotates by the angle 2 * half about axis i, where (i, j, k) is a cyclic permutation of the axes.
- * Updates the components mj and mk of the momentum in the body, and the components w, ri, rj and rk
- * of the deviation r (splitting_body) of the accumulated rotation from the identity. */
-static inline void splitting_rotate_about_axis(double half, double *mj, double *mk, double *w,
+/* Rotates the body by the angle 2 * half_angle about axis i, where (i, j, k) is a cyclic
+ * permutation of the axes. Updates the components mj and mk of the momentum in the body, and the
+ * components w, ri, rj and rk of r (splitting_body). */
+static inline void splitting_rotate_about_axis(double half_angle, double *mj, double *mk, double *w,
                                                double *ri, double *rj, double *rk)
 {
     const double y = *mj, z = *mk, a = *w, b = *ri, p = *rj, q = *rk;
     double c, s;
-    cosm1_sinc(half * half, &c, &s);
-    s *= half;
+    cosm1_sinc(half_angle * half_angle, &c, &s);
+    s *= half_angle;
     const double turn = 2.0 * (s + s * c), back = 2.0 * s * s;
     *mj = y + (turn * z - back * y);
     *mk = z - (turn * y + back * z);
@@ -127,9 +128,9 @@ static inline void splitting_turn_t(splitting_body *b, double rate)
     splitting_rotate_about_axis(rate * b->m.z, &b->m.x, &b->m.y, &b->r.w, &b->r.z, &b->r.x,
                                 &b->r.y);
 }
-/* Rotates the attitude q about the momentum m for the fraction `part` of a step, and normalizes q.
- * Unless `b` is NULL, the rotation accumulated in b->r is applied as well. The norm of q is
- * measured before the rotation, so its correction does not depend on the rotation angle. */
+/* Rotates the attitude q about the momentum m by the angle part * step * |m| / I_B, and normalizes
+ * q. Unless `b` is NULL, the rotation 1 + b->r of the body is applied as well. The norm of q is
+ * measured before the rotations, so that its correction does not depend on their angles. */
 SPLITTING_INLINE void splitting_rotate(splitting *s, const splitting_body *b, double part)
 {
     const kr_vec3 turn = v_scale(part * s->round, s->m);
@@ -164,8 +165,7 @@ static inline int splitting_is_exact(const splitting *s)
 {
     return s->n == 0.0 && s->rotor.x == 0.0 && s->rotor.y == 0.0;
 }
-/* Rotates a body with a rotor about N, B, T, B and N in turn, for `part` times the step size. The
- * loop keeps the code short. */
+/* Rotates a body with a rotor about N, B, T, B and N in turn, for `part` times the step size. */
 static void splitting_turn_rotor(splitting_body *b, const splitting *s, double part)
 {
     static const int axes[] = {0, 1, 2, 1, 0};
@@ -178,8 +178,8 @@ static void splitting_turn_rotor(splitting_body *b, const splitting *s, double p
                                     r[i], r[j], r[k]);
     }
 }
-/* Applies the drift of a body without a rotor, on a support at rest, for `part` times the step
- * size. This function is inlined in loops that keep the splitting in registers. */
+/* Applies the drift of a body without a rotor, on a support at rest, for `part` of a step. This
+ * function is inlined in loops that keep *s in registers. */
 SPLITTING_INLINE void splitting_drift_plain(splitting *s, double part)
 {
     splitting_body b;

@@ -4,10 +4,9 @@
  * Otherwise, the drift is Suzuki's composition, without kicks, of the rotations about N and T (and
  * also about B if there is a rotor). The method conserves the vertical momentum, and for Lagrange
  * tops also the axial momentum. The energy error is bounded and O(h^4). The steps are symplectic.
- * The processor, a change of variables that is applied when a state is read, preserves the
- * symplectic form only up to a bounded error of order h^6. Steps in which the top may rotate by
- * more than 2.5 rad are refused. Lagrange tops may rotate by larger angles per step, because their
- * drift is exact. */
+ * The processor (modified_kick.h), which is applied when a state is read, preserves the symplectic
+ * form only up to a bounded error of order h^6. Steps in which the top may rotate by more than 2.5
+ * rad are refused. Lagrange tops may rotate by larger angles, because their drift is exact. */
 #include "composition.h"
 #include "modified_kick.h"
 

@@ -1,11 +1,10 @@
-/* The discrete Moser-Veselov top, used as a free drift of second order. With M = q* m q, the
- * moments I, and a unit quaternion rho = (r0, r),
- *     h M / 2 = r0 I r + r x I r,    q' = q rho
+/* The discrete Moser-Veselov top, used as a free drift of second order. With M = q* m q and the
+ * moments I, a step of size h multiplies q by the unit quaternion (r0, r) that satisfies
+ *     h M / 2 = r0 I r + r x I r,    q' = q (r0, r)
  * (Moser and Veselov 1991; quaternions as in Hairer and Vilmart 2006). The nonlinear equation for r
- * is solved by Newton's method. A drift does not change the space-frame components of the momentum.
- * Each drift conserves the kinetic energy up to the tolerance of Newton's method. For a symmetric
- * body, each drift also conserves the momentum about the symmetry axis, up to the tolerance of
- * Newton's method. Over 10^6 steps, the values of the conserved quantities change by 1e-12 to
+ * is solved by Newton's method. A drift does not change the momentum m in space. Up to the
+ * tolerance of Newton's method, a drift conserves the kinetic energy and, for a symmetric body, the
+ * momentum about the symmetry axis. Over 10^6 steps, the conserved quantities change by 1e-12 to
  * 1e-10. */
 #ifndef KR_VESELOV_H
 #define KR_VESELOV_H
@@ -13,8 +12,8 @@
 
 enum { VESELOV_MOST = 20 };
 
-/* Performs one Newton step and returns the new value of r. The vector F is the residual of the
- * Moser-Veselov equation at the given r. */
+/* Returns the value of r after one Newton step from r. Ir is I r, and the vector F is the residual
+ * of the Moser-Veselov equation at r. */
 static inline kr_vec3 veselov_newton_step(kr_vec3 I, double r0, kr_vec3 r, kr_vec3 Ir, kr_vec3 F)
 {
     kr_vec3 columns[3];
@@ -25,8 +24,8 @@ static inline kr_vec3 veselov_newton_step(kr_vec3 I, double r0, kr_vec3 r, kr_ve
     }
     return v_sub(r, v_solve(columns, F));
 }
-/* Applies the Moser-Veselov drift of one step to the attitude q. On entry, `r` holds the initial
- * guess, and on return the solution. */
+/* Applies the drift of one step to the attitude q, with the moments I and the momentum m in space.
+ * `r` holds the initial guess and receives the solution. On failure, q and r keep their values. */
 static inline kr_status veselov_drift(kr_motion *motion, kr_vec3 I, kr_vec3 m, kr_quat *q,
                                       kr_vec3 *r)
 {

@@ -3,12 +3,12 @@
  * place of I, the drift has order 4, where
  *     1/I~_j = (1 + h^2 s) / I_j + h^2 d,
  *     s = S C / 6 - (1/I_N + 1/I_B + 1/I_T) H / 3,    d = S H / 6 - P C / 3,
- *     C = |M|^2/2,    H = <M, I^-1 M> / 2,    P = 1 / I_N I_B I_T,    S = (I_N + I_B + I_T) P
- * (Hairer and Vilmart, J. Phys. A 39, 2006). A drift, unlike a kick, conserves the magnitude of the
- * momentum and the kinetic energy. The method conserves the vertical momentum, the axial momentum
- * of Lagrange tops, and the energy of torque-free bodies. Steps in which the top may rotate by more
- * than 1.25 rad are refused, because the series for the modified moments of inertia would be
- * inaccurate. */
+ *     C = |M|^2/2,    H = <M, I^-1 M> / 2,    P = 1 / (I_N I_B I_T),    S = (I_N + I_B + I_T) P
+ * with the momentum M in the body frame (Hairer and Vilmart, J. Phys. A 39, 2006). A drift, unlike
+ * a kick, conserves |M| and the kinetic energy H. The method conserves the vertical momentum, the
+ * axial momentum of Lagrange tops, and the energy of torque-free bodies. Steps in which the top may
+ * rotate by more than 1.25 rad are refused, because the series for the modified moments of inertia
+ * would be inaccurate. */
 #include "modified_kick.h"
 #include "veselov.h"
 
@@ -19,7 +19,6 @@ typedef struct {
     modified_kick kick;
 } veselov4_state;
 
-/* Returns the modified moments of inertia I~, which are defined at the top of this file. */
 static kr_vec3 preprocess_moments(const veselov4_state *p)
 {
     const kr_vec3 M = q_turn_back(p->q, p->m), i = p->kick.inverse, one = v3(1.0, 1.0, 1.0);
