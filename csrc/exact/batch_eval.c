@@ -1,7 +1,6 @@
 /* Evaluates the closed form of one Lagrange top or free body (kr_exact_form, exact.h) at many
- * times. The times are divided into blocks, and the compiler vectorizes the loops over the times of
- * a block. This file is compiled once for each instruction set, with flags such as -DKR_ISA=avx2
- * -mavx2 -mfma. */
+ * times. The compiler vectorizes the loops over a block of times. This file is compiled once for
+ * each instruction set, with flags such as -DKR_ISA=avx2 -mavx2 -mfma. */
 #include "kernel.h"
 
 #if defined __SSE2__
@@ -60,8 +59,7 @@ INLINE void store_block(const batch *restrict b, int n, int bypasses, kr_state *
     }
 }
 /* Writes the states of one top at the first `count` times b->t to the other arrays of `b`. The
- * number of computed states is rounded up to a multiple of eight, so that no remainder loop is
- * needed. */
+ * number of computed states is rounded up to a multiple of eight, to avoid a remainder loop. */
 static void compute_block(const kr_exact_form *exact, batch *b, int count)
 {
     /* The compiler can keep a local copy in registers: no store through a pointer changes it. */
@@ -77,9 +75,9 @@ static void compute_block(const kr_exact_form *exact, batch *b, int count)
         compute_block_of_kind(&e, 1, 1, b, n);
     if (e.framed != 0.0) apply_frame_to_block(&e, b, n);
 }
-/* Returns 1 if the phases at all n times differ by less than 2^49 turns from the initial phases,
- * and all times are finite and less than `longest` (kernel.h) away from the initial time. The loop
- * has no branches, so that the compiler vectorizes it. */
+/* Returns 1 if all n times are finite, less than `longest` (kernel.h) away from the initial time,
+ * and the phases then differ by less than 2^49 turns from their initial values. The loop has no
+ * branches, so that it is vectorized. */
 static int are_times_computable(const kr_exact_form *e, const double t[], int n)
 {
     const double most =

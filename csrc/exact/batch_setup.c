@@ -1,9 +1,9 @@
-/* Closed forms (kr_exact_form, exact.h) of many Lagrange tops at once. The lanes of SIMD vectors
- * (the type `wide`) contain different tops. Tops wait in a queue; a group consists of LANES
- * consecutive tops of a queue, one for each lane. Other tops, such as torque-free bodies and tops
- * whose axis stays vertical, are computed one by one. Internal axes and units are defined in
- * method.h, the frame of description and the apex in kreisel.h; e3 points up. The results are
- * bitwise equal to those of one top alone. This file is compiled once for each instruction set. */
+/* Closed forms (kr_exact_form, exact.h) of many Lagrange tops at once, with one top in each lane of
+ * SIMD vectors (the type `wide`). Tops wait in a queue; a group consists of LANES consecutive tops
+ * of a queue. Other tops, such as torque-free bodies and tops whose axis stays vertical, are
+ * computed one by one. Internal axes and units are defined in method.h, the frame of description in
+ * kreisel.h; e3 points up. The results are bitwise equal to those of one top alone. This file is
+ * compiled once for each instruction set. */
 #define KR_EXACT_LANES
 #include "lagrange.h"
 #include "math/exponent.h"
@@ -15,7 +15,6 @@ enum { FEW_TIMES = 16, GROUPS = 4, MANY = GROUPS * LANES };
 enum { FORM = sizeof(exact_lanes) / sizeof(wide) };
 KR_CHECK_LAYOUT(form_is_laid_out, FORM * sizeof(double) == offsetof(kr_exact_form, framed));
 
-/* Data of a body and of the gravity, which may be the same for many tops. */
 typedef struct body_data {
     kr_body body;
     int fits; /* 1 if lanes can handle the body */
@@ -58,8 +57,9 @@ typedef struct batch_queue {
     double in[NUMBERS][MANY];
 } batch_queue;
 
-/* Sets known->fits to 1 if vector lanes can process the body, and if so, all members that depend
- * only on the body. Lanes can process symmetric tops without rotors. */
+/* Sets known->fits to 1 if vector lanes can process the body: a Lagrange top without rotors whose
+ * internal axes are not tilted (kr_working). If so, sets all members that depend only on the
+ * body. */
 static void analyse_body(const kr_body *body, body_data *known)
 {
     const kr_scene scene = {.body = *body};
@@ -114,12 +114,11 @@ static double larger(double a, double b) { return a > b ? a : b; }
  *     (du/dt)^2 = (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0
  * is farther from the middle root than the smallest root is. Here a is the symmetry axis, u = a.e3
  * its height, u0 the initial height, W the angular momentum divided by the equatorial moment I1,
- * and g is 2 lever / I1. The prediction is 1 if the polynomial is at most 0 at its point of
+ * and g = 2 lever / I1. The prediction is 1 if the polynomial is at most 0 at its point of
  * inflection. Tops with the same prediction are processed together, so that most SIMD vectors
  * compute only one branch (find_turning_heights). A wrong prediction costs time but does not change
- * the results. `q` is the initial attitude. The unit of the momentum `m` is the user's unit of
- * inertia divided by the internal unit of time. `lever` = mass * gravity * com is in internal
- * units. */
+ * the results. `q` is the initial attitude. The unit of `m` is the user's unit of inertia divided
+ * by the internal unit of time. `lever` = mass * gravity * com is in internal units. */
 static int is_largest_root_isolated(const body_data *known, kr_quat q, kr_vec3 m, double lever)
 {
     const kr_vec3 a = q_turn(q, known->apex);
@@ -162,7 +161,6 @@ static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t ind
     w->index[w->count++] = index;
     return 1;
 }
-/* A group of consecutive tops in a queue, one for each vector lane. */
 typedef struct group {
     const batch_queue *all;
     int first; /* index of the group's first top in the queue */
@@ -170,9 +168,8 @@ typedef struct group {
 
 INLINE wide load_number(group w, int row) { return wide_load(&w.all->in[row][w.first]); }
 
-/* Multiplies the attitude of each top of the group from the right by the unit quaternion in the
- * rows `axes` to `axes + 3` of the queue. If this quaternion is the identity, the attitude keeps
- * its bits. */
+/* Multiplies the attitude of each top of a group from the right by the unit quaternion in the rows
+ * `axes` to `axes + 3` of the queue. Where it is the identity, the attitude keeps its bits. */
 INLINE void rotate_attitudes(exact_top *top, group w, int axes)
 {
     const quat_lanes by = {load_number(w, axes), load_number(w, axes + 1), load_number(w, axes + 2),
@@ -185,7 +182,6 @@ INLINE void rotate_attitudes(exact_top *top, group w, int axes)
     multiply_from_right(turned, by);
     take_lanes(top->q, turned, sizeof turned, mask_not(one));
 }
-/* Returns the tops of a group in internal axes and units. */
 INLINE exact_top convert_group(group w)
 {
     const wide inverse = 1.0 / load_number(w, MOMENT), time = load_number(w, TIME),
@@ -241,8 +237,7 @@ static void extract_form(const exact_lanes *exact, const batch_queue *w, int pla
     else
         memset(out->frame, 0, sizeof out->frame);
 }
-/* Returns the states of a group of tops, each at the time in its lane. The attitudes must still be
- * converted by the linear maps `frame` of the queue. */
+/* Returns the states of a group, each at the time in its lane, without the linear maps `frame`. */
 static state_lanes evaluate_lanes(const exact_lanes *exact, wide time)
 {
     const dd span = two_sum(time, -exact->begin);
@@ -301,7 +296,7 @@ static void write_group(const kr_exact_request *request, group g, const exact_la
         write_states(request, g, exact, lane_bits, k);
 }
 /* Converts the closed forms of a group to the user's units, and writes the requested results. Tops
- * without has_heavy_moving_axis are computed again, one by one. */
+ * for which is_moving returns 0 are computed again, one by one. */
 static void finish_group(const kr_exact_request *request, group g, lagrange_setup *s)
 {
     const wide time = load_number(g, TIME), reach = load_number(g, REACH);
@@ -326,8 +321,7 @@ static void finish_group(const kr_exact_request *request, group g, lagrange_setu
     }
     write_group(request, g, exact, finite & ~alone & ((1u << count) - 1));
 }
-/* Computes all tops of a queue, and empties it. Unused SIMD lanes contain copies of the first
- * top. */
+/* Computes and removes all tops of a queue. Unused SIMD lanes contain copies of the first top. */
 APART void compute_queue(const kr_exact_request *request, batch_queue *w)
 {
     lagrange_setup s[GROUPS];

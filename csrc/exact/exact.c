@@ -1,6 +1,5 @@
 /* The public functions for closed forms, and the method `exact`. Each function calls the code for
- * the widest instruction set that this processor supports. All instruction sets give bitwise equal
- * results. */
+ * the widest instruction set of this processor. All instruction sets give bitwise equal results. */
 #include <math.h>
 #include <string.h>
 #include "exact.h"
@@ -153,8 +152,8 @@ void kr_exact_run(const kr_exact_request *request)
  * needs no intermediate steps: each step extends to the next requested time, however late. The
  * error does not grow with time, and all integrals of motion are conserved. The default step size
  * is the nutation period or, for motions on a torus, the period of the first torus angle. */
-/* The array motion->work contains the period, the plan (exact.h) of the motion, and the memory in
- * which a new plan is set up. The pointer motion->aux is the kr_exact_isa of the plan. */
+/* The array motion->work contains the period, the plan (exact.h) of the motion, and memory for the
+ * set-up of a new plan. The pointer motion->aux is the kr_exact_isa of the plan. */
 static size_t count_form_doubles(const kr_exact_isa form[])
 {
     const kr_exact_scalar *scalar = kr_exact_widest_isa(form)->scalar;
@@ -176,8 +175,7 @@ size_t kr_exact_extra_doubles(int with_torus)
 }
 static void *get_motion_plan(const kr_motion *motion) { return (double *)motion->work + 1; }
 /* Sets up the plan of motion->scene. If this fails, the previous plan remains valid. The error
- * bound of the plan is KR_EXACT_BOUND or, if it is smaller and not 0, the tolerance of the
- * motion. */
+ * bound of the plan is KR_EXACT_BOUND or, if it is smaller and not 0, motion->tol. */
 static kr_status exact_reset(kr_motion *motion, const kr_state *start)
 {
     (void)start; /* not used: the conversion to internal axes has rounded it */

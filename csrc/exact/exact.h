@@ -1,8 +1,7 @@
 /* Types and functions of closed-form solutions. The constants that describe one motion in closed
  * form are called its plan: a kr_exact_form, or a structure that begins with a kr_torus (torus.h).
- * The functions are compiled once for each instruction set, and exact.c selects among them at run
- * time. All instruction sets give bitwise equal results, because fused multiply-add is used only to
- * compute exact products. */
+ * The functions are compiled once for each instruction set, selected by exact.c at run time. All
+ * results are bitwise equal, because fused multiply-add is used only to compute exact products. */
 #ifndef KR_EXACT_EXACT_H
 #define KR_EXACT_EXACT_H
 #include <stddef.h>
@@ -21,8 +20,7 @@ typedef struct kr_phase {
     double fast, slow, start, more;
 } kr_phase;
 
-/* The plan of a Lagrange top or a free body, with the symbols of kernel.h. All members are
- * doubles. */
+/* The plan of a Lagrange top or a free body (symbols: kernel.h), with only doubles as members. */
 typedef struct kr_exact_form {
     double period, precession_rate, spin_angle_rate; /* as in kr_exact_info */
     double begin;                                    /* initial time [T] */
@@ -48,8 +46,7 @@ typedef struct kr_exact_scalar {
     /* Returns 1 if the closed form applies to the initial state of a valid scene of its kind. */
     int (*suits)(const kr_scene *scene);
     /* Writes the plan to the beginning of `memory`, and its properties to `info`, except `kind` and
-     * `used`. If `own` is nonzero, the plan is in internal axes and units (method.h), else in the
-     * user's. For `bound`, see kr_exact_plan. */
+     * `used`. If `own` is nonzero, the plan is in internal axes and units (method.h). */
     kr_status (*plan)(const kr_scene *scene, int own, double bound, void *memory,
                       kr_exact_info *info);
     kr_state (*state)(const void *plan, double t);
@@ -80,10 +77,9 @@ void kr_exact_evaluate_widest(const kr_exact_isa *isa, const void *plan, size_t 
 typedef kr_status kr_exact_limits(const kr_scene *scene, kr_nutation *out);
 /* A batch of n tops, computed with the element `isa` of kr_symmetric_form. For each top, `states`
  * receives `times` consecutive states, `status` the result of kr_exact_plan and, if `plans` is not
- * NULL, `plans` the closed form. Nothing but the status is written for a top that has no closed
- * form. If `own_times` is nonzero, the times of top i start at t[i * times]; otherwise all tops
- * share the same times. All results are bitwise equal to those of kr_exact_plan and
- * kr_exact_state. */
+ * NULL, `plans` the closed form. Nothing but the status is written for a top without a closed form.
+ * If `own_times` is nonzero, the times of top i start at t[i * times]; otherwise all tops share the
+ * same times. All results are bitwise equal to those of kr_exact_plan and kr_exact_state. */
 typedef struct kr_exact_request {
     const kr_exact_isa *isa;
     size_t n;

@@ -44,8 +44,7 @@ typedef struct gyrostat_memory {
     gyrostat top;
     gyrostat_series series;
     dd growth; /* of phi in the time T */
-    /* values at the times k T / SAMPLES; sample[k] is Re X, Im X, Re Y, Im Y, except in
-     * find_log_d */
+    /* values at the times k T / SAMPLES; outside of find_log_d, `sample` holds Re, Im X and Y */
     kr_vec3 m[SAMPLES];
     dd phi[SAMPLES];
     double log_d[SAMPLES], sample[SAMPLES][4], cosine[SAMPLES], sine[SAMPLES];
@@ -74,8 +73,8 @@ static void set_coefficient(gyrostat_series *s, int i, int n, dd value)
     s->hi[i][n] = value.hi;
     s->lo[i][n] = n > s->deep ? 0.0 : value.lo;
 }
-/* Returns the coefficient of order n of the product of the series a and b. Coefficients of the
- * series a of an order below `first` count as zero. */
+/* Returns the coefficient of order n of the product of the series a and b. Terms with coefficients
+ * of the series a below the order `first` are left out. */
 static dd product_coefficient(const gyrostat_series *s, int a, int b, int first, int n)
 {
     dd sum = dd_of(0.0);
@@ -194,9 +193,9 @@ static int find_period(gyrostat *top, gyrostat_series *s)
     set_axis(top, least);
     return has_returned;
 }
-/* Integrates m and phi over the approximate period, writes their samples and the growth of phi, and
- * corrects the period by the distance of the last m from the first. Returns the relative change of
- * the period, or infinity if m does not return. */
+/* Integrates m and phi over the approximate period, and writes their samples and the growth of phi.
+ * Corrects the period by the distance of the last m from the first. Returns the relative change, or
+ * infinity if m does not return. */
 static double integrate_period(gyrostat_memory *memory)
 {
     gyrostat *top = &memory->top;

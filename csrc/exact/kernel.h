@@ -1,17 +1,15 @@
 /* The closed form of a Lagrange top or of a free body, and the states computed from the closed
- * form. Let q = (w, x, y, z) be the attitude, m the angular momentum in space (e3 points up), alpha
- * = w + i z and beta = x + i y. K and K' are the complete elliptic integrals of a modulus k and of
- * k' = sqrt(1 - k^2). With theta functions of the nome exp(-pi K'/K), the phase X(t) = X0 + nu t of
- * the nutation, and constants y1, y2, c1, c2, k1 and k2, up to constant factors,
+ * form. Let q = (w, x, y, z) be the attitude, m the angular momentum in space (e3 points up),
+ * alpha = w + i z and beta = x + i y. K and K' are the complete elliptic integrals of a modulus k
+ * and of k' = sqrt(1 - k^2). With theta functions of the nome exp(-pi K'/K), the phase
+ * X(t) = X0 + nu t of the nutation, and constants y1, y2, c1, c2, k1 and k2, up to constant
+ * factors,
  *     alpha ~ theta1(X + i y1) e^{i(c1 + k1 t)},  beta ~ theta2(X + i y2) e^{i(c2 + k2 t)},
  *     m_x + i m_y ~ theta3(X + i(y1 + y2)) e^{i(c1 + c2 + (k1 + k2) t)},  all over theta4(X)
- * (Klein and Sommerfeld, Theorie des Kreisels). The phases of alpha and beta are c1 + k1 t and c2 +
- * k2 t. For torque-free bodies (Jacobi), beta contains theta4 instead of theta2, and the momentum
- * is constant. All quantities that grow with time are double-doubles, so that the errors of states
- * do not grow. The common denominator theta4(X) cancels when q is normalized.
- *
- * The members `frame` of closed forms are linear maps of quaternions, stored as the images of 1, i,
- * j and k. They convert attitudes that follow from alpha and beta to attitudes in the user's axes.
+ * (Klein and Sommerfeld, Theorie des Kreisels). The phases of alpha and beta are c1 + k1 t and
+ * c2 + k2 t. For torque-free bodies (Jacobi), beta contains theta4 instead of theta2, and m is
+ * constant. All quantities that grow with time are double-doubles, so that the errors of states do
+ * not grow. The common denominator theta4(X) cancels when q is normalized.
  *
  * This header is compiled for each instruction set, both with and without KR_EXACT_LANES. With
  * KR_EXACT_LANES, each number is a vector with one lane per top (math/simd.h). The result in each
@@ -33,8 +31,8 @@
 #include "math/su2.h"
 
 /* The kinds of theta series: for heavy (LAGRANGE) or torque-free (EULER) tops, in powers of the
- * nome or (_DUAL) of the dual nome exp(-pi K/K'). The dual nome is smaller than the nome if K' < K,
- * for example near a separatrix. */
+ * nome or (_DUAL) of the dual nome exp(-pi K/K'), which is smaller if K' < K, as near a
+ * separatrix. */
 enum { LAGRANGE, EULER, LAGRANGE_DUAL, EULER_DUAL };
 
 /* Vector versions of the types in kreisel.h and exact.h, with one lane per top. */
@@ -94,15 +92,14 @@ INLINE void take_lanes(void *to, const void *from, size_t bytes, mask selected)
     }
 }
 
-/* In internal units (scene.h), the larger of the momentum and weight * |com| is about one. If
- * weight * |com| is below LEAST_LEVER, it is treated as zero: its effect is negligible for phases
- * below 2^50 turns (is_span_computable). Momentum components below LEAST_MOMENTUM are treated as
- * zero, because their squares underflow. */
+/* In internal units (scene.h), the larger of the momentum and weight * |com| is about one. A
+ * smaller weight * |com| than LEAST_LEVER is treated as zero: its effect is negligible for phases
+ * below 2^50 turns. Momentum components below LEAST_MOMENTUM are zeroed, because their squares
+ * underflow. */
 #define LEAST_LEVER 1e-100
 #define LEAST_MOMENTUM 1e-160
 
-/* A top and its initial state, in internal axes and units (method.h). T is the third internal
- * axis. */
+/* A top and its initial state, in internal axes (the third one is T) and units (method.h). */
 typedef struct exact_top {
     vec3_lanes inertia;
     dd q[4];  /* the attitude, which need not be of unit length */
@@ -110,7 +107,6 @@ typedef struct exact_top {
     vec3_lanes m;
 } exact_top;
 
-/* Returns a > b, which is false for NaN. */
 INLINE mask wide_more(wide a, wide b) { return wide_less(b, a); }
 INLINE mask is_negative(wide a) { return wide_less(a, wide_splat(0.0)); }
 INLINE mask is_positive(wide a) { return wide_less(wide_splat(0.0), a); }
@@ -123,8 +119,9 @@ INLINE wide drop_tiny_momentum(wide m)
 }
 
 static inline int is_identity(kr_quat q) { return v_largest(q_vec(q)) == 0.0; }
-/* Returns the image of the quaternion q under the linear map f: f[0] .. f[3] are the images of 1,
- * i, j, k. */
+/* Returns the image of q under the linear map f of quaternions, given the images f[0] .. f[3] of 1,
+ * i, j and k. The members `frame` of closed forms are such maps, to attitudes in the user's
+ * axes. */
 INLINE kr_quat apply_frame(const kr_quat f[4], kr_quat q)
 {
     return q4((q.w * f[0].w + q.x * f[1].w) + (q.y * f[2].w + q.z * f[3].w),
@@ -139,7 +136,7 @@ static inline void make_frame(kr_quat frame[4], kr_quat left, kr_quat right)
     const kr_quat columns[4] = {left, {-x, w, z, -y}, {-y, -z, w, x}, {-z, y, -x, w}};
     for (int i = 0; i < 4; i++) frame[i] = q_mul(columns[i], right);
 }
-/* Writes the linear map q -> -i q, which turns attitudes about e1 by half a turn. */
+/* Writes the linear map q -> -i q: attitudes are turned about e1 by half a turn. */
 static inline void make_up_down_exchange(kr_quat frame[4])
 {
     make_frame(frame, q4(0.0, v3(-1.0, 0.0, 0.0)), q_one());
@@ -173,15 +170,13 @@ INLINE dd phase_plus(dd x, wide extra)
     const dd s = two_sum(x.hi, extra);
     return dd_make(s.hi, s.lo + x.lo);
 }
-/* Returns 1 / (2 pi) in double-double precision. */
 INLINE dd turns_per_radian(void)
 {
     return dd_make(wide_splat(0.15915494309189534561), wide_splat(-9.839338337591243e-18));
 }
-/* Writes the sine s and the cosine c of an angle of x turns, |x| < 2^49. The sum u = x + shift lies
+/* Writes the sine s and cosine c of an angle of x turns, |x| < 2^49. The sum u = x + shift is
  * between 2^50 and 2^51, where doubles are multiples of 1/4. The two lowest bits of u are the
- * number of quarter turns nearest to x, modulo 4. The polynomials are evaluated at the remainder y,
- * whose magnitude is at most an eighth of a turn. */
+ * nearest number of quarter turns, modulo 4. The remainder y is at most an eighth of a turn. */
 INLINE void sincos_turns(dd x, wide *s, wide *c)
 {
     const double shift = 1688849860263936.0;
@@ -201,8 +196,8 @@ INLINE void sincos_turns(dd x, wide *s, wide *c)
     *s = wide_of_bits((wide_bits(sine) ^ swap) ^ ((quarter & 2) << 62));
     *c = wide_of_bits((wide_bits(cosine) ^ swap) ^ (((quarter + 1) & 2) << 62));
 }
-/* The factors of exp(a) = 2^k (cosh r + sinh r) and exp(-a) = 2^-k (cosh r - sinh r), where a is r
- * + k ln 2, for |a| < 708. Then |k| < 1022 and |r| <= (ln 2)/2. */
+/* The factors of exp(a) = 2^k (cosh r + sinh r) and exp(-a) = 2^-k (cosh r - sinh r), where
+ * a = r + k ln 2, for |a| < 708. Then |k| < 1022 and |r| <= (ln 2)/2. */
 typedef struct exponential {
     wide plus, minus; /* 2^k, 2^-k */
     wide even, odd;   /* cosh r, sinh r */
@@ -238,8 +233,7 @@ INLINE void sinhcosh(dd a, wide *s, wide *c)
     *s = 0.5 * (plus - minus);
     *c = 0.5 * (plus + minus);
 }
-/* poly4 and poly5 evaluate polynomials in s with four and five coefficients `a`, in ascending
- * order. `ss` is the square of s. */
+/* poly4 and poly5 evaluate sums of a[n] s^n with four and five terms; ss is the square of s. */
 INLINE wide poly4(const wide a[], wide s, wide ss)
 {
     return (a[0] + s * a[1]) + ss * (a[2] + s * a[3]);
@@ -256,11 +250,11 @@ typedef struct factors {
     dd first, second;
 } factors;
 
-/* Evaluates the theta series at the time t after the initial time. If `dual` is nonzero, the series
- * use the dual nome, and hyperbolic functions replace the sine and cosine. Let z be the phase of
- * the nutation minus the nearest half turn, in half turns. Jacobi's transformation to the dual nome
- * adds slope[0] z and slope[1] z to the phases of alpha and beta. If `euler` is nonzero, the body
- * is torque-free. */
+/* Evaluates the theta series at the time t after the initial time. If `euler` is nonzero, the body
+ * is torque-free. If `dual` is nonzero, the series use the dual nome, and hyperbolic functions
+ * replace the sine and cosine. Jacobi's transformation to the dual nome adds slope[0] z and
+ * slope[1] z to the phases of alpha and beta. Here z is the phase of the nutation minus the nearest
+ * half turn, in half turns. */
 INLINE factors evaluate_theta_series(const exact_lanes *e, int dual, int euler, dd t)
 {
     const dd x = phase_at(&e->nutation, t);
@@ -269,9 +263,8 @@ INLINE factors evaluate_theta_series(const exact_lanes *e, int dual, int euler, 
     f.first = phase_at(&e->first, t);
     f.second = phase_at(&e->second, t);
     if (dual) {
-        /* Since |x| < 2^50, the sum u = x + shift is a multiple of 1/2. The lowest bit of u tells
-         * whether the number of half turns nearest to x is odd. The remainder |y| is at most a
-         * quarter turn. */
+        /* Since |x| < 2^50, the sum u = x + shift is a multiple of 1/2. Its lowest bit is 1 if the
+         * number of half turns nearest to x is odd. The remainder |y| is at most a quarter turn. */
         const double shift = 3377699720527872.0;
         const wide u = (x.hi + x.lo) + shift, near = x.hi - (u - shift), y = near + x.lo;
         const wide z = 2.0 * y, rest = 2.0 * ((near - y) + x.lo);
@@ -329,10 +322,10 @@ INLINE state_lanes evaluate_state(const exact_lanes *e, int dual, int euler, wid
     return (state_lanes){time, q, m};
 }
 
-/* Limit on times: beyond, exact products (two_product) may overflow without fused multiply-add. */
+/* Bound on times: exact products of larger times may overflow without fused multiply-add. */
 static const double longest = 0x1p990;
-/* Returns 1 if the state at the time `span` after the initial time can be computed: each phase must
- * change by less than 2^50 turns, so that its fractional part is known (see `nearest`). */
+/* Returns 1 if |span| < `longest` and each phase changes by less than 2^50 turns in the time
+ * `span`, so that the state at this time after the initial time can be computed. */
 INLINE mask is_span_computable(const exact_lanes *e, wide span)
 {
     const wide most = wide_splat(0x1p50);
@@ -341,10 +334,9 @@ INLINE mask is_span_computable(const exact_lanes *e, wide span)
                     mask_and(wide_less(wide_abs(span * e->first.fast), most),
                              wide_less(wide_abs(span * e->second.fast), most)));
 }
-/* Writes the real and the imaginary part of alpha, then those of beta and of m_x + i m_y, at the
- * time `span` after the initial time. All are multiplied by theta4(X), and m_x + i m_y also by a
- * constant. The linear map e->frame is not applied. The series of all lanes must be of the kind
- * `dual`, `euler`. */
+/* Writes the real and imaginary parts of alpha, beta and m_x + i m_y at the time `span` after the
+ * initial time. All are multiplied by theta4(X), and m_x + i m_y also by a constant. The map
+ * e->frame is not applied. The kind of series (`dual`, `euler`) is the same in all lanes. */
 static inline void evaluate_factors_of_kind(const exact_lanes *e, int dual, int euler, wide span,
                                             wide out[6])
 {
@@ -385,7 +377,7 @@ static inline phase_lanes make_phase(dd rate)
     return (phase_lanes){.fast = f.hi, .slow = f.lo};
 }
 /* Sets the initial value of a phase to `start` [turns] plus a whole number, such that phase->start
- * is between 1/2 and 3/2, as phase_at requires. */
+ * is between 1/2 and 3/2 (see phase_at). */
 static inline void set_initial_phase(phase_lanes *phase, dd start)
 {
     const dd s = two_sum(wide_splat(1.0), start.hi - nearest(start.hi));
@@ -411,8 +403,7 @@ static inline dd argument_in_turns(wide y, wide x)
 {
     const wide ax = wide_abs(x), ay = wide_abs(y), zero = wide_splat(0.0);
     const mask flat = wide_at_most(ay, ax), left = is_negative(x), below = is_negative(y);
-    /* After subtraction of a multiple of a quarter turn, the angle is the argument of a + i b with
-     * |b| <= a. */
+    /* After subtraction of quarter turns, the angle is the argument of a + i b with |b| <= a. */
     const wide a = wide_choose(flat, ax, ay),
                b = wide_choose(flat, wide_choose(left, -y, y), wide_choose(below, x, -x));
     const wide quarters =
@@ -455,9 +446,8 @@ static inline quat_lanes round_quaternion(const dd q[4])
     return (quat_lanes){n * w, n * x, n * y, n * z};
 }
 
-/* Writes the axis a = q e3 q* / |q|^2, and 1 + u to `plus`, where u = a.e3 is its height. Returns 1
- * - u. Both are computed directly from the quaternion, so that no digits are lost near u = -1 or
- * 1. */
+/* Writes the axis a = q e3 q* / |q|^2, and 1 + u to `plus`, where u = a.e3 is its height. Returns
+ * 1 - u. Both are computed from the quaternion, so that no digits are lost near u = -1 or 1. */
 static inline dd find_third_axis(const dd q[4], dd a[3], dd *plus)
 {
     const dd up = dd_add(dd_square(q[0]), dd_square(q[3])),
@@ -494,11 +484,11 @@ static inline wide sign_of(wide x)
 }
 
 /* Sets the nutation period and the mean rates of precession and spin, from the rates nu, `first`
- * and `second` [rad per unit of time] of the phases of nutation, alpha and beta. While X grows by 2
- * pi, the complex values of theta1(X + i y1) and theta2(X + i y2) wind once about zero, in the
+ * and `second` [rad per unit of time] of the phases of nutation, alpha and beta. While X grows by
+ * 2 pi, the complex values of theta1(X + i y1) and theta2(X + i y2) wind once about zero, in the
  * direction given by the sign of slope[0] or slope[1]. For y1 = 0 or y2 = 0, the theta function
- * passes through zero instead, and its winding number is defined as zero. For a torque-free body,
- * beta contains theta4, whose values do not wind about zero. */
+ * passes through zero instead, and its winding number is defined as zero. The values of theta4,
+ * which replaces theta2 for torque-free bodies, do not wind about zero. */
 static inline void set_mean_rates(exact_lanes *exact, wide nu, wide first, wide second)
 {
     const wide wind1 = sign_of(exact->slope[0]),
@@ -512,8 +502,7 @@ static inline dd equal_moment(const exact_top *top)
 {
     return dd_half(two_sum(top->inertia.x, top->inertia.y));
 }
-/* Returns the top after half a turn of attitude and momentum about e1 (q -> i q), with gravity
- * reversed. */
+/* Returns the top after half a turn of attitude and momentum about e1, with reversed gravity. */
 static inline exact_top exchange_up_and_down(const exact_top *top)
 {
     exact_top r = *top;
@@ -526,8 +515,7 @@ static inline exact_top exchange_up_and_down(const exact_top *top)
     r.lever = dd_neg(top->lever);
     return r;
 }
-/* Undoes exchange_up_and_down in the momentum and the precession rate of a closed form. The caller
- * must also set e->frame (make_up_down_exchange). */
+/* Undoes exchange_up_and_down in a closed form, except in e->frame (see make_up_down_exchange). */
 static inline void restore_up_and_down(exact_lanes *exact)
 {
     exact->side = wide_splat(-1.0);
@@ -535,9 +523,8 @@ static inline void restore_up_and_down(exact_lanes *exact)
     exact->precession_rate = -exact->precession_rate;
 }
 
-/* Converts a closed form from internal units to the user's units, but not to the user's axes.
- * `begin` is the initial time, and `time_unit` and `momentum_unit` are the internal units, all in
- * the user's units. */
+/* Converts a closed form from internal units to the user's units, but not to the user's axes. The
+ * initial time `begin` and the internal units of time and momentum are in the user's units. */
 static inline void convert_form_to_user(exact_lanes *exact, wide begin, wide time_unit,
                                         wide momentum_unit)
 {
@@ -559,8 +546,7 @@ static inline void convert_form_to_user(exact_lanes *exact, wide begin, wide tim
 
 #if !defined KR_EXACT_LANES
 /* Returns the state at the time t, which is the initial time plus `span`, in the user's axes. The
- * constants passed as `dual` and `euler` let the compiler remove the code for other kinds of
- * series. */
+ * constants passed as `dual` and `euler` let the compiler remove the code for other series. */
 static inline kr_state compute_state_after(const kr_exact_form *e, double t, dd span)
 {
     kr_state r;

@@ -67,8 +67,8 @@ static inline wide elliptic_agm(wide a, wide b)
 }
 /* Returns T = numerator / agm(1, k), given k2 = k^2. The numerator is agm(1, k') for T = K'/K, or
  * twice as large for series in powers of the square of the nome. If T < 1, the dual series are
- * used. Their phase is multiplied by pi / T, which is written to exact->stretch and stretch_rest as
- * a double-double. */
+ * used: their phase is multiplied by pi / T, written to exact->stretch and stretch_rest as a
+ * double-double. */
 static inline wide find_period_ratio(exact_lanes *exact, dd numerator, dd k2)
 {
     const wide T = numerator.hi / elliptic_agm(wide_splat(1.0), wide_sqrt(k2.hi));
@@ -122,8 +122,8 @@ static inline wide cos_third_of_angle(wide c)
     return x;
 }
 /* Returns the isolated root of x^3 + c2 x^2 + c1 x + c0: the root farthest from the other two. All
- * three roots must be real up to rounding errors. Sets `top` to 1 if the isolated root is the
- * largest, and to 0 if it is the smallest. */
+ * roots must be real up to rounding errors. Sets `top` to 1 if the isolated root is the largest,
+ * and to 0 if it is the smallest. */
 static inline wide isolated_root(wide c2, wide c1, wide c0, mask *top)
 {
     const wide zero = wide_splat(0.0), square = c2 * c2 - 3.0 * c1, d = wide_sqrt(square),
@@ -260,9 +260,8 @@ static inline initial find_initial_quantities(const exact_top *top, dd i1)
     s.w_square = dd_dot(s.w, s.w);
     return s;
 }
-/* Replaces the smaller of two distances a and b by a quotient, given `product` = a * b * beside, to
- * avoid cancellation. In the lanes `smaller_a`, a is smaller than b. If both are zero, neither is
- * changed. */
+/* Replaces the smaller of two distances a and b by an accurate quotient, from `product` = a b
+ * beside. In the lanes `smaller_a`, a is smaller than b. If both are zero, neither is changed. */
 static inline void recompute_smaller(dd *a, dd *b, mask smaller_a, dd product, dd beside)
 {
     const dd larger = dd_choose(smaller_a, *b, *a),
@@ -295,8 +294,8 @@ static inline void recompute_small_distances(const initial *s, turning_points *r
 }
 /* Computes the distances between the roots u1, u2 and u3 of a cubic if u3 is the isolated one. The
  * cubic is c[0] + c[1] v + c[2] v^2 + g v^3 with v = u - u0, because u1 and u2 may be close to u0.
- * Newton's method refines g (u3 - u0) from the approximation `guess`. A quadratic equation yields
- * the other two roots. */
+ * Newton's method refines `guess` to g (u3 - u0). A quadratic equation yields the other two
+ * roots. */
 static inline void find_roots_about_initial(const initial *s, const dd c[3], wide guess,
                                             turning_points *r)
 {
@@ -347,8 +346,7 @@ static inline void find_roots_about_pole(const initial *s, wide guess, turning_p
     recompute_small_distances(s, r, 0);
 }
 /* Returns the distances between the roots u1, u2 and u3, the initial height and the poles. The
- * point about which the cubic is expanded is chosen such that two nearly equal roots remain
- * accurate. */
+ * cubic is expanded about the point where two nearly equal roots remain accurate. */
 static turning_points find_turning_heights(const initial *s)
 {
     /* b is the horizontal part of W x a. */
@@ -405,9 +403,9 @@ typedef struct arguments {
     wide y1, y2, T;
 } arguments;
 
-/* Returns y1, y2 and T, and sets the members `stretch` of the form (find_period_ratio). `average`
- * is agm(1, k'). The values y1 and y2 are incomplete elliptic integrals of the first kind. p1, p2,
- * m1 and m2 denote 1 + u1, 1 + u2, 1 - u1 and 1 - u2. */
+/* Returns y1, y2 and T, and sets exact->stretch (find_period_ratio). `average` is agm(1, k'). The
+ * values y1 and y2 are incomplete elliptic integrals of the first kind. p1, p2, m1 and m2 denote
+ * 1 + u1, 1 + u2, 1 - u1 and 1 - u2. */
 static inline arguments find_theta_arguments(exact_lanes *exact, const initial *s,
                                              const turning_points *r, dd average)
 {
@@ -425,9 +423,9 @@ static inline arguments find_theta_arguments(exact_lanes *exact, const initial *
     a.y2 = -minus_where(is_negative(s->difference.hi)) * wide_min(mean * b2, limit);
     return a;
 }
-/* Sets the theta series of all lanes, in powers of the dual nome if `dual` is nonzero, else of the
- * nome. The scale factors of alpha and beta follow from |alpha|^2 = (1 + u)/2 at u = u2 and
- * |beta|^2 = (1 - u)/2 at u = u1. */
+/* Sets the theta series, in powers of the dual nome if `dual` is nonzero, else of the nome. The
+ * scale factors of alpha and beta follow from |alpha|^2 = (1 + u2)/2 if u = u2, |beta|^2 = (1 -
+ * u1)/2 if u = u1. */
 static inline void set_series_of_kind(exact_lanes *exact, const turning_points *r,
                                       const arguments *a, int dual)
 {
@@ -505,9 +503,9 @@ static inline dd find_nutation_phase(const turning_points *r, wide mean)
 }
 /* Sets the initial values of the phases of nutation, alpha and beta, such that alpha and beta have
  * the arguments given by the initial attitude. The argument of m_x + i m_y is the sum of the phases
- * of alpha and beta and the argument of theta3. The argument of a number near zero is inaccurate:
- * if the square of |alpha| or |beta|, relative to its maximum, is below a quarter of that of the
- * horizontal momentum, the argument of the momentum is used instead. */
+ * of alpha and beta and the argument of theta3. The argument of a small number is inaccurate: if
+ * the square of |alpha| or |beta|, relative to its maximum, is below a quarter of that of |m_x + i
+ * m_y|, the latter argument is used instead. */
 static inline void set_initial_phases(exact_lanes *exact, const initial *s, const turning_points *r,
                                       wide i1, wide mean, const exact_top *top)
 {
@@ -541,7 +539,6 @@ static inline mask is_resting_at_pole(const initial *s)
     return mask_and(wide_at_most(wh, least * (s->w_square.hi + s->g.hi)),
                     wide_at_most(wide_min(s->plus.hi, s->minus.hi), least));
 }
-/* The closed form of a top, and the intermediate results of its set-up. */
 typedef struct lagrange_setup {
     exact_lanes exact;
     exact_top top;
@@ -573,9 +570,8 @@ static void set_phases(lagrange_setup *s)
     set_mean_rates(exact, s->nu.hi, first.hi, second.hi);
 }
 /* Computes the closed forms of n tops in internal units, after set_initial_quantities for each top.
- * For each top, weight * |com| must be positive, and the symmetry axis must not stay vertical. Each
- * stage is completed for all tops before the next, because the code of all stages does not fit into
- * the first-level instruction cache. */
+ * weight * |com| must be positive, and the axis must not stay vertical. Each stage is completed for
+ * all tops before the next, because the code of all stages exceeds the first-level cache. */
 INLINE void set_up_moving_tops(lagrange_setup s[], int n)
 {
     for (int i = 0; i < n; i++) s[i].heights = find_turning_heights(&s[i].start);

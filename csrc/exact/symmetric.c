@@ -6,9 +6,9 @@
 #include "math/trig.h"
 
 /* A top in internal axes (method.h) and internal units, and the data for converting results to the
- * user's units. The error of a state must not grow with time, so no value that determines a rate is
- * rounded to double precision: the attitude and mass * gravity * com are double-double products,
- * and the units are powers of two. */
+ * user's units. No value that determines a rate is rounded to double precision, so that errors do
+ * not grow with time: attitude and lever are double-double products, and the units are powers of
+ * two. */
 typedef struct described_top {
     exact_top own;
     int behind;   /* nonzero if the apex is opposite to the third internal axis */
@@ -34,8 +34,8 @@ static dd find_axis_tilt(kr_vec3 com, const kr_working *w, kr_quat *tilt)
     return dd_times(size, reach);
 }
 /* Returns half the rate that the rotor adds to the spin, in internal units. For a spherical body
- * with rotated axes, the norm of the rotor momentum is used, because rounding errors of the
- * rotation do not affect the norm. */
+ * with rotated axes, rounding errors of the rotation would affect the component, but not the
+ * norm. */
 static dd find_half_spin_due_to_rotor(const kr_body *b, const kr_working *w, const kr_units *units)
 {
     const double scale = units->time, per_moment = 1.0 / units->moment;
@@ -48,7 +48,6 @@ static dd find_half_spin_due_to_rotor(const kr_body *b, const kr_working *w, con
     }
     return dd_scale(-0.5, dd_div(size, dd_of(per_moment * w->inertia.z)));
 }
-/* Converts a valid scene to internal axes and units. */
 static kr_status convert_to_internal(const kr_scene *scene, kr_kind kind, described_top *top)
 {
     const kr_body *b = &scene->body;
@@ -142,8 +141,7 @@ static kr_quat find_axis_frame(int k, int middle, int reverse)
     if (middle == (k + 1) % 3) q = q_mul(q, q4(r, v3(0.0, 0.0, r)));
     return reverse ? q_mul(q, q4(0.0, v3(0.0, 1.0, 0.0))) : q;
 }
-/* Returns the reordered axes, given three different moments and the components m of the
- * momentum. */
+/* Returns the reordered axes, given three different moments and the momentum m along them. */
 static body_axes reorder_axes(const double inertia[3], const dd m[3])
 {
     int low = 0, high = 0;
@@ -191,10 +189,10 @@ static kr_quat find_rotation_to_e3(kr_vec3 m)
     return q_unit(q4(m.y, v3(h, 0.0, m.x)));
 }
 /* Sets up the closed form of a torque-free body that rests, rotates about a principal axis, or has
- * two equal moments of inertia. Returns 0 for all other motions. `m` contains the components of the
- * momentum along the principal axes, and `square` is |m|^2. `q` is the initial attitude, and `left`
- * maps e3 to the direction of the momentum in space. `half_turn` is half the rate that an axial
- * rotor adds to the rotation about axis 3. */
+ * two equal moments. Returns 0 for all other motions. `m` contains the components of the momentum
+ * along the principal axes; `square` is |m|^2. `q` is the initial attitude, and `left` maps e3 to
+ * the direction of the momentum in space. `half_turn` is half the rate that an axial rotor adds to
+ * the rotation about axis 3. */
 static int set_up_steady_motion(kr_exact_form *exact, const double inertia[3], const dd m[3],
                                 dd square, dd half_turn, kr_quat q, kr_quat left)
 {
@@ -237,8 +235,8 @@ static dd find_common_phase_rate(const body_axes *a, dd c2, dd flat, dd k2, dd k
     return dd_half(dd_add(k, dd_mul(excess, dd_sub(dd_div(dd_sub(one, drop), flat), cross))));
 }
 /* Sets the theta series of alpha and beta. Their arguments have the same imaginary part y, an
- * incomplete elliptic integral of the first kind. `c2` is c^2, `flat` is 1 - c^2, `k2` is k^2,
- * `kp2` is k'^2, and `average` is agm(1, k'). */
+ * incomplete elliptic integral of the first kind. `average` is agm(1, k'); for `c2`, `flat`, `k2`
+ * and `kp2` = k'^2, see find_common_phase_rate. */
 static void set_euler_series(kr_exact_form *exact, const body_axes *a, double c2, double flat,
                              dd k2, double kp2, dd average)
 {
@@ -291,9 +289,8 @@ static dd find_initial_phase(const body_axes *a, dd i31, dd i32, double kp2, dou
     if (cn < 0.0) x = pi - x;
     return dd_of((sn < 0.0 ? -x : x) / 6.283185307179586477);
 }
-/* Sets up the closed form of a torque-free body that has three distinct moments of inertia and does
- * not rotate about a principal axis. `q` is the initial attitude; `left` maps e3 to the direction
- * of m. */
+/* Sets up the closed form of a torque-free body with three distinct moments of inertia that does
+ * not rotate about a principal axis. For `q` and `left`, see set_up_steady_motion. */
 static void set_up_asymmetric_motion(kr_exact_form *exact, const body_axes *a, kr_quat q,
                                      kr_quat left)
 {
@@ -360,18 +357,16 @@ static kr_exact_form make_euler_form(const exact_top *top, dd half_turn)
  * where (m3 - c cos th)/sin th = ((m3 + c) tan th/2 + (m3 - c) cot th/2) / 2 loses no digits near a
  * pole. An axial rotor with the momentum h replaces c^2/2 I3 by (c - h)^2/2 I3. For a torque-free
  * body, the root u3 (lagrange.h) is infinite, but only the product g u3 is used. */
-/* Returns the angle between apex and e3 [rad], given minus = 1 - u and plus = 1 + u, where u is the
- * height of the apex. Values of at most 2e-36 count as zero: recompute_small_distances imposes the
- * lower bound 1e-36. */
+/* Returns the angle between apex and e3 [rad], given minus = 1 - u and plus = 1 + u for the height
+ * u. Values up to 2e-36 count as zero: recompute_small_distances imposes the lower bound 1e-36. */
 static double find_nutation_angle(dd minus, dd plus)
 {
     const double least = 2e-36, low = minus.hi > least ? minus.hi : 0.0,
                  high = plus.hi > least ? plus.hi : 0.0;
     return 2.0 * atan2(sqrt(low), sqrt(high));
 }
-/* Returns the sign of the precession rate at the height u of the apex, given minus = 1 - u and plus
- * = 1 + u. Returns 0 if the rate is at most `tol` times the sum of the magnitudes of its two
- * terms. */
+/* Returns the sign of the precession rate at the height u of the apex, given minus = 1 - u and
+ * plus = 1 + u. Returns 0 if the rate is at most `tol` times the sum of its terms' magnitudes. */
 static int find_precession_sign(const initial *s, dd minus, dd plus, double tol)
 {
     const dd one = dd_mul(s->sum, minus), two = dd_mul(s->difference, plus);
@@ -395,8 +390,7 @@ static const char *classify_heavy_motion(const initial *s, const turning_points 
               low = find_precession_sign(s, r->minus1, r->plus1, 0.0);
     return high == 0 ? "cusps" : high == low ? "waves" : "loops";
 }
-/* Writes the first times >= 0, or infinity, at which the apex is lowest (`low`) and highest
- * (`high`). */
+/* Writes the first times >= 0, or infinity, at which the apex is lowest and highest. */
 static void find_turning_times(const initial *s, const turning_points *r, double *low, double *high)
 {
     const double kp = sqrt(r->g32.hi / r->g31.hi);
@@ -479,8 +473,7 @@ static kr_exact_form make_lagrange_form(const exact_top *top, dd half_turn)
 }
 /* Returns 0 if the initial tilt from the vertical and the horizontal momentum are both below 1e-70
  * in internal units, but not both zero. The time that an upright top takes to fall depends on the
- * logarithm of its initial tilt. The set-up uses the fourth power of the tilt, which may underflow
- * below 1e-77. */
+ * logarithm of its tilt, and the fourth power of the tilt may underflow below 1e-77. */
 static int is_initial_tilt_resolved(const kr_scene *scene)
 {
     const kr_working w = kr_body_working(&scene->body);
