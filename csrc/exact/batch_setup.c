@@ -1,9 +1,9 @@
 /* Closed forms (kr_exact_form, exact.h) of many Lagrange tops at once, with one top in each lane of
  * SIMD vectors (the type `wide`). Tops wait in a queue; a group consists of LANES consecutive tops
- * of a queue. Other tops, such as torque-free bodies and tops whose axis stays vertical, are
- * computed one by one. Internal axes and units are defined in method.h, the frame of description in
- * kreisel.h; e3 points up. The results are bitwise equal to those of one top alone. This file is
- * compiled once for each instruction set. */
+ * of a queue. Free bodies and tops with a constantly vertical axis are computed one by one.
+ * Internal axes and units are defined in method.h, the frame of description in kreisel.h; e3 points
+ * up. The results have the bits of those of one top. This file is compiled once for each
+ * instruction set. */
 #define KR_EXACT_LANES
 #include "lagrange.h"
 #include "math/exponent.h"
@@ -58,8 +58,7 @@ typedef struct batch_queue {
 } batch_queue;
 
 /* Sets known->fits to 1 if vector lanes can process the body: a Lagrange top without rotors whose
- * internal axes are not tilted (kr_working). If so, sets all members that depend only on the
- * body. */
+ * internal axes are not tilted (kr_working). Sets all members that depend only on such a body. */
 static void analyse_body(const kr_body *body, body_data *known)
 {
     const kr_scene scene = {.body = *body};
@@ -81,10 +80,9 @@ static void analyse_body(const kr_body *body, body_data *known)
     known->turned = !is_identity(axes);
     known->framed[0] = known->framed[1] = 0;
 }
-/* Writes to `out` the linear map of quaternions (make_frame, kernel.h) that converts the attitudes
- * of a closed form, which refer to internal axes, to attitudes of the frame of description, and
- * returns 1. If the map is the identity, returns 0 and writes nothing. If `exchanged` is nonzero,
- * up and down are interchanged in the closed form, and the map also undoes this. */
+/* Writes to `out` the linear map (make_frame) from the attitudes of a closed form, which refer to
+ * internal axes, to attitudes of the frame of description. If `exchanged` is nonzero, the map also
+ * undoes exchange_up_and_down. If the map is the identity, returns 0 and writes nothing. */
 static int find_frame_map(body_data *known, int exchanged, kr_quat out[4])
 {
     kr_quat *frame = known->frame[exchanged];
@@ -169,11 +167,11 @@ typedef struct group {
 INLINE wide load_number(group w, int row) { return wide_load(&w.all->in[row][w.first]); }
 
 /* Multiplies the attitude of each top of a group from the right by the unit quaternion in the rows
- * `axes` to `axes + 3` of the queue. Where it is the identity, the attitude keeps its bits. */
-INLINE void rotate_attitudes(exact_top *top, group w, int axes)
+ * `row` to `row + 3` of the queue. If this is the identity, the attitude keeps its bits. */
+INLINE void rotate_attitudes(exact_top *top, group w, int row)
 {
-    const quat_lanes by = {load_number(w, axes), load_number(w, axes + 1), load_number(w, axes + 2),
-                           load_number(w, axes + 3)};
+    const quat_lanes by = {load_number(w, row), load_number(w, row + 1), load_number(w, row + 2),
+                           load_number(w, row + 3)};
     const wide zero = wide_splat(0.0);
     const mask one =
         mask_and(mask_and(wide_equal(by.x, zero), wide_equal(by.y, zero)), wide_equal(by.z, zero));
@@ -201,9 +199,8 @@ INLINE exact_top convert_group(group w)
     top.lever = dd_make(scale * lever.hi, scale * lever.lo);
     return top;
 }
-/* Returns a mask of the tops that are heavy (LEAST_LEVER) and whose tilt from the vertical (sine of
- * half the angle) or horizontal momentum exceeds 1e-10. Such tops have a closed form: only tops
- * whose tilt and momentum are both below 1e-70 are refused (is_initial_tilt_resolved). */
+/* Returns a mask of the tops with |lever| above LEAST_LEVER whose tilt or horizontal momentum
+ * exceeds 1e-10. Others may lack a closed form (is_initial_tilt_resolved), or are torque-free. */
 INLINE mask is_moving(const exact_top *top)
 {
     const wide least = wide_splat(1e-10);
@@ -250,9 +247,9 @@ static state_lanes evaluate_lanes(const exact_lanes *exact, wide time)
     }
     return r;
 }
-/* Writes the k-th requested state of each top of the group g whose bit in `lane_bits` is set. */
+/* Writes the k-th requested state of each top of the group g whose bit in `lanes` is set. */
 static void write_states(const kr_exact_request *request, group g, const exact_lanes *exact,
-                         unsigned lane_bits, size_t k)
+                         unsigned lanes, size_t k)
 {
     const batch_queue *w = g.all;
     double t[LANES], s[8][LANES];
@@ -264,7 +261,7 @@ static void write_states(const kr_exact_request *request, group g, const exact_l
     memcpy(s, &states, sizeof s);
     for (int i = 0; i < LANES; i++) {
         const int place = g.first + i;
-        if (!(lane_bits >> i & 1)) continue;
+        if (!(lanes >> i & 1)) continue;
         kr_state *out = &request->states[w->index[place] * request->times + k];
         if (within >> i & 1) {
             const kr_quat q = q4(s[1][i], v3(s[2][i], s[3][i], s[4][i]));
@@ -278,13 +275,13 @@ static void write_states(const kr_exact_request *request, group g, const exact_l
         }
     }
 }
-/* Writes the closed form and all states of each top whose bit in `lane_bits` is set. */
+/* Writes the closed form and all states of each top whose bit in `lanes` is set. */
 static void write_group(const kr_exact_request *request, group g, const exact_lanes *exact,
-                        unsigned lane_bits)
+                        unsigned lanes)
 {
     const int many = request->times > FEW_TIMES;
     for (int i = 0; i < LANES && (many || request->plans); i++) {
-        if (!(lane_bits >> i & 1)) continue;
+        if (!(lanes >> i & 1)) continue;
         const size_t index = g.all->index[g.first + i];
         kr_exact_form one, *out = request->plans ? &request->plans[index] : &one;
         extract_form(exact, g.all, g.first + i, out);
@@ -292,11 +289,9 @@ static void write_group(const kr_exact_request *request, group g, const exact_la
             KR_NAME(kr_exact_evaluate)(out, request->times, kr_exact_times_of(request, index),
                                        request->states + index * request->times);
     }
-    for (size_t k = 0; k < request->times && !many; k++)
-        write_states(request, g, exact, lane_bits, k);
+    for (size_t k = 0; k < request->times && !many; k++) write_states(request, g, exact, lanes, k);
 }
-/* Converts the closed forms of a group to the user's units, and writes the requested results. Tops
- * for which is_moving returns 0 are computed again, one by one. */
+/* Converts the closed forms of a group to the user's units, and writes the requested results. */
 static void finish_group(const kr_exact_request *request, group g, lagrange_setup *s)
 {
     const wide time = load_number(g, TIME), reach = load_number(g, REACH);

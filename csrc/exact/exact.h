@@ -33,7 +33,7 @@ typedef struct kr_exact_form {
     double momentum, side; /* scale of the horizontal momentum; -1 if up and down are exchanged */
     kr_vec3 constant;      /* the constant part of the momentum */
     double framed;         /* 1 if `frame` is set */
-    kr_quat frame[4];      /* see make_frame */
+    kr_quat frame[4];      /* linear map of attitudes (apply_frame) */
 } kr_exact_form;
 /* Stops the compilation if the condition is false, by an array type of negative size. */
 #define KR_CHECK_LAYOUT(name, condition) typedef char name[(condition) ? 1 : -1]
@@ -45,8 +45,8 @@ typedef struct kr_exact_scalar {
     size_t (*used_size)(const void *plan);
     /* Returns 1 if the closed form applies to the initial state of a valid scene of its kind. */
     int (*suits)(const kr_scene *scene);
-    /* Writes the plan to the beginning of `memory`, and its properties to `info`, except `kind` and
-     * `used`. If `own` is nonzero, the plan is in internal axes and units (method.h). */
+    /* Writes the plan to the beginning of `memory`, and to `info` all but `kind` and `used`, in
+     * internal axes and units (method.h) if `own` is nonzero. For `bound`, see kr_exact_plan. */
     kr_status (*plan)(const kr_scene *scene, int own, double bound, void *memory,
                       kr_exact_info *info);
     kr_state (*state)(const void *plan, double t);
@@ -110,7 +110,7 @@ kr_exact_evaluate kr_exact_evaluate_base, kr_exact_evaluate_avx2, kr_exact_evalu
     kr_kowalewski_evaluate_base, kr_kowalewski_evaluate_avx2, kr_kowalewski_evaluate_avx512,
     kr_chaplygin_evaluate_base, kr_chaplygin_evaluate_avx2, kr_chaplygin_evaluate_avx512,
     kr_gyrostat_evaluate_base, kr_gyrostat_evaluate_avx2, kr_gyrostat_evaluate_avx512;
-/* Returns the largest number of doubles that the method `exact` needs for a top. If `with_torus` is
- * 0, tops whose motion lies on a torus are excluded. */
+/* Returns the largest number of doubles that the method `exact` needs for a top whose motion does
+ * not lie on a torus or, if `with_torus` is 1, for any top. */
 size_t kr_exact_extra_doubles(int with_torus);
 #endif

@@ -5,14 +5,15 @@
  * All vectors have components along the principal axes of the body. Let J be the principal moments,
  * A = diag(1/J), h the momentum of the rotors, m the angular momentum and w the angular velocity:
  *     m' = m x w,   w = A (m - h).
- * The attitude is the product q0 R S of a constant rotation q0, the rotation R about a constant
- * unit vector a by the angle phi, and the shortest rotation S of m to |m| a, with
+ * The attitude is a product q0 R S of the constant rotation q0, the rotation R about a constant
+ * unit vector a by the angle phi, and the shortest rotation S from m to |m| a, with
  *     phi' = (2 E + w.(h + |m| a)) / (|m| + m.a),   2 E = w.(m - h).
  * First, the period T of m is computed in double precision. A Taylor series in double-doubles over
  * this time then gives a more accurate T, the growth Om T of phi in a period, and samples of m and
- * phi. From these follow the coefficients of the Fourier series X and Y (torus.h) in theta = 2 pi
- * t/T, whose ratio X : Y gives R S. Among all such pairs, the pair without poles at complex t needs
- * the fewest coefficients. Its norm is D = |X|^2 + |Y|^2 (find_log_d). */
+ * phi. From these follow the coefficients of the Fourier series X and Y (torus.h) in
+ * theta = 2 pi t/T, which are proportional to e^{-i Om t/2} (w + i z, x + i y) with R
+ * S = (w, x, y, z) in axes whose third is a. The pair X, Y without poles at complex t needs the
+ * fewest coefficients. This pair has the norm D = |X|^2 + |Y|^2 that find_log_d computes. */
 #include "torus.h"
 
 enum {
@@ -32,8 +33,7 @@ typedef struct gyrostat {
     dd energy;           /* 2 E - A h.(h + |m| a) */
     dd period;           /* T, as far as it is known */
 } gyrostat;
-/* Taylor coefficients hi + lo of m (series 0 to 2), of phi' (ANGLE_RATE) and of |m| + m.a (BELOW).
- * For orders greater than `deep`, lo is zero. */
+/* Taylor coefficients hi + lo of m (0 to 2), phi' and |m| + m.a. Above order `deep`, lo is 0. */
 enum { ANGLE_RATE = 3, BELOW, UNKNOWNS };
 typedef struct gyrostat_series {
     int deep;
@@ -44,7 +44,7 @@ typedef struct gyrostat_memory {
     gyrostat top;
     gyrostat_series series;
     dd growth; /* of phi in the time T */
-    /* values at the times k T / SAMPLES; outside of find_log_d, `sample` holds Re, Im X and Y */
+    /* values at the times k T / SAMPLES; outside of find_log_d, `sample` holds X and Y */
     kr_vec3 m[SAMPLES];
     dd phi[SAMPLES];
     double log_d[SAMPLES], sample[SAMPLES][4], cosine[SAMPLES], sine[SAMPLES];
@@ -64,14 +64,14 @@ static double find_angle_rate(const gyrostat *top, kr_vec3 m)
     return (top->energy.hi + v_dot(v_round(top->up), m)) /
            (top->size.hi + v_dot(v_round(top->axis), m));
 }
-static dd get_coefficient(const gyrostat_series *s, int i, int n)
+static dd get_coefficient(const gyrostat_series *s, int series, int order)
 {
-    return dd_make(s->hi[i][n], s->lo[i][n]);
+    return dd_make(s->hi[series][order], s->lo[series][order]);
 }
-static void set_coefficient(gyrostat_series *s, int i, int n, dd value)
+static void set_coefficient(gyrostat_series *s, int series, int order, dd value)
 {
-    s->hi[i][n] = value.hi;
-    s->lo[i][n] = n > s->deep ? 0.0 : value.lo;
+    s->hi[series][order] = value.hi;
+    s->lo[series][order] = order > s->deep ? 0.0 : value.lo;
 }
 /* Returns the coefficient of order n of the product of the series a and b. Terms with coefficients
  * of the series a below the order `first` are left out. */
@@ -125,16 +125,16 @@ static kr_vec3 evaluate_momentum(const gyrostat_series *s, int last, double t)
     for (int n = last; n >= 0; n--) m = v_axpy(t, m, v3(s->hi[0][n], s->hi[1][n], s->hi[2][n]));
     return m;
 }
-/* Returns the square of the angular frequency of small oscillations about an equilibrium m. */
-static double find_frequency_square(const gyrostat *top, kr_vec3 m)
+static double find_frequency_square(const gyrostat *top, kr_vec3 equilibrium)
 {
-    const kr_vec3 a = v_round(top->rate), w = find_velocity(top, m), am = v_times(a, m);
-    return v_dot(v_times(m, m), v3(a.y * a.z, a.z * a.x, a.x * a.y)) + v_dot(w, v_add(w, am)) -
-           v_dot(w, m) * (a.x + a.y + a.z);
+    const kr_vec3 a = v_round(top->rate), w = find_velocity(top, equilibrium),
+                  am = v_times(a, equilibrium);
+    return v_dot(v_times(equilibrium, equilibrium), v3(a.y * a.z, a.z * a.x, a.x * a.y)) +
+           v_dot(w, v_add(w, am)) - v_dot(w, equilibrium) * (a.x + a.y + a.z);
 }
 static kr_vec3 get_direction(int d) { return v3(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1); }
-/* Sets the unit vector a to the candidate number d with the largest least[d], the minimum of its
- * component of m over a period, and sets the members of `top` that depend on a. */
+/* Sets a to the candidate with the largest least[d], and sets the members of `top` that depend on
+ * a. For the candidate d, least[d] is the minimum of m.a over a period. */
 static void set_axis(gyrostat *top, const double least[DIRECTIONS])
 {
     int best = 0;
@@ -152,9 +152,9 @@ static void set_axis(gyrostat *top, const double least[DIRECTIONS])
                                                  dd_mul(top->rest[i], arm)));
     }
 }
-/* Sets a and, in double precision, the period: that of small oscillations, or the time until m
- * returns to the plane through the initial m that is perpendicular to the initial m'. Returns 0 if
- * m does not return within MOST_STEPS steps, for example near separatrices. */
+/* Sets a and, in double precision, the period T: that of small oscillations if m is near an
+ * equilibrium, else the time until m returns to the plane through the initial m perpendicular to
+ * the initial m'. Returns 0 if m does not return within MOST_STEPS steps, as near separatrices. */
 static int find_period(gyrostat *top, gyrostat_series *s)
 {
     const kr_vec3 start = v_round(top->start), along = find_momentum_change(top, start);
@@ -250,8 +250,8 @@ static double integrate_period(gyrostat_memory *memory)
     const double beside = v_length(v_sub(v_round(miss), v_scale(late.hi, along)));
     return beside < 1e-10 * top->size.hi ? fabs(late.hi) / period.hi : INFINITY;
 }
-/* Writes the coefficients of e^{i n theta} of the two complex Fourier series given by
- * memory->sample. Returns the sum of the magnitudes of their real and imaginary parts. */
+/* Writes the coefficients of e^{i n theta} in the Fourier series of the two complex functions with
+ * the samples memory->sample. Returns the sum of the magnitudes of the four real numbers. */
 static double fourier_coefficient(const gyrostat_memory *memory, int n, double out[4])
 {
     double sum[4] = {0.0, 0.0, 0.0, 0.0};

@@ -2,8 +2,7 @@
  * form. Let q = (w, x, y, z) be the attitude, m the angular momentum in space (e3 points up),
  * alpha = w + i z and beta = x + i y. K and K' are the complete elliptic integrals of a modulus k
  * and of k' = sqrt(1 - k^2). With theta functions of the nome exp(-pi K'/K), the phase
- * X(t) = X0 + nu t of the nutation, and constants y1, y2, c1, c2, k1 and k2, up to constant
- * factors,
+ * X(t) = X0 + nu t of the nutation, and constants y1, y2, c1, c2, k1, k2, up to constant factors,
  *     alpha ~ theta1(X + i y1) e^{i(c1 + k1 t)},  beta ~ theta2(X + i y2) e^{i(c2 + k2 t)},
  *     m_x + i m_y ~ theta3(X + i(y1 + y2)) e^{i(c1 + c2 + (k1 + k2) t)},  all over theta4(X)
  * (Klein and Sommerfeld, Theorie des Kreisels). The phases of alpha and beta are c1 + k1 t and
@@ -31,8 +30,7 @@
 #include "math/su2.h"
 
 /* The kinds of theta series: for heavy (LAGRANGE) or torque-free (EULER) tops, in powers of the
- * nome or (_DUAL) of the dual nome exp(-pi K/K'), which is smaller if K' < K, as near a
- * separatrix. */
+ * nome or (_DUAL) of the dual nome exp(-pi K/K'), the smaller of the two near a separatrix. */
 enum { LAGRANGE, EULER, LAGRANGE_DUAL, EULER_DUAL };
 
 /* Vector versions of the types in kreisel.h and exact.h, with one lane per top. */
@@ -93,8 +91,8 @@ INLINE void take_lanes(void *to, const void *from, size_t bytes, mask selected)
 }
 
 /* In internal units (scene.h), the larger of the momentum and weight * |com| is about one. A
- * smaller weight * |com| than LEAST_LEVER is treated as zero: its effect is negligible for phases
- * below 2^50 turns. Momentum components below LEAST_MOMENTUM are zeroed, because their squares
+ * smaller value of weight * |com| than LEAST_LEVER counts as zero: its effect is negligible up to
+ * 2^50 turns. Momentum components below LEAST_MOMENTUM count as zero, because their squares
  * underflow. */
 #define LEAST_LEVER 1e-100
 #define LEAST_MOMENTUM 1e-160
@@ -119,9 +117,8 @@ INLINE wide drop_tiny_momentum(wide m)
 }
 
 static inline int is_identity(kr_quat q) { return v_largest(q_vec(q)) == 0.0; }
-/* Returns the image of q under the linear map f of quaternions, given the images f[0] .. f[3] of 1,
- * i, j and k. The members `frame` of closed forms are such maps, to attitudes in the user's
- * axes. */
+/* Returns the image of q under the linear map f, given the images f[0] .. f[3] of 1, i, j and k.
+ * The members `frame` of closed forms are such maps, to attitudes in the user's axes. */
 INLINE kr_quat apply_frame(const kr_quat f[4], kr_quat q)
 {
     return q4((q.w * f[0].w + q.x * f[1].w) + (q.y * f[2].w + q.z * f[3].w),
@@ -142,10 +139,10 @@ static inline void make_up_down_exchange(kr_quat frame[4])
     make_frame(frame, q4(0.0, v3(-1.0, 0.0, 0.0)), q_one());
 }
 /* Appends the conversion q -> q * conj(axes) of attitudes from internal axes to the user's axes to
- * the linear map `frame`, which counts as the identity if `framed` is 0. */
-static inline void add_axes_to_frame(kr_quat frame[4], int framed, kr_quat axes)
+ * the linear map `frame`, which counts as the identity if `is_set` is 0. */
+static inline void add_axes_to_frame(kr_quat frame[4], int is_set, kr_quat axes)
 {
-    if (!framed) make_frame(frame, q_one(), q_one());
+    if (!is_set) make_frame(frame, q_one(), q_one());
     for (int i = 0; i < 4; i++) frame[i] = q_mul(frame[i], q_conj(axes));
 }
 
@@ -202,7 +199,6 @@ typedef struct exponential {
     wide plus, minus; /* 2^k, 2^-k */
     wide even, odd;   /* cosh r, sinh r */
 } exponential;
-
 INLINE exponential split_exponential(dd a)
 {
     const double shift = 6755399441055744.0;
@@ -252,9 +248,9 @@ typedef struct factors {
 
 /* Evaluates the theta series at the time t after the initial time. If `euler` is nonzero, the body
  * is torque-free. If `dual` is nonzero, the series use the dual nome, and hyperbolic functions
- * replace the sine and cosine. Jacobi's transformation to the dual nome adds slope[0] z and
- * slope[1] z to the phases of alpha and beta. Here z is the phase of the nutation minus the nearest
- * half turn, in half turns. */
+ * replace the sine and cosine. With z, the phase of the nutation minus the nearest half turn in
+ * half turns, Jacobi's transformation to the dual nome adds slope[0] z and slope[1] z to the other
+ * phases. */
 INLINE factors evaluate_theta_series(const exact_lanes *e, int dual, int euler, dd t)
 {
     const dd x = phase_at(&e->nutation, t);
@@ -369,7 +365,6 @@ static inline void evaluate_factors(const exact_lanes *e, double span, wide out[
 }
 
 static const double two_pi = 6.283185307179586477;
-
 /* Returns a phase with the initial value zero and the given rate [rad per unit of time]. */
 static inline phase_lanes make_phase(dd rate)
 {
@@ -437,7 +432,6 @@ static inline void multiply_from_right(dd q[4], quat_lanes by)
     q[2] = dot(a, by.y, -by.z, by.w, by.x);
     q[3] = dot(a, by.z, by.y, -by.x, by.w);
 }
-
 /* Divides a quaternion by its norm, and returns it in double precision. */
 static inline quat_lanes round_quaternion(const dd q[4])
 {
@@ -445,7 +439,6 @@ static inline quat_lanes round_quaternion(const dd q[4])
                n = 1.0 / wide_sqrt(w * w + (x * x + y * y + z * z));
     return (quat_lanes){n * w, n * x, n * y, n * z};
 }
-
 /* Writes the axis a = q e3 q* / |q|^2, and 1 + u to `plus`, where u = a.e3 is its height. Returns
  * 1 - u. Both are computed from the quaternion, so that no digits are lost near u = -1 or 1. */
 static inline dd find_third_axis(const dd q[4], dd a[3], dd *plus)
@@ -522,7 +515,6 @@ static inline void restore_up_and_down(exact_lanes *exact)
     exact->constant.z = -exact->constant.z;
     exact->precession_rate = -exact->precession_rate;
 }
-
 /* Converts a closed form from internal units to the user's units, but not to the user's axes. The
  * initial time `begin` and the internal units of time and momentum are in the user's units. */
 static inline void convert_form_to_user(exact_lanes *exact, wide begin, wide time_unit,

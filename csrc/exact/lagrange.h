@@ -10,7 +10,8 @@
 #include "kernel.h"
 
 /* Complete elliptic integrals are computed by the arithmetic-geometric mean, those of the third
- * kind from M = agm(1, k') and the sum of the numbers Q_n of elliptic_mean (DLMF 19.8.6):
+ * kind (with the characteristic alpha^2) from M = agm(1, k') and Q_n, see elliptic_mean (DLMF
+ * 19.8.6):
  *     Pi(alpha^2, k) = pi/4M (2 + alpha^2/(1 - alpha^2) sum Q_n).
  * Incomplete integrals of the first kind are computed from Carlson's R_F by duplication. */
 enum theta { THETA1, THETA2, THETA3, THETA4 };
@@ -67,8 +68,8 @@ static inline wide elliptic_agm(wide a, wide b)
 }
 /* Returns T = numerator / agm(1, k), given k2 = k^2. The numerator is agm(1, k') for T = K'/K, or
  * twice as large for series in powers of the square of the nome. If T < 1, the dual series are
- * used: their phase is multiplied by pi / T, written to exact->stretch and stretch_rest as a
- * double-double. */
+ * used: sets stretch + stretch_rest to pi / T, the factor of their phase, in double-double
+ * precision. */
 static inline wide find_period_ratio(exact_lanes *exact, dd numerator, dd k2)
 {
     const wide T = numerator.hi / elliptic_agm(wide_splat(1.0), wide_sqrt(k2.hi));
@@ -122,16 +123,16 @@ static inline wide cos_third_of_angle(wide c)
     return x;
 }
 /* Returns the isolated root of x^3 + c2 x^2 + c1 x + c0: the root farthest from the other two. All
- * roots must be real up to rounding errors. Sets `top` to 1 if the isolated root is the largest,
- * and to 0 if it is the smallest. */
-static inline wide isolated_root(wide c2, wide c1, wide c0, mask *top)
+ * roots must be real up to rounding errors. Sets `is_largest` to 1 if the isolated root is the
+ * largest, and to 0 if it is the smallest. */
+static inline wide isolated_root(wide c2, wide c1, wide c0, mask *is_largest)
 {
     const wide zero = wide_splat(0.0), square = c2 * c2 - 3.0 * c1, d = wide_sqrt(square),
                r = (-2.0 * c2 * c2 * c2 + 9.0 * c2 * c1 - 27.0 * c0) / (2.0 * d * d * d);
     const mask apart = is_positive(square); /* else all three roots coincide */
     const wide third = cos_third_of_angle(wide_min(wide_abs(r), wide_splat(1.0)));
-    *top = mask_or(mask_not(apart), wide_at_most(zero, r));
-    const wide way = minus_where(mask_not(*top));
+    *is_largest = mask_or(mask_not(apart), wide_at_most(zero, r));
+    const wide way = minus_where(mask_not(*is_largest));
     return (wide_choose(apart, 2.0 * d * way * third, zero) - c2) * (1.0 / 3);
 }
 /* Returns a root of lead x^3 + c[2] x^2 + c[1] x + c[0] in double-double precision, by two Newton
@@ -260,17 +261,17 @@ static inline initial find_initial_quantities(const exact_top *top, dd i1)
     s.w_square = dd_dot(s.w, s.w);
     return s;
 }
-/* Replaces the smaller of two distances a and b by an accurate quotient, from `product` = a b
- * beside. In the lanes `smaller_a`, a is smaller than b. If both are zero, neither is changed. */
-static inline void recompute_smaller(dd *a, dd *b, mask smaller_a, dd product, dd beside)
+/* Replaces the smaller of two distances a and b by a quotient without cancellation, given the
+ * product a * b * third. If both are zero, neither is changed. */
+static inline void recompute_smaller(dd *a, dd *b, mask is_a_smaller, dd product, dd third)
 {
-    const dd larger = dd_choose(smaller_a, *b, *a),
-             smaller = dd_over(product, dd_mul(larger, beside));
+    const dd larger = dd_choose(is_a_smaller, *b, *a),
+             smaller = dd_over(product, dd_mul(larger, third));
     const mask known = is_positive(larger.hi); /* else all three heights coincide */
-    *a = dd_choose(mask_and(smaller_a, known), smaller, *a);
-    *b = dd_choose(mask_and(mask_not(smaller_a), known), smaller, *b);
+    *a = dd_choose(mask_and(is_a_smaller, known), smaller, *a);
+    *b = dd_choose(mask_and(mask_not(is_a_smaller), known), smaller, *b);
 }
-/* Replaces small distances, which suffer from cancellation, by quotients. Their products are known:
+/* Replaces small distances, which suffer from cancellation, by quotients. Products of distances are
  *     (W.e3 + W.a)^2 = (1 + u1)(1 + u2) g(1 + u3),   (W.e3 - W.a)^2 = (1 - u1)(1 - u2) g(u3 - 1),
  *     (du/dt)^2 = (u0 - u1)(u2 - u0) g(u3 - u0).
  * `about_initial` is nonzero if the distances come from find_roots_about_initial. */
@@ -292,10 +293,10 @@ static inline void recompute_small_distances(const initial *s, turning_points *r
     r->span = dd_max(r->span, level);
     r->g32 = dd_max(r->g32, dd_times(wide_splat(1e-150), r->g31));
 }
-/* Computes the distances between the roots u1, u2 and u3 of a cubic if u3 is the isolated one. The
- * cubic is c[0] + c[1] v + c[2] v^2 + g v^3 with v = u - u0, because u1 and u2 may be close to u0.
- * Newton's method refines `guess` to g (u3 - u0). A quadratic equation yields the other two
- * roots. */
+/* Writes the distances between the roots u1, u2 and u3 to r, if u3 is farthest from the other two.
+ * The cubic is c[0] + c[1] v + c[2] v^2 + g v^3 with v = u - u0, because u1 and u2 may be close to
+ * u0. Newton's method refines `guess` to g (u3 - u0). The other roots solve a quadratic
+ * equation. */
 static inline void find_roots_about_initial(const initial *s, const dd c[3], wide guess,
                                             turning_points *r)
 {
@@ -317,8 +318,9 @@ static inline void find_roots_about_initial(const initial *s, const dd c[3], wid
     r->minus1 = dd_add(s->minus, r->down);
     recompute_small_distances(s, r, 1);
 }
-/* Does the same if u1 is the isolated root, in powers of u - 1, because u2 <= 1 <= u3 can coincide
- * only at u = 1 (axis upright). `guess` is an approximation of u1 - u0. */
+/* Writes the distances between the roots to r, if u1 is farthest from the other two. The cubic is
+ * expanded in powers of u - 1, because u2 <= 1 <= u3 can coincide only at u = 1 (axis upright).
+ * `guess` is an approximation of u1 - u0. */
 static inline void find_roots_about_pole(const initial *s, wide guess, turning_points *r)
 {
     const dd wh = dd_add(dd_square(s->w[0]), dd_square(s->w[1]));
@@ -346,7 +348,7 @@ static inline void find_roots_about_pole(const initial *s, wide guess, turning_p
     recompute_small_distances(s, r, 0);
 }
 /* Returns the distances between the roots u1, u2 and u3, the initial height and the poles. The
- * cubic is expanded about the point where two nearly equal roots remain accurate. */
+ * cubic is expanded about a point that keeps two nearly equal roots accurate. */
 static turning_points find_turning_heights(const initial *s)
 {
     /* b is the horizontal part of W x a. */
@@ -424,8 +426,8 @@ static inline arguments find_theta_arguments(exact_lanes *exact, const initial *
     return a;
 }
 /* Sets the theta series, in powers of the dual nome if `dual` is nonzero, else of the nome. The
- * scale factors of alpha and beta follow from |alpha|^2 = (1 + u2)/2 if u = u2, |beta|^2 = (1 -
- * u1)/2 if u = u1. */
+ * scale factors of alpha and beta follow from max |alpha|^2 = (1 + u2)/2, max |beta|^2 =
+ * (1 - u1)/2. */
 static inline void set_series_of_kind(exact_lanes *exact, const turning_points *r,
                                       const arguments *a, int dual)
 {
@@ -467,10 +469,10 @@ static inline void set_theta_series(exact_lanes *exact, const turning_points *r,
     } else
         set_series_of_kind(exact, r, a, 0);
 }
-/* Sets exact->momentum, the scale factor of m_x + i m_y. At the lowest position of the axis, m_x +
- * i m_y has the magnitude I1 |lowest|. This is not less than at the highest position, because (1 -
- * u1)(1 + u2) >= (1 + u1)(1 - u2) and u3 + 1 >= u3 - 1. The theta3 series is positive for real and
- * imaginary arguments, so that the scale factor has the sign of `lowest`. */
+/* Sets exact->momentum, the scale factor of m_x + i m_y, from |m_x + i m_y| at the lowest position
+ * of the axis. It is not less than at the highest position, because (1 - u1)(1 + u2) >=
+ * (1 + u1)(1 - u2) and u3 + 1 >= u3 - 1. The scale factor is at most 0: at this position, theta3 is
+ * positive, but m_x + i m_y divided by e^{i(c1 + c2 + (k1 + k2) t)} is not. */
 static inline void set_momentum_scale(exact_lanes *exact, const initial *s, const turning_points *r,
                                       wide i1)
 {
@@ -502,10 +504,10 @@ static inline dd find_nutation_phase(const turning_points *r, wide mean)
     return dd_choose(below, dd_of(away), two_sum(wide_splat(0.25), -away));
 }
 /* Sets the initial values of the phases of nutation, alpha and beta, such that alpha and beta have
- * the arguments given by the initial attitude. The argument of m_x + i m_y is the sum of the phases
- * of alpha and beta and the argument of theta3. The argument of a small number is inaccurate: if
- * the square of |alpha| or |beta|, relative to its maximum, is below a quarter of that of |m_x + i
- * m_y|, the latter argument is used instead. */
+ * the arguments given by the initial attitude. The argument of a small number is inaccurate: if the
+ * square of |alpha| or |beta|, relative to its maximum, is below a quarter of that of the
+ * horizontal momentum, the phase follows from arg(m_x + i m_y), the sum of both phases and the
+ * argument of theta3. */
 static inline void set_initial_phases(exact_lanes *exact, const initial *s, const turning_points *r,
                                       wide i1, wide mean, const exact_top *top)
 {

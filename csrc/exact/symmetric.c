@@ -6,8 +6,8 @@
 #include "math/trig.h"
 
 /* A top in internal axes (method.h) and internal units, and the data for converting results to the
- * user's units. No value that determines a rate is rounded to double precision, so that errors do
- * not grow with time: attitude and lever are double-double products, and the units are powers of
+ * user's units. Errors must not grow with time: no value that determines a rate is rounded to
+ * double precision. The attitude and lever are double-double products, and the units are powers of
  * two. */
 typedef struct described_top {
     exact_top own;
@@ -34,7 +34,7 @@ static dd find_axis_tilt(kr_vec3 com, const kr_working *w, kr_quat *tilt)
     return dd_times(size, reach);
 }
 /* Returns half the rate that the rotor adds to the spin, in internal units. For a spherical body
- * with rotated axes, rounding errors of the rotation would affect the component, but not the
+ * with rotated axes, the norm of the rotor momentum is used: the rotation does not round the
  * norm. */
 static dd find_half_spin_due_to_rotor(const kr_body *b, const kr_working *w, const kr_units *units)
 {
@@ -84,9 +84,9 @@ static kr_status convert_to_internal(const kr_scene *scene, kr_kind kind, descri
     return KR_OK;
 }
 
-/* Sets a motion with constant |alpha| and |beta|, whose phases have the constant rates `first` and
- * `second` [rad per unit of time]. `q` is the initial attitude. Such motions include those of
- * sleeping, hanging and resting tops, and of symmetric bodies without torque. */
+/* Sets `exact` to a motion with constant |alpha| and |beta|, whose phases have the constant rates
+ * `first` and `second` [rad per unit of time]: a sleeping, hanging or resting top, or a symmetric
+ * body without torque. `q` is the initial attitude. */
 static inline void set_up_steady_form(kr_exact_form *exact, kr_quat q, dd first, dd second)
 {
     const double a = length(q.w, q.z), b = length(q.x, q.y);
@@ -116,8 +116,8 @@ static inline void set_frame(kr_exact_form *exact, kr_quat left, kr_quat right)
  * momentum m circulates in the body about the principal axis a, called axis 3, whose moment I3 is
  * the largest or the smallest. In the axes of the closed form, m points along e3, and the third
  * axis of the body is -a, with the height u = -a.e3 = -c dn(X), where c is the largest a.e3. The
- * functions alpha and beta are theta1 and theta4 in the square of the nome. With the energy T, |m|,
- * the modulus k and the sums Q_n of elliptic_mean, the phases of both grow at the rate
+ * functions alpha and beta are theta1 and theta4 in the square of the nome. With the energy T and
+ * the sums Q_n of elliptic_mean, the phases of both grow at the rate
  *     (|m| / I3 + e sum Q_n / 2) / 2,   e = 2T/|m| - |m|/I3,   p0^2 = 1/c^2.
  * D3 = |2T I3 - m^2| and D1 = |m^2 - 2T I1| are computed as sums of terms of equal sign (Jacobi
  * 1849; Whittaker, Dynamics, 69). */
@@ -134,11 +134,11 @@ typedef struct body_axes {
 
 /* Returns the rotation that maps e3 to axis k, and e2 to axis `middle` or its negative. If
  * `reverse` is nonzero, e1 and e3 are mapped to the opposite directions. */
-static kr_quat find_axis_frame(int k, int middle, int reverse)
+static kr_quat find_axis_frame(int third, int middle, int reverse)
 {
     const double h = 0.5, r = 0.70710678118654752440;
-    kr_quat q = k == 2 ? q_one() : k == 0 ? q4(h, v3(h, h, h)) : q4(h, v3(-h, -h, -h));
-    if (middle == (k + 1) % 3) q = q_mul(q, q4(r, v3(0.0, 0.0, r)));
+    kr_quat q = third == 2 ? q_one() : third == 0 ? q4(h, v3(h, h, h)) : q4(h, v3(-h, -h, -h));
+    if (middle == (third + 1) % 3) q = q_mul(q, q4(r, v3(0.0, 0.0, r)));
     return reverse ? q_mul(q, q4(0.0, v3(0.0, 1.0, 0.0))) : q;
 }
 /* Returns the reordered axes, given three different moments and the momentum m along them. */
@@ -179,8 +179,8 @@ static body_axes reorder_axes(const double inertia[3], const dd m[3])
     r.turn = find_axis_frame(high, middle, reverse);
     return r;
 }
-/* Returns a rotation that maps the direction of m to e3. The squares of a tiny m, which occurs
- * together with a much larger momentum of a rotor, would underflow: it is scaled up first. */
+/* Returns a rotation that maps the direction of m to e3. A tiny m, which occurs together with a
+ * much larger momentum of a rotor, is scaled up first, because its squares would underflow. */
 static kr_quat find_rotation_to_e3(kr_vec3 m)
 {
     if (v_largest(m) < 0x1p-400) m = v_scale(0x1p500, m);
@@ -218,9 +218,9 @@ static int set_up_steady_motion(kr_exact_form *exact, const double inertia[3], c
     if (m[k].hi < 0.0) exact->spin_angle_rate = -exact->spin_angle_rate;
     return 1;
 }
-/* Returns the common rate of the phases of alpha and beta [rad per unit of time], and writes agm(1,
- * k') to `mean`. The arguments `c2`, `flat`, `k2` and `kp` are c^2, 1 - c^2, k^2 and k'. For c^2 <=
- * 1/4, the sum of Q_n for p0^2 = 1 + c2 k2 / flat is used, which avoids a division by c. */
+/* Returns the common rate of the phases of alpha and beta [rad per unit of time], and writes
+ * agm(1, k') to `mean`. The arguments `c2`, `flat`, `k2` and `kp` are c^2, 1 - c^2, k^2 and k'. For
+ * c^2 <= 1/4, p0^2 = 1 + c2 k2 / flat is used instead, which avoids a division by c. */
 static dd find_common_phase_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean)
 {
     const dd one = dd_of(1.0), size = dd_sqrt(a->square), ck = dd_mul(c2, k2);
@@ -268,9 +268,9 @@ static void set_euler_series(kr_exact_form *exact, const body_axes *a, double c2
 #define LEAST_SQUARE 1e-280
 #define NEAR_SEPARATRIX_KP2 1e-36
 
-/* Returns the initial phase of the nutation, in turns: F / 4K, if the components of the momentum
- * along axes 1 and 2 are proportional to cn F and sn F. `i31` and `i32` are |I3 - I1| and |I3 -
- * I2|, `kp2` is k'^2, and `mean` is agm(1, k'). Near a separatrix, K is large, and K - F would be
+/* Returns the initial phase of the nutation in turns, F/4K, if the components of the momentum along
+ * axes 1 and 2 are proportional to cn F and sn F. `i31` and `i32` are |I3 - I1| and |I3 - I2|,
+ * `kp2` is k'^2, and `mean` is agm(1, k'). Near a separatrix, K is large, and K - F would be
  * inaccurate for F near K. Then K - F is computed from sn(K - F) = cn F / dn F. */
 static dd find_initial_phase(const body_axes *a, dd i31, dd i32, double kp2, double mean)
 {
@@ -351,25 +351,25 @@ static kr_exact_form make_euler_form(const exact_top *top, dd half_turn)
     return exact;
 }
 
-/* The following functions compute the members of kr_nutation (kreisel.h). With m3 = <m, e3>, c =
- * <m, apex> and the nutation th, the energy is
+/* The following functions compute the members of kr_nutation (kreisel.h). With m3 = <m, e3>,
+ * c = <m, apex> and the nutation th, the energy is
  *     E = I1 th'^2/2 + U(th),   U = (m3 - c cos th)^2 / (2 I1 sin^2 th) + c^2/2 I3 + lever cos th,
  * where (m3 - c cos th)/sin th = ((m3 + c) tan th/2 + (m3 - c) cot th/2) / 2 loses no digits near a
  * pole. An axial rotor with the momentum h replaces c^2/2 I3 by (c - h)^2/2 I3. For a torque-free
  * body, the root u3 (lagrange.h) is infinite, but only the product g u3 is used. */
-/* Returns the angle between apex and e3 [rad], given minus = 1 - u and plus = 1 + u for the height
- * u. Values up to 2e-36 count as zero: recompute_small_distances imposes the lower bound 1e-36. */
-static double find_nutation_angle(dd minus, dd plus)
+/* Returns the angle between apex and e3 [rad], given 1 - u and 1 + u for the height u of the apex.
+ * Values up to 2e-36 count as zero: recompute_small_distances imposes the lower bound 1e-36. */
+static double find_nutation_angle(dd one_minus_u, dd one_plus_u)
 {
-    const double least = 2e-36, low = minus.hi > least ? minus.hi : 0.0,
-                 high = plus.hi > least ? plus.hi : 0.0;
+    const double least = 2e-36, low = one_minus_u.hi > least ? one_minus_u.hi : 0.0,
+                 high = one_plus_u.hi > least ? one_plus_u.hi : 0.0;
     return 2.0 * atan2(sqrt(low), sqrt(high));
 }
-/* Returns the sign of the precession rate at the height u of the apex, given minus = 1 - u and
- * plus = 1 + u. Returns 0 if the rate is at most `tol` times the sum of its terms' magnitudes. */
-static int find_precession_sign(const initial *s, dd minus, dd plus, double tol)
+/* Returns the sign of the precession rate at the height u of the apex, given 1 - u and 1 + u, or 0
+ * if the rate is at most `tol` times the sum of the magnitudes of its two terms. */
+static int find_precession_sign(const initial *s, dd one_minus_u, dd one_plus_u, double tol)
 {
-    const dd one = dd_mul(s->sum, minus), two = dd_mul(s->difference, plus);
+    const dd one = dd_mul(s->sum, one_minus_u), two = dd_mul(s->difference, one_plus_u);
     const double all = dd_add(one, two).hi, size = fabs(one.hi) + fabs(two.hi);
     return fabs(all) <= tol * size ? 0 : all < 0.0 ? -1 : 1;
 }
@@ -431,7 +431,6 @@ static kr_nutation find_turning_points(const exact_top *top, double rotor)
         find_turning_times(&s, &heights, &r.t_greatest, &r.t_least);
     return r;
 }
-/* Converts turning points that were computed with up and down interchanged. */
 static kr_nutation turn_nutation_over(kr_nutation r)
 {
     const double pi = 3.14159265358979323846;
@@ -485,8 +484,6 @@ static int is_initial_tilt_resolved(const kr_scene *scene)
     if (kr_scene_units(scene, &w, &units) != KR_OK) return 1; /* reported by other functions */
     return fmax(lean, push * (units.time / units.moment)) >= 1e-70;
 }
-/* Writes the closed form of a scene to `memory`, and its rates to `info`. If `own` is nonzero, the
- * closed form is expressed in internal axes and units. */
 static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *memory,
                             kr_exact_info *info)
 {
