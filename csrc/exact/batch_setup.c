@@ -2,7 +2,7 @@
  * SIMD vectors (the type `wide`). Tops wait in a queue; a group consists of LANES consecutive tops
  * of a queue. Free bodies and tops with a constantly vertical axis are computed one by one.
  * Internal axes and units are defined in method.h, the frame of description in kreisel.h; e3 points
- * up. The results have the bits of those of one top. This file is compiled once for each
+ * up. The results are bitwise equal to those of one top alone. This file is compiled once for each
  * instruction set. */
 #define KR_EXACT_LANES
 #include "lagrange.h"

@@ -10,10 +10,10 @@
  *     phi' = (2 E + w.(h + |m| a)) / (|m| + m.a),   2 E = w.(m - h).
  * First, the period T of m is computed in double precision. A Taylor series in double-doubles over
  * this time then gives a more accurate T, the growth Om T of phi in a period, and samples of m and
- * phi. From these follow the coefficients of the Fourier series X and Y (torus.h) in
- * theta = 2 pi t/T, which are proportional to e^{-i Om t/2} (w + i z, x + i y) with R
- * S = (w, x, y, z) in axes whose third is a. The pair X, Y without poles at complex t needs the
- * fewest coefficients. This pair has the norm D = |X|^2 + |Y|^2 that find_log_d computes. */
+ * phi. The coefficients of the Fourier series X and Y (torus.h) in theta = 2 pi t/T follow. X and Y
+ * are proportional to e^{-i Om t/2} (w + i z) and e^{-i Om t/2} (x + i y), where the quaternion
+ * (w, x, y, z) is R S in axes whose third axis is a. The pair X, Y without poles at complex t needs
+ * the fewest coefficients. This pair has the norm D = |X|^2 + |Y|^2 that find_log_d computes. */
 #include "torus.h"
 
 enum {
@@ -133,13 +133,14 @@ static double find_frequency_square(const gyrostat *top, kr_vec3 equilibrium)
            v_dot(w, v_add(w, am)) - v_dot(w, equilibrium) * (a.x + a.y + a.z);
 }
 static kr_vec3 get_direction(int d) { return v3(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1); }
-/* Sets a to the candidate with the largest least[d], and sets the members of `top` that depend on
- * a. For the candidate d, least[d] is the minimum of m.a over a period. */
-static void set_axis(gyrostat *top, const double least[DIRECTIONS])
+/* Sets a to the candidate (get_direction) for which the minimum of m.a over a period,
+ * least_component[d] for the candidate d, is largest. Sets the members of `top` that depend on
+ * a. */
+static void set_axis(gyrostat *top, const double least_component[DIRECTIONS])
 {
     int best = 0;
     for (int d = 1; d < DIRECTIONS; d++)
-        if (least[d] > least[best]) best = d;
+        if (least_component[d] > least_component[best]) best = d;
     const kr_vec3 v = get_direction(best);
     const dd a[3] = {dd_of(v.x), dd_of(v.y), dd_of(v.z)}, length = dd_sqrt(dd_dot(a, a));
     top->energy = dd_of(0.0);

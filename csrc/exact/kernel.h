@@ -91,9 +91,8 @@ INLINE void take_lanes(void *to, const void *from, size_t bytes, mask selected)
 }
 
 /* In internal units (scene.h), the larger of the momentum and weight * |com| is about one. A
- * smaller value of weight * |com| than LEAST_LEVER counts as zero: its effect is negligible up to
- * 2^50 turns. Momentum components below LEAST_MOMENTUM count as zero, because their squares
- * underflow. */
+ * smaller weight * |com| than LEAST_LEVER counts as zero: its effect is negligible up to 2^50
+ * turns. Momentum components below LEAST_MOMENTUM are set to zero, lest their squares underflow. */
 #define LEAST_LEVER 1e-100
 #define LEAST_MOMENTUM 1e-160
 
@@ -248,9 +247,9 @@ typedef struct factors {
 
 /* Evaluates the theta series at the time t after the initial time. If `euler` is nonzero, the body
  * is torque-free. If `dual` is nonzero, the series use the dual nome, and hyperbolic functions
- * replace the sine and cosine. With z, the phase of the nutation minus the nearest half turn in
- * half turns, Jacobi's transformation to the dual nome adds slope[0] z and slope[1] z to the other
- * phases. */
+ * replace the sine and cosine. Let z be the difference of the phase of the nutation from the
+ * nearest half turn, in half turns. Jacobi's transformation to the dual nome adds slope[0] z to the
+ * phase of alpha and slope[1] z to that of beta. */
 INLINE factors evaluate_theta_series(const exact_lanes *e, int dual, int euler, dd t)
 {
     const dd x = phase_at(&e->nutation, t);
@@ -439,17 +438,17 @@ static inline quat_lanes round_quaternion(const dd q[4])
                n = 1.0 / wide_sqrt(w * w + (x * x + y * y + z * z));
     return (quat_lanes){n * w, n * x, n * y, n * z};
 }
-/* Writes the axis a = q e3 q* / |q|^2, and 1 + u to `plus`, where u = a.e3 is its height. Returns
- * 1 - u. Both are computed from the quaternion, so that no digits are lost near u = -1 or 1. */
-static inline dd find_third_axis(const dd q[4], dd a[3], dd *plus)
+/* Writes the axis a = q e3 q* / |q|^2, whose height is u = a.e3, and 1 + u. Returns 1 - u. Both
+ * numbers are computed from the quaternion, so that no digits are lost near u = -1 or 1. */
+static inline dd find_third_axis(const dd q[4], dd a[3], dd *one_plus_u)
 {
     const dd up = dd_add(dd_square(q[0]), dd_square(q[3])),
              side = dd_add(dd_square(q[1]), dd_square(q[2]));
     const dd scale = dd_over(dd_splat(2.0), dd_add(up, side)), minus = dd_mul(scale, side);
-    *plus = dd_mul(scale, up);
+    *one_plus_u = dd_mul(scale, up);
     a[0] = dd_mul(scale, dd_add(dd_mul(q[1], q[3]), dd_mul(q[0], q[2])));
     a[1] = dd_mul(scale, dd_sub(dd_mul(q[2], q[3]), dd_mul(q[0], q[1])));
-    a[2] = dd_half(dd_sub(*plus, minus));
+    a[2] = dd_half(dd_sub(*one_plus_u, minus));
     return minus;
 }
 /* Writes q* v q / |q|^2 to r: the vector v of space, with components along the axes of the body. */

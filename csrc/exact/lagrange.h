@@ -9,15 +9,14 @@
 #define KR_EXACT_LAGRANGE_H
 #include "kernel.h"
 
-/* Complete elliptic integrals are computed by the arithmetic-geometric mean, those of the third
- * kind (with the characteristic alpha^2) from M = agm(1, k') and Q_n, see elliptic_mean (DLMF
- * 19.8.6):
+/* Complete elliptic integrals are computed by the arithmetic-geometric mean M = agm(1, k'), those
+ * of the third kind (characteristic alpha^2) also by the sum of Q_n (elliptic_mean; DLMF 19.8.6):
  *     Pi(alpha^2, k) = pi/4M (2 + alpha^2/(1 - alpha^2) sum Q_n).
  * Incomplete integrals of the first kind are computed from Carlson's R_F by duplication. */
 enum theta { THETA1, THETA2, THETA3, THETA4 };
 
-/* Returns agm(1, kp). For each of the n values p0^2 = 1 - alpha^2 in `start`, writes the sum over
- * all steps of Q to `sum`. Initially a = Q = 1, g = kp and p = p0. A step is
+/* Returns agm(1, kp). For each of the n values p0^2 = 1 - alpha^2 in `start`, writes the sum of the
+ * values Q_0, Q_1, ... of Q to `sum`. Initially a = Q = 1, g = kp and p = p0. A step is
  *     a' = (a + g)/2,   g' = sqrt(a g),   p' = (p^2 + a g)/2p,
  *     Q' = Q e/2,   e = (p^2 - a g)/(p^2 + a g).
  * Each step squares the relative differences between a, g and p. The iteration stops one step after
@@ -68,7 +67,7 @@ static inline wide elliptic_agm(wide a, wide b)
 }
 /* Returns T = numerator / agm(1, k), given k2 = k^2. The numerator is agm(1, k') for T = K'/K, or
  * twice as large for series in powers of the square of the nome. If T < 1, the dual series are
- * used: sets stretch + stretch_rest to pi / T, the factor of their phase, in double-double
+ * used: sets the factor of their phase, stretch + stretch_rest, to pi / T in double-double
  * precision. */
 static inline wide find_period_ratio(exact_lanes *exact, dd numerator, dd k2)
 {
@@ -261,8 +260,8 @@ static inline initial find_initial_quantities(const exact_top *top, dd i1)
     s.w_square = dd_dot(s.w, s.w);
     return s;
 }
-/* Replaces the smaller of two distances a and b by a quotient without cancellation, given the
- * product a * b * third. If both are zero, neither is changed. */
+/* Replaces the smaller of two distances a and b by a quotient without cancellation, given
+ * `product`, which is a * b * third. If both are zero, neither is changed. */
 static inline void recompute_smaller(dd *a, dd *b, mask is_a_smaller, dd product, dd third)
 {
     const dd larger = dd_choose(is_a_smaller, *b, *a),
@@ -295,8 +294,7 @@ static inline void recompute_small_distances(const initial *s, turning_points *r
 }
 /* Writes the distances between the roots u1, u2 and u3 to r, if u3 is farthest from the other two.
  * The cubic is c[0] + c[1] v + c[2] v^2 + g v^3 with v = u - u0, because u1 and u2 may be close to
- * u0. Newton's method refines `guess` to g (u3 - u0). The other roots solve a quadratic
- * equation. */
+ * u0. `guess` is an approximation of g (u3 - u0). */
 static inline void find_roots_about_initial(const initial *s, const dd c[3], wide guess,
                                             turning_points *r)
 {
@@ -426,8 +424,8 @@ static inline arguments find_theta_arguments(exact_lanes *exact, const initial *
     return a;
 }
 /* Sets the theta series, in powers of the dual nome if `dual` is nonzero, else of the nome. The
- * scale factors of alpha and beta follow from max |alpha|^2 = (1 + u2)/2, max |beta|^2 =
- * (1 - u1)/2. */
+ * scale factors of alpha and beta follow from the maxima (1 + u2)/2 of |alpha|^2 and (1 - u1)/2 of
+ * |beta|^2. */
 static inline void set_series_of_kind(exact_lanes *exact, const turning_points *r,
                                       const arguments *a, int dual)
 {
@@ -470,9 +468,10 @@ static inline void set_theta_series(exact_lanes *exact, const turning_points *r,
         set_series_of_kind(exact, r, a, 0);
 }
 /* Sets exact->momentum, the scale factor of m_x + i m_y, from |m_x + i m_y| at the lowest position
- * of the axis. It is not less than at the highest position, because (1 - u1)(1 + u2) >=
- * (1 + u1)(1 - u2) and u3 + 1 >= u3 - 1. The scale factor is at most 0: at this position, theta3 is
- * positive, but m_x + i m_y divided by e^{i(c1 + c2 + (k1 + k2) t)} is not. */
+ * of the axis. This magnitude is not less than that at the highest position, because
+ * (1 - u1)(1 + u2) >= (1 + u1)(1 - u2) and u3 + 1 >= u3 - 1. The scale factor is at most 0: at the
+ * lowest position, theta3 is positive, but m_x + i m_y divided by e^{i(c1 + c2 + (k1 + k2) t)} is
+ * not. */
 static inline void set_momentum_scale(exact_lanes *exact, const initial *s, const turning_points *r,
                                       wide i1)
 {
@@ -533,8 +532,8 @@ static inline void set_initial_phases(exact_lanes *exact, const initial *s, cons
     set_initial_phase(&exact->first, dd_choose(by_second, dd_sub(both, second), first));
     set_initial_phase(&exact->second, dd_choose(by_first, dd_sub(both, first), second));
 }
-/* Returns 1 if the symmetry axis stays vertical. Tops are refused earlier
- * (is_initial_tilt_resolved) if the axis is almost but not exactly vertical and almost at rest. */
+/* Returns 1 if the symmetry axis stays vertical. Earlier, is_initial_tilt_resolved has refused tops
+ * whose axis is almost but not exactly vertical and almost at rest. */
 static inline mask is_resting_at_pole(const initial *s)
 {
     const wide least = wide_splat(1e-150), wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;
@@ -573,7 +572,8 @@ static void set_phases(lagrange_setup *s)
 }
 /* Computes the closed forms of n tops in internal units, after set_initial_quantities for each top.
  * weight * |com| must be positive, and the axis must not stay vertical. Each stage is completed for
- * all tops before the next, because the code of all stages exceeds the first-level cache. */
+ * all tops before the next, because the code of all stages does not fit into the first-level
+ * cache. */
 INLINE void set_up_moving_tops(lagrange_setup s[], int n)
 {
     for (int i = 0; i < n; i++) s[i].heights = find_turning_heights(&s[i].start);

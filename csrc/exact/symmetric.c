@@ -1,14 +1,23 @@
 /* Set-up, states and turning points of the closed form (kr_exact_form, kernel.h) of a Lagrange top
- * or a free body. This file is compiled once for each instruction set, because double-double
- * products are three times as fast with fused multiply-add. */
+ * (lagrange.h) or a free body. This file is compiled once for each instruction set, because
+ * double-double products are three times as fast with fused multiply-add.
+ *
+ * The angular momentum m of a torque-free body circulates in the body about a principal axis a,
+ * called axis 3, whose moment I3 is the largest or the smallest; I2 is the intermediate moment. In
+ * the axes of the closed form, m points along e3, and the third axis of the body is -a, with the
+ * height u = -a.e3 = -c dn(X), where c is the largest a.e3. alpha and beta are theta1 and theta4 in
+ * the square of the nome. With the energy T and the sum of Q_n (elliptic_mean), both phases grow at
+ * the rate
+ *     (|m| / I3 + e sum Q_n / 2) / 2,   e = 2T/|m| - |m|/I3,   p0^2 = 1/c^2.
+ * D3 = |2T I3 - m^2| and D1 = |m^2 - 2T I1| are computed as sums of terms of equal sign (Jacobi
+ * 1849; Whittaker, Dynamics, 69). */
 #include "lagrange.h"
 #include "math/exponent.h"
 #include "math/trig.h"
 
 /* A top in internal axes (method.h) and internal units, and the data for converting results to the
  * user's units. Errors must not grow with time: no value that determines a rate is rounded to
- * double precision. The attitude and lever are double-double products, and the units are powers of
- * two. */
+ * double precision. Attitude and lever are double-doubles, and the units are powers of two. */
 typedef struct described_top {
     exact_top own;
     int behind;   /* nonzero if the apex is opposite to the third internal axis */
@@ -34,8 +43,7 @@ static dd find_axis_tilt(kr_vec3 com, const kr_working *w, kr_quat *tilt)
     return dd_times(size, reach);
 }
 /* Returns half the rate that the rotor adds to the spin, in internal units. For a spherical body
- * with rotated axes, the norm of the rotor momentum is used: the rotation does not round the
- * norm. */
+ * with rotated axes, uses the norm of the rotor momentum, which the rotation does not round. */
 static dd find_half_spin_due_to_rotor(const kr_body *b, const kr_working *w, const kr_units *units)
 {
     const double scale = units->time, per_moment = 1.0 / units->moment;
@@ -112,28 +120,18 @@ static inline void set_frame(kr_exact_form *exact, kr_quat left, kr_quat right)
     exact->framed = 1.0;
 }
 
-/* The closed form of a torque-free body with the principal moments I1, I2 and I3. The angular
- * momentum m circulates in the body about the principal axis a, called axis 3, whose moment I3 is
- * the largest or the smallest. In the axes of the closed form, m points along e3, and the third
- * axis of the body is -a, with the height u = -a.e3 = -c dn(X), where c is the largest a.e3. The
- * functions alpha and beta are theta1 and theta4 in the square of the nome. With the energy T and
- * the sums Q_n of elliptic_mean, the phases of both grow at the rate
- *     (|m| / I3 + e sum Q_n / 2) / 2,   e = 2T/|m| - |m|/I3,   p0^2 = 1/c^2.
- * D3 = |2T I3 - m^2| and D1 = |m^2 - 2T I1| are computed as sums of terms of equal sign (Jacobi
- * 1849; Whittaker, Dynamics, 69). */
-
 /* The principal axes, reordered so that axis 2 has the intermediate moment and the angular momentum
  * circulates around axis 3. The component of the angular momentum along axis 3 is nonnegative. */
 typedef struct body_axes {
     dd inertia[3], momentum[3], square; /* [M L^2], [M L^2 T^-1], m^2 */
     dd d1, d3;                          /* D1, D3 */
-    dd dm;                              /* a measure of the distance from the separatrix */
+    dd dm;                              /* |2T I2 - m^2|, which is 0 on the separatrix */
     double sense; /* 1 if I3 is the largest moment, -1 if it is the smallest */
     kr_quat turn; /* the attitude of these axes in the body */
 } body_axes;
 
-/* Returns the rotation that maps e3 to axis k, and e2 to axis `middle` or its negative. If
- * `reverse` is nonzero, e1 and e3 are mapped to the opposite directions. */
+/* Returns the rotation that maps e3 to the axis `third`, and e2 to the axis `middle` or its
+ * negative. If `reverse` is nonzero, e1 and e3 are mapped to the opposite directions. */
 static kr_quat find_axis_frame(int third, int middle, int reverse)
 {
     const double h = 0.5, r = 0.70710678118654752440;
