@@ -80,9 +80,10 @@ static void analyse_body(const kr_body *body, body_data *known)
     known->turned = !is_identity(axes);
     known->framed[0] = known->framed[1] = 0;
 }
-/* Writes to `out` the linear map (make_frame) from the attitudes of a closed form, which refer to
- * internal axes, to attitudes of the frame of description. If `exchanged` is nonzero, the map also
- * undoes exchange_up_and_down. If the map is the identity, returns 0 and writes nothing. */
+/* Writes to `out` the linear map (make_frame) from the attitudes of a closed form, which
+ * refer to internal axes, to attitudes of the frame of description. If `exchanged` is nonzero, this
+ * map also undoes exchange_up_and_down. If the map is the identity, returns 0 and writes
+ * nothing. */
 static int find_frame_map(body_data *known, int exchanged, kr_quat out[4])
 {
     kr_quat *frame = known->frame[exchanged];

@@ -13,7 +13,7 @@
  * phi. The coefficients of the Fourier series X and Y (torus.h) in theta = 2 pi t/T follow. X and Y
  * are proportional to e^{-i Om t/2} (w + i z) and e^{-i Om t/2} (x + i y), where the quaternion
  * (w, x, y, z) is R S in axes whose third axis is a. The pair X, Y without poles at complex t needs
- * the fewest coefficients. This pair has the norm D = |X|^2 + |Y|^2 that find_log_d computes. */
+ * the fewest coefficients. Its norm is D = |X|^2 + |Y|^2 (find_log_d). */
 #include "torus.h"
 
 enum {

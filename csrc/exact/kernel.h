@@ -228,7 +228,8 @@ INLINE void sinhcosh(dd a, wide *s, wide *c)
     *s = 0.5 * (plus - minus);
     *c = 0.5 * (plus + minus);
 }
-/* poly4 and poly5 evaluate sums of a[n] s^n with four and five terms; ss is the square of s. */
+/* poly4 and poly5 return the sum of the a[n] s^n for n < 4 and n < 5. ss is
+ * s^2. */
 INLINE wide poly4(const wide a[], wide s, wide ss)
 {
     return (a[0] + s * a[1]) + ss * (a[2] + s * a[3]);
@@ -347,7 +348,7 @@ static inline void evaluate_factors_of_kind(const exact_lanes *e, int dual, int 
     out[4] = f.h_re * c - f.h_im * s;
     out[5] = f.h_re * s + f.h_im * c;
 }
-/* Writes the same numbers as evaluate_factors_of_kind, for lanes with series of different kinds. */
+/* Writes the same as evaluate_factors_of_kind, for lanes with series of different kinds. */
 static inline void evaluate_factors(const exact_lanes *e, double span, wide out[6])
 {
     const mask dual = is_dual(e);

@@ -10,7 +10,8 @@
 #include "kernel.h"
 
 /* Complete elliptic integrals are computed by the arithmetic-geometric mean M = agm(1, k'), those
- * of the third kind (characteristic alpha^2) also by the sum of Q_n (elliptic_mean; DLMF 19.8.6):
+ * of the third kind (characteristic alpha^2) also by the sum of Q_n (elliptic_mean), by DLMF
+ * 19.8.6:
  *     Pi(alpha^2, k) = pi/4M (2 + alpha^2/(1 - alpha^2) sum Q_n).
  * Incomplete integrals of the first kind are computed from Carlson's R_F by duplication. */
 enum theta { THETA1, THETA2, THETA3, THETA4 };
@@ -403,9 +404,9 @@ typedef struct arguments {
     wide y1, y2, T;
 } arguments;
 
-/* Returns y1, y2 and T, and sets exact->stretch (find_period_ratio). `average` is agm(1, k'). The
- * values y1 and y2 are incomplete elliptic integrals of the first kind. p1, p2, m1 and m2 denote
- * 1 + u1, 1 + u2, 1 - u1 and 1 - u2. */
+/* Returns y1, y2 and T, and sets exact->stretch (find_period_ratio). `average` is
+ * agm(1, k'). The values y1 and y2 are incomplete elliptic integrals of the first kind. p1, p2, m1
+ * and m2 denote 1 + u1, 1 + u2, 1 - u1 and 1 - u2. */
 static inline arguments find_theta_arguments(exact_lanes *exact, const initial *s,
                                              const turning_points *r, dd average)
 {

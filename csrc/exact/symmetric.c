@@ -6,8 +6,8 @@
  * called axis 3, whose moment I3 is the largest or the smallest; I2 is the intermediate moment. In
  * the axes of the closed form, m points along e3, and the third axis of the body is -a, with the
  * height u = -a.e3 = -c dn(X), where c is the largest a.e3. alpha and beta are theta1 and theta4 in
- * the square of the nome. With the energy T and the sum of Q_n (elliptic_mean), both phases grow at
- * the rate
+ * the square of the nome. With the energy T and the sum of Q_n (elliptic_mean), both phases
+ * grow at the rate
  *     (|m| / I3 + e sum Q_n / 2) / 2,   e = 2T/|m| - |m|/I3,   p0^2 = 1/c^2.
  * D3 = |2T I3 - m^2| and D1 = |m^2 - 2T I1| are computed as sums of terms of equal sign (Jacobi
  * 1849; Whittaker, Dynamics, 69). */
