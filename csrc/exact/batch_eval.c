@@ -76,8 +76,8 @@ static void compute_block(const kr_exact_form *exact, batch *b, int count)
     if (e.framed != 0.0) apply_frame_to_block(&e, b, n);
 }
 /* Returns 1 if all n times are finite, less than `longest` (kernel.h) away from the initial time,
- * and the phases then differ by less than 2^49 turns from their initial values. The loop has no
- * branches, so that it is vectorized. */
+ * and the phases change by less than 2^49 turns until then. The loop is vectorized: it has no
+ * branches. */
 static int are_times_computable(const kr_exact_form *e, const double t[], int n)
 {
     const double most =

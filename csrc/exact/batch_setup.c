@@ -2,7 +2,7 @@
  * SIMD vectors (the type `wide`). Tops wait in a queue; a group consists of LANES consecutive tops
  * of a queue. Free bodies and tops with a constantly vertical axis are computed one by one.
  * Internal axes and units are defined in method.h, the frame of description in kreisel.h; e3 points
- * up. The results are bitwise equal to those of one top alone. This file is compiled once for each
+ * up. Results are bitwise equal to those of one top alone. This file is compiled once for each
  * instruction set. */
 #define KR_EXACT_LANES
 #include "lagrange.h"
@@ -80,10 +80,9 @@ static void analyse_body(const kr_body *body, body_data *known)
     known->turned = !is_identity(axes);
     known->framed[0] = known->framed[1] = 0;
 }
-/* Writes to `out` the linear map (make_frame) from the attitudes of a closed form, which
- * refer to internal axes, to attitudes of the frame of description. If `exchanged` is nonzero, this
- * map also undoes exchange_up_and_down. If the map is the identity, returns 0 and writes
- * nothing. */
+/* Writes to `out` the linear map (make_frame) from attitudes of a closed form, which refer
+ * to internal axes, to attitudes of the frame of description. If `exchanged` is nonzero, this map
+ * also undoes exchange_up_and_down. If the map is the identity, returns 0 and writes nothing. */
 static int find_frame_map(body_data *known, int exchanged, kr_quat out[4])
 {
     kr_quat *frame = known->frame[exchanged];

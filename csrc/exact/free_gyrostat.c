@@ -133,9 +133,8 @@ static double find_frequency_square(const gyrostat *top, kr_vec3 equilibrium)
            v_dot(w, v_add(w, am)) - v_dot(w, equilibrium) * (a.x + a.y + a.z);
 }
 static kr_vec3 get_direction(int d) { return v3(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1); }
-/* Sets a to the candidate (get_direction) for which the minimum of m.a over a period,
- * least_component[d] for the candidate d, is largest. Sets the members of `top` that depend on
- * a. */
+/* Sets a to the candidate d (get_direction) with the largest least_component[d], the minimum
+ * of m.a over a period. Sets the members of `top` that depend on a. */
 static void set_axis(gyrostat *top, const double least_component[DIRECTIONS])
 {
     int best = 0;

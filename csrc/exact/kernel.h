@@ -228,8 +228,7 @@ INLINE void sinhcosh(dd a, wide *s, wide *c)
     *s = 0.5 * (plus - minus);
     *c = 0.5 * (plus + minus);
 }
-/* poly4 and poly5 return the sum of the a[n] s^n for n < 4 and n < 5. ss is
- * s^2. */
+/* poly4 and poly5 sum a[n] s^n for n < 4 and n < 5. ss is s^2. */
 INLINE wide poly4(const wide a[], wide s, wide ss)
 {
     return (a[0] + s * a[1]) + ss * (a[2] + s * a[3]);
@@ -371,8 +370,8 @@ static inline phase_lanes make_phase(dd rate)
     const dd f = dd_mul(rate, turns_per_radian());
     return (phase_lanes){.fast = f.hi, .slow = f.lo};
 }
-/* Sets the initial value of a phase to `start` [turns] plus a whole number, such that phase->start
- * is between 1/2 and 3/2 (see phase_at). */
+/* Sets the initial value to `start` [turns] plus a whole number, with 1/2 <= phase->start <=
+ * 3/2. */
 static inline void set_initial_phase(phase_lanes *phase, dd start)
 {
     const dd s = two_sum(wide_splat(1.0), start.hi - nearest(start.hi));

@@ -68,8 +68,7 @@ static inline wide elliptic_agm(wide a, wide b)
 }
 /* Returns T = numerator / agm(1, k), given k2 = k^2. The numerator is agm(1, k') for T = K'/K, or
  * twice as large for series in powers of the square of the nome. If T < 1, the dual series are
- * used: sets the factor of their phase, stretch + stretch_rest, to pi / T in double-double
- * precision. */
+ * used: sets the factor of their phase, stretch + stretch_rest (a double-double), to pi / T. */
 static inline wide find_period_ratio(exact_lanes *exact, dd numerator, dd k2)
 {
     const wide T = numerator.hi / elliptic_agm(wide_splat(1.0), wide_sqrt(k2.hi));
@@ -425,8 +424,7 @@ static inline arguments find_theta_arguments(exact_lanes *exact, const initial *
     return a;
 }
 /* Sets the theta series, in powers of the dual nome if `dual` is nonzero, else of the nome. The
- * scale factors of alpha and beta follow from the maxima (1 + u2)/2 of |alpha|^2 and (1 - u1)/2 of
- * |beta|^2. */
+ * maxima (1 + u2)/2 of |alpha|^2 and (1 - u1)/2 of |beta|^2 determine their scale factors. */
 static inline void set_series_of_kind(exact_lanes *exact, const turning_points *r,
                                       const arguments *a, int dual)
 {
@@ -471,8 +469,7 @@ static inline void set_theta_series(exact_lanes *exact, const turning_points *r,
 /* Sets exact->momentum, the scale factor of m_x + i m_y, from |m_x + i m_y| at the lowest position
  * of the axis. This magnitude is not less than that at the highest position, because
  * (1 - u1)(1 + u2) >= (1 + u1)(1 - u2) and u3 + 1 >= u3 - 1. The scale factor is at most 0: at the
- * lowest position, theta3 is positive, but m_x + i m_y divided by e^{i(c1 + c2 + (k1 + k2) t)} is
- * not. */
+ * lowest position, theta3 is positive, but not (m_x + i m_y) e^{-i(c1 + c2 + (k1 + k2) t)}. */
 static inline void set_momentum_scale(exact_lanes *exact, const initial *s, const turning_points *r,
                                       wide i1)
 {
@@ -505,9 +502,9 @@ static inline dd find_nutation_phase(const turning_points *r, wide mean)
 }
 /* Sets the initial values of the phases of nutation, alpha and beta, such that alpha and beta have
  * the arguments given by the initial attitude. The argument of a small number is inaccurate: if the
- * square of |alpha| or |beta|, relative to its maximum, is below a quarter of that of the
- * horizontal momentum, the phase follows from arg(m_x + i m_y), the sum of both phases and the
- * argument of theta3. */
+ * square of |alpha| or |beta|, relative to its maximum, is below a quarter of that of
+ * |m_x + i m_y|, its phase follows from arg(m_x + i m_y), the sum of both phases and the argument
+ * of theta3. */
 static inline void set_initial_phases(exact_lanes *exact, const initial *s, const turning_points *r,
                                       wide i1, wide mean, const exact_top *top)
 {
@@ -573,8 +570,7 @@ static void set_phases(lagrange_setup *s)
 }
 /* Computes the closed forms of n tops in internal units, after set_initial_quantities for each top.
  * weight * |com| must be positive, and the axis must not stay vertical. Each stage is completed for
- * all tops before the next, because the code of all stages does not fit into the first-level
- * cache. */
+ * all tops before the next: the code of all stages does not fit into the first-level cache. */
 INLINE void set_up_moving_tops(lagrange_setup s[], int n)
 {
     for (int i = 0; i < n; i++) s[i].heights = find_turning_heights(&s[i].start);

@@ -188,9 +188,9 @@ static kr_quat find_rotation_to_e3(kr_vec3 m)
 }
 /* Sets up the closed form of a torque-free body that rests, rotates about a principal axis, or has
  * two equal moments. Returns 0 for all other motions. `m` contains the components of the momentum
- * along the principal axes; `square` is |m|^2. `q` is the initial attitude, and `left` maps e3 to
- * the direction of the momentum in space. `half_turn` is half the rate that an axial rotor adds to
- * the rotation about axis 3. */
+ * along the principal axes; `square` is |m|^2. `q` is the initial attitude; `left` maps e3 to the
+ * direction of m in space. `half_turn` is half the rate that an axial rotor adds to the rotation
+ * about axis 3. */
 static int set_up_steady_motion(kr_exact_form *exact, const double inertia[3], const dd m[3],
                                 dd square, dd half_turn, kr_quat q, kr_quat left)
 {
