@@ -13,8 +13,7 @@
  * This header is compiled for each instruction set, both with and without KR_EXACT_LANES. With
  * KR_EXACT_LANES, each number is a vector with one lane per top (math/simd.h). The result in each
  * lane is bitwise equal to that of the scalar code. If lanes take different branches, both branches
- * are computed, and each lane selects its own result. A loop runs until all lanes are finished,
- * leaving finished lanes unchanged. */
+ * are computed, and each lane selects its own result. Loops leave finished lanes unchanged. */
 #ifndef KR_EXACT_KERNEL_H
 #define KR_EXACT_KERNEL_H
 
@@ -92,7 +91,7 @@ INLINE void take_lanes(void *to, const void *from, size_t bytes, mask selected)
 
 /* In internal units (scene.h), the larger of the momentum and weight * |com| is about one. A
  * smaller weight * |com| than LEAST_LEVER counts as zero: its effect is negligible up to 2^50
- * turns. Momentum components below LEAST_MOMENTUM are set to zero, lest their squares underflow. */
+ * turns. Momentum components below LEAST_MOMENTUM count as zero: their squares underflow. */
 #define LEAST_LEVER 1e-100
 #define LEAST_MOMENTUM 1e-160
 
@@ -228,7 +227,7 @@ INLINE void sinhcosh(dd a, wide *s, wide *c)
     *s = 0.5 * (plus - minus);
     *c = 0.5 * (plus + minus);
 }
-/* poly4 and poly5 sum a[n] s^n for n < 4 and n < 5. ss is s^2. */
+/* poly4 and poly5 return the sum of a[n] s^n for n < 4 or 5; ss is s^2. */
 INLINE wide poly4(const wide a[], wide s, wide ss)
 {
     return (a[0] + s * a[1]) + ss * (a[2] + s * a[3]);
@@ -370,8 +369,7 @@ static inline phase_lanes make_phase(dd rate)
     const dd f = dd_mul(rate, turns_per_radian());
     return (phase_lanes){.fast = f.hi, .slow = f.lo};
 }
-/* Sets the initial value to `start` [turns] plus a whole number, with 1/2 <= phase->start <=
- * 3/2. */
+/* Sets the initial value to `start` [turns] plus a whole number: a value from 1/2 to 3/2. */
 static inline void set_initial_phase(phase_lanes *phase, dd start)
 {
     const dd s = two_sum(wide_splat(1.0), start.hi - nearest(start.hi));
