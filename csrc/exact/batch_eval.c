@@ -1,14 +1,14 @@
-/* Evaluates a closed-form solution at many times, processing blocks of times in vectorizable loops.
- * This file is compiled once for each instruction set. CMakeLists.txt enables loop vectorization
- * and sets flags such as -DKR_ISA=avx2 -mavx2 -mfma. */
+/* Evaluates the closed form of one Lagrange top or free body (kr_exact_form, exact.h) at many
+ * times. The compiler vectorizes the loops over a block of times. This file is compiled once for
+ * each instruction set, with flags such as -DKR_ISA=avx2 -mavx2 -mfma. */
 #include "kernel.h"
 
 #if defined __SSE2__
 #  include <emmintrin.h>
 #endif
 
-/* The states of one top at a block of times, with one array for each component. A block of states
- * fits into the first-level cache. */
+/* The times t, attitudes (w, x, y, z) and momenta (mx, my, mz) of one top for a block of BATCH
+ * times, with one array for each component. A block of states fits into the first-level cache. */
 enum { BATCH = 64 };
 typedef struct batch {
     double t[BATCH], w[BATCH], x[BATCH], y[BATCH], z[BATCH], mx[BATCH], my[BATCH], mz[BATCH];
@@ -29,8 +29,8 @@ INLINE void apply_frame_to_block(const kr_exact_form *e, batch *b, int n)
         b->w[i] = r.w, b->x[i] = r.x, b->y[i] = r.y, b->z[i] = r.z;
     }
 }
-/* Returns 1 if stores of states should bypass the cache. This is faster for large arrays, because
- * ordinary stores first read each cache line. */
+/* Returns 1 if the n states `out` should be written with stores that bypass the cache. For large
+ * arrays, these stores are faster, because ordinary stores first read each cache line. */
 static int bypasses_cache(size_t n, const kr_state out[])
 {
 #if defined __SSE2__
@@ -58,8 +58,8 @@ INLINE void store_block(const batch *restrict b, int n, int bypasses, kr_state *
         out[i].m.x = b->mx[i], out[i].m.y = b->my[i], out[i].m.z = b->mz[i];
     }
 }
-/* Computes the states of one top at the times b->t[i]. The number of states is rounded up to a
- * multiple of eight to avoid a remainder loop. */
+/* Writes the states of one top at the first `count` times b->t to the other arrays of `b`. The
+ * number of computed states is rounded up to a multiple of eight, to avoid a remainder loop. */
 static void compute_block(const kr_exact_form *exact, batch *b, int count)
 {
     /* The compiler can keep a local copy in registers: no store through a pointer changes it. */
@@ -75,8 +75,9 @@ static void compute_block(const kr_exact_form *exact, batch *b, int count)
         compute_block_of_kind(&e, 1, 1, b, n);
     if (e.framed != 0.0) apply_frame_to_block(&e, b, n);
 }
-/* Returns 1 if all times are finite and early enough for the phases. The loop has no branches, so
- * that it is vectorized. */
+/* Returns 1 if all n times are finite, less than `longest` (kernel.h) away from the initial time,
+ * and the phases change by less than 2^49 turns until then. The loop is vectorized: it has no
+ * branches. */
 static int are_times_computable(const kr_exact_form *e, const double t[], int n)
 {
     const double most =

@@ -1,18 +1,20 @@
-/* Closed forms of many tops at once, with one heavy top in each vector lane. Other tops, such as
- * torque-free bodies and vertical tops at rest, are computed one by one. The results are bitwise
- * equal to those of one top alone. This file is compiled once for each instruction set. */
+/* Closed forms (kr_exact_form, exact.h) of many Lagrange tops at once, with one top in each lane of
+ * SIMD vectors (the type `wide`). Tops wait in a queue; a group consists of LANES consecutive tops
+ * of a queue. Free bodies and tops with a constantly vertical axis are computed one by one.
+ * Internal axes and units are defined in method.h, the frame of description in kreisel.h; e3 points
+ * up. Results are bitwise equal to those of one top alone. This file is compiled once for each
+ * instruction set. */
 #define KR_EXACT_LANES
 #include "lagrange.h"
 #include "math/exponent.h"
 
-/* If more than FEW_TIMES times are requested, the states are evaluated for one top at a time.
- * GROUPS is the number of SIMD vectors of tops (one top per lane) that are set up together. */
+/* If more than FEW_TIMES times are requested, the states of each top are computed separately, in
+ * loops over the times (batch_eval.c). GROUPS is the number of groups that are set up together. */
 enum { FEW_TIMES = 16, GROUPS = 4, MANY = GROUPS * LANES };
 /* Number of doubles in a kr_exact_form before the members `framed` and `frame`. */
 enum { FORM = sizeof(exact_lanes) / sizeof(wide) };
 KR_CHECK_LAYOUT(form_is_laid_out, FORM * sizeof(double) == offsetof(kr_exact_form, framed));
 
-/* Data shared by tops with the same body and gravity. */
 typedef struct body_data {
     kr_body body;
     int fits; /* 1 if lanes can handle the body */
@@ -30,7 +32,8 @@ typedef struct body_data {
     kr_swing swing;
 } body_data;
 
-/* First indices of the quantities that a queue stores for each top: AXES has two rotations. */
+/* For each top, a queue stores these quantities in consecutive rows of `in`, from the given row:
+ * for example, three moments of inertia from row INERTIA, and two quaternions from row AXES. */
 enum {
     INERTIA,
     ATTITUDE = 3,
@@ -54,7 +57,8 @@ typedef struct batch_queue {
     double in[NUMBERS][MANY];
 } batch_queue;
 
-/* Checks whether lanes can handle a body, and computes the data that depend only on the body. */
+/* Sets known->fits to 1 if vector lanes can process the body: a Lagrange top without rotors whose
+ * internal axes are not tilted (kr_working). Sets all members that depend only on such a body. */
 static void analyse_body(const kr_body *body, body_data *known)
 {
     const kr_scene scene = {.body = *body};
@@ -76,24 +80,24 @@ static void analyse_body(const kr_body *body, body_data *known)
     known->turned = !is_identity(axes);
     known->framed[0] = known->framed[1] = 0;
 }
-/* Writes the linear map (make_frame) from the computed attitudes of a body to attitudes in the
- * user's axes. If the map is the identity, returns 0 and writes nothing. If `below` is nonzero, the
- * solution was computed with up and down interchanged. */
-static int find_frame_map(body_data *known, int below, kr_quat out[4])
+/* Writes to `out` the linear map (make_frame) from attitudes of a closed form, which refer
+ * to internal axes, to attitudes of the frame of description. If `exchanged` is nonzero, this map
+ * also undoes exchange_up_and_down. If the map is the identity, returns 0 and writes nothing. */
+static int find_frame_map(body_data *known, int exchanged, kr_quat out[4])
 {
-    kr_quat *frame = known->frame[below];
-    if (!below && !known->turned) return 0;
-    if (!known->framed[below]) {
-        if (below) make_up_down_exchange(frame);
-        if (known->turned) add_axes_to_frame(frame, below, known->axes);
-        known->framed[below] = 1;
+    kr_quat *frame = known->frame[exchanged];
+    if (!exchanged && !known->turned) return 0;
+    if (!known->framed[exchanged]) {
+        if (exchanged) make_up_down_exchange(frame);
+        if (known->turned) add_axes_to_frame(frame, exchanged, known->axes);
+        known->framed[exchanged] = 1;
     }
-    memcpy(out, frame, sizeof known->frame[below]);
+    memcpy(out, frame, sizeof known->frame[exchanged]);
     return 1;
 }
-static void store_numbers(double in[][MANY], int to, int from, const double numbers[], int count)
+static void store_numbers(double in[][MANY], int top, int row, const double numbers[], int count)
 {
-    for (int i = 0; i < count; i++) in[from + i][to] = numbers[i];
+    for (int i = 0; i < count; i++) in[row + i][top] = numbers[i];
 }
 static void analyse_gravity(const kr_scene *scene, body_data *known)
 {
@@ -104,15 +108,15 @@ static void analyse_gravity(const kr_scene *scene, body_data *known)
 }
 static double larger(double a, double b) { return a > b ? a : b; }
 
-/* Predicts whether the largest root u3 of the cubic polynomial of this motion is farther from
- * the middle root than the smallest root is. The polynomial in u is
- *     (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0.
- * Here W is the momentum divided by the equatorial moment, a is the apex, u0 is the initial
- * value of a.e3, and g is twice the lever divided by the equatorial moment. The sign of the
- * polynomial at its point of inflection gives the answer. Tops with the same prediction are
- * processed together, so that most SIMD vectors compute only one branch. A wrong prediction
- * costs time but does not change the results. The unit of the momentum `m` is the user's unit
- * of inertia divided by the internal unit of time. */
+/* Predicts whether the largest of the three roots of
+ *     (du/dt)^2 = (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0
+ * is farther from the middle root than the smallest root is. Here a is the symmetry axis, u = a.e3
+ * its height, u0 the initial height, W the angular momentum divided by the equatorial moment I1,
+ * and g = 2 lever / I1. The prediction is 1 if the polynomial is at most 0 at its point of
+ * inflection. Tops with the same prediction are processed together, so that most SIMD vectors
+ * compute only one branch (find_turning_heights). A wrong prediction costs time but does not change
+ * the results. `q` is the initial attitude. The unit of `m` is the user's unit of inertia divided
+ * by the internal unit of time. `lever` = mass * gravity * com is in internal units. */
 static int is_largest_root_isolated(const body_data *known, kr_quat q, kr_vec3 m, double lever)
 {
     const kr_vec3 a = q_turn(q, known->apex);
@@ -122,8 +126,8 @@ static int is_largest_root_isolated(const body_data *known, kr_quat q, kr_vec3 m
     const double c2 = -(square + g * a.z), c1 = g * (2.0 * l * n - g), c0 = g * g * (e - l * l);
     return c2 * (9.0 * c1 - 2.0 * c2 * c2) - 27.0 * c0 >= 0.0;
 }
-/* Adds a top to one of two queues, depending on the branch that its computation is predicted to
- * take. Returns 0 if the vectorized code cannot process the top. */
+/* Appends a top to one of two queues, chosen by is_largest_root_isolated. `index` is the index of
+ * the top among all tops. Returns 0 if vector lanes cannot process the top. */
 static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t index,
                         body_data *known)
 {
@@ -134,8 +138,8 @@ static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t ind
     int unit;
     if (!kr_swing_time(&known->swing, most, &unit)) return 0;
     const int power = known->power + known->gravity_power + 2 * unit;
-    /* Scale factors above 2^1000 or below 2^-1000 could cause overflow or underflow. The unit of
-     * time is at most about the time of the fall, so `power` is not large. */
+    /* Scale factors above 2^1000 or below 2^-1000 could cause overflow or underflow. No test for a
+     * large `power` is needed: in internal units, the lever is at most about one. */
     if (power < -1000 || unit < -1000 || unit > 1000) return 0;
     const double gravity = known->gravity_fraction, scale = power_of_2(power),
                  time = power_of_2(unit), lever = known->mass * (gravity * known->reach);
@@ -155,20 +159,19 @@ static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t ind
     w->index[w->count++] = index;
     return 1;
 }
-/* A group of consecutive tops in a queue, one for each vector lane. */
 typedef struct group {
     const batch_queue *all;
     int first; /* index of the group's first top in the queue */
 } group;
 
-INLINE wide load_number(group w, int number) { return wide_load(&w.all->in[number][w.first]); }
+INLINE wide load_number(group w, int row) { return wide_load(&w.all->in[row][w.first]); }
 
-/* Multiplies the attitudes from the right by the rotations that the group stores at the index
- * `axes`. Attitudes whose rotation is the identity keep their bits. */
-INLINE void rotate_attitudes(exact_top *top, group w, int axes)
+/* Multiplies the attitude of each top of a group from the right by the unit quaternion in the rows
+ * `row` to `row + 3` of the queue. If this is the identity, the attitude keeps its bits. */
+INLINE void rotate_attitudes(exact_top *top, group w, int row)
 {
-    const quat_lanes by = {load_number(w, axes), load_number(w, axes + 1), load_number(w, axes + 2),
-                           load_number(w, axes + 3)};
+    const quat_lanes by = {load_number(w, row), load_number(w, row + 1), load_number(w, row + 2),
+                           load_number(w, row + 3)};
     const wide zero = wide_splat(0.0);
     const mask one =
         mask_and(mask_and(wide_equal(by.x, zero), wide_equal(by.y, zero)), wide_equal(by.z, zero));
@@ -177,7 +180,6 @@ INLINE void rotate_attitudes(exact_top *top, group w, int axes)
     multiply_from_right(turned, by);
     take_lanes(top->q, turned, sizeof turned, mask_not(one));
 }
-/* Converts the tops of a group to internal axes and units. */
 INLINE exact_top convert_group(group w)
 {
     const wide inverse = 1.0 / load_number(w, MOMENT), time = load_number(w, TIME),
@@ -197,8 +199,8 @@ INLINE exact_top convert_group(group w)
     top.lever = dd_make(scale * lever.hi, scale * lever.lo);
     return top;
 }
-/* Returns a mask of the heavy tops whose tilt or momentum exceeds 1e-10. The closed form of such a
- * top exists: only tilts and momenta below 1e-70 are refused (is_initial_tilt_resolved). */
+/* Returns a mask of the tops with |lever| above LEAST_LEVER whose tilt or horizontal momentum
+ * exceeds 1e-10. Others may lack a closed form (is_initial_tilt_resolved), or are torque-free. */
 INLINE mask is_moving(const exact_top *top)
 {
     const wide least = wide_splat(1e-10);
@@ -232,7 +234,7 @@ static void extract_form(const exact_lanes *exact, const batch_queue *w, int pla
     else
         memset(out->frame, 0, sizeof out->frame);
 }
-/* Returns the states of a group of tops, each at the time in its lane. */
+/* Returns the states of a group, each at the time in its lane, without the linear maps `frame`. */
 static state_lanes evaluate_lanes(const exact_lanes *exact, wide time)
 {
     const dd span = two_sum(time, -exact->begin);
@@ -245,9 +247,9 @@ static state_lanes evaluate_lanes(const exact_lanes *exact, wide time)
     }
     return r;
 }
-/* Writes the k-th requested state of each top of a group whose bit in `good` is set. */
+/* Writes the k-th requested state of each top of the group g whose bit in `lanes` is set. */
 static void write_states(const kr_exact_request *request, group g, const exact_lanes *exact,
-                         unsigned good, size_t k)
+                         unsigned lanes, size_t k)
 {
     const batch_queue *w = g.all;
     double t[LANES], s[8][LANES];
@@ -259,7 +261,7 @@ static void write_states(const kr_exact_request *request, group g, const exact_l
     memcpy(s, &states, sizeof s);
     for (int i = 0; i < LANES; i++) {
         const int place = g.first + i;
-        if (!(good >> i & 1)) continue;
+        if (!(lanes >> i & 1)) continue;
         kr_state *out = &request->states[w->index[place] * request->times + k];
         if (within >> i & 1) {
             const kr_quat q = q4(s[1][i], v3(s[2][i], s[3][i], s[4][i]));
@@ -273,13 +275,13 @@ static void write_states(const kr_exact_request *request, group g, const exact_l
         }
     }
 }
-/* Writes the closed-form solution and the states of each top whose bit in `good` is set. */
+/* Writes the closed form and all states of each top whose bit in `lanes` is set. */
 static void write_group(const kr_exact_request *request, group g, const exact_lanes *exact,
-                        unsigned good)
+                        unsigned lanes)
 {
     const int many = request->times > FEW_TIMES;
     for (int i = 0; i < LANES && (many || request->plans); i++) {
-        if (!(good >> i & 1)) continue;
+        if (!(lanes >> i & 1)) continue;
         const size_t index = g.all->index[g.first + i];
         kr_exact_form one, *out = request->plans ? &request->plans[index] : &one;
         extract_form(exact, g.all, g.first + i, out);
@@ -287,7 +289,7 @@ static void write_group(const kr_exact_request *request, group g, const exact_la
             KR_NAME(kr_exact_evaluate)(out, request->times, kr_exact_times_of(request, index),
                                        request->states + index * request->times);
     }
-    for (size_t k = 0; k < request->times && !many; k++) write_states(request, g, exact, good, k);
+    for (size_t k = 0; k < request->times && !many; k++) write_states(request, g, exact, lanes, k);
 }
 /* Converts the closed forms of a group to the user's units, and writes the requested results. */
 static void finish_group(const kr_exact_request *request, group g, lagrange_setup *s)
@@ -314,7 +316,7 @@ static void finish_group(const kr_exact_request *request, group g, lagrange_setu
     }
     write_group(request, g, exact, finite & ~alone & ((1u << count) - 1));
 }
-/* Computes all queued tops. Unused SIMD lanes are filled with copies of the first top. */
+/* Computes and removes all tops of a queue. Unused SIMD lanes contain copies of the first top. */
 APART void compute_queue(const kr_exact_request *request, batch_queue *w)
 {
     lagrange_setup s[GROUPS];

@@ -1,12 +1,12 @@
-/* The public functions for closed-form solutions. Each function calls the code for the widest
- * instruction set that this processor supports. All instruction sets give bitwise equal results. */
+/* The public functions for closed forms, and the method `exact`. Each function calls the code for
+ * the widest instruction set of this processor. All instruction sets give bitwise equal results. */
 #include <math.h>
 #include <string.h>
 #include "exact.h"
 #include "method.h"
 #include "model/scene.h"
 
-/* An array element for each instruction set of the build, the widest first. */
+/* Array elements, one for each instruction set of the build, the widest first. */
 #ifdef KR_WITH_AVX512
 #  define ROW_AVX512(...) __VA_ARGS__,
 #else
@@ -60,7 +60,7 @@ void kr_exact_evaluate_widest(const kr_exact_isa *isa, const void *plan, size_t 
 #endif
 }
 
-/* The beginning of a kr_exact; a plan follows. */
+/* The beginning of a kr_exact; a plan (exact.h) follows. */
 struct kr_exact {
     kr_exact_info info;
     const kr_exact_isa *isa;
@@ -152,8 +152,8 @@ void kr_exact_run(const kr_exact_request *request)
  * needs no intermediate steps: each step extends to the next requested time, however late. The
  * error does not grow with time, and all integrals of motion are conserved. The default step size
  * is the nutation period or, for motions on a torus, the period of the first torus angle. */
-/* motion->work holds the period, the plan and, while a new plan is set up, also the new one. The
- * pointer motion->aux is the kr_exact_isa of the plan. */
+/* The array motion->work contains the period, the plan (exact.h) of the motion, and memory for the
+ * set-up of a new plan. The pointer motion->aux is the kr_exact_isa of the plan. */
 static size_t count_form_doubles(const kr_exact_isa form[])
 {
     const kr_exact_scalar *scalar = kr_exact_widest_isa(form)->scalar;
@@ -174,8 +174,8 @@ size_t kr_exact_extra_doubles(int with_torus)
     return most;
 }
 static void *get_motion_plan(const kr_motion *motion) { return (double *)motion->work + 1; }
-/* Sets up a new plan without overwriting the old one, which remains valid if the set-up fails. The
- * error bound passed to the set-up is the smaller of the tolerance and the default. */
+/* Sets up the plan of motion->scene. If this fails, the previous plan remains valid. The error
+ * bound of the plan is KR_EXACT_BOUND or, if it is smaller and not 0, motion->tol. */
 static kr_status exact_reset(kr_motion *motion, const kr_state *start)
 {
     (void)start; /* not used: the conversion to internal axes has rounded it */

@@ -1,58 +1,58 @@
-/* Types and functions of closed-form solutions. The functions are compiled once for each
- * instruction set, and exact.c selects among them at run time. All instruction sets give bitwise
- * equal results, because fused multiply-add is used only to compute exact products. */
+/* Types and functions of closed-form solutions. The constants that describe one motion in closed
+ * form are called its plan: a kr_exact_form, or a structure that begins with a kr_torus (torus.h).
+ * The functions are compiled once for each instruction set, selected by exact.c at run time. All
+ * results are bitwise equal, because fused multiply-add is used only to compute exact products. */
 #ifndef KR_EXACT_EXACT_H
 #define KR_EXACT_EXACT_H
 #include <stddef.h>
 #include "kreisel.h"
 #include "math/isa.h"
 
-/* A theta function as two polynomials in sin^2 of the argument: `even` for the real and `odd` for
- * the imaginary part (lagrange.h). */
+/* A theta function of x + i y for constant y, as two polynomials in sin^2 x with the coefficients
+ * `even` for the real and `odd` for the imaginary part (make_theta_series in lagrange.h). */
 enum { KR_THETA_TERMS = 5 };
 typedef struct kr_theta {
     double even[KR_THETA_TERMS], odd[KR_THETA_TERMS];
 } kr_theta;
-/* A phase that grows at a constant rate. The rate [turns per unit of time] is fast + slow, and the
- * initial value [turns] is start + more; each is a sum of two doubles. */
+/* A phase that grows at the constant rate fast + slow [turns per unit of time] from the initial
+ * value start + more [turns]. Each of these sums is a double-double. */
 typedef struct kr_phase {
     double fast, slow, start, more;
 } kr_phase;
 
-/* A closed form, with the symbols of kernel.h. All members are doubles, as exact_lanes requires. */
+/* The plan of a Lagrange top or a free body (symbols: kernel.h), with only doubles as members. */
 typedef struct kr_exact_form {
     double period, precession_rate, spin_angle_rate; /* as in kr_exact_info */
     double begin;                                    /* initial time [T] */
     double curve;                                    /* the kind of the series (kernel.h) */
     kr_phase nutation, first, second;
     /* For series in the dual nome: pi K/K', or half of it for torque-free bodies, as a sum of two
-     * doubles, and the slopes (evaluate_theta_series) of the phases of alpha and beta. */
+     * doubles, and the factors `slope` of evaluate_theta_series for alpha and beta. */
     double stretch, stretch_rest, slope[2];
     kr_theta alpha, beta, horizontal;
     double momentum, side; /* scale of the horizontal momentum; -1 if up and down are exchanged */
     kr_vec3 constant;      /* the constant part of the momentum */
     double framed;         /* 1 if `frame` is set */
-    kr_quat frame[4];      /* see make_frame */
+    kr_quat frame[4];      /* linear map of attitudes (apply_frame) */
 } kr_exact_form;
 /* Stops the compilation if the condition is false, by an array type of negative size. */
 #define KR_CHECK_LAYOUT(name, condition) typedef char name[(condition) ? 1 : -1]
-/* The functions of a closed form: of Lagrange tops and free bodies (symmetric.c), of Kowalewski
- * tops, of Goryachev-Chaplygin tops, or of free gyrostats. The constants that describe one motion
- * are called its plan: a kr_exact_form, or a structure that begins with a kr_torus (torus.h). */
+/* The functions of one type of closed form: that of Lagrange tops and free bodies (symmetric.c), of
+ * Kowalewski tops, of Goryachev-Chaplygin tops, or of free gyrostats. */
 typedef struct kr_exact_scalar {
     size_t plan_size, memory_size; /* bytes of a plan, and of `memory` in its set-up */
-    /* Returns the number of bytes of a plan that must be copied to copy the plan. */
+    /* Returns the size of the used part of a plan in bytes. A copy of this part is a plan, too. */
     size_t (*used_size)(const void *plan);
     /* Returns 1 if the closed form applies to the initial state of a valid scene of its kind. */
     int (*suits)(const kr_scene *scene);
-    /* Writes the plan to the beginning of `memory`, and all members of `info` but the kind. If
-     * `own` is nonzero, the plan is in internal axes and units. For `bound`, see kr_exact_plan. */
+    /* Writes the plan to the beginning of `memory`, and to `info` all but `kind` and `used`, in
+     * internal axes and units (method.h) if `own` is nonzero. For `bound`, see kr_exact_plan. */
     kr_status (*plan)(const kr_scene *scene, int own, double bound, void *memory,
                       kr_exact_info *info);
     kr_state (*state)(const void *plan, double t);
     kr_state (*state_at)(const void *plan, double first, double second); /* NULL: no torus */
 } kr_exact_scalar;
-/* Writes n states, each of which is bitwise equal to that of the scalar function. */
+/* Writes the states at n times t, which are bitwise equal to those of kr_exact_scalar.state. */
 typedef void kr_exact_evaluate(const void *plan, size_t n, const double t[], kr_state out[]);
 /* A closed form for one instruction set. */
 typedef struct kr_exact_isa {
@@ -61,26 +61,25 @@ typedef struct kr_exact_isa {
     const kr_exact_scalar *scalar;
     kr_exact_evaluate *evaluate; /* NULL: without batches */
 } kr_exact_isa;
-/* The implementations of a closed form, one for each instruction set, the widest first. The
+/* The implementations of a type of closed form, one for each instruction set, the widest first. The
  * last one in the build runs on every processor. An empty element marks the end of the array. */
 enum { KR_EXACT_ISAS = 4 };
 extern const kr_exact_isa kr_symmetric_form[KR_EXACT_ISAS], kr_kowalewski_form[KR_EXACT_ISAS],
     kr_chaplygin_form[KR_EXACT_ISAS], kr_gyrostat_form[KR_EXACT_ISAS];
 /* Returns the implementations of the closed form for a kind of top, or NULL. */
 const kr_exact_isa *kr_closed_form_of(kr_kind kind);
-/* Returns the widest instruction set that the processor supports. */
+/* Returns the element of `form` for the widest instruction set that the processor supports. */
 const kr_exact_isa *kr_exact_widest_isa(const kr_exact_isa form[]);
 /* Writes the n states of a plan at the times t. */
 void kr_exact_evaluate_widest(const kr_exact_isa *isa, const void *plan, size_t n, const double t[],
                               kr_state out[]);
-/* Writes the extreme nutation angles and the related quantities of kr_nutation (symmetric.c). */
+/* Writes the extreme nutation angles and the other members of kr_nutation (symmetric.c). */
 typedef kr_status kr_exact_limits(const kr_scene *scene, kr_nutation *out);
-/* A batch of n tops, computed with the element `isa` of kr_symmetric_form. If `plans` is not NULL,
- * the closed forms are written to this array. The array `states` receives `times` consecutive
- * states for each top. If `own_times` is nonzero, the times of top i start at t[i * times];
- * otherwise all tops share the same times. The array `status` receives the result of kr_exact_plan
- * for each top; nothing else is written for a top that has no closed form. All results are bitwise
- * equal to those of kr_exact_plan and kr_exact_state. */
+/* A batch of n tops, computed with the element `isa` of kr_symmetric_form. For each top, `states`
+ * receives `times` consecutive states, `status` the result of kr_exact_plan and, if `plans` is not
+ * NULL, `plans` the closed form. Nothing but the status is written for a top without a closed form.
+ * If `own_times` is nonzero, the times of top i start at t[i * times]; otherwise all tops share the
+ * same times. All results are bitwise equal to those of kr_exact_plan and kr_exact_state. */
 typedef struct kr_exact_request {
     const kr_exact_isa *isa;
     size_t n;
@@ -111,7 +110,7 @@ kr_exact_evaluate kr_exact_evaluate_base, kr_exact_evaluate_avx2, kr_exact_evalu
     kr_kowalewski_evaluate_base, kr_kowalewski_evaluate_avx2, kr_kowalewski_evaluate_avx512,
     kr_chaplygin_evaluate_base, kr_chaplygin_evaluate_avx2, kr_chaplygin_evaluate_avx512,
     kr_gyrostat_evaluate_base, kr_gyrostat_evaluate_avx2, kr_gyrostat_evaluate_avx512;
-/* Returns the largest number of doubles that the method `exact` needs for a top. If `with_torus` is
- * 0, tops whose motion lies on a torus are excluded. */
+/* Returns the largest number of doubles that the method `exact` needs for a top whose motion does
+ * not lie on a torus or, if `with_torus` is 1, for any top. */
 size_t kr_exact_extra_doubles(int with_torus);
 #endif

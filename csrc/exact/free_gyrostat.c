@@ -2,15 +2,18 @@
  * (Zhukovsky, Volterra). This file is compiled once for each instruction set, because double-double
  * products are three times as fast with fused multiply-add.
  *
- * In principal axes with the moments J, A = diag(1/J) and the momentum h of the rotors, the angular
- * momentum m and velocity w in the body satisfy m' = m x w, w = A (m - h). The attitude is a
- * constant rotation, times the rotation about a unit vector a by the angle phi, times the shortest
- * rotation of m to |m| a, with
+ * All vectors have components along the principal axes of the body. Let J be the principal moments,
+ * A = diag(1/J), h the momentum of the rotors, m the angular momentum and w the angular velocity:
+ *     m' = m x w,   w = A (m - h).
+ * The attitude is a product q0 R S of the constant rotation q0, the rotation R about a constant
+ * unit vector a by the angle phi, and the shortest rotation S from m to |m| a, with
  *     phi' = (2 E + w.(h + |m| a)) / (|m| + m.a),   2 E = w.(m - h).
- * First, the period T of m is found in doubles. A Taylor series in double-doubles over this time
- * then gives a more accurate T, the growth Om T of phi, and samples of m and phi, from which the
- * coefficients of X and Y (torus.h) follow. Of all pairs X, Y that give the attitude, the pair
- * without poles has the norm D = |X|^2 + |Y|^2 of find_log_d, and needs the fewest coefficients. */
+ * First, the period T of m is computed in double precision. A Taylor series in double-doubles over
+ * this time then gives a more accurate T, the growth Om T of phi in a period, and samples of m and
+ * phi. The coefficients of the Fourier series X and Y (torus.h) in theta = 2 pi t/T follow. X and Y
+ * are proportional to e^{-i Om t/2} (w + i z) and e^{-i Om t/2} (x + i y), where the quaternion
+ * (w, x, y, z) is R S in axes whose third axis is a. The pair X, Y without poles at complex t needs
+ * the fewest coefficients. Its norm is D = |X|^2 + |Y|^2 (find_log_d). */
 #include "torus.h"
 
 enum {
@@ -30,7 +33,7 @@ typedef struct gyrostat {
     dd energy;           /* 2 E - A h.(h + |m| a) */
     dd period;           /* T, as far as it is known */
 } gyrostat;
-/* Taylor series of m (indices 0 to 2), phi' and |m| + m.a. After `deep`, all `lo` are zero. */
+/* Taylor coefficients hi + lo of m (0 to 2), phi' and |m| + m.a. Above order `deep`, lo is 0. */
 enum { ANGLE_RATE = 3, BELOW, UNKNOWNS };
 typedef struct gyrostat_series {
     int deep;
@@ -41,7 +44,7 @@ typedef struct gyrostat_memory {
     gyrostat top;
     gyrostat_series series;
     dd growth; /* of phi in the time T */
-    /* values at equal times of a period; the samples are real and imaginary parts of X and Y */
+    /* values at the times k T / SAMPLES; outside of find_log_d, `sample` holds X and Y */
     kr_vec3 m[SAMPLES];
     dd phi[SAMPLES];
     double log_d[SAMPLES], sample[SAMPLES][4], cosine[SAMPLES], sine[SAMPLES];
@@ -61,17 +64,17 @@ static double find_angle_rate(const gyrostat *top, kr_vec3 m)
     return (top->energy.hi + v_dot(v_round(top->up), m)) /
            (top->size.hi + v_dot(v_round(top->axis), m));
 }
-static dd get_coefficient(const gyrostat_series *s, int i, int n)
+static dd get_coefficient(const gyrostat_series *s, int series, int order)
 {
-    return dd_make(s->hi[i][n], s->lo[i][n]);
+    return dd_make(s->hi[series][order], s->lo[series][order]);
 }
-static void set_coefficient(gyrostat_series *s, int i, int n, dd value)
+static void set_coefficient(gyrostat_series *s, int series, int order, dd value)
 {
-    s->hi[i][n] = value.hi;
-    s->lo[i][n] = n > s->deep ? 0.0 : value.lo;
+    s->hi[series][order] = value.hi;
+    s->lo[series][order] = order > s->deep ? 0.0 : value.lo;
 }
-/* Returns the coefficient n of the product of the series with the indices a and b, without the
- * terms that contain the coefficients of a below `first`. */
+/* Returns the coefficient of order n of the product of the series a and b. Terms with coefficients
+ * of the series a below the order `first` are left out. */
 static dd product_coefficient(const gyrostat_series *s, int a, int b, int first, int n)
 {
     dd sum = dd_of(0.0);
@@ -83,10 +86,10 @@ static dd product_coefficient(const gyrostat_series *s, int a, int b, int first,
     }
     return two_sum_ordered(sum.hi, sum.lo);
 }
-/* Expands m in a Taylor series up to the order `last` from the initial value `m`. If `has_axis` is
- * nonzero, also expands phi' and |m| + m.a. Returns the longest step for which the last two terms
- * of the series of m / |m| and phi are at most `tol`. */
-static double expand_motion(const gyrostat *top, gyrostat_series *s, const dd m[3], int has_axis,
+/* Writes the Taylor series of m up to the order `last` to `s`, given the initial value `m`, and if
+ * `with_angle` is nonzero, also the series of phi' and |m| + m.a. Returns the longest step in time
+ * for which the last two terms of the series of m / |m| and phi are at most `tol`. */
+static double expand_motion(const gyrostat *top, gyrostat_series *s, const dd m[3], int with_angle,
                             int last, double tol)
 {
     double step = INFINITY;
@@ -99,16 +102,16 @@ static double expand_motion(const gyrostat *top, gyrostat_series *s, const dd m[
                                      dd_mul(top->rest[k], get_coefficient(s, j, n))),
                      square = dd_mul(top->bend[i], product_coefficient(s, j, k, 0, n));
             set_coefficient(s, i, n + 1, dd_over(dd_add_near(square, linear), dd_of(n + 1.0)));
-            if (!has_axis) continue;
+            if (!with_angle) continue;
             over = dd_add_near(over, dd_mul(top->up[i], get_coefficient(s, i, n)));
             below = dd_add_near(below, dd_mul(top->axis[i], get_coefficient(s, i, n)));
         }
-        if (!has_axis) continue;
+        if (!with_angle) continue;
         set_coefficient(s, BELOW, n, below);
         over = dd_sub(over, product_coefficient(s, BELOW, ANGLE_RATE, 1, n));
         set_coefficient(s, ANGLE_RATE, n, dd_over(over, get_coefficient(s, BELOW, 0)));
     }
-    for (int i = 0; i < (has_axis ? 4 : 3); i++)
+    for (int i = 0; i < (with_angle ? 4 : 3); i++)
         for (int n = last - 1; n <= last; n++) {
             const double size =
                 i < 3 ? fabs(s->hi[i][n]) / top->size.hi : fabs(s->hi[ANGLE_RATE][n - 1]) / n;
@@ -122,21 +125,21 @@ static kr_vec3 evaluate_momentum(const gyrostat_series *s, int last, double t)
     for (int n = last; n >= 0; n--) m = v_axpy(t, m, v3(s->hi[0][n], s->hi[1][n], s->hi[2][n]));
     return m;
 }
-/* Returns the square of the frequency of small oscillations about an equilibrium m. */
-static double find_frequency_square(const gyrostat *top, kr_vec3 m)
+static double find_frequency_square(const gyrostat *top, kr_vec3 equilibrium)
 {
-    const kr_vec3 a = v_round(top->rate), w = find_velocity(top, m), am = v_times(a, m);
-    return v_dot(v_times(m, m), v3(a.y * a.z, a.z * a.x, a.x * a.y)) + v_dot(w, v_add(w, am)) -
-           v_dot(w, m) * (a.x + a.y + a.z);
+    const kr_vec3 a = v_round(top->rate), w = find_velocity(top, equilibrium),
+                  am = v_times(a, equilibrium);
+    return v_dot(v_times(equilibrium, equilibrium), v3(a.y * a.z, a.z * a.x, a.x * a.y)) +
+           v_dot(w, v_add(w, am)) - v_dot(w, equilibrium) * (a.x + a.y + a.z);
 }
 static kr_vec3 get_direction(int d) { return v3(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1); }
-/* Sets a to the direction d with the largest least[d], the minimum of m.d over a period, and sets
- * the constants that depend on a. */
-static void set_axis(gyrostat *top, const double least[DIRECTIONS])
+/* Sets a to the candidate d (get_direction) with the largest least_component[d], the minimum
+ * of m.a over a period. Sets the members of `top` that depend on a. */
+static void set_axis(gyrostat *top, const double least_component[DIRECTIONS])
 {
     int best = 0;
     for (int d = 1; d < DIRECTIONS; d++)
-        if (least[d] > least[best]) best = d;
+        if (least_component[d] > least_component[best]) best = d;
     const kr_vec3 v = get_direction(best);
     const dd a[3] = {dd_of(v.x), dd_of(v.y), dd_of(v.z)}, length = dd_sqrt(dd_dot(a, a));
     top->energy = dd_of(0.0);
@@ -149,9 +152,9 @@ static void set_axis(gyrostat *top, const double least[DIRECTIONS])
                                                  dd_mul(top->rest[i], arm)));
     }
 }
-/* Finds the direction a and, in doubles, the period: the time until m returns to the plane through
- * the initial m that is perpendicular to the initial m'. Returns 0 if m does not return within
- * MOST_STEPS steps, for example near separatrices. */
+/* Sets a and, in double precision, the period T: that of small oscillations if m is near an
+ * equilibrium, else the time until m returns to the plane through the initial m perpendicular to
+ * the initial m'. Returns 0 if m does not return within MOST_STEPS steps, as near separatrices. */
 static int find_period(gyrostat *top, gyrostat_series *s)
 {
     const kr_vec3 start = v_round(top->start), along = find_momentum_change(top, start);
@@ -190,8 +193,9 @@ static int find_period(gyrostat *top, gyrostat_series *s)
     set_axis(top, least);
     return has_returned;
 }
-/* Integrates m and phi over the known period, and corrects the period by the distance of m from its
- * initial value. Returns the relative change of the period, or infinity if m does not return. */
+/* Integrates m and phi over the approximate period, and writes their samples and the growth of phi.
+ * Corrects the period by the distance of the last m from the first. Returns the relative change, or
+ * infinity if m does not return. */
 static double integrate_period(gyrostat_memory *memory)
 {
     gyrostat *top = &memory->top;
@@ -246,7 +250,8 @@ static double integrate_period(gyrostat_memory *memory)
     const double beside = v_length(v_sub(v_round(miss), v_scale(late.hi, along)));
     return beside < 1e-10 * top->size.hi ? fabs(late.hi) / period.hi : INFINITY;
 }
-/* Writes the coefficients of e^{i n theta} of X and Y, and returns the sum of their magnitudes. */
+/* Writes the coefficients of e^{i n theta} in the Fourier series of the two complex functions with
+ * the samples memory->sample. Returns the sum of the magnitudes of the four real numbers. */
 static double fourier_coefficient(const gyrostat_memory *memory, int n, double out[4])
 {
     double sum[4] = {0.0, 0.0, 0.0, 0.0};
@@ -261,8 +266,8 @@ static double fourier_coefficient(const gyrostat_memory *memory, int n, double o
     for (int i = 0; i < 4; i++) out[i] = sum[i] / SAMPLES;
     return fabs(out[0]) + fabs(out[1]) + fabs(out[2]) + fabs(out[3]);
 }
-/* Computes ln D by integrating its second derivative twice, term by term in a Fourier series. With
- * d = m - h and the traceless part B of A, the second derivative is
+/* Writes samples of ln D (opening comment) by integrating its second derivative twice, term by term
+ * in a Fourier series. With d = m - h and B = A - tr(A)/3, the second derivative is
  *     |B d|^2 - m.(tr(A) B/3 - B^2) h
  * minus its average over a period. For a nearly spherical body, B is small and nothing cancels.
  * Returns a bound on the range of ln D, or infinity if the samples do not resolve ln D. */
@@ -294,8 +299,8 @@ static double find_log_d(gyrostat_memory *memory)
     }
     return 4.0 * total;
 }
-/* Writes samples of (X, Y) = sqrt(D) e^{-i Om t/2} (w + i z, x + i y), with the attitude (w, x, y,
- * z) in axes whose third axis is a. `tilt` maps e3 to a. */
+/* Writes samples of (X, Y) = sqrt(D) e^{-i Om t/2} (w + i z, x + i y), where (w, x, y, z) is R S in
+ * axes whose third axis is a. The rotation `tilt` maps e3 to a. */
 static void set_spinor_samples(gyrostat_memory *memory, kr_quat tilt)
 {
     for (int k = 0; k < SAMPLES; k++) {
@@ -328,7 +333,8 @@ static int fill_coefficients(gyrostat_memory *memory)
     memcpy(memory->plan.coefficient, all[first], (size_t)(last + 1 - first) * sizeof *all);
     return 1;
 }
-/* Computes the closed form in internal units, or returns the reason for a failure. */
+/* Computes the closed form in internal units, or returns the reason for a failure. Writes the
+ * rotation `tilt` from e3 to a and, to `certificate`, the largest error of R S at some samples. */
 static kr_refusal make_plan(gyrostat_memory *memory, kr_quat *tilt, double *certificate)
 {
     for (int k = 0; k < SAMPLES; k++)

@@ -1,20 +1,19 @@
 /* The closed form of a Lagrange top or of a free body, and the states computed from the closed
- * form. Let q = (w, x, y, z) be the attitude, m the momentum, alpha = w + i z and beta = x + i y.
- * With a phase X(t) = X0 + nu t and the nome exp(-pi K'/K) of elliptic functions, up to constant
- * factors,
+ * form. Let q = (w, x, y, z) be the attitude, m the angular momentum in space (e3 points up),
+ * alpha = w + i z and beta = x + i y. K and K' are the complete elliptic integrals of a modulus k
+ * and of k' = sqrt(1 - k^2). With theta functions of the nome exp(-pi K'/K), the phase
+ * X(t) = X0 + nu t of the nutation, and constants y1, y2, c1, c2, k1, k2, up to constant factors,
  *     alpha ~ theta1(X + i y1) e^{i(c1 + k1 t)},  beta ~ theta2(X + i y2) e^{i(c2 + k2 t)},
  *     m_x + i m_y ~ theta3(X + i(y1 + y2)) e^{i(c1 + c2 + (k1 + k2) t)},  all over theta4(X)
- * (Klein and Sommerfeld, Theorie des Kreisels). For torque-free tops (Jacobi), beta contains theta4
- * instead of theta2, and the momentum is constant. All quantities that grow with time are
- * double-doubles, so that the errors of states do not grow. The common denominator theta4(X)
- * cancels when q is normalized.
+ * (Klein and Sommerfeld, Theorie des Kreisels). The phases of alpha and beta are c1 + k1 t and
+ * c2 + k2 t. For torque-free bodies (Jacobi), beta contains theta4 instead of theta2, and m is
+ * constant. All quantities that grow with time are double-doubles, so that the errors of states do
+ * not grow. The common denominator theta4(X) cancels when q is normalized.
  *
  * This header is compiled for each instruction set, both with and without KR_EXACT_LANES. With
  * KR_EXACT_LANES, each number is a vector with one lane per top (math/simd.h). The result in each
  * lane is bitwise equal to that of the scalar code. If lanes take different branches, both branches
- * are computed, and each lane selects its own result. A loop runs until all lanes are finished,
- * leaving finished lanes unchanged. Without KR_EXACT_LANES, a single top is processed with ordinary
- * branches and loops. */
+ * are computed, and each lane selects its own result. Loops leave finished lanes unchanged. */
 #ifndef KR_EXACT_KERNEL_H
 #define KR_EXACT_KERNEL_H
 
@@ -30,8 +29,7 @@
 #include "math/su2.h"
 
 /* The kinds of theta series: for heavy (LAGRANGE) or torque-free (EULER) tops, in powers of the
- * nome or (_DUAL) of the dual nome exp(-pi K/K'). The dual nome is smaller than the nome if K' < K,
- * for example near a separatrix. */
+ * nome or (_DUAL) of the dual nome exp(-pi K/K'), the smaller of the two near a separatrix. */
 enum { LAGRANGE, EULER, LAGRANGE_DUAL, EULER_DUAL };
 
 /* Vector versions of the types in kreisel.h and exact.h, with one lane per top. */
@@ -81,24 +79,23 @@ INLINE mask is_dual(const kr_exact_form *e)
     return e->curve == LAGRANGE_DUAL || e->curve == EULER_DUAL;
 }
 #endif
-/* Copies the lanes selected by the mask m to `to`, and leaves the other lanes of `to` unchanged.
- * Both arguments must point to structures whose members are all SIMD vectors. */
-INLINE void take_lanes(void *to, const void *from, size_t bytes, mask m)
+/* Copies the `selected` lanes of `from` to `to`, and leaves the other lanes of `to` unchanged. Both
+ * arguments point to structures of `bytes` bytes, whose members are all SIMD vectors. */
+INLINE void take_lanes(void *to, const void *from, size_t bytes, mask selected)
 {
     for (size_t at = 0; at < bytes; at += sizeof(wide)) {
         wide *old = (wide *)(void *)((char *)to + at);
-        *old = wide_choose(m, *(const wide *)(const void *)((const char *)from + at), *old);
+        *old = wide_choose(selected, *(const wide *)(const void *)((const char *)from + at), *old);
     }
 }
 
-/* In internal units (scene.h), the larger of the momentum and weight * |com| is about one. If
- * weight * |com| is below LEAST_LEVER, it is treated as zero: its effect is negligible until the
- * phases exceed 2^50 turns, the limit of is_span_computable. Momentum components below
- * LEAST_MOMENTUM are treated as zero, because their squares underflow. */
+/* In internal units (scene.h), the larger of the momentum and weight * |com| is about one. A
+ * smaller weight * |com| than LEAST_LEVER counts as zero: its effect is negligible up to 2^50
+ * turns. Momentum components below LEAST_MOMENTUM count as zero: their squares underflow. */
 #define LEAST_LEVER 1e-100
 #define LEAST_MOMENTUM 1e-160
 
-/* A top and its initial state, in internal axes and units. T is the third axis (method.h). */
+/* A top and its initial state, in internal axes (the third one is T) and units (method.h). */
 typedef struct exact_top {
     vec3_lanes inertia;
     dd q[4];  /* the attitude, which need not be of unit length */
@@ -106,7 +103,6 @@ typedef struct exact_top {
     vec3_lanes m;
 } exact_top;
 
-/* Returns a > b, which is false for NaN. */
 INLINE mask wide_more(wide a, wide b) { return wide_less(b, a); }
 INLINE mask is_negative(wide a) { return wide_less(a, wide_splat(0.0)); }
 INLINE mask is_positive(wide a) { return wide_less(wide_splat(0.0), a); }
@@ -119,8 +115,8 @@ INLINE wide drop_tiny_momentum(wide m)
 }
 
 static inline int is_identity(kr_quat q) { return v_largest(q_vec(q)) == 0.0; }
-/* Applies the linear map f to the quaternion q; f[0] .. f[3] are the images of 1, i, j, k. Such a
- * map is called a frame. */
+/* Returns the image of q under the linear map f, given the images f[0] .. f[3] of 1, i, j and k.
+ * The members `frame` of closed forms are such maps, to attitudes in the user's axes. */
 INLINE kr_quat apply_frame(const kr_quat f[4], kr_quat q)
 {
     return q4((q.w * f[0].w + q.x * f[1].w) + (q.y * f[2].w + q.z * f[3].w),
@@ -135,16 +131,16 @@ static inline void make_frame(kr_quat frame[4], kr_quat left, kr_quat right)
     const kr_quat columns[4] = {left, {-x, w, z, -y}, {-y, -z, w, x}, {-z, y, -x, w}};
     for (int i = 0; i < 4; i++) frame[i] = q_mul(columns[i], right);
 }
-/* Writes the linear map q -> -i q, which interchanges up and down. */
+/* Writes the linear map q -> -i q: attitudes are turned about e1 by half a turn. */
 static inline void make_up_down_exchange(kr_quat frame[4])
 {
     make_frame(frame, q4(0.0, v3(-1.0, 0.0, 0.0)), q_one());
 }
-/* Composes the linear map `frame`, or the identity if `framed` is 0, with the conversion from
- * internal axes to the user's axes, q -> q * conj(axes). */
-static inline void add_axes_to_frame(kr_quat frame[4], int framed, kr_quat axes)
+/* Appends the conversion q -> q * conj(axes) of attitudes from internal axes to the user's axes to
+ * the linear map `frame`, which counts as the identity if `is_set` is 0. */
+static inline void add_axes_to_frame(kr_quat frame[4], int is_set, kr_quat axes)
 {
-    if (!framed) make_frame(frame, q_one(), q_one());
+    if (!is_set) make_frame(frame, q_one(), q_one());
     for (int i = 0; i < 4; i++) frame[i] = q_mul(frame[i], q_conj(axes));
 }
 
@@ -154,10 +150,10 @@ INLINE wide nearest(wide x)
     const double shift = 6755399441055744.0;
     return (x + shift) - shift;
 }
-/* Returns the phase at the time t after the initial time, in turns, up to a whole number of turns.
- * The high-order part of the returned double-double lies between 0 and 2. Since f->start >= 1/2,
- * two_sum_ordered is exact. The low-order part is the rounding error of the high-order part. If the
- * low-order part were omitted, the errors of the states would be about twice as large. */
+/* Returns the value of a phase, in turns, at the time t after the initial time, minus a whole
+ * number of turns. The high word is between 0 and 2. The function two_sum_ordered is exact, because
+ * f->start >= 1/2 is at least the other summand. The low word is the rounding error of the high
+ * word. Without the low word, the errors of the states would be about twice as large. */
 INLINE dd phase_at(const phase_lanes *f, dd t)
 {
     const dd p = two_product(t.hi, f->fast), s = two_sum_ordered(f->start, p.hi - nearest(p.hi));
@@ -169,15 +165,13 @@ INLINE dd phase_plus(dd x, wide extra)
     const dd s = two_sum(x.hi, extra);
     return dd_make(s.hi, s.lo + x.lo);
 }
-/* Returns 1 / (2 pi) in double-double precision. */
 INLINE dd turns_per_radian(void)
 {
     return dd_make(wide_splat(0.15915494309189534561), wide_splat(-9.839338337591243e-18));
 }
-/* Writes the sine and cosine of an angle of x turns, |x| < 2^49. The sum u = x + shift lies between
- * 2^50 and 2^51, where doubles are multiples of 1/4. The low bits of u contain the number of
- * quarter turns nearest to x. The polynomials are evaluated at the remainder y, whose magnitude is
- * at most an eighth of a turn. */
+/* Writes the sine s and cosine c of an angle of x turns, |x| < 2^49. The sum u = x + shift is
+ * between 2^50 and 2^51, where doubles are multiples of 1/4. The two lowest bits of u are the
+ * nearest number of quarter turns, modulo 4. The remainder y is at most an eighth of a turn. */
 INLINE void sincos_turns(dd x, wide *s, wide *c)
 {
     const double shift = 1688849860263936.0;
@@ -197,13 +191,12 @@ INLINE void sincos_turns(dd x, wide *s, wide *c)
     *s = wide_of_bits((wide_bits(sine) ^ swap) ^ ((quarter & 2) << 62));
     *c = wide_of_bits((wide_bits(cosine) ^ swap) ^ (((quarter + 1) & 2) << 62));
 }
-/* The factors of exp(a) = 2^k exp(r) for |a| < 708, with |k| < 1022 and |r| <= (ln 2)/2. Adding the
- * low bits of k + 1.5 * 2^52 to the exponent of 1.0 gives 2^k. */
+/* The factors of exp(a) = 2^k (cosh r + sinh r) and exp(-a) = 2^-k (cosh r - sinh r), where
+ * a = r + k ln 2, for |a| < 708. Then |k| < 1022 and |r| <= (ln 2)/2. */
 typedef struct exponential {
     wide plus, minus; /* 2^k, 2^-k */
     wide even, odd;   /* cosh r, sinh r */
 } exponential;
-
 INLINE exponential split_exponential(dd a)
 {
     const double shift = 6755399441055744.0;
@@ -234,7 +227,7 @@ INLINE void sinhcosh(dd a, wide *s, wide *c)
     *s = 0.5 * (plus - minus);
     *c = 0.5 * (plus + minus);
 }
-/* poly4 and poly5 evaluate polynomials of four and of five terms in s; ss is the square of s. */
+/* poly4 and poly5 return the sum of a[n] s^n for n < 4 or 5; ss is s^2. */
 INLINE wide poly4(const wide a[], wide s, wide ss)
 {
     return (a[0] + s * a[1]) + ss * (a[2] + s * a[3]);
@@ -244,16 +237,18 @@ INLINE wide poly5(const wide a[], wide s, wide ss)
     return (a[0] + s * a[1]) + ss * ((a[2] + s * a[3]) + ss * a[4]);
 }
 
-/* The real and imaginary parts of the theta functions for alpha (a), beta (b) and the horizontal
- * momentum (h), and the phases of alpha and beta, in turns. */
+/* The real and imaginary parts of the theta functions in alpha (a), beta (b) and m_x + i m_y (h),
+ * and the phases of alpha (`first`) and beta (`second`), in turns. */
 typedef struct factors {
     wide a_re, a_im, b_re, b_im, h_re, h_im;
     dd first, second;
 } factors;
 
-/* Evaluates the theta series at the time t after the initial time. If `dual` is nonzero, the series
- * use the dual nome, and hyperbolic functions replace the sine and cosine. Jacobi's transformation
- * to the dual nome adds `slope` times the phase of the nutation to the phases of alpha and beta. */
+/* Evaluates the theta series at the time t after the initial time. If `euler` is nonzero, the body
+ * is torque-free. If `dual` is nonzero, the series use the dual nome, and hyperbolic functions
+ * replace the sine and cosine. Let z be the difference of the phase of the nutation from the
+ * nearest half turn, in half turns. Jacobi's transformation to the dual nome adds slope[0] z to the
+ * phase of alpha and slope[1] z to that of beta. */
 INLINE factors evaluate_theta_series(const exact_lanes *e, int dual, int euler, dd t)
 {
     const dd x = phase_at(&e->nutation, t);
@@ -262,8 +257,8 @@ INLINE factors evaluate_theta_series(const exact_lanes *e, int dual, int euler, 
     f.first = phase_at(&e->first, t);
     f.second = phase_at(&e->second, t);
     if (dual) {
-        /* Since |x| < 2^50, the sum u = x + shift is a multiple of 1/2. The low bits of u contain
-         * the number of half turns nearest to x. The remainder |y| is at most a quarter turn. */
+        /* Since |x| < 2^50, the sum u = x + shift is a multiple of 1/2. Its lowest bit is 1 if the
+         * number of half turns nearest to x is odd. The remainder |y| is at most a quarter turn. */
         const double shift = 3377699720527872.0;
         const wide u = (x.hi + x.lo) + shift, near = x.hi - (u - shift), y = near + x.lo;
         const wide z = 2.0 * y, rest = 2.0 * ((near - y) + x.lo);
@@ -293,8 +288,8 @@ INLINE factors evaluate_theta_series(const exact_lanes *e, int dual, int euler, 
     return f;
 }
 /* Returns the state at `time`, which is the initial time plus `span`. The attitude is not in the
- * user's frame: the caller must apply the linear map e->frame. For a torque-free body (`euler`),
- * the momentum is constant, and alpha and beta have the same phase. */
+ * user's axes: the caller must apply the linear map e->frame. For a torque-free body (`euler`), the
+ * momentum is constant, and alpha and beta have the same phase. */
 INLINE state_lanes evaluate_state(const exact_lanes *e, int dual, int euler, wide time, dd span)
 {
     const factors f = evaluate_theta_series(e, dual, euler, span);
@@ -321,10 +316,10 @@ INLINE state_lanes evaluate_state(const exact_lanes *e, int dual, int euler, wid
     return (state_lanes){time, q, m};
 }
 
-/* Beyond this span, exact products (two_product) may overflow without fused multiply-add. */
+/* Bound on times: exact products of larger times may overflow without fused multiply-add. */
 static const double longest = 0x1p990;
-/* Returns 1 if the state at the time `span` after the initial time can be computed. The phases must
- * not exceed 2^50 turns, because doubles must resolve their fractional parts. */
+/* Returns 1 if |span| < `longest` and each phase changes by less than 2^50 turns in the time
+ * `span`, so that the state at this time after the initial time can be computed. */
 INLINE mask is_span_computable(const exact_lanes *e, wide span)
 {
     const wide most = wide_splat(0x1p50);
@@ -333,9 +328,9 @@ INLINE mask is_span_computable(const exact_lanes *e, wide span)
                     mask_and(wide_less(wide_abs(span * e->first.fast), most),
                              wide_less(wide_abs(span * e->second.fast), most)));
 }
-/* Writes the real and imaginary parts of alpha, beta and the horizontal momentum at the time `span`
- * after the initial time, up to constant factors and theta4(X). The frame of the solution is not
- * applied. The theta series of all SIMD lanes must be of the same kind. */
+/* Writes the real and imaginary parts of alpha, beta and m_x + i m_y at the time `span` after the
+ * initial time. All are multiplied by theta4(X), and m_x + i m_y also by a constant. The map
+ * e->frame is not applied. The kind of series (`dual`, `euler`) is the same in all lanes. */
 static inline void evaluate_factors_of_kind(const exact_lanes *e, int dual, int euler, wide span,
                                             wide out[6])
 {
@@ -351,7 +346,7 @@ static inline void evaluate_factors_of_kind(const exact_lanes *e, int dual, int 
     out[4] = f.h_re * c - f.h_im * s;
     out[5] = f.h_re * s + f.h_im * c;
 }
-/* Writes the numbers of evaluate_factors_of_kind for lanes with series of different kinds. */
+/* Writes the same as evaluate_factors_of_kind, for lanes with series of different kinds. */
 static inline void evaluate_factors(const exact_lanes *e, double span, wide out[6])
 {
     const mask dual = is_dual(e);
@@ -368,15 +363,13 @@ static inline void evaluate_factors(const exact_lanes *e, double span, wide out[
 }
 
 static const double two_pi = 6.283185307179586477;
-
-/* Returns a phase with initial value zero and the given rate [rad per unit of time]. */
+/* Returns a phase with the initial value zero and the given rate [rad per unit of time]. */
 static inline phase_lanes make_phase(dd rate)
 {
     const dd f = dd_mul(rate, turns_per_radian());
     return (phase_lanes){.fast = f.hi, .slow = f.lo};
 }
-/* Sets the initial value of a phase to `start` turns plus whole turns, such that the value lies
- * between 1/2 and 3/2, as phase_at requires. */
+/* Sets the initial value to `start` [turns] plus a whole number: a value from 1/2 to 3/2. */
 static inline void set_initial_phase(phase_lanes *phase, dd start)
 {
     const dd s = two_sum(wide_splat(1.0), start.hi - nearest(start.hi));
@@ -396,14 +389,13 @@ static inline wide arc_tangent_in_turns(wide u)
                                   zz * -0.00305209614217111548));
     return u * turn.hi + u * (turn.lo + z * (low + zz * zz * high));
 }
-/* Returns the argument of x + i y in turns. The result is an exact multiple of an eighth of a turn
- * plus an arc tangent of at most a sixteenth of a turn. */
+/* Returns the argument of x + i y in turns, as the sum of an exact multiple of an eighth of a turn
+ * and an arc tangent of at most a sixteenth of a turn. */
 static inline dd argument_in_turns(wide y, wide x)
 {
     const wide ax = wide_abs(x), ay = wide_abs(y), zero = wide_splat(0.0);
     const mask flat = wide_at_most(ay, ax), left = is_negative(x), below = is_negative(y);
-    /* After subtraction of a multiple of a quarter turn, the angle is the argument of a + i b with
-     * |b| <= a. */
+    /* After subtraction of quarter turns, the angle is the argument of a + i b with |b| <= a. */
     const wide a = wide_choose(flat, ax, ay),
                b = wide_choose(flat, wide_choose(left, -y, y), wide_choose(below, x, -x));
     const wide quarters =
@@ -415,7 +407,7 @@ static inline dd argument_in_turns(wide y, wide x)
     const wide tangent = wide_choose(is_positive(under), over / under, zero);
     return two_sum(quarters + eighth, arc_tangent_in_turns(tangent));
 }
-/* Returns the angle from the vector (x, y) to the vector (u, v), in turns. */
+/* Returns the angle from the vector (x, y) to the vector (u, v), counterclockwise, in turns. */
 static inline dd angle_in_turns(wide x, wide y, wide u, wide v)
 {
     const dd re = dd_add(two_product(u, x), two_product(v, y)),
@@ -428,7 +420,7 @@ static inline dd dot(const dd a[4], wide w, wide x, wide y, wide z)
     return dd_add(dd_add(dd_times(w, a[0]), dd_times(x, a[1])),
                   dd_add(dd_times(y, a[2]), dd_times(z, a[3])));
 }
-/* Multiplies q by `by` from the right, so that the rotation `by` is applied first. */
+/* Replaces the quaternion q by the product q * by: the rotation `by` is applied first, then q. */
 static inline void multiply_from_right(dd q[4], quat_lanes by)
 {
     const dd a[4] = {q[0], q[1], q[2], q[3]};
@@ -437,29 +429,27 @@ static inline void multiply_from_right(dd q[4], quat_lanes by)
     q[2] = dot(a, by.y, -by.z, by.w, by.x);
     q[3] = dot(a, by.z, by.y, -by.x, by.w);
 }
-
-/* Returns a double-double quaternion, normalized and rounded to double precision. */
+/* Divides a quaternion by its norm, and returns it in double precision. */
 static inline quat_lanes round_quaternion(const dd q[4])
 {
     const wide w = q[0].hi, x = q[1].hi, y = q[2].hi, z = q[3].hi,
                n = 1.0 / wide_sqrt(w * w + (x * x + y * y + z * z));
     return (quat_lanes){n * w, n * x, n * y, n * z};
 }
-
-/* Writes the axis a = q e3 q* / |q|^2, whose height is u = a.e3. Writes 1 + u to `plus` and returns
- * 1 - u. Both are computed directly from the quaternion, so no digits are lost near a pole. */
-static inline dd find_third_axis(const dd q[4], dd a[3], dd *plus)
+/* Writes the axis a = q e3 q* / |q|^2, whose height is u = a.e3, and 1 + u. Returns 1 - u. Both
+ * numbers are computed from the quaternion, so that no digits are lost near u = -1 or 1. */
+static inline dd find_third_axis(const dd q[4], dd a[3], dd *one_plus_u)
 {
     const dd up = dd_add(dd_square(q[0]), dd_square(q[3])),
              side = dd_add(dd_square(q[1]), dd_square(q[2]));
     const dd scale = dd_over(dd_splat(2.0), dd_add(up, side)), minus = dd_mul(scale, side);
-    *plus = dd_mul(scale, up);
+    *one_plus_u = dd_mul(scale, up);
     a[0] = dd_mul(scale, dd_add(dd_mul(q[1], q[3]), dd_mul(q[0], q[2])));
     a[1] = dd_mul(scale, dd_sub(dd_mul(q[2], q[3]), dd_mul(q[0], q[1])));
-    a[2] = dd_half(dd_sub(*plus, minus));
+    a[2] = dd_half(dd_sub(*one_plus_u, minus));
     return minus;
 }
-/* Writes q* v q / |q|^2 to r. */
+/* Writes q* v q / |q|^2 to r: the vector v of space, with components along the axes of the body. */
 static inline void turn_back_dd(const dd q[4], const dd v[3], dd r[3])
 {
     dd p[4][4];
@@ -484,11 +474,11 @@ static inline wide sign_of(wide x)
 }
 
 /* Sets the nutation period and the mean rates of precession and spin, from the rates nu, `first`
- * and `second` of the phases of nutation, alpha and beta. The complex values of theta1 and theta2
- * rotate about zero as X increases. The sign of `slope`, opposite to the sign of y1 or y2, gives
- * the direction. If theta1 or theta2 passes through zero, its phase jumps by half a turn, and its
- * winding number is defined as zero. For a torque-free top, beta is a theta4 function, whose values
- * do not wind around zero. */
+ * and `second` [rad per unit of time] of the phases of nutation, alpha and beta. While X grows by
+ * 2 pi, the complex values of theta1(X + i y1) and theta2(X + i y2) wind once about zero, in the
+ * direction given by the sign of slope[0] or slope[1]. For y1 = 0 or y2 = 0, the theta function
+ * passes through zero instead, and its winding number is defined as zero. The values of theta4,
+ * which replaces theta2 for torque-free bodies, do not wind about zero. */
 static inline void set_mean_rates(exact_lanes *exact, wide nu, wide first, wide second)
 {
     const wide wind1 = sign_of(exact->slope[0]),
@@ -497,12 +487,12 @@ static inline void set_mean_rates(exact_lanes *exact, wide nu, wide first, wide 
     exact->precession_rate = (first + second) + (wind1 + wind2) * nu;
     exact->spin_angle_rate = (first - second) + (wind1 - wind2) * nu;
 }
-/* Returns I1, the mean of the two equal principal moments. */
+/* Returns I1, the mean of the two principal moments about the axes normal to T, which are equal. */
 static inline dd equal_moment(const exact_top *top)
 {
     return dd_half(two_sum(top->inertia.x, top->inertia.y));
 }
-/* Returns the top with up and down interchanged (q -> i q), and gravity reversed. */
+/* Returns the top after half a turn of attitude and momentum about e1, with reversed gravity. */
 static inline exact_top exchange_up_and_down(const exact_top *top)
 {
     exact_top r = *top;
@@ -515,38 +505,37 @@ static inline exact_top exchange_up_and_down(const exact_top *top)
     r.lever = dd_neg(top->lever);
     return r;
 }
-/* Undoes the interchange of up and down in a solution, but leaves its frame unchanged. */
+/* Undoes exchange_up_and_down in a closed form, except in e->frame (see make_up_down_exchange). */
 static inline void restore_up_and_down(exact_lanes *exact)
 {
     exact->side = wide_splat(-1.0);
     exact->constant.z = -exact->constant.z;
     exact->precession_rate = -exact->precession_rate;
 }
-
-/* Converts a solution from internal units to the user's units, but leaves its frame unchanged.
- * `start` is the initial time, and `unit` and `momentum` are the internal units of time and
- * momentum, all in the user's units. */
-static inline void convert_form_to_user(exact_lanes *exact, wide start, wide unit, wide momentum)
+/* Converts a closed form from internal units to the user's units, but not to the user's axes. The
+ * initial time `begin` and the internal units of time and momentum are in the user's units. */
+static inline void convert_form_to_user(exact_lanes *exact, wide begin, wide time_unit,
+                                        wide momentum_unit)
 {
-    const wide rate = 1.0 / unit;
+    const wide rate = 1.0 / time_unit;
     phase_lanes *const phases[3] = {&exact->nutation, &exact->first, &exact->second};
     for (int i = 0; i < 3; i++) {
         phases[i]->fast = phases[i]->fast * rate;
         phases[i]->slow = phases[i]->slow * rate;
     }
-    exact->begin = start;
-    exact->period = exact->period * unit;
+    exact->begin = begin;
+    exact->period = exact->period * time_unit;
     exact->precession_rate = exact->precession_rate * rate;
     exact->spin_angle_rate = exact->spin_angle_rate * rate;
-    exact->momentum = exact->momentum * momentum;
-    exact->constant.x = momentum * exact->constant.x;
-    exact->constant.y = momentum * exact->constant.y;
-    exact->constant.z = momentum * exact->constant.z;
+    exact->momentum = exact->momentum * momentum_unit;
+    exact->constant.x = momentum_unit * exact->constant.x;
+    exact->constant.y = momentum_unit * exact->constant.y;
+    exact->constant.z = momentum_unit * exact->constant.z;
 }
 
 #if !defined KR_EXACT_LANES
-/* Returns the state at the time t, which is the initial time plus `span`. The arguments `dual` and
- * `euler` are constants, so that the compiler can remove the code for other kinds of series. */
+/* Returns the state at the time t, which is the initial time plus `span`, in the user's axes. The
+ * constants passed as `dual` and `euler` let the compiler remove the code for other series. */
 static inline kr_state compute_state_after(const kr_exact_form *e, double t, dd span)
 {
     kr_state r;
@@ -561,8 +550,8 @@ static inline kr_state compute_state_after(const kr_exact_form *e, double t, dd 
     if (e->framed != 0.0) r.q = apply_frame(e->frame, r.q);
     return r;
 }
-/* Returns the state at time t, or NaN if t is not finite. If t is too late for the phases, returns
- * the initial attitude and momentum, which have at least the correct integrals of motion. */
+/* Returns the state at the time t, or NaN if t is not finite. If t is finite but is_span_computable
+ * returns 0, returns the initial attitude and momentum, whose integrals of motion are correct. */
 static inline kr_state state_at(const kr_exact_form *e, double t)
 {
     const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};

@@ -1,22 +1,23 @@
 /* Set-up of the closed form of a Lagrange top (kernel.h). Let a be the symmetry axis, u = a.e3 its
- * height, U u the potential energy, m the momentum, I1 the equal moments and W = m / I1. Then
+ * height, U u the potential energy, m the angular momentum, I1 the equal moments and W = m / I1.
+ * Then
  *     (du/dt)^2 = g (u - u1)(u - u2)(u - u3),   u1 <= u <= u2 <= 1 <= u3,   g = 2 U / I1.
- * The roots, and the rates nu, k1 and k2 of the phases in kernel.h, are computed in double-double
- * arithmetic. The moment of inertia about the symmetry axis affects only the spin, by a constant
- * rate that is added separately. */
+ * The elliptic functions have the moduli k^2 = (u2 - u1)/(u3 - u1) and k'^2 = (u3 - u2)/(u3 - u1).
+ * The roots and the rates nu, k1 and k2 of kernel.h are computed in double-double arithmetic. The
+ * moment of inertia about a affects only the spin, by a constant rate that is added separately. */
 #ifndef KR_EXACT_LAGRANGE_H
 #define KR_EXACT_LAGRANGE_H
 #include "kernel.h"
 
-/* Elliptic integrals, roots of cubic polynomials, and theta functions as polynomials. Complete
- * elliptic integrals are computed by the arithmetic-geometric mean M. The integral of the third
- * kind is (DLMF 19.8.6; for Q_n, see elliptic_mean)
+/* Complete elliptic integrals are computed by the arithmetic-geometric mean M = agm(1, k'), those
+ * of the third kind (characteristic alpha^2) also by the sum of Q_n (elliptic_mean), by DLMF
+ * 19.8.6:
  *     Pi(alpha^2, k) = pi/4M (2 + alpha^2/(1 - alpha^2) sum Q_n).
  * Incomplete integrals of the first kind are computed from Carlson's R_F by duplication. */
 enum theta { THETA1, THETA2, THETA3, THETA4 };
 
-/* Returns agm(1, kp). For each of n initial values p0^2 = 1 - alpha^2 in `start`, writes the sum of
- * Q_n. Initially a = Q = 1 and g = kp. A step is
+/* Returns agm(1, kp). For each of the n values p0^2 = 1 - alpha^2 in `start`, writes the sum of the
+ * values Q_0, Q_1, ... of Q to `sum`. Initially a = Q = 1, g = kp and p = p0. A step is
  *     a' = (a + g)/2,   g' = sqrt(a g),   p' = (p^2 + a g)/2p,
  *     Q' = Q e/2,   e = (p^2 - a g)/(p^2 + a g).
  * Each step squares the relative differences between a, g and p. The iteration stops one step after
@@ -65,10 +66,9 @@ static inline wide elliptic_agm(wide a, wide b)
     }
     return 0.5 * (a + b);
 }
-/* Returns T = numerator / agm(1, k), given k2 = k^2. With the numerator agm(1, k'), T is K'/K. For
- * series in powers of the square of the nome, the numerator is 2 agm(1, k'), and T is 2 K'/K. If
- * T < 1, the dual series are used: their phase is multiplied by pi / T, which is written to
- * exact->stretch and stretch_rest as a double-double. */
+/* Returns T = numerator / agm(1, k), given k2 = k^2. The numerator is agm(1, k') for T = K'/K, or
+ * twice as large for series in powers of the square of the nome. If T < 1, the dual series are
+ * used: sets the factor of their phase, stretch + stretch_rest (a double-double), to pi / T. */
 static inline wide find_period_ratio(exact_lanes *exact, dd numerator, dd k2)
 {
     const wide T = numerator.hi / elliptic_agm(wide_splat(1.0), wide_sqrt(k2.hi));
@@ -81,8 +81,8 @@ static inline wide find_period_ratio(exact_lanes *exact, dd numerator, dd k2)
     }
     return T;
 }
-/* Returns Carlson's R_F(x, y, z). Duplication stops when the series about the mean of the arguments
- * is accurate to double precision (DLMF 19.26.18, 19.36.1). */
+/* Returns Carlson's R_F(x, y, z). Duplication stops when a series in the relative differences
+ * between x, y and z has double precision (DLMF 19.26.18, 19.36.1). */
 static inline wide elliptic_rf(wide x, wide y, wide z)
 {
     wide mean = (x + y + z) * (1.0 / 3), inverse, dx, dy, dz, e2, e3;
@@ -110,7 +110,7 @@ static inline wide elliptic_rf(wide x, wide y, wide z)
 }
 
 /* Returns cos(acos(c) / 3) for 0 <= c <= 1. This is the largest root of 4 x^3 - 3 x = c, found by
- * Newton's method from an approximation with an error of 4e-5. */
+ * two Newton steps from an approximation with an error of 4e-5. */
 static inline wide cos_third_of_angle(wide c)
 {
     wide x =
@@ -122,20 +122,20 @@ static inline wide cos_third_of_angle(wide c)
     return x;
 }
 /* Returns the isolated root of x^3 + c2 x^2 + c1 x + c0: the root farthest from the other two. All
- * three roots must be real up to rounding errors. Sets `top` to 1 if the isolated root is the
+ * roots must be real up to rounding errors. Sets `is_largest` to 1 if the isolated root is the
  * largest, and to 0 if it is the smallest. */
-static inline wide isolated_root(wide c2, wide c1, wide c0, mask *top)
+static inline wide isolated_root(wide c2, wide c1, wide c0, mask *is_largest)
 {
     const wide zero = wide_splat(0.0), square = c2 * c2 - 3.0 * c1, d = wide_sqrt(square),
                r = (-2.0 * c2 * c2 * c2 + 9.0 * c2 * c1 - 27.0 * c0) / (2.0 * d * d * d);
     const mask apart = is_positive(square); /* else all three roots coincide */
     const wide third = cos_third_of_angle(wide_min(wide_abs(r), wide_splat(1.0)));
-    *top = mask_or(mask_not(apart), wide_at_most(zero, r));
-    const wide way = minus_where(mask_not(*top));
+    *is_largest = mask_or(mask_not(apart), wide_at_most(zero, r));
+    const wide way = minus_where(mask_not(*is_largest));
     return (wide_choose(apart, 2.0 * d * way * third, zero) - c2) * (1.0 / 3);
 }
-/* Refines a root of lead x^3 + c[2] x^2 + c[1] x + c[0] from double to double-double precision by
- * two Newton steps, both with the slope at the initial guess `start`. */
+/* Returns a root of lead x^3 + c[2] x^2 + c[1] x + c[0] in double-double precision, by two Newton
+ * steps from its double-precision value `start`. Both steps use the slope at `start`. */
 static inline dd refine_cubic_root(dd lead, const dd c[3], wide start)
 {
     const wide slope = (3.0 * lead.hi * start + 2.0 * c[2].hi) * start + c[1].hi,
@@ -165,7 +165,7 @@ static inline void add_table_row(wide sum[], wide weight, int j, const double ro
 {
     for (int i = 0; i <= j; i++) sum[i] = sum[i] + weight * row[i];
 }
-/* Computes sinh y and cosh y to full precision, even for small y. With exp y = 2^k exp r
+/* Writes sinh y and cosh y with full relative precision, even for small y. For exp y = 2^k exp r,
  *     sinh y = cosh r sinh(k ln 2) + sinh r cosh(k ln 2),   cosh y likewise. */
 static inline void sinhcosh_accurate(wide y, wide *s, wide *c)
 {
@@ -174,10 +174,11 @@ static inline void sinhcosh_accurate(wide y, wide *s, wide *c)
     *s = e.even * odd + e.odd * even;
     *c = e.even * even + e.odd * odd;
 }
-/* Returns the real part (`even`) and the imaginary part (`odd`) of theta(x + i y) as polynomials in
- * sin^2 x, each divided by its factor sin x, cos x or sin x cos x, if any (see the tables). If
- * `dual` is nonzero, does the same for theta(y + i x), with i theta1 for theta1, and with sinh x
- * and cosh x. The common factor 2 nome^(1/4) of theta1 and theta2 is omitted. */
+/* Returns the theta function `which` of x + i y for constant y, as polynomials in sin^2 x: `even`
+ * for the real part and `odd` for the imaginary part, each divided by its factor sin x, cos x or
+ * sin x cos x, if any (see the tables). If `dual` is nonzero, the argument is y + i x, the
+ * polynomials are in -sinh^2 x, the factors contain sinh x and cosh x, and i theta1 replaces
+ * theta1. The common factor 2 nome^(1/4) of theta1 and theta2 is omitted. */
 static inline theta_lanes make_theta_series(enum theta which, wide nome, wide y, int dual)
 {
     const int odd = which == THETA1 || which == THETA2;
@@ -223,7 +224,7 @@ static inline void scale_theta(theta_lanes *series, wide factor)
     }
 }
 
-/* Quantities derived from the initial state, in which the axis a has the height u0. */
+/* Quantities derived from the initial state. u0 is the initial height of the axis a. */
 typedef struct initial {
     dd w[3], g;         /* W [T^-1] and g [T^-2] */
     dd w_square;        /* |W|^2 */
@@ -259,43 +260,41 @@ static inline initial find_initial_quantities(const exact_top *top, dd i1)
     s.w_square = dd_dot(s.w, s.w);
     return s;
 }
-/* Recomputes the smaller of a and b from `product` = a * b * beside, to avoid cancellation. In the
- * lanes `smaller_a`, a is smaller than b. If both are zero, neither is changed. */
-static inline void recompute_smaller(dd *a, dd *b, mask smaller_a, dd product, dd beside)
+/* Replaces the smaller of two distances a and b by a quotient without cancellation, given
+ * `product`, which is a * b * third. If both are zero, neither is changed. */
+static inline void recompute_smaller(dd *a, dd *b, mask is_a_smaller, dd product, dd third)
 {
-    const dd larger = dd_choose(smaller_a, *b, *a),
-             smaller = dd_over(product, dd_mul(larger, beside));
+    const dd larger = dd_choose(is_a_smaller, *b, *a),
+             smaller = dd_over(product, dd_mul(larger, third));
     const mask known = is_positive(larger.hi); /* else all three heights coincide */
-    *a = dd_choose(mask_and(smaller_a, known), smaller, *a);
-    *b = dd_choose(mask_and(mask_not(smaller_a), known), smaller, *b);
+    *a = dd_choose(mask_and(is_a_smaller, known), smaller, *a);
+    *b = dd_choose(mask_and(mask_not(is_a_smaller), known), smaller, *b);
 }
-/* Replaces small distances, which suffer from cancellation, by quotients of accurate products:
+/* Replaces small distances, which suffer from cancellation, by quotients. Products of distances are
  *     (W.e3 + W.a)^2 = (1 + u1)(1 + u2) g(1 + u3),   (W.e3 - W.a)^2 = (1 - u1)(1 - u2) g(u3 - 1),
  *     (du/dt)^2 = (u0 - u1)(u2 - u0) g(u3 - u0).
- * `about_start` is nonzero if the distances come from find_roots_about_initial. */
-static inline void recompute_small_distances(const initial *s, turning_points *r, int about_start)
+ * `about_initial` is nonzero if the distances come from find_roots_about_initial. */
+static inline void recompute_small_distances(const initial *s, turning_points *r, int about_initial)
 {
     const dd plus = dd_square(s->sum), minus = dd_square(s->difference),
              climb = dd_square(s->climb);
-    /* Smaller distances are replaced by `level`, which is far below rounding errors, so that
-     * quotients remain finite. */
+    /* A lower bound on distances, which keeps quotients finite. It is far below rounding errors. */
     const dd level = dd_splat(1e-36);
-    if (!about_start)
+    if (!about_initial)
         recompute_smaller(&r->up, &r->down, wide_more(r->down.hi, r->up.hi), climb, r->third);
     r->plus2 = dd_max(dd_add(s->plus, r->up), level);
     r->plus3 = dd_add(r->third, dd_mul(s->g, s->plus));
     r->plus1 = dd_over(plus, dd_mul(r->plus2, r->plus3));
     r->minus1 = dd_max(r->minus1, level);
-    if (about_start)
+    if (about_initial)
         recompute_smaller(&r->minus2, &r->minus3, wide_less(s->g.hi * r->minus2.hi, r->minus3.hi),
                           minus, r->minus1);
     r->span = dd_max(r->span, level);
     r->g32 = dd_max(r->g32, dd_times(wide_splat(1e-150), r->g31));
 }
-/* Computes the roots u1, u2 and u3 of the cubic if u3 is far from u1 and u2. The cubic has the
- * coefficients c and g in powers of u - u0, because u1 and u2 may be close to the initial height
- * u0. Newton's method, started from `guess`, yields g (u3 - u0). The other two roots follow from a
- * quadratic equation for u - u0. */
+/* Writes the distances between the roots u1, u2 and u3 to r, if u3 is farthest from the other two.
+ * The cubic is c[0] + c[1] v + c[2] v^2 + g v^3 with v = u - u0, because u1 and u2 may be close to
+ * u0. `guess` is an approximation of g (u3 - u0). */
 static inline void find_roots_about_initial(const initial *s, const dd c[3], wide guess,
                                             turning_points *r)
 {
@@ -317,8 +316,9 @@ static inline void find_roots_about_initial(const initial *s, const dd c[3], wid
     r->minus1 = dd_add(s->minus, r->down);
     recompute_small_distances(s, r, 1);
 }
-/* Computes the roots u1, u2 and u3 of the cubic if u1 is far from u2 and u3. The cubic is expanded
- * about u = 1 (axis upright), because u2 <= 1 <= u3 can coincide only there. */
+/* Writes the distances between the roots to r, if u1 is farthest from the other two. The cubic is
+ * expanded in powers of u - 1, because u2 <= 1 <= u3 can coincide only at u = 1 (axis upright).
+ * `guess` is an approximation of u1 - u0. */
 static inline void find_roots_about_pole(const initial *s, wide guess, turning_points *r)
 {
     const dd wh = dd_add(dd_square(s->w[0]), dd_square(s->w[1]));
@@ -345,8 +345,8 @@ static inline void find_roots_about_pole(const initial *s, wide guess, turning_p
     r->g31 = dd_add(r->minus3, dd_mul(s->g, r->minus1));
     recompute_small_distances(s, r, 0);
 }
-/* Finds the roots u1, u2 and u3 of the cubic polynomial that governs the height of the axis. The
- * expansion point is chosen such that two nearly equal roots can be computed accurately. */
+/* Returns the distances between the roots u1, u2 and u3, the initial height and the poles. The
+ * cubic is expanded about a point that keeps two nearly equal roots accurate. */
 static turning_points find_turning_heights(const initial *s)
 {
     /* b is the horizontal part of W x a. */
@@ -369,9 +369,9 @@ static turning_points find_turning_heights(const initial *s)
     take_lanes(&r, &some, sizeof r, top);
     return r;
 }
-/* Writes the rates nu, k1 and k2, and returns agm(1, k'). With the sum of Q_n (elliptic_mean) for
- * p0^2 = (1 + u3)/(u3 - u1), the rate k1 is
- *     (W.e3 + W.a) / (4 (1 + u3)) sum Q_n.
+/* Writes the rates nu, k1 and k2 [rad per unit of time], and returns agm(1, k'). From the sum of
+ * Q_n (elliptic_mean) for p0^2 = (1 + u3)/(u3 - u1) follows
+ *     k1 = (W.e3 + W.a) / (4 (1 + u3)) sum Q_n.
  * For k2, W.e3 - W.a and 1 - u3 replace W.e3 + W.a and 1 + u3, and p0^2 is (u3 - 1)/(u3 - u1). If
  * u2 is farther than u3 from 1, k2 follows from the sum for p0^2 = (1 - u2)/(1 - u1) instead. */
 static inline dd find_rates(const initial *s, const turning_points *r, dd *nu, dd *k1, dd *k2)
@@ -403,8 +403,9 @@ typedef struct arguments {
     wide y1, y2, T;
 } arguments;
 
-/* Computes y1, y2 and T, given `average` = agm(1, k'). The values y1 and y2 are incomplete elliptic
- * integrals of the first kind. p1 and p2 are 1 + u1 and 1 + u2; m1 and m2 are 1 - u1 and 1 - u2. */
+/* Returns y1, y2 and T, and sets exact->stretch (find_period_ratio). `average` is
+ * agm(1, k'). The values y1 and y2 are incomplete elliptic integrals of the first kind. p1, p2, m1
+ * and m2 denote 1 + u1, 1 + u2, 1 - u1 and 1 - u2. */
 static inline arguments find_theta_arguments(exact_lanes *exact, const initial *s,
                                              const turning_points *r, dd average)
 {
@@ -422,8 +423,8 @@ static inline arguments find_theta_arguments(exact_lanes *exact, const initial *
     a.y2 = -minus_where(is_negative(s->difference.hi)) * wide_min(mean * b2, limit);
     return a;
 }
-/* Sets the theta series, in powers of the dual nome if `dual` is nonzero. The scale factors of
- * alpha and beta follow from |alpha|^2 = (1 + u)/2 at u = u2 and |beta|^2 = (1 - u)/2 at u = u1. */
+/* Sets the theta series, in powers of the dual nome if `dual` is nonzero, else of the nome. The
+ * maxima (1 + u2)/2 of |alpha|^2 and (1 - u1)/2 of |beta|^2 determine their scale factors. */
 static inline void set_series_of_kind(exact_lanes *exact, const turning_points *r,
                                       const arguments *a, int dual)
 {
@@ -465,10 +466,10 @@ static inline void set_theta_series(exact_lanes *exact, const turning_points *r,
     } else
         set_series_of_kind(exact, r, a, 0);
 }
-/* Sets the scale factor of the horizontal momentum from its magnitude at the lowest position of the
- * axis. There, the magnitude is larger than at the highest position, because m1 p2 >= p1 m2 and
- * plus3 >= minus3 (in the notation of find_theta_arguments). The theta3 series is positive for real
- * and imaginary arguments, so that the sign of the scale factor is that of `lowest`. */
+/* Sets exact->momentum, the scale factor of m_x + i m_y, from |m_x + i m_y| at the lowest position
+ * of the axis. This magnitude is not less than that at the highest position, because
+ * (1 - u1)(1 + u2) >= (1 + u1)(1 - u2) and u3 + 1 >= u3 - 1. The scale factor is at most 0: at the
+ * lowest position, theta3 is positive, but not (m_x + i m_y) e^{-i(c1 + c2 + (k1 + k2) t)}. */
 static inline void set_momentum_scale(exact_lanes *exact, const initial *s, const turning_points *r,
                                       wide i1)
 {
@@ -482,9 +483,9 @@ static inline void set_momentum_scale(exact_lanes *exact, const initial *s, cons
     const wide norm = f[0] * f[0] + f[1] * f[1] + f[2] * f[2] + f[3] * f[3];
     exact->momentum = i1 * lowest * wide_sqrt(norm) / length(f[4], f[5]);
 }
-/* Returns the initial phase of the nutation, up to its sign, in turns. A nutation takes half a
- * turn: the phase is 0 at the lowest and 1/4 at the highest position, and is computed from the
- * distance to the nearer of the two. */
+/* Returns the initial phase of the nutation, up to its sign, in turns. The phase is 0 at the lowest
+ * and 1/4 at the highest position of the axis, and is computed from the distance to the nearer one.
+ * A nutation takes half a turn. `mean` is agm(1, k'). */
 static inline dd find_nutation_phase(const turning_points *r, wide mean)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0), per_span = 1.0 / r->span.hi,
@@ -499,11 +500,11 @@ static inline dd find_nutation_phase(const turning_points *r, wide mean)
                                   wide_choose(below, dn, kp * per_dn), one);
     return dd_choose(below, dd_of(away), two_sum(wide_splat(0.25), -away));
 }
-/* Sets the initial phases of the nutation, of alpha and of beta. The phase of the complex
- * horizontal momentum m_x + i m_y is the sum of the phases of alpha and beta, so two of the three
- * determine the third. The phase of a complex number near zero is inaccurate. If the square of
- * alpha or beta, relative to its maximum, is below a quarter of that of the horizontal momentum,
- * the phase of the momentum is used instead. */
+/* Sets the initial values of the phases of nutation, alpha and beta, such that alpha and beta have
+ * the arguments given by the initial attitude. The argument of a small number is inaccurate: if the
+ * square of |alpha| or |beta|, relative to its maximum, is below a quarter of that of
+ * |m_x + i m_y|, its phase follows from arg(m_x + i m_y), the sum of both phases and the argument
+ * of theta3. */
 static inline void set_initial_phases(exact_lanes *exact, const initial *s, const turning_points *r,
                                       wide i1, wide mean, const exact_top *top)
 {
@@ -514,7 +515,7 @@ static inline void set_initial_phases(exact_lanes *exact, const initial *s, cons
     const wide mh = top->m.x * top->m.x + top->m.y * top->m.y;
     const wide top_square =
         s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi + s->g.hi * r->down.hi;
-    /* Squared magnitudes of alpha, beta and the momentum, relative to their maxima. */
+    /* The squared magnitudes of alpha, beta and m_x + i m_y, relative to their maxima. */
     const wide of_first = alpha * per_all / r->plus2.hi, of_second = beta * per_all / r->minus1.hi,
                of_both = wide_choose(is_positive(mh), mh / (i1 * i1 * top_square), zero);
     wide f[6];
@@ -529,15 +530,14 @@ static inline void set_initial_phases(exact_lanes *exact, const initial *s, cons
     set_initial_phase(&exact->first, dd_choose(by_second, dd_sub(both, second), first));
     set_initial_phase(&exact->second, dd_choose(by_first, dd_sub(both, first), second));
 }
-/* Returns 1 if the symmetry axis stays vertical. A top whose axis is almost vertical and almost at
- * rest is refused before the set-up (is_initial_tilt_resolved). */
+/* Returns 1 if the symmetry axis stays vertical. Earlier, is_initial_tilt_resolved has refused tops
+ * whose axis is almost but not exactly vertical and almost at rest. */
 static inline mask is_resting_at_pole(const initial *s)
 {
     const wide least = wide_splat(1e-150), wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;
     return mask_and(wide_at_most(wh, least * (s->w_square.hi + s->g.hi)),
                     wide_at_most(wide_min(s->plus.hi, s->minus.hi), least));
 }
-/* The closed form of a top, and the intermediate results of its set-up. */
 typedef struct lagrange_setup {
     exact_lanes exact;
     exact_top top;
@@ -548,7 +548,7 @@ typedef struct lagrange_setup {
     arguments at;
 } lagrange_setup;
 
-/* Computes i1, half_spin and start, on which all other stages of the set-up depend. */
+/* Sets i1, half_spin and start from s->top. All other stages of the set-up depend on them. */
 static void set_initial_quantities(lagrange_setup *s)
 {
     s->i1 = equal_moment(&s->top);
@@ -569,9 +569,8 @@ static void set_phases(lagrange_setup *s)
     set_mean_rates(exact, s->nu.hi, first.hi, second.hi);
 }
 /* Computes the closed forms of n tops in internal units, after set_initial_quantities for each top.
- * For each top, weight * |com| must be positive, and the symmetry axis must not stay vertical. Each
- * stage is completed for all tops before the next, because the code of all stages does not fit into
- * the first-level instruction cache. */
+ * weight * |com| must be positive, and the axis must not stay vertical. Each stage is completed for
+ * all tops before the next: the code of all stages does not fit into the first-level cache. */
 INLINE void set_up_moving_tops(lagrange_setup s[], int n)
 {
     for (int i = 0; i < n; i++) s[i].heights = find_turning_heights(&s[i].start);

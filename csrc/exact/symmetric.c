@@ -1,14 +1,23 @@
-/* Set-up, states and turning points of the closed-form solution for a Lagrange top or a free body.
- * This file is compiled once for each instruction set, because double-double products are three
- * times as fast with fused multiply-add. */
+/* Set-up, states and turning points of the closed form (kr_exact_form, kernel.h) of a Lagrange top
+ * (lagrange.h) or a free body. This file is compiled once for each instruction set, because
+ * double-double products are three times as fast with fused multiply-add.
+ *
+ * The angular momentum m of a torque-free body circulates in the body about a principal axis a,
+ * called axis 3, whose moment I3 is the largest or the smallest; I2 is the intermediate moment. In
+ * the axes of the closed form, m points along e3, and the third axis of the body is -a, with the
+ * height u = -a.e3 = -c dn(X), where c is the largest a.e3. alpha and beta are theta1 and theta4 in
+ * the square of the nome. With the energy T and the sum of Q_n (elliptic_mean), both phases
+ * grow at the rate
+ *     (|m| / I3 + e sum Q_n / 2) / 2,   e = 2T/|m| - |m|/I3,   p0^2 = 1/c^2.
+ * D3 = |2T I3 - m^2| and D1 = |m^2 - 2T I1| are computed as sums of terms of equal sign (Jacobi
+ * 1849; Whittaker, Dynamics, 69). */
 #include "lagrange.h"
 #include "math/exponent.h"
 #include "math/trig.h"
 
 /* A top in internal axes (method.h) and internal units, and the data for converting results to the
- * user's units. The error of a state must not grow with time, so no value that determines a rate is
- * rounded to double precision: the attitude and mass * gravity * com are double-double products,
- * and the units are powers of two. */
+ * user's units. Errors must not grow with time: no value that determines a rate is rounded to
+ * double precision. Attitude and lever are double-doubles, and the units are powers of two. */
 typedef struct described_top {
     exact_top own;
     int behind;   /* nonzero if the apex is opposite to the third internal axis */
@@ -17,9 +26,9 @@ typedef struct described_top {
     kr_units units;
 } described_top;
 
-/* Computes the rotation `tilt` that maps the third internal axis of a spherical body to the
- * direction of its centre of mass. The two directions differ by the rounding error of the internal
- * axis. Returns |com|. */
+/* Writes the rotation `tilt` from the third internal axis of a spherical body to the direction of
+ * its centre of mass. The two directions differ by the rounding error of the internal axis. `com`
+ * has components along the principal axes. Returns |com|. */
 static dd find_axis_tilt(kr_vec3 com, const kr_working *w, kr_quat *tilt)
 {
     const dd axes[4] = {dd_of(w->axes.w), dd_of(w->axes.x), dd_of(w->axes.y), dd_of(w->axes.z)};
@@ -34,8 +43,7 @@ static dd find_axis_tilt(kr_vec3 com, const kr_working *w, kr_quat *tilt)
     return dd_times(size, reach);
 }
 /* Returns half the rate that the rotor adds to the spin, in internal units. For a spherical body
- * with rotated axes, the norm of the rotor momentum is used, because it is not affected by rounding
- * errors of the rotation. */
+ * with rotated axes, uses the norm of the rotor momentum, which the rotation does not round. */
 static dd find_half_spin_due_to_rotor(const kr_body *b, const kr_working *w, const kr_units *units)
 {
     const double scale = units->time, per_moment = 1.0 / units->moment;
@@ -48,7 +56,6 @@ static dd find_half_spin_due_to_rotor(const kr_body *b, const kr_working *w, con
     }
     return dd_scale(-0.5, dd_div(size, dd_of(per_moment * w->inertia.z)));
 }
-/* Converts a valid scene to internal axes and units. */
 static kr_status convert_to_internal(const kr_scene *scene, kr_kind kind, described_top *top)
 {
     const kr_body *b = &scene->body;
@@ -85,9 +92,9 @@ static kr_status convert_to_internal(const kr_scene *scene, kr_kind kind, descri
     return KR_OK;
 }
 
-/* Sets up a motion in which alpha and beta have constant magnitudes, and phases with the constant
- * rates `first` and `second`. Such motions include those of sleeping, hanging and resting tops, and
- * of symmetric bodies without torque. */
+/* Sets `exact` to a motion with constant |alpha| and |beta|, whose phases have the constant rates
+ * `first` and `second` [rad per unit of time]: a sleeping, hanging or resting top, or a symmetric
+ * body without torque. `q` is the initial attitude. */
 static inline void set_up_steady_form(kr_exact_form *exact, kr_quat q, dd first, dd second)
 {
     const double a = length(q.w, q.z), b = length(q.x, q.y);
@@ -106,42 +113,33 @@ static inline void set_up_steady_form(kr_exact_form *exact, kr_quat q, dd first,
                              : a == 0.0 ? -2.0 * second.hi
                                         : first.hi - second.hi;
 }
-/* Sets the frame of the solution to q -> left * q * right. */
+/* Sets the linear map e->frame (kernel.h) of a closed form to q -> left * q * right. */
 static inline void set_frame(kr_exact_form *exact, kr_quat left, kr_quat right)
 {
     make_frame(exact->frame, left, right);
     exact->framed = 1.0;
 }
 
-/* The closed form of a torque-free top. The angular momentum m circulates in the body about a
- * principal axis a, called axis 3, which has the largest or the smallest moment I3. In the axes of
- * the solution, m points along e3, and the third axis is -a, with the height u = -a.e3 = -c dn(X).
- * The functions alpha and beta are theta1 and theta4 in the square of the nome. With the energy T,
- * the modulus k, m = |m| and the sums Q_n of elliptic_mean, the phases of both grow at the rate
- *     (m / I3 + e sum Q_n / 2) / 2,   e = 2T/m - m/I3,   p0^2 = 1/c^2.
- * D3 = |2T I3 - m^2| and D1 = |m^2 - 2T I1| are computed as sums of terms of equal sign (Jacobi
- * 1849; Whittaker, Dynamics, 69). */
-
 /* The principal axes, reordered so that axis 2 has the intermediate moment and the angular momentum
  * circulates around axis 3. The component of the angular momentum along axis 3 is nonnegative. */
 typedef struct body_axes {
     dd inertia[3], momentum[3], square; /* [M L^2], [M L^2 T^-1], m^2 */
     dd d1, d3;                          /* D1, D3 */
-    dd dm;                              /* a measure of the distance from the separatrix */
+    dd dm;                              /* |2T I2 - m^2|, which is 0 on the separatrix */
     double sense; /* 1 if I3 is the largest moment, -1 if it is the smallest */
     kr_quat turn; /* the attitude of these axes in the body */
 } body_axes;
 
-/* Returns the rotation that maps e3 to axis k, and e2 to axis `middle` or its negative. If
- * `reverse` is nonzero, e1 and e3 are mapped to the opposite directions. */
-static kr_quat find_axis_frame(int k, int middle, int reverse)
+/* Returns the rotation that maps e3 to the axis `third`, and e2 to the axis `middle` or its
+ * negative. If `reverse` is nonzero, e1 and e3 are mapped to the opposite directions. */
+static kr_quat find_axis_frame(int third, int middle, int reverse)
 {
     const double h = 0.5, r = 0.70710678118654752440;
-    kr_quat q = k == 2 ? q_one() : k == 0 ? q4(h, v3(h, h, h)) : q4(h, v3(-h, -h, -h));
-    if (middle == (k + 1) % 3) q = q_mul(q, q4(r, v3(0.0, 0.0, r)));
+    kr_quat q = third == 2 ? q_one() : third == 0 ? q4(h, v3(h, h, h)) : q4(h, v3(-h, -h, -h));
+    if (middle == (third + 1) % 3) q = q_mul(q, q4(r, v3(0.0, 0.0, r)));
     return reverse ? q_mul(q, q4(0.0, v3(0.0, 1.0, 0.0))) : q;
 }
-/* Reorders the principal axes, given three different moments and the momentum m in the body. */
+/* Returns the reordered axes, given three different moments and the momentum m along them. */
 static body_axes reorder_axes(const double inertia[3], const dd m[3])
 {
     int low = 0, high = 0;
@@ -179,7 +177,7 @@ static body_axes reorder_axes(const double inertia[3], const dd m[3])
     r.turn = find_axis_frame(high, middle, reverse);
     return r;
 }
-/* Returns a rotation that maps the direction of m to e3. A tiny m, which can occur together with a
+/* Returns a rotation that maps the direction of m to e3. A tiny m, which occurs together with a
  * much larger momentum of a rotor, is scaled up first, because its squares would underflow. */
 static kr_quat find_rotation_to_e3(kr_vec3 m)
 {
@@ -188,10 +186,11 @@ static kr_quat find_rotation_to_e3(kr_vec3 m)
     if (m.z >= 0.0) return q_unit(q4(h, v3(m.y, -m.x, 0.0)));
     return q_unit(q4(m.y, v3(h, 0.0, m.x)));
 }
-/* Sets up the solution for a body that rests, rotates about a principal axis, or has two equal
- * moments of inertia. Returns 0 for all other motions. The momentum m is along the principal axes,
- * `square` is |m|^2, and `left` maps e3 to the direction of the momentum in space. `half_turn` is
- * half the rate that an axial rotor adds to the rotation about axis 3. */
+/* Sets up the closed form of a torque-free body that rests, rotates about a principal axis, or has
+ * two equal moments. Returns 0 for all other motions. `m` contains the components of the momentum
+ * along the principal axes; `square` is |m|^2. `q` is the initial attitude; `left` maps e3 to the
+ * direction of m in space. `half_turn` is half the rate that an axial rotor adds to the rotation
+ * about axis 3. */
 static int set_up_steady_motion(kr_exact_form *exact, const double inertia[3], const dd m[3],
                                 dd square, dd half_turn, kr_quat q, kr_quat left)
 {
@@ -217,10 +216,9 @@ static int set_up_steady_motion(kr_exact_form *exact, const double inertia[3], c
     if (m[k].hi < 0.0) exact->spin_angle_rate = -exact->spin_angle_rate;
     return 1;
 }
-/* Returns the common rate of the phases of alpha and beta, and writes agm(1, k') to `mean`. The
- * arguments `c2`, `flat`, `k2` and `kp` are c^2, 1 - c^2, the square of the modulus k of the
- * elliptic functions, and the complementary modulus k'. For c^2 <= 1/4, the sum for
- * p0^2 = 1 + c2 k2 / flat is used, which avoids a division by c. */
+/* Returns the common rate of the phases of alpha and beta [rad per unit of time], and writes
+ * agm(1, k') to `mean`. The arguments `c2`, `flat`, `k2` and `kp` are c^2, 1 - c^2, k^2 and k'. For
+ * c^2 <= 1/4, p0^2 = 1 + c2 k2 / flat is used instead, which avoids a division by c. */
 static dd find_common_phase_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean)
 {
     const dd one = dd_of(1.0), size = dd_sqrt(a->square), ck = dd_mul(c2, k2);
@@ -235,7 +233,8 @@ static dd find_common_phase_rate(const body_axes *a, dd c2, dd flat, dd k2, dd k
     return dd_half(dd_add(k, dd_mul(excess, dd_sub(dd_div(dd_sub(one, drop), flat), cross))));
 }
 /* Sets the theta series of alpha and beta. Their arguments have the same imaginary part y, an
- * incomplete elliptic integral of the first kind. `average` is agm(1, k'). */
+ * incomplete elliptic integral of the first kind. `average` is agm(1, k'); for `c2`, `flat`, `k2`
+ * and `kp2` = k'^2, see find_common_phase_rate. */
 static void set_euler_series(kr_exact_form *exact, const body_axes *a, double c2, double flat,
                              dd k2, double kp2, dd average)
 {
@@ -262,15 +261,15 @@ static void set_euler_series(kr_exact_form *exact, const body_axes *a, double c2
         scale_theta(&exact->beta, above * quarter / evaluate_poly(exact->beta.even, 0.0));
     }
 }
-/* LEAST_SQUARE is a lower bound imposed on k^2, k'^2 and 1 - c^2 to keep quotients finite.
- * NEAR_SEPARATRIX_KP2 is the largest k'^2 at which the initial phase may be measured from the
- * intermediate axis. */
+/* LEAST_SQUARE is a lower bound imposed on k^2, k'^2 and 1 - c^2 to keep quotients finite. If k'^2
+ * is below NEAR_SEPARATRIX_KP2, the initial phase may be measured from the intermediate axis. */
 #define LEAST_SQUARE 1e-280
 #define NEAR_SEPARATRIX_KP2 1e-36
 
-/* Returns the initial phase of the nutation, in turns. The components of the momentum along axes 1
- * and 2 are proportional to cn and sn. `mean` is agm(1, k'). Near a separatrix, K is large, and the
- * difference K - x would be inaccurate for a phase x near K. Then sn(K - x) = cn/dn is used. */
+/* Returns the initial phase of the nutation in turns, F/4K, if the components of the momentum along
+ * axes 1 and 2 are proportional to cn F and sn F. `i31` and `i32` are |I3 - I1| and |I3 - I2|,
+ * `kp2` is k'^2, and `mean` is agm(1, k'). Near a separatrix, K is large, and K - F would be
+ * inaccurate for F near K. Then K - F is computed from sn(K - F) = cn F / dn F. */
 static dd find_initial_phase(const body_axes *a, dd i31, dd i32, double kp2, double mean)
 {
     const double pi = 3.14159265358979323846, way = a->sense < 0.0 ? -1.0 : 1.0;
@@ -288,8 +287,8 @@ static dd find_initial_phase(const body_axes *a, dd i31, dd i32, double kp2, dou
     if (cn < 0.0) x = pi - x;
     return dd_of((sn < 0.0 ? -x : x) / 6.283185307179586477);
 }
-/* Sets up the motion of a torque-free body that has three distinct moments of inertia and does not
- * rotate about a principal axis. */
+/* Sets up the closed form of a torque-free body with three distinct moments of inertia that does
+ * not rotate about a principal axis. For `q` and `left`, see set_up_steady_motion. */
 static void set_up_asymmetric_motion(kr_exact_form *exact, const body_axes *a, kr_quat q,
                                      kr_quat left)
 {
@@ -320,7 +319,7 @@ static void set_up_asymmetric_motion(kr_exact_form *exact, const body_axes *a, k
     set_initial_phase(&exact->first, first);
     set_initial_phase(&exact->second, first);
     /* The rotation about m by the constant difference between the phases of alpha and beta is part
-     * of the frame, so that alpha and beta use the same phase. */
+     * of the linear map e->frame, so that alpha and beta use the same phase. */
     sin_cos(pi * dd_sub(second, first).hi, &s, &c);
     set_frame(exact, q_mul(left, q4(c, v3(0.0, 0.0, s))),
               q_mul(q4(c, v3(0.0, 0.0, -s)), q_conj(turn)));
@@ -328,8 +327,8 @@ static void set_up_asymmetric_motion(kr_exact_form *exact, const body_axes *a, k
     /* The spin is the rotation about a, but the third axis of the solution is -a. */
     exact->spin_angle_rate = -exact->spin_angle_rate;
 }
-/* Returns the closed-form solution for a torque-free body, in internal units. `half_turn` is half
- * the rate that an axial rotor adds to the rotation about axis 3. */
+/* Returns the closed form of a torque-free body, in internal units. `half_turn` is half the rate
+ * that an axial rotor adds to the rotation about axis 3. */
 static kr_exact_form make_euler_form(const exact_top *top, dd half_turn)
 {
     const double pair = 0.5 * (top->inertia.x + top->inertia.y);
@@ -350,30 +349,30 @@ static kr_exact_form make_euler_form(const exact_top *top, dd half_turn)
     return exact;
 }
 
-/* The extreme nutation angles of a top, and the precession at these angles. With m3 = <m, e3>,
+/* The following functions compute the members of kr_nutation (kreisel.h). With m3 = <m, e3>,
  * c = <m, apex> and the nutation th, the energy is
  *     E = I1 th'^2/2 + U(th),   U = (m3 - c cos th)^2 / (2 I1 sin^2 th) + c^2/2 I3 + lever cos th,
  * where (m3 - c cos th)/sin th = ((m3 + c) tan th/2 + (m3 - c) cot th/2) / 2 loses no digits near a
  * pole. An axial rotor with the momentum h replaces c^2/2 I3 by (c - h)^2/2 I3. For a torque-free
  * body, the root u3 (lagrange.h) is infinite, but only the product g u3 is used. */
-/* Returns the nutation angle for the height u of the apex, given 1 - u and 1 + u. Values of at most
- * 2e-36 count as zero, because recompute_small_distances replaces smaller values by 1e-36. */
-static double find_nutation_angle(dd minus, dd plus)
+/* Returns the angle between apex and e3 [rad], given 1 - u and 1 + u for the height u of the apex.
+ * Values up to 2e-36 count as zero: recompute_small_distances imposes the lower bound 1e-36. */
+static double find_nutation_angle(dd one_minus_u, dd one_plus_u)
 {
-    const double least = 2e-36, low = minus.hi > least ? minus.hi : 0.0,
-                 high = plus.hi > least ? plus.hi : 0.0;
+    const double least = 2e-36, low = one_minus_u.hi > least ? one_minus_u.hi : 0.0,
+                 high = one_plus_u.hi > least ? one_plus_u.hi : 0.0;
     return 2.0 * atan2(sqrt(low), sqrt(high));
 }
-/* Returns the sign of the precession rate at the height u of the apex, given 1 - u and 1 + u.
- * Returns 0 if the rate is at most `tol` times the sum of the magnitudes of its two terms. */
-static int find_precession_sign(const initial *s, dd minus, dd plus, double tol)
+/* Returns the sign of the precession rate at the height u of the apex, given 1 - u and 1 + u, or 0
+ * if the rate is at most `tol` times the sum of the magnitudes of its two terms. */
+static int find_precession_sign(const initial *s, dd one_minus_u, dd one_plus_u, double tol)
 {
-    const dd one = dd_mul(s->sum, minus), two = dd_mul(s->difference, plus);
+    const dd one = dd_mul(s->sum, one_minus_u), two = dd_mul(s->difference, one_plus_u);
     const double all = dd_add(one, two).hi, size = fabs(one.hi) + fabs(two.hi);
     return fabs(all) <= tol * size ? 0 : all < 0.0 ? -1 : 1;
 }
 /* Returns the type of motion of a heavy top (kr_nutation), given its smallest and largest nutation
- * angles. Gravity must point downwards. Quantities count as equal if they agree within
+ * angles [rad]. Gravity must point downwards. Quantities count as equal if they agree within
  * KR_INPUT_RTOL: angles in radians, rates and momenta relative to the terms of their formulas. */
 static const char *classify_heavy_motion(const initial *s, const turning_points *r, double least,
                                          double greatest)
@@ -403,8 +402,7 @@ static void find_turning_times(const initial *s, const turning_points *r, double
     if (kp <= 1e-74 && !falls && here.hi > 0.0) *low = INFINITY;
 }
 /* Returns the turning points, in internal units, of a top whose weight * com along its axis is
- * nonnegative. Times are measured from the initial time. The argument `rotor` is the momentum of an
- * axial rotor divided by I3. */
+ * nonnegative. The initial time is 0. `rotor` is the momentum of an axial rotor divided by I3. */
 static kr_nutation find_turning_points(const exact_top *top, double rotor)
 {
     const dd i1 = equal_moment(top);
@@ -431,7 +429,6 @@ static kr_nutation find_turning_points(const exact_top *top, double rotor)
         find_turning_times(&s, &heights, &r.t_greatest, &r.t_least);
     return r;
 }
-/* Converts turning points that were computed with up and down interchanged. */
 static kr_nutation turn_nutation_over(kr_nutation r)
 {
     const double pi = 3.14159265358979323846;
@@ -446,8 +443,8 @@ static kr_nutation turn_nutation_over(kr_nutation r)
     return s;
 }
 
-/* Returns the closed-form solution for a Lagrange top, in internal units. `half_turn` is half the
- * rate that a rotor adds to the rotation about the symmetry axis. */
+/* Returns the closed form of a Lagrange top, in internal units. `half_turn` is half the rate that a
+ * rotor adds to the rotation about the symmetry axis. */
 static kr_exact_form make_lagrange_form(const exact_top *top, dd half_turn)
 {
     const int below = top->lever.hi < 0.0;
@@ -471,9 +468,9 @@ static kr_exact_form make_lagrange_form(const exact_top *top, dd half_turn)
     }
     return s.exact;
 }
-/* Returns 0 if the initial tilt and velocity of the axis are not both zero, but too small for the
- * closed-form solution. The time that an upright top takes to fall depends on the logarithm of its
- * initial tilt. The set-up uses the fourth power of the tilt, which may underflow below 1e-77. */
+/* Returns 0 if the initial tilt from the vertical and the horizontal momentum are both below 1e-70
+ * in internal units, but not both zero. The time that an upright top takes to fall depends on the
+ * logarithm of its tilt, and the fourth power of the tilt may underflow below 1e-77. */
 static int is_initial_tilt_resolved(const kr_scene *scene)
 {
     const kr_working w = kr_body_working(&scene->body);
@@ -485,8 +482,6 @@ static int is_initial_tilt_resolved(const kr_scene *scene)
     if (kr_scene_units(scene, &w, &units) != KR_OK) return 1; /* reported by other functions */
     return fmax(lean, push * (units.time / units.moment)) >= 1e-70;
 }
-/* Writes the closed-form solution for a scene to `memory`. If `own` is nonzero, the solution is
- * expressed in internal axes and units. */
 static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *memory,
                             kr_exact_info *info)
 {
@@ -521,8 +516,8 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     info->refusal = KR_REFUSAL_NONE;
     return KR_OK;
 }
-/* Returns 1 if the body, with its rotor, is symmetric about its apex: the direction of the centre
- * of mass or, if the fixed point is the centre of mass, T. */
+/* Returns 1 if the body, with its rotor, is symmetric about its apex: the direction from the fixed
+ * point to the centre of mass or, if these coincide, T. */
 static int is_symmetric_about_apex(const kr_body *body, kr_kind kind)
 {
     const kr_vec3 i = body->inertia, h = body->rotor;
