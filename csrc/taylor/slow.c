@@ -115,12 +115,13 @@ static void bound_slow_velocities(const kr_taylor *p, const slow_directions *slo
  * bound[i] on a strongly damped u_i (bound_slow_velocities), or the largest angular velocity if all
  * bound[i] are 0. On a rotating support or while friction holds the top, the result is at least
  * ROUNDED times the other velocities from which u_i is computed with rounding errors. */
-static double error_scale(const kr_taylor *p, const slow_directions *slow, const double bound[3])
+static double find_error_scale(const kr_taylor *p, const slow_directions *slow)
 {
     const kr_series *s = p->series;
     const kr_vec3 known =
         slow->is_held ? find_weakly_damped_velocity(s, slow) : get_support_velocity(s, slow);
-    double least = 1.0, largest = 0.0;
+    double bound[3], least = 1.0, largest = 0.0;
+    bound_slow_velocities(p, slow, bound);
     for (int i = 0; i < slow->count; i++) {
         largest = fmax(largest, bound[i]);
         if (bound[i] > 0.0) least = fmin(least, bound[i]);
@@ -129,6 +130,15 @@ static double error_scale(const kr_taylor *p, const slow_directions *slow, const
                  rounded = fmax(v_largest(known), slow->is_held ? largest : 0.0);
     least = fmax(fmin(fmax(least, NEGLIGIBLE * most), most), ROUNDED * rounded);
     return fmax(least, TINY_VELOCITY);
+}
+/* Returns the velocity to which distances from the slow manifold of the directions `slow` are
+ * relative. After a step with the larger set `strong` has failed, the tolerance of a step is that
+ * of `strong`, so that a distance relative to its error scale may be an error of earlier steps. */
+static double find_distance_scale(const kr_taylor *p, const slow_directions *slow,
+                                  const slow_directions *strong)
+{
+    const double own = find_error_scale(p, slow);
+    return strong ? fmax(own, find_error_scale(p, strong)) : own;
 }
 
 #include "math/real.h"
@@ -184,9 +194,7 @@ static double log2_step_size(const kr_series *s, int n, double log2_tol)
 }
 static double log2_absolute_tolerance(const kr_taylor *p, const slow_directions *slow)
 {
-    double bound[3];
-    bound_slow_velocities(p, slow, bound);
-    return p->log2_tol + log2(error_scale(p, slow, bound));
+    return p->log2_tol + log2(find_error_scale(p, slow));
 }
 
 /* Ends the step where the last Taylor terms are 2^log2_tol, and evaluates the series there. With
@@ -212,8 +220,8 @@ static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const k
 }
 /* Returns 1 if an expansion on the slow manifold is worth trying: the distance |u_i'| / d_i of each
  * strongly damped u_i from it is at most the largest of bound[i] / 4 (bound_slow_velocities),
- * `near` times error_scale and, after the transient (`is_settled`), |u_i| / 4. */
-static int may_be_near_manifold(const kr_taylor *p, const slow_directions *slow, double near,
+ * `small` and, after the transient (`is_settled`), |u_i| / 4. */
+static int may_be_near_manifold(const kr_taylor *p, const slow_directions *slow, double small,
                                 int is_settled)
 {
     const kr_series *s = p->series;
@@ -225,8 +233,7 @@ static int may_be_near_manifold(const kr_taylor *p, const slow_directions *slow,
                  share = is_settled ? 0.25 : 0.0;
     double change[3] = {0.0, 0.0, 0.0}, bound[3];
     bound_slow_velocities(p, slow, bound);
-    const double small = fmax(near * error_scale(p, slow, bound), rounding),
-                 noise = fmax(small, TINY_VELOCITY);
+    const double noise = fmax(fmax(small, rounding), TINY_VELOCITY);
     for (int k = 0; k < slow->count; k++) {
         if (!slow->is_slow[k]) continue;
         const double off = v_dot(high_words(slow->dual[k]), rate) * p->rate / slow->drag[k].hi;
@@ -268,13 +275,15 @@ static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kern
     double wait = 0.0;
     int exponent;
     if (!strong && clock < p->try_slow) return 0;
-    if (off < UNRESOLVED && !may_be_near_manifold(p, slow, near, off >= 1.0)) return 0;
+    if (off < UNRESOLVED &&
+        !may_be_near_manifold(p, slow, near * find_distance_scale(p, slow, strong), off >= 1.0))
+        return 0;
     frexp(slow->rate, &exponent);
     if (slow->rate > 0.0) kr_taylor_set_rate(p, motion, ldexp(1.0, exponent), slow->supports);
     const double friction = slow->is_held ? kr_support_friction(motion, p->rate) : 0.0;
     if (kr_taylor_is_extended(motion)
-            ? deep_expand(p, slow, kernel->order, off, 0x1p-96, friction, &wait)
-            : plain_expand(p, slow, kernel->order, off, 0x1p-48, friction, &wait)) {
+            ? deep_expand(p, slow, strong, kernel->order, off, 0x1p-96, friction, &wait)
+            : plain_expand(p, slow, strong, kernel->order, off, 0x1p-48, friction, &wait)) {
         end_step_by_tolerance(p, motion, kernel, slow,
                               strong ? log2_absolute_tolerance(p, strong) : p->log2_tol);
         return 1;

@@ -276,16 +276,16 @@ static int REAL(is_on_manifold)(const REAL(terms) * s, const kr_series from[2],
 /* Expands the motion on the slow manifold about the end of the last step, and writes the
  * coefficients to p->series. The iteration ends when no coefficient of order at most `order` / 2
  * changes by more than `noise` times the largest bound on a strongly damped u_i. `near` is the
- * permitted relative distance (is_on_manifold); `friction` is the largest friction torque, if
- * friction holds the top. Returns 0 if the iteration does not converge, or if the motion is not on
- * the manifold. `wait` is then an estimate of the time to reach it, in the units of the series. */
-static int REAL(expand)(kr_taylor *p, const slow_directions *slow, int order, double near,
-                        double noise, double friction, double *wait)
+ * permitted relative distance (is_on_manifold), relative to find_distance_scale(p, slow, strong).
+ * `friction` is the largest friction torque, if friction holds the top. Returns 0 if the iteration
+ * does not converge, or if the motion is not on the manifold. `wait` is then an estimate of the
+ * time to reach it, in the units of the series. */
+static int REAL(expand)(kr_taylor *p, const slow_directions *slow, const slow_directions *strong,
+                        int order, double near, double noise, double friction, double *wait)
 {
-    double bound[3], moved = INFINITY;
+    const double scale = find_distance_scale(p, slow, strong);
+    double bound[3], moved = INFINITY, size = find_error_scale(p, slow);
     bound_slow_velocities(p, slow, bound);
-    const double least = error_scale(p, slow, bound);
-    double size = least;
     REAL(terms) s;
     REAL(begin_expansion)(&s, slow, p->series, p->rate);
     for (int i = 0; i < slow->count; i++)
@@ -298,7 +298,7 @@ static int REAL(expand)(kr_taylor *p, const slow_directions *slow, int order, do
     if (moved > noise * size) return 0;
     /* Iterate once more, because the friction torque is inaccurate if large terms nearly cancel. */
     if (slow->is_held) REAL(iterate_once)(&s, slow, order);
-    if (!REAL(is_on_manifold)(&s, p->series, slow, bound, least, near, wait)) return 0;
+    if (!REAL(is_on_manifold)(&s, p->series, slow, bound, scale, near, wait)) return 0;
     for (int n = 0; n < order; n++) REAL(next_attitude)(&s, U_OF(slow), n);
     if (slow->slides) REAL(find_spin)(&s, U_OF(slow), order, p->series);
     if (slow->is_held) REAL(find_friction_ratio)(&s, slow, p->rate, friction, order);
