@@ -397,6 +397,7 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     for (int i = 0; i < 3; i++)
         top->bend[i] = dd_sub(top->rate[(i + 2) % 3], top->rate[(i + 1) % 3]);
     memset(plan, 0, sizeof *plan);
+    make_frame(plan->map, q_one(), q_one()); /* with which make_plan evaluates R S */
     kr_quat tilt;
     info->refusal = make_plan(memory, &tilt, &info->certificate);
     if (info->refusal != KR_REFUSAL_NONE) return KR_ERR_METHOD;
@@ -414,7 +415,6 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     }
     plan->torus.begin = own ? 0.0 : scene->start.t;
     plan->momentum = own ? m : scene->start.m;
-    make_frame(plan->map, q_one(), q_one());
     const kr_quat first = gyrostat_after(plan, 0.0, dd_of(0.0)).q,
                   left = q_mul(q_mul(round_quaternion(turn), tilt), q_conj(first)),
                   axes = own ? working.axes : q_conj(body->axes);
