@@ -574,9 +574,9 @@ static void sum_taylor_series(dd c[6][ORDER + 1], double span, dd out[6])
     }
 }
 /* Computes the point of an arc whose w is `upper` below the upper end and `lower` above the lower
- * end of the arc. If the lower end is at infinity, `lower` is not used. `next_upper` is the value of
- * `upper` a short time later, and determines the sign of x. Returns 0 if the point is too close to
- * an end: |sin(x/2)| or |cos(x/2)| is at most `least`. */
+ * end of the arc. If the lower end is at infinity, `lower` is not used. `next_upper` is the value
+ * of `upper` a short time later, and determines the sign of x. Returns 0 if the point is too close
+ * to an end: |sin(x/2)| or |cos(x/2)| is at most `least`. */
 static int find_start_point(const kowalewski_arc *arc, dd upper, dd lower, dd next_upper,
                             double least, start_point *out)
 {
