@@ -64,9 +64,9 @@ static kr_refusal find_branch_points(chaplygin_curve *o)
 }
 static dd ordered_root(const chaplygin_curve *o, int i) { return o->root[o->order[i]]; }
 
-/* Sets the coefficients A, B, C, a and b of the arc between the real roots with the places `low`
- * and low + 1 in ascending order. The choice of C moves the next lower and the next higher root, as
- * values of x, as far from real x as possible. */
+/* Sets the coefficients A, B, C, a and b of the arc from the real root with the place `low` in
+ * ascending order to the next higher one. The choice of C moves the other neighbours of both ends,
+ * as values of x, as far from the real axis as possible. */
 static void make_arc(const chaplygin_curve *o, int low, chaplygin_arc *arc)
 {
     const int n = o->real;
@@ -85,8 +85,7 @@ static void make_arc(const chaplygin_curve *o, int low, chaplygin_arc *arc)
         arc->b[i] = dd_sub(to, o->root[i]);
     }
 }
-/* Sets up the arcs of Chaplygin's variables, whose initial values are u. Returns 0 if u1 or u2 lies
- * outside its arc. */
+/* Sets up the arcs of Chaplygin's variables. Returns 0 if an initial value u is outside its arc. */
 static int make_arcs(const chaplygin_curve *o, const dd u[2], chaplygin_arc arc[2])
 {
     const int lower =
@@ -213,7 +212,6 @@ typedef struct chaplygin_work {
     chaplygin_point second[MOST_SAMPLES][HEADING_NODES];
     double tail; /* largest relative size of the terms that are left out */
 } chaplygin_work;
-
 /* Replaces the n = 2^j numbers in w->fourier by their Fourier transform (Cooley and Tukey 1965). */
 static void fourier_transform(chaplygin_work *w, int n)
 {
@@ -241,7 +239,6 @@ static void fourier_transform(chaplygin_work *w, int n)
 typedef struct arc_place {
     double alpha, x, slope, s, c;
 } arc_place;
-
 /* Changes `at` to a point whose x differs by less than 1e-9 from that of the given alpha, by Newton
  * steps in an interval that contains the solution. alpha is between 0 and pi. */
 static void move_to_alpha(const chaplygin_arc *arc, const kr_chaplygin_arc *e, double alpha,
@@ -342,8 +339,8 @@ static void sample_second_arc(chaplygin_work *w, int n)
     }
 }
 /* Writes the growth of psi from a section to the next one for the n values of alpha2 of w->second.
- * Returns the largest Legendre coefficient of degree 7 of the integrand. Its square is about the
- * error of the quadrature. */
+ * The error of the quadrature is about the square of the result, which is the largest Legendre
+ * coefficient of degree 7 of the integrand. */
 static double find_heading_growth(const chaplygin_work *w, int section, int n, double growth[])
 {
     const kr_chaplygin_plan *const plan = &w->plan;
@@ -411,8 +408,8 @@ static int append_slow_term(kr_chaplygin_plan *plan, dd ratio, int k, double mis
     sincos_turns(dd_half(step), &e->sine, &unused);
     return 1;
 }
-/* Replaces the coefficients G_k of the change of psi after each section by the conjugates of the
- * coefficients B_k of psi on this section, for k < n/2. `ratio` is rho. `half` is half of alpha2
+/* Replaces the coefficients of the change of psi after each section (conjugates of G_k) by those of
+ * psi on this section (conjugates of B_k), for k < n/2. `ratio` is rho. `half` is half of alpha2
  * [turns] at alpha1 = pi. Returns 0 if there are too many slow terms. */
 static int accumulate_section_changes(kr_chaplygin_plan *plan, dd ratio, int n, dd half)
 {
@@ -440,8 +437,7 @@ static int accumulate_section_changes(kr_chaplygin_plan *plan, dd ratio, int n, 
     }
     return 1;
 }
-/* Shortens the n/2 cosines and n/2 sines of all sections to those up to the last significant
- * one. */
+/* Removes small last terms from the n/2 cosines and n/2 sines of each section. */
 static void drop_small_terms(kr_chaplygin_plan *plan, int n)
 {
     double *const from = plan->term + plan->first;
@@ -488,15 +484,13 @@ static int make_sections(chaplygin_work *w, dd ratio, dd half)
 
 static const torus_kind chaplygin = {KR_KIND_GORYACHEV_CHAPLYGIN, 4.0, 4.0, 1.0};
 
-/* The initial values of Chaplygin's variables u1 and u2, and for each of them a square root of
- * |u| exp(i chi) (see find_separation). */
+/* The initial values of Chaplygin's variables u, and for each a square root of |u| exp(i chi). */
 typedef struct separation {
     dd u[2];
     cdd root[2];
 } separation;
-
-/* Sets H and G. If G is negative, reverses axis 3 by turning the body axes through pi about axis 1,
- * which makes G positive. */
+/* Sets H and G. If G is negative, turns the axes of the closed form through pi about axis 1, which
+ * reverses the sign of G. */
 static void set_integrals(torus_start *start, torus_units *way, chaplygin_curve *o)
 {
     dd *const L = start->momentum, *const g = start->up;
@@ -593,9 +587,8 @@ static dd set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2])
     plan->ratio = ratio.hi;
     return ratio;
 }
-/* Sets the initial mean angles: the torus angles, of which `half` contains halves [turns], minus
- * their part that is periodic in t. `time` contains the initial periodic parts of t. Returns half
- * of alpha2 [turns] where alpha1 is pi. */
+/* Sets the initial mean angles. `half` is half of each initial torus angle [turns]. `time` contains
+ * the initial periodic parts of t. Returns half of alpha2 [turns] where alpha1 is pi. */
 static dd set_mean_angles(kr_chaplygin_plan *plan, dd ratio, const dd half[2], const double time[2])
 {
     const double slip = -(time[0] + time[1]) / plan->mean;

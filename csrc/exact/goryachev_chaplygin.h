@@ -7,12 +7,11 @@
  * Chaplygin's variables u1 > 0 > u2 oscillate on intervals, called arcs. On each arc, with an angle
  * chi, c + i s = sqrt|u| exp(i chi/2). c and s are functions of an angle x, and x - alpha is a
  * periodic function of alpha. t is a multiple of tau plus a periodic function of each alpha.
- * Newton's method solves this equation for tau. The mean angles are alpha1 and alpha2 without their
- * periodic dependence on t. Angles are stored as halves of their values in turns.
+ * Newton's method solves this equation for tau. The mean angles are the linear part of alpha1 and
+ * alpha2 as functions of t.
  *
- * psi is not a sum of functions of alpha1 and of alpha2. On each section (a line alpha1 = pi j/J, j
- * = 0 ... J - 1), psi is therefore a Fourier series in alpha2. From a section to the next one, it
- * is an integral over tau. */
+ * psi is not a sum of functions of alpha1 and of alpha2. On the sections (lines on the torus)
+ * alpha1 = pi j/J, psi is therefore a Fourier series in alpha2, and between them an integral. */
 #ifndef KR_EXACT_GORYACHEV_CHAPLYGIN_H
 #define KR_EXACT_GORYACHEV_CHAPLYGIN_H
 #include "torus.h"
@@ -38,9 +37,8 @@ typedef struct kr_chaplygin_arc {
     int has_sine[2], has_cosine[2]; /* 1 if the end at x = 0, or at x = pi, is a root of p+, p- */
     double sign;                    /* of sqrt|u| cos(chi/2) for 0 < x < pi */
     double half_rate;               /* rate of half of alpha [turns] */
-    /* Cells are intervals of equal length between alpha = 0 and pi. Each cell has CELL_TERMS
-     * Chebyshev coefficients of (x - alpha)/2 [turns], and then of the periodic part of t. Both
-     * functions of alpha are odd. */
+    /* Cells are intervals of equal length between alpha = 0 and pi. Each cell has the Chebyshev
+     * coefficients of two odd functions: (x - alpha)/2 [turns], then the periodic part of t. */
     int cells, first; /* `cells` is a power of two; index of the first coefficient */
 } kr_chaplygin_arc;
 /* A nearly resonant (slow) term of the Fourier series of psi: its phase changes little in a turn of
@@ -50,7 +48,6 @@ typedef struct kr_slow_term {
     double step, step_more; /* [turns] */
     double sine;            /* of half of a step */
 } kr_slow_term;
-
 typedef struct kr_chaplygin_plan {
     kr_torus torus;
     kr_chaplygin_arc arc[2];
@@ -78,7 +75,6 @@ typedef struct cell_place {
     const double *row[LANES];
     wide y, side; /* side: -1 where alpha is between -pi and 0, and 1 elsewhere */
 } cell_place;
-
 INLINE cell_place find_cell(const kr_chaplygin_plan *plan, int j, dd half)
 {
     const kr_chaplygin_arc *const arc = &plan->arc[j];
@@ -96,10 +92,9 @@ INLINE cell_place find_cell(const kr_chaplygin_plan *plan, int j, dd half)
         r.row[lane] = plan->term + arc->first + 2 * CELL_TERMS * (int)at[lane];
     return r;
 }
-/* Writes a function of the torus angle for each of `arcs` arcs, at the places p: (x - alpha)/2
- * [turns] if `which` is 0, or the periodic part of t if it is 1. Even and odd terms have
- * independent Clenshaw recurrences: T_2k(y) = T_k(z) and T_2k+1(y) = y (U_k(z) - U_k-1(z)) with z =
- * T_2(y). */
+/* Writes a function of the torus angle for each of `arcs` arcs at the places p: (x - alpha)/2
+ * [turns] if `which` is 0, or the periodic part of t if it is 1. Even and odd terms have separate
+ * recurrences (Clenshaw): T_2k(y) = T_k(z), T_2k+1(y) = y (U_k(z) - U_k-1(z)), z = T_2(y). */
 INLINE void evaluate_cell_series(const cell_place p[], int arcs, int which, wide out[])
 {
     const int first = which * CELL_TERMS;
@@ -124,7 +119,6 @@ INLINE void evaluate_cell_series(const cell_place p[], int arcs, int which, wide
 typedef struct chaplygin_point {
     wide c, s, size;
 } chaplygin_point;
-
 /* Writes |p+| D^3/2 and |p-| D^3/2 without the factor s^2 or c^2 of each end of the arc. ss and cc
  * are s^2 and c^2, with the sine s and the cosine c of x/2. */
 INLINE void find_arc_products(const kr_chaplygin_arc *arc, wide ss, wide cc, wide D, wide out[2])
@@ -140,8 +134,8 @@ INLINE void find_arc_products(const kr_chaplygin_arc *arc, wide ss, wide cc, wid
         out[k] = wide_abs(out[k]);
     }
 }
-/* Returns the point of the arc where x/2 has the sine s and the cosine c. The relative errors
- * remain small where u is close to zero. */
+/* Returns the point where x/2 has the sine s and the cosine c. The relative errors remain small
+ * where u is close to zero. */
 INLINE chaplygin_point find_chaplygin_point(const kr_chaplygin_arc *arc, wide s, wide c)
 {
     const wide ss = s * s, cc = c * c, D = arc->C * ss + cc, one = 1.0 / D;
@@ -286,8 +280,8 @@ INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, wide n)
     }
     return sum;
 }
-/* Returns psi minus its constant of integration, for half of each torus angle [turns]. half[0]
- * lacks `turns` whole turns of alpha1. */
+/* Returns psi, up to a constant. The torus angles are 2 half[0] + `turns` and 2 half[1], in turns,
+ * where `turns` is a whole number. */
 INLINE wide find_heading(const kr_chaplygin_plan *plan, const dd half[2], wide turns)
 {
     const wide turn = nearest(2.0 * half[0].hi), ahead = 2.0 * half[0].hi - turn,
@@ -307,8 +301,8 @@ INLINE wide find_heading(const kr_chaplygin_plan *plan, const dd half[2], wide t
     const wide sign = minus_where(is_odd) * (plan->is_even ? side : wide_splat(1.0));
     return sign * value + sum_slow_terms(plan, turns + turn);
 }
-/* Returns the state, with this `time`, for half of each mean angle [turns]. mean[0] lacks `turns`
- * whole turns of alpha1. */
+/* Returns the state at `time`. The mean angles are 2 mean[0] + `turns` and 2 mean[1], in turns,
+ * where `turns` is a whole number. */
 INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time, const dd mean[2],
                                        wide turns)
 {
@@ -318,8 +312,7 @@ INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time,
     find_points(plan, 0, 1, half, p, NULL);
     const wide c1 = p[0].c, c2 = p[1].c, s1 = p[0].s, s2 = p[1].s,
                size = (c1 * c1 + s1 * s1) + (c2 * c2 + s2 * s2);
-    /* psi/2 in turns. The low part of turns_per_radian is below the rounding error of the
-     * series. */
+    /* psi/2 in turns; the low part of turns_per_radian is below the error of the series */
     const wide near = 0.5 * (find_heading(plan, half, turns) * turns_per_radian().hi);
     dd heading = two_sum(wide_splat(plan->heading_start), near - nearest(near));
     heading.lo = heading.lo + plan->heading_more;

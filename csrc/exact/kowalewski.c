@@ -27,7 +27,6 @@ typedef struct kowalewski_curve {
     dd root[ROOTS];
     int order[ROOTS], real; /* indices of the real roots, ascending; their number */
 } kowalewski_curve;
-
 /* A real pole w of the integrand of the heading, with N - w D = a sin^2 + b cos^2 of x/2. */
 typedef struct heading_pole {
     dd a, b, value;  /* value: sqrt(a b)/2 if is_adjacent, or 0 */
@@ -65,7 +64,6 @@ static void set_curve(kowalewski_curve *o, const dd y[6], dd l)
     o->root[ROOT_MINUS_K] = dd_neg(o->k);
     o->real = sort_real_roots(o->root, ROOTS, o->pair ? 1 : ROOTS, o->order);
 }
-/* Returns the i-th real root in ascending order. */
 static dd ordered_root(const kowalewski_curve *o, int i) { return o->root[o->order[i]]; }
 
 /* The accurate difference between a root e of phi and a nearby branch point a, which is k or -k. As
@@ -77,7 +75,6 @@ typedef struct close_roots {
     dd apart;  /* root i minus root j, if `apply` is 1 */
     double resolution;
 } close_roots;
-
 static close_roots find_close_roots(const kowalewski_curve *o, int i, int j)
 {
     const int first = i < j ? i : j;
@@ -123,7 +120,6 @@ typedef struct arc_gaps {
     dd up, down, below; /* k - w1; w1 minus the lower end; the upper end minus w2 */
     double mismatch;    /* relative error of the equations that were not solved (refine_gaps) */
 } arc_gaps;
-
 /* Returns q^2 (w1 - e)(e - w2) for an end e of an arc, the branch point with index i. With
  * A^2 = 2 (e + h), B^2 = e^2 + c and A B = l, this product is the square of
  *     A (p^2 + q^2 - e)/2 + B p   for a root of phi, and of re_z = Re z (find_arc_gaps) for -k. */
@@ -212,7 +208,6 @@ typedef struct singularities {
     int count;
     cdd cosine[ROOTS + 1 + FOLDS];
 } singularities;
-
 /* Returns the hyperbolic sine of |Im x|, given cos x. */
 static dd sinh_of_imaginary_part(cdd cosine)
 {
@@ -234,9 +229,9 @@ static int find_symmetry_line(cdd cosine)
     const cx u = crosswise ? s : c;
     return fabs(u.im) > 1e-6 * fabs(u.re) ? -1 : crosswise;
 }
-/* Returns the smallest sinh |Im x| of all singularities x. A Landen transformation can remove
- * singularities with Re x = 0, pi/2 or pi: writes their smallest sinh |Im x| to `height`, and
- * whether Re x = pi/2 there (1 or 0) to `crosswise`. */
+/* Returns the smallest sinh |Im x| of all singularities x. Writes the smallest one for Re x = 0,
+ * pi/2 or pi, where a Landen transformation can remove x, to `height`, and whether Re x = pi/2
+ * there (1 or 0) to `crosswise`. */
 static double find_nearest_singularity(const singularities *v, dd *height, int *crosswise)
 {
     double least = INFINITY;
@@ -331,7 +326,7 @@ static void choose_scale(kowalewski_arc *arc, dd scale)
     scale_arc(arc, scale);
     if (choose_landen_transformations(arc) < plain) *arc = old;
 }
-/* Sets up the arc of w1, between the two largest real branch points, and the arc of w2, from minus
+/* Sets up the arc of w1, between the largest two real branch points, and the arc of w2, from minus
  * infinity to the smallest one. */
 static void make_arcs(const kowalewski_curve *o, kowalewski_arc arc[2])
 {
@@ -536,12 +531,10 @@ static void add_sines(const kowalewski_arc *arc, double s, double c, double thet
 
 enum { ORDER = 12 }; /* of Taylor series */
 
-/* A point of an arc: the sine and cosine of x/2, the angle y, and the sums of the arc's sine series
- * in theta1 and theta2. */
+/* A point of an arc: sine and cosine of x/2, y, and the arc's sine series in theta1 and theta2. */
 typedef struct start_point {
     double s, c, angle, theta[2];
 } start_point;
-
 static cdd complex_root(const kowalewski_curve *o, int i)
 {
     if (!o->pair || i == 0 || i >= ROOT_K) return cdd_of_real(o->root[i]);
@@ -645,7 +638,6 @@ typedef struct kowalewski_work {
     double start[2];   /* initial theta1 and theta2 */
     double separatrix; /* see separatrix_error */
 } kowalewski_work;
-
 /* Returns 1 if the upper end of the first arc is k, and w1 and w2 lie on their arcs. This condition
  * has not been proved, but holds for 1e6 random tops (docs/theory/closed_form.md). */
 static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
@@ -673,9 +665,8 @@ static double distance_relative_error(const kowalewski_curve *o, int i, int j)
     const double distance = root_distance(o, i, j), digits = 1e-31;
     return i < ROOT_K && j < ROOT_K ? digits / (distance * distance) : digits / distance;
 }
-/* Returns the largest relative error of the distances on whose logarithms the frequencies of the
- * motion depend: the distance from each arc to the next branch point of F and, if an arc passes
- * between e1 and e2, the distance of these complex roots. */
+/* Returns the largest relative error of the distances on whose logarithms the frequencies depend:
+ * from each arc to the next branch point and, if an arc passes between them, from e1 to e2. */
 static double separatrix_error(const kowalewski_curve *o)
 {
     const int top = o->real - 2;
@@ -688,8 +679,8 @@ static double separatrix_error(const kowalewski_curve *o)
     }
     return most;
 }
-/* Returns the smallest distance between two branch points, divided by 1 + k. Where close_roots
- * applies, its `resolution` replaces the distance. */
+/* Returns the smallest distance of two branch points, divided by 1 + k. For two close ones, their
+ * `resolution` (close_roots) replaces the distance. */
 static double least_distance(const kowalewski_curve *o)
 {
     double least = INFINITY;
@@ -812,9 +803,8 @@ static double find_signs(kr_kowalewski_plan *plan, const start_point point[2], c
     memcpy(plan->sign, sign, sizeof sign);
     return best;
 }
-/* Computes the branch points, arcs, series, rates and initial torus angles in w, and the arcs and
- * Koetter's constants in w->plan, for the initial state `start` = (p, q, r, g1, g2, g3). Returns
- * the reason for a failure, or KR_REFUSAL_NONE. */
+/* Computes the members of w, and the arcs and Koetter's constants in w->plan, for the initial state
+ * `start` = (p, q, r, g1, g2, g3). Returns the reason for a failure, or KR_REFUSAL_NONE. */
 static kr_refusal analyse_curve(const dd start[6], dd l, kowalewski_work *w)
 {
     kr_kowalewski_plan *plan = &w->plan;
@@ -955,9 +945,7 @@ static double fill_plan(kowalewski_work *w)
 /* Numbers of points of the torus at which the closed form is tested. If the error at FEW_POINTS
  * exceeds KR_TORUS_ROUNDING, MANY_POINTS are tested. */
 enum { FEW_POINTS = 16, MANY_POINTS = 64 };
-
-/* Returns the largest error (find_taylor_error) of the closed form a short time after each of
- * `points` points of the torus. */
+/* Returns the largest error of the closed form (find_taylor_error) at this number of points. */
 static double find_largest_error(const kr_kowalewski_plan *plan, int points)
 {
     double miss = 0.0;

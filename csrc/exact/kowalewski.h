@@ -41,9 +41,8 @@ typedef struct kr_kowalewski_arc {
     double scale; /* dw/F = scale D dx / (product of the square roots of all way * (N - e D)) */
     /* For complex e1, way * (N - e1 D) = half * (center[0] - cos x) - center[1] + i im D. */
     double half, center[2], im;
-    /* For a pole w = +-sqrt(-c) of dpsi/dw, N - w D = both_a sin^2 + both_b cos^2 of x/2. pole_a
-     * and pole_b are square roots of |both_a| and |both_b| for the `poles` poles next to the arc;
-     * pole_a has the sign of l. */
+    /* N - w D = both_a sin^2 + both_b cos^2 of x/2 for the poles w = +-sqrt(-c) of dpsi/dw. For the
+     * `poles` poles next to the arc, pole_a^2 = |both_a| and pole_b^2 = |both_b|. */
     double pole_a[2], pole_b[2], both_a[2], both_b[2];
     int poles, low, high, folds; /* low, high: the branch points at x = pi and x = 0 */
     kr_fold fold[FOLDS];         /* from x to y */
@@ -53,7 +52,6 @@ typedef struct kr_kowalewski_arc {
 typedef struct kr_harmonic {
     double angle[4], heading[4];
 } kr_harmonic;
-
 typedef struct kr_kowalewski_plan {
     kr_torus torus; /* its phases are theta1/2, theta2/2 and half of the heading */
     double l, c, k;
@@ -269,9 +267,9 @@ INLINE jacobian invert_jacobian(const angle_series *series, wide step_1, wide st
     return (jacobian){{e * n, -b * n}, {-c * n, a * n}};
 }
 /* Writes the Newton step [rad], to be subtracted from d in y = theta + d, and the inverse Jacobian
- * matrix after it. The first `terms` terms of the series are used. A step below 0.1 includes
- * Chebyshev's correction for second derivatives. A longer one is shortened to at most 1. Returns
- * the larger component of the step before these changes. */
+ * matrix after it. The first `terms` terms of the series are used. A step below 0.1 is corrected
+ * for second derivatives (Chebyshev). A longer one is shortened to at most 1. Returns the larger
+ * component of the step before these changes. */
 INLINE wide find_newton_step(const kr_kowalewski_plan *plan, int terms, const arc_angle y[2],
                              const wide d[2], jacobian *after, wide step[2])
 {
@@ -298,9 +296,8 @@ INLINE wide find_newton_step(const kr_kowalewski_plan *plan, int terms, const ar
     *after = invert_jacobian(&series, -step[0], -step[1]);
     return size;
 }
-/* Sets the angles y to theta + d, where d has just decreased by `step`. Where the step is below
- * SMALL_STEP (the lanes of `are_small`), a Taylor polynomial in the step computes the sine and
- * cosine of y from those of the old y. */
+/* Sets the angles y to theta + d, where d has just decreased by `step`. In the lanes of `are_small`
+ * (step < SMALL_STEP), a Taylor polynomial in the step updates the sine and cosine of y. */
 INLINE void move_angles(const dd theta[2], const wide d[2], const wide step[2], mask are_small,
                         arc_angle y[2])
 {
@@ -527,9 +524,8 @@ INLINE half_angle find_half_angle(const kr_kowalewski_arc *arc, const arc_angle 
     r.cosine = c;
     return r;
 }
-/* The quantities of Koetter's formulas at a point of an arc: g0 is g_0, and `g` is g_1 and g_2.
- * `minus` and `plus` are the square roots of |k D - N| and |k D + N|. In the functions that compute
- * these quantities, `rate` is dx/dt. */
+/* The quantities of Koetter's formulas at a point of an arc: g0 is g_0, `g` is g_1 and g_2, `minus`
+ * is the square root of |k D - N|, and `plus` that of |k D + N|. Below, `rate` is dx/dt. */
 typedef struct arc_point {
     dual N, D, d, g0, h, minus, plus;
     pair g;
@@ -708,7 +704,6 @@ typedef struct body_state {
 typedef struct heading_vector {
     wide x, y, z, square, terms, re, im;
 } heading_vector;
-
 /* Removes the vertical part of v. `terms` is the sum of the magnitudes of the terms of v. */
 INLINE void make_horizontal(heading_vector *v, const body_state *b, wide terms)
 {

@@ -1,8 +1,8 @@
 /* The common part of the closed forms of Kowalewski and Goryachev-Chaplygin tops and of free
  * gyrostats. A motion covers an invariant torus, on which two angles grow at constant rates. A plan
- * contains the numbers that describe one motion. It is a struct of fixed size, which begins with a
- * kr_torus and ends with the coefficients of series. The axes of a closed form are body axes. The
- * user's axes are the frame of description (kreisel.h). e3 is the upward vertical. */
+ * contains the numbers of one motion: it is a struct of fixed size that begins with a kr_torus. The
+ * axes of a closed form are body axes. The user's axes are the frame of description (kreisel.h). e3
+ * is the upward vertical. */
 #ifndef KR_EXACT_TORUS_H
 #define KR_EXACT_TORUS_H
 #include "kernel.h"
@@ -64,9 +64,8 @@ INLINE quat_lanes torus_attitude(const kr_torus *torus, wide half_sine, wide hal
 /* Returns the state at `time`, which is the initial time plus `span`. A kr_torus begins `plan`. */
 typedef state_lanes torus_kernel(const void *plan, wide time, dd span);
 #if defined KR_EXACT_LANES
-/* Writes the states at the n times t to `out`. Each SIMD lane computes one state. If fewer times
- * than lanes are left, the last lanes repeat a time. Attitude and momentum are NaN if t is not
- * finite. */
+/* Writes the states at the n times t, one in each SIMD lane. If fewer times than lanes are left, a
+ * time is repeated in the last lanes. Attitude and momentum are NaN if t is not finite. */
 INLINE void evaluate_torus(torus_kernel *kernel, const void *plan, size_t n, const double t[],
                            kr_state out[])
 {

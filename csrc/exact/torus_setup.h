@@ -14,9 +14,8 @@
 #define KR_EXACT_TORUS_SETUP_H
 #include "torus.h"
 
-/* Complex arithmetic in double (cx_) and double-double (cdd_) precision. C's complex types are not
- * used, because not every C compiler supports them. Square roots are principal values, with
- * nonnegative real part. */
+/* Complex arithmetic in double (cx_) and double-double (cdd_) precision, as not every C compiler
+ * supports C's complex types. Square roots have a nonnegative real part. */
 typedef struct cx {
     double re, im;
 } cx;
@@ -135,8 +134,7 @@ static int find_cubic_roots(const cubic *o, dd root[3])
     return 0;
 }
 /* Writes the indices of the real roots among n roots to `order`, in ascending order of the roots,
- * and returns their number. If complex_at < n, elements complex_at and complex_at + 1 of `root`
- * stand for a pair of complex roots, and are left out. */
+ * and returns their number. If complex_at < n, roots complex_at and complex_at + 1 are complex. */
 static int sort_real_roots(const dd root[], int n, int complex_at, int order[])
 {
     int real = 0;
@@ -154,10 +152,8 @@ typedef struct samples {
     dd sum[3];
     double size[3]; /* sum of the absolute values */
 } samples;
-/* Writes the values of up to three functions at the angle pi * i / GRID to `out`. The data `arc`
- * describe the functions. */
+/* Writes the values of up to three functions of an arc at the angle pi * i / GRID to `out`. */
 typedef void sample_function(const void *arc, const cosine_table *table, int i, dd out[3]);
-
 /* Writes the averages over an angle of the first `count` values of `function` to `mean`, and its
  * samples to `v`. The number of intervals is doubled until no average changes by more than 1e-16 *
  * (average of the absolute value + floor). As convergence is exponential, the relative error of an
@@ -191,9 +187,8 @@ static int average_functions(sample_function *function, const void *arc, int cou
     }
     return 0;
 }
-/* Integrates an even function of an angle x minus its average. Writes the coefficient of sin(k x)
- * in the integral to out[k] for k < n. v[i] is the function at x = pi * i / GRID, for n + 1 angles
- * from 0 to pi. */
+/* Integrates an even function of x minus its average. Writes the coefficient of sin(k x) in the
+ * integral to out[k] for k < n. v[i] is the function at pi * i / GRID, for n + 1 equidistant x. */
 static void integrate_samples(const dd v[], const cosine_table *table, int n, double out[])
 {
     const int stride = GRID / n;
@@ -236,22 +231,21 @@ typedef struct torus_units {
     kr_quat turn;     /* closed form's axes -> internal axes */
     kr_quat axes;     /* closed form's axes -> frame of description */
 } torus_units;
-/* Computes the plan (torus.h) of a motion from its initial state `start`, and writes the plan to
- * the beginning of `memory`. Writes a bound on its relative errors to `certificate`. May turn the
- * axes of the closed form: `start` and the conversion `way` are then changed to the new axes.
- * Returns the reason for a failure, or KR_REFUSAL_NONE. */
+/* Writes the plan (torus.h) of a motion, given its initial state `start`, to the beginning of
+ * `memory`, and a bound on its relative errors to `certificate`. May turn the axes of the closed
+ * form, and then changes `start` and the conversion `way` to the new axes. Returns the reason for a
+ * failure, or KR_REFUSAL_NONE. */
 typedef kr_refusal make_torus_plan(void *memory, torus_start *start, torus_units *way,
                                    double *certificate);
-
 static kr_quat make_rotation_about_axis_3(double cosine, double sine)
 {
     const double c = cosine, s = sine, half = sqrt(0.5 * (1.0 + fabs(c))), other = 0.5 * s / half;
     return c >= 0.0 ? q4(half, v3(0.0, 0.0, other))
                     : q4(fabs(other), v3(0.0, 0.0, s < 0.0 ? -half : half));
 }
-/* Writes the components of the space vector v along body axes to `out`. `attitude` is that of the
- * internal axes. The body axes are the internal axes turned about axis 3 by the angle with this
- * cosine and sine. */
+/* Writes the components of the space vector v along body axes. These axes result if the internal
+ * axes, which have the attitude `attitude`, turn about axis 3 by the angle with this cosine and
+ * sine. */
 static void turn_to_axes(const dd attitude[4], const dd v[3], dd cosine, dd sine, dd out[3])
 {
     dd r[3];
@@ -260,10 +254,9 @@ static void turn_to_axes(const dd attitude[4], const dd v[3], dd cosine, dd sine
     out[1] = dd_sub(dd_mul(cosine, r[1]), dd_mul(sine, r[0]));
     out[2] = r[2];
 }
-/* Checks that a scene describes an undamped top of this kind under gravity. Writes its initial
- * state to `start`, and the conversion of axes and units to `way`. If `own` is nonzero, the support
- * may rotate about the vertical. If a check fails, writes the cause to `refusal`, and returns an
- * error. */
+/* Checks that a scene describes an undamped top of this kind under gravity, on a support that may
+ * rotate about the vertical if `own` is nonzero. Writes its initial state to `start`, and the
+ * conversion of axes and units to `way`, or the cause of a failed check to `refusal`. */
 static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_kind *kind,
                                   kr_refusal *refusal, torus_start *start, torus_units *way)
 {
@@ -277,8 +270,7 @@ static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_ki
     *refusal = KR_REFUSAL_VERTICAL;
     if (kind->kind == KR_KIND_GORYACHEV_CHAPLYGIN && scene->start.m.z != 0.0) return KR_ERR_METHOD;
     *refusal = KR_REFUSAL_ROUNDED;
-    /* The conditions of the integrable case must hold exactly. Axis 3 is the principal axis of the
-     * smallest moment. */
+    /* The conditions of the integrable case must hold exactly. Axis 3 has the smallest moment. */
     const kr_pull pull = kr_scene_pull(scene, body->com);
     const kr_vec3 i = body->inertia;
     const double inertia[3] = {i.x, i.y, i.z}, com[3] = {pull.com.x, pull.com.y, pull.com.z};
@@ -323,9 +315,8 @@ static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_ki
     way->attitude = q_unit(q_mul(q, way->axes));
     return KR_OK;
 }
-/* Converts `torus` from the axes and units of the closed form to those of the user or, if `own` is
- * nonzero, to internal ones. `begin` is the user's initial time. Writes the period and the
- * frequencies to `info`. */
+/* Converts `torus` to the axes and units of the user, with the initial time `begin`, or to internal
+ * ones if `own` is nonzero. Writes the period and the frequencies to `info`. */
 static void convert_torus(kr_torus *torus, const torus_units *way, double begin, int own,
                           kr_exact_info *info)
 {
@@ -342,8 +333,7 @@ static void convert_torus(kr_torus *torus, const torus_units *way, double begin,
     torus->momentum = own ? way->own_momentum : way->momentum;
     torus->frame = q_conj(own ? way->turn : way->axes);
 }
-/* Returns the initial angular velocity about axes 1 and 2, and the initial momentum along axis 3,
- * in the units of the closed form. */
+/* Returns the initial angular velocity about axes 1 and 2, and initial momentum along axis 3. */
 static kr_vec3 find_initial_rates(const torus_kind *kind, const torus_start *start)
 {
     const dd *m = start->momentum;
@@ -403,7 +393,6 @@ static kr_status plan_torus(const kr_scene *scene, int own, double bound, const 
 typedef struct body_view {
     double w[3], e[3][3];
 } body_view;
-
 static body_view find_body_view(const torus_kind *kind, kr_state s)
 {
     const kr_vec3 m = v_scale(kind->factor, q_turn_back(s.q, s.m));
