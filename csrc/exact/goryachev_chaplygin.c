@@ -55,8 +55,8 @@ static kr_refusal find_branch_points(chaplygin_curve *o)
         const double far = (o->pair ? root[2].hi : 0.5 * dd_sub(root[2], root[1]).hi) / root[0].hi;
         gap[j] = o->pair ? -far * far : far * far;
     }
-    /* The relative errors of these squared differences of roots of p+ and p- are about 1e-31. The
-     * limit for p- is larger, because the frequencies depend on the logarithm of its difference. */
+    /* The errors of gap[] are about 1e-31. The limit for p- is larger, because the frequencies
+     * depend on the logarithm of gap[1]. */
     if (!(gap[0] > 1e-20)) return gap[0] > -1e-20 ? KR_REFUSAL_COINCIDENT : KR_REFUSAL_START;
     if (!(fabs(gap[1]) > 1e-15)) return KR_REFUSAL_SEPARATRIX;
     o->real = sort_real_roots(o->root, CURVE_ROOTS, o->pair ? 4 : CURVE_ROOTS, o->order);
@@ -65,8 +65,8 @@ static kr_refusal find_branch_points(chaplygin_curve *o)
 static dd ordered_root(const chaplygin_curve *o, int i) { return o->root[o->order[i]]; }
 
 /* Sets the coefficients A, B, C, a and b of the arc from the real root with the place `low` in
- * ascending order to the next higher one. The choice of C moves the other neighbours of both ends,
- * as values of x, as far from the real axis as possible. */
+ * ascending order to the next higher one. C is such that the roots next to the arc on both sides
+ * are, as values of x, as far from the real axis as possible. */
 static void make_arc(const chaplygin_curve *o, int low, chaplygin_arc *arc)
 {
     const int n = o->real;
@@ -300,9 +300,9 @@ static double fit_cell_series(const chaplygin_work *w, const chaplygin_arc *arc,
     return tail;
 }
 /* Fills the cells of arc j in the plan. The number of cells is doubled until the last Chebyshev
- * coefficients are below 4e-15, or for the last time when they are below 1e-11, which reduces them
- * below 1e-15. The cell with the largest |u|, which is nearest to singularities, comes first:
- * a failure is found early. Returns 0 if the last coefficients remain above 1e-13. */
+ * coefficients are below 4e-15, or once more after they fall below 1e-11, which reduces them below
+ * 1e-15. The first cell is the one with the largest |u|, because the singularities are nearest to
+ * it. Returns 0 if the last coefficients are not below 1e-13. */
 static int make_cells(chaplygin_work *w, int j)
 {
     kr_chaplygin_plan *const plan = &w->plan;
@@ -384,10 +384,10 @@ static double transform_section(chaplygin_work *w, int n, double v[])
     }
     return last;
 }
-/* Returns the growth of the phase of term k of psi [turns] while alpha1 grows by `way` turns. */
-static dd find_phase_growth(const kr_chaplygin_plan *plan, dd ratio, int k, double way)
+/* Returns the growth of the phase of term k of psi [turns] while alpha1 grows by `alpha1_turns` turns. */
+static dd find_phase_growth(const kr_chaplygin_plan *plan, dd ratio, int k, double alpha1_turns)
 {
-    const dd turns = dd_times(way * (k + 0.5 * !plan->is_whole), ratio);
+    const dd turns = dd_times(alpha1_turns * (k + 0.5 * !plan->is_whole), ratio);
     return dd_make(turns.hi - nearest(turns.hi), turns.lo);
 }
 /* Appends the slow term k to the plan. `miss` is the part of B_k(pi), real or imaginary, that

@@ -10,8 +10,9 @@
  * Newton's method solves this equation for tau. The mean angles are the linear part of alpha1 and
  * alpha2 as functions of t.
  *
- * psi is not a sum of functions of alpha1 and of alpha2. On the sections (lines on the torus)
- * alpha1 = pi j/J, psi is therefore a Fourier series in alpha2, and between them an integral. */
+ * psi is not a sum of functions of alpha1 and of alpha2. The lines alpha1 = pi j/J, for the
+ * integers j from 0 to J - 1, are called sections. On each section, psi is a Fourier series in
+ * alpha2. The change of psi from one section to the next is an integral over tau. */
 #ifndef KR_EXACT_GORYACHEV_CHAPLYGIN_H
 #define KR_EXACT_GORYACHEV_CHAPLYGIN_H
 #include "torus.h"
@@ -75,18 +76,18 @@ typedef struct cell_place {
     const double *row[LANES];
     wide y, side; /* side: -1 where alpha is between -pi and 0, and 1 elsewhere */
 } cell_place;
-INLINE cell_place find_cell(const kr_chaplygin_plan *plan, int j, dd half)
+INLINE cell_place find_cell(const kr_chaplygin_plan *plan, int j, dd half_alpha)
 {
     const kr_chaplygin_arc *const arc = &plan->arc[j];
     const double all = 2.0 * arc->cells;
-    const wide ahead = all * (2.0 * half.hi - nearest(2.0 * half.hi)),
+    const wide ahead = all * (2.0 * half_alpha.hi - nearest(2.0 * half_alpha.hi)),
                side = minus_where(is_negative(ahead)), place = side * ahead,
                last = wide_splat(arc->cells - 1.0),
                cell = wide_max(wide_min(nearest(place - 0.5), last), wide_splat(0.0));
     double at[LANES];
     cell_place r;
     r.side = side;
-    r.y = 2.0 * ((place - cell) + side * (all * (2.0 * half.lo))) - 1.0;
+    r.y = 2.0 * ((place - cell) + side * (all * (2.0 * half_alpha.lo))) - 1.0;
     wide_store(at, cell);
     for (int lane = 0; lane < LANES; lane++)
         r.row[lane] = plan->term + arc->first + 2 * CELL_TERMS * (int)at[lane];
@@ -169,7 +170,7 @@ INLINE void find_points(const kr_chaplygin_plan *plan, int from, int to, const d
  * one in a unit of tau. The steps of Newton's method stay in an interval that contains the root. A
  * step longer than half of the previous one is replaced by bisection: without this rule, Newton's
  * method could alternate between two points on opposite sides of the root. */
-INLINE void find_true_angles(const kr_chaplygin_plan *plan, const dd mean[2], dd half[2])
+INLINE void find_true_angles(const kr_chaplygin_plan *plan, const dd half_mean[2], dd half_alpha[2])
 {
     wide high = wide_splat(plan->most_slip), low = -high, moved = 4.0 * high,
          slip = wide_splat(0.0);
@@ -177,8 +178,9 @@ INLINE void find_true_angles(const kr_chaplygin_plan *plan, const dd mean[2], dd
     for (int step = 0; step < 80 && !mask_all(done); step++) {
         chaplygin_point p[2];
         wide time[2];
-        for (int j = 0; j < 2; j++) half[j] = phase_plus(mean[j], slip * plan->arc[j].half_rate);
-        find_points(plan, 0, 1, half, p, time);
+        for (int j = 0; j < 2; j++)
+            half_alpha[j] = phase_plus(half_mean[j], slip * plan->arc[j].half_rate);
+        find_points(plan, 0, 1, half_alpha, p, time);
         const wide value = plan->mean * slip + (time[0] + time[1]), slope = p[0].size + p[1].size;
         const mask up = wide_less(wide_splat(0.0), value);
         high = wide_choose(up, slip, high);
@@ -194,7 +196,8 @@ INLINE void find_true_angles(const kr_chaplygin_plan *plan, const dd mean[2], dd
         slip = wide_choose(done, slip, next);
         done = mask_or(done, settled);
     }
-    for (int j = 0; j < 2; j++) half[j] = phase_plus(mean[j], slip * plan->arc[j].half_rate);
+    for (int j = 0; j < 2; j++)
+        half_alpha[j] = phase_plus(half_mean[j], slip * plan->arc[j].half_rate);
 }
 /* Returns the derivative of psi with respect to tau at the points p of both arcs. */
 INLINE wide find_heading_rate(const chaplygin_point p[2])
@@ -211,29 +214,30 @@ static const double gauss_node[HEADING_NODES] = {0.019855071751231884, 0.1016667
                                                    0.18134189168918099,  0.15685332293894364,
                                                    0.11119051722668724,  0.050614268145188129};
 
-/* Returns the change of psi while alpha1 grows by `left` turns from a section, where alpha1 is `at`
- * turns, and half of alpha2 is `half` turns. */
-INLINE wide integrate_heading(const kr_chaplygin_plan *plan, wide at, wide left, wide half)
+/* Returns the change of psi while alpha1 grows by `growth` turns from a section, where alpha1 is `alpha1`
+ * turns, and half of alpha2 is `half_alpha2` turns. */
+INLINE wide integrate_heading(const kr_chaplygin_plan *plan, wide alpha1, wide growth,
+                              wide half_alpha2)
 {
     wide sum = wide_splat(0.0);
     for (int g = 0; g < HEADING_NODES; g++) {
-        const wide way = (0.5 * gauss_node[g]) * left;
-        const dd node[2] = {dd_of(0.5 * at + way), dd_of(half + plan->ratio * way)};
+        const wide way = (0.5 * gauss_node[g]) * growth;
+        const dd node[2] = {dd_of(0.5 * alpha1 + way), dd_of(half_alpha2 + plan->ratio * way)};
         chaplygin_point p[2];
         find_points(plan, 0, 1, node, p, NULL);
         sum = sum + gauss_weight[g] * find_heading_rate(p);
     }
-    return plan->span * left * sum;
+    return plan->span * growth * sum;
 }
-/* Returns psi on the section with this index, from its Fourier series in alpha2. `half` is half of
+/* Returns psi on the section with the index `section`, from its Fourier series. `half_alpha2` is half of
  * alpha2 [turns]. Clenshaw's recurrences for even and for odd terms are independent. */
-INLINE wide sum_section_series(const kr_chaplygin_plan *plan, wide section, dd half)
+INLINE wide sum_section_series(const kr_chaplygin_plan *plan, wide section, dd half_alpha2)
 {
     const int terms = plan->terms, shift = !plan->is_whole;
-    wide c[5], s[5]; /* of multiples of half of alpha2 */
+    wide c[5], s[5]; /* of multiples of half_alpha2 of alpha2 */
     c[0] = wide_splat(1.0);
     s[0] = wide_splat(0.0);
-    sincos_turns(half, &s[1], &c[1]);
+    sincos_turns(half_alpha2, &s[1], &c[1]);
     for (int i = 2; i < 5; i++) {
         const int low = i / 2, high = i - low;
         c[i] = c[low] * c[high] - s[low] * s[high];
@@ -264,18 +268,18 @@ INLINE wide sum_section_series(const kr_chaplygin_plan *plan, wide section, dd h
 }
 INLINE wide signed_fraction(dd x) { return (x.hi - nearest(x.hi)) + x.lo; }
 /* Returns the sum of the jumps of all slow terms (kr_slow_term) in n turns of alpha1. */
-INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, wide n)
+INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, wide turns)
 {
     wide sum = wide_splat(0.0);
     for (int i = 0; i < plan->slow_terms; i++) {
         const kr_slow_term *e = &plan->slow[i];
         const dd step = dd_make(wide_splat(0.5 * e->step), wide_splat(0.5 * e->step_more));
-        const wide far = signed_fraction(dd_times(n, step)),
-                   middle = e->phase + signed_fraction(dd_times(n - 1.0, step));
+        const wide far = signed_fraction(dd_times(turns, step)),
+                   middle = e->phase + signed_fraction(dd_times(turns - 1.0, step));
         wide s, wave, unused;
         sincos_turns(dd_of(far), &s, &unused);
         sincos_turns(dd_of(middle), &wave, &unused);
-        const wide growth = e->sine != 0.0 ? s / e->sine : n;
+        const wide growth = e->sine != 0.0 ? s / e->sine : turns;
         sum = sum + e->value * wave * growth;
     }
     return sum;
@@ -303,12 +307,12 @@ INLINE wide find_heading(const kr_chaplygin_plan *plan, const dd half[2], wide t
 }
 /* Returns the state at `time`. The mean angles are 2 mean[0] + `turns` and 2 mean[1], in turns,
  * where `turns` is a whole number. */
-INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time, const dd mean[2],
-                                       wide turns)
+INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time,
+                                       const dd half_mean[2], wide turns)
 {
     dd half[2];
     chaplygin_point p[2];
-    find_true_angles(plan, mean, half);
+    find_true_angles(plan, half_mean, half);
     find_points(plan, 0, 1, half, p, NULL);
     const wide c1 = p[0].c, c2 = p[1].c, s1 = p[0].s, s2 = p[1].s,
                size = (c1 * c1 + s1 * s1) + (c2 * c2 + s2 * s2);

@@ -431,7 +431,7 @@ static void set_heading_poles(kowalewski_arc *arc)
     }
 }
 /* Writes the integrands of an arc at the angle y with the cosine t->c[i]: dt/dy, w dt/dy, and the
- * integrand of the heading for |l| minus the terms for adjacent poles. */
+ * integrand of the heading, for |l|, minus the terms for poles next to the arc. */
 static void sample_arc(const void *data, const cosine_table *t, int i, dd out[3])
 {
     const kowalewski_arc *arc = data;
@@ -499,7 +499,7 @@ static void integrate_arc(kowalewski_arc arc[2], int j, dd det, const cosine_tab
 }
 /* Computes the averages over both arcs, the sine series, and the rates of the two torus angles and
  * of the heading (without the factors for poles, see kowalewski.h). `table` and `v` are working
- * memory. Returns 0 if an average does not converge or the determinant is not positive. */
+ * memory. Returns 0 if an average does not converge, or if det (integrate_arc) is not positive. */
 static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine_table *table,
                         samples v[2], dd rate[3])
 {
@@ -679,8 +679,8 @@ static double separatrix_error(const kowalewski_curve *o)
     }
     return most;
 }
-/* Returns the smallest distance of two branch points, divided by 1 + k. For two close ones, their
- * `resolution` (close_roots) replaces the distance. */
+/* Returns the smallest distance of two branch points, divided by 1 + k. If close_roots applies to
+ * two points, its `resolution` replaces their distance. */
 static double least_distance(const kowalewski_curve *o)
 {
     double least = INFINITY;
@@ -832,13 +832,13 @@ static kr_refusal analyse_curve(const dd start[6], dd l, kowalewski_work *w)
            : !is_known && mismatch < 1.0 ? KR_REFUSAL_SEPARATRIX
                                          : KR_REFUSAL_START;
 }
-/* Returns a number of terms, a multiple of 4, after which all coefficients of the first `series`
+/* Returns a number of terms, a multiple of 4, after which all coefficients of the first `series_count`
  * sine series of both arcs are at most `least`. */
-static int count_terms(const kowalewski_arc arc[2], int series, double least)
+static int count_terms(const kowalewski_arc arc[2], int series_count, double least)
 {
     int terms = 4;
     for (int j = 0; j < 2; j++)
-        for (int i = 0; i < series; i++)
+        for (int i = 0; i < series_count; i++)
             for (int k = arc[j].points - 1; k > terms; k--)
                 if (fabs(arc[j].sine[i][k]) > least) terms = (k + 3) / 4 * 4;
     return terms;
@@ -982,7 +982,7 @@ static kr_refusal make_plan(void *memory, torus_start *start, torus_units *way, 
                         find_largest_error(plan, FEW_POINTS));
     if (error > KR_TORUS_ROUNDING) error = fmax(error, find_largest_error(plan, MANY_POINTS));
     /* The last argument is the effect of the errors of the frequencies after 1000 radians. It
-     * exceeds the others only near separatrices, where rounding the initial state changes more. */
+     * is the largest only near separatrices, where rounding the initial state has more effect. */
     *certificate = fmax(fmax(error, KR_TORUS_ROUNDING), 1e3 * w->separatrix);
     return KR_REFUSAL_NONE;
 }

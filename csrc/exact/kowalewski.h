@@ -1,10 +1,11 @@
 /* States of a Kowalewski top in closed form, without theta functions. In the axes and units of
- * kowalewski.c, with the angular velocity (p, q, r) and e3 = (g1, g2, g3) in the body frame,
+ * kowalewski.c, with the momentum m, the angular velocity (p, q, r) and the upward vertical
+ * e3 = (g1, g2, g3) in the body frame,
  *     h = p^2 + q^2 + r^2/2 - g1,  l = <m, e3>,  k = |(p + iq)^2 + g1 + i g2|,  c = 1 - k^2,
  *     phi(w) = 2 (w + h)(w^2 + c) - l^2,  F(w)^2 = -(w^2 - k^2) phi(w).
  * Kowalewski's variables w1 > w2 oscillate on real intervals, called arcs, between branch points of
- * F: k, -k and the roots e0, e1, e2 of phi. On an arc, w = N/D is a function of an angle x:
- *     N = A sin^2 x/2 + B cos^2 x/2,  D = C sin^2 x/2 + cos^2 x/2.
+ * F: k, -k, the real root e0 of phi, and its roots e1 and e2, which may be complex. On an arc,
+ *     w = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + cos^2  of half of an angle x.
  * Landen transformations compute x from an angle y. The torus angles theta1 and theta2, with
  * theta_i = y_i + S_i1(y1) + S_i2(y2) and sine series S, grow linearly with time. Newton's method
  * solves these equations for y1 and y2. Koetter's formulas give the state at x1 and x2.

@@ -11,8 +11,9 @@ typedef struct kr_torus {
     double begin;    /* [T] */
     double momentum; /* unit of momentum [M L^2 T^-1] */
     kr_quat frame;   /* user's axes -> axes of the closed form */
-    /* Phases that grow linearly with time. For tops, the first two are halves of the torus angles.
-     * For a Kowalewski top, the third is half of the heading (kowalewski.h); otherwise, zero. */
+    /* Phases [turns] that grow linearly with time. For tops, the first two are halves of the torus
+     * angles. For a Kowalewski top, the third is half of the heading (kowalewski.h), otherwise
+     * 0. */
     kr_phase turn[3];
 } kr_torus;
 
@@ -61,7 +62,7 @@ INLINE quat_lanes torus_attitude(const kr_torus *torus, wide half_sine, wide hal
     r.z = (w * f.z + x * f.y) + (z * f.w - y * f.x);
     return r;
 }
-/* Returns the state at `time`, which is the initial time plus `span`. A kr_torus begins `plan`. */
+/* Returns the state at `time`, the initial time plus `span`. `plan` begins with a kr_torus. */
 typedef state_lanes torus_kernel(const void *plan, wide time, dd span);
 #if defined KR_EXACT_LANES
 /* Writes the states at the n times t, one in each SIMD lane. If fewer times than lanes are left, a

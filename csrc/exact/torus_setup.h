@@ -154,7 +154,7 @@ typedef struct samples {
 } samples;
 /* Writes the values of up to three functions of an arc at the angle pi * i / GRID to `out`. */
 typedef void sample_function(const void *arc, const cosine_table *table, int i, dd out[3]);
-/* Writes the averages over an angle of the first `count` values of `function` to `mean`, and its
+/* Writes the averages of the first `count` functions that `function` computes to `mean`, and their
  * samples to `v`. The number of intervals is doubled until no average changes by more than 1e-16 *
  * (average of the absolute value + floor). As convergence is exponential, the relative error of an
  * average is then about the square of its last relative change. Returns the number of intervals, or
@@ -255,8 +255,8 @@ static void turn_to_axes(const dd attitude[4], const dd v[3], dd cosine, dd sine
     out[2] = r[2];
 }
 /* Checks that a scene describes an undamped top of this kind under gravity, on a support that may
- * rotate about the vertical if `own` is nonzero. Writes its initial state to `start`, and the
- * conversion of axes and units to `way`, or the cause of a failed check to `refusal`. */
+ * rotate about the vertical if `own` is nonzero. Writes the scene's initial state to `start`, and
+ * the conversion of axes and units to `way`, or the cause of a failed check to `refusal`. */
 static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_kind *kind,
                                   kr_refusal *refusal, torus_start *start, torus_units *way)
 {
@@ -365,9 +365,9 @@ static kr_refusal find_degeneracy(const torus_kind *kind, const torus_start *sta
     if (is_planar(start, w)) return KR_REFUSAL_PLANAR;
     return start->has_small_G ? KR_REFUSAL_ZERO : refusal;
 }
-/* Writes the plan of a scene, which begins with a kr_torus, to the beginning of `memory`, and its
- * frequencies and certificate to `info`. For `own`, see convert_torus. Returns KR_OK, or an error
- * with its reason in info->refusal, also if the certificate exceeds `bound`. */
+/* Writes the plan of a scene (the plan begins with a kr_torus) to the beginning of `memory`, and
+ * the frequencies and certificate to `info`. For `own`, see convert_torus. Returns KR_OK, or an
+ * error with its reason in info->refusal, also if the certificate exceeds `bound`. */
 static kr_status plan_torus(const kr_scene *scene, int own, double bound, const torus_kind *kind,
                             make_torus_plan *make_plan, void *memory, kr_exact_info *info)
 {
