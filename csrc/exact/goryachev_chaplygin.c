@@ -384,7 +384,7 @@ static double transform_section(chaplygin_work *w, int n, double v[])
     }
     return last;
 }
-/* Returns the growth of the phase of term k of psi [turns] while alpha1 grows by `alpha1_turns` turns. */
+/* Returns the growth of the phase of term k of psi in a number of turns of alpha1 [turns]. */
 static dd find_phase_growth(const kr_chaplygin_plan *plan, dd ratio, int k, double alpha1_turns)
 {
     const dd turns = dd_times(alpha1_turns * (k + 0.5 * !plan->is_whole), ratio);

@@ -170,7 +170,7 @@ INLINE void find_points(const kr_chaplygin_plan *plan, int from, int to, const d
  * one in a unit of tau. The steps of Newton's method stay in an interval that contains the root. A
  * step longer than half of the previous one is replaced by bisection: without this rule, Newton's
  * method could alternate between two points on opposite sides of the root. */
-INLINE void find_true_angles(const kr_chaplygin_plan *plan, const dd half_mean[2], dd half_alpha[2])
+INLINE void find_true_angles(const kr_chaplygin_plan *plan, const dd mean[2], dd half[2])
 {
     wide high = wide_splat(plan->most_slip), low = -high, moved = 4.0 * high,
          slip = wide_splat(0.0);
@@ -178,9 +178,8 @@ INLINE void find_true_angles(const kr_chaplygin_plan *plan, const dd half_mean[2
     for (int step = 0; step < 80 && !mask_all(done); step++) {
         chaplygin_point p[2];
         wide time[2];
-        for (int j = 0; j < 2; j++)
-            half_alpha[j] = phase_plus(half_mean[j], slip * plan->arc[j].half_rate);
-        find_points(plan, 0, 1, half_alpha, p, time);
+        for (int j = 0; j < 2; j++) half[j] = phase_plus(mean[j], slip * plan->arc[j].half_rate);
+        find_points(plan, 0, 1, half, p, time);
         const wide value = plan->mean * slip + (time[0] + time[1]), slope = p[0].size + p[1].size;
         const mask up = wide_less(wide_splat(0.0), value);
         high = wide_choose(up, slip, high);
@@ -196,8 +195,7 @@ INLINE void find_true_angles(const kr_chaplygin_plan *plan, const dd half_mean[2
         slip = wide_choose(done, slip, next);
         done = mask_or(done, settled);
     }
-    for (int j = 0; j < 2; j++)
-        half_alpha[j] = phase_plus(half_mean[j], slip * plan->arc[j].half_rate);
+    for (int j = 0; j < 2; j++) half[j] = phase_plus(mean[j], slip * plan->arc[j].half_rate);
 }
 /* Returns the derivative of psi with respect to tau at the points p of both arcs. */
 INLINE wide find_heading_rate(const chaplygin_point p[2])
@@ -214,8 +212,8 @@ static const double gauss_node[HEADING_NODES] = {0.019855071751231884, 0.1016667
                                                    0.18134189168918099,  0.15685332293894364,
                                                    0.11119051722668724,  0.050614268145188129};
 
-/* Returns the change of psi while alpha1 grows by `growth` turns from a section, where alpha1 is `alpha1`
- * turns, and half of alpha2 is `half_alpha2` turns. */
+/* Returns the change of psi while alpha1 grows by `growth` turns from a section, at which alpha1
+ * [turns] and half of alpha2 [turns] have the given values. */
 INLINE wide integrate_heading(const kr_chaplygin_plan *plan, wide alpha1, wide growth,
                               wide half_alpha2)
 {
@@ -229,12 +227,12 @@ INLINE wide integrate_heading(const kr_chaplygin_plan *plan, wide alpha1, wide g
     }
     return plan->span * growth * sum;
 }
-/* Returns psi on the section with the index `section`, from its Fourier series. `half_alpha2` is half of
+/* Returns psi on the section with the index `section`, from its Fourier series, given half of
  * alpha2 [turns]. Clenshaw's recurrences for even and for odd terms are independent. */
 INLINE wide sum_section_series(const kr_chaplygin_plan *plan, wide section, dd half_alpha2)
 {
     const int terms = plan->terms, shift = !plan->is_whole;
-    wide c[5], s[5]; /* of multiples of half_alpha2 of alpha2 */
+    wide c[5], s[5]; /* of multiples of alpha2/2 */
     c[0] = wide_splat(1.0);
     s[0] = wide_splat(0.0);
     sincos_turns(half_alpha2, &s[1], &c[1]);
@@ -267,7 +265,7 @@ INLINE wide sum_section_series(const kr_chaplygin_plan *plan, wide section, dd h
     return total;
 }
 INLINE wide signed_fraction(dd x) { return (x.hi - nearest(x.hi)) + x.lo; }
-/* Returns the sum of the jumps of all slow terms (kr_slow_term) in n turns of alpha1. */
+/* Returns the sum of the jumps of all slow terms (kr_slow_term) in whole turns of alpha1. */
 INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, wide turns)
 {
     wide sum = wide_splat(0.0);
@@ -307,12 +305,12 @@ INLINE wide find_heading(const kr_chaplygin_plan *plan, const dd half[2], wide t
 }
 /* Returns the state at `time`. The mean angles are 2 mean[0] + `turns` and 2 mean[1], in turns,
  * where `turns` is a whole number. */
-INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time,
-                                       const dd half_mean[2], wide turns)
+INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time, const dd mean[2],
+                                       wide turns)
 {
     dd half[2];
     chaplygin_point p[2];
-    find_true_angles(plan, half_mean, half);
+    find_true_angles(plan, mean, half);
     find_points(plan, 0, 1, half, p, NULL);
     const wide c1 = p[0].c, c2 = p[1].c, s1 = p[0].s, s2 = p[1].s,
                size = (c1 * c1 + s1 * s1) + (c2 * c2 + s2 * s2);

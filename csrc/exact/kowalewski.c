@@ -832,8 +832,8 @@ static kr_refusal analyse_curve(const dd start[6], dd l, kowalewski_work *w)
            : !is_known && mismatch < 1.0 ? KR_REFUSAL_SEPARATRIX
                                          : KR_REFUSAL_START;
 }
-/* Returns a number of terms, a multiple of 4, after which all coefficients of the first `series_count`
- * sine series of both arcs are at most `least`. */
+/* Returns a number of terms, a multiple of 4, after which all coefficients of the first
+ * `series_count` sine series of both arcs are at most `least`. */
 static int count_terms(const kowalewski_arc arc[2], int series_count, double least)
 {
     int terms = 4;

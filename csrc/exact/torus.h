@@ -12,8 +12,7 @@ typedef struct kr_torus {
     double momentum; /* unit of momentum [M L^2 T^-1] */
     kr_quat frame;   /* user's axes -> axes of the closed form */
     /* Phases [turns] that grow linearly with time. For tops, the first two are halves of the torus
-     * angles. For a Kowalewski top, the third is half of the heading (kowalewski.h), otherwise
-     * 0. */
+     * angles. For a Kowalewski top, the third is half of the heading (kowalewski.h). */
     kr_phase turn[3];
 } kr_torus;
 
