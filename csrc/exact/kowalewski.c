@@ -118,11 +118,11 @@ static void find_kowalewski_variables(const kowalewski_curve *o, dd p, dd q, dd 
 /* The distances of w1 and w2 from the ends of their arcs. */
 typedef struct arc_gaps {
     dd up, down, below; /* k - w1; w1 minus the lower end; the upper end minus w2 */
-    double mismatch;    /* relative error of the equations that were not solved (refine_gaps) */
+    double mismatch;    /* relative error of the unsolved equations (refine_gaps) */
 } arc_gaps;
 /* Returns q^2 (w1 - e)(e - w2) for an end e of an arc, the branch point with index i. With
  * A^2 = 2 (e + h), B^2 = e^2 + c and A B = l, this product is the square of
- *     A (p^2 + q^2 - e)/2 + B p   for a root of phi, and of re_z = Re z (find_arc_gaps) for -k. */
+ *     A (p^2 + q^2 - e)/2 + B p   for a root of phi, and of re_z (find_arc_gaps) for -k. */
 static dd find_end_product(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
 {
     const dd e = o->root[i], sum = dd_twice(dd_add(e, o->h)), other = dd_add(dd_square(e), o->c),
@@ -202,7 +202,7 @@ static void scale_arc(kowalewski_arc *arc, dd scale)
         arc->b[i] = root_difference(o, arc->high, i);
     }
 }
-/* The complex singularities x of the integrands of an arc (see sample_arc), stored as cos x. Where
+/* The complex singularities x of the integrands of an arc (sample_arc), stored as cos x. Where
  * x is near 0 or pi, cos x is close to 1 or -1, and doubles would not resolve x. */
 typedef struct singularities {
     int count;
@@ -499,7 +499,7 @@ static void integrate_arc(kowalewski_arc arc[2], int j, dd det, const cosine_tab
 }
 /* Computes the averages over both arcs, the sine series, and the rates of the two torus angles and
  * of the heading (without the factors for poles, see kowalewski.h). `table` and `v` are working
- * memory. Returns 0 if an average does not converge, or if det (integrate_arc) is not positive. */
+ * memory. Returns 0 if an average does not converge or det (integrate_arc) is not positive. */
 static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine_table *table,
                         samples v[2], dd rate[3])
 {

@@ -365,9 +365,9 @@ static kr_refusal find_degeneracy(const torus_kind *kind, const torus_start *sta
     if (is_planar(start, w)) return KR_REFUSAL_PLANAR;
     return start->has_small_G ? KR_REFUSAL_ZERO : refusal;
 }
-/* Writes the plan of a scene (the plan begins with a kr_torus) to the beginning of `memory`, and
- * the frequencies and certificate to `info`. For `own`, see convert_torus. Returns KR_OK, or an
- * error with its reason in info->refusal, also if the certificate exceeds `bound`. */
+/* Writes the plan of a scene to the beginning of `memory` (its first member is a kr_torus), and the
+ * frequencies and certificate to `info`. For `own`, see convert_torus. Returns KR_OK or, if a
+ * check fails or the certificate exceeds `bound`, an error, whose reason is info->refusal. */
 static kr_status plan_torus(const kr_scene *scene, int own, double bound, const torus_kind *kind,
                             make_torus_plan *make_plan, void *memory, kr_exact_info *info)
 {
@@ -404,7 +404,7 @@ static body_view find_body_view(const torus_kind *kind, kr_state s)
     return r;
 }
 static kr_vec3 get_angular_velocity(const body_view *r) { return v3(r->w[0], r->w[1], r->w[2]); }
-/* Returns a time span in which the Taylor series of advance_body_view has a small remainder. */
+/* Returns a span in which the series of advance_body_view has a negligible remainder. */
 static double choose_short_span(const body_view *r)
 {
     return 0.03125 / (1.0 + v_length(get_angular_velocity(r)));
