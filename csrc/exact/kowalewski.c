@@ -202,8 +202,8 @@ static void scale_arc(kowalewski_arc *arc, dd scale)
         arc->b[i] = root_difference(o, arc->high, i);
     }
 }
-/* The complex singularities x of the integrands of an arc (sample_arc), stored as cos x. Where
- * x is near 0 or pi, cos x is close to 1 or -1, and doubles would not resolve x. */
+/* The complex singularities x of an arc's integrands (sample_arc), stored as cos x. Where x is
+ * near 0 or pi, cos x is close to 1 or -1, and doubles would not resolve x. */
 typedef struct singularities {
     int count;
     cdd cosine[ROOTS + 1 + FOLDS];
@@ -499,7 +499,7 @@ static void integrate_arc(kowalewski_arc arc[2], int j, dd det, const cosine_tab
 }
 /* Computes the averages over both arcs, the sine series, and the rates of the two torus angles and
  * of the heading (without the factors for poles, see kowalewski.h). `table` and `v` are working
- * memory. Returns 0 if an average does not converge or det (integrate_arc) is not positive. */
+ * memory. Returns 0 if an average does not converge or det <= 0 (integrate_arc). */
 static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine_table *table,
                         samples v[2], dd rate[3])
 {
