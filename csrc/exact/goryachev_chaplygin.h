@@ -7,8 +7,7 @@
  * Chaplygin's variables u1 > 0 > u2 oscillate on intervals, called arcs. On each arc, with an angle
  * chi, c + i s = sqrt|u| exp(i chi/2). c and s are functions of an angle x, and x - alpha is a
  * periodic function of alpha. t is a multiple of tau plus a periodic function of each alpha.
- * Newton's method solves this equation for tau. The mean angles are the linear part of alpha1 and
- * alpha2 as functions of t.
+ * Newton's method solves this equation for tau. Mean angles are the linear parts of alpha(t).
  *
  * psi is not a sum of functions of alpha1 and of alpha2. The lines alpha1 = pi j/J, for the
  * integers j from 0 to J - 1, are called sections. On each section, psi is a Fourier series in

@@ -202,8 +202,8 @@ static void scale_arc(kowalewski_arc *arc, dd scale)
         arc->b[i] = root_difference(o, arc->high, i);
     }
 }
-/* The complex singularities x of an arc's integrands (sample_arc), stored as cos x. Where x is
- * near 0 or pi, cos x is close to 1 or -1, and doubles would not resolve x. */
+/* The complex singularities x of an arc's integrands (sample_arc), stored as cos x. Where x
+ * is near 0 or pi, cos x is close to 1 or -1, and doubles would not resolve x. */
 typedef struct singularities {
     int count;
     cdd cosine[ROOTS + 1 + FOLDS];

@@ -316,7 +316,6 @@ INLINE void move_angles(const dd theta[2], const wide d[2], const wide step[2], 
         }
     }
 }
-/* Returns x if low <= x <= high, and (low + high)/2 otherwise. */
 INLINE wide bisect_if_outside(wide x, wide low, wide high)
 {
     const mask is_inside = mask_and(wide_at_most(low, x), wide_at_most(x, high));

@@ -243,9 +243,8 @@ static kr_quat make_rotation_about_axis_3(double cosine, double sine)
     return c >= 0.0 ? q4(half, v3(0.0, 0.0, other))
                     : q4(fabs(other), v3(0.0, 0.0, s < 0.0 ? -half : half));
 }
-/* Writes the components of the space vector v along body axes. These axes result if the internal
- * axes, which have the attitude `attitude`, turn about axis 3 by the angle with this cosine and
- * sine. */
+/* Writes the components of the space vector v along the internal axes, after these axes are turned
+ * about axis 3 by the angle with this cosine and sine. `attitude` is that of the internal axes. */
 static void turn_to_axes(const dd attitude[4], const dd v[3], dd cosine, dd sine, dd out[3])
 {
     dd r[3];
