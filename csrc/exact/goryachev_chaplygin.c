@@ -4,8 +4,8 @@
  *
  * Units and axes: The moments are (1, 1, 1/4), and mass * |gravity| * |com| = 1. Axis 1 points
  * towards the centre of mass if gravity is positive, and away from it otherwise. Axis 3 is the
- * principal axis with moment 1/4, directed such that G is not negative. With the momentum L and g =
- * e3 in the body frame, and <L, g> = 0,
+ * principal axis with moment 1/4, directed such that G is not negative. With the momentum L and the
+ * upward vertical g = e3 in the body frame, and <L, g> = 0,
  *     H = (L1^2 + L2^2 + 4 L3^2)/2 + g1,  G = L3 (L1^2 + L2^2) - L1 g3,
  *     p+-(u) = 2 u^3 - (H +- 1) u - G/2.
  * Chaplygin's variables u1 > 0 > u2 are the roots of u^2 - L3 u - (L1^2 + L2^2)/4. Each moves on an
@@ -13,16 +13,16 @@
  * Chaplygin, 1901). On an arc
  *     u = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + cos^2  of half of an angle x.
  * Then du/sqrt(-p+ p-) = P dx, where P is an even periodic function of x. The trapezoidal rule for
- * averages of P converges exponentially. goryachev_chaplygin.h defines alpha and psi. */
+ * averages of P converges exponentially. The torus angle alpha of an arc is x plus a sine series in
+ * x, and grows linearly with tau. The time t is a multiple of tau plus a periodic function of each
+ * alpha. The heading psi (goryachev_chaplygin.h) is the angle of the horizontal vector L. */
 #include "goryachev_chaplygin.h"
 enum { GRID = 2048 };
 #include "torus_setup.h"
 
-/* The constants of a motion and its branch points (see the first comment of this file). */
-
-/* The roots of p+ have the indices 0, 1 and 2, and those of p- have the indices 3, 4 and 5. */
+/* The constants of a motion, and its branch points: the roots of p+ have the indices 0, 1 and 2,
+ * and those of p- the indices 3, 4 and 5. */
 enum { CURVE_ROOTS = 6 };
-
 typedef struct chaplygin_curve {
     dd H, G;
     int pair; /* 1 if roots 4 and 5 are complex: root[4] +- i root[5] */
@@ -35,15 +35,15 @@ typedef struct chaplygin_arc {
     const chaplygin_curve *curve;
     dd A, B, C;
     int low, high;
-    /* N - root D = a sin^2 + b cos^2, where a complex root is replaced by its real part. */
+    /* N - root D = a sin^2 + b cos^2 of x/2; the real part replaces a complex root. */
     dd a[CURVE_ROOTS], b[CURVE_ROOTS];
-    dd p, q;           /* averages of P and |u| P */
+    dd p, q;           /* averages of P and |u| P over x */
     int points, terms; /* numbers of intervals used, and of significant terms of the series */
-    /* Sine series in x of alpha - x and of the periodic part of t. */
+    /* Coefficients of sin(k x) in alpha - x and in the periodic part of t. */
     double sine[2][GRID];
 } chaplygin_arc;
 
-/* Finds the branch points. Returns KR_REFUSAL_NONE, or the reason for a failure. */
+/* Sets the branch points. Returns KR_REFUSAL_NONE, or the reason for a failure. */
 static kr_refusal find_branch_points(chaplygin_curve *o)
 {
     double gap[2]; /* (half the difference of the last two roots / root[0])^2, for p+ and p- */
@@ -55,8 +55,8 @@ static kr_refusal find_branch_points(chaplygin_curve *o)
         const double far = (o->pair ? root[2].hi : 0.5 * dd_sub(root[2], root[1]).hi) / root[0].hi;
         gap[j] = o->pair ? -far * far : far * far;
     }
-    /* The relative errors of these squared differences of roots of p+ and p- are about 1e-31. The
-     * limit for p- is larger, because the frequencies depend on the logarithm of its difference. */
+    /* The errors of gap[] are about 1e-31. The limit for p- is larger, because the frequencies
+     * depend on the logarithm of gap[1]. */
     if (!(gap[0] > 1e-20)) return gap[0] > -1e-20 ? KR_REFUSAL_COINCIDENT : KR_REFUSAL_START;
     if (!(fabs(gap[1]) > 1e-15)) return KR_REFUSAL_SEPARATRIX;
     o->real = sort_real_roots(o->root, CURVE_ROOTS, o->pair ? 4 : CURVE_ROOTS, o->order);
@@ -64,9 +64,9 @@ static kr_refusal find_branch_points(chaplygin_curve *o)
 }
 static dd ordered_root(const chaplygin_curve *o, int i) { return o->root[o->order[i]]; }
 
-/* Computes the coefficients A, B and C of the arc between two adjacent real roots. The argument
- * `low` is the index of the lower root in the ascending list of real roots. The coefficient C of
- * the arc is chosen so that the neighbouring roots are as far from the arc as possible. */
+/* Sets the coefficients A, B, C, a and b of the arc from the real root with the place `low` in
+ * ascending order to the next higher one. C is such that the roots next to the arc on both sides
+ * are, as values of x, as far from the real axis as possible. */
 static void make_arc(const chaplygin_curve *o, int low, chaplygin_arc *arc)
 {
     const int n = o->real;
@@ -85,8 +85,7 @@ static void make_arc(const chaplygin_curve *o, int low, chaplygin_arc *arc)
         arc->b[i] = dd_sub(to, o->root[i]);
     }
 }
-/* Sets up the arcs on which Chaplygin's variables u1 and u2 move. Returns 0 if the initial value of
- * u1 or u2 lies outside its arc. */
+/* Sets up the arcs of Chaplygin's variables. Returns 0 if an initial value u is outside its arc. */
 static int make_arcs(const chaplygin_curve *o, const dd u[2], chaplygin_arc arc[2])
 {
     const int lower =
@@ -101,22 +100,22 @@ static int make_arcs(const chaplygin_curve *o, const dd u[2], chaplygin_arc arc[
     }
     return 1;
 }
-/* Returns P, and writes |u| to `size`; s and c are the squares of sin x/2 and cos x/2. */
-static dd evaluate_P(const chaplygin_arc *arc, dd s, dd c, dd *size)
+/* Returns P, and writes |u| to `size`. ss and cc are the squares of sin(x/2) and cos(x/2). */
+static dd evaluate_P(const chaplygin_arc *arc, dd ss, dd cc, dd *size)
 {
     const chaplygin_curve *o = arc->curve;
-    const dd D = dd_add(dd_mul(arc->C, s), c);
+    const dd D = dd_add(dd_mul(arc->C, ss), cc);
     dd product = dd_of(1.0);
     for (int i = 0; i < CURVE_ROOTS - o->pair; i++) {
         if (i == arc->low || i == arc->high) continue;
-        dd factor = add_products(arc->a[i], s, arc->b[i], c);
+        dd factor = add_products(arc->a[i], ss, arc->b[i], cc);
         if (o->pair && i == 4) factor = dd_add(dd_square(factor), dd_square(dd_mul(o->root[5], D)));
         product = dd_mul(product, factor);
     }
-    *size = dd_abs(dd_div(add_products(arc->A, s, arc->B, c), D));
+    *size = dd_abs(dd_div(add_products(arc->A, ss, arc->B, cc), D));
     return dd_half(dd_mul(D, dd_sqrt(dd_div(arc->C, dd_abs(product)))));
 }
-/* Fills the arc of the plan, except for its series and its sign. */
+/* Fills an arc of the plan, except for its Chebyshev coefficients, its sign and its rate. */
 static void fill_arc(const chaplygin_arc *arc, kr_chaplygin_arc *out)
 {
     const chaplygin_curve *o = arc->curve;
@@ -135,7 +134,7 @@ static void fill_arc(const chaplygin_arc *arc, kr_chaplygin_arc *out)
         out->has_cosine[k] = arc->low / 3 == k;
     }
 }
-/* Writes the integrands P and |u| P at angle i of the table. */
+/* Writes the integrands P and |u| P at the angle x with the cosine t->c[i]. */
 static void sample_arc(const void *arc, const cosine_table *t, int i, dd out[3])
 {
     const dd c = dd_half(dd_plus(t->c[i], 1.0)), s = dd_half(dd_sub(dd_of(1.0), t->c[i]));
@@ -143,7 +142,7 @@ static void sample_arc(const void *arc, const cosine_table *t, int i, dd out[3])
     out[0] = evaluate_P(arc, s, c, &size);
     out[1] = dd_mul(out[0], size);
 }
-/* Computes the averages over an arc, and its sine series. Returns 0 without convergence. */
+/* Sets the averages and the sine series of an arc. Returns 0 if the averages do not converge. */
 static int average_arc(chaplygin_arc *arc, cosine_table *table, samples *v)
 {
     const double floor[3] = {0.0, 0.0, 0.0};
@@ -163,7 +162,7 @@ static int average_arc(chaplygin_arc *arc, cosine_table *table, samples *v)
     }
     return 1;
 }
-/* Returns the sum of the sine series `which` at the x with the sine s and the cosine c. */
+/* Returns alpha - x (`which` = 0) or the periodic part of t (1) at sin x = s and cos x = c. */
 static double sum_arc_sines(const chaplygin_arc *arc, int which, double s, double c)
 {
     const double *const term = arc->sine[which], twice = 2.0 * (c - s) * (c + s);
@@ -179,11 +178,11 @@ static double sum_arc_sines(const chaplygin_arc *arc, int which, double s, doubl
     return s * (2.0 * c * even_before + (odd + odd_before));
 }
 
-/* Set-up of the series of a Goryachev-Chaplygin top: the functions of each torus angle, and the
- * heading psi.
+/* Set-up of the series of a Goryachev-Chaplygin top: x - alpha and the periodic part of t as
+ * functions of the torus angle alpha of each arc, and the heading psi.
  *
- * Let rho be the ratio of the rates of alpha2 and alpha1. On the section alpha1 = a, psi is the
- * real part of the sum of B_k(a) exp(i k alpha2). On the next section, at alpha1 = a + h, the
+ * Let rho be the rate of alpha2 divided by that of alpha1. On the section (line) alpha1 = a, psi is
+ * the real part of the sum of B_k(a) exp(i k alpha2). On the next section, alpha1 = a + h, the
  * coefficients are
  *     B_k(a + h) = exp(-i k rho h) (B_k(a) + G_k),
  * where G_k are the coefficients of the change of psi between the two sections. This change is
@@ -191,8 +190,8 @@ static double sum_arc_sines(const chaplygin_arc *arc, int which, double s, doubl
  * suffice: psi changes its sign when alpha1 grows by 2 pi, and is an even or an odd function of the
  * two angles. For the same reasons, the real or the imaginary part of B_k(pi) is zero. This
  * condition determines B_k(0) after a division by cos(k rho pi). If this divisor is small, B_k(0)
- * is set to 0, and psi is discontinuous at alpha1 = pi (kr_slow_term). The error of such a term
- * grows linearly with time, but more slowly than the effect of rounding the initial state. */
+ * is set to 0, and psi is discontinuous at alpha1 = pi: the term k is slow (kr_slow_term). Its
+ * error grows linearly with time, but more slowly than the effect of rounding the initial state. */
 enum { LEAST_CELLS = 4 };
 /* Terms of the heading below LEAST_TERM are left out. Terms with a divisor below LEAST_DIVISOR, or
  * with an amplitude above one radian, are slow. */
@@ -213,8 +212,7 @@ typedef struct chaplygin_work {
     chaplygin_point second[MOST_SAMPLES][HEADING_NODES];
     double tail; /* largest relative size of the terms that are left out */
 } chaplygin_work;
-
-/* Transforms the n = 2^j numbers in w->fourier in place (Cooley and Tukey 1965). */
+/* Replaces the n = 2^j numbers in w->fourier by their Fourier transform (Cooley and Tukey 1965). */
 static void fourier_transform(chaplygin_work *w, int n)
 {
     cx *const v = w->fourier;
@@ -237,13 +235,12 @@ static void fourier_transform(chaplygin_work *w, int n)
                 *one = cx_add(*one, other);
             }
 }
-/* A point of an arc: torus angle alpha, angle x, d alpha/dx, sine s and cosine c of x/2. */
+/* A point of an arc: the torus angle alpha, x, slope = d alpha/dx, sine s and cosine c of x/2. */
 typedef struct arc_place {
     double alpha, x, slope, s, c;
 } arc_place;
-
-/* Changes `at` to a place whose x differs by less than 1e-9 from the x of the given alpha, by
- * bracketed Newton steps. alpha is between 0 and pi. */
+/* Changes `at` to a point whose x differs by less than 1e-9 from that of the given alpha, by Newton
+ * steps in an interval that contains the solution. alpha is between 0 and pi. */
 static void move_to_alpha(const chaplygin_arc *arc, const kr_chaplygin_arc *e, double alpha,
                           arc_place *at)
 {
@@ -274,10 +271,10 @@ static void fill_waves_at_nodes(chaplygin_work *w)
                          &w->wave_at_node[k][i]);
         }
 }
-/* Computes the Chebyshev coefficients of (x - alpha)/2 [turns] and of the periodic part of t in a
- * cell, at nodes in descending order of alpha if `is_falling` is nonzero. Returns the largest
- * magnitude among the last two coefficients of both. Those of t are divided by the larger of q, the
- * mean growth of t per radian of alpha, and the largest value of the periodic part. */
+/* Writes the Chebyshev coefficients of (x - alpha)/2 [turns] and then of the periodic part of t in
+ * a cell to `out`. `at` moves through the nodes, in descending order of alpha if `is_falling` is 1.
+ * Returns the largest of the last two coefficients of both functions, where those of t are divided
+ * by the larger of arc->q and the largest value of the periodic part. */
 static double fit_cell_series(const chaplygin_work *w, const chaplygin_arc *arc,
                               const kr_chaplygin_arc *e, int cell, int is_falling, arc_place *at,
                               double out[])
@@ -302,10 +299,10 @@ static double fit_cell_series(const chaplygin_work *w, const chaplygin_arc *arc,
         }
     return tail;
 }
-/* Computes the functions of the torus angle of arc j. The number of cells is doubled until the last
- * coefficients are rounding errors, and once more if they are below 1e-11, which reduces them below
- * 1e-15. The cell where |u| is largest comes first, because the singularities are nearest to it.
- * Returns 0 if the last coefficients remain too large. */
+/* Fills the cells of arc j in the plan. The number of cells is doubled until the last Chebyshev
+ * coefficients are below 4e-15, or once more after they fall below 1e-11, which reduces them below
+ * 1e-15. The first cell is the one with the largest |u|, because the singularities are nearest to
+ * it. Returns 0 if the last coefficients are not below 1e-13. */
 static int make_cells(chaplygin_work *w, int j)
 {
     kr_chaplygin_plan *const plan = &w->plan;
@@ -328,7 +325,7 @@ static int make_cells(chaplygin_work *w, int j)
     w->tail = fmax(w->tail, tail);
     return e->cells <= MOST_CELLS && tail < 1e-13;
 }
-/* Fills w->second for n values of alpha2, and w->wave for the Fourier transform. */
+/* Fills w->second for n values alpha2 = 2 pi i/n, and w->wave for the Fourier transform. */
 static void sample_second_arc(chaplygin_work *w, int n)
 {
     const kr_chaplygin_plan *const plan = &w->plan;
@@ -341,9 +338,9 @@ static void sample_second_arc(chaplygin_work *w, int n)
         }
     }
 }
-/* Computes the growth of the heading from a section to the next one for n values of alpha2. Returns
- * the largest Legendre coefficient of degree 7 of the integrand, which is about the square root of
- * the error of the quadrature. */
+/* Writes the growth of psi from a section to the next one for the n values of alpha2 of w->second.
+ * The error of the quadrature is about the square of the result, which is the largest Legendre
+ * coefficient of degree 7 of the integrand. */
 static double find_heading_growth(const chaplygin_work *w, int section, int n, double growth[])
 {
     const kr_chaplygin_plan *const plan = &w->plan;
@@ -370,8 +367,8 @@ static double find_heading_growth(const chaplygin_work *w, int section, int n, d
     }
     return most;
 }
-/* Replaces n samples of a function of alpha2 by its coefficients of n/2 cosines and n/2 sines.
- * Returns the largest magnitude in the last eighth of both. */
+/* Replaces the n samples v of a function of alpha2 by the coefficients of n/2 cosines and n/2 sines
+ * of multiples of alpha2. Returns the largest magnitude in the last eighth of both. */
 static double transform_section(chaplygin_work *w, int n, double v[])
 {
     const kr_chaplygin_plan *const plan = &w->plan;
@@ -387,15 +384,15 @@ static double transform_section(chaplygin_work *w, int n, double v[])
     }
     return last;
 }
-/* Returns the growth of the phase of term k [turns] while alpha1 grows by `way` turns. */
-static dd find_phase_growth(const kr_chaplygin_plan *plan, dd ratio, int k, double way)
+/* Returns the growth of the phase of term k of psi in a number of turns of alpha1 [turns]. */
+static dd find_phase_growth(const kr_chaplygin_plan *plan, dd ratio, int k, double alpha1_turns)
 {
-    const dd turns = dd_times(way * (k + 0.5 * !plan->is_whole), ratio);
+    const dd turns = dd_times(alpha1_turns * (k + 0.5 * !plan->is_whole), ratio);
     return dd_make(turns.hi - nearest(turns.hi), turns.lo);
 }
-/* Appends the slow term k, whose phase hardly changes in a turn of alpha1. `miss` is the real or
- * imaginary part of B_k(pi) that should be zero. The term jumps by twice this value at alpha1 = pi.
- * `half` is half of alpha2 [turns] there. Returns 0 if there are too many slow terms. */
+/* Appends the slow term k to the plan. `miss` is the part of B_k(pi), real or imaginary, that
+ * should be zero. The term jumps by 2 * miss at alpha1 = pi, where half of alpha2 is `half` turns.
+ * Returns 0 if there are too many slow terms. */
 static int append_slow_term(kr_chaplygin_plan *plan, dd ratio, int k, double miss, dd half)
 {
     if (plan->slow_terms == SLOW_TERMS) return 0;
@@ -411,8 +408,9 @@ static int append_slow_term(kr_chaplygin_plan *plan, dd ratio, int k, double mis
     sincos_turns(dd_half(step), &e->sine, &unused);
     return 1;
 }
-/* Replaces the coefficients G_k of the changes of psi between sections by those of psi on each
- * section, the complex conjugates of B_k. Returns 0 if there are too many slow terms. */
+/* Replaces the coefficients of the change of psi after each section (conjugates of G_k) by those of
+ * psi on this section (conjugates of B_k), for k < n/2. `ratio` is rho. `half` is half of alpha2
+ * [turns] at alpha1 = pi. Returns 0 if there are too many slow terms. */
 static int accumulate_section_changes(kr_chaplygin_plan *plan, dd ratio, int n, dd half)
 {
     plan->slow_terms = 0;
@@ -439,7 +437,7 @@ static int accumulate_section_changes(kr_chaplygin_plan *plan, dd ratio, int n, 
     }
     return 1;
 }
-/* Removes the small last terms from the n/2 cosines and n/2 sines of each section. */
+/* Removes small last terms from the n/2 cosines and n/2 sines of each section. */
 static void drop_small_terms(kr_chaplygin_plan *plan, int n)
 {
     double *const from = plan->term + plan->first;
@@ -451,9 +449,10 @@ static void drop_small_terms(kr_chaplygin_plan *plan, int n)
     for (int j = 0; j < rows; j++)
         memmove(from + j * plan->terms, from + j * (n / 2), sizeof(double) * (size_t)plan->terms);
 }
-/* Computes the Fourier series of psi on the sections. `half` is half of alpha2 [turns] at alpha1 =
- * pi. Doubles the number of sections until the error of the quadrature is negligible, and then the
- * number of samples until the last coefficients are. Returns 0 if the memory does not suffice. */
+/* Computes the Fourier series of psi on the sections. `ratio` is rho. `half` is half of alpha2
+ * [turns] at alpha1 = pi. Doubles the number of sections until the error of the quadrature is
+ * negligible, and then the number of samples n until the last coefficients are negligible. Returns
+ * 0 if the plan has too little room, or too many terms are slow. */
 static int make_sections(chaplygin_work *w, dd ratio, dd half)
 {
     kr_chaplygin_plan *const plan = &w->plan;
@@ -485,14 +484,13 @@ static int make_sections(chaplygin_work *w, dd ratio, dd half)
 
 static const torus_kind chaplygin = {KR_KIND_GORYACHEV_CHAPLYGIN, 4.0, 4.0, 1.0};
 
-/* The initial values of Chaplygin's variables u1 and u2, and for each of them a square root of |u|
- * exp(i chi) (see find_separation). */
+/* The initial values of Chaplygin's variables u, and for each a square root of |u| exp(i chi). */
 typedef struct separation {
     dd u[2];
     cdd root[2];
 } separation;
-
-/* Sets H and G. If G is negative, makes it positive by a rotation through pi about axis 1. */
+/* Sets H and G. If G is negative, turns the axes of the closed form through pi about axis 1, which
+ * reverses the sign of G. */
 static void set_integrals(torus_start *start, torus_units *way, chaplygin_curve *o)
 {
     dd *const L = start->momentum, *const g = start->up;
@@ -512,9 +510,9 @@ static void set_integrals(torus_start *start, torus_units *way, chaplygin_curve 
     }
     start->has_small_G = o->G.hi < 1e-9;
 }
-/* Computes the initial u1 and u2, and for each of them a square root of |u| exp(i chi). With
- * A(u) = g1 u - L1 g3/2 and C(u) = -g2 u + L2 g3/2, A + i C = u exp(i chi). The sign of the second
- * square root follows from L1 - i L2 = -2i * product of the two square roots. */
+/* Computes the initial u1 and u2, and for each of them a square root of |u| exp(i chi), where
+ * u exp(i chi) = (g1 u - L1 g3/2) + i (L2 g3/2 - g2 u). The sign of the second square root follows
+ * from L1 - i L2 = -2i * product of the two square roots. */
 static separation find_separation(const torus_start *start)
 {
     const dd *const L = start->momentum, *const g = start->up;
@@ -534,8 +532,8 @@ static separation find_separation(const torus_start *start)
     if (product.im.hi * L[0].hi + product.re.hi * L[1].hi < 0.0) y.root[1] = cdd_neg(y.root[1]);
     return y;
 }
-/* Returns half of the initial torus angle [turns], given u and its square root (find_separation).
- * Writes the initial periodic part of the time to `time`. Sets the sign of the arc. */
+/* Returns half of the initial torus angle [turns] of an arc, given u and `root`, a square root of
+ * |u| exp(i chi). Writes the initial periodic part of t to `time`. Sets e->sign. */
 static dd find_initial_angle(const chaplygin_arc *arc, dd u, cdd root, kr_chaplygin_arc *e,
                              double *time)
 {
@@ -568,8 +566,8 @@ static void bound_slip(kr_chaplygin_plan *plan)
     }
     plan->most_slip = 1.01 * bound / plan->mean;
 }
-/* Sets the rates of the two torus angles with respect to tau and to time. Returns the rate of
- * alpha2 divided by the rate of alpha1. */
+/* Sets the rates of the torus angles with respect to tau, and of the mean angles with respect to t.
+ * Returns rho, the rate of alpha2 divided by that of alpha1. */
 static dd set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2])
 {
     const dd det = dd_add(dd_mul(arc[0].p, arc[1].q), dd_mul(arc[1].p, arc[0].q));
@@ -589,8 +587,8 @@ static dd set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2])
     plan->ratio = ratio.hi;
     return ratio;
 }
-/* Sets the initial values of the mean angles. A mean angle grows at a constant rate with time,
- * unlike the true angle. Returns half of alpha2 [turns] where alpha1 is pi. */
+/* Sets the initial mean angles. `half` is half of each initial torus angle [turns]. `time` contains
+ * the initial periodic parts of t. Returns half of alpha2 [turns] where alpha1 is pi. */
 static dd set_mean_angles(kr_chaplygin_plan *plan, dd ratio, const dd half[2], const double time[2])
 {
     const double slip = -(time[0] + time[1]) / plan->mean;
@@ -603,7 +601,8 @@ static dd set_mean_angles(kr_chaplygin_plan *plan, dd ratio, const dd half[2], c
     }
     return dd_add(angle[1], dd_mul(ratio, dd_sub(dd_of(0.25), angle[0])));
 }
-/* Computes the plan, except for the initial heading and the certificate. */
+/* Computes the plan, except for the initial heading. Returns the reason for a failure, or
+ * KR_REFUSAL_NONE. */
 static kr_refusal analyse_curve(const torus_start *start, chaplygin_work *w)
 {
     chaplygin_curve *o = &w->curve;
@@ -641,9 +640,9 @@ static kr_refusal analyse_curve(const torus_start *start, chaplygin_work *w)
     const dd second = set_mean_angles(plan, ratio, half, time);
     return make_sections(w, ratio, second) ? KR_REFUSAL_NONE : KR_REFUSAL_HEADING;
 }
-static kr_refusal make_plan(void *space, torus_start *start, torus_units *way, double *certificate)
+static kr_refusal make_plan(void *memory, torus_start *start, torus_units *way, double *certificate)
 {
-    chaplygin_work *w = space;
+    chaplygin_work *w = memory;
     kr_chaplygin_plan *plan = &w->plan;
     set_integrals(start, way, &w->curve);
     const kr_refusal refusal = analyse_curve(start, w);

@@ -1,16 +1,17 @@
-/* States of a Goryachev-Chaplygin top with <m, e3> = 0 in closed form (axes and units:
- * goryachev_chaplygin.c). In the rescaled time tau, d tau = dt/|m|, the two torus angles alpha1 and
- * alpha2 grow at constant rates. The attitude (axes of the closed form -> space) is a product of
- * quaternions:
+/* States of a Goryachev-Chaplygin top with <m, e3> = 0 in closed form. m is the momentum, and e3
+ * the upward vertical, in the axes and units of goryachev_chaplygin.c. In the rescaled time tau,
+ * with d tau = dt/|m|, the two torus angles alpha1 and alpha2 grow at constant rates. The attitude
+ * (axes of the closed form -> space) is a product of quaternions with the heading psi:
  *     exp(k psi/2) (i + k)/sqrt2 (c1 + c2 i - s2 j + s1 k)/sqrt(|m|),
- * where |m| = c1^2 + s1^2 + c2^2 + s2^2 and m = |m| (cos psi, sin psi, 0), with the heading psi.
- * For Chaplygin's variables u1 and u2, which oscillate on intervals, called arcs,
- * c + i s = sqrt|u| exp(i chi/2). On each arc, c and s are functions of an angle x, and x - alpha
- * is a periodic function of alpha. The time t is a multiple of tau plus a periodic function of each
- * alpha. Newton's method solves this equation for tau. Mean angles are the linear part of alpha.
+ *     |m| = c1^2 + s1^2 + c2^2 + s2^2,  m = |m| (cos psi, sin psi, 0).
+ * Chaplygin's variables u1 > 0 > u2 oscillate on intervals, called arcs. On each arc, with an angle
+ * chi, c + i s = sqrt|u| exp(i chi/2). c and s are functions of an angle x, and x - alpha is a
+ * periodic function of alpha. t is a multiple of tau plus a periodic function of each alpha.
+ * Newton's method solves this equation for tau. Mean angles are the linear parts of alpha(t).
  *
- * psi is not a sum of functions of alpha1 and of alpha2. On the sections alpha1 = 2 pi j/J, psi is
- * therefore a Fourier series in alpha2, and between sections an integral along the motion. */
+ * psi is not a sum of functions of alpha1 and of alpha2. The lines alpha1 = pi j/J, for the
+ * integers j from 0 to J - 1, are called sections. On each section, psi is a Fourier series in
+ * alpha2. The change of psi from one section to the next is an integral over tau. */
 #ifndef KR_EXACT_GORYACHEV_CHAPLYGIN_H
 #define KR_EXACT_GORYACHEV_CHAPLYGIN_H
 #include "torus.h"
@@ -28,38 +29,36 @@ enum {
 typedef struct kr_chaplygin_arc {
     /* |u| = (A s^2 + B c^2)/D, D = C s^2 + c^2, with the sine s and the cosine c of x/2. */
     double A, B, C;
-    /* The factors a s^2 + b c^2 of p+ D^3 (the first three) and of p- D^3 (goryachev_chaplygin.c).
-     * For an end of the arc, the factor is a times s^2 or c^2, and b = a. The complex factors 4 and
-     * 5 are a s^2 + b c^2 +- i D imaginary, with the a and b of index 4. */
+    /* The factors a s^2 + b c^2 of the polynomials p+ D^3/2 (indices 0 to 2) and p- D^3/2 (3 to 5)
+     * of goryachev_chaplygin.c. If a root is an end of the arc, its factor is a s^2 or a c^2, and
+     * b = a. If `pair` is 1, the factors 4 and 5 are a[4] s^2 + b[4] c^2 +- i D imaginary. */
     double a[6], b[6], imaginary;
     int pair;
-    int has_sine[2], has_cosine[2]; /* is an end at x = 0, or at x = pi, a root of p+ or p-? */
+    int has_sine[2], has_cosine[2]; /* 1 if the end at x = 0, or at x = pi, is a root of p+, p- */
     double sign;                    /* of sqrt|u| cos(chi/2) for 0 < x < pi */
     double half_rate;               /* rate of half of alpha [turns] */
-    /* Cells are intervals of equal length between alpha = 0 and pi. Each has the Chebyshev
-     * coefficients of (x - alpha)/2 [turns], and then those of the periodic part of t. Both
-     * functions are odd. */
+    /* Cells are intervals of equal length between alpha = 0 and pi. Each cell has the Chebyshev
+     * coefficients of two odd functions: (x - alpha)/2 [turns], then the periodic part of t. */
     int cells, first; /* `cells` is a power of two; index of the first coefficient */
 } kr_chaplygin_arc;
-/* A nearly resonant term of the Fourier series of the heading. When alpha1 passes (2n + 1) pi, the
- * term jumps by value * sin(phase + n * step). */
+/* A nearly resonant (slow) term of the Fourier series of psi: its phase changes little in a turn of
+ * alpha1. When alpha1 passes (2n + 1) pi, the term jumps by value * sin(phase + n * step). */
 typedef struct kr_slow_term {
     double value, phase;    /* phase [turns] */
     double step, step_more; /* [turns] */
     double sine;            /* of half of a step */
 } kr_slow_term;
-
 typedef struct kr_chaplygin_plan {
     kr_torus torus;
     kr_chaplygin_arc arc[2];
     double mean; /* mean of |m| over tau */
-    /* The slip is the periodic part of tau: tau minus its mean rate times t. `most_slip` and
-     * `rounding` are a bound and the rounding error of the slip. After a step of Newton's method
-     * below `tolerance`, only a rounding error remains. */
+    /* The slip is the periodic part of tau: tau minus its mean rate times t. |slip| <= most_slip.
+     * `rounding` is the rounding error of the slip. After a step of Newton's method below
+     * `tolerance`, the remaining error is below `rounding`. */
     double most_slip, rounding, tolerance;
     /* The value of psi/2 where the series for psi is zero, in turns, as the sum of two doubles. */
     double heading_start, heading_more;
-    int is_even;  /* 1 if psi changes sign when both angles change sign */
+    int is_even;  /* 1 if psi changes sign, 0 if it is unchanged, when both angles change sign */
     int is_whole; /* 1 if the multiples of alpha2 in psi are integers, 0 if they are half-odd */
     int sections; /* between alpha1 = 0 and pi, a power of two */
     int first;    /* index of the first coefficient of a section */
@@ -71,32 +70,31 @@ typedef struct kr_chaplygin_plan {
     double term[MOST_TERMS];
 } kr_chaplygin_plan;
 
-/* The coefficients of each lane's cell, and the position y in the cell from -1 to 1. */
+/* The coefficients of each lane's cell, and the position y in the cell, from -1 to 1. */
 typedef struct cell_place {
     const double *row[LANES];
     wide y, side; /* side: -1 where alpha is between -pi and 0, and 1 elsewhere */
 } cell_place;
-
-INLINE cell_place find_cell(const kr_chaplygin_plan *plan, int j, dd half)
+INLINE cell_place find_cell(const kr_chaplygin_plan *plan, int j, dd half_alpha)
 {
     const kr_chaplygin_arc *const arc = &plan->arc[j];
     const double all = 2.0 * arc->cells;
-    const wide ahead = all * (2.0 * half.hi - nearest(2.0 * half.hi)),
+    const wide ahead = all * (2.0 * half_alpha.hi - nearest(2.0 * half_alpha.hi)),
                side = minus_where(is_negative(ahead)), place = side * ahead,
                last = wide_splat(arc->cells - 1.0),
                cell = wide_max(wide_min(nearest(place - 0.5), last), wide_splat(0.0));
     double at[LANES];
     cell_place r;
     r.side = side;
-    r.y = 2.0 * ((place - cell) + side * (all * (2.0 * half.lo))) - 1.0;
+    r.y = 2.0 * ((place - cell) + side * (all * (2.0 * half_alpha.lo))) - 1.0;
     wide_store(at, cell);
     for (int lane = 0; lane < LANES; lane++)
         r.row[lane] = plan->term + arc->first + 2 * CELL_TERMS * (int)at[lane];
     return r;
 }
-/* Writes an odd function of the torus angle of each arc: (x - alpha)/2 [turns] for `which` = 0, and
- * the periodic part of t for 1. Clenshaw's recurrences for even and for odd terms are independent
- * and run in parallel: with z = T_2(y), T_2k(y) = T_k(z) and T_2k+1(y) = y (U_k(z) - U_k-1(z)). */
+/* Writes a function of the torus angle for each of `arcs` arcs at the places p: (x - alpha)/2
+ * [turns] if `which` is 0, or the periodic part of t if it is 1. Even and odd terms have separate
+ * recurrences (Clenshaw): T_2k(y) = T_k(z), T_2k+1(y) = y (U_k(z) - U_k-1(z)), z = T_2(y). */
 INLINE void evaluate_cell_series(const cell_place p[], int arcs, int which, wide out[])
 {
     const int first = which * CELL_TERMS;
@@ -121,8 +119,8 @@ INLINE void evaluate_cell_series(const cell_place p[], int arcs, int which, wide
 typedef struct chaplygin_point {
     wide c, s, size;
 } chaplygin_point;
-
-/* Writes |p+| D^3/2 and |p-| D^3/2, except for the factor s^2 or c^2 of each end of the arc. */
+/* Writes |p+| D^3/2 and |p-| D^3/2 without the factor s^2 or c^2 of each end of the arc. ss and cc
+ * are s^2 and c^2, with the sine s and the cosine c of x/2. */
 INLINE void find_arc_products(const kr_chaplygin_arc *arc, wide ss, wide cc, wide D, wide out[2])
 {
     for (int k = 0; k < 2; k++) {
@@ -152,8 +150,8 @@ INLINE chaplygin_point find_chaplygin_point(const kr_chaplygin_arc *arc, wide s,
     }
     return (chaplygin_point){half[0], half[1], (arc->A * ss + arc->B * cc) * one};
 }
-/* Finds the points on the arcs with the indices `from` to `to`, given half of each torus angle
- * [turns]. Also finds the periodic parts of the time if `time` is not NULL. */
+/* Writes the points on the arcs with the indices `from` to `to`, given half of the torus angle of
+ * each [turns], to `out`. Writes the periodic parts of t to `time`, unless `time` is NULL. */
 INLINE void find_points(const kr_chaplygin_plan *plan, int from, int to, const dd half[],
                         chaplygin_point out[], wide time[])
 {
@@ -166,11 +164,11 @@ INLINE void find_points(const kr_chaplygin_plan *plan, int from, int to, const d
     for (int j = 0; j < arcs; j++) sincos_turns(phase_plus(half[j], turns[j]), &s[j], &c[j]);
     for (int j = 0; j < arcs; j++) out[j] = find_chaplygin_point(&plan->arc[from + j], s[j], c[j]);
 }
-/* Finds half of each torus angle [turns] for half of each mean angle. The slip, the periodic part
- * of tau, solves an equation with the derivative |m|. The logarithm of |m| changes by at most one
- * in a unit of tau. The steps of Newton's method stay in an interval that brackets the solution. A
- * step longer than half the previous one is replaced by bisection, because Newton's method could
- * alternate between two points on opposite sides of the solution. */
+/* Writes half of each torus angle, given half of each mean angle [turns]. The slip (see
+ * kr_chaplygin_plan) is the root of a function with the derivative |m|. log |m| changes by at most
+ * one in a unit of tau. The steps of Newton's method stay in an interval that contains the root. A
+ * step longer than half of the previous one is replaced by bisection: without this rule, Newton's
+ * method could alternate between two points on opposite sides of the root. */
 INLINE void find_true_angles(const kr_chaplygin_plan *plan, const dd mean[2], dd half[2])
 {
     wide high = wide_splat(plan->most_slip), low = -high, moved = 4.0 * high,
@@ -198,7 +196,7 @@ INLINE void find_true_angles(const kr_chaplygin_plan *plan, const dd mean[2], dd
     }
     for (int j = 0; j < 2; j++) half[j] = phase_plus(mean[j], slip * plan->arc[j].half_rate);
 }
-/* Returns the derivative of the heading psi with respect to tau. */
+/* Returns the derivative of psi with respect to tau at the points p of both arcs. */
 INLINE wide find_heading_rate(const chaplygin_point p[2])
 {
     return 2.0 * (p[0].c * p[1].s + p[0].s * p[1].c) / (p[0].size + p[1].size);
@@ -213,29 +211,30 @@ static const double gauss_node[HEADING_NODES] = {0.019855071751231884, 0.1016667
                                                    0.18134189168918099,  0.15685332293894364,
                                                    0.11119051722668724,  0.050614268145188129};
 
-/* Returns the change of the heading while alpha1 grows by `left` turns from the section at `at`
- * turns. `half` is half of alpha2 [turns] on this section. */
-INLINE wide integrate_heading(const kr_chaplygin_plan *plan, wide at, wide left, wide half)
+/* Returns the change of psi while alpha1 grows by `growth` turns from a section, at which alpha1
+ * [turns] and half of alpha2 [turns] have the given values. */
+INLINE wide integrate_heading(const kr_chaplygin_plan *plan, wide alpha1, wide growth,
+                              wide half_alpha2)
 {
     wide sum = wide_splat(0.0);
     for (int g = 0; g < HEADING_NODES; g++) {
-        const wide way = (0.5 * gauss_node[g]) * left;
-        const dd node[2] = {dd_of(0.5 * at + way), dd_of(half + plan->ratio * way)};
+        const wide way = (0.5 * gauss_node[g]) * growth;
+        const dd node[2] = {dd_of(0.5 * alpha1 + way), dd_of(half_alpha2 + plan->ratio * way)};
         chaplygin_point p[2];
         find_points(plan, 0, 1, node, p, NULL);
         sum = sum + gauss_weight[g] * find_heading_rate(p);
     }
-    return plan->span * left * sum;
+    return plan->span * growth * sum;
 }
-/* Returns the sum of the Fourier series of the heading on the section of each lane, for half of
- * alpha2 [turns]. The recurrences for even and odd terms of cosines and sines are independent. */
-INLINE wide sum_section_series(const kr_chaplygin_plan *plan, wide section, dd half)
+/* Returns psi on the section with the index `section`, from its Fourier series, given half of
+ * alpha2 [turns]. Clenshaw's recurrences for even and for odd terms are independent. */
+INLINE wide sum_section_series(const kr_chaplygin_plan *plan, wide section, dd half_alpha2)
 {
     const int terms = plan->terms, shift = !plan->is_whole;
-    wide c[5], s[5]; /* of multiples of half of alpha2 */
+    wide c[5], s[5]; /* of multiples of alpha2/2 */
     c[0] = wide_splat(1.0);
     s[0] = wide_splat(0.0);
-    sincos_turns(half, &s[1], &c[1]);
+    sincos_turns(half_alpha2, &s[1], &c[1]);
     for (int i = 2; i < 5; i++) {
         const int low = i / 2, high = i - low;
         c[i] = c[low] * c[high] - s[low] * s[high];
@@ -265,30 +264,30 @@ INLINE wide sum_section_series(const kr_chaplygin_plan *plan, wide section, dd h
     return total;
 }
 INLINE wide signed_fraction(dd x) { return (x.hi - nearest(x.hi)) + x.lo; }
-/* Returns the sum of the jumps of all slow terms in n turns of alpha1, a geometric series. */
-INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, wide n)
+/* Returns the sum of the jumps of all slow terms (kr_slow_term) in whole turns of alpha1. */
+INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, wide turns)
 {
     wide sum = wide_splat(0.0);
     for (int i = 0; i < plan->slow_terms; i++) {
         const kr_slow_term *e = &plan->slow[i];
         const dd step = dd_make(wide_splat(0.5 * e->step), wide_splat(0.5 * e->step_more));
-        const wide far = signed_fraction(dd_times(n, step)),
-                   middle = e->phase + signed_fraction(dd_times(n - 1.0, step));
+        const wide far = signed_fraction(dd_times(turns, step)),
+                   middle = e->phase + signed_fraction(dd_times(turns - 1.0, step));
         wide s, wave, unused;
         sincos_turns(dd_of(far), &s, &unused);
         sincos_turns(dd_of(middle), &wave, &unused);
-        const wide growth = e->sine != 0.0 ? s / e->sine : n;
+        const wide growth = e->sine != 0.0 ? s / e->sine : turns;
         sum = sum + e->value * wave * growth;
     }
     return sum;
 }
-/* Returns the heading, up to a constant, for half of each torus angle [turns]. `turns` is a
- * number of whole turns of alpha1 that are not included in half[0]. */
+/* Returns psi, up to a constant. The torus angles are 2 half[0] + `turns` and 2 half[1], in turns,
+ * where `turns` is a whole number. */
 INLINE wide find_heading(const kr_chaplygin_plan *plan, const dd half[2], wide turns)
 {
     const wide turn = nearest(2.0 * half[0].hi), ahead = 2.0 * half[0].hi - turn,
                side = minus_where(is_negative(ahead));
-    /* The heading is even or odd in the angles, and changes its sign after a turn of alpha1. */
+    /* psi is even or odd in both angles together, and changes its sign after a turn of alpha1. */
     const double all = 2.0 * plan->sections;
     const wide place = side * ahead,
                section =
@@ -303,8 +302,8 @@ INLINE wide find_heading(const kr_chaplygin_plan *plan, const dd half[2], wide t
     const wide sign = minus_where(is_odd) * (plan->is_even ? side : wide_splat(1.0));
     return sign * value + sum_slow_terms(plan, turns + turn);
 }
-/* Returns the state at `time`. The array `mean` contains half of each mean angle [turns].
- * `turns` is a number of whole turns of alpha1 that are not included in mean[0]. */
+/* Returns the state at `time`. The mean angles are 2 mean[0] + `turns` and 2 mean[1], in turns,
+ * where `turns` is a whole number. */
 INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time, const dd mean[2],
                                        wide turns)
 {
@@ -314,7 +313,7 @@ INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time,
     find_points(plan, 0, 1, half, p, NULL);
     const wide c1 = p[0].c, c2 = p[1].c, s1 = p[0].s, s2 = p[1].s,
                size = (c1 * c1 + s1 * s1) + (c2 * c2 + s2 * s2);
-    /* psi/2 in turns. The low part of the product is below the rounding error of the series. */
+    /* psi/2 in turns; the low part of turns_per_radian is below the error of the series */
     const wide near = 0.5 * (find_heading(plan, half, turns) * turns_per_radian().hi);
     dd heading = two_sum(wide_splat(plan->heading_start), near - nearest(near));
     heading.lo = heading.lo + plan->heading_more;

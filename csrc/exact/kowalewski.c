@@ -4,29 +4,30 @@
  *
  * Units and axes: The moments are (2, 2, 1), and mass * |gravity| * |com| = 1. Axis 1 points away
  * from the centre of mass if gravity is positive, and towards it otherwise. Axis 3 is the principal
- * axis with moment 1. With the angular velocity (p, q, r) and e3 = (g1, g2, g3) in the body frame,
+ * axis with moment 1. With the momentum m, the angular velocity (p, q, r) and the upward vertical
+ * e3 = (g1, g2, g3) in the body frame,
  *     h = p^2 + q^2 + r^2/2 - g1,  l = <m, e3>,  k = |(p + iq)^2 + g1 + i g2|,  c = 1 - k^2,
  *     phi(w) = 2 (w + h)(w^2 + c) - l^2,  F(w)^2 = -(w^2 - k^2) phi(w).
  * Kowalewski's variables w1 > w2 move at the rates F(w1)/(w1 - w2) and F(w2)/(w2 - w1) on arcs
- * between branch points of F, which are k, -k and the roots of phi. On an arc
+ * between branch points of F, which are k, -k and the roots e0, e1 and e2 of phi. On an arc
  *     w = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + cos^2  of half of an angle x.
  * Then dt = |dw/F| equals D R dx, where R is an even periodic function of x, and t is not the time.
  * The trapezoidal rule for averages therefore converges exponentially (Kowalevski, Acta Math. 12
- * (1889) 177). Landen transformations replace x by y. kowalewski.h defines y, the torus angles
- * theta, and the heading. */
+ * (1889) 177). Landen transformations replace x by an angle y. The torus angles theta1 and theta2
+ * are sums of y1 or y2 and of sine series in y1 and y2, and grow linearly with time. The heading
+ * (kowalewski.h) is an angle about e3. Koetter's formulas (kowalewski.h) give the state. */
 #include "kowalewski.h"
 enum { GRID = HARMONICS };
 #include "torus_setup.h"
 
-/* The constants of a motion and its branch points (see the first comment of this file). */
+/* The constants of a motion. The branch points `root` are e0, e1, e2, k and -k. */
 typedef struct kowalewski_curve {
     dd h, l, k, c;
-    int pair; /* 1 if roots 1 and 2 are complex: root[1] +- i root[2] */
+    int pair; /* 1 if e1 and e2 are complex: root[1] +- i root[2] */
     dd root[ROOTS];
     int order[ROOTS], real; /* indices of the real roots, ascending; their number */
 } kowalewski_curve;
-
-/* A real pole w of the integrand of the heading, with N - w D = a sin^2 + b cos^2. */
+/* A real pole w of the integrand of the heading, with N - w D = a sin^2 + b cos^2 of x/2. */
 typedef struct heading_pole {
     dd a, b, value;  /* value: sqrt(a b)/2 if is_adjacent, or 0 */
     int is_adjacent; /* 1 if the pole is in the gap next to an end of the arc */
@@ -36,19 +37,18 @@ typedef struct kowalewski_arc {
     const kowalewski_curve *curve;
     dd A, B, C;
     int low, high;
-    /* N - root D = a sin^2 + b cos^2, where a complex root is replaced by its real part. */
+    /* N - root D = a sin^2 + b cos^2 of x/2; the real part replaces a complex root. */
     dd a[ROOTS], b[ROOTS];
-    int folds;            /* number of Landen transformations from y to x */
+    int folds;            /* number of Landen transformations from x to y */
     dd fold[FOLDS];       /* moduli of the transformations */
     int crosswise[FOLDS]; /* 1 if one removes singularities with Re x = pi/2, not 0 or pi */
     heading_pole pole[2];
-    dd p, q, turn;        /* averages of dt/dy, w dt/dy, and the heading's integrand */
+    dd p, q, turn;        /* averages over y of dt/dy, w dt/dy, and the heading's integrand */
     int points;           /* number of intervals used */
     double sine[3][GRID]; /* series of theta1 - y1, theta2 - y2 and the heading */
 } kowalewski_arc;
 
-/* Computes the constants of the curve for the state (p, q, r, g1, g2, g3), and its branch points:
- * the roots of phi, and k and -k. */
+/* Sets the constants and branch points, given a state y = (p, q, r, g1, g2, g3) and l. */
 static void set_curve(kowalewski_curve *o, const dd y[6], dd l)
 {
     const dd re = dd_add(dd_sub(dd_square(y[0]), dd_square(y[1])), y[3]),
@@ -64,19 +64,17 @@ static void set_curve(kowalewski_curve *o, const dd y[6], dd l)
     o->root[ROOT_MINUS_K] = dd_neg(o->k);
     o->real = sort_real_roots(o->root, ROOTS, o->pair ? 1 : ROOTS, o->order);
 }
-/* Returns the i-th real root in ascending order. */
 static dd ordered_root(const kowalewski_curve *o, int i) { return o->root[o->order[i]]; }
 
-/* The difference between a root e of phi and a nearby branch point a (k or -k), computed
- * accurately. Since a^2 + c = 1 and e^2 + c = l^2/(2 (e + h)),
+/* The accurate difference between a root e of phi and a nearby branch point a, which is k or -k. As
+ * a^2 + c = 1 and e^2 + c = l^2/(2 (e + h)),
  *     (a - e)(a + e)(e + h) = e + h - l^2/2.
- * The member `resolution` measures the cancellation in e + h and in e + h - l^2/2. */
+ * `resolution` is the smaller of |e + h| and |e + h - l^2/2|, divided by the largest term. */
 typedef struct close_roots {
     int apply; /* 1 if this formula loses fewer digits to cancellation than a - e */
-    dd apart;
+    dd apart;  /* root i minus root j, if `apply` is 1 */
     double resolution;
 } close_roots;
-
 static close_roots find_close_roots(const kowalewski_curve *o, int i, int j)
 {
     const int first = i < j ? i : j;
@@ -92,13 +90,13 @@ static close_roots find_close_roots(const kowalewski_curve *o, int i, int j)
     if (i < j) r.apart = dd_neg(r.apart);
     return r;
 }
-/* Returns root i minus root j, or the difference of the real parts for complex roots. */
+/* Returns branch point i minus branch point j, or the difference of their real parts. */
 static dd root_difference(const kowalewski_curve *o, int i, int j)
 {
     const close_roots r = find_close_roots(o, i, j);
     return r.apply ? r.apart : dd_sub(o->root[i], o->root[j]);
 }
-/* Writes w1 > w2, the roots of (2q)^2 w^2 + 2 R12 w + R1 (Kowalewski's R1 and R12). */
+/* Writes w1 > w2, the roots of (2q)^2 w^2 + 2 R12 w + R1 (Kowalewski's R1 and R12), to w. */
 static void find_kowalewski_variables(const kowalewski_curve *o, dd p, dd q, dd w[2])
 {
     const dd y = dd_add(dd_square(p), dd_square(q)), two_h = dd_twice(o->h);
@@ -117,14 +115,13 @@ static void find_kowalewski_variables(const kowalewski_curve *o, dd p, dd q, dd 
     w[0] = swap ? v : u;
     w[1] = swap ? u : v;
 }
-/* The distances up = k - w1, down and below of w1 and w2 from the ends of their arcs. */
+/* The distances of w1 and w2 from the ends of their arcs. */
 typedef struct arc_gaps {
-    dd up, down, below; /* down: w1 minus the lower end; below: the upper end minus w2 */
-    double mismatch;    /* relative error of the unused equations (refine_gaps) */
+    dd up, down, below; /* k - w1; w1 minus the lower end; the upper end minus w2 */
+    double mismatch;    /* relative error of the unsolved equations (refine_gaps) */
 } arc_gaps;
-
-/* Returns q^2 (w1 - e)(e - w2), where the root e with index i is an end of an arc. With
- * A^2 = 2 (e + h), B^2 = e^2 + c and A B = l, this is the square of
+/* Returns q^2 (w1 - e)(e - w2) for an end e of an arc, the branch point with index i. With
+ * A^2 = 2 (e + h), B^2 = e^2 + c and A B = l, this product is the square of
  *     A (p^2 + q^2 - e)/2 + B p   for a root of phi, and of re_z (find_arc_gaps) for -k. */
 static dd find_end_product(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
 {
@@ -138,10 +135,10 @@ static dd find_end_product(const kowalewski_curve *o, int i, dd p, dd q, dd re_z
         A = dd_div(o->l, B);
     return dd_square(dd_add(dd_half(dd_mul(A, size)), dd_mul(B, p)));
 }
-/* Refines approximate distances of w1 and w2 from the ends of their arcs. `product` contains exact
- * values of (k - w1)(k - w2), and of (w1 - e)(e - w2) for the lower end e of the first arc and then
- * for the upper end e of the second. Each iteration solves two of these three equations, chosen for
- * the fastest convergence. */
+/* Refines the approximate distances `gap` of w1 and w2 from the ends of their arcs. `product` holds
+ * accurate values of (k - w1)(k - w2), of (w1 - e)(e - w2) for the lower end e of the first arc,
+ * and of (w1 - e)(e - w2) for the upper end e of the second. Each iteration solves two of these
+ * three equations for w1 and w2. The two that are chosen give the fastest convergence. */
 static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps *gap)
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -169,10 +166,10 @@ static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps
     /* On a short arc, an error of w1 hardly changes the state. */
     gap->mismatch = fmax(fabs(ends.hi) / sqrt(height.hi), fabs(rest.hi) / product[2].hi);
 }
-/* Computes the distances of w1 and w2 from the ends of their arcs for the state y = (p, q, r, g1,
- * g2, g3). With x = p + iq and z = (r x + g3) conj(sqrt(x^2 + g1 + i g2)),
+/* Returns the distances of w1 and w2 from the ends of their arcs in a state
+ * y = (p, q, r, g1, g2, g3). With x = p + iq and z = (r x + g3) conj(sqrt(x^2 + g1 + i g2)),
  *     (k - w1)(k - w2) = (Im z/q)^2,   (w1 + k)(-k - w2) = (Re z/q)^2.
- * These products and those of find_end_product determine the distances to full precision. */
+ * Such products (see find_end_product) determine the distances to full precision. */
 static arc_gaps find_arc_gaps(const kowalewski_curve *o, const dd y[6])
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -192,7 +189,7 @@ static arc_gaps find_arc_gaps(const kowalewski_curve *o, const dd y[6])
     return gap;
 }
 
-/* Sets the coefficients of an arc. `scale` is C, or -A if the arc ends at infinity. */
+/* Sets the coefficients A, B, C, a and b. `scale` becomes C, or -A if the arc ends at infinity. */
 static void scale_arc(kowalewski_arc *arc, dd scale)
 {
     const kowalewski_curve *o = arc->curve;
@@ -205,37 +202,36 @@ static void scale_arc(kowalewski_arc *arc, dd scale)
         arc->b[i] = root_difference(o, arc->high, i);
     }
 }
-/* The complex singularities of the integrands of an arc, stored as values of cos x. Double-doubles
- * are needed, because cos x is close to 1 or -1 for singularities near an end of the arc. */
+/* The complex singularities x of an arc's integrands (sample_arc), stored as cos x. Where x
+ * is near 0 or pi, cos x is close to 1 or -1, and doubles would not resolve x. */
 typedef struct singularities {
     int count;
     cdd cosine[ROOTS + 1 + FOLDS];
 } singularities;
-
 /* Returns the hyperbolic sine of |Im x|, given cos x. */
-static dd sinh_of_imaginary_part(cdd c)
+static dd sinh_of_imaginary_part(cdd cosine)
 {
-    const cdd one = cdd_of_real(dd_of(1.0));
+    const cdd one = cdd_of_real(dd_of(1.0)), c = cosine;
     const dd mean = dd_half(
         dd_add(dd_sqrt(cdd_abs_square(cdd_add(c, one))), dd_sqrt(cdd_abs_square(cdd_sub(c, one)))));
     return dd_sqrt(dd_max(dd_sub(dd_square(mean), dd_of(1.0)), dd_of(0.0)));
 }
-static cdd convert_cosine_to_sine(cdd c)
+static cdd convert_cosine_to_sine(cdd cosine)
 {
     const cdd one = cdd_of_real(dd_of(1.0));
-    return cdd_sqrt(cdd_mul(cdd_sub(one, c), cdd_add(one, c)));
+    return cdd_sqrt(cdd_mul(cdd_sub(one, cosine), cdd_add(one, cosine)));
 }
 /* Returns 1 if Re x is pi/2, 0 if Re x is 0 or pi, and -1 otherwise, given cos x. */
-static int find_symmetry_line(cdd c)
+static int find_symmetry_line(cdd cosine)
 {
-    const cx sine = cdd_high(convert_cosine_to_sine(c)), cosine = cdd_high(c);
-    const int crosswise = fabs(cosine.re) < fabs(cosine.im);
-    const cx u = crosswise ? sine : cosine;
+    const cx s = cdd_high(convert_cosine_to_sine(cosine)), c = cdd_high(cosine);
+    const int crosswise = fabs(c.re) < fabs(c.im);
+    const cx u = crosswise ? s : c;
     return fabs(u.im) > 1e-6 * fabs(u.re) ? -1 : crosswise;
 }
-/* Returns the smallest sinh |Im x| of all singularities x. Writes the smallest one of those with Re
- * x = 0, pi/2 or pi, which a Landen transformation can remove, to `height`. Sets `crosswise` to 1
- * if Re x = pi/2 for this singularity, and to 0 otherwise. */
+/* Returns the smallest sinh |Im x| of all singularities x. Writes the smallest one for Re x = 0,
+ * pi/2 or pi, where a Landen transformation can remove x, to `height`, and whether Re x = pi/2
+ * there (1 or 0) to `crosswise`. */
 static double find_nearest_singularity(const singularities *v, dd *height, int *crosswise)
 {
     double least = INFINITY;
@@ -264,10 +260,10 @@ static singularities find_singularities(const kowalewski_arc *arc)
     }
     return v;
 }
-/* Returns the singularities after a Landen transformation of modulus m. Let u be cos x, and let v
- * be the cosine of the new variable. If `crosswise` is nonzero, u and v are the sines of both
- * variables. The transformation is m u v^2 - (1 + m) v + u = 0. A singularity at u disappears if
- * this equation for v has a double root. There is a new singularity at v = 1/m. */
+/* Returns the singularities after a Landen transformation of modulus m from x to a new variable y.
+ * With u = cos x and v = cos y (if `crosswise` is nonzero, u = sin x and v = sin y), the
+ * transformation is m u v^2 - (1 + m) v + u = 0. A singularity at u disappears if this equation for
+ * v has a double root. There is a new singularity at v = 1/m. */
 static singularities move_singularities(const singularities *from, dd m, int crosswise)
 {
     const dd plus = dd_plus(m, 1.0), minus = dd_sub(dd_of(1.0), m);
@@ -285,9 +281,9 @@ static singularities move_singularities(const singularities *from, dd m, int cro
     to.cosine[to.count++] = crosswise ? convert_cosine_to_sine(last) : last;
     return to;
 }
-/* Chooses Landen transformations that move the singularities of the integrands away from the real
- * axis. Each transformation removes one singularity, but roughly halves the distances of the
- * others. Returns sinh |Im x| of the singularity x that is nearest to the axis afterwards. */
+/* Chooses the Landen transformations of an arc, which remove singularities of its integrands near
+ * the real axis. Each transformation removes one singularity, but roughly halves the distances of
+ * the others from the axis. Returns the smallest sinh |Im y| of all singularities y that remain. */
 static double choose_landen_transformations(kowalewski_arc *arc)
 {
     singularities now = find_singularities(arc);
@@ -311,8 +307,8 @@ static double choose_landen_transformations(kowalewski_arc *arc)
     arc->folds = folds;
     return best;
 }
-/* Sets the coefficients of an arc such that its averages converge fast. If all branch points are
- * real, `scale` is the best argument of scale_arc. */
+/* Sets the coefficients and the Landen transformations of an arc such that its averages converge
+ * fast. `scale` is the best argument of scale_arc if all branch points are real. */
 static void choose_scale(kowalewski_arc *arc, dd scale)
 {
     scale_arc(arc, scale);
@@ -330,8 +326,8 @@ static void choose_scale(kowalewski_arc *arc, dd scale)
     scale_arc(arc, scale);
     if (choose_landen_transformations(arc) < plain) *arc = old;
 }
-/* Sets up the arc of w1, which ends at the largest real zero of F(w)^2, and the arc of w2, which
- * ends at the smallest one. */
+/* Sets up the arc of w1, between the largest two real branch points, and the arc of w2, from minus
+ * infinity to the smallest one. */
 static void make_arcs(const kowalewski_curve *o, kowalewski_arc arc[2])
 {
     const int top = o->real - 1;
@@ -347,8 +343,8 @@ static void make_arcs(const kowalewski_curve *o, kowalewski_arc arc[2])
     choose_scale(&arc[1], dd_sqrt(dd_mul(root_difference(o, above, least),
                                          root_difference(o, high, least))));
 }
-/* Converts the sine and cosine of the transformed variable y to those of x, and returns dx/dy. The
- * code exchanges values instead of pointers to avoid an optimizer error in gcc 12.2 at -O1. */
+/* Replaces the sine and cosine of y by those of x, and returns dx/dy. The code exchanges values
+ * instead of pointers to avoid an optimizer error in gcc 12.2 at -O1. */
 static dd invert_landen_transformations(const kowalewski_arc *arc, dd *s, dd *c)
 {
     dd slope = dd_of(1.0);
@@ -366,7 +362,7 @@ static dd invert_landen_transformations(const kowalewski_arc *arc, dd *s, dd *c)
     }
     return slope;
 }
-/* Converts the sine and cosine of x to those of the transformed variable y. */
+/* Replaces the sine and cosine of x by those of y. */
 static void apply_landen_transformations(const kowalewski_arc *arc, dd *s, dd *c)
 {
     for (int i = 0; i < arc->folds; i++) {
@@ -381,17 +377,17 @@ static void apply_landen_transformations(const kowalewski_arc *arc, dd *s, dd *c
         *c = dd_choose(crosswise, other, one);
     }
 }
-/* Writes N and D, and returns R at x; s and c are the squares of sin x/2 and cos x/2. */
-static dd evaluate_arc(const kowalewski_arc *arc, dd s, dd c, dd *N, dd *D)
+/* Writes N and D, and returns R. ss and cc are the squares of sin(x/2) and cos(x/2). */
+static dd evaluate_arc(const kowalewski_arc *arc, dd ss, dd cc, dd *N, dd *D)
 {
     const kowalewski_curve *o = arc->curve;
     dd product = dd_of(1.0);
-    *N = add_products(arc->A, s, arc->B, c);
-    *D = dd_add(dd_mul(arc->C, s), c);
+    *N = add_products(arc->A, ss, arc->B, cc);
+    *D = dd_add(dd_mul(arc->C, ss), cc);
     for (int i = 0; i < ROOTS; i++) {
         dd factor;
         if (i == arc->low || i == arc->high || (o->pair && i == 2)) continue;
-        factor = add_products(arc->a[i], s, arc->b[i], c);
+        factor = add_products(arc->a[i], ss, arc->b[i], cc);
         if (o->pair && i == 1)
             factor = dd_add(dd_square(factor), dd_square(dd_mul(o->root[2], *D)));
         product = dd_mul(product, factor);
@@ -403,10 +399,10 @@ static dd evaluate_arc(const kowalewski_arc *arc, dd s, dd c, dd *N, dd *D)
 
 /* The heading of the vector C (kowalewski.h) is the integral of l w dw/((w^2 + c) F). The poles of
  * this integrand, at w^2 = -c, are close to the arcs if l is small. A real pole w0 in the gap next
- * to an arc contributes |l| D^2 R/2(N - w0 D), with N - w0 D = a sin^2 + b cos^2 of x/2. The
+ * to an arc contributes |l| D^2 R/(2 (N - w0 D)) dx, with N - w0 D = a sin^2 + b cos^2 of x/2. The
  * multiple of 1/(N - w0 D) that has the same residue is subtracted. The integral of this multiple
  * is the argument of sqrt(b) cos x/2 + i sqrt(a) sin x/2, which kowalewski.h adds. */
-/* Returns root i minus the pole w, computed without cancellation. */
+/* Returns branch point i minus the pole w, computed without cancellation. */
 static dd root_minus_pole(const kowalewski_curve *o, int i, dd w)
 {
     const dd difference = dd_sub(o->root[i], w), sum = dd_add(o->root[i], w),
@@ -434,8 +430,8 @@ static void set_heading_poles(kowalewski_arc *arc)
         p->value = p->is_adjacent ? dd_half(dd_sqrt(dd_mul(p->a, p->b))) : dd_of(0.0);
     }
 }
-/* Writes dt/dy, w dt/dy, and the integrand of the heading for l > 0, without the terms subtracted
- * for its poles, at angle i of the table. */
+/* Writes the integrands of an arc at the angle y with the cosine t->c[i]: dt/dy, w dt/dy, and the
+ * integrand of the heading, for |l|, minus the terms for poles next to the arc. */
 static void sample_arc(const void *data, const cosine_table *t, int i, dd out[3])
 {
     const kowalewski_arc *arc = data;
@@ -459,7 +455,7 @@ static void sample_arc(const void *data, const cosine_table *t, int i, dd out[3]
             out[2] = dd_add(out[2], dd_div(dd_sub(dd_half(g), dd_mul(slope, p->value)), under));
     }
 }
-/* Computes the averages over an arc. Returns 0 if the averages do not converge. */
+/* Sets the averages and the poles of an arc. Returns 0 if the averages do not converge. */
 static int average_arc(kowalewski_arc *arc, cosine_table *table, samples *v)
 {
     double floor[3] = {0.0, 0.0, 0.0};
@@ -472,12 +468,12 @@ static int average_arc(kowalewski_arc *arc, cosine_table *table, samples *v)
     arc->turn = mean[2];
     return arc->points > 0;
 }
-/* Computes the sine series of arc j, for both torus angles and the heading, from its samples. Let p
- * and q be the averages of dt/dy and w dt/dy, and det = p2 q1 - p1 q2. The differentials of theta1
- * and theta2 are sums over both arcs of
+/* Computes the sine series of arc j, for both torus angles and the heading, from its samples v. Let
+ * p and q be the averages of dt/dy and w dt/dy, and det = p2 q1 - p1 q2. The differentials of
+ * theta1 and theta2 are sums over both arcs of
  *     (p2 w dt - q2 dt)/det  and  (p1 w dt - q1 dt)/det,
- * with a minus sign for the second arc, where F has the opposite sign. Multiples of these
- * differentials in the integrand of the heading can be large, and are subtracted from it first. */
+ * with a minus sign for the second arc, where F has the opposite sign. The integrand of the heading
+ * contains multiples of these differentials, which can be large, and are subtracted first. */
 static void integrate_arc(kowalewski_arc arc[2], int j, dd det, const cosine_table *table,
                           samples *v)
 {
@@ -502,8 +498,8 @@ static void integrate_arc(kowalewski_arc arc[2], int j, dd det, const cosine_tab
     for (int i = 0; i < 3; i++) integrate_samples(v->v[i], table, arc[j].points, arc[j].sine[i]);
 }
 /* Computes the averages over both arcs, the sine series, and the rates of the two torus angles and
- * of the heading. The rate of the heading does not include the factors for poles (kowalewski.h).
- * Returns 0 if an average is not accurate enough. */
+ * of the heading (without the factors for poles, see kowalewski.h). `table` and `v` are working
+ * memory. Returns 0 if an average does not converge or det <= 0 (integrate_arc). */
 static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine_table *table,
                         samples v[2], dd rate[3])
 {
@@ -519,8 +515,7 @@ static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine
     rate[2] = o->l.hi < 0.0 ? dd_neg(heading) : heading;
     return det.hi > 0.0;
 }
-/* Adds the sums of two sine series of an arc to the torus angles `theta`. s and c are the sine and
- * cosine of the arc's angle y. */
+/* Adds the arc's sine series in theta1 and theta2, at sin y = s and cos y = c, to `theta`. */
 static void add_sines(const kowalewski_arc *arc, double s, double c, double theta[2])
 {
     for (int i = 0; i < 2; i++) {
@@ -536,18 +531,16 @@ static void add_sines(const kowalewski_arc *arc, double s, double c, double thet
 
 enum { ORDER = 12 }; /* of Taylor series */
 
-/* A point of an arc: the sine and cosine of x/2, the angle y, and the contributions of the arc to
- * theta1 - y1 and theta2 - y2. */
+/* A point of an arc: sine and cosine of x/2, y, and the arc's sine series in theta1 and theta2. */
 typedef struct start_point {
     double s, c, angle, theta[2];
 } start_point;
-
 static cdd complex_root(const kowalewski_curve *o, int i)
 {
     if (!o->pair || i == 0 || i >= ROOT_K) return cdd_of_real(o->root[i]);
     return cdd_of(o->root[1], i == 1 ? o->root[2] : dd_neg(o->root[2]));
 }
-/* Computes the Taylor coefficients of the solution with the initial state y = (p, ..., g3). */
+/* Writes the Taylor coefficients of the motion with the initial state (p, q, r, g1, g2, g3). */
 static void expand_taylor_series(const dd y[6], dd c[6][ORDER + 1])
 {
     for (int i = 0; i < 6; i++) c[i][0] = y[i];
@@ -573,20 +566,20 @@ static void sum_taylor_series(dd c[6][ORDER + 1], double span, dd out[6])
         for (int n = ORDER - 1; n >= 0; n--) out[i] = dd_add(dd_times(span, out[i]), c[i][n]);
     }
 }
-/* Computes the point of an arc whose variable w (kowalewski.h) is below its upper end by `gap` and
- * above its lower end by `rest`, which is not used if the lower end is at infinity. `next` is the
- * value of `gap` a short time later, and determines the direction of the motion. Returns 0 if the
- * point is too close to an end: sin(x/2) or cos(x/2) is at most `least`. */
-static int find_start_point(const kowalewski_arc *arc, dd gap, dd rest, dd next, double least,
-                            start_point *out)
+/* Computes the point of an arc whose w is `upper` below the upper end and `lower` above the lower
+ * end of the arc. If the lower end is at infinity, `lower` is not used. `next_upper` is the value
+ * of `upper` a short time later, and determines the sign of x. Returns 0 if the point is too close
+ * to an end: |sin(x/2)| or |cos(x/2)| is at most `least`. */
+static int find_start_point(const kowalewski_arc *arc, dd upper, dd lower, dd next_upper,
+                            double least, start_point *out)
 {
-    const dd none = dd_of(0.0), up = dd_max(gap, none),
-             down = arc->low == AT_INFINITY ? dd_neg(arc->A) : dd_mul(arc->C, dd_max(rest, none)),
+    const dd none = dd_of(0.0), up = dd_max(upper, none),
+             down = arc->low == AT_INFINITY ? dd_neg(arc->A) : dd_mul(arc->C, dd_max(lower, none)),
              both = dd_add(up, down);
     dd s = dd_sqrt(dd_div(up, both)), c = dd_sqrt(dd_div(down, both));
     if (!(s.hi > least && c.hi > least)) return 0;
     dd sine = dd_twice(dd_mul(s, c)), cosine = dd_sub(dd_square(c), dd_square(s));
-    if (dd_less(next, gap)) {
+    if (dd_less(next_upper, upper)) {
         s = dd_neg(s);
         sine = dd_neg(sine);
     }
@@ -600,11 +593,11 @@ static int find_start_point(const kowalewski_arc *arc, dd gap, dd rest, dd next,
     add_sines(arc, sine.hi, cosine.hi, out->theta);
     return 1;
 }
-/* Finds the first state `at` after the initial state `start` at which neither w1 nor w2 is close to
- * an end of its arc. After 8, 32 and 96 failures, points closer to the ends are accepted. The state
- * shortly after `at` gives the directions of w1 and w2. Writes the points on the arcs for the state
- * `at`, and the initial torus angles `theta`. Returns the `mismatch` of arc_gaps, or infinity if
- * there is no such state. */
+/* Finds the first state `at` after the initial state `start` in which neither w1 nor w2 is close to
+ * an end of its arc. After 8, 32 and 96 steps, points closer to the ends are accepted. The state
+ * shortly after `at` gives the directions of w1 and w2. Writes the points of w1 and w2 in the state
+ * `at` to `point`, and the torus angles of the initial state, which grow at `rate`, to `theta`
+ * [rad]. Returns the `mismatch` of arc_gaps, or infinity if no such state is found. */
 static double find_initial_angles(const kowalewski_curve *o, const kowalewski_arc arc[2],
                                   const dd rate[3], const dd start[6], start_point point[2],
                                   dd at[6], double theta[2])
@@ -630,7 +623,7 @@ static double find_initial_angles(const kowalewski_curve *o, const kowalewski_ar
     return INFINITY;
 }
 
-/* For tops with a larger k, most states need derivatives (evaluate_frame). */
+/* For k > FAST, most states need time derivatives (evaluate_frame). */
 #define FAST 9.0
 static const torus_kind kowalewski = {KR_KIND_KOWALEWSKI, 2.0, 1.0, -1.0};
 
@@ -645,8 +638,7 @@ typedef struct kowalewski_work {
     double start[2];   /* initial theta1 and theta2 */
     double separatrix; /* see separatrix_error */
 } kowalewski_work;
-
-/* Returns 1 if the first arc ends at k, and the initial w1 and w2 lie on their arcs. This condition
+/* Returns 1 if the upper end of the first arc is k, and w1 and w2 lie on their arcs. This condition
  * has not been proved, but holds for 1e6 random tops (docs/theory/closed_form.md). */
 static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
 {
@@ -658,7 +650,7 @@ static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
            dd_sub(w[0], low).hi >= -slack * (1.0 + fabs(low.hi)) &&
            dd_sub(least, w[1]).hi >= -slack * (1.0 + fabs(least.hi));
 }
-/* Returns the distance between the branch points i and j, divided by 1 + k. */
+/* Returns the distance of branch points i and j in the complex plane, divided by 1 + k. */
 static double root_distance(const kowalewski_curve *o, int i, int j)
 {
     const int pi = o->pair && i == 2 ? 1 : i, pj = o->pair && j == 2 ? 1 : j;
@@ -666,16 +658,15 @@ static double root_distance(const kowalewski_curve *o, int i, int j)
                         dd_sub(complex_root(o, i).im, complex_root(o, j).im).hi)) /
            (1.0 + o->k.hi);
 }
-/* Returns the relative error of root_distance. If two roots of phi are nearly equal, only about
- * half of their digits are accurate. */
+/* Returns the relative error of root_distance: 1e-31/distance or, for two roots of phi,
+ * 1e-31/distance^2, because nearly equal roots of a polynomial lose up to half of their digits. */
 static double distance_relative_error(const kowalewski_curve *o, int i, int j)
 {
     const double distance = root_distance(o, i, j), digits = 1e-31;
     return i < ROOT_K && j < ROOT_K ? digits / (distance * distance) : digits / distance;
 }
-/* Returns the largest relative error of those distances between branch points of F on whose
- * logarithms the frequencies of the motion depend. These distances are the widths of the gaps next
- * to the arcs, and the separation of two complex roots close to an arc. */
+/* Returns the largest relative error of the distances on whose logarithms the frequencies depend:
+ * from each arc to the next branch point and, if an arc passes between them, from e1 to e2. */
 static double separatrix_error(const kowalewski_curve *o)
 {
     const int top = o->real - 2;
@@ -688,8 +679,8 @@ static double separatrix_error(const kowalewski_curve *o)
     }
     return most;
 }
-/* Returns the smallest distance between two branch points, divided by 1 + k. For two nearly equal
- * roots, the distance is replaced by `resolution` of close_roots, a measure of the cancellation. */
+/* Returns the smallest distance of two branch points, divided by 1 + k. If close_roots applies to
+ * two points, its `resolution` replaces their distance. */
 static double least_distance(const kowalewski_curve *o)
 {
     double least = INFINITY;
@@ -744,7 +735,7 @@ static void fill_arc(const kowalewski_arc *from, kr_kowalewski_arc *to)
         to->pole_b[to->poles++] = dd_sqrt(dd_abs(pole->b)).hi;
     }
 }
-/* Writes two values of a function for the roots e1 and e2 (struct pair). */
+/* Writes the values `one` and `two` of a function at e1 and e2 as a struct pair (kowalewski.h). */
 static void store_root_pair(const kowalewski_curve *o, cdd one, cdd two, double out[2])
 {
     out[0] = one.re.hi;
@@ -779,9 +770,9 @@ static void fill_roots(const kowalewski_curve *o, kr_kowalewski_plan *plan)
     plan->middle = dd_add(o->root[0], dd_scale(0.25, square)).hi;
     plan->one_product = 1.0 / cdd_mul(first, second).re.hi;
 }
-/* Finds the signs of Koetter's square roots, one for each root of phi, one for each arc and one for
- * Z (evaluate_frame). With these signs, which are constant, his formulas should reproduce p, q, r
- * and g3 of a state. Returns the error of this state for the best combination of signs. */
+/* Sets plan->sign, the constant signs of Koetter's square roots: one for each root of phi, one for
+ * each arc and one for Z (evaluate_frame). With these signs, the formulas give p, q, r and g3 of
+ * `state`, at the points `point` of the arcs, with the smallest error. Returns this error. */
 static double find_signs(kr_kowalewski_plan *plan, const start_point point[2], const dd state[6])
 {
     arc_point at[2];
@@ -812,8 +803,8 @@ static double find_signs(kr_kowalewski_plan *plan, const start_point point[2], c
     memcpy(plan->sign, sign, sizeof sign);
     return best;
 }
-/* Computes the roots, arcs, series, rates, signs and initial angles for the plan. Returns the
- * reason for a failure, or KR_REFUSAL_NONE. */
+/* Computes the members of w, and the arcs and Koetter's constants in w->plan, for the initial state
+ * `start` = (p, q, r, g1, g2, g3). Returns the reason for a failure, or KR_REFUSAL_NONE. */
 static kr_refusal analyse_curve(const dd start[6], dd l, kowalewski_work *w)
 {
     kr_kowalewski_plan *plan = &w->plan;
@@ -841,12 +832,13 @@ static kr_refusal analyse_curve(const dd start[6], dd l, kowalewski_work *w)
            : !is_known && mismatch < 1.0 ? KR_REFUSAL_SEPARATRIX
                                          : KR_REFUSAL_START;
 }
-/* Returns a number of terms, a multiple of 4; the later ones are at most `least`. */
-static int count_terms(const kowalewski_arc arc[2], int series, double least)
+/* Returns a number of terms, a multiple of 4, after which all coefficients of the first
+ * `series_count` sine series of both arcs are at most `least`. */
+static int count_terms(const kowalewski_arc arc[2], int series_count, double least)
 {
     int terms = 4;
     for (int j = 0; j < 2; j++)
-        for (int i = 0; i < series; i++)
+        for (int i = 0; i < series_count; i++)
             for (int k = arc[j].points - 1; k > terms; k--)
                 if (fabs(arc[j].sine[i][k]) > least) terms = (k + 3) / 4 * 4;
     return terms;
@@ -865,7 +857,7 @@ static void fill_series(const kowalewski_arc arc[2], kr_kowalewski_plan *plan)
         }
     }
 }
-/* Fills the table `guess` of the plan. The search for each entry starts at an adjacent entry. */
+/* Fills the table plan->guess. Newton's method for each entry starts at an adjacent entry. */
 static void fill_guess_table(kr_kowalewski_plan *plan)
 {
     jacobian unused;
@@ -890,9 +882,9 @@ static double dot_nodes(const signed char a[4], const signed char b[4])
     for (int i = 0; i < 4; i++) dot += a[i] * b[i];
     return dot / (127.0 * 127.0);
 }
-/* Fills the table of signs with n * n quaternions. Their signs are such that the scalar products of
- * neighbours are positive. Determines whether the quaternion changes its sign when y1 or y2 grows
- * by two turns. Returns the smallest scalar product of neighbours. */
+/* Fills the table of signs with n * n quaternions, whose signs make the scalar products of adjacent
+ * ones positive. Sets half_turns[j] to 1 if the quaternion changes its sign when y1 (j = 0) or y2
+ * grows by two turns. Returns the smallest scalar product of adjacent quaternions. */
 static double fill_sign_table(kr_kowalewski_plan *plan, int n)
 {
     signed char *const node = (signed char *)(plan->harmonic + plan->terms);
@@ -922,9 +914,9 @@ static double fill_sign_table(kr_kowalewski_plan *plan, int n)
     }
     return least;
 }
-/* Fills the plan, except for the initial phase of the heading. Returns the smallest scalar product
- * of neighbouring quaternions in the table of signs. If it exceeds 1/4, each quaternion of the
- * motion, with the right sign, has a positive scalar product with the nearest entry. */
+/* Fills the rest of the plan, except for the initial phase of the heading. Returns the smallest
+ * scalar product of adjacent quaternions in the table of signs. If this product exceeds 1/4, each
+ * quaternion of the motion, with the right sign, has a positive product with the nearest entry. */
 static double fill_plan(kowalewski_work *w)
 {
     kr_kowalewski_plan *plan = &w->plan;
@@ -950,12 +942,10 @@ static double fill_plan(kowalewski_work *w)
     set_initial_phase(&plan->torus.turn[2], dd_of(0.0));
     return least;
 }
-/* Numbers of points on the torus at which a closed form is tested. MANY_POINTS are tested if an
- * error at the FEW_POINTS exceeds KR_TORUS_ROUNDING. */
+/* Numbers of points of the torus at which the closed form is tested. If the error at FEW_POINTS
+ * exceeds KR_TORUS_ROUNDING, MANY_POINTS are tested. */
 enum { FEW_POINTS = 16, MANY_POINTS = 64 };
-
-/* Returns the largest error at points of the torus: the difference between the state of the closed
- * form a short time later and the state that a Taylor series gives at this time. */
+/* Returns the largest error of the closed form (find_taylor_error) at this number of points. */
 static double find_largest_error(const kr_kowalewski_plan *plan, int points)
 {
     double miss = 0.0;
@@ -974,9 +964,9 @@ static double find_largest_error(const kr_kowalewski_plan *plan, int points)
     }
     return miss;
 }
-static kr_refusal make_plan(void *space, torus_start *start, torus_units *way, double *certificate)
+static kr_refusal make_plan(void *memory, torus_start *start, torus_units *way, double *certificate)
 {
-    kowalewski_work *w = space;
+    kowalewski_work *w = memory;
     kr_kowalewski_plan *plan = &w->plan;
     const dd *m = start->momentum, *up = start->up,
              state[6] = {dd_half(m[0]), dd_half(m[1]), m[2], up[0], up[1], up[2]};
@@ -991,8 +981,8 @@ static kr_refusal make_plan(void *space, torus_start *start, torus_units *way, d
     double error = fmax(find_state_error(now, q, v3(m[0].hi, m[1].hi, m[2].hi)),
                         find_largest_error(plan, FEW_POINTS));
     if (error > KR_TORUS_ROUNDING) error = fmax(error, find_largest_error(plan, MANY_POINTS));
-    /* The last argument is the effect of errors of the frequencies after 1000 radians. It matters
-     * only near separatrices, where rounding the initial state changes the motion far more. */
+    /* The last argument is the effect of the errors of the frequencies after 1000 radians. It
+     * is the largest only near separatrices, where rounding the initial state has more effect. */
     *certificate = fmax(fmax(error, KR_TORUS_ROUNDING), 1e3 * w->separatrix);
     return KR_REFUSAL_NONE;
 }

@@ -1,16 +1,20 @@
-/* States of a Kowalewski top in closed form, without theta functions. kowalewski.c defines the
- * axes, the units, h, l, k, c, phi and F. The angular velocity (p, q, r) and e3 = (g1, g2, g3) are
- * in the body frame. Kowalewski's variables w1 and w2 oscillate on real intervals, called arcs. On
- * an arc, w = N/D is a function of an angle x. Landen transformations compute x from an angle y.
- * The torus angles theta_i = y_i + S_i1(y1) + S_i2(y2), with sine series S, grow linearly with
- * time. Newton's method solves these equations for y1 and y2. The state follows from x1 and x2 by
- * Koetter's formulas (Acta Math. 17 (1893) 209). The heading of a vector is the angle of its
- * horizontal part. The heading psi of the body vector C with
- *     C2 - i C1 = (z^2 + 2 q^2 (g1 + i g2))/2,  C3 = q Re((p - iq) z),  z = r (p + iq) + g3
- * is a sum of integrals over one variable each (docs/theory/closed_form.md):
- *     dpsi = sum of l w/(w^2 + c) dw/F over both variables.
- * psi is computed as the sum of a phase that grows linearly with time, of one sine series for each
- * arc, and of arguments of factors for poles near the ends of the arcs (heading_pole). */
+/* States of a Kowalewski top in closed form, without theta functions. In the axes and units of
+ * kowalewski.c, with the momentum m, the angular velocity (p, q, r) and the upward vertical
+ * e3 = (g1, g2, g3) in the body frame,
+ *     h = p^2 + q^2 + r^2/2 - g1,  l = <m, e3>,  k = |(p + iq)^2 + g1 + i g2|,  c = 1 - k^2,
+ *     phi(w) = 2 (w + h)(w^2 + c) - l^2,  F(w)^2 = -(w^2 - k^2) phi(w).
+ * Kowalewski's variables w1 > w2 oscillate on real intervals, called arcs, between branch points of
+ * F: k, -k, the real root e0 of phi, and its roots e1 and e2, which may be complex. On an arc,
+ *     w = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + cos^2  of half of an angle x.
+ * Landen transformations compute x from an angle y. The torus angles theta1 and theta2, with
+ * theta_i = y_i + S_i1(y1) + S_i2(y2) and sine series S, grow linearly with time. Newton's method
+ * solves these equations for y1 and y2. Koetter's formulas give the state at x1 and x2.
+ *
+ * The heading of a vector is the angle of its horizontal part. The heading psi of the body vector C
+ * with C2 - i C1 = (z^2 + 2 q^2 (g1 + i g2))/2, C3 = q Re((p - iq) z) and z = r (p + iq) + g3 is
+ *     psi = sum of the integrals of l w/(w^2 + c) dw/F over both variables
+ * (docs/theory/closed_form.md): a phase that grows linearly with time, plus one sine series for
+ * each arc, plus arguments of factors for poles near the ends of the arcs (heading_pole). */
 #ifndef KR_EXACT_KOWALEWSKI_H
 #define KR_EXACT_KOWALEWSKI_H
 #include "math/trig.h"
@@ -20,9 +24,9 @@
 enum { ROOT_K = 3, ROOT_MINUS_K = 4, ROOTS = 5, AT_INFINITY = -1 };
 enum {
     HARMONICS = 1024, /* largest number of terms of a series */
-    FOLDS = 12,
-    STARTS = 16, /* values of each torus angle in the table `guess` */
-    NODES = 256  /* largest number of values of y1 or y2 in the table of signs */
+    FOLDS = 12,       /* largest number of Landen transformations */
+    STARTS = 16,      /* values of each torus angle in the table `guess` */
+    NODES = 256       /* largest number of values of y1 or y2 in the table of signs */
 };
 
 /* A Landen transformation with the modulus m. */
@@ -30,40 +34,38 @@ typedef struct kr_fold {
     double m, rest;   /* m, 1 - m */
     double crosswise; /* 1 if it removes singularities with Re x = pi/2, not 0 or pi */
 } kr_fold;
-/* An arc: N = A sin^2 + B cos^2 and D = C sin^2 + cos^2 of x/2. For a real branch point e, the sign
- * `way` makes way * (N - e D) = a sin^2 + b cos^2 of x/2 positive on the arc. */
+/* An arc, with the coefficients A, B, C of N and D. For a real branch point e, way * (N - e D) is
+ * a sin^2 + b cos^2 of x/2, where the sign `way` makes the sum positive on the arc. */
 typedef struct kr_kowalewski_arc {
     double A, B, C;
     double a[ROOTS], b[ROOTS], root_a[ROOTS], root_b[ROOTS]; /* and square roots of a and b */
     double scale; /* dw/F = scale D dx / (product of the square roots of all way * (N - e D)) */
     /* For complex e1, way * (N - e1 D) = half * (center[0] - cos x) - center[1] + i im D. */
     double half, center[2], im;
-    /* Poles w = +-sqrt(-c) of the heading's integrand: N - w D = a sin^2 + b cos^2. pole_a, pole_b:
-     * square roots of a and b for poles next to the arc. both_a, both_b: a and b of both poles, if
-     * real. */
+    /* N - w D = both_a sin^2 + both_b cos^2 of x/2 for the poles w = +-sqrt(-c) of dpsi/dw. For the
+     * `poles` poles next to the arc, pole_a^2 = |both_a| and pole_b^2 = |both_b|. */
     double pole_a[2], pole_b[2], both_a[2], both_b[2];
-    int poles, low, high, folds;
-    kr_fold fold[FOLDS]; /* from x to y */
+    int poles, low, high, folds; /* low, high: the branch points at x = pi and x = 0 */
+    kr_fold fold[FOLDS];         /* from x to y */
 } kr_kowalewski_arc;
-/* The coefficients of sin(k y1) and sin(k y2) for one k: first in theta1, then in theta2 [rad]; in
- * half of the heading [turns], followed by two zeros as padding. */
+/* The coefficients of sin(k y1) and sin(k y2) for one k. `angle` belongs to S_11, S_12, S_21 and
+ * S_22 [rad]. `heading` belongs to the two series of psi/2 [turns], and ends with two zeros. */
 typedef struct kr_harmonic {
     double angle[4], heading[4];
 } kr_harmonic;
-
 typedef struct kr_kowalewski_plan {
     kr_torus torus; /* its phases are theta1/2, theta2/2 and half of the heading */
     double l, c, k;
-    /* Koetter's constants for the roots e1 and e2 of phi: A^2 = 2 (e + h), B^2 = e^2 + c, A B = l.
-     * The two elements belong to e1 and e2. For complex e1, they are real and imaginary parts. */
-    double A[2], B[2], A0, B0; /* A0, B0: the same for e0 */
+    /* Koetter's constants of a root e of phi: A^2 = 2 (e + h), B^2 = e^2 + c, A B = l. The elements
+     * belong to e1 and e2 or, for complex e1, are the real and imaginary parts for e1. */
+    double A[2], B[2], A0, B0; /* A0, B0: for e0 */
     double A_square[2], B_square[2];
     double sum, apart, middle;     /* e1 + e2, e1 - e2 (or 2 Im e1), e0 - sum/2 */
     double one_apart, one_product; /* 1/apart, 1/((e0 - e1)(e0 - e2)) */
     double sign[6];       /* of Koetter's square roots: for e0, for e1 and e2, for each arc; of Z */
     double half_turns[2]; /* 1 if the quaternion changes sign when theta grows by 4 pi */
     int pair, fast;       /* 1 if e1 and e2 are complex; 1 if derivatives are always needed */
-    double p[2], q[2];    /* averages of dw/F and (w - w0) dw/F on the arcs; w0: between the arcs */
+    double p[2], q[2];    /* averages of |dw/F|/dy and (w - w0) |dw/F|/dy; w0: between the arcs */
     int some_terms, terms;          /* numbers of terms: in most Newton steps, and in all */
     float guess[STARTS][STARTS][2]; /* y1 - theta1 and y2 - theta2 at equidistant theta1, theta2 */
     kr_kowalewski_arc arc[2];
@@ -71,8 +73,9 @@ typedef struct kr_kowalewski_plan {
     /* The harmonics, and after them the table of signs (kr_kowalewski_nodes). */
     kr_harmonic harmonic[HARMONICS + NODES * NODES / 16];
 } kr_kowalewski_plan;
-/* Returns the table that fixes the signs of quaternions: for nodes * nodes pairs of y1 and y2
- * within two turns each, 127 times the quaternion without the phase and series of the heading. */
+/* Returns the table of signs. A quaternion is chosen from +-q by its scalar product with the entry
+ * nearest to (y1, y2). For nodes * nodes pairs (y1, y2) in two turns each, the table contains 127
+ * times the quaternion that results if the phase and the sine series of psi are left out. */
 static inline const signed char *kr_kowalewski_nodes(const kr_kowalewski_plan *plan)
 {
     return (const signed char *)(plan->harmonic + plan->terms);
@@ -96,13 +99,13 @@ typedef struct arc_angle {
     wide s, c;
 } arc_angle;
 
-/* Coefficients or sums of series of a kr_harmonic. For states at many times, each lane is a time,
- * and the vector belongs to one series. For a single state, each lane is a series. */
+/* Coefficients or sums of GROUP sine series (kr_harmonic). For states at many times, GROUP is 1,
+ * and each lane belongs to one time. For a single state, each lane belongs to one series. */
 #if defined KR_EXACT_LANES || LANES_OF_SERIES == 1
 typedef wide series_group;
 enum { GROUP = 1 };
 INLINE series_group load_series(const double *p) { return wide_splat(*p); }
-/* Returns `one` or `two` for each series from index i on, depending on the arc of the series. */
+/* Returns `one` for series in y1 and `two` for series in y2: GROUP series from index i on. */
 INLINE series_group choose_by_arc(int i, wide one, wide two) { return i % 2 ? two : one; }
 #else
 typedef double series_group __attribute__((vector_size(8 * LANES_OF_SERIES)));
@@ -138,8 +141,9 @@ INLINE multiples find_multiples(series_group s, series_group c)
     m.s[4] = 2.0 * (m.s[2] * m.c[2]), m.c[4] = (m.c[2] - m.s[2]) * (m.c[2] + m.s[2]);
     return m;
 }
-/* Returns the sum of the first n terms of a sine series; n is a multiple of 4. Clenshaw's
- * recurrence is applied to every fourth term, because the four recurrences are independent. */
+/* Returns the sums of the first n terms of GROUP sine series; n is a multiple of 4. `first` points
+ * to their coefficients for k = 1 in a kr_harmonic. Clenshaw's recurrence is applied to every
+ * fourth term: the processor computes the four independent recurrences in parallel. */
 INLINE series_group sum_sines(const double *first, int n, const multiples *m)
 {
     const int row = sizeof(kr_harmonic) / sizeof(double);
@@ -154,8 +158,8 @@ INLINE series_group sum_sines(const double *first, int n, const multiples *m)
     return ((m->s[1] * b[0] + m->s[3] * next[0]) + m->s[2] * (b[1] + next[1])) +
            ((m->s[3] * b[2] + m->s[1] * next[2]) + m->s[4] * b[3]);
 }
-/* Writes the sums of `count` sine series at the angles y. `first` points to the coefficients of sin
- * y1 and sin y2 of these series in the plan. */
+/* Writes the sums of `count` sine series at the angles y to `value`. `first` points to the
+ * coefficient of the first series in plan->harmonic[0], where the others follow. */
 INLINE void sum_sine_series(const kr_kowalewski_plan *plan, const double *first, int count,
                             const arc_angle y[2], wide value[4])
 {
@@ -166,7 +170,7 @@ INLINE void sum_sine_series(const kr_kowalewski_plan *plan, const double *first,
         memcpy(&value[at], &sum, sizeof sum);
     }
 }
-/* The sums of the series S_11, S_12, S_21 and S_22, and of their first two derivatives. */
+/* The sums of the series S_11, S_12, S_21 and S_22, and their first and second derivatives. */
 typedef struct angle_series {
     wide value[4], slope[4], bend[4];
 } angle_series;
@@ -201,20 +205,19 @@ INLINE angle_series sum_angle_derivatives(const kr_harmonic *harmonic, int n, co
     }
     return r;
 }
-INLINE dd turns_plus_radians(dd theta, wide d)
+INLINE dd turns_plus_radians(dd turns, wide radians)
 {
-    return dd_make(theta.hi, theta.lo + 0.15915494309189534561 * d);
+    return dd_make(turns.hi, turns.lo + 0.15915494309189534561 * radians);
 }
-INLINE arc_angle angle_plus_radians(dd theta, wide d)
+INLINE arc_angle angle_plus_radians(dd turns, wide radians)
 {
     arc_angle y;
-    y.turns = turns_plus_radians(theta, d);
+    y.turns = turns_plus_radians(turns, radians);
     sincos_turns(y.turns, &y.s, &y.c);
     return y;
 }
 
-/* Writes the weights of four equidistant values for cubic interpolation. The position x between
- * the two middle values is from 0 to 1. */
+/* Writes the weights of four values, at -1, 0, 1 and 2, for cubic interpolation at x. */
 static inline void find_cubic_weights(double x, double out[4])
 {
     const double a = x + 1.0, b = x - 1.0, c = x - 2.0;
@@ -223,7 +226,7 @@ static inline void find_cubic_weights(double x, double out[4])
     out[2] = -0.5 * a * (x * c);
     out[3] = (1.0 / 6.0) * a * (x * b);
 }
-/* Interpolates d = y - theta [rad] in the table `guess`, for angles theta in turns. */
+/* Interpolates d = y - theta [rad] in the table `guess`, for theta between -2 and 2 turns. */
 INLINE void guess_angles(const kr_kowalewski_plan *plan, const dd theta[2], wide d[2])
 {
     double angle[2][LANES], out[2][LANES];
@@ -251,11 +254,11 @@ INLINE void guess_angles(const kr_kowalewski_plan *plan, const dd theta[2], wide
     }
     for (int j = 0; j < 2; j++) d[j] = wide_load(out[j]);
 }
-/* The rows of the inverse of the Jacobian matrix d theta_i / d y_j. */
+/* The inverse of the Jacobian matrix d theta_i / d y_j: its rows `one` and `two`. */
 typedef struct jacobian {
     wide one[2], two[2];
 } jacobian;
-/* Returns the inverse Jacobian at y + step, to first order in the step, for the series at y. */
+/* Returns the inverse Jacobian matrix at y + step, to first order, given the series at y. */
 INLINE jacobian invert_jacobian(const angle_series *series, wide step_1, wide step_2)
 {
     const wide a = 1.0 + (series->slope[0] + step_1 * series->bend[0]),
@@ -264,9 +267,10 @@ INLINE jacobian invert_jacobian(const angle_series *series, wide step_1, wide st
                e = 1.0 + (series->slope[3] + step_2 * series->bend[3]), n = 1.0 / (a * e - b * c);
     return (jacobian){{e * n, -b * n}, {-c * n, a * n}};
 }
-/* Computes the step [rad], at most 1, that is to be subtracted from y = theta + d: a step of
- * Newton's method with Chebyshev's correction for the second derivatives. Writes the inverse
- * Jacobian after the step to `after`. Returns the size of the step without the correction. */
+/* Writes the Newton step [rad], to be subtracted from d in y = theta + d, and the inverse Jacobian
+ * matrix after it. The first `terms` terms of the series are used. A step below 0.1 is corrected
+ * for second derivatives (Chebyshev). A longer one is shortened to at most 1. Returns the larger
+ * component of the step before these changes. */
 INLINE wide find_newton_step(const kr_kowalewski_plan *plan, int terms, const arc_angle y[2],
                              const wide d[2], jacobian *after, wide step[2])
 {
@@ -293,9 +297,8 @@ INLINE wide find_newton_step(const kr_kowalewski_plan *plan, int terms, const ar
     *after = invert_jacobian(&series, -step[0], -step[1]);
     return size;
 }
-/* Sets the angles y to theta + d, where d has just decreased by `step`. In the lanes of
- * `are_small`, where the step is below SMALL_STEP, a Taylor polynomial updates the sine and cosine
- * of the old y in place of a new evaluation. */
+/* Sets the angles y to theta + d, where d has just decreased by `step`. In the lanes of `are_small`
+ * (step < SMALL_STEP), a Taylor polynomial in the step updates the sine and cosine of y. */
 INLINE void move_angles(const dd theta[2], const wide d[2], const wide step[2], mask are_small,
                         arc_angle y[2])
 {
@@ -313,19 +316,19 @@ INLINE void move_angles(const dd theta[2], const wide d[2], const wide step[2], 
         }
     }
 }
-/* Returns x, or the middle of the interval from `low` to `high` if x lies outside. */
 INLINE wide bisect_if_outside(wide x, wide low, wide high)
 {
     const mask is_inside = mask_and(wide_at_most(low, x), wide_at_most(x, high));
     return wide_choose(is_inside, x, 0.5 * (low + high));
 }
-/* Writes d = y - theta [rad] in the lanes that are not in `found`, by two nested searches.
+/* Writes d = y - theta [rad] for given theta [turns] by two nested searches, in the lanes that are
+ * not in `found`. If the arcs nearly touch, the Jacobian matrix is almost singular, and Newton's
+ * method may fail.
  *
- * If the arcs nearly touch, the Jacobian is almost singular, and Newton's method may fail. With the
- * averages p and q of kr_kowalewski_plan, let P and Q be the errors of p1 theta1 - p2 theta2 and of
- * q1 theta1 - q2 theta2 for given y. Both are sums of a function of y1 and a function of y2. For
- * any y2, P grows with y1. Along the curve P = 0, Q grows with y2, because w1 > w2. Each step moves
- * y1 towards this curve. If this step is negligible, y2 also moves, towards Q = 0. */
+ * For trial values of y, let E_i be theta_i(y) minus the given theta_i. With the averages p and q
+ * of kr_kowalewski_plan, P = p1 E1 - p2 E2 and Q = q1 E1 - q2 E2 are sums of a function of y1 and
+ * one of y2. For any y2, P grows with y1. Along the curve P = 0, Q grows with y2, because w1 > w2.
+ * Each step moves y1 towards this curve. If that step is negligible, y2 moves towards Q = 0. */
 APART void search_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], mask found,
                              wide d[2])
 {
@@ -366,9 +369,9 @@ APART void search_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], 
         found = mask_or(found, mask_and(is_on_line, wide_at_most(wide_abs(step), least)));
     }
 }
-/* Writes y1 and y2 for torus angles theta, in turns between -1 and 1. Newton's method starts at
- * values interpolated in a table. All steps but the last ones use only the largest terms of the
- * sine series, and include a correction for their second derivatives. */
+/* Writes y1 and y2 for the torus angles theta, in turns from -1 to 1. Newton's method starts at
+ * angles interpolated in a table. The first steps use only plan->some_terms terms of each series,
+ * with a correction for second derivatives. The last steps (at most LAST_STEPS) use all terms. */
 INLINE void find_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], arc_angle y[2])
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0);
@@ -414,16 +417,16 @@ INLINE void find_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], a
 
 /* The state for the angles x1 and x2 by Koetter's formulas (Acta Math. 17 (1893) 209).
  *
- * On each arc, let g_i be the square root of way * (N - e_i D) (kr_kowalewski_arc), d that of D,
- * and h1 or h2 that of |k^2 D^2 - N^2|. Upper indices of g and indices of d, N and D denote the
- * arc. Let f[] be the divided difference f[e0, e1, e2] over the roots of phi. With
- * A(e)^2 = 2 (e + h), B(e)^2 = e^2 + c, A B = l and the signs of kr_kowalewski_plan,
+ * On each arc, let g_i be the square root of way * (N - e_i D) (kr_kowalewski_arc), d the square
+ * root of D, and h1 (first arc) or h2 that of |k^2 D^2 - N^2|. Upper indices of g and lower indices
+ * of d, N and D denote the arc. For a function f of a root of phi, f[] is the divided difference
+ * f[e0, e1, e2]. With A(e)^2 = 2 (e + h), B(e)^2 = e^2 + c, A B = l and the signs of the plan,
  *     a = (A G)[],  p = -(B G)[]/a,  q = -d1 d2/a,  G = g^1 g^2,
  *     r = sqrt2 (A V)[]/(a Dl),  g3 = sqrt2 (B V)[]/(a Dl),  Dl = N1 D2 - N2 D1,
  *     V_i = d2 h1 g_i^1 g_j^2 g_k^2 - d1 h2 g_i^2 g_j^1 g_k^1  with i, j, k all different.
- * Each divided difference has two formulas, of which at least one is accurate. If the formula for
- * g1, g2 or r loses digits to cancellation, this component is computed from time derivatives. For
- * this purpose, each quantity is a pair of a value and its time derivative (struct dual). */
+ * Each divided difference has two formulas, of which at least one is accurate. Where the formula of
+ * g1, g2 or r loses digits to cancellation, time derivatives give this component. Therefore each
+ * quantity is a struct dual. */
 /* A quantity v and its time derivative d. */
 typedef struct dual {
     wide v, d;
@@ -439,9 +442,9 @@ INLINE dual dual_quotient(dual a, dual b)
     const wide q = a.v / b.v;
     return dual_of(q, (a.d - q * b.d) / b.v);
 }
-/* The values `one` and `two` of a function at the roots e1 and e2 of phi or, if these roots are
- * complex and the values conjugate, the real and the imaginary part of the value at e1. In that
- * case, the argument `complex` of the functions below is nonzero. */
+/* The values `one` and `two` of a function at the roots e1 and e2 of phi. If these roots are a
+ * complex pair, so are the values, and `one` and `two` are the real and imaginary parts of the
+ * value at e1. In this case, the argument `complex` of the functions below is 1, otherwise 0. */
 typedef struct pair {
     dual one, two;
 } pair;
@@ -456,7 +459,7 @@ INLINE pair pair_mul(int complex, pair a, pair b)
     }
     return r;
 }
-/* Multiplies by the signs for e1 and e2, which are equal for complex roots. */
+/* Multiplies the values at e1 and e2 by `one` and `two`, which must be equal for complex roots. */
 INLINE pair pair_scale(double one, double two, pair a)
 {
     return (pair){dual_scale(one, a.one), dual_scale(two, a.two)};
@@ -475,8 +478,9 @@ INLINE dual pair_product(int complex, pair a)
     return complex ? dual_add(dual_mul(a.one, a.one), dual_mul(a.two, a.two))
                    : dual_mul(a.one, a.two);
 }
-/* Returns the divided difference (f1 - f2)/(e1 - e2), as `square` / (f1 + f2) if this is more
- * accurate. `square` is (f1^2 - f2^2)/(e1 - e2), and `terms` sums the magnitudes of its terms. */
+/* Returns the divided difference (f1 - f2)/(e1 - e2) of the values f1 and f2 at e1 and e2, or
+ * square/(f1 + f2) if this is more accurate. The argument `square` is (f1^2 - f2^2)/(e1 - e2), and
+ * `terms` is the sum of the magnitudes of the terms of `square`. */
 INLINE dual first_difference(const kr_kowalewski_plan *plan, int complex, pair f, dual square,
                              wide terms)
 {
@@ -489,7 +493,7 @@ INLINE dual first_difference(const kr_kowalewski_plan *plan, int complex, pair f
     return dual_of(wide_choose(better, other.v, plain.v), wide_choose(better, other.d, plain.d));
 }
 
-/* A position on an arc: the sine s and the cosine c of x/2, and the cosine of x. */
+/* The sine s and the cosine c of half of the angle x of a point on an arc, and the cosine of x. */
 typedef struct half_angle {
     wide s, c, cosine;
 } half_angle;
@@ -520,12 +524,13 @@ INLINE half_angle find_half_angle(const kr_kowalewski_arc *arc, const arc_angle 
     r.cosine = c;
     return r;
 }
-/* Quantities of Koetter's formulas on an arc. minus, plus: square roots of |kD - N|, |kD + N|. */
+/* The quantities of Koetter's formulas at a point of an arc: g0 is g_0, `g` is g_1 and g_2, `minus`
+ * is the square root of |k D - N|, and `plus` that of |k D + N|. Below, `rate` is dx/dt. */
 typedef struct arc_point {
     dual N, D, d, g0, h, minus, plus;
     pair g;
 } arc_point;
-/* Returns the square root of way * (N - e D) for the real branch point e = e_i; `rate` is dx/dt. */
+/* Returns the square root of way * (N - e D) for the real branch point e of index i. */
 INLINE dual find_real_factor_root(const kr_kowalewski_arc *arc, int i, half_angle x, wide rate)
 {
     const wide half = 0.5 * rate;
@@ -535,7 +540,7 @@ INLINE dual find_real_factor_root(const kr_kowalewski_arc *arc, int i, half_angl
                root = wide_sqrt(wide_max(square, wide_splat(0.0)));
     return dual_of(root, (arc->a[i] - arc->b[i]) * (x.s * x.c) * half / root);
 }
-/* Returns the square root of way * (N - e1 D) for complex e1, with positive real part. The formula
+/* Returns the square root, with positive real part, of way * (N - e1 D) for complex e1. The formula
  * has no cancellation if e1 is close to the arc. */
 INLINE pair find_complex_factor_root(const kr_kowalewski_arc *arc, half_angle x, dual D, wide rate)
 {
@@ -574,7 +579,7 @@ INLINE arc_point find_arc_point(const kr_kowalewski_arc *arc, int complex, half_
         r.g.two = find_real_factor_root(arc, 2, x, rate);
     return r;
 }
-/* Returns R, where dw/F = D R dx. */
+/* Returns the function R of an arc, where |dw/F| = D R dx. */
 INLINE wide find_arc_density(const kr_kowalewski_arc *arc, int complex, const arc_point *at)
 {
     wide product = arc->low == AT_INFINITY ? wide_splat(1.0) : at->d.v;
@@ -592,7 +597,7 @@ typedef struct koetter_state {
     dual p, q, r, g3, a;
     wide r_terms; /* the size of the terms of r */
 } koetter_state;
-/* Returns f[e0, e1, e2], given f(e0), f[e1, e2] and f(e1) + f(e2). */
+/* Returns f[e0, e1, e2], given f0 = f(e0), first = f[e1, e2] and sum = f(e1) + f(e2). */
 INLINE dual second_difference(const kr_kowalewski_plan *plan, dual f0, dual first, dual sum)
 {
     return dual_scale(plan->one_product, dual_sub(dual_sub(f0, dual_scale(0.5, sum)),
@@ -609,7 +614,7 @@ typedef struct koetter_products {
     dual G0, V0, x, y, Dl; /* V0: V at e0; V = x X - y Y */
     wide V0_terms;
 } koetter_products;
-/* Returns (F G)[e0, e1, e2]. */
+/* Returns the divided difference (F G)[e0, e1, e2]. */
 INLINE dual second_difference_of_FG(const kr_kowalewski_plan *plan, int complex,
                                     const koetter_terms *t, const koetter_products *k, dual D1,
                                     dual D2)
@@ -693,13 +698,13 @@ INLINE koetter_state evaluate_koetter(const kr_kowalewski_plan *plan, int comple
 typedef struct body_state {
     wide p, q, r, g1, g2, g3;
 } body_state;
-/* The horizontal part (x, y, z), in the body frame, of the vector C, B or V (find_vector_C, _B and
- * _V), its squared length, and the squared sum of the magnitudes of its terms, which measures
- * cancellation. The heading of the vector is psi plus the argument of re + i im. */
+/* The horizontal part (x, y, z), along body axes, of a vector whose heading is psi plus the
+ * argument of re + i im. `square` is the squared length of (x, y, z). `terms` is the squared sum of
+ * the magnitudes of the terms of the vector. After cancellation, `square` is much smaller. */
 typedef struct heading_vector {
     wide x, y, z, square, terms, re, im;
 } heading_vector;
-
+/* Removes the vertical part of v. `terms` is the sum of the magnitudes of the terms of v. */
 INLINE void make_horizontal(heading_vector *v, const body_state *b, wide terms)
 {
     const wide n = v->x * b->g1 + v->y * b->g2 + v->z * b->g3;
@@ -726,10 +731,11 @@ INLINE heading_vector find_vector_C(const body_state *b, wide S, wide S_terms)
                         wide_abs(S) * S_terms + 0.5 * Q2 * R * R + Q * (P * S_terms + Q2 * R));
     return v;
 }
-/* Returns the vector B, which replaces C where C is nearly vertical (fast tops, small l):
+/* Returns the horizontal part of the vector B, a substitute for C where C is nearly vertical:
  *     B = S (-r g2, r g1 - 2 p g3, 2 p g2) + q (-2 (g2^2 + 2 p (p g1 + q g2)), 2 (g1 g2 - q l),
  *         -r (l + 2 p g1)),   S = Re z.
- * The heading of B is psi minus the sum over both w of the arguments of l (k^2 - w^2) + i F(w). */
+ * The heading of B is psi minus the sum over both w of the arguments of l (k^2 - w^2) + i F(w).
+ * S_terms is the sum of the magnitudes of the terms of S, and `a` is that of Koetter's formulas. */
 INLINE heading_vector find_vector_B(const kr_kowalewski_plan *plan, int complex,
                                     const body_state *b, wide S, wide S_terms, const arc_point *one,
                                     const arc_point *two, wide a)
@@ -754,9 +760,10 @@ INLINE heading_vector find_vector_B(const kr_kowalewski_plan *plan, int complex,
     v.im = side * (u1 * F2 + u2 * F1);
     return v;
 }
-/* Returns the time derivative V = C' + omega x C of C in the space frame. V replaces C where C and
- * B (find_vector_B) are nearly vertical. With the horizontal length rho of C, rho^2 = K1 K2/a^4
- * where K = N^2 + c D^2 on each arc, the horizontal part of V is (rho' + i rho psi') exp(i psi). */
+/* Returns the horizontal part of V = C' + omega x C, the time derivative of C in the space frame. V
+ * is a substitute for C where C and B (find_vector_B) are nearly vertical. `rate` is dx/dt. If rho
+ * is the length of the horizontal part of C, that of V is (rho' + i rho psi') exp(i psi) as a
+ * complex number, where rho^2 = K1 K2/a^4, and K = N^2 + c D^2 on each arc. */
 INLINE heading_vector find_vector_V(const kr_kowalewski_plan *plan, const koetter_state *s,
                                     const body_state *b, wide S, const arc_point *one,
                                     const arc_point *two, const half_angle x[2], const wide rate[2])
@@ -802,24 +809,24 @@ INLINE heading_vector find_vector_V(const kr_kowalewski_plan *plan, const koette
     return v;
 }
 
-/* The axes of space in the body frame, as rows of a rotation matrix, and the angular velocity. The
- * matrix does not include the phase and the sine series of the heading. */
+/* The space axes as seen from the body, as rows of a rotation matrix, and the angular velocity. The
+ * matrix lacks a rotation about e3 by the phase and the sine series of the heading. */
 typedef struct frame_state {
     wide row[3][3];
     wide p, q, r;
 } frame_state;
-/* Computes the axes of space and the angular velocity in the body frame at the angles y. If
- * `derive` is 0, sets `again` in the lanes in which a result loses digits to cancellation.
- * These lanes must be computed again with `derive` = 1. */
-INLINE frame_state evaluate_frame(const kr_kowalewski_plan *plan, int complex, int derive,
-                                  const arc_angle y[2], mask *again)
+/* Returns the space axes and the angular velocity at the angles y. `complex` is 1 if e1 is complex.
+ * If `with_rates` is 1, time derivatives prevent cancellation. If it is 0, `inaccurate` becomes the
+ * set of lanes in which a result loses digits to cancellation. */
+INLINE frame_state evaluate_frame(const kr_kowalewski_plan *plan, int complex, int with_rates,
+                                  const arc_angle y[2], mask *inaccurate)
 {
     const wide zero = wide_splat(0.0);
     half_angle x[2];
     wide rate[2] = {zero, zero};
     arc_point one, two;
     for (int j = 0; j < 2; j++) x[j] = find_half_angle(&plan->arc[j], &y[j]);
-    if (derive) { /* dw/F = D R dx, so that x1' = D2/(Dl R1) and x2' = D1/(Dl R2) */
+    if (with_rates) { /* dw/F = D R dx, so that x1' = D2/(Dl R1) and x2' = D1/(Dl R2) */
         one = find_arc_point(&plan->arc[0], complex, x[0], zero);
         two = find_arc_point(&plan->arc[1], complex, x[1], zero);
         const wide Dl = find_difference_numerator(&one, &two).v;
@@ -832,12 +839,12 @@ INLINE frame_state evaluate_frame(const kr_kowalewski_plan *plan, int complex, i
     const wide P = s.p.v, Q = s.q.v, g3 = s.g3.v;
     wide R = s.r.v;
     const mask is_lost = wide_less(12.0 * (1.0 + wide_abs(R)), s.r_terms);
-    if (derive)
+    if (with_rates)
         R = wide_choose(mask_and(is_lost, wide_less(wide_splat(0.3), wide_abs(Q))), 2.0 * s.p.d / Q,
                         R);
     /* xi = (p + iq)^2 + g1 + i g2 has the absolute value k and the argument of (z/Z)^2, with
      * Z = Z1 + i Z2, Z1^2 = q^2 (w1 + k)(-k - w2), Z2^2 = q^2 (k - w1)(k - w2). */
-    const wide S = derive ? -2.0 * s.q.d : g3 + P * s.r.v; /* Re z */
+    const wide S = with_rates ? -2.0 * s.q.d : g3 + P * s.r.v; /* Re z */
     const wide Z1 = one.plus.v * two.plus.v, Z2 = plan->sign[5] * one.minus.v * two.minus.v;
     const wide Z_re = (Z1 - Z2) * (Z1 + Z2), Z_im = 2.0 * Z1 * Z2, z_re = S, z_im = R * Q,
                z2_re = (z_re - z_im) * (z_re + z_im), z2_im = 2.0 * z_re * z_im;
@@ -847,30 +854,30 @@ INLINE frame_state evaluate_frame(const kr_kowalewski_plan *plan, int complex, i
                z_size = wide_sqrt(z_re * z_re + z_im * z_im),
                lost = (wide_abs(R) * size + wide_abs(g3)) / z_size,
                there = (fabs(plan->l) + wide_abs(R * g3) + size) / size,
-               here = derive ? plan->k + square : plan->k * lost + plan->k + square;
+               here = with_rates ? plan->k + square : plan->k * lost + plan->k + square;
     body_state b = {P, Q, R, xi_re * unit - (P - Q) * (P + Q), xi_im * unit - 2.0 * P * Q, g3};
-    if (derive) { /* (p - iq)(g1 + i g2) = (l - r g3)/2 - i g3' */
+    if (with_rates) { /* (p - iq)(g1 + i g2) = (l - r g3)/2 - i g3' */
         const mask better = wide_less(there, here);
         const wide n = 1.0 / square, re = 0.5 * (plan->l - R * g3), im = -s.g3.d;
         b.g1 = wide_choose(better, (P * re - Q * im) * n, b.g1);
         b.g2 = wide_choose(better, (P * im + Q * re) * n, b.g2);
     }
-    const wide S_terms = derive ? wide_abs(S) : wide_abs(R * P) + wide_abs(g3);
+    const wide S_terms = with_rates ? wide_abs(S) : wide_abs(R * P) + wide_abs(g3);
     heading_vector best = find_vector_C(&b, S, S_terms);
     const heading_vector B = find_vector_B(plan, complex, &b, S, S_terms, &one, &two, s.a.v);
     keep_better_vector(&best, &B);
     const mask is_poor = wide_less(best.square, 1e-3 * best.terms);
-    if (derive && mask_any(is_poor)) {
+    if (with_rates && mask_any(is_poor)) {
         const heading_vector V = find_vector_V(plan, &s, &b, S, &one, &two, x, rate);
         heading_vector other = best;
         keep_better_vector(&other, &V);
         take_lanes(&best, &other, sizeof best, is_poor);
     }
-    if (!derive) {
+    if (!with_rates) {
         const mask cancels =
             mask_or(mask_not(wide_at_most(lost, wide_splat(100.0))),
                     mask_and(wide_less(wide_splat(12.0), here), wide_less(3.0 * there, here)));
-        *again = mask_or(mask_or(is_lost, is_poor), cancels);
+        *inaccurate = mask_or(mask_or(is_lost, is_poor), cancels);
     }
     /* the factors for poles of the heading */
     wide re = best.re, im = best.im;
@@ -894,15 +901,15 @@ INLINE frame_state evaluate_frame(const kr_kowalewski_plan *plan, int complex, i
     f.row[2][0] = b.g1, f.row[2][1] = b.g2, f.row[2][2] = b.g3;
     return f;
 }
-APART void compute_frame(const kr_kowalewski_plan *plan, int derive, const arc_angle y[2],
-                         frame_state *out, mask *again)
+APART void compute_frame(const kr_kowalewski_plan *plan, int with_rates, const arc_angle y[2],
+                         frame_state *out, mask *inaccurate)
 {
-    if (derive)
+    if (with_rates)
         *out =
             plan->pair ? evaluate_frame(plan, 1, 1, y, NULL) : evaluate_frame(plan, 0, 1, y, NULL);
     else
-        *out = plan->pair ? evaluate_frame(plan, 1, 0, y, again)
-                          : evaluate_frame(plan, 0, 0, y, again);
+        *out = plan->pair ? evaluate_frame(plan, 1, 0, y, inaccurate)
+                          : evaluate_frame(plan, 0, 0, y, inaccurate);
 }
 INLINE frame_state find_frame(const kr_kowalewski_plan *plan, const arc_angle y[2])
 {
@@ -916,7 +923,7 @@ INLINE frame_state find_frame(const kr_kowalewski_plan *plan, const arc_angle y[
     take_lanes(&f, &other, sizeof f, again);
     return f;
 }
-/* Returns the unit quaternion, of arbitrary sign, of the rotation matrix. */
+/* Returns the unit quaternion, of arbitrary sign, of the rotation matrix in f. */
 INLINE quat_lanes find_quaternion(const frame_state *f)
 {
     const wide xx = f->row[0][0], yy = f->row[1][1], zz = f->row[2][2];
@@ -939,9 +946,9 @@ INLINE quat_lanes find_quaternion(const frame_state *f)
 }
 /* The smallest y in the table of signs [turns]. No y in the table is at an end of an arc. */
 static const double first_node = -0.99;
-/* Returns -1 in the lanes in which the scalar product of q and the nearest entry of the table of
- * signs is negative, and 1 in the others. `turns` are y1 and y2, from -1 to 1. The table has a
- * period of two turns. Adds the period of the nearest entry to `wraps`: -1, 0 or 1. */
+/* Returns the sign (-1 or 1) of the scalar product of q and the nearest entry of the table of
+ * signs. `turns` contains y1 and y2, from -1 to 1 turn. The table repeats itself every two turns.
+ * If the nearest entry is in the period before or after the table, adds -1 or 1 to `wraps`. */
 INLINE wide find_quaternion_sign(const kr_kowalewski_plan *plan, quat_lanes q, const wide turns[2],
                                  wide wraps[2])
 {
@@ -963,7 +970,7 @@ INLINE wide find_quaternion_sign(const kr_kowalewski_plan *plan, quat_lanes q, c
                      (q.y * wide_load(node[2]) + q.z * wide_load(node[3]));
     return minus_where(is_negative(dot));
 }
-/* Returns the state, given the phases theta1/2, theta2/2 and half of the heading, in turns. */
+/* Returns the state. `phase` is theta1/2, theta2/2 and the phase part of psi/2, in turns. */
 INLINE state_lanes kowalewski_kernel_at(const kr_kowalewski_plan *plan, wide time,
                                         const dd phase[3])
 {

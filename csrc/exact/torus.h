@@ -1,7 +1,8 @@
-/* The common part of the closed forms of motions on an invariant torus: those of Kowalewski and
- * Goryachev-Chaplygin tops and of free gyrostats. Two angles on the torus grow at constant rates.
- * The numbers that describe one motion are its plan, a struct of fixed size, which begins with a
- * kr_torus and ends with the coefficients of series. */
+/* The common part of the closed forms of Kowalewski and Goryachev-Chaplygin tops and of free
+ * gyrostats. A motion covers an invariant torus, on which two angles grow at constant rates. A plan
+ * contains the numbers of one motion: it is a struct of fixed size that begins with a kr_torus. The
+ * axes of a closed form are body axes. The user's axes are the frame of description (kreisel.h). e3
+ * is the upward vertical. */
 #ifndef KR_EXACT_TORUS_H
 #define KR_EXACT_TORUS_H
 #include "kernel.h"
@@ -9,14 +10,14 @@
 typedef struct kr_torus {
     double begin;    /* [T] */
     double momentum; /* unit of momentum [M L^2 T^-1] */
-    kr_quat frame;   /* frame of description -> axes of the closed form */
-    /* Half of each torus angle and, for a Kowalewski top, half of the heading, as phases that grow
-     * linearly with time. For a Goryachev-Chaplygin top, the third phase is zero. */
+    kr_quat frame;   /* user's axes -> axes of the closed form */
+    /* Phases [turns] that grow linearly with time. For tops, the first two are halves of the torus
+     * angles. For a Kowalewski top, the third is half of the heading (kowalewski.h). */
     kr_phase turn[3];
 } kr_torus;
 
-/* The least certificate (kr_exact_info). The largest rounding error of a state that was found
- * within 300 radians, in random and degenerate motions, is ten times as large. */
+/* The smallest value of kr_exact_info.certificate. In tests of random and degenerate motions over
+ * 300 radians, the largest rounding error of a state was ten times as large. */
 #define KR_TORUS_ROUNDING 0x1p-48
 
 /* Returns the i-th phase, in turns, at the time `span` after the initial time. */
@@ -32,8 +33,8 @@ INLINE double fraction_of_turns(double turns)
 {
     return isfinite(turns) ? turns - floor(turns) : NAN;
 }
-/* Returns t minus the initial time, or 0 if t is not finite or too large for the phases to be
- * computed. The caller then computes the initial state, whose integrals of motion are correct. */
+/* Returns t minus the initial time [T]. Returns 0 if this time is not below 2^990, or if a phase
+ * would change by 2^50 turns or more: the initial state has the right integrals of motion. */
 INLINE dd torus_span(const void *plan, wide t)
 {
     const kr_torus *torus = plan;
@@ -44,11 +45,13 @@ INLINE dd torus_span(const void *plan, wide t)
         within = mask_and(within, wide_less(wide_abs(span.hi * torus->turn[i].fast), most));
     return dd_choose(within, span, dd_of(wide_splat(0.0)));
 }
-/* Turns the attitude q, which is in the axes of the closed form, about e3 by twice the angle with
- * the sine s and the cosine c. Returns the result in the user's axes. */
-INLINE quat_lanes torus_attitude(const kr_torus *torus, wide s, wide c, quat_lanes q)
+/* Turns the attitude q (axes of the closed form -> space) about e3 by an angle, given the sine and
+ * cosine of half of this angle. Returns the new attitude (user's axes -> space). */
+INLINE quat_lanes torus_attitude(const kr_torus *torus, wide half_sine, wide half_cosine,
+                                 quat_lanes q)
 {
     const kr_quat f = torus->frame;
+    const wide s = half_sine, c = half_cosine;
     const wide w = c * q.w - s * q.z, x = c * q.x - s * q.y, y = c * q.y + s * q.x,
                z = c * q.z + s * q.w;
     quat_lanes r;
@@ -58,19 +61,19 @@ INLINE quat_lanes torus_attitude(const kr_torus *torus, wide s, wide c, quat_lan
     r.z = (w * f.z + x * f.y) + (z * f.w - y * f.x);
     return r;
 }
-/* Computes the state at `time`, `span` after the initial time. `plan` begins with a kr_torus. */
+/* Returns the state at `time`, the initial time plus `span`. `plan` begins with a kr_torus. */
 typedef state_lanes torus_kernel(const void *plan, wide time, dd span);
 #if defined KR_EXACT_LANES
-/* Writes the states at n times, each computed in a SIMD lane. At a non-finite time, attitude and
- * momentum are NaN. If fewer times than lanes are left, the other lanes repeat a time. */
-INLINE void evaluate_torus(torus_kernel *state_of, const void *plan, size_t n, const double t[],
+/* Writes the states at the n times t, one in each SIMD lane. If fewer times than lanes are left, a
+ * time is repeated in the last lanes. Attitude and momentum are NaN if t is not finite. */
+INLINE void evaluate_torus(torus_kernel *kernel, const void *plan, size_t n, const double t[],
                            kr_state out[])
 {
     for (size_t from = 0; from < n; from += LANES) {
         double row[8][LANES];
         for (size_t i = 0; i < LANES; i++) row[0][i] = t[from + i < n ? from + i : from];
         const wide time = wide_load(row[0]);
-        const state_lanes s = state_of(plan, time, torus_span(plan, time));
+        const state_lanes s = kernel(plan, time, torus_span(plan, time));
         memcpy(row, &s, sizeof row);
         for (size_t i = 0; i < LANES && from + i < n; i++) {
             kr_state *to = &out[from + i];
@@ -84,24 +87,23 @@ INLINE void evaluate_torus(torus_kernel *state_of, const void *plan, size_t n, c
 }
 #else
 /* Returns the state at the time t, or NaN if t is not finite. */
-INLINE kr_state evaluate_torus(torus_kernel *state_of, const void *plan, double t)
+INLINE kr_state evaluate_torus(torus_kernel *kernel, const void *plan, double t)
 {
     const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
-    return isfinite(t) ? state_of(plan, t, torus_span(plan, t)) : none;
+    return isfinite(t) ? kernel(plan, t, torus_span(plan, t)) : none;
 }
 #endif
 
-/* The closed form of a free gyrostat. With the phases `first` and `second`, the attitude
- * q = (w, x, y, z) in the axes of the plan is
- *     (w + i z, x + i y) = e^{i second} (X(u), Y(u)) / sqrt(|X|^2 + |Y|^2),  u = e^{i first},
- * where X and Y are finite sums of powers of u. Their coefficients decrease as fast as those of
- * theta functions. */
+/* The closed form of a free gyrostat. With the phases `first` and `second`, which grow at constant
+ * rates, the attitude q = (w, x, y, z) in the axes of the closed form is
+ *     (w + i z, x + i y) = e^{i second} (X(u), Y(u)) / sqrt(|X|^2 + |Y|^2),  u = e^{i first}.
+ * X and Y are polynomials in u: their least power of u is part of `second`. */
 enum { GYROSTAT_TERMS = 48 };
 typedef struct kr_gyrostat_plan {
     kr_torus torus; /* turn[0] and turn[1] are the phases `first` and `second` */
-    double least;   /* the least exponent of u in X and Y, which `second` includes */
+    double least;   /* `second` includes the factor u^least, so that all exponents are >= 0 */
     kr_vec3 momentum;
-    kr_quat map[4]; /* attitude in the axes of the plan -> attitude */
+    kr_quat map[4]; /* the attitude is q.w map[0] + q.x map[1] + q.y map[2] + q.z map[3] */
     double terms;
     double coefficient[GYROSTAT_TERMS][4]; /* real and imaginary parts in X and in Y */
 } kr_gyrostat_plan;

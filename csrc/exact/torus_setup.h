@@ -4,7 +4,9 @@
  * Both tops have two equal principal moments of inertia. Axis 3 is the principal axis whose moment
  * differs from the other two. The centre of mass lies in the plane perpendicular to axis 3. Axis 1
  * passes through the centre of mass; its direction depends on the kind of top and on the sign of
- * gravity (torus_kind). The units are such that mass * |gravity| * |com| = 1.
+ * gravity (torus_kind). The units are such that mass * |gravity| * |com| = 1. These are the axes
+ * and units of the closed form. The internal axes are those of kr_working (model/body.h). e3 is the
+ * upward vertical, and m the angular momentum.
  *
  * The including file must define GRID, a power of two. Averages use up to GRID intervals between 0
  * and pi. The trapezoidal rule converges exponentially for analytic periodic functions. */
@@ -12,9 +14,8 @@
 #define KR_EXACT_TORUS_SETUP_H
 #include "torus.h"
 
-/* Complex arithmetic in double (cx_) and double-double (cdd_) precision. C's complex types are not
- * used, because not every C compiler supports them. Square roots are principal values, with
- * nonnegative real part. */
+/* Complex arithmetic in double (cx_) and double-double (cdd_) precision, as not every C compiler
+ * supports C's complex types. Square roots have a nonnegative real part. */
 typedef struct cx {
     double re, im;
 } cx;
@@ -62,7 +63,7 @@ static inline cdd cdd_sqrt(cdd a)
 
 static inline dd dd_plus(dd a, double b) { return dd_add(a, dd_of(b)); }
 
-/* The values c[i] = cos(pi * i / GRID) for all multiples i of `stride`. */
+/* A table of c[i] = cos(pi * i / GRID), which is filled for the multiples i of `stride`. */
 typedef struct cosine_table {
     int stride;
     dd c[GRID + 1];
@@ -75,7 +76,7 @@ static void start_cosine_table(cosine_table *t)
     t->c[GRID / 2] = dd_of(0.0);
     t->c[GRID] = dd_of(-1.0);
 }
-/* Extends the cosine table to all multiples of `stride`. */
+/* Fills the cosine table at all multiples of `stride`, which is a power of two. */
 static void refine_cosine_table(cosine_table *t, int stride)
 {
     while (t->stride > stride) {
@@ -88,7 +89,7 @@ static void refine_cosine_table(cosine_table *t, int stride)
 }
 static dd add_products(dd a, dd s, dd b, dd c) { return dd_add(dd_mul(a, s), dd_mul(b, c)); }
 
-/* The cubic polynomial (w + h)(w^2 + c) - rest. */
+/* The cubic polynomial (w + h)(w^2 + c) - rest in w. */
 typedef struct cubic {
     dd h, c, rest;
 } cubic;
@@ -101,10 +102,10 @@ static dd refine_root(const cubic *o, dd w, int steps)
     }
     return w;
 }
-/* Writes the roots of a cubic polynomial. root[0] is the real root that is farthest from the mean
- * of all roots. If the other two are real, they are root[1] <= root[2], and the result is 0. If
- * they are complex, they are root[1] +- i root[2] with root[2] > 0, and the result is 1. Newton's
- * method starts beyond the outermost root, and therefore converges monotonically to this root. */
+/* Writes the roots of a cubic polynomial to `root`. root[0] is the real root farthest from the mean
+ * of all roots. If the other roots are real, they are root[1] <= root[2], and the function returns
+ * 0. If they are root[1] +- i root[2], with root[2] > 0, it returns 1. Newton's method for root[0]
+ * starts farther from the mean than root[0], and therefore converges monotonically. */
 static int find_cubic_roots(const cubic *o, dd root[3])
 {
     const double h = o->h.hi, c = o->c.hi, rest = o->rest.hi, bend = -h / 3.0,
@@ -132,9 +133,8 @@ static int find_cubic_roots(const cubic *o, dd root[3])
     root[2] = refine_root(o, dd_add(dd_neg(half), far), 1);
     return 0;
 }
-/* Writes the indices of the real roots among n roots to `order`, in ascending order of the roots.
- * If `complex_at` is below n, the roots with the indices `complex_at` and complex_at + 1 are
- * complex. Returns the number of real roots. */
+/* Writes the indices of the real roots among n roots to `order`, in ascending order of the roots,
+ * and returns their number. If complex_at < n, roots complex_at and complex_at + 1 are complex. */
 static int sort_real_roots(const dd root[], int n, int complex_at, int order[])
 {
     int real = 0;
@@ -146,20 +146,19 @@ static int sort_real_roots(const dd root[], int n, int complex_at, int order[])
     }
     return real;
 }
-/* Values of up to three even functions at the angles of the table, and their sums. */
+/* Values v[k][i] of up to three even functions at the angles pi * i / GRID, and their sums. */
 typedef struct samples {
     dd v[3][GRID + 1];
     dd sum[3];
     double size[3]; /* sum of the absolute values */
 } samples;
-/* Writes the values of up to three functions on an arc at angle i of the table. */
+/* Writes the values of up to three functions of an arc at the angle pi * i / GRID to `out`. */
 typedef void sample_function(const void *arc, const cosine_table *table, int i, dd out[3]);
-
-/* Writes the averages of `count` functions to `mean`. The number of intervals is doubled until each
- * average changes by at most the rounding error of a double, relative to the average of the
- * absolute value plus `floor`. Convergence is exponential, so that the relative error of an average
- * is about the square of its relative change in the last doubling. Returns the number of intervals,
- * or 0 if the averages have not converged with GRID intervals. */
+/* Writes the averages of the first `count` functions that `function` computes to `mean`, and their
+ * samples to `v`. The number of intervals is doubled until no average changes by more than 1e-16 *
+ * (average of the absolute value + floor). As convergence is exponential, the relative error of an
+ * average is then about the square of its last relative change. Returns the number of intervals, or
+ * 0 if the averages have not converged with GRID intervals. */
 static int average_functions(sample_function *function, const void *arc, int count,
                              const double floor[3], cosine_table *table, samples *v, dd mean[3])
 {
@@ -188,16 +187,16 @@ static int average_functions(sample_function *function, const void *arc, int cou
     }
     return 0;
 }
-/* Writes the coefficients out[k] of sin(k x) in the integral of an even function minus its average.
- * The array `v` contains values of the function at n + 1 angles x from 0 to pi. */
+/* Integrates an even function of x minus its average. Writes the coefficient of sin(k x) in the
+ * integral to out[k] for k < n. v[i] is the function at pi * i / GRID, for n + 1 equidistant x. */
 static void integrate_samples(const dd v[], const cosine_table *table, int n, double out[])
 {
     const int stride = GRID / n;
     for (int k = 1; k < n; k++) {
         const double sign = k % 2 ? -1.0 : 1.0;
         double sum = 0.5 * (v[0].hi + sign * v[GRID].hi);
-        /* As cos(k x) and cos(k (pi - x)) differ at most in sign, the values at x and pi - x are
-         * first added, or subtracted for odd k. The loop ends at x = pi/2 = pi - x. */
+        /* cos(k (pi - x)) is cos(k x) for even k, and -cos(k x) for odd k. The function's values at
+         * x and pi - x are therefore added or subtracted first. The loop ends at x = pi/2. */
         for (int i = 1, at = k; i <= n / 2; i++) {
             const double mirrored =
                 2 * i < n ? v[i * stride].hi + sign * v[GRID - i * stride].hi : v[i * stride].hi;
@@ -210,9 +209,9 @@ static void integrate_samples(const dd v[], const cosine_table *table, int n, do
     out[0] = 0.0;
 }
 
-/* A kind of top. In units of the closed form, the moments are ratio/factor, ratio/factor and
- * 1/factor, where `ratio` and `factor` are powers of two. If side * gravity > 0, axis 1 points
- * towards the centre of mass, and otherwise away from the centre of mass. */
+/* A kind of top. In units of the closed form, the moments of inertia are ratio/factor, ratio/factor
+ * and 1/factor, where `ratio` and `factor` are powers of two. If side * gravity > 0, axis 1 points
+ * towards the centre of mass. Otherwise, it points away from the centre of mass. */
 typedef struct torus_kind {
     kr_kind kind;
     double ratio, factor, side;
@@ -232,31 +231,31 @@ typedef struct torus_units {
     kr_quat turn;     /* closed form's axes -> internal axes */
     kr_quat axes;     /* closed form's axes -> frame of description */
 } torus_units;
-/* Computes a plan (torus.h) at the beginning of `memory`, and the certificate of its errors, from
- * the initial state `start` and the conversion of units `way`. May turn the axes of the closed
- * form, which changes both. Returns the reason for a failure, or KR_REFUSAL_NONE. */
+/* Writes the plan (torus.h) of a motion, given its initial state `start`, to the beginning of
+ * `memory`, and a bound on its relative errors to `certificate`. May turn the axes of the closed
+ * form, and then changes `start` and the conversion `way` to the new axes. Returns the reason for a
+ * failure, or KR_REFUSAL_NONE. */
 typedef kr_refusal make_torus_plan(void *memory, torus_start *start, torus_units *way,
                                    double *certificate);
-
-static kr_quat make_rotation_about_axis_3(double c, double s)
+static kr_quat make_rotation_about_axis_3(double cosine, double sine)
 {
-    const double half = sqrt(0.5 * (1.0 + fabs(c))), other = 0.5 * s / half;
+    const double c = cosine, s = sine, half = sqrt(0.5 * (1.0 + fabs(c))), other = 0.5 * s / half;
     return c >= 0.0 ? q4(half, v3(0.0, 0.0, other))
                     : q4(fabs(other), v3(0.0, 0.0, s < 0.0 ? -half : half));
 }
-/* Transforms the vector v from space to internal axes, whose attitude is q, and then to axes that
- * are turned from the internal ones about axis 3 by an angle with the cosine c and the sine s. */
-static void turn_to_axes(const dd q[4], const dd v[3], dd c, dd s, dd out[3])
+/* Writes the components of the space vector v along the internal axes, after these axes are turned
+ * about axis 3 by the angle with this cosine and sine. `attitude` is that of the internal axes. */
+static void turn_to_axes(const dd attitude[4], const dd v[3], dd cosine, dd sine, dd out[3])
 {
     dd r[3];
-    turn_back_dd(q, v, r);
-    out[0] = dd_add(dd_mul(c, r[0]), dd_mul(s, r[1]));
-    out[1] = dd_sub(dd_mul(c, r[1]), dd_mul(s, r[0]));
+    turn_back_dd(attitude, v, r);
+    out[0] = dd_add(dd_mul(cosine, r[0]), dd_mul(sine, r[1]));
+    out[1] = dd_sub(dd_mul(cosine, r[1]), dd_mul(sine, r[0]));
     out[2] = r[2];
 }
-/* Checks that a scene describes an undamped top of this kind under gravity. Writes its initial
- * state to `start`, and the conversion of axes and units to `way`. If `own` is nonzero, the support
- * may rotate about the vertical. If a check fails, writes the cause to `refusal`. */
+/* Checks that a scene describes an undamped top of this kind under gravity, on a support that may
+ * rotate about the vertical if `own` is nonzero. Writes the scene's initial state to `start`, and
+ * the conversion of axes and units to `way`, or the cause of a failed check to `refusal`. */
 static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_kind *kind,
                                   kr_refusal *refusal, torus_start *start, torus_units *way)
 {
@@ -270,8 +269,7 @@ static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_ki
     *refusal = KR_REFUSAL_VERTICAL;
     if (kind->kind == KR_KIND_GORYACHEV_CHAPLYGIN && scene->start.m.z != 0.0) return KR_ERR_METHOD;
     *refusal = KR_REFUSAL_ROUNDED;
-    /* The conditions of the integrable case must hold exactly. Axis 3 is the principal axis of the
-     * smallest moment. */
+    /* The conditions of the integrable case must hold exactly. Axis 3 has the smallest moment. */
     const kr_pull pull = kr_scene_pull(scene, body->com);
     const kr_vec3 i = body->inertia;
     const double inertia[3] = {i.x, i.y, i.z}, com[3] = {pull.com.x, pull.com.y, pull.com.z};
@@ -316,9 +314,9 @@ static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_ki
     way->attitude = q_unit(q_mul(q, way->axes));
     return KR_OK;
 }
-/* Converts `torus` from the axes and units of the closed form to the user's or, if `own` is
- * nonzero, to the library's internal ones. Writes the period and the frequencies to `info`. */
-static void convert_torus(kr_torus *torus, const torus_units *way, double start, int own,
+/* Converts `torus` to the axes and units of the user, with the initial time `begin`, or to internal
+ * ones if `own` is nonzero. Writes the period and the frequencies to `info`. */
+static void convert_torus(kr_torus *torus, const torus_units *way, double begin, int own,
                           kr_exact_info *info)
 {
     const double unit = own ? 1.0 : way->units.time;
@@ -330,28 +328,27 @@ static void convert_torus(kr_torus *torus, const torus_units *way, double start,
         info->frequency[i] = (i < 2 ? 1.0 : 2.0) * (two_pi * phase->fast);
     }
     info->period = 0.5 / torus->turn[0].fast;
-    torus->begin = own ? 0.0 : start;
+    torus->begin = own ? 0.0 : begin;
     torus->momentum = own ? way->own_momentum : way->momentum;
     torus->frame = q_conj(own ? way->turn : way->axes);
 }
-/* Returns the components of the initial angular velocity about axes 1 and 2, and of the initial
- * momentum along axis 3. */
+/* Returns the initial angular velocity about axes 1 and 2, and initial momentum along axis 3. */
 static kr_vec3 find_initial_rates(const torus_kind *kind, const torus_start *start)
 {
     const dd *m = start->momentum;
     return v_times(v3(kind->factor / kind->ratio, kind->factor / kind->ratio, 1.0),
                    v3(m[0].hi, m[1].hi, m[2].hi));
 }
-/* Returns 1 if the top swings like a pendulum about axis 2 or 3, up to rounding errors. `rates` are
- * the result of find_initial_rates. */
+/* Returns 1 if the top swings like a pendulum: axis 2 or 3 stays horizontal, up to rounding errors,
+ * and the top rotates about this axis. `rates` is the result of find_initial_rates. */
 static int is_planar(const torus_start *start, kr_vec3 rates)
 {
     const double size = 1.0 + v_largest(rates), slack = 1e-13 * size;
     return v_largest(v3(rates.x, rates.y, start->up[2].hi * size)) < slack ||
            v_largest(v3(rates.x, rates.z, start->up[1].hi * size)) < slack;
 }
-/* Returns the reason for refusing a degenerate motion, or `refusal` if the motion is not
- * degenerate. The tests tolerate rounding errors of the initial state. */
+/* Returns the reason for refusing a degenerate motion: rest, uniform rotation, planar motion, or G
+ * near 0. Returns `refusal` for other motions. Rounding errors of the initial state are allowed. */
 static kr_refusal find_degeneracy(const torus_kind *kind, const torus_start *start,
                                   kr_refusal refusal)
 {
@@ -367,8 +364,9 @@ static kr_refusal find_degeneracy(const torus_kind *kind, const torus_start *sta
     if (is_planar(start, w)) return KR_REFUSAL_PLANAR;
     return start->has_small_G ? KR_REFUSAL_ZERO : refusal;
 }
-/* Writes the plan of a scene to the beginning of `memory`, and its frequencies and certificate to
- * `info`. Refuses scenes whose certificate exceeds `bound`. The plan begins with its kr_torus. */
+/* Writes the plan of a scene to the beginning of `memory` (its first member is a kr_torus), and the
+ * frequencies and certificate to `info`. For `own`, see convert_torus. Returns KR_OK or, if a
+ * check fails or the certificate exceeds `bound`, an error, whose reason is info->refusal. */
 static kr_status plan_torus(const kr_scene *scene, int own, double bound, const torus_kind *kind,
                             make_torus_plan *make_plan, void *memory, kr_exact_info *info)
 {
@@ -390,11 +388,10 @@ static kr_status plan_torus(const kr_scene *scene, int own, double bound, const 
     return KR_ERR_METHOD;
 }
 
-/* The angular velocity w and the axes e[i] of space in the body frame; e[2] is e3. */
+/* The angular velocity w and the space axes e[i], along the axes of the closed form. */
 typedef struct body_view {
     double w[3], e[3][3];
 } body_view;
-
 static body_view find_body_view(const torus_kind *kind, kr_state s)
 {
     const kr_vec3 m = v_scale(kind->factor, q_turn_back(s.q, s.m));
@@ -406,7 +403,7 @@ static body_view find_body_view(const torus_kind *kind, kr_state s)
     return r;
 }
 static kr_vec3 get_angular_velocity(const body_view *r) { return v3(r->w[0], r->w[1], r->w[2]); }
-/* Returns a time in which the Taylor series of advance_body_view has a negligible remainder. */
+/* Returns a span in which the series of advance_body_view has a negligible remainder. */
 static double choose_short_span(const body_view *r)
 {
     return 0.03125 / (1.0 + v_length(get_angular_velocity(r)));
@@ -444,8 +441,8 @@ static void advance_body_view(const torus_kind *kind, double span, body_view *vi
             for (int a = 0; a < 3; a++) view->e[a][i] = e[a][i][n] + span * view->e[a][i];
         }
 }
-/* Returns the distance between the state `later` and the state that a Taylor series gives at the
- * time `span` after `now`. */
+/* Returns the error of the state `later`, which the closed form gives at the time `span` after
+ * `now`. The correct state is computed from `now` with a Taylor series. */
 static double find_taylor_error(const torus_kind *kind, body_view now, double span, kr_state later)
 {
     const body_view got = find_body_view(kind, later);
@@ -460,8 +457,8 @@ static double find_taylor_error(const torus_kind *kind, body_view now, double sp
         fmax(sqrt(square), v_length(v_sub(w, get_angular_velocity(&got))) / (1.0 + v_length(w)));
     return isfinite(miss) ? miss : INFINITY;
 }
-/* Returns the larger of the errors of the attitude and of the momentum of the state s.
- * `attitude` and `momentum` (in the body frame) are the correct values. */
+/* Returns the larger of the errors of the attitude and of the momentum (relative to 1 + |m|) of the
+ * state s. `attitude` and `momentum` (along body axes) are the correct values. */
 static double find_state_error(kr_state s, kr_quat attitude, kr_vec3 momentum)
 {
     const double off = v_length(v_sub(q_turn_back(s.q, s.m), momentum)),
